@@ -1,0 +1,30 @@
+# Every library trammel stands on, as a target. packages.txt names the Debian package and the reason.
+find_package(PkgConfig REQUIRED)
+find_package(fmt REQUIRED)
+find_package(Eigen3 REQUIRED NO_MODULE)
+find_package(tl-expected REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(tomlplusplus REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(Threads REQUIRED)
+pkg_check_modules(libav REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
+pkg_check_modules(cairo REQUIRED IMPORTED_TARGET cairo)
+
+# Debian puts OpenCV's CMake files into libopencv-dev, which pulls in Qt, VTK and Java; the three
+# modules in use are linked by name instead.
+find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
+foreach(module core imgproc imgcodecs)
+  find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
+  add_library(opencv_${module} INTERFACE IMPORTED)
+  target_include_directories(opencv_${module} SYSTEM INTERFACE ${OPENCV_INCLUDE_DIR})
+  target_link_libraries(opencv_${module} INTERFACE ${OPENCV_${module}_LIBRARY})
+endforeach()
+
+if(TRAMMEL_TESTS)
+  find_package(GTest REQUIRED)
+  find_package(rapidcheck QUIET)
+  include(GoogleTest)
+endif()
+if(TRAMMEL_BENCH)
+  find_package(benchmark REQUIRED)
+endif()

@@ -1,0 +1,26 @@
+// One function per command group; each lives in app/<group>_command.cc.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "base/result.h"
+
+namespace trammel::app {
+
+/// Exit codes of every command (CONVENTIONS.md).
+enum ExitCode {
+  kExitGood = 0,
+  kExitUsage = 1,
+  kExitNotTrusted = 2,
+  kExitMachine = 3,
+  kExitUnsafe = 4,
+  kExitInterrupted = 130,
+};
+
+/// Prints the message to standard error and gives the exit code of its kind.
+int Report(const Error& error);
+
+/// Each Add…Command hangs its subcommands below `parent`; a callback stores its exit code in
+/// `exit_code`. (Declarations are added with their files.)
+
+}  // namespace trammel::app

@@ -1,0 +1,47 @@
+// The command line. Each command group registers itself in its own file, app/*_command.cc.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "app/commands.h"
+
+namespace trammel::app {
+
+int Report(const Error& error) {
+  fmt::print(stderr, "trammel: {}\n", error.message);
+  switch (error.kind) {
+    case ErrorKind::kInput:
+      return kExitUsage;
+    case ErrorKind::kMeasurement:
+      return kExitNotTrusted;
+    case ErrorKind::kMachine:
+      return kExitMachine;
+    case ErrorKind::kSafety:
+      return kExitUnsafe;
+    case ErrorKind::kInterrupted:
+      return kExitInterrupted;
+  }
+  return kExitUsage;
+}
+
+}  // namespace trammel::app
+
+int main(int argc, char** argv) {
+  CLI::App cli{"trammel: machines that measure what they make and correct themselves"};
+  cli.require_subcommand(1);
+  int exit_code = trammel::app::kExitGood;
+  [[maybe_unused]] CLI::App* pa =
+      cli.add_subcommand("pa", "pressure advance")->require_subcommand(1);
+
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return cli.exit(error) == 0 ? trammel::app::kExitGood : trammel::app::kExitUsage;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "trammel: this is a bug in trammel, please report it: {}\n", error.what());
+    return trammel::app::kExitUsage;
+  }
+  return exit_code;
+}

@@ -1,0 +1,86 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "base/frame.h"
+#include "base/measured.h"
+#include "base/random.h"
+#include "base/statistics.h"
+
+namespace trammel {
+namespace {
+
+TEST(Measured, HoldsANumberOnlyWhenGood) {
+  const Measured good = Measured::Good({0.04, 0.001, {0.038, 0.042}});
+  EXPECT_TRUE(good.good());
+  EXPECT_DOUBLE_EQ(good.quantity().value, 0.04);
+  EXPECT_TRUE(good.reason().empty());
+  const Measured unsure = Measured::CannotTell("the lines do not differ");
+  EXPECT_FALSE(unsure.good());
+  EXPECT_THROW((void)unsure.quantity(), Bug);
+  EXPECT_EQ(Measured().verdict(), Verdict::kRefused);
+}
+
+TEST(Measured, RefusesAnIntervalThatDoesNotHoldItsValue) {
+  EXPECT_THROW((void)Measured::Good({1.0, 0.1, {1.1, 1.2}}), Bug);
+  EXPECT_THROW((void)Measured::Good({std::nan(""), 0.1, {0, 1}}), Bug);
+}
+
+TEST(Random, GivesTheSameSequenceForTheSameSeed) {
+  Random a(7);
+  Random b(7);
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(a.Bits(), b.Bits());
+  EXPECT_NE(Random(7).Bits(), Random(8).Bits());
+  EXPECT_NE(Random(7).Fork(0).Bits(), Random(7).Fork(1).Bits());
+}
+
+TEST(Random, NormalHasUnitVarianceAndNoMean) {
+  Random random(1);
+  constexpr int kCount = 100000;
+  std::vector<double> sample(kCount);
+  for (double& value : sample) value = random.Normal();
+  constexpr double kSigmas = 5;
+  EXPECT_NEAR(Mean(sample), 0, kSigmas / std::sqrt(kCount));
+  EXPECT_NEAR(StandardDeviation(sample), 1, kSigmas / std::sqrt(2.0 * kCount));
+}
+
+TEST(Random, BelowReachesEveryValueAndNoOther) {
+  Random random(3);
+  std::vector<int> count(5);
+  for (int i = 0; i < 5000; ++i) ++count.at(random.Below(5));
+  for (const int n : count) EXPECT_NEAR(n, 1000, 150);
+}
+
+TEST(Statistics, MedianAndQuantilesInterpolate) {
+  EXPECT_DOUBLE_EQ(Median(std::vector<double>{3, 1, 2}), 2);
+  EXPECT_DOUBLE_EQ(Median(std::vector<double>{4, 1, 2, 3}), 2.5);
+  EXPECT_DOUBLE_EQ(Quantile(std::vector<double>{0, 10}, 0.25), 2.5);
+}
+
+TEST(Statistics, RobustStandardDeviationIgnoresAnOutlier) {
+  Random random(5);
+  std::vector<double> sample(1001);
+  for (double& value : sample) value = random.Normal(10, 2);
+  sample[500] = 1e9;
+  EXPECT_NEAR(RobustStandardDeviation(sample), 2, 0.3);
+}
+
+TEST(Statistics, StudentTMatchesThePublishedTable) {
+  // NIST/SEMATECH e-Handbook, table 1.3.6.7.2.
+  EXPECT_NEAR(StudentT95(1), 12.706, 1e-3);
+  EXPECT_NEAR(StudentT95(5), 2.571, 1e-3);
+  EXPECT_NEAR(StudentT95(30), 2.042, 1e-3);
+  EXPECT_NEAR(StudentT95(1e7), 1.960, 1e-3);
+}
+
+TEST(Frame, CropLooksIntoTheSamePixelsAndStaysInside) {
+  Frame frame(4, 3);
+  frame.row(1)[2 * 3] = 99;
+  EXPECT_EQ(Crop(frame.view(), {2, 1, 2, 2}).row(0)[0], 99);
+  EXPECT_THROW((void)Crop(frame.view(), {3, 0, 2, 1}), Bug);
+  EXPECT_THROW((void)Crop(frame.view(), {-1, 0, 2, 1}), Bug);
+}
+
+}  // namespace
+}  // namespace trammel

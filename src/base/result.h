@@ -1,0 +1,36 @@
+// The first of the three kinds of error: the world failed (a file, a device, a setting).
+#pragma once
+
+#include <string>
+#include <tl/expected.hpp>
+#include <utility>
+
+namespace trammel {
+
+/// What failed in the world. Decides the exit code of the command line.
+enum class ErrorKind {
+  kInput,        ///< A file, a setting or an argument: exit 1.
+  kMeasurement,  ///< The recording does not hold what its description promises: exit 2.
+  kMachine,      ///< Unreachable, busy, or it answered with an error: exit 3.
+  kSafety,       ///< Refused because it could do harm: exit 4.
+  kInterrupted,  ///< The user stopped it: exit 130.
+};
+
+/// A message that says what was tried, what came back, and what to do about it.
+struct Error {
+  ErrorKind kind = ErrorKind::kInput;
+  std::string message;
+};
+
+/// A value, or why the world did not give one. A measurement that cannot be trusted is not an
+/// error but a verdict (base/measured.h); a bug is a failed TRAMMEL_CHECK (base/check.h).
+template <class T>
+using Result = tl::expected<T, Error>;
+
+/// Builds the failed branch of a Result.
+[[nodiscard]] inline tl::unexpected<Error> Fail(std::string message,
+                                                ErrorKind kind = ErrorKind::kInput) {
+  return tl::unexpected<Error>(Error{kind, std::move(message)});
+}
+
+}  // namespace trammel

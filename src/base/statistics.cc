@@ -1,0 +1,73 @@
+#include "base/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "base/check.h"
+
+namespace trammel {
+
+double Median(std::span<const double> sample) { return Quantile(sample, 0.5); }
+
+double RobustStandardDeviation(std::span<const double> sample) {
+  if (sample.size() < 2) return 0;
+  const double centre = Median(sample);
+  std::vector<double> distance(sample.begin(), sample.end());
+  for (double& value : distance) value = std::abs(value - centre);
+  return 1.4826 * Median(distance);
+}
+
+double Mean(std::span<const double> sample) {
+  TRAMMEL_CHECK(!sample.empty(), "the sample is empty");
+  return std::accumulate(sample.begin(), sample.end(), 0.0) / static_cast<double>(sample.size());
+}
+
+double StandardDeviation(std::span<const double> sample) {
+  if (sample.size() < 2) return 0;
+  const double mean = Mean(sample);
+  double sum = 0;
+  for (const double value : sample) sum += (value - mean) * (value - mean);
+  return std::sqrt(sum / static_cast<double>(sample.size() - 1));
+}
+
+double Quantile(std::span<const double> sample, double probability) {
+  TRAMMEL_CHECK(!sample.empty() && probability >= 0 && probability <= 1,
+                "{} values, probability = {}", sample.size(), probability);
+  std::vector<double> sorted(sample.begin(), sample.end());
+  std::sort(sorted.begin(), sorted.end());
+  const double rank = probability * static_cast<double>(sorted.size() - 1);
+  const auto below = static_cast<std::size_t>(rank);
+  const std::size_t above = std::min(below + 1, sorted.size() - 1);
+  return sorted[below] + (rank - static_cast<double>(below)) * (sorted[above] - sorted[below]);
+}
+
+double StudentT95(double degrees_of_freedom) {
+  TRAMMEL_CHECK(degrees_of_freedom > 0, "degrees_of_freedom = {}", degrees_of_freedom);
+  // P(|T| <= t) by integrating the density in theta = atan(t / sqrt(n)), where it becomes
+  // proportional to cos^(n-1)(theta); bisection on theta. Exact to the quadrature, for any n > 0.
+  const double n = degrees_of_freedom;
+  if (n > 1e6) return 1.959963984540054;
+  const auto integral = [n](double theta) {
+    constexpr int kSteps = 400;  // Simpson; error below 1e-9 for n >= 1
+    const double h = theta / kSteps;
+    double sum = 0;
+    for (int i = 0; i <= kSteps; ++i) {
+      const double weight = (i == 0 || i == kSteps) ? 1 : (i % 2 == 1 ? 4 : 2);
+      sum += weight * std::pow(std::cos(h * i), n - 1);
+    }
+    return sum * h / 3;
+  };
+  const double whole =
+      std::exp(std::lgamma(n / 2) - std::lgamma((n + 1) / 2)) * std::sqrt(std::numbers::pi) / 2;
+  double lo = 0;
+  double hi = std::numbers::pi / 2;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (lo + hi) / 2;
+    (integral(middle) < 0.95 * whole ? lo : hi) = middle;
+  }
+  return std::sqrt(n) * std::tan((lo + hi) / 2);
+}
+
+}  // namespace trammel

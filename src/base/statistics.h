@@ -1,0 +1,28 @@
+// Robust and classical statistics of plain samples.
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace trammel {
+
+/// REQUIRES a non-empty sample. Even counts: the mean of the middle two.
+[[nodiscard]] double Median(std::span<const double> sample);
+
+/// Standard deviation from the median absolute deviation (factor 1.4826: consistent for a normal
+/// distribution). 0 for fewer than two values.
+[[nodiscard]] double RobustStandardDeviation(std::span<const double> sample);
+
+[[nodiscard]] double Mean(std::span<const double> sample);
+
+/// With n - 1 in the denominator; 0 for fewer than two values.
+[[nodiscard]] double StandardDeviation(std::span<const double> sample);
+
+/// Quantile by linear interpolation between order statistics. REQUIRES 0 <= probability <= 1.
+[[nodiscard]] double Quantile(std::span<const double> sample, double probability);
+
+/// The two-sided 95 % point of Student's t: |t| stays below it with probability 0.95.
+/// REQUIRES degrees_of_freedom > 0 (need not be whole: Welch-Satterthwaite).
+[[nodiscard]] double StudentT95(double degrees_of_freedom);
+
+}  // namespace trammel

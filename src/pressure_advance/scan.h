@@ -1,0 +1,42 @@
+// What a recorded laser scan says of itself (scan.json), as plain values.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/frame.h"
+#include "base/result.h"
+#include "pressure_advance/line_motion.h"
+
+namespace trammel::pressure_advance {
+
+/// A direction along an image or machine axis.
+enum class AxisDirection { kPlusX, kMinusX, kPlusY, kMinusY };
+
+struct ScanLine {
+  double pressure_advance_s = 0;                 ///< >= 0
+  std::string video;                             ///< file name, relative to the recording's folder
+  std::optional<AxisDirection> print_direction;  ///< on the bed; default +x
+  std::optional<AxisDirection> sweep_direction;  ///< on the bed; default: print_direction
+  std::vector<double> frame_times_s;             ///< capture times, increasing; empty: frames_per_s
+};
+
+/// Format 1 of scan.json; docs/formats.md has every key with its bounds.
+struct Scan {
+  std::vector<ScanLine> lines;
+  double frames_per_s = 30;
+  double scan_speed_mm_s = 0;       ///< speed of the sweep along the line
+  std::optional<double> px_per_mm;  ///< on the plate; absent: results stay in pixels
+  double laser_angle_rad =
+      0.785398163397448;  ///< between sheet and camera axis: shift = height tan
+  AxisDirection height_direction = AxisDirection::kMinusX;  ///< image direction of a rising surface
+  std::optional<PixelRect> crop;                            ///< absent: found from the frames
+  double line_start_mm = 0;  ///< laser in the first scored frame, from the printed start
+  LineMotion motion;         ///< length and acceleration are present in a scan
+};
+
+/// Names the key, the value and the bound of the first thing that cannot be.
+[[nodiscard]] Result<void> Validate(const Scan& scan);
+
+}  // namespace trammel::pressure_advance

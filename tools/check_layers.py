@@ -1,0 +1,52 @@
+#!/usr/bin/env python3
+"""Checks that every #include goes along an allowed edge between modules (ARCHITECTURE.md)."""
+import pathlib
+import re
+import sys
+
+CALIBRATIONS = {"pressure_advance"}
+PURE = {"base", "geometry", "signal", "vision", "gcode"}
+ALLOWED = {
+    "base": set(),
+    "geometry": {"base"},
+    "signal": {"base", "geometry"},
+    "vision": {"base", "geometry"},
+    "gcode": {"base", "geometry"},
+    "pressure_advance": PURE,
+    "machine": {"base", "geometry"},
+    "store": {"base"} | CALIBRATIONS,
+    "report": {"base"} | CALIBRATIONS,
+    "sim": {"base", "geometry"},
+    "app": PURE | CALIBRATIONS | {"machine", "store", "report", "sim"},
+}
+INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
+
+
+def violations(root):
+    """Yields one line of text for each include that no allowed edge covers."""
+    for path in sorted((root / "src").rglob("*")):
+        if path.suffix not in {".h", ".cc"}:
+            continue
+        module = path.relative_to(root / "src").parts[0]
+        if module not in ALLOWED:
+            yield f"{path}: module '{module}' has no entry in tools/check_layers.py"
+            continue
+        for target in INCLUDE.findall(path.read_text()):
+            head, slash, _ = target.partition("/")
+            if not slash or not (root / "src" / target).is_file():
+                yield f'{path}: include "{target}" is not a path below src/'
+            elif head != module and head not in ALLOWED[module]:
+                yield f'{path}: {module} must not include {head} ("{target}")'
+
+
+def main():
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
+    found = list(violations(root))
+    for line in found:
+        print(line)
+    print(f"{len(found)} layer violation(s)")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
