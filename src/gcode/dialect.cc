@@ -1,0 +1,97 @@
+#include "gcode/dialect.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "gcode/number.h"
+
+namespace trammel::gcode {
+namespace {
+
+constexpr int kAccelerationDecimals = 1;
+constexpr int kRatioDecimals = 3;
+
+constexpr std::array<std::pair<Dialect, std::string_view>, 3> kNames{{
+    {Dialect::kKlipper, "klipper"},
+    {Dialect::kMarlin, "marlin"},
+    {Dialect::kRepRapFirmware, "reprapfirmware"},
+}};
+
+}  // namespace
+
+std::string_view ToString(Dialect dialect) {
+  for (const auto& [value, name] : kNames) {
+    if (value == dialect) return name;
+  }
+  return "";
+}
+
+std::optional<Dialect> ParseDialect(std::string_view name) {
+  for (const auto& [value, known] : kNames) {
+    if (known == name) return value;
+  }
+  return std::nullopt;
+}
+
+std::string PressureAdvanceCommand(Dialect dialect, double pressure_advance_s) {
+  const std::string value = FormatNumber(pressure_advance_s, kPressureAdvanceDecimals);
+  switch (dialect) {
+    case Dialect::kKlipper:
+      return "SET_PRESSURE_ADVANCE ADVANCE=" + value;
+    case Dialect::kMarlin:
+      return "M900 K" + value;
+    case Dialect::kRepRapFirmware:
+      return "M572 D0 S" + value;
+  }
+  return {};
+}
+
+std::vector<std::string> AccelerationCommands(Dialect dialect, double acceleration_mm_s2,
+                                              std::optional<double> minimum_cruise_ratio) {
+  const std::string value = FormatNumber(acceleration_mm_s2, kAccelerationDecimals);
+  if (dialect != Dialect::kKlipper) return {fmt::format("M204 P{} T{}", value, value)};
+  std::string command = "SET_VELOCITY_LIMIT ACCEL=" + value;
+  if (minimum_cruise_ratio) {
+    command += " MINIMUM_CRUISE_RATIO=" + FormatNumber(*minimum_cruise_ratio, kRatioDecimals);
+  }
+  return {command};
+}
+
+std::vector<std::string> SaveStateCommands(Dialect dialect) {
+  switch (dialect) {
+    case Dialect::kKlipper:
+      return {"SAVE_GCODE_STATE NAME=trammel"};
+    case Dialect::kRepRapFirmware:
+      return {"M120"};
+    case Dialect::kMarlin:
+      return {};
+  }
+  return {};
+}
+
+std::vector<std::string> RestoreStateCommands(Dialect dialect) {
+  switch (dialect) {
+    case Dialect::kKlipper:
+      return {"RESTORE_GCODE_STATE NAME=trammel"};
+    case Dialect::kRepRapFirmware:
+      return {"M121"};
+    case Dialect::kMarlin:
+      return {};
+  }
+  return {};
+}
+
+std::string WaitForMovesCommand() { return "M400"; }
+
+std::string DisplayCommand(std::string_view text) {
+  std::string clean(text);
+  std::replace_if(
+      clean.begin(), clean.end(),
+      [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f || c == ';'; }, ' ');
+  return "M117 " + clean;
+}
+
+}  // namespace trammel::gcode

@@ -1,0 +1,42 @@
+// What differs between firmwares. Everything else that trammel writes is G-code common to all.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace trammel::gcode {
+
+enum class Dialect { kKlipper, kMarlin, kRepRapFirmware };
+
+/// "klipper", "marlin" or "reprapfirmware", as in trammel.toml.
+[[nodiscard]] std::string_view ToString(Dialect dialect);
+/// Absent where the name is none of the above.
+[[nodiscard]] std::optional<Dialect> ParseDialect(std::string_view name);
+
+/// Pressure advance is written in steps of 1e-5 s, finer than any firmware or filament tells.
+inline constexpr int kPressureAdvanceDecimals = 5;
+
+/// One line: the pressure advance in seconds (Klipper, RepRapFirmware) or Marlin's K, which has the
+/// same dimension.
+[[nodiscard]] std::string PressureAdvanceCommand(Dialect dialect, double pressure_advance_s);
+
+/// Sets the acceleration of printing and travelling moves. Lines, without line ends.
+/// `minimum_cruise_ratio` is Klipper's, in [0, 1), and is left out elsewhere and where absent.
+[[nodiscard]] std::vector<std::string> AccelerationCommands(
+    Dialect dialect, double acceleration_mm_s2, std::optional<double> minimum_cruise_ratio);
+
+/// Keeps and brings back the modes of positioning (absolute or relative, G92 offsets). Empty where
+/// the firmware has no such command.
+[[nodiscard]] std::vector<std::string> SaveStateCommands(Dialect dialect);
+[[nodiscard]] std::vector<std::string> RestoreStateCommands(Dialect dialect);
+
+/// Waits until the planned moves have been carried out: M400 everywhere.
+[[nodiscard]] std::string WaitForMovesCommand();
+
+/// Shows a line of text on the display: M117 everywhere. Line ends and control characters become
+/// blanks, so that a text can never become a command.
+[[nodiscard]] std::string DisplayCommand(std::string_view text);
+
+}  // namespace trammel::gcode

@@ -1,0 +1,129 @@
+// Every setting of the printed pressure-advance pattern.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "gcode/dialect.h"
+#include "pressure_advance/line_motion.h"
+
+namespace trammel::pressure_advance {
+
+/// Common to the three firmwares. The nozzle waits for the bed at a temperature that does not ooze.
+inline constexpr const char* kDefaultStartGcode =
+    "M140 S{bed_temperature_c}\n"
+    "M104 S{idle_nozzle_temperature_c}\n"
+    "G28\n"
+    "M190 S{bed_temperature_c}\n"
+    "M109 S{nozzle_temperature_c}\n";
+inline constexpr const char* kDefaultEndGcode =
+    "M104 S0\n"
+    "M140 S0\n"
+    "M84\n";
+inline constexpr const char* kDefaultIdleGcode = "M104 S{idle_nozzle_temperature_c}\n";
+
+enum class BedShape {
+  kRectangle,
+  kEllipse,  ///< inscribed in the rectangle of the bed's size: round beds, deltas
+};
+
+enum class Finish {
+  kEnd,   ///< the end G-code: by default everything off
+  kIdle,  ///< the idle G-code: the bed stays warm and holds the pattern for a scan
+};
+
+/// Ranges of single fields, and what users read about them, stand in PatternFields()
+/// (pattern_fields.h); Validate() checks those and how the fields fit together.
+/// "Paper": Abbott, Automatic Pressure Advance Calibration Using Laser Triangulation, and its
+/// released code, whose values win where the two differ.
+struct PatternConfig {
+  // The printer.
+  gcode::Dialect dialect = gcode::Dialect::kKlipper;  ///< the paper's firmware
+  double bed_size_x_mm = 250;                         ///< (0, 2000]; the commonest CoreXY size
+  double bed_size_y_mm = 250;
+  double bed_origin_x_mm = 0;  ///< coordinates of the bed's front left corner; minus half the size
+  double bed_origin_y_mm = 0;  ///< where (0, 0) is the middle of the bed
+  BedShape bed_shape = BedShape::kRectangle;
+  double bed_margin_mm = 5;         ///< [0, 100] kept free along the edge; clips and bevels
+  double nozzle_diameter_mm = 0.4;  ///< [0.1, 2]; paper
+  double travel_speed_mm_s = 150;   ///< (0, 1000]; no faster than the paper's lines
+  double z_speed_mm_s = 5;          ///< (0, 100]; paper: F300
+  double retract_length_mm = 0.5;   ///< [0, 20] of filament; paper (direct drive)
+  double retract_speed_mm_s = 30;   ///< (0, 200]; paper: F1800
+  double z_hop_mm = 0.75;           ///< [0, 10] above the layer while travelling; paper
+  double z_offset_mm = 0;           ///< [-0.5, 2] added to the layer's height
+  std::optional<double> park_x_mm;  ///< absent: the front left corner inside the margin …
+  std::optional<double> park_y_mm;  ///< … (rectangle) or the middle of the front edge (ellipse)
+  double park_lift_mm = 20;         ///< [1, 200] above the layer when done; paper: Z20
+  std::string start_gcode = kDefaultStartGcode;  ///< heats and homes; leaves the filament primed
+  std::string end_gcode = kDefaultEndGcode;
+  std::string idle_gcode = kDefaultIdleGcode;
+  Finish finish = Finish::kEnd;                      ///< safe where nobody is watching
+  std::optional<double> restore_pressure_advance_s;  ///< [0, 10]; set at the end; absent: left at …
+                                                     ///< … frame_pressure_advance_s
+  std::optional<double> restore_acceleration_mm_s2;  ///< [1, 1e6]; absent: left as printed
+  double restore_minimum_cruise_ratio = 0.5;         ///< [0, 1); Klipper's own default
+
+  // The filament.
+  double filament_diameter_mm = 1.75;      ///< [1, 4]; paper
+  double filament_density_g_cm3 = 1.04;    ///< [0.5, 10]; ABS, the paper's
+  double nozzle_temperature_c = 255;       ///< [170, 500]; paper. 170: Klipper's min_extrude_temp
+  double idle_nozzle_temperature_c = 200;  ///< [0, 500]; paper
+  double bed_temperature_c = 110;          ///< [0, 200]; paper
+
+  // The pattern.
+  std::optional<double> position_x_mm;   ///< front left corner of the first frame's outer edge; …
+  std::optional<double> position_y_mm;   ///< … absent: everything is centred on the bed
+  double pressure_advance_start_s = 0;   ///< [0, 10]; paper
+  double pressure_advance_end_s = 0.06;  ///< [0, 10], above the start; paper
+  int line_count = 10;                   ///< [2, 200]; paper
+  std::vector<double> pressure_advances_s;  ///< explicit values instead of the range; no two equal
+  std::optional<double> control_pressure_advance_s;  ///< all lines at this value: the paper's check
+  double line_length_mm = 30;                        ///< (0, 2000]; paper
+  double line_spacing_mm = 4;                        ///< (0, 200], above a bead's width; paper
+  std::vector<Segment> segments = {{0.25, 5}, {0.5, 150}, {0.25, 5}};  ///< paper
+  double acceleration_mm_s2 = 3000;                                    ///< [1, 1e6]; paper
+  double layer_height_mm = 0.25;                                       ///< [0.02, 2]; paper's code
+  double line_width_mm = 0.495;       ///< [0.05, 4]; gives the paper's 0.0459 mm of filament per mm
+  bool alternate_directions = false;  ///< every other line from the far end
+  int frame_loops = 2;                ///< [0, 20] nested loops round the lines; paper
+  double frame_overlap_mm = 0.15;  ///< [-50, 4]; how far a line's round end runs into the frame's
+                                   ///< bead: enough to lift off in one piece, without a blob.
+                                   ///< Negative: a gap. The paper's is the line width.
+  std::optional<double> frame_margin_mm;  ///< (0, 200] between the outermost line's and the frame's
+                                          ///< centre lines; absent: the line spacing (paper)
+  double frame_speed_mm_s = 33;           ///< (0, 500]; paper: F2000
+  double frame_pressure_advance_s = 0;    ///< [0, 10]; the frame runs at one speed and needs none
+  double prime_length_mm = 0.5;           ///< [0, 50] of filament before each frame; paper
+  int columns = 1;                        ///< [1, 100] patterns side by side
+  int rows = 1;                           ///< [1, 100] patterns one behind the other
+  double pattern_gap_mm = 3;              ///< [0, 200] of free plate between two frames
+};
+
+/// The pressure advance of each line of one pattern, in s, in print order. REQUIRES a valid config.
+[[nodiscard]] std::vector<double> PressureAdvances(const PatternConfig& config);
+
+/// Cross-section of a bead laid by a nozzle `height_mm` above the plate: a rectangle with half
+/// circles as its sides, h (w - h (1 - pi/4)). REQUIRES 0 < height_mm <= width_mm.
+[[nodiscard]] double BeadArea_mm2(double width_mm, double height_mm);
+
+/// mm of filament per mm of bead. REQUIRES a valid config.
+[[nodiscard]] double FilamentPerMm(const PatternConfig& config);
+
+/// What is wrong with a setting, told by its section and key in trammel.toml.
+struct PatternProblem {
+  std::string section;
+  std::string key;
+  std::string message;  ///< the value and its bound
+};
+
+/// The first thing that cannot be printed, if any.
+[[nodiscard]] std::optional<PatternProblem> FindProblem(const PatternConfig& config);
+
+/// FindProblem as an error: names the setting, the value and the bound.
+[[nodiscard]] Result<void> Validate(const PatternConfig& config);
+
+}  // namespace trammel::pressure_advance
