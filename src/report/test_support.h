@@ -1,0 +1,25 @@
+// Made-up analyses for the report's tests: plausible shapes, no claim about any estimator.
+#pragma once
+
+#include <cstddef>
+
+#include "base/random.h"
+#include "pressure_advance/analysis.h"
+#include "pressure_advance/height_map.h"
+
+namespace trammel::report::test {
+
+struct MadeUp {
+  std::size_t lines = 10;
+  double highest_pressure_advance_s = 0.06;
+  double truth_s = 0.0362;
+  bool photo = false;  ///< positions in line lengths, widths in px, no scores, no heights
+};
+
+/// A good analysis with one unused line (where there are more than four) and one notice.
+[[nodiscard]] pressure_advance::Analysis MakeAnalysis(const MadeUp& made_up, Random random);
+
+/// The same lines as a laser scan of 100 frames by 60 rows would show them, and one frame's steps.
+[[nodiscard]] pressure_advance::LaserScanView MakeScanView(const MadeUp& made_up, Random random);
+
+}  // namespace trammel::report::test
