@@ -1,0 +1,184 @@
+#include "signal/zero_crossing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/check.h"
+#include "base/statistics.h"
+
+namespace trammel::signal {
+namespace {
+
+// The fit at one trial crossing: linear in a = slope and b = slope * bend.
+struct Trial {
+  double zero = 0;
+  double a = 0;
+  double b = 0;
+  double cost = 0;
+};
+
+struct Problem {
+  std::span<const double> x;
+  std::span<const double> y;
+  std::vector<double> weight;  // robust weight over variance
+  double bend_mean = 0;
+  double penalty = 0;  // of (b - bend_mean * a)^2
+};
+
+Trial SolveAt(const Problem& problem, double zero) {
+  double uu = 0, uv = 0, vv = 0, uy = 0, vy = 0;
+  for (std::size_t i = 0; i < problem.x.size(); ++i) {
+    const double u = zero - problem.x[i];
+    const double v = -std::abs(u);
+    const double w = problem.weight[i];
+    uu += w * u * u;
+    uv += w * u * v;
+    vv += w * v * v;
+    uy += w * u * problem.y[i];
+    vy += w * v * problem.y[i];
+  }
+  const double k = problem.penalty;
+  const double m = problem.bend_mean;
+  uu += k * m * m;
+  uv -= k * m;
+  vv += k;
+  const double determinant = uu * vv - uv * uv;
+  Trial trial{zero, 0, 0, 0};
+  if (determinant > 0) {
+    trial.a = (uy * vv - vy * uv) / determinant;
+    trial.b = (vy * uu - uy * uv) / determinant;
+  }
+  for (std::size_t i = 0; i < problem.x.size(); ++i) {
+    const double u = zero - problem.x[i];
+    const double residual = problem.y[i] - trial.a * u + trial.b * std::abs(u);
+    trial.cost += problem.weight[i] * residual * residual;
+  }
+  trial.cost += k * (trial.b - m * trial.a) * (trial.b - m * trial.a);
+  return trial;
+}
+
+Trial Search(const Problem& problem, double lo, double hi) {
+  constexpr int kCoarse = 160;
+  const double step = (hi - lo) / kCoarse;
+  Trial best = SolveAt(problem, lo);
+  for (int i = 1; i <= kCoarse; ++i) {
+    const Trial trial = SolveAt(problem, lo + step * i);
+    if (trial.cost < best.cost) best = trial;
+  }
+  constexpr double kGolden = 0.6180339887498949;
+  double left = best.zero - step;
+  double right = best.zero + step;
+  for (int i = 0; i < 40; ++i) {
+    const Trial low = SolveAt(problem, right - kGolden * (right - left));
+    const Trial high = SolveAt(problem, left + kGolden * (right - left));
+    (low.cost < high.cost ? right : left) = low.cost < high.cost ? high.zero : low.zero;
+    if (std::min(low.cost, high.cost) < best.cost) best = low.cost < high.cost ? low : high;
+  }
+  return best;
+}
+
+double Predict(const Trial& trial, double x) {
+  const double u = trial.zero - x;
+  return trial.a * u - trial.b * std::abs(u);
+}
+
+double RobustWeight(double ratio, bool redescending, double outlier_scale) {
+  constexpr double kHuber = 1.345;  // 95 % efficiency at the normal distribution
+  const double r = std::abs(ratio);
+  if (!redescending) return r <= kHuber ? 1 : kHuber / r;
+  if (r >= outlier_scale) return 0;
+  const double q = 1 - (r / outlier_scale) * (r / outlier_scale);
+  return q * q;
+}
+
+// Scale of the residuals near the crossing: a weighted median of their magnitudes, in which points
+// far from the crossing count little, because there the straight halves may simply be the wrong
+// form.
+double NearScale(std::span<const double> x, const std::vector<double>& residual, double zero,
+                 double range) {
+  std::vector<std::pair<double, double>> magnitude;  // and weight
+  double total = 0;
+  double squares = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double far = (x[i] - zero) / (0.3 * range);
+    const double weight = 1 / ((1 + far * far) * (1 + far * far));
+    magnitude.emplace_back(std::abs(residual[i]), weight);
+    total += weight;
+    squares += weight * weight;
+  }
+  std::sort(magnitude.begin(), magnitude.end());
+  double passed = 0;
+  double median = 0;
+  for (const auto& [value, weight] : magnitude) {
+    passed += weight;
+    median = value;
+    if (passed >= total / 2) break;
+  }
+  // Two to three parameters were fitted: without the factor few residuals look too small.
+  const double points = total * total / squares;
+  return 1.4826 * median * std::sqrt(points / std::max(1.0, points - 2.5));
+}
+
+}  // namespace
+
+std::optional<ZeroCrossing> FitZeroCrossing(std::span<const double> x, std::span<const double> y,
+                                            std::span<const double> sigma,
+                                            const ZeroCrossingOptions& options) {
+  const std::size_t n = x.size();
+  TRAMMEL_CHECK(y.size() == n && sigma.size() == n, "x: {}, y: {}, sigma: {} values", n, y.size(),
+                sigma.size());
+  std::vector<double> different(x.begin(), x.end());
+  std::sort(different.begin(), different.end());
+  different.erase(std::unique(different.begin(), different.end()), different.end());
+  if (different.size() < 3) return std::nullopt;
+  const double range = different.back() - different.front();
+
+  Problem problem{x, y, std::vector<double>(n, 1.0), options.bend_mean, 0};
+  ZeroCrossing result;
+  result.weight.assign(n, 1.0);
+  Trial best;
+  double scale = 0;
+  std::vector<double> residual(n);
+  constexpr int kIterations = 14;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    best = Search(problem, different.front() - range / 2, different.back() + range / 2);
+    for (std::size_t i = 0; i < n; ++i) residual[i] = y[i] - Predict(best, x[i]);
+    scale = std::max(options.scale_floor, NearScale(x, residual, best.zero, range));
+    for (std::size_t i = 0; i < n; ++i) {
+      const double far = options.distance_sigma * best.a * (x[i] - best.zero);
+      const double total = std::hypot(scale, sigma[i], far);
+      result.weight[i] =
+          RobustWeight(residual[i] / total, iteration >= kIterations / 2, options.outlier_scale);
+      problem.weight[i] = result.weight[i] / (total * total);
+    }
+    const double bend_sigma = options.bend_sigma * std::max(std::abs(best.a), 1e-12);
+    problem.penalty = 1 / (bend_sigma * bend_sigma);
+  }
+
+  result.zero = best.zero;
+  result.slope = best.a;
+  result.bend = best.a != 0 ? best.b / best.a : 0;
+  // Weights relative to the heaviest point, so that they count points.
+  std::vector<double> count(problem.weight);
+  const double heaviest = std::max(1e-300, *std::max_element(count.begin(), count.end()));
+  for (double& c : count) c /= heaviest;
+  double counts = 0, squares = 0, mean = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    counts += count[i];
+    squares += count[i] * residual[i] * residual[i];
+    mean += count[i] * x[i];
+  }
+  mean /= counts;
+  result.points = counts;
+  result.residual_scale =
+      std::max(options.scale_floor, std::sqrt(squares / std::max(1.0, counts - 2)));
+  double spread = 0;
+  for (std::size_t i = 0; i < n; ++i) spread += count[i] * (x[i] - mean) * (x[i] - mean);
+  result.slope_sigma = spread > 0 ? result.residual_scale / std::sqrt(spread) : 0;
+  result.fitted.resize(n);
+  for (std::size_t i = 0; i < n; ++i) result.fitted[i] = Predict(best, x[i]);
+  return result;
+}
+
+}  // namespace trammel::signal

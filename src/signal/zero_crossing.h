@@ -1,0 +1,49 @@
+// Where a falling response crosses zero.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace trammel::signal {
+
+/// y = -slope * ((x - zero) + bend * |x - zero|): two half-lines that meet at the answer, falling
+/// at slope * (1 - bend) before it and slope * (1 + bend) after it. The bend stands for what a
+/// signed response does when one of its sides saturates (a gap cannot get emptier than empty)
+/// without letting that side move the crossing.
+struct ZeroCrossingOptions {
+  double bend_mean = 0;  ///< prior mean of the bend, within (-1, 1)
+  double bend_sigma =
+      0.06;  ///< prior standard deviation of the bend, > 0; 0.06: slopes within ~ 12 %
+  /// What the straight halves leave out grows with the distance from the answer: this part of
+  /// slope * |x - zero| is added to each point's sigma, so that near points decide where they can.
+  double distance_sigma = 0.08;
+  double outlier_scale = 6;   ///< Tukey's biweight: points this many scales away count nothing
+  double scale_floor = 1e-6;  ///< smallest scale of the residuals, in y; > 0
+};
+
+struct ZeroCrossing {
+  double zero = 0;
+  double slope = 0;  ///< > 0 for a falling response
+  double bend = 0;
+  double residual_scale = 0;   ///< robust standard deviation of y about the fit
+  double points = 0;           ///< how many of the heaviest point the weighted data are worth
+  double slope_sigma = 0;      ///< 1 sigma of slope from the residuals
+  std::vector<double> fitted;  ///< at each x
+  std::vector<double> weight;  ///< robust weight in [0, 1] of each point
+};
+
+/// Fits the two half-lines by iteratively reweighted least squares (Huber, then Tukey's biweight),
+/// with the crossing found by an exhaustive search over the range of x and half of it on either
+/// side, so that no start value is needed.
+///
+/// @param x, y   equally long, at least 3 points with at least 3 different x.
+/// @param sigma  known 1 sigma of each y beside the common scatter, >= 0; same length.
+/// @returns nothing where the x do not differ enough.
+[[nodiscard]] std::optional<ZeroCrossing> FitZeroCrossing(std::span<const double> x,
+                                                          std::span<const double> y,
+                                                          std::span<const double> sigma,
+                                                          const ZeroCrossingOptions& options);
+
+}  // namespace trammel::signal

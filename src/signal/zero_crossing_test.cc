@@ -1,0 +1,101 @@
+#include "signal/zero_crossing.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "base/random.h"
+#include "base/statistics.h"
+
+namespace trammel::signal {
+namespace {
+
+std::vector<double> Range(double lo, double hi, int count) {
+  std::vector<double> x(count);
+  for (int i = 0; i < count; ++i) x[i] = lo + (hi - lo) * i / (count - 1);
+  return x;
+}
+
+double Response(double x, double zero, double slope, double bend) {
+  return -slope * ((x - zero) + bend * std::abs(x - zero));
+}
+
+TEST(ZeroCrossing, IsExactOnNoiseFreeData) {
+  const std::vector<double> x = Range(0, 0.06, 10);
+  for (const double zero : {0.0131, 0.03, 0.0457}) {
+    std::vector<double> y;
+    for (const double p : x) y.push_back(Response(p, zero, 0.85, 0));
+    const auto fit = FitZeroCrossing(x, y, std::vector<double>(10, 0.0), {});
+    ASSERT_TRUE(fit);
+    constexpr double kRounding = 1e-8;
+    EXPECT_NEAR(fit->zero, zero, kRounding);
+    EXPECT_NEAR(fit->slope, 0.85, 1e-5);
+  }
+}
+
+TEST(ZeroCrossing, ASaturatedSideDoesNotMoveTheCrossing) {
+  const std::vector<double> x = Range(0, 0.06, 10);
+  std::vector<double> y;
+  for (const double p : x) y.push_back(Response(p, 0.0321, 0.7, -0.4));
+  const auto fit = FitZeroCrossing(x, y, std::vector<double>(10, 0.0), {.bend_sigma = 0.3, .distance_sigma = 0});
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(fit->zero, 0.0321, 2e-6);
+  EXPECT_NEAR(fit->bend, -0.4, 1e-3);
+}
+
+TEST(ZeroCrossing, OneWildPointChangesNothing) {
+  const std::vector<double> x = Range(0, 0.06, 10);
+  for (int bad = 0; bad < 10; ++bad) {
+    Random random(17);
+    std::vector<double> y;
+    for (const double p : x) y.push_back(Response(p, 0.027, 0.85, 0) + 0.0002 * random.Normal());
+    y[bad] += 0.05;
+    const auto fit = FitZeroCrossing(x, y, std::vector<double>(10, 0.0), {});
+    ASSERT_TRUE(fit);
+    constexpr double kFiveSigma = 5 * 0.0002 / 0.85;
+    EXPECT_NEAR(fit->zero, 0.027, kFiveSigma) << "bad point " << bad;
+    EXPECT_LT(fit->weight[bad], 0.01);
+  }
+}
+
+TEST(ZeroCrossing, IsUnbiasedAndNearlyAsGoodAsAStraightLineUnderNoise) {
+  const std::vector<double> x = Range(0, 0.06, 10);
+  constexpr double kNoise = 0.002;
+  std::vector<double> error;
+  Random random(23);
+  for (int trial = 0; trial < 400; ++trial) {
+    const double zero = random.Uniform(0.015, 0.045);
+    std::vector<double> y;
+    for (const double p : x) y.push_back(Response(p, zero, 1, 0) + kNoise * random.Normal());
+    const auto fit = FitZeroCrossing(x, y, std::vector<double>(10, 0.0), {});
+    ASSERT_TRUE(fit);
+    error.push_back(fit->zero - zero);
+  }
+  // A straight line's crossing has about kNoise / sqrt(10) * 1.12 here. The bend and the robust
+  // weights of so few points may cost 30 % more.
+  EXPECT_LT(StandardDeviation(error), 1.3 * 1.12 * kNoise / std::sqrt(10.0));
+  EXPECT_NEAR(Mean(error), 0, 4 * kNoise / std::sqrt(10.0 * 400));
+}
+
+TEST(ZeroCrossing, MovesWithItsAxes) {
+  Random random(5);
+  const std::vector<double> x = Range(0, 0.1, 21);
+  std::vector<double> y;
+  for (const double p : x) y.push_back(Response(p, 0.033, 1, 0) + 0.003 * random.Normal());
+  const std::vector<double> none(21, 0.0);
+  const double zero = FitZeroCrossing(x, y, none, {})->zero;
+  std::vector<double> moved;
+  for (const double p : x) moved.push_back(3 * p + 0.2);
+  constexpr double kRounding = 1e-6;
+  EXPECT_NEAR(FitZeroCrossing(moved, y, none, {})->zero, 3 * zero + 0.2, kRounding);
+}
+
+TEST(ZeroCrossing, NeedsThreeDifferentAbscissae) {
+  const std::vector<double> x = {0.01, 0.01, 0.02, 0.02};
+  const std::vector<double> y = {1, 1, -1, -1};
+  EXPECT_FALSE(FitZeroCrossing(x, y, std::vector<double>(4, 0.0), {}));
+}
+
+}  // namespace
+}  // namespace trammel::signal
