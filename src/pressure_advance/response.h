@@ -28,7 +28,7 @@ struct ResponseOptions {
   double widest_interval = 0.2;
   /// Standard deviation of the flow lost at the fast speed (slip), as a part of the flow. It pulls
   /// the acceleration's and the deceleration's answer apart, in opposite directions.
-  double slip_sigma = 0.01;
+  double slip_sigma = 0.025;
   /// What the finite windows leave open about the form of the lag, as a part of the answer: laws
   /// from linear to strongly shear-thinning moved it by 0 to 1.2 %.
   double lag_form_sigma = 0.01;
