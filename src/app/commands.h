@@ -22,5 +22,6 @@ int Report(const Error& error);
 
 /// Each Add…Command hangs its subcommands below `parent`; a callback stores its exit code in
 /// `exit_code`. (Declarations are added with their files.)
+void AddPatternCommand(CLI::App& parent, int& exit_code);
 
 }  // namespace trammel::app

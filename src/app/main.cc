@@ -32,8 +32,8 @@ int main(int argc, char** argv) {
   CLI::App cli{"trammel: machines that measure what they make and correct themselves"};
   cli.require_subcommand(1);
   int exit_code = trammel::app::kExitGood;
-  [[maybe_unused]] CLI::App* pa =
-      cli.add_subcommand("pa", "pressure advance")->require_subcommand(1);
+  CLI::App* pa = cli.add_subcommand("pa", "pressure advance")->require_subcommand(1);
+  trammel::app::AddPatternCommand(*pa, exit_code);
 
   try {
     cli.parse(argc, argv);

@@ -160,7 +160,7 @@ PatternLayout LayOut(const PatternConfig& config) {
   for (int pattern = 0; pattern < config.columns * config.rows; ++pattern) {
     const BoundsMm outer = PatternBounds(config, pattern);
     layout.patterns.push_back(outer);
-    pen.Leave();
+    if (pattern > 0) pen.Leave();  // under the last line's own pressure advance
     pen.Begin(pattern, -1, config.frame_pressure_advance_s);
     DrawFrame(config, outer, pen);
     for (std::size_t i = 0; i < pressure_advances_s.size(); ++i) {
