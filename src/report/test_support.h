@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
 
 #include "base/random.h"
 #include "pressure_advance/analysis.h"
@@ -21,5 +24,17 @@ struct MadeUp {
 
 /// The same lines as a laser scan of 100 frames by 60 rows would show them, and one frame's steps.
 [[nodiscard]] pressure_advance::LaserScanView MakeScanView(const MadeUp& made_up, Random random);
+
+/// Why the text is no well-formed XML (elements that do not close, loose < or &, bytes that are not
+/// UTF-8); empty where it is. HTML's void elements must be closed too.
+[[nodiscard]] std::string XmlProblem(std::string_view text);
+
+struct PictureSize {
+  int width = 0;
+  int height = 0;
+};
+
+/// Decodes a PNG with Cairo; nothing where it is none.
+[[nodiscard]] std::optional<PictureSize> DecodePng(std::string_view png);
 
 }  // namespace trammel::report::test

@@ -1,0 +1,239 @@
+#include "report/plot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/check.h"
+
+namespace trammel::report {
+namespace {
+
+constexpr double kTickLengthPx = 4;
+constexpr double kGapPx = 6;
+constexpr int kMaxDecimals = 9;
+
+double Step(const Range& range, int wanted) {
+  const double raw = (range.hi - range.lo) / wanted;
+  const double power = std::pow(10.0, std::floor(std::log10(raw)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= raw * (1 - 1e-9)) {
+      return factor * power;
+    }
+  }
+  return 10 * power;
+}
+
+std::vector<double> Ticks(const Axis& axis) {
+  if (!axis.shown) {
+    return {};
+  }
+  return axis.fixed.empty() ? NiceTicks(axis.range, axis.ticks) : axis.fixed;
+}
+
+}  // namespace
+
+Range RangeOf(std::span<const double> values) {
+  Range range{0, 1};
+  bool any = false;
+  for (const double value : values) {
+    if (std::isfinite(value)) {
+      range =
+          any ? Range{std::min(range.lo, value), std::max(range.hi, value)} : Range{value, value};
+      any = true;
+    }
+  }
+  // Narrower than this, neighbouring ticks could not be told apart in double precision.
+  const double least = 1e-6 * std::max({std::abs(range.lo), std::abs(range.hi), 1e-6});
+  if (range.hi - range.lo < least) {
+    const double half = std::max(0.05 * std::abs(range.lo), least);
+    return {range.lo - half, range.hi + half};
+  }
+  return range;
+}
+
+Range Join(const Range& a, const Range& b) { return {std::min(a.lo, b.lo), std::max(a.hi, b.hi)}; }
+
+Range Padded(const Range& range, double fraction) {
+  const double pad = fraction * (range.hi - range.lo);
+  return {range.lo - pad, range.hi + pad};
+}
+
+std::vector<double> NiceTicks(const Range& range, int wanted) {
+  TRAMMEL_CHECK(range.lo < range.hi && std::isfinite(range.hi - range.lo) && wanted >= 1,
+                "range = [{}, {}], wanted = {}", range.lo, range.hi, wanted);
+  const double step = Step(range, wanted);
+  const double slack = 1e-6;
+  std::vector<double> ticks;
+  const double last = std::floor(range.hi / step + slack);
+  for (double i = std::ceil(range.lo / step - slack); i <= last; ++i) {
+    ticks.push_back(i * step);
+  }
+  return ticks;
+}
+
+std::vector<std::string> TickLabels(const std::vector<double>& ticks) {
+  double step = ticks.empty() ? 1 : std::abs(ticks.front());
+  for (std::size_t i = 1; i < ticks.size(); ++i) {
+    step = i == 1 ? ticks[1] - ticks[0] : std::min(step, ticks[i] - ticks[i - 1]);
+  }
+  int decimals = 0;
+  for (double unit = 1; step > 0 && decimals < kMaxDecimals &&
+                        std::abs(step / unit - std::round(step / unit)) > 1e-3;
+       unit /= 10) {
+    ++decimals;
+  }
+  std::vector<std::string> labels;
+  for (const double tick : ticks) {
+    const double shown = std::abs(tick) < 1e-9 * step ? 0.0 : tick;
+    labels.push_back(std::abs(shown) >= 1e6 ? fmt::format("{:.4g}", shown)
+                                            : fmt::format("{:.{}f}", shown + 0.0, decimals));
+  }
+  return labels;
+}
+
+Plot::Plot(Canvas& canvas, const RectPx& outer, const Axis& x, const Axis& y,
+           const std::string& title)
+    : canvas_(&canvas), x_range_(x.range), y_range_(y.range) {
+  TRAMMEL_CHECK(x.range.lo < x.range.hi && y.range.lo < y.range.hi, "x = [{}, {}], y = [{}, {}]",
+                x.range.lo, x.range.hi, y.range.lo, y.range.hi);
+  double widest = 0;
+  for (const std::string& label : TickLabels(Ticks(y))) {
+    widest = std::max(widest, canvas.TextWidth(label, {.size_px = kTickTextPx}));
+  }
+  const double left = (y.label.empty() ? 0 : kLabelTextPx + kGapPx) +
+                      (y.shown ? widest + kTickLengthPx + kGapPx : 0);
+  const double below = (x.label.empty() ? 0 : kLabelTextPx + kGapPx) +
+                       (x.shown ? kTickTextPx + kTickLengthPx + kGapPx / 2 : 0);
+  const double above = title.empty() ? kGapPx : kTitleTextPx + kGapPx + 2;
+  const double right = x.shown ? 2 * kGapPx : 1;  // half of the last tick's label
+  inner_ = {outer.x + left, outer.y + above, std::max(1.0, outer.width - left - right),
+            std::max(1.0, outer.height - above - below)};
+  canvas.Text({inner_.x, outer.y + kTitleTextPx}, title, {.size_px = kTitleTextPx, .bold = true});
+  DrawAxes(x, y);
+  const double label_x = outer.x + kLabelTextPx - 2;
+  canvas.Text({label_x, inner_.y + inner_.height / 2}, y.label,
+              {.size_px = kLabelTextPx,
+               .color = kMuted,
+               .align = Align::kMiddle,
+               .angle_rad = -std::numbers::pi / 2});
+  canvas.Text({inner_.x + inner_.width / 2, outer.bottom() - 3}, x.label,
+              {.size_px = kLabelTextPx, .color = kMuted, .align = Align::kMiddle});
+}
+
+void Plot::DrawAxes(const Axis& x, const Axis& y) {
+  const std::vector<double> x_ticks = Ticks(x);
+  const std::vector<std::string> x_labels = TickLabels(x_ticks);
+  for (std::size_t i = 0; i < x_ticks.size(); ++i) {
+    const double at = X(x_ticks[i]);
+    const PointPx grid[] = {{at, inner_.y}, {at, inner_.bottom()}};
+    const PointPx tick[] = {{at, inner_.bottom()}, {at, inner_.bottom() + kTickLengthPx}};
+    canvas_->Polyline(grid, {.color = kGrid, .width_px = 1});
+    canvas_->Polyline(tick, {.color = kMuted, .width_px = 1});
+    canvas_->Text({at, inner_.bottom() + kTickLengthPx + kTickTextPx + 1}, x_labels[i],
+                  {.size_px = kTickTextPx, .color = kMuted, .align = Align::kMiddle});
+  }
+  const std::vector<double> y_ticks = Ticks(y);
+  const std::vector<std::string> y_labels = TickLabels(y_ticks);
+  for (std::size_t i = 0; i < y_ticks.size(); ++i) {
+    const double at = Y(y_ticks[i]);
+    const PointPx grid[] = {{inner_.x, at}, {inner_.right(), at}};
+    const PointPx tick[] = {{inner_.x - kTickLengthPx, at}, {inner_.x, at}};
+    canvas_->Polyline(grid, {.color = kGrid, .width_px = 1});
+    canvas_->Polyline(tick, {.color = kMuted, .width_px = 1});
+    canvas_->Text({inner_.x - kTickLengthPx - 3, at + 0.36 * kTickTextPx}, y_labels[i],
+                  {.size_px = kTickTextPx, .color = kMuted, .align = Align::kEnd});
+  }
+  const PointPx frame[] = {
+      {inner_.x, inner_.y}, {inner_.x, inner_.bottom()}, {inner_.right(), inner_.bottom()}};
+  canvas_->Polyline(frame, {.color = kMuted, .width_px = 1});
+}
+
+double Plot::X(double x) const {
+  return inner_.x + (x - x_range_.lo) / (x_range_.hi - x_range_.lo) * inner_.width;
+}
+
+double Plot::Y(double y) const {
+  return inner_.bottom() - (y - y_range_.lo) / (y_range_.hi - y_range_.lo) * inner_.height;
+}
+
+void Plot::Line(std::span<const DataPoint> points, const Stroke& stroke) {
+  std::vector<PointPx> path;
+  path.reserve(points.size());
+  for (const DataPoint& point : points) {
+    path.push_back(At(point));
+  }
+  canvas_->Clip(inner_);
+  canvas_->Polyline(path, stroke);
+  canvas_->Unclip();
+}
+
+void Plot::Band(std::span<const DataPoint> lower, std::span<const DataPoint> upper,
+                const Color& fill) {
+  std::vector<PointPx> outline;
+  for (const DataPoint& point : lower) {
+    outline.push_back(At(point));
+  }
+  for (auto point = upper.rbegin(); point != upper.rend(); ++point) {
+    outline.push_back(At(*point));
+  }
+  canvas_->Clip(inner_);
+  canvas_->Polygon(outline, fill);
+  canvas_->Unclip();
+}
+
+void Plot::ShadeX(const Range& range, const Color& fill) {
+  const double from = std::clamp(X(range.lo), inner_.x, inner_.right());
+  const double to = std::clamp(X(range.hi), inner_.x, inner_.right());
+  if (to > from) {
+    canvas_->FillRect({from, inner_.y, to - from, inner_.height}, fill);
+  }
+}
+
+void Plot::VerticalLine(double x, const Stroke& stroke) {
+  const DataPoint points[] = {{x, y_range_.lo}, {x, y_range_.hi}};
+  Line(points, stroke);
+}
+
+void Plot::HorizontalLine(double y, const Stroke& stroke) {
+  const DataPoint points[] = {{x_range_.lo, y}, {x_range_.hi, y}};
+  Line(points, stroke);
+}
+
+void Plot::Dot(const DataPoint& point, double radius_px, const std::optional<Color>& fill,
+               const std::optional<Stroke>& edge) {
+  canvas_->Clip({inner_.x - radius_px, inner_.y - radius_px, inner_.width + 2 * radius_px,
+                 inner_.height + 2 * radius_px});
+  canvas_->Circle(At(point), radius_px, fill, edge);
+  canvas_->Unclip();
+}
+
+void Plot::ErrorBar(const DataPoint& point, double sigma, const Stroke& stroke) {
+  constexpr double kCapPx = 3;
+  const PointPx low = At({point.x, point.y - sigma});
+  const PointPx high = At({point.x, point.y + sigma});
+  const PointPx bar[] = {low, high};
+  canvas_->Clip(inner_);
+  canvas_->Polyline(bar, stroke);
+  for (const PointPx& end : {low, high}) {
+    const PointPx cap[] = {{end.x - kCapPx, end.y}, {end.x + kCapPx, end.y}};
+    canvas_->Polyline(cap, stroke);
+  }
+  canvas_->Unclip();
+}
+
+void Plot::Note(PointPx at, const std::string& text, const Color& color) {
+  constexpr double kPadPx = 4;
+  const TextStyle style{.size_px = kTickTextPx, .color = color, .bold = true};
+  const double width = canvas_->TextWidth(text, style);
+  at.x = std::max(inner_.x + kPadPx, std::min(at.x, inner_.right() - width - kPadPx));
+  at.y = std::clamp(at.y, inner_.y + kTickTextPx + kPadPx, inner_.bottom() - kPadPx);
+  canvas_->FillRect(
+      {at.x - kPadPx, at.y - kTickTextPx, width + 2 * kPadPx, kTickTextPx + kPadPx + 1},
+      WithAlpha(kPaper, 0.85));
+  canvas_->Text(at, text, style);
+}
+
+}  // namespace trammel::report
