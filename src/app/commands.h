@@ -22,6 +22,7 @@ int Report(const Error& error);
 
 /// Each Add…Command hangs its subcommands below `parent`; a callback stores its exit code in
 /// `exit_code`. (Declarations are added with their files.)
+void AddConfigCommand(CLI::App& parent, int& exit_code);
 void AddPatternCommand(CLI::App& parent, int& exit_code);
 
 }  // namespace trammel::app

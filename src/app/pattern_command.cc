@@ -6,14 +6,15 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/commands.h"
+#include "app/config_text.h"
 #include "app/pa_values.h"
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_plan.h"
+#include "store/config_file.h"
 #include "store/plan_file.h"
 #include "store/text_file.h"
 
@@ -26,10 +27,13 @@ using pressure_advance::PatternLayout;
 using pressure_advance::PatternSummary;
 
 struct PatternArguments {
+  std::string config;
+  std::vector<std::string> set;
   std::string out = "pattern.gcode";
   std::string pa;
   std::string grid;
   std::string dialect;
+  bool idle = false;
   bool force = false;
 };
 
@@ -44,26 +48,39 @@ Result<void> SetGrid(const std::string& text, PatternConfig& config) {
   return Fail(fmt::format("--grid {}: must be COLUMNSxROWS, for example 9x3", text));
 }
 
-Result<PatternConfig> Configure(const PatternArguments& arguments) {
-  PatternConfig config;
+/// The shortcuts of the command line, over what the file says.
+Result<void> Override(const PatternArguments& arguments, store::Config& config) {
+  for (const std::string& assignment : arguments.set) {
+    if (auto done = store::OverrideConfig(assignment, config); !done) return done;
+  }
+  if (!arguments.dialect.empty()) {
+    if (auto done = store::OverrideConfig("dialect=" + arguments.dialect, config); !done) {
+      return done;
+    }
+  }
+  if (!arguments.grid.empty()) {
+    if (auto done = SetGrid(arguments.grid, config.pattern); !done) return done;
+  }
   if (!arguments.pa.empty()) {
     auto values = ParsePressureAdvances(arguments.pa);
     if (!values) return tl::unexpected(values.error());
-    config.pressure_advances_s = std::move(*values);
+    config.pattern.pressure_advances_s = std::move(*values);
   }
-  if (!arguments.grid.empty()) {
-    if (auto done = SetGrid(arguments.grid, config); !done) return tl::unexpected(done.error());
+  if (arguments.idle) config.pattern.finish = pressure_advance::Finish::kIdle;
+  return {};
+}
+
+Result<PatternConfig> Configure(const PatternArguments& arguments) {
+  const Result<ConfigText> text = FindConfig(arguments.config);
+  if (!text) return tl::unexpected(text.error());
+  Result<store::Config> config = store::ParseConfig(text->text, text->file);
+  if (!config) return tl::unexpected(config.error());
+  if (auto done = Override(arguments, *config); !done) return tl::unexpected(done.error());
+  if (auto valid = store::ValidateConfig(*config, text->text, text->file); !valid) {
+    return tl::unexpected(valid.error());
   }
-  if (!arguments.dialect.empty()) {
-    const auto dialect = gcode::ParseDialect(arguments.dialect);
-    if (!dialect) {
-      return Fail(fmt::format("--dialect {}: must be klipper, marlin or reprapfirmware",
-                              arguments.dialect));
-    }
-    config.dialect = *dialect;
-  }
-  if (auto valid = Validate(config); !valid) return tl::unexpected(valid.error());
-  return config;
+  fmt::print("settings   {}\n", text->file);
+  return config->pattern;
 }
 
 /// All or none: looks before anything is written.
@@ -95,6 +112,9 @@ Result<void> RunPattern(const PatternArguments& arguments) {
   const Result<PatternConfig> config = Configure(arguments);
   if (!config) return tl::unexpected(config.error());
   const fs::path gcode_path = arguments.out;
+  if (!gcode_path.has_filename()) {
+    return Fail(fmt::format("--out {}: must end in a file name", arguments.out));
+  }
   fs::path plan_path = gcode_path;
   plan_path.replace_extension(".plan.json");
   if (auto may = RefuseToOverwrite({gcode_path, plan_path}, arguments.force); !may) return may;
@@ -113,12 +133,17 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
       "pattern", "write the G-code of lines at rising pressure advance, and where they lie");
   auto arguments = std::make_shared<PatternArguments>();
+  command->add_option("--config", arguments->config,
+                      "settings; left out: trammel.toml of this folder, if there is one");
+  command->add_option("--set", arguments->set, "one setting: key=value; may be repeated");
   command->add_option("--out", arguments->out, "G-code file; the plan is written beside it")
       ->capture_default_str();
   command->add_option("--pa", arguments->pa,
                       "pressure advance in s: START:END:COUNT, START:END:STEP or a,b,c");
   command->add_option("--grid", arguments->grid, "several patterns: COLUMNSxROWS");
   command->add_option("--dialect", arguments->dialect, "klipper, marlin or reprapfirmware");
+  command->add_flag("--idle", arguments->idle,
+                    "leave the bed warm at the end, because a scan follows");
   command->add_flag("--force", arguments->force, "overwrite files");
   command->callback([arguments, &exit_code] {
     const Result<void> done = RunPattern(*arguments);

@@ -49,15 +49,21 @@ std::string PressureAdvanceCommand(Dialect dialect, double pressure_advance_s) {
   return {};
 }
 
-std::vector<std::string> AccelerationCommands(Dialect dialect, double acceleration_mm_s2,
-                                              std::optional<double> minimum_cruise_ratio) {
-  const std::string value = FormatNumber(acceleration_mm_s2, kAccelerationDecimals);
-  if (dialect != Dialect::kKlipper) return {fmt::format("M204 P{} T{}", value, value)};
-  std::string command = "SET_VELOCITY_LIMIT ACCEL=" + value;
+std::vector<std::string> LimitCommands(Dialect dialect, std::optional<double> acceleration_mm_s2,
+                                       std::optional<double> minimum_cruise_ratio) {
+  const std::string acceleration =
+      acceleration_mm_s2 ? FormatNumber(*acceleration_mm_s2, kAccelerationDecimals) : "";
+  if (dialect != Dialect::kKlipper) {
+    if (!acceleration_mm_s2) return {};
+    return {fmt::format("M204 P{} T{}", acceleration, acceleration)};
+  }
+  std::string command;
+  if (acceleration_mm_s2) command += " ACCEL=" + acceleration;
   if (minimum_cruise_ratio) {
     command += " MINIMUM_CRUISE_RATIO=" + FormatNumber(*minimum_cruise_ratio, kRatioDecimals);
   }
-  return {command};
+  if (command.empty()) return {};
+  return {"SET_VELOCITY_LIMIT" + command};
 }
 
 std::vector<std::string> SaveStateCommands(Dialect dialect) {

@@ -22,10 +22,12 @@ inline constexpr int kPressureAdvanceDecimals = 5;
 /// same dimension.
 [[nodiscard]] std::string PressureAdvanceCommand(Dialect dialect, double pressure_advance_s);
 
-/// Sets the acceleration of printing and travelling moves. Lines, without line ends.
-/// `minimum_cruise_ratio` is Klipper's, in [0, 1), and is left out elsewhere and where absent.
-[[nodiscard]] std::vector<std::string> AccelerationCommands(
-    Dialect dialect, double acceleration_mm_s2, std::optional<double> minimum_cruise_ratio);
+/// Sets the acceleration of printing and travelling moves and Klipper's minimum_cruise_ratio,
+/// in [0, 1), which other firmwares do not have. What is absent is left as it is; so there may be
+/// no line at all. Lines, without line ends.
+[[nodiscard]] std::vector<std::string> LimitCommands(Dialect dialect,
+                                                     std::optional<double> acceleration_mm_s2,
+                                                     std::optional<double> minimum_cruise_ratio);
 
 /// Keeps and brings back the modes of positioning (absolute or relative, G92 offsets). Empty where
 /// the firmware has no such command.

@@ -34,6 +34,10 @@ struct PatternField {
 /// All settings, in the order in which `trammel config keys` shows them; sections are contiguous.
 [[nodiscard]] std::span<const PatternField> PatternFields();
 
+/// What is wrong with this one setting, whatever the others are: the value and its bound.
+[[nodiscard]] std::optional<std::string> FindFieldProblem(const PatternConfig& config,
+                                                          const PatternField& field);
+
 /// A choice as trammel.toml spells it.
 [[nodiscard]] std::string_view ToString(BedShape shape);
 [[nodiscard]] std::string_view ToString(Finish finish);

@@ -1,5 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
 #include "base/check.h"
 #include "gcode/number.h"
 #include "gcode/placeholders.h"
@@ -65,6 +71,14 @@ void WriteHead(const PatternLayout& layout, const PatternConfig& config, Writer&
       "; prints within X {} ... {}, Y {} ... {}", FormatNumber(layout.printed.min_x_mm, 3),
       FormatNumber(layout.printed.max_x_mm, 3), FormatNumber(layout.printed.min_y_mm, 3),
       FormatNumber(layout.printed.max_y_mm, 3)));
+  double fastest_mm_s = 0;
+  for (const Segment& segment : config.segments) {
+    fastest_mm_s = std::max(fastest_mm_s, segment.speed_mm_s);
+  }
+  // A lower limit would silently print slower lines than the plan says.
+  writer.Line(fmt::format("; needs a printer that is allowed {} mm/s and {} mm/s^2",
+                          FormatNumber(fastest_mm_s, 2),
+                          FormatNumber(config.acceleration_mm_s2, 1)));
   writer.Line(fmt::format("; filament {} mm, {} s without heating",
                           FormatNumber(summary.filament_mm, 1), FormatNumber(summary.time_s, 0)));
 }
@@ -82,7 +96,7 @@ void WriteModes(const PatternConfig& config, Writer& writer) {
     // change speed elsewhere than the analysis assumes.
     writer.Line("; every move may be all acceleration: the speed changes are what is measured");
   }
-  writer.Lines(AccelerationCommands(config.dialect, config.acceleration_mm_s2, 0.0));
+  writer.Lines(LimitCommands(config.dialect, config.acceleration_mm_s2, 0.0));
   writer.Line("; the nozzle rises before its first travel");
   writer.Line(fmt::format("G1 Z{} F{}", FormatNumber(ParkPoint(config).z_mm, kPositionDecimals),
                           FormatNumber(config.z_speed_mm_s * 60, kFeedDecimals)));
@@ -123,9 +137,8 @@ void WriteRestore(const PatternConfig& config, Writer& writer) {
     writer.Line(fmt::format("; acceleration stays at {}: set restore_acceleration to change",
                             FormatNumber(config.acceleration_mm_s2, 1)));
   }
-  writer.Lines(AccelerationCommands(
-      config.dialect, config.restore_acceleration_mm_s2.value_or(config.acceleration_mm_s2),
-      config.restore_minimum_cruise_ratio));
+  writer.Lines(LimitCommands(config.dialect, config.restore_acceleration_mm_s2,
+                             config.restore_minimum_cruise_ratio));
   writer.Lines(RestoreStateCommands(config.dialect));
 }
 

@@ -32,8 +32,8 @@ std::string Unit(const PatternField& field) {
 /// The complaint about one number, or nothing.
 std::optional<std::string> OutOfRange(const PatternField& field, double value) {
   if (value >= field.lo && value <= field.hi) return std::nullopt;  // false for NaN
-  return fmt::format("{}{} is outside {} ... {}{}", value, Unit(field), field.lo, field.hi,
-                     Unit(field));
+  return fmt::format("{}{} is outside {:.10g} ... {:.10g}{}", value, Unit(field), field.lo,
+                     field.hi, Unit(field));
 }
 
 std::optional<std::string> BadText(const std::string& text) {
@@ -80,7 +80,7 @@ struct FieldChecker {
 
 Problem CheckFields(const PatternConfig& config) {
   for (const PatternField& field : PatternFields()) {
-    if (auto message = std::visit(FieldChecker{config, field}, field.member)) {
+    if (auto message = FindFieldProblem(config, field)) {
       return PatternProblem{std::string(field.section), std::string(field.key),
                             std::move(*message)};
     }
@@ -309,6 +309,11 @@ Problem CheckUserGcode(const PatternConfig& config) {
 }
 
 }  // namespace
+
+std::optional<std::string> FindFieldProblem(const PatternConfig& config,
+                                            const PatternField& field) {
+  return std::visit(FieldChecker{config, field}, field.member);
+}
 
 std::optional<PatternProblem> FindProblem(const PatternConfig& config) {
   // Ranges first: what follows divides and multiplies.

@@ -95,27 +95,36 @@ void ParseHead(JsonObject& object, PatternPlan& plan) {
 std::string FormatPlan(const PatternPlan& plan) {
   // Sums such as 109.085 + 4 carry digits that mean nothing.
   const auto rounded = [](double value_mm) { return std::round(value_mm * 1000) / 1000; };
-  ordered_json out{{"format", kFormat},
-                   {"kind", kKind},
-                   {"gcode", plan.gcode},
-                   {"bed_mm", {plan.bed_size_x_mm, plan.bed_size_y_mm}},
-                   {"bed_origin_mm", {plan.bed_origin_x_mm, plan.bed_origin_y_mm}},
-                   {"layer_height_mm", plan.layer_height_mm},
-                   {"line_width_mm", plan.line_width_mm},
-                   {"line_length_mm", plan.line_length_mm},
-                   {"acceleration_mm_s2", plan.acceleration_mm_s2},
-                   {"segments", ordered_json::array()},
-                   {"lines", ordered_json::array()}};
+  ordered_json segments = ordered_json::array();
   for (const Segment& segment : plan.segments) {
-    out["segments"].push_back({{"fraction", segment.fraction}, {"speed_mm_s", segment.speed_mm_s}});
+    segments.push_back({{"fraction", segment.fraction}, {"speed_mm_s", segment.speed_mm_s}});
   }
+  const ordered_json head{{"format", kFormat},
+                          {"kind", kKind},
+                          {"gcode", plan.gcode},
+                          {"bed_mm", {plan.bed_size_x_mm, plan.bed_size_y_mm}},
+                          {"bed_origin_mm", {plan.bed_origin_x_mm, plan.bed_origin_y_mm}},
+                          {"layer_height_mm", plan.layer_height_mm},
+                          {"line_width_mm", plan.line_width_mm},
+                          {"line_length_mm", plan.line_length_mm},
+                          {"acceleration_mm_s2", plan.acceleration_mm_s2},
+                          {"segments", std::move(segments)}};
+  // One key and one printed line to a line of text: to be read and compared by people, too.
+  std::string out = "{";
+  for (const auto& [key, value] : head.items()) {
+    out += fmt::format("{} \"{}\": {},\n", out.size() == 1 ? "" : " ", key,
+                       // a file name may be any bytes
+                       value.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
+  }
+  out += "  \"lines\": [";
   for (const PlanLine& line : plan.lines) {
-    out["lines"].push_back({{"pattern", line.pattern},
-                            {"pressure_advance_s", line.pressure_advance_s},
-                            {"start_mm", {rounded(line.start_x_mm), rounded(line.start_y_mm)}},
-                            {"end_mm", {rounded(line.end_x_mm), rounded(line.end_y_mm)}}});
+    const ordered_json entry{{"pattern", line.pattern},
+                             {"pressure_advance_s", line.pressure_advance_s},
+                             {"start_mm", {rounded(line.start_x_mm), rounded(line.start_y_mm)}},
+                             {"end_mm", {rounded(line.end_x_mm), rounded(line.end_y_mm)}}};
+    out += (out.back() == '[' ? "\n    " : ",\n    ") + entry.dump();
   }
-  return out.dump(1) + "\n";
+  return out + "]}\n";
 }
 
 Result<PatternPlan> ParsePlan(std::string_view text, const std::string& file) {

@@ -1,0 +1,45 @@
+// trammel config: what can be set, and whether a file sets it rightly.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "app/commands.h"
+#include "store/config_file.h"
+#include "store/text_file.h"
+
+namespace trammel::app {
+namespace {
+
+Result<void> Check(const std::string& file) {
+  const Result<std::string> text = store::ReadTextFile(file, store::kMaxConfigBytes);
+  if (!text) return tl::unexpected(text.error());
+  const Result<store::Config> config = store::ParseConfig(*text, file);
+  if (!config) return tl::unexpected(config.error());
+  if (auto valid = store::ValidateConfig(*config, *text, file); !valid) return valid;
+  fmt::print("{}: good, {} key(s) set\n", file, config->keys_set);
+  return {};
+}
+
+}  // namespace
+
+void AddConfigCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* group = parent.add_subcommand("config", "trammel.toml")->require_subcommand(1);
+
+  CLI::App* check =
+      group->add_subcommand("check", "say whether a file can be used, or what is wrong");
+  auto file = std::make_shared<std::string>("trammel.toml");
+  check->add_option("FILE", *file, "settings")->capture_default_str();
+  check->callback([file, &exit_code] {
+    const Result<void> done = Check(*file);
+    if (!done) exit_code = Report(done.error());
+  });
+
+  CLI::App* keys = group->add_subcommand(
+      "keys", "print every key with its meaning, range and default, as a trammel.toml");
+  keys->callback([] { fmt::print("{}", store::DescribeConfigKeys()); });
+}
+
+}  // namespace trammel::app

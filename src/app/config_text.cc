@@ -1,0 +1,23 @@
+#include "app/config_text.h"
+
+#include <filesystem>
+#include <system_error>
+
+#include "store/config_file.h"
+#include "store/text_file.h"
+
+namespace trammel::app {
+
+Result<ConfigText> FindConfig(const std::string& asked_for) {
+  constexpr const char* kDefaultFile = "trammel.toml";
+  std::error_code ignored;
+  if (asked_for.empty() && !std::filesystem::exists(kDefaultFile, ignored)) {
+    return ConfigText{"", "defaults (there is no trammel.toml here)"};
+  }
+  const std::string file = asked_for.empty() ? kDefaultFile : asked_for;
+  Result<std::string> text = store::ReadTextFile(file, store::kMaxConfigBytes);
+  if (!text) return tl::unexpected(text.error());
+  return ConfigText{std::move(*text), file};
+}
+
+}  // namespace trammel::app
