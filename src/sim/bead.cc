@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kRoundShare = 1 - std::numbers::pi / 4;  // of h^2 that a stadium lacks
 constexpr double kFullWidthInNozzles = 1.25;
-constexpr double kMostRise = 0.6;
-constexpr double kRisePerSurplus = 0.5;
+constexpr double kMostRise = 1;
+constexpr double kRisePerSurplus = 0.35;
 constexpr double kDropletInBreakAreas = 1.5;
 constexpr double kDropletLengthMm = 0.15;
 constexpr double kDropletPitchMm = 0.8;
@@ -68,11 +68,15 @@ BeadShape ShapeOf(double area_mm2, double gap_mm, const BeadOptions& options) {
   if (round_mm <= gap_mm) {
     return {round_mm, round_mm};
   }
-  const double full_width_mm = std::max(gap_mm, kFullWidthInNozzles * options.nozzle_diameter_mm);
-  const double surplus = std::max(0.0, area_mm2 / StadiumArea(full_width_mm, gap_mm) - 1);
+  const double surplus = std::max(0.0, area_mm2 / FullArea(gap_mm, options) - 1);
   const double height_mm =
       std::min(round_mm, gap_mm * (1 + kMostRise * -std::expm1(-kRisePerSurplus * surplus)));
   return {area_mm2 / height_mm + height_mm * kRoundShare, height_mm};
+}
+
+double FullArea(double gap_mm, const BeadOptions& options) {
+  const double full_width_mm = std::max(gap_mm, kFullWidthInNozzles * options.nozzle_diameter_mm);
+  return StadiumArea(full_width_mm, gap_mm);
 }
 
 void Smear(std::span<double> area_mm2, double spacing_mm, double smear_mm) {
@@ -100,6 +104,36 @@ void Smear(std::span<double> area_mm2, double spacing_mm, double smear_mm) {
       total += weight[static_cast<std::size_t>(k)] * (reflected(i - k) + reflected(i + k));
     }
     area_mm2[static_cast<std::size_t>(i)] = total / sum;
+  }
+}
+
+void SpreadSurplus(std::span<double> area_mm2, std::span<const double> full_mm2,
+                   double spacing_mm) {
+  // Diffusion of the surplus s with a diffusivity that rises with it: flux = d/dx s^2 / (s0 + s).
+  // Over the time of kSpreadMm2 a blob of 0.6 mm^2, near 2 mm wide, gains some 0.35 mm (1 sigma).
+  constexpr double kSpreadMm2 = 0.05;
+  constexpr double kScaleMm2 = 0.5;
+  constexpr double kStableShare = 0.4;  // below 0.5, the bound of the explicit scheme
+  const std::size_t count = area_mm2.size();
+  const auto steps = static_cast<int>(
+      std::ceil(kSpreadMm2 / kScaleMm2 * 2 / (kStableShare * spacing_mm * spacing_mm)));
+  const double share = kSpreadMm2 / kScaleMm2 * 2 / (steps * spacing_mm * spacing_mm);
+  std::vector<double> pressure(count);
+  for (int step = 0; step < steps; ++step) {
+    bool any = false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double surplus = std::max(0.0, area_mm2[i] - full_mm2[i]);
+      pressure[i] = surplus * surplus / (kScaleMm2 + surplus);
+      any = any || surplus > 0;
+    }
+    if (!any) {
+      return;
+    }
+    for (std::size_t i = 0; i + 1 < count; ++i) {
+      const double flow = 0.5 * share * (pressure[i] - pressure[i + 1]);
+      area_mm2[i] -= flow / Share(i, count);
+      area_mm2[i + 1] += flow / Share(i + 1, count);
+    }
   }
 }
 

@@ -23,14 +23,22 @@ struct BeadOptions {
 
 /// The cross-section that an area takes under a nozzle gap_mm above the plate. Between a round
 /// thread and a full bead it is a stadium as high as the gap; with less material it stays round and
-/// sinks; with more than a bead 1.25 nozzle diameters wide it squeezes out and rises beside the
-/// nozzle, by at most 60 %. Continuous and rising in area. REQUIRES area >= 0, gap > 0.
+/// sinks; with more than a full bead (FullArea) it squeezes out and rises beside the nozzle, at
+/// most to twice the gap. Continuous and rising in area. REQUIRES area >= 0, gap > 0.
 [[nodiscard]] BeadShape ShapeOf(double area_mm2, double gap_mm, const BeadOptions& options);
 
+/// The area of a bead 1.25 nozzle diameters wide: what lies under the nozzle and no more.
+[[nodiscard]] double FullArea(double gap_mm, const BeadOptions& options);
+
 /// Levels the area along the path with a triangular footprint of full width at half maximum
-/// smear_mm; reflects at the ends, so that the volume stays. Weights per node: `share` is the
-/// length that a node stands for, in spacings (0.5 at the ends).
+/// smear_mm; reflects at the ends, so that the volume stays. Here and below a node stands for one
+/// spacing of length, the first and the last for half of one.
 void Smear(std::span<double> area_mm2, double spacing_mm, double smear_mm);
+
+/// Spreads what exceeds a full bead along the path, the more the more there is: molten material
+/// squeezed out beside the nozzle goes round, about as far along the path as across it. Keeps the
+/// volume. REQUIRES one full area per node.
+void SpreadSurplus(std::span<double> area_mm2, std::span<const double> full_mm2, double spacing_mm);
 
 /// Parts the bead where its area lies below break_area_mm2 (but above 0): the material there
 /// gathers in droplets of 1.5 times that area, at least 0.15 mm long, about 0.8 mm apart, or joins

@@ -16,8 +16,8 @@ inline constexpr double kStepS = 0.25e-3;
 /// The filament's clock starts this long before the motion's: smoothing looks ahead.
 inline constexpr double kLeadS = 0.25;
 
-/// Filament pushed per step of kStepS, mm; element i covers kLeadS-shifted time
-/// [i, i + 1) * kStepS - kLeadS. Klipper's rule: position + advance * velocity where a move
+/// Filament pushed in each step, mm; element i covers the time from i * kStepS - kLeadS. Klipper's
+/// rule: position + advance * velocity where a move
 /// deposits, position alone elsewhere, averaged with a triangular kernel of total width
 /// smooth_time. As in Klipper, an advance of 0 also switches the averaging off. Sums to the
 /// commanded filament. REQUIRES smooth times of at most 0.2 s.

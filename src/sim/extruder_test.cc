@@ -127,6 +127,23 @@ TEST(Extruder, TheRightAdvanceWithoutSmoothingGivesAFlatLine) {
   }
 }
 
+TEST(Extruder, WithoutAdvanceTheRampFollowsTheFirstOrderLag) {
+  // v = v0 + a t gives q = v - a tau (1 - exp(-t / tau)), per mm: q / v.
+  const Trial trial = Extruded(LongLine(0, 0));
+  const StrokeDeposit& deposit = trial.extrusion.strokes.at(0);
+  // A step deposits evenly over its path: its error is second order, (0.25 / 36)^2, but at low
+  // speeds a node holds few steps; 1 % covers both after the first 0.5 mm.
+  constexpr double kStepShare = 0.01;
+  for (std::size_t node = 763; node < 838; ++node) {  // 0.5 to 3.5 mm into the ramp
+    const double at_mm = static_cast<double>(node) * deposit.spacing_mm - 30;
+    const double v = std::sqrt(25 + 2 * 3000 * at_mm);
+    const double t_s = (v - 5) / 3000;
+    const double share = (v - 3000 * kTauS * -std::expm1(-t_s / kTauS)) / v;
+    ASSERT_NEAR(deposit.filament_mm[node] / (deposit.spacing_mm * kFilamentPerMm), share,
+                kStepShare);
+  }
+}
+
 TEST(Extruder, SurplusOfATransitionIsLagErrorTimesSpeedChange) {
   // 145 mm/s of change; lines settle over 10 mm at 5 mm/s (2 s) and 30 mm at 150 mm/s (0.2 s, 5.5
   // time constants: exp(-5.5) = 0.4 %).

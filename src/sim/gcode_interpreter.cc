@@ -312,9 +312,11 @@ Result<bool> Interpreter::RunModal(const Command& command) {
     state_.absolute_filament = name == "M82";
   } else if (name == "G92") {
     done = SetPosition(command);
-  } else if (name == "SAVE_GCODE_STATE") {
+  } else if (name == "M400") {
+    next_.stop_before = true;
+  } else if (name == "SAVE_GCODE_STATE" || name == "M120") {
     done = SaveState(command);
-  } else if (name == "RESTORE_GCODE_STATE") {
+  } else if (name == "RESTORE_GCODE_STATE" || name == "M121") {
     done = RestoreState(command);
   } else if (name == "SET_GCODE_OFFSET") {
     done = SetOffset(command);

@@ -60,6 +60,14 @@ TEST(GcodeInterpreter, SavedStateComesBackWithModesOffsetAndFeed) {
   EXPECT_DOUBLE_EQ(program.moves[4].feed_mm_s, 50);
 }
 
+TEST(GcodeInterpreter, RepRapFirmwaresPushAndPopAndM400AreKnown) {
+  const Program program = MustRead("G90\nM120\nG91\nG1 X5 F600\nM121\nM400\nG1 X10\n");
+  ASSERT_EQ(program.moves.size(), 2U);
+  EXPECT_DOUBLE_EQ(program.moves[1].to.x_mm, 10);
+  EXPECT_TRUE(program.moves[1].stop_before);
+  EXPECT_TRUE(program.ignored.empty());
+}
+
 TEST(GcodeInterpreter, OffsetAndFactorsActOnLaterMoves) {
   const Program program = MustRead(
       "SET_GCODE_OFFSET Z=0.1\nG1 Z0.25 F600\nSET_GCODE_OFFSET Z_ADJUST=-0.05 MOVE=1\n"

@@ -131,23 +131,28 @@ Strand LayStrand(std::span<const TimedMove> plan, const Stroke& stroke,
   const std::size_t count = deposit.filament_mm.size();
   const double spacing_mm = deposit.spacing_mm;
   const BeadOptions options{traits.nozzle_diameter_mm, traits.smear_mm, traits.break_area_mm2};
+  StrokePath path(plan, stroke);
+  std::vector<Position> nozzle(count);
+  std::vector<double> full(count);
   std::vector<double> area(count);
   for (std::size_t i = 0; i < count; ++i) {
+    nozzle[i] = path.At(static_cast<double>(i) * spacing_mm);
+    full[i] = FullArea(GapAt(nozzle[i], traits), options);
     const double length_mm = (i == 0 || i + 1 == count ? 0.5 : 1.0) * spacing_mm;
     area[i] = deposit.filament_mm[i] * FilamentArea(traits) / length_mm;
   }
   AddFlowNoise(area, spacing_mm, traits.flow_noise, traits.flow_noise_length_mm, random);
   AddBlobs(area, spacing_mm, traits.blobs_per_m, random);
   Smear(area, spacing_mm, traits.smear_mm);
+  SpreadSurplus(area, full, spacing_mm);
   CutGaps(area, spacing_mm, traits.gaps_per_m, random);
   BreakUp(area, spacing_mm, traits.break_area_mm2, random);
-  StrokePath path(plan, stroke);
   Strand strand;
   strand.samples.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const Position nozzle = path.At(static_cast<double>(i) * spacing_mm);
-    const BeadShape shape = ShapeOf(area[i], GapAt(nozzle, traits), options);
-    strand.samples.push_back({nozzle.x_mm, nozzle.y_mm, area[i], shape.width_mm, shape.height_mm});
+    const BeadShape shape = ShapeOf(area[i], GapAt(nozzle[i], traits), options);
+    strand.samples.push_back(
+        {nozzle[i].x_mm, nozzle[i].y_mm, area[i], shape.width_mm, shape.height_mm});
   }
   return strand;
 }

@@ -40,8 +40,8 @@ double PositiveShape(const StorageLaw& law, double flow_mm_s) {
   return flow_mm_s;
 }
 
-// Newton from below: the shapes are concave, so that it cannot overshoot past the root twice and
-// converges from the start value `level`, which lies at or below the root (slope at 0 is 1).
+// Newton from below: the shapes are concave with a slope of 1 at 0, so that `level` lies at or
+// below the root and every step stays there.
 DrivenFlow InvertSaturating(const StorageLaw& law, double level) {
   double flow = level;
   for (int i = 0; i < 50; ++i) {
