@@ -18,6 +18,21 @@ std::string Describe(const LineMotion& motion) {
   return fmt::format("{}", fmt::join(parts, ","));
 }
 
+// Whether the fast segment is long enough for the acceleration's lag to pass and leave a steady
+// middle.
+bool HasSteadyMiddle(const LineMotion& motion, double longest_lag_s,
+                     const TransitionOptions& options) {
+  if (!motion.length_mm) return true;
+  const Segment& fast = motion.segments[1];
+  const double slow_mm_s = motion.segments[0].speed_mm_s;
+  const double ramp_mm = motion.acceleration_mm_s2
+                             ? (fast.speed_mm_s * fast.speed_mm_s - slow_mm_s * slow_mm_s) /
+                                   (2 * *motion.acceleration_mm_s2)
+                             : 0;
+  const double middle_mm = options.plateau_begin * fast.fraction * *motion.length_mm;
+  return middle_mm >= ramp_mm + 4 * longest_lag_s * fast.speed_mm_s;
+}
+
 }  // namespace
 
 Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit unit,
@@ -44,15 +59,24 @@ Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit un
     after = std::max(after, lag_mm * length / *motion.length_mm);
   }
   after = std::min(after, 0.6 * slow_after);
-  const double split = rise + options.split * (fall - rise);
   const double margin = options.end_margin * length;
+  const double fast = fall - rise;
+  const bool middle = HasSteadyMiddle(motion, longest_lag_s, options);
+  const double first_end = rise + (middle ? options.plateau_begin : options.split) * fast;
+  const double second_begin = rise + (middle ? options.plateau_end : options.split) * fast;
 
   TransitionPlan plan;
-  plan.acceleration = {
-      {rise - before, split}, rise, segments[1].speed_mm_s - segments[0].speed_mm_s, split - rise};
-  plan.deceleration = {
-      {split, fall + after}, fall, segments[2].speed_mm_s - segments[1].speed_mm_s, fall - split};
-  plan.reference = {{margin, rise - before}, {fall + after, length - margin}};
+  plan.acceleration = {{rise - before, first_end},
+                       rise,
+                       segments[1].speed_mm_s - segments[0].speed_mm_s,
+                       first_end - rise};
+  plan.deceleration = {{second_begin, fall + after},
+                       fall,
+                       segments[2].speed_mm_s - segments[1].speed_mm_s,
+                       fall - second_begin};
+  const Interval last{fall + after, length - margin};
+  plan.reference = {middle ? Interval{first_end, second_begin} : Interval{margin, rise - before},
+                    last};
   return plan;
 }
 

@@ -21,28 +21,33 @@ struct TransitionWindow {
 };
 
 struct TransitionPlan {
-  std::vector<Interval> reference;  ///< slow stretches untouched by either transition
+  std::vector<Interval> reference;  ///< two stretches untouched by either transition
   TransitionWindow acceleration;
   TransitionWindow deceleration;
 };
 
-/// Fractions of the line's length that set the windows apart. The defaults suit lines of 20 mm and
-/// more; they were chosen from the footprint of a bead (about 0.5 mm) and the lag of a direct
-/// drive.
+/// Fractions that set the windows apart. The defaults suit lines of 20 mm and more; they were
+/// chosen from the footprint of a bead (about 0.5 mm) and the lag of a direct drive.
 struct TransitionOptions {
-  double before = 0.025;     ///< of the line, before the acceleration's boundary
-  double after = 0.06;       ///< of the line, after the deceleration's boundary
-  double split = 0.65;       ///< of the fast segment: the acceleration's window ends here
-  double end_margin = 0.02;  ///< of the line, at both ends: never a reference
+  double before = 0.025;        ///< of the line, before the acceleration's boundary
+  double after = 0.06;          ///< of the line, after the deceleration's boundary
+  double split = 0.65;          ///< of the fast segment: the acceleration's window ends here
+  double plateau_begin = 0.35;  ///< of the fast segment: a steady middle begins …
+  double plateau_end = 0.65;    ///< … and ends here, where the line is long enough to have one
+  double end_margin = 0.02;     ///< of the line, at both ends: never a reference
 };
 
 /// Plans the windows for a line with one fast segment between two slower ones.
 ///
-/// The split lies late in the fast segment because the filament that an acceleration holds back is
-/// missing over lag * speed (5 mm at 150 mm/s), while a deceleration's surplus drops where it
-/// happens.
-/// @param longest_lag_s  largest PA tested: at the slow speed the deceleration's window is made to
-///   hold four of these where the length of the line is known.
+/// On a short line (the paper's) the filament that an acceleration holds back is missing over most
+/// of the fast segment (lag * speed: 5 mm at 150 mm/s), so the two windows share it, split late
+/// because a deceleration's surplus drops where it happens, and the slow stretches are the
+/// reference. Where the fast segment has a steady middle, that middle and the last slow stretch are
+/// the reference: nearer to the transitions, and free of what happens at a line's start. A photo
+/// does not tell the line's length; its lines are taken to have such a middle.
+/// @param longest_lag_s  largest PA tested. Four of these must pass before a middle is steady, and
+/// must fit
+///   behind the deceleration.
 /// @returns an error that names the segments where they are not slow, fast, slow.
 [[nodiscard]] Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit unit,
                                                      double longest_lag_s,
