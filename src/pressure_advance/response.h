@@ -18,7 +18,7 @@ struct ResponseOptions {
   signal::ZeroCrossingOptions acceleration{.bend_mean = 0, .bend_sigma = 0.06};
   /// Beyond the answer a deceleration leaves a gap, and a gap cannot get emptier than empty.
   signal::ZeroCrossingOptions deceleration{
-      .bend_mean = -0.1, .bend_sigma = 0.25, .distance_sigma = 0.25};
+      .bend_mean = -0.1, .bend_sigma = 0.25, .distance_sigma = 0.25, .may_saturate = true};
   /// Fewest usable lines with different PA: a crossing, a slope and a bend leave nothing over from
   /// three.
   int fewest_lines = 4;

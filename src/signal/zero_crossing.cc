@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/check.h"
@@ -13,6 +14,8 @@ namespace {
 // The fit at one trial crossing: linear in a = slope and b = slope * bend.
 struct Trial {
   double zero = 0;
+  double cut = 0;  // beyond it the response is the constant `floor`
+  double floor = 0;
   double a = 0;
   double b = 0;
   double cost = 0;
@@ -22,16 +25,28 @@ struct Problem {
   std::span<const double> x;
   std::span<const double> y;
   std::vector<double> weight;  // robust weight over variance
+  double cut = 0;
   double bend_mean = 0;
   double penalty = 0;  // of (b - bend_mean * a)^2
 };
 
+double Predict(const Trial& trial, double x) {
+  if (x > trial.cut) return trial.floor;
+  const double u = trial.zero - x;
+  return trial.a * u - trial.b * std::abs(u);
+}
+
 Trial SolveAt(const Problem& problem, double zero) {
-  double uu = 0, uv = 0, vv = 0, uy = 0, vy = 0;
+  double uu = 0, uv = 0, vv = 0, uy = 0, vy = 0, beyond = 0, beyond_y = 0;
   for (std::size_t i = 0; i < problem.x.size(); ++i) {
+    const double w = problem.weight[i];
+    if (problem.x[i] > problem.cut) {
+      beyond += w;
+      beyond_y += w * problem.y[i];
+      continue;
+    }
     const double u = zero - problem.x[i];
     const double v = -std::abs(u);
-    const double w = problem.weight[i];
     uu += w * u * u;
     uv += w * u * v;
     vv += w * v * v;
@@ -44,14 +59,13 @@ Trial SolveAt(const Problem& problem, double zero) {
   uv -= k * m;
   vv += k;
   const double determinant = uu * vv - uv * uv;
-  Trial trial{zero, 0, 0, 0};
+  Trial trial{zero, problem.cut, beyond > 0 ? beyond_y / beyond : 0, 0, 0, 0};
   if (determinant > 0) {
     trial.a = (uy * vv - vy * uv) / determinant;
     trial.b = (vy * uu - uy * uv) / determinant;
   }
   for (std::size_t i = 0; i < problem.x.size(); ++i) {
-    const double u = zero - problem.x[i];
-    const double residual = problem.y[i] - trial.a * u + trial.b * std::abs(u);
+    const double residual = problem.y[i] - Predict(trial, problem.x[i]);
     trial.cost += problem.weight[i] * residual * residual;
   }
   trial.cost += k * (trial.b - m * trial.a) * (trial.b - m * trial.a);
@@ -76,11 +90,6 @@ Trial Search(const Problem& problem, double lo, double hi) {
     if (std::min(low.cost, high.cost) < best.cost) best = low.cost < high.cost ? low : high;
   }
   return best;
-}
-
-double Predict(const Trial& trial, double x) {
-  const double u = trial.zero - x;
-  return trial.a * u - trial.b * std::abs(u);
 }
 
 double RobustWeight(double ratio, bool redescending, double outlier_scale) {
@@ -120,6 +129,30 @@ double NearScale(std::span<const double> x, const std::vector<double>& residual,
   return 1.4826 * median * std::sqrt(points / std::max(1.0, points - 2.5));
 }
 
+// The best crossing without a constant part, or with one where that pays: each point moved there
+// must make the fit better by more than the two parameters (cut and floor) would by chance.
+Trial SearchCuts(Problem& problem, const std::vector<double>& different, double lo, double hi,
+                 bool may_saturate) {
+  problem.cut = std::numeric_limits<double>::infinity();
+  Trial best = Search(problem, lo, hi);
+  if (!may_saturate) return best;
+  constexpr std::size_t kFewestKept = 4;
+  constexpr std::size_t kFewestBeyond = 2;
+  constexpr double kPrice = 6;  // in units of squared scales
+  double least = best.cost;
+  for (std::size_t keep = kFewestKept; keep + kFewestBeyond <= different.size(); ++keep) {
+    problem.cut = (different[keep - 1] + different[keep]) / 2;
+    const Trial trial = Search(problem, lo, hi);
+    // A floor is below the crossing, and the crossing before the cut.
+    if (trial.floor >= 0 || trial.a <= 0 || trial.zero >= different[keep - 1]) continue;
+    if (trial.cost + kPrice < least) {
+      least = trial.cost + kPrice;
+      best = trial;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 std::optional<ZeroCrossing> FitZeroCrossing(std::span<const double> x, std::span<const double> y,
@@ -134,7 +167,10 @@ std::optional<ZeroCrossing> FitZeroCrossing(std::span<const double> x, std::span
   if (different.size() < 3) return std::nullopt;
   const double range = different.back() - different.front();
 
-  Problem problem{x, y, std::vector<double>(n, 1.0), options.bend_mean, 0};
+  Problem problem{x, y, std::vector<double>(n, 1.0), 0, options.bend_mean, 0};
+  // Before a scale is known: a scale at which nothing is an outlier and nothing saturates.
+  const double first_scale = std::max(options.scale_floor, RobustStandardDeviation(y));
+  for (double& weight : problem.weight) weight = 1 / (first_scale * first_scale);
   ZeroCrossing result;
   result.weight.assign(n, 1.0);
   Trial best;
@@ -142,7 +178,8 @@ std::optional<ZeroCrossing> FitZeroCrossing(std::span<const double> x, std::span
   std::vector<double> residual(n);
   constexpr int kIterations = 14;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    best = Search(problem, different.front() - range / 2, different.back() + range / 2);
+    best = SearchCuts(problem, different, different.front() - range / 2,
+                      different.back() + range / 2, options.may_saturate);
     for (std::size_t i = 0; i < n; ++i) residual[i] = y[i] - Predict(best, x[i]);
     scale = std::max(options.scale_floor, NearScale(x, residual, best.zero, range));
     for (std::size_t i = 0; i < n; ++i) {
@@ -161,6 +198,11 @@ std::optional<ZeroCrossing> FitZeroCrossing(std::span<const double> x, std::span
   result.bend = best.a != 0 ? best.b / best.a : 0;
   // Weights relative to the heaviest point, so that they count points.
   std::vector<double> count(problem.weight);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (x[i] <= best.cut) continue;
+    count[i] = 0;
+    ++result.saturated;
+  }
   const double heaviest = std::max(1e-300, *std::max_element(count.begin(), count.end()));
   for (double& c : count) c /= heaviest;
   double counts = 0, squares = 0, mean = 0;

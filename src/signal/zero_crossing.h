@@ -19,6 +19,9 @@ struct ZeroCrossingOptions {
   /// What the straight halves leave out grows with the distance from the answer: this part of
   /// slope * |x - zero| is added to each point's sigma, so that near points decide where they can.
   double distance_sigma = 0.08;
+  /// Lets the response become constant beyond some x after the crossing, as it does where gaps are
+  /// complete; points there say only that they lie below.
+  bool may_saturate = false;
   double outlier_scale = 6;   ///< Tukey's biweight: points this many scales away count nothing
   double scale_floor = 1e-6;  ///< smallest scale of the residuals, in y; > 0
 };
@@ -27,6 +30,7 @@ struct ZeroCrossing {
   double zero = 0;
   double slope = 0;  ///< > 0 for a falling response
   double bend = 0;
+  std::size_t saturated = 0;   ///< how many points lie on the constant part
   double residual_scale = 0;   ///< robust standard deviation of y about the fit
   double points = 0;           ///< how many of the heaviest point the weighted data are worth
   double slope_sigma = 0;      ///< 1 sigma of slope from the residuals

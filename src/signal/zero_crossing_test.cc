@@ -38,7 +38,8 @@ TEST(ZeroCrossing, ASaturatedSideDoesNotMoveTheCrossing) {
   const std::vector<double> x = Range(0, 0.06, 10);
   std::vector<double> y;
   for (const double p : x) y.push_back(Response(p, 0.0321, 0.7, -0.4));
-  const auto fit = FitZeroCrossing(x, y, std::vector<double>(10, 0.0), {.bend_sigma = 0.3, .distance_sigma = 0});
+  const auto fit =
+      FitZeroCrossing(x, y, std::vector<double>(10, 0.0), {.bend_sigma = 0.3, .distance_sigma = 0});
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->zero, 0.0321, 2e-6);
   EXPECT_NEAR(fit->bend, -0.4, 1e-3);
