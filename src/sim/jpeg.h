@@ -1,0 +1,15 @@
+// JPEG, as cheap cameras deliver it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/frame.h"
+
+namespace trammel::sim {
+
+/// Encodes into `jpeg`, reusing its memory. Baseline, chroma at half resolution in both directions.
+/// REQUIRES 1 <= quality <= 100 and a view of at least one pixel without gaps between its rows.
+void EncodeJpeg(const BgrView& view, int quality, std::vector<std::uint8_t>& jpeg);
+
+}  // namespace trammel::sim

@@ -1,0 +1,397 @@
+#include "sim/laser_camera.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/check.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr int kPhases = 64;       // sub-pixel positions of the line's profile
+constexpr int kRaysPerRow = 4;    // of the laser's fan for each image row
+constexpr int kBandReachPx = 72;  // columns on either side of the line that its light can reach
+constexpr int kGlowCell = 4;      // px; light below the surface is smooth
+constexpr double kReliefCellMm = 0.025;
+constexpr double kMarginMm = 0.8;      // beyond the image, for what throws shadow into it
+constexpr double kBareMm = 0.004;      // lower than this is plate
+constexpr double kMatchStepMm = 0.02;  // of the march down a ray
+constexpr int kNoiseCount = 1 << 16;
+
+Tile SpeckleFactors(const Tile& normal, double contrast) {
+  Tile tile = normal;
+  for (float& value : tile.value) {
+    value = static_cast<float>(
+        std::exp(contrast * static_cast<double>(value) - contrast * contrast / 2));
+  }
+  return tile;
+}
+
+std::uint8_t ToByte(double value) {
+  return static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0) + 0.5);
+}
+
+// Four weights of the cubic B-spline: the lens's blur across rows.
+std::array<double, 4> RowWeights(double t) {
+  const double s = 1 - t;
+  return {s * s * s / 6, (4 - 6 * t * t + 3 * t * t * t) / 6, (4 - 6 * s * s + 3 * s * s * s) / 6,
+          t * t * t / 6};
+}
+
+}  // namespace
+
+struct LaserCamera::View {
+  double laser_x_mm = 0;   // on the plate in the line's row
+  double camera_x_mm = 0;  // foot of the optical axis
+  double camera_y_mm = 0;
+  double laser_y_mm = 0;        // the line's row
+  double centre_column_px = 0;  // of the optical axis, in the window
+  double centre_row_px = 0;
+};
+
+SensorWindow WindowAroundCrop(int width, int height) {
+  TRAMMEL_CHECK(width >= 64 && width <= kSensorWidthPx && height >= 64 && height <= kSensorHeightPx,
+                "window of {} x {} px", width, height);
+  constexpr int kCropCentreX = 859;
+  constexpr int kCropCentreY = 371;
+  return {std::clamp(kCropCentreX - width / 2, 0, kSensorWidthPx - width),
+          std::clamp(kCropCentreY - height / 2, 0, kSensorHeightPx - height), width, height};
+}
+
+LaserCamera::LaserCamera(const Condition& condition, const LaserTraits& traits,
+                         const SensorWindow& window, Random random)
+    : traits_(traits), window_(window) {
+  plate_texture_ = traits.textured ? MakePlateTexture(condition.plate, random) : MakePlainTexture();
+  filament_texture_ = traits.textured ? MakeFilamentTexture(random) : MakePlainTexture();
+  const Tile speckle = SmoothNoise(256, 0.9, random);
+  plate_speckle_ = SpeckleFactors(speckle, traits.plate.speckle);
+  filament_speckle_ = SpeckleFactors(speckle, traits.filament.speckle);
+
+  // Neighbouring pixels share noise, as after a colour filter's interpolation.
+  const Tile grain = SmoothNoise(256, 0.5, random);
+  for (const float value : grain.value) {
+    noise_.push_back(static_cast<std::int8_t>(
+        std::clamp(std::lround(32 * static_cast<double>(value)), -127L, 127L)));
+  }
+  for (int level = 0; level < 256; ++level) {
+    const double sigma =
+        std::sqrt(traits.noise_floor * traits.noise_floor + traits.noise_shot * level);
+    noise_gain_.push_back(static_cast<int>(std::lround(8 * sigma)));
+  }
+
+  const double sigma_px = traits.stripe_sigma_px;
+  profile_radius_ = static_cast<int>(std::ceil(4 * sigma_px)) + 1;
+  for (int phase = 0; phase < kPhases; ++phase) {
+    for (int i = -profile_radius_; i <= profile_radius_; ++i) {
+      const double off = (i - static_cast<double>(phase) / kPhases) / sigma_px;
+      profile_.push_back(static_cast<float>(std::exp(-0.5 * off * off)));
+    }
+  }
+
+  const int stripe = static_cast<int>(std::lround(traits.stripe_column_px)) - window.x;
+  const int sway = static_cast<int>(std::ceil(std::abs(traits.stripe_tilt_rad) * window.height));
+  band_begin_ = std::clamp(stripe - kBandReachPx - sway, 0, window.width);
+  band_end_ = std::clamp(stripe + kBandReachPx + sway, band_begin_, window.width);
+}
+
+LaserScene LaserCamera::MakeScene(const Bed& bed, double line_y_mm, double from_mm,
+                                  double to_mm) const {
+  const double scale = traits_.px_per_mm;
+  const auto x_at = [&](double column) {
+    return (column + window_.x - traits_.stripe_column_px) / scale;
+  };
+  const auto y_at = [&](double row) {
+    return line_y_mm - (row + window_.y - traits_.line_row_px) / scale;
+  };
+  LaserScene scene;
+  scene.line_y_mm = line_y_mm;
+  scene.relief = RasterizeBed(
+      bed,
+      {std::min(from_mm, to_mm) + x_at(0) - kMarginMm, y_at(window_.height) - kMarginMm,
+       std::max(from_mm, to_mm) + x_at(window_.width) + kMarginMm, y_at(0) + kMarginMm},
+      kReliefCellMm);
+
+  const Relief& relief = scene.relief;
+  scene.look_bgr.resize(relief.height_mm.size() * 3);
+  const int column0 = static_cast<int>(std::floor(relief.origin_x_mm / kReliefCellMm));
+  const int row0 = static_cast<int>(std::floor(relief.origin_y_mm / kReliefCellMm));
+  std::uint8_t* out = scene.look_bgr.data();
+  for (int row = 0; row < relief.rows; ++row) {
+    const float* heights = relief.row(row);
+    const float* above = relief.row(std::min(row + 1, relief.rows - 1));
+    for (int column = 0; column < relief.columns; ++column, out += 3) {
+      const auto height = static_cast<double>(heights[column]);
+      const bool bare = height <= kBareMm;
+      double shade = 1;
+      if (!bare) {  // room light comes from above and a little from behind
+        const double slope = (static_cast<double>(above[column]) - height) / kReliefCellMm;
+        shade = (0.9 - 0.25 * slope) / std::sqrt(1 + slope * slope) + 0.1;
+      }
+      const Texture& texture = bare ? plate_texture_ : filament_texture_;
+      const Sheen& sheen = bare ? traits_.plate : traits_.filament;
+      shade *= static_cast<double>(texture.ambient.At(column + column0, row + row0));
+      for (std::size_t i = 0; i < 3; ++i) out[i] = ToByte(shade * sheen.ambient_bgr[i]);
+    }
+  }
+  return scene;
+}
+
+// Adds a line profile of height `weight`, spread over four rows, to the core, and the light that
+// enters the surface to its glow.
+void LaserCamera::Splat(double column_px, double row_px, double weight, bool on_filament) {
+  const int band = band_end_ - band_begin_;
+  const int rows = window_.height;
+  const double phase_px = std::round(column_px * kPhases) / kPhases;
+  const int column = static_cast<int>(std::floor(phase_px));
+  const int phase = static_cast<int>(std::lround((phase_px - column) * kPhases));
+  const int taps = 2 * profile_radius_ + 1;
+  const float* profile = profile_.data() + static_cast<std::ptrdiff_t>(phase) * taps;
+  const int first = column - profile_radius_ - band_begin_;
+  const int begin = std::max(0, -first);
+  const int end = std::min(taps, band - first);
+  const int top = static_cast<int>(std::floor(row_px)) - 1;
+  const std::array<double, 4> share = RowWeights(row_px - std::floor(row_px));
+  const double peak = on_filament ? traits_.filament.peak : traits_.plate.peak;
+  for (int i = 0; i < 4; ++i) {
+    const int row = top + i;
+    if (row < 0 || row >= rows) continue;
+    const auto amount = static_cast<float>(peak * weight * share[static_cast<std::size_t>(i)]);
+    float* out = core_.data() + static_cast<std::ptrdiff_t>(row) * band + first;
+    for (int tap = begin; tap < end; ++tap) out[tap] += amount * profile[tap];
+  }
+  const int glow_columns = band / kGlowCell + 1;
+  const double x = (column_px - band_begin_) / kGlowCell;
+  const int glow_row = static_cast<int>(std::floor(row_px)) / kGlowCell;
+  const int left = static_cast<int>(std::floor(x));
+  if (row_px < 0 || row_px >= rows || left < 0 || left + 1 >= glow_columns) return;
+  float* glow =
+      (on_filament ? filament_glow_ : plate_glow_).data() + glow_row * glow_columns + left;
+  glow[0] += static_cast<float>(weight * (1 - (x - left)));
+  glow[1] += static_cast<float>(weight * (x - left));
+}
+
+// Follows the fan's rays from the slit down to the first surface that each one meets.
+void LaserCamera::CastSheet(const LaserScene& scene, const View& view, double weight) {
+  const Relief& relief = scene.relief;
+  const double focal_px = traits_.px_per_mm * traits_.distance_mm;
+  const double slope = std::tan(traits_.laser_angle_rad);
+  const double slit_z = traits_.fan_distance_mm * std::cos(traits_.laser_angle_rad);
+  const double slit_y = view.laser_y_mm + traits_.fan_offset_mm;
+  const double tilt = std::tan(traits_.stripe_tilt_rad);
+  const double step_mm = 1 / (traits_.px_per_mm * kRaysPerRow);
+  const double top_y = view.camera_y_mm + (view.centre_row_px + 8) / traits_.px_per_mm;
+  const int rays = (window_.height + 16) * kRaysPerRow;
+  for (int ray = 0; ray < rays; ++ray) {
+    const double foot_y = top_y - ray * step_mm;
+    const double foot_x = view.laser_x_mm - tilt * (foot_y - view.laser_y_mm);
+    const double lean = (slit_y - foot_y) / slit_z;
+    const auto gap = [&](double z) {  // above the surface
+      return z - relief.HeightAt(foot_x - slope * z, foot_y + lean * z);
+    };
+    const double top = relief.TopBetween(foot_y - 0.15, foot_y + 0.15);
+    double z = 0;
+    if (top > 0) {
+      z = top + kMatchStepMm;
+      double clear = gap(z);
+      while (z > 0) {
+        const double next = std::max(0.0, z - kMatchStepMm);
+        const double gap_next = gap(next);
+        if (gap_next <= 0) {
+          z = clear > gap_next ? next + (z - next) * -gap_next / (clear - gap_next) : next;
+          break;
+        }
+        z = next;
+        clear = gap_next;
+      }
+    }
+    const bool on_filament = z > kBareMm;
+    double x = foot_x - slope * z;
+    double y = foot_y + lean * z;
+    const Texture& texture = on_filament ? filament_texture_ : plate_texture_;
+    const double bump =
+        static_cast<double>(texture.bump_mm.At(static_cast<int>(std::floor(x / texture.cell_mm)),
+                                               static_cast<int>(std::floor(y / texture.cell_mm))));
+    const double rise = bump + traits_.plate_slope * (x - relief.origin_x_mm);
+    double facing = 1;  // of the surface to the camera
+    if (on_filament) {
+      const double dzdy =
+          (relief.HeightAt(x, y + kReliefCellMm) - relief.HeightAt(x, y - kReliefCellMm)) /
+          (2 * kReliefCellMm);
+      facing = 1 / std::sqrt(1 + dzdy * dzdy);
+    }
+    z += rise;
+    x -= slope * rise;
+    y += lean * rise;
+    const double scale = focal_px / (traits_.distance_mm - z);
+    Splat(view.centre_column_px + (x - view.camera_x_mm) * scale,
+          view.centre_row_px - (y - view.camera_y_mm) * scale, weight * facing / kRaysPerRow,
+          on_filament);
+  }
+}
+
+// Turns the light that entered each material into what comes out again around it.
+void LaserCamera::SpreadGlow() {
+  const int columns = (band_end_ - band_begin_) / kGlowCell + 1;
+  const int rows = window_.height / kGlowCell + 1;
+  for (auto [glow, sheen] :
+       {std::pair{&plate_glow_, &traits_.plate}, std::pair{&filament_glow_, &traits_.filament}}) {
+    const double sigma = sheen->glow_sigma_px / kGlowCell;
+    const std::vector<float> kernel = GaussianKernel(sigma);
+    const int radius = static_cast<int>(kernel.size() / 2);
+    // A long straight line, kGlowCell of weight per cell, shall glow with sheen->glow.
+    const auto gain = static_cast<float>(sheen->glow * std::sqrt(2 * M_PI) * sigma / kGlowCell);
+    std::fill(scratch_.begin(), scratch_.end(), 0.0F);
+    for (int row = 0; row < rows; ++row) {
+      float* out = scratch_.data() + static_cast<std::ptrdiff_t>(row) * columns;
+      for (int i = -radius; i <= radius; ++i) {  // the line goes on beyond the image
+        const int from = std::clamp(row + i, 0, rows - 2);
+        const float tap = kernel[static_cast<std::size_t>(i + radius)];
+        const float* in = glow->data() + static_cast<std::ptrdiff_t>(from) * columns;
+        for (int column = 0; column < columns; ++column) out[column] += tap * in[column];
+      }
+    }
+    for (int row = 0; row < rows; ++row) {
+      const float* in = scratch_.data() + static_cast<std::ptrdiff_t>(row) * columns;
+      float* out = glow->data() + static_cast<std::ptrdiff_t>(row) * columns;
+      for (int column = 0; column < columns; ++column) {
+        float sum = 0;
+        const int lo = std::max(-radius, -column);
+        const int hi = std::min(radius, columns - 1 - column);
+        for (int i = lo; i <= hi; ++i) {
+          sum += kernel[static_cast<std::size_t>(i + radius)] * in[column + i];
+        }
+        out[column] = gain * sum;
+      }
+    }
+  }
+}
+
+void LaserCamera::PaintLook(const LaserScene& scene, const View& view, double gain, Random& random,
+                            Frame& frame) const {
+  const Relief& relief = scene.relief;
+  const double cells_per_px = 1 / (traits_.px_per_mm * relief.cell_mm);
+  const double x0 = (view.camera_x_mm - relief.origin_x_mm) / relief.cell_mm -
+                    view.centre_column_px * cells_per_px;
+  const double y0 =
+      (view.camera_y_mm - relief.origin_y_mm) / relief.cell_mm + view.centre_row_px * cells_per_px;
+  const auto step = static_cast<std::int64_t>(std::lround(cells_per_px * 65536));
+  std::array<std::uint8_t, 256> level;
+  for (int i = 0; i < 256; ++i) level[static_cast<std::size_t>(i)] = ToByte(i * gain);
+  for (int v = 0; v < frame.height; ++v) {
+    const int row =
+        std::clamp(static_cast<int>(std::lround(y0 - v * cells_per_px)), 0, relief.rows - 1);
+    const std::uint8_t* look =
+        scene.look_bgr.data() + static_cast<std::ptrdiff_t>(row) * relief.columns * 3;
+    std::uint8_t* out = frame.row(v);
+    const std::int8_t* noise = noise_.data() + (random.Bits() & (kNoiseCount / 2 - 1));
+    std::int64_t at = std::lround(std::max(0.0, x0) * 65536);
+    const std::int64_t last = relief.columns - 1;
+    for (int u = 0; u < frame.width; ++u, at += step) {
+      const std::uint8_t* in = look + 3 * std::min(at >> 16, last);
+      for (int i = 0; i < 3; ++i) {
+        const int value = level[in[i]];
+        const int noisy =
+            value + ((noise[3 * u + i] * noise_gain_[static_cast<std::size_t>(value)] + 128) >> 8);
+        out[3 * u + i] = static_cast<std::uint8_t>(std::clamp(noisy, 0, 255));
+      }
+    }
+  }
+}
+
+void LaserCamera::AddLaser(const LaserScene& scene, const View& view, double gain, Random& random,
+                           Frame& frame) const {
+  const Relief& relief = scene.relief;
+  const int band = band_end_ - band_begin_;
+  const int glow_columns = band / kGlowCell + 1;
+  const double px_mm = 1 / traits_.px_per_mm;
+  const auto speckle_at = static_cast<int>(random.Below(1 << 16));
+  const int speckle_x = speckle_at & 255;
+  const int speckle_y = speckle_at >> 8;
+  const auto glow_at = [&](const std::vector<float>& glow, double x, int row) {
+    const double clamped = std::clamp(x / kGlowCell, 0.0, glow_columns - 1.001);
+    const int left = static_cast<int>(clamped);
+    const double t = clamped - left;
+    const double y = std::clamp((row - 1.5) / kGlowCell, 0.0, window_.height / kGlowCell - 0.001);
+    const int above = static_cast<int>(y);
+    const double s = y - above;
+    const float* p = glow.data() + above * glow_columns + left;
+    return (1 - s) * ((1 - t) * static_cast<double>(p[0]) + t * static_cast<double>(p[1])) +
+           s * ((1 - t) * static_cast<double>(p[glow_columns]) +
+                t * static_cast<double>(p[glow_columns + 1]));
+  };
+  for (int v = 0; v < frame.height; ++v) {
+    const float* core = core_.data() + static_cast<std::ptrdiff_t>(v) * band;
+    const double y = view.camera_y_mm + (view.centre_row_px - v) * px_mm;
+    const int texture_y = static_cast<int>(std::floor(y / plate_texture_.cell_mm));
+    const int row =
+        std::clamp(static_cast<int>(std::lround((y - relief.origin_y_mm) / relief.cell_mm)), 0,
+                   relief.rows - 1);
+    const float* heights = relief.row(row);
+    for (int i = 0; i < band; ++i) {
+      const int u = band_begin_ + i;
+      const double x = view.camera_x_mm + (u - view.centre_column_px) * px_mm;
+      const int column = std::clamp(
+          static_cast<int>((x - relief.origin_x_mm) / relief.cell_mm + 0.5), 0, relief.columns - 1);
+      const bool bare = heights[column] <= static_cast<float>(kBareMm);
+      // Light that spreads in the plate is seen through the plate, and hardly through a bead.
+      const double veil = bare ? 1.0 : 0.15;
+      double light =
+          veil * glow_at(plate_glow_, i - traits_.plate.glow_shift_px, v) +
+          (bare ? 0.15 : 1.0) * glow_at(filament_glow_, i - traits_.filament.glow_shift_px, v);
+      if (core[i] > 0.002F) {
+        const Texture& texture = bare ? plate_texture_ : filament_texture_;
+        const Tile& speckle = bare ? plate_speckle_ : filament_speckle_;
+        const int texture_x = static_cast<int>(std::floor(x / texture.cell_mm));
+        light += static_cast<double>(core[i] * speckle.At(u + speckle_x, v + speckle_y) *
+                                     texture.laser.At(texture_x, texture_y));
+      }
+      light *= gain;
+      if (light < 0.002) continue;
+      // The red filter leaks into green and blue only where red nears its full scale: measured on
+      // a real frame, green = 0.85 (red - 0.47), blue a little less, red clipped at 1.
+      const double pink = 0.85 * std::max(0.0, light - 0.47);
+      std::uint8_t* out = frame.row(v) + 3 * u;
+      out[0] = ToByte(out[0] + 255 * 0.93 * pink);
+      out[1] = ToByte(out[1] + 255 * pink);
+      out[2] = ToByte(out[2] + 255 * light);
+    }
+  }
+}
+
+void LaserCamera::Render(const LaserScene& scene, double laser_mm, double travel_mm, double gain,
+                         Random& random, Frame& frame) {
+  if (frame.width != window_.width || frame.height != window_.height) {
+    frame = Frame(window_.width, window_.height);
+  }
+  const int band = band_end_ - band_begin_;
+  const auto glow_cells =
+      static_cast<std::size_t>((band / kGlowCell + 1) * (window_.height / kGlowCell + 1));
+  core_.assign(static_cast<std::size_t>(band) * static_cast<std::size_t>(window_.height), 0.0F);
+  plate_glow_.assign(glow_cells, 0.0F);
+  filament_glow_.assign(glow_cells, 0.0F);
+  scratch_.resize(glow_cells);
+
+  View view;
+  view.laser_y_mm = scene.line_y_mm;
+  view.centre_column_px = kSensorWidthPx / 2.0 - window_.x;
+  view.centre_row_px = kSensorHeightPx / 2.0 - window_.y;
+  view.camera_y_mm =
+      scene.line_y_mm + (traits_.line_row_px - kSensorHeightPx / 2.0) / traits_.px_per_mm;
+  const auto place = [&](double x_mm) {
+    view.laser_x_mm = x_mm;
+    view.camera_x_mm = x_mm - (traits_.stripe_column_px - kSensorWidthPx / 2.0) / traits_.px_per_mm;
+  };
+  // The line stands still in the image while the surface moves through it.
+  const int exposures = std::abs(travel_mm) > 0.01 ? 3 : 1;
+  for (int i = 0; i < exposures; ++i) {
+    place(laser_mm + travel_mm * ((i + 0.5) / exposures - 0.5));
+    CastSheet(scene, view, 1.0 / exposures);
+  }
+  SpreadGlow();
+  place(laser_mm);
+  PaintLook(scene, view, gain, random, frame);
+  AddLaser(scene, view, gain, random, frame);
+}
+
+}  // namespace trammel::sim

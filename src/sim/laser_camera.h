@@ -1,0 +1,86 @@
+// Renders what the laser eye sees of a bed, from the geometry of sheet, surface and camera.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/frame.h"
+#include "base/random.h"
+#include "sim/bed.h"
+#include "sim/laser_traits.h"
+#include "sim/noise_field.h"
+#include "sim/surface.h"
+#include "sim/texture.h"
+
+namespace trammel::sim {
+
+/// The part of the sensor that is read out.
+struct SensorWindow {
+  int x = 0;
+  int y = 0;
+  int width = kSensorWidthPx;
+  int height = kSensorHeightPx;
+};
+
+/// A window of the given size around the centre of the paper's crop, kept on the sensor.
+/// REQUIRES 64 … 1280 by 64 … 720.
+[[nodiscard]] SensorWindow WindowAroundCrop(int width, int height);
+
+/// One printed line and its surroundings as the laser eye sweeps over it. Coordinates: x along
+/// image +x, y against image +y (up in the image), z above the plate.
+struct LaserScene {
+  Relief relief;
+  std::vector<std::uint8_t> look_bgr;  ///< without laser; same grid as the relief, 3 bytes a node
+  double line_y_mm = 0;                ///< centre of the printed line
+};
+
+/// Not safe for use from several threads at once: it keeps its buffers.
+class LaserCamera {
+ public:
+  /// @param random  Draws the textures of plate and filament and the speckle.
+  LaserCamera(const Condition& condition, const LaserTraits& traits, const SensorWindow& window,
+              Random random);
+
+  /// Prepares a sweep during which the laser stands at x = from_mm … to_mm on the plate.
+  [[nodiscard]] LaserScene MakeScene(const Bed& bed, double line_y_mm, double from_mm,
+                                     double to_mm) const;
+
+  /// Renders one frame of the size of the window.
+  /// @param laser_mm   where the laser meets the plate, in the line's row, at mid-exposure.
+  /// @param travel_mm  how far the eye moves during the exposure.
+  /// @param gain       multiplies all light.
+  /// Accuracy: without noise, speckle and texture the line's centre lies within 0.05 px of the
+  /// geometry. Cost: under 1 ms at 160 x 120.
+  void Render(const LaserScene& scene, double laser_mm, double travel_mm, double gain,
+              Random& random, Frame& frame);
+
+ private:
+  struct View;  // one position of the eye
+  void CastSheet(const LaserScene& scene, const View& view, double weight);
+  void Splat(double column_px, double row_px, double weight, bool on_filament);
+  void SpreadGlow();
+  void PaintLook(const LaserScene& scene, const View& view, double gain, Random& random,
+                 Frame& frame) const;
+  void AddLaser(const LaserScene& scene, const View& view, double gain, Random& random,
+                Frame& frame) const;
+
+  LaserTraits traits_;
+  SensorWindow window_;
+  Texture plate_texture_;
+  Texture filament_texture_;
+  Tile plate_speckle_;  // factors with mean 1
+  Tile filament_speckle_;
+  std::vector<std::int8_t> noise_;  // standard normal times 32
+  std::vector<int> noise_gain_;     // per level: sigma times 256 / 32
+  std::vector<float> profile_;      // of the line, for each sub-pixel phase
+  int profile_radius_ = 0;
+  int band_begin_ = 0;  // columns of the window that laser light can reach
+  int band_end_ = 0;
+  std::vector<float> core_;  // (window rows, band columns): the line itself
+  // (rows / 4, columns / 4) of the band: light that enters each material, then what spreads.
+  std::vector<float> plate_glow_;
+  std::vector<float> filament_glow_;
+  std::vector<float> scratch_;
+};
+
+}  // namespace trammel::sim

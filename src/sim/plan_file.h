@@ -1,0 +1,47 @@
+// Reads *.plan.json: where the lines of a printed pattern are.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+
+namespace trammel::sim {
+
+struct PlannedSegment {
+  double fraction = 0;
+  double speed_mm_s = 0;
+};
+
+struct PlannedLine {
+  int pattern = 0;
+  double pressure_advance_s = 0;
+  double start_x_mm = 0;
+  double start_y_mm = 0;
+  double end_x_mm = 0;
+  double end_y_mm = 0;
+};
+
+/// Format 1 of *.plan.json (docs/formats.md), as far as the virtual print shop needs it.
+struct Plan {
+  double line_length_mm = 0;
+  double acceleration_mm_s2 = 0;
+  std::vector<PlannedSegment> segments;
+  std::vector<PlannedLine> lines;
+};
+
+/// Errors (kInput) name the key, the value and the bound: text that is not JSON, unknown or missing
+/// keys, wrong types, numbers out of bounds, lines that are not along x or y.
+[[nodiscard]] Result<Plan> ParsePlan(std::string_view json);
+
+/// The same for a file of at most 10 MB; errors name the file.
+[[nodiscard]] Result<Plan> ReadPlanFile(const std::filesystem::path& path);
+
+/// A whole file of at most `limit_bytes`. Errors (kInput) name the file and what is wrong with it.
+[[nodiscard]] Result<std::string> ReadTextFile(const std::filesystem::path& path,
+                                               std::uintmax_t limit_bytes);
+
+}  // namespace trammel::sim
