@@ -24,5 +24,6 @@ int Report(const Error& error);
 /// `exit_code`. (Declarations are added with their files.)
 void AddConfigCommand(CLI::App& parent, int& exit_code);
 void AddPatternCommand(CLI::App& parent, int& exit_code);
+void AddSimCommand(CLI::App& parent, int& exit_code);
 
 }  // namespace trammel::app

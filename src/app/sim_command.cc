@@ -1,0 +1,129 @@
+// trammel sim …: virtual printers and the eyes that look at their prints.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "sim/plan_file.h"
+#include "sim/scan_recorder.h"
+#include "sim/world.h"
+
+namespace trammel::app {
+namespace {
+
+constexpr std::uintmax_t kLargestGcode = 100'000'000;
+
+struct ScanArguments {
+  std::string gcode;
+  std::string plan;
+  std::string condition = "matte-black-dark";
+  bool all_conditions = false;
+  std::uint64_t seed = 0;
+  std::optional<double> pressure_advance_s;
+  std::string frame = "1280x720";
+  int pattern = 0;
+  std::string out;
+};
+
+// "1280x720".
+Result<void> ParseFrame(const std::string& text, sim::ScanOptions& options) {
+  int width = 0;
+  int height = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%5dx%5d%c", &width, &height, &rest) != 2 || width < 64 ||
+      width > sim::kSensorWidthPx || height < 64 || height > sim::kSensorHeightPx) {
+    return Fail(fmt::format("--frame {}: must be WIDTHxHEIGHT within 64x64 ... {}x{}",
+                            text.substr(0, 40), sim::kSensorWidthPx, sim::kSensorHeightPx));
+  }
+  options.frame_width_px = width;
+  options.frame_height_px = height;
+  return {};
+}
+
+Result<void> RecordConditions(const ScanArguments& arguments) {
+  sim::ScanOptions options;
+  options.pattern = arguments.pattern;
+  if (const Result<void> frame = ParseFrame(arguments.frame, options); !frame) return frame;
+  std::vector<sim::Condition> conditions;
+  if (arguments.all_conditions) {
+    for (const sim::Condition& condition : sim::AllConditions()) conditions.push_back(condition);
+  } else {
+    const Result<sim::Condition> condition = sim::ParseCondition(arguments.condition);
+    if (!condition) return Fail("--condition: " + condition.error().message);
+    conditions.push_back(*condition);
+  }
+  const std::filesystem::path out = arguments.out;
+  std::error_code ignored;
+  if (std::filesystem::exists(out, ignored)) {
+    return Fail(fmt::format("--out {} exists already; nothing is overwritten: choose another name",
+                            arguments.out));
+  }
+  const Result<sim::Plan> plan = sim::ReadPlanFile(arguments.plan);
+  if (!plan) return Fail(plan.error().message);
+  const Result<std::string> gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
+  if (!gcode) return Fail(gcode.error().message);
+  const auto [lowest, highest] = std::minmax_element(
+      plan->lines.begin(), plan->lines.end(),
+      [](const auto& a, const auto& b) { return a.pressure_advance_s < b.pressure_advance_s; });
+  const Result<sim::Print> print =
+      sim::PrintInWorld(*gcode, arguments.seed, arguments.pressure_advance_s,
+                        lowest->pressure_advance_s, highest->pressure_advance_s);
+  if (!print) return Fail(arguments.gcode + ": " + print.error().message);
+  for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
+
+  for (const sim::Condition& condition : conditions) {
+    const std::string name = sim::ToString(condition);
+    const std::filesystem::path folder = arguments.all_conditions ? out / name : out;
+    Random random = sim::LaserEyeOf(arguments.seed, condition);
+    const sim::LaserTraits eye = sim::DrawLaserTraits(condition, random);
+    const Result<void> recorded =
+        sim::RecordScan(print->bed, *plan, condition, eye, options, random.Fork(1), folder);
+    if (!recorded) return recorded;
+    const Result<void> truth = sim::WriteTruth(folder, print->truth, arguments.seed, name);
+    if (!truth) return truth;
+    fmt::print("{}\n", folder.string());
+  }
+  return {};
+}
+
+void AddScan(CLI::App& parent, int& exit_code) {
+  const auto arguments = std::make_shared<ScanArguments>();
+  CLI::App* scan = parent.add_subcommand("scan", "print G-code virtually and record a laser scan");
+  scan->add_option("gcode", arguments->gcode, "the file that the virtual printer prints")
+      ->required();
+  scan->add_option("--plan", arguments->plan, "the pattern's *.plan.json")->required();
+  scan->add_option("--condition", arguments->condition,
+                   "PLATE-FILAMENT-LIGHT: matte, textured or pei; black or white; ambient or dark")
+      ->capture_default_str();
+  scan->add_flag("--all-conditions", arguments->all_conditions,
+                 "record the same print in all twelve, each in a folder of its own below --out");
+  scan->add_option("--seed", arguments->seed, "names the whole world")->capture_default_str();
+  scan->add_option("--pressure-advance", arguments->pressure_advance_s,
+                   "the truth in s; without it, drawn from the tested range's middle half");
+  scan->add_option("--frame", arguments->frame, "size in px; smaller than the sensor is a window")
+      ->capture_default_str();
+  scan->add_option("--pattern", arguments->pattern, "which pattern of the plan")
+      ->capture_default_str();
+  scan->add_option("--out", arguments->out, "new folder for the recording")->required();
+  scan->callback([arguments, &exit_code] {
+    const Result<void> done = RecordConditions(*arguments);
+    exit_code = done ? kExitGood : Report(done.error());
+  });
+}
+
+}  // namespace
+
+void AddSimCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* group = parent.add_subcommand("sim", "virtual printers and what eyes see of them")
+                        ->require_subcommand(1);
+  AddScan(*group, exit_code);
+}
+
+}  // namespace trammel::app
