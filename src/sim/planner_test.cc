@@ -42,6 +42,32 @@ TEST(Planner, SlowFastSlowTakesTheClosedFormsTime) {
   EXPECT_NEAR(plan[2].end_s(), 2 * plan[0].duration_s() + fast.duration_s(), kExact);
 }
 
+TEST(Planner, PlansALineAsARealKlipperDid) {
+  // Klipper 0.13's own trapezoids (motion_report/dump_trapq, recorded for this project) of
+  //   G1 X122.5 E0.688 F9000 / G1 X130 E0.344 F300   at 10000 mm/s^2, from rest, and of
+  //   G1 X50 Y50 Z0.3 F6000 / G1 X80 E1.2 F600       from (0, 0, 0).
+  constexpr double kRecordedTo = 1e-5;  // s; the print's end passed into a lift there
+  const auto at_10000 = [](Move move) {
+    move.acceleration_mm_s2 = 10000;
+    return move;
+  };
+  const auto line = PlanMotion(
+      std::vector<Move>{at_10000(StraightMove({107.5, 100, 0.25}, {122.5, 100, 0.25}, 150, 0.688)),
+                        at_10000(StraightMove({122.5, 100, 0.25}, {130, 100, 0.25}, 5, 0.344))});
+  EXPECT_NEAR(line[0].accelerate_s, 0.015, kRecordedTo);
+  EXPECT_NEAR(line[0].cruise_s, 0.08501, kRecordedTo);
+  EXPECT_NEAR(line[0].decelerate_s, 0.0145, kRecordedTo);
+  EXPECT_NEAR(line[0].end_v_mm_s, 5, kRecordedTo);
+  EXPECT_NEAR(line[1].cruise_s, 1.49975, kRecordedTo);
+  const auto approach =
+      PlanMotion(std::vector<Move>{at_10000(StraightMove({0, 0, 0}, {50, 50, 0.3}, 100)),
+                                   at_10000(StraightMove({50, 50, 0.3}, {80, 50, 0.3}, 10, 1.2))});
+  EXPECT_NEAR(approach[0].cruise_s, 0.69716, kRecordedTo);
+  EXPECT_NEAR(approach[0].decelerate_s, 0.009, kRecordedTo);
+  EXPECT_NEAR(approach[1].start_v_mm_s, 10, kRecordedTo);
+  EXPECT_NEAR(approach[1].cruise_s, 2.9995, kRecordedTo);
+}
+
 TEST(Planner, MinimumCruiseRatioLowersThePeakOfAShortMove) {
   const auto plan = PlanMotion(std::vector<Move>{StraightMove({0, 0, 0}, {2, 0, 0}, 300)});
   // The peak that 1500 mm/s^2 reaches in half of the length.
