@@ -5,6 +5,7 @@
 // rows; the lowest score wins.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -14,6 +15,7 @@
 #include "base/result.h"
 #include "pressure_advance/analysis.h"
 #include "pressure_advance/height_map.h"
+#include "pressure_advance/scan.h"
 
 namespace trammel::pressure_advance {
 
@@ -42,6 +44,16 @@ inline constexpr double kNoCentre = -1;
 
 /// One frame through mask, grey, blur and weighted mean. The stripe runs down the crop.
 void FilterFrame(const BgrView& crop, const DeviationOptions& options, DeviationFrame& result);
+
+/// The paper's heights of a whole sweep: crop width - centre for lines that move towards smaller x
+/// or y where the surface rises, else centre; not relative to anything.
+/// @param frames  upright and cropped, all of one size.
+/// @param order   which of them, in the order of the map's columns.
+/// sigma_px is 1 where the row has a height (the method knows no uncertainty), 0 where not.
+[[nodiscard]] HeightMap DeviationHeights(std::span<const Frame> frames,
+                                         std::span<const std::size_t> order,
+                                         AxisDirection height_direction,
+                                         const DeviationOptions& options, DeviationFrame& scratch);
 
 /// The paper's score: for each row the standard deviation of its heights along the scan, summed
 /// over the rows. Unlike the original, rows of a frame without laser are left out of the deviation

@@ -1,0 +1,179 @@
+#include "app/laser_recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "machine/video_file.h"
+#include "pressure_advance/laser_eye.h"
+#include "store/recording.h"
+
+namespace trammel::app {
+namespace {
+
+using pressure_advance::Scan;
+using pressure_advance::ScanLine;
+
+/// Cropped frames of one line may take this much memory.
+constexpr std::size_t kMaxSweepBytes = std::size_t{1} << 30;
+
+/// Size of the recording's frames, known from the first one on.
+struct FrameSize {
+  int width = 0;
+  int height = 0;
+  std::string video;  ///< that set it
+};
+
+Result<void> CheckCrop(const PixelRect& crop, const Frame& frame) {
+  if (crop.x + crop.width > frame.width || crop.y + crop.height > frame.height) {
+    return Fail(
+        fmt::format("crop_px is {}x{} at ({}, {}), but the frames have {}x{} px; it must "
+                    "lie within the frame",
+                    crop.width, crop.height, crop.x, crop.y, frame.width, frame.height));
+  }
+  return {};
+}
+
+Result<void> CheckSize(const ScanLine& line, const Frame& frame, FrameSize& size) {
+  if (size.video.empty()) {
+    size = {frame.width, frame.height, line.video};
+  }
+  if (frame.width != size.width || frame.height != size.height) {
+    return Fail(
+        fmt::format("video '{}' has frames of {}x{} px, '{}' of {}x{}; record all lines "
+                    "with one camera mode",
+                    line.video, frame.width, frame.height, size.video, size.width, size.height),
+        ErrorKind::kMeasurement);
+  }
+  return {};
+}
+
+/// All frames of one sweep, cropped and upright.
+Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& folder, const Scan& scan,
+                                      const ScanLine& line, const PixelRect& crop,
+                                      FrameSize& size) {
+  auto video = machine::VideoFile::Open(folder / line.video);
+  if (!video) {
+    return tl::unexpected(video.error());
+  }
+  std::vector<Frame> frames;
+  std::size_t bytes = 0;
+  for (;;) {
+    const auto next = video->Next();
+    if (!next) {
+      return tl::unexpected(next.error());
+    }
+    const Frame* frame = *next;
+    if (frame == nullptr) {
+      break;
+    }
+    if (auto fits = CheckSize(line, *frame, size); !fits) {
+      return tl::unexpected(fits.error());
+    }
+    if (auto fits = CheckCrop(crop, *frame); !fits) {
+      return tl::unexpected(fits.error());
+    }
+    Frame upright;
+    pressure_advance::TurnUpright(Crop(frame->view(), crop), scan.height_direction, upright);
+    bytes += upright.bgr.size();
+    if (bytes > kMaxSweepBytes) {
+      return Fail(
+          fmt::format("video '{}': {} frames of {}x{} px are more than {} MB; make crop_px "
+                      "smaller or record one sweep per file",
+                      line.video, frames.size() + 1, crop.width, crop.height, kMaxSweepBytes >> 20),
+          ErrorKind::kMeasurement);
+    }
+    frames.push_back(std::move(upright));
+  }
+  if (!line.frame_times_s.empty() && line.frame_times_s.size() != frames.size()) {
+    return Fail(fmt::format("video '{}' has {} frames, its frame_times_s {} times; record the line "
+                            "again or leave frame_times_s out",
+                            line.video, frames.size(), line.frame_times_s.size()),
+                ErrorKind::kMeasurement);
+  }
+  return frames;
+}
+
+/// One example frame on its way to heights, for the report.
+pressure_advance::FrameSteps StepsOf(std::size_t line, const std::vector<Frame>& frames,
+                                     const pressure_advance::SweepReading& reading,
+                                     const pressure_advance::DeviationOptions& options) {
+  pressure_advance::FrameSteps steps;
+  steps.line = line;
+  steps.frame = reading.frame[reading.example_column];
+  steps.crop = frames[steps.frame];
+  pressure_advance::DeviationFrame filtered;
+  FilterFrame(steps.crop.view(), options, filtered);
+  steps.masked = filtered.masked;
+  steps.blurred = Frame(steps.crop.width, steps.crop.height);
+  for (std::size_t i = 0; i < filtered.blurred.size(); ++i) {
+    std::fill_n(steps.blurred.bgr.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                filtered.blurred[i]);
+  }
+  for (const double centre : filtered.centre_px) {
+    steps.paper_height_px.push_back(centre == pressure_advance::kNoCentre ? steps.crop.width
+                                                                          : centre);
+  }
+  steps.centre_px = reading.example.centre_px;
+  steps.centre_sigma_px = reading.example.sigma_px;
+  return steps;
+}
+
+void AddNotices(const ScanLine& line, const pressure_advance::SweepReading& reading,
+                std::vector<std::string>& notices) {
+  if (reading.still_frames > 0) {
+    notices.push_back(fmt::format("'{}': {} frames left out, the laser stood still in them",
+                                  line.video, reading.still_frames));
+  }
+  if (reading.off_line_frames > 0) {
+    notices.push_back(fmt::format("'{}': {} frames left out, they lie past the ends of the line",
+                                  line.video, reading.off_line_frames));
+  }
+}
+
+}  // namespace
+
+Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
+                                          const pressure_advance::DeviationOptions& deviation) {
+  if (auto valid = Validate(deviation); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  auto scan = store::ReadScan(folder);
+  if (!scan) {
+    return tl::unexpected(scan.error());
+  }
+  LaserMeasurement result;
+  result.scan = std::move(*scan);
+  FrameSize size;
+  vision::LaserLineWorkspace workspace;
+  pressure_advance::DeviationFrame scratch;
+  std::vector<double> pressure_advance_s;
+  std::vector<std::optional<double>> scores;
+  for (std::size_t i = 0; i < result.scan.lines.size(); ++i) {
+    const ScanLine& line = result.scan.lines[i];
+    auto frames = ReadFrames(folder, result.scan, line, *result.scan.crop, size);
+    if (!frames) {
+      return tl::unexpected(frames.error());
+    }
+    auto reading = ReadSweep(*frames, result.scan, line, {}, workspace);
+    auto paper =
+        DeviationHeights(*frames, reading.frame, result.scan.height_direction, deviation, scratch);
+    paper.position_mm = reading.heights.position_mm;
+    scores.push_back(DeviationScore(paper));
+    pressure_advance_s.push_back(line.pressure_advance_s);
+    if (!result.view.steps && reading.profile.unusable.empty()) {
+      result.view.steps = StepsOf(i, *frames, reading, deviation);
+    }
+    AddNotices(line, reading, result.notices);
+    result.profiles.push_back(std::move(reading.profile));
+    result.view.heights.push_back(std::move(reading.heights));
+    result.view.paper_heights.push_back(std::move(paper));
+  }
+  result.deviation = pressure_advance::ScoreByDeviation(pressure_advance_s, scores);
+  return result;
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,47 @@
+// A recorded video, frame by frame.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+
+#include "base/frame.h"
+#include "base/result.h"
+
+namespace trammel::machine {
+
+struct VideoLimits {
+  int max_width_px = 16384;              ///< of one frame, >= 1
+  int max_height_px = 16384;             ///< of one frame, >= 1
+  std::size_t max_pixels = 50'000'000;   ///< of one frame; a decoded frame takes 3 bytes a pixel
+  std::size_t max_frames = 100'000;      ///< in the file
+};
+
+/// Decodes the first video stream of a file (anything libav reads; MJPEG in AVI is what cameras on
+/// printers write). The file is not believed: a frame count in its header is never used, and a
+/// damaged frame is an error rather than a picture.
+///
+/// Opening sets libav's log level to quiet for the whole process, the one global libav offers.
+class VideoFile {
+ public:
+  /// Fails with kMeasurement where the file is missing, empty, cut off, no video, or too large.
+  [[nodiscard]] static Result<VideoFile> Open(const std::filesystem::path& path,
+                                              const VideoLimits& limits = {});
+
+  VideoFile(VideoFile&&) noexcept;
+  VideoFile& operator=(VideoFile&&) noexcept;
+  ~VideoFile();
+
+  /// The next frame, or nullptr after the last. The frame is reused by the next call.
+  /// Frame::time_s is the container's presentation time, absent where it has none.
+  /// Fails with kMeasurement on a damaged frame, on a frame of another size than the first, where
+  /// there are more than limits.max_frames, and at the end where there was no frame at all.
+  [[nodiscard]] Result<const Frame*> Next();
+
+ private:
+  struct State;
+  explicit VideoFile(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace trammel::machine

@@ -1,0 +1,212 @@
+#include "pressure_advance/laser_eye.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "base/check.h"
+#include "pressure_advance/bead_profile.h"
+#include "pressure_advance/plate_reference.h"
+#include "pressure_advance/sweep_positions.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+/// Rising surfaces move the line towards smaller coordinates for -x and -y.
+double HeightSign(AxisDirection direction) {
+  return direction == AxisDirection::kMinusX || direction == AxisDirection::kMinusY ? -1 : 1;
+}
+
+/// Mean over all frames and pixels, per colour, for messages.
+struct Light {
+  double mean = 0;
+  int brightest = 0;
+  int darkest = 255;
+};
+
+Light MeasureLight(std::span<const Frame> frames) {
+  Light light;
+  double sum = 0;
+  double count = 0;
+  for (const Frame& frame : frames) {
+    for (std::size_t i = 2; i < frame.bgr.size(); i += 3) {
+      sum += frame.bgr[i];
+      light.brightest = std::max(light.brightest, int{frame.bgr[i]});
+      light.darkest = std::min(light.darkest, int{frame.bgr[i]});
+      count += 1;
+    }
+  }
+  light.mean = count > 0 ? sum / count : 0;
+  return light;
+}
+
+/// The frames to score: in motion and on the line, in print direction.
+void ChooseFrames(std::span<const Frame> frames, const Scan& scan, const ScanLine& line,
+                  SweepReading& reading) {
+  const StillFrames still = FindStillFrames(frames);
+  if (still.all) {
+    reading.profile.unusable =
+        fmt::format("all {} frames are the same picture; the camera or the machine did not move",
+                    frames.size());
+    return;
+  }
+  reading.still_frames = still.first + still.last;
+  const std::vector<double> position = SweepPositions(scan, line, frames.size(), still.first);
+  const double length_mm = scan.motion.length_mm.value_or(0);
+  for (std::size_t i = still.first; i + still.last < frames.size(); ++i) {
+    // A hundredth of a frame's step is rounding, not being past the end.
+    const double slack = 0.01 * scan.scan_speed_mm_s / scan.frames_per_s;
+    if (position[i] < -slack || position[i] > length_mm + slack) {
+      ++reading.off_line_frames;
+      continue;
+    }
+    reading.frame.push_back(i);
+    reading.heights.position_mm.push_back(position[i]);
+  }
+  if (SweepsBackwards(line)) {
+    std::reverse(reading.frame.begin(), reading.frame.end());
+    std::reverse(reading.heights.position_mm.begin(), reading.heights.position_mm.end());
+  }
+}
+
+vision::StripeModel LearnFrom(std::span<const Frame> frames, const std::vector<std::size_t>& chosen,
+                              const LaserEyeOptions& options,
+                              vision::LaserLineWorkspace& workspace) {
+  std::vector<BgrView> views;
+  const std::size_t count = std::min(options.model_frames, chosen.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    views.push_back(frames[chosen[(2 * i + 1) * chosen.size() / (2 * count)]].view());
+  }
+  return vision::LearnStripe(views, options.line, workspace);
+}
+
+/// Finds the line in every chosen frame; columns become heights above column 0.
+HeightMap FindLines(std::span<const Frame> frames, SweepReading& reading,
+                    const LaserEyeOptions& options, double sign,
+                    vision::LaserLineWorkspace& workspace) {
+  HeightMap lines;
+  lines.frames = reading.frame.size();
+  lines.rows = static_cast<std::size_t>(frames[0].height);
+  lines.position_mm = reading.heights.position_mm;
+  lines.height_px.resize(lines.frames * lines.rows);
+  lines.sigma_px.resize(lines.frames * lines.rows);
+  vision::LaserLine line;
+  reading.example_column = lines.frames / 8;
+  for (std::size_t f = 0; f < lines.frames; ++f) {
+    vision::FindLaserLine(frames[reading.frame[f]].view(), reading.stripe, options.line, workspace,
+                          line);
+    for (std::size_t r = 0; r < lines.rows; ++r) {
+      lines.height_px[lines.index(f, r)] = static_cast<float>(sign * line.centre_px[r]);
+      lines.sigma_px[lines.index(f, r)] = line.sigma_px[r];
+    }
+    if (f == reading.example_column) {
+      reading.example = line;
+    }
+  }
+  return lines;
+}
+
+/// Why the sweep shows no laser; empty where it does.
+std::string LaserFault(const HeightMap& lines, const vision::StripeModel& stripe,
+                       const LaserEyeOptions& options, std::span<const Frame> frames) {
+  std::size_t lit = 0;
+  for (std::size_t f = 0; f < lines.frames; ++f) {
+    std::size_t found = 0;
+    for (std::size_t r = 0; r < lines.rows; ++r) {
+      found += lines.sigma_px[lines.index(f, r)] > 0 ? 1 : 0;
+    }
+    lit += 2 * found >= lines.rows ? 1 : 0;
+  }
+  const bool steady = stripe.scatter_px < 1.5F * stripe.sigma_px;
+  if (2 * lit >= lines.frames && stripe.contrast >= options.least_contrast && steady) {
+    return {};
+  }
+  const Light light = MeasureLight(frames);
+  return fmt::format(
+      "no laser line: seen in {} of {} frames, {:.1f} times the noise beside it (at least {:.1f} "
+      "needed), {:.1f} px from row to row; red is {:.0f} on average, {} … {}; check that the laser "
+      "is on, the exposure, and crop_px",
+      lit, lines.frames, stripe.contrast, options.least_contrast,
+      std::min(stripe.scatter_px, 9999.0F), light.mean, light.darkest, light.brightest);
+}
+
+SectionScale ScaleOf(const Scan& scan) {
+  const double tangent = std::tan(scan.laser_angle_rad);
+  const double mm_per_px = scan.px_per_mm ? 1 / *scan.px_per_mm : 1;
+  return {mm_per_px, mm_per_px / tangent};
+}
+
+/// Samples in print order; a frame at the same place as the one before it adds nothing new.
+void FillSamples(std::vector<ProfileSample> samples, const HeightMap& heights,
+                 LineProfile& profile) {
+  for (std::size_t f = 0; f < samples.size(); ++f) {
+    samples[f].position = heights.position_mm[f];
+    if (profile.samples.empty() || samples[f].position > profile.samples.back().position) {
+      profile.samples.push_back(samples[f]);
+    }
+  }
+}
+
+}  // namespace
+
+void TurnUpright(const BgrView& view, AxisDirection height_direction, Frame& upright) {
+  const bool transpose =
+      height_direction == AxisDirection::kMinusY || height_direction == AxisDirection::kPlusY;
+  const int width = transpose ? view.height : view.width;
+  const int height = transpose ? view.width : view.height;
+  if (upright.width != width || upright.height != height) {
+    upright = Frame(width, height);
+  }
+  for (int y = 0; y < height; ++y) {
+    std::uint8_t* out = upright.row(y);
+    if (!transpose) {
+      std::copy_n(view.row(y), 3 * static_cast<std::size_t>(width), out);
+      continue;
+    }
+    for (int x = 0; x < width; ++x) {
+      std::copy_n(view.row(x) + std::ptrdiff_t{3} * y, 3, out + std::ptrdiff_t{3} * x);
+    }
+  }
+}
+
+SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan, const ScanLine& line,
+                       const LaserEyeOptions& options, vision::LaserLineWorkspace& workspace) {
+  TRAMMEL_CHECK(!frames.empty(), "a sweep without frames");
+  SweepReading reading;
+  LineProfile& profile = reading.profile;
+  profile.pressure_advance_s = line.pressure_advance_s;
+  profile.cross_section_unit =
+      scan.px_per_mm ? CrossSectionUnit::kMillimetre : CrossSectionUnit::kPixel;
+  profile.position_unit = PositionUnit::kMillimetre;
+  ChooseFrames(frames, scan, line, reading);
+  if (!profile.unusable.empty()) {
+    return reading;
+  }
+  if (reading.frame.size() < options.fewest_frames) {
+    profile.unusable = fmt::format(
+        "only {} of {} frames show the line ({} standing still, {} past its ends); at least {} are "
+        "needed: check scan_speed_mm_s, frames_per_s and line_start_mm",
+        reading.frame.size(), frames.size(), reading.still_frames, reading.off_line_frames,
+        options.fewest_frames);
+    return reading;
+  }
+  reading.stripe = LearnFrom(frames, reading.frame, options, workspace);
+  const HeightMap lines =
+      FindLines(frames, reading, options, HeightSign(scan.height_direction), workspace);
+  profile.unusable = LaserFault(lines, reading.stripe, options, frames);
+  if (!profile.unusable.empty()) {
+    return reading;
+  }
+  PlateHeights plate = FindPlate(lines);
+  profile.unusable = plate.fault;
+  if (!profile.unusable.empty()) {
+    return reading;
+  }
+  FillSamples(MeasureBead(plate, ScaleOf(scan)), plate.heights, profile);
+  reading.heights = std::move(plate.heights);
+  return reading;
+}
+
+}  // namespace trammel::pressure_advance

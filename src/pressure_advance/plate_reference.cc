@@ -1,0 +1,422 @@
+#include "pressure_advance/plate_reference.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/statistics.h"
+#include "geometry/robust_line.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+/// Fewest rows of plate that fix its level in one frame.
+constexpr std::size_t kFewestPlateRows = 4;
+/// A plate's level drifts with the bed over millimetres; frames are fractions of one.
+constexpr std::size_t kTrendReach = 12;
+
+/// The plate in one sweep: level(frame) + slope · (row - pivot).
+struct Plate {
+  double slope = 0;
+  double pivot = 0;
+  std::vector<double> level;
+  std::vector<double> sigma;  ///< of the level; 0: this frame does not show it
+
+  [[nodiscard]] double at(std::size_t frame, double row) const {
+    return level[frame] + slope * (row - pivot);
+  }
+};
+
+/// Level and slope of each frame by itself, good to where the bead covers less than half the rows.
+Plate CoarsePlate(const HeightMap& lines) {
+  Plate plate;
+  plate.pivot = 0.5 * static_cast<double>(lines.rows);
+  plate.level.resize(lines.frames);
+  plate.sigma.resize(lines.frames);
+  std::vector<double> rows, columns, slopes, scratch;
+  for (std::size_t f = 0; f < lines.frames; ++f) {
+    rows.clear();
+    columns.clear();
+    for (std::size_t r = 0; r < lines.rows; ++r) {
+      if (lines.sigma_px[lines.index(f, r)] > 0) {
+        rows.push_back(static_cast<double>(r) - plate.pivot);
+        columns.push_back(lines.height_px[lines.index(f, r)]);
+      }
+    }
+    if (rows.size() < 2 * kFewestPlateRows) {
+      continue;
+    }
+    const geometry::RobustLine line = geometry::FitRobustLine(rows, columns, scratch);
+    plate.level[f] = line.offset;
+    plate.sigma[f] = 1;
+    slopes.push_back(line.slope);
+  }
+  plate.slope = slopes.empty() ? 0 : Median(slopes);
+  return plate;
+}
+
+/// Quantile over the frames of each row's height above the plate; rows seldom seen get 0 and
+/// seen = false.
+struct RowQuantile {
+  std::vector<double> height;
+  std::vector<bool> seen;
+};
+
+RowQuantile QuantileByRow(const HeightMap& lines, const Plate& plate, double probability) {
+  RowQuantile result{std::vector<double>(lines.rows), std::vector<bool>(lines.rows)};
+  std::vector<double> sample;
+  for (std::size_t r = 0; r < lines.rows; ++r) {
+    sample.clear();
+    for (std::size_t f = 0; f < lines.frames; ++f) {
+      if (plate.sigma[f] > 0 && lines.sigma_px[lines.index(f, r)] > 0) {
+        sample.push_back(lines.height_px[lines.index(f, r)] - plate.at(f, static_cast<double>(r)));
+      }
+    }
+    if (sample.size() * 5 >= lines.frames && !sample.empty()) {
+      result.height[r] = Quantile(sample, probability);
+      result.seen[r] = true;
+    }
+  }
+  return result;
+}
+
+/// Where the typical frame's line leaves the straight line: refits the plate's slope and level
+/// through the medians, and takes the lower part where the bead held the majority.
+void RefitThroughMedians(const RowQuantile& median, Plate& plate) {
+  std::vector<double> rows, heights, scratch;
+  for (std::size_t r = 0; r < median.height.size(); ++r) {
+    if (median.seen[r]) {
+      rows.push_back(static_cast<double>(r) - plate.pivot);
+      heights.push_back(median.height[r]);
+    }
+  }
+  if (rows.size() < 2 * kFewestPlateRows) {
+    return;
+  }
+  geometry::RobustLine line = geometry::FitRobustLine(rows, heights, scratch);
+  double above = 0;
+  double below = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double residual = heights[i] - line.at(rows[i]);
+    (residual > 0 ? above : below) += std::abs(residual);
+  }
+  if (below > 3 * above && below / static_cast<double>(rows.size()) > 3 * line.median_residual) {
+    const double half = 0.5 * (*std::min_element(heights.begin(), heights.end()) + Median(heights));
+    std::vector<double> low_rows, low_heights;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (heights[i] < half) {
+        low_rows.push_back(rows[i]);
+        low_heights.push_back(heights[i]);
+      }
+    }
+    if (low_rows.size() >= kFewestPlateRows) {
+      line = geometry::FitRobustLine(low_rows, low_heights, scratch);
+    }
+  }
+  plate.slope += line.slope;
+  for (double& level : plate.level) {
+    level += line.offset;
+  }
+}
+
+/// Bead's centre and extent from the typical frame. half_width 0: no bead.
+BeadBand BandFromMedians(const RowQuantile& median, double& peak) {
+  const auto rows = static_cast<std::ptrdiff_t>(median.height.size());
+  BeadBand band;
+  peak = 0;
+  std::ptrdiff_t top = 0;
+  for (std::ptrdiff_t r = 1; r + 1 < rows; ++r) {
+    const auto i = static_cast<std::size_t>(r);
+    const double smooth = (median.height[i - 1] + median.height[i] + median.height[i + 1]) / 3;
+    if (median.seen[i] && smooth > peak) {
+      peak = smooth;
+      top = r;
+    }
+  }
+  const auto high = [&](std::ptrdiff_t r) {
+    return r >= 0 && r < rows &&
+           (!median.seen[static_cast<std::size_t>(r)] ||
+            median.height[static_cast<std::size_t>(r)] > 0.15 * peak);
+  };
+  std::ptrdiff_t lo = top;
+  std::ptrdiff_t hi = top;
+  while (high(lo - 1) || high(lo - 2)) --lo;
+  while (high(hi + 1) || high(hi + 2)) ++hi;
+  band.first_centre = 0.5 * static_cast<double>(lo + hi);
+  band.half_width = 0.5 * static_cast<double>(hi - lo) + 1;
+  return band;
+}
+
+bool OnPlate(const BeadBand& band, std::size_t frame, std::size_t row) {
+  return std::abs(static_cast<double>(row) - band.centre(frame)) > band.half_width + 1;
+}
+
+/// Per frame the level of the plate beside the bead, robust (Huber by reweighting), and one slope.
+void RefinePlate(const HeightMap& lines, const BeadBand& band, Plate& plate) {
+  std::vector<double> slopes;
+  for (std::size_t f = 0; f < lines.frames; ++f) {
+    std::vector<double> x, y, s;
+    for (std::size_t r = 0; r < lines.rows; ++r) {
+      const float sigma = lines.sigma_px[lines.index(f, r)];
+      if (sigma > 0 && OnPlate(band, f, r)) {
+        x.push_back(static_cast<double>(r) - plate.pivot);
+        y.push_back(lines.height_px[lines.index(f, r)] - plate.slope * x.back());
+        s.push_back(sigma);
+      }
+    }
+    if (x.size() < kFewestPlateRows) {
+      plate.sigma[f] = 0;
+      continue;
+    }
+    double level = Median(y);
+    double variance = 0;
+    for (int pass = 0; pass < 4; ++pass) {
+      double sum = 0;
+      double total = 0;
+      double square = 0;
+      double slope_sum = 0;
+      double slope_total = 0;
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        const double pull = std::abs(y[i] - level) / (2 * s[i]);
+        const double weight = (pull > 1 ? 1 / pull : 1) / (s[i] * s[i]);
+        sum += weight * y[i];
+        total += weight;
+        square += weight * weight * s[i] * s[i];
+        slope_sum += weight * x[i] * (y[i] - level);
+        slope_total += weight * x[i] * x[i];
+      }
+      level = sum / total;
+      variance = square / (total * total);
+      if (pass == 3 && slope_total > 0) {
+        slopes.push_back(slope_sum / slope_total);
+      }
+    }
+    plate.level[f] = level;
+    plate.sigma[f] = std::sqrt(variance);
+  }
+  if (slopes.size() >= 3) {
+    plate.slope += Median(slopes);
+  }
+}
+
+/// Standardised residuals on the plate: their robust scale, and how a sum over rows scatters more
+/// than independent rows would.
+struct PlateNoise {
+  double scale = 1;
+  double row_correlation = 1;
+  double noise_px = 0;
+};
+
+PlateNoise MeasureNoise(const HeightMap& lines, const BeadBand& band, const Plate& plate) {
+  const std::size_t lags = std::min<std::size_t>(lines.rows / 2, 24);
+  std::vector<double> product(lags + 1), count(lags + 1), residuals, sigmas;
+  std::vector<double> row(lines.rows);
+  for (std::size_t f = 0; f < lines.frames; ++f) {
+    for (std::size_t r = 0; r < lines.rows; ++r) {
+      const double sigma = lines.sigma_px[lines.index(f, r)];
+      row[r] = 0;
+      if (plate.sigma[f] > 0 && sigma > 0 && OnPlate(band, f, r)) {
+        const double pull =
+            (lines.height_px[lines.index(f, r)] - plate.at(f, static_cast<double>(r))) / sigma;
+        residuals.push_back(pull);
+        sigmas.push_back(sigma);
+        row[r] = std::clamp(pull, -3.0, 3.0);
+      }
+    }
+    for (std::size_t k = 0; k <= lags; ++k) {
+      for (std::size_t r = 0; r + k < lines.rows; ++r) {
+        if (row[r] != 0 && row[r + k] != 0) {
+          product[k] += row[r] * row[r + k];
+          count[k] += 1;
+        }
+      }
+    }
+  }
+  PlateNoise noise;
+  if (residuals.size() < 16 || product[0] <= 0) {
+    return noise;
+  }
+  noise.scale = std::max(0.02, RobustStandardDeviation(residuals));
+  noise.noise_px = noise.scale * Median(sigmas);
+  for (std::size_t k = 1; k <= lags && count[k] > 0; ++k) {
+    const double correlation = (product[k] / count[k]) / (product[0] / count[0]);
+    if (correlation < 0.05) {
+      break;
+    }
+    noise.row_correlation += 2 * correlation;
+  }
+  return noise;
+}
+
+/// Local straight-line trend of the level at frame f over its neighbours, itself included.
+double Trend(const Plate& plate, std::size_t f) {
+  const std::size_t lo = f > kTrendReach ? f - kTrendReach : 0;
+  const std::size_t hi = std::min(plate.level.size() - 1, f + kTrendReach);
+  std::vector<double> x, y, scratch;
+  for (std::size_t i = lo; i <= hi; ++i) {
+    if (plate.sigma[i] > 0) {
+      x.push_back(static_cast<double>(i) - static_cast<double>(f));
+      y.push_back(plate.level[i]);
+    }
+  }
+  if (x.size() < 5) {
+    return plate.level[f];
+  }
+  // Fit about the middle of the points: LMedS for who belongs, then its own least squares step.
+  return geometry::FitRobustLine(x, y, scratch).at(0);
+}
+
+/// Draws the levels towards their trend as far as their scatter about it is noise.
+void ShrinkToTrend(double row_correlation, Plate& plate) {
+  std::vector<double> trend(plate.level.size()), off, predicted;
+  for (std::size_t f = 0; f < plate.level.size(); ++f) {
+    trend[f] = Trend(plate, f);
+    if (plate.sigma[f] > 0) {
+      off.push_back(plate.level[f] - trend[f]);
+      predicted.push_back(plate.sigma[f] * plate.sigma[f] * row_correlation);
+    }
+  }
+  if (off.size() < 8) {
+    return;
+  }
+  const double seen = RobustStandardDeviation(off);
+  const double noise = Median(predicted);
+  // Twice the noise in variance passes as noise: the prediction is no better than that.
+  const double keep = seen * seen > 2 * noise ? 1 - noise / (seen * seen) : 0;
+  for (std::size_t f = 0; f < plate.level.size(); ++f) {
+    if (plate.sigma[f] > 0) {
+      const double own = plate.sigma[f] * std::sqrt(row_correlation);
+      plate.level[f] = trend[f] + keep * (plate.level[f] - trend[f]);
+      plate.sigma[f] = own * std::max(keep, 1 / std::sqrt(2.0 * kTrendReach));
+    } else {
+      plate.level[f] = trend[f];
+    }
+  }
+}
+
+HeightMap Relative(const HeightMap& lines, const Plate& plate, double scale) {
+  HeightMap heights = lines;
+  for (std::size_t f = 0; f < lines.frames; ++f) {
+    for (std::size_t r = 0; r < lines.rows; ++r) {
+      const std::size_t i = lines.index(f, r);
+      if (plate.sigma[f] <= 0 || lines.sigma_px[i] <= 0) {
+        heights.height_px[i] = 0;
+        heights.sigma_px[i] = 0;
+        continue;
+      }
+      heights.height_px[i] -= static_cast<float>(plate.at(f, static_cast<double>(r)));
+      heights.sigma_px[i] *= static_cast<float>(scale);
+    }
+  }
+  return heights;
+}
+
+/// How the bead's centre wanders over the rows, from frames with a clear bead.
+void FollowBead(const HeightMap& heights, double peak, BeadBand& band) {
+  std::vector<double> x, y, scratch;
+  for (std::size_t f = 0; f < heights.frames; ++f) {
+    double sum = 0;
+    double weight = 0;
+    for (std::size_t r = 0; r < heights.rows; ++r) {
+      const std::size_t i = heights.index(f, r);
+      if (heights.sigma_px[i] > 0 && !OnPlate(band, f, r)) {
+        const double h = std::clamp<double>(heights.height_px[i], 0, 1.5 * peak);
+        sum += h * static_cast<double>(r);
+        weight += h;
+      }
+    }
+    if (weight > 0.5 * peak * band.half_width) {
+      x.push_back(static_cast<double>(f));
+      y.push_back(sum / weight);
+    }
+  }
+  if (x.size() < 12) {
+    return;
+  }
+  const geometry::RobustLine line = geometry::FitRobustLine(x, y, scratch);
+  // Less than a row over the whole sweep is within the noise of a centroid.
+  if (std::abs(line.slope) * static_cast<double>(heights.frames) > 1) {
+    band.first_centre = line.offset;
+    band.drift = line.slope;
+  }
+}
+
+/// Widens the band to the widest bead of the sweep: outwards from the centre as long as one frame
+/// in twenty, averaged with its neighbours, clearly stands above the plate.
+void WidenBand(const HeightMap& heights, double noise_px, double peak, BeadBand& band) {
+  const auto reach = static_cast<int>(heights.rows);
+  const double clear = std::max(3 * noise_px / std::sqrt(3.0), 0.08 * peak);
+  std::vector<double> sample;
+  const auto high = [&](int offset) {
+    sample.clear();
+    for (std::size_t f = 1; f + 1 < heights.frames; ++f) {
+      double sum = 0;
+      int seen = 0;
+      for (std::size_t g = f - 1; g <= f + 1; ++g) {
+        const double row = std::round(band.centre(g) + offset);
+        if (row < 0 || row >= static_cast<double>(heights.rows)) {
+          return false;
+        }
+        const std::size_t i = heights.index(g, static_cast<std::size_t>(row));
+        if (heights.sigma_px[i] > 0) {
+          sum += heights.height_px[i];
+          ++seen;
+        }
+      }
+      if (seen >= 2) {
+        sample.push_back(sum / seen);
+      }
+    }
+    return sample.size() >= 5 && Quantile(sample, 0.95) > clear;
+  };
+  int widest = 0;
+  for (const int side : {-1, 1}) {
+    int k = static_cast<int>(0.7 * band.half_width);
+    while (k < reach && (high(side * (k + 1)) || high(side * (k + 2)))) {
+      ++k;
+    }
+    widest = std::max(widest, k);
+  }
+  band.half_width = widest + 1;
+}
+
+}  // namespace
+
+PlateHeights FindPlate(const HeightMap& lines) {
+  PlateHeights result;
+  Plate plate = CoarsePlate(lines);
+  RefitThroughMedians(QuantileByRow(lines, plate, 0.5), plate);
+  const RowQuantile median = QuantileByRow(lines, plate, 0.5);
+  double peak = 0;
+  result.band = BandFromMedians(median, peak);
+  result.bead_px = peak;
+  PlateNoise noise;
+  for (int pass = 0; pass < 2; ++pass) {
+    RefinePlate(lines, result.band, plate);
+    noise = MeasureNoise(lines, result.band, plate);
+    ShrinkToTrend(noise.row_correlation * noise.scale * noise.scale, plate);
+    result.heights = Relative(lines, plate, noise.scale);
+    result.noise_px = noise.noise_px;
+    result.row_correlation = noise.row_correlation;
+    // The median of n frames is good to 1.25 noise / sqrt n; half a row's noise and a quarter pixel
+    // guard against a plate that is not quite straight.
+    const double least =
+        std::max({0.25, 0.5 * noise.noise_px,
+                  6 * noise.noise_px /
+                      std::sqrt(static_cast<double>(std::max<std::size_t>(1, lines.frames)))});
+    if (!(peak > least)) {
+      result.fault = fmt::format(
+          "no bead in the picture: the laser line rises by {:.2f} px at most, with {:.2f} px of "
+          "noise in a row; check crop_px and height_direction",
+          peak, noise.noise_px);
+      return result;
+    }
+    FollowBead(result.heights, peak, result.band);
+    WidenBand(result.heights, noise.noise_px, peak, result.band);
+  }
+  result.plate_sigma_px = plate.sigma;
+  return result;
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,142 @@
+#include "pressure_advance/scan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+
+namespace trammel::pressure_advance {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+struct Bounds {
+  double lo;
+  double hi;
+  bool above_lo = false;  ///< lo itself is out of bounds
+};
+
+/// Keeps the first thing that is wrong.
+class Checker {
+ public:
+  void Number(const std::string& key, double value, const Bounds& bounds) {
+    if (!std::isfinite(value) || value > bounds.hi || value < bounds.lo ||
+        (bounds.above_lo && value == bounds.lo)) {
+      Say(fmt::format("{} is {}; it must be {}{} … {}", key, value,
+                      bounds.above_lo ? "above " : "", bounds.lo, bounds.hi));
+    }
+  }
+  void Say(std::string fault) {
+    if (fault_.empty()) {
+      fault_ = std::move(fault);
+    }
+  }
+  [[nodiscard]] Result<void> result() const {
+    if (!fault_.empty()) {
+      return Fail(fault_);
+    }
+    return {};
+  }
+
+ private:
+  std::string fault_;
+};
+
+void CheckMotion(const LineMotion& motion, Checker& check) {
+  if (!motion.length_mm || !motion.acceleration_mm_s2) {
+    check.Say("line_length_mm and acceleration_mm_s2 must be known in a scan");
+    return;
+  }
+  check.Number("line_length_mm", *motion.length_mm, {0, 2000, true});
+  check.Number("acceleration_mm_s2", *motion.acceleration_mm_s2, {0, 1e6, true});
+  if (motion.segments.empty() || motion.segments.size() > 100) {
+    check.Say(fmt::format("segments has {} entries; it must have 1 … 100", motion.segments.size()));
+  }
+  double sum = 0;
+  for (std::size_t i = 0; i < motion.segments.size(); ++i) {
+    const Segment& segment = motion.segments[i];
+    check.Number(fmt::format("segments[{}].fraction", i), segment.fraction, {0, 1, true});
+    check.Number(fmt::format("segments[{}].speed_mm_s", i), segment.speed_mm_s, {0, 2000, true});
+    sum += segment.fraction;
+  }
+  // 1e-3: three fractions written as 0.333 are meant to sum to 1.
+  if (!(std::abs(sum - 1) <= 1e-3 + 1e-12)) {
+    check.Say(fmt::format("the fractions of segments sum to {}; they must sum to 1", sum));
+  }
+}
+
+bool AlongX(AxisDirection direction) {
+  return direction == AxisDirection::kPlusX || direction == AxisDirection::kMinusX;
+}
+
+void CheckLine(const ScanLine& line, std::size_t index, Checker& check) {
+  const std::string at = fmt::format("lines[{}].", index);
+  check.Number(at + "pressure_advance_s", line.pressure_advance_s, {0, 10});
+  if (line.video.empty()) {
+    check.Say(at + "video is empty; it must name a file in the recording's folder");
+  }
+  const auto print = line.print_direction.value_or(AxisDirection::kPlusX);
+  const auto sweep = line.sweep_direction.value_or(print);
+  if (AlongX(print) != AlongX(sweep)) {
+    check.Say(at +
+              "sweep_direction is across print_direction; it must be the same or the opposite");
+  }
+  const auto& times = line.frame_times_s;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    check.Number(fmt::format("{}frame_times_s[{}]", at, i), times[i], {-1e12, 1e12});
+    if (i > 0 && !(times[i] > times[i - 1])) {
+      check.Say(fmt::format("{}frame_times_s[{}] is {} after {}; the times must increase", at, i,
+                            times[i], times[i - 1]));
+    }
+  }
+}
+
+void CheckDuplicates(const std::vector<ScanLine>& lines, Checker& check) {
+  std::vector<std::pair<double, std::size_t>> sorted;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    sorted.emplace_back(lines[i].pressure_advance_s, i);
+  }
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (sorted[i].first == sorted[i - 1].first) {
+      check.Say(
+          fmt::format("lines[{}].pressure_advance_s is {}, and so is lines[{}]'s; every line of a "
+                      "recording must have a value of its own",
+                      sorted[i].second, sorted[i].first, sorted[i - 1].second));
+    }
+  }
+}
+
+}  // namespace
+
+Result<void> Validate(const Scan& scan) {
+  Checker check;
+  if (scan.lines.empty() || scan.lines.size() > 1000) {
+    check.Say(fmt::format("lines has {} entries; it must have 1 … 1000", scan.lines.size()));
+  }
+  check.Number("frames_per_s", scan.frames_per_s, {1, 1000});
+  check.Number("scan_speed_mm_s", scan.scan_speed_mm_s, {0, 1000, true});
+  if (scan.px_per_mm) {
+    check.Number("px_per_mm", *scan.px_per_mm, {1, 10000});
+  }
+  // The bounds are in degrees; a rounding step of the conversion must not put 85 outside.
+  check.Number("laser_angle_deg", std::round(scan.laser_angle_rad / kDegree * 1e9) / 1e9, {5, 85});
+  if (scan.crop) {
+    check.Number("crop_px.x", scan.crop->x, {0, 1e6});
+    check.Number("crop_px.y", scan.crop->y, {0, 1e6});
+    check.Number("crop_px.width", scan.crop->width, {8, 1e6});
+    check.Number("crop_px.height", scan.crop->height, {8, 1e6});
+  }
+  CheckMotion(scan.motion, check);
+  check.Number("line_start_mm", scan.line_start_mm, {0, scan.motion.length_mm.value_or(2000)});
+  for (std::size_t i = 0; i < scan.lines.size(); ++i) {
+    CheckLine(scan.lines[i], i, check);
+  }
+  CheckDuplicates(scan.lines, check);
+  return check.result();
+}
+
+}  // namespace trammel::pressure_advance

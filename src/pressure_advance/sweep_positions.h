@@ -1,0 +1,39 @@
+// Where the laser stood in each frame of a sweep.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "base/frame.h"
+#include "pressure_advance/scan.h"
+
+namespace trammel::pressure_advance {
+
+/// Frames at the ends of a sweep in which the camera stood still.
+struct StillFrames {
+  std::size_t first = 0;  ///< leading frames without motion to the next; the last of these is where
+                          ///< the sweep begins
+  std::size_t last = 0;   ///< trailing frames that repeat the one before them
+  bool all = false;       ///< no two frames differ: the camera or the machine hung
+};
+
+/// A moving laser crosses new speckle with every frame; a standing one sees the same picture twice.
+/// A stretch counts as still only where its frames differ by less than half of what nearly every
+/// pair of the remaining frames does, so that a sweep over a smooth bead without speckle loses
+/// nothing.
+/// @param frames  all of one size.
+[[nodiscard]] StillFrames FindStillFrames(std::span<const Frame> frames);
+
+/// Position of the laser in each frame, mm from the printed start in print direction: the frame
+/// `begin` is where scan.line_start_mm was measured.
+/// @param frame_count  frames in the sweep, >= 1; line.frame_times_s, where given, has as many.
+/// An opposite sweep runs backwards from line_start_mm; where more of it lies on the line if
+/// line_start_mm is taken from the line's other end, it is.
+[[nodiscard]] std::vector<double> SweepPositions(const Scan& scan, const ScanLine& line,
+                                                 std::size_t frame_count, std::size_t begin);
+
+/// Whether the sweep runs against the print.
+[[nodiscard]] bool SweepsBackwards(const ScanLine& line);
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,71 @@
+// Where a laser line stands in each row of an image.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/frame.h"
+
+namespace trammel::vision {
+
+/// What one laser line looks like: how its light is told from everything else, and its width.
+/// Learnt once from frames that show the same line (LearnStripe), used for all of them.
+struct StripeModel {
+  float weight_b = 0;  ///< signal = weight_b·B + weight_g·G + weight_r·R
+  float weight_g = 0;
+  float weight_r = 1;
+  float sigma_px = 2.5F;  ///< of the Gaussian that finds the stripe most steadily
+  float contrast = 0;     ///< mean response on the line over the noise beside it
+  float scatter_px = 0;   ///< 1 sigma of one row's centre before rows support each other
+};
+
+struct LaserLineOptions {
+  double max_sigma_px = 8;   ///< >= 1; a stripe wider than 19 px at half its height is no line
+  double detection = 2;      ///< a row's stripe must exceed the noise of its surroundings so often
+  double slope_cost = 0.1;   ///< price of one pixel sideways from row to row, where a row fully on
+                             ///< the stripe is worth 1
+  double jump_cost = 1.5;     ///< price of a step of any size (a bead's edge in shadow), in stripe
+                             ///< sigmas of rows
+  double row_smoothing = 1;  ///< stripe sigmas along the line over which rows support each other,
+                             ///< never across a step; 0: each row for itself
+};
+
+/// One sample per row.
+struct LaserLine {
+  std::vector<float> centre_px;  ///< column, pixel-centre origin; never NaN
+  std::vector<float> sigma_px;   ///< 1 sigma; 0 where the row has no stripe (centre_px is then 0)
+  float contrast = 0;            ///< mean response on the line over the noise beside it
+
+  [[nodiscard]] bool found(std::size_t row) const { return sigma_px[row] > 0; }
+};
+
+/// Scratch, reused from frame to frame; grows to the largest frame seen.
+struct LaserLineWorkspace {
+  std::vector<float> signal;    ///< (height, width)
+  std::vector<float> response;  ///< (height, width): signal behind the zero-mean matched filter
+  std::vector<float> cost;      ///< (height, width) of the shortest-path search
+  std::vector<int> from;        ///< (height, width)
+  std::vector<float> row_a, row_b, kernel, sample, raw_centre, raw_weight;
+  std::vector<double> sums;
+  std::vector<int> path;
+};
+
+/// Learns which mixture of colours and which width find the one stripe that all the frames show
+/// most steadily from row to row. A few mixtures are tried: red alone, red against white glints,
+/// and red with green where a bright plate saturates red.
+/// @param frames  at least one, all non-empty; the stripe runs down the image.
+[[nodiscard]] StripeModel LearnStripe(std::span<const BgrView> frames,
+                                      const LaserLineOptions& options,
+                                      LaserLineWorkspace& workspace);
+
+/// Finds the laser line's centre in each row: matched filter, shortest path over the rows (so that
+/// glints, halo and lamps beside the line do not capture it), then per row the maximum likelihood
+/// position of a Gaussian stripe.
+/// @param frame  8-bit BGR, width >= 3, height >= 1; the stripe runs down the image.
+/// @param line   one sample per row; its memory is reused.
+/// sigma_px comes from sensor noise and speckle, scaled to the scatter from row to row.
+/// Cost: O(height·width·sigma), no allocation once the workspace has grown.
+void FindLaserLine(const BgrView& frame, const StripeModel& model, const LaserLineOptions& options,
+                   LaserLineWorkspace& workspace, LaserLine& line);
+
+}  // namespace trammel::vision

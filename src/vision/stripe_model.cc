@@ -1,0 +1,89 @@
+// LearnStripe: what the line looks like, from the frames themselves.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "base/check.h"
+#include "geometry/robust_line.h"
+#include "vision/laser_line.h"
+#include "vision/stripe_path.h"
+
+namespace trammel::vision {
+namespace {
+
+/// Weights of B, G and R. A neutral light (a lamp's glint) has the same in all three: the second
+/// mixture halves it, the third removes it; the fourth follows a stripe into a saturated red.
+constexpr std::array<std::array<float, 3>, 4> kMixtures{
+    {{0, 0, 1}, {-0.25F, -0.25F, 1}, {-0.5F, -0.5F, 1}, {0, 0.5F, 1}}};
+
+/// How a trial model did on all frames together.
+struct Trial {
+  double scatter_px = std::numeric_limits<double>::max();  ///< of one row
+  double found = 0;                                        ///< share of the rows
+  double contrast = 0;
+};
+
+Trial Try(std::span<const BgrView> frames, const StripeModel& model,
+          const LaserLineOptions& options, LaserLineWorkspace& ws, LaserLine& line) {
+  std::vector<double> rows;
+  std::vector<double> centres;
+  std::vector<double> scratch;
+  Trial trial;
+  double scatter = 0;
+  for (const BgrView& frame : frames) {
+    FindLaserLine(frame, model, options, ws, line);
+    rows.clear();
+    centres.clear();
+    for (std::size_t y = 0; y < line.centre_px.size(); ++y) {
+      if (line.found(y)) {
+        rows.push_back(static_cast<double>(y));
+        centres.push_back(line.centre_px[y]);
+      }
+    }
+    if (rows.size() < 4) {
+      return trial;
+    }
+    scatter += geometry::FitRobustLine(rows, centres, scratch).median_residual;
+    trial.found += static_cast<double>(rows.size()) / frame.height;
+    trial.contrast += line.contrast;
+  }
+  const auto count = static_cast<double>(frames.size());
+  trial.found /= count;
+  trial.contrast /= count;
+  trial.scatter_px = kMadToSigma * scatter / count;
+  return trial;
+}
+
+}  // namespace
+
+StripeModel LearnStripe(std::span<const BgrView> frames, const LaserLineOptions& options,
+                        LaserLineWorkspace& workspace) {
+  TRAMMEL_CHECK(!frames.empty() && options.max_sigma_px >= 1, "{} frames, max sigma {}",
+                frames.size(), options.max_sigma_px);
+  LaserLineOptions raw = options;
+  raw.row_smoothing = 0;
+  LaserLine line;
+  StripeModel best;
+  double best_price = std::numeric_limits<double>::max();
+  for (const auto& mixture : kMixtures) {
+    for (double sigma = 1; sigma <= options.max_sigma_px && sigma <= frames[0].width / 8.0;
+         sigma *= std::sqrt(2.0)) {
+      StripeModel model{mixture[0], mixture[1], mixture[2], static_cast<float>(sigma)};
+      const Trial trial = Try(frames, model, raw, workspace, line);
+      // A row not found is worse than a row found badly: the square outweighs what dropping the
+      // worst rows would gain.
+      const double price = trial.scatter_px / std::max(1e-3, trial.found * trial.found);
+      if (price < best_price) {
+        best_price = price;
+        best = model;
+        best.contrast = static_cast<float>(trial.contrast);
+        best.scatter_px = static_cast<float>(trial.scatter_px);
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace trammel::vision

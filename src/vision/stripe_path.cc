@@ -1,0 +1,170 @@
+#include "vision/stripe_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
+
+namespace trammel::vision {
+namespace {
+
+/// Robust sigma of the response over the whole image: the stripe is a minority of the pixels.
+float ResponseNoise(const ImageSize& size, LaserLineWorkspace& ws) {
+  // A sample of some ten thousand pixels is plenty; the step is odd against the image's width.
+  const std::size_t step = std::max<std::size_t>(1, size.area() / 20011);
+  ws.sample.clear();
+  for (std::size_t i = 0; i < size.area(); i += step) {
+    ws.sample.push_back(ws.response[i]);
+  }
+  return kMadToSigma * MedianMagnitude(ws.sample);
+}
+
+/// One step of the search: best[x] = min over x' of previous[x'] + price of going x' -> x, the
+/// price being slope·|x - x'| but never more than jump. Felzenszwalb's two passes, linear in width.
+void Relax(std::span<const float> previous, float slope, float jump, std::span<float> best,
+           std::span<int> from) {
+  const int width = static_cast<int>(previous.size());
+  int cheapest = 0;
+  for (int x = 0; x < width; ++x) {
+    best[static_cast<std::size_t>(x)] = previous[static_cast<std::size_t>(x)];
+    from[static_cast<std::size_t>(x)] = x;
+    if (previous[static_cast<std::size_t>(x)] < previous[static_cast<std::size_t>(cheapest)]) {
+      cheapest = x;
+    }
+  }
+  for (int x = 1; x < width; ++x) {
+    const auto i = static_cast<std::size_t>(x);
+    if (best[i - 1] + slope < best[i]) {
+      best[i] = best[i - 1] + slope;
+      from[i] = from[i - 1];
+    }
+  }
+  const float jumped = previous[static_cast<std::size_t>(cheapest)] + jump;
+  for (int x = width - 1; x >= 0; --x) {
+    const auto i = static_cast<std::size_t>(x);
+    if (x + 1 < width && best[i + 1] + slope < best[i]) {
+      best[i] = best[i + 1] + slope;
+      from[i] = from[i + 1];
+    }
+    if (jumped < best[i]) {
+      best[i] = jumped;
+      from[i] = cheapest;
+    }
+  }
+}
+
+}  // namespace
+
+float MedianMagnitude(std::vector<float>& sample) {
+  if (sample.empty()) {
+    return 0;
+  }
+  for (float& v : sample) {
+    v = std::abs(v);
+  }
+  const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
+  std::nth_element(sample.begin(), middle, sample.end());
+  return *middle;
+}
+
+void ExtractSignal(const BgrView& frame, const StripeModel& model, LaserLineWorkspace& workspace) {
+  const ImageSize size{frame.width, frame.height};
+  workspace.signal.resize(size.area());
+  for (int y = 0; y < size.height; ++y) {
+    const std::uint8_t* in = frame.row(y);
+    float* out = workspace.signal.data() + size.at(y);
+    for (int x = 0; x < size.width; ++x, in += 3) {
+      out[x] = model.weight_b * in[0] + model.weight_g * in[1] + model.weight_r * in[2];
+    }
+  }
+}
+
+float MatchedFilter(const ImageSize& size, float sigma, LaserLineWorkspace& ws) {
+  const int reach = std::max(1, static_cast<int>(std::ceil(3 * sigma)));
+  ws.kernel.resize(static_cast<std::size_t>(2 * reach + 1));
+  float total = 0;
+  for (int i = -reach; i <= reach; ++i) {
+    const float t = static_cast<float>(i) / sigma;
+    total += ws.kernel[static_cast<std::size_t>(i + reach)] = std::exp(-0.5F * t * t);
+  }
+  for (float& k : ws.kernel) {
+    k /= total;
+  }
+  const int box = std::max(2, static_cast<int>(std::ceil(kBackgroundReach * sigma)));
+  ws.response.resize(size.area());
+  ws.row_a.resize(static_cast<std::size_t>(size.width + 2 * reach));
+  ws.sums.resize(static_cast<std::size_t>(size.width) + 1);
+  for (int y = 0; y < size.height; ++y) {
+    const float* in = ws.signal.data() + size.at(y);
+    float* out = ws.response.data() + size.at(y);
+    float* padded = ws.row_a.data();
+    std::fill_n(padded, reach, in[0]);
+    std::copy_n(in, size.width, padded + reach);
+    std::fill_n(padded + reach + size.width, reach, in[size.width - 1]);
+    ws.sums[0] = 0;
+    for (int x = 0; x < size.width; ++x) {
+      ws.sums[static_cast<std::size_t>(x) + 1] = ws.sums[static_cast<std::size_t>(x)] + in[x];
+    }
+    std::fill_n(out, size.width, 0.0F);
+    for (int k = 0; k <= 2 * reach; ++k) {
+      const float weight = ws.kernel[static_cast<std::size_t>(k)];
+      const float* from = padded + k;
+      for (int x = 0; x < size.width; ++x) {
+        out[x] += weight * from[x];
+      }
+    }
+    for (int x = 0; x < size.width; ++x) {
+      const int lo = std::max(0, x - box);
+      const int hi = std::min(size.width - 1, x + box);
+      out[x] -= static_cast<float>(
+          (ws.sums[static_cast<std::size_t>(hi) + 1] - ws.sums[static_cast<std::size_t>(lo)]) /
+          (hi - lo + 1));
+    }
+  }
+  return ResponseNoise(size, ws);
+}
+
+void ShortestPath(const ImageSize& size, float sigma, float noise, const LaserLineOptions& options,
+                  LaserLineWorkspace& ws) {
+  const float slope = static_cast<float>(options.slope_cost);
+  const float jump = static_cast<float>(options.jump_cost) * sigma;
+  const auto width = static_cast<std::size_t>(size.width);
+  ws.cost.resize(size.area());
+  ws.from.resize(size.area());
+  for (int y = 0; y < size.height; ++y) {
+    const float* response = ws.response.data() + size.at(y);
+    const std::span cost(ws.cost.data() + size.at(y), width);
+    if (y == 0) {
+      std::fill(cost.begin(), cost.end(), 0.0F);
+    } else {
+      Relax({ws.cost.data() + size.at(y - 1), width}, slope, jump, cost,
+            {ws.from.data() + size.at(y), width});
+    }
+    const float floor = std::max(static_cast<float>(options.detection) * noise, 1e-6F);
+    const float best = std::max(*std::max_element(response, response + width), floor);
+    for (std::size_t x = 0; x < width; ++x) {
+      cost[x] += 1 - std::clamp(response[x] / best, 0.0F, 1.0F);
+    }
+  }
+  ws.path.resize(static_cast<std::size_t>(size.height));
+  const float* last = ws.cost.data() + size.at(size.height - 1);
+  int x = static_cast<int>(std::min_element(last, last + width) - last);
+  for (int y = size.height - 1; y >= 0; --y) {
+    ws.path[static_cast<std::size_t>(y)] = x;
+    if (y > 0) {
+      x = ws.from[size.at(y) + static_cast<std::size_t>(x)];
+    }
+  }
+}
+
+bool Connected(const std::vector<int>& path, int a, int b, float sigma) {
+  for (int y = a; y < b; ++y) {
+    const int step = path[static_cast<std::size_t>(y) + 1] - path[static_cast<std::size_t>(y)];
+    if (static_cast<float>(std::abs(step)) > std::max(1.0F, sigma)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace trammel::vision
