@@ -89,6 +89,8 @@ void WriteModes(const PatternConfig& config, Writer& writer) {
   writer.Line("G21 ; mm");
   writer.Line("G90 ; absolute positions");
   writer.Line("M82 ; absolute E");
+  writer.Line("M220 S100 ; speeds as written, whatever override was left over");
+  writer.Line("M221 S100 ; so is the filament");
   writer.Line("G92 E0");
   writer.Line("M107 ; no fan on a first layer");
   if (config.dialect == gcode::Dialect::kKlipper) {

@@ -228,15 +228,18 @@ Problem CheckEdges(const char* key, const char* axis, double lo_mm, double hi_mm
                                     axis, lo_mm, hi_mm, margin_mm, bed_lo_mm, bed_hi_mm));
 }
 
+/// How far out a point lies on the ellipse inscribed in the bed less a margin; 1 is its edge.
+double Reach(const PatternConfig& config, double x_mm, double y_mm, double margin_mm) {
+  const double half_x_mm = config.bed_size_x_mm / 2;
+  const double half_y_mm = config.bed_size_y_mm / 2;
+  return std::hypot((x_mm - config.bed_origin_x_mm - half_x_mm) / (half_x_mm - margin_mm),
+                    (y_mm - config.bed_origin_y_mm - half_y_mm) / (half_y_mm - margin_mm));
+}
+
 Problem CheckEllipse(const PatternConfig& config, const BoundsMm& print) {
-  const double center_x_mm = config.bed_origin_x_mm + config.bed_size_x_mm / 2;
-  const double center_y_mm = config.bed_origin_y_mm + config.bed_size_y_mm / 2;
-  const double radius_x_mm = config.bed_size_x_mm / 2 - config.bed_margin_mm;
-  const double radius_y_mm = config.bed_size_y_mm / 2 - config.bed_margin_mm;
   for (double x_mm : {print.min_x_mm, print.max_x_mm}) {
     for (double y_mm : {print.min_y_mm, print.max_y_mm}) {
-      const double reach =
-          std::hypot((x_mm - center_x_mm) / radius_x_mm, (y_mm - center_y_mm) / radius_y_mm);
+      const double reach = Reach(config, x_mm, y_mm, config.bed_margin_mm);
       if (!(reach <= 1)) {
         return InPattern(Culprit(config.position_x_mm.has_value(), "position_x", config.columns,
                                  "columns", "line_length"),
@@ -251,20 +254,24 @@ Problem CheckEllipse(const PatternConfig& config, const BoundsMm& print) {
 
 Problem CheckPark(const PatternConfig& config) {
   const PointMm park = ParkPoint(config);
-  const auto outside = [](double value, double lo, double size) {
-    return value < lo || value > lo + size;
+  const auto off = [](const char* key, double value, double lo, double size) -> Problem {
+    if (value >= lo && value <= lo + size) return std::nullopt;
+    return InSection("printer", key,
+                     fmt::format("{} mm is off the bed, {} ... {} mm", value, lo, lo + size));
   };
-  if (outside(park.x_mm, config.bed_origin_x_mm, config.bed_size_x_mm)) {
+  if (Problem problem = off("park_x", park.x_mm, config.bed_origin_x_mm, config.bed_size_x_mm)) {
+    return problem;
+  }
+  if (Problem problem = off("park_y", park.y_mm, config.bed_origin_y_mm, config.bed_size_y_mm)) {
+    return problem;
+  }
+  if (const double reach = Reach(config, park.x_mm, park.y_mm, 0);
+      config.bed_shape == BedShape::kEllipse && reach > 1) {
     return InSection(
         "printer", "park_x",
-        fmt::format("{} mm is off the bed, {} ... {} mm", park.x_mm, config.bed_origin_x_mm,
-                    config.bed_origin_x_mm + config.bed_size_x_mm));
-  }
-  if (outside(park.y_mm, config.bed_origin_y_mm, config.bed_size_y_mm)) {
-    return InSection(
-        "printer", "park_y",
-        fmt::format("{} mm is off the bed, {} ... {} mm", park.y_mm, config.bed_origin_y_mm,
-                    config.bed_origin_y_mm + config.bed_size_y_mm));
+        fmt::format("parking at ({}, {}) mm is at {:.3f} of the round bed's radius; at "
+                    "most 1",
+                    park.x_mm, park.y_mm, reach));
   }
   return std::nullopt;
 }

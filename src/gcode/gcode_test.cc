@@ -1,0 +1,86 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "base/check.h"
+#include "gcode/dialect.h"
+#include "gcode/number.h"
+#include "gcode/placeholders.h"
+
+namespace trammel::gcode {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST(GcodeNumber, HasNoDigitThatSaysNothing) {
+  EXPECT_EQ(FormatNumber(1.5, 3), "1.5");
+  EXPECT_EQ(FormatNumber(100, 3), "100");
+  EXPECT_EQ(FormatNumber(100, 0), "100");
+  EXPECT_EQ(FormatNumber(0.0004999, 3), "0");
+  EXPECT_EQ(FormatNumber(-0.0001, 3), "0");
+  EXPECT_EQ(FormatNumber(-0.25, 3), "-0.25");
+  EXPECT_EQ(FormatNumber(1e6, 1), "1000000");
+}
+
+TEST(GcodeNumber, RefusesWhatNoFirmwareCanRead) {
+  EXPECT_THROW((void)FormatNumber(std::nan(""), 3), Bug);
+  EXPECT_THROW((void)FormatNumber(1e12, 3), Bug);
+}
+
+TEST(GcodeDialect, NamesReadBackAsThemselves) {
+  for (Dialect dialect : {Dialect::kKlipper, Dialect::kMarlin, Dialect::kRepRapFirmware}) {
+    EXPECT_EQ(ParseDialect(ToString(dialect)), dialect);
+  }
+  EXPECT_EQ(ParseDialect("Klipper"), std::nullopt);
+}
+
+TEST(GcodeDialect, EachFirmwareHasItsOwnPressureAdvance) {
+  EXPECT_EQ(PressureAdvanceCommand(Dialect::kKlipper, 0.0333333),
+            "SET_PRESSURE_ADVANCE ADVANCE=0.03333");
+  EXPECT_EQ(PressureAdvanceCommand(Dialect::kMarlin, 0.05), "M900 K0.05");
+  EXPECT_EQ(PressureAdvanceCommand(Dialect::kRepRapFirmware, 0), "M572 D0 S0");
+}
+
+TEST(GcodeDialect, LimitsThatAreAbsentAreLeftAlone) {
+  EXPECT_THAT(LimitCommands(Dialect::kKlipper, 3000, 0.0),
+              ElementsAre("SET_VELOCITY_LIMIT ACCEL=3000 MINIMUM_CRUISE_RATIO=0"));
+  EXPECT_THAT(LimitCommands(Dialect::kKlipper, std::nullopt, 0.5),
+              ElementsAre("SET_VELOCITY_LIMIT MINIMUM_CRUISE_RATIO=0.5"));
+  EXPECT_THAT(LimitCommands(Dialect::kKlipper, std::nullopt, std::nullopt), IsEmpty());
+  EXPECT_THAT(LimitCommands(Dialect::kMarlin, 3000, 0.0), ElementsAre("M204 P3000 T3000"));
+  EXPECT_THAT(LimitCommands(Dialect::kRepRapFirmware, std::nullopt, 0.5), IsEmpty());
+}
+
+TEST(GcodeDialect, AMessageNeverBecomesACommand) {
+  EXPECT_EQ(DisplayCommand("PA 0.01\nM112"), "M117 PA 0.01 M112");
+}
+
+TEST(Placeholders, AreReplacedOnceAndBracesCanBeWritten) {
+  const std::vector<Placeholder> known{{"a", "{b}"}, {"b", "2"}};
+  EXPECT_EQ(*ExpandPlaceholders("x {a} {b} {{b}}", known), "x {b} 2 {b}");
+  EXPECT_EQ(*ExpandPlaceholders("", known), "");
+}
+
+TEST(Placeholders, AnUnknownOneIsNamedWithTheKnownAndItsLine) {
+  const std::vector<Placeholder> known{{"bed_temperature_c", "60"}, {"min_x_mm", "5"}};
+  const auto result = ExpandPlaceholders("G28\nM140 S{bed_temp}\n", known);
+  ASSERT_FALSE(result);
+  EXPECT_THAT(result.error().message, HasSubstr("line 2: unknown placeholder {bed_temp}"));
+  EXPECT_THAT(result.error().message, HasSubstr("{bed_temperature_c} {min_x_mm}"));
+}
+
+TEST(Placeholders, ABraceWithoutItsPartnerIsAnErrorAndNotSwallowed) {
+  for (const char* text : {"{", "}", "a{b", "{b\n}", "{b{b}", "x}y"}) {
+    const auto result = ExpandPlaceholders(text, std::vector<Placeholder>{{"b", "2"}});
+    ASSERT_FALSE(result) << text;
+    EXPECT_THAT(result.error().message, HasSubstr("without its partner")) << text;
+  }
+}
+
+}  // namespace
+}  // namespace trammel::gcode
