@@ -36,8 +36,9 @@ constexpr auto kFields = std::to_array<PatternField>({
     {kPrinter, "z_offset", &C::z_offset_mm, "mm", -0.5, 2,
      "Added to the height of the layer; at most half a layer downwards."},
     {kPrinter, "park_x", &C::park_x_mm, "mm", -2000, 2000,
-     "Where the nozzle waits when done. Left out: bed_margin from the left edge; with a round bed "
-     "the middle."},
+     "Where the nozzle waits when done. Left out: bed_margin from the left edge, or the middle of "
+     "a "
+     "round bed."},
     {kPrinter, "park_y", &C::park_y_mm, "mm", -2000, 2000,
      "Where the nozzle waits when done. Left out: bed_margin from the front edge."},
     {kPrinter, "park_lift", &C::park_lift_mm, "mm", 1, 200,
@@ -45,7 +46,7 @@ constexpr auto kFields = std::to_array<PatternField>({
     {kPrinter, "start_gcode", &C::start_gcode, "", 0, 0,
      "Heats, homes, levels; may be just a macro call. {placeholders} stand for values."},
     {kPrinter, "end_gcode", &C::end_gcode, "", 0, 0,
-     "Ends the print; must switch the heaters off."},
+     "Ends the print; has to switch the heaters off."},
     {kPrinter, "idle_gcode", &C::idle_gcode, "", 0, 0,
      "Instead of end_gcode where finish = \"idle\": the bed stays warm and holds the pattern."},
     {kPrinter, "finish", &C::finish, "", 0, 0,
@@ -88,7 +89,7 @@ constexpr auto kFields = std::to_array<PatternField>({
      "Stretches of a line in print order: fraction of its length (they add up to 1), speed in "
      "mm/s."},
     {kPattern, "acceleration", &C::acceleration_mm_s2, "mm/s²", 1, 1e6,
-     "Of all moves of the pattern."},
+     "Acceleration of all moves of the pattern."},
     {kPattern, "layer_height", &C::layer_height_mm, "mm", 0.02, 2, "Height of the layer."},
     {kPattern, "line_width", &C::line_width_mm, "mm", 0.05, 4,
      "Width of a bead; with the layer's height it says how much filament is extruded."},

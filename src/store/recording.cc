@@ -186,7 +186,8 @@ ScanLine ReadLine(const Json& json, std::size_t index, std::string& fault) {
       line.frame_times_s.push_back(section.AsNumber((*times)[i], at).value_or(0));
     }
     if (times->empty()) {
-      section.Say(section.At("frame_times_s") + " is empty; give one time per frame or leave it out");
+      section.Say(section.At("frame_times_s") +
+                  " is empty; give one time per frame or leave it out");
     }
   }
   return line;
@@ -220,8 +221,8 @@ void ReadCrop(Section& section, std::string& fault, Scan& scan) {
 Scan ReadObject(const Json& json, std::string& fault) {
   Section section(json, "", fault);
   section.Only({"format", "eye", "lines", "frames_per_s", "scan_speed_mm_s", "px_per_mm",
-                "laser_angle_deg", "height_direction", "crop_px", "line_start_mm",
-                "line_length_mm", "segments", "acceleration_mm_s2"});
+                "laser_angle_deg", "height_direction", "crop_px", "line_start_mm", "line_length_mm",
+                "segments", "acceleration_mm_s2"});
   Scan scan;
   const auto format = section.Number("format", true);
   if (format && *format != 1) {
@@ -242,10 +243,8 @@ Scan ReadObject(const Json& json, std::string& fault) {
   scan.frames_per_s = section.Number("frames_per_s").value_or(30);
   scan.scan_speed_mm_s = section.Number("scan_speed_mm_s", true).value_or(0);
   scan.px_per_mm = section.Number("px_per_mm");
-  scan.laser_angle_rad =
-      section.Number("laser_angle_deg").value_or(45) * std::numbers::pi / 180;
-  scan.height_direction =
-      section.Direction("height_direction").value_or(AxisDirection::kMinusX);
+  scan.laser_angle_rad = section.Number("laser_angle_deg").value_or(45) * std::numbers::pi / 180;
+  scan.height_direction = section.Direction("height_direction").value_or(AxisDirection::kMinusX);
   ReadCrop(section, fault, scan);
   scan.line_start_mm = section.Number("line_start_mm").value_or(4);
   scan.motion.length_mm = section.Number("line_length_mm").value_or(30);
@@ -305,18 +304,19 @@ Result<Scan> ReadScan(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "scan.json";
   std::error_code error;
   if (!std::filesystem::is_directory(folder, error)) {
-    return Fail(fmt::format("'{}' is not a folder; name the folder of a recording, with scan.json "
-                            "and its videos",
-                            folder.string()));
+    return Fail(
+        fmt::format("'{}' is not a folder; name the folder of a recording, with scan.json "
+                    "and its videos",
+                    folder.string()));
   }
   if (!std::filesystem::is_regular_file(file, error)) {
-    return Fail(fmt::format("'{}' has no scan.json; docs/formats.md says what a recording must hold",
-                            folder.string()));
+    return Fail(fmt::format(
+        "'{}' has no scan.json; docs/formats.md says what a recording must hold", folder.string()));
   }
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error || size > kMaxBytes) {
-    return Fail(fmt::format("'{}' has {} bytes; at most {} are read", file.string(), size,
-                            kMaxBytes));
+    return Fail(
+        fmt::format("'{}' has {} bytes; at most {} are read", file.string(), size, kMaxBytes));
   }
   std::ifstream stream(file, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(stream)),

@@ -1,0 +1,210 @@
+#include "store/config_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "pressure_advance/pattern_fields.h"
+#include "pressure_advance/pattern_placeholders.h"
+#include "store/config_value.h"
+
+namespace trammel::store {
+namespace {
+
+using pressure_advance::PatternConfig;
+using pressure_advance::PatternField;
+using pressure_advance::PatternFields;
+using testing::HasSubstr;
+
+TEST(ConfigKeys, EachHasItsOwnNameADescriptionAndItsDefaultWithinItsRange) {
+  std::set<std::string_view> names;
+  const PatternConfig defaults;
+  for (const PatternField& field : PatternFields()) {
+    EXPECT_TRUE(names.insert(field.key).second) << field.key << " stands twice";
+    EXPECT_TRUE(field.doc.ends_with('.')) << field.key;
+    EXPECT_EQ(FindFieldProblem(defaults, field), std::nullopt) << field.key;
+  }
+}
+
+TEST(ConfigKeys, CoverEveryMemberOnce) {
+  // Two fields that share a member would set each other.
+  const auto fields = PatternFields();
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      EXPECT_FALSE(fields[i].member == fields[j].member) << fields[i].key << ' ' << fields[j].key;
+    }
+  }
+}
+
+TEST(ConfigKeys, DescriptionIsItselfAConfigurationThatChangesNothing) {
+  const auto config = ParseConfig(DescribeConfigKeys(), "keys");
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_GT(config->keys_set, 40);
+  const PatternConfig defaults;
+  for (const PatternField& field : PatternFields()) {
+    EXPECT_EQ(FormatField(field, config->pattern), FormatField(field, defaults)) << field.key;
+  }
+}
+
+TEST(ConfigKeys, StandInTheDocumentationAsTheProgramPrintsThem) {
+  std::ifstream file(TRAMMEL_DOCS_DIR "/config.md");
+  std::stringstream text;
+  text << file.rdbuf();
+  EXPECT_THAT(text.str(), HasSubstr("```toml\n" + DescribeConfigKeys() + "```\n"))
+      << "put the output of trammel config keys into docs/config.md";
+  for (const auto& placeholder : PatternPlaceholders(PatternConfig{})) {
+    EXPECT_THAT(text.str(), HasSubstr("`{" + placeholder.name + "}`"));
+  }
+}
+
+TEST(ConfigFile, SetsWhatItSaysAndLeavesTheRest) {
+  const auto config = ParseConfig(
+      "[printer]\n"
+      "dialect = \"marlin\"\n"
+      "bed_size_x = 220\n"
+      "start_gcode = \"\"\"\nG28\nM109 S{nozzle_temperature_c}\n\"\"\"\n"
+      "park_x = 10.5\n"
+      "[pressure_advance_pattern]\n"
+      "segments = [{fraction = 0.3, speed = 10}, {fraction = 0.7, speed = 80}]\n"
+      "pressure_advances = [0, 0.5, 1]\n"
+      "alternate_directions = true\n"
+      "columns = 2\n",
+      "a.toml");
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_EQ(config->keys_set, 8);
+  const PatternConfig& pattern = config->pattern;
+  EXPECT_EQ(pattern.dialect, gcode::Dialect::kMarlin);
+  EXPECT_EQ(pattern.bed_size_x_mm, 220);
+  EXPECT_EQ(pattern.bed_size_y_mm, 250);
+  EXPECT_EQ(pattern.start_gcode, "G28\nM109 S{nozzle_temperature_c}\n");
+  EXPECT_EQ(pattern.park_x_mm, 10.5);
+  ASSERT_EQ(pattern.segments.size(), 2u);
+  EXPECT_EQ(pattern.segments[1].speed_mm_s, 80);
+  EXPECT_EQ(pattern.pressure_advances_s, (std::vector<double>{0, 0.5, 1}));
+  EXPECT_TRUE(pattern.alternate_directions);
+  EXPECT_EQ(pattern.columns, 2);
+}
+
+struct Fault {
+  const char* text;
+  const char* says;
+};
+
+TEST(ConfigFile, NamesFileLineKeyValueAndBound) {
+  const std::vector<Fault> faults{
+      {"[printer]\n\nbed_size_x = 5\n",
+       "a.toml:3: [printer] bed_size_x: 5 mm is outside 10 ... 2000 mm"},
+      {"[printer]\nbed_sise_x = 5\n",
+       "a.toml:2: [printer] has no key bed_sise_x; did you mean bed_size_x?"},
+      {"[printer]\nline_length = 5\n",
+       "[printer] has no key line_length; it belongs in [pressure_advance_pattern]"},
+      {"[printer]\nqwertzuiop = 5\n", "has no key qwertzuiop; trammel config keys lists"},
+      {"[printers]\n", "a.toml:1: there is no section [printers]; did you mean printer?"},
+      {"dialect = \"marlin\"\n", "a.toml:1: dialect belongs in [printer]"},
+      {"printer = 3\n", "a.toml:1: printer is a section; write [printer]"},
+      {"[printer]\ndialect = \"Marlin\"\n",
+       "must be \"klipper\", \"marlin\" or \"reprapfirmware\", is 'Marlin'"},
+      {"[printer]\nbed_size_x = \"250\"\n", "must be a number, is '250' (string)"},
+      {"[printer]\nbed_size_x = [250]\n", "must be a number"},
+      {"[printer]\nbed_size_x = nan\n", "nan mm is outside"},
+      {"[printer]\nbed_size_x = inf\n", "inf mm is outside"},
+      {"[printer]\nstart_gcode = 3\n", "must be a text in quotes, is 3 (integer)"},
+      {"[printer]\nstart_gcode = \"a\\u0000b\"\n", "control character 0x00"},
+      {"[pressure_advance_pattern]\nline_count = 10.0\n", "must be a whole number"},
+      {"[pressure_advance_pattern]\nline_count = 9223372036854775807\n", "far too large"},
+      {"[pressure_advance_pattern]\nline_count = -1\n", "-1 is outside 2 ... 200"},
+      {"[pressure_advance_pattern]\nalternate_directions = 1\n", "must be true or false, is 1"},
+      {"[pressure_advance_pattern]\npressure_advances = 0.1\n", "must be a list of numbers"},
+      {"[pressure_advance_pattern]\npressure_advances = [0, true]\n", "must be a number, is true"},
+      {"[pressure_advance_pattern]\npressure_advances = [0, 11]\n", "11 s is outside 0 ... 10 s"},
+      {"[pressure_advance_pattern]\nsegments = [[0.5, 5]]\n", "must be a list of {fraction"},
+      {"[pressure_advance_pattern]\nsegments = [{fraction = 1}]\n", "needs both"},
+      {"[pressure_advance_pattern]\nsegments = [{fraction = 1, speeed = 2}]\n", "not \"speeed\""},
+      {"[printer]\nbed_size_x = 1\nbed_size_x = 2\n", "a.toml:3: is not TOML"},
+      {"[printer\n", "a.toml:1: is not TOML"},
+  };
+  for (const Fault& fault : faults) {
+    const auto config = ParseConfig(fault.text, "a.toml");
+    ASSERT_FALSE(config) << fault.text;
+    EXPECT_THAT(config.error().message, HasSubstr(fault.says)) << fault.text;
+    EXPECT_THAT(config.error().message, testing::StartsWith("a.toml:")) << fault.text;
+  }
+}
+
+TEST(ConfigFile, SaysWhereASettingStandsThatDoesNotFitTheOthers) {
+  const std::string text = "[pressure_advance_pattern]\n\nline_spacing = 0.3\n";
+  const auto config = ParseConfig(text, "a.toml");
+  ASSERT_TRUE(config);
+  const auto valid = ValidateConfig(*config, text, "a.toml");
+  ASSERT_FALSE(valid);
+  EXPECT_EQ(valid.error().message,
+            "a.toml:3: [pressure_advance_pattern] line_spacing: 0.3 mm is not above line_width = "
+            "0.495 mm: the lines would touch");
+}
+
+TEST(ConfigFile, SurvivesHostileText) {
+  for (const std::string& text :
+       {std::string(100000, '['), "[printer]\nbed_size_x = " + std::string(50000, '['),
+        "a" + std::string(5000, '.') + "b = 1", std::string("\xff\xfe\x00\x01", 4),
+        "[" + std::string(100000, 'x') + "]", std::string("[printer]\n\"\" = 1\n"),
+        std::string("[printer.bed_size_x]\ny = 1\n"), std::string("[[printer]]\n")}) {
+    EXPECT_FALSE(ParseConfig(text, "a.toml")) << text.substr(0, 40);
+  }
+  EXPECT_TRUE(ParseConfig("", "a.toml"));
+  EXPECT_TRUE(ParseConfig("\xef\xbb\xbf[printer]\r\nbed_size_x = 200\r\n", "a.toml"));
+}
+
+TEST(ConfigFile, SurvivesRandomDamage) {
+  const std::string good = DescribeConfigKeys();
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    std::string text = good;
+    for (int i = 0; i < 3; ++i) {
+      text[random.Below(text.size())] = static_cast<char>(random.Below(256));
+    }
+    // Whatever comes back, it comes back; and what is accepted can be judged.
+    if (const auto config = ParseConfig(text, "a.toml")) {
+      (void)ValidateConfig(*config, text, "a.toml");
+    }
+  }
+}
+
+TEST(ConfigOverride, SetsOneKeyWithOrWithoutItsSection) {
+  Config config;
+  EXPECT_TRUE(OverrideConfig("line_length=40", config));
+  EXPECT_EQ(config.pattern.line_length_mm, 40);
+  EXPECT_TRUE(OverrideConfig("printer.dialect=marlin", config));
+  EXPECT_EQ(config.pattern.dialect, gcode::Dialect::kMarlin);
+  EXPECT_TRUE(OverrideConfig("end_gcode=\"M104 S0\\nM140 S0\"", config));
+  EXPECT_EQ(config.pattern.end_gcode, "M104 S0\nM140 S0");
+  EXPECT_TRUE(OverrideConfig("segments=[{fraction=0.5,speed=5},{fraction=0.5,speed=90}]", config));
+  EXPECT_EQ(config.pattern.segments.size(), 2u);
+}
+
+TEST(ConfigOverride, NamesWhatIsWrong) {
+  const std::vector<Fault> faults{
+      {"line_length", "must be key=value"},
+      {"line_lenght=3", "there is no such key; did you mean line_length?"},
+      {"filament.line_length=3", "there is no such key"},
+      {"line_length=0", "[pressure_advance_pattern] line_length: 0 mm is outside"},
+      {"line_length=", "is not TOML"},
+      {"line_length=3\nx=4", "more than one value"},
+      {"dialect=grbl", "must be \"klipper\""},
+  };
+  for (const Fault& fault : faults) {
+    Config config;
+    const auto done = OverrideConfig(fault.text, config);
+    ASSERT_FALSE(done) << fault.text;
+    EXPECT_THAT(done.error().message, HasSubstr(fault.says)) << fault.text;
+  }
+}
+
+}  // namespace
+}  // namespace trammel::store

@@ -1,0 +1,114 @@
+// trammel pa pattern and trammel config, from the shell to the files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "store/plan_file.h"
+#include "support/run_trammel.h"
+
+namespace trammel {
+namespace {
+
+using test::CommandResult;
+using test::ReadWhole;
+using test::RunTrammel;
+using test::TemporaryFolder;
+using test::WriteWhole;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+TEST(PatternCommand, WritesGcodeAndPlanAndSaysWhatItCosts) {
+  const TemporaryFolder folder;
+  const CommandResult run = RunTrammel("pa pattern", folder.path());
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.output, AllOf(HasSubstr("filament   27.6 mm"), HasSubstr("time "),
+                                HasSubstr("bounds     X 108.97 ... 141.03 mm")));
+  EXPECT_THAT(ReadWhole(folder.path() / "pattern.gcode"), StartsWith("; trammel"));
+  const auto plan =
+      store::ParsePlan(ReadWhole(folder.path() / "pattern.plan.json"), "pattern.plan.json");
+  ASSERT_TRUE(plan) << plan.error().message;
+  EXPECT_EQ(plan->gcode, "pattern.gcode");
+  EXPECT_EQ(plan->lines.size(), 10u);
+}
+
+TEST(PatternCommand, NeverOverwritesUnasked) {
+  const TemporaryFolder folder;
+  WriteWhole(folder.path() / "a.plan.json", "mine");
+  const CommandResult refused = RunTrammel("pa pattern --out a.gcode", folder.path());
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.output, HasSubstr("a.plan.json: is there already; --force overwrites it"));
+  EXPECT_EQ(ReadWhole(folder.path() / "a.plan.json"), "mine");
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.gcode"));
+  EXPECT_EQ(RunTrammel("pa pattern --out a.gcode --force", folder.path()).exit_code, 0);
+  EXPECT_NE(ReadWhole(folder.path() / "a.plan.json"), "mine");
+}
+
+TEST(PatternCommand, TakesSettingsFromTheFileAndThenFromItsArguments) {
+  const TemporaryFolder folder;
+  WriteWhole(folder.path() / "trammel.toml",
+             "[printer]\nbed_size_x = 350\nbed_size_y = 350\ndialect = \"reprapfirmware\"\n");
+  const CommandResult run = RunTrammel(
+      "pa pattern --grid 9x3 --dialect marlin --pa 0:0.1:0.02 --set line_length=25", folder.path());
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.output, HasSubstr("lines      162 in 27 pattern(s)"));
+  EXPECT_THAT(ReadWhole(folder.path() / "pattern.gcode"), HasSubstr("\nM900 K0.08\n"));
+  const auto plan =
+      store::ParsePlan(ReadWhole(folder.path() / "pattern.plan.json"), "pattern.plan.json");
+  ASSERT_TRUE(plan) << plan.error().message;
+  EXPECT_EQ(plan->line_length_mm, 25);
+}
+
+TEST(PatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
+  struct Mistake {
+    const char* arguments;
+    const char* says;
+  };
+  for (const Mistake& mistake : {
+           Mistake{"--pa 0.06:0:10", "--pa 0.06:0:10: the end 0 is not above the start 0.06"},
+           Mistake{"--pa 0,0.01,0.01",
+                   "[pressure_advance_pattern] pressure_advances: 0.01 s "
+                   "stands twice"},
+           Mistake{"--pa 0,nan", "\"nan\" is not a number"},
+           Mistake{"--grid 9x3", "columns: the print reaches x ="},
+           Mistake{"--grid 9", "must be COLUMNSxROWS"},
+           Mistake{"--grid 0x3", "columns: 0 is outside 1 ... 100"},
+           Mistake{"--dialect grbl", "must be \"klipper\", \"marlin\" or \"reprapfirmware\""},
+           Mistake{"--set nozzle_temperature=20", "20 °C is outside 170 ... 500 °C"},
+           Mistake{"--config missing.toml", "missing.toml: there is no such file"},
+           Mistake{"--config .", ".: is a folder"},
+           Mistake{"--out missing/a.gcode", "missing/a.gcode: cannot be written: No such file"},
+           Mistake{"--out ''", "must end in a file name"},
+           Mistake{"--colour red", "--colour"},
+       }) {
+    const TemporaryFolder folder;
+    const CommandResult run =
+        RunTrammel(std::string("pa pattern ") + mistake.arguments, folder.path());
+    EXPECT_EQ(run.exit_code, 1) << mistake.arguments;
+    EXPECT_THAT(run.output, HasSubstr(mistake.says)) << mistake.arguments;
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << mistake.arguments;
+  }
+}
+
+TEST(ConfigCommand, ChecksAFileAndNamesTheLine) {
+  const TemporaryFolder folder;
+  WriteWhole(folder.path() / "good.toml", "[printer]\nbed_size_x = 350\n");
+  WriteWhole(folder.path() / "bad.toml", "[printer]\n\nbed_size = 350\n");
+  const CommandResult good = RunTrammel("config check good.toml", folder.path());
+  EXPECT_EQ(good.exit_code, 0);
+  EXPECT_EQ(good.output, "good.toml: good, 1 key(s) set\n");
+  const CommandResult bad = RunTrammel("config check bad.toml", folder.path());
+  EXPECT_EQ(bad.exit_code, 1);
+  EXPECT_THAT(bad.output, HasSubstr("bad.toml:3: [printer] has no key bed_size; did you mean"));
+}
+
+TEST(ConfigCommand, KeysAreAFileThatPassesItsOwnCheck) {
+  const TemporaryFolder folder;
+  WriteWhole(folder.path() / "trammel.toml", RunTrammel("config keys", folder.path()).output);
+  const CommandResult check = RunTrammel("config check", folder.path());
+  EXPECT_EQ(check.exit_code, 0) << check.output;
+}
+
+}  // namespace
+}  // namespace trammel
