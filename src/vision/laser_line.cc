@@ -20,13 +20,30 @@ struct RowFit {
   double sigma = 0;  ///< 0: no maximum near the start
 };
 
+/// What places the line within a row: the model's colours without those it subtracts. They tell the
+/// line from white glints, but the core of a strong line is white itself, and subtracting them
+/// there would hollow it out.
+std::span<const float> BrightnessOf(const std::uint8_t* row, int width, const StripeModel& model,
+                                    std::vector<float>& brightness) {
+  const float b = std::max(0.0F, model.weight_b);
+  const float g = std::max(0.0F, model.weight_g);
+  const float r = std::max(0.0F, model.weight_r);
+  brightness.resize(static_cast<std::size_t>(width));
+  for (float& value : brightness) {
+    value = b * row[0] + g * row[1] + r * row[2];
+    row += 3;
+  }
+  return brightness;
+}
+
 /// Newton's method on the likelihood of a Gaussian stripe: sum of s(x)·g'(x - c) = 0.
-RowFit FitRow(const float* signal, int width, double start, double sigma, double pixel_noise) {
+RowFit FitRow(std::span<const float> signal, double start, double sigma, double pixel_noise) {
+  const int width = static_cast<int>(signal.size());
   const int lo = std::max(0, static_cast<int>(std::ceil(start - kBackgroundReach * sigma)));
   const int hi = std::min(width - 1, static_cast<int>(start + kBackgroundReach * sigma));
   double background = std::numeric_limits<double>::max();
   for (int x = lo; x <= hi; ++x) {
-    background = std::min(background, static_cast<double>(signal[x]));
+    background = std::min(background, static_cast<double>(signal[static_cast<std::size_t>(x)]));
   }
   RowFit fit;
   double c = start;
@@ -37,7 +54,8 @@ RowFit FitRow(const float* signal, int width, double start, double sigma, double
     curvature = 0;
     for (int x = lo; x <= hi; ++x) {
       const double t = (x - c) / sigma;
-      const double weight = (signal[x] - background) * std::exp(-0.5 * t * t);
+      const double weight =
+          (signal[static_cast<std::size_t>(x)] - background) * std::exp(-0.5 * t * t);
       slope += weight * t;
       curvature += weight * (1 - t * t);
     }
@@ -56,7 +74,7 @@ RowFit FitRow(const float* signal, int width, double start, double sigma, double
   for (int x = lo; x <= hi; ++x) {
     const double t = (x - c) / sigma;
     const double influence = t * std::exp(-0.5 * t * t);
-    const double speckle = kSpeckleContrast * (signal[x] - background);
+    const double speckle = kSpeckleContrast * (signal[static_cast<std::size_t>(x)] - background);
     variance += influence * influence * (pixel_noise * pixel_noise + speckle * speckle);
   }
   fit.centre = c;
@@ -202,8 +220,8 @@ void FindLaserLine(const BgrView& frame, const StripeModel& model, const LaserLi
     if (Supported(size, y, model.sigma_px, workspace) < floor) {
       continue;
     }
-    const RowFit fit =
-        FitRow(workspace.signal.data() + size.at(y), size.width, x, model.sigma_px, pixel_noise);
+    const RowFit fit = FitRow(BrightnessOf(frame.row(y), size.width, model, workspace.row_b), x,
+                              model.sigma_px, pixel_noise);
     if (fit.sigma > 0) {
       line.centre_px[row] = static_cast<float>(fit.centre);
       line.sigma_px[row] = static_cast<float>(fit.sigma);

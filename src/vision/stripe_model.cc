@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "base/check.h"
@@ -13,10 +14,13 @@
 namespace trammel::vision {
 namespace {
 
-/// Weights of B, G and R. A neutral light (a lamp's glint) has the same in all three: the second
-/// mixture halves it, the third removes it; the fourth follows a stripe into a saturated red.
+/// Weights of B, G and R. A neutral light (a lamp's glint) has the same in all three: the third
+/// mixture halves it, the fourth removes it; the second follows a stripe into a saturated red.
 constexpr std::array<std::array<float, 3>, 4> kMixtures{
     {{0, 0, 1}, {-0.25F, -0.25F, 1}, {-0.5F, -0.5F, 1}, {0, 0.5F, 1}}};
+
+/// A model whose price is within this factor of the best does as well as can be told.
+constexpr double kAsGood = 1.15;
 
 /// How a trial model did on all frames together.
 struct Trial {
@@ -65,25 +69,27 @@ StripeModel LearnStripe(std::span<const BgrView> frames, const LaserLineOptions&
   LaserLineOptions raw = options;
   raw.row_smoothing = 0;
   LaserLine line;
-  StripeModel best;
-  double best_price = std::numeric_limits<double>::max();
+  std::vector<std::pair<StripeModel, double>> trials;
+  double lowest = std::numeric_limits<double>::max();
   for (const auto& mixture : kMixtures) {
     for (double sigma = 1; sigma <= options.max_sigma_px && sigma <= frames[0].width / 8.0;
          sigma *= std::sqrt(2.0)) {
       StripeModel model{mixture[0], mixture[1], mixture[2], static_cast<float>(sigma)};
       const Trial trial = Try(frames, model, raw, workspace, line);
+      model.contrast = static_cast<float>(trial.contrast);
+      model.scatter_px = static_cast<float>(trial.scatter_px);
       // A row not found is worse than a row found badly: the square outweighs what dropping the
       // worst rows would gain.
-      const double price = trial.scatter_px / std::max(1e-3, trial.found * trial.found);
-      if (price < best_price) {
-        best_price = price;
-        best = model;
-        best.contrast = static_cast<float>(trial.contrast);
-        best.scatter_px = static_cast<float>(trial.scatter_px);
-      }
+      trials.emplace_back(model, trial.scatter_px / std::max(1e-3, trial.found * trial.found));
+      lowest = std::min(lowest, trials.back().second);
     }
   }
-  return best;
+  // Among those that do about as well the simplest mixture and the narrowest line, which is the
+  // least disturbed by what lies beside it.
+  const auto chosen = std::find_if(trials.begin(), trials.end(), [&](const auto& trial) {
+    return trial.second <= kAsGood * lowest;
+  });
+  return chosen->first;
 }
 
 }  // namespace trammel::vision
