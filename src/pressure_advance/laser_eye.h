@@ -17,8 +17,8 @@ namespace trammel::pressure_advance {
 
 struct LaserEyeOptions {
   /// Rows stand for themselves: the area averages over them anyway, and a bead of a few rows must
-  /// not be blunted.
-  vision::LaserLineOptions line{.row_smoothing = 0};
+  /// not be blunted. A narrow filter keeps the plate's light out of the bead's rows.
+  vision::LaserLineOptions line{.row_smoothing = 0, .as_good = 1.15};
   double least_contrast = 3;  ///< of a laser line against what is beside it, in noise sigmas; the
                               ///< best path through pure noise reaches 2
   std::size_t model_frames = 8;   ///< >= 1; frames from which the stripe's looks are learnt

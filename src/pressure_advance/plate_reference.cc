@@ -345,8 +345,9 @@ void FollowBead(const HeightMap& heights, double peak, BeadBand& band) {
 /// Widens the band to the widest bead of the sweep: outwards from the centre as long as one frame
 /// in twenty, averaged with its neighbours, clearly stands above the plate.
 void WidenBand(const HeightMap& heights, double noise_px, double peak, BeadBand& band) {
-  const auto reach = static_cast<int>(heights.rows);
-  const double clear = std::max(3 * noise_px / std::sqrt(3.0), 0.08 * peak);
+  // Whatever happens, a quarter of the rows stays with the plate.
+  const int reach = static_cast<int>(3 * heights.rows / 8);
+  const double clear = std::max(3 * noise_px / std::sqrt(3.0), 0.15 * peak);
   std::vector<double> sample;
   const auto high = [&](int offset) {
     sample.clear();

@@ -15,6 +15,9 @@ namespace {
 /// Only its ratio to the sensor's noise matters, the scatter from row to row sets the scale.
 constexpr double kSpeckleContrast = 0.3;
 
+/// Steps of at least 0.3 sigma cross the reach in 14; the rest is Newton's.
+constexpr int kMaxIterations = 24;
+
 struct RowFit {
   double centre = 0;
   double sigma = 0;  ///< 0: no maximum near the start
@@ -39,17 +42,17 @@ std::span<const float> BrightnessOf(const std::uint8_t* row, int width, const St
 /// Newton's method on the likelihood of a Gaussian stripe: sum of s(x)·g'(x - c) = 0.
 RowFit FitRow(std::span<const float> signal, double start, double sigma, double pixel_noise) {
   const int width = static_cast<int>(signal.size());
-  const int lo = std::max(0, static_cast<int>(std::ceil(start - kBackgroundReach * sigma)));
-  const int hi = std::min(width - 1, static_cast<int>(start + kBackgroundReach * sigma));
-  double background = std::numeric_limits<double>::max();
-  for (int x = lo; x <= hi; ++x) {
-    background = std::min(background, static_cast<double>(signal[static_cast<std::size_t>(x)]));
-  }
   RowFit fit;
   double c = start;
   double curvature = 0;
+  double background = 0;
+  int lo = 0;
+  int hi = 0;
   bool converged = false;
-  for (int iteration = 0; iteration < 12 && !converged; ++iteration) {
+  for (int iteration = 0; iteration < kMaxIterations && !converged; ++iteration) {
+    lo = std::max(0, static_cast<int>(std::ceil(c - kBackgroundReach * sigma)));
+    hi = std::min(width - 1, static_cast<int>(c + kBackgroundReach * sigma));
+    background = *std::min_element(signal.begin() + lo, signal.begin() + hi + 1);
     double slope = 0;
     curvature = 0;
     for (int x = lo; x <= hi; ++x) {
@@ -62,7 +65,7 @@ RowFit FitRow(std::span<const float> signal, double start, double sigma, double 
     double step = curvature > 0 ? sigma * slope / curvature : std::copysign(0.3 * sigma, slope);
     step = std::clamp(step, -0.5 * sigma, 0.5 * sigma);
     c += step;
-    if (std::abs(c - start) > 2 * sigma) {
+    if (std::abs(c - start) > kBackgroundReach * sigma || c < 0 || c > width - 1) {
       return fit;
     }
     converged = std::abs(step) < 1e-3 * sigma;

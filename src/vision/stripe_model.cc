@@ -19,9 +19,6 @@ namespace {
 constexpr std::array<std::array<float, 3>, 4> kMixtures{
     {{0, 0, 1}, {-0.25F, -0.25F, 1}, {-0.5F, -0.5F, 1}, {0, 0.5F, 1}}};
 
-/// A model whose price is within this factor of the best does as well as can be told.
-constexpr double kAsGood = 1.15;
-
 /// How a trial model did on all frames together.
 struct Trial {
   double scatter_px = std::numeric_limits<double>::max();  ///< of one row
@@ -41,7 +38,9 @@ Trial Try(std::span<const BgrView> frames, const StripeModel& model,
     rows.clear();
     centres.clear();
     for (std::size_t y = 0; y < line.centre_px.size(); ++y) {
-      if (line.found(y)) {
+      // A mixture whose path runs beside the brightest place has lost the line's core.
+      if (line.found(y) &&
+          std::abs(line.centre_px[y] - static_cast<float>(ws.path[y])) <= 1.5F * model.sigma_px) {
         rows.push_back(static_cast<double>(y));
         centres.push_back(line.centre_px[y]);
       }
@@ -87,7 +86,7 @@ StripeModel LearnStripe(std::span<const BgrView> frames, const LaserLineOptions&
   // Among those that do about as well the simplest mixture and the narrowest line, which is the
   // least disturbed by what lies beside it.
   const auto chosen = std::find_if(trials.begin(), trials.end(), [&](const auto& trial) {
-    return trial.second <= kAsGood * lowest;
+    return trial.second <= options.as_good * lowest;
   });
   return chosen->first;
 }
