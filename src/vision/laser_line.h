@@ -20,14 +20,14 @@ struct StripeModel {
 };
 
 struct LaserLineOptions {
-  double max_sigma_px = 8;   ///< >= 1; a stripe wider than 19 px at half its height is no line
-  double detection = 2;      ///< a row's stripe must exceed the noise of its surroundings so often
-  double slope_cost = 0.1;   ///< price of one pixel sideways from row to row, where a row fully on
-                             ///< the stripe is worth 1
-  double jump_cost = 1.5;    ///< price of a step of any size (a bead's edge in shadow), in stripe
-                             ///< sigmas of rows
-  double row_smoothing = 1;  ///< stripe sigmas along the line over which rows support each other,
-                             ///< never across a step; 0: each row for itself
+  double max_sigma_px = 8;  ///< >= 1; a stripe wider than 19 px at half its height is no line
+  double detection = 1.5;   ///< a row's stripe must exceed the noise of its surroundings so often
+  double slope_cost = 0.1;  ///< price of one pixel sideways from row to row, where a row fully on
+                            ///< the stripe is worth 1
+  double jump_cost = 1.5;   ///< price of a step of any size (a bead's edge in shadow), in stripe
+                            ///< sigmas of rows
+  double row_smoothing = 1.5;  ///< stripe sigmas along the line over which rows support each other,
+                               ///< never across a step; 0: each row for itself
   double as_good = 1;  ///< >= 1; learning takes the narrowest stripe that finds the line at most so
                        ///< many times less steadily than the best
 };

@@ -19,10 +19,13 @@ namespace {
 constexpr std::array<std::array<float, 3>, 4> kMixtures{
     {{0, 0, 1}, {-0.25F, -0.25F, 1}, {-0.5F, -0.5F, 1}, {0, 0.5F, 1}}};
 
+/// Scatter of a trial that found no line to speak of; wider than any picture.
+constexpr double kNoLine = 1e6;
+
 /// How a trial model did on all frames together.
 struct Trial {
-  double scatter_px = std::numeric_limits<double>::max();  ///< of one row
-  double found = 0;                                        ///< share of the rows
+  double scatter_px = kNoLine;  ///< of one row
+  double found = 0;             ///< share of the rows
   double contrast = 0;
 };
 
