@@ -78,8 +78,8 @@ struct PatternSummary {
   double max_z_mm = 0;
 };
 
-/// Time: trapezoidal speed profiles with Klipper's junction rule at a square corner velocity of
-/// 5 mm/s, its default. REQUIRES a layout from LayOut(config).
+/// Time: trapezoids with one acceleration for all axes and Klipper's junction rule at a square
+/// corner velocity of 5 mm/s, its default. REQUIRES a layout from LayOut(config).
 [[nodiscard]] PatternSummary Summarise(const PatternLayout& layout, const PatternConfig& config);
 
 }  // namespace trammel::pressure_advance

@@ -62,13 +62,13 @@ double Time_s(const std::vector<Move>& moves, double acceleration_mm_s2) {
   for (std::size_t i = 0; i < moves.size(); ++i) {
     const Move& move = moves[i];
     junction_mm_s[i + 1] = std::min(junction_mm_s[i + 1], reachable(junction_mm_s[i], move));
-    if (const double length_mm = Distance_mm(move); length_mm > 0) {
-      time_s += TrapezoidTime_s(length_mm, junction_mm_s[i], move.speed_mm_s, junction_mm_s[i + 1],
-                                acceleration_mm_s2);
-    } else {
-      time_s +=
-          (std::abs(move.to.z_mm - move.from.z_mm) + std::abs(move.filament_mm)) / move.speed_mm_s;
+    // Where nothing moves in x and y, z or the filament goes from rest to rest.
+    double length_mm = Distance_mm(move);
+    if (length_mm == 0) {
+      length_mm = std::abs(move.to.z_mm - move.from.z_mm) + std::abs(move.filament_mm);
     }
+    time_s += TrapezoidTime_s(length_mm, junction_mm_s[i], move.speed_mm_s, junction_mm_s[i + 1],
+                              acceleration_mm_s2);
   }
   return time_s;
 }

@@ -136,7 +136,7 @@ TEST(PatternSummary, TimeOfOneLineFollowsFromItsTrapezoids) {
   const double line_s = 2 * slow_s + fast_s;
   const double travel_mm = std::hypot(30, 4);
   const double travel_s = travel_mm / 150 + 150.0 / 3000;
-  const double hop_s = 2 * 0.75 / 5 + 2 * 0.5 / 30;
+  const double hop_s = 2 * (0.75 / 5 + 5.0 / 3000) + 2 * (0.5 / 30 + 30.0 / 3000);
   // The nozzle parks 4 mm farther away; that travel is long enough to cruise, at 150 mm/s, and its
   // length changes by less than 4 mm.
   const double most_park_s = 4.0 / 150;
