@@ -1,7 +1,6 @@
 // trammel sim …: virtual printers and the eyes that look at their prints.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "sim/photo.h"
 #include "sim/plan_file.h"
 #include "sim/scan_recorder.h"
 #include "sim/world.h"
@@ -69,12 +69,8 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
   if (!plan) return Fail(plan.error().message);
   const Result<std::string> gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
   if (!gcode) return Fail(gcode.error().message);
-  const auto [lowest, highest] = std::minmax_element(
-      plan->lines.begin(), plan->lines.end(),
-      [](const auto& a, const auto& b) { return a.pressure_advance_s < b.pressure_advance_s; });
-  const Result<sim::Print> print =
-      sim::PrintInWorld(*gcode, arguments.seed, arguments.pressure_advance_s,
-                        lowest->pressure_advance_s, highest->pressure_advance_s);
+  const Result<sim::Print> print = sim::PrintInWorld(
+      *gcode, arguments.seed, arguments.pressure_advance_s, sim::TestedRange(*plan));
   if (!print) return Fail(arguments.gcode + ": " + print.error().message);
   for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
 
@@ -118,12 +114,70 @@ void AddScan(CLI::App& parent, int& exit_code) {
   });
 }
 
+struct PhotoArguments {
+  std::string gcode;
+  std::string scene = "natural-on-gold";
+  std::uint64_t seed = 0;
+  std::optional<double> pressure_advance_s;
+  std::string out;
+};
+
+Result<void> TakePhoto(const PhotoArguments& arguments) {
+  const Result<sim::PhotoScene> scene = sim::ParsePhotoScene(arguments.scene);
+  if (!scene) return Fail("--scene: " + scene.error().message);
+  std::error_code ignored;
+  if (std::filesystem::exists(arguments.out, ignored)) {
+    return Fail(fmt::format("--out {} exists already; nothing is overwritten: choose another name",
+                            arguments.out));
+  }
+  const Result<std::string> gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
+  if (!gcode) return Fail(gcode.error().message);
+  Interval tested;
+  if (!arguments.pressure_advance_s) {
+    const Result<Interval> range = sim::TestedRange(*gcode);
+    if (!range) return Fail(arguments.gcode + ": " + range.error().message);
+    tested = *range;
+  }
+  const Result<sim::Print> print =
+      sim::PrintInWorld(*gcode, arguments.seed, arguments.pressure_advance_s, tested);
+  if (!print) return Fail(arguments.gcode + ": " + print.error().message);
+  for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
+  Random random = sim::PhotoEyeOf(arguments.seed);
+  const sim::PhotoTraits traits = sim::DrawPhotoTraits(*scene, random);
+  const Result<Frame> photo = sim::RenderPhoto(print->bed, traits, random.Fork(1));
+  if (!photo) return Fail(photo.error().message);
+  const Result<void> written = sim::WriteJpegFile(*photo, traits.jpeg_quality, arguments.out);
+  if (!written) return written;
+  fmt::print("{}: the truth is {:.5f} s\n", arguments.out, print->truth.pressure_advance_s);
+  return {};
+}
+
+void AddPhoto(CLI::App& parent, int& exit_code) {
+  const auto arguments = std::make_shared<PhotoArguments>();
+  CLI::App* photo = parent.add_subcommand("photo", "print G-code virtually and take a photo of it");
+  photo->add_option("gcode", arguments->gcode, "the file that the virtual printer prints")
+      ->required();
+  photo
+      ->add_option("--scene", arguments->scene,
+                   "natural-on-gold, natural-on-dark or black-on-light")
+      ->capture_default_str();
+  photo->add_option("--seed", arguments->seed, "names the whole world")->capture_default_str();
+  photo->add_option("--pressure-advance", arguments->pressure_advance_s,
+                    "the truth in s; without it, drawn from the tested range's middle half");
+  photo->add_option("--out", arguments->out, "new JPEG file")->required();
+  photo->callback([arguments, &exit_code] {
+    const Result<void> done = TakePhoto(*arguments);
+    exit_code = done ? kExitGood : Report(done.error());
+  });
+}
+
 }  // namespace
 
 void AddSimCommand(CLI::App& parent, int& exit_code) {
   CLI::App* group = parent.add_subcommand("sim", "virtual printers and what eyes see of them")
                         ->require_subcommand(1);
   AddScan(*group, exit_code);
+  AddPhoto(*group, exit_code);
 }
 
 }  // namespace trammel::app

@@ -16,6 +16,7 @@ constexpr double kMostRise = 1;
 constexpr double kRisePerSurplus = 0.35;
 constexpr double kDropletInBreakAreas = 1.5;
 constexpr double kDropletLengthMm = 0.15;
+constexpr double kDrawnBackMm = 0.3;  // length of bead that takes up what is too little
 constexpr double kDropletPitchMm = 0.8;
 
 // The length that node i stands for, in spacings.
@@ -36,9 +37,21 @@ void Gather(std::span<double> area, std::size_t begin, std::size_t end, double s
   const double droplets =
       std::floor(std::min(volume / least, std::max(1.0, nodes * spacing_mm / kDropletPitchMm)));
   if (droplets < 1) {
-    // Too little for a droplet of its own: surface tension draws it to the bead next to it.
-    const std::size_t home = begin > 0 ? begin - 1 : std::min(end, area.size() - 1);
-    area[home] += volume / Share(home, area.size());
+    // Too little for a droplet of its own: surface tension draws it into the end of the bead next
+    // to it, the one before if there is one.
+    const auto reach = static_cast<std::size_t>(std::ceil(kDrawnBackMm / spacing_mm));
+    std::size_t first = begin > 0 ? begin - 1 : std::min(end, area.size() - 1);
+    std::size_t last = first + 1;
+    while (begin > 0 && first > 0 && last - first < reach && area[first - 1] >= break_area_mm2) {
+      --first;
+    }
+    while (begin == 0 && last < area.size() && last - first < reach &&
+           area[last] >= break_area_mm2) {
+      ++last;
+    }
+    double share = 0;
+    for (std::size_t i = first; i < last; ++i) share += Share(i, area.size());
+    for (std::size_t i = first; i < last; ++i) area[i] += volume / share;
     return;
   }
   const double pitch = nodes / droplets;

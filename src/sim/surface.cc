@@ -23,9 +23,9 @@ double FillOf(double exponent) {
 
 // Height over half-width, tabulated for all fills: evaluating two powers per cell would be most of
 // the rasteriser's time.
-class BeadShape {
+class SectionTable {
  public:
-  BeadShape() {
+  SectionTable() {
     for (int fill = 0; fill < kFills; ++fill) {
       const double wanted = kLowestFill + (kHighestFill - kLowestFill) * fill / (kFills - 1);
       double lo = 1;
@@ -62,7 +62,7 @@ bool Present(const BeadSample& sample) { return sample.width_mm > 0 && sample.he
 
 // Raises the relief to the bead between two samples. The stretch reaches `overlap_mm` beyond its
 // ends, so that no node falls between two stretches; a rounded end reaches half a width.
-void Stamp(Relief& relief, const BeadShape& shape, const BeadSample& a, const BeadSample& b,
+void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const BeadSample& b,
            bool round_a, bool round_b) {
   const double reach = std::max(a.width_mm, b.width_mm) / 2;
   const double cell = relief.cell_mm;
@@ -115,6 +115,13 @@ double Relief::HeightAt(double x_mm, double y_mm) const {
          fy * ((1 - fx) * static_cast<double>(q[0]) + fx * static_cast<double>(q[1]));
 }
 
+bool Relief::CoveredAt(double x_mm, double y_mm) const {
+  const double x = std::round((x_mm - origin_x_mm) / cell_mm);
+  const double y = std::round((y_mm - origin_y_mm) / cell_mm);
+  return x >= 0 && y >= 0 && x < columns && y < rows &&
+         row(static_cast<int>(y))[static_cast<int>(x)] > 0;
+}
+
 double Relief::TopBetween(double y_lo_mm, double y_hi_mm) const {
   const double lo = std::floor((y_lo_mm - origin_y_mm) / cell_mm);
   const double hi = std::ceil((y_hi_mm - origin_y_mm) / cell_mm);
@@ -145,7 +152,7 @@ Relief RasterizeBed(const Bed& bed, const BedRegion& region, double cell_mm) {
       "cell = {} mm, {} x {} cells", cell_mm, columns, rows);
   Relief relief{x0, y0, cell_mm, static_cast<int>(columns), static_cast<int>(rows), {}, {}};
   relief.height_mm.assign(static_cast<std::size_t>(columns * rows), 0.0F);
-  const BeadShape shape;
+  const SectionTable shape;
   for (const Strand& strand : bed.strands) {
     const std::size_t count = strand.samples.size();
     for (std::size_t i = 0; i + 1 < count; ++i) {

@@ -32,6 +32,9 @@ struct Relief {
   }
   /// Bilinear; 0 outside.
   [[nodiscard]] double HeightAt(double x_mm, double y_mm) const;
+  /// Whether the nearest node bears material: where beads end, without the slope that interpolation
+  /// adds beyond their edges.
+  [[nodiscard]] bool CoveredAt(double x_mm, double y_mm) const;
   /// An upper bound of the height anywhere at y_lo … y_hi; 0 outside.
   [[nodiscard]] double TopBetween(double y_lo_mm, double y_hi_mm) const;
 };

@@ -5,19 +5,27 @@
 #include <optional>
 #include <string_view>
 
+#include "base/measured.h"
 #include "base/random.h"
 #include "base/result.h"
 #include "sim/conditions.h"
+#include "sim/plan_file.h"
 #include "sim/printer.h"
 
 namespace trammel::sim {
 
+/// The pressure advances that a plan tests. REQUIRES a plan with lines.
+[[nodiscard]] Interval TestedRange(const Plan& plan);
+
+/// The pressure advances under which a G-code file changes its speed within a straight stroke.
+/// Errors as InterpretGcode; and (kInput) a file without such strokes.
+[[nodiscard]] Result<Interval> TestedRange(std::string_view gcode);
+
 /// Prints in the world of a seed. Without `k_star_s` the truth is drawn uniformly from the middle
-/// half of lowest … highest, the pressure advances that the print tests.
+/// half of the tested range.
 /// Errors as PrintGcode; and (kInput) a truth outside 0.0001 … 10 s.
 [[nodiscard]] Result<Print> PrintInWorld(std::string_view gcode, std::uint64_t seed,
-                                         std::optional<double> k_star_s, double lowest_s,
-                                         double highest_s);
+                                         std::optional<double> k_star_s, const Interval& tested_s);
 
 /// The generator of the laser eye in one condition: the same print is seen anew in each.
 [[nodiscard]] Random LaserEyeOf(std::uint64_t seed, const Condition& condition);
