@@ -64,7 +64,7 @@ World PaperPattern() {
 Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& condition,
                const fs::path& scratch) {
   Outcome outcome;
-  const auto print = sim::PrintInWorld(world.gcode, seed, std::nullopt, 0, 0.06);
+  const auto print = sim::PrintInWorld(world.gcode, seed, std::nullopt, Interval{0, 0.06});
   if (!print) return Failed(print.error());
   const fs::path folder = scratch / fmt::format("{}-{}", seed, sim::ToString(condition));
   fs::remove_all(folder);
