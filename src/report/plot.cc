@@ -33,6 +33,20 @@ std::vector<double> Ticks(const Axis& axis) {
   return axis.fixed.empty() ? NiceTicks(axis.range, axis.ticks) : axis.fixed;
 }
 
+double RoomLeft(const Canvas& canvas, const Axis& axis) {
+  double widest = 0;
+  for (const std::string& label : TickLabels(Ticks(axis))) {
+    widest = std::max(widest, canvas.TextWidth(label, {.size_px = kTickTextPx}));
+  }
+  return (axis.label.empty() ? 0 : kLabelTextPx + kGapPx) +
+         (axis.shown ? widest + kTickLengthPx + kGapPx : 0);
+}
+
+double RoomBelow(const Axis& axis) {
+  return (axis.label.empty() ? 0 : kLabelTextPx + kGapPx) +
+         (axis.shown ? kTickTextPx + kTickLengthPx + kGapPx / 2 : 0);
+}
+
 }  // namespace
 
 Range RangeOf(std::span<const double> values) {
@@ -94,61 +108,80 @@ std::vector<std::string> TickLabels(const std::vector<double>& ticks) {
   return labels;
 }
 
-Plot::Plot(Canvas& canvas, const RectPx& outer, const Axis& x, const Axis& y,
-           const std::string& title)
+Plot::Plot(Canvas& canvas, const Axis& x, const Axis& y)
     : canvas_(&canvas), x_range_(x.range), y_range_(y.range) {
   TRAMMEL_CHECK(x.range.lo < x.range.hi && y.range.lo < y.range.hi, "x = [{}, {}], y = [{}, {}]",
                 x.range.lo, x.range.hi, y.range.lo, y.range.hi);
-  double widest = 0;
-  for (const std::string& label : TickLabels(Ticks(y))) {
-    widest = std::max(widest, canvas.TextWidth(label, {.size_px = kTickTextPx}));
-  }
-  const double left = (y.label.empty() ? 0 : kLabelTextPx + kGapPx) +
-                      (y.shown ? widest + kTickLengthPx + kGapPx : 0);
-  const double below = (x.label.empty() ? 0 : kLabelTextPx + kGapPx) +
-                       (x.shown ? kTickTextPx + kTickLengthPx + kGapPx / 2 : 0);
-  const double above = title.empty() ? kGapPx : kTitleTextPx + kGapPx + 2;
-  const double right = x.shown ? 2 * kGapPx : 1;  // half of the last tick's label
-  inner_ = {outer.x + left, outer.y + above, std::max(1.0, outer.width - left - right),
-            std::max(1.0, outer.height - above - below)};
-  canvas.Text({inner_.x, outer.y + kTitleTextPx}, title, {.size_px = kTitleTextPx, .bold = true});
-  DrawAxes(x, y);
-  const double label_x = outer.x + kLabelTextPx - 2;
-  canvas.Text({label_x, inner_.y + inner_.height / 2}, y.label,
-              {.size_px = kLabelTextPx,
-               .color = kMuted,
-               .align = Align::kMiddle,
-               .angle_rad = -std::numbers::pi / 2});
-  canvas.Text({inner_.x + inner_.width / 2, outer.bottom() - 3}, x.label,
-              {.size_px = kLabelTextPx, .color = kMuted, .align = Align::kMiddle});
 }
 
-void Plot::DrawAxes(const Axis& x, const Axis& y) {
-  const std::vector<double> x_ticks = Ticks(x);
-  const std::vector<std::string> x_labels = TickLabels(x_ticks);
-  for (std::size_t i = 0; i < x_ticks.size(); ++i) {
-    const double at = X(x_ticks[i]);
+Plot::Plot(Canvas& canvas, const RectPx& outer, const Axis& x, const Axis& y,
+           const std::string& title)
+    : Plot(canvas, x, y) {
+  const double left = RoomLeft(canvas, y);
+  const double above = title.empty() ? kGapPx : kTitleTextPx + kGapPx + 2;
+  const double right = 2 * kGapPx;  // half of the last tick's label
+  inner_ = {outer.x + left, outer.y + above, std::max(1.0, outer.width - left - right),
+            std::max(1.0, outer.height - above - RoomBelow(x))};
+  Draw(x, y, title);
+}
+
+Plot Plot::Around(Canvas& canvas, const RectPx& inner, const Axis& x, const Axis& y,
+                  const std::string& title) {
+  Plot plot(canvas, x, y);
+  plot.inner_ = inner;
+  plot.Draw(x, y, title);
+  return plot;
+}
+
+void Plot::Draw(const Axis& x, const Axis& y, const std::string& title) {
+  canvas_->Text({inner_.x, inner_.y - kGapPx - 2}, title, {.size_px = kTitleTextPx, .bold = true});
+  DrawXAxis(x);
+  DrawYAxis(y);
+}
+
+void Plot::DrawXAxis(const Axis& axis) {
+  const std::vector<double> ticks = Ticks(axis);
+  const std::vector<std::string> labels = TickLabels(ticks);
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const double at = X(ticks[i]);
     const PointPx grid[] = {{at, inner_.y}, {at, inner_.bottom()}};
     const PointPx tick[] = {{at, inner_.bottom()}, {at, inner_.bottom() + kTickLengthPx}};
     canvas_->Polyline(grid, {.color = kGrid, .width_px = 1});
     canvas_->Polyline(tick, {.color = kMuted, .width_px = 1});
-    canvas_->Text({at, inner_.bottom() + kTickLengthPx + kTickTextPx + 1}, x_labels[i],
+    canvas_->Text({at, inner_.bottom() + kTickLengthPx + kTickTextPx + 1}, labels[i],
                   {.size_px = kTickTextPx, .color = kMuted, .align = Align::kMiddle});
   }
-  const std::vector<double> y_ticks = Ticks(y);
-  const std::vector<std::string> y_labels = TickLabels(y_ticks);
-  for (std::size_t i = 0; i < y_ticks.size(); ++i) {
-    const double at = Y(y_ticks[i]);
+  if (axis.shown) {
+    const PointPx edge[] = {{inner_.x, inner_.bottom()}, {inner_.right(), inner_.bottom()}};
+    canvas_->Polyline(edge, {.color = kMuted, .width_px = 1});
+  }
+  canvas_->Text({inner_.x + inner_.width / 2, inner_.bottom() + RoomBelow(axis) - 3}, axis.label,
+                {.size_px = kLabelTextPx, .color = kMuted, .align = Align::kMiddle});
+}
+
+void Plot::DrawYAxis(const Axis& axis) {
+  const std::vector<double> ticks = Ticks(axis);
+  const std::vector<std::string> labels = TickLabels(ticks);
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const double at = Y(ticks[i]);
     const PointPx grid[] = {{inner_.x, at}, {inner_.right(), at}};
     const PointPx tick[] = {{inner_.x - kTickLengthPx, at}, {inner_.x, at}};
     canvas_->Polyline(grid, {.color = kGrid, .width_px = 1});
     canvas_->Polyline(tick, {.color = kMuted, .width_px = 1});
-    canvas_->Text({inner_.x - kTickLengthPx - 3, at + 0.36 * kTickTextPx}, y_labels[i],
+    canvas_->Text({inner_.x - kTickLengthPx - 3, at + 0.36 * kTickTextPx}, labels[i],
                   {.size_px = kTickTextPx, .color = kMuted, .align = Align::kEnd});
   }
-  const PointPx frame[] = {
-      {inner_.x, inner_.y}, {inner_.x, inner_.bottom()}, {inner_.right(), inner_.bottom()}};
-  canvas_->Polyline(frame, {.color = kMuted, .width_px = 1});
+  if (axis.shown) {
+    const PointPx edge[] = {{inner_.x, inner_.y}, {inner_.x, inner_.bottom()}};
+    canvas_->Polyline(edge, {.color = kMuted, .width_px = 1});
+  }
+  canvas_->Text(
+      {inner_.x - RoomLeft(*canvas_, axis) + kLabelTextPx - 2, inner_.y + inner_.height / 2},
+      axis.label,
+      {.size_px = kLabelTextPx,
+       .color = kMuted,
+       .align = Align::kMiddle,
+       .angle_rad = -std::numbers::pi / 2});
 }
 
 double Plot::X(double x) const {

@@ -67,6 +67,11 @@ class Plot {
   Plot(Canvas& canvas, const RectPx& outer, const Axis& x, const Axis& y,
        const std::string& title = "");
 
+  /// The same with the rectangle that data fill given, so that plots can be lined up; ticks and
+  /// labels come outside it.
+  [[nodiscard]] static Plot Around(Canvas& canvas, const RectPx& inner, const Axis& x,
+                                   const Axis& y, const std::string& title = "");
+
   /// The rectangle that data fill.
   [[nodiscard]] const RectPx& inner() const { return inner_; }
   [[nodiscard]] double X(double x) const;
@@ -87,7 +92,10 @@ class Plot {
   void Note(PointPx at, const std::string& text, const Color& color);
 
  private:
-  void DrawAxes(const Axis& x, const Axis& y);
+  Plot(Canvas& canvas, const Axis& x, const Axis& y);
+  void Draw(const Axis& x, const Axis& y, const std::string& title);
+  void DrawXAxis(const Axis& axis);
+  void DrawYAxis(const Axis& axis);
 
   Canvas* canvas_;
   RectPx inner_;

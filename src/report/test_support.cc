@@ -211,7 +211,7 @@ pa::LaserScanView MakeScanView(const MadeUp& made_up, Random random) {
     view.paper_heights.push_back(std::move(paper));
   }
   if (!view.heights.empty()) {
-    view.steps = MakeSteps(view.heights[0], view.paper_heights[0], kFrames / 5, random);
+    view.steps = MakeSteps(view.heights[0], view.paper_heights[0], kFrames / 10, random);
   }
   return view;
 }

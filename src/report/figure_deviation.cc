@@ -1,0 +1,100 @@
+// The paper's score against pressure advance (figure 17).
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "report/figure_common.h"
+
+namespace trammel::report {
+namespace {
+
+namespace pa = pressure_advance;
+
+constexpr double kHeightPx = 330;
+constexpr int kCurvePoints = 200;
+
+std::vector<DataPoint> Scores(const pa::Analysis& analysis) {
+  std::vector<DataPoint> scores;
+  for (std::size_t i = 0; i < analysis.lines.size() && i < analysis.deviation.score_px.size();
+       ++i) {
+    const auto& score = analysis.deviation.score_px[i];
+    if (score && std::isfinite(*score) && std::isfinite(analysis.lines[i].pressure_advance_s)) {
+      scores.push_back({analysis.lines[i].pressure_advance_s, *score});
+    }
+  }
+  return scores;
+}
+
+std::vector<DataPoint> Curve(const std::vector<double>& cubic, const Range& x) {
+  std::vector<DataPoint> curve;
+  for (int i = 0; i <= kCurvePoints && cubic.size() == 4; ++i) {
+    const double p = x.lo + (x.hi - x.lo) * i / kCurvePoints;
+    curve.push_back({p, cubic[0] + p * (cubic[1] + p * (cubic[2] + p * cubic[3]))});
+  }
+  return curve;
+}
+
+void DrawMinimum(Plot& plot, const pa::DeviationResult& deviation, const Range& y) {
+  if (deviation.best_s) {
+    plot.VerticalLine(*deviation.best_s, {.color = kVermilion, .dash_px = {2, 3}});
+  }
+  if (!deviation.cubic_minimum_s || !std::isfinite(*deviation.cubic_minimum_s)) {
+    return;
+  }
+  plot.VerticalLine(*deviation.cubic_minimum_s, {.dash_px = {5, 4}});
+  const double right = plot.X(*deviation.cubic_minimum_s) + 10;
+  plot.Note({right, plot.Y(y.hi) + 16},
+            fmt::format("minimum of the cubic {:.4f} s", *deviation.cubic_minimum_s), kInk);
+}
+
+}  // namespace
+
+std::optional<Figure> DeviationFigure(const ReportInput& input) {
+  const pa::Analysis& analysis = *input.analysis;
+  const std::vector<DataPoint> scores = Scores(analysis);
+  if (scores.empty()) {
+    return std::nullopt;
+  }
+  std::vector<double> tested;
+  std::vector<double> heights = {0};
+  for (const DataPoint& score : scores) {
+    tested.push_back(score.x);
+    heights.push_back(score.y);
+  }
+  const Range tested_range = RangeOf(tested);
+  const Range x = Padded(tested_range, 0.05);
+  const Range y = {0, RangeOf(heights).hi * 1.12};
+  const bool good = analysis.pressure_advance.good();
+  const std::vector<DataPoint> curve = Curve(analysis.deviation.cubic, tested_range);
+
+  Canvas canvas(kFigureWidthPx, kHeightPx);
+  std::vector<LegendEntry> legend = {{"line", LegendEntry::Mark::kDot, {.color = kBlue}}};
+  if (!curve.empty()) {
+    const auto& r_squared = analysis.deviation.r_squared;
+    legend.push_back({r_squared ? fmt::format("cubic fit, R² = {:.2f}", *r_squared) : "cubic fit",
+                      LegendEntry::Mark::kLine,
+                      {.color = kSky, .width_px = 2}});
+  }
+  if (good) {
+    legend.push_back(
+        {"lowest score", LegendEntry::Mark::kLine, {.color = kVermilion, .dash_px = {2, 3}}});
+  }
+  const double below_legend = 4 + DrawLegend(canvas, {12, 20}, kFigureWidthPx - 24, legend);
+  Plot plot(canvas, {6, below_legend, kFigureWidthPx - 12, kHeightPx - below_legend - 4},
+            {"pressure advance (s)", x, 8}, {"deviation (px)", y});
+  plot.Line(curve, {.color = kSky, .width_px = 2.5});
+  if (good) {
+    DrawMinimum(plot, analysis.deviation, y);
+  }
+  for (const DataPoint& score : scores) {
+    plot.Dot(score, 4.5, kBlue);
+  }
+  return Figure{"deviation",
+                "The score of Abbott's paper, for comparison: how much the height of each row of a "
+                "height map varies along the line, summed over the rows. Low is even. It knows no "
+                "sign and rests on the few lines near the bottom, so that its answer scatters more "
+                "than the response fit's; a low R² means that the scores follow no curve.",
+                std::move(canvas), false};
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,54 @@
+// Three lines as relief (figure 6).
+#include "report/figure_common.h"
+#include "report/surface.h"
+
+namespace trammel::report {
+namespace {
+
+namespace pa = pressure_advance;
+
+constexpr double kPanelPx = 222;
+constexpr std::size_t kMostColumns = 110;
+constexpr std::size_t kMostRows = 44;
+
+}  // namespace
+
+std::optional<Figure> SurfacesFigure(const ReportInput& input) {
+  const std::vector<pa::HeightMap>* maps = ShownHeights(input);
+  if (maps == nullptr) {
+    return std::nullopt;
+  }
+  const pa::Analysis& analysis = *input.analysis;
+  std::vector<std::size_t> lines;
+  for (const std::size_t line : TellingLines(analysis)) {
+    if (line < maps->size() && (*maps)[line].frames >= 2 && (*maps)[line].rows >= 2 &&
+        !HeightGrid((*maps)[line]).values.empty()) {
+      lines.push_back(line);
+    }
+  }
+  if (lines.empty()) {
+    return std::nullopt;
+  }
+  const Range heights = HeightRange(*maps);
+  Canvas canvas(kFigureWidthPx, kPanelPx * static_cast<double>(lines.size()));
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const pa::HeightMap& map = (*maps)[lines[i]];
+    const MapExtent extent = ExtentOf(map);
+    const double top = kPanelPx * static_cast<double>(i);
+    DrawSurface(
+        canvas, {0, top + 8, kFigureWidthPx - 96, kPanelPx - 8},
+        Smoothed(HeightGrid(map), kMostColumns, kMostRows),
+        {extent.label, "across (px)", extent.range, {0, static_cast<double>(map.rows)}, heights});
+    canvas.Text({12, top + 22},
+                "PA " + PressureAdvanceText(analysis.lines[lines[i]].pressure_advance_s) + " s",
+                {.size_px = kTitleTextPx, .bold = true});
+  }
+  DrawColorBar(canvas, {kFigureWidthPx - 74, 24, 14, 120}, heights, "height (px)");
+  return Figure{"surfaces",
+                "The same three lines as relief, lowest pressure advance on top. Heights are "
+                "exaggerated and lightly smoothed (a median over neighbours). A good line is a "
+                "ridge of one height from end to end.",
+                std::move(canvas), true};
+}
+
+}  // namespace trammel::report
