@@ -107,6 +107,7 @@ void Canvas::SetStroke(const Stroke& stroke) {
   cairo_t* context = state_->context.get();
   SetColor(context, stroke.color);
   cairo_set_line_width(context, stroke.width_px);
+  cairo_set_line_cap(context, stroke.round_ends ? CAIRO_LINE_CAP_ROUND : CAIRO_LINE_CAP_BUTT);
   cairo_set_dash(context, stroke.dash_px.data(), static_cast<int>(stroke.dash_px.size()), 0);
 }
 

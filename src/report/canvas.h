@@ -33,6 +33,7 @@ struct Stroke {
   Color color = kInk;
   double width_px = 1.5;
   std::vector<double> dash_px = {};  ///< lengths on and off; empty: solid
+  bool round_ends = false;           ///< half a width beyond the end points
 };
 
 enum class Align { kStart, kMiddle, kEnd };

@@ -80,11 +80,12 @@ std::string Head(const pa::Analysis& analysis) {
   return Card("", body, " head " + std::string(ToString(answer.verdict())));
 }
 
-std::string Next(const Measured& answer) {
+std::string Next(const Measured& answer, bool has_figures) {
   if (!answer.good()) {
     return Card("What to do next",
-                "<p>Keep the pressure advance that is in use. Follow the advice above, then print "
-                "or record again; the figures below show what was seen.</p>\n");
+                fmt::format("<p>Keep the pressure advance that is in use. Follow the advice above, "
+                            "then print or record again{}.</p>\n",
+                            has_figures ? "; the figures below show what was seen" : ""));
   }
   const std::string value =
       SecondsText(answer.quantity().value, answer.quantity().standard_uncertainty);
@@ -223,7 +224,7 @@ std::string PressureAdvanceReport(const ReportInput& input, const std::vector<Fi
   page += "</style>\n</head>\n<body>\n<main>\n<h1>Pressure advance</h1>\n";
   page += Facts(options);
   page += Head(analysis);
-  page += Next(analysis.pressure_advance);
+  page += Next(analysis.pressure_advance, !figures.empty());
   page += Notices(analysis.notices);
   page += Parts(analysis);
   for (const Figure& figure : figures) {

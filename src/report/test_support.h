@@ -9,6 +9,7 @@
 #include "base/random.h"
 #include "pressure_advance/analysis.h"
 #include "pressure_advance/height_map.h"
+#include "report/pressure_advance_figures.h"
 
 namespace trammel::report::test {
 
@@ -24,6 +25,9 @@ struct MadeUp {
 
 /// The same lines as a laser scan of 100 frames by 60 rows would show them, and one frame's steps.
 [[nodiscard]] pressure_advance::LaserScanView MakeScanView(const MadeUp& made_up, Random random);
+
+/// A rectified picture of the lines with their edges traced.
+[[nodiscard]] PhotoView MakePhotoView(const MadeUp& made_up, Random random);
 
 /// Why the text is no well-formed XML (elements that do not close, loose < or &, bytes that are not
 /// UTF-8); empty where it is. HTML's void elements must be closed too.
