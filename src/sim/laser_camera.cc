@@ -12,12 +12,9 @@ namespace {
 constexpr int kPhases = 64;       // sub-pixel positions of the line's profile
 constexpr int kRaysPerRow = 4;    // of the laser's fan for each image row
 constexpr int kBandReachPx = 72;  // columns on either side of the line that its light can reach
-constexpr int kGlowCell = 4;      // px; light below the surface is smooth
 constexpr double kReliefCellMm = 0.025;
 constexpr double kMarginMm = 0.8;      // beyond the image, for what throws shadow into it
-constexpr double kBareMm = 0.004;      // lower than this is plate
 constexpr double kMatchStepMm = 0.02;  // of the march down a ray
-constexpr int kNoiseCount = 1 << 16;
 
 Tile SpeckleFactors(const Tile& normal, double contrast) {
   Tile tile = normal;
@@ -28,10 +25,6 @@ Tile SpeckleFactors(const Tile& normal, double contrast) {
   return tile;
 }
 
-std::uint8_t ToByte(double value) {
-  return static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0) + 0.5);
-}
-
 // Four weights of the cubic B-spline: the lens's blur across rows.
 std::array<double, 4> RowWeights(double t) {
   const double s = 1 - t;
@@ -40,15 +33,6 @@ std::array<double, 4> RowWeights(double t) {
 }
 
 }  // namespace
-
-struct LaserCamera::View {
-  double laser_x_mm = 0;   // on the plate in the line's row
-  double camera_x_mm = 0;  // foot of the optical axis
-  double camera_y_mm = 0;
-  double laser_y_mm = 0;        // the line's row
-  double centre_column_px = 0;  // of the optical axis, in the window
-  double centre_row_px = 0;
-};
 
 SensorWindow WindowAroundCrop(int width, int height) {
   TRAMMEL_CHECK(width >= 64 && width <= kSensorWidthPx && height >= 64 && height <= kSensorHeightPx,
@@ -112,28 +96,7 @@ LaserScene LaserCamera::MakeScene(const Bed& bed, double line_y_mm, double from_
        std::max(from_mm, to_mm) + x_at(window_.width) + kMarginMm, y_at(0) + kMarginMm},
       kReliefCellMm);
 
-  const Relief& relief = scene.relief;
-  scene.look_bgr.resize(relief.height_mm.size() * 3);
-  const int column0 = static_cast<int>(std::floor(relief.origin_x_mm / kReliefCellMm));
-  const int row0 = static_cast<int>(std::floor(relief.origin_y_mm / kReliefCellMm));
-  std::uint8_t* out = scene.look_bgr.data();
-  for (int row = 0; row < relief.rows; ++row) {
-    const float* heights = relief.row(row);
-    const float* above = relief.row(std::min(row + 1, relief.rows - 1));
-    for (int column = 0; column < relief.columns; ++column, out += 3) {
-      const auto height = static_cast<double>(heights[column]);
-      const bool bare = height <= kBareMm;
-      double shade = 1;
-      if (!bare) {  // room light comes from above and a little from behind
-        const double slope = (static_cast<double>(above[column]) - height) / kReliefCellMm;
-        shade = (0.9 - 0.25 * slope) / std::sqrt(1 + slope * slope) + 0.1;
-      }
-      const Texture& texture = bare ? plate_texture_ : filament_texture_;
-      const Sheen& sheen = bare ? traits_.plate : traits_.filament;
-      shade *= static_cast<double>(texture.ambient.At(column + column0, row + row0));
-      for (std::size_t i = 0; i < 3; ++i) out[i] = ToByte(shade * sheen.ambient_bgr[i]);
-    }
-  }
+  DrawLook(scene);
   return scene;
 }
 
@@ -263,98 +226,6 @@ void LaserCamera::SpreadGlow() {
         }
         out[column] = gain * sum;
       }
-    }
-  }
-}
-
-void LaserCamera::PaintLook(const LaserScene& scene, const View& view, double gain, Random& random,
-                            Frame& frame) const {
-  const Relief& relief = scene.relief;
-  const double cells_per_px = 1 / (traits_.px_per_mm * relief.cell_mm);
-  const double x0 = (view.camera_x_mm - relief.origin_x_mm) / relief.cell_mm -
-                    view.centre_column_px * cells_per_px;
-  const double y0 =
-      (view.camera_y_mm - relief.origin_y_mm) / relief.cell_mm + view.centre_row_px * cells_per_px;
-  const auto step = static_cast<std::int64_t>(std::lround(cells_per_px * 65536));
-  std::array<std::uint8_t, 256> level;
-  for (int i = 0; i < 256; ++i) level[static_cast<std::size_t>(i)] = ToByte(i * gain);
-  for (int v = 0; v < frame.height; ++v) {
-    const int row =
-        std::clamp(static_cast<int>(std::lround(y0 - v * cells_per_px)), 0, relief.rows - 1);
-    const std::uint8_t* look =
-        scene.look_bgr.data() + static_cast<std::ptrdiff_t>(row) * relief.columns * 3;
-    std::uint8_t* out = frame.row(v);
-    const std::int8_t* noise = noise_.data() + (random.Bits() & (kNoiseCount / 2 - 1));
-    std::int64_t at = std::lround(std::max(0.0, x0) * 65536);
-    const std::int64_t last = relief.columns - 1;
-    for (int u = 0; u < frame.width; ++u, at += step) {
-      const std::uint8_t* in = look + 3 * std::min(at >> 16, last);
-      for (int i = 0; i < 3; ++i) {
-        const int value = level[in[i]];
-        const int noisy =
-            value + ((noise[3 * u + i] * noise_gain_[static_cast<std::size_t>(value)] + 128) >> 8);
-        out[3 * u + i] = static_cast<std::uint8_t>(std::clamp(noisy, 0, 255));
-      }
-    }
-  }
-}
-
-void LaserCamera::AddLaser(const LaserScene& scene, const View& view, double gain, Random& random,
-                           Frame& frame) const {
-  const Relief& relief = scene.relief;
-  const int band = band_end_ - band_begin_;
-  const int glow_columns = band / kGlowCell + 1;
-  const double px_mm = 1 / traits_.px_per_mm;
-  const auto speckle_at = static_cast<int>(random.Below(1 << 16));
-  const int speckle_x = speckle_at & 255;
-  const int speckle_y = speckle_at >> 8;
-  const auto glow_at = [&](const std::vector<float>& glow, double x, int row) {
-    const double clamped = std::clamp(x / kGlowCell, 0.0, glow_columns - 1.001);
-    const int left = static_cast<int>(clamped);
-    const double t = clamped - left;
-    const double y = std::clamp((row - 1.5) / kGlowCell, 0.0, window_.height / kGlowCell - 0.001);
-    const int above = static_cast<int>(y);
-    const double s = y - above;
-    const float* p = glow.data() + above * glow_columns + left;
-    return (1 - s) * ((1 - t) * static_cast<double>(p[0]) + t * static_cast<double>(p[1])) +
-           s * ((1 - t) * static_cast<double>(p[glow_columns]) +
-                t * static_cast<double>(p[glow_columns + 1]));
-  };
-  for (int v = 0; v < frame.height; ++v) {
-    const float* core = core_.data() + static_cast<std::ptrdiff_t>(v) * band;
-    const double y = view.camera_y_mm + (view.centre_row_px - v) * px_mm;
-    const int texture_y = static_cast<int>(std::floor(y / plate_texture_.cell_mm));
-    const int row =
-        std::clamp(static_cast<int>(std::lround((y - relief.origin_y_mm) / relief.cell_mm)), 0,
-                   relief.rows - 1);
-    const float* heights = relief.row(row);
-    for (int i = 0; i < band; ++i) {
-      const int u = band_begin_ + i;
-      const double x = view.camera_x_mm + (u - view.centre_column_px) * px_mm;
-      const int column = std::clamp(
-          static_cast<int>((x - relief.origin_x_mm) / relief.cell_mm + 0.5), 0, relief.columns - 1);
-      const bool bare = heights[column] <= static_cast<float>(kBareMm);
-      // Light that spreads in the plate is seen through the plate, and hardly through a bead.
-      const double veil = bare ? 1.0 : 0.15;
-      double light =
-          veil * glow_at(plate_glow_, i - traits_.plate.glow_shift_px, v) +
-          (bare ? 0.15 : 1.0) * glow_at(filament_glow_, i - traits_.filament.glow_shift_px, v);
-      if (core[i] > 0.002F) {
-        const Texture& texture = bare ? plate_texture_ : filament_texture_;
-        const Tile& speckle = bare ? plate_speckle_ : filament_speckle_;
-        const int texture_x = static_cast<int>(std::floor(x / texture.cell_mm));
-        light += static_cast<double>(core[i] * speckle.At(u + speckle_x, v + speckle_y) *
-                                     texture.laser.At(texture_x, texture_y));
-      }
-      light *= gain;
-      if (light < 0.002) continue;
-      // The red filter leaks into green and blue only where red nears its full scale: measured on
-      // a real frame, green = 0.85 (red - 0.47), blue a little less, red clipped at 1.
-      const double pink = 0.85 * std::max(0.0, light - 0.47);
-      std::uint8_t* out = frame.row(v) + 3 * u;
-      out[0] = ToByte(out[0] + 255 * 0.93 * pink);
-      out[1] = ToByte(out[1] + 255 * pink);
-      out[2] = ToByte(out[2] + 255 * light);
     }
   }
 }

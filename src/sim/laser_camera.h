@@ -55,14 +55,28 @@ class LaserCamera {
               Random& random, Frame& frame);
 
  private:
-  struct View;  // one position of the eye
+  static constexpr int kGlowCell = 4;       // px; light below a surface is smooth
+  static constexpr double kBareMm = 0.004;  // what is lower is plate
+
+  struct View {              // one position of the eye
+    double laser_x_mm = 0;   // on the plate in the line's row
+    double laser_y_mm = 0;   // the line's row
+    double camera_x_mm = 0;  // foot of the optical axis
+    double camera_y_mm = 0;
+    double centre_column_px = 0;  // of the optical axis, in the window
+    double centre_row_px = 0;
+  };
+  struct Column;
+
+  void DrawLook(LaserScene& scene) const;
   void CastSheet(const LaserScene& scene, const View& view, double weight);
   void Splat(double column_px, double row_px, double weight, bool on_filament);
   void SpreadGlow();
   void PaintLook(const LaserScene& scene, const View& view, double gain, Random& random,
                  Frame& frame) const;
+  [[nodiscard]] std::vector<Column> ColumnsOfBand(const Relief& relief, const View& view) const;
   void AddLaser(const LaserScene& scene, const View& view, double gain, Random& random,
-                Frame& frame) const;
+                Frame& frame);
 
   LaserTraits traits_;
   SensorWindow window_;

@@ -1,0 +1,169 @@
+// The laser camera's picture: what the surfaces look like, and the laser's light on top.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "sim/laser_camera.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr int kNoiseCount = 1 << 16;
+constexpr float kVeil = 0.15F;  // share of one material's glow that is seen over the other
+
+std::uint8_t ToByte(double value) {
+  return static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0) + 0.5);
+}
+
+std::uint8_t Raised(std::uint8_t level, float by) {
+  return static_cast<std::uint8_t>(std::min(static_cast<float>(level) + by, 255.0F) + 0.5F);
+}
+
+}  // namespace
+
+void LaserCamera::DrawLook(LaserScene& scene) const {
+  const Relief& relief = scene.relief;
+  scene.look_bgr.resize(relief.height_mm.size() * 3);
+  const int column0 = static_cast<int>(std::floor(relief.origin_x_mm / relief.cell_mm));
+  const int row0 = static_cast<int>(std::floor(relief.origin_y_mm / relief.cell_mm));
+  std::uint8_t* out = scene.look_bgr.data();
+  for (int row = 0; row < relief.rows; ++row) {
+    const float* heights = relief.row(row);
+    const float* above = relief.row(std::min(row + 1, relief.rows - 1));
+    for (int column = 0; column < relief.columns; ++column, out += 3) {
+      const auto height = static_cast<double>(heights[column]);
+      const bool bare = height <= kBareMm;
+      double shade = 1;
+      if (!bare) {  // room light comes from above and a little from behind
+        const double slope = (static_cast<double>(above[column]) - height) / relief.cell_mm;
+        shade = (0.9 - 0.25 * slope) / std::sqrt(1 + slope * slope) + 0.1;
+      }
+      const Texture& texture = bare ? plate_texture_ : filament_texture_;
+      const Sheen& sheen = bare ? traits_.plate : traits_.filament;
+      shade *= static_cast<double>(texture.ambient.At(column + column0, row + row0));
+      for (std::size_t i = 0; i < 3; ++i) out[i] = ToByte(shade * sheen.ambient_bgr[i]);
+    }
+  }
+}
+
+void LaserCamera::PaintLook(const LaserScene& scene, const View& view, double gain, Random& random,
+                            Frame& frame) const {
+  const Relief& relief = scene.relief;
+  const double cells_per_px = 1 / (traits_.px_per_mm * relief.cell_mm);
+  const double x0 = (view.camera_x_mm - relief.origin_x_mm) / relief.cell_mm -
+                    view.centre_column_px * cells_per_px;
+  const double y0 =
+      (view.camera_y_mm - relief.origin_y_mm) / relief.cell_mm + view.centre_row_px * cells_per_px;
+  const auto step = static_cast<std::int64_t>(std::lround(cells_per_px * 65536));
+  std::array<std::uint8_t, 256> level;
+  for (int i = 0; i < 256; ++i) level[static_cast<std::size_t>(i)] = ToByte(i * gain);
+  for (int v = 0; v < frame.height; ++v) {
+    const int row =
+        std::clamp(static_cast<int>(std::lround(y0 - v * cells_per_px)), 0, relief.rows - 1);
+    const std::uint8_t* look =
+        scene.look_bgr.data() + static_cast<std::ptrdiff_t>(row) * relief.columns * 3;
+    std::uint8_t* out = frame.row(v);
+    const std::int8_t* noise = noise_.data() + (random.Bits() & (kNoiseCount / 2 - 1));
+    std::int64_t at = std::lround(std::max(0.0, x0) * 65536);
+    const std::int64_t last = relief.columns - 1;
+    for (int u = 0; u < frame.width; ++u, at += step) {
+      const std::uint8_t* in = look + 3 * std::min(at >> 16, last);
+      for (int i = 0; i < 3; ++i) {
+        const int value = level[in[i]];
+        const int noisy =
+            value + ((noise[3 * u + i] * noise_gain_[static_cast<std::size_t>(value)] + 128) >> 8);
+        out[3 * u + i] = static_cast<std::uint8_t>(std::clamp(noisy, 0, 255));
+      }
+    }
+  }
+}
+
+// What AddLaser needs to know of each column of the band, the same in all rows of a frame.
+struct LaserCamera::Column {
+  int relief = 0;
+  int texture = 0;
+  int plate_glow = 0;  // left of the two glow cells between which the column lies
+  int filament_glow = 0;
+  float plate_share = 0;  // of the right one
+  float filament_share = 0;
+};
+
+std::vector<LaserCamera::Column> LaserCamera::ColumnsOfBand(const Relief& relief,
+                                                            const View& view) const {
+  const int cells = (band_end_ - band_begin_) / kGlowCell + 1;
+  std::vector<Column> columns;
+  for (int u = band_begin_; u < band_end_; ++u) {
+    const double x_mm = view.camera_x_mm + (u - view.centre_column_px) / traits_.px_per_mm;
+    Column column;
+    column.relief =
+        std::clamp(static_cast<int>(std::lround((x_mm - relief.origin_x_mm) / relief.cell_mm)), 0,
+                   relief.columns - 1);
+    column.texture = static_cast<int>(std::floor(x_mm / plate_texture_.cell_mm));
+    const auto place = [&](double shift_px, int& left, float& share) {
+      const double at = std::clamp((u - band_begin_ - shift_px) / kGlowCell, 0.0, cells - 1.001);
+      left = static_cast<int>(at);
+      share = static_cast<float>(at - left);
+    };
+    place(traits_.plate.glow_shift_px, column.plate_glow, column.plate_share);
+    place(traits_.filament.glow_shift_px, column.filament_glow, column.filament_share);
+    columns.push_back(column);
+  }
+  return columns;
+}
+
+void LaserCamera::AddLaser(const LaserScene& scene, const View& view, double gain, Random& random,
+                           Frame& frame) {
+  const Relief& relief = scene.relief;
+  const int band = band_end_ - band_begin_;
+  const int cells = band / kGlowCell + 1;
+  const auto speckle_at = static_cast<int>(random.Below(1 << 16));
+  const int speckle_x = (speckle_at & 255) + band_begin_;
+  const int speckle_y = speckle_at >> 8;
+  const std::vector<Column> columns = ColumnsOfBand(relief, view);
+  scratch_.resize(std::max(scratch_.size(), 2 * static_cast<std::size_t>(cells)));
+  float* plate_row = scratch_.data();
+  float* filament_row = plate_row + cells;
+  for (int v = 0; v < frame.height; ++v) {
+    const double glow_y =
+        std::clamp((v - 1.5) / kGlowCell, 0.0, window_.height / kGlowCell - 0.001);
+    const int above = static_cast<int>(glow_y) * cells;
+    const auto share = static_cast<float>(glow_y - std::floor(glow_y));
+    for (int i = 0; i < cells; ++i) {
+      const float* plate = plate_glow_.data() + above + i;
+      const float* filament = filament_glow_.data() + above + i;
+      plate_row[i] = plate[0] + share * (plate[cells] - plate[0]);
+      filament_row[i] = filament[0] + share * (filament[cells] - filament[0]);
+    }
+    const double y_mm = view.camera_y_mm + (view.centre_row_px - v) / traits_.px_per_mm;
+    const int texture_y = static_cast<int>(std::floor(y_mm / plate_texture_.cell_mm));
+    const float* heights = relief.row(
+        std::clamp(static_cast<int>(std::lround((y_mm - relief.origin_y_mm) / relief.cell_mm)), 0,
+                   relief.rows - 1));
+    const float* core = core_.data() + static_cast<std::ptrdiff_t>(v) * band;
+    std::uint8_t* out = frame.row(v) + std::ptrdiff_t{3} * band_begin_;
+    for (int i = 0; i < band; ++i, out += 3) {
+      const Column& column = columns[static_cast<std::size_t>(i)];
+      const bool bare = heights[column.relief] <= static_cast<float>(kBareMm);
+      const float* p = plate_row + column.plate_glow;
+      const float* q = filament_row + column.filament_glow;
+      // Light that spreads in one material is seen through it, and hardly through the other.
+      float light = (bare ? 1.0F : kVeil) * (p[0] + column.plate_share * (p[1] - p[0])) +
+                    (bare ? kVeil : 1.0F) * (q[0] + column.filament_share * (q[1] - q[0]));
+      if (core[i] > 0.002F) {
+        light += core[i] *
+                 (bare ? plate_speckle_ : filament_speckle_).At(i + speckle_x, v + speckle_y) *
+                 (bare ? plate_texture_ : filament_texture_).laser.At(column.texture, texture_y);
+      }
+      light *= static_cast<float>(gain);
+      if (light < 0.002F) continue;
+      // The red filter leaks into green and blue only where red nears its full scale: measured on
+      // a real frame, green = 0.85 (red - 0.47), blue a little less, red clipped at 1.
+      const float pink = 255 * 0.85F * std::max(0.0F, light - 0.47F);
+      out[0] = Raised(out[0], 0.93F * pink);
+      out[1] = Raised(out[1], pink);
+      out[2] = Raised(out[2], 255 * light);
+    }
+  }
+}
+
+}  // namespace trammel::sim
