@@ -32,25 +32,32 @@ struct ScanArguments {
   std::string out;
 };
 
-// "1280x720".
-Result<void> ParseFrame(const std::string& text, sim::ScanOptions& options) {
-  int width = 0;
-  int height = 0;
+struct Size {
+  int width_px = 0;
+  int height_px = 0;
+};
+
+// "1280x720", within the given bounds.
+Result<Size> ParseSize(const char* option, const std::string& text, const Size& largest) {
+  Size size;
   char rest = 0;
-  if (std::sscanf(text.c_str(), "%5dx%5d%c", &width, &height, &rest) != 2 || width < 64 ||
-      width > sim::kSensorWidthPx || height < 64 || height > sim::kSensorHeightPx) {
-    return Fail(fmt::format("--frame {}: must be WIDTHxHEIGHT within 64x64 ... {}x{}",
-                            text.substr(0, 40), sim::kSensorWidthPx, sim::kSensorHeightPx));
+  if (std::sscanf(text.c_str(), "%5dx%5d%c", &size.width_px, &size.height_px, &rest) == 2 &&
+      size.width_px >= 64 && size.width_px <= largest.width_px && size.height_px >= 64 &&
+      size.height_px <= largest.height_px) {
+    return size;
   }
-  options.frame_width_px = width;
-  options.frame_height_px = height;
-  return {};
+  return Fail(fmt::format("{} {}: must be WIDTHxHEIGHT within 64x64 ... {}x{}", option,
+                          text.substr(0, 40), largest.width_px, largest.height_px));
 }
 
 Result<void> RecordConditions(const ScanArguments& arguments) {
   sim::ScanOptions options;
   options.pattern = arguments.pattern;
-  if (const Result<void> frame = ParseFrame(arguments.frame, options); !frame) return frame;
+  const Result<Size> frame =
+      ParseSize("--frame", arguments.frame, {sim::kSensorWidthPx, sim::kSensorHeightPx});
+  if (!frame) return Fail(frame.error().message);
+  options.frame_width_px = frame->width_px;
+  options.frame_height_px = frame->height_px;
   std::vector<sim::Condition> conditions;
   if (arguments.all_conditions) {
     for (const sim::Condition& condition : sim::AllConditions()) conditions.push_back(condition);
@@ -89,18 +96,28 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
   return {};
 }
 
+void AddSeed(CLI::App& command, std::uint64_t& seed) {
+  // Without the check CLI11 takes -1 for the largest seed there is.
+  command.add_option("--seed", seed, "names the whole world")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+}
+
 void AddScan(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<ScanArguments>();
   CLI::App* scan = parent.add_subcommand("scan", "print G-code virtually and record a laser scan");
   scan->add_option("gcode", arguments->gcode, "the file that the virtual printer prints")
       ->required();
   scan->add_option("--plan", arguments->plan, "the pattern's *.plan.json")->required();
-  scan->add_option("--condition", arguments->condition,
-                   "PLATE-FILAMENT-LIGHT: matte, textured or pei; black or white; ambient or dark")
-      ->capture_default_str();
+  CLI::Option* condition =
+      scan->add_option(
+              "--condition", arguments->condition,
+              "PLATE-FILAMENT-LIGHT: matte, textured or pei; black or white; ambient or dark")
+          ->capture_default_str();
   scan->add_flag("--all-conditions", arguments->all_conditions,
-                 "record the same print in all twelve, each in a folder of its own below --out");
-  scan->add_option("--seed", arguments->seed, "names the whole world")->capture_default_str();
+                 "record the same print in all twelve, each in a folder of its own below --out")
+      ->excludes(condition);
+  AddSeed(*scan, arguments->seed);
   scan->add_option("--pressure-advance", arguments->pressure_advance_s,
                    "the truth in s; without it, drawn from the tested range's middle half");
   scan->add_option("--frame", arguments->frame, "size in px; smaller than the sensor is a window")
@@ -117,6 +134,7 @@ void AddScan(CLI::App& parent, int& exit_code) {
 struct PhotoArguments {
   std::string gcode;
   std::string scene = "natural-on-gold";
+  std::string size = "1080x1920";
   std::uint64_t seed = 0;
   std::optional<double> pressure_advance_s;
   std::string out;
@@ -125,6 +143,8 @@ struct PhotoArguments {
 Result<void> TakePhoto(const PhotoArguments& arguments) {
   const Result<sim::PhotoScene> scene = sim::ParsePhotoScene(arguments.scene);
   if (!scene) return Fail("--scene: " + scene.error().message);
+  const Result<Size> size = ParseSize("--size", arguments.size, {20000, 20000});
+  if (!size) return Fail(size.error().message);
   std::error_code ignored;
   if (std::filesystem::exists(arguments.out, ignored)) {
     return Fail(fmt::format("--out {} exists already; nothing is overwritten: choose another name",
@@ -143,7 +163,9 @@ Result<void> TakePhoto(const PhotoArguments& arguments) {
   if (!print) return Fail(arguments.gcode + ": " + print.error().message);
   for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
   Random random = sim::PhotoEyeOf(arguments.seed);
-  const sim::PhotoTraits traits = sim::DrawPhotoTraits(*scene, random);
+  sim::PhotoTraits traits = sim::DrawPhotoTraits(*scene, random);
+  traits.width_px = size->width_px;
+  traits.height_px = size->height_px;
   const Result<Frame> photo = sim::RenderPhoto(print->bed, traits, random.Fork(1));
   if (!photo) return Fail(photo.error().message);
   const Result<void> written = sim::WriteJpegFile(*photo, traits.jpeg_quality, arguments.out);
@@ -161,7 +183,8 @@ void AddPhoto(CLI::App& parent, int& exit_code) {
       ->add_option("--scene", arguments->scene,
                    "natural-on-gold, natural-on-dark or black-on-light")
       ->capture_default_str();
-  photo->add_option("--seed", arguments->seed, "names the whole world")->capture_default_str();
+  photo->add_option("--size", arguments->size, "of the photo, px")->capture_default_str();
+  AddSeed(*photo, arguments->seed);
   photo->add_option("--pressure-advance", arguments->pressure_advance_s,
                     "the truth in s; without it, drawn from the tested range's middle half");
   photo->add_option("--out", arguments->out, "new JPEG file")->required();

@@ -1,0 +1,108 @@
+// trammel sim, from the shell to the recording.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "support/run_trammel.h"
+
+namespace trammel {
+namespace {
+
+namespace fs = std::filesystem;
+
+using test::CommandResult;
+using test::ReadWhole;
+using test::RunTrammel;
+using test::TemporaryFolder;
+using test::WriteWhole;
+using testing::HasSubstr;
+
+constexpr const char* kScan =
+    "sim scan pattern.gcode --plan pattern.plan.json --frame 64x64 --seed 7 --out scan";
+
+// A folder with the default pattern in it.
+class SimCommand : public testing::Test {
+ protected:
+  SimCommand() {
+    const CommandResult run = RunTrammel("pa pattern", folder_.path());
+    EXPECT_EQ(run.exit_code, 0) << run.output;
+  }
+  [[nodiscard]] CommandResult Run(const std::string& arguments) const {
+    return RunTrammel(arguments, folder_.path());
+  }
+  [[nodiscard]] fs::path At(const std::string& name) const { return folder_.path() / name; }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST_F(SimCommand, ScansThePatternThatTrammelWroteAndKeepsTheTruth) {
+  const CommandResult run = Run(kScan);
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  const auto scan = nlohmann::json::parse(ReadWhole(At("scan/scan.json")));
+  EXPECT_EQ(scan["lines"].size(), 10U);
+  EXPECT_TRUE(fs::is_regular_file(At("scan/line9.avi")));
+  const auto truth = nlohmann::json::parse(ReadWhole(At("scan/truth.json")));
+  EXPECT_EQ(truth["seed"], 7);
+  EXPECT_EQ(truth["condition"], "matte-black-dark");
+  const double truth_s = truth["pressure_advance_s"].get<double>();
+  // The middle half of 0 ... 0.06; the printer's truth is that of its own lines to 0.1 ms.
+  EXPECT_GT(truth_s, 0.0149);
+  EXPECT_LT(truth_s, 0.0451);
+}
+
+TEST_F(SimCommand, NothingIsOverwritten) {
+  fs::create_directory(At("scan"));
+  WriteWhole(At("photo.jpg"), "mine");
+  const CommandResult scan = Run(kScan);
+  EXPECT_EQ(scan.exit_code, 1);
+  EXPECT_THAT(scan.output, HasSubstr("scan exists already"));
+  const CommandResult photo = Run("sim photo pattern.gcode --out photo.jpg");
+  EXPECT_EQ(photo.exit_code, 1);
+  EXPECT_THAT(photo.output, HasSubstr("photo.jpg exists already"));
+  EXPECT_EQ(ReadWhole(At("photo.jpg")), "mine");
+}
+
+TEST_F(SimCommand, TakesAPhotoOfTheWholePattern) {
+  const CommandResult run = Run(
+      "sim photo pattern.gcode --seed 3 --pressure-advance 0.03 --size 270x480 --out photo.jpg");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.output, HasSubstr("the truth is 0.03"));
+  EXPECT_EQ(ReadWhole(At("photo.jpg")).substr(0, 2), "\xff\xd8");
+}
+
+TEST_F(SimCommand, RefusesWhatItDoesNotKnowByName) {
+  const struct {
+    const char* arguments;
+    const char* message;
+  } cases[] = {
+      {"--plan pattern.plan.json --condition matte-pink-dark --out a", "\"matte-pink-dark\""},
+      {"--plan pattern.plan.json --frame 2000x100 --out a", "--frame 2000x100"},
+      {"--plan pattern.plan.json --frame big --out a", "--frame big"},
+      {"--plan pattern.plan.json --pattern 4 --frame 64x64 --out a", "no line of pattern 4"},
+      {"--plan pattern.plan.json --pressure-advance -1 --out a", "-1"},
+      {"--plan pattern.plan.json --seed -1 --out a", "--seed"},
+      {"--plan pattern.gcode --out a", "not JSON"},
+      {"--plan missing.plan.json --out a", "missing.plan.json: there is no such file"},
+      {"--plan pattern.plan.json --frame 64x64 --out pattern.gcode/a", "pattern.gcode/a"},
+      {"--out a", "--plan"},
+  };
+  for (const auto& wrong : cases) {
+    const CommandResult run = Run(std::string("sim scan pattern.gcode ") + wrong.arguments);
+    EXPECT_EQ(run.exit_code, 1) << wrong.arguments << ": " << run.output;
+    EXPECT_THAT(run.output, HasSubstr(wrong.message)) << wrong.arguments;
+    EXPECT_FALSE(fs::exists(At("a"))) << wrong.arguments;
+  }
+  const CommandResult scene = Run("sim photo pattern.gcode --scene pink --out a.jpg");
+  EXPECT_EQ(scene.exit_code, 1);
+  EXPECT_THAT(scene.output, HasSubstr("natural-on-gold"));
+  const CommandResult size = Run("sim photo pattern.gcode --size 20000x20000 --out a.jpg");
+  EXPECT_EQ(size.exit_code, 1);
+  EXPECT_THAT(size.output, HasSubstr("20000 x 20000"));
+}
+
+}  // namespace
+}  // namespace trammel
