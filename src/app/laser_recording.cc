@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "machine/video_file.h"
+#include "pressure_advance/laser_crop.h"
 #include "pressure_advance/laser_eye.h"
 #include "store/recording.h"
 
@@ -97,6 +98,61 @@ Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& folder, const
   return frames;
 }
 
+/// Up to `kSampleFrames` whole frames spread evenly over a video, upright.
+Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& path, const Scan& scan) {
+  constexpr std::size_t kSampleFrames = 16;
+  auto video = machine::VideoFile::Open(path);
+  if (!video) {
+    return tl::unexpected(video.error());
+  }
+  std::vector<Frame> frames;
+  std::size_t stride = 1;
+  for (std::size_t i = 0;; ++i) {
+    const auto next = video->Next();
+    if (!next) {
+      return tl::unexpected(next.error());
+    }
+    if (*next == nullptr) {
+      return frames;
+    }
+    if (i % stride != 0) {
+      continue;
+    }
+    if (frames.size() == kSampleFrames) {  // every second one makes room for the rest
+      for (std::size_t k = 1; k < kSampleFrames / 2; ++k) {
+        frames[k] = std::move(frames[2 * k]);
+      }
+      frames.resize(kSampleFrames / 2);
+      stride *= 2;
+      if (i % stride != 0) {
+        continue;
+      }
+    }
+    frames.emplace_back();
+    pressure_advance::TurnUpright((*next)->view(), scan.height_direction, frames.back());
+  }
+}
+
+/// Fills in scan.crop from the middle line, whose bead is likely the most even.
+Result<void> LocateCrop(const std::filesystem::path& folder, Scan& scan,
+                        vision::LaserLineWorkspace& workspace, std::vector<std::string>& notices) {
+  const std::string& video = scan.lines[scan.lines.size() / 2].video;
+  const auto frames = SampleFrames(folder / video, scan);
+  if (!frames) {
+    return tl::unexpected(frames.error());
+  }
+  const auto found = FindCrop(*frames, scan.height_direction, workspace);
+  if (!found.crop) {
+    return Fail(
+        fmt::format("crop_px is absent and could not be found in '{}': {}", video, found.fault),
+        ErrorKind::kMeasurement);
+  }
+  scan.crop = found.crop;
+  notices.push_back(fmt::format("crop_px was not given; found {}x{} px at ({}, {})",
+                                scan.crop->width, scan.crop->height, scan.crop->x, scan.crop->y));
+  return {};
+}
+
 /// One example frame on its way to heights, for the report.
 pressure_advance::FrameSteps StepsOf(std::size_t line, const std::vector<Frame>& frames,
                                      const pressure_advance::SweepReading& reading,
@@ -149,6 +205,11 @@ Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
   result.scan = std::move(*scan);
   FrameSize size;
   vision::LaserLineWorkspace workspace;
+  if (!result.scan.crop) {
+    if (auto located = LocateCrop(folder, result.scan, workspace, result.notices); !located) {
+      return tl::unexpected(located.error());
+    }
+  }
   pressure_advance::DeviationFrame scratch;
   std::vector<double> pressure_advance_s;
   std::vector<std::optional<double>> scores;

@@ -153,9 +153,8 @@ Result<VideoFile> VideoFile::Open(const std::filesystem::path& path, const Video
   }
   const AVCodecParameters* parameters = format->streams[state->stream]->codecpar;
   if (parameters->width > limits.max_width_px || parameters->height > limits.max_height_px) {
-    return Broken(path, fmt::format("frames of {}x{} px; at most {}x{} are read",
-                                    parameters->width, parameters->height, limits.max_width_px,
-                                    limits.max_height_px));
+    return Broken(path, fmt::format("frames of {}x{} px; at most {}x{} are read", parameters->width,
+                                    parameters->height, limits.max_width_px, limits.max_height_px));
   }
   state->codec.reset(avcodec_alloc_context3(codec));
   state->decoded.reset(av_frame_alloc());
@@ -234,19 +233,19 @@ Result<void> VideoFile::State::Convert() {
                              limits.max_pixels));
   }
   if (frames > 0 && (width != frame.width || height != frame.height)) {
-    return Fault(fmt::format("frame {} has {}x{} px, those before it {}x{}; record the line again "
-                             "with one camera mode",
-                             frames + 1, width, height, frame.width, frame.height));
+    return Fault(
+        fmt::format("frame {} has {}x{} px, those before it {}x{}; record the line again "
+                    "with one camera mode",
+                    frames + 1, width, height, frame.width, frame.height));
   }
   if (frames == 0) {
     frame = Frame(width, height);
   }
   const auto source = static_cast<AVPixelFormat>(decoded->format);
   if (!scaler || scaler_format != decoded->format) {
-    scaler.reset(sws_getContext(width, height, WithoutRange(source), width, height,
-                                AV_PIX_FMT_BGR24,
-                                SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT, nullptr,
-                                nullptr, nullptr));
+    scaler.reset(sws_getContext(
+        width, height, WithoutRange(source), width, height, AV_PIX_FMT_BGR24,
+        SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT, nullptr, nullptr, nullptr));
     if (!scaler) {
       return Fault("its pixel format cannot be turned into colours; record it as MJPEG");
     }

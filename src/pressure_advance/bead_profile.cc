@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/statistics.h"
+
 namespace trammel::pressure_advance {
 namespace {
 
@@ -124,6 +126,29 @@ ProfileSample MeasureFrame(const PlateHeights& plate, const SectionScale& scale,
   return sample;
 }
 
+/// Scales the areas' sigmas up to the scatter from frame to frame: the bead's own texture and
+/// speckle are not seen on the plate, from which the rows' sigmas come. Second differences are
+/// blind to slow changes of the bead.
+void RaiseToScatter(std::vector<ProfileSample>& samples) {
+  std::vector<double> pulls;
+  for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
+    const Seen& a = samples[i - 1].area;
+    const Seen& b = samples[i].area;
+    const Seen& c = samples[i + 1].area;
+    if (a.seen() && b.seen() && c.seen()) {
+      pulls.push_back((a.value - 2 * b.value + c.value) /
+                      std::sqrt(a.sigma * a.sigma + 4 * b.sigma * b.sigma + c.sigma * c.sigma));
+    }
+  }
+  if (pulls.size() < 8) {
+    return;
+  }
+  const double scale = std::max(1.0, RobustStandardDeviation(pulls));
+  for (ProfileSample& sample : samples) {
+    sample.area.sigma *= scale;
+  }
+}
+
 }  // namespace
 
 std::vector<ProfileSample> MeasureBead(const PlateHeights& plate, const SectionScale& scale) {
@@ -132,6 +157,7 @@ std::vector<ProfileSample> MeasureBead(const PlateHeights& plate, const SectionS
   for (std::size_t f = 0; f < plate.heights.frames; ++f) {
     samples.push_back(MeasureFrame(plate, scale, f));
   }
+  RaiseToScatter(samples);
   return samples;
 }
 
