@@ -1,4 +1,4 @@
-// trammel pa pattern: writes the G-code of the pattern, its plan and what it costs.
+// trammel pa pattern: writes the G-code of the pattern, its plan and preview, and what it costs.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -14,6 +14,7 @@
 #include "app/pa_values.h"
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_plan.h"
+#include "report/pattern_preview.h"
 #include "store/config_file.h"
 #include "store/plan_file.h"
 #include "store/text_file.h"
@@ -117,12 +118,23 @@ Result<void> RunPattern(const PatternArguments& arguments) {
   }
   fs::path plan_path = gcode_path;
   plan_path.replace_extension(".plan.json");
-  if (auto may = RefuseToOverwrite({gcode_path, plan_path}, arguments.force); !may) return may;
+  fs::path svg_path = gcode_path;
+  svg_path.replace_extension(".svg");
+  fs::path png_path = gcode_path;
+  png_path.replace_extension(".png");
+  if (auto may = RefuseToOverwrite({gcode_path, plan_path, svg_path, png_path}, arguments.force);
+      !may) {
+    return may;
+  }
   const PatternLayout layout = LayOut(*config);
   if (auto done = store::WriteTextFile(gcode_path, WriteGcode(layout, *config)); !done) return done;
   const auto plan = MakePlan(layout, *config, gcode_path.filename().string());
   if (auto done = store::WriteTextFile(plan_path, store::FormatPlan(plan)); !done) return done;
-  fmt::print("G-code     {}\nplan       {}\n", gcode_path.string(), plan_path.string());
+  const report::Canvas preview = report::PatternPreview(layout, *config);
+  if (auto done = store::WriteTextFile(svg_path, preview.ToSvg()); !done) return done;
+  if (auto done = store::WriteTextFile(png_path, preview.ToPng()); !done) return done;
+  fmt::print("G-code     {}\nplan       {}\npreview    {} {}\n", gcode_path.string(),
+             plan_path.string(), svg_path.string(), png_path.string());
   Print(Summarise(layout, *config), layout);
   return {};
 }
@@ -136,7 +148,9 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--config", arguments->config,
                       "settings; left out: trammel.toml of this folder, if there is one");
   command->add_option("--set", arguments->set, "one setting: key=value; may be repeated");
-  command->add_option("--out", arguments->out, "G-code file; the plan is written beside it")
+  command
+      ->add_option("--out", arguments->out,
+                   "G-code file; plan and preview (SVG, PNG) are written beside it")
       ->capture_default_str();
   command->add_option("--pa", arguments->pa,
                       "pressure advance in s: START:END:COUNT, START:END:STEP or a,b,c");

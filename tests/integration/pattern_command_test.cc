@@ -19,13 +19,15 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-TEST(PatternCommand, WritesGcodeAndPlanAndSaysWhatItCosts) {
+TEST(PatternCommand, WritesGcodePlanAndPreviewAndSaysWhatItCosts) {
   const TemporaryFolder folder;
   const CommandResult run = RunTrammel("pa pattern", folder.path());
   EXPECT_EQ(run.exit_code, 0) << run.output;
   EXPECT_THAT(run.output, AllOf(HasSubstr("filament   27.6 mm"), HasSubstr("time "),
                                 HasSubstr("bounds     X 108.97 ... 141.03 mm")));
   EXPECT_THAT(ReadWhole(folder.path() / "pattern.gcode"), StartsWith("; trammel"));
+  EXPECT_THAT(ReadWhole(folder.path() / "pattern.svg"), HasSubstr("<svg"));
+  EXPECT_THAT(ReadWhole(folder.path() / "pattern.png"), StartsWith("\x89PNG"));
   const auto plan =
       store::ParsePlan(ReadWhole(folder.path() / "pattern.plan.json"), "pattern.plan.json");
   ASSERT_TRUE(plan) << plan.error().message;
