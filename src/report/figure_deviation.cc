@@ -34,18 +34,7 @@ std::vector<DataPoint> Curve(const std::vector<double>& cubic, const Range& x) {
   return curve;
 }
 
-void DrawMinimum(Plot& plot, const pa::DeviationResult& deviation, const Range& y) {
-  if (deviation.best_s) {
-    plot.VerticalLine(*deviation.best_s, {.color = kVermilion, .dash_px = {2, 3}});
-  }
-  if (!deviation.cubic_minimum_s || !std::isfinite(*deviation.cubic_minimum_s)) {
-    return;
-  }
-  plot.VerticalLine(*deviation.cubic_minimum_s, {.dash_px = {5, 4}});
-  const double right = plot.X(*deviation.cubic_minimum_s) + 10;
-  plot.Note({right, plot.Y(y.hi) + 16},
-            fmt::format("minimum of the cubic {:.4f} s", *deviation.cubic_minimum_s), kInk);
-}
+bool Finite(const std::optional<double>& value) { return value && std::isfinite(*value); }
 
 }  // namespace
 
@@ -75,16 +64,28 @@ std::optional<Figure> DeviationFigure(const ReportInput& input) {
                       LegendEntry::Mark::kLine,
                       {.color = kSky, .width_px = 2}});
   }
-  if (good) {
+  const Stroke lowest_stroke{.color = kVermilion, .dash_px = {2, 3}};
+  const Stroke minimum_stroke{.dash_px = {5, 4}};
+  const bool lowest = good && Finite(analysis.deviation.best_s);
+  const bool minimum = good && Finite(analysis.deviation.cubic_minimum_s);
+  if (lowest) {
+    legend.push_back({fmt::format("lowest score, {:.4f} s", *analysis.deviation.best_s),
+                      LegendEntry::Mark::kLine, lowest_stroke});
+  }
+  if (minimum) {
     legend.push_back(
-        {"lowest score", LegendEntry::Mark::kLine, {.color = kVermilion, .dash_px = {2, 3}}});
+        {fmt::format("minimum of the cubic, {:.4f} s", *analysis.deviation.cubic_minimum_s),
+         LegendEntry::Mark::kLine, minimum_stroke});
   }
   const double below_legend = 4 + DrawLegend(canvas, {12, 20}, kFigureWidthPx - 24, legend);
   Plot plot(canvas, {6, below_legend, kFigureWidthPx - 12, kHeightPx - below_legend - 4},
             {"pressure advance (s)", x, 8}, {"deviation (px)", y});
   plot.Line(curve, {.color = kSky, .width_px = 2.5});
-  if (good) {
-    DrawMinimum(plot, analysis.deviation, y);
+  if (lowest) {
+    plot.VerticalLine(*analysis.deviation.best_s, lowest_stroke);
+  }
+  if (minimum) {
+    plot.VerticalLine(*analysis.deviation.cubic_minimum_s, minimum_stroke);
   }
   for (const DataPoint& score : scores) {
     plot.Dot(score, 4.5, kBlue);

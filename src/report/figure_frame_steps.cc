@@ -77,8 +77,8 @@ void DrawSection(Canvas& canvas, const pa::FrameSteps& steps) {
   std::vector<double> seen;
   for (std::size_t row = 0; row < steps.centre_px.size(); ++row) {
     const auto x = static_cast<double>(row);
-    const double paper_height = steps.paper_height_px[row];
-    paper.push_back({x, paper_height < width ? paper_height : kNan});
+    const double paper_column = steps.paper_height_px[row];
+    paper.push_back({x, paper_column < width ? width - paper_column : kNan});
     const bool has_line = steps.centre_sigma_px[row] > 0;
     found.push_back({x, has_line ? width - static_cast<double>(steps.centre_px[row]) : kNan});
     seen.push_back(paper.back().y);

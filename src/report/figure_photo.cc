@@ -60,7 +60,7 @@ std::optional<Figure> PhotoFigure(const ReportInput& input) {
                 "The photo as if taken from straight above, with the edges of each printed line as "
                 "they were found, and the pressure advance of each (s). Where an edge strays from "
                 "the filament (a reflection, a shadow), the line's width is wrong there.",
-                std::move(canvas), true};
+                std::move(canvas), true, 1.5};
 }
 
 }  // namespace trammel::report

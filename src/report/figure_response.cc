@@ -74,9 +74,13 @@ void DrawReading(Plot& plot, const Range& y, const Reading& reading, const Color
 
 void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range& y,
                const Measured& answer, bool answer_is_response, const Panel& panel) {
-  Plot plot(canvas, outer, {"pressure advance (s)", x, 5}, {"surplus filament (ms)", y},
-            panel.title);
   const Measured& own = panel.result->pressure_advance;
+  std::string title = panel.title;
+  if (answer.good() && own.good()) {
+    title += fmt::format(" alone: {:.4f} ± {:.4f} s", own.quantity().value,
+                         own.quantity().standard_uncertainty);
+  }
+  Plot plot(canvas, outer, {"pressure advance (s)", x, 5}, {"surplus filament (ms)", y}, title);
   if (answer.good() && own.good()) {
     const Interval& interval = own.quantity().interval95;
     plot.ShadeX({interval.lo, interval.hi}, WithAlpha(panel.color, 0.18));
@@ -95,11 +99,6 @@ void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range&
   }
   if (answer.good() && own.good()) {
     plot.Dot({own.quantity().value, 0}, 5, kPaper, Stroke{.width_px = 2});
-    // Left and low there is room: the response falls from the upper left to the lower right.
-    plot.Note({plot.inner().x + 8, plot.inner().bottom() - 10},
-              fmt::format("alone {:.4f} ± {:.4f} s", own.quantity().value,
-                          own.quantity().standard_uncertainty),
-              kInk);
   }
 }
 

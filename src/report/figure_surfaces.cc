@@ -7,9 +7,9 @@ namespace {
 
 namespace pa = pressure_advance;
 
-constexpr double kPanelPx = 222;
-constexpr std::size_t kMostColumns = 110;
-constexpr std::size_t kMostRows = 44;
+constexpr double kPanelPx = 205;
+constexpr std::size_t kMostColumns = 90;
+constexpr std::size_t kMostRows = 40;
 
 }  // namespace
 

@@ -257,16 +257,4 @@ void Plot::ErrorBar(const DataPoint& point, double sigma, const Stroke& stroke) 
   canvas_->Unclip();
 }
 
-void Plot::Note(PointPx at, const std::string& text, const Color& color) {
-  constexpr double kPadPx = 4;
-  const TextStyle style{.size_px = kTickTextPx, .color = color, .bold = true};
-  const double width = canvas_->TextWidth(text, style);
-  at.x = std::max(inner_.x + kPadPx, std::min(at.x, inner_.right() - width - kPadPx));
-  at.y = std::clamp(at.y, inner_.y + kTickTextPx + kPadPx, inner_.bottom() - kPadPx);
-  canvas_->FillRect(
-      {at.x - kPadPx, at.y - kTickTextPx, width + 2 * kPadPx, kTickTextPx + kPadPx + 1},
-      WithAlpha(kPaper, 0.85));
-  canvas_->Text(at, text, style);
-}
-
 }  // namespace trammel::report

@@ -88,8 +88,6 @@ class Plot {
            const std::optional<Stroke>& edge = std::nullopt);
   /// From y - sigma to y + sigma, with caps.
   void ErrorBar(const DataPoint& point, double sigma, const Stroke& stroke);
-  /// Text on a white ground, kept within the rectangle. `at`: its baseline's start in px.
-  void Note(PointPx at, const std::string& text, const Color& color);
 
  private:
   Plot(Canvas& canvas, const Axis& x, const Axis& y);

@@ -18,6 +18,7 @@ struct Figure {
   std::string caption;  ///< how to read it; plain text
   Canvas canvas;
   bool picture = false;  ///< mostly pixels: smaller as PNG than as SVG
+  double png_scale = 2;  ///< px of the PNG per px of the canvas; less where it would only be large
 };
 
 /// A line as the photo eye traced it, in px of the rectified picture.

@@ -28,6 +28,15 @@ std::vector<std::string> Names(const std::vector<Figure>& figures) {
   return names;
 }
 
+/// Small enough to draw many.
+test::MadeUp Small(std::size_t lines = 10) {
+  test::MadeUp made_up;
+  made_up.lines = lines;
+  made_up.frames = 40;
+  made_up.rows = 24;
+  return made_up;
+}
+
 /// Both formats of every figure are sound, and no coordinate is NaN.
 void ExpectSound(const std::vector<Figure>& figures) {
   for (const Figure& figure : figures) {
@@ -42,8 +51,8 @@ void ExpectSound(const std::vector<Figure>& figures) {
 }
 
 TEST(PressureAdvanceFigures, AScanGivesEveryFigureButThePhoto) {
-  const auto analysis = test::MakeAnalysis({}, Random(kSeed));
-  const auto scan = test::MakeScanView({}, Random(kSeed));
+  const auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  const auto scan = test::MakeScanView(Small(), Random(kSeed));
   const auto figures = PressureAdvanceFigures({&analysis, &scan, nullptr});
   EXPECT_EQ(Names(figures),
             (std::vector<std::string>{"response", "profiles", "height_maps", "line_and_map",
@@ -52,7 +61,9 @@ TEST(PressureAdvanceFigures, AScanGivesEveryFigureButThePhoto) {
 }
 
 TEST(PressureAdvanceFigures, APhotoGivesThoseThatNeedNoHeights) {
-  const test::MadeUp photo{21, 0.1, 0.0362, true};
+  test::MadeUp photo = Small(21);
+  photo.highest_pressure_advance_s = 0.1;
+  photo.photo = true;
   const auto analysis = test::MakeAnalysis(photo, Random(kSeed));
   const auto view = test::MakePhotoView(photo, Random(kSeed));
   const auto figures = PressureAdvanceFigures({&analysis, nullptr, &view});
@@ -61,8 +72,8 @@ TEST(PressureAdvanceFigures, APhotoGivesThoseThatNeedNoHeights) {
 }
 
 TEST(PressureAdvanceFigures, EqualInputGivesEqualBytes) {
-  const auto analysis = test::MakeAnalysis({}, Random(kSeed));
-  const auto scan = test::MakeScanView({}, Random(kSeed));
+  const auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  const auto scan = test::MakeScanView(Small(), Random(kSeed));
   const auto first = PressureAdvanceFigures({&analysis, &scan, nullptr});
   const auto second = PressureAdvanceFigures({&analysis, &scan, nullptr});
   ASSERT_EQ(first.size(), second.size());
@@ -75,10 +86,8 @@ TEST(PressureAdvanceFigures, EqualInputGivesEqualBytes) {
 TEST(PressureAdvanceFigures, SurviveFewAndManyLines) {
   for (const std::size_t lines : {0U, 1U, 2U, 3U, 33U}) {
     SCOPED_TRACE(lines);
-    test::MadeUp made_up;
-    made_up.lines = lines;
-    const auto analysis = test::MakeAnalysis(made_up, Random(kSeed));
-    const auto scan = test::MakeScanView(made_up, Random(kSeed));
+    const auto analysis = test::MakeAnalysis(Small(lines), Random(kSeed));
+    const auto scan = test::MakeScanView(Small(lines), Random(kSeed));
     ExpectSound(PressureAdvanceFigures({&analysis, &scan, nullptr}));
   }
 }
@@ -92,8 +101,8 @@ TEST(PressureAdvanceFigures, SurviveAnEmptyAnalysisAndAnEmptyView) {
 }
 
 TEST(PressureAdvanceFigures, SurviveGapsAllOver) {
-  auto analysis = test::MakeAnalysis({}, Random(kSeed));
-  auto scan = test::MakeScanView({}, Random(kSeed));
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  auto scan = test::MakeScanView(Small(), Random(kSeed));
   for (pa::LineProfile& profile : analysis.profiles) {
     for (pa::ProfileSample& sample : profile.samples) {
       sample = {.position = sample.position, .width = {}, .height = {}, .area = {}, .gap = true};
@@ -108,8 +117,8 @@ TEST(PressureAdvanceFigures, SurviveGapsAllOver) {
 }
 
 TEST(PressureAdvanceFigures, SurviveConstantValues) {
-  auto analysis = test::MakeAnalysis({}, Random(kSeed));
-  auto scan = test::MakeScanView({}, Random(kSeed));
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  auto scan = test::MakeScanView(Small(), Random(kSeed));
   for (std::size_t i = 0; i < analysis.lines.size(); ++i) {
     analysis.lines[i].pressure_advance_s = 0.02;
     analysis.deviation.score_px[i] = 0;
@@ -127,8 +136,8 @@ TEST(PressureAdvanceFigures, SurviveConstantValues) {
 }
 
 TEST(PressureAdvanceFigures, SurviveValuesThatAreNotFinite) {
-  auto analysis = test::MakeAnalysis({}, Random(kSeed));
-  auto scan = test::MakeScanView({}, Random(kSeed));
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  auto scan = test::MakeScanView(Small(), Random(kSeed));
   analysis.lines[1].pressure_advance_s = kNan;
   analysis.response.acceleration.excess_s[3] = kNan;
   analysis.response.deceleration.sigma_s[4] = std::numeric_limits<double>::infinity();
@@ -146,8 +155,8 @@ TEST(PressureAdvanceFigures, SurviveValuesThatAreNotFinite) {
 }
 
 TEST(PressureAdvanceFigures, SurviveCountsThatDoNotFitTogether) {
-  auto analysis = test::MakeAnalysis({}, Random(kSeed));
-  auto scan = test::MakeScanView({}, Random(kSeed));
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  auto scan = test::MakeScanView(Small(), Random(kSeed));
   analysis.profiles.resize(3);
   analysis.deviation.score_px.resize(2);
   analysis.response.acceleration.sigma_s.resize(1);
@@ -193,7 +202,7 @@ TEST(LinesByPressureAdvance, SortsAndPicksEvenlyWithBothEnds) {
 }
 
 TEST(TellingLines, AreTheLowestTheNearestToTheAnswerAndTheHighest) {
-  auto analysis = test::MakeAnalysis({}, Random(kSeed));
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
   EXPECT_EQ(TellingLines(analysis), (std::vector<std::size_t>{0, 5, 9}));
   analysis.lines.resize(2);
   EXPECT_EQ(TellingLines(analysis), (std::vector<std::size_t>{0, 1}));

@@ -189,9 +189,9 @@ std::string Lines(const pa::Analysis& analysis) {
 }
 
 std::string Picture(const Figure& figure) {
-  const std::string data = figure.picture
-                               ? "data:image/png;base64," + Base64(figure.canvas.ToPng())
-                               : "data:image/svg+xml;base64," + Base64(figure.canvas.ToSvg());
+  const std::string data =
+      figure.picture ? "data:image/png;base64," + Base64(figure.canvas.ToPng(figure.png_scale))
+                     : "data:image/svg+xml;base64," + Base64(figure.canvas.ToSvg());
   std::string alt = figure.name;
   std::replace(alt.begin(), alt.end(), '_', ' ');
   return fmt::format(

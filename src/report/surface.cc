@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "base/check.h"
 #include "base/statistics.h"
@@ -45,21 +47,6 @@ double Shade(double slope_along, double slope_across) {
 
 Color Darkened(const Color& color, double factor) {
   return {color.red * factor, color.green * factor, color.blue * factor};
-}
-
-/// Grown by a little, so that no seam shines between neighbouring cells.
-std::array<PointPx, 4> Inflated(const std::array<PointPx, 4>& cell) {
-  constexpr double kGrowthPx = 0.3;
-  PointPx centre;
-  for (const PointPx& corner : cell) {
-    centre = {centre.x + corner.x / 4, centre.y + corner.y / 4};
-  }
-  std::array<PointPx, 4> grown = cell;
-  for (PointPx& corner : grown) {
-    corner.x += std::copysign(kGrowthPx, corner.x - centre.x);
-    corner.y += std::copysign(kGrowthPx, corner.y - centre.y);
-  }
-  return grown;
 }
 
 /// The cut face of the relief at its right end, over the floor.
@@ -152,9 +139,11 @@ void DrawSurface(Canvas& canvas, const RectPx& outer, const Grid& grid, const Su
       const double shade = Shade((far_right + near_right - far_left - near_left) / 2,
                                  (far_left + far_right - near_left - near_right) / 2);
       const Color color = Darkened(MapColor(mean), shade);
-      canvas.Polygon(Inflated({project(left, far, far_left), project(right, far, far_right),
-                               project(right, near, near_right), project(left, near, near_left)}),
-                     color);
+      const std::array<PointPx, 4> cell = {
+          project(left, far, far_left), project(right, far, far_right),
+          project(right, near, near_right), project(left, near, near_left)};
+      // The edge closes the seams that smoothing leaves between neighbouring cells.
+      canvas.Polygon(cell, color, Stroke{.color = color, .width_px = 0.6});
     }
   }
   DrawEnd(canvas, project, grid, height);

@@ -15,8 +15,6 @@ constexpr double kArea = 0.1104;
 constexpr double kLayerMm = 0.25;
 constexpr double kPxPerMm = 44.0;
 constexpr double kExcessSigmaS = 0.0012;
-constexpr std::size_t kFrames = 100;
-constexpr std::size_t kRows = 60;
 
 double PressureAdvance(const MadeUp& made_up, std::size_t line) {
   return made_up.lines < 2 ? made_up.highest_pressure_advance_s
@@ -49,13 +47,15 @@ pa::LineProfile MakeProfile(const MadeUp& made_up, double pressure_advance_s, Ra
     profile.cross_section_unit = pa::CrossSectionUnit::kPixel;
     profile.position_unit = pa::PositionUnit::kLineLength;
   }
-  for (std::size_t i = 0; i < kFrames; ++i) {
-    const double position_mm = 4 + 22.0 * static_cast<double>(i) / (kFrames - 1);
+  for (std::size_t i = 0; i < made_up.frames; ++i) {
+    const double position_mm =
+        4 + 22.0 * static_cast<double>(i) / static_cast<double>(made_up.frames - 1);
     const double area = kArea * RelativeArea(position_mm, made_up.truth_s - pressure_advance_s);
     const double width = BeadWidthMm(area);
     pa::ProfileSample sample;
     sample.position = made_up.photo ? position_mm / kLengthMm : position_mm;
-    sample.gap = i >= 40 && i < 44 && pressure_advance_s > 0.9 * made_up.highest_pressure_advance_s;
+    sample.gap = i * 10 / made_up.frames == 4 &&
+                 pressure_advance_s > 0.9 * made_up.highest_pressure_advance_s;
     if (sample.gap) {
       profile.samples.push_back(sample);
       continue;
@@ -109,9 +109,9 @@ pa::DeviationResult MakeDeviation(const MadeUp& made_up, Random& random) {
 }
 
 /// Shift of the laser line across the bead: a rounded profile of the bead's width and height.
-double HeightPx(double y_px, double area_mm2) {
+double HeightPx(double from_middle_px, double area_mm2) {
   const double half_width_px = BeadWidthMm(area_mm2) * kPxPerMm / 2;
-  const double t = half_width_px > 0 ? std::abs(y_px - kRows / 2.0) / half_width_px : 2.0;
+  const double t = half_width_px > 0 ? std::abs(from_middle_px) / half_width_px : 2.0;
   return t >= 1 ? 0.0 : kLayerMm * kPxPerMm * std::pow(1 - t * t * t * t, 0.5);
 }
 
@@ -120,10 +120,10 @@ pa::FrameSteps MakeSteps(const pa::HeightMap& heights, const pa::HeightMap& pape
   constexpr int kWidth = 45;
   pa::FrameSteps steps;
   steps.frame = frame;
-  steps.crop = Frame(kWidth, static_cast<int>(kRows));
+  steps.crop = Frame(kWidth, static_cast<int>(heights.rows));
   steps.masked = steps.crop;
   steps.blurred = steps.crop;
-  for (std::size_t row = 0; row < kRows; ++row) {
+  for (std::size_t row = 0; row < heights.rows; ++row) {
     const double height = heights.height_px[heights.index(frame, row)];
     const double centre = 36 - height;
     for (int x = 0; x < kWidth; ++x) {
@@ -141,7 +141,7 @@ pa::FrameSteps MakeSteps(const pa::HeightMap& heights, const pa::HeightMap& pape
       const auto grey = static_cast<std::uint8_t>(55 * stripe(4.5));
       std::fill_n(&steps.blurred.bgr[at], 3, grey);
     }
-    steps.paper_height_px.push_back(paper_heights.height_px[heights.index(frame, row)]);
+    steps.paper_height_px.push_back(kWidth - paper_heights.height_px[heights.index(frame, row)]);
     const bool found = row % 17 != 5;
     steps.centre_px.push_back(found ? static_cast<float>(centre + random.Normal(0, 0.15)) : 0.0F);
     steps.centre_sigma_px.push_back(found ? 0.15F : 0.0F);
@@ -186,15 +186,17 @@ pa::LaserScanView MakeScanView(const MadeUp& made_up, Random random) {
   for (std::size_t line = 0; line < made_up.lines; ++line) {
     const double lack_s = made_up.truth_s - PressureAdvance(made_up, line);
     pa::HeightMap map;
-    map.frames = kFrames;
-    map.rows = kRows;
-    for (std::size_t frame = 0; frame < kFrames; ++frame) {
-      const double position_mm = 4 + 22.0 * static_cast<double>(frame) / (kFrames - 1);
+    map.frames = made_up.frames;
+    map.rows = made_up.rows;
+    for (std::size_t frame = 0; frame < map.frames; ++frame) {
+      const double position_mm =
+          4 + 22.0 * static_cast<double>(frame) / static_cast<double>(made_up.frames - 1);
       map.position_mm.push_back(position_mm);
       const double area = kArea * RelativeArea(position_mm, lack_s);
-      for (std::size_t row = 0; row < kRows; ++row) {
-        map.height_px.push_back(
-            static_cast<float>(HeightPx(static_cast<double>(row), area) + random.Normal(0, 0.35)));
+      for (std::size_t row = 0; row < map.rows; ++row) {
+        map.height_px.push_back(static_cast<float>(
+            HeightPx(static_cast<double>(row) - static_cast<double>(map.rows) / 2, area) +
+            random.Normal(0, 0.35)));
         map.sigma_px.push_back(0.35F);
       }
     }
@@ -211,7 +213,7 @@ pa::LaserScanView MakeScanView(const MadeUp& made_up, Random random) {
     view.paper_heights.push_back(std::move(paper));
   }
   if (!view.heights.empty()) {
-    view.steps = MakeSteps(view.heights[0], view.paper_heights[0], kFrames / 10, random);
+    view.steps = MakeSteps(view.heights[0], view.paper_heights[0], made_up.frames / 10, random);
   }
   return view;
 }
