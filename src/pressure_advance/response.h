@@ -15,17 +15,17 @@ namespace trammel::pressure_advance {
 struct ResponseOptions {
   TransitionOptions transitions;
   /// The acceleration's response is nearly straight: starved beads rarely run empty.
-  signal::ZeroCrossingOptions acceleration{.bend_mean = 0, .bend_sigma = 0.06};
+  signal::ZeroCrossingOptions acceleration{.bend_mean = 0, .bend_sigma = 0.04};
   /// Beyond the answer a deceleration leaves a gap, and a gap cannot get emptier than empty.
   signal::ZeroCrossingOptions deceleration{
-      .bend_mean = -0.1, .bend_sigma = 0.25, .distance_sigma = 0.25, .may_saturate = true};
+      .bend_mean = -0.1, .bend_sigma = 0.15, .distance_sigma = 0.15, .may_saturate = true};
   /// Fewest usable lines with different PA: a crossing, a slope and a bend leave nothing over from
   /// three.
   int fewest_lines = 4;
   /// Smallest slope over its standard error; below it the lines do not answer to PA.
   double least_significance = 5;
   /// Largest half width of the 95 % interval, as a part of the tested range.
-  double widest_interval = 0.2;
+  double widest_interval = 0.1;
   /// Standard deviation of the flow lost at the fast speed (slip), as a part of the flow. It pulls
   /// the acceleration's and the deceleration's answer apart, in opposite directions.
   double slip_sigma = 0.025;
