@@ -8,6 +8,7 @@
 
 #include "base/statistics.h"
 #include "pressure_advance/excess.h"
+#include "pressure_advance/responding_stretch.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -163,6 +164,25 @@ Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& mot
   return prepared;
 }
 
+// Where the fast segment has a steady middle, both windows are as wide as can be; only the stretch
+// that answers to PA is kept. On a short line the whole window answers.
+TransitionPlan NarrowWindows(const std::vector<LineProfile>& profiles, Reading reading,
+                             const TransitionPlan& wide) {
+  if (!wide.steady_middle) return wide;
+  TransitionPlan plan = wide;
+  const auto narrow = [&](TransitionWindow& window, bool rising) {
+    const auto stretch = RespondingStretch(profiles, reading, window.span, rising);
+    if (!stretch) return;
+    const double fast_lo = rising ? std::max(window.boundary, stretch->lo) : stretch->lo;
+    const double fast_hi = rising ? stretch->hi : std::min(window.boundary, stretch->hi);
+    window.span = *stretch;
+    window.fast_length = std::max(0.0, fast_hi - fast_lo);
+  };
+  narrow(plan.acceleration, true);
+  narrow(plan.deceleration, false);
+  return plan;
+}
+
 void Describe(const Prepared& prepared, const Series& series, const TransitionWindow& window,
               const signal::ZeroCrossing& fit, std::size_t lines, TransitionResult& result) {
   result.window_begin = window.span.lo;
@@ -279,7 +299,8 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
       PlanTransitions(motion, profiles.front().position_unit, longest, options.transitions);
   if (!plan) return refuse(plan.error().message);
 
-  const Prepared prepared = Prepare(profiles, motion, *reading, *plan, fit.lines);
+  const Prepared prepared =
+      Prepare(profiles, motion, *reading, NarrowWindows(profiles, *reading, *plan), fit.lines);
   const std::set<double> values(prepared.acceleration.pa.begin(), prepared.acceleration.pa.end());
   if (static_cast<int>(values.size()) < options.fewest_lines) {
     std::string why;

@@ -66,6 +66,7 @@ Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit un
   const double second_begin = rise + (middle ? options.plateau_end : options.split) * fast;
 
   TransitionPlan plan;
+  plan.steady_middle = middle;
   plan.acceleration = {{rise - before, first_end},
                        rise,
                        segments[1].speed_mm_s - segments[0].speed_mm_s,

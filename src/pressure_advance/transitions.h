@@ -24,6 +24,7 @@ struct TransitionPlan {
   std::vector<Interval> reference;  ///< two stretches untouched by either transition
   TransitionWindow acceleration;
   TransitionWindow deceleration;
+  bool steady_middle = false;  ///< whether the fast segment's middle is a reference
 };
 
 /// Fractions that set the windows apart. The defaults suit lines of 20 mm and more; they were
