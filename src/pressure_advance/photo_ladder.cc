@@ -1,0 +1,163 @@
+#include "pressure_advance/photo_ladder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "vision/filament_contrast.h"
+#include "vision/frame_finder.h"
+#include "vision/rectify.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+// Measuring needs no more: lines of 20 px are read to a percent of their width.
+constexpr double kMostMeasured_px = 12e6;
+constexpr int kLongestMeasured_px = 6000;
+constexpr double kLongestRectified_px = 3000;
+
+struct View {
+  vision::Quad corners;  // of the frame in the picture, turned so that rungs lie along the rows
+  int margin = 0;
+  Frame picture;
+  vision::GrayImage contrast;
+};
+
+// The frame seen straight from above, as large as it is in the photo.
+std::optional<View> LookAt(const Frame& photo, const vision::FoundFrame& frame,
+                           const vision::Quad& corners, double scale, std::size_t wanted) {
+  using vision::Distance_px;
+  double width = std::max(Distance_px(corners[0], corners[1]), Distance_px(corners[3], corners[2]));
+  double height =
+      std::max(Distance_px(corners[1], corners[2]), Distance_px(corners[0], corners[3]));
+  const double shrink = std::min(1.0, kLongestRectified_px / std::max(width, height));
+  width *= shrink;
+  height *= shrink;
+  constexpr double kSmallest_px = 60;
+  if (std::min(width, height) < kSmallest_px) return std::nullopt;
+  View view;
+  view.corners = corners;
+  view.margin = static_cast<int>(0.04 * std::min(width, height)) + 4;
+  const double m = view.margin;
+  const int w = static_cast<int>(width + 2 * m), h = static_cast<int>(height + 2 * m);
+  const vision::Quad target{{{m, m}, {w - 1 - m, m}, {w - 1 - m, h - 1 - m}, {m, h - 1 - m}}};
+  const auto photo_from_view = vision::TargetFromSource(corners, target);
+  vision::Quad in_mask;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double to_mask = frame.filament_scale / scale;
+    in_mask[i] = {(corners[i].x + 0.5) * to_mask - 0.5, (corners[i].y + 0.5) * to_mask - 0.5};
+  }
+  const auto mask_from_view = vision::TargetFromSource(in_mask, target);
+  if (!photo_from_view || !mask_from_view) return std::nullopt;
+  view.picture = vision::Rectify(photo.view(), *photo_from_view, w, h);
+  const vision::GrayImage mask = vision::Rectify(frame.filament, *mask_from_view, w, h);
+  const int surroundings =
+      std::max(5, static_cast<int>(2 * height / static_cast<double>(wanted + 1))) | 1;
+  const auto weights = vision::FindContrast(view.picture.view(), mask, surroundings);
+  if (!weights) return std::nullopt;
+  view.contrast = vision::Mix(view.picture.view(), *weights);
+  return view;
+}
+
+vision::Quad Turned(const vision::Quad& quad, std::size_t turns) {
+  vision::Quad turned;
+  for (std::size_t i = 0; i < 4; ++i) turned[i] = quad[(i + turns) % 4];
+  return turned;
+}
+
+struct Candidate {
+  View view;
+  vision::Ladder ladder;
+  double strength = 0;
+};
+
+// Higher is better: a ladder at all, the right number of rungs, the clearer rungs.
+double Rank(const Candidate& candidate, std::size_t wanted) {
+  if (!candidate.ladder.problem.empty()) return -1;
+  const double right =
+      candidate.ladder.rungs.size() == wanted && candidate.ladder.missing_after.empty();
+  return 1000 * right + std::min(candidate.strength, 999.0);
+}
+
+// The view of a frame with the rungs along the rows.
+std::optional<Candidate> Judge(const Frame& photo, const vision::FoundFrame& frame, double scale,
+                               std::size_t wanted) {
+  vision::Quad corners = frame.outer;
+  for (vision::PointPx& p : corners) {
+    p = {(p.x + 0.5) * scale - 0.5, (p.y + 0.5) * scale - 0.5};
+  }
+  std::optional<Candidate> best;
+  for (const std::size_t turns : {0, 1}) {
+    std::optional<View> view = LookAt(photo, frame, Turned(corners, turns), scale, wanted);
+    if (!view) continue;
+    const double strength = vision::RowsOverColumns(view->contrast, view->margin);
+    if (best && best->strength >= strength) continue;
+    best = Candidate{std::move(*view), {}, strength};
+  }
+  if (best) best->ladder = vision::FindLadder(best->view.contrast, best->view.margin, wanted);
+  return best;
+}
+
+}  // namespace
+
+PhotoLadder FindPhotoLadder(const BgrView& photo, std::size_t wanted) {
+  PhotoLadder result;
+  double scale = 1;
+  const Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMostMeasured_px, scale);
+  constexpr int kSmallest_px = 16;
+  std::vector<vision::FoundFrame> frames;
+  if (std::min(measured.width, measured.height) >= kSmallest_px) {
+    frames = vision::FindPrintedFrames(measured.view());
+  }
+  std::optional<Candidate> best;
+  for (vision::FoundFrame& frame : frames) {
+    for (vision::PointPx& p : frame.outer)
+      p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
+    frame.filament_scale *= scale;
+    std::optional<Candidate> candidate = Judge(measured, frame, scale, wanted);
+    if (candidate && (!best || Rank(*candidate, wanted) > Rank(*best, wanted))) {
+      best = std::move(candidate);
+    }
+  }
+  constexpr const char* kAdvice =
+      "The whole frame with some plate around it must be in the picture, sharp and without glare";
+  if (!best) {
+    result.problem = fmt::format("no printed frame is seen in the photo. {}", kAdvice);
+    return result;
+  }
+  if (!best->ladder.problem.empty()) {
+    result.problem =
+        fmt::format("{} outline(s) were found, but none holds the pattern; of the best: {}. {}",
+                    frames.size(), best->ladder.problem, kAdvice);
+    return result;
+  }
+  result.corners = best->view.corners;
+  for (vision::PointPx& p : result.corners) {
+    p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
+  }
+  result.picture = std::move(best->view.picture);
+  result.contrast = std::move(best->view.contrast);
+  result.ladder = std::move(best->ladder);
+  return result;
+}
+
+std::string DescribeCount(const vision::Ladder& ladder, std::size_t wanted) {
+  std::string gaps;
+  for (const std::size_t above : ladder.missing_after) {
+    gaps += fmt::format("{}{}", gaps.empty() ? "" : ", ", above + 1);
+  }
+  return fmt::format(
+      "found {} lines, the PA list has {} values{}: give the list of the lines in the "
+      "photo, or take a photo that shows all of them",
+      ladder.rungs.size(), wanted,
+      gaps.empty() ? ""
+                   : fmt::format(" (and a line seems to be missing behind line {}, "
+                                 "counted from the top of the pattern as found)",
+                                 gaps));
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,245 @@
+#include "vision/bead_width.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/check.h"
+#include "base/statistics.h"
+
+namespace trammel::vision {
+namespace {
+
+constexpr int kZones = 24;  // along a line, for the levels of filament and plate
+
+double Sample(const GrayImage& image, double x, double y) {
+  x = std::clamp(x, 0.0, image.width - 1.0);
+  y = std::clamp(y, 0.0, image.height - 1.0);
+  const int x0 = std::min(static_cast<int>(x), image.width - 2);
+  const int y0 = std::min(static_cast<int>(y), image.height - 2);
+  const double fx = x - x0, fy = y - y0;
+  const float* a = image.row(y0) + x0;
+  const float* b = image.row(y0 + 1) + x0;
+  return (1 - fy) * ((1 - fx) * a[0] + fx * a[1]) + fy * ((1 - fx) * b[0] + fx * b[1]);
+}
+
+// Brightness around one line with the line straightened: rows are offsets across it, columns are
+// places along it. Columns average what lies between two places.
+struct Strip {
+  int half = 0;  // rows -half … half, one px apart
+  std::size_t places = 0;
+  std::vector<double> value;  // [row][place]
+  std::vector<double> x_px;
+
+  [[nodiscard]] double at(int offset, std::size_t place) const {
+    return value[static_cast<std::size_t>(offset + half) * places + place];
+  }
+};
+
+Strip Straighten(const GrayImage& image, const Ladder& ladder, std::size_t rung,
+                 std::size_t places) {
+  const Curve& track = ladder.rungs[rung];
+  const double middle_y = track(image.width / 2.0);
+  const double left = ladder.left_inner(track(ladder.left_inner(middle_y)));
+  const double right = ladder.right_inner(track(ladder.right_inner(middle_y)));
+  const double cell = (right - left) / static_cast<double>(places);
+  const int inside = std::max(1, static_cast<int>(std::ceil(cell)));
+  Strip strip;
+  strip.half = std::max(3, static_cast<int>(std::lround(0.62 * ladder.pitch_px)));
+  strip.places = places;
+  strip.value.assign(static_cast<std::size_t>(2 * strip.half + 1) * places, 0.0);
+  for (std::size_t place = 0; place < places; ++place) {
+    strip.x_px.push_back(left + cell * (static_cast<double>(place) + 0.5));
+    for (int k = 0; k < inside; ++k) {
+      const double x = left + cell * (static_cast<double>(place) + (k + 0.5) / inside);
+      const double y = track(x);
+      for (int offset = -strip.half; offset <= strip.half; ++offset) {
+        strip.value[static_cast<std::size_t>(offset + strip.half) * places + place] +=
+            Sample(image, x, y + offset) / inside;
+      }
+    }
+  }
+  return strip;
+}
+
+// Levels at one stretch of one line.
+struct Level {
+  double plate = 0;     // mean
+  double grain = 0;     // standard deviation of one cell of plate
+  double filament = 0;  // above the plate
+};
+
+// Mean without the extremes: a mean, not a median, because the integral across a bead adds the
+// texture's mean; without extremes, because a string of filament may cross.
+double TrimmedMean(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t cut = values.size() / 20;
+  double sum = 0;
+  for (std::size_t i = cut; i < values.size() - cut; ++i) sum += values[i];
+  return sum / static_cast<double>(values.size() - 2 * cut);
+}
+
+std::vector<Level> ZoneLevels(const Strip& strip, double pitch, double bead) {
+  std::vector<Level> levels;
+  const int plate_from = static_cast<int>(std::lround(0.40 * pitch));
+  const int core = std::max(0, static_cast<int>(0.15 * bead));
+  for (int zone = 0; zone < kZones; ++zone) {
+    const auto edge = [&](double z) {
+      return static_cast<std::size_t>(std::clamp(z / kZones, 0.0, 1.0) *
+                                      static_cast<double>(strip.places));
+    };
+    std::vector<double> plate, filament;
+    // Overlapping zones: the levels change slowly, the readings are grainy.
+    for (std::size_t place = edge(zone - 1.0); place < edge(zone + 2.0); ++place) {
+      for (int offset = plate_from; offset <= strip.half; ++offset) {
+        plate.push_back(strip.at(offset, place));
+        plate.push_back(strip.at(-offset, place));
+      }
+      for (int offset = -core; offset <= core; ++offset) {
+        filament.push_back(strip.at(offset, place));
+      }
+    }
+    Level level;
+    level.plate = TrimmedMean(plate);
+    level.grain = RobustStandardDeviation(plate);
+    // A stretch may be broken for a good part; above the median there is filament.
+    level.filament = Quantile(filament, 0.65) - level.plate;
+    levels.push_back(level);
+  }
+  return levels;
+}
+
+// Filament's contrast as a median over a line and its neighbours, for each zone.
+void ShareFilamentLevels(std::vector<std::vector<Level>>& levels) {
+  const std::vector<std::vector<Level>> own = levels;
+  const auto lines = static_cast<std::ptrdiff_t>(own.size());
+  for (std::ptrdiff_t line = 0; line < lines; ++line) {
+    for (std::ptrdiff_t zone = 0; zone < kZones; ++zone) {
+      std::vector<double> near;
+      for (std::ptrdiff_t i = line - 2; i <= line + 2; ++i) {
+        for (std::ptrdiff_t k = zone - 1; k <= zone + 1; ++k) {
+          if (i >= 0 && i < lines && k >= 0 && k < kZones) near.push_back(own[i][k].filament);
+        }
+      }
+      levels[line][zone].filament = Median(near);
+    }
+  }
+}
+
+Level LevelAt(const std::vector<Level>& levels, std::size_t place, std::size_t places) {
+  const double z = (static_cast<double>(place) + 0.5) / static_cast<double>(places) * kZones - 0.5;
+  const double clamped = std::clamp(z, 0.0, kZones - 1.0);
+  const auto i = static_cast<std::size_t>(std::min(clamped, kZones - 2.0));
+  const double f = clamped - static_cast<double>(i);
+  const auto mix = [f](double a, double b) { return (1 - f) * a + f * b; };
+  const Level &a = levels[i], &b = levels[i + 1];
+  return {mix(a.plate, b.plate), mix(a.grain, b.grain), mix(a.filament, b.filament)};
+}
+
+// The part of the strip's rows that belongs to the bead: from half contrast outwards by the blur.
+struct Span {
+  int begin = 0, end = 0;  // offsets, inclusive
+  double middle = 0;
+};
+
+Span BeadSpan(const Strip& strip, std::size_t place, const Level& level, double bead, int skirt) {
+  const double half = level.plate + level.filament / 2;
+  const int reach = static_cast<int>(0.3 * bead);
+  int top = 0;
+  for (int offset = -reach; offset <= reach; ++offset) {
+    if (strip.at(offset, place) > strip.at(top, place)) top = offset;
+  }
+  const int nominal = std::max(1, static_cast<int>(std::lround(bead / 2)));
+  if (strip.at(top, place) <= half) return {-nominal, nominal, 0};
+  int a = top, b = top;
+  while (a > -strip.half && strip.at(a - 1, place) > half) --a;
+  while (b < strip.half && strip.at(b + 1, place) > half) ++b;
+  return {std::max(-strip.half, a - skirt), std::min(strip.half, b + skirt), (a + b) / 2.0};
+}
+
+BeadReading Read(const Strip& strip, std::size_t place, const Level& level, double bead,
+                 double track_y, const BeadWidthOptions& options) {
+  BeadReading reading;
+  reading.x_px = strip.x_px[place];
+  reading.centre_px = track_y;
+  if (level.filament < options.least_contrast * level.grain || level.filament <= 0) return reading;
+  const int skirt = std::max(2, static_cast<int>(std::lround(0.2 * bead)));
+  const Span span = BeadSpan(strip, place, level, bead, skirt);
+  double sum = 0;
+  for (int offset = span.begin; offset <= span.end; ++offset) {
+    sum += std::min((strip.at(offset, place) - level.plate) / level.filament, 1.25);
+  }
+  reading.centre_px = track_y + span.middle;
+  reading.width_px = sum;
+  // Texture is alike over a few rows: its noise adds over rows faster than their root.
+  constexpr double kAlikeRows = 3;
+  reading.sigma_px = level.grain / level.filament * std::sqrt(kAlikeRows * 2.0 * skirt);
+  return reading;
+}
+
+// Sigma of a Gaussian blur whose edge is as steep as the steepest step of the median bead.
+double EdgeBlur(const std::vector<Strip>& strips, const std::vector<std::vector<Level>>& levels) {
+  std::vector<double> blurs;
+  for (std::size_t line = 0; line < strips.size(); ++line) {
+    const Strip& strip = strips[line];
+    for (std::size_t place = strip.places / 3; place < 2 * strip.places / 3; ++place) {
+      const Level level = LevelAt(levels[line], place, strip.places);
+      double steepest = 0;
+      for (int offset = -strip.half; offset + 2 <= strip.half; ++offset) {
+        steepest =
+            std::max(steepest, std::abs(strip.at(offset + 2, place) - strip.at(offset, place)) / 2);
+      }
+      if (steepest > 0 && level.filament > 0) {
+        blurs.push_back(level.filament / steepest / std::sqrt(2 * std::numbers::pi));
+      }
+    }
+  }
+  return blurs.empty() ? 0 : Median(blurs);
+}
+
+// Readings cannot be surer than their scatter from place to place shows.
+void RaiseSigmaToScatter(std::vector<BeadReading>& line) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i + 1 < line.size(); ++i) {
+    if (line[i - 1].sigma_px > 0 && line[i].sigma_px > 0 && line[i + 1].sigma_px > 0) {
+      steps.push_back((line[i - 1].width_px + line[i + 1].width_px) / 2 - line[i].width_px);
+    }
+  }
+  constexpr double kFloor_px = 0.05;
+  // Half of two neighbours minus the middle scatters by sqrt(3/2) sigma.
+  const double scatter =
+      std::max(kFloor_px, steps.size() < 3 ? 0 : RobustStandardDeviation(steps) / std::sqrt(1.5));
+  for (BeadReading& reading : line) {
+    if (reading.sigma_px > 0) reading.sigma_px = std::max(reading.sigma_px, scatter);
+  }
+}
+
+}  // namespace
+
+BeadWidths MeasureBeadWidths(const GrayImage& contrast, const Ladder& ladder,
+                             const BeadWidthOptions& options) {
+  TRAMMEL_CHECK(ladder.problem.empty() && ladder.rungs.size() >= 2 && options.places >= 10,
+                "{} rungs, {} places, {}", ladder.rungs.size(), options.places, ladder.problem);
+  std::vector<Strip> strips;
+  std::vector<std::vector<Level>> levels;
+  for (std::size_t rung = 0; rung < ladder.rungs.size(); ++rung) {
+    strips.push_back(Straighten(contrast, ladder, rung, options.places));
+    levels.push_back(ZoneLevels(strips.back(), ladder.pitch_px, ladder.bead_px));
+  }
+  ShareFilamentLevels(levels);
+  BeadWidths widths;
+  widths.blur_px = EdgeBlur(strips, levels);
+  for (std::size_t rung = 0; rung < strips.size(); ++rung) {
+    const Strip& strip = strips[rung];
+    std::vector<BeadReading> line;
+    for (std::size_t place = 0; place < strip.places; ++place) {
+      line.push_back(Read(strip, place, LevelAt(levels[rung], place, strip.places), ladder.bead_px,
+                          ladder.rungs[rung](strip.x_px[place]), options));
+    }
+    RaiseSigmaToScatter(line);
+    widths.lines.push_back(std::move(line));
+  }
+  return widths;
+}
+
+}  // namespace trammel::vision

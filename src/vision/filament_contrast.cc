@@ -1,0 +1,78 @@
+#include "vision/filament_contrast.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstddef>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace trammel::vision {
+namespace {
+
+struct ClassSums {
+  double count = 0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+
+  void Add(const Eigen::Vector3d& colour) {
+    count += 1;
+    sum += colour;
+    squares += colour * colour.transpose();
+  }
+  [[nodiscard]] Eigen::Vector3d Mean() const { return sum / count; }
+  [[nodiscard]] Eigen::Matrix3d Covariance() const {
+    return squares / count - Mean() * Mean().transpose();
+  }
+};
+
+}  // namespace
+
+std::optional<ColourWeights> FindContrast(const BgrView& picture, const GrayImage& filament,
+                                          int surroundings_px) {
+  TRAMMEL_CHECK(picture.width == filament.width && picture.height == filament.height,
+                "{} x {} and {} x {}", picture.width, picture.height, filament.width,
+                filament.height);
+  const cv::Mat bgr(picture.height, picture.width, CV_8UC3, const_cast<std::uint8_t*>(picture.data),
+                    static_cast<std::size_t>(picture.stride));
+  cv::Mat surroundings;
+  cv::blur(bgr, surroundings, {surroundings_px, surroundings_px}, {-1, -1}, cv::BORDER_REFLECT);
+  ClassSums on, off;
+  for (int y = 0; y < bgr.rows; ++y) {
+    for (int x = 0; x < bgr.cols; ++x) {
+      const cv::Vec3b& p = bgr.at<cv::Vec3b>(y, x);
+      const cv::Vec3b& q = surroundings.at<cv::Vec3b>(y, x);
+      const float share = filament.row(y)[x];
+      if (share > 0.1F && share < 0.9F) continue;  // on an edge
+      (share > 0.5F ? on : off)
+          .Add({double(p[0]) - q[0], double(p[1]) - q[1], double(p[2]) - q[2]});
+    }
+  }
+  const double fewest = 0.05 * bgr.rows * bgr.cols;
+  if (on.count < fewest || off.count < fewest) return std::nullopt;
+  const Eigen::Vector3d difference = on.Mean() - off.Mean();
+  constexpr double kRounding = 1.0 / 12;  // variance of whole levels
+  constexpr double kRidge = 0.05;  // JPEG halves the resolution of colour: do not rely on it alone
+  Eigen::Matrix3d spread = on.Covariance() + off.Covariance();
+  spread += (kRidge * spread.trace() + kRounding) * Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d direction = spread.ldlt().solve(difference);
+  const double contrast = direction.dot(difference);
+  constexpr double kLeastLevels = 1.0;
+  if (!(difference.norm() > kLeastLevels) || !(contrast > 0)) return std::nullopt;
+  const Eigen::Vector3d weights = 100 / contrast * direction;
+  return ColourWeights{weights(0), weights(1), weights(2)};
+}
+
+GrayImage Mix(const BgrView& picture, const ColourWeights& weights) {
+  GrayImage mixed(picture.width, picture.height);
+  for (int y = 0; y < picture.height; ++y) {
+    const std::uint8_t* from = picture.row(y);
+    float* to = mixed.row(y);
+    for (int x = 0; x < picture.width; ++x, from += 3) {
+      to[x] =
+          static_cast<float>(weights[0] * from[0] + weights[1] * from[1] + weights[2] * from[2]);
+    }
+  }
+  return mixed;
+}
+
+}  // namespace trammel::vision

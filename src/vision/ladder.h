@@ -1,0 +1,50 @@
+// The printed lines inside a rectified frame: rungs between two rails.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "vision/image.h"
+
+namespace trammel::vision {
+
+/// A gently bent line: value = c0 + c1 u + c2 u^2, u = (s - centre) / half of the span. Lenses bend
+/// straight lines by about 1 % of their length; a parabola follows that to a tenth of it.
+struct Curve {
+  double centre = 0;
+  double half_span = 1;
+  double c0 = 0, c1 = 0, c2 = 0;
+
+  [[nodiscard]] double operator()(double s) const {
+    const double u = (s - centre) / half_span;
+    return c0 + u * (c1 + u * c2);
+  }
+};
+
+/// Fits a curve that ignores up to about a third of wrong points; a straight line or a constant
+/// where there are fewer than 6 or 3. REQUIRES at least one point and lists of one length.
+[[nodiscard]] Curve FitCurve(const std::vector<double>& s, const std::vector<double>& value,
+                             double centre, double half_span);
+
+struct Ladder {
+  std::string problem;       ///< why this is no ladder, with figures; empty where it is one
+  std::vector<Curve> rungs;  ///< y_px of each line's middle over x_px, top to bottom
+  std::vector<std::size_t> missing_after;  ///< indices of rungs below which one seems to be missing
+  double pitch_px = 0;                     ///< between neighbouring rungs
+  double bead_px = 0;                      ///< median width of the rungs at half contrast
+  Curve left_inner;                        ///< x_px over y_px: where the left rail ends
+  Curve right_inner;                       ///< x_px over y_px: where the right rail begins
+  double irregularity = 0;  ///< largest deviation of a spacing from whole pitches, in pitches
+};
+
+/// How much more a picture changes from row to row than from column to column: above 1 where the
+/// rungs lie along the rows.
+[[nodiscard]] double RowsOverColumns(const GrayImage& contrast, int margin_px);
+
+/// Finds the rungs of a frame whose rails stand left and right.
+/// @param contrast     filament higher than the plate beside it; light may be uneven.
+/// @param margin_px    how far the frame's outer edges lie inside the picture.
+/// @param rungs_hint   expected number, for the scale only: another number is found as well.
+[[nodiscard]] Ladder FindLadder(const GrayImage& contrast, int margin_px, std::size_t rungs_hint);
+
+}  // namespace trammel::vision
