@@ -10,6 +10,8 @@
 #include "pressure_advance/analysis.h"
 #include "pressure_advance/height_map.h"
 #include "pressure_advance/line_motion.h"
+#include "pressure_advance/photo_eye.h"
+#include "report/pressure_advance_figures.h"
 
 namespace trammel::app {
 
@@ -17,6 +19,11 @@ namespace trammel::app {
 struct AnalysisRun {
   pressure_advance::Analysis analysis;
   std::optional<pressure_advance::LaserScanView> scan;
+  std::optional<report::PhotoView> photo;
+
+  [[nodiscard]] report::ReportInput report_input() const {
+    return {&analysis, scan ? &*scan : nullptr, photo ? &*photo : nullptr};
+  }
 };
 
 /// Reads `FRACTION:SPEED,FRACTION:SPEED,…`, for example 0.1:10,0.6:100,0.3:10.
@@ -30,5 +37,19 @@ struct AnalysisRun {
 /// an error.
 [[nodiscard]] Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder,
                                                    pressure_advance::Method method);
+
+/// What a photo cannot tell of itself.
+struct PhotoPlan {
+  std::vector<double> pressure_advance_s;  ///< of the lines, from the side `from` on
+  pressure_advance::PhotoSide from = pressure_advance::PhotoSide::kBottom;
+  std::optional<pressure_advance::PhotoSide> start;  ///< where printing began; absent: found
+  std::vector<pressure_advance::Segment> segments = {{0.1, 10}, {0.6, 100}, {0.3, 10}};
+};
+
+/// Analyses a photo of a printed pattern (JPEG or PNG). A photo in which the pattern cannot be
+/// measured gives a refused analysis; a file that is no picture gives an error.
+[[nodiscard]] Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file,
+                                               const PhotoPlan& plan,
+                                               pressure_advance::Method method);
 
 }  // namespace trammel::app

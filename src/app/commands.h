@@ -23,6 +23,7 @@ int Report(const Error& error);
 /// Each Add…Command hangs its subcommands below `parent`; a callback stores its exit code in
 /// `exit_code`. (Declarations are added with their files.)
 void AddConfigCommand(CLI::App& parent, int& exit_code);
+void AddAnalyzeCommand(CLI::App& parent, int& exit_code);
 void AddPatternCommand(CLI::App& parent, int& exit_code);
 void AddSimCommand(CLI::App& parent, int& exit_code);
 

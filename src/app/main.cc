@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
   int exit_code = trammel::app::kExitGood;
   CLI::App* pa = cli.add_subcommand("pa", "pressure advance")->require_subcommand(1);
   trammel::app::AddConfigCommand(cli, exit_code);
+  trammel::app::AddAnalyzeCommand(*pa, exit_code);
   trammel::app::AddPatternCommand(*pa, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 

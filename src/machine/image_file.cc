@@ -1,0 +1,178 @@
+#include "machine/image_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace trammel::machine {
+namespace {
+
+constexpr std::array<std::uint8_t, 8> kPngSignature = {0x89, 'P', 'N', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
+constexpr std::array<std::uint8_t, 12> kPngEnd = {0,   0,   0,    0,    'I',  'E',
+                                                  'N', 'D', 0xAE, 0x42, 0x60, 0x82};
+
+std::uint32_t BigEndian(std::span<const std::uint8_t> bytes, std::size_t at, std::size_t count) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < count; ++i) value = value << 8 | bytes[at + i];
+  return value;
+}
+
+bool StartsWith(std::span<const std::uint8_t> bytes, std::span<const std::uint8_t> start) {
+  return bytes.size() >= start.size() && std::equal(start.begin(), start.end(), bytes.begin());
+}
+
+Result<ImageHeader> Sized(ImageFormat format, std::uint32_t width, std::uint32_t height) {
+  constexpr std::uint32_t kMost = std::numeric_limits<std::int32_t>::max();
+  if (width == 0 || height == 0 || width > kMost || height > kMost) {
+    return Fail(fmt::format("its header states {} x {} px", width, height));
+  }
+  return ImageHeader{format, static_cast<int>(width), static_cast<int>(height)};
+}
+
+Result<ImageHeader> PngHeader(std::span<const std::uint8_t> bytes) {
+  constexpr std::array<std::uint8_t, 4> kFirstChunk = {'I', 'H', 'D', 'R'};
+  if (bytes.size() < 24 || !StartsWith(bytes.subspan(12), kFirstChunk)) {
+    return Fail("it begins like a PNG, but has no header");
+  }
+  return Sized(ImageFormat::kPng, BigEndian(bytes, 16, 4), BigEndian(bytes, 20, 4));
+}
+
+bool IsStartOfFrame(std::uint8_t marker) {
+  return marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+}
+
+// Walks the segments of a JPEG up to the one that states the size.
+Result<ImageHeader> JpegHeader(std::span<const std::uint8_t> bytes) {
+  std::size_t at = 2;
+  while (at + 4 <= bytes.size()) {
+    if (bytes[at] != 0xFF) break;
+    const std::uint8_t marker = bytes[at + 1];
+    if (marker == 0xFF) {  // padding
+      ++at;
+      continue;
+    }
+    if (marker == 0x01 || (marker >= 0xD0 && marker <= 0xD8)) {  // without a length
+      at += 2;
+      continue;
+    }
+    if (marker == 0xD9 || marker == 0xDA) break;
+    const std::uint32_t length = BigEndian(bytes, at + 2, 2);
+    if (length < 2) break;
+    if (IsStartOfFrame(marker)) {
+      if (length < 8 || at + 9 > bytes.size()) break;
+      return Sized(ImageFormat::kJpeg, BigEndian(bytes, at + 7, 2), BigEndian(bytes, at + 5, 2));
+    }
+    at += 2 + length;
+  }
+  return Fail("it begins like a JPEG, but its header does not state a size");
+}
+
+// Decoders fill the missing part of a truncated file with grey and say nothing.
+bool EndsEarly(std::span<const std::uint8_t> bytes, ImageFormat format) {
+  if (format == ImageFormat::kPng) {
+    return std::search(bytes.begin(), bytes.end(), kPngEnd.begin(), kPngEnd.end()) == bytes.end();
+  }
+  // The picture's end, not that of a thumbnail in the header: behind the first scan of the picture.
+  std::size_t at = 2;
+  while (at + 4 <= bytes.size() && bytes[at] == 0xFF && bytes[at + 1] != 0xDA) {
+    const bool bare = bytes[at + 1] == 0xFF || bytes[at + 1] == 0x01 ||
+                      (bytes[at + 1] >= 0xD0 && bytes[at + 1] <= 0xD8);
+    at += bare ? (bytes[at + 1] == 0xFF ? 1 : 2) : 2 + BigEndian(bytes, at + 2, 2);
+  }
+  constexpr std::array<std::uint8_t, 2> kEnd = {0xFF, 0xD9};
+  return at >= bytes.size() || std::search(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                                           bytes.end(), kEnd.begin(), kEnd.end()) == bytes.end();
+}
+
+int ReadMode(std::int64_t pixels, std::int64_t enough) {
+  if (pixels <= enough) return cv::IMREAD_COLOR;
+  if (pixels <= 4 * enough) return cv::IMREAD_REDUCED_COLOR_2;
+  if (pixels <= 16 * enough) return cv::IMREAD_REDUCED_COLOR_4;
+  return cv::IMREAD_REDUCED_COLOR_8;
+}
+
+Result<std::vector<std::uint8_t>> ReadBytes(const std::filesystem::path& path,
+                                            std::int64_t most_bytes) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    return Fail(error ? error.message() : "it is not a file");
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) return Fail(error.message());
+  if (size > static_cast<std::uintmax_t>(most_bytes)) {
+    return Fail(fmt::format("it has {} bytes, more than the {} that are read", size, most_bytes));
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::vector<std::uint8_t> bytes(size);
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  if (!file || static_cast<std::uintmax_t>(file.gcount()) != size) {
+    return Fail("it cannot be read; check that it exists and may be read");
+  }
+  return bytes;
+}
+
+}  // namespace
+
+Result<ImageHeader> ReadImageHeader(std::span<const std::uint8_t> bytes) {
+  constexpr std::array<std::uint8_t, 3> kJpegStart = {0xFF, 0xD8, 0xFF};
+  if (bytes.empty()) return Fail("it is empty");
+  if (StartsWith(bytes, kPngSignature)) return PngHeader(bytes);
+  if (StartsWith(bytes, kJpegStart)) return JpegHeader(bytes);
+  return Fail("it is neither a JPEG nor a PNG; convert it to one of these");
+}
+
+Result<Frame> DecodeImage(std::span<const std::uint8_t> bytes, const ImageReadOptions& options) {
+  const Result<ImageHeader> header = ReadImageHeader(bytes);
+  if (!header) return tl::unexpected(header.error());
+  const std::int64_t pixels = std::int64_t{header->width_px} * header->height_px;
+  if (pixels > options.most_pixels) {
+    return Fail(fmt::format(
+        "it has {} x {} px = {} megapixels, more than the {} that are read; "
+        "shrink it",
+        header->width_px, header->height_px, pixels / 1'000'000, options.most_pixels / 1'000'000));
+  }
+  if (EndsEarly(bytes, header->format))
+    return Fail("it ends before the picture does; copy it again");
+  cv::Mat decoded;
+  try {
+    const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8U,
+                      const_cast<std::uint8_t*>(bytes.data()));
+    decoded = cv::imdecode(raw, ReadMode(pixels, options.reduce_above_px));
+  } catch (const cv::Exception& exception) {
+    return Fail(fmt::format("the decoder rejects it: {}", exception.err));
+  }
+  if (decoded.empty() || decoded.type() != CV_8UC3) {
+    return Fail(fmt::format("the decoder cannot read it although its header states {} x {} px",
+                            header->width_px, header->height_px));
+  }
+  Frame frame(decoded.cols, decoded.rows);
+  for (int y = 0; y < decoded.rows; ++y) {
+    std::copy_n(decoded.ptr<std::uint8_t>(y),
+                std::size_t{3} * static_cast<std::size_t>(decoded.cols), frame.row(y));
+  }
+  return frame;
+}
+
+Result<Frame> ReadImageFile(const std::filesystem::path& path, const ImageReadOptions& options) {
+  const auto named = [&](const Error& error) {
+    return tl::unexpected(
+        Error{error.kind, fmt::format("photo {}: {}", path.string(), error.message)});
+  };
+  const Result<std::vector<std::uint8_t>> bytes = ReadBytes(path, options.most_bytes);
+  if (!bytes) return named(bytes.error());
+  Result<Frame> frame = DecodeImage(*bytes, options);
+  if (!frame) return named(frame.error());
+  return frame;
+}
+
+}  // namespace trammel::machine

@@ -1,0 +1,44 @@
+// Reads photos: JPEG and PNG files.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+#include "base/frame.h"
+#include "base/result.h"
+
+namespace trammel::machine {
+
+enum class ImageFormat { kJpeg, kPng };
+
+/// What an image file says of itself in its first bytes.
+struct ImageHeader {
+  ImageFormat format = ImageFormat::kJpeg;
+  int width_px = 0;   ///< >= 1, as stored: before any turn that EXIF asks for
+  int height_px = 0;  ///< >= 1
+};
+
+struct ImageReadOptions {
+  std::int64_t most_bytes = 256'000'000;      ///< of the file, > 0
+  std::int64_t most_pixels = 200'000'000;     ///< of the image, > 0: twice a 100-megapixel camera
+  std::int64_t reduce_above_px = 30'000'000;  ///< larger images are read at 1/2, 1/4 or 1/8 of
+                                              ///< their size, down to about this many pixels
+};
+
+/// Finds size and format without decoding. Input may be hostile.
+[[nodiscard]] Result<ImageHeader> ReadImageHeader(std::span<const std::uint8_t> bytes);
+
+/// Decodes a JPEG or PNG as 8-bit BGR. An orientation that EXIF states is applied, so that the
+/// frame is the picture as viewers show it. Transparency is dropped, 16 bits become 8.
+/// @returns errors (kInput): another format, no header, a size above the options', a file that ends
+///          early, whatever the decoder rejects. Sizes are checked before anything is decoded.
+/// Memory: 3 bytes per pixel of the result, and for a PNG also of the whole image.
+[[nodiscard]] Result<Frame> DecodeImage(std::span<const std::uint8_t> bytes,
+                                        const ImageReadOptions& options = {});
+
+/// The same from a file; messages name it.
+[[nodiscard]] Result<Frame> ReadImageFile(const std::filesystem::path& path,
+                                          const ImageReadOptions& options = {});
+
+}  // namespace trammel::machine

@@ -1,0 +1,135 @@
+#include "machine/image_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+namespace trammel::machine {
+namespace {
+
+using ::testing::HasSubstr;
+
+using Bytes = std::vector<std::uint8_t>;
+
+// Left half blue, right half red.
+cv::Mat TwoColours(int width, int height) {
+  cv::Mat image(height, width, CV_8UC3, cv::Scalar(200, 0, 0));
+  image.colRange(width / 2, width).setTo(cv::Scalar(0, 0, 200));
+  return image;
+}
+
+Bytes Encode(const cv::Mat& image, const std::string& extension) {
+  Bytes bytes;
+  EXPECT_TRUE(cv::imencode(extension, image, bytes));
+  return bytes;
+}
+
+// An EXIF block that states nothing but an orientation, put behind the start of a JPEG.
+Bytes WithOrientation(Bytes jpeg, std::uint8_t orientation) {
+  const Bytes exif = {0xFF, 0xE1, 0, 34, 'E', 'x',         'i', 'f', 0, 0,    'M', 'M',
+                      0,    42,   0, 0,  0,   8,           0,   1,   1, 0x12, 0,   3,
+                      0,    0,    0, 1,  0,   orientation, 0,   0,   0, 0,    0,   0};
+  jpeg.insert(jpeg.begin() + 2, exif.begin(), exif.end());
+  return jpeg;
+}
+
+Bytes HugePngHeader(std::uint32_t width, std::uint32_t height) {
+  Bytes bytes = {0x89, 'P', 'N', 'G', 0x0D, 0x0A, 0x1A, 0x0A, 0, 0, 0, 13, 'I', 'H', 'D', 'R'};
+  for (const std::uint32_t value : {width, height}) {
+    for (const int shift : {24, 16, 8, 0}) {
+      bytes.push_back(static_cast<std::uint8_t>(value >> shift));
+    }
+  }
+  bytes.insert(bytes.end(), {8, 2, 0, 0, 0, 0, 0, 0, 0});
+  return bytes;
+}
+
+TEST(ImageFile, ReadsJpegAndPngAsBgr) {
+  for (const char* extension : {".jpg", ".png"}) {
+    const Result<Frame> frame = DecodeImage(Encode(TwoColours(80, 40), extension));
+    ASSERT_TRUE(frame) << frame.error().message;
+    EXPECT_EQ(frame->width, 80);
+    EXPECT_EQ(frame->height, 40);
+    const std::uint8_t* row = frame->view().row(20);
+    EXPECT_NEAR(row[3 * 10], 200, 4) << extension;      // blue on the left
+    EXPECT_NEAR(row[3 * 70 + 2], 200, 4) << extension;  // red on the right
+  }
+}
+
+TEST(ImageFile, TurnsThePictureAsExifSays) {
+  // Orientation 6: the stored left side is shown at the top.
+  const Result<Frame> frame = DecodeImage(WithOrientation(Encode(TwoColours(80, 40), ".jpg"), 6));
+  ASSERT_TRUE(frame) << frame.error().message;
+  EXPECT_EQ(frame->width, 40);
+  EXPECT_EQ(frame->height, 80);
+  EXPECT_NEAR(frame->view().row(10)[3 * 20], 200, 4);
+  EXPECT_NEAR(frame->view().row(70)[3 * 20 + 2], 200, 4);
+}
+
+TEST(ImageFile, ReducesLargeImagesWhileReading) {
+  ImageReadOptions options;
+  options.reduce_above_px = 1000;
+  for (const char* extension : {".jpg", ".png"}) {
+    const Result<Frame> frame = DecodeImage(Encode(TwoColours(80, 40), extension), options);
+    ASSERT_TRUE(frame) << frame.error().message;
+    EXPECT_EQ(frame->width, 40);
+    EXPECT_EQ(frame->height, 20);
+  }
+}
+
+TEST(ImageFile, RefusesTooManyPixelsBeforeDecoding) {
+  const Result<Frame> frame = DecodeImage(HugePngHeader(60'000, 60'000));
+  ASSERT_FALSE(frame);
+  EXPECT_THAT(frame.error().message, HasSubstr("60000 x 60000 px = 3600 megapixels"));
+  EXPECT_THAT(frame.error().message, HasSubstr("200"));
+}
+
+TEST(ImageFile, RefusesImpossibleSizes) {
+  EXPECT_FALSE(ReadImageHeader(HugePngHeader(0, 100)));
+  EXPECT_FALSE(ReadImageHeader(HugePngHeader(0xFFFFFFFF, 1)));
+}
+
+TEST(ImageFile, NamesATruncatedFile) {
+  for (const char* extension : {".jpg", ".png"}) {
+    Bytes bytes = Encode(TwoColours(400, 400), extension);
+    bytes.resize(bytes.size() - 20);
+    const Result<Frame> frame = DecodeImage(bytes);
+    ASSERT_FALSE(frame) << extension;
+    EXPECT_THAT(frame.error().message, HasSubstr("ends before")) << extension;
+  }
+}
+
+TEST(ImageFile, SurvivesEveryTruncationAndManyCorruptions) {
+  for (const char* extension : {".jpg", ".png"}) {
+    const Bytes whole = Encode(TwoColours(24, 16), extension);
+    for (std::size_t length = 0; length < whole.size(); ++length) {
+      EXPECT_FALSE(DecodeImage(std::span(whole).first(length))) << extension << " " << length;
+    }
+    for (std::size_t at = 0; at < whole.size(); ++at) {
+      Bytes changed = whole;
+      changed[at] ^= 0xFF;
+      const Result<Frame> frame = DecodeImage(changed, {.most_pixels = 10'000'000});
+      if (frame) {
+        EXPECT_EQ(frame->bgr.size(), std::size_t{3} * frame->width * frame->height);
+      }
+    }
+  }
+}
+
+TEST(ImageFile, ErrorsNameTheFileAndTheReason) {
+  EXPECT_THAT(ReadImageFile("/nowhere/photo.jpg").error().message,
+              HasSubstr("photo /nowhere/photo.jpg: "));
+  EXPECT_THAT(ReadImageFile("/").error().message, HasSubstr("not a file"));
+  const std::array<std::uint8_t, 4> text = {'G', 'I', 'F', '8'};
+  EXPECT_THAT(DecodeImage(text).error().message, HasSubstr("neither a JPEG nor a PNG"));
+  EXPECT_THAT(DecodeImage({}).error().message, HasSubstr("empty"));
+}
+
+}  // namespace
+}  // namespace trammel::machine
