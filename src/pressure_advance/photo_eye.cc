@@ -206,7 +206,9 @@ std::string CheckSharpness(const vision::Ladder& ladder, double blur_px) {
         "sharper camera",
         ladder.bead_px, kSmallestBead_px);
   }
-  constexpr double kMostBlur = 0.45;  // sigma over the bead's width
+  // Sigma over the bead's width, both as seen: a bead 4.5 sigma wide. Beyond, the ratio stays about
+  // 0.25, since a wider blur also widens what is seen of the bead.
+  constexpr double kMostBlur = 0.22;
   if (blur_px > kMostBlur * ladder.bead_px) {
     return fmt::format(
         "the photo is blurred: edges are {:.1f} px wide (1 sigma) on lines of {:.1f} px, at most "

@@ -75,12 +75,15 @@ struct Candidate {
   double strength = 0;
 };
 
+constexpr double kRightCount = 1000;
+constexpr double kClear = 3;  // rows over columns
+
 // Higher is better: a ladder at all, the right number of rungs, the clearer rungs.
 double Rank(const Candidate& candidate, std::size_t wanted) {
   if (!candidate.ladder.problem.empty()) return -1;
   const double right =
       candidate.ladder.rungs.size() == wanted && candidate.ladder.missing_after.empty();
-  return 1000 * right + std::min(candidate.strength, 999.0);
+  return kRightCount * right + std::min(candidate.strength, kRightCount - 1);
 }
 
 // The view of a frame with the rungs along the rows.
@@ -122,6 +125,8 @@ PhotoLadder FindPhotoLadder(const BgrView& photo, std::size_t wanted) {
     if (candidate && (!best || Rank(*candidate, wanted) > Rank(*best, wanted))) {
       best = std::move(candidate);
     }
+    // Frames come best first; a clear ladder with the right number of rungs is not there twice.
+    if (best && Rank(*best, wanted) > kRightCount + kClear) break;
   }
   constexpr const char* kAdvice =
       "The whole frame with some plate around it must be in the picture, sharp and without glare";

@@ -177,22 +177,26 @@ BeadReading Read(const Strip& strip, std::size_t place, const Level& level, doub
   return reading;
 }
 
-// Sigma of a Gaussian blur whose edge is as steep as the steepest step of the median bead.
-double EdgeBlur(const std::vector<Strip>& strips, const std::vector<std::vector<Level>>& levels) {
+// Sigma of a Gaussian blur whose edge is as steep as the steepest step of a line's mean profile: of
+// single places the grain of the plate would be the steepest.
+double EdgeBlur(const std::vector<Strip>& strips) {
   std::vector<double> blurs;
-  for (std::size_t line = 0; line < strips.size(); ++line) {
-    const Strip& strip = strips[line];
-    for (std::size_t place = strip.places / 3; place < 2 * strip.places / 3; ++place) {
-      const Level level = LevelAt(levels[line], place, strip.places);
-      double steepest = 0;
-      for (int offset = -strip.half; offset + 2 <= strip.half; ++offset) {
-        steepest =
-            std::max(steepest, std::abs(strip.at(offset + 2, place) - strip.at(offset, place)) / 2);
+  for (const Strip& strip : strips) {
+    std::vector<double> profile;
+    for (int offset = -strip.half; offset <= strip.half; ++offset) {
+      double sum = 0;
+      for (std::size_t place = strip.places / 3; place < 2 * strip.places / 3; ++place) {
+        sum += strip.at(offset, place);
       }
-      if (steepest > 0 && level.filament > 0) {
-        blurs.push_back(level.filament / steepest / std::sqrt(2 * std::numbers::pi));
-      }
+      profile.push_back(sum / static_cast<double>(2 * strip.places / 3 - strip.places / 3));
     }
+    double steepest = 0;
+    for (std::size_t i = 0; i + 2 < profile.size(); ++i) {
+      steepest = std::max(steepest, std::abs(profile[i + 2] - profile[i]) / 2);
+    }
+    const double height =
+        *std::max_element(profile.begin(), profile.end()) - Quantile(profile, 0.1);
+    if (steepest > 0) blurs.push_back(height / steepest / std::sqrt(2 * std::numbers::pi));
   }
   return blurs.empty() ? 0 : Median(blurs);
 }
@@ -228,7 +232,7 @@ BeadWidths MeasureBeadWidths(const GrayImage& contrast, const Ladder& ladder,
   }
   ShareFilamentLevels(levels);
   BeadWidths widths;
-  widths.blur_px = EdgeBlur(strips, levels);
+  widths.blur_px = EdgeBlur(strips);
   for (std::size_t rung = 0; rung < strips.size(); ++rung) {
     const Strip& strip = strips[rung];
     std::vector<BeadReading> line;

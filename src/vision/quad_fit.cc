@@ -49,9 +49,10 @@ Side MakeSide(const PointPx& a, const PointPx& b, const PointPx& inside) {
 }
 
 bool Set(const GrayImage& mask, const PointPx& p) {
-  const int x = static_cast<int>(std::lround(p.x));
-  const int y = static_cast<int>(std::lround(p.y));
-  return x >= 0 && y >= 0 && x < mask.width && y < mask.height && mask.row(y)[x] > 0.5F;
+  if (!(p.x > -0.5 && p.y > -0.5)) return false;
+  const int x = static_cast<int>(p.x + 0.5);
+  const int y = static_cast<int>(p.y + 0.5);
+  return x < mask.width && y < mask.height && mask.row(y)[x] > 0.5F;
 }
 
 struct Hit {
@@ -67,10 +68,13 @@ std::vector<Hit> Hits(const GrayImage& mask, const Side& side, double reach, int
     // Corners are round: the outermost parts of a side say nothing of its line.
     const double along = side.length * (0.05 + 0.9 * i / (places - 1));
     double best = 2 * reach;
+    bool outside = false;
     for (double out = reach; out >= -reach; out -= 0.5) {
-      const bool begins = !Set(mask, side.At(along, out + 0.5)) && Set(mask, side.At(along, out)) &&
+      const bool inside = Set(mask, side.At(along, out));
+      const bool begins = outside && inside && std::abs(out) < std::abs(best) &&
                           Set(mask, side.At(along, out - 1)) && Set(mask, side.At(along, out - 2));
-      if (begins && std::abs(out) < std::abs(best)) best = out;
+      if (begins) best = out;
+      outside = !inside;
     }
     if (std::abs(best) <= reach) hits.push_back({along, best});
   }
