@@ -67,6 +67,15 @@ Result<PhotoPlan> PlanOf(const AnalyzeArguments& arguments) {
   return plan;
 }
 
+// Before the analysis rather than behind it: an answer must not get lost for want of a folder.
+Result<void> CheckReportPath(const std::string& report) {
+  const fs::path folder = fs::path(report).parent_path();
+  std::error_code ignored;
+  if (report.empty() || folder.empty() || fs::is_directory(folder, ignored)) return {};
+  return Fail(
+      fmt::format("--report {}: there is no folder {}; make it first", report, folder.string()));
+}
+
 Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
   Method method = Method::kResponse;
   if (arguments.method == "deviation") {
@@ -176,6 +185,9 @@ void PrintText(const Analysis& analysis, const std::string& report_path) {
 }
 
 int RunAnalyze(const AnalyzeArguments& arguments) {
+  if (auto possible = CheckReportPath(arguments.report); !possible) {
+    return Report(possible.error());
+  }
   const Result<AnalysisRun> run = RunEye(arguments);
   if (!run) return Report(run.error());
   if (auto written = WriteFiles(arguments, *run); !written) return Report(written.error());

@@ -1,13 +1,10 @@
 #include "support/laser_world.h"
 
-#include <stdlib.h>
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <stdexcept>
 #include <string>
 
 namespace trammel::test {
@@ -87,19 +84,6 @@ void WriteAvi(const std::filesystem::path& path, const std::vector<Frame>& frame
   const std::string list = "hdrl" + Chunk("avih", main_header) + Chunk("LIST", stream);
   const std::string file = Chunk("RIFF", "AVI " + Chunk("LIST", list) + Chunk("LIST", movie));
   std::ofstream(path, std::ios::binary) << file;
-}
-
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "trammel-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) {
-    throw std::runtime_error("no temporary folder");
-  }
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
 }
 
 }  // namespace trammel::test

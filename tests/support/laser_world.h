@@ -7,6 +7,7 @@
 
 #include "base/frame.h"
 #include "base/random.h"
+#include "support/temporary_folder.h"
 
 namespace trammel::test {
 
@@ -34,18 +35,5 @@ struct LaserWorld {
 /// the first one's). `announced_frames` goes into the header, whatever is true.
 void WriteAvi(const std::filesystem::path& path, const std::vector<Frame>& frames,
               std::uint32_t announced_frames);
-
-/// A folder that is removed with its content.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 }  // namespace trammel::test
