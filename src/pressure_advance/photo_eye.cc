@@ -143,8 +143,10 @@ std::string ChooseDirection(const std::vector<LineProfile>& profiles, const Phot
   }
   const TrendReading reading =
       ReadTrend(MeasureWidthTrend(profiles), options.slow_before, options.slow_after, known);
-  constexpr double kSure = 8;  // over the scatter, for the sum of two places
-  const bool sure = reading.significance >= kSure && reading.lead >= 0.25 * reading.significance;
+  // Each reading is the sum of two largest of a few independent slopes: of noise alone two differ
+  // by 1 to 2 scatters.
+  constexpr double kLeastLead = 6;
+  const bool sure = reading.lead >= kLeastLead;
   if (sure && reading.upside_down) {
     return fmt::format(
         "the lines say that the PA list runs the other way: they grow thinner with rising PA where "
@@ -155,9 +157,9 @@ std::string ChooseDirection(const std::vector<LineProfile>& profiles, const Phot
   if (!known && !sure) {
     return fmt::format(
         "the lines do not show at which end they were printed first (widths change with PA by "
-        "{:.1f} times the scatter, {:.1f} ahead of the other reading; {:.0f} and a quarter of it "
-        "are needed); give the side at which they start",
-        reading.significance, reading.lead, kSure);
+        "{:.1f} times the scatter, {:.1f} ahead of the other reading; {:.0f} ahead are needed); "
+        "give the side at which they start",
+        reading.significance, reading.lead, kLeastLead);
   }
   reversed = known.value_or(reading.reversed);
   measurement.segments = reading.segments;

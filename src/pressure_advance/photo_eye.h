@@ -23,8 +23,9 @@ struct PhotoOptions {
   /// The side of the picture at which the first value's line lies. Must be one of the two sides
   /// that the lines follow each other towards; the other two are refused.
   PhotoSide from = PhotoSide::kBottom;
-  /// The side of the picture at which the lines' printed starts lie; absent: found from where the
-  /// speed changes lie, which only works where `slow_before` and `slow_after` differ.
+  /// The side of the picture at which all lines' printed starts lie (patterns printed in
+  /// alternating directions are not read); absent: found from how widths go with PA, and refused
+  /// where they do not show it.
   std::optional<PhotoSide> start;
   double slow_before = 0.1;  ///< planned fraction of a line before its fast segment, (0, 1)
   double slow_after = 0.3;   ///< planned fraction of a line behind its fast segment, (0, 1)
@@ -51,7 +52,7 @@ struct PhotoMeasurement {
                                       ///< inner edge of the frame at the printed start
   std::optional<FoundSegments> segments;  ///< where the speed changes, found from the lines; absent
                                           ///< where they do not show it
-  std::vector<PhotoPoint> frame_corners;  ///< inner corners of the printed frame in the photo:
+  std::vector<PhotoPoint> frame_corners;  ///< outer corners of the printed frame in the photo:
                                           ///< first line's start, first line's end, last line's
                                           ///< end, last line's start; empty where none was found
   Frame rectified;                 ///< the pattern seen straight from above, print direction to the
@@ -72,8 +73,8 @@ inline constexpr long long kLargestPhotoPx = 200'000'000;
 /// @param photo    8-bit BGR, shape (height, width, 3). May be empty or without a pattern: refused.
 /// @param options  Checked; what cannot be is refused with the field, the value and the bound.
 /// Accuracy: photo_eye_test has the bounds on drawn patterns.
-/// Cost: about 1 s for a 2-megapixel photo; memory about 40 bytes per pixel, and no more than
-/// 0.5 GB for larger ones.
+/// Cost: about 1 s of one core for 2 megapixels, 5 s for 100; about 40 bytes of memory per pixel,
+/// and no more than 0.5 GB beside the photo, since larger ones are shrunk to 12 megapixels.
 [[nodiscard]] PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options);
 
 }  // namespace trammel::pressure_advance

@@ -75,15 +75,28 @@ struct Candidate {
   double strength = 0;
 };
 
+// How unlike the two bars across the lines' ends are, as a share of the frame's width: an outline
+// that follows a shadow or the plate's edge on one side makes that bar seem wide.
+double BarMismatch(const Candidate& candidate) {
+  const double middle = candidate.view.picture.height / 2.0;
+  const double left = candidate.ladder.left_inner(middle) - candidate.view.margin;
+  const double width = candidate.view.picture.width - 1 - 2.0 * candidate.view.margin;
+  const double right = candidate.view.margin + width - candidate.ladder.right_inner(middle);
+  return std::abs(left - right) / width;
+}
+
 constexpr double kRightCount = 1000;
 constexpr double kClear = 3;  // rows over columns
 
-// Higher is better: a ladder at all, the right number of rungs, the clearer rungs.
+// Higher is better: a ladder at all, the right number of rungs, the clearer rungs
+// between bars that are alike.
 double Rank(const Candidate& candidate, std::size_t wanted) {
   if (!candidate.ladder.problem.empty()) return -1;
   const double right =
       candidate.ladder.rungs.size() == wanted && candidate.ladder.missing_after.empty();
-  return kRightCount * right + std::min(candidate.strength, kRightCount - 1);
+  constexpr double kMostMismatch = 0.1;
+  const double alike = std::max(0.0, 1 - BarMismatch(candidate) / kMostMismatch);
+  return kRightCount * right + alike * std::min(candidate.strength, kRightCount - 1);
 }
 
 // The view of a frame with the rungs along the rows.

@@ -23,8 +23,8 @@ struct Extreme {
   double size = 0;
 };
 
-// The largest sign * slope within reach of a place, the place itself by the lobe's centre of
-// gravity above half of its peak.
+// The largest sign * slope within reach of a place; its position is the lobe's centre of gravity
+// above half of its peak.
 Extreme LargestNear(const WidthTrend& trend, double place, double reach, double sign) {
   Extreme extreme{place, 0};
   std::size_t top = trend.slope.size();
@@ -73,18 +73,22 @@ WidthTrend MeasureWidthTrend(const std::vector<LineProfile>& profiles) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   const double range = *most - *least;
   if (!(range > 0)) return trend;
-  std::vector<double> raw;
+  std::vector<double> raw, errors;
   for (std::size_t i = 0; i < profiles.front().samples.size(); ++i) {
-    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
     for (std::size_t line = 0; line < profiles.size(); ++line) {
       const ProfileSample& sample = profiles[line].samples[i];
       if (!(usual[line] > 0) || !sample.width.seen()) continue;
       const double x = profiles[line].pressure_advance_s / range;
       const double y = std::clamp(sample.width.value / usual[line], 0.0, 2.0);
-      n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
+      n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y, syy += y * y;
     }
     const double spread = n * sxx - sx * sx;
     raw.push_back(n >= 4 && spread > 0 ? (n * sxy - sx * sy) / spread : 0);
+    if (n >= 4 && spread > 0) {
+      const double rest = (syy - sy * sy / n) - raw.back() * (sxy - sx * sy / n);
+      errors.push_back(std::sqrt(std::max(0.0, rest) / (n - 2) * n / spread));
+    }
     trend.position.push_back(profiles.front().samples[i].position);
   }
   for (std::size_t i = 0; i < raw.size(); ++i) {
@@ -94,8 +98,13 @@ WidthTrend MeasureWidthTrend(const std::vector<LineProfile>& profiles) {
     for (std::size_t k = a; k < b; ++k) sum += raw[k];
     trend.slope.push_back(sum / static_cast<double>(b - a));
   }
+  // What the lines scatter by, and what the trend itself wanders by in its quieter half: light and
+  // plate are no noise, but no answer to PA either.
+  if (errors.empty()) return {};
   constexpr double kFloor = 0.01;
-  trend.scatter = std::max(kFloor, RobustStandardDeviation(trend.slope));
+  std::vector<double> sizes;
+  for (const double slope : trend.slope) sizes.push_back(std::abs(slope));
+  trend.scatter = std::max({kFloor, Median(errors), Quantile(sizes, 0.4)});
   return trend;
 }
 
@@ -129,7 +138,7 @@ TrendReading ReadTrend(const WidthTrend& trend, double slow_before, double slow_
   reading.significance = best.score() / trend.scatter;
   reading.lead = (best.score() - hypotheses[1].score()) / trend.scatter;
   const double weaker = std::min(best.acceleration.size, best.deceleration.size) / trend.scatter;
-  constexpr double kLeastSignificance = 4;
+  constexpr double kLeastSignificance = 6;
   if (weaker >= kLeastSignificance) {
     const auto from_start = [&](double p) { return best.reversed ? 1 - p : p; };
     constexpr double kLobe = 0.02;  // a bead's footprint and the smoothing of the trend

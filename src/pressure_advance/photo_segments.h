@@ -11,8 +11,8 @@ namespace trammel::pressure_advance {
 /// Positions of the two speed changes, in line lengths as the profiles count them. They need not be
 /// the plan's fractions: a line's first and last bit may lie under the frame.
 struct FoundSegments {
-  double fast_begin = 0;    ///< the acceleration
-  double fast_end = 0;      ///< the deceleration
+  double fast_begin = 0;    ///< the acceleration: centre of where widths grow with PA
+  double fast_end = 0;      ///< the deceleration: centre of where they shrink with PA
   double sigma = 0;         ///< 1 sigma of both
   double significance = 0;  ///< of the weaker one's change of width with PA, over the scatter
 };
@@ -22,7 +22,7 @@ struct WidthTrend {
   std::vector<double> position;  ///< line lengths, from the profiles' position 0
   std::vector<double> slope;     ///< change of width over its line's usual width, from the lowest
                                  ///< tested PA to the highest
-  double scatter = 0;            ///< 1 sigma of the slopes where nothing happens
+  double scatter = 0;            ///< 1 sigma of a slope where nothing happens
 };
 
 /// Least squares at each place, over the lines that see it. Empty where fewer than 4 lines with

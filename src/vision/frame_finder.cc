@@ -68,28 +68,45 @@ bool InsidePicture(const Quad& quad, int width, int height) {
   });
 }
 
-// Frames among the connected pieces of one mask.
+// A convex outline as a frame, where the mask begins along all of its sides.
+void TryOutline(const std::vector<cv::Point>& points, const GrayImage& mask,
+                const FrameFinderOptions& options, std::vector<FoundFrame>& found) {
+  const std::vector<PointPx> outline = ConvexOutline(points);
+  const std::optional<Quad> around = QuadAround(outline);
+  if (!around) return;
+  const std::optional<RefinedQuad> refined = RefineQuad(mask, *around);
+  if (!refined || refined->closed < options.least_closed ||
+      Area_px2(refined->quad) < options.smallest_area * mask.width * mask.height ||
+      !InsidePicture(refined->quad, mask.width, mask.height)) {
+    return;
+  }
+  found.push_back({refined->quad, refined->closed, mask, 1});
+}
+
+// Frames among the connected pieces of one mask: by their own outline, and by the outline of the
+// plate that they enclose, since glare, strings and other things may touch a frame from outside.
 void CollectFrames(const cv::Mat& mask, const FrameFinderOptions& options,
                    std::vector<FoundFrame>& found) {
   std::vector<std::vector<cv::Point>> contours;
-  cv::findContours(mask, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
+  std::vector<cv::Vec4i> family;  // next, previous, first child, parent
+  cv::findContours(mask, contours, family, cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE);
   const double picture = static_cast<double>(mask.cols) * mask.rows;
+  constexpr double kLargeHole = 0.02;  // of the frame's smallest area: the rest are speckles
   GrayImage gray;
-  for (const std::vector<cv::Point>& contour : contours) {
-    const cv::Rect box = cv::boundingRect(contour);
-    if (box.area() < options.smallest_area * picture) continue;
-    const std::vector<PointPx> outline = ConvexOutline(contour);
-    if (outline.size() < 4) continue;
-    const std::optional<Quad> around = QuadAround(outline);
-    if (!around) continue;
-    if (gray.value.empty()) gray = ToGray(mask);
-    const std::optional<RefinedQuad> refined = RefineQuad(gray, *around);
-    if (!refined || refined->closed < options.least_closed ||
-        Area_px2(refined->quad) < options.smallest_area * picture ||
-        !InsidePicture(refined->quad, mask.cols, mask.rows)) {
+  for (std::size_t i = 0; i < contours.size(); ++i) {
+    if (family[i][3] >= 0 ||
+        cv::boundingRect(contours[i]).area() < options.smallest_area * picture) {
       continue;
     }
-    found.push_back({refined->quad, refined->closed, gray, 1});
+    if (gray.value.empty()) gray = ToGray(mask);
+    TryOutline(contours[i], gray, options, found);
+    std::vector<cv::Point> enclosed;
+    for (int hole = family[i][2]; hole >= 0; hole = family[static_cast<std::size_t>(hole)][0]) {
+      const std::vector<cv::Point>& edge = contours[static_cast<std::size_t>(hole)];
+      if (cv::boundingRect(edge).area() < kLargeHole * options.smallest_area * picture) continue;
+      enclosed.insert(enclosed.end(), edge.begin(), edge.end());
+    }
+    if (!enclosed.empty()) TryOutline(enclosed, gray, options, found);
   }
 }
 
