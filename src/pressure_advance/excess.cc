@@ -82,6 +82,21 @@ double CommonDrift(const std::vector<LinePoints>& lines, const TransitionPlan& p
   return drifts.size() >= 3 && apart > 0 ? Median(drifts) : 0;
 }
 
+// Why a line has no reference.
+std::string NoReference(const LinePoints& line, const TransitionPlan& plan) {
+  std::size_t count = 0;
+  for (const std::vector<Point>& stretch : line.slow) count += stretch.size();
+  if (count < kFewestReadings) {
+    return fmt::format(
+        "only {} readings from {:.3g} to {:.3g} and from {:.3g} to {:.3g} along the line, where it "
+        "is "
+        "compared with itself (at least {}): scan more of the line, or check where the scan begins",
+        count, plan.reference.front().lo, plan.reference.front().hi, plan.reference.back().lo,
+        plan.reference.back().hi, kFewestReadings);
+  }
+  return "its slow stretches are empty, torn or unlike the other lines': nothing to compare with";
+}
+
 // Tukey location of the slow readings, started from what all lines have in common: a gap that fills
 // most of one line's slow stretch must not become that line's reference.
 std::optional<Reference> FitReference(const LinePoints& line, double drift, double centre,
@@ -189,15 +204,11 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
     LineExcess& result = results[i];
     result.unusable = profiles[i].unusable;
     if (!result.unusable.empty()) continue;
-    if (!(common_level > 0)) {
-      result.unusable = "no filament in the slow stretches";
-      continue;
-    }
-    const std::optional<Reference> reference = FitReference(lines[i], drift, centre, common_level);
+    const std::optional<Reference> reference =
+        common_level > 0 ? FitReference(lines[i], drift, centre, common_level) : std::nullopt;
     if (!reference || !(reference->at(plan.acceleration.span.lo) > 0) ||
         !(reference->at(plan.deceleration.span.hi) > 0)) {
-      result.unusable =
-          "its slow stretches are too short, too torn or unlike the other lines' to compare with";
+      result.unusable = NoReference(lines[i], plan);
       continue;
     }
     result.reference = reference->level;

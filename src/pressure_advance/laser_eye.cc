@@ -47,9 +47,23 @@ void ChooseFrames(std::span<const Frame> frames, const Scan& scan, const ScanLin
                   SweepReading& reading) {
   const StillFrames still = FindStillFrames(frames);
   if (still.all) {
+    const Light light = MeasureLight(frames);
+    const int range = light.brightest - light.darkest;
+    constexpr int kPlain = 10;  // of 255: no picture at all
     reading.profile.unusable =
-        fmt::format("all {} frames are the same picture; the camera or the machine did not move",
-                    frames.size());
+        range < kPlain
+            ? fmt::format(
+                  "no laser line: all {} frames are plain {} (red {} … {}); check that the "
+                  "laser is on, the exposure, and the camera",
+                  frames.size(),
+                  light.mean < 64    ? "black"
+                  : light.mean > 192 ? "white"
+                                     : "grey",
+                  light.darkest, light.brightest)
+            : fmt::format(
+                  "all {} frames are the same picture; the camera or the machine did not "
+                  "move",
+                  frames.size());
     return;
   }
   reading.still_frames = still.first + still.last;

@@ -223,18 +223,25 @@ void Combine(const Prepared& prepared, const signal::ZeroCrossing& a, const sign
   const double shift_a = slip_shift(prepared.plan.acceleration, a);
   const double shift_d = slip_shift(prepared.plan.deceleration, d);
   const double slip = options.slip_sigma * options.slip_sigma;
-  const auto form = [&](double value) { return std::pow(options.lag_form_sigma * value, 2); };
+  // What of the lag's tail lies outside the window is known from the slope, where that has a scale.
+  const auto form = [&](double value, double slope) {
+    const double outside = prepared.slope_has_scale ? std::clamp(1 - slope, 0.0, 1.0) : 0;
+    const double relative = std::max(options.lag_form_sigma, options.lag_tail_sigma * outside);
+    return std::pow(relative * value, 2);
+  };
 
   const std::string doubt_a = Doubt(a, prepared.slope_has_scale, options);
   const std::string doubt_d = Doubt(d, prepared.slope_has_scale, options);
   Measured& measured_a = fit.result.acceleration.pressure_advance;
   Measured& measured_d = fit.result.deceleration.pressure_advance;
-  measured_a = doubt_a.empty() ? Judge(a.zero, lines.aa, slip * shift_a * shift_a + form(a.zero),
-                                       freedom, lo, hi, options)
-                               : Measured::CannotTell(doubt_a);
-  measured_d = doubt_d.empty() ? Judge(d.zero, lines.dd, slip * shift_d * shift_d + form(d.zero),
-                                       freedom, lo, hi, options)
-                               : Measured::CannotTell(doubt_d);
+  measured_a = doubt_a.empty()
+                   ? Judge(a.zero, lines.aa, slip * shift_a * shift_a + form(a.zero, a.slope),
+                           freedom, lo, hi, options)
+                   : Measured::CannotTell(doubt_a);
+  measured_d = doubt_d.empty()
+                   ? Judge(d.zero, lines.dd, slip * shift_d * shift_d + form(d.zero, d.slope),
+                           freedom, lo, hi, options)
+                   : Measured::CannotTell(doubt_d);
 
   Measured& both = fit.result.pressure_advance;
   if (!doubt_a.empty() && !doubt_d.empty()) {
@@ -271,7 +278,8 @@ void Combine(const Prepared& prepared, const signal::ZeroCrossing& a, const sign
         a.zero, d.zero));
   }
   both =
-      Judge(value, variance, slip * slip_left * slip_left + form(value), freedom, lo, hi, options);
+      Judge(value, variance, slip * slip_left * slip_left + form(value, std::min(a.slope, d.slope)),
+            freedom, lo, hi, options);
 }
 
 }  // namespace
@@ -291,7 +299,10 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
     return fit;
   };
   const std::optional<Reading> reading = ChooseReading(profiles);
-  if (!reading) return refuse("no line could be measured");
+  if (!reading) {
+    std::string why = profiles.empty() ? "there are none" : profiles.front().unusable;
+    return refuse(fmt::format("no line could be measured: {}", why));
+  }
   double longest = 0;
   for (const LineProfile& profile : profiles)
     longest = std::max(longest, profile.pressure_advance_s);

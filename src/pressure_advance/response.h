@@ -32,6 +32,9 @@ struct ResponseOptions {
   /// What the finite windows leave open about the form of the lag, as a part of the answer: laws
   /// from linear to strongly shear-thinning moved it by 0 to 1.2 %.
   double lag_form_sigma = 0.01;
+  /// The same for the part of the lag's tail that the windows do not hold (1 - slope), where that
+  /// is known.
+  double lag_tail_sigma = 0.06;
   /// Acceptable slope of the area's excess over PA, dimensionless: 1 where every bit of filament
   /// that PA moves lands inside the window.
   Interval plausible_slope{0.2, 2.0};

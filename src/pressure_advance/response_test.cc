@@ -244,6 +244,31 @@ TEST(Response, SaysWhyItCannotTell) {
   EXPECT_EQ(FitResponse(shuffled, motion).result.pressure_advance.verdict(), Verdict::kCannotTell);
 }
 
+TEST(Response, RefusesASpeedThatTheLinesCannotReach) {
+  Random random(12);
+  const World world = PaperWorld(0.031);
+  LineMotion motion = MotionOf(world.line);
+  motion.acceleration_mm_s2 = 500;  // 150 mm/s then takes 22.5 mm each way; the fast segment has 15
+  const Measured slow = FitResponse(Measure(world, random), motion).result.pressure_advance;
+  EXPECT_EQ(slow.verdict(), Verdict::kRefused);
+  EXPECT_NE(slow.reason().find("too short"), std::string::npos) << slow.reason();
+}
+
+TEST(Response, SaysWhichStretchesAScanDidNotCover) {
+  Random random(13);
+  const World world = PaperWorld(0.031);
+  std::vector<LineProfile> profiles = Measure(world, random);
+  for (LineProfile& profile : profiles) {
+    std::erase_if(profile.samples, [](const ProfileSample& sample) {
+      return sample.position < 8 || sample.position > 22;
+    });
+  }
+  const Measured measured = FitResponse(profiles, MotionOf(world.line)).result.pressure_advance;
+  EXPECT_EQ(measured.verdict(), Verdict::kRefused);
+  EXPECT_NE(measured.reason().find("scan more of the line"), std::string::npos)
+      << measured.reason();
+}
+
 TEST(Response, RefusesTooFewLinesAndOtherSegments) {
   Random random(11);
   World world = PaperWorld(0.031);

@@ -45,6 +45,21 @@ Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit un
                     "0.25:5,0.5:150,0.25:5",
                     Describe(motion)));
   }
+  if (motion.length_mm && motion.acceleration_mm_s2) {
+    const auto ramp_mm = [&](double slow_mm_s) {
+      const double fast_mm_s = segments[1].speed_mm_s;
+      return (fast_mm_s * fast_mm_s - slow_mm_s * slow_mm_s) / (2 * *motion.acceleration_mm_s2);
+    };
+    const double needed_mm = ramp_mm(segments[0].speed_mm_s) + ramp_mm(segments[2].speed_mm_s);
+    const double fast_mm = segments[1].fraction * *motion.length_mm;
+    if (needed_mm > fast_mm) {
+      return Fail(
+          fmt::format("the fast segment of {:.3g} mm is too short: speeding up to {:.4g} mm/s and "
+                      "slowing down at "
+                      "{:.4g} mm/s^2 takes {:.3g} mm; print longer lines or a lower fast speed",
+                      fast_mm, segments[1].speed_mm_s, *motion.acceleration_mm_s2, needed_mm));
+    }
+  }
   TRAMMEL_CHECK(unit == PositionUnit::kLineLength || motion.length_mm.has_value(),
                 "positions in mm need the line's length");
   const double length = unit == PositionUnit::kLineLength ? 1.0 : *motion.length_mm;
