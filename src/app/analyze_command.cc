@@ -12,6 +12,7 @@
 #include "app/analysis_run.h"
 #include "app/commands.h"
 #include "app/pa_values.h"
+#include "pressure_advance/transitions.h"
 #include "report/analysis_json.h"
 #include "report/pressure_advance_report.h"
 #include "report/write_file.h"
@@ -64,6 +65,11 @@ Result<PhotoPlan> PlanOf(const AnalyzeArguments& arguments) {
     if (!segments) return tl::unexpected(segments.error());
     plan.segments = std::move(*segments);
   }
+  pressure_advance::LineMotion motion;
+  motion.segments = plan.segments;
+  const auto windows =
+      pressure_advance::PlanTransitions(motion, pressure_advance::PositionUnit::kLineLength, 0);
+  if (!windows) return Fail("--segments: " + windows.error().message);
   return plan;
 }
 

@@ -213,6 +213,13 @@ void Combine(const Prepared& prepared, const signal::ZeroCrossing& a, const sign
   Covariance lines = Jackknife(prepared.acceleration, prepared.deceleration, options);
   ApplyFloor(lines.aa, a);
   ApplyFloor(lines.dd, d);
+  // A slope below what the windows should hold says that filament was there and not read.
+  const auto unread = [&](const signal::ZeroCrossing& crossing) {
+    const double missing = prepared.slope_has_scale ? options.full_slope - crossing.slope : 0;
+    return std::pow(options.unread_sigma * std::clamp(missing, 0.0, 1.0) * crossing.zero, 2);
+  };
+  lines.aa += unread(a);
+  lines.dd += unread(d);
 
   // How far a flow loss of 1 in the fast segment would move each crossing; opposite for the two.
   const auto slip_shift = [&](const TransitionWindow& window,
@@ -266,12 +273,13 @@ void Combine(const Prepared& prepared, const signal::ZeroCrossing& a, const sign
   variance = std::max(variance, 0.25 * std::min(lines.aa, lines.dd));
   const double slip_left = weight * shift_a - (1 - weight) * shift_d;
 
-  // Two transitions of one extruder measure one quantity. Where they differ by more than their
-  // uncertainty allows, the difference itself is uncertainty (Birge's ratio).
+  // Two transitions of one extruder measure one quantity. Where they differ by more than twice
+  // their uncertainty, the answer may lie anywhere between: a rectangular distribution over the
+  // rest.
   const double difference = a.zero - d.zero;
-  const double birge = std::abs(difference) / (2 * std::sqrt(std::max(apart, 1e-18)));
-  if (birge > 1) {
-    variance *= birge * birge;
+  const double expected = 4 * std::max(apart, 1e-18);
+  if (difference * difference > expected) {
+    variance += (difference * difference - expected) / 12;
     fit.notices.push_back(fmt::format(
         "the acceleration ({:.4f} s) and the deceleration ({:.4f} s) suggest different values; the "
         "uncertainty was widened to cover it",

@@ -35,6 +35,11 @@ struct ResponseOptions {
   /// The same for the part of the lag's tail that the windows do not hold (1 - slope), where that
   /// is known.
   double lag_tail_sigma = 0.06;
+  /// Slope of the area's excess over PA where (nearly) all filament lands in the window and is
+  /// read. Below it part of it was not read, and where that part was is unknown: unread_sigma *
+  /// (full_slope - slope) * answer.
+  double full_slope = 0.8;
+  double unread_sigma = 0.15;
   /// Acceptable slope of the area's excess over PA, dimensionless: 1 where every bit of filament
   /// that PA moves lands inside the window.
   Interval plausible_slope{0.2, 2.0};
