@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/analysis_run.h"
 #include "app/commands.h"
@@ -47,10 +49,19 @@ Result<PhotoSide> ParseSide(const std::string& option, const std::string& text) 
   return Fail(fmt::format("{} {}: must be bottom, top, left or right", option, text));
 }
 
+Result<void> CheckDuplicates(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const auto twice = std::adjacent_find(values.begin(), values.end());
+  if (twice == values.end()) return {};
+  return Fail(
+      fmt::format("--pa: {} s is there twice; every line must have a value of its own", *twice));
+}
+
 Result<PhotoPlan> PlanOf(const AnalyzeArguments& arguments) {
   PhotoPlan plan;
   auto values = ParsePressureAdvances(arguments.pa.empty() ? kDefaultPhotoPa : arguments.pa);
   if (!values) return tl::unexpected(values.error());
+  if (auto distinct = CheckDuplicates(*values); !distinct) return tl::unexpected(distinct.error());
   plan.pressure_advance_s = std::move(*values);
   const auto from = ParseSide("--from", arguments.from);
   if (!from) return tl::unexpected(from.error());

@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using test::AnalyzeToJson;
 using test::ExpectRefused;
+using test::ExpectRefusedInWords;
 using test::ExpectRejected;
 using test::LagRecording;
 using ::testing::HasSubstr;
@@ -241,6 +242,7 @@ TEST_F(AnalyzeRecording, RefusesBrokenVideosByName) {
   const std::string whole = test::ReadWhole(video);
   fs::remove(video);
   ExpectRefused("rec", folder(), {"line1.avi", "no such"});
+  ExpectRefusedInWords("rec", folder(), {"line1.avi", "no such"});
   test::WriteWhole(video, whole.substr(0, whole.size() / 2));
   ExpectRefused("rec", folder(), {"line1.avi", "record"});
   test::WriteWhole(video, "");
@@ -261,6 +263,7 @@ TEST_F(AnalyzeRecording, RefusesTooFewLines) {
   recording.pressure_advance_s = {0, 0.06};
   WriteRecording(recording, rec());
   ExpectRefused("rec", folder(), {"2 ", "4"});
+  ExpectRefusedInWords("rec", folder(), {"2 ", "4"});
 }
 
 // A recording whose videos are never opened, because its description is at fault.

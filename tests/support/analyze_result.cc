@@ -102,6 +102,10 @@ void ExpectRefused(const std::string& arguments, const std::filesystem::path& fo
   for (const std::string& word : words) {
     EXPECT_THAT(answer.at("reason").get<std::string>(), HasSubstr(word)) << arguments;
   }
+}
+
+void ExpectRefusedInWords(const std::string& arguments, const std::filesystem::path& folder,
+                          const std::vector<std::string>& words) {
   const CommandResult run = RunTrammel("pa analyze " + arguments, folder);
   EXPECT_EQ(run.exit_code, 2) << arguments << run.output;
   for (const std::string& word : words) EXPECT_THAT(run.output, HasSubstr(word)) << arguments;

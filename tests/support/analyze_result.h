@@ -22,9 +22,13 @@ namespace trammel::test {
 void ExpectRejected(const std::string& arguments, const std::filesystem::path& folder,
                     const std::vector<std::string>& words);
 
-/// Expects exit code 2, a verdict without a number, and a reason that says all of `words`; with
-/// and without --json.
+/// Expects of a run with --json: exit code 2, a verdict without a number, and a reason that says
+/// all of `words`.
 void ExpectRefused(const std::string& arguments, const std::filesystem::path& folder,
                    const std::vector<std::string>& words);
+
+/// The same of a run without --json: all of `words`, and no value or command to copy.
+void ExpectRefusedInWords(const std::string& arguments, const std::filesystem::path& folder,
+                          const std::vector<std::string>& words);
 
 }  // namespace trammel::test

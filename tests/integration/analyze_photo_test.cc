@@ -1,0 +1,220 @@
+// trammel pa analyze on photos that are drawn or taken of virtual prints, from the shell to the
+// answer.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+#include "pressure_advance/photo_test_support.h"
+#include "support/analyze_result.h"
+
+namespace trammel {
+namespace {
+
+namespace fs = std::filesystem;
+
+using nlohmann::json;
+using pressure_advance::DrawnPhoto;
+using test::AnalyzeToJson;
+using test::ExpectRefused;
+using test::ExpectRefusedInWords;
+using test::ExpectRejected;
+using ::testing::HasSubstr;
+
+// Half a step of the drawn lines: what is promised for real photos.
+constexpr double kTolerance_s = 0.0025;
+constexpr const char* kPa = "--pa 0:0.06:0.005";
+
+cv::Mat ToMat(const Frame& frame) {
+  return cv::Mat(frame.height, frame.width, CV_8UC3, const_cast<std::uint8_t*>(frame.bgr.data()))
+      .clone();
+}
+
+// A folder in which photo.jpg can be put.
+class AnalyzePhoto : public ::testing::Test {
+ protected:
+  AnalyzePhoto() { drawn_.pressure_advance_s = pressure_advance::Steps(); }
+
+  [[nodiscard]] const fs::path& folder() const { return folder_.path(); }
+  void Write(const cv::Mat& picture, const std::string& name = "photo.jpg") const {
+    ASSERT_TRUE(cv::imwrite((folder() / name).string(), picture));
+  }
+  [[nodiscard]] json Analyze(const std::string& options = "",
+                             const test::RunLimits& limits = {}) const {
+    return AnalyzeToJson("photo.jpg " + std::string(kPa) + " " + options, folder(), limits);
+  }
+  void ExpectAnswer(const json& answer, double right_s) const {
+    ASSERT_EQ(answer.at("verdict"), "good") << answer.at("reason");
+    EXPECT_NEAR(answer.at("pressure_advance_s").get<double>(), right_s, kTolerance_s);
+  }
+
+  DrawnPhoto drawn_;
+
+ private:
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(AnalyzePhoto, AnswersWithFiguresAndReport) {
+  Write(ToMat(Draw(drawn_)));
+  const json answer = Analyze("--report page.html --figures figures");
+  ExpectAnswer(answer, drawn_.right_value_s);
+  EXPECT_EQ(answer.at("lines").size(), drawn_.pressure_advance_s.size());
+  for (const char* key : {"best_s", "cubic_minimum_s", "r_squared"}) {
+    EXPECT_TRUE(answer.at("deviation").at(key).is_null()) << key;
+  }
+  EXPECT_THAT(test::ReadWhole(folder() / "page.html"), HasSubstr("</html>"));
+  EXPECT_FALSE(fs::is_empty(folder() / "figures"));
+}
+
+TEST_F(AnalyzePhoto, HasNoHeightsForTheDeviation) {
+  Write(ToMat(Draw(drawn_)));
+  ExpectRefused("photo.jpg --method deviation " + std::string(kPa), folder(), {"height"});
+}
+
+TEST_F(AnalyzePhoto, ReadsWhatTheVirtualPrintShopShoots) {
+  ASSERT_EQ(test::RunTrammel("pa pattern", folder()).exit_code, 0);
+  const auto photo = test::RunTrammel(
+      "sim photo pattern.gcode --seed 3 --size 720x1280 --pressure-advance 0.025 --out photo.jpg",
+      folder());
+  ASSERT_EQ(photo.exit_code, 0) << photo.output;
+  const json answer =
+      AnalyzeToJson("photo.jpg --pa 0:0.06:10 --segments 0.25:5,0.5:150,0.25:5", folder());
+  ExpectAnswer(answer, 0.025);
+}
+
+TEST_F(AnalyzePhoto, UpsideDownIsNoticedAndFromTheTopItIsTheSame) {
+  const cv::Mat upright = ToMat(Draw(drawn_));
+  Write(upright);
+  const json reference = Analyze();
+  ExpectAnswer(reference, drawn_.right_value_s);
+  cv::Mat turned;
+  cv::rotate(upright, turned, cv::ROTATE_180);
+  Write(turned);
+  ExpectRefused("photo.jpg " + std::string(kPa), folder(), {"photo.jpg", "upside down", "bottom"});
+  const json answer = Analyze("--from top");
+  ASSERT_EQ(answer.at("verdict"), "good") << answer.at("reason");
+  EXPECT_NEAR(answer.at("pressure_advance_s").get<double>(),
+              reference.at("pressure_advance_s").get<double>(),
+              reference.at("standard_uncertainty_s").get<double>());
+}
+
+TEST_F(AnalyzePhoto, RefusesPicturesWithoutAPattern) {
+  DrawnPhoto empty = drawn_;
+  empty.frame = false;
+  empty.bead_mm = 0;
+  DrawnPhoto no_lines = drawn_;
+  no_lines.bead_mm = 0;
+  const cv::Mat pictures[] = {ToMat(Draw(empty)), ToMat(Draw(no_lines)),
+                              cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(0)),
+                              cv::Mat(480, 640, CV_8UC3, cv::Scalar::all(255)),
+                              cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(99))};
+  for (const cv::Mat& picture : pictures) {
+    Write(picture);
+    ExpectRefused("photo.jpg " + std::string(kPa), folder(), {"photo.jpg"});
+  }
+  ExpectRefusedInWords("photo.jpg " + std::string(kPa), folder(), {"photo.jpg"});
+}
+
+TEST_F(AnalyzePhoto, RefusesHalfAPattern) {
+  const cv::Mat whole = ToMat(Draw(drawn_));
+  const int w = whole.cols;
+  const int h = whole.rows;
+  for (const cv::Rect& part : {cv::Rect(0, 0, w, h / 2), cv::Rect(0, h / 2, w, h - h / 2),
+                               cv::Rect(0, 0, w / 2, h), cv::Rect(w / 2, 0, w - w / 2, h)}) {
+    Write(whole(part));
+    ExpectRefused("photo.jpg " + std::string(kPa), folder(), {"photo.jpg"});
+  }
+}
+
+TEST_F(AnalyzePhoto, CountsLinesAgainstValues) {
+  Write(ToMat(Draw(drawn_)));
+  ExpectRefused("photo.jpg --pa 0,0.06", folder(), {"found 13 lines", "2 values"});
+  ExpectRefused("photo.jpg --pa 0:0.065:0.005", folder(), {"found 13 lines", "14 values"});
+  ExpectRefused("photo.jpg", folder(), {"found 13 lines", "21 values"});
+  drawn_.left_out = {4};
+  Write(ToMat(Draw(drawn_)));
+  ExpectRefused("photo.jpg " + std::string(kPa), folder(), {"found 12 lines", "13 values"});
+}
+
+TEST_F(AnalyzePhoto, ReadsAHundredMegapixelsInBoundedMemory) {
+  cv::Mat large;
+  cv::resize(ToMat(Draw(drawn_)), large, {9900, 10300}, 0, 0, cv::INTER_LINEAR);
+  Write(large);
+  large.release();
+  constexpr long kMemory_kb = 4L << 20;
+  constexpr double kMost_s = 60;
+  const auto begin = std::chrono::steady_clock::now();
+  const json answer = Analyze("", {.memory_kb = kMemory_kb});
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  ExpectAnswer(answer, drawn_.right_value_s);
+  EXPECT_LT(taken.count(), kMost_s);
+}
+
+TEST_F(AnalyzePhoto, RejectsFilesThatAreNoPicture) {
+  const fs::path photo = folder() / "photo.jpg";
+  test::WriteWhole(photo, "dear diary");
+  ExpectRejected("photo.jpg", folder(), {"photo.jpg", "neither a JPEG nor a PNG"});
+  test::WriteWhole(photo, "");
+  ExpectRejected("photo.jpg", folder(), {"photo.jpg", "empty"});
+  ExpectRejected("missing.jpg", folder(), {"missing.jpg", "no such file"});
+  Write(ToMat(Draw(drawn_)));
+  const std::string whole = test::ReadWhole(photo);
+  test::WriteWhole(photo, whole.substr(0, whole.size() / 2));
+  ExpectRejected("photo.jpg", folder(), {"photo.jpg", "ends before the picture does"});
+  test::WriteWhole(photo, whole.substr(0, 20));
+  ExpectRejected("photo.jpg", folder(), {"photo.jpg"});
+  // A few bytes that ask for 30 GB.
+  Write(cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(9)), "photo.png");
+  std::string bomb = test::ReadWhole(folder() / "photo.png");
+  bomb.replace(16, 8, std::string("\0\1\x86\xa0\0\1\x86\xa0", 8));
+  test::WriteWhole(folder() / "photo.png", bomb);
+  ExpectRejected("photo.png", folder(), {"photo.png", "100000 x 100000", "shrink"});
+}
+
+TEST_F(AnalyzePhoto, RejectsOptionsThatCannotBe) {
+  Write(cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(90)));
+  const struct {
+    const char* options;
+    std::vector<std::string> words;
+  } cases[] = {
+      {"--pa 0:nan:0.005", {"--pa", "nan", "number"}},
+      {"--pa 0:inf:0.005", {"--pa", "inf", "number"}},
+      {"--pa 0,1e999,0.1,0.2", {"--pa", "1e999"}},
+      {"--pa=-0.01:0.1:0.01", {"--pa", "-0.01"}},
+      {"--pa 0:0.1:0", {"--pa", "above 0"}},
+      {"--pa 0.1:0:0.005", {"--pa", "not above"}},
+      {"--pa 0:0.1", {"--pa", "START:END:STEP"}},
+      {"--pa 0:0.1:0.003", {"--pa", "0.003"}},
+      {"--pa 0:1000:100", {"--pa", "10"}},
+      {"--pa 0:1:1e-6", {"--pa", "1000"}},
+      {"--pa 0,,0.1", {"--pa", "not a number"}},
+      {"--pa zero", {"--pa", "zero"}},
+      {"--pa 0,0.01,0.01,0.02", {"--pa", "0.01", "twice"}},
+      {"--segments 0.1:10,0.6:100,0.2:10", {"--segments", "0.9", "sum to 1"}},
+      {"--segments nan:10,0.6:100,0.3:10", {"--segments", "nan:10"}},
+      {"--segments 0.1:-10,0.6:100,0.3:10", {"--segments", "0.1:-10"}},
+      {"--segments 0.1,0.6,0.3", {"--segments", "FRACTION:SPEED"}},
+      {"--from middle", {"--from", "middle", "bottom, top, left or right"}},
+      {"--start 3", {"--start", "3", "bottom, top, left or right"}},
+      {"--method magic", {"--method", "magic", "response or deviation"}},
+      {"--report nowhere/page.html", {"--report", "nowhere"}},
+  };
+  for (const auto& bad : cases) {
+    ExpectRejected("photo.jpg " + std::string(bad.options), folder(), bad.words);
+  }
+}
+
+TEST_F(AnalyzePhoto, RefusesSidesAcrossTheLines) {
+  Write(ToMat(Draw(drawn_)));
+  ExpectRefused("photo.jpg --from left " + std::string(kPa), folder(), {"left", "bottom or top"});
+}
+
+}  // namespace
+}  // namespace trammel
