@@ -222,12 +222,6 @@ std::string CheckSharpness(const vision::Ladder& ladder, double blur_px) {
 
 // From the frame and its rungs to profiles in the order of the PA list.
 void MeasureLines(PhotoLadder& seen, const PhotoOptions& options, PhotoMeasurement& measurement) {
-  const std::size_t wanted = options.pressure_advance_s.size();
-  const std::size_t found = seen.ladder.rungs.size();
-  if (found != wanted || !seen.ladder.missing_after.empty()) {
-    measurement.refusal = DescribeCount(seen.ladder, wanted);
-    return;
-  }
   const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
   const Heading down = HeadingBetween(c[0], c[1], c[3], c[2]);
   const Heading right = HeadingBetween(c[0], c[3], c[1], c[2]);
@@ -238,12 +232,16 @@ void MeasureLines(PhotoLadder& seen, const PhotoOptions& options, PhotoMeasureme
         SidesAlong(down), ToString(options.from));
     return;
   }
+  const bool first_at_bottom = towards_first > 0;
+  const LineNames names = NameLines(seen.ladder, options.pressure_advance_s, first_at_bottom);
+  measurement.refusal = names.refusal;
+  if (!measurement.refusal.empty()) return;
+  if (!names.notice.empty()) measurement.notices.push_back(names.notice);
   vision::BeadWidths widths = vision::MeasureBeadWidths(seen.contrast, seen.ladder);
   measurement.refusal = CheckSharpness(seen.ladder, widths.blur_px);
   if (!measurement.refusal.empty()) return;
-  const bool first_at_bottom = towards_first > 0;
   if (first_at_bottom) std::reverse(widths.lines.begin(), widths.lines.end());
-  std::vector<LineProfile> profiles = Profiles(widths, options.pressure_advance_s);
+  std::vector<LineProfile> profiles = Profiles(widths, names.pressure_advance_s);
   bool reversed = false;
   measurement.refusal = ChooseDirection(profiles, options, right, reversed, measurement);
   if (!measurement.refusal.empty()) return;

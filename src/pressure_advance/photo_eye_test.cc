@@ -229,10 +229,28 @@ TEST(PhotoEye, CountsTheLines) {
   options.pressure_advance_s = Steps(12);
   EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).refusal,
               HasSubstr("found 13 lines, the PA list has 12 values"));
+}
+
+TEST(PhotoEye, NamesLinesByTheirPlacesWhereSomeAreMissing) {
+  DrawnPhoto drawn = Usual();
   drawn.left_out = {5};
-  options.pressure_advance_s = Steps(13);
-  EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).refusal,
-              HasSubstr("found 12 lines, the PA list has 13 values"));
+  PhotoOptions options = OptionsFor(drawn);
+  const std::vector<double> all = Steps(13);
+  std::vector<double> rest = all;
+  rest.erase(rest.begin() + 5);
+  for (const std::vector<double>& list : {all, rest}) {
+    options.pressure_advance_s = list;
+    const PhotoMeasurement measured = MeasurePhoto(Draw(drawn).view(), options);
+    ASSERT_EQ(measured.refusal, "");
+    ASSERT_EQ(measured.profiles.size(), rest.size());
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      EXPECT_EQ(measured.profiles[i].pressure_advance_s, rest[i]);
+    }
+  }
+  // As many values as lines, but the list jumps elsewhere than the lines do.
+  options.pressure_advance_s = all;
+  options.pressure_advance_s.erase(options.pressure_advance_s.begin() + 8);
+  EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).refusal, HasSubstr("check the list"));
 }
 
 TEST(PhotoEye, RefusesPhotosWithoutAWholePattern) {

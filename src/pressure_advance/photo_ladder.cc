@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/statistics.h"
 #include "vision/filament_contrast.h"
 #include "vision/frame_finder.h"
 #include "vision/rectify.h"
@@ -93,7 +94,7 @@ constexpr double kClear = 3;  // rows over columns
 double Rank(const Candidate& candidate, std::size_t wanted) {
   if (!candidate.ladder.problem.empty()) return -1;
   const double right =
-      candidate.ladder.rungs.size() == wanted && candidate.ladder.missing_after.empty();
+      candidate.ladder.rungs.size() == wanted || PlacesOf(candidate.ladder) == wanted ? 1 : 0;
   constexpr double kMostMismatch = 0.1;
   const double alike = std::max(0.0, 1 - BarMismatch(candidate) / kMostMismatch);
   return kRightCount * right + alike * std::min(candidate.strength, kRightCount - 1);
@@ -163,19 +164,66 @@ PhotoLadder FindPhotoLadder(const BgrView& photo, std::size_t wanted) {
   return result;
 }
 
+std::size_t PlacesOf(const vision::Ladder& ladder) {
+  std::size_t places = ladder.rungs.empty() ? 0 : 1;
+  for (const int step : ladder.steps) places += static_cast<std::size_t>(step);
+  return places;
+}
+
+namespace {
+
 std::string DescribeCount(const vision::Ladder& ladder, std::size_t wanted) {
-  std::string gaps;
-  for (const std::size_t above : ladder.missing_after) {
-    gaps += fmt::format("{}{}", gaps.empty() ? "" : ", ", above + 1);
-  }
+  const std::size_t missing = PlacesOf(ladder) - ladder.rungs.size();
   return fmt::format(
-      "found {} lines, the PA list has {} values{}: give the list of the lines in the "
-      "photo, or take a photo that shows all of them",
-      ladder.rungs.size(), wanted,
-      gaps.empty() ? ""
-                   : fmt::format(" (and a line seems to be missing behind line {}, "
-                                 "counted from the top of the pattern as found)",
-                                 gaps));
+      "found {} lines{}, the PA list has {} values: give the list of the lines in the photo, or "
+      "take a photo that shows all of them",
+      ladder.rungs.size(),
+      missing > 0 ? fmt::format(" and {} empty places between them", missing) : "", wanted);
+}
+
+// Whether the list jumps where rungs are missing, and only there.
+bool JumpsAlike(const std::vector<int>& steps, const std::vector<double>& list) {
+  std::vector<double> unit;
+  for (std::size_t i = 0; i < steps.size(); ++i) unit.push_back((list[i + 1] - list[i]) / steps[i]);
+  const double typical = Median(unit);
+  constexpr double kUneven = 0.25;  // a list need not be quite even; a missing value doubles a step
+  return std::all_of(unit.begin(), unit.end(),
+                     [&](double u) { return typical != 0 && std::abs(u / typical - 1) < kUneven; });
+}
+
+}  // namespace
+
+LineNames NameLines(const vision::Ladder& ladder, const std::vector<double>& list,
+                    bool first_at_bottom) {
+  LineNames names;
+  const std::size_t found = ladder.rungs.size();
+  const std::size_t places = PlacesOf(ladder);
+  std::vector<int> steps = ladder.steps;
+  if (first_at_bottom) std::reverse(steps.begin(), steps.end());
+  if (places == list.size()) {
+    std::size_t place = 0;
+    for (std::size_t i = 0; i < found; ++i) {
+      names.pressure_advance_s.push_back(list[place]);
+      if (i < steps.size()) place += static_cast<std::size_t>(steps[i]);
+    }
+    if (places > found) {
+      names.notice = fmt::format(
+          "{} of {} lines are not in the photo; the others were named by their "
+          "places",
+          places - found, places);
+    }
+  } else if (found == list.size() && JumpsAlike(steps, list)) {
+    names.pressure_advance_s = list;
+  } else {
+    names.refusal = DescribeCount(ladder, list.size());
+    if (found == list.size()) {
+      names.refusal = fmt::format(
+          "{} lines with {} empty places between them do not fit the {} values "
+          "of the PA list, whose steps are wide elsewhere: check the list",
+          found, places - found, list.size());
+    }
+  }
+  return names;
 }
 
 }  // namespace trammel::pressure_advance

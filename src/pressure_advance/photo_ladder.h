@@ -26,7 +26,20 @@ struct PhotoLadder {
 /// REQUIRES a photo of at least 16 px each way.
 [[nodiscard]] PhotoLadder FindPhotoLadder(const BgrView& photo, std::size_t wanted);
 
-/// "found 20 lines, the PA list has 21 values …", with where lines seem to be missing.
-[[nodiscard]] std::string DescribeCount(const vision::Ladder& ladder, std::size_t wanted);
+/// How many lines a ladder has room for: its rungs and the empty places between them.
+[[nodiscard]] std::size_t PlacesOf(const vision::Ladder& ladder);
+
+/// The pressure advance of each rung, from the first value's side on.
+struct LineNames {
+  std::vector<double> pressure_advance_s;  ///< one per rung; empty with a refusal
+  std::string notice;
+  std::string refusal;  ///< why the list does not fit the lines
+};
+
+/// Names the lines by the list: one value per place, or one per line where the list jumps just
+/// where lines are missing. Anything else is refused, because a line that was missed beside a
+/// stripe that is none would shift all names between them.
+[[nodiscard]] LineNames NameLines(const vision::Ladder& ladder, const std::vector<double>& list,
+                                  bool first_at_bottom);
 
 }  // namespace trammel::pressure_advance

@@ -142,7 +142,7 @@ void CheckSteps(const std::vector<Run>& runs, Ladder& ladder) {
     const double pitches = steps[i] / ladder.pitch_px;
     const double whole = std::max(1.0, std::round(pitches));
     ladder.irregularity = std::max(ladder.irregularity, std::abs(pitches - whole));
-    if (whole > 1) ladder.missing_after.push_back(i);
+    ladder.steps.push_back(static_cast<int>(whole));
   }
   if (ladder.irregularity > kLargestIrregularity) {
     ladder.problem = fmt::format(

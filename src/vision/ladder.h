@@ -29,11 +29,11 @@ struct Curve {
 struct Ladder {
   std::string problem;       ///< why this is no ladder, with figures; empty where it is one
   std::vector<Curve> rungs;  ///< y_px of each line's middle over x_px, top to bottom
-  std::vector<std::size_t> missing_after;  ///< indices of rungs below which one seems to be missing
-  double pitch_px = 0;                     ///< between neighbouring rungs
-  double bead_px = 0;                      ///< median width of the rungs at half contrast
-  Curve left_inner;                        ///< x_px over y_px: where the left rail ends
-  Curve right_inner;                       ///< x_px over y_px: where the right rail begins
+  std::vector<int> steps;  ///< pitches between neighbouring rungs, whole; above 1 rungs are missing
+  double pitch_px = 0;     ///< between neighbouring rungs
+  double bead_px = 0;      ///< median width of the rungs at half contrast
+  Curve left_inner;        ///< x_px over y_px: where the left rail ends
+  Curve right_inner;       ///< x_px over y_px: where the right rail begins
   double irregularity = 0;  ///< largest deviation of a spacing from whole pitches, in pitches
 };
 
