@@ -122,6 +122,9 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
   const Result<PhotoPlan> plan = PlanOf(arguments);
   if (!plan) return tl::unexpected(plan.error());
   Result<AnalysisRun> run = AnalysePhoto(path, *plan, method);
+  if (run && arguments.segments.empty()) {
+    run->analysis.notices.push_back("no --segments were given: 0.1:10,0.6:100,0.3:10 was taken");
+  }
   if (run && arguments.pa.empty()) {
     run->analysis.notices.push_back(fmt::format("no --pa was given: {} from the {} was taken",
                                                 kDefaultPhotoPa, arguments.from));

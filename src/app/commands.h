@@ -21,7 +21,7 @@ enum ExitCode {
 int Report(const Error& error);
 
 /// Each Add…Command hangs its subcommands below `parent`; a callback stores its exit code in
-/// `exit_code`. (Declarations are added with their files.)
+/// `exit_code`.
 void AddConfigCommand(CLI::App& parent, int& exit_code);
 void AddAnalyzeCommand(CLI::App& parent, int& exit_code);
 void AddPatternCommand(CLI::App& parent, int& exit_code);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/analysis_run.h"
 #include "app/commands.h"
 #include "app/config_text.h"
 #include "app/pa_values.h"
@@ -32,6 +33,7 @@ struct PatternArguments {
   std::vector<std::string> set;
   std::string out = "pattern.gcode";
   std::string pa;
+  std::string segments;
   std::string grid;
   std::string dialect;
   bool idle = false;
@@ -61,6 +63,11 @@ Result<void> Override(const PatternArguments& arguments, store::Config& config) 
   }
   if (!arguments.grid.empty()) {
     if (auto done = SetGrid(arguments.grid, config.pattern); !done) return done;
+  }
+  if (!arguments.segments.empty()) {
+    auto segments = ParseSegments(arguments.segments);
+    if (!segments) return tl::unexpected(segments.error());
+    config.pattern.segments = std::move(*segments);
   }
   if (!arguments.pa.empty()) {
     auto values = ParsePressureAdvances(arguments.pa);
@@ -154,6 +161,8 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_option("--pa", arguments->pa,
                       "pressure advance in s: START:END:COUNT, START:END:STEP or a,b,c");
+  command->add_option("--segments", arguments->segments,
+                      "speeds along a line: FRACTION:SPEED,..., as in 0.1:10,0.6:100,0.3:10");
   command->add_option("--grid", arguments->grid, "several patterns: COLUMNSxROWS");
   command->add_option("--dialect", arguments->dialect, "klipper, marlin or reprapfirmware");
   command->add_flag("--idle", arguments->idle,
