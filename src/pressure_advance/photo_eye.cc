@@ -158,7 +158,7 @@ std::string ChooseDirection(const std::vector<LineProfile>& profiles, const Phot
     return fmt::format(
         "the lines do not show at which end they were printed first (widths change with PA by "
         "{:.1f} times the scatter, {:.1f} ahead of the other reading; {:.0f} ahead are needed); "
-        "give the side at which they start",
+        "give the side at which they start (--start left, right, top or bottom)",
         reading.significance, reading.lead, kLeastLead);
   }
   reversed = known.value_or(reading.reversed);

@@ -251,8 +251,13 @@ void Combine(const Prepared& prepared, const signal::ZeroCrossing& a, const sign
                    : Measured::CannotTell(doubt_d);
 
   Measured& both = fit.result.pressure_advance;
-  if (!doubt_a.empty() && !doubt_d.empty()) {
-    both = Measured::CannotTell(doubt_a);
+  const auto contradicts = [&](const signal::ZeroCrossing& crossing) {
+    return crossing.slope <= -options.least_significance * crossing.slope_sigma;
+  };
+  // One transition that does not answer leaves the other; one that answers the wrong way round says
+  // that the lines are not what they are taken for.
+  if ((!doubt_a.empty() && !doubt_d.empty()) || contradicts(a) || contradicts(d)) {
+    both = Measured::CannotTell(contradicts(d) || doubt_a.empty() ? doubt_d : doubt_a);
     return;
   }
   if (!doubt_a.empty() || !doubt_d.empty()) {

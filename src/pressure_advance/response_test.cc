@@ -244,6 +244,22 @@ TEST(Response, SaysWhyItCannotTell) {
   EXPECT_EQ(FitResponse(shuffled, motion).result.pressure_advance.verdict(), Verdict::kCannotTell);
 }
 
+TEST(Response, OneTransitionTheWrongWayRoundContradictsTheOther) {
+  Random random(14);
+  const World world = PaperWorld(0.031);
+  std::vector<LineProfile> profiles = Measure(world, random);
+  for (LineProfile& profile : profiles) {
+    for (ProfileSample& sample : profile.samples) {
+      if (sample.position > 19 && sample.position < 24) {
+        sample.area.value = std::max(0.0, 0.22 - sample.area.value);  // surplus becomes lack
+      }
+    }
+  }
+  const Measured measured = FitResponse(profiles, MotionOf(world.line)).result.pressure_advance;
+  EXPECT_EQ(measured.verdict(), Verdict::kCannotTell);
+  EXPECT_NE(measured.reason().find("wrong way round"), std::string::npos) << measured.reason();
+}
+
 TEST(Response, RefusesASpeedThatTheLinesCannotReach) {
   Random random(12);
   const World world = PaperWorld(0.031);
