@@ -1,0 +1,123 @@
+// Cameras: where the frames of a sweep come from, one seam for all of them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/frame.h"
+#include "base/result.h"
+
+namespace trammel::machine {
+
+/// The clock on which a source states its times.
+enum class CameraClock {
+  kOurs,             ///< CLOCK_MONOTONIC of this machine (a V4L2 device here)
+  kCameraMonotonic,  ///< CLOCK_MONOTONIC of the machine that the camera hangs on; it may be this
+                     ///< one
+  kCameraWall,       ///< wall clock of that machine, s since 1970; it can be set and so jump
+  kRecording,        ///< a recording's own time, from its beginning
+};
+
+/// "our monotonic clock" and so on, for messages.
+[[nodiscard]] std::string_view ToString(CameraClock clock);
+
+struct CameraTime {
+  double time_s = 0;
+  CameraClock clock = CameraClock::kCameraMonotonic;
+};
+
+/// What is wrong with a frame. Such a frame is delivered, so that it is counted and its time is
+/// known, but it must be neither stored with the others nor scored.
+enum class FrameFault {
+  kNone,
+  kNotAnImage,  ///< the bytes do not begin like a JPEG, or state no size
+  kCutOff,      ///< a JPEG without its end
+  kOtherSize,   ///< of another size than the first sound frame
+  kNoSignal,    ///< the server says that its camera is not there and sends a placeholder
+  kTimeJumped,  ///< a sound picture, whose capture time is not after the one before
+};
+
+/// One picture as the source gave it: not decoded, not encoded again.
+struct CapturedFrame {
+  std::vector<std::uint8_t> image;        ///< JPEG (from a folder also PNG); see DecodeFrame()
+  int width_px = 0;                       ///< >= 1 unless fault is kNotAnImage
+  int height_px = 0;                      ///< >= 1 unless fault is kNotAnImage
+  double arrival_s = 0;                   ///< its last byte was here; our CLOCK_MONOTONIC
+  std::optional<CameraTime> captured;     ///< when it was taken (see docs/cameras.md), if known
+  std::optional<CameraTime> sent;         ///< when the server began to send it, if known
+  std::optional<std::uint64_t> sequence;  ///< counts the camera's frames, so that a gap is a loss
+  FrameFault fault = FrameFault::kNone;
+  std::string fault_text;  ///< what exactly is wrong; empty where nothing is
+};
+
+/// A camera, or something that stands in for one.
+///
+/// A live camera does not wait: call Next() from a thread that does little else, or the arrival
+/// times of frames tell when they were fetched rather than when they came.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+
+  /// The next frame; absent after the last one of a file or folder (a live camera has no last one).
+  /// A damaged frame is a frame with a fault, not an error.
+  /// @param time_limit_s  > 0; how long to wait for a complete frame.
+  /// @param stop          ends the wait at once.
+  /// @returns errors: kMachine where the camera is gone, the stream ended, stalled for the time
+  /// limit
+  ///          or breaks the protocol beyond recovery (the source is then of no more use, except
+  ///          after a stall); kMeasurement where a recording cannot be read; kInterrupted by
+  ///          `stop`.
+  [[nodiscard]] virtual Result<std::optional<CapturedFrame>> Next(double time_limit_s,
+                                                                  std::stop_token stop) = 0;
+
+  /// One line for logs: what this is, the size of its frames where known, and its clock.
+  [[nodiscard]] virtual std::string Describe() const = 0;
+
+  /// Whether frames come at their own pace, so that what is not fetched is lost or late.
+  [[nodiscard]] virtual bool live() const = 0;
+};
+
+struct CameraOptions {
+  int width_px = 1280;       ///< asked of a V4L2 device; others send what they are configured to
+  int height_px = 720;       ///< likewise
+  double frames_per_s = 30;  ///< likewise
+  double connect_time_limit_s = 5;  ///< > 0; name look-up, connection, TLS and first answer
+  std::size_t max_frame_bytes = 16'000'000;  ///< of one picture
+  bool verify_certificate = true;            ///< of an https server
+  std::filesystem::path ca_file;  ///< certificates to trust besides the system's; may be empty
+};
+
+/// Opens a camera by its address:
+///   http://[user:password@]host[:port]/path?query   an MJPEG stream; https:// likewise, with TLS
+///   /dev/videoN                                     a V4L2 device that delivers MJPEG
+///   a file                                          an MJPEG video
+///   a folder                                        its JPEG and PNG files, in the order of names
+/// @returns errors that name the address, what came back and what to do: kMachine for cameras,
+///          kMeasurement for a file or folder, kInput for an address that is none of these.
+[[nodiscard]] Result<std::unique_ptr<FrameSource>> OpenCamera(const std::string& address,
+                                                              const CameraOptions& options = {},
+                                                              std::stop_token stop = {});
+
+/// The address of a webcam as a printer's web interface lists it, made absolute:
+/// "/webcam/?action=stream" is meant relative to that interface. An absolute address comes back
+/// unchanged.
+/// @param printer_url  such as "http://voron.local:7125"; its port is the API's, not the web
+///                     interface's, so port 80 (443 for https) is taken for a relative address.
+[[nodiscard]] Result<std::string> ResolveCameraUrl(const std::string& stream_url,
+                                                   const std::string& printer_url);
+
+/// The picture of a frame as 8-bit BGR. Errors (kMeasurement): damaged, or larger than 50
+/// megapixels.
+[[nodiscard]] Result<Frame> DecodeFrame(const CapturedFrame& frame);
+
+/// CLOCK_MONOTONIC of this machine, s: the clock of arrival_s.
+[[nodiscard]] double MonotonicNow();
+
+}  // namespace trammel::machine

@@ -1,0 +1,127 @@
+// Ties the frames of sweeps to the motion: where along its line each frame was taken.
+//
+// Assumptions, each of them checked against the data, and a contradiction refused with its figures:
+//  1. The camera takes a frame for a time that is the same in all sweeps of one call before its
+//  time
+//     stamp (or, without stamps, before its earliest possible arrival): the latency. It is positive
+//     and below SweepTimingOptions::longest_latency_s.
+//  2. Stamps of one camera run at the rate of the motion's clock to
+//  SweepTimingOptions::clock_rate_error.
+//  3. Without stamps the camera takes frames at a constant rate; delivery only delays them and
+//  keeps
+//     their order.
+//  4. The picture changes more from frame to frame while the head moves than while it stands, and
+//  the
+//     more the further it moved, up to a saturation.
+//  5. Each sweep's frames begin before its motion and end after it, with
+//  SweepTimingOptions::least_still
+//     frames of a standing head at either end.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/measured.h"
+
+namespace trammel::pressure_advance {
+
+/// One stretch of constant acceleration. Moves are in order of time and do not overlap; between and
+/// around them the head stands.
+struct LineMove {
+  double start_s = 0;             ///< on the motion's clock
+  double duration_s = 0;          ///< > 0
+  double start_mm = 0;            ///< position along the printed line, from its printed start
+  double start_speed_mm_s = 0;    ///< signed: negative against the print direction
+  double acceleration_mm_s2 = 0;  ///< signed
+};
+
+/// A sweep from standing to standing as three moves: `speed_mm_s` (> 0) along a signed distance.
+/// REQUIRES acceleration > 0 and a distance of at least one full ramp up and down.
+[[nodiscard]] std::vector<LineMove> TrapezoidSweep(double start_s, double start_mm, double end_mm,
+                                                   double speed_mm_s, double acceleration_mm_s2);
+
+/// What to add to a time on one clock to have it on the motion's.
+struct ClockOffset {
+  double offset_s = 0;
+  double standard_uncertainty_s = 0;  ///< >= 0
+};
+
+/// One frame as the camera delivered it.
+struct FrameObservation {
+  double arrival_s = 0;              ///< on the clock of arrivals, not decreasing
+  std::optional<double> captured_s;  ///< on the camera's clock
+  std::optional<std::uint64_t> sequence;
+  std::optional<double> change;  ///< >= 0, against the frame before; absent for the first frame,
+                                 ///< for a damaged one and the one after it
+};
+
+/// One sweep over a line.
+struct SweepObservation {
+  std::vector<FrameObservation> frames;  ///< in order of arrival
+  std::vector<LineMove> motion;
+};
+
+struct SweepTimingOptions {
+  std::optional<ClockOffset> arrival_offset;  ///< absent: unknown, and then not checked either
+  std::optional<ClockOffset>
+      captured_offset;              ///< absent: taken from arrivals (they are never early)
+  double longest_latency_s = 0.25;  ///< (0, 5]: of camera and, without capture times, delivery
+  double clock_rate_error = 2e-4;   ///< [0, 0.01]: between camera and motion, 200 ppm: two quartzes
+  double steady_tolerance = 0.01;  ///< (0, 0.5]: a frame is steady where the speed is that close to
+                                   ///< the sweep's
+  double nominal_frames_per_s = 30;  ///< [1, 1000]: what the camera was asked for; halved and
+                                     ///< doubled rates are recognised
+  std::size_t least_still = 5;     ///< >= 2: frames of a standing head wanted at either end
+  double most_uncertain_s = 0.02;  ///< > 0: above this standard uncertainty of the latency no
+                                   ///< positions are given
+};
+
+enum class FrameMotion {
+  kStanding,  ///< the head stands, or might within the uncertainty of the time
+  kRamp,      ///< it speeds up or slows down, or might
+  kSteady,    ///< certainly within the stretch of constant speed: the only frames to score
+  kUnplaced,  ///< its time is not known well enough (see FrameTiming::note)
+};
+
+[[nodiscard]] const char* ToString(FrameMotion motion);
+
+struct FrameTiming {
+  double time_s = 0;             ///< when it was taken, on the motion's clock
+  double position_mm = 0;        ///< along the printed line, from its printed start
+  double position_sigma_mm = 0;  ///< standard uncertainty (k = 1), the common latency included
+  FrameMotion motion = FrameMotion::kUnplaced;
+  std::size_t lost_before = 0;  ///< frames that the camera took, or should have, between the one
+                                ///< before and this one, and that never came
+  std::string note;  ///< why it is unplaced, or what else is unusual; empty otherwise
+};
+
+struct SweepTiming {
+  std::vector<FrameTiming> frames;  ///< one per frame observed
+  bool from_capture_times = false;  ///< else from arrivals and a constant frame rate
+  double frame_period_s = 0;        ///< as found
+  std::size_t lost = 0;             ///< frames that never came
+  double delivery_jitter_s = 0;     ///< 95 % quantile of the delay beyond the least
+};
+
+struct SessionTiming {
+  Measured latency_s;  ///< good: positions exist; its value is the latency of assumption 1
+  std::vector<SweepTiming> sweeps;   ///< empty unless latency_s is good
+  std::vector<std::string> notices;  ///< what a person should know although it is no fault
+};
+
+/// Finds the latency from the moments at which the picture begins and ceases to change in all
+/// sweeps together, and from it every frame's position.
+/// @param sweeps  1 … of one session: one camera connection, so that the latency is common to them.
+///                More sweeps, or slower ramps, make the latency more certain.
+/// @returns latency_s refused where an assumption is contradicted, cannot_tell where it is not
+/// determined
+///          to most_uncertain_s.
+/// Accuracy: sweep_timing_test prints position errors beside the stated uncertainties.
+[[nodiscard]] SessionTiming MatchSweeps(std::span<const SweepObservation> sweeps,
+                                        const SweepTimingOptions& options = {});
+
+}  // namespace trammel::pressure_advance
