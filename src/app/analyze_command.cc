@@ -17,7 +17,7 @@
 #include "pressure_advance/transitions.h"
 #include "report/analysis_json.h"
 #include "report/pressure_advance_report.h"
-#include "report/write_file.h"
+#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
@@ -139,8 +139,8 @@ Result<void> WriteFiles(const AnalyzeArguments& arguments, const AnalysisRun& ru
   if (!arguments.report.empty()) {
     report::ReportOptions options;
     options.source = arguments.path;
-    const auto done =
-        report::WriteFile(arguments.report, report::PressureAdvanceReport(input, figures, options));
+    const auto done = store::WriteWholeFile(arguments.report,
+                                            report::PressureAdvanceReport(input, figures, options));
     if (!done) return done;
   }
   if (arguments.figures.empty()) return {};
@@ -154,7 +154,8 @@ Result<void> WriteFiles(const AnalyzeArguments& arguments, const AnalysisRun& ru
   for (const report::Figure& figure : figures) {
     for (const auto& [ending, bytes] :
          {std::pair{".png", figure.canvas.ToPng()}, std::pair{".svg", figure.canvas.ToSvg()}}) {
-      if (auto done = report::WriteFile(folder / (figure.name + ending), bytes); !done) return done;
+      if (auto done = store::WriteWholeFile(folder / (figure.name + ending), bytes); !done)
+        return done;
     }
   }
   return {};

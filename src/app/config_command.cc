@@ -8,13 +8,13 @@
 
 #include "app/commands.h"
 #include "store/config_file.h"
-#include "store/text_file.h"
+#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
 
 Result<void> Check(const std::string& file) {
-  const Result<std::string> text = store::ReadTextFile(file, store::kMaxConfigBytes);
+  const Result<std::string> text = store::ReadWholeFile(file, store::kMaxConfigBytes);
   if (!text) return tl::unexpected(text.error());
   const Result<store::Config> config = store::ParseConfig(*text, file);
   if (!config) return tl::unexpected(config.error());

@@ -4,7 +4,7 @@
 #include <system_error>
 
 #include "store/config_file.h"
-#include "store/text_file.h"
+#include "store/whole_file.h"
 
 namespace trammel::app {
 
@@ -15,7 +15,7 @@ Result<ConfigText> FindConfig(const std::string& asked_for) {
     return ConfigText{"", "defaults (there is no trammel.toml here)"};
   }
   const std::string file = asked_for.empty() ? kDefaultFile : asked_for;
-  Result<std::string> text = store::ReadTextFile(file, store::kMaxConfigBytes);
+  Result<std::string> text = store::ReadWholeFile(file, store::kMaxConfigBytes);
   if (!text) return tl::unexpected(text.error());
   return ConfigText{std::move(*text), file};
 }

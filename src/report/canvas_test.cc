@@ -3,16 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <limits>
-#include <sstream>
 #include <string>
 
 #include "report/svg_ids.h"
 #include "report/test_support.h"
 #include "report/utf8.h"
-#include "report/write_file.h"
 
 namespace trammel::report {
 namespace {
@@ -117,24 +113,6 @@ TEST(Palette, ColoursDifferInGreyByAtLeastTwelve) {
   constexpr double kLeast = 12;  // of 100: about the lightness step between two greys of a legend
   EXPECT_GT(Lightness(kVermilion) - Lightness(kBlue), kLeast);
   EXPECT_GT(Lightness(kSky) - Lightness(kVermilion), kLeast);
-}
-
-TEST(WriteFile, WritesAllBytesAndSaysWhatFailed) {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "trammel_write_file";
-  std::filesystem::create_directories(folder);
-  const std::string bytes("a\0b\r\n", 5);
-  ASSERT_TRUE(WriteFile(folder / "x.bin", bytes));
-  std::ifstream file(folder / "x.bin", std::ios::binary);
-  std::ostringstream read;
-  read << file.rdbuf();
-  EXPECT_EQ(read.str(), bytes);
-  EXPECT_FALSE(std::filesystem::exists(folder / "x.bin.part"));
-  const auto failed = WriteFile(folder / "missing" / "x.bin", bytes);
-  ASSERT_FALSE(failed);
-  EXPECT_NE(failed.error().message.find("missing/x.bin"), std::string::npos);
-  EXPECT_NE(failed.error().message.find("No such file"), std::string::npos)
-      << failed.error().message;
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -10,46 +10,71 @@ namespace trammel::store {
 
 using nlohmann::json;
 
-std::string Describe(const json& value) {
-  switch (value.type()) {
-    case json::value_t::null:
-      return "null";
-    case json::value_t::boolean:
-      return value.get<bool>() ? "true" : "false";
-    case json::value_t::string:
-      return "a text";
-    case json::value_t::array:
-      return fmt::format("a list of {}", value.size());
-    case json::value_t::object:
-      return "an object";
-    default:
-      return value.is_number() ? fmt::format("{}", value.get<double>()) : "something unreadable";
-  }
+std::string Show(const json& value) {
+  constexpr std::size_t kMost = 60;
+  std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
+  if (text.size() > kMost) text = text.substr(0, kMost - 3) + "...";
+  return text;
 }
 
 Result<json> ParseJson(std::string_view text, const std::string& file) {
+  constexpr int kDeepest = 16;
+  std::string fault;
+  std::vector<std::set<std::string>> open;
+  // JSON would silently keep one of two values with the same key.
+  const json::parser_callback_t watch = [&](int depth, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::object_start) {
+      open.emplace_back();
+    } else if (event == json::parse_event_t::object_end) {
+      open.pop_back();
+    } else if (event == json::parse_event_t::key && !open.empty() &&
+               !open.back().insert(parsed.get<std::string>()).second && fault.empty()) {
+      fault = fmt::format("the key {} is given twice", Show(parsed));
+    }
+    if (depth > kDeepest && fault.empty()) {
+      fault = fmt::format("objects and lists are nested more than {} deep", kDeepest);
+    }
+    return depth <= kDeepest;
+  };
+  // The library's own prefix in brackets says nothing to a user.
+  const auto said = [](const json::exception& error) {
+    const std::string_view what = error.what();
+    const std::size_t bracket = what.find("] ");
+    return std::string(bracket == std::string_view::npos ? what : what.substr(bracket + 2));
+  };
   try {
-    return json::parse(text);
+    json parsed = json::parse(text, watch);
+    if (!fault.empty()) return Fail(fmt::format("{}: {}", file, fault));
+    return parsed;
   } catch (const json::parse_error& error) {
     const std::size_t end = std::min(text.size(), error.byte);
     const auto line = 1 + std::count(text.begin(), text.begin() + end, '\n');
-    return Fail(fmt::format("{}:{}: is not JSON: {}", file, line, error.what()));
+    return Fail(fmt::format("{}:{}: is not JSON: {}", file, line, said(error)));
   } catch (const json::exception& error) {  // a number too large for a double
-    return Fail(fmt::format("{}: is not JSON that can be used: {}", file, error.what()));
+    return Fail(fmt::format("{}: is not JSON that can be used: {}", file, said(error)));
   }
 }
 
-JsonObject::JsonObject(const json& object, std::string where)
-    : json_(object), where_(std::move(where)) {
+JsonObject::JsonObject(const json& object, std::string file, std::string path)
+    : json_(object), file_(std::move(file)), path_(std::move(path)) {
   if (!json_.is_object()) {
     error_ = Error{ErrorKind::kInput,
-                   fmt::format("{}: must be an object, is {}", where_, Describe(json_))};
+                   fmt::format("{}: {} is {}; it must be an object", file_,
+                               path_.empty() ? "the file's content" : path_, Show(json_))};
   }
+}
+
+JsonObject JsonObject::Inner(const json& object, const std::string& key) const {
+  return {object, file_, At(key)};
+}
+
+std::string JsonObject::At(const std::string& key) const {
+  return path_.empty() ? key : path_ + "." + key;
 }
 
 void JsonObject::Fault(const std::string& key, const std::string& message) {
   if (!error_) {
-    error_ = Error{ErrorKind::kInput, fmt::format("{}: \"{}\": {}", where_, key, message)};
+    error_ = Error{ErrorKind::kInput, fmt::format("{}: {} {}", file_, At(key), message)};
   }
 }
 
@@ -67,18 +92,21 @@ const json* JsonObject::Required(const char* key) {
   return value;
 }
 
+bool JsonObject::Within(const std::string& key, double number, NumberRange range) {
+  const bool within = number >= range.lo && number <= range.hi;
+  if (!within) Fault(key, fmt::format("is {}; it must be {} … {}", number, range.lo, range.hi));
+  return within;
+}
+
 std::optional<double> JsonObject::OptionalNumber(const char* key, NumberRange range) {
   const json* value = Find(key);
   if (value == nullptr) return std::nullopt;
   if (!value->is_number()) {
-    Fault(key, fmt::format("must be a number, is {}", Describe(*value)));
+    Fault(key, fmt::format("is {}; it must be a number", Show(*value)));
     return std::nullopt;
   }
   const double number = value->get<double>();
-  if (!(number >= range.lo && number <= range.hi)) {
-    Fault(key, fmt::format("{} is outside {} ... {}", number, range.lo, range.hi));
-    return std::nullopt;
-  }
+  if (!Within(key, number, range)) return std::nullopt;
   return number;
 }
 
@@ -91,16 +119,21 @@ double JsonObject::Number(const char* key, NumberRange range, std::optional<doub
 }
 
 int JsonObject::Integer(const char* key, NumberRange range) {
-  const double number = Number(key, range);
-  if (number != std::floor(number)) Fault(key, fmt::format("{} is not a whole number", number));
-  return failed() ? 0 : static_cast<int>(number);
+  const double number = Number(key);
+  if (failed()) return 0;
+  if (number != std::floor(number) || number < range.lo || number > range.hi) {
+    Fault(key,
+          fmt::format("is {}; it must be a whole number, {} … {}", number, range.lo, range.hi));
+    return 0;
+  }
+  return static_cast<int>(number);
 }
 
 std::string JsonObject::Text(const char* key) {
   const json* value = Required(key);
   if (value == nullptr) return {};
   if (!value->is_string()) {
-    Fault(key, fmt::format("must be a text, is {}", Describe(*value)));
+    Fault(key, fmt::format("is {}; it must be text", Show(*value)));
     return {};
   }
   return value->get<std::string>();
@@ -108,41 +141,56 @@ std::string JsonObject::Text(const char* key) {
 
 std::string JsonObject::Choice(const char* key, std::initializer_list<std::string_view> choices) {
   const std::string text = Text(key);
-  if (failed() || std::find(choices.begin(), choices.end(), text) != choices.end()) return text;
+  if (failed()) return {};
+  if (std::find(choices.begin(), choices.end(), text) != choices.end()) return text;
   std::string known;
-  for (std::string_view choice : choices) known += fmt::format(" \"{}\"", choice);
-  Fault(key, fmt::format("\"{}\" is none of{}", text, known));
+  for (std::string_view choice : choices) {
+    known += fmt::format("{}\"{}\"", known.empty() ? "" : " or ", choice);
+  }
+  Fault(key, fmt::format("is {}; it must be {}", Show(json(text)), known));
   return {};
+}
+
+std::optional<std::string> JsonObject::OptionalChoice(
+    const char* key, std::initializer_list<std::string_view> choices) {
+  if (Find(key) == nullptr) return std::nullopt;
+  std::string text = Choice(key, choices);
+  if (failed()) return std::nullopt;
+  return text;
 }
 
 const json& JsonObject::List(const char* key, std::size_t least, std::size_t most) {
   static const json kEmpty = json::array();
-  const json* value = Required(key);
-  if (value == nullptr) return kEmpty;
+  if (Required(key) == nullptr) return kEmpty;
+  const json* list = OptionalList(key, least, most);
+  return list != nullptr ? *list : kEmpty;
+}
+
+const json* JsonObject::OptionalList(const char* key, std::size_t least, std::size_t most) {
+  const json* value = Find(key);
+  if (value == nullptr) return nullptr;
   if (!value->is_array()) {
-    Fault(key, fmt::format("must be a list, is {}", Describe(*value)));
-    return kEmpty;
+    Fault(key, fmt::format("is {}; it must be a list", Show(*value)));
+    return nullptr;
   }
   if (value->size() < least || value->size() > most) {
-    Fault(key, fmt::format("has {} entries, must have {} ... {}", value->size(), least, most));
-    return kEmpty;
+    Fault(key, fmt::format("has {} entries; it must have {} … {}", value->size(), least, most));
+    return nullptr;
   }
-  return *value;
+  return value;
 }
 
 std::vector<double> JsonObject::Numbers(const char* key, std::size_t least, std::size_t most,
                                         NumberRange range) {
   std::vector<double> numbers;
   for (const json& entry : List(key, least, most)) {
+    const std::string at = fmt::format("{}[{}]", key, numbers.size());
     if (!entry.is_number()) {
-      Fault(key, fmt::format("must hold numbers, holds {}", Describe(entry)));
+      Fault(at, fmt::format("is {}; it must be a number", Show(entry)));
       return {};
     }
     numbers.push_back(entry.get<double>());
-    if (!(numbers.back() >= range.lo && numbers.back() <= range.hi)) {
-      Fault(key, fmt::format("{} is outside {} ... {}", numbers.back(), range.lo, range.hi));
-      return {};
-    }
+    if (!Within(at, numbers.back(), range)) return {};
   }
   return numbers;
 }
@@ -151,10 +199,8 @@ Result<void> JsonObject::Finish() const {
   if (error_) return tl::unexpected(*error_);
   for (const auto& [key, value] : json_.items()) {
     if (asked_.contains(key) || key.starts_with("x_")) continue;
-    return Fail(
-        fmt::format("{}: \"{}\": is not a key of this format; remove it, or let it begin "
-                    "with x_",
-                    where_, key));
+    return Fail(fmt::format("{}: {} is not a known key (known: {}; keys of your own begin with x_)",
+                            file_, At(Show(json(key))), fmt::join(asked_, ", ")));
   }
   return {};
 }

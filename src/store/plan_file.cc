@@ -22,8 +22,7 @@ constexpr const char* kKind = "pressure_advance_plan";
 constexpr NumberRange kCoordinate_mm{-10000, 10000};
 constexpr double kSlack_mm = 0.001;  // positions are written to 1 um
 
-Result<Segment> ParseSegment(const json& value, const std::string& where) {
-  JsonObject object(value, where);
+Result<Segment> ParseSegment(JsonObject object) {
   Segment segment;
   segment.fraction = object.Number("fraction", {1e-6, 1});
   segment.speed_mm_s = object.Number("speed_mm_s", {0.01, 10000});
@@ -31,8 +30,7 @@ Result<Segment> ParseSegment(const json& value, const std::string& where) {
   return segment;
 }
 
-Result<PlanLine> ParseLine(const json& value, const std::string& where, const PatternPlan& plan) {
-  JsonObject object(value, where);
+Result<PlanLine> ParseLine(JsonObject object, const PatternPlan& plan) {
   PlanLine line;
   line.pattern = object.Integer("pattern", {0, 9999});
   line.pressure_advance_s = object.Number("pressure_advance_s", {0, 10});
@@ -45,7 +43,7 @@ Result<PlanLine> ParseLine(const json& value, const std::string& where, const Pa
                                        x_mm - plan.bed_origin_x_mm - plan.bed_size_x_mm,
                                        y_mm - plan.bed_origin_y_mm - plan.bed_size_y_mm});
     if (beyond_mm > kSlack_mm) {
-      object.Fault(key, fmt::format("({}, {}) lies off the bed of {} x {} mm at ({}, {})", x_mm,
+      object.Fault(key, fmt::format("is ({}, {}), off the bed of {} x {} mm at ({}, {})", x_mm,
                                     y_mm, plan.bed_size_x_mm, plan.bed_size_y_mm,
                                     plan.bed_origin_x_mm, plan.bed_origin_y_mm));
     }
@@ -66,12 +64,13 @@ Result<PlanLine> ParseLine(const json& value, const std::string& where, const Pa
 void ParseHead(JsonObject& object, PatternPlan& plan) {
   const int format = object.Integer("format", {0, 1e6});
   if (!object.failed() && format != kFormat) {
-    object.Fault("format", fmt::format("{} is not known; this trammel reads {}", format, kFormat));
+    object.Fault("format", fmt::format("is {}; this trammel reads format {}", format, kFormat));
   }
   (void)object.Choice("kind", {kKind});
   plan.gcode = object.Text("gcode");
   if (!object.failed() && std::filesystem::path(plan.gcode).filename() != plan.gcode) {
-    object.Fault("gcode", "must be a file name without a folder");
+    object.Fault("gcode", fmt::format("is {}; it must be a file name without a folder",
+                                      Show(json(plan.gcode))));
   }
   if (const auto size = object.Numbers("bed_mm", 2, 2, {1, 10000}); size.size() == 2) {
     plan.bed_size_x_mm = size[0];
@@ -138,17 +137,18 @@ Result<PatternPlan> ParsePlan(std::string_view text, const std::string& file) {
   if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
   double sum = 0;
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    auto segment = ParseSegment(segments[i], fmt::format("{}: segments[{}]", file, i));
+    auto segment = ParseSegment(object.Inner(segments[i], fmt::format("segments[{}]", i)));
     if (!segment) return tl::unexpected(segment.error());
     sum += segment->fraction;
     plan.segments.push_back(*segment);
   }
   constexpr double kFractionTolerance = 1e-6;
   if (std::abs(sum - 1) > kFractionTolerance) {
-    return Fail(fmt::format("{}: \"segments\": the fractions add up to {}, not to 1", file, sum));
+    return Fail(
+        fmt::format("{}: the fractions of segments sum to {}; they must sum to 1", file, sum));
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    auto line = ParseLine(lines[i], fmt::format("{}: lines[{}]", file, i), plan);
+    auto line = ParseLine(object.Inner(lines[i], fmt::format("lines[{}]", i)), plan);
     if (!line) return tl::unexpected(line.error());
     plan.lines.push_back(*line);
   }

@@ -74,35 +74,35 @@ struct Fault {
 
 TEST(PlanFile, NamesWhatIsWrong) {
   const std::vector<Fault> faults{
-      {[](json& p) { p.erase("format"); }, "\"format\": is missing"},
-      {[](json& p) { p["format"] = 2; }, "\"format\": 2 is not known"},
-      {[](json& p) { p["format"] = 1.5; }, "1.5 is not a whole number"},
-      {[](json& p) { p["kind"] = "recipe"; }, "\"kind\": \"recipe\" is none of"},
+      {[](json& p) { p.erase("format"); }, "format is missing"},
+      {[](json& p) { p["format"] = 2; }, "format is 2; this trammel reads format 1"},
+      {[](json& p) { p["format"] = 1.5; }, "format is 1.5; it must be a whole number"},
+      {[](json& p) { p["kind"] = "recipe"; },
+       "kind is \"recipe\"; it must be \"pressure_advance_plan\""},
       {[](json& p) { p["gcode"] = "../../etc/passwd"; }, "must be a file name without a folder"},
-      {[](json& p) { p["gcode"] = 7; }, "must be a text, is 7"},
-      {[](json& p) { p["bed_mm"] = {250}; }, "\"bed_mm\": has 1 entries, must have 2"},
+      {[](json& p) { p["gcode"] = 7; }, "gcode is 7; it must be text"},
+      {[](json& p) { p["bed_mm"] = {250}; }, "bed_mm has 1 entries; it must have 2"},
       {[](json& p) {
          p["bed_mm"] = {250, "x"};
        },
-       "must hold numbers, holds a text"},
-      {[](json& p) { p["layer_height_mm"] = -1; }, "\"layer_height_mm\": -1 is outside"},
-      {[](json& p) { p["line_width_mm"] = nullptr; }, "must be a number, is null"},
-      {[](json& p) { p["line_length_mm"] = 1e300; }, "1e+300 is outside"},
+       "bed_mm[1] is \"x\"; it must be a number"},
+      {[](json& p) { p["layer_height_mm"] = -1; }, "layer_height_mm is -1; it must be 0.001 … 10"},
+      {[](json& p) { p["line_width_mm"] = nullptr; }, "line_width_mm is null; it must be a number"},
+      {[](json& p) { p["line_length_mm"] = 1e300; }, "line_length_mm is 1e+300; it must be"},
       {[](json& p) { p["line_length_mm"] = 31; }, "lies 30.000 mm from start_mm"},
-      {[](json& p) { p["segments"][0]["fraction"] = 0.5; }, "add up to 1.25"},
-      {[](json& p) { p["segments"][1].erase("speed_mm_s"); },
-       "segments[1]: \"speed_mm_s\": is missing"},
-      {[](json& p) { p["segments"] = 3; }, "\"segments\": must be a list, is 3"},
-      {[](json& p) { p["lines"] = json::array(); }, "\"lines\": has 0 entries"},
-      {[](json& p) { p["lines"][4] = 1; }, "lines[4]: must be an object"},
+      {[](json& p) { p["segments"][0]["fraction"] = 0.5; }, "sum to 1.25"},
+      {[](json& p) { p["segments"][1].erase("speed_mm_s"); }, "segments[1].speed_mm_s is missing"},
+      {[](json& p) { p["segments"] = 3; }, "segments is 3; it must be a list"},
+      {[](json& p) { p["lines"] = json::array(); }, "lines has 0 entries"},
+      {[](json& p) { p["lines"][4] = 1; }, "lines[4] is 1; it must be an object"},
       {[](json& p) { p["lines"][4]["pressure_advance_s"] = -0.1; },
-       "lines[4]: \"pressure_advance_s\": -0.1 is outside 0 ... 10"},
+       "lines[4].pressure_advance_s is -0.1; it must be 0 … 10"},
       {[](json& p) {
          p["lines"][4]["start_mm"] = {-5, 100};
        },
-       "lies off the bed"},
-      {[](json& p) { p["speed"] = 3; }, "\"speed\": is not a key of this format"},
-      {[](json& p) { p["lines"][4]["colour"] = 3; }, "lines[4]: \"colour\": is not a key"},
+       "lines[4].start_mm is (-5, 100), off the bed"},
+      {[](json& p) { p["speed"] = 3; }, "\"speed\" is not a known key"},
+      {[](json& p) { p["lines"][4]["colour"] = 3; }, "lines[4].\"colour\" is not a known key"},
   };
   for (const Fault& fault : faults) {
     json plan = json::parse(FormatPlan(PlanOf(PatternConfig{})));
@@ -125,7 +125,8 @@ TEST(PlanFile, SurvivesEveryTruncationOfItsText) {
 TEST(PlanFile, SurvivesWhatIsNotAPlan) {
   for (const std::string& text :
        {std::string("null"), std::string("[]"), std::string("{}"), std::string("1e999"),
-        std::string("\xff\xfe\0", 3), std::string(100000, '['), std::string("{\"format\": NaN}")}) {
+        std::string("\xff\xfe\0", 3), std::string(100000, '['), std::string("{\"format\": NaN}"),
+        std::string("{\"format\": 1, \"format\": 1}")}) {
     EXPECT_FALSE(ParsePlan(text, "a.plan.json"));
   }
 }

@@ -1,7 +1,8 @@
-#include "store/text_file.h"
+#include "store/whole_file.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -11,7 +12,7 @@ namespace trammel::store {
 
 namespace fs = std::filesystem;
 
-Result<std::string> ReadTextFile(const fs::path& path, std::size_t max_bytes) {
+Result<std::string> ReadWholeFile(const fs::path& path, std::size_t max_bytes) {
   std::error_code code;
   const fs::file_status status = fs::status(path, code);
   if (!fs::exists(status)) {
@@ -25,12 +26,17 @@ Result<std::string> ReadTextFile(const fs::path& path, std::size_t max_bytes) {
     return Fail(fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
   }
   // One byte more than allowed tells a file that is too large, also where it has no size (a pipe).
-  std::string text(max_bytes + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  constexpr std::size_t kPiece = std::size_t{1} << 16;
+  std::string text;
+  while (file && text.size() <= max_bytes) {
+    const std::size_t had = text.size();
+    text.resize(had + std::min(kPiece, max_bytes + 1 - had));
+    file.read(text.data() + had, static_cast<std::streamsize>(text.size() - had));
+    text.resize(had + static_cast<std::size_t>(file.gcount()));
+  }
   if (file.bad()) {
     return Fail(fmt::format("{}: reading failed: {}", path.string(), std::strerror(errno)));
   }
-  text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.size() > max_bytes) {
     return Fail(fmt::format("{}: is larger than {} bytes, which no such file needs", path.string(),
                             max_bytes));
@@ -38,19 +44,23 @@ Result<std::string> ReadTextFile(const fs::path& path, std::size_t max_bytes) {
   return text;
 }
 
-Result<void> WriteTextFile(const fs::path& path, std::string_view text) {
+Result<void> WriteWholeFile(const fs::path& path, std::string_view bytes) {
   fs::path partial = path;
   partial += ".part";
   const auto fail = [&](const std::string& why) {
     std::error_code ignored;
     fs::remove(partial, ignored);
-    return Fail(fmt::format("{}: cannot be written: {}", path.string(), why));
+    return Fail(
+        fmt::format("{}: cannot be written: {}; check the folder, its rights and whether "
+                    "there is room for {} bytes",
+                    path.string(), why, bytes.size()));
   };
   {
+    errno = 0;
     std::ofstream file(partial, std::ios::binary | std::ios::trunc);
-    file.write(text.data(), static_cast<std::streamsize>(text.size()));
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     file.close();
-    if (!file) return fail(std::strerror(errno));
+    if (!file) return fail(errno != 0 ? std::strerror(errno) : "the stream failed");
   }
   std::error_code code;
   fs::rename(partial, path, code);
