@@ -13,7 +13,7 @@
 
 #include "app/analysis_run.h"
 #include "app/commands.h"
-#include "app/pa_values.h"
+#include "app/option_values.h"
 #include "pressure_advance/transitions.h"
 #include "report/analysis_json.h"
 #include "report/pressure_advance_report.h"

@@ -2,17 +2,15 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "app/analysis_run.h"
 #include "app/commands.h"
 #include "app/config_text.h"
-#include "app/pa_values.h"
+#include "app/option_values.h"
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_plan.h"
 #include "report/pattern_preview.h"
@@ -40,17 +38,6 @@ struct PatternArguments {
   bool force = false;
 };
 
-/// `9x3`: columns and rows.
-Result<void> SetGrid(const std::string& text, PatternConfig& config) {
-  const char* end = text.data() + text.size();
-  const auto columns = std::from_chars(text.data(), end, config.columns);
-  if (columns.ec == std::errc{} && columns.ptr != end && *columns.ptr == 'x') {
-    const auto rows = std::from_chars(columns.ptr + 1, end, config.rows);
-    if (rows.ec == std::errc{} && rows.ptr == end) return {};
-  }
-  return Fail(fmt::format("--grid {}: must be COLUMNSxROWS, for example 9x3", text));
-}
-
 /// The shortcuts of the command line, over what the file says.
 Result<void> Override(const PatternArguments& arguments, store::Config& config) {
   for (const std::string& assignment : arguments.set) {
@@ -62,7 +49,12 @@ Result<void> Override(const PatternArguments& arguments, store::Config& config) 
     }
   }
   if (!arguments.grid.empty()) {
-    if (auto done = SetGrid(arguments.grid, config.pattern); !done) return done;
+    const auto grid = ParseWholePair(arguments.grid);
+    if (!grid) {
+      return Fail(fmt::format("--grid {}: must be COLUMNSxROWS, for example 9x3", arguments.grid));
+    }
+    config.pattern.columns = grid->first;
+    config.pattern.rows = grid->second;
   }
   if (!arguments.segments.empty()) {
     auto segments = ParseSegments(arguments.segments);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/option_values.h"
 #include "sim/photo.h"
 #include "sim/plan_file.h"
 #include "sim/scan_recorder.h"
@@ -39,12 +40,10 @@ struct Size {
 
 // "1280x720", within the given bounds.
 Result<Size> ParseSize(const char* option, const std::string& text, const Size& largest) {
-  Size size;
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%5dx%5d%c", &size.width_px, &size.height_px, &rest) == 2 &&
-      size.width_px >= 64 && size.width_px <= largest.width_px && size.height_px >= 64 &&
-      size.height_px <= largest.height_px) {
-    return size;
+  const auto pair = ParseWholePair(text);
+  if (pair && pair->first >= 64 && pair->first <= largest.width_px && pair->second >= 64 &&
+      pair->second <= largest.height_px) {
+    return Size{pair->first, pair->second};
   }
   return Fail(fmt::format("{} {}: must be WIDTHxHEIGHT within 64x64 ... {}x{}", option,
                           text.substr(0, 40), largest.width_px, largest.height_px));
