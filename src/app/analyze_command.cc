@@ -14,6 +14,7 @@
 #include "app/analysis_run.h"
 #include "app/commands.h"
 #include "app/option_values.h"
+#include "app/photo_plan.h"
 #include "pressure_advance/transitions.h"
 #include "report/analysis_json.h"
 #include "report/pressure_advance_report.h"
@@ -28,6 +29,7 @@ using pressure_advance::Method;
 using pressure_advance::PhotoSide;
 
 constexpr const char* kDefaultPhotoPa = "0:0.1:0.005";
+constexpr const char* kDefaultFrom = "bottom";
 
 struct AnalyzeArguments {
   std::string path;
@@ -35,8 +37,9 @@ struct AnalyzeArguments {
   std::string method = "response";
   std::string report;
   std::string figures;
+  std::string plan;
   std::string pa;
-  std::string from = "bottom";
+  std::string from;
   std::string start;
   std::string segments;
 };
@@ -49,48 +52,78 @@ Result<PhotoSide> ParseSide(const std::string& option, const std::string& text) 
   return Fail(fmt::format("{} {}: must be bottom, top, left or right", option, text));
 }
 
-Result<void> CheckDuplicates(std::vector<double> values) {
+Result<void> CheckDuplicates(const std::string& source, std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const auto twice = std::adjacent_find(values.begin(), values.end());
   if (twice == values.end()) return {};
-  return Fail(
-      fmt::format("--pa: {} s is there twice; every line must have a value of its own", *twice));
+  return Fail(fmt::format("{}: {} s is there twice; every line must have a value of its own",
+                          source, *twice));
 }
 
-Result<PhotoPlan> PlanOf(const AnalyzeArguments& arguments) {
+// Values and segments from --plan, or from --pa and --segments.
+Result<PhotoPlan> LinesOf(const AnalyzeArguments& arguments) {
+  if (!arguments.plan.empty()) return ReadPhotoPlan(arguments.plan);
   PhotoPlan plan;
   auto values = ParsePressureAdvances(arguments.pa.empty() ? kDefaultPhotoPa : arguments.pa);
   if (!values) return tl::unexpected(values.error());
-  if (auto distinct = CheckDuplicates(*values); !distinct) return tl::unexpected(distinct.error());
   plan.pressure_advance_s = std::move(*values);
-  const auto from = ParseSide("--from", arguments.from);
-  if (!from) return tl::unexpected(from.error());
-  plan.from = *from;
-  if (!arguments.start.empty()) {
-    const auto start = ParseSide("--start", arguments.start);
-    if (!start) return tl::unexpected(start.error());
-    plan.start = *start;
-  }
   if (!arguments.segments.empty()) {
     auto segments = ParseSegments(arguments.segments);
     if (!segments) return tl::unexpected(segments.error());
     plan.segments = std::move(*segments);
   }
-  pressure_advance::LineMotion motion;
-  motion.segments = plan.segments;
-  const auto windows =
-      pressure_advance::PlanTransitions(motion, pressure_advance::PositionUnit::kLineLength, 0);
-  if (!windows) return Fail("--segments: " + windows.error().message);
   return plan;
 }
 
-// Before the analysis rather than behind it: an answer must not get lost for want of a folder.
-Result<void> CheckReportPath(const std::string& report) {
-  const fs::path folder = fs::path(report).parent_path();
+Result<PhotoPlan> PlanOf(const AnalyzeArguments& arguments) {
+  Result<PhotoPlan> plan = LinesOf(arguments);
+  if (!plan) return plan;
+  const bool from_file = !arguments.plan.empty();
+  if (auto distinct =
+          CheckDuplicates(from_file ? arguments.plan : "--pa", plan->pressure_advance_s);
+      !distinct) {
+    return tl::unexpected(distinct.error());
+  }
+  const auto from = ParseSide("--from", arguments.from.empty() ? kDefaultFrom : arguments.from);
+  if (!from) return tl::unexpected(from.error());
+  plan->from = *from;
+  if (!arguments.start.empty()) {
+    const auto start = ParseSide("--start", arguments.start);
+    if (!start) return tl::unexpected(start.error());
+    plan->start = *start;
+  }
+  pressure_advance::LineMotion motion;
+  motion.segments = plan->segments;
+  const auto windows =
+      pressure_advance::PlanTransitions(motion, pressure_advance::PositionUnit::kLineLength, 0);
+  if (!windows) {
+    return Fail(
+        fmt::format("{}: {}", from_file ? arguments.plan : "--segments", windows.error().message));
+  }
+  return plan;
+}
+
+// Before the analysis rather than behind it: minutes of work need not go without their report.
+Result<void> CheckOutputs(const AnalyzeArguments& arguments) {
   std::error_code ignored;
-  if (report.empty() || folder.empty() || fs::is_directory(folder, ignored)) return {};
-  return Fail(
-      fmt::format("--report {}: there is no folder {}; make it first", report, folder.string()));
+  const fs::path report = arguments.report;
+  const fs::path folder = report.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder, ignored)) {
+    return Fail(fmt::format("--report {}: there is no folder {}; make it first", report.string(),
+                            folder.string()));
+  }
+  if (!report.empty() && fs::is_directory(report, ignored)) {
+    return Fail(fmt::format("--report {}: is a folder; name a file", report.string()));
+  }
+  // The folder of the figures is made with all above it; none of them may be something else.
+  for (fs::path part = arguments.figures; !part.empty(); part = part.parent_path()) {
+    if (fs::is_directory(part, ignored)) break;
+    if (fs::exists(part, ignored)) {
+      return Fail(fmt::format("--figures {}: {} is a file, not a folder; choose another name",
+                              arguments.figures, part.string()));
+    }
+  }
+  return {};
 }
 
 Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
@@ -111,6 +144,7 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
   if (fs::is_directory(path, ignored)) {
     for (const auto& [option, value] :
          {std::pair{"--pa", &arguments.pa}, std::pair{"--segments", &arguments.segments},
+          std::pair{"--plan", &arguments.plan}, std::pair{"--from", &arguments.from},
           std::pair{"--start", &arguments.start}}) {
       if (!value->empty()) {
         return Fail(fmt::format("{} is for photos; {} is a recording, whose scan.json says it",
@@ -122,29 +156,30 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
   const Result<PhotoPlan> plan = PlanOf(arguments);
   if (!plan) return tl::unexpected(plan.error());
   Result<AnalysisRun> run = AnalysePhoto(path, *plan, method);
-  if (run && arguments.segments.empty()) {
+  if (!run || !arguments.plan.empty()) return run;
+  if (arguments.segments.empty()) {
     run->analysis.notices.push_back("no --segments were given: 0.1:10,0.6:100,0.3:10 was taken");
   }
-  if (run && arguments.pa.empty()) {
+  if (arguments.pa.empty()) {
     run->analysis.notices.push_back(fmt::format("no --pa was given: {} from the {} was taken",
-                                                kDefaultPhotoPa, arguments.from));
+                                                kDefaultPhotoPa, ToString(plan->from)));
   }
   return run;
 }
 
-Result<void> WriteFiles(const AnalyzeArguments& arguments, const AnalysisRun& run) {
-  if (arguments.report.empty() && arguments.figures.empty()) return {};
-  const report::ReportInput input = run.report_input();
-  const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
-  if (!arguments.report.empty()) {
-    report::ReportOptions options;
-    options.source = arguments.path;
-    const auto done = store::WriteWholeFile(arguments.report,
-                                            report::PressureAdvanceReport(input, figures, options));
-    if (!done) return done;
-  }
-  if (arguments.figures.empty()) return {};
-  const fs::path folder = arguments.figures;
+Result<void> WriteReport(const AnalyzeArguments& arguments, const report::ReportInput& input,
+                         const std::vector<report::Figure>& figures) {
+  if (arguments.report.empty()) return {};
+  report::ReportOptions options;
+  options.source = arguments.path;
+  return store::WriteWholeFile(arguments.report,
+                               report::PressureAdvanceReport(input, figures, options));
+}
+
+Result<void> WriteFigures(const std::string& figures_folder,
+                          const std::vector<report::Figure>& figures) {
+  if (figures_folder.empty()) return {};
+  const fs::path folder = figures_folder;
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) {
@@ -154,11 +189,33 @@ Result<void> WriteFiles(const AnalyzeArguments& arguments, const AnalysisRun& ru
   for (const report::Figure& figure : figures) {
     for (const auto& [ending, bytes] :
          {std::pair{".png", figure.canvas.ToPng()}, std::pair{".svg", figure.canvas.ToSvg()}}) {
-      if (auto done = store::WriteWholeFile(folder / (figure.name + ending), bytes); !done)
+      if (auto done = store::WriteWholeFile(folder / (figure.name + ending), bytes); !done) {
         return done;
+      }
     }
   }
   return {};
+}
+
+/// What became of the files beside the answer.
+struct Written {
+  std::string report;           ///< its path; empty where there is none
+  std::optional<Error> failed;  ///< the first file that could not be written
+};
+
+Written WriteFiles(const AnalyzeArguments& arguments, const AnalysisRun& run) {
+  Written written;
+  if (arguments.report.empty() && arguments.figures.empty()) return written;
+  const report::ReportInput input = run.report_input();
+  const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
+  if (auto done = WriteReport(arguments, input, figures); done) {
+    written.report = arguments.report;
+  } else {
+    written.failed = done.error();
+  }
+  auto done = WriteFigures(arguments.figures, figures);
+  if (!done && !written.failed) written.failed = done.error();
+  return written;
 }
 
 std::string Words(const Measured& measured) {
@@ -206,19 +263,19 @@ void PrintText(const Analysis& analysis, const std::string& report_path) {
 }
 
 int RunAnalyze(const AnalyzeArguments& arguments) {
-  if (auto possible = CheckReportPath(arguments.report); !possible) {
-    return Report(possible.error());
-  }
+  if (auto possible = CheckOutputs(arguments); !possible) return Report(possible.error());
   const Result<AnalysisRun> run = RunEye(arguments);
   if (!run) return Report(run.error());
-  if (auto written = WriteFiles(arguments, *run); !written) return Report(written.error());
+  // The answer is printed whatever became of the files: it must not get lost for a full disk.
+  const Written written = WriteFiles(arguments, *run);
   if (arguments.json) {
     std::optional<std::string> report_path;
-    if (!arguments.report.empty()) report_path = arguments.report;
+    if (!written.report.empty()) report_path = written.report;
     std::fputs(report::ToJson(run->analysis, report_path).c_str(), stdout);
   } else {
-    PrintText(run->analysis, arguments.report);
+    PrintText(run->analysis, written.report);
   }
+  if (written.failed) return Report(*written.failed);
   return run->analysis.pressure_advance.good() ? kExitGood : kExitNotTrusted;
 }
 
@@ -234,17 +291,24 @@ void AddAnalyzeCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_option("--report", arguments->report, "write a one-page report (HTML)");
   command->add_option("--figures", arguments->figures, "write each figure as PNG and SVG here");
+  CLI::Option* plan = command->add_option(
+      "--plan", arguments->plan,
+      "photo: the *.plan.json that pa pattern wrote; says the lines' PA and segments");
+  command
+      ->add_option("--pa", arguments->pa,
+                   fmt::format("photo: PA of the lines in s, START:END:STEP or a,b,c (default {})",
+                               kDefaultPhotoPa))
+      ->excludes(plan);
   command->add_option(
-      "--pa", arguments->pa,
-      fmt::format("photo: PA of the lines in s, START:END:STEP or a,b,c (default {})",
-                  kDefaultPhotoPa));
-  command->add_option("--from", arguments->from, "photo: side at which the first line lies")
-      ->capture_default_str();
+      "--from", arguments->from,
+      fmt::format("photo: side at which the first line lies (default {})", kDefaultFrom));
   command->add_option(
       "--start", arguments->start,
       "photo: side at which the lines were begun; found where the slow ends differ");
-  command->add_option("--segments", arguments->segments,
-                      "photo: FRACTION:SPEED,... (default 0.1:10,0.6:100,0.3:10)");
+  command
+      ->add_option("--segments", arguments->segments,
+                   "photo: FRACTION:SPEED,... (default 0.1:10,0.6:100,0.3:10)")
+      ->excludes(plan);
   command->callback([arguments, &exit_code] { exit_code = RunAnalyze(*arguments); });
 }
 

@@ -27,6 +27,7 @@ using test::ExpectRefused;
 using test::ExpectRefusedInWords;
 using test::ExpectRejected;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Half a step of the drawn lines: what is promised for real photos.
 constexpr double kTolerance_s = 0.0025;
@@ -87,6 +88,54 @@ TEST_F(AnalyzePhoto, ReadsWhatTheVirtualPrintShopShoots) {
   const json answer =
       AnalyzeToJson("photo.jpg --pa 0:0.06:10 --segments 0.25:5,0.5:150,0.25:5", folder());
   ExpectAnswer(answer, 0.025);
+}
+
+TEST_F(AnalyzePhoto, TakesValuesAndSegmentsFromThePlanOfThePrint) {
+  const auto pattern = test::RunTrammel(
+      "pa pattern --pa 0:0.06:0.005 --segments 0.15:10,0.6:100,0.25:10 --set line_spacing=1.5",
+      folder());
+  ASSERT_EQ(pattern.exit_code, 0) << pattern.output;
+  const auto photo = test::RunTrammel(
+      "sim photo pattern.gcode --seed 3 --size 720x1280 --pressure-advance 0.025 --out photo.jpg",
+      folder());
+  ASSERT_EQ(photo.exit_code, 0) << photo.output;
+  const json planned = AnalyzeToJson("photo.jpg --plan pattern.plan.json", folder());
+  ExpectAnswer(planned, 0.025);
+  for (const json& notice : planned.at("notices")) {
+    EXPECT_THAT(notice.get<std::string>(), Not(HasSubstr("was given")));
+  }
+  const json told =
+      AnalyzeToJson("photo.jpg --pa 0:0.06:0.005 --segments 0.15:10,0.6:100,0.25:10", folder());
+  EXPECT_EQ(planned.at("pressure_advance_s"), told.at("pressure_advance_s"));
+  EXPECT_EQ(planned.at("lines"), told.at("lines"));
+}
+
+TEST_F(AnalyzePhoto, RejectsPlansThatCannotBe) {
+  Write(cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(90)));
+  ExpectRejected("photo.jpg --plan none.plan.json", folder(), {"none.plan.json", "no such file"});
+  test::WriteWhole(folder() / "a.plan.json", R"({"format": 1})");
+  ExpectRejected("photo.jpg --plan a.plan.json", folder(), {"a.plan.json", "kind is missing"});
+  ExpectRejected("photo.jpg --plan a.plan.json --pa 0:0.1:0.01", folder(), {"--plan", "--pa"});
+  ExpectRejected("photo.jpg --plan a.plan.json --segments 0.1:10,0.6:100,0.3:10", folder(),
+                 {"--plan", "--segments"});
+  ASSERT_EQ(test::RunTrammel("pa pattern --set alternate_directions=true", folder()).exit_code, 0);
+  ExpectRejected("photo.jpg --plan pattern.plan.json", folder(),
+                 {"pattern.plan.json", "opposite directions"});
+}
+
+TEST_F(AnalyzePhoto, PrintsTheAnswerAlsoWhereItsFilesCannotBeWritten) {
+  Write(ToMat(Draw(drawn_)));
+  // Where the report is first written to.
+  fs::create_directory(folder() / "page.html.part");
+  const auto run = test::RunTrammel(
+      "pa analyze photo.jpg --json --report page.html --figures figures " + std::string(kPa),
+      folder());
+  EXPECT_EQ(run.exit_code, 1) << run.output;
+  EXPECT_THAT(run.standard_error, HasSubstr("page.html: cannot be written"));
+  const json answer = json::parse(run.standard_output);
+  ExpectAnswer(answer, drawn_.right_value_s);
+  EXPECT_TRUE(answer.at("report").is_null());
+  EXPECT_FALSE(fs::is_empty(folder() / "figures"));
 }
 
 TEST_F(AnalyzePhoto, UpsideDownIsNoticedAndFromTheTopItIsTheSame) {
@@ -211,6 +260,9 @@ TEST_F(AnalyzePhoto, RejectsOptionsThatCannotBe) {
       {"--start 3", {"--start", "3", "bottom, top, left or right"}},
       {"--method magic", {"--method", "magic", "response or deviation"}},
       {"--report nowhere/page.html", {"--report", "nowhere"}},
+      {"--report .", {"--report", "is a folder"}},
+      {"--figures photo.jpg", {"--figures", "photo.jpg is a file"}},
+      {"--figures photo.jpg/a/b", {"--figures", "photo.jpg is a file"}},
   };
   for (const auto& bad : cases) {
     ExpectRejected("photo.jpg " + std::string(bad.options), folder(), bad.words);

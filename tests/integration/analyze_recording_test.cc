@@ -342,7 +342,8 @@ TEST_F(AnalyzeRecording, RejectsWhatIsNoRecording) {
   ExpectRejected("", folder(), {"path"});
   ExpectRejected("rec --method guess", folder(), {"--method", "guess", "response or deviation"});
   ExpectRejected("rec --colour", folder(), {"--colour"});
-  for (const char* option : {"--pa 0:0.1:0.005", "--segments 1:5", "--start left"}) {
+  for (const char* option : {"--pa 0:0.1:0.005", "--segments 1:5", "--start left", "--from bottom",
+                             "--plan rec/a.plan.json"}) {
     ExpectRejected("rec " + std::string(option), folder(), {std::string(option).substr(0, 4)});
   }
 }
