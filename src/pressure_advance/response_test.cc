@@ -121,6 +121,25 @@ TEST(Response, FindsTheSecantOfOtherLagLawsWithin1Millisecond) {
   }
 }
 
+TEST(Response, HoldsTheSlowTailOfAShearThinningDeceleration) {
+  // Under shear thinning the surplus behind a deceleration drains several times slower than it
+  // built up: what a window cuts off is missing from the deceleration's answer alone.
+  constexpr double kBound_s = 0.0015;
+  World world = PaperWorld(0);
+  world.law.exponent = 0.3;
+  world.law.power = 0.04 * 145 / (std::pow(150, 0.3) - std::pow(5, 0.3));
+  const auto error_s = [&world](const ResponseOptions& options) {
+    Random random(4);
+    const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line), options);
+    const Measured& answer = fit.result.deceleration.pressure_advance;
+    return answer.good() ? answer.quantity().value - 0.04 : std::nan("");
+  };
+  ResponseOptions short_window;
+  short_window.transitions.after = 0.06;
+  EXPECT_LT(std::abs(error_s({})), kBound_s);
+  EXPECT_GT(std::abs(error_s(short_window)), 1.5 * kBound_s);
+}
+
 TEST(Response, AGapThatIsNotRefilledMovesTheDecelerationByLessThan1Millisecond) {
   World world = PaperWorld(0.0333);
   world.line.negative_flow_is_lost = true;
