@@ -44,6 +44,9 @@ enum class FrameFault {
   kTimeJumped,  ///< a sound picture, whose capture time is not after the one before
 };
 
+/// "cut_off" and so on, as written beside recordings.
+[[nodiscard]] std::string_view ToString(FrameFault fault);
+
 /// One picture as the source gave it: not decoded, not encoded again.
 struct CapturedFrame {
   std::vector<std::uint8_t> image;        ///< JPEG (from a folder also PNG); see DecodeFrame()

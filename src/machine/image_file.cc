@@ -77,23 +77,6 @@ Result<ImageHeader> JpegHeader(std::span<const std::uint8_t> bytes) {
   return Fail("it begins like a JPEG, but its header does not state a size");
 }
 
-// Decoders fill the missing part of a truncated file with grey and say nothing.
-bool EndsEarly(std::span<const std::uint8_t> bytes, ImageFormat format) {
-  if (format == ImageFormat::kPng) {
-    return std::search(bytes.begin(), bytes.end(), kPngEnd.begin(), kPngEnd.end()) == bytes.end();
-  }
-  // The picture's end, not that of a thumbnail in the header: behind the first scan of the picture.
-  std::size_t at = 2;
-  while (at + 4 <= bytes.size() && bytes[at] == 0xFF && bytes[at + 1] != 0xDA) {
-    const bool bare = bytes[at + 1] == 0xFF || bytes[at + 1] == 0x01 ||
-                      (bytes[at + 1] >= 0xD0 && bytes[at + 1] <= 0xD8);
-    at += bare ? (bytes[at + 1] == 0xFF ? 1 : 2) : 2 + BigEndian(bytes, at + 2, 2);
-  }
-  constexpr std::array<std::uint8_t, 2> kEnd = {0xFF, 0xD9};
-  return at >= bytes.size() || std::search(bytes.begin() + static_cast<std::ptrdiff_t>(at),
-                                           bytes.end(), kEnd.begin(), kEnd.end()) == bytes.end();
-}
-
 int ReadMode(std::int64_t pixels, std::int64_t enough) {
   if (pixels <= enough) return cv::IMREAD_COLOR;
   if (pixels <= 4 * enough) return cv::IMREAD_REDUCED_COLOR_2;
@@ -122,6 +105,23 @@ Result<std::vector<std::uint8_t>> ReadBytes(const std::filesystem::path& path,
 }
 
 }  // namespace
+
+// Decoders fill the missing part of a truncated file with grey and say nothing.
+bool EndsEarly(std::span<const std::uint8_t> bytes, ImageFormat format) {
+  if (format == ImageFormat::kPng) {
+    return std::search(bytes.begin(), bytes.end(), kPngEnd.begin(), kPngEnd.end()) == bytes.end();
+  }
+  // The picture's end, not that of a thumbnail in the header: behind the first scan of the picture.
+  std::size_t at = 2;
+  while (at + 4 <= bytes.size() && bytes[at] == 0xFF && bytes[at + 1] != 0xDA) {
+    const bool bare = bytes[at + 1] == 0xFF || bytes[at + 1] == 0x01 ||
+                      (bytes[at + 1] >= 0xD0 && bytes[at + 1] <= 0xD8);
+    at += bare ? (bytes[at + 1] == 0xFF ? 1 : 2) : 2 + BigEndian(bytes, at + 2, 2);
+  }
+  constexpr std::array<std::uint8_t, 2> kEnd = {0xFF, 0xD9};
+  return at >= bytes.size() || std::search(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                                           bytes.end(), kEnd.begin(), kEnd.end()) == bytes.end();
+}
 
 Result<ImageHeader> ReadImageHeader(std::span<const std::uint8_t> bytes) {
   constexpr std::array<std::uint8_t, 3> kJpegStart = {0xFF, 0xD8, 0xFF};

@@ -29,6 +29,10 @@ struct ImageReadOptions {
 /// Finds size and format without decoding. Input may be hostile.
 [[nodiscard]] Result<ImageHeader> ReadImageHeader(std::span<const std::uint8_t> bytes);
 
+/// Whether the picture's end is missing. A decoder fills what is missing with grey and says
+/// nothing. REQUIRES bytes for which ReadImageHeader() gave `format`.
+[[nodiscard]] bool EndsEarly(std::span<const std::uint8_t> bytes, ImageFormat format);
+
 /// Decodes a JPEG or PNG as 8-bit BGR. An orientation that EXIF states is applied, so that the
 /// frame is the picture as viewers show it. Transparency is dropped, 16 bits become 8.
 /// @returns errors (kInput): another format, no header, a size above the options', a file that ends

@@ -63,8 +63,9 @@ AVPixelFormat WithoutRange(AVPixelFormat format) {
   }
 }
 
-/// What is wrong with the file before any frame is read; empty where nothing is.
-std::string Inspect(const std::filesystem::path& path) {
+/// What is wrong with the file before any frame is read; empty where nothing is. `unfinished` tells
+/// a recording whose recorder was killed.
+std::string Inspect(const std::filesystem::path& path, bool& unfinished) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (error || !std::filesystem::exists(status)) {
@@ -90,6 +91,7 @@ std::string Inspect(const std::filesystem::path& path) {
     const std::uintmax_t riff = head[4] + (std::uintmax_t{head[5]} << 8) +
                                 (std::uintmax_t{head[6]} << 16) + (std::uintmax_t{head[7]} << 24);
     // A recorder that was killed leaves 0 or all ones here; those say nothing.
+    unfinished = riff == 0xFFFFFFFF || riff == 0;
     if (riff != 0xFFFFFFFF && riff + 8 > size) {
       return fmt::format(
           "truncated: its header announces {} bytes, there are {}; copy it again or record again",
@@ -112,6 +114,7 @@ struct VideoFile::State {
   int stream = -1;
   int scaler_format = AV_PIX_FMT_NONE;
   bool drained = false;
+  bool unfinished = false;  ///< its recorder was killed; the last frame may be cut off
   std::size_t frames = 0;
   std::vector<std::uint8_t> padded;
   Frame frame;
@@ -131,10 +134,10 @@ VideoFile::~VideoFile() = default;
 
 Result<VideoFile> VideoFile::Open(const std::filesystem::path& path, const VideoLimits& limits) {
   av_log_set_level(AV_LOG_QUIET);
-  if (const std::string fault = Inspect(path); !fault.empty()) {
+  auto state = std::make_unique<State>();
+  if (const std::string fault = Inspect(path, state->unfinished); !fault.empty()) {
     return Broken(path, fault);
   }
-  auto state = std::make_unique<State>();
   state->path = path;
   state->limits = limits;
   AVFormatContext* format = nullptr;
@@ -190,6 +193,12 @@ Result<void> VideoFile::State::Feed() {
       continue;
     }
     const bool corrupt = (packet->flags & AV_PKT_FLAG_CORRUPT) != 0;
+    if (corrupt && unfinished) {
+      av_packet_unref(packet.get());
+      drained = true;
+      avcodec_send_packet(codec.get(), nullptr);
+      return {};
+    }
     const int sent = corrupt ? AVERROR_INVALIDDATA : avcodec_send_packet(codec.get(), packet.get());
     av_packet_unref(packet.get());
     if (sent < 0) {

@@ -11,10 +11,10 @@
 namespace trammel::machine {
 
 struct VideoLimits {
-  int max_width_px = 16384;              ///< of one frame, >= 1
-  int max_height_px = 16384;             ///< of one frame, >= 1
-  std::size_t max_pixels = 50'000'000;   ///< of one frame; a decoded frame takes 3 bytes a pixel
-  std::size_t max_frames = 100'000;      ///< in the file
+  int max_width_px = 16384;             ///< of one frame, >= 1
+  int max_height_px = 16384;            ///< of one frame, >= 1
+  std::size_t max_pixels = 50'000'000;  ///< of one frame; a decoded frame takes 3 bytes a pixel
+  std::size_t max_frames = 100'000;     ///< in the file
 };
 
 /// Decodes the first video stream of a file (anything libav reads; MJPEG in AVI is what cameras on

@@ -1,0 +1,90 @@
+#include "machine/camera.h"
+
+#include <fmt/format.h>
+#include <time.h>
+
+#include <system_error>
+
+#include "machine/camera_url.h"
+#include "machine/frame_files.h"
+#include "machine/image_file.h"
+#include "machine/mjpeg_stream.h"
+#include "machine/v4l2_camera.h"
+
+namespace trammel::machine {
+
+std::string_view ToString(CameraClock clock) {
+  switch (clock) {
+    case CameraClock::kOurs:
+      return "our monotonic clock";
+    case CameraClock::kCameraMonotonic:
+      return "the camera host's monotonic clock";
+    case CameraClock::kCameraWall:
+      return "the camera host's wall clock";
+    case CameraClock::kRecording:
+      return "the recording's clock";
+  }
+  return "an unknown clock";
+}
+
+std::string_view ToString(FrameFault fault) {
+  switch (fault) {
+    case FrameFault::kNone:
+      return "none";
+    case FrameFault::kNotAnImage:
+      return "not_an_image";
+    case FrameFault::kCutOff:
+      return "cut_off";
+    case FrameFault::kOtherSize:
+      return "other_size";
+    case FrameFault::kNoSignal:
+      return "no_signal";
+    case FrameFault::kTimeJumped:
+      return "time_jumped";
+  }
+  return "unknown";
+}
+
+double MonotonicNow() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+Result<std::unique_ptr<FrameSource>> OpenCamera(const std::string& address,
+                                                const CameraOptions& options,
+                                                std::stop_token stop) {
+  if (IsHttpUrl(address)) return OpenMjpegStream(address, options, stop);
+  if (address.find("://") != std::string::npos) {
+    return Fail(
+        fmt::format("camera '{}': only http and https streams can be read; serve the camera "
+                    "as MJPEG over HTTP",
+                    address));
+  }
+  if (address.rfind("/dev/", 0) == 0) return OpenV4l2Camera(address, options);
+  std::error_code error;
+  const auto status = std::filesystem::status(address, error);
+  if (std::filesystem::is_directory(status)) return OpenImageFolder(address, options);
+  if (std::filesystem::is_regular_file(status)) return OpenVideoFrames(address, options);
+  if (std::filesystem::exists(status)) {
+    return Fail(fmt::format("camera '{}': neither a file nor a folder", address));
+  }
+  return Fail(
+      fmt::format("camera '{}': there is nothing of that name; write http://…, /dev/videoN, "
+                  "a video or a folder of pictures",
+                  address));
+}
+
+Result<Frame> DecodeFrame(const CapturedFrame& frame) {
+  ImageReadOptions options;
+  options.most_pixels = 50'000'000;
+  options.reduce_above_px = options.most_pixels;
+  auto decoded = DecodeImage(frame.image, options);
+  if (!decoded) {
+    return Fail(fmt::format("frame of {} bytes: {}", frame.image.size(), decoded.error().message),
+                ErrorKind::kMeasurement);
+  }
+  return decoded;
+}
+
+}  // namespace trammel::machine

@@ -1,0 +1,299 @@
+#include "machine/video_writer.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "base/check.h"
+
+namespace trammel::machine {
+namespace {
+
+/// RIFF counts its bytes in 32 bits; many readers take them as signed.
+constexpr std::size_t kMostBytes = 2'000'000'000;
+
+std::string SystemText(int error) { return std::generic_category().message(error); }
+
+/// A file that grows by whole records: what could not be written whole is taken away again.
+class RecordFile {
+ public:
+  RecordFile() = default;
+  RecordFile(RecordFile&& other) noexcept : fd_(std::exchange(other.fd_, -1)), size_(other.size_) {}
+  RecordFile& operator=(RecordFile&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    std::swap(size_, other.size_);
+    return *this;
+  }
+  ~RecordFile() {
+    if (fd_ >= 0) close(fd_);
+  }
+
+  /// 0 or the error's number.
+  int Create(const std::filesystem::path& path) {
+    fd_ = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+    return fd_ < 0 ? errno : 0;
+  }
+  int Append(std::span<const std::uint8_t> bytes) {
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+      const ssize_t count = write(fd_, bytes.data() + done, bytes.size() - done);
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) {
+        const int error = count < 0 ? errno : ENOSPC;
+        ShrinkTo(size_);
+        return error;
+      }
+      done += static_cast<std::size_t>(count);
+    }
+    size_ += done;
+    return 0;
+  }
+  void ShrinkTo(std::size_t size) {
+    // Where even this fails, the reader drops the last, unfinished record.
+    if (ftruncate(fd_, static_cast<off_t>(size)) == 0)
+      lseek(fd_, static_cast<off_t>(size), SEEK_SET);
+    size_ = size;
+  }
+  int Overwrite(std::size_t at, std::span<const std::uint8_t> bytes) const {
+    const ssize_t count = pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(at));
+    return count == static_cast<ssize_t>(bytes.size()) ? 0 : (count < 0 ? errno : ENOSPC);
+  }
+  int Close() {
+    const int fd = std::exchange(fd_, -1);
+    return close(fd) == 0 ? 0 : errno;
+  }
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+ private:
+  int fd_ = -1;
+  std::size_t size_ = 0;
+};
+
+/// Little-endian bytes of a RIFF file.
+class Bytes {
+ public:
+  Bytes& Tag(std::string_view four) {
+    data_.insert(data_.end(), four.begin(), four.end());
+    return *this;
+  }
+  Bytes& U32(std::size_t value) {
+    for (int i = 0; i < 4; ++i) data_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+    return *this;
+  }
+  Bytes& U16(int value) {
+    data_.push_back(static_cast<std::uint8_t>(value));
+    data_.push_back(static_cast<std::uint8_t>(value >> 8));
+    return *this;
+  }
+  std::vector<std::uint8_t>& data() { return data_; }
+
+ private:
+  std::vector<std::uint8_t> data_;
+};
+
+// Places in the header that Finish() fills in.
+constexpr std::size_t kRiffSizeAt = 4;
+constexpr std::size_t kFrameCountAt = 48;
+constexpr std::size_t kStreamLengthAt = 140;
+constexpr std::size_t kMoviSizeAt = 216;
+constexpr std::size_t kHeaderBytes = 224;
+
+std::vector<std::uint8_t> Header(int width, int height, double frames_per_s) {
+  const auto w = static_cast<std::size_t>(width);
+  const auto h = static_cast<std::size_t>(height);
+  const auto rate = static_cast<std::size_t>(std::lround(frames_per_s * 1000));
+  Bytes out;
+  // A size of 0 says that the file was not finished; readers then go by the file's own size.
+  out.Tag("RIFF").U32(0).Tag("AVI ").Tag("LIST").U32(192).Tag("hdrl");
+  constexpr std::size_t kHasIndex = 0x10;
+  out.Tag("avih").U32(56).U32(static_cast<std::size_t>(std::lround(1e6 / frames_per_s)));
+  out.U32(0).U32(0).U32(kHasIndex).U32(0).U32(0).U32(1).U32(0).U32(w).U32(h);
+  out.U32(0).U32(0).U32(0).U32(0);
+  out.Tag("LIST").U32(116).Tag("strl").Tag("strh").U32(56).Tag("vids").Tag("MJPG");
+  out.U32(0).U32(0).U32(0).U32(1000).U32(rate).U32(0).U32(0).U32(0);
+  out.U32(0xFFFFFFFF).U32(0).U16(0).U16(0).U16(width).U16(height);
+  out.Tag("strf").U32(40).U32(40).U32(w).U32(h).U16(1).U16(24).Tag("MJPG").U32(w * h * 3);
+  out.U32(0).U32(0).U32(0).U32(0);
+  out.Tag("LIST").U32(0).Tag("movi");
+  return std::move(out.data());
+}
+
+std::string TimeText(const std::optional<CameraTime>& time) {
+  if (!time) return "- -";
+  constexpr std::array<std::string_view, 4> kNames = {"ours", "camera", "wall", "recording"};
+  return fmt::format("{:.6f} {}", time->time_s, kNames[static_cast<std::size_t>(time->clock)]);
+}
+
+std::string TimesLine(const CapturedFrame& frame, std::optional<std::size_t> number) {
+  return fmt::format("{} {:.6f} {} {} {} {}\n", number ? std::to_string(*number) : "-",
+                     frame.arrival_s, TimeText(frame.captured), TimeText(frame.sent),
+                     frame.sequence ? std::to_string(*frame.sequence) : "-", ToString(frame.fault));
+}
+
+std::span<const std::uint8_t> AsBytes(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+}  // namespace
+
+struct VideoWriter::State {
+  std::filesystem::path path;
+  double frames_per_s = 30;
+  RecordFile video;
+  RecordFile times;
+  int width = 0;
+  int height = 0;
+  struct Entry {
+    std::size_t offset = 0;  ///< from the list's type "movi"
+    std::size_t size = 0;
+  };
+  std::vector<Entry> index;
+  std::vector<std::uint8_t> chunk;
+  std::string broken;  ///< why nothing more can be written
+
+  tl::unexpected<Error> DiskFault(int error) {
+    const char* advice = error == ENOSPC || error == EDQUOT ? "make room" : "check the disk";
+    broken = fmt::format(
+        "recording '{}': writing frame {} failed ({}); {}. The {} frames before it are safe",
+        path.string(), index.size(), SystemText(error), advice, index.size());
+    return Fail(broken, ErrorKind::kMachine);
+  }
+  Result<void> AddTimes(const CapturedFrame& frame, std::optional<std::size_t> number) {
+    const std::string line = TimesLine(frame, number);
+    if (const int error = times.Append(AsBytes(line)); error != 0) return DiskFault(error);
+    return {};
+  }
+  Result<void> AddImage(const CapturedFrame& frame);
+};
+
+std::filesystem::path FrameTimesPath(const std::filesystem::path& video) {
+  return video.string() + ".times";
+}
+
+VideoWriter::VideoWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+VideoWriter::VideoWriter(VideoWriter&&) noexcept = default;
+VideoWriter& VideoWriter::operator=(VideoWriter&&) noexcept = default;
+VideoWriter::~VideoWriter() = default;
+
+Result<VideoWriter> VideoWriter::Create(const std::filesystem::path& path,
+                                        double nominal_frames_per_s) {
+  TRAMMEL_CHECK(nominal_frames_per_s > 0, "nominal_frames_per_s = {}", nominal_frames_per_s);
+  auto state = std::make_unique<State>();
+  state->path = path;
+  state->frames_per_s = nominal_frames_per_s;
+  const auto create = [](RecordFile& file, const std::filesystem::path& name) -> Result<void> {
+    const int error = file.Create(name);
+    if (error == 0) return {};
+    const bool full = error == ENOSPC || error == EDQUOT;
+    return Fail(fmt::format("recording '{}': cannot be created ({})", name.string(),
+                            error == EEXIST ? "it exists already; recordings are never overwritten"
+                                            : SystemText(error)),
+                full ? ErrorKind::kMachine : ErrorKind::kInput);
+  };
+  if (auto made = create(state->video, path); !made) return tl::unexpected(made.error());
+  if (auto made = create(state->times, FrameTimesPath(path)); !made) {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+    return tl::unexpected(made.error());
+  }
+  constexpr std::string_view kHead =
+      "# trammel frame times, format 1\n"
+      "# frame arrival_s captured_s clock sent_s clock sequence fault\n";
+  if (const int error = state->times.Append(AsBytes(kHead)); error != 0) {
+    return state->DiskFault(error);
+  }
+  return VideoWriter(std::move(state));
+}
+
+Result<void> VideoWriter::State::AddImage(const CapturedFrame& frame) {
+  if (index.empty() && video.size() == 0) {
+    width = frame.width_px;
+    height = frame.height_px;
+    const auto header = Header(width, height, frames_per_s);
+    TRAMMEL_CHECK(header.size() == kHeaderBytes, "a header of {} bytes", header.size());
+    if (const int error = video.Append(header); error != 0) return DiskFault(error);
+  }
+  const std::size_t size = frame.image.size();
+  Bytes head;
+  head.Tag("00dc").U32(size);
+  chunk.assign(head.data().begin(), head.data().end());
+  chunk.insert(chunk.end(), frame.image.begin(), frame.image.end());
+  if (size % 2 == 1) chunk.push_back(0);
+  const std::size_t before = video.size();
+  if (before + chunk.size() > kMostBytes) {
+    return Fail(fmt::format("recording '{}': more than {} bytes after {} frames; record one sweep "
+                            "per file",
+                            path.string(), kMostBytes, index.size()),
+                ErrorKind::kMachine);
+  }
+  if (const int error = video.Append(chunk); error != 0) return DiskFault(error);
+  if (auto added = AddTimes(frame, index.size()); !added) {
+    video.ShrinkTo(before);
+    return added;
+  }
+  index.push_back({before - kHeaderBytes + 4, size});
+  return {};
+}
+
+Result<void> VideoWriter::Add(const CapturedFrame& frame) {
+  TRAMMEL_CHECK(state_ != nullptr, "a frame of {} bytes after the end", frame.image.size());
+  State& state = *state_;
+  if (!state.broken.empty()) return Fail(state.broken, ErrorKind::kMachine);
+  if (frame.fault != FrameFault::kNone && frame.fault != FrameFault::kTimeJumped) {
+    return state.AddTimes(frame, std::nullopt);
+  }
+  const auto& image = frame.image;
+  const bool jpeg = image.size() > 3 && image[0] == 0xFF && image[1] == 0xD8;
+  const bool fits = frame.width_px > 0 && frame.width_px < 65536 && frame.height_px > 0 &&
+                    frame.height_px < 65536;
+  const bool same =
+      state.width == 0 || (frame.width_px == state.width && frame.height_px == state.height);
+  if (!jpeg || !fits || !same) {
+    return Fail(fmt::format("recording '{}': a frame of {}x{} px that is {} cannot be added to "
+                            "frames of {}x{} px",
+                            state.path.string(), frame.width_px, frame.height_px,
+                            jpeg ? "a JPEG" : "no JPEG", state.width, state.height),
+                ErrorKind::kMeasurement);
+  }
+  return state.AddImage(frame);
+}
+
+Result<void> VideoWriter::Finish() {
+  TRAMMEL_CHECK(state_ != nullptr, "finished twice");
+  const std::unique_ptr<State> state = std::move(state_);
+  if (!state->broken.empty()) return Fail(state->broken, ErrorKind::kMachine);
+  if (state->index.empty()) return {};
+  const std::size_t movi_end = state->video.size();
+  Bytes index;
+  index.Tag("idx1").U32(state->index.size() * 16);
+  constexpr std::size_t kKeyFrame = 0x10;
+  for (const auto& entry : state->index) {
+    index.Tag("00dc").U32(kKeyFrame).U32(entry.offset).U32(entry.size);
+  }
+  const auto put = [&](std::size_t at, std::size_t value) {
+    return state->video.Overwrite(at, Bytes().U32(value).data());
+  };
+  int error = state->video.Append(index.data());
+  if (error == 0) error = put(kFrameCountAt, state->index.size());
+  if (error == 0) error = put(kStreamLengthAt, state->index.size());
+  if (error == 0) error = put(kMoviSizeAt, movi_end - kMoviSizeAt - 4);
+  if (error == 0) error = put(kRiffSizeAt, state->video.size() - 8);
+  if (error == 0) error = state->video.Close();
+  if (error == 0) error = state->times.Close();
+  if (error != 0) return state->DiskFault(error);
+  return {};
+}
+
+std::size_t VideoWriter::frames() const { return state_ ? state_->index.size() : 0; }
+
+}  // namespace trammel::machine

@@ -1,0 +1,96 @@
+#include "vision/frame_change.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+
+#include "base/check.h"
+
+namespace trammel::vision {
+namespace {
+
+/// after = gain · before + offset, by least squares over all blocks.
+struct Exposure {
+  double gain = 1;
+  double offset = 0;
+};
+
+Exposure FitExposure(const std::vector<float>& before, const std::vector<float>& after) {
+  const auto count = static_cast<double>(before.size());
+  double sum_b = 0;
+  double sum_a = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    sum_b += before[i];
+    sum_a += after[i];
+  }
+  const double mean_b = sum_b / count;
+  const double mean_a = sum_a / count;
+  double covariance = 0;
+  double variance = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    covariance += (before[i] - mean_b) * (after[i] - mean_a);
+    variance += (before[i] - mean_b) * (before[i] - mean_b);
+  }
+  Exposure exposure;
+  // A laser line that moved away has no gain; what is common to two pictures of one scene is
+  // near 1.
+  constexpr double kMostGain = 2;
+  if (variance > 0) exposure.gain = std::clamp(covariance / variance, 1 / kMostGain, kMostGain);
+  exposure.offset = mean_a - exposure.gain * mean_b;
+  return exposure;
+}
+
+}  // namespace
+
+void SketchFrame(const BgrView& frame, const FrameChangeOptions& options, FrameSketch& sketch) {
+  const int block = options.block_px;
+  TRAMMEL_CHECK(block >= 1 && block <= 64 && frame.width >= block && frame.height >= block,
+                "blocks of {} px in {}x{} px", block, frame.width, frame.height);
+  sketch.width = frame.width / block;
+  sketch.height = frame.height / block;
+  sketch.brightness.resize(static_cast<std::size_t>(sketch.width) *
+                           static_cast<std::size_t>(sketch.height));
+  std::vector<std::uint32_t> sums(static_cast<std::size_t>(sketch.width));
+  const float scale = 1.0F / (3.0F * static_cast<float>(block * block));
+  for (int y = 0; y < sketch.height; ++y) {
+    std::fill(sums.begin(), sums.end(), 0U);
+    for (int row = 0; row < block; ++row) {
+      const std::uint8_t* pixel = frame.row(y * block + row);
+      for (std::uint32_t& sum : sums) {
+        for (int i = 0; i < 3 * block; ++i) sum += *pixel++;
+      }
+    }
+    float* out = sketch.brightness.data() +
+                 static_cast<std::size_t>(y) * static_cast<std::size_t>(sketch.width);
+    for (const std::uint32_t sum : sums) *out++ = static_cast<float>(sum) * scale;
+  }
+}
+
+double FrameChange(const FrameSketch& before, const FrameSketch& after,
+                   const FrameChangeOptions& options, std::vector<float>& scratch) {
+  TRAMMEL_CHECK(
+      before.width == after.width && before.height == after.height && !before.brightness.empty(),
+      "{}x{} against {}x{} blocks", before.width, before.height, after.width, after.height);
+  TRAMMEL_CHECK(options.strongest_fraction > 0 && options.strongest_fraction <= 1,
+                "strongest_fraction = {}", options.strongest_fraction);
+  const Exposure exposure = FitExposure(before.brightness, after.brightness);
+  const std::size_t count = before.brightness.size();
+  scratch.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double expected = exposure.gain * before.brightness[i] + exposure.offset;
+    const double difference = after.brightness[i] - expected;
+    scratch[i] = static_cast<float>(difference * difference);
+  }
+  const auto strongest = std::clamp<std::size_t>(
+      static_cast<std::size_t>(std::ceil(options.strongest_fraction * static_cast<double>(count))),
+      1, count);
+  const auto end = scratch.begin() + static_cast<std::ptrdiff_t>(strongest);
+  std::nth_element(scratch.begin(), end - 1, scratch.end(), std::greater<>());
+  double sum = 0;
+  for (auto at = scratch.begin(); at != end; ++at) sum += *at;
+  return std::sqrt(sum / static_cast<double>(strongest));
+}
+
+}  // namespace trammel::vision
