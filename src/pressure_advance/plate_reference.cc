@@ -56,15 +56,8 @@ Plate CoarsePlate(const HeightMap& lines) {
   return plate;
 }
 
-/// Quantile over the frames of each row's height above the plate; rows seldom seen get 0 and
-/// seen = false.
-struct RowQuantile {
-  std::vector<double> height;
-  std::vector<bool> seen;
-};
-
-RowQuantile QuantileByRow(const HeightMap& lines, const Plate& plate, double probability) {
-  RowQuantile result{std::vector<double>(lines.rows), std::vector<bool>(lines.rows)};
+TypicalFrame MedianFrame(const HeightMap& lines, const Plate& plate) {
+  TypicalFrame result{std::vector<double>(lines.rows), std::vector<bool>(lines.rows)};
   std::vector<double> sample;
   for (std::size_t r = 0; r < lines.rows; ++r) {
     sample.clear();
@@ -74,7 +67,7 @@ RowQuantile QuantileByRow(const HeightMap& lines, const Plate& plate, double pro
       }
     }
     if (sample.size() * 5 >= lines.frames && !sample.empty()) {
-      result.height[r] = Quantile(sample, probability);
+      result.height[r] = Median(sample);
       result.seen[r] = true;
     }
   }
@@ -83,12 +76,12 @@ RowQuantile QuantileByRow(const HeightMap& lines, const Plate& plate, double pro
 
 /// Where the typical frame's line leaves the straight line: refits the plate's slope and level
 /// through the medians, and takes the lower part where the bead held the majority.
-void RefitThroughMedians(const RowQuantile& median, Plate& plate) {
+void RefitThroughMedians(const TypicalFrame& typical, Plate& plate) {
   std::vector<double> rows, heights, scratch;
-  for (std::size_t r = 0; r < median.height.size(); ++r) {
-    if (median.seen[r]) {
+  for (std::size_t r = 0; r < typical.height.size(); ++r) {
+    if (typical.seen[r]) {
       rows.push_back(static_cast<double>(r) - plate.pivot);
-      heights.push_back(median.height[r]);
+      heights.push_back(typical.height[r]);
     }
   }
   if (rows.size() < 2 * kFewestPlateRows) {
@@ -118,38 +111,6 @@ void RefitThroughMedians(const RowQuantile& median, Plate& plate) {
   for (double& level : plate.level) {
     level += line.offset;
   }
-}
-
-/// Bead's centre and extent from the typical frame. half_width 0: no bead.
-BeadBand BandFromMedians(const RowQuantile& median, double& peak) {
-  const auto rows = static_cast<std::ptrdiff_t>(median.height.size());
-  BeadBand band;
-  peak = 0;
-  std::ptrdiff_t top = 0;
-  for (std::ptrdiff_t r = 1; r + 1 < rows; ++r) {
-    const auto i = static_cast<std::size_t>(r);
-    const double smooth = (median.height[i - 1] + median.height[i] + median.height[i + 1]) / 3;
-    if (median.seen[i] && smooth > peak) {
-      peak = smooth;
-      top = r;
-    }
-  }
-  const auto high = [&](std::ptrdiff_t r) {
-    return r >= 0 && r < rows &&
-           (!median.seen[static_cast<std::size_t>(r)] ||
-            median.height[static_cast<std::size_t>(r)] > 0.15 * peak);
-  };
-  std::ptrdiff_t lo = top;
-  std::ptrdiff_t hi = top;
-  while (high(lo - 1) || high(lo - 2)) --lo;
-  while (high(hi + 1) || high(hi + 2)) ++hi;
-  band.first_centre = 0.5 * static_cast<double>(lo + hi);
-  band.half_width = 0.5 * static_cast<double>(hi - lo) + 1;
-  return band;
-}
-
-bool OnPlate(const BeadBand& band, std::size_t frame, std::size_t row) {
-  return std::abs(static_cast<double>(row) - band.centre(frame)) > band.half_width + 1;
 }
 
 /// Per frame the level of the plate beside the bead, robust (Huber by reweighting), and one slope.
@@ -312,86 +273,15 @@ HeightMap Relative(const HeightMap& lines, const Plate& plate, double scale) {
   return heights;
 }
 
-/// How the bead's centre wanders over the rows, from frames with a clear bead.
-void FollowBead(const HeightMap& heights, double peak, BeadBand& band) {
-  std::vector<double> x, y, scratch;
-  for (std::size_t f = 0; f < heights.frames; ++f) {
-    double sum = 0;
-    double weight = 0;
-    for (std::size_t r = 0; r < heights.rows; ++r) {
-      const std::size_t i = heights.index(f, r);
-      if (heights.sigma_px[i] > 0 && !OnPlate(band, f, r)) {
-        const double h = std::clamp<double>(heights.height_px[i], 0, 1.5 * peak);
-        sum += h * static_cast<double>(r);
-        weight += h;
-      }
-    }
-    if (weight > 0.5 * peak * band.half_width) {
-      x.push_back(static_cast<double>(f));
-      y.push_back(sum / weight);
-    }
-  }
-  if (x.size() < 12) {
-    return;
-  }
-  const geometry::RobustLine line = geometry::FitRobustLine(x, y, scratch);
-  // Less than a row over the whole sweep is within the noise of a centroid.
-  if (std::abs(line.slope) * static_cast<double>(heights.frames) > 1) {
-    band.first_centre = line.offset;
-    band.drift = line.slope;
-  }
-}
-
-/// Widens the band to the widest bead of the sweep: outwards from the centre as long as one frame
-/// in twenty, averaged with its neighbours, clearly stands above the plate.
-void WidenBand(const HeightMap& heights, double noise_px, double peak, BeadBand& band) {
-  // Whatever happens, a quarter of the rows stays with the plate.
-  const int reach = static_cast<int>(3 * heights.rows / 8);
-  const double clear = std::max(3 * noise_px / std::sqrt(3.0), 0.15 * peak);
-  std::vector<double> sample;
-  const auto high = [&](int offset) {
-    sample.clear();
-    for (std::size_t f = 1; f + 1 < heights.frames; ++f) {
-      double sum = 0;
-      int seen = 0;
-      for (std::size_t g = f - 1; g <= f + 1; ++g) {
-        const double row = std::round(band.centre(g) + offset);
-        if (row < 0 || row >= static_cast<double>(heights.rows)) {
-          return false;
-        }
-        const std::size_t i = heights.index(g, static_cast<std::size_t>(row));
-        if (heights.sigma_px[i] > 0) {
-          sum += heights.height_px[i];
-          ++seen;
-        }
-      }
-      if (seen >= 2) {
-        sample.push_back(sum / seen);
-      }
-    }
-    return sample.size() >= 5 && Quantile(sample, 0.95) > clear;
-  };
-  int widest = 0;
-  for (const int side : {-1, 1}) {
-    int k = static_cast<int>(0.7 * band.half_width);
-    while (k < reach && (high(side * (k + 1)) || high(side * (k + 2)))) {
-      ++k;
-    }
-    widest = std::max(widest, k);
-  }
-  band.half_width = widest + 1;
-}
-
 }  // namespace
 
 PlateHeights FindPlate(const HeightMap& lines) {
   PlateHeights result;
   Plate plate = CoarsePlate(lines);
-  RefitThroughMedians(QuantileByRow(lines, plate, 0.5), plate);
-  const RowQuantile median = QuantileByRow(lines, plate, 0.5);
-  double peak = 0;
-  result.band = BandFromMedians(median, peak);
-  result.bead_px = peak;
+  RefitThroughMedians(MedianFrame(lines, plate), plate);
+  const FoundBand found = FindBand(MedianFrame(lines, plate));
+  result.band = found.band;
+  result.bead_px = found.peak_px;
   PlateNoise noise;
   for (int pass = 0; pass < 2; ++pass) {
     RefinePlate(lines, result.band, plate);
@@ -406,15 +296,15 @@ PlateHeights FindPlate(const HeightMap& lines) {
         std::max({0.25, 0.5 * noise.noise_px,
                   6 * noise.noise_px /
                       std::sqrt(static_cast<double>(std::max<std::size_t>(1, lines.frames)))});
-    if (!(peak > least)) {
+    if (!(found.peak_px > least)) {
       result.fault = fmt::format(
           "no bead in the picture: the laser line rises by {:.2f} px at most, with {:.2f} px of "
           "noise in a row; check crop_px and height_direction",
-          peak, noise.noise_px);
+          found.peak_px, noise.noise_px);
       return result;
     }
-    FollowBead(result.heights, peak, result.band);
-    WidenBand(result.heights, noise.noise_px, peak, result.band);
+    FollowBead(result.heights, found.peak_px, result.band);
+    WidenBand(result.heights, noise.noise_px, found.peak_px, result.band);
   }
   result.plate_sigma_px = plate.sigma;
   return result;

@@ -1,25 +1,13 @@
 // Heights over the plate: the laser line less the line it would be without a bead.
 #pragma once
 
-#include <cstddef>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "pressure_advance/bead_band.h"
 #include "pressure_advance/height_map.h"
 
 namespace trammel::pressure_advance {
-
-/// The rows of one frame that the bead may cover: centre ± half_width.
-struct BeadBand {
-  double first_centre = 0;  ///< bead's centre row in the first frame
-  double drift = 0;         ///< rows per frame (a sweep not quite along the line)
-  double half_width = 0;    ///< rows, > 0
-
-  [[nodiscard]] double centre(std::size_t frame) const {
-    return first_centre + drift * static_cast<double>(frame);
-  }
-};
 
 /// What a sweep's laser lines say once the plate is known.
 struct PlateHeights {

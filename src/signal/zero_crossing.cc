@@ -153,73 +153,102 @@ Trial SearchCuts(Problem& problem, const std::vector<double>& different, double 
   return best;
 }
 
-}  // namespace
-
-std::optional<ZeroCrossing> FitZeroCrossing(std::span<const double> x, std::span<const double> y,
-                                            std::span<const double> sigma,
-                                            const ZeroCrossingOptions& options) {
-  const std::size_t n = x.size();
-  TRAMMEL_CHECK(y.size() == n && sigma.size() == n, "x: {}, y: {}, sigma: {} values", n, y.size(),
-                sigma.size());
+std::vector<double> SortedDifferent(std::span<const double> x) {
   std::vector<double> different(x.begin(), x.end());
   std::sort(different.begin(), different.end());
   different.erase(std::unique(different.begin(), different.end()), different.end());
-  if (different.size() < 3) return std::nullopt;
-  const double range = different.back() - different.front();
+  return different;
+}
 
-  Problem problem{x, y, std::vector<double>(n, 1.0), 0, options.bend_mean, 0};
+// A fit with the robust weights that it was made with.
+struct WeightedFit {
+  Trial best;
+  std::vector<double> residual;       // of y
+  std::vector<double> robust_weight;  // in [0, 1]
+  std::vector<double> weight;         // robust weight over variance
+};
+
+// Robust weights for the next fit, from the residuals of this one.
+void Reweight(std::span<const double> sigma, const ZeroCrossingOptions& options, bool redescending,
+              double range, Problem& problem, WeightedFit& fit) {
+  const Trial& best = fit.best;
+  const std::span<const double> x = problem.x;
+  for (std::size_t i = 0; i < x.size(); ++i) fit.residual[i] = problem.y[i] - Predict(best, x[i]);
+  const double scale = std::max(options.scale_floor, NearScale(x, fit.residual, best.zero, range));
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double far = options.distance_sigma * best.a * (x[i] - best.zero);
+    const double total = std::hypot(scale, sigma[i], far);
+    fit.robust_weight[i] =
+        RobustWeight(fit.residual[i] / total, redescending, options.outlier_scale);
+    problem.weight[i] = fit.robust_weight[i] / (total * total);
+  }
+  const double bend_sigma = options.bend_sigma * std::max(std::abs(best.a), 1e-12);
+  problem.penalty = 1 / (bend_sigma * bend_sigma);
+}
+
+WeightedFit Iterate(std::span<const double> x, std::span<const double> y,
+                    std::span<const double> sigma, const std::vector<double>& different,
+                    const ZeroCrossingOptions& options) {
+  const std::size_t n = x.size();
+  const double range = different.back() - different.front();
+  Problem problem{x, y, std::vector<double>(n), 0, options.bend_mean, 0};
   // Before a scale is known: a scale at which nothing is an outlier and nothing saturates.
   const double first_scale = std::max(options.scale_floor, RobustStandardDeviation(y));
   for (double& weight : problem.weight) weight = 1 / (first_scale * first_scale);
-  ZeroCrossing result;
-  result.weight.assign(n, 1.0);
-  Trial best;
-  double scale = 0;
-  std::vector<double> residual(n);
+  WeightedFit fit{{}, std::vector<double>(n), std::vector<double>(n, 1.0), {}};
   constexpr int kIterations = 14;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    best = SearchCuts(problem, different, different.front() - range / 2,
-                      different.back() + range / 2, options.may_saturate);
-    for (std::size_t i = 0; i < n; ++i) residual[i] = y[i] - Predict(best, x[i]);
-    scale = std::max(options.scale_floor, NearScale(x, residual, best.zero, range));
-    for (std::size_t i = 0; i < n; ++i) {
-      const double far = options.distance_sigma * best.a * (x[i] - best.zero);
-      const double total = std::hypot(scale, sigma[i], far);
-      result.weight[i] =
-          RobustWeight(residual[i] / total, iteration >= kIterations / 2, options.outlier_scale);
-      problem.weight[i] = result.weight[i] / (total * total);
-    }
-    const double bend_sigma = options.bend_sigma * std::max(std::abs(best.a), 1e-12);
-    problem.penalty = 1 / (bend_sigma * bend_sigma);
+    fit.best = SearchCuts(problem, different, different.front() - range / 2,
+                          different.back() + range / 2, options.may_saturate);
+    Reweight(sigma, options, iteration >= kIterations / 2, range, problem, fit);
   }
+  fit.weight = std::move(problem.weight);
+  return fit;
+}
 
-  result.zero = best.zero;
-  result.slope = best.a;
-  result.bend = best.a != 0 ? best.b / best.a : 0;
+// How many points the data are worth, their scatter, and what it makes of the slope.
+void AddScatter(std::span<const double> x, const WeightedFit& fit, double scale_floor,
+                ZeroCrossing& result) {
   // Weights relative to the heaviest point, so that they count points.
-  std::vector<double> count(problem.weight);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (x[i] <= best.cut) continue;
+  std::vector<double> count(fit.weight);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (x[i] <= fit.best.cut) continue;
     count[i] = 0;
     ++result.saturated;
   }
   const double heaviest = std::max(1e-300, *std::max_element(count.begin(), count.end()));
   for (double& c : count) c /= heaviest;
   double counts = 0, squares = 0, mean = 0;
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < x.size(); ++i) {
     counts += count[i];
-    squares += count[i] * residual[i] * residual[i];
+    squares += count[i] * fit.residual[i] * fit.residual[i];
     mean += count[i] * x[i];
   }
   mean /= counts;
   result.points = counts;
-  result.residual_scale =
-      std::max(options.scale_floor, std::sqrt(squares / std::max(1.0, counts - 2)));
+  result.residual_scale = std::max(scale_floor, std::sqrt(squares / std::max(1.0, counts - 2)));
   double spread = 0;
-  for (std::size_t i = 0; i < n; ++i) spread += count[i] * (x[i] - mean) * (x[i] - mean);
+  for (std::size_t i = 0; i < x.size(); ++i) spread += count[i] * (x[i] - mean) * (x[i] - mean);
   result.slope_sigma = spread > 0 ? result.residual_scale / std::sqrt(spread) : 0;
-  result.fitted.resize(n);
-  for (std::size_t i = 0; i < n; ++i) result.fitted[i] = Predict(best, x[i]);
+}
+
+}  // namespace
+
+std::optional<ZeroCrossing> FitZeroCrossing(std::span<const double> x, std::span<const double> y,
+                                            std::span<const double> sigma,
+                                            const ZeroCrossingOptions& options) {
+  TRAMMEL_CHECK(y.size() == x.size() && sigma.size() == x.size(), "x: {}, y: {}, sigma: {} values",
+                x.size(), y.size(), sigma.size());
+  const std::vector<double> different = SortedDifferent(x);
+  if (different.size() < 3) return std::nullopt;
+  WeightedFit fit = Iterate(x, y, sigma, different, options);
+  ZeroCrossing result;
+  result.zero = fit.best.zero;
+  result.slope = fit.best.a;
+  result.bend = fit.best.a != 0 ? fit.best.b / fit.best.a : 0;
+  AddScatter(x, fit, options.scale_floor, result);
+  for (const double at : x) result.fitted.push_back(Predict(fit.best, at));
+  result.weight = std::move(fit.robust_weight);
   return result;
 }
 

@@ -14,8 +14,9 @@ namespace trammel::signal {
 /// without letting that side move the crossing.
 struct ZeroCrossingOptions {
   double bend_mean = 0;  ///< prior mean of the bend, within (-1, 1)
-  double bend_sigma =
-      0.06;  ///< prior standard deviation of the bend, > 0; 0.06: slopes within ~ 12 %
+  /// Prior standard deviation of the bend, > 0. 0.06: the slopes before and after the answer,
+  /// 1 - bend and 1 + bend, differ by about 12 % (1 sigma).
+  double bend_sigma = 0.06;
   /// What the straight halves leave out grows with the distance from the answer: this part of
   /// slope * |x - zero| is added to each point's sigma, so that near points decide where they can.
   double distance_sigma = 0.08;
