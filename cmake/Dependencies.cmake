@@ -23,7 +23,7 @@ endforeach()
 
 if(TRAMMEL_TESTS)
   find_package(GTest REQUIRED)
-  find_package(rapidcheck QUIET)
+  find_package(rapidcheck REQUIRED)
   include(GoogleTest)
 endif()
 if(TRAMMEL_BENCH)

@@ -19,6 +19,8 @@ ALLOWED = {
     "sim": {"base", "geometry"},
     "app": PURE | CALIBRATIONS | {"machine", "store", "report", "sim"},
 }
+# What tests/support may include: its worlds share no code with sim, nor with what they judge.
+SUPPORT_ALLOWED = {"base", "geometry", "support"}
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 
 
@@ -41,9 +43,23 @@ def violations(root):
                 yield f'{path}: {module} must not include {head} ("{target}")'
 
 
+def support_violations(root):
+    """The same for tests/support, whose own headers are included as "support/..."."""
+    for path in sorted((root / "tests" / "support").rglob("*")):
+        if path.suffix not in {".h", ".cc"}:
+            continue
+        for target in INCLUDE.findall(path.read_text()):
+            head, slash, _ = target.partition("/")
+            base = root / "tests" if head == "support" else root / "src"
+            if not slash or not (base / target).is_file():
+                yield f'{path}: include "{target}" is neither a path below src/ nor support/'
+            elif head not in SUPPORT_ALLOWED:
+                yield f'{path}: tests/support must not include {head} ("{target}")'
+
+
 def main():
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
-    found = list(violations(root))
+    found = list(violations(root)) + list(support_violations(root))
     for line in found:
         print(line)
     print(f"{len(found)} layer violation(s)")

@@ -170,7 +170,7 @@ pressure_advance::FrameSteps StepsOf(std::size_t line, const std::vector<Frame>&
                 filtered.blurred[i]);
   }
   for (const double centre : filtered.centre_px) {
-    steps.paper_height_px.push_back(centre == pressure_advance::kNoCentre ? steps.crop.width
+    steps.paper_centre_px.push_back(centre == pressure_advance::kNoCentre ? steps.crop.width
                                                                           : centre);
   }
   steps.centre_px = reading.example.centre_px;

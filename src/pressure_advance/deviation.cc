@@ -142,8 +142,7 @@ HeightMap DeviationHeights(std::span<const Frame> frames, std::span<const std::s
   map.rows = order.empty() ? 0 : static_cast<std::size_t>(frames[order[0]].height);
   map.height_px.resize(map.frames * map.rows);
   map.sigma_px.resize(map.frames * map.rows);
-  const bool falls =
-      height_direction == AxisDirection::kMinusX || height_direction == AxisDirection::kMinusY;
+  const bool falls = Sign(height_direction) < 0;
   for (std::size_t f = 0; f < map.frames; ++f) {
     const Frame& frame = frames[order[f]];
     FilterFrame(frame.view(), options, scratch);

@@ -211,7 +211,6 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
       result.unusable = NoReference(lines[i], plan);
       continue;
     }
-    result.reference = reference->level;
     const auto measure = [&](const TransitionWindow& window, double sign, Excess& excess) {
       const Integral integral = IntegrateDeviation(lines[i].all, *reference, window.span);
       excess.value = sign * integral.value;

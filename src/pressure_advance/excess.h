@@ -23,7 +23,6 @@ struct Excess {
 struct LineExcess {
   Excess acceleration;
   Excess deceleration;
-  double reference = 0;  ///< mean reading of the slow stretches
   std::string unusable;  ///< why this line has no excess; empty where it has
 };
 

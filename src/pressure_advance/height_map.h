@@ -33,7 +33,7 @@ struct FrameSteps {
   Frame crop;                           ///< as recorded
   Frame masked;                         ///< pixels below the paper's red threshold blacked out
   Frame blurred;                        ///< grey and blurred as the paper does
-  std::vector<double> paper_height_px;  ///< per row: the column of the paper's weighted mean; crop
+  std::vector<double> paper_centre_px;  ///< per row: the column of the paper's weighted mean; crop
                                         ///< width where empty
   std::vector<float> centre_px;         ///< per row: the laser line found by the response eye
   std::vector<float> centre_sigma_px;   ///< 1 sigma; 0: none found in this row

@@ -12,6 +12,7 @@
 #include "base/check.h"
 #include "base/statistics.h"
 #include "geometry/robust_line.h"
+#include "pressure_advance/laser_eye.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -146,10 +147,8 @@ PixelRect Around(const Bead& bead, const std::vector<Bead>& beads, const Relief&
 FoundCrop FindCrop(std::span<const Frame> frames, AxisDirection height_direction,
                    vision::LaserLineWorkspace& workspace) {
   TRAMMEL_CHECK(!frames.empty(), "no frames");
-  const bool falls =
-      height_direction == AxisDirection::kMinusX || height_direction == AxisDirection::kMinusY;
-  const double sign = falls ? -1 : 1;
-  const vision::LaserLineOptions options{.row_smoothing = 0, .as_good = 1.15};
+  const double sign = Sign(height_direction);
+  const vision::LaserLineOptions options = LaserEyeOptions{}.line;
   const Frame mean = MeanFrame(frames);
   const BgrView view = mean.view();
   const vision::StripeModel stripe = vision::LearnStripe({&view, 1}, options, workspace);
@@ -170,7 +169,7 @@ FoundCrop FindCrop(std::span<const Frame> frames, AxisDirection height_direction
         return std::abs(a.centre() - middle) < std::abs(b.centre() - middle);
       });
   PixelRect crop = Around(bead, beads, *relief, stripe.sigma_px, sign, frames[0]);
-  if (height_direction == AxisDirection::kMinusY || height_direction == AxisDirection::kPlusY) {
+  if (!AlongX(height_direction)) {
     crop = {crop.y, crop.x, crop.height, crop.width};
   }
   return {crop, {}};

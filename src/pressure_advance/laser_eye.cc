@@ -14,11 +14,6 @@
 namespace trammel::pressure_advance {
 namespace {
 
-/// Rising surfaces move the line towards smaller coordinates for -x and -y.
-double HeightSign(AxisDirection direction) {
-  return direction == AxisDirection::kMinusX || direction == AxisDirection::kMinusY ? -1 : 1;
-}
-
 /// Mean over all frames and pixels, per colour, for messages.
 struct Light {
   double mean = 0;
@@ -166,8 +161,7 @@ void FillSamples(std::vector<ProfileSample> samples, const HeightMap& heights,
 }  // namespace
 
 void TurnUpright(const BgrView& view, AxisDirection height_direction, Frame& upright) {
-  const bool transpose =
-      height_direction == AxisDirection::kMinusY || height_direction == AxisDirection::kPlusY;
+  const bool transpose = !AlongX(height_direction);
   const int width = transpose ? view.height : view.width;
   const int height = transpose ? view.width : view.height;
   if (upright.width != width || upright.height != height) {
@@ -208,7 +202,7 @@ SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan, const Sc
   }
   reading.stripe = LearnFrom(frames, reading.frame, options, workspace);
   const HeightMap lines =
-      FindLines(frames, reading, options, HeightSign(scan.height_direction), workspace);
+      FindLines(frames, reading, options, Sign(scan.height_direction), workspace);
   profile.unusable = LaserFault(lines, reading.stripe, options, frames);
   if (!profile.unusable.empty()) {
     return reading;

@@ -25,8 +25,8 @@ class Checker {
   void Number(const std::string& key, double value, const Bounds& bounds) {
     if (!std::isfinite(value) || value > bounds.hi || value < bounds.lo ||
         (bounds.above_lo && value == bounds.lo)) {
-      Say(fmt::format("{} is {}; it must be {}{} … {}", key, value,
-                      bounds.above_lo ? "above " : "", bounds.lo, bounds.hi));
+      Say(fmt::format("{} is {}; it must be {}{} … {}", key, value, bounds.above_lo ? "above " : "",
+                      bounds.lo, bounds.hi));
     }
   }
   void Say(std::string fault) {
@@ -66,10 +66,6 @@ void CheckMotion(const LineMotion& motion, Checker& check) {
   if (!(std::abs(sum - 1) <= 1e-3 + 1e-12)) {
     check.Say(fmt::format("the fractions of segments sum to {}; they must sum to 1", sum));
   }
-}
-
-bool AlongX(AxisDirection direction) {
-  return direction == AxisDirection::kPlusX || direction == AxisDirection::kMinusX;
 }
 
 void CheckLine(const ScanLine& line, std::size_t index, Checker& check) {

@@ -14,6 +14,15 @@ namespace trammel::pressure_advance {
 /// A direction along an image or machine axis.
 enum class AxisDirection { kPlusX, kMinusX, kPlusY, kMinusY };
 
+[[nodiscard]] constexpr bool AlongX(AxisDirection direction) {
+  return direction == AxisDirection::kPlusX || direction == AxisDirection::kMinusX;
+}
+
+/// 1 towards larger coordinates, -1 towards smaller ones.
+[[nodiscard]] constexpr double Sign(AxisDirection direction) {
+  return direction == AxisDirection::kPlusX || direction == AxisDirection::kPlusY ? 1 : -1;
+}
+
 struct ScanLine {
   double pressure_advance_s = 0;                 ///< >= 0
   std::string video;                             ///< file name, relative to the recording's folder

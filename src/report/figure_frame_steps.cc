@@ -25,7 +25,7 @@ bool Complete(const pa::FrameSteps& steps) {
   const auto rows = static_cast<std::size_t>(std::max(0, steps.crop.height));
   return steps.crop.width > 0 && rows > 0 &&
          steps.crop.bgr.size() == rows * static_cast<std::size_t>(steps.crop.width) * 3 &&
-         same(steps.masked) && same(steps.blurred) && steps.paper_height_px.size() == rows &&
+         same(steps.masked) && same(steps.blurred) && steps.paper_centre_px.size() == rows &&
          steps.centre_px.size() == rows && steps.centre_sigma_px.size() == rows;
 }
 
@@ -77,7 +77,7 @@ void DrawSection(Canvas& canvas, const pa::FrameSteps& steps) {
   std::vector<double> seen;
   for (std::size_t row = 0; row < steps.centre_px.size(); ++row) {
     const auto x = static_cast<double>(row);
-    const double paper_column = steps.paper_height_px[row];
+    const double paper_column = steps.paper_centre_px[row];
     paper.push_back({x, paper_column < width ? width - paper_column : kNan});
     const bool has_line = steps.centre_sigma_px[row] > 0;
     found.push_back({x, has_line ? width - static_cast<double>(steps.centre_px[row]) : kNan});

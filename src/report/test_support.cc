@@ -141,7 +141,7 @@ pa::FrameSteps MakeSteps(const pa::HeightMap& heights, const pa::HeightMap& pape
       const auto grey = static_cast<std::uint8_t>(55 * stripe(4.5));
       std::fill_n(&steps.blurred.bgr[at], 3, grey);
     }
-    steps.paper_height_px.push_back(kWidth - paper_heights.height_px[heights.index(frame, row)]);
+    steps.paper_centre_px.push_back(kWidth - paper_heights.height_px[heights.index(frame, row)]);
     const bool found = row % 17 != 5;
     steps.centre_px.push_back(found ? static_cast<float>(centre + random.Normal(0, 0.15)) : 0.0F);
     steps.centre_sigma_px.push_back(found ? 0.15F : 0.0F);

@@ -1,5 +1,5 @@
 // The accuracy study: many virtual printers under the paper's twelve conditions, both methods
-// beside each other. Prints the tables that README.md and docs/pressure-advance.md quote.
+// beside each other. Prints the table that README.md quotes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
