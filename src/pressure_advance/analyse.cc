@@ -28,7 +28,7 @@ Measured JudgeDeviation(const DeviationResult& deviation,
     return Measured::CannotTell(fmt::format(
         "the cubic has no minimum between {:.4g} and {:.4g} s: test another range", *lo, *hi));
   }
-  constexpr double kLeastRSquared = 0.5;
+  constexpr double kLeastRSquared = 0.5;  // the worst of the paper's twelve conditions has 0.54
   if (deviation.r_squared.value_or(0) < kLeastRSquared) {
     return Measured::CannotTell(
         fmt::format("the scores do not follow a curve (R squared {:.2f}, {:.1f} is needed): clean "
