@@ -45,7 +45,7 @@ SensorWindow WindowAroundCrop(int width, int height) {
 
 LaserCamera::LaserCamera(const Condition& condition, const LaserTraits& traits,
                          const SensorWindow& window, Random random)
-    : traits_(traits), window_(window) {
+    : window_(window) {
   plate_texture_ = traits.textured ? MakePlateTexture(condition.plate, random) : MakePlainTexture();
   filament_texture_ = traits.textured ? MakeFilamentTexture(random) : MakePlainTexture();
   const Tile speckle = SmoothNoise(256, 0.9, random);
@@ -58,12 +58,19 @@ LaserCamera::LaserCamera(const Condition& condition, const LaserTraits& traits,
     noise_.push_back(static_cast<std::int8_t>(
         std::clamp(std::lround(32 * static_cast<double>(value)), -127L, 127L)));
   }
+  SetTraits(traits);
+}
+
+void LaserCamera::SetTraits(const LaserTraits& traits) {
+  traits_ = traits;
+  noise_gain_.clear();
   for (int level = 0; level < 256; ++level) {
     const double sigma =
         std::sqrt(traits.noise_floor * traits.noise_floor + traits.noise_shot * level);
     noise_gain_.push_back(static_cast<int>(std::lround(8 * sigma)));
   }
 
+  profile_.clear();
   const double sigma_px = traits.stripe_sigma_px;
   profile_radius_ = static_cast<int>(std::ceil(4 * sigma_px)) + 1;
   for (int phase = 0; phase < kPhases; ++phase) {
@@ -73,30 +80,43 @@ LaserCamera::LaserCamera(const Condition& condition, const LaserTraits& traits,
     }
   }
 
-  const int stripe = static_cast<int>(std::lround(traits.stripe_column_px)) - window.x;
-  const int sway = static_cast<int>(std::ceil(std::abs(traits.stripe_tilt_rad) * window.height));
-  band_begin_ = std::clamp(stripe - kBandReachPx - sway, 0, window.width);
-  band_end_ = std::clamp(stripe + kBandReachPx + sway, band_begin_, window.width);
+  const int stripe = static_cast<int>(std::lround(traits.stripe_column_px)) - window_.x;
+  const int sway = static_cast<int>(std::ceil(std::abs(traits.stripe_tilt_rad) * window_.height));
+  const int reach = std::max(kBandReachPx, profile_radius_) + sway;
+  band_begin_ = std::clamp(stripe - reach, 0, window_.width);
+  band_end_ = std::clamp(stripe + reach, band_begin_, window_.width);
+}
+
+BedRegion LaserCamera::RegionInView(double laser_x_mm, double laser_y_mm) const {
+  const double scale = traits_.px_per_mm;
+  const auto x_at = [&](double column) {
+    return laser_x_mm + (column + window_.x - traits_.stripe_column_px) / scale;
+  };
+  const auto y_at = [&](double row) {
+    return laser_y_mm - (row + window_.y - traits_.line_row_px) / scale;
+  };
+  return {x_at(0) - kMarginMm, y_at(window_.height) - kMarginMm, x_at(window_.width) + kMarginMm,
+          y_at(0) + kMarginMm};
+}
+
+LaserScene LaserCamera::MakeScene(const Bed& bed, const BedRegion& region, double cell_mm,
+                                  const std::optional<BedRegion>& plate) const {
+  LaserScene scene;
+  scene.plate = plate;
+  if (plate) scene.level_x_mm = (plate->min_x_mm + plate->max_x_mm) / 2;
+  scene.relief = RasterizeBed(bed, region, cell_mm);
+  DrawLook(scene);
+  return scene;
 }
 
 LaserScene LaserCamera::MakeScene(const Bed& bed, double line_y_mm, double from_mm,
                                   double to_mm) const {
-  const double scale = traits_.px_per_mm;
-  const auto x_at = [&](double column) {
-    return (column + window_.x - traits_.stripe_column_px) / scale;
-  };
-  const auto y_at = [&](double row) {
-    return line_y_mm - (row + window_.y - traits_.line_row_px) / scale;
-  };
-  LaserScene scene;
+  const BedRegion first = RegionInView(std::min(from_mm, to_mm), line_y_mm);
+  const BedRegion last = RegionInView(std::max(from_mm, to_mm), line_y_mm);
+  LaserScene scene = MakeScene(bed, {first.min_x_mm, first.min_y_mm, last.max_x_mm, last.max_y_mm},
+                               kReliefCellMm, std::nullopt);
   scene.line_y_mm = line_y_mm;
-  scene.relief = RasterizeBed(
-      bed,
-      {std::min(from_mm, to_mm) + x_at(0) - kMarginMm, y_at(window_.height) - kMarginMm,
-       std::max(from_mm, to_mm) + x_at(window_.width) + kMarginMm, y_at(0) + kMarginMm},
-      kReliefCellMm);
-
-  DrawLook(scene);
+  scene.level_x_mm = scene.relief.origin_x_mm;
   return scene;
 }
 
@@ -171,11 +191,12 @@ void LaserCamera::CastSheet(const LaserScene& scene, const View& view, double we
     const bool on_filament = z > kBareMm;
     double x = foot_x - slope * z;
     double y = foot_y + lean * z;
+    if (scene.plate && !scene.plate->Contains(x, y)) continue;
     const Texture& texture = on_filament ? filament_texture_ : plate_texture_;
     const double bump =
         static_cast<double>(texture.bump_mm.At(static_cast<int>(std::floor(x / texture.cell_mm)),
                                                static_cast<int>(std::floor(y / texture.cell_mm))));
-    const double rise = bump + traits_.plate_slope * (x - relief.origin_x_mm);
+    const double rise = bump + traits_.plate_slope * (x - scene.level_x_mm);
     double facing = 1;  // of the surface to the camera
     if (on_filament) {
       const double dzdy =
@@ -232,37 +253,47 @@ void LaserCamera::SpreadGlow() {
 
 void LaserCamera::Render(const LaserScene& scene, double laser_mm, double travel_mm, double gain,
                          Random& random, Frame& frame) {
+  Render(scene, Exposure{laser_mm, scene.line_y_mm, travel_mm, 0, gain, true}, random, frame);
+}
+
+void LaserCamera::Render(const LaserScene& scene, const Exposure& exposure, Random& random,
+                         Frame& frame) {
   if (frame.width != window_.width || frame.height != window_.height) {
     frame = Frame(window_.width, window_.height);
   }
-  const int band = band_end_ - band_begin_;
-  const auto glow_cells =
-      static_cast<std::size_t>((band / kGlowCell + 1) * (window_.height / kGlowCell + 1));
-  core_.assign(static_cast<std::size_t>(band) * static_cast<std::size_t>(window_.height), 0.0F);
-  plate_glow_.assign(glow_cells, 0.0F);
-  filament_glow_.assign(glow_cells, 0.0F);
-  scratch_.resize(glow_cells);
-
   View view;
-  view.laser_y_mm = scene.line_y_mm;
   view.centre_column_px = kSensorWidthPx / 2.0 - window_.x;
   view.centre_row_px = kSensorHeightPx / 2.0 - window_.y;
-  view.camera_y_mm =
-      scene.line_y_mm + (traits_.line_row_px - kSensorHeightPx / 2.0) / traits_.px_per_mm;
-  const auto place = [&](double x_mm) {
-    view.laser_x_mm = x_mm;
-    view.camera_x_mm = x_mm - (traits_.stripe_column_px - kSensorWidthPx / 2.0) / traits_.px_per_mm;
+  const auto place = [&](double share) {  // of the travel, from its middle
+    const double scale = traits_.px_per_mm;
+    view.laser_x_mm = exposure.laser_x_mm + share * exposure.travel_x_mm;
+    view.laser_y_mm = exposure.laser_y_mm + share * exposure.travel_y_mm;
+    view.camera_x_mm = view.laser_x_mm - (traits_.stripe_column_px - kSensorWidthPx / 2.0) / scale;
+    view.camera_y_mm = view.laser_y_mm + (traits_.line_row_px - kSensorHeightPx / 2.0) / scale;
   };
-  // The line stands still in the image while the surface moves through it.
-  const int exposures = std::abs(travel_mm) > 0.01 ? 3 : 1;
-  for (int i = 0; i < exposures; ++i) {
-    place(laser_mm + travel_mm * ((i + 0.5) / exposures - 0.5));
-    CastSheet(scene, view, 1.0 / exposures);
+  const int band = band_end_ - band_begin_;
+  const bool laser = exposure.laser_on && band > 0;
+  if (laser) {
+    const auto glow_cells =
+        static_cast<std::size_t>((band / kGlowCell + 1) * (window_.height / kGlowCell + 1));
+    core_.assign(static_cast<std::size_t>(band) * static_cast<std::size_t>(window_.height), 0.0F);
+    plate_glow_.assign(glow_cells, 0.0F);
+    filament_glow_.assign(glow_cells, 0.0F);
+    scratch_.resize(glow_cells);
+    // The line stands still in the image while the surface moves through it.
+    const double travel_mm = std::hypot(exposure.travel_x_mm, exposure.travel_y_mm);
+    const int places =
+        travel_mm > 0.01 ? std::clamp(static_cast<int>(std::ceil(travel_mm / 0.06)), 3, 12) : 1;
+    for (int i = 0; i < places; ++i) {
+      place((i + 0.5) / places - 0.5);
+      CastSheet(scene, view, 1.0 / places);
+    }
+    SpreadGlow();
   }
-  SpreadGlow();
-  place(laser_mm);
-  PaintLook(scene, view, gain, random, frame);
-  AddLaser(scene, view, gain, random, frame);
+  place(0);
+  GatherLook(scene, view, exposure, frame);
+  AddNoise(exposure.gain, random, frame);
+  if (laser) AddLaser(scene, view, exposure.gain, random, frame);
 }
 
 }  // namespace trammel::sim

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/frame.h"
@@ -26,12 +27,25 @@ struct SensorWindow {
 /// REQUIRES 64 … 1280 by 64 … 720.
 [[nodiscard]] SensorWindow WindowAroundCrop(int width, int height);
 
-/// One printed line and its surroundings as the laser eye sweeps over it. Coordinates: x along
-/// image +x, y against image +y (up in the image), z above the plate.
+/// A piece of the bed as the laser eye passes over it, for example one printed line and its
+/// surroundings. Coordinates: x along image +x, y against image +y (up in the image), z above the
+/// plate.
 struct LaserScene {
   Relief relief;
   std::vector<std::uint8_t> look_bgr;  ///< without laser; same grid as the relief, 3 bytes a node
-  double line_y_mm = 0;                ///< centre of the printed line
+  double line_y_mm = 0;                ///< centre of the printed line, where there is one
+  double level_x_mm = 0;               ///< where a sloping plate has its nominal height
+  std::optional<BedRegion> plate;      ///< beyond it is nothing that light falls on
+};
+
+/// What the eye does while one frame is exposed.
+struct Exposure {
+  double laser_x_mm = 0;   ///< where the laser meets the plate, at mid-exposure,
+  double laser_y_mm = 0;   ///< in the row where the traits have the printed line
+  double travel_x_mm = 0;  ///< how far the eye moves during the exposure
+  double travel_y_mm = 0;
+  double gain = 1;  ///< multiplies all light
+  bool laser_on = true;
 };
 
 /// Not safe for use from several threads at once: it keeps its buffers.
@@ -40,6 +54,19 @@ class LaserCamera {
   /// @param random  Draws the textures of plate and filament and the speckle.
   LaserCamera(const Condition& condition, const LaserTraits& traits, const SensorWindow& window,
               Random random);
+
+  /// Gives the eye another geometry, brightness or sharpness; the surfaces and their speckle stay.
+  /// Scenes made before keep the look of the light they were made in. Cost: 0.1 ms.
+  void SetTraits(const LaserTraits& traits);
+
+  /// Part of the bed that a frame shows while the laser meets the plate at (laser_x, laser_y), with
+  /// what beside it throws shadow into it.
+  [[nodiscard]] BedRegion RegionInView(double laser_x_mm, double laser_y_mm) const;
+
+  /// Prepares one part of the bed. REQUIRES cell_mm a power of two times 0.025, at most 0.2.
+  /// Cost: about 15 ns a cell.
+  [[nodiscard]] LaserScene MakeScene(const Bed& bed, const BedRegion& region, double cell_mm,
+                                     const std::optional<BedRegion>& plate) const;
 
   /// Prepares a sweep during which the laser stands at x = from_mm … to_mm on the plate.
   [[nodiscard]] LaserScene MakeScene(const Bed& bed, double line_y_mm, double from_mm,
@@ -53,6 +80,8 @@ class LaserCamera {
   /// geometry. Cost: under 1 ms at 160 x 120.
   void Render(const LaserScene& scene, double laser_mm, double travel_mm, double gain,
               Random& random, Frame& frame);
+  /// The same for any movement. Where the scene does not reach, its border goes on.
+  void Render(const LaserScene& scene, const Exposure& exposure, Random& random, Frame& frame);
 
  private:
   static constexpr int kGlowCell = 4;       // px; light below a surface is smooth
@@ -72,8 +101,9 @@ class LaserCamera {
   void CastSheet(const LaserScene& scene, const View& view, double weight);
   void Splat(double column_px, double row_px, double weight, bool on_filament);
   void SpreadGlow();
-  void PaintLook(const LaserScene& scene, const View& view, double gain, Random& random,
-                 Frame& frame) const;
+  void GatherLook(const LaserScene& scene, const View& view, const Exposure& exposure,
+                  Frame& frame);
+  void AddNoise(double gain, Random& random, Frame& frame) const;
   [[nodiscard]] std::vector<Column> ColumnsOfBand(const Relief& relief, const View& view) const;
   void AddLaser(const LaserScene& scene, const View& view, double gain, Random& random,
                 Frame& frame);
@@ -95,6 +125,7 @@ class LaserCamera {
   std::vector<float> plate_glow_;
   std::vector<float> filament_glow_;
   std::vector<float> scratch_;
+  std::vector<std::uint16_t> smear_;  // a row of the look, summed over places of the eye
 };
 
 }  // namespace trammel::sim

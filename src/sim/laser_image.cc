@@ -9,6 +9,8 @@ namespace trammel::sim {
 namespace {
 
 constexpr int kNoiseCount = 1 << 16;
+constexpr double kSmearMm = 0.2;  // of movement during an exposure, above which the look smears
+constexpr int kSmearPlaces = 6;
 constexpr float kVeil = 0.15F;  // share of one material's glow that is seen over the other
 
 std::uint8_t ToByte(double value) {
@@ -26,6 +28,11 @@ void LaserCamera::DrawLook(LaserScene& scene) const {
   scene.look_bgr.resize(relief.height_mm.size() * 3);
   const int column0 = static_cast<int>(std::floor(relief.origin_x_mm / relief.cell_mm));
   const int row0 = static_cast<int>(std::floor(relief.origin_y_mm / relief.cell_mm));
+  const int stride = static_cast<int>(std::lround(relief.cell_mm / plate_texture_.cell_mm));
+  const auto beyond = [&](int column, int row) {
+    return scene.plate && !scene.plate->Contains((column + column0) * relief.cell_mm,
+                                                 (row + row0) * relief.cell_mm);
+  };
   std::uint8_t* out = scene.look_bgr.data();
   for (int row = 0; row < relief.rows; ++row) {
     const float* heights = relief.row(row);
@@ -33,6 +40,10 @@ void LaserCamera::DrawLook(LaserScene& scene) const {
     for (int column = 0; column < relief.columns; ++column, out += 3) {
       const auto height = static_cast<double>(heights[column]);
       const bool bare = height <= kBareMm;
+      if (beyond(column, row)) {
+        std::fill(out, out + 3, std::uint8_t{0});
+        continue;
+      }
       double shade = 1;
       if (!bare) {  // room light comes from above and a little from behind
         const double slope = (static_cast<double>(above[column]) - height) / relief.cell_mm;
@@ -40,14 +51,17 @@ void LaserCamera::DrawLook(LaserScene& scene) const {
       }
       const Texture& texture = bare ? plate_texture_ : filament_texture_;
       const Sheen& sheen = bare ? traits_.plate : traits_.filament;
-      shade *= static_cast<double>(texture.ambient.At(column + column0, row + row0));
+      shade *= static_cast<double>(
+          texture.ambient.At((column + column0) * stride, (row + row0) * stride));
       for (std::size_t i = 0; i < 3; ++i) out[i] = ToByte(shade * sheen.ambient_bgr[i]);
     }
   }
 }
 
-void LaserCamera::PaintLook(const LaserScene& scene, const View& view, double gain, Random& random,
-                            Frame& frame) const {
+// Copies the look into the frame. What an ordinary sweep smears in one exposure is finer than the
+// plate's own texture; faster movement is summed over several places of the eye.
+void LaserCamera::GatherLook(const LaserScene& scene, const View& view, const Exposure& exposure,
+                             Frame& frame) {
   const Relief& relief = scene.relief;
   const double cells_per_px = 1 / (traits_.px_per_mm * relief.cell_mm);
   const double x0 = (view.camera_x_mm - relief.origin_x_mm) / relief.cell_mm -
@@ -55,25 +69,47 @@ void LaserCamera::PaintLook(const LaserScene& scene, const View& view, double ga
   const double y0 =
       (view.camera_y_mm - relief.origin_y_mm) / relief.cell_mm + view.centre_row_px * cells_per_px;
   const auto step = static_cast<std::int64_t>(std::lround(cells_per_px * 65536));
+  const std::int64_t last = relief.columns - 1;
+  const double travel_mm = std::hypot(exposure.travel_x_mm, exposure.travel_y_mm);
+  const int places = travel_mm > kSmearMm ? kSmearPlaces : 1;
+  for (int v = 0; v < frame.height; ++v) {
+    std::uint8_t* out = frame.row(v);
+    smear_.assign(places > 1 ? 3 * static_cast<std::size_t>(frame.width) : 0, 0);
+    for (int place = 0; place < places; ++place) {
+      const double share = ((place + 0.5) / places - 0.5) / relief.cell_mm;
+      const int row = std::clamp(
+          static_cast<int>(std::lround(y0 - v * cells_per_px + share * exposure.travel_y_mm)), 0,
+          relief.rows - 1);
+      const std::uint8_t* look =
+          scene.look_bgr.data() + static_cast<std::ptrdiff_t>(row) * relief.columns * 3;
+      std::int64_t at = std::lround(std::max(0.0, x0 + share * exposure.travel_x_mm) * 65536);
+      for (int u = 0; u < frame.width; ++u, at += step) {
+        const std::uint8_t* in = look + 3 * std::min(at >> 16, last);
+        if (places == 1) {
+          std::copy(in, in + 3, out + std::ptrdiff_t{3} * u);
+          continue;
+        }
+        std::uint16_t* sum = smear_.data() + std::ptrdiff_t{3} * u;
+        for (int i = 0; i < 3; ++i) sum[i] = static_cast<std::uint16_t>(sum[i] + in[i]);
+      }
+    }
+    for (std::size_t i = 0; i < smear_.size(); ++i) {
+      out[i] = static_cast<std::uint8_t>((smear_[i] + places / 2) / places);
+    }
+  }
+}
+
+void LaserCamera::AddNoise(double gain, Random& random, Frame& frame) const {
   std::array<std::uint8_t, 256> level;
   for (int i = 0; i < 256; ++i) level[static_cast<std::size_t>(i)] = ToByte(i * gain);
   for (int v = 0; v < frame.height; ++v) {
-    const int row =
-        std::clamp(static_cast<int>(std::lround(y0 - v * cells_per_px)), 0, relief.rows - 1);
-    const std::uint8_t* look =
-        scene.look_bgr.data() + static_cast<std::ptrdiff_t>(row) * relief.columns * 3;
     std::uint8_t* out = frame.row(v);
     const std::int8_t* noise = noise_.data() + (random.Bits() & (kNoiseCount / 2 - 1));
-    std::int64_t at = std::lround(std::max(0.0, x0) * 65536);
-    const std::int64_t last = relief.columns - 1;
-    for (int u = 0; u < frame.width; ++u, at += step) {
-      const std::uint8_t* in = look + 3 * std::min(at >> 16, last);
-      for (int i = 0; i < 3; ++i) {
-        const int value = level[in[i]];
-        const int noisy =
-            value + ((noise[3 * u + i] * noise_gain_[static_cast<std::size_t>(value)] + 128) >> 8);
-        out[3 * u + i] = static_cast<std::uint8_t>(std::clamp(noisy, 0, 255));
-      }
+    for (int i = 0; i < 3 * frame.width; ++i) {
+      const int value = level[out[i]];
+      const int noisy =
+          value + ((noise[i] * noise_gain_[static_cast<std::size_t>(value)] + 128) >> 8);
+      out[i] = static_cast<std::uint8_t>(std::clamp(noisy, 0, 255));
     }
   }
 }

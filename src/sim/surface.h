@@ -14,6 +14,10 @@ struct BedRegion {
   double min_y_mm = 0;
   double max_x_mm = 0;
   double max_y_mm = 0;
+
+  [[nodiscard]] bool Contains(double x_mm, double y_mm) const {
+    return x_mm >= min_x_mm && x_mm <= max_x_mm && y_mm >= min_y_mm && y_mm <= max_y_mm;
+  }
 };
 
 /// Heights of printed material above the plate on a square grid; 0 is bare plate. Row-major, shape

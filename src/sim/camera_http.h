@@ -1,0 +1,64 @@
+// The camera's HTTP side: whoever asks gets frames, whoever is slow gets fewer.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+
+namespace trammel::sim {
+
+/// How the stream speaks of time.
+enum class CameraHeaders {
+  kUstreamer6,  ///< X-Timestamp; with ?extra_headers=1 X-UStreamer-Grab-Begin-Time and more
+  kUstreamer4,  ///< the same with X-UStreamer-Grab-Time
+  kNone,        ///< no times at all, as camera-streamer
+};
+
+/// One frame on its way to the clients. Times on the host's monotonic clock.
+struct CameraPart {
+  std::int64_t frame = 0;  ///< counted from the server's start, lost ones included
+  std::shared_ptr<const std::vector<std::uint8_t>> jpeg;
+  int width_px = 0;
+  int height_px = 0;
+  double stamp_s = 0;  ///< capture time as the headers say it
+  double grab_end_s = 0;
+  double encode_begin_s = 0;
+  double encode_end_s = 0;
+  bool half = false;  ///< breaks off in the middle; then the connection closes
+};
+
+/// The host's monotonic clock (CLOCK_MONOTONIC), s.
+[[nodiscard]] double MonotonicNow();
+
+/// Serves /stream, /?action=stream, /snapshot and /?action=snapshot on 127.0.0.1 from a thread of
+/// its own. Safe to use from several threads.
+class CameraHttp {
+ public:
+  /// Tells when a frame begins its way to the first client that gets it. Called from the server's
+  /// thread.
+  using OnSent = std::function<void(const CameraPart&, double sent_s)>;
+
+  /// @param port  0 takes a free one.
+  /// Error (kMachine): the port cannot be listened on.
+  [[nodiscard]] static Result<std::unique_ptr<CameraHttp>> Listen(int port, CameraHeaders headers,
+                                                                  OnSent on_sent);
+  virtual ~CameraHttp() = default;
+
+  [[nodiscard]] virtual int port() const = 0;
+  /// Whether anybody waits for a frame.
+  [[nodiscard]] virtual bool wanted() const = 0;
+  /// Frames that a client did not get because it was still busy with an earlier one.
+  [[nodiscard]] virtual std::int64_t dropped() const = 0;
+  /// Hands a frame to all clients at due_s, or at once when that has passed. REQUIRES that due_s
+  /// does not decrease from call to call.
+  virtual void Publish(CameraPart part, double due_s) = 0;
+  /// Closed, it ends every connection and every new one at once.
+  virtual void SetOpen(bool open) = 0;
+};
+
+}  // namespace trammel::sim
