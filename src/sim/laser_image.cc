@@ -100,17 +100,21 @@ void LaserCamera::GatherLook(const LaserScene& scene, const View& view, const Ex
 }
 
 void LaserCamera::AddNoise(double gain, Random& random, Frame& frame) const {
-  std::array<std::uint8_t, 256> level;
-  for (int i = 0; i < 256; ++i) level[static_cast<std::size_t>(i)] = ToByte(i * gain);
+  // One look-up per value: what each level becomes under each noise.
+  std::vector<std::uint8_t> noisy(256 * 256);
+  for (int level = 0; level < 256; ++level) {
+    const int value = ToByte(level * gain);
+    const int strength = noise_gain_[static_cast<std::size_t>(value)];
+    std::uint8_t* out = noisy.data() + std::ptrdiff_t{256} * level;
+    for (int noise = -128; noise < 128; ++noise) {
+      out[noise & 255] =
+          static_cast<std::uint8_t>(std::clamp(value + ((noise * strength + 128) >> 8), 0, 255));
+    }
+  }
   for (int v = 0; v < frame.height; ++v) {
     std::uint8_t* out = frame.row(v);
     const std::int8_t* noise = noise_.data() + (random.Bits() & (kNoiseCount / 2 - 1));
-    for (int i = 0; i < 3 * frame.width; ++i) {
-      const int value = level[out[i]];
-      const int noisy =
-          value + ((noise[i] * noise_gain_[static_cast<std::size_t>(value)] + 128) >> 8);
-      out[i] = static_cast<std::uint8_t>(std::clamp(noisy, 0, 255));
-    }
+    for (int i = 0; i < 3 * frame.width; ++i) out[i] = noisy[(out[i] << 8) | (noise[i] & 255)];
   }
 }
 
