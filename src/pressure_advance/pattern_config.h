@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "gcode/dialect.h"
 #include "pressure_advance/line_motion.h"
+#include "pressure_advance/setting_problem.h"
 
 namespace trammel::pressure_advance {
 
@@ -113,15 +114,8 @@ struct PatternConfig {
 /// mm of filament per mm of bead. REQUIRES a valid config.
 [[nodiscard]] double FilamentPerMm(const PatternConfig& config);
 
-/// What is wrong with a setting, told by its section and key in trammel.toml.
-struct PatternProblem {
-  std::string section;
-  std::string key;
-  std::string message;  ///< the value and its bound
-};
-
 /// The first thing that cannot be printed, if any.
-[[nodiscard]] std::optional<PatternProblem> FindProblem(const PatternConfig& config);
+[[nodiscard]] std::optional<SettingProblem> FindProblem(const PatternConfig& config);
 
 /// FindProblem as an error: names the setting, the value and the bound.
 [[nodiscard]] Result<void> Validate(const PatternConfig& config);

@@ -12,80 +12,20 @@
 namespace trammel::pressure_advance {
 namespace {
 
-using Problem = std::optional<PatternProblem>;
+using Problem = std::optional<SettingProblem>;
 
 constexpr std::size_t kMaxLinesInAll = 10000;  // hours of printing, megabytes of G-code
-constexpr std::size_t kMaxGcodeBytes = 65536;
 
 Problem InSection(const char* section, const char* key, std::string message) {
-  return PatternProblem{section, key, std::move(message)};
+  return SettingProblem{section, key, std::move(message)};
 }
 
 Problem InPattern(const char* key, std::string message) {
   return InSection("pressure_advance_pattern", key, std::move(message));
 }
 
-std::string Unit(const PatternField& field) {
-  return field.unit.empty() ? "" : fmt::format(" {}", field.unit);
-}
-
-/// The complaint about one number, or nothing.
-std::optional<std::string> OutOfRange(const PatternField& field, double value) {
-  if (value >= field.lo && value <= field.hi) return std::nullopt;  // false for NaN
-  return fmt::format("{}{} is outside {:.10g} ... {:.10g}{}", value, Unit(field), field.lo,
-                     field.hi, Unit(field));
-}
-
-std::optional<std::string> BadText(const std::string& text) {
-  if (text.size() > kMaxGcodeBytes) {
-    return fmt::format("{} bytes are more than {}", text.size(), kMaxGcodeBytes);
-  }
-  for (char c : text) {
-    const auto code = static_cast<unsigned char>(c);
-    if ((code < 0x20 && c != '\n' && c != '\t' && c != '\r') || code == 0x7f) {
-      return fmt::format("holds the control character 0x{:02x}", code);
-    }
-  }
-  return std::nullopt;
-}
-
-/// Checks one field by its type; fields without a range of their own pass.
-struct FieldChecker {
-  const PatternConfig& config;
-  const PatternField& field;
-
-  std::optional<std::string> operator()(double PatternConfig::*member) const {
-    return OutOfRange(field, config.*member);
-  }
-  std::optional<std::string> operator()(std::optional<double> PatternConfig::*member) const {
-    return config.*member ? OutOfRange(field, *(config.*member)) : std::nullopt;
-  }
-  std::optional<std::string> operator()(int PatternConfig::*member) const {
-    return OutOfRange(field, config.*member);
-  }
-  std::optional<std::string> operator()(std::vector<double> PatternConfig::*member) const {
-    for (double value : config.*member) {
-      if (auto problem = OutOfRange(field, value)) return problem;
-    }
-    return std::nullopt;
-  }
-  std::optional<std::string> operator()(std::string PatternConfig::*member) const {
-    return BadText(config.*member);
-  }
-  template <class Other>
-  std::optional<std::string> operator()(Other) const {
-    return std::nullopt;
-  }
-};
-
 Problem CheckFields(const PatternConfig& config) {
-  for (const PatternField& field : PatternFields()) {
-    if (auto message = FindFieldProblem(config, field)) {
-      return PatternProblem{std::string(field.section), std::string(field.key),
-                            std::move(*message)};
-    }
-  }
-  return std::nullopt;
+  return FindFieldProblems(config, PatternFields());
 }
 
 Problem CheckPressureAdvances(const PatternConfig& config) {
@@ -317,12 +257,7 @@ Problem CheckUserGcode(const PatternConfig& config) {
 
 }  // namespace
 
-std::optional<std::string> FindFieldProblem(const PatternConfig& config,
-                                            const PatternField& field) {
-  return std::visit(FieldChecker{config, field}, field.member);
-}
-
-std::optional<PatternProblem> FindProblem(const PatternConfig& config) {
+std::optional<SettingProblem> FindProblem(const PatternConfig& config) {
   // Ranges first: what follows divides and multiplies.
   for (auto check : {CheckFields, CheckPressureAdvances, CheckSegments, CheckBead, CheckFit,
                      CheckPark, CheckUserGcode}) {

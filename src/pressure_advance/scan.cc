@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -107,6 +108,19 @@ void CheckDuplicates(const std::vector<ScanLine>& lines, Checker& check) {
 }
 
 }  // namespace
+
+std::string_view ToString(AxisDirection direction) {
+  constexpr std::array<std::string_view, 4> kNames{"+x", "-x", "+y", "-y"};
+  return kNames.at(static_cast<std::size_t>(direction));
+}
+
+std::optional<AxisDirection> ParseAxisDirection(std::string_view name) {
+  for (const AxisDirection direction : {AxisDirection::kPlusX, AxisDirection::kMinusX,
+                                        AxisDirection::kPlusY, AxisDirection::kMinusY}) {
+    if (ToString(direction) == name) return direction;
+  }
+  return std::nullopt;
+}
 
 Result<void> Validate(const Scan& scan) {
   Checker check;

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/frame.h"
@@ -22,6 +23,10 @@ enum class AxisDirection { kPlusX, kMinusX, kPlusY, kMinusY };
 [[nodiscard]] constexpr double Sign(AxisDirection direction) {
   return direction == AxisDirection::kPlusX || direction == AxisDirection::kPlusY ? 1 : -1;
 }
+
+/// As files and settings spell it: "+x", "-x", "+y" or "-y".
+[[nodiscard]] std::string_view ToString(AxisDirection direction);
+[[nodiscard]] std::optional<AxisDirection> ParseAxisDirection(std::string_view name);
 
 struct ScanLine {
   double pressure_advance_s = 0;                 ///< >= 0

@@ -6,41 +6,41 @@
 #include <algorithm>
 #include <vector>
 
-#include "pressure_advance/pattern_fields.h"
+#include "pressure_advance/pattern_config.h"
+#include "pressure_advance/scan_fields.h"
 #include "store/config_value.h"
 #include "store/suggest.h"
 
 namespace trammel::store {
 namespace {
 
-using pressure_advance::PatternConfig;
-using pressure_advance::PatternField;
-using pressure_advance::PatternFields;
-
 std::string At(const std::string& file, const toml::source_region& source) {
   return source.begin.line > 0 ? fmt::format("{}:{}", file, source.begin.line) : file;
 }
 
-std::vector<std::string_view> SectionNames() {
+using Settings = std::vector<ConfigSetting>;
+
+std::vector<std::string_view> SectionNames(const Settings& settings) {
   std::vector<std::string_view> names;
-  for (const PatternField& field : PatternFields()) {
-    if (names.empty() || names.back() != field.section) names.push_back(field.section);
+  for (const ConfigSetting& setting : settings) {
+    if (names.empty() || names.back() != setting.section) names.push_back(setting.section);
   }
   return names;
 }
 
-std::vector<std::string_view> KeysOf(std::string_view section) {
+std::vector<std::string_view> KeysOf(const Settings& settings, std::string_view section) {
   std::vector<std::string_view> keys;
-  for (const PatternField& field : PatternFields()) {
-    if (section.empty() || field.section == section) keys.push_back(field.key);
+  for (const ConfigSetting& setting : settings) {
+    if (section.empty() || setting.section == section) keys.push_back(setting.key);
   }
   return keys;
 }
 
-/// An empty section stands for any.
-const PatternField* FindField(std::string_view section, std::string_view key) {
-  for (const PatternField& field : PatternFields()) {
-    if ((section.empty() || field.section == section) && field.key == key) return &field;
+/// An empty section stands for any: the first that has the key.
+const ConfigSetting* Find(const Settings& settings, std::string_view section,
+                          std::string_view key) {
+  for (const ConfigSetting& setting : settings) {
+    if ((section.empty() || setting.section == section) && setting.key == key) return &setting;
   }
   return nullptr;
 }
@@ -50,12 +50,12 @@ std::string Suggest(std::string_view word, const std::vector<std::string_view>& 
   return "; trammel config keys lists what there is";
 }
 
-std::string UnknownKey(std::string_view section, std::string_view key) {
+std::string UnknownKey(const Settings& settings, std::string_view section, std::string_view key) {
   std::string hint;
-  if (const PatternField* elsewhere = FindField("", key)) {
+  if (const ConfigSetting* elsewhere = Find(settings, "", key)) {
     hint = fmt::format("; it belongs in [{}]", elsewhere->section);
   } else {
-    hint = Suggest(key, KeysOf(section));
+    hint = Suggest(key, KeysOf(settings, section));
   }
   return fmt::format("[{}] has no key {}{}", section, key, hint);
 }
@@ -69,13 +69,14 @@ Result<toml::table> ParseToml(std::string_view text, const std::string& file) {
 }
 
 Result<void> ReadSection(std::string_view section, const toml::table& table,
-                         const std::string& file, Config& config) {
+                         const std::string& file, const Settings& settings, Config& config) {
   for (const auto& [key, value] : table) {
-    const PatternField* field = FindField(section, key.str());
-    if (field == nullptr) {
-      return Fail(fmt::format("{}: {}", At(file, key.source()), UnknownKey(section, key.str())));
+    const ConfigSetting* setting = Find(settings, section, key.str());
+    if (setting == nullptr) {
+      return Fail(
+          fmt::format("{}: {}", At(file, key.source()), UnknownKey(settings, section, key.str())));
     }
-    if (const auto fault = SetField(*field, value, config.pattern)) {
+    if (const auto fault = SetSetting(*setting, value)) {
       return Fail(
           fmt::format("{}: [{}] {}: {}", At(file, key.source()), section, key.str(), *fault));
     }
@@ -90,12 +91,13 @@ Result<Config> ParseConfig(std::string_view text, const std::string& file) {
   const Result<toml::table> root = ParseToml(text, file);
   if (!root) return tl::unexpected(root.error());
   Config config;
-  const std::vector<std::string_view> sections = SectionNames();
+  const Settings settings = SettingsOf(config);
+  const std::vector<std::string_view> sections = SectionNames(settings);
   for (const auto& [name, value] : *root) {
     const std::string where = At(file, name.source());
     if (std::find(sections.begin(), sections.end(), name.str()) == sections.end()) {
-      if (const PatternField* field = FindField("", name.str())) {
-        return Fail(fmt::format("{}: {} belongs in [{}]", where, name.str(), field->section));
+      if (const ConfigSetting* setting = Find(settings, "", name.str())) {
+        return Fail(fmt::format("{}: {} belongs in [{}]", where, name.str(), setting->section));
       }
       return Fail(fmt::format("{}: there is no section [{}]{}", where, name.str(),
                               Suggest(name.str(), sections)));
@@ -103,7 +105,7 @@ Result<Config> ParseConfig(std::string_view text, const std::string& file) {
     if (!value.is_table()) {
       return Fail(fmt::format("{}: {} is a section; write [{}]", where, name.str(), name.str()));
     }
-    if (auto done = ReadSection(name.str(), *value.as_table(), file, config); !done) {
+    if (auto done = ReadSection(name.str(), *value.as_table(), file, settings, config); !done) {
       return tl::unexpected(done.error());
     }
   }
@@ -111,7 +113,8 @@ Result<Config> ParseConfig(std::string_view text, const std::string& file) {
 }
 
 Result<void> ValidateConfig(const Config& config, std::string_view text, const std::string& file) {
-  const auto problem = FindProblem(config.pattern);
+  auto problem = FindProblem(config.pattern);
+  if (!problem) problem = FindProblem(config.scan);
   if (!problem) return {};
   std::string where = file;
   if (const Result<toml::table> root = ParseToml(text, file)) {
@@ -135,13 +138,14 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config) {
     section = key.substr(0, dot);
     key = key.substr(dot + 1);
   }
-  const PatternField* field = FindField(section, key);
-  if (field == nullptr) {
-    return Fail(
-        fmt::format("--set {}: there is no such key{}", assignment, Suggest(key, KeysOf(""))));
+  const Settings settings = SettingsOf(config);
+  const ConfigSetting* setting = Find(settings, section, key);
+  if (setting == nullptr) {
+    return Fail(fmt::format("--set {}: there is no such key{}", assignment,
+                            Suggest(key, KeysOf(settings, ""))));
   }
   toml::table table;
-  if (IsText(*field) && !value.starts_with('"') && !value.starts_with('\'')) {
+  if (IsText(*setting) && !value.starts_with('"') && !value.starts_with('\'')) {
     table.insert("value", std::string(value));
   } else {
     Result<toml::table> parsed = ParseToml(fmt::format("value = {}", value), "--set");
@@ -151,31 +155,33 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config) {
   if (table.size() != 1) {
     return Fail(fmt::format("--set {}: more than one value", assignment));
   }
-  if (const auto fault = SetField(*field, *table.get("value"), config.pattern)) {
-    return Fail(fmt::format("--set {}: [{}] {}: {}", assignment, field->section, key, *fault));
+  if (const auto fault = SetSetting(*setting, *table.get("value"))) {
+    return Fail(fmt::format("--set {}: [{}] {}: {}", assignment, setting->section, key, *fault));
   }
   return {};
 }
 
 std::string DescribeConfigKeys() {
-  const PatternConfig defaults;
+  Config defaults;
   std::string out =
       "# trammel.toml: every key with its default. Keep what differs; a key that is left out has\n"
       "# its default. Keys that stand behind '#' have none.\n";
   std::string_view section;
-  for (const PatternField& field : PatternFields()) {
-    if (field.section != section) {
-      section = field.section;
+  for (const ConfigSetting& setting : SettingsOf(defaults)) {
+    if (setting.section != section) {
+      section = setting.section;
       out += fmt::format("\n[{}]\n", section);
     }
     std::string range;
-    if (field.lo < field.hi) {
-      range = fmt::format(" ({}{}{:.10g} … {:.10g})", field.unit, field.unit.empty() ? "" : ", ",
-                          field.lo, field.hi);
+    if (setting.range.lo < setting.range.hi) {
+      const std::string_view unit = setting.range.unit;
+      range = fmt::format(" ({}{}{:.10g} … {:.10g})", unit, unit.empty() ? "" : ", ",
+                          setting.range.lo, setting.range.hi);
     }
-    const auto value = FormatField(field, defaults);
-    out += fmt::format("# {}{}\n", field.doc, range);
-    out += value ? fmt::format("{} = {}\n", field.key, *value) : fmt::format("# {} =\n", field.key);
+    const auto value = FormatSetting(setting);
+    out += fmt::format("# {}{}\n", setting.doc, range);
+    out += value ? fmt::format("{} = {}\n", setting.key, *value)
+                 : fmt::format("# {} =\n", setting.key);
   }
   return out;
 }

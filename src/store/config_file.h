@@ -6,11 +6,13 @@
 
 #include "base/result.h"
 #include "pressure_advance/pattern_config.h"
+#include "pressure_advance/scan_settings.h"
 
 namespace trammel::store {
 
 struct Config {
   pressure_advance::PatternConfig pattern;  ///< [printer], [filament], [pressure_advance_pattern]
+  pressure_advance::ScanSettings scan;      ///< [moonraker], [camera], [scan]
   int keys_set = 0;                         ///< how many keys the file gave
 };
 
@@ -29,7 +31,8 @@ inline constexpr std::size_t kMaxConfigBytes = 1u << 20;
                                           const std::string& file);
 
 /// Sets one key from `key=value` or `section.key=value`, the value as in TOML; quotes round a text
-/// may be left out. Errors as ParseConfig, beginning with --set.
+/// may be left out. Without its section, a key that stands in several is that of the first of them.
+/// Errors as ParseConfig, beginning with --set.
 [[nodiscard]] Result<void> OverrideConfig(std::string_view assignment, Config& config);
 
 /// Every section and key with its documentation, unit, range and default: itself a valid

@@ -7,48 +7,55 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/random.h"
-#include "pressure_advance/pattern_fields.h"
 #include "pressure_advance/pattern_placeholders.h"
+#include "pressure_advance/scan_fields.h"
 #include "store/config_value.h"
 
 namespace trammel::store {
 namespace {
 
+using pressure_advance::AxisDirection;
 using pressure_advance::PatternConfig;
-using pressure_advance::PatternField;
-using pressure_advance::PatternFields;
+using pressure_advance::ScanSettings;
 using testing::HasSubstr;
 
 TEST(ConfigKeys, EachHasItsOwnNameADescriptionAndItsDefaultWithinItsRange) {
-  std::set<std::string_view> names;
-  const PatternConfig defaults;
-  for (const PatternField& field : PatternFields()) {
-    EXPECT_TRUE(names.insert(field.key).second) << field.key << " stands twice";
-    EXPECT_TRUE(field.doc.ends_with('.')) << field.key;
-    EXPECT_EQ(FindFieldProblem(defaults, field), std::nullopt) << field.key;
+  std::set<std::pair<std::string_view, std::string_view>> names;
+  Config defaults;
+  for (const ConfigSetting& setting : SettingsOf(defaults)) {
+    EXPECT_TRUE(names.emplace(setting.section, setting.key).second)
+        << setting.key << " stands twice";
+    EXPECT_TRUE(setting.doc.ends_with('.')) << setting.key;
   }
+  EXPECT_EQ(FindProblem(defaults.pattern), std::nullopt);
+  EXPECT_EQ(FindProblem(defaults.scan), std::nullopt);
 }
 
-TEST(ConfigKeys, CoverEveryMemberOnce) {
-  // Two fields that share a member would set each other.
-  const auto fields = PatternFields();
-  for (std::size_t i = 0; i < fields.size(); ++i) {
+TEST(ConfigKeys, EachHasAValueOfItsOwn) {
+  // Two settings that share a value would set each other.
+  Config config;
+  const auto settings = SettingsOf(config);
+  for (std::size_t i = 0; i < settings.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      EXPECT_FALSE(fields[i].member == fields[j].member) << fields[i].key << ' ' << fields[j].key;
+      EXPECT_FALSE(settings[i].value == settings[j].value)
+          << settings[i].key << ' ' << settings[j].key;
     }
   }
 }
 
 TEST(ConfigKeys, DescriptionIsItselfAConfigurationThatChangesNothing) {
-  const auto config = ParseConfig(DescribeConfigKeys(), "keys");
+  auto config = ParseConfig(DescribeConfigKeys(), "keys");
   ASSERT_TRUE(config) << config.error().message;
-  EXPECT_GT(config->keys_set, 40);
-  const PatternConfig defaults;
-  for (const PatternField& field : PatternFields()) {
-    EXPECT_EQ(FormatField(field, config->pattern), FormatField(field, defaults)) << field.key;
+  EXPECT_GT(config->keys_set, 70);
+  Config defaults;
+  const auto expected = SettingsOf(defaults);
+  const auto settings = SettingsOf(*config);
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    EXPECT_EQ(FormatSetting(settings[i]), FormatSetting(expected[i])) << settings[i].key;
   }
 }
 
@@ -91,6 +98,44 @@ TEST(ConfigFile, SetsWhatItSaysAndLeavesTheRest) {
   EXPECT_EQ(pattern.columns, 2);
 }
 
+TEST(ConfigFile, SetsTheMachineThatScans) {
+  const auto config = ParseConfig(
+      "[moonraker]\n"
+      "address = \"voron.local\"\n"
+      "api_key = \"0123\"\n"
+      "accept_any_certificate = true\n"
+      "[camera]\n"
+      "url = \"/dev/video0\"\n"
+      "fps = 29.97\n"
+      "width = 640\n"
+      "crop = [837, 341, 45, 60]\n"
+      "px_per_mm = 44\n"
+      "height_direction = \"+y\"\n"
+      "[scan]\n"
+      "speed = 5\n"
+      "nozzle_temperature = 140\n"
+      "lights_off_gcode = \"SET_LED LED=chamber RED=0\"\n",
+      "a.toml");
+  ASSERT_TRUE(config) << config.error().message;
+  EXPECT_TRUE(ValidateConfig(*config, "", "a.toml"));
+  const ScanSettings& scan = config->scan;
+  EXPECT_EQ(scan.address, "voron.local");
+  EXPECT_EQ(scan.api_key, "0123");
+  EXPECT_TRUE(scan.accept_any_certificate);
+  EXPECT_EQ(scan.camera, "/dev/video0");
+  EXPECT_EQ(scan.frames_per_s, 29.97);
+  EXPECT_EQ(scan.frame_width_px, 640);
+  EXPECT_EQ(scan.frame_height_px, 720);
+  EXPECT_EQ(scan.crop_px, (std::vector<double>{837, 341, 45, 60}));
+  EXPECT_EQ(scan.px_per_mm, 44);
+  EXPECT_EQ(scan.height_direction, AxisDirection::kPlusY);
+  EXPECT_EQ(scan.scan_speed_mm_s, 5);
+  EXPECT_EQ(scan.scan_nozzle_temperature_c, 140);
+  EXPECT_EQ(scan.lights_off_gcode, "SET_LED LED=chamber RED=0");
+  EXPECT_EQ(scan.laser_on_gcode, "LASER_ON");
+  EXPECT_EQ(config->pattern.nozzle_temperature_c, PatternConfig{}.nozzle_temperature_c);
+}
+
 struct Fault {
   const char* text;
   const char* says;
@@ -128,6 +173,17 @@ TEST(ConfigFile, NamesFileLineKeyValueAndBound) {
       {"[pressure_advance_pattern]\nsegments = [{fraction = 1, speeed = 2}]\n", "not \"speeed\""},
       {"[printer]\nbed_size_x = 1\nbed_size_x = 2\n", "a.toml:3: is not TOML"},
       {"[printer\n", "a.toml:1: is not TOML"},
+      {"[camera]\nheight_direction = \"up\"\n", "must be \"+x\", \"-x\", \"+y\" or \"-y\""},
+      {"[camera]\nhight = 480\n", "[camera] has no key hight; did you mean height?"},
+      {"[camera]\nspeed = 5\n", "[camera] has no key speed; it belongs in [scan]"},
+      {"[camera]\nlaser_angle = 90\n", "a.toml:2: [camera] laser_angle: 90 ° is outside 5 ... 85"},
+      {"[camera]\ncrop = [0, 0, -8, 8]\n", "[camera] crop: -8 px is outside"},
+      {"[camera]\nwidth = 640.5\n", "must be a whole number"},
+      {"[scan]\nspeed = 0\n", "[scan] speed: 0 mm/s is outside 0.1 ..."},
+      {"[scan]\nskip = 0\n", "[scan] skip: 0 mm is outside 0.1 ..."},
+      {"[moonraker]\naddress = 7125\n", "must be a text in quotes, is 7125"},
+      {"[moonraker]\nmoonraker_api_key = \"\"\n", "has no key moonraker_api_key"},
+      {"[scans]\n", "there is no section [scans]; did you mean scan?"},
   };
   for (const Fault& fault : faults) {
     const auto config = ParseConfig(fault.text, "a.toml");
@@ -146,6 +202,27 @@ TEST(ConfigFile, SaysWhereASettingStandsThatDoesNotFitTheOthers) {
   EXPECT_EQ(valid.error().message,
             "a.toml:3: [pressure_advance_pattern] line_spacing: 0.3 mm is not above line_width = "
             "0.495 mm: the lines would touch");
+}
+
+TEST(ConfigFile, SaysWhatCannotBeInAScan) {
+  const std::vector<Fault> faults{
+      {"[camera]\ncrop = [0, 0, 45]\n", "a.toml:2: [camera] crop: has 3 number(s)"},
+      {"[camera]\ncrop = [0, 0, 45.5, 60]\n", "crop: 45.5 px is not a whole number"},
+      {"[camera]\ncrop = [0, 0, 45, 7]\n", "crop: 45 x 7 px is too small"},
+      {"[moonraker]\napi_key = \"a\\r\\nHost: b\"\n", "api_key: holds a line break"},
+      {"[camera]\nurl = \"http://a\\nb\"\n", "a.toml:2: [camera] url: holds a line break"},
+  };
+  for (const Fault& fault : faults) {
+    const auto config = ParseConfig(fault.text, "a.toml");
+    ASSERT_TRUE(config) << config.error().message;
+    const auto valid = ValidateConfig(*config, fault.text, "a.toml");
+    ASSERT_FALSE(valid) << fault.text;
+    EXPECT_THAT(valid.error().message, HasSubstr(fault.says));
+  }
+  const char* const fine = "[scan]\nlaser_on_gcode = \"\"\nlaser_off_gcode = \"G4 P1\\nM5\"\n";
+  const auto config = ParseConfig(fine, "a.toml");
+  ASSERT_TRUE(config);
+  EXPECT_TRUE(ValidateConfig(*config, fine, "a.toml"));
 }
 
 TEST(ConfigFile, SurvivesHostileText) {
@@ -186,6 +263,20 @@ TEST(ConfigOverride, SetsOneKeyWithOrWithoutItsSection) {
   EXPECT_EQ(config.pattern.end_gcode, "M104 S0\nM140 S0");
   EXPECT_TRUE(OverrideConfig("segments=[{fraction=0.5,speed=5},{fraction=0.5,speed=90}]", config));
   EXPECT_EQ(config.pattern.segments.size(), 2u);
+  EXPECT_TRUE(OverrideConfig("moonraker.address=printer:7126", config));
+  EXPECT_EQ(config.scan.address, "printer:7126");
+  EXPECT_TRUE(OverrideConfig("height_direction=+x", config));
+  EXPECT_EQ(config.scan.height_direction, AxisDirection::kPlusX);
+}
+
+TEST(ConfigOverride, AKeyOfTwoSectionsIsTheFirstUnlessItsSectionIsNamed) {
+  Config config;
+  EXPECT_TRUE(OverrideConfig("nozzle_temperature=240", config));
+  EXPECT_EQ(config.pattern.nozzle_temperature_c, 240);
+  EXPECT_EQ(config.scan.scan_nozzle_temperature_c, ScanSettings{}.scan_nozzle_temperature_c);
+  EXPECT_TRUE(OverrideConfig("scan.nozzle_temperature=120", config));
+  EXPECT_EQ(config.pattern.nozzle_temperature_c, 240);
+  EXPECT_EQ(config.scan.scan_nozzle_temperature_c, 120);
 }
 
 TEST(ConfigOverride, NamesWhatIsWrong) {

@@ -3,17 +3,20 @@
 #include <fmt/format.h>
 
 #include <limits>
+#include <span>
 #include <sstream>
 #include <type_traits>
 #include <utility>
 
+#include "pressure_advance/pattern_fields.h"
+#include "pressure_advance/scan_fields.h"
+
 namespace trammel::store {
 namespace {
 
+using pressure_advance::AxisDirection;
 using pressure_advance::BedShape;
 using pressure_advance::Finish;
-using pressure_advance::PatternConfig;
-using pressure_advance::PatternField;
 using pressure_advance::Segment;
 using Fault = std::optional<std::string>;
 
@@ -58,69 +61,67 @@ Fault ReadSegment(const toml::node& value, Segment& segment) {
 /// Reads a TOML value into a setting of each type.
 struct Setter {
   const toml::node& value;
-  PatternConfig& config;
 
-  Fault operator()(double PatternConfig::*member) const {
-    return ReadNumber(value, config.*member);
-  }
-  Fault operator()(std::optional<double> PatternConfig::*member) const {
-    return ReadNumber(value, (config.*member).emplace());
-  }
-  Fault operator()(int PatternConfig::*member) const {
+  Fault operator()(double* out) const { return ReadNumber(value, *out); }
+  Fault operator()(std::optional<double>* out) const { return ReadNumber(value, out->emplace()); }
+  Fault operator()(int* out) const {
     const auto number = value.value_exact<std::int64_t>();
     if (!number) return WrongType("a whole number", value);
     if (!std::in_range<int>(*number)) return fmt::format("{} is far too large", *number);
-    config.*member = static_cast<int>(*number);
+    *out = static_cast<int>(*number);
     return std::nullopt;
   }
-  Fault operator()(bool PatternConfig::*member) const {
+  Fault operator()(bool* out) const {
     const auto flag = value.value_exact<bool>();
     if (!flag) return WrongType("true or false", value);
-    config.*member = *flag;
+    *out = *flag;
     return std::nullopt;
   }
-  Fault operator()(std::string PatternConfig::*member) const {
+  Fault operator()(std::string* out) const {
     const auto text = value.value_exact<std::string>();
     if (!text) return WrongType("a text in quotes", value);
-    config.*member = *text;
+    *out = *text;
     return std::nullopt;
   }
-  Fault operator()(std::vector<double> PatternConfig::*member) const {
+  Fault operator()(std::vector<double>* out) const {
     const toml::array* list = value.as_array();
     if (list == nullptr) return WrongType("a list of numbers", value);
-    (config.*member).clear();
+    out->clear();
     for (const toml::node& entry : *list) {
-      if (Fault fault = ReadNumber(entry, (config.*member).emplace_back())) return fault;
+      if (Fault fault = ReadNumber(entry, out->emplace_back())) return fault;
     }
     return std::nullopt;
   }
-  Fault operator()(std::vector<Segment> PatternConfig::*member) const {
+  Fault operator()(std::vector<Segment>* out) const {
     const toml::array* list = value.as_array();
     if (list == nullptr) return WrongType("a list of {fraction = ..., speed = ...}", value);
-    (config.*member).clear();
+    out->clear();
     for (const toml::node& entry : *list) {
-      if (Fault fault = ReadSegment(entry, (config.*member).emplace_back())) return fault;
+      if (Fault fault = ReadSegment(entry, out->emplace_back())) return fault;
     }
     return std::nullopt;
   }
-  Fault operator()(gcode::Dialect PatternConfig::*member) const {
-    return Choose(gcode::ParseDialect, member, "\"klipper\", \"marlin\" or \"reprapfirmware\"");
+  Fault operator()(gcode::Dialect* out) const {
+    return Choose(gcode::ParseDialect, out, "\"klipper\", \"marlin\" or \"reprapfirmware\"");
   }
-  Fault operator()(BedShape PatternConfig::*member) const {
-    return Choose(pressure_advance::ParseBedShape, member, "\"rectangle\" or \"ellipse\"");
+  Fault operator()(BedShape* out) const {
+    return Choose(pressure_advance::ParseBedShape, out, "\"rectangle\" or \"ellipse\"");
   }
-  Fault operator()(Finish PatternConfig::*member) const {
-    return Choose(pressure_advance::ParseFinish, member, "\"end\" or \"idle\"");
+  Fault operator()(Finish* out) const {
+    return Choose(pressure_advance::ParseFinish, out, "\"end\" or \"idle\"");
+  }
+  Fault operator()(AxisDirection* out) const {
+    return Choose(pressure_advance::ParseAxisDirection, out, "\"+x\", \"-x\", \"+y\" or \"-y\"");
   }
 
  private:
   template <class Choice>
-  Fault Choose(std::optional<Choice> (*parse)(std::string_view), Choice PatternConfig::*member,
+  Fault Choose(std::optional<Choice> (*parse)(std::string_view), Choice* out,
                const char* choices) const {
     const auto name = value.value_exact<std::string_view>();
     const std::optional<Choice> choice = name ? parse(*name) : std::nullopt;
     if (!choice) return WrongType(choices, value);
-    config.*member = *choice;
+    *out = *choice;
     return std::nullopt;
   }
 };
@@ -137,58 +138,70 @@ std::string FormatList(const std::vector<double>& values) {
 
 /// Writes a setting of each type as TOML.
 struct Formatter {
-  const PatternConfig& config;
-
-  std::optional<std::string> operator()(double PatternConfig::*member) const {
-    return fmt::format("{}", config.*member);
+  std::optional<std::string> operator()(double value) const { return fmt::format("{}", value); }
+  std::optional<std::string> operator()(const std::optional<double>& value) const {
+    if (!value) return std::nullopt;
+    return fmt::format("{}", *value);
   }
-  std::optional<std::string> operator()(std::optional<double> PatternConfig::*member) const {
-    if (!(config.*member)) return std::nullopt;
-    return fmt::format("{}", *(config.*member));
+  std::optional<std::string> operator()(int value) const { return fmt::format("{}", value); }
+  std::optional<std::string> operator()(bool value) const { return value ? "true" : "false"; }
+  std::optional<std::string> operator()(const std::string& value) const { return Quoted(value); }
+  std::optional<std::string> operator()(const std::vector<double>& values) const {
+    return FormatList(values);
   }
-  std::optional<std::string> operator()(int PatternConfig::*member) const {
-    return fmt::format("{}", config.*member);
-  }
-  std::optional<std::string> operator()(bool PatternConfig::*member) const {
-    return config.*member ? "true" : "false";
-  }
-  std::optional<std::string> operator()(std::string PatternConfig::*member) const {
-    return Quoted(config.*member);
-  }
-  std::optional<std::string> operator()(std::vector<double> PatternConfig::*member) const {
-    return FormatList(config.*member);
-  }
-  std::optional<std::string> operator()(std::vector<Segment> PatternConfig::*member) const {
+  std::optional<std::string> operator()(const std::vector<Segment>& segments) const {
     std::string list;
-    for (const Segment& segment : config.*member) {
+    for (const Segment& segment : segments) {
       list += fmt::format("{}{{fraction = {}, speed = {}}}", list.empty() ? "" : ", ",
                           segment.fraction, segment.speed_mm_s);
     }
     return "[" + list + "]";
   }
   template <class Choice>
-  std::optional<std::string> operator()(Choice PatternConfig::*member) const {
-    return fmt::format("\"{}\"", ToString(config.*member));
+  std::optional<std::string> operator()(const Choice& value) const {
+    return fmt::format("\"{}\"", ToString(value));
   }
 };
 
+template <class Config>
+void Bind(std::span<const pressure_advance::SettingField<Config>> fields, Config& config,
+          std::vector<ConfigSetting>& settings) {
+  for (const auto& field : fields) {
+    std::visit(
+        [&](auto member) {
+          settings.push_back(
+              {field.section, field.key, field.range(), field.doc, &(config.*member)});
+        },
+        field.member);
+  }
+}
+
 }  // namespace
 
-std::optional<std::string> SetField(const PatternField& field, const toml::node& value,
-                                    PatternConfig& config) {
-  if (Fault fault = std::visit(Setter{value, config}, field.member)) return fault;
-  return FindFieldProblem(config, field);
+std::vector<ConfigSetting> SettingsOf(Config& config) {
+  std::vector<ConfigSetting> settings;
+  Bind(pressure_advance::PatternFields(), config.pattern, settings);
+  Bind(pressure_advance::ScanFields(), config.scan, settings);
+  return settings;
 }
 
-std::optional<std::string> FormatField(const PatternField& field, const PatternConfig& config) {
-  return std::visit(Formatter{config}, field.member);
+std::optional<std::string> SetSetting(const ConfigSetting& setting, const toml::node& value) {
+  if (Fault fault = std::visit(Setter{value}, setting.value)) return fault;
+  return std::visit(
+      [&](const auto* out) { return pressure_advance::FindValueProblem(setting.range, *out); },
+      setting.value);
 }
 
-bool IsText(const PatternField& field) {
-  return std::holds_alternative<std::string PatternConfig::*>(field.member) ||
-         std::holds_alternative<gcode::Dialect PatternConfig::*>(field.member) ||
-         std::holds_alternative<BedShape PatternConfig::*>(field.member) ||
-         std::holds_alternative<Finish PatternConfig::*>(field.member);
+std::optional<std::string> FormatSetting(const ConfigSetting& setting) {
+  return std::visit([](const auto* value) { return Formatter{}(*value); }, setting.value);
+}
+
+bool IsText(const ConfigSetting& setting) {
+  return std::holds_alternative<std::string*>(setting.value) ||
+         std::holds_alternative<gcode::Dialect*>(setting.value) ||
+         std::holds_alternative<BedShape*>(setting.value) ||
+         std::holds_alternative<Finish*>(setting.value) ||
+         std::holds_alternative<AxisDirection*>(setting.value);
 }
 
 }  // namespace trammel::store

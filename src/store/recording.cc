@@ -28,10 +28,7 @@ constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 
 std::optional<AxisDirection> Direction(JsonObject& object, const char* key) {
   const auto text = object.OptionalChoice(key, {"+x", "-x", "+y", "-y"});
-  if (!text) return std::nullopt;
-  if (*text == "+x") return AxisDirection::kPlusX;
-  if (*text == "-x") return AxisDirection::kMinusX;
-  return *text == "+y" ? AxisDirection::kPlusY : AxisDirection::kMinusY;
+  return text ? pressure_advance::ParseAxisDirection(*text) : std::nullopt;
 }
 
 /// Why a video's name must not be used; empty where it may be.

@@ -1,0 +1,15 @@
+// What can be wrong with a setting of trammel.toml.
+#pragma once
+
+#include <string>
+
+namespace trammel::pressure_advance {
+
+/// What is wrong with a setting, told by its section and key in trammel.toml.
+struct SettingProblem {
+  std::string section;
+  std::string key;
+  std::string message;  ///< the value and its bound
+};
+
+}  // namespace trammel::pressure_advance
