@@ -63,6 +63,9 @@ struct FrameObservation {
 struct SweepObservation {
   std::vector<FrameObservation> frames;  ///< in order of arrival
   std::vector<LineMove> motion;
+  std::optional<ClockOffset>
+      arrival_offset;  ///< as measured near this sweep; absent: the session's
+  std::optional<ClockOffset> captured_offset;  ///< likewise
 };
 
 struct SweepTimingOptions {
@@ -70,14 +73,14 @@ struct SweepTimingOptions {
   std::optional<ClockOffset>
       captured_offset;              ///< absent: taken from arrivals (they are never early)
   double longest_latency_s = 0.25;  ///< (0, 5]: of camera and, without capture times, delivery
-  double clock_rate_error = 2e-4;   ///< [0, 0.01]: between camera and motion, 200 ppm: two quartzes
+  double clock_rate_error = 5e-5;   ///< [0, 0.01]: between camera and motion; two quartzes
   double steady_tolerance = 0.01;  ///< (0, 0.5]: a frame is steady where the speed is that close to
                                    ///< the sweep's
   double nominal_frames_per_s = 30;  ///< [1, 1000]: what the camera was asked for; halved and
                                      ///< doubled rates are recognised
-  std::size_t least_still = 5;     ///< >= 2: frames of a standing head wanted at either end
-  double most_uncertain_s = 0.02;  ///< > 0: above this standard uncertainty of the latency no
-                                   ///< positions are given
+  std::size_t least_still = 5;       ///< >= 2: frames of a standing head wanted at either end
+  double most_uncertain_s = 0.02;    ///< > 0: above this standard uncertainty of the latency no
+                                     ///< positions are given
 };
 
 enum class FrameMotion {
@@ -96,7 +99,7 @@ struct FrameTiming {
   FrameMotion motion = FrameMotion::kUnplaced;
   std::size_t lost_before = 0;  ///< frames that the camera took, or should have, between the one
                                 ///< before and this one, and that never came
-  std::string note;  ///< why it is unplaced, or what else is unusual; empty otherwise
+  std::string note;             ///< why it is unplaced, or what else is unusual; empty otherwise
 };
 
 struct SweepTiming {

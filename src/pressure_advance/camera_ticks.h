@@ -1,0 +1,55 @@
+// The regular clock of a camera behind irregular deliveries.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace trammel::pressure_advance {
+
+struct TickOptions {
+  double nominal_period_s = 1.0 / 30;  ///< > 0
+  double drop_cost = 5;                ///< nats: one frame in 150 is lost
+  double certain_nats = 13;  ///< a tick whose next best alternative is dearer than this is certain
+};
+
+/// Which tick of its camera each frame belongs to: its time is origin_s + period_s · tick, where 0
+/// is the earliest that a frame arrives after it was taken.
+struct TickFit {
+  double origin_s = 0;
+  double period_s = 0;
+  double origin_sigma_s = 0;  ///< of the time of a frame in the middle
+  double period_sigma_s = 0;
+  std::vector<long> tick;       ///< per frame, increasing
+  std::vector<bool> certain;    ///< per frame
+  std::vector<double> delay_s;  ///< per frame: arrival - its tick's time; a few are below 0
+  double unevenness_s = 0;      ///< how far the earliest deliveries stray from the line
+  double typical_delay_s = 0;   ///< median delay
+  std::size_t lost = 0;
+
+  [[nodiscard]] double At(long k) const { return origin_s + period_s * static_cast<double>(k); }
+};
+
+/// Fits ticks to arrival times: delivery delays frames (by several periods, if need be) and keeps
+/// their order; some frames may be lost. Model: delays are exponential beyond the least one, losses
+/// cost drop_cost; the most likely assignment by dynamic programming over ticks, the line through
+/// its tenth-lowest delays (a quantile regression: near the envelope, but not at the mercy of one
+/// frame), alternating.
+/// @param arrival_s  not decreasing, at least 10.
+/// @param period_s   > 0: fixed; 0: found.
+[[nodiscard]] TickFit FitTicks(std::span<const double> arrival_s, const TickOptions& options,
+                               double period_s = 0);
+
+/// The sweeps of one session, whose camera ran through: one line for all of them, which ten sweeps
+/// tell much better than each for itself. Where they do not fit one line (a camera that was
+/// restarted), each has its own origin and all have the median of their periods.
+/// @param arrivals  per sweep, in order of time; each as for FitTicks().
+[[nodiscard]] std::vector<TickFit> FitSessionTicks(std::span<const std::vector<double>> arrivals,
+                                                   const TickOptions& options);
+
+/// One sweep whose ticks are known from the camera's own count.
+/// @param tick  per frame, increasing.
+[[nodiscard]] TickFit FitKnownTicks(std::span<const double> arrival_s, std::vector<long> tick);
+
+}  // namespace trammel::pressure_advance

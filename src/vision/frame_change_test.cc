@@ -1,0 +1,96 @@
+#include "vision/frame_change.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+
+#include "base/random.h"
+#include "support/test_pictures.h"
+
+namespace trammel::vision {
+namespace {
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 120;
+
+/// A dark picture with a speckled line across, seen where the head is; `place` moves the speckle
+/// on.
+Frame LaserPicture(double place, double noise, double gain, Random& random) {
+  Frame frame(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double across = (x - 80.0) / 2.5;
+      const double speckle =
+          1 + 0.5 * std::sin(0.9 * y + 40 * place) * std::cos(0.37 * y - 25 * place);
+      const double light = 8 + 150 * std::exp(-0.5 * across * across) * speckle;
+      for (int c = 0; c < 3; ++c) {
+        const double value = gain * light * (c == 2 ? 1.0 : 0.3) + noise * random.Normal();
+        frame.row(y)[3 * x + c] = static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
+      }
+    }
+  }
+  const std::string jpeg = test::JpegOf(frame, 80);
+  const cv::Mat bytes(1, static_cast<int>(jpeg.size()), CV_8UC1, const_cast<char*>(jpeg.data()));
+  const cv::Mat decoded = cv::imdecode(bytes, cv::IMREAD_COLOR);
+  std::memcpy(frame.bgr.data(), decoded.data, frame.bgr.size());
+  return frame;
+}
+
+double Change(const Frame& a, const Frame& b) {
+  const FrameChangeOptions options;
+  FrameSketch before;
+  FrameSketch after;
+  std::vector<float> scratch;
+  SketchFrame(a.view(), options, before);
+  SketchFrame(b.view(), options, after);
+  return FrameChange(before, after, options, scratch);
+}
+
+TEST(FrameChange, IsZeroForTheSamePicture) {
+  Random random(1);
+  const Frame frame = LaserPicture(0, 3, 1, random);
+  EXPECT_EQ(Change(frame, frame), 0);
+}
+
+TEST(FrameChange, TellsMovingFromStandingThroughNoiseAndJpeg) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    const Frame first = LaserPicture(0, 6, 1, random);
+    const double standing = Change(first, LaserPicture(0, 6, 1, random));
+    const double moving = Change(first, LaserPicture(0.05, 6, 1, random));
+    EXPECT_GT(moving, 3 * standing) << "seed " << seed;
+  }
+}
+
+TEST(FrameChange, GrowsWithTheDisplacementUntilItSaturates) {
+  Random random(1);
+  const Frame first = LaserPicture(0, 0, 1, random);
+  double last = 0;
+  for (const double place : {0.005, 0.01, 0.02, 0.03}) {
+    const double change = Change(first, LaserPicture(place, 0, 1, random));
+    EXPECT_GT(change, last);
+    last = change;
+  }
+}
+
+TEST(FrameChange, ACommonChangeOfExposureIsNoMotion) {
+  Random random(1);
+  const Frame first = LaserPicture(0, 3, 1, random);
+  const double moving = Change(first, LaserPicture(0.05, 3, 1, random));
+  for (const double gain : {0.85, 1.1}) {
+    EXPECT_LT(Change(first, LaserPicture(0, 3, gain, random)), 0.35 * moving) << gain;
+  }
+}
+
+TEST(FrameChange, AnAllBlackPictureHasNoChange) {
+  const Frame black(64, 48);
+  EXPECT_EQ(Change(black, black), 0);
+}
+
+}  // namespace
+}  // namespace trammel::vision
