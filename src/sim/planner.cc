@@ -81,12 +81,13 @@ double JunctionV2(const Node& before, const Node& after, const Move& before_move
   return std::min(limit, 0.25 * tangent * after.change_v2);
 }
 
-// Lowers entry speeds until each is reachable forwards and backwards; the run ends at rest.
+// Lowers entry speeds until each is reachable forwards and backwards; the run begins at the first
+// move's own entry speed and ends at rest.
 void LimitByReach(std::span<Node> run, double Node::*entry, double Node::*change) {
   double previous = 0;
   double reach = 0;
   for (std::size_t i = 0; i < run.size(); ++i) {
-    run[i].*entry = i == 0 ? 0 : std::min(run[i].*entry, previous + reach);
+    run[i].*entry = i == 0 ? run[i].*entry : std::min(run[i].*entry, previous + reach);
     previous = run[i].*entry;
     reach = run[i].*change;
   }
@@ -144,11 +145,16 @@ TimedMove Trapezoid(const Move& move, const Node& node, double exit_v2, double p
   return timed;
 }
 
-// Plans moves between two rests and appends them.
-void PlanRun(std::span<const Move> moves, double& clock_s, std::vector<TimedMove>& plan) {
+// Plans moves that begin with a speed and end at rest, and appends them.
+void PlanRun(std::span<const Move> moves, double entry_v_mm_s, double& clock_s,
+             std::vector<TimedMove>& plan) {
   std::vector<Node> run;
   run.reserve(moves.size());
   for (const Move& move : moves) run.push_back(MakeNode(move));
+  if (!run.empty()) {
+    run[0].entry_v2 = entry_v_mm_s * entry_v_mm_s;
+    run[0].smooth_entry_v2 = run[0].entry_v2;
+  }
   for (std::size_t i = 1; i < run.size(); ++i) {
     run[i].entry_v2 = JunctionV2(run[i - 1], run[i], moves[i - 1], moves[i]);
     run[i].smooth_entry_v2 = run[i].entry_v2;
@@ -165,13 +171,21 @@ void PlanRun(std::span<const Move> moves, double& clock_s, std::vector<TimedMove
   }
 }
 
-bool Moves(const Move& move) {
+}  // namespace
+
+bool HasMotion(const Move& move) {
   return std::hypot(move.to.x_mm - move.from.x_mm, move.to.y_mm - move.from.y_mm,
                     move.to.z_mm - move.from.z_mm) > 1e-9 ||
          std::abs(move.e_mm) > 1e-12;
 }
 
-}  // namespace
+std::vector<TimedMove> PlanContinuation(std::span<const Move> moves, double entry_v_mm_s) {
+  std::vector<TimedMove> plan;
+  plan.reserve(moves.size());
+  double clock_s = 0;
+  PlanRun(moves, entry_v_mm_s, clock_s, plan);
+  return plan;
+}
 
 bool TimedMove::travels() const {
   return std::hypot(move.to.x_mm - move.from.x_mm, move.to.y_mm - move.from.y_mm) > 1e-9;
@@ -200,15 +214,15 @@ std::vector<TimedMove> PlanMotion(std::span<const Move> moves) {
   double clock_s = 0;
   for (const Move& move : moves) {
     if (move.stop_before) {
-      PlanRun(run, clock_s, plan);
+      PlanRun(run, 0, clock_s, plan);
       run.clear();
       clock_s += std::min(move.dwell_before_s, kLongestDwellS);
     }
-    if (Moves(move)) {
+    if (HasMotion(move)) {
       run.push_back(move);
     }
   }
-  PlanRun(run, clock_s, plan);
+  PlanRun(run, 0, clock_s, plan);
   return plan;
 }
 

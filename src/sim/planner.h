@@ -43,4 +43,13 @@ struct PathState {
 /// left out.
 [[nodiscard]] std::vector<TimedMove> PlanMotion(std::span<const Move> moves);
 
+/// Whether a move changes any position at all, the filament's included.
+[[nodiscard]] bool HasMotion(const Move& move);
+
+/// Plans one run that begins at time 0 with a speed and ends at rest, as PlanMotion does between
+/// rests; stop_before and dwells are not looked at. REQUIRES that every move HasMotion, and an
+/// entry speed from which the run can come to rest.
+[[nodiscard]] std::vector<TimedMove> PlanContinuation(std::span<const Move> moves,
+                                                      double entry_v_mm_s);
+
 }  // namespace trammel::sim

@@ -53,13 +53,15 @@ Result<Interval> TestedRange(std::string_view gcode) {
   return range;
 }
 
+double TruthOf(std::uint64_t seed, const Interval& tested_s) {
+  const double quarter = (tested_s.hi - tested_s.lo) / 4;
+  return Random(seed).Fork(kTruth).Uniform(tested_s.lo + quarter, tested_s.hi - quarter);
+}
+
 Result<Print> PrintInWorld(std::string_view gcode, std::uint64_t seed,
                            std::optional<double> k_star_s, const Interval& tested_s) {
   const Random world(seed);
-  if (!k_star_s) {
-    const double quarter = (tested_s.hi - tested_s.lo) / 4;
-    k_star_s = world.Fork(kTruth).Uniform(tested_s.lo + quarter, tested_s.hi - quarter);
-  }
+  if (!k_star_s) k_star_s = TruthOf(seed, tested_s);
   if (!(*k_star_s >= 0.0001 && *k_star_s <= 10)) {
     return Fail(fmt::format(
         "a virtual printer's true pressure advance of {} s is outside 0.0001 ... 10", *k_star_s));

@@ -21,6 +21,9 @@ namespace trammel::sim {
 /// Errors as InterpretGcode; and (kInput) a file without such strokes.
 [[nodiscard]] Result<Interval> TestedRange(std::string_view gcode);
 
+/// The truth that a world draws from the middle half of the tested range.
+[[nodiscard]] double TruthOf(std::uint64_t seed, const Interval& tested_s);
+
 /// Prints in the world of a seed. Without `k_star_s` the truth is drawn uniformly from the middle
 /// half of the tested range.
 /// Errors as PrintGcode; and (kInput) a truth outside 0.0001 … 10 s.

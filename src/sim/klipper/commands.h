@@ -1,0 +1,38 @@
+// The G-code commands of the virtual Klipper.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "sim/klipper/command_line.h"
+#include "sim/klipper/machine.h"
+
+namespace trammel::sim {
+
+/// What a command leaves to be done before the next line of its script.
+struct Outcome {
+  Wait wait;                       ///< empty: nothing to wait for
+  std::vector<std::string> lines;  ///< to be read next
+};
+
+using Handler = Result<Outcome> (*)(VirtualKlipper&, const CommandLine&);
+
+/// Finds and runs a command. Unknown ones are told as a response and are no error. Errors are in
+/// Klipper's words.
+[[nodiscard]] Result<Outcome> RunCommand(VirtualKlipper& machine, const CommandLine& line);
+
+/// One table per family of commands.
+[[nodiscard]] const std::map<std::string, Handler>& MotionCommands();
+[[nodiscard]] const std::map<std::string, Handler>& SettingCommands();
+[[nodiscard]] const std::map<std::string, Handler>& HeatCommands();
+[[nodiscard]] const std::map<std::string, Handler>& HostCommands();
+
+/// Waits until everything queued has been made.
+[[nodiscard]] Outcome WaitForMoves(VirtualKlipper& machine);
+
+/// Queues a straight move to x, y, z, e; the wait is for room in the queue.
+[[nodiscard]] Result<Outcome> MoveTo(VirtualKlipper& machine, const std::array<double, 4>& to_mm,
+                                     double speed_mm_s);
+
+}  // namespace trammel::sim

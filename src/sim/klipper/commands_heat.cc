@@ -1,0 +1,120 @@
+// G-code for heaters and the fan.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "sim/klipper/commands.h"
+
+namespace trammel::sim {
+namespace {
+
+std::string Report(const VirtualKlipper& machine) {
+  return fmt::format("B:{:.1f} /{:.1f} T0:{:.1f} /{:.1f}", machine.bed.temperature_c,
+                     machine.bed.target_c, machine.nozzle.temperature_c, machine.nozzle.target_c);
+}
+
+// Waits for a condition and reports the temperatures once a second meanwhile.
+Wait Reporting(std::function<bool(const VirtualKlipper&)> done) {
+  double next_s = -1;
+  return [done = std::move(done), next_s](VirtualKlipper& machine) mutable -> Result<bool> {
+    constexpr double kEveryS = 1;
+    if (machine.state() != KlippyState::kReady || done(machine)) return true;
+    if (machine.now_s() >= next_s) {
+      next_s = machine.now_s() + kEveryS;
+      machine.Respond(Report(machine));
+    }
+    return false;
+  };
+}
+
+Result<Outcome> Heat(VirtualKlipper& machine, Heater& heater, double target_c, bool wait) {
+  if (target_c != 0 && (target_c < 0 || target_c > heater.config.highest_c)) {
+    return Fail(fmt::format("Requested temperature ({:.1f}) out of range ({:.1f}:{:.1f})", target_c,
+                            0.0, heater.config.highest_c));
+  }
+  machine.SetHeaterTarget(heater, target_c);
+  if (!wait || target_c == 0) return Outcome{};
+  const std::string name = heater.config.name;
+  return Outcome{Reporting([name](const VirtualKlipper& m) {
+                   return !Busy(name == m.nozzle.config.name ? m.nozzle : m.bed);
+                 }),
+                 {}};
+}
+
+Result<Outcome> HeatByLetter(VirtualKlipper& machine, const CommandLine& line) {
+  const auto target = FloatOf(line, "S");
+  if (!target) return tl::unexpected(target.error());
+  const bool nozzle = line.name == "M104" || line.name == "M109";
+  const bool wait = line.name == "M109" || line.name == "M190";
+  return Heat(machine, nozzle ? machine.nozzle : machine.bed, target->value_or(0), wait);
+}
+
+Result<Outcome> SetHeater(VirtualKlipper& machine, const CommandLine& line) {
+  const auto name = RequiredText(line, "HEATER");
+  if (!name) return tl::unexpected(name.error());
+  Heater* heater = machine.FindHeater(*name);
+  if (heater == nullptr) return Fail(fmt::format("The value '{}' is not valid for HEATER", *name));
+  const auto target = FloatOf(line, "TARGET");
+  if (!target) return tl::unexpected(target.error());
+  return Heat(machine, *heater, target->value_or(0), false);
+}
+
+Result<Outcome> HeatersOff(VirtualKlipper& machine, const CommandLine&) {
+  machine.SetHeaterTarget(machine.nozzle, 0);
+  machine.SetHeaterTarget(machine.bed, 0);
+  return Outcome{};
+}
+
+Result<Outcome> WaitForTemperature(VirtualKlipper& machine, const CommandLine& line) {
+  const auto name = RequiredText(line, "SENSOR");
+  if (!name) return tl::unexpected(name.error());
+  const Heater* heater = machine.FindHeater(*name);
+  if (heater == nullptr) return Fail(fmt::format("Unknown sensor '{}'", *name));
+  const auto minimum = FloatOf(line, "MINIMUM");
+  if (!minimum) return tl::unexpected(minimum.error());
+  const auto maximum = FloatOf(line, "MAXIMUM");
+  if (!maximum) return tl::unexpected(maximum.error());
+  if (!*minimum && !*maximum) {
+    return Fail("Error on 'TEMPERATURE_WAIT': missing MINIMUM or MAXIMUM.");
+  }
+  const bool nozzle = heater == &machine.nozzle;
+  const double lo = minimum->value_or(-1e9);
+  const double hi = maximum->value_or(1e9);
+  return Outcome{Reporting([nozzle, lo, hi](const VirtualKlipper& m) {
+                   const double now_c = nozzle ? m.nozzle.temperature_c : m.bed.temperature_c;
+                   return now_c >= lo && now_c <= hi;
+                 }),
+                 {}};
+}
+
+Result<Outcome> TellTemperatures(VirtualKlipper& machine, const CommandLine&) {
+  machine.Respond(Report(machine));
+  return Outcome{};
+}
+
+Result<Outcome> Fan(VirtualKlipper& machine, const CommandLine& line) {
+  const auto speed = FloatOf(line, "S", {0, {}, {}});
+  if (!speed) return tl::unexpected(speed.error());
+  machine.fan_speed = line.name == "M107" ? 0 : std::min(1.0, speed->value_or(255) / 255);
+  return Outcome{};
+}
+
+}  // namespace
+
+const std::map<std::string, Handler>& HeatCommands() {
+  static const std::map<std::string, Handler> commands = {
+      {"M104", HeatByLetter},
+      {"M109", HeatByLetter},
+      {"M140", HeatByLetter},
+      {"M190", HeatByLetter},
+      {"SET_HEATER_TEMPERATURE", SetHeater},
+      {"TURN_OFF_HEATERS", HeatersOff},
+      {"TEMPERATURE_WAIT", WaitForTemperature},
+      {"M105", TellTemperatures},
+      {"M106", Fan},
+      {"M107", Fan},
+  };
+  return commands;
+}
+
+}  // namespace trammel::sim

@@ -1,0 +1,260 @@
+// G-code for pins, messages, files, timers and the host itself.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "sim/klipper/commands.h"
+
+namespace trammel::sim {
+namespace {
+
+Result<Outcome> SetPinCommand(VirtualKlipper& machine, const CommandLine& line) {
+  const auto name = RequiredText(line, "PIN");
+  if (!name) return tl::unexpected(name.error());
+  if (machine.pins.count(*name) == 0) {
+    return Fail(fmt::format("The value '{}' is not valid for PIN", *name));
+  }
+  const auto value = RequiredFloat(line, "VALUE", {0, {}, 1});
+  if (!value) return tl::unexpected(value.error());
+  // In step with the motion: the pin changes when the last queued move ends.
+  machine.motion().AfterLastMove(
+      [&machine, pin = *name, to = *value](double print_time_s) {
+        machine.At(print_time_s, [&machine, pin, to] { machine.SetPin(pin, to); });
+      },
+      machine.print_now_s());
+  return Outcome{};
+}
+
+Result<Outcome> Display(VirtualKlipper& machine, const CommandLine& line) {
+  machine.display_message = line.name == "M117" ? line.rest : std::string();
+  const auto found = line.parameters.find("MSG");
+  if (found != line.parameters.end()) machine.display_message = found->second;
+  return Outcome{};
+}
+
+Result<Outcome> Echo(VirtualKlipper& machine, const CommandLine& line) {
+  if (line.name == "M118") {
+    machine.Respond("echo: " + line.rest);
+    return Outcome{};
+  }
+  const auto text = [&line](const char* key) {
+    const auto found = line.parameters.find(key);
+    return found == line.parameters.end() ? std::string() : found->second;
+  };
+  std::string prefix = "echo:";
+  const std::string type = text("TYPE");
+  if (type == "command") prefix = "//";
+  if (type == "error") prefix = "!!";
+  if (line.has("TYPE") && type != "command" && type != "error" && type != "echo") {
+    return Fail(
+        fmt::format("RESPOND TYPE '{}' is invalid. Must be one of 'echo', 'command', or "
+                    "'error'",
+                    type));
+  }
+  if (line.has("PREFIX")) prefix = text("PREFIX");
+  machine.Respond(prefix + " " + text("MSG"));
+  return Outcome{};
+}
+
+Result<Outcome> TellStatus(VirtualKlipper& machine, const CommandLine&) {
+  if (machine.state() != KlippyState::kReady) return Fail(machine.state_message());
+  machine.Inform("Klipper state: Ready");
+  return Outcome{};
+}
+
+Result<Outcome> Firmware(VirtualKlipper& machine, const CommandLine&) {
+  machine.Inform("FIRMWARE_NAME:Klipper FIRMWARE_VERSION:v0.13.0-virtual");
+  return Outcome{};
+}
+
+Result<Outcome> RestartCommand(VirtualKlipper& machine, const CommandLine&) {
+  machine.Restart();
+  return Outcome{};
+}
+
+Result<Outcome> SaveConfig(VirtualKlipper& machine, const CommandLine&) {
+  if (machine.save_config_pending) machine.Restart();
+  return Outcome{};
+}
+
+Result<Outcome> Stop(VirtualKlipper& machine, const CommandLine&) {
+  machine.Shutdown("Shutdown due to M112 command");
+  return Outcome{};
+}
+
+Result<Outcome> DelayGcode(VirtualKlipper& machine, const CommandLine& line) {
+  const auto id = RequiredText(line, "ID");
+  if (!id) return tl::unexpected(id.error());
+  const std::string name = UpperCase(*id);
+  if (machine.config().delayed_gcode.count(name) == 0) {
+    return Fail(fmt::format("The value '{}' is not valid for ID", *id));
+  }
+  const auto duration = RequiredFloat(line, "DURATION", {0, {}, {}});
+  if (!duration) return tl::unexpected(duration.error());
+  machine.delayed_at_s.erase(name);
+  if (*duration > 0) machine.delayed_at_s[name] = machine.now_s() + *duration;
+  return Outcome{};
+}
+
+Result<Outcome> IdleTimeout(VirtualKlipper& machine, const CommandLine& line) {
+  const auto timeout = FloatOf(line, "TIMEOUT", {{}, 0, {}});
+  if (!timeout) return tl::unexpected(timeout.error());
+  machine.idle_timeout_s = timeout->value_or(machine.config().idle_timeout_s);
+  machine.Inform(fmt::format("idle_timeout: Timeout set to {:.2f} s", machine.idle_timeout_s));
+  return Outcome{};
+}
+
+std::vector<std::string> LinesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  std::size_t from = 0;
+  while (from < text.size()) {
+    const std::size_t end = std::min(text.size(), text.find('\n', from));
+    lines.push_back(text.substr(from, end - from));
+    from = end + 1;
+  }
+  return lines;
+}
+
+Result<Outcome> PrintFile(VirtualKlipper& machine, const CommandLine& line) {
+  if (machine.print.running) return Fail("SD busy");
+  const auto name = RequiredText(line, "FILENAME");
+  if (!name) return tl::unexpected(name.error());
+  const std::string file = !name->empty() && name->front() == '/' ? name->substr(1) : *name;
+  const auto found = machine.files().find(file);
+  if (found == machine.files().end()) return Fail("Unable to open file");
+  machine.print = {};
+  machine.print.filename = file;
+  machine.print.lines = LinesOf(found->second);
+  machine.print.loaded = machine.print.running = true;
+  machine.print.state = "printing";
+  machine.print.started_s = machine.now_s();
+  machine.plate_cleaned_s = machine.now_s();
+  machine.print.e_start_mm = machine.commanded_mm[3];
+  machine.Respond(fmt::format("File opened:{} Size:{}", file, found->second.size()));
+  machine.Respond("File selected");
+  return Outcome{};
+}
+
+Result<Outcome> ResetFile(VirtualKlipper& machine, const CommandLine&) {
+  if (machine.print.running) return Fail("SDCARD_RESET_FILE cannot be run from the sdcard");
+  machine.print = {};
+  return Outcome{};
+}
+
+Result<Outcome> Pause(VirtualKlipper& machine, const CommandLine&) {
+  if (machine.print.paused) {
+    machine.Inform("Print already paused");
+    return Outcome{};
+  }
+  if (machine.print.running) machine.print.state = "paused";
+  machine.print.running = false;
+  machine.print.paused = true;
+  machine.saved["PAUSE_STATE"] = machine.gcode;
+  return Outcome{};
+}
+
+Result<Outcome> Resume(VirtualKlipper& machine, const CommandLine&) {
+  if (!machine.print.paused) {
+    machine.Inform("Print is not paused, resume aborted");
+    return Outcome{};
+  }
+  machine.print.paused = false;
+  if (machine.print.loaded) {
+    machine.print.running = true;
+    machine.print.state = "printing";
+  }
+  return Outcome{{}, {"RESTORE_GCODE_STATE NAME=PAUSE_STATE MOVE=1 MOVE_SPEED=50"}};
+}
+
+Result<Outcome> Cancel(VirtualKlipper& machine, const CommandLine&) {
+  if (!machine.print.loaded) machine.Inform("action:cancel");
+  if (machine.print.loaded) machine.print.state = "cancelled";
+  machine.print.loaded = machine.print.running = machine.print.paused = false;
+  machine.print.ended_s = machine.now_s();
+  return Outcome{};
+}
+
+Result<Outcome> StartSd(VirtualKlipper& machine, const CommandLine&) {
+  if (machine.print.running) return Fail("SD busy");
+  if (machine.print.loaded) {
+    machine.print.running = true;
+    machine.print.paused = false;
+    machine.print.state = "printing";
+  }
+  return Outcome{};
+}
+
+Result<Outcome> Nothing(VirtualKlipper&, const CommandLine&) { return Outcome{}; }
+
+// A macro's lines, after its call of a client.
+Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro,
+                         const CommandLine& line) {
+  if (!macro.remote_method.empty()) {
+    KlipperEvent event;
+    event.kind = KlipperEvent::Kind::kRemoteCall;
+    event.text = macro.remote_method;
+    for (const RemoteArgument& argument : macro.remote_arguments) {
+      const auto found = line.parameters.find(argument.parameter);
+      const std::string text = found == line.parameters.end() ? argument.fallback : found->second;
+      KlipperEvent::Argument given{argument.key, text, std::nullopt};
+      if (argument.number) given.number = ToNumber(text).value_or(0);
+      event.arguments.push_back(given);
+    }
+    machine.CallRemote(std::move(event));
+  }
+  return Outcome{{}, macro.lines};
+}
+
+}  // namespace
+
+const std::map<std::string, Handler>& HostCommands() {
+  static const std::map<std::string, Handler> commands = {
+      {"SET_PIN", SetPinCommand},
+      {"M117", Display},
+      {"SET_DISPLAY_TEXT", Display},
+      {"M118", Echo},
+      {"RESPOND", Echo},
+      {"STATUS", TellStatus},
+      {"M115", Firmware},
+      {"RESTART", RestartCommand},
+      {"FIRMWARE_RESTART", RestartCommand},
+      {"SAVE_CONFIG", SaveConfig},
+      {"M112", Stop},
+      {"UPDATE_DELAYED_GCODE", DelayGcode},
+      {"SET_IDLE_TIMEOUT", IdleTimeout},
+      {"SDCARD_PRINT_FILE", PrintFile},
+      {"SDCARD_RESET_FILE", ResetFile},
+      {"PAUSE", Pause},
+      {"RESUME", Resume},
+      {"CLEAR_PAUSE", Nothing},
+      {"CANCEL_PRINT", Cancel},
+      {"M24", StartSd},
+      {"M25", Pause},
+      {"M73", Nothing},
+      {"BED_MESH_CLEAR", Nothing},
+  };
+  return commands;
+}
+
+Result<Outcome> RunCommand(VirtualKlipper& machine, const CommandLine& line) {
+  static constexpr std::array<const char*, 4> kAlways = {"M112", "RESTART", "FIRMWARE_RESTART",
+                                                         "STATUS"};
+  const bool always = std::find(kAlways.begin(), kAlways.end(), line.name) != kAlways.end();
+  if (machine.state() != KlippyState::kReady && !always) return Fail(machine.state_message());
+  const auto macro = machine.config().macros.find(line.name);
+  if (macro != machine.config().macros.end()) {
+    if (!line.fault.empty()) return Fail(line.fault);
+    return RunMacro(machine, macro->second, line);
+  }
+  for (const auto* table :
+       {&MotionCommands(), &SettingCommands(), &HeatCommands(), &HostCommands()}) {
+    const auto found = table->find(line.name);
+    if (found == table->end()) continue;
+    if (!line.fault.empty()) return Fail(line.fault);
+    return found->second(machine, line);
+  }
+  machine.Inform(fmt::format("Unknown command:\"{}\"", line.name));
+  return Outcome{};
+}
+
+}  // namespace trammel::sim

@@ -1,0 +1,240 @@
+// G-code that changes how later moves are read and made.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/klipper/commands.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr std::array<const char*, 4> kAxes = {"X", "Y", "Z", "E"};
+
+Result<Outcome> Positioning(VirtualKlipper& machine, const CommandLine& line) {
+  machine.gcode.absolute = line.name == "G90";
+  machine.Record("absolute_coordinates", machine.gcode.absolute ? 1 : 0);
+  return Outcome{};
+}
+
+Result<Outcome> ExtruderPositioning(VirtualKlipper& machine, const CommandLine& line) {
+  machine.gcode.absolute_extrude = line.name == "M82";
+  machine.Record("absolute_extrude", machine.gcode.absolute_extrude ? 1 : 0);
+  return Outcome{};
+}
+
+Result<Outcome> SetOrigin(VirtualKlipper& machine, const CommandLine& line) {
+  GcodeState& state = machine.gcode;
+  bool any = false;
+  for (std::size_t axis = 0; axis < 4; ++axis) {
+    const auto value = FloatOf(line, kAxes[axis]);
+    if (!value) return tl::unexpected(value.error());
+    if (!*value) continue;
+    any = true;
+    state.base_mm[axis] =
+        state.last_mm[axis] - (axis == 3 ? **value * state.extrude_factor : **value);
+  }
+  if (!any) state.base_mm = state.last_mm;
+  return Outcome{};
+}
+
+Result<Outcome> SpeedFactor(VirtualKlipper& machine, const CommandLine& line) {
+  const auto percent = FloatOf(line, "S", {{}, 0, {}});
+  if (!percent) return tl::unexpected(percent.error());
+  machine.gcode.speed_factor = percent->value_or(100) / 100;
+  machine.Record("speed_factor", machine.gcode.speed_factor);
+  return Outcome{};
+}
+
+Result<Outcome> ExtrudeFactor(VirtualKlipper& machine, const CommandLine& line) {
+  const auto percent = FloatOf(line, "S", {{}, 0, {}});
+  if (!percent) return tl::unexpected(percent.error());
+  GcodeState& state = machine.gcode;
+  const double e_value = (state.last_mm[3] - state.base_mm[3]) / state.extrude_factor;
+  state.extrude_factor = percent->value_or(100) / 100;
+  state.base_mm[3] = state.last_mm[3] - e_value * state.extrude_factor;
+  machine.Record("extrude_factor", state.extrude_factor);
+  return Outcome{};
+}
+
+Result<Outcome> GcodeOffset(VirtualKlipper& machine, const CommandLine& line) {
+  GcodeState& state = machine.gcode;
+  std::array<double, 4> moved = state.last_mm;
+  for (std::size_t axis = 0; axis < 4; ++axis) {
+    const auto offset = FloatOf(line, kAxes[axis]);
+    const auto adjust = FloatOf(line, std::string(kAxes[axis]) + "_ADJUST");
+    if (!offset) return tl::unexpected(offset.error());
+    if (!adjust) return tl::unexpected(adjust.error());
+    if (!*offset && !*adjust) continue;
+    const double goal = *offset ? **offset : state.homing_mm[axis] + **adjust;
+    const double delta = goal - state.homing_mm[axis];
+    moved[axis] += delta;
+    state.base_mm[axis] += delta;
+    state.homing_mm[axis] = goal;
+    machine.Record(std::string("offset_") + static_cast<char>(std::tolower(kAxes[axis][0])), goal);
+  }
+  const auto move = FloatOf(line, "MOVE");
+  if (!move) return tl::unexpected(move.error());
+  if (move->value_or(0) == 0) return Outcome{};
+  const auto speed = FloatOf(line, "MOVE_SPEED", {{}, 0, {}});
+  if (!speed) return tl::unexpected(speed.error());
+  state.last_mm = moved;
+  return MoveTo(machine, moved, speed->value_or(state.speed_mm_s));
+}
+
+std::string StateName(const CommandLine& line) {
+  const auto found = line.parameters.find("NAME");
+  return found == line.parameters.end() ? "default" : found->second;
+}
+
+Result<Outcome> SaveState(VirtualKlipper& machine, const CommandLine& line) {
+  constexpr std::size_t kMostStates = 1000;
+  if (machine.saved.size() >= kMostStates) return Fail("Too many saved g-code states");
+  machine.saved[StateName(line)] = machine.gcode;
+  return Outcome{};
+}
+
+Result<Outcome> RestoreState(VirtualKlipper& machine, const CommandLine& line) {
+  const auto found = machine.saved.find(StateName(line));
+  if (found == machine.saved.end()) {
+    return Fail("Unknown g-code state: " + StateName(line));
+  }
+  const auto move = FloatOf(line, "MOVE");
+  if (!move) return tl::unexpected(move.error());
+  const auto speed = FloatOf(line, "MOVE_SPEED", {{}, 0, {}});
+  if (!speed) return tl::unexpected(speed.error());
+  const GcodeState kept = found->second;
+  GcodeState& state = machine.gcode;
+  const std::array<double, 4> last = state.last_mm;
+  state = kept;
+  state.last_mm = last;
+  // Filament that was pushed meanwhile stays pushed.
+  state.base_mm[3] += last[3] - kept.last_mm[3];
+  machine.Record("absolute_coordinates", state.absolute ? 1 : 0);
+  machine.Record("absolute_extrude", state.absolute_extrude ? 1 : 0);
+  machine.Record("speed_factor", state.speed_factor);
+  machine.Record("extrude_factor", state.extrude_factor);
+  if (move->value_or(0) == 0) return Outcome{};
+  for (std::size_t axis = 0; axis < 3; ++axis) state.last_mm[axis] = kept.last_mm[axis];
+  return MoveTo(machine, state.last_mm, speed->value_or(state.speed_mm_s));
+}
+
+Result<Outcome> VelocityLimit(VirtualKlipper& machine, const CommandLine& line) {
+  struct Limit {
+    const char* key;
+    const char* name;
+    double* value;
+    NumberRule rule;
+  };
+  MotionSettings& settings = machine.settings;
+  const std::array<Limit, 4> limits = {{
+      {"VELOCITY", "max_velocity", &settings.max_velocity_mm_s, {{}, 0, {}}},
+      {"ACCEL", "max_accel", &settings.max_accel_mm_s2, {{}, 0, {}}},
+      {"SQUARE_CORNER_VELOCITY",
+       "square_corner_velocity",
+       &settings.square_corner_velocity_mm_s,
+       {0, {}, {}}},
+      {"MINIMUM_CRUISE_RATIO", "minimum_cruise_ratio", &settings.minimum_cruise_ratio, {0, {}, {}}},
+  }};
+  std::array<std::optional<double>, 4> values;
+  bool any = false;
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    const auto value = FloatOf(line, limits[i].key, limits[i].rule);
+    if (!value) return tl::unexpected(value.error());
+    values[i] = *value;
+    any |= value->has_value();
+  }
+  if (values[3] && *values[3] >= 1) {
+    return Fail(fmt::format("Error on '{}': MINIMUM_CRUISE_RATIO must be below 1.0", line.text));
+  }
+  for (std::size_t i = 0; i < limits.size(); ++i) {
+    if (!values[i]) continue;
+    *limits[i].value = *values[i];
+    machine.Record(limits[i].name, *values[i]);
+  }
+  if (!any) {
+    machine.Inform(
+        fmt::format("max_velocity: {:.6f}\nmax_accel: {:.6f}\nminimum_cruise_ratio: "
+                    "{:.6f}\nsquare_corner_velocity: {:.6f}",
+                    settings.max_velocity_mm_s, settings.max_accel_mm_s2,
+                    settings.minimum_cruise_ratio, settings.square_corner_velocity_mm_s));
+  }
+  return Outcome{};
+}
+
+Result<Outcome> Acceleration(VirtualKlipper& machine, const CommandLine& line) {
+  std::array<std::optional<double>, 3> values;
+  const std::array<const char*, 3> keys = {"S", "P", "T"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto value = FloatOf(line, keys[i], {{}, 0, {}});
+    if (!value) return tl::unexpected(value.error());
+    values[i] = *value;
+  }
+  if (!values[0] && !(values[1] && values[2])) {
+    machine.Inform(fmt::format("Invalid M204 command \"{}\"", line.text));
+    return Outcome{};
+  }
+  machine.settings.max_accel_mm_s2 = values[0] ? *values[0] : std::min(*values[1], *values[2]);
+  machine.Record("max_accel", machine.settings.max_accel_mm_s2);
+  return Outcome{};
+}
+
+Result<Outcome> PressureAdvance(VirtualKlipper& machine, const CommandLine& line) {
+  const auto named = line.parameters.find("EXTRUDER");
+  if (named != line.parameters.end() && named->second != "extruder") {
+    return Fail(fmt::format("The value '{}' is not valid for EXTRUDER", named->second));
+  }
+  const auto advance = FloatOf(line, "ADVANCE", {0, {}, {}});
+  if (!advance) return tl::unexpected(advance.error());
+  const auto smooth = FloatOf(line, "SMOOTH_TIME", {0, {}, 0.2});
+  if (!smooth) return tl::unexpected(smooth.error());
+  MotionSettings& settings = machine.settings;
+  settings.pressure_advance_s = advance->value_or(settings.pressure_advance_s);
+  settings.smooth_time_s = smooth->value_or(settings.smooth_time_s);
+  machine.Record("pressure_advance", settings.pressure_advance_s);
+  machine.Record("smooth_time", settings.smooth_time_s);
+  machine.Inform(fmt::format("pressure_advance: {:.6f}\npressure_advance_smooth_time: {:.6f}",
+                             settings.pressure_advance_s, settings.smooth_time_s));
+  return Outcome{};
+}
+
+Result<Outcome> TellPosition(VirtualKlipper& machine, const CommandLine&) {
+  const GcodeState& state = machine.gcode;
+  machine.Respond(
+      fmt::format("X:{:.3f} Y:{:.3f} Z:{:.3f} E:{:.3f}", state.last_mm[0] - state.base_mm[0],
+                  state.last_mm[1] - state.base_mm[1], state.last_mm[2] - state.base_mm[2],
+                  (state.last_mm[3] - state.base_mm[3]) / state.extrude_factor));
+  return Outcome{};
+}
+
+Result<Outcome> Inches(VirtualKlipper&, const CommandLine&) {
+  return Fail("Machine does not support G20 (inches) command");
+}
+
+Result<Outcome> Nothing(VirtualKlipper&, const CommandLine&) { return Outcome{}; }
+
+}  // namespace
+
+const std::map<std::string, Handler>& SettingCommands() {
+  static const std::map<std::string, Handler> commands = {
+      {"G90", Positioning},
+      {"G91", Positioning},
+      {"M82", ExtruderPositioning},
+      {"M83", ExtruderPositioning},
+      {"G92", SetOrigin},
+      {"M220", SpeedFactor},
+      {"M221", ExtrudeFactor},
+      {"SET_GCODE_OFFSET", GcodeOffset},
+      {"SAVE_GCODE_STATE", SaveState},
+      {"RESTORE_GCODE_STATE", RestoreState},
+      {"SET_VELOCITY_LIMIT", VelocityLimit},
+      {"M204", Acceleration},
+      {"SET_PRESSURE_ADVANCE", PressureAdvance},
+      {"M114", TellPosition},
+      {"G20", Inches},
+      {"G21", Nothing},
+  };
+  return commands;
+}
+
+}  // namespace trammel::sim

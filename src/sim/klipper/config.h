@@ -1,0 +1,107 @@
+// What the virtual printer's printer.cfg says.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace trammel::sim {
+
+/// One heater with its sensor. It rises at a rate that its power allows, comes to rest with a time
+/// constant, and cools towards the room.
+struct HeaterConfig {
+  std::string name;           ///< as SET_HEATER_TEMPERATURE and the status call it
+  double highest_c = 300;     ///< max_temp
+  double rate_c_s = 12;       ///< fastest rise, > 0
+  double settle_s = 1.5;      ///< time constant near the target, > 0
+  double cool_s = 60;         ///< time constant towards the room, > 0
+  double gain_window_s = 20;  ///< verify_heater's check_gain_time
+  double tolerance_c = 1;     ///< M109 and M190 return within this
+};
+
+/// [output_pin NAME]; NAME as in the status, "LASER".
+struct PinConfig {
+  std::string name;
+  double value = 0;           ///< at start
+  double shutdown_value = 0;  ///< in a shutdown
+};
+
+/// One argument of an action_call_remote_method: key=params.PARAMETER|default(fallback).
+struct RemoteArgument {
+  std::string key;
+  std::string parameter;  ///< of the macro, upper case
+  std::string fallback;
+  bool number = false;
+};
+
+/// [gcode_macro NAME]: plain lines, and at most one call of a client.
+struct MacroConfig {
+  std::vector<std::string> lines;
+  std::string remote_method;  ///< empty: none
+  std::vector<RemoteArgument> remote_arguments;
+};
+
+struct KlipperConfig {
+  std::array<double, 3> axis_minimum_mm{-2, -2, -5};
+  std::array<double, 3> axis_maximum_mm{255, 255, 250};
+  std::array<double, 3> homing_speed_mm_s{50, 50, 10};
+  std::array<double, 3> physical_start_mm{60, 40, 8};  ///< where the unhomed head stands
+  double max_velocity_mm_s = 500;
+  double max_accel_mm_s2 = 10000;
+  double max_z_velocity_mm_s = 15;
+  double max_z_accel_mm_s2 = 200;
+  double square_corner_velocity_mm_s = 5;
+  double minimum_cruise_ratio = 0.5;
+
+  HeaterConfig nozzle{"extruder", 300, 12, 1.5, 60, 20, 1};
+  HeaterConfig bed{"heater_bed", 130, 6, 2, 200, 60, 1};
+  double room_c = 25;
+  double min_extrude_temp_c = 170;
+  double max_extrude_only_distance_mm = 200;
+  double max_extrude_only_velocity_mm_s = 80;
+  double max_extrude_only_accel_mm_s2 = 2700;
+  double max_extrude_cross_section_mm2 = 5;
+  double filament_diameter_mm = 1.75;
+  double pressure_advance_s = 0.04;
+  double smooth_time_s = 0.04;
+
+  std::vector<PinConfig> pins{{"LASER", 0, 0}, {"LIGHTS", 1, 1}};
+  std::map<std::string, MacroConfig> macros;                      ///< by name, upper case
+  std::map<std::string, std::vector<std::string>> delayed_gcode;  ///< by name, upper case
+  double idle_timeout_s = 3600;
+  std::vector<std::string> idle_gcode{"TURN_OFF_HEATERS", "M84"};
+
+  double restart_s = 2.2;  ///< from a restart to ready
+};
+
+/// The usual printer: macros LASER_ON, LASER_OFF, LIGHTS_ON, LIGHTS_OFF, CALL_AGENT and a laser
+/// that goes off by itself `laser_limit_s` after LASER_ON.
+[[nodiscard]] KlipperConfig DefaultKlipperConfig(double laser_limit_s = 600);
+
+/// What goes wrong, and when. Everything is off by default. Times are the machine's, in seconds
+/// since it was started.
+struct KlipperFaults {
+  /// The n-th move with x or y (from 1) is refused with "Move out of range".
+  std::optional<int> refuse_move;
+  /// The n-th move with x or y while the laser is on (from 1): what happens when it is read.
+  std::optional<int> shutdown_at_laser_move;
+  std::optional<int> restart_at_laser_move;
+  std::optional<int> refuse_laser_move;
+  /// The n-th script that a client sends (from 1).
+  std::optional<int> shutdown_at_script;
+  std::optional<int> restart_at_script;
+  std::optional<double> shutdown_at_s;
+  std::optional<double> restart_at_s;
+  /// The heater of this name stops rising at this temperature.
+  std::string weak_heater;
+  double weak_heater_c = 60;
+  bool verify_heaters = true;      ///< false: Klipper never notices
+  bool printing_at_start = false;  ///< another job has the printer
+  bool error_at_start = false;     ///< a config error; never ready
+  double startup_s = 0;            ///< state "startup" for so long
+};
+
+}  // namespace trammel::sim

@@ -1,0 +1,218 @@
+// The virtual Klipper: a state machine that reads G-code and moves, driven by a clock that is
+// passed in. Not thread-safe.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "sim/klipper/config.h"
+#include "sim/klipper/heater.h"
+#include "sim/klipper/history.h"
+#include "sim/klipper/motion_queue.h"
+
+namespace trammel::sim {
+
+enum class KlippyState { kDisconnected, kStartup, kReady, kShutdown, kError };
+
+/// What webhooks.state_message says where the config has an error.
+extern const char* const kConfigError;
+
+/// As in webhooks.state.
+[[nodiscard]] const char* ToString(KlippyState state);
+
+/// Something that Klipper tells its clients.
+struct KlipperEvent {
+  enum class Kind { kResponse, kScriptDone, kRemoteCall, kDisconnected, kReady };
+  struct Argument {
+    std::string key;
+    std::string text;
+    std::optional<double> number;  ///< where the argument is one
+  };
+  Kind kind = Kind::kResponse;
+  std::string text;                  ///< of a response; the method of a remote call
+  std::uint64_t script = 0;          ///< which one is done
+  std::optional<std::string> error;  ///< of the script
+  std::vector<Argument> arguments;   ///< of the remote call
+};
+
+/// What SAVE_GCODE_STATE keeps. Axes: x, y, z, e.
+struct GcodeState {
+  bool absolute = true;
+  bool absolute_extrude = true;
+  std::array<double, 4> base_mm{};
+  std::array<double, 4> last_mm{};
+  std::array<double, 4> homing_mm{};
+  double speed_mm_s = 25;
+  double speed_factor = 1;
+  double extrude_factor = 1;
+};
+
+/// Settings of the toolhead that G-code changes.
+struct MotionSettings {
+  double max_velocity_mm_s = 0;
+  double max_accel_mm_s2 = 0;
+  double square_corner_velocity_mm_s = 0;
+  double minimum_cruise_ratio = 0;
+  double pressure_advance_s = 0;
+  double smooth_time_s = 0;
+};
+
+/// The print from a file. Times are the machine's.
+struct FilePrint {
+  std::string filename;
+  std::vector<std::string> lines;
+  std::size_t next = 0;
+  bool loaded = false;
+  bool running = false;
+  bool paused = false;
+  std::string state = "standby";  ///< as in print_stats
+  std::string message;
+  double started_s = 0;
+  double ended_s = 0;
+  double e_start_mm = 0;
+};
+
+class VirtualKlipper;
+
+/// What a script waits for: true when it may go on; an error fails the script.
+using Wait = std::function<Result<bool>(VirtualKlipper&)>;
+
+class VirtualKlipper {
+ public:
+  VirtualKlipper(KlipperConfig config, KlipperFaults faults);
+  VirtualKlipper(const VirtualKlipper&) = delete;
+  VirtualKlipper& operator=(const VirtualKlipper&) = delete;
+
+  /// Moves the clock on; times before now() change nothing. Everything happens on a grid of 2 ms,
+  /// so that it does not matter how often this is called.
+  void Advance(double now_s);
+  [[nodiscard]] double now_s() const { return now_s_; }
+
+  /// Queues a script; its kScriptDone bears the number that is returned.
+  std::uint64_t RunScript(const std::string& script);
+  /// Not queued, as over the API.
+  void EmergencyStop();
+  void Restart();
+  /// What happened since the last call, in order.
+  [[nodiscard]] std::vector<KlipperEvent> TakeEvents();
+
+  /// Files of the virtual SD card, by name.
+  std::map<std::string, std::string>& files() { return files_; }
+  /// Methods that clients registered since the last start.
+  void RegisterRemoteMethod(const std::string& name) { remote_methods_[name] = true; }
+
+  // What follows is for the commands, the status and tests.
+
+  [[nodiscard]] const KlipperConfig& config() const { return config_; }
+  [[nodiscard]] const KlipperFaults& faults() const { return faults_; }
+  [[nodiscard]] KlippyState state() const { return state_; }
+  [[nodiscard]] const std::string& state_message() const { return state_message_; }
+  [[nodiscard]] History& history() { return history_; }
+  [[nodiscard]] const History& history() const { return history_; }
+  [[nodiscard]] MotionQueue& motion() { return motion_; }
+  [[nodiscard]] const MotionQueue& motion() const { return motion_; }
+  /// The print time at now().
+  [[nodiscard]] double print_now_s() const { return now_s_ - epoch_s_; }
+  [[nodiscard]] double PrintTimeAt(double time_s) const { return time_s - epoch_s_; }
+  /// Where the head really is, whatever Klipper believes, and how fast.
+  [[nodiscard]] HeadState TrueHead(double time_s) const;
+  [[nodiscard]] bool busy() const { return !scripts_.empty(); }
+
+  void Respond(std::string text);
+  /// "// " before each line.
+  void Inform(const std::string& text);
+  void Shutdown(const std::string& reason);
+  void Record(const std::string& name, double value);
+  /// Runs a function at a print time, or at once where it has passed.
+  void At(double print_time_s, std::function<void()> function);
+  /// Queues lines of the printer's own.
+  void RunInternal(const std::vector<std::string>& lines);
+  void CallRemote(KlipperEvent event);
+  void SetPin(const std::string& name, double value);
+  void SetHeaterTarget(Heater& heater, double target_c);
+  [[nodiscard]] Heater* FindHeater(const std::string& name);
+  /// The toolhead's last queued place: x, y, z, e.
+  [[nodiscard]] std::array<double, 4> CommandedPosition() const { return commanded_mm; }
+
+  GcodeState gcode;
+  std::map<std::string, GcodeState> saved;
+  MotionSettings settings;
+  std::array<double, 4> commanded_mm{};
+  std::array<bool, 3> homed{};
+  /// Where the head is, less where Klipper believes it to be.
+  std::array<double, 3> physical_offset_mm{};
+  Heater nozzle;
+  Heater bed;
+  std::map<std::string, double> pins;
+  std::map<std::string, double> delayed_at_s;  ///< machine time at which a delayed_gcode runs
+  FilePrint print;
+  double fan_speed = 0;
+  std::string display_message;
+  double idle_timeout_s = 0;
+  std::string idle_state = "Idle";
+  double active_since_s = 0;
+  bool save_config_pending = false;
+  double plate_cleaned_s = 0;  ///< nothing printed before lies on the plate any more
+  int xy_moves = 0;
+  int laser_moves = 0;
+
+ private:
+  struct Frame {
+    std::vector<std::string> lines;
+    std::size_t next = 0;
+  };
+  struct Script {
+    std::uint64_t id = 0;  ///< 0: the printer's own
+    bool from_file = false;
+    std::vector<Frame> frames;
+    Wait wait;
+  };
+
+  void Reset();
+  void StopHead();
+  void StepRestart();
+  void SetState(KlippyState state, const std::string& message);
+  void Step();
+  void StepScripts();
+  /// False where the script at the front has to wait.
+  bool StepScript();
+  void FinishScript(const std::optional<std::string>& error);
+  Result<void> RunLine(const std::string& text);
+  void StepHeaters();
+  void StepTimers();
+  void StepIdle();
+  void StepFaults();
+  void StepFile();
+
+  KlipperConfig config_;
+  KlipperFaults faults_;
+  double now_s_ = 0;
+  std::int64_t tick_ = 0;
+  double epoch_s_ = 0;
+  KlippyState state_ = KlippyState::kDisconnected;
+  std::string state_message_;
+  double state_since_s_ = 0;
+  std::optional<double> restart_at_s_;
+  std::optional<double> ready_at_s_;
+  std::optional<double> stopped_at_s_;  ///< the head stands since a shutdown
+  HeadState stopped_head_;
+  std::deque<Script> scripts_;
+  std::uint64_t next_script_ = 1;
+  int client_scripts_ = 0;
+  std::multimap<double, std::function<void()>> timed_;  ///< by print time
+  std::map<std::string, bool> remote_methods_;
+  std::map<std::string, std::string> files_;
+  std::vector<KlipperEvent> events_;
+  History history_;
+  MotionQueue motion_;
+  double last_active_s_ = 0;
+};
+
+}  // namespace trammel::sim

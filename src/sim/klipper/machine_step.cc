@@ -1,0 +1,216 @@
+// What the virtual Klipper does as time goes by.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "sim/klipper/command_line.h"
+#include "sim/klipper/commands.h"
+#include "sim/klipper/machine.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr double kTickS = 0.002;
+constexpr int kLinesPerTick = 2000;
+constexpr std::size_t kMostFrames = 12;
+constexpr double kHeaterStepS = 0.05;
+constexpr double kUnblockS = 1;  // how long a script stays blocked after a shutdown
+
+}  // namespace
+
+void VirtualKlipper::Advance(double now_s) {
+  while (static_cast<double>(tick_ + 1) * kTickS <= now_s) {
+    now_s_ = static_cast<double>(++tick_) * kTickS;
+    Step();
+  }
+}
+
+void VirtualKlipper::Step() {
+  StepFaults();
+  StepTimers();
+  if (state_ == KlippyState::kDisconnected || state_ == KlippyState::kStartup) {
+    StepHeaters();
+    return;
+  }
+  motion_.Service(print_now_s());
+  while (!timed_.empty() && timed_.begin()->first <= print_now_s()) {
+    auto function = std::move(timed_.begin()->second);
+    timed_.erase(timed_.begin());
+    function();
+  }
+  StepFile();
+  StepScripts();
+  StepHeaters();
+  StepIdle();
+}
+
+void VirtualKlipper::StepFaults() {
+  if (faults_.shutdown_at_s && now_s_ >= *faults_.shutdown_at_s) {
+    faults_.shutdown_at_s.reset();
+    Shutdown("MCU 'mcu' shutdown: Timer too close");
+  }
+  if (faults_.restart_at_s && now_s_ >= *faults_.restart_at_s) {
+    faults_.restart_at_s.reset();
+    Restart();
+  }
+}
+
+void VirtualKlipper::StepRestart() {
+  if (restart_at_s_ && now_s_ >= *restart_at_s_) {
+    restart_at_s_.reset();
+    StopHead();
+    const HeadState head = TrueHead(now_s_);
+    Inform("Klipper state: Disconnect");
+    events_.push_back({KlipperEvent::Kind::kDisconnected, {}, 0, {}, {}});
+    Reset();
+    physical_offset_mm = {head.position.x_mm, head.position.y_mm, head.position.z_mm};
+    SetState(KlippyState::kDisconnected, "Klippy Host not connected");
+    ready_at_s_ = now_s_ + config_.restart_s;
+  }
+  if (ready_at_s_ && now_s_ >= *ready_at_s_) {
+    ready_at_s_.reset();
+    if (faults_.error_at_start) {
+      SetState(KlippyState::kError, kConfigError);
+    } else {
+      SetState(KlippyState::kReady, "Printer is ready");
+      events_.push_back({KlipperEvent::Kind::kReady, {}, 0, {}, {}});
+    }
+  }
+}
+
+void VirtualKlipper::StepTimers() {
+  StepRestart();
+  if (state_ != KlippyState::kReady) return;
+  std::vector<std::string> due;
+  for (const auto& [name, time_s] : delayed_at_s) {
+    if (now_s_ >= time_s) due.push_back(name);
+  }
+  for (const std::string& name : due) {
+    delayed_at_s.erase(name);
+    RunInternal(config_.delayed_gcode.at(name));
+  }
+}
+
+void VirtualKlipper::StepHeaters() {
+  if (tick_ % static_cast<std::int64_t>(kHeaterStepS / kTickS) != 0) return;
+  for (Heater* heater : {&nozzle, &bed}) {
+    HeatFor(*heater, kHeaterStepS, config_.room_c);
+    if (state_ == KlippyState::kReady && !HeatsAsExpected(*heater, now_s_) &&
+        faults_.verify_heaters) {
+      Shutdown(
+          fmt::format("Heater {} not heating at expected rate\nSee the 'verify_heater' section in "
+                      "docs/Config_Reference.md\nfor the parameters that control this check.",
+                      heater->config.name));
+    }
+  }
+}
+
+void VirtualKlipper::StepIdle() {
+  if (state_ != KlippyState::kReady) return;
+  constexpr double kSettleS = 0.5;
+  if (!scripts_.empty() || print.running || motion_.waiting() ||
+      motion_.print_time_s() > print_now_s()) {
+    if (idle_state != "Printing") active_since_s = now_s_;
+    idle_state = "Printing";
+    last_active_s_ = now_s_;
+  } else if (idle_state == "Printing" && now_s_ - last_active_s_ > kSettleS) {
+    idle_state = "Ready";
+  } else if (idle_state == "Ready" && now_s_ - last_active_s_ > idle_timeout_s) {
+    RunInternal(config_.idle_gcode);
+    StepScripts();
+    idle_state = "Idle";
+  }
+}
+
+void VirtualKlipper::StepFile() {
+  if (state_ != KlippyState::kReady || !print.running || !scripts_.empty()) return;
+  if (print.next >= print.lines.size()) {
+    if (motion_.waiting()) motion_.Flush(print_now_s());
+    print.running = false;
+    print.state = "complete";
+    print.ended_s = now_s_;
+    Respond("Done printing file");
+    return;
+  }
+  // Many lines at a time, each a script of its own, as long as nobody else wants the printer.
+  for (int lines = 0; lines < kLinesPerTick && print.running && print.next < print.lines.size();
+       ++lines) {
+    scripts_.push_back({0, true, {{{print.lines[print.next++]}, 0}}, {}});
+    while (!scripts_.empty()) {
+      if (!StepScript()) return;
+    }
+  }
+}
+
+void VirtualKlipper::StepScripts() {
+  for (int lines = 0; lines < kLinesPerTick && !scripts_.empty(); ++lines) {
+    if (!StepScript()) return;
+  }
+}
+
+bool VirtualKlipper::StepScript() {
+  Script& script = scripts_.front();
+  if (script.wait) {
+    const Result<bool> done = script.wait(*this);
+    if (!done) {
+      FinishScript(done.error().message);
+      return true;
+    }
+    const bool released = state_ == KlippyState::kShutdown && now_s_ - state_since_s_ >= kUnblockS;
+    if (!*done && !released) return false;
+    script.wait = nullptr;
+  }
+  while (!script.frames.empty() && script.frames.back().next >= script.frames.back().lines.size()) {
+    script.frames.pop_back();
+  }
+  if (script.frames.empty()) {
+    FinishScript(std::nullopt);
+    return true;
+  }
+  Frame& frame = script.frames.back();
+  const std::string text = frame.lines[frame.next++];
+  if (const Result<void> run = RunLine(text); !run) FinishScript(run.error().message);
+  return true;
+}
+
+Result<void> VirtualKlipper::RunLine(const std::string& text) {
+  const CommandLine line = ParseCommandLine(text);
+  if (line.name.empty()) return {};
+  history_.lines.push_back({now_s_, line.text});
+  Result<Outcome> outcome = RunCommand(*this, line);
+  if (!outcome) return tl::unexpected(outcome.error());
+  Script& script = scripts_.front();
+  script.wait = std::move(outcome->wait);
+  if (!outcome->lines.empty()) {
+    if (script.frames.size() >= kMostFrames) {
+      return Fail(fmt::format("Macro {} called recursively", line.name));
+    }
+    script.frames.push_back({std::move(outcome->lines), 0});
+  }
+  return {};
+}
+
+void VirtualKlipper::FinishScript(const std::optional<std::string>& error) {
+  const Script script = std::move(scripts_.front());
+  scripts_.pop_front();
+  if (error) {
+    std::string told = *error;
+    while (!told.empty() && told.back() == '\n') told.pop_back();
+    if (told.find('\n') != std::string::npos) Inform(told);
+    Respond("!! " + told.substr(0, told.find('\n')));
+    for (std::size_t axis = 0; axis < 4; ++axis) gcode.last_mm[axis] = commanded_mm[axis];
+    if (script.from_file) {
+      print.running = false;
+      print.state = "error";
+      print.message = *error;
+      print.ended_s = now_s_;
+      RunInternal({"TURN_OFF_HEATERS"});
+    }
+  }
+  if (script.id != 0) {
+    events_.push_back({KlipperEvent::Kind::kScriptDone, {}, script.id, error, {}});
+  }
+}
+
+}  // namespace trammel::sim

@@ -1,0 +1,99 @@
+// The toolhead's queue of moves: look-ahead that grows move by move, and where the head is when.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <functional>
+#include <vector>
+
+#include "sim/planner.h"
+
+namespace trammel::sim {
+
+/// A move whose motion is decided. Times are print time.
+struct PlannedMove {
+  TimedMove timed;
+  double e_start_mm = 0;  ///< of all filament so far
+  bool jump = false;      ///< the position was set, nothing moved
+};
+
+struct HeadState {
+  Position position;
+  double e_mm = 0;
+  double speed_mm_s = 0;           ///< of the head
+  double filament_speed_mm_s = 0;  ///< signed
+};
+
+/// One stretch of constant acceleration, as dump_trapq tells it.
+struct TrapqEntry {
+  double time_s = 0;
+  double duration_s = 0;
+  double start_velocity = 0;
+  double acceleration = 0;
+  std::array<double, 3> start{};
+  std::array<double, 3> direction{};
+};
+
+/// Moves wait until nothing that may follow can change their motion, until the buffer runs low, or
+/// until Flush. `now` is always the estimated print time.
+class MotionQueue {
+ public:
+  using AtTime = std::function<void(double print_time_s)>;
+  using OnPlanned = std::function<void(const PlannedMove&)>;
+
+  /// Called for each move when its motion is decided.
+  void set_on_planned(OnPlanned on_planned) { on_planned_ = std::move(on_planned); }
+
+  /// Forgets everything and puts the head at a place.
+  void Reset(const Position& position);
+  /// REQUIRES HasMotion(move), and that it begins where the last one ends.
+  void Append(const Move& move, double now_s);
+  /// Decides all moves: the head comes to rest after the last.
+  void Flush(double now_s);
+  /// Decides what cannot wait any longer.
+  void Service(double now_s);
+  /// Comes to rest and stands still for a while.
+  void Dwell(double seconds, double now_s);
+  /// Comes to rest and takes the place where the head stands for another one.
+  void SetPosition(const Position& position, double now_s);
+  /// Runs a function with the print time at which the last queued move ends, once that is known.
+  void AfterLastMove(AtTime function, double now_s);
+
+  /// The end of everything decided.
+  [[nodiscard]] double print_time_s() const { return print_time_s_; }
+  [[nodiscard]] bool waiting() const { return !pending_.empty(); }
+  [[nodiscard]] HeadState At(double print_time_s) const;
+  /// Decided moves of the last 30 s.
+  [[nodiscard]] const std::deque<PlannedMove>& decided() const { return decided_; }
+  /// How many moves were forgotten from the front of decided().
+  [[nodiscard]] std::size_t forgotten() const { return forgotten_; }
+
+ private:
+  struct Mark {
+    std::size_t after = 0;  ///< moves of pending_ that come first
+    AtTime function;
+  };
+  void Commit(std::size_t count, const std::vector<TimedMove>& plan, double now_s);
+  void CommitWhatIsCertain(double now_s);
+  void RunMarks(std::size_t passed);
+
+  std::vector<Move> pending_;
+  std::vector<Mark> marks_;
+  double entry_v_mm_s_ = 0;
+  double undecided_s_ = 0;  ///< rough duration of what came since the last look
+  double last_append_s_ = 0;
+  double print_time_s_ = 0;
+  std::deque<PlannedMove> decided_;
+  std::size_t forgotten_ = 0;
+  Position place_;
+  double e_mm_ = 0;
+  OnPlanned on_planned_;
+};
+
+/// The stretches of the toolhead's motion in one move; a jump has one of no duration.
+[[nodiscard]] std::vector<TrapqEntry> ToolheadTrapq(const PlannedMove& move);
+
+/// The same for the filament; empty where none moves.
+[[nodiscard]] std::vector<TrapqEntry> ExtruderTrapq(const PlannedMove& move);
+
+}  // namespace trammel::sim

@@ -1,0 +1,271 @@
+#include "sim/klipper/status.h"
+
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include "sim/klipper/command_line.h"
+
+namespace trammel::sim {
+namespace {
+
+using Json = nlohmann::json;
+
+double Rounded(double value) { return std::round(value * 100) / 100; }
+
+Json Toolhead(const VirtualKlipper& machine) {
+  const KlipperConfig& config = machine.config();
+  std::string homed;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (machine.homed[axis]) homed += static_cast<char>('x' + static_cast<char>(axis));
+  }
+  const auto corner = [](const std::array<double, 3>& mm) {
+    return Json::array({mm[0], mm[1], mm[2], 0.0});
+  };
+  return {{"homed_axes", homed},
+          {"axis_minimum", corner(config.axis_minimum_mm)},
+          {"axis_maximum", corner(config.axis_maximum_mm)},
+          {"print_time", machine.motion().print_time_s()},
+          {"stalls", 0},
+          {"estimated_print_time", machine.print_now_s()},
+          {"extruder", "extruder"},
+          {"position", machine.commanded_mm},
+          {"max_velocity", machine.settings.max_velocity_mm_s},
+          {"max_accel", machine.settings.max_accel_mm_s2},
+          {"minimum_cruise_ratio", machine.settings.minimum_cruise_ratio},
+          {"square_corner_velocity", machine.settings.square_corner_velocity_mm_s},
+          {"extra_axes", {{"extruder", 3}}}};
+}
+
+Json MotionReport(const VirtualKlipper& machine) {
+  const HeadState head = machine.motion().At(machine.print_now_s());
+  return {
+      {"live_position", {head.position.x_mm, head.position.y_mm, head.position.z_mm, head.e_mm}},
+      {"live_velocity", head.speed_mm_s},
+      {"live_extruder_velocity", head.filament_speed_mm_s},
+      {"steppers", {"extruder", "stepper_x", "stepper_y", "stepper_z"}},
+      {"trapq", {"extruder", "toolhead"}}};
+}
+
+Json HeaterStatus(const Heater& heater) {
+  return {{"temperature", Rounded(heater.temperature_c)},
+          {"target", heater.target_c},
+          {"power", PowerOf(heater)}};
+}
+
+Json Extruder(const VirtualKlipper& machine) {
+  Json status = HeaterStatus(machine.nozzle);
+  status["can_extrude"] = machine.nozzle.temperature_c >= machine.config().min_extrude_temp_c;
+  status["pressure_advance"] = machine.settings.pressure_advance_s;
+  status["smooth_time"] = machine.settings.smooth_time_s;
+  status["motion_queue"] = nullptr;
+  return status;
+}
+
+Json GcodeMove(const VirtualKlipper& machine) {
+  const GcodeState& state = machine.gcode;
+  std::array<double, 4> shown{};
+  for (std::size_t axis = 0; axis < 4; ++axis) {
+    shown[axis] = state.last_mm[axis] - state.base_mm[axis];
+  }
+  shown[3] /= state.extrude_factor;
+  return {{"speed_factor", state.speed_factor},
+          {"speed", state.speed_mm_s * 60},
+          {"extrude_factor", state.extrude_factor},
+          {"absolute_coordinates", state.absolute},
+          {"absolute_extrude", state.absolute_extrude},
+          {"homing_origin", state.homing_mm},
+          {"position", state.last_mm},
+          {"gcode_position", shown},
+          {"axis_map", {{"X", 0}, {"Y", 1}, {"Z", 2}, {"E", 3}}}};
+}
+
+Json HeaterSettings(const HeaterConfig& heater, double min_extrude_temp_c) {
+  return {{"sensor_type", "Generic 3950"},
+          {"min_temp", 0.0},
+          {"max_temp", heater.highest_c},
+          {"min_extrude_temp", min_extrude_temp_c},
+          {"max_power", 1.0},
+          {"control", "pid"},
+          {"pwm_cycle_time", 0.1}};
+}
+
+Json StepperSettings(const KlipperConfig& config, std::size_t axis) {
+  return {{"position_endstop", 0.0},
+          {"position_min", config.axis_minimum_mm[axis]},
+          {"position_max", config.axis_maximum_mm[axis]},
+          {"homing_speed", config.homing_speed_mm_s[axis]}};
+}
+
+std::string LowerCase(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+Json ConfigFile(const VirtualKlipper& machine) {
+  const KlipperConfig& config = machine.config();
+  Json settings = {{"printer",
+                    {{"kinematics", "cartesian"},
+                     {"max_velocity", config.max_velocity_mm_s},
+                     {"max_accel", config.max_accel_mm_s2},
+                     {"minimum_cruise_ratio", config.minimum_cruise_ratio},
+                     {"square_corner_velocity", config.square_corner_velocity_mm_s},
+                     {"max_z_velocity", config.max_z_velocity_mm_s},
+                     {"max_z_accel", config.max_z_accel_mm_s2}}},
+                   {"heater_bed", HeaterSettings(config.bed, config.min_extrude_temp_c)},
+                   {"extruder", HeaterSettings(config.nozzle, config.min_extrude_temp_c)},
+                   {"stepper_x", StepperSettings(config, 0)},
+                   {"stepper_y", StepperSettings(config, 1)},
+                   {"stepper_z", StepperSettings(config, 2)},
+                   {"virtual_sdcard", {{"path", "/home/pi/printer_data/gcodes"}}},
+                   {"pause_resume", {{"recover_velocity", 50.0}}},
+                   {"respond", {{"default_type", "echo"}, {"default_prefix", "echo:"}}},
+                   {"idle_timeout", {{"timeout", config.idle_timeout_s}}}};
+  settings["extruder"].update({{"nozzle_diameter", 0.4},
+                               {"filament_diameter", config.filament_diameter_mm},
+                               {"max_extrude_cross_section", config.max_extrude_cross_section_mm2},
+                               {"max_extrude_only_distance", config.max_extrude_only_distance_mm},
+                               {"max_extrude_only_velocity", config.max_extrude_only_velocity_mm_s},
+                               {"max_extrude_only_accel", config.max_extrude_only_accel_mm_s2},
+                               {"instantaneous_corner_velocity", 1.0},
+                               {"pressure_advance", config.pressure_advance_s},
+                               {"pressure_advance_smooth_time", config.smooth_time_s}});
+  for (const PinConfig& pin : config.pins) {
+    settings["output_pin " + LowerCase(pin.name)] = {
+        {"pwm", false}, {"value", pin.value}, {"shutdown_value", pin.shutdown_value}};
+  }
+  for (const auto& [name, macro] : config.macros) {
+    std::string gcode;
+    for (const std::string& line : macro.lines) gcode += "\n" + line;
+    settings["gcode_macro " + LowerCase(name)] = {{"gcode", gcode},
+                                                  {"description", "G-Code macro"}};
+  }
+  for (const auto& [name, lines] : config.delayed_gcode) {
+    std::string gcode;
+    for (const std::string& line : lines) gcode += "\n" + line;
+    settings["delayed_gcode " + LowerCase(name)] = {{"gcode", gcode}, {"initial_duration", 0.0}};
+  }
+  return {{"config", Json::object()},
+          {"settings", settings},
+          {"warnings", Json::array()},
+          {"save_config_pending", machine.save_config_pending},
+          {"save_config_pending_items", Json::object()}};
+}
+
+Json PrintStats(const VirtualKlipper& machine) {
+  const FilePrint& print = machine.print;
+  const bool begun = print.state != "standby";
+  const bool going = print.state == "printing" || print.state == "paused";
+  const double seconds = begun ? (going ? machine.now_s() : print.ended_s) - print.started_s : 0;
+  return {{"filename", print.filename},
+          {"total_duration", seconds},
+          {"print_duration", seconds},
+          {"filament_used", begun ? machine.commanded_mm[3] - print.e_start_mm : 0.0},
+          {"state", print.state},
+          {"message", print.message},
+          {"info", {{"total_layer", nullptr}, {"current_layer", nullptr}}}};
+}
+
+Json VirtualSdcard(const VirtualKlipper& machine) {
+  const FilePrint& print = machine.print;
+  const double lines = static_cast<double>(std::max<std::size_t>(1, print.lines.size()));
+  return {{"file_path",
+           print.loaded ? Json("/home/pi/printer_data/gcodes/" + print.filename) : Json(nullptr)},
+          {"progress", static_cast<double>(print.next) / lines},
+          {"is_active", print.running},
+          {"file_position", print.next},
+          {"file_size", print.lines.size()}};
+}
+
+Json Webhooks(const VirtualKlipper& machine) {
+  return {{"state", ToString(machine.state())}, {"state_message", machine.state_message()}};
+}
+
+Json IdleTimeout(const VirtualKlipper& machine) {
+  const bool printing = machine.idle_state == "Printing";
+  return {{"state", machine.idle_state},
+          {"printing_time", printing ? machine.now_s() - machine.active_since_s : 0.0},
+          {"idle_timeout", machine.idle_timeout_s}};
+}
+
+using Teller = std::function<Json(const VirtualKlipper&)>;
+
+const std::map<std::string, Teller>& Tellers() {
+  static const std::map<std::string, Teller> tellers = {
+      {"gcode",
+       [](const VirtualKlipper&) {
+         return Json{{"commands", Json::object()}};
+       }},
+      {"webhooks", Webhooks},
+      {"configfile", ConfigFile},
+      {"mcu",
+       [](const VirtualKlipper&) {
+         return Json{{"mcu_version", "virtual"}};
+       }},
+      {"heaters",
+       [](const VirtualKlipper&) {
+         return Json{{"available_heaters", {"heater_bed", "extruder"}},
+                     {"available_sensors", {"heater_bed", "extruder"}},
+                     {"available_monitors", Json::array()}};
+       }},
+      {"heater_bed", [](const VirtualKlipper& m) { return HeaterStatus(m.bed); }},
+      {"fan",
+       [](const VirtualKlipper& m) {
+         return Json{{"speed", m.fan_speed}, {"rpm", nullptr}};
+       }},
+      {"gcode_move", GcodeMove},
+      {"print_stats", PrintStats},
+      {"virtual_sdcard", VirtualSdcard},
+      {"pause_resume",
+       [](const VirtualKlipper& m) {
+         return Json{{"is_paused", m.print.paused}};
+       }},
+      {"display_status",
+       [](const VirtualKlipper& m) {
+         return Json{
+             {"progress", VirtualSdcard(m)["progress"]},
+             {"message", m.display_message.empty() ? Json(nullptr) : Json(m.display_message)}};
+       }},
+      {"idle_timeout", IdleTimeout},
+      {"stepper_enable",
+       [](const VirtualKlipper& m) {
+         return Json{{"steppers",
+                      {{"extruder", m.homed[0]},
+                       {"stepper_x", m.homed[0]},
+                       {"stepper_y", m.homed[1]},
+                       {"stepper_z", m.homed[2]}}}};
+       }},
+      {"motion_report", MotionReport},
+      {"toolhead", Toolhead},
+      {"extruder", Extruder},
+      {"system_stats",
+       [](const VirtualKlipper&) {
+         return Json{{"sysload", 0.1}, {"cputime", 1.0}, {"memavail", 1000000}};
+       }},
+  };
+  return tellers;
+}
+
+}  // namespace
+
+std::vector<std::string> ObjectNames(const VirtualKlipper& machine) {
+  std::vector<std::string> names;
+  for (const auto& [name, teller] : Tellers()) names.push_back(name);
+  for (const PinConfig& pin : machine.config().pins) names.push_back("output_pin " + pin.name);
+  for (const auto& [name, macro] : machine.config().macros) names.push_back("gcode_macro " + name);
+  for (const auto& [name, lines] : machine.config().delayed_gcode) {
+    names.push_back("delayed_gcode " + name);
+  }
+  return names;
+}
+
+Json ObjectStatus(const VirtualKlipper& machine, const std::string& name) {
+  const auto teller = Tellers().find(name);
+  if (teller != Tellers().end()) return teller->second(machine);
+  for (const auto& [pin, value] : machine.pins) {
+    if (name == "output_pin " + pin) return {{"value", value}};
+  }
+  return Json::object();
+}
+
+}  // namespace trammel::sim

@@ -1,0 +1,101 @@
+#include "sim/machine_host.h"
+
+#include <time.h>
+
+#include <utility>
+
+#include "sim/world.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr Interval kTestedS{0, 0.06};  // the range that a pattern tests by default
+constexpr double kRebuildEveryS = 2;
+
+double Clock(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+std::shared_ptr<const Bed> EmptyBed(const KlipperConfig& config) {
+  auto bed = std::make_shared<Bed>();
+  bed->size_x_mm = config.axis_maximum_mm[0];
+  bed->size_y_mm = config.axis_maximum_mm[1];
+  return bed;
+}
+
+}  // namespace
+
+double MonotonicNow() { return Clock(CLOCK_MONOTONIC); }
+
+double RawLessMonotonic() {
+  const double before = Clock(CLOCK_MONOTONIC);
+  const double raw = Clock(CLOCK_MONOTONIC_RAW);
+  return raw - 0.5 * (before + Clock(CLOCK_MONOTONIC));
+}
+
+MachineHost::MachineHost(MachineOptions options, double start_s)
+    : options_(std::move(options)),
+      start_s_(start_s),
+      truth_s_(options_.pressure_advance_s.value_or(TruthOf(options_.seed, kTestedS))),
+      klipper_(std::make_unique<VirtualKlipper>(options_.klipper, options_.faults)),
+      bed_(EmptyBed(options_.klipper)) {}
+
+MachineHost::~MachineHost() = default;
+
+double MachineHost::MachineTime(double monotonic_s) const {
+  return (monotonic_s - start_s_) * options_.speed;
+}
+
+void MachineHost::With(const std::function<void(VirtualKlipper&)>& function) const {
+  const std::lock_guard lock(mutex_);
+  function(*klipper_);
+}
+
+MachineView MachineHost::At(double monotonic_s) const {
+  const std::lock_guard lock(mutex_);
+  const double time_s = MachineTime(monotonic_s);
+  const HeadState head = klipper_->TrueHead(time_s);
+  const History& history = klipper_->history();
+  return {head.position.x_mm,
+          head.position.y_mm,
+          head.position.z_mm,
+          head.speed_mm_s,
+          ValueAt(history, "output_pin LASER", time_s, 0) > 0,
+          ValueAt(history, "output_pin LIGHTS", time_s, 0) > 0};
+}
+
+std::shared_ptr<const Bed> MachineHost::bed(double monotonic_s) const {
+  const std::lock_guard bed_lock(bed_mutex_);
+  std::string gcode;
+  {
+    const std::lock_guard lock(mutex_);
+    const double time_s = MachineTime(monotonic_s);
+    const double cleaned_s = klipper_->plate_cleaned_s;
+    std::size_t beads = 0;
+    for (const ExecutedMove& move : klipper_->history().moves) {
+      beads +=
+          move.timed.deposits() && move.timed.start_s >= cleaned_s && move.timed.end_s() <= time_s;
+    }
+    if (beads == bed_beads_ && cleaned_s == bed_cleaned_s_) return bed_;
+    const bool laying = klipper_->TrueHead(time_s).filament_speed_mm_s > 0;
+    if (laying && monotonic_s - bed_built_s_ < kRebuildEveryS && cleaned_s == bed_cleaned_s_) {
+      return bed_;
+    }
+    bed_beads_ = beads;
+    bed_cleaned_s_ = cleaned_s;
+    bed_built_s_ = monotonic_s;
+    if (beads > 0) gcode = ExecutedGcode(klipper_->history(), cleaned_s, time_s);
+  }
+  if (gcode.empty()) {
+    bed_ = EmptyBed(options_.klipper);
+    return bed_;
+  }
+  Result<Print> print = PrintInWorld(gcode, options_.seed, truth_s_, kTestedS);
+  // More than the printer's model takes (an hour, 100 m): the plate stays as it was.
+  if (print) bed_ = std::make_shared<Bed>(std::move(print->bed));
+  return bed_;
+}
+
+}  // namespace trammel::sim
