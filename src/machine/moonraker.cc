@@ -1,0 +1,439 @@
+#include "machine/moonraker.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "base/check.h"
+#include "machine/host_clock.h"
+#include "machine/json_field.h"
+
+namespace trammel::machine {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr double kFirstPause_s = 0.5;
+constexpr double kLongestPause_s = 10;
+constexpr double kReadyPoll_s = 1;  // startup → error comes without a notification
+constexpr int kMaxAgents = 9;
+constexpr std::size_t kMessagesInErrors = 6;
+constexpr int kNotFound = -32601;
+constexpr int kInvalidParameters = -32602;  // Moonraker's "Unauthorized" too
+constexpr int kUnavailable = 503;
+
+bool IsUnauthorized(const RpcAnswer& answer) {
+  return answer.code == 401 || (answer.code == kInvalidParameters &&
+                                (answer.message.find("nauthorized") != std::string::npos ||
+                                 answer.message.find("API Key") != std::string::npos));
+}
+
+PrinterReadiness ReadinessOf(std::string_view state) {
+  for (const PrinterReadiness readiness : {PrinterReadiness::kReady, PrinterReadiness::kStartup,
+                                           PrinterReadiness::kShutdown, PrinterReadiness::kError}) {
+    if (state == ToString(readiness)) {
+      return readiness;
+    }
+  }
+  return PrinterReadiness::kDisconnected;
+}
+
+}  // namespace
+
+struct Moonraker::Call_ {
+  std::string method;
+  std::function<void(const RpcAnswer&)> done;
+};
+
+Moonraker::Moonraker(MoonrakerAddress address, const MoonrakerOptions& options,
+                     MoonrakerHooks hooks)
+    : options_(options),
+      hooks_(std::move(hooks)),
+      connection_(std::move(address), options,
+                  {.on_open = [this] { OnOpen(); },
+                   .on_message = [this](std::string_view text) { OnMessage(text); },
+                   .on_down = [this](const Error& error) { OnDown(error); }}) {}
+
+Result<void> Moonraker::Start(const WaitLimit& limit) {
+  CheckMayWait();
+  connection_.Connect();
+  std::unique_lock lock(mutex_);
+  const bool ended =
+      changed_.wait_for(lock, limit.stop, std::chrono::duration<double>(limit.time_limit_s),
+                        [this] { return started_; });
+  if (!ended && limit.stop.stop_requested()) {
+    return Fail("stopped while connecting to " + address().WebSocketUrl(), ErrorKind::kInterrupted);
+  }
+  if (!ended) {
+    return Fail(fmt::format("no connection to {} within {} s{}", address().WebSocketUrl(),
+                            limit.time_limit_s, LastMessages()),
+                ErrorKind::kMachine);
+  }
+  if (start_error_) {
+    return tl::unexpected(*start_error_);
+  }
+  return {};
+}
+
+void Moonraker::FinishStart(std::optional<Error> error) {
+  const std::lock_guard lock(mutex_);
+  if (!started_) {
+    started_ = true;
+    start_error_ = std::move(error);
+    changed_.notify_all();
+  }
+}
+
+void Moonraker::OnOpen() {
+  const std::uint64_t link = ++link_number_;
+  RunAfter(options_.connect_time_limit_s, [this, link] {
+    if (link == link_number_ && !link_up_) {
+      connection_.Drop(
+          {ErrorKind::kMachine,
+           fmt::format("{} took the connection but did not answer "
+                       "server.connection.identify and server.info within {} s; is "
+                       "it a Moonraker?{}",
+                       address().WebSocketUrl(), options_.connect_time_limit_s, LastMessages())});
+    }
+  });
+  const std::string name = agent_number_ == 1
+                               ? options_.client_name
+                               : fmt::format("{}-{}", options_.client_name, agent_number_);
+  json params = {
+      {"client_name", name}, {"version", "0.1"}, {"type", "agent"}, {"url", "http://localhost"}};
+  if (!options_.api_key.empty()) {
+    params["api_key"] = options_.api_key;
+  }
+  CallLater("server.connection.identify", std::move(params),
+            [this](const RpcAnswer& answer) { OnIdentified(answer); });
+}
+
+void Moonraker::OnIdentified(const RpcAnswer& answer) {
+  if (answer.kind == RpcAnswer::Kind::kLost || answer.kind == RpcAnswer::Kind::kNotSent) {
+    return;
+  }
+  if (answer.kind == RpcAnswer::Kind::kError) {
+    // One agent per name: another trammel, or our own lost link that the server still holds. The
+    // refused connection counts as identified, so the next name needs a new one.
+    if (answer.message.find("already registered") != std::string::npos &&
+        agent_number_ < kMaxAgents) {
+      ++agent_number_;
+      LoseCalls("the connection had to be made anew");
+      connection_.Connect();
+      return;
+    }
+    connection_.Drop(ToError("server.connection.identify", answer));
+    return;
+  }
+  std::vector<std::string> methods;
+  {
+    const std::lock_guard lock(mutex_);
+    methods = remote_methods_;
+  }
+  for (const std::string& method : methods) {
+    CallLater("connection.register_remote_method", {{"method_name", method}},
+              [](const RpcAnswer&) {});
+  }
+  AskServerInfo([this](const RpcAnswer& info) {
+    if (info.kind == RpcAnswer::Kind::kError) {
+      connection_.Drop(ToError("server.info", info));
+    } else if (info.kind == RpcAnswer::Kind::kResult) {
+      link_up_ = true;
+      pause_s_ = 0;
+      agent_number_ = 1;
+      TakeServerInfo(info.result);
+    }
+  });
+}
+
+void Moonraker::AskServerInfo(std::function<void(const RpcAnswer&)> done) {
+  CallLater("server.info", nullptr, std::move(done));
+}
+
+void Moonraker::TakeServerInfo(const json& info) {
+  const std::string state = TextOr(info, "klippy_state", "disconnected");
+  const bool connected = BoolOr(info, "klippy_connected", false);
+  const PrinterReadiness readiness =
+      connected ? ReadinessOf(state) : PrinterReadiness::kDisconnected;
+  const bool was_usable =
+      readiness_ != PrinterReadiness::kDisconnected && readiness_ != PrinterReadiness::kStartup;
+  const bool usable =
+      readiness != PrinterReadiness::kDisconnected && readiness != PrinterReadiness::kStartup;
+  SetReadiness(readiness, readiness == readiness_ ? readiness_message_ : "");
+  if (usable && !was_usable) {
+    BecomeUsable([this] { FinishStart(std::nullopt); });
+  } else if (!usable) {
+    FinishStart(std::nullopt);
+  }
+  PollUntilReady();
+}
+
+void Moonraker::BecomeUsable(std::function<void()> done) {
+  hooks_.on_usable([this, done = std::move(done)] {
+    if (readiness_ == PrinterReadiness::kReady) {
+      done();
+      return;
+    }
+    // Why it is not ready is what the user needs to know first.
+    CallLater("printer.info", nullptr, [this, done](const RpcAnswer& answer) {
+      if (answer.kind == RpcAnswer::Kind::kResult) {
+        SetReadiness(readiness_, TextOr(answer.result, "state_message", readiness_message_));
+      }
+      done();
+    });
+  });
+}
+
+void Moonraker::PollUntilReady() {
+  if (polling_ || readiness_ == PrinterReadiness::kReady) {
+    return;
+  }
+  polling_ = true;
+  RunAfter(kReadyPoll_s, [this] {
+    polling_ = false;
+    if (link_up_ && readiness_ != PrinterReadiness::kReady) {
+      AskServerInfo([this](const RpcAnswer& info) {
+        if (info.kind == RpcAnswer::Kind::kResult) {
+          TakeServerInfo(info.result);
+        } else {
+          PollUntilReady();
+        }
+      });
+    }
+  });
+}
+
+void Moonraker::SetReadiness(PrinterReadiness readiness, const std::string& message) {
+  if (readiness != readiness_ || message != readiness_message_) {
+    readiness_ = readiness;
+    readiness_message_ = message;
+    hooks_.on_readiness(readiness, message);
+  }
+}
+
+RpcAnswer RpcAnswer::Failed(Kind kind, std::string why) {
+  RpcAnswer answer;
+  answer.kind = kind;
+  answer.message = std::move(why);
+  answer.received_s = HostNow();
+  return answer;
+}
+
+void Moonraker::LoseCalls(const std::string& why) {
+  std::map<std::int64_t, std::shared_ptr<Call_>> lost;
+  {
+    const std::lock_guard lock(mutex_);
+    lost.swap(calls_);
+  }
+  for (const auto& [id, call] : lost) {
+    call->done(RpcAnswer::Failed(RpcAnswer::Kind::kLost, why));
+  }
+}
+
+void Moonraker::OnDown(const Error& error) {
+  ++link_number_;
+  link_up_ = false;
+  LoseCalls(error.message);
+  SetReadiness(PrinterReadiness::kDisconnected, error.message);
+  bool first = false;
+  {
+    const std::lock_guard lock(mutex_);
+    first = !started_;
+  }
+  if (first) {
+    FinishStart(error);
+    return;
+  }
+  pause_s_ = std::clamp(2 * pause_s_, kFirstPause_s, kLongestPause_s);
+  RunAfter(pause_s_, [this, link = link_number_] {
+    if (link == link_number_) {
+      connection_.Connect();
+    }
+  });
+}
+
+void Moonraker::OnMessage(std::string_view text) {
+  const double received_s = HostNow();
+  const json message = json::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (!message.is_object()) {
+    connection_.Drop({ErrorKind::kMachine,
+                      fmt::format("{} sent something that is not JSON-RPC; is it a Moonraker?{}",
+                                  address().WebSocketUrl(), LastMessages())});
+    return;
+  }
+  if (const auto method = message.find("method"); method != message.end() && method->is_string()) {
+    OnNotification(method->get_ref<const std::string&>(), message, received_s);
+  } else {
+    OnAnswer(message, received_s);
+  }
+}
+
+void Moonraker::OnAnswer(const json& message, double received_s) {
+  const auto id = message.find("id");
+  if (id == message.end() || !id->is_number_integer()) {
+    return;  // an answer to nobody; the log has it
+  }
+  std::shared_ptr<Call_> call;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = calls_.find(id->get<std::int64_t>());
+    if (found == calls_.end()) {
+      return;
+    }
+    call = found->second;
+    calls_.erase(found);
+  }
+  RpcAnswer answer;
+  answer.received_s = received_s;
+  if (const auto result = message.find("result"); result != message.end()) {
+    answer.result = *result;
+  } else {
+    const auto error = message.find("error");
+    const json none = json::object();
+    const json& words = error != message.end() && error->is_object() ? *error : none;
+    answer.kind = RpcAnswer::Kind::kError;
+    answer.code = static_cast<int>(std::clamp(NumberOr(words, "code", 0), -1e6, 1e6));
+    answer.message = TextOr(words, "message", "an answer with neither a result nor an error");
+  }
+  call->done(answer);
+}
+
+void Moonraker::OnNotification(const std::string& method, const json& message, double received_s) {
+  const auto found = message.find("params");
+  const json params = found == message.end() ? json() : *found;
+  if (method == "notify_klippy_ready") {
+    SetReadiness(PrinterReadiness::kReady, "");
+    BecomeUsable([this] { FinishStart(std::nullopt); });
+  } else if (method == "notify_klippy_shutdown") {
+    SetReadiness(PrinterReadiness::kShutdown,
+                 readiness_ == PrinterReadiness::kShutdown ? readiness_message_ : "");
+    PollUntilReady();
+  } else if (method == "notify_klippy_disconnected") {
+    SetReadiness(PrinterReadiness::kDisconnected,
+                 "Moonraker lost its connection to Klipper (it restarts, or it ended)");
+    PollUntilReady();
+  } else if (method == "notify_status_update" && params.is_array() && !params.empty()) {
+    const json& webhooks = ObjectOr(params.front(), "webhooks");
+    if (webhooks.contains("state")) {
+      SetReadiness(ReadinessOf(TextOr(webhooks, "state", "")),
+                   TextOr(webhooks, "state_message", ""));
+      PollUntilReady();
+    }
+  }
+  hooks_.on_notification(method, params, received_s);
+}
+
+void Moonraker::CallLater(const std::string& method, json params,
+                          std::function<void(const RpcAnswer&)> done) {
+  auto call = std::make_shared<Call_>(Call_{method, std::move(done)});
+  json message = {{"jsonrpc", "2.0"}, {"method", method}};
+  if (!params.is_null()) {
+    message["params"] = std::move(params);
+  }
+  std::int64_t id = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    id = next_id_++;
+    calls_.emplace(id, call);
+  }
+  message["id"] = id;
+  // Scripts come from files too: a byte that is not UTF-8 becomes a replacement character.
+  const Result<void> sent =
+      connection_.Send(message.dump(-1, ' ', false, json::error_handler_t::replace));
+  if (!sent) {
+    bool mine = false;
+    {
+      const std::lock_guard lock(mutex_);
+      mine = calls_.erase(id) == 1;
+    }
+    if (mine) {
+      call->done(RpcAnswer::Failed(RpcAnswer::Kind::kNotSent, sent.error().message));
+    }
+  }
+}
+
+Result<json> Moonraker::Call(const std::string& method, json params, const WaitLimit& limit) {
+  CheckMayWait();
+  struct Slot {
+    std::mutex mutex;
+    std::condition_variable_any changed;
+    std::optional<RpcAnswer> answer;
+  };
+  const auto slot = std::make_shared<Slot>();
+  CallLater(method, std::move(params), [slot](const RpcAnswer& answer) {
+    const std::lock_guard lock(slot->mutex);
+    slot->answer = answer;
+    slot->changed.notify_all();
+  });
+  std::unique_lock lock(slot->mutex);
+  if (!slot->changed.wait_for(lock, limit.stop, std::chrono::duration<double>(limit.time_limit_s),
+                              [&slot] { return slot->answer.has_value(); })) {
+    if (limit.stop.stop_requested()) {
+      return Fail("stopped while waiting for the answer to " + method, ErrorKind::kInterrupted);
+    }
+    return Fail(fmt::format("no answer to {} from {} within {} s; the printer's computer may be "
+                            "overloaded or the network slow{}",
+                            method, address().WebSocketUrl(), limit.time_limit_s, LastMessages()),
+                ErrorKind::kMachine);
+  }
+  if (slot->answer->kind != RpcAnswer::Kind::kResult) {
+    return tl::unexpected(ToError(method, *slot->answer));
+  }
+  return std::move(slot->answer->result);
+}
+
+Error Moonraker::ToError(const std::string& method, const RpcAnswer& answer) const {
+  const std::string who = address().WebSocketUrl();
+  std::string text;
+  if (answer.kind == RpcAnswer::Kind::kLost) {
+    text = fmt::format("{} was not answered: {}", method, answer.message);
+  } else if (answer.kind == RpcAnswer::Kind::kNotSent) {
+    text = fmt::format("{} was not sent: {}", method, answer.message);
+  } else if (IsUnauthorized(answer)) {
+    text = fmt::format(
+        "{} does not let us in ({}): {}; Mainsail and Fluidd show the API key in their settings; "
+        "or add this computer to trusted_clients in moonraker.conf",
+        who, answer.message,
+        options_.api_key.empty() ? "it wants an API key" : "the API key is wrong");
+  } else if (answer.code == kNotFound) {
+    text =
+        fmt::format("{} does not know the call {} ({}); update Moonraker, or is it something else?",
+                    who, method, answer.message);
+  } else if (answer.code == kUnavailable) {
+    text = fmt::format(
+        "{} failed: {}; Klipper is not running or restarts: look at its log, then FIRMWARE_RESTART",
+        method, answer.message);
+  } else {
+    text = fmt::format("{} failed: {} (code {})", method, answer.message, answer.code);
+  }
+  return {ErrorKind::kMachine, text + LastMessages()};
+}
+
+Result<void> Moonraker::RegisterRemoteMethod(const std::string& name, const WaitLimit& limit) {
+  const Result<json> answer =
+      Call("connection.register_remote_method", {{"method_name", name}}, limit);
+  if (!answer) {
+    return tl::unexpected(answer.error());
+  }
+  const std::lock_guard lock(mutex_);
+  remote_methods_.push_back(name);
+  return {};
+}
+
+void Moonraker::RunAfter(double delay_s, std::function<void()> function) {
+  connection_.RunAfter(delay_s, std::move(function));
+}
+
+void Moonraker::CheckMayWait() const {
+  TRAMMEL_CHECK(!connection_.OnOwnThread(), "a callback of {} waits for the connection it runs on",
+                address().WebSocketUrl());
+}
+
+std::string Moonraker::LastMessages() const {
+  const std::string excerpt = log().Excerpt(kMessagesInErrors);
+  return excerpt.empty() ? "" : "\n  the last messages (> ours, < the printer's):" + excerpt;
+}
+
+}  // namespace trammel::machine

@@ -1,0 +1,169 @@
+#include "machine/print_clock.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace trammel::machine {
+namespace {
+
+constexpr double kUnknown_s = 1000;  // ± where the samples leave one side open
+constexpr double kSlowest = 0.05;    // of a server whose time is not ours
+constexpr double kFastest = 200;
+constexpr int kNarrowestSteps = 60;  // of a ternary search: the window to the last bit
+
+/// A line of the set: b = offset + rate · a, both relative to the newest sample.
+struct Line {
+  double offset_s = 0;
+  double rate = 0;
+};
+using Polygon = std::vector<Line>;
+
+/// One sample of one clock: b was read between a_from and a_to.
+struct Reading {
+  std::optional<double> a_from_s;
+  double a_to_s = 0;
+  double b_s = 0;
+};
+
+/// Keeps the part of a convex polygon where sign · (offset + rate · a − b) <= 0.
+Polygon Clip(const Polygon& polygon, double a_s, double b_s, double sign) {
+  Polygon kept;
+  const auto excess = [&](const Line& line) {
+    return sign * (line.offset_s + line.rate * a_s - b_s);
+  };
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Line& here = polygon[i];
+    const Line& next = polygon[(i + 1) % polygon.size()];
+    const double excess_here = excess(here);
+    const double excess_next = excess(next);
+    if (excess_here <= 0) {
+      kept.push_back(here);
+    }
+    if ((excess_here < 0 && excess_next > 0) || (excess_here > 0 && excess_next < 0)) {
+      const double part = excess_here / (excess_here - excess_next);
+      kept.push_back({here.offset_s + part * (next.offset_s - here.offset_s),
+                      here.rate + part * (next.rate - here.rate)});
+    }
+  }
+  return kept;
+}
+
+/// All lines with a rate in [slowest, fastest] that agree with the readings; empty where none does.
+Polygon Agreeing(const std::vector<Reading>& readings, double slowest, double fastest,
+                 double slack_s) {
+  const double a0_s = readings.back().a_to_s;
+  const double b0_s = readings.back().b_s;
+  Polygon polygon = {
+      {-kUnknown_s, slowest}, {kUnknown_s, slowest}, {kUnknown_s, fastest}, {-kUnknown_s, fastest}};
+  for (auto reading = readings.rbegin(); reading != readings.rend() && !polygon.empty();
+       ++reading) {
+    const double b_s = reading->b_s - b0_s;
+    polygon = Clip(polygon, reading->a_to_s - a0_s, b_s - slack_s, -1);
+    if (reading->a_from_s) {
+      polygon = Clip(polygon, *reading->a_from_s - a0_s, b_s + slack_s, 1);
+    }
+  }
+  return polygon;
+}
+
+struct Extent {
+  double lo = std::numeric_limits<double>::infinity();
+  double hi = -std::numeric_limits<double>::infinity();
+
+  void Add(double value) {
+    lo = std::min(lo, value);
+    hi = std::max(hi, value);
+  }
+  [[nodiscard]] double Middle() const { return 0.5 * (lo + hi); }
+  [[nodiscard]] double Half() const { return 0.5 * (hi - lo); }
+};
+
+/// Where the lines of the set are at a.
+Extent At(const Polygon& polygon, double a_s) {
+  Extent extent;
+  for (const Line& line : polygon) {
+    extent.Add(line.offset_s + line.rate * a_s);
+  }
+  return extent;
+}
+
+ClockLine Middle(const Polygon& polygon, const std::vector<Reading>& readings) {
+  Extent rates;
+  for (const Line& line : polygon) {
+    rates.Add(line.rate);
+  }
+  // The width over a is convex: search for its narrowest place among the readings.
+  double lo_s = readings.front().a_to_s - readings.back().a_to_s;
+  double hi_s = 0;
+  for (int step = 0; step < kNarrowestSteps; ++step) {
+    const double left_s = lo_s + (hi_s - lo_s) / 3;
+    const double right_s = hi_s - (hi_s - lo_s) / 3;
+    if (At(polygon, left_s).Half() < At(polygon, right_s).Half()) {
+      hi_s = right_s;
+    } else {
+      lo_s = left_s;
+    }
+  }
+  const double a_s = 0.5 * (lo_s + hi_s);
+  const Extent here = At(polygon, a_s);
+  ClockLine line;
+  line.a0_s = readings.back().a_to_s + a_s;
+  line.b0_s = readings.back().b_s + here.Middle();
+  line.rate = rates.Middle();
+  line.half_width_s = here.Half();
+  line.half_width_rate = rates.Half();
+  return line;
+}
+
+/// REQUIRES at least one reading. Forgets from the oldest on until some line agrees.
+ClockLine Fit(std::vector<Reading> readings, const PrintClockOptions& options) {
+  for (;;) {
+    for (const auto& [slowest, fastest] :
+         {std::pair(1 - options.max_drift, 1 + options.max_drift), std::pair(kSlowest, kFastest)}) {
+      const Polygon polygon = Agreeing(readings, slowest, fastest, options.reading_slack_s);
+      if (!polygon.empty()) {
+        return Middle(polygon, readings);
+      }
+    }
+    readings.erase(readings.begin(),
+                   readings.begin() + static_cast<std::ptrdiff_t>((readings.size() + 3) / 4));
+  }
+}
+
+}  // namespace
+
+void PrintClock::Add(const ClockSample& sample) {
+  if (!std::isfinite(sample.received_s) || !std::isfinite(sample.eventtime_s) ||
+      !std::isfinite(sample.sent_s.value_or(0)) ||
+      !std::isfinite(sample.estimated_print_time_s.value_or(0))) {
+    return;
+  }
+  samples_.push_back(sample);
+  while (samples_.size() > options_.max_samples ||
+         samples_.front().received_s < sample.received_s - options_.window_s) {
+    samples_.pop_front();
+  }
+}
+
+std::optional<ClockRelation> PrintClock::Relation() const {
+  std::vector<Reading> event;
+  std::vector<Reading> print;
+  for (const ClockSample& sample : samples_) {
+    event.push_back({sample.sent_s, sample.received_s, sample.eventtime_s});
+    if (sample.estimated_print_time_s) {
+      print.push_back({sample.sent_s, sample.received_s, *sample.estimated_print_time_s});
+    }
+  }
+  if (print.empty()) {
+    return std::nullopt;
+  }
+  ClockRelation relation;
+  relation.samples = static_cast<int>(print.size());
+  relation.event_from_host = Fit(std::move(event), options_);
+  relation.print_from_host = Fit(std::move(print), options_);
+  return relation;
+}
+
+}  // namespace trammel::machine

@@ -1,0 +1,50 @@
+// How the printer's clocks and ours go together, from messages that carry their times.
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "machine/clock_relation.h"
+
+namespace trammel::machine {
+
+/// One message with a time in it.
+struct ClockSample {
+  std::optional<double> sent_s;  ///< host time before it was asked for; absent where nobody asked
+  double received_s = 0;         ///< host time when it was here
+  double eventtime_s = 0;        ///< the server's clock, read between the two
+  std::optional<double> estimated_print_time_s;  ///< print time at eventtime
+};
+
+/// How print_clock.h judges its samples.
+struct PrintClockOptions {
+  double window_s = 60;            ///< host time that samples are kept for, > 0
+  std::size_t max_samples = 1000;  ///< kept at most, >= 2
+  double max_drift = 5e-4;         ///< of two crystals against each other, and of time slewing
+  double reading_slack_s = 3e-4;   ///< jitter of estimated_print_time itself (0.12 ms observed)
+};
+
+/// Keeps, for each clock, the set of all straight lines that no sample contradicts: a time was read
+/// after its request was sent and before it was received, whatever the delays were. Delays only
+/// widen the set, they never bias it; one fast answer narrows it. The middle of the set is the
+/// estimate, its extent the bound.
+///
+/// A server whose time runs at another rate than ours (a simulation that runs faster) is noticed,
+/// and so is a clock that jumps (a restart of the firmware): what was before is forgotten.
+class PrintClock {
+ public:
+  explicit PrintClock(const PrintClockOptions& options = {}) : options_(options) {}
+
+  /// Samples must come in order of received_s. Values that are not finite are ignored.
+  void Add(const ClockSample& sample);
+  void Reset() { samples_.clear(); }
+
+  /// Absent before there is a sample with a print time.
+  [[nodiscard]] std::optional<ClockRelation> Relation() const;
+
+ private:
+  PrintClockOptions options_;
+  std::deque<ClockSample> samples_;
+};
+
+}  // namespace trammel::machine
