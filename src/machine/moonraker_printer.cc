@@ -20,11 +20,8 @@ using nlohmann::json;
 namespace {
 
 constexpr std::string_view kMacroPrefix = "gcode_macro ";
-// Status comes every 0.25 s. A query is answered together with the next update, so one that is sent
-// just before brackets its time closely; by how much is varied, since the delay is not known.
-constexpr double kUpdatePeriod_s = 0.25;
-constexpr std::array<double, 4> kQueryBefore_s = {0.001, 0.004, 0.012, 0.03};
-constexpr int kUpdatesPerQuery = 4;
+constexpr int kUpdatesPerQuery = 2;
+constexpr double kLongestLead_s = 0.5;  // of a query, where the next update seems far away
 
 std::string Upper(std::string_view text) {
   std::string upper(text);
@@ -232,15 +229,26 @@ void MoonrakerPrinter::OnStatus(const json& params, double received_s) {
 }
 
 void MoonrakerPrinter::SampleClockBeforeNextUpdate() {
-  const auto turn = static_cast<std::size_t>(status_updates_ / kUpdatesPerQuery);
-  moonraker_.RunAfter(kUpdatePeriod_s - kQueryBefore_s[turn % kQueryBefore_s.size()], [this] {
+  std::optional<double> next_s;
+  double lead_s = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    next_s = clock_query_out_ ? std::nullopt : clock_.NextUpdate();
+    lead_s = kQueryLeads_s[clock_queries_ % kQueryLeads_s.size()];
+    clock_queries_ += next_s ? 1 : 0;
+    clock_query_out_ = clock_query_out_ || next_s;
+  }
+  if (!next_s) {
+    return;
+  }
+  moonraker_.RunAfter(std::clamp(*next_s - lead_s - HostNow(), 0.0, kLongestLead_s), [this] {
     const double sent_s = HostNow();
     moonraker_.CallLater("printer.objects.query",
                          {{"objects", {{"toolhead", {"estimated_print_time"}}}}},
                          [this, sent_s](const RpcAnswer& answer) {
-                           const auto eventtime_s = Number(answer.result, "eventtime");
-                           if (eventtime_s) {
-                             const std::lock_guard lock(mutex_);
+                           const std::lock_guard lock(mutex_);
+                           clock_query_out_ = false;
+                           if (const auto eventtime_s = Number(answer.result, "eventtime")) {
                              AddClockSample(sent_s, answer.received_s,
                                             ObjectOr(answer.result, "status"), *eventtime_s);
                              changed_.notify_all();

@@ -105,6 +105,8 @@ class MoonrakerPrinter : public Printer {
   MoveLog moves_;
   bool recording_moves_ = false;
   int status_updates_ = 0;
+  std::size_t clock_queries_ = 0;
+  bool clock_query_out_ = false;  ///< one is on its way
 
   Moonraker moonraker_;  // last: its thread uses all the rest
 };

@@ -1,9 +1,13 @@
 #include "machine/print_clock.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
+
+#include "base/statistics.h"
 
 namespace trammel::machine {
 namespace {
@@ -11,6 +15,9 @@ namespace {
 constexpr double kUnknown_s = 1000;  // ± where the samples leave one side open
 constexpr double kSlowest = 0.05;    // of a server whose time is not ours
 constexpr double kFastest = 200;
+constexpr std::size_t kUpdates = 100;
+constexpr std::size_t kUpdatesForPeriod = 12;
+constexpr double kOtherRate = 0.1;   // more than jitter makes of a rate of 1
 constexpr int kNarrowestSteps = 60;  // of a ternary search: the window to the last bit
 
 /// A line of the set: b = offset + rate · a, both relative to the newest sample.
@@ -119,9 +126,11 @@ ClockLine Middle(const Polygon& polygon, const std::vector<Reading>& readings) {
 
 /// REQUIRES at least one reading. Forgets from the oldest on until some line agrees.
 ClockLine Fit(std::vector<Reading> readings, const PrintClockOptions& options) {
+  const double drift = options.max_drift;
+  const std::array<std::pair<double, double>, 3> rates = {
+      {{1 - drift, 1 + drift}, {1 - 10 * drift, 1 + 10 * drift}, {kSlowest, kFastest}}};
   for (;;) {
-    for (const auto& [slowest, fastest] :
-         {std::pair(1 - options.max_drift, 1 + options.max_drift), std::pair(kSlowest, kFastest)}) {
+    for (const auto& [slowest, fastest] : rates) {
       const Polygon polygon = Agreeing(readings, slowest, fastest, options.reading_slack_s);
       if (!polygon.empty()) {
         return Middle(polygon, readings);
@@ -130,6 +139,14 @@ ClockLine Fit(std::vector<Reading> readings, const PrintClockOptions& options) {
     readings.erase(readings.begin(),
                    readings.begin() + static_cast<std::ptrdiff_t>((readings.size() + 3) / 4));
   }
+}
+
+std::vector<Reading> EventReadings(const std::deque<ClockSample>& samples) {
+  std::vector<Reading> readings;
+  for (const ClockSample& sample : samples) {
+    readings.push_back({sample.sent_s, sample.received_s, sample.eventtime_s});
+  }
+  return readings;
 }
 
 }  // namespace
@@ -147,11 +164,43 @@ void PrintClock::Add(const ClockSample& sample) {
   }
 }
 
+std::optional<double> PrintClock::NextUpdate() const {
+  std::vector<const ClockSample*> updates;  // the newest first
+  for (auto it = samples_.rbegin(); it != samples_.rend() && updates.size() < kUpdates; ++it) {
+    if (!it->sent_s) {
+      updates.push_back(&*it);
+    }
+  }
+  if (updates.size() < kUpdatesForPeriod) {
+    return std::nullopt;
+  }
+  std::vector<double> periods_s;
+  for (std::size_t i = 1; i < kUpdatesForPeriod; ++i) {
+    periods_s.push_back(updates[i - 1]->eventtime_s - updates[i]->eventtime_s);
+  }
+  const double next_s = updates.front()->eventtime_s + Median(periods_s);
+  const auto speed = [&updates](std::size_t back) {
+    return (updates.front()->eventtime_s - updates[back]->eventtime_s) /
+           std::max(1e-3, updates.front()->received_s - updates[back]->received_s);
+  };
+  // A rate that is measured, not known, errs the more the further back it is used.
+  double rate = 1;
+  std::size_t used = updates.size();
+  if (std::abs(speed(updates.size() - 1) - 1) > kOtherRate) {
+    used = kUpdatesForPeriod;
+    rate = std::clamp(speed(used - 1), kSlowest, kFastest);
+  }
+  double latest_s = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < used; ++i) {
+    latest_s =
+        std::min(latest_s, updates[i]->received_s + (next_s - updates[i]->eventtime_s) / rate);
+  }
+  return latest_s;
+}
+
 std::optional<ClockRelation> PrintClock::Relation() const {
-  std::vector<Reading> event;
   std::vector<Reading> print;
   for (const ClockSample& sample : samples_) {
-    event.push_back({sample.sent_s, sample.received_s, sample.eventtime_s});
     if (sample.estimated_print_time_s) {
       print.push_back({sample.sent_s, sample.received_s, *sample.estimated_print_time_s});
     }
@@ -161,7 +210,7 @@ std::optional<ClockRelation> PrintClock::Relation() const {
   }
   ClockRelation relation;
   relation.samples = static_cast<int>(print.size());
-  relation.event_from_host = Fit(std::move(event), options_);
+  relation.event_from_host = Fit(EventReadings(samples_), options_);
   relation.print_from_host = Fit(std::move(print), options_);
   return relation;
 }

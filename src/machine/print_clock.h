@@ -1,6 +1,7 @@
 // How the printer's clocks and ours go together, from messages that carry their times.
 #pragma once
 
+#include <array>
 #include <deque>
 #include <optional>
 
@@ -16,12 +17,18 @@ struct ClockSample {
   std::optional<double> estimated_print_time_s;  ///< print time at eventtime
 };
 
+/// How long before the next update a query is best sent, in turn. A late one (it takes longer than
+/// its lead) tells nothing, an early one little: which lead is best depends on the network.
+inline constexpr std::array<double, 6> kQueryLeads_s = {0.0015, 0.003, 0.005, 0.009, 0.016, 0.03};
+
 /// How print_clock.h judges its samples.
 struct PrintClockOptions {
-  double window_s = 60;            ///< host time that samples are kept for, > 0
+  double window_s = 120;           ///< host time that samples are kept for, > 0
   std::size_t max_samples = 1000;  ///< kept at most, >= 2
-  double max_drift = 5e-4;         ///< of two crystals against each other, and of time slewing
-  double reading_slack_s = 3e-4;   ///< jitter of estimated_print_time itself (0.12 ms observed)
+  /// Of two crystals against each other, with time slewing; where no line within it agrees, ten
+  /// times as much is allowed, then any rate.
+  double max_drift = 1.5e-4;
+  double reading_slack_s = 3e-4;  ///< jitter of estimated_print_time itself (0.12 ms observed)
 };
 
 /// Keeps, for each clock, the set of all straight lines that no sample contradicts: a time was read
@@ -41,6 +48,11 @@ class PrintClock {
 
   /// Absent before there is a sample with a print time.
   [[nodiscard]] std::optional<ClockRelation> Relation() const;
+
+  /// When the next message that nobody asks for will be read, as host time; at the latest, later by
+  /// no more than the fastest delivery so far. A question that arrives just before it is answered
+  /// with it, and brackets the time most closely. Absent before there are a few such messages.
+  [[nodiscard]] std::optional<double> NextUpdate() const;
 
  private:
   PrintClockOptions options_;
