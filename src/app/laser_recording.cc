@@ -95,6 +95,13 @@ Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& folder, const
                             line.video, frames.size(), line.frame_times_s.size()),
                 ErrorKind::kMeasurement);
   }
+  if (!line.frame_positions_mm.empty() && line.frame_positions_mm.size() != frames.size()) {
+    return Fail(
+        fmt::format("video '{}' has {} frames, its frame_positions_mm {} entries; record the "
+                    "line again",
+                    line.video, frames.size(), line.frame_positions_mm.size()),
+        ErrorKind::kMeasurement);
+  }
   return frames;
 }
 

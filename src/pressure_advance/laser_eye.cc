@@ -37,6 +37,23 @@ Light MeasureLight(std::span<const Frame> frames) {
   return light;
 }
 
+/// Frames with a position on the line, in the order of the video.
+void KeepOnLine(const std::vector<std::optional<double>>& position, const Scan& scan,
+                SweepReading& reading) {
+  const double length_mm = scan.motion.length_mm.value_or(0);
+  // A hundredth of a frame's step is rounding, not being past the end.
+  const double slack = 0.01 * scan.scan_speed_mm_s / scan.frames_per_s;
+  for (std::size_t i = 0; i < position.size(); ++i) {
+    if (!position[i]) continue;
+    if (*position[i] < -slack || *position[i] > length_mm + slack) {
+      ++reading.off_line_frames;
+      continue;
+    }
+    reading.frame.push_back(i);
+    reading.heights.position_mm.push_back(*position[i]);
+  }
+}
+
 /// The frames to score: in motion and on the line, in print direction.
 void ChooseFrames(std::span<const Frame> frames, const Scan& scan, const ScanLine& line,
                   SweepReading& reading) {
@@ -61,20 +78,19 @@ void ChooseFrames(std::span<const Frame> frames, const Scan& scan, const ScanLin
                   frames.size());
     return;
   }
-  reading.still_frames = still.first + still.last;
-  const std::vector<double> position = SweepPositions(scan, line, frames.size(), still.first);
-  const double length_mm = scan.motion.length_mm.value_or(0);
-  for (std::size_t i = still.first; i + still.last < frames.size(); ++i) {
-    // A hundredth of a frame's step is rounding, not being past the end.
-    const double slack = 0.01 * scan.scan_speed_mm_s / scan.frames_per_s;
-    if (position[i] < -slack || position[i] > length_mm + slack) {
-      ++reading.off_line_frames;
-      continue;
-    }
-    reading.frame.push_back(i);
-    reading.heights.position_mm.push_back(position[i]);
+  std::vector<std::optional<double>> position = line.frame_positions_mm;
+  if (position.empty()) {
+    reading.still_frames = still.first + still.last;
+    position.assign(frames.size(), std::nullopt);
+    const std::vector<double> timed = SweepPositions(scan, line, frames.size(), still.first);
+    for (std::size_t i = still.first; i + still.last < frames.size(); ++i) position[i] = timed[i];
+  } else {
+    reading.unplaced_frames =
+        static_cast<std::size_t>(std::count(position.begin(), position.end(), std::nullopt));
   }
-  if (SweepsBackwards(line)) {
+  KeepOnLine(position, scan, reading);
+  const std::vector<double>& kept = reading.heights.position_mm;
+  if (!kept.empty() && kept.back() < kept.front()) {
     std::reverse(reading.frame.begin(), reading.frame.end());
     std::reverse(reading.heights.position_mm.begin(), reading.heights.position_mm.end());
   }

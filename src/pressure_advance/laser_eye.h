@@ -32,6 +32,7 @@ struct SweepReading {
   vision::StripeModel stripe;
   std::vector<std::size_t> frame;   ///< per map column: index of the frame in the recording
   std::size_t still_frames = 0;     ///< left out because the laser stood still
+  std::size_t unplaced_frames = 0;  ///< left out because the recording gives them no position
   std::size_t off_line_frames = 0;  ///< left out because the laser was past the line's ends
   vision::LaserLine example;        ///< the laser line in frame[example_column]
   std::size_t example_column = 0;

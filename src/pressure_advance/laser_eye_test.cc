@@ -240,5 +240,35 @@ TEST(LaserEye, StaysInPixelsWithoutAScale) {
   EXPECT_NEAR(px.profile.samples[5].area.value, mm.profile.samples[5].area.value * 44 * 44, 1e-6);
 }
 
+TEST(LaserEye, GivenPositionsReadLikeTimesAndFramesWithoutOneAreNotScored) {
+  Random random(12);
+  const std::vector<Frame> sound = DrawSteps({}, random);
+  const Scan timed = PaperScan();
+  const SweepReading expected = Read(sound, timed);
+
+  // The same frames among junk that has no position, and seen from the far end.
+  std::vector<Frame> frames = sound;
+  frames.insert(frames.begin() + 30, DrawLaserFrame({}, 0.5, random));
+  frames.push_back(DrawLaserFrame({}, 0.0, random));
+  Scan given = PaperScan();
+  given.line_start_mm = 11;  // not used
+  auto& positions = given.lines[0].frame_positions_mm;
+  for (const double position : expected.heights.position_mm) positions.emplace_back(position);
+  positions.insert(positions.begin() + 30, std::nullopt);
+  positions.emplace_back();
+  for (const bool backwards : {false, true}) {
+    if (backwards) {
+      std::reverse(frames.begin(), frames.end());
+      std::reverse(positions.begin(), positions.end());
+    }
+    const SweepReading reading = Read(frames, given);
+    ASSERT_EQ(reading.profile.unusable, "");
+    EXPECT_EQ(reading.unplaced_frames, 2u);
+    EXPECT_EQ(reading.heights.position_mm, expected.heights.position_mm);
+    EXPECT_NEAR(StepMean(reading.profile, 0), StepMean(expected.profile, 0), 1e-6);
+    EXPECT_NEAR(StepMean(reading.profile, 6), StepMean(expected.profile, 6), 1e-6);
+  }
+}
+
 }  // namespace
 }  // namespace trammel::pressure_advance

@@ -69,6 +69,28 @@ void CheckMotion(const LineMotion& motion, Checker& check) {
   }
 }
 
+void CheckPositions(const ScanLine& line, const std::string& at, Checker& check) {
+  std::vector<double> known;
+  for (std::size_t i = 0; i < line.frame_positions_mm.size(); ++i) {
+    if (!line.frame_positions_mm[i]) continue;
+    const double position_mm = *line.frame_positions_mm[i];
+    const std::string name = fmt::format("{}frame_positions_mm[{}]", at, i);
+    check.Number(name, position_mm, {-2000, 2000});
+    known.push_back(position_mm);
+    const std::size_t n = known.size();
+    if (n < 2) continue;
+    const bool rises = known[1] > known[0];
+    if (known[n - 1] == known[n - 2] || (known[n - 1] > known[n - 2]) != rises) {
+      check.Say(fmt::format("{} is {} after {}; the positions must rise, or fall, all the way",
+                            name, known[n - 1], known[n - 2]));
+    }
+  }
+  if (!line.frame_positions_mm.empty() && known.size() < 2) {
+    check.Say(fmt::format("{}frame_positions_mm has {} positions; at least 2 frames must have one",
+                          at, known.size()));
+  }
+}
+
 void CheckLine(const ScanLine& line, std::size_t index, Checker& check) {
   const std::string at = fmt::format("lines[{}].", index);
   check.Number(at + "pressure_advance_s", line.pressure_advance_s, {0, 10});
@@ -89,6 +111,7 @@ void CheckLine(const ScanLine& line, std::size_t index, Checker& check) {
                             times[i], times[i - 1]));
     }
   }
+  CheckPositions(line, at, check);
 }
 
 void CheckDuplicates(const std::vector<ScanLine>& lines, Checker& check) {

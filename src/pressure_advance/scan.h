@@ -34,6 +34,9 @@ struct ScanLine {
   std::optional<AxisDirection> print_direction;  ///< on the bed; default +x
   std::optional<AxisDirection> sweep_direction;  ///< on the bed; default: print_direction
   std::vector<double> frame_times_s;             ///< capture times, increasing; empty: frames_per_s
+  /// Where the laser stood in each frame, mm from the printed start; nothing for a frame that must
+  /// not be scored. The positions rise or fall strictly. Empty: from speed and time.
+  std::vector<std::optional<double>> frame_positions_mm;
 };
 
 /// Format 1 of scan.json; docs/formats.md has every key with its bounds.

@@ -61,6 +61,18 @@ Result<ScanLine> ReadLine(JsonObject object) {
   if (object.Find("frame_times_s") != nullptr) {
     line.frame_times_s = object.Numbers("frame_times_s", 1, kMostFrames);
   }
+  if (const json* list = object.OptionalList("frame_positions_mm", 2, kMostFrames)) {
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      const json& entry = (*list)[i];
+      if (!entry.is_number() && !entry.is_null()) {
+        object.Fault(fmt::format("frame_positions_mm[{}]", i),
+                     fmt::format("is {}; it must be a number or null", Show(entry)));
+        break;
+      }
+      line.frame_positions_mm.emplace_back();
+      if (entry.is_number()) line.frame_positions_mm.back() = entry.get<double>();
+    }
+  }
   if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
   return line;
 }
@@ -132,7 +144,42 @@ Result<Scan> ReadObject(JsonObject object) {
   return scan;
 }
 
+json LineToJson(const ScanLine& line) {
+  json object = {{"pressure_advance_s", line.pressure_advance_s}, {"video", line.video}};
+  if (line.print_direction) object["print_direction"] = ToString(*line.print_direction);
+  if (line.sweep_direction) object["sweep_direction"] = ToString(*line.sweep_direction);
+  if (!line.frame_times_s.empty()) object["frame_times_s"] = line.frame_times_s;
+  for (const std::optional<double>& position_mm : line.frame_positions_mm) {
+    object["frame_positions_mm"].push_back(position_mm ? json(*position_mm) : json(nullptr));
+  }
+  return object;
+}
+
 }  // namespace
+
+std::string FormatScan(const Scan& scan, const json& extra) {
+  json object = extra.is_object() ? extra : json::object();
+  object["format"] = 1;
+  object["eye"] = "laser";
+  object["frames_per_s"] = scan.frames_per_s;
+  object["scan_speed_mm_s"] = scan.scan_speed_mm_s;
+  if (scan.px_per_mm) object["px_per_mm"] = *scan.px_per_mm;
+  object["laser_angle_deg"] = scan.laser_angle_rad * 180 / std::numbers::pi;
+  object["height_direction"] = ToString(scan.height_direction);
+  if (const auto& crop = scan.crop) {
+    object["crop_px"] = {
+        {"x", crop->x}, {"y", crop->y}, {"width", crop->width}, {"height", crop->height}};
+  }
+  object["line_start_mm"] = scan.line_start_mm;
+  object["line_length_mm"] = scan.motion.length_mm.value_or(30);
+  object["acceleration_mm_s2"] = scan.motion.acceleration_mm_s2.value_or(3000);
+  for (const Segment& segment : scan.motion.segments) {
+    object["segments"].push_back(
+        {{"fraction", segment.fraction}, {"speed_mm_s", segment.speed_mm_s}});
+  }
+  for (const ScanLine& line : scan.lines) object["lines"].push_back(LineToJson(line));
+  return object.dump(1) + "\n";
+}
 
 Result<Scan> ParseScan(const std::string& text, const std::string& name) {
   const Result<json> root = ParseJson(text, name);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "base/result.h"
@@ -16,5 +17,10 @@ namespace trammel::store {
 /// The same from text already read. `name` stands for the file in messages.
 [[nodiscard]] Result<pressure_advance::Scan> ParseScan(const std::string& text,
                                                        const std::string& name);
+
+/// A scan.json that ParseScan reads back as the same scan. `extra`: an object whose keys begin with
+/// x_, which readers ignore.
+[[nodiscard]] std::string FormatScan(const pressure_advance::Scan& scan,
+                                     const nlohmann::json& extra);
 
 }  // namespace trammel::store

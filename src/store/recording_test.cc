@@ -142,5 +142,32 @@ TEST(ReadScan, SaysWhatAFolderLacks) {
   EXPECT_TRUE(ReadScan(folder.path()).has_value());
 }
 
+TEST(FormatScan, ReadsBackAsTheSameScan) {
+  json full = Valid();
+  full["height_direction"] = "+y";
+  full["laser_angle_deg"] = 40;
+  full["lines"][0]["frame_positions_mm"] = {nullptr, 4.25, 4.5, nullptr, 4.75};
+  const auto first = ParseScan(full.dump(), "scan.json");
+  ASSERT_TRUE(first.has_value()) << first.error().message;
+  const std::string text = FormatScan(*first, {{"x_camera", "somewhere"}});
+  const auto second = ParseScan(text, "again.json");
+  ASSERT_TRUE(second.has_value()) << second.error().message;
+  EXPECT_EQ(FormatScan(*second, {{"x_camera", "somewhere"}}), text);
+  EXPECT_EQ(second->lines[0].frame_positions_mm, first->lines[0].frame_positions_mm);
+  EXPECT_EQ(second->lines[1].frame_times_s, first->lines[1].frame_times_s);
+  EXPECT_EQ(second->crop->width, 45);
+  EXPECT_THAT(text, HasSubstr("x_camera"));
+}
+
+TEST(ReadScan, PositionsOfFramesRiseOrFallAndAtLeastTwoAreKnown) {
+  const std::string key = "/lines/0/frame_positions_mm";
+  EXPECT_EQ(MessageWith(key, {nullptr, 4.0, 5.0}), "");
+  EXPECT_EQ(MessageWith(key, {5.0, nullptr, 4.0}), "");
+  EXPECT_THAT(MessageWith(key, {4.0, 5.0, 4.5}), HasSubstr("frame_positions_mm[2] is 4.5 after 5"));
+  EXPECT_THAT(MessageWith(key, {4.0, nullptr}), HasSubstr("at least 2"));
+  EXPECT_THAT(MessageWith(key, {4.0, "5"}), HasSubstr("number or null"));
+  EXPECT_THAT(MessageWith(key, {4.0, 1e9}), HasSubstr("2000"));
+}
+
 }  // namespace
 }  // namespace trammel::store
