@@ -11,20 +11,17 @@
 #include <string>
 #include <vector>
 
+#include "app/analysis_output.h"
 #include "app/analysis_run.h"
 #include "app/commands.h"
 #include "app/option_values.h"
 #include "app/photo_plan.h"
 #include "pressure_advance/transitions.h"
-#include "report/analysis_json.h"
-#include "report/pressure_advance_report.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
 
 namespace fs = std::filesystem;
-using pressure_advance::Analysis;
 using pressure_advance::Method;
 using pressure_advance::PhotoSide;
 
@@ -33,10 +30,8 @@ constexpr const char* kDefaultFrom = "bottom";
 
 struct AnalyzeArguments {
   std::string path;
-  bool json = false;
+  AnalysisOutput output;
   std::string method = "response";
-  std::string report;
-  std::string figures;
   std::string plan;
   std::string pa;
   std::string from;
@@ -103,29 +98,6 @@ Result<PhotoPlan> PlanOf(const AnalyzeArguments& arguments) {
   return plan;
 }
 
-// Before the analysis rather than behind it: minutes of work need not go without their report.
-Result<void> CheckOutputs(const AnalyzeArguments& arguments) {
-  std::error_code ignored;
-  const fs::path report = arguments.report;
-  const fs::path folder = report.parent_path();
-  if (!folder.empty() && !fs::is_directory(folder, ignored)) {
-    return Fail(fmt::format("--report {}: there is no folder {}; make it first", report.string(),
-                            folder.string()));
-  }
-  if (!report.empty() && fs::is_directory(report, ignored)) {
-    return Fail(fmt::format("--report {}: is a folder; name a file", report.string()));
-  }
-  // The folder of the figures is made with all above it; none of them may be something else.
-  for (fs::path part = arguments.figures; !part.empty(); part = part.parent_path()) {
-    if (fs::is_directory(part, ignored)) break;
-    if (fs::exists(part, ignored)) {
-      return Fail(fmt::format("--figures {}: {} is a file, not a folder; choose another name",
-                              arguments.figures, part.string()));
-    }
-  }
-  return {};
-}
-
 Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
   Method method = Method::kResponse;
   if (arguments.method == "deviation") {
@@ -167,116 +139,11 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
   return run;
 }
 
-Result<void> WriteReport(const AnalyzeArguments& arguments, const report::ReportInput& input,
-                         const std::vector<report::Figure>& figures) {
-  if (arguments.report.empty()) return {};
-  report::ReportOptions options;
-  options.source = arguments.path;
-  return store::WriteWholeFile(arguments.report,
-                               report::PressureAdvanceReport(input, figures, options));
-}
-
-Result<void> WriteFigures(const std::string& figures_folder,
-                          const std::vector<report::Figure>& figures) {
-  if (figures_folder.empty()) return {};
-  const fs::path folder = figures_folder;
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) {
-    return Fail(
-        fmt::format("--figures {}: cannot make the folder: {}", folder.string(), error.message()));
-  }
-  for (const report::Figure& figure : figures) {
-    for (const auto& [ending, bytes] :
-         {std::pair{".png", figure.canvas.ToPng()}, std::pair{".svg", figure.canvas.ToSvg()}}) {
-      if (auto done = store::WriteWholeFile(folder / (figure.name + ending), bytes); !done) {
-        return done;
-      }
-    }
-  }
-  return {};
-}
-
-/// What became of the files beside the answer.
-struct Written {
-  std::string report;           ///< its path; empty where there is none
-  std::optional<Error> failed;  ///< the first file that could not be written
-};
-
-Written WriteFiles(const AnalyzeArguments& arguments, const AnalysisRun& run) {
-  Written written;
-  if (arguments.report.empty() && arguments.figures.empty()) return written;
-  const report::ReportInput input = run.report_input();
-  const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
-  if (auto done = WriteReport(arguments, input, figures); done) {
-    written.report = arguments.report;
-  } else {
-    written.failed = done.error();
-  }
-  auto done = WriteFigures(arguments.figures, figures);
-  if (!done && !written.failed) written.failed = done.error();
-  return written;
-}
-
-std::string Words(const Measured& measured) {
-  if (!measured.good()) return std::string(ToString(measured.verdict()));
-  const Quantity& q = measured.quantity();
-  return fmt::format("{} +- {:.4f} s", report::SecondsText(q.value, q.standard_uncertainty),
-                     q.standard_uncertainty);
-}
-
-void PrintText(const Analysis& analysis, const std::string& report_path) {
-  const Measured& answer = analysis.pressure_advance;
-  if (answer.good()) {
-    const Quantity& q = answer.quantity();
-    fmt::print("pressure advance  {}   (95 %: {:.4f} to {:.4f})\n", Words(answer), q.interval95.lo,
-               q.interval95.hi);
-    fmt::print("  acceleration    {}\n  deceleration    {}\n",
-               Words(analysis.response.acceleration.pressure_advance),
-               Words(analysis.response.deceleration.pressure_advance));
-    if (analysis.deviation.best_s) {
-      fmt::print("  deviation       best line {:.4f} s", *analysis.deviation.best_s);
-      if (analysis.deviation.cubic_minimum_s) {
-        fmt::print(", cubic minimum {:.4f} s", *analysis.deviation.cubic_minimum_s);
-      }
-      if (analysis.deviation.r_squared) {
-        fmt::print(", R^2 {:.2f}", *analysis.deviation.r_squared);
-      }
-      fmt::print("\n");
-    }
-  }
-  int used = 0;
-  for (const auto& line : analysis.lines) used += line.used;
-  fmt::print("lines             {} of {} used\n", used, analysis.lines.size());
-  for (const auto& line : analysis.lines) {
-    if (!line.used) fmt::print("  at {:.4f} s: {}\n", line.pressure_advance_s, line.reason);
-  }
-  for (const std::string& notice : analysis.notices) fmt::print("notice            {}\n", notice);
-  fmt::print("verdict           {}\n", ToString(answer.verdict()));
-  if (!answer.good()) fmt::print("because           {}\n", answer.reason());
-  if (answer.good()) {
-    const Quantity& q = answer.quantity();
-    fmt::print("to use it         SET_PRESSURE_ADVANCE ADVANCE={}\n",
-               report::SecondsText(q.value, q.standard_uncertainty));
-  }
-  if (!report_path.empty()) fmt::print("report            {}\n", report_path);
-}
-
 int RunAnalyze(const AnalyzeArguments& arguments) {
-  if (auto possible = CheckOutputs(arguments); !possible) return Report(possible.error());
+  if (auto possible = CheckOutputs(arguments.output); !possible) return Report(possible.error());
   const Result<AnalysisRun> run = RunEye(arguments);
   if (!run) return Report(run.error());
-  // The answer is printed whatever became of the files: it must not get lost for a full disk.
-  const Written written = WriteFiles(arguments, *run);
-  if (arguments.json) {
-    std::optional<std::string> report_path;
-    if (!written.report.empty()) report_path = written.report;
-    std::fputs(report::ToJson(run->analysis, report_path).c_str(), stdout);
-  } else {
-    PrintText(run->analysis, written.report);
-  }
-  if (written.failed) return Report(*written.failed);
-  return run->analysis.pressure_advance.good() ? kExitGood : kExitNotTrusted;
+  return PrintAnalysis(*run, arguments.path, arguments.output);
 }
 
 }  // namespace
@@ -286,11 +153,12 @@ void AddAnalyzeCommand(CLI::App& parent, int& exit_code) {
       "analyze", "pressure advance from a recorded laser scan or a photo of the pattern");
   const auto arguments = std::make_shared<AnalyzeArguments>();
   command->add_option("path", arguments->path, "folder with scan.json, or a photo")->required();
-  command->add_flag("--json", arguments->json, "print everything as one JSON object");
+  command->add_flag("--json", arguments->output.json, "print everything as one JSON object");
   command->add_option("--method", arguments->method, "response or deviation (the paper's)")
       ->capture_default_str();
-  command->add_option("--report", arguments->report, "write a one-page report (HTML)");
-  command->add_option("--figures", arguments->figures, "write each figure as PNG and SVG here");
+  command->add_option("--report", arguments->output.report, "write a one-page report (HTML)");
+  command->add_option("--figures", arguments->output.figures,
+                      "write each figure as PNG and SVG here");
   CLI::Option* plan = command->add_option(
       "--plan", arguments->plan,
       "photo: the *.plan.json that pa pattern wrote; says the lines' PA and segments");

@@ -1,0 +1,156 @@
+#include "app/analysis_output.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "report/analysis_json.h"
+#include "report/pressure_advance_report.h"
+#include "store/whole_file.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+using pressure_advance::Analysis;
+
+Result<void> WriteReport(const std::string& path, const std::string& source,
+                         const report::ReportInput& input,
+                         const std::vector<report::Figure>& figures) {
+  if (path.empty()) return {};
+  report::ReportOptions options;
+  options.source = source;
+  return store::WriteWholeFile(path, report::PressureAdvanceReport(input, figures, options));
+}
+
+Result<void> WriteFigures(const std::string& figures_folder,
+                          const std::vector<report::Figure>& figures) {
+  if (figures_folder.empty()) return {};
+  const fs::path folder = figures_folder;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    return Fail(
+        fmt::format("--figures {}: cannot make the folder: {}", folder.string(), error.message()));
+  }
+  for (const report::Figure& figure : figures) {
+    for (const auto& [ending, bytes] :
+         {std::pair{".png", figure.canvas.ToPng()}, std::pair{".svg", figure.canvas.ToSvg()}}) {
+      if (auto done = store::WriteWholeFile(folder / (figure.name + ending), bytes); !done) {
+        return done;
+      }
+    }
+  }
+  return {};
+}
+
+/// What became of the files beside the answer.
+struct Written {
+  std::string report;           ///< its path; empty where there is none
+  std::optional<Error> failed;  ///< the first file that could not be written
+};
+
+Written WriteFiles(const AnalysisRun& run, const std::string& source,
+                   const AnalysisOutput& output) {
+  Written written;
+  if (output.report.empty() && output.figures.empty()) return written;
+  const report::ReportInput input = run.report_input();
+  const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
+  if (auto done = WriteReport(output.report, source, input, figures); done) {
+    written.report = output.report;
+  } else {
+    written.failed = done.error();
+  }
+  auto done = WriteFigures(output.figures, figures);
+  if (!done && !written.failed) written.failed = done.error();
+  return written;
+}
+
+std::string Words(const Measured& measured) {
+  if (!measured.good()) return std::string(ToString(measured.verdict()));
+  const Quantity& q = measured.quantity();
+  return fmt::format("{} +- {:.4f} s", report::SecondsText(q.value, q.standard_uncertainty),
+                     q.standard_uncertainty);
+}
+
+void PrintText(const Analysis& analysis, const std::string& report_path) {
+  const Measured& answer = analysis.pressure_advance;
+  if (answer.good()) {
+    const Quantity& q = answer.quantity();
+    fmt::print("pressure advance  {}   (95 %: {:.4f} to {:.4f})\n", Words(answer), q.interval95.lo,
+               q.interval95.hi);
+    fmt::print("  acceleration    {}\n  deceleration    {}\n",
+               Words(analysis.response.acceleration.pressure_advance),
+               Words(analysis.response.deceleration.pressure_advance));
+    if (analysis.deviation.best_s) {
+      fmt::print("  deviation       best line {:.4f} s", *analysis.deviation.best_s);
+      if (analysis.deviation.cubic_minimum_s) {
+        fmt::print(", cubic minimum {:.4f} s", *analysis.deviation.cubic_minimum_s);
+      }
+      if (analysis.deviation.r_squared) {
+        fmt::print(", R^2 {:.2f}", *analysis.deviation.r_squared);
+      }
+      fmt::print("\n");
+    }
+  }
+  int used = 0;
+  for (const auto& line : analysis.lines) used += line.used;
+  fmt::print("lines             {} of {} used\n", used, analysis.lines.size());
+  for (const auto& line : analysis.lines) {
+    if (!line.used) fmt::print("  at {:.4f} s: {}\n", line.pressure_advance_s, line.reason);
+  }
+  for (const std::string& notice : analysis.notices) fmt::print("notice            {}\n", notice);
+  fmt::print("verdict           {}\n", ToString(answer.verdict()));
+  if (!answer.good()) fmt::print("because           {}\n", answer.reason());
+  if (answer.good()) {
+    const Quantity& q = answer.quantity();
+    fmt::print("to use it         SET_PRESSURE_ADVANCE ADVANCE={}\n",
+               report::SecondsText(q.value, q.standard_uncertainty));
+  }
+  if (!report_path.empty()) fmt::print("report            {}\n", report_path);
+}
+
+}  // namespace
+
+Result<void> CheckOutputs(const AnalysisOutput& output) {
+  std::error_code ignored;
+  const fs::path report = output.report;
+  const fs::path folder = report.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder, ignored)) {
+    return Fail(fmt::format("--report {}: there is no folder {}; make it first", report.string(),
+                            folder.string()));
+  }
+  if (!report.empty() && fs::is_directory(report, ignored)) {
+    return Fail(fmt::format("--report {}: is a folder; name a file", report.string()));
+  }
+  // The folder of the figures is made with all above it; none of them may be something else.
+  for (fs::path part = output.figures; !part.empty(); part = part.parent_path()) {
+    if (fs::is_directory(part, ignored)) break;
+    if (fs::exists(part, ignored)) {
+      return Fail(fmt::format("--figures {}: {} is a file, not a folder; choose another name",
+                              output.figures, part.string()));
+    }
+  }
+  return {};
+}
+
+int PrintAnalysis(const AnalysisRun& run, const std::string& source, const AnalysisOutput& output) {
+  // The answer is printed whatever became of the files: it must not get lost for a full disk.
+  const Written written = WriteFiles(run, source, output);
+  if (output.json) {
+    std::optional<std::string> report_path;
+    if (!written.report.empty()) report_path = written.report;
+    std::fputs(report::ToJson(run.analysis, report_path).c_str(), stdout);
+  } else {
+    PrintText(run.analysis, written.report);
+  }
+  if (written.failed) return Report(*written.failed);
+  return run.analysis.pressure_advance.good() ? kExitGood : kExitNotTrusted;
+}
+
+}  // namespace trammel::app
