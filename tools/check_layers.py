@@ -16,8 +16,9 @@ ALLOWED = {
     "machine": {"base", "geometry"},
     "store": {"base"} | CALIBRATIONS,
     "report": {"base"} | CALIBRATIONS,
+    "procedure": PURE | CALIBRATIONS | {"machine", "store"},
     "sim": {"base", "geometry"},
-    "app": PURE | CALIBRATIONS | {"machine", "store", "report", "sim"},
+    "app": PURE | CALIBRATIONS | {"machine", "store", "procedure", "report", "sim"},
 }
 # What tests/support may include: its worlds share no code with sim, nor with what they judge.
 SUPPORT_ALLOWED = {"base", "geometry", "support"}

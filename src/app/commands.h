@@ -26,5 +26,7 @@ void AddConfigCommand(CLI::App& parent, int& exit_code);
 void AddAnalyzeCommand(CLI::App& parent, int& exit_code);
 void AddPatternCommand(CLI::App& parent, int& exit_code);
 void AddSimCommand(CLI::App& parent, int& exit_code);
+/// `pa calibrate|print|scan|apply` below `pa`, `doctor` below `cli`.
+void AddPrinterCommands(CLI::App& cli, CLI::App& pa, int& exit_code);
 
 }  // namespace trammel::app

@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   trammel::app::AddConfigCommand(cli, exit_code);
   trammel::app::AddAnalyzeCommand(*pa, exit_code);
   trammel::app::AddPatternCommand(*pa, exit_code);
+  trammel::app::AddPrinterCommands(cli, *pa, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 
   try {

@@ -1,0 +1,197 @@
+#include "procedure/calibrate.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "pressure_advance/pattern.h"
+#include "procedure/checks.h"
+#include "procedure/frame_recorder.h"
+#include "procedure/keeper.h"
+#include "procedure/print.h"
+#include "procedure/scan.h"
+#include "store/plan_file.h"
+#include "store/whole_file.h"
+
+namespace trammel::procedure {
+namespace {
+
+using pressure_advance::PatternConfig;
+using pressure_advance::PatternPlan;
+using pressure_advance::ScanSettings;
+
+constexpr double kAsk_s = 10;
+constexpr double kHome_s = 300;
+constexpr double kStall_s = 5;
+constexpr const char* kGcodeName = "pattern.gcode";
+
+// The pattern as this printer will print it: warm afterwards, and with its own values restored.
+PatternConfig ForThisPrinter(PatternConfig config, const machine::PrinterState& before) {
+  config.finish = pressure_advance::Finish::kIdle;
+  if (before.pressure_advance_s) config.restore_pressure_advance_s = before.pressure_advance_s;
+  if (before.limits.max_accel_mm_s2 > 0) {
+    config.restore_acceleration_mm_s2 = before.limits.max_accel_mm_s2;
+  }
+  config.restore_minimum_cruise_ratio =
+      before.limits.minimum_cruise_ratio.value_or(config.restore_minimum_cruise_ratio);
+  return config;
+}
+
+Result<void> PrintPattern(const Session& session, const CalibrationRequest& request,
+                          const PatternConfig& config, const PatternPlan& plan) {
+  const auto layout = LayOut(config);
+  const std::string gcode = WriteGcode(layout, config);
+  if (auto kept = store::WriteWholeFile(request.folder / kGcodeName, gcode); !kept) return kept;
+  auto planned =
+      store::WriteWholeFile(request.folder / "pattern.plan.json", store::FormatPlan(plan));
+  if (!planned) return planned;
+  PrintOptions options;
+  options.nozzle_temperature_c = config.nozzle_temperature_c;
+  options.bed_temperature_c = config.bed_temperature_c;
+  options.heat_time_limit_s = request.settings.heat_time_limit_s;
+  options.print_time_s = Summarise(layout, config).time_s;
+  return Print(session, gcode, options);
+}
+
+Result<void> Scan(const Session& session, const CalibrationRequest& request,
+                  const PatternConfig& config, const PatternPlan& plan, FrameRecorder& recorder,
+                  const std::string& camera) {
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  const auto sweeps = PlanSweeps(plan, 0, request.settings, ReachOf(*state));
+  if (!sweeps) return tl::unexpected(sweeps.error());
+  if (!request.settings.clean_nozzle_gcode.empty()) {
+    auto clean = session.printer.Run(request.settings.clean_nozzle_gcode, session.Within(kHome_s));
+    if (!clean) return clean;
+  }
+  auto cool =
+      CoolAndWait(session, state->active_extruder, request.settings.scan_nozzle_temperature_c,
+                  request.settings.heat_time_limit_s);
+  if (!cool) return cool;
+  ScanRequest scan;
+  scan.plan = plan;
+  scan.settings = request.settings;
+  scan.travel_speed_mm_s = config.travel_speed_mm_s;
+  scan.z_speed_mm_s = config.z_speed_mm_s;
+  scan.folder = request.folder;
+  scan.started = request.started;
+  scan.camera = camera;
+  return ScanLines(session, recorder, *sweeps, scan);
+}
+
+Result<void> CheckAll(const Session& session, const CalibrationRequest& request) {
+  auto printer =
+      FirstFailure(CheckPrinter(session, request.pattern, request.settings), ErrorKind::kMachine);
+  if (!printer || !request.scan) return printer;
+  const double lines = static_cast<double>(PressureAdvances(request.pattern).size());
+  const double record_s =
+      lines * (request.pattern.line_length_mm / request.settings.scan_speed_mm_s +
+               2 * request.settings.settle_s);
+  return FirstFailure({CheckDisk(request.folder, record_s, request.settings.frames_per_s)},
+                      ErrorKind::kInput);
+}
+
+Result<void> Home(const Session& session) {
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  for (const char axis : std::string("xyz")) {
+    if (state->homed_axes.find(axis) == std::string::npos) {
+      session.Say("homing");
+      return session.printer.Run("G28", session.Within(kHome_s));
+    }
+  }
+  return {};
+}
+
+Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
+                      const machine::PrinterState& before, FrameRecorder* recorder,
+                      const std::string& camera) {
+  const PatternConfig config = ForThisPrinter(request.pattern, before);
+  const PatternPlan plan = MakePlan(LayOut(config), config, kGcodeName);
+  if (request.print) {
+    if (auto printed = PrintPattern(session, request, config, plan); !printed) return printed;
+  }
+  if (recorder == nullptr) return {};
+  return Scan(session, request, config, plan, *recorder, camera);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<machine::FrameSource>> OpenCamera(const Session& session,
+                                                         const ScanSettings& settings) {
+  machine::CameraOptions options;
+  options.width_px = settings.frame_width_px;
+  options.height_px = settings.frame_height_px;
+  options.frames_per_s = settings.frames_per_s;
+  if (!settings.camera.empty()) return machine::OpenCamera(settings.camera, options, session.stop);
+  const auto webcams = session.printer.Webcams(session.Within(kAsk_s));
+  if (!webcams) return tl::unexpected(webcams.error());
+  for (const machine::Webcam& webcam : *webcams) {
+    if (webcam.enabled && (settings.webcam.empty() || settings.webcam == webcam.name)) {
+      return machine::OpenCamera(webcam.stream_url, options, session.stop);
+    }
+  }
+  return Fail(
+      fmt::format("the printer's server lists no camera{}: set [camera] url to the stream's "
+                  "address",
+                  settings.webcam.empty() ? "" : " named " + settings.webcam),
+      ErrorKind::kMachine);
+}
+
+CalibrationOutcome Calibrate(const Session& session, const CalibrationRequest& request) {
+  CalibrationOutcome outcome;
+  session.Say("checking the printer");
+  outcome.done = CheckAll(session, request);
+  if (!outcome.done) return outcome;
+  std::unique_ptr<machine::FrameSource> camera;
+  std::unique_ptr<FrameRecorder> recorder;
+  if (request.scan) {
+    session.Say("looking at the camera");
+    auto opened = OpenCamera(session, request.settings);
+    if (opened) {
+      camera = std::move(*opened);
+      recorder = std::make_unique<FrameRecorder>(*camera, kStall_s);
+      const auto picture = recorder->NextFrame(kStall_s, session.stop);
+      if (!picture) outcome.done = tl::unexpected(picture.error());
+    } else {
+      outcome.done = tl::unexpected(opened.error());
+    }
+  }
+  if (outcome.done) outcome.done = Home(session);
+  if (!outcome.done) return outcome;
+  auto keeper = Keeper::Remember(session, request.settings);
+  if (!keeper) {
+    outcome.done = tl::unexpected(keeper.error());
+    return outcome;
+  }
+  outcome.done = RunSteps(session, request, keeper->before(), recorder.get(),
+                          camera ? camera->Describe() : "");
+  session.Say("bringing back what was set before");
+  outcome.unrestored = keeper->Restore();
+  return outcome;
+}
+
+Result<void> ApplyPressureAdvance(const Session& session, double pressure_advance_s) {
+  if (!(pressure_advance_s >= 0 && pressure_advance_s <= 10)) {
+    return Fail(fmt::format("pressure advance {} s: must lie within 0 ... 10", pressure_advance_s));
+  }
+  auto set =
+      session.printer.Run(fmt::format("SET_PRESSURE_ADVANCE ADVANCE={:.4f}", pressure_advance_s),
+                          session.Within(kAsk_s));
+  if (!set) return set;
+  if (auto moved = session.printer.FinishMoves(session.Within(kAsk_s)); !moved) return moved;
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  constexpr double kRounding_s = 0.0001;
+  if (!state->pressure_advance_s ||
+      std::abs(*state->pressure_advance_s - pressure_advance_s) > kRounding_s) {
+    return Fail(
+        fmt::format("the printer was told to use a pressure advance of {:.4f} s and reports "
+                    "{:.4f} s",
+                    pressure_advance_s, state->pressure_advance_s.value_or(std::nan(""))),
+        ErrorKind::kMachine);
+  }
+  return {};
+}
+
+}  // namespace trammel::procedure

@@ -1,0 +1,46 @@
+// Pressure advance on a real printer: check, print, cool, scan; analysis and verdict follow.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/camera.h"
+#include "pressure_advance/pattern_config.h"
+#include "pressure_advance/pattern_plan.h"
+#include "pressure_advance/scan_settings.h"
+#include "procedure/session.h"
+
+namespace trammel::procedure {
+
+struct CalibrationRequest {
+  pressure_advance::PatternConfig pattern;
+  pressure_advance::ScanSettings settings;
+  std::filesystem::path folder;  ///< is there and empty; receives everything that is recorded
+  std::string started;           ///< date and time, for the recording
+  bool print = true;
+  bool scan = true;
+};
+
+struct CalibrationOutcome {
+  Result<void> done;                    ///< good: `folder` holds a whole recording
+  std::vector<std::string> unrestored;  ///< what could not be brought back to how it was
+};
+
+/// Runs the steps that the request names. Nothing moves before every check has passed and the
+/// camera has sent a picture. Whatever happens, laser, lights, pressure advance, limits, heater
+/// targets and G-code state come back (Keeper), and what was recorded stays in the folder.
+[[nodiscard]] CalibrationOutcome Calibrate(const Session& session,
+                                           const CalibrationRequest& request);
+
+/// The camera that the settings name, or the webcam that the printer's server lists.
+[[nodiscard]] Result<std::unique_ptr<machine::FrameSource>> OpenCamera(
+    const Session& session, const pressure_advance::ScanSettings& settings);
+
+/// Sets pressure advance until the printer's next restart, and looks whether it did.
+/// Errors: kInput outside 0 … 10 s; kMachine.
+[[nodiscard]] Result<void> ApplyPressureAdvance(const Session& session, double pressure_advance_s);
+
+}  // namespace trammel::procedure

@@ -1,0 +1,142 @@
+#include "procedure/checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "pressure_advance/pattern.h"
+#include "pressure_advance/pattern_plan.h"
+
+namespace trammel::procedure {
+namespace {
+
+using machine::PrinterReadiness;
+using machine::PrinterState;
+using pressure_advance::PatternConfig;
+using pressure_advance::ScanSettings;
+
+constexpr double kAsk_s = 10;
+
+Check Pass(std::string name, std::string detail) {
+  return {std::move(name), true, std::move(detail)};
+}
+
+Check Miss(std::string name, std::string detail) {
+  return {std::move(name), false, std::move(detail)};
+}
+
+Check CheckReady(const PrinterState& state) {
+  if (state.readiness == PrinterReadiness::kReady) return Pass("printer", "ready");
+  return Miss("printer", fmt::format("the printer is not ready but in \"{}\": {}; look at its own "
+                                     "screen, then FIRMWARE_RESTART",
+                                     ToString(state.readiness), state.message));
+}
+
+Check CheckIdle(const PrinterState& state) {
+  if (state.print_state == "printing" || state.print_state == "paused") {
+    return Miss("idle", fmt::format("the printer is busy: {} is {}; wait for its end or cancel it",
+                                    state.print_file, state.print_state));
+  }
+  return Pass("idle", "no job is running");
+}
+
+// The first word of each line of a setting's G-code must be a command that the printer knows.
+Check CheckCommands(const Session& session, const std::string& setting, const std::string& gcode) {
+  const std::string name = "[scan] " + setting;
+  std::size_t at = 0;
+  while (at < gcode.size()) {
+    const std::size_t end = std::min(gcode.find('\n', at), gcode.size());
+    const std::string line = gcode.substr(at, end - at);
+    at = end + 1;
+    const std::string word = line.substr(0, line.find_first_of(" \t\r;"));
+    if (word.empty()) continue;
+    const auto known = session.printer.HasCommand(word, session.Within(kAsk_s));
+    if (!known) return Miss(name, known.error().message);
+    if (!*known) {
+      return Miss(name,
+                  fmt::format("the printer has no command {}: write a macro of that name (see "
+                              "klipper/), or name another",
+                              word));
+    }
+  }
+  return Pass(name, gcode.empty() ? "not set" : gcode);
+}
+
+Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings,
+               const PrinterState& state) {
+  if (const auto problem = FindProblem(pattern)) {
+    return Miss("bed",
+                fmt::format("[{}] {}: {}", problem->section, problem->key, problem->message));
+  }
+  const Reach reach = ReachOf(state);
+  const auto layout = LayOut(pattern);
+  const auto& printed = layout.printed;
+  if (printed.min_x_mm < reach.minimum_mm[0] || printed.max_x_mm > reach.maximum_mm[0] ||
+      printed.min_y_mm < reach.minimum_mm[1] || printed.max_y_mm > reach.maximum_mm[1]) {
+    return Miss("bed",
+                fmt::format("the pattern covers X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm, "
+                            "the nozzle reaches X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm: "
+                            "set [printer] bed_size and bed_origin",
+                            printed.min_x_mm, printed.max_x_mm, printed.min_y_mm, printed.max_y_mm,
+                            reach.minimum_mm[0], reach.maximum_mm[0], reach.minimum_mm[1],
+                            reach.maximum_mm[1]));
+  }
+  const auto sweeps = PlanSweeps(MakePlan(layout, pattern, "pattern.gcode"), 0, settings, reach);
+  if (!sweeps) return Miss("bed", sweeps.error().message);
+  return Pass("bed", "pattern and scan lie within the nozzle's reach");
+}
+
+}  // namespace
+
+Reach ReachOf(const PrinterState& state) { return {state.axis_minimum_mm, state.axis_maximum_mm}; }
+
+std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pattern,
+                                const ScanSettings& settings) {
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return {Miss("printer", state.error().message)};
+  std::vector<Check> checks = {CheckReady(*state)};
+  if (!checks.back().passed) return checks;
+  checks.push_back(CheckIdle(*state));
+  checks.push_back(settings.laser_on_gcode.empty() || settings.laser_off_gcode.empty()
+                       ? Miss("[scan] laser_on_gcode",
+                              "laser_on_gcode and laser_off_gcode must "
+                              "both be set: nothing is scanned with a "
+                              "laser that cannot be switched off")
+                       : CheckCommands(session, "laser_on_gcode", settings.laser_on_gcode));
+  checks.push_back(CheckCommands(session, "laser_off_gcode", settings.laser_off_gcode));
+  checks.push_back(CheckCommands(session, "lights_off_gcode", settings.lights_off_gcode));
+  checks.push_back(CheckCommands(session, "lights_on_gcode", settings.lights_on_gcode));
+  checks.push_back(CheckCommands(session, "clean_nozzle_gcode", settings.clean_nozzle_gcode));
+  checks.push_back(CheckBed(pattern, settings, *state));
+  return checks;
+}
+
+Check CheckDisk(const std::filesystem::path& folder, double record_s, double frames_per_s) {
+  // A JPEG of 1280x720 takes 50 to 150 kB; as much again is left to others.
+  constexpr double kFrameBytes = 150e3;
+  const double needed = 2 * record_s * frames_per_s * kFrameBytes;
+  std::error_code error;
+  const auto space = std::filesystem::space(folder, error);
+  if (error) {
+    return Miss("disk", fmt::format("{}: {}", folder.string(), error.message()));
+  }
+  const auto free = static_cast<double>(space.available);
+  const std::string figures = fmt::format("{:.1f} GB free at {}, {:.1f} GB needed", free / 1e9,
+                                          folder.string(), needed / 1e9);
+  if (free < needed) {
+    return Miss("disk", figures + ": delete old recordings, or name another folder with --out");
+  }
+  return Pass("disk", figures);
+}
+
+Result<void> FirstFailure(const std::vector<Check>& checks, ErrorKind kind) {
+  for (const Check& check : checks) {
+    if (!check.passed) {
+      return Fail(fmt::format("{}: {}", check.name, check.detail),
+                  check.name == "bed" ? ErrorKind::kSafety : kind);
+    }
+  }
+  return {};
+}
+
+}  // namespace trammel::procedure

@@ -1,0 +1,41 @@
+// What must be right before a machine moves, each with what to do about it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "pressure_advance/pattern_config.h"
+#include "pressure_advance/scan_settings.h"
+#include "procedure/session.h"
+#include "procedure/sweep_plan.h"
+
+namespace trammel::procedure {
+
+struct Check {
+  std::string name;  ///< what was looked at
+  bool passed = false;
+  std::string detail;  ///< what was found; where not passed, also what to do
+};
+
+/// Ready, idle, with the commands that the settings name, and a bed that holds pattern and scan.
+/// Moves nothing, changes nothing. Never fails by itself: what cannot be asked is a check not
+/// passed.
+[[nodiscard]] std::vector<Check> CheckPrinter(const Session& session,
+                                              const pressure_advance::PatternConfig& pattern,
+                                              const pressure_advance::ScanSettings& settings);
+
+/// Whether the folder's disk has room for a recording of the given length.
+[[nodiscard]] Check CheckDisk(const std::filesystem::path& folder, double record_s,
+                              double frames_per_s);
+
+/// The first check that was not passed, as an error. Busy and unready printers are kMachine, what
+/// is outside the bed kSafety.
+[[nodiscard]] Result<void> FirstFailure(const std::vector<Check>& checks, ErrorKind kind);
+
+/// What the head can reach, from the printer's own limits.
+[[nodiscard]] Reach ReachOf(const machine::PrinterState& state);
+
+}  // namespace trammel::procedure

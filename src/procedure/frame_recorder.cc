@@ -1,0 +1,76 @@
+#include "procedure/frame_recorder.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <utility>
+
+namespace trammel::procedure {
+
+using machine::CapturedFrame;
+using machine::FrameFault;
+
+FrameRecorder::FrameRecorder(machine::FrameSource& camera, double stall_s)
+    : camera_(camera), stall_s_(stall_s), thread_([this](std::stop_token stop) { Read(stop); }) {}
+
+void FrameRecorder::Read(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    auto next = camera_.Next(stall_s_, stop);
+    const std::lock_guard lock(mutex_);
+    if (next && *next) {
+      Take(**std::move(next));
+    } else {
+      failure_ = next ? Error{ErrorKind::kMachine, "the camera's pictures have come to their end"}
+                      : next.error();
+    }
+    arrived_.notify_all();
+    if (failure_) return;
+  }
+}
+
+void FrameRecorder::Take(CapturedFrame frame) {
+  if (writer_ && !write_failure_) {
+    if (auto added = writer_->Add(frame); !added) write_failure_ = added.error();
+  }
+  const bool sound = frame.fault == FrameFault::kNone || frame.fault == FrameFault::kTimeJumped;
+  if (!sound) return;
+  ++count_;
+  if (writer_ && !write_failure_) kept_.push_back(frame);
+  latest_ = std::move(frame);
+}
+
+Result<CapturedFrame> FrameRecorder::NextFrame(double time_limit_s, const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  const std::size_t before = count_;
+  arrived_.wait_for(lock, stop, std::chrono::duration<double>(time_limit_s),
+                    [&] { return count_ > before || failure_; });
+  if (count_ > before) return *latest_;
+  if (failure_) return tl::unexpected(*failure_);
+  if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
+  return Fail(fmt::format("no whole picture came from {} within {} s: is it used by somebody else, "
+                          "or is its picture damaged?",
+                          camera_.Describe(), time_limit_s),
+              ErrorKind::kMachine);
+}
+
+Result<void> FrameRecorder::Begin(const std::filesystem::path& video, double frames_per_s) {
+  auto writer = machine::VideoWriter::Create(video, frames_per_s);
+  if (!writer) return tl::unexpected(writer.error());
+  const std::lock_guard lock(mutex_);
+  writer_ = std::move(*writer);
+  write_failure_.reset();
+  kept_.clear();
+  return {};
+}
+
+Result<std::vector<CapturedFrame>> FrameRecorder::End() {
+  const std::lock_guard lock(mutex_);
+  Result<void> finished = writer_ ? writer_->Finish() : Result<void>{};
+  writer_.reset();
+  if (write_failure_) return tl::unexpected(*write_failure_);
+  if (failure_) return tl::unexpected(*failure_);
+  if (!finished) return tl::unexpected(finished.error());
+  return std::move(kept_);
+}
+
+}  // namespace trammel::procedure

@@ -1,0 +1,34 @@
+// From what was recorded of a sweep to frames with positions along the line.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/camera.h"
+#include "machine/printer.h"
+#include "pressure_advance/scan.h"
+#include "pressure_advance/sweep_timing.h"
+#include "procedure/sweep_plan.h"
+
+namespace trammel::procedure {
+
+/// The moves of the head as positions of the laser along a sweep's line, on the host's clock.
+[[nodiscard]] std::vector<pressure_advance::LineMove> AlongLine(
+    std::span<const machine::TrapezoidMove> moves, const Sweep& sweep,
+    const machine::ClockRelation& clock);
+
+/// How frames and motion are compared: when each frame came, and how much it differs from the one
+/// before. Decodes every frame.
+[[nodiscard]] Result<pressure_advance::SweepObservation> Observe(
+    std::span<const machine::CapturedFrame> frames, std::vector<pressure_advance::LineMove> motion);
+
+/// Positions for scan.json: those of frames that certainly moved at the sweep's speed.
+[[nodiscard]] std::vector<std::optional<double>> ScoredPositions(
+    const pressure_advance::SweepTiming& timing);
+
+/// What fraction of the pixels became at least 30 levels redder.
+[[nodiscard]] Result<double> Reddened(const machine::CapturedFrame& before,
+                                      const machine::CapturedFrame& after);
+
+}  // namespace trammel::procedure

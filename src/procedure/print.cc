@@ -1,0 +1,110 @@
+#include "procedure/print.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace trammel::procedure {
+namespace {
+
+using machine::PrinterState;
+
+constexpr double kCommand_s = 30;
+constexpr double kUpload_s = 120;
+constexpr double kCancel_s = 60;
+constexpr double kNearTarget_c = 3;
+
+Result<void> SetTarget(const Session& session, const std::string& heater, double target_c) {
+  return session.printer.Run(
+      fmt::format("SET_HEATER_TEMPERATURE HEATER={} TARGET={}", heater, target_c),
+      session.Within(kCommand_s));
+}
+
+double Temperature(const PrinterState& state, const std::string& heater) {
+  const auto found = state.heaters.find(heater);
+  return found == state.heaters.end() ? std::nan("") : found->second.temperature_c;
+}
+
+Result<void> Settle(const Session& session, const std::string& heater, const std::string& what,
+                    double time_limit_s, const std::function<bool(double)>& settled) {
+  if (session.printer.LastState().heaters.count(heater) == 0) {
+    return Fail(fmt::format("the printer has no heater {}", heater), ErrorKind::kMachine);
+  }
+  auto reached = session.printer.WaitUntil(
+      [&](const PrinterState& state) { return settled(Temperature(state, heater)); }, what,
+      session.Within(time_limit_s));
+  if (reached) return {};
+  return Fail(fmt::format("{} (it is at {:.1f} degC)", reached.error().message,
+                          Temperature(session.printer.LastState(), heater)),
+              reached.error().kind);
+}
+
+Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
+  // What was printed before may still stand there as complete.
+  auto begun = session.printer.WaitUntil(
+      [](const PrinterState& state) {
+        return state.print_state == "printing" || state.print_state == "error";
+      },
+      "the print to begin", session.Within(kCommand_s));
+  if (!begun) return tl::unexpected(begun.error());
+  const double limit_s = 3 * options.print_time_s + 2 * options.heat_time_limit_s + 120;
+  auto done = session.printer.WaitUntil(
+      [](const PrinterState& state) { return state.print_state != "printing"; },
+      "the pattern to be printed", session.Within(limit_s));
+  if (!done) return tl::unexpected(done.error());
+  if (done->print_state == "complete") return {};
+  return Fail(fmt::format("the print of {} ended as \"{}\"{}{}", options.name, done->print_state,
+                          done->print_message.empty() ? "" : ": ", done->print_message),
+              ErrorKind::kMachine);
+}
+
+}  // namespace
+
+Result<void> HeatAndWait(const Session& session, const std::string& heater, double target_c,
+                         double time_limit_s) {
+  if (auto set = SetTarget(session, heater, target_c); !set) return set;
+  session.Say(fmt::format("heating {} to {:.0f} degC", heater, target_c));
+  return Settle(session, heater, fmt::format("{} to reach {:.0f} degC", heater, target_c),
+                time_limit_s, [=](double now_c) { return now_c >= target_c - kNearTarget_c; });
+}
+
+Result<void> CoolAndWait(const Session& session, const std::string& heater, double target_c,
+                         double time_limit_s) {
+  if (auto set = SetTarget(session, heater, target_c); !set) return set;
+  session.Say(fmt::format("letting {} cool to {:.0f} degC", heater, target_c));
+  return Settle(session, heater, fmt::format("{} to cool to {:.0f} degC", heater, target_c),
+                time_limit_s, [=](double now_c) { return now_c <= target_c + kNearTarget_c; });
+}
+
+Result<void> Print(const Session& session, std::string_view gcode, const PrintOptions& options) {
+  session.Say("uploading the pattern");
+  if (auto up = session.printer.Upload(options.name, gcode, session.Within(kUpload_s)); !up) {
+    return up;
+  }
+  if (options.bed_temperature_c > 0) {
+    auto hot =
+        HeatAndWait(session, "heater_bed", options.bed_temperature_c, options.heat_time_limit_s);
+    if (!hot) return hot;
+  }
+  if (options.nozzle_temperature_c > 0) {
+    auto hot = HeatAndWait(session, session.printer.LastState().active_extruder,
+                           options.nozzle_temperature_c, options.heat_time_limit_s);
+    if (!hot) return hot;
+  }
+  session.Say("printing the pattern", options.print_time_s);
+  auto started = session.printer.StartPrint(options.name, session.Within(kCommand_s));
+  auto done = started ? WaitForPrint(session, options) : started;
+  if (done) return done;
+  const std::string state = session.printer.LastState().print_state;
+  if (state == "printing" || state == "paused") {
+    session.Say("cancelling the print", kCancel_s);
+    if (auto cancelled = session.printer.CancelPrint({kCancel_s}); !cancelled) {
+      return Fail(fmt::format("{}; and the print could not be cancelled: {}", done.error().message,
+                              cancelled.error().message),
+                  done.error().kind);
+    }
+  }
+  return done;
+}
+
+}  // namespace trammel::procedure

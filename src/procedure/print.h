@@ -1,0 +1,36 @@
+// Prints a G-code file on the printer and waits until it is done.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "procedure/session.h"
+
+namespace trammel::procedure {
+
+struct PrintOptions {
+  std::string name = "trammel/pressure_advance.gcode";  ///< among the printer's files
+  double nozzle_temperature_c = 0;                      ///< 0: the file heats by itself
+  double bed_temperature_c = 0;
+  double heat_time_limit_s = 900;  ///< of each heater
+  double print_time_s = 0;         ///< expected, without heating
+};
+
+/// Heats, uploads, prints, and waits for the end. Heating is waited for here rather than in the
+/// file, because a file that waits for heat cannot be cancelled. When stopped, or when anything
+/// fails, the print is cancelled before the error returns. Errors: kMachine, also where the print
+/// is paused or cancelled by somebody else; kInterrupted.
+[[nodiscard]] Result<void> Print(const Session& session, std::string_view gcode,
+                                 const PrintOptions& options);
+
+/// Sets a heater's target and waits until it is within 3 degC of it (or below, where it cools).
+/// @param heater  "extruder", "heater_bed", …
+[[nodiscard]] Result<void> HeatAndWait(const Session& session, const std::string& heater,
+                                       double target_c, double time_limit_s);
+
+/// Waits until a heater is no warmer than this; sets its target to it.
+[[nodiscard]] Result<void> CoolAndWait(const Session& session, const std::string& heater,
+                                       double target_c, double time_limit_s);
+
+}  // namespace trammel::procedure

@@ -1,0 +1,39 @@
+// Sweeps the laser over printed lines and records what the camera sees.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "pressure_advance/pattern_plan.h"
+#include "pressure_advance/scan_settings.h"
+#include "procedure/frame_recorder.h"
+#include "procedure/session.h"
+#include "procedure/sweep_plan.h"
+
+namespace trammel::procedure {
+
+struct ScanRequest {
+  pressure_advance::PatternPlan plan;
+  pressure_advance::ScanSettings settings;
+  double travel_speed_mm_s = 150;
+  double z_speed_mm_s = 5;
+  std::filesystem::path folder;  ///< is there; holds no scan.json yet
+  std::string started;           ///< date and time, for the recording
+  std::string camera;            ///< what the camera says it is
+};
+
+/// Sweeps every line of the plan: laser on at each line, a pause standing still, the sweep at one
+/// speed, a pause. Each sweep's frames go to `folder`/lineN.avi as they come, and after each line
+/// scan.json is written anew with the lines whose frames could be placed, so that whatever happens
+/// the recording so far can be analysed. Moves are absolute; the head stands at `sweeps.z_mm` after
+/// the first one. Leaves the laser on: the caller's Keeper switches it off.
+/// REQUIRES a homed printer with a Keeper.
+/// Errors: kMachine (printer, camera, disk, no laser to be seen), kMeasurement where frames and
+/// motion do not go together, kInterrupted.
+[[nodiscard]] Result<void> ScanLines(const Session& session, FrameRecorder& recorder,
+                                     const SweepPlan& sweeps, const ScanRequest& request);
+
+}  // namespace trammel::procedure

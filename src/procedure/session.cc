@@ -1,0 +1,17 @@
+#include "procedure/session.h"
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+namespace trammel::procedure {
+
+bool Pause(double time_s, const std::stop_token& stop) {
+  std::mutex mutex;
+  std::condition_variable_any wake;
+  std::unique_lock lock(mutex);
+  wake.wait_for(lock, stop, std::chrono::duration<double>(time_s), [] { return false; });
+  return !stop.stop_requested();
+}
+
+}  // namespace trammel::procedure
