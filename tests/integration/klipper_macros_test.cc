@@ -1,0 +1,117 @@
+// klipper/trammel.cfg against itself and against the settings that name its macros.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "pressure_advance/scan_settings.h"
+
+namespace trammel {
+namespace {
+
+/// The text of each section, by its header, without comments. Examples in comments are not there.
+std::map<std::string, std::string> ReadSections() {
+  std::ifstream file(TRAMMEL_KLIPPER_CONFIG);
+  EXPECT_TRUE(file) << TRAMMEL_KLIPPER_CONFIG;
+  std::map<std::string, std::string> sections;
+  std::string header;
+  for (std::string line; std::getline(file, line);) {
+    line = line.substr(0, line.find('#'));  // as Klipper does, wherever it stands
+    if (line.starts_with('[')) {
+      header = line.substr(1, line.find(']') - 1);
+      EXPECT_FALSE(sections.contains(header)) << header << " stands twice";
+      sections[header] = "";
+    } else if (!header.empty()) {
+      sections[header] += line + '\n';
+    }
+  }
+  return sections;
+}
+
+/// What follows `prefix` in each place where it stands.
+std::vector<std::string> WordsAfter(const std::string& text, const std::string& prefix) {
+  std::vector<std::string> words;
+  const std::regex pattern(prefix + "([A-Za-z0-9_]+)");
+  for (std::sregex_iterator it(text.begin(), text.end(), pattern), end; it != end; ++it) {
+    words.push_back((*it)[1]);
+  }
+  return words;
+}
+
+TEST(KlipperMacros, EveryNameThatAMacroUsesIsDefined) {
+  const auto sections = ReadSections();
+  const std::string& limits = sections.at("gcode_macro _TRAMMEL_LIMITS");
+  std::size_t uses = 0;
+  for (const auto& [header, text] : sections) {
+    for (const std::string& id : WordsAfter(text, "UPDATE_DELAYED_GCODE ID=")) {
+      EXPECT_TRUE(sections.contains("delayed_gcode " + id)) << header << " uses " << id;
+      ++uses;
+    }
+    for (const std::string& pin : WordsAfter(text, "SET_PIN PIN=")) {
+      EXPECT_TRUE(sections.contains("output_pin " + pin)) << header << " uses " << pin;
+      ++uses;
+    }
+    for (const std::string& name : WordsAfter(text, "_TRAMMEL_LIMITS\"\\]\\.")) {
+      EXPECT_THAT(limits, testing::HasSubstr("variable_" + name + ":")) << header;
+      ++uses;
+    }
+    for (const std::string& name : WordsAfter(text, "\\n *(?=LASER_|TRAMMEL_)")) {
+      EXPECT_TRUE(sections.contains("gcode_macro " + name)) << header << " calls " << name;
+      ++uses;
+    }
+  }
+  EXPECT_GE(uses, 15U);
+}
+
+TEST(KlipperMacros, TheDefaultsOfTheScanAreAmongThem) {
+  const auto sections = ReadSections();
+  const pressure_advance::ScanSettings defaults;
+  EXPECT_TRUE(sections.contains("gcode_macro " + defaults.laser_on_gcode));
+  EXPECT_TRUE(sections.contains("gcode_macro " + defaults.laser_off_gcode));
+}
+
+TEST(KlipperMacros, TheLaserIsLimitedBeforeItIsOnAndOffWhereTheBoardShutsDown) {
+  const auto sections = ReadSections();
+  const std::string& on = sections.at("gcode_macro LASER_ON");
+  EXPECT_LT(on.find("UPDATE_DELAYED_GCODE ID=_trammel_laser_limit"), on.find("SET_PIN"));
+  for (const auto& [header, text] : sections) {
+    const bool switches_on = text.find("PIN=trammel_laser VALUE=1") != std::string::npos;
+    EXPECT_EQ(switches_on, header == "gcode_macro LASER_ON") << header;
+  }
+  EXPECT_THAT(sections.at("delayed_gcode _trammel_laser_limit"),
+              testing::HasSubstr("SET_PIN PIN=trammel_laser VALUE=0"));
+  const std::string& pin = sections.at("output_pin trammel_laser");
+  EXPECT_THAT(pin, testing::HasSubstr("\nshutdown_value: 0"));
+  EXPECT_THAT(pin, testing::HasSubstr("\nvalue: 0"));
+}
+
+TEST(KlipperMacros, TheHeatersLimitSwitchesLaserAndHeatersOff) {
+  const std::string limit = ReadSections().at("delayed_gcode _trammel_heater_limit");
+  EXPECT_THAT(limit, testing::HasSubstr("LASER_OFF\n"));
+  EXPECT_THAT(limit, testing::HasSubstr("TURN_OFF_HEATERS\n"));
+}
+
+TEST(KlipperMacros, BracesAndBlocksAreBalancedInEveryTemplate) {
+  for (const auto& [header, text] : ReadSections()) {
+    EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'))
+        << header;
+    EXPECT_EQ(WordsAfter(text, "\\{% (?=if )").size(), WordsAfter(text, "\\{% (?=endif )").size())
+        << header;
+    // A variable's name is lower case in Klipper, whoever set it.
+    for (const std::string& name : WordsAfter(text, "\nvariable_")) {
+      EXPECT_TRUE(std::none_of(name.begin(), name.end(), [](unsigned char c) {
+        return std::isupper(c) != 0;
+      })) << name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trammel
