@@ -28,5 +28,7 @@ void AddPatternCommand(CLI::App& parent, int& exit_code);
 void AddSimCommand(CLI::App& parent, int& exit_code);
 /// `pa calibrate|print|scan|apply` below `pa`, `doctor` below `cli`.
 void AddPrinterCommands(CLI::App& cli, CLI::App& pa, int& exit_code);
+/// `trammel sim printer`, below `trammel sim`.
+void AddSimPrinter(CLI::App& parent, int& exit_code);
 
 }  // namespace trammel::app

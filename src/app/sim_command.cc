@@ -200,6 +200,7 @@ void AddSimCommand(CLI::App& parent, int& exit_code) {
                         ->require_subcommand(1);
   AddScan(*group, exit_code);
   AddPhoto(*group, exit_code);
+  AddSimPrinter(*group, exit_code);
 }
 
 }  // namespace trammel::app

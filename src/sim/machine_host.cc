@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "sim/camera_http.h"
 #include "sim/world.h"
 
 namespace trammel::sim {
@@ -12,27 +13,23 @@ namespace {
 constexpr Interval kTestedS{0, 0.06};  // the range that a pattern tests by default
 constexpr double kRebuildEveryS = 2;
 
-double Clock(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-std::shared_ptr<const Bed> EmptyBed(const KlipperConfig& config) {
+// A clean plate of the size that every world's printer has.
+std::shared_ptr<const Bed> EmptyBed() {
   auto bed = std::make_shared<Bed>();
-  bed->size_x_mm = config.axis_maximum_mm[0];
-  bed->size_y_mm = config.axis_maximum_mm[1];
+  bed->size_x_mm = PrinterTraits{}.bed_size_x_mm;
+  bed->size_y_mm = PrinterTraits{}.bed_size_y_mm;
   return bed;
 }
 
 }  // namespace
 
-double MonotonicNow() { return Clock(CLOCK_MONOTONIC); }
-
 double RawLessMonotonic() {
-  const double before = Clock(CLOCK_MONOTONIC);
-  const double raw = Clock(CLOCK_MONOTONIC_RAW);
-  return raw - 0.5 * (before + Clock(CLOCK_MONOTONIC));
+  const double before = MonotonicNow();
+  timespec raw_time{};
+  clock_gettime(CLOCK_MONOTONIC_RAW, &raw_time);
+  const double raw =
+      static_cast<double>(raw_time.tv_sec) + 1e-9 * static_cast<double>(raw_time.tv_nsec);
+  return raw - 0.5 * (before + MonotonicNow());
 }
 
 MachineHost::MachineHost(MachineOptions options, double start_s)
@@ -40,7 +37,7 @@ MachineHost::MachineHost(MachineOptions options, double start_s)
       start_s_(start_s),
       truth_s_(options_.pressure_advance_s.value_or(TruthOf(options_.seed, kTestedS))),
       klipper_(std::make_unique<VirtualKlipper>(options_.klipper, options_.faults)),
-      bed_(EmptyBed(options_.klipper)) {}
+      bed_(EmptyBed()) {}
 
 MachineHost::~MachineHost() = default;
 
@@ -89,7 +86,7 @@ std::shared_ptr<const Bed> MachineHost::bed(double monotonic_s) const {
     if (beads > 0) gcode = ExecutedGcode(klipper_->history(), cleaned_s, time_s);
   }
   if (gcode.empty()) {
-    bed_ = EmptyBed(options_.klipper);
+    bed_ = EmptyBed();
     return bed_;
   }
   Result<Print> print = PrintInWorld(gcode, options_.seed, truth_s_, kTestedS);

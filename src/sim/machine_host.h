@@ -55,9 +55,6 @@ class MachineHost final : public MachineSource {
   mutable double bed_built_s_ = -1e9;
 };
 
-/// Seconds of the host's CLOCK_MONOTONIC.
-[[nodiscard]] double MonotonicNow();
-
 /// CLOCK_MONOTONIC_RAW less CLOCK_MONOTONIC, s: Klipper tells the former, cameras the latter.
 [[nodiscard]] double RawLessMonotonic();
 

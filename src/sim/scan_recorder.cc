@@ -184,10 +184,15 @@ Result<void> RecordScan(const Bed& bed, const Plan& plan, const Condition& condi
 
 Result<void> WriteTruth(const std::filesystem::path& folder, const PrintTruth& truth,
                         std::uint64_t seed, const std::string& condition) {
-  return WriteJson(folder / "truth.json", {{"format", 1},
-                                           {"pressure_advance_s", truth.pressure_advance_s},
-                                           {"seed", seed},
-                                           {"condition", condition}});
+  return WriteTruthFile(folder / "truth.json", truth, seed, condition);
+}
+
+Result<void> WriteTruthFile(const std::filesystem::path& path, const PrintTruth& truth,
+                            std::uint64_t seed, const std::string& condition) {
+  return WriteJson(path, {{"format", 1},
+                          {"pressure_advance_s", truth.pressure_advance_s},
+                          {"seed", seed},
+                          {"condition", condition}});
 }
 
 }  // namespace trammel::sim

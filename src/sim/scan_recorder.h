@@ -37,4 +37,9 @@ struct ScanOptions {
 [[nodiscard]] Result<void> WriteTruth(const std::filesystem::path& folder, const PrintTruth& truth,
                                       std::uint64_t seed, const std::string& condition);
 
+/// The same under any name.
+[[nodiscard]] Result<void> WriteTruthFile(const std::filesystem::path& path,
+                                          const PrintTruth& truth, std::uint64_t seed,
+                                          const std::string& condition);
+
 }  // namespace trammel::sim

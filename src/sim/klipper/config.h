@@ -72,7 +72,7 @@ struct KlipperConfig {
   std::map<std::string, MacroConfig> macros;                      ///< by name, upper case
   std::map<std::string, std::vector<std::string>> delayed_gcode;  ///< by name, upper case
   double idle_timeout_s = 3600;
-  std::vector<std::string> idle_gcode{"TURN_OFF_HEATERS", "M84"};
+  std::vector<std::string> idle_gcode{"TURN_OFF_HEATERS", "SET_PIN PIN=LASER VALUE=0", "M84"};
 
   double restart_s = 2.2;  ///< from a restart to ready
 };

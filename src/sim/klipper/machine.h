@@ -104,7 +104,8 @@ class VirtualKlipper {
   [[nodiscard]] std::vector<KlipperEvent> TakeEvents();
 
   /// Files of the virtual SD card, by name.
-  std::map<std::string, std::string>& files() { return files_; }
+  [[nodiscard]] std::map<std::string, std::string>& files() { return files_; }
+  [[nodiscard]] const std::map<std::string, std::string>& files() const { return files_; }
   /// Methods that clients registered since the last start.
   void RegisterRemoteMethod(const std::string& name) { remote_methods_[name] = true; }
 

@@ -33,8 +33,10 @@ void VirtualKlipper::Step() {
     StepHeaters();
     return;
   }
-  motion_.Service(print_now_s());
-  while (!timed_.empty() && timed_.begin()->first <= print_now_s()) {
+  // In a shutdown nothing that was queued happens any more: no move, and no laser that comes on.
+  if (state_ == KlippyState::kReady) motion_.Service(print_now_s());
+  while (state_ == KlippyState::kReady && !timed_.empty() &&
+         timed_.begin()->first <= print_now_s()) {
     auto function = std::move(timed_.begin()->second);
     timed_.erase(timed_.begin());
     function();

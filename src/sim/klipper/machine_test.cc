@@ -176,7 +176,7 @@ TEST(VirtualKlipper, TheLaserGoesOffByItselfAfterItsLimit) {
 TEST(VirtualKlipper, EmergencyStopStandsStillAndEveryScriptFailsUntilTheRestart) {
   Bench bench;
   bench.Run("G28\nM104 S200\nLASER_ON");
-  const std::uint64_t id = bench.klipper.RunScript("G1 X200 F600\nG4 P20000");
+  const std::uint64_t id = bench.klipper.RunScript("G1 X200 F600\nLASER_ON\nG4 P20000");
   bench.Pass(3);
   bench.klipper.EmergencyStop();
   const double x = bench.klipper.TrueHead(bench.klipper.now_s()).position.x_mm;
@@ -191,6 +191,8 @@ TEST(VirtualKlipper, EmergencyStopStandsStillAndEveryScriptFailsUntilTheRestart)
   const auto home = bench.Run("G28");
   EXPECT_THAT(*home.error, StartsWith("Shutdown due to webhooks request\nOnce the underlying"));
   EXPECT_EQ(home.responses.back(), "!! Shutdown due to webhooks request");
+  bench.Pass(30);
+  EXPECT_EQ(bench.klipper.pins.at("LASER"), 0) << "a queued LASER_ON must not outlive the stop";
   const double nozzle_c = bench.klipper.nozzle.temperature_c;
   bench.klipper.Restart();
   bench.Pass(0.1);
@@ -232,6 +234,7 @@ TEST(VirtualKlipper, TurnsHeatersOffWhenItIsLeftAlone) {
   bench.Run("SET_IDLE_TIMEOUT TIMEOUT=30\nM104 S100\nLASER_ON");
   bench.Pass(35);
   EXPECT_EQ(bench.klipper.nozzle.target_c, 0);
+  EXPECT_EQ(bench.klipper.pins.at("LASER"), 0);
   EXPECT_EQ(ObjectStatus(bench.klipper, "idle_timeout")["state"], "Idle");
 }
 

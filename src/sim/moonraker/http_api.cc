@@ -1,0 +1,215 @@
+#include "sim/moonraker/http_api.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "sim/moonraker/multipart.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr std::size_t kLongestTarget = 8192;
+constexpr std::size_t kMostFiles = 1000;
+const std::string kFilePath = "/server/files/gcodes/";
+
+int HexDigit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  const char lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+}
+
+std::string Decoded(std::string_view text) {
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '%' && i + 2 < text.size() && HexDigit(text[i + 1]) >= 0 &&
+        HexDigit(text[i + 2]) >= 0) {
+      plain += static_cast<char>(HexDigit(text[i + 1]) * 16 + HexDigit(text[i + 2]));
+      i += 2;
+    } else {
+      plain += text[i] == '+' ? ' ' : text[i];
+    }
+  }
+  return plain;
+}
+
+HttpResponse Failure(int status, std::string message) {
+  // A reason line cannot hold a newline; Moonraker then gives its default.
+  if (message.find('\n') != std::string::npos) message = "Unknown";
+  const Json body = {
+      {"error", {{"code", status}, {"message", message}, {"traceback", Json(nullptr)}}}};
+  return {status, "application/json", body.dump(-1, ' ', false, Json::error_handler_t::replace)};
+}
+
+HttpResponse Success(int status, const Json& body) {
+  return {status, "application/json", body.dump(-1, ' ', false, Json::error_handler_t::replace)};
+}
+
+// Paths of methods that HTTP offers: /printer/gcode/script is printer.gcode.script.
+std::string MethodOf(const std::string& path) {
+  static const std::set<std::string> offered = {
+      "server.info",           "printer.info",         "printer.objects.list",
+      "printer.objects.query", "printer.gcode.script", "printer.emergency_stop",
+      "printer.restart",       "printer.print.start",  "printer.print.pause",
+      "printer.print.resume",  "printer.print.cancel", "printer.firmware_restart",
+      "server.webcams.list",   "server.files.list",    "server.files.roots",
+      "access.oneshot_token",
+  };
+  std::string method = path.empty() ? path : path.substr(1);
+  std::replace(method.begin(), method.end(), '/', '.');
+  return offered.count(method) > 0 ? method : std::string();
+}
+
+// What GET gives as a query and POST as JSON.
+Json ParamsOf(const HttpRequest& request, const Target& target, const std::string& method) {
+  Json params = ParseHostile(request.body);
+  if (!params.is_object()) params = Json::object();
+  if (method == "printer.objects.query" && !params.contains("objects") && !target.query.empty()) {
+    for (const auto& [name, fields] : target.query) {
+      if (name == "token") continue;
+      Json& wanted = params["objects"][name];
+      wanted = nullptr;
+      std::size_t from = 0;
+      while (from < fields.size()) {
+        const std::size_t end = std::min(fields.size(), fields.find(',', from));
+        wanted.push_back(fields.substr(from, end - from));
+        from = end + 1;
+      }
+    }
+    return params;
+  }
+  for (const auto& [name, value] : target.query) {
+    if (!params.contains(name)) params[name] = value;
+  }
+  return params;
+}
+
+// A path inside the folder of G-code files; nothing that climbs out of it.
+bool GoodName(const std::string& name) {
+  return !name.empty() && name.size() < 256 && name.front() != '/' &&
+         name.find("..") == std::string::npos && std::all_of(name.begin(), name.end(), [](char c) {
+           return static_cast<unsigned char>(c) >= ' ' && c != '"';
+         });
+}
+
+void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
+  const auto type = request.headers.find("content-type");
+  const Result<std::vector<FormPart>> parts =
+      ParseMultipart(type == request.headers.end() ? "" : type->second, request.body);
+  if (!parts) return reply(Failure(400, parts.error().message));
+  std::map<std::string, std::string> fields;
+  const FormPart* file = nullptr;
+  for (const FormPart& part : *parts) {
+    if (part.name == "file") file = &part;
+    if (part.name != "file") fields[part.name] = part.body;
+  }
+  if (file == nullptr || file->filename.empty()) {
+    return reply(Failure(400, "No file name specifed in upload form"));
+  }
+  const std::string root = fields.count("root") > 0 ? fields["root"] : "gcodes";
+  if (root != "gcodes") return reply(Failure(400, "Invalid root request: " + root));
+  std::string name = file->filename;
+  if (!fields["path"].empty()) name = fields["path"] + "/" + name;
+  if (!GoodName(name)) return reply(Failure(400, "Invalid file name"));
+  const std::string sum = Sha256(file->body);
+  std::string wanted = fields["checksum"];
+  std::transform(wanted.begin(), wanted.end(), wanted.begin(), [](char c) {
+    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  });
+  if (!wanted.empty() && wanted != sum) {
+    return reply(Failure(
+        422, fmt::format("File checksum mismatch: expected {}, calculated {}", wanted, sum)));
+  }
+  const bool start = fields["print"] == "true";
+  bool full = false;
+  bool existed = false;
+  hub.machine().With([&](VirtualKlipper& klipper) {
+    existed = klipper.files().count(name) > 0;
+    full = !existed && klipper.files().size() >= kMostFiles;
+    if (!full) klipper.files()[name] = file->body;
+  });
+  if (full) return reply(Failure(500, "No space left on device"));
+  const auto done = [reply, name, size = file->body.size(), existed](bool started) {
+    const Json item = {{"path", name},
+                       {"root", "gcodes"},
+                       {"modified", 0.0},
+                       {"size", size},
+                       {"permissions", "rw"}};
+    reply(Success(201, {{"item", item},
+                        {"print_started", started},
+                        {"print_queued", false},
+                        {"action", existed ? "modify_file" : "create_file"}}));
+  };
+  if (!start) return done(false);
+  hub.Request("printer.print.start", {{"filename", name}},
+              [done](const Answer& answer) { done(!answer.error); });
+}
+
+void ServeFile(Hub& hub, const std::string& method, const std::string& name,
+               const HttpReply& reply) {
+  std::optional<std::string> text;
+  hub.machine().With([&](VirtualKlipper& klipper) {
+    const auto found = klipper.files().find(name);
+    if (found == klipper.files().end()) return;
+    text = found->second;
+    if (method == "DELETE") klipper.files().erase(found);
+  });
+  if (!text) return reply(Failure(404, "File not found"));
+  if (method == "DELETE") {
+    return reply(Success(
+        200,
+        {{"result", {{"item", {{"path", name}, {"root", "gcodes"}}}, {"action", "delete_file"}}}}));
+  }
+  reply({200, "text/plain", *text});
+}
+
+}  // namespace
+
+Target ParseTarget(const std::string& text) {
+  Target target;
+  const std::size_t mark = std::min(text.size(), text.find('?'));
+  target.path = Decoded(text.substr(0, mark));
+  std::size_t from = mark + 1;
+  while (from < text.size()) {
+    const std::size_t end = std::min(text.size(), text.find('&', from));
+    const std::string word = text.substr(from, end - from);
+    const std::size_t equals = std::min(word.size(), word.find('='));
+    if (equals > 0) {
+      target.query[Decoded(word.substr(0, equals))] =
+          equals < word.size() ? Decoded(word.substr(equals + 1)) : std::string();
+    }
+    from = end + 1;
+  }
+  return target;
+}
+
+bool IsAuthorised(Hub& hub, const HttpRequest& request) {
+  if (hub.KeyIsRight("")) return true;
+  const auto key = request.headers.find("x-api-key");
+  if (key != request.headers.end() && hub.KeyIsRight(key->second)) return true;
+  const Target target = ParseTarget(request.target);
+  const auto token = target.query.find("token");
+  return token != target.query.end() && hub.TakeToken(token->second);
+}
+
+void AnswerHttp(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
+  if (request.target.size() > kLongestTarget) return reply(Failure(414, "URI Too Long"));
+  if (!IsAuthorised(hub, request)) return reply(Failure(401, "Unauthorized"));
+  const Target target = ParseTarget(request.target);
+  if (target.path == "/server/files/upload") {
+    if (request.method != "POST") return reply(Failure(405, "Method Not Allowed"));
+    return Upload(hub, request, reply);
+  }
+  if (target.path.rfind(kFilePath, 0) == 0) {
+    return ServeFile(hub, request.method, target.path.substr(kFilePath.size()), reply);
+  }
+  const std::string method = MethodOf(target.path);
+  if (method.empty()) return reply(Failure(404, "Not Found"));
+  hub.Request(method, ParamsOf(request, target, method), [reply](const Answer& answer) {
+    if (answer.error) return reply(Failure(answer.error->code, answer.error->message));
+    reply(Success(200, {{"result", answer.result}}));
+  });
+}
+
+}  // namespace trammel::sim

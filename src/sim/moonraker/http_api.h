@@ -1,0 +1,40 @@
+// The virtual Moonraker's HTTP: the same methods under paths, uploads and files.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+
+#include "sim/moonraker/hub.h"
+
+namespace trammel::sim {
+
+struct HttpRequest {
+  std::string method;                          ///< "GET"
+  std::string target;                          ///< path and query, as sent
+  std::map<std::string, std::string> headers;  ///< names in lower case
+  std::string body;
+};
+
+struct HttpResponse {
+  int status = 200;
+  std::string content_type = "application/json";
+  std::string body;
+};
+
+using HttpReply = std::function<void(const HttpResponse&)>;
+
+/// Answers now or later. A target is at most 8 kB, a body as large as the caller took in.
+void AnswerHttp(Hub& hub, const HttpRequest& request, const HttpReply& reply);
+
+/// Whether a request bears the key (X-Api-Key) or a one-shot token (?token=), or needs none.
+[[nodiscard]] bool IsAuthorised(Hub& hub, const HttpRequest& request);
+
+/// The path of a target and its decoded query.
+struct Target {
+  std::string path;
+  std::map<std::string, std::string> query;
+};
+[[nodiscard]] Target ParseTarget(const std::string& target);
+
+}  // namespace trammel::sim

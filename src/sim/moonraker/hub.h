@@ -1,0 +1,154 @@
+// The virtual Moonraker without its sockets: connections, requests, subscriptions, notifications.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/random.h"
+#include "sim/machine_host.h"
+#include "sim/moonraker/rpc.h"
+
+namespace trammel::sim {
+
+/// Faults of the server, beside those of the machine. Times are the machine's; off by default.
+struct ServerFaults {
+  std::optional<double> close_at_s;        ///< all sockets
+  std::optional<int> close_at_laser_move;  ///< all sockets, at the n-th move with the laser on
+  double refuse_for_s = 0;                 ///< after closing: new connections are closed at once
+  std::optional<double> silent_from_s;     ///< nothing is sent any more
+  double answer_delay_s = 0;               ///< every message is held back so long
+};
+
+struct HubOptions {
+  std::string api_key;  ///< empty: everybody is trusted
+  std::uint64_t seed = 0;
+  std::string webcam_stream_url = "/webcam/?action=stream";
+  std::string webcam_snapshot_url = "/webcam/?action=snapshot";
+  int webcam_frames_per_s = 30;
+  ServerFaults faults;
+};
+
+/// What carries messages to one client.
+class Peer {
+ public:
+  virtual ~Peer() = default;
+  virtual void Send(const std::string& message) = 0;
+  virtual void Close() = 0;
+};
+
+/// Objects of a status request: all fields (absent), or the named ones.
+using StatusRequest = std::map<std::string, std::optional<std::set<std::string>>>;
+
+/// Not thread-safe: one thread calls it. The peers outlive their connections.
+class Hub {
+ public:
+  Hub(MachineHost& machine, HubOptions options);
+
+  /// A number for the connection, or nothing where it is to be closed at once.
+  [[nodiscard]] std::optional<std::uint64_t> Open(Peer& peer, bool authorised);
+  void Close(std::uint64_t connection);
+  /// One message of a client, whatever it holds.
+  void Receive(std::uint64_t connection, std::string_view text);
+  /// A request that came over HTTP.
+  void Request(const std::string& method, const Json& params, const Reply& reply);
+  /// Moves the machine on and tells what happened. Times are the host's CLOCK_MONOTONIC.
+  void Tick(double monotonic_s);
+
+  /// Forgets whoever waits for an answer; before the sockets go.
+  void Abandon();
+  /// Whether new connections are closed at once.
+  [[nodiscard]] bool refuses() const { return time_s_ < refuse_until_s_; }
+
+  [[nodiscard]] bool KeyIsRight(const std::string& key) const;
+  /// Good for one use within five seconds.
+  [[nodiscard]] std::string MakeToken();
+  [[nodiscard]] bool TakeToken(const std::string& token);
+  [[nodiscard]] MachineHost& machine() { return machine_; }
+  [[nodiscard]] const HubOptions& options() const { return options_; }
+
+ private:
+  struct Connection {
+    Peer* peer = nullptr;
+    bool authorised = false;
+    std::optional<Json> client;  ///< as identified
+    std::set<std::string> remote_methods;
+    StatusRequest subscription;
+    Json told = Json::object();  ///< the last values of what it subscribed to
+  };
+  struct Query {
+    std::uint64_t connection = 0;
+    bool subscribe = false;
+    StatusRequest objects;
+    Reply reply;
+  };
+  struct TrapqDump {
+    std::string queue;   ///< "toolhead" or "extruder"
+    std::string method;  ///< of the client
+    std::size_t next = 0;
+  };
+  struct Held {
+    double due_s = 0;
+    std::uint64_t connection = 0;
+    std::string text;
+  };
+
+  void Call(std::uint64_t connection, const std::string& method, const Json& params,
+            const Reply& reply);
+  /// Methods of Moonraker itself; false where there is no such method.
+  bool CallServer(std::uint64_t connection, const std::string& method, const Json& params,
+                  const Reply& reply);
+  /// Methods that go on to Klipper.
+  bool CallPrinter(std::uint64_t connection, const std::string& method, const Json& params,
+                   const Reply& reply);
+  Answer Identify(Connection& connection, std::uint64_t number, const Json& params);
+  Answer RegisterRemote(Connection& connection, const Json& params);
+  Answer StartDump(const Json& params);
+  void RunScript(const std::string& script, const Reply& reply);
+  void Ask(std::uint64_t connection, bool subscribe, const Json& params, const Reply& reply);
+  void Pump();
+  void TellRemote(const KlipperEvent& event);
+  void Disconnected();
+  void StatusTick(VirtualKlipper& klipper);
+  void DumpTick(VirtualKlipper& klipper);
+  void FaultTick(double time_s, int laser_moves);
+  void Notify(const std::string& method, const Json& params);
+  void Send(std::uint64_t connection, const std::string& text);
+  void CloseAll();
+  [[nodiscard]] bool silent() const;
+  [[nodiscard]] Json EventTime() const;
+  [[nodiscard]] KlippyState State() const;
+  [[nodiscard]] Json ServerInfo() const;
+  [[nodiscard]] Json PrinterInfo() const;
+  [[nodiscard]] Json Webcams() const;
+
+  MachineHost& machine_;
+  HubOptions options_;
+  Random random_;
+  std::map<std::uint64_t, Connection> connections_;
+  std::uint64_t next_connection_ = 140'000'000'000'001;
+  std::map<std::uint64_t, Reply> scripts_;
+  std::vector<Query> queries_;
+  std::vector<TrapqDump> dumps_;
+  std::vector<Held> held_;
+  std::map<std::string, double> tokens_;  ///< with the time until which they are good
+  double monotonic_s_ = 0;
+  double time_s_ = 0;  ///< the machine's
+  double next_status_s_ = 0;
+  double next_dump_s_ = 0;
+  double refuse_until_s_ = -1;
+  bool told_shutdown_ = false;
+};
+
+/// The objects of a request: {"objects": {"toolhead": null, "extruder": ["target"]}}.
+[[nodiscard]] Result<StatusRequest> ParseStatusRequest(const Json& params);
+
+/// Files in the form of server.files.list.
+[[nodiscard]] Json FileList(const VirtualKlipper& klipper);
+
+}  // namespace trammel::sim

@@ -1,0 +1,283 @@
+// The methods of the virtual Moonraker's API.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "sim/klipper/status.h"
+#include "sim/moonraker/hub.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr double kNoTime = 0;
+const char* const kVersion = "v0.10.0-virtual";
+
+Answer Missing(const char* argument) {
+  return Answer::Error(400, fmt::format("Missing Argument [{}]", argument));
+}
+
+Answer NoData(const char* argument) {
+  return Answer::Error(400, fmt::format("No data for argument: {}", argument));
+}
+
+Json Folder(const char* name, const char* path, const char* permissions) {
+  return {{"name", name}, {"path", path}, {"permissions", permissions}};
+}
+
+Json Roots() {
+  return Json::array({Folder("config", "/home/pi/printer_data/config", "rw"),
+                      Folder("logs", "/home/pi/printer_data/logs", "r"),
+                      Folder("gcodes", "/home/pi/printer_data/gcodes", "rw"),
+                      Folder("config_examples", "/home/pi/klipper/config", "r"),
+                      Folder("docs", "/home/pi/klipper/docs", "r")});
+}
+
+std::string Quoted(const std::string& name) {
+  std::string safe;
+  for (const char c : name) {
+    if (c != '"' && c != '\n' && c != '\r') safe += c;
+  }
+  return "\"" + safe + "\"";
+}
+
+}  // namespace
+
+Result<StatusRequest> ParseStatusRequest(const Json& params) {
+  const auto objects = params.find("objects");
+  if (objects == params.end()) return Fail("Missing Argument [objects]");
+  if (!objects->is_object()) return Fail("Invalid Argument Type [objects]");
+  StatusRequest request;
+  for (const auto& [name, fields] : objects->items()) {
+    if (fields.is_null()) {
+      request[name] = std::nullopt;
+      continue;
+    }
+    if (!fields.is_array()) return Fail("Invalid argument");
+    std::set<std::string> names;
+    for (const Json& field : fields) {
+      if (!field.is_string()) return Fail("Invalid argument");
+      names.insert(field.get<std::string>());
+    }
+    request[name] = names;
+  }
+  return request;
+}
+
+Json FileList(const VirtualKlipper& klipper) {
+  Json list = Json::array();
+  for (const auto& [name, text] : klipper.files()) {
+    list.push_back(
+        {{"path", name}, {"modified", kNoTime}, {"size", text.size()}, {"permissions", "rw"}});
+  }
+  return list;
+}
+
+Json Hub::ServerInfo() const {
+  const KlippyState state = State();
+  return {{"klippy_connected", state != KlippyState::kDisconnected},
+          {"klippy_state", ToString(state)},
+          {"components",
+           {"secrets", "klippy_connection", "jsonrpc", "application", "websockets", "file_manager",
+            "authorization", "klippy_apis", "webcam", "extensions"}},
+          {"failed_components", Json::array()},
+          {"registered_directories", {"config", "logs", "gcodes", "config_examples", "docs"}},
+          {"warnings", Json::array()},
+          {"websocket_count", connections_.size()},
+          {"moonraker_version", kVersion},
+          {"missing_klippy_requirements", Json::array()},
+          {"api_version", {1, 5, 0}},
+          {"api_version_string", "1.5.0"}};
+}
+
+Json Hub::PrinterInfo() const {
+  Json info = {{"hostname", "virtual-printer"},
+               {"klipper_path", "/home/pi/klipper"},
+               {"python_path", "/usr/bin/python3"},
+               {"process_id", 1},
+               {"user_id", 0},
+               {"group_id", 0},
+               {"log_file", "/home/pi/printer_data/logs/klippy.log"},
+               {"config_file", "/home/pi/printer_data/config/printer.cfg"},
+               {"software_version", "v0.13.0-virtual"},
+               {"cpu_info", "virtual"}};
+  machine_.With([&](VirtualKlipper& klipper) {
+    info["state"] = ToString(klipper.state());
+    info["state_message"] = klipper.state_message();
+  });
+  return info;
+}
+
+Json Hub::Webcams() const {
+  return {{"webcams", Json::array({{{"name", "nozzle"},
+                                    {"enabled", true},
+                                    {"icon", "mdiWebcam"},
+                                    {"aspect_ratio", "16:9"},
+                                    {"target_fps", options_.webcam_frames_per_s},
+                                    {"target_fps_idle", 5},
+                                    {"location", "printer"},
+                                    {"service", "mjpegstreamer"},
+                                    {"stream_url", options_.webcam_stream_url},
+                                    {"snapshot_url", options_.webcam_snapshot_url},
+                                    {"flip_horizontal", false},
+                                    {"flip_vertical", false},
+                                    {"rotation", 0},
+                                    {"source", "config"},
+                                    {"extra_data", Json::object()},
+                                    {"uid", "00000000-0000-5000-8000-000000000001"}}})}};
+}
+
+Answer Hub::Identify(Connection& connection, std::uint64_t number, const Json& params) {
+  if (connection.client) {
+    return Answer::Error(400, "Connection already identified: " + connection.client->dump());
+  }
+  Json client = Json::object();
+  for (const char* key : {"client_name", "version", "type", "url"}) {
+    const std::optional<std::string> value = TextOf(params, key);
+    if (!value) return NoData(key);
+    client[key] = *value;
+  }
+  if (!connection.authorised) {
+    const std::optional<std::string> key = TextOf(params, "api_key");
+    if (!key || !KeyIsRight(*key)) return Answer::Error(401, "Unauthorized");
+  }
+  constexpr std::array<const char*, 7> kTypes = {"web", "mobile", "desktop", "display",
+                                                 "bot", "agent",  "other"};
+  const std::string type = client["type"];
+  if (std::find(kTypes.begin(), kTypes.end(), type) == kTypes.end()) {
+    return Answer::Error(400, "Invalid Client Type: " + type);
+  }
+  if (type == "agent") {
+    for (const auto& [other, other_connection] : connections_) {
+      if (other != number && other_connection.client &&
+          (*other_connection.client)["type"] == "agent" &&
+          (*other_connection.client)["client_name"] == client["client_name"]) {
+        return Answer::Error(400, fmt::format("Agent {} already registered and connected",
+                                              client["client_name"].get<std::string>()));
+      }
+    }
+  }
+  connection.authorised = true;
+  connection.client = client;
+  return Answer::Ok({{"connection_id", number}});
+}
+
+Answer Hub::RegisterRemote(Connection& connection, const Json& params) {
+  constexpr std::size_t kMostMethods = 100;
+  const std::optional<std::string> name = TextOf(params, "method_name");
+  if (!name) return NoData("method_name");
+  if (connection.remote_methods.size() >= kMostMethods) {
+    return Answer::Error(400, "Too many remote methods");
+  }
+  connection.remote_methods.insert(*name);
+  machine_.With([&](VirtualKlipper& klipper) { klipper.RegisterRemoteMethod(*name); });
+  return Answer::Ok();
+}
+
+bool Hub::CallServer(std::uint64_t number, const std::string& method, const Json& params,
+                     const Reply& reply) {
+  const auto found = connections_.find(number);
+  if (method == "server.connection.identify" && found != connections_.end()) {
+    reply(Identify(found->second, number, params));
+  } else if (method == "connection.register_remote_method" && found != connections_.end()) {
+    reply(RegisterRemote(found->second, params));
+  } else if (method == "server.info") {
+    reply(Answer::Ok(ServerInfo()));
+  } else if (method == "server.webcams.list") {
+    reply(Answer::Ok(Webcams()));
+  } else if (method == "server.files.roots") {
+    reply(Answer::Ok(Roots()));
+  } else if (method == "server.files.list") {
+    Json list;
+    machine_.With([&](VirtualKlipper& klipper) { list = FileList(klipper); });
+    reply(Answer::Ok(list));
+  } else if (method == "access.oneshot_token") {
+    reply(Answer::Ok(MakeToken()));
+  } else if (method == "server.websocket.id" && found != connections_.end()) {
+    reply(Answer::Ok({{"websocket_id", number}}));
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void Hub::Ask(std::uint64_t number, bool subscribe, const Json& params, const Reply& reply) {
+  constexpr std::size_t kMostQueries = 1000;
+  const Result<StatusRequest> objects = ParseStatusRequest(params);
+  if (!objects) return reply(Answer::Error(400, objects.error().message));
+  if (queries_.size() >= kMostQueries) return reply(Answer::Error(400, "Too many queries wait"));
+  queries_.push_back({number, subscribe, *objects, reply});
+}
+
+Answer Hub::StartDump(const Json& params) {
+  constexpr std::size_t kMostDumps = 100;
+  const std::optional<std::string> name = TextOf(params, "name");
+  if (!name) return Missing("name");
+  if (*name != "toolhead" && *name != "extruder") {
+    return Answer::Error(400, fmt::format("The value '{}' is not valid for name", *name));
+  }
+  const auto form = params.find("response_template");
+  const std::optional<std::string> method =
+      form != params.end() && form->is_object() ? TextOf(*form, "method") : std::nullopt;
+  if (!method) return Missing("response_template");
+  if (dumps_.size() >= kMostDumps) return Answer::Error(400, "Too many dumps");
+  dumps_.push_back({*name, *method, 0});
+  return Answer::Ok(
+      {{"header",
+        {"time", "duration", "start_velocity", "acceleration", "start_position", "direction"}}});
+}
+
+bool Hub::CallPrinter(std::uint64_t number, const std::string& method, const Json& params,
+                      const Reply& reply) {
+  static const std::map<std::string, const char*> scripts = {
+      {"printer.print.pause", "PAUSE"},
+      {"printer.print.resume", "RESUME"},
+      {"printer.print.cancel", "CANCEL_PRINT"}};
+  if (method.rfind("printer.", 0) != 0) return false;
+  const auto script = scripts.find(method);
+  const KlippyState state = State();
+  const bool starts = method == "printer.print.start";
+  static const std::set<std::string> others = {"printer.info",
+                                               "printer.objects.list",
+                                               "printer.objects.query",
+                                               "printer.objects.subscribe",
+                                               "printer.gcode.script",
+                                               "printer.emergency_stop",
+                                               "printer.restart",
+                                               "printer.firmware_restart",
+                                               "printer.motion_report.dump_trapq"};
+  if (script == scripts.end() && !starts && others.count(method) == 0) return false;
+  if (state == KlippyState::kDisconnected) {
+    reply(Answer::Error(503, "Klippy Host not connected"));
+  } else if (method == "printer.info") {
+    reply(Answer::Ok(PrinterInfo()));
+  } else if (method == "printer.objects.list") {
+    machine_.With([&](VirtualKlipper& klipper) {
+      reply(Answer::Ok({{"objects", ObjectNames(klipper)}}));
+    });
+  } else if (method == "printer.objects.query" || method == "printer.objects.subscribe") {
+    Ask(number, method == "printer.objects.subscribe", params, reply);
+  } else if (method == "printer.gcode.script") {
+    const std::optional<std::string> text = TextOf(params, "script");
+    if (text) RunScript(*text, reply);
+    if (!text) reply(Missing("script"));
+  } else if (script != scripts.end()) {
+    RunScript(script->second, reply);
+  } else if (starts) {
+    const std::optional<std::string> name = TextOf(params, "filename");
+    if (name) RunScript("SDCARD_PRINT_FILE FILENAME=" + Quoted(*name), reply);
+    if (!name) reply(NoData("filename"));
+  } else if (method == "printer.emergency_stop") {
+    machine_.With([](VirtualKlipper& klipper) { klipper.EmergencyStop(); });
+    Pump();  // the notification comes before the answer
+    reply(Answer::Ok());
+  } else if (method == "printer.motion_report.dump_trapq") {
+    reply(StartDump(params));
+  } else {
+    machine_.With([](VirtualKlipper& klipper) { klipper.Restart(); });
+    reply(Answer::Ok());
+  }
+  return true;
+}
+
+}  // namespace trammel::sim

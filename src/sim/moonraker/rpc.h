@@ -1,0 +1,48 @@
+// The words of JSON-RPC between the virtual Moonraker's parts.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace trammel::sim {
+
+using Json = nlohmann::json;
+
+struct RpcError {
+  int code = 400;
+  std::string message;
+};
+
+/// A result, or why there is none.
+struct Answer {
+  Json result;
+  std::optional<RpcError> error;
+
+  [[nodiscard]] static Answer Ok(Json result = "ok") { return {std::move(result), std::nullopt}; }
+  [[nodiscard]] static Answer Error(int code, std::string message) {
+    return {nullptr, RpcError{code, std::move(message)}};
+  }
+};
+
+/// Takes the answer to one request; called once, now or later.
+using Reply = std::function<void(const Answer&)>;
+
+/// Text of a client to JSON; discarded where it is none. What is nested more than 64 deep is left
+/// out, because copying it would exhaust the stack.
+[[nodiscard]] inline Json ParseHostile(std::string_view text) {
+  constexpr int kDeepest = 64;
+  return Json::parse(
+      text, [](int depth, Json::parse_event_t, Json&) { return depth <= kDeepest; }, false);
+}
+
+/// The argument of a request, or nothing where it is absent or no text.
+[[nodiscard]] inline std::optional<std::string> TextOf(const Json& params, const char* key) {
+  const auto found = params.find(key);
+  if (found == params.end() || !found->is_string()) return std::nullopt;
+  return found->get<std::string>();
+}
+
+}  // namespace trammel::sim

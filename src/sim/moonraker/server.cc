@@ -1,0 +1,343 @@
+#include "sim/moonraker/server.h"
+
+#include <fmt/format.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/read_until.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <chrono>
+#include <deque>
+#include <thread>
+#include <utility>
+
+#include "sim/camera_http.h"
+#include "sim/moonraker/http_api.h"
+
+namespace trammel::sim {
+namespace {
+
+namespace net = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using Tcp = net::ip::tcp;
+using Local = net::local::stream_protocol;
+using ErrorCode = beast::error_code;
+
+constexpr std::size_t kLongestMessage = 4 << 20;
+constexpr std::size_t kLongestHeader = 16 << 10;
+constexpr std::uint64_t kLongestUpload = 64 << 20;
+constexpr std::size_t kMostWaiting = 20'000;  // messages that a client has not taken
+constexpr auto kTick = std::chrono::milliseconds(3);
+constexpr char kEndOfObject = '\x03';
+
+// Messages on their way out, one write at a time. A client that takes nothing is cut off.
+class Outbox {
+ public:
+  using Start = std::function<void(const std::string&)>;
+  explicit Outbox(Start start) : start_(std::move(start)) {}
+
+  [[nodiscard]] bool full() const { return waiting_.size() >= kMostWaiting; }
+  void Put(std::string message) {
+    waiting_.push_back(std::move(message));
+    if (waiting_.size() == 1) start_(waiting_.front());
+  }
+  void Written() {
+    waiting_.pop_front();
+    if (!waiting_.empty()) start_(waiting_.front());
+  }
+
+ private:
+  Start start_;
+  std::deque<std::string> waiting_;
+};
+
+class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSocketSession> {
+ public:
+  WebSocketSession(beast::tcp_stream stream, Hub& hub, bool authorised)
+      : socket_(std::move(stream)),
+        hub_(hub),
+        authorised_(authorised),
+        outbox_([this](const std::string& message) { Write(message); }) {}
+  ~WebSocketSession() override { Leave(); }
+
+  void Accept(const http::request<http::string_body>& request) {
+    beast::get_lowest_layer(socket_).expires_never();
+    socket_.read_message_max(kLongestMessage);
+    socket_.text(true);
+    socket_.async_accept(request, [self = shared_from_this()](const ErrorCode& error) {
+      if (error) return;
+      self->number_ = self->hub_.Open(*self, self->authorised_);
+      if (self->number_) self->Read();
+    });
+  }
+
+  void Send(const std::string& message) override {
+    if (outbox_.full()) return Close();
+    outbox_.Put(message);
+  }
+
+  void Close() override {
+    ErrorCode ignored;
+    beast::get_lowest_layer(socket_).socket().close(ignored);
+  }
+
+ private:
+  void Read() {
+    socket_.async_read(buffer_, [self = shared_from_this()](const ErrorCode& error, std::size_t) {
+      if (error) return self->Leave();
+      const std::string text = beast::buffers_to_string(self->buffer_.data());
+      self->buffer_.clear();
+      if (self->number_) self->hub_.Receive(*self->number_, text);
+      self->Read();
+    });
+  }
+
+  void Write(const std::string& message) {
+    socket_.async_write(net::buffer(message),
+                        [self = shared_from_this()](const ErrorCode& error, std::size_t) {
+                          if (error) return self->Leave();
+                          self->outbox_.Written();
+                        });
+  }
+
+  void Leave() {
+    if (number_) hub_.Close(*number_);
+    number_.reset();
+  }
+
+  websocket::stream<beast::tcp_stream> socket_;
+  Hub& hub_;
+  bool authorised_;
+  std::optional<std::uint64_t> number_;
+  beast::flat_buffer buffer_;
+  Outbox outbox_;
+};
+
+class UnixSession : public Peer, public std::enable_shared_from_this<UnixSession> {
+ public:
+  UnixSession(Local::socket socket, Hub& hub)
+      : socket_(std::move(socket)),
+        hub_(hub),
+        outbox_([this](const std::string& message) { Write(message); }) {}
+  ~UnixSession() override { Leave(); }
+
+  void Start() {
+    number_ = hub_.Open(*this, true);
+    if (number_) Read();
+  }
+
+  void Send(const std::string& message) override {
+    if (outbox_.full()) return Close();
+    outbox_.Put(message + kEndOfObject);
+  }
+
+  void Close() override {
+    ErrorCode ignored;
+    socket_.close(ignored);
+  }
+
+ private:
+  void Read() {
+    net::async_read_until(socket_, net::dynamic_buffer(incoming_, kLongestMessage), kEndOfObject,
+                          [self = shared_from_this()](const ErrorCode& error, std::size_t size) {
+                            if (error) return self->Leave();
+                            const std::string text = self->incoming_.substr(0, size - 1);
+                            self->incoming_.erase(0, size);
+                            if (self->number_) self->hub_.Receive(*self->number_, text);
+                            self->Read();
+                          });
+  }
+
+  void Write(const std::string& message) {
+    net::async_write(socket_, net::buffer(message),
+                     [self = shared_from_this()](const ErrorCode& error, std::size_t) {
+                       if (error) return self->Leave();
+                       self->outbox_.Written();
+                     });
+  }
+
+  void Leave() {
+    if (number_) hub_.Close(*number_);
+    number_.reset();
+  }
+
+  Local::socket socket_;
+  Hub& hub_;
+  std::optional<std::uint64_t> number_;
+  std::string incoming_;
+  Outbox outbox_;
+};
+
+class HttpSession : public std::enable_shared_from_this<HttpSession> {
+ public:
+  HttpSession(Tcp::socket socket, Hub& hub) : stream_(std::move(socket)), hub_(hub) {}
+
+  void Read() {
+    parser_.emplace();
+    parser_->body_limit(kLongestUpload);
+    parser_->header_limit(kLongestHeader);
+    stream_.expires_after(std::chrono::seconds(60));
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](const ErrorCode& error, std::size_t) {
+                       if (!error) self->Answer();
+                     });
+  }
+
+ private:
+  void Answer() {
+    const http::request<http::string_body>& message = parser_->get();
+    HttpRequest request;
+    request.method = std::string(message.method_string());
+    request.target = std::string(message.target());
+    request.body = message.body();
+    for (const auto& field : message) {
+      std::string name(field.name_string());
+      for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      request.headers[name] = std::string(field.value());
+    }
+    if (websocket::is_upgrade(message) && ParseTarget(request.target).path == "/websocket") {
+      const bool authorised = IsAuthorised(hub_, request);
+      std::make_shared<WebSocketSession>(std::move(stream_), hub_, authorised)->Accept(message);
+      return;
+    }
+    // A script may take minutes.
+    stream_.expires_never();
+    const bool keep_alive = message.keep_alive();
+    const unsigned version = message.version();
+    AnswerHttp(hub_, request,
+               [self = shared_from_this(), keep_alive, version](const HttpResponse& response) {
+                 self->Write(response, keep_alive, version);
+               });
+  }
+
+  void Write(const HttpResponse& response, bool keep_alive, unsigned version) {
+    auto message = std::make_shared<http::response<http::string_body>>();
+    message->version(version);
+    message->result(static_cast<unsigned>(response.status));
+    message->set(http::field::server, "trammel virtual printer");
+    message->set(http::field::content_type, response.content_type);
+    message->keep_alive(keep_alive);
+    message->body() = response.body;
+    message->prepare_payload();
+    http::async_write(stream_, *message,
+                      [self = shared_from_this(), message](const ErrorCode& error, std::size_t) {
+                        if (!error && message->keep_alive()) self->Read();
+                      });
+  }
+
+  beast::tcp_stream stream_;
+  Hub& hub_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::string_body>> parser_;
+};
+
+}  // namespace
+
+struct PrinterServer::Sockets {
+  Sockets(MachineHost& machine, ServerOptions given)
+      : options(std::move(given)), hub(machine, options.hub) {}
+
+  void AcceptTcp() {
+    tcp.async_accept([this](const ErrorCode& error, Tcp::socket socket) {
+      if (error == net::error::operation_aborted) return;
+      if (!error && !hub.refuses()) {
+        ErrorCode ignored;
+        socket.set_option(Tcp::no_delay(true), ignored);
+        std::make_shared<HttpSession>(std::move(socket), hub)->Read();
+      }
+      AcceptTcp();
+    });
+  }
+
+  void AcceptUnix() {
+    local.async_accept([this](const ErrorCode& error, Local::socket socket) {
+      if (error == net::error::operation_aborted) return;
+      if (!error) std::make_shared<UnixSession>(std::move(socket), hub)->Start();
+      AcceptUnix();
+    });
+  }
+
+  void Tick() {
+    hub.Tick(MonotonicNow());
+    timer.expires_after(kTick);
+    timer.async_wait([this](const ErrorCode& error) {
+      if (!error) Tick();
+    });
+  }
+
+  Result<void> Listen() {
+    ErrorCode error;
+    const Tcp::endpoint address(net::ip::address_v4::loopback(), options.port);
+    tcp.open(address.protocol(), error);
+    if (!error) tcp.set_option(Tcp::acceptor::reuse_address(true), error);
+    if (!error) tcp.bind(address, error);
+    if (!error) tcp.listen(net::socket_base::max_listen_connections, error);
+    if (error) {
+      return Fail(fmt::format("cannot listen on 127.0.0.1:{}: {}; choose another --port",
+                              options.port, error.message()),
+                  ErrorKind::kMachine);
+    }
+    if (!options.unix_socket.empty()) {
+      local.open(Local(), error);
+      if (!error) local.bind(Local::endpoint(options.unix_socket.string()), error);
+      if (!error) local.listen(net::socket_base::max_listen_connections, error);
+      if (error) {
+        return Fail(fmt::format("cannot listen on the Unix socket {}: {}; remove it or choose "
+                                "another --unix",
+                                options.unix_socket.string(), error.message()),
+                    ErrorKind::kMachine);
+      }
+      AcceptUnix();
+    }
+    AcceptTcp();
+    Tick();
+    return {};
+  }
+
+  // The sessions hang in the context's handlers and speak to the hub as they go: it dies last.
+  ServerOptions options;
+  Hub hub;
+  net::io_context context{1};
+  Tcp::acceptor tcp{context};
+  Local::acceptor local{context};
+  net::steady_timer timer{context};
+  std::thread thread;
+};
+
+PrinterServer::PrinterServer(std::unique_ptr<Sockets> sockets) : sockets_(std::move(sockets)) {}
+
+Result<std::unique_ptr<PrinterServer>> PrinterServer::Start(MachineHost& machine,
+                                                            ServerOptions options) {
+  if (options.unix_socket.string().size() > 100) {
+    return Fail(fmt::format("--unix {}: a socket's path has at most 100 bytes",
+                            options.unix_socket.string()));
+  }
+  auto sockets = std::make_unique<Sockets>(machine, std::move(options));
+  if (const Result<void> listening = sockets->Listen(); !listening) {
+    return tl::unexpected(listening.error());
+  }
+  Sockets& running = *sockets;
+  running.thread = std::thread([&running] { running.context.run(); });
+  return std::unique_ptr<PrinterServer>(new PrinterServer(std::move(sockets)));
+}
+
+PrinterServer::~PrinterServer() {
+  sockets_->context.stop();
+  sockets_->thread.join();
+  sockets_->hub.Abandon();
+  if (!sockets_->options.unix_socket.empty()) {
+    std::error_code ignored;
+    std::filesystem::remove(sockets_->options.unix_socket, ignored);
+  }
+}
+
+std::uint16_t PrinterServer::port() const { return sockets_->tcp.local_endpoint().port(); }
+
+}  // namespace trammel::sim

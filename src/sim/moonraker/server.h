@@ -1,0 +1,38 @@
+// The virtual Moonraker's sockets: WebSocket and HTTP on loopback, JSON on a Unix socket.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+
+#include "base/result.h"
+#include "sim/machine_host.h"
+#include "sim/moonraker/hub.h"
+
+namespace trammel::sim {
+
+struct ServerOptions {
+  HubOptions hub;
+  std::uint16_t port = 0;             ///< of 127.0.0.1; 0 takes a free one
+  std::filesystem::path unix_socket;  ///< empty: none; a file that is there already is an error
+};
+
+/// Serves from its own thread until it is destroyed.
+class PrinterServer {
+ public:
+  /// Errors (kMachine) name the address and what the system said. `machine` outlives the server.
+  [[nodiscard]] static Result<std::unique_ptr<PrinterServer>> Start(MachineHost& machine,
+                                                                    ServerOptions options);
+  ~PrinterServer();
+  PrinterServer(const PrinterServer&) = delete;
+  PrinterServer& operator=(const PrinterServer&) = delete;
+
+  [[nodiscard]] std::uint16_t port() const;
+
+ private:
+  struct Sockets;
+  explicit PrinterServer(std::unique_ptr<Sockets> sockets);
+  std::unique_ptr<Sockets> sockets_;
+};
+
+}  // namespace trammel::sim
