@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -78,6 +79,15 @@ bool DifferWithin(const BedRegion& region, const Bed& before, const Bed& after) 
     }
   }
   return false;
+}
+
+// Speckle stays while the head stands, and is another one as soon as it has moved by a grain.
+std::uint64_t SpeckleAt(double x_mm, double y_mm) {
+  constexpr double kGrainMm = 0.02;
+  const auto cell = [](double mm) {
+    return static_cast<std::uint64_t>(std::llround(mm / kGrainMm)) & 0xffffffffU;
+  };
+  return cell(x_mm) << 32 | cell(y_mm);
 }
 
 }  // namespace
@@ -212,10 +222,10 @@ void CameraView::Render(const CameraMoment& moment, Frame& frame) {
   const double gain =
       1 + traits.gain_drift * std::sin(gain_phase_rad_ +
                                        2 * std::numbers::pi * moment.time_s / traits.gain_period_s);
-  camera_.Render(
-      *scene_,
-      {spot.x_mm, spot.y_mm, moment.travel_x_mm, moment.travel_y_mm, gain, moment.machine.laser_on},
-      random_, frame);
+  camera_.Render(*scene_,
+                 {spot.x_mm, spot.y_mm, moment.travel_x_mm, moment.travel_y_mm, gain,
+                  moment.machine.laser_on, SpeckleAt(spot.x_mm, spot.y_mm)},
+                 random_, frame);
 }
 
 }  // namespace trammel::sim

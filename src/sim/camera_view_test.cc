@@ -114,6 +114,26 @@ TEST(CameraView, NoStripeFarAboveTheFocusHeight) {
   EXPECT_LT(Brightest(Look(HeadAt(kBare, 100, 100, kFocusMm + 30), 1280, 720)), 8);
 }
 
+// Speckle is a matter of surface and place, not of time: a standing head sees only noise change.
+TEST(CameraView, SpeckleStaysWhileTheHeadStands) {
+  HeadEye eye = IdealEye();
+  eye.dark.plate.speckle = 0.3;
+  CameraView view(eye, Window(160, 120), Random(1));
+  const auto red = [&](double x_mm) {
+    Frame frame;
+    view.Render(HeadAt(kBare, x_mm, 100), frame);
+    return frame;
+  };
+  const auto difference = [](const Frame& a, const Frame& b) {
+    double sum = 0;
+    for (std::size_t i = 2; i < a.bgr.size(); i += 3) sum += std::pow(a.bgr[i] - b.bgr[i], 2);
+    return std::sqrt(sum / (static_cast<double>(a.bgr.size()) / 3));
+  };
+  const Frame before = red(100);
+  EXPECT_LT(difference(before, red(100)), 0.3 * difference(before, red(100.2)));
+  EXPECT_LT(difference(before, red(100)), 0.3 * difference(before, red(100.05)));
+}
+
 TEST(CameraView, LightsShowThePlateAndItsLines) {
   CameraMoment moment = HeadAt(StraightBead(100, 130, 120, 0.6, 0.3), 115, 120);
   moment.machine.laser_on = false;

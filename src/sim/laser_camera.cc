@@ -293,7 +293,7 @@ void LaserCamera::Render(const LaserScene& scene, const Exposure& exposure, Rand
   place(0);
   GatherLook(scene, view, exposure, frame);
   AddNoise(exposure.gain, random, frame);
-  if (laser) AddLaser(scene, view, exposure.gain, random, frame);
+  if (laser) AddLaser(scene, view, exposure, random, frame);
 }
 
 }  // namespace trammel::sim

@@ -46,6 +46,8 @@ struct Exposure {
   double travel_y_mm = 0;
   double gain = 1;  ///< multiplies all light
   bool laser_on = true;
+  /// Names the speckle: it is the same again at the same place. Absent: drawn anew.
+  std::optional<std::uint64_t> speckle = {};
 };
 
 /// Not safe for use from several threads at once: it keeps its buffers.
@@ -105,7 +107,7 @@ class LaserCamera {
                   Frame& frame);
   void AddNoise(double gain, Random& random, Frame& frame) const;
   [[nodiscard]] std::vector<Column> ColumnsOfBand(const Relief& relief, const View& view) const;
-  void AddLaser(const LaserScene& scene, const View& view, double gain, Random& random,
+  void AddLaser(const LaserScene& scene, const View& view, const Exposure& exposure, Random& random,
                 Frame& frame);
 
   LaserTraits traits_;

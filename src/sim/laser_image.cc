@@ -151,12 +151,13 @@ std::vector<LaserCamera::Column> LaserCamera::ColumnsOfBand(const Relief& relief
   return columns;
 }
 
-void LaserCamera::AddLaser(const LaserScene& scene, const View& view, double gain, Random& random,
-                           Frame& frame) {
+void LaserCamera::AddLaser(const LaserScene& scene, const View& view, const Exposure& exposure,
+                           Random& random, Frame& frame) {
   const Relief& relief = scene.relief;
   const int band = band_end_ - band_begin_;
   const int cells = band / kGlowCell + 1;
-  const auto speckle_at = static_cast<int>(random.Below(1 << 16));
+  const auto speckle_at = static_cast<int>(
+      exposure.speckle ? Random(*exposure.speckle).Below(1 << 16) : random.Below(1 << 16));
   const int speckle_x = (speckle_at & 255) + band_begin_;
   const int speckle_y = speckle_at >> 8;
   const std::vector<Column> columns = ColumnsOfBand(relief, view);
@@ -194,7 +195,7 @@ void LaserCamera::AddLaser(const LaserScene& scene, const View& view, double gai
                  (bare ? plate_speckle_ : filament_speckle_).At(i + speckle_x, v + speckle_y) *
                  (bare ? plate_texture_ : filament_texture_).laser.At(column.texture, texture_y);
       }
-      light *= static_cast<float>(gain);
+      light *= static_cast<float>(exposure.gain);
       if (light < 0.002F) continue;
       // The red filter leaks into green and blue only where red nears its full scale: measured on
       // a real frame, green = 0.85 (red - 0.47), blue a little less, red clipped at 1.
