@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
@@ -69,35 +70,47 @@ std::optional<double> Parameter(std::string_view line, char letter) {
   return std::nullopt;
 }
 
-/// "Move out of range: 999.000 50.000 0.300 [1.200]": a move that goes to one of these, where no
-/// earlier one does so. The range's offender is looked for from X on.
+/// "Move out of range: 999.000 50.000 0.300 [1.200]": the first move that ends there, as far as the
+/// script itself tells where its moves end.
 const Line* MoveTo(const std::vector<Line>& lines, std::string_view complaint) {
   const std::size_t colon = complaint.find(':');
   if (colon == std::string_view::npos) {
     return nullptr;
   }
   const std::string numbers(complaint.substr(colon + 1, 100));
-  const Line* best = nullptr;
-  int best_matches = 0;
+  std::array<double, 3> wanted_mm{};
+  const char* at = numbers.c_str();
+  for (double& coordinate_mm : wanted_mm) {
+    char* end = nullptr;
+    coordinate_mm = std::strtod(at, &end);
+    if (end == at) {
+      return nullptr;
+    }
+    at = end;
+  }
+  std::array<std::optional<double>, 3> place_mm;
   for (const Line& line : lines) {
+    if (FirstWord(line.text) == "G91") {
+      return nullptr;  // relative: where moves end is not in the script
+    }
     if (!IsMove(line.text)) {
       continue;
     }
-    int matches = 0;
-    const char* at = numbers.c_str();
-    for (const char letter : {'X', 'Y', 'Z'}) {
-      char* end = nullptr;
-      const double wanted = std::strtod(at, &end);
-      const std::optional<double> given = Parameter(line.text, letter);
-      matches += end != at && given && std::abs(*given - wanted) < kSamePlace_mm ? 1 : 0;
-      at = end;
+    bool there = false;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::optional<double> given_mm = Parameter(line.text, "XYZ"[axis]);
+      there = there || given_mm;
+      place_mm[axis] = given_mm ? given_mm : place_mm[axis];
     }
-    if (matches > best_matches) {
-      best = &line;
-      best_matches = matches;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      there =
+          there && (!place_mm[axis] || std::abs(*place_mm[axis] - wanted_mm[axis]) < kSamePlace_mm);
+    }
+    if (there) {
+      return &line;
     }
   }
-  return best;
+  return nullptr;
 }
 
 /// "Error on 'G1 X…': …" quotes the line itself.
@@ -209,7 +222,7 @@ void ScriptWatch::OnResponse(std::string_view response) {
 }
 
 void ScriptWatch::OnUnknownCommand(std::string_view name) {
-  if (!unknown_.empty()) {
+  if (!unknown_.empty() || name.empty()) {
     return;
   }
   const std::string upper = FirstWord(name);
