@@ -19,16 +19,6 @@ constexpr double kFirstPause_s = 0.5;
 constexpr double kLongestPause_s = 10;
 constexpr double kReadyPoll_s = 1;  // startup → error comes without a notification
 constexpr int kMaxAgents = 9;
-constexpr std::size_t kMessagesInErrors = 6;
-constexpr int kNotFound = -32601;
-constexpr int kInvalidParameters = -32602;  // Moonraker's "Unauthorized" too
-constexpr int kUnavailable = 503;
-
-bool IsUnauthorized(const RpcAnswer& answer) {
-  return answer.code == 401 || (answer.code == kInvalidParameters &&
-                                (answer.message.find("nauthorized") != std::string::npos ||
-                                 answer.message.find("API Key") != std::string::npos));
-}
 
 PrinterReadiness ReadinessOf(std::string_view state) {
   for (const PrinterReadiness readiness : {PrinterReadiness::kReady, PrinterReadiness::kStartup,
@@ -213,14 +203,6 @@ void Moonraker::SetReadiness(PrinterReadiness readiness, const std::string& mess
   }
 }
 
-RpcAnswer RpcAnswer::Failed(Kind kind, std::string why) {
-  RpcAnswer answer;
-  answer.kind = kind;
-  answer.message = std::move(why);
-  answer.received_s = HostNow();
-  return answer;
-}
-
 void Moonraker::LoseCalls(const std::string& why) {
   std::map<std::int64_t, std::shared_ptr<Call_>> lost;
   {
@@ -354,7 +336,8 @@ void Moonraker::CallLater(const std::string& method, json params,
   }
 }
 
-Result<json> Moonraker::Call(const std::string& method, json params, const WaitLimit& limit) {
+Result<json> Moonraker::Call(const std::string& method, json params, const WaitLimit& limit,
+                             std::function<void(const RpcAnswer&)> on_answer) {
   CheckMayWait();
   struct Slot {
     std::mutex mutex;
@@ -362,11 +345,15 @@ Result<json> Moonraker::Call(const std::string& method, json params, const WaitL
     std::optional<RpcAnswer> answer;
   };
   const auto slot = std::make_shared<Slot>();
-  CallLater(method, std::move(params), [slot](const RpcAnswer& answer) {
-    const std::lock_guard lock(slot->mutex);
-    slot->answer = answer;
-    slot->changed.notify_all();
-  });
+  CallLater(method, std::move(params),
+            [slot, on_answer = std::move(on_answer)](const RpcAnswer& answer) {
+              if (on_answer) {
+                on_answer(answer);
+              }
+              const std::lock_guard lock(slot->mutex);
+              slot->answer = answer;
+              slot->changed.notify_all();
+            });
   std::unique_lock lock(slot->mutex);
   if (!slot->changed.wait_for(lock, limit.stop, std::chrono::duration<double>(limit.time_limit_s),
                               [&slot] { return slot->answer.has_value(); })) {
@@ -382,33 +369,6 @@ Result<json> Moonraker::Call(const std::string& method, json params, const WaitL
     return tl::unexpected(ToError(method, *slot->answer));
   }
   return std::move(slot->answer->result);
-}
-
-Error Moonraker::ToError(const std::string& method, const RpcAnswer& answer) const {
-  const std::string who = address().WebSocketUrl();
-  std::string text;
-  if (answer.kind == RpcAnswer::Kind::kLost) {
-    text = fmt::format("{} was not answered: {}", method, answer.message);
-  } else if (answer.kind == RpcAnswer::Kind::kNotSent) {
-    text = fmt::format("{} was not sent: {}", method, answer.message);
-  } else if (IsUnauthorized(answer)) {
-    text = fmt::format(
-        "{} does not let us in ({}): {}; Mainsail and Fluidd show the API key in their settings; "
-        "or add this computer to trusted_clients in moonraker.conf",
-        who, answer.message,
-        options_.api_key.empty() ? "it wants an API key" : "the API key is wrong");
-  } else if (answer.code == kNotFound) {
-    text =
-        fmt::format("{} does not know the call {} ({}); update Moonraker, or is it something else?",
-                    who, method, answer.message);
-  } else if (answer.code == kUnavailable) {
-    text = fmt::format(
-        "{} failed: {}; Klipper is not running or restarts: look at its log, then FIRMWARE_RESTART",
-        method, answer.message);
-  } else {
-    text = fmt::format("{} failed: {} (code {})", method, answer.message, answer.code);
-  }
-  return {ErrorKind::kMachine, text + LastMessages()};
 }
 
 Result<void> Moonraker::RegisterRemoteMethod(const std::string& name, const WaitLimit& limit) {
@@ -429,11 +389,6 @@ void Moonraker::RunAfter(double delay_s, std::function<void()> function) {
 void Moonraker::CheckMayWait() const {
   TRAMMEL_CHECK(!connection_.OnOwnThread(), "a callback of {} waits for the connection it runs on",
                 address().WebSocketUrl());
-}
-
-std::string Moonraker::LastMessages() const {
-  const std::string excerpt = log().Excerpt(kMessagesInErrors);
-  return excerpt.empty() ? "" : "\n  the last messages (> ours, < the printer's):" + excerpt;
 }
 
 }  // namespace trammel::machine

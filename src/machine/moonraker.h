@@ -56,9 +56,12 @@ class Moonraker {
   /// asked. Once only; from then on lost links are taken up again by themselves.
   [[nodiscard]] Result<void> Start(const WaitLimit& limit);
 
-  /// One call. `params` null: none. Fails with kMachine and names the method.
+  /// One call. `params` null: none. Fails with kMachine and names the method. `on_answer` comes
+  /// first, on the connection's thread and before anything that was received after the answer;
+  /// also where the wait ended without it.
   [[nodiscard]] Result<nlohmann::json> Call(const std::string& method, nlohmann::json params,
-                                            const WaitLimit& limit);
+                                            const WaitLimit& limit,
+                                            std::function<void(const RpcAnswer&)> on_answer = {});
   /// The same without waiting; `done` comes on the connection's thread, or at once where the call
   /// could not be sent.
   void CallLater(const std::string& method, nlohmann::json params,

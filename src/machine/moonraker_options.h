@@ -9,8 +9,8 @@ namespace trammel::machine {
 /// Validated by ParseMoonrakerAddress when connecting; a wrong field fails with kInput.
 struct MoonrakerOptions {
   /// "voron.local", "192.168.1.20:7125", "http://…", "https://…", "ws://…/websocket", "wss://…",
-  /// or "unix:/home/pi/printer_data/comms/moonraker.sock". Port 7125 (plain) or 443 (TLS), path
-  /// /websocket where not given.
+  /// or "unix:/home/pi/printer_data/comms/moonraker.sock". Where not given: port 7125 without a
+  /// scheme, 80 with http and ws, 443 with TLS; path /websocket.
   std::string address = "localhost";
   /// Where files are uploaded when `address` is a Unix socket, which takes no files.
   std::string http_address = "http://localhost:7125";

@@ -155,7 +155,9 @@ void MoonrakerPrinter::OnReadiness(PrinterReadiness readiness, const std::string
   readiness_message_ = message;
   if (readiness != PrinterReadiness::kReady) {
     for (const std::shared_ptr<Script>& script : scripts_) {
-      if (script->broke.empty()) {
+      // A script whose answer was lost with the link goes on: it is not the firmware that left it.
+      const bool unheard = script->answer && script->answer->kind == RpcAnswer::Kind::kLost;
+      if (script->broke.empty() && !unheard) {
         script->broke = fmt::format("the printer went to '{}'{}{}", ToString(readiness),
                                     message.empty() ? "" : ": ", message);
       }
@@ -272,7 +274,7 @@ PrinterState MoonrakerPrinter::LastState() const {
   return StateLocked();
 }
 
-Result<PrinterState> MoonrakerPrinter::State(const WaitLimit& limit) {
+Result<void> MoonrakerPrinter::Refresh(const WaitLimit& limit) {
   json wanted;
   {
     const std::lock_guard lock(mutex_);
@@ -282,20 +284,33 @@ Result<PrinterState> MoonrakerPrinter::State(const WaitLimit& limit) {
   }
   if (wanted.empty()) {
     const Result<json> alive = moonraker_.Call("server.info", nullptr, limit);
-    return alive ? Result<PrinterState>(LastState()) : tl::unexpected(alive.error());
+    return alive ? Result<void>() : tl::unexpected(alive.error());
   }
   const double sent_s = HostNow();
+  const auto take = [this, sent_s](const RpcAnswer& answer) {
+    // Put in on this thread, in the order of arrival: later, it would undo the updates that came
+    // after it, and the printer tells no change twice.
+    if (answer.kind != RpcAnswer::Kind::kResult) {
+      return;
+    }
+    const json& status = ObjectOr(answer.result, "status");
+    const std::lock_guard lock(mutex_);
+    eventtime_s_ = NumberOr(answer.result, "eventtime", eventtime_s_);
+    MergeStatus(status_, status);
+    AddClockSample(sent_s, answer.received_s, status, eventtime_s_);
+    ++updates_;
+    changed_.notify_all();
+  };
   const Result<json> answer =
-      moonraker_.Call("printer.objects.query", {{"objects", std::move(wanted)}}, limit);
-  if (!answer) {
-    return tl::unexpected(answer.error());
+      moonraker_.Call("printer.objects.query", {{"objects", std::move(wanted)}}, limit, take);
+  return answer ? Result<void>() : tl::unexpected(answer.error());
+}
+
+Result<PrinterState> MoonrakerPrinter::State(const WaitLimit& limit) {
+  if (const Result<void> fresh = Refresh(limit); !fresh) {
+    return tl::unexpected(fresh.error());
   }
-  const std::lock_guard lock(mutex_);
-  eventtime_s_ = NumberOr(*answer, "eventtime", eventtime_s_);
-  MergeStatus(status_, ObjectOr(*answer, "status"));
-  AddClockSample(sent_s, HostNow(), ObjectOr(*answer, "status"), eventtime_s_);
-  ++updates_;
-  return StateLocked();
+  return LastState();
 }
 
 Result<json> MoonrakerPrinter::Query(const std::vector<ObjectFields>& objects,

@@ -227,29 +227,31 @@ Result<PrinterState> MoonrakerPrinter::WaitUntil(
     const WaitLimit& limit) {
   const double began_s = HostNow();
   // What is known may be older than the caller's last command.
-  Result<PrinterState> state = State(limit);
-  if (!state) {
-    return state;
+  if (const Result<void> fresh = Refresh(limit); !fresh) {
+    return tl::unexpected(fresh.error());
   }
+  std::unique_lock lock(mutex_);
   for (;;) {
-    if (done(*state)) {
+    // Counted together with the state, so that no update falls between looking and waiting.
+    const std::uint64_t seen = updates_;
+    PrinterState state = StateLocked();
+    lock.unlock();
+    if (done(state)) {
       return state;
     }
-    if (state->readiness != PrinterReadiness::kReady) {
+    if (state.readiness != PrinterReadiness::kReady) {
       return Fail(
           fmt::format("the printer is '{}' ({}) while waiting for {}; find the cause, then "
                       "FIRMWARE_RESTART{}",
-                      ToString(state->readiness), state->message, what, moonraker_.LastMessages()),
+                      ToString(state.readiness), state.message, what, moonraker_.LastMessages()),
           ErrorKind::kMachine);
     }
-    std::unique_lock lock(mutex_);
-    const std::uint64_t seen = updates_;
     const WaitLimit rest = Rest(limit, began_s);
+    lock.lock();
     const bool changed = WaitFor(lock, rest, [this, seen] { return updates_ != seen; });
     if (!changed || rest.time_limit_s <= 0.001) {
       return tl::unexpected(WaitError(what, limit));
     }
-    *state = StateLocked();
   }
 }
 

@@ -74,6 +74,8 @@ class MoonrakerPrinter : public Printer {
   template <class Predicate>
   bool WaitFor(std::unique_lock<std::mutex>& lock, const WaitLimit& limit, Predicate ready) const;
   [[nodiscard]] PrinterState StateLocked() const;
+  /// Asks for everything that is subscribed, or only for a sign of life where there is nothing.
+  [[nodiscard]] Result<void> Refresh(const WaitLimit& limit);
   void AddClockSample(std::optional<double> sent_s, double received_s, const nlohmann::json& status,
                       double eventtime_s);
   /// Waits for the script's end; the error says whether it still runs.

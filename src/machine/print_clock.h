@@ -11,10 +11,11 @@ namespace trammel::machine {
 
 /// One message with a time in it.
 struct ClockSample {
-  std::optional<double> sent_s;  ///< host time before it was asked for; absent where nobody asked
-  double received_s = 0;         ///< host time when it was here
-  double eventtime_s = 0;        ///< the server's clock, read between the two
-  std::optional<double> estimated_print_time_s;  ///< print time at eventtime
+  /// Host time before it was asked for; absent where nobody asked.
+  std::optional<double> sent_s = std::nullopt;
+  double received_s = 0;   ///< host time when it was here
+  double eventtime_s = 0;  ///< the server's clock, read between the two
+  std::optional<double> estimated_print_time_s = std::nullopt;  ///< print time at eventtime
 };
 
 /// How long before the next update a query is best sent, in turn. A late one (it takes longer than
