@@ -36,7 +36,7 @@ def violations(root):
             continue
         for target in INCLUDE.findall(path.read_text()):
             head, slash, _ = target.partition("/")
-            if head == "support" and path.name.endswith("_test.cc"):
+            if head == "support" and path.name.endswith(("_test.cc", "_test_support.h")):
                 continue  # tests/support
             if not slash or not (root / "src" / target).is_file():
                 yield f'{path}: include "{target}" is not a path below src/'
