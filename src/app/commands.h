@@ -26,8 +26,10 @@ void AddConfigCommand(CLI::App& parent, int& exit_code);
 void AddAnalyzeCommand(CLI::App& parent, int& exit_code);
 void AddPatternCommand(CLI::App& parent, int& exit_code);
 void AddSimCommand(CLI::App& parent, int& exit_code);
-/// `pa calibrate|print|scan|apply` below `pa`, `doctor` below `cli`.
-void AddPrinterCommands(CLI::App& cli, CLI::App& pa, int& exit_code);
+/// `calibrate`, `print` and `scan`.
+void AddCalibrateCommands(CLI::App& parent, int& exit_code);
+void AddApplyCommand(CLI::App& parent, int& exit_code);
+void AddDoctorCommand(CLI::App& parent, int& exit_code);
 /// `trammel sim printer`, below `trammel sim`.
 void AddSimPrinter(CLI::App& parent, int& exit_code);
 

@@ -15,7 +15,9 @@ int main(int argc, char** argv) {
   trammel::app::AddConfigCommand(cli, exit_code);
   trammel::app::AddAnalyzeCommand(*pa, exit_code);
   trammel::app::AddPatternCommand(*pa, exit_code);
-  trammel::app::AddPrinterCommands(cli, *pa, exit_code);
+  trammel::app::AddCalibrateCommands(*pa, exit_code);
+  trammel::app::AddApplyCommand(*pa, exit_code);
+  trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 
   try {

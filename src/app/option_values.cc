@@ -15,7 +15,7 @@ using pressure_advance::Segment;
 namespace {
 
 constexpr double kMax_s = 10;
-constexpr std::size_t kMaxValues = 1000;  // as many lines as scan.json may have
+constexpr std::size_t kMaxValues = 1000;   // as many lines as scan.json may have
 constexpr std::size_t kMaxSegments = 100;  // as in scan.json
 
 std::string_view WithoutSpaces(std::string_view text) {

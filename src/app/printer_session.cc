@@ -1,0 +1,88 @@
+#include "app/printer_session.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <ctime>
+
+#include "app/config_text.h"
+#include "machine/moonraker_printer.h"
+
+namespace trammel::app {
+
+namespace fs = std::filesystem;
+
+void AddPrinterOptions(CLI::App& command, PrinterOptions& options) {
+  command.add_option("--config", options.config,
+                     "settings; left out: trammel.toml of this folder, if there is one");
+  command.add_option("--set", options.set, "one setting: key=value; may be repeated");
+  command.add_option("--printer", options.address,
+                     "Moonraker's address: host, host:port, URL or unix:PATH");
+}
+
+void AddCameraOption(CLI::App& command, PrinterOptions& options) {
+  command.add_option("--camera", options.camera,
+                     "stream URL, /dev/videoN, video file or folder of pictures");
+}
+
+Result<store::Config> LoadSettings(const PrinterOptions& options) {
+  const Result<ConfigText> text = FindConfig(options.config);
+  if (!text) return tl::unexpected(text.error());
+  Result<store::Config> config = store::ParseConfig(text->text, text->file);
+  if (!config) return config;
+  for (const std::string& assignment : options.set) {
+    if (auto done = store::OverrideConfig(assignment, *config); !done) {
+      return tl::unexpected(done.error());
+    }
+  }
+  if (auto valid = store::ValidateConfig(*config, text->text, text->file); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  if (!options.address.empty()) config->scan.address = options.address;
+  if (!options.camera.empty()) config->scan.camera = options.camera;
+  return config;
+}
+
+Result<std::unique_ptr<machine::Printer>> Connect(const pressure_advance::ScanSettings& settings,
+                                                  const std::stop_token& stop) {
+  machine::MoonrakerOptions options;
+  options.address = settings.address;
+  if (!settings.http_address.empty()) options.http_address = settings.http_address;
+  options.api_key = settings.api_key;
+  options.ca_file = settings.ca_file;
+  options.accept_any_certificate = settings.accept_any_certificate;
+  return machine::ConnectToMoonraker(options, {options.connect_time_limit_s, stop});
+}
+
+std::string Now(const char* format) {
+  return fmt::format(fmt::runtime(format), fmt::localtime(std::time(nullptr)));
+}
+
+Result<fs::path> MakeFolder(const std::string& asked_for) {
+  const fs::path folder =
+      asked_for.empty() ? fs::path("recordings") / Now("pa-{:%Y%m%d-%H%M%S}") : fs::path(asked_for);
+  std::error_code error;
+  if (fs::exists(folder, error) && !fs::is_empty(folder, error)) {
+    return Fail(
+        fmt::format("--out {}: is there and not empty; recordings are never overwritten: "
+                    "choose another name",
+                    folder.string()));
+  }
+  fs::create_directories(folder, error);
+  if (error) {
+    return Fail(
+        fmt::format("--out {}: cannot make the folder: {}", folder.string(), error.message()));
+  }
+  return folder;
+}
+
+void TellOnTerminal(const procedure::Progress& progress) {
+  if (progress.remaining_s) {
+    fmt::print(stderr, "  {} (about {:.0f} s)\n", progress.text, *progress.remaining_s);
+  } else {
+    fmt::print(stderr, "  {}\n", progress.text);
+  }
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,48 @@
+// What every command that needs a printer does first: settings, connection, folder, progress.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/printer.h"
+#include "procedure/session.h"
+#include "store/config_file.h"
+
+namespace trammel::app {
+
+/// Which settings, and what the command line puts above them.
+struct PrinterOptions {
+  std::string config;            ///< file; empty: trammel.toml of this folder, if there is one
+  std::vector<std::string> set;  ///< key=value
+  std::string address;           ///< Moonraker's; empty: the settings'
+  std::string camera;            ///< empty: the settings'
+};
+
+/// --config, --set and --printer.
+void AddPrinterOptions(CLI::App& command, PrinterOptions& options);
+
+/// --camera.
+void AddCameraOption(CLI::App& command, PrinterOptions& options);
+
+[[nodiscard]] Result<store::Config> LoadSettings(const PrinterOptions& options);
+
+/// The printer that the settings name. Errors: kMachine, kInterrupted.
+[[nodiscard]] Result<std::unique_ptr<machine::Printer>> Connect(
+    const pressure_advance::ScanSettings& settings, const std::stop_token& stop);
+
+/// Local time, in fmt's format, for example "{:%H:%M}".
+[[nodiscard]] std::string Now(const char* format);
+
+/// A new folder for a recording: the one that was asked for, else recordings/pa-<now>.
+/// Errors: it is there and not empty; it cannot be made.
+[[nodiscard]] Result<std::filesystem::path> MakeFolder(const std::string& asked_for);
+
+/// Progress on standard error: standard output holds the answer alone.
+void TellOnTerminal(const procedure::Progress& progress);
+
+}  // namespace trammel::app
