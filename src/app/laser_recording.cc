@@ -52,7 +52,30 @@ Result<void> CheckSize(const ScanLine& line, const Frame& frame, FrameSize& size
   return {};
 }
 
-/// All frames of one sweep, cropped and upright.
+/// That a video has as many frames as scan.json says of it.
+Result<void> CheckCount(const ScanLine& line, std::size_t frames) {
+  const auto wrong = [&](const char* key, const char* what, std::size_t entries) {
+    return Fail(fmt::format("video '{}' has {} frames, its {} {} {}; record the line again or "
+                            "leave {} out",
+                            line.video, frames, key, entries, what, key),
+                ErrorKind::kMeasurement);
+  };
+  if (!line.frame_times_s.empty() && line.frame_times_s.size() != frames) {
+    return wrong("frame_times_s", "times", line.frame_times_s.size());
+  }
+  if (!line.frame_positions_mm.empty() && line.frame_positions_mm.size() != frames) {
+    return wrong("frame_positions_mm", "entries", line.frame_positions_mm.size());
+  }
+  return {};
+}
+
+/// Whether a frame may be looked at.
+bool IsPlaced(const ScanLine& line, std::size_t frame) {
+  const auto& positions = line.frame_positions_mm;
+  return positions.empty() || (frame < positions.size() && positions[frame].has_value());
+}
+
+/// All frames of one sweep, cropped and upright; those that must not be looked at are empty.
 Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& folder, const Scan& scan,
                                       const ScanLine& line, const PixelRect& crop,
                                       FrameSize& size) {
@@ -70,6 +93,10 @@ Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& folder, const
     const Frame* frame = *next;
     if (frame == nullptr) {
       break;
+    }
+    if (!IsPlaced(line, frames.size())) {
+      frames.emplace_back();  // keeps its number; nobody may look at it
+      continue;
     }
     if (auto fits = CheckSize(line, *frame, size); !fits) {
       return tl::unexpected(fits.error());
@@ -89,24 +116,16 @@ Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& folder, const
     }
     frames.push_back(std::move(upright));
   }
-  if (!line.frame_times_s.empty() && line.frame_times_s.size() != frames.size()) {
-    return Fail(fmt::format("video '{}' has {} frames, its frame_times_s {} times; record the line "
-                            "again or leave frame_times_s out",
-                            line.video, frames.size(), line.frame_times_s.size()),
-                ErrorKind::kMeasurement);
-  }
-  if (!line.frame_positions_mm.empty() && line.frame_positions_mm.size() != frames.size()) {
-    return Fail(
-        fmt::format("video '{}' has {} frames, its frame_positions_mm {} entries; record the "
-                    "line again",
-                    line.video, frames.size(), line.frame_positions_mm.size()),
-        ErrorKind::kMeasurement);
+  if (auto fits = CheckCount(line, frames.size()); !fits) {
+    return tl::unexpected(fits.error());
   }
   return frames;
 }
 
-/// Up to `kSampleFrames` whole frames spread evenly over a video, upright.
-Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& path, const Scan& scan) {
+/// Up to `kSampleFrames` whole frames spread evenly over the part of a sweep that may be looked at,
+/// upright.
+Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& path, const Scan& scan,
+                                        const ScanLine& line) {
   constexpr std::size_t kSampleFrames = 16;
   auto video = machine::VideoFile::Open(path);
   if (!video) {
@@ -114,7 +133,8 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& path, const
   }
   std::vector<Frame> frames;
   std::size_t stride = 1;
-  for (std::size_t i = 0;; ++i) {
+  std::size_t placed = 0;
+  for (std::size_t frame = 0;; ++frame) {
     const auto next = video->Next();
     if (!next) {
       return tl::unexpected(next.error());
@@ -122,6 +142,10 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& path, const
     if (*next == nullptr) {
       return frames;
     }
+    if (!IsPlaced(line, frame)) {
+      continue;
+    }
+    const std::size_t i = placed++;
     if (i % stride != 0) {
       continue;
     }
@@ -143,8 +167,9 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& path, const
 /// Fills in scan.crop from the middle line, whose bead is likely the most even.
 Result<void> LocateCrop(const std::filesystem::path& folder, Scan& scan,
                         vision::LaserLineWorkspace& workspace, std::vector<std::string>& notices) {
-  const std::string& video = scan.lines[scan.lines.size() / 2].video;
-  const auto frames = SampleFrames(folder / video, scan);
+  const ScanLine& line = scan.lines[scan.lines.size() / 2];
+  const std::string& video = line.video;
+  const auto frames = SampleFrames(folder / video, scan, line);
   if (!frames) {
     return tl::unexpected(frames.error());
   }
@@ -190,6 +215,10 @@ void AddNotices(const ScanLine& line, const pressure_advance::SweepReading& read
   if (reading.still_frames > 0) {
     notices.push_back(fmt::format("'{}': {} frames left out, the laser stood still in them",
                                   line.video, reading.still_frames));
+  }
+  if (reading.unplaced_frames > 0) {
+    notices.push_back(fmt::format("'{}': {} frames left out, the recording gives them no position",
+                                  line.video, reading.unplaced_frames));
   }
   if (reading.off_line_frames > 0) {
     notices.push_back(fmt::format("'{}': {} frames left out, they lie past the ends of the line",

@@ -117,6 +117,53 @@ TEST_F(MeasureRecordingTest, RefusesACropBeyondTheFrameAndTimesForOtherFrames) {
               AllOf(HasSubstr("line0.avi"), HasSubstr("60 frames"), HasSubstr("3 times")));
 }
 
+TEST_F(MeasureRecordingTest, JunkFramesWithoutAPositionChangeNeitherProfilesNorScoresNorTheCrop) {
+  std::vector<std::vector<Frame>> sweeps;
+  Random random(33);
+  for (int line = 0; line < 6; ++line) {
+    sweeps.emplace_back();
+    for (int f = 0; f < kFrames; ++f) {
+      sweeps.back().push_back(test::DrawLaserFrame(world_, AreaAt(f, 0.01 * line), random));
+    }
+    test::WriteAvi(folder_.path() / ("line" + std::to_string(line) + ".avi"), sweeps.back(), 0);
+  }
+  const auto clean = Measure();
+  ASSERT_TRUE(clean.has_value()) << clean.error().message;
+  for (int line = 0; line < 6; ++line) {
+    std::vector<Frame> frames;
+    json positions = json::array();
+    for (int f = 0; f < kFrames; ++f) {
+      for (int junk = f % 7 == 0 ? 4 : 0; junk > 0; --junk) {
+        LaserWorld elsewhere = world_;
+        elsewhere.plate_column_px = 30 + 10 * junk;
+        frames.push_back(test::DrawLaserFrame(elsewhere, 0.3, random));
+        positions.push_back(nullptr);
+      }
+      frames.push_back(sweeps[static_cast<std::size_t>(line)][static_cast<std::size_t>(f)]);
+      positions.push_back(4 + f / 30.0 * 10);
+    }
+    test::WriteAvi(folder_.path() / ("line" + std::to_string(line) + ".avi"), frames, 0);
+    scan_["lines"][static_cast<std::size_t>(line)]["frame_positions_mm"] = positions;
+  }
+  const auto mixed = Measure();
+  ASSERT_TRUE(mixed.has_value()) << mixed.error().message;
+  EXPECT_EQ(mixed->scan.crop->x, clean->scan.crop->x);
+  EXPECT_EQ(mixed->scan.crop->width, clean->scan.crop->width);
+  EXPECT_EQ(mixed->deviation.score_px, clean->deviation.score_px);
+  EXPECT_EQ(mixed->deviation.cubic_minimum_s, clean->deviation.cubic_minimum_s);
+  for (std::size_t line = 0; line < 6; ++line) {
+    ASSERT_EQ(mixed->profiles[line].samples.size(), clean->profiles[line].samples.size());
+    for (std::size_t i = 0; i < clean->profiles[line].samples.size(); ++i) {
+      EXPECT_EQ(mixed->profiles[line].samples[i].area.value,
+                clean->profiles[line].samples[i].area.value);
+    }
+  }
+  EXPECT_THAT(mixed->notices, testing::Contains(HasSubstr("36 frames left out, the recording")));
+  scan_["lines"][2]["frame_positions_mm"].push_back(nullptr);
+  EXPECT_THAT(Fault(ErrorKind::kMeasurement),
+              AllOf(HasSubstr("line2.avi"), HasSubstr("96 frames"), HasSubstr("97 entries")));
+}
+
 TEST_F(MeasureRecordingTest, ALineWithoutLaserIsUnusableButNoError) {
   scan_["crop_px"] = {{"x", 35}, {"y", 15}, {"width", 45}, {"height", 60}};
   std::vector<Frame> black;

@@ -21,11 +21,12 @@ struct Light {
   int darkest = 255;
 };
 
-Light MeasureLight(std::span<const Frame> frames) {
+Light MeasureLight(std::span<const Frame> frames, std::span<const std::size_t> order) {
   Light light;
   double sum = 0;
   double count = 0;
-  for (const Frame& frame : frames) {
+  for (const std::size_t index : order) {
+    const Frame& frame = frames[index];
     for (std::size_t i = 2; i < frame.bgr.size(); i += 3) {
       sum += frame.bgr[i];
       light.brightest = std::max(light.brightest, int{frame.bgr[i]});
@@ -37,60 +38,59 @@ Light MeasureLight(std::span<const Frame> frames) {
   return light;
 }
 
-/// Frames with a position on the line, in the order of the video.
-void KeepOnLine(const std::vector<std::optional<double>>& position, const Scan& scan,
-                SweepReading& reading) {
-  const double length_mm = scan.motion.length_mm.value_or(0);
-  // A hundredth of a frame's step is rounding, not being past the end.
-  const double slack = 0.01 * scan.scan_speed_mm_s / scan.frames_per_s;
-  for (std::size_t i = 0; i < position.size(); ++i) {
-    if (!position[i]) continue;
-    if (*position[i] < -slack || *position[i] > length_mm + slack) {
-      ++reading.off_line_frames;
-      continue;
-    }
-    reading.frame.push_back(i);
-    reading.heights.position_mm.push_back(*position[i]);
+/// What no two frames that differ say: no picture at all, or always the same one.
+std::string FrozenFault(std::span<const Frame> frames, std::span<const std::size_t> order) {
+  const Light light = MeasureLight(frames, order);
+  constexpr int kPlain = 10;  // of 255: no picture at all
+  if (light.brightest - light.darkest >= kPlain) {
+    return fmt::format("all {} frames are the same picture; the camera or the machine did not move",
+                       order.size());
   }
+  return fmt::format(
+      "no laser line: all {} frames are plain {} (red {} … {}); check that the laser is on, the "
+      "exposure, and the camera",
+      order.size(),
+      light.mean < 64    ? "black"
+      : light.mean > 192 ? "white"
+                         : "grey",
+      light.darkest, light.brightest);
+}
+
+/// Keeps a frame unless it lies past the ends of the line.
+void Keep(std::size_t frame, double position_mm, const Scan& scan, SweepReading& reading) {
+  // A hundredth of a frame's step is rounding, not being past the end.
+  const double slack_mm = 0.01 * scan.scan_speed_mm_s / scan.frames_per_s;
+  if (position_mm < -slack_mm || position_mm > scan.motion.length_mm.value_or(0) + slack_mm) {
+    ++reading.off_line_frames;
+    return;
+  }
+  reading.frame.push_back(frame);
+  reading.heights.position_mm.push_back(position_mm);
 }
 
 /// The frames to score: in motion and on the line, in print direction.
 void ChooseFrames(std::span<const Frame> frames, const Scan& scan, const ScanLine& line,
                   SweepReading& reading) {
-  const StillFrames still = FindStillFrames(frames);
+  const std::vector<std::size_t> placed = PlacedFrames(line, frames.size());
+  const StillFrames still = FindStillFrames(frames, placed);
   if (still.all) {
-    const Light light = MeasureLight(frames);
-    const int range = light.brightest - light.darkest;
-    constexpr int kPlain = 10;  // of 255: no picture at all
-    reading.profile.unusable =
-        range < kPlain
-            ? fmt::format(
-                  "no laser line: all {} frames are plain {} (red {} … {}); check that the "
-                  "laser is on, the exposure, and the camera",
-                  frames.size(),
-                  light.mean < 64    ? "black"
-                  : light.mean > 192 ? "white"
-                                     : "grey",
-                  light.darkest, light.brightest)
-            : fmt::format(
-                  "all {} frames are the same picture; the camera or the machine did not "
-                  "move",
-                  frames.size());
+    reading.profile.unusable = FrozenFault(frames, placed);
     return;
   }
-  std::vector<std::optional<double>> position = line.frame_positions_mm;
-  if (position.empty()) {
+  if (line.frame_positions_mm.empty()) {
     reading.still_frames = still.first + still.last;
-    position.assign(frames.size(), std::nullopt);
-    const std::vector<double> timed = SweepPositions(scan, line, frames.size(), still.first);
-    for (std::size_t i = still.first; i + still.last < frames.size(); ++i) position[i] = timed[i];
+    const std::vector<double> position = SweepPositions(scan, line, frames.size(), still.first);
+    for (std::size_t i = still.first; i + still.last < frames.size(); ++i) {
+      Keep(i, position[i], scan, reading);
+    }
   } else {
-    reading.unplaced_frames =
-        static_cast<std::size_t>(std::count(position.begin(), position.end(), std::nullopt));
+    // Whoever gave the positions has left out where the head stood, by what the machine said.
+    reading.unplaced_frames = frames.size() - placed.size();
+    for (const std::size_t i : placed) {
+      Keep(i, *line.frame_positions_mm[i], scan, reading);
+    }
   }
-  KeepOnLine(position, scan, reading);
-  const std::vector<double>& kept = reading.heights.position_mm;
-  if (!kept.empty() && kept.back() < kept.front()) {
+  if (SweepsBackwards(line)) {
     std::reverse(reading.frame.begin(), reading.frame.end());
     std::reverse(reading.heights.position_mm.begin(), reading.heights.position_mm.end());
   }
@@ -113,7 +113,7 @@ HeightMap FindLines(std::span<const Frame> frames, SweepReading& reading,
                     vision::LaserLineWorkspace& workspace) {
   HeightMap lines;
   lines.frames = reading.frame.size();
-  lines.rows = static_cast<std::size_t>(frames[0].height);
+  lines.rows = static_cast<std::size_t>(frames[reading.frame[0]].height);
   lines.position_mm = reading.heights.position_mm;
   lines.height_px.resize(lines.frames * lines.rows);
   lines.sigma_px.resize(lines.frames * lines.rows);
@@ -135,7 +135,8 @@ HeightMap FindLines(std::span<const Frame> frames, SweepReading& reading,
 
 /// Why the sweep shows no laser; empty where it does.
 std::string LaserFault(const HeightMap& lines, const vision::StripeModel& stripe,
-                       const LaserEyeOptions& options, std::span<const Frame> frames) {
+                       const LaserEyeOptions& options, std::span<const Frame> frames,
+                       std::span<const std::size_t> order) {
   std::size_t lit = 0;
   for (std::size_t f = 0; f < lines.frames; ++f) {
     std::size_t found = 0;
@@ -148,7 +149,7 @@ std::string LaserFault(const HeightMap& lines, const vision::StripeModel& stripe
   if (2 * lit >= lines.frames && stripe.contrast >= options.least_contrast && steady) {
     return {};
   }
-  const Light light = MeasureLight(frames);
+  const Light light = MeasureLight(frames, order);
   return fmt::format(
       "no laser line: seen in {} of {} frames, {:.1f} times the noise beside it (at least {:.1f} "
       "needed), {:.1f} px from row to row; red is {:.0f} on average, {} … {}; check that the laser "
@@ -210,16 +211,18 @@ SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan, const Sc
   }
   if (reading.frame.size() < options.fewest_frames) {
     profile.unusable = fmt::format(
-        "only {} of {} frames show the line ({} standing still, {} past its ends); at least {} are "
-        "needed: check scan_speed_mm_s, frames_per_s and line_start_mm",
-        reading.frame.size(), frames.size(), reading.still_frames, reading.off_line_frames,
-        options.fewest_frames);
+        "only {} of {} frames show the line ({} standing still, {} without a position, {} past its "
+        "ends); at least {} are needed: check {}",
+        reading.frame.size(), frames.size(), reading.still_frames, reading.unplaced_frames,
+        reading.off_line_frames, options.fewest_frames,
+        line.frame_positions_mm.empty() ? "scan_speed_mm_s, frames_per_s and line_start_mm"
+                                        : "frame_positions_mm");
     return reading;
   }
   reading.stripe = LearnFrom(frames, reading.frame, options, workspace);
   const HeightMap lines =
       FindLines(frames, reading, options, Sign(scan.height_direction), workspace);
-  profile.unusable = LaserFault(lines, reading.stripe, options, frames);
+  profile.unusable = LaserFault(lines, reading.stripe, options, frames, reading.frame);
   if (!profile.unusable.empty()) {
     return reading;
   }

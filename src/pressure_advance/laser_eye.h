@@ -46,8 +46,10 @@ void TurnUpright(const BgrView& view, AxisDirection height_direction, Frame& upr
 ///
 /// Positions: the first frame in motion stands at scan.line_start_mm; frames in which the laser
 /// stands still before it starts or after it stopped are left out, and so are frames past the ends
-/// of the line.
-/// @param frames  upright and cropped, all of one size, in the order of recording.
+/// of the line. Where the line has frame_positions_mm, they hold instead, and frames without one
+/// are not looked at.
+/// @param frames  upright and cropped, in the order of recording; those that are looked at all of
+///                one size. As many as the line has positions, if it has any.
 /// A sweep that holds no laser, no bead or too few frames comes back with profile.unusable.
 [[nodiscard]] SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan,
                                      const ScanLine& line, const LaserEyeOptions& options,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "base/statistics.h"
 #include "support/laser_world.h"
@@ -198,6 +199,113 @@ TEST(LaserEye, UsesCaptureTimesWhereTheyAreGiven) {
   EXPECT_NEAR(reading.profile.samples[50].position, 4 + 50 * 0.03 * 20 / 3, 1e-9);
 }
 
+/// Positions of the 100 frames of DrawSteps as PaperScan() has them.
+std::vector<std::optional<double>> PaperPositions() {
+  std::vector<std::optional<double>> positions;
+  for (int i = 0; i < 100; ++i) {
+    positions.emplace_back(4 + i / 30.0 * 20 / 3);
+  }
+  return positions;
+}
+
+/// Adding times differs from multiplying by less than this.
+constexpr double kRounding_mm = 1e-12;
+
+void ExpectSameProfile(const LineProfile& a, const LineProfile& b) {
+  ASSERT_EQ(a.unusable, "");
+  ASSERT_EQ(b.unusable, "");
+  ASSERT_EQ(a.samples.size(), b.samples.size());
+  for (std::size_t i = 0; i < a.samples.size(); ++i) {
+    EXPECT_NEAR(a.samples[i].position, b.samples[i].position, kRounding_mm);
+    EXPECT_EQ(a.samples[i].gap, b.samples[i].gap);
+    EXPECT_EQ(a.samples[i].area.value, b.samples[i].area.value) << i;
+    EXPECT_EQ(a.samples[i].area.sigma, b.samples[i].area.sigma) << i;
+  }
+}
+
+TEST(LaserEye, GivenPositionsReadLikeTheSameFromTimesAndOutrankThem) {
+  Random random(20);
+  const std::vector<Frame> frames = DrawSteps({}, random);
+  Scan scan = PaperScan();
+  const SweepReading from_times = Read(frames, scan);
+  scan.lines[0].frame_positions_mm = PaperPositions();
+  scan.line_start_mm = 11;
+  scan.lines[0].sweep_direction = AxisDirection::kMinusX;
+  for (int i = 0; i < 100; ++i) {
+    scan.lines[0].frame_times_s.push_back(0.01 * i);
+  }
+  const SweepReading given = Read(frames, scan);
+  ExpectSameProfile(given.profile, from_times.profile);
+  EXPECT_EQ(given.frame, from_times.frame);
+}
+
+TEST(LaserEye, FallingPositionsReadLikeTheSweepTurnedRound) {
+  Random random(25);
+  std::vector<Frame> frames = DrawSteps({}, random);
+  Scan scan = PaperScan();
+  scan.lines[0].frame_positions_mm = PaperPositions();
+  const SweepReading forwards = Read(frames, scan);
+  std::reverse(frames.begin(), frames.end());
+  std::reverse(scan.lines[0].frame_positions_mm.begin(), scan.lines[0].frame_positions_mm.end());
+  const SweepReading backwards = Read(frames, scan);
+  ExpectSameProfile(backwards.profile, forwards.profile);
+  EXPECT_EQ(backwards.frame.front(), 99U);
+}
+
+TEST(LaserEye, FramesWithoutAPositionChangeNothing) {
+  Random random(26);
+  const std::vector<Frame> frames = DrawSteps({}, random);
+  Scan scan = PaperScan();
+  scan.lines[0].frame_positions_mm = PaperPositions();
+  const SweepReading clean = Read(frames, scan);
+  // Junk of every kind between them: noise, light, darkness, repeats, frames of other places, even
+  // frames of another size or without a picture.
+  std::vector<Frame> mixed;
+  std::vector<std::optional<double>> positions;
+  std::vector<std::size_t> place;
+  for (std::size_t i = 0; i <= frames.size(); ++i) {
+    for (std::uint64_t junk = i == 0 || i == frames.size() ? 12 : random.Below(3); junk > 0;
+         --junk) {
+      Frame frame = frames[random.Below(frames.size())];
+      const std::uint64_t kind = random.Below(5);
+      for (std::uint8_t& value : frame.bgr) {
+        value = kind == 0   ? static_cast<std::uint8_t>(random.Below(256))
+                : kind == 1 ? std::uint8_t{255}
+                : kind == 2 ? std::uint8_t{0}
+                            : value;
+      }
+      mixed.push_back(kind == 3 ? Frame(7, 9) : junk == 12 ? Frame() : frame);
+      positions.emplace_back();
+    }
+    if (i < frames.size()) {
+      place.push_back(mixed.size());
+      mixed.push_back(frames[i]);
+      positions.push_back(scan.lines[0].frame_positions_mm[i]);
+    }
+  }
+  scan.lines[0].frame_positions_mm = positions;
+  const SweepReading reading = Read(mixed, scan);
+  ExpectSameProfile(reading.profile, clean.profile);
+  EXPECT_EQ(reading.frame, place);
+  EXPECT_EQ(reading.unplaced_frames, mixed.size() - frames.size());
+}
+
+TEST(LaserEye, TooFewPositionsAndAFrozenPictureAreUnusable) {
+  Random random(27);
+  std::vector<Frame> frames = DrawSteps({}, random);
+  Scan scan = PaperScan();
+  scan.lines[0].frame_positions_mm.resize(100);
+  scan.lines[0].frame_positions_mm[50] = 14;
+  scan.lines[0].frame_positions_mm[51] = 15;
+  EXPECT_THAT(Read(frames, scan).profile.unusable,
+              testing::AllOf(HasSubstr("only 2 of 100"), HasSubstr("98 without a position"),
+                             HasSubstr("check frame_positions_mm")));
+  scan.lines[0].frame_positions_mm = PaperPositions();
+  scan.lines[0].frame_positions_mm[0].reset();  // the only frame that differs
+  std::fill(frames.begin() + 1, frames.end(), frames[1]);
+  EXPECT_THAT(Read(frames, scan).profile.unusable, HasSubstr("all 99 frames are the same picture"));
+}
+
 TEST(LaserEye, SaysWhyASweepIsUnusable) {
   const Scan scan = PaperScan();
   for (const int level : {0, 255}) {
@@ -238,36 +346,6 @@ TEST(LaserEye, StaysInPixelsWithoutAScale) {
   const SweepReading px = Read(frames, scan);
   EXPECT_EQ(px.profile.cross_section_unit, CrossSectionUnit::kPixel);
   EXPECT_NEAR(px.profile.samples[5].area.value, mm.profile.samples[5].area.value * 44 * 44, 1e-6);
-}
-
-TEST(LaserEye, GivenPositionsReadLikeTimesAndFramesWithoutOneAreNotScored) {
-  Random random(12);
-  const std::vector<Frame> sound = DrawSteps({}, random);
-  const Scan timed = PaperScan();
-  const SweepReading expected = Read(sound, timed);
-
-  // The same frames among junk that has no position, and seen from the far end.
-  std::vector<Frame> frames = sound;
-  frames.insert(frames.begin() + 30, DrawLaserFrame({}, 0.5, random));
-  frames.push_back(DrawLaserFrame({}, 0.0, random));
-  Scan given = PaperScan();
-  given.line_start_mm = 11;  // not used
-  auto& positions = given.lines[0].frame_positions_mm;
-  for (const double position : expected.heights.position_mm) positions.emplace_back(position);
-  positions.insert(positions.begin() + 30, std::nullopt);
-  positions.emplace_back();
-  for (const bool backwards : {false, true}) {
-    if (backwards) {
-      std::reverse(frames.begin(), frames.end());
-      std::reverse(positions.begin(), positions.end());
-    }
-    const SweepReading reading = Read(frames, given);
-    ASSERT_EQ(reading.profile.unusable, "");
-    EXPECT_EQ(reading.unplaced_frames, 2u);
-    EXPECT_EQ(reading.heights.position_mm, expected.heights.position_mm);
-    EXPECT_NEAR(StepMean(reading.profile, 0), StepMean(expected.profile, 0), 1e-6);
-    EXPECT_NEAR(StepMean(reading.profile, 6), StepMean(expected.profile, 6), 1e-6);
-  }
 }
 
 }  // namespace

@@ -70,24 +70,32 @@ void CheckMotion(const LineMotion& motion, Checker& check) {
 }
 
 void CheckPositions(const ScanLine& line, const std::string& at, Checker& check) {
-  std::vector<double> known;
-  for (std::size_t i = 0; i < line.frame_positions_mm.size(); ++i) {
-    if (!line.frame_positions_mm[i]) continue;
-    const double position_mm = *line.frame_positions_mm[i];
-    const std::string name = fmt::format("{}frame_positions_mm[{}]", at, i);
-    check.Number(name, position_mm, {-2000, 2000});
-    known.push_back(position_mm);
-    const std::size_t n = known.size();
-    if (n < 2) continue;
-    const bool rises = known[1] > known[0];
-    if (known[n - 1] == known[n - 2] || (known[n - 1] > known[n - 2]) != rises) {
-      check.Say(fmt::format("{} is {} after {}; the positions must rise, or fall, all the way",
-                            name, known[n - 1], known[n - 2]));
+  const auto& positions = line.frame_positions_mm;
+  if (positions.empty()) return;
+  const auto& times = line.frame_times_s;
+  if (!times.empty() && times.size() != positions.size()) {
+    check.Say(
+        fmt::format("{}frame_positions_mm has {} entries, frame_times_s {}; each has one per "
+                    "frame",
+                    at, positions.size(), times.size()));
+  }
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (!positions[i]) continue;
+    const std::string key = fmt::format("{}frame_positions_mm[{}]", at, i);
+    check.Number(key, *positions[i], {-2000, 2000});
+    numbers.push_back(*positions[i]);
+    if (numbers.size() < 2) continue;
+    const double before = numbers[numbers.size() - 2];
+    const bool rises = numbers[1] > numbers[0];
+    if (!(rises ? numbers.back() > before : numbers.back() < before)) {
+      check.Say(fmt::format("{} is {} after {}; the positions must all rise or all fall", key,
+                            numbers.back(), before));
     }
   }
-  if (!line.frame_positions_mm.empty() && known.size() < 2) {
-    check.Say(fmt::format("{}frame_positions_mm has {} positions; at least 2 frames must have one",
-                          at, known.size()));
+  if (numbers.size() < 2) {
+    check.Say(fmt::format("{}frame_positions_mm has {} number(s); it must have at least 2", at,
+                          numbers.size()));
   }
 }
 

@@ -34,8 +34,10 @@ struct ScanLine {
   std::optional<AxisDirection> print_direction;  ///< on the bed; default +x
   std::optional<AxisDirection> sweep_direction;  ///< on the bed; default: print_direction
   std::vector<double> frame_times_s;             ///< capture times, increasing; empty: frames_per_s
-  /// Where the laser stood in each frame, mm from the printed start; nothing for a frame that must
-  /// not be scored. The positions rise or fall strictly. Empty: from speed and time.
+  /// One entry per frame: where the laser stood, mm from the printed start; absent for a frame that
+  /// must not be scored (the head stands or accelerates, the picture is damaged, its time is
+  /// unknown). The numbers rise or fall strictly. Not empty: positions come from here, not from
+  /// times, speed, sweep_direction and line_start_mm.
   std::vector<std::optional<double>> frame_positions_mm;
 };
 

@@ -42,14 +42,14 @@ double OnLine(const std::vector<double>& positions, double length_mm) {
 
 }  // namespace
 
-StillFrames FindStillFrames(std::span<const Frame> frames) {
+StillFrames FindStillFrames(std::span<const Frame> frames, std::span<const std::size_t> order) {
   StillFrames still;
-  if (frames.size() < 2) {
+  if (order.size() < 2) {
     return still;
   }
   std::vector<double> differences;
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    differences.push_back(Difference(frames[i - 1], frames[i]));
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    differences.push_back(Difference(frames[order[i - 1]], frames[order[i]]));
   }
   still.all = *std::max_element(differences.begin(), differences.end()) == 0;
   if (still.all) {
@@ -65,7 +65,24 @@ StillFrames FindStillFrames(std::span<const Frame> frames) {
   return still;
 }
 
+std::vector<std::size_t> PlacedFrames(const ScanLine& line, std::size_t frame_count) {
+  const auto& positions = line.frame_positions_mm;
+  TRAMMEL_CHECK(positions.empty() || positions.size() == frame_count, "{} positions for {} frames",
+                positions.size(), frame_count);
+  std::vector<std::size_t> placed;
+  for (std::size_t i = 0; i < frame_count; ++i) {
+    if (positions.empty() || positions[i]) {
+      placed.push_back(i);
+    }
+  }
+  return placed;
+}
+
 bool SweepsBackwards(const ScanLine& line) {
+  if (const auto& positions = line.frame_positions_mm; !positions.empty()) {
+    const std::vector<std::size_t> placed = PlacedFrames(line, positions.size());
+    return !placed.empty() && *positions[placed.back()] < *positions[placed.front()];
+  }
   const AxisDirection print = line.print_direction.value_or(AxisDirection::kPlusX);
   return line.sweep_direction.value_or(print) != print;
 }

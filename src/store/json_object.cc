@@ -195,6 +195,22 @@ std::vector<double> JsonObject::Numbers(const char* key, std::size_t least, std:
   return numbers;
 }
 
+std::vector<std::optional<double>> JsonObject::OptionalNumbers(const char* key, std::size_t least,
+                                                               std::size_t most) {
+  std::vector<std::optional<double>> numbers;
+  const json* list = OptionalList(key, least, most);
+  if (list == nullptr) return numbers;
+  for (const json& entry : *list) {
+    if (!entry.is_number() && !entry.is_null()) {
+      Fault(fmt::format("{}[{}]", key, numbers.size()),
+            fmt::format("is {}; it must be a number or null", Show(entry)));
+      return {};
+    }
+    numbers.push_back(entry.is_null() ? std::nullopt : std::optional(entry.get<double>()));
+  }
+  return numbers;
+}
+
 Result<void> JsonObject::Finish() const {
   if (error_) return tl::unexpected(*error_);
   for (const auto& [key, value] : json_.items()) {

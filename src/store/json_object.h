@@ -50,6 +50,10 @@ class JsonObject {
   /// A required list of numbers.
   std::vector<double> Numbers(const char* key, std::size_t least, std::size_t most,
                               NumberRange range = {});
+  /// A list of numbers, in which null stands for one that is not there; empty where the key is
+  /// absent.
+  std::vector<std::optional<double>> OptionalNumbers(const char* key, std::size_t least,
+                                                     std::size_t most);
   /// The value as it is, or nullptr; for keys with a shape of their own.
   const nlohmann::json* Find(const char* key);
   /// A reader of an entry of this object: `key` in messages, as in lines[3].

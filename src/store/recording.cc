@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstddef>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -9,6 +10,7 @@
 #include <system_error>
 #include <vector>
 
+#include "base/check.h"
 #include "store/json_object.h"
 #include "store/whole_file.h"
 
@@ -16,6 +18,7 @@ namespace trammel::store {
 namespace {
 
 using nlohmann::json;
+using nlohmann::ordered_json;
 using pressure_advance::AxisDirection;
 using pressure_advance::Scan;
 using pressure_advance::ScanLine;
@@ -61,18 +64,7 @@ Result<ScanLine> ReadLine(JsonObject object) {
   if (object.Find("frame_times_s") != nullptr) {
     line.frame_times_s = object.Numbers("frame_times_s", 1, kMostFrames);
   }
-  if (const json* list = object.OptionalList("frame_positions_mm", 2, kMostFrames)) {
-    for (std::size_t i = 0; i < list->size(); ++i) {
-      const json& entry = (*list)[i];
-      if (!entry.is_number() && !entry.is_null()) {
-        object.Fault(fmt::format("frame_positions_mm[{}]", i),
-                     fmt::format("is {}; it must be a number or null", Show(entry)));
-        break;
-      }
-      line.frame_positions_mm.emplace_back();
-      if (entry.is_number()) line.frame_positions_mm.back() = entry.get<double>();
-    }
-  }
+  line.frame_positions_mm = object.OptionalNumbers("frame_positions_mm", 2, kMostFrames);
   if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
   return line;
 }
@@ -144,41 +136,72 @@ Result<Scan> ReadObject(JsonObject object) {
   return scan;
 }
 
-json LineToJson(const ScanLine& line) {
-  json object = {{"pressure_advance_s", line.pressure_advance_s}, {"video", line.video}};
-  if (line.print_direction) object["print_direction"] = ToString(*line.print_direction);
-  if (line.sweep_direction) object["sweep_direction"] = ToString(*line.sweep_direction);
-  if (!line.frame_times_s.empty()) object["frame_times_s"] = line.frame_times_s;
-  for (const std::optional<double>& position_mm : line.frame_positions_mm) {
-    object["frame_positions_mm"].push_back(position_mm ? json(*position_mm) : json(nullptr));
+ordered_json FormatLine(const ScanLine& line) {
+  ordered_json entry{{"pressure_advance_s", line.pressure_advance_s}, {"video", line.video}};
+  if (line.print_direction) entry["print_direction"] = ToString(*line.print_direction);
+  if (line.sweep_direction) entry["sweep_direction"] = ToString(*line.sweep_direction);
+  if (!line.frame_times_s.empty()) entry["frame_times_s"] = line.frame_times_s;
+  if (!line.frame_positions_mm.empty()) {
+    ordered_json& positions = entry["frame_positions_mm"] = ordered_json::array();
+    for (const auto& position : line.frame_positions_mm) {
+      positions.push_back(position ? ordered_json(*position) : ordered_json(nullptr));
+    }
   }
-  return object;
+  return entry;
+}
+
+/// Degrees as a person wrote them: without the last digits that the way through radians adds.
+double Degrees(double angle_rad) {
+  constexpr double kSteps = 1e9;
+  return std::round(angle_rad * 180 / std::numbers::pi * kSteps) / kSteps;
+}
+
+ordered_json FormatHead(const Scan& scan) {
+  ordered_json head{{"format", 1},
+                    {"eye", "laser"},
+                    {"frames_per_s", scan.frames_per_s},
+                    {"scan_speed_mm_s", scan.scan_speed_mm_s}};
+  if (scan.px_per_mm) head["px_per_mm"] = *scan.px_per_mm;
+  head["laser_angle_deg"] = Degrees(scan.laser_angle_rad);
+  head["height_direction"] = ToString(scan.height_direction);
+  if (scan.crop) {
+    head["crop_px"] = {{"x", scan.crop->x},
+                       {"y", scan.crop->y},
+                       {"width", scan.crop->width},
+                       {"height", scan.crop->height}};
+  }
+  head["line_start_mm"] = scan.line_start_mm;
+  head["line_length_mm"] = scan.motion.length_mm.value_or(30);
+  ordered_json& segments = head["segments"] = ordered_json::array();
+  for (const Segment& segment : scan.motion.segments) {
+    segments.push_back({{"fraction", segment.fraction}, {"speed_mm_s", segment.speed_mm_s}});
+  }
+  head["acceleration_mm_s2"] = scan.motion.acceleration_mm_s2.value_or(3000);
+  return head;
 }
 
 }  // namespace
 
 std::string FormatScan(const Scan& scan, const json& extra) {
-  json object = extra.is_object() ? extra : json::object();
-  object["format"] = 1;
-  object["eye"] = "laser";
-  object["frames_per_s"] = scan.frames_per_s;
-  object["scan_speed_mm_s"] = scan.scan_speed_mm_s;
-  if (scan.px_per_mm) object["px_per_mm"] = *scan.px_per_mm;
-  object["laser_angle_deg"] = scan.laser_angle_rad * 180 / std::numbers::pi;
-  object["height_direction"] = ToString(scan.height_direction);
-  if (const auto& crop = scan.crop) {
-    object["crop_px"] = {
-        {"x", crop->x}, {"y", crop->y}, {"width", crop->width}, {"height", crop->height}};
+  ordered_json head = FormatHead(scan);
+  for (const auto& [key, value] : extra.items()) {
+    TRAMMEL_CHECK(key.starts_with("x_"), "'{}' is no key of one's own", key);
+    head[key] = value;
   }
-  object["line_start_mm"] = scan.line_start_mm;
-  object["line_length_mm"] = scan.motion.length_mm.value_or(30);
-  object["acceleration_mm_s2"] = scan.motion.acceleration_mm_s2.value_or(3000);
-  for (const Segment& segment : scan.motion.segments) {
-    object["segments"].push_back(
-        {{"fraction", segment.fraction}, {"speed_mm_s", segment.speed_mm_s}});
+  // One line of text for each printed line: long lists stay out of a reader's way.
+  constexpr auto kReplace = ordered_json::error_handler_t::replace;
+  std::string text = "{\n";
+  for (const auto& [key, value] : head.items()) {
+    text +=
+        fmt::format("  {}: {},\n", json(key).dump(-1, ' ', false, json::error_handler_t::replace),
+                    value.dump(-1, ' ', false, kReplace));
   }
-  for (const ScanLine& line : scan.lines) object["lines"].push_back(LineToJson(line));
-  return object.dump(1) + "\n";
+  text += "  \"lines\": [";
+  for (std::size_t i = 0; i < scan.lines.size(); ++i) {
+    text += fmt::format("{}\n    {}", i == 0 ? "" : ",",
+                        FormatLine(scan.lines[i]).dump(-1, ' ', false, kReplace));
+  }
+  return text + "\n  ]\n}\n";
 }
 
 Result<Scan> ParseScan(const std::string& text, const std::string& name) {

@@ -18,8 +18,9 @@ namespace trammel::store {
 [[nodiscard]] Result<pressure_advance::Scan> ParseScan(const std::string& text,
                                                        const std::string& name);
 
-/// A scan.json that ParseScan reads back as the same scan. `extra`: an object whose keys begin with
-/// x_, which readers ignore.
+/// The text of a scan.json that ParseScan reads back as the same scan (the angle to 1e-9 degrees).
+/// A scan that is not valid is written as it is, for people to look at; ParseScan refuses it.
+/// @param extra  an object with keys of one's own, or null: none. REQUIRES that they begin with x_.
 [[nodiscard]] std::string FormatScan(const pressure_advance::Scan& scan,
                                      const nlohmann::json& extra);
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "base/check.h"
 #include "support/laser_world.h"
 
 namespace trammel::store {
@@ -112,6 +113,140 @@ TEST(ReadScan, NamesThePathTheValueAndTheBound) {
   }
 }
 
+TEST(ReadScan, TakesAPositionOrNullForEachFrame) {
+  for (const json& positions : {json{nullptr, 4, 4.5, nullptr, 5.25, nullptr},
+                                json{5.25, nullptr, 4.5, 4}, json{-2000, 2000}}) {
+    json text = Valid();
+    text["lines"][0]["frame_positions_mm"] = positions;
+    const auto scan = ParseScan(text.dump(), "scan.json");
+    ASSERT_TRUE(scan.has_value()) << scan.error().message;
+    const auto& read = scan->lines[0].frame_positions_mm;
+    ASSERT_EQ(read.size(), positions.size());
+    for (std::size_t i = 0; i < read.size(); ++i) {
+      EXPECT_EQ(read[i].has_value(), positions[i].is_number());
+      if (read[i]) {
+        EXPECT_EQ(*read[i], positions[i].get<double>());
+      }
+    }
+    EXPECT_TRUE(scan->lines[1].frame_positions_mm.empty());
+  }
+}
+
+TEST(ReadScan, RefusesPositionsThatNoSweepCanHave) {
+  struct Case {
+    json value;
+    const char* says;
+  };
+  const std::vector<Case> cases{
+      {json::array(), "lines[0].frame_positions_mm"},
+      {{1}, "lines[0].frame_positions_mm"},
+      {"all", "must be a list"},
+      {{nullptr, 1, nullptr}, "has 1 number(s); it must have at least 2"},
+      {{nullptr, nullptr}, "has 0 number(s)"},
+      {{1, 2, "3"}, "frame_positions_mm[2] is \"3\"; it must be a number or null"},
+      {{1, true}, "frame_positions_mm[1]"},
+      {{1, 2000.5}, "frame_positions_mm[1] is 2000.5"},
+      {{-2001, 2}, "frame_positions_mm[0] is -2001"},
+      {{1, 1}, "frame_positions_mm[1] is 1 after 1; the positions must all rise or all fall"},
+      {{1, nullptr, 2, nullptr, 1.5}, "frame_positions_mm[4] is 1.5 after 2"},
+      {{3, 2, nullptr, 2}, "frame_positions_mm[3] is 2 after 2"},
+  };
+  for (const Case& one : cases) {
+    EXPECT_THAT(MessageWith("/lines/0/frame_positions_mm", one.value), HasSubstr(one.says))
+        << one.value;
+  }
+  EXPECT_THAT(MessageWith("/lines/1/frame_positions_mm", {1, 2}),
+              HasSubstr("lines[1].frame_positions_mm has 2 entries, frame_times_s 3"));
+}
+
+/// A scan with everything that one can say.
+pressure_advance::Scan FullScan() {
+  pressure_advance::Scan scan;
+  scan.frames_per_s = 29.97;
+  scan.scan_speed_mm_s = 20.0 / 3;
+  scan.px_per_mm = 44.1;
+  scan.laser_angle_rad = 40 * std::numbers::pi / 180;
+  scan.height_direction = AxisDirection::kPlusY;
+  scan.crop = PixelRect{837, 341, 45, 60};
+  scan.line_start_mm = 0.1;
+  scan.motion = {.segments = {{1.0 / 3, 5}, {1.0 / 3, 150}, {1.0 / 3, 7.5}},
+                 .length_mm = 40,
+                 .acceleration_mm_s2 = 4000};
+  scan.lines.resize(2);
+  scan.lines[0].video = "a/line0.avi";
+  scan.lines[0].frame_times_s = {1.0 / 3, 0.5, 123456.789012345};
+  scan.lines[0].frame_positions_mm = {std::nullopt, 4.1, 1.0 / 3};
+  scan.lines[1].pressure_advance_s = 0.006666666666666667;
+  scan.lines[1].video = "line \"1\".avi";
+  scan.lines[1].print_direction = AxisDirection::kMinusY;
+  scan.lines[1].sweep_direction = AxisDirection::kPlusY;
+  return scan;
+}
+
+void ExpectSame(const pressure_advance::Scan& a, const pressure_advance::Scan& b) {
+  EXPECT_EQ(a.frames_per_s, b.frames_per_s);
+  EXPECT_EQ(a.scan_speed_mm_s, b.scan_speed_mm_s);
+  EXPECT_EQ(a.px_per_mm, b.px_per_mm);
+  EXPECT_NEAR(a.laser_angle_rad, b.laser_angle_rad, 1e-10);
+  EXPECT_EQ(a.height_direction, b.height_direction);
+  ASSERT_EQ(a.crop.has_value(), b.crop.has_value());
+  if (a.crop) {
+    EXPECT_EQ(a.crop->x, b.crop->x);
+    EXPECT_EQ(a.crop->y, b.crop->y);
+    EXPECT_EQ(a.crop->width, b.crop->width);
+    EXPECT_EQ(a.crop->height, b.crop->height);
+  }
+  EXPECT_EQ(a.line_start_mm, b.line_start_mm);
+  EXPECT_EQ(a.motion.length_mm, b.motion.length_mm);
+  EXPECT_EQ(a.motion.acceleration_mm_s2, b.motion.acceleration_mm_s2);
+  ASSERT_EQ(a.motion.segments.size(), b.motion.segments.size());
+  for (std::size_t i = 0; i < a.motion.segments.size(); ++i) {
+    EXPECT_EQ(a.motion.segments[i].fraction, b.motion.segments[i].fraction);
+    EXPECT_EQ(a.motion.segments[i].speed_mm_s, b.motion.segments[i].speed_mm_s);
+  }
+  ASSERT_EQ(a.lines.size(), b.lines.size());
+  for (std::size_t i = 0; i < a.lines.size(); ++i) {
+    EXPECT_EQ(a.lines[i].pressure_advance_s, b.lines[i].pressure_advance_s);
+    EXPECT_EQ(a.lines[i].video, b.lines[i].video);
+    EXPECT_EQ(a.lines[i].print_direction, b.lines[i].print_direction);
+    EXPECT_EQ(a.lines[i].sweep_direction, b.lines[i].sweep_direction);
+    EXPECT_EQ(a.lines[i].frame_times_s, b.lines[i].frame_times_s);
+    EXPECT_EQ(a.lines[i].frame_positions_mm, b.lines[i].frame_positions_mm);
+  }
+}
+
+TEST(FormatScan, ReadsBackAsTheSameScanWithOrWithoutKeysOfOnesOwn) {
+  pressure_advance::Scan sparse = FullScan();
+  sparse.px_per_mm.reset();
+  sparse.crop.reset();
+  sparse.lines.resize(1);
+  for (const auto& scan : {FullScan(), sparse}) {
+    for (const json& extra : {json(), json::object(),
+                              json{{"x_note", "a\xff\n"}, {"x_steps", {1, {{"a", nullptr}}}}}}) {
+      const std::string text = FormatScan(scan, extra);
+      const auto read = ParseScan(text, "scan.json");
+      ASSERT_TRUE(read.has_value()) << read.error().message << '\n' << text;
+      ExpectSame(*read, scan);
+      EXPECT_EQ(FormatScan(*read, extra), text);
+      EXPECT_EQ(text.find("x_note") != std::string::npos, extra.contains("x_note"));
+    }
+  }
+  EXPECT_THAT(FormatScan(FullScan(), json()), HasSubstr("\"laser_angle_deg\": 40.0,\n"));
+}
+
+TEST(FormatScan, TakesOnlyKeysOfOnesOwnAsExtra) {
+  EXPECT_THROW((void)FormatScan(FullScan(), {{"note", 1}}), Bug);
+}
+
+TEST(FormatScan, KeepsWhatIsNotValidForPeopleToLookAt) {
+  pressure_advance::Scan scan = FullScan();
+  scan.lines[0].frame_times_s.clear();
+  scan.lines[0].frame_positions_mm = {std::nullopt, std::nullopt};
+  const std::string text = FormatScan(scan, json());
+  EXPECT_THAT(text, HasSubstr("[null,null]"));
+  EXPECT_THAT(Message(text), HasSubstr("lines[0].frame_positions_mm has 0 number(s)"));
+}
+
 TEST(ReadScan, SaysWhichKeyIsMissing) {
   for (const char* key : {"format", "eye", "lines", "scan_speed_mm_s"}) {
     json scan = Valid();
@@ -140,33 +275,6 @@ TEST(ReadScan, SaysWhatAFolderLacks) {
   EXPECT_THAT(nowhere.error().message, HasSubstr("none"));
   std::ofstream(folder.path() / "scan.json") << Valid().dump();
   EXPECT_TRUE(ReadScan(folder.path()).has_value());
-}
-
-TEST(FormatScan, ReadsBackAsTheSameScan) {
-  json full = Valid();
-  full["height_direction"] = "+y";
-  full["laser_angle_deg"] = 40;
-  full["lines"][0]["frame_positions_mm"] = {nullptr, 4.25, 4.5, nullptr, 4.75};
-  const auto first = ParseScan(full.dump(), "scan.json");
-  ASSERT_TRUE(first.has_value()) << first.error().message;
-  const std::string text = FormatScan(*first, {{"x_camera", "somewhere"}});
-  const auto second = ParseScan(text, "again.json");
-  ASSERT_TRUE(second.has_value()) << second.error().message;
-  EXPECT_EQ(FormatScan(*second, {{"x_camera", "somewhere"}}), text);
-  EXPECT_EQ(second->lines[0].frame_positions_mm, first->lines[0].frame_positions_mm);
-  EXPECT_EQ(second->lines[1].frame_times_s, first->lines[1].frame_times_s);
-  EXPECT_EQ(second->crop->width, 45);
-  EXPECT_THAT(text, HasSubstr("x_camera"));
-}
-
-TEST(ReadScan, PositionsOfFramesRiseOrFallAndAtLeastTwoAreKnown) {
-  const std::string key = "/lines/0/frame_positions_mm";
-  EXPECT_EQ(MessageWith(key, {nullptr, 4.0, 5.0}), "");
-  EXPECT_EQ(MessageWith(key, {5.0, nullptr, 4.0}), "");
-  EXPECT_THAT(MessageWith(key, {4.0, 5.0, 4.5}), HasSubstr("frame_positions_mm[2] is 4.5 after 5"));
-  EXPECT_THAT(MessageWith(key, {4.0, nullptr}), HasSubstr("at least 2"));
-  EXPECT_THAT(MessageWith(key, {4.0, "5"}), HasSubstr("number or null"));
-  EXPECT_THAT(MessageWith(key, {4.0, 1e9}), HasSubstr("2000"));
 }
 
 }  // namespace
