@@ -276,9 +276,15 @@ TEST_F(MoonrakerPrinterTest, RelatesTheClocksFromMessages) {
   };
   const auto eventtime_s = [host_s] { return 3045.4 + HostNow() - host_s; };
   // The clocks are read when the answer is made, between question and answer as on a printer.
-  server_.Handle("printer.objects.query", [=](const json& request) {
-    return std::vector{ResultFor(request, {{"eventtime", eventtime_s()}, {"status", toolhead()}})};
-  });
+  for (const char* method : {"printer.objects.subscribe", "printer.objects.query"}) {
+    server_.Handle(method, [=](const json& request) {
+      return std::vector{
+          ResultFor(request, {{"eventtime", eventtime_s()}, {"status", toolhead()}})};
+    });
+  }
+  // What was said on connecting is of other clocks; after a restart they begin anew.
+  server_.Push(Notification("notify_klippy_ready"));
+  EXPECT_FALSE(server_.WaitForRequest("printer.objects.subscribe", 2).is_null());
   for (int i = 0; i < 20; ++i) {
     server_.Push(StatusUpdate(toolhead(), eventtime_s()));
     Settle();
