@@ -34,7 +34,8 @@ struct PrinterArguments {
   std::optional<double> pressure_advance_s;
   std::string condition = "matte-black-dark";
   double speed = 1;
-  double laser_limit_s = 600;
+  double laser_limit_s = 30;
+  double heater_limit_s = 1800;
   std::optional<int> camera_port;  // none: no camera; 0: a free one
   std::string camera_frame = "1280x720";
   double camera_frames_per_s = 30;  // per second of the machine
@@ -195,7 +196,7 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   sigset_t signals;
   BlockSignals(signals);
   sim::MachineOptions machine_options;
-  machine_options.klipper = sim::DefaultKlipperConfig(arguments.laser_limit_s);
+  machine_options.klipper = sim::DefaultKlipperConfig(arguments.laser_limit_s, arguments.heater_limit_s);
   machine_options.faults = faults.klipper;
   machine_options.seed = arguments.seed;
   machine_options.pressure_advance_s = arguments.pressure_advance_s;
@@ -258,6 +259,11 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
   printer
       ->add_option("--laser-limit", arguments->laser_limit_s,
                    "s after which the printer itself switches the laser off")
+      ->check(CLI::Range(0.1, 1e6))
+      ->capture_default_str();
+  printer
+      ->add_option("--heater-limit", arguments->heater_limit_s,
+                   "s after which it switches laser and heaters off, unless trammel says a word")
       ->check(CLI::Range(0.1, 1e6))
       ->capture_default_str();
   printer

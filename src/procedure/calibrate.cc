@@ -103,6 +103,17 @@ Result<void> Home(const Session& session) {
   return {};
 }
 
+// A printer without a limit is used all the same, by somebody who knows that it has none.
+bool HasLimit(const Session& session) {
+  const auto known = session.printer.HasCommand(kKeepAlive, session.Within(kAsk_s));
+  if (known && *known) return true;
+  session.Say(
+      fmt::format("the printer has no {} (klipper/trammel.cfg): its heaters have no limit "
+                  "of their own should this program die, so stay beside it",
+                  kKeepAlive));
+  return false;
+}
+
 Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
                       const machine::PrinterState& before, FrameRecorder* recorder,
                       const std::string& camera) {
@@ -138,11 +149,13 @@ Result<std::unique_ptr<machine::FrameSource>> OpenCamera(const Session& session,
       ErrorKind::kMachine);
 }
 
-CalibrationOutcome Calibrate(const Session& session, const CalibrationRequest& request) {
+CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& request) {
   CalibrationOutcome outcome;
+  Session session = asked;
   session.Say("checking the printer");
   outcome.done = CheckAll(session, request);
   if (!outcome.done) return outcome;
+  session.has_limit = HasLimit(session);
   std::unique_ptr<machine::FrameSource> camera;
   std::unique_ptr<FrameRecorder> recorder;
   if (request.scan) {

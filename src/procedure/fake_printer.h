@@ -18,6 +18,7 @@ class FakePrinter : public machine::Printer {
   std::map<std::string, bool> unknown;         ///< commands that it does not have
   bool stopped = false;                        ///< by EmergencyStop
   bool comes_back = true;                      ///< whether WaitUntilReady succeeds
+  std::string lost_at;                         ///< the script during which the link goes, once
 
   FakePrinter() {
     state.readiness = machine::PrinterReadiness::kReady;
@@ -34,6 +35,14 @@ class FakePrinter : public machine::Printer {
 
   Result<void> Run(std::string_view script, const machine::WaitLimit&) override {
     scripts.emplace_back(script);
+    if (state.readiness != machine::PrinterReadiness::kReady) {
+      return Fail("not ready", ErrorKind::kMachine);
+    }
+    if (scripts.back() == lost_at) {
+      lost_at.clear();
+      state.readiness = machine::PrinterReadiness::kDisconnected;
+      return Fail("the link is gone", ErrorKind::kMachine);
+    }
     const auto refusal = refused.find(scripts.back());
     if (refusal != refused.end()) return Fail(refusal->second, ErrorKind::kMachine);
     return {};

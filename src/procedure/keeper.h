@@ -25,9 +25,9 @@ class Keeper {
   ~Keeper();
 
   /// Brings everything back once; a second call does nothing. Ignores the session's stop: a stopped
-  /// calibration ends safe too. Waits `kReturn_s` for a lost connection. A printer that was
-  /// restarted meanwhile keeps its heaters off. Where the laser cannot be switched off, the printer
-  /// is stopped.
+  /// calibration ends safe too. Waits `kReturn_s` for a lost connection, and begins anew where it
+  /// is lost again meanwhile. A printer that was restarted keeps its heaters off. Where the laser
+  /// cannot be switched off, the printer is stopped.
   /// @returns one sentence for each thing that could not be brought back; empty: all is as it was.
   [[nodiscard]] std::vector<std::string> Restore();
 
@@ -40,13 +40,15 @@ class Keeper {
   Keeper(const Session& session, const pressure_advance::ScanSettings& settings,
          machine::PrinterState before);
 
-  [[nodiscard]] bool SwitchLaserOff(std::vector<std::string>& failures);
+  [[nodiscard]] std::vector<std::string> BringBack();
+  [[nodiscard]] std::vector<std::string> LaserStaysOn(const std::string& why);
   [[nodiscard]] std::vector<std::string> Script(bool restarted) const;
 
   machine::Printer* printer_;  // nullptr once restored
   std::function<void(const Progress&)> tell_;
   std::string laser_off_gcode_;
   std::string lights_on_gcode_;
+  bool has_limit_ = false;
   machine::PrinterState before_;
 };
 

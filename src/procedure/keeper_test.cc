@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "procedure/fake_printer.h"
 
 namespace trammel::procedure {
@@ -96,6 +98,28 @@ TEST_F(KeeperTest, WaitsForALostPrinterAndThenRestores) {
   printer_.state.readiness = machine::PrinterReadiness::kDisconnected;
   EXPECT_THAT(keeper.Restore(), IsEmpty());
   EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
+}
+
+TEST_F(KeeperTest, BeginsAnewWhereTheLinkIsLostInTheMiddle) {
+  Keeper keeper = Remembered();
+  printer_.lost_at = "RESTORE_GCODE_STATE NAME=trammel MOVE=0";
+  EXPECT_THAT(keeper.Restore(), IsEmpty());
+  EXPECT_EQ(std::count(printer_.scripts.begin(), printer_.scripts.end(), "LASER_OFF"), 2);
+  EXPECT_EQ(printer_.scripts.back(), "RESTORE_GCODE_STATE NAME=trammel MOVE=0");
+}
+
+TEST_F(KeeperTest, DoesNotStopAPrinterThatIsOnlyAway) {
+  Keeper keeper = Remembered();
+  printer_.lost_at = "LASER_OFF";
+  EXPECT_THAT(keeper.Restore(), IsEmpty());
+  EXPECT_FALSE(printer_.stopped);
+}
+
+TEST_F(KeeperTest, EndsThePrintersOwnLimitAtTheVeryEnd) {
+  session_.has_limit = true;
+  Keeper keeper = Remembered();
+  EXPECT_THAT(keeper.Restore(), IsEmpty());
+  EXPECT_EQ(printer_.scripts.back(), "TRAMMEL_RELEASE");
 }
 
 TEST_F(KeeperTest, SaysSoWhereThePrinterStaysAway) {

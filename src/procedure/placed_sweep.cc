@@ -13,13 +13,15 @@ using pressure_advance::LineMove;
 using pressure_advance::SweepObservation;
 
 std::vector<LineMove> AlongLine(std::span<const machine::TrapezoidMove> moves, const Sweep& sweep,
-                                const machine::ClockRelation& clock) {
+                                const machine::ClockRelation& clock,
+                                const std::array<double, 4>& gcode_origin_mm) {
   std::vector<LineMove> along;
   for (const machine::TrapezoidMove& move : moves) {
     const double share = move.direction[0] * sweep.along_x + move.direction[1] * sweep.along_y;
     if (!(move.duration_s > 0) || share == 0) continue;
     along.push_back({clock.HostTimeOf(move.print_time_s), move.duration_s,
-                     sweep.PositionOf(move.start_mm[0], move.start_mm[1]),
+                     sweep.PositionOf(move.start_mm[0] - gcode_origin_mm[0],
+                                      move.start_mm[1] - gcode_origin_mm[1]),
                      move.start_velocity_mm_s * share, move.acceleration_mm_s2 * share});
   }
   return along;

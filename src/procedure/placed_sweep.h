@@ -1,6 +1,8 @@
 // From what was recorded of a sweep to frames with positions along the line.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,9 +16,11 @@
 namespace trammel::procedure {
 
 /// The moves of the head as positions of the laser along a sweep's line, on the host's clock.
+/// @param gcode_origin_mm  where G-code's origin lies in the toolhead's coordinates, in which the
+///                         moves are (SET_GCODE_OFFSET): lines were printed and swept in G-code's.
 [[nodiscard]] std::vector<pressure_advance::LineMove> AlongLine(
     std::span<const machine::TrapezoidMove> moves, const Sweep& sweep,
-    const machine::ClockRelation& clock);
+    const machine::ClockRelation& clock, const std::array<double, 4>& gcode_origin_mm);
 
 /// How frames and motion are compared: when each frame came, and how much it differs from the one
 /// before. Decodes every frame.

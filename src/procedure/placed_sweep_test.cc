@@ -19,12 +19,22 @@ TEST(PlacedSweep, MovesBecomePositionsOfTheLaserOnTheHostsClock) {
       {53, 0.5, 5, 0, {98, 20, 17.86}, {0, 0, 1}},   // in z: nothing along the line
       {54, 0.0, 5, 0, {98, 20, 17.86}, {-1, 0, 0}},  // without duration
   };
-  const auto along = AlongLine(moves, sweep, clock);
+  const auto along = AlongLine(moves, sweep, clock, {});
   ASSERT_EQ(along.size(), 1u);
   EXPECT_NEAR(along[0].start_s, 1002, kExact);
   EXPECT_NEAR(along[0].start_mm, 2, kExact);
   EXPECT_NEAR(along[0].start_speed_mm_s, 4, kExact);
   EXPECT_NEAR(along[0].acceleration_mm_s2, 10, kExact);
+}
+
+// A line was printed in G-code's coordinates and is swept in them; the firmware tells its own.
+TEST(PlacedSweep, AGcodeOffsetIsNotTakenForAPlaceOnTheLine) {
+  Sweep sweep;
+  machine::ClockRelation clock;
+  const std::vector<machine::TrapezoidMove> moves = {{1, 0.5, 4, 0, {12.3, 7, 0}, {1, 0, 0}}};
+  const auto along = AlongLine(moves, sweep, clock, {0.3, -0.1, 0.02});
+  ASSERT_EQ(along.size(), 1u);
+  EXPECT_NEAR(along[0].start_mm, 12, kExact);
 }
 
 TEST(PlacedSweep, OnlySteadyFramesAreScored) {

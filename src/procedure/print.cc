@@ -62,6 +62,7 @@ Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
 
 Result<void> HeatAndWait(const Session& session, const std::string& heater, double target_c,
                          double time_limit_s) {
+  if (auto told = KeepAlive(session); !told) return told;
   if (auto set = SetTarget(session, heater, target_c); !set) return set;
   session.Say(fmt::format("heating {} to {:.0f} degC", heater, target_c));
   return Settle(session, heater, fmt::format("{} to reach {:.0f} degC", heater, target_c),
@@ -70,6 +71,7 @@ Result<void> HeatAndWait(const Session& session, const std::string& heater, doub
 
 Result<void> CoolAndWait(const Session& session, const std::string& heater, double target_c,
                          double time_limit_s) {
+  if (auto told = KeepAlive(session); !told) return told;
   if (auto set = SetTarget(session, heater, target_c); !set) return set;
   session.Say(fmt::format("letting {} cool to {:.0f} degC", heater, target_c));
   return Settle(session, heater, fmt::format("{} to cool to {:.0f} degC", heater, target_c),
@@ -92,6 +94,7 @@ Result<void> Print(const Session& session, std::string_view gcode, const PrintOp
     if (!hot) return hot;
   }
   session.Say("printing the pattern", options.print_time_s);
+  if (auto told = KeepAlive(session); !told) return told;
   auto started = session.printer.StartPrint(options.name, session.Within(kCommand_s));
   auto done = started ? WaitForPrint(session, options) : started;
   if (done) return done;

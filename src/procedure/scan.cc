@@ -2,94 +2,28 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
-#include "pressure_advance/sweep_timing.h"
 #include "procedure/placed_sweep.h"
-#include "store/recording.h"
-#include "store/whole_file.h"
+#include "procedure/scan_recording.h"
 
 namespace trammel::procedure {
 namespace {
 
-using machine::CapturedFrame;
 using pressure_advance::AxisDirection;
-using pressure_advance::MatchSweeps;
-using pressure_advance::Scan;
-using pressure_advance::ScanLine;
 using pressure_advance::ScanSettings;
-using pressure_advance::SessionTiming;
-using pressure_advance::SweepObservation;
 
 constexpr double kMove_s = 60;
 constexpr double kFrame_s = 5;
 constexpr double kClock_s = 0.002;  // at 7 mm/s 0.013 mm
-
-// Everything recorded so far.
-struct Recorded {
-  std::vector<ScanLine> lines;
-  std::vector<SweepObservation> sweeps;  // one per line
-  double clock_sigma_s = 0;              // worst of all sweeps
-  bool our_clock = true;                 // capture times are on this machine's own clock
-};
-
-Scan DescribeScan(const ScanRequest& request) {
-  const ScanSettings& settings = request.settings;
-  Scan scan;
-  scan.frames_per_s = settings.frames_per_s;
-  scan.scan_speed_mm_s = settings.scan_speed_mm_s;
-  scan.px_per_mm = settings.px_per_mm;
-  scan.laser_angle_rad = settings.laser_angle_deg * std::acos(-1.0) / 180;
-  scan.height_direction = settings.height_direction;
-  if (settings.crop_px.size() == 4) {
-    const auto whole = [&](std::size_t i) { return static_cast<int>(settings.crop_px[i]); };
-    scan.crop = PixelRect{whole(0), whole(1), whole(2), whole(3)};
-  }
-  scan.line_start_mm = settings.skip_mm;
-  scan.motion.segments = request.plan.segments;
-  scan.motion.length_mm = request.plan.line_length_mm;
-  scan.motion.acceleration_mm_s2 = request.plan.acceleration_mm_s2;
-  return scan;
-}
 
 AxisDirection DirectionOf(const Sweep& sweep) {
   if (std::abs(sweep.along_x) >= std::abs(sweep.along_y)) {
     return sweep.along_x > 0 ? AxisDirection::kPlusX : AxisDirection::kMinusX;
   }
   return sweep.along_y > 0 ? AxisDirection::kPlusY : AxisDirection::kMinusY;
-}
-
-SessionTiming Place(const Recorded& recorded, const ScanSettings& settings) {
-  pressure_advance::SweepTimingOptions options;
-  options.nominal_frames_per_s = settings.frames_per_s;
-  options.arrival_offset = pressure_advance::ClockOffset{0, recorded.clock_sigma_s};
-  if (recorded.our_clock) options.captured_offset = options.arrival_offset;
-  return MatchSweeps(recorded.sweeps, options);
-}
-
-// scan.json with the lines whose frames could be placed; the others are named with the reason.
-Result<SessionTiming> WriteScan(const ScanRequest& request, const Recorded& recorded) {
-  SessionTiming timing = Place(recorded, request.settings);
-  Scan scan = DescribeScan(request);
-  nlohmann::json extra = {{"x_started", request.started}, {"x_camera", request.camera}};
-  if (timing.latency_s.good()) {
-    extra["x_latency_s"] = timing.latency_s.quantity().value;
-    extra["x_latency_sigma_s"] = timing.latency_s.quantity().standard_uncertainty;
-  } else {
-    extra["x_not_placed"] = timing.latency_s.reason();
-  }
-  for (std::size_t i = 0; i < timing.sweeps.size(); ++i) {
-    ScanLine line = recorded.lines[i];
-    line.frame_positions_mm = ScoredPositions(timing.sweeps[i]);
-    scan.lines.push_back(std::move(line));
-  }
-  if (scan.lines.empty()) return timing;
-  const auto written =
-      store::WriteWholeFile(request.folder / "scan.json", store::FormatScan(scan, extra));
-  if (!written) return tl::unexpected(written.error());
-  return timing;
 }
 
 // The laser must be seen before it is believed: an unplugged one would be measured as noise.
@@ -129,101 +63,104 @@ Result<void> Stand(const Session& session, double time_s) {
   return Fail("stopped during the scan", ErrorKind::kInterrupted);
 }
 
+// What a sweep needs beside its own place.
+struct Sweeping {
+  const Session& session;
+  FrameRecorder& recorder;
+  const ScanRequest& request;
+  std::array<double, 4> gcode_origin_mm{};  // of G-code's coordinates in the toolhead's
+};
+
 // The motion between two moments of the host's clock, along the line.
-Result<std::vector<pressure_advance::LineMove>> MotionOf(const Session& session, const Sweep& sweep,
-                                                         double from_s, double to_s,
-                                                         Recorded& recorded) {
-  const auto clock = session.printer.Clock(kClock_s, session.Within(kFrame_s));
+Result<void> AskMotion(const Sweeping& sweeping, const Sweep& sweep, double from_s, double to_s,
+                       RecordedSweep& recorded) {
+  machine::Printer& printer = sweeping.session.printer;
+  const auto clock = printer.Clock(kClock_s, sweeping.session.Within(kFrame_s));
   if (!clock) return tl::unexpected(clock.error());
-  recorded.clock_sigma_s =
-      std::max(recorded.clock_sigma_s, clock->PrintTimeBound(to_s) / std::sqrt(3.0));
-  const auto moves = session.printer.Moves(clock->PrintTimeOf(from_s), clock->PrintTimeOf(to_s),
-                                           session.Within(kFrame_s));
+  recorded.clock_sigma_s = clock->PrintTimeBound(to_s) / std::sqrt(3.0);
+  const auto moves = printer.Moves(clock->PrintTimeOf(from_s), clock->PrintTimeOf(to_s),
+                                   sweeping.session.Within(kFrame_s));
   if (!moves) return tl::unexpected(moves.error());
-  auto along = AlongLine(*moves, sweep, *clock);
-  if (along.empty()) {
-    return Fail(
-        "the printer told of no motion during a sweep: does its firmware have motion_report?",
-        ErrorKind::kMeasurement);
-  }
-  return along;
+  recorded.motion = AlongLine(*moves, sweep, *clock, sweeping.gcode_origin_mm);
+  if (!recorded.motion.empty()) return {};
+  return Fail("the printer told of no motion during a sweep: does its firmware have motion_report?",
+              ErrorKind::kMeasurement);
 }
 
-Result<void> SweepLine(const Session& session, FrameRecorder& recorder, const Sweep& sweep,
-                       const ScanRequest& request, double speed_mm_s, Recorded& recorded) {
-  const ScanSettings& settings = request.settings;
-  ScanLine line;
-  line.pressure_advance_s = sweep.pressure_advance_s;
-  line.print_direction = DirectionOf(sweep);
-  line.video = fmt::format("line{}.avi", recorded.lines.size());
-  if (auto there = Go(session, TravelGcode(sweep, request.travel_speed_mm_s)); !there) return there;
-  // Again for each line: the printer's own limit switches a forgotten laser off.
-  if (auto on = Go(session, settings.laser_on_gcode); !on) return on;
-  const double from_s = machine::MonotonicNow();
-  if (auto begun = recorder.Begin(request.folder / line.video, settings.frames_per_s); !begun) {
-    return begun;
-  }
+// Sweeps one line with the camera recording.
+Result<void> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double speed_mm_s,
+                         RecordedSweep& recorded) {
+  const Session& session = sweeping.session;
+  const ScanSettings& settings = sweeping.request.settings;
+  auto begun =
+      sweeping.recorder.Begin(sweeping.request.folder / recorded.video, settings.frames_per_s);
+  if (!begun) return begun;
   Result<void> swept = Stand(session, settings.settle_s);
   if (swept) swept = Go(session, SweepGcode(sweep, speed_mm_s));
   if (swept) swept = Stand(session, settings.settle_s);
-  const double to_s = machine::MonotonicNow();
-  auto frames = recorder.End();
+  auto frames = sweeping.recorder.End();
   if (!swept) return swept;
   if (!frames) return tl::unexpected(frames.error());
-  auto motion = MotionOf(session, sweep, from_s, to_s, recorded);
-  if (!motion) return tl::unexpected(motion.error());
-  auto seen = Observe(*frames, std::move(*motion));
-  if (!seen) return tl::unexpected(seen.error());
-  for (const CapturedFrame& frame : *frames) {
-    recorded.our_clock = recorded.our_clock && frame.captured &&
-                         frame.captured->clock == machine::CameraClock::kOurs;
-  }
-  recorded.lines.push_back(std::move(line));
-  recorded.sweeps.push_back(std::move(*seen));
+  recorded.frames = std::move(*frames);
   return {};
+}
+
+Result<RecordedSweep> SweepLine(const Sweeping& sweeping, const Sweep& sweep, std::size_t number,
+                                double speed_mm_s) {
+  const Session& session = sweeping.session;
+  RecordedSweep recorded;
+  recorded.pressure_advance_s = sweep.pressure_advance_s;
+  recorded.print_direction = DirectionOf(sweep);
+  recorded.video = fmt::format("line{}.avi", number);
+  auto ready = Go(session, TravelGcode(sweep, sweeping.request.travel_speed_mm_s));
+  if (ready) ready = KeepAlive(session);
+  // Again for each line: the printer's own limit switches a forgotten laser off.
+  if (ready) ready = Go(session, sweeping.request.settings.laser_on_gcode);
+  if (!ready) return tl::unexpected(ready.error());
+  const double from_s = machine::MonotonicNow();
+  if (auto done = RecordSweep(sweeping, sweep, speed_mm_s, recorded); !done) {
+    return tl::unexpected(done.error());
+  }
+  auto asked = AskMotion(sweeping, sweep, from_s, machine::MonotonicNow(), recorded);
+  if (!asked) return tl::unexpected(asked.error());
+  return recorded;
+}
+
+// Lights off, camera at its focus height above the first line, laser seen.
+Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
+  const Session& session = sweeping.session;
+  const ScanRequest& request = sweeping.request;
+  if (auto done = session.printer.RecordMoves(session.Within(kMove_s)); !done) return done;
+  if (!request.settings.lights_off_gcode.empty()) {
+    if (auto dark = Go(session, request.settings.lights_off_gcode); !dark) return dark;
+  }
+  session.Say("moving the camera to its focus height");
+  auto there =
+      Go(session, fmt::format("G90\nG1 Z{:.3f} F{:.0f}", sweeps.z_mm, 60 * request.z_speed_mm_s));
+  if (there) there = Go(session, TravelGcode(sweeps.sweeps.front(), request.travel_speed_mm_s));
+  if (there) there = CheckLaser(session, sweeping.recorder, request.settings);
+  return there;
 }
 
 }  // namespace
 
 Result<void> ScanLines(const Session& session, FrameRecorder& recorder, const SweepPlan& sweeps,
                        const ScanRequest& request) {
-  const ScanSettings& settings = request.settings;
-  if (auto done = session.printer.RecordMoves(session.Within(kMove_s)); !done) return done;
-  if (!settings.lights_off_gcode.empty()) {
-    if (auto dark = Go(session, settings.lights_off_gcode); !dark) return dark;
+  const auto state = session.printer.State(session.Within(kFrame_s));
+  if (!state) return tl::unexpected(state.error());
+  const Sweeping sweeping{session, recorder, request, state->gcode.homing_origin_mm};
+  ScanRecording recording(request);
+  if (auto begun = recording.Begin(); !begun) return begun;
+  if (auto ready = Prepare(sweeping, sweeps); !ready) return ready;
+  const std::size_t lines = sweeps.sweeps.size();
+  for (std::size_t i = 0; i < lines; ++i) {
+    session.Say(fmt::format("scanning line {} of {}", i + 1, lines),
+                sweeps.sweep_time_s * static_cast<double>(lines - i));
+    auto swept = SweepLine(sweeping, sweeps.sweeps[i], i, sweeps.speed_mm_s);
+    if (!swept) return tl::unexpected(swept.error());
+    if (auto kept = recording.Add(std::move(*swept)); !kept) return kept;
   }
-  session.Say("moving the camera to its focus height");
-  if (auto up = Go(session,
-                   fmt::format("G90\nG1 Z{:.3f} F{:.0f}", sweeps.z_mm, 60 * request.z_speed_mm_s));
-      !up) {
-    return up;
-  }
-  if (auto there = Go(session, TravelGcode(sweeps.sweeps.front(), request.travel_speed_mm_s));
-      !there) {
-    return there;
-  }
-  if (auto seen = CheckLaser(session, recorder, settings); !seen) return seen;
-
-  Recorded recorded;
-  for (const Sweep& sweep : sweeps.sweeps) {
-    const std::size_t left = sweeps.sweeps.size() - recorded.lines.size();
-    session.Say(
-        fmt::format("scanning line {} of {}", recorded.lines.size() + 1, sweeps.sweeps.size()),
-        sweeps.sweep_time_s * static_cast<double>(left));
-    auto swept = SweepLine(session, recorder, sweep, request, sweeps.speed_mm_s, recorded);
-    if (!swept) return swept;
-    auto timing = WriteScan(request, recorded);
-    if (!timing) return tl::unexpected(timing.error());
-    const bool last = recorded.lines.size() == sweeps.sweeps.size();
-    if (last && !timing->latency_s.good()) {
-      return Fail(
-          fmt::format("the frames cannot be tied to the motion: {}; the pictures are kept in "
-                      "{}",
-                      timing->latency_s.reason(), request.folder.string()),
-          ErrorKind::kMeasurement);
-    }
-  }
-  return {};
+  return recording.Finish();
 }
 
 }  // namespace trammel::procedure

@@ -21,6 +21,8 @@ struct Session {
   machine::Printer& printer;
   std::stop_token stop;
   std::function<void(const Progress&)> tell;  ///< may be empty
+  /// The printer switches laser and heaters off by itself unless KeepAlive is called in time.
+  bool has_limit = false;
 
   void Say(std::string text, std::optional<double> remaining_s = {}) const {
     if (tell) tell({std::move(text), remaining_s});
@@ -29,6 +31,14 @@ struct Session {
     return {time_limit_s, stop};
   }
 };
+
+/// The macro by which the printer's own limit for laser and heaters begins anew, and the one that
+/// ends it (klipper/trammel.cfg).
+inline constexpr const char* kKeepAlive = "TRAMMEL_KEEP_ALIVE";
+inline constexpr const char* kRelease = "TRAMMEL_RELEASE";
+
+/// Tells the printer that somebody still looks after it. Nothing where it has no limit.
+[[nodiscard]] Result<void> KeepAlive(const Session& session);
 
 /// Waits; false where the session was stopped meanwhile.
 [[nodiscard]] bool Pause(double time_s, const std::stop_token& stop);

@@ -4,7 +4,7 @@
 
 namespace trammel::sim {
 
-KlipperConfig DefaultKlipperConfig(double laser_limit_s) {
+KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) {
   KlipperConfig config;
   config.macros["LASER_ON"].lines = {
       "SET_PIN PIN=LASER VALUE=1",
@@ -13,10 +13,16 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s) {
                                       "UPDATE_DELAYED_GCODE ID=LASER_LIMIT DURATION=0"};
   config.macros["LIGHTS_ON"].lines = {"SET_PIN PIN=LIGHTS VALUE=1"};
   config.macros["LIGHTS_OFF"].lines = {"SET_PIN PIN=LIGHTS VALUE=0"};
+  config.macros["TRAMMEL_KEEP_ALIVE"].lines = {
+      fmt::format("UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION={:.3f}", heater_limit_s)};
+  config.macros["TRAMMEL_RELEASE"].lines = {"LASER_OFF",
+                                            "UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
+  config.macros["TRAMMEL_CALIBRATE_PRESSURE_ADVANCE"].remote_method = "trammel_pressure_advance";
   MacroConfig& agent = config.macros["CALL_AGENT"];
   agent.remote_method = "calib_agent_event";
   agent.remote_arguments = {{"what", "WHAT", "ping", false}, {"t", "T", "0", true}};
   config.delayed_gcode["LASER_LIMIT"] = {"SET_PIN PIN=LASER VALUE=0"};
+  config.delayed_gcode["TRAMMEL_LIMIT"] = {"LASER_OFF", "TURN_OFF_HEATERS"};
   return config;
 }
 

@@ -77,9 +77,11 @@ struct KlipperConfig {
   double restart_s = 2.2;  ///< from a restart to ready
 };
 
-/// The usual printer: macros LASER_ON, LASER_OFF, LIGHTS_ON, LIGHTS_OFF, CALL_AGENT and a laser
-/// that goes off by itself `laser_limit_s` after LASER_ON.
-[[nodiscard]] KlipperConfig DefaultKlipperConfig(double laser_limit_s = 600);
+/// The usual printer: macros LASER_ON, LASER_OFF, LIGHTS_ON, LIGHTS_OFF, CALL_AGENT, and those of
+/// klipper/trammel.cfg. The laser goes off by itself `laser_limit_s` after LASER_ON, laser and
+/// heaters `heater_limit_s` after TRAMMEL_KEEP_ALIVE.
+[[nodiscard]] KlipperConfig DefaultKlipperConfig(double laser_limit_s = 600,
+                                                 double heater_limit_s = 1800);
 
 /// What goes wrong, and when. Everything is off by default. Times are the machine's, in seconds
 /// since it was started.

@@ -1,0 +1,54 @@
+// What a scan leaves on disk: sweeps.json from the start, scan.json as soon as frames are placed.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/camera.h"
+#include "pressure_advance/scan.h"
+#include "pressure_advance/sweep_timing.h"
+#include "procedure/scan.h"
+
+namespace trammel::procedure {
+
+/// One sweep as it was recorded.
+struct RecordedSweep {
+  double pressure_advance_s = 0;
+  pressure_advance::AxisDirection print_direction = pressure_advance::AxisDirection::kPlusX;
+  std::string video;  ///< in the recording's folder; its `.times` beside it
+  std::vector<machine::CapturedFrame> frames;
+  std::vector<pressure_advance::LineMove> motion;  ///< along the line, on this machine's clock
+  double clock_sigma_s = 0;                        ///< of the motion's times
+};
+
+/// Keeps a recording readable at any moment (docs/formats.md).
+class ScanRecording {
+ public:
+  /// The request outlives the recording.
+  explicit ScanRecording(const ScanRequest& request) : request_(request) {}
+
+  /// Writes sweeps.json, which says what is going to be recorded. Errors: the disk's.
+  [[nodiscard]] Result<void> Begin();
+
+  /// Places the frames of all sweeps so far anew and writes both files. Decodes every frame of this
+  /// sweep. Errors: the disk's; a picture that cannot be decoded.
+  [[nodiscard]] Result<void> Add(RecordedSweep sweep);
+
+  /// Errors (kMeasurement): the frames of fewer than two lines could be placed; with the reason.
+  [[nodiscard]] Result<void> Finish() const;
+
+ private:
+  [[nodiscard]] Result<void> WriteSweeps() const;
+  [[nodiscard]] Result<void> WriteScan();
+
+  const ScanRequest& request_;
+  std::vector<RecordedSweep> recorded_;                   // without their frames
+  std::vector<pressure_advance::SweepObservation> seen_;  // one for each
+  bool our_clock_ = true;                                 // capture times are on our own clock
+  std::size_t placed_ = 0;                                // lines in scan.json
+  std::string not_placed_ = "nothing was recorded";       // why not more
+};
+
+}  // namespace trammel::procedure
