@@ -196,7 +196,8 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   sigset_t signals;
   BlockSignals(signals);
   sim::MachineOptions machine_options;
-  machine_options.klipper = sim::DefaultKlipperConfig(arguments.laser_limit_s, arguments.heater_limit_s);
+  machine_options.klipper =
+      sim::DefaultKlipperConfig(arguments.laser_limit_s, arguments.heater_limit_s);
   machine_options.faults = faults.klipper;
   machine_options.seed = arguments.seed;
   machine_options.pressure_advance_s = arguments.pressure_advance_s;

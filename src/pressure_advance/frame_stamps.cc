@@ -16,10 +16,37 @@ namespace {
 constexpr double kStampSigma_s = 5e-4;  ///< of a capture time: the kernel's wake-up
 constexpr double kMostBadShare = 0.1;
 
+/// Whether some interval between stamps is no multiple of the camera's period: its clock was set,
+/// or it has no period.
+bool BreaksRhythm(const std::vector<double>& stamps) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < stamps.size(); ++i) steps.push_back(stamps[i] - stamps[i - 1]);
+  const double period_s = Median(steps);
+  std::vector<double> away;
+  for (const double step : steps) {
+    away.push_back(std::abs(step - period_s * std::max(1.0, std::round(step / period_s))));
+  }
+  constexpr double kGrain_s = 0.003;  // stamps are cut to milliseconds
+  return *std::max_element(away.begin(), away.end()) > kGrain_s + 6 * Median(away);
+}
+
+/// Whether all values before some place lie apart from all values behind it.
+bool Steps(const std::vector<double>& values, double by) {
+  for (std::size_t at = 1; at < values.size(); ++at) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(at);
+    const auto [least0, most0] = std::minmax_element(values.begin(), middle);
+    const auto [least1, most1] = std::minmax_element(middle, values.end());
+    if (*least1 > *most0 + by || *least0 > *most1 + by) return true;
+  }
+  return false;
+}
+
 /// Why a sweep's capture times cannot be used; empty where they can.
-std::string CaptureFault(const SweepObservation& sweep) {
+/// @param our_clock  they are known to be on a clock of ours, which nobody sets.
+std::string CaptureFault(const SweepObservation& sweep, bool our_clock) {
   std::size_t bad = 0;
   double last_s = -std::numeric_limits<double>::infinity();
+  std::vector<double> stamps;
   std::vector<double> delay;
   for (const FrameObservation& frame : sweep.frames) {
     if (!frame.captured_s || !std::isfinite(*frame.captured_s) || *frame.captured_s <= last_s) {
@@ -27,13 +54,15 @@ std::string CaptureFault(const SweepObservation& sweep) {
       continue;
     }
     last_s = *frame.captured_s;
+    stamps.push_back(last_s);
     delay.push_back(frame.arrival_s - last_s);
   }
   if (static_cast<double>(bad) > kMostBadShare * static_cast<double>(sweep.frames.size())) {
     return fmt::format("{} of {} frames have no capture time or one that is not after the others'",
                        bad, sweep.frames.size());
   }
-  // A clock that was set moves all later delays; those of delivery come and go.
+  // A clock that was set moves all later delays, and hardly by whole periods; what a busy host or
+  // network adds comes and goes, and leaves the capture times' rhythm alone.
   const std::size_t window = std::max<std::size_t>(10, delay.size() / 10);
   std::vector<double> lowest;
   std::vector<double> local;
@@ -45,7 +74,8 @@ std::string CaptureFault(const SweepObservation& sweep) {
   if (lowest.empty()) return "too few capture times";
   const auto [least, most] = std::minmax_element(lowest.begin(), lowest.end());
   const double allowed_s = 0.015 + 2 * Median(local);
-  if (*most - *least > allowed_s) {
+  const bool moved = *most - *least > allowed_s;
+  if (moved && (BreaksRhythm(stamps) || (!our_clock && Steps(lowest, allowed_s)))) {
     return fmt::format("the camera's clock moved by {:.0f} ms against ours during the sweep",
                        1e3 * (*most - *least));
   }
@@ -221,8 +251,11 @@ Result<std::vector<FrameStamps>> StampFrames(std::span<const SweepObservation> s
                        [](const FrameObservation& frame) { return frame.captured_s.has_value(); });
   });
   if (!any) return StampByTicks(sweeps, options);
+  const auto our_clock = [&](const SweepObservation& sweep) {
+    return sweep.captured_offset.has_value() || options.captured_offset.has_value();
+  };
   for (std::size_t i = 0; i < sweeps.size(); ++i) {
-    if (const std::string fault = CaptureFault(sweeps[i]); !fault.empty()) {
+    if (const std::string fault = CaptureFault(sweeps[i], our_clock(sweeps[i])); !fault.empty()) {
       notices.push_back(fmt::format("sweep {}: {}; all sweeps are timed by their arrivals instead",
                                     i + 1, fault));
       return StampByTicks(sweeps, options);

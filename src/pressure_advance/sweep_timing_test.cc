@@ -318,6 +318,21 @@ TEST_F(Faults, TakesArrivalsWhereTheCamerasClockIsSet) {
   EXPECT_LT(WorstSteady(timing), 2 * kWithin_mm);  // four lines only
 }
 
+TEST_F(Faults, ABusyHostThatDeliversLateIsNotTakenForAClockThatWasSet) {
+  for (auto& sweep : observed_) {
+    double last_s = 0;
+    for (std::size_t i = 0; i < sweep.frames.size(); ++i) {
+      if (i > 40 && i < 90) sweep.frames[i].arrival_s += 0.12;
+      last_s = sweep.frames[i].arrival_s = std::max(last_s, sweep.frames[i].arrival_s);
+    }
+  }
+  const SessionTiming timing = Match(Known::kCaptureOnly);
+  ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
+  EXPECT_TRUE(timing.notices.empty()) << timing.notices[0];
+  EXPECT_TRUE(timing.sweeps[0].from_capture_times);
+  EXPECT_LT(WorstSteady(timing), kWithin_mm);
+}
+
 TEST_F(Faults, LeavesOutASingleCaptureTimeThatJumpsBack) {
   *observed_[0].frames[50].captured_s -= 3;
   const SessionTiming timing = Match();

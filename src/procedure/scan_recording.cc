@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "procedure/placed_sweep.h"
@@ -56,9 +58,27 @@ json DescribeSweep(const RecordedSweep& sweep) {
           {"motion", std::move(motion)}};
 }
 
+// Two machines that were booted within a second of each other are less likely than one machine.
+bool OnOurClock(const machine::CapturedFrame& frame) {
+  constexpr double kLongestDelivery_s = 1;
+  constexpr double kGrain_s = 0.002;  // of the stamps
+  if (!frame.captured) return false;
+  if (frame.captured->clock == machine::CameraClock::kOurs) return true;
+  const double delay_s = frame.arrival_s - frame.captured->time_s;
+  return frame.captured->clock == machine::CameraClock::kCameraMonotonic && delay_s > -kGrain_s &&
+         delay_s < kLongestDelivery_s;
+}
+
 bool CanBeScored(const std::vector<std::optional<double>>& positions) {
   return std::count_if(positions.begin(), positions.end(),
                        [](const auto& position) { return position.has_value(); }) >= 2;
+}
+
+std::string WhyNot(const pressure_advance::SweepTiming& sweep) {
+  for (const pressure_advance::FrameTiming& frame : sweep.frames) {
+    if (!frame.note.empty()) return frame.note;
+  }
+  return "no frame was certainly taken at the sweep's speed";
 }
 
 }  // namespace
@@ -66,10 +86,7 @@ bool CanBeScored(const std::vector<std::optional<double>>& positions) {
 Result<void> ScanRecording::Begin() { return WriteSweeps(); }
 
 Result<void> ScanRecording::Add(RecordedSweep sweep) {
-  for (const machine::CapturedFrame& frame : sweep.frames) {
-    our_clock_ =
-        our_clock_ && frame.captured && frame.captured->clock == machine::CameraClock::kOurs;
-  }
+  our_clock_ = our_clock_ && std::all_of(sweep.frames.begin(), sweep.frames.end(), OnOurClock);
   auto seen = Observe(sweep.frames, sweep.motion);
   if (!seen) return tl::unexpected(seen.error());
   sweep.frames = {};
@@ -80,11 +97,12 @@ Result<void> ScanRecording::Add(RecordedSweep sweep) {
 }
 
 Result<void> ScanRecording::Finish() const {
-  constexpr std::size_t kFewest = 2;
-  if (placed_ >= kFewest) return {};
+  if (placed_ >= 2 && 3 * placed_ > 2 * recorded_.size()) return {};
   return Fail(
-      fmt::format("the frames cannot be tied to the motion: {}; the pictures are kept in {}",
-                  not_placed_, request_.folder.string()),
+      fmt::format(
+          "{} of {} lines' frames cannot be tied to the motion: {}; the pictures are kept in "
+          "{}",
+          recorded_.size() - placed_, recorded_.size(), not_placed_, request_.folder.string()),
       ErrorKind::kMeasurement);
 }
 
@@ -106,49 +124,77 @@ Result<void> ScanRecording::WriteSweeps() const {
   return store::WriteWholeFile(request_.folder / "sweeps.json", text.dump(1) + "\n");
 }
 
-// scan.json holds the lines whose frames could be placed; a reader can score no others.
-Result<void> ScanRecording::WriteScan() {
+SessionTiming ScanRecording::Match(const std::vector<std::size_t>& sweeps) const {
   pressure_advance::SweepTimingOptions options;
   options.nominal_frames_per_s = request_.settings.frames_per_s;
   double clock_sigma_s = 0;
-  for (const RecordedSweep& sweep : recorded_) {
-    clock_sigma_s = std::max(clock_sigma_s, sweep.clock_sigma_s);
+  std::vector<pressure_advance::SweepObservation> chosen;
+  for (const std::size_t i : sweeps) {
+    clock_sigma_s = std::max(clock_sigma_s, recorded_[i].clock_sigma_s);
+    chosen.push_back(seen_[i]);
   }
   options.arrival_offset = pressure_advance::ClockOffset{0, clock_sigma_s};
   if (our_clock_) options.captured_offset = options.arrival_offset;
-  const SessionTiming timing = pressure_advance::MatchSweeps(seen_, options);
-  not_placed_ = timing.latency_s.reason();
-  if (!timing.latency_s.good()) return {};  // later sweeps may settle it
+  return pressure_advance::MatchSweeps(chosen, options);
+}
+
+// One broken sweep need not spoil all: those that cannot be placed by themselves are left out.
+ScanRecording::Placed ScanRecording::Place() const {
+  Placed placed;
+  placed.used.resize(recorded_.size());
+  std::iota(placed.used.begin(), placed.used.end(), 0U);
+  placed.timing = Match(placed.used);
+  if (placed.timing.latency_s.verdict() != Verdict::kRefused) return placed;
+  std::erase_if(placed.used, [&](std::size_t i) {
+    const SessionTiming alone = Match({i});
+    const bool broken = alone.latency_s.verdict() == Verdict::kRefused;
+    if (broken) placed.left_out.emplace_back(i, alone.latency_s.reason());
+    return broken;
+  });
+  if (!placed.used.empty()) placed.timing = Match(placed.used);
+  return placed;
+}
+
+// scan.json holds the lines whose frames could be placed; a reader can score no others.
+Result<void> ScanRecording::WriteScan() {
+  Placed placed = Place();
   Scan scan = DescribeScan(request_);
-  json left_out = json::array();
-  for (std::size_t i = 0; i < timing.sweeps.size(); ++i) {
+  for (std::size_t k = 0; k < placed.timing.sweeps.size(); ++k) {
+    const RecordedSweep& recorded = recorded_[placed.used[k]];
     ScanLine line;
-    line.pressure_advance_s = recorded_[i].pressure_advance_s;
-    line.print_direction = recorded_[i].print_direction;
-    line.video = recorded_[i].video;
-    line.frame_positions_mm = ScoredPositions(timing.sweeps[i]);
+    line.pressure_advance_s = recorded.pressure_advance_s;
+    line.print_direction = recorded.print_direction;
+    line.video = recorded.video;
+    line.frame_positions_mm = ScoredPositions(placed.timing.sweeps[k]);
     if (CanBeScored(line.frame_positions_mm)) {
       scan.lines.push_back(std::move(line));
-      continue;
+    } else {
+      placed.left_out.emplace_back(placed.used[k], WhyNot(placed.timing.sweeps[k]));
     }
-    const auto& frames = timing.sweeps[i].frames;
-    const auto noted = std::find_if(frames.begin(), frames.end(),
-                                    [](const auto& frame) { return !frame.note.empty(); });
-    not_placed_ =
-        noted == frames.end() ? "no frame was certainly taken at the sweep's speed" : noted->note;
-    left_out.push_back({{"video", line.video},
-                        {"pressure_advance_s", line.pressure_advance_s},
-                        {"why", not_placed_}});
   }
   placed_ = scan.lines.size();
-  if (scan.lines.empty()) return {};
-  const json extra = {{"x_started", request_.started},
-                      {"x_camera", request_.camera},
-                      {"x_latency_s", timing.latency_s.quantity().value},
-                      {"x_latency_sigma_s", timing.latency_s.quantity().standard_uncertainty},
-                      {"x_not_placed", std::move(left_out)},
-                      {"x_notices", timing.notices}};
-  return store::WriteWholeFile(request_.folder / "scan.json", store::FormatScan(scan, extra));
+  json left_out = json::array();
+  for (const auto& [i, why] : placed.left_out) {
+    not_placed_ = fmt::format("{}: {}", recorded_[i].video, why);
+    left_out.push_back({{"video", recorded_[i].video},
+                        {"pressure_advance_s", recorded_[i].pressure_advance_s},
+                        {"why", why}});
+  }
+  const std::filesystem::path file = request_.folder / "scan.json";
+  if (scan.lines.empty()) {
+    if (left_out.empty()) not_placed_ = placed.timing.latency_s.reason();
+    std::error_code ignored;  // what was placed before is contradicted by now
+    std::filesystem::remove(file, ignored);
+    return {};
+  }
+  const json extra = {
+      {"x_started", request_.started},
+      {"x_camera", request_.camera},
+      {"x_latency_s", placed.timing.latency_s.quantity().value},
+      {"x_latency_sigma_s", placed.timing.latency_s.quantity().standard_uncertainty},
+      {"x_not_placed", std::move(left_out)},
+      {"x_notices", placed.timing.notices}};
+  return store::WriteWholeFile(file, store::FormatScan(scan, extra));
 }
 
 }  // namespace trammel::procedure

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -36,17 +37,25 @@ class ScanRecording {
   /// sweep. Errors: the disk's; a picture that cannot be decoded.
   [[nodiscard]] Result<void> Add(RecordedSweep sweep);
 
-  /// Errors (kMeasurement): the frames of fewer than two lines could be placed; with the reason.
+  /// Errors (kMeasurement): the frames of a third of the lines or more could not be placed; with
+  /// the reason.
   [[nodiscard]] Result<void> Finish() const;
 
  private:
+  struct Placed {
+    pressure_advance::SessionTiming timing;
+    std::vector<std::size_t> used;                              // the sweeps that it is of
+    std::vector<std::pair<std::size_t, std::string>> left_out;  // the others, and why
+  };
   [[nodiscard]] Result<void> WriteSweeps() const;
   [[nodiscard]] Result<void> WriteScan();
+  [[nodiscard]] Placed Place() const;
+  [[nodiscard]] pressure_advance::SessionTiming Match(const std::vector<std::size_t>& sweeps) const;
 
   const ScanRequest& request_;
   std::vector<RecordedSweep> recorded_;                   // without their frames
   std::vector<pressure_advance::SweepObservation> seen_;  // one for each
-  bool our_clock_ = true;                                 // capture times are on our own clock
+  bool our_clock_ = true;                                 // capture times are on a clock of ours
   std::size_t placed_ = 0;                                // lines in scan.json
   std::string not_placed_ = "nothing was recorded";       // why not more
 };
