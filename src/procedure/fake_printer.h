@@ -78,7 +78,10 @@ class FakePrinter : public machine::Printer {
     return {};
   }
   Result<void> StartPrint(const std::string&, const machine::WaitLimit&) override { return {}; }
-  Result<void> CancelPrint(const machine::WaitLimit&) override { return {}; }
+  Result<void> CancelPrint(const machine::WaitLimit&) override {
+    state.print_state = "cancelled";
+    return {};
+  }
   Result<std::vector<machine::Webcam>> Webcams(const machine::WaitLimit&) override {
     return std::vector<machine::Webcam>{};
   }

@@ -10,6 +10,18 @@ namespace trammel::procedure {
 using machine::CapturedFrame;
 using machine::FrameFault;
 
+namespace {
+
+Error Changed(const std::string& what) {
+  return {
+      ErrorKind::kMachine,
+      fmt::format("the camera changed its pictures: {}; is it used by somebody else, or did its "
+                  "server restart?",
+                  what)};
+}
+
+}  // namespace
+
 FrameRecorder::FrameRecorder(machine::FrameSource& camera, double stall_s)
     : camera_(camera), stall_s_(stall_s), thread_([this](std::stop_token stop) { Read(stop); }) {}
 
@@ -33,7 +45,11 @@ void FrameRecorder::Take(CapturedFrame frame) {
     if (auto added = writer_->Add(frame); !added) write_failure_ = added.error();
   }
   const bool sound = frame.fault == FrameFault::kNone || frame.fault == FrameFault::kTimeJumped;
-  if (!sound) return;
+  if (!sound) {
+    if (writer_ && damaged_++ == 0) first_damage_ = frame.fault_text;
+    if (frame.fault == FrameFault::kOtherSize) failure_ = Changed(frame.fault_text);
+    return;
+  }
   ++count_;
   if (writer_ && !write_failure_) kept_.push_back(frame);
   latest_ = std::move(frame);
@@ -60,6 +76,7 @@ Result<void> FrameRecorder::Begin(const std::filesystem::path& video, double fra
   writer_ = std::move(*writer);
   write_failure_.reset();
   kept_.clear();
+  damaged_ = 0;
   return {};
 }
 
@@ -70,6 +87,14 @@ Result<std::vector<CapturedFrame>> FrameRecorder::End() {
   if (write_failure_) return tl::unexpected(*write_failure_);
   if (failure_) return tl::unexpected(*failure_);
   if (!finished) return tl::unexpected(finished.error());
+  constexpr double kMostDamaged = 0.2;
+  const auto all = static_cast<double>(kept_.size() + damaged_);
+  if (static_cast<double>(damaged_) > kMostDamaged * all) {
+    return Fail(
+        fmt::format("{} of the camera's {} pictures of this sweep were damaged, the first: {}",
+                    damaged_, all, first_damage_),
+        ErrorKind::kMachine);
+  }
   return std::move(kept_);
 }
 

@@ -34,7 +34,8 @@ class FrameRecorder {
   [[nodiscard]] Result<void> Begin(const std::filesystem::path& video, double frames_per_s);
 
   /// Ends the recording and gives its frames: those written to the video, in its order. A camera
-  /// that failed meanwhile, or a disk, is the error; the video keeps what came before.
+  /// that failed meanwhile or sent mostly damage, or a disk, is the error; the video keeps what
+  /// came before.
   [[nodiscard]] Result<std::vector<machine::CapturedFrame>> End();
 
  private:
@@ -51,6 +52,8 @@ class FrameRecorder {
   std::optional<machine::VideoWriter> writer_;
   std::optional<Error> write_failure_;
   std::vector<machine::CapturedFrame> kept_;
+  std::size_t damaged_ = 0;  // of this recording
+  std::string first_damage_;
   std::jthread thread_;
 };
 

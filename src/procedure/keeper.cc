@@ -122,6 +122,12 @@ std::vector<std::string> Keeper::BringBack() {
   const auto now = printer_->State({kAsk_s});
   const bool restarted = now && !before_.homed_axes.empty() && now->homed_axes.empty();
   std::vector<std::string> failures;
+  if (now && (now->print_state == "printing" || now->print_state == "paused")) {
+    if (tell_) tell_({"cancelling the print", kScript_s});
+    if (auto cancelled = printer_->CancelPrint({kScript_s}); !cancelled) {
+      failures.push_back("the print could not be cancelled: " + cancelled.error().message);
+    }
+  }
   for (const std::string& line : Script(restarted)) {
     if (auto done = printer_->Run(line, {kScript_s}); !done) {
       failures.push_back(fmt::format("{} failed: {}", line, done.error().message));

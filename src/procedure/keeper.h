@@ -13,7 +13,7 @@ namespace trammel::procedure {
 
 /// Remembers pressure advance, velocity limits, heater targets and G-code state, and brings them
 /// back: on purpose by Restore(), or by the destructor where something went wrong before. The laser
-/// goes off and the lights come back first.
+/// goes off first.
 class Keeper {
  public:
   /// Reads what has to come back, and saves the G-code state under a name of its own.
@@ -24,10 +24,11 @@ class Keeper {
   Keeper& operator=(Keeper&&) = delete;
   ~Keeper();
 
-  /// Brings everything back once; a second call does nothing. Ignores the session's stop: a stopped
-  /// calibration ends safe too. Waits `kReturn_s` for a lost connection, and begins anew where it
-  /// is lost again meanwhile. A printer that was restarted keeps its heaters off. Where the laser
-  /// cannot be switched off, the printer is stopped.
+  /// Cancels a print that still runs (nobody else's: the printer was idle) and brings everything
+  /// back once; a second call does nothing. Ignores the session's stop: a stopped calibration ends
+  /// safe too. Waits `kReturn_s` for a lost connection, and begins anew where it is lost again
+  /// meanwhile. A printer that was restarted keeps its heaters off. Where the laser cannot be
+  /// switched off, the printer is stopped.
   /// @returns one sentence for each thing that could not be brought back; empty: all is as it was.
   [[nodiscard]] std::vector<std::string> Restore();
 

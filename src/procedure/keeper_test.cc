@@ -122,6 +122,13 @@ TEST_F(KeeperTest, EndsThePrintersOwnLimitAtTheVeryEnd) {
   EXPECT_EQ(printer_.scripts.back(), "TRAMMEL_RELEASE");
 }
 
+TEST_F(KeeperTest, CancelsAPrintThatStillRuns) {
+  Keeper keeper = Remembered();
+  printer_.state.print_state = "printing";
+  EXPECT_THAT(keeper.Restore(), IsEmpty());
+  EXPECT_EQ(printer_.state.print_state, "cancelled");
+}
+
 TEST_F(KeeperTest, SaysSoWhereThePrinterStaysAway) {
   Keeper keeper = Remembered();
   printer_.state.readiness = machine::PrinterReadiness::kDisconnected;

@@ -11,7 +11,7 @@ using machine::PrinterState;
 
 constexpr double kCommand_s = 30;
 constexpr double kUpload_s = 120;
-constexpr double kCancel_s = 60;
+constexpr double kReturn_s = 120;
 constexpr double kNearTarget_c = 3;
 
 Result<void> SetTarget(const Session& session, const std::string& heater, double target_c) {
@@ -39,6 +39,23 @@ Result<void> Settle(const Session& session, const std::string& heater, const std
               reached.error().kind);
 }
 
+// Until the file is no longer being printed. A print goes on without us: a lost connection is
+// waited for.
+Result<PrinterState> WatchPrint(const Session& session, double limit_s) {
+  for (;;) {
+    auto done = session.printer.WaitUntil(
+        [](const PrinterState& state) { return state.print_state != "printing"; },
+        "the pattern to be printed", session.Within(limit_s));
+    const bool lost =
+        !done && done.error().kind == ErrorKind::kMachine &&
+        session.printer.LastState().readiness == machine::PrinterReadiness::kDisconnected;
+    if (!lost) return done;
+    session.Say("the connection is lost; waiting for it while the print goes on");
+    auto back = session.printer.WaitUntilReady(session.Within(kReturn_s));
+    if (!back) return tl::unexpected(back.error());
+  }
+}
+
 Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
   // What was printed before may still stand there as complete.
   auto begun = session.printer.WaitUntil(
@@ -48,9 +65,7 @@ Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
       "the print to begin", session.Within(kCommand_s));
   if (!begun) return tl::unexpected(begun.error());
   const double limit_s = 3 * options.print_time_s + 2 * options.heat_time_limit_s + 120;
-  auto done = session.printer.WaitUntil(
-      [](const PrinterState& state) { return state.print_state != "printing"; },
-      "the pattern to be printed", session.Within(limit_s));
+  const auto done = WatchPrint(session, limit_s);
   if (!done) return tl::unexpected(done.error());
   if (done->print_state == "complete") return {};
   return Fail(fmt::format("the print of {} ended as \"{}\"{}{}", options.name, done->print_state,
@@ -96,18 +111,7 @@ Result<void> Print(const Session& session, std::string_view gcode, const PrintOp
   session.Say("printing the pattern", options.print_time_s);
   if (auto told = KeepAlive(session); !told) return told;
   auto started = session.printer.StartPrint(options.name, session.Within(kCommand_s));
-  auto done = started ? WaitForPrint(session, options) : started;
-  if (done) return done;
-  const std::string state = session.printer.LastState().print_state;
-  if (state == "printing" || state == "paused") {
-    session.Say("cancelling the print", kCancel_s);
-    if (auto cancelled = session.printer.CancelPrint({kCancel_s}); !cancelled) {
-      return Fail(fmt::format("{}; and the print could not be cancelled: {}", done.error().message,
-                              cancelled.error().message),
-                  done.error().kind);
-    }
-  }
-  return done;
+  return started ? WaitForPrint(session, options) : started;
 }
 
 }  // namespace trammel::procedure

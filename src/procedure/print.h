@@ -18,9 +18,10 @@ struct PrintOptions {
 };
 
 /// Heats, uploads, prints, and waits for the end. Heating is waited for here rather than in the
-/// file, because a file that waits for heat cannot be cancelled. When stopped, or when anything
-/// fails, the print is cancelled before the error returns. Errors: kMachine, also where the print
-/// is paused or cancelled by somebody else; kInterrupted.
+/// file, because a file that waits for heat cannot be cancelled. A connection that is lost
+/// meanwhile is waited for. When stopped, or when anything else fails, the print goes on: the
+/// caller's Keeper cancels it. Errors: kMachine, also where the print is paused or cancelled by
+/// somebody else; kInterrupted.
 [[nodiscard]] Result<void> Print(const Session& session, std::string_view gcode,
                                  const PrintOptions& options);
 
