@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "app/commands.h"
 #include "app/interrupt.h"
@@ -11,35 +13,81 @@
 #include "procedure/calibrate.h"
 #include "procedure/checks.h"
 #include "procedure/frame_recorder.h"
+#include "procedure/laser_check.h"
 
 namespace trammel::app {
 namespace {
 
-procedure::Check CheckCamera(const procedure::Session& session,
-                             const pressure_advance::ScanSettings& settings) {
-  auto camera = OpenCamera(session, settings);
-  if (!camera) return {"camera", false, camera.error().message};
-  procedure::FrameRecorder recorder(**camera, 5);
-  const auto frame = recorder.NextFrame(5, session.stop);
-  if (!frame) return {"camera", false, frame.error().message};
-  return {"camera", true, (*camera)->Describe()};
+struct DoctorOptions {
+  PrinterOptions printer;
+  bool laser = false;
+};
+
+using procedure::Check;
+
+// The laser is off again whatever happened.
+Check SeeLaser(const procedure::Session& session, procedure::FrameRecorder& recorder,
+               const pressure_advance::ScanSettings& settings) {
+  constexpr double kCommand_s = 30;
+  const auto seen = procedure::CheckLaser(session, recorder, settings);
+  const auto off = session.printer.Run(settings.laser_off_gcode, {kCommand_s});
+  if (!off) {
+    return {"laser", false, "SWITCH IT OFF BY HAND: " + off.error().message};
+  }
+  return {"laser", seen.has_value(), seen ? "the camera sees it" : seen.error().message};
 }
 
-int RunDoctor(const PrinterOptions& options) {
+std::vector<Check> CheckCamera(const procedure::Session& session,
+                               const pressure_advance::ScanSettings& settings, bool laser) {
+  constexpr double kStall_s = 5;
+  constexpr int kFrames = 30;
+  auto camera = OpenCamera(session, settings);
+  if (!camera) return {{"camera", false, camera.error().message}};
+  procedure::FrameRecorder recorder(**camera, kStall_s);
+  double begin_s = 0;
+  for (int i = 0; i <= kFrames; ++i) {
+    const auto frame = recorder.NextFrame(kStall_s, session.stop);
+    if (!frame) return {{"camera", false, frame.error().message}};
+    if (i == 0) begin_s = frame->arrival_s;
+    if (i == kFrames) {
+      const double rate = kFrames / std::max(1e-3, frame->arrival_s - begin_s);
+      const bool fast = rate > 0.8 * settings.frames_per_s;
+      std::vector<Check> checks = {
+          {"camera", fast,
+           fmt::format("{}, {:.1f} frames/s{}", (*camera)->Describe(), rate,
+                       fast ? ""
+                            : fmt::format(": set [camera] frames_per_s, now {}, or the camera",
+                                          settings.frames_per_s))}};
+      if (laser) checks.push_back(SeeLaser(session, recorder, settings));
+      return checks;
+    }
+  }
+  return {};
+}
+
+int RunDoctor(const DoctorOptions& options) {
   const Interrupt interrupt;
-  const auto config = LoadSettings(options);
+  const auto config = LoadSettings(options.printer);
   if (!config) return Report(config.error());
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return Report(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
   auto checks = CheckPrinter(session, config->pattern, config->scan);
-  checks.push_back(CheckCamera(session, config->scan));
-  checks.push_back(
-      procedure::CheckDisk(std::filesystem::current_path(), 60, config->scan.frames_per_s));
+  const bool ready = FirstFailure(checks, ErrorKind::kMachine).has_value();
+  const auto add = [&checks](std::vector<Check> more) {
+    checks.insert(checks.end(), more.begin(), more.end());
+  };
+  if (ready) add(CheckTiming(session));
+  add(CheckCamera(session, config->scan, options.laser && ready));
+  add({procedure::CheckDisk(std::filesystem::current_path(), 60, config->scan.frames_per_s)});
   bool all = true;
-  for (const procedure::Check& check : checks) {
-    fmt::print("{}  {:<24} {}\n", check.passed ? "ok " : "FIX", check.name, check.detail);
-    all = all && check.passed;
+  for (const Check& check : checks) {
+    fmt::print("{}  {:<24} {}\n",
+               check.passed   ? "ok "
+               : check.advice ? "tip"
+                              : "FIX",
+               check.name, check.detail);
+    all = all && (check.passed || check.advice);
   }
   return all ? kExitGood : kExitMachine;
 }
@@ -48,9 +96,12 @@ int RunDoctor(const PrinterOptions& options) {
 
 void AddDoctorCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand("doctor", "check the whole set-up and say what to fix");
-  const auto options = std::make_shared<PrinterOptions>();
-  AddPrinterOptions(*command, *options);
-  AddCameraOption(*command, *options);
+  const auto options = std::make_shared<DoctorOptions>();
+  AddPrinterOptions(*command, options->printer);
+  AddCameraOption(*command, options->printer);
+  command->add_flag(
+      "--laser", options->laser,
+      "switch the laser on for some pictures; the head must stand at the focus height");
   command->callback([options, &exit_code] { exit_code = RunDoctor(*options); });
 }
 

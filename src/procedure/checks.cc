@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "machine/camera.h"
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_plan.h"
 
@@ -62,6 +63,19 @@ Check CheckCommands(const Session& session, const std::string& setting, const st
   return Pass(name, gcode.empty() ? "not set" : gcode);
 }
 
+Check CheckLimit(const Session& session) {
+  const auto known = session.printer.HasCommand(kKeepAlive, session.Within(kAsk_s));
+  if (!known) return Miss("own limit", known.error().message);
+  if (*known) return Pass("own limit", "laser and heaters go off by themselves should trammel die");
+  Check check =
+      Miss("own limit",
+           fmt::format("the printer has no {}: with klipper/trammel.cfg laser and heaters go "
+                       "off by themselves should trammel die",
+                       kKeepAlive));
+  check.advice = true;
+  return check;
+}
+
 Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings,
                const PrinterState& state) {
   if (const auto problem = FindProblem(pattern)) {
@@ -107,7 +121,29 @@ std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pat
   checks.push_back(CheckCommands(session, "lights_off_gcode", settings.lights_off_gcode));
   checks.push_back(CheckCommands(session, "lights_on_gcode", settings.lights_on_gcode));
   checks.push_back(CheckCommands(session, "clean_nozzle_gcode", settings.clean_nozzle_gcode));
+  checks.push_back(CheckLimit(session));
   checks.push_back(CheckBed(pattern, settings, *state));
+  return checks;
+}
+
+std::vector<Check> CheckTiming(const Session& session) {
+  constexpr double kWanted_s = 0.005;  // at 7 mm/s 0.035 mm
+  std::vector<Check> checks;
+  const auto clock = session.printer.Clock(kWanted_s, session.Within(kAsk_s));
+  if (!clock) {
+    checks.push_back(Miss("clock", clock.error().message));
+  } else {
+    const double bound_s = clock->PrintTimeBound(machine::MonotonicNow());
+    const std::string figure =
+        fmt::format("the printer's time is known to {:.1f} ms", 1e3 * bound_s);
+    checks.push_back(
+        bound_s <= kWanted_s
+            ? Pass("clock", figure)
+            : Miss("clock", figure + ": is its host overloaded, or the network slow?"));
+  }
+  const auto moves = session.printer.RecordMoves(session.Within(kAsk_s));
+  checks.push_back(moves ? Pass("motion", "the printer tells its moves")
+                         : Miss("motion", moves.error().message));
   return checks;
 }
 
@@ -131,7 +167,7 @@ Check CheckDisk(const std::filesystem::path& folder, double record_s, double fra
 
 Result<void> FirstFailure(const std::vector<Check>& checks, ErrorKind kind) {
   for (const Check& check : checks) {
-    if (!check.passed) {
+    if (!check.passed && !check.advice) {
       return Fail(fmt::format("{}: {}", check.name, check.detail),
                   check.name == "bed" ? ErrorKind::kSafety : kind);
     }

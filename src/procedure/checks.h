@@ -17,7 +17,8 @@ namespace trammel::procedure {
 struct Check {
   std::string name;  ///< what was looked at
   bool passed = false;
-  std::string detail;  ///< what was found; where not passed, also what to do
+  std::string detail;   ///< what was found; where not passed, also what to do
+  bool advice = false;  ///< a calibration can do without it
 };
 
 /// Ready, idle, with the commands that the settings name, and a bed that holds pattern and scan.
@@ -31,8 +32,12 @@ struct Check {
 [[nodiscard]] Check CheckDisk(const std::filesystem::path& folder, double record_s,
                               double frames_per_s);
 
-/// The first check that was not passed, as an error. Busy and unready printers are kMachine, what
-/// is outside the bed kSafety.
+/// What a first scan would find out late: that the printer's clock and its motion can be followed.
+/// Asks for some seconds.
+[[nodiscard]] std::vector<Check> CheckTiming(const Session& session);
+
+/// The first check that was not passed, but for advice, as an error. Busy and unready printers are
+/// kMachine, what is outside the bed kSafety.
 [[nodiscard]] Result<void> FirstFailure(const std::vector<Check>& checks, ErrorKind kind);
 
 /// What the head can reach, from the printer's own limits.

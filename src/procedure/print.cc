@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cmath>
 
 namespace trammel::procedure {
@@ -25,14 +26,34 @@ double Temperature(const PrinterState& state, const std::string& heater) {
   return found == state.heaters.end() ? std::nan("") : found->second.temperature_c;
 }
 
+// Says something now and then while a state is waited for.
+class Repeatedly {
+ public:
+  bool Due() {
+    constexpr std::chrono::seconds kEvery{10};
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < kEvery) return false;
+    last_ = now;
+    return true;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
 Result<void> Settle(const Session& session, const std::string& heater, const std::string& what,
                     double time_limit_s, const std::function<bool(double)>& settled) {
   if (session.printer.LastState().heaters.count(heater) == 0) {
     return Fail(fmt::format("the printer has no heater {}", heater), ErrorKind::kMachine);
   }
+  Repeatedly repeatedly;
   auto reached = session.printer.WaitUntil(
-      [&](const PrinterState& state) { return settled(Temperature(state, heater)); }, what,
-      session.Within(time_limit_s));
+      [&](const PrinterState& state) {
+        const double now_c = Temperature(state, heater);
+        if (repeatedly.Due()) session.Say(fmt::format("  {} is at {:.0f} degC", heater, now_c));
+        return settled(now_c);
+      },
+      what, session.Within(time_limit_s));
   if (reached) return {};
   return Fail(fmt::format("{} (it is at {:.1f} degC)", reached.error().message,
                           Temperature(session.printer.LastState(), heater)),
@@ -42,10 +63,16 @@ Result<void> Settle(const Session& session, const std::string& heater, const std
 // Until the file is no longer being printed. A print goes on without us: a lost connection is
 // waited for.
 Result<PrinterState> WatchPrint(const Session& session, double limit_s) {
+  Repeatedly repeatedly;
+  const auto ended = [&](const PrinterState& state) {
+    if (repeatedly.Due()) {
+      session.Say(fmt::format("  {:.0f} % of the file read", 100 * state.print_progress));
+    }
+    return state.print_state != "printing";
+  };
   for (;;) {
-    auto done = session.printer.WaitUntil(
-        [](const PrinterState& state) { return state.print_state != "printing"; },
-        "the pattern to be printed", session.Within(limit_s));
+    auto done =
+        session.printer.WaitUntil(ended, "the pattern to be printed", session.Within(limit_s));
     const bool lost =
         !done && done.error().kind == ErrorKind::kMachine &&
         session.printer.LastState().readiness == machine::PrinterReadiness::kDisconnected;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "procedure/laser_check.h"
 #include "procedure/placed_sweep.h"
 #include "procedure/scan_recording.h"
 
@@ -24,33 +25,6 @@ AxisDirection DirectionOf(const Sweep& sweep) {
     return sweep.along_x > 0 ? AxisDirection::kPlusX : AxisDirection::kMinusX;
   }
   return sweep.along_y > 0 ? AxisDirection::kPlusY : AxisDirection::kMinusY;
-}
-
-// The laser must be seen before it is believed: an unplugged one would be measured as noise.
-Result<void> CheckLaser(const Session& session, FrameRecorder& recorder,
-                        const ScanSettings& settings) {
-  const auto off = recorder.NextFrame(kFrame_s, session.stop);
-  if (!off) return tl::unexpected(off.error());
-  if (auto on = session.printer.Run(settings.laser_on_gcode, session.Within(kMove_s)); !on) {
-    return on;
-  }
-  if (auto done = session.printer.FinishMoves(session.Within(kMove_s)); !done) return done;
-  constexpr double kLeast = 0.0005;  // of the pixels: a line of 2 px over a quarter of the picture
-  double share = 0;
-  for (int attempt = 0; attempt < 10; ++attempt) {  // delivery may lag by some frames
-    const auto lit = recorder.NextFrame(kFrame_s, session.stop);
-    if (!lit) return tl::unexpected(lit.error());
-    const auto redder = Reddened(*off, *lit);
-    if (!redder) return tl::unexpected(redder.error());
-    share = std::max(share, *redder);
-    if (share >= kLeast) return {};
-  }
-  return Fail(
-      fmt::format("the camera does not see the laser: after {} only {:.3f} % of the picture "
-                  "became redder ({:.2f} % are needed): check the laser, its command, the "
-                  "camera's exposure and [camera] focus_height",
-                  settings.laser_on_gcode, 100 * share, 100 * kLeast),
-      ErrorKind::kMachine);
 }
 
 Result<void> Go(const Session& session, const std::string& gcode) {
@@ -153,9 +127,13 @@ Result<void> ScanLines(const Session& session, FrameRecorder& recorder, const Sw
   if (auto begun = recording.Begin(); !begun) return begun;
   if (auto ready = Prepare(sweeping, sweeps); !ready) return ready;
   const std::size_t lines = sweeps.sweeps.size();
+  const double begin_s = machine::MonotonicNow();
   for (std::size_t i = 0; i < lines; ++i) {
+    // Travels and waits are known once there was one.
+    const double each_s =
+        i == 0 ? sweeps.sweep_time_s : (machine::MonotonicNow() - begin_s) / static_cast<double>(i);
     session.Say(fmt::format("scanning line {} of {}", i + 1, lines),
-                sweeps.sweep_time_s * static_cast<double>(lines - i));
+                each_s * static_cast<double>(lines - i));
     auto swept = SweepLine(sweeping, sweeps.sweeps[i], i, sweeps.speed_mm_s);
     if (!swept) return tl::unexpected(swept.error());
     if (auto kept = recording.Add(std::move(*swept)); !kept) return kept;
