@@ -69,7 +69,7 @@ std::vector<std::string> LimitCommands(Dialect dialect, std::optional<double> ac
 std::vector<std::string> SaveStateCommands(Dialect dialect) {
   switch (dialect) {
     case Dialect::kKlipper:
-      return {"SAVE_GCODE_STATE NAME=trammel"};
+      return {"SAVE_GCODE_STATE NAME=trammel_pattern"};
     case Dialect::kRepRapFirmware:
       return {"M120"};
     case Dialect::kMarlin:
@@ -81,7 +81,7 @@ std::vector<std::string> SaveStateCommands(Dialect dialect) {
 std::vector<std::string> RestoreStateCommands(Dialect dialect) {
   switch (dialect) {
     case Dialect::kKlipper:
-      return {"RESTORE_GCODE_STATE NAME=trammel"};
+      return {"RESTORE_GCODE_STATE NAME=trammel_pattern"};
     case Dialect::kRepRapFirmware:
       return {"M121"};
     case Dialect::kMarlin:

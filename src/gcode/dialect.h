@@ -29,7 +29,8 @@ inline constexpr int kPressureAdvanceDecimals = 5;
                                                      std::optional<double> acceleration_mm_s2,
                                                      std::optional<double> minimum_cruise_ratio);
 
-/// Keeps and brings back the modes of positioning (absolute or relative, G92 offsets). Empty where
+/// Keeps and brings back the modes of positioning (absolute or relative, G92 offsets), under a name
+/// of the pattern alone: whoever prints it may keep a state of its own. Empty where
 /// the firmware has no such command.
 [[nodiscard]] std::vector<std::string> SaveStateCommands(Dialect dialect);
 [[nodiscard]] std::vector<std::string> RestoreStateCommands(Dialect dialect);

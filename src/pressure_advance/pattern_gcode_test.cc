@@ -144,8 +144,8 @@ TEST(PatternGcode, RestoresWhatItChanged) {
   config.restore_pressure_advance_s = 0.045;
   config.restore_acceleration_mm_s2 = 5000;
   const std::string klipper = GcodeOf(config);
-  EXPECT_TRUE(HasLine(klipper, "SAVE_GCODE_STATE NAME=trammel"));
-  EXPECT_TRUE(HasLine(klipper, "RESTORE_GCODE_STATE NAME=trammel"));
+  EXPECT_TRUE(HasLine(klipper, "SAVE_GCODE_STATE NAME=trammel_pattern"));
+  EXPECT_TRUE(HasLine(klipper, "RESTORE_GCODE_STATE NAME=trammel_pattern"));
   EXPECT_TRUE(HasLine(klipper, "SET_PRESSURE_ADVANCE ADVANCE=0.045"));
   EXPECT_TRUE(HasLine(klipper, "SET_VELOCITY_LIMIT ACCEL=5000 MINIMUM_CRUISE_RATIO=0.5"));
   EXPECT_EQ(klipper.find("ACCEL_TO_DECEL"), std::string::npos);

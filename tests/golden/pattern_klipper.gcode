@@ -11,7 +11,7 @@ G28
 M190 S110
 M109 S255
 ; pattern
-SAVE_GCODE_STATE NAME=trammel
+SAVE_GCODE_STATE NAME=trammel_pattern
 G21 ; mm
 G90 ; absolute positions
 M82 ; absolute E
@@ -162,7 +162,7 @@ M117
 ; pressure advance stays at 0: set restore_pressure_advance to change
 ; acceleration stays at 3000: set restore_acceleration to change
 SET_VELOCITY_LIMIT MINIMUM_CRUISE_RATIO=0.5
-RESTORE_GCODE_STATE NAME=trammel
+RESTORE_GCODE_STATE NAME=trammel_pattern
 ; end G-code
 M104 S0
 M140 S0
