@@ -393,6 +393,7 @@ std::vector<TickFit> FitSessionTicks(std::span<const std::vector<double>> arriva
   const double period_s = Median(periods);
   for (std::size_t i = 0; i < arrivals.size(); ++i) {
     fits[i] = FitTicks(arrivals[i], options, period_s);
+    if (fits[i].tick.empty()) return fits;
   }
   std::vector<TickFit> chained = fits;
   if (FitOneLine(arrivals, options, chained)) return chained;

@@ -38,6 +38,7 @@ struct TickFit {
 /// frame), alternating.
 /// @param arrival_s  not decreasing, at least 10.
 /// @param period_s   > 0: fixed; 0: found.
+/// @returns a fit without ticks where the arrivals show no rate near any that a camera has.
 [[nodiscard]] TickFit FitTicks(std::span<const double> arrival_s, const TickOptions& options,
                                double period_s = 0);
 

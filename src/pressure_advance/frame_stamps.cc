@@ -21,7 +21,13 @@ constexpr double kMostBadShare = 0.1;
 bool BreaksRhythm(const std::vector<double>& stamps) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < stamps.size(); ++i) steps.push_back(stamps[i] - stamps[i - 1]);
-  const double period_s = Median(steps);
+  // The mean of the single steps: a median of stamps cut to milliseconds is too coarse for gaps.
+  const double about_s = Median(steps);
+  std::vector<double> single;
+  for (const double step : steps) {
+    if (step > 0.5 * about_s && step < 1.5 * about_s) single.push_back(step);
+  }
+  const double period_s = Mean(single);
   std::vector<double> away;
   for (const double step : steps) {
     away.push_back(std::abs(step - period_s * std::max(1.0, std::round(step / period_s))));
@@ -171,6 +177,7 @@ Result<void> CheckTicks(const TickFit& fit, std::size_t number) {
                     number, what),
         ErrorKind::kMeasurement);
   };
+  if (fit.tick.empty()) return refuse("its frames came so unevenly that they show no frame rate");
   const double count = static_cast<double>(fit.tick.size());
   constexpr double kMostLost = 0.2;
   if (static_cast<double>(fit.lost) > kMostLost * count) {

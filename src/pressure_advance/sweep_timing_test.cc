@@ -307,6 +307,21 @@ TEST_F(Faults, RefusesACameraWhoseRateChanges) {
   EXPECT_THAT(Reason(Known::kArrivals), HasSubstr("sweep 2"));
 }
 
+TEST_F(Faults, RefusesFramesThatComeInBurstsWithoutCaptureTimes) {
+  ForgetCaptureTimes();
+  for (const std::size_t burst : {10, 40, 1000}) {
+    auto bursts = observed_;
+    for (auto& sweep : bursts) {
+      for (std::size_t i = 0; i < sweep.frames.size(); ++i) {
+        const std::size_t last = std::min(i - i % burst + burst, sweep.frames.size()) - 1;
+        sweep.frames[i].arrival_s = sweep.frames[last].arrival_s;
+      }
+    }
+    const SessionTiming timing = MatchSweeps(bursts, OptionsFor(world_, Known::kArrivals));
+    EXPECT_EQ(timing.latency_s.verdict(), Verdict::kRefused) << burst;
+  }
+}
+
 TEST_F(Faults, TakesArrivalsWhereTheCamerasClockIsSet) {
   auto& frames = observed_[3].frames;
   for (std::size_t i = 80; i < frames.size(); ++i) *frames[i].captured_s += 0.4;
@@ -331,6 +346,24 @@ TEST_F(Faults, ABusyHostThatDeliversLateIsNotTakenForAClockThatWasSet) {
   EXPECT_TRUE(timing.notices.empty()) << timing.notices[0];
   EXPECT_TRUE(timing.sweeps[0].from_capture_times);
   EXPECT_LT(WorstSteady(timing), kWithin_mm);
+}
+
+TEST_F(Faults, NorAreGapsOfManyFramesBetweenTimesCutToMilliseconds) {
+  for (auto& sweep : observed_) {
+    for (auto& frame : sweep.frames) frame.captured_s = std::floor(*frame.captured_s * 1e3) / 1e3;
+    auto& frames = sweep.frames;
+    frames.erase(frames.begin() + 50, frames.begin() + 69);
+    frames[50].change.reset();
+    for (std::size_t i = 50; i < 70; ++i) {
+      frames[i].arrival_s = std::max(frames[i].arrival_s, frames[70].arrival_s);
+    }
+    for (std::size_t i = 70; i < frames.size(); ++i) {
+      frames[i].arrival_s = std::max(frames[i].arrival_s, frames[i - 1].arrival_s);
+    }
+  }
+  const SessionTiming timing = Match(Known::kCaptureOnly);
+  ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
+  EXPECT_TRUE(timing.notices.empty()) << timing.notices[0];
 }
 
 TEST_F(Faults, LeavesOutASingleCaptureTimeThatJumpsBack) {
