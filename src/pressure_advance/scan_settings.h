@@ -40,7 +40,8 @@ struct ScanSettings {
   double scan_speed_mm_s = 400.0 / 60;  ///< paper
   double skip_mm = 4;                   ///< of a line, at either end; paper
   double run_up_mm = 1;                 ///< in which the head reaches its speed, before and behind
-  double settle_s = 0.5;                ///< standing still before each sweep: the frames show it
+  double settle_s =
+      0.7;  ///< standing before and after each sweep: longest latency, 5 frames, slack
   double scan_nozzle_temperature_c = 150;  ///< the nozzle cools to this before the scan: no ooze
   double heat_time_limit_s = 900;
   std::string laser_on_gcode = "LASER_ON";
