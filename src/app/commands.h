@@ -30,7 +30,8 @@ void AddSimCommand(CLI::App& parent, int& exit_code);
 void AddCalibrateCommands(CLI::App& parent, int& exit_code);
 void AddApplyCommand(CLI::App& parent, int& exit_code);
 void AddDoctorCommand(CLI::App& parent, int& exit_code);
-/// `trammel sim printer`, below `trammel sim`.
+/// `trammel sim printer` and `trammel sim camera`, below `trammel sim`.
 void AddSimPrinter(CLI::App& parent, int& exit_code);
+void AddSimCamera(CLI::App& parent, int& exit_code);
 
 }  // namespace trammel::app

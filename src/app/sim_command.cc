@@ -201,6 +201,7 @@ void AddSimCommand(CLI::App& parent, int& exit_code) {
   AddScan(*group, exit_code);
   AddPhoto(*group, exit_code);
   AddSimPrinter(*group, exit_code);
+  AddSimCamera(*group, exit_code);
 }
 
 }  // namespace trammel::app

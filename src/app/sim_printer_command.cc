@@ -1,9 +1,6 @@
 // trammel sim printer: the virtual printer as a server, until it is interrupted.
 #include <fmt/format.h>
-#include <time.h>
 
-#include <algorithm>
-#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -14,14 +11,16 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "app/option_values.h"
+#include "app/sim_camera.h"
+#include "app/sim_faults.h"
+#include "app/sim_serving.h"
 #include "sim/camera_http.h"
 #include "sim/camera_server.h"
 #include "sim/conditions.h"
 #include "sim/machine_host.h"
+#include "sim/machine_link.h"
 #include "sim/moonraker/server.h"
 #include "sim/scan_recorder.h"
-#include "sim/world.h"
 
 namespace trammel::app {
 namespace {
@@ -37,172 +36,36 @@ struct PrinterArguments {
   double laser_limit_s = 30;
   double heater_limit_s = 1800;
   std::optional<int> camera_port;  // none: no camera; 0: a free one
-  std::string camera_frame = "1280x720";
-  double camera_frames_per_s = 30;  // per second of the machine
+  CameraArguments camera;
+  std::string machine_socket;  // empty: none
   std::vector<std::string> faults;
   std::optional<double> for_s;
   std::string truth;
 };
 
-// Where the faults of the command line go.
-struct Faults {
-  sim::KlipperFaults klipper;
-  sim::ServerFaults server;
-  std::vector<sim::CameraFault> camera;
-};
-
-struct FaultSwitch {
-  const char* name;
-  void (*set)(double value, Faults&);
-};
-
-template <sim::CameraFaultKind kind>
-void AddCameraFault(double at_s, Faults& faults) {
-  sim::CameraFault fault;
-  fault.kind = kind;
-  fault.at_s = at_s;
-  if (kind == sim::CameraFaultKind::kHalfJpeg) fault.duration_s = 0;
-  faults.camera.push_back(fault);
-}
-
-constexpr FaultSwitch kFaults[] = {
-    {"refuse-move", [](double v, Faults& f) { f.klipper.refuse_move = static_cast<int>(v); }},
-    {"refuse-laser-move",
-     [](double v, Faults& f) { f.klipper.refuse_laser_move = static_cast<int>(v); }},
-    {"shutdown-at-laser-move",
-     [](double v, Faults& f) { f.klipper.shutdown_at_laser_move = static_cast<int>(v); }},
-    {"restart-at-laser-move",
-     [](double v, Faults& f) { f.klipper.restart_at_laser_move = static_cast<int>(v); }},
-    {"shutdown-at-script",
-     [](double v, Faults& f) { f.klipper.shutdown_at_script = static_cast<int>(v); }},
-    {"restart-at-script",
-     [](double v, Faults& f) { f.klipper.restart_at_script = static_cast<int>(v); }},
-    {"shutdown-at", [](double v, Faults& f) { f.klipper.shutdown_at_s = v; }},
-    {"restart-at", [](double v, Faults& f) { f.klipper.restart_at_s = v; }},
-    {"weak-nozzle",
-     [](double v, Faults& f) {
-       f.klipper.weak_heater = "extruder";
-       f.klipper.weak_heater_c = v;
-     }},
-    {"weak-bed",
-     [](double v, Faults& f) {
-       f.klipper.weak_heater = "heater_bed";
-       f.klipper.weak_heater_c = v;
-     }},
-    {"blind-to-heaters", [](double v, Faults& f) { f.klipper.verify_heaters = v == 0; }},
-    {"printing", [](double v, Faults& f) { f.klipper.printing_at_start = v != 0; }},
-    {"error", [](double v, Faults& f) { f.klipper.error_at_start = v != 0; }},
-    {"startup", [](double v, Faults& f) { f.klipper.startup_s = v; }},
-    {"close-at", [](double v, Faults& f) { f.server.close_at_s = v; }},
-    {"close-at-laser-move",
-     [](double v, Faults& f) { f.server.close_at_laser_move = static_cast<int>(v); }},
-    {"refuse-for", [](double v, Faults& f) { f.server.refuse_for_s = v; }},
-    {"silent-from", [](double v, Faults& f) { f.server.silent_from_s = v; }},
-    {"answer-delay", [](double v, Faults& f) { f.server.answer_delay_s = v; }},
-    {"camera-stall-at", AddCameraFault<sim::CameraFaultKind::kStall>},
-    {"camera-close-at", AddCameraFault<sim::CameraFaultKind::kClose>},
-    {"camera-half-at", AddCameraFault<sim::CameraFaultKind::kHalfJpeg>},
-    {"camera-size-at", AddCameraFault<sim::CameraFaultKind::kSizeChange>},
-    {"camera-black-at", AddCameraFault<sim::CameraFaultKind::kBlack>},
-    {"camera-laserless-at", AddCameraFault<sim::CameraFaultKind::kLaserAbsent>},
-    {"camera-drop",
-     [](double v, Faults& f) {
-       sim::CameraFault fault;
-       fault.kind = sim::CameraFaultKind::kDropFrames;
-       fault.fraction = std::min(1.0, v);
-       f.camera.push_back(fault);
-     }},
-};
-
-std::string FaultNames() {
-  std::string names;
-  for (const FaultSwitch& fault : kFaults) {
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", fault.name);
-  }
-  return names;
-}
-
-// NAME=NUMBER
-Result<void> SetFault(const std::string& text, Faults& faults) {
-  constexpr double kLargest = 1e6;
-  const std::size_t equals = text.find('=');
-  double value = 0;
-  char rest = 0;
-  const bool number = equals != std::string::npos &&
-                      std::sscanf(text.c_str() + equals + 1, "%lf%c", &value, &rest) == 1 &&
-                      value >= 0 && value <= kLargest;
-  if (!number) {
-    return Fail(fmt::format("--fault {}: must be NAME=NUMBER with a number within 0 ... {}",
-                            text.substr(0, 60), kLargest));
-  }
-  for (const FaultSwitch& fault : kFaults) {
-    if (text.compare(0, equals, fault.name) == 0) {
-      fault.set(value, faults);
-      return {};
-    }
-  }
-  return Fail(
-      fmt::format("--fault {}: no such fault; there are {}", text.substr(0, 60), FaultNames()));
-}
-
-// Waits for SIGINT or SIGTERM, or for a time to pass. The signals were blocked before any thread
-// began, so that they arrive here.
-void WaitForTheEnd(const sigset_t& signals, std::optional<double> for_s) {
-  if (!for_s) {
-    int which = 0;
-    sigwait(&signals, &which);
-    return;
-  }
-  timespec limit{};
-  limit.tv_sec = static_cast<time_t>(*for_s);
-  limit.tv_nsec = static_cast<long>((*for_s - static_cast<double>(limit.tv_sec)) * 1e9);
-  sigtimedwait(&signals, nullptr, &limit);
-}
-
-void BlockSignals(sigset_t& signals) {
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-}
-
-Result<std::unique_ptr<sim::CameraServer>> StartCamera(
-    const PrinterArguments& arguments, const sim::Condition& condition, const Faults& faults,
-    std::shared_ptr<const sim::MachineSource> machine) {
-  sim::CameraServerOptions options;
-  const auto size = ParseWholePair(arguments.camera_frame);
-  if (!size) {
-    return Fail(fmt::format("--camera-frame {}: must be WIDTHxHEIGHT, for example 640x360",
-                            arguments.camera_frame.substr(0, 40)));
-  }
-  options.port = *arguments.camera_port;
-  options.condition = condition;
-  options.view.frame_width_px = size->first;
-  options.view.frame_height_px = size->second;
-  options.frames_per_s = arguments.camera_frames_per_s * arguments.speed;
-  options.machine_time_scale = arguments.speed;
-  options.faults = faults.camera;
-  return sim::CameraServer::Start(options, std::move(machine),
-                                  sim::LaserEyeOf(arguments.seed, condition));
+sim::MachineOptions MachineOf(const PrinterArguments& arguments, const sim::KlipperFaults& faults) {
+  sim::MachineOptions options;
+  options.klipper = sim::DefaultKlipperConfig(arguments.laser_limit_s, arguments.heater_limit_s);
+  options.faults = faults;
+  options.seed = arguments.seed;
+  options.pressure_advance_s = arguments.pressure_advance_s;
+  options.speed = arguments.speed;
+  return options;
 }
 
 Result<void> ServePrinter(const PrinterArguments& arguments) {
-  Faults faults;
+  PrinterFaults faults;
+  std::vector<sim::CameraFault> camera_faults;
   for (const std::string& fault : arguments.faults) {
-    if (const Result<void> set = SetFault(fault, faults); !set) return set;
+    const Result<void> set =
+        SetFault(fault, &faults, arguments.camera_port ? &camera_faults : nullptr);
+    if (!set) return set;
   }
   const Result<sim::Condition> condition = sim::ParseCondition(arguments.condition);
   if (!condition) return Fail("--condition: " + condition.error().message);
-  sigset_t signals;
-  BlockSignals(signals);
-  sim::MachineOptions machine_options;
-  machine_options.klipper =
-      sim::DefaultKlipperConfig(arguments.laser_limit_s, arguments.heater_limit_s);
-  machine_options.faults = faults.klipper;
-  machine_options.seed = arguments.seed;
-  machine_options.pressure_advance_s = arguments.pressure_advance_s;
-  machine_options.speed = arguments.speed;
-  const auto machine = std::make_shared<sim::MachineHost>(machine_options, sim::MonotonicNow());
+  const EndOfServing end;
+  const auto machine =
+      std::make_shared<sim::MachineHost>(MachineOf(arguments, faults.klipper), sim::MonotonicNow());
   if (!arguments.truth.empty()) {
     const Result<void> written =
         sim::WriteTruthFile(arguments.truth, {machine->true_pressure_advance_s()}, arguments.seed,
@@ -215,20 +78,27 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   server_options.hub.api_key = arguments.api_key;
   server_options.hub.seed = arguments.seed;
   server_options.hub.faults = faults.server;
+  const sim::MachineWorld world{arguments.seed, *condition, arguments.speed};
   std::unique_ptr<sim::CameraServer> camera;
   if (arguments.camera_port) {
-    auto started = StartCamera(arguments, *condition, faults, machine);
+    auto started =
+        StartCamera(arguments.camera, {*arguments.camera_port, {}}, camera_faults, world, machine);
     if (!started) return tl::unexpected(started.error());
     camera = std::move(*started);
-    const std::string address = fmt::format("http://127.0.0.1:{}", camera->port());
-    server_options.hub.webcam_stream_url = address + "/?action=stream";
-    server_options.hub.webcam_snapshot_url = address + "/?action=snapshot";
+    server_options.hub.camera_port = [&camera] { return camera->port(); };
+  }
+  std::unique_ptr<sim::MachineLink> link;
+  if (!arguments.machine_socket.empty()) {
+    auto serving = sim::MachineLink::Serve(arguments.machine_socket, machine, world);
+    if (!serving) return tl::unexpected(serving.error());
+    link = std::move(*serving);
+    server_options.hub.camera_port = [&link] { return link->camera_port(); };
   }
   const auto server = sim::PrinterServer::Start(*machine, server_options);
   if (!server) return tl::unexpected(server.error());
   fmt::print("listening http://127.0.0.1:{}\n", (*server)->port());
   std::fflush(stdout);
-  WaitForTheEnd(signals, arguments.for_s);
+  end.Wait(arguments.for_s);
   return {};
 }
 
@@ -271,15 +141,14 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
       ->add_option("--camera-port", arguments->camera_port,
                    "serve the camera on the head there; 0 takes a free one")
       ->check(CLI::Range(0, 65535));
-  printer->add_option("--camera-frame", arguments->camera_frame, "size of its frames in px")
-      ->capture_default_str();
+  AddCameraOptions(*printer, "--camera-", arguments->camera);
   printer
-      ->add_option("--camera-fps", arguments->camera_frames_per_s,
-                   "frames per second of the machine's time")
-      ->check(CLI::Range(1.0, 240.0))
-      ->capture_default_str();
+      ->add_option("--machine-socket", arguments->machine_socket,
+                   "Unix socket for a camera that is a process of its own: sim camera")
+      ->excludes("--camera-port");
   printer->add_option("--fault", arguments->faults,
-                      "NAME=NUMBER, may be given again; names: " + FaultNames());
+                      "NAME=NUMBER, may be given again; names: " + PrinterFaultNames() +
+                          "; with --camera-port: " + CameraFaultNames());
   printer->add_option("--for", arguments->for_s, "s after which it ends by itself")
       ->check(CLI::Range(0.0, 1e6));
   printer->add_option("--truth", arguments->truth, "new file for what the printer really is");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -28,8 +29,9 @@ struct ServerFaults {
 struct HubOptions {
   std::string api_key;  ///< empty: everybody is trusted
   std::uint64_t seed = 0;
-  std::string webcam_stream_url = "/webcam/?action=stream";
-  std::string webcam_snapshot_url = "/webcam/?action=snapshot";
+  /// Where the camera serves its frames on 127.0.0.1, 1 … 65535, or 0 where there is none: asked
+  /// whenever the webcams are listed.
+  std::function<int()> camera_port = [] { return 0; };
   int webcam_frames_per_s = 30;
   ServerFaults faults;
 };

@@ -109,6 +109,8 @@ Json Hub::PrinterInfo() const {
 }
 
 Json Hub::Webcams() const {
+  const int port = options_.camera_port();
+  const std::string camera = port == 0 ? "/webcam" : fmt::format("http://127.0.0.1:{}", port);
   return {{"webcams", Json::array({{{"name", "nozzle"},
                                     {"enabled", true},
                                     {"icon", "mdiWebcam"},
@@ -117,8 +119,8 @@ Json Hub::Webcams() const {
                                     {"target_fps_idle", 5},
                                     {"location", "printer"},
                                     {"service", "mjpegstreamer"},
-                                    {"stream_url", options_.webcam_stream_url},
-                                    {"snapshot_url", options_.webcam_snapshot_url},
+                                    {"stream_url", camera + "/?action=stream"},
+                                    {"snapshot_url", camera + "/?action=snapshot"},
                                     {"flip_horizontal", false},
                                     {"flip_vertical", false},
                                     {"rotation", 0},
