@@ -152,7 +152,7 @@ TEST_F(MachineLinkTest, SeveralThreadsAndCamerasAskAtOnce) {
   const std::vector<std::shared_ptr<RemoteMachine>> remotes{Connect(), Connect(), Connect()};
   std::vector<std::jthread> threads;
   for (std::size_t i = 0; i < 6; ++i) {
-    threads.emplace_back([&, remote = remotes[i / 2]] {
+    threads.emplace_back([&, i, remote = remotes[i / 2]] {
       for (int round = 0; round < 100; ++round) {
         if (i == 0) machine_->Lay(Printed());
         const double now_s = MonotonicNow();
