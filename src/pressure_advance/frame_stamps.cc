@@ -265,7 +265,9 @@ Result<std::vector<FrameStamps>> StampFrames(std::span<const SweepObservation> s
     if (const std::string fault = CaptureFault(sweeps[i], our_clock(sweeps[i])); !fault.empty()) {
       notices.push_back(fmt::format("sweep {}: {}; all sweeps are timed by their arrivals instead",
                                     i + 1, fault));
-      return StampByTicks(sweeps, options);
+      auto stamps = StampByTicks(sweeps, options);
+      if (stamps) return stamps;
+      return Fail(notices.back() + "; " + stamps.error().message, stamps.error().kind);
     }
   }
   const auto middle = [](const SweepObservation& sweep) {
