@@ -27,10 +27,14 @@ FrameRecorder::FrameRecorder(machine::FrameSource& camera, double stall_s)
 
 void FrameRecorder::Read(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
+    const double asked_s = machine::MonotonicNow();
     auto next = camera_.Next(stall_s_, stop);
+    const bool waited = machine::MonotonicNow() - asked_s >= stall_s_;
     const std::lock_guard lock(mutex_);
     if (next && *next) {
       Take(**std::move(next));
+    } else if (!next && waited) {
+      stall_ = next.error();  // the camera may go on; what is being recorded has a hole
     } else {
       failure_ = next ? Error{ErrorKind::kMachine, "the camera's pictures have come to their end"}
                       : next.error();
@@ -51,6 +55,7 @@ void FrameRecorder::Take(CapturedFrame frame) {
     return;
   }
   ++count_;
+  if (!writer_) stall_.reset();
   if (writer_ && !write_failure_) kept_.push_back(frame);
   latest_ = std::move(frame);
 }
@@ -62,6 +67,7 @@ Result<CapturedFrame> FrameRecorder::NextFrame(double time_limit_s, const std::s
                     [&] { return count_ > before || failure_; });
   if (count_ > before) return *latest_;
   if (failure_) return tl::unexpected(*failure_);
+  if (stall_) return tl::unexpected(*stall_);
   if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
   return Fail(fmt::format("no whole picture came from {} within {} s: is it used by somebody else, "
                           "or is its picture damaged?",
@@ -77,6 +83,7 @@ Result<void> FrameRecorder::Begin(const std::filesystem::path& video, double fra
   write_failure_.reset();
   kept_.clear();
   damaged_ = 0;
+  stall_.reset();
   return {};
 }
 
@@ -86,6 +93,7 @@ Result<std::vector<CapturedFrame>> FrameRecorder::End() {
   writer_.reset();
   if (write_failure_) return tl::unexpected(*write_failure_);
   if (failure_) return tl::unexpected(*failure_);
+  if (stall_) return tl::unexpected(*stall_);
   if (!finished) return tl::unexpected(finished.error());
   constexpr double kMostDamaged = 0.2;
   const auto all = static_cast<double>(kept_.size() + damaged_);

@@ -19,7 +19,8 @@ namespace trammel::procedure {
 /// Begin() and End() every frame goes to disk at once and is kept, undecoded.
 class FrameRecorder {
  public:
-  /// @param stall_s  a camera that sends nothing for so long has stalled.
+  /// @param stall_s  a camera that sends nothing for so long has stalled: an error for what
+  ///                 is being recorded, and none where it goes on before something is.
   FrameRecorder(machine::FrameSource& camera, double stall_s);
   FrameRecorder(const FrameRecorder&) = delete;
   FrameRecorder& operator=(const FrameRecorder&) = delete;
@@ -47,6 +48,7 @@ class FrameRecorder {
   std::mutex mutex_;
   std::condition_variable_any arrived_;
   std::optional<Error> failure_;  // of the camera; final
+  std::optional<Error> stall_;    // while recording, or without a frame since
   std::optional<machine::CapturedFrame> latest_;
   std::size_t count_ = 0;  // of sound frames so far
   std::optional<machine::VideoWriter> writer_;
