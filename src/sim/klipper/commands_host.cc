@@ -125,6 +125,7 @@ Result<Outcome> PrintFile(VirtualKlipper& machine, const CommandLine& line) {
   machine.print = {};
   machine.print.filename = file;
   machine.print.lines = LinesOf(found->second);
+  machine.print.size_bytes = found->second.size();
   machine.print.loaded = machine.print.running = true;
   machine.print.state = "printing";
   machine.print.started_s = machine.now_s();
@@ -146,7 +147,11 @@ Result<Outcome> Pause(VirtualKlipper& machine, const CommandLine&) {
     machine.Inform("Print already paused");
     return Outcome{};
   }
-  if (machine.print.running) machine.print.state = "paused";
+  if (machine.print.running) {
+    machine.print.state = "paused";
+  } else {
+    machine.Inform("action:paused");
+  }
   machine.print.running = false;
   machine.print.paused = true;
   machine.saved["PAUSE_STATE"] = machine.gcode;
@@ -162,6 +167,8 @@ Result<Outcome> Resume(VirtualKlipper& machine, const CommandLine&) {
   if (machine.print.loaded) {
     machine.print.running = true;
     machine.print.state = "printing";
+  } else {
+    machine.Inform("action:resumed");
   }
   return Outcome{{}, {"RESTORE_GCODE_STATE NAME=PAUSE_STATE MOVE=1 MOVE_SPEED=50"}};
 }
@@ -170,6 +177,7 @@ Result<Outcome> Cancel(VirtualKlipper& machine, const CommandLine&) {
   if (!machine.print.loaded) machine.Inform("action:cancel");
   if (machine.print.loaded) machine.print.state = "cancelled";
   machine.print.loaded = machine.print.running = machine.print.paused = false;
+  machine.print.size_bytes = machine.print.read_bytes = 0;
   machine.print.ended_s = machine.now_s();
   return Outcome{};
 }

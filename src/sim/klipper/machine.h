@@ -68,7 +68,9 @@ struct MotionSettings {
 struct FilePrint {
   std::string filename;
   std::vector<std::string> lines;
-  std::size_t next = 0;
+  std::size_t next = 0;  ///< of the lines
+  std::size_t size_bytes = 0;
+  std::size_t read_bytes = 0;
   bool loaded = false;
   bool running = false;
   bool paused = false;

@@ -129,7 +129,8 @@ void VirtualKlipper::StepFile() {
   if (state_ != KlippyState::kReady || !print.running || !scripts_.empty()) return;
   if (print.next >= print.lines.size()) {
     if (motion_.waiting()) motion_.Flush(print_now_s());
-    print.running = false;
+    print.running = print.loaded = false;
+    print.read_bytes = print.size_bytes;
     print.state = "complete";
     print.ended_s = now_s_;
     Respond("Done printing file");
@@ -138,7 +139,9 @@ void VirtualKlipper::StepFile() {
   // Many lines at a time, each a script of its own, as long as nobody else wants the printer.
   for (int lines = 0; lines < kLinesPerTick && print.running && print.next < print.lines.size();
        ++lines) {
-    scripts_.push_back({0, true, {{{print.lines[print.next++]}, 0}}, {}});
+    const std::string& text = print.lines[print.next++];
+    print.read_bytes = std::min(print.size_bytes, print.read_bytes + text.size() + 1);
+    scripts_.push_back({0, true, {{{text}, 0}}, {}});
     while (!scripts_.empty()) {
       if (!StepScript()) return;
     }

@@ -1,10 +1,12 @@
 #include "sim/klipper/status.h"
 
+#include <cctype>
 #include <cmath>
 #include <functional>
 #include <map>
 
 #include "sim/klipper/command_line.h"
+#include "sim/klipper/commands.h"
 
 namespace trammel::sim {
 namespace {
@@ -168,13 +170,13 @@ Json PrintStats(const VirtualKlipper& machine) {
 
 Json VirtualSdcard(const VirtualKlipper& machine) {
   const FilePrint& print = machine.print;
-  const double lines = static_cast<double>(std::max<std::size_t>(1, print.lines.size()));
+  const double size = static_cast<double>(std::max<std::size_t>(1, print.size_bytes));
   return {{"file_path",
            print.loaded ? Json("/home/pi/printer_data/gcodes/" + print.filename) : Json(nullptr)},
-          {"progress", static_cast<double>(print.next) / lines},
+          {"progress", static_cast<double>(print.read_bytes) / size},
           {"is_active", print.running},
-          {"file_position", print.next},
-          {"file_size", print.lines.size()}};
+          {"file_position", print.read_bytes},
+          {"file_size", print.size_bytes}};
 }
 
 Json Webhooks(const VirtualKlipper& machine) {
@@ -188,13 +190,34 @@ Json IdleTimeout(const VirtualKlipper& machine) {
           {"idle_timeout", machine.idle_timeout_s}};
 }
 
+// G1 and M104 have no help; the others do.
+bool HasHelp(const std::string& name) {
+  return name.size() < 2 || !std::isdigit(static_cast<unsigned char>(name[1]));
+}
+
+// Every command with its help, where it has one.
+Json Commands(const VirtualKlipper& machine) {
+  Json commands = Json::object();
+  for (const auto* table :
+       {&MotionCommands(), &SettingCommands(), &HeatCommands(), &HostCommands()}) {
+    for (const auto& [name, handler] : *table) {
+      commands[name] = Json::object();
+      if (HasHelp(name)) commands[name]["help"] = "Command of the virtual printer";
+    }
+  }
+  for (const auto& [name, macro] : machine.config().macros) {
+    commands[name] = {{"help", "G-Code macro"}};
+  }
+  return commands;
+}
+
 using Teller = std::function<Json(const VirtualKlipper&)>;
 
 const std::map<std::string, Teller>& Tellers() {
   static const std::map<std::string, Teller> tellers = {
       {"gcode",
-       [](const VirtualKlipper&) {
-         return Json{{"commands", Json::object()}};
+       [](const VirtualKlipper& m) {
+         return Json{{"commands", Commands(m)}};
        }},
       {"webhooks", Webhooks},
       {"configfile", ConfigFile},
@@ -247,6 +270,15 @@ const std::map<std::string, Teller>& Tellers() {
 }
 
 }  // namespace
+
+Json GcodeHelp(const VirtualKlipper& machine) {
+  Json help = Json::object();
+  const Json commands = Commands(machine);
+  for (const auto& [name, about] : commands.items()) {
+    if (about.contains("help")) help[name] = about["help"];
+  }
+  return help;
+}
 
 std::vector<std::string> ObjectNames(const VirtualKlipper& machine) {
   std::vector<std::string> names;

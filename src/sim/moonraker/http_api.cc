@@ -34,16 +34,20 @@ std::string Decoded(std::string_view text) {
   return plain;
 }
 
-HttpResponse Failure(int status, std::string message) {
+HttpResponse Failure(int status, std::string message, const std::string& detail = {}) {
   // A reason line cannot hold a newline; Moonraker then gives its default.
   if (message.find('\n') != std::string::npos) message = "Unknown";
-  const Json body = {
-      {"error", {{"code", status}, {"message", message}, {"traceback", Json(nullptr)}}}};
-  return {status, "application/json", body.dump(-1, ' ', false, Json::error_handler_t::replace)};
+  const Json body = {{"error",
+                      {{"code", status},
+                       {"message", message},
+                       {"traceback", detail.empty() ? Json(nullptr) : Json(detail)}}}};
+  return {status, "application/json; charset=UTF-8",
+          body.dump(-1, ' ', false, Json::error_handler_t::replace)};
 }
 
 HttpResponse Success(int status, const Json& body) {
-  return {status, "application/json", body.dump(-1, ' ', false, Json::error_handler_t::replace)};
+  return {status, "application/json; charset=UTF-8",
+          body.dump(-1, ' ', false, Json::error_handler_t::replace)};
 }
 
 // Paths of methods that HTTP offers: /printer/gcode/script is printer.gcode.script.
@@ -54,8 +58,9 @@ std::string MethodOf(const std::string& path) {
       "printer.restart",       "printer.print.start",  "printer.print.pause",
       "printer.print.resume",  "printer.print.cancel", "printer.firmware_restart",
       "server.webcams.list",   "server.files.list",    "server.files.roots",
-      "access.oneshot_token",
+      "access.oneshot_token",  "printer.gcode.help",
   };
+  if (path == "/access/api_key") return "access.get_api_key";
   std::string method = path.empty() ? path : path.substr(1);
   std::replace(method.begin(), method.end(), '/', '.');
   return offered.count(method) > 0 ? method : std::string();
@@ -97,7 +102,9 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
   const auto type = request.headers.find("content-type");
   const Result<std::vector<FormPart>> parts =
       ParseMultipart(type == request.headers.end() ? "" : type->second, request.body);
-  if (!parts) return reply(Failure(400, parts.error().message));
+  // What is wrong with an upload stands only in the trace.
+  const auto refuse = [&reply](const std::string& why) { reply(Failure(400, "Bad Request", why)); };
+  if (!parts) return refuse(parts.error().message);
   std::map<std::string, std::string> fields;
   const FormPart* file = nullptr;
   for (const FormPart& part : *parts) {
@@ -105,32 +112,31 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
     if (part.name != "file") fields[part.name] = part.body;
   }
   if (file == nullptr || file->filename.empty()) {
-    return reply(Failure(400, "No file name specifed in upload form"));
+    return refuse("No file name specifed in upload form");
   }
   const std::string root = fields.count("root") > 0 ? fields["root"] : "gcodes";
-  if (root != "gcodes") return reply(Failure(400, "Invalid root request: " + root));
+  if (root != "gcodes") return refuse("Invalid root request: " + root);
   std::string name = file->filename;
   if (!fields["path"].empty()) name = fields["path"] + "/" + name;
-  if (!GoodName(name)) return reply(Failure(400, "Invalid file name"));
+  if (!GoodName(name)) return refuse("Invalid file name");
   const std::string sum = Sha256(file->body);
   std::string wanted = fields["checksum"];
   std::transform(wanted.begin(), wanted.end(), wanted.begin(), [](char c) {
     return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   });
   if (!wanted.empty() && wanted != sum) {
-    return reply(Failure(
-        422, fmt::format("File checksum mismatch: expected {}, calculated {}", wanted, sum)));
+    return reply(
+        Failure(422, "Unprocessable Entity",
+                fmt::format("File checksum mismatch: expected {}, calculated {}", wanted, sum)));
   }
   const bool start = fields["print"] == "true";
   bool full = false;
-  bool existed = false;
   hub.machine().With([&](VirtualKlipper& klipper) {
-    existed = klipper.files().count(name) > 0;
-    full = !existed && klipper.files().size() >= kMostFiles;
+    full = klipper.files().count(name) == 0 && klipper.files().size() >= kMostFiles;
     if (!full) klipper.files()[name] = file->body;
   });
   if (full) return reply(Failure(500, "No space left on device"));
-  const auto done = [reply, name, size = file->body.size(), existed](bool started) {
+  const auto done = [reply, name, size = file->body.size()](bool started) {
     const Json item = {{"path", name},
                        {"root", "gcodes"},
                        {"modified", 0.0},
@@ -139,7 +145,7 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
     reply(Success(201, {{"item", item},
                         {"print_started", started},
                         {"print_queued", false},
-                        {"action", existed ? "modify_file" : "create_file"}}));
+                        {"action", "create_file"}}));
   };
   if (!start) return done(false);
   hub.Request("printer.print.start", {{"filename", name}},
@@ -155,11 +161,16 @@ void ServeFile(Hub& hub, const std::string& method, const std::string& name,
     text = found->second;
     if (method == "DELETE") klipper.files().erase(found);
   });
-  if (!text) return reply(Failure(404, "File not found"));
+  if (!text) return reply(Failure(404, "Not Found"));
   if (method == "DELETE") {
-    return reply(Success(
-        200,
-        {{"result", {{"item", {{"path", name}, {"root", "gcodes"}}}, {"action", "delete_file"}}}}));
+    return reply(Success(200, {{"result",
+                                {{"item",
+                                  {{"path", name},
+                                   {"root", "gcodes"},
+                                   {"modified", 0},
+                                   {"size", 0},
+                                   {"permissions", ""}}},
+                                 {"action", "delete_file"}}}}));
   }
   reply({200, "text/plain", *text});
 }

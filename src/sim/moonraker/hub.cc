@@ -26,9 +26,8 @@ Json Pick(const VirtualKlipper& klipper, const std::string& name,
   Json all = ObjectStatus(klipper, name);
   if (!fields) return all;
   Json some = Json::object();
-  for (const std::string& field : *fields) {
-    if (all.contains(field)) some[field] = all[field];
-  }
+  if (all.empty()) return all;  // there is no such object
+  for (const std::string& field : *fields) some[field] = all.value(field, Json(nullptr));
   return some;
 }
 

@@ -131,7 +131,13 @@ Json Hub::Webcams() const {
 
 Answer Hub::Identify(Connection& connection, std::uint64_t number, const Json& params) {
   if (connection.client) {
-    return Answer::Error(400, "Connection already identified: " + connection.client->dump());
+    const auto known = [&](const char* key) {
+      return (*connection.client)[key].get<std::string>();
+    };
+    return Answer::Error(
+        400, fmt::format("Connection already identified: {{'name': '{}', 'version': '{}', 'type': "
+                         "'{}', 'url': '{}'}}",
+                         known("client_name"), known("version"), known("type"), known("url")));
   }
   Json client = Json::object();
   for (const char* key : {"client_name", "version", "type", "url"}) {
@@ -154,7 +160,7 @@ Answer Hub::Identify(Connection& connection, std::uint64_t number, const Json& p
       if (other != number && other_connection.client &&
           (*other_connection.client)["type"] == "agent" &&
           (*other_connection.client)["client_name"] == client["client_name"]) {
-        return Answer::Error(400, fmt::format("Agent {} already registered and connected",
+        return Answer::Error(400, fmt::format("Agent '{}' already registered and connected'",
                                               client["client_name"].get<std::string>()));
       }
     }
@@ -168,6 +174,14 @@ Answer Hub::RegisterRemote(Connection& connection, const Json& params) {
   constexpr std::size_t kMostMethods = 100;
   const std::optional<std::string> name = TextOf(params, "method_name");
   if (!name) return NoData("method_name");
+  if (!connection.client || (*connection.client)["type"] != "agent") {
+    return Answer::Error(400, "Only connections of the 'agent' type can register methods");
+  }
+  for (const auto& [number, other] : connections_) {
+    if (other.remote_methods.count(*name) > 0) {
+      return Answer::Error(400, fmt::format("Remote method ({}) already registered", *name));
+    }
+  }
   if (connection.remote_methods.size() >= kMostMethods) {
     return Answer::Error(400, "Too many remote methods");
   }
@@ -193,6 +207,9 @@ bool Hub::CallServer(std::uint64_t number, const std::string& method, const Json
     Json list;
     machine_.With([&](VirtualKlipper& klipper) { list = FileList(klipper); });
     reply(Answer::Ok(list));
+  } else if (method == "access.get_api_key") {
+    // A real server always has a key, whether clients need it or not.
+    reply(Answer::Ok(options_.api_key.empty() ? std::string(32, '0') : options_.api_key));
   } else if (method == "access.oneshot_token") {
     reply(Answer::Ok(MakeToken()));
   } else if (method == "server.websocket.id" && found != connections_.end()) {
@@ -221,9 +238,9 @@ Answer Hub::StartDump(const Json& params) {
   const auto form = params.find("response_template");
   const std::optional<std::string> method =
       form != params.end() && form->is_object() ? TextOf(*form, "method") : std::nullopt;
-  if (!method) return Missing("response_template");
-  if (dumps_.size() >= kMostDumps) return Answer::Error(400, "Too many dumps");
-  dumps_.push_back({*name, *method, 0});
+  if (method && dumps_.size() >= kMostDumps) return Answer::Error(400, "Too many dumps");
+  // Without a method nobody is told, which is no error.
+  if (method) dumps_.push_back({*name, *method, 0});
   return Answer::Ok(
       {{"header",
         {"time", "duration", "start_velocity", "acceleration", "start_position", "direction"}}});
@@ -244,6 +261,7 @@ bool Hub::CallPrinter(std::uint64_t number, const std::string& method, const Jso
                                                "printer.objects.query",
                                                "printer.objects.subscribe",
                                                "printer.gcode.script",
+                                               "printer.gcode.help",
                                                "printer.emergency_stop",
                                                "printer.restart",
                                                "printer.firmware_restart",
@@ -259,6 +277,8 @@ bool Hub::CallPrinter(std::uint64_t number, const std::string& method, const Jso
     });
   } else if (method == "printer.objects.query" || method == "printer.objects.subscribe") {
     Ask(number, method == "printer.objects.subscribe", params, reply);
+  } else if (method == "printer.gcode.help") {
+    machine_.With([&](VirtualKlipper& klipper) { reply(Answer::Ok(GcodeHelp(klipper))); });
   } else if (method == "printer.gcode.script") {
     const std::optional<std::string> text = TextOf(params, "script");
     if (text) RunScript(*text, reply);

@@ -311,6 +311,7 @@ TEST(PrinterServer, RemoteMethodsReachTheAgentWithTypedArguments) {
 TEST(PrinterServer, DumpsTheMotionThatTheHeadReallyMakes) {
   Bench bench;
   TestClient client(bench.port());
+  (void)client.Call("server.connection.identify", Agent());
   (void)client.Call("connection.register_remote_method", {{"method_name", "motion"}});
   (void)client.Call("printer.gcode.script", Script("G28\nG1 X100 Y100 F6000\nM400"));
   const Json header =
