@@ -34,7 +34,8 @@ struct CalibrateArguments {
 };
 
 Result<void> DryRun(const store::Config& config) {
-  const auto& pattern = config.pattern;
+  auto pattern = config.pattern;
+  pattern.finish = pressure_advance::Finish::kIdle;  // as it is printed: the scan follows
   const auto layout = LayOut(pattern);
   procedure::Reach reach;
   reach.minimum_mm = {pattern.bed_origin_x_mm, pattern.bed_origin_y_mm, 0};

@@ -103,6 +103,22 @@ Result<void> Home(const Session& session) {
   return {};
 }
 
+// Klipper answers calls for a moment longer than it does what they ask: where it stops or restarts
+// right after a failure, that is the reason.
+Result<void> WithReason(const Session& session, Result<void> done) {
+  constexpr double kSettle_s = 0.7;
+  if (done || done.error().kind != ErrorKind::kMachine) return done;
+  const auto left = session.printer.WaitUntil(
+      [](const machine::PrinterState& state) {
+        return state.readiness != machine::PrinterReadiness::kReady;
+      },
+      "the printer to settle", {kSettle_s});
+  if (!left) return done;
+  return Fail(fmt::format("the printer went to \"{}\" in the middle: {}", ToString(left->readiness),
+                          done.error().message),
+              ErrorKind::kMachine);
+}
+
 // A printer without a limit is used all the same, by somebody who knows that it has none.
 bool HasLimit(const Session& session) {
   const auto known = session.printer.HasCommand(kKeepAlive, session.Within(kAsk_s));
@@ -177,8 +193,8 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
     outcome.done = tl::unexpected(keeper.error());
     return outcome;
   }
-  outcome.done = RunSteps(session, request, keeper->before(), recorder.get(),
-                          camera ? camera->Describe() : "");
+  outcome.done = WithReason(session, RunSteps(session, request, keeper->before(), recorder.get(),
+                                              camera ? camera->Describe() : ""));
   session.Say("bringing back what was set before");
   outcome.unrestored = keeper->Restore();
   return outcome;

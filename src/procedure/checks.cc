@@ -115,7 +115,15 @@ Reach ReachOf(const PrinterState& state) { return {state.axis_minimum_mm, state.
 
 std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pattern,
                                 const ScanSettings& settings) {
-  const auto state = session.printer.State(session.Within(kAsk_s));
+  auto state = session.printer.State(session.Within(kAsk_s));
+  if (state && state->readiness == PrinterReadiness::kStartup) {
+    constexpr double kStart_s = 60;
+    session.Say("waiting for the printer to start", kStart_s);
+    if (auto ready = session.printer.WaitUntilReady(session.Within(kStart_s)); !ready) {
+      return {Miss("printer", ready.error().message)};
+    }
+    state = session.printer.State(session.Within(kAsk_s));
+  }
   if (!state) return {Miss("printer", state.error().message)};
   std::vector<Check> checks = {CheckReady(*state)};
   if (!checks.back().passed) return checks;
