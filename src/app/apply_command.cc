@@ -30,7 +30,7 @@ Result<double> Answer(const fs::path& folder) {
   if (!run) return tl::unexpected(run.error());
   const Measured& measured = run->analysis.pressure_advance;
   if (measured.good()) return measured.quantity().value;
-  return Fail(fmt::format("{}: nothing is applied, because the verdict is {}: {}", folder.string(),
+  return Fail(fmt::format("{}: it gives no value, because the verdict is {}: {}", folder.string(),
                           ToString(measured.verdict()), measured.reason()),
               ErrorKind::kMeasurement);
 }
@@ -46,10 +46,7 @@ int RunApply(const ApplyArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
   if (!config) return Report(config.error());
-  std::error_code ignored;
-  const Result<double> value = fs::is_directory(arguments.value, ignored)
-                                   ? Answer(arguments.value)
-                                   : ParseValue(arguments.value);
+  const Result<double> value = ValueFrom(arguments.value);
   if (!value) return Report(value.error());
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return Report(printer.error());
@@ -59,6 +56,11 @@ int RunApply(const ApplyArguments& arguments) {
 }
 
 }  // namespace
+
+Result<double> ValueFrom(const std::string& text) {
+  std::error_code ignored;
+  return fs::is_directory(text, ignored) ? Answer(text) : ParseValue(text);
+}
 
 Result<void> Apply(const procedure::Session& session, double pressure_advance_s, bool quiet) {
   auto done = procedure::ApplyPressureAdvance(session, pressure_advance_s);

@@ -1,6 +1,8 @@
 // Setting a pressure advance on the printer, and what to do to keep it.
 #pragma once
 
+#include <string>
+
 #include "base/result.h"
 #include "procedure/session.h"
 
@@ -9,6 +11,10 @@ namespace trammel::app {
 /// Sets the value and says so. Errors: those of procedure::ApplyPressureAdvance.
 [[nodiscard]] Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
                                  bool quiet);
+
+/// The value that a user means: a number in s, or a recording's folder, which is analysed.
+/// Errors: kInput; kMeasurement where the recording's verdict is not good.
+[[nodiscard]] Result<double> ValueFrom(const std::string& text);
 
 /// How a value survives the printer's next restart.
 void ExplainKeeping(double pressure_advance_s);

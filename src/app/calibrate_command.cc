@@ -5,71 +5,152 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "app/analysis_output.h"
 #include "app/analysis_run.h"
 #include "app/apply_command.h"
+#include "app/calibration_run.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/printer_session.h"
-#include "pressure_advance/pattern.h"
-#include "pressure_advance/pattern_plan.h"
-#include "procedure/calibrate.h"
-#include "procedure/sweep_plan.h"
+#include "app/validation.h"
+#include "procedure/checks.h"
+#include "procedure/comparison.h"
+#include "store/plan_file.h"
+#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20;
+
 struct CalibrateArguments {
   PrinterOptions printer;
   std::string out;
+  std::string gcode;  // of pa print
+  std::string plan;   // of pa print and pa scan
+  std::optional<int> only;
   bool print = true;
   bool scan = true;
   bool apply = false;
+  bool validate = false;
   bool dry_run = false;
   bool json = false;
 };
 
-Result<void> DryRun(const store::Config& config) {
-  auto pattern = config.pattern;
-  pattern.finish = pressure_advance::Finish::kIdle;  // as it is printed: the scan follows
-  const auto layout = LayOut(pattern);
-  procedure::Reach reach;
-  reach.minimum_mm = {pattern.bed_origin_x_mm, pattern.bed_origin_y_mm, 0};
-  reach.maximum_mm = {pattern.bed_origin_x_mm + pattern.bed_size_x_mm,
-                      pattern.bed_origin_y_mm + pattern.bed_size_y_mm, 1000};
-  const auto sweeps =
-      procedure::PlanSweeps(MakePlan(layout, pattern, "pattern.gcode"), 0, config.scan, reach);
-  if (!sweeps) return tl::unexpected(sweeps.error());
-  fmt::print("; --- print ---\n{}; --- scan, about {:.0f} s ---\n{}", WriteGcode(layout, pattern),
-             sweeps->time_s(), DescribeSweeps(*sweeps, config.scan, pattern.travel_speed_mm_s));
+// What lies on the plate, or is to be printed, where files say it rather than the settings.
+Result<void> ReadFiles(const CalibrateArguments& arguments,
+                       procedure::CalibrationRequest& request) {
+  request.only = arguments.only;
+  fs::path plan = arguments.plan;
+  if (!arguments.gcode.empty()) {
+    auto gcode = store::ReadWholeFile(arguments.gcode, kMaxFileBytes);
+    if (!gcode) return tl::unexpected(gcode.error());
+    request.gcode = std::move(*gcode);
+    if (plan.empty()) plan = fs::path(arguments.gcode).replace_extension(".plan.json");
+  }
+  if (plan.empty()) return {};
+  const auto text = store::ReadWholeFile(plan, kMaxFileBytes);
+  if (!text) {
+    return Fail(fmt::format("{}; trammel pa pattern and trammel pa print write the plan beside "
+                            "the G-code: name it with --plan",
+                            text.error().message),
+                text.error().kind);
+  }
+  auto parsed = store::ParsePlan(*text, plan.string());
+  if (!parsed) return tl::unexpected(parsed.error());
+  request.plan = std::move(*parsed);
+  request.plan->gcode = "pattern.gcode";  // its copy in the recording
   return {};
 }
 
-// Analyses, reports, and applies where asked to.
+// A scan by the settings is right only where the settings are those of the print.
+void SayWhatIsAssumed(const pressure_advance::PatternConfig& pattern) {
+  const auto values_s = PressureAdvances(pattern);
+  fmt::print(stderr,
+             "  taking what lies on the bed for the pattern of the settings: {} lines, {:.4g} to "
+             "{:.4g} s; --plan names another\n",
+             values_s.size(), values_s.front(), values_s.back());
+}
+
+Result<procedure::CalibrationRequest> PlanComparison(const procedure::Session& session,
+                                                     const store::Config& config, double value_s) {
+  const auto state = session.printer.State(session.Within(10));
+  if (!state) return tl::unexpected(state.error());
+  auto pattern =
+      procedure::ComparisonBeside(config.pattern, value_s, config.scan, procedure::ReachOf(*state));
+  if (!pattern) return tl::unexpected(pattern.error());
+  auto request = RequestFor(config, {});
+  request.pattern = std::move(*pattern);
+  return request;
+}
+
+// @returns whether the value is worth applying; prints what was found.
+Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Session& session,
+                      const store::Config& config, const fs::path& folder, double value_s,
+                      int& code) {
+  auto request = PlanComparison(session, config, value_s);
+  if (!request) return tl::unexpected(request.error());
+  auto own_folder = MakeFolder(folder / "validation");
+  if (!own_folder) return tl::unexpected(own_folder.error());
+  request->folder = std::move(*own_folder);
+  session.Say("printing lines without pressure advance, and lines with it");
+  const auto improvement = RunComparison(session, *request);
+  if (!improvement) return tl::unexpected(improvement.error());
+  if (!arguments.json) code = PrintImprovement(*improvement, request->folder, false);
+  if (!improvement->deviation.good()) code = kExitNotTrusted;
+  return WorthApplying(*improvement);
+}
+
+// Analyses, reports, validates and applies where asked to.
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
-             const fs::path& folder) {
+             const store::Config& config, const fs::path& folder) {
   const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
   if (!run) return Report(run.error());
   AnalysisOutput output;
   output.report = (folder / "report.html").string();
   output.json = arguments.json;
-  const int code = PrintAnalysis(*run, folder.string(), output);
+  int code = PrintAnalysis(*run, folder.string(), output);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
+  std::fflush(stdout);  // the answer, before minutes of validation
   const double value_s = measured.quantity().value;
-  if (arguments.apply) {
+  bool worth_applying = true;
+  if (arguments.validate) {
+    const auto validated = Validate(arguments, session, config, folder, value_s, code);
+    if (!validated) return Report(validated.error());
+    worth_applying = *validated;
+  }
+  if (arguments.apply && worth_applying) {
     const auto done = Apply(session, value_s, arguments.json);
     return done ? code : Report(done.error());
   }
   if (!arguments.json) {
-    fmt::print("nothing applied   trammel pa apply {}\n", folder.string());
+    fmt::print("nothing applied   {}trammel pa apply {}\n",
+               worth_applying ? "" : "because the validation shows no gain; all the same: ",
+               folder.string());
     ExplainKeeping(value_s);
   }
   return code;
+}
+
+Result<fs::path> Run(const CalibrateArguments& arguments, const procedure::Session& session,
+                     procedure::CalibrationRequest request, const store::Config& config) {
+  if (arguments.validate) {  // asked before anything moves; where it goes does not need the value
+    const auto room = PlanComparison(session, config, 1);
+    if (!room) return tl::unexpected(room.error());
+  }
+  auto folder = MakeFolder(arguments.out);
+  if (!folder) return folder;
+  request.folder = *folder;
+  const CalibrationRun run = CalibrateInto(session, request);
+  if (!run.done) return tl::unexpected(run.done.error());
+  return folder;
 }
 
 int RunCalibration(const CalibrateArguments& arguments) {
@@ -77,64 +158,73 @@ int RunCalibration(const CalibrateArguments& arguments) {
   const auto config = LoadSettings(arguments.printer);
   if (!config) return Report(config.error());
   if (arguments.dry_run) {
-    const auto done = DryRun(*config);
+    const auto done = PrintDryRun(config->pattern, config->scan);
     return done ? static_cast<int>(kExitGood) : Report(done.error());
   }
-  const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return Report(printer.error());
-  const auto folder = MakeFolder(arguments.out);
-  if (!folder) return Report(folder.error());
-  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  procedure::CalibrationRequest request;
-  request.pattern = config->pattern;
-  request.settings = config->scan;
-  request.folder = *folder;
-  request.started = Now("{:%Y-%m-%dT%H:%M:%S}");
+  auto request = RequestFor(*config, {});
   request.print = arguments.print;
   request.scan = arguments.scan;
-  const procedure::CalibrationOutcome outcome = Calibrate(session, request);
-  for (const std::string& failure : outcome.unrestored) {
-    fmt::print(stderr, "trammel: NOT AS IT WAS: {}\n", failure);
-  }
-  if (!outcome.done) {
-    std::error_code ignored;
-    if (!fs::is_empty(*folder, ignored)) {
-      fmt::print(stderr, "trammel: what was recorded so far is in {}\n", folder->string());
-    }
-    return Report(outcome.done.error());
-  }
-  if (!outcome.unrestored.empty()) return kExitMachine;
-  if (arguments.scan) return Conclude(arguments, session, *folder);
-  fmt::print("printed; scan it with: trammel pa scan\n");
+  if (auto read = ReadFiles(arguments, request); !read) return Report(read.error());
+  const auto printer = Connect(config->scan, interrupt.token());
+  if (!printer) return Report(printer.error());
+  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  if (!arguments.print && !request.plan) SayWhatIsAssumed(config->pattern);
+  const auto folder = Run(arguments, session, std::move(request), *config);
+  if (!folder) return Report(folder.error());
+  if (arguments.scan) return Conclude(arguments, session, *config, *folder);
+  fmt::print(
+      "printed           the bed stays at {:.0f} degC and holds it\n"
+      "to scan it        trammel pa scan --plan {}\n",
+      config->pattern.bed_temperature_c, (*folder / "pattern.plan.json").string());
   return kExitGood;
 }
 
-void AddStep(CLI::App& parent, int& exit_code, const char* name, const char* text, bool print,
-             bool scan) {
+CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char* text,
+                  const std::shared_ptr<CalibrateArguments>& arguments) {
   CLI::App* command = parent.add_subcommand(name, text);
-  const auto arguments = std::make_shared<CalibrateArguments>();
-  arguments->print = print;
-  arguments->scan = scan;
   AddPrinterOptions(*command, arguments->printer);
-  AddCameraOption(*command, arguments->printer);
   command->add_option("--out", arguments->out, "new folder for everything that is recorded");
-  command->add_flag("--dry-run", arguments->dry_run, "print the G-code and the sweeps, do nothing");
-  command->add_flag("--json", arguments->json, "print the answer as one JSON object");
-  if (scan) {
+  if (arguments->scan) {
+    AddCameraOption(*command, arguments->printer);
+    command->add_flag("--json", arguments->json, "print the answer as one JSON object");
     command->add_flag("--apply", arguments->apply, "set the answer on the printer if it is good");
   }
   command->callback([arguments, &exit_code] { exit_code = RunCalibration(*arguments); });
+  return command;
+}
+
+void AddDryRun(CLI::App& command, CalibrateArguments& arguments, const char* text) {
+  command.add_flag("--dry-run", arguments.dry_run, text);
 }
 
 }  // namespace
 
 void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
-  AddStep(parent, exit_code, "calibrate", "print the pattern, scan it, and say the answer", true,
-          true);
-  AddStep(parent, exit_code, "print", "print the pattern and leave it warm on the bed", true,
-          false);
-  AddStep(parent, exit_code, "scan", "scan a pattern that is on the bed, and say the answer", false,
-          true);
+  const auto whole = std::make_shared<CalibrateArguments>();
+  CLI::App* calibrate = AddStep(parent, exit_code, "calibrate",
+                                "print the pattern, scan it, and say the answer", whole);
+  AddDryRun(*calibrate, *whole, "print the G-code and the sweeps, do nothing");
+  calibrate->add_flag("--validate", whole->validate,
+                      "then print lines without and with the answer, and say what it improved");
+
+  const auto print_only = std::make_shared<CalibrateArguments>();
+  print_only->scan = false;
+  CLI::App* print = AddStep(parent, exit_code, "print",
+                            "print the pattern and leave it on the warm bed", print_only);
+  AddDryRun(*print, *print_only, "print the G-code and the sweeps, do nothing");
+  print->add_option("--gcode", print_only->gcode, "a file that pa pattern wrote, as it is");
+  print->add_option("--plan", print_only->plan, "its plan; left out: the one beside it");
+
+  const auto scan_only = std::make_shared<CalibrateArguments>();
+  scan_only->print = false;
+  CLI::App* scan = AddStep(parent, exit_code, "scan",
+                           "scan a pattern that is on the bed, and say the answer", scan_only);
+  AddDryRun(*scan, *scan_only, "print the sweeps of the settings' pattern, do nothing");
+  scan->add_option("--plan", scan_only->plan,
+                   "the *.plan.json beside the printed G-code; left out: as the settings say");
+  scan->add_option("--pattern", scan_only->only,
+                   "scan only this one of several, counted from 0; left out: all")
+      ->check(CLI::Range(0, 9999));
 }
 
 }  // namespace trammel::app

@@ -29,6 +29,8 @@ void AddSimCommand(CLI::App& parent, int& exit_code);
 /// `calibrate`, `print` and `scan`.
 void AddCalibrateCommands(CLI::App& parent, int& exit_code);
 void AddApplyCommand(CLI::App& parent, int& exit_code);
+void AddValidateCommand(CLI::App& parent, int& exit_code);
+void AddListenCommand(CLI::App& parent, int& exit_code);
 void AddDoctorCommand(CLI::App& parent, int& exit_code);
 /// `trammel sim printer` and `trammel sim camera`, below `trammel sim`.
 void AddSimPrinter(CLI::App& parent, int& exit_code);

@@ -17,6 +17,8 @@ int main(int argc, char** argv) {
   trammel::app::AddPatternCommand(*pa, exit_code);
   trammel::app::AddCalibrateCommands(*pa, exit_code);
   trammel::app::AddApplyCommand(*pa, exit_code);
+  trammel::app::AddValidateCommand(*pa, exit_code);
+  trammel::app::AddListenCommand(*pa, exit_code);
   trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 

@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <ctime>
+#include <utility>
 
 #include "app/config_text.h"
 #include "machine/moonraker_printer.h"
@@ -59,9 +60,9 @@ std::string Now(const char* format) {
   return fmt::format(fmt::runtime(format), fmt::localtime(std::time(nullptr)));
 }
 
-Result<fs::path> MakeFolder(const std::string& asked_for) {
+Result<fs::path> MakeFolder(const fs::path& asked_for) {
   const fs::path folder =
-      asked_for.empty() ? fs::path("recordings") / Now("pa-{:%Y%m%d-%H%M%S}") : fs::path(asked_for);
+      asked_for.empty() ? fs::path("recordings") / Now("pa-{:%Y%m%d-%H%M%S}") : asked_for;
   std::error_code error;
   if (fs::exists(folder, error) && !fs::is_empty(folder, error)) {
     return Fail(
@@ -75,6 +76,15 @@ Result<fs::path> MakeFolder(const std::string& asked_for) {
         fmt::format("--out {}: cannot make the folder: {}", folder.string(), error.message()));
   }
   return folder;
+}
+
+procedure::CalibrationRequest RequestFor(const store::Config& config, fs::path folder) {
+  procedure::CalibrationRequest request;
+  request.pattern = config.pattern;
+  request.settings = config.scan;
+  request.folder = std::move(folder);
+  request.started = Now("{:%Y-%m-%dT%H:%M:%S}");
+  return request;
 }
 
 void TellOnTerminal(const procedure::Progress& progress) {

@@ -10,6 +10,7 @@
 
 #include "base/result.h"
 #include "machine/printer.h"
+#include "procedure/calibrate.h"
 #include "procedure/session.h"
 #include "store/config_file.h"
 
@@ -40,7 +41,11 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 
 /// A new folder for a recording: the one that was asked for, else recordings/pa-<now>.
 /// Errors: it is there and not empty; it cannot be made.
-[[nodiscard]] Result<std::filesystem::path> MakeFolder(const std::string& asked_for);
+[[nodiscard]] Result<std::filesystem::path> MakeFolder(const std::filesystem::path& asked_for);
+
+/// A run of `config` into `folder`, starting now.
+[[nodiscard]] procedure::CalibrationRequest RequestFor(const store::Config& config,
+                                                       std::filesystem::path folder);
 
 /// Progress on standard error: standard output holds the answer alone.
 void TellOnTerminal(const procedure::Progress& progress);

@@ -83,6 +83,8 @@ struct PatternConfig {
   int line_count = 10;                   ///< [2, 200]; paper
   std::vector<double> pressure_advances_s;  ///< explicit values instead of the range; no two equal
   std::optional<double> control_pressure_advance_s;  ///< all lines at this value: the paper's check
+  std::optional<double> compare_pressure_advance_s;  ///< all lines of the patterns behind the first
+                                                     ///< at this value, beside a control
   double line_length_mm = 30;                        ///< (0, 2000]; paper
   double line_spacing_mm = 4;                        ///< (0, 200], above a bead's width; paper
   std::vector<Segment> segments = {{0.25, 5}, {0.5, 150}, {0.25, 5}};  ///< paper
@@ -105,7 +107,8 @@ struct PatternConfig {
 };
 
 /// The pressure advance of each line of one pattern, in s, in print order. REQUIRES a valid config.
-[[nodiscard]] std::vector<double> PressureAdvances(const PatternConfig& config);
+/// @param pattern  which one; they differ only where one is compared with a control.
+[[nodiscard]] std::vector<double> PressureAdvances(const PatternConfig& config, int pattern = 0);
 
 /// Cross-section of a bead laid by a nozzle `height_mm` above the plate: a rectangle with half
 /// circles as its sides, h (w - h (1 - pi/4)). REQUIRES 0 < height_mm <= width_mm.

@@ -82,6 +82,8 @@ constexpr auto kFields = std::to_array<PatternField>({
      "The values one by one, instead of start, end and count."},
     {kPattern, "control_pressure_advance", &C::control_pressure_advance_s, "s", 0, 10,
      "Every line at this one value: a pattern that checks a calibrated printer."},
+    {kPattern, "compare_pressure_advance", &C::compare_pressure_advance_s, "s", 0, 10,
+     "Every line of the second and later patterns at this one value, beside a control."},
     {kPattern, "line_length", &C::line_length_mm, "mm", 1, 2000, "Length of a line."},
     {kPattern, "line_spacing", &C::line_spacing_mm, "mm", 0.1, 200,
      "From the middle of one line to the middle of the next."},

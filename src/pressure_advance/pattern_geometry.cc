@@ -20,15 +20,18 @@ double AsWritten(double pressure_advance_s) {
 
 }  // namespace
 
-std::vector<double> PressureAdvances(const PatternConfig& config) {
+std::vector<double> PressureAdvances(const PatternConfig& config, int pattern) {
   std::vector<double> values;
+  const std::optional<double> same_s = pattern > 0 && config.compare_pressure_advance_s
+                                           ? config.compare_pressure_advance_s
+                                           : config.control_pressure_advance_s;
   if (!config.pressure_advances_s.empty()) {
     for (double value : config.pressure_advances_s) values.push_back(AsWritten(value));
     return values;
   }
   for (int i = 0; i < config.line_count; ++i) {
     const double share = config.line_count > 1 ? double(i) / (config.line_count - 1) : 0;
-    values.push_back(AsWritten(config.control_pressure_advance_s.value_or(
+    values.push_back(AsWritten(same_s.value_or(
         std::lerp(config.pressure_advance_start_s, config.pressure_advance_end_s, share))));
   }
   return values;

@@ -155,7 +155,6 @@ void DrawLine(const PatternConfig& config, const PatternLine& line, Pen& pen) {
 PatternLayout LayOut(const PatternConfig& config) {
   PatternLayout layout;
   layout.printed = OuterBounds(config);
-  const std::vector<double> pressure_advances_s = PressureAdvances(config);
   Pen pen(config);
   for (int pattern = 0; pattern < config.columns * config.rows; ++pattern) {
     const BoundsMm outer = PatternBounds(config, pattern);
@@ -163,6 +162,7 @@ PatternLayout LayOut(const PatternConfig& config) {
     if (pattern > 0) pen.Leave();  // under the last line's own pressure advance
     pen.Begin(pattern, -1, config.frame_pressure_advance_s);
     DrawFrame(config, outer, pen);
+    const std::vector<double> pressure_advances_s = PressureAdvances(config, pattern);
     for (std::size_t i = 0; i < pressure_advances_s.size(); ++i) {
       layout.lines.push_back(
           LineOf(config, outer, pattern, static_cast<int>(i), pressure_advances_s[i]));

@@ -115,6 +115,25 @@ TEST(Pattern, AControlPatternHasOneValueOnAllLines) {
   for (const PatternLine& line : LayOut(config).lines) EXPECT_EQ(line.pressure_advance_s, 0.036);
 }
 
+TEST(Pattern, APatternBesideAControlHasAValueOfItsOwn) {
+  PatternConfig config;
+  config.control_pressure_advance_s = 0;
+  config.compare_pressure_advance_s = 0.036;
+  config.line_count = 4;
+  config.columns = 2;
+  ASSERT_TRUE(Validate(config));
+  const PatternLayout layout = LayOut(config);
+  ASSERT_EQ(layout.lines.size(), 8U);
+  for (const PatternLine& line : layout.lines) {
+    EXPECT_EQ(line.pressure_advance_s, line.pattern == 0 ? 0 : 0.036);
+  }
+  for (const Move& move : layout.moves) {
+    if (move.line >= 0 && move.kind == MoveKind::kLine) {
+      EXPECT_EQ(move.pressure_advance_s, move.pattern == 0 ? 0 : 0.036);
+    }
+  }
+}
+
 TEST(PatternSummary, TimeOfOneLineFollowsFromItsTrapezoids) {
   // Two configurations that differ by one line of the pattern and what leads to it.
   PatternConfig config;

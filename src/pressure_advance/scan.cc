@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <utility>
 
 namespace trammel::pressure_advance {
 namespace {
@@ -122,22 +120,6 @@ void CheckLine(const ScanLine& line, std::size_t index, Checker& check) {
   CheckPositions(line, at, check);
 }
 
-void CheckDuplicates(const std::vector<ScanLine>& lines, Checker& check) {
-  std::vector<std::pair<double, std::size_t>> sorted;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    sorted.emplace_back(lines[i].pressure_advance_s, i);
-  }
-  std::sort(sorted.begin(), sorted.end());
-  for (std::size_t i = 1; i < sorted.size(); ++i) {
-    if (sorted[i].first == sorted[i - 1].first) {
-      check.Say(
-          fmt::format("lines[{}].pressure_advance_s is {}, and so is lines[{}]'s; every line of a "
-                      "recording must have a value of its own",
-                      sorted[i].second, sorted[i].first, sorted[i - 1].second));
-    }
-  }
-}
-
 }  // namespace
 
 std::string_view ToString(AxisDirection direction) {
@@ -176,7 +158,6 @@ Result<void> Validate(const Scan& scan) {
   for (std::size_t i = 0; i < scan.lines.size(); ++i) {
     CheckLine(scan.lines[i], i, check);
   }
-  CheckDuplicates(scan.lines, check);
   return check.result();
 }
 

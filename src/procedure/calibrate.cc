@@ -25,6 +25,10 @@ constexpr double kHome_s = 300;
 constexpr double kStall_s = 5;
 constexpr const char* kGcodeName = "pattern.gcode";
 
+PatternPlan PlanOf(const CalibrationRequest& request, const PatternConfig& config) {
+  return request.plan ? *request.plan : MakePlan(LayOut(config), config, kGcodeName);
+}
+
 // The pattern as this printer will print it: warm afterwards, and with its own values restored.
 PatternConfig ForThisPrinter(PatternConfig config, const machine::PrinterState& before) {
   config.finish = pressure_advance::Finish::kIdle;
@@ -37,20 +41,39 @@ PatternConfig ForThisPrinter(PatternConfig config, const machine::PrinterState& 
   return config;
 }
 
+// Of a file that somebody else wrote: its lines, and as much again for travels and frames.
+double RoughTime_s(const PatternPlan& plan) {
+  double line_s = 0;
+  for (const auto& segment : plan.segments) {
+    line_s += segment.fraction * plan.line_length_mm / segment.speed_mm_s;
+  }
+  return 60 + 2 * line_s * static_cast<double>(plan.lines.size());
+}
+
 Result<void> PrintPattern(const Session& session, const CalibrationRequest& request,
                           const PatternConfig& config, const PatternPlan& plan) {
+  const bool ours = request.gcode.empty();
   const auto layout = LayOut(config);
-  const std::string gcode = WriteGcode(layout, config);
+  const std::string gcode = ours ? WriteGcode(layout, config) : request.gcode;
   if (auto kept = store::WriteWholeFile(request.folder / kGcodeName, gcode); !kept) return kept;
   auto planned =
       store::WriteWholeFile(request.folder / "pattern.plan.json", store::FormatPlan(plan));
   if (!planned) return planned;
   PrintOptions options;
-  options.nozzle_temperature_c = config.nozzle_temperature_c;
-  options.bed_temperature_c = config.bed_temperature_c;
   options.heat_time_limit_s = request.settings.heat_time_limit_s;
-  options.print_time_s = Summarise(layout, config).time_s;
+  options.print_time_s = ours ? Summarise(layout, config).time_s : RoughTime_s(plan);
+  if (ours) {
+    options.nozzle_temperature_c = config.nozzle_temperature_c;
+    options.bed_temperature_c = config.bed_temperature_c;
+  }
   return Print(session, gcode, options);
+}
+
+// A nozzle that is cold already stays cold.
+bool MayOoze(const machine::PrinterState& state, double cool_c) {
+  const auto nozzle = state.heaters.find(state.active_extruder);
+  return nozzle == state.heaters.end() || nozzle->second.temperature_c > cool_c ||
+         nozzle->second.target_c > cool_c;
 }
 
 Result<void> Scan(const Session& session, const CalibrationRequest& request,
@@ -58,16 +81,18 @@ Result<void> Scan(const Session& session, const CalibrationRequest& request,
                   const std::string& camera) {
   const auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return tl::unexpected(state.error());
-  const auto sweeps = PlanSweeps(plan, 0, request.settings, ReachOf(*state));
+  const auto sweeps = PlanSweeps(plan, request.only, request.settings, ReachOf(*state));
   if (!sweeps) return tl::unexpected(sweeps.error());
   if (!request.settings.clean_nozzle_gcode.empty()) {
     auto clean = session.printer.Run(request.settings.clean_nozzle_gcode, session.Within(kHome_s));
     if (!clean) return clean;
   }
-  auto cool =
-      CoolAndWait(session, state->active_extruder, request.settings.scan_nozzle_temperature_c,
-                  request.settings.heat_time_limit_s);
-  if (!cool) return cool;
+  const double cool_c = request.settings.scan_nozzle_temperature_c;
+  if (MayOoze(*state, cool_c)) {
+    auto cool =
+        CoolAndWait(session, state->active_extruder, cool_c, request.settings.heat_time_limit_s);
+    if (!cool) return cool;
+  }
   ScanRequest scan;
   scan.plan = plan;
   scan.settings = request.settings;
@@ -80,13 +105,13 @@ Result<void> Scan(const Session& session, const CalibrationRequest& request,
 }
 
 Result<void> CheckAll(const Session& session, const CalibrationRequest& request) {
-  auto printer =
-      FirstFailure(CheckPrinter(session, request.pattern, request.settings), ErrorKind::kMachine);
+  auto printer = FirstFailure(
+      CheckPrinter(session, request.pattern, request.settings, request.plan), ErrorKind::kMachine);
   if (!printer || !request.scan) return printer;
-  const double lines = static_cast<double>(PressureAdvances(request.pattern).size());
+  const PatternPlan plan = PlanOf(request, request.pattern);
   const double record_s =
-      lines * (request.pattern.line_length_mm / request.settings.scan_speed_mm_s +
-               2 * request.settings.settle_s);
+      static_cast<double>(plan.lines.size()) *
+      (plan.line_length_mm / request.settings.scan_speed_mm_s + 2 * request.settings.settle_s);
   return FirstFailure({CheckDisk(request.folder, record_s, request.settings.frames_per_s)},
                       ErrorKind::kInput);
 }
@@ -130,11 +155,19 @@ bool HasLimit(const Session& session) {
   return false;
 }
 
+// What was printed loosens where the bed cools. The printer's own idle time-out still ends it.
+Result<void> KeepBedWarm(const Session& session, const PatternConfig& config) {
+  if (config.bed_temperature_c <= 0) return {};
+  return session.printer.Run(
+      fmt::format("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET={}", config.bed_temperature_c),
+      session.Within(kAsk_s));
+}
+
 Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
                       const machine::PrinterState& before, FrameRecorder* recorder,
                       const std::string& camera) {
   const PatternConfig config = ForThisPrinter(request.pattern, before);
-  const PatternPlan plan = MakePlan(LayOut(config), config, kGcodeName);
+  const PatternPlan plan = PlanOf(request, config);
   if (request.print) {
     if (auto printed = PrintPattern(session, request, config, plan); !printed) return printed;
   }
@@ -197,6 +230,9 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
                                               camera ? camera->Describe() : ""));
   session.Say("bringing back what was set before");
   outcome.unrestored = keeper->Restore();
+  if (outcome.done && outcome.unrestored.empty() && !request.scan) {
+    outcome.done = KeepBedWarm(session, request.pattern);
+  }
   return outcome;
 }
 

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,10 @@ struct CalibrationRequest {
   std::string started;           ///< date and time, for the recording
   bool print = true;
   bool scan = true;
+  /// What lies on the plate, or what `gcode` prints there; absent: what `pattern` describes.
+  std::optional<pressure_advance::PatternPlan> plan;
+  std::string gcode;        ///< printed instead of the pattern; heats by itself. REQUIRES a plan
+  std::optional<int> only;  ///< of the plan's patterns; absent: all of them are scanned
 };
 
 struct CalibrationOutcome {
@@ -31,7 +36,8 @@ struct CalibrationOutcome {
 
 /// Runs the steps that the request names. Nothing moves before every check has passed and the
 /// camera has sent a picture. Whatever happens, laser, lights, pressure advance, limits, heater
-/// targets and G-code state come back (Keeper), and what was recorded stays in the folder.
+/// targets and G-code state come back (Keeper), and what was recorded stays in the folder. Only a
+/// pattern that was printed and not scanned keeps the bed warm, which holds it.
 [[nodiscard]] CalibrationOutcome Calibrate(const Session& session,
                                            const CalibrationRequest& request);
 

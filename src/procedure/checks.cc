@@ -15,6 +15,7 @@ namespace {
 using machine::PrinterReadiness;
 using machine::PrinterState;
 using pressure_advance::PatternConfig;
+using pressure_advance::PatternPlan;
 using pressure_advance::ScanSettings;
 
 constexpr double kAsk_s = 10;
@@ -85,13 +86,17 @@ Check CheckLimit(const Session& session) {
   return check;
 }
 
-Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings,
-               const PrinterState& state) {
+Check CheckSweeps(const PatternPlan& plan, const ScanSettings& settings, const Reach& reach) {
+  const auto sweeps = PlanSweeps(plan, {}, settings, reach);
+  if (!sweeps) return Miss("bed", sweeps.error().message);
+  return Pass("bed", "pattern and scan lie within the nozzle's reach");
+}
+
+Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings, const Reach& reach) {
   if (const auto problem = FindProblem(pattern)) {
     return Miss("bed",
                 fmt::format("[{}] {}: {}", problem->section, problem->key, problem->message));
   }
-  const Reach reach = ReachOf(state);
   const auto layout = LayOut(pattern);
   const auto& printed = layout.printed;
   if (printed.min_x_mm < reach.minimum_mm[0] || printed.max_x_mm > reach.maximum_mm[0] ||
@@ -104,9 +109,7 @@ Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings,
                             reach.minimum_mm[0], reach.maximum_mm[0], reach.minimum_mm[1],
                             reach.maximum_mm[1]));
   }
-  const auto sweeps = PlanSweeps(MakePlan(layout, pattern, "pattern.gcode"), 0, settings, reach);
-  if (!sweeps) return Miss("bed", sweeps.error().message);
-  return Pass("bed", "pattern and scan lie within the nozzle's reach");
+  return CheckSweeps(MakePlan(layout, pattern, "pattern.gcode"), settings, reach);
 }
 
 }  // namespace
@@ -114,7 +117,8 @@ Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings,
 Reach ReachOf(const PrinterState& state) { return {state.axis_minimum_mm, state.axis_maximum_mm}; }
 
 std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pattern,
-                                const ScanSettings& settings) {
+                                const ScanSettings& settings,
+                                const std::optional<PatternPlan>& plan) {
   auto state = session.printer.State(session.Within(kAsk_s));
   if (state && state->readiness == PrinterReadiness::kStartup) {
     constexpr double kStart_s = 60;
@@ -143,7 +147,8 @@ std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pat
     checks.push_back(CheckCommands(session, name, *gcode));
   }
   checks.push_back(CheckLimit(session));
-  checks.push_back(CheckBed(pattern, settings, *state));
+  const Reach reach = ReachOf(*state);
+  checks.push_back(plan ? CheckSweeps(*plan, settings, reach) : CheckBed(pattern, settings, reach));
   return checks;
 }
 

@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
 #include "pressure_advance/pattern_config.h"
+#include "pressure_advance/pattern_plan.h"
 #include "pressure_advance/scan_settings.h"
 #include "procedure/session.h"
 #include "procedure/sweep_plan.h"
@@ -24,9 +26,11 @@ struct Check {
 /// Ready, idle, with the commands that the settings name, and a bed that holds pattern and scan.
 /// Moves nothing, changes nothing. Never fails by itself: what cannot be asked is a check not
 /// passed.
-[[nodiscard]] std::vector<Check> CheckPrinter(const Session& session,
-                                              const pressure_advance::PatternConfig& pattern,
-                                              const pressure_advance::ScanSettings& settings);
+/// @param plan  where the lines lie, where `pattern` does not say it.
+[[nodiscard]] std::vector<Check> CheckPrinter(
+    const Session& session, const pressure_advance::PatternConfig& pattern,
+    const pressure_advance::ScanSettings& settings,
+    const std::optional<pressure_advance::PatternPlan>& plan = {});
 
 /// Whether the folder's disk has room for a recording of the given length.
 [[nodiscard]] Check CheckDisk(const std::filesystem::path& folder, double record_s,

@@ -47,8 +47,8 @@ Result<void> CheckReach(double value_mm, std::size_t axis, const Reach& reach,
 
 double SweepPlan::time_s() const { return sweep_time_s * static_cast<double>(sweeps.size()); }
 
-Result<SweepPlan> PlanSweeps(const PatternPlan& plan, int pattern, const ScanSettings& settings,
-                             const Reach& reach) {
+Result<SweepPlan> PlanSweeps(const PatternPlan& plan, std::optional<int> pattern,
+                             const ScanSettings& settings, const Reach& reach) {
   const double swept_mm = plan.line_length_mm - 2 * settings.skip_mm;
   if (!(swept_mm > 0)) {
     return Fail(fmt::format("[scan] skip = {} mm at either end leaves nothing of a line of {} mm",
@@ -64,7 +64,7 @@ Result<SweepPlan> PlanSweeps(const PatternPlan& plan, int pattern, const ScanSet
   }
   for (std::size_t i = 0; i < plan.lines.size(); ++i) {
     const PlanLine& line = plan.lines[i];
-    if (line.pattern != pattern) continue;
+    if (pattern && line.pattern != *pattern) continue;
     const Sweep sweep = Along(line, i, plan.line_length_mm, settings);
     const std::string what = fmt::format(
         "To scan the line printed at {:.4g} s from ({:.1f}, "
@@ -80,7 +80,8 @@ Result<SweepPlan> PlanSweeps(const PatternPlan& plan, int pattern, const ScanSet
     sweeps.sweeps.push_back(sweep);
   }
   if (sweeps.sweeps.empty()) {
-    return Fail(fmt::format("the plan has no pattern {}", pattern));
+    return Fail(fmt::format("the plan has no pattern {}, only {} line(s) in others",
+                            pattern.value_or(0), plan.lines.size()));
   }
   return sweeps;
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,11 +48,13 @@ struct Reach {
   std::array<double, 3> maximum_mm{};
 };
 
-/// One sweep along each line of one pattern, in print direction: from run_up before the first
-/// scored place to run_up behind the last, `skip` inside the line's ends.
+/// One sweep along each line of one pattern, or of all patterns where none is named, in print
+/// direction: from run_up before the first scored place to run_up behind the last, `skip` inside
+/// the line's ends.
 /// Errors: kInput where the plan has no such pattern or skip leaves nothing of a line; kSafety
 /// where the head would have to leave its reach, with the line, the position and the bound.
-[[nodiscard]] Result<SweepPlan> PlanSweeps(const pressure_advance::PatternPlan& plan, int pattern,
+[[nodiscard]] Result<SweepPlan> PlanSweeps(const pressure_advance::PatternPlan& plan,
+                                           std::optional<int> pattern,
                                            const pressure_advance::ScanSettings& settings,
                                            const Reach& reach);
 

@@ -1,0 +1,26 @@
+// What the commands that print and scan have in common: one run into one folder, and its dry form.
+#pragma once
+
+#include "base/result.h"
+#include "procedure/calibrate.h"
+#include "procedure/session.h"
+#include "store/config_file.h"
+
+namespace trammel::app {
+
+struct CalibrationRun {
+  Result<void> done;     ///< the recording is whole, and the printer as it was
+  bool restored = true;  ///< the printer is as it was, whatever became of the recording
+};
+
+/// Runs the steps and says on standard error what is not as it was before, and where the recording
+/// so far lies.
+[[nodiscard]] CalibrationRun CalibrateInto(const procedure::Session& session,
+                                           const procedure::CalibrationRequest& request);
+
+/// Prints the G-code and the sweeps for `pattern`, whatever a printer would say.
+/// Errors: kSafety where the head would leave the bed of the settings.
+[[nodiscard]] Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
+                                       const pressure_advance::ScanSettings& settings);
+
+}  // namespace trammel::app

@@ -1,0 +1,65 @@
+// trammel pa listen: a service that calibrates when the printer's screen asks for it.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/listener.h"
+#include "app/printer_session.h"
+
+namespace trammel::app {
+namespace {
+
+struct ListenArguments {
+  PrinterOptions printer;
+  std::string out = "recordings";
+};
+
+// At start the printer's computer may not be up yet, nor its Moonraker.
+Result<std::unique_ptr<machine::Printer>> ConnectPatiently(
+    const pressure_advance::ScanSettings& settings, const std::stop_token& stop) {
+  constexpr double kAgain_s = 5;
+  std::string last;
+  for (;;) {
+    auto printer = Connect(settings, stop);
+    if (printer || printer.error().kind != ErrorKind::kMachine) return printer;
+    if (printer.error().message != last) {
+      last = printer.error().message;
+      fmt::print(stderr, "trammel: {}; trying again every {:.0f} s\n", last, kAgain_s);
+    }
+    if (!procedure::Pause(kAgain_s, stop)) return Fail("stopped", ErrorKind::kInterrupted);
+  }
+}
+
+int RunListen(const ListenArguments& arguments) {
+  const Interrupt interrupt;
+  const auto config = LoadSettings(arguments.printer);
+  if (!config) return Report(config.error());
+  const auto printer = ConnectPatiently(config->scan, interrupt.token());
+  if (!printer) return Report(printer.error());
+  Listener listener(**printer, arguments.printer, arguments.out, interrupt.token());
+  if (auto registered = listener.Register(); !registered) return Report(registered.error());
+  fmt::print(stderr, "listening for TRAMMEL_CALIBRATE_PRESSURE_ADVANCE and TRAMMEL_APPLY at {}\n",
+             config->scan.address);
+  return listener.Serve() ? kExitInterrupted : kExitGood;
+}
+
+}  // namespace
+
+void AddListenCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand(
+      "listen", "wait, and calibrate when the printer's screen asks for it (klipper/README.md)");
+  const auto arguments = std::make_shared<ListenArguments>();
+  AddPrinterOptions(*command, arguments->printer);
+  AddCameraOption(*command, arguments->printer);
+  command->add_option("--out", arguments->out, "folder in which each calibration gets its own")
+      ->capture_default_str();
+  command->callback([arguments, &exit_code] { exit_code = RunListen(*arguments); });
+}
+
+}  // namespace trammel::app
