@@ -18,6 +18,7 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
   config.macros["TRAMMEL_RELEASE"].lines = {"LASER_OFF",
                                             "UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
   config.macros["TRAMMEL_CALIBRATE_PRESSURE_ADVANCE"].remote_method = "trammel_pressure_advance";
+  config.macros["TRAMMEL_APPLY"].remote_method = "trammel_apply";
   MacroConfig& agent = config.macros["CALL_AGENT"];
   agent.remote_method = "calib_agent_event";
   agent.remote_arguments = {{"what", "WHAT", "ping", false}, {"t", "T", "0", true}};
