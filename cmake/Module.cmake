@@ -1,6 +1,6 @@
 # trammel_module(NAME SOURCES … [LINK …])   a library target trammel_NAME
-# trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s])   a GoogleTest executable, one ctest entry
-#   per TEST. Labels: unit (default) property sim golden fuzz slow.
+# trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [SIDE_BY_SIDE])   a GoogleTest executable, one ctest entry
+#   per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long. Labels: unit (default) property sim golden fuzz slow.
 function(trammel_flags target)
   target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR}/src)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Wconversion
@@ -23,7 +23,7 @@ function(trammel_test name)
   if(NOT TRAMMEL_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "SIDE_BY_SIDE" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
@@ -33,6 +33,11 @@ function(trammel_test name)
   add_executable(${name} ${ARG_SOURCES})
   trammel_flags(${name})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main)
+  if(ARG_SIDE_BY_SIDE)
+    add_test(NAME ${name} COMMAND ${name})
+    set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
+    return()
+  endif()
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
                        PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
 endfunction()

@@ -166,7 +166,7 @@ struct VideoWriter::State {
     broken = fmt::format(
         "recording '{}': writing frame {} failed ({}); {}. The {} frames before it are safe",
         path.string(), index.size(), SystemText(error), advice, index.size());
-    return Fail(broken, ErrorKind::kMachine);
+    return Fail(broken);
   }
   Result<void> AddTimes(const CapturedFrame& frame, std::optional<std::size_t> number) {
     const std::string line = TimesLine(frame, number);
@@ -194,11 +194,9 @@ Result<VideoWriter> VideoWriter::Create(const std::filesystem::path& path,
   const auto create = [](RecordFile& file, const std::filesystem::path& name) -> Result<void> {
     const int error = file.Create(name);
     if (error == 0) return {};
-    const bool full = error == ENOSPC || error == EDQUOT;
     return Fail(fmt::format("recording '{}': cannot be created ({})", name.string(),
                             error == EEXIST ? "it exists already; recordings are never overwritten"
-                                            : SystemText(error)),
-                full ? ErrorKind::kMachine : ErrorKind::kInput);
+                                            : SystemText(error)));
   };
   if (auto made = create(state->video, path); !made) return tl::unexpected(made.error());
   if (auto made = create(state->times, FrameTimesPath(path)); !made) {
@@ -248,7 +246,7 @@ Result<void> VideoWriter::State::AddImage(const CapturedFrame& frame) {
 Result<void> VideoWriter::Add(const CapturedFrame& frame) {
   TRAMMEL_CHECK(state_ != nullptr, "a frame of {} bytes after the end", frame.image.size());
   State& state = *state_;
-  if (!state.broken.empty()) return Fail(state.broken, ErrorKind::kMachine);
+  if (!state.broken.empty()) return Fail(state.broken);
   if (frame.fault != FrameFault::kNone && frame.fault != FrameFault::kTimeJumped) {
     return state.AddTimes(frame, std::nullopt);
   }
@@ -271,7 +269,7 @@ Result<void> VideoWriter::Add(const CapturedFrame& frame) {
 Result<void> VideoWriter::Finish() {
   TRAMMEL_CHECK(state_ != nullptr, "finished twice");
   const std::unique_ptr<State> state = std::move(state_);
-  if (!state->broken.empty()) return Fail(state->broken, ErrorKind::kMachine);
+  if (!state->broken.empty()) return Fail(state->broken);
   if (state->index.empty()) return {};
   const std::size_t movi_end = state->video.size();
   Bytes index;

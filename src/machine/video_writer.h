@@ -34,7 +34,7 @@ class VideoWriter {
   /// Appends a JPEG frame. One with a fault other than a jumped time gets only its line among the
   /// times, so that a recording says what did not come whole.
   /// A PNG or a frame of another size than the first is an error (kMeasurement) and leaves the
-  /// files as they were. A full or failing disk is an error (kMachine) that says how many frames
+  /// files as they were. A full or failing disk is an error (kInput) that says how many frames
   /// are safe; the files keep those, and further calls fail likewise.
   [[nodiscard]] Result<void> Add(const CapturedFrame& frame);
 

@@ -161,7 +161,7 @@ TEST_F(VideoWriterTest, SaysWhatIsSafeWhenTheDiskIsFull) {
     const auto finished = writer->Finish();
     const std::string expected = "The " + std::to_string(Decodable(At("full.avi")).first);
     const bool right =
-        added.error().kind == ErrorKind::kMachine && !again && !finished &&
+        added.error().kind == ErrorKind::kInput && !again && !finished &&
         added.error().message.find(expected + " frames before it are safe") != std::string::npos;
     std::ofstream(At("message")) << "x";
     _exit(right ? 0 : 1);

@@ -115,6 +115,11 @@ class VirtualKlipper {
 
   [[nodiscard]] const KlipperConfig& config() const { return config_; }
   [[nodiscard]] const KlipperFaults& faults() const { return faults_; }
+  /// Faults may come while it runs. What is read at its start alone (another job, a config error, a
+  /// weak heater) stays as it was.
+  [[nodiscard]] KlipperFaults& faults() { return faults_; }
+  /// As if somebody had edited printer.cfg.
+  [[nodiscard]] std::map<std::string, MacroConfig>& macros() { return config_.macros; }
   [[nodiscard]] KlippyState state() const { return state_; }
   [[nodiscard]] const std::string& state_message() const { return state_message_; }
   [[nodiscard]] History& history() { return history_; }

@@ -59,6 +59,9 @@ class Hub {
   void Receive(std::uint64_t connection, std::string_view text);
   /// A request that came over HTTP.
   void Request(const std::string& method, const Json& params, const Reply& reply);
+  /// Takes the place of the faults so far.
+  void SetFaults(const ServerFaults& faults) { options_.faults = faults; }
+  [[nodiscard]] double time_s() const { return time_s_; }
   /// Moves the machine on and tells what happened. Times are the host's CLOCK_MONOTONIC.
   void Tick(double monotonic_s);
 

@@ -5,6 +5,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/read_until.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
@@ -336,6 +337,15 @@ PrinterServer::~PrinterServer() {
     std::error_code ignored;
     std::filesystem::remove(sockets_->options.unix_socket, ignored);
   }
+}
+
+void PrinterServer::Inject(ServerFaults faults) {
+  net::post(sockets_->context, [this, faults]() mutable {
+    Hub& hub = sockets_->hub;
+    if (faults.close_at_s) *faults.close_at_s += hub.time_s();
+    if (faults.silent_from_s) *faults.silent_from_s += hub.time_s();
+    hub.SetFaults(faults);
+  });
 }
 
 std::uint16_t PrinterServer::port() const { return sockets_->tcp.local_endpoint().port(); }

@@ -28,6 +28,9 @@ class PrinterServer {
   PrinterServer& operator=(const PrinterServer&) = delete;
 
   [[nodiscard]] std::uint16_t port() const;
+  /// These faults from now on, instead of those so far; close_at_s and silent_from_s count from
+  /// now.
+  void Inject(ServerFaults faults);
 
  private:
   struct Sockets;

@@ -1,0 +1,71 @@
+// trammel pa calibrate against the virtual printer, over real sockets: what it answers and how it
+// leaves the machine when nothing goes wrong.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "fault_scenario.h"
+#include "frame_truth.h"
+#include "support/analyze_result.h"
+
+namespace trammel::test {
+namespace {
+
+using testing::IsEmpty;
+
+constexpr double kEnough_s = 120;  // a quick calibration takes some 25 s
+
+TEST(Calibrate, FindsTheTruthAndLeavesThePrinterAsItWas) {
+  ShopOptions options;
+  options.camera.latency_jitter_s = 0.05;
+  MachineShop shop(options);
+  shop.Script(kWorkedWith);
+  const PrinterLook before = shop.Look();
+  const ProcessEnd end = shop.Calibrate({"--json"})->Wait(kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << "signal " << end.signal << "\n" << end.standard_error;
+  const auto answer = nlohmann::json::parse(end.standard_output);
+  ASSERT_EQ(answer["verdict"], "good");
+  const double sigma_s = answer["standard_uncertainty_s"].get<double>();
+  // Four standard uncertainties: once in 16,000 worlds by chance; and never coarse.
+  EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.03, 4 * sigma_s);
+  EXPECT_LT(sigma_s, 0.002);
+  EXPECT_THAT(shop.Faulty(before), IsEmpty());
+  const auto again = AnalyzeToJson("rec", shop.folder());
+  EXPECT_EQ(again["pressure_advance_s"], answer["pressure_advance_s"]);
+  // The paper's speed allows 0.05 mm; at this one the clocks' uncertainty weighs twice.
+  constexpr double kPlace_mm = 0.05;
+  const PlacedFrames placed = CompareWithTruth(shop.folder() / "rec", shop.camera().truth());
+  EXPECT_EQ(placed.unmatched, 0);
+  ASSERT_GT(placed.error_mm.size(), 100U);
+  double worst_mm = 0;
+  for (const double error_mm : placed.error_mm) worst_mm = std::max(worst_mm, std::abs(error_mm));
+  EXPECT_LT(worst_mm, kPlace_mm);
+  std::printf("%zu frames placed, at most %.3f mm off\n", placed.error_mm.size(), worst_mm);
+  std::printf("K* = %.4f +- %.4f s (truth 0.03), %.0f s, %.1f s of processor, %.0f MB\n",
+              answer["pressure_advance_s"].get<double>(), sigma_s, end.elapsed_s, end.cpu_s,
+              end.peak_memory_mb);
+}
+
+TEST(Calibrate, AppliesOnlyWhatItIsToldToApply) {
+  MachineShop shop;
+  shop.Script(kWorkedWith);
+  PrinterLook wanted = shop.Look();
+  const ProcessEnd end = shop.Calibrate({"--apply"})->Wait(kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << end.standard_error;
+  const double answer_s = AnalyzeToJson("rec", shop.folder())["pressure_advance_s"].get<double>();
+  constexpr double kDigits_s = 0.00005;  // four decimals are sent
+  EXPECT_NEAR(shop.Look().settings.at("pressure advance"), answer_s, kDigits_s);
+  wanted.settings["pressure advance"] = shop.Look().settings.at("pressure advance");
+  EXPECT_THAT(shop.Faulty(wanted), IsEmpty());
+  shop.Script("SET_PRESSURE_ADVANCE ADVANCE=0.077");
+  const ProcessEnd applied = shop.Run({"pa", "apply", "rec", "--printer", shop.address()});
+  EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
+  EXPECT_NEAR(shop.Look().settings.at("pressure advance"), answer_s, kDigits_s);
+}
+
+}  // namespace
+}  // namespace trammel::test

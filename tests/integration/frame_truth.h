@@ -1,0 +1,24 @@
+// How far the frames' places in a recording are from where they really were taken.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "sim/camera_truth.h"
+
+namespace trammel::test {
+
+struct PlacedFrames {
+  std::vector<double> error_mm;  ///< of every frame that scan.json gives a place, signed
+  int unplaced = 0;              ///< frames without one
+  int unmatched = 0;             ///< frames whose truth could not be told; must be 0
+};
+
+/// Compares a recorded scan (scan.json, the .times of its videos, pattern.plan.json) with the
+/// camera's own log. Frames with a capture time are found by it, others by their order.
+/// REQUIRES a camera that lost no frame on its way where it names no capture times, and lines in x.
+[[nodiscard]] PlacedFrames CompareWithTruth(const std::filesystem::path& recording,
+                                            const std::vector<sim::CameraTruth>& truth,
+                                            double camera_offset_x_mm = 28);
+
+}  // namespace trammel::test

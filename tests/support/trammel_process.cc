@@ -1,0 +1,120 @@
+#include "support/trammel_process.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <stdexcept>
+
+namespace trammel::test {
+namespace {
+
+double Now() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+double Seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+// Between fork and exec: nothing here may take memory or a lock.
+[[noreturn]] void Become(char* const* arguments, const char* folder, const char* output,
+                         const char* errors, const ProcessLimits& limits, pid_t parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent || chdir(folder) != 0) _exit(127);
+  dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+  dup2(open(output, O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
+  dup2(open(errors, O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  if (limits.file_bytes > 0) {
+    signal(SIGXFSZ, SIG_IGN);  // writing fails with EFBIG instead
+    const rlimit limit{limits.file_bytes, limits.file_bytes};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  execv(arguments[0], arguments);
+  _exit(127);
+}
+
+}  // namespace
+
+TrammelProcess::TrammelProcess(const std::vector<std::string>& arguments,
+                               const std::filesystem::path& folder, const ProcessLimits& limits)
+    : began_s_(Now()) {
+  std::vector<std::string> words = {TRAMMEL_BINARY};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  const std::string output = (aside_.path() / "stdout").string();
+  const std::string errors = (aside_.path() / "stderr").string();
+  const pid_t parent = getpid();
+  pid_ = fork();
+  if (pid_ < 0) throw std::runtime_error("no process could be started");
+  if (pid_ == 0) {
+    Become(pointers.data(), folder.c_str(), output.c_str(), errors.c_str(), limits, parent);
+  }
+}
+
+TrammelProcess::~TrammelProcess() {
+  if (ended_) return;
+  kill(pid_, SIGKILL);
+  waitpid(pid_, nullptr, 0);
+}
+
+void TrammelProcess::Send(int signal) const {
+  if (!ended_) kill(pid_, signal);
+}
+
+// The kernel's own record of a child's largest size counts what it inherited from this process
+// before it became trammel; its status file does not.
+void TrammelProcess::LookAtMemory() {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string word; status >> word;) {
+    double kib = 0;
+    if (word == "VmHWM:" && status >> kib) end_.peak_memory_mb = kib * 1024 / 1e6;
+  }
+}
+
+bool TrammelProcess::Running() {
+  if (ended_) return false;
+  LookAtMemory();
+  int status = 0;
+  rusage usage{};
+  if (wait4(pid_, &status, WNOHANG, &usage) != pid_) return true;
+  ended_ = true;
+  end_.elapsed_s = Now() - began_s_;
+  end_.cpu_s = Seconds(usage.ru_utime) + Seconds(usage.ru_stime);
+  if (WIFEXITED(status)) end_.exit_code = WEXITSTATUS(status);
+  if (WIFSIGNALED(status)) end_.signal = WTERMSIG(status);
+  return false;
+}
+
+std::string TrammelProcess::StandardErrorSoFar() const {
+  return ReadWhole(aside_.path() / "stderr");
+}
+
+ProcessEnd TrammelProcess::Wait(double time_limit_s) {
+  constexpr useconds_t kLook_us = 10'000;
+  const double until_s = Now() + time_limit_s;
+  while (Running()) {
+    if (Now() > until_s && !end_.timed_out) {
+      end_.timed_out = true;
+      Send(SIGKILL);
+    }
+    usleep(kLook_us);
+  }
+  end_.standard_output = ReadWhole(aside_.path() / "stdout");
+  end_.standard_error = StandardErrorSoFar();
+  return end_;
+}
+
+}  // namespace trammel::test

@@ -1,0 +1,61 @@
+// The trammel that was built, as a process of its own that a test can interrupt and kill.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "support/temporary_folder.h"
+
+namespace trammel::test {
+
+struct ProcessLimits {
+  std::uint64_t file_bytes = 0;  ///< largest file that it may write, as on a full disk; 0: any
+};
+
+/// How a process ended.
+struct ProcessEnd {
+  int exit_code = -1;      ///< -1 where a signal ended it
+  int signal = 0;          ///< which
+  bool timed_out = false;  ///< it had to be killed
+  std::string standard_output;
+  std::string standard_error;
+  double elapsed_s = 0;
+  double cpu_s = 0;           ///< of all its threads, user and system
+  double peak_memory_mb = 0;  ///< resident; 10^6 bytes
+};
+
+/// Starts at once, with an empty standard input; dies with its object at the latest.
+class TrammelProcess {
+ public:
+  /// @param arguments  Without a shell: one word each.
+  /// @param folder     Its current folder; must exist.
+  TrammelProcess(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                 const ProcessLimits& limits = {});
+  ~TrammelProcess();
+  TrammelProcess(const TrammelProcess&) = delete;
+  TrammelProcess& operator=(const TrammelProcess&) = delete;
+
+  void Send(int signal) const;
+  /// Looks; also keeps count of its memory, so ask often.
+  [[nodiscard]] bool Running();
+  [[nodiscard]] std::string StandardErrorSoFar() const;
+  /// As of the last look.
+  [[nodiscard]] double PeakMemorySoFar_mb() const { return end_.peak_memory_mb; }
+  /// Waits for its end, kills it where that does not come in time.
+  [[nodiscard]] ProcessEnd Wait(double time_limit_s);
+
+ private:
+  void LookAtMemory();
+
+  TemporaryFolder aside_;
+  pid_t pid_ = -1;
+  bool ended_ = false;
+  double began_s_ = 0;
+  ProcessEnd end_;
+};
+
+}  // namespace trammel::test
