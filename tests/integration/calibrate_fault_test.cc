@@ -157,7 +157,7 @@ std::vector<Case> BeforeItBegins() {
                    {"Unauthorized", "API key"}});
   cases.push_back({{"KlipperStarts", [](ShopOptions& options) { options.faults.startup_s = 1e6; }},
                    kMachine,
-                   {"not ready", "startup"}});
+                   {"to be ready", "startup"}});
   cases.push_back(
       {{"KlipperInError", [](ShopOptions& options) { options.faults.error_at_start = true; }},
        kMachine,
