@@ -1,6 +1,7 @@
-# trammel_module(NAME SOURCES … [LINK …])   a library target trammel_NAME
-# trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [SIDE_BY_SIDE])   a GoogleTest executable, one ctest entry
-#   per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long. Labels: unit (default) property sim golden fuzz slow.
+# trammel_module(NAME SOURCES … [LINK …] [PRECOMPILE <header> …])   a library target trammel_NAME
+# trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [SIDE_BY_SIDE])   a GoogleTest executable,
+#   one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long.
+#   Labels: unit (default) property sim golden fuzz slow.
 function(trammel_flags target)
   target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR}/src)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Wconversion
@@ -13,10 +14,32 @@ function(trammel_flags target)
 endfunction()
 
 function(trammel_module name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;PRECOMPILE" ${ARGN})
   add_library(trammel_${name} STATIC ${ARG_SOURCES})
   trammel_flags(trammel_${name})
   target_link_libraries(trammel_${name} PUBLIC ${ARG_LINK})
+  trammel_precompile(trammel_${name} "${ARG_PRECOMPILE}")
+endfunction()
+
+# Headers that most files of a module read: those of base, the first module, unless it names more.
+function(trammel_precompile target more)
+  if(NOT TRAMMEL_PRECOMPILE)
+    return()
+  endif()
+  if(target STREQUAL trammel_base OR more)
+    target_precompile_headers(${target} PRIVATE <algorithm> <chrono> <cmath> <filesystem>
+                              <functional> <map> <memory> <mutex> <optional> <span> <string>
+                              <vector> <fmt/format.h> <nlohmann/json.hpp> <tl/expected.hpp>
+                              ${more})
+  else()
+    target_precompile_headers(${target} REUSE_FROM trammel_base)
+  endif()
+endfunction()
+
+# Sources in which the network's waits dwarf the processor's: optimising Boost's headers takes
+# minutes and gains nothing.
+function(trammel_quick_to_compile)
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS -O1 SKIP_PRECOMPILE_HEADERS ON)
 endfunction()
 
 function(trammel_test name)
