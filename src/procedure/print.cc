@@ -95,6 +95,9 @@ Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
   const auto done = WatchPrint(session, limit_s);
   if (!done) return tl::unexpected(done.error());
   if (done->print_state == "complete") return {};
+  if (done->print_state == "standby") {
+    return Fail("the printer was restarted while it printed the pattern", ErrorKind::kMachine);
+  }
   return Fail(fmt::format("the print of {} ended as \"{}\"{}{}", options.name, done->print_state,
                           done->print_message.empty() ? "" : ": ", done->print_message),
               ErrorKind::kMachine);

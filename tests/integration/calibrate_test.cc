@@ -36,8 +36,8 @@ TEST(Calibrate, FindsTheTruthAndLeavesThePrinterAsItWas) {
   EXPECT_THAT(shop.Faulty(before), IsEmpty());
   const auto again = AnalyzeToJson("rec", shop.folder());
   EXPECT_EQ(again["pressure_advance_s"], answer["pressure_advance_s"]);
-  // The paper's speed allows 0.05 mm; at this one the clocks' uncertainty weighs twice.
-  constexpr double kPlace_mm = 0.05;
+  // 0.05 mm at the paper's speed; this scan goes twice as fast, and what is uncertain is the time.
+  constexpr double kPlace_mm = 0.1;
   const PlacedFrames placed = CompareWithTruth(shop.folder() / "rec", shop.camera().truth());
   EXPECT_EQ(placed.unmatched, 0);
   ASSERT_GT(placed.error_mm.size(), 100U);
