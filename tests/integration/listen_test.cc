@@ -1,0 +1,142 @@
+// trammel pa listen over real sockets: what the printer's own screen asks for, hears and gets.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+#include <string>
+
+#include "fault_scenario.h"
+#include "machine_shop.h"
+
+namespace trammel::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kEnough_s = 120;  // a quick calibration takes some 25 s
+constexpr const char* kCalibrate = "TRAMMEL_CALIBRATE_PRESSURE_ADVANCE";
+
+ShopOptions WithMacros() {
+  ShopOptions options;
+  auto& macros = options.klipper.macros;
+  macros[kCalibrate].remote_method = "trammel_pressure_advance";
+  macros["TRAMMEL_APPLY"].remote_method = "trammel_apply";
+  macros["TRAMMEL_KEEP_ALIVE"].lines = {"LIGHTS_ON"};  // anything: that it was called counts
+  macros["TRAMMEL_RELEASE"].lines = {"LASER_OFF"};
+  return options;
+}
+
+// How often the printer read a line with this in it.
+int TimesRead(const sim::VirtualKlipper& klipper, const std::string& text) {
+  int times = 0;
+  for (const sim::ReadLine& line : klipper.history().lines) {
+    times += line.text.find(text) != std::string::npos;
+  }
+  return times;
+}
+
+class Listen : public testing::Test {
+ protected:
+  void Start(ShopOptions options) {
+    shop_ = std::make_unique<MachineShop>(std::move(options));
+    shop_->Script(kWorkedWith);
+    before_ = shop_->Look();
+    process_ = std::make_unique<TrammelProcess>(
+        std::vector<std::string>{"pa", "listen", "--printer", shop_->address()}, shop_->folder());
+    shop_->WaitUntil(
+        [this](sim::VirtualKlipper&) {
+          return process_->StandardErrorSoFar().find("listening") != std::string::npos;
+        },
+        "it listened", *process_);
+  }
+
+  // Asks, and waits until the printer's console holds the answer.
+  void Ask(const std::string& macro, const std::string& answer) {
+    int before = 0;
+    shop_->With([&](sim::VirtualKlipper& klipper) { before = TimesRead(klipper, answer); });
+    shop_->Script(macro);
+    WaitToHear(answer, before);
+  }
+
+  void WaitToHear(const std::string& answer, int more_often_than = 0) {
+    shop_->WaitUntil(
+        [&](sim::VirtualKlipper& klipper) { return TimesRead(klipper, answer) > more_often_than; },
+        "the printer was told: " + answer, *process_, kEnough_s);
+  }
+
+  std::unique_ptr<MachineShop> shop_;
+  PrinterLook before_;
+  std::unique_ptr<TrammelProcess> process_;
+};
+
+TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
+  Start(WithMacros());
+  Ask("TRAMMEL_APPLY", "nothing to apply");
+  Ask(kCalibrate, "TRAMMEL_KEEP_ALIVE");
+  WaitToHear("heating");
+  Ask(kCalibrate, "already at work");
+  Ask("TRAMMEL_APPLY", "still calibrating");
+  WaitToHear("M117 scanning line 1");
+  WaitToHear("TRAMMEL_APPLY sets it");
+  EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
+  Ask("TRAMMEL_APPLY", "until the next restart");
+  // Four times the uncertainty that a quick calibration states.
+  EXPECT_NEAR(shop_->Look().settings.at("pressure advance"), 0.03, 0.008);
+  process_->Send(SIGTERM);
+  const ProcessEnd end = process_->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  int reports = 0;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(shop_->folder() / "recordings")) {
+    reports += entry.path().filename() == "report.html";
+  }
+  EXPECT_EQ(reports, 1);
+}
+
+TEST_F(Listen, SaysWhyThereIsNoAnswerAndListensOnThroughARestart) {
+  ShopOptions options = WithMacros();
+  options.with_camera = false;
+  Start(options);
+  Ask(kCalibrate, "no calibration: camera");
+  shop_->Script("FIRMWARE_RESTART");
+  shop_->WaitUntil(
+      [](sim::VirtualKlipper& klipper) {
+        int ready = 0;
+        for (const sim::StateEntry& entry : klipper.history().states) {
+          ready += entry.state == "ready";
+        }
+        return ready >= 2;
+      },
+      "the printer was back", *process_);
+  // The methods are registered anew some moments after the printer is ready: whoever presses the
+  // button meanwhile presses it again.
+  bool heard = false;
+  for (int attempt = 0; attempt < 20 && !heard; ++attempt) {
+    shop_->Script(kCalibrate);
+    try {
+      shop_->WaitUntil(
+          [](sim::VirtualKlipper& klipper) { return TimesRead(klipper, "no calibration") >= 2; },
+          "a second answer came", *process_, 1);
+      heard = true;
+    } catch (const std::runtime_error&) {
+      ASSERT_TRUE(process_->Running()) << process_->StandardErrorSoFar();
+    }
+  }
+  EXPECT_TRUE(heard);
+}
+
+TEST_F(Listen, ATermInTheMiddleOfASweepLeavesThePrinterAsItWas) {
+  Start(WithMacros());
+  Ask(kCalibrate, "TRAMMEL_KEEP_ALIVE");
+  shop_->WaitUntilSweeping(1, *process_);
+  process_->Send(SIGTERM);
+  const ProcessEnd end = process_->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, 130) << end.standard_error;
+  EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
+  EXPECT_THAT(end.standard_error, HasSubstr("what was recorded so far is in"));
+}
+
+}  // namespace
+}  // namespace trammel::test
