@@ -210,15 +210,25 @@ pressure_advance::FrameSteps StepsOf(std::size_t line, const std::vector<Frame>&
   return steps;
 }
 
+// Frames without a position between others that have one: the head stood in those at either end.
+std::size_t UnplacedWithin(const std::vector<std::optional<double>>& positions) {
+  const auto placed = [](const std::optional<double>& position) { return position.has_value(); };
+  const auto first = std::find_if(positions.begin(), positions.end(), placed);
+  const auto last = std::find_if(positions.rbegin(), positions.rend(), placed).base();
+  return first < last ? static_cast<std::size_t>(std::count(first, last, std::nullopt)) : 0;
+}
+
 void AddNotices(const ScanLine& line, const pressure_advance::SweepReading& reading,
                 std::vector<std::string>& notices) {
   if (reading.still_frames > 0) {
     notices.push_back(fmt::format("'{}': {} frames left out, the laser stood still in them",
                                   line.video, reading.still_frames));
   }
-  if (reading.unplaced_frames > 0) {
-    notices.push_back(fmt::format("'{}': {} frames left out, the recording gives them no position",
-                                  line.video, reading.unplaced_frames));
+  if (const std::size_t unplaced = UnplacedWithin(line.frame_positions_mm); unplaced > 0) {
+    notices.push_back(
+        fmt::format("'{}': {} frames of the sweep left out, the recording gives them no "
+                    "position",
+                    line.video, unplaced));
   }
   if (reading.off_line_frames > 0) {
     notices.push_back(fmt::format("'{}': {} frames left out, they lie past the ends of the line",

@@ -158,7 +158,7 @@ TEST_F(MeasureRecordingTest, JunkFramesWithoutAPositionChangeNeitherProfilesNorS
                 clean->profiles[line].samples[i].area.value);
     }
   }
-  EXPECT_THAT(mixed->notices, testing::Contains(HasSubstr("36 frames left out, the recording")));
+  EXPECT_THAT(mixed->notices, testing::Contains(HasSubstr("32 frames of the sweep left out")));
   scan_["lines"][2]["frame_positions_mm"].push_back(nullptr);
   EXPECT_THAT(Fault(ErrorKind::kMeasurement),
               AllOf(HasSubstr("line2.avi"), HasSubstr("96 frames"), HasSubstr("97 entries")));
