@@ -12,7 +12,7 @@ using machine::PrinterState;
 
 constexpr double kCommand_s = 30;
 constexpr double kUpload_s = 120;
-constexpr double kReturn_s = 120;
+constexpr double kReturn_s = 60;  // of a lost connection; the Keeper waits for it once more
 constexpr double kNearTarget_c = 3;
 
 Result<void> SetTarget(const Session& session, const std::string& heater, double target_c) {
