@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "machine/camera.h"
+#include "machine/host_clock.h"
 #include "machine/wait_fd.h"
 
 namespace trammel::machine {
@@ -301,7 +302,7 @@ ByteStream& ByteStream::operator=(ByteStream&&) noexcept = default;
 ByteStream::~ByteStream() = default;
 
 Result<ByteStream> ByteStream::Connect(const ConnectOptions& options, const std::stop_token& stop) {
-  const double deadline_s = MonotonicNow() + options.time_limit_s;
+  const double deadline_s = HostNow() + options.time_limit_s;
   auto addresses = FindAddresses(options, deadline_s, stop);
   if (!addresses) return tl::unexpected(addresses.error());
   Error last{ErrorKind::kMachine, "no address to connect to"};

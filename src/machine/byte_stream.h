@@ -33,7 +33,7 @@ class ByteStream {
   ByteStream& operator=(ByteStream&&) noexcept;
   ~ByteStream();
 
-  /// Writes all of it. @param deadline_s  on MonotonicNow()'s clock.
+  /// Writes all of it. @param deadline_s  on HostNow()'s clock.
   [[nodiscard]] Result<void> Write(std::string_view bytes, double deadline_s,
                                    const std::stop_token& stop);
 

@@ -45,12 +45,6 @@ std::string_view ToString(FrameFault fault) {
   return "unknown";
 }
 
-double MonotonicNow() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 Result<std::unique_ptr<FrameSource>> OpenCamera(const std::string& address,
                                                 const CameraOptions& options,
                                                 std::stop_token stop) {

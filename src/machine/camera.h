@@ -120,7 +120,4 @@ struct CameraOptions {
 /// megapixels.
 [[nodiscard]] Result<Frame> DecodeFrame(const CapturedFrame& frame);
 
-/// CLOCK_MONOTONIC of this machine, s: the clock of arrival_s.
-[[nodiscard]] double MonotonicNow();
-
 }  // namespace trammel::machine

@@ -11,6 +11,7 @@
 
 #include "machine/frame_check.h"
 #include "machine/frame_files.h"
+#include "machine/host_clock.h"
 
 namespace trammel::machine {
 namespace {
@@ -80,7 +81,7 @@ class ImageFolder final : public FrameSource {
       return Fail(fmt::format("picture '{}': cannot be read; check its permissions", path.string()),
                   ErrorKind::kMeasurement);
     }
-    frame.arrival_s = MonotonicNow();
+    frame.arrival_s = HostNow();
     checker_.Check(frame);
     return frame;
   }

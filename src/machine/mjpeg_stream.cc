@@ -10,6 +10,7 @@
 #include "machine/byte_stream.h"
 #include "machine/camera_url.h"
 #include "machine/frame_check.h"
+#include "machine/host_clock.h"
 #include "machine/http_head.h"
 
 namespace trammel::machine {
@@ -127,7 +128,7 @@ Result<Opened> Ask(const CameraUrl& url, const std::string& target, const Camera
                             options.connect_time_limit_s),
                 ErrorKind::kMachine);
   };
-  const double left_s = deadline_s - MonotonicNow();
+  const double left_s = deadline_s - HostNow();
   if (left_s <= 0) return late();
   auto stream = ByteStream::Connect(
       {url.host, url.port, url.tls, options.verify_certificate, options.ca_file, left_s}, stop);
@@ -215,7 +216,7 @@ std::string MjpegStream::Describe() const {
 }
 
 Result<void> MjpegStream::Feed(std::span<const std::uint8_t> bytes) {
-  const double now_s = MonotonicNow();
+  const double now_s = HostNow();
   if (!chunked_) {
     parts_.Feed(bytes, now_s);
     return {};
@@ -238,7 +239,7 @@ CapturedFrame MjpegStream::FrameOf(MultipartPart part) {
 }
 
 Result<std::optional<CapturedFrame>> MjpegStream::Next(double time_limit_s, std::stop_token stop) {
-  const double deadline_s = MonotonicNow() + time_limit_s;
+  const double deadline_s = HostNow() + time_limit_s;
   std::vector<std::uint8_t> buffer(kReadBytes);
   for (;;) {
     if (!pending_.empty()) {
@@ -300,7 +301,7 @@ Result<std::unique_ptr<FrameSource>> OpenMjpegStream(const std::string& address,
   auto url = ParseCameraUrl(address);
   if (!url) return tl::unexpected(url.error());
   const std::string name = url->ToString();
-  const double deadline_s = MonotonicNow() + options.connect_time_limit_s;
+  const double deadline_s = HostNow() + options.connect_time_limit_s;
   const bool asked = url->target.find("extra_headers=") != std::string::npos;
   const bool has_query = url->target.find('?') != std::string::npos;
   const std::string with_times =

@@ -17,7 +17,6 @@ class MoveLog {
   /// One batch: an object with "data", a list of [time, duration, start velocity, acceleration,
   /// [x, y, z], [dx, dy, dz]]. Rows of another form are skipped.
   void Add(const nlohmann::json& batch);
-  void Clear() { moves_.clear(); }
 
   /// Those that overlap [from, to], by print time.
   [[nodiscard]] std::vector<TrapezoidMove> Overlapping(double from_s, double to_s) const;

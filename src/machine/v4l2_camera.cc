@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "machine/frame_check.h"
+#include "machine/host_clock.h"
 #include "machine/wait_fd.h"
 
 namespace trammel::machine {
@@ -231,7 +232,7 @@ Result<void> V4l2Camera::Start(const CameraOptions& options) {
 
 CapturedFrame V4l2Camera::FrameOf(const v4l2_buffer& buffer) {
   CapturedFrame frame;
-  frame.arrival_s = MonotonicNow();
+  frame.arrival_s = HostNow();
   const Buffer& memory = buffers_[buffer.index];
   const auto* bytes = static_cast<const std::uint8_t*>(memory.memory);
   frame.image.assign(bytes, bytes + std::min<std::size_t>(buffer.bytesused, memory.length));
@@ -252,7 +253,7 @@ CapturedFrame V4l2Camera::FrameOf(const v4l2_buffer& buffer) {
 }
 
 Result<std::optional<CapturedFrame>> V4l2Camera::Next(double time_limit_s, std::stop_token stop) {
-  const double deadline_s = MonotonicNow() + time_limit_s;
+  const double deadline_s = HostNow() + time_limit_s;
   for (;;) {
     const Waited waited = WaitForFd(fd_, POLLIN, deadline_s, stop);
     if (waited == Waited::kStopped) {

@@ -11,6 +11,7 @@ extern "C" {
 
 #include "machine/frame_check.h"
 #include "machine/frame_files.h"
+#include "machine/host_clock.h"
 
 namespace trammel::machine {
 namespace {
@@ -100,7 +101,7 @@ Result<std::optional<CapturedFrame>> VideoFrames::Next(double, std::stop_token s
                                 frames_ + 1, size, most_bytes_));
     }
     CapturedFrame frame;
-    frame.arrival_s = MonotonicNow();
+    frame.arrival_s = HostNow();
     frame.image.assign(packet_->data, packet_->data + size);
     const std::int64_t stamp = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
     if (stamp != AV_NOPTS_VALUE) {

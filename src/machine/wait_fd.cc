@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "machine/camera.h"
+#include "machine/host_clock.h"
 
 namespace trammel::machine {
 namespace {
@@ -45,14 +46,14 @@ Waited WaitForFd(int fd, short events, double deadline_s, const std::stop_token&
   // Where the system has no descriptor left for the event, stops are looked for ten times a second.
   constexpr double kSlice_s = 0.1;
   for (;;) {
-    const double left_s = std::max(0.0, deadline_s - MonotonicNow());
+    const double left_s = std::max(0.0, deadline_s - HostNow());
     const double wait_s = event.fd() >= 0 ? std::min(left_s, 3600.0) : std::min(left_s, kSlice_s);
     std::array<pollfd, 2> wanted{pollfd{fd, events, 0}, pollfd{event.fd(), POLLIN, 0}};
     const int ready = poll(wanted.data(), wanted.size(), static_cast<int>(std::ceil(wait_s * 1e3)));
     if (stop.stop_requested()) return Waited::kStopped;
     if (ready > 0 && wanted[0].revents != 0) return Waited::kReady;
     if (ready < 0 && errno != EINTR) return Waited::kReady;
-    if (MonotonicNow() >= deadline_s) return Waited::kTimeLimit;
+    if (HostNow() >= deadline_s) return Waited::kTimeLimit;
   }
 }
 

@@ -8,7 +8,7 @@ namespace trammel::machine {
 enum class Waited { kReady, kTimeLimit, kStopped };
 
 /// Waits until `fd` is ready for `events` (POLLIN, POLLOUT; an error or hang-up counts as ready:
-/// the next call on it says which), or until `deadline_s` on MonotonicNow()'s clock, or `stop`.
+/// the next call on it says which), or until `deadline_s` on HostNow()'s clock, or `stop`.
 [[nodiscard]] Waited WaitForFd(int fd, short events, double deadline_s,
                                const std::stop_token& stop);
 

@@ -158,9 +158,7 @@ bool HasLimit(const Session& session) {
 // What was printed loosens where the bed cools. The printer's own idle time-out still ends it.
 Result<void> KeepBedWarm(const Session& session, const PatternConfig& config) {
   if (config.bed_temperature_c <= 0) return {};
-  return session.printer.Run(
-      fmt::format("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET={}", config.bed_temperature_c),
-      session.Within(kAsk_s));
+  return SetTarget(session, "heater_bed", config.bed_temperature_c);
 }
 
 Result<void> RunSteps(const Session& session, const CalibrationRequest& request,

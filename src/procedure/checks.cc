@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "machine/camera.h"
+#include "machine/host_clock.h"
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_plan.h"
 
@@ -99,8 +100,7 @@ Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings, const
   }
   const auto layout = LayOut(pattern);
   const auto& printed = layout.printed;
-  if (printed.min_x_mm < reach.minimum_mm[0] || printed.max_x_mm > reach.maximum_mm[0] ||
-      printed.min_y_mm < reach.minimum_mm[1] || printed.max_y_mm > reach.maximum_mm[1]) {
+  if (!reach.Contains(printed)) {
     return Miss("bed",
                 fmt::format("the pattern covers X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm, "
                             "the nozzle reaches X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm: "
@@ -159,7 +159,7 @@ std::vector<Check> CheckTiming(const Session& session) {
   if (!clock) {
     checks.push_back(Miss("clock", clock.error().message));
   } else {
-    const double bound_s = clock->PrintTimeBound(machine::MonotonicNow());
+    const double bound_s = clock->PrintTimeBound(machine::HostNow());
     const std::string figure =
         fmt::format("the printer's time is known to {:.1f} ms", 1e3 * bound_s);
     checks.push_back(

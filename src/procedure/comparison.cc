@@ -23,9 +23,7 @@ constexpr double kLeastGap_mm = 5;
 bool Fits(const PatternConfig& config, const ScanSettings& settings, const Reach& reach) {
   if (FindProblem(config)) return false;
   const auto layout = LayOut(config);
-  const BoundsMm& printed = layout.printed;
-  return printed.min_x_mm >= reach.minimum_mm[0] && printed.max_x_mm <= reach.maximum_mm[0] &&
-         printed.min_y_mm >= reach.minimum_mm[1] && printed.max_y_mm <= reach.maximum_mm[1] &&
+  return reach.Contains(layout.printed) &&
          PlanSweeps(MakePlan(layout, config, ""), {}, settings, reach).has_value();
 }
 

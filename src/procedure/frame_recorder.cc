@@ -5,6 +5,8 @@
 #include <chrono>
 #include <utility>
 
+#include "machine/host_clock.h"
+
 namespace trammel::procedure {
 
 using machine::CapturedFrame;
@@ -27,9 +29,9 @@ FrameRecorder::FrameRecorder(machine::FrameSource& camera, double stall_s)
 
 void FrameRecorder::Read(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    const double asked_s = machine::MonotonicNow();
+    const double asked_s = machine::HostNow();
     auto next = camera_.Next(stall_s_, stop);
-    const bool waited = machine::MonotonicNow() - asked_s >= stall_s_;
+    const bool waited = machine::HostNow() - asked_s >= stall_s_;
     const std::lock_guard lock(mutex_);
     if (next && *next) {
       Take(**std::move(next));

@@ -15,12 +15,6 @@ constexpr double kUpload_s = 120;
 constexpr double kReturn_s = 60;  // of a lost connection; the Keeper waits for it once more
 constexpr double kNearTarget_c = 3;
 
-Result<void> SetTarget(const Session& session, const std::string& heater, double target_c) {
-  return session.printer.Run(
-      fmt::format("SET_HEATER_TEMPERATURE HEATER={} TARGET={}", heater, target_c),
-      session.Within(kCommand_s));
-}
-
 double Temperature(const PrinterState& state, const std::string& heater) {
   const auto found = state.heaters.find(heater);
   return found == state.heaters.end() ? std::nan("") : found->second.temperature_c;
@@ -104,6 +98,12 @@ Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
 }
 
 }  // namespace
+
+Result<void> SetTarget(const Session& session, const std::string& heater, double target_c) {
+  return session.printer.Run(
+      fmt::format("SET_HEATER_TEMPERATURE HEATER={} TARGET={}", heater, target_c),
+      session.Within(kCommand_s));
+}
 
 Result<void> HeatAndWait(const Session& session, const std::string& heater, double target_c,
                          double time_limit_s) {

@@ -25,6 +25,10 @@ struct PrintOptions {
 [[nodiscard]] Result<void> Print(const Session& session, std::string_view gcode,
                                  const PrintOptions& options);
 
+/// Sets a heater's target; waits for nothing. @param heater  as of HeatAndWait.
+[[nodiscard]] Result<void> SetTarget(const Session& session, const std::string& heater,
+                                     double target_c);
+
 /// Sets a heater's target and waits until it is within 3 degC of it (or below, where it cools).
 /// @param heater  "extruder", "heater_bed", …
 [[nodiscard]] Result<void> HeatAndWait(const Session& session, const std::string& heater,

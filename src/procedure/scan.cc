@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "machine/host_clock.h"
 #include "procedure/laser_check.h"
 #include "procedure/placed_sweep.h"
 #include "procedure/scan_recording.h"
@@ -91,11 +92,11 @@ Result<RecordedSweep> SweepLine(const Sweeping& sweeping, const Sweep& sweep, st
   // Again for each line: the printer's own limit switches a forgotten laser off.
   if (ready) ready = Go(session, sweeping.request.settings.laser_on_gcode);
   if (!ready) return tl::unexpected(ready.error());
-  const double from_s = machine::MonotonicNow();
+  const double from_s = machine::HostNow();
   if (auto done = RecordSweep(sweeping, sweep, speed_mm_s, recorded); !done) {
     return tl::unexpected(done.error());
   }
-  auto asked = AskMotion(sweeping, sweep, from_s, machine::MonotonicNow(), recorded);
+  auto asked = AskMotion(sweeping, sweep, from_s, machine::HostNow(), recorded);
   if (!asked) return tl::unexpected(asked.error());
   return recorded;
 }
@@ -127,11 +128,11 @@ Result<void> ScanLines(const Session& session, FrameRecorder& recorder, const Sw
   if (auto begun = recording.Begin(); !begun) return begun;
   if (auto ready = Prepare(sweeping, sweeps); !ready) return ready;
   const std::size_t lines = sweeps.sweeps.size();
-  const double begin_s = machine::MonotonicNow();
+  const double begin_s = machine::HostNow();
   for (std::size_t i = 0; i < lines; ++i) {
     // Travels and waits are known once there was one.
     const double each_s =
-        i == 0 ? sweeps.sweep_time_s : (machine::MonotonicNow() - begin_s) / static_cast<double>(i);
+        i == 0 ? sweeps.sweep_time_s : (machine::HostNow() - begin_s) / static_cast<double>(i);
     session.Say(fmt::format("scanning line {} of {}", i + 1, lines),
                 each_s * static_cast<double>(lines - i));
     auto swept = SweepLine(sweeping, sweeps.sweeps[i], i, sweeps.speed_mm_s);

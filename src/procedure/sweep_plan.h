@@ -46,6 +46,12 @@ struct SweepPlan {
 struct Reach {
   std::array<double, 3> minimum_mm{};
   std::array<double, 3> maximum_mm{};
+
+  /// In x and y.
+  [[nodiscard]] bool Contains(const pressure_advance::BoundsMm& bounds) const {
+    return bounds.min_x_mm >= minimum_mm[0] && bounds.max_x_mm <= maximum_mm[0] &&
+           bounds.min_y_mm >= minimum_mm[1] && bounds.max_y_mm <= maximum_mm[1];
+  }
 };
 
 /// One sweep along each line of one pattern, or of all patterns where none is named, in print

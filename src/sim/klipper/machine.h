@@ -146,13 +146,11 @@ class VirtualKlipper {
   void SetPin(const std::string& name, double value);
   void SetHeaterTarget(Heater& heater, double target_c);
   [[nodiscard]] Heater* FindHeater(const std::string& name);
-  /// The toolhead's last queued place: x, y, z, e.
-  [[nodiscard]] std::array<double, 4> CommandedPosition() const { return commanded_mm; }
 
   GcodeState gcode;
   std::map<std::string, GcodeState> saved;
   MotionSettings settings;
-  std::array<double, 4> commanded_mm{};
+  std::array<double, 4> commanded_mm{};  ///< the toolhead's last queued place: x, y, z, e
   std::array<bool, 3> homed{};
   /// Where the head is, less where Klipper believes it to be.
   std::array<double, 3> physical_offset_mm{};
