@@ -4,7 +4,7 @@ import pathlib
 import re
 import sys
 
-CALIBRATIONS = {"pressure_advance"}
+CALIBRATIONS = {"pressure_advance", "tap"}
 PURE = {"base", "geometry", "signal", "vision", "gcode"}
 ALLOWED = {
     "base": set(),
@@ -13,6 +13,7 @@ ALLOWED = {
     "vision": {"base", "geometry"},
     "gcode": {"base", "geometry"},
     "pressure_advance": PURE,
+    "tap": PURE,
     "machine": {"base", "geometry"},
     "store": {"base"} | CALIBRATIONS,
     "report": {"base"} | CALIBRATIONS,
