@@ -100,6 +100,12 @@ struct TapAnalysis {
   std::size_t notice_count = 0;
   FittedForce force;
 
+  /// Adds a notice; one beyond kMaxNotices is dropped.
+  void Notice(const Finding& finding) {
+    if (notice_count < kMaxNotices) {
+      notices[notice_count++] = finding;
+    }
+  }
   [[nodiscard]] std::span<const Point> Points() const { return {points.data(), point_count}; }
   [[nodiscard]] std::span<const Finding> Notices() const { return {notices.data(), notice_count}; }
 };

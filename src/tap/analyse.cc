@@ -1,0 +1,57 @@
+#include "tap/analyse.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tap/check_input.h"
+#include "tap/contact.h"
+#include "tap/finding.h"
+
+namespace trammel::tap {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+TapAnalysis Refused(Method method, const Finding& reason) {
+  TapAnalysis result;
+  result.method = method;
+  result.verdict = Verdict::kRefused;
+  result.reason = reason;
+  result.quality = result.noise_g = kNone;
+  return result;
+}
+
+/// Value and uncertainty exist only with a good verdict.
+void HideUnlessGood(TapAnalysis& result) {
+  if (result.verdict != Verdict::kGood) {
+    result.contact_z_mm = result.contact_time_s = result.standard_uncertainty_mm = kNone;
+    result.interval95_mm = {kNone, kNone};
+  }
+}
+
+}  // namespace
+
+std::size_t WorkspaceBytes(std::size_t samples) { return ContactWorkspaceBytes(samples); }
+
+TapAnalysis AnalyseTap(const TapView& tap, const TapOptions& options, Workspace& workspace) {
+  TapMotion motion;
+  TapAnalysis result = Refused(options.method, CheckInput(tap, motion));
+  if (result.reason.code == FindingCode::kNone) {
+    AnalyseContact(tap, motion, options, workspace, result);
+  }
+  HideUnlessGood(result);
+  return result;
+}
+
+TapAnalysis TapAnalyser::Analyse(const TapView& tap) {
+  // More samples than CheckInput admits need no memory to be refused.
+  const std::size_t samples = std::min(tap.time_s.size(), kMostSamples);
+  if (const std::size_t bytes = WorkspaceBytes(samples); memory_.size() < bytes) {
+    memory_.resize(bytes);
+  }
+  Workspace workspace(memory_);
+  return AnalyseTap(tap, options_, workspace);
+}
+
+}  // namespace trammel::tap
