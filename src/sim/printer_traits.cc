@@ -1,59 +1,42 @@
 #include "sim/printer_traits.h"
 
-#include <fmt/format.h>
-
 #include "base/check.h"
+#include "sim/field_bound.h"
 
 namespace trammel::sim {
-namespace {
-
-struct FieldBound {
-  const char* name;
-  double value;
-  double lo;
-  double hi;
-};
-
-}  // namespace
 
 Result<void> Validate(const PrinterTraits& t) {
-  const FieldBound fields[] = {
-      {"bed_size_x_mm", t.bed_size_x_mm, 1, 2000},
-      {"bed_size_y_mm", t.bed_size_y_mm, 1, 2000},
-      {"filament_diameter_mm", t.filament_diameter_mm, 0.5, 5},
-      {"nozzle_diameter_mm", t.nozzle_diameter_mm, 0.1, 2},
-      {"max_velocity_mm_s", t.max_velocity_mm_s, 1, 1e4},
-      {"max_acceleration_mm_s2", t.max_acceleration_mm_s2, 1, 1e6},
-      {"square_corner_velocity_mm_s", t.square_corner_velocity_mm_s, 0, 1e3},
-      {"minimum_cruise_ratio", t.minimum_cruise_ratio, 0, 0.999},
-      {"smooth_time_s", t.smooth_time_s, 0, 0.2},
-      {"k_star_s", t.k_star_s, 1e-4, 10},
-      {"law.exponent", t.law.exponent, 0.2, 1},
-      {"law.saturating_share", t.law.saturating_share, 0, 0.95},
-      {"law.knee_mm_s", t.law.knee_mm_s, 0.01, 1000},
-      {"lag_scatter_s", t.lag_scatter_s, 0, 0.1},
-      {"flow_scatter", t.flow_scatter, 0, 0.2},
-      {"flow_drift", t.flow_drift, 0, 0.2},
-      {"flow_noise", t.flow_noise, 0, 0.2},
-      {"flow_noise_length_mm", t.flow_noise_length_mm, 0.1, 100},
-      {"slip", t.slip, 0, 0.3},
-      {"start_loss_mm", t.start_loss_mm, -0.2, 0.2},
-      {"start_loss_scatter_mm", t.start_loss_scatter_mm, 0, 0.2},
-      {"smear_mm", t.smear_mm, 0, 2},
-      {"break_area_mm2", t.break_area_mm2, 0, 1},
-      {"plate_tilt_x", t.plate_tilt_x, -0.01, 0.01},
-      {"plate_tilt_y", t.plate_tilt_y, -0.01, 0.01},
-      {"blobs_per_m", t.blobs_per_m, 0, 1000},
-      {"gaps_per_m", t.gaps_per_m, 0, 1000},
-      {"strings_per_m", t.strings_per_m, 0, 1000},
-  };
-  for (const FieldBound& field : fields) {
-    if (!(field.value >= field.lo && field.value <= field.hi)) {
-      return Fail(fmt::format("printer trait {} is {}; it must lie within {} … {}", field.name,
-                              field.value, field.lo, field.hi));
-    }
-  }
-  return {};
+  return CheckBounds("printer trait",
+                     {
+                         {"bed_size_x_mm", t.bed_size_x_mm, 1, 2000},
+                         {"bed_size_y_mm", t.bed_size_y_mm, 1, 2000},
+                         {"filament_diameter_mm", t.filament_diameter_mm, 0.5, 5},
+                         {"nozzle_diameter_mm", t.nozzle_diameter_mm, 0.1, 2},
+                         {"max_velocity_mm_s", t.max_velocity_mm_s, 1, 1e4},
+                         {"max_acceleration_mm_s2", t.max_acceleration_mm_s2, 1, 1e6},
+                         {"square_corner_velocity_mm_s", t.square_corner_velocity_mm_s, 0, 1e3},
+                         {"minimum_cruise_ratio", t.minimum_cruise_ratio, 0, 0.999},
+                         {"smooth_time_s", t.smooth_time_s, 0, 0.2},
+                         {"k_star_s", t.k_star_s, 1e-4, 10},
+                         {"law.exponent", t.law.exponent, 0.2, 1},
+                         {"law.saturating_share", t.law.saturating_share, 0, 0.95},
+                         {"law.knee_mm_s", t.law.knee_mm_s, 0.01, 1000},
+                         {"lag_scatter_s", t.lag_scatter_s, 0, 0.1},
+                         {"flow_scatter", t.flow_scatter, 0, 0.2},
+                         {"flow_drift", t.flow_drift, 0, 0.2},
+                         {"flow_noise", t.flow_noise, 0, 0.2},
+                         {"flow_noise_length_mm", t.flow_noise_length_mm, 0.1, 100},
+                         {"slip", t.slip, 0, 0.3},
+                         {"start_loss_mm", t.start_loss_mm, -0.2, 0.2},
+                         {"start_loss_scatter_mm", t.start_loss_scatter_mm, 0, 0.2},
+                         {"smear_mm", t.smear_mm, 0, 2},
+                         {"break_area_mm2", t.break_area_mm2, 0, 1},
+                         {"plate_tilt_x", t.plate_tilt_x, -0.01, 0.01},
+                         {"plate_tilt_y", t.plate_tilt_y, -0.01, 0.01},
+                         {"blobs_per_m", t.blobs_per_m, 0, 1000},
+                         {"gaps_per_m", t.gaps_per_m, 0, 1000},
+                         {"strings_per_m", t.strings_per_m, 0, 1000},
+                     });
 }
 
 PrinterTraits DrawTraits(double k_star_s, Random& random) {

@@ -1,0 +1,196 @@
+#include "sim/cell_traits.h"
+
+#include <cmath>
+#include <map>
+
+#include "sim/field_bound.h"
+
+namespace trammel::sim {
+namespace {
+
+Result<void> CheckPress(const PressTraits& p) {
+  // Softer than this the law would fall before its reference depth.
+  const double softest = p.law.kind == ContactKind::kCubic ? -0.3 : -0.45;
+  return CheckBounds("load cell trait",
+                     {{"press.law.stiffness_g_mm", p.law.stiffness_g_mm, 1, 1e6},
+                      {"press.law.reference_mm", p.law.reference_mm, 1e-4, 1},
+                      {"press.law.share", p.law.share, softest, 5},
+                      {"press.law.exponent", p.law.exponent, 1, 3},
+                      {"press.law.sheet_gap_mm", p.law.sheet_gap_mm, 0, 1},
+                      {"press.law.sheet_stiffness_g_mm", p.law.sheet_stiffness_g_mm, 0, 1e5},
+                      {"press.onset_travel_mm", p.onset_travel_mm, 0, 0.1},
+                      {"press.creep_share", p.creep_share, 0, 0.5},
+                      {"press.creep_s", p.creep_s, 1e-3, 100},
+                      {"press.stick_g", p.stick_g, 0, 1e4},
+                      {"press.blob_g", p.blob_g, 0, 1e4},
+                      {"press.blob_mm", p.blob_mm, 1e-3, 5},
+                      {"press.thread_g", p.thread_g, 0, 1e4},
+                      {"press.thread_mm", p.thread_mm, 1e-3, 5}});
+}
+
+Result<void> CheckDisturbance(const DisturbanceTraits& d) {
+  return CheckBounds("load cell trait",
+                     {{"disturbance.noise_g", d.noise_g, 0, 1e4},
+                      {"disturbance.approach_noise_g", d.approach_noise_g, 0, 1e4},
+                      {"disturbance.approach_speed_mm_s", d.approach_speed_mm_s, 0.01, 100},
+                      {"disturbance.drift_g_s", d.drift_g_s, -1e4, 1e4},
+                      {"disturbance.drift_g_mm", d.drift_g_mm, -1e4, 1e4},
+                      {"disturbance.wander_g", d.wander_g, 0, 1e4},
+                      {"disturbance.wander_s", d.wander_s, 1e-3, 1e4},
+                      {"disturbance.hum_g", d.hum_g, 0, 1e4},
+                      {"disturbance.hum_hz", d.hum_hz, 1, 1000},
+                      {"disturbance.hum_second", d.hum_second, 0, 10},
+                      {"disturbance.hum_third", d.hum_third, 0, 10},
+                      {"disturbance.heater_g", d.heater_g, -1e4, 1e4},
+                      {"disturbance.heater_hz", d.heater_hz, 0.01, 1000},
+                      {"disturbance.heater_duty", d.heater_duty, 0, 1}});
+}
+
+Result<void> CheckConverter(const ConverterTraits& c) {
+  return CheckBounds("load cell trait",
+                     {{"converter.rate_hz", c.rate_hz, 5, 1e5},
+                      {"converter.filter_order", static_cast<double>(c.filter_order), 0, 5},
+                      {"converter.counts_per_g", c.counts_per_g, 0.01, 1e5},
+                      {"converter.sign squared", c.sign * c.sign, 1, 1},
+                      {"converter.offset_g", c.offset_g, -1e6, 1e6},
+                      {"converter.saturation_g", c.saturation_g, 1, 1e7}});
+}
+
+CellTraits With(void (*change)(CellTraits&)) {
+  CellTraits traits;
+  change(traits);
+  return traits;
+}
+
+// Laws reach 3500 gf/mm x 45 um at 45 um, but for the share that they are named after.
+const std::map<std::string, CellTraits, std::less<>>& Named() {
+  static const std::map<std::string, CellTraits, std::less<>> named = {
+      {"reference", CellTraits{}},
+      {"stiffening", With([](CellTraits& t) {
+         t.press.law.kind = ContactKind::kQuadratic;
+         t.press.law.share = 0.5;
+       })},
+      {"softening", With([](CellTraits& t) {
+         t.press.law.kind = ContactKind::kQuadratic;
+         t.press.law.share = -0.3;
+       })},
+      {"power-1.25", With([](CellTraits& t) {
+         t.press.law.kind = ContactKind::kPower;
+         t.press.law.exponent = 1.25;
+       })},
+      {"hertz", With([](CellTraits& t) {
+         t.press.law.kind = ContactKind::kPower;
+         t.press.law.exponent = 1.5;
+       })},
+      {"cubic", With([](CellTraits& t) {
+         t.press.law.kind = ContactKind::kCubic;
+         t.press.law.share = 0.5;
+       })},
+      {"noisy", With([](CellTraits& t) { t.disturbance.noise_g = 8; })},
+      {"drifting", With([](CellTraits& t) { t.disturbance.drift_g_s = 20; })},
+      {"humming", With([](CellTraits& t) {
+         t.disturbance.hum_g = 4;
+         t.disturbance.hum_second = 0.5;
+         t.disturbance.hum_third = 0.3;
+       })},
+      {"heating", With([](CellTraits& t) { t.disturbance.heater_g = 4; })},
+      {"creeping", With([](CellTraits& t) { t.press.creep_share = 0.08; })},
+      {"backlash", With([](CellTraits& t) {
+         t.press.onset = Onset::kFlat;
+         t.press.onset_travel_mm = 0.004;
+       })},
+      {"friction", With([](CellTraits& t) {
+         t.press.onset = Onset::kCurved;
+         t.press.onset_travel_mm = 0.004;
+       })},
+      {"slow", With([](CellTraits& t) {
+         t.converter.rate_hz = 80;
+         t.converter.filter_order = 4;
+       })},
+      {"oozing", With([](CellTraits& t) {
+         t.press.blob_g = 40;
+         t.press.thread_g = 15;
+       })},
+      {"sticking", With([](CellTraits& t) { t.press.stick_g = 40; })},
+      {"loose-sheet", With([](CellTraits& t) {
+         t.press.law.sheet_gap_mm = 0.02;
+         t.press.law.sheet_stiffness_g_mm = 700;
+       })},
+      {"dropping", With([](CellTraits& t) { t.faults.drop_share = 0.1; })},
+      {"minus-one", With([](CellTraits& t) {
+         t.faults.minus_one_share = 0.02;
+         t.converter.offset_g = 120;
+       })},
+  };
+  return named;
+}
+
+PressTraits DrawPress(Random& random) {
+  PressTraits press;
+  ContactLaw& law = press.law;
+  law.stiffness_g_mm = random.Uniform(2000, 6000);
+  law.kind = static_cast<ContactKind>(random.Below(4));
+  law.share =
+      law.kind == ContactKind::kCubic ? random.Uniform(-0.15, 0.5) : random.Uniform(-0.3, 0.5);
+  law.exponent = random.Uniform(1, 1.5);
+  press.onset = static_cast<Onset>(random.Below(3));
+  press.onset_travel_mm = press.onset == Onset::kInstant ? 0 : random.Uniform(0.0005, 0.004);
+  press.creep_share = random.Uniform(0, 0.04);
+  press.creep_s = random.Uniform(0.05, 0.5);
+  return press;
+}
+
+}  // namespace
+
+Result<void> Validate(const CellTraits& traits) {
+  for (const Result<void>& checked :
+       {CheckPress(traits.press), CheckDisturbance(traits.disturbance),
+        CheckConverter(traits.converter),
+        CheckBounds("load cell trait",
+                    {{"faults.drop_share", traits.faults.drop_share, 0, 1},
+                     {"faults.duplicate_time_share", traits.faults.duplicate_time_share, 0, 1},
+                     {"faults.minus_one_share", traits.faults.minus_one_share, 0, 1},
+                     {"faults.stuck_s", traits.faults.stuck_s, 0, 1e6},
+                     {"faults.gap_s", traits.faults.gap_s, 0, 1e6},
+                     {"faults.impulse_g", traits.faults.impulse_g, -1e5, 1e5}})}) {
+    if (!checked) return checked;
+  }
+  return {};
+}
+
+CellTraits DrawCellTraits(Random& random) {
+  constexpr double kRatesHz[] = {80, 320, 331.7, 400, 500, 1000, 2000};
+  CellTraits traits;
+  traits.press = DrawPress(random);
+  traits.disturbance.noise_g = random.Uniform(0.8, 4);
+  traits.disturbance.approach_noise_g = random.Uniform(0, 4);
+  traits.disturbance.drift_g_s = random.Normal(0, 4);
+  traits.disturbance.drift_g_mm = random.Normal(0, 10);
+  traits.disturbance.wander_g = random.Uniform(0, 1);
+  traits.disturbance.hum_hz = random.Uniform() < 0.5 ? 50 : 60;
+  traits.disturbance.hum_g = random.Uniform(0, 1);
+  traits.converter.rate_hz = kRatesHz[random.Below(std::size(kRatesHz))];
+  traits.converter.filter_order = static_cast<int>(random.Below(5));
+  traits.converter.sign = random.Uniform() < 0.5 ? 1 : -1;
+  traits.converter.offset_g = random.Uniform(-2000, 2000);
+  return traits;
+}
+
+std::vector<std::string> CellNames() {
+  std::vector<std::string> names;
+  for (const auto& [name, traits] : Named()) names.push_back(name);
+  return names;
+}
+
+Result<CellTraits> CellByName(std::string_view name) {
+  const auto found = Named().find(name);
+  if (found != Named().end()) return found->second;
+  std::string known;
+  for (const std::string& candidate : CellNames()) {
+    known += (known.empty() ? "" : ", ") + candidate;
+  }
+  return Fail(
+      fmt::format("there is no load cell \"{}\"; choose one of {}", name.substr(0, 60), known));
+}
+
+}  // namespace trammel::sim
