@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -327,6 +328,19 @@ TEST(MachineWire, ABedCutOffOrAlteredAnywhereNeverCrashes) {
       (void)DecodeBed(altered);
     }
   }
+}
+
+TEST(UnixSocketTest, TakesThePlaceOfAServerThatIsGoneButOfNoOther) {
+  const ScratchFolder folder;
+  const auto path = folder.path() / "machine.socket";
+  {
+    const auto killed = UnixSocket::Listen(path);  // its end leaves the file
+    ASSERT_TRUE(killed) << killed.error().message;
+    EXPECT_FALSE(UnixSocket::Listen(path)) << "somebody listens there";
+  }
+  EXPECT_TRUE(UnixSocket::Listen(path));
+  std::ofstream(folder.path() / "diary") << "dear";
+  EXPECT_FALSE(UnixSocket::Listen(folder.path() / "diary"));
 }
 
 TEST(UnixSocketTest, WaitsNoLongerThanItIsTold) {

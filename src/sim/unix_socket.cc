@@ -123,6 +123,17 @@ const sockaddr* Generic(const sockaddr_un& address) {
   return reinterpret_cast<const sockaddr*>(&address);
 }
 
+// A server that was killed leaves its socket's file behind; the system refuses connections to it.
+void RemoveIfAbandoned(const sockaddr_un& address) {
+  struct stat status {};
+  if (lstat(address.sun_path, &status) != 0 || !S_ISSOCK(status.st_mode)) return;
+  const int probe = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (probe < 0) return;
+  const UnixSocket owner(probe);
+  const bool answers = connect(probe, Generic(address), sizeof(address)) == 0;
+  if (!answers && errno == ECONNREFUSED) unlink(address.sun_path);
+}
+
 }  // namespace
 
 UnixSocket::UnixSocket(UnixSocket&& other) noexcept
@@ -141,6 +152,7 @@ Result<UnixSocket> UnixSocket::Listen(const std::filesystem::path& path) {
   Result<Opened> opened = Open(path);
   if (!opened) return tl::unexpected(opened.error());
   const auto& [socket, descriptor, address] = *opened;
+  RemoveIfAbandoned(address);
   if (bind(descriptor, Generic(address), sizeof(address)) != 0) return FailMachine(SystemSaid());
   // Before it listens, so that nobody else ever connects.
   if (chmod(path.c_str(), S_IRUSR | S_IWUSR) != 0 || listen(descriptor, kBacklog) != 0) {

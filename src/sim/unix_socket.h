@@ -20,7 +20,8 @@ class UnixSocket {
   UnixSocket& operator=(UnixSocket&& other) noexcept;
   ~UnixSocket();
 
-  /// A file that is there already is an error (kMachine); the new one is for this user alone.
+  /// A file that is there already is an error (kMachine), but for a socket that nobody listens on
+  /// any more, which is replaced; the new one is for this user alone.
   /// Error (kInput): a path of no or of more than 100 bytes.
   [[nodiscard]] static Result<UnixSocket> Listen(const std::filesystem::path& path);
   [[nodiscard]] static Result<UnixSocket> Connect(const std::filesystem::path& path);

@@ -178,6 +178,15 @@ std::vector<Case> BeforeItBegins() {
         WorkedWith},
        kMachine,
        {"laser_on_gcode", "LASER_ON"}});
+  cases.push_back({{"UnknownStartMacro",
+                    [](ShopOptions& options) {
+                      options.config["printer"] =
+                          "start_gcode = \"PRINT_START_MISSING\\nG28\\n"
+                          "M109 S{nozzle_temperature_c}\\n\"\n";
+                    },
+                    WorkedWith},
+                   kMachine,
+                   {"PRINT_START_MISSING"}});
   cases.push_back({{"NoCamera",
                     [](ShopOptions& options) {
                       options.with_camera = false;
@@ -280,6 +289,8 @@ std::vector<Case> InTheMiddle() {
       sweeping("Terminate", Signal(SIGTERM), kInterrupted, {"stopped"}),
       sweeping("CameraStalls", Camera(CameraFaultKind::kStall), kMachine, {"no frame within 5 s"}),
       sweeping("CameraCloses", Camera(CameraFaultKind::kClose), kMachine, {"the stream ended"}),
+      sweeping("CameraSizeChanges", Camera(CameraFaultKind::kSizeChange), kMachine,
+               {"96x96", "160x120"}),
       sweeping("HalfPicture", Camera(CameraFaultKind::kHalfJpeg, 0), kMachine,
                {"the stream ended"}),
   };
@@ -290,6 +301,9 @@ std::vector<Case> InTheMiddle() {
     cases.push_back(sweeping(name, Camera(kind), 0, {}));
     cases.back().judge = RightOrSilent;
   }
+  // The print goes on by itself, and so does trammel once the connection is back.
+  cases.push_back(printing("Disconnect", Disconnect(2), 0, {}));
+  cases.back().judge = RightOrSilent;
   cases.push_back(LongLost());
   cases.push_back(Killed());
   Case weak{{"HeaterNeverGetsThere",
