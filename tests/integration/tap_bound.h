@@ -1,0 +1,24 @@
+// The least standard deviation that any unbiased estimator of the contact height can have.
+#pragma once
+
+#include <span>
+
+#include "sim/contact_law.h"
+
+namespace trammel {
+
+/// A model of force against height: a baseline, flat or sloped, and below the break a press whose
+/// polynomial has so many terms.
+struct PressModel {
+  bool sloped_baseline = true;
+  int press_terms = 1;  ///< 1 … 3
+};
+
+/// Cramér-Rao bound of the break in mm: from the Fisher matrix of break, baseline and press terms
+/// for independent normal noise, at the press of `law`.
+/// @param height_mm  of each sample above the contact.
+/// REQUIRES noise_g > 0 and samples on both sides; NaN where they do not determine the model.
+[[nodiscard]] double ContactBound(std::span<const double> height_mm, double noise_g,
+                                  const sim::ContactLaw& law, const PressModel& model);
+
+}  // namespace trammel
