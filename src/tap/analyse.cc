@@ -6,7 +6,10 @@
 
 #include "tap/check_input.h"
 #include "tap/contact.h"
+#include "tap/corruption.h"
 #include "tap/finding.h"
+#include "tap/quality_checks.h"
+#include "tap/two_line.h"
 
 namespace trammel::tap {
 namespace {
@@ -22,6 +25,30 @@ TapAnalysis Refused(Method method, const Finding& reason) {
   return result;
 }
 
+/// Both methods are asked the same of a tap first; what that refuses, no method may answer.
+void Judge(const TapView& tap, const TapMotion& motion, const TapOptions& options,
+           Workspace& workspace, TapAnalysis& result) {
+  const CleanTap clean = CleanSamples(tap, motion, workspace);
+  if (!clean.memory_suffices) {
+    result.reason = {FindingCode::kSmallWorkspace, 0,
+                     static_cast<double>(WorkspaceBytes(tap.time_s.size()))};
+    return;
+  }
+  const TapLines lines = FindTapLines(clean, motion, options.two_line);
+  const CheckOptions checks = {options.nozzle_temperature_c, options.trigger_force_g,
+                               options.decompression_angle_rad};
+  const Finding refusal = CheckTap(clean, motion, lines, checks, result);
+  if (options.method == Method::kTwoLine) {
+    JudgeTwoLine(tap.moves, clean, motion, lines, options, result);
+  } else {
+    AnalyseContact(tap, motion, options, workspace, result);
+  }
+  if (refusal.code != FindingCode::kNone) {
+    result.verdict = Verdict::kRefused;
+    result.reason = refusal;
+  }
+}
+
 /// Value and uncertainty exist only with a good verdict.
 void HideUnlessGood(TapAnalysis& result) {
   if (result.verdict != Verdict::kGood) {
@@ -32,13 +59,15 @@ void HideUnlessGood(TapAnalysis& result) {
 
 }  // namespace
 
-std::size_t WorkspaceBytes(std::size_t samples) { return ContactWorkspaceBytes(samples); }
+std::size_t WorkspaceBytes(std::size_t samples) {
+  return CleanWorkspaceBytes(samples) + ContactWorkspaceBytes(samples);
+}
 
 TapAnalysis AnalyseTap(const TapView& tap, const TapOptions& options, Workspace& workspace) {
   TapMotion motion;
   TapAnalysis result = Refused(options.method, CheckInput(tap, motion));
   if (result.reason.code == FindingCode::kNone) {
-    AnalyseContact(tap, motion, options, workspace, result);
+    Judge(tap, motion, options, workspace, result);
   }
   HideUnlessGood(result);
   return result;

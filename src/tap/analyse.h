@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tap/tap.h"
+#include "tap/two_line_fit.h"
 #include "tap/workspace.h"
 
 namespace trammel::tap {
@@ -15,6 +16,12 @@ struct TapOptions {
   double latency_uncertainty_s = 0;  ///< Its standard uncertainty; >= 0.
   /// Of the nozzle when tapped, degC; NaN where it is not known. Hot plastic oozes.
   double nozzle_temperature_c = __builtin_nan("");
+  /// At which the firmware stops the approach, gf; NaN where it is not known. Checked only.
+  double trigger_force_g = __builtin_nan("");
+  /// Of the decompression of a clean nozzle at 25 gf = 0.1 s, a factor of the published score; NaN
+  /// leaves it out.
+  double decompression_angle_rad = __builtin_nan("");
+  TwoLineOptions two_line;
 };
 
 /// Bytes of workspace that suffice for taps of so many samples, with either method.

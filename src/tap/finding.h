@@ -23,6 +23,43 @@ enum class FindingCode : std::uint8_t {
   kNoCruise,        ///< Upward moves at constant speed; the least that are needed.
   kMovesOutside,    ///< s of the pull-back's cruise without samples; the most allowed.
   kSmallWorkspace,  ///< Bytes given; bytes needed.
+  // The samples: notices, and refusals where they reach into the pull-back.
+  kDuplicateTimes,    ///< Samples that repeat a time; the most that are borne.
+  kDroppedSamples,    ///< Samples missing; the most in a row that are borne.
+  kSpikes,            ///< Samples alone far off, left out; the most that are borne.
+  kErrorFrames,       ///< The same, all of one value.
+  kStuckSamples,      ///< Samples in a row of one value; the most in the pull-back that are borne.
+  kSaturatedSamples,  ///< Samples at the end of the range; the most in the pull-back.
+  kHum50Hz,           ///< gf of amplitude; Hz at which it appears.
+  kHum60Hz,           ///< As above.
+  kHum100Hz,          ///< As above.
+  kHum120Hz,          ///< As above.
+  kDrift,             ///< gf/s; the most without a word.
+  kHotNozzle,         ///< degC; the most at which no filament oozes.
+  // What was pressed on.
+  kNoContact,       ///< gf by which the force at rest stands out; least.
+  kMidAirImpulse,   ///< gf that were reached on the way down and gone before the pull-back; most.
+  kStillInContact,  ///< gf/s at the pull-back's end; the most that is flat.
+  kFouledNozzle,    ///< % of the force lost at rest; most.
+  kSlowCollision,   ///< mm from the first touch to the halt; most.
+  kBaselineForceInconsistent,  ///< gf between before and after that drift does not explain; most.
+  kAdhesion,                   ///< gf by which the bed pulls on the nozzle after the break; most.
+  kLowCompressionForce,        ///< gf; the trigger force.
+  kLowDecompressionForce,      ///< % of the compression force; least.
+  kLowTapQuality,              ///< Score; least.
+  kShortPress,                 ///< mm; least without a word.
+  // The published method's own.
+  kTooFewProbingMoves,        ///< Moves; 5.
+  kTooManyProbingMoves,       ///< Moves; 6.
+  kCoastingMoveAcceleration,  ///< mm/s^2 of the approach's cruise; 0.
+  kApproachUnknown,           ///< Samples before the halt; the least that are needed.
+  kFewDecompressionSamples,   ///< Samples between the pull-back's cruise and the break; least.
+  kTapChronology,             ///< Point (from 1) that is not later than the one before; 0.
+  kTapShapeInvalid,           ///< Point (from 1) at which the curve turns the wrong way; 0.
+  kTapBreakContactTooEarly,   ///< s from the pull-back's start to the break; least.
+  kTapBreakContactTooLate,    ///< s from the pull-back's start to the break; most.
+  kTapPullbackTooShort,       ///< % of the pull-back that is over at the break; most.
+  kDecompressionNotSplit,     ///< Deviations of noise from its ends to its middle; least.
   // The break, as the method sees it.
   kFewSamplesInCruise,  ///< Samples during the pull-back's cruise; the least that are needed.
   kNoBreak,             ///< gf by which the press stands out at the pull-back's cruise; least.

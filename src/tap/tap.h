@@ -56,6 +56,7 @@ enum class Corner : std::uint8_t {
   kCollision,
   kPressEnd,
   kDwellEnd,
+  kDecompressionSplit,  ///< Where two lines through a curved decompression cross.
   kBreak,
   kPullBackEnd,
 };

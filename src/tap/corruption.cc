@@ -1,0 +1,271 @@
+#include "tap/corruption.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace trammel::tap {
+namespace {
+
+constexpr double kClipWidths = 2;  // of the pull-back: the write-up
+// Where the approach is not known the press is taken to have begun this many widths before.
+constexpr double kUnknownDwellWidths = 4;
+constexpr std::size_t kMedianSamples = 31;
+// Median of |difference of two normal values| over their standard deviation: 0.6745 sqrt 2.
+constexpr double kMedianDifference = 0.9539;
+// A gap of 1.75 periods is a sample lost; times of real converters scatter by a tenth of a period.
+constexpr double kGapPeriods = 1.75;
+// A spike stands out by ten deviations (none in 10^20 samples) and by a quarter of the press, which
+// ringing after an impact does not return from within three samples.
+constexpr double kSpikeDeviations = 10;
+constexpr double kSpikeOfPress = 0.25;
+constexpr std::size_t kSpikeLength = 3;
+// Chance that sound noise looks stuck or saturated.
+constexpr double kFalseAlarm = 1e-4;
+// Where every other value equals the one before, steps of the converter hide the noise.
+constexpr double kTiesOfCoarseSteps = 0.5;
+constexpr double kTiesOfFineSteps = 0.1;
+constexpr std::size_t kLeastSaturated = 6;
+
+struct Stretch {
+  std::size_t first = 0;
+  std::size_t end = 0;
+};
+
+std::size_t IndexAt(std::span<const float> time_s, double at_s) {
+  return static_cast<std::size_t>(
+      std::lower_bound(time_s.begin(), time_s.end(), static_cast<float>(at_s)) - time_s.begin());
+}
+
+// Of up to kMedianSamples values spread evenly over a stretch; NaN where it is empty.
+template <class Value>
+double MedianOver(Stretch stretch, const Value& value) {
+  if (stretch.end <= stretch.first) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  const std::size_t length = stretch.end - stretch.first;
+  const std::size_t count = std::min(length, kMedianSamples);
+  std::array<float, kMedianSamples> picked;
+  for (std::size_t i = 0; i < count; ++i) {
+    picked[i] = static_cast<float>(value(stretch.first + (2 * i + 1) * length / (2 * count)));
+  }
+  auto* const middle = picked.data() + count / 2;
+  std::nth_element(picked.data(), middle, picked.data() + count);
+  return *middle;
+}
+
+Stretch Clip(const TapView& tap, const TapMotion& motion) {
+  const double width_s = motion.pull_back_end_s - motion.pull_back_start_s;
+  const double from_s = motion.has_approach
+                            ? motion.approach_end_s - kClipWidths * width_s
+                            : motion.pull_back_start_s - kUnknownDwellWidths * width_s;
+  const double to_s = motion.pull_back_start_s + kClipWidths * width_s;
+  const auto first = std::lower_bound(tap.time_s.begin(), tap.time_s.end(), from_s);
+  const auto end = std::upper_bound(first, tap.time_s.end(), to_s);
+  return {static_cast<std::size_t>(first - tap.time_s.begin()),
+          static_cast<std::size_t>(end - tap.time_s.begin())};
+}
+
+void FindGaps(std::span<const float> time_s, CleanTap& clean) {
+  const auto limit = static_cast<float>(kGapPeriods * clean.period_s);
+  float longest = 0;
+  std::size_t gaps = 0;
+  std::size_t repeated = 0;
+  for (std::size_t i = 1; i < time_s.size(); ++i) {
+    const float gap = time_s[i] - time_s[i - 1];
+    longest = std::max(longest, gap);
+    gaps += gap > limit ? 1 : 0;
+    repeated += gap > 0 ? 0 : 1;
+  }
+  clean.longest_gap_s = longest;
+  clean.duplicated = repeated;
+  for (std::size_t i = 1; i < time_s.size() && gaps > 0; ++i) {
+    const float gap = time_s[i] - time_s[i - 1];
+    if (gap > limit) {
+      --gaps;
+      clean.dropped += static_cast<std::size_t>(std::lround(gap / clean.period_s)) - 1;
+      clean.longest_gap_start_s = gap == longest ? time_s[i - 1] : clean.longest_gap_start_s;
+    }
+  }
+}
+
+struct Run {
+  std::size_t first = 0;
+  std::size_t length = 1;
+};
+
+Run LongestRun(std::span<const float> force_g) {
+  Run longest;
+  Run now;
+  for (std::size_t i = 1; i < force_g.size(); ++i) {
+    now = force_g[i] == force_g[i - 1] ? Run{now.first, now.length + 1} : Run{i, 1};
+    longest = now.length > longest.length ? now : longest;
+  }
+  return longest;
+}
+
+std::size_t Overlap(Stretch a, Stretch b) {
+  const std::size_t first = std::max(a.first, b.first);
+  const std::size_t end = std::min(a.end, b.end);
+  return end > first ? end - first : 0;
+}
+
+void FindSaturation(std::span<const float> force_g, Stretch cruise, CleanTap& clean) {
+  float lowest = force_g[0];
+  float highest = force_g[0];
+  for (const float force : force_g) {
+    lowest = std::min(lowest, force);
+    highest = std::max(highest, force);
+  }
+  for (const float extreme : {lowest, highest}) {
+    const auto count =
+        static_cast<std::size_t>(std::count(force_g.begin(), force_g.end(), extreme));
+    if (lowest < highest && count >= kLeastSaturated && count > clean.saturated) {
+      clean.saturated = count;
+      clean.saturated_in_cruise = static_cast<std::size_t>(
+          std::count(force_g.begin() + static_cast<std::ptrdiff_t>(cruise.first),
+                     force_g.begin() + static_cast<std::ptrdiff_t>(cruise.end), extreme));
+    }
+  }
+}
+
+// Equal neighbours are rare where a converter's step is finer than the noise. A run of them that
+// chance would make once in 1 / kFalseAlarm taps is a converter that repeats itself, or has reached
+// the end of its range. Where steps are coarse, or there is no noise, ties say nothing.
+void FindTies(std::span<const float> force_g, Stretch cruise, CleanTap& clean) {
+  std::size_t ties = 0;
+  for (std::size_t i = 1; i < force_g.size(); ++i) {
+    ties += force_g[i] == force_g[i - 1] ? 1 : 0;
+  }
+  if (ties + 1 < kLeastSaturated / 2) {
+    return;
+  }
+  const Run run = LongestRun(force_g);
+  const auto n = static_cast<double>(force_g.size());
+  const auto others = static_cast<double>(force_g.size() - run.length);
+  const double tie_chance = (static_cast<double>(ties - (run.length - 1)) + 1) / (others + 1);
+  if (tie_chance > kTiesOfCoarseSteps) {
+    return;
+  }
+  if (tie_chance <= kTiesOfFineSteps) {
+    FindSaturation(force_g, cruise, clean);
+  }
+  const double chance = n * std::pow(tie_chance, static_cast<double>(run.length - 1));
+  if (chance < kFalseAlarm && clean.saturated < run.length) {
+    clean.stuck = run.length;
+    clean.stuck_in_cruise = Overlap(cruise, {run.first, run.first + run.length});
+  }
+}
+
+// Marks samples as NaN that leave their neighbourhood and come back to it within kSpikeLength.
+// @param moving_g  Noise before the collision: the way down is faster and shakes the cell.
+void MarkSpikes(std::span<float> force_g, double moving_g, Stretch collision, CleanTap& clean) {
+  const double press_g = std::abs(clean.dwell_g - clean.departure_g);
+  const double least_g = kSpikeOfPress * (press_g > 0 ? press_g : 0);
+  const auto limit = static_cast<float>(std::max(kSpikeDeviations * clean.noise_g, least_g));
+  const auto moving_limit = std::max(limit, static_cast<float>(kSpikeDeviations * moving_g));
+  std::size_t jumps = 0;
+  for (std::size_t i = 1; i < force_g.size(); ++i) {
+    jumps += std::abs(force_g[i] - force_g[i - 1]) > limit ? 1 : 0;
+  }
+  if (jumps == 0 || !(limit > 0)) {
+    return;
+  }
+  float first_value = 0;
+  clean.spikes_are_equal = true;
+  for (std::size_t i = 1; i < force_g.size(); ++i) {
+    const float before = force_g[i - 1];
+    const float jump = force_g[i] - before;
+    if (!(std::abs(jump) > (i < collision.first ? moving_limit : limit)) ||
+        (i >= collision.first && i < collision.end)) {
+      continue;
+    }
+    std::size_t back = i + 1;
+    while (back < force_g.size() && back <= i + kSpikeLength &&
+           std::abs(force_g[back] - before) > 0.3F * std::abs(jump)) {
+      ++back;
+    }
+    if (back == force_g.size() || back > i + kSpikeLength) {
+      continue;  // a step, not a spike
+    }
+    for (std::size_t k = i; k < back; ++k) {
+      first_value = clean.spikes == 0 ? force_g[k] : first_value;
+      clean.spikes_are_equal = clean.spikes_are_equal && force_g[k] == first_value;
+      force_g[k] = std::numeric_limits<float>::quiet_NaN();
+      ++clean.spikes;
+    }
+    i = back;
+  }
+  clean.spikes_are_equal = clean.spikes_are_equal && clean.spikes > 1;
+}
+
+std::size_t Compact(std::span<float> time_s, std::span<float> force_g) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    if (std::isnan(force_g[i]) || (kept > 0 && !(time_s[i] > time_s[kept - 1]))) {
+      continue;
+    }
+    time_s[kept] = time_s[i];
+    force_g[kept++] = force_g[i];
+  }
+  return kept;
+}
+
+void FindLevels(std::span<const float> time_s, std::span<const float> force_g, Stretch cruise,
+                std::size_t halt, std::size_t pull_back, CleanTap& clean) {
+  const std::size_t n = time_s.size();
+  const auto force = [&](std::size_t i) { return force_g[i]; };
+  clean.period_s = MedianOver({1, n}, [&](std::size_t i) { return time_s[i] - time_s[i - 1]; });
+  clean.noise_g =
+      MedianOver({1, n}, [&](std::size_t i) { return std::abs(force_g[i] - force_g[i - 1]); }) /
+      kMedianDifference;
+  clean.approach_g = MedianOver({0, halt - halt / 3}, force);
+  clean.dwell_g = MedianOver({pull_back - (pull_back - halt) / 2, pull_back}, force);
+  clean.departure_g = MedianOver({cruise.end - (cruise.end - cruise.first) / 7, n}, force);
+}
+
+}  // namespace
+
+std::size_t CleanWorkspaceBytes(std::size_t samples) {
+  constexpr std::size_t kAlignmentSlack = 128;
+  return 2 * sizeof(float) * samples + kAlignmentSlack;
+}
+
+CleanTap CleanSamples(const TapView& tap, const TapMotion& motion, Workspace& workspace) {
+  CleanTap clean;
+  const Stretch clip = Clip(tap, motion);
+  const std::size_t n = clip.end - clip.first;
+  const std::span<float> time_s = workspace.Take<float>(n);
+  const std::span<float> force_g = workspace.Take<float>(n);
+  constexpr std::size_t kLeast = 3;
+  clean.memory_suffices = time_s.size() == n && force_g.size() == n;
+  if (n < kLeast || !clean.memory_suffices) {
+    return clean;
+  }
+  clean.origin_s = motion.pull_back_start_s;
+  clean.origin_g = tap.force_g[(clip.first + clip.end) / 2];
+  for (std::size_t i = 0; i < n; ++i) {
+    time_s[i] = static_cast<float>(tap.time_s[clip.first + i] - clean.origin_s);
+    force_g[i] = static_cast<float>(tap.force_g[clip.first + i] - clean.origin_g);
+  }
+  const Stretch cruise = {IndexAt(time_s, motion.cruise_start_s - clean.origin_s),
+                          IndexAt(time_s, motion.cruise_end_s - clean.origin_s)};
+  const std::size_t pull_back = IndexAt(time_s, 0);
+  const std::size_t halt =
+      motion.has_approach ? IndexAt(time_s, motion.approach_end_s - clean.origin_s) : 0;
+  FindLevels(time_s, force_g, cruise, halt, pull_back, clean);
+  FindGaps(time_s, clean);
+  FindTies(force_g, cruise, clean);
+  const double moving_g = halt < 2 ? 0 : MedianOver({1, halt}, [&](std::size_t i) {
+                                           return std::abs(force_g[i] - force_g[i - 1]);
+                                         }) / kMedianDifference;
+  // Around the halt forces jump by themselves.
+  const std::size_t around = 2 + (pull_back - halt) / 8;
+  MarkSpikes(force_g, moving_g, {halt - std::min(halt, around), halt + around}, clean);
+  const std::size_t kept = clean.spikes + clean.duplicated > 0 ? Compact(time_s, force_g) : n;
+  clean.samples = {time_s.first(kept), force_g.first(kept)};
+  return clean;
+}
+
+}  // namespace trammel::tap
