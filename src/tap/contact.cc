@@ -3,143 +3,300 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "tap/approach_contact.h"
+#include "tap/break_estimate.h"
 #include "tap/finding.h"
+#include "tap/residuals.h"
 
 namespace trammel::tap {
 namespace {
 
-constexpr std::size_t kUnknowns = 4;  // baseline, its slope, press, its curvature
-constexpr std::size_t kLeastSamples = 12;
-constexpr std::size_t kLeastBeside = 4;  // samples on either side of the break
+constexpr std::size_t kLeastSamples = 14;  // five below, four above and some to choose between
+constexpr double kLeastStandOut = 5;       // of the press's force over the noise of one sample
+constexpr double kVague_mm = 0.02;         // a break that is not known to this is of no use
+constexpr double kOutlier = 5;             // deviations: one sample in two million
+constexpr double kNormal95 = 1.959964;
 
-struct Fit {
-  double sum_squares = std::numeric_limits<double>::infinity();
-  double break_z_mm = 0;
-  std::array<double, kUnknowns> coefficients{};
-  double precision = 0;  // of the break: reduced curvature of the sum of squares / 2
+/// The samples of the cruise, and what is computed from them.
+struct Stretch {
+  std::span<double> time_s;
+  std::span<double> y;
+  std::span<double> force;
+  std::span<double> weight;  // used once `weighted`
+  std::span<double> residual;
+  std::span<double> scratch;
+  bool weighted = false;
+  double z0_mm = 0;    // height of y = 0
+  double span_mm = 0;  // from y = 0 to y = 1
+  double mean_g = 0;
+  double sign = 1;  // of the press
+
+  [[nodiscard]] double Z(double t) const { return z0_mm + span_mm * t; }
 };
 
-using Row = std::array<double, kUnknowns + 1>;
+struct Fit {
+  BreakEstimate estimate;
+  PressProfile::Coefficients coefficients;
+  ResidualTraits traits;
+};
 
-Row Basis(double z, double break_z, double force) {
-  const double depth = std::max(0.0, break_z - z);
-  return {1, z - break_z, depth, depth * depth, force};
-}
-
-// Cholesky elimination of the normal equations, the force as the last column.
-bool Solve(std::array<Row, kUnknowns + 1>& a, Fit& fit) {
-  for (std::size_t k = 0; k < kUnknowns; ++k) {
-    if (!(a[k][k] > 0)) {
-      return false;
-    }
-    for (std::size_t i = k + 1; i <= kUnknowns; ++i) {
-      const double factor = a[k][i] / a[k][k];
-      for (std::size_t j = i; j <= kUnknowns; ++j) {
-        a[i][j] -= factor * a[k][j];
-      }
-    }
+// Of the sorted times, those whose force acted during the cruise.
+bool Select(const TapView& tap, const TapMotion& motion, double latency_s, Workspace& workspace,
+            Stretch& stretch) {
+  const auto first =
+      std::lower_bound(tap.time_s.begin(), tap.time_s.end(), motion.cruise_start_s + latency_s);
+  const auto last = std::upper_bound(first, tap.time_s.end(), motion.cruise_end_s + latency_s);
+  const auto n = static_cast<std::size_t>(last - first);
+  const auto offset = static_cast<std::size_t>(first - tap.time_s.begin());
+  for (std::span<double>* array : {&stretch.time_s, &stretch.y, &stretch.force, &stretch.weight,
+                                   &stretch.residual, &stretch.scratch}) {
+    *array = workspace.Take<double>(n);
   }
-  fit.sum_squares = std::max(0.0, a[kUnknowns][kUnknowns]);
-  for (std::size_t k = kUnknowns; k-- > 0;) {
-    double value = a[k][kUnknowns];
-    for (std::size_t j = k + 1; j < kUnknowns; ++j) {
-      value -= a[k][j] * fit.coefficients[j];
-    }
-    fit.coefficients[k] = value / a[k][k];
+  if (n < kLeastSamples || stretch.scratch.empty() || !(*(last - 1) > *first)) {
+    return false;
+  }
+  stretch.z0_mm = motion.CruiseZ(*first - latency_s);
+  stretch.span_mm = motion.pull_back_speed_mm_s * (*(last - 1) - *first);
+  const double scale = 1 / (*(last - 1) - *first);
+  for (std::size_t i = 0; i < n; ++i) {
+    stretch.time_s[i] = tap.time_s[offset + i];
+    stretch.y[i] = (tap.time_s[offset + i] - *first) * scale;
+    stretch.mean_g += tap.force_g[offset + i] / static_cast<double>(n);
+  }
+  // The press is what the force falls from: its first quarter against its last.
+  double fall = 0;
+  for (std::size_t i = 0; i < n / 4; ++i) {
+    fall += tap.force_g[offset + i] - tap.force_g[offset + n - 1 - i];
+  }
+  stretch.sign = fall < 0 ? -1 : 1;
+  for (std::size_t i = 0; i < n; ++i) {
+    stretch.force[i] = stretch.sign * (tap.force_g[offset + i] - stretch.mean_g);
   }
   return true;
 }
 
-Fit FitAt(std::span<const double> z, std::span<const double> force, double break_z) {
-  std::array<Row, kUnknowns + 1> a{};
-  for (std::size_t s = 0; s < z.size(); ++s) {
-    const Row row = Basis(z[s], break_z, force[s]);
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      for (std::size_t j = i; j < row.size(); ++j) {
-        a[i][j] += row[i] * row[j];
-      }
+// Leaves out the first samples: y starts from 0 again.
+void Trim(std::size_t count, Stretch& stretch) {
+  for (std::span<double>* array : {&stretch.time_s, &stretch.y, &stretch.force, &stretch.weight,
+                                   &stretch.residual, &stretch.scratch}) {
+    *array = array->subspan(count);
+  }
+  const double start = stretch.y[0];
+  for (double& y : stretch.y) {
+    y = (y - start) / (1 - start);
+  }
+  stretch.z0_mm += start * stretch.span_mm;
+  stretch.span_mm *= 1 - start;
+}
+
+Fit FitOnce(Stretch& stretch, double inflation, Workspace& workspace) {
+  const Workspace::Scope scope(workspace);
+  const PressProfile profile(
+      {stretch.y, stretch.force,
+       stretch.weighted ? std::span<const double>(stretch.weight) : std::span<const double>()},
+      workspace);
+  Fit fit;
+  fit.estimate = EstimateBreak(profile, inflation, workspace);
+  if (fit.estimate.outcome != BreakEstimate::Outcome::kFound) {
+    return fit;
+  }
+  // The most flexible press leaves the least of the form in the residuals, and the most noise.
+  constexpr std::size_t kOrder = PressProfile::kOrders;
+  fit.coefficients = profile.Fit(fit.estimate.t, kOrder);
+  const auto& [a, b, c] = fit.coefficients;
+  for (std::size_t i = 0; i < stretch.y.size(); ++i) {
+    const double d = std::max(0.0, fit.estimate.t - stretch.y[i]);
+    stretch.residual[i] = stretch.force[i] - a - b * (stretch.y[i] - fit.estimate.t) -
+                          d * (c[0] + d * (c[1] + d * c[2]));
+  }
+  fit.traits = Examine(stretch.residual, stretch.scratch);
+  return fit;
+}
+
+bool Found(const Fit& fit) { return fit.estimate.outcome == BreakEstimate::Outcome::kFound; }
+
+// Down-weights samples far off. One wild sample bends the first fit, so that it is repeated.
+void ForgetOutliers(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
+  constexpr int kPasses = 4;
+  for (int pass = 0; pass < kPasses && Found(fit); ++pass) {
+    if (!(fit.traits.largest > kOutlier * fit.traits.median_deviation) ||
+        !(fit.traits.median_deviation > 0)) {
+      break;
+    }
+    WeighOutliers(stretch.residual, fit.traits.median_deviation, stretch.weight);
+    stretch.weighted = true;
+    fit = FitOnce(stretch, 1, workspace);
+  }
+  if (stretch.weighted) {
+    const auto forgotten = std::count_if(stretch.weight.begin(), stretch.weight.end(),
+                                         [](double weight) { return weight < 0.5; });
+    if (forgotten > 0) {
+      result.Notice({FindingCode::kOutliersForgotten, static_cast<double>(forgotten), 0});
     }
   }
-  Fit fit;
-  fit.break_z_mm = break_z;
-  if (!Solve(a, fit)) {
-    fit.sum_squares = std::numeric_limits<double>::infinity();
+}
+
+void TakeOutHum(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
+  const MainsHum hum = FindMainsHum(stretch.time_s, stretch.residual, fit.estimate.noise);
+  if (hum.frequency_hz == 0) {
+    return;
+  }
+  constexpr int kPasses = 2;
+  for (int pass = 0; pass < kPasses && Found(fit); ++pass) {
+    RemoveMainsHum(hum, stretch.time_s, stretch.residual, stretch.force);
+    fit = FitOnce(stretch, 1, workspace);
+  }
+  result.Notice({FindingCode::kHumRemoved, hum.amplitude_g, 0});
+}
+
+// Residuals that are still not white: the drive lags behind at the start of the pull-back, or the
+// press follows another law at depth. Less of the press, from the deepest end, tells: the first
+// remainder whose residuals are white is taken, none if none is.
+void TrimPress(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
+  const std::size_t below = fit.estimate.below;
+  for (const double share : {0.15, 0.3, 0.45}) {
+    const auto count = static_cast<std::size_t>(share * static_cast<double>(below));
+    if (count == 0 || stretch.y.size() - count < kLeastSamples) {
+      continue;
+    }
+    const Workspace::Scope scope(workspace);
+    Stretch shorter = stretch;
+    shorter.y = workspace.Take<double>(stretch.y.size());
+    shorter.residual = workspace.Take<double>(stretch.y.size());
+    if (shorter.residual.empty()) {
+      return;
+    }
+    std::copy(stretch.y.begin(), stretch.y.end(), shorter.y.begin());
+    Trim(count, shorter);
+    const Fit attempt = FitOnce(shorter, 1, workspace);
+    if (Found(attempt) && attempt.traits.portmanteau < kPortmanteauLimit) {
+      Trim(count, stretch);
+      fit = FitOnce(stretch, 1, workspace);
+      result.Notice({FindingCode::kPressTrimmed, share, 0});
+      return;
+    }
+  }
+}
+
+Fit FitRobustly(Stretch& stretch, Workspace& workspace, TapAnalysis& result) {
+  Fit fit = FitOnce(stretch, 1, workspace);
+  ForgetOutliers(stretch, fit, workspace, result);
+  if (Found(fit) && fit.traits.portmanteau > kPortmanteauLimit) {
+    TakeOutHum(stretch, fit, workspace, result);
+  }
+  if (Found(fit) && fit.traits.portmanteau > kPortmanteauLimit) {
+    TrimPress(stretch, fit, workspace, result);
+  }
+  if (Found(fit) && fit.traits.portmanteau > kPortmanteauLimit && fit.traits.inflation > 1) {
+    const double inflation = fit.traits.inflation;
+    fit = FitOnce(stretch, inflation, workspace);
+    result.Notice({FindingCode::kCorrelatedNoise, std::sqrt(inflation), 1});
   }
   return fit;
 }
 
-Fit Search(std::span<const double> z, std::span<const double> force) {
-  Fit best;
-  for (std::size_t k = kLeastBeside; k + kLeastBeside < z.size(); ++k) {
-    const Fit fit = FitAt(z, force, z[k]);
-    if (fit.sum_squares < best.sum_squares) {
-      best = fit;
-    }
+void Report(const Stretch& stretch, const Fit& fit, const TapMotion& motion,
+            const TapOptions& options, TapAnalysis& result) {
+  const BreakEstimate& e = fit.estimate;
+  const double latency_mm = options.latency_uncertainty_s * motion.pull_back_speed_mm_s;
+  const double z = stretch.Z(e.t);
+  const double down = std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm);
+  const double up = std::hypot(stretch.Z(e.hi) - z, kNormal95 * latency_mm);
+  result.noise_g = e.noise;
+  result.contact_z_mm = z;
+  result.contact_time_s = motion.CruiseTime(z) + options.latency_s;
+  result.standard_uncertainty_mm = std::hypot(stretch.span_mm * e.standard_uncertainty, latency_mm);
+  result.interval95_mm = {z - down, z + up};
+
+  // Back to gf and mm: force = sign f + mean, d in mm.
+  const auto& [a, b, c] = fit.coefficients;
+  const double span = stretch.span_mm;
+  result.force = {true,
+                  stretch.z0_mm,
+                  stretch.z0_mm + span,
+                  z,
+                  stretch.sign * a + stretch.mean_g,
+                  stretch.sign * b / span,
+                  {stretch.sign * c[0] / span, stretch.sign * c[1] / (span * span),
+                   stretch.sign * c[2] / (span * span * span), 0}};
+  const double half = 0.5 * (down + up);
+  const double apart = span * std::max({std::abs(e.quadratic_t - e.t), std::abs(e.cubic_t - e.t),
+                                        std::abs(e.power_t - e.t)});
+  if (std::isfinite(apart) && apart > half) {
+    result.Notice({FindingCode::kFormLeftOpen, apart, half});
   }
-  const double step = (z.back() - z.front()) / static_cast<double>(z.size() - 1);
-  for (double width = step; width > 1e-3 * step; width /= 2) {
-    for (const double side : {-1.0, 1.0}) {
-      const Fit fit = FitAt(z, force, best.break_z_mm + side * width);
-      if (fit.sum_squares < best.sum_squares) {
-        best = fit;
-      }
-    }
+  if (half > kVague_mm) {
+    result.verdict = Verdict::kCannotTell;
+    result.reason = {FindingCode::kVagueBreak, half, kVague_mm};
+    return;
   }
-  const double up = FitAt(z, force, best.break_z_mm + step).sum_squares;
-  const double down = FitAt(z, force, best.break_z_mm - step).sum_squares;
-  best.precision = (up + down - 2 * best.sum_squares) / (2 * step * step);
-  return best;
+  result.verdict = Verdict::kGood;
+  result.reason = {};
+}
+
+// Corners of the curve that the fit knows of, in order of time.
+void AddPoints(const TapMotion& motion, const TapOptions& options, TapAnalysis& result) {
+  const FittedForce& force = result.force;
+  const auto at = [&](Corner corner, double z_mm) {
+    const double d = std::max(0.0, force.break_z_mm - z_mm);
+    const double g = force.baseline_g + force.baseline_slope_g_mm * (z_mm - force.break_z_mm) +
+                     d * (force.press_g[0] + d * (force.press_g[1] + d * force.press_g[2]));
+    result.points[result.point_count++] = {corner, motion.CruiseTime(z_mm) + options.latency_s,
+                                           z_mm, g};
+  };
+  at(Corner::kDwellEnd, force.from_z_mm);
+  at(Corner::kBreak, force.break_z_mm);
+  at(Corner::kPullBackEnd, force.to_z_mm);
+}
+
+Finding WhyNot(const Fit& fit, std::size_t samples) {
+  switch (fit.estimate.outcome) {
+    case BreakEstimate::Outcome::kTooFew:
+      return {FindingCode::kFewSamplesInCruise, static_cast<double>(samples), kLeastSamples};
+    case BreakEstimate::Outcome::kAtEdge:
+      return {FindingCode::kBreakAtEdge, 0, 5};
+    default:
+      return {FindingCode::kNoBreak, 0, kLeastStandOut * fit.estimate.noise};
+  }
 }
 
 }  // namespace
 
 std::size_t ContactWorkspaceBytes(std::size_t samples) {
-  return 1024 + 4 * samples * sizeof(double);
+  constexpr std::size_t kArrays = 8;                                // of double: Stretch, TrimPress
+  constexpr std::size_t kBookkeeping = 2048;                        // alignment of every piece
+  return kBookkeeping + samples * (kArrays * sizeof(double) +       //
+                                   PressProfile::kBytesPerSample +  //
+                                   sizeof(PressProfile::At));
 }
 
 void AnalyseContact(const TapView& tap, const TapMotion& motion, const TapOptions& options,
                     Workspace& workspace, TapAnalysis& result) {
   const Workspace::Scope scope(workspace);
-  const std::span<double> z = workspace.Take<double>(tap.time_s.size());
-  const std::span<double> force = workspace.Take<double>(tap.time_s.size());
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < tap.time_s.size() && n < z.size(); ++i) {
-    const double time_s = tap.time_s[i] - options.latency_s;
-    if (time_s >= motion.cruise_start_s && time_s <= motion.cruise_end_s) {
-      z[n] = motion.CruiseZ(time_s);
-      force[n++] = tap.force_g[i];
-    }
-  }
-  if (n < kLeastSamples) {
-    result.reason = {FindingCode::kFewSamplesInCruise, static_cast<double>(n), kLeastSamples};
+  Stretch stretch;
+  result.verdict = Verdict::kCannotTell;
+  if (!Select(tap, motion, options.latency_s, workspace, stretch)) {
+    result.reason = {FindingCode::kFewSamplesInCruise, static_cast<double>(stretch.y.size()),
+                     kLeastSamples};
     return;
   }
-  const Fit fit = Search(z.first(n), force.first(n));
-  if (!(fit.precision > 0)) {
-    result.verdict = Verdict::kCannotTell;
-    result.reason = {FindingCode::kNoBreak, 0, 0};
+  const Fit fit = FitRobustly(stretch, workspace, result);
+  result.noise_g = fit.estimate.noise;
+  if (!Found(fit)) {
+    result.reason = WhyNot(fit, stretch.y.size());
     return;
   }
-  const double variance = fit.sum_squares / static_cast<double>(n - kUnknowns - 1);
-  const double latency_mm = options.latency_uncertainty_s * motion.pull_back_speed_mm_s;
-  const double u = std::sqrt(variance / fit.precision + latency_mm * latency_mm);
-  result.verdict = Verdict::kGood;
-  result.contact_z_mm = fit.break_z_mm;
-  result.contact_time_s = motion.CruiseTime(fit.break_z_mm) + options.latency_s;
-  result.standard_uncertainty_mm = u;
-  result.interval95_mm = {fit.break_z_mm - 2 * u, fit.break_z_mm + 2 * u};
-  result.noise_g = std::sqrt(variance);
-  result.points[result.point_count++] = {Corner::kBreak, result.contact_time_s, fit.break_z_mm,
-                                         fit.coefficients[0]};
-  result.force = {true,
-                  z[0],
-                  z[n - 1],
-                  fit.break_z_mm,
-                  fit.coefficients[0],
-                  fit.coefficients[1],
-                  {fit.coefficients[2], fit.coefficients[3], 0, 0}};
+  const double t = fit.estimate.t;
+  const auto& c = fit.coefficients.c;
+  const double press_g = t * (c[0] + t * (c[1] + t * c[2]));
+  if (!(press_g > kLeastStandOut * fit.estimate.noise)) {
+    result.reason = {FindingCode::kNoBreak, press_g, kLeastStandOut * fit.estimate.noise};
+    return;
+  }
+  Report(stretch, fit, motion, options, result);
+  AddPoints(motion, options, result);
+  CheckApproach(tap, motion, options, workspace, result);
 }
 
 }  // namespace trammel::tap

@@ -183,6 +183,24 @@ constexpr Entry kEntries[] = {
     {kVagueBreak, "vague_break",
      "The break is known only to {0:.4f} mm to either side; more than {1:.4f} mm are of no use. "
      "Use a quieter load cell, a slower pull-back or a higher trigger force."},
+    {kOutliersForgotten, "outliers_forgotten",
+     "{0:.0f} samples of the pull-back lie far off the others and were left out of account. Look "
+     "at the wiring of the load cell if this happens often."},
+    {kHumRemoved, "hum_removed",
+     "Mains hum of {0:.1f} gf was found in the force and taken into account. Keep the load cell's "
+     "cable away from mains, or choose a sample rate that suppresses 50 or 60 Hz."},
+    {kPressTrimmed, "press_trimmed",
+     "The deepest {0:.2f} of the press follow no smooth curve and were left out: the drive was "
+     "not yet following at the start of the pull-back. Look for backlash, or pull back farther."},
+    {kCorrelatedNoise, "correlated_noise",
+     "Neighbouring samples err together; the interval was widened by {0:.1f}. A filter in the "
+     "converter, a vibration or a press of unusual form does this."},
+    {kFormLeftOpen, "form_left_open",
+     "Different forms of the press place the break {0:.4f} mm apart, as far as the samples go; "
+     "the interval covers them. Less noise or a slower pull-back would tell them apart."},
+    {kApproachDiffers, "approach_differs",
+     "The approach met the bed {0:.4f} mm above the break; up to {1:.4f} mm to either side is "
+     "usual. Plastic on the nozzle, a loose bed, backlash or a wrong sensor latency does this."},
 };
 
 const Entry& Find(FindingCode code) {

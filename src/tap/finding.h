@@ -65,6 +65,14 @@ enum class FindingCode : std::uint8_t {
   kNoBreak,             ///< gf by which the press stands out at the pull-back's cruise; least.
   kBreakAtEdge,         ///< Samples between the break and the nearer end of the cruise; least.
   kVagueBreak,          ///< mm that the 95 % interval would be wide, to either side; the most.
+  // Notices of the fit.
+  kOutliersForgotten,  ///< Samples of the pull-back that were given little weight; 0.
+  kHumRemoved,         ///< gf of amplitude of the mains line that was fitted; 0.
+  kPressTrimmed,       ///< Share of the press, from its deepest end, that was left out; 0.
+  kCorrelatedNoise,    ///< By which correlation widens the interval; 1.
+  kFormLeftOpen,       ///< mm between the answers of the forms of press in question; mm of the
+                       ///< interval to either side.
+  kApproachDiffers,    ///< mm from the break up to where the approach met the bed; the most.
 };
 
 /// Its name in JSON, as "no_samples".

@@ -1,0 +1,54 @@
+// Where the press ends: a point, and the interval of all that the data and the form of the press
+// leave open.
+#pragma once
+
+#include <cstdint>
+
+#include "tap/power_press.h"
+#include "tap/press_profile.h"
+#include "tap/workspace.h"
+
+namespace trammel::tap {
+
+/// The break in the units of BreakSamples.
+struct BreakEstimate {
+  enum class Outcome : std::uint8_t {
+    kFound,
+    kTooFew,   ///< Samples, or the workspace was too small.
+    kNoPress,  ///< No break point leaves a press that grows with depth.
+    kAtEdge,   ///< The interval runs into the edge of the samples.
+  };
+  Outcome outcome = Outcome::kTooFew;
+  double t = 0;
+  double standard_uncertainty = 0;  ///< Of t; with what the form of the press leaves open.
+  double lo = 0;                    ///< 95 % interval.
+  double hi = 0;
+  double noise = 0;        ///< Standard deviation of a sample about the model that fits best.
+  std::size_t below = 0;   ///< Samples in the press.
+  std::size_t order = 2;   ///< Of the press to be drawn: 2, or 3 where the samples demand it.
+  double quadratic_t = 0;  ///< The answers of the models,
+  double cubic_t = 0;      ///< of this one NaN where it is out of the question,
+  double power_t = 0;      ///< and of this one.
+  double power_exponent = 0;
+};
+
+/// Models. The quadratic press answers. Its neighbours are the straight one, the cubic one and a
+/// power law; the first is contained in it, the others cannot be told from it by a single tap until
+/// they err by several of its standard deviations.
+///
+/// Point: the quadratic press's answer, moved towards a neighbour's by its Akaike weight (Burnham &
+/// Anderson 2002, section 2.9), where cubic and power law must explain the samples much better
+/// (kCubicPoint, kPowerPoint) because their answers scatter more.
+///
+/// Interval: all break points whose sum of squares, under any model, lies within the square of
+/// Student's quantile of the least one: the profile likelihood interval of the discrete profiling
+/// method (Dauncey, Kenzie, Wardle & Davies 2015, JINST 10 P04015), with a penalty per model. It is
+/// read off the profile itself, so that a skewed profile gives a skewed interval. Where one model
+/// holds, its own part of the interval covers 95 %; a neighbour can only add on one side, which
+/// bounds the excess at 2.5 %.
+///
+/// @param inflation  By which correlation of the noise raises the variance of means; >= 1.
+[[nodiscard]] BreakEstimate EstimateBreak(const PressProfile& profile, double inflation,
+                                          Workspace& workspace);
+
+}  // namespace trammel::tap

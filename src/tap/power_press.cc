@@ -1,0 +1,133 @@
+#include "tap/power_press.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace trammel::tap {
+namespace {
+
+constexpr int kMostPasses = 12;
+constexpr double kLeastPower = 1.02;  // below, the straight press says the same
+constexpr double kMostPower = 2.5;
+constexpr double kEnough = 0.03;  // of the break's standard deviation, the last step
+
+// Columns: 1, y, d^p, derivative by t / c, derivative by p / c; the force last.
+constexpr std::size_t kColumns = 6;
+using Matrix = std::array<std::array<double, kColumns>, kColumns>;
+
+void Sum(const PressProfile& profile, double t, double p, Matrix& m) {
+  const BreakSamples& samples = profile.samples();
+  const std::array<double, 6> all = profile.Totals();
+  double s[15] = {};
+  const std::size_t below = profile.Below(t);
+  for (std::size_t i = 0; i < below; ++i) {
+    const double d = t - samples.y[i];
+    const double log_d = std::log(d);
+    const double power = std::exp(p * log_d);
+    const double w = samples.weight.empty() ? 1 : samples.weight[i];
+    const double by_t = p * power / d;
+    const double by_p = power * log_d;
+    const double y = samples.y[i];
+    const double f = samples.force[i];
+    const double wa = w * power;
+    const double wt = w * by_t;
+    const double wp = w * by_p;
+    s[0] += wa;
+    s[1] += wt;
+    s[2] += wp;
+    s[3] += wa * y;
+    s[4] += wt * y;
+    s[5] += wp * y;
+    s[6] += wa * power;
+    s[7] += wa * by_t;
+    s[8] += wa * by_p;
+    s[9] += wt * by_t;
+    s[10] += wt * by_p;
+    s[11] += wp * by_p;
+    s[12] += wa * f;
+    s[13] += wt * f;
+    s[14] += wp * f;
+  }
+  m[0] = {all[0], all[1], s[0], s[1], s[2], all[3]};
+  m[1] = {0, all[2], s[3], s[4], s[5], all[4]};
+  m[2] = {0, 0, s[6], s[7], s[8], s[12]};
+  m[3] = {0, 0, 0, s[9], s[10], s[13]};
+  m[4] = {0, 0, 0, 0, s[11], s[14]};
+  m[5] = {0, 0, 0, 0, 0, all[5]};
+}
+
+// Rows end up divided by their pivots, which stay on the diagonal.
+bool Eliminate(Matrix& m) {
+  for (std::size_t k = 0; k + 1 < kColumns; ++k) {
+    if (!(m[k][k] > 0)) {
+      return false;
+    }
+    const double inverse = 1 / m[k][k];
+    for (std::size_t i = k + 1; i < kColumns; ++i) {
+      const double factor = m[k][i] * inverse;
+      for (std::size_t j = i; j < kColumns; ++j) {
+        m[i][j] -= factor * m[k][j];
+      }
+    }
+    for (std::size_t j = k + 1; j < kColumns; ++j) {
+      m[k][j] *= inverse;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+PowerPress FitPowerPress(const PressProfile& profile, double start_t) {
+  const PressProfile::Coefficients quadratic = profile.Fit(start_t, 2);
+  const double depth = start_t;  // of the first sample, where y is 0
+  const double linear_g = quadratic.c[0];
+  const double curved_g = quadratic.c[1] * depth;
+  PowerPress press;
+  if (!(curved_g > 0) || !(linear_g + curved_g > 0)) {
+    return press;
+  }
+  // The exponent with the same slope at the deepest sample for its force.
+  double t = start_t;
+  double p = std::clamp((linear_g + 2 * curved_g) / (linear_g + curved_g), 1.05, 1.9);
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    Matrix m;
+    Sum(profile, t, p, m);
+    if (!Eliminate(m)) {
+      return press;
+    }
+    // The part of the sum of squares that the two derivatives cannot explain away is what the
+    // linear parameters leave at this t and p.
+    const double by_p = m[4][5];
+    const double by_t = m[3][5] - m[3][4] * by_p;
+    const double c_here = m[2][5];  // at this t and p, without the derivatives
+    const double c = m[2][5] - m[2][3] * by_t - m[2][4] * by_p;
+    const double scale = c_here > 0 ? c_here : c;
+    if (!(scale > 0)) {
+      return press;
+    }
+    press.sum_squares = m[5][5] + m[4][4] * m[4][5] * m[4][5] + m[3][3] * m[3][5] * m[3][5];
+    press.t = t;
+    press.p = p;
+    press.c = c_here;
+    press.b = m[1][5] - m[1][2] * c_here;
+    press.a = m[0][5] - m[0][1] * press.b - m[0][2] * c_here;
+    // Variance of the fourth of five columns: pivots 3 and 4.
+    press.standard_deviation = std::sqrt(1 / m[3][3] + m[3][4] * m[3][4] / m[4][4]) / scale;
+    const double step_t = std::clamp(by_t / scale, -0.1 * depth, 0.1 * depth);
+    const double step_p = std::clamp(by_p / scale, -0.25, 0.25);
+    if (std::abs(by_t / scale) < kEnough * press.standard_deviation || pass + 1 == kMostPasses) {
+      press.found = p > kLeastPower && p < kMostPower;
+      return press;
+    }
+    t += step_t;
+    p += step_p;
+    if (p <= kLeastPower - 0.1 || p > kMostPower || !(t > 0.02) || !(t < 1)) {
+      return press;
+    }
+  }
+  return press;
+}
+
+}  // namespace trammel::tap

@@ -1,0 +1,76 @@
+// The exact profile over the break: least squares of every polynomial press at any break point.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "tap/workspace.h"
+
+namespace trammel::tap {
+
+/// Samples to be fitted, in units that keep the arithmetic well conditioned.
+struct BreakSamples {
+  std::span<const double> y;       ///< Height above the first sample, 0 … 1, not falling.
+  std::span<const double> force;   ///< Sign so that the press is positive; near zero on average.
+  std::span<const double> weight;  ///< >= 0; empty for 1.
+};
+
+/// Model: force = a + b (y - t) + sum over i = 1 … order of c_i d^i with d = max(0, t - y): a
+/// sloped baseline, and below the break t a press that starts from zero.
+///
+/// The sums of squares of all orders at one break point come out of one Cholesky elimination of the
+/// normal equations, because the models are nested; the normal equations come from moments that are
+/// summed up once. Hence a profile over all break points costs O(samples), and no break point needs
+/// to be guessed (Hudson 1966; Golub & Pereyra 1973 for the elimination of linear parameters).
+class PressProfile {
+ public:
+  static constexpr std::size_t kOrders = 3;
+
+  /// At one break point; orders 1 … kOrders at [0] … .
+  struct At {
+    double t = 0;
+    std::array<double, kOrders> sum_squares{};
+    /// c_1 of each order: how steeply the press starts. Negative is no press.
+    std::array<double, kOrders> start_slope{};
+  };
+
+  struct Coefficients {
+    double a = 0;
+    double b = 0;
+    std::array<double, kOrders> c{};
+  };
+
+  /// Sums up moments in memory of the workspace, which must outlive the profile.
+  PressProfile(const BreakSamples& samples, Workspace& workspace);
+
+  /// False where the workspace was too small; nothing else may be called then.
+  [[nodiscard]] bool Ready() const { return !prefix_.empty(); }
+  /// @param t      Any break point.
+  /// @param below  How many samples have y < t (or y <= t, which gives the same).
+  [[nodiscard]] At Evaluate(double t, std::size_t below) const;
+  [[nodiscard]] At Evaluate(double t) const { return Evaluate(t, Below(t)); }
+  [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
+  [[nodiscard]] std::size_t Below(double t) const;
+  [[nodiscard]] const BreakSamples& samples() const { return samples_; }
+  /// Weighted sums over all samples: 1, y, y^2, force, force y, force^2.
+  [[nodiscard]] std::array<double, 6> Totals() const;
+
+  static constexpr std::size_t kBytesPerSample = 11 * sizeof(double);
+
+ private:
+  struct Moments {
+    std::array<double, 7> y{};      // sum of weight y^i
+    std::array<double, 4> force{};  // sum of weight force y^i
+  };
+  static constexpr std::size_t kColumns = 2 + kOrders + 1;
+  using Matrix = std::array<std::array<double, kColumns>, kColumns>;
+
+  void Eliminate(double t, std::size_t below, Matrix& u) const;
+
+  BreakSamples samples_;
+  std::span<Moments> prefix_;
+  double force_squares_ = 0;
+};
+
+}  // namespace trammel::tap

@@ -1,0 +1,125 @@
+#include "tap/residuals.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+namespace trammel::tap {
+namespace {
+
+constexpr double kMedianOfNormal = 0.6745;
+// A line's power over that of white noise is exponential with mean 1; six lines are looked at, and
+// only when the residuals are not white: one false line in 30,000 taps.
+constexpr double kLeastLinePower = 12;
+
+struct Line {
+  double cosine = 0;
+  double sine = 0;
+};
+using Lines = std::array<Line, MainsHum::kLines>;
+
+// Amplitudes of a frequency's harmonics by projection: the samples hold several periods, over which
+// cosine and sine are nearly orthogonal.
+Lines Project(std::span<const double> time_s, std::span<const double> r, double frequency_hz) {
+  Lines lines;
+  const double omega = 2 * std::numbers::pi * frequency_hz;
+  const double scale = 2 / static_cast<double>(r.size());
+  for (std::size_t i = 0; i < r.size(); ++i) {
+    const double phase = omega * (time_s[i] - time_s[0]);
+    const double c1 = std::cos(phase);
+    const double s1 = std::sin(phase);
+    double c = c1;
+    double s = s1;
+    for (Line& line : lines) {
+      line.cosine += scale * r[i] * c;
+      line.sine += scale * r[i] * s;
+      const double next = c * c1 - s * s1;
+      s = s * c1 + c * s1;
+      c = next;
+    }
+  }
+  return lines;
+}
+
+}  // namespace
+
+ResidualTraits Examine(std::span<const double> r, std::span<double> scratch) {
+  ResidualTraits traits;
+  const std::size_t n = r.size();
+  if (n <= kLags) {
+    return traits;
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    scratch[i] = std::abs(r[i]);
+    traits.largest = std::max(traits.largest, scratch[i]);
+  }
+  const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(n / 2);
+  std::nth_element(scratch.begin(), middle, scratch.begin() + static_cast<std::ptrdiff_t>(n));
+  traits.median_deviation = *middle / kMedianOfNormal;
+  std::array<double, kLags + 1> sum{};
+  for (std::size_t lag = 0; lag <= kLags; ++lag) {
+    for (std::size_t i = lag; i < n; ++i) {
+      sum[lag] += r[i] * r[i - lag];
+    }
+  }
+  if (!(sum[0] > 0)) {
+    return traits;
+  }
+  const double significant = 2 / std::sqrt(static_cast<double>(n));
+  bool leading = true;
+  for (std::size_t lag = 1; lag <= kLags; ++lag) {
+    const double rho = sum[lag] / sum[0];
+    traits.portmanteau += static_cast<double>(n) * rho * rho;
+    leading = leading && rho > significant;
+    traits.inflation += leading ? 2 * rho : 0;
+  }
+  return traits;
+}
+
+void WeighOutliers(std::span<const double> r, double deviation, std::span<double> weight) {
+  for (std::size_t i = 0; i < r.size(); ++i) {
+    const double beyond = std::clamp((std::abs(r[i]) / deviation - 3) / 3, 0.0, 1.0);
+    weight[i] = (1 - beyond * beyond) * (1 - beyond * beyond);
+  }
+}
+
+MainsHum FindMainsHum(std::span<const double> time_s, std::span<const double> r, double deviation) {
+  MainsHum hum;
+  double best = kLeastLinePower;
+  for (const double frequency_hz : {50.0, 60.0}) {
+    const Lines lines = Project(time_s, r, frequency_hz);
+    const double unit = static_cast<double>(r.size()) / (4 * deviation * deviation);
+    std::array<double, MainsHum::kLines> power{};
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      power[k] = unit * (lines[k].cosine * lines[k].cosine + lines[k].sine * lines[k].sine);
+    }
+    const double strongest = *std::max_element(power.begin(), power.end());
+    if (strongest > best) {
+      best = strongest;
+      hum.frequency_hz = frequency_hz;
+      hum.amplitude_g = std::sqrt(strongest / unit);
+      for (std::size_t k = 0; k < power.size(); ++k) {
+        hum.present[k] = power[k] > kLeastLinePower;
+      }
+    }
+  }
+  return hum;
+}
+
+void RemoveMainsHum(const MainsHum& hum, std::span<const double> time_s, std::span<double> r,
+                    std::span<double> force) {
+  const Lines lines = Project(time_s, r, hum.frequency_hz);
+  const double omega = 2 * std::numbers::pi * hum.frequency_hz;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    for (std::size_t i = 0; hum.present[k] && i < r.size(); ++i) {
+      const double phase = static_cast<double>(k + 1) * omega * (time_s[i] - time_s[0]);
+      const double wave = lines[k].cosine * std::cos(phase) + lines[k].sine * std::sin(phase);
+      r[i] -= wave;
+      force[i] -= wave;
+    }
+  }
+}
+
+}  // namespace trammel::tap
