@@ -14,6 +14,7 @@
 #include "app/sim_camera.h"
 #include "app/sim_faults.h"
 #include "app/sim_serving.h"
+#include "app/sim_taps.h"
 #include "sim/camera_http.h"
 #include "sim/camera_server.h"
 #include "sim/conditions.h"
@@ -41,11 +42,14 @@ struct PrinterArguments {
   std::vector<std::string> faults;
   std::optional<double> for_s;
   std::string truth;
+  CellArguments cell;
 };
 
-sim::MachineOptions MachineOf(const PrinterArguments& arguments, const sim::KlipperFaults& faults) {
+sim::MachineOptions MachineOf(const PrinterArguments& arguments, const sim::KlipperFaults& faults,
+                              const std::optional<sim::LoadCellConfig>& cell) {
   sim::MachineOptions options;
   options.klipper = sim::DefaultKlipperConfig(arguments.laser_limit_s, arguments.heater_limit_s);
+  options.klipper.load_cell = cell;
   options.faults = faults;
   options.seed = arguments.seed;
   options.pressure_advance_s = arguments.pressure_advance_s;
@@ -63,9 +67,17 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   }
   const Result<sim::Condition> condition = sim::ParseCondition(arguments.condition);
   if (!condition) return Fail("--condition: " + condition.error().message);
+  const auto cell = LoadCellOf(arguments.cell, arguments.seed);
+  if (!cell) return tl::unexpected(cell.error());
+  std::optional<TapTruthFile> tap_truth;
+  if (!arguments.cell.truth.empty()) {
+    Result<TapTruthFile> created = TapTruthFile::Create(arguments.cell.truth);
+    if (!created) return tl::unexpected(created.error());
+    tap_truth = std::move(*created);
+  }
   const EndOfServing end;
-  const auto machine =
-      std::make_shared<sim::MachineHost>(MachineOf(arguments, faults.klipper), sim::MonotonicNow());
+  const auto machine = std::make_shared<sim::MachineHost>(
+      MachineOf(arguments, faults.klipper, *cell), sim::MonotonicNow());
   if (!arguments.truth.empty()) {
     const Result<void> written =
         sim::WriteTruthFile(arguments.truth, {machine->true_pressure_advance_s()}, arguments.seed,
@@ -98,7 +110,14 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   if (!server) return tl::unexpected(server.error());
   fmt::print("listening http://127.0.0.1:{}\n", (*server)->port());
   std::fflush(stdout);
-  end.Wait(arguments.for_s);
+  const auto write_taps = [&] {
+    if (tap_truth) {
+      machine->With([&](const sim::VirtualKlipper& klipper) { tap_truth->Write(klipper); });
+    }
+    return false;
+  };
+  end.Wait(arguments.for_s, write_taps);
+  (void)write_taps();
   return {};
 }
 
@@ -152,6 +171,16 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
   printer->add_option("--for", arguments->for_s, "s after which it ends by itself")
       ->check(CLI::Range(0.0, 1e6));
   printer->add_option("--truth", arguments->truth, "new file for what the printer really is");
+  printer->add_option("--load-cell", arguments->cell.name,
+                      "the head bears one: its name, or drawn for one of the seed");
+  printer
+      ->add_option("--bed-height", arguments->cell.bed_height_mm,
+                   "mm of the bed at x = y = 0; without it, drawn from the seed")
+      ->check(CLI::Range(-4.0, 50.0));
+  printer->add_flag("--plain-taps", arguments->cell.plain_taps,
+                    "tell taps without their moves, as Klipper itself does");
+  printer->add_option("--tap-truth", arguments->cell.truth,
+                      "new file for what each tap really was, a line of JSON for each");
   printer->callback([arguments, &exit_code] {
     const Result<void> done = ServePrinter(*arguments);
     exit_code = done ? kExitGood : Report(done.error());

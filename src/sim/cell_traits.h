@@ -39,6 +39,11 @@ struct PressTraits {
   double thread_mm = 0.03;
 };
 
+/// By how much the nozzle is above where a drive on its way down was told to be.
+[[nodiscard]] inline double PlayOf(const PressTraits& press) {
+  return press.onset == Onset::kInstant ? 0 : press.onset_travel_mm;
+}
+
 /// What else acts on the cell, and what is added on the way to the converter.
 struct DisturbanceTraits {
   double noise_g = 2;           ///< white, of one sample at the converter's output
@@ -71,7 +76,7 @@ struct ConverterTraits {
 };
 
 /// What goes wrong with samples after the converter. Shares are of all samples, 0 … 1; times are
-/// from the recording's first sample; NaN: never.
+/// from the recording's first sample (of an impulse: from the cell's start); NaN: never.
 struct SampleFaults {
   double drop_share = 0;                    ///< not there
   double duplicate_time_share = 0;          ///< bear the time of the sample before

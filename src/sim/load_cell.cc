@@ -13,6 +13,15 @@ namespace {
 constexpr int kFinePerSample = 16;
 constexpr double kImpulseS = 0.01;
 
+// Depth below first touch at which the force is that of the trigger; above it, less than 0, where
+// plastic under the nozzle suffices.
+double TriggerDepth(const PressTraits& press, double force_g) {
+  if (press.blob_g >= force_g) {
+    return press.blob_mm * (std::pow(force_g / press.blob_g, 1 / kBlobShape) - 1);
+  }
+  return ContactDepth(press.law, force_g - press.blob_g);
+}
+
 }  // namespace
 
 LoadCell::LoadCell(const CellTraits& traits, double start_s, Random random)
@@ -62,9 +71,7 @@ CellSample LoadCell::Next(const NozzleAt& nozzle) {
 void LoadCell::Begin(double time_s, const NozzleState& nozzle) {
   begun_ = true;
   // A head on its way down has taken up the play already.
-  const double play_mm = nozzle.velocity_mm_s < 0 && traits_.press.onset != Onset::kInstant
-                             ? traits_.press.onset_travel_mm
-                             : 0;
+  const double play_mm = nozzle.velocity_mm_s < 0 ? PlayOf(traits_.press) : 0;
   nozzle_z_mm_ = nozzle.z_mm + play_mm;
   last_ = {time_s, nozzle.z_mm, nozzle.surface_z_mm - nozzle_z_mm_, 0};
   blob_mm_ = traits_.press.blob_mm;
@@ -106,7 +113,6 @@ double LoadCell::BedForce(const Fine& now) {
 double LoadCell::PlasticForce(double gap_mm, double fell_mm, double dt_s) {
   constexpr double kFlowS = 0.05;  // molten plastic yields to a resting nozzle
   constexpr double kRefillMm = 1;  // so far up a new blob hangs from the nozzle
-  constexpr double kShape = 1.5;   // a blob is a dome: soft at first
   const PressTraits& press = traits_.press;
   if (gap_mm > press.blob_mm + kRefillMm) {
     blob_mm_ = press.blob_mm;
@@ -114,7 +120,7 @@ double LoadCell::PlasticForce(double gap_mm, double fell_mm, double dt_s) {
   }
   const double height_mm = std::max(gap_mm, 0.0);
   if (fell_mm > 0 && gap_mm < press.blob_mm && height_mm <= blob_mm_) {
-    blob_force_g_ = press.blob_g * std::pow(1 - height_mm / press.blob_mm, kShape);
+    blob_force_g_ = press.blob_g * std::pow(1 - height_mm / press.blob_mm, kBlobShape);
     blob_mm_ = height_mm;
   } else {
     blob_force_g_ *= fell_mm < 0 ? 0 : std::exp(-dt_s / kFlowS);
@@ -221,6 +227,16 @@ void LoadCell::Step(double time_s, const NozzleAt& nozzle) {
   }
   force_g_ = Filtered(force_g);
   last_ = now;
+}
+
+double HaltZ(const CellTraits& traits, const TapMotion& motion, double surface_z_mm,
+             Random& random) {
+  const ConverterTraits& converter = traits.converter;
+  const double trigger_mm = TriggerDepth(traits.press, motion.trigger_force_g);
+  // The sample that triggers is the first after the crossing, and it is late by its filter.
+  const double late_s =
+      (random.Uniform() + 0.5 * converter.filter_order) / converter.rate_hz + motion.stop_latency_s;
+  return surface_z_mm - PlayOf(traits.press) - trigger_mm - motion.approach_speed_mm_s * late_s;
 }
 
 SampleCorruptor::SampleCorruptor(const CellTraits& traits, double first_time_s, Random random)

@@ -10,6 +10,10 @@
 
 namespace trammel::sim {
 
+/// A blob of plastic is a dome, soft at first: its force grows with this power of how far it is
+/// squeezed, until it is flat.
+inline constexpr double kBlobShape = 1.5;
+
 /// What moves the nozzle at one moment.
 struct NozzleState {
   double z_mm = 0;           ///< as the drive was told
@@ -99,6 +103,12 @@ class LoadCell {
   std::size_t boxcar_at_ = 0;
   double force_g_ = 0;
 };
+
+/// Where the drive halts, as it was told, when the trigger's force is reached on the way down; the
+/// converter's interval and filter and the stop's latency come on top. REQUIRES valid traits and
+/// motion.
+[[nodiscard]] double HaltZ(const CellTraits& traits, const TapMotion& motion, double surface_z_mm,
+                           Random& random);
 
 /// The faults of samples, on their way from the converter.
 class SampleCorruptor {

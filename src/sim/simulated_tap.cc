@@ -6,24 +6,6 @@
 #include "base/check.h"
 
 namespace trammel::sim {
-namespace {
-
-double PlayOf(const PressTraits& press) {
-  return press.onset == Onset::kInstant ? 0 : press.onset_travel_mm;
-}
-
-}  // namespace
-
-double HaltZ(const CellTraits& traits, const TapMotion& motion, double surface_z_mm,
-             Random& random) {
-  const ConverterTraits& converter = traits.converter;
-  const double trigger_mm = ContactDepth(traits.press.law, motion.trigger_force_g);
-  // The sample that triggers is the first after the crossing, and it is late by its filter.
-  const double late_s =
-      (random.Uniform() + 0.5 * converter.filter_order) / converter.rate_hz + motion.stop_latency_s;
-  return surface_z_mm - PlayOf(traits.press) - trigger_mm - motion.approach_speed_mm_s * late_s;
-}
-
 SimulatedTap SimulateTap(const CellTraits& traits, const TapScene& scene, Random& random) {
   TRAMMEL_CHECK(scene.press_mm >= 0, "press_mm = {}", scene.press_mm);
   const TapMotion& motion = scene.motion;

@@ -27,10 +27,6 @@ struct SimulatedTap {
   double latency_s = 0;  ///< of the converter
 };
 
-/// Where the drive halts, as it was told. REQUIRES valid traits and motion.
-[[nodiscard]] double HaltZ(const CellTraits& traits, const TapMotion& motion, double surface_z_mm,
-                           Random& random);
-
 /// Taps once. REQUIRES valid traits and motion, press_mm >= 0.
 [[nodiscard]] SimulatedTap SimulateTap(const CellTraits& traits, const TapScene& scene,
                                        Random& random);

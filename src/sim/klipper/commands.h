@@ -27,6 +27,11 @@ using Handler = Result<Outcome> (*)(VirtualKlipper&, const CommandLine&);
 [[nodiscard]] const std::map<std::string, Handler>& SettingCommands();
 [[nodiscard]] const std::map<std::string, Handler>& HeatCommands();
 [[nodiscard]] const std::map<std::string, Handler>& HostCommands();
+/// Only where there is a load cell.
+[[nodiscard]] const std::map<std::string, Handler>& ProbeCommands();
+/// All tables of a machine, in the order in which commands are looked up.
+[[nodiscard]] std::vector<const std::map<std::string, Handler>*> CommandTables(
+    const VirtualKlipper& machine);
 
 /// Waits until everything queued has been made.
 [[nodiscard]] Outcome WaitForMoves(VirtualKlipper& machine);

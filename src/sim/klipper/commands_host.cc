@@ -244,6 +244,13 @@ const std::map<std::string, Handler>& HostCommands() {
   return commands;
 }
 
+std::vector<const std::map<std::string, Handler>*> CommandTables(const VirtualKlipper& machine) {
+  std::vector<const std::map<std::string, Handler>*> tables = {
+      &MotionCommands(), &SettingCommands(), &HeatCommands(), &HostCommands()};
+  if (machine.cell() != nullptr) tables.push_back(&ProbeCommands());
+  return tables;
+}
+
 Result<Outcome> RunCommand(VirtualKlipper& machine, const CommandLine& line) {
   static constexpr std::array<const char*, 4> kAlways = {"M112", "RESTART", "FIRMWARE_RESTART",
                                                          "STATUS"};
@@ -254,8 +261,7 @@ Result<Outcome> RunCommand(VirtualKlipper& machine, const CommandLine& line) {
     if (!line.fault.empty()) return Fail(line.fault);
     return RunMacro(machine, macro->second, line);
   }
-  for (const auto* table :
-       {&MotionCommands(), &SettingCommands(), &HeatCommands(), &HostCommands()}) {
+  for (const auto* table : CommandTables(machine)) {
     const auto found = table->find(line.name);
     if (found == table->end()) continue;
     if (!line.fault.empty()) return Fail(line.fault);

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/cell_traits.h"
+
 namespace trammel::sim {
 
 /// One heater with its sensor. It rises at a rate that its power allows, comes to rest with a time
@@ -44,6 +46,19 @@ struct MacroConfig {
   std::vector<RemoteArgument> remote_arguments;
 };
 
+/// [load_cell_probe]: the cell, how it taps, and the bed that it meets.
+struct LoadCellConfig {
+  CellTraits cell;
+  TapMotion motion;
+  double surface_z_mm = 0;  ///< of the bed at x = y = 0, where the end stop says 0
+  double tilt_x = 0;        ///< rise of the bed per mm
+  double tilt_y = 0;
+  double lift_speed_mm_s = 5;
+  double retract_mm = 2;        ///< between the samples of one PROBE
+  bool taps_with_moves = true;  ///< as Klipper's forks tell them; Klipper itself leaves them out
+  std::uint64_t seed = 0;       ///< of its noise
+};
+
 struct KlipperConfig {
   std::array<double, 3> axis_minimum_mm{-2, -2, -5};
   std::array<double, 3> axis_maximum_mm{255, 255, 250};
@@ -73,6 +88,8 @@ struct KlipperConfig {
   std::map<std::string, std::vector<std::string>> delayed_gcode;  ///< by name, upper case
   double idle_timeout_s = 3600;
   std::vector<std::string> idle_gcode{"TURN_OFF_HEATERS", "SET_PIN PIN=LASER VALUE=0", "M84"};
+
+  std::optional<LoadCellConfig> load_cell;  ///< absent: there is no PROBE
 
   double restart_s = 2.2;  ///< from a restart to ready
 };

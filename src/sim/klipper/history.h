@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/klipper/cell_probe.h"
 #include "sim/klipper/motion_queue.h"
 
 namespace trammel::sim {
@@ -42,6 +43,7 @@ struct History {
   std::vector<StateEntry> states;
   std::vector<ExecutedMove> moves;
   std::vector<ReadLine> lines;
+  std::vector<ProbedTap> taps;
 };
 
 /// The last value of a name at a time; `before` where it had not changed by then.

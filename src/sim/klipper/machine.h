@@ -7,11 +7,13 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "sim/klipper/cell_probe.h"
 #include "sim/klipper/config.h"
 #include "sim/klipper/heater.h"
 #include "sim/klipper/history.h"
@@ -133,6 +135,10 @@ class VirtualKlipper {
   [[nodiscard]] HeadState TrueHead(double time_s) const;
   [[nodiscard]] bool busy() const { return !scripts_.empty(); }
 
+  /// Null where the printer has no load cell.
+  [[nodiscard]] CellProbe* cell() { return cell_.get(); }
+  [[nodiscard]] const CellProbe* cell() const { return cell_.get(); }
+
   void Respond(std::string text);
   /// "// " before each line.
   void Inform(const std::string& text);
@@ -165,6 +171,7 @@ class VirtualKlipper {
   std::string idle_state = "Idle";
   double active_since_s = 0;
   bool save_config_pending = false;
+  double last_probe_z_mm = 0;
   double plate_cleaned_s = 0;  ///< nothing printed before lies on the plate any more
   int xy_moves = 0;
   int laser_moves = 0;
@@ -192,6 +199,7 @@ class VirtualKlipper {
   void FinishScript(const std::optional<std::string>& error);
   Result<void> RunLine(const std::string& text);
   void StepHeaters();
+  void StepCell();
   void StepTimers();
   void StepIdle();
   void StepFaults();
@@ -218,6 +226,7 @@ class VirtualKlipper {
   std::vector<KlipperEvent> events_;
   History history_;
   MotionQueue motion_;
+  std::unique_ptr<CellProbe> cell_;
   double last_active_s_ = 0;
 };
 

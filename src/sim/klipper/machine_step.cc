@@ -35,6 +35,7 @@ void VirtualKlipper::Step() {
   }
   // In a shutdown nothing that was queued happens any more: no move, and no laser that comes on.
   if (state_ == KlippyState::kReady) motion_.Service(print_now_s());
+  StepCell();
   while (state_ == KlippyState::kReady && !timed_.empty() &&
          timed_.begin()->first <= print_now_s()) {
     auto function = std::move(timed_.begin()->second);
@@ -106,6 +107,15 @@ void VirtualKlipper::StepHeaters() {
                       heater->config.name));
     }
   }
+}
+
+void VirtualKlipper::StepCell() {
+  if (!cell_) return;
+  cell_->Advance(print_now_s(), [this](double print_time_s) -> NozzleState {
+    const HeadState head = TrueHead(print_time_s + epoch_s_);
+    const Position& at = head.position;
+    return {at.z_mm, head.speed_mm_s, cell_->SurfaceZ(at.x_mm, at.y_mm)};
+  });
 }
 
 void VirtualKlipper::StepIdle() {

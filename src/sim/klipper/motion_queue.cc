@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/check.h"
+
 namespace trammel::sim {
 namespace {
 
@@ -135,6 +137,33 @@ void MotionQueue::SetPosition(const Position& position, double now_s) {
   planned.e_start_mm = e_mm_;
   decided_.push_back(planned);
   place_ = position;
+}
+
+double MotionQueue::NextStart(double now_s) const {
+  return std::max(print_time_s_, now_s + kLeadS);
+}
+
+void MotionQueue::AppendTimed(TimedMove timed) {
+  TRAMMEL_CHECK(pending_.empty(), "moves that wait = {}", pending_.size());
+  timed.start_s = std::max(timed.start_s, print_time_s_);
+  PlannedMove planned;
+  planned.timed = timed;
+  planned.e_start_mm = e_mm_;
+  print_time_s_ = timed.end_s();
+  place_ = timed.move.to;
+  decided_.push_back(planned);
+  if (on_planned_) on_planned_(planned);
+}
+
+void MotionQueue::AppendHalt(double time_s) {
+  TRAMMEL_CHECK(pending_.empty() && time_s >= print_time_s_, "time = {}, end = {}", time_s,
+                print_time_s_);
+  PlannedMove planned;
+  planned.jump = true;
+  planned.timed.move.from = planned.timed.move.to = place_;
+  planned.timed.start_s = print_time_s_ = time_s;
+  planned.e_start_mm = e_mm_;
+  decided_.push_back(planned);
 }
 
 void MotionQueue::AfterLastMove(AtTime function, double now_s) {

@@ -56,6 +56,14 @@ class MotionQueue {
   void Dwell(double seconds, double now_s);
   /// Comes to rest and takes the place where the head stands for another one.
   void SetPosition(const Position& position, double now_s);
+  /// A move whose motion is given, not planned, for motion that stops at once. It begins when all
+  /// before it is done, or at its own start_s where that is later. REQUIRES nothing waiting().
+  void AppendTimed(TimedMove timed);
+  /// Tells at a time that the head stands where it stands, as Klipper does after homing. REQUIRES
+  /// nothing waiting(), and that time_s is not before print_time_s().
+  void AppendHalt(double time_s);
+  /// When a move that is queued now begins.
+  [[nodiscard]] double NextStart(double now_s) const;
   /// Runs a function with the print time at which the last queued move ends, once that is known.
   void AfterLastMove(AtTime function, double now_s);
 

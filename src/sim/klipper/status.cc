@@ -1,5 +1,6 @@
 #include "sim/klipper/status.h"
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <functional>
@@ -132,6 +133,22 @@ Json ConfigFile(const VirtualKlipper& machine) {
                                {"instantaneous_corner_velocity", 1.0},
                                {"pressure_advance", config.pressure_advance_s},
                                {"pressure_advance_smooth_time", config.smooth_time_s}});
+  if (config.load_cell) {
+    const LoadCellConfig& cell = *config.load_cell;
+    settings["load_cell_probe"] = {
+        {"sensor_type", "virtual"},
+        {"sample_rate", cell.cell.converter.rate_hz},
+        {"counts_per_gram", cell.cell.converter.counts_per_g},
+        {"sensor_orientation", cell.cell.converter.sign < 0 ? "inverted" : "normal"},
+        {"trigger_force", cell.motion.trigger_force_g},
+        {"speed", cell.motion.approach_speed_mm_s},
+        {"lift_speed", cell.lift_speed_mm_s},
+        {"pullback_distance", cell.motion.pull_back_mm},
+        {"pullback_speed", cell.motion.pull_back_speed_mm_s},
+        {"sample_retract_dist", cell.retract_mm},
+        {"samples", 1},
+        {"z_offset", 0.0}};
+  }
   for (const PinConfig& pin : config.pins) {
     settings["output_pin " + LowerCase(pin.name)] = {
         {"pwm", false}, {"value", pin.value}, {"shutdown_value", pin.shutdown_value}};
@@ -198,8 +215,7 @@ bool HasHelp(const std::string& name) {
 // Every command with its help, where it has one.
 Json Commands(const VirtualKlipper& machine) {
   Json commands = Json::object();
-  for (const auto* table :
-       {&MotionCommands(), &SettingCommands(), &HeatCommands(), &HostCommands()}) {
+  for (const auto* table : CommandTables(machine)) {
     for (const auto& [name, handler] : *table) {
       commands[name] = Json::object();
       if (HasHelp(name)) commands[name]["help"] = "Command of the virtual printer";
@@ -209,6 +225,36 @@ Json Commands(const VirtualKlipper& machine) {
     commands[name] = {{"help", "G-Code macro"}};
   }
   return commands;
+}
+
+Json LoadCellStatus(const VirtualKlipper& machine) {
+  const CellProbe& cell = *machine.cell();
+  const ConverterTraits& converter = machine.config().load_cell->cell.converter;
+  constexpr std::size_t kShown = 64;  // readings that the last second's extremes are taken of
+  Json status = {
+      {"is_calibrated", true},
+      {"counts_per_gram", converter.counts_per_g},
+      {"reference_tare_counts", std::llround(converter.offset_g * converter.counts_per_g)},
+      {"tare_counts", cell.tare_counts()}};
+  const auto& readings = cell.readings();
+  if (readings.empty()) return status;
+  double lowest_g = readings.back().force_g;
+  double highest_g = lowest_g;
+  const std::size_t shown = std::min(kShown, readings.size());
+  for (std::size_t i = readings.size() - shown; i < readings.size(); ++i) {
+    lowest_g = std::min(lowest_g, readings[i].force_g);
+    highest_g = std::max(highest_g, readings[i].force_g);
+  }
+  status["force_g"] = readings.back().force_g;
+  status["min_force_g"] = lowest_g;
+  status["max_force_g"] = highest_g;
+  return status;
+}
+
+Json ProbeStatus(const VirtualKlipper& machine) {
+  return {{"name", "load_cell_probe"},
+          {"last_query", false},
+          {"last_z_result", machine.last_probe_z_mm}};
 }
 
 using Teller = std::function<Json(const VirtualKlipper&)>;
@@ -283,6 +329,7 @@ Json GcodeHelp(const VirtualKlipper& machine) {
 std::vector<std::string> ObjectNames(const VirtualKlipper& machine) {
   std::vector<std::string> names;
   for (const auto& [name, teller] : Tellers()) names.push_back(name);
+  if (machine.cell() != nullptr) names.insert(names.end(), {"probe", "load_cell_probe"});
   for (const PinConfig& pin : machine.config().pins) names.push_back("output_pin " + pin.name);
   for (const auto& [name, macro] : machine.config().macros) names.push_back("gcode_macro " + name);
   for (const auto& [name, lines] : machine.config().delayed_gcode) {
@@ -294,6 +341,8 @@ std::vector<std::string> ObjectNames(const VirtualKlipper& machine) {
 Json ObjectStatus(const VirtualKlipper& machine, const std::string& name) {
   const auto teller = Tellers().find(name);
   if (teller != Tellers().end()) return teller->second(machine);
+  if (machine.cell() != nullptr && name == "probe") return ProbeStatus(machine);
+  if (machine.cell() != nullptr && name == "load_cell_probe") return LoadCellStatus(machine);
   for (const auto& [pin, value] : machine.pins) {
     if (name == "output_pin " + pin) return {{"value", value}};
   }

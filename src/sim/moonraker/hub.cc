@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kStatusEveryS = 0.25;  // of the machine's time, as Klipper's
 constexpr double kDumpEveryS = 0.5;
+constexpr double kCellEveryS = 0.1;
 constexpr double kDumpAheadS = 1.5;
 constexpr double kTokenLifeS = 5;
 constexpr std::size_t kMostTokens = 1000;
@@ -157,6 +158,10 @@ void Hub::Tick(double monotonic_s) {
     next_dump_s_ = time_s_ + kDumpEveryS;
     machine_.With([&](VirtualKlipper& klipper) { DumpTick(klipper); });
   }
+  if (time_s_ >= next_cell_s_) {
+    next_cell_s_ = time_s_ + kCellEveryS;
+    machine_.With([&](VirtualKlipper& klipper) { CellTick(klipper); });
+  }
   FaultTick(time_s_, laser_moves);
 }
 
@@ -290,24 +295,28 @@ void Hub::StatusTick(VirtualKlipper& klipper) {
 
 void Hub::DumpTick(VirtualKlipper& klipper) {
   const MotionQueue& motion = klipper.motion();
-  for (TrapqDump& dump : dumps_) {
+  for (Dump& dump : dumps_) {
+    if (dump.source != "toolhead" && dump.source != "extruder") continue;
     Json data = Json::array();
     for (; dump.next < motion.forgotten() + motion.decided().size(); ++dump.next) {
       if (dump.next < motion.forgotten()) continue;
       const PlannedMove& move = motion.decided()[dump.next - motion.forgotten()];
       if (move.timed.start_s > klipper.print_now_s() + kDumpAheadS) break;
       for (const TrapqEntry& entry :
-           dump.queue == "toolhead" ? ToolheadTrapq(move) : ExtruderTrapq(move)) {
+           dump.source == "toolhead" ? ToolheadTrapq(move) : ExtruderTrapq(move)) {
         data.push_back({entry.time_s, entry.duration_s, entry.start_velocity, entry.acceleration,
                         entry.start, entry.direction});
       }
     }
-    if (data.empty()) continue;
-    const std::string text =
-        ToText({{"jsonrpc", "2.0"}, {"method", dump.method}, {"params", {{"data", data}}}});
-    for (const auto& [number, connection] : connections_) {
-      if (connection.remote_methods.count(dump.method) > 0) Send(number, text);
-    }
+    if (!data.empty()) SendDump(dump, {{"data", data}});
+  }
+}
+
+void Hub::SendDump(const Dump& dump, const Json& params) {
+  const std::string text =
+      ToText({{"jsonrpc", "2.0"}, {"method", dump.method}, {"params", params}});
+  for (const auto& [number, connection] : connections_) {
+    if (connection.remote_methods.count(dump.method) > 0) Send(number, text);
   }
 }
 
@@ -333,6 +342,12 @@ void Hub::Send(std::uint64_t number, const std::string& text) {
 }
 
 Json Hub::EventTime() const { return monotonic_s_ + RawLessMonotonic(); }
+
+bool Hub::HasLoadCell() const {
+  bool has = false;
+  machine_.With([&](VirtualKlipper& klipper) { has = klipper.cell() != nullptr; });
+  return has;
+}
 
 KlippyState Hub::State() const {
   KlippyState state = KlippyState::kDisconnected;

@@ -92,8 +92,8 @@ class Hub {
     StatusRequest objects;
     Reply reply;
   };
-  struct TrapqDump {
-    std::string queue;   ///< "toolhead" or "extruder"
+  struct Dump {
+    std::string source;  ///< "toolhead", "extruder", "force" or "taps"
     std::string method;  ///< of the client
     std::size_t next = 0;
   };
@@ -114,6 +114,12 @@ class Hub {
   Answer Identify(Connection& connection, std::uint64_t number, const Json& params);
   Answer RegisterRemote(Connection& connection, const Json& params);
   Answer StartDump(const Json& params);
+  Answer StartCellDump(const std::string& method, const Json& params);
+  /// Registers a client's method for a source; an error where there are too many.
+  Answer AddDump(const std::string& source, const Json& params, std::size_t next, Json header);
+  void SendDump(const Dump& dump, const Json& params);
+  void TellForce(const VirtualKlipper& klipper, Dump& dump);
+  void TellTaps(const VirtualKlipper& klipper, Dump& dump);
   void RunScript(const std::string& script, const Reply& reply);
   void Ask(std::uint64_t connection, bool subscribe, const Json& params, const Reply& reply);
   void Pump();
@@ -121,6 +127,7 @@ class Hub {
   void Disconnected();
   void StatusTick(VirtualKlipper& klipper);
   void DumpTick(VirtualKlipper& klipper);
+  void CellTick(const VirtualKlipper& klipper);
   void FaultTick(double time_s, int laser_moves);
   void Notify(const std::string& method, const Json& params);
   void Send(std::uint64_t connection, const std::string& text);
@@ -128,6 +135,7 @@ class Hub {
   [[nodiscard]] bool silent() const;
   [[nodiscard]] Json EventTime() const;
   [[nodiscard]] KlippyState State() const;
+  [[nodiscard]] bool HasLoadCell() const;
   [[nodiscard]] Json ServerInfo() const;
   [[nodiscard]] Json PrinterInfo() const;
   [[nodiscard]] Json Webcams() const;
@@ -139,13 +147,14 @@ class Hub {
   std::uint64_t next_connection_ = 140'000'000'000'001;
   std::map<std::uint64_t, Reply> scripts_;
   std::vector<Query> queries_;
-  std::vector<TrapqDump> dumps_;
+  std::vector<Dump> dumps_;
   std::vector<Held> held_;
   std::map<std::string, double> tokens_;  ///< with the time until which they are good
   double monotonic_s_ = 0;
   double time_s_ = 0;  ///< the machine's
   double next_status_s_ = 0;
   double next_dump_s_ = 0;
+  double next_cell_s_ = 0;
   double refuse_until_s_ = -1;
   bool told_shutdown_ = false;
 };

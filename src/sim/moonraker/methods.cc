@@ -228,22 +228,26 @@ void Hub::Ask(std::uint64_t number, bool subscribe, const Json& params, const Re
   queries_.push_back({number, subscribe, *objects, reply});
 }
 
-Answer Hub::StartDump(const Json& params) {
+Answer Hub::AddDump(const std::string& source, const Json& params, std::size_t next, Json header) {
   constexpr std::size_t kMostDumps = 100;
-  const std::optional<std::string> name = TextOf(params, "name");
-  if (!name) return Missing("name");
-  if (*name != "toolhead" && *name != "extruder") {
-    return Answer::Error(400, fmt::format("The value '{}' is not valid for name", *name));
-  }
   const auto form = params.find("response_template");
   const std::optional<std::string> method =
       form != params.end() && form->is_object() ? TextOf(*form, "method") : std::nullopt;
   if (method && dumps_.size() >= kMostDumps) return Answer::Error(400, "Too many dumps");
   // Without a method nobody is told, which is no error.
-  if (method) dumps_.push_back({*name, *method, 0});
-  return Answer::Ok(
-      {{"header",
-        {"time", "duration", "start_velocity", "acceleration", "start_position", "direction"}}});
+  if (method) dumps_.push_back({source, *method, next});
+  return Answer::Ok({{"header", std::move(header)}});
+}
+
+Answer Hub::StartDump(const Json& params) {
+  const std::optional<std::string> name = TextOf(params, "name");
+  if (!name) return Missing("name");
+  if (*name != "toolhead" && *name != "extruder") {
+    return Answer::Error(400, fmt::format("The value '{}' is not valid for name", *name));
+  }
+  return AddDump(
+      *name, params, 0,
+      {"time", "duration", "start_velocity", "acceleration", "start_position", "direction"});
 }
 
 bool Hub::CallPrinter(std::uint64_t number, const std::string& method, const Json& params,
@@ -266,7 +270,9 @@ bool Hub::CallPrinter(std::uint64_t number, const std::string& method, const Jso
                                                "printer.restart",
                                                "printer.firmware_restart",
                                                "printer.motion_report.dump_trapq"};
-  if (script == scripts.end() && !starts && others.count(method) == 0) return false;
+  const bool cell_dump = HasLoadCell() && (method == "printer.load_cell.dump_force" ||
+                                           method == "printer.load_cell_probe.dump_taps");
+  if (!cell_dump && script == scripts.end() && !starts && others.count(method) == 0) return false;
   if (state == KlippyState::kDisconnected) {
     reply(Answer::Error(503, "Klippy Host not connected"));
   } else if (method == "printer.info") {
@@ -295,6 +301,8 @@ bool Hub::CallPrinter(std::uint64_t number, const std::string& method, const Jso
     reply(Answer::Ok());
   } else if (method == "printer.motion_report.dump_trapq") {
     reply(StartDump(params));
+  } else if (cell_dump) {
+    reply(StartCellDump(method, params));
   } else {
     machine_.With([](VirtualKlipper& klipper) { klipper.Restart(); });
     reply(Answer::Ok());

@@ -1,0 +1,43 @@
+// The load cell of a virtual printer on the command line: which one, and the truth of its taps.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "base/result.h"
+#include "sim/klipper/machine.h"
+
+namespace trammel::app {
+
+struct CellArguments {
+  std::string name;  ///< of sim::CellNames(), "drawn", or empty: no load cell
+  std::optional<double> bed_height_mm;
+  bool plain_taps = false;
+  std::string truth;  ///< new file for the taps' truth; empty: none
+};
+
+/// The load cell, or none. What is not said is drawn from the seed.
+/// Error (kInput): there is no such cell, or a truth is wanted without one.
+[[nodiscard]] Result<std::optional<sim::LoadCellConfig>> LoadCellOf(const CellArguments& arguments,
+                                                                    std::uint64_t seed);
+
+/// A line of JSON for each tap, as soon as it is over.
+class TapTruthFile {
+ public:
+  /// Error (kInput): the file exists or cannot be written.
+  [[nodiscard]] static Result<TapTruthFile> Create(const std::string& path);
+  /// Writes what is new.
+  void Write(const sim::VirtualKlipper& klipper);
+
+ private:
+  struct Closer {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, Closer> file_;
+  std::size_t written_ = 0;
+};
+
+}  // namespace trammel::app

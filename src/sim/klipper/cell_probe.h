@@ -1,0 +1,69 @@
+// The virtual printer's load cell: its stream of readings, and the taps that PROBE makes with it.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "sim/klipper/config.h"
+#include "sim/load_cell.h"
+#include "sim/tap_moves.h"
+
+namespace trammel::sim {
+
+/// One row of load_cell/dump_force. Print time; force_g is tared.
+struct ForceReading {
+  double time_s = 0;
+  double force_g = 0;
+  long long counts = 0;
+  long long tare_counts = 0;
+};
+
+/// A tap as it is told to clients, and as it really was. Times are print time.
+struct ProbedTap {
+  double x_mm = 0;
+  double y_mm = 0;
+  std::vector<double> time_s;
+  std::vector<double> force_g;
+  std::vector<ZMove> moves;
+  double reported_z_mm = 0;  ///< what the virtual firmware makes of it: where the head stopped
+  double surface_z_mm = 0;
+  double latency_s = 0;             ///< of the converter
+  std::optional<PressTruth> truth;  ///< absent where the nozzle never let go
+};
+
+/// The cell in print time. Begins anew where Klipper does.
+class CellProbe {
+ public:
+  /// REQUIRES valid traits and motion.
+  explicit CellProbe(const LoadCellConfig& config);
+
+  /// Takes all samples up to a print time. Does not go back.
+  void Advance(double print_time_s, const NozzleAt& nozzle);
+  /// Height of the bed at a place.
+  [[nodiscard]] double SurfaceZ(double x_mm, double y_mm) const;
+  /// Where an approach at this place halts; each approach has luck of its own.
+  [[nodiscard]] double NextHaltZ(const TapMotion& motion, double x_mm, double y_mm);
+  /// Takes what it reads now for no force, and the present for the time that faults count from.
+  void Tare(double print_time_s);
+  /// A tap of the samples in a window, without its moves.
+  [[nodiscard]] ProbedTap Collect(double from_s, double until_s);
+
+  /// Readings of the last 30 s, oldest first, after so many that were forgotten.
+  [[nodiscard]] const std::deque<ForceReading>& readings() const { return readings_; }
+  [[nodiscard]] std::size_t forgotten() const { return forgotten_; }
+  [[nodiscard]] long long tare_counts() const { return tare_counts_; }
+  [[nodiscard]] double latency_s() const { return cell_.latency_s(); }
+
+ private:
+  LoadCellConfig config_;
+  Random random_;
+  LoadCell cell_;
+  SampleCorruptor corruptor_;
+  long long tare_counts_ = 0;
+  std::deque<ForceReading> readings_;
+  std::size_t forgotten_ = 0;
+  std::vector<PressTruth> presses_;
+};
+
+}  // namespace trammel::sim

@@ -1,0 +1,200 @@
+// PROBE and PROBE_ACCURACY with the load cell.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "base/statistics.h"
+#include "sim/klipper/commands.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr double kBeforeTouchS = 0.3;  // of a tap's samples
+constexpr double kAfterPullBackS = 0.32;
+
+// Stretches of one straight movement along Z as a move of the queue; it may end at speed.
+TimedMove TimedOf(std::span<const ZMove> moves, const std::array<double, 4>& place,
+                  double end_z_mm) {
+  TimedMove timed;
+  timed.move.from = {place[0], place[1], moves.front().start_z_mm};
+  timed.move.to = {place[0], place[1], end_z_mm};
+  timed.start_s = moves.front().start_time_s;
+  timed.length_mm = std::abs(end_z_mm - moves.front().start_z_mm);
+  timed.move.acceleration_mm_s2 = moves.front().acceleration_mm_s2;
+  for (const ZMove& move : moves) {
+    if (move.acceleration_mm_s2 > 0) timed.accelerate_s = move.duration_s;
+    if (move.acceleration_mm_s2 == 0) timed.cruise_s = move.duration_s;
+    if (move.acceleration_mm_s2 < 0) timed.decelerate_s = move.duration_s;
+  }
+  timed.cruise_v_mm_s = timed.move.acceleration_mm_s2 * timed.accelerate_s;
+  timed.end_v_mm_s = timed.decelerate_s > 0 ? 0 : timed.cruise_v_mm_s;
+  timed.move.feed_mm_s = timed.cruise_v_mm_s;
+  return timed;
+}
+
+// Taps one after the other at the place where the head is.
+struct Probing {
+  TapMotion motion;
+  double lift_speed_mm_s = 5;
+  double retract_mm = 2;
+  int samples = 1;
+  bool accuracy = false;
+
+  enum class Stage { kArrive, kTap, kEmpty } stage = Stage::kArrive;
+  double until_s = 0;
+  double from_s = 0;
+  double halt_z_mm = 0;
+  std::vector<ZMove> moves;
+  std::vector<double> heights_mm;
+
+  Result<bool> operator()(VirtualKlipper& machine) {
+    if (machine.state() != KlippyState::kReady) {
+      return Fail("Probing failed due to printer shutdown");
+    }
+    if (machine.print_now_s() < until_s) return false;
+    if (stage == Stage::kEmpty) return Fail("No trigger on probe after full movement");
+    if (stage == Stage::kArrive) {
+      const Result<void> started = Start(machine);
+      if (!started) return tl::unexpected(started.error());
+      return false;
+    }
+    Finish(machine);
+    if (static_cast<int>(heights_mm.size()) == samples) {
+      Conclude(machine);
+      return true;
+    }
+    std::array<double, 4> up = machine.commanded_mm;
+    up[2] = halt_z_mm + retract_mm;
+    const Result<Outcome> lifted = MoveTo(machine, up, lift_speed_mm_s);
+    if (!lifted) return tl::unexpected(lifted.error());
+    Rest(machine, Stage::kArrive);
+    return false;
+  }
+
+  // Waits until everything queued is done.
+  void Rest(VirtualKlipper& machine, Stage next) {
+    machine.motion().Flush(machine.print_now_s());
+    machine.gcode.last_mm = machine.commanded_mm;
+    until_s = machine.motion().print_time_s();
+    stage = next;
+  }
+
+  Result<void> Start(VirtualKlipper& machine) {
+    const std::array<double, 4> place = machine.commanded_mm;
+    halt_z_mm = machine.cell()->NextHaltZ(motion, place[0], place[1]);
+    if (halt_z_mm >= place[2]) return Fail("Probe triggered prior to movement");
+    const double lowest_mm = machine.config().axis_minimum_mm[2];
+    if (halt_z_mm < lowest_mm) {
+      std::array<double, 4> down = place;
+      down[2] = lowest_mm;
+      const Result<Outcome> moved = MoveTo(machine, down, motion.approach_speed_mm_s);
+      if (!moved) return tl::unexpected(moved.error());
+      Rest(machine, Stage::kEmpty);
+      return {};
+    }
+    MotionQueue& queue = machine.motion();
+    machine.cell()->Tare(machine.print_now_s());
+    moves = ApproachMoves(motion, queue.NextStart(machine.print_now_s()), place[2], halt_z_mm);
+    queue.AppendTimed(TimedOf(moves, place, halt_z_mm));
+    const double stop_s = queue.print_time_s();
+    const std::vector<ZMove> back = PullBackMoves(motion, stop_s, halt_z_mm);
+    queue.AppendHalt(back.front().start_time_s);
+    const double end_z_mm = halt_z_mm + motion.pull_back_mm;
+    queue.AppendTimed(TimedOf(std::span(back).subspan(1), place, end_z_mm));
+    const double down_s = (place[2] - halt_z_mm) / motion.approach_speed_mm_s;
+    const double touch_s = stop_s - (machine.cell()->SurfaceZ(place[0], place[1]) - halt_z_mm) /
+                                        motion.approach_speed_mm_s;
+    from_s = std::max(stop_s - down_s, touch_s - kBeforeTouchS);
+    moves.insert(moves.end(), back.begin(), back.end());
+    machine.commanded_mm[2] = end_z_mm;
+    Rest(machine, Stage::kTap);
+    until_s += kAfterPullBackS;
+    return {};
+  }
+
+  void Finish(VirtualKlipper& machine) {
+    ProbedTap tap = machine.cell()->Collect(from_s, until_s);
+    tap.x_mm = machine.commanded_mm[0];
+    tap.y_mm = machine.commanded_mm[1];
+    tap.surface_z_mm = machine.cell()->SurfaceZ(tap.x_mm, tap.y_mm);
+    tap.moves = moves;
+    tap.reported_z_mm = halt_z_mm;
+    heights_mm.push_back(halt_z_mm);
+    machine.last_probe_z_mm = halt_z_mm;
+    machine.Inform(fmt::format("probe: at {:.3f},{:.3f} bed will contact at z={:.6f}", tap.x_mm,
+                               tap.y_mm, halt_z_mm));
+    machine.history().taps.push_back(std::move(tap));
+  }
+
+  void Conclude(VirtualKlipper& machine) {
+    if (!accuracy) {
+      machine.last_probe_z_mm = Mean(heights_mm);
+      machine.Inform(fmt::format("Result: at {:.3f},{:.3f} estimate contact at z={:.6f}",
+                                 machine.commanded_mm[0], machine.commanded_mm[1],
+                                 machine.last_probe_z_mm));
+      return;
+    }
+    const auto [lowest, highest] = std::minmax_element(heights_mm.begin(), heights_mm.end());
+    double squares = 0;
+    for (const double z_mm : heights_mm) squares += std::pow(z_mm - Mean(heights_mm), 2);
+    machine.Inform(fmt::format(
+        "probe accuracy results: maximum {:.6f}, minimum {:.6f}, range {:.6f}, average {:.6f}, "
+        "median {:.6f}, standard deviation {:.6f}",
+        *highest, *lowest, *highest - *lowest, Mean(heights_mm), Median(heights_mm),
+        std::sqrt(squares / static_cast<double>(heights_mm.size()))));
+  }
+};
+
+Result<Probing> ReadProbing(const VirtualKlipper& machine, const CommandLine& line,
+                            int usual_samples) {
+  constexpr double kMostSamples = 1000;
+  const LoadCellConfig& config = *machine.config().load_cell;
+  Probing probing;
+  probing.motion = config.motion;
+  const auto speed = FloatOf(line, "PROBE_SPEED", {{}, 0, 50});
+  const auto lift = FloatOf(line, "LIFT_SPEED", {{}, 0, {}});
+  const auto samples = FloatOf(line, "SAMPLES", {1, {}, kMostSamples});
+  const auto retract = FloatOf(line, "SAMPLE_RETRACT_DIST", {{}, 0, {}});
+  for (const auto* given : {&speed, &lift, &samples, &retract}) {
+    if (!*given) return tl::unexpected(given->error());
+  }
+  probing.motion.approach_speed_mm_s = speed->value_or(config.motion.approach_speed_mm_s);
+  probing.lift_speed_mm_s = lift->value_or(config.lift_speed_mm_s);
+  probing.samples = static_cast<int>(samples->value_or(usual_samples));
+  probing.retract_mm = retract->value_or(config.retract_mm);
+  if (!machine.homed[2]) return Fail("Must home before probe");
+  return probing;
+}
+
+Result<Outcome> Probe(VirtualKlipper& machine, const CommandLine& line) {
+  Result<Probing> probing = ReadProbing(machine, line, 1);
+  if (!probing) return tl::unexpected(probing.error());
+  probing->Rest(machine, Probing::Stage::kArrive);
+  return Outcome{*probing, {}};
+}
+
+Result<Outcome> ProbeAccuracy(VirtualKlipper& machine, const CommandLine& line) {
+  constexpr int kUsualSamples = 10;
+  Result<Probing> probing = ReadProbing(machine, line, kUsualSamples);
+  if (!probing) return tl::unexpected(probing.error());
+  probing->accuracy = true;
+  probing->Rest(machine, Probing::Stage::kArrive);
+  machine.Inform(fmt::format(
+      "PROBE_ACCURACY at X:{:.3f} Y:{:.3f} Z:{:.3f} (samples={} retract={:.3f} "
+      "speed={:.1f} lift_speed={:.1f})",
+      machine.commanded_mm[0], machine.commanded_mm[1], machine.commanded_mm[2], probing->samples,
+      probing->retract_mm, probing->motion.approach_speed_mm_s, probing->lift_speed_mm_s));
+  return Outcome{*probing, {}};
+}
+
+}  // namespace
+
+const std::map<std::string, Handler>& ProbeCommands() {
+  static const std::map<std::string, Handler> commands = {{"PROBE", Probe},
+                                                          {"PROBE_ACCURACY", ProbeAccuracy}};
+  return commands;
+}
+
+}  // namespace trammel::sim

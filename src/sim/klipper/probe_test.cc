@@ -1,0 +1,202 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/klipper/machine.h"
+#include "sim/klipper/status.h"
+
+namespace trammel::sim {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr double kSurfaceMm = 0.0123;
+constexpr double kTiltX = 1e-4;
+
+KlipperConfig ConfigWithCell() {
+  KlipperConfig config = DefaultKlipperConfig();
+  config.load_cell.emplace();
+  config.load_cell->surface_z_mm = kSurfaceMm;
+  config.load_cell->tilt_x = kTiltX;
+  return config;
+}
+
+// A homed machine above its bed, with a clock in the test's hand.
+struct Bench {
+  explicit Bench(const KlipperConfig& config = ConfigWithCell()) : klipper(config, {}) {
+    (void)Run("G28");
+    (void)Run("G1 X100 Y50 Z5 F6000");
+  }
+
+  // Runs a script to its end; its error, or nothing.
+  std::optional<std::string> Run(const std::string& script) {
+    constexpr double kLongestS = 600;
+    responses.clear();
+    const std::uint64_t id = klipper.RunScript(script);
+    for (const double until_s = klipper.now_s() + kLongestS; klipper.now_s() < until_s;) {
+      klipper.Advance(klipper.now_s() + 0.0501);
+      for (const KlipperEvent& event : klipper.TakeEvents()) {
+        if (event.kind == KlipperEvent::Kind::kResponse) responses.push_back(event.text);
+        if (event.kind == KlipperEvent::Kind::kScriptDone && event.script == id) return event.error;
+      }
+    }
+    return "it never ended";
+  }
+
+  VirtualKlipper klipper;
+  std::vector<std::string> responses;
+};
+
+TEST(Probe, TapsTheBedAndTellsWhereItStoppedAsARealOneDoes) {
+  Bench bench;
+  ASSERT_EQ(bench.Run("PROBE"), std::nullopt);
+  ASSERT_EQ(bench.klipper.history().taps.size(), 1u);
+  const ProbedTap& tap = bench.klipper.history().taps[0];
+  EXPECT_NEAR(tap.surface_z_mm, kSurfaceMm + 100 * kTiltX, 1e-12);
+  EXPECT_THAT(bench.responses,
+              ElementsAre(StartsWith("// probe: at 100.000,50.000 bed will contact at z="),
+                          StartsWith("// Result: at 100.000,50.000 estimate contact at z=")));
+  EXPECT_LT(tap.reported_z_mm, tap.surface_z_mm - 0.02);
+  EXPECT_GT(tap.reported_z_mm, tap.surface_z_mm - 0.08);
+  EXPECT_EQ(ObjectStatus(bench.klipper, "probe")["last_z_result"], tap.reported_z_mm);
+  // It rests where the pull-back ended, and G-code goes on from there.
+  EXPECT_NEAR(bench.klipper.commanded_mm[2], tap.reported_z_mm + 0.1, 1e-12);
+  EXPECT_EQ(bench.klipper.gcode.last_mm, bench.klipper.commanded_mm);
+  ASSERT_TRUE(tap.truth.has_value());
+  EXPECT_NEAR(tap.truth->contact_z_mm, tap.surface_z_mm, 1e-9);
+}
+
+TEST(Probe, SamplesAreThePressAtTheTimesOfTheMoves) {
+  KlipperConfig config = ConfigWithCell();
+  config.load_cell->cell.disturbance.noise_g = 0;
+  Bench bench(config);
+  ASSERT_EQ(bench.Run("PROBE"), std::nullopt);
+  const ProbedTap& tap = bench.klipper.history().taps[0];
+  ASSERT_EQ(tap.moves.size(), 6u);
+  ASSERT_EQ(tap.time_s.size(), tap.force_g.size());
+  // Times are told to a microsecond, in which the approach presses by 7e-3 gf; half a count.
+  constexpr double kAlikeG = 0.007 + 0.005;
+  double highest_g = 0;
+  for (std::size_t i = 0; i < tap.time_s.size(); ++i) {
+    const double depth_mm = tap.surface_z_mm - StateAt(tap.moves, tap.time_s[i]).z_mm;
+    EXPECT_NEAR(tap.force_g[i], 3500 * std::max(0.0, depth_mm), kAlikeG);
+    highest_g = std::max(highest_g, tap.force_g[i]);
+  }
+  EXPECT_GT(highest_g, 75);
+  EXPECT_LT(tap.time_s.front(), tap.truth->touch_time_s - 0.1);
+  EXPECT_GT(tap.time_s.back(), tap.moves.back().start_time_s + 0.3);
+}
+
+TEST(Probe, TheQueueTellsTheMovesOfTheTap) {
+  Bench bench;
+  ASSERT_EQ(bench.Run("PROBE"), std::nullopt);
+  const ProbedTap& tap = bench.klipper.history().taps[0];
+  std::vector<TrapqEntry> entries;
+  for (const PlannedMove& planned : bench.klipper.motion().decided()) {
+    if (planned.timed.start_s < tap.moves[0].start_time_s - 1e-9) continue;
+    for (const TrapqEntry& entry : ToolheadTrapq(planned)) entries.push_back(entry);
+  }
+  ASSERT_EQ(entries.size(), tap.moves.size());
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    EXPECT_NEAR(entries[i].time_s, tap.moves[i].start_time_s, 1e-9);
+    EXPECT_NEAR(entries[i].duration_s, tap.moves[i].duration_s, 1e-9);
+    EXPECT_NEAR(entries[i].start_velocity, tap.moves[i].start_velocity_mm_s, 1e-9);
+    EXPECT_NEAR(entries[i].acceleration, tap.moves[i].acceleration_mm_s2, 1e-9);
+    EXPECT_NEAR(entries[i].start[2], tap.moves[i].start_z_mm, 1e-9);
+    EXPECT_EQ(entries[i].direction[2], tap.moves[i].z_direction);
+  }
+}
+
+TEST(Probe, ManySamplesLiftTheHeadBetweenThemAndDiffer) {
+  Bench bench;
+  ASSERT_EQ(bench.Run("PROBE SAMPLES=3 SAMPLE_RETRACT_DIST=1"), std::nullopt);
+  const auto& taps = bench.klipper.history().taps;
+  ASSERT_EQ(taps.size(), 3u);
+  EXPECT_EQ(bench.responses.size(), 4u);
+  EXPECT_NEAR(taps[1].moves[0].start_z_mm, taps[0].reported_z_mm + 1, 1e-9);
+  EXPECT_NE(taps[0].reported_z_mm, taps[1].reported_z_mm);
+  for (const ProbedTap& tap : taps) {
+    ASSERT_TRUE(tap.truth.has_value());
+    EXPECT_NEAR(tap.truth->contact_z_mm, kSurfaceMm + 100 * kTiltX, 1e-9);
+  }
+  ASSERT_EQ(bench.Run("PROBE_ACCURACY SAMPLES=4"), std::nullopt);
+  EXPECT_EQ(taps.size(), 7u);
+  EXPECT_THAT(bench.responses.front(), StartsWith("// PROBE_ACCURACY at X:100.000 Y:50.000"));
+  EXPECT_THAT(bench.responses.back(), StartsWith("// probe accuracy results: maximum "));
+}
+
+TEST(Probe, WhatCannotBeProbedIsSaidInKlippersWords) {
+  Bench bench;
+  EXPECT_EQ(bench.Run("PROBE SAMPLES=0"),
+            "Error on 'PROBE SAMPLES=0': SAMPLES must have minimum of "
+            "1.0");
+  (void)bench.Run("G1 Z0.0225");
+  (void)bench.Run("PROBE");
+  (void)bench.Run("G1 Z-0.2 F60");
+  EXPECT_EQ(bench.Run("PROBE"), "Probe triggered prior to movement");
+  EXPECT_EQ(bench.Run("M84\nPROBE"), "Must home before probe");
+  KlipperConfig config = ConfigWithCell();
+  config.load_cell->surface_z_mm = -20;
+  Bench without_bed(config);
+  EXPECT_EQ(without_bed.Run("PROBE PROBE_SPEED=10"), "No trigger on probe after full movement");
+  EXPECT_DOUBLE_EQ(without_bed.klipper.commanded_mm[2], -5);
+  Bench without_cell(DefaultKlipperConfig());
+  ASSERT_EQ(without_cell.Run("PROBE"), std::nullopt);
+  EXPECT_THAT(without_cell.responses, ElementsAre("// Unknown command:\"PROBE\""));
+  EXPECT_TRUE(ObjectStatus(without_cell.klipper, "load_cell_probe").empty());
+}
+
+TEST(Probe, AShutdownEndsItAndARestartBeginsTheStreamAnew) {
+  Bench bench;
+  (void)bench.klipper.RunScript("PROBE");
+  bench.klipper.Advance(bench.klipper.now_s() + 1);
+  bench.klipper.EmergencyStop();
+  EXPECT_THAT(bench.Run("PROBE").value_or(""), HasSubstr("Shutdown"));
+  bench.klipper.Restart();
+  bench.klipper.Advance(bench.klipper.now_s() + 5);
+  ASSERT_FALSE(bench.klipper.cell()->readings().empty());
+  EXPECT_LE(bench.klipper.cell()->readings().front().time_s, 1.0 / 320);
+  ASSERT_EQ(bench.Run("G28\nPROBE"), std::nullopt);
+}
+
+TEST(Probe, TheStreamIsSteadyAndTaredBeforeEachTap) {
+  KlipperConfig config = ConfigWithCell();
+  config.load_cell->cell.converter.offset_g = 123;
+  config.load_cell->cell.disturbance.drift_g_s = 0.5;
+  Bench bench(config);
+  ASSERT_EQ(bench.Run("PROBE"), std::nullopt);
+  const auto& readings = bench.klipper.cell()->readings();
+  ASSERT_GT(readings.size(), 320u);
+  for (std::size_t i = 1; i < readings.size(); ++i) {
+    EXPECT_NEAR(readings[i].time_s - readings[i - 1].time_s, 1.0 / 320, 2e-6);
+    EXPECT_NEAR(readings[i].force_g,
+                static_cast<double>(readings[i].counts - readings[i].tare_counts) / 100, 1e-6);
+  }
+  // Some 20 samples of 2 gf: 0.45 gf, and less than 1 gf of drift since.
+  const ProbedTap& tap = bench.klipper.history().taps[0];
+  double before_g = 0;
+  for (int i = 0; i < 20; ++i) before_g += tap.force_g[static_cast<std::size_t>(i)] / 20;
+  EXPECT_NEAR(before_g, 0, 4 * 0.64 + 1.5);
+  const auto status = ObjectStatus(bench.klipper, "load_cell_probe");
+  EXPECT_EQ(status["counts_per_gram"], 100);
+  EXPECT_EQ(status["tare_counts"], bench.klipper.cell()->tare_counts());
+  EXPECT_LE(status["min_force_g"], status["max_force_g"]);
+}
+
+TEST(Probe, PlasticUnderTheNozzleStopsTheApproachEarly) {
+  KlipperConfig config = ConfigWithCell();
+  config.load_cell->cell.press.blob_g = 120;
+  config.load_cell->cell.press.blob_mm = 0.3;
+  Bench bench(config);
+  ASSERT_EQ(bench.Run("PROBE"), std::nullopt);
+  const ProbedTap& tap = bench.klipper.history().taps[0];
+  EXPECT_GT(tap.reported_z_mm, tap.surface_z_mm);
+  EXPECT_FALSE(tap.truth.has_value());
+}
+
+}  // namespace
+}  // namespace trammel::sim

@@ -1,0 +1,78 @@
+// What the virtual Moonraker tells of a load cell: its readings and its taps.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "sim/moonraker/hub.h"
+
+namespace trammel::sim {
+namespace {
+
+// As Klipper's forks tell the moves of a tap.
+Json MovesOf(const ProbedTap& tap) {
+  Json moves = Json::array();
+  for (const ZMove& move : tap.moves) {
+    moves.push_back({{"print_time", move.start_time_s},
+                     {"move_t", move.duration_s},
+                     {"start_v", move.start_velocity_mm_s},
+                     {"accel", move.acceleration_mm_s2},
+                     {"start_x", tap.x_mm},
+                     {"start_y", tap.y_mm},
+                     {"start_z", move.start_z_mm},
+                     {"x_r", 0.0},
+                     {"y_r", 0.0},
+                     {"z_r", move.z_direction}});
+  }
+  return moves;
+}
+
+}  // namespace
+
+Answer Hub::StartCellDump(const std::string& method, const Json& params) {
+  const bool taps = method == "printer.load_cell_probe.dump_taps";
+  const char* key = taps ? "load_cell_probe" : "load_cell";
+  const std::optional<std::string> name = TextOf(params, key);
+  if (!name) return Answer::Error(400, fmt::format("Missing Argument [{}]", key));
+  if (*name != "load_cell_probe") {
+    return Answer::Error(400, fmt::format("The value '{}' is not valid for {}", *name, key));
+  }
+  std::size_t next = 0;
+  machine_.With([&](VirtualKlipper& klipper) {
+    next = taps ? klipper.history().taps.size()
+                : klipper.cell()->forgotten() + klipper.cell()->readings().size();
+  });
+  return taps ? AddDump("taps", params, next, {"probe_tap_event"})
+              : AddDump("force", params, next, {"time", "force (g)", "counts", "tare_counts"});
+}
+
+void Hub::CellTick(const VirtualKlipper& klipper) {
+  if (klipper.cell() == nullptr) return;
+  for (Dump& dump : dumps_) {
+    if (dump.source == "force") TellForce(klipper, dump);
+    if (dump.source == "taps") TellTaps(klipper, dump);
+  }
+}
+
+void Hub::TellForce(const VirtualKlipper& klipper, Dump& dump) {
+  const CellProbe& cell = *klipper.cell();
+  Json data = Json::array();
+  for (; dump.next < cell.forgotten() + cell.readings().size(); ++dump.next) {
+    if (dump.next < cell.forgotten()) continue;
+    const ForceReading& reading = cell.readings()[dump.next - cell.forgotten()];
+    data.push_back({reading.time_s, reading.force_g, reading.counts, reading.tare_counts});
+  }
+  if (!data.empty()) SendDump(dump, {{"data", data}, {"errors", 0}, {"overflows", 0}});
+}
+
+void Hub::TellTaps(const VirtualKlipper& klipper, Dump& dump) {
+  const std::vector<ProbedTap>& taps = klipper.history().taps;
+  for (; dump.next < taps.size(); ++dump.next) {
+    const ProbedTap& tap = taps[dump.next];
+    Json told = {{"time", tap.time_s}, {"force", tap.force_g}, {"is_valid", true}};
+    if (klipper.config().load_cell->taps_with_moves) told["moves"] = MovesOf(tap);
+    SendDump(dump, {{"tap", told}});
+  }
+}
+
+}  // namespace trammel::sim
