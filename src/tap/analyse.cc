@@ -41,7 +41,7 @@ void Judge(const TapView& tap, const TapMotion& motion, const TapOptions& option
   if (options.method == Method::kTwoLine) {
     JudgeTwoLine(tap.moves, clean, motion, lines, options, result);
   } else {
-    AnalyseContact(tap, motion, options, workspace, result);
+    AnalyseContact(clean, motion, options, workspace, result);
   }
   if (refusal.code != FindingCode::kNone) {
     result.verdict = Verdict::kRefused;

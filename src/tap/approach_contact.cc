@@ -22,16 +22,17 @@ constexpr double kSamplesApart = 4;
 
 }  // namespace
 
-void CheckApproach(const TapView& tap, const TapMotion& motion, const TapOptions& options,
+void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                    Workspace& workspace, TapAnalysis& result) {
   const double press_mm = result.contact_z_mm - motion.halt_z_mm;
   if (!motion.has_approach || result.verdict != Verdict::kGood || !(press_mm > 0)) {
     return;
   }
-  const double end_s = motion.approach_end_s + options.latency_s;
+  const double end_s = motion.approach_end_s + options.latency_s - clean.origin_s;
   const double from_s = end_s - kPresses * press_mm / motion.approach_speed_mm_s;
-  const auto first = std::lower_bound(tap.time_s.begin(), tap.time_s.end(), from_s);
-  const auto last = std::lower_bound(first, tap.time_s.end(), end_s);
+  const std::span<const float> times = clean.samples.time_s;
+  const auto first = std::lower_bound(times.begin(), times.end(), from_s);
+  const auto last = std::lower_bound(first, times.end(), end_s);
   const auto n = static_cast<std::size_t>(last - first);
   const Workspace::Scope scope(workspace);
   const std::span<double> y = workspace.Take<double>(n);
@@ -40,13 +41,13 @@ void CheckApproach(const TapView& tap, const TapMotion& motion, const TapOptions
     return;
   }
   // Backwards in time, so that height rises.
-  const auto offset = static_cast<std::size_t>(first - tap.time_s.begin());
+  const auto offset = static_cast<std::size_t>(first - times.begin());
   const double duration_s = *(last - 1) - *first;
   const double sign = result.force.press_g[0] < 0 ? -1 : 1;
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t from = offset + n - 1 - i;
-    y[i] = (*(last - 1) - tap.time_s[from]) / duration_s;
-    force[i] = sign * (tap.force_g[from] - result.force.baseline_g);
+    y[i] = (*(last - 1) - times[from]) / duration_s;
+    force[i] = sign * (clean.samples.force_g[from] + clean.origin_g - result.force.baseline_g);
   }
   const PressProfile profile({y, force, {}}, workspace);
   if (!profile.Ready()) {
@@ -67,7 +68,7 @@ void CheckApproach(const TapView& tap, const TapMotion& motion, const TapOptions
   if (!std::isfinite(best.sum_squares[0])) {
     return;
   }
-  const double deepest_s = *(last - 1) - options.latency_s;
+  const double deepest_s = *(last - 1) + clean.origin_s - options.latency_s;
   const double z_mm =
       motion.halt_z_mm +
       motion.approach_speed_mm_s * (motion.approach_end_s - deepest_s + best.t * duration_s);

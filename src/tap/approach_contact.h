@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tap/analyse.h"
+#include "tap/corruption.h"
 #include "tap/motion.h"
 #include "tap/workspace.h"
 
@@ -10,7 +11,7 @@ namespace trammel::tap {
 /// Compares the collision on the approach with the break in `result`, as far as the approach was
 /// recorded, and adds a notice where they contradict each other. The approach is several times
 /// faster and noisier, so that it can only be a check.
-void CheckApproach(const TapView& tap, const TapMotion& motion, const TapOptions& options,
+void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                    Workspace& workspace, TapAnalysis& result);
 
 }  // namespace trammel::tap

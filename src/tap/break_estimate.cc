@@ -29,7 +29,9 @@ constexpr double kPowerPoint = 8;
 constexpr double kCredit = 1.5;
 // Of the press's depth, by which a neighbour's answer may differ. Noise-free d^1.25 to d^1.5 and
 // cubic presses differ by 0.03 to 0.08; farther off lies what a kink in the noise pretends.
-constexpr double kMostShift = 0.2;
+constexpr double kMostShift = 0.3;
+// Of the press's mean slope, below which the cubic press starts flat: it would rather pull.
+constexpr double kFlatStart = 0.15;
 
 // 97.5 % quantile of Student's t (Cornish-Fisher; Abramowitz & Stegun 26.7.5): 0.2 % off at 6.
 double Quantile(double freedom) {
@@ -45,7 +47,7 @@ double SumSquares(const PressProfile::At& at, std::size_t model) {
 }
 
 struct Minimum {
-  double t = 0;
+  double t = std::numeric_limits<double>::quiet_NaN();
   double sum_squares = kNever;
 };
 
@@ -118,6 +120,9 @@ struct Candidates {
   PowerPress power;
   double variance = 0;  // of the noise, as it acts on means
   double reach = 0;     // of the interval, in units of the variance
+  // The samples ask for a start that no cubic press has: a toe, a thread, plastic. It is not known
+  // whether toe or press ends the contact, and the quadratic press's answer stays in question.
+  bool flat_start = false;
 
   [[nodiscard]] double Cost(std::size_t m) const { return model[m].sum_squares / variance; }
   [[nodiscard]] bool Near(double t) const {
@@ -138,6 +143,10 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
   if (found.power.found) {
     found.model[kPower] = {found.power.t, found.power.sum_squares};
   }
+  const double cubic_t = found.model[kCubic].t;
+  const PressProfile::Coefficients c = profile.Fit(cubic_t, PressProfile::kOrders);
+  const double mean_slope = c.c[0] + cubic_t * (c.c[1] + cubic_t * c.c[2]);
+  found.flat_start = c.c[0] < kFlatStart * mean_slope;
   for (const std::size_t m : {kCubic, kPower}) {
     if (!found.Near(found.model[m].t)) {
       found.model[m] = {};
@@ -163,8 +172,8 @@ class Interval95 {
                                        candidates.Cost(kPower) + kPowerInterval);
     const double quadratic = candidates.Cost(kQuadratic);
     level_ = std::min(quadratic, neighbours) + candidates.reach;
-    quadratic_ = (std::min(quadratic, neighbours + kCredit) + candidates.reach);
-    quadratic_ = std::max(quadratic_, level_);
+    const double credited = candidates.flat_start ? quadratic : neighbours + kCredit;
+    quadratic_ = std::max(std::min(quadratic, credited) + candidates.reach, level_);
   }
 
   // False where it runs into the edge of the scan.
@@ -247,6 +256,9 @@ double Average(const Candidates& candidates, std::size_t& order) {
   std::array<double, kModels> cost{};
   for (std::size_t m = 0; m < kModels; ++m) {
     cost[m] = candidates.Cost(m) + kPenalty[m];
+  }
+  if (candidates.flat_start && cost[kCubic] < cost[kQuadratic]) {
+    cost[kQuadratic] = cost[kCubic];
   }
   const double least = *std::min_element(cost.begin(), cost.end());
   double sum = 0;

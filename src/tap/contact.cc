@@ -41,14 +41,15 @@ struct Fit {
   ResidualTraits traits;
 };
 
-// Of the sorted times, those whose force acted during the cruise.
-bool Select(const TapView& tap, const TapMotion& motion, double latency_s, Workspace& workspace,
+// The samples whose force acted during the cruise.
+bool Select(const CleanTap& clean, const TapMotion& motion, double latency_s, Workspace& workspace,
             Stretch& stretch) {
-  const auto first =
-      std::lower_bound(tap.time_s.begin(), tap.time_s.end(), motion.cruise_start_s + latency_s);
-  const auto last = std::upper_bound(first, tap.time_s.end(), motion.cruise_end_s + latency_s);
+  const std::span<const float> times = clean.samples.time_s;
+  const double start_s = motion.cruise_start_s + latency_s - clean.origin_s;
+  const double end_s = motion.cruise_end_s + latency_s - clean.origin_s;
+  const auto first = std::lower_bound(times.begin(), times.end(), start_s);
+  const auto last = std::upper_bound(first, times.end(), end_s);
   const auto n = static_cast<std::size_t>(last - first);
-  const auto offset = static_cast<std::size_t>(first - tap.time_s.begin());
   for (std::span<double>* array : {&stretch.time_s, &stretch.y, &stretch.force, &stretch.weight,
                                    &stretch.residual, &stretch.scratch}) {
     *array = workspace.Take<double>(n);
@@ -56,22 +57,27 @@ bool Select(const TapView& tap, const TapMotion& motion, double latency_s, Works
   if (n < kLeastSamples || stretch.scratch.empty() || !(*(last - 1) > *first)) {
     return false;
   }
-  stretch.z0_mm = motion.CruiseZ(*first - latency_s);
-  stretch.span_mm = motion.pull_back_speed_mm_s * (*(last - 1) - *first);
-  const double scale = 1 / (*(last - 1) - *first);
-  for (std::size_t i = 0; i < n; ++i) {
-    stretch.time_s[i] = tap.time_s[offset + i];
-    stretch.y[i] = (tap.time_s[offset + i] - *first) * scale;
-    stretch.mean_g += tap.force_g[offset + i] / static_cast<double>(n);
-  }
+  const double first_s = *first;
+  const double duration_s = *(last - 1) - first_s;
+  stretch.z0_mm = motion.CruiseZ(first_s + clean.origin_s - latency_s);
+  stretch.span_mm = motion.pull_back_speed_mm_s * duration_s;
+  const std::span<const float> force =
+      clean.samples.force_g.subspan(static_cast<std::size_t>(first - times.begin()), n);
   // The press is what the force falls from: its first quarter against its last.
   double fall = 0;
-  for (std::size_t i = 0; i < n / 4; ++i) {
-    fall += tap.force_g[offset + i] - tap.force_g[offset + n - 1 - i];
-  }
-  stretch.sign = fall < 0 ? -1 : 1;
+  double sum = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    stretch.force[i] = stretch.sign * (tap.force_g[offset + i] - stretch.mean_g);
+    sum += force[i];
+    fall += i < n / 4 ? force[i] - force[n - 1 - i] : 0;
+  }
+  const double mean = sum / static_cast<double>(n);
+  stretch.sign = fall < 0 ? -1 : 1;
+  stretch.mean_g = clean.origin_g + mean;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double time_s = *(first + static_cast<std::ptrdiff_t>(i));
+    stretch.time_s[i] = time_s;
+    stretch.y[i] = (time_s - first_s) / duration_s;
+    stretch.force[i] = stretch.sign * (force[i] - mean);
   }
   return true;
 }
@@ -110,30 +116,30 @@ Fit FitOnce(Stretch& stretch, double inflation, Workspace& workspace) {
     stretch.residual[i] = stretch.force[i] - a - b * (stretch.y[i] - fit.estimate.t) -
                           d * (c[0] + d * (c[1] + d * c[2]));
   }
-  fit.traits = Examine(stretch.residual, stretch.scratch);
+  fit.traits = Examine(stretch.residual, fit.estimate.below, stretch.scratch);
   return fit;
 }
 
 bool Found(const Fit& fit) { return fit.estimate.outcome == BreakEstimate::Outcome::kFound; }
 
-// Down-weights samples far off. One wild sample bends the first fit, so that it is repeated.
+// One wild sample bends the first fit, so that weighing is repeated.
 void ForgetOutliers(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
-  constexpr int kPasses = 4;
+  constexpr int kPasses = 3;
+  std::size_t forgotten = 0;
   for (int pass = 0; pass < kPasses && Found(fit); ++pass) {
     if (!(fit.traits.largest > kOutlier * fit.traits.median_deviation) ||
         !(fit.traits.median_deviation > 0)) {
       break;
     }
-    WeighOutliers(stretch.residual, fit.traits.median_deviation, stretch.weight);
+    forgotten = WeighOutliers(stretch.residual, fit.traits.median_deviation, stretch.weight);
+    if (forgotten == 0) {
+      break;
+    }
     stretch.weighted = true;
     fit = FitOnce(stretch, 1, workspace);
   }
-  if (stretch.weighted) {
-    const auto forgotten = std::count_if(stretch.weight.begin(), stretch.weight.end(),
-                                         [](double weight) { return weight < 0.5; });
-    if (forgotten > 0) {
-      result.Notice({FindingCode::kOutliersForgotten, static_cast<double>(forgotten), 0});
-    }
+  if (forgotten > 0) {
+    result.Notice({FindingCode::kOutliersForgotten, static_cast<double>(forgotten), 0});
   }
 }
 
@@ -155,7 +161,7 @@ void TakeOutHum(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& r
 // remainder whose residuals are white is taken, none if none is.
 void TrimPress(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
   const std::size_t below = fit.estimate.below;
-  for (const double share : {0.15, 0.3, 0.45}) {
+  for (const double share : {0.15, 0.3}) {
     const auto count = static_cast<std::size_t>(share * static_cast<double>(below));
     if (count == 0 || stretch.y.size() - count < kLeastSamples) {
       continue;
@@ -170,7 +176,7 @@ void TrimPress(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& re
     std::copy(stretch.y.begin(), stretch.y.end(), shorter.y.begin());
     Trim(count, shorter);
     const Fit attempt = FitOnce(shorter, 1, workspace);
-    if (Found(attempt) && attempt.traits.portmanteau < kPortmanteauLimit) {
+    if (Found(attempt) && attempt.traits.White()) {
       Trim(count, stretch);
       fit = FitOnce(stretch, 1, workspace);
       result.Notice({FindingCode::kPressTrimmed, share, 0});
@@ -185,11 +191,11 @@ Fit FitRobustly(Stretch& stretch, Workspace& workspace, TapAnalysis& result) {
   if (Found(fit) && fit.traits.portmanteau > kPortmanteauLimit) {
     TakeOutHum(stretch, fit, workspace, result);
   }
-  if (Found(fit) && fit.traits.portmanteau > kPortmanteauLimit) {
+  if (Found(fit) && !fit.traits.White()) {
     TrimPress(stretch, fit, workspace, result);
   }
-  if (Found(fit) && fit.traits.portmanteau > kPortmanteauLimit && fit.traits.inflation > 1) {
-    const double inflation = fit.traits.inflation;
+  if (Found(fit) && !fit.traits.White() && fit.traits.Inflation() > 1) {
+    const double inflation = fit.traits.Inflation();
     fit = FitOnce(stretch, inflation, workspace);
     result.Notice({FindingCode::kCorrelatedNoise, std::sqrt(inflation), 1});
   }
@@ -221,9 +227,11 @@ void Report(const Stretch& stretch, const Fit& fit, const TapMotion& motion,
                   {stretch.sign * c[0] / span, stretch.sign * c[1] / (span * span),
                    stretch.sign * c[2] / (span * span * span), 0}};
   const double half = 0.5 * (down + up);
-  const double apart = span * std::max({std::abs(e.quadratic_t - e.t), std::abs(e.cubic_t - e.t),
-                                        std::abs(e.power_t - e.t)});
-  if (std::isfinite(apart) && apart > half) {
+  double apart = 0;
+  for (const double t : {e.cubic_t, e.power_t}) {
+    apart = std::isnan(t) ? apart : std::max(apart, span * std::abs(t - e.quadratic_t));
+  }
+  if (apart > half) {
     result.Notice({FindingCode::kFormLeftOpen, apart, half});
   }
   if (half > kVague_mm) {
@@ -271,12 +279,12 @@ std::size_t ContactWorkspaceBytes(std::size_t samples) {
                                    sizeof(PressProfile::At));
 }
 
-void AnalyseContact(const TapView& tap, const TapMotion& motion, const TapOptions& options,
+void AnalyseContact(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                     Workspace& workspace, TapAnalysis& result) {
   const Workspace::Scope scope(workspace);
   Stretch stretch;
   result.verdict = Verdict::kCannotTell;
-  if (!Select(tap, motion, options.latency_s, workspace, stretch)) {
+  if (!Select(clean, motion, options.latency_s, workspace, stretch)) {
     result.reason = {FindingCode::kFewSamplesInCruise, static_cast<double>(stretch.y.size()),
                      kLeastSamples};
     return;
@@ -296,7 +304,7 @@ void AnalyseContact(const TapView& tap, const TapMotion& motion, const TapOption
   }
   Report(stretch, fit, motion, options, result);
   AddPoints(motion, options, result);
-  CheckApproach(tap, motion, options, workspace, result);
+  CheckApproach(clean, motion, options, workspace, result);
 }
 
 }  // namespace trammel::tap

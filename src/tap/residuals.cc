@@ -43,12 +43,31 @@ Lines Project(std::span<const double> time_s, std::span<const double> r, double 
   return lines;
 }
 
+// Sums of r_i r_(i-k).
+std::array<double, kLags + 1> Correlate(std::span<const double> r) {
+  std::array<double, kLags + 1> sum{};
+  for (std::size_t lag = 0; lag < sum.size(); ++lag) {
+    for (std::size_t i = lag; i < r.size(); ++i) {
+      sum[lag] += r[i] * r[i - lag];
+    }
+  }
+  return sum;
+}
+
 }  // namespace
 
-ResidualTraits Examine(std::span<const double> r, std::span<double> scratch) {
+bool ResidualTraits::White() const {
+  constexpr double kMostExcess = 3.5;  // standard deviations
+  return portmanteau < kPortmanteauLimit && press_excess < kMostExcess;
+}
+
+double ResidualTraits::Inflation() const { return std::max(1.0, press_ratio * press_correlation); }
+
+ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<double> scratch) {
   ResidualTraits traits;
   const std::size_t n = r.size();
-  if (n <= kLags) {
+  constexpr std::size_t kLeastInPress = 5;
+  if (n <= kLags || below < kLeastInPress || below + kLeastInPress > n) {
     return traits;
   }
   for (std::size_t i = 0; i < n; ++i) {
@@ -58,31 +77,46 @@ ResidualTraits Examine(std::span<const double> r, std::span<double> scratch) {
   const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(n / 2);
   std::nth_element(scratch.begin(), middle, scratch.begin() + static_cast<std::ptrdiff_t>(n));
   traits.median_deviation = *middle / kMedianOfNormal;
-  std::array<double, kLags + 1> sum{};
-  for (std::size_t lag = 0; lag <= kLags; ++lag) {
-    for (std::size_t i = lag; i < n; ++i) {
-      sum[lag] += r[i] * r[i - lag];
-    }
-  }
-  if (!(sum[0] > 0)) {
+
+  const std::array<double, kLags + 1> all = Correlate(r);
+  const std::array<double, kLags + 1> press = Correlate(r.first(below));
+  const double beyond = all[0] - press[0];
+  if (!(press[0] > 0) || !(beyond > 0)) {
     return traits;
   }
-  const double significant = 2 / std::sqrt(static_cast<double>(n));
+  constexpr double kPressUnknowns = 3;
+  constexpr double kBaselineUnknowns = 2;
+  const double n_press = static_cast<double>(below) - kPressUnknowns;
+  const double n_beyond = static_cast<double>(n - below) - kBaselineUnknowns;
+  traits.press_ratio = press[0] / n_press * (n_press + n_beyond) / all[0];
+  traits.press_excess =
+      std::log(press[0] / n_press * n_beyond / beyond) / std::sqrt(2 / n_press + 2 / n_beyond);
+  const double significant = 2 / std::sqrt(static_cast<double>(below));
   bool leading = true;
   for (std::size_t lag = 1; lag <= kLags; ++lag) {
-    const double rho = sum[lag] / sum[0];
+    const double rho = all[lag] / all[0];
     traits.portmanteau += static_cast<double>(n) * rho * rho;
-    leading = leading && rho > significant;
-    traits.inflation += leading ? 2 * rho : 0;
+    const double rho_press = press[lag] / press[0];
+    leading = leading && rho_press > significant;
+    traits.press_correlation += leading ? 2 * rho_press : 0;
   }
   return traits;
 }
 
-void WeighOutliers(std::span<const double> r, double deviation, std::span<double> weight) {
+std::size_t WeighOutliers(std::span<const double> r, double deviation, std::span<double> weight) {
+  constexpr double kFar = 3;   // deviations
+  constexpr double kGone = 6;  // deviations
+  std::size_t forgotten = 0;
   for (std::size_t i = 0; i < r.size(); ++i) {
-    const double beyond = std::clamp((std::abs(r[i]) / deviation - 3) / 3, 0.0, 1.0);
+    const double before = i > 0 ? std::abs(r[i - 1]) : 0;
+    const double after = i + 1 < r.size() ? std::abs(r[i + 1]) : 0;
+    const bool alone = std::max(before, after) < kFar * deviation;
+    const double beyond =
+        alone ? std::clamp((std::abs(r[i]) / deviation - kFar) / (kGone - kFar), 0.0, 1.0) : 0;
     weight[i] = (1 - beyond * beyond) * (1 - beyond * beyond);
+    forgotten += weight[i] < 0.5 ? 1 : 0;
   }
+  return forgotten;
 }
 
 MainsHum FindMainsHum(std::span<const double> time_s, std::span<const double> r, double deviation) {

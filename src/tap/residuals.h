@@ -12,24 +12,39 @@ namespace trammel::tap {
 struct ResidualTraits {
   double median_deviation = 0;  ///< Median of |r| / 0.6745: the noise, whatever the outliers.
   double largest = 0;           ///< Greatest |r|.
-  /// By which correlation raises the variance of means, 1 + 2 sum of rho_k over the first lags that
-  /// are significant (Bartlett 1946; Geyer 1992, section 3.3); >= 1.
-  double inflation = 1;
   /// n sum of rho_k^2 over the first lags: chi-squared with as many degrees of freedom for white
   /// noise (Box & Pierce 1970).
   double portmanteau = 0;
+  /// Variance in the press over that of all residuals.
+  double press_ratio = 1;
+  /// ln of the variance in the press over that beyond the break, in its standard deviations for
+  /// equal noise.
+  double press_excess = 0;
+  /// By which correlation in the press raises the variance of means, 1 + 2 sum of rho_k over the
+  /// first lags that are significant (Bartlett 1946; Geyer 1992, section 3.3); >= 1.
+  double press_correlation = 1;
+
+  /// As a single sample's noise of the size of all residuals would have it: no misfit.
+  [[nodiscard]] bool White() const;
+  /// The factor on the noise variance that makes the press's residuals, with the misfit that they
+  /// hold, the scale of the interval; >= 1.
+  [[nodiscard]] double Inflation() const;
 };
 
 inline constexpr int kLags = 8;
 /// Exceeded by white noise in one tap of 200.
 inline constexpr double kPortmanteauLimit = 22;
 
+/// @param below    How many of them, the first, lie in the press.
 /// @param scratch  As long as r.
-[[nodiscard]] ResidualTraits Examine(std::span<const double> r, std::span<double> scratch);
+[[nodiscard]] ResidualTraits Examine(std::span<const double> r, std::size_t below,
+                                     std::span<double> scratch);
 
-/// Weights that leave residuals of ordinary noise alone and forget outliers: 1 up to 3 deviations,
-/// falling smoothly to 0 at 6 (Hampel's idea with Tukey's biweight for the slope).
-void WeighOutliers(std::span<const double> r, double deviation, std::span<double> weight);
+/// Weights that forget samples that stand alone: 1 up to 3 deviations, falling smoothly to 0 at 6
+/// (Hampel's idea with Tukey's biweight for the slope). Where a neighbour is as far off, the press
+/// has another form, or the noise is not white: no outlier.
+/// @returns how many were given less than half.
+std::size_t WeighOutliers(std::span<const double> r, double deviation, std::span<double> weight);
 
 /// Mains hum at 50 or 60 Hz with its second and third harmonic, as sampled (aliases included).
 struct MainsHum {
