@@ -11,7 +11,9 @@ namespace {
 constexpr double kClipWidths = 2;  // of the pull-back: the write-up
 // Where the approach is not known the press is taken to have begun this many widths before.
 constexpr double kUnknownDwellWidths = 4;
-constexpr std::size_t kMedianSamples = 31;
+// Medians of so many values scatter by a third of one value, of differences by a fifth.
+constexpr std::size_t kLevelSamples = 15;
+constexpr std::size_t kNoiseSamples = 31;
 // Median of |difference of two normal values| over their standard deviation: 0.6745 sqrt 2.
 constexpr double kMedianDifference = 0.9539;
 // A gap of 1.75 periods is a sample lost; times of real converters scatter by a tenth of a period.
@@ -38,15 +40,15 @@ std::size_t IndexAt(std::span<const float> time_s, double at_s) {
       std::lower_bound(time_s.begin(), time_s.end(), static_cast<float>(at_s)) - time_s.begin());
 }
 
-// Of up to kMedianSamples values spread evenly over a stretch; NaN where it is empty.
-template <class Value>
+// Of up to kMost values spread evenly over a stretch; NaN where it is empty.
+template <std::size_t kMost, class Value>
 double MedianOver(Stretch stretch, const Value& value) {
   if (stretch.end <= stretch.first) {
     return std::numeric_limits<double>::quiet_NaN();
   }
   const std::size_t length = stretch.end - stretch.first;
-  const std::size_t count = std::min(length, kMedianSamples);
-  std::array<float, kMedianSamples> picked;
+  const std::size_t count = std::min(length, kMost);
+  std::array<float, kMost> picked;
   for (std::size_t i = 0; i < count; ++i) {
     picked[i] = static_cast<float>(value(stretch.first + (2 * i + 1) * length / (2 * count)));
   }
@@ -216,13 +218,16 @@ void FindLevels(std::span<const float> time_s, std::span<const float> force_g, S
                 std::size_t halt, std::size_t pull_back, CleanTap& clean) {
   const std::size_t n = time_s.size();
   const auto force = [&](std::size_t i) { return force_g[i]; };
-  clean.period_s = MedianOver({1, n}, [&](std::size_t i) { return time_s[i] - time_s[i - 1]; });
+  clean.period_s =
+      MedianOver<kLevelSamples>({1, n}, [&](std::size_t i) { return time_s[i] - time_s[i - 1]; });
   clean.noise_g =
-      MedianOver({1, n}, [&](std::size_t i) { return std::abs(force_g[i] - force_g[i - 1]); }) /
+      MedianOver<kNoiseSamples>(
+          {1, n}, [&](std::size_t i) { return std::abs(force_g[i] - force_g[i - 1]); }) /
       kMedianDifference;
-  clean.approach_g = MedianOver({0, halt - halt / 3}, force);
-  clean.dwell_g = MedianOver({pull_back - (pull_back - halt) / 2, pull_back}, force);
-  clean.departure_g = MedianOver({cruise.end - (cruise.end - cruise.first) / 7, n}, force);
+  clean.approach_g = MedianOver<kLevelSamples>({0, halt - halt / 3}, force);
+  clean.dwell_g = MedianOver<kLevelSamples>({pull_back - (pull_back - halt) / 2, pull_back}, force);
+  clean.departure_g =
+      MedianOver<kLevelSamples>({cruise.end - (cruise.end - cruise.first) / 7, n}, force);
 }
 
 }  // namespace
@@ -257,7 +262,7 @@ CleanTap CleanSamples(const TapView& tap, const TapMotion& motion, Workspace& wo
   FindLevels(time_s, force_g, cruise, halt, pull_back, clean);
   FindGaps(time_s, clean);
   FindTies(force_g, cruise, clean);
-  const double moving_g = halt < 2 ? 0 : MedianOver({1, halt}, [&](std::size_t i) {
+  const double moving_g = halt < 2 ? 0 : MedianOver<kNoiseSamples>({1, halt}, [&](std::size_t i) {
                                            return std::abs(force_g[i] - force_g[i - 1]);
                                          }) / kMedianDifference;
   // Around the halt forces jump by themselves.

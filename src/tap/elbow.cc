@@ -8,7 +8,7 @@ namespace {
 
 /// Sums over a stretch, of times and forces from its own middle.
 struct Sums {
-  double n = 0, t = 0, tt = 0, f = 0, tf = 0;
+  double n = 0, t = 0, tt = 0, f = 0, tf = 0, ff = 0;
 };
 
 // Runs over a stretch in the frame of its own middle, where little cancels.
@@ -28,6 +28,7 @@ void Add(Sums& sums, double t, double f) {
   sums.tt += t * t;
   sums.f += f;
   sums.tf += t * f;
+  sums.ff += f * f;
 }
 
 Sums Total(const Samples& samples, std::size_t first, std::size_t end, const Frame& frame) {
@@ -44,7 +45,7 @@ Sums Total(const Samples& samples, std::size_t first, std::size_t end, const Fra
   }
   Sums sum;
   for (const Sums& p : part) {
-    sum.n += p.n, sum.t += p.t, sum.tt += p.tt, sum.f += p.f, sum.tf += p.tf;
+    sum.n += p.n, sum.t += p.t, sum.tt += p.tt, sum.f += p.f, sum.tf += p.tf, sum.ff += p.ff;
   }
   return sum;
 }
@@ -68,13 +69,9 @@ LineFit FitLine(const Samples& samples, std::size_t first, std::size_t end) {
   line.time_spread_s2 = std::max(0.0, sum.tt - sum.t * sum.t / sum.n);
   // What rounding leaves of equal times must not pass for a spread.
   const bool has_slope = line.time_spread_s2 > 1e-12 * sum.tt && line.time_spread_s2 > 0;
-  line.slope_g_s = has_slope ? (sum.tf - sum.t * sum.f / sum.n) / line.time_spread_s2 : 0;
-  double residual = 0;
-  for (std::size_t i = first; i < end; ++i) {
-    const double r = samples.force_g[i] - line.Force(samples.time_s[i]);
-    residual += r * r;
-  }
-  line.residual_g2 = residual;
+  const double cross = sum.tf - sum.t * sum.f / sum.n;
+  line.slope_g_s = has_slope ? cross / line.time_spread_s2 : 0;
+  line.residual_g2 = std::max(0.0, sum.ff - sum.f * sum.f / sum.n - line.slope_g_s * cross);
   return line;
 }
 
@@ -90,24 +87,34 @@ std::size_t FindElbow(const Samples& samples, std::size_t first, std::size_t end
     Add(left, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
   }
   std::size_t elbow = end;
-  // What two lines explain of the force's sum of squares: the largest leaves the least.
+  // What two lines explain of the force's sum of squares: the largest leaves the least. It is kept
+  // as a fraction, for fractions are compared without dividing.
   double most_explained = -1;
+  double most_divisor = 1;
   for (std::size_t i = first + least - 1; i + least < end; ++i) {
     Add(left, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
-    const Sums right = {total.n - left.n, total.t - left.t, total.tt - left.tt, total.f - left.f,
-                        total.tf - left.tf};
-    // Each line explains f^2/n + (tf - t f/n)^2 / (tt - t^2/n); multiplied by n where that saves a
-    // division. Repeated times leave no spread and no slope.
-    const double left_spread = left.n * left.tt - left.t * left.t;
-    const double right_spread = right.n * right.tt - right.t * right.t;
-    const double left_cross = left.n * left.tf - left.t * left.f;
-    const double right_cross = right.n * right.tf - right.t * right.f;
-    const double left_slope = left_spread > 0 ? left_cross * left_cross / left_spread : 0;
-    const double right_slope = right_spread > 0 ? right_cross * right_cross / right_spread : 0;
-    const double explained =
-        (left.f * left.f + left_slope) / left.n + (right.f * right.f + right_slope) / right.n;
-    if (explained > most_explained) {
+    const Sums right = {total.n - left.n, total.t - left.t,   total.tt - left.tt,
+                        total.f - left.f, total.tf - left.tf, 0};
+    // A line explains (f^2 + (n tf - t f)^2 / (n tt - t^2)) / n.
+    double left_spread = left.n * left.tt - left.t * left.t;
+    double right_spread = right.n * right.tt - right.t * right.t;
+    double left_cross = left.n * left.tf - left.t * left.f;
+    double right_cross = right.n * right.tf - right.t * right.f;
+    if (!(left_spread > 0)) {  // repeated times: a level without slope
+      left_spread = 1, left_cross = 0;
+    }
+    if (!(right_spread > 0)) {
+      right_spread = 1, right_cross = 0;
+    }
+    const double left_explained = left.f * left.f * left_spread + left_cross * left_cross;
+    const double right_explained = right.f * right.f * right_spread + right_cross * right_cross;
+    const double left_divisor = left.n * left_spread;
+    const double right_divisor = right.n * right_spread;
+    const double explained = left_explained * right_divisor + right_explained * left_divisor;
+    const double divisor = left_divisor * right_divisor;
+    if (explained * most_divisor > most_explained * divisor) {
       most_explained = explained;
+      most_divisor = divisor;
       elbow = i + 1;
     }
   }

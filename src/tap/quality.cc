@@ -16,7 +16,12 @@ constexpr double kMostDwell = 0.75;
 // (tens of um), long beside a sample.
 constexpr double kPullMean = 0.04;
 constexpr std::size_t kLeastOfMean = 3;
-constexpr double kResolvedRise = 0.4;  // of the press, within the line found for it
+// Of the press, between the first and the last sample of the line found for the compression; also
+// so many deviations of noise. Two samples of a press of five show a fifth.
+constexpr double kResolvedRise = 0.15;
+constexpr double kResolvedNoise = 4;
+// Samples before the halt that may have been pressed already, where no line shows it.
+constexpr std::size_t kMaybePressed = 4;
 
 void MeasureBaselines(const TapLines& lines, TapShape& shape) {
   const double difference_g = lines.let_go.force_g - lines.touch.force_g;
@@ -38,8 +43,8 @@ void MeasureBaselines(const TapLines& lines, TapShape& shape) {
 void MeasurePull(const CleanTap& clean, const TapLines& lines, double width_s, TapShape& shape) {
   const Samples& samples = clean.samples;
   const std::size_t n = samples.size();
-  // From the press on, where nothing is missing: ooze may put the elbow behind its own pull.
-  const std::size_t first = lines.decompression_first;
+  // From the middle of the press on: ooze may put the elbow behind its own pull.
+  const std::size_t first = (lines.decompression_first + lines.break_at) / 2;
   if (!(clean.period_s > 0) || n < lines.break_at) {
     return;
   }
@@ -84,7 +89,7 @@ bool IsCollisionResolved(const CleanTap& clean, const TapLines& lines) {
   const double risen_g = lines.press_sign * (lines.compression.Force(times[lines.dwell_first - 1]) -
                                              lines.compression.Force(times[lines.collision]));
   return risen_g > kResolvedRise * std::abs(clean.dwell_g - clean.departure_g) &&
-         lines.touch.time_s < lines.press_end.time_s;
+         risen_g > kResolvedNoise * clean.noise_g && lines.touch.time_s < lines.press_end.time_s;
 }
 
 // The score then takes the halt for the collision, with all samples before and after it.
@@ -93,13 +98,30 @@ void TakeHaltForCollision(const CleanTap& clean, const TapMotion& motion, TapLin
   const auto& times = clean.samples.time_s;
   const auto halt = static_cast<std::size_t>(
       std::lower_bound(times.begin(), times.end(), static_cast<float>(halt_s)) - times.begin());
-  // The sample before may have been pressed already, the one after may not yet have settled.
-  const std::size_t before = std::max(lines.approach_first + 1, halt) - 1;
+  const std::size_t before = std::max(lines.approach_first + kMaybePressed, halt) - kMaybePressed;
   lines.approach = FitLine(clean.samples, lines.approach_first, before);
   lines.dwell = FitLine(clean.samples, std::min(halt + 1, lines.pull_back), lines.pull_back);
   lines.touch = {halt_s, lines.approach.Force(halt_s), 0};
   lines.press_end = {halt_s, lines.dwell.Force(halt_s), 0};
   lines.dwell_end = Intersect(lines.dwell, lines.upper);
+}
+
+// A line through a force that decays misses its peak. Means of three samples, so that one stray
+// sample makes no peak.
+double LostAtRest(const CleanTap& clean, const TapLines& lines) {
+  const auto& force_g = clean.samples.force_g;
+  if (lines.pull_back < lines.collision + kLeastOfMean + 1) {
+    return kNone;
+  }
+  const auto mean_above = [&](std::size_t i) {
+    return lines.press_sign *
+           ((force_g[i - 1] + force_g[i] + force_g[i + 1]) / 3.0 - clean.approach_g);
+  };
+  double peak_g = 0;
+  for (std::size_t i = std::max<std::size_t>(lines.collision, 1); i + 1 < lines.pull_back; ++i) {
+    peak_g = std::max(peak_g, mean_above(i));
+  }
+  return 1 - mean_above(lines.pull_back - 2) / peak_g;
 }
 
 double Ratio(double value, double most) {
@@ -117,7 +139,7 @@ TapShape MeasureShape(const CleanTap& clean, const TapMotion& motion, const TapL
   }
   TapShape shape;
   shape.approach_ratio = shape.departure_ratio = shape.baseline_ratio = shape.dwell_ratio = kNone;
-  shape.compression_g = shape.decompression_g = shape.decompression_rad = kNone;
+  shape.lost_ratio = shape.compression_g = shape.decompression_g = shape.decompression_rad = kNone;
   shape.unexplained_baseline_g = shape.press_depth_mm = shape.touch_depth_mm = kNone;
   if (!lines.has_break) {
     return shape;
@@ -139,6 +161,7 @@ TapShape MeasureShape(const CleanTap& clean, const TapMotion& motion, const TapL
   shape.dwell_ratio =
       std::abs(lines.press_end.force_g - lines.dwell_end.force_g) / shape.compression_g;
   MeasureBaselines(lines, shape);
+  shape.lost_ratio = LostAtRest(clean, lines);
   if (resolved) {
     shape.touch_depth_mm = motion.Z(clean.origin_s + lines.touch.time_s) - motion.halt_z_mm;
   }

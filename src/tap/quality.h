@@ -17,6 +17,7 @@ struct TapShape {
   double departure_ratio = 0;    ///< Along the departure's, to the pull-back's end.
   double baseline_ratio = 0;     ///< Between touch and break.
   double dwell_ratio = 0;        ///< Lost between press end and dwell end.
+  double lost_ratio = 0;         ///< The same from the peak's samples to the last at rest.
   double decompression_rad = 0;  ///< Slope of the decompression at 25 gf = 0.1 s.
   /// Baselines' difference that the drift seen in both of them does not explain, gf.
   double unexplained_baseline_g = 0;

@@ -23,7 +23,13 @@ constexpr double kLeastPress = 4;
 constexpr double kImpulse = 10;
 // A free nozzle at the end of the pull-back: slope below this part of the decompression's.
 constexpr double kFreeSlope = 0.3;
+// Seen over the last part of the cruise, by as many samples as noise needs to leave a slope known
+// to a sixth of the decompression's, at least eight, at most a third of the cruise.
 constexpr double kEndOfCruise = 0.15;
+constexpr double kLeastAtEnd = 8;
+constexpr double kMostOfCruise = 1.0 / 3;
+constexpr double kSlopesKnown = 6;
+constexpr double kEndSignificance = 3;
 constexpr double kSignificant = 4;
 // Published cut-offs of the score, in parts of the compression force.
 constexpr double kMostDwell = 0.75;
@@ -32,9 +38,9 @@ constexpr double kNoticedBaseline = 0.10;
 // Published limit of an older classifier, in percent.
 constexpr double kLeastDecompression = 66.6;
 // Touch and break lie at one height, so the touch is as deep below it as the press, but for two
-// samples of the way down. Twice that is seen with soft beds; three times is something on the
-// nozzle.
-constexpr double kNoticedTouch = 2;
+// samples of the way down. Real clean taps reach 1.0 beyond those samples, one that Prusa calls
+// problematic 1.5; three times the press is something on the nozzle for certain.
+constexpr double kNoticedTouch = 1.5;
 constexpr double kMostTouch = 3;
 constexpr double kTouchSamples = 2;
 // A pull of a tenth of the press moves the break by a tenth of its depth: 4.5 um of 45, more than
@@ -104,7 +110,17 @@ Finding CheckPress(const CleanTap& clean, const TapMotion& motion, const TapLine
                : Finding{FindingCode::kNoContact, std::isnan(press_g) ? 0 : press_g, least_g};
   }
   const double end_s = motion.cruise_end_s - clean.origin_s;
-  const double last_s = end_s - kEndOfCruise * (motion.cruise_end_s - motion.cruise_start_s);
+  const double cruise_s = motion.cruise_end_s - motion.cruise_start_s;
+  const double slope_g_s = std::abs(lines.whole.slope_g_s);
+  // A slope from n samples scatters by noise sqrt(12) / (period n^1.5).
+  const double for_noise =
+      slope_g_s > 0
+          ? std::pow(kSlopesKnown * std::sqrt(12.0) * clean.noise_g / (clean.period_s * slope_g_s),
+                     2.0 / 3)
+          : 0;
+  const double part_s = std::max({kEndOfCruise * cruise_s, kLeastAtEnd * clean.period_s,
+                                  std::min(for_noise * clean.period_s, kMostOfCruise * cruise_s)});
+  const double last_s = end_s - part_s;
   const auto times = clean.samples.time_s;
   const auto index = [&](double time_s) {
     return static_cast<std::size_t>(
@@ -112,11 +128,12 @@ Finding CheckPress(const CleanTap& clean, const TapMotion& motion, const TapLine
   };
   const LineFit last = FitLine(clean.samples, index(last_s), index(end_s));
   const double falls_g_s = -lines.press_sign * last.slope_g_s;
-  const double free_g_s = kFreeSlope * std::abs(lines.whole.slope_g_s);
+  const double free_g_s = kFreeSlope * slope_g_s;
   const double noise_g_s =
       last.time_spread_s2 > 0 ? clean.noise_g / std::sqrt(last.time_spread_s2) : 0;
-  if (last.count > 2 && falls_g_s > std::max(free_g_s, kSignificant * noise_g_s)) {
-    return {FindingCode::kStillInContact, falls_g_s, std::max(free_g_s, kSignificant * noise_g_s)};
+  if (last.count > 2 && falls_g_s > std::max(free_g_s, kEndSignificance * noise_g_s)) {
+    return {FindingCode::kStillInContact, falls_g_s,
+            std::max(free_g_s, kEndSignificance * noise_g_s)};
   }
   return {};
 }
@@ -151,8 +168,9 @@ Finding CheckTouch(const TapMotion& motion, const CleanTap& clean, const TapShap
 Finding CheckShape(const CleanTap& clean, const TapMotion& motion, const TapLines& lines,
                    const TapShape& shape, const CheckOptions& options, TapAnalysis& result) {
   if (lines.has_collision && lines.has_break) {
-    if (shape.dwell_ratio > kMostDwell) {
-      return {FindingCode::kFouledNozzle, 100 * shape.dwell_ratio, 100 * kMostDwell};
+    const double lost = std::max(shape.dwell_ratio, shape.lost_ratio);
+    if (lost > kMostDwell) {
+      return {FindingCode::kFouledNozzle, 100 * std::min(lost, 1.0), 100 * kMostDwell};
     }
     if (const Finding found = CheckTouch(motion, clean, shape, result);
         found.code != FindingCode::kNone) {
