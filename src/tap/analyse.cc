@@ -34,11 +34,14 @@ void Judge(const TapView& tap, const TapMotion& motion, const TapOptions& option
                      static_cast<double>(WorkspaceBytes(tap.time_s.size()))};
     return;
   }
-  const TapLines lines = FindTapLines(clean, motion, options.two_line);
+  // What is asked of a tap does not depend on how the other method was set.
+  const bool by_lines = options.method == Method::kTwoLine;
+  const TapLines lines =
+      FindTapLines(clean, motion, by_lines ? options.two_line : TwoLineOptions{});
   const CheckOptions checks = {options.nozzle_temperature_c, options.trigger_force_g,
                                options.decompression_angle_rad};
   const Finding refusal = CheckTap(clean, motion, lines, checks, result);
-  if (options.method == Method::kTwoLine) {
+  if (by_lines) {
     JudgeTwoLine(tap.moves, clean, motion, lines, options, result);
   } else {
     AnalyseContact(clean, motion, options, workspace, result);

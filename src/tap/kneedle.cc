@@ -3,6 +3,21 @@
 #include <algorithm>
 
 namespace trammel::tap {
+namespace {
+
+constexpr std::size_t kSmoothing = 4;  // samples to either side
+
+// Mean around a sample, of as many to either side as the stretch has.
+float Smooth(std::span<const float> forces, std::size_t i) {
+  const std::size_t reach = std::min({kSmoothing, i, forces.size() - 1 - i});
+  float sum = 0;
+  for (std::size_t k = i - reach; k <= i + reach; ++k) {
+    sum += forces[k];
+  }
+  return sum / static_cast<float>(2 * reach + 1);
+}
+
+}  // namespace
 
 std::size_t FindKnee(const Samples& samples, std::size_t first, std::size_t end, bool late_bend) {
   constexpr std::size_t kLeast = 4;
@@ -21,7 +36,7 @@ std::size_t FindKnee(const Samples& samples, std::size_t first, std::size_t end,
   // diagonal of its scaled, rising form, one that starts steep above it.
   const auto distance = [&](std::size_t i) {
     const float x = (samples.time_s[i] - samples.time_s[first]) / duration;
-    const float scaled = (samples.force_g[i] - *lowest) / height;
+    const float scaled = (Smooth(forces, i - first) - *lowest) / height;
     const float y = rises ? scaled : 1 - scaled;
     return late_bend ? x - y : y - x;
   };
