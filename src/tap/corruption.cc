@@ -69,7 +69,13 @@ Stretch Clip(const TapView& tap, const TapMotion& motion) {
           static_cast<std::size_t>(end - tap.time_s.begin())};
 }
 
-void FindGaps(std::span<const float> time_s, CleanTap& clean) {
+// Times count from the pull-back's start.
+Stretch CruiseOf(std::span<const float> time_s, const TapMotion& motion) {
+  return {IndexAt(time_s, motion.cruise_start_s - motion.pull_back_start_s),
+          IndexAt(time_s, motion.cruise_end_s - motion.pull_back_start_s)};
+}
+
+void FindGaps(std::span<const float> time_s, Stretch cruise, CleanTap& clean) {
   const auto limit = static_cast<float>(kGapPeriods * clean.period_s);
   float longest = 0;
   std::size_t gaps = 0;
@@ -82,6 +88,10 @@ void FindGaps(std::span<const float> time_s, CleanTap& clean) {
   }
   clean.longest_gap_s = longest;
   clean.duplicated = repeated;
+  for (std::size_t i = std::max<std::size_t>(cruise.first, 1); i < cruise.end && repeated > 0;
+       ++i) {
+    clean.duplicated_in_cruise += time_s[i] > time_s[i - 1] ? 0 : 1;
+  }
   for (std::size_t i = 1; i < time_s.size() && gaps > 0; ++i) {
     const float gap = time_s[i] - time_s[i - 1];
     if (gap > limit) {
@@ -162,7 +172,8 @@ void FindTies(std::span<const float> force_g, Stretch cruise, CleanTap& clean) {
 
 // Marks samples as NaN that leave their neighbourhood and come back to it within kSpikeLength.
 // @param moving_g  Noise before the collision: the way down is faster and shakes the cell.
-void MarkSpikes(std::span<float> force_g, double moving_g, Stretch collision, CleanTap& clean) {
+void MarkSpikes(std::span<float> force_g, double moving_g, Stretch collision, Stretch cruise,
+                CleanTap& clean) {
   const double press_g = std::abs(clean.dwell_g - clean.departure_g);
   const double least_g = kSpikeOfPress * (press_g > 0 ? press_g : 0);
   const auto limit = static_cast<float>(std::max(kSpikeDeviations * clean.noise_g, least_g));
@@ -196,6 +207,7 @@ void MarkSpikes(std::span<float> force_g, double moving_g, Stretch collision, Cl
       clean.spikes_are_equal = clean.spikes_are_equal && force_g[k] == first_value;
       force_g[k] = std::numeric_limits<float>::quiet_NaN();
       ++clean.spikes;
+      clean.spikes_in_cruise += k >= cruise.first && k < cruise.end ? 1 : 0;
     }
     i = back;
   }
@@ -254,22 +266,23 @@ CleanTap CleanSamples(const TapView& tap, const TapMotion& motion, Workspace& wo
     time_s[i] = static_cast<float>(tap.time_s[clip.first + i] - clean.origin_s);
     force_g[i] = static_cast<float>(tap.force_g[clip.first + i] - clean.origin_g);
   }
-  const Stretch cruise = {IndexAt(time_s, motion.cruise_start_s - clean.origin_s),
-                          IndexAt(time_s, motion.cruise_end_s - clean.origin_s)};
+  const Stretch cruise = CruiseOf(time_s, motion);
   const std::size_t pull_back = IndexAt(time_s, 0);
   const std::size_t halt =
       motion.has_approach ? IndexAt(time_s, motion.approach_end_s - clean.origin_s) : 0;
   FindLevels(time_s, force_g, cruise, halt, pull_back, clean);
-  FindGaps(time_s, clean);
-  FindTies(force_g, cruise, clean);
+  FindGaps(time_s, cruise, clean);
   const double moving_g = halt < 2 ? 0 : MedianOver<kNoiseSamples>({1, halt}, [&](std::size_t i) {
                                            return std::abs(force_g[i] - force_g[i - 1]);
                                          }) / kMedianDifference;
   // Around the halt forces jump by themselves.
   const std::size_t around = 2 + (pull_back - halt) / 8;
-  MarkSpikes(force_g, moving_g, {halt - std::min(halt, around), halt + around}, clean);
+  MarkSpikes(force_g, moving_g, {halt - std::min(halt, around), halt + around}, cruise, clean);
   const std::size_t kept = clean.spikes + clean.duplicated > 0 ? Compact(time_s, force_g) : n;
   clean.samples = {time_s.first(kept), force_g.first(kept)};
+  if (kept > 0) {
+    FindTies(force_g.first(kept), CruiseOf(clean.samples.time_s, motion), clean);
+  }
   return clean;
 }
 

@@ -26,11 +26,13 @@ struct CleanTap {
   double departure_g = 0;  ///< From the pull-back's last seventh on.
 
   // Counts of samples of the stretch.
-  std::size_t duplicated = 0;       ///< Times that repeat the one before.
-  std::size_t dropped = 0;          ///< Missing, by gaps against the median period.
-  double longest_gap_s = 0;         ///< Between neighbours.
-  double longest_gap_start_s = 0;   ///< From the pull-back's start.
-  std::size_t spikes = 0;           ///< Alone far off, up to three in a row.
+  std::size_t duplicated = 0;            ///< Times that repeat the one before.
+  std::size_t duplicated_in_cruise = 0;  ///< Of the pull-back.
+  std::size_t dropped = 0;               ///< Missing, by gaps against the median period.
+  double longest_gap_s = 0;              ///< Between neighbours.
+  double longest_gap_start_s = 0;        ///< From the pull-back's start.
+  std::size_t spikes = 0;                ///< Alone far off, up to three in a row.
+  std::size_t spikes_in_cruise = 0;
   bool spikes_are_equal = false;    ///< All of one value, as error frames of a converter are.
   std::size_t stuck = 0;            ///< The longest run of one value that noise would not make.
   std::size_t stuck_in_cruise = 0;  ///< Of that run, those in the pull-back's cruise.

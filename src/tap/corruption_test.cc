@@ -105,7 +105,7 @@ TEST(CleanSamples, LeavesOutErrorFramesAndKeepsTheAnswer) {
 TEST(CleanSamples, RefusesATapFullOfSpikes) {
   RecordedTap tap = Record({}, kSeed);
   const std::size_t first = InCruise(tap);
-  for (std::size_t k = 0; k < 15; ++k) {
+  for (std::size_t k = 0; k < 30; ++k) {
     tap.drawn.force_g[first + 4 * k] += k % 2 == 0 ? 900.0 + static_cast<double>(k) : -1200;
   }
   EXPECT_EQ(ReasonOf(tap), FindingCode::kSpikes);
@@ -173,8 +173,8 @@ TEST(CleanSamples, LeavesOutRepeatedTimesAndRefusesMany) {
   repeat(InCruise(tap));
   EXPECT_EQ(Clean(tap).tap.duplicated, 1U);
   EXPECT_NEAR(AnalyseTwoLine(tap.View()).contact_z_mm, before, 1e-9);
-  for (std::size_t k = 0; k < 30; ++k) {
-    repeat(100 + 4 * k);
+  for (std::size_t k = 0; k < 60; ++k) {
+    repeat(InCruise(tap) + 2 * k);
   }
   EXPECT_EQ(ReasonOf(tap), FindingCode::kDuplicateTimes);
 }

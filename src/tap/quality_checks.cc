@@ -10,9 +10,10 @@ namespace trammel::tap {
 namespace {
 
 // Each limit with its origin.
-// Of the pull-back's cruise that may be made up of samples left out: a robust fit bears a
-// twentieth.
-constexpr double kMostCorrupt = 0.05;
+// Of the pull-back's cruise that may be left out: samples that repeat a time up to a fifth, which
+// widens the scatter by a tenth; stray ones up to a tenth, as smaller ones beside them stay in.
+constexpr double kMostRepeated = 0.2;
+constexpr double kMostStray = 0.1;
 // Samples missing in a row at the break: five at a micron each are what the best taps scatter by.
 constexpr double kMostMissingAtBreak = 5;
 // Clipped or repeated samples in the cruise: two are one step of a slow converter.
@@ -24,27 +25,31 @@ constexpr double kImpulse = 10;
 // A free nozzle at the end of the pull-back: slope below this part of the decompression's.
 constexpr double kFreeSlope = 0.3;
 // Seen over the last part of the cruise, by as many samples as noise needs to leave a slope known
-// to a sixth of the decompression's, at least eight, at most a third of the cruise.
+// to an eighth of the decompression's, at least eight, at most a third of the cruise.
 constexpr double kEndOfCruise = 0.15;
 constexpr double kLeastAtEnd = 8;
 constexpr double kMostOfCruise = 1.0 / 3;
-constexpr double kSlopesKnown = 6;
+constexpr double kSlopesKnown = 8;
 constexpr double kEndSignificance = 3;
 constexpr double kSignificant = 4;
-// Published cut-offs of the score, in parts of the compression force.
+// Published cut-off of the score, in parts of the compression force.
 constexpr double kMostDwell = 0.75;
-constexpr double kMostBaseline = 0.25;
-constexpr double kNoticedBaseline = 0.10;
+
 // Published limit of an older classifier, in percent.
 constexpr double kLeastDecompression = 66.6;
-// Touch and break lie at one height, so the touch is as deep below it as the press, but for two
-// samples of the way down. Real clean taps reach 1.0 beyond those samples, one that Prusa calls
-// problematic 1.5; three times the press is something on the nozzle for certain.
+// Touch and break lie at one height, so the touch is as deep below it as the press, but for three
+// samples of the way down (a converter's filter smears it over two or three). Real clean taps
+// reach 1.0 beyond those samples, one that Prusa calls problematic 1.5; three times the press is
+// something on the nozzle for certain.
 constexpr double kNoticedTouch = 1.5;
 constexpr double kMostTouch = 3;
-constexpr double kTouchSamples = 2;
-// A pull of a tenth of the press moves the break by a tenth of its depth: 4.5 um of 45, more than
-// the 4 um to which a real tap is to be known.
+constexpr double kTouchSamples = 3;
+constexpr double kPressedMidway = 0.05;  // of the press: more than baselines differ by
+// A force of a tenth of the press that comes or goes around the break moves it by a tenth of the
+// press' depth: 4.5 um of 45, more than the 4 um to which a real tap is to be known. (The published
+// score drops to 0 at a quarter.) Sound real taps show up to 3 %.
+constexpr double kMostBaseline = 0.10;
+constexpr double kNoticedBaseline = 0.05;
 constexpr double kMostPull = 0.10;
 constexpr double kNoticedPull = 0.05;
 constexpr double kPullSignificance = 5;
@@ -71,15 +76,16 @@ Finding CheckSamples(const CleanTap& clean, const TapMotion& motion, const TapLi
   };
   const double in_cruise =
       clean.period_s > 0 ? (motion.cruise_end_s - motion.cruise_start_s) / clean.period_s : 0;
-  const double most_corrupt = std::max(1.0, std::floor(kMostCorrupt * in_cruise));
+  const double most_stray = std::max(1.0, std::floor(kMostStray * in_cruise));
+  const double most_repeated = std::max(1.0, std::floor(kMostRepeated * in_cruise));
   note(FindingCode::kStuckSamples, Count(clean.stuck), kMostFrozen,
        Count(clean.stuck_in_cruise) > kMostFrozen);
   note(FindingCode::kSaturatedSamples, Count(clean.saturated), kMostFrozen,
        Count(clean.saturated_in_cruise) > kMostFrozen);
   note(clean.spikes_are_equal ? FindingCode::kErrorFrames : FindingCode::kSpikes,
-       Count(clean.spikes), most_corrupt, Count(clean.spikes) > most_corrupt);
-  note(FindingCode::kDuplicateTimes, Count(clean.duplicated), most_corrupt,
-       Count(clean.duplicated) > most_corrupt);
+       Count(clean.spikes), most_stray, Count(clean.spikes_in_cruise) > most_stray);
+  note(FindingCode::kDuplicateTimes, Count(clean.duplicated), most_repeated,
+       Count(clean.duplicated_in_cruise) > most_repeated);
   const double gap_end_s = clean.longest_gap_start_s + clean.longest_gap_s;
   const bool at_break = lines.has_break && clean.longest_gap_start_s < lines.let_go.time_s &&
                         lines.let_go.time_s < gap_end_s &&
@@ -138,12 +144,31 @@ Finding CheckPress(const CleanTap& clean, const TapMotion& motion, const TapLine
   return {};
 }
 
-Finding CheckTouch(const TapMotion& motion, const CleanTap& clean, const TapShape& shape,
-                   TapAnalysis& result) {
+// Whether the force was already up halfway between a touch and the halt. Where a slow converter or
+// its filter hides the collision, the touch found may be a chance of the noise, long before the
+// bed.
+bool IsPressedMidway(const CleanTap& clean, const TapMotion& motion, const TapLines& lines) {
+  const double halt_s = motion.approach_end_s - clean.origin_s;
+  const auto& times = clean.samples.time_s;
+  const double midway_s = 0.5 * (lines.touch.time_s + halt_s);
+  const auto at = static_cast<std::size_t>(
+      std::lower_bound(times.begin(), times.end(), static_cast<float>(midway_s)) - times.begin());
+  if (at < 1 || at + 1 >= times.size()) {
+    return false;
+  }
+  const auto& force_g = clean.samples.force_g;
+  const double mean_g = (force_g[at - 1] + force_g[at] + force_g[at + 1]) / 3.0;
+  const double raised_g = lines.press_sign * (mean_g - lines.touch.force_g);
+  return raised_g > kSignificant * clean.noise_g / std::sqrt(3.0) &&
+         raised_g > kPressedMidway * std::abs(clean.dwell_g - clean.departure_g);
+}
+
+Finding CheckTouch(const TapMotion& motion, const CleanTap& clean, const TapLines& lines,
+                   const TapShape& shape, TapAnalysis& result) {
   const double way_mm = kTouchSamples * clean.period_s * motion.approach_speed_mm_s;
   const double noticed_mm = kNoticedTouch * shape.press_depth_mm + way_mm;
   const double most_mm = kMostTouch * shape.press_depth_mm + way_mm;
-  const bool slow = shape.touch_depth_mm > noticed_mm;
+  const bool slow = shape.touch_depth_mm > noticed_mm && IsPressedMidway(clean, motion, lines);
   const double most_g = kMostBaseline * shape.compression_g;
   const double noticed_g =
       std::max(kNoticedBaseline * shape.compression_g, kSignificant * clean.noise_g);
@@ -172,7 +197,7 @@ Finding CheckShape(const CleanTap& clean, const TapMotion& motion, const TapLine
     if (lost > kMostDwell) {
       return {FindingCode::kFouledNozzle, 100 * std::min(lost, 1.0), 100 * kMostDwell};
     }
-    if (const Finding found = CheckTouch(motion, clean, shape, result);
+    if (const Finding found = CheckTouch(motion, clean, lines, shape, result);
         found.code != FindingCode::kNone) {
       return found;
     }

@@ -92,7 +92,7 @@ TEST(TapChecks, RefuseAtMost2PercentOfGoodTaps) {
     taps["little plastic"].plastic_mm = 0.05;
     taps["little plastic"].plastic_g = 15;
     taps["little ooze"].pull_g = 8;
-    taps["small step of the baseline"].step_g = 15;
+    taps["small step of the baseline"].step_g = 10;
     taps["soft bed"].stiffness_g_mm = 500;
     taps["soft bed"].depth_mm = 0.2;
     taps["soft bed"].pull_back_mm = 0.5;
@@ -141,7 +141,7 @@ TEST(TapChecks, RefuseASlowCollisionWithAnInconsistentBaseline) {
   TapDrawing drawing;
   drawing.plastic_mm = 0.2;
   drawing.plastic_g = 80;
-  drawing.step_g = -20;
+  drawing.step_g = -10;
   ExpectRefusedFor(FindingCode::kSlowCollision, drawing);
   int passed_score = 0;
   for (int i = 0; i < kTaps; ++i) {
@@ -150,11 +150,11 @@ TEST(TapChecks, RefuseASlowCollisionWithAnInconsistentBaseline) {
   EXPECT_GT(passed_score, kTaps / 2);
 }
 
-TEST(TapChecks, RefuseABaselineThatChangedByMoreThanAQuarterOfThePress) {
+TEST(TapChecks, RefuseABaselineThatChangedByMoreThanATenthOfThePress) {
   TapDrawing drawing;
-  drawing.step_g = 60;
+  drawing.step_g = 25;
   ExpectRefusedFor(FindingCode::kBaselineForceInconsistent, drawing);
-  drawing.step_g = -60;
+  drawing.step_g = -25;
   ExpectRefusedFor(FindingCode::kBaselineForceInconsistent, drawing);
 }
 
