@@ -41,6 +41,9 @@ Result<void> CheckDisturbance(const DisturbanceTraits& d) {
                       {"disturbance.hum_hz", d.hum_hz, 1, 1000},
                       {"disturbance.hum_second", d.hum_second, 0, 10},
                       {"disturbance.hum_third", d.hum_third, 0, 10},
+                      {"disturbance.ring_g", d.ring_g, 0, 1e4},
+                      {"disturbance.ring_hz", d.ring_hz, 0.1, 1e4},
+                      {"disturbance.ring_s", d.ring_s, 1e-3, 100},
                       {"disturbance.heater_g", d.heater_g, -1e4, 1e4},
                       {"disturbance.heater_hz", d.heater_hz, 0.01, 1000},
                       {"disturbance.heater_duty", d.heater_duty, 0, 1}});
@@ -167,6 +170,8 @@ CellTraits DrawCellTraits(Random& random) {
   traits.disturbance.drift_g_s = random.Normal(0, 4);
   traits.disturbance.drift_g_mm = random.Normal(0, 10);
   traits.disturbance.wander_g = random.Uniform(0, 1);
+  traits.disturbance.ring_g = random.Uniform(0, 6);
+  traits.disturbance.ring_hz = random.Uniform(30, 120);
   traits.disturbance.hum_hz = random.Uniform() < 0.5 ? 50 : 60;
   traits.disturbance.hum_g = random.Uniform(0, 1);
   traits.converter.rate_hz = kRatesHz[random.Below(std::size(kRatesHz))];

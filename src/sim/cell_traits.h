@@ -57,6 +57,9 @@ struct DisturbanceTraits {
   double hum_hz = 50;     ///< 50 or 60
   double hum_second = 0;  ///< amplitudes of its harmonics over the fundamental's
   double hum_third = 0;
+  double ring_g = 0;      ///< amplitude of the frame's ringing after a stop at approach speed
+  double ring_hz = 60;    ///< of it …
+  double ring_s = 0.05;   ///< … and the time constant with which it dies
   double heater_g = 0;    ///< step while the heater draws current
   double heater_hz = 10;  ///< of its pulse width modulation
   double heater_duty = 0.4;

@@ -118,12 +118,13 @@ double LoadCell::PlasticForce(double gap_mm, double fell_mm, double dt_s) {
     blob_mm_ = press.blob_mm;
     thread_ = false;
   }
+  constexpr double kResolvedMm = 1e-9;  // less is the rounding of a head that stands
   const double height_mm = std::max(gap_mm, 0.0);
-  if (fell_mm > 0 && gap_mm < press.blob_mm && height_mm <= blob_mm_) {
+  if (fell_mm > kResolvedMm && gap_mm < press.blob_mm && height_mm < blob_mm_) {
     blob_force_g_ = press.blob_g * std::pow(1 - height_mm / press.blob_mm, kBlobShape);
     blob_mm_ = height_mm;
   } else {
-    blob_force_g_ *= fell_mm < 0 ? 0 : std::exp(-dt_s / kFlowS);
+    blob_force_g_ *= fell_mm < -kResolvedMm ? 0 : std::exp(-dt_s / kFlowS);
   }
   if (gap_mm <= 0) thread_ = true;
   double pull_g = 0;
@@ -151,6 +152,9 @@ double LoadCell::Disturbance(double time_s, double gap_mm, double dt_s) {
   }
   const double cycles = since_s * d.heater_hz + heater_phase_;
   if (cycles - std::floor(cycles) < d.heater_duty) force_g += d.heater_g;
+  const double rung_s = time_s - stopped_s_;
+  force_g += d.ring_g * stopped_mm_s_ / d.approach_speed_mm_s * std::exp(-rung_s / d.ring_s) *
+             std::sin(2 * std::numbers::pi * d.ring_hz * rung_s);
   const double impulse_s = since_s - traits_.faults.impulse_at_s;
   if (impulse_s >= 0 && impulse_s < kImpulseS) {
     force_g += traits_.faults.impulse_g * std::sin(std::numbers::pi * impulse_s / kImpulseS);
@@ -202,7 +206,11 @@ void LoadCell::Step(double time_s, const NozzleAt& nozzle) {
   const double dt_s = time_s - last_.time_s;
   const double nozzle_before_mm = nozzle_z_mm_;
   FollowDrive(told.z_mm);
-  speed_mm_s_ = std::abs(told.velocity_mm_s);
+  const double before_mm_s = std::exchange(speed_mm_s_, std::abs(told.velocity_mm_s));
+  if (before_mm_s > 0 && speed_mm_s_ == 0) {
+    stopped_s_ = time_s;
+    stopped_mm_s_ = before_mm_s;
+  }
   Fine now{time_s, told.z_mm, told.surface_z_mm - nozzle_z_mm_, 0};
   if (!touching_ && now.depth_mm > 0 && last_.depth_mm <= 0) {
     touching_ = true;

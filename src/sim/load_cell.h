@@ -98,6 +98,8 @@ class LoadCell {
   std::vector<PressTruth> presses_;
   std::array<double, 3> hum_phase_rad_{};
   double heater_phase_ = 0;
+  double stopped_s_ = 0;     ///< when the head last came to rest at once …
+  double stopped_mm_s_ = 0;  ///< … and how fast it was
   std::array<std::vector<double>, 5> boxcars_;
   std::array<double, 5> boxcar_sums_{};
   std::size_t boxcar_at_ = 0;

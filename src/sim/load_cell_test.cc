@@ -218,6 +218,11 @@ TEST(LoadCell, PlasticPushesSoftlyBeforeTheBedAndPullsAfterIt) {
   const double before_g = ForceBefore(tap, touch_s);
   EXPECT_GT(before_g, 30);
   EXPECT_LE(before_g, 40);
+  // Squeezed flat it yields: long before the pull-back only the bed pushes, and steadily so.
+  const double full_g = 3500 * 0.045;
+  for (double at_s = PullBackStart(tap) - 0.2; at_s < PullBackStart(tap); at_s += 0.01) {
+    EXPECT_NEAR(ForceBefore(tap, at_s), full_g, 40 * std::exp(-0.2 / 0.05));
+  }
   const double let_go_s = tap.truth->contact_time_s;
   EXPECT_NEAR(ForceBefore(tap, let_go_s + 0.03 / 0.32), -15, 0.2);
   EXPECT_GT(tap.force_g.back(), -15);
@@ -318,6 +323,23 @@ TEST(LoadCell, DriftHeaterAndImpulseActWhenTheySay) {
   EXPECT_NEAR(*std::max_element(readings.begin(), readings.end()), 60, 10);
   EXPECT_NEAR(readings[100], 0, kHalfCountG);
   EXPECT_NEAR(readings[200], 0, kHalfCountG);
+}
+
+TEST(LoadCell, TheFrameRingsAfterTheStopAndIsQuietLongAfterIt) {
+  CellTraits traits = Quiet();
+  traits.disturbance.ring_g = 8;
+  const SimulatedTap tap = Tap(traits);
+  const double stop_s = tap.moves[1].start_time_s + tap.moves[1].duration_s;
+  const double full_g = 3500 * 0.045;
+  double highest_g = 0;
+  for (std::size_t i = 0; i < tap.time_s.size(); ++i) {
+    if (tap.time_s[i] > stop_s) highest_g = std::max(highest_g, tap.force_g[i] - full_g);
+    if (tap.time_s[i] >= stop_s - 0.03) continue;
+    EXPECT_NEAR(tap.force_g[i], 0, kHalfCountG);
+  }
+  EXPECT_GT(highest_g, 4);
+  EXPECT_LT(highest_g, 8);
+  EXPECT_NEAR(ForceBefore(tap, PullBackStart(tap)), full_g, 8 * std::exp(-0.4 / 0.05));
 }
 
 TEST(LoadCell, FaultySamplesAreOfTheirKind) {
