@@ -211,6 +211,11 @@ std::vector<std::optional<double>> JsonObject::OptionalNumbers(const char* key, 
   return numbers;
 }
 
+Result<void> JsonObject::Faults() const {
+  if (error_) return tl::unexpected(*error_);
+  return {};
+}
+
 Result<void> JsonObject::Finish() const {
   if (error_) return tl::unexpected(*error_);
   for (const auto& [key, value] : json_.items()) {

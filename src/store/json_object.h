@@ -65,6 +65,8 @@ class JsonObject {
   [[nodiscard]] bool failed() const { return error_.has_value(); }
   /// The first fault; else an error for any key that was not asked for (x_… is ignored).
   [[nodiscard]] Result<void> Finish() const;
+  /// The first fault alone: for what other programs write, whose other keys are their own affair.
+  [[nodiscard]] Result<void> Faults() const;
 
  private:
   [[nodiscard]] std::string At(const std::string& key) const;
