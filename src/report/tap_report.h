@@ -1,0 +1,32 @@
+// One HTML page on a tap or on many.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "report/tap_figures.h"
+#include "tap/tuning.h"
+
+namespace trammel::report {
+
+struct TapReportInput {
+  std::span<const PlottedTap> taps;
+  tap::Ensemble ensemble;
+  tap::NoiseSpectrum noise;
+  std::optional<tap::Tuning> tuning;
+};
+
+/// In the order of the page: series, mesh, noise, then the single taps, at most `most_taps` of
+/// them.
+[[nodiscard]] std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_taps);
+
+/// Stands alone: nothing is loaded from elsewhere. Text from outside may hold any bytes.
+[[nodiscard]] std::string TapReport(const TapReportInput& input);
+
+/// What tap::Tune says, for a terminal.
+[[nodiscard]] std::string TuningText(const tap::Tuning& tuning);
+[[nodiscard]] std::string NoiseText(const tap::NoiseSpectrum& noise);
+
+}  // namespace trammel::report

@@ -1,0 +1,119 @@
+#include "report/tap_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tap/finding.h"
+
+namespace trammel::report {
+namespace {
+
+constexpr double kUmPerMm = 1000;
+
+/// Two digits of the uncertainty, and between one and six decimals of a mm.
+int DecimalsFor(double uncertainty_mm) {
+  if (!(uncertainty_mm > 0)) return 4;
+  return std::clamp(static_cast<int>(1 - std::floor(std::log10(uncertainty_mm))), 3, 6);
+}
+
+std::string Um(double mm) { return fmt::format("{:.2f} µm", mm * kUmPerMm); }
+
+std::string Notices(const AnalysedTap& tap, std::string_view before) {
+  std::string text;
+  for (const tap::Finding& notice : tap.analysis.Notices()) {
+    text += fmt::format("{}{}\n", before, tap::Explain(notice));
+  }
+  for (const std::string& notice : tap.recording.notices) {
+    text += fmt::format("{}{}\n", before, notice);
+  }
+  return text;
+}
+
+std::string TrendLine(const char* label, const std::optional<tap::Trend>& trend, const char* per,
+                      double factor) {
+  if (!trend) return {};
+  return fmt::format("{}{:+.3f} ± {:.3f} µm per {} ({})\n", label, trend->slope * factor * kUmPerMm,
+                     trend->standard_uncertainty * factor * kUmPerMm, per,
+                     trend->significant ? "significant" : "not significant");
+}
+
+}  // namespace
+
+std::string ContactText(const tap::TapAnalysis& analysis) {
+  return fmt::format("{:.{}f} mm ± {}", analysis.contact_z_mm,
+                     DecimalsFor(analysis.standard_uncertainty_mm),
+                     Um(analysis.standard_uncertainty_mm));
+}
+
+std::string TapText(const AnalysedTap& tap) {
+  const tap::TapAnalysis& analysis = tap.analysis;
+  const bool good = analysis.verdict == Verdict::kGood;
+  std::string text = fmt::format("tap               {}\n", tap.recording.name);
+  if (good) {
+    const int decimals = DecimalsFor(analysis.standard_uncertainty_mm);
+    text +=
+        fmt::format("contact z         {}   (95 %: {:.{}f} to {:.{}f} mm)\n", ContactText(analysis),
+                    analysis.interval95_mm.lo, decimals, analysis.interval95_mm.hi, decimals);
+    text += fmt::format("contact time      {:.4f} s\n", analysis.contact_time_s);
+  }
+  if (std::isfinite(analysis.quality)) {
+    text += fmt::format("quality           {:.0f} of 100\n", analysis.quality);
+  }
+  if (std::isfinite(analysis.noise_g)) {
+    text += fmt::format("noise             {:.2f} gf\n", analysis.noise_g);
+  }
+  if (tap.recording.firmware_z_mm) {
+    text += fmt::format("printer's own z   {:.4f} mm", *tap.recording.firmware_z_mm);
+    if (good) {
+      text += fmt::format(" ({:+.2f} µm from ours)",
+                          (*tap.recording.firmware_z_mm - analysis.contact_z_mm) * kUmPerMm);
+    }
+    text += '\n';
+  }
+  text += fmt::format("method            {}\n", tap::ToString(analysis.method));
+  text += Notices(tap, "notice            ");
+  text += fmt::format("verdict           {}\n", ToString(analysis.verdict));
+  if (!good) text += fmt::format("because           {}\n", tap::Explain(analysis.reason));
+  return text;
+}
+
+std::string TapLine(const AnalysedTap& tap) {
+  const tap::TapAnalysis& analysis = tap.analysis;
+  const std::string quality =
+      std::isfinite(analysis.quality) ? fmt::format("{:3.0f}", analysis.quality) : "  –";
+  if (analysis.verdict == Verdict::kGood) {
+    return fmt::format("{:>24}   quality {}   {}\n{}", ContactText(analysis), quality,
+                       tap.recording.name, Notices(tap, "    notice: "));
+  }
+  return fmt::format("{:>24}   quality {}   {}\n    because: {}\n{}", ToString(analysis.verdict),
+                     quality, tap.recording.name,
+                     tap.unread.empty() ? tap::Explain(analysis.reason) : tap.unread,
+                     Notices(tap, "    notice: "));
+}
+
+std::string EnsembleText(const tap::Ensemble& ensemble, std::span<const AnalysedTap> taps) {
+  std::string text = fmt::format("taps              {}, {} good, {} used\n", ensemble.taps,
+                                 ensemble.good, ensemble.used);
+  for (const std::size_t outlier : ensemble.outliers) {
+    text += fmt::format("outlier           {} at {:.4f} mm\n", taps[outlier].recording.name,
+                        taps[outlier].analysis.contact_z_mm);
+  }
+  if (ensemble.places.size() > 1) {
+    text += fmt::format("places            {}; scatter is that about the mean of each\n",
+                        ensemble.places.size());
+  }
+  if (std::isfinite(ensemble.standard_deviation_mm)) {
+    text += fmt::format("range             {}\n", Um(ensemble.range_mm));
+    text += fmt::format("deviation         {}, where the taps themselves claim {}\n",
+                        Um(ensemble.standard_deviation_mm), Um(ensemble.predicted_deviation_mm));
+    text += fmt::format("mean step         {}\n", Um(ensemble.mean_step_mm));
+  }
+  constexpr double kSecondsPerMinute = 60;
+  text += TrendLine("drift with time   ", ensemble.with_time, "minute", kSecondsPerMinute);
+  text += TrendLine("with temperature  ", ensemble.with_temperature, "°C", 1);
+  return text;
+}
+
+}  // namespace trammel::report

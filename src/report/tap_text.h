@@ -1,0 +1,25 @@
+// What was found in taps, in words and figures for a terminal.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "report/tap_json.h"
+#include "tap/ensemble.h"
+
+namespace trammel::report {
+
+/// "-0.0053 mm ± 0.7 µm": as many decimals as the uncertainty bears. REQUIRES a good verdict.
+[[nodiscard]] std::string ContactText(const tap::TapAnalysis& analysis);
+
+/// All of one tap, several lines.
+[[nodiscard]] std::string TapText(const AnalysedTap& tap);
+
+/// One tap of many on a line of its own, with the reason below it where it is not good.
+[[nodiscard]] std::string TapLine(const AnalysedTap& tap);
+
+/// What many taps say together; several lines.
+[[nodiscard]] std::string EnsembleText(const tap::Ensemble& ensemble,
+                                       std::span<const AnalysedTap> taps);
+
+}  // namespace trammel::report
