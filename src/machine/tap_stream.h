@@ -1,0 +1,56 @@
+// Taps of a printer as they come, through Moonraker.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "base/result.h"
+#include "machine/moonraker_options.h"
+#include "machine/wait_limit.h"
+
+namespace trammel::machine {
+
+/// All called on the connection's own thread: they must return quickly and not call the stream.
+/// Times are of HostNow().
+struct TapStreamEvents {
+  /// An object with "time", "force" and "moves", as dump_taps sends it or as TapBuilder makes it.
+  std::function<void(const nlohmann::json& tap, double received_s)> on_tap;
+  /// What the printer says of a tap: "probe at 10,10 is z=0.01" or probe.last_z_result.
+  std::function<void(double z_mm, double received_s)> on_firmware_z;
+  /// A macro called the remote method.
+  std::function<void(const nlohmann::json& arguments, double received_s)> on_call;
+  /// Of the link and the firmware, for people.
+  std::function<void(const std::string& text)> on_news;
+};
+
+struct TapStreamOptions {
+  MoonrakerOptions moonraker;
+  std::string remote_method;  ///< Registered where not empty.
+};
+
+/// Subscribes to load_cell_probe/dump_taps, load_cell/dump_force and motion_report/dump_trapq of
+/// the first load cell that the printer has, again after every restart and reconnect. Taps that
+/// come with their moves are handed on as they are; until one did, taps are built from forces and
+/// moves.
+class TapStream {
+ public:
+  virtual ~TapStream() = default;
+  /// Sends G-code without waiting for its end; errors come as news.
+  virtual void Send(const std::string& script) = 0;
+  /// Of the extruder, where the printer says it.
+  [[nodiscard]] virtual std::optional<double> NozzleTemperature() const = 0;
+};
+
+/// A printer without a load cell is told as news: it may get one with the next restart.
+/// Errors: those of ConnectToMoonraker.
+[[nodiscard]] Result<std::unique_ptr<TapStream>> OpenTapStream(const TapStreamOptions& options,
+                                                               TapStreamEvents events,
+                                                               const WaitLimit& limit);
+
+/// The z of a line in which Klipper tells a probe's result, as "// probe at 1.0,2.0 is z=0.5".
+[[nodiscard]] std::optional<double> ProbeResult(const std::string& line);
+
+}  // namespace trammel::machine

@@ -1,0 +1,261 @@
+// Taps from a scripted Moonraker over a real socket, and from streams of forces and moves.
+#include "machine/tap_stream.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "machine/tap_builder.h"
+#include "support/ready_moonraker.h"
+#include "support/scripted_moonraker.h"
+
+namespace trammel::machine {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+constexpr double kRate_hz = 320;
+constexpr double kHalt_s = 101;
+constexpr double kRise_s = 101.3;
+constexpr double kRiseTime_s = 0.35;
+
+json Move(double time_s, double duration_s, double speed, double accel, double z,
+          double direction) {
+  return json::array({time_s, duration_s, speed, accel, {10.0, 20.0, z}, {0.0, 0.0, direction}});
+}
+
+/// A descent that the trigger cuts short, a halt, a pull-back and a lift.
+json TapMoves(double shift_s = 0) {
+  return {
+      {"data",
+       {Move(shift_s + 100, 0.01, 0, 200, 2.1, -1), Move(shift_s + 100.01, 0.99, 2, 0, 2.09, -1),
+        Move(shift_s + kHalt_s, 0, 0, 0, -0.03, 0),
+        Move(shift_s + kRise_s, 0.001, 0, 300, -0.03, 1),
+        Move(shift_s + kRise_s + 0.001, kRiseTime_s - 0.002, 0.3, 0, -0.02985, 1),
+        Move(shift_s + kRise_s + kRiseTime_s - 0.001, 0.001, 0.3, -300, 0.0745, 1),
+        Move(shift_s + 102.4, 0.5, 5, 0, 0.0746, 1)}}};
+}
+
+/// Batches of forces like load_cell/dump_force sends them, 36 samples each.
+std::vector<json> Forces(double from_s, double to_s) {
+  std::vector<json> batches;
+  json data = json::array();
+  for (double t = from_s; t < to_s; t += 1 / kRate_hz) {
+    data.push_back({t, 1.5, 12345, 12000});
+    if (data.size() == 36) {
+      batches.push_back({{"data", data}, {"errors", 0}});
+      data = json::array();
+    }
+  }
+  return batches;
+}
+
+TEST(TapBuilder, CutsATapOutOfForcesAndMoves) {
+  TapBuilder builder;
+  builder.AddMoves(TapMoves());
+  std::vector<json> taps;
+  for (const json& batch : Forces(95, 104)) {
+    builder.AddForces(batch);
+    for (json& tap : builder.Take()) taps.push_back(std::move(tap));
+  }
+  ASSERT_THAT(taps, SizeIs(1));
+  const json& tap = taps[0];
+  EXPECT_EQ(tap["time"].size(), tap["force"].size());
+  EXPECT_NEAR(tap["time"].front().get<double>(), 100, 1 / kRate_hz);
+  EXPECT_NEAR(tap["time"].back().get<double>(), kRise_s + kRiseTime_s + 0.25, 1 / kRate_hz);
+  ASSERT_EQ(tap["moves"].size(), 6u) << "the lift is no part of it";
+  EXPECT_EQ(tap["moves"][0]["z_r"], -1);
+  EXPECT_EQ(tap["moves"][3]["accel"], 300);
+  EXPECT_EQ(tap["moves"][0]["start_x"], 10);
+}
+
+TEST(TapBuilder, WaitsForForcesAndForMovesThatComeLate) {
+  TapBuilder builder;
+  for (const json& batch : Forces(95, 104)) builder.AddForces(batch);
+  EXPECT_THAT(builder.Take(), IsEmpty());
+  builder.AddMoves(TapMoves());
+  EXPECT_THAT(builder.Take(), SizeIs(1));
+  EXPECT_THAT(builder.Take(), IsEmpty()) << "each tap once";
+
+  TapBuilder early;
+  early.AddMoves(TapMoves());
+  for (const json& batch : Forces(95, kRise_s + 0.3)) early.AddForces(batch);
+  EXPECT_THAT(early.Take(), IsEmpty());
+}
+
+TEST(TapBuilder, FindsEveryTapOfARowOnce) {
+  TapBuilder builder;
+  std::size_t taps = 0;
+  for (int i = 0; i < 5; ++i) {
+    builder.AddMoves(TapMoves(5.0 * i));
+    for (const json& batch : Forces(100 + 5.0 * i, 105 + 5.0 * i)) {
+      builder.AddForces(batch);
+      taps += builder.Take().size();
+    }
+  }
+  EXPECT_EQ(taps, 5u);
+}
+
+TEST(TapBuilder, TakesLiftsAndTravelForNoTap) {
+  TapBuilder builder;
+  builder.AddMoves({{"data",
+                     {Move(100, 1, 5, 0, 10, -1), Move(101.2, 2, 5, 0, 5, 1),  // 10 mm up
+                      json::array({103.5, 1.0, 100.0, 0.0, {0, 0, 15}, {1, 0, 0}}),
+                      Move(105, 0.2, 5, 0, 15, 1)}}});  // up, but not after a descent
+  for (const json& batch : Forces(99, 110)) builder.AddForces(batch);
+  EXPECT_THAT(builder.Take(), IsEmpty());
+}
+
+TEST(TapBuilder, NonsenseIsSkipped) {
+  TapBuilder builder;
+  for (const json& batch :
+       {json(), json(3), json::array(), json{{"data", 1}}, json{{"data", {1, "a", nullptr}}},
+        json{{"data", {{1}, {"x", 2}, {nullptr, nullptr}, json::array()}}},
+        json{{"data", {{1, 2, 3, 4, {1, 2}, {3}}}}}}) {
+    builder.AddForces(batch);
+    builder.AddMoves(batch);
+  }
+  EXPECT_THAT(builder.Take(), IsEmpty());
+  json many = json::array();
+  for (int i = 0; i < 500'000; ++i) many.push_back({static_cast<double>(i % 7), 1.0});
+  builder.AddForces({{"data", many}});
+  EXPECT_THAT(builder.Take(), IsEmpty());
+}
+
+TEST(ProbeResult, ReadsWhatKlipperSaysOfAProbe) {
+  EXPECT_EQ(ProbeResult("// probe at 150.000,150.000 is z=0.041963"), 0.041963);
+  EXPECT_EQ(ProbeResult("// probe: at 10.000,20.000 bed will contact at z=-0.500000"), -0.5);
+  EXPECT_FALSE(ProbeResult("// probe at 1,2 is z=nan"));
+  EXPECT_FALSE(ProbeResult("// Z offset z=0.5"));
+  EXPECT_FALSE(ProbeResult("B:60.0 /60.0 T0:210.1 /210.0"));
+}
+
+/// What a stream told, for a test's thread.
+struct Heard {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<json> taps, calls;
+  std::vector<double> firmware_z_mm;
+  std::vector<std::string> news;
+
+  TapStreamEvents Events() {
+    return {.on_tap = [this](const json& tap, double) { Add(taps, tap); },
+            .on_firmware_z = [this](double z, double) { Add(firmware_z_mm, z); },
+            .on_call = [this](const json& call, double) { Add(calls, call); },
+            .on_news = [this](const std::string& text) { Add(news, text); }};
+  }
+  template <class T>
+  void Add(std::vector<T>& list, const T& value) {
+    const std::lock_guard lock(mutex);
+    list.push_back(value);
+    changed.notify_all();
+  }
+  template <class Done>
+  bool Wait(Done done) {
+    std::unique_lock lock(mutex);
+    return changed.wait_for(lock, std::chrono::seconds(10), done);
+  }
+};
+
+class TapStreamTest : public testing::Test {
+ protected:
+  TapStreamTest() {
+    test::AnswerLikeMoonraker(server_);
+    server_.Answer("connection.register_remote_method", "ok");
+    server_.Answer("printer.objects.list",
+                   {{"objects", {"toolhead", "load_cell_probe", "probe", "extruder"}}});
+    for (const char* method : {"printer.load_cell_probe.dump_taps", "printer.load_cell.dump_force",
+                               "printer.motion_report.dump_trapq"}) {
+      server_.Answer(method, {{"header", json::array()}});
+    }
+  }
+
+  std::unique_ptr<TapStream> Open() {
+    TapStreamOptions options;
+    options.moonraker.address = fmt::format("127.0.0.1:{}", server_.port());
+    options.remote_method = "trammel_tap";
+    auto stream = OpenTapStream(options, heard_.Events(), {10});
+    EXPECT_TRUE(stream) << stream.error().message;
+    return stream ? std::move(*stream) : nullptr;
+  }
+
+  /// The method that the printer was told to send a subscription to.
+  std::string MethodOf(const std::string& endpoint) {
+    const json request = server_.WaitForRequest(endpoint);
+    EXPECT_FALSE(request.is_null()) << endpoint;
+    return request.is_null() ? ""
+                             : request["params"]["response_template"]["method"].get<std::string>();
+  }
+
+  void Push(const std::string& method, const json& params) {
+    server_.Push({{"jsonrpc", "2.0"}, {"method", method}, {"params", params}});
+  }
+
+  test::ScriptedMoonraker server_;
+  Heard heard_;
+};
+
+TEST_F(TapStreamTest, HandsOnWholeTapsAsTheyAre) {
+  const auto stream = Open();
+  const std::string method = MethodOf("printer.load_cell_probe.dump_taps");
+  const json tap = {
+      {"time", {1, 2}}, {"force", {3, 4}}, {"moves", {{{"print_time", 1}}}}, {"is_valid", true}};
+  Push(method, {{"tap", tap}});
+  ASSERT_TRUE(heard_.Wait([&] { return !heard_.taps.empty(); }));
+  EXPECT_EQ(heard_.taps[0], tap);
+}
+
+TEST_F(TapStreamTest, BuildsTapsWhereThePrinterSendsThemWithoutMoves) {
+  const auto stream = Open();
+  Push(MethodOf("printer.load_cell_probe.dump_taps"), {{"tap", {{"time", {1}}, {"force", {3}}}}});
+  const std::string forces = MethodOf("printer.load_cell.dump_force");
+  Push(MethodOf("printer.motion_report.dump_trapq"), TapMoves());
+  for (const json& batch : Forces(99, 103)) Push(forces, batch);
+  ASSERT_TRUE(heard_.Wait([&] { return !heard_.taps.empty(); }));
+  EXPECT_EQ(heard_.taps[0]["moves"].size(), 6u);
+}
+
+TEST_F(TapStreamTest, TellsThePrintersOwnResultAndItsMacrosCalls) {
+  const auto stream = Open();
+  server_.Push(test::GcodeResponse("// probe at 1.0,2.0 is z=0.0125"));
+  server_.Push(test::StatusUpdate(
+      {{"probe", {{"last_z_result", 0.5}}}, {"extruder", {{"temperature", 151.5}}}}, 100));
+  Push("trammel_tap", {{"id", 7}});
+  ASSERT_TRUE(heard_.Wait([&] { return !heard_.calls.empty(); }));
+  EXPECT_THAT(heard_.firmware_z_mm, testing::ElementsAre(0.0125, 0.5));
+  EXPECT_EQ(heard_.calls[0]["id"], 7);
+  EXPECT_EQ(stream->NozzleTemperature(), 151.5);
+  stream->Send("TRAMMEL_TAP_RESULT VERDICT=good");
+  const json script = server_.WaitForRequest("printer.gcode.script");
+  EXPECT_EQ(script["params"]["script"], "TRAMMEL_TAP_RESULT VERDICT=good");
+}
+
+TEST_F(TapStreamTest, SubscribesAgainAfterARestart) {
+  const auto stream = Open();
+  (void)MethodOf("printer.load_cell.dump_force");
+  server_.Push(test::Notification("notify_klippy_disconnected"));
+  server_.Push(test::Notification("notify_klippy_ready"));
+  EXPECT_FALSE(server_.WaitForRequest("printer.load_cell.dump_force", 2).is_null());
+}
+
+TEST_F(TapStreamTest, SaysThatThereIsNoLoadCell) {
+  server_.Answer("printer.objects.list", {{"objects", {"toolhead", "probe"}}});
+  const auto stream = Open();
+  ASSERT_TRUE(heard_.Wait([&] { return !heard_.news.empty(); }));
+  ASSERT_TRUE(heard_.Wait([&] {
+    return testing::Matches(testing::Contains(HasSubstr("no [load_cell_probe]")))(heard_.news);
+  }));
+}
+
+}  // namespace
+}  // namespace trammel::machine
