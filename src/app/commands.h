@@ -31,6 +31,11 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code);
 void AddApplyCommand(CLI::App& parent, int& exit_code);
 void AddValidateCommand(CLI::App& parent, int& exit_code);
 void AddListenCommand(CLI::App& parent, int& exit_code);
+/// Below `trammel tap`.
+void AddTapAnalyzeCommand(CLI::App& parent, int& exit_code);
+void AddTapPlotCommand(CLI::App& parent, int& exit_code);
+void AddTapTuneCommand(CLI::App& parent, int& exit_code);
+void AddTapWatchCommand(CLI::App& parent, int& exit_code);
 void AddDoctorCommand(CLI::App& parent, int& exit_code);
 /// `trammel sim printer` and `trammel sim camera`, below `trammel sim`.
 void AddSimPrinter(CLI::App& parent, int& exit_code);

@@ -19,6 +19,12 @@ int main(int argc, char** argv) {
   trammel::app::AddApplyCommand(*pa, exit_code);
   trammel::app::AddValidateCommand(*pa, exit_code);
   trammel::app::AddListenCommand(*pa, exit_code);
+  CLI::App* tap =
+      cli.add_subcommand("tap", "contact height from a load cell")->require_subcommand(1);
+  trammel::app::AddTapAnalyzeCommand(*tap, exit_code);
+  trammel::app::AddTapPlotCommand(*tap, exit_code);
+  trammel::app::AddTapTuneCommand(*tap, exit_code);
+  trammel::app::AddTapWatchCommand(*tap, exit_code);
   trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 

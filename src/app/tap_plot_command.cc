@@ -1,0 +1,156 @@
+// trammel tap plot: pictures of taps; trammel tap tune: how to tap better.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/tap_run.h"
+#include "report/tap_report.h"
+#include "store/tap_file.h"
+#include "store/whole_file.h"
+
+namespace trammel::app {
+namespace {
+
+struct PlotArguments {
+  TapArguments tap;
+  std::string out;
+  std::string figure;
+};
+
+/// Both methods on every tap. The files have been read.
+std::vector<report::PlottedTap> PlottedOf(const TapRun& run, const tap::TapOptions& options) {
+  tap::TapOptions contact = options;
+  contact.method = tap::Method::kContact;
+  tap::TapOptions two_line = options;
+  two_line.method = tap::Method::kTwoLine;
+  tap::TapAnalyser contact_analyser(contact);
+  tap::TapAnalyser two_line_analyser(two_line);
+  std::vector<report::PlottedTap> plotted;
+  for (const report::AnalysedTap& tap : run.taps) {
+    if (!tap.unread.empty()) continue;
+    plotted.push_back({tap.recording, AnalyseRecorded(tap.recording, contact, contact_analyser),
+                       AnalyseRecorded(tap.recording, two_line, two_line_analyser),
+                       options.latency_s});
+  }
+  return plotted;
+}
+
+report::TapReportInput InputOf(std::span<const report::PlottedTap> taps) {
+  std::vector<report::AnalysedTap> analysed;
+  std::vector<tap::TapView> views;
+  std::vector<tap::TuningTap> tuning;
+  for (const report::PlottedTap& tap : taps) {
+    analysed.push_back({tap.recording, tap.contact, {}});
+    views.push_back(tap.recording.View());
+    tuning.push_back({tap.recording.View(), &tap.contact});
+  }
+  return {taps, tap::Summarise(ResultsOf(analysed)), tap::FindNoise(views), tap::Tune(tuning)};
+}
+
+/// The picture that is asked for, or the first there is.
+Result<std::string> PictureOf(const report::TapReportInput& input, const std::string& wanted,
+                              bool svg) {
+  constexpr std::size_t kOneTap = 1;
+  std::string known;
+  for (const report::Figure& figure : report::TapFigures(input, kOneTap)) {
+    if (wanted.empty() || wanted == figure.name) {
+      return svg ? figure.canvas.ToSvg() : figure.canvas.ToPng(figure.png_scale);
+    }
+    known += (known.empty() ? "" : ", ") + figure.name;
+  }
+  return Fail(fmt::format("--figure {}: these taps have the figures {}", wanted, known));
+}
+
+Result<std::string> BytesOf(const PlotArguments& arguments,
+                            std::span<const report::PlottedTap> taps) {
+  const std::string ending = std::filesystem::path(arguments.out).extension().string();
+  const report::TapReportInput input = InputOf(taps);
+  if (ending == ".html") {
+    if (!arguments.figure.empty()) {
+      return Fail(
+          fmt::format("--figure {}: a page has them all; name an .svg or .png", arguments.figure));
+    }
+    return report::TapReport(input);
+  }
+  if (ending == ".svg" || ending == ".png") {
+    return PictureOf(input, arguments.figure, ending == ".svg");
+  }
+  return Fail(fmt::format("--out {}: must end in .html, .svg or .png", arguments.out));
+}
+
+int RunPlot(const PlotArguments& arguments) {
+  const auto options = TapOptionsOf(arguments.tap);
+  if (!options) return Report(options.error());
+  const TapRun run = AnalyseFiles(arguments.tap, *options);
+  for (const Error& error : run.failed) return Report(error);
+  const std::vector<report::PlottedTap> taps = PlottedOf(run, *options);
+  const auto bytes = BytesOf(arguments, taps);
+  if (!bytes) return Report(bytes.error());
+  if (auto written = store::WriteWholeFile(arguments.out, *bytes); !written) {
+    return Report(written.error());
+  }
+  fmt::print("{} of {} taps good; written to {}\n",
+             std::count_if(taps.begin(), taps.end(),
+                           [](const auto& tap) { return tap.contact.verdict == Verdict::kGood; }),
+             taps.size(), arguments.out);
+  return kExitGood;
+}
+
+int RunTune(const TapArguments& arguments, double wanted_um) {
+  const auto options = TapOptionsOf(arguments);
+  if (!options) return Report(options.error());
+  if (!(wanted_um > 0 && wanted_um <= 1000)) {
+    return Report(
+        Fail(fmt::format("--uncertainty-um {}: must be above 0, at most 1000", wanted_um)).value());
+  }
+  const TapRun run = AnalyseFiles(arguments, *options);
+  for (const Error& error : run.failed) return Report(error);
+  std::vector<tap::TapView> views;
+  std::vector<tap::TuningTap> tuning_taps;
+  for (const report::AnalysedTap& tap : run.taps) {
+    views.push_back(tap.recording.View());
+    tuning_taps.push_back({tap.recording.View(), &tap.analysis});
+  }
+  constexpr double kMmPerUm = 1e-3;
+  const auto tuning = tap::Tune(tuning_taps, {.wanted_uncertainty_mm = wanted_um * kMmPerUm});
+  if (tuning) std::fputs(report::TuningText(*tuning).c_str(), stdout);
+  std::fputs(report::NoiseText(tap::FindNoise(views)).c_str(), stdout);
+  if (tuning) return kExitGood;
+  fmt::print("advice            none: no tap is good; trammel tap analyze says why\n");
+  return kExitNotTrusted;
+}
+
+}  // namespace
+
+void AddTapPlotCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand("plot", "draw taps as both methods read them");
+  const auto arguments = std::make_shared<PlotArguments>();
+  AddTapFiles(*command, arguments->tap);
+  AddTapOptions(*command, arguments->tap);
+  command->add_option("--out", arguments->out, "file to write: .html, .svg or .png")->required();
+  command->add_option("--figure", arguments->figure,
+                      "picture: series, mesh, tap or noise (default: the first there is)");
+  command->callback([arguments, &exit_code] { exit_code = RunPlot(*arguments); });
+}
+
+void AddTapTuneCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand(
+      "tune", "advice on pull-back, force and drift filter, and the noise by frequency");
+  const auto arguments = std::make_shared<TapArguments>();
+  const auto wanted_um = std::make_shared<double>(1);
+  AddTapFiles(*command, *arguments);
+  AddTapOptions(*command, *arguments);
+  command->add_option("--uncertainty-um", *wanted_um, "standard uncertainty that a tap shall have")
+      ->capture_default_str();
+  command->callback(
+      [arguments, wanted_um, &exit_code] { exit_code = RunTune(*arguments, *wanted_um); });
+}
+
+}  // namespace trammel::app
