@@ -30,12 +30,14 @@ struct WatchArguments {
 
 /// The file that taps are added to, with its folder made.
 Result<fs::path> RecordingOf(const std::string& asked_for) {
-  const fs::path file =
-      asked_for.empty() ? fs::path("recordings") / Now("taps-{:%Y%m%d-%H%M%S}.jsonl") : asked_for;
-  std::error_code error;
-  if (fs::is_directory(file, error)) {
+  const fs::path file = asked_for.empty()
+                            ? fs::path("recordings") / Now("taps-{:%Y%m%d-%H%M%S}.jsonl")
+                            : fs::path(asked_for);
+  std::error_code ignored;
+  if (fs::is_directory(file, ignored)) {
     return Fail(fmt::format("--out {}: is a folder; name a file", file.string()));
   }
+  std::error_code error;
   if (!file.parent_path().empty()) fs::create_directories(file.parent_path(), error);
   if (error) {
     return Fail(

@@ -97,6 +97,9 @@ double TapWatcher::NextDeadline() const {
   constexpr double kIdle_s = 60;
   double deadline_s = machine::HostNow() + kIdle_s;
   if (open_) deadline_s = std::min(deadline_s, open_->received_s + kWaitForFirmware_s);
+  if (unanswered_s_ && options_.count > 0 && taps_.size() >= options_.count) {
+    deadline_s = std::min(deadline_s, *unanswered_s_ + options_.answer_within_s);
+  }
   if (asked_) deadline_s = std::min(deadline_s, asked_->received_s + options_.answer_within_s);
   return deadline_s;
 }
@@ -112,9 +115,15 @@ std::optional<TapWatcher::Event> TapWatcher::Next(const std::stop_token& stop) {
   return event;
 }
 
+bool TapWatcher::Enough() const {
+  if (options_.count == 0 || taps_.size() < options_.count || asked_) return false;
+  // A macro asks for the last tap right behind it.
+  return !options_.answer || !unanswered_s_ ||
+         machine::HostNow() >= *unanswered_s_ + options_.answer_within_s;
+}
+
 int TapWatcher::Serve(machine::TapStream& stream, const std::stop_token& stop) {
-  const auto enough = [this] { return options_.count > 0 && taps_.size() >= options_.count; };
-  while (!stop.stop_requested() && !(enough() && !asked_)) {
+  while (!stop.stop_requested() && !Enough()) {
     auto event = Next(stop);
     if (event) {
       if (auto* came = std::get_if<TapCame>(&*event)) {

@@ -71,6 +71,7 @@ class TapWatcher {
   void Push(Event event);
   [[nodiscard]] std::optional<Event> Next(const std::stop_token& stop);
   [[nodiscard]] double NextDeadline() const;
+  [[nodiscard]] bool Enough() const;
   void Take(TapCame& came, machine::TapStream& stream);
   void Take(const FirmwareZ& firmware);
   void Take(const Call& call, machine::TapStream& stream);

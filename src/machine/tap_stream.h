@@ -27,6 +27,7 @@ struct TapStreamEvents {
 };
 
 struct TapStreamOptions {
+  /// The address may also be "klipper:PATH", Klipper's own socket (klippy's option -a).
   MoonrakerOptions moonraker;
   std::string remote_method;  ///< Registered where not empty.
 };

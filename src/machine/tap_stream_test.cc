@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <condition_variable>
 #include <mutex>
@@ -15,6 +16,7 @@
 #include "machine/tap_builder.h"
 #include "support/ready_moonraker.h"
 #include "support/scripted_moonraker.h"
+#include "support/temporary_folder.h"
 
 namespace trammel::machine {
 namespace {
@@ -255,6 +257,67 @@ TEST_F(TapStreamTest, SaysThatThereIsNoLoadCell) {
   ASSERT_TRUE(heard_.Wait([&] {
     return testing::Matches(testing::Contains(HasSubstr("no [load_cell_probe]")))(heard_.news);
   }));
+}
+
+TEST(KlipperTaps, SpeaksKlippersOwnSocketAndWaitsUntilItIsReady) {
+  const test::TemporaryFolder folder;
+  test::ServerOptions server_options;
+  server_options.unix_path = (folder.path() / "klippy.sock").string();
+  test::ScriptedMoonraker server(server_options);
+  std::atomic<int> asked = 0;
+  server.Handle("info", [&](const json& request) {
+    const char* state = ++asked < 2 ? "startup" : "ready";
+    return std::vector<json>{{{"id", request["id"]}, {"result", {{"state", state}}}}};
+  });
+  server.Answer("objects/list", {{"objects", {"toolhead", "load_cell_probe left"}}});
+  server.Answer(
+      "objects/subscribe",
+      {{"status", {{"extruder", {{"temperature", 20.5}}}, {"probe", {{"last_z_result", 9.0}}}}}});
+  for (const char* method :
+       {"load_cell_probe/dump_taps", "load_cell/dump_force", "motion_report/dump_trapq",
+        "gcode/subscribe_output", "register_remote_method", "gcode/script"}) {
+    server.Answer(method, json::object());
+  }
+  Heard heard;
+  TapStreamOptions options;
+  options.moonraker.address = "klipper:" + server_options.unix_path;
+  options.remote_method = "trammel_tap";
+  const auto stream = OpenTapStream(options, heard.Events(), {10});
+  ASSERT_TRUE(stream) << stream.error().message;
+  const json dump = server.WaitForRequest("load_cell_probe/dump_taps");
+  ASSERT_FALSE(dump.is_null());
+  EXPECT_EQ(dump["params"]["load_cell_probe"], "left");
+  const json call = server.WaitForRequest("register_remote_method");
+  EXPECT_EQ(call["params"]["remote_method"], "trammel_tap");
+  const auto push = [&](const json& request, const json& params) {
+    json message = request["params"]["response_template"];
+    message["params"] = params;
+    server.Push(message);
+  };
+  const json tap = {{"time", {1}}, {"force", {2}}, {"moves", {{{"print_time", 1}}}}};
+  push(dump, {{"tap", tap}});
+  push(server.WaitForRequest("gcode/subscribe_output"),
+       {{"response", "// probe at 1,2 is z=0.25\n"}});
+  push(server.WaitForRequest("objects/subscribe"),
+       {{"eventtime", 1.0}, {"status", {{"extruder", {{"temperature", 21.0}}}}}});
+  push(call, {{"id", 3}});
+  ASSERT_TRUE(heard.Wait([&] { return !heard.calls.empty(); }));
+  EXPECT_THAT(heard.taps, testing::ElementsAre(tap));
+  EXPECT_THAT(heard.firmware_z_mm, testing::ElementsAre(0.25)) << "not that of an earlier probe";
+  EXPECT_EQ((*stream)->NozzleTemperature(), 21.0);
+  (*stream)->Send("TRAMMEL_TAP_RESULT");
+  EXPECT_FALSE(server.WaitForRequest("gcode/script").is_null());
+  server.BreakConnections();  // as Klipper does when it restarts
+  EXPECT_FALSE(server.WaitForRequest("load_cell_probe/dump_taps", 2).is_null());
+}
+
+TEST(KlipperTaps, SaysThatThereIsNoSocket) {
+  Heard heard;
+  TapStreamOptions options;
+  options.moonraker.address = "klipper:/nowhere/klippy.sock";
+  const auto stream = OpenTapStream(options, heard.Events(), {10});
+  ASSERT_FALSE(stream);
+  EXPECT_THAT(stream.error().message, HasSubstr("/nowhere/klippy.sock"));
 }
 
 }  // namespace

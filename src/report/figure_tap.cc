@@ -301,11 +301,14 @@ Figure TapFigure(const PlottedTap& tap) {
     const std::string label =
         answered ? "height above the contact (µm)" : "height above the halt (µm)";
     const Range whole = Padded(RangeOf(samples.height_um), 0.02);
-    const double left = 0.58 * kFigureWidthPx;
-    DrawBreak(canvas, {6, top, left - 6, kBreakPx}, tap, samples,
+    // Without an answer there is nothing to enlarge.
+    const double left = answered ? 0.58 * kFigureWidthPx : kFigureWidthPx;
+    DrawBreak(canvas, {6, top, left - (answered ? 6 : 12), kBreakPx}, tap, samples,
               {whole, label, "force (gf)", "Force against height"});
-    DrawBreak(canvas, {left, top, kFigureWidthPx - left - 6, kBreakPx}, tap, samples,
-              {CloseUp(tap, samples, whole), label, "", "The same, enlarged"});
+    if (answered) {
+      DrawBreak(canvas, {left, top, kFigureWidthPx - left - 6, kBreakPx}, tap, samples,
+                {CloseUp(tap, samples, whole), label, "", "The same, enlarged"});
+    }
     top += kBreakPx;
     if (rest) {
       DrawResiduals(canvas, {6, top, kFigureWidthPx - 12, kResidualPx}, tap, samples, whole, label);
