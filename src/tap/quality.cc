@@ -20,6 +20,8 @@ constexpr std::size_t kLeastOfMean = 3;
 // so many deviations of noise. Two samples of a press of five show a fifth.
 constexpr double kResolvedRise = 0.15;
 constexpr double kResolvedNoise = 4;
+// Scatter about that line, of its rise: 0.07 for a parabola, 0.4 and more for a step at its end.
+constexpr double kResolvedScatter = 0.25;
 // Samples before the halt that may have been pressed already, where no line shows it.
 constexpr std::size_t kMaybePressed = 4;
 
@@ -89,7 +91,10 @@ bool IsCollisionResolved(const CleanTap& clean, const TapLines& lines) {
   const double risen_g = lines.press_sign * (lines.compression.Force(times[lines.dwell_first - 1]) -
                                              lines.compression.Force(times[lines.collision]));
   return risen_g > kResolvedRise * std::abs(clean.dwell_g - clean.departure_g) &&
-         risen_g > kResolvedNoise * clean.noise_g && lines.touch.time_s < lines.press_end.time_s;
+         risen_g > kResolvedNoise * clean.noise_g &&
+         lines.compression.Noise() < kResolvedScatter * risen_g &&
+         lines.touch.time_s > times[lines.approach_first] &&
+         lines.touch.time_s < lines.press_end.time_s;
 }
 
 // The score then takes the halt for the collision, with all samples before and after it.
