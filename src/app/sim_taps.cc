@@ -40,7 +40,9 @@ Result<std::optional<sim::LoadCellConfig>> LoadCellOf(const CellArguments& argum
     if (arguments.truth.empty() && !arguments.bed_height_mm && !arguments.plain_taps) return {};
     return Fail("--tap-truth, --bed-height and --plain-taps need --load-cell");
   }
-  constexpr double kFarthestMm = 0.05;
+  // Below the end stop, whatever the tilt, so that homing does not touch it.
+  constexpr double kLowestMm = -0.15;
+  constexpr double kHighestMm = -0.05;
   constexpr double kSteepest = 1e-4;
   Random random = Random(seed).Fork(kCellStream);
   sim::LoadCellConfig config;
@@ -52,7 +54,7 @@ Result<std::optional<sim::LoadCellConfig>> LoadCellOf(const CellArguments& argum
     if (!named) return Fail("--load-cell: " + named.error().message + ", or drawn");
     config.cell = *named;
   }
-  const double height_mm = random.Uniform(-kFarthestMm, kFarthestMm);
+  const double height_mm = random.Uniform(kLowestMm, kHighestMm);
   config.surface_z_mm = arguments.bed_height_mm.value_or(height_mm);
   config.tilt_x = random.Uniform(-kSteepest, kSteepest);
   config.tilt_y = random.Uniform(-kSteepest, kSteepest);
