@@ -21,7 +21,7 @@ struct TapOptions {
   /// Of the decompression of a clean nozzle at 25 gf = 0.1 s, a factor of the published score; NaN
   /// leaves it out.
   double decompression_angle_rad = __builtin_nan("");
-  TwoLineOptions two_line;
+  TwoLineOptions two_line = {};
 };
 
 /// Bytes of workspace that suffice for taps of so many samples, with either method.

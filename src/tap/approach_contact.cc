@@ -55,14 +55,12 @@ void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOpti
   }
   PressProfile::At best;
   best.sum_squares[0] = std::numeric_limits<double>::infinity();
-  constexpr int kSteps = 4;  // between samples
-  for (std::size_t i = kLeastPressed; i + kLeastFree < n; ++i) {
-    for (int step = 0; step < kSteps; ++step) {
-      const double t = y[i] + (y[i + 1] - y[i]) * step / kSteps;
-      const PressProfile::At at = profile.Evaluate(t);
-      if (at.start_slope[0] > 0 && at.sum_squares[0] < best.sum_squares[0]) {
-        best = at;
-      }
+  constexpr std::size_t kMostTried = 20;  // break points; the check needs no more
+  const std::size_t step = 1 + n / kMostTried;
+  for (std::size_t i = kLeastPressed; i + kLeastFree < n; i += step) {
+    const PressProfile::At at = profile.Evaluate(y[i], i);
+    if (at.start_slope[0] > 0 && at.sum_squares[0] < best.sum_squares[0]) {
+      best = at;
     }
   }
   if (!std::isfinite(best.sum_squares[0])) {

@@ -22,7 +22,7 @@ enum Model : std::size_t { kLinear, kQuadratic, kCubic, kPower, kModels };
 // quadratic and at least 90 % elsewhere; the results change little between half and twice these.
 constexpr double kCubicInterval = 0.5;  // one coefficient more
 constexpr double kPowerInterval = -1;   // as many, and physics is on its side (Hertz)
-constexpr double kLinearPoint = -2;     // one coefficient less: Akaike's 2
+constexpr double kLinearPoint = -3;     // one coefficient less: Akaike's 2, and the common press
 constexpr double kCubicPoint = 8;
 constexpr double kPowerPoint = 8;
 // By which a neighbour may beat the quadratic press before the interval of the latter shrinks.
@@ -31,7 +31,7 @@ constexpr double kCredit = 1.5;
 // cubic presses differ by 0.03 to 0.08; farther off lies what a kink in the noise pretends.
 constexpr double kMostShift = 0.3;
 // Of the press's mean slope, below which the cubic press starts flat: it would rather pull.
-constexpr double kFlatStart = 0.15;
+constexpr double kFlatStart = 0.25;
 
 // 97.5 % quantile of Student's t (Cornish-Fisher; Abramowitz & Stegun 26.7.5): 0.2 % off at 6.
 double Quantile(double freedom) {
@@ -51,51 +51,27 @@ struct Minimum {
   double sum_squares = kNever;
 };
 
-using Scan = std::span<PressProfile::At>;  // at samples kLeastBelow, kLeastBelow + 1, …
+using Scan = std::span<PressProfile::At>;  // at some of the samples, in order
 
+// At every sample of a slow converter, at every few of a fast one: a sum of squares changes over
+// the break's standard deviation, which is far more than a sample's distance then.
 Scan ScanSamples(const PressProfile& profile, Workspace& workspace) {
+  constexpr std::size_t kMost = 40;
   const std::span<const double> y = profile.samples().y;
   if (y.size() < kLeastBelow + kLeastAbove + 1) {
     return {};
   }
-  const Scan scan = workspace.Take<PressProfile::At>(y.size() - kLeastBelow - kLeastAbove);
+  const std::size_t range = y.size() - kLeastBelow - kLeastAbove;
+  const std::size_t step = (range + kMost - 1) / kMost;
+  const Scan scan = workspace.Take<PressProfile::At>((range + step - 1) / step);
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    scan[i] = profile.Evaluate(y[kLeastBelow + i], kLeastBelow + i);
+    const std::size_t sample = kLeastBelow + i * step;
+    scan[i] = profile.Evaluate(y[sample], sample);
   }
   return scan;
 }
 
-// Golden section between two neighbours, where the sum of squares is smooth.
-void Search(const PressProfile& profile, std::size_t model, double from, double to,
-            Minimum& found) {
-  constexpr double kGolden = 0.381966011;
-  constexpr int kSteps = 9;  // to 1 % of the distance between two samples
-  double inner = from + kGolden * (to - from);
-  double outer = to - kGolden * (to - from);
-  double f_inner = SumSquares(profile.Evaluate(inner), model);
-  double f_outer = SumSquares(profile.Evaluate(outer), model);
-  for (int step = 0; step < kSteps; ++step) {
-    if (f_inner <= f_outer) {
-      to = outer;
-      outer = inner;
-      f_outer = f_inner;
-      inner = from + kGolden * (to - from);
-      f_inner = SumSquares(profile.Evaluate(inner), model);
-    } else {
-      from = inner;
-      inner = outer;
-      f_inner = f_outer;
-      outer = to - kGolden * (to - from);
-      f_outer = SumSquares(profile.Evaluate(outer), model);
-    }
-  }
-  if (std::min(f_inner, f_outer) < found.sum_squares) {
-    found = f_inner < f_outer ? Minimum{inner, f_inner} : Minimum{outer, f_outer};
-  }
-}
-
-// The least of all samples, then between it and its neighbours: minima of neighbouring intervals
-// may differ, those of farther ones lie above the samples between.
+// The least of the scan, then between its neighbours by parabolas through the best three.
 Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model) {
   std::size_t best = 0;
   for (std::size_t i = 1; i < scan.size(); ++i) {
@@ -103,16 +79,38 @@ Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model) {
       best = i;
     }
   }
-  Minimum found{scan[best].t, SumSquares(scan[best], model)};
-  if (found.sum_squares < kNever) {
-    if (best > 0) {
-      Search(profile, model, scan[best].t, scan[best - 1].t, found);
+  Minimum middle{scan[best].t, SumSquares(scan[best], model)};
+  if (middle.sum_squares == kNever || best == 0 || best + 1 == scan.size()) {
+    return middle;
+  }
+  Minimum left{scan[best - 1].t, SumSquares(scan[best - 1], model)};
+  Minimum right{scan[best + 1].t, SumSquares(scan[best + 1], model)};
+  const double enough = 3e-3 * (right.t - left.t);
+  constexpr int kMostSteps = 7;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double a = (middle.t - left.t) * (middle.sum_squares - right.sum_squares);
+    const double b = (middle.t - right.t) * (middle.sum_squares - left.sum_squares);
+    double t = middle.t - 0.5 * ((middle.t - left.t) * a - (middle.t - right.t) * b) / (a - b);
+    const bool left_is_wider = middle.t - left.t > right.t - middle.t;
+    if (!(t > left.t && t < right.t) || std::abs(t - middle.t) < 0.1 * enough) {
+      // Towards a border where the press stops being one, boldly.
+      const double share = std::isfinite(left.sum_squares + right.sum_squares) ? 0.2 : 0.5;
+      t = middle.t + (left_is_wider ? -share * (middle.t - left.t) : share * (right.t - middle.t));
     }
-    if (best + 1 < scan.size()) {
-      Search(profile, model, scan[best].t, scan[best + 1].t, found);
+    const Minimum next{t, SumSquares(profile.Evaluate(t), model)};
+    const bool better = next.sum_squares < middle.sum_squares;
+    const double moved = std::abs(t - middle.t);
+    if ((t < middle.t) == better) {
+      right = better ? middle : next;
+    } else {
+      left = better ? middle : next;
+    }
+    middle = better ? next : middle;
+    if (moved < enough) {
+      break;
     }
   }
-  return found;
+  return middle;
 }
 
 struct Candidates {
@@ -218,19 +216,45 @@ class Interval95 {
     }
   }
 
-  [[nodiscard]] bool Holds(const PressProfile::At& at) const {
-    return SumSquares(at, kQuadratic) <= quadratic_ * candidates_.variance ||
-           (SumSquares(at, kCubic) <= (level_ - kCubicInterval) * candidates_.variance &&
-            candidates_.Near(at.t) && candidates_.model[kCubic].sum_squares < kNever);
+  // Positive inside, by the model that gives most room.
+  [[nodiscard]] double Margin(const PressProfile::At& at) const {
+    const double quadratic = quadratic_ * candidates_.variance - SumSquares(at, kQuadratic);
+    const bool ask_cubic = candidates_.model[kCubic].sum_squares < kNever && candidates_.Near(at.t);
+    const double cubic =
+        ask_cubic ? (level_ - kCubicInterval) * candidates_.variance - SumSquares(at, kCubic)
+                  : -kNever;
+    return std::max(quadratic, cubic);
   }
+  [[nodiscard]] bool Holds(const PressProfile::At& at) const { return Margin(at) >= 0; }
 
+  // Between a point inside and one outside: false position (Illinois), which a margin that is
+  // nearly quadratic takes to a hundredth in a few steps.
   [[nodiscard]] double Border(double inside, double outside) const {
-    constexpr int kHalvings = 7;
-    for (int step = 0; step < kHalvings; ++step) {
-      const double middle = 0.5 * (inside + outside);
-      (Holds(profile_.Evaluate(middle)) ? inside : outside) = middle;
+    double m_inside = Margin(profile_.Evaluate(inside));
+    double m_outside = Margin(profile_.Evaluate(outside));
+    const double enough = 5e-3 * std::abs(outside - inside);
+    constexpr int kMostSteps = 6;
+    double t = inside;
+    for (int step = 0; step < kMostSteps; ++step) {
+      const bool infinite = !std::isfinite(m_outside) || !(m_inside > m_outside);
+      const double before = t;
+      t = infinite ? 0.5 * (inside + outside)
+                   : inside + (outside - inside) * m_inside / (m_inside - m_outside);
+      const double margin = Margin(profile_.Evaluate(t));
+      if (margin >= 0) {
+        inside = t;
+        m_inside = margin;
+        m_outside *= 0.5;
+      } else {
+        outside = t;
+        m_outside = margin;
+        m_inside *= 0.5;
+      }
+      if (std::abs(t - before) < enough) {
+        break;
+      }
     }
-    return 0.5 * (inside + outside);
+    return t;
   }
 
   void AddPower(BreakEstimate& result) const {

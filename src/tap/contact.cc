@@ -127,11 +127,11 @@ void ForgetOutliers(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysi
   constexpr int kPasses = 3;
   std::size_t forgotten = 0;
   for (int pass = 0; pass < kPasses && Found(fit); ++pass) {
-    if (!(fit.traits.largest > kOutlier * fit.traits.median_deviation) ||
-        !(fit.traits.median_deviation > 0)) {
+    if (!(fit.traits.largest > kOutlier * fit.traits.robust_deviation) ||
+        !(fit.traits.robust_deviation > 0)) {
       break;
     }
-    forgotten = WeighOutliers(stretch.residual, fit.traits.median_deviation, stretch.weight);
+    forgotten = WeighOutliers(stretch.residual, fit.traits.robust_deviation, stretch.weight);
     if (forgotten == 0) {
       break;
     }
@@ -194,7 +194,7 @@ Fit FitRobustly(Stretch& stretch, Workspace& workspace, TapAnalysis& result) {
   if (Found(fit) && !fit.traits.White()) {
     TrimPress(stretch, fit, workspace, result);
   }
-  if (Found(fit) && !fit.traits.White() && fit.traits.Inflation() > 1) {
+  if (Found(fit) && fit.traits.Inflation() > 1) {
     const double inflation = fit.traits.Inflation();
     fit = FitOnce(stretch, inflation, workspace);
     result.Notice({FindingCode::kCorrelatedNoise, std::sqrt(inflation), 1});

@@ -31,6 +31,14 @@ PressProfile::PressProfile(const BreakSamples& samples, Workspace& workspace)
     }
     prefix_[i + 1] = sum;
   }
+  inverse_count_ = sum.y[0] > 0 ? 1 / sum.y[0] : 0;
+  mean_y_ = sum.y[1] * inverse_count_;
+  mean_force_ = sum.force[0] * inverse_count_;
+  const double spread = sum.y[2] - sum.y[1] * mean_y_;
+  inverse_spread_ = spread > kLeastPivot * sum.y[2] ? 1 / spread : 0;
+  const double together = sum.force[1] - mean_y_ * sum.force[0];
+  slope_ = together * inverse_spread_;
+  sum_squares_ = force_squares_ - sum.force[0] * mean_force_ - together * slope_;
 }
 
 std::array<double, 6> PressProfile::Totals() const {
@@ -43,78 +51,84 @@ std::size_t PressProfile::Below(double t) const {
                                   samples_.y.begin());
 }
 
-void PressProfile::Eliminate(double t, std::size_t below, Matrix& u) const {
-  const Moments& all = prefix_.back();
-  const Moments& in = prefix_[below];
+PressProfile::Elimination PressProfile::Eliminate(double t, std::size_t below) const {
   // Sums of (t - y)^i over the press: differences of neighbours, power by power, which is
   // (t - y)^(i+1) y^j = t (t - y)^i y^j - (t - y)^i y^(j+1).
-  std::array<double, 7> d{};
-  std::array<double, 7> work = in.y;
-  for (std::size_t i = 0; i < d.size(); ++i) {
-    d[i] = work[0];
-    for (std::size_t j = 0; j + 1 < d.size() - i; ++j) {
-      work[j] = t * work[j] - work[j + 1];
+  std::array<double, 7> d = prefix_[below].y;
+#pragma GCC unroll 8
+  for (std::size_t i = 1; i < d.size(); ++i) {
+#pragma GCC unroll 8
+    for (std::size_t j = d.size() - 1; j >= i; --j) {
+      d[j] = t * d[j - 1] - d[j];
     }
   }
-  std::array<double, 4> g{};
-  std::array<double, 4> force = in.force;
-  for (std::size_t i = 0; i < g.size(); ++i) {
-    g[i] = force[0];
-    for (std::size_t j = 0; j + 1 < g.size() - i; ++j) {
-      force[j] = t * force[j] - force[j + 1];
+  std::array<double, 4> g = prefix_[below].force;
+#pragma GCC unroll 4
+  for (std::size_t i = 1; i < g.size(); ++i) {
+#pragma GCC unroll 4
+    for (std::size_t j = g.size() - 1; j >= i; --j) {
+      g[j] = t * g[j - 1] - g[j];
     }
   }
-  u[0] = {all.y[0], all.y[1] - t * all.y[0], d[1], d[2], d[3], all.force[0]};
-  u[1] = {0,     all.y[2] - 2 * t * all.y[1] + t * t * all.y[0],
-          -d[2], -d[3],
-          -d[4], all.force[1] - t * all.force[0]};
-  u[2] = {0, 0, d[2], d[3], d[4], g[1]};
-  u[3] = {0, 0, 0, d[4], d[5], g[2]};
-  u[4] = {0, 0, 0, 0, d[6], g[3]};
-  u[5] = {0, 0, 0, 0, 0, force_squares_};
-  for (std::size_t k = 0; k + 1 < kColumns; ++k) {
-    const double least = kLeastPivot * (k < 2 ? u[k][k] : d[2 * (k - 1)]);
-    const double inverse = u[k][k] > least ? 1 / u[k][k] : 0;
-    for (std::size_t i = k + 1; i < kColumns; ++i) {
-      const double factor = u[k][i] * inverse;
-      for (std::size_t j = i; j < kColumns; ++j) {
-        u[i][j] -= factor * u[k][j];
-      }
-    }
-    for (std::size_t j = k + 1; j < kColumns; ++j) {
-      u[k][j] *= inverse;
-    }
+  Elimination e;
+  std::array<double, kOrders> h{};
+  const double offset = t - mean_y_;
+  for (std::size_t i = 0; i < kOrders; ++i) {
+    e.sum_d[i] = d[i + 1];
+    e.sum_dy[i] = offset * d[i + 1] - d[i + 2];
+    h[i] = g[i + 1] - mean_force_ * e.sum_d[i] - slope_ * e.sum_dy[i];
   }
+  const auto product = [&](std::size_t i, std::size_t j) {
+    return d[i + j + 2] - inverse_count_ * e.sum_d[i] * e.sum_d[j] -
+           inverse_spread_ * e.sum_dy[i] * e.sum_dy[j];
+  };
+  const auto invert = [](double pivot, double column) {
+    return pivot > kLeastPivot * column ? 1 / pivot : 0;
+  };
+  const double g12 = product(0, 1);
+  const double g13 = product(0, 2);
+  const double i1 = invert(product(0, 0), d[2]);
+  e.l12 = g12 * i1;
+  e.l13 = g13 * i1;
+  const double g23 = product(1, 2) - e.l12 * g13;
+  const double h2 = h[1] - e.l12 * h[0];
+  const double i2 = invert(product(1, 1) - e.l12 * g12, d[4]);
+  e.l23 = g23 * i2;
+  const double h3 = h[2] - e.l13 * h[0] - e.l23 * h2;
+  const double i3 = invert(product(2, 2) - e.l13 * g13 - e.l23 * g23, d[6]);
+  e.solved = {h[0] * i1, h2 * i2, h3 * i3};
+  e.gained = {h[0] * e.solved[0], h2 * e.solved[1], h3 * e.solved[2]};
+  return e;
 }
 
 PressProfile::At PressProfile::Evaluate(double t, std::size_t below) const {
-  Matrix u;
-  Eliminate(t, below, u);
-  // The elimination has scaled each row by its pivot; what order k leaves of the sum of squares is
-  // the last diagonal entry with the later columns' shares put back.
+  const Elimination e = Eliminate(t, below);
   At at;
   at.t = t;
-  at.sum_squares[2] = std::max(0.0, u[5][5]);
-  at.sum_squares[1] = at.sum_squares[2] + u[4][4] * u[4][5] * u[4][5];
-  at.sum_squares[0] = at.sum_squares[1] + u[3][3] * u[3][5] * u[3][5];
-  at.start_slope[0] = u[2][5];
-  at.start_slope[1] = u[2][5] - u[2][3] * u[3][5];
-  const double c2 = u[3][5] - u[3][4] * u[4][5];
-  at.start_slope[2] = u[2][5] - u[2][3] * c2 - u[2][4] * u[4][5];
+  at.sum_squares[0] = std::max(0.0, sum_squares_ - e.gained[0]);
+  at.sum_squares[1] = std::max(0.0, at.sum_squares[0] - e.gained[1]);
+  at.sum_squares[2] = std::max(0.0, at.sum_squares[1] - e.gained[2]);
+  at.start_slope[0] = e.solved[0];
+  at.start_slope[1] = e.solved[0] - e.l12 * e.solved[1];
+  at.start_slope[2] =
+      e.solved[0] - e.l12 * (e.solved[1] - e.l23 * e.solved[2]) - e.l13 * e.solved[2];
   return at;
 }
 
 PressProfile::Coefficients PressProfile::Fit(double t, std::size_t order) const {
-  Matrix u;
-  Eliminate(t, Below(t), u);
-  std::array<double, kColumns> x{};
-  for (std::size_t k = 2 + order; k-- > 0;) {
-    x[k] = u[k][kColumns - 1];
-    for (std::size_t j = k + 1; j < 2 + order; ++j) {
-      x[k] -= u[k][j] * x[j];
-    }
+  const Elimination e = Eliminate(t, Below(t));
+  Coefficients fit;
+  fit.c[2] = order > 2 ? e.solved[2] : 0;
+  fit.c[1] = order > 1 ? e.solved[1] - e.l23 * fit.c[2] : 0;
+  fit.c[0] = e.solved[0] - e.l12 * fit.c[1] - e.l13 * fit.c[2];
+  fit.b = slope_;
+  fit.a = mean_force_;
+  for (std::size_t i = 0; i < kOrders; ++i) {
+    fit.a -= inverse_count_ * fit.c[i] * e.sum_d[i];
+    fit.b -= inverse_spread_ * fit.c[i] * e.sum_dy[i];
   }
-  return {x[0], x[1], {x[2], x[3], x[4]}};
+  fit.a += fit.b * (t - mean_y_);
+  return fit;
 }
 
 }  // namespace trammel::tap

@@ -63,14 +63,28 @@ class PressProfile {
     std::array<double, 7> y{};      // sum of weight y^i
     std::array<double, 4> force{};  // sum of weight force y^i
   };
-  static constexpr std::size_t kColumns = 2 + kOrders + 1;
-  using Matrix = std::array<std::array<double, kColumns>, kColumns>;
-
-  void Eliminate(double t, std::size_t below, Matrix& u) const;
+  // The normal equations of the press at a break point, with the baseline projected out (1 and
+  // y - mean span it, whatever the break point), eliminated.
+  struct Elimination {
+    std::array<double, kOrders> sum_d{};   // of d^i
+    std::array<double, kOrders> sum_dy{};  // of d^i (y - mean)
+    double l12 = 0;
+    double l13 = 0;
+    double l23 = 0;
+    std::array<double, kOrders> solved{};  // right-hand side over pivot
+    std::array<double, kOrders> gained{};  // by which each column lowers the sum of squares
+  };
+  [[nodiscard]] Elimination Eliminate(double t, std::size_t below) const;
 
   BreakSamples samples_;
   std::span<Moments> prefix_;
   double force_squares_ = 0;
+  double mean_y_ = 0;
+  double inverse_count_ = 0;
+  double inverse_spread_ = 0;  // of 1 / sum (y - mean)^2
+  double mean_force_ = 0;
+  double slope_ = 0;        // of the baseline alone
+  double sum_squares_ = 0;  // about the baseline alone
 };
 
 }  // namespace trammel::tap

@@ -43,15 +43,31 @@ Lines Project(std::span<const double> time_s, std::span<const double> r, double 
   return lines;
 }
 
-// Sums of r_i r_(i-k).
+// Sums of r_i r_(i-k), all lags side by side.
 std::array<double, kLags + 1> Correlate(std::span<const double> r) {
   std::array<double, kLags + 1> sum{};
-  for (std::size_t lag = 0; lag < sum.size(); ++lag) {
-    for (std::size_t i = lag; i < r.size(); ++i) {
+  for (std::size_t i = 0; i < std::min<std::size_t>(kLags, r.size()); ++i) {
+    for (std::size_t lag = 0; lag <= i; ++lag) {
       sum[lag] += r[i] * r[i - lag];
     }
   }
+  for (std::size_t i = kLags; i < r.size(); ++i) {
+    const double* const last = &r[i];
+    for (std::ptrdiff_t lag = 0; lag <= kLags; ++lag) {
+      sum[static_cast<std::size_t>(lag)] += *last * last[-lag];
+    }
+  }
   return sum;
+}
+
+// 1 + 2 sum of rho_k up to the first that is not significant.
+double SumCorrelation(const std::array<double, kLags + 1>& sum, std::size_t n) {
+  const double significant = 1.5 / std::sqrt(static_cast<double>(n));
+  double factor = 1;
+  for (std::size_t lag = 1; lag <= kLags && sum[lag] > significant * sum[0]; ++lag) {
+    factor += 2 * sum[lag] / sum[0];
+  }
+  return factor;
 }
 
 }  // namespace
@@ -61,7 +77,12 @@ bool ResidualTraits::White() const {
   return portmanteau < kPortmanteauLimit && press_excess < kMostExcess;
 }
 
-double ResidualTraits::Inflation() const { return std::max(1.0, press_ratio * press_correlation); }
+double ResidualTraits::Inflation() const {
+  constexpr double kDoubtful = 15.5;  // of the portmanteau: white noise reaches it in 5 %
+  const double noise = portmanteau > kDoubtful ? correlation : 1;
+  const double misfit = White() ? 1 : press_ratio * press_correlation;
+  return std::max({1.0, noise, misfit});
+}
 
 ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<double> scratch) {
   ResidualTraits traits;
@@ -70,15 +91,20 @@ ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<d
   if (n <= kLags || below < kLeastInPress || below + kLeastInPress > n) {
     return traits;
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    scratch[i] = std::abs(r[i]);
-    traits.largest = std::max(traits.largest, scratch[i]);
-  }
-  const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(n / 2);
-  std::nth_element(scratch.begin(), middle, scratch.begin() + static_cast<std::ptrdiff_t>(n));
-  traits.median_deviation = *middle / kMedianOfNormal;
-
   const std::array<double, kLags + 1> all = Correlate(r);
+  for (const double value : r) {
+    traits.largest = std::max(traits.largest, std::abs(value));
+  }
+  constexpr double kLeastOfRms = 0.75;
+  const double rms = std::sqrt(all[0] / static_cast<double>(n));
+  traits.robust_deviation = kLeastOfRms * rms;
+  constexpr double kOfInterest = 3;  // no median is asked for where nothing lies far off
+  if (traits.largest > kOfInterest * rms) {
+    std::transform(r.begin(), r.end(), scratch.begin(), [](double v) { return std::abs(v); });
+    const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(n / 2);
+    std::nth_element(scratch.begin(), middle, scratch.begin() + static_cast<std::ptrdiff_t>(n));
+    traits.robust_deviation = std::max(*middle / kMedianOfNormal, kLeastOfRms * rms);
+  }
   const std::array<double, kLags + 1> press = Correlate(r.first(below));
   const double beyond = all[0] - press[0];
   if (!(press[0] > 0) || !(beyond > 0)) {
@@ -91,15 +117,11 @@ ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<d
   traits.press_ratio = press[0] / n_press * (n_press + n_beyond) / all[0];
   traits.press_excess =
       std::log(press[0] / n_press * n_beyond / beyond) / std::sqrt(2 / n_press + 2 / n_beyond);
-  const double significant = 2 / std::sqrt(static_cast<double>(below));
-  bool leading = true;
   for (std::size_t lag = 1; lag <= kLags; ++lag) {
-    const double rho = all[lag] / all[0];
-    traits.portmanteau += static_cast<double>(n) * rho * rho;
-    const double rho_press = press[lag] / press[0];
-    leading = leading && rho_press > significant;
-    traits.press_correlation += leading ? 2 * rho_press : 0;
+    traits.portmanteau += static_cast<double>(n) * all[lag] * all[lag] / (all[0] * all[0]);
   }
+  traits.correlation = SumCorrelation(all, n);
+  traits.press_correlation = SumCorrelation(press, below);
   return traits;
 }
 

@@ -10,8 +10,10 @@ namespace trammel::tap {
 
 /// Of residuals, all of one fit.
 struct ResidualTraits {
-  double median_deviation = 0;  ///< Median of |r| / 0.6745: the noise, whatever the outliers.
-  double largest = 0;           ///< Greatest |r|.
+  /// The noise, whatever the outliers: median of |r| / 0.6745, but at least three quarters of the
+  /// root mean square, below which only the steps of a coarse converter bring the median.
+  double robust_deviation = 0;
+  double largest = 0;  ///< Greatest |r|.
   /// n sum of rho_k^2 over the first lags: chi-squared with as many degrees of freedom for white
   /// noise (Box & Pierce 1970).
   double portmanteau = 0;
@@ -24,10 +26,13 @@ struct ResidualTraits {
   /// first lags that are significant (Bartlett 1946; Geyer 1992, section 3.3); >= 1.
   double press_correlation = 1;
 
-  /// As a single sample's noise of the size of all residuals would have it: no misfit.
+  /// The same of all residuals.
+  double correlation = 1;
+
+  /// Nothing but noise, as far as this shows.
   [[nodiscard]] bool White() const;
-  /// The factor on the noise variance that makes the press's residuals, with the misfit that they
-  /// hold, the scale of the interval; >= 1.
+  /// The factor on the noise variance, >= 1, for what is correlated; where the residuals are not
+  /// white, the press's own, with the misfit that they hold, are the scale of the interval.
   [[nodiscard]] double Inflation() const;
 };
 

@@ -1,0 +1,43 @@
+// What one tap costs: 400 samples are to take at most 20 us, 1000 at most 50 us.
+#include <benchmark/benchmark.h>
+
+#include <vector>
+
+#include "tap/analyse.h"
+#include "tap/press_test_support.h"
+
+namespace {
+
+using trammel::tap::Method;
+using trammel::tap::TapAnalyser;
+using trammel::tap::test::MakePressTap;
+using trammel::tap::test::PressTap;
+
+// Taps of about so many samples; the rate makes the number.
+std::vector<PressTap> Taps(double samples) {
+  constexpr double kSeconds = 1.3648;  // of a tap of MakePressTap with a pull-back of 0.1 mm
+  std::vector<PressTap> taps;
+  for (std::uint64_t seed = 1; seed <= 64; ++seed) {
+    taps.push_back(MakePressTap({.rate_hz = samples / kSeconds}, seed));
+  }
+  return taps;
+}
+
+void BM_Tap(benchmark::State& state) {
+  const auto method = static_cast<Method>(state.range(0));
+  const std::vector<PressTap> taps = Taps(static_cast<double>(state.range(1)));
+  TapAnalyser analyser({.method = method});
+  std::size_t i = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(analyser.Analyse(taps[i].View()));
+    i = (i + 1) % taps.size();
+  }
+  state.SetLabel(std::string(trammel::tap::ToString(method)) + ", " +
+                 std::to_string(taps[0].time_s.size()) + " samples");
+}
+BENCHMARK(BM_Tap)
+    ->ArgsProduct({{static_cast<int>(Method::kContact), static_cast<int>(Method::kTwoLine)},
+                   {400, 1000}})
+    ->Unit(benchmark::kMicrosecond);
+
+}  // namespace
