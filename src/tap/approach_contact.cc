@@ -53,7 +53,7 @@ void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOpti
   if (!profile.Ready()) {
     return;
   }
-  PressProfile::At best;
+  PressProfile::At best{};
   best.sum_squares[0] = std::numeric_limits<double>::infinity();
   constexpr std::size_t kMostTried = 20;  // break points; the check needs no more
   const std::size_t step = 1 + n / kMostTried;

@@ -15,7 +15,7 @@ PressProfile::PressProfile(const BreakSamples& samples, Workspace& workspace)
   if (prefix_.empty()) {
     return;
   }
-  Moments sum;
+  Moments sum{};
   prefix_[0] = sum;
   for (std::size_t i = 0; i < samples.y.size(); ++i) {
     const double y = samples.y[i];
@@ -103,7 +103,7 @@ PressProfile::Elimination PressProfile::Eliminate(double t, std::size_t below) c
 
 PressProfile::At PressProfile::Evaluate(double t, std::size_t below) const {
   const Elimination e = Eliminate(t, below);
-  At at;
+  At at{};
   at.t = t;
   at.sum_squares[0] = std::max(0.0, sum_squares_ - e.gained[0]);
   at.sum_squares[1] = std::max(0.0, at.sum_squares[0] - e.gained[1]);

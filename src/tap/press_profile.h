@@ -29,10 +29,10 @@ class PressProfile {
 
   /// At one break point; orders 1 … kOrders at [0] … .
   struct At {
-    double t = 0;
-    std::array<double, kOrders> sum_squares{};
+    double t;
+    std::array<double, kOrders> sum_squares;
     /// c_1 of each order: how steeply the press starts. Negative is no press.
-    std::array<double, kOrders> start_slope{};
+    std::array<double, kOrders> start_slope;
   };
 
   struct Coefficients {
@@ -60,8 +60,9 @@ class PressProfile {
 
  private:
   struct Moments {
-    std::array<double, 7> y{};      // sum of weight y^i
-    std::array<double, 4> force{};  // sum of weight force y^i
+    // Without values to begin with: thousands of them are written anew for every tap.
+    std::array<double, 7> y;      // sum of weight y^i
+    std::array<double, 4> force;  // sum of weight force y^i
   };
   // The normal equations of the press at a break point, with the baseline projected out (1 and
   // y - mean span it, whatever the break point), eliminated.
