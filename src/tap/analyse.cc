@@ -30,7 +30,7 @@ void Judge(const TapView& tap, const TapMotion& motion, const TapOptions& option
            Workspace& workspace, TapAnalysis& result) {
   const CleanTap clean = CleanSamples(tap, motion, workspace);
   if (!clean.memory_suffices) {
-    result.reason = {FindingCode::kSmallWorkspace, 0,
+    result.reason = {FindingCode::kSmallWorkspace, static_cast<double>(workspace.Left()),
                      static_cast<double>(WorkspaceBytes(tap.time_s.size()))};
     return;
   }

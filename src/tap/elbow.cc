@@ -1,6 +1,7 @@
 #include "tap/elbow.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace trammel::tap {
@@ -50,6 +51,41 @@ Sums Total(const Samples& samples, std::size_t first, std::size_t end, const Fra
   return sum;
 }
 
+// Below what any two times differ by in single precision; repeated times leave no spread, a cross
+// sum of rounding only, and so a level without slope.
+constexpr double kLeastSpread_s2 = 1e-18;
+// Splits are judged a block at a time, so that the processor takes several in one instruction.
+constexpr std::size_t kBlock = 16;
+
+struct LeftSums {
+  std::array<double, kBlock> n{}, t{}, tt{}, f{}, tf{};
+};
+
+struct Whole {
+  double n, tt, tf;
+};
+
+// What two lines explain of the force's sum of squares at each split: the largest leaves the least.
+// A line explains (f^2 + (n tf - t f)^2 / (n tt - t^2)) / n; both together over one divisor.
+void Explain(const LeftSums& left, const Whole& whole, std::array<double, kBlock>& explained) {
+  for (std::size_t k = 0; k < kBlock; ++k) {
+    const double n = left.n[k];
+    const double m = whole.n - n;
+    const double tt = left.t[k] * left.t[k];
+    const double tf = left.t[k] * left.f[k];
+    const double ff = left.f[k] * left.f[k];
+    const double left_spread = n * left.tt[k] - tt;
+    const double right_spread = m * (whole.tt - left.tt[k]) - tt;
+    const double left_cross = n * left.tf[k] - tf;
+    const double right_cross = m * (whole.tf - left.tf[k]) - tf;
+    const double a = left_spread > kLeastSpread_s2 ? left_spread : kLeastSpread_s2;
+    const double b = right_spread > kLeastSpread_s2 ? right_spread : kLeastSpread_s2;
+    const double p = left_cross * left_cross;
+    const double q = right_cross * right_cross;
+    explained[k] = (p * m * b + q * n * a + ff * whole.n * a * b) / (n * m * a * b);
+  }
+}
+
 }  // namespace
 
 double LineFit::Noise() const {
@@ -80,42 +116,35 @@ std::size_t FindElbow(const Samples& samples, std::size_t first, std::size_t end
   if (end < first + 2 * least) {
     return end;
   }
-  const Frame frame = MiddleOf(samples, first, end);
-  const Sums total = Total(samples, first, end, frame);
+  Frame frame = MiddleOf(samples, first, end);
+  const Sums raw = Total(samples, first, end, frame);
+  frame.time_s += raw.t / raw.n;
+  frame.force_g += raw.f / raw.n;
+  // About their means, where the sums of times and of forces are 0 and those of the right line are
+  // the negatives of the left one's.
+  const Whole whole = {raw.n, raw.tt - raw.t * raw.t / raw.n, raw.tf - raw.t * raw.f / raw.n};
   Sums left;
-  for (std::size_t i = first; i + 1 < first + least; ++i) {
+  std::size_t i = first;
+  for (; i + 1 < first + least; ++i) {
     Add(left, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
   }
   std::size_t elbow = end;
-  // What two lines explain of the force's sum of squares: the largest leaves the least. It is kept
-  // as a fraction, for fractions are compared without dividing.
-  double most_explained = -1;
-  double most_divisor = 1;
-  for (std::size_t i = first + least - 1; i + least < end; ++i) {
-    Add(left, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
-    const Sums right = {total.n - left.n, total.t - left.t,   total.tt - left.tt,
-                        total.f - left.f, total.tf - left.tf, 0};
-    // A line explains (f^2 + (n tf - t f)^2 / (n tt - t^2)) / n.
-    double left_spread = left.n * left.tt - left.t * left.t;
-    double right_spread = right.n * right.tt - right.t * right.t;
-    double left_cross = left.n * left.tf - left.t * left.f;
-    double right_cross = right.n * right.tf - right.t * right.f;
-    if (!(left_spread > 0)) {  // repeated times: a level without slope
-      left_spread = 1, left_cross = 0;
+  double most = -1;
+  LeftSums lefts;
+  std::array<double, kBlock> explained;
+  while (i + least < end) {
+    const std::size_t count = std::min(kBlock, end - least - i);
+    for (std::size_t k = 0; k < count; ++k, ++i) {
+      Add(left, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
+      lefts.n[k] = left.n, lefts.t[k] = left.t, lefts.tt[k] = left.tt;
+      lefts.f[k] = left.f, lefts.tf[k] = left.tf;
     }
-    if (!(right_spread > 0)) {
-      right_spread = 1, right_cross = 0;
-    }
-    const double left_explained = left.f * left.f * left_spread + left_cross * left_cross;
-    const double right_explained = right.f * right.f * right_spread + right_cross * right_cross;
-    const double left_divisor = left.n * left_spread;
-    const double right_divisor = right.n * right_spread;
-    const double explained = left_explained * right_divisor + right_explained * left_divisor;
-    const double divisor = left_divisor * right_divisor;
-    if (explained * most_divisor > most_explained * divisor) {
-      most_explained = explained;
-      most_divisor = divisor;
-      elbow = i + 1;
+    Explain(lefts, whole, explained);  // beyond count: of what was there before, not looked at
+    for (std::size_t k = 0; k < count; ++k) {
+      if (explained[k] > most) {
+        most = explained[k];
+        elbow = i - count + k + 1;
+      }
     }
   }
   return elbow;

@@ -29,6 +29,9 @@ class Workspace {
     return {first, count};
   }
 
+  /// Bytes that are not taken.
+  [[nodiscard]] std::size_t Left() const { return memory_.size() - used_; }
+
   /// Gives back what was taken during its life.
   class Scope {
    public:
