@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace trammel::tap {
@@ -69,6 +70,29 @@ Stretch Clip(const TapView& tap, const TapMotion& motion) {
           static_cast<std::size_t>(end - tap.time_s.begin())};
 }
 
+// Neighbours of which something holds. Eight counters, so that the processor compares several pairs
+// in one instruction.
+template <class Holds>
+std::size_t CountPairs(std::span<const float> values, const Holds& holds) {
+  constexpr std::size_t kRuns = 8;
+  std::array<std::uint32_t, kRuns> counts{};
+  std::size_t i = 1;
+  for (; i + kRuns <= values.size(); i += kRuns) {
+    const float* const at = values.data() + i;
+    for (std::size_t k = 0; k < kRuns; ++k) {
+      counts[k] += holds(at[k - 1], at[k]) ? 1 : 0;
+    }
+  }
+  std::size_t sum = 0;
+  for (; i < values.size(); ++i) {
+    sum += holds(values[i - 1], values[i]) ? 1 : 0;
+  }
+  for (const std::uint32_t count : counts) {
+    sum += count;
+  }
+  return sum;
+}
+
 // Times count from the pull-back's start.
 Stretch CruiseOf(std::span<const float> time_s, const TapMotion& motion) {
   return {IndexAt(time_s, motion.cruise_start_s - motion.pull_back_start_s),
@@ -77,27 +101,23 @@ Stretch CruiseOf(std::span<const float> time_s, const TapMotion& motion) {
 
 void FindGaps(std::span<const float> time_s, Stretch cruise, CleanTap& clean) {
   const auto limit = static_cast<float>(kGapPeriods * clean.period_s);
-  float longest = 0;
-  std::size_t gaps = 0;
-  std::size_t repeated = 0;
-  for (std::size_t i = 1; i < time_s.size(); ++i) {
-    const float gap = time_s[i] - time_s[i - 1];
-    longest = std::max(longest, gap);
-    gaps += gap > limit ? 1 : 0;
-    repeated += gap > 0 ? 0 : 1;
+  clean.longest_gap_s = clean.period_s;
+  clean.duplicated = CountPairs(time_s, [](float a, float b) { return !(b > a); });
+  if (clean.duplicated > 0) {
+    const std::size_t first = std::max<std::size_t>(cruise.first, 1) - 1;
+    clean.duplicated_in_cruise =
+        CountPairs(time_s.subspan(first, std::max(cruise.end, first) - first),
+                   [](float a, float b) { return !(b > a); });
   }
-  clean.longest_gap_s = longest;
-  clean.duplicated = repeated;
-  for (std::size_t i = std::max<std::size_t>(cruise.first, 1); i < cruise.end && repeated > 0;
-       ++i) {
-    clean.duplicated_in_cruise += time_s[i] > time_s[i - 1] ? 0 : 1;
-  }
-  for (std::size_t i = 1; i < time_s.size() && gaps > 0; ++i) {
+  const std::size_t gaps = CountPairs(time_s, [limit](float a, float b) { return b - a > limit; });
+  for (std::size_t i = 1; i < time_s.size() && gaps > 0 && clean.period_s > 0; ++i) {
     const float gap = time_s[i] - time_s[i - 1];
     if (gap > limit) {
-      --gaps;
       clean.dropped += static_cast<std::size_t>(std::lround(gap / clean.period_s)) - 1;
-      clean.longest_gap_start_s = gap == longest ? time_s[i - 1] : clean.longest_gap_start_s;
+    }
+    if (gap > clean.longest_gap_s) {
+      clean.longest_gap_s = gap;
+      clean.longest_gap_start_s = time_s[i - 1];
     }
   }
 }
@@ -146,10 +166,7 @@ void FindSaturation(std::span<const float> force_g, Stretch cruise, CleanTap& cl
 // chance would make once in 1 / kFalseAlarm taps is a converter that repeats itself, or has reached
 // the end of its range. Where steps are coarse, or there is no noise, ties say nothing.
 void FindTies(std::span<const float> force_g, Stretch cruise, CleanTap& clean) {
-  std::size_t ties = 0;
-  for (std::size_t i = 1; i < force_g.size(); ++i) {
-    ties += force_g[i] == force_g[i - 1] ? 1 : 0;
-  }
+  const std::size_t ties = CountPairs(force_g, [](float a, float b) { return a == b; });
   if (ties + 1 < kLeastSaturated / 2) {
     return;
   }
@@ -178,10 +195,8 @@ void MarkSpikes(std::span<float> force_g, double moving_g, Stretch collision, St
   const double least_g = kSpikeOfPress * (press_g > 0 ? press_g : 0);
   const auto limit = static_cast<float>(std::max(kSpikeDeviations * clean.noise_g, least_g));
   const auto moving_limit = std::max(limit, static_cast<float>(kSpikeDeviations * moving_g));
-  std::size_t jumps = 0;
-  for (std::size_t i = 1; i < force_g.size(); ++i) {
-    jumps += std::abs(force_g[i] - force_g[i - 1]) > limit ? 1 : 0;
-  }
+  const std::size_t jumps =
+      CountPairs(force_g, [limit](float a, float b) { return std::abs(b - a) > limit; });
   if (jumps == 0 || !(limit > 0)) {
     return;
   }

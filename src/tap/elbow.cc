@@ -33,20 +33,35 @@ void Add(Sums& sums, double t, double f) {
 }
 
 Sums Total(const Samples& samples, std::size_t first, std::size_t end, const Frame& frame) {
-  // Four runs side by side, so that one addition need not wait for the one before it.
-  Sums part[4];
+  // Four runs side by side: one addition need not wait for the one before it, and the processor
+  // takes several in one instruction.
+  constexpr std::size_t kRuns = 4;
+  std::array<double, kRuns> t{};
+  std::array<double, kRuns> tt{};
+  std::array<double, kRuns> f{};
+  std::array<double, kRuns> tf{};
+  std::array<double, kRuns> ff{};
   std::size_t i = first;
-  for (; i + 4 <= end; i += 4) {
-    for (std::size_t k = 0; k < 4; ++k) {
-      Add(part[k], samples.time_s[i + k] - frame.time_s, samples.force_g[i + k] - frame.force_g);
+  for (; i + kRuns <= end; i += kRuns) {
+    const float* const times = samples.time_s.data() + i;
+    const float* const forces = samples.force_g.data() + i;
+    for (std::size_t k = 0; k < kRuns; ++k) {
+      const double time = times[k] - frame.time_s;
+      const double force = forces[k] - frame.force_g;
+      t[k] += time;
+      tt[k] += time * time;
+      f[k] += force;
+      tf[k] += time * force;
+      ff[k] += force * force;
     }
   }
-  for (; i < end; ++i) {
-    Add(part[0], samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
-  }
   Sums sum;
-  for (const Sums& p : part) {
-    sum.n += p.n, sum.t += p.t, sum.tt += p.tt, sum.f += p.f, sum.tf += p.tf, sum.ff += p.ff;
+  for (std::size_t k = 0; k < kRuns; ++k) {
+    sum.t += t[k], sum.tt += tt[k], sum.f += f[k], sum.tf += tf[k], sum.ff += ff[k];
+  }
+  sum.n = static_cast<double>(i - first);
+  for (; i < end; ++i) {
+    Add(sum, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
   }
   return sum;
 }
