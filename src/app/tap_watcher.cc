@@ -26,6 +26,7 @@ using nlohmann::json;
 constexpr double kWaitForFirmware_s = 0.7;
 /// Forces come in batches, so a tap that is built from them may come behind the printer's own z.
 constexpr double kLooseZ_s = 2;
+constexpr double kSameZ_mm = 2e-6;
 /// A tap older than this when a macro asks is not the one that it means.
 constexpr double kFresh_s = 5;
 constexpr std::size_t kMostEvents = 1000;
@@ -169,10 +170,10 @@ void TapWatcher::Take(TapCame& came, machine::TapStream& stream) {
 
 void TapWatcher::Take(const FirmwareZ& firmware) {
   if (!open_) {
-    // Behind a tap that has its own, this is the same word once more.
-    const bool again = !received_s_.empty() &&
-                       firmware.received_s - received_s_.back() < kLooseZ_s &&
-                       taps_.back().recording.firmware_z_mm.has_value();
+    // The console and the status tell the same result, the console to six decimals.
+    const bool again =
+        !received_s_.empty() && firmware.received_s - received_s_.back() < kLooseZ_s &&
+        std::abs(taps_.back().recording.firmware_z_mm.value_or(1e9) - firmware.z_mm) < kSameZ_mm;
     if (!again) loose_z_ = firmware;
     return;
   }

@@ -13,7 +13,7 @@ using nlohmann::json;
 
 constexpr double kAlongZ = 0.99;    // of a direction, to count as along z
 constexpr double kGap_s = 1e-3;     // moves of one rise follow each other without more
-constexpr double kMostRise_mm = 5;  // more is a lift
+constexpr double kMostRise_mm = 1;  // more is a lift, or what homing does
 constexpr double kLeastRise_mm = 0.005;
 constexpr double kLongestHalt_s = 5;  // between descent and rise
 constexpr double kBefore_s = 3;       // of the descent that is kept
@@ -132,7 +132,10 @@ std::vector<json> TapBuilder::Take() {
   std::size_t from = 0;
   double until_s = 0;
   while (FindRise(from, found) && Complete(found, until_s)) {
-    taps.push_back(Cut(found, until_s));
+    // Moves reach back before the subscription, forces do not.
+    if (samples_.front().time_s < moves_[found.rise].print_time_s) {
+      taps.push_back(Cut(found, until_s));
+    }
     taken_until_s_ = moves_[found.end - 1].print_time_s;
     from = found.end;
   }

@@ -11,7 +11,7 @@
 
 namespace trammel::machine {
 
-/// Looks for a descent along z, a halt, and a rise of at most 5 mm, and cuts out the samples around
+/// Looks for a descent along z, a halt, and a rise of at most 1 mm, and cuts out the samples around
 /// them. Not thread-safe.
 class TapBuilder {
  public:

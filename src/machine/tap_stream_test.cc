@@ -108,12 +108,23 @@ TEST(TapBuilder, FindsEveryTapOfARowOnce) {
   EXPECT_EQ(taps, 5u);
 }
 
+TEST(TapBuilder, LeavesOutTapsFromBeforeTheForcesBegan) {
+  TapBuilder builder;
+  builder.AddMoves(TapMoves());
+  for (const json& batch : Forces(kRise_s + 0.1, 104)) builder.AddForces(batch);
+  EXPECT_THAT(builder.Take(), IsEmpty());
+  builder.AddMoves(TapMoves(5));
+  for (const json& batch : Forces(104, 109)) builder.AddForces(batch);
+  EXPECT_THAT(builder.Take(), SizeIs(1));
+}
+
 TEST(TapBuilder, TakesLiftsAndTravelForNoTap) {
   TapBuilder builder;
   builder.AddMoves({{"data",
                      {Move(100, 1, 5, 0, 10, -1), Move(101.2, 2, 5, 0, 5, 1),  // 10 mm up
                       json::array({103.5, 1.0, 100.0, 0.0, {0, 0, 15}, {1, 0, 0}}),
-                      Move(105, 0.2, 5, 0, 15, 1)}}});  // up, but not after a descent
+                      Move(105, 0.2, 5, 0, 15, 1),  // up, but not after a descent
+                      Move(106, 1, 2, 0, 2, -1), Move(107.2, 0.4, 5, 0, 0, 1)}}});  // homing's 2 mm
   for (const json& batch : Forces(99, 110)) builder.AddForces(batch);
   EXPECT_THAT(builder.Take(), IsEmpty());
 }
