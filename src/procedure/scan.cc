@@ -139,6 +139,7 @@ Result<void> ScanLines(const Session& session, FrameRecorder& recorder, const Sw
     if (!swept) return tl::unexpected(swept.error());
     if (auto kept = recording.Add(std::move(*swept)); !kept) return kept;
   }
+  for (const std::string& line : recording.LeftOut()) session.Say(line);
   return recording.Finish();
 }
 

@@ -175,8 +175,11 @@ Result<void> ScanRecording::WriteScan() {
   }
   placed_ = scan.lines.size();
   json left_out = json::array();
+  left_out_.clear();
   for (const auto& [i, why] : placed.left_out) {
     not_placed_ = fmt::format("{}: {}", recorded_[i].video, why);
+    left_out_.push_back(fmt::format("the line of pressure advance {:g} is left out: {}",
+                                    recorded_[i].pressure_advance_s, not_placed_));
     left_out.push_back({{"video", recorded_[i].video},
                         {"pressure_advance_s", recorded_[i].pressure_advance_s},
                         {"why", why}});

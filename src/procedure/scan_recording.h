@@ -41,6 +41,9 @@ class ScanRecording {
   /// the reason.
   [[nodiscard]] Result<void> Finish() const;
 
+  /// A sentence for each line whose frames could not be placed: scan.json is without it.
+  [[nodiscard]] const std::vector<std::string>& LeftOut() const { return left_out_; }
+
  private:
   struct Placed {
     pressure_advance::SessionTiming timing;
@@ -58,6 +61,7 @@ class ScanRecording {
   bool our_clock_ = true;                                 // capture times are on a clock of ours
   std::size_t placed_ = 0;                                // lines in scan.json
   std::string not_placed_ = "nothing was recorded";       // why not more
+  std::vector<std::string> left_out_;
 };
 
 }  // namespace trammel::procedure

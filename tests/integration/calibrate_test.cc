@@ -28,7 +28,8 @@ TEST(Calibrate, FindsTheTruthAndLeavesThePrinterAsItWas) {
   const PrinterLook before = shop.Look();
   const ProcessEnd end =
       shop.Calibrate({"--json", "--set", "speed=6.6667", "--set", "fps=30"})->Wait(kEnough_s);
-  ASSERT_EQ(end.exit_code, 0) << "signal " << end.signal << "\n" << end.standard_error;
+  ASSERT_EQ(end.exit_code, 0) << "signal " << end.signal << "\n"
+                              << end.standard_error << end.standard_output;
   const auto answer = nlohmann::json::parse(end.standard_output);
   ASSERT_EQ(answer["verdict"], "good");
   const double sigma_s = answer["standard_uncertainty_s"].get<double>();
