@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -14,6 +15,14 @@ using machine::FrameFault;
 
 namespace {
 
+// Longer than any camera server on a local network was seen to hold a frame without saying so.
+constexpr double kLongestUntold_s = 0.2;
+
+// No frame was taken earlier than this.
+double TakenAfter_s(const CapturedFrame& frame) {
+  return OnOurClock(frame) ? frame.captured->time_s : frame.arrival_s - kLongestUntold_s;
+}
+
 Error Changed(const std::string& what) {
   return {
       ErrorKind::kMachine,
@@ -23,6 +32,18 @@ Error Changed(const std::string& what) {
 }
 
 }  // namespace
+
+// Two machines that were booted within seconds of each other are less likely than one machine; and
+// should it be so, the pictures themselves contradict.
+bool OnOurClock(const machine::CapturedFrame& frame) {
+  constexpr double kLongestDelivery_s = 5;
+  constexpr double kGrain_s = 0.002;  // of the stamps
+  if (!frame.captured) return false;
+  if (frame.captured->clock == machine::CameraClock::kOurs) return true;
+  const double delay_s = frame.arrival_s - frame.captured->time_s;
+  return frame.captured->clock == machine::CameraClock::kCameraMonotonic && delay_s > -kGrain_s &&
+         delay_s < kLongestDelivery_s;
+}
 
 FrameRecorder::FrameRecorder(machine::FrameSource& camera, double stall_s)
     : camera_(camera), stall_s_(stall_s), thread_([this](std::stop_token stop) { Read(stop); }) {}
@@ -87,6 +108,18 @@ Result<void> FrameRecorder::Begin(const std::filesystem::path& video, double fra
   damaged_ = 0;
   stall_.reset();
   return {};
+}
+
+void FrameRecorder::WaitForFrames(std::size_t count, double taken_after_s, double time_limit_s,
+                                  const std::stop_token& stop) {
+  const auto enough = [&] {
+    if (failure_ || stall_ || write_failure_) return true;
+    return std::count_if(kept_.begin(), kept_.end(), [&](const CapturedFrame& frame) {
+             return TakenAfter_s(frame) >= taken_after_s;
+           }) >= static_cast<std::ptrdiff_t>(count);
+  };
+  std::unique_lock lock(mutex_);
+  arrived_.wait_for(lock, stop, std::chrono::duration<double>(time_limit_s), enough);
 }
 
 Result<std::vector<CapturedFrame>> FrameRecorder::End() {

@@ -15,6 +15,9 @@
 
 namespace trammel::procedure {
 
+/// Whether the frame says when it was taken, on this machine's monotonic clock.
+[[nodiscard]] bool OnOurClock(const machine::CapturedFrame& frame);
+
 /// Reads the camera all the time, so that frames are never late for want of a reader. Between
 /// Begin() and End() every frame goes to disk at once and is kept, undecoded.
 class FrameRecorder {
@@ -33,6 +36,12 @@ class FrameRecorder {
 
   /// Starts recording into a new video. Errors: those of VideoWriter::Create.
   [[nodiscard]] Result<void> Begin(const std::filesystem::path& video, double frames_per_s);
+
+  /// Waits until the recording holds so many sound frames that were taken after a moment on
+  /// HostNow()'s clock, however slowly the camera delivers; at most for the time limit, for then
+  /// the camera or the disk is at fault, which End() says.
+  void WaitForFrames(std::size_t count, double taken_after_s, double time_limit_s,
+                     const std::stop_token& stop);
 
   /// Ends the recording and gives its frames: those written to the video, in its order. A camera
   /// that failed meanwhile or sent mostly damage, or a disk, is the error; the video keeps what

@@ -20,6 +20,9 @@ using pressure_advance::ScanSettings;
 constexpr double kMove_s = 60;
 constexpr double kFrame_s = 5;
 constexpr double kClock_s = 0.002;  // at 7 mm/s 0.013 mm
+// Frames of a standing head before and after a sweep: those that its timing wants, and some more
+// for what a camera drops.
+constexpr std::size_t kStandingFrames = 8;
 
 AxisDirection DirectionOf(const Sweep& sweep) {
   if (std::abs(sweep.along_x) >= std::abs(sweep.along_y)) {
@@ -70,9 +73,17 @@ Result<void> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double sp
   auto begun =
       sweeping.recorder.Begin(sweeping.request.folder / recorded.video, settings.frames_per_s);
   if (!begun) return begun;
-  Result<void> swept = Stand(session, settings.settle_s);
+  const auto stand = [&] {  // now it does
+    const double now_s = machine::HostNow();
+    const Result<void> stood = Stand(session, settings.settle_s);
+    if (stood) {
+      sweeping.recorder.WaitForFrames(kStandingFrames, now_s, kFrame_s, session.stop);
+    }
+    return stood;
+  };
+  Result<void> swept = stand();
   if (swept) swept = Go(session, SweepGcode(sweep, speed_mm_s));
-  if (swept) swept = Stand(session, settings.settle_s);
+  if (swept) swept = stand();
   auto frames = sweeping.recorder.End();
   if (!swept) return swept;
   if (!frames) return tl::unexpected(frames.error());

@@ -58,18 +58,6 @@ json DescribeSweep(const RecordedSweep& sweep) {
           {"motion", std::move(motion)}};
 }
 
-// Two machines that were booted within seconds of each other are less likely than one machine; and
-// should it be so, the pictures themselves contradict.
-bool OnOurClock(const machine::CapturedFrame& frame) {
-  constexpr double kLongestDelivery_s = 5;
-  constexpr double kGrain_s = 0.002;  // of the stamps
-  if (!frame.captured) return false;
-  if (frame.captured->clock == machine::CameraClock::kOurs) return true;
-  const double delay_s = frame.arrival_s - frame.captured->time_s;
-  return frame.captured->clock == machine::CameraClock::kCameraMonotonic && delay_s > -kGrain_s &&
-         delay_s < kLongestDelivery_s;
-}
-
 bool CanBeScored(const std::vector<std::optional<double>>& positions) {
   return std::count_if(positions.begin(), positions.end(),
                        [](const auto& position) { return position.has_value(); }) >= 2;
