@@ -18,6 +18,8 @@ namespace trammel::tap {
       return "press_end";
     case Corner::kDwellEnd:
       return "dwell_end";
+    case Corner::kDecompressionSplit:
+      return "decompression_split";
     case Corner::kBreak:
       return "break";
     case Corner::kPullBackEnd:
