@@ -9,6 +9,7 @@
 
 #include "tap/analyse.h"
 #include "tap/check_input.h"
+#include "tap/corner_name.h"
 #include "tap/finding.h"
 
 namespace {
@@ -28,6 +29,13 @@ using trammel::tap::Workspace;
 static_assert(sizeof(trammel_tap_move) == sizeof(Move));
 static_assert(offsetof(trammel_tap_move, duration_s) == offsetof(Move, duration_s));
 static_assert(offsetof(trammel_tap_move, z_direction) == offsetof(Move, z_direction));
+static_assert(TRAMMEL_TAP_APPROACH_START == static_cast<int>(Corner::kApproachStart));
+static_assert(TRAMMEL_TAP_COLLISION == static_cast<int>(Corner::kCollision));
+static_assert(TRAMMEL_TAP_PRESS_END == static_cast<int>(Corner::kPressEnd));
+static_assert(TRAMMEL_TAP_DWELL_END == static_cast<int>(Corner::kDwellEnd));
+static_assert(TRAMMEL_TAP_DECOMPRESSION_SPLIT == static_cast<int>(Corner::kDecompressionSplit));
+static_assert(TRAMMEL_TAP_BREAK == static_cast<int>(Corner::kBreak));
+static_assert(TRAMMEL_TAP_PULL_BACK_END == static_cast<int>(Corner::kPullBackEnd));
 static_assert(TRAMMEL_TAP_MAX_POINTS == TapAnalysis::kMaxPoints);
 static_assert(TRAMMEL_TAP_MAX_NOTICES == TapAnalysis::kMaxNotices);
 
@@ -179,9 +187,10 @@ const char* trammel_tap_finding_name(std::int32_t code) {
 }
 
 const char* trammel_tap_corner_name(std::int32_t corner) {
-  constexpr std::array<const char*, 6> kNames = {"approach_start", "collision", "press_end",
-                                                 "dwell_end",      "break",     "pull_back_end"};
-  return NameOf(kNames, corner);
+  // All names are literals, which end in a zero.
+  return corner >= 0 && corner <= TRAMMEL_TAP_PULL_BACK_END
+             ? trammel::tap::Name(static_cast<Corner>(corner)).data()
+             : "";
 }
 
 const char* trammel_tap_status_name(trammel_tap_status status) {
