@@ -36,26 +36,43 @@ struct Stretch {
   std::size_t end = 0;
 };
 
-std::size_t IndexAt(std::span<const float> time_s, double at_s) {
-  return static_cast<std::size_t>(
-      std::lower_bound(time_s.begin(), time_s.end(), static_cast<float>(at_s)) - time_s.begin());
-}
-
 // Of up to kMost values spread evenly over a stretch; NaN where it is empty.
 template <std::size_t kMost, class Value>
 double MedianOver(Stretch stretch, const Value& value) {
   if (stretch.end <= stretch.first) {
     return std::numeric_limits<double>::quiet_NaN();
   }
-  const std::size_t length = stretch.end - stretch.first;
-  const std::size_t count = std::min(length, kMost);
-  std::array<float, kMost> picked;
+  constexpr std::size_t kLanes = (kMost + 3) / 4 * 4;
+  const auto length = static_cast<std::uint32_t>(stretch.end - stretch.first);
+  const std::uint32_t count = std::min<std::uint32_t>(length, kMost);
+  std::array<float, kLanes> picked;
+  picked.fill(std::numeric_limits<float>::infinity());
+  // At (2 i + 1) length / (2 count), the quotient carried on: a division costs as much as the rest.
+  const std::uint32_t parts = 2 * count;
+  const std::uint32_t step = 2 * length / parts;
+  const std::uint32_t step_rest = 2 * length % parts;
+  std::size_t at = stretch.first + length / parts;
+  std::uint32_t rest = length % parts;
   for (std::size_t i = 0; i < count; ++i) {
-    picked[i] = static_cast<float>(value(stretch.first + (2 * i + 1) * length / (2 * count)));
+    picked[i] = static_cast<float>(value(at));
+    rest += step_rest;
+    at += step + (rest >= parts ? 1 : 0);
+    rest -= rest >= parts ? parts : 0;
   }
-  auto* const middle = picked.data() + count / 2;
-  std::nth_element(picked.data(), middle, picked.data() + count);
-  return *middle;
+  // The median is the largest that no more than half of the others lie below: counted without
+  // branches, where a partial sort would guess wrongly at every other one.
+  std::array<std::int32_t, kLanes> below{};
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      below[i] += picked[k] < picked[i] ? 1 : 0;
+    }
+  }
+  float median = -std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const bool is_lower = below[i] <= static_cast<std::int32_t>(count / 2);
+    median = is_lower && picked[i] > median ? picked[i] : median;
+  }
+  return median;
 }
 
 Stretch Clip(const TapView& tap, const TapMotion& motion) {
@@ -70,27 +87,16 @@ Stretch Clip(const TapView& tap, const TapMotion& motion) {
           static_cast<std::size_t>(end - tap.time_s.begin())};
 }
 
-// Neighbours of which something holds. Eight counters, so that the processor compares several pairs
-// in one instruction.
+// Neighbours of which something holds. A count as wide as the values and no branch, so that the
+// processor compares several pairs in one instruction.
 template <class Holds>
 std::size_t CountPairs(std::span<const float> values, const Holds& holds) {
-  constexpr std::size_t kRuns = 8;
-  std::array<std::uint32_t, kRuns> counts{};
-  std::size_t i = 1;
-  for (; i + kRuns <= values.size(); i += kRuns) {
-    const float* const at = values.data() + i;
-    for (std::size_t k = 0; k < kRuns; ++k) {
-      counts[k] += holds(at[k - 1], at[k]) ? 1 : 0;
-    }
+  std::uint32_t count = 0;
+  const float* const at = values.data();
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    count += holds(at[i - 1], at[i]) ? 1 : 0;
   }
-  std::size_t sum = 0;
-  for (; i < values.size(); ++i) {
-    sum += holds(values[i - 1], values[i]) ? 1 : 0;
-  }
-  for (const std::uint32_t count : counts) {
-    sum += count;
-  }
-  return sum;
+  return count;
 }
 
 // Times count from the pull-back's start.
@@ -296,7 +302,8 @@ CleanTap CleanSamples(const TapView& tap, const TapMotion& motion, Workspace& wo
   const std::size_t kept = clean.spikes + clean.duplicated > 0 ? Compact(time_s, force_g) : n;
   clean.samples = {time_s.first(kept), force_g.first(kept)};
   if (kept > 0) {
-    FindTies(force_g.first(kept), CruiseOf(clean.samples.time_s, motion), clean);
+    FindTies(force_g.first(kept), kept < n ? CruiseOf(clean.samples.time_s, motion) : cruise,
+             clean);
   }
   return clean;
 }

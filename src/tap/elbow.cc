@@ -103,6 +103,22 @@ void Explain(const LeftSums& left, const Whole& whole, std::array<double, kBlock
 
 }  // namespace
 
+std::size_t IndexAt(std::span<const float> time_s, double at_s) {
+  if (time_s.empty()) {
+    return 0;
+  }
+  // Halves the stretch without branches: which half it is nobody can predict.
+  const auto at = static_cast<float>(at_s);
+  const float* from = time_s.data();
+  std::size_t left = time_s.size();
+  while (left > 1) {
+    const std::size_t half = left / 2;
+    from += from[half - 1] < at ? half : 0;
+    left -= half;
+  }
+  return static_cast<std::size_t>(from - time_s.data()) + (*from < at ? 1 : 0);
+}
+
 double LineFit::Noise() const {
   return count > 2 ? std::sqrt(residual_g2 / static_cast<double>(count - 2)) : 0;
 }

@@ -16,6 +16,9 @@ struct Samples {
   [[nodiscard]] std::size_t size() const { return time_s.size(); }
 };
 
+/// The first sample at or after a time, as rounded to single precision; size() where there is none.
+[[nodiscard]] std::size_t IndexAt(std::span<const float> time_s, double at_s);
+
 /// A least-squares line, kept at its centroid: there level and slope are independent.
 struct LineFit {
   double mean_time_s = 0;

@@ -62,15 +62,21 @@ void MeasurePull(const CleanTap& clean, const TapLines& lines, double width_s, T
   };
   const auto mean_of = static_cast<double>(length);
   double sum = 0;
-  double squares = 0;
-  for (std::size_t i = first; i < n; ++i) {
-    sum += missing_g(i) - (i >= first + length ? missing_g(i - length) : 0);
-    const bool is_free = i + 1 >= free_first + length;
-    squares += is_free ? sum * sum : 0;
-    if (!is_free && i + 1 >= first + length && sum / mean_of > shape.pull_g) {
-      shape.pull_g = sum / mean_of;
-    }
+  std::size_t i = first;
+  for (; i < first + length; ++i) {
+    sum += missing_g(i);
   }
+  double most = std::max(0.0, sum);
+  for (; i + 1 < free_first + length; ++i) {
+    sum += missing_g(i) - missing_g(i - length);
+    most = std::max(most, sum);
+  }
+  double squares = 0;
+  for (; i < n; ++i) {
+    sum += missing_g(i) - missing_g(i - length);
+    squares += sum * sum;
+  }
+  shape.pull_g = most / mean_of;
   const auto means = static_cast<double>(n - free_first - length + 1);
   const double reach_s = lines.let_go.time_s - free.mean_time_s;
   const double of_line_g =
@@ -100,9 +106,7 @@ bool IsCollisionResolved(const CleanTap& clean, const TapLines& lines) {
 // The score then takes the halt for the collision, with all samples before and after it.
 void TakeHaltForCollision(const CleanTap& clean, const TapMotion& motion, TapLines& lines) {
   const double halt_s = motion.approach_end_s - clean.origin_s;
-  const auto& times = clean.samples.time_s;
-  const auto halt = static_cast<std::size_t>(
-      std::lower_bound(times.begin(), times.end(), static_cast<float>(halt_s)) - times.begin());
+  const std::size_t halt = IndexAt(clean.samples.time_s, halt_s);
   const std::size_t before = std::max(lines.approach_first + kMaybePressed, halt) - kMaybePressed;
   lines.approach = FitLine(clean.samples, lines.approach_first, before);
   lines.dwell = FitLine(clean.samples, std::min(halt + 1, lines.pull_back), lines.pull_back);
@@ -118,15 +122,17 @@ double LostAtRest(const CleanTap& clean, const TapLines& lines) {
   if (lines.pull_back < lines.collision + kLeastOfMean + 1) {
     return kNone;
   }
-  const auto mean_above = [&](std::size_t i) {
-    return lines.press_sign *
-           ((force_g[i - 1] + force_g[i] + force_g[i + 1]) / 3.0 - clean.approach_g);
+  const auto sign = static_cast<float>(lines.press_sign);
+  const auto sum_of_three = [&](std::size_t i) {
+    return sign * (force_g[i - 1] + force_g[i] + force_g[i + 1]);
   };
-  double peak_g = 0;
-  for (std::size_t i = std::max<std::size_t>(lines.collision, 1); i + 1 < lines.pull_back; ++i) {
-    peak_g = std::max(peak_g, mean_above(i));
+  const auto above_g = [&](float sum) { return sum / 3.0 - lines.press_sign * clean.approach_g; };
+  const std::size_t last = lines.pull_back - 2;
+  float peak = sum_of_three(last);
+  for (std::size_t i = std::max<std::size_t>(lines.collision, 1); i < last; ++i) {
+    peak = std::max(peak, sum_of_three(i));
   }
-  return 1 - mean_above(lines.pull_back - 2) / peak_g;
+  return 1 - above_g(sum_of_three(last)) / std::max(0.0, above_g(peak));
 }
 
 double Ratio(double value, double most) {

@@ -128,11 +128,7 @@ Finding CheckPress(const CleanTap& clean, const TapMotion& motion, const TapLine
                                   std::min(for_noise * clean.period_s, kMostOfCruise * cruise_s)});
   const double last_s = end_s - part_s;
   const auto times = clean.samples.time_s;
-  const auto index = [&](double time_s) {
-    return static_cast<std::size_t>(
-        std::lower_bound(times.begin(), times.end(), static_cast<float>(time_s)) - times.begin());
-  };
-  const LineFit last = FitLine(clean.samples, index(last_s), index(end_s));
+  const LineFit last = FitLine(clean.samples, IndexAt(times, last_s), IndexAt(times, end_s));
   const double falls_g_s = -lines.press_sign * last.slope_g_s;
   const double free_g_s = kFreeSlope * slope_g_s;
   const double noise_g_s =
@@ -151,8 +147,7 @@ bool IsPressedMidway(const CleanTap& clean, const TapMotion& motion, const TapLi
   const double halt_s = motion.approach_end_s - clean.origin_s;
   const auto& times = clean.samples.time_s;
   const double midway_s = 0.5 * (lines.touch.time_s + halt_s);
-  const auto at = static_cast<std::size_t>(
-      std::lower_bound(times.begin(), times.end(), static_cast<float>(midway_s)) - times.begin());
+  const std::size_t at = IndexAt(times, midway_s);
   if (at < 1 || at + 1 >= times.size()) {
     return false;
   }

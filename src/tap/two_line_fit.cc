@@ -12,12 +12,6 @@ constexpr std::size_t kLeastOfLine = 2;
 constexpr std::size_t kLeastOfHalf = 3;  // so that a half has a residual
 constexpr double kBreakWidths = 1.5;     // of the pull-back, from its cruise's start: as published
 
-std::size_t IndexAt(const Samples& samples, double time_s) {
-  return static_cast<std::size_t>(
-      std::lower_bound(samples.time_s.begin(), samples.time_s.end(), static_cast<float>(time_s)) -
-      samples.time_s.begin());
-}
-
 std::size_t FindBend(const Samples& samples, std::size_t first, std::size_t end, bool late_bend,
                      const TwoLineOptions& options) {
   return options.kneedle ? FindKnee(samples, first, end, late_bend)
@@ -26,14 +20,14 @@ std::size_t FindBend(const Samples& samples, std::size_t first, std::size_t end,
 
 void FindCollision(const Samples& samples, double halt_s, double width_s,
                    const TwoLineOptions& options, TapLines& lines) {
-  lines.approach_first = IndexAt(samples, halt_s - width_s);
-  const std::size_t halt = IndexAt(samples, halt_s);
+  lines.approach_first = IndexAt(samples.time_s, halt_s - width_s);
+  const std::size_t halt = IndexAt(samples.time_s, halt_s);
   lines.collision = FindBend(samples, lines.approach_first, halt, true, options);
   if (lines.collision >= halt) {
     return;
   }
   const std::size_t end =
-      std::min(lines.pull_back, IndexAt(samples, samples.time_s[lines.collision] + width_s));
+      std::min(lines.pull_back, IndexAt(samples.time_s, samples.time_s[lines.collision] + width_s));
   lines.dwell_first = FindBend(samples, lines.collision, end, false, options);
   if (lines.dwell_first >= end) {
     return;
@@ -65,8 +59,9 @@ void SplitDecompression(const Samples& samples, TapLines& lines) {
 
 void FindBreak(const Samples& samples, double cruise_s, double width_s,
                const TwoLineOptions& options, TapLines& lines) {
-  lines.decompression_first = IndexAt(samples, options.keep_acceleration_samples ? 0 : cruise_s);
-  lines.departure_end = IndexAt(samples, cruise_s + kBreakWidths * width_s);
+  lines.decompression_first =
+      IndexAt(samples.time_s, options.keep_acceleration_samples ? 0 : cruise_s);
+  lines.departure_end = IndexAt(samples.time_s, cruise_s + kBreakWidths * width_s);
   lines.break_at =
       FindBend(samples, lines.decompression_first, lines.departure_end, false, options);
   if (lines.break_at >= lines.departure_end) {
@@ -101,7 +96,7 @@ TapLines FindTapLines(const CleanTap& clean, const TapMotion& motion,
   const Samples& samples = clean.samples;
   lines.press_sign = clean.dwell_g < clean.departure_g ? -1 : 1;
   const double width_s = motion.pull_back_end_s - motion.pull_back_start_s;
-  lines.pull_back = IndexAt(samples, 0);
+  lines.pull_back = IndexAt(samples.time_s, 0);
   if (motion.has_approach) {
     FindCollision(samples, motion.approach_end_s - clean.origin_s, width_s, options, lines);
   }
