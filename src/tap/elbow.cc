@@ -97,7 +97,9 @@ void Explain(const LeftSums& left, const Whole& whole, std::array<double, kBlock
     const double b = right_spread > kLeastSpread_s2 ? right_spread : kLeastSpread_s2;
     const double p = left_cross * left_cross;
     const double q = right_cross * right_cross;
-    explained[k] = (p * m * b + q * n * a + ff * whole.n * a * b) / (n * m * a * b);
+    const double na = n * a;
+    const double mb = m * b;
+    explained[k] = (p * mb + q * na + ff * whole.n * (a * b)) / (na * mb);
   }
 }
 
