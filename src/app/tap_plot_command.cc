@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
@@ -40,6 +41,23 @@ std::vector<report::PlottedTap> PlottedOf(const TapRun& run, const tap::TapOptio
                        options.latency_s});
   }
   return plotted;
+}
+
+/// The published method with each root cause of the write-up switched back on.
+std::vector<report::RootCause> RootCausesOf(const tap::Recording& recording,
+                                            tap::TapOptions options) {
+  options.method = tap::Method::kTwoLine;
+  std::vector<report::RootCause> causes;
+  for (const auto& [name, two_line] :
+       {std::pair{"Acceleration samples kept",
+                  tap::TwoLineOptions{.keep_acceleration_samples = true}},
+        std::pair{"Decompression not split", tap::TwoLineOptions{.split_decompression = false}},
+        std::pair{"Elbows by Kneedle", tap::TwoLineOptions{.kneedle = true}}}) {
+    options.two_line = two_line;
+    tap::TapAnalyser analyser(options);
+    causes.push_back({name, AnalyseRecorded(recording, options, analyser)});
+  }
+  return causes;
 }
 
 report::TapReportInput InputOf(std::span<const report::PlottedTap> taps) {
@@ -90,7 +108,10 @@ int RunPlot(const PlotArguments& arguments) {
   if (!options) return Report(options.error());
   const TapRun run = AnalyseFiles(arguments.tap, *options);
   for (const Error& error : run.failed) return Report(error);
-  const std::vector<report::PlottedTap> taps = PlottedOf(run, *options);
+  std::vector<report::PlottedTap> taps = PlottedOf(run, *options);
+  if (taps.size() == 1 || (!taps.empty() && arguments.figure == "before-after")) {
+    taps.front().root_causes = RootCausesOf(taps.front().recording, *options);
+  }
   const auto bytes = BytesOf(arguments, taps);
   if (!bytes) return Report(bytes.error());
   if (auto written = store::WriteWholeFile(arguments.out, *bytes); !written) {
@@ -133,10 +154,12 @@ void AddTapPlotCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand("plot", "draw taps as both methods read them");
   const auto arguments = std::make_shared<PlotArguments>();
   AddTapFiles(*command, arguments->tap);
-  AddTapOptions(*command, arguments->tap);
+  AddTapMeasuring(*command, arguments->tap);
   command->add_option("--out", arguments->out, "file to write: .html, .svg or .png")->required();
-  command->add_option("--figure", arguments->figure,
-                      "picture: series, mesh, tap or noise (default: the first there is)");
+  command->add_option(
+      "--figure", arguments->figure,
+      "picture: series, mesh, tap, before-after or noise (default: the first there is); of "
+      "several taps the first one's");
   command->callback([arguments, &exit_code] { exit_code = RunPlot(*arguments); });
 }
 

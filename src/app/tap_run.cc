@@ -24,6 +24,10 @@ Result<void> CheckRange(const char* option, double value, double lo, double hi, 
 void AddTapOptions(CLI::App& command, TapArguments& arguments) {
   command.add_option("--method", arguments.method, "contact, or two-line (as published)")
       ->capture_default_str();
+  AddTapMeasuring(command, arguments);
+}
+
+void AddTapMeasuring(CLI::App& command, TapArguments& arguments) {
   command
       .add_option("--latency-ms", arguments.latency_ms,
                   "by which a force is read after it acted, in ms")
@@ -39,7 +43,8 @@ void AddTapOptions(CLI::App& command, TapArguments& arguments) {
 void AddTapFiles(CLI::App& command, TapArguments& arguments) {
   command
       .add_option("files", arguments.files,
-                  "taps: dump_taps as JSON or JSON lines, or CSV (docs/formats.md)")
+                  "taps: what load_cell_probe/dump_taps sends, as JSON, JSON lines or CSV "
+                  "(docs/formats.md)")
       ->required();
 }
 

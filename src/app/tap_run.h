@@ -23,8 +23,10 @@ struct TapArguments {
   std::optional<double> nozzle_temperature_c;
 };
 
-/// --method, --latency-ms, --latency-uncertainty-ms and --nozzle-temperature.
+/// --method, and those of AddTapMeasuring.
 void AddTapOptions(CLI::App& command, TapArguments& arguments);
+/// --latency-ms, --latency-uncertainty-ms and --nozzle-temperature.
+void AddTapMeasuring(CLI::App& command, TapArguments& arguments);
 /// FILE…, at least one.
 void AddTapFiles(CLI::App& command, TapArguments& arguments);
 

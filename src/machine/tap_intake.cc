@@ -61,8 +61,9 @@ void TapIntake::TakeStatus(const json& status, double received_s, bool first) {
 void TapIntake::TakeLine(const std::string& line, double received_s) {
   if (const auto z_mm = ProbeResult(line)) events_.on_firmware_z(*z_mm, received_s);
   // Klipper calls a script with an unknown command a success, and only says it here.
+  const std::size_t name = line.find("TRAMMEL_TAP");
   if (line.find("Unknown command:\"TRAMMEL_TAP") != std::string::npos) {
-    Tell("the printer does not know " + line.substr(line.find("TRAMMEL_TAP")) +
+    Tell("the printer does not know " + line.substr(name, line.find('"', name) - name) +
          "; include klipper/trammel.cfg in its configuration");
   }
 }

@@ -51,10 +51,11 @@ std::vector<SeriesPoint> SeriesOf(std::span<const PlottedTap> taps, const tap::E
   return series;
 }
 
-void DrawSeries(Plot& plot, const std::vector<SeriesPoint>& series) {
+/// @param joined  one place only: from place to place a line would say nothing
+void DrawSeries(Plot& plot, const std::vector<SeriesPoint>& series, bool joined) {
   std::vector<DataPoint> path;
   for (const SeriesPoint& point : series) {
-    if (!point.outlier) path.push_back({point.number, point.height_um});
+    if (joined && !point.outlier) path.push_back({point.number, point.height_um});
   }
   plot.Line(path, {.color = WithAlpha(kNewMethod, 0.4), .width_px = 1});
   for (const SeriesPoint& point : series) {
@@ -62,6 +63,14 @@ void DrawSeries(Plot& plot, const std::vector<SeriesPoint>& series) {
     plot.Line(bar, {.color = kNewMethod, .width_px = 1.2});
     plot.Dot({point.number, point.height_um}, 3.5, point.outlier ? kPaper : kNewMethod,
              Stroke{.color = kNewMethod});
+  }
+}
+
+/// A mark on the axis for each tap without a height.
+void DrawRefused(Plot& plot, std::span<const PlottedTap> taps, double y, const Color& color) {
+  for (std::size_t i = 0; i < taps.size(); ++i) {
+    if (taps[i].contact.verdict == Verdict::kGood) continue;
+    plot.Dot({static_cast<double>(i + 1), y}, 3.5, color);
   }
 }
 
@@ -95,13 +104,27 @@ double PrinterHeight(const PlottedTap& tap) {
   return tap.recording.firmware_z_mm.value_or(tap::Recording::kUnknown);
 }
 
+/// What the printer's results lie above ours in the mean: it may take another point of the tap for
+/// its height, and then only the scatter about that compares. 0 without any.
+double PrinterOffset(std::span<const PlottedTap> taps) {
+  double sum = 0;
+  double count = 0;
+  for (const PlottedTap& tap : taps) {
+    if (tap.contact.verdict != Verdict::kGood || !std::isfinite(PrinterHeight(tap))) continue;
+    sum += PrinterHeight(tap) - tap.contact.contact_z_mm;
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
 std::string SeriesTitle(const tap::Ensemble& ensemble, double zero_mm) {
   if (!std::isfinite(ensemble.standard_deviation_mm)) {
     return fmt::format("Contact height, from {:.4f} mm", zero_mm);
   }
-  return fmt::format("Contact height: σ {:.2f} µm, range {:.2f} µm, mean step {:.2f} µm",
+  return fmt::format("Contact height: σ {:.2f} µm, range {:.2f} µm, mean step {:.2f} µm{}",
                      ensemble.standard_deviation_mm * kUmPerMm, ensemble.range_mm * kUmPerMm,
-                     ensemble.mean_step_mm * kUmPerMm);
+                     ensemble.mean_step_mm * kUmPerMm,
+                     ensemble.places.size() > 1 ? ", about each place's mean" : "");
 }
 
 }  // namespace
@@ -116,12 +139,13 @@ std::optional<Figure> SeriesFigure(std::span<const PlottedTap> taps,
     heights.push_back(point.lo_um);
     heights.push_back(point.hi_um);
   }
+  const double printer_offset_mm = PrinterOffset(taps);
   bool old = false;
   bool printer = false;
   for (const PlottedTap& tap : taps) {
     heights.push_back((OldHeight(tap) - zero_mm) * kUmPerMm);
     old = old || std::isfinite(heights.back());
-    heights.push_back((PrinterHeight(tap) - zero_mm) * kUmPerMm);
+    heights.push_back((PrinterHeight(tap) - printer_offset_mm - zero_mm) * kUmPerMm);
     printer = printer || std::isfinite(heights.back());
   }
   const bool banded = ensemble.places.size() == 1 && std::isfinite(ensemble.standard_deviation_mm);
@@ -137,13 +161,19 @@ std::optional<Figure> SeriesFigure(std::span<const PlottedTap> taps,
     legend.push_back({"outlier", Mark::kHollowDot, {.color = kNewMethod}});
   }
   if (old) legend.push_back({"two-line", Mark::kHollowDot, {.color = kOldMethod}});
-  if (printer) legend.push_back({"printer's own", Mark::kHollowDot, {.color = kBlue}});
+  if (printer) {
+    legend.push_back({fmt::format("printer's own, less {:+.1f} µm", printer_offset_mm * kUmPerMm),
+                      Mark::kHollowDot,
+                      {.color = kBlue}});
+  }
+  if (series.size() < taps.size()) legend.push_back({"no height", Mark::kDot, {.color = kMuted}});
   if (banded) legend.push_back({"± 2 σ", Mark::kPatch, {.color = WithAlpha(kNewMethod, 0.12)}});
   Canvas canvas(kFigureWidthPx, kSeriesPx);
   const double top = 8 + DrawLegend(canvas, {12, 20}, kFigureWidthPx - 24, legend);
   const Axis axis = TapAxis(taps.size());
+  const Range shown = Padded(RangeOf(heights), 0.08);
   Plot plot(canvas, {6, top, kFigureWidthPx - 12, kSeriesPx - top - 4}, axis,
-            {fmt::format("height from {:.4f} mm (µm)", zero_mm), Padded(RangeOf(heights), 0.08)},
+            {fmt::format("height from {:.4f} mm (µm)", zero_mm), shown},
             SeriesTitle(ensemble, zero_mm));
   if (banded) {
     const DataPoint lower[] = {{axis.range.lo, -band_um}, {axis.range.hi, -band_um}};
@@ -152,13 +182,16 @@ std::optional<Figure> SeriesFigure(std::span<const PlottedTap> taps,
   }
   plot.HorizontalLine(0, {.color = kMuted, .width_px = 1});
   DrawOther(plot, taps, zero_mm, kOldMethod, OldHeight);
-  DrawOther(plot, taps, zero_mm, kBlue, PrinterHeight);
-  DrawSeries(plot, series);
+  DrawOther(plot, taps, zero_mm + printer_offset_mm, kBlue, PrinterHeight);
+  DrawRefused(plot, taps, shown.lo + 0.02 * (shown.hi - shown.lo), kMuted);
+  DrawSeries(plot, series, ensemble.places.size() <= 1);
   return Figure{
       "series",
       "The contact's height, tap after tap. Where the intervals are as long as the heights "
       "scatter, the taps know how good they are. A hollow mark lies too far from the "
-      "others to belong to them.",
+      "others to belong to them; a grey dot at the bottom is a tap without a height. The printer's "
+      "own "
+      "results are shown without their mean difference from ours, which the legend names.",
       std::move(canvas), false};
 }
 
@@ -236,7 +269,8 @@ std::optional<Figure> MeshFigure(const tap::Ensemble& ensemble) {
   DrawColorBar(canvas, {bed.right() + 24, bed.y, 18, bed.height}, height, "height (µm)");
   return Figure{"mesh",
                 "Each square is a place that was tapped, with its height above the mean of all. "
-                "Nothing is drawn between them: there nothing was measured.",
+                "Nothing is drawn between them, nor where every tap was refused: there nothing was "
+                "measured.",
                 std::move(canvas), false};
 }
 

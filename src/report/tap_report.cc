@@ -133,6 +133,7 @@ std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_tap
   if (auto figure = MeshFigure(input.ensemble)) figures.push_back(std::move(*figure));
   for (std::size_t i = 0; i < std::min(input.taps.size(), most_taps); ++i) {
     figures.push_back(TapFigure(input.taps[i]));
+    if (auto figure = BeforeAfterFigure(input.taps[i])) figures.push_back(std::move(*figure));
   }
   if (auto figure = NoiseFigure(input.noise)) figures.push_back(std::move(*figure));
   return figures;

@@ -18,8 +18,7 @@ struct TapReportInput {
   std::optional<tap::Tuning> tuning;
 };
 
-/// In the order of the page: series, mesh, noise, then the single taps, at most `most_taps` of
-/// them.
+/// In the order of the page: series, mesh, the single taps, at most `most_taps` of them, noise.
 [[nodiscard]] std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_taps);
 
 /// Stands alone: nothing is loaded from elsewhere. Text from outside may hold any bytes.

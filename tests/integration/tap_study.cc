@@ -27,7 +27,7 @@ namespace {
 constexpr std::uint64_t kReportedSeed = 500'000;
 constexpr double kUm = 1e3;  // per mm
 
-// What the assignment demands of the contact method.
+// What is asked of the contact method.
 constexpr double kMostOfBound = 1.15;
 constexpr double kMostBiasUm = 0.30;
 constexpr double kModelledCoverage[] = {0.93, 0.97};
