@@ -199,8 +199,9 @@ constexpr Entry kEntries[] = {
      "Different forms of the press place the break {0:.4f} mm apart, as far as the samples go; "
      "the interval covers them. Less noise or a slower pull-back would tell them apart."},
     {kApproachDiffers, "approach_differs",
-     "The approach met the bed {0:.4f} mm above the break; up to {1:.4f} mm to either side is "
-     "usual. Plastic on the nozzle, a loose bed, backlash or a wrong sensor latency does this."},
+     "The approach met the bed {0:+.4f} mm from the break (+: above); up to {1:.4f} mm to either "
+     "side is usual. Plastic on the nozzle, a loose bed, backlash or a wrong sensor latency does "
+     "this."},
 };
 
 const Entry& Find(FindingCode code) {
