@@ -121,10 +121,10 @@ std::string SeriesTitle(const tap::Ensemble& ensemble, double zero_mm) {
   if (!std::isfinite(ensemble.standard_deviation_mm)) {
     return fmt::format("Contact height, from {:.4f} mm", zero_mm);
   }
-  return fmt::format("Contact height: σ {:.2f} µm, range {:.2f} µm, mean step {:.2f} µm{}",
+  return fmt::format("{}: σ {:.2f} µm, range {:.2f} µm, mean step {:.2f} µm",
+                     ensemble.places.size() > 1 ? "About each place's mean" : "Contact height",
                      ensemble.standard_deviation_mm * kUmPerMm, ensemble.range_mm * kUmPerMm,
-                     ensemble.mean_step_mm * kUmPerMm,
-                     ensemble.places.size() > 1 ? ", about each place's mean" : "");
+                     ensemble.mean_step_mm * kUmPerMm);
 }
 
 }  // namespace
