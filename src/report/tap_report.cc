@@ -91,7 +91,7 @@ std::string Table(std::span<const PlottedTap> taps) {
 std::string TuningText(const tap::Tuning& tuning) {
   const tap::TapTraits& traits = tuning.traits;
   std::string text = fmt::format(
-      "taps              {} good ones, {:.0f} samples/s\npress             {:.0f} gf over {:.1f} "
+      "taps              {} good, {:.0f} samples/s\npress             {:.0f} gf over {:.1f} "
       "µm "
       "({:.0f} gf/mm), noise {:.2f} gf\nuncertainty       {:.2f} µm claimed, {:.2f} µm by noise "
       "alone (docs/tap.md)\n",
@@ -159,7 +159,8 @@ std::string TapReport(const TapReportInput& input) {
     page += fmt::format("<p class=\"quiet\">The first {} taps are drawn.</p>\n", kMostTaps);
   }
   if (input.tuning) {
-    page += Card("How to tap better", "<pre>" + EscapeHtml(TuningText(*input.tuning)) + "</pre>\n");
+    page += Card("How to tap better", "<pre style=\"white-space:pre-wrap\">" +
+                                          EscapeHtml(TuningText(*input.tuning)) + "</pre>\n");
   }
   if (!one) page += Table(input.taps);
   page +=
