@@ -7,6 +7,7 @@
 #include "tap/approach_contact.h"
 #include "tap/break_estimate.h"
 #include "tap/finding.h"
+#include "tap/free_noise.h"
 #include "tap/residuals.h"
 
 namespace trammel::tap {
@@ -143,10 +144,10 @@ void ForgetOutliers(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysi
   }
 }
 
-void TakeOutHum(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
+MainsHum TakeOutHum(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
   const MainsHum hum = FindMainsHum(stretch.time_s, stretch.residual, fit.estimate.noise);
   if (hum.frequency_hz == 0) {
-    return;
+    return hum;
   }
   constexpr int kPasses = 2;
   for (int pass = 0; pass < kPasses && Found(fit); ++pass) {
@@ -154,6 +155,7 @@ void TakeOutHum(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& r
     fit = FitOnce(stretch, 1, workspace);
   }
   result.Notice({FindingCode::kHumRemoved, hum.amplitude_g, 0});
+  return hum;
 }
 
 // Residuals that are still not white: the drive lags behind at the start of the pull-back, or the
@@ -185,17 +187,87 @@ void TrimPress(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& re
   }
 }
 
-Fit FitRobustly(Stretch& stretch, Workspace& workspace, TapAnalysis& result) {
+// The samples between two times, less the drift that the fit has found; the hum is taken out, too.
+FreeStretch Free(const CleanTap& clean, double from_s, double to_s, double drift_g_s,
+                 const MainsHum& hum, Workspace& workspace) {
+  const std::span<const float> times = clean.samples.time_s;
+  const auto first = std::lower_bound(times.begin(), times.end(), from_s);
+  const auto last = std::lower_bound(first, times.end(), to_s);
+  const auto n = static_cast<std::size_t>(last - first);
+  const auto offset = static_cast<std::size_t>(first - times.begin());
+  const FreeStretch free = {workspace.Take<double>(n), workspace.Take<double>(n)};
+  if (n == 0 || free.force.empty()) {
+    return {};
+  }
+  double mean = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    free.time_s[i] = times[offset + i];
+    free.force[i] = clean.samples.force_g[offset + i] - drift_g_s * free.time_s[i];
+    mean += free.force[i] / static_cast<double>(n);
+  }
+  if (hum.frequency_hz > 0) {
+    const Workspace::Scope scope(workspace);
+    const std::span<double> rest = workspace.Take<double>(n);
+    if (rest.empty()) {
+      return {};
+    }
+    std::transform(free.force.begin(), free.force.end(), rest.begin(),
+                   [mean](double g) { return g - mean; });
+    RemoveMainsHum(hum, free.time_s, rest, free.force);
+  }
+  return free;
+}
+
+// What the free nozzle's force says of the noise, before the touch and after the break.
+double FreeNoiseFactor(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
+                       const Stretch& stretch, const Fit& fit, const MainsHum& hum,
+                       Workspace& workspace) {
+  constexpr double kClear_mm = 0.01;  // of the bed
+  constexpr double kClearSamples = 4;
+  const double z_mm = stretch.Z(fit.estimate.t);
+  const double shift_s = options.latency_s - clean.origin_s;
+  const double clear_s = kClearSamples * clean.period_s;
+  const double drift_g_s =
+      stretch.sign * fit.coefficients.b / stretch.span_mm * motion.pull_back_speed_mm_s;
+  const Workspace::Scope scope(workspace);
+  std::array<FreeStretch, 2> stretches{};
+  const double left_s = motion.CruiseTime(z_mm + kClear_mm) + clear_s + shift_s;
+  stretches[0] = Free(clean, left_s, 1e9, drift_g_s, hum, workspace);
+  if (motion.has_approach) {
+    const double touch_s =
+        motion.approach_end_s - (z_mm + kClear_mm - motion.halt_z_mm) / motion.approach_speed_mm_s;
+    stretches[1] = Free(clean, motion.approach_start_s + clear_s + shift_s,
+                        touch_s - clear_s + shift_s, drift_g_s, hum, workspace);
+  }
+  const std::span<double> scratch = workspace.Take<double>(clean.samples.size());
+  bool correlated = fit.traits.portmanteau > kPortmanteauLimit;
+  for (const FreeStretch& free : stretches) {
+    correlated = (!scratch.empty() && IsCorrelated(free, scratch)) || correlated;
+  }
+  return correlated
+             ? CorrelatedFactor({stretch.y, stretch.residual, fit.estimate.t, fit.estimate.noise},
+                                stretches, workspace)
+             : 1;
+}
+
+Fit FitRobustly(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
+                Stretch& stretch, Workspace& workspace, TapAnalysis& result) {
   Fit fit = FitOnce(stretch, 1, workspace);
   ForgetOutliers(stretch, fit, workspace, result);
+  MainsHum hum;
   if (Found(fit) && fit.traits.portmanteau > kPortmanteauLimit) {
-    TakeOutHum(stretch, fit, workspace, result);
+    hum = TakeOutHum(stretch, fit, workspace, result);
   }
   if (Found(fit) && !fit.traits.White()) {
     TrimPress(stretch, fit, workspace, result);
   }
-  if (Found(fit) && fit.traits.Inflation() > 1) {
-    const double inflation = fit.traits.Inflation();
+  if (!Found(fit)) {
+    return fit;
+  }
+  const double inflation =
+      std::max(fit.traits.Inflation(),
+               FreeNoiseFactor(clean, motion, options, stretch, fit, hum, workspace));
+  if (inflation > 1) {
     fit = FitOnce(stretch, inflation, workspace);
     result.Notice({FindingCode::kCorrelatedNoise, std::sqrt(inflation), 1});
   }
@@ -289,7 +361,7 @@ void AnalyseContact(const CleanTap& clean, const TapMotion& motion, const TapOpt
                      kLeastSamples};
     return;
   }
-  const Fit fit = FitRobustly(stretch, workspace, result);
+  const Fit fit = FitRobustly(clean, motion, options, stretch, workspace, result);
   result.noise_g = fit.estimate.noise;
   if (!Found(fit)) {
     result.reason = WhyNot(fit, stretch.y.size());

@@ -70,7 +70,20 @@ double SumCorrelation(const std::array<double, kLags + 1>& sum, std::size_t n) {
   return factor;
 }
 
+double BoxPierce(const std::array<double, kLags + 1>& sum, std::size_t n) {
+  double squares = 0;
+  for (std::size_t lag = 1; lag <= kLags; ++lag) {
+    squares += static_cast<double>(n) * sum[lag] * sum[lag] / (sum[0] * sum[0]);
+  }
+  return squares;
+}
+
 }  // namespace
+
+double Portmanteau(std::span<const double> r) {
+  const std::array<double, kLags + 1> sum = Correlate(r);
+  return sum[0] > 0 ? BoxPierce(sum, r.size()) : 0;
+}
 
 bool ResidualTraits::White() const {
   constexpr double kMostExcess = 3.5;  // standard deviations
@@ -117,9 +130,7 @@ ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<d
   traits.press_ratio = press[0] / n_press * (n_press + n_beyond) / all[0];
   traits.press_excess =
       std::log(press[0] / n_press * n_beyond / beyond) / std::sqrt(2 / n_press + 2 / n_beyond);
-  for (std::size_t lag = 1; lag <= kLags; ++lag) {
-    traits.portmanteau += static_cast<double>(n) * all[lag] * all[lag] / (all[0] * all[0]);
-  }
+  traits.portmanteau = BoxPierce(all, n);
   traits.correlation = SumCorrelation(all, n);
   traits.press_correlation = SumCorrelation(press, below);
   return traits;
