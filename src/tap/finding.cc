@@ -183,6 +183,12 @@ constexpr Entry kEntries[] = {
     {kVagueBreak, "vague_break",
      "The break is known only to {0:.4f} mm to either side; more than {1:.4f} mm are of no use. "
      "Use a quieter load cell, a slower pull-back or a higher trigger force."},
+    {kLooseSheet, "loose_sheet",
+     "The press bends at once: it starts with {0:.0f} % of the slope that it has deeper down; "
+     "{1:.0f} "
+     "% or more are a smooth press. Something gives way before the bed does: clean under the "
+     "sheet, "
+     "lay it flat, scrub the nozzle."},
     {kOutliersForgotten, "outliers_forgotten",
      "{0:.0f} samples of the pull-back lie far off the others and were left out of account. Look "
      "at the wiring of the load cell if this happens often."},

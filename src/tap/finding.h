@@ -65,6 +65,7 @@ enum class FindingCode : std::uint8_t {
   kNoBreak,             ///< gf by which the press stands out at the pull-back's cruise; least.
   kBreakAtEdge,         ///< Samples between the break and the nearer end of the cruise; least.
   kVagueBreak,          ///< mm that the 95 % interval would be wide, to either side; the most.
+  kLooseSheet,          ///< % of the slope deeper down with which the press starts; least.
   // Notices of the fit.
   kOutliersForgotten,  ///< Samples of the pull-back that were given little weight; 0.
   kHumRemoved,         ///< gf of amplitude of the mains line that was fitted; 0.

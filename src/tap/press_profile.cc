@@ -115,6 +115,41 @@ PressProfile::At PressProfile::Evaluate(double t, std::size_t below) const {
   return at;
 }
 
+PressProfile::Kinked PressProfile::EvaluateKinked(double t, std::size_t below_t, double s,
+                                                  std::size_t below_s) const {
+  struct Hinge {
+    double d;   // sum of max(0, t - y)
+    double dy;  // times y - mean
+    double h;   // times the force about the baseline
+  };
+  const auto hinge = [this](double at, const Moments& m) {
+    Hinge hinge{};
+    hinge.d = at * m.y[0] - m.y[1];
+    hinge.dy = at * m.y[1] - m.y[2] - mean_y_ * hinge.d;
+    hinge.h = at * m.force[0] - m.force[1] - mean_force_ * hinge.d - slope_ * hinge.dy;
+    return hinge;
+  };
+  const auto product = [this](const Moments& m, double at, double other, const Hinge& a,
+                              const Hinge& b) {
+    return at * other * m.y[0] - (at + other) * m.y[1] + m.y[2] - inverse_count_ * a.d * b.d -
+           inverse_spread_ * a.dy * b.dy;
+  };
+  const Moments& outer_sums = prefix_[below_t];
+  const Moments& inner_sums = prefix_[below_s];
+  const Hinge outer = hinge(t, outer_sums);
+  const Hinge inner = hinge(s, inner_sums);
+  const double g11 = product(outer_sums, t, t, outer, outer);
+  const double g12 = product(inner_sums, t, s, outer, inner);
+  const double g22 = product(inner_sums, s, s, inner, inner);
+  const double determinant = g11 * g22 - g12 * g12;
+  if (!(determinant > kLeastPivot * g11 * g22)) {
+    return {sum_squares_, 0, 0};
+  }
+  const double c = (outer.h * g22 - inner.h * g12) / determinant;
+  const double k = (inner.h * g11 - outer.h * g12) / determinant;
+  return {std::max(0.0, sum_squares_ - c * outer.h - k * inner.h), c, k};
+}
+
 PressProfile::Coefficients PressProfile::Fit(double t, std::size_t order) const {
   const Elimination e = Eliminate(t, Below(t));
   Coefficients fit;

@@ -50,6 +50,14 @@ class PressProfile {
   /// @param below  How many samples have y < t (or y <= t, which gives the same).
   [[nodiscard]] At Evaluate(double t, std::size_t below) const;
   [[nodiscard]] At Evaluate(double t) const { return Evaluate(t, Below(t)); }
+  /// The press c d + k max(0, s - y), s < t: two straight ones.
+  struct Kinked {
+    double sum_squares;
+    double outer_slope;  ///< c
+    double added_slope;  ///< k
+  };
+  [[nodiscard]] Kinked EvaluateKinked(double t, std::size_t below_t, double s,
+                                      std::size_t below_s) const;
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
   [[nodiscard]] std::size_t Below(double t) const;
   [[nodiscard]] const BreakSamples& samples() const { return samples_; }
