@@ -123,11 +123,11 @@ PressProfile::Kinked PressProfile::EvaluateKinked(double t, std::size_t below_t,
     double h;   // times the force about the baseline
   };
   const auto hinge = [this](double at, const Moments& m) {
-    Hinge hinge{};
-    hinge.d = at * m.y[0] - m.y[1];
-    hinge.dy = at * m.y[1] - m.y[2] - mean_y_ * hinge.d;
-    hinge.h = at * m.force[0] - m.force[1] - mean_force_ * hinge.d - slope_ * hinge.dy;
-    return hinge;
+    Hinge sums{};
+    sums.d = at * m.y[0] - m.y[1];
+    sums.dy = at * m.y[1] - m.y[2] - mean_y_ * sums.d;
+    sums.h = at * m.force[0] - m.force[1] - mean_force_ * sums.d - slope_ * sums.dy;
+    return sums;
   };
   const auto product = [this](const Moments& m, double at, double other, const Hinge& a,
                               const Hinge& b) {
