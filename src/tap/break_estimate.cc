@@ -30,8 +30,6 @@ constexpr double kCredit = 1.5;
 // Of the press's depth, by which a neighbour's answer may differ. Noise-free d^1.25 to d^1.5 and
 // cubic presses differ by 0.03 to 0.08; farther off lies what a kink in the noise pretends.
 constexpr double kMostShift = 0.3;
-// Of the noise's variance, by which a straight press explains the samples worse than others.
-constexpr double kCurved = 12;
 // Of the press's mean slope, below which the cubic press starts flat: it would rather pull.
 constexpr double kFlatStart = 0.25;
 
@@ -58,7 +56,7 @@ using Scan = std::span<PressProfile::At>;  // at some of the samples, in order
 // At every sample of a slow converter, at every few of a fast one: a sum of squares changes over
 // the break's standard deviation, which is far more than a sample's distance then.
 Scan ScanSamples(const PressProfile& profile, Workspace& workspace) {
-  constexpr std::size_t kMost = 40;
+  constexpr std::size_t kMost = 32;
   const std::span<const double> y = profile.samples().y;
   if (y.size() < kLeastBelow + kLeastAbove + 1) {
     return {};
@@ -160,11 +158,8 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
   const double floor = 1e-24 * profile.Totals()[5] / freedom;
   result.noise = std::sqrt(std::max(least / freedom, floor));
   found.variance = inflation * result.noise * result.noise;
-  // A kink leaves much of itself over where the press is taken for straight.
-  if (found.model[kLinear].sum_squares > least + kCurved * found.variance) {
-    result.kink = FitKinkedPress(profile);
-    result.kink_gain = result.kink.found ? (least - result.kink.sum_squares) / found.variance : 0;
-  }
+  result.sum_squares = least;
+  result.straight_excess = (found.model[kLinear].sum_squares - least) / found.variance;
   found.reach = Quantile(freedom) * Quantile(freedom);
   return found;
 }

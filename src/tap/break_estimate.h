@@ -4,7 +4,6 @@
 
 #include <cstdint>
 
-#include "tap/kinked_press.h"
 #include "tap/power_press.h"
 #include "tap/press_profile.h"
 #include "tap/workspace.h"
@@ -31,9 +30,9 @@ struct BreakEstimate {
   double cubic_t = 0;      ///< of this one NaN where it is out of the question,
   double power_t = 0;      ///< and of this one.
   double power_exponent = 0;
-  KinkedPress kink;      ///< Looked for where the press is not straight.
-  double kink_gain = 0;  ///< By which it explains the samples better than the best of the others,
-                         ///< in variances of the noise.
+  double sum_squares = 0;  ///< Of the model that fits best.
+  double straight_excess =
+      0;  ///< By which a straight press leaves more, in variances of the noise.
 };
 
 /// Models. The quadratic press answers. Its neighbours are the straight one, the cubic one and a

@@ -8,6 +8,7 @@
 #include "tap/break_estimate.h"
 #include "tap/finding.h"
 #include "tap/free_noise.h"
+#include "tap/kinked_press.h"
 #include "tap/residuals.h"
 
 namespace trammel::tap {
@@ -17,9 +18,10 @@ constexpr std::size_t kLeastSamples = 14;  // five below, four above and some to
 constexpr double kLeastStandOut = 5;       // of the press's force over the noise of one sample
 constexpr double kVague_mm = 0.02;         // a break that is not known to this is of no use
 constexpr double kOutlier = 5;             // deviations: one sample in two million
-// A kinked press must explain the samples better than smooth ones by so many variances: chance
-// reaches it in one tap of 500. It is a sheet's where it starts with less than so much of the
-// slope below the kink: smooth presses up to d^1.5 start with more.
+// A kinked press must explain the samples better than a straight and than a smooth one by so many
+// variances of the noise. It is a sheet's where it starts with less than so much of the slope below
+// the kink: smooth presses up to d^1.5 start with more.
+constexpr double kCurved = 12;
 constexpr double kKinkGain = 10;
 constexpr double kLeastSlope = 0.4;
 constexpr double kNormal95 = 1.959964;
@@ -39,6 +41,9 @@ struct Stretch {
   double sign = 1;  // of the press
 
   [[nodiscard]] double Z(double t) const { return z0_mm + span_mm * t; }
+  [[nodiscard]] BreakSamples Samples() const {
+    return {y, force, weighted ? std::span<const double>(weight) : std::span<const double>()};
+  }
 };
 
 struct Fit {
@@ -105,10 +110,7 @@ void Trim(std::size_t count, Stretch& stretch) {
 
 Fit FitOnce(Stretch& stretch, double inflation, Workspace& workspace) {
   const Workspace::Scope scope(workspace);
-  const PressProfile profile(
-      {stretch.y, stretch.force,
-       stretch.weighted ? std::span<const double>(stretch.weight) : std::span<const double>()},
-      workspace);
+  const PressProfile profile(stretch.Samples(), workspace);
   Fit fit;
   fit.estimate = EstimateBreak(profile, inflation, workspace);
   if (fit.estimate.outcome != BreakEstimate::Outcome::kFound) {
@@ -193,72 +195,31 @@ void TrimPress(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& re
   }
 }
 
-// The samples between two times, less the drift that the fit has found; the hum is taken out, too.
-FreeStretch Free(const CleanTap& clean, double from_s, double to_s, double drift_g_s,
-                 const MainsHum& hum, Workspace& workspace) {
-  const std::span<const float> times = clean.samples.time_s;
-  const auto first = std::lower_bound(times.begin(), times.end(), from_s);
-  const auto last = std::lower_bound(first, times.end(), to_s);
-  const auto n = static_cast<std::size_t>(last - first);
-  const auto offset = static_cast<std::size_t>(first - times.begin());
-  const FreeStretch free = {workspace.Take<double>(n), workspace.Take<double>(n)};
-  if (n == 0 || free.force.empty()) {
-    return {};
-  }
-  double mean = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    free.time_s[i] = times[offset + i];
-    free.force[i] = clean.samples.force_g[offset + i] - drift_g_s * free.time_s[i];
-    mean += free.force[i] / static_cast<double>(n);
-  }
-  if (hum.frequency_hz > 0) {
-    const Workspace::Scope scope(workspace);
-    const std::span<double> rest = workspace.Take<double>(n);
-    if (rest.empty()) {
-      return {};
-    }
-    std::transform(free.force.begin(), free.force.end(), rest.begin(),
-                   [mean](double g) { return g - mean; });
-    RemoveMainsHum(hum, free.time_s, rest, free.force);
-  }
-  return free;
-}
-
-// What the free nozzle's force says of the noise, before the touch and after the break.
-double FreeNoiseFactor(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
-                       const Stretch& stretch, const Fit& fit, const MainsHum& hum,
-                       Workspace& workspace) {
-  constexpr double kClear_mm = 0.01;  // of the bed
-  constexpr double kClearSamples = 4;
-  const double z_mm = stretch.Z(fit.estimate.t);
-  const double shift_s = options.latency_s - clean.origin_s;
-  const double clear_s = kClearSamples * clean.period_s;
+// What the free nozzle's force says of the noise.
+double FreeFactor(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
+                  const Stretch& stretch, const Fit& fit, const MainsHum& hum,
+                  Workspace& workspace) {
+  const BreakEstimate& e = fit.estimate;
   const double drift_g_s =
       stretch.sign * fit.coefficients.b / stretch.span_mm * motion.pull_back_speed_mm_s;
-  const Workspace::Scope scope(workspace);
-  std::array<FreeStretch, 2> stretches{};
-  const double left_s = motion.CruiseTime(z_mm + kClear_mm) + clear_s + shift_s;
-  stretches[0] = Free(clean, left_s, 1e9, drift_g_s, hum, workspace);
-  if (motion.has_approach) {
-    const double touch_s =
-        motion.approach_end_s - (z_mm + kClear_mm - motion.halt_z_mm) / motion.approach_speed_mm_s;
-    stretches[1] = Free(clean, motion.approach_start_s + clear_s + shift_s,
-                        touch_s - clear_s + shift_s, drift_g_s, hum, workspace);
-  }
-  const std::span<double> scratch = workspace.Take<double>(clean.samples.size());
-  bool correlated = fit.traits.portmanteau > kPortmanteauLimit;
-  for (const FreeStretch& free : stretches) {
-    correlated = (!scratch.empty() && IsCorrelated(free, scratch)) || correlated;
-  }
-  return correlated
-             ? CorrelatedFactor({stretch.y, stretch.residual, fit.estimate.t, fit.estimate.noise},
-                                stretches, workspace)
-             : 1;
+  return FreeNoiseFactor(clean, motion,
+                         {stretch.Z(e.t), options.latency_s, drift_g_s, e.noise, hum,
+                          fit.traits.portmanteau > kPortmanteauLimit},
+                         {stretch.y, stretch.residual, e.t, e.noise}, workspace);
 }
 
-Finding CheckKink(const BreakEstimate& estimate) {
-  const KinkedPress& kink = estimate.kink;
-  if (estimate.kink_gain > kKinkGain && kink.outer_slope < kLeastSlope * kink.inner_slope) {
+// Asked only where a straight press leaves much over, as a kink does.
+Finding CheckKink(const Stretch& stretch, const Fit& fit, Workspace& workspace) {
+  const BreakEstimate& e = fit.estimate;
+  if (!Found(fit) || !(e.straight_excess > kCurved)) {
+    return {};
+  }
+  const Workspace::Scope scope(workspace);
+  const PressProfile profile(stretch.Samples(), workspace);
+  const KinkedPress kink = profile.Ready() ? FitKinkedPress(profile) : KinkedPress{};
+  const bool explains =
+      kink.found && e.sum_squares - kink.sum_squares > kKinkGain * e.noise * e.noise;
+  if (explains && kink.outer_slope < kLeastSlope * kink.inner_slope) {
     return {FindingCode::kLooseSheet, 100 * kink.outer_slope / kink.inner_slope, 100 * kLeastSlope};
   }
   return {};
@@ -270,7 +231,7 @@ Fit FitRobustly(const CleanTap& clean, const TapMotion& motion, const TapOptions
   ForgetOutliers(stretch, fit, workspace, result);
   MainsHum hum;
   // Asked of the whole press: less of it hides the kink, and wider scales forgive it.
-  const Finding refusal = CheckKink(fit.estimate);
+  const Finding refusal = CheckKink(stretch, fit, workspace);
   if (Found(fit) && fit.traits.portmanteau > kPortmanteauLimit) {
     hum = TakeOutHum(stretch, fit, workspace, result);
   }
@@ -280,9 +241,8 @@ Fit FitRobustly(const CleanTap& clean, const TapMotion& motion, const TapOptions
   if (!Found(fit)) {
     return fit;
   }
-  const double inflation =
-      std::max(fit.traits.Inflation(),
-               FreeNoiseFactor(clean, motion, options, stretch, fit, hum, workspace));
+  const double inflation = std::max(
+      fit.traits.Inflation(), FreeFactor(clean, motion, options, stretch, fit, hum, workspace));
   if (inflation > 1) {
     fit = FitOnce(stretch, inflation, workspace);
     result.Notice({FindingCode::kCorrelatedNoise, std::sqrt(inflation), 1});

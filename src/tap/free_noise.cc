@@ -4,178 +4,164 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace trammel::tap {
 namespace {
 
-constexpr std::size_t kMostBlocks = 128;  // of the fit: longer ones are averaged in blocks
-constexpr std::size_t kLeastFree = 16;    // samples or blocks of a stretch
-constexpr double kLeastPairs = 16;        // from which the variogram at a lag is known
-constexpr double kNormal95 = 1.959964;
+constexpr std::size_t kLeast = 16;  // samples that tell anything
 
-// Takes its line from the stretch, into `rest`, and draws wild samples in.
-void Detrend(const FreeStretch& stretch, std::span<double> rest) {
-  constexpr double kMostDeviations = 4;
-  constexpr double kMedianOfNormal = 0.6745;
-  const std::size_t n = stretch.force.size();
-  const double middle = 0.5 * static_cast<double>(n - 1);
-  double sum = 0;
-  double slope = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    sum += stretch.force[i];
-    slope += (static_cast<double>(i) - middle) * stretch.force[i];
-  }
-  const double count = static_cast<double>(n);
-  slope *= 12 / (count * (count * count - 1));
-  for (std::size_t i = 0; i < n; ++i) {
-    const double line = sum / count + slope * (static_cast<double>(i) - middle);
-    rest[i] = std::abs(stretch.force[i] - line);
-  }
-  std::nth_element(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(n / 2),
-                   rest.begin() + static_cast<std::ptrdiff_t>(n));
-  const double most = kMostDeviations * rest[n / 2] / kMedianOfNormal;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double line = sum / count + slope * (static_cast<double>(i) - middle);
-    rest[i] = std::clamp(stretch.force[i] - line, -most, most);
-    stretch.force[i] = line + rest[i];
-  }
-}
+/// Samples [first, end) of the tap.
+struct Range {
+  std::size_t first = 0;
+  std::size_t end = 0;
 
-// The step at the break without what the columns 1, y, d, d^2 hold of it (modified Gram-Schmidt).
-bool BreakWeights(const BreakFit& fit, std::span<double> columns, std::span<double> w) {
-  const std::size_t n = fit.y.size();
-  constexpr std::size_t kColumns = 4;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double d = std::max(0.0, fit.t - fit.y[i]);
-    columns[i] = 1;
-    columns[n + i] = fit.y[i] - 0.5;
-    columns[2 * n + i] = d;
-    columns[3 * n + i] = d * d;
-    w[i] = d > 0 ? 1 : 0;
-  }
-  const auto product = [n](const double* a, const double* b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      sum += a[i] * b[i];
-    }
-    return sum;
-  };
-  for (std::size_t k = 0; k < kColumns; ++k) {
-    const double* const column = &columns[k * n];
-    const double square = product(column, column);
-    if (!(square > 0)) {
-      return false;
-    }
-    for (std::size_t other = k + 1; other <= kColumns; ++other) {
-      double* const from = other < kColumns ? &columns[other * n] : w.data();
-      const double share = product(column, from) / square;
-      for (std::size_t i = 0; i < n; ++i) {
-        from[i] -= share * column[i];
-      }
-    }
-  }
-  return true;
-}
-
-// Block means, or sums, in place.
-std::span<double> Blocks(std::span<double> values, std::size_t block, bool mean) {
-  const std::size_t count = values.size() / block;
-  for (std::size_t b = 0; b < count; ++b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < block; ++i) {
-      sum += values[b * block + i];
-    }
-    values[b] = mean ? sum / static_cast<double>(block) : sum;
-  }
-  return values.first(count);
-}
-
-struct Variogram {
-  std::array<double, kMostBlocks> sum{};
-  std::array<double, kMostBlocks> pairs{};
-
-  void Add(std::span<const double> x) {
-    for (std::size_t lag = 1; lag < std::min(kMostBlocks, x.size()); ++lag) {
-      double squares = 0;
-      for (std::size_t i = lag; i < x.size(); ++i) {
-        squares += (x[i] - x[i - lag]) * (x[i] - x[i - lag]);
-      }
-      sum[lag] += 0.5 * squares;
-      pairs[lag] += static_cast<double>(x.size() - lag);
-    }
-  }
-  [[nodiscard]] bool Knows(std::size_t lag) const { return pairs[lag] >= kLeastPairs; }
-  [[nodiscard]] double At(std::size_t lag) const { return sum[lag] / pairs[lag]; }
+  [[nodiscard]] std::size_t size() const { return end - first; }
 };
 
-// 97.5 % quantile of Student's t over the normal's, squared (Abramowitz & Stegun 26.7.5).
-double StudentFactor(double freedom) {
-  constexpr double z2 = kNormal95 * kNormal95;
-  const double ratio =
-      1 + (z2 + 1) / (4 * freedom) + (5 * z2 * z2 + 16 * z2 + 3) / (96 * freedom * freedom);
-  return ratio * ratio;
+Range Between(const CleanTap& clean, double from_s, double to_s) {
+  const std::span<const float> times = clean.samples.time_s;
+  const auto first = std::lower_bound(times.begin(), times.end(), from_s);
+  const auto end = std::lower_bound(first, times.end(), to_s);
+  return {static_cast<std::size_t>(first - times.begin()),
+          static_cast<std::size_t>(end - times.begin())};
+}
+
+// After the break and before the touch.
+std::array<Range, 2> FreeRanges(const CleanTap& clean, const TapMotion& motion,
+                                const FreeNozzle& nozzle) {
+  constexpr double kClear_mm = 0.01;  // of the bed
+  constexpr double kClearSamples = 4;
+  const double shift_s = nozzle.latency_s - clean.origin_s;
+  const double clear_s = kClearSamples * clean.period_s;
+  const double clear_z_mm = nozzle.break_z_mm + kClear_mm;
+  std::array<Range, 2> ranges{};
+  ranges[0] = Between(clean, motion.CruiseTime(clear_z_mm) + clear_s + shift_s,
+                      std::numeric_limits<double>::infinity());
+  if (motion.has_approach) {
+    const double touch_s =
+        motion.approach_end_s - (clear_z_mm - motion.halt_z_mm) / motion.approach_speed_mm_s;
+    ranges[1] =
+        Between(clean, motion.approach_start_s + clear_s + shift_s, touch_s - clear_s + shift_s);
+  }
+  return ranges;
+}
+
+/// Straight over the places in a span.
+struct Line {
+  double middle = 0;
+  double mean = 0;
+  double slope = 0;
+
+  template <class T>
+  explicit Line(std::span<const T> values) {
+    const auto n = static_cast<double>(values.size());
+    middle = 0.5 * (n - 1);
+    double sum = 0;
+    double moment = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      sum += values[i];
+      moment += (static_cast<double>(i) - middle) * values[i];
+    }
+    mean = sum / n;
+    slope = moment * 12 / (n * (n * n - 1));
+  }
+  [[nodiscard]] double At(std::size_t i) const {
+    return mean + slope * (static_cast<double>(i) - middle);
+  }
+};
+
+// Box & Pierce's sum over a few lags, which slow noise and hum show as well as many. Asked of every
+// tap, so that the fit's noise serves as the scale of wild samples.
+bool IsCorrelated(std::span<const float> force, double noise_g, std::span<double> scratch) {
+  constexpr double kWild = 6;
+  constexpr std::size_t kFew = 4;
+  constexpr double kLimit = 14.9;  // exceeded by white noise in one stretch of 200
+  const std::size_t n = force.size();
+  if (n < kLeast || scratch.size() < n) {
+    return false;
+  }
+  const Line line(force);
+  const double most = kWild * noise_g;
+  for (std::size_t i = 0; i < n; ++i) {
+    scratch[i] = std::clamp(force[i] - line.At(i), -most, most);
+  }
+  std::array<double, kFew + 1> sum{};
+  for (std::size_t i = kFew; i < n; ++i) {
+    for (std::size_t lag = 0; lag <= kFew; ++lag) {
+      sum[lag] += scratch[i] * scratch[i - lag];
+    }
+  }
+  double squares = 0;
+  for (std::size_t lag = 1; lag <= kFew; ++lag) {
+    squares += sum[lag] * sum[lag];
+  }
+  return squares * static_cast<double>(n) > kLimit * sum[0] * sum[0];
+}
+
+// Draws wild samples in to four deviations from the line through the stretch.
+void DrawIn(std::span<double> force, std::span<double> scratch) {
+  constexpr double kMostDeviations = 4;
+  constexpr double kMedianOfNormal = 0.6745;
+  const Line line{std::span<const double>(force)};
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    scratch[i] = std::abs(force[i] - line.At(i));
+  }
+  const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(force.size() / 2);
+  std::nth_element(scratch.begin(), middle, scratch.end());
+  const double most = kMostDeviations * *middle / kMedianOfNormal;
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    force[i] = std::clamp(force[i], line.At(i) - most, line.At(i) + most);
+  }
+}
+
+// The forces of a range without drift, hum and wild samples; empty where they tell nothing.
+std::span<double> Cleaned(const CleanTap& clean, const Range& range, const FreeNozzle& nozzle,
+                          Workspace& workspace) {
+  const std::size_t n = range.size();
+  const std::span<double> force = workspace.Take<double>(n);
+  const Workspace::Scope scope(workspace);
+  const std::span<double> time_s = workspace.Take<double>(n);
+  const std::span<double> rest = workspace.Take<double>(n);
+  if (n < kLeast || rest.empty()) {
+    return {};
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    time_s[i] = clean.samples.time_s[range.first + i];
+    force[i] = clean.samples.force_g[range.first + i] - nozzle.drift_g_s * time_s[i];
+  }
+  if (nozzle.hum.frequency_hz > 0) {
+    const Line line{std::span<const double>(force)};
+    std::transform(force.begin(), force.end(), rest.begin(),
+                   [&line](double g) { return g - line.mean; });
+    RemoveMainsHum(nozzle.hum, time_s, rest, force);
+  }
+  DrawIn(force, rest);
+  return force;
 }
 
 }  // namespace
 
-bool IsCorrelated(const FreeStretch& stretch, std::span<double> scratch) {
-  if (stretch.force.size() < kLeastFree) {
-    return false;
-  }
-  const std::span<double> rest = scratch.first(stretch.force.size());
-  Detrend(stretch, rest);
-  return Portmanteau(rest) > kPortmanteauLimit;
-}
-
-double CorrelatedFactor(const BreakFit& fit, std::span<const FreeStretch> stretches,
-                        Workspace& workspace) {
-  const std::size_t n = fit.y.size();
-  const std::size_t block = (n + kMostBlocks - 1) / kMostBlocks;
+double FreeNoiseFactor(const CleanTap& clean, const TapMotion& motion, const FreeNozzle& nozzle,
+                       const BreakFit& fit, Workspace& workspace) {
   const Workspace::Scope scope(workspace);
-  const std::span<double> columns = workspace.Take<double>(4 * n);
-  const std::span<double> weights = workspace.Take<double>(n);
-  if (columns.empty() || weights.empty() || !BreakWeights(fit, columns, weights)) {
-    return 1;
-  }
-  double square = 0;
-  for (const double w : weights) {
-    square += w * w;
-  }
-  Variogram free;
-  double contrasts = 0;
-  for (const FreeStretch& stretch : stretches) {
-    if (stretch.force.size() >= kLeastFree * block) {
-      const std::span<double> x = Blocks(stretch.force, block, true);
-      free.Add(x);
-      contrasts += static_cast<double>(x.size());
+  const std::array<Range, 2> ranges = FreeRanges(clean, motion, nozzle);
+  bool correlated = nozzle.correlated;
+  {
+    const Workspace::Scope check(workspace);
+    const std::span<double> scratch =
+        workspace.Take<double>(std::max(ranges[0].size(), ranges[1].size()));
+    for (const Range& range : ranges) {
+      const auto force = clean.samples.force_g.subspan(range.first, range.size());
+      correlated = correlated || IsCorrelated(force, nozzle.noise_g, scratch);
     }
   }
-  if (!free.Knows(1) || !(fit.noise > 0) || !(square > 0)) {
+  if (!correlated) {
     return 1;
   }
-  std::copy(fit.residual.begin(), fit.residual.end(), columns.begin());
-  const std::span<double> rest = Blocks(columns.first(n), block, true);
-  double nugget = 0;
-  for (std::size_t i = 1; i < rest.size(); ++i) {
-    nugget += 0.5 * (rest[i] - rest[i - 1]) * (rest[i] - rest[i - 1]);
-  }
-  nugget *= static_cast<double>(block) / static_cast<double>(rest.size() - 1);
-  const std::span<double> w = Blocks(weights, block, false);
-  double excess = 0;
-  double width = 1;
-  double at_lag = free.At(1);
-  for (std::size_t lag = 1; lag < w.size(); ++lag) {
-    double product = 0;
-    for (std::size_t i = lag; i < w.size(); ++i) {
-      product += w[i] * w[i - lag];
-    }
-    at_lag = free.Knows(lag) ? free.At(lag) : at_lag;
-    excess -= 2 * product * (at_lag - free.At(1));
-    const double share = product / (static_cast<double>(block) * square);
-    width += 2 * share * share;
-  }
-  const double factor = (nugget + excess / square) / (fit.noise * fit.noise);
-  return std::max(1.0, factor * StudentFactor(std::max(3.0, contrasts / width)));
+  const std::array<std::span<double>, 2> free = {Cleaned(clean, ranges[0], nozzle, workspace),
+                                                 Cleaned(clean, ranges[1], nozzle, workspace)};
+  return CorrelatedFactor(fit, free, workspace);
 }
 
 }  // namespace trammel::tap

@@ -1,45 +1,29 @@
-// The noise as a free nozzle shows it: how much more correlated noise scatters the break than
-// white.
+// The noise as a free nozzle shows it, where no fit has taken up its slow part.
 #pragma once
 
-#include <span>
-
+#include "tap/correlated_break.h"
+#include "tap/corruption.h"
+#include "tap/motion.h"
 #include "tap/residuals.h"
 #include "tap/workspace.h"
 
 namespace trammel::tap {
 
-/// Forces of a nozzle that touches nothing, evenly sampled, in order of time.
-struct FreeStretch {
-  std::span<double> time_s;
-  std::span<double> force;
+/// Where the force is the free nozzle's, and what is known of it.
+struct FreeNozzle {
+  double break_z_mm = 0;
+  double latency_s = 0;
+  double drift_g_s = 0;     ///< Along the pull-back.
+  double noise_g = 0;       ///< Standard deviation of a sample, as the fit has it.
+  MainsHum hum;             ///< That was taken out of the fit.
+  bool correlated = false;  ///< The fit's residuals are.
 };
 
-/// True where neighbours err together more than white noise does in one stretch of 200 (Box &
-/// Pierce 1970), about a straight line. Single wild samples are drawn in to four deviations.
-[[nodiscard]] bool IsCorrelated(const FreeStretch& stretch, std::span<double> scratch);
-
-/// What the break is fitted with: heights 0 … 1, the break among them, the residuals there.
-struct BreakFit {
-  std::span<const double> y;
-  std::span<const double> residual;
-  double t = 0;
-  double noise = 0;  ///< Standard deviation of a residual.
-};
-
-/// By which correlation raises the variance of the break beyond that of white noise, >= 1.
-///
-/// To first order the break is a weighted sum of the samples; its weights w are those of a step at
-/// the break, orthogonal to the columns of the quadratic press. They hold neither a level nor a
-/// slope, so that Var = - sum over i, j of w_i w_j g(|i - j|), where g is the variogram, half the
-/// mean square difference at a lag (Matheron 1963; contrasts need no more than this). It is
-/// measured on the free stretches, where no fit has taken up the slow part of the noise as the fit
-/// of the press does with the residuals. Of what is not correlated, the residuals tell the size.
-/// The factor holds a Student quantile for the number of contrasts that the stretches make up.
-///
-/// @param stretches  Of the free nozzle; those of fewer than 16 samples tell nothing.
-/// Cost: O(samples + 128^2).
-[[nodiscard]] double CorrelatedFactor(const BreakFit& fit, std::span<const FreeStretch> stretches,
-                                      Workspace& workspace);
+/// By which correlation raises the variance of the break, >= 1: 1 where neither the residuals nor
+/// the force before the touch and after the break show any. White noise is taken for correlated in
+/// one tap of 70 (three tests, each at one in 200).
+[[nodiscard]] double FreeNoiseFactor(const CleanTap& clean, const TapMotion& motion,
+                                     const FreeNozzle& nozzle, const BreakFit& fit,
+                                     Workspace& workspace);
 
 }  // namespace trammel::tap

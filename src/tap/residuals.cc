@@ -80,11 +80,6 @@ double BoxPierce(const std::array<double, kLags + 1>& sum, std::size_t n) {
 
 }  // namespace
 
-double Portmanteau(std::span<const double> r) {
-  const std::array<double, kLags + 1> sum = Correlate(r);
-  return sum[0] > 0 ? BoxPierce(sum, r.size()) : 0;
-}
-
 bool ResidualTraits::White() const {
   constexpr double kMostExcess = 3.5;  // standard deviations
   return portmanteau < kPortmanteauLimit && press_excess < kMostExcess;

@@ -45,9 +45,6 @@ inline constexpr double kPortmanteauLimit = 22;
 [[nodiscard]] ResidualTraits Examine(std::span<const double> r, std::size_t below,
                                      std::span<double> scratch);
 
-/// The same of any values about 0.
-[[nodiscard]] double Portmanteau(std::span<const double> r);
-
 /// Weights that forget samples that stand alone: 1 up to 3 deviations, falling smoothly to 0 at 6
 /// (Hampel's idea with Tukey's biweight for the slope). Where a neighbour is as far off, the press
 /// has another form, or the noise is not white: no outlier.
