@@ -4,7 +4,7 @@ import pathlib
 import re
 import sys
 
-CALIBRATIONS = {"pressure_advance", "tap"}
+CALIBRATIONS = {"pressure_advance", "tap", "tool_offset"}
 PURE = {"base", "geometry", "signal", "vision", "gcode"}
 ALLOWED = {
     "base": set(),
@@ -14,6 +14,7 @@ ALLOWED = {
     "gcode": {"base", "geometry"},
     "pressure_advance": PURE,
     "tap": PURE,
+    "tool_offset": PURE,
     "machine": {"base", "geometry"},
     "store": {"base"} | CALIBRATIONS,
     "report": {"base"} | CALIBRATIONS,
