@@ -66,6 +66,27 @@ class Listen : public testing::Test {
         "the printer was told: " + answer, *process_, kEnough_s);
   }
 
+  // Whether the calibration that runs ends with an answer; a computer with too much else to do may
+  // see too few frames for one, and the user presses the button again.
+  bool HasAnswer() {
+    const auto times = [this](const std::string& text) {
+      int found = 0;
+      shop_->With([&](sim::VirtualKlipper& klipper) { found = TimesRead(klipper, text); });
+      return found;
+    };
+    const int answers = times(kAnswer);
+    const int refusals = times(kNoAnswer);
+    shop_->WaitUntil(
+        [&](sim::VirtualKlipper& klipper) {
+          return TimesRead(klipper, kAnswer) > answers || TimesRead(klipper, kNoAnswer) > refusals;
+        },
+        "the printer was told the answer", *process_, kEnough_s);
+    return times(kAnswer) > answers;
+  }
+
+  static constexpr const char* kAnswer = "TRAMMEL_APPLY sets it";
+  static constexpr const char* kNoAnswer = "no answer";
+
   std::unique_ptr<MachineShop> shop_;
   PrinterLook before_;
   std::unique_ptr<TrammelProcess> process_;
@@ -79,7 +100,14 @@ TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
   Ask(kCalibrate, "already at work");
   Ask("TRAMMEL_APPLY", "still calibrating");
   WaitToHear("M117 scanning line 1");
-  WaitToHear("TRAMMEL_APPLY sets it");
+  int asked = 1;
+  constexpr int kMostTimes = 3;
+  while (!HasAnswer()) {
+    ASSERT_LT(asked, kMostTimes) << process_->StandardErrorSoFar();
+    Ask("TRAMMEL_APPLY", "nothing to apply");
+    Ask(kCalibrate, "TRAMMEL_KEEP_ALIVE");
+    ++asked;
+  }
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
   Ask("TRAMMEL_APPLY", "until the next restart");
   // Four times the uncertainty that a quick calibration states.
@@ -92,7 +120,7 @@ TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
        std::filesystem::recursive_directory_iterator(shop_->folder() / "recordings")) {
     reports += entry.path().filename() == "report.html";
   }
-  EXPECT_EQ(reports, 1);
+  EXPECT_EQ(reports, asked);
 }
 
 TEST_F(Listen, SaysWhyThereIsNoAnswerAndListensOnThroughARestart) {
