@@ -56,15 +56,16 @@ struct Structure {
 };
 
 /// Legs of a tested tool alone, far from everything else: two along u, two along v, whose middle
-/// lines cross at `middle`. They show its offset up to kCoarseReach_mm when teeth would touch.
+/// lines cross at `middle`; the legs begin beside it, towards higher u and v, and touch nothing.
+/// They show its offset up to kCoarseReach_mm when teeth would touch.
 struct CoarseMark {
   int tool = 0;
   SheetPoint middle;
 };
 inline constexpr double kCoarseReach_mm = 3;
 
-/// The sheet's number in print, by the reference tool: cells along a row; a dark cell is filled by
-/// one leg, a light one stays empty.
+/// The sheet's number in print, by the reference tool: cells along a row below everything else,
+/// from low to high u (sheet_code.h); a dark cell holds one leg along v, a light one stays empty.
 struct CodeCell {
   SheetPoint middle;
   bool dark = false;
@@ -79,7 +80,7 @@ struct SheetPlan {
   std::vector<Structure> structures;
   std::vector<CoarseMark> coarse_marks;
   std::vector<CodeCell> code;
-  std::uint32_t sheet_id = 0;  ///< What the code says: a check sum of all that is measured against.
+  std::uint16_t sheet_id = 0;  ///< What the code says: a check sum of all that is measured against.
 };
 
 /// REQUIRES settings without a problem. Deterministic: the same settings give the same sheet.
@@ -97,5 +98,8 @@ struct SheetPlan {
 
 /// Legs of a mark: two along u (lower v first), then two along v (lower u first).
 [[nodiscard]] std::array<Leg, 4> CoarseLegs(const SheetPlan& plan, const CoarseMark& mark);
+
+/// The leg of a dark cell, along v.
+[[nodiscard]] Leg CodeLeg(const SheetPlan& plan, const CodeCell& cell);
 
 }  // namespace trammel::tool_offset

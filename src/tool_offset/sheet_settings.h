@@ -25,6 +25,7 @@ struct SheetSettings {
   double overlap_mm = 4;         ///< Along the legs, where both combs stand side by side.
   double structure_gap_mm = 3;   ///< Between structures, and to the box.
   double tilt_deg = 15;          ///< [5, 40] or negative: both motors move along every leg.
+  double line_width_mm = 0.4;    ///< [0.1, 1.5]
 };
 
 }  // namespace trammel::tool_offset
