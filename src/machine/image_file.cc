@@ -4,15 +4,15 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
+
+#include "machine/file_bytes.h"
 
 namespace trammel::machine {
 namespace {
@@ -84,26 +84,6 @@ int ReadMode(std::int64_t pixels, std::int64_t enough) {
   return cv::IMREAD_REDUCED_COLOR_8;
 }
 
-Result<std::vector<std::uint8_t>> ReadBytes(const std::filesystem::path& path,
-                                            std::int64_t most_bytes) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    return Fail(error ? error.message() : "it is not a file");
-  }
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) return Fail(error.message());
-  if (size > static_cast<std::uintmax_t>(most_bytes)) {
-    return Fail(fmt::format("it has {} bytes, more than the {} that are read", size, most_bytes));
-  }
-  std::ifstream file(path, std::ios::binary);
-  std::vector<std::uint8_t> bytes(size);
-  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
-  if (!file || static_cast<std::uintmax_t>(file.gcount()) != size) {
-    return Fail("it cannot be read; check that it exists and may be read");
-  }
-  return bytes;
-}
-
 }  // namespace
 
 // Decoders fill the missing part of a truncated file with grey and say nothing.
@@ -168,7 +148,7 @@ Result<Frame> ReadImageFile(const std::filesystem::path& path, const ImageReadOp
     return tl::unexpected(
         Error{error.kind, fmt::format("photo {}: {}", path.string(), error.message)});
   };
-  const Result<std::vector<std::uint8_t>> bytes = ReadBytes(path, options.most_bytes);
+  const Result<std::vector<std::uint8_t>> bytes = ReadFileBytes(path, options.most_bytes);
   if (!bytes) return named(bytes.error());
   Result<Frame> frame = DecodeImage(*bytes, options);
   if (!frame) return named(frame.error());

@@ -1,0 +1,38 @@
+// A scanned page.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace trammel {
+
+/// A read-only window into 8-bit pixels, row-major, grey or BGR interleaved. Does not own them.
+struct PageView {
+  const std::uint8_t* data = nullptr;
+  int width = 0;              ///< px
+  int height = 0;             ///< px
+  int channels = 1;           ///< 1 or 3
+  std::ptrdiff_t stride = 0;  ///< bytes from one row to the next, >= channels * width
+
+  [[nodiscard]] const std::uint8_t* row(int y) const { return data + y * stride; }
+};
+
+/// An owned page and the resolution that it states.
+struct Page {
+  int width = 0;
+  int height = 0;
+  int channels = 1;  ///< 1 or 3
+  std::vector<std::uint8_t> samples;
+  std::optional<double> dpi_x;  ///< along a row; absent where the file does not say; may be wrong
+  std::optional<double> dpi_y;
+
+  [[nodiscard]] std::ptrdiff_t stride() const { return std::ptrdiff_t{channels} * width; }
+  [[nodiscard]] std::uint8_t* row(int y) { return samples.data() + y * stride(); }
+  [[nodiscard]] PageView view() const {
+    return {samples.data(), width, height, channels, stride()};
+  }
+};
+
+}  // namespace trammel
