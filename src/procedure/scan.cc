@@ -66,13 +66,14 @@ Result<void> AskMotion(const Sweeping& sweeping, const Sweep& sweep, double from
 }
 
 // Sweeps one line with the camera recording.
-Result<void> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double speed_mm_s,
-                         RecordedSweep& recorded) {
+// @returns when the head stood for it, so that no end of the travel passes for the sweep's begin.
+Result<double> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double speed_mm_s,
+                           RecordedSweep& recorded) {
   const Session& session = sweeping.session;
   const ScanSettings& settings = sweeping.request.settings;
   auto begun =
       sweeping.recorder.Begin(sweeping.request.folder / recorded.video, settings.frames_per_s);
-  if (!begun) return begun;
+  if (!begun) return tl::unexpected(begun.error());
   const auto stand = [&] {  // now it does
     const double now_s = machine::HostNow();
     const Result<void> stood = Stand(session, settings.settle_s);
@@ -82,13 +83,14 @@ Result<void> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double sp
     return stood;
   };
   Result<void> swept = stand();
+  const double stood_s = machine::HostNow();
   if (swept) swept = Go(session, SweepGcode(sweep, speed_mm_s));
   if (swept) swept = stand();
   auto frames = sweeping.recorder.End();
-  if (!swept) return swept;
+  if (!swept) return tl::unexpected(swept.error());
   if (!frames) return tl::unexpected(frames.error());
   recorded.frames = std::move(*frames);
-  return {};
+  return stood_s;
 }
 
 Result<RecordedSweep> SweepLine(const Sweeping& sweeping, const Sweep& sweep, std::size_t number,
@@ -103,11 +105,9 @@ Result<RecordedSweep> SweepLine(const Sweeping& sweeping, const Sweep& sweep, st
   // Again for each line: the printer's own limit switches a forgotten laser off.
   if (ready) ready = Go(session, sweeping.request.settings.laser_on_gcode);
   if (!ready) return tl::unexpected(ready.error());
-  const double from_s = machine::HostNow();
-  if (auto done = RecordSweep(sweeping, sweep, speed_mm_s, recorded); !done) {
-    return tl::unexpected(done.error());
-  }
-  auto asked = AskMotion(sweeping, sweep, from_s, machine::HostNow(), recorded);
+  const auto from_s = RecordSweep(sweeping, sweep, speed_mm_s, recorded);
+  if (!from_s) return tl::unexpected(from_s.error());
+  auto asked = AskMotion(sweeping, sweep, *from_s, machine::HostNow(), recorded);
   if (!asked) return tl::unexpected(asked.error());
   return recorded;
 }
