@@ -40,11 +40,16 @@ KinkedPress FitKinkedPress(const PressProfile& profile) {
   }
   constexpr double kEnough = 0.005;
   for (double step = kStep / 2; best.found && step > kEnough; step /= 2) {
-    const KinkedPress centre = best;
-    for (const int i : {-1, 0, 1}) {
-      for (const int j : {-1, 0, 1}) {
-        Try(profile, centre.t + i * step, centre.s + j * step, best);
+    // Break and kink make up for each other, so that the way along their valley may be long.
+    bool moved = true;
+    for (std::size_t round = 0; moved && round < kGrid; ++round) {
+      const KinkedPress centre = best;
+      for (const int i : {-1, 0, 1}) {
+        for (const int j : {-1, 0, 1}) {
+          Try(profile, centre.t + i * step, centre.s + j * step, best);
+        }
       }
+      moved = best.sum_squares < centre.sum_squares;
     }
   }
   return best;
