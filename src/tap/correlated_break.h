@@ -26,7 +26,8 @@ struct BreakFit {
 /// The factor holds a Student quantile for the number of contrasts that the stretches make up.
 ///
 /// @param free  Forces of a nozzle that touches nothing, evenly sampled, in order of time, without
-///              drift and wild samples; overwritten. Fewer than 16 samples tell nothing.
+///              drift and wild samples; overwritten. Fewer than 16 tell nothing: samples, or blocks
+///              of as many samples as average the fit's to 128 at most.
 /// Cost: O(samples + 128^2).
 [[nodiscard]] double CorrelatedFactor(const BreakFit& fit, std::span<const std::span<double>> free,
                                       Workspace& workspace);
