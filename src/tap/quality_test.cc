@@ -109,15 +109,11 @@ TEST(TapChecks, RefuseAtMost2PercentOfGoodTaps) {
 }
 
 TEST(TapChecks, RefuseAPressThatNeverWas) {
-  TapDrawing drawing;
-  drawing.no_contact = true;
-  ExpectRefusedFor(FindingCode::kNoContact, drawing);
+  ExpectRefusedFor(FindingCode::kNoContact, {.no_contact = true});
 }
 
 TEST(TapChecks, TellAnImpulseInMidAirFromNoContact) {
-  TapDrawing drawing;
-  drawing.impulse_g = 150;
-  ExpectRefusedFor(FindingCode::kMidAirImpulse, drawing);
+  ExpectRefusedFor(FindingCode::kMidAirImpulse, {.impulse_g = 150});
 }
 
 TEST(TapChecks, RefuseAPullBackThatEndsInContact) {
@@ -131,9 +127,7 @@ TEST(TapChecks, RefuseAPullBackThatEndsInContact) {
 }
 
 TEST(TapChecks, RefuseAForceThatIsLostAtRest) {
-  TapDrawing drawing;
-  drawing.relaxed = 0.9;
-  ExpectRefusedFor(FindingCode::kFouledNozzle, drawing);
+  ExpectRefusedFor(FindingCode::kFouledNozzle, {.relaxed = 0.9});
 }
 
 TEST(TapChecks, RefuseASlowCollisionWithAnInconsistentBaseline) {
@@ -151,11 +145,8 @@ TEST(TapChecks, RefuseASlowCollisionWithAnInconsistentBaseline) {
 }
 
 TEST(TapChecks, RefuseABaselineThatChangedByMoreThanATenthOfThePress) {
-  TapDrawing drawing;
-  drawing.step_g = 25;
-  ExpectRefusedFor(FindingCode::kBaselineForceInconsistent, drawing);
-  drawing.step_g = -25;
-  ExpectRefusedFor(FindingCode::kBaselineForceInconsistent, drawing);
+  ExpectRefusedFor(FindingCode::kBaselineForceInconsistent, {.step_g = 25});
+  ExpectRefusedFor(FindingCode::kBaselineForceInconsistent, {.step_g = -25});
 }
 
 TEST(TapChecks, RefuseAStrongPullOfOozeAndNoticeAWeakOne) {

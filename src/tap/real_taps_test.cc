@@ -2,45 +2,13 @@
 // repository).
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <string>
-
-#include "tap/analyse.h"
 #include "tap/finding.h"
+#include "tap/recorded_taps_test_support.h"
 
 namespace trammel::tap {
 namespace {
 
-class RealTaps : public testing::Test {
- protected:
-  void SetUp() override {
-    const char* folder = std::getenv("TRAMMEL_TEST_DATA");
-    if (folder == nullptr) {
-      GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with tap/";
-    }
-    folder_ = folder;
-  }
-
-  TapAnalysis Analyse(const std::string& name, Method method) const {
-    std::ifstream file(folder_ + "/tap/" + name + ".json");
-    const auto json = nlohmann::json::parse(file);
-    const std::vector<double> time_s = json.at("time");
-    const std::vector<double> force_g = json.at("force");
-    std::vector<Move> moves;
-    for (const auto& move : json.at("moves")) {
-      moves.push_back({move.at("print_time"), move.at("move_t"), move.at("start_v"),
-                       move.at("accel"), move.at("start_z"), move.at("z_r")});
-    }
-    TapOptions options;
-    options.method = method;
-    return TapAnalyser(options).Analyse({time_s, force_g, moves});
-  }
-
- private:
-  std::string folder_;
-};
+using RealTaps = RecordedTaps;
 
 constexpr Method kMethods[] = {Method::kContact, Method::kTwoLine};
 

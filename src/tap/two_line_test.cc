@@ -51,24 +51,13 @@ void ExpectAsPublished(const TapDrawing& drawing, double mean_um, double deviati
 
 TEST(TwoLine, ErrsAsPublishedOnCleanTaps) { ExpectAsPublished({}, 0.03, 0.28); }
 
-TEST(TwoLine, ErrsAsPublishedUnderNoiseOf8Grams) {
-  TapDrawing drawing;
-  drawing.noise_g = 8;
-  ExpectAsPublished(drawing, 0.34, 1.25);
-}
+TEST(TwoLine, ErrsAsPublishedUnderNoiseOf8Grams) { ExpectAsPublished({.noise_g = 8}, 0.34, 1.25); }
 
 TEST(TwoLine, ErrsAsPublishedOnAShortPress) {
-  TapDrawing drawing;
-  drawing.depth_mm = 0.020;
-  drawing.noise_g = 4;
-  ExpectAsPublished(drawing, 0.34, 1.18);
+  ExpectAsPublished({.noise_g = 4, .depth_mm = 0.020}, 0.34, 1.18);
 }
 
-TEST(TwoLine, ErrsAsPublishedUnderDrift) {
-  TapDrawing drawing;
-  drawing.drift_g_s = 20;
-  ExpectAsPublished(drawing, 0.03, 0.28);
-}
+TEST(TwoLine, ErrsAsPublishedUnderDrift) { ExpectAsPublished({.drift_g_s = 20}, 0.03, 0.28); }
 
 TEST(TwoLine, IsOffByMicronsOnACurvedPressToTheSidesPublished) {
   TapDrawing drawing;
