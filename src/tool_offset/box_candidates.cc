@@ -1,0 +1,179 @@
+#include "tool_offset/box_candidates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace trammel::tool_offset {
+namespace {
+
+/// Of a side with ink along it: gaps where a line broke, and corners, stay below the rest.
+constexpr double kSupported = 0.8;
+
+double Cross(PagePoint o, PagePoint a, PagePoint b) {
+  return (a.x_px - o.x_px) * (b.y_px - o.y_px) - (a.y_px - o.y_px) * (b.x_px - o.x_px);
+}
+
+/// Andrew's monotone chain.
+std::vector<PagePoint> ConvexHull(std::vector<PagePoint> points) {
+  std::sort(points.begin(), points.end(), [](PagePoint a, PagePoint b) {
+    return a.x_px < b.x_px || (a.x_px == b.x_px && a.y_px < b.y_px);
+  });
+  std::vector<PagePoint> hull;
+  for (int pass = 0; pass < 2; ++pass) {
+    const std::size_t start = hull.size();
+    for (const PagePoint& point : points) {
+      while (hull.size() >= start + 2 &&
+             Cross(hull[hull.size() - 2], hull.back(), point) <= 0) {
+        hull.pop_back();
+      }
+      hull.push_back(point);
+    }
+    hull.pop_back();
+    std::reverse(points.begin(), points.end());
+  }
+  return hull;
+}
+
+/// The rectangle of least area; one of its sides lies along a side of the hull.
+std::array<PagePoint, 4> SmallestRectangle(const std::vector<PagePoint>& hull) {
+  std::array<PagePoint, 4> best{};
+  double best_area = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const PagePoint side = hull[(i + 1) % hull.size()] - hull[i];
+    const double length = Length(side);
+    if (length < 1e-9) continue;
+    const PagePoint along = (1 / length) * side;
+    const PagePoint across{-along.y_px, along.x_px};
+    double lo[2] = {1e300, 1e300};
+    double hi[2] = {-1e300, -1e300};
+    for (const PagePoint& point : hull) {
+      const double s = point.x_px * along.x_px + point.y_px * along.y_px;
+      const double t = point.x_px * across.x_px + point.y_px * across.y_px;
+      lo[0] = std::min(lo[0], s), hi[0] = std::max(hi[0], s);
+      lo[1] = std::min(lo[1], t), hi[1] = std::max(hi[1], t);
+    }
+    const double area = (hi[0] - lo[0]) * (hi[1] - lo[1]);
+    if (area >= best_area) continue;
+    best_area = area;
+    best = {lo[0] * along + lo[1] * across, hi[0] * along + lo[1] * across,
+            hi[0] * along + hi[1] * across, lo[0] * along + hi[1] * across};
+  }
+  return best;
+}
+
+using Pixel = std::array<int, 2>;
+
+/// Labels the piece that holds the given pixel.
+/// @param piece  becomes its pixels; reused.
+void Flood(const SmallPage& page, int threshold, Pixel seed, std::int32_t label,
+           std::vector<std::int32_t>& labels, std::vector<Pixel>& piece) {
+  piece.assign(1, seed);
+  labels[page.at(seed[0], seed[1])] = label;
+  for (std::size_t next = 0; next < piece.size(); ++next) {
+    const auto [px, py] = piece[next];
+    for (int y = std::max(0, py - 1); y <= std::min(page.height - 1, py + 1); ++y) {
+      for (int x = std::max(0, px - 1); x <= std::min(page.width - 1, px + 1); ++x) {
+        const std::size_t i = page.at(x, y);
+        if (labels[i] != 0 || page.strength[i] < threshold) continue;
+        labels[i] = label;
+        piece.push_back({x, y});
+      }
+    }
+  }
+}
+
+/// The outermost pixels of each row, which are all that the hull needs.
+std::vector<PagePoint> Outline(const SmallPage& page, const std::vector<Pixel>& piece) {
+  std::vector<std::array<int, 2>> extent(static_cast<std::size_t>(page.height), {page.width, -1});
+  for (const auto [x, y] : piece) {
+    auto& row = extent[static_cast<std::size_t>(y)];
+    row = {std::min(row[0], x), std::max(row[1], x)};
+  }
+  std::vector<PagePoint> outline;
+  for (int y = 0; y < page.height; ++y) {
+    const auto [first, last] = extent[static_cast<std::size_t>(y)];
+    if (first <= last) outline.push_back({static_cast<double>(first), static_cast<double>(y)});
+    if (first < last) outline.push_back({static_cast<double>(last), static_cast<double>(y)});
+  }
+  return outline;
+}
+
+/// Which part of the line from a to b has a pixel of the piece next to it.
+double Support(const SmallPage& page, const std::vector<std::int32_t>& labels, std::int32_t label,
+               PagePoint a, PagePoint b) {
+  constexpr int kReach = 3;  // small pixels to either side
+  const double length = Length(b - a);
+  const PagePoint across{-(b - a).y_px / length, (b - a).x_px / length};
+  const int steps = std::max(2, static_cast<int>(length));
+  int found = 0;
+  for (int i = 0; i < steps; ++i) {
+    const PagePoint at = a + ((i + 0.5) / steps) * (b - a);
+    for (int d = -kReach; d <= kReach; ++d) {
+      const PagePoint point = at + static_cast<double>(d) * across;
+      const int x = static_cast<int>(std::lround(point.x_px));
+      const int y = static_cast<int>(std::lround(point.y_px));
+      if (x < 0 || y < 0 || x >= page.width || y >= page.height) continue;
+      if (labels[page.at(x, y)] != label) continue;
+      ++found;
+      break;
+    }
+  }
+  return static_cast<double>(found) / steps;
+}
+
+}  // namespace
+
+int BoxCandidate::sides() const {
+  return static_cast<int>(std::count_if(support.begin(), support.end(),
+                                        [](double part) { return part >= kSupported; }));
+}
+
+std::vector<BoxCandidate> FindBoxCandidates(const SmallPage& page, int threshold) {
+  /// Shorter than this part of the page's longer side nothing is a box.
+  constexpr double kShortest = 0.12;
+  constexpr double kThinnest = 10;  // small pixels
+  const double shortest = kShortest * std::max(page.width, page.height);
+  std::vector<std::int32_t> labels(page.strength.size(), 0);
+  std::vector<BoxCandidate> candidates;
+  std::vector<Pixel> piece;
+  std::int32_t label = 0;
+  for (int y = 0; y < page.height; ++y) {
+    for (int x = 0; x < page.width; ++x) {
+      if (labels[page.at(x, y)] != 0 || page.strength[page.at(x, y)] < threshold) continue;
+      Flood(page, threshold, {x, y}, ++label, labels, piece);
+      if (static_cast<double>(piece.size()) < shortest) continue;
+      const std::vector<PagePoint> hull = ConvexHull(Outline(page, piece));
+      if (hull.size() < 3) continue;
+      BoxCandidate candidate;
+      candidate.corners = SmallestRectangle(hull);
+      if (std::max(candidate.length(), candidate.width()) < shortest) continue;
+      if (std::min(candidate.length(), candidate.width()) < kThinnest) continue;
+      for (std::size_t i = 0; i < 4; ++i) {
+        candidate.support[i] = Support(page, labels, label, candidate.corners[i],
+                                       candidate.corners[(i + 1) % 4]);
+      }
+      candidates.push_back(candidate);
+    }
+  }
+  std::sort(candidates.begin(), candidates.end(),
+            [](const BoxCandidate& a, const BoxCandidate& b) {
+              return a.length() * a.width() > b.length() * b.width();
+            });
+  return candidates;
+}
+
+bool LiesWithin(const BoxCandidate& inner, const BoxCandidate& outer) {
+  constexpr double kSlack = 2;  // small pixels
+  const PagePoint origin = outer.corners[0];
+  const PagePoint along = (1 / outer.length()) * (outer.corners[1] - origin);
+  const PagePoint across = (1 / outer.width()) * (outer.corners[3] - origin);
+  return std::all_of(inner.corners.begin(), inner.corners.end(), [&](PagePoint corner) {
+    const PagePoint d = corner - origin;
+    const double s = d.x_px * along.x_px + d.y_px * along.y_px;
+    const double t = d.x_px * across.x_px + d.y_px * across.y_px;
+    return s > -kSlack && t > -kSlack && s < outer.length() + kSlack && t < outer.width() + kSlack;
+  });
+}
+
+}  // namespace trammel::tool_offset

@@ -1,0 +1,32 @@
+// Closed rectangles of lines on the small page: where the sheet's box may be.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "tool_offset/small_page.h"
+
+namespace trammel::tool_offset {
+
+/// The smallest rectangle around one connected piece of ink, at any angle.
+struct BoxCandidate {
+  /// In order around the rectangle, small pixels. Sides run from corner i to corner i + 1.
+  std::array<PagePoint, 4> corners;
+  /// Which part of each side has ink on it; 1 for a line without a gap.
+  std::array<double, 4> support{};
+
+  /// Mean length of sides 0 and 2, and of 1 and 3, small pixels.
+  [[nodiscard]] double length() const { return Length(corners[1] - corners[0]); }
+  [[nodiscard]] double width() const { return Length(corners[2] - corners[1]); }
+  /// How many of the four sides have ink along nearly all of them.
+  [[nodiscard]] int sides() const;
+};
+
+/// Every large connected piece whose strength reaches `threshold`, largest rectangle first.
+[[nodiscard]] std::vector<BoxCandidate> FindBoxCandidates(const SmallPage& page, int threshold);
+
+/// Whether `inner` lies within `outer`, but for two small pixels.
+[[nodiscard]] bool LiesWithin(const BoxCandidate& inner, const BoxCandidate& outer);
+
+}  // namespace trammel::tool_offset

@@ -1,0 +1,252 @@
+#include "tool_offset/box_lines.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "tool_offset/line_place.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+/// A place on one side of the box.
+struct SidePoint {
+  Side side = kLeft;
+  double along_mm = 0;  ///< planned, from the side's middle
+  PagePoint place;      ///< where the outermost line is
+};
+
+bool IsUpright(Side side) { return side == kLeft || side == kRight; }
+
+double Outward(Side side) { return side == kRight || side == kTop ? 1 : -1; }
+
+SheetPoint OnSide(const PageMap& map, Side side, double along_mm) {
+  return IsUpright(side) ? SheetPoint{Outward(side) * map.half_width_mm, along_mm}
+                         : SheetPoint{along_mm, Outward(side) * map.half_height_mm};
+}
+
+/// Ink across the lines of a side: sample i lies `from_mm + i * step_mm` inside the outermost line.
+struct Profile {
+  std::vector<float> ink;
+  double from_mm = 0;
+  double step_mm = 1;
+
+  [[nodiscard]] double Index(double inside_mm) const { return (inside_mm - from_mm) / step_mm; }
+  /// Mean ink in [centre - half, centre + half].
+  [[nodiscard]] double Mean(double centre_mm, double half_mm) const {
+    const int first = std::max(0, static_cast<int>(std::ceil(Index(centre_mm - half_mm))));
+    const int last = std::min(static_cast<int>(ink.size()) - 1,
+                              static_cast<int>(std::floor(Index(centre_mm + half_mm))));
+    double sum = 0;
+    for (int i = first; i <= last; ++i) sum += static_cast<double>(ink[static_cast<std::size_t>(i)]);
+    return last < first ? 0 : sum / (last - first + 1);
+  }
+};
+
+std::optional<Profile> AcrossSide(const PageView& page, const ChannelMix& mix,
+                                  const SheetPlan& plan, const PageMap& map, Side side,
+                                  double along_mm, double reach_mm) {
+  constexpr int kRows = 5;
+  constexpr double kRowStep_mm = 0.2;
+  const LocalMap local = map.Near(OnSide(map, side, along_mm));
+  const PagePoint inward =
+      -Outward(side) * (IsUpright(side) ? local.u_px_mm : local.v_px_mm);
+  const PagePoint along = IsUpright(side) ? local.v_px_mm : local.u_px_mm;
+  const double margin_mm = reach_mm + 2 * plan.settings.line_width_mm;
+  Profile profile;
+  profile.step_mm = 1 / Length(inward);
+  profile.from_mm = -margin_mm;
+  Strip strip;
+  strip.rows = kRows;
+  strip.row_step = kRowStep_mm * along;
+  strip.column_step = profile.step_mm * inward;
+  strip.columns = static_cast<int>(
+      std::ceil((plan.box_insets_mm.back() + 2 * margin_mm) / profile.step_mm));
+  strip.origin = local.at + profile.from_mm * inward - (kRows - 1) / 2.0 * strip.row_step;
+  std::vector<float> samples;
+  if (!SampleStrip(page, mix, strip, samples)) return std::nullopt;
+  const auto columns = static_cast<std::size_t>(strip.columns);
+  profile.ink.assign(columns, 0);
+  for (std::size_t i = 0; i < samples.size(); ++i) profile.ink[i % columns] += samples[i] / kRows;
+  std::vector<float> sorted = profile.ink;
+  const auto paper = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 3);
+  std::nth_element(sorted.begin(), paper, sorted.end());
+  const float level = *paper;
+  for (float& value : profile.ink) value -= level;
+  return profile;
+}
+
+/// How far inside its expected place the outermost line lies; nothing where no lines are.
+std::optional<double> FindLines(const Profile& profile, const SheetPlan& plan, double reach_mm) {
+  constexpr double kFaintest = 0.3;  // of the box's ink on the small page
+  const double width_mm = plan.settings.line_width_mm;
+  double best = kFaintest;
+  std::optional<double> best_mm;
+  for (double shift_mm = -reach_mm; shift_mm <= reach_mm; shift_mm += profile.step_mm) {
+    double score = 0;
+    for (const double inset_mm : plan.box_insets_mm) {
+      const double at_mm = shift_mm + inset_mm;
+      score += profile.Mean(at_mm, width_mm / 2) -
+               (profile.Mean(at_mm - width_mm, width_mm / 4) +
+                profile.Mean(at_mm + width_mm, width_mm / 4)) /
+                   2;
+    }
+    score /= static_cast<double>(plan.box_insets_mm.size());
+    if (score <= best) continue;
+    best = score;
+    best_mm = shift_mm;
+  }
+  if (!best_mm) return std::nullopt;
+  double sum_mm = 0;
+  int count = 0;
+  for (const double inset_mm : plan.box_insets_mm) {
+    const double centre = profile.Index(*best_mm + inset_mm);
+    const double half = width_mm / profile.step_mm;
+    const auto place = HalfInkPlace(profile.ink, centre - half, centre + half);
+    if (!place) continue;
+    sum_mm += profile.from_mm + place->middle * profile.step_mm - inset_mm;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum_mm / count;
+}
+
+std::vector<SidePoint> FindSides(const PageView& page, const ChannelMix& mix,
+                                 const SheetPlan& plan, const PageMap& map, double reach_mm,
+                                 std::array<double, kSides>& support) {
+  constexpr double kStep_mm = 2;
+  std::vector<SidePoint> points;
+  const double corner_mm = plan.box_insets_mm.back() + 2;  // lines of the other side
+  for (std::size_t i = 0; i < kSides; ++i) {
+    const auto side = static_cast<Side>(i);
+    const double half_mm = (IsUpright(side) ? map.half_height_mm : map.half_width_mm) - corner_mm;
+    int tried = 0;
+    int found = 0;
+    for (double along_mm = -half_mm; along_mm <= half_mm; along_mm += kStep_mm) {
+      ++tried;
+      const auto profile = AcrossSide(page, mix, plan, map, side, along_mm, reach_mm);
+      if (!profile) continue;
+      const auto inside_mm = FindLines(*profile, plan, reach_mm);
+      if (!inside_mm) continue;
+      ++found;
+      const LocalMap local = map.Near(OnSide(map, side, along_mm));
+      const double outward_mm = -Outward(side) * *inside_mm;
+      points.push_back({side, along_mm,
+                        IsUpright(side) ? local.ToPage(outward_mm, 0) : local.ToPage(0, outward_mm)});
+    }
+    support[i] = tried == 0 ? 0 : static_cast<double>(found) / tried;
+  }
+  return points;
+}
+
+/// Least squares with Huber's weights: what is far off counts with its sign only.
+Eigen::VectorXd RobustFit(const Eigen::MatrixXd& design, const Eigen::VectorXd& y) {
+  constexpr double kHuber = 1.5;
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(y.size());
+  Eigen::VectorXd solution;
+  for (int pass = 0; pass < 6; ++pass) {
+    const Eigen::VectorXd root = weight.cwiseSqrt();
+    solution = (root.asDiagonal() * design).colPivHouseholderQr().solve(root.cwiseProduct(y));
+    const Eigen::VectorXd residual = (design * solution - y).cwiseAbs();
+    std::vector<double> sorted(residual.data(), residual.data() + residual.size());
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double scale = std::max(1e-6, kHuber * 1.4826 * *middle);
+    weight = residual.unaryExpr([&](double r) { return r <= scale ? 1.0 : scale / r; });
+  }
+  return solution;
+}
+
+/// The affine map whose inverse puts every side's points on its planned coordinate.
+void FitAffine(const std::vector<SidePoint>& points, PageMap& map) {
+  // sheet = m * (page - middle) + offset, one row for u and one for v.
+  Eigen::Matrix<double, 2, 3> inverse;
+  const double scale = 1 / Length(map.u_px_mm);
+  for (const bool upright : {true, false}) {
+    std::vector<const SidePoint*> used;
+    for (const SidePoint& point : points) {
+      if (IsUpright(point.side) == upright) used.push_back(&point);
+    }
+    Eigen::MatrixXd design(static_cast<Eigen::Index>(used.size()), 3);
+    Eigen::VectorXd y(design.rows());
+    for (Eigen::Index i = 0; i < design.rows(); ++i) {
+      const SidePoint& point = *used[static_cast<std::size_t>(i)];
+      const PagePoint from_middle = scale * (point.place - map.middle);
+      design.row(i) << from_middle.x_px, from_middle.y_px, 1;
+      y[i] = Outward(point.side) * (upright ? map.half_width_mm : map.half_height_mm);
+    }
+    inverse.row(upright ? 0 : 1) = RobustFit(design, y).transpose();
+  }
+  const Eigen::Matrix2d forward = (inverse.leftCols<2>() * scale).inverse();
+  const Eigen::Vector2d shift = forward * inverse.col(2);
+  map.u_px_mm = {forward(0, 0), forward(1, 0)};
+  map.v_px_mm = {forward(0, 1), forward(1, 1)};
+  map.middle = map.middle - PagePoint{shift[0], shift[1]};
+}
+
+/// How far beyond its planned place a point lies, in the outer coordinate of its side.
+double Beyond_mm(const PageMap& map, const SidePoint& point) {
+  const LocalMap local = map.Near(OnSide(map, point.side, point.along_mm));
+  const PagePoint d = point.place - local.at;
+  const double determinant = local.u_px_mm.x_px * local.v_px_mm.y_px -
+                             local.u_px_mm.y_px * local.v_px_mm.x_px;
+  return IsUpright(point.side)
+             ? (d.x_px * local.v_px_mm.y_px - d.y_px * local.v_px_mm.x_px) / determinant
+             : (local.u_px_mm.x_px * d.y_px - local.u_px_mm.y_px * d.x_px) / determinant;
+}
+
+void FitBending(const std::vector<SidePoint>& points, PageMap& map) {
+  for (std::size_t i = 0; i < kSides; ++i) {
+    const auto side = static_cast<Side>(i);
+    std::vector<const SidePoint*> used;
+    for (const SidePoint& point : points) {
+      if (point.side == side) used.push_back(&point);
+    }
+    Eigen::MatrixXd design(static_cast<Eigen::Index>(used.size()), 4);
+    Eigen::VectorXd y(design.rows());
+    for (Eigen::Index k = 0; k < design.rows(); ++k) {
+      const SidePoint& point = *used[static_cast<std::size_t>(k)];
+      const double t =
+          point.along_mm / (IsUpright(side) ? map.half_height_mm : map.half_width_mm);
+      design.row(k) << 1, t, t * t, t * t * t;
+      y[k] = Beyond_mm(map, point);
+    }
+    const Eigen::VectorXd cubic = RobustFit(design, y);
+    std::copy(cubic.begin(), cubic.end(), map.bend_mm[i].begin());
+  }
+}
+
+}  // namespace
+
+BoxFit FitBox(const PageView& page, const ChannelMix& mix, const SheetPlan& plan,
+              const PageMap& start) {
+  constexpr std::array<double, 3> kReach_mm{1.5, 0.6, 0.4};
+  constexpr std::size_t kFewest = 4;  // points for the cubic of a side
+  BoxFit fit;
+  fit.map = start;
+  fit.map.bend_mm = {};
+  std::vector<SidePoint> points;
+  for (const double reach_mm : kReach_mm) {
+    points = FindSides(page, mix, plan, fit.map, reach_mm, fit.support);
+    std::array<std::size_t, kSides> count{};
+    for (const SidePoint& point : points) ++count[point.side];
+    if (*std::min_element(count.begin(), count.end()) < kFewest) {
+      fit.support = {};
+      return fit;
+    }
+    fit.map.bend_mm = {};
+    FitAffine(points, fit.map);
+    FitBending(points, fit.map);
+  }
+  double squares = 0;
+  for (const SidePoint& point : points) {
+    const double beyond_mm = Beyond_mm(fit.map, point);
+    squares += beyond_mm * beyond_mm;
+    fit.places.push_back(point.place);
+  }
+  fit.rms_mm = std::sqrt(squares / static_cast<double>(points.size()));
+  return fit;
+}
+
+}  // namespace trammel::tool_offset

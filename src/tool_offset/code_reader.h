@@ -1,0 +1,27 @@
+// The sheet's number as it is printed.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "tool_offset/page.h"
+#include "tool_offset/page_map.h"
+#include "tool_offset/sheet_plan.h"
+
+namespace trammel::tool_offset {
+
+struct CodeReading {
+  std::vector<double> ink;  ///< of each cell's leg; about 1 where there is one
+  std::vector<bool> dark;
+  double contrast = 0;  ///< between dark and light cells; a printed code has at least 0.3
+  std::optional<std::uint32_t> sheet_id;  ///< nothing where the check bits disagree
+  int wrong_cells = 0;                    ///< that differ from the plan's
+};
+
+/// Reads the cells where the map puts them.
+/// @param mix  ink is higher than paper, by about 1.
+[[nodiscard]] CodeReading ReadCode(const PageView& page, const ChannelMix& mix,
+                                   const SheetPlan& plan, const PageMap& map);
+
+}  // namespace trammel::tool_offset

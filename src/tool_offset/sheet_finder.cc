@@ -1,0 +1,286 @@
+#include "tool_offset/sheet_finder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "tool_offset/box_candidates.h"
+#include "tool_offset/small_page.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+/// How far apart a scanner's two axes may be in scale.
+constexpr double kAnisotropy = 0.04;
+/// A part of each side where the box's lines must be found.
+constexpr double kSideFound = 0.6;
+/// Cells of the code that may be damaged when all the others say that it is this sheet.
+constexpr int kDamagedCells = 2;
+
+/// What a rectangle of lines turned out to be, in the order of how much it says.
+enum class Finding { kNothing, kPart, kUnreadable, kOther, kMirrored, kSheet };
+
+struct Attempt {
+  Finding finding = Finding::kNothing;
+  SheetOnPage sheet;
+  std::uint32_t other_id = 0;
+};
+
+/// Strength that only ink and edges have: the 99.7 % point, or what stands out of noise.
+int InkStrength(const SmallPage& small) {
+  constexpr double kPart = 0.003;
+  constexpr int kFaintest = 12;
+  std::array<std::int64_t, 256> histogram{};
+  for (const std::uint8_t value : small.strength) ++histogram[value];
+  const auto wanted = static_cast<std::int64_t>(kPart * static_cast<double>(small.strength.size()));
+  std::int64_t above = 0;
+  int level = 255;
+  while (level > kFaintest && (above += histogram[static_cast<std::size_t>(level)]) < wanted) {
+    --level;
+  }
+  return level;
+}
+
+/// Weights that give the ink along the candidate's sides the value 1 above the paper.
+ChannelMix MixOfSides(const SmallPage& small, const BoxCandidate& candidate, int threshold) {
+  std::array<double, 3> difference{};
+  int count = 0;
+  for (std::size_t side = 0; side < 4; ++side) {
+    const PagePoint from = candidate.corners[side];
+    const PagePoint to = candidate.corners[(side + 1) % 4];
+    const int steps = static_cast<int>(Length(to - from));
+    for (int i = 0; i < steps; ++i) {
+      const PagePoint at = from + (static_cast<double>(i) / steps) * (to - from);
+      for (int dy = -2; dy <= 2; ++dy) {
+        for (int dx = -2; dx <= 2; ++dx) {
+          const int x = static_cast<int>(std::lround(at.x_px)) + dx;
+          const int y = static_cast<int>(std::lround(at.y_px)) + dy;
+          if (x < 0 || y < 0 || x >= small.width || y >= small.height) continue;
+          if (small.strength[small.at(x, y)] < threshold) continue;
+          ++count;
+          for (int c = 0; c < small.channels; ++c) {
+            const std::size_t k = small.at(x, y) * static_cast<std::size_t>(small.channels) +
+                                  static_cast<std::size_t>(c);
+            difference[static_cast<std::size_t>(c)] +=
+                static_cast<double>(small.pixels[k]) - static_cast<double>(small.background[k]);
+          }
+        }
+      }
+    }
+  }
+  double squares = 0;
+  for (double& value : difference) {
+    value /= std::max(1, count);
+    squares += value * value;
+  }
+  ChannelMix mix{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    mix[c] = static_cast<float>(difference[c] / std::max(1.0, squares));
+  }
+  return mix;
+}
+
+/// The map that lays the sheet's u axis along side `side` of the candidate.
+PageMap StartMap(const SmallPage& small, const BoxCandidate& candidate, std::size_t side,
+                 const SheetPlan& plan) {
+  std::array<PagePoint, 4> corners;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const PagePoint corner = candidate.corners[(i + side) % 4];
+    corners[i] = small.OnPage(corner.x_px, corner.y_px);
+  }
+  PageMap map;
+  map.half_width_mm = plan.width_mm / 2;
+  map.half_height_mm = plan.height_mm / 2;
+  map.middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+  map.u_px_mm = (1 / plan.width_mm) * (corners[1] - corners[0]);
+  map.v_px_mm = (1 / plan.height_mm) * (corners[3] - corners[0]);
+  if (map.mirrored()) map.v_px_mm = -1.0 * map.v_px_mm;
+  return map;
+}
+
+/// The same lines with the axes the other way round.
+PageMap Turned(const PageMap& map, bool flip_u, bool flip_v) {
+  PageMap turned = map;
+  const auto reverse = [](std::array<double, 4>& cubic) {
+    cubic[1] = -cubic[1];
+    cubic[3] = -cubic[3];
+  };
+  const auto negate = [](std::array<double, 4>& cubic) {
+    for (double& value : cubic) value = -value;
+  };
+  if (flip_u) {
+    turned.u_px_mm = -1.0 * turned.u_px_mm;
+    std::swap(turned.bend_mm[kLeft], turned.bend_mm[kRight]);
+    negate(turned.bend_mm[kLeft]);
+    negate(turned.bend_mm[kRight]);
+    reverse(turned.bend_mm[kBottom]);
+    reverse(turned.bend_mm[kTop]);
+  }
+  if (flip_v) {
+    turned.v_px_mm = -1.0 * turned.v_px_mm;
+    std::swap(turned.bend_mm[kBottom], turned.bend_mm[kTop]);
+    negate(turned.bend_mm[kBottom]);
+    negate(turned.bend_mm[kTop]);
+    reverse(turned.bend_mm[kLeft]);
+    reverse(turned.bend_mm[kRight]);
+  }
+  return turned;
+}
+
+void Describe(SheetOnPage& sheet) {
+  const PagePoint u = sheet.map.u_px_mm;
+  sheet.angle_rad = std::atan2(-u.y_px, u.x_px);
+  sheet.quarter_turns =
+      (static_cast<int>(std::lround(sheet.angle_rad / (std::numbers::pi / 2))) + 4) % 4;
+  sheet.px_per_mm_u = Length(u);
+  sheet.px_per_mm_v = Length(sheet.map.v_px_mm);
+}
+
+/// Reads the code all four ways round that a found box allows.
+Attempt ReadBox(const PageView& page, const SheetPlan& plan, const BoxFit& box,
+                const ChannelMix& mix) {
+  constexpr double kFaintestCode = 0.3;
+  Attempt best;
+  best.finding = Finding::kUnreadable;
+  int fewest_wrong = kDamagedCells + 1;
+  for (const bool flip_u : {false, true}) {
+    for (const bool flip_v : {false, true}) {
+      SheetOnPage sheet;
+      sheet.map = Turned(box.map, flip_u, flip_v);
+      sheet.box_places = box.places;
+      sheet.box_rms_mm = box.rms_mm;
+      sheet.reference_mix = mix;
+      sheet.code = ReadCode(page, mix, plan, sheet.map);
+      if (sheet.code.contrast < kFaintestCode) continue;
+      const bool mirrored = sheet.map.mirrored();
+      if (sheet.code.sheet_id && *sheet.code.sheet_id != plan.sheet_id) {
+        if (best.finding > Finding::kOther) continue;
+        best.finding = mirrored ? Finding::kMirrored : Finding::kOther;
+        best.other_id = *sheet.code.sheet_id;
+      } else if (sheet.code.wrong_cells < fewest_wrong) {
+        fewest_wrong = sheet.code.wrong_cells;
+        best.finding = mirrored ? Finding::kMirrored : Finding::kSheet;
+        best.sheet = sheet;
+      }
+    }
+  }
+  if (best.finding == Finding::kSheet) Describe(best.sheet);
+  return best;
+}
+
+Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPlan& plan,
+                     const BoxCandidate& candidate, int threshold) {
+  Attempt best;
+  const ChannelMix mix = MixOfSides(small, candidate, threshold);
+  for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
+    const PageMap start = StartMap(small, candidate, side, plan);
+    const double ratio = Length(start.u_px_mm) / Length(start.v_px_mm);
+    if (std::abs(std::log(ratio)) > kAnisotropy) continue;
+    const BoxFit box = FitBox(page, mix, plan, start);
+    if (*std::min_element(box.support.begin(), box.support.end()) < kSideFound) continue;
+    Attempt attempt = ReadBox(page, plan, box, mix);
+    if (attempt.finding <= best.finding) continue;
+    best = std::move(attempt);
+    for (std::size_t i = 0; i < 4; ++i) {
+      best.sheet.corners[i] = small.OnPage(candidate.corners[i].x_px, candidate.corners[i].y_px);
+    }
+    best.sheet.ink_is_darker = mix[0] + mix[1] + mix[2] < 0;
+  }
+  return best;
+}
+
+/// Everything that one threshold shows.
+struct Search {
+  Attempt best;
+  int sheets = 0;  ///< that could be read, this one or another
+};
+
+Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& plan,
+                int threshold) {
+  constexpr double kPart = 0.25;  // of the page's longer side, for a box that is cut off
+  Search search;
+  std::vector<BoxCandidate> read;
+  for (const BoxCandidate& candidate : FindBoxCandidates(small, threshold)) {
+    const bool known = std::any_of(read.begin(), read.end(), [&](const BoxCandidate& outer) {
+      return LiesWithin(candidate, outer);
+    });
+    if (known) continue;
+    Attempt attempt;
+    if (candidate.sides() == 4) {
+      attempt = TryCandidate(page, small, plan, candidate, threshold);
+      if (attempt.finding >= Finding::kOther) {
+        ++search.sheets;
+        read.push_back(candidate);
+      }
+    } else if (candidate.sides() >= 2 && std::max(candidate.length(), candidate.width()) >
+                                             kPart * std::max(small.width, small.height)) {
+      attempt.finding = Finding::kPart;
+    }
+    if (attempt.finding > search.best.finding) search.best = std::move(attempt);
+  }
+  return search;
+}
+
+std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan) {
+  switch (attempt.finding) {
+    case Finding::kMirrored:
+      return "the scan is mirrored: the sheet's code reads only from behind. Switch off mirroring in "
+             "the scanner's driver, or scan the printed side; a mirrored picture would turn the "
+             "signs of the offsets round";
+    case Finding::kOther:
+      return fmt::format(
+          "the page shows sheet {}, but the pattern file describes sheet {}: give the pattern file "
+          "that this sheet was printed from",
+          attempt.other_id, plan.sheet_id);
+    case Finding::kUnreadable:
+      return fmt::format(
+          "a box was found, but no code of {} cells beside it could be read: check that the sheet "
+          "was printed from this pattern file (sheet {}), and that nothing covers its corner",
+          plan.code.size(), plan.sheet_id);
+    case Finding::kPart:
+      return fmt::format(
+          "only a part of a box was found: the whole sheet, {:.0f} x {:.0f} mm with all four sides "
+          "of its box, must be on the scan",
+          plan.width_mm, plan.height_mm);
+    case Finding::kNothing:
+    case Finding::kSheet:
+      break;
+  }
+  return fmt::format(
+      "no printed sheet was found on the page: no closed box of {:.0f} x {:.0f} mm. Put the sheet "
+      "on the glass with its printed side down and scan at 300 dpi or more",
+      plan.width_mm, plan.height_mm);
+}
+
+}  // namespace
+
+Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan) {
+  constexpr std::array<double, 3> kThresholds{0.45, 0.25, 0.12};  // of ink's strength
+  constexpr int kLowest = 8;
+  if (const auto usable = CheckPage(page); !usable) return tl::unexpected(usable.error());
+  const SmallPage small = Shrink(page);
+  const int strength = InkStrength(small);
+  Attempt best;
+  int last_threshold = 256;
+  for (const double part : kThresholds) {
+    const int threshold = std::max(kLowest, static_cast<int>(part * strength));
+    if (threshold >= last_threshold) break;
+    last_threshold = threshold;
+    Search search = SearchAt(page, small, plan, threshold);
+    if (search.sheets > 1) {
+      return Fail(fmt::format("{} sheets were found on the page: scan one at a time",
+                              search.sheets),
+                  ErrorKind::kMeasurement);
+    }
+    if (search.best.finding > best.finding) best = std::move(search.best);
+    if (best.finding >= Finding::kOther) break;
+  }
+  if (best.finding == Finding::kSheet) return std::move(best.sheet);
+  return Fail(WhatToDo(best, plan), ErrorKind::kMeasurement);
+}
+
+}  // namespace trammel::tool_offset
