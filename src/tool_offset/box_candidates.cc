@@ -23,8 +23,7 @@ std::vector<PagePoint> ConvexHull(std::vector<PagePoint> points) {
   for (int pass = 0; pass < 2; ++pass) {
     const std::size_t start = hull.size();
     for (const PagePoint& point : points) {
-      while (hull.size() >= start + 2 &&
-             Cross(hull[hull.size() - 2], hull.back(), point) <= 0) {
+      while (hull.size() >= start + 2 && Cross(hull[hull.size() - 2], hull.back(), point) <= 0) {
         hull.pop_back();
       }
       hull.push_back(point);
@@ -63,6 +62,20 @@ std::array<PagePoint, 4> SmallestRectangle(const std::vector<PagePoint>& hull) {
 }
 
 using Pixel = std::array<int, 2>;
+
+/// The hull's own corners nearest to the rectangle's: a scanner whose axes differ in scale makes a
+/// parallelogram of a turned box.
+std::array<PagePoint, 4> Corners(const std::vector<PagePoint>& hull) {
+  const std::array<PagePoint, 4> rectangle = SmallestRectangle(hull);
+  std::array<PagePoint, 4> corners{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto distance = [&](PagePoint point) { return Length(point - rectangle[i]); };
+    corners[i] = *std::min_element(hull.begin(), hull.end(), [&](PagePoint a, PagePoint b) {
+      return distance(a) < distance(b);
+    });
+  }
+  return corners;
+}
 
 /// Labels the piece that holds the given pixel.
 /// @param piece  becomes its pixels; reused.
@@ -103,7 +116,7 @@ std::vector<PagePoint> Outline(const SmallPage& page, const std::vector<Pixel>& 
 double Support(const SmallPage& page, const std::vector<std::int32_t>& labels, std::int32_t label,
                PagePoint a, PagePoint b) {
   constexpr int kReach = 3;  // small pixels to either side
-  const double length = Length(b - a);
+  const double length = std::max(1e-9, Length(b - a));
   const PagePoint across{-(b - a).y_px / length, (b - a).x_px / length};
   const int steps = std::max(2, static_cast<int>(length));
   int found = 0;
@@ -146,28 +159,27 @@ std::vector<BoxCandidate> FindBoxCandidates(const SmallPage& page, int threshold
       const std::vector<PagePoint> hull = ConvexHull(Outline(page, piece));
       if (hull.size() < 3) continue;
       BoxCandidate candidate;
-      candidate.corners = SmallestRectangle(hull);
+      candidate.corners = Corners(hull);
       if (std::max(candidate.length(), candidate.width()) < shortest) continue;
       if (std::min(candidate.length(), candidate.width()) < kThinnest) continue;
       for (std::size_t i = 0; i < 4; ++i) {
-        candidate.support[i] = Support(page, labels, label, candidate.corners[i],
-                                       candidate.corners[(i + 1) % 4]);
+        candidate.support[i] =
+            Support(page, labels, label, candidate.corners[i], candidate.corners[(i + 1) % 4]);
       }
       candidates.push_back(candidate);
     }
   }
-  std::sort(candidates.begin(), candidates.end(),
-            [](const BoxCandidate& a, const BoxCandidate& b) {
-              return a.length() * a.width() > b.length() * b.width();
-            });
+  std::sort(candidates.begin(), candidates.end(), [](const BoxCandidate& a, const BoxCandidate& b) {
+    return a.length() * a.width() > b.length() * b.width();
+  });
   return candidates;
 }
 
 bool LiesWithin(const BoxCandidate& inner, const BoxCandidate& outer) {
   constexpr double kSlack = 2;  // small pixels
   const PagePoint origin = outer.corners[0];
-  const PagePoint along = (1 / outer.length()) * (outer.corners[1] - origin);
-  const PagePoint across = (1 / outer.width()) * (outer.corners[3] - origin);
+  const PagePoint along = (1 / std::max(1e-9, outer.length())) * (outer.corners[1] - origin);
+  const PagePoint across = (1 / std::max(1e-9, outer.width())) * (outer.corners[3] - origin);
   return std::all_of(inner.corners.begin(), inner.corners.end(), [&](PagePoint corner) {
     const PagePoint d = corner - origin;
     const double s = d.x_px * along.x_px + d.y_px * along.y_px;

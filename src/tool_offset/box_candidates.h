@@ -9,14 +9,15 @@
 
 namespace trammel::tool_offset {
 
-/// The smallest rectangle around one connected piece of ink, at any angle.
+/// The corners of the smallest rectangle around one connected piece of ink, at any angle, put on
+/// the piece itself.
 struct BoxCandidate {
-  /// In order around the rectangle, small pixels. Sides run from corner i to corner i + 1.
+  /// In order around the piece, small pixels. Sides run from corner i to corner i + 1.
   std::array<PagePoint, 4> corners;
   /// Which part of each side has ink on it; 1 for a line without a gap.
   std::array<double, 4> support{};
 
-  /// Mean length of sides 0 and 2, and of 1 and 3, small pixels.
+  /// Of sides 0 and 1, small pixels.
   [[nodiscard]] double length() const { return Length(corners[1] - corners[0]); }
   [[nodiscard]] double width() const { return Length(corners[2] - corners[1]); }
   /// How many of the four sides have ink along nearly all of them.

@@ -39,7 +39,8 @@ struct Profile {
     const int last = std::min(static_cast<int>(ink.size()) - 1,
                               static_cast<int>(std::floor(Index(centre_mm + half_mm))));
     double sum = 0;
-    for (int i = first; i <= last; ++i) sum += static_cast<double>(ink[static_cast<std::size_t>(i)]);
+    for (int i = first; i <= last; ++i)
+      sum += static_cast<double>(ink[static_cast<std::size_t>(i)]);
     return last < first ? 0 : sum / (last - first + 1);
   }
 };
@@ -50,8 +51,7 @@ std::optional<Profile> AcrossSide(const PageView& page, const ChannelMix& mix,
   constexpr int kRows = 5;
   constexpr double kRowStep_mm = 0.2;
   const LocalMap local = map.Near(OnSide(map, side, along_mm));
-  const PagePoint inward =
-      -Outward(side) * (IsUpright(side) ? local.u_px_mm : local.v_px_mm);
+  const PagePoint inward = -Outward(side) * (IsUpright(side) ? local.u_px_mm : local.v_px_mm);
   const PagePoint along = IsUpright(side) ? local.v_px_mm : local.u_px_mm;
   const double margin_mm = reach_mm + 2 * plan.settings.line_width_mm;
   Profile profile;
@@ -61,8 +61,8 @@ std::optional<Profile> AcrossSide(const PageView& page, const ChannelMix& mix,
   strip.rows = kRows;
   strip.row_step = kRowStep_mm * along;
   strip.column_step = profile.step_mm * inward;
-  strip.columns = static_cast<int>(
-      std::ceil((plan.box_insets_mm.back() + 2 * margin_mm) / profile.step_mm));
+  strip.columns =
+      static_cast<int>(std::ceil((plan.box_insets_mm.back() + 2 * margin_mm) / profile.step_mm));
   strip.origin = local.at + profile.from_mm * inward - (kRows - 1) / 2.0 * strip.row_step;
   std::vector<float> samples;
   if (!SampleStrip(page, mix, strip, samples)) return std::nullopt;
@@ -87,10 +87,9 @@ std::optional<double> FindLines(const Profile& profile, const SheetPlan& plan, d
     double score = 0;
     for (const double inset_mm : plan.box_insets_mm) {
       const double at_mm = shift_mm + inset_mm;
-      score += profile.Mean(at_mm, width_mm / 2) -
-               (profile.Mean(at_mm - width_mm, width_mm / 4) +
-                profile.Mean(at_mm + width_mm, width_mm / 4)) /
-                   2;
+      score += profile.Mean(at_mm, width_mm / 2) - (profile.Mean(at_mm - width_mm, width_mm / 4) +
+                                                    profile.Mean(at_mm + width_mm, width_mm / 4)) /
+                                                       2;
     }
     score /= static_cast<double>(plan.box_insets_mm.size());
     if (score <= best) continue;
@@ -112,8 +111,8 @@ std::optional<double> FindLines(const Profile& profile, const SheetPlan& plan, d
   return sum_mm / count;
 }
 
-std::vector<SidePoint> FindSides(const PageView& page, const ChannelMix& mix,
-                                 const SheetPlan& plan, const PageMap& map, double reach_mm,
+std::vector<SidePoint> FindSides(const PageView& page, const ChannelMix& mix, const SheetPlan& plan,
+                                 const PageMap& map, double reach_mm,
                                  std::array<double, kSides>& support) {
   constexpr double kStep_mm = 2;
   std::vector<SidePoint> points;
@@ -132,8 +131,9 @@ std::vector<SidePoint> FindSides(const PageView& page, const ChannelMix& mix,
       ++found;
       const LocalMap local = map.Near(OnSide(map, side, along_mm));
       const double outward_mm = -Outward(side) * *inside_mm;
-      points.push_back({side, along_mm,
-                        IsUpright(side) ? local.ToPage(outward_mm, 0) : local.ToPage(0, outward_mm)});
+      points.push_back(
+          {side, along_mm,
+           IsUpright(side) ? local.ToPage(outward_mm, 0) : local.ToPage(0, outward_mm)});
     }
     support[i] = tried == 0 ? 0 : static_cast<double>(found) / tried;
   }
@@ -189,8 +189,8 @@ void FitAffine(const std::vector<SidePoint>& points, PageMap& map) {
 double Beyond_mm(const PageMap& map, const SidePoint& point) {
   const LocalMap local = map.Near(OnSide(map, point.side, point.along_mm));
   const PagePoint d = point.place - local.at;
-  const double determinant = local.u_px_mm.x_px * local.v_px_mm.y_px -
-                             local.u_px_mm.y_px * local.v_px_mm.x_px;
+  const double determinant =
+      local.u_px_mm.x_px * local.v_px_mm.y_px - local.u_px_mm.y_px * local.v_px_mm.x_px;
   return IsUpright(point.side)
              ? (d.x_px * local.v_px_mm.y_px - d.y_px * local.v_px_mm.x_px) / determinant
              : (local.u_px_mm.x_px * d.y_px - local.u_px_mm.y_px * d.x_px) / determinant;
@@ -207,8 +207,7 @@ void FitBending(const std::vector<SidePoint>& points, PageMap& map) {
     Eigen::VectorXd y(design.rows());
     for (Eigen::Index k = 0; k < design.rows(); ++k) {
       const SidePoint& point = *used[static_cast<std::size_t>(k)];
-      const double t =
-          point.along_mm / (IsUpright(side) ? map.half_height_mm : map.half_width_mm);
+      const double t = point.along_mm / (IsUpright(side) ? map.half_height_mm : map.half_width_mm);
       design.row(k) << 1, t, t * t, t * t * t;
       y[k] = Beyond_mm(map, point);
     }

@@ -32,9 +32,9 @@ double LegInk(const PageView& page, const ChannelMix& mix, const SheetPlan& plan
       static_cast<std::size_t>(plan.settings.line_width_mm / step_mm), 1, columns);
   double most = -1e9;
   for (std::size_t first = 0; first + width <= columns; ++first) {
-    const double sum = std::accumulate(profile.begin() + static_cast<std::ptrdiff_t>(first),
-                                       profile.begin() + static_cast<std::ptrdiff_t>(first + width),
-                                       0.0);
+    const double sum =
+        std::accumulate(profile.begin() + static_cast<std::ptrdiff_t>(first),
+                        profile.begin() + static_cast<std::ptrdiff_t>(first + width), 0.0);
     most = std::max(most, sum / static_cast<double>(width));
   }
   const auto middle = profile.begin() + static_cast<std::ptrdiff_t>(columns / 2);

@@ -15,7 +15,7 @@ struct CodeReading {
   std::vector<double> ink;  ///< of each cell's leg; about 1 where there is one
   std::vector<bool> dark;
   double contrast = 0;  ///< between dark and light cells; a printed code has at least 0.3
-  std::optional<std::uint32_t> sheet_id;  ///< nothing where the check bits disagree
+  std::optional<std::uint16_t> sheet_id;  ///< nothing where the check bits disagree
   int wrong_cells = 0;                    ///< that differ from the plan's
 };
 

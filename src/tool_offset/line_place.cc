@@ -11,8 +11,8 @@ std::optional<LinePlace> HalfInkPlace(std::span<const float> ink, double low, do
     return std::nullopt;
   }
   const auto first = static_cast<std::size_t>(std::floor(low + 0.5));
-  const std::size_t last = std::min(static_cast<std::size_t>(std::floor(high + 0.5)),
-                                    ink.size() - 1);
+  const std::size_t last =
+      std::min(static_cast<std::size_t>(std::floor(high + 0.5)), ink.size() - 1);
   const auto part = [&](std::size_t i) {
     const double at = static_cast<double>(i);
     return std::min(high, at + 0.5) - std::max(low, at - 0.5);

@@ -20,7 +20,8 @@ struct LinePlace {
 /// that for pixels that average over their area nothing is lost: a clean line is found exactly,
 /// however few pixels wide. A centroid errs there by up to 0.03 samples and weighs far dirt more.
 /// @param ink  zero on paper, positive on ink; noise may be negative.
-/// @param low, high  samples; the window's ends, on paper or cut at the same distance from the line.
+/// @param low, high  samples; the window's ends, on paper or cut at the same distance from the
+/// line.
 /// @returns nothing where the window leaves the samples or holds no ink.
 [[nodiscard]] std::optional<LinePlace> HalfInkPlace(std::span<const float> ink, double low,
                                                     double high);

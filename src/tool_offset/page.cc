@@ -73,8 +73,8 @@ bool SampleStrip(const PageView& page, const ChannelMix& mix, const Strip& strip
   if (strip.rows < 1 || strip.columns < 1) return false;
   const PagePoint along = static_cast<double>(strip.rows - 1) * strip.row_step;
   const PagePoint across = static_cast<double>(strip.columns - 1) * strip.column_step;
-  for (const PagePoint corner : {strip.origin, strip.origin + along, strip.origin + across,
-                                 strip.origin + along + across}) {
+  for (const PagePoint corner :
+       {strip.origin, strip.origin + along, strip.origin + across, strip.origin + along + across}) {
     if (!Inside(page, corner)) return false;  // also what is not a number
   }
   out.resize(static_cast<std::size_t>(strip.rows) * static_cast<std::size_t>(strip.columns));

@@ -20,10 +20,8 @@ double Between(double lower, double upper, double t) {
 PagePoint PageMap::ToPage(SheetPoint point) const {
   const double s = point.u_mm / half_width_mm;
   const double t = point.v_mm / half_height_mm;
-  const double u_mm =
-      point.u_mm + Between(Cubic(bend_mm[kLeft], t), Cubic(bend_mm[kRight], t), s);
-  const double v_mm =
-      point.v_mm + Between(Cubic(bend_mm[kBottom], s), Cubic(bend_mm[kTop], s), t);
+  const double u_mm = point.u_mm + Between(Cubic(bend_mm[kLeft], t), Cubic(bend_mm[kRight], t), s);
+  const double v_mm = point.v_mm + Between(Cubic(bend_mm[kBottom], s), Cubic(bend_mm[kTop], s), t);
   return middle + u_mm * u_px_mm + v_mm * v_px_mm;
 }
 

@@ -27,7 +27,7 @@ enum class Finding { kNothing, kPart, kUnreadable, kOther, kMirrored, kSheet };
 struct Attempt {
   Finding finding = Finding::kNothing;
   SheetOnPage sheet;
-  std::uint32_t other_id = 0;
+  std::uint16_t other_id = 0;
 };
 
 /// Strength that only ink and edges have: the 99.7 % point, or what stands out of noise.
@@ -96,8 +96,8 @@ PageMap StartMap(const SmallPage& small, const BoxCandidate& candidate, std::siz
   map.half_width_mm = plan.width_mm / 2;
   map.half_height_mm = plan.height_mm / 2;
   map.middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-  map.u_px_mm = (1 / plan.width_mm) * (corners[1] - corners[0]);
-  map.v_px_mm = (1 / plan.height_mm) * (corners[3] - corners[0]);
+  map.u_px_mm = (0.5 / plan.width_mm) * (corners[1] - corners[0] + corners[2] - corners[3]);
+  map.v_px_mm = (0.5 / plan.height_mm) * (corners[3] - corners[0] + corners[2] - corners[1]);
   if (map.mirrored()) map.v_px_mm = -1.0 * map.v_px_mm;
   return map;
 }
@@ -228,7 +228,8 @@ Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& p
 std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan) {
   switch (attempt.finding) {
     case Finding::kMirrored:
-      return "the scan is mirrored: the sheet's code reads only from behind. Switch off mirroring in "
+      return "the scan is mirrored: the sheet's code reads only from behind. Switch off mirroring "
+             "in "
              "the scanner's driver, or scan the printed side; a mirrored picture would turn the "
              "signs of the offsets round";
     case Finding::kOther:
@@ -272,9 +273,9 @@ Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan) {
     last_threshold = threshold;
     Search search = SearchAt(page, small, plan, threshold);
     if (search.sheets > 1) {
-      return Fail(fmt::format("{} sheets were found on the page: scan one at a time",
-                              search.sheets),
-                  ErrorKind::kMeasurement);
+      return Fail(
+          fmt::format("{} sheets were found on the page: scan one at a time", search.sheets),
+          ErrorKind::kMeasurement);
     }
     if (search.best.finding > best.finding) best = std::move(search.best);
     if (best.finding >= Finding::kOther) break;

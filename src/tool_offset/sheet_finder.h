@@ -16,9 +16,9 @@ namespace trammel::tool_offset {
 /// Where the sheet lies on the page, and how that was found.
 struct SheetOnPage {
   PageMap map;
-  std::array<PagePoint, 4> corners;  ///< of the box as first seen, page pixels
-  std::vector<PagePoint> box_places; ///< on the outermost line
-  double box_rms_mm = 0;             ///< of those against the map
+  std::array<PagePoint, 4> corners;   ///< of the box as first seen, page pixels
+  std::vector<PagePoint> box_places;  ///< on the outermost line
+  double box_rms_mm = 0;              ///< of those against the map
   CodeReading code;
   ChannelMix reference_mix{};  ///< makes the reference tool's ink about 1 above its paper
   bool ink_is_darker = true;   ///< than the paper

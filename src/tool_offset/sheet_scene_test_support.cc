@@ -75,15 +75,18 @@ class Press {
 
   SheetPoint Wrinkled(SheetPoint point) const {
     const double k = 2 * std::numbers::pi / scene_.wrinkle_length_mm;
-    return {point.u_mm + scene_.wrinkle_mm * std::sin(k * (point.u_mm + 0.4 * point.v_mm) + phases_[0]),
-            point.v_mm + scene_.wrinkle_mm * std::sin(k * (point.v_mm - 0.3 * point.u_mm) + phases_[1])};
+    return {
+        point.u_mm + scene_.wrinkle_mm * std::sin(k * (point.u_mm + 0.4 * point.v_mm) + phases_[0]),
+        point.v_mm +
+            scene_.wrinkle_mm * std::sin(k * (point.v_mm - 0.3 * point.u_mm) + phases_[1])};
   }
 
   void Line(const Leg& leg, int tool, bool noisy) {
     if (scene_.silent_tools.contains(tool)) return;
     SheetPoint shift = Shift(leg, tool, noisy);
     if (noisy && scene_.placement_mm > 0) {
-      const double length = std::hypot(leg.end.u_mm - leg.start.u_mm, leg.end.v_mm - leg.start.v_mm);
+      const double length =
+          std::hypot(leg.end.u_mm - leg.start.u_mm, leg.end.v_mm - leg.start.v_mm);
       const double by = random_.Normal(0, scene_.placement_mm) / length;
       shift.u_mm += by * (leg.end.v_mm - leg.start.v_mm);
       shift.v_mm -= by * (leg.end.u_mm - leg.start.u_mm);

@@ -21,13 +21,13 @@ struct SheetScene {
   double scale_u = 1;  ///< of the paper itself
   double scale_v = 1;
 
-  std::map<int, SheetPoint> offset_mm;            ///< of each tool, bed axes: u_mm is dx, v_mm is dy
+  std::map<int, SheetPoint> offset_mm;  ///< of each tool, bed axes: u_mm is dx, v_mm is dy
   std::map<int, std::array<double, 3>> tool_ink;  ///< blue, green, red
   std::set<int> silent_tools;                     ///< print nothing
   double backlash_x_mm = 0;
   double backlash_y_mm = 0;
-  double placement_mm = 0;   ///< standard deviation of each leg, across itself
-  double wrinkle_mm = 0;     ///< amplitude
+  double placement_mm = 0;  ///< standard deviation of each leg, across itself
+  double wrinkle_mm = 0;    ///< amplitude
   double wrinkle_length_mm = 52;
   std::vector<support::PaperStroke> more;  ///< page coordinates
 };
@@ -35,8 +35,13 @@ struct SheetScene {
 struct ScannedScene {
   support::PaperPage page;
   [[nodiscard]] PageView view() const {
-    return {page.pixels.data(), page.width, page.height, page.channels,
-            std::ptrdiff_t{page.channels} * page.width, {}, {}};
+    return {page.pixels.data(),
+            page.width,
+            page.height,
+            page.channels,
+            std::ptrdiff_t{page.channels} * page.width,
+            {},
+            {}};
   }
 };
 

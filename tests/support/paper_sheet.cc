@@ -45,7 +45,8 @@ class RoughEdge {
   }
   [[nodiscard]] double at(double along) const {
     if (values_.empty()) return 0;
-    const double place = std::clamp(along / step_, 0.0, static_cast<double>(values_.size()) - 1.001);
+    const double place =
+        std::clamp(along / step_, 0.0, static_cast<double>(values_.size()) - 1.001);
     const auto i = static_cast<std::size_t>(place);
     return values_[i] + (place - static_cast<double>(i)) * (values_[i + 1] - values_[i]);
   }
@@ -96,8 +97,9 @@ class Canvas {
         const double s = (x - x0) * ux + (y - y0) * uy;
         const double t = -(x - x0) * uy + (y - y0) * ux;
         if (std::abs(t) > margin || s < -margin || s > length + margin) continue;
-        const double cover = (side.Cover(half + right.at(s) - t) - side.Cover(-half - left.at(s) - t)) *
-                             (end.Cover(s) - end.Cover(s - length));
+        const double cover =
+            (side.Cover(half + right.at(s) - t) - side.Cover(-half - left.at(s) - t)) *
+            (end.Cover(s) - end.Cover(s - length));
         if (cover > 0) Blend(x, y, cover, stroke.ink);
       }
     }
