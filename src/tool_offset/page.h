@@ -1,29 +1,13 @@
-// The scanned page as it was decoded, and how parts of it are sampled: never copied as a whole.
+// Places on a scanned page, and how parts of it are sampled: it is never copied as a whole.
 #pragma once
 
 #include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
 #include <vector>
 
+#include "base/page.h"
 #include "base/result.h"
 
 namespace trammel::tool_offset {
-
-/// A read-only window into a decoded page. Does not own it. 8-bit grey or BGR, row-major.
-struct PageView {
-  const std::uint8_t* data = nullptr;
-  int width = 0;              ///< px
-  int height = 0;             ///< px
-  int channels = 1;           ///< 1 (grey) or 3 (blue, green, red side by side)
-  std::ptrdiff_t stride = 0;  ///< bytes from one row to the next, >= channels * width
-  /// What the file or the user says, in dots per inch; only compared with what the box says.
-  std::optional<double> dpi_x;
-  std::optional<double> dpi_y;
-
-  [[nodiscard]] const std::uint8_t* row(int y) const { return data + y * stride; }
-};
 
 /// Names what is wrong with a page that cannot be one.
 [[nodiscard]] Result<void> CheckPage(const PageView& page);

@@ -35,13 +35,8 @@ struct SheetScene {
 struct ScannedScene {
   support::PaperPage page;
   [[nodiscard]] PageView view() const {
-    return {page.pixels.data(),
-            page.width,
-            page.height,
-            page.channels,
-            std::ptrdiff_t{page.channels} * page.width,
-            {},
-            {}};
+    return {page.pixels.data(), page.width, page.height, page.channels,
+            std::ptrdiff_t{page.channels} * page.width};
   }
 };
 

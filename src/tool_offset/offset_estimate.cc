@@ -1,0 +1,254 @@
+#include "tool_offset/offset_estimate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/statistics.h"
+#include "tool_offset/sheet_model.h"
+#include "tool_offset/structure_reader.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+/// A bed axis in the sheet's axes.
+struct Turn {
+  double c = 1;
+  double s = 0;
+
+  explicit Turn(const SheetPlan& plan)
+      : c(std::cos(plan.settings.tilt_deg * std::numbers::pi / 180)),
+        s(std::sin(plan.settings.tilt_deg * std::numbers::pi / 180)) {}
+  /// bed = c u - s v, s u + c v
+  [[nodiscard]] SheetPoint x() const { return {c, -s}; }
+  [[nodiscard]] SheetPoint y() const { return {s, c}; }
+  [[nodiscard]] SheetPoint Bed(SheetPoint sheet) const {
+    return {c * sheet.u_mm - s * sheet.v_mm, s * sheet.u_mm + c * sheet.v_mm};
+  }
+};
+
+Measured Answer(const std::optional<Quantity>& quantity, const std::string& why_not) {
+  return quantity ? Measured::Good(*quantity) : Measured::CannotTell(why_not);
+}
+
+/// Why structures with this tool could not be read: the first reason.
+std::string FirstReason(const SheetPlan& plan, const SheetResult& result, int tool) {
+  for (const StructureReading& reading : result.structures) {
+    const Structure& structure = plan.structures[reading.structure];
+    if (reading.offset_mm.good() || structure.purpose != Purpose::kTool) continue;
+    if (structure.combs[0].tool != tool && structure.combs[1].tool != tool) continue;
+    return fmt::format("{}: {}", reading.name, reading.offset_mm.reason());
+  }
+  return "too few of its structures could be read";
+}
+
+/// Where the reference tool's combs lie on the map, drawn like the coarse marks: what the box's own
+/// place, the play and the bending of the paper do to a coarse value.
+struct CoarseDatum {
+  SheetPoint mean;
+  double scatter_mm = 0;
+};
+
+CoarseDatum ReferenceDatum(const SheetPlan& plan, const SheetResult& result) {
+  std::array<std::vector<double>, 2> places_mm;
+  for (const StructureReading& reading : result.structures) {
+    const Structure& structure = plan.structures[reading.structure];
+    for (const FingerReading& finger : reading.fingers) {
+      const Comb& comb = structure.combs[finger.comb];
+      if (comb.tool != plan.settings.reference_tool || comb.pick_up > 0) continue;
+      if (structure.purpose == Purpose::kSelfTest || comb.direction < 0) continue;
+      if (!finger.left_out.empty()) continue;
+      places_mm[structure.axis == Axis::kX ? 0 : 1].push_back(finger.position_mm);
+    }
+  }
+  CoarseDatum datum;
+  double squares = 0;
+  for (const std::size_t axis : {std::size_t{0}, std::size_t{1}}) {
+    if (places_mm[axis].empty()) continue;
+    (axis == 0 ? datum.mean.u_mm : datum.mean.v_mm) = Mean(places_mm[axis]);
+    squares = std::max(squares, std::pow(StandardDeviation(places_mm[axis]), 2));
+  }
+  datum.scatter_mm = std::sqrt(squares);
+  return datum;
+}
+
+Measured CoarseAnswer(double value_mm, double standard_uncertainty_mm) {
+  Quantity quantity;
+  quantity.value = value_mm;
+  quantity.standard_uncertainty = standard_uncertainty_mm;
+  const double half = 2 * standard_uncertainty_mm;
+  quantity.interval95 = {value_mm - half, value_mm + half};
+  return Measured::Good(quantity);
+}
+
+void Refuse(const std::string& reason, ToolReading& tool) {
+  tool.dx_mm = tool.dy_mm = Measured::Refused(reason);
+}
+
+/// A tool whose teeth touch: the mark's value, and what to do.
+void AnswerCoarsely(const SheetPlan& plan, const CoarseDatum& datum, ToolReading& tool) {
+  /// A mark lies elsewhere on the paper than the combs, with its own bending.
+  constexpr double kLeast_mm = 0.015;
+  const double uncertainty_mm = std::sqrt(std::pow(tool.mark.standard_uncertainty_mm, 2) +
+                                          std::pow(std::max(kLeast_mm, datum.scatter_mm), 2));
+  tool.coarse = true;
+  tool.dx_mm = CoarseAnswer(tool.coarse_mm.u_mm, uncertainty_mm);
+  tool.dy_mm = CoarseAnswer(tool.coarse_mm.v_mm, uncertainty_mm);
+  tool.notice = fmt::format(
+      "T{} is {:+.2f} / {:+.2f} mm off, too far for its combs (up to {:.2f} mm): apply this coarse "
+      "value, then print and scan the sheet again",
+      tool.tool, tool.coarse_mm.u_mm, tool.coarse_mm.v_mm, FineReach_mm(plan.settings));
+}
+
+void AnswerFinely(const SheetPlan& plan, const SheetModel& model, const SheetResult& result,
+                  SheetPoint coarse_shift, ToolReading& tool) {
+  constexpr double kAgree_mm = 0.25;  // combs and mark; the finder's reach is 0.45 mm
+  const Turn turn(plan);
+  Combination dx;
+  Combination dy;
+  dx.tool[tool.tool] = turn.x();
+  dy.tool[tool.tool] = turn.y();
+  const auto x = model.Estimate(dx);
+  const auto y = model.Estimate(dy);
+  if (!x || !y) {
+    return Refuse(fmt::format("T{}: {}", tool.tool, FirstReason(plan, result, tool.tool)), tool);
+  }
+  const SheetPoint coarse = turn.Bed(coarse_shift);
+  const double apart_mm = std::hypot(x->value - coarse.u_mm, y->value - coarse.v_mm);
+  if (apart_mm > kAgree_mm) {
+    return Refuse(fmt::format("T{}: its combs say {:+.3f} / {:+.3f} mm, but its coarse mark says "
+                              "{:+.2f} / {:+.2f} mm: something else lies on the mark or in the "
+                              "combs; print the sheet again",
+                              tool.tool, x->value, y->value, coarse.u_mm, coarse.v_mm),
+                  tool);
+  }
+  tool.dx_mm = Measured::Good(*x);
+  tool.dy_mm = Measured::Good(*y);
+}
+
+void AnswerTools(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
+  const CoarseDatum datum = ReferenceDatum(plan, result);
+  const Turn turn(plan);
+  const double reach_mm = FineReach_mm(plan.settings);
+  for (ToolReading& tool : result.tools) {
+    if (!tool.mark.found) {
+      Refuse(
+          fmt::format("T{}: no coarse mark within {:.0f} mm of its place (the best contrast there "
+                      "is {:.0f} of 255 levels): it did not print, or its ink is too faint on this "
+                      "paper; check that it extrudes, or use a colour that stands out",
+                      tool.tool, kCoarseReach_mm, tool.mark.best_contrast),
+          tool);
+      continue;
+    }
+    const SheetPoint shift{tool.mark.shift.u_mm - datum.mean.u_mm,
+                           tool.mark.shift.v_mm - datum.mean.v_mm};
+    tool.coarse_mm = turn.Bed(shift);
+    if (std::max(std::abs(tool.mark.shift.u_mm), std::abs(tool.mark.shift.v_mm)) > reach_mm) {
+      AnswerCoarsely(plan, datum, tool);
+    } else {
+      AnswerFinely(plan, model, result, shift, tool);
+    }
+  }
+}
+
+void AnswerAxes(const SheetModel& model, SheetResult& result) {
+  const std::string unread = "too few structures of the reference tool could be read";
+  Combination weight;
+  weight.play = {1, 0};
+  result.backlash_mm.x = Answer(model.Estimate(weight), unread);
+  weight.play = {0, 1};
+  result.backlash_mm.y = Answer(model.Estimate(weight), unread);
+  weight.play = {};
+  weight.bias = {SheetPoint{0.5, 0}, SheetPoint{0.5, 0}};
+  result.control_bias_mm.x = Answer(model.Estimate(weight), unread);
+  weight.bias = {SheetPoint{0, 0.5}, SheetPoint{0, 0.5}};
+  result.control_bias_mm.y = Answer(model.Estimate(weight), unread);
+}
+
+void AnswerScale(const SheetPlan& plan, SheetResult& result) {
+  for (const Axis axis : {Axis::kX, Axis::kY}) {
+    std::vector<double> scale;
+    for (const StructureReading& reading : result.structures) {
+      const Structure& structure = plan.structures[reading.structure];
+      if (structure.axis != axis || !reading.offset_mm.good()) continue;
+      const LocalMap local = result.sheet.map.Near(structure.middle);
+      scale.push_back(Length(axis == Axis::kX ? local.u_px_mm : local.v_px_mm) *
+                      (1 + reading.stretch));
+    }
+    Measured& answer = axis == Axis::kX ? result.px_per_mm.x : result.px_per_mm.y;
+    if (scale.size() < 2) {
+      answer = Measured::CannotTell("fewer than two structures along this axis could be read");
+      continue;
+    }
+    Quantity quantity;
+    const auto count = static_cast<double>(scale.size());
+    quantity.value = Mean(scale);
+    quantity.standard_uncertainty = StandardDeviation(scale) / std::sqrt(count);
+    const double half = StudentT95(count - 1) * quantity.standard_uncertainty;
+    quantity.interval95 = {quantity.value - half, quantity.value + half};
+    answer = Measured::Good(quantity);
+  }
+}
+
+void AnswerPickUps(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
+  const Turn turn(plan);
+  for (const int tool : plan.settings.tools) {
+    for (int pick_up = 1; pick_up <= plan.settings.pick_ups; ++pick_up) {
+      const std::string unread =
+          fmt::format("T{}: its structures of pick-up {} could not be read", tool, pick_up);
+      Combination x;
+      Combination y;
+      x.pick_up[{tool, pick_up}] = turn.x();
+      y.pick_up[{tool, pick_up}] = turn.y();
+      result.pick_ups.push_back(
+          {tool, pick_up, Answer(model.Estimate(x), unread), Answer(model.Estimate(y), unread)});
+    }
+  }
+}
+
+void AnswerSelfTest(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
+  for (const StructureReading& reading : result.structures) {
+    const Structure& structure = plan.structures[reading.structure];
+    if (structure.purpose != Purpose::kSelfTest) continue;
+    const SheetPoint& first = structure.combs[0].programmed;
+    const SheetPoint& second = structure.combs[1].programmed;
+    const double programmed_mm =
+        structure.axis == Axis::kX ? second.u_mm - first.u_mm : second.v_mm - first.v_mm;
+    const std::string why_not =
+        reading.offset_mm.good() ? "the method's bias is not known" : reading.offset_mm.reason();
+    result.self_tests.push_back(
+        {reading.name, programmed_mm, Answer(model.WithoutBias(plan, reading), why_not)});
+  }
+}
+
+void Notify(const SheetModel& model, SheetResult& result) {
+  result.finger_scatter_mm = model.pooled_scatter_mm();
+  result.chi_square_per_freedom = model.freedom() > 0 ? model.chi_square() / model.freedom() : 1;
+  if (model.bias_by_direction()) {
+    result.notices.push_back(
+        "the control structures drawn one way disagree with those drawn the other way beyond their "
+        "scatter: a bias for each way is fitted, and the intervals are wider");
+  }
+  if (model.widened()) {
+    result.notices.push_back(fmt::format(
+        "the structures contradict each other by {:.1f} times what the scatter of their fingers "
+        "explains: all intervals are wider by that much",
+        std::sqrt(result.chi_square_per_freedom)));
+  }
+}
+
+}  // namespace
+
+void EstimateOffsets(const SheetPlan& plan, SheetResult& result) {
+  const SheetModel model(plan, result.structures);
+  AnswerTools(plan, model, result);
+  AnswerAxes(model, result);
+  AnswerScale(plan, result);
+  AnswerPickUps(plan, model, result);
+  AnswerSelfTest(plan, model, result);
+  Notify(model, result);
+}
+
+}  // namespace trammel::tool_offset

@@ -1,0 +1,37 @@
+// All fingers of one structure on the scan.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "tool_offset/ink_channel.h"
+#include "tool_offset/sheet_result.h"
+
+namespace trammel::tool_offset {
+
+/// What is known of a comb before it is read.
+struct CombExpectation {
+  ChannelMix mix{};  ///< its ink is about 1 above its paper
+  SheetPoint
+      shift;  ///< of the tool against the plan, from its coarse mark; without a programmed one
+  std::string tool;  ///< "T1", for reasons
+};
+
+/// Beyond this the teeth of two combs begin to touch, less a margin for blur.
+[[nodiscard]] double FineReach_mm(const SheetSettings& settings);
+
+/// Reads every finger of both combs.
+///
+/// First each finger is looked for where it stands alone, then a robust line through a comb's
+/// fingers says where each must be, and there it is read. Fingers that are broken, blotted, merged
+/// or missing are left out, each with its reason.
+/// @returns the fingers of comb 0, then of comb 1; an error that names the tool where more than
+/// half
+///          of a comb is missing.
+[[nodiscard]] Result<std::vector<FingerReading>> ReadStructure(
+    const PageView& page, const PageMap& map, const SheetPlan& plan, const Structure& structure,
+    const std::array<CombExpectation, 2>& expected);
+
+}  // namespace trammel::tool_offset
