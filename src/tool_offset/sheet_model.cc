@@ -6,17 +6,12 @@
 #include <numbers>
 
 #include "base/statistics.h"
+#include "tool_offset/chi_square.h"
 
 namespace trammel::tool_offset {
 namespace {
 
-/// Probability that chi-square with `freedom` degrees exceeds the value (Wilson & Hilferty 1931).
-double ChiSquareTail(double value, int freedom) {
-  if (freedom < 1) return 1;
-  const double spread = 2.0 / (9.0 * freedom);
-  const double z = (std::cbrt(value / freedom) - (1 - spread)) / std::sqrt(spread);
-  return std::erfc(z / std::numbers::sqrt2) / 2;
-}
+/// Less likely than this by chance: a contradiction.
 constexpr double kContradiction = 0.01;
 
 /// Pooled scatter of a tool's fingers.
