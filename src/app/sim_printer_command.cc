@@ -50,6 +50,7 @@ sim::MachineOptions MachineOf(const PrinterArguments& arguments, const sim::Klip
   sim::MachineOptions options;
   options.klipper = sim::DefaultKlipperConfig(arguments.laser_limit_s, arguments.heater_limit_s);
   options.klipper.load_cell = cell;
+  if (cell) sim::AddTapMacros(options.klipper);
   options.faults = faults;
   options.seed = arguments.seed;
   options.pressure_advance_s = arguments.pressure_advance_s;

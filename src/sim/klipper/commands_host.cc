@@ -194,9 +194,42 @@ Result<Outcome> StartSd(VirtualKlipper& machine, const CommandLine&) {
 
 Result<Outcome> Nothing(VirtualKlipper&, const CommandLine&) { return Outcome{}; }
 
+Result<void> CheckGuard(const VirtualKlipper& machine, const MacroGuard& guard) {
+  const auto text = [&](const std::string& name) -> std::string {
+    const auto macro = machine.kept.find(guard.macro);
+    if (macro == machine.kept.end()) return "none";
+    const auto found = macro->second.find(name);
+    return found == macro->second.end() ? "none" : found->second;
+  };
+  if (text(guard.kept) == guard.value) return {};
+  return Fail(fmt::format("trammel: no contact, {}: {}", text(guard.kept), text(guard.because)));
+}
+
+std::vector<std::string> LinesWith(const MacroConfig& macro, const std::string& raw_parameters) {
+  static const std::string kRaw = "{rawparams}";
+  std::vector<std::string> lines = macro.lines;
+  for (std::string& text : lines) {
+    const std::size_t at = text.find(kRaw);
+    if (at != std::string::npos) text.replace(at, kRaw.size(), raw_parameters);
+  }
+  return lines;
+}
+
 // A macro's lines, after its call of a client.
 Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro,
                          const CommandLine& line) {
+  if (macro.guard) {
+    if (const auto passed = CheckGuard(machine, *macro.guard); !passed) {
+      return tl::unexpected(passed.error());
+    }
+  }
+  if (!macro.keeps.empty()) {
+    auto& kept = machine.kept[line.name];
+    kept.clear();
+    for (const std::string& name : macro.keeps) {
+      if (line.has(name)) kept[name] = line.parameters.at(name);
+    }
+  }
   if (!macro.remote_method.empty()) {
     KlipperEvent event;
     event.kind = KlipperEvent::Kind::kRemoteCall;
@@ -210,7 +243,7 @@ Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro,
     }
     machine.CallRemote(std::move(event));
   }
-  return Outcome{{}, macro.lines};
+  return Outcome{{}, LinesWith(macro, line.rest)};
 }
 
 }  // namespace

@@ -27,4 +27,17 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
   return config;
 }
 
+void AddTapMacros(KlipperConfig& config, double answer_s) {
+  config.macros["TRAMMEL_TAP"].lines = {"PROBE {rawparams}", "_TRAMMEL_TAP_ASK"};
+  MacroConfig& ask = config.macros["_TRAMMEL_TAP_ASK"];
+  ask.remote_method = "trammel_tap";
+  ask.lines = {fmt::format("UPDATE_DELAYED_GCODE ID=_TRAMMEL_NO_TAP DURATION={:.3f}", answer_s)};
+  MacroConfig& result = config.macros["TRAMMEL_TAP_RESULT"];
+  result.keeps = {"VERDICT", "REASON", "Z", "U"};
+  result.lines = {"UPDATE_DELAYED_GCODE ID=_TRAMMEL_NO_TAP DURATION=0", "TRAMMEL_TAP_DONE"};
+  config.macros["TRAMMEL_TAP_DONE"].guard =
+      MacroGuard{"TRAMMEL_TAP_RESULT", "VERDICT", "good", "REASON"};
+  config.delayed_gcode["_TRAMMEL_NO_TAP"] = {"TRAMMEL_TAP_RESULT VERDICT=refused REASON=no_answer"};
+}
+
 }  // namespace trammel::sim

@@ -39,9 +39,19 @@ struct RemoteArgument {
   bool number = false;
 };
 
+/// A macro that fails unless another one keeps a value.
+struct MacroGuard {
+  std::string macro;    ///< upper case
+  std::string kept;     ///< which of its variables
+  std::string value;    ///< that lets it pass
+  std::string because;  ///< the variable that says why not
+};
+
 /// [gcode_macro NAME]: plain lines, and at most one call of a client.
 struct MacroConfig {
-  std::vector<std::string> lines;
+  std::vector<std::string> lines;  ///< "{rawparams}" stands for the parameters as they were given
+  std::vector<std::string> keeps;  ///< parameters kept as its variables; those not given are not
+  std::optional<MacroGuard> guard;
   std::string remote_method;  ///< empty: none
   std::vector<RemoteArgument> remote_arguments;
 };
@@ -99,6 +109,11 @@ struct KlipperConfig {
 /// heaters `heater_limit_s` after TRAMMEL_KEEP_ALIVE.
 [[nodiscard]] KlipperConfig DefaultKlipperConfig(double laser_limit_s = 600,
                                                  double heater_limit_s = 1800);
+
+/// What klipper/trammel.cfg has for a load cell: TRAMMEL_TAP probes and calls the remote method
+/// trammel_tap, TRAMMEL_TAP_RESULT keeps the answer, TRAMMEL_TAP_DONE fails where that holds no
+/// contact. Without an answer it is REASON=no_answer after `answer_s`.
+void AddTapMacros(KlipperConfig& config, double answer_s = 5);
 
 /// What goes wrong, and when. Everything is off by default. Times are the machine's, in seconds
 /// since it was started.

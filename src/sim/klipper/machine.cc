@@ -105,6 +105,7 @@ void VirtualKlipper::Reset() {
   motion_.Reset({});
   if (config_.load_cell) cell_ = std::make_unique<CellProbe>(*config_.load_cell);
   last_probe_z_mm = 0;
+  kept.clear();
   stopped_at_s_.reset();
   settings = {config_.max_velocity_mm_s,           config_.max_accel_mm_s2,
               config_.square_corner_velocity_mm_s, config_.minimum_cruise_ratio,

@@ -122,6 +122,7 @@ class VirtualKlipper {
   [[nodiscard]] KlipperFaults& faults() { return faults_; }
   /// As if somebody had edited printer.cfg.
   [[nodiscard]] std::map<std::string, MacroConfig>& macros() { return config_.macros; }
+  [[nodiscard]] std::optional<LoadCellConfig>& load_cell() { return config_.load_cell; }
   [[nodiscard]] KlippyState state() const { return state_; }
   [[nodiscard]] const std::string& state_message() const { return state_message_; }
   [[nodiscard]] History& history() { return history_; }
@@ -172,6 +173,7 @@ class VirtualKlipper {
   double active_since_s = 0;
   bool save_config_pending = false;
   double last_probe_z_mm = 0;
+  std::map<std::string, std::map<std::string, std::string>> kept;  ///< by macros; upper case
   double plate_cleaned_s = 0;  ///< nothing printed before lies on the plate any more
   int xy_moves = 0;
   int laser_moves = 0;

@@ -198,5 +198,34 @@ TEST(Probe, PlasticUnderTheNozzleStopsTheApproachEarly) {
   EXPECT_FALSE(tap.truth.has_value());
 }
 
+TEST(TapMacros, KeepWhatTheyAreToldAndFailWithoutAContact) {
+  KlipperConfig config = ConfigWithCell();
+  AddTapMacros(config);
+  Bench bench(config);
+  ASSERT_EQ(bench.Run("TRAMMEL_TAP SAMPLES=2"), std::nullopt);
+  EXPECT_EQ(bench.klipper.history().taps.size(), 2u) << "PROBE has the macro's parameters";
+  ASSERT_EQ(bench.Run("TRAMMEL_TAP_RESULT VERDICT=good Z=0.01 U=0.001"), std::nullopt);
+  EXPECT_EQ(bench.klipper.kept["TRAMMEL_TAP_RESULT"]["Z"], "0.01");
+  EXPECT_EQ(bench.Run("TRAMMEL_TAP_RESULT VERDICT=refused REASON=no_break"),
+            "trammel: no contact, refused: no_break");
+  EXPECT_FALSE(bench.klipper.kept["TRAMMEL_TAP_RESULT"].contains("Z")) << "nothing of before";
+}
+
+TEST(TapMacros, GiveUpByThemselvesWhereNobodyAnswers) {
+  constexpr double kAnswerS = 5;
+  KlipperConfig config = ConfigWithCell();
+  AddTapMacros(config, kAnswerS);
+  Bench bench(config);
+  ASSERT_EQ(bench.Run("TRAMMEL_TAP"), std::nullopt);
+  const double asked_s = bench.klipper.now_s();
+  bench.klipper.Advance(asked_s + kAnswerS - 0.2);
+  EXPECT_TRUE(bench.klipper.kept.empty());
+  bench.klipper.Advance(asked_s + kAnswerS + 0.2);
+  EXPECT_EQ(bench.klipper.kept["TRAMMEL_TAP_RESULT"]["REASON"], "no_answer");
+  std::vector<std::string> heard;
+  for (const KlipperEvent& event : bench.klipper.TakeEvents()) heard.push_back(event.text);
+  EXPECT_THAT(heard, ::testing::Contains("!! trammel: no contact, refused: no_answer"));
+}
+
 }  // namespace
 }  // namespace trammel::sim
