@@ -45,6 +45,17 @@ std::string PlainId(const json& arguments) {
   return id;
 }
 
+// Of two differences the scatter would say next to nothing.
+std::string DifferenceText(const std::vector<double>& differences_mm) {
+  constexpr std::size_t kLeastForScatter = 3;
+  const double mean_um = Mean(differences_mm) * kUmPerMm;
+  const std::size_t count = differences_mm.size();
+  const std::string over = fmt::format("over {} tap{}", count, count == 1 ? "" : "s");
+  if (count < kLeastForScatter) return fmt::format("{:+.2f} µm {}", mean_um, over);
+  return fmt::format("{:+.2f} ± {:.2f} µm {}", mean_um,
+                     StandardDeviation(differences_mm) * kUmPerMm, over);
+}
+
 std::string WithId(std::string script, const std::string& id) {
   return id.empty() ? script : script + " ID=" + id;
 }
@@ -215,9 +226,8 @@ void TapWatcher::Close() {
     line += fmt::format("    printer's own z {:.4f} mm", *tap.recording.firmware_z_mm);
     if (tap.analysis.verdict == Verdict::kGood) {
       differences_mm_.push_back(*tap.recording.firmware_z_mm - tap.analysis.contact_z_mm);
-      line += fmt::format(", {:+.2f} µm from ours; so far {:+.2f} ± {:.2f} µm over {}",
-                          differences_mm_.back() * kUmPerMm, Mean(differences_mm_) * kUmPerMm,
-                          StandardDeviation(differences_mm_) * kUmPerMm, differences_mm_.size());
+      line += fmt::format(", {:+.2f} µm from ours", differences_mm_.back() * kUmPerMm);
+      if (differences_mm_.size() > 1) line += "; so far " + DifferenceText(differences_mm_);
     }
     line += '\n';
   }
@@ -248,9 +258,7 @@ void TapWatcher::PrintSummary() const {
   for (std::size_t i = 0; i < results.size(); ++i) results[i].time_s = received_s_[i];
   fmt::print("\n{}", report::EnsembleText(tap::Summarise(results), taps_));
   if (!differences_mm_.empty()) {
-    fmt::print("printer minus ours {:+.2f} ± {:.2f} µm over {} taps\n",
-               Mean(differences_mm_) * kUmPerMm, StandardDeviation(differences_mm_) * kUmPerMm,
-               differences_mm_.size());
+    fmt::print("printer minus ours {}\n", DifferenceText(differences_mm_));
   }
   if (!taps_.empty()) fmt::print("recorded          {}\n", options_.recording.string());
 }
