@@ -241,9 +241,44 @@ void DrawTile(Canvas& canvas, const Plot& plot, const tap::Place& place, double 
   }
 }
 
+/// Where taps were, and none has a height.
+std::vector<tap::Place> RefusedPlaces(std::span<const PlottedTap> taps,
+                                      const std::vector<tap::Place>& places) {
+  constexpr std::size_t kMost = 1000;
+  std::vector<tap::Place> refused;
+  const auto among = [](const tap::Recording& at, const std::vector<tap::Place>& known) {
+    const double same_mm = tap::EnsembleOptions{}.same_place_mm;
+    return std::any_of(known.begin(), known.end(), [&](const tap::Place& place) {
+      return std::hypot(place.x_mm - at.x_mm, place.y_mm - at.y_mm) <= same_mm;
+    });
+  };
+  for (const PlottedTap& tap : taps) {
+    const tap::Recording& at = tap.recording;
+    if (tap.contact.verdict == Verdict::kGood || refused.size() >= kMost) continue;
+    if (!std::isfinite(at.x_mm) || !std::isfinite(at.y_mm)) continue;
+    if (among(at, places) || among(at, refused)) continue;
+    tap::Place place;
+    place.x_mm = at.x_mm;
+    place.y_mm = at.y_mm;
+    refused.push_back(place);
+  }
+  return refused;
+}
+
+void DrawRefusedTile(Canvas& canvas, const Plot& plot, const tap::Place& place, double half_mm) {
+  const double left = plot.X(place.x_mm - half_mm);
+  const double right = plot.X(place.x_mm + half_mm);
+  const double top = plot.Y(place.y_mm + half_mm);
+  canvas.StrokeRect({left, top, right - left, plot.Y(place.y_mm - half_mm) - top},
+                    {.color = kMuted, .width_px = 1});
+  const TextStyle style{.size_px = 12, .color = kMuted, .align = Align::kMiddle};
+  const std::string text = canvas.TextWidth("refused", style) < right - left - 4 ? "refused" : "×";
+  canvas.Text({(left + right) / 2, plot.Y(place.y_mm) + 4}, text, style);
+}
+
 }  // namespace
 
-std::optional<Figure> MeshFigure(const tap::Ensemble& ensemble) {
+std::optional<Figure> MeshFigure(std::span<const PlottedTap> taps, const tap::Ensemble& ensemble) {
   std::vector<tap::Place> places;
   double mean_mm = 0;
   for (const tap::Place& place : ensemble.places) {
@@ -254,9 +289,12 @@ std::optional<Figure> MeshFigure(const tap::Ensemble& ensemble) {
   for (const tap::Place& place : places) mean_mm += place.z_mm / static_cast<double>(places.size());
   for (const tap::Place& place : places) heights.push_back((place.z_mm - mean_mm) * kUmPerMm);
   const Range height = RangeOf(heights);
-  const double tile = TileSize(places);
-  const Range x = Spread(places, &tap::Place::x_mm, tile * 0.6);
-  const Range y = Spread(places, &tap::Place::y_mm, tile * 0.6);
+  const std::vector<tap::Place> refused = RefusedPlaces(taps, places);
+  std::vector<tap::Place> all = places;
+  all.insert(all.end(), refused.begin(), refused.end());
+  const double tile = TileSize(all);
+  const Range x = Spread(all, &tap::Place::x_mm, tile * 0.6);
+  const Range y = Spread(all, &tap::Place::y_mm, tile * 0.6);
   Canvas canvas(kFigureWidthPx, kMeshPx);
   const RectPx bed = BedRect({70, 34, kFigureWidthPx - 220, kMeshPx - 90}, x, y);
   Plot plot =
@@ -266,11 +304,12 @@ std::optional<Figure> MeshFigure(const tap::Ensemble& ensemble) {
   for (const tap::Place& place : places) {
     DrawTile(canvas, plot, place, tile / 2, height, mean_mm);
   }
+  for (const tap::Place& place : refused) DrawRefusedTile(canvas, plot, place, tile / 2);
   DrawColorBar(canvas, {bed.right() + 24, bed.y, 18, bed.height}, height, "height (µm)");
   return Figure{"mesh",
                 "Each square is a place that was tapped, with its height above the mean of all. "
-                "Nothing is drawn between them, nor where every tap was refused: there nothing was "
-                "measured.",
+                "Nothing is drawn between them: there nothing was measured. An empty square is a "
+                "place where every tap was refused.",
                 std::move(canvas), false};
 }
 

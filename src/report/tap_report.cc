@@ -130,7 +130,7 @@ std::string NoiseText(const tap::NoiseSpectrum& noise) {
 std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_taps) {
   std::vector<Figure> figures;
   if (auto figure = SeriesFigure(input.taps, input.ensemble)) figures.push_back(std::move(*figure));
-  if (auto figure = MeshFigure(input.ensemble)) figures.push_back(std::move(*figure));
+  if (auto figure = MeshFigure(input.taps, input.ensemble)) figures.push_back(std::move(*figure));
   for (std::size_t i = 0; i < std::min(input.taps.size(), most_taps); ++i) {
     figures.push_back(TapFigure(input.taps[i]));
     if (auto figure = BeforeAfterFigure(input.taps[i])) figures.push_back(std::move(*figure));

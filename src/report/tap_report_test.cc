@@ -111,6 +111,34 @@ TEST(TapReport, DrawsEveryFigureOfAMeshOfTaps) {
   EXPECT_THAT(names, testing::ElementsAre("series", "mesh", "tap", "noise"));
 }
 
+TEST(TapReport, AMeshShowsWhereEveryTapWasRefused) {
+  Random random(5);
+  std::vector<PlottedTap> taps;
+  for (int i = 0; i < 9; ++i) {
+    taps.push_back(MakeTap(-0.005 + 0.001 * i, random));
+    taps.back().recording.x_mm = 50 + 40.0 * (i % 3);
+    taps.back().recording.y_mm = 50 + 40.0 * (i / 3);
+  }
+  const auto refused = [&taps] {
+    const auto figure = MeshFigure(taps, InputOf(taps).ensemble);
+    EXPECT_TRUE(figure);
+    const std::string svg = figure->canvas.ToSvg();
+    EXPECT_EQ(test::XmlProblem(svg), "");
+    return svg;
+  };
+  const std::string all_good = refused();
+  taps[4].contact.verdict = Verdict::kRefused;
+  const std::string one_refused = refused();
+  EXPECT_NE(one_refused, all_good);
+  const PlottedTap again = taps[4];
+  taps.push_back(again);
+  EXPECT_EQ(refused(), one_refused) << "a place is shown once";
+  taps.push_back(MakeTap(-0.001, random));
+  taps.back().recording.x_mm = again.recording.x_mm;
+  taps.back().recording.y_mm = again.recording.y_mm;
+  EXPECT_NE(refused(), one_refused) << "one good tap makes a height";
+}
+
 TEST(TapReport, DrawsEachRootCauseBesideThePublishedMethodAndNothingWithoutMoves) {
   Random random(4);
   PlottedTap tap = MakeTap(-0.005, random);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -140,14 +141,17 @@ class TapFinder {
   std::vector<Recording>& taps_;
 };
 
+Result<void> CheckPiece(std::uintmax_t bytes, const std::string& name) {
+  if (bytes <= kMaxJsonBytes) return {};
+  return Fail(
+      fmt::format("{}: is {} MB of JSON in one piece and at most {} MB are read; write "
+                  "one tap per line (JSON lines)",
+                  name, bytes >> 20, kMaxJsonBytes >> 20));
+}
+
 Result<void> ParseValue(std::string_view text, const std::string& name,
                         std::vector<Recording>& taps) {
-  if (text.size() > kMaxJsonBytes) {
-    return Fail(
-        fmt::format("{}: is {} MB of JSON in one piece and at most {} MB are read; write "
-                    "one tap per line (JSON lines)",
-                    name, text.size() >> 20, kMaxJsonBytes >> 20));
-  }
+  if (auto fits = CheckPiece(text.size(), name); !fits) return fits;
   const auto root = ParseJson(text, name);
   if (!root) {
     return Fail(fmt::format("{}. Was the file cut off, or does it hold NaN, which is not JSON?",
@@ -216,6 +220,27 @@ Result<std::vector<Recording>> ReadCsv(const std::filesystem::path& file, std::s
   return taps;
 }
 
+bool IsJson(std::string_view text, const std::filesystem::path& file) {
+  const std::string_view start = Trimmed(text.substr(0, 4096));
+  const std::size_t mark = start.starts_with("\xEF\xBB\xBF") ? 3 : 0;
+  const bool begins = start.size() > mark && (start[mark] == '{' || start[mark] == '[');
+  return begins || file.extension() == ".json" || file.extension() == ".jsonl";
+}
+
+/// Refuses JSON in one piece that is too large by its beginning, before the rest is read.
+Result<void> CheckSize(const std::filesystem::path& file) {
+  std::error_code unknown;
+  const std::uintmax_t size = std::filesystem::file_size(file, unknown);
+  if (unknown || size <= kMaxJsonBytes) return {};
+  std::ifstream stream(file, std::ios::binary);
+  std::string head(kMaxJsonBytes, '\0');
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(stream.gcount()));
+  const std::string_view start = Trimmed(head);
+  if (!IsJson(start, file) || IsJsonLines(start)) return {};
+  return CheckPiece(size, file.string());
+}
+
 ordered_json Numbers(const std::vector<double>& values) {
   ordered_json list = ordered_json::array();
   for (const double value : values) {
@@ -241,17 +266,14 @@ Result<std::vector<Recording>> ParseTaps(std::string_view text, const std::strin
 }
 
 Result<std::vector<Recording>> ReadTaps(const std::filesystem::path& file) {
+  if (auto fits = CheckSize(file); !fits) return tl::unexpected(fits.error());
   const auto text = ReadWholeFile(file, kMaxBytes);
   if (!text) return tl::unexpected(text.error());
-  const std::string_view start = Trimmed(std::string_view(*text).substr(0, 4096));
-  if (start.empty()) {
+  if (Trimmed(std::string_view(*text).substr(0, 4096)).empty()) {
     return Fail(
         fmt::format("{}: is empty; it must hold taps as JSON, JSON lines or CSV", file.string()));
   }
-  const std::size_t mark = start.starts_with("\xEF\xBB\xBF") ? 3 : 0;
-  const bool is_json = start.size() > mark && (start[mark] == '{' || start[mark] == '[');
-  const bool named_json = file.extension() == ".json" || file.extension() == ".jsonl";
-  if (is_json || named_json) return ParseTaps(*text, file.string());
+  if (IsJson(*text, file)) return ParseTaps(*text, file.string());
   return ReadCsv(file, *text);
 }
 

@@ -234,6 +234,19 @@ struct HeightWorld {
   }
 };
 
+TEST(TapFile, OversizedJsonIsRefusedByItsBeginning) {
+  const test::TemporaryFolder folder;
+  for (const char* start : {"[{\"time\": [", "{\n\"time\": [1,\n2"}) {
+    const auto file = folder.path() / "huge.json";
+    test::WriteWhole(file, start);
+    std::filesystem::resize_file(file, std::uintmax_t{900} << 20);  // a hole: it takes no room
+    const auto taps = ReadTaps(file);
+    ASSERT_FALSE(taps);
+    EXPECT_THAT(taps.error().message,
+                HasSubstr("is 900 MB of JSON in one piece and at most 64 MB"));
+  }
+}
+
 TEST(MovesFromZ, FindsTheCornersToATenthOfASample) {
   const HeightWorld world;
   const auto moves = MovesFromZ(world.time_s, world.z_mm);

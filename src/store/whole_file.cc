@@ -21,11 +21,17 @@ Result<std::string> ReadWholeFile(const fs::path& path, std::size_t max_bytes) {
   if (fs::is_directory(status)) {
     return Fail(fmt::format("{}: is a folder, not a file", path.string()));
   }
+  const auto too_large = [&] {
+    return Fail(fmt::format("{}: is larger than {} bytes, which no such file needs", path.string(),
+                            max_bytes));
+  };
+  const std::uintmax_t size = fs::is_regular_file(status) ? fs::file_size(path, code) : 0;
+  if (!code && size > max_bytes) return too_large();
   std::ifstream file(path, std::ios::binary);
   if (!file) {
     return Fail(fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
   }
-  // One byte more than allowed tells a file that is too large, also where it has no size (a pipe).
+  // One byte more than allowed tells what has no size (a pipe), or grows.
   constexpr std::size_t kPiece = std::size_t{1} << 16;
   std::string text;
   while (file && text.size() <= max_bytes) {
@@ -37,10 +43,7 @@ Result<std::string> ReadWholeFile(const fs::path& path, std::size_t max_bytes) {
   if (file.bad()) {
     return Fail(fmt::format("{}: reading failed: {}", path.string(), std::strerror(errno)));
   }
-  if (text.size() > max_bytes) {
-    return Fail(fmt::format("{}: is larger than {} bytes, which no such file needs", path.string(),
-                            max_bytes));
-  }
+  if (text.size() > max_bytes) return too_large();
   return text;
 }
 

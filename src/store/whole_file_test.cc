@@ -47,12 +47,15 @@ TEST(WholeFile, KeepsTheOldFileWhereTheNewOneCannotTakeItsPlace) {
 TEST(WholeFile, NamesWhatCannotBeRead) {
   const test::TemporaryFolder folder;
   test::WriteWhole(folder.path() / "four", "1234");
+  test::WriteWhole(folder.path() / "huge", "");
+  fs::resize_file(folder.path() / "huge", std::uintmax_t{1} << 36);  // a hole: it takes no room
   const struct {
     fs::path path;
     const char* says;
   } cases[] = {{folder.path() / "none", "no such file"},
                {folder.path(), "is a folder"},
-               {folder.path() / "four", "larger than 3 bytes"}};
+               {folder.path() / "four", "larger than 3 bytes"},
+               {folder.path() / "huge", "larger than 3 bytes"}};
   for (const auto& bad : cases) {
     const auto read = ReadWholeFile(bad.path, 3);
     ASSERT_FALSE(read);
