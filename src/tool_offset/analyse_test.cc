@@ -65,5 +65,149 @@ INSTANTIATE_TEST_SUITE_P(Lies, AnalyseCleanSheet,
                          ::testing::Values(Lie{300, 0}, Lie{300, 2}, Lie{600, 91}, Lie{600, 195},
                                            Lie{600, 40}, Lie{1200, -1}));
 
+SheetScene QuickScene() {
+  SheetScene scene;
+  scene.paper.dpi_x = scene.paper.dpi_y = 300;
+  scene.paper.blur_px = 0.6;
+  scene.angle_rad = 3 * kDegree;
+  return scene;
+}
+
+SheetResult Read(const SheetPlan& plan, const SheetScene& scene) {
+  Random random(7);
+  const ScannedScene scan = Scan(plan, scene, random);
+  auto result = AnalyseSheet(scan.view(), plan);
+  if (!result) {
+    ADD_FAILURE() << result.error().message;
+    return {};
+  }
+  return std::move(*result);
+}
+
+void ExpectOffset(const ToolReading& tool, double dx_mm, double dy_mm, double tolerance_mm) {
+  ASSERT_TRUE(tool.dx_mm.good()) << tool.dx_mm.reason();
+  EXPECT_NEAR(tool.dx_mm.quantity().value, dx_mm, tolerance_mm) << "T" << tool.tool;
+  EXPECT_NEAR(tool.dy_mm.quantity().value, dy_mm, tolerance_mm) << "T" << tool.tool;
+}
+
+/// What is left at 300 dpi where teeth come near, or colours and levels are uneven.
+constexpr double kQuick_mm = 0.002;
+
+TEST(AnalyseSheet, ReadsToolsOfEveryColourEachInItsBestChannel) {
+  const SheetPlan plan = SmallPlan({0, 1, 2, 3});
+  SheetScene scene = QuickScene();
+  scene.paper.channels = 3;
+  scene.tool_ink[1] = {60, 220, 230};   // yellow: blue only
+  scene.tool_ink[2] = {215, 190, 40};   // cyan: red only
+  scene.tool_ink[3] = {231, 231, 231};  // nearly white
+  scene.offset_mm[1] = {0.3, 0.2};
+  scene.offset_mm[2] = {-0.25, 0.1};
+  const SheetResult result = Read(plan, scene);
+  ASSERT_EQ(result.tools.size(), 3U);
+  ExpectOffset(result.tools[0], 0.3, 0.2, kQuick_mm);
+  ExpectOffset(result.tools[1], -0.25, 0.1, kQuick_mm);
+  EXPECT_EQ(result.tools[2].dx_mm.verdict(), Verdict::kRefused);
+  EXPECT_THAT(result.tools[2].dx_mm.reason(), HasSubstr("T3"));
+  EXPECT_THAT(result.tools[2].dx_mm.reason(), HasSubstr("faint"));
+  for (const StructureReading& structure : result.structures) {
+    if (structure.name == "T1 X+") {
+      EXPECT_EQ(structure.channel[0], "blue");
+    } else if (structure.name == "T2 X+") {
+      EXPECT_EQ(structure.channel[0], "red");
+    }
+  }
+}
+
+TEST(AnalyseSheet, RefusesAToolThatDidNotPrintAndReportsTheOthers) {
+  const SheetPlan plan = SmallPlan({0, 1, 2});
+  SheetScene scene = QuickScene();
+  scene.silent_tools = {1};
+  scene.offset_mm[2] = {0.1, -0.2};
+  const SheetResult result = Read(plan, scene);
+  ASSERT_EQ(result.tools.size(), 2U);
+  EXPECT_EQ(result.tools[0].dx_mm.verdict(), Verdict::kRefused);
+  EXPECT_THAT(result.tools[0].dx_mm.reason(), HasSubstr("T1"));
+  ExpectOffset(result.tools[1], 0.1, -0.2, kQuick_mm);
+}
+
+TEST(AnalyseSheet, ReadsOffsetsUpToThreeMillimetresFromTheMarkAndAdvisesToPrintAgain) {
+  constexpr double kCoarse_mm = 0.02;
+  const SheetPlan plan = SmallPlan({0, 1, 2});
+  SheetScene scene = QuickScene();
+  scene.offset_mm[1] = {2.4, -1.6};
+  scene.offset_mm[2] = {0.4, 0.3};
+  scene.backlash_x_mm = 0.1;
+  scene.backlash_y_mm = 0.08;
+  const SheetResult result = Read(plan, scene);
+  ASSERT_EQ(result.tools.size(), 2U);
+  EXPECT_TRUE(result.tools[0].coarse);
+  EXPECT_THAT(result.tools[0].notice, HasSubstr("print and scan the sheet again"));
+  ExpectOffset(result.tools[0], 2.4, -1.6, kCoarse_mm);
+  EXPECT_LT(std::abs(result.tools[0].dx_mm.quantity().value - 2.4),
+            2 * result.tools[0].dx_mm.quantity().standard_uncertainty);
+  EXPECT_FALSE(result.tools[1].coarse);
+  ExpectOffset(result.tools[1], 0.4, 0.3, kQuick_mm);
+}
+
+TEST(AnalyseSheet, LeavesOutTornAndBlottedTeethWithTheirReasons) {
+  const SheetPlan plan = SmallPlan();
+  SheetScene scene = QuickScene();
+  scene.offset_mm[1] = {0.1, -0.05};
+  const Structure& structure = plan.structures[0];
+  for (const int finger : {2, 6}) {
+    const Leg leg = FingerLegs(plan, structure, 0, finger)[0];
+    const auto a = OnPaper_mm(plan, scene, leg.start);
+    const auto b = OnPaper_mm(plan, scene, leg.end);
+    support::PaperStroke stroke{a[0], a[1], b[0], b[1], finger == 2 ? 0.5 : 1.0};
+    if (finger == 2) stroke.ink = scene.paper.paper;  // torn off; the other is a blot
+    scene.more.push_back(stroke);
+  }
+  const SheetResult result = Read(plan, scene);
+  ASSERT_FALSE(result.structures.empty());
+  EXPECT_EQ(result.structures[0].teeth_used[0], 7);
+  EXPECT_FALSE(result.structures[0].fingers[2].left_out.empty());
+  EXPECT_FALSE(result.structures[0].fingers[6].left_out.empty());
+  ExpectOffset(result.tools[0], 0.1, -0.05, kQuick_mm);
+}
+
+TEST(AnalyseSheet, RecoversProgrammedOffsetsAndPickUps) {
+  SheetSettings settings;
+  settings.tools = {0};
+  settings.self_test = true;
+  settings.teeth = 9;
+  SheetScene scene = QuickScene();
+  scene.paper.dpi_x = scene.paper.dpi_y = 600;
+  const SheetResult result = Read(PlanSheet(settings), scene);
+  EXPECT_GE(result.self_tests.size(), 8U);
+  for (const SelfTestReading& test : result.self_tests) {
+    ASSERT_TRUE(test.recovered_mm.good()) << test.name << test.recovered_mm.reason();
+    EXPECT_NEAR(test.recovered_mm.quantity().value, test.programmed_mm, 2 * kExact_mm) << test.name;
+  }
+  settings.tools = {0, 1};
+  settings.self_test = false;
+  settings.pick_ups = 1;
+  scene.offset_mm[1] = {-0.3, 0.25};
+  const SheetResult picked = Read(PlanSheet(settings), scene);
+  EXPECT_EQ(picked.pick_ups.size(), 2U);
+  for (const PickUpReading& reading : picked.pick_ups) {
+    ASSERT_TRUE(reading.dx_mm.good()) << reading.dx_mm.reason();
+    EXPECT_NEAR(reading.dx_mm.quantity().value, 0, kQuick_mm);
+    EXPECT_NEAR(reading.dy_mm.quantity().value, 0, kQuick_mm);
+  }
+}
+
+TEST(AnalyseSheet, SaysThatTheStatedResolutionIsWrongAndUsesTheBox) {
+  Random random(8);
+  const SheetPlan plan = SmallPlan();
+  SheetScene scene = QuickScene();
+  scene.offset_mm[1] = {0.2, 0.1};
+  const ScannedScene scan = Scan(plan, scene, random);
+  const auto result = AnalyseSheet(scan.view(), plan, {75.0, 75.0});
+  ASSERT_TRUE(result.has_value()) << result.error().message;
+  ASSERT_EQ(result->notices.size(), 1U);
+  EXPECT_THAT(result->notices[0], HasSubstr("75 x 75 dpi"));
+  ExpectOffset(result->tools[0], 0.2, 0.1, kQuick_mm);
+}
+
 }  // namespace
 }  // namespace trammel::tool_offset

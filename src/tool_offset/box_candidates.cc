@@ -175,17 +175,20 @@ std::vector<BoxCandidate> FindBoxCandidates(const SmallPage& page, int threshold
   return candidates;
 }
 
-bool LiesWithin(const BoxCandidate& inner, const BoxCandidate& outer) {
-  constexpr double kSlack = 2;  // small pixels
-  const PagePoint origin = outer.corners[0];
-  const PagePoint along = (1 / std::max(1e-9, outer.length())) * (outer.corners[1] - origin);
-  const PagePoint across = (1 / std::max(1e-9, outer.width())) * (outer.corners[3] - origin);
-  return std::all_of(inner.corners.begin(), inner.corners.end(), [&](PagePoint corner) {
-    const PagePoint d = corner - origin;
+bool Overlap(const BoxCandidate& a, const BoxCandidate& b) {
+  const auto middle_within = [](const BoxCandidate& inner, const BoxCandidate& outer) {
+    const PagePoint d =
+        0.25 * (inner.corners[0] + inner.corners[1] + inner.corners[2] + inner.corners[3]) -
+        outer.corners[0];
+    const double length = std::max(1e-9, outer.length());
+    const double width = std::max(1e-9, outer.width());
+    const PagePoint along = (1 / length) * (outer.corners[1] - outer.corners[0]);
+    const PagePoint across = (1 / width) * (outer.corners[3] - outer.corners[0]);
     const double s = d.x_px * along.x_px + d.y_px * along.y_px;
     const double t = d.x_px * across.x_px + d.y_px * across.y_px;
-    return s > -kSlack && t > -kSlack && s < outer.length() + kSlack && t < outer.width() + kSlack;
-  });
+    return s > 0 && t > 0 && s < length && t < width;
+  };
+  return middle_within(a, b) || middle_within(b, a);
 }
 
 }  // namespace trammel::tool_offset

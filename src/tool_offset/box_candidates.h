@@ -27,7 +27,7 @@ struct BoxCandidate {
 /// Every large connected piece whose strength reaches `threshold`, largest rectangle first.
 [[nodiscard]] std::vector<BoxCandidate> FindBoxCandidates(const SmallPage& page, int threshold);
 
-/// Whether `inner` lies within `outer`, but for two small pixels.
-[[nodiscard]] bool LiesWithin(const BoxCandidate& inner, const BoxCandidate& outer);
+/// Whether the middle of one lies in the other: nested lines of one box, not two sheets.
+[[nodiscard]] bool Overlap(const BoxCandidate& a, const BoxCandidate& b);
 
 }  // namespace trammel::tool_offset

@@ -148,7 +148,7 @@ std::optional<double> ReadPair(const PageView& page, const ChannelMix& mix, cons
                  mark.middle.v_mm + shift.v_mm + (is_x ? centre_mm : 0)};
   site.low_mm = site.clear_low_mm = -half_mm;
   site.high_mm = site.clear_high_mm = half_mm;
-  site.window_mm = plan.settings.leg_spacing_mm / 2;
+  site.free_low_mm = site.free_high_mm = plan.settings.leg_spacing_mm / 2;
   ReaderWorkspace workspace;
   constexpr double kReach_mm = 0.3;
   const auto located = LocateFinger(page, mix, map, plan.settings, site, kReach_mm, workspace);

@@ -13,6 +13,8 @@ namespace {
 /// Paper beside a finger: far enough for blur and shadow, near enough for the same light.
 constexpr double kPaperFrom_mm = 0.15;
 constexpr double kPaperTo_mm = 0.45;
+/// A finger is no further from where it was located.
+constexpr double kMostOff_mm = 0.1;
 /// Rows finer than this tell nothing more about a line.
 constexpr double kFinestRow_mm = 0.02;
 
@@ -138,22 +140,29 @@ LegReading FitRows(const ReaderWorkspace& workspace, double column_mm,
   return leg;
 }
 
-LegReading ReadLeg(const FingerStrip& finger, const FingerSite& site, double leg_mm,
-                   ReaderWorkspace& workspace) {
+/// @param upper      which of the two legs
+/// @param middle_mm  of the finger
+LegReading ReadLeg(const FingerStrip& finger, const SheetSettings& settings, const FingerSite& site,
+                   bool upper, double middle_mm, ReaderWorkspace& workspace) {
   constexpr double kThinner = 0.6;  // of the leg's median ink: a row that is broken
   constexpr double kThicker = 1.4;  // or blotted
   const auto columns = static_cast<std::size_t>(finger.strip.columns);
-  const double low = finger.Column(leg_mm - site.window_mm);
-  const double high = finger.Column(leg_mm + site.window_mm);
+  const double half_mm = settings.leg_spacing_mm / 2;
+  const double leg_mm = middle_mm + (upper ? half_mm : -half_mm);
+  const double free_mm = upper ? site.free_high_mm : site.free_low_mm;
   workspace.along_mm.clear();
   workspace.place_mm.clear();
   workspace.ink.clear();
   for (int r = 0; r < finger.strip.rows; ++r) {
     const std::span<const float> row(
         workspace.samples.data() + static_cast<std::size_t>(r) * columns, columns);
-    const auto place = HalfInkPlace(row, low, high);
+    const double along_mm = finger.low_mm + r * finger.row_mm;
+    const bool clear = along_mm >= site.clear_low_mm && along_mm <= site.clear_high_mm;
+    const double outer_mm = clear ? half_mm : free_mm;
+    const auto place = HalfInkPlace(row, finger.Column(leg_mm - (upper ? half_mm : outer_mm)),
+                                    finger.Column(leg_mm + (upper ? outer_mm : half_mm)));
     if (!place) continue;
-    workspace.along_mm.push_back(finger.low_mm + r * finger.row_mm);
+    workspace.along_mm.push_back(along_mm);
     workspace.place_mm.push_back(place->middle * finger.column_mm - finger.half_mm);
     workspace.ink.push_back(place->ink);
   }
@@ -233,9 +242,18 @@ std::optional<std::array<LegReading, 2>> ReadLegs(const PageView& page, const Ch
       LayStrip(map, site, HalfFinger_mm(settings) + kPaperTo_mm + 0.05, site.low_mm, site.high_mm);
   if (!SampleStrip(page, mix, finger.strip, workspace.samples)) return std::nullopt;
   SubtractPaper(finger, settings, site, workspace);
-  const double half_mm = settings.leg_spacing_mm / 2;
-  return std::array{ReadLeg(finger, site, -half_mm, workspace),
-                    ReadLeg(finger, site, half_mm, workspace)};
+  // Read once where the finger was expected and once where it was found: the windows lie by the
+  // legs.
+  std::array<LegReading, 2> legs;
+  double middle_mm = 0;
+  for (int pass = 0; pass < 2; ++pass) {
+    legs = {ReadLeg(finger, settings, site, false, middle_mm, workspace),
+            ReadLeg(finger, settings, site, true, middle_mm, workspace)};
+    if (legs[0].rows_used == 0 || legs[1].rows_used == 0) break;
+    middle_mm =
+        std::clamp((legs[0].position_mm + legs[1].position_mm) / 2, -kMostOff_mm, kMostOff_mm);
+  }
+  return legs;
 }
 
 }  // namespace trammel::tool_offset

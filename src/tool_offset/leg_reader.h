@@ -24,9 +24,10 @@ struct FingerSite {
   double high_mm = 0;
   double clear_low_mm = 0;  ///< the part where nothing else stands beside the finger
   double clear_high_mm = 0;
-  /// From a leg's middle to where what counts for it ends: half of the distance between the legs,
-  /// or less where another finger comes near.
-  double window_mm = 0;
+  /// From the lower leg's middle down, and from the upper leg's up, to half of the way to the next
+  /// ink (outside the clear part); at most half of the distance between the legs.
+  double free_low_mm = 0;
+  double free_high_mm = 0;
 };
 
 struct LegReading {

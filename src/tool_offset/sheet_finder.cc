@@ -206,7 +206,7 @@ Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& p
   std::vector<BoxCandidate> read;
   for (const BoxCandidate& candidate : FindBoxCandidates(small, threshold)) {
     const bool known = std::any_of(read.begin(), read.end(), [&](const BoxCandidate& outer) {
-      return LiesWithin(candidate, outer);
+      return Overlap(candidate, outer);
     });
     if (known) continue;
     Attempt attempt;

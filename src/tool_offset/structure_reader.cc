@@ -95,12 +95,22 @@ bool LocateComb(const PageView& page, const PageMap& map, const SheetPlan& plan,
   return 2 * on_line > comb.sites.size();
 }
 
-/// How wide a leg's window may be without another finger in it.
-double Window_mm(const SheetSettings& settings, double apart_mm) {
-  const double free_mm =
-      settings.pitch_mm / 2 - std::abs(apart_mm) - settings.leg_spacing_mm - settings.line_width_mm;
+/// How far out from a leg's middle what counts for it reaches when the next finger's middle is
+/// `apart_mm` from its own: half-way to the next ink.
+double Free_mm(const SheetSettings& settings, double apart_mm) {
+  const double gap_mm = apart_mm - settings.leg_spacing_mm - settings.line_width_mm;
   const double half_line_mm = settings.line_width_mm / 2;
-  return std::clamp(half_line_mm + free_mm / 2, 1.1 * half_line_mm, settings.leg_spacing_mm / 2);
+  return std::clamp(half_line_mm + gap_mm / 2, 1.1 * half_line_mm, settings.leg_spacing_mm / 2);
+}
+
+/// @param ahead_mm  the other comb's shift minus this one's.
+void SetNeighbours(const SheetSettings& settings, std::size_t comb, int finger, double ahead_mm,
+                   FingerSite& site) {
+  const double half_mm = settings.leg_spacing_mm / 2;
+  const bool first = comb == 0 && finger == 0;
+  const bool last = comb == 1 && finger == settings.teeth - 1;
+  site.free_low_mm = first ? half_mm : Free_mm(settings, settings.pitch_mm / 2 - ahead_mm);
+  site.free_high_mm = last ? half_mm : Free_mm(settings, settings.pitch_mm / 2 + ahead_mm);
 }
 
 /// Why a finger cannot count; empty if it can.
@@ -125,12 +135,12 @@ std::string Fault(const SheetSettings& settings, const FingerReading& finger, do
 std::vector<FingerReading> ReadComb(const PageView& page, const PageMap& map, const SheetPlan& plan,
                                     const Structure& structure, std::size_t comb,
                                     const CombExpectation& expected, const CombSites& located,
-                                    double window_mm, ReaderWorkspace& workspace) {
+                                    double ahead_mm, ReaderWorkspace& workspace) {
   std::vector<FingerReading> fingers;
   std::vector<double> ink_mm;
   for (std::size_t i = 0; i < located.sites.size(); ++i) {
     FingerSite site = located.sites[i];
-    site.window_mm = window_mm;
+    SetNeighbours(plan.settings, comb, static_cast<int>(i), ahead_mm, site);
     (site.axis == Axis::kX ? site.middle.u_mm : site.middle.v_mm) += located.shift_mm[i];
     FingerReading finger;
     finger.comb = comb;
@@ -183,11 +193,11 @@ Result<std::vector<FingerReading>> ReadStructure(const PageView& page, const Pag
     shift_mm[comb] =
         ExpectedShift_mm(structure, comb, expected[comb]) + Median(combs[comb].shift_mm);
   }
-  const double window_mm = Window_mm(plan.settings, shift_mm[1] - shift_mm[0]);
+  const double ahead_mm = shift_mm[1] - shift_mm[0];
   std::vector<FingerReading> fingers =
-      ReadComb(page, map, plan, structure, 0, expected[0], combs[0], window_mm, workspace);
+      ReadComb(page, map, plan, structure, 0, expected[0], combs[0], ahead_mm, workspace);
   const std::vector<FingerReading> second =
-      ReadComb(page, map, plan, structure, 1, expected[1], combs[1], window_mm, workspace);
+      ReadComb(page, map, plan, structure, 1, expected[1], combs[1], -ahead_mm, workspace);
   fingers.insert(fingers.end(), second.begin(), second.end());
   return fingers;
 }
