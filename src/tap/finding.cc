@@ -96,7 +96,8 @@ constexpr Entry kEntries[] = {
      "trigger force, or look at cables that snag."},
     {kStillInContact, "still_in_contact",
      "At the pull-back's end the force still changes by {0:.0f} gf/s; a free nozzle shows at most "
-     "{1:.0f} gf/s. The nozzle had not let go: pull back farther."},
+     "{1:.0f} gf/s. The nozzle had not let go: pull back farther; with a slow converter probe more "
+     "slowly, too, because the head stops late."},
     {kFouledNozzle, "fouled_nozzle",
      "{0:.0f} % of the force were lost while the nozzle stood on the bed; a clean nozzle loses at "
      "most {1:.0f} %. Soft plastic gave way, or the sheet lies loose: scrub the nozzle, clean "
