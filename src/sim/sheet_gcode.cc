@@ -250,16 +250,26 @@ Result<void> Interpreter::Run(std::string_view line, int number, int depth) {
 
 }  // namespace sheet
 
-Result<SheetProgram> InterpretSheet(std::string_view gcode, const SheetSetup& setup) {
-  sheet::Interpreter interpreter(setup);
+namespace {
+
+Result<void> RunAll(std::string_view gcode, sheet::Interpreter& interpreter) {
   int number = 0;
   while (!gcode.empty()) {
     const std::size_t end = std::min(gcode.size(), gcode.find('\n'));
-    if (const auto done = interpreter.Run(gcode.substr(0, end), ++number, 0); !done) {
-      return tl::unexpected(done.error());
-    }
+    if (const auto done = interpreter.Run(gcode.substr(0, end), ++number, 0); !done) return done;
     gcode.remove_prefix(std::min(gcode.size(), end + 1));
   }
+  return {};
+}
+
+}  // namespace
+
+Result<SheetProgram> InterpretSheet(std::string_view gcode, const SheetSetup& setup) {
+  sheet::Interpreter interpreter(setup);
+  if (const auto before = RunAll(setup.before, interpreter); !before) {
+    return Fail("before the file: " + before.error().message);
+  }
+  if (const auto done = RunAll(gcode, interpreter); !done) return tl::unexpected(done.error());
   return interpreter.Take();
 }
 

@@ -44,6 +44,7 @@ struct SheetSetup {
   SheetMacros macros;  ///< Klipper's gcode_macros
   /// Further commands that select a tool, "{tool}" standing for its number.
   std::vector<std::string> tool_commands;
+  std::string before;  ///< G-code that it has run before the file
 };
 
 /// A straight move of the machine with everything the firmware adds, in machine coordinates: where
@@ -72,7 +73,8 @@ struct SheetProgram {
 /// (position = command - offset; M218 acts with the next tool change, G10 at once).
 /// Errors (kInput) name the line and the value: malformed numbers, positions beyond +-10 m, arcs,
 /// inches, volumetric extrusion, copy and mirror modes, tools beyond 7, an extruder that extrudes
-/// while another carriage is active, macros nested deeper than 10, more than a million moves.
+/// while another carriage is active, macros nested deeper than 10, more than a million moves. Lines
+/// of setup.before are counted on their own, and errors say that it is they.
 [[nodiscard]] Result<SheetProgram> InterpretSheet(std::string_view gcode, const SheetSetup& setup);
 
 }  // namespace trammel::sim
