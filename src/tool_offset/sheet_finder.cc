@@ -9,6 +9,7 @@
 #include <string>
 
 #include "tool_offset/box_candidates.h"
+#include "tool_offset/line_spacing.h"
 #include "tool_offset/small_page.h"
 
 namespace trammel::tool_offset {
@@ -172,6 +173,55 @@ Attempt ReadBox(const PageView& page, const SheetPlan& plan, const BoxFit& box,
   return best;
 }
 
+/// The plan as far as a sheet of unknown size has it: its box, and the code in the same corner.
+/// @param width_mm, height_mm  of the box.
+SheetPlan PlanOfSize(const SheetPlan& plan, double width_mm, double height_mm) {
+  SheetPlan other;
+  other.settings = plan.settings;
+  other.box_insets_mm = plan.box_insets_mm;
+  other.code = plan.code;
+  other.sheet_id = plan.sheet_id;
+  other.width_mm = width_mm;
+  other.height_mm = height_mm;
+  for (CodeCell& cell : other.code) {
+    cell.middle.u_mm -= (width_mm - plan.width_mm) / 2;
+    cell.middle.v_mm -= (height_mm - plan.height_mm) / 2;
+  }
+  return other;
+}
+
+/// Reads the code in a box that is not this plan's; the distance of the box's lines gives the
+/// scale.
+Attempt TryOtherSheet(const PageView& page, const SmallPage& small, const SheetPlan& plan,
+                      const BoxCandidate& candidate, const ChannelMix& mix) {
+  constexpr double kShortest_mm = 40;  // sides that a sheet may have
+  constexpr double kLongest_mm = 500;
+  Attempt best;
+  if (plan.box_insets_mm.size() < 2) return best;
+  std::array<PagePoint, 4> corners;
+  for (std::size_t i = 0; i < 4; ++i) {
+    corners[i] = small.OnPage(candidate.corners[i].x_px, candidate.corners[i].y_px);
+  }
+  const double length_px = candidate.length() * small.factor;
+  const double width_px = candidate.width() * small.factor;
+  const double spacing_mm = plan.box_insets_mm[1];
+  const auto spacing_px = LineSpacing_px(page, mix, corners, 3.0 * small.factor,
+                                         spacing_mm * std::max(length_px, width_px) / kLongest_mm,
+                                         spacing_mm * std::min(length_px, width_px) / kShortest_mm);
+  if (!spacing_px) return best;
+  const double px_per_mm = *spacing_px / spacing_mm;
+  for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
+    const SheetPlan other = PlanOfSize(plan, (side == 0 ? length_px : width_px) / px_per_mm,
+                                       (side == 0 ? width_px : length_px) / px_per_mm);
+    const BoxFit box = FitBox(page, mix, other, StartMap(small, candidate, side, other));
+    if (*std::min_element(box.support.begin(), box.support.end()) < kSideFound) continue;
+    Attempt attempt = ReadBox(page, other, box, mix);
+    const bool says_more = attempt.finding > best.finding && attempt.finding != Finding::kSheet;
+    if (says_more) best = std::move(attempt);
+  }
+  return best;
+}
+
 Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPlan& plan,
                      const BoxCandidate& candidate, int threshold) {
   Attempt best;
@@ -189,6 +239,10 @@ Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPl
       best.sheet.corners[i] = small.OnPage(candidate.corners[i].x_px, candidate.corners[i].y_px);
     }
     best.sheet.ink_is_darker = mix[0] + mix[1] + mix[2] < 0;
+  }
+  if (best.finding <= Finding::kUnreadable) {
+    Attempt other = TryOtherSheet(page, small, plan, candidate, mix);
+    if (other.finding > best.finding) best = std::move(other);
   }
   return best;
 }
@@ -239,7 +293,7 @@ std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan) {
           attempt.other_id, plan.sheet_id);
     case Finding::kUnreadable:
       return fmt::format(
-          "a box was found, but no code of {} cells beside it could be read: check that the sheet "
+          "a box was found, but no code of {} cells inside it could be read: check that the sheet "
           "was printed from this pattern file (sheet {}), and that nothing covers its corner",
           plan.code.size(), plan.sheet_id);
     case Finding::kPart:

@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "tool_offset/sheet_scene_test_support.h"
 
@@ -64,7 +66,7 @@ TEST_P(SheetFinderAtEveryAngle, PutsEveryPlaceOfTheSheetWithinThirtyMicrons) {
 
 INSTANTIATE_TEST_SUITE_P(Angles, SheetFinderAtEveryAngle,
                          ::testing::Values(Lie{300, 0}, Lie{300, 3}, Lie{300, 90}, Lie{300, 182},
-                                           Lie{300, -91}, Lie{300, 37}, Lie{300, 45}, Lie{600, 15},
+                                           Lie{300, -91}, Lie{300, 45}, Lie{600, 15},
                                            Lie{1200, 1}));
 
 TEST(SheetFinder, FollowsAPageOfAnotherScaleInEachDirection) {
@@ -131,6 +133,50 @@ TEST(SheetFinder, NamesBothNumbersOfAnotherSheet) {
   const std::string error = ErrorOf(plan, Scan(other, scene, random));
   EXPECT_THAT(error, HasSubstr(std::to_string(other.sheet_id)));
   EXPECT_THAT(error, HasSubstr(std::to_string(plan.sheet_id)));
+}
+
+TEST(SheetFinder, ReadsTheNumberOfASheetOfAnotherSize) {
+  Random random(9);
+  const SheetPlan plan = SmallPlan();
+  SheetSettings settings;
+  settings.tools = {0, 1, 2};
+  settings.teeth = 8;
+  const SheetPlan other = PlanSheet(settings);
+  ASSERT_GT(std::abs(other.width_mm / other.height_mm - plan.width_mm / plan.height_mm), 0.1);
+  for (const double dpi : {300.0, 600.0}) {
+    SheetScene scene;
+    scene.paper.dpi_x = scene.paper.dpi_y = dpi;
+    scene.paper.blur_px = 0.7;
+    scene.angle_rad = 95 * kDegree;
+    const std::string error = ErrorOf(plan, Scan(other, scene, random));
+    EXPECT_THAT(error, HasSubstr("shows sheet " + std::to_string(other.sheet_id)));
+    EXPECT_THAT(error, HasSubstr("describes sheet " + std::to_string(plan.sheet_id)));
+  }
+}
+
+TEST(SheetFinder, FindsPaperSmallerThanTheGlassAndAHairAcrossTheBox) {
+  Random random(10);
+  const SheetPlan plan = SmallPlan();
+  SheetScene scene;
+  scene.paper.dpi_x = scene.paper.dpi_y = 300;
+  scene.paper.blur_px = 0.7;
+  scene.angle_rad = 4 * kDegree;
+  const auto edge = OnPaper_mm(plan, scene, {plan.width_mm / 2, 5});
+  scene.more.push_back({edge[0] - 4, edge[1], edge[0] + 6, edge[1] + 3, 0.2});
+  const ScannedScene paper = Scan(plan, scene, random);
+  support::PaperOptions options;  // the open lid
+  options.dpi_x = options.dpi_y = 300;
+  options.width_mm = options.height_mm = 200;
+  options.paper = {15, 15, 15};
+  ScannedScene glass{support::DrawPaper(options, {}, random)};
+  for (int y = 0; y < paper.page.height; ++y) {
+    std::copy_n(paper.view().row(y), paper.page.width,
+                glass.page.pixels.begin() + (y + 300) * glass.page.width + 400);
+  }
+  const auto sheet = FindSheet(glass.view(), plan);
+  ASSERT_TRUE(sheet.has_value()) << sheet.error().message;
+  EXPECT_EQ(sheet->code.sheet_id, plan.sheet_id);
+  EXPECT_TRUE(sheet->ink_is_darker);
 }
 
 TEST(SheetFinder, SaysThatAPageIsEmptyOrTooSmall) {
