@@ -185,6 +185,14 @@ void FitAffine(const std::vector<SidePoint>& points, PageMap& map) {
   map.middle = map.middle - PagePoint{shift[0], shift[1]};
 }
 
+/// Whether a fit is still of the box that was seen; also false where it is not a number.
+bool IsLike(const PageMap& map, const PageMap& start) {
+  constexpr double kMost = 0.05;
+  return Length(map.u_px_mm - start.u_px_mm) < kMost * Length(start.u_px_mm) &&
+         Length(map.v_px_mm - start.v_px_mm) < kMost * Length(start.v_px_mm) &&
+         Length(map.middle - start.middle) < kMost * start.half_width_mm * Length(start.u_px_mm);
+}
+
 /// How far beyond its planned place a point lies, in the outer coordinate of its side.
 double Beyond_mm(const PageMap& map, const SidePoint& point) {
   const LocalMap local = map.Near(OnSide(map, point.side, point.along_mm));
@@ -236,6 +244,10 @@ BoxFit FitBox(const PageView& page, const ChannelMix& mix, const SheetPlan& plan
     }
     fit.map.bend_mm = {};
     FitAffine(points, fit.map);
+    if (!IsLike(fit.map, start)) {
+      fit.support = {};
+      return fit;
+    }
     FitBending(points, fit.map);
   }
   double squares = 0;

@@ -224,6 +224,9 @@ void AnswerSelfTest(const SheetPlan& plan, const SheetModel& model, SheetResult&
 }
 
 void Notify(const SheetModel& model, SheetResult& result) {
+  constexpr double kWorse =
+      2;  // times the sheet's scatter; chance does not make it with 24 fingers
+  constexpr double kLeast_mm = 0.003;
   result.finger_scatter_mm = model.pooled_scatter_mm();
   result.chi_square_per_freedom = model.freedom() > 0 ? model.chi_square() / model.freedom() : 1;
   if (model.bias_by_direction()) {
@@ -236,6 +239,17 @@ void Notify(const SheetModel& model, SheetResult& result) {
         "the structures contradict each other by {:.1f} times what the scatter of their fingers "
         "explains: all intervals are wider by that much",
         std::sqrt(result.chi_square_per_freedom)));
+  }
+  for (const StructureReading& reading : result.structures) {
+    const double scatter_mm = reading.residual_rms_mm;
+    if (!reading.offset_mm.good() ||
+        scatter_mm < std::max(kLeast_mm, kWorse * result.finger_scatter_mm)) {
+      continue;
+    }
+    result.notices.push_back(fmt::format(
+        "the fingers of {} scatter by {:.1f} um, those of the whole sheet by {:.1f} um: look there "
+        "for dirt, a loose sheet or a clogged nozzle",
+        reading.name, 1e3 * scatter_mm, 1e3 * result.finger_scatter_mm));
   }
 }
 

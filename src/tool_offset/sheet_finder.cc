@@ -256,7 +256,9 @@ struct Search {
 Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& plan,
                 int threshold) {
   constexpr double kPart = 0.25;  // of the page's longer side, for a box that is cut off
+  constexpr int kMostTried = 20;  // a page full of frames is no sheet
   Search search;
+  int tried = 0;
   std::vector<BoxCandidate> read;
   for (const BoxCandidate& candidate : FindBoxCandidates(small, threshold)) {
     const bool known = std::any_of(read.begin(), read.end(), [&](const BoxCandidate& outer) {
@@ -264,7 +266,7 @@ Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& p
     });
     if (known) continue;
     Attempt attempt;
-    if (candidate.sides() == 4) {
+    if (candidate.sides() == 4 && ++tried <= kMostTried) {
       attempt = TryCandidate(page, small, plan, candidate, threshold);
       if (attempt.finding >= Finding::kOther) {
         ++search.sheets;
