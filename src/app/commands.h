@@ -37,8 +37,9 @@ void AddTapPlotCommand(CLI::App& parent, int& exit_code);
 void AddTapTuneCommand(CLI::App& parent, int& exit_code);
 void AddTapWatchCommand(CLI::App& parent, int& exit_code);
 void AddDoctorCommand(CLI::App& parent, int& exit_code);
-/// `trammel sim printer` and `trammel sim camera`, below `trammel sim`.
+/// `trammel sim printer`, `trammel sim camera` and `trammel sim sheet`, below `trammel sim`.
 void AddSimPrinter(CLI::App& parent, int& exit_code);
 void AddSimCamera(CLI::App& parent, int& exit_code);
+void AddSimSheet(CLI::App& parent, int& exit_code);
 
 }  // namespace trammel::app

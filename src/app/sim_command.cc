@@ -202,6 +202,7 @@ void AddSimCommand(CLI::App& parent, int& exit_code) {
   AddPhoto(*group, exit_code);
   AddSimPrinter(*group, exit_code);
   AddSimCamera(*group, exit_code);
+  AddSimSheet(*group, exit_code);
 }
 
 }  // namespace trammel::app
