@@ -225,7 +225,10 @@ TEST_F(MachineLinkTest, WhoAsksNonsenseIsCutOffAndNobodyElse) {
   for (const std::string& question : questions) {
     const Result<UnixSocket> socket = UnixSocket::Connect(Path());
     ASSERT_TRUE(socket);
-    ASSERT_TRUE(socket->Send(question, kPatienceS));
+    // One that is too long may be cut off while it is still being sent.
+    const bool sent = socket->Send(question, kPatienceS).has_value();
+    ASSERT_TRUE(sent || question.size() > kLongestQuestion);
+    if (!sent) continue;
     const auto answer = socket->Receive(kLongestAnswer, kPatienceS);
     EXPECT_FALSE(answer) << testing::PrintToString(question);
   }
