@@ -156,6 +156,10 @@ Result<sim::PrintedSheet> Print(const SimSheetArguments& arguments, sim::SheetSc
   }
   const auto program = sim::InterpretSheet(*gcode, *setup);
   if (!program) return Fail(arguments.gcode + ": " + program.error().message);
+  for (const auto& [name, count] : program->ignored) {
+    fmt::print(stderr, "note: skipped {} of {}, which the virtual machine does not know\n", count,
+               name);
+  }
   auto sheet = sim::PrintSheet(*program, *machine, paper, sim::PrintingOf(arguments.name));
   if (!sheet) return Fail(arguments.gcode + ": " + sheet.error().message);
   return sheet;

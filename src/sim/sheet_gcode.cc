@@ -16,6 +16,13 @@ constexpr std::size_t kMostMoves = 1'000'000;
 constexpr int kMostCommands = 5'000'000;
 constexpr std::size_t kMostNames = 200;
 constexpr int kDeepestMacro = 10;
+// Commands of the three firmwares that never move a tool to another place.
+constexpr std::string_view kSilent =
+    " G4 G10 G11 G17 G21 G29 G94 M0 M1 M17 M18 M24 M25 M73 M84 M104 M105 M106 M107 M109 M110 M114 "
+    "M115 M116 M117 M118 M140 M155 M190 M201 M203 M204 M205 M211 M220 M226 M400 M420 M500 M501 "
+    "M566 "
+    "M568 M572 M593 M601 M900 PAUSE RESUME RESPOND SAVE_CONFIG SAVE_TOOL_PARAMETER "
+    "SET_HEATER_TEMPERATURE SET_PRESSURE_ADVANCE SET_VELOCITY_LIMIT TEMPERATURE_WAIT ";
 
 }  // namespace
 
@@ -59,6 +66,7 @@ const std::map<std::string, Interpreter::Handler, std::less<>>& Interpreter::Han
 }
 
 void Interpreter::Ignore(const std::string& name) {
+  if (kSilent.find(" " + name + " ") != std::string_view::npos) return;
   const std::string shown = name.substr(0, 40);
   const bool room = program_.ignored.size() < kMostNames || program_.ignored.count(shown) > 0;
   ++program_.ignored[room ? shown : "others"];

@@ -63,7 +63,9 @@ struct SheetMove {
 
 struct SheetProgram {
   std::vector<SheetMove> moves;
-  std::map<std::string, int> ignored;  ///< unknown commands by name, with their count
+  /// Commands that are not understood by name, with their count; not those that never move a tool
+  /// (temperatures, fans, speeds, waiting).
+  std::map<std::string, int> ignored;
 };
 
 /// Interprets a file in the arithmetic of one firmware: modes (G90 and G91 also switch the

@@ -164,6 +164,11 @@ TEST(SheetGcode, RefusesByNameWhatItCannotDo) {
   EXPECT_THAT(macros.error().message, HasSubstr("line 3: macro A uses a template"));
 }
 
+TEST(SheetGcode, NamesWhatItSkipsButNotWhatNeverMovesATool) {
+  const SheetProgram program = Interpreted("M104 S200\nMY_PRIME\nMY_PRIME X=1\nPAUSE\nG1 X1");
+  EXPECT_EQ(program.ignored, (std::map<std::string, int>{{"MY_PRIME", 2}}));
+}
+
 TEST(SheetGcode, GuessesTheFirmwareFromCommentsThenFromCommands) {
   EXPECT_EQ(GuessSheetFirmware("; firmware = marlin\nSET_GCODE_OFFSET X=1"), kMarlin);
   EXPECT_EQ(GuessSheetFirmware("G10 P1 X0.1"), kRrf);

@@ -16,6 +16,7 @@ namespace {
 constexpr double kStepMm = 0.05;  // between two points of a line
 constexpr double kReachMm = 1.0;  // above the bed; higher, filament does not stick
 constexpr double kNoLengthMm = 1e-6;
+constexpr double kTravelMm = 1;          // shorter ones draw no string
 constexpr double kSameDirection = 1e-6;  // of the sine between two moves of one line
 constexpr double kPrimedMm = 1e-7;       // filament; rounding of the file's five digits stays below
 constexpr double kThinnestMm = 0.05;
@@ -37,6 +38,7 @@ class Press {
   double WidthOf(const SheetMove& move, double length_mm) const;
   void Draw(const SheetMove& move, double from_fraction, double length_mm);
   void EndLine();
+  void Travel(const SheetMove& move);
   void Note(const SheetMove& move);
 
   const SheetMachine& machine_;
@@ -47,6 +49,7 @@ class Press {
   std::array<double, kMostSheetTools> retracted_mm_{};
   std::array<std::optional<PlaneMm>, kMostSheetTools> offsets_{};
   DrawnLine line_;
+  std::optional<PlaneMm> line_end_;  // until the travel that leaves it
   std::uint64_t lines_ = 0;
   std::uint64_t travels_ = 0;
   std::size_t points_ = 0;
@@ -78,6 +81,7 @@ void Press::EndLine() {
   if (line_.points.size() >= 2) {
     AddStrokes(line_, machine_, paper_, random_.Fork(1000 + lines_++), sheet_.strokes);
     points_ += line_.points.size();
+    line_end_ = line_.points.back().nozzle;
   }
   line_.points.clear();
 }
@@ -109,21 +113,25 @@ void Press::Draw(const SheetMove& move, double from_fraction, double length_mm) 
   }
 }
 
+// A string may hang from the end of the last line, whatever was retracted in between.
+void Press::Travel(const SheetMove& move) {
+  if (!line_end_) return;
+  const SheetTool& tool = machine_.tools[static_cast<std::size_t>(move.tool)];
+  Random random = random_.Fork(1'000'000'000 + travels_++);
+  if (tool.prints && random.Uniform() < tool.string_share) {
+    AddString(move.tool, *line_end_, nozzle_.At(move, 1), paper_, random.Fork(0), sheet_.strokes);
+  }
+  line_end_.reset();
+}
+
 void Press::Run(const SheetMove& move) {
   const double length_mm = std::hypot(move.to.x_mm - move.from.x_mm, move.to.y_mm - move.from.y_mm);
   const auto tool = static_cast<std::size_t>(move.tool);
   const bool draws = move.e_mm > 0 && length_mm > kNoLengthMm;
   if (!draws) {
-    const bool had_line = !line_.points.empty();
-    const PlaneMm end = had_line ? line_.points.back().nozzle : PlaneMm{};
     retracted_mm_[tool] = std::max(0.0, retracted_mm_[tool] - move.e_mm);
     EndLine();
-    if (had_line && length_mm > 1) {
-      Random random = random_.Fork(1'000'000'000 + travels_++);
-      if (random.Uniform() < machine_.tools[tool].string_share && machine_.tools[tool].prints) {
-        AddString(move.tool, end, nozzle_.At(move, 1), paper_, random.Fork(0), sheet_.strokes);
-      }
-    }
+    if (length_mm > kTravelMm) Travel(move);
   } else if (move.z_mm > kReachMm) {
     ++too_high_;
     EndLine();

@@ -164,9 +164,11 @@ TEST(SheetPrint, StringsBulgesMotorErrorAndCouplingShow) {
   machine.tools[0].string_share = 1;
   machine.start_bulge_mm = 0.1;
   machine.motor[0] = {0.01, 0.8, 0};
-  const PrintedSheet sheet = Printed(LinesAlongY(2, 0.2, -2), machine);
-  ASSERT_EQ(sheet.strokes.size(), 3U);
+  const std::string retract = "G1 E-1\nG0 X50\nG1 E1\n";
+  const PrintedSheet sheet = Printed(LinesAlongY(2, 0.2, -2) + retract, machine);
+  ASSERT_EQ(sheet.strokes.size(), 4U);
   EXPECT_FALSE(sheet.strokes[1].raised);
+  EXPECT_FALSE(sheet.strokes[3].raised);
   const InkStroke& line = sheet.strokes[0];
   EXPECT_NEAR(line.points.front().left_mm - line.points[60].left_mm, 0.05, 1e-6);
   EXPECT_NEAR(MeanX(line), 0.21, kExactMm);  // a quarter of the motor's cycle
