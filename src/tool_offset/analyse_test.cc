@@ -134,7 +134,7 @@ TEST(AnalyseSheet, ReadsOffsetsUpToThreeMillimetresFromTheMarkAndAdvisesToPrintA
   constexpr double kCoarse_mm = 0.02;
   const SheetPlan plan = SmallPlan({0, 1, 2});
   SheetScene scene = QuickScene();
-  scene.offset_mm[1] = {2.4, -1.6};
+  scene.offset_mm[1] = {2.9, -2.8};
   scene.offset_mm[2] = {0.4, 0.3};
   scene.backlash_x_mm = 0.1;
   scene.backlash_y_mm = 0.08;
@@ -142,8 +142,8 @@ TEST(AnalyseSheet, ReadsOffsetsUpToThreeMillimetresFromTheMarkAndAdvisesToPrintA
   ASSERT_EQ(result.tools.size(), 2U);
   EXPECT_TRUE(result.tools[0].coarse);
   EXPECT_THAT(result.tools[0].notice, HasSubstr("print and scan the sheet again"));
-  ExpectOffset(result.tools[0], 2.4, -1.6, kCoarse_mm);
-  EXPECT_LT(std::abs(result.tools[0].dx_mm.quantity().value - 2.4),
+  ExpectOffset(result.tools[0], 2.9, -2.8, kCoarse_mm);
+  EXPECT_LT(std::abs(result.tools[0].dx_mm.quantity().value - 2.9),
             2 * result.tools[0].dx_mm.quantity().standard_uncertainty);
   EXPECT_FALSE(result.tools[1].coarse);
   ExpectOffset(result.tools[1], 0.4, 0.3, kQuick_mm);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "base/statistics.h"
@@ -12,8 +13,8 @@ namespace trammel::tool_offset {
 namespace {
 
 constexpr double kStep_mm = 0.1;  // of the shifts that are tried
-/// Offsets a little beyond the reach are still seen, and named as such.
-constexpr double kSearch_mm = kCoarseReach_mm + 0.3;
+/// The reach is along the bed's axes; along the tilted sheet's both may add up.
+constexpr double kSearch_mm = kCoarseReach_mm * std::numbers::sqrt2 + 0.1;
 
 /// A patch of the page in sheet coordinates around a mark.
 struct Patch {
@@ -50,7 +51,7 @@ std::array<Leg, 4> LegsFromMiddle(const SheetPlan& plan, const CoarseMark& mark)
 
 std::optional<Patch> TakePatch(const PageView& page, const PageMap& map, const CoarseMark& mark,
                                const std::array<Leg, 4>& legs, std::size_t channel) {
-  constexpr double kMargin_mm = 1;
+  constexpr double kMargin_mm = 0.6;  // beside the outermost legs
   double low = 0;
   double high = 0;
   for (const Leg& leg : legs) {

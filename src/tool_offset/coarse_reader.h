@@ -20,7 +20,7 @@ struct CoarseReading {
   double best_contrast = 0;  ///< the most that any place in reach showed, in levels
 };
 
-/// Finds the mark within kCoarseReach_mm of its planned place along both axes.
+/// Finds the mark within kCoarseReach_mm of its planned place along both of the bed's axes.
 ///
 /// Every shift is tried in every colour channel: the mean along the four legs' middles minus that
 /// of the paper between and beside them; both pairs must show it. Then each pair is read like a

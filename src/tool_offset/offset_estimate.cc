@@ -136,8 +136,9 @@ void AnswerTools(const SheetPlan& plan, const SheetModel& model, SheetResult& re
     if (!tool.mark.found) {
       Refuse(
           fmt::format("T{}: no coarse mark within {:.0f} mm of its place (the best contrast there "
-                      "is {:.0f} of 255 levels): it did not print, or its ink is too faint on this "
-                      "paper; check that it extrudes, or use a colour that stands out",
+                      "is {:.0f} of 255 levels): it did not print, its ink is too faint on this "
+                      "paper, or it is further off; check that it extrudes, use a colour that "
+                      "stands out, or set its offset roughly first",
                       tool.tool, kCoarseReach_mm, tool.mark.best_contrast),
           tool);
       continue;
