@@ -5,19 +5,20 @@ import re
 import sys
 
 CALIBRATIONS = {"pressure_advance", "tap", "tool_offset"}
-PURE = {"base", "geometry", "signal", "vision", "gcode"}
+PURE = {"base", "geometry", "signal", "vision", "gcode", "settings"}
 ALLOWED = {
     "base": set(),
     "geometry": {"base"},
     "signal": {"base", "geometry"},
     "vision": {"base", "geometry"},
     "gcode": {"base", "geometry"},
+    "settings": {"base", "gcode"},
     "pressure_advance": PURE,
     "tap": PURE,
     "tool_offset": PURE,
     "machine": {"base", "geometry"},
-    "store": {"base"} | CALIBRATIONS,
-    "report": {"base"} | CALIBRATIONS,
+    "store": {"base", "settings"} | CALIBRATIONS,
+    "report": {"base", "settings"} | CALIBRATIONS,
     "procedure": PURE | CALIBRATIONS | {"machine", "store"},
     "sim": {"base", "geometry"},
     "app": PURE | CALIBRATIONS | {"machine", "store", "procedure", "report", "sim"},

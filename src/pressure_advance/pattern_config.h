@@ -7,73 +7,32 @@
 #include <vector>
 
 #include "base/result.h"
-#include "gcode/dialect.h"
 #include "pressure_advance/line_motion.h"
-#include "pressure_advance/setting_problem.h"
+#include "settings/printer.h"
+#include "settings/setting_problem.h"
 
 namespace trammel::pressure_advance {
 
-/// Common to the three firmwares. The nozzle waits for the bed at a temperature that does not ooze.
-inline constexpr const char* kDefaultStartGcode =
-    "M140 S{bed_temperature_c}\n"
-    "M104 S{idle_nozzle_temperature_c}\n"
-    "G28\n"
-    "M190 S{bed_temperature_c}\n"
-    "M109 S{nozzle_temperature_c}\n";
-inline constexpr const char* kDefaultEndGcode =
-    "M104 S0\n"
-    "M140 S0\n"
-    "M84\n";
 inline constexpr const char* kDefaultIdleGcode = "M104 S{idle_nozzle_temperature_c}\n";
-
-enum class BedShape {
-  kRectangle,
-  kEllipse,  ///< inscribed in the rectangle of the bed's size: round beds, deltas
-};
 
 enum class Finish {
   kEnd,   ///< the end G-code: by default everything off
   kIdle,  ///< the idle G-code: the bed stays warm and holds the pattern for a scan
 };
 
+/// The printer and the filament (settings/printer.h), and what this pattern adds to them.
+///
 /// Ranges of single fields, and what users read about them, stand in PatternFields()
 /// (pattern_fields.h); Validate() checks those and how the fields fit together.
 /// "Paper": Abbott, Automatic Pressure Advance Calibration Using Laser Triangulation, and its
 /// released code, whose values win where the two differ.
-struct PatternConfig {
-  // The printer.
-  gcode::Dialect dialect = gcode::Dialect::kKlipper;  ///< the paper's firmware
-  double bed_size_x_mm = 250;                         ///< (0, 2000]; the commonest CoreXY size
-  double bed_size_y_mm = 250;
-  double bed_origin_x_mm = 0;  ///< coordinates of the bed's front left corner; minus half the size
-  double bed_origin_y_mm = 0;  ///< where (0, 0) is the middle of the bed
-  BedShape bed_shape = BedShape::kRectangle;
-  double bed_margin_mm = 5;         ///< [0, 100] kept free along the edge; clips and bevels
-  double nozzle_diameter_mm = 0.4;  ///< [0.1, 2]; paper
-  double travel_speed_mm_s = 150;   ///< (0, 1000]; no faster than the paper's lines
-  double z_speed_mm_s = 5;          ///< (0, 100]; paper: F300
-  double retract_length_mm = 0.5;   ///< [0, 20] of filament; paper (direct drive)
-  double retract_speed_mm_s = 30;   ///< (0, 200]; paper: F1800
-  double z_hop_mm = 0.75;           ///< [0, 10] above the layer while travelling; paper
-  double z_offset_mm = 0;           ///< [-0.5, 2] added to the layer's height
-  std::optional<double> park_x_mm;  ///< absent: the front left corner inside the margin …
-  std::optional<double> park_y_mm;  ///< … (rectangle) or the middle of the front edge (ellipse)
-  double park_lift_mm = 20;         ///< [1, 200] above the layer when done; paper: Z20
-  std::string start_gcode = kDefaultStartGcode;  ///< heats and homes; leaves the filament primed
-  std::string end_gcode = kDefaultEndGcode;
+struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
+  // How a print ends.
   std::string idle_gcode = kDefaultIdleGcode;
   Finish finish = Finish::kEnd;                      ///< safe where nobody is watching
   std::optional<double> restore_pressure_advance_s;  ///< [0, 10]; set at the end; absent: left at …
                                                      ///< … frame_pressure_advance_s
-  std::optional<double> restore_acceleration_mm_s2;  ///< [1, 1e6]; absent: left as printed
-  double restore_minimum_cruise_ratio = 0.5;         ///< [0, 1); Klipper's own default
-
-  // The filament.
-  double filament_diameter_mm = 1.75;      ///< [1, 4]; paper
-  double filament_density_g_cm3 = 1.04;    ///< [0.5, 10]; ABS, the paper's
-  double nozzle_temperature_c = 255;       ///< [170, 500]; paper. 170: Klipper's min_extrude_temp
-  double idle_nozzle_temperature_c = 200;  ///< [0, 500]; paper
-  double bed_temperature_c = 110;          ///< [0, 200]; paper
+  double restore_minimum_cruise_ratio = 0.5;  ///< [0, 1); Klipper's own default
 
   // The pattern.
   std::optional<double> position_x_mm;   ///< front left corner of the first frame's outer edge; …
@@ -110,15 +69,11 @@ struct PatternConfig {
 /// @param pattern  which one; they differ only where one is compared with a control.
 [[nodiscard]] std::vector<double> PressureAdvances(const PatternConfig& config, int pattern = 0);
 
-/// Cross-section of a bead laid by a nozzle `height_mm` above the plate: a rectangle with half
-/// circles as its sides, h (w - h (1 - pi/4)). REQUIRES 0 < height_mm <= width_mm.
-[[nodiscard]] double BeadArea_mm2(double width_mm, double height_mm);
-
 /// mm of filament per mm of bead. REQUIRES a valid config.
 [[nodiscard]] double FilamentPerMm(const PatternConfig& config);
 
 /// The first thing that cannot be printed, if any.
-[[nodiscard]] std::optional<SettingProblem> FindProblem(const PatternConfig& config);
+[[nodiscard]] std::optional<settings::SettingProblem> FindProblem(const PatternConfig& config);
 
 /// FindProblem as an error: names the setting, the value and the bound.
 [[nodiscard]] Result<void> Validate(const PatternConfig& config);

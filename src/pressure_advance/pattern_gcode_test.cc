@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "gcode/bead.h"
 #include "pressure_advance/pattern.h"
 
 namespace trammel::pressure_advance {
@@ -78,7 +79,7 @@ constexpr gcode::Dialect kDialects[] = {gcode::Dialect::kKlipper, gcode::Dialect
 TEST(PatternGcode, PutsTheBeadsVolumeIntoEveryPrintedMove) {
   const PatternConfig config;
   const double filament_area_mm2 = std::numbers::pi / 4 * 1.75 * 1.75;
-  const double bead_area_mm2 = BeadArea_mm2(config.line_width_mm, config.layer_height_mm);
+  const double bead_area_mm2 = gcode::BeadArea_mm2(config.line_width_mm, config.layer_height_mm);
   // E to 1e-5 mm twice, and both ends of the path to 1 um: half a step each.
   const double tolerance_mm3 = 1e-5 * filament_area_mm2 + 1e-3 * bead_area_mm2;
   double printed_mm = 0;

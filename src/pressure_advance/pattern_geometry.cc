@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "base/check.h"
+#include "gcode/bead.h"
 #include "gcode/dialect.h"
 
 namespace trammel::pressure_advance {
 namespace {
-
-constexpr double kRoundSideLoss = 1 - std::numbers::pi / 4;
 
 /// PA as G-code carries it, so that the plan and the file say the same.
 double AsWritten(double pressure_advance_s) {
@@ -37,16 +34,9 @@ std::vector<double> PressureAdvances(const PatternConfig& config, int pattern) {
   return values;
 }
 
-double BeadArea_mm2(double width_mm, double height_mm) {
-  TRAMMEL_CHECK(height_mm > 0 && width_mm >= height_mm, "width = {} mm, height = {} mm", width_mm,
-                height_mm);
-  return height_mm * (width_mm - height_mm * kRoundSideLoss);
-}
-
 double FilamentPerMm(const PatternConfig& config) {
-  const double filament_area_mm2 =
-      std::numbers::pi / 4 * config.filament_diameter_mm * config.filament_diameter_mm;
-  return BeadArea_mm2(config.line_width_mm, config.layer_height_mm) / filament_area_mm2;
+  return gcode::FilamentPerMm(config.line_width_mm, config.layer_height_mm,
+                              config.filament_diameter_mm);
 }
 
 PatternGeometry Geometry(const PatternConfig& config) {
@@ -59,7 +49,7 @@ PatternGeometry Geometry(const PatternConfig& config) {
   geometry.inset_y_mm = half_bead_mm;
   if (config.frame_loops > 0) {
     // At this pitch two rectangles of a bead's area and height lie edge to edge.
-    geometry.loop_pitch_mm = config.line_width_mm - config.layer_height_mm * kRoundSideLoss;
+    geometry.loop_pitch_mm = config.line_width_mm - config.layer_height_mm * gcode::kRoundSideLoss;
     geometry.end_to_loop_mm = config.line_width_mm - config.frame_overlap_mm;
     geometry.side_to_loop_mm = config.frame_margin_mm.value_or(config.line_spacing_mm);
     const double frame_mm = (config.frame_loops - 1) * geometry.loop_pitch_mm;
@@ -102,12 +92,8 @@ BoundsMm PatternBounds(const PatternConfig& config, int index) {
 }
 
 PointMm ParkPoint(const PatternConfig& config) {
-  const double default_x_mm =
-      config.bed_origin_x_mm +
-      (config.bed_shape == BedShape::kRectangle ? config.bed_margin_mm : config.bed_size_x_mm / 2);
-  return {config.park_x_mm.value_or(default_x_mm),
-          config.park_y_mm.value_or(config.bed_origin_y_mm + config.bed_margin_mm),
-          PrintZ_mm(config) + config.park_lift_mm};
+  const settings::ParkPosition park = settings::ParkPositionOf(config);
+  return {park.x_mm, park.y_mm, PrintZ_mm(config) + config.park_lift_mm};
 }
 
 double PrintZ_mm(const PatternConfig& config) {

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "gcode/bead.h"
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_fields.h"
 
@@ -31,7 +32,7 @@ PatternConfig DrawConfig() {
   config.bed_size_y_mm = Draw(300, 600);
   config.bed_origin_x_mm = DrawBool() ? -config.bed_size_x_mm / 2 : 0;
   config.bed_origin_y_mm = DrawBool() ? -config.bed_size_y_mm / 2 : 0;
-  config.bed_shape = DrawBool() ? BedShape::kEllipse : BedShape::kRectangle;
+  config.bed_shape = DrawBool() ? settings::BedShape::kEllipse : settings::BedShape::kRectangle;
   config.bed_margin_mm = Draw(0, 10);
   config.nozzle_diameter_mm = Draw(0.2, 1);
   config.layer_height_mm = config.nozzle_diameter_mm * Draw(0.2, 1);
@@ -69,7 +70,8 @@ bool OnBed(const PatternConfig& config, double x_mm, double y_mm, double margin_
   const double y = (y_mm - config.bed_origin_y_mm) - config.bed_size_y_mm / 2;
   const double half_x = config.bed_size_x_mm / 2 - margin_mm + kRounding;
   const double half_y = config.bed_size_y_mm / 2 - margin_mm + kRounding;
-  if (config.bed_shape == BedShape::kEllipse) return std::hypot(x / half_x, y / half_y) <= 1;
+  if (config.bed_shape == settings::BedShape::kEllipse)
+    return std::hypot(x / half_x, y / half_y) <= 1;
   return std::abs(x) <= half_x && std::abs(y) <= half_y;
 }
 
@@ -102,7 +104,7 @@ RC_GTEST_PROP(PatternProperty, FilamentEqualsTheVolumeOfTheBeads, ()) {
   const PatternConfig config = DrawValidConfig();
   const double filament_area_mm2 =
       std::numbers::pi / 4 * config.filament_diameter_mm * config.filament_diameter_mm;
-  const double bead_area_mm2 = BeadArea_mm2(config.line_width_mm, config.layer_height_mm);
+  const double bead_area_mm2 = gcode::BeadArea_mm2(config.line_width_mm, config.layer_height_mm);
   const PatternLayout layout = LayOut(config);
   double printed_mm = 0;
   for (const Move& move : layout.moves) {

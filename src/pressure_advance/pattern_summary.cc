@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "gcode/bead.h"
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_geometry.h"
 
@@ -79,7 +80,7 @@ PatternSummary Summarise(const PatternLayout& layout, const PatternConfig& confi
   PatternSummary summary;
   summary.printed = layout.printed;
   summary.time_s = Time_s(layout.moves, config.acceleration_mm_s2);
-  const double bead_area_mm2 = BeadArea_mm2(config.line_width_mm, config.layer_height_mm);
+  const double bead_area_mm2 = gcode::BeadArea_mm2(config.line_width_mm, config.layer_height_mm);
   for (const Move& move : layout.moves) {
     summary.filament_mm += move.filament_mm;
     summary.max_z_mm = std::max({summary.max_z_mm, move.from.z_mm, move.to.z_mm});

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "gcode/bead.h"
 #include "pressure_advance/pattern_plan.h"
 
 namespace trammel::pressure_advance {
@@ -37,7 +38,7 @@ TEST(Pattern, ExtrudesThePapersFilamentPerMillimetre) {
 
 TEST(Pattern, ABeadAsWideAsHighIsARoundCord) {
   // pi/4 h^2, to rounding in double precision.
-  EXPECT_NEAR(BeadArea_mm2(0.3, 0.3), std::numbers::pi / 4 * 0.09, 1e-15);
+  EXPECT_NEAR(gcode::BeadArea_mm2(0.3, 0.3), std::numbers::pi / 4 * 0.09, 1e-15);
 }
 
 TEST(Pattern, TwentySevenOfThePaperFitOnItsBedAndNotOnASmallOne) {
@@ -166,7 +167,7 @@ TEST(PatternSummary, TimeOfOneLineFollowsFromItsTrapezoids) {
 TEST(PatternSummary, FlowAndWeightFollowFromTheBead) {
   const PatternConfig config;
   const PatternSummary summary = Summarise(LayOut(config), config);
-  EXPECT_NEAR(summary.peak_flow_mm3_s, 150 * BeadArea_mm2(0.495, 0.25), 1e-9);
+  EXPECT_NEAR(summary.peak_flow_mm3_s, 150 * gcode::BeadArea_mm2(0.495, 0.25), 1e-9);
   const double volume_mm3 = summary.filament_mm * std::numbers::pi / 4 * 1.75 * 1.75;
   EXPECT_NEAR(summary.filament_g, volume_mm3 * 1.04e-3, 1e-9);
 }

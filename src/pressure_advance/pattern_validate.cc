@@ -12,12 +12,12 @@
 namespace trammel::pressure_advance {
 namespace {
 
-using Problem = std::optional<SettingProblem>;
+using Problem = std::optional<settings::SettingProblem>;
 
 constexpr std::size_t kMaxLinesInAll = 10000;  // hours of printing, megabytes of G-code
 
 Problem InSection(const char* section, const char* key, std::string message) {
-  return SettingProblem{section, key, std::move(message)};
+  return settings::SettingProblem{section, key, std::move(message)};
 }
 
 Problem InPattern(const char* key, std::string message) {
@@ -25,7 +25,13 @@ Problem InPattern(const char* key, std::string message) {
 }
 
 Problem CheckFields(const PatternConfig& config) {
-  return FindFieldProblems(config, PatternFields());
+  if (Problem problem = settings::FindFieldProblems(config, settings::PrinterFields())) {
+    return problem;
+  }
+  if (Problem problem = settings::FindFieldProblems(config, settings::FilamentFields())) {
+    return problem;
+  }
+  return settings::FindFieldProblems(config, PatternFields());
 }
 
 Problem CheckPressureAdvances(const PatternConfig& config) {
@@ -123,19 +129,9 @@ Problem CheckSegments(const PatternConfig& config) {
 
 Problem CheckBead(const PatternConfig& config) {
   const double width_mm = config.line_width_mm;
-  if (config.layer_height_mm > config.nozzle_diameter_mm) {
-    return InPattern("layer_height",
-                     fmt::format("{} mm is above nozzle_diameter = {} mm", config.layer_height_mm,
-                                 config.nozzle_diameter_mm));
-  }
-  const double lo_mm = std::max(config.layer_height_mm, config.nozzle_diameter_mm / 2);
-  const double hi_mm = 3 * config.nozzle_diameter_mm;
-  if (width_mm < lo_mm || width_mm > hi_mm) {
-    return InPattern(
-        "line_width",
-        fmt::format("{} mm is outside {} ... {} mm, what a {} mm nozzle lays at a layer "
-                    "height of {} mm",
-                    width_mm, lo_mm, hi_mm, config.nozzle_diameter_mm, config.layer_height_mm));
+  if (Problem problem = settings::FindBeadProblem(config, "pressure_advance_pattern",
+                                                  config.layer_height_mm, width_mm)) {
+    return problem;
   }
   if (config.line_spacing_mm <= width_mm) {
     return InPattern("line_spacing",
@@ -151,14 +147,6 @@ Problem CheckBead(const PatternConfig& config) {
   if (config.frame_overlap_mm > width_mm) {
     return InPattern("frame_overlap", fmt::format("{} mm is above line_width = {} mm",
                                                   config.frame_overlap_mm, width_mm));
-  }
-  const double lowest_mm = -config.layer_height_mm / 2;
-  if (config.z_offset_mm < lowest_mm) {
-    return InSection(
-        "printer", "z_offset",
-        fmt::format("{} mm is below {} mm, half of layer_height: the nozzle would gouge "
-                    "the plate",
-                    config.z_offset_mm, lowest_mm));
   }
   return std::nullopt;
 }
@@ -178,18 +166,10 @@ Problem CheckEdges(const char* key, const char* axis, double lo_mm, double hi_mm
                                     axis, lo_mm, hi_mm, margin_mm, bed_lo_mm, bed_hi_mm));
 }
 
-/// How far out a point lies on the ellipse inscribed in the bed less a margin; 1 is its edge.
-double Reach(const PatternConfig& config, double x_mm, double y_mm, double margin_mm) {
-  const double half_x_mm = config.bed_size_x_mm / 2;
-  const double half_y_mm = config.bed_size_y_mm / 2;
-  return std::hypot((x_mm - config.bed_origin_x_mm - half_x_mm) / (half_x_mm - margin_mm),
-                    (y_mm - config.bed_origin_y_mm - half_y_mm) / (half_y_mm - margin_mm));
-}
-
 Problem CheckEllipse(const PatternConfig& config, const BoundsMm& print) {
   for (double x_mm : {print.min_x_mm, print.max_x_mm}) {
     for (double y_mm : {print.min_y_mm, print.max_y_mm}) {
-      const double reach = Reach(config, x_mm, y_mm, config.bed_margin_mm);
+      const double reach = settings::BedReach(config, x_mm, y_mm, config.bed_margin_mm);
       if (!(reach <= 1)) {
         return InPattern(Culprit(config.position_x_mm.has_value(), "position_x", config.columns,
                                  "columns", "line_length"),
@@ -202,29 +182,7 @@ Problem CheckEllipse(const PatternConfig& config, const BoundsMm& print) {
   return std::nullopt;
 }
 
-Problem CheckPark(const PatternConfig& config) {
-  const PointMm park = ParkPoint(config);
-  const auto off = [](const char* key, double value, double lo, double size) -> Problem {
-    if (value >= lo && value <= lo + size) return std::nullopt;
-    return InSection("printer", key,
-                     fmt::format("{} mm is off the bed, {} ... {} mm", value, lo, lo + size));
-  };
-  if (Problem problem = off("park_x", park.x_mm, config.bed_origin_x_mm, config.bed_size_x_mm)) {
-    return problem;
-  }
-  if (Problem problem = off("park_y", park.y_mm, config.bed_origin_y_mm, config.bed_size_y_mm)) {
-    return problem;
-  }
-  if (const double reach = Reach(config, park.x_mm, park.y_mm, 0);
-      config.bed_shape == BedShape::kEllipse && reach > 1) {
-    return InSection(
-        "printer", "park_x",
-        fmt::format("parking at ({}, {}) mm is at {:.3f} of the round bed's radius; at "
-                    "most 1",
-                    park.x_mm, park.y_mm, reach));
-  }
-  return std::nullopt;
-}
+Problem CheckPark(const PatternConfig& config) { return settings::FindParkProblem(config); }
 
 Problem CheckFit(const PatternConfig& config) {
   const std::size_t lines = PressureAdvances(config).size() *
@@ -251,7 +209,7 @@ Problem CheckFit(const PatternConfig& config) {
           bed_y_mm + config.bed_size_y_mm - margin_mm, margin_mm)) {
     return problem;
   }
-  if (config.bed_shape == BedShape::kEllipse) return CheckEllipse(config, print);
+  if (config.bed_shape == settings::BedShape::kEllipse) return CheckEllipse(config, print);
   return std::nullopt;
 }
 
@@ -267,7 +225,7 @@ Problem CheckUserGcode(const PatternConfig& config) {
 
 }  // namespace
 
-std::optional<SettingProblem> FindProblem(const PatternConfig& config) {
+std::optional<settings::SettingProblem> FindProblem(const PatternConfig& config) {
   // Ranges first: what follows divides and multiplies.
   for (auto check : {CheckFields, CheckPressureAdvances, CheckSegments, CheckBead, CheckFit,
                      CheckPark, CheckUserGcode}) {

@@ -28,7 +28,7 @@ TEST(PatternValidate, NamesTheSettingTheValueAndTheBound) {
       {"too deep", [](auto& c) { c.line_spacing_mm = 30; }, "line_count", "is 5 ... 245 mm"},
       {"off a round bed",
        [](auto& c) {
-         c.bed_shape = BedShape::kEllipse;
+         c.bed_shape = settings::BedShape::kEllipse;
          c.position_x_mm = 10;
          c.position_y_mm = 10;
        },
@@ -81,7 +81,7 @@ TEST(PatternValidate, NamesTheSettingTheValueAndTheBound) {
        "260 mm is off the bed, 0 ... 250 mm"},
       {"parking off a round bed",
        [](auto& c) {
-         c.bed_shape = BedShape::kEllipse;
+         c.bed_shape = settings::BedShape::kEllipse;
          c.park_x_mm = 5;
        },
        "park_x", "(5, 5) mm is at 1.3"},

@@ -77,11 +77,11 @@ constexpr auto kFields = std::to_array<ScanField>({
      "Wipes the nozzle before the print and before the scan. Empty: nothing."},
 });
 
-SettingProblem In(std::string_view section, std::string_view key, std::string message) {
+settings::SettingProblem In(std::string_view section, std::string_view key, std::string message) {
   return {std::string(section), std::string(key), std::move(message)};
 }
 
-std::optional<SettingProblem> CheckCrop(const ScanSettings& settings) {
+std::optional<settings::SettingProblem> CheckCrop(const ScanSettings& settings) {
   constexpr double kSmallest_px = 8;  // as in a recording's crop_px
   const std::vector<double>& crop = settings.crop_px;
   if (crop.empty()) return std::nullopt;
@@ -103,7 +103,7 @@ std::optional<SettingProblem> CheckCrop(const ScanSettings& settings) {
 }
 
 /// Addresses, names and keys stand in one line: a break in one would begin another header.
-std::optional<SettingProblem> CheckSingleLines(const ScanSettings& settings) {
+std::optional<settings::SettingProblem> CheckSingleLines(const ScanSettings& settings) {
   for (const ScanField& field : ScanFields()) {
     const auto* member = std::get_if<std::string ScanSettings::*>(&field.member);
     if (member == nullptr || field.key.ends_with("_gcode")) continue;
@@ -118,8 +118,8 @@ std::optional<SettingProblem> CheckSingleLines(const ScanSettings& settings) {
 
 std::span<const ScanField> ScanFields() { return kFields; }
 
-std::optional<SettingProblem> FindProblem(const ScanSettings& settings) {
-  if (auto problem = FindFieldProblems(settings, ScanFields())) return problem;
+std::optional<settings::SettingProblem> FindProblem(const ScanSettings& settings) {
+  if (auto problem = settings::FindFieldProblems(settings, ScanFields())) return problem;
   if (auto problem = CheckCrop(settings)) return problem;
   return CheckSingleLines(settings);
 }

@@ -3,13 +3,16 @@
 
 #include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "pressure_advance/scan_settings.h"
-#include "pressure_advance/setting.h"
+#include "settings/setting.h"
 
 namespace trammel::pressure_advance {
 
-using ScanField = SettingField<ScanSettings>;
+using ScanField = settings::SettingField<ScanSettings, double, std::optional<double>, int, bool,
+                                         std::string, std::vector<double>, AxisDirection>;
 
 /// All settings, in the order in which `trammel config keys` shows them; sections are contiguous.
 [[nodiscard]] std::span<const ScanField> ScanFields();
@@ -17,6 +20,6 @@ using ScanField = SettingField<ScanSettings>;
 /// The first thing that cannot be, if any. Whether what is there suffices for a scan (commands for
 /// the laser, lines longer than what is skipped of them) is for the procedure to say: a printer
 /// without a laser has the same file.
-[[nodiscard]] std::optional<SettingProblem> FindProblem(const ScanSettings& settings);
+[[nodiscard]] std::optional<settings::SettingProblem> FindProblem(const ScanSettings& settings);
 
 }  // namespace trammel::pressure_advance

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/check.h"
+#include "report/bed_plot.h"
 #include "report/plot.h"
 
 namespace trammel::report {
@@ -21,7 +22,6 @@ constexpr double kWidthPx = 1100;
 constexpr double kHeightPx = 640;
 constexpr double kTextPitchPx = 13;
 
-constexpr Color kPlate = Rgb(0xf3f5f7);
 constexpr Color kTravel = Rgb(0x9aa4b1);
 
 bool Extrudes(const pa::Move& move) {
@@ -46,16 +46,6 @@ Color SpeedColor(const std::vector<double>& speeds, double speed_mm_s) {
   return MapColor(0.12 + 0.68 * static_cast<double>(at) / last);
 }
 
-/// A plot of bed coordinates in the middle of `room`, the same scale on both axes.
-Plot BedPlot(Canvas& canvas, const RectPx& room, const Range& x, const Range& y,
-             const std::string& title) {
-  const double scale = std::min(room.width / (x.hi - x.lo), room.height / (y.hi - y.lo));
-  const double width = (x.hi - x.lo) * scale;
-  const double height = (y.hi - y.lo) * scale;
-  const RectPx inner{room.x + (room.width - width) / 2, room.y, width, height};
-  return Plot::Around(canvas, inner, {"x (mm)", x, 6}, {"y (mm)", y, 6}, title);
-}
-
 void DrawMoves(Canvas& canvas, const Plot& plot, const pa::PatternLayout& layout, double least_px) {
   const std::vector<double> speeds = Speeds(layout);
   const double scale = plot.X(1) - plot.X(0);
@@ -76,33 +66,9 @@ void DrawMoves(Canvas& canvas, const Plot& plot, const pa::PatternLayout& layout
   canvas.Unclip();
 }
 
-void DrawPlate(Canvas& canvas, const Plot& plot, const pa::PatternConfig& config) {
-  const Stroke edge{.color = kMuted, .width_px = 1.5};
-  const RectPx& inner = plot.inner();
-  if (config.bed_shape == pa::BedShape::kRectangle) {
-    canvas.FillRect(inner, kPlate);
-    canvas.StrokeRect(inner, edge);
-    return;
-  }
-  constexpr int kCorners = 120;
-  std::vector<PointPx> outline;
-  for (int i = 0; i < kCorners; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kCorners;
-    outline.push_back({inner.x + inner.width / 2 * (1 + std::cos(angle)),
-                       inner.y + inner.height / 2 * (1 + std::sin(angle))});
-  }
-  canvas.Polygon(outline, kPlate, edge);
-}
-
 void DrawBed(Canvas& canvas, const RectPx& room, const pa::PatternLayout& layout,
              const pa::PatternConfig& config) {
-  const Range x{config.bed_origin_x_mm, config.bed_origin_x_mm + config.bed_size_x_mm};
-  const Range y{config.bed_origin_y_mm, config.bed_origin_y_mm + config.bed_size_y_mm};
-  const Plot plot =
-      BedPlot(canvas, room, x, y,
-              fmt::format("Bed {:.4g} × {:.4g} mm", config.bed_size_x_mm, config.bed_size_y_mm));
-  DrawPlate(canvas, plot, config);
-  DrawMoves(canvas, plot, layout, 0.6);
+  DrawMoves(canvas, BedPlot(canvas, room, config), layout, 0.6);
 }
 
 /// A dimension line from a to b with end strokes and its text at the middle.
@@ -150,11 +116,11 @@ void DrawCloseUp(Canvas& canvas, const RectPx& room, const pa::PatternLayout& la
   const pa::BoundsMm& bounds = layout.patterns.front();
   const double margin =
       0.03 * std::max(bounds.max_x_mm - bounds.min_x_mm, bounds.max_y_mm - bounds.min_y_mm);
-  const Plot plot = BedPlot(canvas, room, {bounds.min_x_mm - margin, bounds.max_x_mm + margin},
-                            {bounds.min_y_mm - margin, bounds.max_y_mm + margin},
-                            layout.patterns.size() > 1
-                                ? fmt::format("The first of {} patterns", layout.patterns.size())
-                                : "The pattern");
+  const Plot plot = EvenPlot(
+      canvas, room, {"x (mm)", {bounds.min_x_mm - margin, bounds.max_x_mm + margin}, 6},
+      {"y (mm)", {bounds.min_y_mm - margin, bounds.max_y_mm + margin}, 6},
+      layout.patterns.size() > 1 ? fmt::format("The first of {} patterns", layout.patterns.size())
+                                 : "The pattern");
   canvas.FillRect(plot.inner(), kPlate);
   DrawMoves(canvas, plot, layout, 0.8);
   const RectPx& inner = plot.inner();

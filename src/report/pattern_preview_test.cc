@@ -20,7 +20,7 @@ TEST(PatternPreview, DrawsThePapersPattern) {
 
 TEST(PatternPreview, DrawsManyPatternsOnARoundBed) {
   pa::PatternConfig config;
-  config.bed_shape = pa::BedShape::kEllipse;
+  config.bed_shape = settings::BedShape::kEllipse;
   config.columns = 3;
   config.rows = 3;
   config.alternate_directions = true;

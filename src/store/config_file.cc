@@ -116,17 +116,30 @@ Result<void> ValidateConfig(const Config& config, std::string_view text, const s
   auto problem = FindProblem(config.pattern);
   if (!problem) problem = FindProblem(config.scan);
   if (!problem) return {};
+  return tl::unexpected(LocateProblem(*problem, text, file));
+}
+
+Error LocateProblem(const settings::SettingProblem& problem, std::string_view text,
+                    const std::string& file) {
   std::string where = file;
   if (const Result<toml::table> root = ParseToml(text, file)) {
-    if (const toml::node* node = root->at_path(problem->section + "." + problem->key).node()) {
+    if (const toml::node* node = root->at_path(problem.section + "." + problem.key).node()) {
       where = At(file, node->source());
     }
   }
-  return Fail(fmt::format("{}{}[{}] {}: {}", where, where.empty() ? "" : ": ", problem->section,
-                          problem->key, problem->message));
+  return {ErrorKind::kInput, fmt::format("{}{}[{}] {}: {}", where, where.empty() ? "" : ": ",
+                                         problem.section, problem.key, problem.message)};
 }
 
-Result<void> OverrideConfig(std::string_view assignment, Config& config) {
+tool_offset::SheetSettings SheetOf(const Config& config) {
+  tool_offset::SheetSettings sheet = config.sheet;
+  sheet.printer = config.pattern;  // its base
+  sheet.filament = config.pattern;
+  return sheet;
+}
+
+Result<void> OverrideConfig(std::string_view assignment, Config& config,
+                            std::string_view own_section) {
   const std::size_t equals = assignment.find('=');
   if (equals == std::string_view::npos) {
     return Fail(fmt::format("--set {}: must be key=value or section.key=value", assignment));
@@ -139,7 +152,9 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config) {
     key = key.substr(dot + 1);
   }
   const Settings settings = SettingsOf(config);
-  const ConfigSetting* setting = Find(settings, section, key);
+  const ConfigSetting* setting =
+      section.empty() && !own_section.empty() ? Find(settings, own_section, key) : nullptr;
+  if (setting == nullptr) setting = Find(settings, section, key);
   if (setting == nullptr) {
     return Fail(fmt::format("--set {}: there is no such key{}", assignment,
                             Suggest(key, KeysOf(settings, ""))));

@@ -279,6 +279,21 @@ TEST(ConfigOverride, AKeyOfTwoSectionsIsTheFirstUnlessItsSectionIsNamed) {
   EXPECT_EQ(config.scan.scan_nozzle_temperature_c, 120);
 }
 
+TEST(ConfigOverride, AKeyOfTwoSectionsIsTheCommandsOwn) {
+  Config config;
+  EXPECT_TRUE(OverrideConfig("line_width=0.5", config, "tool_offset_pattern"));
+  EXPECT_EQ(config.sheet.line_width_mm, 0.5);
+  EXPECT_EQ(config.pattern.line_width_mm, PatternConfig{}.line_width_mm);
+  EXPECT_TRUE(OverrideConfig("dialect=marlin", config, "tool_offset_pattern"));
+  EXPECT_TRUE(OverrideConfig("tools=[0, 3]", config));
+  EXPECT_TRUE(OverrideConfig("nozzle_temperature=205", config, "tool_offset_pattern"));
+  const tool_offset::SheetSettings sheet = SheetOf(config);
+  EXPECT_EQ(sheet.line_width_mm, 0.5);
+  EXPECT_EQ(sheet.tools, (std::vector<int>{0, 3}));
+  EXPECT_EQ(sheet.printer.dialect, gcode::Dialect::kMarlin);
+  EXPECT_EQ(sheet.filament.nozzle_temperature_c, 205);
+}
+
 TEST(ConfigOverride, NamesWhatIsWrong) {
   const std::vector<Fault> faults{
       {"line_length", "must be key=value"},
@@ -288,6 +303,9 @@ TEST(ConfigOverride, NamesWhatIsWrong) {
       {"line_length=", "is not TOML"},
       {"line_length=3\nx=4", "more than one value"},
       {"dialect=grbl", "must be \"klipper\""},
+      {"tools=[0, 1.5]", "must be a whole number"},
+      {"tools=3", "must be a list of whole numbers"},
+      {"tools=[0, 99]", "99 is outside 0 ... 31"},
   };
   for (const Fault& fault : faults) {
     Config config;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <span>
 #include <sstream>
@@ -10,14 +12,15 @@
 
 #include "pressure_advance/pattern_fields.h"
 #include "pressure_advance/scan_fields.h"
+#include "tool_offset/sheet_fields.h"
 
 namespace trammel::store {
 namespace {
 
 using pressure_advance::AxisDirection;
-using pressure_advance::BedShape;
 using pressure_advance::Finish;
 using pressure_advance::Segment;
+using settings::BedShape;
 using Fault = std::optional<std::string>;
 
 /// The value and its type, short enough for a message.
@@ -92,6 +95,15 @@ struct Setter {
     }
     return std::nullopt;
   }
+  Fault operator()(std::vector<int>* out) const {
+    const toml::array* list = value.as_array();
+    if (list == nullptr) return WrongType("a list of whole numbers", value);
+    out->clear();
+    for (const toml::node& entry : *list) {
+      if (Fault fault = Setter{entry}(&out->emplace_back())) return fault;
+    }
+    return std::nullopt;
+  }
   Fault operator()(std::vector<Segment>* out) const {
     const toml::array* list = value.as_array();
     if (list == nullptr) return WrongType("a list of {fraction = ..., speed = ...}", value);
@@ -105,7 +117,7 @@ struct Setter {
     return Choose(gcode::ParseDialect, out, "\"klipper\", \"marlin\" or \"reprapfirmware\"");
   }
   Fault operator()(BedShape* out) const {
-    return Choose(pressure_advance::ParseBedShape, out, "\"rectangle\" or \"ellipse\"");
+    return Choose(settings::ParseBedShape, out, "\"rectangle\" or \"ellipse\"");
   }
   Fault operator()(Finish* out) const {
     return Choose(pressure_advance::ParseFinish, out, "\"end\" or \"idle\"");
@@ -132,7 +144,8 @@ std::string Quoted(const std::string& text) {
   return out.str();
 }
 
-std::string FormatList(const std::vector<double>& values) {
+template <class Number>
+std::string FormatList(const std::vector<Number>& values) {
   return fmt::format("[{}]", fmt::join(values, ", "));
 }
 
@@ -149,6 +162,9 @@ struct Formatter {
   std::optional<std::string> operator()(const std::vector<double>& values) const {
     return FormatList(values);
   }
+  std::optional<std::string> operator()(const std::vector<int>& values) const {
+    return FormatList(values);
+  }
   std::optional<std::string> operator()(const std::vector<Segment>& segments) const {
     std::string list;
     for (const Segment& segment : segments) {
@@ -163,14 +179,13 @@ struct Formatter {
   }
 };
 
-template <class Config>
-void Bind(std::span<const pressure_advance::SettingField<Config>> fields, Config& config,
-          std::vector<ConfigSetting>& settings) {
+template <class Fields, class Owner>
+void Bind(const Fields& fields, Owner& owner, std::vector<ConfigSetting>& settings) {
   for (const auto& field : fields) {
     std::visit(
         [&](auto member) {
           settings.push_back(
-              {field.section, field.key, field.range(), field.doc, &(config.*member)});
+              {field.section, field.key, field.range(), field.doc, &(owner.*member)});
         },
         field.member);
   }
@@ -180,15 +195,26 @@ void Bind(std::span<const pressure_advance::SettingField<Config>> fields, Config
 
 std::vector<ConfigSetting> SettingsOf(Config& config) {
   std::vector<ConfigSetting> settings;
+  Bind(settings::PrinterFields(), config.pattern, settings);
   Bind(pressure_advance::PatternFields(), config.pattern, settings);
+  Bind(settings::FilamentFields(), config.pattern, settings);
+  Bind(tool_offset::SheetFields(), config.sheet, settings);
   Bind(pressure_advance::ScanFields(), config.scan, settings);
+  // A calibration may add keys of its own to a section that all share.
+  constexpr std::array<std::string_view, 2> kShared{"printer", "filament"};
+  std::stable_sort(settings.begin(), settings.end(), [&](const auto& a, const auto& b) {
+    const auto rank = [&](const ConfigSetting& setting) {
+      return std::find(kShared.begin(), kShared.end(), setting.section);
+    };
+    return rank(a) < rank(b);
+  });
   return settings;
 }
 
 std::optional<std::string> SetSetting(const ConfigSetting& setting, const toml::node& value) {
   if (Fault fault = std::visit(Setter{value}, setting.value)) return fault;
   return std::visit(
-      [&](const auto* out) { return pressure_advance::FindValueProblem(setting.range, *out); },
+      [&](const auto* out) { return settings::FindValueProblem(setting.range, *out); },
       setting.value);
 }
 

@@ -6,20 +6,29 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
-#include "pressure_advance/setting.h"
+#include "pressure_advance/pattern_config.h"
+#include "pressure_advance/scan_settings.h"
+#include "settings/setting.h"
 #include "store/config_file.h"
 
 namespace trammel::store {
+
+/// Where a setting of any type that the tables have lives.
+using SettingAddress =
+    std::variant<double*, std::optional<double>*, int*, bool*, std::string*, std::vector<double>*,
+                 std::vector<int>*, std::vector<pressure_advance::Segment>*, gcode::Dialect*,
+                 settings::BedShape*, pressure_advance::Finish*, pressure_advance::AxisDirection*>;
 
 /// An entry of a table of settings, tied to where its value lives.
 struct ConfigSetting {
   std::string_view section;
   std::string_view key;
-  pressure_advance::SettingRange range;
+  settings::SettingRange range;
   std::string_view doc;
-  pressure_advance::SettingPointer<pressure_advance::SettingAddress> value;
+  SettingAddress value;
 };
 
 /// Every setting of every table, in the order of the documentation; sections are contiguous.

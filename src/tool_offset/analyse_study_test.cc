@@ -61,6 +61,7 @@ TEST(AnalyseStudy, IntervalsOfNoisySheetsCoverTheTruthNineteenTimesInTwenty) {
   const int sheets = more == nullptr ? kSheets : std::atoi(more);
   SheetSettings settings;
   settings.tools = {0, 1, 2, 3, 4};
+  settings.pitch_mm = 3.7;  // of the sheets that the bounds below were found with
   settings.teeth = more == nullptr ? 9 : 17;
   const SheetPlan plan = PlanSheet(settings);
   Tally offsets;

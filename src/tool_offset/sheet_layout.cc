@@ -1,12 +1,11 @@
 #include "tool_offset/sheet_layout.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-#include <numbers>
 #include <tuple>
 
 #include "base/check.h"
+#include "tool_offset/sheet_bed.h"
 #include "tool_offset/sheet_code.h"
 
 namespace trammel::tool_offset {
@@ -140,6 +139,10 @@ int PaperClass(double width_mm, double height_mm) {
 
 }  // namespace
 
+double PrimeDepth_mm(const SheetSettings& settings) {
+  return kPrimeGap_mm + settings.pick_ups * kPrimeRow_mm;
+}
+
 double StructureLength_mm(const SheetSettings& settings) {
   return (settings.teeth - 0.5) * settings.pitch_mm + settings.leg_spacing_mm +
          settings.line_width_mm;
@@ -153,13 +156,14 @@ Layout ArrangeSheet(const SheetSettings& settings, const LayoutCounts& counts, d
   const Packings packings = AllPackings(settings, counts);
   TRAMMEL_CHECK(!packings.empty(), "{} X and {} Y structures", counts.x_structures,
                 counts.y_structures);
-  const double tilt_rad = std::abs(settings.tilt_deg) * std::numbers::pi / 180;
   const auto cost = [&](const Packing& packing) {
-    const double u_mm = packing.width_mm + 2 * border_mm;
-    const double v_mm = packing.height_mm + 2 * border_mm;
-    const double x_mm = u_mm * std::cos(tilt_rad) + v_mm * std::sin(tilt_rad);
-    const double y_mm = u_mm * std::sin(tilt_rad) + v_mm * std::cos(tilt_rad);
-    return std::tuple(PaperClass(x_mm, y_mm), x_mm * y_mm);
+    const double width_mm = packing.width_mm + 2 * border_mm;
+    const double height_mm = packing.height_mm + 2 * border_mm;
+    const BedBounds bounds = SheetBounds(settings, width_mm, height_mm);
+    const double x_mm = bounds.max_x_mm - bounds.min_x_mm;
+    const double y_mm = bounds.max_y_mm - bounds.min_y_mm;
+    return std::tuple(SheetReach(settings, width_mm, height_mm) > 1, PaperClass(x_mm, y_mm),
+                      x_mm * y_mm);
   };
   const Packing& best =
       *std::min_element(packings.begin(), packings.end(),

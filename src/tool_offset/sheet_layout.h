@@ -17,6 +17,15 @@ inline constexpr double kCodeLeg_mm = 4;
 inline constexpr double kCoarseLeg_mm = 6;
 inline constexpr double kCoarseLegStart_mm = 1;
 
+/// From the box to the first row of prime lines, more than a tool may be off; from row to row; and
+/// from one to the next in a row.
+inline constexpr double kPrimeGap_mm = kCoarseReach_mm + 2;
+inline constexpr double kPrimeRow_mm = 3;
+inline constexpr double kPrimeLength_mm = 40;
+
+/// How far prime lines reach below the box.
+[[nodiscard]] double PrimeDepth_mm(const SheetSettings& settings);
+
 /// Ink of one structure: along the axis that it measures, and across.
 [[nodiscard]] double StructureLength_mm(const SheetSettings& settings);
 [[nodiscard]] double StructureThickness_mm(const SheetSettings& settings);
@@ -52,8 +61,9 @@ struct LayoutCounts {
   int coarse_marks = 0;
 };
 
-/// The outline that takes the smallest sheet of paper, turned by the tilt, and of those the one
-/// with the smallest turned outline. X structures stand in columns, Y structures in rows.
+/// Of the outlines that fit the bed (of all, where none does) the one that takes the smallest sheet
+/// of paper, turned by the tilt, and of those the one with the smallest turned outline. X
+/// structures stand in columns, Y structures in rows.
 /// @param border_mm  what lies around the layout on each side: box, clearance.
 [[nodiscard]] Layout ArrangeSheet(const SheetSettings& settings, const LayoutCounts& counts,
                                   double border_mm);

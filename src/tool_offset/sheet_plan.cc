@@ -1,5 +1,6 @@
 #include "tool_offset/sheet_plan.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/check.h"
@@ -77,6 +78,23 @@ SheetPoint CellOf(const Grid& grid, int index, bool by_columns) {
 
 }  // namespace
 
+/// Each tool has its own stretch below the box, each pick-up its own row.
+std::vector<PrimeLine> PrimeLines(const SheetPlan& plan) {
+  const SheetSettings& settings = plan.settings;
+  const double stretch_mm = plan.width_mm / static_cast<double>(settings.tools.size());
+  const double length_mm = std::min(kPrimeLength_mm, 0.8 * stretch_mm);
+  std::vector<PrimeLine> lines;
+  for (int pick_up = 0; pick_up <= settings.pick_ups; ++pick_up) {
+    const double v_mm = -plan.height_mm / 2 - kPrimeGap_mm - pick_up * kPrimeRow_mm;
+    for (std::size_t i = 0; i < settings.tools.size(); ++i) {
+      const double u_mm =
+          -plan.width_mm / 2 + static_cast<double>(i) * stretch_mm + (stretch_mm - length_mm) / 2;
+      lines.push_back({settings.tools[i], pick_up, {{u_mm, v_mm}, {u_mm + length_mm, v_mm}}});
+    }
+  }
+  return lines;
+}
+
 SheetPlan PlanSheet(const SheetSettings& settings) {
   SheetPlan plan;
   plan.settings = settings;
@@ -121,6 +139,7 @@ SheetPlan PlanSheet(const SheetSettings& settings) {
     plan.code.push_back(
         {on_sheet(layout.code.CellMiddle(0, 0), along * kCodeCell_mm, 0), cells[i]});
   }
+  plan.prime_lines = PrimeLines(plan);
   return plan;
 }
 

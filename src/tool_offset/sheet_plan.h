@@ -71,6 +71,13 @@ struct CodeCell {
   bool dark = false;
 };
 
+/// Drawn outside the box, below it, each time that a tool was picked up.
+struct PrimeLine {
+  int tool = 0;
+  int pick_up = 0;
+  Leg leg;
+};
+
 struct SheetPlan {
   SheetSettings settings;
   double width_mm = 0;   ///< Of the outermost box line's middle, along u
@@ -80,6 +87,7 @@ struct SheetPlan {
   std::vector<Structure> structures;
   std::vector<CoarseMark> coarse_marks;
   std::vector<CodeCell> code;
+  std::vector<PrimeLine> prime_lines;
   std::uint16_t sheet_id = 0;  ///< What the code says: a check sum of all that is measured against.
 };
 

@@ -1,14 +1,18 @@
 // Every setting of the printed sheet.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "gcode/dialect.h"
+#include "base/result.h"
+#include "settings/printer.h"
+#include "settings/setting_problem.h"
 
 namespace trammel::tool_offset {
 
-/// What is drawn, and with what; ranges stand in SheetFields().
+/// What is drawn, and with what; ranges stand in SheetFields() (sheet_fields.h), how the fields
+/// have to fit together in FindProblem().
 struct SheetSettings {
   // What is measured.
   std::vector<int> tools = {0, 1};  ///< Numbers as the firmware has them, 2 … 8 (one: self-test).
@@ -18,14 +22,48 @@ struct SheetSettings {
   bool self_test = false;  ///< One tool, structures with programmed offsets.
 
   // The combs.
-  double pitch_mm = 3.7;         ///< [2, 10]; no whole number of motor cycles, tilted or not.
+  double pitch_mm = 4.19;        ///< [2, 10]; locks to no motor cycle (sheet_pitch.h).
   int teeth = 17;                ///< [5, 60] per comb.
-  double leg_spacing_mm = 0.75;  ///< Between the two legs of a finger.
+  double leg_spacing_mm = 0.75;  ///< [0.3, 3] between the two legs of a finger.
   double leg_length_mm = 6;      ///< [3, 20]
-  double overlap_mm = 4;         ///< Along the legs, where both combs stand side by side.
-  double structure_gap_mm = 3;   ///< Between structures, and to the box.
+  double overlap_mm = 4;         ///< [1, 19] along the legs, where both combs stand side by side.
+  double structure_gap_mm = 3;   ///< [2, 20] between structures, and to the box.
   double tilt_deg = 15;          ///< [5, 40] or negative: both motors move along every leg.
-  double line_width_mm = 0.4;    ///< [0.1, 1.5]
+
+  // How it is drawn.
+  double line_width_mm = 0.4;        ///< [0.1, 1.5]
+  double layer_height_mm = 0.2;      ///< [0.02, 1] above the paper
+  double paper_thickness_mm = 0.1;   ///< [0, 1]; 80 g/m² office paper
+  double print_speed_mm_s = 30;      ///< [1, 200]; the published sheet's
+  double acceleration_mm_s2 = 2000;  ///< [100, 50000]
+  double run_in_mm = 2;  ///< [1, 10] before each leg, the leg's own way: takes up the play
+
+  // The tools, each list in the order of `tools`.
+  std::vector<double> nozzle_temperatures_c;  ///< [150, 500]; empty: the filament's
+  std::vector<double> retract_lengths_mm;     ///< [0, 20]; empty: the printer's
+  std::vector<double> flows;                  ///< [0.5, 2], a factor; empty: 1
+  double prime_length_mm = 2;                 ///< [0, 50] of filament before the prime line
+  std::string tool_change_gcode = "T{tool}";  ///< picks up a tool, wherever the last one was
+  std::string prime_gcode;                    ///< after a tool was picked up and is hot
+  std::string wipe_gcode;                     ///< before a tool is put back
+
+  // Where, and when the paper comes.
+  std::optional<double> position_x_mm;  ///< of the box's middle; absent: all is centred on the bed
+  std::optional<double> position_y_mm;
+  bool pause = true;        ///< waits for the paper once everything is homed and warm
+  std::string pause_gcode;  ///< empty: the dialect's own
+
+  settings::PrinterSettings printer;
+  settings::FilamentSettings filament;
 };
+
+/// The first thing that cannot be printed, if any: the setting, its value, the bound, the remedy.
+[[nodiscard]] std::optional<settings::SettingProblem> FindProblem(const SheetSettings& settings);
+
+/// FindProblem as an error.
+[[nodiscard]] Result<void> Validate(const SheetSettings& settings);
+
+/// What can be printed but should not be, in words. REQUIRES settings without a problem.
+[[nodiscard]] std::vector<std::string> FindWarnings(const SheetSettings& settings);
 
 }  // namespace trammel::tool_offset

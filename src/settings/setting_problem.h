@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace trammel::pressure_advance {
+namespace trammel::settings {
 
 /// What is wrong with a setting, told by its section and key in trammel.toml.
 struct SettingProblem {
@@ -12,4 +12,4 @@ struct SettingProblem {
   std::string message;  ///< the value and its bound
 };
 
-}  // namespace trammel::pressure_advance
+}  // namespace trammel::settings

@@ -1,37 +1,17 @@
-// One entry of the tables of settings (pattern_fields.h, scan_fields.h): what trammel.toml calls
-// it, what it means to a user, and what it may be. Checking, reading, documenting and complaining
-// all go by the tables.
+// One entry of a table of settings: what trammel.toml calls it, what it means to a user, and what
+// it may be. Checking, reading, documenting and complaining all go by the tables.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
-#include "gcode/dialect.h"
-#include "pressure_advance/line_motion.h"
-#include "pressure_advance/pattern_config.h"
-#include "pressure_advance/scan.h"
+#include "settings/setting_problem.h"
 
-namespace trammel::pressure_advance {
-
-/// A pointer, of whichever kind, to a setting of each type that there is.
-template <template <class> class Pointer>
-using SettingPointer =
-    std::variant<Pointer<double>, Pointer<std::optional<double>>, Pointer<int>, Pointer<bool>,
-                 Pointer<std::string>, Pointer<std::vector<double>>, Pointer<std::vector<Segment>>,
-                 Pointer<gcode::Dialect>, Pointer<BedShape>, Pointer<Finish>,
-                 Pointer<AxisDirection>>;
-
-template <class Config>
-struct SettingIn {
-  template <class T>
-  using Member = T Config::*;
-};
-
-template <class T>
-using SettingAddress = T*;
+namespace trammel::settings {
 
 /// Of a number, or of each number in a list. Nothing else is bounded by it.
 struct SettingRange {
@@ -40,12 +20,12 @@ struct SettingRange {
   double hi = 0;          ///< inclusive
 };
 
-/// One entry of a table for the settings that live in `Config`.
-template <class Config>
+/// One entry of a table for the settings that live in `Config`, each of one of `Types`.
+template <class Config, class... Types>
 struct SettingField {
   std::string_view section;
   std::string_view key;
-  SettingPointer<SettingIn<Config>::template Member> member;
+  std::variant<Types Config::*...> member;
   std::string_view unit;
   double lo = 0;
   double hi = 0;
@@ -61,6 +41,8 @@ struct SettingField {
                                                           const std::optional<double>& value);
 [[nodiscard]] std::optional<std::string> FindValueProblem(const SettingRange& range,
                                                           const std::vector<double>& values);
+[[nodiscard]] std::optional<std::string> FindValueProblem(const SettingRange& range,
+                                                          const std::vector<int>& values);
 /// Texts hold no control characters but line breaks and tabs.
 [[nodiscard]] std::optional<std::string> FindValueProblem(const SettingRange& range,
                                                           const std::string& text);
@@ -72,9 +54,9 @@ template <class Other>
 }
 
 /// FindValueProblem for the field's value in `config`.
-template <class Config>
-[[nodiscard]] std::optional<std::string> FindFieldProblem(const Config& config,
-                                                          const SettingField<Config>& field) {
+template <class Config, class... Types>
+[[nodiscard]] std::optional<std::string> FindFieldProblem(
+    const std::type_identity_t<Config>& config, const SettingField<Config, Types...>& field) {
   return std::visit([&](auto member) { return FindValueProblem(field.range(), config.*member); },
                     field.member);
 }
@@ -83,7 +65,7 @@ template <class Config>
 template <class Config, class Fields>
 [[nodiscard]] std::optional<SettingProblem> FindFieldProblems(const Config& config,
                                                               const Fields& fields) {
-  for (const SettingField<Config>& field : fields) {
+  for (const auto& field : fields) {
     if (auto message = FindFieldProblem(config, field)) {
       return SettingProblem{std::string(field.section), std::string(field.key),
                             std::move(*message)};
@@ -92,4 +74,4 @@ template <class Config, class Fields>
   return std::nullopt;
 }
 
-}  // namespace trammel::pressure_advance
+}  // namespace trammel::settings

@@ -1,8 +1,8 @@
-#include "pressure_advance/setting.h"
+#include "settings/setting.h"
 
 #include <fmt/format.h>
 
-namespace trammel::pressure_advance {
+namespace trammel::settings {
 
 std::optional<std::string> FindValueProblem(const SettingRange& range, double value) {
   if (value >= range.lo && value <= range.hi) return std::nullopt;  // false for NaN
@@ -28,6 +28,14 @@ std::optional<std::string> FindValueProblem(const SettingRange& range,
   return std::nullopt;
 }
 
+std::optional<std::string> FindValueProblem(const SettingRange& range,
+                                            const std::vector<int>& values) {
+  for (const int value : values) {
+    if (auto problem = FindValueProblem(range, value)) return problem;
+  }
+  return std::nullopt;
+}
+
 std::optional<std::string> FindValueProblem(const SettingRange& /*range*/,
                                             const std::string& text) {
   constexpr std::size_t kMaxBytes = 65536;
@@ -43,4 +51,4 @@ std::optional<std::string> FindValueProblem(const SettingRange& /*range*/,
   return std::nullopt;
 }
 
-}  // namespace trammel::pressure_advance
+}  // namespace trammel::settings

@@ -1,0 +1,117 @@
+// The printer and its filament: [printer] and [filament] of trammel.toml, the same for every
+// calibration that prints.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gcode/dialect.h"
+#include "gcode/placeholders.h"
+#include "settings/setting.h"
+
+namespace trammel::settings {
+
+/// Common to the three firmwares. The nozzle waits for the bed at a temperature that does not ooze.
+inline constexpr const char* kDefaultStartGcode =
+    "M140 S{bed_temperature_c}\n"
+    "M104 S{idle_nozzle_temperature_c}\n"
+    "G28\n"
+    "M190 S{bed_temperature_c}\n"
+    "M109 S{nozzle_temperature_c}\n";
+inline constexpr const char* kDefaultEndGcode =
+    "M104 S0\n"
+    "M140 S0\n"
+    "M84\n";
+
+enum class BedShape {
+  kRectangle,
+  kEllipse,  ///< inscribed in the rectangle of the bed's size: round beds, deltas
+};
+
+/// As trammel.toml spells it.
+[[nodiscard]] std::string_view ToString(BedShape shape);
+[[nodiscard]] std::optional<BedShape> ParseBedShape(std::string_view name);
+
+/// "Paper": Abbott, Automatic Pressure Advance Calibration Using Laser Triangulation, and its
+/// released code, whose values win where the two differ.
+struct PrinterSettings {
+  gcode::Dialect dialect = gcode::Dialect::kKlipper;  ///< the paper's firmware
+  double bed_size_x_mm = 250;                         ///< (0, 2000]; the commonest CoreXY size
+  double bed_size_y_mm = 250;
+  double bed_origin_x_mm = 0;  ///< coordinates of the bed's front left corner; minus half the size
+  double bed_origin_y_mm = 0;  ///< where (0, 0) is the middle of the bed
+  BedShape bed_shape = BedShape::kRectangle;
+  double bed_margin_mm = 5;         ///< [0, 100] kept free along the edge; clips and bevels
+  double nozzle_diameter_mm = 0.4;  ///< [0.1, 2]; paper
+  double travel_speed_mm_s = 150;   ///< (0, 1000]; no faster than the paper's lines
+  double z_speed_mm_s = 5;          ///< (0, 100]; paper: F300
+  double retract_length_mm = 0.5;   ///< [0, 20] of filament; paper (direct drive)
+  double retract_speed_mm_s = 30;   ///< (0, 200]; paper: F1800
+  double z_hop_mm = 0.75;           ///< [0, 10] above the layer while travelling; paper
+  double z_offset_mm = 0;           ///< [-0.5, 2] added to the layer's height
+  std::optional<double> park_x_mm;  ///< absent: the front left corner inside the margin …
+  std::optional<double> park_y_mm;  ///< … (rectangle) or the middle of the front edge (ellipse)
+  double park_lift_mm = 20;         ///< [1, 200] above the layer when done; paper: Z20
+  std::string start_gcode = kDefaultStartGcode;  ///< heats and homes; leaves the filament primed
+  std::string end_gcode = kDefaultEndGcode;
+  std::optional<double> restore_acceleration_mm_s2;  ///< [1, 1e6]; absent: left as printed
+};
+
+struct FilamentSettings {
+  double filament_diameter_mm = 1.75;      ///< [1, 4]; paper
+  double filament_density_g_cm3 = 1.04;    ///< [0.5, 10]; ABS, the paper's
+  double nozzle_temperature_c = 255;       ///< [170, 500]; paper. 170: Klipper's min_extrude_temp
+  double idle_nozzle_temperature_c = 200;  ///< [0, 500]; paper
+  double bed_temperature_c = 110;          ///< [0, 200]; paper
+};
+
+using PrinterField = SettingField<PrinterSettings, double, std::optional<double>, std::string,
+                                  gcode::Dialect, BedShape>;
+using FilamentField = SettingField<FilamentSettings, double>;
+
+/// All settings, in the order in which `trammel config keys` shows them.
+[[nodiscard]] std::span<const PrinterField> PrinterFields();
+[[nodiscard]] std::span<const FilamentField> FilamentFields();
+
+/// How far out a point lies on the bed less a margin; 1 is its edge, beyond which nothing may lie.
+[[nodiscard]] double BedReach(const PrinterSettings& printer, double x_mm, double y_mm,
+                              double margin_mm);
+
+/// Where the nozzle goes when done.
+struct ParkPosition {
+  double x_mm = 0;
+  double y_mm = 0;
+};
+[[nodiscard]] ParkPosition ParkPositionOf(const PrinterSettings& printer);
+
+/// That the nozzle can wait where it is told to. REQUIRES fields within their ranges.
+[[nodiscard]] std::optional<SettingProblem> FindParkProblem(const PrinterSettings& printer);
+
+/// That the nozzle can lay such a bead, and does not scratch the plate. REQUIRES fields within
+/// their ranges.
+/// @param section  where layer_height and line_width stand.
+[[nodiscard]] std::optional<SettingProblem> FindBeadProblem(const PrinterSettings& printer,
+                                                            std::string_view section,
+                                                            double layer_height_mm,
+                                                            double line_width_mm);
+
+/// What a calibration draws, as far as a user's own G-code may name it.
+struct Drawing {
+  double layer_height_mm = 0;
+  double line_width_mm = 0;
+  double acceleration_mm_s2 = 0;
+  double min_x_mm = 0;  ///< outer edge of everything printed
+  double min_y_mm = 0;
+  double max_x_mm = 0;
+  double max_y_mm = 0;
+};
+
+/// Every {name} with its value, units in the name: what start and end G-code may name.
+[[nodiscard]] std::vector<gcode::Placeholder> Placeholders(const PrinterSettings& printer,
+                                                           const FilamentSettings& filament,
+                                                           const Drawing& drawing);
+
+}  // namespace trammel::settings
