@@ -36,6 +36,8 @@ void AddTapAnalyzeCommand(CLI::App& parent, int& exit_code);
 void AddTapPlotCommand(CLI::App& parent, int& exit_code);
 void AddTapTuneCommand(CLI::App& parent, int& exit_code);
 void AddTapWatchCommand(CLI::App& parent, int& exit_code);
+/// Below `trammel offset`.
+void AddOffsetApplyCommand(CLI::App& parent, int& exit_code);
 void AddDoctorCommand(CLI::App& parent, int& exit_code);
 /// `trammel sim printer`, `trammel sim camera` and `trammel sim sheet`, below `trammel sim`.
 void AddSimPrinter(CLI::App& parent, int& exit_code);

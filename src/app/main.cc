@@ -25,6 +25,9 @@ int main(int argc, char** argv) {
   trammel::app::AddTapPlotCommand(*tap, exit_code);
   trammel::app::AddTapTuneCommand(*tap, exit_code);
   trammel::app::AddTapWatchCommand(*tap, exit_code);
+  CLI::App* offset = cli.add_subcommand("offset", "XY offsets of tools, and backlash, from a scan")
+                         ->require_subcommand(1);
+  trammel::app::AddOffsetApplyCommand(*offset, exit_code);
   trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 

@@ -1,0 +1,179 @@
+// trammel offset apply: what takes the measured offsets out, shown, and set only when told to.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/printer_session.h"
+#include "procedure/tool_offsets.h"
+#include "store/offset_file.h"
+#include "tool_offset/correction.h"
+
+namespace trammel::app {
+namespace {
+
+using tool_offset::KeptOffset;
+using tool_offset::OffsetKeeper;
+
+struct OffsetApplyArguments {
+  std::string file;
+  std::string keeper = "klipper-tool";
+  std::vector<std::string> now;
+  std::vector<int> tools;
+  bool apply = false;
+  bool save = false;
+  PrinterOptions printer;
+};
+
+struct Change {
+  int tool = 0;
+  store::MeasuredOffset measured;
+  KeptOffset now;
+  KeptOffset next;
+};
+
+using Known = std::map<int, KeptOffset>;
+
+// T:X,Y
+Result<Known> ParseNow(const std::vector<std::string>& texts) {
+  Known known;
+  for (const std::string& text : texts) {
+    int tool = 0;
+    double x = 0;
+    double y = 0;
+    int used = 0;
+    const int read = std::sscanf(text.c_str(), "%d:%lf,%lf%n", &tool, &x, &y, &used);
+    constexpr double kMost_mm = 1000;
+    if (read != 3 || static_cast<std::size_t>(used) != text.size() || tool < 0 || tool > 99 ||
+        !(std::abs(x) <= kMost_mm) || !(std::abs(y) <= kMost_mm)) {
+      return Fail(fmt::format("--now {}: write TOOL:X,Y, as in 1:0.25,-0.1, in mm", text));
+    }
+    known[tool] = {x, y};
+  }
+  return known;
+}
+
+Result<std::vector<store::MeasuredOffset>> Chosen(const store::OffsetFile& file,
+                                                  const std::vector<int>& tools) {
+  if (tools.empty()) return file.good;
+  std::vector<store::MeasuredOffset> chosen;
+  for (const int tool : tools) {
+    bool found = false;
+    for (const store::MeasuredOffset& measured : file.good) {
+      if (measured.tool == tool) {
+        chosen.push_back(measured);
+        found = true;
+      }
+    }
+    if (!found) return Fail(fmt::format("--tool {}: the file has no good offset of it", tool));
+  }
+  return chosen;
+}
+
+Result<KeptOffset> NowOf(int tool, OffsetKeeper keeper, const Known& known,
+                         const procedure::Session* session) {
+  const auto found = known.find(tool);
+  if (found != known.end()) return found->second;
+  if (session != nullptr) return procedure::ReadToolOffset(*session, tool);
+  return Fail(fmt::format(
+      "the offset that the firmware keeps now for tool {0} is not known, and the new one follows "
+      "from it: give --now {0}:X,Y{1}",
+      tool, keeper == OffsetKeeper::kKlipperTool ? ", or --printer ADDRESS" : ""));
+}
+
+void Show(const Change& change, OffsetKeeper keeper) {
+  fmt::print("tool {}    lands {:+.3f}, {:+.3f} mm beside the reference tool\n", change.tool,
+             change.measured.dx_mm, change.measured.dy_mm);
+  fmt::print("          X offset  {:.3f}  ->  {:.3f} mm\n", change.now.x_mm, change.next.x_mm);
+  fmt::print("          Y offset  {:.3f}  ->  {:.3f} mm\n", change.now.y_mm, change.next.y_mm);
+  for (const std::string& line : SetCommands(keeper, change.tool, change.next)) {
+    fmt::print("              {}\n", line);
+  }
+  for (const std::string& line : SaveCommands(keeper, change.tool)) {
+    fmt::print("              {}\n", line);
+  }
+  const std::string advice = SaveAdvice(keeper, change.tool, change.next);
+  if (!advice.empty()) fmt::print("          {}\n", advice);
+}
+
+int Set(const std::vector<Change>& changes, bool save, const procedure::Session& session) {
+  for (const Change& change : changes) {
+    const auto set = procedure::SetToolOffset(session, change.tool, change.next, save);
+    if (!set) return Report(set.error());
+    fmt::print("applied   tool {}: read back from the printer{}\n", change.tool,
+               save ? ", and kept" : "; until the next restart: --save keeps it");
+  }
+  return kExitGood;
+}
+
+int RunApply(const OffsetApplyArguments& arguments) {
+  const Interrupt interrupt;
+  const OffsetKeeper keeper = *tool_offset::ParseOffsetKeeper(arguments.keeper);
+  if (arguments.apply && keeper != OffsetKeeper::kKlipperTool) {
+    return Report({ErrorKind::kInput,
+                   "--apply needs --for klipper-tool: send the lines to other firmwares yourself"});
+  }
+  const auto file = store::ReadOffsetFile(arguments.file);
+  if (!file) return Report(file.error());
+  for (const std::string& line : file->refused) fmt::print(stderr, "{}\n", line);
+  const auto chosen = Chosen(*file, arguments.tools);
+  if (!chosen) return Report(chosen.error());
+  const auto known = ParseNow(arguments.now);
+  if (!known) return Report(known.error());
+  std::unique_ptr<machine::Printer> printer;
+  std::optional<procedure::Session> session;
+  if (arguments.apply || !arguments.printer.address.empty()) {
+    const auto config = LoadSettings(arguments.printer);
+    if (!config) return Report(config.error());
+    auto connected = Connect(config->scan, interrupt.token());
+    if (!connected) return Report(connected.error());
+    printer = std::move(*connected);
+    session.emplace(procedure::Session{*printer, interrupt.token(), TellOnTerminal});
+  }
+  std::vector<Change> changes;
+  for (const store::MeasuredOffset& measured : *chosen) {
+    const auto now = NowOf(measured.tool, keeper, *known, session ? &*session : nullptr);
+    if (!now) return Report(now.error());
+    changes.push_back(
+        {measured.tool, measured, *now, Corrected(keeper, *now, measured.dx_mm, measured.dy_mm)});
+    Show(changes.back(), keeper);
+  }
+  if (changes.empty()) return kExitNotTrusted;
+  if (arguments.apply) return Set(changes, arguments.save, *session);
+  fmt::print("nothing was changed\n");
+  return kExitGood;
+}
+
+}  // namespace
+
+void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command =
+      parent.add_subcommand("apply", "the lines that take measured offsets out; --apply sets them");
+  const auto arguments = std::make_shared<OffsetApplyArguments>();
+  command->add_option("file", arguments->file, "what offset analyze --json printed")->required();
+  command->add_option("--for", arguments->keeper, "who keeps the tools' offsets")
+      ->check(CLI::IsMember(std::vector<std::string>{"klipper-tool", "klipper-gcode-offset",
+                                                     "marlin", "reprapfirmware"}))
+      ->capture_default_str();
+  command->add_option("--now", arguments->now,
+                      "TOOL:X,Y as the firmware keeps it now; may be repeated");
+  command->add_option("--tool", arguments->tools, "only this one; may be repeated");
+  command->add_flag("--apply", arguments->apply, "set the offsets on the printer")
+      ->group("Printer");
+  command->add_flag("--save", arguments->save, "keep them beyond a restart, too")
+      ->needs("--apply")
+      ->group("Printer");
+  AddPrinterOptions(*command, arguments->printer);
+  command->callback([arguments, &exit_code] { exit_code = RunApply(*arguments); });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,56 @@
+#include "store/offset_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "store/json_object.h"
+#include "store/whole_file.h"
+
+namespace trammel::store {
+namespace {
+
+constexpr std::size_t kMostBytes = 64'000'000;  // with every finger of every structure
+constexpr int kMostTool = 99;
+constexpr double kMost_mm = 50;
+
+void ReadTool(JsonObject& tool, OffsetFile& offsets) {
+  const int number = tool.Integer("tool", {0, kMostTool});
+  const std::string verdict = tool.Choice("verdict", {"good", "cannot_tell", "refused"});
+  if (verdict != "good") {
+    const nlohmann::json* reason = tool.Find("reason");
+    offsets.refused.push_back(fmt::format(
+        "tool {}: {}: {}", number, verdict,
+        reason != nullptr && reason->is_string() ? reason->get<std::string>() : "no reason given"));
+    return;
+  }
+  const NumberRange range{-kMost_mm, kMost_mm};
+  const double dx_mm = tool.Number("dx_mm", range);
+  const double dy_mm = tool.Number("dy_mm", range);
+  const bool twice = std::any_of(offsets.good.begin(), offsets.good.end(),
+                                 [number](const MeasuredOffset& m) { return m.tool == number; });
+  if (twice) tool.Fault("tool", fmt::format("{} stands there twice", number));
+  offsets.good.push_back({number, dx_mm, dy_mm});
+}
+
+}  // namespace
+
+Result<OffsetFile> ReadOffsetFile(const std::filesystem::path& path) {
+  const auto text = ReadWholeFile(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  const auto json = ParseJson(*text, path.string());
+  if (!json) return tl::unexpected(json.error());
+  JsonObject root(*json, path.string());
+  constexpr std::size_t kMostTools = 100;
+  const nlohmann::json& tools = root.List("tools", 1, kMostTools);
+  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
+  OffsetFile offsets;
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    JsonObject tool = root.Inner(tools[i], fmt::format("tools[{}]", i));
+    ReadTool(tool, offsets);
+    if (auto read = tool.Faults(); !read) return tl::unexpected(read.error());
+  }
+  return offsets;
+}
+
+}  // namespace trammel::store
