@@ -1,0 +1,82 @@
+// Work in a process of its own, which tells what it has in messages: what hangs or crashes there
+// leaves this process unharmed.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+
+namespace trammel::machine {
+
+struct ChildMessage {
+  std::uint32_t kind = 0;
+  std::vector<std::uint8_t> bytes;
+};
+
+/// The child's end of the pipe.
+class ChildSender {
+ public:
+  explicit ChildSender(int fd) : fd_(fd) {}
+  /// False where nobody listens any more: time to tidy up and return.
+  bool Send(std::uint32_t kind, std::span<const std::uint8_t> bytes) const;
+  bool Send(std::uint32_t kind, std::string_view text) const;
+
+ private:
+  int fd_;
+};
+
+enum class Heard {
+  kMessage,
+  kSilence,  ///< nothing for as long as it was given
+  kStopped,
+  kEnded,  ///< the child has gone, and has said all
+};
+
+/// A forked child. Ends with the object at the latest, and with its parent: by SIGTERM first, then
+/// by SIGKILL.
+class ChildProcess {
+ public:
+  /// Forks. `work` runs in the child, which then ends without the exit handlers of this program.
+  /// There SIGTERM has its default action until `work` changes that; SIGINT is ignored (it is the
+  /// parent that is interrupted), and so is SIGPIPE. What the child prints goes to standard error.
+  /// REQUIRES that no other thread of this process holds a lock that `work` needs.
+  /// @param patience_s  how long the child may take to end, after it was asked and before.
+  [[nodiscard]] static Result<ChildProcess> Start(
+      const std::function<void(const ChildSender&)>& work, double patience_s);
+  ChildProcess(ChildProcess&& other) noexcept;
+  ChildProcess& operator=(ChildProcess&&) = delete;
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+  ~ChildProcess();
+
+  /// Waits for a message. What is not one (a child may write anything) counts as its end.
+  [[nodiscard]] Heard Receive(ChildMessage& message, double silence_s, const std::stop_token& stop);
+
+  /// Gives a child that has said all time to end by itself.
+  void LetEnd();
+
+  /// How it ended, "signal 11, Segmentation fault" or "exit code 1". Waits like the destructor.
+  [[nodiscard]] std::string End();
+
+ private:
+  ChildProcess(pid_t process, int fd, double patience_s)
+      : process_(process), fd_(fd), patience_s_(patience_s) {}
+  [[nodiscard]] Heard ReceiveBytes(std::span<std::uint8_t> bytes, double silence_s,
+                                   const std::stop_token& stop) const;
+  [[nodiscard]] bool WaitForEnd();
+
+  pid_t process_ = -1;  // -1: it has been waited for
+  int fd_ = -1;
+  double patience_s_ = 0;
+  int status_ = 0;
+};
+
+}  // namespace trammel::machine
