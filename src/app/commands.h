@@ -37,6 +37,7 @@ void AddTapPlotCommand(CLI::App& parent, int& exit_code);
 void AddTapTuneCommand(CLI::App& parent, int& exit_code);
 void AddTapWatchCommand(CLI::App& parent, int& exit_code);
 /// Below `trammel offset`.
+void AddOffsetPatternCommand(CLI::App& parent, int& exit_code);
 void AddOffsetApplyCommand(CLI::App& parent, int& exit_code);
 void AddDoctorCommand(CLI::App& parent, int& exit_code);
 /// `trammel sim printer`, `trammel sim camera` and `trammel sim sheet`, below `trammel sim`.

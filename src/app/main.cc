@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   trammel::app::AddTapWatchCommand(*tap, exit_code);
   CLI::App* offset = cli.add_subcommand("offset", "XY offsets of tools, and backlash, from a scan")
                          ->require_subcommand(1);
+  trammel::app::AddOffsetPatternCommand(*offset, exit_code);
   trammel::app::AddOffsetApplyCommand(*offset, exit_code);
   trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);

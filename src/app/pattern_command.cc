@@ -11,6 +11,7 @@
 #include "app/commands.h"
 #include "app/config_text.h"
 #include "app/option_values.h"
+#include "app/output_files.h"
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_plan.h"
 #include "report/pattern_preview.h"
@@ -81,19 +82,6 @@ Result<PatternConfig> Configure(const PatternArguments& arguments) {
   }
   fmt::print("settings   {}\n", text->file);
   return config->pattern;
-}
-
-/// All or none: looks before anything is written.
-Result<void> RefuseToOverwrite(const std::vector<fs::path>& paths, bool force) {
-  if (force) return {};
-  for (const fs::path& path : paths) {
-    std::error_code ignored;
-    if (fs::exists(path, ignored)) {
-      return Fail(fmt::format("{}: is there already; --force overwrites it, --out names another",
-                              path.string()));
-    }
-  }
-  return {};
 }
 
 void Print(const PatternSummary& summary, const PatternLayout& layout) {
