@@ -38,6 +38,8 @@ void AddTapTuneCommand(CLI::App& parent, int& exit_code);
 void AddTapWatchCommand(CLI::App& parent, int& exit_code);
 /// Below `trammel offset`.
 void AddOffsetPatternCommand(CLI::App& parent, int& exit_code);
+void AddOffsetScanCommand(CLI::App& parent, int& exit_code);
+void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code);
 void AddOffsetApplyCommand(CLI::App& parent, int& exit_code);
 void AddDoctorCommand(CLI::App& parent, int& exit_code);
 /// `trammel sim printer`, `trammel sim camera` and `trammel sim sheet`, below `trammel sim`.

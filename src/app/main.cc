@@ -29,6 +29,8 @@ int main(int argc, char** argv) {
                          ->require_subcommand(1);
   trammel::app::AddOffsetPatternCommand(*offset, exit_code);
   trammel::app::AddOffsetApplyCommand(*offset, exit_code);
+  trammel::app::AddOffsetScanCommand(*offset, exit_code);
+  trammel::app::AddOffsetAnalyzeCommand(*offset, exit_code);
   trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 

@@ -7,7 +7,10 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cctype>
+#include <cstdlib>
 #include <stdexcept>
 #include <utility>
 
@@ -28,6 +31,30 @@ int Bind(std::uint16_t& port) {
   return fd;
 }
 
+// Of what follows a head; 0 where it does not say.
+std::size_t BodyLength(std::string head) {
+  std::transform(head.begin(), head.end(), head.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::string_view kField = "\r\ncontent-length:";
+  const std::size_t at = head.find(kField);
+  return at == std::string::npos ? 0 : std::strtoul(head.c_str() + at + kField.size(), nullptr, 10);
+}
+
+// A head with its body, or what came of it.
+std::string ReadRequest(int fd) {
+  std::string request;
+  std::array<char, 4096> buffer{};
+  std::size_t head = std::string::npos;
+  while (head == std::string::npos ||
+         request.size() < head + 4 + BodyLength(request.substr(0, head))) {
+    const ssize_t count = recv(fd, buffer.data(), buffer.size(), 0);
+    if (count <= 0) break;
+    request.append(buffer.data(), static_cast<std::size_t>(count));
+    head = request.find("\r\n\r\n");
+  }
+  return request;
+}
+
 }  // namespace
 
 bool HttpPeer::Send(std::string_view bytes) {
@@ -40,8 +67,11 @@ bool HttpPeer::Send(std::string_view bytes) {
 }
 
 void HttpPeer::WaitForClose() {
+  // What still comes is read: closing over it would reset the connection, and lose the answer.
+  std::array<char, 4096> buffer{};
   pollfd wanted{fd_, POLLIN, 0};
-  poll(&wanted, 1, 10'000);
+  while (poll(&wanted, 1, 10'000) > 0 && recv(fd_, buffer.data(), buffer.size(), 0) > 0) {
+  }
 }
 
 ScriptedHttp::ScriptedHttp(Script script)
@@ -65,13 +95,7 @@ void ScriptedHttp::Serve() {
     if (wanted[1].revents != 0) return;
     const int fd = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     if (fd < 0) continue;
-    std::string request;
-    std::array<char, 4096> buffer{};
-    while (request.find("\r\n\r\n") == std::string::npos) {
-      const ssize_t count = recv(fd, buffer.data(), buffer.size(), 0);
-      if (count <= 0) break;
-      request.append(buffer.data(), static_cast<std::size_t>(count));
-    }
+    const std::string request = ReadRequest(fd);
     {
       const std::lock_guard lock(mutex_);
       requests_.push_back(request);

@@ -11,7 +11,7 @@
 
 namespace trammel::test {
 
-/// What a script does with one connection, after the request's head was read.
+/// What a script does with one connection, after the request was read.
 class HttpPeer {
  public:
   explicit HttpPeer(int fd) : fd_(fd) {}
@@ -36,7 +36,7 @@ class ScriptedHttp {
   [[nodiscard]] std::uint16_t port() const { return port_; }
   /// "http://127.0.0.1:port" and the path.
   [[nodiscard]] std::string Url(const std::string& path) const;
-  /// The heads of the requests so far.
+  /// The requests so far: their heads, with bodies of a stated length.
   [[nodiscard]] std::vector<std::string> requests() const;
 
  private:

@@ -1,0 +1,150 @@
+// trammel offset analyze: scans of the printed sheet in, every tool's offset out.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "machine/page_file.h"
+#include "report/offset_json.h"
+#include "report/offset_text.h"
+#include "store/whole_file.h"
+#include "tool_offset/analyse.h"
+#include "tool_offset/sheet_file.h"
+
+namespace trammel::app {
+namespace {
+
+struct AnalyzeArguments {
+  std::vector<std::string> scans;
+  std::string pattern;
+  std::vector<double> dpi;
+  double most_megapixels = 4000;
+  bool json = false;
+};
+
+constexpr const char* kNextSheet = "+";
+
+Result<tool_offset::SheetPlan> PlanOf(const std::string& path) {
+  constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
+  const auto gcode = store::ReadWholeFile(path, kMostBytes);
+  if (!gcode) return tl::unexpected(gcode.error());
+  const auto settings = tool_offset::ReadSheetFile(*gcode);
+  if (!settings) {
+    return tl::unexpected(Error{settings.error().kind,
+                                fmt::format("--pattern {}: {}", path, settings.error().message)});
+  }
+  return tool_offset::PlanSheet(*settings);
+}
+
+// Every page of one file; pages are large, and are gone when they have been read.
+Result<std::vector<report::OffsetScan>> AnalyseFile(const std::string& path, int sheet,
+                                                    const tool_offset::SheetPlan& plan,
+                                                    const AnalyzeArguments& arguments) {
+  machine::PageReadOptions limits;
+  limits.most_pixels = static_cast<std::int64_t>(1e6 * arguments.most_megapixels);
+  const auto pages = machine::ReadPages(path, limits);
+  if (!pages) return tl::unexpected(pages.error());
+  std::vector<report::OffsetScan> scans;
+  for (const Page& page : *pages) {
+    tool_offset::AnalyseOptions options{page.dpi_x, page.dpi_y};
+    if (!arguments.dpi.empty()) {
+      options.dpi_x = arguments.dpi.front();
+      options.dpi_y = arguments.dpi.back();
+    }
+    const int number = static_cast<int>(scans.size()) + 1;
+    auto result = tool_offset::AnalyseSheet(page.view(), plan, options);
+    if (!result) {
+      const std::string where = pages->size() > 1 ? fmt::format(", page {}", number) : "";
+      return tl::unexpected(Error{
+          result.error().kind, fmt::format("scan {}{}: {}", path, where, result.error().message)});
+    }
+    scans.push_back({path, number, sheet, std::move(*result)});
+  }
+  return scans;
+}
+
+tool_offset::CombinedResult CombineScans(const std::vector<report::OffsetScan>& scans) {
+  std::vector<std::vector<tool_offset::SheetResult>> sheets;
+  int sheet = 0;
+  for (const report::OffsetScan& scan : scans) {
+    if (scan.sheet != sheet) sheets.emplace_back();
+    sheet = scan.sheet;
+    sheets.back().push_back(scan.result);
+  }
+  return tool_offset::Combine(sheets);
+}
+
+bool IsGood(const report::OffsetAnalysis& analysis) {
+  for (const tool_offset::CombinedTool& tool : analysis.combined.tools) {
+    if (report::VerdictOf(tool) != Verdict::kGood) return false;
+  }
+  for (const report::OffsetScan& scan : analysis.scans) {
+    for (const tool_offset::SelfTestReading& reading : scan.result.self_tests) {
+      if (!reading.recovered_mm.good()) return false;
+    }
+  }
+  return true;
+}
+
+int Run(const AnalyzeArguments& arguments) {
+  const auto plan = PlanOf(arguments.pattern);
+  if (!plan) return Report(plan.error());
+  report::OffsetAnalysis analysis{*plan, {}, {}};
+  std::optional<int> failed;
+  int sheet = 1;
+  for (const std::string& path : arguments.scans) {
+    if (path == kNextSheet) {
+      ++sheet;
+      continue;
+    }
+    auto scans = AnalyseFile(path, sheet, *plan, arguments);
+    if (!scans) {
+      failed = Report(scans.error());
+      continue;
+    }
+    for (report::OffsetScan& scan : *scans) analysis.scans.push_back(std::move(scan));
+  }
+  if (analysis.scans.empty()) {
+    return failed ? *failed : Report({ErrorKind::kInput, "SCAN: there is none between the +"});
+  }
+  analysis.combined = CombineScans(analysis.scans);
+  std::fputs((arguments.json ? report::ToJson(analysis) : report::OffsetText(analysis)).c_str(),
+             stdout);
+  if (failed) return *failed;
+  return IsGood(analysis) ? kExitGood : kExitNotTrusted;
+}
+
+}  // namespace
+
+void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command =
+      parent.add_subcommand("analyze", "offsets of the tools, and backlash, from scanned sheets");
+  const auto arguments = std::make_shared<AnalyzeArguments>();
+  command
+      ->add_option("SCAN", arguments->scans,
+                   "TIFF, PNG, JPEG, PNM or PDF: scans of one sheet, however it lay on the glass; "
+                   "behind a + those of the next sheet, printed anew")
+      ->required();
+  command
+      ->add_option("--pattern", arguments->pattern,
+                   "the G-code that was printed: it carries all that is known of the sheet")
+      ->required();
+  command
+      ->add_option("--dpi", arguments->dpi,
+                   "of the scan, or along a row and down the page; else as the file says. Only "
+                   "compared with what the sheet shows")
+      ->expected(1, 2)
+      ->check(CLI::Range(20.0, 20000.0));
+  command->add_option("--most-megapixels", arguments->most_megapixels, "of a page")
+      ->check(CLI::Range(1.0, 100000.0))
+      ->capture_default_str();
+  command->add_flag("--json", arguments->json, "one JSON object");
+  command->callback([arguments, &exit_code] { exit_code = Run(*arguments); });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,14 @@
+// What was read on scanned sheets, in words and figures for a terminal.
+#pragma once
+
+#include <string>
+
+#include "report/offset_json.h"
+
+namespace trammel::report {
+
+/// A table of the tools, the play of the axes, and what to do next; several lines. Behind ± stands
+/// half of the 95 % interval.
+[[nodiscard]] std::string OffsetText(const OffsetAnalysis& analysis);
+
+}  // namespace trammel::report
