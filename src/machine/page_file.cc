@@ -54,8 +54,10 @@ Pages Read(const std::filesystem::path& path, const PageReadOptions& options) {
   file.close();
   if (format == PageFormat::kTiff) return ReadTiff(path, options);
   if (format == PageFormat::kPdf) return ReadPdf(path, options);
-  // Four samples of 16 bits, and a header.
-  const auto bytes = ReadFileBytes(path, 8 * options.most_pixels + 65536);
+  // Four samples of 16 bits; small limits are better told by the header, which says how many
+  // pixels.
+  constexpr std::int64_t kAlways = 1'000'000'000;
+  const auto bytes = ReadFileBytes(path, std::max(8 * options.most_pixels, kAlways));
   if (!bytes) return tl::unexpected(bytes.error());
   switch (format) {
     case PageFormat::kPng:
