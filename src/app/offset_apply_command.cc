@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -13,6 +11,7 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/option_values.h"
 #include "app/printer_session.h"
 #include "procedure/tool_offsets.h"
 #include "store/offset_file.h"
@@ -46,18 +45,11 @@ using Known = std::map<int, KeptOffset>;
 // T:X,Y
 Result<Known> ParseNow(const std::vector<std::string>& texts) {
   Known known;
+  constexpr int kMostTool = 99;
   for (const std::string& text : texts) {
-    int tool = 0;
-    double x = 0;
-    double y = 0;
-    int used = 0;
-    const int read = std::sscanf(text.c_str(), "%d:%lf,%lf%n", &tool, &x, &y, &used);
-    constexpr double kMost_mm = 1000;
-    if (read != 3 || static_cast<std::size_t>(used) != text.size() || tool < 0 || tool > 99 ||
-        !(std::abs(x) <= kMost_mm) || !(std::abs(y) <= kMost_mm)) {
-      return Fail(fmt::format("--now {}: write TOOL:X,Y, as in 1:0.25,-0.1, in mm", text));
-    }
-    known[tool] = {x, y};
+    const auto shift = ParseToolShift("--now", text, kMostTool);
+    if (!shift) return tl::unexpected(shift.error());
+    known[shift->tool] = {shift->x_mm, shift->y_mm};
   }
   return known;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <string>
@@ -138,6 +139,27 @@ std::optional<WholePair> ParseWholePair(std::string_view text) {
   const auto second = ParseNumber<int>(sides[1]);
   if (!first || !second) return std::nullopt;
   return WholePair{*first, *second};
+}
+
+Result<ToolShift> ParseToolShift(std::string_view option, std::string_view text, int most_tool) {
+  std::array<double, 3> numbers{};
+  const char* at = text.data();
+  const char* end = at + text.size();
+  constexpr std::array kBehind = {':', ',', '\0'};
+  bool good = true;
+  for (std::size_t i = 0; i < numbers.size() && good; ++i) {
+    const auto [stop, fault] = std::from_chars(at, end, numbers[i]);
+    good = fault == std::errc() && (i == 2 ? stop == end : stop != end && *stop == kBehind[i]);
+    at = good && i < 2 ? stop + 1 : stop;
+  }
+  const double tool = numbers[0];
+  const auto near = [](double mm) { return mm >= -1000 && mm <= 1000; };
+  good = good && tool >= 0 && tool <= most_tool && tool == static_cast<int>(tool) &&
+         near(numbers[1]) && near(numbers[2]);
+  if (good) return ToolShift{static_cast<int>(tool), numbers[1], numbers[2]};
+  return Fail(
+      fmt::format("{} {}: must be TOOL:X,Y, for example 1:0.2,-0.1, with tools 0 ... {} and mm",
+                  option, text.substr(0, 40), most_tool));
 }
 
 }  // namespace trammel::app

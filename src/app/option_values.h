@@ -1,4 +1,4 @@
-// Values on the command line: pressure advances, segments, sizes.
+// Values on the command line: pressure advances, segments, sizes, shifts of tools.
 #pragma once
 
 #include <optional>
@@ -29,5 +29,16 @@ struct WholePair {
 
 /// Reads `9x3` or `1280x720`; nothing where the text is not two whole numbers with an x between.
 [[nodiscard]] std::optional<WholePair> ParseWholePair(std::string_view text);
+
+struct ToolShift {
+  int tool = 0;
+  double x_mm = 0;
+  double y_mm = 0;
+};
+
+/// Reads `TOOL:X,Y`, for example 1:0.2,-0.1: tools 0 ... most_tool, X and Y within +-1000 mm.
+/// @param option  begins the message of the error.
+[[nodiscard]] Result<ToolShift> ParseToolShift(std::string_view option, std::string_view text,
+                                               int most_tool);
 
 }  // namespace trammel::app

@@ -1,7 +1,6 @@
 // trammel sim sheet: print a comb pattern virtually and scan the sheet.
 #include <fmt/format.h>
 
-#include <array>
 #include <charconv>
 #include <cstdint>
 #include <cstdio>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/option_values.h"
 #include "app/sim_sheet_traits.h"
 #include "sim/plan_file.h"
 #include "sim/scanner_file.h"
@@ -50,35 +50,6 @@ struct SimSheetArguments {
   int jpeg_quality = 90;
 };
 
-struct ToolShift {
-  std::size_t tool = 0;
-  sim::PlaneMm shift;
-};
-
-// "1:0.2,-0.1"
-Result<ToolShift> ParseToolShift(const char* option, const std::string& text) {
-  std::array<double, 3> numbers{};
-  const char* at = text.data();
-  const char* end = at + text.size();
-  constexpr std::array kBehind = {':', ',', '\0'};
-  bool good = true;
-  for (std::size_t i = 0; i < numbers.size() && good; ++i) {
-    const auto [stop, fault] = std::from_chars(at, end, numbers[i]);
-    good = fault == std::errc() && (i == 2 ? stop == end : stop != end && *stop == kBehind[i]);
-    at = good && i < 2 ? stop + 1 : stop;
-  }
-  const double tool = numbers[0];
-  const auto near = [](double mm) { return mm >= -1000 && mm <= 1000; };
-  good = good && tool >= 0 && tool < sim::kMostSheetTools &&
-         tool == static_cast<double>(static_cast<int>(tool)) && near(numbers[1]) &&
-         near(numbers[2]);
-  if (good) return ToolShift{static_cast<std::size_t>(tool), {numbers[1], numbers[2]}};
-  return Fail(
-      fmt::format("{} {}: must be TOOL:X,Y, for example 1:0.2,-0.1, with tools 0 ... {} and "
-                  "mm",
-                  option, text.substr(0, 40), sim::kMostSheetTools - 1));
-}
-
 Result<std::string> ReadOptional(const std::string& path) {
   return path.empty() ? Result<std::string>{} : sim::ReadTextFile(path, kLargestGcode);
 }
@@ -92,9 +63,9 @@ Result<sim::SheetSetup> SetupOf(const SimSheetArguments& arguments, const std::s
     setup.firmware = *firmware;
   }
   for (const std::string& text : arguments.stored) {
-    const auto shift = ParseToolShift("--stored", text);
+    const auto shift = ParseToolShift("--stored", text, sim::kMostSheetTools - 1);
     if (!shift) return tl::unexpected(shift.error());
-    setup.stored[shift->tool] = shift->shift;
+    setup.stored[static_cast<std::size_t>(shift->tool)] = sim::PlaneMm{shift->x_mm, shift->y_mm};
   }
   const auto config = ReadOptional(arguments.macros);
   if (!config) return tl::unexpected(config.error());
@@ -122,9 +93,9 @@ Result<sim::SheetMachine> MachineOf(const SimSheetArguments& arguments, sim::She
     machine = ideal;
   }
   for (const std::string& text : arguments.offsets) {
-    const auto shift = ParseToolShift("--offset", text);
+    const auto shift = ParseToolShift("--offset", text, sim::kMostSheetTools - 1);
     if (!shift) return tl::unexpected(shift.error());
-    machine.tools[shift->tool].offset_mm = shift->shift;
+    machine.tools[static_cast<std::size_t>(shift->tool)].offset_mm = {shift->x_mm, shift->y_mm};
   }
   const double sign = setup.firmware == sim::SheetFirmware::kKlipper ? -1 : 1;
   for (std::size_t tool = 0; tool < machine.tools.size(); ++tool) {
