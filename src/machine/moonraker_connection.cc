@@ -17,6 +17,13 @@ namespace trammel::machine {
 
 namespace asio = boost::asio;
 
+namespace {
+
+/// A printer that hangs must not hold up a program that ends.
+constexpr std::chrono::milliseconds kLastWords{1000};
+
+}  // namespace
+
 struct MoonrakerConnection::State {
   State(MoonrakerAddress the_address, MoonrakerOptions the_options, ConnectionEvents the_events)
       : address(std::move(the_address)),
@@ -29,6 +36,14 @@ struct MoonrakerConnection::State {
     if (link) {
       link->Close();
       link.reset();
+    }
+  }
+
+  /// Waits until all that was given to Send has left. REQUIRES another thread than the link's.
+  void FlushFor(std::chrono::milliseconds most) const {
+    const auto end = std::chrono::steady_clock::now() + most;
+    while (up && queued_bytes > 0 && std::chrono::steady_clock::now() < end) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }
 
@@ -74,6 +89,7 @@ MoonrakerConnection::MoonrakerConnection(MoonrakerAddress address, MoonrakerOpti
 }
 
 MoonrakerConnection::~MoonrakerConnection() {
+  state_->FlushFor(kLastWords);
   state_->io.stop();
   state_->thread.join();
   state_->CloseLink();

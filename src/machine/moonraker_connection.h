@@ -21,8 +21,10 @@ struct ConnectionEvents {
   std::function<void(Error)> on_down;  ///< an attempt failed or the link broke; Connect() again
 };
 
-/// Owns one I/O thread, joined by the destructor, after which no event comes any more. (A lookup of
-/// a name that hangs holds the destructor up until the system gives up on it.)
+/// Owns one I/O thread, joined by the destructor, after which no event comes any more. What was
+/// given to Send before still leaves, unless the peer reads nothing for a second: a last word may
+/// be an emergency stop. (A lookup of a name that hangs holds the destructor up until the system
+/// gives up on it.)
 class MoonrakerConnection {
  public:
   /// REQUIRES options for which ParseMoonrakerAddress gave this address.

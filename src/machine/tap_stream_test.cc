@@ -253,6 +253,15 @@ TEST_F(TapStreamTest, TellsThePrintersOwnResultAndItsMacrosCalls) {
   EXPECT_EQ(script["params"]["script"], "TRAMMEL_TAP_RESULT VERDICT=good");
 }
 
+TEST_F(TapStreamTest, LastWordsStillLeaveWhenItIsClosed) {
+  constexpr int kScripts = 200;
+  {
+    const auto stream = Open();
+    for (int i = 0; i < kScripts; ++i) stream->Send(fmt::format("M117 {}", i));
+  }
+  EXPECT_FALSE(server_.WaitForRequest("printer.gcode.script", kScripts).is_null());
+}
+
 TEST_F(TapStreamTest, SubscribesAgainAfterARestart) {
   const auto stream = Open();
   (void)MethodOf("printer.load_cell.dump_force");
