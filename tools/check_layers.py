@@ -4,7 +4,7 @@ import pathlib
 import re
 import sys
 
-CALIBRATIONS = {"pressure_advance", "tap", "tool_offset"}
+CALIBRATIONS = {"pressure_advance", "tap", "tool_offset", "part_alignment"}
 PURE = {"base", "geometry", "signal", "vision", "gcode", "settings"}
 ALLOWED = {
     "base": set(),
@@ -16,6 +16,7 @@ ALLOWED = {
     "pressure_advance": PURE,
     "tap": PURE,
     "tool_offset": PURE,
+    "part_alignment": PURE,
     "machine": {"base", "geometry"},
     "store": {"base", "settings"} | CALIBRATIONS,
     "report": {"base", "settings"} | CALIBRATIONS,

@@ -1,0 +1,25 @@
+// Rotations by the angles in which alignments are reported.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace trammel::geometry {
+
+/// R = Rz(gamma) · Ry(beta) · Rx(alpha), right-handed: turns a vector about the fixed axes x, y, z
+/// in this order. angles_rad = (alpha, beta, gamma).
+[[nodiscard]] Eigen::Matrix3d RotationFromAngles(const Eigen::Vector3d& angles_rad);
+
+/// The inverse, beta in [-pi/2, pi/2]. Where beta is ±pi/2 gamma is 0 (alpha and gamma are one).
+/// REQUIRES a rotation matrix.
+[[nodiscard]] Eigen::Vector3d AnglesFromRotation(const Eigen::Matrix3d& rotation);
+
+/// dR/d(angle `i`) of RotationFromAngles, i = 0 (alpha), 1 (beta), 2 (gamma).
+[[nodiscard]] Eigen::Matrix3d RotationDerivative(const Eigen::Vector3d& angles_rad, int i);
+
+/// x_outer = RotationFromAngles(angles_rad) · x_inner + translation_mm.
+struct Pose {
+  Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angles_rad = Eigen::Vector3d::Zero();
+};
+
+}  // namespace trammel::geometry

@@ -1,0 +1,69 @@
+// The camera in the spindle: a pin-hole with Brown's distortion, clamped in a taper.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "geometry/euler.h"
+
+namespace trammel::part_alignment {
+
+/// Which way the polynomial runs. Taken the wrong way round it bends the picture by twice the
+/// distortion, and no residual tells.
+enum class CameraConvention {
+  /// Photogrammetry: ideal = m + m (k1 r² + k2 r⁴) + [p1 (r² + 2 x²) + 2 p2 x y,
+  ///                                               p2 (r² + 2 y²) + 2 p1 x y],
+  /// m = (x, y) the *measured* place about the principal point, r² = x² + y².
+  kBrownMeasuredToIdeal,
+  /// OpenCV: distorted = i + i (k1 r² + k2 r⁴) + [2 p1 x y + p2 (r² + 2 x²),
+  ///                                             p1 (r² + 2 y²) + 2 p2 x y],
+  /// i = (x, y) the *ideal* place about the principal point.
+  kBrownIdealToDistorted,
+};
+
+/// The side of the camera frame's origin on which what it sees lies. Projection is u / w on both:
+/// with w < 0 the picture is turned by 180 degrees.
+enum class LooksAlong { kPlusZ, kMinusZ };
+
+/// Pixel (0, 0) is the centre of the first pixel; columns run right, rows down. Distortion works in
+/// pixels: k1, k2, p1, p2 are in px^-2, px^-4, px^-1, px^-1.
+struct Camera {
+  CameraConvention convention = CameraConvention::kBrownMeasuredToIdeal;
+  int width_px = 0;
+  int height_px = 0;
+  double pixel_pitch_mm = 0;
+  double focal_length_mm = 0;
+  /// (column, row) of the principal point less the image's centre ((W - 1) / 2, (H - 1) / 2).
+  Eigen::Vector2d principal_point_offset_px = Eigen::Vector2d::Zero();
+  double k1 = 0;
+  double k2 = 0;
+  double p1 = 0;
+  double p2 = 0;
+  LooksAlong looks_along = LooksAlong::kMinusZ;
+  /// x_taper = R(angles) x_camera + translation: R_calib and d_calib of the literature.
+  geometry::Pose taper_from_camera;
+};
+
+/// The principal point, (column, row) in px.
+[[nodiscard]] Eigen::Vector2d PrincipalPoint(const Camera& camera);
+
+/// Where a point of the camera frame (mm) appears, (column, row) in px: the ideal place is
+/// principal point + focal length / pitch · (u / w, v / w), then the lens. Absent behind the
+/// camera, and where the distortion cannot be inverted (it folds there). May lie outside the image.
+[[nodiscard]] std::optional<Eigen::Vector2d> Project(const Camera& camera,
+                                                     const Eigen::Vector3d& camera_mm);
+
+/// The same with d(column, row) / d(u, v, w), px per mm.
+struct Projection {
+  Eigen::Vector2d pixel;
+  Eigen::Matrix<double, 2, 3> by_point;
+};
+[[nodiscard]] std::optional<Projection> ProjectWithDerivative(const Camera& camera,
+                                                              const Eigen::Vector3d& camera_mm);
+
+/// The line of sight of a pixel: unit vector in the camera frame, pointing to the visible side.
+/// Absent where the distortion cannot be inverted.
+[[nodiscard]] std::optional<Eigen::Vector3d> LineOfSight(const Camera& camera,
+                                                         const Eigen::Vector2d& pixel);
+
+}  // namespace trammel::part_alignment
