@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "base/result.h"
 #include "geometry/euler.h"
 
 namespace trammel::part_alignment {
@@ -44,19 +45,24 @@ struct Camera {
   geometry::Pose taper_from_camera;
 };
 
+/// Errors (kInput) name the field, its value and the bounds.
+[[nodiscard]] Result<void> Validate(const Camera& camera);
+
 /// The principal point, (column, row) in px.
 [[nodiscard]] Eigen::Vector2d PrincipalPoint(const Camera& camera);
 
 /// Where a point of the camera frame (mm) appears, (column, row) in px: the ideal place is
 /// principal point + focal length / pitch · (u / w, v / w), then the lens. Absent behind the
 /// camera, and where the distortion cannot be inverted (it folds there). May lie outside the image.
+/// The inversion is right to 1e-12 px. REQUIRES Validate(camera), as all below.
 [[nodiscard]] std::optional<Eigen::Vector2d> Project(const Camera& camera,
                                                      const Eigen::Vector3d& camera_mm);
 
-/// The same with d(column, row) / d(u, v, w), px per mm.
+/// The same with its derivatives, px per mm.
 struct Projection {
   Eigen::Vector2d pixel;
-  Eigen::Matrix<double, 2, 3> by_point;
+  Eigen::Matrix<double, 2, 3> by_point;  ///< d(column, row) / d(u, v, w)
+  Eigen::Vector2d by_focal_length;       ///< d(column, row) / d(focal length)
 };
 [[nodiscard]] std::optional<Projection> ProjectWithDerivative(const Camera& camera,
                                                               const Eigen::Vector3d& camera_mm);
