@@ -55,13 +55,12 @@ SheetScene NoisyScene(Random& random) {
 }
 
 TEST(AnalyseStudy, IntervalsOfNoisySheetsCoverTheTruthNineteenTimesInTwenty) {
-  constexpr int kSheets = 6;  // 48 values: what a quick test can say
+  constexpr int kSheets = 10;  // 80 values: what a quick test can say
   // More sheets, with the full 17 teeth, where this is set.
   const char* more = std::getenv("TRAMMEL_STUDY_SHEETS");
   const int sheets = more == nullptr ? kSheets : std::atoi(more);
   SheetSettings settings;
   settings.tools = {0, 1, 2, 3, 4};
-  settings.pitch_mm = 3.7;  // of the sheets that the bounds below were found with
   settings.teeth = more == nullptr ? 9 : 17;
   const SheetPlan plan = PlanSheet(settings);
   Tally offsets;
@@ -94,12 +93,13 @@ TEST(AnalyseStudy, IntervalsOfNoisySheetsCoverTheTruthNineteenTimesInTwenty) {
       1e3 * Mean(offsets.uncertainty_mm), StandardDeviation(offsets.scaled), offsets.coverage(),
       StandardDeviation(play.scaled), play.coverage(),
       1e3 * *std::max_element(play.error_mm.begin(), play.error_mm.end()), chi_square);
-  // 48 values: three standard deviations of a coverage of 0.95 are 0.094, of a ratio 0.31.
-  EXPECT_GT(offsets.coverage(), 0.95 - 0.1);
-  EXPECT_NEAR(StandardDeviation(offsets.scaled), 1, 0.31);
-  // 20 µm edges with 0.15 mm pieces are worth 3.3 µm a leg, as the placement's 5 µm: 1.25 together,
-  // and the quantile of 48 values is right to a fifth.
-  EXPECT_LT(error95_mm, 1.96 * floor_mm * 1.25 * 1.25);
+  // 80 values: four standard deviations of a coverage of 0.95 are 0.097, of a ratio 0.32. (Scatter
+  // from 25 degrees of freedom makes the ratio 1.04.)
+  EXPECT_GT(offsets.coverage(), 0.95 - 0.097);
+  EXPECT_NEAR(StandardDeviation(offsets.scaled), 1.04, 0.32);
+  // 20 µm edges with 0.15 mm pieces are worth 3.3 µm a leg, as the placement's 5 µm: 1.25 together.
+  // Four standard deviations of the quantile of 80 values are 0.42 of it.
+  EXPECT_LT(error95_mm, 1.96 * floor_mm * 1.25 * 1.42);
   for (const double error_mm : play.error_mm) EXPECT_LT(error_mm, 0.005);
 }
 
