@@ -33,7 +33,7 @@ struct Combination {
 /// pooled by tool.
 ///
 /// The bias is one per axis; where the controls say that it differs between + and - legs
-/// (chi-square, 1 %), it is one per direction, which costs precision. Where the structures
+/// (chi-square, 0.1 %), it is one per direction, which costs precision. Where the structures
 /// contradict each other beyond their scatter (chi-square, 1 %), all uncertainties grow by the
 /// square root of the ratio.
 class SheetModel {
