@@ -22,8 +22,10 @@ enum class CameraConvention {
   kBrownIdealToDistorted,
 };
 
-/// The side of the camera frame's origin on which what it sees lies. Projection is u / w on both:
-/// with w < 0 the picture is turned by 180 degrees.
+/// The side of the camera frame's origin on which what it sees lies. Projection is u / w on both.
+/// With w < 0 and rows that run down the picture is the *mirror image* of what is seen (a turn by
+/// 180 degrees only where rows run up): a real sensor whose rows run down looks along +z, and no
+/// rotation makes of it a camera that looks along -z.
 enum class LooksAlong { kPlusZ, kMinusZ };
 
 /// Pixel (0, 0) is the centre of the first pixel; columns run right, rows down. Distortion works in
