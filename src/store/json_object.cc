@@ -78,6 +78,10 @@ void JsonObject::Fault(const std::string& key, const std::string& message) {
   }
 }
 
+void JsonObject::Adopt(const Error& error) {
+  if (!error_) error_ = error;
+}
+
 bool JsonObject::has(const char* key) const { return json_.is_object() && json_.contains(key); }
 
 const json* JsonObject::Find(const char* key) {

@@ -62,6 +62,8 @@ class JsonObject {
   [[nodiscard]] bool has(const char* key) const;
   /// Notes a fault unless there is one already: "FILE: PATH.KEY MESSAGE".
   void Fault(const std::string& key, const std::string& message);
+  /// Keeps the fault of an inner object, whose message names its place already.
+  void Adopt(const Error& error);
   [[nodiscard]] bool failed() const { return error_.has_value(); }
   /// The first fault; else an error for any key that was not asked for (x_… is ignored).
   [[nodiscard]] Result<void> Finish() const;

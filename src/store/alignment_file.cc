@@ -1,0 +1,280 @@
+#include "store/alignment_file.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "store/whole_file.h"
+
+namespace trammel::store {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using part_alignment::Camera;
+using part_alignment::Observation;
+using part_alignment::PartTarget;
+using part_alignment::Unknowns;
+using part_alignment::View;
+
+constexpr std::size_t kMostBytes = 100'000'000;
+constexpr std::size_t kMostTargets = 10'000;
+constexpr std::size_t kMostViews = 10'000;
+constexpr double kMostPlace_mm = 1e6;
+constexpr double kMostSigma_px = 1e3;
+// Written with six digits a rotation is off by less.
+constexpr double kRotationTolerance = 1e-5;
+
+struct NamedUnknown {
+  const char* name;
+  bool Unknowns::*member;
+};
+constexpr std::array<NamedUnknown, 5> kUnknowns = {{
+    {"clamp_angle", &Unknowns::clamp_angle},
+    {"clamp_eccentricity", &Unknowns::clamp_eccentricity},
+    {"clamp_tilt", &Unknowns::clamp_tilt},
+    {"focal_length", &Unknowns::focal_length},
+    {"camera_offset", &Unknowns::camera_offset},
+}};
+constexpr const char* kPose = "pose";
+
+// A text or a whole number, as text; empty after a fault.
+std::string ReadId(JsonObject& object, const char* key, std::set<std::string>* numeric) {
+  constexpr std::size_t kLongest = 100;
+  const nlohmann::json* value = object.Find(key);
+  if (value == nullptr) {
+    object.Fault(key, "is missing");
+    return {};
+  }
+  if (value->is_number_integer()) {
+    std::string id = value->dump();
+    if (numeric != nullptr) numeric->insert(id);
+    return id;
+  }
+  if (value->is_string() && !value->get_ref<const std::string&>().empty() &&
+      value->get_ref<const std::string&>().size() <= kLongest) {
+    return value->get<std::string>();
+  }
+  object.Fault(key, fmt::format("is {}; it must be a whole number or a text of 1 … {} bytes",
+                                Show(*value), kLongest));
+  return {};
+}
+
+Result<void> ReadTargets(JsonObject& root, AlignmentInput& input) {
+  std::set<std::string> ids;
+  for (const nlohmann::json& entry : root.List("targets", 1, kMostTargets)) {
+    auto& targets = input.measurement.targets;
+    JsonObject object = root.Inner(entry, fmt::format("targets[{}]", targets.size()));
+    PartTarget target;
+    target.id = ReadId(object, "id", &input.numeric_ids);
+    const auto mm = object.Numbers("ideal_mm", 3, 3, {-kMostPlace_mm, kMostPlace_mm});
+    if (!object.failed() && !ids.insert(target.id).second) {
+      object.Fault("id", fmt::format("is {}, which another target has already", target.id));
+    }
+    if (auto read = object.Finish(); !read) return read;
+    target.ideal_mm = {mm[0], mm[1], mm[2]};
+    targets.push_back(std::move(target));
+  }
+  return root.Faults();
+}
+
+void ReadObservation(JsonObject& object, const Camera& camera, const std::set<std::string>& known,
+                     View& view) {
+  Observation seen;
+  seen.target = ReadId(object, "target", nullptr);
+  // The first pixel's centre is (0, 0), so that its picture begins half a pixel before it.
+  seen.column_px = object.Number("column_px", {-0.5, camera.width_px - 0.5});
+  seen.row_px = object.Number("row_px", {-0.5, camera.height_px - 0.5});
+  seen.sigma_px = object.Number("sigma_px", {1e-9, kMostSigma_px});
+  if (object.failed()) return;
+  if (!known.contains(seen.target)) {
+    object.Fault("target", fmt::format("is {}, which is none of the targets", seen.target));
+  }
+  for (const Observation& other : view.observations) {
+    if (other.target == seen.target) {
+      object.Fault("target", fmt::format("is {}, seen twice in this view", seen.target));
+    }
+  }
+  view.observations.push_back(std::move(seen));
+}
+
+void ReadRotation(JsonObject& object, View& view) {
+  const nlohmann::json* rows = object.OptionalList("spindle_rotation", 3, 3);
+  if (rows == nullptr) return;
+  for (int i = 0; i < 3; ++i) {
+    const nlohmann::json& row = (*rows)[static_cast<std::size_t>(i)];
+    if (!row.is_array() || row.size() != 3) {
+      object.Fault("spindle_rotation",
+                   fmt::format("has the row {}; it must have three numbers", Show(row)));
+      return;
+    }
+    for (int k = 0; k < 3; ++k) {
+      const nlohmann::json& value = row[static_cast<std::size_t>(k)];
+      if (!value.is_number()) {
+        object.Fault("spindle_rotation", fmt::format("has {}; it must be a number", Show(value)));
+        return;
+      }
+      view.spindle_rotation(i, k) = value.get<double>();
+    }
+  }
+  const Eigen::Matrix3d& r = view.spindle_rotation;
+  const double skew = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(skew <= kRotationTolerance) || r.determinant() < 0) {
+    object.Fault("spindle_rotation",
+                 fmt::format("is no rotation: its columns are {:.3g} away from right-angled unit "
+                             "vectors, its determinant is {:.6g}",
+                             skew, r.determinant()));
+  }
+}
+
+Result<void> ReadViews(JsonObject& root, AlignmentInput& input) {
+  std::set<std::string> known;
+  for (const PartTarget& target : input.measurement.targets) known.insert(target.id);
+  for (const nlohmann::json& entry : root.List("views", 1, kMostViews)) {
+    auto& views = input.measurement.views;
+    const std::string at = fmt::format("views[{}]", views.size());
+    JsonObject object = root.Inner(entry, at);
+    View view;
+    const auto mm = object.Numbers("spindle_mm", 3, 3, {-kMostPlace_mm, kMostPlace_mm});
+    ReadRotation(object, view);
+    const nlohmann::json& list = object.List("observations", 0, kMostTargets);
+    if (auto read = object.Finish(); !read) return read;
+    view.spindle_mm = {mm[0], mm[1], mm[2]};
+    for (const nlohmann::json& seen : list) {
+      JsonObject inner =
+          object.Inner(seen, fmt::format("observations[{}]", view.observations.size()));
+      ReadObservation(inner, input.measurement.camera, known, view);
+      if (auto read = inner.Finish(); !read) return read;
+    }
+    views.push_back(std::move(view));
+  }
+  return root.Faults();
+}
+
+Result<void> ReadCameraOf(JsonObject& root, const std::filesystem::path& path,
+                          AlignmentInput& input) {
+  const nlohmann::json* value = root.Find("camera");
+  if (value == nullptr) {
+    root.Fault("camera", "is missing");
+    return root.Faults();
+  }
+  if (value->is_string()) {
+    const auto file = ReadCameraFile(path.parent_path() / value->get<std::string>());
+    if (!file) return tl::unexpected(file.error());
+    input.measurement.camera = file->camera;
+    input.calibration = file->calibration;
+    return {};
+  }
+  JsonObject object = root.Inner(*value, "camera");
+  input.measurement.camera = ReadCamera(object);
+  return object.Finish();
+}
+
+void ReadUnknowns(JsonObject& root, AlignmentInput& input) {
+  const nlohmann::json* list = root.OptionalList("unknowns", 1, kUnknowns.size() + 1);
+  if (list == nullptr) return;
+  std::vector<std::string> names;
+  for (const nlohmann::json& entry : *list) {
+    names.push_back(entry.is_string() ? entry.get<std::string>() : Show(entry));
+  }
+  const auto unknowns = ParseUnknowns(names);
+  if (!unknowns) {
+    root.Fault("unknowns", unknowns.error().message);
+    return;
+  }
+  input.unknowns = *unknowns;
+}
+
+Json IdJson(const std::string& id, const std::set<std::string>& numeric) {
+  return numeric.contains(id) ? Json::parse(id) : Json(id);
+}
+
+Json ViewJson(const View& view, const std::set<std::string>& numeric) {
+  Json rotation = Json::array();
+  for (int i = 0; i < 3; ++i) {
+    const auto row = view.spindle_rotation.row(i);
+    rotation.push_back(Json::array({row(0), row(1), row(2)}));
+  }
+  Json observations = Json::array();
+  for (const Observation& seen : view.observations) {
+    observations.push_back({{"target", IdJson(seen.target, numeric)},
+                            {"column_px", seen.column_px},
+                            {"row_px", seen.row_px},
+                            {"sigma_px", seen.sigma_px}});
+  }
+  const Eigen::Vector3d& at = view.spindle_mm;
+  return {{"spindle_mm", Json::array({at.x(), at.y(), at.z()})},
+          {"spindle_rotation", std::move(rotation)},
+          {"observations", std::move(observations)}};
+}
+
+}  // namespace
+
+Result<Unknowns> ParseUnknowns(const std::vector<std::string>& names) {
+  Unknowns unknowns;
+  for (const NamedUnknown& known : kUnknowns) unknowns.*known.member = false;
+  std::set<std::string> seen;
+  for (const std::string& name : names) {
+    if (!seen.insert(name).second) return Fail(fmt::format("name {} twice", name));
+    bool found = name == kPose;
+    for (const NamedUnknown& known : kUnknowns) {
+      if (name != known.name) continue;
+      unknowns.*known.member = true;
+      found = true;
+    }
+    if (!found) {
+      return Fail(
+          fmt::format("name {}; known are pose, clamp_angle, clamp_eccentricity, "
+                      "clamp_tilt, focal_length and camera_offset",
+                      name));
+    }
+  }
+  if (!seen.contains(kPose)) return Fail("leave out pose, which is always unknown: name it");
+  return unknowns;
+}
+
+std::vector<std::string> NamesOf(const Unknowns& unknowns) {
+  std::vector<std::string> names = {kPose};
+  for (const NamedUnknown& known : kUnknowns) {
+    if (unknowns.*known.member) names.emplace_back(known.name);
+  }
+  return names;
+}
+
+Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path) {
+  const auto text = ReadWholeFile(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  const auto json = ParseJson(*text, path.string());
+  if (!json) return tl::unexpected(json.error());
+  JsonObject root(*json, path.string());
+  AlignmentInput input;
+  root.Integer("format", {1, 1});
+  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
+  if (auto read = ReadCameraOf(root, path, input); !read) return tl::unexpected(read.error());
+  if (auto read = ReadTargets(root, input); !read) return tl::unexpected(read.error());
+  if (auto read = ReadViews(root, input); !read) return tl::unexpected(read.error());
+  ReadUnknowns(root, input);
+  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  return input;
+}
+
+std::string AlignmentFileText(const AlignmentInput& input) {
+  Json json = {{"format", 1}, {"camera", CameraJson(input.measurement.camera)}};
+  json["targets"] = Json::array();
+  for (const PartTarget& target : input.measurement.targets) {
+    const Eigen::Vector3d& at = target.ideal_mm;
+    json["targets"].push_back({{"id", IdJson(target.id, input.numeric_ids)},
+                               {"ideal_mm", Json::array({at.x(), at.y(), at.z()})}});
+  }
+  json["views"] = Json::array();
+  for (const View& view : input.measurement.views) {
+    json["views"].push_back(ViewJson(view, input.numeric_ids));
+  }
+  json["unknowns"] = NamesOf(input.unknowns);
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace trammel::store

@@ -1,0 +1,40 @@
+// Observations of a part by the camera in the spindle: what `trammel align solve` reads.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "base/result.h"
+#include "part_alignment/measurement.h"
+#include "part_alignment/solve.h"
+#include "store/camera_file.h"
+
+namespace trammel::store {
+
+struct AlignmentInput {
+  part_alignment::Measurement measurement;
+  part_alignment::Unknowns unknowns;
+  /// Ids that stand in the file as numbers, and are to be given back as such.
+  std::set<std::string> numeric_ids;
+  /// Where the camera came from a file of its own that says so.
+  std::optional<CameraCalibration> calibration;
+};
+
+/// Reads observations (docs/formats.md). `camera` is an object, or the path of a camera file, from
+/// the folder of this one. Where `unknowns` is absent they are the pose and the clamp angle.
+/// Errors (kInput) name file and place: not JSON, a number that is none or out of its range, an
+/// unknown key, a target id twice or unknown, an observation outside the picture, a spindle
+/// rotation that is none.
+[[nodiscard]] Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path);
+
+/// The same as text, the camera within; ReadAlignmentFile gives every number back to the last bit.
+[[nodiscard]] std::string AlignmentFileText(const AlignmentInput& input);
+
+/// Unknowns by their names in files ("pose", "clamp_angle", "clamp_eccentricity", "clamp_tilt",
+/// "focal_length", "camera_offset"). Errors (kInput): an unknown name, one twice, no pose.
+[[nodiscard]] Result<part_alignment::Unknowns> ParseUnknowns(const std::vector<std::string>& names);
+[[nodiscard]] std::vector<std::string> NamesOf(const part_alignment::Unknowns& unknowns);
+
+}  // namespace trammel::store
