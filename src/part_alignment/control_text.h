@@ -1,0 +1,48 @@
+// A part's pose in the words of a control: what its work offset takes, and what is left over.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "geometry/euler.h"
+
+namespace trammel::part_alignment {
+
+enum class Control { kLinuxCnc, kSiemens, kHeidenhain, kFanuc };
+
+/// "linuxcnc", "siemens", "heidenhain", "fanuc"; absent for anything else.
+[[nodiscard]] std::optional<Control> ParseControl(std::string_view name);
+[[nodiscard]] std::string_view ToString(Control control);
+
+/// Where a control keeps an offset: its name on the machine and its number in the command.
+struct OffsetSlot {
+  std::string name;         ///< "G54", "G54.1 P7"; Heidenhain: the preset's row, "1"
+  int number = 1;           ///< the P of G10, the index of $P_UIFR, the row
+  bool additional = false;  ///< Fanuc's G54.1 Pn, set by L20
+};
+
+/// LinuxCNC: G54 … G59, G59.1 … G59.3. Siemens: G54 … G57, G505 … G599. Fanuc: G54 … G59,
+/// "G54.1 P1" … "G54.1 P300". Heidenhain: a row of the preset table, 1 … 9999.
+/// Errors (kInput) name what the control knows.
+[[nodiscard]] Result<OffsetSlot> ParseOffsetSlot(Control control, const std::string& name);
+
+struct ControlText {
+  std::vector<std::string> set;    ///< stores the offset
+  std::vector<std::string> use;    ///< what a program needs to work in it
+  std::vector<std::string> notes;  ///< what the control does with it, and what it does not take
+};
+
+/// @param machine_from_part  all angles are written where `tilts`, else only that about Z.
+/// @param tilts  Siemens and Heidenhain alone take rotations about X and Y. They place every point
+///               right then, but the tool still comes along the machine's Z unless the machine
+///               swivels it.
+/// Lengths are written to 1e-6 mm, angles to 1e-9 degrees (2e-7 mm at 10 m).
+/// Errors (kInput): numbers that are not finite, `tilts` for a control that takes none.
+[[nodiscard]] Result<ControlText> TextFor(Control control, const OffsetSlot& slot,
+                                          const geometry::Pose& machine_from_part, bool tilts);
+
+}  // namespace trammel::part_alignment
