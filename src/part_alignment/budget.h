@@ -1,0 +1,115 @@
+// The uncertainty of any point of an aligned part: contributors, their sum, and simulation beside.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "base/result.h"
+
+namespace trammel::part_alignment {
+
+/// What is known of a part, its targets and its measurement. Lengths in the part's frame, k = 1.
+struct BudgetScene {
+  std::vector<Eigen::Vector3d> targets_mm;
+  /// Of each target's machine coordinates (u_ip's root): calibration, machine, picture.
+  Eigen::Vector3d target_sigma_mm = Eigen::Vector3d::Zero();
+  /// Repeatability of the pose about the part's origin: x y z in mm, alpha beta gamma in rad. Zero
+  /// where it is in target_sigma_mm already; the literature adds both.
+  Eigen::Matrix<double, 6, 1> pose_sigma = Eigen::Matrix<double, 6, 1>::Zero();
+  /// How many measurements and calibrations stand behind the two above; 0: taken as known.
+  int repeats = 10;
+  /// The box of points that the budget is for.
+  Eigen::Vector3d low_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d high_mm = Eigen::Vector3d::Zero();
+  /// What does not move when the part's temperature differs (u_it), rectangular, and steel.
+  Eigen::Vector3d still_mm = Eigen::Vector3d::Zero();
+  double temperature_half_width_k = 1;
+  double expansion_per_k = 11e-6;
+  /// Length error of the measurement out of the machine (u_out), constant + part of the box's edge
+  /// along the axis: 50 µm + 20 µm/m is typical of portable photogrammetry (Luhmann et al. 2011).
+  double length_error_mm = 0.05;
+  double length_error_per_mm = 20e-6;
+  /// Standard uncertainty where it was measured instead.
+  std::optional<Eigen::Vector3d> out_sigma_mm;
+};
+
+/// One axis at the point of the box where it is most uncertain. Standard uncertainties, mm, k = 1.
+struct AxisBudget {
+  double u_out_mm = 0;
+  double u_ip_mm = 0;
+  double u_it_mm = 0;
+  double combined_mm = 0;
+  double expanded_mm = 0;         ///< k = 2
+  double degrees_of_freedom = 0;  ///< effective, Welch-Satterthwaite; infinite where all known
+  double coverage_factor = 0;     ///< 95 % of Student's t of so many
+  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
+  double simulated_mm = 0;           ///< standard deviation of the simulation there
+  double simulated_expanded_mm = 0;  ///< half of its symmetric 95 % interval
+};
+
+struct Budget {
+  std::array<AxisBudget, 3> axes;
+  int trials = 0;
+};
+
+/// Linear propagation (GUM) and, with `trials` above 0, simulation (GUM supplement 1) side by side.
+/// The pose follows from the targets by weighted least squares. u_it is rectangular over ± the
+/// half-width, u_out rectangular over ± the length error (LME / sqrt(3)).
+/// Errors (kInput): fewer than three targets or all in one line, sigmas that are not above 0,
+/// numbers that are not finite, an empty box, more than ten million trials.
+/// Accuracy: simulation and linear sum agree to the simulation's own scatter (budget_test).
+[[nodiscard]] Result<Budget> MakeBudget(const BudgetScene& scene, int trials, Random& random);
+
+/// u_ip of one point by itself, linear.
+[[nodiscard]] Result<Eigen::Vector3d> PointUncertainty(const BudgetScene& scene,
+                                                       const Eigen::Vector3d& point_mm);
+
+/// A length measured out of the machine against its calibrated value.
+struct MeasuredLength {
+  double calibrated_mm = 0;
+  double measured_mm = 0;
+};
+struct LengthErrors {
+  double largest_mm = 0;  ///< of the errors' sizes
+  std::size_t worst = 0;  ///< its index
+  bool within = false;    ///< every error within its limit
+  std::vector<std::string> notices;
+};
+/// The length measurement error after VDI/VDE 2634 part 1: errors against constant + slope ·
+/// length. A test has at least five lengths along each of at least seven lines: fewer are noticed.
+/// Errors (kInput): no length, a length that is not finite or not above 0, a negative limit.
+[[nodiscard]] Result<LengthErrors> JudgeLengths(std::span<const MeasuredLength> lengths,
+                                                double constant_mm, double per_mm);
+
+/// Berndt's rule. T is the tolerance's full width, upper less lower limit; against the half-width
+/// the ratio doubles.
+struct Capability {
+  double ratio = 0;  ///< U / T
+  double ratio_of_half_width = 0;
+  bool capable = false;  ///< ratio at most the limit
+};
+/// REQUIRES upper_mm > lower_mm, most_ratio > 0.
+[[nodiscard]] Capability JudgeCapability(double expanded_mm, double lower_mm, double upper_mm,
+                                         double most_ratio = 0.2);
+
+/// A coordinate from each of several calibrations with each of several measurements, per axis.
+struct CrossedScatter {
+  Eigen::Vector3d joint_mm = Eigen::Vector3d::Zero();  ///< over all values, as the literature does
+  Eigen::Vector3d calibration_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d measurement_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rest_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d single_mm = Eigen::Vector3d::Zero();  ///< one calibration, one measurement
+};
+/// Variance components of a crossed design (calibrations by measurements), each with two or more.
+/// The 100 values of ten by ten are not independent: `joint_mm` is too small where one factor
+/// dominates, `single_mm` is not. Errors (kInput): fewer than two of either, ragged, not finite.
+[[nodiscard]] Result<CrossedScatter> SplitScatter(
+    const std::vector<std::vector<Eigen::Vector3d>>& by_calibration);
+
+}  // namespace trammel::part_alignment

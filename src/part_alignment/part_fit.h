@@ -1,0 +1,103 @@
+// Where the ideal part lies in a raw one: overstock everywhere, and as even as can be.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/measured.h"
+#include "base/result.h"
+#include "geometry/euler.h"
+
+namespace trammel::part_alignment {
+
+/// A point measured out of the machine, in that measurement's own frame.
+struct MeasuredPoint {
+  std::string id;
+  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
+  double sigma_mm = 0;  ///< per axis, k = 1
+  /// The ideal surface that is to be machined there; empty for a coded target or a bar's end.
+  std::string surface;
+};
+
+enum class SurfaceKind { kPlane, kShaft, kBore };
+
+/// A surface of the ideal part, in its frame.
+struct IdealSurface {
+  std::string id;
+  SurfaceKind kind = SurfaceKind::kPlane;
+  /// About the middle of the region: on the plane, or on the cylinder's axis.
+  Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();
+  /// A plane's outward normal, a cylinder's axis; of any length.
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
+  double radius_mm = 0;     ///< of shaft and bore
+  double overstock_mm = 0;  ///< wanted
+};
+
+/// Two points whose distance is calibrated.
+struct ScaleBar {
+  std::string from;
+  std::string to;
+  double length_mm = 0;
+  double sigma_mm = 0;
+};
+
+struct PartFitInput {
+  std::vector<MeasuredPoint> points;
+  std::vector<IdealSurface> surfaces;
+  std::vector<ScaleBar> bars;
+  /// ideal_from_measured, roughly. Absent: from the middles of the surfaces' points.
+  std::optional<geometry::Pose> start;
+};
+
+struct PartFitOptions {
+  double least_overstock_mm = 0;
+  /// Overstock must exceed the least by so many of the point's sigmas.
+  double guard_sigmas = 2;
+  /// Scales farther from 1 are no matter of scale.
+  double most_scale_change = 1e-3;
+};
+
+struct PointOverstock {
+  std::size_t point = 0;  ///< index into the input
+  double overstock_mm = 0;
+  double wanted_mm = 0;
+  double least_mm = 0;   ///< with the guard
+  bool binding = false;  ///< the placement rests on it
+};
+
+struct FittedTarget {
+  std::string id;
+  Eigen::Vector3d ideal_mm = Eigen::Vector3d::Zero();
+};
+
+/// Everything but overstocks is meant only with verdict good.
+struct PartFit {
+  Verdict verdict = Verdict::kRefused;
+  std::string reason;
+  geometry::Pose ideal_from_measured;  ///< after the scale
+  double scale = 1;
+  double scale_sigma = 0;
+  std::vector<PointOverstock> overstocks;  ///< of points with a surface; best placement if refused
+  double least_mm = 0;
+  double mean_mm = 0;
+  double uneven_mm = 0;  ///< root mean square of overstock less wanted, each surface alike
+  std::vector<FittedTarget> targets;  ///< points without a surface
+  /// (3 · targets)², mm²: their own uncertainty, the scale's and the placement's.
+  Eigen::MatrixXd covariance;
+  std::vector<std::string> notices;
+};
+
+/// Among all placements that leave at least the least overstock at every point, the one whose
+/// overstock differs least from what is wanted (least squares; each surface weighs the same however
+/// many points it has). Convex for small motions: a least-distance problem (Lawson & Hanson 1974),
+/// repeated until the placement rests.
+/// Verdicts other than good: no placement leaves material everywhere (refused; says how much is
+/// missing at best, and where), surfaces that leave a motion free (cannot_tell), scale bars that
+/// contradict one another or ask for too large a scale (refused).
+/// Errors (kInput): ids twice or unknown, numbers that cannot be, a surface without points.
+[[nodiscard]] Result<PartFit> FitPart(const PartFitInput& input, const PartFitOptions& options);
+
+}  // namespace trammel::part_alignment
