@@ -77,6 +77,11 @@ Place operator*(const Place& outer, const Place& inner) {
   return {outer.Out(inner.origin_mm), outer.turn * inner.turn};
 }
 
+Place Back(const Place& place) {
+  const Turn back = Back(place.turn);
+  return {-1.0 * (back * place.origin_mm), back};
+}
+
 Turn TurnOf(const Triple& angles_rad) {
   return TurnZ(angles_rad[2]) * TurnY(angles_rad[1]) * TurnX(angles_rad[0]);
 }

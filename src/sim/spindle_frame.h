@@ -37,6 +37,7 @@ struct Place {
 };
 /// outer_from_inner of two places, one after the other.
 [[nodiscard]] Place operator*(const Place& outer, const Place& inner);
+[[nodiscard]] Place Back(const Place& place);  ///< inner_from_outer
 
 /// Eq. 2 of the paper: first about x by alpha, then about the fixed y by beta, the fixed z by
 /// gamma.
