@@ -42,9 +42,10 @@ void AddOffsetScanCommand(CLI::App& parent, int& exit_code);
 void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code);
 void AddOffsetApplyCommand(CLI::App& parent, int& exit_code);
 void AddDoctorCommand(CLI::App& parent, int& exit_code);
-/// `trammel sim printer`, `trammel sim camera` and `trammel sim sheet`, below `trammel sim`.
+/// `trammel sim printer`, `sim camera`, `sim sheet` and `sim spindle`, below `trammel sim`.
 void AddSimPrinter(CLI::App& parent, int& exit_code);
 void AddSimCamera(CLI::App& parent, int& exit_code);
 void AddSimSheet(CLI::App& parent, int& exit_code);
+void AddSimSpindle(CLI::App& parent, int& exit_code);
 
 }  // namespace trammel::app

@@ -1,4 +1,4 @@
-// trammel sim …: virtual printers and the eyes that look at their prints.
+// trammel sim …: virtual machines and the eyes that look at their work.
 #include <fmt/format.h>
 
 #include <cstdint>
@@ -196,13 +196,15 @@ void AddPhoto(CLI::App& parent, int& exit_code) {
 }  // namespace
 
 void AddSimCommand(CLI::App& parent, int& exit_code) {
-  CLI::App* group = parent.add_subcommand("sim", "virtual printers and what eyes see of them")
-                        ->require_subcommand(1);
+  CLI::App* group =
+      parent.add_subcommand("sim", "virtual machines and what eyes see of their work")
+          ->require_subcommand(1);
   AddScan(*group, exit_code);
   AddPhoto(*group, exit_code);
   AddSimPrinter(*group, exit_code);
   AddSimCamera(*group, exit_code);
   AddSimSheet(*group, exit_code);
+  AddSimSpindle(*group, exit_code);
 }
 
 }  // namespace trammel::app

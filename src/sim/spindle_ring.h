@@ -17,7 +17,7 @@ struct RingPattern {
   double dot_radius_mm = 2;
   double ring_inner_mm = 4;
   double ring_outer_mm = 6;
-  double ground_radius_mm = 7;
+  double ground_radius_mm = 7.5;
 };
 
 /// A wedge of something that lies on the target, counter-clockwise from `from_rad`.
