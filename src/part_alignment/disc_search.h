@@ -1,0 +1,62 @@
+// Where a picture might show a disc: runs across rows, then the outline by rays.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "base/page.h"
+#include "part_alignment/disc_fit.h"
+
+namespace trammel::part_alignment {
+
+/// A stretch of a row between two edges of opposite sign, with some contrast on both sides.
+struct Run {
+  int row = 0;
+  int first = 0;  ///< column of the edge
+  int last = 0;
+  int inside = 0;   ///< grey level
+  int outside = 0;  ///< the mean of both sides
+};
+
+/// Calls `visit` for each run of `row` with a length in [min_px, max_px]. `edges` is memory.
+/// REQUIRES 1 channel and a width of at least 16.
+struct RunRules {
+  int min_px = 0;
+  int max_px = 0;
+  int min_contrast = 0;
+  int edge_step = 0;  ///< least |I(x + 1) - I(x - 1)| of an edge
+};
+void RunsOfRow(const PageView& picture, int row, const RunRules& rules,
+               std::vector<std::int32_t>& edges, std::vector<Run>& runs);
+
+/// Walks from the run's middle to the middle of what has its shade: the centre by chords, (column,
+/// row), and half the chords. Absent where that is no compact thing.
+struct Middle {
+  double column_px = 0;
+  double row_px = 0;
+  double half_width_px = 0;
+  double half_height_px = 0;
+};
+[[nodiscard]] std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run,
+                                                 double max_radius_px);
+
+/// The ellipse through where rays from the middle cross half the contrast, as a start for FitDisc.
+/// Absent where they do not lie on one.
+[[nodiscard]] std::optional<DiscModel> RoughDisc(const PageView& picture, const Run& run,
+                                                 const Middle& middle);
+
+struct Offset {
+  double x = 0;
+  double y = 0;
+};
+
+/// The ellipse (centre and shape of a model) nearest to points about (0, 0), by the conic's
+/// algebraic residual; `scale`: about how far from (0, 0) they are. Absent where it is no ellipse.
+[[nodiscard]] std::optional<DiscModel> EllipseThrough(const std::vector<Offset>& points,
+                                                      double scale);
+
+/// Grey value between pixels. REQUIRES 0 <= x <= width - 1 and the same for y.
+[[nodiscard]] double Between(const PageView& picture, double x, double y);
+
+}  // namespace trammel::part_alignment

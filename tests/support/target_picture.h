@@ -1,0 +1,46 @@
+// Pictures of ring-coded targets for tests: their own drawing, by area.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/page.h"
+#include "base/random.h"
+
+namespace trammel::test {
+
+/// A target's place in a picture: a plane seen through an affine map, or through a homography.
+struct DrawnTarget {
+  /// Picture from target plane, in radii of the disc: (x, y, w) = H (u, v, 1), px.
+  double h[3][3] = {{10, 0, 50}, {0, 10, 50}, {0, 0, 1}};
+  int bits = 0;            ///< 0: a plain disc
+  std::uint32_t word = 0;  ///< bit k: the k-th segment, clockwise from +u
+};
+
+/// Centre, radius (px), and foreshortened by cos(tilt) along the direction `towards_rad`.
+DrawnTarget AffineTarget(double column, double row, double radius, double tilt_rad = 0,
+                         double towards_rad = 0, double turn_rad = 0);
+
+struct Look {
+  double paper = 200;     ///< grey level
+  double ink = 50;        ///< of disc and ring
+  double blur_px = 0.5;   ///< Gaussian, standard deviation, beside the pixel's own area
+  double gradient_x = 0;  ///< relative, per px, about the picture's middle
+  double gradient_y = 0;
+};
+
+/// Grey levels, not rounded, by row: the pixels' covered area, then blurred, then lit.
+struct GreyImage {
+  int width = 0;
+  int height = 0;
+  std::vector<double> values;
+};
+GreyImage Draw(int width, int height, const std::vector<DrawnTarget>& targets, const Look& look);
+
+/// With noise, rounded and cut to 0 … 255.
+Page Expose(const GreyImage& image, double noise, Random& random);
+
+/// Discs, rings in pieces, bars, lines and checkerboards of random shades, and noise.
+Page Clutter(int width, int height, Random& random);
+
+}  // namespace trammel::test
