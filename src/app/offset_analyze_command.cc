@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "app/analysis_output.h"
 #include "app/commands.h"
+#include "app/offset_output.h"
 #include "machine/page_file.h"
 #include "report/offset_json.h"
 #include "report/offset_text.h"
@@ -25,6 +27,7 @@ struct AnalyzeArguments {
   std::vector<double> dpi;
   double most_megapixels = 4000;
   bool json = false;
+  OffsetOutput output;
 };
 
 constexpr const char* kNextSheet = "+";
@@ -41,15 +44,20 @@ Result<tool_offset::SheetPlan> PlanOf(const std::string& path) {
   return tool_offset::PlanSheet(*settings);
 }
 
-// Every page of one file; pages are large, and are gone when they have been read.
-Result<std::vector<report::OffsetScan>> AnalyseFile(const std::string& path, int sheet,
-                                                    const tool_offset::SheetPlan& plan,
-                                                    const AnalyzeArguments& arguments) {
+struct ReadScan {
+  report::OffsetScan scan;
+  report::OffsetScanPictures pictures;  ///< empty where none are wanted
+};
+
+// Every page of one file; pages are large, and are gone when they have been read and drawn.
+Result<std::vector<ReadScan>> AnalyseFile(const std::string& path, int sheet,
+                                          const tool_offset::SheetPlan& plan,
+                                          const AnalyzeArguments& arguments) {
   machine::PageReadOptions limits;
   limits.most_pixels = static_cast<std::int64_t>(1e6 * arguments.most_megapixels);
   const auto pages = machine::ReadPages(path, limits);
   if (!pages) return tl::unexpected(pages.error());
-  std::vector<report::OffsetScan> scans;
+  std::vector<ReadScan> scans;
   for (const Page& page : *pages) {
     tool_offset::AnalyseOptions options{page.dpi_x, page.dpi_y};
     if (!arguments.dpi.empty()) {
@@ -63,7 +71,11 @@ Result<std::vector<report::OffsetScan>> AnalyseFile(const std::string& path, int
       return tl::unexpected(Error{
           result.error().kind, fmt::format("scan {}{}: {}", path, where, result.error().message)});
     }
-    scans.push_back({path, number, sheet, std::move(*result)});
+    ReadScan& read = scans.emplace_back();
+    if (arguments.output.has_pictures()) {
+      read.pictures = report::DrawOffsetScan(page.view(), plan, *result);
+    }
+    read.scan = {path, number, sheet, std::move(*result)};
   }
   return scans;
 }
@@ -92,9 +104,16 @@ bool IsGood(const report::OffsetAnalysis& analysis) {
 }
 
 int Run(const AnalyzeArguments& arguments) {
+  if (auto may = CheckOutputs({.json = arguments.json,
+                               .report = arguments.output.report,
+                               .figures = arguments.output.figures});
+      !may) {
+    return Report(may.error());
+  }
   const auto plan = PlanOf(arguments.pattern);
   if (!plan) return Report(plan.error());
   report::OffsetAnalysis analysis{*plan, {}, {}};
+  report::OffsetReportInput input{&analysis, {}, {}};
   std::optional<int> failed;
   int sheet = 1;
   for (const std::string& path : arguments.scans) {
@@ -105,16 +124,26 @@ int Run(const AnalyzeArguments& arguments) {
     auto scans = AnalyseFile(path, sheet, *plan, arguments);
     if (!scans) {
       failed = Report(scans.error());
+      input.failed.push_back(scans.error().message);
       continue;
     }
-    for (report::OffsetScan& scan : *scans) analysis.scans.push_back(std::move(scan));
+    for (ReadScan& read : *scans) {
+      analysis.scans.push_back(std::move(read.scan));
+      input.pictures.push_back(std::move(read.pictures));
+    }
   }
   if (analysis.scans.empty()) {
     return failed ? *failed : Report({ErrorKind::kInput, "SCAN: there is none between the +"});
   }
   analysis.combined = CombineScans(analysis.scans);
-  std::fputs((arguments.json ? report::ToJson(analysis) : report::OffsetText(analysis)).c_str(),
-             stdout);
+  // The answer is printed whatever becomes of the files.
+  const auto written = WriteOffsetOutput(arguments.output, input);
+  const std::string report = written ? arguments.output.report : "";
+  std::fputs(
+      (arguments.json ? report::ToJson(analysis, report) : report::OffsetText(analysis, report))
+          .c_str(),
+      stdout);
+  if (!written) return Report(written.error());
   if (failed) return *failed;
   return IsGood(analysis) ? kExitGood : kExitNotTrusted;
 }
@@ -144,6 +173,12 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
       ->check(CLI::Range(1.0, 100000.0))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "one JSON object");
+  command->add_option("--report", arguments->output.report,
+                      "write a one-page report with every step drawn on the scan (HTML)");
+  command->add_option("--figures", arguments->output.figures,
+                      "write each figure as PNG or SVG into this folder");
+  command->add_option("--history", arguments->output.history,
+                      "add what was measured to this file of JSON lines");
   command->callback([arguments, &exit_code] { exit_code = Run(*arguments); });
 }
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -15,6 +16,7 @@
 #include "app/printer_session.h"
 #include "procedure/tool_offsets.h"
 #include "store/offset_file.h"
+#include "store/offset_history.h"
 #include "tool_offset/correction.h"
 
 namespace trammel::app {
@@ -30,6 +32,8 @@ struct OffsetApplyArguments {
   std::vector<int> tools;
   bool apply = false;
   bool save = false;
+  bool again = false;
+  std::string history = "recordings/offset-history.jsonl";
   PrinterOptions printer;
 };
 
@@ -97,22 +101,80 @@ void Show(const Change& change, OffsetKeeper keeper) {
   if (!advice.empty()) fmt::print("          {}\n", advice);
 }
 
-int Set(const std::vector<Change>& changes, bool save, const procedure::Session& session) {
+// Taking the same measurement out twice would move the tool by it again.
+Result<void> RefuseTwice(const std::vector<Change>& changes,
+                         const OffsetApplyArguments& arguments) {
+  constexpr double kSame_mm = 0.00051;  // firmwares are told micrometres
+  const auto near = [](double a, double b) { return std::abs(a - b) <= kSame_mm; };
+  if (arguments.again) return {};
+  const auto history = store::ReadOffsetChanges(arguments.history);
+  if (!history) return tl::unexpected(history.error());
   for (const Change& change : changes) {
-    const auto set = procedure::SetToolOffset(session, change.tool, change.next, save);
-    if (!set) return Report(set.error());
-    fmt::print("applied   tool {}: read back from the printer{}\n", change.tool,
-               save ? ", and kept" : "; until the next restart: --save keeps it");
+    for (const store::OffsetChange& before : *history) {
+      if (before.stage == store::OffsetStage::kBegun || before.tool != change.tool ||
+          before.dx_mm != change.measured.dx_mm || before.dy_mm != change.measured.dy_mm ||
+          !near(before.new_offset.x_mm, change.now.x_mm) ||
+          !near(before.new_offset.y_mm, change.now.y_mm)) {
+        continue;
+      }
+      return Fail(
+          fmt::format("{} was applied to tool {} at {}, and the printer has that offset "
+                      "now: taking it out twice would move the tool by as much again. Print "
+                      "and scan another sheet, or say --again",
+                      arguments.file, change.tool, before.time),
+          ErrorKind::kSafety);
+    }
   }
-  return kExitGood;
+  return {};
+}
+
+Result<void> Note(const OffsetApplyArguments& arguments, const std::string& printer,
+                  const Change& change, store::OffsetStage stage) {
+  return store::AppendToHistory(
+      arguments.history, {stage, Now("{:%FT%T%z}"), printer, arguments.file, change.tool,
+                          change.measured.dx_mm, change.measured.dy_mm, change.now, change.next});
+}
+
+// Each old value is on the disk before it is replaced.
+Result<void> Set(const std::vector<Change>& changes, const OffsetApplyArguments& arguments,
+                 const std::string& printer, const procedure::Session& session) {
+  using store::OffsetStage;
+  if (auto once = RefuseTwice(changes, arguments); !once) return once;
+  std::map<int, KeptOffset> set;
+  for (const Change& change : changes) {
+    auto noted = Note(arguments, printer, change, OffsetStage::kBegun);
+    if (!noted) return noted;
+    auto done = procedure::SetToolOffset(session, change.tool, change.next);
+    if (!done) return done;
+    set[change.tool] = change.next;
+    fmt::print("applied   tool {}: read back from the printer{}\n", change.tool,
+               arguments.save ? "" : "; until the next restart: --save keeps it");
+    noted = Note(arguments, printer, change, OffsetStage::kApplied);
+    if (!noted) return noted;
+  }
+  if (arguments.save) {
+    if (auto kept = procedure::KeepToolOffsets(session, set); !kept) return kept;
+    fmt::print("kept      in the printer's configuration, and read back after its restart\n");
+    for (const Change& change : changes) {
+      if (auto noted = Note(arguments, printer, change, OffsetStage::kKept); !noted) return noted;
+    }
+  }
+  fmt::print("history   {}\n", arguments.history);
+  return {};
 }
 
 int RunApply(const OffsetApplyArguments& arguments) {
   const Interrupt interrupt;
   const OffsetKeeper keeper = *tool_offset::ParseOffsetKeeper(arguments.keeper);
-  if (arguments.apply && keeper != OffsetKeeper::kKlipperTool) {
+  const bool asks_printer = arguments.apply || !arguments.printer.address.empty();
+  if (asks_printer && keeper != OffsetKeeper::kKlipperTool) {
     return Report({ErrorKind::kInput,
-                   "--apply needs --for klipper-tool: send the lines to other firmwares yourself"});
+                   "--apply and --printer need --for klipper-tool: tell other firmwares' offsets "
+                   "with --now, and send them the lines yourself"});
+  }
+  if (arguments.apply && !arguments.now.empty()) {
+    return Report({ErrorKind::kInput,
+                   "--now: with --apply the printer itself tells what it has now; leave it out"});
   }
   const auto file = store::ReadOffsetFile(arguments.file);
   if (!file) return Report(file.error());
@@ -121,11 +183,13 @@ int RunApply(const OffsetApplyArguments& arguments) {
   if (!chosen) return Report(chosen.error());
   const auto known = ParseNow(arguments.now);
   if (!known) return Report(known.error());
+  std::string address;
   std::unique_ptr<machine::Printer> printer;
   std::optional<procedure::Session> session;
-  if (arguments.apply || !arguments.printer.address.empty()) {
+  if (asks_printer) {
     const auto config = LoadSettings(arguments.printer);
     if (!config) return Report(config.error());
+    address = config->scan.address;
     auto connected = Connect(config->scan, interrupt.token());
     if (!connected) return Report(connected.error());
     printer = std::move(*connected);
@@ -140,7 +204,10 @@ int RunApply(const OffsetApplyArguments& arguments) {
     Show(changes.back(), keeper);
   }
   if (changes.empty()) return kExitNotTrusted;
-  if (arguments.apply) return Set(changes, arguments.save, *session);
+  if (arguments.apply) {
+    const auto set = Set(changes, arguments, address, *session);
+    return set ? kExitGood : Report(set.error());
+  }
   fmt::print("nothing was changed\n");
   return kExitGood;
 }
@@ -163,6 +230,16 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
       ->group("Printer");
   command->add_flag("--save", arguments->save, "keep them beyond a restart, too")
       ->needs("--apply")
+      ->group("Printer");
+  command
+      ->add_flag("--again", arguments->again,
+                 "apply a measurement that was applied before, and is there already")
+      ->needs("--apply")
+      ->group("Printer");
+  command
+      ->add_option("--history", arguments->history,
+                   "JSON lines to which every change is added, the old value first")
+      ->capture_default_str()
       ->group("Printer");
   AddPrinterOptions(*command, arguments->printer);
   command->callback([arguments, &exit_code] { exit_code = RunApply(*arguments); });

@@ -52,6 +52,8 @@ constexpr FaultSwitch<PrinterFaults> kPrinterFaults[] = {
        f.klipper.weak_heater_c = v;
      }},
     {"blind-to-heaters", [](double v, PrinterFaults& f) { f.klipper.verify_heaters = v == 0; }},
+    {"deaf-tools", [](double v, PrinterFaults& f) { f.klipper.deaf_tools = v != 0; }},
+    {"included-tools", [](double v, PrinterFaults& f) { f.klipper.included_tools = v != 0; }},
     {"printing", [](double v, PrinterFaults& f) { f.klipper.printing_at_start = v != 0; }},
     {"error", [](double v, PrinterFaults& f) { f.klipper.error_at_start = v != 0; }},
     {"startup", [](double v, PrinterFaults& f) { f.klipper.startup_s = v; }},

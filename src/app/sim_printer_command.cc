@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/option_values.h"
 #include "app/sim_camera.h"
 #include "app/sim_faults.h"
 #include "app/sim_serving.h"
@@ -43,13 +44,34 @@ struct PrinterArguments {
   std::optional<double> for_s;
   std::string truth;
   CellArguments cell;
+  std::vector<std::string> tools;
 };
 
+// TOOL:X,Y, each named "tool T<number>" as klipper-toolchanger's users do.
+Result<std::vector<sim::ToolConfig>> ToolsOf(const std::vector<std::string>& texts) {
+  constexpr int kMostTool = 99;
+  std::vector<sim::ToolConfig> tools;
+  for (const std::string& text : texts) {
+    const auto shift = ParseToolShift("--tool", text, kMostTool);
+    if (!shift) return tl::unexpected(shift.error());
+    for (const sim::ToolConfig& tool : tools) {
+      if (tool.number == shift->tool) {
+        return Fail(fmt::format("--tool {}: tool {} was given before", text, shift->tool));
+      }
+    }
+    tools.push_back(
+        {shift->tool, fmt::format("tool T{}", shift->tool), {shift->x_mm, shift->y_mm, 0}});
+  }
+  return tools;
+}
+
 sim::MachineOptions MachineOf(const PrinterArguments& arguments, const sim::KlipperFaults& faults,
-                              const std::optional<sim::LoadCellConfig>& cell) {
+                              const std::optional<sim::LoadCellConfig>& cell,
+                              const std::vector<sim::ToolConfig>& tools) {
   sim::MachineOptions options;
   options.klipper = sim::DefaultKlipperConfig(arguments.laser_limit_s, arguments.heater_limit_s);
   options.klipper.load_cell = cell;
+  options.klipper.tools = tools;
   if (cell) sim::AddTapMacros(options.klipper);
   options.faults = faults;
   options.seed = arguments.seed;
@@ -70,6 +92,8 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   if (!condition) return Fail("--condition: " + condition.error().message);
   const auto cell = LoadCellOf(arguments.cell, arguments.seed);
   if (!cell) return tl::unexpected(cell.error());
+  const auto tools = ToolsOf(arguments.tools);
+  if (!tools) return tl::unexpected(tools.error());
   std::optional<TapTruthFile> tap_truth;
   if (!arguments.cell.truth.empty()) {
     Result<TapTruthFile> created = TapTruthFile::Create(arguments.cell.truth);
@@ -78,7 +102,7 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   }
   const EndOfServing end;
   const auto machine = std::make_shared<sim::MachineHost>(
-      MachineOf(arguments, faults.klipper, *cell), sim::MonotonicNow());
+      MachineOf(arguments, faults.klipper, *cell, *tools), sim::MonotonicNow());
   if (!arguments.truth.empty()) {
     const Result<void> written =
         sim::WriteTruthFile(arguments.truth, {machine->true_pressure_advance_s()}, arguments.seed,
@@ -182,6 +206,9 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
                     "tell taps without their moves, as Klipper itself does");
   printer->add_option("--tap-truth", arguments->cell.truth,
                       "new file for what each tap really was, a line of JSON for each");
+  printer->add_option("--tool", arguments->tools,
+                      "TOOL:X,Y, a tool of klipper-toolchanger with its offset in mm; may be "
+                      "given again");
   printer->callback([arguments, &exit_code] {
     const Result<void> done = ServePrinter(*arguments);
     exit_code = done ? kExitGood : Report(done.error());

@@ -80,6 +80,7 @@ Json Structure(const StructureReading& structure) {
           {"verdict", ToString(structure.offset_mm.verdict())},
           {"reason", structure.offset_mm.reason()},
           {"offset_mm", Value(structure.offset_mm)},
+          {"expected_mm", structure.expected_mm ? Number(*structure.expected_mm) : Json(nullptr)},
           {"standard_uncertainty_mm", Uncertainty(structure.offset_mm)},
           {"residual_rms_mm", Number(structure.residual_rms_mm)},
           {"teeth_used", structure.teeth_used},
@@ -184,7 +185,7 @@ std::vector<std::string> NoticesOf(const OffsetAnalysis& analysis) {
   return notices;
 }
 
-std::string ToJson(const OffsetAnalysis& analysis) {
+std::string ToJson(const OffsetAnalysis& analysis, const std::string& report) {
   const tool_offset::CombinedResult& combined = analysis.combined;
   Json json = Json::object();
   json["format"] = kFormat;
@@ -203,6 +204,7 @@ std::string ToJson(const OffsetAnalysis& analysis) {
   json["notices"] = NoticesOf(analysis);
   json["scans"] = Json::array();
   for (const OffsetScan& scan : analysis.scans) json["scans"].push_back(Scan(scan));
+  json["report"] = report.empty() ? Json(nullptr) : Json(report);
   return json.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

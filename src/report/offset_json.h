@@ -36,6 +36,7 @@ struct OffsetAnalysis {
 
 /// One object (docs/formats.md), ended by a newline. A tool's numbers are null unless its verdict
 /// is good, and so is every other value that could not be measured.
-[[nodiscard]] std::string ToJson(const OffsetAnalysis& analysis);
+/// @param report  path of the report that was written; empty where there is none.
+[[nodiscard]] std::string ToJson(const OffsetAnalysis& analysis, const std::string& report = "");
 
 }  // namespace trammel::report

@@ -76,7 +76,7 @@ std::string Next(const OffsetAnalysis& analysis) {
 
 }  // namespace
 
-std::string OffsetText(const OffsetAnalysis& analysis) {
+std::string OffsetText(const OffsetAnalysis& analysis, const std::string& report) {
   std::set<int> sheets;
   for (const OffsetScan& scan : analysis.scans) sheets.insert(scan.sheet);
   std::string text = fmt::format("pattern      {}, T{} is the reference; scans: {}, sheets: {}\n",
@@ -97,6 +97,7 @@ std::string OffsetText(const OffsetAnalysis& analysis) {
   for (const std::string& notice : NoticesOf(analysis)) {
     text += fmt::format("notice       {}\n", notice);
   }
+  if (!report.empty()) text += fmt::format("report       {}\n", report);
   return text + Next(analysis);
 }
 

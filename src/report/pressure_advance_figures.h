@@ -14,7 +14,7 @@
 namespace trammel::report {
 
 struct Figure {
-  std::string name;     ///< file name without ending, [a-z_-]+
+  std::string name;     ///< file name without ending, [a-z0-9_-]+
   std::string caption;  ///< how to read it; plain text
   Canvas canvas;
   bool picture = false;  ///< mostly pixels: smaller as PNG than as SVG

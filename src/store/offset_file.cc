@@ -41,6 +41,7 @@ Result<OffsetFile> ReadOffsetFile(const std::filesystem::path& path) {
   const auto json = ParseJson(*text, path.string());
   if (!json) return tl::unexpected(json.error());
   JsonObject root(*json, path.string());
+  if (root.has("format")) (void)root.Integer("format", {1, 1});
   constexpr std::size_t kMostTools = 100;
   const nlohmann::json& tools = root.List("tools", 1, kMostTools);
   if (auto read = root.Faults(); !read) return tl::unexpected(read.error());

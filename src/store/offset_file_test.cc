@@ -41,6 +41,7 @@ TEST_F(OffsetFileTest, GoodToolsHaveValuesAndTheOthersAReason) {
 
 TEST_F(OffsetFileTest, WhatCannotBeIsNamed) {
   EXPECT_THAT(Complaint("{}"), HasSubstr("tools"));
+  EXPECT_THAT(Complaint(R"({"format": 2, "tools": []})"), HasSubstr("format"));
   EXPECT_THAT(Complaint(R"({"tools": [{"tool": 1, "verdict": "good", "dx_mm": 0.1}]})"),
               HasSubstr("dy_mm"));
   EXPECT_THAT(Complaint(R"({"tools": [{"tool": 1, "verdict": "good", "dx_mm": 900, "dy_mm": 0}]})"),

@@ -93,6 +93,8 @@ StructureReading ReadOne(const PageView& page, const SheetPlan& plan, const Page
     expected[comb] = {choice.mix[comb], tools[comb]->shift,
                       fmt::format("T{}", structure.combs[comb].tool)};
     reading.channel[comb] = InkChannelName(choice.channel[comb], page.channels);
+    reading.mix[comb] = choice.mix[comb];
+    reading.shift_mm[comb] = tools[comb]->shift;
   }
   auto fingers = ReadStructure(page, map, plan, structure, expected);
   if (!fingers) {

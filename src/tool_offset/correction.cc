@@ -83,6 +83,9 @@ std::vector<std::string> SaveCommands(OffsetKeeper keeper, int tool) {
 }
 
 std::string SaveAdvice(OffsetKeeper keeper, int tool, const KeptOffset& offset) {
+  if (keeper == kKlipperTool) {
+    return "then SAVE_CONFIG, which writes what is pending to printer.cfg and restarts Klipper";
+  }
   if (keeper != kKlipperGcodeOffset) return {};
   return fmt::format("in [gcode_macro T{}] of printer.cfg:  {}", tool,
                      SetCommands(keeper, tool, offset).front());

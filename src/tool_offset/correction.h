@@ -44,7 +44,8 @@ struct KeptOffset {
 /// Keeps it beyond that; empty where it is a line in the user's own configuration.
 [[nodiscard]] std::vector<std::string> SaveCommands(OffsetKeeper keeper, int tool);
 
-/// What the user writes into the configuration where no command does; empty otherwise.
+/// What is left to do, once for all tools, where no command of one tool keeps its offset; empty
+/// otherwise.
 [[nodiscard]] std::string SaveAdvice(OffsetKeeper keeper, int tool, const KeptOffset& offset);
 
 }  // namespace trammel::tool_offset

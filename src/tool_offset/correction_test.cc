@@ -54,6 +54,7 @@ TEST(Correction, SaysHowItIsKept) {
   EXPECT_THAT(SaveCommands(kKlipperTool, 1),
               ElementsAre("SAVE_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset",
                           "SAVE_TOOL_PARAMETER T=1 PARAMETER=gcode_y_offset"));
+  EXPECT_THAT(SaveAdvice(kKlipperTool, 1, {}), HasSubstr("SAVE_CONFIG"));
   EXPECT_THAT(SaveCommands(kMarlin, 1), ElementsAre("M500"));
   EXPECT_THAT(SaveCommands(kRepRapFirmware, 1), ElementsAre("M500 P10"));
   EXPECT_THAT(SaveCommands(kKlipperGcodeOffset, 1), IsEmpty());

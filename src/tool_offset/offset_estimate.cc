@@ -209,18 +209,22 @@ void AnswerPickUps(const SheetPlan& plan, const SheetModel& model, SheetResult& 
   }
 }
 
+void ExpectStructures(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
+  for (StructureReading& reading : result.structures) {
+    const Structure& structure = plan.structures[reading.structure];
+    const auto expected = model.Estimate(StructureEquation(plan, structure));
+    if (expected) reading.expected_mm = expected->value + Programmed_mm(structure);
+  }
+}
+
 void AnswerSelfTest(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
   for (const StructureReading& reading : result.structures) {
     const Structure& structure = plan.structures[reading.structure];
     if (structure.purpose != Purpose::kSelfTest) continue;
-    const SheetPoint& first = structure.combs[0].programmed;
-    const SheetPoint& second = structure.combs[1].programmed;
-    const double programmed_mm =
-        structure.axis == Axis::kX ? second.u_mm - first.u_mm : second.v_mm - first.v_mm;
     const std::string why_not =
         reading.offset_mm.good() ? "the method's bias is not known" : reading.offset_mm.reason();
-    result.self_tests.push_back(
-        {reading.name, programmed_mm, Answer(model.WithoutBias(plan, reading), why_not)});
+    result.self_tests.push_back({reading.name, Programmed_mm(structure),
+                                 Answer(model.WithoutBias(plan, reading), why_not)});
   }
 }
 
@@ -263,6 +267,7 @@ void EstimateOffsets(const SheetPlan& plan, SheetResult& result) {
   AnswerScale(plan, result);
   AnswerPickUps(plan, model, result);
   AnswerSelfTest(plan, model, result);
+  ExpectStructures(plan, model, result);
   Notify(model, result);
 }
 

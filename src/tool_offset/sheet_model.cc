@@ -100,13 +100,13 @@ SheetPoint PlayAlong(const SheetPlan& plan, const Structure& structure, std::siz
                                     : SheetPoint{-lag_x * s, lag_y * c};
 }
 
+}  // namespace
+
 double Programmed_mm(const Structure& structure) {
   const SheetPoint& first = structure.combs[0].programmed;
   const SheetPoint& second = structure.combs[1].programmed;
   return structure.axis == Axis::kX ? second.u_mm - first.u_mm : second.v_mm - first.v_mm;
 }
-
-}  // namespace
 
 struct SheetModel::Solution {
   std::map<int, ToolScatter> scatter;

@@ -29,6 +29,9 @@ struct Combination {
 /// v of the tilted sheet moves both axes.
 [[nodiscard]] Combination StructureEquation(const SheetPlan& plan, const Structure& structure);
 
+/// By how much comb 1 was moved against comb 0 on purpose, along the measured axis.
+[[nodiscard]] double Programmed_mm(const Structure& structure);
+
 /// Least squares over all structures that could be read, weighted by the scatter of their fingers,
 /// pooled by tool.
 ///

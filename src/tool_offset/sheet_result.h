@@ -40,6 +40,10 @@ struct StructureReading {
   double stretch = 0;                        ///< of the paper along the axis, against the map
   std::array<int, 2> teeth_used{};
   std::array<std::string, 2> channel;  ///< each comb was read in
+  std::array<ChannelMix, 2> mix{};     ///< with which it was; all zero where it was not read
+  std::array<SheetPoint, 2> shift_mm;  ///< of each comb's tool as known before, on the sheet
+  /// What all structures together say of this one's offset; absent where they do not determine it.
+  std::optional<double> expected_mm;
   std::vector<FingerReading> fingers;
 };
 

@@ -1,6 +1,8 @@
 // The G-code commands of the virtual Klipper.
 #pragma once
 
+#include <array>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -9,6 +11,10 @@
 #include "sim/klipper/machine.h"
 
 namespace trammel::sim {
+
+/// Of klipper-toolchanger, in the order of ToolConfig::offset_mm.
+inline constexpr std::array<const char*, 3> kToolOffsetNames = {"gcode_x_offset", "gcode_y_offset",
+                                                                "gcode_z_offset"};
 
 /// What a command leaves to be done before the next line of its script.
 struct Outcome {
@@ -29,6 +35,8 @@ using Handler = Result<Outcome> (*)(VirtualKlipper&, const CommandLine&);
 [[nodiscard]] const std::map<std::string, Handler>& HostCommands();
 /// Only where there is a load cell.
 [[nodiscard]] const std::map<std::string, Handler>& ProbeCommands();
+/// Only where there are tools.
+[[nodiscard]] const std::map<std::string, Handler>& ToolCommands();
 /// All tables of a machine, in the order in which commands are looked up.
 [[nodiscard]] std::vector<const std::map<std::string, Handler>*> CommandTables(
     const VirtualKlipper& machine);

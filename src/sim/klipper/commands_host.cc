@@ -72,8 +72,26 @@ Result<Outcome> RestartCommand(VirtualKlipper& machine, const CommandLine&) {
   return Outcome{};
 }
 
+// Only tools ever have something to save. What stands in an included file stays as it is there.
 Result<Outcome> SaveConfig(VirtualKlipper& machine, const CommandLine&) {
-  if (machine.save_config_pending) machine.Restart();
+  if (!machine.save_config_pending) return Outcome{};
+  for (const ToolConfig& tool : machine.tool_configs()) {
+    const auto items = machine.pending_items.find(tool.name);
+    if (items == machine.pending_items.end() || !machine.faults().included_tools) continue;
+    return Fail(fmt::format("SAVE_CONFIG section '{}' option '{}' conflicts with included value",
+                            tool.name, items->second.begin()->first));
+  }
+  for (ToolConfig& tool : machine.tool_configs()) {
+    const auto items = machine.pending_items.find(tool.name);
+    if (items == machine.pending_items.end()) continue;
+    for (std::size_t axis = 0; axis < kToolOffsetNames.size(); ++axis) {
+      const auto item = items->second.find(kToolOffsetNames[axis]);
+      if (item != items->second.end()) {
+        tool.offset_mm[axis] = ToNumber(item->second).value_or(tool.offset_mm[axis]);
+      }
+    }
+  }
+  machine.Restart();
   return Outcome{};
 }
 
@@ -281,6 +299,7 @@ std::vector<const std::map<std::string, Handler>*> CommandTables(const VirtualKl
   std::vector<const std::map<std::string, Handler>*> tables = {
       &MotionCommands(), &SettingCommands(), &HeatCommands(), &HostCommands()};
   if (machine.cell() != nullptr) tables.push_back(&ProbeCommands());
+  if (!machine.tools.empty()) tables.push_back(&ToolCommands());
   return tables;
 }
 

@@ -69,6 +69,13 @@ struct LoadCellConfig {
   std::uint64_t seed = 0;       ///< of its noise
 };
 
+/// [tool NAME] of klipper-toolchanger.
+struct ToolConfig {
+  int number = 0;
+  std::string name;                   ///< "tool T1"
+  std::array<double, 3> offset_mm{};  ///< gcode_x_offset, gcode_y_offset, gcode_z_offset
+};
+
 struct KlipperConfig {
   std::array<double, 3> axis_minimum_mm{-2, -2, -5};
   std::array<double, 3> axis_maximum_mm{255, 255, 250};
@@ -100,6 +107,7 @@ struct KlipperConfig {
   std::vector<std::string> idle_gcode{"TURN_OFF_HEATERS", "SET_PIN PIN=LASER VALUE=0", "M84"};
 
   std::optional<LoadCellConfig> load_cell;  ///< absent: there is no PROBE
+  std::vector<ToolConfig> tools;            ///< empty: there is no klipper-toolchanger
 
   double restart_s = 2.2;  ///< from a restart to ready
 };
@@ -133,6 +141,8 @@ struct KlipperFaults {
   std::string weak_heater;
   double weak_heater_c = 60;
   bool verify_heaters = true;      ///< false: Klipper never notices
+  bool deaf_tools = false;         ///< SET_TOOL_PARAMETER changes nothing, as behind a macro
+  bool included_tools = false;     ///< [tool]s stand where SAVE_CONFIG cannot change them
   bool printing_at_start = false;  ///< another job has the printer
   bool error_at_start = false;     ///< a config error; never ready
   double startup_s = 0;            ///< state "startup" for so long

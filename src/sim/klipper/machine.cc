@@ -98,6 +98,9 @@ void VirtualKlipper::Reset() {
   display_message.clear();
   fan_speed = 0;
   save_config_pending = false;
+  pending_items.clear();
+  tools.clear();
+  for (const ToolConfig& tool : config_.tools) tools[tool.number].offset_mm = tool.offset_mm;
   idle_timeout_s = config_.idle_timeout_s;
   idle_state = "Idle";
   epoch_s_ = now_s_;

@@ -83,6 +83,13 @@ struct FilePrint {
   double e_start_mm = 0;
 };
 
+/// A tool of klipper-toolchanger while it runs.
+struct ToolState {
+  std::array<double, 3> offset_mm{};
+  std::map<std::string, std::string> parameters;  ///< that were set, as Python writes them
+  std::map<std::string, std::string> originals;   ///< of those that were set twice
+};
+
 class VirtualKlipper;
 
 /// What a script waits for: true when it may go on; an error fails the script.
@@ -123,6 +130,7 @@ class VirtualKlipper {
   /// As if somebody had edited printer.cfg.
   [[nodiscard]] std::map<std::string, MacroConfig>& macros() { return config_.macros; }
   [[nodiscard]] std::optional<LoadCellConfig>& load_cell() { return config_.load_cell; }
+  [[nodiscard]] std::vector<ToolConfig>& tool_configs() { return config_.tools; }
   [[nodiscard]] KlippyState state() const { return state_; }
   [[nodiscard]] const std::string& state_message() const { return state_message_; }
   [[nodiscard]] History& history() { return history_; }
@@ -172,6 +180,9 @@ class VirtualKlipper {
   std::string idle_state = "Idle";
   double active_since_s = 0;
   bool save_config_pending = false;
+  /// What SAVE_CONFIG would write: by section and option.
+  std::map<std::string, std::map<std::string, std::string>> pending_items;
+  std::map<int, ToolState> tools;  ///< by number
   double last_probe_z_mm = 0;
   std::map<std::string, std::map<std::string, std::string>> kept;  ///< by macros; upper case
   double plate_cleaned_s = 0;  ///< nothing printed before lies on the plate any more

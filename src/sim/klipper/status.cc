@@ -168,7 +168,7 @@ Json ConfigFile(const VirtualKlipper& machine) {
           {"settings", settings},
           {"warnings", Json::array()},
           {"save_config_pending", machine.save_config_pending},
-          {"save_config_pending_items", Json::object()}};
+          {"save_config_pending_items", machine.pending_items}};
 }
 
 Json PrintStats(const VirtualKlipper& machine) {
@@ -257,6 +257,47 @@ Json ProbeStatus(const VirtualKlipper& machine) {
           {"last_z_result", machine.last_probe_z_mm}};
 }
 
+/// A Python literal as JSON tells it.
+Json Literal(const std::string& text) {
+  if (const auto number = ToNumber(text)) return *number;
+  if (text == "None") return nullptr;
+  if (text == "True" || text == "False") return text == "True";
+  return text.size() >= 2 ? Json(text.substr(1, text.size() - 2)) : Json(text);
+}
+
+Json ToolStatus(const VirtualKlipper& machine, const ToolConfig& tool) {
+  const ToolState& state = machine.tools.at(tool.number);
+  Json status = Json::object();
+  for (const auto& [name, value] : state.parameters) status[name] = Literal(value);
+  status.update({{"name", tool.name},
+                 {"toolchanger", "toolchanger"},
+                 {"detect_state", "unavailable"},
+                 {"tool_number", tool.number},
+                 {"extruder", nullptr},
+                 {"heater", nullptr},
+                 {"extruder_stepper", nullptr},
+                 {"fan", nullptr},
+                 {"active", false}});
+  for (std::size_t axis = 0; axis < kToolOffsetNames.size(); ++axis) {
+    status[kToolOffsetNames[axis]] = state.offset_mm[axis];
+  }
+  return status;
+}
+
+Json ToolchangerStatus(const VirtualKlipper& machine) {
+  std::map<int, std::string> by_number;
+  for (const ToolConfig& tool : machine.config().tools) by_number[tool.number] = tool.name;
+  Json numbers = Json::array();
+  Json names = Json::array();
+  for (const auto& [number, name] : by_number) {
+    numbers.push_back(number);
+    names.push_back(name);
+  }
+  return {{"name", "toolchanger"},   {"status", "uninitialized"}, {"tool", nullptr},
+          {"tool_number", -1},       {"detected_tool", nullptr},  {"detected_tool_number", -1},
+          {"tool_numbers", numbers}, {"tool_names", names},       {"has_detection", false}};
+}
+
 using Teller = std::function<Json(const VirtualKlipper&)>;
 
 const std::map<std::string, Teller>& Tellers() {
@@ -330,6 +371,8 @@ std::vector<std::string> ObjectNames(const VirtualKlipper& machine) {
   std::vector<std::string> names;
   for (const auto& [name, teller] : Tellers()) names.push_back(name);
   if (machine.cell() != nullptr) names.insert(names.end(), {"probe", "load_cell_probe"});
+  if (!machine.tools.empty()) names.emplace_back("toolchanger");
+  for (const ToolConfig& tool : machine.config().tools) names.push_back(tool.name);
   for (const PinConfig& pin : machine.config().pins) names.push_back("output_pin " + pin.name);
   for (const auto& [name, macro] : machine.config().macros) names.push_back("gcode_macro " + name);
   for (const auto& [name, lines] : machine.config().delayed_gcode) {
@@ -343,6 +386,10 @@ Json ObjectStatus(const VirtualKlipper& machine, const std::string& name) {
   if (teller != Tellers().end()) return teller->second(machine);
   if (machine.cell() != nullptr && name == "probe") return ProbeStatus(machine);
   if (machine.cell() != nullptr && name == "load_cell_probe") return LoadCellStatus(machine);
+  if (!machine.tools.empty() && name == "toolchanger") return ToolchangerStatus(machine);
+  for (const ToolConfig& tool : machine.config().tools) {
+    if (name == tool.name) return ToolStatus(machine, tool);
+  }
   for (const auto& [pin, value] : machine.pins) {
     if (name == "output_pin " + pin) return {{"value", value}};
   }

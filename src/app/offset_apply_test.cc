@@ -1,0 +1,135 @@
+// trammel offset apply against the virtual printer with klipper-toolchanger, over real sockets.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+
+#include "support/background_trammel.h"
+#include "support/run_trammel.h"
+
+namespace trammel::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+// T1 keeps 0.25, -0.5 and lands 0.1234, -0.0456 beside: it shall keep 0.1266, -0.4544.
+constexpr const char* kResult = R"({"format": 1, "tools": [
+  {"tool": 1, "verdict": "good", "dx_mm": 0.1234, "dy_mm": -0.0456},
+  {"tool": 2, "verdict": "refused", "reason": "it did not print"}]})";
+constexpr const char* kHistory = "recordings/offset-history.jsonl";
+
+class OffsetApply : public testing::Test {
+ protected:
+  OffsetApply() { WriteWhole(folder_.path() / "result.json", kResult); }
+
+  void Serve(const std::string& more = "") {
+    printer_ = std::make_unique<BackgroundTrammel>(
+        "sim printer --port 0 --speed 20 --tool 0:0,0 --tool 1:0.25,-0.5 " + more, folder_.path());
+    address_ = printer_->WaitForLine("listening http://");
+    ASSERT_FALSE(address_.empty()) << printer_->standard_error();
+  }
+  [[nodiscard]] CommandResult Apply(const std::string& more) const {
+    return RunTrammel(fmt::format("offset apply result.json --printer {} {}", address_, more),
+                      folder_.path());
+  }
+  [[nodiscard]] std::string History() const {
+    const auto path = folder_.path() / kHistory;
+    return std::filesystem::exists(path) ? ReadWhole(path) : "";
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<BackgroundTrammel> printer_;
+  std::string address_;
+};
+
+TEST_F(OffsetApply, ShowsOldAndNewAndChangesNothingUnlessTold) {
+  Serve();
+  for (int i = 0; i < 2; ++i) {
+    const CommandResult shown = Apply("");
+    EXPECT_EQ(shown.exit_code, 0) << shown.output;
+    EXPECT_THAT(shown.standard_output,
+                AllOf(HasSubstr("0.250  ->  0.127"), HasSubstr("-0.500  ->  -0.454"),
+                      HasSubstr("nothing was changed")));
+    EXPECT_THAT(shown.standard_error, HasSubstr("it did not print"));
+  }
+  EXPECT_EQ(History(), "");
+}
+
+TEST_F(OffsetApply, SetsReadsBackAndNotesTheOldValue) {
+  Serve();
+  const CommandResult set = Apply("--apply");
+  EXPECT_EQ(set.exit_code, 0) << set.output;
+  EXPECT_THAT(set.standard_output,
+              AllOf(HasSubstr("applied   tool 1"), HasSubstr("--save keeps it")));
+  EXPECT_THAT(Apply("").standard_output, HasSubstr("0.127  ->  0.003"));
+  EXPECT_THAT(History(), AllOf(HasSubstr(R"("kind":"begun")"), HasSubstr(R"("kind":"applied")"),
+                               HasSubstr(R"("old_mm":{"x":0.25,"y":-0.5})")));
+}
+
+TEST_F(OffsetApply, TheSameMeasurementIsNotTakenOutTwice) {
+  Serve();
+  ASSERT_EQ(Apply("--apply").exit_code, 0);
+  const std::string before = History();
+  const CommandResult twice = Apply("--apply");
+  EXPECT_EQ(twice.exit_code, 4);
+  EXPECT_THAT(twice.standard_error, AllOf(HasSubstr("twice"), HasSubstr("--again")));
+  EXPECT_EQ(History(), before);
+  EXPECT_EQ(Apply("--apply --again").exit_code, 0);
+}
+
+TEST_F(OffsetApply, SaveOutlivesTheRestartThatItMakes) {
+  Serve();
+  const CommandResult kept = Apply("--apply --save");
+  EXPECT_EQ(kept.exit_code, 0) << kept.output;
+  EXPECT_THAT(kept.standard_output, HasSubstr("kept"));
+  EXPECT_THAT(Apply("").standard_output, HasSubstr("0.127  ->"));
+  EXPECT_THAT(History(), HasSubstr(R"("kind":"kept")"));
+}
+
+TEST_F(OffsetApply, WhatSaveConfigCannotWriteIsSaidAndStaysSet) {
+  Serve("--fault included-tools=1");
+  const CommandResult kept = Apply("--apply --save");
+  EXPECT_EQ(kept.exit_code, 3);
+  EXPECT_THAT(kept.standard_output, HasSubstr("applied   tool 1"));
+  EXPECT_THAT(kept.standard_error, HasSubstr("conflicts with included value"));
+  EXPECT_THAT(History(), Not(HasSubstr(R"("kind":"kept")")));
+}
+
+TEST_F(OffsetApply, APrintIsNotDisturbed) {
+  Serve("--fault printing=1");
+  const CommandResult refused = Apply("--apply");
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.standard_error, HasSubstr("is printing"));
+  EXPECT_THAT(Apply("").standard_output, HasSubstr("0.250  ->"));
+  EXPECT_THAT(History(), Not(HasSubstr(R"("kind":"applied")")));
+}
+
+TEST_F(OffsetApply, AValueThatDoesNotComeBackIsAnErrorAndNotApplied) {
+  Serve("--fault deaf-tools=1");
+  const CommandResult deaf = Apply("--apply --save");
+  EXPECT_EQ(deaf.exit_code, 3);
+  EXPECT_THAT(deaf.standard_error, HasSubstr("reports 0.250, -0.500 mm"));
+  EXPECT_THAT(deaf.standard_output, Not(HasSubstr("applied")));
+  EXPECT_THAT(History(), AllOf(HasSubstr(R"("kind":"begun")"), Not(HasSubstr("applied"))));
+}
+
+TEST_F(OffsetApply, NothingIsSetWhereTheOldValueCannotBeKept) {
+  Serve();
+  const CommandResult refused = Apply("--apply --history result.json/history");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.standard_error, HasSubstr("history"));
+  EXPECT_THAT(Apply("").standard_output, HasSubstr("0.250  ->"));
+}
+
+TEST_F(OffsetApply, OtherFirmwaresAreNotAsked) {
+  const CommandResult marlin =
+      RunTrammel("offset apply result.json --for marlin --apply", folder_.path());
+  EXPECT_EQ(marlin.exit_code, 1);
+  EXPECT_THAT(marlin.standard_error, HasSubstr("--for klipper-tool"));
+}
+
+}  // namespace
+}  // namespace trammel::test

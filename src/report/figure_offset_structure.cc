@@ -1,0 +1,268 @@
+// One structure: its teeth as located on the scan, and what became of them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "report/figure_common.h"
+#include "report/offset_figures.h"
+#include "report/offset_style.h"
+#include "report/sheet_picture.h"
+#include "tool_offset/comb_signal.h"
+
+namespace trammel::report {
+namespace {
+
+namespace to = tool_offset;
+
+constexpr double kSidePx = 8;
+constexpr double kRowGapPx = 10;
+constexpr double kPlotPx = 190;
+
+/// What all parts of the figure need.
+struct Shown {
+  const PageView& page;
+  const to::SheetPlan& plan;
+  const to::PageMap& map;
+  const to::Structure& structure;
+  const to::StructureReading& reading;
+  bool is_x = true;
+  double half_mm = 0;   ///< of what is shown along the measured axis
+  double outer_mm = 0;  ///< from the middle line to the far end of a leg
+  double inner_mm = 0;  ///< and to the end that reaches into the other comb
+};
+
+std::string SlugOf(const std::string& name) {
+  std::string slug = "structure-";
+  for (const char c : name) {
+    if (c >= 'A' && c <= 'Z') slug += static_cast<char>(c - 'A' + 'a');
+    if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9')) slug += c;
+    if (c == '+') slug += "-plus";
+    if (c == '-') slug += "-minus";
+    if (c == ' ') slug += '-';
+  }
+  return slug;
+}
+
+to::PagePoint LegPlace(const Shown& shown, const to::LocalMap& local,
+                       const to::FingerReading& finger, std::size_t leg, double along_leg_mm) {
+  const double mean_mm = (finger.legs[0].position_mm + finger.legs[1].position_mm) / 2;
+  const double beside_mm =
+      finger.legs[leg].position_mm - mean_mm + finger.legs[leg].slope * along_leg_mm;
+  const to::PagePoint& axis_px = shown.is_x ? local.u_px_mm : local.v_px_mm;
+  const to::PagePoint& leg_px = shown.is_x ? local.v_px_mm : local.u_px_mm;
+  return finger.place + beside_mm * axis_px + along_leg_mm * leg_px;
+}
+
+/// From where to where a comb's legs run, from the structure's middle line.
+std::array<double, 2> LegEnds_mm(const Shown& shown, std::size_t comb) {
+  const to::SheetPoint& shift = shown.reading.shift_mm[comb];
+  const to::SheetPoint& programmed = shown.structure.combs[comb].programmed;
+  const double across_mm = shown.is_x ? shift.v_mm + programmed.v_mm : shift.u_mm + programmed.u_mm;
+  if (comb == 0) return {-shown.outer_mm + across_mm, shown.inner_mm + across_mm};
+  return {-shown.inner_mm + across_mm, shown.outer_mm + across_mm};
+}
+
+void DrawFinger(Canvas& canvas, const Shown& shown, const PageWindow& window,
+                const to::LocalMap& local, const to::FingerReading& finger) {
+  const bool used = finger.left_out.empty();
+  const std::array<double, 2> ends_mm = LegEnds_mm(shown, finger.comb);
+  const Color& color = kCombColors[finger.comb];
+  for (std::size_t leg = 0; leg < 2; ++leg) {
+    if (finger.legs[leg].rows_used == 0) continue;
+    const PointPx line[] = {window.At(LegPlace(shown, local, finger, leg, ends_mm[0])),
+                            window.At(LegPlace(shown, local, finger, leg, ends_mm[1]))};
+    HaloLine(canvas, line,
+             {.color = color,
+              .width_px = 1.3,
+              .dash_px = used ? std::vector<double>{} : std::vector<double>{3, 3}});
+  }
+  const double outside_mm = finger.comb == 0 ? ends_mm[0] - 0.6 : ends_mm[1] + 0.6;
+  const to::PagePoint& leg_px = shown.is_x ? local.v_px_mm : local.u_px_mm;
+  const PointPx label = window.At(finger.place + outside_mm * leg_px);
+  TagText(canvas, label, fmt::format("{}{}", used ? "" : "× ", finger.finger),
+          {.size_px = 10.5, .color = used ? color : kInk, .bold = !used});
+}
+
+/// The structure in pieces of at most 40 mm, each a row; returns where the rows end.
+double DrawRows(Canvas& canvas, const Shown& shown, int rows, double row_px, double top) {
+  for (int row = 0; row < rows; ++row) {
+    const double from_mm = -shown.half_mm + 2 * shown.half_mm * row / rows;
+    const double to_mm = from_mm + 2 * shown.half_mm / rows;
+    const RectPx rect{kSidePx, top + row * (row_px + kRowGapPx), kFigureWidthPx - 2 * kSidePx,
+                      row_px};
+    const PageWindow window = AlongStructure(shown.map, shown.structure, from_mm, to_mm, rect);
+    DrawPage(canvas, shown.page, window);
+    canvas.Clip(rect);
+    for (const to::FingerReading& finger : shown.reading.fingers) {
+      if (finger.place.x_px == 0 && finger.place.y_px == 0) continue;  // beside the page
+      const double along_mm = finger.planned_mm + finger.position_mm;
+      const to::LocalMap local =
+          shown.map.Near({shown.structure.middle.u_mm + (shown.is_x ? along_mm : 0),
+                          shown.structure.middle.v_mm + (shown.is_x ? 0 : along_mm)});
+      DrawFinger(canvas, shown, window, local, finger);
+    }
+    canvas.Unclip();
+    canvas.StrokeRect(rect, {.color = kMuted, .width_px = 0.8});
+  }
+  return top + rows * (row_px + kRowGapPx);
+}
+
+Axis AlongAxis(const Shown& shown) {
+  return {fmt::format("along {} from the structure's middle (mm)", shown.is_x ? "u" : "v"),
+          {-shown.half_mm, shown.half_mm},
+          10};
+}
+
+void DrawInk(Canvas& canvas, const Shown& shown, const RectPx& room,
+             const std::optional<to::CombSignal>& signal) {
+  Axis x = AlongAxis(shown);
+  x.shown = false;
+  Plot plot(canvas, room, x, {"ink", {-0.25, 1.45}, 3},
+            "Signal: mean ink of each comb where it stands alone");
+  if (!signal) return;
+  for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+    std::vector<DataPoint> line;
+    for (std::size_t i = 0; i < signal->comb[comb].ink.size(); ++i) {
+      line.push_back(
+          {signal->from_mm + static_cast<double>(i) * signal->step_mm, signal->comb[comb].ink[i]});
+    }
+    plot.Line(line, {.color = kCombColors[comb], .width_px = 1.1});
+  }
+}
+
+void DrawFingerDot(Plot& plot, const to::FingerReading& finger, double y_um) {
+  const Color& color = kCombColors[finger.comb];
+  if (finger.comb == 0) {
+    plot.Dot({finger.planned_mm, y_um}, 3.2, color);
+  } else {
+    plot.Dot({finger.planned_mm, y_um}, 3.2, kPaper, Stroke{.color = color, .width_px = 1.6});
+  }
+}
+
+void DrawPositions(Canvas& canvas, const Shown& shown, const RectPx& room,
+                   const std::optional<to::CombSignal>& signal) {
+  std::vector<double> values;
+  for (const to::FingerReading& finger : shown.reading.fingers) {
+    if (finger.left_out.empty()) values.push_back(finger.position_mm * kUmPerMillimetre);
+  }
+  Axis x = AlongAxis(shown);
+  x.shown = false;
+  Plot plot(canvas, room, x, {"place (µm)", Padded(RangeOf(values), 0.15), 5},
+            "Where each tooth lies minus where it was planned; lines: quadrature phase");
+  if (signal) {
+    const double pitch_mm = shown.plan.settings.pitch_mm;
+    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+      std::vector<DataPoint> line;
+      for (int i = 0; i < shown.plan.settings.teeth; ++i) {
+        const double planned_mm =
+            pitch_mm * (i - (shown.plan.settings.teeth - 1) / 2.0 + (comb == 0 ? -0.25 : 0.25));
+        line.push_back({planned_mm, signal->comb[comb].local_mm[static_cast<std::size_t>(i)] *
+                                        kUmPerMillimetre});
+      }
+      plot.Line(line, {.color = WithAlpha(kCombColors[comb], 0.6), .width_px = 1.2});
+    }
+  }
+  for (const to::FingerReading& finger : shown.reading.fingers) {
+    if (finger.left_out.empty()) {
+      DrawFingerDot(plot, finger, finger.position_mm * kUmPerMillimetre);
+    }
+  }
+}
+
+void DrawResiduals(Canvas& canvas, const Shown& shown, const RectPx& room) {
+  std::vector<double> values{-1, 1};
+  for (const to::FingerReading& finger : shown.reading.fingers) {
+    if (finger.left_out.empty()) values.push_back(finger.residual_mm * kUmPerMillimetre);
+  }
+  const Range range = Padded(RangeOf(values), 0.15);
+  Plot plot(canvas, room, AlongAxis(shown), {"residual (µm)", range, 5},
+            fmt::format("What the fit leaves of each tooth, rms {:.1f} µm; ×: left out",
+                        shown.reading.residual_rms_mm * kUmPerMillimetre));
+  plot.HorizontalLine(0, {.color = kMuted, .width_px = 1});
+  for (const to::FingerReading& finger : shown.reading.fingers) {
+    if (finger.left_out.empty()) {
+      DrawFingerDot(plot, finger, finger.residual_mm * kUmPerMillimetre);
+      continue;
+    }
+    Cross(canvas, plot.At({finger.planned_mm, range.lo + 0.08 * (range.hi - range.lo)}), 3.5,
+          {.color = kInk, .width_px = 1.6});
+  }
+}
+
+std::string LeftOutWords(const Shown& shown) {
+  std::string text;
+  for (const to::FingerReading& finger : shown.reading.fingers) {
+    if (finger.left_out.empty()) continue;
+    text += fmt::format("{}{}, tooth {}: {}", text.empty() ? " Left out: " : "; ",
+                        finger.comb == 0 ? "blue" : "red", finger.finger, finger.left_out);
+  }
+  return text.empty() ? " No tooth was left out." : text + ".";
+}
+
+std::string Caption(const Shown& shown) {
+  if (shown.reading.fingers.empty()) {
+    return fmt::format("{}: {}. No teeth were read; the picture shows where they should be.",
+                       shown.reading.name, shown.reading.offset_mm.reason());
+  }
+  std::string text = fmt::format(
+      "Blue: comb of {}, read in {}; red: comb of {}, read in {}. Each coloured line must lie in "
+      "the middle of a printed leg; numbers count the teeth.",
+      CombName(shown.structure.combs[0]), shown.reading.channel[0],
+      CombName(shown.structure.combs[1]), shown.reading.channel[1]);
+  if (!shown.reading.offset_mm.good()) {
+    text += fmt::format(" {}: {}.", VerdictWords(shown.reading.offset_mm.verdict()),
+                        shown.reading.offset_mm.reason());
+  }
+  return text + LeftOutWords(shown);
+}
+
+std::string Title(const Shown& shown) {
+  const to::Comb& first = shown.structure.combs[0];
+  const to::Comb& second = shown.structure.combs[1];
+  return fmt::format("{}: {} (legs {}) minus {} (legs {}) along {}: {}", shown.reading.name,
+                     CombName(second), second.direction > 0 ? "+" : "−", CombName(first),
+                     first.direction > 0 ? "+" : "−", shown.is_x ? "u" : "v",
+                     OffsetWords(shown.reading.offset_mm));
+}
+
+}  // namespace
+
+Figure StructureFigure(const PageView& page, const to::SheetPlan& plan,
+                       const to::SheetResult& result, const to::StructureReading& reading) {
+  constexpr double kMostRow_mm = 40;
+  constexpr double kBeside_mm = 1.3;  // room for the teeth's numbers
+  constexpr double kBeyond_mm = 0.8;
+  constexpr double kInkPx = 130;
+  constexpr double kTopPx = 28;
+  const to::Structure& structure = plan.structures[reading.structure];
+  const to::SheetSettings& settings = plan.settings;
+  Shown shown{page, plan, result.sheet.map, structure, reading};
+  shown.is_x = structure.axis == to::Axis::kX;
+  shown.half_mm = settings.teeth * settings.pitch_mm / 2 + kBeyond_mm;
+  shown.inner_mm = settings.overlap_mm / 2;
+  shown.outer_mm = settings.leg_length_mm - shown.inner_mm;
+  const int rows = static_cast<int>(std::ceil(2 * shown.half_mm / kMostRow_mm));
+  const double px_per_mm = (kFigureWidthPx - 2 * kSidePx) * rows / (2 * shown.half_mm);
+  const double row_px = 2 * (shown.outer_mm + kBeside_mm) * px_per_mm;
+  const bool read = !reading.fingers.empty();
+  Canvas canvas(kFigureWidthPx,
+                kTopPx + rows * (row_px + kRowGapPx) + (read ? kInkPx + 2 * kPlotPx + 30 : 0));
+  canvas.Text({kSidePx, 18}, Title(shown), {.size_px = 13.5, .bold = true});
+  const double top = DrawRows(canvas, shown, rows, row_px, kTopPx);
+  if (read) {
+    const auto signal =
+        to::ReadCombSignal(page, shown.map, plan, structure, reading.mix, reading.shift_mm);
+    DrawInk(canvas, shown, {0, top, kFigureWidthPx, kInkPx}, signal);
+    DrawPositions(canvas, shown, {0, top + kInkPx, kFigureWidthPx, kPlotPx}, signal);
+    DrawResiduals(canvas, shown, {0, top + kInkPx + kPlotPx, kFigureWidthPx, kPlotPx + 24});
+  }
+  const double scale = SharpScale(AlongStructure(shown.map, structure, -shown.half_mm,
+                                                 -shown.half_mm + 2 * shown.half_mm / rows,
+                                                 {0, 0, kFigureWidthPx - 2 * kSidePx, row_px}));
+  return Figure{SlugOf(reading.name), Caption(shown), std::move(canvas), true,
+                std::max(scale, 1.25)};
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,233 @@
+// Values with their intervals, a row each.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/figure_common.h"
+#include "report/offset_figures.h"
+#include "report/offset_style.h"
+
+namespace trammel::report {
+namespace {
+
+namespace to = tool_offset;
+
+/// A value and its interval, from the row's zero.
+struct Row {
+  std::string label;
+  std::string words;    ///< at the right; or why there is no value
+  Measured value;       ///< mm
+  double zero_mm = 0;   ///< that it is shown against
+  bool strong = false;  ///< an answer, not a part of one
+};
+
+constexpr double kLabelPx = 150;
+constexpr double kWordsPx = 190;
+constexpr double kRowPx = 23;
+
+Range Reach(const std::vector<Row>& rows) {
+  std::vector<double> values{-1, 1};
+  for (const Row& row : rows) {
+    if (!row.value.good()) continue;
+    const Interval& interval = row.value.quantity().interval95;
+    values.push_back((interval.lo - row.zero_mm) * kUmPerMillimetre);
+    values.push_back((interval.hi - row.zero_mm) * kUmPerMillimetre);
+  }
+  return Padded(RangeOf(values), 0.06);
+}
+
+void DrawRow(Canvas& canvas, const Plot& plot, const Row& row, double y) {
+  const Color color = row.strong ? kVermilion : kBlue;
+  canvas.Text({kLabelPx - 8, y + 4.5}, row.label,
+              {.size_px = 12.5, .align = Align::kEnd, .bold = row.strong});
+  canvas.Text(
+      {kFigureWidthPx - kWordsPx + 10, y + 4.5}, row.words,
+      {.size_px = 12, .color = row.value.good() ? kInk : kVermilion, .bold = !row.value.good()});
+  if (!row.value.good()) return;
+  const Quantity& quantity = row.value.quantity();
+  const auto x = [&](double value_mm) {
+    return plot.X((value_mm - row.zero_mm) * kUmPerMillimetre);
+  };
+  const Stroke stroke{.color = color, .width_px = row.strong ? 2.4 : 1.6};
+  const double lo = x(quantity.interval95.lo);
+  const double hi = x(quantity.interval95.hi);
+  const PointPx bar[] = {{lo, y}, {hi, y}};
+  canvas.Polyline(bar, stroke);
+  for (const double end : {lo, hi}) {
+    const PointPx cap[] = {{end, y - 5}, {end, y + 5}};
+    canvas.Polyline(cap, stroke);
+  }
+  const PointPx middle{x(quantity.value), y};
+  if (row.strong) {
+    canvas.FillRect({middle.x - 4, y - 4, 8, 8}, color);
+  } else {
+    canvas.Circle(middle, 4, kPaper, stroke);
+  }
+}
+
+Canvas DrawTable(const std::vector<Row>& rows, const std::string& title, const std::string& axis) {
+  constexpr double kTopPx = 30;
+  constexpr double kBottomPx = 44;
+  const double height = static_cast<double>(rows.size()) * kRowPx;
+  Canvas canvas(kFigureWidthPx, kTopPx + height + kBottomPx);
+  const RectPx inner{kLabelPx, kTopPx, kFigureWidthPx - kLabelPx - kWordsPx, height};
+  Plot plot = Plot::Around(canvas, inner, {axis, Reach(rows), 6}, {"", {0, 1}, 2, false});
+  canvas.Text({12, 18}, title, {.size_px = kTitleTextPx, .bold = true});
+  plot.VerticalLine(0, {.color = kMuted, .width_px = 1.2});
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    DrawRow(canvas, plot, rows[i], kTopPx + (static_cast<double>(i) + 0.5) * kRowPx);
+  }
+  return canvas;
+}
+
+double Zero(const Measured& measured) { return measured.good() ? measured.quantity().value : 0; }
+
+std::string ScanName(const OffsetAnalysis& analysis, const OffsetScan& scan) {
+  const auto number = &scan - analysis.scans.data() + 1;
+  return fmt::format("sheet {}, scan {}", scan.sheet, number);
+}
+
+void AddTool(const OffsetAnalysis& analysis, const to::CombinedTool& tool, std::vector<Row>& rows) {
+  for (const bool is_x : {true, false}) {
+    const Measured& answer = is_x ? tool.dx_mm : tool.dy_mm;
+    // A tool with one bad axis has no answer.
+    const bool good = VerdictOf(tool) == Verdict::kGood;
+    rows.push_back({fmt::format("T{} {}", tool.tool, is_x ? "dx" : "dy"),
+                    good ? OffsetWords(answer) : VerdictWords(VerdictOf(tool)),
+                    good ? answer : Measured::Refused(ReasonOf(tool)), Zero(answer), true});
+    if (analysis.scans.size() < 2 || !good) continue;
+    for (const OffsetScan& scan : analysis.scans) {
+      for (const to::ToolReading& reading : scan.result.tools) {
+        if (reading.tool != tool.tool) continue;
+        const Measured& value = is_x ? reading.dx_mm : reading.dy_mm;
+        rows.push_back({ScanName(analysis, scan), OffsetWords(value), value, Zero(answer), false});
+      }
+    }
+  }
+}
+
+bool IsControl(const OffsetAnalysis& analysis, const to::StructureReading& reading) {
+  return reading.structure < analysis.plan.structures.size() &&
+         analysis.plan.structures[reading.structure].purpose == to::Purpose::kControl;
+}
+
+}  // namespace
+
+std::optional<Figure> ToolOffsetsFigure(const OffsetAnalysis& analysis) {
+  if (analysis.combined.tools.empty()) return std::nullopt;
+  std::vector<Row> rows;
+  for (const to::CombinedTool& tool : analysis.combined.tools) AddTool(analysis, tool, rows);
+  return Figure{
+      "tools",
+      "dx and dy of each tool, along the bed's axes: where its line lands minus where the "
+      "reference tool's would for the same command. The bar is the 95 % interval about the answer, "
+      "which stands at zero; where there are several scans, each is shown by itself below, and "
+      "should overlap it.",
+      DrawTable(rows, "Offset of each tool", "from the tool's answer (µm)"), false};
+}
+
+Figure StructureOffsetsFigure(const OffsetScan& scan) {
+  std::vector<Row> rows;
+  for (const to::StructureReading& reading : scan.result.structures) {
+    const bool shown = reading.offset_mm.good() && reading.expected_mm.has_value();
+    rows.push_back({reading.name, OffsetWords(reading.offset_mm),
+                    shown ? reading.offset_mm : Measured::Refused("no value to compare"),
+                    reading.expected_mm.value_or(0), false});
+  }
+  return Figure{
+      "structures",
+      fmt::format(
+          "What each structure says by itself, against what all of them together say of it (zero): "
+          "offsets of the tools, play and bias. The bar is the 95 % interval from the scatter of "
+          "its own teeth; about one in twenty may miss zero. Chi-square per degree of freedom "
+          "{:.2f} "
+          "(near 1 where scatter explains all).",
+          scan.result.chi_square_per_freedom),
+      DrawTable(rows, "Structures against the fit of the whole sheet",
+                "measured minus fitted (µm)"),
+      false};
+}
+
+Figure AxesFigure(const OffsetAnalysis& analysis) {
+  std::vector<Row> rows;
+  const auto add = [&](const std::string& label, const Measured& value, bool strong) {
+    rows.push_back({label, OffsetWords(value), value, 0, strong});
+  };
+  add("play of x", analysis.combined.backlash_mm.x, true);
+  add("play of y", analysis.combined.backlash_mm.y, true);
+  add("bias along u", analysis.combined.control_bias_mm.x, true);
+  add("bias along v", analysis.combined.control_bias_mm.y, true);
+  for (const OffsetScan& scan : analysis.scans) {
+    for (const to::StructureReading& reading : scan.result.structures) {
+      if (!IsControl(analysis, reading)) continue;
+      const bool several = analysis.scans.size() > 1;
+      add(several ? fmt::format("{}, scan {}", reading.name, &scan - analysis.scans.data() + 1)
+                  : reading.name,
+          reading.offset_mm, false);
+    }
+  }
+  return Figure{"axes",
+                "Play (backlash) of the bed's axes; the method's own bias along the sheet's axes, "
+                "which is taken off; and what the controls read, whose true offset is zero. Bars "
+                "are 95 % intervals.",
+                DrawTable(rows, "Play, bias and controls", "µm"), false};
+}
+
+std::optional<Figure> SelfTestFigure(const OffsetAnalysis& analysis) {
+  std::vector<Row> rows;
+  for (const OffsetScan& scan : analysis.scans) {
+    for (const to::SelfTestReading& reading : scan.result.self_tests) {
+      rows.push_back({fmt::format("{} {:+.2f} mm", reading.name, reading.programmed_mm),
+                      OffsetWords(reading.recovered_mm), reading.recovered_mm,
+                      reading.programmed_mm, false});
+    }
+  }
+  if (rows.empty()) return std::nullopt;
+  return Figure{"self-test",
+                "Offsets that were printed on purpose, as they came back: recovered minus "
+                "programmed, with the 95 % interval; about one in twenty may miss zero.",
+                DrawTable(rows, "Self-test", "recovered minus programmed (µm)"), false};
+}
+
+std::optional<Figure> PickUpsFigure(const OffsetAnalysis& analysis) {
+  std::vector<Row> rows;
+  for (const OffsetScan& scan : analysis.scans) {
+    for (const to::PickUpReading& reading : scan.result.pick_ups) {
+      for (const bool is_x : {true, false}) {
+        const Measured& value = is_x ? reading.dx_mm : reading.dy_mm;
+        rows.push_back({fmt::format("T{}, {}. time, {}", reading.tool, reading.pick_up + 1,
+                                    is_x ? "dx" : "dy"),
+                        OffsetWords(value), value, 0, false});
+      }
+    }
+  }
+  if (rows.empty()) return std::nullopt;
+  return Figure{"pick-ups",
+                "Where a tool's lines land after it was put back and picked up again, minus where "
+                "they landed before; its coupling's repeatability.",
+                DrawTable(rows, "Picked up again", "against the first time (µm)"), false};
+}
+
+DrawnFigure Encode(const Figure& figure) {
+  return {figure.name,
+          figure.caption,
+          figure.picture ? figure.canvas.ToPng(figure.png_scale) : figure.canvas.ToSvg(),
+          !figure.picture,
+          figure.canvas.width_px(),
+          figure.canvas.height_px()};
+}
+
+OffsetScanPictures DrawOffsetScan(const PageView& page, const to::SheetPlan& plan,
+                                  const to::SheetResult& result) {
+  OffsetScanPictures pictures;
+  pictures.page.push_back(Encode(PageFigure(page, plan, result)));
+  pictures.page.push_back(Encode(CodeFigure(page, plan, result)));
+  if (const auto marks = MarksFigure(page, plan, result)) pictures.page.push_back(Encode(*marks));
+  for (const to::StructureReading& reading : result.structures) {
+    pictures.structures.push_back(Encode(StructureFigure(page, plan, result, reading)));
+  }
+  return pictures;
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,141 @@
+// Reports on sheets that are drawn and scanned here; no claim about the estimator.
+#include "report/offset_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "report/sheet_picture.h"
+#include "report/test_support.h"
+#include "tool_offset/analyse.h"
+#include "tool_offset/sheet_scene_test_support.h"
+
+namespace trammel::report {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+namespace to = tool_offset;
+
+struct Drawn {
+  OffsetAnalysis analysis;
+  OffsetReportInput input;
+};
+
+// A small sheet of three tools, the last of which printed nothing.
+to::SheetSettings Settings() {
+  to::SheetSettings settings;
+  settings.tools = {0, 1, 2};
+  settings.teeth = 7;
+  return settings;
+}
+
+to::ScannedScene ScanOf(const to::SheetPlan& plan, double angle_rad) {
+  to::SheetScene scene;
+  scene.angle_rad = angle_rad;
+  scene.paper.dpi_x = scene.paper.dpi_y = 300;
+  scene.offset_mm[1] = {0.2, -0.1};
+  scene.silent_tools = {2};
+  scene.placement_mm = 0.003;
+  Random random(7);
+  return to::Scan(plan, scene, random);
+}
+
+// Drawn and read once for all.
+const Drawn& Sheet() {
+  static const Drawn* drawn = [] {
+    auto* made = new Drawn;
+    made->analysis.plan = to::PlanSheet(Settings());
+    const to::ScannedScene scan = ScanOf(made->analysis.plan, 0.1);
+    auto result = to::AnalyseSheet(scan.view(), made->analysis.plan);
+    if (!result) ADD_FAILURE() << result.error().message;
+    if (result) {
+      made->input.pictures.push_back(DrawOffsetScan(scan.view(), made->analysis.plan, *result));
+      made->analysis.scans.push_back({"a & b <\xff>.png", 1, 1, std::move(*result)});
+      made->analysis.combined =
+          to::Combine(std::vector{std::vector{made->analysis.scans[0].result}});
+    }
+    made->input.analysis = &made->analysis;
+    made->input.failed = {"scan c.png: <no sheet> & nothing"};
+    return made;
+  }();
+  return *drawn;
+}
+
+TEST(OffsetReport, IsAWholePageThatLoadsNothingAndEscapesNames) {
+  const std::string page = OffsetReport(Sheet().input);
+  EXPECT_EQ(test::XmlProblem(page), "");
+  EXPECT_THAT(page, AllOf(HasSubstr("default-src 'none'"), HasSubstr("a &amp; b &lt;"),
+                          HasSubstr("&lt;no sheet&gt; &amp; nothing")));
+  EXPECT_THAT(page, AllOf(Not(HasSubstr("http://")), Not(HasSubstr("https://")),
+                          Not(HasSubstr("<script"))));
+}
+
+TEST(OffsetReport, ShowsAToolThatIsRefusedWithItsReasonAndWithoutANumber) {
+  const std::string page = OffsetReport(Sheet().input);
+  EXPECT_THAT(page, HasSubstr("class=\"card head refused\""));
+  EXPECT_THAT(page, HasSubstr("<td>T2</td><td>–</td><td>–</td><td>refused</td>"));
+  EXPECT_THAT(page, HasSubstr("T2: no coarse mark within"));
+  EXPECT_THAT(page, HasSubstr("1 of 2 tools have an offset"));
+  EXPECT_THAT(page, HasSubstr("<td>T1</td><td>+0."));
+}
+
+TEST(OffsetReport, HasAPictureOfEveryStepThatCanBeRead) {
+  const Drawn& sheet = Sheet();
+  ASSERT_EQ(sheet.input.pictures.size(), 1U);
+  const OffsetScanPictures& pictures = sheet.input.pictures[0];
+  ASSERT_EQ(pictures.page.size(), 3U);
+  EXPECT_EQ(pictures.page[0].name, "page");
+  EXPECT_EQ(pictures.page[1].name, "code");
+  EXPECT_EQ(pictures.page[2].name, "marks");
+  EXPECT_EQ(pictures.structures.size(), sheet.analysis.plan.structures.size());
+  for (const auto* list : {&pictures.page, &pictures.structures}) {
+    for (const DrawnFigure& figure : *list) {
+      const auto size = test::DecodePng(figure.bytes);
+      ASSERT_TRUE(size) << figure.name;
+      EXPECT_GT(size->width, 700) << figure.name;
+      EXPECT_FALSE(figure.caption.empty());
+    }
+  }
+  for (const DrawnFigure& figure : OffsetValueFigures(sheet.analysis)) {
+    EXPECT_EQ(test::XmlProblem(figure.bytes), "") << figure.name;
+  }
+}
+
+TEST(OffsetReport, TakesValuesThatAreNotFiniteAndStructuresWithoutFingers) {
+  Drawn sheet;
+  sheet.analysis = Sheet().analysis;
+  sheet.input.analysis = &sheet.analysis;
+  to::SheetResult& result = sheet.analysis.scans[0].result;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (to::FingerReading& finger : result.structures[0].fingers) {
+    finger.residual_mm = finger.position_mm = finger.place.x_px = nan;
+  }
+  result.structures[1].fingers.clear();
+  result.structures[1].offset_mm = Measured::Refused("gone");
+  result.chi_square_per_freedom = nan;
+  const to::ScannedScene scan = ScanOf(sheet.analysis.plan, 0.1);
+  sheet.input.pictures.push_back(DrawOffsetScan(scan.view(), sheet.analysis.plan, result));
+  EXPECT_EQ(test::XmlProblem(OffsetReport(sheet.input)), "");
+}
+
+TEST(SheetPicture, PlacesOnThePageAreFoundAgainOnTheCanvasAtAnyAngle) {
+  const Drawn& sheet = Sheet();
+  const to::PageMap& map = sheet.analysis.scans[0].result.sheet.map;
+  for (const to::Structure& structure : sheet.analysis.plan.structures) {
+    const PageWindow window = AlongStructure(map, structure, -10, 10, {5, 7, 400, 200});
+    const PointPx middle = window.At(map.ToPage(structure.middle));
+    EXPECT_NEAR(middle.x, 205, 1);
+    EXPECT_NEAR(middle.y, 107, 1);
+    const bool is_x = structure.axis == to::Axis::kX;
+    const PointPx right = window.At(map.ToPage(
+        {structure.middle.u_mm + (is_x ? 5 : 0), structure.middle.v_mm + (is_x ? 0 : 5)}));
+    EXPECT_NEAR(right.x - middle.x, 100, 1);  // 20 px per mm
+    EXPECT_NEAR(right.y, middle.y, 1);
+  }
+}
+
+}  // namespace
+}  // namespace trammel::report

@@ -1,0 +1,131 @@
+// G-code of klipper-toolchanger that changes what a tool keeps (its tool.py and toolchanger.py).
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "sim/klipper/commands.h"
+
+namespace trammel::sim {
+namespace {
+
+/// Python raises where Klipper's author did not expect it: Klipper stops.
+tl::unexpected<Error> InternalError(VirtualKlipper& machine, const CommandLine& line) {
+  const std::string what = fmt::format("Internal error on command:\"{}\"", line.name);
+  machine.Shutdown(what);
+  return tl::unexpected(Error{ErrorKind::kInput, what});
+}
+
+const ToolConfig* ConfigOf(const VirtualKlipper& machine, int number) {
+  for (const ToolConfig& tool : machine.config().tools) {
+    if (tool.number == number) return &tool;
+  }
+  return nullptr;
+}
+
+/// The tool that T or TOOL names; no tool is ever selected here. The words are the real ones,
+/// whatever the command.
+Result<int> ToolOf(const VirtualKlipper& machine, const CommandLine& line) {
+  if (const auto name = line.parameters.find("TOOL"); name != line.parameters.end()) {
+    for (const ToolConfig& tool : machine.config().tools) {
+      if (tool.name == name->second) return tool.number;
+    }
+    return Fail(fmt::format("Unknown config object '{}'", name->second));
+  }
+  const auto number = FloatOf(line, "T");
+  if (!number) return tl::unexpected(number.error());
+  if (!*number) return Fail("SET_TOOL_TEMPERATURE: No tool specified and no active tool");
+  constexpr double kMost = 1e6;
+  const int tool = static_cast<int>(std::clamp(**number, -kMost, kMost));
+  if (tool != **number) {
+    return Fail(
+        fmt::format("Error on '{}': unable to parse {}", line.text, line.parameters.at("T")));
+  }
+  if (ConfigOf(machine, tool) == nullptr) {
+    return Fail(fmt::format("SET_TOOL_TEMPERATURE: T{} not found", tool));
+  }
+  return tool;
+}
+
+/// Numbers, texts in quotes, True, False and None; other literals are not known here.
+bool IsLiteral(const std::string& text) {
+  if (ToNumber(text) || text == "True" || text == "False" || text == "None") return true;
+  const char quote = text.empty() ? ' ' : text.front();
+  return text.size() >= 2 && (quote == '\'' || quote == '"') && text.back() == quote;
+}
+
+bool IsOffset(const std::string& name) {
+  for (const char* offset : kToolOffsetNames) {
+    if (name == offset) return true;
+  }
+  return false;
+}
+
+void ApplyParameter(VirtualKlipper& machine, int tool, const std::string& name,
+                    const std::string& value) {
+  for (std::size_t axis = 0; axis < kToolOffsetNames.size(); ++axis) {
+    if (name != kToolOffsetNames[axis]) continue;
+    machine.tools[tool].offset_mm[axis] = ToNumber(value).value_or(0);
+    machine.Record(fmt::format("tool{}_{}", tool, name), machine.tools[tool].offset_mm[axis]);
+  }
+}
+
+Result<Outcome> SetParameter(VirtualKlipper& machine, const CommandLine& line) {
+  const auto tool = ToolOf(machine, line);
+  if (!tool) return tl::unexpected(tool.error());
+  const auto name = RequiredText(line, "PARAMETER");
+  if (!name) return tl::unexpected(name.error());
+  const auto value = RequiredText(line, "VALUE");
+  if (!value) return tl::unexpected(value.error());
+  if (!IsLiteral(*value) || (IsOffset(*name) && !ToNumber(*value))) {
+    return InternalError(machine, line);
+  }
+  if (machine.faults().deaf_tools) return Outcome{};
+  ToolState& state = machine.tools[*tool];
+  const auto known = state.parameters.find(*name);
+  // What an offset was before it was set for the first time is not kept; a quirk of the real one.
+  if (known != state.parameters.end()) state.originals.emplace(*name, known->second);
+  state.parameters[*name] = *value;
+  ApplyParameter(machine, *tool, *name, *value);
+  return Outcome{};
+}
+
+Result<Outcome> ResetParameter(VirtualKlipper& machine, const CommandLine& line) {
+  const auto tool = ToolOf(machine, line);
+  if (!tool) return tl::unexpected(tool.error());
+  const auto name = RequiredText(line, "PARAMETER");
+  if (!name) return tl::unexpected(name.error());
+  ToolState& state = machine.tools[*tool];
+  const auto original = state.originals.find(*name);
+  if (original == state.originals.end()) return Outcome{};
+  state.parameters[*name] = original->second;
+  ApplyParameter(machine, *tool, *name, original->second);
+  return Outcome{};
+}
+
+Result<Outcome> SaveParameter(VirtualKlipper& machine, const CommandLine& line) {
+  const auto tool = ToolOf(machine, line);
+  if (!tool) return tl::unexpected(tool.error());
+  const auto name = RequiredText(line, "PARAMETER");
+  if (!name) return tl::unexpected(name.error());
+  const ToolState& state = machine.tools[*tool];
+  const auto value = state.parameters.find(*name);
+  if (value == state.parameters.end()) {
+    return Fail(fmt::format("Tool does not have parameter {}", *name));
+  }
+  machine.pending_items[ConfigOf(machine, *tool)->name][*name] = value->second;
+  machine.save_config_pending = true;
+  return Outcome{};
+}
+
+}  // namespace
+
+const std::map<std::string, Handler>& ToolCommands() {
+  static const std::map<std::string, Handler> commands = {
+      {"SET_TOOL_PARAMETER", SetParameter},
+      {"RESET_TOOL_PARAMETER", ResetParameter},
+      {"SAVE_TOOL_PARAMETER", SaveParameter},
+  };
+  return commands;
+}
+
+}  // namespace trammel::sim
