@@ -64,7 +64,7 @@ TEST_F(OffsetApply, SetsReadsBackAndNotesTheOldValue) {
   EXPECT_EQ(set.exit_code, 0) << set.output;
   EXPECT_THAT(set.standard_output,
               AllOf(HasSubstr("applied   tool 1"), HasSubstr("--save keeps it")));
-  EXPECT_THAT(Apply("").standard_output, HasSubstr("0.127  ->  0.003"));
+  EXPECT_THAT(Apply("").standard_output, HasSubstr("0.127  ->  0.004"));
   EXPECT_THAT(History(), AllOf(HasSubstr(R"("kind":"begun")"), HasSubstr(R"("kind":"applied")"),
                                HasSubstr(R"("old_mm":{"x":0.25,"y":-0.5})")));
 }

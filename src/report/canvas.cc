@@ -262,6 +262,8 @@ std::string Canvas::ToPng(double scale) const {
                                                  static_cast<int>(std::ceil(width_px_ * scale)),
                                                  static_cast<int>(std::ceil(height_px_ * scale))));
   const Context context(cairo_create(image.get()));
+  cairo_set_source_rgb(context.get(), 1, 1, 1);  // what the last row has beyond the canvas
+  cairo_paint(context.get());
   cairo_scale(context.get(), scale, scale);
   cairo_set_source_surface(context.get(), state_->surface.get(), 0, 0);
   cairo_paint(context.get());

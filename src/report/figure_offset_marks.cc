@@ -41,7 +41,7 @@ void DrawMarkLegs(Canvas& canvas, const PageWindow& window, const to::SheetPlan&
       return window.At(map.ToPage({point.u_mm + shift.u_mm, point.v_mm + shift.v_mm}));
     };
     const PointPx line[] = {at(leg.start), at(leg.end)};
-    HaloLine(canvas, line, stroke);
+    canvas.Polyline(line, stroke);
   }
 }
 
@@ -95,7 +95,7 @@ Figure CodeFigure(const PageView& page, const to::SheetPlan& plan, const to::She
 std::optional<Figure> MarksFigure(const PageView& page, const to::SheetPlan& plan,
                                   const to::SheetResult& result) {
   constexpr std::size_t kColumns = 4;
-  constexpr double kShown_mm = 18;
+  constexpr double kShown_mm = 14;
   constexpr double kPanelPx = 180;
   constexpr double kCellPx = kFigureWidthPx / kColumns;
   constexpr double kRowPx = kPanelPx + 30;
@@ -126,7 +126,7 @@ std::optional<Figure> MarksFigure(const PageView& page, const to::SheetPlan& pla
                  {.color = kBlue, .width_px = 1.5, .dash_px = {4, 3}});
     if (tool.mark.found) {
       DrawMarkLegs(canvas, window, plan, result.sheet.map, mark, tool.mark.shift,
-                   {.color = kVermilion, .width_px = 1.8});
+                   {.color = kVermilion, .width_px = 1.5});
     }
     canvas.Unclip();
     canvas.Text({panel.x + panel.width / 2, panel.bottom() + 16}, MarkWords(tool),
@@ -134,11 +134,12 @@ std::optional<Figure> MarksFigure(const PageView& page, const to::SheetPlan& pla
                  .align = Align::kMiddle,
                  .bold = !tool.mark.found});
   }
-  return Figure{"marks",
-                "The coarse mark of each tested tool, u to the right and v up. The red lines must "
-                "lie on the tool's ink; where they lie beside the blue ones, the tool is off by "
-                "that much. dx and dy are along the bed's axes, from the reference tool.",
-                std::move(canvas), true, scale};
+  return Figure{
+      "marks",
+      "The coarse mark of each tested tool, u to the right and v up. The orange lines must "
+      "lie on the tool's ink; where they lie beside the blue ones, the tool is off by "
+      "that much. dx and dy are along the bed's axes, from the reference tool.",
+      std::move(canvas), true, scale};
 }
 
 }  // namespace trammel::report

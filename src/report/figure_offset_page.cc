@@ -180,7 +180,8 @@ Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::She
           "The scan as it is, reduced. u and v are the sheet's axes; u is turned by {:.2f}° "
           "counter-clockwise from the scan's rows. The box's lines lie within {:.1f} µm (rms) of "
           "the map that everything else is found with. Each name must lie on the structure of that "
-          "name; an × is a tooth that was left out; a red × in a dashed square is a tool's coarse "
+          "name; a black × is a tooth that was left out; an orange × in a dashed square is a "
+          "tool's coarse "
           "mark, and the square is planned about that mark's zero.",
           result.sheet.angle_rad * kDegrees, result.sheet.box_rms_mm * kUmPerMillimetre),
       std::move(canvas), true, 1.5};

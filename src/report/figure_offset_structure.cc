@@ -19,6 +19,9 @@ namespace to = tool_offset;
 constexpr double kSidePx = 8;
 constexpr double kRowGapPx = 10;
 constexpr double kPlotPx = 190;
+constexpr double kPlotLeftPx = 70;  // the same for all, so that teeth stand above each other
+constexpr double kPlotTopPx = 26;   // for the title
+constexpr double kPlotGapPx = 14;   // to what comes below
 
 /// What all parts of the figure need.
 struct Shown {
@@ -109,6 +112,12 @@ double DrawRows(Canvas& canvas, const Shown& shown, int rows, double row_px, dou
   return top + rows * (row_px + kRowGapPx);
 }
 
+/// What data fill of a plot in the room.
+RectPx Inner(const RectPx& room) {
+  return {kPlotLeftPx, room.y + kPlotTopPx, room.width - kPlotLeftPx - kSidePx,
+          room.height - kPlotTopPx - kPlotGapPx};
+}
+
 Axis AlongAxis(const Shown& shown) {
   return {fmt::format("along {} from the structure's middle (mm)", shown.is_x ? "u" : "v"),
           {-shown.half_mm, shown.half_mm},
@@ -119,8 +128,9 @@ void DrawInk(Canvas& canvas, const Shown& shown, const RectPx& room,
              const std::optional<to::CombSignal>& signal) {
   Axis x = AlongAxis(shown);
   x.shown = false;
-  Plot plot(canvas, room, x, {"ink", {-0.25, 1.45}, 3},
-            "Signal: mean ink of each comb where it stands alone");
+  x.label.clear();
+  Plot plot = Plot::Around(canvas, Inner(room), x, {"ink", {-0.25, 1.45}, 3},
+                           "Signal: mean ink of each comb where it stands alone");
   if (!signal) return;
   for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
     std::vector<DataPoint> line;
@@ -149,8 +159,10 @@ void DrawPositions(Canvas& canvas, const Shown& shown, const RectPx& room,
   }
   Axis x = AlongAxis(shown);
   x.shown = false;
-  Plot plot(canvas, room, x, {"place (µm)", Padded(RangeOf(values), 0.15), 5},
-            "Where each tooth lies minus where it was planned; lines: quadrature phase");
+  x.label.clear();
+  Plot plot =
+      Plot::Around(canvas, Inner(room), x, {"place (µm)", Padded(RangeOf(values), 0.15), 5},
+                   "Where each tooth lies minus where it was planned; lines: quadrature phase");
   if (signal) {
     const double pitch_mm = shown.plan.settings.pitch_mm;
     for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
@@ -177,9 +189,10 @@ void DrawResiduals(Canvas& canvas, const Shown& shown, const RectPx& room) {
     if (finger.left_out.empty()) values.push_back(finger.residual_mm * kUmPerMillimetre);
   }
   const Range range = Padded(RangeOf(values), 0.15);
-  Plot plot(canvas, room, AlongAxis(shown), {"residual (µm)", range, 5},
-            fmt::format("What the fit leaves of each tooth, rms {:.1f} µm; ×: left out",
-                        shown.reading.residual_rms_mm * kUmPerMillimetre));
+  Plot plot =
+      Plot::Around(canvas, Inner(room), AlongAxis(shown), {"residual (µm)", range, 5},
+                   fmt::format("What the fit leaves of each tooth, rms {:.1f} µm; ×: left out",
+                               shown.reading.residual_rms_mm * kUmPerMillimetre));
   plot.HorizontalLine(0, {.color = kMuted, .width_px = 1});
   for (const to::FingerReading& finger : shown.reading.fingers) {
     if (finger.left_out.empty()) {
@@ -196,7 +209,7 @@ std::string LeftOutWords(const Shown& shown) {
   for (const to::FingerReading& finger : shown.reading.fingers) {
     if (finger.left_out.empty()) continue;
     text += fmt::format("{}{}, tooth {}: {}", text.empty() ? " Left out: " : "; ",
-                        finger.comb == 0 ? "blue" : "red", finger.finger, finger.left_out);
+                        finger.comb == 0 ? "blue" : "orange", finger.finger, finger.left_out);
   }
   return text.empty() ? " No tooth was left out." : text + ".";
 }
@@ -207,7 +220,8 @@ std::string Caption(const Shown& shown) {
                        shown.reading.name, shown.reading.offset_mm.reason());
   }
   std::string text = fmt::format(
-      "Blue: comb of {}, read in {}; red: comb of {}, read in {}. Each coloured line must lie in "
+      "Blue: comb of {}, read in {}; orange: comb of {}, read in {}. Each coloured line must lie "
+      "in "
       "the middle of a printed leg; numbers count the teeth.",
       CombName(shown.structure.combs[0]), shown.reading.channel[0],
       CombName(shown.structure.combs[1]), shown.reading.channel[1]);
@@ -248,7 +262,7 @@ Figure StructureFigure(const PageView& page, const to::SheetPlan& plan,
   const double row_px = 2 * (shown.outer_mm + kBeside_mm) * px_per_mm;
   const bool read = !reading.fingers.empty();
   Canvas canvas(kFigureWidthPx,
-                kTopPx + rows * (row_px + kRowGapPx) + (read ? kInkPx + 2 * kPlotPx + 30 : 0));
+                kTopPx + rows * (row_px + kRowGapPx) + (read ? kInkPx + 2 * kPlotPx + 36 : 0));
   canvas.Text({kSidePx, 18}, Title(shown), {.size_px = 13.5, .bold = true});
   const double top = DrawRows(canvas, shown, rows, row_px, kTopPx);
   if (read) {
@@ -256,7 +270,7 @@ Figure StructureFigure(const PageView& page, const to::SheetPlan& plan,
         to::ReadCombSignal(page, shown.map, plan, structure, reading.mix, reading.shift_mm);
     DrawInk(canvas, shown, {0, top, kFigureWidthPx, kInkPx}, signal);
     DrawPositions(canvas, shown, {0, top + kInkPx, kFigureWidthPx, kPlotPx}, signal);
-    DrawResiduals(canvas, shown, {0, top + kInkPx + kPlotPx, kFigureWidthPx, kPlotPx + 24});
+    DrawResiduals(canvas, shown, {0, top + kInkPx + kPlotPx, kFigureWidthPx, kPlotPx});
   }
   const double scale = SharpScale(AlongStructure(shown.map, structure, -shown.half_mm,
                                                  -shown.half_mm + 2 * shown.half_mm / rows,

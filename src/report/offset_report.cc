@@ -46,22 +46,34 @@ Verdict Worst(const OffsetAnalysis& analysis) {
 std::string ToolRow(const OffsetAnalysis& analysis, const to::CombinedTool& tool) {
   const Verdict verdict = VerdictOf(tool);
   const bool good = verdict == Verdict::kGood;
-  std::string words = good ? (tool.coarse ? "coarse" : "") : EscapeHtml(ReasonOf(tool));
-  for (const std::string& notice : NoticesOf(analysis, tool.tool)) {
-    words += (words.empty() ? "" : "; ") + EscapeHtml(notice);
+  std::string row;
+  if (good) {
+    row = fmt::format("<tr><td>T{}</td><td>{}</td><td>{}</td><td>good{}</td></tr>\n", tool.tool,
+                      OffsetWords(tool.dx_mm), OffsetWords(tool.dy_mm),
+                      tool.coarse ? ", coarse" : "");
+  } else {
+    row = fmt::format("<tr><td>T{}</td><td class=\"text\" colspan=\"2\">{}</td><td>{}</td></tr>\n",
+                      tool.tool, EscapeHtml(ReasonOf(tool)), VerdictWords(verdict));
   }
-  return fmt::format(
-      "<tr{}><td>T{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"text\">{}</td></tr>\n",
-      good ? "" : " class=\"unused\"", tool.tool, good ? OffsetWords(tool.dx_mm) : "–",
-      good ? OffsetWords(tool.dy_mm) : "–", VerdictWords(verdict), words);
+  for (const std::string& notice : NoticesOf(analysis, tool.tool)) {
+    row +=
+        fmt::format("<tr class=\"unused\"><td></td><td class=\"text\" colspan=\"3\">{}</td></tr>\n",
+                    EscapeHtml(notice));
+  }
+  return row;
 }
 
 std::string AxisRow(const std::string& name, const to::AxisPair& pair) {
   const std::string& x = pair.x.reason();
   const std::string& y = pair.y.reason();
-  return fmt::format(
-      "<tr><td>{}</td><td>{}</td><td>{}</td><td></td><td class=\"text\">{}</td></tr>\n", name,
-      OffsetWords(pair.x), OffsetWords(pair.y), EscapeHtml(x.empty() || x == y ? y : x));
+  std::string row = fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td></td></tr>\n", name,
+                                OffsetWords(pair.x), OffsetWords(pair.y));
+  if (const std::string& why = x.empty() ? y : x; !why.empty()) {
+    row +=
+        fmt::format("<tr class=\"unused\"><td></td><td class=\"text\" colspan=\"3\">{}</td></tr>\n",
+                    EscapeHtml(why));
+  }
+  return row;
 }
 
 std::string Head(const OffsetAnalysis& analysis) {
@@ -78,7 +90,7 @@ std::string Head(const OffsetAnalysis& analysis) {
         good, count);
   }
   body +=
-      "<div class=\"wide\"><table>\n<tr><th></th><th>dx, x</th><th>dy, y</th><th></th><th></th>"
+      "<div class=\"wide\"><table>\n<tr><th></th><th>dx, x</th><th>dy, y</th><th></th>"
       "</tr>\n";
   for (const to::CombinedTool& tool : analysis.combined.tools) body += ToolRow(analysis, tool);
   body += AxisRow("play", analysis.combined.backlash_mm);

@@ -54,8 +54,8 @@ const Drawn& Sheet() {
     if (result) {
       made->input.pictures.push_back(DrawOffsetScan(scan.view(), made->analysis.plan, *result));
       made->analysis.scans.push_back({"a & b <\xff>.png", 1, 1, std::move(*result)});
-      made->analysis.combined =
-          to::Combine(std::vector{std::vector{made->analysis.scans[0].result}});
+      const std::vector<std::vector<to::SheetResult>> sheets = {{made->analysis.scans[0].result}};
+      made->analysis.combined = to::Combine(sheets);
     }
     made->input.analysis = &made->analysis;
     made->input.failed = {"scan c.png: <no sheet> & nothing"};
@@ -76,7 +76,7 @@ TEST(OffsetReport, IsAWholePageThatLoadsNothingAndEscapesNames) {
 TEST(OffsetReport, ShowsAToolThatIsRefusedWithItsReasonAndWithoutANumber) {
   const std::string page = OffsetReport(Sheet().input);
   EXPECT_THAT(page, HasSubstr("class=\"card head refused\""));
-  EXPECT_THAT(page, HasSubstr("<td>T2</td><td>–</td><td>–</td><td>refused</td>"));
+  EXPECT_THAT(page, HasSubstr("<td>T2</td><td class=\"text\" colspan=\"2\">T2: no coarse"));
   EXPECT_THAT(page, HasSubstr("T2: no coarse mark within"));
   EXPECT_THAT(page, HasSubstr("1 of 2 tools have an offset"));
   EXPECT_THAT(page, HasSubstr("<td>T1</td><td>+0."));
