@@ -124,6 +124,55 @@ TEST_F(OffsetAnalyze, AToolThatDidNotPrintIsRefusedByNameAndHasNoNumbers) {
   }
 }
 
+TEST_F(OffsetAnalyze, WritesAReportAndFiguresAndAHistory) {
+  const CommandResult result =
+      Analyze("a.png --json --report r.html --figures figures/sheet --history h/offsets.jsonl");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_EQ(json::parse(result.standard_output)["report"], "r.html");
+  EXPECT_THAT(ReadWhole(Path("r.html")), AllOf(HasSubstr("<h1>Tool offsets"), HasSubstr("T1 X+")));
+  for (const char* name : {"tools.svg", "axes.svg", "scan1-page.png", "scan1-code.png",
+                           "scan1-marks.png", "scan1-structure-t1-x-plus.png"}) {
+    EXPECT_TRUE(std::filesystem::exists(Path("figures/sheet") / name)) << name;
+  }
+  const json line = json::parse(ReadWhole(Path("h/offsets.jsonl")));
+  EXPECT_EQ(line["kind"], "analysed");
+  EXPECT_EQ(line["tools"][0]["dx_mm"], json::parse(result.standard_output)["tools"][0]["dx_mm"]);
+}
+
+TEST_F(OffsetAnalyze, AReportThatCannotBeWrittenIsNamedBeforeAnythingIsRead) {
+  const CommandResult folder = Analyze("a.png --report missing/r.html");
+  EXPECT_EQ(folder.exit_code, 1);
+  EXPECT_EQ(folder.standard_output, "");
+  EXPECT_THAT(folder.standard_error, HasSubstr("--report missing/r.html"));
+  EXPECT_THAT(Analyze("a.png --report .").standard_error, HasSubstr("is a folder"));
+  EXPECT_THAT(Analyze("a.png --figures p.gcode/x").standard_error, HasSubstr("--figures"));
+}
+
+TEST_F(OffsetAnalyze, ReadsAPoorJpegOfADiscolouredPage) {
+  ASSERT_EQ(Scan("poor.jpg", "--jpeg-quality 20 --colour --set cast-red=0.6 --set cast-blue=1.2")
+                .exit_code,
+            0);
+  const CommandResult result = Analyze("poor.jpg --json");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const json tool = json::parse(result.standard_output)["tools"][0];
+  ExpectNear(tool["dx_mm"], tool["interval95_mm"]["dx"], kDx_mm);
+  ExpectNear(tool["dy_mm"], tool["interval95_mm"]["dy"], kDy_mm);
+}
+
+TEST_F(OffsetAnalyze, APictureOfThePlanIsNoScan) {
+  ASSERT_EQ(Trammel("offset pattern -o plan.gcode").exit_code, 0);
+  const CommandResult result = Trammel("offset analyze plan.png --pattern plan.gcode");
+  EXPECT_EQ(result.exit_code, 2) << result.output;
+  EXPECT_EQ(result.standard_output, "");
+}
+
+TEST_F(OffsetAnalyze, ThePartOfASheetIsNoSheet) {
+  ASSERT_EQ(Scan("half.png", "--set crop-left-mm=120").exit_code, 0);
+  const CommandResult half = Analyze("half.png");
+  EXPECT_EQ(half.exit_code, 2);
+  EXPECT_THAT(half.standard_error, AllOf(HasSubstr("half.png"), HasSubstr("part of a box")));
+}
+
 TEST_F(OffsetAnalyze, APageThatIsNoScanOfThisSheetIsAnErrorThatSaysSo) {
   Page blank;
   blank.width = 2480;

@@ -86,11 +86,19 @@ Result<KeptOffset> NowOf(int tool, OffsetKeeper keeper, const Known& known,
       tool, keeper == OffsetKeeper::kKlipperTool ? ", or --printer ADDRESS" : ""));
 }
 
+// To micrometres, as the firmware is told; never "-0.000".
+double Micrometres(double value_mm) {
+  constexpr double kPerMm = 1000;
+  return std::round(value_mm * kPerMm) / kPerMm + 0.0;
+}
+
 void Show(const Change& change, OffsetKeeper keeper) {
   fmt::print("tool {}    lands {:+.3f}, {:+.3f} mm beside the reference tool\n", change.tool,
-             change.measured.dx_mm, change.measured.dy_mm);
-  fmt::print("          X offset  {:.3f}  ->  {:.3f} mm\n", change.now.x_mm, change.next.x_mm);
-  fmt::print("          Y offset  {:.3f}  ->  {:.3f} mm\n", change.now.y_mm, change.next.y_mm);
+             Micrometres(change.measured.dx_mm), Micrometres(change.measured.dy_mm));
+  fmt::print("          X offset  {:.3f}  ->  {:.3f} mm\n", Micrometres(change.now.x_mm),
+             Micrometres(change.next.x_mm));
+  fmt::print("          Y offset  {:.3f}  ->  {:.3f} mm\n", Micrometres(change.now.y_mm),
+             Micrometres(change.next.y_mm));
   for (const std::string& line : SetCommands(keeper, change.tool, change.next)) {
     fmt::print("              {}\n", line);
   }

@@ -92,21 +92,24 @@ Result<bool> IsPending(const Session& session) {
   return pending != object->end() && pending->is_boolean() && pending->get<bool>();
 }
 
-/// The restart may cut the command's own answer off; what counts is that nothing is left pending.
+/// The restart may cut the command's own answer off, and questions behind it: what counts is that
+/// nothing is left pending once Klipper is there again.
 Result<void> SaveConfig(const Session& session) {
-  constexpr double kLeaves_s = 5;
   constexpr double kRestart_s = 120;
+  constexpr double kStep_s = 0.2;
+  constexpr double kBegins_s = 2;  // a restart that was promised
   const auto ran = session.printer.Run("SAVE_CONFIG", session.Within(kAsk_s));
-  const auto leaves = [](const machine::PrinterState& state) {
-    return state.readiness != machine::PrinterReadiness::kReady;
-  };
-  if (ran) {
-    (void)session.printer.WaitUntil(leaves, "Klipper to restart", session.Within(kLeaves_s));
+  for (double waited_s = 0; waited_s < (ran ? kRestart_s : kBegins_s); waited_s += kStep_s) {
+    if (!Pause(kStep_s, session.stop)) {
+      return Fail("stopped while Klipper restarts: look whether the offsets were kept",
+                  ErrorKind::kInterrupted);
+    }
+    if (auto ready = session.printer.WaitUntilReady(session.Within(kRestart_s)); !ready) {
+      return ready;
+    }
+    const auto pending = IsPending(session);
+    if (pending && !*pending) return {};
   }
-  if (auto ready = session.printer.WaitUntilReady(session.Within(kRestart_s)); !ready) return ready;
-  const auto pending = IsPending(session);
-  if (!pending) return tl::unexpected(pending.error());
-  if (!*pending) return {};
   return Fail(fmt::format("the offsets are set, but SAVE_CONFIG did not keep them beyond a restart"
                           "{}; write them into the [tool] sections yourself, where an included "
                           "file has them",

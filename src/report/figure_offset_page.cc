@@ -164,7 +164,8 @@ Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::She
   };
   const PageWindow window = WholePage(page, {0, 0, kFigureWidthPx, kTallestPx});
   Canvas canvas(kFigureWidthPx, window.to.height + 70);
-  DrawPage(canvas, page, window);
+  constexpr int kFineStep = 5;  // means over many pixels have little noise
+  DrawPage(canvas, page, window, kFineStep);
   canvas.Clip(window.to);
   DrawStructures(canvas, window, plan, result);
   DrawMarks(canvas, window, plan, result);

@@ -176,11 +176,14 @@ Figure AxesFigure(const OffsetAnalysis& analysis) {
 
 std::optional<Figure> SelfTestFigure(const OffsetAnalysis& analysis) {
   std::vector<Row> rows;
+  constexpr std::string_view kPrefix = "self-test ";  // the title says so
   for (const OffsetScan& scan : analysis.scans) {
     for (const to::SelfTestReading& reading : scan.result.self_tests) {
-      rows.push_back({fmt::format("{} {:+.2f} mm", reading.name, reading.programmed_mm),
-                      OffsetWords(reading.recovered_mm), reading.recovered_mm,
-                      reading.programmed_mm, false});
+      const bool prefixed = reading.name.starts_with(kPrefix);
+      rows.push_back(
+          {fmt::format("{}, {:+.2f} mm", reading.name.substr(prefixed ? kPrefix.size() : 0),
+                       reading.programmed_mm),
+           OffsetWords(reading.recovered_mm), reading.recovered_mm, reading.programmed_mm, false});
     }
   }
   if (rows.empty()) return std::nullopt;

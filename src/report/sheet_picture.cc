@@ -37,9 +37,8 @@ bool AddAt(const PageView& page, to::PagePoint at, std::array<double, 3>& sum) {
   return true;
 }
 
-std::uint8_t Step(double level) {
-  constexpr double kStep = 17;  // 0, 17, ... 255
-  return static_cast<std::uint8_t>(kStep * std::lround(level / kStep));
+std::uint8_t Step(double level, int step) {
+  return static_cast<std::uint8_t>(step * std::lround(level / step));
 }
 
 PageWindow Around(const to::LocalMap& local, to::PagePoint right_px_mm, to::PagePoint down_px_mm,
@@ -94,7 +93,7 @@ double SharpScale(const PageWindow& window) {
   return std::clamp(to::Length(window.right), 1.0, kDensity);
 }
 
-void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window) {
+void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window, int step) {
   constexpr int kMostSamples = 4;  // along each side of a pixel of the picture
   const double density =
       std::clamp(std::max(to::Length(window.right), to::Length(window.down)), 0.5, kDensity);
@@ -116,7 +115,7 @@ void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window) {
         inside += AddAt(page, window.origin + across * right + below * down, sum) ? 1 : 0;
       }
       for (std::size_t c = 0; c < 3; ++c) {
-        *out++ = inside > 0 ? Step(sum[c] / inside) : static_cast<std::uint8_t>(kBeside[c]);
+        *out++ = inside > 0 ? Step(sum[c] / inside, step) : static_cast<std::uint8_t>(kBeside[c]);
       }
     }
   }

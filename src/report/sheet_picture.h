@@ -40,8 +40,9 @@ struct PageWindow {
 /// How many px of a PNG per px of the canvas show the page as it is: 1 to 2.
 [[nodiscard]] double SharpScale(const PageWindow& window);
 
-/// Draws the page's pixels, in steps of 16 levels: what the eye cannot tell apart would only make
-/// the file large. Means over what one pixel of the picture covers; grey beside the page.
-void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window);
+/// Draws the page's pixels in coarse steps: noise that the eye does not see would only make the
+/// file large. Means over what one pixel of the picture covers; grey beside the page.
+/// @param step  levels, a divisor of 255.
+void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window, int step = 17);
 
 }  // namespace trammel::report

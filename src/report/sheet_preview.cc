@@ -12,6 +12,7 @@
 #include "base/check.h"
 #include "report/bed_plot.h"
 #include "tool_offset/sheet_bed.h"
+#include "tool_offset/sheet_layout.h"
 
 namespace trammel::report {
 namespace {
@@ -65,9 +66,6 @@ void VisitAll(const to::SheetPlan& plan, const LegVisitor& visit) {
   for (const to::Structure& structure : plan.structures) VisitStructure(plan, structure, visit);
   for (const to::CoarseMark& mark : plan.coarse_marks) {
     for (const to::Leg& leg : to::CoarseLegs(plan, mark)) visit(mark.tool, leg);
-  }
-  for (const to::CodeCell& cell : plan.code) {
-    if (cell.dark) visit(plan.settings.reference_tool, to::CodeLeg(plan, cell));
   }
   for (const to::PrimeLine& line : plan.prime_lines) visit(line.tool, line.leg);
 }
@@ -165,6 +163,14 @@ void DrawSheet(Canvas& canvas, const RectPx& room, const to::SheetPlan& plan) {
   VisitAll(plan, [&](int tool, const to::Leg& leg) {
     DrawLeg(canvas, plan, tool, at(leg.start), at(leg.end), px_per_mm, 0.4);
   });
+  // Dark cells as a whole, not as the lines that are printed: a picture of the plan must never pass
+  // for a scan of the sheet, whose tools would all be right.
+  for (const to::CodeCell& cell : plan.code) {
+    const PointPx low =
+        at({cell.middle.u_mm - to::kCodeCell_mm / 2, cell.middle.v_mm + to::kCodeLeg_mm / 2});
+    const RectPx rect{low.x, low.y, to::kCodeCell_mm * px_per_mm, to::kCodeLeg_mm * px_per_mm};
+    if (cell.dark) canvas.FillRect(rect, ToolColor(plan.settings, plan.settings.reference_tool));
+  }
   DrawNames(canvas, plot, plan);
 }
 
