@@ -34,7 +34,7 @@ struct WorldClamping {
 
 struct WorldSight {
   int target = 0;
-  Eigen::Vector2d pixel;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
 
 struct WorldView {

@@ -16,28 +16,6 @@ using Eigen::Index;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// For people, in the order of theta.
-std::vector<std::string> Names(const Unknowns& unknowns) {
-  std::vector<std::string> names{"the part's X",
-                                 "the part's Y",
-                                 "the part's Z",
-                                 "the part's rotation about X",
-                                 "the part's rotation about Y",
-                                 "the part's rotation about Z"};
-  const auto add = [&](bool asked, std::initializer_list<const char*> more) {
-    if (asked) {
-      names.insert(names.end(), more.begin(), more.end());
-    }
-  };
-  add(unknowns.clamp_angle, {"the clamp angle"});
-  add(unknowns.clamp_eccentricity, {"the clamp eccentricity in X", "the clamp eccentricity in Y"});
-  add(unknowns.clamp_tilt, {"the clamp tilt about X", "the clamp tilt about Y"});
-  add(unknowns.focal_length, {"the focal length"});
-  add(unknowns.camera_offset,
-      {"the camera's offset in X", "the camera's offset in Y", "the camera's offset in Z"});
-  return names;
-}
-
 std::string Join(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -190,7 +168,7 @@ std::string Told(const std::vector<std::string>& names, const std::vector<bool>&
 std::string Words(const PoseProblem& problem, const Theta& theta, const Eigen::MatrixXd& weak,
                   double weakest_sigma_mm, double limit_mm) {
   constexpr double kNotable = 0.3;
-  const std::vector<std::string> names = Names(problem.unknowns);
+  const std::vector<std::string> names = UnknownNames(problem.unknowns);
   const Eigen::MatrixXd directions = Separated(weak);
   std::string text;
   std::string last_why;
@@ -225,6 +203,27 @@ Eigen::JacobiSVD<Eigen::MatrixXd> Decompose(const PoseProblem& problem, const Th
 }
 
 }  // namespace
+
+std::vector<std::string> UnknownNames(const Unknowns& unknowns) {
+  std::vector<std::string> names{"the part's X",
+                                 "the part's Y",
+                                 "the part's Z",
+                                 "the part's rotation about X",
+                                 "the part's rotation about Y",
+                                 "the part's rotation about Z"};
+  const auto add = [&](bool asked, std::initializer_list<const char*> more) {
+    if (asked) {
+      names.insert(names.end(), more.begin(), more.end());
+    }
+  };
+  add(unknowns.clamp_angle, {"the clamp angle"});
+  add(unknowns.clamp_eccentricity, {"the clamp eccentricity in X", "the clamp eccentricity in Y"});
+  add(unknowns.clamp_tilt, {"the clamp tilt about X", "the clamp tilt about Y"});
+  add(unknowns.focal_length, {"the focal length"});
+  add(unknowns.camera_offset,
+      {"the camera's offset in X", "the camera's offset in Y", "the camera's offset in Z"});
+  return names;
+}
 
 Theta UnitsPerMillimetre(const PoseProblem& middle_problem, const Theta& theta) {
   constexpr double kShortest_mm = 10;  // below it a lever counts as this long

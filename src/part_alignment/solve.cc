@@ -7,6 +7,7 @@
 
 #include "part_alignment/observability.h"
 #include "part_alignment/solve_input.h"
+#include "part_alignment/view_advice.h"
 #include "part_alignment/wrong_sights.h"
 
 namespace trammel::part_alignment {
@@ -85,14 +86,16 @@ Alignment Refuse(Alignment alignment, Verdict verdict, std::string reason) {
 }
 
 /// Observability, and what else can keep a fit from being an answer.
-Alignment Judge(const PoseProblem& problem, const Fit& fit, const SolveOptions& options,
-                Alignment alignment) {
+Alignment Judge(const PoseProblem& problem, const Fit& fit, const std::vector<PartTarget>& targets,
+                const SolveOptions& options, Alignment alignment) {
   constexpr double kGimbalLock = 1e-6;
   const MiddleFrame frame =
       MiddleFrameOf(problem, geometry::RotationFromAngles(fit.theta.segment<3>(3)));
   alignment.observability = Observe(InMiddleFrame(problem, frame), ToMiddleFrame(frame, fit.theta),
                                     options.weakest_limit_mm);
   if (!alignment.observability.words.empty()) {
+    alignment.observability.advice =
+        AdviseViews(problem, fit.theta, targets, options.weakest_limit_mm);
     return Refuse(std::move(alignment), Verdict::kCannotTell, alignment.observability.words);
   }
   if (fit.other) {
@@ -155,7 +158,8 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
   const Fit fit = FitFromNothing(*problem, options.method);
   const bool fits = fit.found && fit.chi_square <= ChiSquareHigh(DegreesOfFreedom(*problem));
   if (fits || (fit.found && DegreesOfFreedom(*problem) <= 0)) {
-    return Judge(*problem, fit, options, Fill(*problem, *problem, fit, {}, labels));
+    return Judge(*problem, fit, measurement.targets, options,
+                 Fill(*problem, *problem, fit, {}, labels));
   }
   WrongSights wrong;
   if (options.robust) {
@@ -165,7 +169,7 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
     const PoseProblem kept = Keeping(*problem, wrong.sights);
     Alignment alignment = Fill(*problem, kept, wrong.fit, wrong.sights, labels);
     alignment.notices.push_back(fmt::format("left out: {}", wrong.what));
-    alignment = Judge(kept, wrong.fit, options, std::move(alignment));
+    alignment = Judge(kept, wrong.fit, measurement.targets, options, std::move(alignment));
     if (alignment.verdict != Verdict::kGood) {
       alignment.verdict = Verdict::kRefused;
       alignment.reason =

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 
@@ -305,6 +306,34 @@ TEST(Solve, EccentricityAtOneOrientationIsToldFromNothing) {
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
   EXPECT_THAT(alignment.reason, HasSubstr("the clamp eccentricity in"));
   EXPECT_THAT(alignment.reason, HasSubstr("same orientation of the spindle"));
+}
+
+// What is advised is taken, and then the same measurement is good.
+TEST(Solve, TheAdvisedViewsMakeTheAnswerGood) {
+  AlignmentWorld world = BenchWorld();
+  for (auto& view : world.views) {
+    view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {30, 5});
+  }
+  const Alignment before = Solved(Pictured(world, kSigma_px, 2), {});
+  ASSERT_EQ(before.verdict, Verdict::kCannotTell);
+  const std::string& advice = before.observability.advice;
+  int added = 0;
+  for (std::size_t at = advice.find("target T"); at != std::string::npos;
+       at = advice.find("target T", at + 1)) {
+    int target = 0;
+    test_support::WorldView view;
+    ASSERT_EQ(std::sscanf(advice.c_str() + at, "target T%d from spindle X %lf Y %lf Z %lf", &target,
+                          &view.spindle_mm.x(), &view.spindle_mm.y(), &view.spindle_mm.z()),
+              4)
+        << advice;
+    view.sights = {{target - 1, {}}};
+    world.views.push_back(view);
+    ++added;
+  }
+  ASSERT_GE(added, 1) << advice;
+  const AlignmentWorld again = Pictured(world, kSigma_px, 2);
+  const Alignment after = Solved(again, {});
+  EXPECT_EQ(after.verdict, Verdict::kGood) << after.reason << "\n" << advice;
 }
 
 TEST(Solve, TooFewLinesOfSightAreCounted) {
