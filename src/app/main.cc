@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "app/align_metrology_commands.h"
 #include "app/commands.h"
 
 int main(int argc, char** argv) {
@@ -31,6 +32,13 @@ int main(int argc, char** argv) {
   trammel::app::AddOffsetApplyCommand(*offset, exit_code);
   trammel::app::AddOffsetScanCommand(*offset, exit_code);
   trammel::app::AddOffsetAnalyzeCommand(*offset, exit_code);
+  CLI::App* align = cli.add_subcommand("align", "where a part is, from a camera in the spindle")
+                        ->require_subcommand(1);
+  trammel::app::AddAlignBudgetCommand(*align, exit_code);
+  trammel::app::AddAlignCalibrateCommand(*align, exit_code);
+  trammel::app::AddAlignCameraCommand(*align, exit_code);
+  trammel::app::AddAlignFitCommand(*align, exit_code);
+  trammel::app::AddAlignStudyCommand(*align, exit_code);
   trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 

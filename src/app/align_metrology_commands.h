@@ -1,0 +1,15 @@
+// The commands below `trammel align` that stand before and behind a measurement.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace trammel::app {
+
+/// As in app/commands.h.
+void AddAlignBudgetCommand(CLI::App& parent, int& exit_code);
+void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code);
+void AddAlignCameraCommand(CLI::App& parent, int& exit_code);
+void AddAlignFitCommand(CLI::App& parent, int& exit_code);
+void AddAlignStudyCommand(CLI::App& parent, int& exit_code);
+
+}  // namespace trammel::app

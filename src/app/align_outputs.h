@@ -1,0 +1,29 @@
+// What the metrology commands below `trammel align` share: reports and answers.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "base/measured.h"
+#include "base/result.h"
+#include "report/part_metrology_figures.h"
+
+namespace trammel::app {
+
+struct MetrologyReport {
+  std::string title;
+  Verdict verdict = Verdict::kRefused;
+  std::string reason;
+  std::string text;
+};
+
+/// Writes report.html and each figure as PNG and SVG into `folder`, which is made if need be.
+/// Errors name the file.
+[[nodiscard]] Result<void> WriteMetrologyReport(const std::string& folder,
+                                                const MetrologyReport& report,
+                                                std::span<const report::Figure> figures);
+
+/// JSON alone on standard output with `json`, else the text.
+void PrintAnswer(bool json, const std::string& json_text, const std::string& text);
+
+}  // namespace trammel::app

@@ -1,0 +1,229 @@
+#include "report/part_metrology_figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "part_alignment/calibrate_uncertainty.h"
+#include "report/figure_common.h"
+#include "report/html.h"
+#include "report/report_style.h"
+
+namespace trammel::report {
+namespace {
+
+using part_alignment::CameraCalibration;
+using part_alignment::GridMeasurement;
+using part_alignment::SensorUncertainty;
+
+Figure MapFigure(const CameraCalibration& calibration, double distance_mm) {
+  constexpr int kColumns = 54;
+  constexpr int kRows = 40;
+  constexpr double kHeightPx = 500;
+  const SensorUncertainty map = part_alignment::UncertaintyOverSensor(
+      calibration.camera, calibration.covariance, distance_mm, kColumns, kRows);
+  const Grid grid{kColumns, kRows, map.sigma_px};
+  const Range range{0, RangeOf(map.sigma_px).hi};
+  Canvas canvas(kFigureWidthPx, kHeightPx);
+  const part_alignment::Camera& camera = calibration.camera;
+  const double width_px = camera.width_px - 1;
+  const double height_px = camera.height_px - 1;
+  const double bar_px = 110;
+  // Rows run down: the axis is drawn from the last row at the bottom to the first on top.
+  Plot plot(canvas, {6, 6, kFigureWidthPx - bar_px - 12, kHeightPx - 10},
+            {"column (px)", {0, width_px}, 6}, {"row (px), downwards", {-height_px, 0}, 6, false},
+            fmt::format("Projection uncertainty at {:.0f} mm", distance_mm));
+  canvas.Image(ColorGrid(grid, range).view(), plot.inner());
+  const RectPx& inner = plot.inner();
+  DrawColorBar(canvas, {inner.right() + 24, inner.y, 18, inner.height}, range, "1 σ (px)");
+  return {
+      "projection-uncertainty",
+      "How far off the calibration may foretell a pixel, along the worse direction (k = 1), for "
+      "points at this distance from the camera. First row on top. Where it is larger than the "
+      "sigma of a target's centre, the calibration limits the measurement.",
+      std::move(canvas), true};
+}
+
+Figure DistanceFigure(const CameraCalibration& calibration) {
+  constexpr double kHeightPx = 560;
+  const double far_mm = 1.25 * calibration.farthest_mm;
+  const double near_mm = std::min(100.0, 0.3 * calibration.nearest_mm);
+  std::vector<DataPoint> middle;
+  std::vector<DataPoint> corner;
+  constexpr int kSteps = 60;
+  double top_px = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double distance_mm = near_mm * std::pow(far_mm / near_mm, i / double{kSteps});
+    const SensorUncertainty map = part_alignment::UncertaintyOverSensor(
+        calibration.camera, calibration.covariance, distance_mm, 3, 3);
+    double worst_px = 0;
+    for (const std::size_t at : {0U, 2U, 6U, 8U}) worst_px = std::fmax(worst_px, map.sigma_px[at]);
+    middle.push_back({distance_mm, map.sigma_px[4]});
+    corner.push_back({distance_mm, worst_px});
+    if (distance_mm > 0.6 * calibration.nearest_mm) top_px = std::max(top_px, worst_px);
+  }
+  const LegendEntry legend[] = {
+      {"worst corner", LegendEntry::Mark::kLine, {.color = kVermilion}},
+      {"middle of the picture", LegendEntry::Mark::kLine, {.color = kBlue}},
+      {"calibrated range", LegendEntry::Mark::kPatch, {.color = kGrid}}};
+  Canvas canvas(kFigureWidthPx, kHeightPx);
+  const double top = 8 + DrawLegend(canvas, {12, 20}, kFigureWidthPx - 24, legend);
+  const double half = (kHeightPx - top) / 2;
+  const Axis distance{"distance from the camera (mm)", {0, far_mm}, 8};
+  Plot upper(canvas, {6, top, kFigureWidthPx - 12, half}, distance,
+             {"1 σ (px)", {0, 1.1 * top_px + 1e-12}}, "Projection uncertainty");
+  upper.ShadeX({calibration.nearest_mm, calibration.farthest_mm}, kGrid);
+  upper.Line(corner, {.color = kVermilion});
+  upper.Line(middle, {.color = kBlue});
+  double most = 1.5;
+  for (const auto& plane : calibration.cross_validation) most = std::max(most, plane.rms_sigma);
+  Plot lower(canvas, {6, top + half, kFigureWidthPx - 12, half - 4}, distance,
+             {"error / expected", {0, 1.1 * most}}, "Each plane, foretold by the others");
+  lower.HorizontalLine(1, {.color = kMuted, .width_px = 1, .dash_px = {5, 4}});
+  for (const auto& plane : calibration.cross_validation) {
+    lower.Dot({plane.distance_mm, plane.rms_sigma}, 4, kBlue);
+  }
+  return {
+      "distance",
+      "Above: uncertainty of a foretold pixel against distance; outside the grey range it is "
+      "extrapolated. Below: each plane of the grid left out of the fit, and how far off the rest "
+      "foretells it, in units of what both uncertainties let expect. Near 1 is sound; a rise "
+      "towards one end speaks of a lens model that does not hold, a single high plane of wrong "
+      "places.",
+      std::move(canvas)};
+}
+
+Figure ResidualFigure(const GridMeasurement& grid, const CameraCalibration& calibration) {
+  constexpr double kHeightPx = 520;
+  const double width_px = calibration.camera.width_px - 1;
+  const double height_px = calibration.camera.height_px - 1;
+  Canvas canvas(kFigureWidthPx, kHeightPx);
+  // Arrows of the root mean square are a 40th of the picture's width long.
+  const double enlarged = width_px / 40 / std::max(calibration.residual_rms_px, 1e-12);
+  Plot plot(canvas, {6, 6, kFigureWidthPx - 12, kHeightPx - 10}, {"column (px)", {0, width_px}, 6},
+            {"row (px), downwards", {-height_px, 0}, 6, false},
+            fmt::format("Residuals: {:.3g} px root mean square", calibration.residual_rms_px));
+  for (std::size_t i = 0; i < grid.views.size(); ++i) {
+    const auto& view = grid.views[i];
+    const auto& residual = calibration.residuals[i];
+    const Color color = residual.used ? kBlue : kVermilion;
+    const DataPoint line[] = {{view.column_px, -view.row_px},
+                              {view.column_px + enlarged * residual.column_px,
+                               -view.row_px - enlarged * residual.row_px}};
+    plot.Line(line, {.color = color, .width_px = 1});
+    plot.Dot(line[0], residual.used ? 1.6 : 4, color);
+  }
+  return {
+      "residuals",
+      fmt::format("Measured less projected places of the target, enlarged {:.2g} times; left out "
+                  "in red. Arrows that turn together in one part of the picture speak of a lens "
+                  "model that does not hold there.",
+                  enlarged),
+      std::move(canvas)};
+}
+
+struct Direction {
+  const char* title;
+  int right;
+  int up;
+};
+
+void DrawOverstocks(Plot& plot, const Direction& direction, const std::vector<Eigen::Vector3d>& at,
+                    const part_alignment::PartFit& fit, const Range& range) {
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const auto& overstock = fit.overstocks[i];
+    const double surplus_mm = overstock.overstock_mm - overstock.wanted_mm;
+    const bool missing = overstock.overstock_mm < overstock.least_mm - 1e-6;
+    const Stroke edge{.color = overstock.binding || missing ? kVermilion : kInk,
+                      .width_px = overstock.binding || missing ? 2.5 : 0.6};
+    plot.Dot({at[i][direction.right], at[i][direction.up]}, 5,
+             MapColor((surplus_mm - range.lo) / (range.hi - range.lo)), edge);
+  }
+}
+
+}  // namespace
+
+std::vector<Figure> CalibrationFigures(const GridMeasurement& grid,
+                                       const CameraCalibration& calibration) {
+  std::vector<Figure> figures;
+  figures.push_back(MapFigure(calibration, (calibration.nearest_mm + calibration.farthest_mm) / 2));
+  figures.push_back(DistanceFigure(calibration));
+  figures.push_back(ResidualFigure(grid, calibration));
+  return figures;
+}
+
+Figure OverstockFigure(const part_alignment::PartFitInput& input,
+                       const part_alignment::PartFit& fit) {
+  constexpr double kHeightPx = 760;
+  constexpr double kBarPx = 110;
+  const Eigen::Matrix3d rotation = geometry::RotationFromAngles(fit.ideal_from_measured.angles_rad);
+  std::vector<Eigen::Vector3d> at;
+  std::vector<double> surplus_mm;
+  std::array<Range, 3> extent;
+  for (std::size_t i = 0; i < fit.overstocks.size(); ++i) {
+    const auto& overstock = fit.overstocks[i];
+    at.emplace_back(rotation * (fit.scale * input.points[overstock.point].at_mm) +
+                    fit.ideal_from_measured.translation_mm);
+    surplus_mm.push_back(overstock.overstock_mm - overstock.wanted_mm);
+    for (int axis = 0; axis < 3; ++axis) {
+      Range& range = extent[static_cast<std::size_t>(axis)];
+      const double place = at.back()[axis];
+      range = i == 0 ? Range{place, place}
+                     : Range{std::min(range.lo, place), std::max(range.hi, place)};
+    }
+  }
+  for (Range& range : extent) range = Padded({range.lo, range.hi + 1e-9}, 0.08);
+  const Range range = RangeOf(surplus_mm);
+  Canvas canvas(kFigureWidthPx, kHeightPx);
+  const double width = kFigureWidthPx - kBarPx - 12;
+  constexpr Direction kDirections[] = {
+      {"Seen along Z", 0, 1}, {"Seen along Y", 0, 2}, {"Seen along X", 1, 2}};
+  constexpr std::array<const char*, 3> kLabels{"x (mm)", "y (mm)", "z (mm)"};
+  double top = 4;
+  for (const Direction& direction : kDirections) {
+    const auto right = static_cast<std::size_t>(direction.right);
+    const auto up = static_cast<std::size_t>(direction.up);
+    const double height = kHeightPx / 3 - 4;
+    Plot plot(canvas, {6, top, width, height}, {kLabels[right], extent[right]},
+              {kLabels[up], extent[up], 4}, direction.title);
+    DrawOverstocks(plot, direction, at, fit, range);
+    top += kHeightPx / 3;
+  }
+  DrawColorBar(canvas, {width + 24, 30, 18, kHeightPx - 80}, range, "overstock less wanted (mm)");
+  return {"overstock",
+          fmt::format("The raw part's points about the ideal part. Colour: overstock less what is "
+                      "wanted there. Least overstock {:.3f} mm. Ringed in red: the points that the "
+                      "placement rests on, or where material is missing.",
+                      fit.least_mm),
+          std::move(canvas)};
+}
+
+std::string FigurePage(const std::string& title, Verdict verdict, const std::string& reason,
+                       const std::string& text, std::span<const Figure> figures) {
+  std::string page = fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
+      "style-src 'unsafe-inline'\"/>\n<title>{0}</title>\n<style>{1}</style>\n</head>\n<body>\n"
+      "<main>\n<h1>{0}</h1>\n<section class=\"card head {2}\">\n<p class=\"verdict\">{2}</p>\n",
+      EscapeHtml(title), kReportStyle, ToString(verdict));
+  if (!reason.empty()) page += fmt::format("<p class=\"reason\">{}</p>\n", EscapeHtml(reason));
+  page +=
+      fmt::format("<pre style=\"white-space:pre-wrap\">{}</pre>\n</section>\n", EscapeHtml(text));
+  for (const Figure& figure : figures) {
+    page += fmt::format(
+        "<section class=\"card\"><figure><div class=\"wide\"><img "
+        "src=\"data:image/svg+xml;base64,{}\" alt=\"{}\" width=\"{:.0f}\" height=\"{:.0f}\"/></div>"
+        "<figcaption>{}</figcaption></figure></section>\n",
+        Base64(figure.canvas.ToSvg()), figure.name, figure.canvas.width_px(),
+        figure.canvas.height_px(), EscapeHtml(figure.caption));
+  }
+  page +=
+      "<footer>Made by trammel. This page stands alone: nothing is loaded from "
+      "elsewhere.</footer>\n</main>\n</body>\n</html>\n";
+  return page;
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,33 @@
+// The figures of a camera's calibration and of a part fit, and the page they stand on.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/measured.h"
+#include "part_alignment/calibrate.h"
+#include "part_alignment/part_fit.h"
+#include "report/pressure_advance_figures.h"
+
+namespace trammel::report {
+
+/// "projection-uncertainty": a map over the sensor at the grid's middle distance; "distance": the
+/// same in the picture's middle and corners against distance, with the calibrated range, and how
+/// well each plane is foretold by the others; "residuals": arrows, many times enlarged.
+/// REQUIRES a calibration with verdict good of this grid.
+[[nodiscard]] std::vector<Figure> CalibrationFigures(
+    const part_alignment::GridMeasurement& grid,
+    const part_alignment::CameraCalibration& calibration);
+
+/// "overstock": every point with its surplus over what is wanted, along the three axes of the part.
+/// REQUIRES overstocks of this input.
+[[nodiscard]] Figure OverstockFigure(const part_alignment::PartFitInput& input,
+                                     const part_alignment::PartFit& fit);
+
+/// An HTML page that stands alone: title, verdict, reason, `text` as it is, the figures.
+[[nodiscard]] std::string FigurePage(const std::string& title, Verdict verdict,
+                                     const std::string& reason, const std::string& text,
+                                     std::span<const Figure> figures);
+
+}  // namespace trammel::report

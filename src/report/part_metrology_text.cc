@@ -1,0 +1,242 @@
+#include "report/part_metrology_text.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace trammel::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using part_alignment::AxisBudget;
+using part_alignment::Budget;
+using part_alignment::CameraCalibration;
+using part_alignment::kCameraParameters;
+using part_alignment::PartFit;
+using part_alignment::PartFitInput;
+
+constexpr double kUmPerMm = 1000;
+
+Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json List(const Eigen::Vector3d& v) {
+  return Json::array({Number(v.x()), Number(v.y()), Number(v.z())});
+}
+
+Json Matrix(const Eigen::MatrixXd& m) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index k = 0; k < m.cols(); ++k) row.push_back(Number(m(i, k)));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::string Ended(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+const char* ParameterName(int i) {
+  return part_alignment::kCameraParameterNames[static_cast<std::size_t>(i)];
+}
+
+std::string Notices(const std::vector<std::string>& notices) {
+  std::string text;
+  for (const std::string& notice : notices) text += fmt::format("notice    {}\n", notice);
+  return text;
+}
+
+std::string Verdicts(Verdict verdict, const std::string& reason) {
+  return fmt::format("verdict   {}{}{}\n", ToString(verdict), reason.empty() ? "" : ": ", reason);
+}
+
+}  // namespace
+
+std::string ToJson(const CameraCalibration& calibration) {
+  const bool good = calibration.verdict == Verdict::kGood;
+  const auto values = part_alignment::ParametersOf(calibration.camera);
+  Json parameters = Json::object();
+  for (int i = 0; i < kCameraParameters; ++i) {
+    parameters[ParameterName(i)] = {
+        {"value", good ? Number(values[i]) : Json(nullptr)},
+        {"standard_uncertainty",
+         good ? Number(std::sqrt(calibration.covariance(i, i))) : Json(nullptr)}};
+  }
+  Json planes = Json::array();
+  for (const auto& plane : calibration.cross_validation) {
+    planes.push_back({{"distance_mm", plane.distance_mm},
+                      {"views", plane.views},
+                      {"rms_px", Number(plane.rms_px)},
+                      {"rms_sigma", Number(plane.rms_sigma)}});
+  }
+  Json residuals = Json::array();
+  for (const auto& residual : calibration.residuals) {
+    residuals.push_back({{"column_px", Number(residual.column_px)},
+                         {"row_px", Number(residual.row_px)},
+                         {"sigma_px", Number(residual.sigma_px)},
+                         {"used", residual.used}});
+  }
+  return Ended({{"format", 1},
+                {"verdict", ToString(calibration.verdict)},
+                {"reason", calibration.reason},
+                {"parameters", parameters},
+                {"covariance", good ? Matrix(calibration.covariance) : Json(nullptr)},
+                {"residual_rms_px", Number(calibration.residual_rms_px)},
+                {"residual_rms_sigma", Number(calibration.residual_rms_sigma)},
+                {"degrees_of_freedom", calibration.degrees_of_freedom},
+                {"distance_mm", good ? Json::array({Number(calibration.nearest_mm),
+                                                    Number(calibration.farthest_mm)})
+                                     : Json(nullptr)},
+                {"cross_validation", planes},
+                {"residuals", residuals},
+                {"notices", calibration.notices}});
+}
+
+std::string ToJson(const PartFitInput& input, const PartFit& fit) {
+  const bool good = fit.verdict == Verdict::kGood;
+  Json overstocks = Json::array();
+  for (const auto& overstock : fit.overstocks) {
+    const auto& point = input.points[overstock.point];
+    overstocks.push_back({{"point", point.id},
+                          {"surface", point.surface},
+                          {"overstock_mm", Number(overstock.overstock_mm)},
+                          {"wanted_mm", Number(overstock.wanted_mm)},
+                          {"least_mm", Number(overstock.least_mm)},
+                          {"binding", overstock.binding}});
+  }
+  Json targets = Json::array();
+  for (const auto& target : fit.targets) {
+    targets.push_back({{"id", target.id}, {"ideal_mm", List(target.ideal_mm)}});
+  }
+  const geometry::Pose& pose = fit.ideal_from_measured;
+  return Ended({{"format", 1},
+                {"verdict", ToString(fit.verdict)},
+                {"reason", fit.reason},
+                {"targets", good ? targets : Json(nullptr)},
+                {"targets_covariance_mm2", good ? Matrix(fit.covariance) : Json(nullptr)},
+                {"ideal_from_measured", good ? Json{{"translation_mm", List(pose.translation_mm)},
+                                                    {"angles_rad", List(pose.angles_rad)}}
+                                             : Json(nullptr)},
+                {"scale", good ? Number(fit.scale) : Json(nullptr)},
+                {"scale_standard_uncertainty", good ? Number(fit.scale_sigma) : Json(nullptr)},
+                {"least_overstock_mm", good ? Number(fit.least_mm) : Json(nullptr)},
+                {"mean_overstock_mm", good ? Number(fit.mean_mm) : Json(nullptr)},
+                {"uneven_mm", good ? Number(fit.uneven_mm) : Json(nullptr)},
+                {"overstocks", overstocks},
+                {"notices", fit.notices}});
+}
+
+std::string ToJson(const Budget& budget) {
+  Json axes = Json::object();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const AxisBudget& axis = budget.axes[i];
+    axes[std::string(1, "xyz"[i])] = {
+        {"u_out_mm", Number(axis.u_out_mm)},
+        {"u_ip_mm", Number(axis.u_ip_mm)},
+        {"u_it_mm", Number(axis.u_it_mm)},
+        {"combined_mm", Number(axis.combined_mm)},
+        {"expanded_mm", Number(axis.expanded_mm)},
+        {"degrees_of_freedom", Number(axis.degrees_of_freedom)},
+        {"coverage_factor95", Number(axis.coverage_factor)},
+        {"at_mm", List(axis.at_mm)},
+        {"simulated_mm", budget.trials > 0 ? Number(axis.simulated_mm) : Json(nullptr)},
+        {"simulated_expanded_mm",
+         budget.trials > 0 ? Number(axis.simulated_expanded_mm) : Json(nullptr)}};
+  }
+  return Ended({{"format", 1}, {"trials", budget.trials}, {"axes", axes}});
+}
+
+std::string CalibrationText(const CameraCalibration& calibration) {
+  std::string text = Verdicts(calibration.verdict, calibration.reason);
+  if (calibration.verdict == Verdict::kGood) {
+    const auto values = part_alignment::ParametersOf(calibration.camera);
+    for (int i = 0; i < kCameraParameters; ++i) {
+      text += fmt::format("  {:<20} {:>16.8g} ± {:.2g}\n", ParameterName(i), values[i],
+                          std::sqrt(calibration.covariance(i, i)));
+    }
+    text += fmt::format(
+        "residuals {:.4f} px root mean square, {:.2f} of what was stated; ± is k = 1\n"
+        "range     {:.0f} … {:.0f} mm from the camera\n",
+        calibration.residual_rms_px, calibration.residual_rms_sigma, calibration.nearest_mm,
+        calibration.farthest_mm);
+    for (const auto& plane : calibration.cross_validation) {
+      text +=
+          fmt::format("held out  {:>6.0f} mm: {} views foretold to {:.4f} px, {:.2f} of expected\n",
+                      plane.distance_mm, plane.views, plane.rms_px, plane.rms_sigma);
+    }
+  }
+  return text + Notices(calibration.notices);
+}
+
+std::string PartFitText(const PartFitInput& input, const PartFit& fit) {
+  std::string text = Verdicts(fit.verdict, fit.reason);
+  if (fit.verdict == Verdict::kGood) {
+    text += fmt::format(
+        "overstock least {:.3f} mm, mean {:.3f} mm, uneven by {:.3f} mm (root mean square)\n",
+        fit.least_mm, fit.mean_mm, fit.uneven_mm);
+    for (const auto& overstock : fit.overstocks) {
+      if (!overstock.binding) continue;
+      const auto& point = input.points[overstock.point];
+      text += fmt::format("rests on  {} ({}): {:.3f} mm\n", point.id, point.surface,
+                          overstock.overstock_mm);
+    }
+    if (fit.scale_sigma > 0) {
+      text += fmt::format("scale     {:.7f} ± {:.1g}\n", fit.scale, fit.scale_sigma);
+    }
+    for (std::size_t i = 0; i < fit.targets.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(3 * i);
+      const Eigen::Vector3d& at = fit.targets[i].ideal_mm;
+      const Eigen::Vector3d sigma = fit.covariance.diagonal().segment<3>(row).cwiseSqrt();
+      text +=
+          fmt::format("target    {:<8} {:>11.4f} {:>11.4f} {:>11.4f} mm ± {:.4f} {:.4f} {:.4f}\n",
+                      fit.targets[i].id, at.x(), at.y(), at.z(), sigma.x(), sigma.y(), sigma.z());
+    }
+  }
+  return text + Notices(fit.notices);
+}
+
+std::string BudgetText(const Budget& budget) {
+  std::string text =
+      "Largest over the box, µm       u_out     u_ip     u_it  combined  U (k=2)   k95   "
+      "simulated\n";
+  for (std::size_t i = 0; i < 3; ++i) {
+    const AxisBudget& axis = budget.axes[i];
+    text += fmt::format(
+        "  {} at {:>6.0f} {:>6.0f} {:>6.0f}  {:>8.1f} {:>8.1f} {:>8.1f} {:>9.1f} "
+        "{:>8.1f} {:>5.2f}  {}\n",
+        "XYZ"[i], axis.at_mm.x(), axis.at_mm.y(), axis.at_mm.z(), kUmPerMm * axis.u_out_mm,
+        kUmPerMm * axis.u_ip_mm, kUmPerMm * axis.u_it_mm, kUmPerMm * axis.combined_mm,
+        kUmPerMm * axis.expanded_mm, axis.coverage_factor,
+        budget.trials > 0 ? fmt::format("± {:.1f}", kUmPerMm * axis.simulated_expanded_mm)
+                          : "none");
+  }
+  if (budget.trials > 0) {
+    text +=
+        fmt::format("simulated: half of the symmetric 95 % interval of {} trials\n", budget.trials);
+  }
+  return text;
+}
+
+std::string StudyText(const std::vector<part_alignment::StudyTable>& tables) {
+  std::string text;
+  for (const auto& table : tables) {
+    text += fmt::format(
+        "{}\n  µm       paper: u_out   u_ip   u_it      U | its terms sum to U |  "
+        "ours: u_out   u_ip   u_it      U  simulated\n",
+        table.title);
+    for (const auto& row : table.rows) {
+      text += fmt::format(
+          "  {}          {:>8.1f} {:>6.1f} {:>6.1f} {:>6.1f} | {:>18.1f} | {:>12.1f} {:>6.1f} "
+          "{:>6.1f} {:>6.1f} {:>10.1f}\n",
+          row.axis, row.paper_out_um, row.paper_ip_um, row.paper_it_um, row.paper_total_um,
+          row.paper_sum_um, row.out_um, row.ip_um, row.it_um, row.total_um, row.simulated_um);
+    }
+    for (const std::string& note : table.notes) text += fmt::format("  - {}\n", note);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace trammel::report

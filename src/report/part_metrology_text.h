@@ -1,0 +1,30 @@
+// A camera's calibration, a part fit and a budget: as JSON, and as text for people.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "part_alignment/budget.h"
+#include "part_alignment/budget_study.h"
+#include "part_alignment/calibrate.h"
+#include "part_alignment/part_fit.h"
+
+namespace trammel::report {
+
+// One object each (docs/formats.md), ended by a newline. What is meant only with verdict good is
+// null otherwise.
+
+[[nodiscard]] std::string ToJson(const part_alignment::CameraCalibration& calibration);
+[[nodiscard]] std::string ToJson(const part_alignment::PartFitInput& input,
+                                 const part_alignment::PartFit& fit);
+[[nodiscard]] std::string ToJson(const part_alignment::Budget& budget);
+
+// Several lines each.
+
+[[nodiscard]] std::string CalibrationText(const part_alignment::CameraCalibration& calibration);
+[[nodiscard]] std::string PartFitText(const part_alignment::PartFitInput& input,
+                                      const part_alignment::PartFit& fit);
+[[nodiscard]] std::string BudgetText(const part_alignment::Budget& budget);
+[[nodiscard]] std::string StudyText(const std::vector<part_alignment::StudyTable>& tables);
+
+}  // namespace trammel::report
