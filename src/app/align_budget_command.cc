@@ -150,6 +150,8 @@ int RunStudy(const StudyArguments& arguments) {
   cautious.scene.out_sigma_mm = Eigen::Vector3d(0.0709, 0.0705, 0.0703);
   part_alignment::GaugingScene industry;
   industry.scene = part_alignment::PaperIndustry();
+  part_alignment::GaugingScene turning = industry;
+  turning.scene = part_alignment::PaperIndustryWithLaboratoryAngles();
   constexpr double kLaboratory_mm = 0.15;
   constexpr double kIndustry_mm = 0.5;
   for (const auto& line : {GaugingLine("laboratory, u_out of 50 µm + 20 µm/m", laboratory,
@@ -157,7 +159,9 @@ int RunStudy(const StudyArguments& arguments) {
                            GaugingLine("laboratory, u_out as the paper measured it", cautious,
                                        kLaboratory_mm, "0.10 mm, ±0.15 mm", arguments, random),
                            GaugingLine("industry, u_out of 50 µm + 20 µm/m", industry, kIndustry_mm,
-                                       "0.34 mm, ±0.50 mm", arguments, random)}) {
+                                       "0.34 mm, ±0.50 mm", arguments, random),
+                           GaugingLine("the same with the laboratory's angles", turning,
+                                       kIndustry_mm, "0.34 mm, ±0.50 mm", arguments, random)}) {
     if (!line) return Report(line.error());
     fmt::print("{}", *line);
   }

@@ -61,5 +61,7 @@ struct GaugingResult {
 /// Y) scenes, as BudgetTables has them.
 [[nodiscard]] BudgetScene PaperLaboratory();
 [[nodiscard]] BudgetScene PaperIndustry();
+/// The same with Table 3's angles, which do not shrink with the part.
+[[nodiscard]] BudgetScene PaperIndustryWithLaboratoryAngles();
 
 }  // namespace trammel::part_alignment

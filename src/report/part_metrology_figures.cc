@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "part_alignment/calibrate_uncertainty.h"
 #include "report/figure_common.h"
@@ -25,7 +26,7 @@ Figure MapFigure(const CameraCalibration& calibration, double distance_mm) {
   const SensorUncertainty map = part_alignment::UncertaintyOverSensor(
       calibration.camera, calibration.covariance, distance_mm, kColumns, kRows);
   const Grid grid{kColumns, kRows, map.sigma_px};
-  const Range range{0, RangeOf(map.sigma_px).hi};
+  const Range range = RangeOf(map.sigma_px);
   Canvas canvas(kFigureWidthPx, kHeightPx);
   const part_alignment::Camera& camera = calibration.camera;
   const double width_px = camera.width_px - 1;
@@ -132,12 +133,21 @@ struct Direction {
 
 void DrawOverstocks(Plot& plot, const Direction& direction, const std::vector<Eigen::Vector3d>& at,
                     const part_alignment::PartFit& fit, const Range& range) {
-  for (std::size_t i = 0; i < at.size(); ++i) {
+  const int depth = 3 - direction.right - direction.up;
+  const auto told = [&fit](std::size_t i) {
+    const auto& overstock = fit.overstocks[i];
+    return overstock.binding || overstock.overstock_mm < overstock.least_mm - 1e-6;
+  };
+  // What is nearer hides what is farther, but never a point that the placement rests on.
+  std::vector<std::size_t> order(at.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return told(a) != told(b) ? told(b) : at[a][depth] < at[b][depth];
+  });
+  for (const std::size_t i : order) {
     const auto& overstock = fit.overstocks[i];
     const double surplus_mm = overstock.overstock_mm - overstock.wanted_mm;
-    const bool missing = overstock.overstock_mm < overstock.least_mm - 1e-6;
-    const Stroke edge{.color = overstock.binding || missing ? kVermilion : kInk,
-                      .width_px = overstock.binding || missing ? 2.5 : 0.6};
+    const Stroke edge{.color = told(i) ? kVermilion : kInk, .width_px = told(i) ? 2.5 : 0.6};
     plot.Dot({at[i][direction.right], at[i][direction.up]}, 5,
              MapColor((surplus_mm - range.lo) / (range.hi - range.lo)), edge);
   }
@@ -193,7 +203,8 @@ Figure OverstockFigure(const part_alignment::PartFitInput& input,
   }
   DrawColorBar(canvas, {width + 24, 30, 18, kHeightPx - 80}, range, "overstock less wanted (mm)");
   return {"overstock",
-          fmt::format("The raw part's points about the ideal part. Colour: overstock less what is "
+          fmt::format("The raw part's points about the ideal part; nearer ones hide farther ones. "
+                      "Colour: overstock less what is "
                       "wanted there. Least overstock {:.3f} mm. Ringed in red: the points that the "
                       "placement rests on, or where material is missing.",
                       fit.least_mm),
