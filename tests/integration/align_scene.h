@@ -1,0 +1,24 @@
+// What the virtual spindle sees, in the words of part alignment.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "part_alignment/measurement.h"
+#include "sim/spindle_world.h"
+
+namespace trammel::test {
+
+[[nodiscard]] Eigen::Vector3d VectorOf(const sim::Triple& triple);
+[[nodiscard]] part_alignment::Camera CameraOf(const sim::SpindleLens& lens);
+
+/// The stated camera, the ideal places, the stated stops, and the noisy centres with `sigma_px`.
+/// With `exact`, the centres without their noise.
+[[nodiscard]] part_alignment::Measurement MeasurementOf(const sim::SpindleWorld& world,
+                                                        const sim::SpindleName& name,
+                                                        double sigma_px, bool exact = false);
+
+/// x y z (mm), alpha beta gamma and the clamp angle (rad), as they are.
+[[nodiscard]] Eigen::VectorXd TruthOf(const sim::SpindleWorld& world);
+
+}  // namespace trammel::test
