@@ -56,7 +56,7 @@ void FillChiSquare(const PoseProblem& problem, const Fit& fit, Alignment& alignm
   alignment.residual_rms_sigma = freedom > 0 ? std::sqrt(fit.chi_square / freedom) : 0;
   if (freedom == 0) {
     alignment.notices.push_back(
-        "as many unknowns as measured numbers: nothing checks the answer, add a view");
+        "no more measured numbers than unknowns: nothing checks the answer, add a view");
   } else if (fit.chi_square < alignment.chi_square_low) {
     alignment.notices.push_back(fmt::format(
         "the residuals are smaller than their sigmas allow (chi-square {:.3g}, at least {:.3g} "

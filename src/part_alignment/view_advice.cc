@@ -130,12 +130,11 @@ std::string AdviseViews(const PoseProblem& problem, const Theta& theta,
     text += (i == 0 ? "add a view of " : ", then of ") +
             Describe(candidates[choice.index], targets, used);
   }
-  return weakest_mm <= limit_mm
-             ? fmt::format("{}: the weakest direction is then known to {:.2g} mm", text, weakest_mm)
-             : fmt::format(
-                   "{}; the weakest direction stays unknown even then: solve for fewer "
-                   "unknowns, or see more targets from other heights and orientations",
-                   text);
+  if (weakest_mm > kUnseen_mm) {
+    return "no further view with the spindle pointing as it does would tell it: solve for fewer "
+           "unknowns, or see the targets with the spindle tilted";
+  }
+  return fmt::format("{}: the weakest direction is then known to {:.2g} mm", text, weakest_mm);
 }
 
 }  // namespace trammel::part_alignment

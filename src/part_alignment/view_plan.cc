@@ -262,14 +262,13 @@ std::string Choose(const std::vector<PartTarget>& targets, const ViewPlanOptions
     }
   }
   const std::vector<bool> any(targets.size(), true);
-  while (WeakestSigma(choosing.information) > options.weakest_goal_mm && !full()) {
-    const double before_mm = WeakestSigma(choosing.information);
-    const std::size_t best = Best(choosing, any);
-    constexpr double kNothing_mm = 1e5;
-    if (plan.views.size() >= targets.size() + 12 && before_mm > kNothing_mm) {
-      break;  // no view tells that direction
-    }
-    Take(best, "for the weakest direction", targets, options.sigma_px, choosing, plan);
+  constexpr int kUseless = 3;  // so many views on, what is not seen at all is never seen
+  int useless = 0;
+  while (WeakestSigma(choosing.information) > options.weakest_goal_mm && !full() &&
+         useless < kUseless) {
+    Take(Best(choosing, any), "for the weakest direction", targets, options.sigma_px, choosing,
+         plan);
+    useless += WeakestSigma(choosing.information) > kUnseen_mm ? 1 : 0;
   }
   return {};
 }
