@@ -241,11 +241,24 @@ std::string Title(const Shown& shown) {
                      OffsetWords(shown.reading.offset_mm));
 }
 
+/// In how many rows a structure is shown: as many as keep them at most 40 mm long, or fewer where
+/// that would make the figure too high.
+int RowsOf(double half_mm, double half_thickness_mm) {
+  constexpr double kMostRow_mm = 40;
+  constexpr double kMostPx = 6000;
+  int rows = static_cast<int>(std::ceil(2 * half_mm / kMostRow_mm));
+  const auto height_px = [&](int count) {
+    const double px_per_mm = (kFigureWidthPx - 2 * kSidePx) * count / (2 * half_mm);
+    return count * (2 * half_thickness_mm * px_per_mm + kRowGapPx);
+  };
+  while (rows > 1 && height_px(rows) > kMostPx) --rows;
+  return rows;
+}
+
 }  // namespace
 
 Figure StructureFigure(const PageView& page, const to::SheetPlan& plan,
                        const to::SheetResult& result, const to::StructureReading& reading) {
-  constexpr double kMostRow_mm = 40;
   constexpr double kBeside_mm = 1.3;  // room for the teeth's numbers
   constexpr double kBeyond_mm = 0.8;
   constexpr double kInkPx = 130;
@@ -257,7 +270,7 @@ Figure StructureFigure(const PageView& page, const to::SheetPlan& plan,
   shown.half_mm = settings.teeth * settings.pitch_mm / 2 + kBeyond_mm;
   shown.inner_mm = settings.overlap_mm / 2;
   shown.outer_mm = settings.leg_length_mm - shown.inner_mm;
-  const int rows = static_cast<int>(std::ceil(2 * shown.half_mm / kMostRow_mm));
+  const int rows = RowsOf(shown.half_mm, shown.outer_mm + kBeside_mm);
   const double px_per_mm = (kFigureWidthPx - 2 * kSidePx) * rows / (2 * shown.half_mm);
   const double row_px = 2 * (shown.outer_mm + kBeside_mm) * px_per_mm;
   const bool read = !reading.fingers.empty();

@@ -66,7 +66,18 @@ void DrawRow(Canvas& canvas, const Plot& plot, const Row& row, double y) {
   }
 }
 
-Canvas DrawTable(const std::vector<Row>& rows, const std::string& title, const std::string& axis) {
+/// What fits into a picture: answers before their parts, the first ones before the others.
+std::vector<Row> Fitting(std::vector<Row> rows, std::string& title) {
+  constexpr std::size_t kMost = 200;
+  if (rows.size() <= kMost) return rows;
+  std::stable_partition(rows.begin(), rows.end(), [](const Row& row) { return row.strong; });
+  title += fmt::format(" (the first {} of {}; all are in the JSON)", kMost, rows.size());
+  rows.resize(kMost);
+  return rows;
+}
+
+Canvas DrawTable(std::vector<Row> all, std::string title, const std::string& axis) {
+  const std::vector<Row> rows = Fitting(std::move(all), title);
   constexpr double kTopPx = 30;
   constexpr double kBottomPx = 44;
   const double height = static_cast<double>(rows.size()) * kRowPx;

@@ -121,6 +121,27 @@ TEST(OffsetReport, TakesValuesThatAreNotFiniteAndStructuresWithoutFingers) {
   EXPECT_EQ(test::XmlProblem(OffsetReport(sheet.input)), "");
 }
 
+TEST(OffsetReport, AnyNumberOfScansAndAnySizeOfStructuresFitTheirPictures) {
+  OffsetAnalysis analysis = Sheet().analysis;
+  for (int i = 0; i < 300; ++i) analysis.scans.push_back(analysis.scans.front());
+  for (const DrawnFigure& figure : OffsetValueFigures(analysis)) {
+    EXPECT_EQ(test::XmlProblem(figure.bytes), "") << figure.name;
+  }
+  to::SheetPlan plan;
+  plan.settings.teeth = 60;
+  plan.settings.pitch_mm = 10;
+  plan.settings.leg_length_mm = 20;
+  plan.settings.overlap_mm = 1;
+  plan.structures.resize(1);
+  to::SheetResult result;
+  result.sheet.map.u_px_mm = {1, 0};
+  result.sheet.map.v_px_mm = {0, -1};
+  result.structures.resize(1);
+  const std::vector<std::uint8_t> pixels(std::size_t{300} * 300, 200);
+  const PageView page{pixels.data(), 300, 300, 1, 300};
+  EXPECT_GT(StructureFigure(page, plan, result, result.structures[0]).canvas.height_px(), 500);
+}
+
 TEST(SheetPicture, PlacesOnThePageAreFoundAgainOnTheCanvasAtAnyAngle) {
   const Drawn& sheet = Sheet();
   const to::PageMap& map = sheet.analysis.scans[0].result.sheet.map;
