@@ -166,6 +166,40 @@ TEST_F(OffsetAnalyze, APictureOfThePlanIsNoScan) {
   EXPECT_EQ(result.standard_output, "");
 }
 
+TEST_F(OffsetAnalyze, AnIdexHasItsOwnChangesOfToolAndItsOwnLines) {
+  ASSERT_EQ(Trammel("offset pattern --tool-change idex -o idex.gcode").exit_code, 0);
+  ASSERT_EQ(
+      Trammel(fmt::format("sim sheet idex.gcode --seed {} --offset 1:{},{} --out carriage.png",
+                          kSeed, kDx_mm, kDy_mm))
+          .exit_code,
+      0);
+  const CommandResult read =
+      Trammel("offset analyze carriage.png --pattern idex.gcode --json > idex.json");
+  ASSERT_EQ(read.exit_code, 0) << read.output;
+  const json tool = json::parse(ReadWhole(Path("idex.json")))["tools"][0];
+  ExpectNear(tool["dx_mm"], tool["interval95_mm"]["dx"], kDx_mm);
+  const CommandResult lines =
+      Trammel("offset apply idex.json --for klipper-gcode-offset --now 1:0.5,0");
+  EXPECT_EQ(lines.exit_code, 0) << lines.output;
+  // 0.5 - 0.31 and 0 + 0.17, to the hundredths that the sheet is good for.
+  EXPECT_THAT(lines.standard_output,
+              testing::ContainsRegex("SET_GCODE_OFFSET X=0\\.(18|19)[0-9] Y=0\\.1(6|7)[0-9]"));
+  EXPECT_THAT(lines.standard_output, HasSubstr("[gcode_macro T1]"));
+}
+
+TEST_F(OffsetAnalyze, ASelfTestTellsHowEachProgrammedOffsetCameBack) {
+  ASSERT_EQ(Trammel("offset pattern --self-test -o self.gcode").exit_code, 0);
+  ASSERT_EQ(
+      Trammel(fmt::format("sim sheet self.gcode --seed {} --out printed.png", kSeed)).exit_code, 0);
+  const CommandResult result = Trammel("offset analyze printed.png --pattern self.gcode --json");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const json tests = json::parse(result.standard_output)["self_tests"];
+  EXPECT_EQ(tests.size(), 16U);
+  for (const json& test : tests) {
+    ExpectNear(test["recovered_mm"], test["interval95_mm"], test["programmed_mm"]);
+  }
+}
+
 TEST_F(OffsetAnalyze, ThePartOfASheetIsNoSheet) {
   ASSERT_EQ(Scan("half.png", "--set crop-left-mm=120").exit_code, 0);
   const CommandResult half = Analyze("half.png");

@@ -121,6 +121,23 @@ TEST(OffsetReport, TakesValuesThatAreNotFiniteAndStructuresWithoutFingers) {
   EXPECT_EQ(test::XmlProblem(OffsetReport(sheet.input)), "");
 }
 
+TEST(OffsetReport, ShowsSelfTestsAndPickUpsWhereThereAreAny) {
+  OffsetAnalysis analysis = Sheet().analysis;
+  EXPECT_EQ(OffsetValueFigures(analysis).size(), 2U);
+  Quantity quantity;
+  quantity.value = 0.1;
+  quantity.interval95 = {0.09, 0.11};
+  to::SheetResult& result = analysis.scans[0].result;
+  result.self_tests = {{"self-test X 1", 0.1, Measured::Good(quantity)},
+                       {"self-test X 2", 0.2, Measured::Refused("torn")}};
+  result.pick_ups = {{1, 1, Measured::Good(quantity), Measured::CannotTell("torn")}};
+  const std::vector<DrawnFigure> figures = OffsetValueFigures(analysis);
+  ASSERT_EQ(figures.size(), 4U);
+  EXPECT_EQ(figures[1].name, "self-test");
+  EXPECT_EQ(figures[2].name, "pick-ups");
+  for (const DrawnFigure& figure : figures) EXPECT_EQ(test::XmlProblem(figure.bytes), "");
+}
+
 TEST(OffsetReport, AnyNumberOfScansAndAnySizeOfStructuresFitTheirPictures) {
   OffsetAnalysis analysis = Sheet().analysis;
   for (int i = 0; i < 300; ++i) analysis.scans.push_back(analysis.scans.front());
