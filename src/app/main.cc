@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "app/align_metrology_commands.h"
+#include "app/align_targets_command.h"
 #include "app/commands.h"
 
 int main(int argc, char** argv) {
@@ -39,6 +40,7 @@ int main(int argc, char** argv) {
   trammel::app::AddAlignCameraCommand(*align, exit_code);
   trammel::app::AddAlignFitCommand(*align, exit_code);
   trammel::app::AddAlignStudyCommand(*align, exit_code);
+  trammel::app::AddAlignTargetsCommand(*align, exit_code);
   trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 

@@ -1,0 +1,153 @@
+// trammel align targets: pages of ring-coded targets to print.
+#include "app/align_targets_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/output_files.h"
+#include "part_alignment/target_layout.h"
+#include "part_alignment/target_sheet.h"
+#include "report/target_pages.h"
+#include "store/whole_file.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+using part_alignment::PlacedTarget;
+using part_alignment::PlanTargetSheet;
+using part_alignment::SheetRequest;
+using part_alignment::TargetSheet;
+
+struct AlignTargetsArguments {
+  SheetRequest request;
+  std::string page = "a4";
+  std::string out = "targets.pdf";
+  std::string layout;
+  bool force = false;
+};
+
+Result<void> SetPage(const std::string& name, SheetRequest& request) {
+  if (name == "a4") return {};
+  const auto set = [&](double width_mm, double height_mm) -> Result<void> {
+    request.page_width_mm = width_mm;
+    request.page_height_mm = height_mm;
+    return {};
+  };
+  if (name == "a3") return set(297, 420);
+  if (name == "letter") return set(215.9, 279.4);
+  double width_mm = 0;
+  double height_mm = 0;
+  int read = 0;
+  if (std::sscanf(name.c_str(), "%lfx%lf%n", &width_mm, &height_mm, &read) == 2 &&
+      static_cast<std::size_t>(read) == name.size()) {
+    return set(width_mm, height_mm);
+  }
+  return Fail(fmt::format("--page {}: must be a4, a3, letter or WIDTHxHEIGHT in mm", name));
+}
+
+/// What was printed, for programs.
+std::string LayoutJson(const TargetSheet& sheet) {
+  const SheetRequest& request = sheet.request;
+  nlohmann::ordered_json json;
+  json["format"] = 1;
+  json["bits"] = request.bits;
+  json["radius_mm"] = request.radius_mm;
+  json["ring_inner_mm"] = part_alignment::kRingInner * request.radius_mm;
+  json["ring_outer_mm"] = part_alignment::kRingOuter * request.radius_mm;
+  json["bright"] = request.bright;
+  json["page_mm"] = {request.page_width_mm, request.page_height_mm};
+  json["scale_bar_mm"] = sheet.scale_bar.length_mm;
+  json["targets"] = nlohmann::ordered_json::array();
+  for (const PlacedTarget& target : sheet.targets) {
+    nlohmann::ordered_json entry;
+    entry["number"] = target.number > 0 ? nlohmann::ordered_json(target.number) : nullptr;
+    entry["word"] = target.number > 0 ? nlohmann::ordered_json(target.word) : nullptr;
+    entry["page"] = target.page + 1;
+    entry["x_mm"] = target.x_mm;
+    entry["y_mm"] = target.y_mm;
+    json["targets"].push_back(std::move(entry));
+  }
+  return json.dump(1) + "\n";
+}
+
+struct File {
+  fs::path path;
+  std::string bytes;
+};
+
+Result<std::vector<File>> DrawFiles(const AlignTargetsArguments& arguments,
+                                    const TargetSheet& sheet) {
+  const fs::path out = arguments.out;
+  std::vector<File> files;
+  if (out.extension() == ".pdf" && out.has_stem()) {
+    files.push_back({out, report::TargetPagesPdf(sheet)});
+  } else if (out.extension() == ".svg" && out.has_stem()) {
+    for (int page = 0; page < sheet.pages; ++page) {
+      const std::string name = sheet.pages == 1
+                                   ? out.filename().string()
+                                   : fmt::format("{}-{}.svg", out.stem().string(), page + 1);
+      files.push_back({out.parent_path() / name, report::TargetPageSvg(sheet, page)});
+    }
+  } else {
+    return Fail(fmt::format("--out {}: must end in .pdf or .svg", arguments.out));
+  }
+  if (!arguments.layout.empty()) files.push_back({arguments.layout, LayoutJson(sheet)});
+  return files;
+}
+
+Result<void> RunAlignTargets(AlignTargetsArguments arguments) {
+  if (auto done = SetPage(arguments.page, arguments.request); !done) return done;
+  const Result<TargetSheet> sheet = PlanTargetSheet(arguments.request);
+  if (!sheet) return tl::unexpected(sheet.error());
+  const Result<std::vector<File>> files = DrawFiles(arguments, *sheet);
+  if (!files) return tl::unexpected(files.error());
+  std::vector<fs::path> paths;
+  for (const File& file : *files) paths.push_back(file.path);
+  if (auto may = RefuseToOverwrite(paths, arguments.force); !may) return may;
+  for (const File& file : *files) {
+    if (auto done = store::WriteWholeFile(file.path, file.bytes); !done) return done;
+    fmt::print("wrote      {}\n", file.path.string());
+  }
+  fmt::print("targets    {} coded with {} bits, {} plain, on {} page{}\n", arguments.request.count,
+             arguments.request.bits, arguments.request.plain, sheet->pages,
+             sheet->pages == 1 ? "" : "s");
+  fmt::print("check      the scale bar must measure {:.0f} mm: print at 100 %\n",
+             sheet->scale_bar.length_mm);
+  return {};
+}
+
+}  // namespace
+
+void AddAlignTargetsCommand(CLI::App& parent, int& exit_code) {
+  auto arguments = std::make_shared<AlignTargetsArguments>();
+  SheetRequest& request = arguments->request;
+  CLI::App* command = parent.add_subcommand("targets", "pages of ring-coded targets to print");
+  command->add_option("--bits", request.bits, "of the code: 12 (17 targets), 14 (45) or 20 (1027)")
+      ->capture_default_str();
+  command->add_option("--radius", request.radius_mm, "of the disc, mm")->capture_default_str();
+  command->add_option("--count", request.count, "coded targets")->capture_default_str();
+  command->add_option("--first", request.first, "number of the first one")->capture_default_str();
+  command->add_option("--plain", request.plain, "plain discs")->capture_default_str();
+  command->add_flag("--bright", request.bright, "white on black, for retroreflective sheet");
+  command->add_option("--page", arguments->page, "a4, a3, letter or WIDTHxHEIGHT in mm")
+      ->capture_default_str();
+  command->add_option("-o,--out", arguments->out, ".pdf, or .svg (one file a page)")
+      ->capture_default_str();
+  command->add_option("--layout", arguments->layout, "JSON file: which target stands where");
+  command->add_flag("--force", arguments->force, "overwrite files");
+  command->callback([arguments, &exit_code] {
+    const Result<void> done = RunAlignTargets(*arguments);
+    if (!done) exit_code = Report(done.error());
+  });
+}
+
+}  // namespace trammel::app

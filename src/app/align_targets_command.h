@@ -1,0 +1,11 @@
+// Below `trammel align`: targets to print.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace trammel::app {
+
+/// `trammel align targets`. Stores its exit code as those of commands.h do.
+void AddAlignTargetsCommand(CLI::App& parent, int& exit_code);
+
+}  // namespace trammel::app
