@@ -51,9 +51,10 @@ part_alignment::Measurement MeasurementOf(const sim::SpindleWorld& world,
 }
 
 Eigen::VectorXd TruthOf(const sim::SpindleWorld& world) {
-  Eigen::VectorXd truth(7);
+  Eigen::VectorXd truth(9);
   truth << VectorOf(world.machine_from_part.origin_mm), VectorOf(world.part_angles_rad),
-      world.clamping.angle_rad;
+      world.clamping.angle_rad, world.clamping.eccentricity_mm[0],
+      world.clamping.eccentricity_mm[1];
   return truth;
 }
 

@@ -18,7 +18,7 @@ namespace trammel::test {
                                                         const sim::SpindleName& name,
                                                         double sigma_px, bool exact = false);
 
-/// x y z (mm), alpha beta gamma and the clamp angle (rad), as they are.
+/// As they are: x y z (mm), alpha beta gamma and the clamp angle (rad), the eccentricity (mm).
 [[nodiscard]] Eigen::VectorXd TruthOf(const sim::SpindleWorld& world);
 
 }  // namespace trammel::test
