@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -9,7 +10,10 @@
 #include "align_scene.h"
 #include "base/statistics.h"
 #include "part_alignment/solve.h"
+#include "sim/spindle_files.h"
 #include "sim/spindle_scene.h"
+#include "store/alignment_file.h"
+#include "support/temporary_folder.h"
 
 namespace trammel {
 namespace {
@@ -118,6 +122,27 @@ TEST(AlignRoundTrip, ThreeHundredClampingsScatterAsInTable3) {
         << "seed " << kSeed << " column " << k;
   }
   EXPECT_LT(2 * StandardDeviation(error[6]), 60e-6) << "of 7600e-6 that were set";
+}
+
+// What `trammel sim spindle` writes is what `trammel align solve` reads.
+TEST(AlignRoundTrip, ObservationsFileOfTheVirtualSpindleIsReadAndSolved) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "observations.json";
+  auto setup = Real(sim::IndustryScene(150));
+  setup.spread.eccentricity_mm = 0;
+  const sim::SpindleName which = {kSeed, 4};
+  const sim::SpindleWorld world = sim::DrawSpindleWorld(setup, which);
+  std::ofstream(path) << sim::ObservationsJson(world, which, 20);
+  const auto input = store::ReadAlignmentFile(path);
+  ASSERT_TRUE(input) << input.error().message;
+  EXPECT_TRUE(input->unknowns.clamp_angle);
+  EXPECT_EQ(input->numeric_ids.size(), 4U);
+  const auto solved = Solved(input->measurement, {});
+  const Eigen::VectorXd error =
+      solved.machine_from_part.translation_mm - test::TruthOf(world).head<3>();
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(std::abs(error[i]), 5 * std::sqrt(solved.covariance(i, i))) << "seed " << kSeed;
+  }
 }
 
 }  // namespace
