@@ -113,7 +113,7 @@ TEST_F(OffsetAnalyze, SheetsBehindAPlusMakeTheValueMoreCertain) {
 }
 
 TEST_F(OffsetAnalyze, AToolThatDidNotPrintIsRefusedByNameAndHasNoNumbers) {
-  ASSERT_EQ(Scan("silent.png", "--missing 1").exit_code, 0);
+  ASSERT_EQ(Scan("silent.png", "--dpi 300 --missing 1").exit_code, 0);
   const CommandResult result = Analyze("silent.png --json");
   EXPECT_EQ(result.exit_code, 2);
   const json tool = json::parse(result.standard_output)["tools"][0];
@@ -169,8 +169,9 @@ TEST_F(OffsetAnalyze, APictureOfThePlanIsNoScan) {
 TEST_F(OffsetAnalyze, AnIdexHasItsOwnChangesOfToolAndItsOwnLines) {
   ASSERT_EQ(Trammel("offset pattern --tool-change idex -o idex.gcode").exit_code, 0);
   ASSERT_EQ(
-      Trammel(fmt::format("sim sheet idex.gcode --seed {} --offset 1:{},{} --out carriage.png",
-                          kSeed, kDx_mm, kDy_mm))
+      Trammel(fmt::format(
+                  "sim sheet idex.gcode --dpi 300 --seed {} --offset 1:{},{} --out carriage.png",
+                  kSeed, kDx_mm, kDy_mm))
           .exit_code,
       0);
   const CommandResult read =
@@ -190,7 +191,9 @@ TEST_F(OffsetAnalyze, AnIdexHasItsOwnChangesOfToolAndItsOwnLines) {
 TEST_F(OffsetAnalyze, ASelfTestTellsHowEachProgrammedOffsetCameBack) {
   ASSERT_EQ(Trammel("offset pattern --self-test -o self.gcode").exit_code, 0);
   ASSERT_EQ(
-      Trammel(fmt::format("sim sheet self.gcode --seed {} --out printed.png", kSeed)).exit_code, 0);
+      Trammel(fmt::format("sim sheet self.gcode --dpi 300 --seed {} --out printed.png", kSeed))
+          .exit_code,
+      0);
   const CommandResult result = Trammel("offset analyze printed.png --pattern self.gcode --json");
   ASSERT_EQ(result.exit_code, 0) << result.output;
   const json tests = json::parse(result.standard_output)["self_tests"];
@@ -201,7 +204,7 @@ TEST_F(OffsetAnalyze, ASelfTestTellsHowEachProgrammedOffsetCameBack) {
 }
 
 TEST_F(OffsetAnalyze, ThePartOfASheetIsNoSheet) {
-  ASSERT_EQ(Scan("half.png", "--set crop-left-mm=120").exit_code, 0);
+  ASSERT_EQ(Scan("half.png", "--dpi 300 --set crop-left-mm=120").exit_code, 0);
   const CommandResult half = Analyze("half.png");
   EXPECT_EQ(half.exit_code, 2);
   EXPECT_THAT(half.standard_error, AllOf(HasSubstr("half.png"), HasSubstr("part of a box")));
@@ -218,7 +221,7 @@ TEST_F(OffsetAnalyze, APageThatIsNoScanOfThisSheetIsAnErrorThatSaysSo) {
   EXPECT_EQ(none.standard_output, "");
   EXPECT_THAT(none.standard_error, HasSubstr("blank.png"));
 
-  ASSERT_EQ(Scan("mirrored.png", "--mirrored").exit_code, 0);
+  ASSERT_EQ(Scan("mirrored.png", "--dpi 300 --mirrored").exit_code, 0);
   const CommandResult mirrored = Analyze("mirrored.png");
   EXPECT_EQ(mirrored.exit_code, 2);
   EXPECT_THAT(mirrored.standard_error, AllOf(HasSubstr("mirrored.png"), HasSubstr("mirror")));
