@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -14,6 +15,7 @@
 #include "app/commands.h"
 #include "part_alignment/budget.h"
 #include "part_alignment/budget_study.h"
+#include "part_alignment/calibration_age.h"
 #include "part_alignment/repeated.h"
 #include "report/part_metrology_text.h"
 #include "store/alignment_file.h"
@@ -65,6 +67,13 @@ bool JudgeScene(const store::BudgetFile& file, const part_alignment::Budget& bud
   return held;
 }
 
+std::string Today() {
+  const std::chrono::year_month_day today(
+      std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()));
+  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(today.year()),
+                     static_cast<unsigned>(today.month()), static_cast<unsigned>(today.day()));
+}
+
 // The targets' uncertainty from repeated calibrations and measurements, instead of the scene's.
 Result<std::string> TakeRepeats(const BudgetArguments& arguments,
                                 part_alignment::BudgetScene& scene) {
@@ -73,6 +82,10 @@ Result<std::string> TakeRepeats(const BudgetArguments& arguments,
     const auto camera = store::ReadCameraFile(path);
     if (!camera) return tl::unexpected(camera.error());
     cameras.push_back(camera->camera);
+    if (!camera->calibration) continue;
+    if (const auto old = part_alignment::NoticeOfAge(camera->calibration->date, Today())) {
+      fmt::print(stderr, "{}: {}\n", path, *old);
+    }
   }
   std::vector<part_alignment::Measurement> measurements;
   part_alignment::SolveOptions options;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "base/check.h"
 #include "part_alignment/calibrate_start.h"
@@ -142,7 +143,14 @@ bool DropWrongViews(const std::vector<Sample>& samples, Camera& camera,
     const auto worst = std::max_element(errors.begin(), errors.end());
     if (!(*worst > kWrongSigma * scale)) return true;
     if (used.size() <= least) return false;
-    used.erase(used.begin() + (worst - errors.begin()));
+    // All that are about as wrong go at once: one by one would take as many fits.
+    const double limit = std::max(kWrongSigma * scale, *worst / 2);
+    std::vector<std::size_t> kept;
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      if (!(errors[k] > limit)) kept.push_back(used[k]);
+    }
+    if (kept.size() < least) return false;
+    used = std::move(kept);
     const LeastSquaresFit fit = FitCamera(camera, samples, used);
     if (fit.converged) camera = WithParameters(camera, fit.x);
   }

@@ -42,6 +42,7 @@ Result<std::set<std::string>> CheckPoints(const PartFitInput& input,
                                           const std::set<std::string>& surfaces) {
   std::set<std::string> ids;
   std::set<std::string> touched;
+  std::size_t targets = 0;
   for (const MeasuredPoint& point : input.points) {
     if (!ids.insert(point.id).second) {
       return Fail(fmt::format("point {} stands there twice", point.id));
@@ -52,12 +53,22 @@ Result<std::set<std::string>> CheckPoints(const PartFitInput& input,
                       "above 0",
                       point.id, point.at_mm.x(), point.at_mm.y(), point.at_mm.z(), point.sigma_mm));
     }
-    if (point.surface.empty()) continue;
+    if (point.surface.empty()) {
+      ++targets;
+      continue;
+    }
     if (!surfaces.contains(point.surface)) {
       return Fail(fmt::format("point {}: the surface {} is none of the ideal part's ({})", point.id,
                               point.surface, fmt::join(surfaces, ", ")));
     }
     touched.insert(point.surface);
+  }
+  constexpr std::size_t kMostTargets = 1000;  // their covariance has nine numbers for each pair
+  if (targets > kMostTargets) {
+    return Fail(
+        fmt::format("{} points without a surface; at most {} can be targets: name the "
+                    "surface of measured points",
+                    targets, kMostTargets));
   }
   for (const std::string& surface : surfaces) {
     if (!touched.contains(surface)) {

@@ -90,7 +90,7 @@ bool LooksLikeDate(const std::string& date) {
 
 Result<CalibrationGridFile> ReadCalibrationGrid(const std::filesystem::path& path) {
   constexpr std::size_t kMostBytes = 100'000'000;
-  constexpr std::size_t kMostViews = 100'000;
+  constexpr std::size_t kMostViews = 20'000;
   const auto text = ReadWholeFile(path, kMostBytes);
   if (!text) return tl::unexpected(text.error());
   const auto json = ParseJson(*text, path.string());

@@ -1,0 +1,89 @@
+// Figures, page, JSON and text of calibrations, part fits and budgets.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "part_alignment/camera_convert.h"
+#include "report/part_metrology_figures.h"
+#include "report/part_metrology_text.h"
+#include "report/test_support.h"
+
+namespace trammel::report {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+part_alignment::CameraCalibration SomeCalibration(part_alignment::GridMeasurement& grid) {
+  part_alignment::CameraCalibration calibration;
+  calibration.verdict = Verdict::kGood;
+  calibration.camera = part_alignment::TableOneCamera();
+  const auto values = part_alignment::ParametersOf(calibration.camera);
+  for (int i = 0; i < part_alignment::kCameraParameters; ++i) {
+    calibration.covariance(i, i) = 1e-10 * values[i] * values[i];
+  }
+  calibration.nearest_mm = 395;
+  calibration.farthest_mm = 1430;
+  calibration.residual_rms_px = 0.02;
+  calibration.residual_rms_sigma = 1;
+  for (int i = 0; i < 5; ++i) {
+    grid.views.push_back({{0, 0, 0}, 500.0 * i, 300.0 * i, 0.02});
+    calibration.residuals.push_back({0.01, -0.02, 0.02, i != 2});
+    calibration.cross_validation.push_back({400.0 + 200 * i, 9, 0.02, 1.1});
+  }
+  return calibration;
+}
+
+TEST(PartMetrology, FiguresOfACalibrationAreWellFormed) {
+  part_alignment::GridMeasurement grid;
+  const auto calibration = SomeCalibration(grid);
+  const auto figures = CalibrationFigures(grid, calibration);
+  ASSERT_EQ(figures.size(), 3U);
+  for (const Figure& figure : figures) EXPECT_EQ(test::XmlProblem(figure.canvas.ToSvg()), "");
+  EXPECT_THAT(CalibrationText(calibration), HasSubstr("focal_length_mm"));
+  const auto json = nlohmann::json::parse(ToJson(calibration));
+  EXPECT_EQ(json["parameters"]["z_mm"]["value"], -320.3);
+  EXPECT_EQ(json["residuals"][2]["used"], false);
+}
+
+TEST(PartMetrology, WhatIsNotGoodHasNoNumbers) {
+  part_alignment::CameraCalibration calibration;
+  calibration.verdict = Verdict::kCannotTell;
+  calibration.reason = "one plane";
+  const auto json = nlohmann::json::parse(ToJson(calibration));
+  EXPECT_TRUE(json["covariance"].is_null());
+  EXPECT_TRUE(json["parameters"]["focal_length_mm"]["value"].is_null());
+  EXPECT_THAT(CalibrationText(calibration), HasSubstr("cannot_tell: one plane"));
+  const auto fit = nlohmann::json::parse(ToJson(part_alignment::PartFitInput{}, {}));
+  EXPECT_TRUE(fit["targets"].is_null());
+  EXPECT_TRUE(fit["least_overstock_mm"].is_null());
+}
+
+TEST(PartMetrology, AnOverstockMapOfOnePointIsDrawn) {
+  part_alignment::PartFitInput input;
+  input.points = {{"p<1>", {10, 20, 30}, 0.05, "top"}};
+  part_alignment::PartFit fit;
+  fit.overstocks = {{0, -0.2, 3, 0.1, false}};
+  EXPECT_EQ(test::XmlProblem(OverstockFigure(input, fit).canvas.ToSvg()), "");
+}
+
+TEST(PartMetrology, ThePageEscapesWhatComesFromOutside) {
+  const std::string page =
+      FigurePage("a <b>", Verdict::kRefused, "<script>alert(1)</script>", "\x01<i>", {});
+  EXPECT_THAT(page, Not(HasSubstr("<script>")));
+  EXPECT_THAT(page, HasSubstr("&lt;script&gt;"));
+  EXPECT_THAT(page, HasSubstr("head refused"));
+}
+
+TEST(PartMetrology, TablesNameTheirUnitsAndFactors) {
+  part_alignment::Budget budget;
+  budget.axes[0].expanded_mm = 0.0445;
+  const std::string text = BudgetText(budget);
+  EXPECT_THAT(text, HasSubstr("44.5"));
+  EXPECT_THAT(text, HasSubstr("k=2"));
+  EXPECT_TRUE(nlohmann::json::parse(ToJson(budget))["axes"]["x"]["simulated_mm"].is_null());
+}
+
+}  // namespace
+}  // namespace trammel::report
