@@ -18,10 +18,11 @@ constexpr int kPerSegment = 8;  ///< samples
 constexpr int kMostSamples = 20 * kPerSegment;
 
 // In units of the contrast: 0 the surroundings, 1 the disc's shade.
-constexpr double kPlain = 0.35;      ///< gap and quiet zone stay below
-constexpr double kLeastSpan = 0.35;  ///< between segments without and with ink
-constexpr double kMostLow = 0.3;     ///< of those without
-constexpr double kLeastHigh = 0.5;   ///< of those with
+constexpr double kPlain = 0.35;          ///< gap and quiet zone stay below
+constexpr double kMostScratched = 0.12;  ///< share of the quiet zone, beyond a whole ring
+constexpr double kLeastSpan = 0.35;      ///< between segments without and with ink
+constexpr double kMostLow = 0.3;         ///< of those without
+constexpr double kLeastHigh = 0.5;       ///< of those with
 
 // Of the ring, in units of the span between its two shades.
 constexpr double kSure = 0.12;      ///< a segment's least distance from the middle
@@ -76,8 +77,9 @@ Circles Sample(const PageView& picture, const DiscModel& disc, const Mapping& ma
     const double gap = at(kGapRadius);
     const double quiet = at(kQuietSample);
     const double ink = disc.background + disc.contrast;
-    // Light that changes across the target changes gap and quiet zone alike.
-    const double nearby = 0.5 * (gap + quiet);
+    // Light that changes across the target changes gap and quiet zone alike; a scratch does not.
+    const bool scratched = std::abs(quiet - gap) > kPlain * std::abs(disc.contrast);
+    const double nearby = scratched ? gap : 0.5 * (gap + quiet);
     double ring = 0;
     for (const double radius : kRingRadii) ring += at(radius);
     ring /= kRingRadii.size();
@@ -214,7 +216,8 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
     }
   }
   reading.start_rad = kTurn * phase / circles.count;
-  const bool plain_about = gap == 0 && quiet == 0 && two.low < kMostLow && two.high > kLeastHigh;
+  const bool plain_about =
+      gap == 0 && quiet <= kMostScratched && two.low < kMostLow && two.high > kLeastHigh;
   if (plain_about && sure == bits && IsConsistent(circles, shades, reading.word, phase)) {
     reading.state = RingState::kClear;
   } else if (2 * sure > bits && inked >= kLeastInked && bits - inked >= kLeastInked &&

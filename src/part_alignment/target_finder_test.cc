@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -220,6 +221,18 @@ TEST(TargetFinder, WithAQuarterOfTheRingHiddenNeverReadsAnotherTarget) {
   }
   EXPECT_EQ(wrong, 0) << "seed " << kSeed;
   RecordProperty("read_in_spite", read);
+}
+
+TEST(TargetFinder, ReadsATargetWithAScratchAcrossItsQuietZone) {
+  Random random(12);
+  const CodeBook book = Book(14);
+  const Scene scene = OneTarget(random, 15, 0, 14, book.words[30]);
+  Page page = Expose(Draw(scene.side, scene.side, {scene.target}, {}), 1, random);
+  const int row = static_cast<int>(scene.target.h[1][2] + 3.4 * 15);
+  for (int y = row; y < row + 3; ++y) std::fill_n(page.row(y), page.width, std::uint8_t{90});
+  const FoundTargets found = Find(page, book);
+  ASSERT_THAT(found.targets, SizeIs(1));
+  EXPECT_EQ(found.targets[0].number, 31);
 }
 
 TEST(TargetFinder, SaysWhyATargetIsRejected) {
