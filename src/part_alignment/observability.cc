@@ -275,14 +275,4 @@ Observability Observe(const PoseProblem& middle_problem, const Theta& theta, dou
   return seen;
 }
 
-Eigen::MatrixXd SightCovariance(const PoseProblem& problem, const Theta& theta) {
-  // Columns scaled to unit length: metres of lever against microradians would cost digits.
-  const Eigen::MatrixXd jacobian = WeightedJacobian(problem, theta);
-  const Theta units = jacobian.colwise().norm().cwiseInverse().transpose();
-  const auto svd = Decompose(problem, theta, units);
-  const Eigen::MatrixXd half =
-      units.asDiagonal() * svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal();
-  return half * half.transpose();
-}
-
 }  // namespace trammel::part_alignment

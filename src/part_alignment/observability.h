@@ -22,7 +22,4 @@ constexpr double kUnseen_mm = 100;
 [[nodiscard]] Observability Observe(const PoseProblem& middle_problem, const Theta& theta,
                                     double limit_mm);
 
-/// Covariance of theta from the sights' sigmas alone, (J^T W J)^-1. REQUIRES full rank.
-[[nodiscard]] Eigen::MatrixXd SightCovariance(const PoseProblem& problem, const Theta& theta);
-
 }  // namespace trammel::part_alignment

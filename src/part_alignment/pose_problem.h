@@ -40,7 +40,8 @@ struct Sight {
   Eigen::Matrix3d spindle_from_machine = Eigen::Matrix3d::Identity();  ///< R_cnc^T
   Eigen::Vector3d spindle_mm = Eigen::Vector3d::Zero();                ///< d_cnc
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-  double sigma_px = 1;
+  double sigma_px = 1;        ///< its weight is one over the square
+  double pixel_sigma_px = 1;  ///< as stated, without the share of machine and targets
   std::size_t view = 0;
   std::size_t target = 0;
 };

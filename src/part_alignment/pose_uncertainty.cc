@@ -3,15 +3,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <string_view>
 
 #include "part_alignment/chi_square.h"
+#include "part_alignment/input_effect.h"
 #include "part_alignment/observability.h"
 #include "part_alignment/pose_solver.h"
 
@@ -22,102 +19,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-const Unknowns kEverything{true, true, true, true, true};
-
-Result<void> Validate(const InputUncertainty& inputs) {
-  struct Field {
-    std::string_view name;
-    double value;
-  };
-  const std::array fields{Field{"machine_mm", inputs.machine_mm},
-                          Field{"target_mm", inputs.target_mm},
-                          Field{"clamp_angle_rad", inputs.clamp_angle_rad},
-                          Field{"clamp_eccentricity_mm", inputs.clamp_eccentricity_mm},
-                          Field{"clamp_tilt_rad", inputs.clamp_tilt_rad},
-                          Field{"focal_length_mm", inputs.focal_length_mm},
-                          Field{"camera_offset_mm", inputs.camera_offset_mm}};
-  for (const Field& field : fields) {
-    if (!(field.value >= 0 && field.value <= 1000)) {
-      return Fail(
-          fmt::format("uncertainty {} is {}, it must lie in 0 ... 1000", field.name, field.value));
-    }
-  }
-  return {};
-}
-
-/// The standard uncertainty of each of kEverything's entries that is not solved for, else 0.
-Theta CommonSigmas(const InputUncertainty& inputs, const Unknowns& unknowns) {
-  const Layout all = LayoutOf(kEverything);
-  Theta sigmas = Theta::Zero(all.size);
-  const auto set = [&](bool solved, int first, int count, double sigma) {
-    sigmas.segment(first, count).setConstant(solved ? 0 : sigma);
-  };
-  set(unknowns.clamp_angle, all.clamp_angle, 1, inputs.clamp_angle_rad);
-  set(unknowns.clamp_eccentricity, all.clamp_eccentricity, 2, inputs.clamp_eccentricity_mm);
-  set(unknowns.clamp_tilt, all.clamp_tilt, 2, inputs.clamp_tilt_rad);
-  set(unknowns.focal_length, all.focal_length, 1, inputs.focal_length_mm);
-  set(unknowns.camera_offset, all.camera_offset, 3, inputs.camera_offset_mm);
-  return sigmas;
-}
-
-PoseProblem WithEverything(const PoseProblem& problem) {
-  PoseProblem all = problem;
-  all.unknowns = kEverything;
-  return all;
-}
-
-/// theta changes by this matrix times the change of the weighted residuals. Empty below full rank.
-MatrixXd Gain(const PoseProblem& problem, const Theta& theta) {
-  const MatrixXd jacobian = WeightedJacobian(problem, theta);
-  if (jacobian.size() == 0 || jacobian.rows() < jacobian.cols()) {
-    return {};
-  }
-  const Eigen::VectorXd scale = jacobian.colwise().norm().cwiseInverse();
-  const Eigen::JacobiSVD<MatrixXd> svd(jacobian * scale.asDiagonal(),
-                                       Eigen::ComputeThinU | Eigen::ComputeThinV);
-  constexpr double kSingular = 1e-9;
-  const auto& values = svd.singularValues();
-  if (!scale.allFinite() || values.minCoeff() < kSingular * values.maxCoeff()) {
-    return {};
-  }
-  return scale.asDiagonal() * svd.matrixV() * values.cwiseInverse().asDiagonal() *
-         svd.matrixU().transpose();
-}
-
-/// What one input does to the weighted residuals: a column for each independent draw, times its
-/// sigma.
-MatrixXd InputColumns(const PoseProblem& problem, const Theta& everything, const Unknowns& unknowns,
-                      const InputUncertainty& inputs) {
-  const MatrixXd jacobian = WeightedJacobian(WithEverything(problem), everything);
-  const Eigen::Matrix3d turn = geometry::RotationFromAngles(everything.segment<3>(3));
-  std::map<std::size_t, Index> views;
-  std::map<std::size_t, Index> targets;
-  for (const Sight& sight : problem.sights) {
-    views.emplace(sight.view, static_cast<Index>(views.size()));
-    targets.emplace(sight.target, static_cast<Index>(targets.size()));
-  }
-  const Index first_target = 3 * static_cast<Index>(views.size());
-  const Index first_common = first_target + 3 * static_cast<Index>(targets.size());
-  MatrixXd columns = MatrixXd::Zero(jacobian.rows(), first_common + jacobian.cols() - 6);
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    const Index row = 2 * static_cast<Index>(i);
-    const Sight& sight = problem.sights[i];
-    const Eigen::Matrix<double, 2, 3> by_machine = jacobian.block<2, 3>(row, 0);
-    columns.block<2, 3>(row, 3 * views[sight.view]) = -inputs.machine_mm * by_machine;
-    columns.block<2, 3>(row, first_target + 3 * targets[sight.target]) =
-        inputs.target_mm * by_machine * turn;
-  }
-  const Theta sigmas = CommonSigmas(inputs, unknowns);
-  columns.rightCols(jacobian.cols() - 6) =
-      jacobian.rightCols(jacobian.cols() - 6) * sigmas.tail(jacobian.cols() - 6).asDiagonal();
-  return columns;
-}
-
-/// The state with every entry that can be one; the camera's own focal length and offset.
-Theta EverythingAt(const PoseProblem& problem, const AlignmentState& state) {
-  return ThetaOf(WithEverything(problem), state.machine_from_part, state.clamping);
-}
 
 /// The fixed part of the model at the state: the solver takes the clamping that it does not solve
 /// for as centred, so a state with another clamping would be a bias, not an uncertainty.
@@ -242,8 +143,7 @@ Result<LinearUncertainty> PropagateLinearly(const Measurement& measurement,
   if (gain.size() == 0) {
     return Fail("the views do not determine the unknowns: add the view that solve advises");
   }
-  const MatrixXd moved =
-      gain * InputColumns(problem, EverythingAt(problem, state), unknowns, inputs);
+  const MatrixXd moved = gain * InputColumns(problem, solver->state(), inputs);
   return LinearUncertainty{ParameterNames(unknowns),
                            gain * gain.transpose() + moved * moved.transpose()};
 }
@@ -265,7 +165,7 @@ Result<MonteCarloUncertainty> SimulateMeasurements(const Measurement& measuremen
     return tl::unexpected(solver.error());
   }
   const PoseProblem& problem = solver->problem();
-  Drawer drawer(problem, EverythingAt(problem, state), unknowns, inputs);
+  Drawer drawer(problem, EverythingAt(problem, solver->state()), unknowns, inputs);
   MonteCarloUncertainty result;
   result.parameters = linear->parameters;
   std::vector<Vector2d> pixels(problem.sights.size());

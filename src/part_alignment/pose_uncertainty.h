@@ -7,22 +7,10 @@
 
 #include "base/random.h"
 #include "base/result.h"
+#include "part_alignment/input_uncertainty.h"
 #include "part_alignment/solve.h"
 
 namespace trammel::part_alignment {
-
-/// Standard uncertainties (k = 1) of what goes into a measurement beside the pixels' own sigmas;
-/// all normal, 0: exact.
-struct InputUncertainty {
-  double machine_mm = 0;  ///< each axis of each view's spindle position, independent
-  double target_mm = 0;   ///< each coordinate of each target, the same in all views
-  // One value for the whole measurement; counts only where it is not among the unknowns.
-  double clamp_angle_rad = 0;
-  double clamp_eccentricity_mm = 0;  ///< X and Y each
-  double clamp_tilt_rad = 0;         ///< about X and Y each
-  double focal_length_mm = 0;
-  double camera_offset_mm = 0;  ///< X, Y and Z each
-};
 
 /// Where the measurement is taken to be: the true values of the simulated measurements.
 struct AlignmentState {
@@ -36,10 +24,11 @@ struct LinearUncertainty {
 };
 
 /// The solver's weights and derivatives at the state, every input through its own derivative:
-/// theta = (J^T W J)^-1 J^T W (inputs). Only the views' places, the targets and the sigmas of the
-/// measurement count; its pixels may be anything. What is among the unknowns adds nothing here.
-/// Errors (kInput): as of Solve; an uncertainty that is negative or not finite; targets that the
-/// camera does not see from there; views that do not determine the unknowns.
+/// theta = (J^T W J)^-1 J^T W (inputs), W from the sigmas of the pixels. Only the views' places,
+/// the targets and the sigmas of the measurement count; its pixels may be anything. What is among
+/// the unknowns adds nothing here. Errors (kInput): as of Solve; an uncertainty that is negative or
+/// not finite; targets that the camera does not see from there; views that do not determine the
+/// unknowns.
 [[nodiscard]] Result<LinearUncertainty> PropagateLinearly(const Measurement& measurement,
                                                           const Unknowns& unknowns,
                                                           const AlignmentState& state,

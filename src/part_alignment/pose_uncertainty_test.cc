@@ -87,6 +87,71 @@ TEST(PoseUncertainty, LinearPropagationHoldsForMachineTargetsAndClampingToo) {
   ExpectAgreement(linear->covariance, *simulated);
 }
 
+TEST(PoseUncertainty, SolveStatesTheInputsThatItIsTold) {
+  const Bench bench = PaperBench();
+  SolveOptions options;
+  options.inputs.machine_mm = 0.003;
+  options.inputs.target_mm = 0.02;
+  options.inputs.clamp_eccentricity_mm = 0.015;
+  const auto alignment = Solve(bench.measurement, options);
+  const auto linear = PropagateLinearly(bench.measurement, {}, bench.state, options.inputs);
+  ASSERT_TRUE(alignment && linear);
+  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+  // All targets lie at about one distance, so the wider sigmas hardly change the weights.
+  const Eigen::VectorXd ratio =
+      alignment->covariance.diagonal().cwiseQuotient(linear->covariance.diagonal()).cwiseSqrt();
+  EXPECT_NEAR(ratio.minCoeff(), 1, 0.02);
+  EXPECT_NEAR(ratio.maxCoeff(), 1, 0.02);
+  options.inputs.machine_mm = -1;
+  EXPECT_FALSE(Solve(bench.measurement, options));
+}
+
+// At 150 mm a machine's 5 um are 0.09 px: without them stated the residuals contradict their
+// sigmas, with them the errors are those of the covariance.
+TEST(PoseUncertainty, AMachinesScatterIsJudgedByWhatIsStated) {
+  constexpr double kMachine_mm = 0.005;
+  constexpr double kFine_px = 0.02;
+  constexpr int kWorlds = 300;
+  SCOPED_TRACE(kSeed);
+  Random random(kSeed);
+  AlignmentWorld world = BenchWorld(150);
+  for (std::size_t i = 0; i < world.views.size(); ++i) {
+    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Eigen::Matrix3d::Identity(),
+                            150, {i % 2 == 0 ? -25.0 : 25.0, i % 4 < 2 ? 10.0 : -10.0});
+  }
+  SolveOptions told;
+  told.inputs.machine_mm = kMachine_mm;
+  told.robust = false;
+  SolveOptions untold;
+  untold.robust = false;
+  int good = 0;
+  int good_untold = 0;
+  double squares = 0;
+  for (int i = 0; i < kWorlds; ++i) {
+    AlignmentWorld taken = world;
+    TakePictures(taken, kFine_px, random);
+    for (auto& view : taken.views) {
+      for (int axis = 0; axis < 3; ++axis) {
+        view.spindle_mm[axis] += random.Normal(0, kMachine_mm);
+      }
+    }
+    const Measurement measurement = MeasurementOf(taken, kFine_px);
+    const auto alignment = Solve(measurement, told);
+    ASSERT_TRUE(alignment);
+    good_untold += Solve(measurement, untold)->verdict == Verdict::kGood ? 1 : 0;
+    if (alignment->verdict == Verdict::kGood) {
+      good += 1;
+      const double off_mm = alignment->machine_from_part.translation_mm.x() -
+                            world.machine_from_part.translation_mm.x();
+      squares += off_mm * off_mm / alignment->covariance(0, 0);
+    }
+  }
+  EXPECT_GE(good, kWorlds - 2);
+  EXPECT_LT(good_untold, kWorlds / 4);
+  // 300 squares of unit variance: their mean scatters by 0.08.
+  EXPECT_NEAR(squares / good, 1, 0.3);
+}
+
 // At a constant orientation of the spindle an eccentric clamping is a shift of the part, one to one
 // and with zero residual.
 TEST(PoseUncertainty, EccentricClampingGoesIntoThePartsXAndYWhole) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "part_alignment/input_effect.h"
 #include "part_alignment/observability.h"
 #include "part_alignment/solve_input.h"
 #include "part_alignment/view_advice.h"
@@ -114,7 +115,12 @@ Alignment Judge(const PoseProblem& problem, const Fit& fit, const std::vector<Pa
     return Refuse(std::move(alignment), Verdict::kRefused,
                   fmt::format("the solution did not settle within {} steps", fit.steps));
   }
-  alignment.covariance = SightCovariance(problem, fit.theta);
+  alignment.covariance = CovarianceByInputs(problem, fit.theta, options.inputs);
+  if (alignment.covariance.size() == 0) {
+    return Refuse(std::move(alignment), Verdict::kCannotTell,
+                  "the ideal part's frame lies so far from its targets that its place and its "
+                  "angles cannot be told apart: give it an origin nearer to them");
+  }
   alignment.verdict = Verdict::kGood;
   return alignment;
 }
@@ -147,9 +153,18 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
     return Fail(fmt::format("weakest_limit_mm is {}, it must lie in 0.001 ... 100",
                             options.weakest_limit_mm));
   }
-  const auto problem = MakeProblem(measurement, options.unknowns);
+  if (const auto valid = Validate(options.inputs); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  auto problem = MakeProblem(measurement, options.unknowns);
   if (!problem) {
     return tl::unexpected(problem.error());
+  }
+  if (options.inputs.machine_mm > 0 || options.inputs.target_mm > 0) {
+    // What a millimetre is worth in pixels needs the distances: a rough solution has them.
+    if (const Fit rough = FitFromNothing(*problem, SolveMethod::kGaussNewton); rough.found) {
+      WidenSigmas(rough.theta, options.inputs, *problem);
+    }
   }
   std::vector<std::string> labels;
   for (const PartTarget& target : measurement.targets) {

@@ -8,6 +8,7 @@
 
 #include "base/measured.h"
 #include "base/result.h"
+#include "part_alignment/input_uncertainty.h"
 #include "part_alignment/measurement.h"
 
 namespace trammel::part_alignment {
@@ -33,6 +34,10 @@ struct SolveOptions {
   /// targets; beyond it the verdict is cannot_tell. Default: a quarter of a tight allowance of a
   /// raw part (+-1 mm), at k = 2.
   double weakest_limit_mm = 0.25;
+  /// What is uncertain beside the pixels: machine and targets count in weights and chi-square, all
+  /// of it in the covariance. What all views share and no residual shows (an eccentric clamping) is
+  /// in the covariance only if it is stated here.
+  InputUncertainty inputs;
 };
 
 /// Measured minus projected.
@@ -41,8 +46,8 @@ struct AlignmentResidual {
   std::string target;
   double column_px = 0;
   double row_px = 0;
-  double sigma_px = 0;
-  double weight = 1;  ///< 0: taken for wrong and left out
+  double sigma_px = 0;  ///< with the share of machine and targets
+  double weight = 1;    ///< 0: taken for wrong and left out
 };
 
 /// Rank and the direction that the views tell least about.
@@ -67,7 +72,7 @@ struct Alignment {
   Eigen::Vector3d camera_offset_mm = Eigen::Vector3d::Zero();
   /// Of covariance, rows and columns: x_mm y_mm z_mm alpha_rad beta_rad gamma_rad clamp_angle_rad
   /// clamp_eccentricity_x_mm … clamp_tilt_x_rad … focal_length_mm camera_offset_x_mm …
-  /// From the stated sigmas alone: never scaled by the residuals, which are judged instead.
+  /// From the stated sigmas and inputs: never scaled by the residuals, which are judged instead.
   std::vector<std::string> parameters;
   Eigen::MatrixXd covariance;
   std::vector<AlignmentResidual> residuals;

@@ -101,6 +101,7 @@ Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& 
                                 view.spindle_mm,
                                 {seen.column_px, seen.row_px},
                                 seen.sigma_px,
+                                seen.sigma_px,
                                 number,
                                 found->second});
     }

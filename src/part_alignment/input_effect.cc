@@ -1,0 +1,151 @@
+#include "part_alignment/input_effect.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/SVD>
+#include <array>
+#include <cmath>
+#include <map>
+#include <string_view>
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+
+const Unknowns kEverything{true, true, true, true, true};
+
+}  // namespace
+
+Result<void> Validate(const InputUncertainty& inputs) {
+  struct Field {
+    std::string_view name;
+    double value;
+  };
+  const std::array fields{Field{"machine_mm", inputs.machine_mm},
+                          Field{"target_mm", inputs.target_mm},
+                          Field{"clamp_angle_rad", inputs.clamp_angle_rad},
+                          Field{"clamp_eccentricity_mm", inputs.clamp_eccentricity_mm},
+                          Field{"clamp_tilt_rad", inputs.clamp_tilt_rad},
+                          Field{"focal_length_mm", inputs.focal_length_mm},
+                          Field{"camera_offset_mm", inputs.camera_offset_mm}};
+  for (const Field& field : fields) {
+    if (!(field.value >= 0 && field.value <= 1000)) {
+      return Fail(
+          fmt::format("uncertainty {} is {}, it must lie in 0 ... 1000", field.name, field.value));
+    }
+  }
+  return {};
+}
+
+Theta CommonSigmas(const InputUncertainty& inputs, const Unknowns& unknowns) {
+  const Layout all = LayoutOf(kEverything);
+  Theta sigmas = Theta::Zero(all.size);
+  const auto set = [&](bool solved, int first, int count, double sigma) {
+    sigmas.segment(first, count).setConstant(solved ? 0 : sigma);
+  };
+  set(unknowns.clamp_angle, all.clamp_angle, 1, inputs.clamp_angle_rad);
+  set(unknowns.clamp_eccentricity, all.clamp_eccentricity, 2, inputs.clamp_eccentricity_mm);
+  set(unknowns.clamp_tilt, all.clamp_tilt, 2, inputs.clamp_tilt_rad);
+  set(unknowns.focal_length, all.focal_length, 1, inputs.focal_length_mm);
+  set(unknowns.camera_offset, all.camera_offset, 3, inputs.camera_offset_mm);
+  return sigmas;
+}
+
+PoseProblem WithEverything(const PoseProblem& problem) {
+  PoseProblem all = problem;
+  all.unknowns = kEverything;
+  return all;
+}
+
+Theta EverythingAt(const PoseProblem& problem, const Theta& theta) {
+  const PoseProblem all = WithEverything(problem);
+  Theta everything = ThetaOf(all, PoseOf(theta), ClampingOf(LayoutOf(problem.unknowns), theta));
+  const Layout from = LayoutOf(problem.unknowns);
+  const Layout to = LayoutOf(all.unknowns);
+  if (from.focal_length >= 0) {
+    everything[to.focal_length] = theta[from.focal_length];
+  }
+  if (from.camera_offset >= 0) {
+    everything.segment<3>(to.camera_offset) = theta.segment<3>(from.camera_offset);
+  }
+  return everything;
+}
+
+MatrixXd Gain(const PoseProblem& problem, const Theta& theta) {
+  const MatrixXd jacobian = WeightedJacobian(problem, theta);
+  if (jacobian.size() == 0 || jacobian.rows() < jacobian.cols()) {
+    return {};
+  }
+  const Eigen::VectorXd scale = jacobian.colwise().norm().cwiseInverse();
+  const Eigen::JacobiSVD<MatrixXd> svd(jacobian * scale.asDiagonal(),
+                                       Eigen::ComputeThinU | Eigen::ComputeThinV);
+  constexpr double kSingular = 1e-9;
+  const auto& values = svd.singularValues();
+  if (!scale.allFinite() || values.minCoeff() < kSingular * values.maxCoeff()) {
+    return {};
+  }
+  return scale.asDiagonal() * svd.matrixV() * values.cwiseInverse().asDiagonal() *
+         svd.matrixU().transpose();
+}
+
+MatrixXd InputColumns(const PoseProblem& problem, const Theta& theta,
+                      const InputUncertainty& inputs) {
+  const Theta everything = EverythingAt(problem, theta);
+  const MatrixXd jacobian = WeightedJacobian(WithEverything(problem), everything);
+  const Eigen::Matrix3d turn = geometry::RotationFromAngles(everything.segment<3>(3));
+  std::map<std::size_t, Index> views;
+  std::map<std::size_t, Index> targets;
+  for (const Sight& sight : problem.sights) {
+    views.emplace(sight.view, static_cast<Index>(views.size()));
+    targets.emplace(sight.target, static_cast<Index>(targets.size()));
+  }
+  const Index first_target = 3 * static_cast<Index>(views.size());
+  const Index first_common = first_target + 3 * static_cast<Index>(targets.size());
+  MatrixXd columns = MatrixXd::Zero(jacobian.rows(), first_common + jacobian.cols() - 6);
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    const Index row = 2 * static_cast<Index>(i);
+    const Sight& sight = problem.sights[i];
+    const Eigen::Matrix<double, 2, 3> by_machine = jacobian.block<2, 3>(row, 0);
+    columns.block<2, 3>(row, 3 * views[sight.view]) = -inputs.machine_mm * by_machine;
+    columns.block<2, 3>(row, first_target + 3 * targets[sight.target]) =
+        inputs.target_mm * by_machine * turn;
+  }
+  const Theta sigmas = CommonSigmas(inputs, problem.unknowns);
+  columns.rightCols(jacobian.cols() - 6) =
+      jacobian.rightCols(jacobian.cols() - 6) * sigmas.tail(jacobian.cols() - 6).asDiagonal();
+  return columns;
+}
+
+void WidenSigmas(const Theta& theta, const InputUncertainty& inputs, PoseProblem& problem) {
+  const double shared_mm = std::hypot(inputs.machine_mm, inputs.target_mm);
+  const Chain chain(problem, theta, true);
+  Vector2d residual_px;
+  SightDerivative derivative;
+  for (Sight& sight : problem.sights) {
+    sight.pixel_sigma_px = sight.sigma_px;
+    if (shared_mm > 0 && chain.ResidualAndDerivative(sight, residual_px, derivative)) {
+      const double px_per_mm = derivative.leftCols<3>().norm() / std::sqrt(2.0);
+      sight.sigma_px = std::hypot(sight.sigma_px, px_per_mm * shared_mm);
+    }
+  }
+}
+
+MatrixXd CovarianceByInputs(const PoseProblem& problem, const Theta& theta,
+                            const InputUncertainty& inputs) {
+  const MatrixXd gain = Gain(problem, theta);
+  if (gain.size() == 0) {
+    return {};
+  }
+  MatrixXd by_pixels = gain;
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    const Sight& sight = problem.sights[i];
+    by_pixels.middleCols<2>(2 * static_cast<Index>(i)) *= sight.pixel_sigma_px / sight.sigma_px;
+  }
+  const MatrixXd moved = gain * InputColumns(problem, theta, inputs);
+  return by_pixels * by_pixels.transpose() + moved * moved.transpose();
+}
+
+}  // namespace trammel::part_alignment
