@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "app/align_commands.h"
 #include "app/align_metrology_commands.h"
 #include "app/align_targets_command.h"
 #include "app/commands.h"
@@ -41,6 +42,8 @@ int main(int argc, char** argv) {
   trammel::app::AddAlignFitCommand(*align, exit_code);
   trammel::app::AddAlignStudyCommand(*align, exit_code);
   trammel::app::AddAlignTargetsCommand(*align, exit_code);
+  trammel::app::AddAlignCorrectCommand(*align, exit_code);
+  trammel::app::AddAlignSolveCommand(*align, exit_code);
   trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 

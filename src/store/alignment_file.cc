@@ -140,10 +140,12 @@ Result<void> ReadViews(JsonObject& root, AlignmentInput& input) {
     View view;
     const auto mm = object.Numbers("spindle_mm", 3, 3, {-kMostPlace_mm, kMostPlace_mm});
     ReadRotation(object, view);
-    const nlohmann::json& list = object.List("observations", 0, kMostTargets);
+    object.Find("picture");  // for people, and for those who take it
+    static const nlohmann::json kNone = nlohmann::json::array();
+    const nlohmann::json* seen_here = object.OptionalList("observations", 0, kMostTargets);
     if (auto read = object.Finish(); !read) return read;
     view.spindle_mm = {mm[0], mm[1], mm[2]};
-    for (const nlohmann::json& seen : list) {
+    for (const nlohmann::json& seen : seen_here != nullptr ? *seen_here : kNone) {
       JsonObject inner =
           object.Inner(seen, fmt::format("observations[{}]", view.observations.size()));
       ReadObservation(inner, input.measurement.camera, known, view);

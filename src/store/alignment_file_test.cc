@@ -35,7 +35,7 @@ class AlignmentFileTest : public testing::Test {
                  "spindle_rotation": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
                  "observations": [{"target": 7, "column_px": 0, "row_px": 1943.4, "sigma_px": 0.05},
                                   {"target": "T2", "column_px": -0.4, "row_px": 7, "sigma_px": 0.1}]},
-                {"spindle_mm": [0, 0, 0], "observations": []}],
+                {"spindle_mm": [0, 0, 0], "picture": "b.png"}],
       "unknowns": ["pose", "clamp_tilt"], "x_note": "mine"})";
     if (from.empty()) return text;
     const std::size_t at = text.find(from);

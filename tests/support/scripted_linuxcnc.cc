@@ -72,6 +72,11 @@ void ScriptedLinuxCnc::Answer(const std::string& name, const std::string& value)
   answers_[Upper(name)] = value;
 }
 
+void ScriptedLinuxCnc::SetHurry(double factor) {
+  const std::lock_guard lock(mutex_);
+  hurry_ = factor;
+}
+
 void ScriptedLinuxCnc::SetTravel(double half_mm) {
   const std::lock_guard lock(mutex_);
   travel_mm_ = half_mm;
@@ -252,7 +257,7 @@ void ScriptedLinuxCnc::Move(const std::string& block) {
   to_ = to;
   start_s_ = Now();
   const double way = std::hypot(to_[0] - from_[0], to_[1] - from_[1], to_[2] - from_[2]);
-  duration_s_ = way / (Word(block, 'F').value_or(1) / 60);
+  duration_s_ = way / (Word(block, 'F').value_or(1) / 60 * hurry_);
 }
 
 }  // namespace trammel::test

@@ -34,6 +34,8 @@ class ScriptedLinuxCnc {
   [[nodiscard]] std::uint16_t port() const { return port_; }
   /// What `get NAME` answers, in the server's own capitals; "spindle 0" -> "0 FORWARD".
   void Answer(const std::string& name, const std::string& value);
+  /// How much faster than asked the machine moves.
+  void SetHurry(double factor);
   /// Beyond it a move is refused, as by a soft limit.
   void SetTravel(double half_mm);
   [[nodiscard]] std::vector<std::string> requests() const;
@@ -67,6 +69,7 @@ class ScriptedLinuxCnc {
   std::string display_ = "OK";
   bool metric_ = true;
   double travel_mm_ = 1e9;
+  double hurry_ = 1;
   std::array<double, 3> from_{};
   std::array<double, 3> to_{};
   double start_s_ = 0;

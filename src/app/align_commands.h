@@ -1,0 +1,11 @@
+// The commands below `trammel align`.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace trammel::app {
+
+void AddAlignCorrectCommand(CLI::App& parent, int& exit_code);
+void AddAlignSolveCommand(CLI::App& parent, int& exit_code);
+
+}  // namespace trammel::app

@@ -1,0 +1,25 @@
+// Where a part is, as JSON.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "part_alignment/measurement.h"
+#include "part_alignment/solve.h"
+
+namespace trammel::report {
+
+struct AlignmentOutput {
+  part_alignment::Measurement measurement;
+  std::vector<std::string> unknowns;  ///< by their names in files
+  part_alignment::Unknowns solved;
+  std::set<std::string> numeric_ids;  ///< targets whose ids are numbers in JSON
+  part_alignment::Alignment alignment;
+};
+
+/// One object (docs/formats.md), ended by a newline. Values and covariance are null unless the
+/// verdict is good; so is what was not an unknown.
+[[nodiscard]] std::string ToJson(const AlignmentOutput& output);
+
+}  // namespace trammel::report

@@ -1,0 +1,14 @@
+// Where a part is, in words and figures for a terminal.
+#pragma once
+
+#include <string>
+
+#include "report/alignment_json.h"
+
+namespace trammel::report {
+
+/// Several lines: the pose with its uncertainty, the clamping, what the views tell, the residuals.
+/// Behind ± stands the expanded uncertainty, k = 2.
+[[nodiscard]] std::string AlignmentText(const AlignmentOutput& output);
+
+}  // namespace trammel::report

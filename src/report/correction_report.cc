@@ -1,0 +1,119 @@
+#include "report/correction_report.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+namespace trammel::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using part_alignment::FixtureCorrection;
+using part_alignment::RemainderAt;
+using part_alignment::SupportMove;
+
+constexpr int kFormat = 1;
+constexpr int kIndent = 2;
+constexpr double kPerMille = 1e3;
+constexpr double kCoverage = 2;
+
+Json List(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json PoseJson(const geometry::Pose& pose) {
+  return {{"part_mm", List(pose.translation_mm)},
+          {"part_angles_rad", List(pose.angles_rad)},
+          {"part_angles_mm_per_m", List(pose.angles_rad * kPerMille)}};
+}
+
+Json FixtureJson(const FixtureCorrection& fixture) {
+  Json supports = Json::array();
+  for (const SupportMove& move : fixture.moves) {
+    supports.push_back({{"id", move.id},
+                        {"shim_mm", move.shim_mm},
+                        {"displacement_mm", List(move.displacement_mm)}});
+  }
+  return {{"rotation_mm_per_m", List(fixture.rotation_rad * kPerMille)},
+          {"supports", std::move(supports)},
+          {"freedoms_held", fixture.rank},
+          {"after", PoseJson(fixture.machine_from_part)}};
+}
+
+std::string FixtureText(const FixtureCorrection& fixture) {
+  const Eigen::Vector3d turn = fixture.rotation_rad * kPerMille;
+  std::string text = fmt::format(
+      "fixture    turn the part by {:+.4f}, {:+.4f}, {:+.4f} mm/m about the machine's X, Y, Z\n",
+      turn.x(), turn.y(), turn.z());
+  for (const SupportMove& move : fixture.moves) {
+    text += fmt::format(
+        "  support {:<8} shim {:+.3f} mm   (its point is to move {:+.3f}, {:+.3f}, "
+        "{:+.3f} mm)\n",
+        move.id, move.shim_mm, move.displacement_mm.x(), move.displacement_mm.y(),
+        move.displacement_mm.z());
+  }
+  return text + fmt::format("  the supports hold {} of 6 freedoms; measure again after shimming\n",
+                            fixture.rank);
+}
+
+std::string Lines(const char* label, const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) {
+    text += fmt::format("{:<10} {}\n", text.empty() ? label : "", line);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string ToJson(const CorrectionOutput& output) {
+  const part_alignment::OffsetCorrection& offset = output.offset;
+  Json points = Json::array();
+  for (const RemainderAt& at : offset.remainder) {
+    points.push_back({{"id", at.id}, {"error_mm", List(at.error_mm)}});
+  }
+  Json json = {{"format", kFormat}, {"measured", PoseJson(output.measured)}};
+  json["fixture"] = output.fixture ? FixtureJson(*output.fixture) : Json(nullptr);
+  json["control"] = part_alignment::ToString(output.control);
+  json["work_offset"] = {{"name", output.slot.name},
+                         {"after_shims", output.after_shims},
+                         {"tilts", output.tilts},
+                         {"origin_mm", List(offset.offset.origin_mm)},
+                         {"rotation_z_rad", offset.offset.rotation_z_rad},
+                         {"set", output.text.set},
+                         {"use", output.text.use},
+                         {"notes", output.text.notes}};
+  json["remainder"] = {{"tilt_mm_per_m", Json::array({offset.tilt_rad.x() * kPerMille,
+                                                      offset.tilt_rad.y() * kPerMille})},
+                       {"largest_mm", offset.largest_remainder_mm},
+                       {"points", std::move(points)}};
+  return json.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string CorrectionText(const CorrectionOutput& output) {
+  std::string text;
+  if (output.fixture) text += FixtureText(*output.fixture);
+  text += fmt::format("offset     {} of {}, of the part as it {}\n", output.slot.name,
+                      part_alignment::ToString(output.control),
+                      output.after_shims ? "will lie after the shims" : "lies now");
+  text += Lines("set", output.text.set) + Lines("use", output.text.use);
+  if (output.standard_uncertainty && !output.after_shims) {
+    const auto& u = *output.standard_uncertainty;
+    text += fmt::format(
+        "known to   X ± {:.4f}, Y ± {:.4f}, Z ± {:.4f} mm, R ± {:.4f} mm/m (k = 2)\n",
+        kCoverage * u(0), kCoverage * u(1), kCoverage * u(2), kCoverage * u(5) * kPerMille);
+  }
+  const part_alignment::OffsetCorrection& offset = output.offset;
+  text += fmt::format(
+      "remainder  tilts of {:+.4f} (about x) and {:+.4f} mm/m (about y): {:.4f} mm at most over "
+      "the "
+      "{} points{}\n",
+      offset.tilt_rad.x() * kPerMille, offset.tilt_rad.y() * kPerMille, offset.largest_remainder_mm,
+      offset.remainder.size(), output.tilts ? " if the control did not take them" : "");
+  for (const RemainderAt& at : offset.remainder) {
+    text += fmt::format("  {:<16} {:+.4f}, {:+.4f}, {:+.4f} mm\n", at.id, at.error_mm.x(),
+                        at.error_mm.y(), at.error_mm.z());
+  }
+  return text + Lines("note", output.text.notes);
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,38 @@
+// What brings a part to its ideal, as JSON and in words.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "part_alignment/control_text.h"
+#include "part_alignment/part_correction.h"
+
+namespace trammel::report {
+
+struct CorrectionOutput {
+  geometry::Pose measured;
+  /// k = 1, of x, y, z (mm), alpha, beta, gamma (rad); absent where not known.
+  std::optional<Eigen::Matrix<double, 6, 1>> standard_uncertainty;
+  std::optional<part_alignment::FixtureCorrection> fixture;
+  part_alignment::Control control = part_alignment::Control::kLinuxCnc;
+  part_alignment::OffsetSlot slot;
+  bool tilts = false;        ///< the control takes rotations about X and Y
+  bool after_shims = false;  ///< the offset is of the part as the fixture will have moved it
+  part_alignment::OffsetCorrection offset;
+  part_alignment::ControlText text;
+  std::vector<part_alignment::PartTarget> points;  ///< at which the remainder is stated
+
+  /// The pose that the work offset is for.
+  [[nodiscard]] const geometry::Pose& pose() const {
+    return after_shims && fixture ? fixture->machine_from_part : measured;
+  }
+};
+
+/// One object (docs/formats.md), ended by a newline.
+[[nodiscard]] std::string ToJson(const CorrectionOutput& output);
+
+/// Several lines, for the operator.
+[[nodiscard]] std::string CorrectionText(const CorrectionOutput& output);
+
+}  // namespace trammel::report
