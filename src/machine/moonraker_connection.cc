@@ -19,8 +19,8 @@ namespace asio = boost::asio;
 
 namespace {
 
-/// A printer that hangs must not hold up a program that ends.
-constexpr std::chrono::milliseconds kLastWords{1000};
+/// A printer that hangs must not hold up a program that ends; a busy computer is given time.
+constexpr std::chrono::milliseconds kLastWords{2000};
 
 }  // namespace
 
@@ -39,11 +39,16 @@ struct MoonrakerConnection::State {
     }
   }
 
-  /// Waits until all that was given to Send has left. REQUIRES another thread than the link's.
+  /// Waits until all that was given to Send has left, or nothing of it did for so long. REQUIRES
+  /// another thread than the link's.
   void FlushFor(std::chrono::milliseconds most) const {
-    const auto end = std::chrono::steady_clock::now() + most;
-    while (up && queued_bytes > 0 && std::chrono::steady_clock::now() < end) {
+    using Clock = std::chrono::steady_clock;
+    std::size_t left = queued_bytes;
+    auto end = Clock::now() + most;
+    while (up && left > 0 && Clock::now() < end) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      if (queued_bytes < left) end = Clock::now() + most;
+      left = queued_bytes;
     }
   }
 
