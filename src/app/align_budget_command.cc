@@ -98,6 +98,7 @@ Result<std::string> TakeRepeats(const BudgetArguments& arguments,
   const auto repeated = part_alignment::RepeatAlignments(cameras, measurements, options);
   if (!repeated) return tl::unexpected(repeated.error());
   scene.target_sigma_mm = repeated->single_mm;
+  scene.motion_covariance = repeated->motion_covariance;
   scene.repeats = static_cast<int>(std::min(cameras.size(), measurements.size()));
   constexpr double kUmPerMm = 1000;
   const Eigen::Vector3d single_um = kUmPerMm * repeated->single_mm;

@@ -22,6 +22,10 @@ struct BudgetScene {
   /// Repeatability of the pose about the part's origin: x y z in mm, alpha beta gamma in rad. Zero
   /// where it is in target_sigma_mm already; the literature adds both.
   Eigen::Matrix<double, 6, 1> pose_sigma = Eigen::Matrix<double, 6, 1>::Zero();
+  /// Instead of both, where it was measured with its correlations (RepeatAlignments): of the part's
+  /// motion, x y z in mm at its origin and turns about its axes in rad. What all targets share, as
+  /// an eccentric clamping, does not average out over them.
+  std::optional<Eigen::Matrix<double, 6, 6>> motion_covariance;
   /// How many measurements and calibrations stand behind the two above; 0: taken as known.
   int repeats = 10;
   /// The box of points that the budget is for.

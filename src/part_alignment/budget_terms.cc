@@ -55,6 +55,18 @@ Eigen::Matrix<double, 3, 6> MotionAt(const Vector3d& point_mm) {
   return by_motion;
 }
 
+Eigen::Matrix<double, 6, 6> RootOf(const Eigen::Matrix<double, 6, 6>& covariance) {
+  Eigen::Matrix<double, 6, 1> scale = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  for (double& size : scale) {
+    if (!(size > 0)) size = 1;
+  }
+  const Eigen::Matrix<double, 6, 1> unscale = scale.cwiseInverse();
+  const Eigen::Matrix<double, 6, 6> even = unscale.asDiagonal() * covariance * unscale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(even);
+  const Eigen::Matrix<double, 6, 1> lengths = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
+  return scale.asDiagonal() * solver.eigenvectors() * lengths.asDiagonal();
+}
+
 Result<BudgetTerms> TermsOf(const BudgetScene& scene) {
   if (const auto checked = Check(scene); !checked) return tl::unexpected(checked.error());
   const auto n = static_cast<Eigen::Index>(scene.targets_mm.size());
@@ -83,6 +95,13 @@ Result<BudgetTerms> TermsOf(const BudgetScene& scene) {
   terms.motion_from_targets = inverse * right;
   terms.motion_covariance = inverse;
   terms.motion_covariance.diagonal() += scene.pose_sigma.cwiseAbs2();
+  if (scene.motion_covariance) {
+    if (!scene.motion_covariance->allFinite()) {
+      return Fail("the measured covariance of the part's motion has a number that is not finite");
+    }
+    terms.root = RootOf(*scene.motion_covariance);
+    terms.motion_covariance = terms.root * terms.root.transpose();
+  }
   return terms;
 }
 
@@ -101,6 +120,11 @@ Vector3d OutSigma(const BudgetScene& scene) {
 
 Eigen::Matrix<double, 6, 1> DrawMotion(const BudgetScene& scene, const BudgetTerms& terms,
                                        Random& random) {
+  if (scene.motion_covariance) {
+    Eigen::Matrix<double, 6, 1> normal;
+    for (double& number : normal) number = random.Normal();
+    return terms.root * normal;
+  }
   Eigen::VectorXd errors(terms.motion_from_targets.cols());
   for (Eigen::Index i = 0; i < errors.size(); ++i) {
     errors[i] = random.Normal(0, scene.target_sigma_mm[i % 3]);

@@ -13,10 +13,16 @@ namespace trammel::part_alignment {
 struct BudgetTerms {
   Eigen::Matrix<double, 6, 6> motion_covariance;
   Eigen::MatrixXd motion_from_targets;  ///< (6, 3 · targets): the weighted fit of their errors
+  Eigen::Matrix<double, 6, 6> root =
+      Eigen::Matrix<double, 6, 6>::Zero();  ///< of a measured covariance: root · rootᵀ; else 0
 };
 
 /// Errors (kInput) as in MakeBudget.
 [[nodiscard]] Result<BudgetTerms> TermsOf(const BudgetScene& scene);
+
+/// A matrix whose product with its transpose is `covariance`, what is below 0 in it by chance left
+/// out; whatever the units of its rows.
+[[nodiscard]] Eigen::Matrix<double, 6, 6> RootOf(const Eigen::Matrix<double, 6, 6>& covariance);
 
 /// d(point) / d(motion).
 [[nodiscard]] Eigen::Matrix<double, 3, 6> MotionAt(const Eigen::Vector3d& point_mm);

@@ -21,6 +21,9 @@ struct RepeatedAlignments {
   std::vector<RepeatedTarget> targets;
   /// Of one calibration and one measurement: root mean square over the targets.
   Eigen::Vector3d single_mm = Eigen::Vector3d::Zero();
+  /// Of the part's motion about its origin and axes (BudgetScene::motion_covariance), of one
+  /// calibration and one measurement.
+  Eigen::Matrix<double, 6, 6> motion_covariance = Eigen::Matrix<double, 6, 6>::Zero();
   /// The standard deviation of all values, as the literature takes it, over the
   /// targets.
   Eigen::Vector3d joint_mm = Eigen::Vector3d::Zero();

@@ -71,6 +71,21 @@ TEST(Repeated, ShiftsOfTheCameraComeOutAsTheCalibrationsShare) {
     EXPECT_GT(target.scatter.measurement_mm.z(), 0.001);
   }
   EXPECT_GT(repeated->single_mm.z(), repeated->joint_mm.z());
+  // All targets move together: the budget of the part's middle must not average that out.
+  BudgetScene scene;
+  for (const PartTarget& target : clean.targets) scene.targets_mm.push_back(target.ideal_mm);
+  scene.target_sigma_mm = repeated->single_mm;
+  scene.high_mm = {1500, 1000, 1};
+  const Vector3d middle_mm(750, 500, 0);
+  const auto averaged = PointUncertainty(scene, middle_mm);
+  scene.motion_covariance = repeated->motion_covariance;
+  const auto together = PointUncertainty(scene, middle_mm);
+  ASSERT_TRUE(averaged && together);
+  EXPECT_NEAR(together->z() / repeated->single_mm.z(), 1, 0.1);
+  EXPECT_NEAR(averaged->z() / repeated->single_mm.z(), 0.5, 1e-6);
+  const auto budget = MakeBudget(scene, 20'000, random);
+  ASSERT_TRUE(budget);
+  EXPECT_NEAR(budget->axes[2].simulated_mm / budget->axes[2].combined_mm, 1, 0.03);
 }
 
 TEST(Repeated, WhatCannotBeComparedIsNamed) {
