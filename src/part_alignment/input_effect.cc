@@ -91,8 +91,8 @@ MatrixXd Gain(const PoseProblem& problem, const Theta& theta) {
          svd.matrixU().transpose();
 }
 
-MatrixXd InputColumns(const PoseProblem& problem, const Theta& theta,
-                      const InputUncertainty& inputs) {
+MatrixXd InputMoves(const PoseProblem& problem, const Theta& theta, const InputUncertainty& inputs,
+                    const MatrixXd& gain) {
   const Theta everything = EverythingAt(problem, theta);
   const MatrixXd jacobian = WeightedJacobian(WithEverything(problem), everything);
   const Eigen::Matrix3d turn = geometry::RotationFromAngles(everything.segment<3>(3));
@@ -102,21 +102,21 @@ MatrixXd InputColumns(const PoseProblem& problem, const Theta& theta,
     views.emplace(sight.view, static_cast<Index>(views.size()));
     targets.emplace(sight.target, static_cast<Index>(targets.size()));
   }
+  const Index common = jacobian.cols() - 6;
   const Index first_target = 3 * static_cast<Index>(views.size());
   const Index first_common = first_target + 3 * static_cast<Index>(targets.size());
-  MatrixXd columns = MatrixXd::Zero(jacobian.rows(), first_common + jacobian.cols() - 6);
+  MatrixXd moves = MatrixXd::Zero(theta.size(), first_common + common);
   for (std::size_t i = 0; i < problem.sights.size(); ++i) {
     const Index row = 2 * static_cast<Index>(i);
     const Sight& sight = problem.sights[i];
-    const Eigen::Matrix<double, 2, 3> by_machine = jacobian.block<2, 3>(row, 0);
-    columns.block<2, 3>(row, 3 * views[sight.view]) = -inputs.machine_mm * by_machine;
-    columns.block<2, 3>(row, first_target + 3 * targets[sight.target]) =
+    const MatrixXd by_machine = gain.middleCols<2>(row) * jacobian.block<2, 3>(row, 0);
+    moves.middleCols<3>(3 * views[sight.view]) -= inputs.machine_mm * by_machine;
+    moves.middleCols<3>(first_target + 3 * targets[sight.target]) +=
         inputs.target_mm * by_machine * turn;
   }
-  const Theta sigmas = CommonSigmas(inputs, problem.unknowns);
-  columns.rightCols(jacobian.cols() - 6) =
-      jacobian.rightCols(jacobian.cols() - 6) * sigmas.tail(jacobian.cols() - 6).asDiagonal();
-  return columns;
+  moves.rightCols(common) = gain * jacobian.rightCols(common) *
+                            CommonSigmas(inputs, problem.unknowns).tail(common).asDiagonal();
+  return moves;
 }
 
 void WidenSigmas(const Theta& theta, const InputUncertainty& inputs, PoseProblem& problem) {
@@ -144,7 +144,7 @@ MatrixXd CovarianceByInputs(const PoseProblem& problem, const Theta& theta,
     const Sight& sight = problem.sights[i];
     by_pixels.middleCols<2>(2 * static_cast<Index>(i)) *= sight.pixel_sigma_px / sight.sigma_px;
   }
-  const MatrixXd moved = gain * InputColumns(problem, theta, inputs);
+  const MatrixXd moved = InputMoves(problem, theta, inputs, gain);
   return by_pixels * by_pixels.transpose() + moved * moved.transpose();
 }
 

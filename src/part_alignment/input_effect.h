@@ -20,10 +20,10 @@ namespace trammel::part_alignment {
 /// theta changes by this matrix times the change of the weighted residuals. Empty below full rank.
 [[nodiscard]] Eigen::MatrixXd Gain(const PoseProblem& problem, const Theta& theta);
 
-/// What the inputs do to the weighted residuals: a column for each independent draw, times its
-/// sigma.
-[[nodiscard]] Eigen::MatrixXd InputColumns(const PoseProblem& problem, const Theta& theta,
-                                           const InputUncertainty& inputs);
+/// What the inputs do to theta: a column for each independent draw, times its sigma.
+[[nodiscard]] Eigen::MatrixXd InputMoves(const PoseProblem& problem, const Theta& theta,
+                                         const InputUncertainty& inputs,
+                                         const Eigen::MatrixXd& gain);
 
 /// The sights' sigmas with the share of machine and targets at their distance, so that weights and
 /// chi-square count them; Sight::pixel_sigma_px keeps the stated one. Errors that sights share

@@ -143,7 +143,7 @@ Result<LinearUncertainty> PropagateLinearly(const Measurement& measurement,
   if (gain.size() == 0) {
     return Fail("the views do not determine the unknowns: add the view that solve advises");
   }
-  const MatrixXd moved = gain * InputColumns(problem, solver->state(), inputs);
+  const MatrixXd moved = InputMoves(problem, solver->state(), inputs, gain);
   return LinearUncertainty{ParameterNames(unknowns),
                            gain * gain.transpose() + moved * moved.transpose()};
 }

@@ -111,7 +111,7 @@ TEST(PoseUncertainty, SolveStatesTheInputsThatItIsTold) {
 TEST(PoseUncertainty, AMachinesScatterIsJudgedByWhatIsStated) {
   constexpr double kMachine_mm = 0.005;
   constexpr double kFine_px = 0.02;
-  constexpr int kWorlds = 300;
+  constexpr int kWorlds = 100;
   SCOPED_TRACE(kSeed);
   Random random(kSeed);
   AlignmentWorld world = BenchWorld(150);
@@ -148,8 +148,8 @@ TEST(PoseUncertainty, AMachinesScatterIsJudgedByWhatIsStated) {
   }
   EXPECT_GE(good, kWorlds - 2);
   EXPECT_LT(good_untold, kWorlds / 4);
-  // 300 squares of unit variance: their mean scatters by 0.08.
-  EXPECT_NEAR(squares / good, 1, 0.3);
+  // 100 squares of unit variance: their mean scatters by 0.14.
+  EXPECT_NEAR(squares / good, 1, 0.45);
 }
 
 // At a constant orientation of the spindle an eccentric clamping is a shift of the part, one to one

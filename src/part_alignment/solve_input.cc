@@ -106,6 +106,11 @@ Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& 
                                 found->second});
     }
   }
+  constexpr std::size_t kMostSights = 20000;
+  if (problem.sights.size() > kMostSights) {
+    return Fail(fmt::format("{} observations, at most {} can be solved for at once",
+                            problem.sights.size(), kMostSights));
+  }
   if (problem.sights.empty()) {
     return Fail("no view has an observation: take pictures with targets in them");
   }
