@@ -56,7 +56,9 @@ TEST_P(Books, StartAtOnePlaceOfTheRing) {
     ASSERT_EQ(rotations.size(), static_cast<std::size_t>(book.bits)) << word;
     EXPECT_EQ(*rotations.begin(), word) << "members are the smallest of their rotations";
     for (const std::uint32_t rotated : rotations) {
-      if (rotated != word) EXPECT_GE(std::popcount(rotated ^ word), 4) << word;
+      if (rotated != word) {
+        EXPECT_GE(std::popcount(rotated ^ word), 4) << word;
+      }
     }
   }
 }
