@@ -125,6 +125,21 @@ Alignment Judge(const PoseProblem& problem, const Fit& fit, const std::vector<Pa
   return alignment;
 }
 
+/// A camera held out in front of its taper cannot look back at it; its file may mean the other
+/// side.
+void NoticeLookingBack(const Camera& camera, Alignment& alignment) {
+  constexpr double kHeldOut_mm = 20;
+  constexpr double kBackwards = -0.5;  // 120 degrees and more
+  const Eigen::Vector3d out_mm = camera.taper_from_camera.translation_mm;
+  const double side = camera.looks_along == LooksAlong::kPlusZ ? 1 : -1;
+  const Eigen::Vector3d view =
+      side * geometry::RotationFromAngles(camera.taper_from_camera.angles_rad).col(2);
+  if (out_mm.norm() < kHeldOut_mm || view.dot(out_mm) > kBackwards * out_mm.norm()) return;
+  alignment.notices.push_back(
+      "by its file the camera looks back at the spindle that holds it: check looks_along and the "
+      "angles of taper_from_camera");
+}
+
 PoseProblem Keeping(const PoseProblem& problem, const std::vector<std::size_t>& left_out) {
   PoseProblem kept{problem.camera, problem.unknowns, {}};
   for (std::size_t i = 0; i < problem.sights.size(); ++i) {
@@ -140,6 +155,7 @@ Alignment Fill(const PoseProblem& all, const PoseProblem& kept, const Fit& fit,
   Alignment alignment;
   alignment.parameters = ParameterNames(all.unknowns);
   alignment.iterations = fit.steps;
+  NoticeLookingBack(all.camera, alignment);
   FillValues(all, fit.theta, alignment);
   FillResiduals(all, fit.theta, left_out, labels, alignment);
   FillChiSquare(kept, fit, alignment);

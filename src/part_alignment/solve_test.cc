@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -69,6 +70,22 @@ TEST(Solve, WithoutNoiseReturnsTheTruthInEveryConventionByEitherMethod) {
         ExpectTruth(world, Solved(Pictured(world), options));
       }
     }
+  }
+}
+
+TEST(Solve, SpeaksOfACameraThatLooksBackAtItsSpindle) {
+  for (const bool plus_z : {false, true}) {
+    AlignmentWorld world = BenchWorld();
+    world.camera.looks_along_plus_z = plus_z;
+    for (auto& view : world.views) {
+      view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {35, 0});
+    }
+    const Alignment alignment = Solved(Pictured(world), {});
+    const bool spoken = std::any_of(
+        alignment.notices.begin(), alignment.notices.end(), [](const std::string& notice) {
+          return notice.find("looks back at the spindle") != std::string::npos;
+        });
+    EXPECT_EQ(spoken, plus_z) << "held out to -z, it can only look along -z";
   }
 }
 
