@@ -39,8 +39,25 @@ struct MoonrakerConnection::State {
     }
   }
 
-  /// Waits until all that was given to Send has left, or nothing of it did for so long. REQUIRES
-  /// another thread than the link's.
+  /// Waits until all that was given to Send has left and the peer has read it, or nothing moves for
+  /// so long. No event comes any more. REQUIRES another thread than the link's.
+  void Finish(std::chrono::milliseconds most) {
+    ending = true;
+    FlushFor(most);
+    asio::post(io, [this] {
+      if (up && link_bytes == 0) {
+        link->Finish();
+      } else {
+        up = false;
+      }
+    });
+    const auto end = std::chrono::steady_clock::now() + most;
+    while (up && std::chrono::steady_clock::now() < end) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+
+  /// Waits until all that was given to Send has left, or nothing of it does for so long.
   void FlushFor(std::chrono::milliseconds most) const {
     using Clock = std::chrono::steady_clock;
     std::size_t left = queued_bytes;
@@ -56,15 +73,16 @@ struct MoonrakerConnection::State {
     LinkEvents link_events;
     link_events.on_open = [this] {
       up = true;
-      events.on_open();
+      if (!ending) events.on_open();
     };
     link_events.on_message = [this](std::string_view message) {
+      if (ending) return;
       log.Add(MessageDirection::kIn, message);
       events.on_message(message);
     };
     link_events.on_down = [this](Error error) {
       CloseLink();
-      events.on_down(std::move(error));
+      if (!ending) events.on_down(std::move(error));
     };
     link_events.on_written = [this](std::size_t bytes) {
       queued_bytes -= bytes;
@@ -80,6 +98,7 @@ struct MoonrakerConnection::State {
   asio::io_context io;
   asio::executor_work_guard<asio::io_context::executor_type> keep_running = make_work_guard(io);
   std::atomic<bool> up = false;
+  std::atomic<bool> ending = false;
   std::atomic<std::size_t> queued_bytes = 0;  ///< given to Send and not yet written or dropped
   // Touched on the I/O thread only.
   std::shared_ptr<MoonrakerLink> link;
@@ -94,7 +113,7 @@ MoonrakerConnection::MoonrakerConnection(MoonrakerAddress address, MoonrakerOpti
 }
 
 MoonrakerConnection::~MoonrakerConnection() {
-  state_->FlushFor(kLastWords);
+  state_->Finish(kLastWords);
   state_->io.stop();
   state_->thread.join();
   state_->CloseLink();

@@ -22,9 +22,9 @@ struct ConnectionEvents {
 };
 
 /// Owns one I/O thread, joined by the destructor, after which no event comes any more. What was
-/// given to Send before still leaves, unless the peer reads nothing for a second: a last word may
-/// be an emergency stop. (A lookup of a name that hangs holds the destructor up until the system
-/// gives up on it.)
+/// given to Send before still leaves, unless the peer reads nothing for two seconds: a last word
+/// may be an emergency stop. (A lookup of a name that hangs holds the destructor up until the
+/// system gives up on it.)
 class MoonrakerConnection {
  public:
   /// REQUIRES options for which ParseMoonrakerAddress gave this address.

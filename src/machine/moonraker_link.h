@@ -33,6 +33,10 @@ class MoonrakerLink {
   virtual void Open() = 0;
   /// Queues one JSON text. REQUIRES on_open before.
   virtual void Write(std::string message) = 0;
+  /// Says that no more will be written, and reads on until the peer has ended its side: on_down
+  /// then. A socket that is closed with something unread takes back what the peer has not read.
+  /// REQUIRES on_open before, and all written.
+  virtual void Finish() = 0;
   /// Ends it without a further event.
   virtual void Close() = 0;
 };

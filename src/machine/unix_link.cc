@@ -50,6 +50,11 @@ class UnixLink : public MoonrakerLink, public std::enable_shared_from_this<UnixL
     }
   }
 
+  void Finish() override {
+    error_code ignored;
+    socket_.shutdown(asio::local::stream_protocol::socket::shutdown_send, ignored);
+  }
+
   void Close() override {
     closed_ = true;
     error_code ignored;

@@ -71,6 +71,13 @@ class WebSocketLink : public MoonrakerLink,
     }
   }
 
+  void Finish() override {
+    socket_.async_close(
+        websocket::close_code::normal, [self = this->shared_from_this()](error_code) {
+          self->Down(fmt::format("closed the connection to {}", self->address_.WebSocketUrl()));
+        });
+  }
+
   void Close() override {
     closed_ = true;
     resolver_.cancel();
@@ -255,6 +262,7 @@ class TlsLink : public MoonrakerLink {
     }
   }
   void Write(std::string message) override { link_->Write(std::move(message)); }
+  void Finish() override { link_->Finish(); }
   void Close() override {
     if (link_) {
       link_->Close();
