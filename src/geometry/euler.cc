@@ -49,4 +49,10 @@ Matrix3d RotationDerivative(const Vector3d& angles_rad, int i) {
   return rotation;
 }
 
+Matrix3d RotationFromVector(const Vector3d& vector_rad) {
+  const double angle_rad = vector_rad.norm();
+  if (angle_rad == 0) return Matrix3d::Identity();
+  return Eigen::AngleAxisd(angle_rad, vector_rad / angle_rad).toRotationMatrix();
+}
+
 }  // namespace trammel::geometry

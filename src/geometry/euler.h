@@ -16,6 +16,9 @@ namespace trammel::geometry {
 /// dR/d(angle `i`) of RotationFromAngles, i = 0 (alpha), 1 (beta), 2 (gamma).
 [[nodiscard]] Eigen::Matrix3d RotationDerivative(const Eigen::Vector3d& angles_rad, int i);
 
+/// Turns by |vector_rad| about the vector, counter-clockwise seen from its tip.
+[[nodiscard]] Eigen::Matrix3d RotationFromVector(const Eigen::Vector3d& vector_rad);
+
 /// x_outer = RotationFromAngles(angles_rad) · x_inner + translation_mm.
 struct Pose {
   Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();

@@ -35,6 +35,13 @@ TEST(Euler, AnglesComeBack) {
   }
 }
 
+TEST(Euler, AVectorTurnsAboutItself) {
+  EXPECT_EQ(RotationFromVector(Vector3d::Zero()), Matrix3d::Identity());
+  EXPECT_TRUE(RotationFromVector({0, 0, 0.4}).isApprox(RotationFromAngles({0, 0, 0.4}), kRounding));
+  const Vector3d vector_rad(0.3, -0.2, 0.6);
+  EXPECT_TRUE((RotationFromVector(vector_rad) * vector_rad).isApprox(vector_rad, kRounding));
+}
+
 TEST(Euler, DerivativesAreThoseOfFiniteDifferences) {
   constexpr double kStep_rad = 1e-6;
   constexpr double kError = 1e-9;  // rounding / step, and step squared

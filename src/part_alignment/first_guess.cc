@@ -114,11 +114,10 @@ Matrix3d DescendRotation(const LineEnergy& energy, Matrix3d rotation) {
     Matrix3d curvature = by_turn.transpose() * energy.quadratic * by_turn;
     curvature.diagonal().array() += damping * (curvature.trace() + 1e-12);
     const Vector3d turn = curvature.ldlt().solve(down);
-    const double angle = turn.norm();
-    if (!(angle > 1e-7)) {
+    if (!(turn.norm() > 1e-7)) {
       break;
     }
-    const Matrix3d next = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() * rotation;
+    const Matrix3d next = geometry::RotationFromVector(turn) * rotation;
     const double next_value = Value(energy, Entries(next));
     if (next_value <= value) {
       rotation = next;

@@ -80,12 +80,6 @@ SupportRows RowsOf(const std::vector<Support>& supports, const std::vector<Vecto
   return result;
 }
 
-Matrix3d RotationBy(const Vector3d& vector_rad) {
-  const double angle_rad = vector_rad.norm();
-  if (angle_rad == 0) return Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle_rad, vector_rad / angle_rad).toRotationMatrix();
-}
-
 // Moves the part until every support's point has gone its shim along the support's direction.
 Result<void> ApplyShims(const std::vector<Support>& supports, FixtureCorrection& correction) {
   constexpr int kMostSteps = 50;
@@ -113,7 +107,7 @@ Result<void> ApplyShims(const std::vector<Support>& supports, FixtureCorrection&
     svd.setThreshold(kRankTolerance);
     correction.rank = static_cast<int>(svd.rank());
     const Eigen::VectorXd motion = svd.solve(missing_mm);
-    const Matrix3d turn = RotationBy(motion.tail<3>() / linear.scale_mm);
+    const Matrix3d turn = geometry::RotationFromVector(motion.tail<3>() / linear.scale_mm);
     translation_mm = turn * (translation_mm - centre) + centre + motion.head<3>();
     rotation = turn * rotation;
     if (motion.norm() < kSettled_mm) break;

@@ -53,10 +53,7 @@ Linear Linearise(const Problem& problem, const Motion& motion) {
 }
 
 Motion Moved(const Motion& motion, const Linear& linear, const Vector6& step, double size_mm) {
-  const Vector3d turn = step.tail<3>() / size_mm;
-  const double angle = turn.norm();
-  Matrix3d rotation = Matrix3d::Identity();
-  if (angle > 0) rotation = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+  const Matrix3d rotation = geometry::RotationFromVector(step.tail<3>() / size_mm);
   return {rotation * motion.rotation, rotation * (motion.translation_mm - linear.middle_mm) +
                                           linear.middle_mm + step.head<3>()};
 }
