@@ -8,8 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "store/whole_file.h"
-
 namespace trammel::store {
 namespace {
 
@@ -247,9 +245,7 @@ std::vector<std::string> NamesOf(const Unknowns& unknowns) {
 }
 
 Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path) {
-  const auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  const auto json = ParseJson(*text, path.string());
+  const auto json = ReadJsonFile(path, kMostBytes);
   if (!json) return tl::unexpected(json.error());
   JsonObject root(*json, path.string());
   AlignmentInput input;

@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "store/json_object.h"
-#include "store/whole_file.h"
 
 namespace trammel::store {
 namespace {
@@ -17,12 +16,6 @@ using nlohmann::json;
 constexpr std::size_t kMostBytes = 100'000'000;
 constexpr double kMost_mm = 1e6;
 constexpr double kMost_rad = 2 * std::numbers::pi;
-
-Result<json> ReadJson(const std::filesystem::path& path) {
-  const auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  return ParseJson(*text, path.string());
-}
 
 Eigen::Vector3d Three(JsonObject& object, const char* key, double most) {
   const auto numbers = object.Numbers(key, 3, 3, {-most, most});
@@ -63,7 +56,7 @@ void ReadUncertainty(JsonObject& root, AlignmentResult& result) {
 }  // namespace
 
 Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path) {
-  const auto parsed = ReadJson(path);
+  const auto parsed = ReadJsonFile(path, kMostBytes);
   if (!parsed) return tl::unexpected(parsed.error());
   JsonObject root(*parsed, path.string());
   root.Integer("format", {1, 1});
@@ -93,7 +86,7 @@ Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path) {
 }
 
 Result<SupportsFile> ReadSupportsFile(const std::filesystem::path& path) {
-  const auto parsed = ReadJson(path);
+  const auto parsed = ReadJsonFile(path, kMostBytes);
   if (!parsed) return tl::unexpected(parsed.error());
   JsonObject root(*parsed, path.string());
   root.Integer("format", {1, 1});

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "store/json_object.h"
-#include "store/whole_file.h"
 
 namespace trammel::store {
 namespace {
@@ -50,9 +49,7 @@ void ReadLists(JsonObject& root, BudgetFile& file) {
 
 Result<BudgetFile> ReadBudgetFile(const std::filesystem::path& path) {
   constexpr std::size_t kMostBytes = 10'000'000;
-  const auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  const auto json = ParseJson(*text, path.string());
+  const auto json = ReadJsonFile(path, kMostBytes);
   if (!json) return tl::unexpected(json.error());
   JsonObject root(*json, path.string());
   root.Integer("format", {1, 1});

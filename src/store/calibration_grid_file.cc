@@ -7,7 +7,6 @@
 
 #include "store/camera_file.h"
 #include "store/json_object.h"
-#include "store/whole_file.h"
 
 namespace trammel::store {
 namespace {
@@ -91,9 +90,7 @@ bool LooksLikeDate(const std::string& date) {
 Result<CalibrationGridFile> ReadCalibrationGrid(const std::filesystem::path& path) {
   constexpr std::size_t kMostBytes = 100'000'000;
   constexpr std::size_t kMostViews = 20'000;
-  const auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  const auto json = ParseJson(*text, path.string());
+  const auto json = ReadJsonFile(path, kMostBytes);
   if (!json) return tl::unexpected(json.error());
   JsonObject root(*json, path.string());
   root.Integer("format", {1, 1});

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <numbers>
 
-#include "store/whole_file.h"
-
 namespace trammel::store {
 namespace {
 
@@ -119,9 +117,7 @@ Json CameraJson(const Camera& camera) {
 
 Result<CameraFile> ReadCameraFile(const std::filesystem::path& path) {
   constexpr std::size_t kMostBytes = 1'000'000;
-  const auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  const auto json = ParseJson(*text, path.string());
+  const auto json = ReadJsonFile(path, kMostBytes);
   if (!json) return tl::unexpected(json.error());
   JsonObject root(*json, path.string());
   root.Integer("format", {1, 1});

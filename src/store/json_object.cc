@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "store/whole_file.h"
+
 namespace trammel::store {
 
 using nlohmann::json;
@@ -53,6 +55,12 @@ Result<json> ParseJson(std::string_view text, const std::string& file) {
   } catch (const json::exception& error) {  // a number too large for a double
     return Fail(fmt::format("{}: is not JSON that can be used: {}", file, said(error)));
   }
+}
+
+Result<json> ReadJsonFile(const std::filesystem::path& path, std::size_t max_bytes) {
+  const auto text = ReadWholeFile(path, max_bytes);
+  if (!text) return tl::unexpected(text.error());
+  return ParseJson(*text, path.string());
 }
 
 JsonObject::JsonObject(const json& object, std::string file, std::string path)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <initializer_list>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -23,6 +24,10 @@ struct NumberRange {
 /// Parses strictly: no key twice in one object, at most 16 levels, no number too large for a
 /// double. Errors name `file` and what is wrong, with the line where the text is not JSON.
 [[nodiscard]] Result<nlohmann::json> ParseJson(std::string_view text, const std::string& file);
+
+/// The same of a whole file. Errors: those of ReadWholeFile, too.
+[[nodiscard]] Result<nlohmann::json> ReadJsonFile(const std::filesystem::path& path,
+                                                  std::size_t max_bytes);
 
 /// Reads the keys of one object. After the first fault everything reads as absent or 0; ask
 /// Finish() before use. The JSON must outlive the reader.

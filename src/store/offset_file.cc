@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "store/json_object.h"
-#include "store/whole_file.h"
 
 namespace trammel::store {
 namespace {
@@ -36,9 +35,7 @@ void ReadTool(JsonObject& tool, OffsetFile& offsets) {
 }  // namespace
 
 Result<OffsetFile> ReadOffsetFile(const std::filesystem::path& path) {
-  const auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  const auto json = ParseJson(*text, path.string());
+  const auto json = ReadJsonFile(path, kMostBytes);
   if (!json) return tl::unexpected(json.error());
   JsonObject root(*json, path.string());
   if (root.has("format")) (void)root.Integer("format", {1, 1});

@@ -160,9 +160,7 @@ Result<std::vector<MeasuredPoint>> PointsFromJson(std::string_view text, const s
 }  // namespace
 
 Result<PartFile> ReadPartFile(const std::filesystem::path& path) {
-  const auto text = ReadWholeFile(path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  const auto json = ParseJson(*text, path.string());
+  const auto json = ReadJsonFile(path, kMostBytes);
   if (!json) return tl::unexpected(json.error());
   JsonObject root(*json, path.string());
   root.Integer("format", {1, 1});
