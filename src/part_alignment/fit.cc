@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "part_alignment/ceres_descend.h"
-#include "part_alignment/chi_square.h"
+#include "base/chi_square.h"
 #include "part_alignment/first_guess.h"
 #include "part_alignment/observability.h"
 

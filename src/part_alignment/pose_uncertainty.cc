@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "part_alignment/chi_square.h"
+#include "base/chi_square.h"
 #include "part_alignment/input_effect.h"
 #include "part_alignment/observability.h"
 #include "part_alignment/pose_solver.h"

@@ -6,7 +6,7 @@
 
 #include "base/check.h"
 #include "base/statistics.h"
-#include "tool_offset/chi_square.h"
+#include "base/chi_square.h"
 
 namespace trammel::tool_offset {
 namespace {
