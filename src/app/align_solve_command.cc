@@ -2,15 +2,16 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
+#include <utility>
 #include <vector>
 
 #include "app/align_commands.h"
+#include "app/align_report.h"
 #include "app/commands.h"
 #include "part_alignment/solve.h"
 #include "report/alignment_json.h"
@@ -28,35 +29,19 @@ struct SolveArguments {
   bool not_robust = false;
   bool json = false;
   std::string out;
+  std::string report;
 };
 
-// Distances outside of those at which the camera was calibrated are extrapolated.
-void AddDistanceNotice(const store::AlignmentInput& input, part_alignment::Alignment& alignment) {
-  if (!input.calibration || alignment.verdict != Verdict::kGood) return;
-  part_alignment::Camera camera = input.measurement.camera;
-  if (input.unknowns.camera_offset) {
-    camera.taper_from_camera.translation_mm = alignment.camera_offset_mm;
+// Those that are there; the others are drawn without.
+std::vector<std::filesystem::path> PicturesOf(const store::AlignmentInput& input,
+                                              const std::filesystem::path& file) {
+  std::vector<std::filesystem::path> pictures;
+  for (const std::string& name : input.pictures) {
+    const std::filesystem::path picture = name.empty() ? "" : file.parent_path() / name;
+    std::error_code error;
+    pictures.push_back(std::filesystem::is_regular_file(picture, error) ? picture : "");
   }
-  double nearest_mm = 1e300;
-  double farthest_mm = 0;
-  for (const part_alignment::View& view : input.measurement.views) {
-    for (const part_alignment::Observation& seen : view.observations) {
-      for (const part_alignment::PartTarget& target : input.measurement.targets) {
-        if (target.id != seen.target) continue;
-        const Eigen::Vector3d at_mm = part_alignment::CameraFromPart(
-            camera, alignment.clamping, view, alignment.machine_from_part, target.ideal_mm);
-        nearest_mm = std::min(nearest_mm, std::abs(at_mm.z()));
-        farthest_mm = std::max(farthest_mm, std::abs(at_mm.z()));
-      }
-    }
-  }
-  const store::CameraCalibration& known = *input.calibration;
-  if (nearest_mm >= known.nearest_mm && farthest_mm <= known.farthest_mm) return;
-  alignment.notices.push_back(
-      fmt::format("targets were seen from {:.0f} … {:.0f} mm, but the camera was calibrated ({}) "
-                  "from {:.0f} to "
-                  "{:.0f} mm: its figures are extrapolated",
-                  nearest_mm, farthest_mm, known.date, known.nearest_mm, known.farthest_mm));
+  return pictures;
 }
 
 int RunSolve(const SolveArguments& arguments) {
@@ -72,18 +57,22 @@ int RunSolve(const SolveArguments& arguments) {
   options.robust = !arguments.not_robust;
   options.method = arguments.method == "gauss_newton" ? part_alignment::SolveMethod::kGaussNewton
                                                       : part_alignment::SolveMethod::kCeres;
-  auto alignment = part_alignment::Solve(input->measurement, options);
+  options.inputs = input->inputs;
+  auto alignment = SolveInput(*input, options);
   if (!alignment) {
     return Report({alignment.error().kind, arguments.file + ": " + alignment.error().message});
   }
-  AddDistanceNotice(*input, *alignment);
-  const report::AlignmentOutput output{input->measurement, store::NamesOf(input->unknowns),
-                                       input->unknowns, input->numeric_ids, std::move(*alignment)};
+  const report::AlignmentOutput output = OutputOf(*input, std::move(*alignment));
   const std::string json = report::ToJson(output);
   if (!arguments.out.empty()) {
     if (auto written = store::WriteWholeFile(arguments.out, json); !written) {
       return Report(written.error());
     }
+  }
+  if (!arguments.report.empty()) {
+    auto written =
+        WriteAlignmentReport(arguments.report, output, PicturesOf(*input, arguments.file));
+    if (!written) return Report(written.error());
   }
   std::fputs(json.c_str(), stdout);
   if (!arguments.json) std::fputs(report::AlignmentText(output).c_str(), stderr);
@@ -108,6 +97,9 @@ void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
   command->add_flag("--no-robust", arguments->not_robust, "leave no wrong target out");
   command->add_flag("--json", arguments->json, "no words on standard error beside the JSON");
   command->add_option("--out", arguments->out, "write the JSON to this file, too");
+  command->add_option("--report", arguments->report,
+                      "a folder for a page with every view: what was found, projected and left "
+                      "over, on the pictures that the file names");
   command->callback([arguments, &exit_code] { exit_code = RunSolve(*arguments); });
 }
 

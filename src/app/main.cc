@@ -43,6 +43,8 @@ int main(int argc, char** argv) {
   trammel::app::AddAlignStudyCommand(*align, exit_code);
   trammel::app::AddAlignTargetsCommand(*align, exit_code);
   trammel::app::AddAlignCorrectCommand(*align, exit_code);
+  trammel::app::AddAlignMeasureCommand(*align, exit_code);
+  trammel::app::AddAlignPlanCommand(*align, exit_code);
   trammel::app::AddAlignSolveCommand(*align, exit_code);
   trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);

@@ -226,10 +226,12 @@ std::string FigurePage(const std::string& title, Verdict verdict, const std::str
   for (const Figure& figure : figures) {
     page += fmt::format(
         "<section class=\"card\"><figure><div class=\"wide\"><img "
-        "src=\"data:image/svg+xml;base64,{}\" alt=\"{}\" width=\"{:.0f}\" height=\"{:.0f}\"/></div>"
+        "src=\"data:image/{};base64,{}\" alt=\"{}\" width=\"{:.0f}\" height=\"{:.0f}\"/></div>"
         "<figcaption>{}</figcaption></figure></section>\n",
-        Base64(figure.canvas.ToSvg()), figure.name, figure.canvas.width_px(),
-        figure.canvas.height_px(), EscapeHtml(figure.caption));
+        figure.picture ? "png" : "svg+xml",
+        Base64(figure.picture ? figure.canvas.ToPng(figure.png_scale) : figure.canvas.ToSvg()),
+        figure.name, figure.canvas.width_px(), figure.canvas.height_px(),
+        EscapeHtml(figure.caption));
   }
   page +=
       "<footer>Made by trammel. This page stands alone: nothing is loaded from "

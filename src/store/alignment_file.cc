@@ -13,6 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using part_alignment::Camera;
+using part_alignment::InputUncertainty;
 using part_alignment::Observation;
 using part_alignment::PartTarget;
 using part_alignment::Unknowns;
@@ -23,6 +24,7 @@ constexpr std::size_t kMostTargets = 10'000;
 constexpr std::size_t kMostViews = 10'000;
 constexpr double kMostPlace_mm = 1e6;
 constexpr double kMostSigma_px = 1e3;
+constexpr std::size_t kLongestName = 1000;  // of a picture
 // Written with six digits a rotation is off by less.
 constexpr double kRotationTolerance = 1e-5;
 
@@ -38,6 +40,21 @@ constexpr std::array<NamedUnknown, 5> kUnknowns = {{
     {"camera_offset", &Unknowns::camera_offset},
 }};
 constexpr const char* kPose = "pose";
+
+struct NamedInput {
+  const char* name;
+  double InputUncertainty::*member;
+};
+constexpr std::array<NamedInput, 7> kInputs = {{
+    {"machine_mm", &InputUncertainty::machine_mm},
+    {"target_mm", &InputUncertainty::target_mm},
+    {"clamp_angle_rad", &InputUncertainty::clamp_angle_rad},
+    {"clamp_eccentricity_mm", &InputUncertainty::clamp_eccentricity_mm},
+    {"clamp_tilt_rad", &InputUncertainty::clamp_tilt_rad},
+    {"focal_length_mm", &InputUncertainty::focal_length_mm},
+    {"camera_offset_mm", &InputUncertainty::camera_offset_mm},
+}};
+constexpr const char* kInputsKey = "input_uncertainty";
 
 // A text or a whole number, as text; empty after a fault.
 std::string ReadId(JsonObject& object, const char* key, std::set<std::string>* numeric) {
@@ -128,17 +145,30 @@ void ReadRotation(JsonObject& object, View& view) {
   }
 }
 
-Result<void> ReadViews(JsonObject& root, AlignmentInput& input) {
+// Not looked for here; empty where there is none.
+std::string ReadPictureName(JsonObject& object) {
+  const nlohmann::json* name = object.Find("picture");
+  if (name == nullptr || name->is_null()) return {};
+  if (!name->is_string() || name->get_ref<const std::string&>().size() > kLongestName) {
+    object.Fault("picture", fmt::format("is {}; it must be a file name of at most {} bytes",
+                                        Show(*name), kLongestName));
+    return {};
+  }
+  return name->get<std::string>();
+}
+
+Result<void> ReadViews(JsonObject& root, std::size_t least, AlignmentInput& input) {
   std::set<std::string> known;
   for (const PartTarget& target : input.measurement.targets) known.insert(target.id);
-  for (const nlohmann::json& entry : root.List("views", 1, kMostViews)) {
+  if (least == 0 && !root.has("views")) return {};
+  for (const nlohmann::json& entry : root.List("views", least, kMostViews)) {
     auto& views = input.measurement.views;
     const std::string at = fmt::format("views[{}]", views.size());
     JsonObject object = root.Inner(entry, at);
     View view;
     const auto mm = object.Numbers("spindle_mm", 3, 3, {-kMostPlace_mm, kMostPlace_mm});
     ReadRotation(object, view);
-    object.Find("picture");  // for people, and for those who take it
+    input.pictures.push_back(ReadPictureName(object));
     static const nlohmann::json kNone = nlohmann::json::array();
     const nlohmann::json* seen_here = object.OptionalList("observations", 0, kMostTargets);
     if (auto read = object.Finish(); !read) return read;
@@ -188,11 +218,22 @@ void ReadUnknowns(JsonObject& root, AlignmentInput& input) {
   input.unknowns = *unknowns;
 }
 
+Result<void> ReadInputs(JsonObject& root, InputUncertainty& inputs) {
+  const nlohmann::json* value = root.Find(kInputsKey);
+  if (value == nullptr) return {};
+  constexpr NumberRange kRange{0, 1000};  // part_alignment::Validate's
+  JsonObject object = root.Inner(*value, kInputsKey);
+  for (const NamedInput& input : kInputs) {
+    inputs.*input.member = object.Number(input.name, kRange, 0.0);
+  }
+  return object.Finish();
+}
+
 Json IdJson(const std::string& id, const std::set<std::string>& numeric) {
   return numeric.contains(id) ? Json::parse(id) : Json(id);
 }
 
-Json ViewJson(const View& view, const std::set<std::string>& numeric) {
+Json ViewJson(const View& view, const std::set<std::string>& numeric, const std::string& picture) {
   Json rotation = Json::array();
   for (int i = 0; i < 3; ++i) {
     const auto row = view.spindle_rotation.row(i);
@@ -206,9 +247,11 @@ Json ViewJson(const View& view, const std::set<std::string>& numeric) {
                             {"sigma_px", seen.sigma_px}});
   }
   const Eigen::Vector3d& at = view.spindle_mm;
-  return {{"spindle_mm", Json::array({at.x(), at.y(), at.z()})},
-          {"spindle_rotation", std::move(rotation)},
-          {"observations", std::move(observations)}};
+  Json json = {{"spindle_mm", Json::array({at.x(), at.y(), at.z()})},
+               {"spindle_rotation", std::move(rotation)},
+               {"observations", std::move(observations)}};
+  if (!picture.empty()) json["picture"] = picture;
+  return json;
 }
 
 }  // namespace
@@ -244,7 +287,8 @@ std::vector<std::string> NamesOf(const Unknowns& unknowns) {
   return names;
 }
 
-Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path) {
+Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path,
+                                         std::size_t least_views) {
   const auto json = ReadJsonFile(path, kMostBytes);
   if (!json) return tl::unexpected(json.error());
   JsonObject root(*json, path.string());
@@ -253,7 +297,8 @@ Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path) {
   if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
   if (auto read = ReadCameraOf(root, path, input); !read) return tl::unexpected(read.error());
   if (auto read = ReadTargets(root, input); !read) return tl::unexpected(read.error());
-  if (auto read = ReadViews(root, input); !read) return tl::unexpected(read.error());
+  if (auto read = ReadViews(root, least_views, input); !read) return tl::unexpected(read.error());
+  if (auto read = ReadInputs(root, input.inputs); !read) return tl::unexpected(read.error());
   ReadUnknowns(root, input);
   if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
   return input;
@@ -268,10 +313,15 @@ std::string AlignmentFileText(const AlignmentInput& input) {
                                {"ideal_mm", Json::array({at.x(), at.y(), at.z()})}});
   }
   json["views"] = Json::array();
-  for (const View& view : input.measurement.views) {
-    json["views"].push_back(ViewJson(view, input.numeric_ids));
+  const std::vector<View>& views = input.measurement.views;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    json["views"].push_back(
+        ViewJson(views[i], input.numeric_ids, i < input.pictures.size() ? input.pictures[i] : ""));
   }
   json["unknowns"] = NamesOf(input.unknowns);
+  for (const NamedInput& named : kInputs) {
+    if (input.inputs.*named.member != 0) json[kInputsKey][named.name] = input.inputs.*named.member;
+  }
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "part_alignment/measurement.h"
@@ -16,6 +17,11 @@ namespace trammel::store {
 struct AlignmentInput {
   part_alignment::Measurement measurement;
   part_alignment::Unknowns unknowns;
+  /// What is uncertain beside the pixels; exact where the file does not say.
+  part_alignment::InputUncertainty inputs;
+  /// The picture of each view, from the file's folder; empty where the file names none. May be
+  /// shorter than the views.
+  std::vector<std::string> pictures;
   /// Ids that stand in the file as numbers, and are to be given back as such.
   std::set<std::string> numeric_ids;
   /// Where the camera came from a file of its own that says so.
@@ -27,7 +33,9 @@ struct AlignmentInput {
 /// Errors (kInput) name file and place: not JSON, a number that is none or out of its range, an
 /// unknown key, a target id twice or unknown, an observation outside the picture, a spindle
 /// rotation that is none.
-[[nodiscard]] Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path);
+/// @param least_views  0 where the views are yet to be planned
+[[nodiscard]] Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path,
+                                                       std::size_t least_views = 1);
 
 /// The same as text, the camera within; ReadAlignmentFile gives every number back to the last bit.
 [[nodiscard]] std::string AlignmentFileText(const AlignmentInput& input);

@@ -1,5 +1,6 @@
 #include "store/alignment_file.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -93,6 +94,37 @@ TEST_F(AlignmentFileTest, UnknownsArePoseAndClampAngleWhereNoneAreNamed) {
   const auto input = Read(Text(R"("unknowns": ["pose", "clamp_tilt"],)", ""));
   ASSERT_TRUE(input) << input.error().message;
   EXPECT_THAT(NamesOf(input->unknowns), ElementsAre("pose", "clamp_angle"));
+}
+
+TEST_F(AlignmentFileTest, WhatIsUncertainBesideThePixelsAndThePicturesAreKept) {
+  const auto exact = Read(Text());
+  ASSERT_TRUE(exact);
+  EXPECT_EQ(exact->inputs.target_mm, 0);
+  EXPECT_EQ(AlignmentFileText(*exact).find("input_uncertainty"), std::string::npos);
+  EXPECT_THAT(exact->pictures, ElementsAre("", "b.png"));
+  const auto input = Read(Text(R"("x_note")", R"("input_uncertainty": {"machine_mm": 0.005,
+      "target_mm": 0.04, "clamp_angle_rad": 0.001, "clamp_eccentricity_mm": 0.015,
+      "clamp_tilt_rad": 0.002, "focal_length_mm": 0.003, "camera_offset_mm": 0.02}, "x_note")"));
+  ASSERT_TRUE(input) << input.error().message;
+  const auto again = Read(AlignmentFileText(*input));
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_THAT(again->pictures, ElementsAre("", "b.png"));
+  for (const part_alignment::InputUncertainty& inputs : {input->inputs, again->inputs}) {
+    EXPECT_EQ(inputs.machine_mm, 0.005);
+    EXPECT_EQ(inputs.target_mm, 0.04);
+    EXPECT_EQ(inputs.clamp_angle_rad, 0.001);
+    EXPECT_EQ(inputs.clamp_eccentricity_mm, 0.015);
+    EXPECT_EQ(inputs.clamp_tilt_rad, 0.002);
+    EXPECT_EQ(inputs.focal_length_mm, 0.003);
+    EXPECT_EQ(inputs.camera_offset_mm, 0.02);
+  }
+  for (const char* wrong : {R"({"target_mm": -1})", R"({"target_mm": 1e9})",
+                            R"({"target_mm": null})", R"({"targets_mm": 1})", "7"}) {
+    const auto refused =
+        Refusal(R"("x_note")", fmt::format(R"("input_uncertainty": {}, "x_note")", wrong));
+    EXPECT_THAT(refused, HasSubstr("input_uncertainty")) << wrong;
+  }
+  EXPECT_THAT(Refusal(R"("b.png")", "5"), HasSubstr("views[1].picture"));
 }
 
 TEST_F(AlignmentFileTest, WhatWasWrittenReadsBackToTheLastBit) {

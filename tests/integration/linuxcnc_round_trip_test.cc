@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -155,7 +156,8 @@ TEST_F(LinuxCncRoundTrip, FromPicturesToAPartPointWithinAMicron) {
     return made;
   }();
   constexpr double kSigma_px = 0.05;
-  const store::AlignmentInput input{part_alignment::MeasurementOf(world, kSigma_px), {}, {}, {}};
+  store::AlignmentInput input;
+  input.measurement = part_alignment::MeasurementOf(world, kSigma_px);
   test::WriteWhole(folder_.path() / "seen.json", store::AlignmentFileText(input));
   test::WriteWhole(folder_.path() / "supports.json", R"({"format": 1, "supports": [
     {"id": 1, "part_mm": [-700, -450, -80], "direction": [0, 0, 1]},
@@ -191,6 +193,38 @@ TEST_F(LinuxCncRoundTrip, FromPicturesToAPartPointWithinAMicron) {
     const Vector3d miss_mm = Go(Block(point)) - MachineFromPart(moved->machine_from_part, point);
     EXPECT_LT(miss_mm.norm(), kMicron_mm) << point.transpose() << ": " << miss_mm.transpose();
   }
+}
+
+// The virtual spindle's pictures in a folder; the controller drives through the places at which
+// they were taken, and G10 sets what they say.
+TEST_F(LinuxCncRoundTrip, MeasureDrivesThroughEveryViewAndItsOffsetIsSet) {
+  const auto made = test::RunTrammel("sim spindle --out shop --seed 11", folder_.path());
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  const auto views =
+      nlohmann::json::parse(test::ReadWhole(folder_.path() / "shop/views.json"))["views"];
+  double safe_z_mm = -1e9;
+  for (const auto& view : views) {
+    safe_z_mm = std::max(safe_z_mm, double(view["spindle_mm"][2]) + 50);
+  }
+  const auto measured = test::RunTrammel(
+      fmt::format("align measure shop/views.json --source shop --machine 127.0.0.1 "
+                  "--joints 4 --c-axis --safe-z {} --feed 60000",
+                  safe_z_mm),
+      folder_.path());
+  ASSERT_EQ(measured.exit_code, 0) << measured.output;
+  // Up again behind the last view.
+  EXPECT_LT((Position() -
+             Vector3d(views.back()["spindle_mm"][0], views.back()["spindle_mm"][1], safe_z_mm))
+                .norm(),
+            kMicron_mm);
+  test::WriteWhole(folder_.path() / "result.json", measured.standard_output);
+  const auto corrected = test::RunTrammel(
+      "align correct result.json --write 127.0.0.1 --joints 4 --c-axis", folder_.path());
+  ASSERT_EQ(corrected.exit_code, 0) << corrected.output;
+  const auto result = nlohmann::json::parse(measured.standard_output);
+  const Vector3d part_mm(result["part_mm"][0], result["part_mm"][1], result["part_mm"][2]);
+  Mdi("G21 G90 G54");
+  EXPECT_LT((Go("G0 X0 Y0 Z0") - part_mm).norm(), kMicron_mm);
 }
 
 TEST_F(LinuxCncRoundTrip, WithoutShimsThePointMissesByTheRemainderThatWasPrinted) {

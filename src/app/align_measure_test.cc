@@ -1,0 +1,390 @@
+// trammel align measure on pictures of the virtual spindle, with a scripted
+// LinuxCNC.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <tuple>
+#include <utility>
+
+#include "support/background_trammel.h"
+#include "support/run_trammel.h"
+#include "support/scripted_linuxcnc.h"
+
+namespace trammel {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::CommandResult;
+using test::ReadWhole;
+using test::ScriptedLinuxCnc;
+using testing::AllOf;
+using testing::Each;
+using testing::HasSubstr;
+using testing::Not;
+
+class AlignMeasure : public testing::Test {
+ protected:
+  // One part, photographed once for all tests.
+  static void SetUpTestSuite() {
+    shop_ = new test::TemporaryFolder;
+    const CommandResult made = test::RunTrammel("sim spindle --out shop --seed 11", shop_->path());
+    ASSERT_EQ(made.exit_code, 0) << made.output;
+    fs::create_directory(shop_->path() / "pictures");
+    for (const fs::directory_entry& entry : fs::directory_iterator(shop_->path() / "shop")) {
+      if (entry.path().extension() == ".png") {
+        fs::copy(entry.path(), shop_->path() / "pictures" / entry.path().filename());
+      }
+    }
+  }
+  static void TearDownTestSuite() {
+    delete shop_;
+    shop_ = nullptr;
+  }
+  static fs::path At(const std::string& name) { return shop_->path() / name; }
+  static json Truth() { return json::parse(ReadWhole(At("shop/truth.json"))); }
+  static json Plan() { return json::parse(ReadWhole(At("shop/views.json"))); }
+  // The highest place of a view, from which the plan's own descents are short.
+  static double SafeZ() {
+    double highest_mm = -1e9;
+    const json plan = Plan();
+    for (const json& view : plan["views"]) {
+      highest_mm = std::max(highest_mm, double(view["spindle_mm"][2]));
+    }
+    return highest_mm + 50;
+  }
+  [[nodiscard]] std::string Arguments(const std::string& more) const {
+    return fmt::format("align measure {} --source {} --out . {}", At("shop/views.json").string(),
+                       At("pictures").string(), more);
+  }
+  [[nodiscard]] CommandResult Measure(const std::string& more = "") const {
+    return test::RunTrammel(Arguments(more), folder_.path());
+  }
+  [[nodiscard]] std::string Machine(const ScriptedLinuxCnc& server) const {
+    return fmt::format(
+        "--machine 127.0.0.1:{} --spindle-locked --safe-z {} "
+        "--feed 100000 --settle 0",
+        server.port(), SafeZ());
+  }
+  // Everything else as in the plan.
+  [[nodiscard]] CommandResult MeasureBy(const json& plan, const fs::path& pictures,
+                                        const std::string& more = "") const {
+    test::WriteWhole(folder_.path() / "plan.json", plan.dump());
+    return test::RunTrammel(
+        fmt::format("align measure plan.json --source {} {}", pictures.string(), more),
+        folder_.path());
+  }
+  // The first views of the plan only, with their pictures in a folder "some".
+  [[nodiscard]] json FirstViews(std::size_t count) const {
+    json plan = Plan();
+    const json views = plan["views"];
+    plan["views"] = json::array();
+    fs::remove_all(Some());
+    fs::create_directory(Some());
+    for (std::size_t i = 0; i < count; ++i) {
+      plan["views"].push_back(views[i]);
+      const std::string name = fmt::format("view-{:02}.png", i + 1);
+      fs::copy(At("pictures") / name, Some() / name);
+    }
+    return plan;
+  }
+  [[nodiscard]] fs::path Some() const { return folder_.path() / "some"; }
+  // The same part photographed with other options; the pictures of a folder of its own.
+  [[nodiscard]] fs::path Photographed(const std::string& options) const {
+    const CommandResult made =
+        test::RunTrammel("sim spindle --out other --seed 11 " + options, folder_.path());
+    EXPECT_EQ(made.exit_code, 0) << made.output;
+    return folder_.path() / "other";
+  }
+  [[nodiscard]] fs::path Report() const {
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_.path())) {
+      if (entry.path().filename().string().starts_with("align-")) return entry.path();
+    }
+    return {};
+  }
+
+  static inline test::TemporaryFolder* shop_ = nullptr;
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(AlignMeasure, FindsThePartInPicturesAndLeavesADatedReport) {
+  const CommandResult measured = Measure();
+  ASSERT_EQ(measured.exit_code, 0) << measured.output;
+  const json result = json::parse(measured.standard_output);
+  const json truth = Truth();
+  for (std::size_t i = 0; i < 3; ++i) {
+    // The clamping is 5 um beside the axis, which no residual shows.
+    EXPECT_NEAR(result["part_mm"][i], double(truth["part_mm"][i]), 0.02) << i;
+    EXPECT_NEAR(result["part_angles_rad"][i], double(truth["part_angles_rad"][i]), 2e-5) << i;
+  }
+  const fs::path report = Report();
+  ASSERT_FALSE(report.empty());
+  EXPECT_EQ(ReadWhole(report / "result.json"), measured.standard_output);
+  for (const char* name :
+       {"report.txt", "report.html", "view000_residuals.png", "view007_residuals.png"}) {
+    EXPECT_TRUE(fs::exists(report / name)) << name;
+  }
+  EXPECT_EQ(ReadWhole(report / "view000.png"), ReadWhole(At("pictures/view-01.png")));
+  EXPECT_FALSE(fs::exists(report / "stopped.txt"));
+  // What was kept is what solve needs, and its report is the same.
+  const std::string kept = (report / "observations.json").string();
+  const CommandResult again = test::RunTrammel("align solve --report r " + kept, folder_.path());
+  EXPECT_EQ(json::parse(again.standard_output)["part_mm"], result["part_mm"]);
+  EXPECT_EQ(ReadWhole(folder_.path() / "r" / "view003_residuals.png"),
+            ReadWhole(report / "view003_residuals.png"));
+}
+
+TEST_F(AlignMeasure, DrivesUpAcrossAndDownThroughEveryView) {
+  ScriptedLinuxCnc server;
+  server.SetHurry(20);
+  const CommandResult measured = Measure(Machine(server));
+  ASSERT_EQ(measured.exit_code, 0) << measured.output;
+  const json plan = Plan();
+  const std::vector<std::string> requests = server.requests();
+  for (const json& view : plan["views"]) {
+    const std::string place =
+        fmt::format("X{:.6f} Y{:.6f} Z{:.6f}", double(view["spindle_mm"][0]),
+                    double(view["spindle_mm"][1]), double(view["spindle_mm"][2]));
+    EXPECT_THAT(requests, testing::Contains(HasSubstr(place)));
+  }
+  EXPECT_THAT(requests, Each(AllOf(Not(HasSubstr("M3")), Not(HasSubstr("M4")))));
+  EXPECT_FALSE(server.moving());
+  EXPECT_NEAR(server.position()[2], SafeZ(), 1e-3);  // up again at the end
+}
+
+TEST_F(AlignMeasure, RefusesObstaclesAndTheEndOfTravelBeforeAnythingMoves) {
+  ScriptedLinuxCnc server;
+  const CommandResult measured =
+      Measure(Machine(server) + " --obstacle -5000,-5000,-5000,5000,5000,5000");
+  EXPECT_EQ(measured.exit_code, 4) << measured.output;
+  EXPECT_THAT(measured.standard_error, HasSubstr("obstacle 1"));
+  const CommandResult outside = Measure(Machine(server) + " --travel 0,0,0,1,1,1");
+  EXPECT_EQ(outside.exit_code, 4) << outside.output;
+  EXPECT_THAT(outside.standard_error, HasSubstr("outside the travel"));
+  EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53"))));
+  EXPECT_EQ(Measure(Machine(server) + " --obstacle 1,2,3").exit_code, 1);
+  EXPECT_TRUE(Report().empty());
+}
+
+TEST_F(AlignMeasure, RefusesASpindleThatTurnsIsNotHeldOrNotOriented) {
+  const std::string held = "--spindle-locked";
+  for (const auto& [name, value, holds, words] :
+       {std::tuple{"spindle 0", "0 FORWARD", held, "the spindle turns"},
+        std::tuple{"C", "37.000000", std::string("--c-axis --joints 4"), "axis C stands at 37.0"},
+        std::tuple{"C", "0.000000", std::string(), "nothing says that the spindle is held"},
+        std::tuple{"estop", "ON", held, "emergency stop"},
+        std::tuple{"joint_homed", "YES NO YES NO NO NO", held, "homed"}}) {
+    ScriptedLinuxCnc server;
+    server.Answer(name, value);
+    std::string machine = Machine(server);
+    machine.replace(machine.find(held), held.size(), holds);
+    const CommandResult measured = Measure(machine);
+    EXPECT_EQ(measured.exit_code, 4) << measured.output;
+    EXPECT_THAT(measured.standard_error, HasSubstr(words));
+    EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53"))));
+  }
+}
+
+TEST_F(AlignMeasure, CtrlCLeavesNoMotionRunningAndWhatWasTaken) {
+  ScriptedLinuxCnc server;
+  server.SetHurry(20);
+  test::BackgroundTrammel measuring(Arguments(Machine(server)), folder_.path());
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  const auto kept = [this] { return fs::exists(Report() / "observations.json"); };
+  while (!kept() && std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  ASSERT_TRUE(kept());
+  server.SetHurry(0.2);  // of the moves from now on
+  while (!server.moving() && std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  measuring.Signal(SIGINT);
+  EXPECT_EQ(measuring.WaitForEnd(), 130) << measuring.standard_error();
+  EXPECT_FALSE(server.moving());
+  EXPECT_THAT(measuring.standard_error(),
+              AllOf(HasSubstr("the machine stands at"), HasSubstr("are kept in")));
+  const json seen = json::parse(ReadWhole(Report() / "observations.json"));
+  ASSERT_GE(seen["views"].size(), 1U);
+  EXPECT_GE(seen["views"][0]["observations"].size(), 1U);
+  EXPECT_TRUE(fs::exists(Report() / std::string(seen["views"][0]["picture"])));
+  EXPECT_TRUE(fs::exists(Report() / "stopped.txt"));
+}
+
+TEST_F(AlignMeasure, ALineThatBreaksEndsTheMotionAndKeepsWhatWasTaken) {
+  // In the way from the second view to the third; the answers to its moves are lost.
+  int moves = 0;
+  bool dropped = false;
+  const double safe_z = SafeZ();
+  ScriptedLinuxCnc server([&](const std::string& request) {
+    if (request.find(fmt::format("Z{:.6f}", safe_z)) != std::string::npos) ++moves;
+    const bool drop = !dropped && fs::exists(Report() / "view001.png") && moves > 0 &&
+                      request.starts_with("get abs_act_pos");
+    dropped = dropped || drop;
+    return drop ? ScriptedLinuxCnc::Fault::kDrop : ScriptedLinuxCnc::Fault::kNone;
+  });
+  server.SetHurry(20);
+  const CommandResult measured = Measure(Machine(server));
+  EXPECT_EQ(measured.exit_code, 3) << measured.output;
+  EXPECT_THAT(measured.standard_error,
+              AllOf(HasSubstr("closed the connection"), HasSubstr("are kept in")));
+  EXPECT_FALSE(server.moving());
+  const json seen = json::parse(ReadWhole(Report() / "observations.json"));
+  EXPECT_GE(seen["views"].size(), 1U);
+}
+
+TEST_F(AlignMeasure, ARefusedMoveEndsTheMotionAndKeepsWhatWasTaken) {
+  ScriptedLinuxCnc server([this](const std::string& request) {
+    const bool refuse =
+        request.find("G53 G1") != std::string::npos && fs::exists(Report() / "view001.png");
+    return refuse ? ScriptedLinuxCnc::Fault::kRefuse : ScriptedLinuxCnc::Fault::kNone;
+  });
+  server.SetHurry(20);
+  const CommandResult measured = Measure(Machine(server));
+  EXPECT_EQ(measured.exit_code, 3) << measured.output;
+  EXPECT_THAT(measured.standard_error,
+              AllOf(HasSubstr("refused by the script"), HasSubstr("the machine stands at"),
+                    HasSubstr("2 pictures")));
+  EXPECT_FALSE(server.moving());
+  EXPECT_EQ(json::parse(ReadWhole(Report() / "observations.json"))["views"].size(), 2U);
+}
+
+TEST_F(AlignMeasure, ASoftLimitIsSaidInTheControllersWords) {
+  ScriptedLinuxCnc server;
+  server.SetTravel(1);
+  const CommandResult measured = Measure(Machine(server));
+  EXPECT_EQ(measured.exit_code, 3) << measured.output;
+  EXPECT_THAT(measured.standard_error, HasSubstr("would exceed X's positive limit"));
+  EXPECT_FALSE(server.moving());
+}
+
+TEST_F(AlignMeasure, CentresAreCorrectedByHowLargeTheDiscsLook) {
+  // The observations that are kept, first target of the first view.
+  const auto column_px = [this](const std::string& more) {
+    const CommandResult measured = Measure(more);
+    EXPECT_EQ(measured.exit_code, 0) << measured.output;
+    const bool warned =
+        measured.standard_error.find("look as if their radius were ") != std::string::npos;
+    EXPECT_EQ(warned, more == "--disc-radius 5") << measured.standard_error;
+    const json kept = json::parse(ReadWhole(Report() / "observations.json"));
+    fs::remove_all(Report());
+    return double(kept["views"][0]["observations"][0]["column_px"]);
+  };
+  const double found_px = column_px("--no-correction");
+  const double corrected_px = column_px("");
+  EXPECT_GT(std::abs(corrected_px - found_px), 1e-4);
+  EXPECT_LT(std::abs(corrected_px - found_px), 0.1);
+  // The correction goes with the square of the radius: 2 % of it are 4 % of the correction.
+  constexpr double kShare = 0.06;
+  EXPECT_NEAR(column_px("--disc-radius 2"), corrected_px,
+              kShare * std::abs(corrected_px - found_px));
+  EXPECT_GT(std::abs(column_px("--disc-radius 5") - found_px),
+            4 * std::abs(corrected_px - found_px));
+}
+
+TEST_F(AlignMeasure, APlanIsWhatMeasureReads) {
+  const json part = Truth()["part_mm"];
+  const std::string box = fmt::format(
+      "{},{},{},{},{},{}", double(part[0]) - 3000, double(part[1]) - 3000, double(part[2]) - 3000,
+      double(part[0]) + 3000, double(part[1]) + 3000, double(part[2]) + 3000);
+  const CommandResult planned =
+      test::RunTrammel(fmt::format("align plan {} --rough {},{},{} --travel {} --out plan.json",
+                                   At("shop/views.json").string(), double(part[0]), double(part[1]),
+                                   double(part[2]), box),
+                       folder_.path());
+  ASSERT_EQ(planned.exit_code, 0) << planned.output;
+  EXPECT_THAT(planned.standard_error, AllOf(HasSubstr("verdict    good"), HasSubstr("view 0")));
+  const json plan = json::parse(ReadWhole(folder_.path() / "plan.json"));
+  EXPECT_GE(plan["views"].size(), 4U);
+  EXPECT_EQ(plan["targets"].size(), 4U);
+  EXPECT_EQ(test::RunTrammel("align plan plan.json --rough 0,0,0 --travel 1,2,3", folder_.path())
+                .exit_code,
+            1);
+}
+
+TEST_F(AlignMeasure, PicturesThatDoNotFitThePlanAreNamed) {
+  json plan = Plan();
+  const CommandResult code = MeasureBy(plan, At("pictures"), "--bits 12");
+  EXPECT_EQ(code.exit_code, 2) << code.output;
+  EXPECT_THAT(code.standard_error, HasSubstr("no picture shows a target"));
+  const CommandResult nobody = MeasureBy(plan, "nowhere");
+  EXPECT_THAT(nobody.exit_code, testing::AnyOf(1, 2));
+  plan["views"].push_back(plan["views"][0]);
+  const CommandResult few = MeasureBy(plan, At("pictures"));
+  EXPECT_EQ(few.exit_code, 2);
+  EXPECT_THAT(few.standard_error, HasSubstr("view 8: there is no further picture"));
+  plan = FirstViews(1);
+  EXPECT_THAT(MeasureBy(plan, At("pictures")).standard_error, HasSubstr("more pictures than"));
+  plan["camera"]["image_px"] = {640, 480};
+  const CommandResult small = MeasureBy(plan, At("pictures"));
+  EXPECT_EQ(small.exit_code, 2);
+  EXPECT_THAT(small.standard_error, HasSubstr("the picture has 2592 x 1944 px"));
+}
+
+TEST_F(AlignMeasure, IdsThatNoCodeHasAreNamedBeforeAnythingMoves) {
+  json plan = Plan();
+  plan["targets"][2]["id"] = 46;
+  const CommandResult wrong = MeasureBy(plan, At("pictures"));
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_THAT(wrong.standard_error, HasSubstr("target 46 of the plan is none of the 14-bit book"));
+  EXPECT_TRUE(Report().empty());
+  // Another code than the part has: its target is not found, and what is there is named.
+  plan = FirstViews(6);
+  plan["targets"][2]["id"] = 45;
+  const std::string text = MeasureBy(plan, Some()).standard_error;
+  EXPECT_THAT(text, HasSubstr("is none of the part's and was left out"));
+  EXPECT_THAT(text, HasSubstr("no target of the part was found"));
+}
+
+TEST_F(AlignMeasure, ExchangedTargetsAreRefusedOrNamed) {
+  json plan = Plan();
+  std::swap(plan["targets"][0]["id"], plan["targets"][1]["id"]);
+  const CommandResult swapped = MeasureBy(plan, At("pictures"));
+  EXPECT_EQ(swapped.exit_code, 2) << swapped.output;
+  EXPECT_THAT(swapped.standard_error, HasSubstr("refused"));
+}
+
+TEST_F(AlignMeasure, TooFewViewsTellTooLittle) {
+  for (const std::size_t count : {1U, 3U}) {
+    const json plan = FirstViews(count);
+    const CommandResult few = MeasureBy(plan, Some());
+    EXPECT_EQ(few.exit_code, 2) << few.output;
+    EXPECT_THAT(few.standard_error, AllOf(HasSubstr("cannot_tell"), HasSubstr("need at least 4")));
+  }
+  // As if the machine had never moved.
+  json plan = FirstViews(6);
+  for (json& view : plan["views"]) view["spindle_mm"] = plan["views"][0]["spindle_mm"];
+  const CommandResult one_place = MeasureBy(plan, Some());
+  EXPECT_EQ(one_place.exit_code, 2) << one_place.output;
+  EXPECT_THAT(one_place.standard_error, HasSubstr("refused"));
+}
+
+TEST_F(AlignMeasure, AHalfCoveredTargetIsLeftOutAndSaid) {
+  const CommandResult measured = MeasureBy(Plan(), Photographed("--hide 2:0,175"));
+  EXPECT_EQ(measured.exit_code, 0) << measured.output;
+  const json result = json::parse(measured.standard_output);
+  for (const json& residual : result["residuals"]) EXPECT_NE(residual["target"], 2);
+  EXPECT_THAT(measured.standard_error, HasSubstr("no target of the part was found"));
+  EXPECT_THAT(measured.standard_error, HasSubstr("target 2 should be at column"));
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(result["part_mm"][i], double(Truth()["part_mm"][i]), 0.02) << i;
+  }
+}
+
+TEST_F(AlignMeasure, BlurredPicturesAreAnErrorAndAreKept) {
+  const CommandResult measured = MeasureBy(Plan(), Photographed("--set blur-px=12"));
+  EXPECT_EQ(measured.exit_code, 2) << measured.output;
+  EXPECT_THAT(measured.standard_error, AllOf(HasSubstr("look at focus"), HasSubstr("8 pictures")));
+  EXPECT_TRUE(fs::exists(Report() / "view007.png"));
+}
+
+}  // namespace
+}  // namespace trammel

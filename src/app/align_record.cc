@@ -1,0 +1,81 @@
+#include "app/align_record.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <ctime>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "store/whole_file.h"
+
+namespace trammel::app {
+
+namespace fs = std::filesystem;
+
+AlignmentRecord::AlignmentRecord(fs::path parent, store::AlignmentInput plan)
+    : parent_(std::move(parent)), input_(std::move(plan)) {
+  input_.pictures.clear();
+}
+
+Result<void> AlignmentRecord::MakeFolder() {
+  if (!folder_.empty()) return {};
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 40> name{};
+  std::strftime(name.data(), name.size(), "align-%Y-%m-%dT%H-%M-%SZ", &utc);
+  std::error_code error;
+  constexpr int kMost = 100;
+  for (int i = 1; i <= kMost; ++i) {
+    const fs::path folder = parent_ / (i == 1 ? name.data() : fmt::format("{}-{}", name.data(), i));
+    const bool made = fs::create_directory(folder, error);
+    if (error) break;
+    if (!made) continue;
+    folder_ = folder;
+    return {};
+  }
+  return Fail(fmt::format("no folder for the pictures can be made in {}: {}", parent_.string(),
+                          error ? error.message() : "too many are there"));
+}
+
+Result<void> AlignmentRecord::KeepPicture(std::size_t view, const machine::CapturedFrame& picture) {
+  if (auto made = MakeFolder(); !made) return made;
+  constexpr std::uint8_t kPngBegins = 0x89;
+  const bool png = !picture.image.empty() && picture.image.front() == kPngBegins;
+  const std::string name = fmt::format("view{:03}.{}", view, png ? "png" : "jpg");
+  const std::string_view bytes(reinterpret_cast<const char*>(picture.image.data()),
+                               picture.image.size());
+  if (auto done = store::WriteWholeFile(folder_ / name, bytes); !done) return done;
+  input_.pictures.resize(std::max(input_.pictures.size(), view + 1));
+  input_.pictures[view] = name;
+  return {};
+}
+
+Result<void> AlignmentRecord::KeepObservations(const part_alignment::Measurement& so_far) {
+  if (auto made = MakeFolder(); !made) return made;
+  input_.measurement = so_far;
+  return store::WriteWholeFile(folder_ / "observations.json", store::AlignmentFileText(input_));
+}
+
+Error AlignmentRecord::Stopped(const Error& error, const std::vector<std::string>& notices) const {
+  if (folder_.empty()) return error;
+  std::string text = error.message + "\n";
+  for (const std::string& notice : notices) text += notice + "\n";
+  // The first error is what counts; a full disk is likely to have been just that.
+  const auto written = store::WriteWholeFile(folder_ / "stopped.txt", text);
+  return {error.kind, fmt::format("{}; {} pictures and what was seen in them are kept in {}{}",
+                                  error.message, input_.pictures.size(), folder_.string(),
+                                  written ? "" : " (" + written.error().message + ")")};
+}
+
+std::vector<fs::path> AlignmentRecord::pictures() const {
+  std::vector<fs::path> paths;
+  for (const std::string& name : input_.pictures) {
+    paths.push_back(name.empty() ? fs::path() : folder_ / name);
+  }
+  return paths;
+}
+
+}  // namespace trammel::app
