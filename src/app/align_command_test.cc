@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "part_alignment/alignment_test_support.h"
 #include "part_alignment/alignment_world_test_support.h"
@@ -131,6 +132,30 @@ TEST_F(AlignCommand, BadObservationsAreNamedAndExitWithOne) {
       SolveChanged([](json& seen) { seen["camera"]["model"] = "opencv_fisheye"; });
   EXPECT_THAT(model.standard_error, HasSubstr("camera.model is \"opencv_fisheye\""));
   EXPECT_EQ(Align("solve nowhere.json").exit_code, 1);
+}
+
+TEST_F(AlignCommand, TargetsKnownToFortyMicronsAreRefusedUnlessThatIsSaid) {
+  constexpr double kScatter_mm = 0.04;
+  const auto scatter = [](json& seen) {
+    Random random(7);
+    for (json& target : seen["targets"]) {
+      for (json& mm : target["ideal_mm"]) mm = double(mm) + kScatter_mm * random.Normal();
+    }
+  };
+  const CommandResult unsaid = SolveChanged(scatter);
+  EXPECT_EQ(unsaid.exit_code, 2) << unsaid.output;
+  EXPECT_THAT(unsaid.standard_error, HasSubstr("the residuals contradict their sigmas"));
+  const CommandResult said = SolveChanged([&](json& seen) {
+    scatter(seen);
+    seen["input_uncertainty"]["target_mm"] = kScatter_mm;
+  });
+  ASSERT_EQ(said.exit_code, 0) << said.output;
+  const json result = json::parse(said.standard_output);
+  for (const auto& [i, name] : {std::pair{0, "x_mm"}, std::pair{1, "y_mm"}, std::pair{2, "z_mm"}}) {
+    const double sigma_mm = result["standard_uncertainty"][name];
+    EXPECT_GT(sigma_mm, kScatter_mm / 10);
+    EXPECT_NEAR(result["part_mm"][i], world_.machine_from_part.translation_mm[i], 4 * sigma_mm);
+  }
 }
 
 TEST_F(AlignCommand, ACameraFileFromOtherDistancesIsANotice) {

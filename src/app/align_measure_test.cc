@@ -219,26 +219,29 @@ TEST_F(AlignMeasure, CtrlCLeavesNoMotionRunningAndWhatWasTaken) {
   EXPECT_TRUE(fs::exists(Report() / "stopped.txt"));
 }
 
-TEST_F(AlignMeasure, ALineThatBreaksEndsTheMotionAndKeepsWhatWasTaken) {
-  // In the way from the second view to the third; the answers to its moves are lost.
-  int moves = 0;
-  bool dropped = false;
-  const double safe_z = SafeZ();
+TEST_F(AlignMeasure, ALineThatBreaksDuringAMoveEndsTheMotionAndKeepsWhatWasTaken) {
+  enum class Step { kWait, kMoves, kDropped };
+  Step step = Step::kWait;
   ScriptedLinuxCnc server([&](const std::string& request) {
-    if (request.find(fmt::format("Z{:.6f}", safe_z)) != std::string::npos) ++moves;
-    const bool drop = !dropped && fs::exists(Report() / "view001.png") && moves > 0 &&
-                      request.starts_with("get abs_act_pos");
-    dropped = dropped || drop;
-    return drop ? ScriptedLinuxCnc::Fault::kDrop : ScriptedLinuxCnc::Fault::kNone;
+    if (step == Step::kWait && request.find("G53 G1") != std::string::npos &&
+        fs::exists(Report() / "view001.png")) {
+      step = Step::kMoves;
+    } else if (step == Step::kMoves) {
+      step = Step::kDropped;
+      return ScriptedLinuxCnc::Fault::kDrop;
+    }
+    return ScriptedLinuxCnc::Fault::kNone;
   });
-  server.SetHurry(20);
+  server.SetHurry(5);
   const CommandResult measured = Measure(Machine(server));
   EXPECT_EQ(measured.exit_code, 3) << measured.output;
+  EXPECT_EQ(step, Step::kDropped);
   EXPECT_THAT(measured.standard_error,
-              AllOf(HasSubstr("closed the connection"), HasSubstr("are kept in")));
+              AllOf(HasSubstr("closed the connection"), HasSubstr("the machine stands at"),
+                    HasSubstr("2 pictures")));
+  EXPECT_THAT(server.requests(), testing::Contains("set abort"));  // over a second connection
   EXPECT_FALSE(server.moving());
-  const json seen = json::parse(ReadWhole(Report() / "observations.json"));
-  EXPECT_GE(seen["views"].size(), 1U);
+  EXPECT_EQ(json::parse(ReadWhole(Report() / "observations.json"))["views"].size(), 2U);
 }
 
 TEST_F(AlignMeasure, ARefusedMoveEndsTheMotionAndKeepsWhatWasTaken) {
@@ -268,8 +271,9 @@ TEST_F(AlignMeasure, ASoftLimitIsSaidInTheControllersWords) {
 
 TEST_F(AlignMeasure, CentresAreCorrectedByHowLargeTheDiscsLook) {
   // The observations that are kept, first target of the first view.
-  const auto column_px = [this](const std::string& more) {
-    const CommandResult measured = Measure(more);
+  const json plan = FirstViews(6);
+  const auto column_px = [&](const std::string& more) {
+    const CommandResult measured = MeasureBy(plan, Some(), more);
     EXPECT_EQ(measured.exit_code, 0) << measured.output;
     const bool warned =
         measured.standard_error.find("look as if their radius were ") != std::string::npos;
@@ -304,6 +308,7 @@ TEST_F(AlignMeasure, APlanIsWhatMeasureReads) {
   EXPECT_THAT(planned.standard_error, AllOf(HasSubstr("verdict    good"), HasSubstr("view 0")));
   const json plan = json::parse(ReadWhole(folder_.path() / "plan.json"));
   EXPECT_GE(plan["views"].size(), 4U);
+  EXPECT_FALSE(plan["views"][0].contains("picture"));  // those of the file it was made from
   EXPECT_EQ(plan["targets"].size(), 4U);
   EXPECT_EQ(test::RunTrammel("align plan plan.json --rough 0,0,0 --travel 1,2,3", folder_.path())
                 .exit_code,
@@ -345,9 +350,9 @@ TEST_F(AlignMeasure, IdsThatNoCodeHasAreNamedBeforeAnythingMoves) {
 }
 
 TEST_F(AlignMeasure, ExchangedTargetsAreRefusedOrNamed) {
-  json plan = Plan();
+  json plan = FirstViews(6);
   std::swap(plan["targets"][0]["id"], plan["targets"][1]["id"]);
-  const CommandResult swapped = MeasureBy(plan, At("pictures"));
+  const CommandResult swapped = MeasureBy(plan, Some());
   EXPECT_EQ(swapped.exit_code, 2) << swapped.output;
   EXPECT_THAT(swapped.standard_error, HasSubstr("refused"));
 }

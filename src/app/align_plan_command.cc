@@ -79,6 +79,7 @@ int RunPlan(PlanArguments arguments) {
                                               rough, options);
   if (!plan) return Report(plan.error());
   input->measurement.views.clear();
+  input->pictures.clear();
   for (const part_alignment::PlannedView& view : plan->views) {
     input->measurement.views.push_back({view.spindle_mm, view.spindle_rotation, {}});
   }
