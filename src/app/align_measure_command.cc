@@ -113,6 +113,13 @@ Result<Eigen::Vector3d> StandsAt(machine::LinuxCnc& linuxcnc, bool c_axis,
   return state->position_mm;
 }
 
+Result<void> CheckNormal(const std::vector<double>& normal) {
+  const double norm = std::hypot(normal[0], normal[1], normal[2]);
+  constexpr double kLeast = 1e-6;
+  if (norm >= kLeast && std::isfinite(norm)) return {};
+  return Fail(fmt::format("--normal {} is no direction", fmt::join(normal, ",")));
+}
+
 Result<void> ReadBoxes(MeasureArguments& arguments) {
   procedure::RouteOptions& route = arguments.options.route;
   const std::vector<double>& n = arguments.obstacles;
@@ -149,13 +156,15 @@ int RunMeasure(MeasureArguments arguments) {
   if (!book) return Report(book.error());
   arguments.options.book = std::move(*book);
   if (auto read = ReadBoxes(arguments); !read) return Report(read.error());
+  if (auto sound = CheckNormal(arguments.normal); !sound) return Report(sound.error());
+  AlignmentRecord record(arguments.out, *plan);
+  if (auto fit = record.CheckPlace(); !fit) return Report(fit.error());
   machine::CameraOptions camera;
   camera.width_px = plan->measurement.camera.width_px;
   camera.height_px = plan->measurement.camera.height_px;
   const auto source = machine::OpenCamera(arguments.source, camera, stop);
   if (!source) return Report(source.error());
   procedure::StillPictures pictures(**source, arguments.settle_s);
-  AlignmentRecord record(arguments.out, *plan);
   procedure::MeasureShop shop;
   shop.take_picture = [&] { return pictures.Take(stop); };
   shop.keep_picture = [&](std::size_t view, const machine::CapturedFrame& picture) {
@@ -179,6 +188,10 @@ int RunMeasure(MeasureArguments arguments) {
   }
   auto outcome = procedure::MeasurePart(plan->measurement, arguments.options, shop);
   if (!outcome) return Report(record.Stopped(outcome.error(), {}));
+  if (linuxcnc && arguments.obstacles.empty()) {
+    outcome->notices.push_back(
+        "no --obstacle was given: nothing but the safe height kept the camera clear");
+  }
   if (!(*source)->live() && pictures.Take(stop)) {
     outcome->notices.push_back(
         "there are more pictures than views: were they taken by this plan, in this order?");

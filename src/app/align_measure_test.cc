@@ -62,7 +62,7 @@ class AlignMeasure : public testing::Test {
     return highest_mm + 50;
   }
   [[nodiscard]] std::string Arguments(const std::string& more) const {
-    return fmt::format("align measure {} --source {} --out . {}", At("shop/views.json").string(),
+    return fmt::format("align measure {} --source {} {}", At("shop/views.json").string(),
                        At("pictures").string(), more);
   }
   [[nodiscard]] CommandResult Measure(const std::string& more = "") const {
@@ -158,6 +158,7 @@ TEST_F(AlignMeasure, DrivesUpAcrossAndDownThroughEveryView) {
   EXPECT_THAT(requests, Each(AllOf(Not(HasSubstr("M3")), Not(HasSubstr("M4")))));
   EXPECT_FALSE(server.moving());
   EXPECT_NEAR(server.position()[2], SafeZ(), 1e-3);  // up again at the end
+  EXPECT_THAT(measured.standard_error, HasSubstr("no --obstacle was given"));
 }
 
 TEST_F(AlignMeasure, RefusesObstaclesAndTheEndOfTravelBeforeAnythingMoves) {
@@ -169,6 +170,11 @@ TEST_F(AlignMeasure, RefusesObstaclesAndTheEndOfTravelBeforeAnythingMoves) {
   const CommandResult outside = Measure(Machine(server) + " --travel 0,0,0,1,1,1");
   EXPECT_EQ(outside.exit_code, 4) << outside.output;
   EXPECT_THAT(outside.standard_error, HasSubstr("outside the travel"));
+  const CommandResult nowhere = Measure(Machine(server) + " --out nowhere");
+  EXPECT_EQ(nowhere.exit_code, 1) << nowhere.output;
+  EXPECT_THAT(nowhere.standard_error, HasSubstr("nowhere is no folder"));
+  EXPECT_EQ(Measure(Machine(server) + " --normal 0,0,0").exit_code, 1);
+  EXPECT_EQ(Measure(Machine(server) + " --normal nan,0,1").exit_code, 1);
   EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53"))));
   EXPECT_EQ(Measure(Machine(server) + " --obstacle 1,2,3").exit_code, 1);
   EXPECT_TRUE(Report().empty());

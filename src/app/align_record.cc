@@ -1,8 +1,11 @@
 #include "app/align_record.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <ctime>
 #include <string_view>
 #include <system_error>
@@ -17,6 +20,19 @@ namespace fs = std::filesystem;
 AlignmentRecord::AlignmentRecord(fs::path parent, store::AlignmentInput plan)
     : parent_(std::move(parent)), input_(std::move(plan)) {
   input_.pictures.clear();
+}
+
+Result<void> AlignmentRecord::CheckPlace() const {
+  std::error_code error;
+  if (!fs::is_directory(parent_, error)) {
+    return Fail(fmt::format("{} is no folder; the pictures are to be kept there: make it",
+                            parent_.string()));
+  }
+  if (access(parent_.c_str(), W_OK | X_OK) != 0) {
+    return Fail(fmt::format("{} cannot be written to; the pictures are to be kept there",
+                            parent_.string()));
+  }
+  return {};
 }
 
 Result<void> AlignmentRecord::MakeFolder() {

@@ -18,6 +18,8 @@ class AlignmentRecord {
   /// @param plan  its camera, targets and unknowns are written with the observations
   AlignmentRecord(std::filesystem::path parent, store::AlignmentInput plan);
 
+  /// Whether the folder can be made where it is to stand, before anything moves for it.
+  [[nodiscard]] Result<void> CheckPlace() const;
   /// The picture as it came. Errors name the file.
   [[nodiscard]] Result<void> KeepPicture(std::size_t view, const machine::CapturedFrame& picture);
   [[nodiscard]] Result<void> KeepObservations(const part_alignment::Measurement& so_far);
