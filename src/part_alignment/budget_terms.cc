@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -62,9 +65,8 @@ Eigen::Matrix<double, 6, 6> RootOf(const Eigen::Matrix<double, 6, 6>& covariance
   }
   const Eigen::Matrix<double, 6, 1> unscale = scale.cwiseInverse();
   const Eigen::Matrix<double, 6, 6> even = unscale.asDiagonal() * covariance * unscale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(even);
-  const Eigen::Matrix<double, 6, 1> lengths = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
-  return scale.asDiagonal() * solver.eigenvectors() * lengths.asDiagonal();
+  const geometry::SymmetricEigen of = geometry::DecomposeSymmetric(even);
+  return scale.asDiagonal() * of.vectors * of.values.cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
 Result<BudgetTerms> TermsOf(const BudgetScene& scene) {
@@ -86,9 +88,8 @@ Result<BudgetTerms> TermsOf(const BudgetScene& scene) {
   if (!(scale.minCoeff() > 0)) return Fail(kInLine);
   const Eigen::Matrix<double, 6, 1> unscale = scale.cwiseInverse();
   const Eigen::Matrix<double, 6, 6> scaled = unscale.asDiagonal() * normal * unscale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(scaled);
   constexpr double kRank = 1e-10;
-  if (!(solver.eigenvalues()[0] > kRank)) return Fail(kInLine);
+  if (!(geometry::DecomposeSymmetric(scaled).values[0] > kRank)) return Fail(kInLine);
   const Eigen::Matrix<double, 6, 6> inverse =
       unscale.asDiagonal() * scaled.inverse() * unscale.asDiagonal();
   BudgetTerms terms;

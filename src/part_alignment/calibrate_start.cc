@@ -1,9 +1,11 @@
 #include "part_alignment/calibrate_start.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <cmath>
 
 #include "base/check.h"
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -46,8 +48,7 @@ Pinhole SolvePinhole(std::span<const Vector3d> places, std::span<const Vector2d>
     rows.row(1).segment<4>(8) = -q.y() * x.transpose();
     normal += rows.transpose() * rows;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>> solver(normal);
-  const Eigen::Matrix<double, 12, 1> p = solver.eigenvectors().col(0);
+  const Eigen::Matrix<double, 12, 1> p = geometry::DecomposeSymmetric(normal).vectors.col(0);
   Pinhole scaled;
   scaled << p.segment<4>(0).transpose(), p.segment<4>(4).transpose(), p.segment<4>(8).transpose();
   Eigen::Matrix4d from_places = Eigen::Matrix4d::Identity();
@@ -65,8 +66,8 @@ double Flatness(std::span<const Vector3d> places) {
   for (const Vector3d& place : places) {
     spread += (place - scaling.mean) * (place - scaling.mean).transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(spread);
-  return std::sqrt(std::max(0.0, solver.eigenvalues()[0]) / static_cast<double>(places.size()));
+  const double least = geometry::DecomposeSymmetric(spread).values[0];
+  return std::sqrt(std::max(0.0, least) / static_cast<double>(places.size()));
 }
 
 }  // namespace
@@ -101,8 +102,8 @@ CameraStart StartCamera(const Camera& frame, std::span<const Vector3d> taper_mm,
     start.fault = shallow ? StartFault::kFlat : StartFault::kMirrored;
     return start;
   }
-  const Eigen::JacobiSVD<Matrix3d> svd(rows, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Matrix3d taper_from_camera = (svd.matrixU() * svd.matrixV().transpose()).transpose();
+  const geometry::SingularValues nearly = geometry::DecomposeSingular(rows);
+  const Matrix3d taper_from_camera = nearly.v * nearly.u.transpose();
   Camera& camera = start.camera;
   camera.focal_length_mm = camera.pixel_pitch_mm * (across.norm() + down.norm()) / 2;
   camera.principal_point_offset_px =
@@ -110,7 +111,7 @@ CameraStart StartCamera(const Camera& frame, std::span<const Vector3d> taper_mm,
   camera.k1 = camera.k2 = camera.p1 = camera.p2 = 0;
   camera.taper_from_camera.angles_rad = geometry::AnglesFromRotation(taper_from_camera);
   // The camera's centre is where the pin-hole's three rows vanish.
-  camera.taper_from_camera.translation_mm = -p.leftCols<3>().colPivHouseholderQr().solve(p.col(3));
+  camera.taper_from_camera.translation_mm = -p.leftCols<3>().inverse() * p.col(3);
   return start;
 }
 

@@ -1,11 +1,11 @@
 #include "part_alignment/calibrate_uncertainty.h"
 
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "base/check.h"
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -75,8 +75,7 @@ SensorUncertainty UncertaintyOverSensor(const Camera& camera, const CameraCovari
         if (projected) {
           const Matrix2d of_pixel =
               projected->by_parameter * covariance * projected->by_parameter.transpose();
-          const Eigen::SelfAdjointEigenSolver<Matrix2d> solver(of_pixel, Eigen::EigenvaluesOnly);
-          sigma_px = std::sqrt(std::max(0.0, solver.eigenvalues()[1]));
+          sigma_px = std::sqrt(std::max(0.0, geometry::DecomposeSymmetric(of_pixel).values[1]));
         }
       }
       uncertainty.sigma_px.push_back(sigma_px);

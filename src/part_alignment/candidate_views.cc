@@ -1,9 +1,10 @@
 #include "part_alignment/candidate_views.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -117,9 +118,7 @@ std::vector<CandidateView> CandidateViews(const PoseProblem& problem, const Thet
 
 double WeakestSigma(const ThetaMatrix& information) {
   constexpr double kMost_mm = 1e6;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(Eigen::MatrixXd(information),
-                                                              Eigen::EigenvaluesOnly);
-  const double least = solver.eigenvalues()[0];
+  const double least = geometry::DecomposeSymmetric(information).values[0];
   return least > 1 / (kMost_mm * kMost_mm) ? 1 / std::sqrt(least) : kMost_mm;
 }
 

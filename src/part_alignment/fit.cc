@@ -4,8 +4,8 @@
 #include <limits>
 #include <numbers>
 
-#include "part_alignment/ceres_descend.h"
 #include "base/chi_square.h"
+#include "part_alignment/ceres_descend.h"
 #include "part_alignment/first_guess.h"
 #include "part_alignment/observability.h"
 

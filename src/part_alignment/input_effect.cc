@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <array>
 #include <cmath>
 #include <map>
 #include <string_view>
+
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -80,15 +81,12 @@ MatrixXd Gain(const PoseProblem& problem, const Theta& theta) {
     return {};
   }
   const Eigen::VectorXd scale = jacobian.colwise().norm().cwiseInverse();
-  const Eigen::JacobiSVD<MatrixXd> svd(jacobian * scale.asDiagonal(),
-                                       Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const geometry::SingularValues of = geometry::DecomposeSingular(jacobian * scale.asDiagonal());
   constexpr double kSingular = 1e-9;
-  const auto& values = svd.singularValues();
-  if (!scale.allFinite() || values.minCoeff() < kSingular * values.maxCoeff()) {
+  if (!scale.allFinite() || of.values.minCoeff() < kSingular * of.values.maxCoeff()) {
     return {};
   }
-  return scale.asDiagonal() * svd.matrixV() * values.cwiseInverse().asDiagonal() *
-         svd.matrixU().transpose();
+  return scale.asDiagonal() * of.v * of.values.cwiseInverse().asDiagonal() * of.u.transpose();
 }
 
 MatrixXd InputMoves(const PoseProblem& problem, const Theta& theta, const InputUncertainty& inputs,

@@ -1,8 +1,9 @@
 #include "part_alignment/least_squares.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <cmath>
+
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -68,17 +69,16 @@ LeastSquaresFit FitLeastSquares(const ResidualFunction& function, Eigen::VectorX
 ScaledInverse InvertNormal(const Eigen::MatrixXd& jacobian) {
   const Eigen::VectorXd scale = ColumnLengths(jacobian);
   const Eigen::MatrixXd scaled = jacobian * scale.cwiseInverse().asDiagonal();
-  const Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::HouseholderQRPreconditioner> svd(
-      scaled, Eigen::ComputeThinV | Eigen::ComputeThinU);
-  const Eigen::VectorXd& singular = svd.singularValues();
+  const geometry::SingularValues of = geometry::DecomposeSingular(scaled);
+  const Eigen::VectorXd& singular = of.values;
   const Eigen::Index last = singular.size() - 1;
   ScaledInverse inverse;
   inverse.smallest_singular = singular[last];
-  inverse.weakest = svd.matrixV().col(last);
+  inverse.weakest = of.v.col(last);
   constexpr double kZero = 1e-150;  // its inverse square is still a number
   const Eigen::VectorXd inverse_singular = singular.cwiseMax(kZero).cwiseInverse();
   const Eigen::MatrixXd root =
-      scale.cwiseInverse().asDiagonal() * svd.matrixV() * inverse_singular.asDiagonal();
+      scale.cwiseInverse().asDiagonal() * of.v * inverse_singular.asDiagonal();
   inverse.covariance = root * root.transpose();
   return inverse;
 }

@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <set>
+
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -85,8 +86,8 @@ double Breadth(const PoseProblem& problem) {
     points.col(static_cast<Index>(i)) = problem.sights[i].part_mm;
   }
   points.colwise() -= points.rowwise().mean().eval();
-  const Eigen::JacobiSVD<Eigen::Matrix3Xd> svd(points);
-  return svd.singularValues().size() > 1 ? 2 * svd.singularValues()[1] : 0;
+  const Eigen::VectorXd lengths = geometry::DecomposeSingular(points).values;
+  return lengths.size() > 1 ? 2 * lengths[1] : 0;
 }
 
 std::string Why(const PoseProblem& problem, const Theta& theta, const std::vector<bool>& involved) {
@@ -191,15 +192,15 @@ std::string Words(const PoseProblem& problem, const Theta& theta, const Eigen::M
 }
 
 /// Singular values and right vectors of the Jacobian with scaled columns.
-Eigen::JacobiSVD<Eigen::MatrixXd> Decompose(const PoseProblem& problem, const Theta& theta,
-                                            const Theta& units) {
+geometry::SingularValues Decompose(const PoseProblem& problem, const Theta& theta,
+                                   const Theta& units) {
   Eigen::MatrixXd jacobian = WeightedJacobian(problem, theta) * units.asDiagonal();
   if (jacobian.rows() < jacobian.cols()) {
     const Index rows = jacobian.rows();
     jacobian.conservativeResize(jacobian.cols(), Eigen::NoChange);
     jacobian.bottomRows(jacobian.rows() - rows).setZero();
   }
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(jacobian, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  return geometry::DecomposeSingular(jacobian);
 }
 
 }  // namespace
@@ -258,19 +259,18 @@ Theta UnitsPerMillimetre(const PoseProblem& middle_problem, const Theta& theta) 
 
 Observability Observe(const PoseProblem& middle_problem, const Theta& theta, double limit_mm) {
   const Theta units = UnitsPerMillimetre(middle_problem, theta);
-  const auto svd = Decompose(middle_problem, theta, units);
-  const auto& values = svd.singularValues();
+  const geometry::SingularValues of = Decompose(middle_problem, theta, units);
   Observability seen;
   seen.unknowns = static_cast<int>(theta.size());
-  seen.rank = static_cast<int>((values.array() > 1 / kUnseen_mm).count());
-  const Index last = values.size() - 1;
+  seen.rank = static_cast<int>((of.values.array() > 1 / kUnseen_mm).count());
+  const Index last = of.values.size() - 1;
   const bool full = seen.rank == seen.unknowns;
-  seen.weakest = svd.matrixV().col(last);
-  seen.weakest_sigma_mm = full ? 1 / values[last] : std::numeric_limits<double>::infinity();
+  seen.weakest = of.v.col(last);
+  seen.weakest_sigma_mm = full ? 1 / of.values[last] : std::numeric_limits<double>::infinity();
   if (seen.weakest_sigma_mm > limit_mm) {
-    const Index weak = (values.array() < 1 / limit_mm).count();
-    seen.words = Words(middle_problem, theta, svd.matrixV().rightCols(weak), seen.weakest_sigma_mm,
-                       limit_mm);
+    const Index weak = (of.values.array() < 1 / limit_mm).count();
+    seen.words =
+        Words(middle_problem, theta, of.v.rightCols(weak), seen.weakest_sigma_mm, limit_mm);
   }
   return seen;
 }

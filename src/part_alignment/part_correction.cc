@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
+
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -103,10 +104,12 @@ Result<void> ApplyShims(const std::vector<Support>& supports, FixtureCorrection&
           correction.moves[i].shim_mm - supports[i].direction_machine.dot(places[i] - before[i]);
     }
     const SupportRows linear = RowsOf(supports, places, centre);
-    Eigen::JacobiSVD<Eigen::MatrixXd> svd(linear.rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    svd.setThreshold(kRankTolerance);
-    correction.rank = static_cast<int>(svd.rank());
-    const Eigen::VectorXd motion = svd.solve(missing_mm);
+    const geometry::SingularValues of = geometry::DecomposeSingular(linear.rows);
+    const auto rank = (of.values.array() > kRankTolerance * of.values[0]).count();
+    correction.rank = static_cast<int>(rank);
+    const Eigen::VectorXd along =
+        (of.u.leftCols(rank).transpose() * missing_mm).cwiseQuotient(of.values.head(rank));
+    const Eigen::VectorXd motion = of.v.leftCols(rank) * along;
     const Matrix3d turn = geometry::RotationFromVector(motion.tail<3>() / linear.scale_mm);
     translation_mm = turn * (translation_mm - centre) + centre + motion.head<3>();
     rotation = turn * rotation;

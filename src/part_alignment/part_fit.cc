@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "geometry/decompositions.h"
 #include "part_alignment/least_distance.h"
 #include "part_alignment/part_fit_input.h"
 #include "part_alignment/part_fit_problem.h"
@@ -119,13 +120,15 @@ std::optional<Motion> StartFromMiddles(const Problem& problem) {
     cross +=
         (surface->middle_mm - ideal_mean) * (sum.first / sum.second - measured_mean).transpose();
   }
-  const Eigen::JacobiSVD<Matrix3d> svd(cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const geometry::SingularValues of = geometry::DecomposeSingular(cross);
+  const Matrix3d u = of.u;
+  const Matrix3d v = of.v;
   constexpr double kLine = 1e-3;
-  if (!(svd.singularValues()[1] > kLine * svd.singularValues()[0])) return std::nullopt;
+  if (!(of.values[1] > kLine * of.values[0])) return std::nullopt;
   Matrix3d flip = Matrix3d::Identity();
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) flip(2, 2) = -1;
+  if (u.determinant() * v.determinant() < 0) flip(2, 2) = -1;
   Motion motion;
-  motion.rotation = svd.matrixU() * flip * svd.matrixV().transpose();
+  motion.rotation = u * flip * v.transpose();
   motion.translation_mm = ideal_mean - motion.rotation * measured_mean;
   return motion;
 }
@@ -134,10 +137,10 @@ std::optional<Motion> StartFromMiddles(const Problem& problem) {
 std::string FreeMotion(const Problem& problem, const Linear& linear) {
   if (problem.touches.empty()) return "everything";
   const Matrix6 normal = linear.by_motion.transpose() * linear.by_motion;
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(normal);
+  const geometry::SymmetricEigen of = geometry::DecomposeSymmetric(normal);
   constexpr double kFree = 1e-8;
-  if (solver.eigenvalues()[0] > kFree * solver.eigenvalues()[5]) return {};
-  const Vector6 motion = solver.eigenvectors().col(0);
+  if (of.values[0] > kFree * of.values[5]) return {};
+  const Vector6 motion = of.vectors.col(0);
   constexpr const char* kNames[] = {"a shift along x", "a shift along y", "a shift along z",
                                     "a turn about x",  "a turn about y",  "a turn about z"};
   std::string words;

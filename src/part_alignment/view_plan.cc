@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -10,6 +9,7 @@
 #include <limits>
 #include <set>
 
+#include "geometry/decompositions.h"
 #include "part_alignment/candidate_views.h"
 #include "part_alignment/observability.h"
 #include "part_alignment/plan_room.h"
@@ -179,10 +179,9 @@ Choosing Prepare(const Camera& camera, const std::vector<PartTarget>& targets,
 
 /// The unknown that takes the largest part in the weakest direction.
 std::string WeakestName(const Choosing& choosing) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-      Eigen::MatrixXd(choosing.information));
+  const Eigen::MatrixXd directions = geometry::DecomposeSymmetric(choosing.information).vectors;
   Eigen::Index largest = 0;
-  solver.eigenvectors().col(0).cwiseAbs().maxCoeff(&largest);
+  directions.col(0).cwiseAbs().maxCoeff(&largest);
   return UnknownNames(choosing.problem.unknowns)[static_cast<std::size_t>(largest)];
 }
 

@@ -1,12 +1,13 @@
 #include "tool_offset/sheet_model.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "base/statistics.h"
 #include "base/chi_square.h"
+#include "base/statistics.h"
+#include "geometry/decompositions.h"
 
 namespace trammel::tool_offset {
 namespace {
@@ -205,14 +206,13 @@ void SheetModel::Solution::Solve(bool bias_by_direction) {
   }
   const double scale = rows > 0 ? root.maxCoeff() : 1;
   const Eigen::MatrixXd weighted = (root / scale).asDiagonal() * design;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(weighted.transpose() * weighted,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double smallest = 1e-9 * std::max(1e-300, svd.singularValues().maxCoeff());
-  const auto rank = (svd.singularValues().array() > smallest).count();
-  const Eigen::MatrixXd known = svd.matrixV().leftCols(rank);
-  unknowable = svd.matrixV().rightCols(columns->count - rank);
-  influence = known * svd.singularValues().head(rank).cwiseInverse().asDiagonal() *
-              known.transpose() * weighted.transpose() * (root / scale).asDiagonal();
+  const geometry::SingularValues of = geometry::DecomposeSingular(weighted.transpose() * weighted);
+  const double smallest = 1e-9 * std::max(1e-300, of.values.maxCoeff());
+  const auto rank = (of.values.array() > smallest).count();
+  const Eigen::MatrixXd known = of.v.leftCols(rank);
+  unknowable = of.v.rightCols(columns->count - rank);
+  influence = known * of.values.head(rank).cwiseInverse().asDiagonal() * known.transpose() *
+              weighted.transpose() * (root / scale).asDiagonal();
   unknowns = influence * y;
   chi_square = root.cwiseProduct(y - design * unknowns).squaredNorm();
   freedom = static_cast<int>(rows - rank);

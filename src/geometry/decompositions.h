@@ -1,0 +1,27 @@
+// Eigen's costly decompositions behind plain functions: as templates they cost the compiler ten to
+// thirty seconds in every file. For matrices of up to some hundred rows.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace trammel::geometry {
+
+/// matrix = u · diag(values) · vᵀ, with k = min(rows, columns).
+struct SingularValues {
+  Eigen::MatrixXd u;       ///< rows × k
+  Eigen::VectorXd values;  ///< k, from the largest down
+  Eigen::MatrixXd v;       ///< columns × k
+};
+
+/// By Jacobi's rotations: small values are as exact as large ones. REQUIRES finite entries.
+[[nodiscard]] SingularValues DecomposeSingular(const Eigen::MatrixXd& matrix);
+
+struct SymmetricEigen {
+  Eigen::VectorXd values;   ///< from the smallest up
+  Eigen::MatrixXd vectors;  ///< columns in their order, of length 1
+};
+
+/// REQUIRES a square matrix; reads its lower triangle.
+[[nodiscard]] SymmetricEigen DecomposeSymmetric(const Eigen::MatrixXd& matrix);
+
+}  // namespace trammel::geometry
