@@ -103,6 +103,8 @@ RecordingLook LookAtRecording(const MachineShop& shop) {
     look.kept_frames += std::min(told, KeptFrames(video));
     ++look.videos;
   }
+  const auto sweeps = nlohmann::json::parse(ReadWhole(folder / "sweeps.json"), nullptr, false);
+  if (sweeps.is_object()) look.sweeps = static_cast<int>(sweeps["sweeps"].size());
   look.scan = fs::exists(folder / "scan.json", ignored);
   if (!look.scan) return look;
   const ProcessEnd end = shop.Run({"pa", "analyze", "rec", "--json"});
