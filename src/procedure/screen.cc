@@ -22,7 +22,7 @@ std::string Screen::Plain(std::string_view text) {
     } else if (!plain.empty() && plain.back() != ' ') {
       plain += ' ';
     }
-    if (plain.size() == kMost) return plain.substr(0, kMost - 3) + "...";
+    if (plain.size() == kMost) return plain.replace(kMost - 3, 3, "...");
   }
   return plain;
 }

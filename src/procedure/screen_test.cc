@@ -1,5 +1,6 @@
 #include "procedure/screen.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,7 +48,7 @@ TEST(Screen, LooksAgainAfterAFailure) {
 
 TEST(Screen, NothingThatIsSaidCanBecomeACommand) {
   EXPECT_EQ(Screen::Plain("a\" ;b #c*d\\e 60 °C\nG28"), "a b c d e 60 C");
-  EXPECT_EQ(Screen::Plain(std::string(300, 'x')), std::string(237, 'x') + "...");
+  EXPECT_EQ(Screen::Plain(std::string(300, 'x')), fmt::format("{:x>237}...", ""));
   EXPECT_EQ(Screen::Plain(""), "");
 }
 

@@ -1,4 +1,5 @@
 // trammel sim printer and trammel sim camera: two processes that a calibration takes for a printer.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -61,9 +62,9 @@ TEST_F(SimPrinterCommand, WhatCannotBeServedIsSaid) {
   EXPECT_EQ(alone.exit_code, 3);
   EXPECT_THAT(alone.standard_error, HasSubstr("sim printer --machine-socket machine"));
   // Where there is no camera, its faults are none.
-  const CommandResult fault = RunTrammel(std::string(kPrinter) + " --fault camera-drop=1", path());
+  const CommandResult fault = RunTrammel(fmt::format("{} --fault camera-drop=1", kPrinter), path());
   EXPECT_EQ(fault.exit_code, 1);
-  const CommandResult other = RunTrammel(std::string(kCamera) + " --fault printing=1", path());
+  const CommandResult other = RunTrammel(fmt::format("{} --fault printing=1", kCamera), path());
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.standard_error, HasSubstr("camera-stall-at"));
 }
