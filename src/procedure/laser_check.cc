@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "machine/host_clock.h"
 #include "procedure/placed_sweep.h"
 
 namespace trammel::procedure {
@@ -23,15 +24,17 @@ Result<void> CheckLaser(const Session& session, FrameRecorder& recorder,
   }
   if (auto done = session.printer.FinishMoves(session.Within(kCommand_s)); !done) return done;
   constexpr double kLeast = 0.0005;  // of the pixels: a line of 2 px over a quarter of the picture
+  constexpr double kLate_s = 3;      // a stream may show what was some seconds ago
+  const double on_s = machine::HostNow();
   double share = 0;
-  for (int attempt = 0; attempt < 10; ++attempt) {  // delivery may lag by some frames
+  do {
     const auto lit = recorder.NextFrame(kFrame_s, session.stop);
     if (!lit) return tl::unexpected(lit.error());
     const auto redder = Reddened(*off, *lit);
     if (!redder) return tl::unexpected(redder.error());
     share = std::max(share, *redder);
     if (share >= kLeast) return {};
-  }
+  } while (machine::HostNow() < on_s + kLate_s);
   return Fail(
       fmt::format("the camera does not see the laser: after {} only {:.3f} % of the picture "
                   "became redder ({:.2f} % are needed): check the laser, its command, the "
