@@ -6,11 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <condition_variable>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "machine/tap_builder.h"
@@ -240,6 +242,9 @@ TEST_F(TapStreamTest, BuildsTapsWhereThePrinterSendsThemWithoutMoves) {
 
 TEST_F(TapStreamTest, TellsThePrintersOwnResultAndItsMacrosCalls) {
   const auto stream = Open();
+  for (int i = 0; i < 1000 && !stream->NozzleTemperature(); ++i) {  // what it is at the start
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
   server_.Push(test::GcodeResponse("// probe at 1.0,2.0 is z=0.0125"));
   server_.Push(test::StatusUpdate(
       {{"probe", {{"last_z_result", 0.5}}}, {"extruder", {{"temperature", 151.5}}}}, 100));
