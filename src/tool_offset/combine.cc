@@ -5,8 +5,8 @@
 #include <functional>
 
 #include "base/check.h"
-#include "base/statistics.h"
 #include "base/chi_square.h"
+#include "base/statistics.h"
 
 namespace trammel::tool_offset {
 namespace {
