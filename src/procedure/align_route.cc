@@ -59,6 +59,13 @@ Result<void> CheckOptions(const Vector3d& start_mm, const RouteOptions& options)
       !(options.camera_radius_mm >= 0) || !std::isfinite(options.camera_below_mm)) {
     return Fail("the safe height, the camera's size or the spindle's place is not a number");
   }
+  // Compared with a view, one that is not a number would never be passed.
+  if (!(options.travel_least_mm.array() <= options.travel_most_mm.array()).all()) {
+    return Fail(fmt::format("the travel reaches from {} to {}: give its least and then its most "
+                            "coordinates",
+                            At(options.travel_least_mm), At(options.travel_most_mm)),
+                ErrorKind::kSafety);
+  }
   for (const Obstacle& box : options.obstacles) {
     if (!box.least_mm.allFinite() || !box.most_mm.allFinite() ||
         (box.least_mm.array() > box.most_mm.array()).any()) {

@@ -59,6 +59,17 @@ TEST(RouteThrough, RefusesASafeHeightThatIsNone) {
   EXPECT_THAT(way.error().message, HasSubstr("raise the safe height"));
 }
 
+TEST(RouteThrough, RefusesATravelThatIsNoNumberOrTheWrongWayRound) {
+  for (const double most : {double{NAN}, -2e6}) {
+    RouteOptions options = Shop();
+    options.travel_most_mm.y() = most;
+    const auto way = RouteThrough({0, 0, 700}, {At(0, 0, 600)}, options);
+    ASSERT_FALSE(way) << most;
+    EXPECT_EQ(way.error().kind, ErrorKind::kSafety);
+    EXPECT_THAT(way.error().message, HasSubstr("the travel reaches from"));
+  }
+}
+
 TEST(RouteThrough, RefusesWhatCannotBeDriven) {
   RouteOptions options = Shop();
   options.travel_most_mm = {600, 400, 800};
