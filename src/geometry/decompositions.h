@@ -13,7 +13,7 @@ struct SingularValues {
   Eigen::MatrixXd v;       ///< columns × k
 };
 
-/// By Jacobi's rotations: small values are as exact as large ones. REQUIRES finite entries.
+/// By Jacobi's rotations. REQUIRES finite entries.
 [[nodiscard]] SingularValues DecomposeSingular(const Eigen::MatrixXd& matrix);
 
 struct SymmetricEigen {
