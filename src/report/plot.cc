@@ -95,7 +95,7 @@ std::vector<std::string> TickLabels(const std::vector<double>& ticks) {
   }
   int decimals = 0;
   for (double unit = 1; step > 0 && decimals < kMaxDecimals &&
-                        std::abs(step / unit - std::round(step / unit)) > 1e-3;
+                        std::abs(step / unit - std::round(step / unit)) > 1e-3 * step / unit;
        unit /= 10) {
     ++decimals;
   }

@@ -39,6 +39,7 @@ TEST(TickLabels, ShowJustTheDecimalsThatTellTicksApart) {
             (Labels{"0.00", "0.01", "0.02", "0.03", "0.04", "0.05", "0.06"}));
   EXPECT_EQ(TickLabels(NiceTicks({-0.5, 0.5}, 2)), (Labels{"-0.5", "0.0", "0.5"}));
   EXPECT_EQ(TickLabels({0, 25, 50}), (Labels{"0", "25", "50"}));
+  EXPECT_EQ(TickLabels({0.0645, 0.065, 0.0655}), (Labels{"0.0645", "0.0650", "0.0655"}));
   EXPECT_EQ(TickLabels({}), Labels{});
 }
 
