@@ -10,6 +10,7 @@
 
 #include "app/analysis_output.h"
 #include "app/commands.h"
+#include "app/number_range.h"
 #include "app/offset_output.h"
 #include "machine/page_file.h"
 #include "report/offset_json.h"
@@ -168,9 +169,9 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
                    "of the scan, or along a row and down the page; else as the file says. Only "
                    "compared with what the sheet shows")
       ->expected(1, 2)
-      ->check(CLI::Range(20.0, 20000.0));
+      ->check(NumberIn(20.0, 20000.0));
   command->add_option("--most-megapixels", arguments->most_megapixels, "of a page")
-      ->check(CLI::Range(1.0, 100000.0))
+      ->check(NumberIn(1.0, 100000.0))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "one JSON object");
   command->add_option("--report", arguments->output.report,

@@ -10,6 +10,7 @@
 
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/number_range.h"
 #include "machine/page_writer.h"
 #include "machine/scanner.h"
 
@@ -100,7 +101,7 @@ void AddOffsetScanCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--device", arguments->request.device,
                       "the scanner, as --list names it; left out: the only one");
   command->add_option("--dpi", arguments->request.dpi, "resolution; more than 600 gains nothing")
-      ->check(CLI::Range(50.0, 9600.0))
+      ->check(NumberIn(50.0, 9600.0))
       ->capture_default_str();
   command->add_flag("--color", arguments->request.color,
                     "in colour: for filaments that are no darker than the paper");
@@ -109,7 +110,7 @@ void AddOffsetScanCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--option", arguments->options,
                       "one of SANE's own options: NAME=VALUE; may be repeated");
   command->add_option("--most-megapixels", arguments->most_megapixels, "of the page")
-      ->check(CLI::Range(1.0, 100000.0))
+      ->check(NumberIn(1.0, 100000.0))
       ->capture_default_str();
   command->callback([arguments, &exit_code] { exit_code = Run(*arguments); });
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/commands.h"
+#include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/sim_camera.h"
 #include "app/sim_faults.h"
@@ -54,7 +55,7 @@ void AddCameraOptions(CLI::App& command, const std::string& prefix, CameraArgume
       ->capture_default_str();
   command
       .add_option(prefix + "fps", arguments.frames_per_s, "frames per second of the machine's time")
-      ->check(CLI::Range(1.0, 240.0))
+      ->check(NumberIn(1.0, 240.0))
       ->capture_default_str();
 }
 
@@ -97,7 +98,7 @@ void AddSimCamera(CLI::App& parent, int& exit_code) {
   camera->add_option("--fault", arguments->faults,
                      "NAME=NUMBER, may be given again; names: " + CameraFaultNames());
   camera->add_option("--for", arguments->for_s, "s after which it ends by itself")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(NumberIn(0.0, 1e6));
   camera->callback([arguments, &exit_code] {
     const Result<void> done = ServeCamera(*arguments);
     exit_code = done ? kExitGood : Report(done.error());

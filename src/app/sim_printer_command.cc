@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/sim_camera.h"
 #include "app/sim_faults.h"
@@ -163,23 +164,23 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
   printer
       ->add_option("--pressure-advance", arguments->pressure_advance_s,
                    "the truth in s; without it, drawn from the seed")
-      ->check(CLI::Range(0.0001, 10.0));
+      ->check(NumberIn(0.0001, 10.0));
   printer
       ->add_option("--condition", arguments->condition,
                    "plate, filament and light, as for sim scan")
       ->capture_default_str();
   printer->add_option("--speed", arguments->speed, "how many times faster than life")
-      ->check(CLI::Range(0.1, 1000.0))
+      ->check(NumberIn(0.1, 1000.0))
       ->capture_default_str();
   printer
       ->add_option("--laser-limit", arguments->laser_limit_s,
                    "s after which the printer itself switches the laser off")
-      ->check(CLI::Range(0.1, 1e6))
+      ->check(NumberIn(0.1, 1e6))
       ->capture_default_str();
   printer
       ->add_option("--heater-limit", arguments->heater_limit_s,
                    "s after which it switches laser and heaters off, unless trammel says a word")
-      ->check(CLI::Range(0.1, 1e6))
+      ->check(NumberIn(0.1, 1e6))
       ->capture_default_str();
   printer
       ->add_option("--camera-port", arguments->camera_port,
@@ -194,14 +195,14 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
                       "NAME=NUMBER, may be given again; names: " + PrinterFaultNames() +
                           "; with --camera-port: " + CameraFaultNames());
   printer->add_option("--for", arguments->for_s, "s after which it ends by itself")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(NumberIn(0.0, 1e6));
   printer->add_option("--truth", arguments->truth, "new file for what the printer really is");
   printer->add_option("--load-cell", arguments->cell.name,
                       "the head bears one: its name, or drawn for one of the seed");
   printer
       ->add_option("--bed-height", arguments->cell.bed_height_mm,
                    "mm of the bed at x = y = 0; without it, drawn from the seed")
-      ->check(CLI::Range(-4.0, 50.0));
+      ->check(NumberIn(-4.0, 50.0));
   printer->add_flag("--plain-taps", arguments->cell.plain_taps,
                     "tell taps without their moves, as Klipper itself does");
   printer->add_option("--tap-truth", arguments->cell.truth,

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/sim_spindle_traits.h"
 #include "machine/page_writer.h"
@@ -195,7 +196,7 @@ void AddPictureOptions(CLI::App& spindle, SimSpindleArguments& arguments) {
   spindle
       .add_option("--dot-radius", arguments.dot_radius_mm,
                   "of a target's disc in mm; the ring is at 2 … 3 of it")
-      ->check(CLI::Range(0.2, 20.0))
+      ->check(NumberIn(0.2, 20.0))
       ->capture_default_str();
   spindle.add_option("--light", arguments.light, "white-on-black, black-on-white or retro")
       ->capture_default_str();
@@ -229,8 +230,10 @@ void AddSimSpindle(CLI::App& parent, int& exit_code) {
                    "real (along its +z) or table1 (along -z, as the paper prints it: mirrored)")
       ->capture_default_str();
   spindle->add_flag("--half-turn", arguments->half_turn, "every stop again with C at 180 degrees");
-  spindle->add_option("--clamp-angle", arguments->clamp_angle_rad,
-                      "rad; without it, drawn from the backlash");
+  spindle
+      ->add_option("--clamp-angle", arguments->clamp_angle_rad,
+                   "rad; without it, drawn from the backlash")
+      ->check(NumberIn(-3.2, 3.2));
   AddPictureOptions(*spindle, *arguments);
   spindle->add_option("--set", arguments->settings,
                       "NAME=NUMBER, may be given again; names: " + SpindleTraitNames());
