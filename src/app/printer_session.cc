@@ -24,7 +24,7 @@ void AddPrinterOptions(CLI::App& command, PrinterOptions& options) {
 
 void AddCameraOption(CLI::App& command, PrinterOptions& options) {
   command.add_option("--camera", options.camera,
-                     "stream URL, /dev/videoN, video file or folder of pictures");
+                     "stream URL, /dev/videoN, aravis:ID, video file or folder of pictures");
 }
 
 Result<store::Config> LoadSettings(const PrinterOptions& options) {

@@ -5,6 +5,7 @@
 
 #include <system_error>
 
+#include "machine/aravis_camera.h"
 #include "machine/camera_url.h"
 #include "machine/frame_files.h"
 #include "machine/image_file.h"
@@ -49,6 +50,7 @@ Result<std::unique_ptr<FrameSource>> OpenCamera(const std::string& address,
                                                 const CameraOptions& options,
                                                 std::stop_token stop) {
   if (IsHttpUrl(address)) return OpenMjpegStream(address, options, stop);
+  if (const auto id = AravisId(address)) return OpenAravisCamera(*id, options, stop);
   if (address.find("://") != std::string::npos) {
     return Fail(
         fmt::format("camera '{}': only http and https streams can be read; serve the camera "
@@ -65,7 +67,7 @@ Result<std::unique_ptr<FrameSource>> OpenCamera(const std::string& address,
   }
   return Fail(
       fmt::format("camera '{}': there is nothing of that name; write http://…, /dev/videoN, "
-                  "a video or a folder of pictures",
+                  "aravis:ID, a video or a folder of pictures",
                   address));
 }
 

@@ -47,9 +47,10 @@ enum class FrameFault {
 /// "cut_off" and so on, as written beside recordings.
 [[nodiscard]] std::string_view ToString(FrameFault fault);
 
-/// One picture as the source gave it: not decoded, not encoded again.
+/// One picture as the source gave it: not decoded, not encoded again. (Raw pixels are encoded
+/// once.)
 struct CapturedFrame {
-  std::vector<std::uint8_t> image;        ///< JPEG (from a folder also PNG); see DecodeFrame()
+  std::vector<std::uint8_t> image;        ///< JPEG or PNG; see DecodeFrame()
   int width_px = 0;                       ///< >= 1 unless fault is kNotAnImage
   int height_px = 0;                      ///< >= 1 unless fault is kNotAnImage
   double arrival_s = 0;                   ///< its last byte was here; our CLOCK_MONOTONIC
@@ -92,14 +93,19 @@ struct CameraOptions {
   int height_px = 720;       ///< likewise
   double frames_per_s = 30;  ///< likewise
   double connect_time_limit_s = 5;  ///< > 0; name look-up, connection, TLS and first answer
-  std::size_t max_frame_bytes = 16'000'000;  ///< of one picture
-  bool verify_certificate = true;            ///< of an https server
-  std::filesystem::path ca_file;  ///< certificates to trust besides the system's; may be empty
+  std::size_t max_frame_bytes = 16'000'000;  ///< of one picture; not for a camera without MJPEG
+  /// Of the pictures of a camera that delivers raw pixels: 1 … 100 as JPEG; 0 as PNG,
+  /// without a loss.
+  int jpeg_quality = 0;
+  bool verify_certificate = true;  ///< of an https server
+  std::filesystem::path ca_file;   ///< certificates to trust besides the system's; may be empty
 };
 
 /// Opens a camera by its address:
 ///   http://[user:password@]host[:port]/path?query   an MJPEG stream; https:// likewise, with TLS
 ///   /dev/videoN                                     a V4L2 device that delivers MJPEG
+///   aravis:  or  aravis:<id>                        the only GigE Vision or USB3 Vision camera, or
+///                                                   the one of that id, serial number or address
 ///   a file                                          an MJPEG video
 ///   a folder                                        its JPEG and PNG files, in the order of names
 /// @returns errors that name the address, what came back and what to do: kMachine for cameras,

@@ -32,8 +32,8 @@ constexpr auto kFields = std::to_array<ScanField>({
      "For self-signed certificates. Anyone in between could then pose as the printer."},
 
     {kCamera, "url", &S::camera, "", 0, 0,
-     "The camera: http:// or https:// of an MJPEG stream, or a device such as /dev/video0. Empty: "
-     "a webcam that Moonraker lists."},
+     "The camera: http:// or https:// of an MJPEG stream, a device such as /dev/video0, or aravis: "
+     "and the id of a GigE or USB3 Vision camera. Empty: a webcam that Moonraker lists."},
     {kCamera, "webcam", &S::webcam, "", 0, 0,
      "Name of the webcam in Moonraker's list. Empty: the first that is enabled."},
     {kCamera, "width", &S::frame_width_px, "px", 16, 8192, "Width asked of a /dev/video device."},

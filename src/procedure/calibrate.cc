@@ -21,6 +21,8 @@ using pressure_advance::PatternPlan;
 using pressure_advance::ScanSettings;
 
 constexpr double kAsk_s = 10;
+// Of pictures that a camera sends as raw pixels: recordings are MJPEG.
+constexpr int kJpegQuality = 95;
 constexpr double kHome_s = 300;
 constexpr double kStall_s = 5;
 constexpr const char* kGcodeName = "pattern.gcode";
@@ -181,6 +183,7 @@ Result<std::unique_ptr<machine::FrameSource>> OpenCamera(const Session& session,
   options.width_px = settings.frame_width_px;
   options.height_px = settings.frame_height_px;
   options.frames_per_s = settings.frames_per_s;
+  options.jpeg_quality = kJpegQuality;
   if (!settings.camera.empty()) return machine::OpenCamera(settings.camera, options, session.stop);
   const auto webcams = session.printer.Webcams(session.Within(kAsk_s));
   if (!webcams) return tl::unexpected(webcams.error());
