@@ -73,6 +73,7 @@ void FrameRecorder::Take(CapturedFrame frame) {
   }
   const bool sound = frame.fault == FrameFault::kNone || frame.fault == FrameFault::kTimeJumped;
   if (!sound) {
+    last_damage_ = frame.fault_text;
     if (writer_ && damaged_++ == 0) first_damage_ = frame.fault_text;
     if (frame.fault == FrameFault::kOtherSize) failure_ = Changed(frame.fault_text);
     return;
@@ -92,10 +93,10 @@ Result<CapturedFrame> FrameRecorder::NextFrame(double time_limit_s, const std::s
   if (failure_) return tl::unexpected(*failure_);
   if (stall_) return tl::unexpected(*stall_);
   if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
-  return Fail(fmt::format("no whole picture came from {} within {} s: is it used by somebody else, "
-                          "or is its picture damaged?",
-                          camera_.Describe(), time_limit_s),
-              ErrorKind::kMachine);
+  return Fail(
+      fmt::format("no whole picture came from {} within {} s: {}", camera_.Describe(), time_limit_s,
+                  last_damage_.empty() ? "is it used by somebody else?" : last_damage_),
+      ErrorKind::kMachine);
 }
 
 Result<void> FrameRecorder::Begin(const std::filesystem::path& video, double frames_per_s) {
