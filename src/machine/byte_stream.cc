@@ -147,7 +147,7 @@ Result<Socket> ConnectTo(const addrinfo& address, const ConnectOptions& options,
     if (error == ECONNREFUSED) {
       return Broken(
           fmt::format("connection refused: nothing listens on port {}; check that the "
-                      "camera's server runs there",
+                      "server runs there",
                       options.port));
     }
     if (error != 0) return Broken(SystemText(error));
