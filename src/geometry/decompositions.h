@@ -24,4 +24,7 @@ struct SymmetricEigen {
 /// REQUIRES a square matrix; reads its lower triangle.
 [[nodiscard]] SymmetricEigen DecomposeSymmetric(const Eigen::MatrixXd& matrix);
 
+/// Its values alone, at less than half the work.
+[[nodiscard]] Eigen::VectorXd SymmetricEigenvalues(const Eigen::MatrixXd& matrix);
+
 }  // namespace trammel::geometry

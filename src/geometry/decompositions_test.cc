@@ -42,6 +42,7 @@ TEST(Decompositions, EigenvectorsOfASymmetricMatrixMakeItUpFromTheSmallestOn) {
   EXPECT_LT((of.vectors * of.values.asDiagonal() * of.vectors.transpose() - matrix).norm(),
             10 * kRounding);
   ExpectIdentity(of.vectors.transpose() * of.vectors);
+  EXPECT_LT((SymmetricEigenvalues(matrix) - of.values).norm(), 10 * kRounding);
   for (int i = 1; i < of.values.size(); ++i) EXPECT_LE(of.values[i - 1], of.values[i]);
 }
 

@@ -89,7 +89,7 @@ Result<BudgetTerms> TermsOf(const BudgetScene& scene) {
   const Eigen::Matrix<double, 6, 1> unscale = scale.cwiseInverse();
   const Eigen::Matrix<double, 6, 6> scaled = unscale.asDiagonal() * normal * unscale.asDiagonal();
   constexpr double kRank = 1e-10;
-  if (!(geometry::DecomposeSymmetric(scaled).values[0] > kRank)) return Fail(kInLine);
+  if (!(geometry::SymmetricEigenvalues(scaled)[0] > kRank)) return Fail(kInLine);
   const Eigen::Matrix<double, 6, 6> inverse =
       unscale.asDiagonal() * scaled.inverse() * unscale.asDiagonal();
   BudgetTerms terms;

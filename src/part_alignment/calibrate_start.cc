@@ -66,7 +66,7 @@ double Flatness(std::span<const Vector3d> places) {
   for (const Vector3d& place : places) {
     spread += (place - scaling.mean) * (place - scaling.mean).transpose();
   }
-  const double least = geometry::DecomposeSymmetric(spread).values[0];
+  const double least = geometry::SymmetricEigenvalues(spread)[0];
   return std::sqrt(std::max(0.0, least) / static_cast<double>(places.size()));
 }
 

@@ -75,7 +75,7 @@ SensorUncertainty UncertaintyOverSensor(const Camera& camera, const CameraCovari
         if (projected) {
           const Matrix2d of_pixel =
               projected->by_parameter * covariance * projected->by_parameter.transpose();
-          sigma_px = std::sqrt(std::max(0.0, geometry::DecomposeSymmetric(of_pixel).values[1]));
+          sigma_px = std::sqrt(std::max(0.0, geometry::SymmetricEigenvalues(of_pixel)[1]));
         }
       }
       uncertainty.sigma_px.push_back(sigma_px);

@@ -118,7 +118,7 @@ std::vector<CandidateView> CandidateViews(const PoseProblem& problem, const Thet
 
 double WeakestSigma(const ThetaMatrix& information) {
   constexpr double kMost_mm = 1e6;
-  const double least = geometry::DecomposeSymmetric(information).values[0];
+  const double least = geometry::SymmetricEigenvalues(information)[0];
   return least > 1 / (kMost_mm * kMost_mm) ? 1 / std::sqrt(least) : kMost_mm;
 }
 
