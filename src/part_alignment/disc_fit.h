@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "base/page.h"
+#include "part_alignment/image_ellipse.h"
 
 namespace trammel::part_alignment {
 
@@ -38,6 +39,9 @@ struct DiscFit {
   int samples = 0;
   int saturated = 0;
 };
+
+/// The edge |W (p - c)| = 1.
+[[nodiscard]] ImageEllipse EllipseOf(const DiscModel& model);
 
 /// Radius of the circle of the same area, px.
 [[nodiscard]] double MeanRadius(const DiscModel& model);

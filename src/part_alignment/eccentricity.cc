@@ -9,8 +9,11 @@
 
 namespace trammel::part_alignment {
 
-std::optional<Eigen::Vector2d> Eccentricity(const Camera& camera, const Eigen::Vector3d& centre_mm,
-                                            const Eigen::Vector3d& normal, double radius_mm) {
+namespace {
+
+/// The ellipse of the disc's image about the image of its centre.
+std::optional<DiscModel> AboutCentre(const Camera& camera, const Eigen::Vector3d& centre_mm,
+                                     const Eigen::Vector3d& normal, double radius_mm) {
   constexpr int kPoints = 48;
   const double length = normal.norm();
   if (!(length > 0) || !std::isfinite(length) || !(radius_mm > 0)) return std::nullopt;
@@ -31,7 +34,25 @@ std::optional<Eigen::Vector2d> Eccentricity(const Camera& camera, const Eigen::V
     rim.push_back({offset.x(), offset.y()});
   }
   if (!(farthest > 0) || !std::isfinite(farthest)) return std::nullopt;
-  const auto ellipse = EllipseThrough(rim, farthest);
+  return EllipseThrough(rim, farthest);
+}
+
+}  // namespace
+
+std::optional<ImageEllipse> ImageOfDisc(const Camera& camera, const Eigen::Vector3d& centre_mm,
+                                        const Eigen::Vector3d& normal, double radius_mm) {
+  const auto model = AboutCentre(camera, centre_mm, normal, radius_mm);
+  if (!model) return std::nullopt;
+  ImageEllipse ellipse = EllipseOf(*model);
+  const Eigen::Vector2d centre = *Project(camera, centre_mm);
+  ellipse.column_px += centre.x();
+  ellipse.row_px += centre.y();
+  return ellipse;
+}
+
+std::optional<Eigen::Vector2d> Eccentricity(const Camera& camera, const Eigen::Vector3d& centre_mm,
+                                            const Eigen::Vector3d& normal, double radius_mm) {
+  const auto ellipse = AboutCentre(camera, centre_mm, normal, radius_mm);
   if (!ellipse) return std::nullopt;
   return Eigen::Vector2d(ellipse->column_px, ellipse->row_px);
 }

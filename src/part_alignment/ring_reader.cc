@@ -16,6 +16,7 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kPerSegment = 8;  ///< samples
 constexpr int kMostSamples = 20 * kPerSegment;
+constexpr int kAgain = kPerSegment;  ///< samples from the circle's begin that follow its end
 
 // In units of the contrast: 0 the surroundings, 1 the disc's shade.
 constexpr double kPlain = 0.35;          ///< gap and quiet zone stay below
@@ -35,9 +36,9 @@ constexpr double kBlank = 0.3;      ///< without a ring no sample of it reaches 
 /// Samples along circles of the target, each in units of the contrast.
 struct Circles {
   int count = 0;
-  std::array<double, kMostSamples> gap{};
-  std::array<double, kMostSamples> ring{};
-  std::array<double, kMostSamples> quiet{};
+  std::array<double, kMostSamples> gap;
+  std::array<double, kMostSamples + kAgain> ring;  ///< its first kAgain follow its last
+  std::array<double, kMostSamples> quiet;
 };
 
 /// From the plane of W (p - c) to the picture.
@@ -64,40 +65,54 @@ constexpr double kGapRadius = 1.5;
 constexpr std::array<double, 3> kRingRadii{2.4, 2.5, 2.6};
 constexpr double kQuietSample = 3.45;
 
-Circles Sample(const PageView& picture, const DiscModel& disc, const Mapping& map, int bits) {
-  Circles circles;
-  circles.count = bits * kPerSegment;
-  for (int i = 0; i < circles.count; ++i) {
-    const double angle = kTurn * i / circles.count;
-    const double u = std::cos(angle);
-    const double v = std::sin(angle);
-    const auto at = [&](double radius) {
-      return Between(picture, map.X(radius * u, radius * v), map.Y(radius * u, radius * v));
-    };
-    const double gap = at(kGapRadius);
-    const double quiet = at(kQuietSample);
-    const double ink = disc.background + disc.contrast;
-    // Light that changes across the target changes gap and quiet zone alike; a scratch does not.
-    const bool scratched = std::abs(quiet - gap) > kPlain * std::abs(disc.contrast);
-    const double nearby = scratched ? gap : 0.5 * (gap + quiet);
-    double ring = 0;
-    for (const double radius : kRingRadii) ring += at(radius);
-    ring /= kRingRadii.size();
-    circles.gap[i] = (gap - disc.background) / disc.contrast;
-    circles.quiet[i] = (quiet - disc.background) / disc.contrast;
-    const double local = ink - nearby;
-    circles.ring[i] = local * disc.contrast > 0.3 * disc.contrast * disc.contrast
-                          ? (ring - nearby) / local
-                          : -1;  // no contrast left here: not a plain surrounding
+/// Where samples are taken: from the middle, px at a radius of 1.
+struct Spokes {
+  std::array<Offset, kMostSamples> to{};
+  Spokes(const Mapping& map, int count) {
+    Directions direction(0, kTurn / count);
+    for (int i = 0; i < count; ++i, direction.Next()) {
+      to[i].x = map.xx * direction.x() + map.xy * direction.y();
+      to[i].y = map.xy * direction.x() + map.yy * direction.y();
+    }
   }
-  return circles;
+};
+
+/// Samples gap or quiet zone; the share of what is not plain, or 1 as soon as it is above `most`.
+double SamplePlain(const PageView& picture, const DiscModel& disc, const Spokes& spokes,
+                   double radius, double most, int count,
+                   std::array<double, kMostSamples>& values) {
+  const int enough = static_cast<int>(most * count) + 1;
+  int disturbed = 0;
+  for (int i = 0; i < count; ++i) {
+    const Offset& to = spokes.to[i];
+    const double grey =
+        Between(picture, disc.column_px + radius * to.x, disc.row_px + radius * to.y);
+    values[i] = (grey - disc.background) / disc.contrast;
+    disturbed += std::abs(values[i]) > kPlain ? 1 : 0;
+    if (disturbed >= enough) return 1;
+  }
+  return static_cast<double>(disturbed) / count;
 }
 
-/// Share of the samples that are not plain.
-double Disturbed(const std::array<double, kMostSamples>& values, int count) {
-  int disturbed = 0;
-  for (int i = 0; i < count; ++i) disturbed += std::abs(values[i]) > kPlain ? 1 : 0;
-  return static_cast<double>(disturbed) / count;
+/// The ring's samples, between what is nearby and the disc's ink.
+void SampleRing(const PageView& picture, const DiscModel& disc, const Spokes& spokes,
+                Circles& circles) {
+  for (int i = 0; i < circles.count; ++i) {
+    // Light that changes across the target changes gap and quiet zone alike; a scratch does not.
+    const double gap = circles.gap[i];
+    const double quiet = circles.quiet[i];
+    const double nearby = std::abs(quiet - gap) > kPlain ? gap : 0.5 * (gap + quiet);
+    double ring = 0;
+    for (const double radius : kRingRadii) {
+      const Offset& to = spokes.to[i];
+      ring += Between(picture, disc.column_px + radius * to.x, disc.row_px + radius * to.y);
+    }
+    ring = (ring / kRingRadii.size() - disc.background) / disc.contrast;
+    constexpr double kLeastLocal = 0.3;
+    // No contrast left here: not a plain surrounding.
+    circles.ring[i] = 1 - nearby > kLeastLocal ? (ring - nearby) / (1 - nearby) : -1;
+  }
+  std::copy_n(circles.ring.begin(), kAgain, circles.ring.begin() + circles.count);
 }
 
 /// The mean shades of the lighter and of the darker segments.
@@ -121,31 +136,31 @@ Shades TwoShades(const std::vector<double>& shades) {
 
 /// Where segments begin, in samples from the first, in [0, kPerSegment).
 double Phase(const Circles& circles) {
-  std::complex<double> sum = 0;
   const int n = circles.count;
+  // Squared, so that true edges outweigh noise.
+  std::array<double, kPerSegment> squares{};
   for (int i = 0; i < n; ++i) {
-    const double change = std::abs(circles.ring[(i + 1) % n] - circles.ring[(i + n - 1) % n]);
-    // Squared, so that true edges outweigh noise.
-    sum += change * change * std::polar(1.0, kTurn * i / kPerSegment);
+    const double change = circles.ring[i + 1 < n ? i + 1 : 0] - circles.ring[i > 0 ? i - 1 : n - 1];
+    squares[i % kPerSegment] += change * change;
+  }
+  std::complex<double> sum = 0;
+  for (int i = 0; i < kPerSegment; ++i) {
+    sum += squares[i] * std::polar(1.0, kTurn * i / kPerSegment);
   }
   const double phase = std::arg(sum) / kTurn * kPerSegment;
   return phase < 0 ? phase + kPerSegment : phase;
 }
 
-/// Mean of the ring over `length` samples' widths from place `from`; sample i stands at place i.
-double MeanOver(const Circles& circles, double from, int length) {
-  const int n = circles.count;
+/// Mean of the ring over half a segment from place `from` >= 0; sample i stands at place i.
+double MeanOverHalf(const Circles& circles, double from) {
+  constexpr int kLength = kPerSegment / 2;
   from += 0.5;  // half a sample's width
-  const double below = std::floor(from);
+  const int below = static_cast<int>(from);
   const double share = from - below;
-  const int first = ((static_cast<int>(below) % n) + n) % n;
-  double sum = 0;
-  for (int i = 0; i < length; ++i) {
-    const double a = circles.ring[(first + i) % n];
-    const double b = circles.ring[(first + i + 1) % n];
-    sum += a * (1 - share) + b * share;
-  }
-  return sum / length;
+  const double* ring = circles.ring.data() + below % circles.count;
+  double sum = ring[0] * (1 - share) + ring[kLength] * share;
+  for (int i = 1; i < kLength; ++i) sum += ring[i];
+  return sum / kLength;
 }
 
 /// Whether the two shades are each of a kind, and every half segment what its neighbours say.
@@ -167,8 +182,8 @@ bool IsConsistent(const Circles& circles, const std::vector<double>& shades, std
     const double own = word >> k & 1U;
     const double next = word >> ((k + 1) % bits) & 1U;
     const double begin = phase + k * kPerSegment;
-    const double inner = MeanOver(circles, begin + 0.5 * kHalf, kHalf);
-    const double across = MeanOver(circles, begin + 1.5 * kHalf, kHalf);
+    const double inner = MeanOverHalf(circles, begin + 0.5 * kHalf);
+    const double across = MeanOverHalf(circles, begin + 1.5 * kHalf);
     if (std::abs(inner - own) > kMisfit) return false;
     if (std::abs(across - 0.5 * (own + next)) > 0.6 * kMisfit) return false;
   }
@@ -184,11 +199,19 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
     reading.state = RingState::kCutOff;
     return reading;
   }
-  Circles circles = Sample(picture, disc, map, bits);
-  const double gap = Disturbed(circles.gap, circles.count);
-  const double quiet = Disturbed(circles.quiet, circles.count);
+  Circles circles;
+  circles.count = bits * kPerSegment;
+  const Spokes spokes(map, circles.count);
   // More than a third of the gap or most of the quiet zone in disorder: not a target at all.
-  if (gap > 0.35 || quiet > 0.5) return reading;
+  constexpr double kMostGap = 0.35;
+  constexpr double kMostQuiet = 0.5;
+  const double gap =
+      SamplePlain(picture, disc, spokes, kGapRadius, kMostGap, circles.count, circles.gap);
+  if (gap > kMostGap) return reading;
+  const double quiet =
+      SamplePlain(picture, disc, spokes, kQuietSample, kMostQuiet, circles.count, circles.quiet);
+  if (quiet > kMostQuiet) return reading;
+  SampleRing(picture, disc, spokes, circles);
   const auto [low, high] =
       std::minmax_element(circles.ring.begin(), circles.ring.begin() + circles.count);
   if (gap == 0 && quiet == 0 && *high<kBlank&& * low> - kBlank) {
@@ -199,13 +222,15 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
   std::vector<double> shades(static_cast<std::size_t>(bits));
   for (int k = 0; k < bits; ++k) {
     // The middle half of the segment, so that its edges do not count.
-    shades[k] = MeanOver(circles, phase + k * kPerSegment + 0.25 * kPerSegment, kPerSegment / 2);
+    shades[k] = MeanOverHalf(circles, phase + k * kPerSegment + 0.25 * kPerSegment);
   }
   const Shades two = TwoShades(shades);
   int sure = 0;
   int inked = 0;
   if (two.high - two.low > kLeastSpan) {
-    for (double& value : circles.ring) value = (value - two.low) / (two.high - two.low);
+    for (int i = 0; i < circles.count + kAgain; ++i) {
+      circles.ring[i] = (circles.ring[i] - two.low) / (two.high - two.low);
+    }
     for (int k = 0; k < bits; ++k) {
       shades[k] = (shades[k] - two.low) / (two.high - two.low);
       sure += std::abs(shades[k] - 0.5) > kSure ? 1 : 0;
@@ -228,16 +253,19 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
 }
 
 RingShade ShadeOf(const RingReading& reading, int bits) {
-  constexpr int kParts = 8;
   RingShade shade;
+  const double per_step = static_cast<double>(bits) / RingShade::kAngles;  // segments, below 1
+  const auto inked = [&](double segment) {
+    const int k = static_cast<int>(segment) % bits;
+    return static_cast<double>(reading.word >> k & 1U);
+  };
   for (int i = 0; i < RingShade::kAngles; ++i) {
     // The mean over the step's width, so that a segment's edge lies between steps too.
-    for (int part = 0; part < kParts; ++part) {
-      const double turns =
-          (i + (part + 0.5) / kParts - 0.5) / RingShade::kAngles - reading.start_rad / kTurn;
-      const int k = static_cast<int>((turns - std::floor(turns)) * bits) % bits;
-      shade.cover[i] += static_cast<float>(reading.word >> k & 1U) / kParts;
-    }
+    const double begin = (i - 0.5) * per_step - reading.start_rad / kTurn * bits + bits;
+    const double end = begin + per_step;
+    const double before = std::min(1.0, (std::floor(end) - begin) / per_step);
+    shade.cover[i] = static_cast<float>(
+        before > 0 ? before * inked(begin) + (1 - before) * inked(end) : inked(begin));
   }
   return shade;
 }

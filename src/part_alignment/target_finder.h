@@ -9,6 +9,7 @@
 #include "base/page.h"
 #include "base/result.h"
 #include "part_alignment/code_book.h"
+#include "part_alignment/image_ellipse.h"
 
 namespace trammel::part_alignment {
 
@@ -23,15 +24,6 @@ struct FinderOptions {
   /// Rings run counter-clockwise in the picture: of a camera that looks along -z with rows that run
   /// down (camera.h), or that was mirrored.
   bool mirrored = false;
-};
-
-/// An ellipse in the picture. Pixel (0, 0) is the centre of the first pixel.
-struct ImageEllipse {
-  double column_px = 0;
-  double row_px = 0;
-  double semi_major_px = 0;
-  double semi_minor_px = 0;
-  double angle_rad = 0;  ///< of the major axis, from columns towards rows, in (-pi/2, pi/2]
 };
 
 struct FoundTarget {
@@ -71,14 +63,15 @@ struct RejectedTarget {
 };
 
 struct FoundTargets {
-  std::vector<FoundTarget> targets;  ///< ascending by number, then from the top
-  std::vector<RejectedTarget> rejected;
+  std::vector<FoundTarget> targets;      ///< ascending by number, then from the top
+  std::vector<RejectedTarget> rejected;  ///< from the top
 };
 
 /// Memory of FindTargets, to be used again for the next picture.
 struct FinderWorkspace {
   std::vector<std::int32_t> edges;
   std::vector<std::uint8_t> seen;
+  std::vector<std::uint8_t> quiet;
 };
 
 /// Method: docs/part-alignment.md, "Targets". Discs are looked for on every few rows, their
