@@ -1,7 +1,8 @@
-// trammel align targets: pages of ring-coded targets to print.
+// trammel align targets: pages of ring-coded targets or square markers to print.
 #include "app/align_targets_command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -9,10 +10,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
 #include "app/output_files.h"
+#include "part_alignment/square_code.h"
 #include "part_alignment/target_layout.h"
 #include "part_alignment/target_sheet.h"
 #include "report/target_pages.h"
@@ -29,6 +32,7 @@ using part_alignment::TargetSheet;
 
 struct AlignTargetsArguments {
   SheetRequest request;
+  std::string kind = "rings";
   std::string page = "a4";
   std::string out = "targets.pdf";
   std::string layout;
@@ -59,18 +63,25 @@ std::string LayoutJson(const TargetSheet& sheet) {
   const SheetRequest& request = sheet.request;
   nlohmann::ordered_json json;
   json["format"] = 1;
-  json["bits"] = request.bits;
-  json["radius_mm"] = request.radius_mm;
-  json["ring_inner_mm"] = part_alignment::kRingInner * request.radius_mm;
-  json["ring_outer_mm"] = part_alignment::kRingOuter * request.radius_mm;
-  json["bright"] = request.bright;
+  const bool squares = !request.marker_ids.empty();
+  if (squares) {
+    json["dictionary"] = "aruco_original";
+    json["side_mm"] = request.side_mm;
+  } else {
+    json["bits"] = request.bits;
+    json["radius_mm"] = request.radius_mm;
+    json["ring_inner_mm"] = part_alignment::kRingInner * request.radius_mm;
+    json["ring_outer_mm"] = part_alignment::kRingOuter * request.radius_mm;
+    json["bright"] = request.bright;
+  }
   json["page_mm"] = {request.page_width_mm, request.page_height_mm};
   json["scale_bar_mm"] = sheet.scale_bar.length_mm;
   json["targets"] = nlohmann::ordered_json::array();
   for (const PlacedTarget& target : sheet.targets) {
     nlohmann::ordered_json entry;
-    entry["number"] = target.number > 0 ? nlohmann::ordered_json(target.number) : nullptr;
-    entry["word"] = target.number > 0 ? nlohmann::ordered_json(target.word) : nullptr;
+    const bool coded = squares || target.number > 0;
+    entry["number"] = coded ? nlohmann::ordered_json(target.number) : nullptr;
+    entry["word"] = coded ? nlohmann::ordered_json(target.word) : nullptr;
     entry["page"] = target.page + 1;
     entry["x_mm"] = target.x_mm;
     entry["y_mm"] = target.y_mm;
@@ -104,7 +115,35 @@ Result<std::vector<File>> DrawFiles(const AlignTargetsArguments& arguments,
   return files;
 }
 
+Result<void> ChooseMarkers(AlignTargetsArguments& arguments) {
+  SheetRequest& request = arguments.request;
+  if (arguments.kind == "rings") {
+    if (request.marker_ids.empty()) return {};
+    return Fail("--marker-ids are of square markers: add --kind aruco");
+  }
+  if (!request.marker_ids.empty()) return {};
+  auto ids = part_alignment::DefaultSquareIds(request.count);
+  if (!ids) return Fail("--count: " + ids.error().message);
+  request.marker_ids = std::move(*ids);
+  return {};
+}
+
+void TellWhatIsPrinted(const TargetSheet& sheet) {
+  const SheetRequest& request = sheet.request;
+  const std::string pages = fmt::format("on {} page{}", sheet.pages, sheet.pages == 1 ? "" : "s");
+  if (request.marker_ids.empty()) {
+    fmt::print("targets    {} coded with {} bits, {} plain, {}\n", request.count, request.bits,
+               request.plain, pages);
+  } else {
+    fmt::print("markers    {} of the original ArUco dictionary {}: {}\n", request.marker_ids.size(),
+               pages, fmt::join(request.marker_ids, ","));
+  }
+  fmt::print("check      the scale bar must measure {:.0f} mm: print at 100 %\n",
+             sheet.scale_bar.length_mm);
+}
+
 Result<void> RunAlignTargets(AlignTargetsArguments arguments) {
+  if (auto done = ChooseMarkers(arguments); !done) return done;
   if (auto done = SetPage(arguments.page, arguments.request); !done) return done;
   const Result<TargetSheet> sheet = PlanTargetSheet(arguments.request);
   if (!sheet) return tl::unexpected(sheet.error());
@@ -117,11 +156,7 @@ Result<void> RunAlignTargets(AlignTargetsArguments arguments) {
     if (auto done = store::WriteWholeFile(file.path, file.bytes); !done) return done;
     fmt::print("wrote      {}\n", file.path.string());
   }
-  fmt::print("targets    {} coded with {} bits, {} plain, on {} page{}\n", arguments.request.count,
-             arguments.request.bits, arguments.request.plain, sheet->pages,
-             sheet->pages == 1 ? "" : "s");
-  fmt::print("check      the scale bar must measure {:.0f} mm: print at 100 %\n",
-             sheet->scale_bar.length_mm);
+  TellWhatIsPrinted(*sheet);
   return {};
 }
 
@@ -130,7 +165,16 @@ Result<void> RunAlignTargets(AlignTargetsArguments arguments) {
 void AddAlignTargetsCommand(CLI::App& parent, int& exit_code) {
   auto arguments = std::make_shared<AlignTargetsArguments>();
   SheetRequest& request = arguments->request;
-  CLI::App* command = parent.add_subcommand("targets", "pages of ring-coded targets to print");
+  CLI::App* command = parent.add_subcommand("targets", "pages of targets to print");
+  command->add_option("--kind", arguments->kind, "rings, or aruco: square markers")
+      ->check(CLI::IsMember(std::vector<std::string>{"rings", "aruco"}))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--marker-ids", request.marker_ids,
+          "of square markers, as in 5,6,7; without it as many as --count says, that go together")
+      ->delimiter(',');
+  command->add_option("--side", request.side_mm, "of square markers, mm")->capture_default_str();
   command->add_option("--bits", request.bits, "of the code: 12 (17 targets), 14 (45) or 20 (1027)")
       ->capture_default_str();
   command->add_option("--radius", request.radius_mm, "of the disc, mm")->capture_default_str();

@@ -10,6 +10,7 @@
 #include "base/result.h"
 #include "part_alignment/code_book.h"
 #include "part_alignment/image_ellipse.h"
+#include "part_alignment/square_shape.h"
 
 namespace trammel::part_alignment {
 
@@ -27,7 +28,8 @@ struct FinderOptions {
 };
 
 struct FoundTarget {
-  std::optional<int> number;  ///< in the code book, from 1; absent for a plain disc
+  /// In the code book, from 1; absent for a plain disc. A square marker's id.
+  std::optional<int> number;
   /// The disc's image. Its centre is not the image of the disc's centre where the view is oblique:
   /// see eccentricity.h.
   ImageEllipse disc;
@@ -38,6 +40,7 @@ struct FoundTarget {
   double blur_px = 0;          ///< standard deviation of the edge's profile
   double ring_start_rad = 0;   ///< where bit 0 of the word begins, in the ellipse's own angle
   double saturated_share = 0;  ///< of the samples, 0 … 1
+  std::optional<SquareShape> square;  ///< of a square marker (square_finder.h)
 };
 
 enum class RejectReason {
