@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
 
 #include "part_alignment/calibrate_uncertainty.h"
 #include "report/figure_common.h"
 #include "report/html.h"
 #include "report/report_style.h"
+#include "report/scale_key.h"
 
 namespace trammel::report {
 namespace {
@@ -97,15 +96,22 @@ Figure DistanceFigure(const CameraCalibration& calibration) {
 }
 
 Figure ResidualFigure(const GridMeasurement& grid, const CameraCalibration& calibration) {
-  constexpr double kHeightPx = 520;
+  constexpr double kHeightPx = 540;
+  constexpr double kKeyPx = 24;
   const double width_px = calibration.camera.width_px - 1;
   const double height_px = calibration.camera.height_px - 1;
   Canvas canvas(kFigureWidthPx, kHeightPx);
+  // Room for the arrows of places at the picture's edge.
+  constexpr double kRoom = 0.03;
+  const Range columns = Padded({0, width_px}, kRoom);
+  const Range rows = Padded({-height_px, 0}, kRoom);
   // Arrows of the root mean square are a 40th of the picture's width long.
   const double enlarged = width_px / 40 / std::max(calibration.residual_rms_px, 1e-12);
-  Plot plot(canvas, {6, 6, kFigureWidthPx - 12, kHeightPx - 10}, {"column (px)", {0, width_px}, 6},
-            {"row (px), downwards", {-height_px, 0}, 6, false},
+  Plot plot(canvas, {6, 6 + kKeyPx, kFigureWidthPx - 12, kHeightPx - kKeyPx - 10},
+            {"column (px)", columns, 6}, {"row (px), downwards", rows, 6, false},
             fmt::format("Residuals: {:.3g} px root mean square", calibration.residual_rms_px));
+  const DataPoint edge[] = {{0, 0}, {width_px, 0}, {width_px, -height_px}, {0, -height_px}, {0, 0}};
+  plot.Line(edge, {.color = kMuted, .width_px = 0.8});
   for (std::size_t i = 0; i < grid.views.size(); ++i) {
     const auto& view = grid.views[i];
     const auto& residual = calibration.residuals[i];
@@ -116,41 +122,17 @@ Figure ResidualFigure(const GridMeasurement& grid, const CameraCalibration& cali
     plot.Line(line, {.color = color, .width_px = 1});
     plot.Dot(line[0], residual.used ? 1.6 : 4, color);
   }
-  return {
-      "residuals",
-      fmt::format("Measured less projected places of the target, enlarged {:.2g} times; left out "
-                  "in red. Arrows that turn together in one part of the picture speak of a lens "
-                  "model that does not hold there.",
-                  enlarged),
-      std::move(canvas)};
-}
-
-struct Direction {
-  const char* title;
-  int right;
-  int up;
-};
-
-void DrawOverstocks(Plot& plot, const Direction& direction, const std::vector<Eigen::Vector3d>& at,
-                    const part_alignment::PartFit& fit, const Range& range) {
-  const int depth = 3 - direction.right - direction.up;
-  const auto told = [&fit](std::size_t i) {
-    const auto& overstock = fit.overstocks[i];
-    return overstock.binding || overstock.overstock_mm < overstock.least_mm - 1e-6;
-  };
-  // What is nearer hides what is farther, but never a point that the placement rests on.
-  std::vector<std::size_t> order(at.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return told(a) != told(b) ? told(b) : at[a][depth] < at[b][depth];
-  });
-  for (const std::size_t i : order) {
-    const auto& overstock = fit.overstocks[i];
-    const double surplus_mm = overstock.overstock_mm - overstock.wanted_mm;
-    const Stroke edge{.color = told(i) ? kVermilion : kInk, .width_px = told(i) ? 2.5 : 0.6};
-    plot.Dot({at[i][direction.right], at[i][direction.up]}, 5,
-             MapColor((surplus_mm - range.lo) / (range.hi - range.lo)), edge);
-  }
+  constexpr double kLongestKeyPx = 80;
+  constexpr double kBaselinePx = 20;
+  const double end =
+      DrawScaleKey(canvas, {plot.inner().x, kBaselinePx}, enlarged * (plot.X(1) - plot.X(0)),
+                   kLongestKeyPx, "px", {.color = kBlue, .width_px = 1.5});
+  canvas.Text({end + 8, kBaselinePx},
+              "of residual (dot: measured place; line: measured less projected)", {.size_px = 12});
+  return {"residuals",
+          "Red: left out. Arrows that turn together in one part of the picture speak of a lens "
+          "model that does not hold there.",
+          std::move(canvas)};
 }
 
 }  // namespace
@@ -162,53 +144,6 @@ std::vector<Figure> CalibrationFigures(const GridMeasurement& grid,
   figures.push_back(DistanceFigure(calibration));
   figures.push_back(ResidualFigure(grid, calibration));
   return figures;
-}
-
-Figure OverstockFigure(const part_alignment::PartFitInput& input,
-                       const part_alignment::PartFit& fit) {
-  constexpr double kHeightPx = 760;
-  constexpr double kBarPx = 110;
-  const Eigen::Matrix3d rotation = geometry::RotationFromAngles(fit.ideal_from_measured.angles_rad);
-  std::vector<Eigen::Vector3d> at;
-  std::vector<double> surplus_mm;
-  std::array<Range, 3> extent;
-  for (std::size_t i = 0; i < fit.overstocks.size(); ++i) {
-    const auto& overstock = fit.overstocks[i];
-    at.emplace_back(rotation * (fit.scale * input.points[overstock.point].at_mm) +
-                    fit.ideal_from_measured.translation_mm);
-    surplus_mm.push_back(overstock.overstock_mm - overstock.wanted_mm);
-    for (int axis = 0; axis < 3; ++axis) {
-      Range& range = extent[static_cast<std::size_t>(axis)];
-      const double place = at.back()[axis];
-      range = i == 0 ? Range{place, place}
-                     : Range{std::min(range.lo, place), std::max(range.hi, place)};
-    }
-  }
-  for (Range& range : extent) range = Padded({range.lo, range.hi + 1e-9}, 0.08);
-  const Range range = RangeOf(surplus_mm);
-  Canvas canvas(kFigureWidthPx, kHeightPx);
-  const double width = kFigureWidthPx - kBarPx - 12;
-  constexpr Direction kDirections[] = {
-      {"Seen along Z", 0, 1}, {"Seen along Y", 0, 2}, {"Seen along X", 1, 2}};
-  constexpr std::array<const char*, 3> kLabels{"x (mm)", "y (mm)", "z (mm)"};
-  double top = 4;
-  for (const Direction& direction : kDirections) {
-    const auto right = static_cast<std::size_t>(direction.right);
-    const auto up = static_cast<std::size_t>(direction.up);
-    const double height = kHeightPx / 3 - 4;
-    Plot plot(canvas, {6, top, width, height}, {kLabels[right], extent[right]},
-              {kLabels[up], extent[up], 4}, direction.title);
-    DrawOverstocks(plot, direction, at, fit, range);
-    top += kHeightPx / 3;
-  }
-  DrawColorBar(canvas, {width + 24, 30, 18, kHeightPx - 80}, range, "overstock less wanted (mm)");
-  return {"overstock",
-          fmt::format("The raw part's points about the ideal part; nearer ones hide farther ones. "
-                      "Colour: overstock less what is "
-                      "wanted there. Least overstock {:.3f} mm. Ringed in red: the points that the "
-                      "placement rests on, or where material is missing.",
-                      fit.least_mm),
-          std::move(canvas)};
 }
 
 std::string FigurePage(const std::string& title, Verdict verdict, const std::string& reason,

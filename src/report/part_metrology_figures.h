@@ -14,13 +14,14 @@ namespace trammel::report {
 
 /// "projection-uncertainty": a map over the sensor at the grid's middle distance; "distance": the
 /// same in the picture's middle and corners against distance, with the calibrated range, and how
-/// well each plane is foretold by the others; "residuals": arrows, many times enlarged.
+/// well each plane is foretold by the others; "residuals": arrows, enlarged as its key says.
 /// REQUIRES a calibration with verdict good of this grid.
 [[nodiscard]] std::vector<Figure> CalibrationFigures(
     const part_alignment::GridMeasurement& grid,
     const part_alignment::CameraCalibration& calibration);
 
-/// "overstock": every point with its surplus over what is wanted, along the three axes of the part.
+/// "overstock": every point with its surplus over what is wanted, on the side of the part that its
+/// surface faces there; sides without points are left out. What the placement rests on is named.
 /// REQUIRES overstocks of this input.
 [[nodiscard]] Figure OverstockFigure(const part_alignment::PartFitInput& input,
                                      const part_alignment::PartFit& fit);

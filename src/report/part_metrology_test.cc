@@ -68,6 +68,41 @@ TEST(PartMetrology, AnOverstockMapOfOnePointIsDrawn) {
   EXPECT_EQ(test::XmlProblem(OverstockFigure(input, fit).canvas.ToSvg()), "");
 }
 
+TEST(PartMetrology, AnOverstockMapHasAPlotForEachSideThatSurfacesFace) {
+  const auto height_px = [](const std::vector<part_alignment::IdealSurface>& surfaces) {
+    part_alignment::PartFitInput input;
+    input.surfaces = surfaces;
+    part_alignment::PartFit fit;
+    for (const auto& surface : surfaces) {
+      const std::size_t number = fit.overstocks.size();
+      const Eigen::Vector3d at_mm = surface.middle_mm + Eigen::Vector3d(10, 0, 0);
+      input.points.push_back({surface.id, at_mm, 0.05, surface.id});
+      fit.overstocks.push_back({number, 0.5, 3, 0.1, true});
+    }
+    const Figure figure = OverstockFigure(input, fit);
+    EXPECT_EQ(test::XmlProblem(figure.canvas.ToSvg()), "");
+    return figure.canvas.height_px();
+  };
+  using part_alignment::SurfaceKind;
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d y = Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+  const double one_row = height_px({{"top", SurfaceKind::kPlane, z, z, 0, 3}});
+  EXPECT_EQ(height_px({{"top", SurfaceKind::kPlane, z, z, 0, 3},
+                       {"bottom", SurfaceKind::kPlane, -z, -z, 0, 3}}),
+            one_row);
+  // The point lies at +x of both axes: towards +x on the shaft, towards -x in the bore.
+  EXPECT_EQ(height_px({{"shaft", SurfaceKind::kShaft, {0, 0, 0}, z, 10, 3},
+                       {"bore", SurfaceKind::kBore, {0, 0, 0}, z, 10, 3},
+                       {"right", SurfaceKind::kPlane, x, x, 0, 3},
+                       {"left", SurfaceKind::kPlane, -x, -x, 0, 3}}),
+            one_row);
+  EXPECT_EQ(height_px({{"top", SurfaceKind::kPlane, z, z, 0, 3},
+                       {"front", SurfaceKind::kPlane, -y, -y, 0, 3},
+                       {"right", SurfaceKind::kPlane, x, x, 0, 3}}),
+            2 * one_row);
+}
+
 TEST(PartMetrology, ThePageEscapesWhatComesFromOutside) {
   const std::string page =
       FigurePage("a <b>", Verdict::kRefused, "<script>alert(1)</script>", "\x01<i>", {});
