@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -13,6 +12,7 @@
 #include "app/align_metrology_commands.h"
 #include "app/align_outputs.h"
 #include "app/commands.h"
+#include "app/today.h"
 #include "part_alignment/budget.h"
 #include "part_alignment/budget_study.h"
 #include "part_alignment/calibration_age.h"
@@ -65,13 +65,6 @@ bool JudgeScene(const store::BudgetFile& file, const part_alignment::Budget& bud
         100 * capability.ratio_of_half_width);
   }
   return held;
-}
-
-std::string Today() {
-  const std::chrono::year_month_day today(
-      std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()));
-  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(today.year()),
-                     static_cast<unsigned>(today.month()), static_cast<unsigned>(today.day()));
 }
 
 // The targets' uncertainty from repeated calibrations and measurements, instead of the scene's.
@@ -204,7 +197,9 @@ void AddAlignBudgetCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--trials", arguments->trials, "of the simulation; 0: none")
       ->check(CLI::Range(0, 10'000'000))
       ->capture_default_str();
-  command->add_option("--seed", arguments->seed, "of the simulation")->capture_default_str();
+  command->add_option("--seed", arguments->seed, "of the simulation")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   command->add_flag("--json", arguments->json, "one JSON object instead of text");
   command->callback([arguments, &exit_code] { exit_code = RunBudget(*arguments); });
 }
@@ -219,7 +214,9 @@ void AddAlignStudyCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--repeats", arguments->repeats, "of the gauging")
       ->check(CLI::Range(10, 1'000'000))
       ->capture_default_str();
-  command->add_option("--seed", arguments->seed, "of all random numbers")->capture_default_str();
+  command->add_option("--seed", arguments->seed, "of all random numbers")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   command->callback([arguments, &exit_code] { exit_code = RunStudy(*arguments); });
 }
 

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -185,6 +187,30 @@ TEST_F(AlignCommand, CorrectWritesTheWordsOfEveryControl) {
                 AllOf(HasSubstr(words), HasSubstr("remainder  tilts of +4.0000 (about x) and "
                                                   "-3.0000 mm/m (about y)")));
   }
+}
+
+TEST_F(AlignCommand, TheUncertaintysLimitsAreSaidFromSolveToCorrect) {
+  const CommandResult solved = Align("solve seen.json --out result.json");
+  EXPECT_THAT(solved.standard_error,
+              HasSubstr("notice     the stated uncertainty takes the camera"));
+  EXPECT_THAT(Align("correct result.json --control heidenhain").standard_output,
+              AllOf(HasSubstr("the stated uncertainty takes the camera"), HasSubstr("Q339=+1")));
+  EXPECT_EQ(json::parse(Align("correct result.json --json").standard_output)["notices"],
+            json::parse(solved.standard_output)["notices"]);
+}
+
+TEST_F(AlignCommand, APlanThatDoesNotReachItsGoalWritesNothing) {
+  const std::string plan =
+      "plan seen.json --rough 812,430,-655 --travel -3000,-3000,-3000,3000,3000,3000 --out "
+      "plan.json ";
+  const CommandResult short_of = Align(plan + "--most-views 8 --goal 0.0001");
+  EXPECT_EQ(short_of.exit_code, 2) << short_of.output;
+  EXPECT_THAT(short_of.standard_error,
+              AllOf(HasSubstr("do not reach the goal"), HasSubstr("views tell 7 of 7 unknowns"),
+                    testing::Not(HasSubstr("not seen"))));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "plan.json"));
+  EXPECT_EQ(Align(plan).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "plan.json"));
 }
 
 TEST_F(AlignCommand, CorrectLevelsThePartAtItsSupports) {

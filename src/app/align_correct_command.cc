@@ -26,7 +26,7 @@ using part_alignment::Control;
 struct CorrectArguments {
   std::string file;
   std::string control = "linuxcnc";
-  std::string work_offset = "G54";
+  std::string work_offset;
   std::string supports;
   bool after_shims = false;
   bool tilts = false;
@@ -58,7 +58,10 @@ Result<void> CorrectAtFixture(const CorrectArguments& arguments,
 
 Result<void> CorrectAtControl(const CorrectArguments& arguments, report::CorrectionOutput& output) {
   const Control control = *part_alignment::ParseControl(arguments.control);
-  const auto slot = part_alignment::ParseOffsetSlot(control, arguments.work_offset);
+  const bool rows = control == Control::kHeidenhain;  // of its preset table
+  const std::string slot_name =
+      !arguments.work_offset.empty() ? arguments.work_offset : (rows ? "1" : "G54");
+  const auto slot = part_alignment::ParseOffsetSlot(control, slot_name);
   if (!slot) return tl::unexpected(slot.error());
   output.control = control;
   output.slot = *slot;
@@ -102,6 +105,7 @@ int RunCorrect(const CorrectArguments& arguments) {
   output.measured = result->machine_from_part;
   output.standard_uncertainty = result->standard_uncertainty;
   output.points = std::move(result->targets);
+  output.notices = std::move(result->notices);
   if (auto done = CorrectAtFixture(arguments, *result, output); !done) return Report(done.error());
   if (auto done = CorrectAtControl(arguments, output); !done) return Report(done.error());
   std::fputs((arguments.json ? report::ToJson(output) : report::CorrectionText(output)).c_str(),
@@ -120,10 +124,9 @@ void AddAlignCorrectCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--control", arguments->control)
       ->check(CLI::IsMember(std::vector<std::string>{"linuxcnc", "siemens", "heidenhain", "fanuc"}))
       ->capture_default_str();
-  command
-      ->add_option("--work-offset", arguments->work_offset,
-                   "G54 …; Fanuc also \"G54.1 P1\" …; Heidenhain: the row of the preset table")
-      ->capture_default_str();
+  command->add_option("--work-offset", arguments->work_offset,
+                      "G54 (the default) …; Fanuc also \"G54.1 P1\" …; Heidenhain: the row of the "
+                      "preset table, 1 without it");
   command->add_option("--supports", arguments->supports,
                       "where the part rests, and which way each support adjusts (docs/formats.md)");
   command->add_flag("--after-shims", arguments->after_shims,

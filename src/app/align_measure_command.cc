@@ -12,13 +12,17 @@
 #include <vector>
 
 #include "app/align_commands.h"
-#include "app/align_reading.h"
 #include "app/align_record.h"
 #include "app/align_report.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/linuxcnc_options.h"
+#include "app/machine_boxes.h"
+#include "app/number_range.h"
+#include "part_alignment/disc_centres.h"
+#include "part_alignment/plan_room.h"
 #include "procedure/align_measure.h"
+#include "procedure/align_missing.h"
 #include "procedure/align_picture.h"
 #include "report/alignment_text.h"
 
@@ -33,53 +37,42 @@ struct MeasureArguments {
   std::string source;
   std::string out = ".";
   int bits = 14;
+  std::string targets = "rings";
+  std::vector<int> marker_ids;
   double feed_mm_min = 3000;
   double settle_s = 0.5;
   double disc_radius_mm = 0;
   std::vector<double> normal = {0, 0, 1};
-  std::vector<double> obstacles;
-  std::vector<double> travel;
+  MachineBoxArguments boxes;
   procedure::MeasureOptions options;
   LinuxCncArguments linuxcnc;
   bool no_correction = false;
   bool json = false;
 };
 
-constexpr std::size_t kBoxNumbers = 6;
-
-// Solves; then once more with the centres corrected for perspective, which needs a first answer for
-// the tilts.
-Result<part_alignment::Alignment> SolveTwice(const MeasureArguments& arguments,
-                                             const MeasureOutcome& outcome,
-                                             store::AlignmentInput& input) {
-  part_alignment::SolveOptions options;
-  options.unknowns = input.unknowns;
-  options.inputs = input.inputs;
-  auto first = SolveInput(input, options);
-  if (!first || first->verdict != Verdict::kGood || arguments.no_correction) return first;
-  const auto seen_mm = DiscRadius(input.measurement, *first, outcome.found);
-  const double radius_mm = arguments.disc_radius_mm > 0 ? arguments.disc_radius_mm : seen_mm;
-  CorrectCentres({{arguments.normal[0], arguments.normal[1], arguments.normal[2]}, radius_mm},
-                 *first, input.measurement);
-  auto second = SolveInput(input, options);
-  constexpr double kAlike = 0.1;
-  if (second && std::abs(seen_mm - radius_mm) > kAlike * seen_mm) {
-    second->notices.push_back(fmt::format(
-        "the discs look as if their radius were {:.2f} mm; --disc-radius says {:.2f}: their "
-        "centres were corrected for what it says",
-        seen_mm, radius_mm));
+Result<part_alignment::Alignment> SolveOutcome(const MeasureArguments& arguments,
+                                               const MeasureOutcome& outcome,
+                                               store::AlignmentInput& input) {
+  const part_alignment::SolveOptions options = SolveOptionsOf(input);
+  // The diagonals of a square meet in its middle however it is tilted.
+  const bool squares = !arguments.options.squares.ids.empty();
+  if (arguments.no_correction || squares) {
+    return part_alignment::Solve(input.measurement, options);
   }
-  return second;
+  const std::vector<double>& normal = arguments.normal;
+  return part_alignment::SolveByDiscs(options,
+                                      {{normal[0], normal[1], normal[2]}, arguments.disc_radius_mm},
+                                      outcome.discs, input.measurement);
 }
 
 int Finish(const MeasureArguments& arguments, store::AlignmentInput input,
            const MeasureOutcome& outcome, AlignmentRecord& record) {
   input.measurement = outcome.measurement;
-  auto alignment = SolveTwice(arguments, outcome, input);
+  auto alignment = SolveOutcome(arguments, outcome, input);
   if (!alignment) return Report(record.Stopped(alignment.error(), outcome.notices));
   alignment->notices.insert(alignment->notices.end(), outcome.notices.begin(),
                             outcome.notices.end());
-  const auto missing = MissingTargets(input, *alignment, outcome.found);
+  const auto missing = procedure::MissingTargets(outcome, *alignment);
   alignment->notices.insert(alignment->notices.end(), missing.begin(), missing.end());
   // Once more, where the centres have been corrected since.
   if (auto kept = record.KeepObservations(input.measurement); !kept) return Report(kept.error());
@@ -120,19 +113,14 @@ Result<void> CheckNormal(const std::vector<double>& normal) {
   return Fail(fmt::format("--normal {} is no direction", fmt::join(normal, ",")));
 }
 
-Result<void> ReadBoxes(MeasureArguments& arguments) {
+Result<void> ReadBoxes(const part_alignment::Camera& camera, MeasureArguments& arguments) {
   procedure::RouteOptions& route = arguments.options.route;
-  const std::vector<double>& n = arguments.obstacles;
-  if (n.size() % kBoxNumbers != 0) {
-    return Fail("--obstacle takes six numbers: the least X, Y, Z and the most X, Y, Z");
-  }
-  for (std::size_t i = 0; i < n.size(); i += kBoxNumbers) {
-    route.obstacles.push_back({{n[i], n[i + 1], n[i + 2]}, {n[i + 3], n[i + 4], n[i + 5]}});
-  }
-  const std::vector<double>& t = arguments.travel;
-  if (t.empty()) return {};
-  route.travel_least_mm = {t[0], t[1], t[2]};
-  route.travel_most_mm = {t[3], t[4], t[5]};
+  auto obstacles = ObstaclesOf(arguments.boxes);
+  if (!obstacles) return tl::unexpected(obstacles.error());
+  route.obstacles = std::move(*obstacles);
+  if (!arguments.boxes.travel.empty()) route.travel = TravelOf(arguments.boxes);
+  route.camera_radius_mm = arguments.boxes.camera_radius_mm;
+  route.camera_below_mm = part_alignment::ToolLength(camera, arguments.boxes.camera_below_mm);
   return {};
 }
 
@@ -147,15 +135,34 @@ Result<std::unique_ptr<machine::LinuxCnc>> ConnectMachine(const MeasureArguments
   return linuxcnc;
 }
 
+// What the targets may carry.
+Result<void> ReadBooks(MeasureArguments& arguments) {
+  if (arguments.targets == "aruco") {
+    auto squares = part_alignment::MakeSquareBook(arguments.marker_ids);
+    if (!squares) {
+      return Fail("--marker-ids: " + squares.error().message, squares.error().kind);
+    }
+    arguments.options.squares = std::move(*squares);
+    return {};
+  }
+  if (!arguments.marker_ids.empty()) {
+    return Fail("--marker-ids are of square markers: add --targets aruco");
+  }
+  auto book = part_alignment::MakeCodeBook(arguments.bits);
+  if (!book) return tl::unexpected(book.error());
+  arguments.options.book = std::move(*book);
+  return {};
+}
+
 int RunMeasure(MeasureArguments arguments) {
   const Interrupt interrupt;
   const std::stop_token stop = interrupt.token();
   auto plan = store::ReadAlignmentFile(arguments.plan);
   if (!plan) return Report(plan.error());
-  auto book = part_alignment::MakeCodeBook(arguments.bits);
-  if (!book) return Report(book.error());
-  arguments.options.book = std::move(*book);
-  if (auto read = ReadBoxes(arguments); !read) return Report(read.error());
+  if (auto books = ReadBooks(arguments); !books) return Report(books.error());
+  if (auto read = ReadBoxes(plan->measurement.camera, arguments); !read) {
+    return Report(read.error());
+  }
   if (auto sound = CheckNormal(arguments.normal); !sound) return Report(sound.error());
   AlignmentRecord record(arguments.out, *plan);
   if (auto fit = record.CheckPlace(); !fit) return Report(fit.error());
@@ -188,7 +195,7 @@ int RunMeasure(MeasureArguments arguments) {
   }
   auto outcome = procedure::MeasurePart(plan->measurement, arguments.options, shop);
   if (!outcome) return Report(record.Stopped(outcome.error(), {}));
-  if (linuxcnc && arguments.obstacles.empty()) {
+  if (linuxcnc && arguments.options.route.obstacles.empty()) {
     outcome->notices.push_back(
         "no --obstacle was given: nothing but the safe height kept the camera clear");
   }
@@ -205,37 +212,32 @@ void AddRoute(CLI::App& command, MeasureArguments& arguments) {
   CLI::Option* safe = command
                           .add_option("--safe-z", route.safe_z_mm,
                                       "machine Z of the spindle at which it may cross everywhere")
+                          ->check(NumberIn(-1e6, 1e6))
                           ->group(kGroup);
   command.get_option("--machine")->needs(safe);
   command.add_option("--feed", arguments.feed_mm_min, "mm/min")
-      ->check(CLI::Range(10.0, 1e5))
+      ->check(NumberIn(10.0, 1e5))
       ->capture_default_str()
       ->group(kGroup);
-  command
-      .add_option("--obstacle", arguments.obstacles,
-                  "least X,Y,Z and most X,Y,Z of part or fixture; may be repeated")
-      ->delimiter(',')
-      ->group(kGroup);
-  command
-      .add_option("--travel", arguments.travel,
-                  "of the spindle: the least X,Y,Z and the most X,Y,Z")
-      ->expected(static_cast<int>(kBoxNumbers))
-      ->delimiter(',')
-      ->group(kGroup);
-  command.add_option("--camera-radius", route.camera_radius_mm, "of what hangs in the spindle, mm")
-      ->check(CLI::Range(0.0, 1e4))
-      ->capture_default_str()
-      ->group(kGroup);
-  command
-      .add_option("--camera-below", route.camera_below_mm,
-                  "from the spindle's reference point to the camera's lower end, mm")
-      ->check(CLI::Range(0.0, 1e4))
-      ->capture_default_str()
-      ->group(kGroup);
+  AddMachineBoxes(command, arguments.boxes);
+  for (const char* name : {"--travel", "--obstacle", "--camera-radius", "--camera-below"}) {
+    command.get_option(name)->group(kGroup);
+  }
 }
 
 void AddReading(CLI::App& command, MeasureArguments& arguments) {
   constexpr const char* kGroup = "Pictures";
+  command
+      .add_option("--targets", arguments.targets,
+                  "rings, or aruco: square markers of the original ArUco dictionary")
+      ->check(CLI::IsMember(std::vector<std::string>{"rings", "aruco"}))
+      ->capture_default_str()
+      ->group(kGroup);
+  command
+      .add_option("--marker-ids", arguments.marker_ids,
+                  "of the square markers on the part, as in 5,6,7")
+      ->delimiter(',')
+      ->group(kGroup);
   command.add_option("--bits", arguments.bits, "of the targets' rings")
       ->check(CLI::IsMember(std::vector<int>{12, 14, 20}))
       ->capture_default_str()
@@ -247,13 +249,13 @@ void AddReading(CLI::App& command, MeasureArguments& arguments) {
   command
       .add_option("--extra-sigma-px", arguments.options.extra_sigma_px,
                   "of a centre, beside what the detector states")
-      ->check(CLI::Range(0.0, 10.0))
+      ->check(NumberIn(0.0, 10.0))
       ->capture_default_str()
       ->group(kGroup);
   command
       .add_option("--disc-radius", arguments.disc_radius_mm,
                   "mm, of the targets' discs; without it as they look in the pictures")
-      ->check(CLI::Range(0.0, 1000.0))
+      ->check(NumberIn(0.0, 1000.0))
       ->group(kGroup);
   command
       .add_flag("--no-correction", arguments.no_correction,
@@ -267,7 +269,7 @@ void AddReading(CLI::App& command, MeasureArguments& arguments) {
   command
       .add_option("--settle", arguments.settle_s,
                   "s between standing and the picture; more than the camera is late by")
-      ->check(CLI::Range(0.0, 60.0))
+      ->check(NumberIn(0.0, 60.0))
       ->capture_default_str()
       ->group(kGroup);
 }
@@ -285,7 +287,7 @@ void AddAlignMeasureCommand(CLI::App& parent, int& exit_code) {
   command
       ->add_option("--source", arguments->source,
                    "the camera: a folder of pictures in the order of the views, /dev/videoN, "
-                   "http://…")
+                   "aravis:ID, http://…")
       ->required();
   command->add_option("--out", arguments->out, "where the dated folder is made")
       ->capture_default_str();

@@ -129,17 +129,17 @@ TEST_F(AlignMeasure, FindsThePartInPicturesAndLeavesADatedReport) {
   ASSERT_FALSE(report.empty());
   EXPECT_EQ(ReadWhole(report / "result.json"), measured.standard_output);
   for (const char* name :
-       {"report.txt", "report.html", "view000_residuals.png", "view007_residuals.png"}) {
+       {"report.txt", "report.html", "view-01_residuals.png", "view-08_residuals.png"}) {
     EXPECT_TRUE(fs::exists(report / name)) << name;
   }
-  EXPECT_EQ(ReadWhole(report / "view000.png"), ReadWhole(At("pictures/view-01.png")));
+  EXPECT_EQ(ReadWhole(report / "view-01.png"), ReadWhole(At("pictures/view-01.png")));
   EXPECT_FALSE(fs::exists(report / "stopped.txt"));
   // What was kept is what solve needs, and its report is the same.
   const std::string kept = (report / "observations.json").string();
   const CommandResult again = test::RunTrammel("align solve --report r " + kept, folder_.path());
   EXPECT_EQ(json::parse(again.standard_output)["part_mm"], result["part_mm"]);
-  EXPECT_EQ(ReadWhole(folder_.path() / "r" / "view003_residuals.png"),
-            ReadWhole(report / "view003_residuals.png"));
+  EXPECT_EQ(ReadWhole(folder_.path() / "r" / "view-04_residuals.png"),
+            ReadWhole(report / "view-04_residuals.png"));
 }
 
 TEST_F(AlignMeasure, DrivesUpAcrossAndDownThroughEveryView) {
@@ -173,6 +173,12 @@ TEST_F(AlignMeasure, RefusesObstaclesAndTheEndOfTravelBeforeAnythingMoves) {
   const CommandResult nowhere = Measure(Machine(server) + " --out nowhere");
   EXPECT_EQ(nowhere.exit_code, 1) << nowhere.output;
   EXPECT_THAT(nowhere.standard_error, HasSubstr("nowhere is no folder"));
+  for (const char* number :
+       {"--settle", "--extra-sigma-px", "--disc-radius", "--feed", "--camera-radius", "--safe-z"}) {
+    const CommandResult refused = Measure(fmt::format("{} nan", number));
+    EXPECT_EQ(refused.exit_code, 1) << number;
+    EXPECT_THAT(refused.standard_error, AllOf(HasSubstr(number), HasSubstr("nan is no number")));
+  }
   EXPECT_EQ(Measure(Machine(server) + " --normal 0,0,0").exit_code, 1);
   EXPECT_EQ(Measure(Machine(server) + " --normal nan,0,1").exit_code, 1);
   EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53"))));
@@ -230,7 +236,7 @@ TEST_F(AlignMeasure, ALineThatBreaksDuringAMoveEndsTheMotionAndKeepsWhatWasTaken
   Step step = Step::kWait;
   ScriptedLinuxCnc server([&](const std::string& request) {
     if (step == Step::kWait && request.find("G53 G1") != std::string::npos &&
-        fs::exists(Report() / "view001.png")) {
+        fs::exists(Report() / "view-02.png")) {
       step = Step::kMoves;
     } else if (step == Step::kMoves) {
       step = Step::kDropped;
@@ -253,7 +259,7 @@ TEST_F(AlignMeasure, ALineThatBreaksDuringAMoveEndsTheMotionAndKeepsWhatWasTaken
 TEST_F(AlignMeasure, ARefusedMoveEndsTheMotionAndKeepsWhatWasTaken) {
   ScriptedLinuxCnc server([this](const std::string& request) {
     const bool refuse =
-        request.find("G53 G1") != std::string::npos && fs::exists(Report() / "view001.png");
+        request.find("G53 G1") != std::string::npos && fs::exists(Report() / "view-02.png");
     return refuse ? ScriptedLinuxCnc::Fault::kRefuse : ScriptedLinuxCnc::Fault::kNone;
   });
   server.SetHurry(20);
@@ -281,9 +287,6 @@ TEST_F(AlignMeasure, CentresAreCorrectedByHowLargeTheDiscsLook) {
   const auto column_px = [&](const std::string& more) {
     const CommandResult measured = MeasureBy(plan, Some(), more);
     EXPECT_EQ(measured.exit_code, 0) << measured.output;
-    const bool warned =
-        measured.standard_error.find("look as if their radius were ") != std::string::npos;
-    EXPECT_EQ(warned, more == "--disc-radius 5") << measured.standard_error;
     const json kept = json::parse(ReadWhole(Report() / "observations.json"));
     fs::remove_all(Report());
     return double(kept["views"][0]["observations"][0]["column_px"]);
@@ -296,8 +299,16 @@ TEST_F(AlignMeasure, CentresAreCorrectedByHowLargeTheDiscsLook) {
   constexpr double kShare = 0.06;
   EXPECT_NEAR(column_px("--disc-radius 2"), corrected_px,
               kShare * std::abs(corrected_px - found_px));
-  EXPECT_GT(std::abs(column_px("--disc-radius 5") - found_px),
-            4 * std::abs(corrected_px - found_px));
+}
+
+TEST_F(AlignMeasure, DiscsThatLookOtherwiseThanStatedAreRefused) {
+  for (const auto& [stated, words] :
+       {std::pair{"--disc-radius 5", "look as if their radius were 2."},
+        std::pair{"--normal 0,1,0", "state the targets' normal"}}) {
+    const CommandResult measured = Measure(stated);
+    EXPECT_EQ(measured.exit_code, 2) << measured.output;
+    EXPECT_THAT(measured.standard_error, HasSubstr(words));
+  }
 }
 
 TEST_F(AlignMeasure, APlanIsWhatMeasureReads) {
@@ -311,7 +322,7 @@ TEST_F(AlignMeasure, APlanIsWhatMeasureReads) {
                                    double(part[2]), box),
                        folder_.path());
   ASSERT_EQ(planned.exit_code, 0) << planned.output;
-  EXPECT_THAT(planned.standard_error, AllOf(HasSubstr("verdict    good"), HasSubstr("view 0")));
+  EXPECT_THAT(planned.standard_error, AllOf(HasSubstr("verdict    good"), HasSubstr("view 1 ")));
   const json plan = json::parse(ReadWhole(folder_.path() / "plan.json"));
   EXPECT_GE(plan["views"].size(), 4U);
   EXPECT_FALSE(plan["views"][0].contains("picture"));  // those of the file it was made from
@@ -331,7 +342,7 @@ TEST_F(AlignMeasure, PicturesThatDoNotFitThePlanAreNamed) {
   plan["views"].push_back(plan["views"][0]);
   const CommandResult few = MeasureBy(plan, At("pictures"));
   EXPECT_EQ(few.exit_code, 2);
-  EXPECT_THAT(few.standard_error, HasSubstr("view 8: there is no further picture"));
+  EXPECT_THAT(few.standard_error, HasSubstr("view 9: there is no further picture"));
   plan = FirstViews(1);
   EXPECT_THAT(MeasureBy(plan, At("pictures")).standard_error, HasSubstr("more pictures than"));
   plan["camera"]["image_px"] = {640, 480};
@@ -394,7 +405,7 @@ TEST_F(AlignMeasure, BlurredPicturesAreAnErrorAndAreKept) {
   const CommandResult measured = MeasureBy(Plan(), Photographed("--set blur-px=12"));
   EXPECT_EQ(measured.exit_code, 2) << measured.output;
   EXPECT_THAT(measured.standard_error, AllOf(HasSubstr("look at focus"), HasSubstr("8 pictures")));
-  EXPECT_TRUE(fs::exists(Report() / "view007.png"));
+  EXPECT_TRUE(fs::exists(Report() / "view-08.png"));
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ Result<void> AlignmentRecord::KeepPicture(std::size_t view, const machine::Captu
   if (auto made = MakeFolder(); !made) return made;
   constexpr std::uint8_t kPngBegins = 0x89;
   const bool png = !picture.image.empty() && picture.image.front() == kPngBegins;
-  const std::string name = fmt::format("view{:03}.{}", view, png ? "png" : "jpg");
+  const std::string name = fmt::format("view-{:02}.{}", view + 1, png ? "png" : "jpg");
   const std::string_view bytes(reinterpret_cast<const char*>(picture.image.data()),
                                picture.image.size());
   if (auto done = store::WriteWholeFile(folder_ / name, bytes); !done) return done;

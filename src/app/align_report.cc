@@ -2,14 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <optional>
+#include <iterator>
 #include <string>
 #include <system_error>
 #include <utility>
 
+#include "app/today.h"
 #include "machine/image_file.h"
+#include "part_alignment/caveats.h"
+#include "part_alignment/solution.h"
 #include "report/alignment_picture.h"
 #include "report/alignment_text.h"
 #include "report/part_metrology_figures.h"
@@ -19,58 +21,9 @@ namespace trammel::app {
 namespace {
 
 namespace fs = std::filesystem;
-using part_alignment::Alignment;
 using part_alignment::Camera;
-using part_alignment::Measurement;
 using part_alignment::PartTarget;
 using part_alignment::View;
-
-Camera SolvedCamera(const Measurement& measurement, const part_alignment::Unknowns& solved,
-                    const Alignment& alignment) {
-  Camera camera = measurement.camera;
-  if (solved.focal_length) camera.focal_length_mm = alignment.focal_length_mm;
-  if (solved.camera_offset) camera.taper_from_camera.translation_mm = alignment.camera_offset_mm;
-  return camera;
-}
-
-// Distances outside of those at which the camera was calibrated are extrapolated.
-void AddDistanceNotice(const store::AlignmentInput& input, Alignment& alignment) {
-  if (!input.calibration || alignment.verdict != Verdict::kGood) return;
-  const Camera camera = SolvedCamera(input.measurement, input.unknowns, alignment);
-  double nearest_mm = 1e300;
-  double farthest_mm = 0;
-  for (const View& view : input.measurement.views) {
-    for (const part_alignment::Observation& seen : view.observations) {
-      for (const PartTarget& target : input.measurement.targets) {
-        if (target.id != seen.target) continue;
-        const Eigen::Vector3d at_mm = part_alignment::CameraFromPart(
-            camera, alignment.clamping, view, alignment.machine_from_part, target.ideal_mm);
-        nearest_mm = std::min(nearest_mm, std::abs(at_mm.z()));
-        farthest_mm = std::max(farthest_mm, std::abs(at_mm.z()));
-      }
-    }
-  }
-  const store::CameraCalibration& known = *input.calibration;
-  if (nearest_mm >= known.nearest_mm && farthest_mm <= known.farthest_mm) return;
-  alignment.notices.push_back(
-      fmt::format("targets were seen from {:.0f} … {:.0f} mm, but the camera was calibrated ({}) "
-                  "from {:.0f} to {:.0f} mm: its figures are extrapolated",
-                  nearest_mm, farthest_mm, known.date, known.nearest_mm, known.farthest_mm));
-}
-
-std::optional<Eigen::Vector2d> Projected(const View& view, const PartTarget& target,
-                                         const Measurement& measurement,
-                                         const part_alignment::Unknowns& solved,
-                                         const Alignment& alignment) {
-  if (alignment.verdict != Verdict::kGood) return std::nullopt;
-  const Camera camera = SolvedCamera(measurement, solved, alignment);
-  const auto pixel = part_alignment::Project(
-      camera, part_alignment::CameraFromPart(camera, alignment.clamping, view,
-                                             alignment.machine_from_part, target.ideal_mm));
-  const bool seen = pixel && pixel->x() >= 0 && pixel->y() >= 0 &&
-                    pixel->x() <= camera.width_px - 1 && pixel->y() <= camera.height_px - 1;
-  return seen ? pixel : std::nullopt;
-}
 
 std::vector<report::DrawnTarget> DrawnIn(const report::AlignmentOutput& output,
                                          std::size_t number) {
@@ -85,14 +38,27 @@ std::vector<report::DrawnTarget> DrawnIn(const report::AlignmentOutput& output,
       if (!one.found_px || residual.view != number || residual.target != target.id) continue;
       one.projected_px = *one.found_px - Eigen::Vector2d(residual.column_px, residual.row_px);
       one.left_out = residual.weight == 0;
+      one.sigma_px = residual.sigma_px;
     }
-    if (!one.found_px) {
+    if (!one.found_px && output.alignment.verdict == Verdict::kGood) {
       one.projected_px =
-          Projected(view, target, output.measurement, output.solved, output.alignment);
+          part_alignment::ImageOf(output.measurement, output.alignment, view, target);
     }
     if (one.found_px || one.projected_px) drawn.push_back(std::move(one));
   }
   return drawn;
+}
+
+// Of those that counted; 0 without any.
+double ResidualRms_px(const part_alignment::Alignment& alignment) {
+  double squares = 0;
+  int count = 0;
+  for (const part_alignment::AlignmentResidual& residual : alignment.residuals) {
+    if (residual.weight == 0) continue;
+    squares += residual.column_px * residual.column_px + residual.row_px * residual.row_px;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
 Result<report::Figure> DrawView(const report::AlignmentOutput& output, std::size_t number,
@@ -109,27 +75,29 @@ Result<report::Figure> DrawView(const report::AlignmentOutput& output, std::size
     }
   }
   return report::AlignmentPicture(number, frame.view(), camera.width_px, camera.height_px,
-                                  DrawnIn(output, number));
+                                  DrawnIn(output, number),
+                                  report::ResidualEnlargement(ResidualRms_px(output.alignment),
+                                                              camera.width_px, camera.height_px));
 }
 
 }  // namespace
 
-Result<Alignment> SolveInput(const store::AlignmentInput& input,
-                             const part_alignment::SolveOptions& options) {
-  auto alignment = part_alignment::Solve(input.measurement, options);
-  if (alignment) AddDistanceNotice(input, *alignment);
-  return alignment;
+part_alignment::SolveOptions SolveOptionsOf(const store::AlignmentInput& input) {
+  part_alignment::SolveOptions options;
+  options.unknowns = input.unknowns;
+  options.inputs = input.inputs;
+  if (input.calibration) options.camera_covariance = input.calibration->covariance;
+  return options;
 }
 
-report::AlignmentOutput OutputOf(const store::AlignmentInput& input, Alignment alignment) {
+report::AlignmentOutput OutputOf(const store::AlignmentInput& input,
+                                 part_alignment::Alignment alignment) {
+  auto caveats = part_alignment::Caveats(input.measurement, SolveOptionsOf(input), alignment,
+                                         input.calibration, Today());
+  alignment.notices.insert(alignment.notices.end(), std::make_move_iterator(caveats.begin()),
+                           std::make_move_iterator(caveats.end()));
   return {input.measurement, store::NamesOf(input.unknowns), input.unknowns, input.numeric_ids,
           std::move(alignment)};
-}
-
-std::optional<Eigen::Vector2d> ProjectedIn(const View& view, const PartTarget& target,
-                                           const store::AlignmentInput& input,
-                                           const Alignment& alignment) {
-  return Projected(view, target, input.measurement, input.unknowns, alignment);
 }
 
 Result<void> WriteAlignmentReport(const fs::path& folder, const report::AlignmentOutput& output,

@@ -52,13 +52,11 @@ int RunSolve(const SolveArguments& arguments) {
     if (!unknowns) return Report({ErrorKind::kInput, "--unknowns " + unknowns.error().message});
     input->unknowns = *unknowns;
   }
-  part_alignment::SolveOptions options;
-  options.unknowns = input->unknowns;
+  part_alignment::SolveOptions options = SolveOptionsOf(*input);
   options.robust = !arguments.not_robust;
   options.method = arguments.method == "gauss_newton" ? part_alignment::SolveMethod::kGaussNewton
                                                       : part_alignment::SolveMethod::kCeres;
-  options.inputs = input->inputs;
-  auto alignment = SolveInput(*input, options);
+  auto alignment = part_alignment::Solve(input->measurement, options);
   if (!alignment) {
     return Report({alignment.error().kind, arguments.file + ": " + alignment.error().message});
   }

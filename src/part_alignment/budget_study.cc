@@ -119,6 +119,7 @@ Result<std::vector<StudyTable>> BudgetTables(int trials, Random& random) {
       {"The same with the laboratory's angular repeatability (28, 10, 24 µrad, k = 2) over 10 m: "
        "so large an angle gives the paper's u_ip of Y, and half of its Z."});
   if (!added) return tl::unexpected(added.error());
+  tables.back().title += ", with the laboratory's angles";
   return tables;
 }
 

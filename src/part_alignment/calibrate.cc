@@ -64,7 +64,7 @@ std::optional<std::string> FaultOfGrid(const GridMeasurement& grid) {
       return fmt::format(
           "view {}: tip {} {} {} mm, column {}, row {}, sigma {} px: numbers must be finite, sigma "
           "above 0",
-          i, view.tip_mm.x(), view.tip_mm.y(), view.tip_mm.z(), view.column_px, view.row_px,
+          i + 1, view.tip_mm.x(), view.tip_mm.y(), view.tip_mm.z(), view.column_px, view.row_px,
           view.sigma_px);
     }
   }
@@ -246,7 +246,7 @@ void NoteResiduals(const GridMeasurement& grid, const std::vector<Sample>& sampl
           fmt::format("view {} (column {:.1f}, row {:.1f}) is {:.3g} px beside where the others "
                       "put it, and was "
                       "left out",
-                      i, grid.views[i].column_px, grid.views[i].row_px, error_px.norm()));
+                      i + 1, grid.views[i].column_px, grid.views[i].row_px, error_px.norm()));
       continue;
     }
     sum_px += error_px.squaredNorm();

@@ -214,7 +214,7 @@ TEST(CameraCalibration, AWrongViewIsLeftOutAndNamed) {
   ASSERT_TRUE(result);
   EXPECT_EQ(result->verdict, Verdict::kGood) << result->reason;
   EXPECT_FALSE(result->residuals[37].used);
-  EXPECT_THAT(result->notices, Contains(HasSubstr("view 37")));
+  EXPECT_THAT(result->notices, Contains(HasSubstr("view 38")));
   EXPECT_NEAR(result->residuals[37].column_px, 4, 0.2);
 }
 
@@ -236,10 +236,10 @@ TEST(CameraCalibration, WhatCannotBeIsNamed) {
   grid.views[3].row_px = std::numeric_limits<double>::quiet_NaN();
   const auto nan = CalibrateCamera(grid, {});
   ASSERT_FALSE(nan);
-  EXPECT_THAT(nan.error().message, HasSubstr("view 3"));
+  EXPECT_THAT(nan.error().message, HasSubstr("view 4"));
   grid = Pyramid(5, 4);
   grid.views[5].sigma_px = 0;
-  EXPECT_THAT(CalibrateCamera(grid, {}).error().message, HasSubstr("view 5"));
+  EXPECT_THAT(CalibrateCamera(grid, {}).error().message, HasSubstr("view 6"));
   grid = Pyramid(5, 4);
   grid.camera.pixel_pitch_mm = 0;
   EXPECT_THAT(CalibrateCamera(grid, {}).error().message, HasSubstr("pitch"));

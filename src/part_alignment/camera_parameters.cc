@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "geometry/decompositions.h"
+
 namespace trammel::part_alignment {
 namespace {
 
@@ -26,6 +28,25 @@ Eigen::Matrix<double, 2, 4> DistortionBasis(CameraConvention convention, const V
 }
 
 }  // namespace
+
+Result<void> Validate(const CameraCovariance& covariance) {
+  // Written with 17 digits, and of a positive definite matrix that may be all but singular.
+  constexpr double kAlike = 1e-9;
+  const CameraVector variances = covariance.diagonal();
+  if (!covariance.allFinite() || (variances.array() < 0).any()) {
+    return Fail("the camera's covariance has a number that is not finite, or a negative variance");
+  }
+  // Parameters of very different sizes: the eigenvalues are judged of their correlations. One
+  // without variance that others vary with makes one negative, too.
+  const CameraVector sigmas = variances.cwiseSqrt();
+  const CameraVector scale = (sigmas.array() > 0).select(sigmas.cwiseInverse(), 1);
+  const Eigen::MatrixXd correlation = scale.asDiagonal() * covariance * scale.asDiagonal();
+  if (!correlation.isApprox(correlation.transpose(), kAlike) ||
+      geometry::SymmetricEigenvalues(correlation).minCoeff() < -kAlike) {
+    return Fail("the camera's covariance is none: not symmetric, or with a negative eigenvalue");
+  }
+  return {};
+}
 
 CameraVector ParametersOf(const Camera& camera) {
   CameraVector p;

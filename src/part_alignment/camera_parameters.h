@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "base/result.h"
 #include "part_alignment/camera.h"
 
 namespace trammel::part_alignment {
@@ -31,6 +32,10 @@ inline constexpr std::array<const char*, kCameraParameters> kCameraParameterName
 
 using CameraVector = Eigen::Matrix<double, kCameraParameters, 1>;
 using CameraCovariance = Eigen::Matrix<double, kCameraParameters, kCameraParameters>;
+
+/// Errors (kInput): a number that is not finite, a matrix that is not symmetric or has a negative
+/// eigenvalue.
+[[nodiscard]] Result<void> Validate(const CameraCovariance& covariance);
 
 [[nodiscard]] CameraVector ParametersOf(const Camera& camera);
 /// `frame` with its parameters replaced: size, pitch, convention and side stay.

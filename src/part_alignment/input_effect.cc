@@ -131,8 +131,59 @@ void WidenSigmas(const Theta& theta, const InputUncertainty& inputs, PoseProblem
   }
 }
 
+MatrixXd CameraMoves(const PoseProblem& problem, const Theta& theta,
+                     const CameraCovariance& covariance) {
+  const Layout layout = LayoutOf(problem.unknowns);
+  Camera camera = problem.camera;
+  CameraVector counts = CameraVector::Ones();
+  if (layout.focal_length >= 0) {
+    camera.focal_length_mm = theta[layout.focal_length];
+    counts[0] = 0;
+  }
+  if (layout.camera_offset >= 0) {
+    camera.taper_from_camera.translation_mm = theta.segment<3>(layout.camera_offset);
+    counts.segment<3>(7).setZero();
+  }
+  const Eigen::Matrix3d rotation =
+      geometry::RotationFromAngles(camera.taper_from_camera.angles_rad);
+  const Clamping clamping = ClampingOf(layout, theta);
+  MatrixXd moves = MatrixXd::Zero(2 * static_cast<Index>(problem.sights.size()), kCameraParameters);
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    const Sight& sight = problem.sights[i];
+    const View view{sight.spindle_mm, sight.spindle_from_machine.transpose(), {}};
+    const Eigen::Vector3d taper_mm =
+        rotation * CameraFromPart(camera, clamping, view, PoseOf(theta), sight.part_mm) +
+        camera.taper_from_camera.translation_mm;
+    if (const auto projected = ProjectFromTaper(camera, taper_mm)) {
+      moves.middleRows<2>(2 * static_cast<Index>(i)) = projected->by_parameter / sight.sigma_px;
+    }
+  }
+  // Parameters of very different sizes: the root is taken of their correlations.
+  const CameraVector sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const CameraVector scale = (sigmas.array() > 0).select(sigmas, 1);
+  const geometry::SymmetricEigen of = geometry::DecomposeSymmetric(
+      scale.cwiseInverse().asDiagonal() * covariance * scale.cwiseInverse().asDiagonal());
+  return moves * counts.cwiseProduct(scale).asDiagonal() * of.vectors *
+         of.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
+void WidenByCamera(const Theta& theta, const CameraCovariance& covariance, PoseProblem& problem) {
+  const MatrixXd gain = Gain(problem, theta);
+  if (gain.size() == 0) {
+    return;
+  }
+  const MatrixXd moves = CameraMoves(problem, theta, covariance);
+  const MatrixXd left_over = moves - WeightedJacobian(problem, theta) * (gain * moves);
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    // Of both axes together, as sigma_px is of either.
+    const double share = left_over.middleRows<2>(2 * static_cast<Index>(i)).squaredNorm() / 2;
+    problem.sights[i].sigma_px *= std::sqrt(1 + share);
+  }
+}
+
 MatrixXd CovarianceByInputs(const PoseProblem& problem, const Theta& theta,
-                            const InputUncertainty& inputs) {
+                            const InputUncertainty& inputs,
+                            const std::optional<CameraCovariance>& camera) {
   const MatrixXd gain = Gain(problem, theta);
   if (gain.size() == 0) {
     return {};
@@ -143,7 +194,12 @@ MatrixXd CovarianceByInputs(const PoseProblem& problem, const Theta& theta,
     by_pixels.middleCols<2>(2 * static_cast<Index>(i)) *= sight.pixel_sigma_px / sight.sigma_px;
   }
   const MatrixXd moved = InputMoves(problem, theta, inputs, gain);
-  return by_pixels * by_pixels.transpose() + moved * moved.transpose();
+  MatrixXd covariance = by_pixels * by_pixels.transpose() + moved * moved.transpose();
+  if (camera) {
+    const MatrixXd by_camera = gain * CameraMoves(problem, theta, *camera);
+    covariance += by_camera * by_camera.transpose();
+  }
+  return covariance;
 }
 
 }  // namespace trammel::part_alignment

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
+#include "part_alignment/camera_parameters.h"
 #include "part_alignment/input_uncertainty.h"
 #include "part_alignment/pose_problem.h"
 
@@ -30,9 +32,19 @@ namespace trammel::part_alignment {
 /// count as if they did not: chi-square is then rather smaller than its degrees of freedom.
 void WidenSigmas(const Theta& theta, const InputUncertainty& inputs, PoseProblem& problem);
 
+/// What the camera's calibration does to the projected places, in the sights' sigmas: a row for
+/// each, a column for each independent draw, times its sigma. What is solved for of the camera is
+/// left out. REQUIRES a covariance that is one, and that all targets are seen.
+[[nodiscard]] Eigen::MatrixXd CameraMoves(const PoseProblem& problem, const Theta& theta,
+                                          const CameraCovariance& covariance);
+
+/// The sights' sigmas with what no pose takes up of an uncertain camera.
+void WidenByCamera(const Theta& theta, const CameraCovariance& covariance, PoseProblem& problem);
+
 /// Covariance of theta by all inputs, the pixels' and the shared ones as what they are. Empty below
 /// full rank.
 [[nodiscard]] Eigen::MatrixXd CovarianceByInputs(const PoseProblem& problem, const Theta& theta,
-                                                 const InputUncertainty& inputs);
+                                                 const InputUncertainty& inputs,
+                                                 const std::optional<CameraCovariance>& camera);
 
 }  // namespace trammel::part_alignment

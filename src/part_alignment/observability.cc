@@ -90,6 +90,19 @@ double Breadth(const PoseProblem& problem) {
   return lengths.size() > 1 ? 2 * lengths[1] : 0;
 }
 
+/// How far apart the targets' distances from the spindle's nose are, over their middle.
+double DistanceSpread(const PoseProblem& problem, const Theta& theta) {
+  double least_mm = std::numeric_limits<double>::infinity();
+  double most_mm = 0;
+  for (const Sight& sight : problem.sights) {
+    const double away_mm = LeverOf(sight, theta).spindle_mm.norm();
+    least_mm = std::min(least_mm, away_mm);
+    most_mm = std::max(most_mm, away_mm);
+  }
+  return most_mm > 0 ? 2 * (most_mm - least_mm) / (most_mm + least_mm) : 0;
+}
+
+/// Why a direction is not seen, or not well; empty where nothing simple says it.
 std::string Why(const PoseProblem& problem, const Theta& theta, const std::vector<bool>& involved) {
   const Layout layout = LayoutOf(problem.unknowns);
   const int lines_needed = (layout.size + 1) / 2;
@@ -125,9 +138,10 @@ std::string Why(const PoseProblem& problem, const Theta& theta, const std::vecto
     return WhyNoClampAngle(problem, theta);
   }
   if (part_of(layout.clamp_tilt, 2) || part_of(layout.focal_length, 1)) {
-    return "all targets are seen at nearly the same distance";
+    return fmt::format("the distances from spindle to target differ by {:.2g} %",
+                       100 * DistanceSpread(problem, theta));
   }
-  return "the lines of sight to a target are nearly parallel";
+  return {};
 }
 
 /// The same space of directions by vectors that each hold one unknown the others do not, so that
@@ -149,7 +163,9 @@ Eigen::MatrixXd Separated(Eigen::MatrixXd directions) {
 }
 
 /// What takes part in a direction, told from what.
-std::string Told(const std::vector<std::string>& names, const std::vector<bool>& involved) {
+/// @param seen  the direction is known, but not well enough
+std::string Told(const std::vector<std::string>& names, const std::vector<bool>& involved,
+                 bool seen) {
   std::vector<std::string> part;
   std::vector<std::string> clamping;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -157,12 +173,13 @@ std::string Told(const std::vector<std::string>& names, const std::vector<bool>&
       (i < 6 ? part : clamping).push_back(names[i]);
     }
   }
+  const char* cannot = seen ? "cannot be told well enough" : "cannot be told";
   if (!part.empty() && !clamping.empty()) {
-    return fmt::format("{} cannot be told from {}", Join(clamping), Join(part));
+    return fmt::format("{} {} from {}", Join(clamping), cannot, Join(part));
   }
   const std::vector<std::string>& all = part.empty() ? clamping : part;
-  return all.size() == 1 ? fmt::format("{} is not seen", all[0])
-                         : fmt::format("{} cannot be told apart", Join(all));
+  if (all.size() > 1) return fmt::format("{} {} apart", Join(all), cannot);
+  return fmt::format("{} is not {}", all[0], seen ? "known well enough" : "seen");
 }
 
 /// @param weak  directions known worse than the limit, the weakest last.
@@ -180,8 +197,9 @@ std::string Words(const PoseProblem& problem, const Theta& theta, const Eigen::M
       involved[i] = std::abs(directions(static_cast<Index>(i), k)) > kNotable * most;
     }
     const std::string why = Why(problem, theta, involved);
-    text += fmt::format("{}{}{}", text.empty() ? "" : "; ", Told(names, involved),
-                        why == last_why ? "" : ": " + why);
+    text += fmt::format("{}{}{}", text.empty() ? "" : "; ",
+                        Told(names, involved, std::isfinite(weakest_sigma_mm)),
+                        why.empty() || why == last_why ? "" : ": " + why);
     last_why = why;
   }
   if (std::isfinite(weakest_sigma_mm)) {

@@ -19,11 +19,10 @@ Vector3d Corner(const MachineBox& box, int i) {
 
 }  // namespace
 
-double ToolLength(const Camera& camera, const ViewPlanOptions& options) {
+double ToolLength(const Camera& camera, double stated_mm) {
   constexpr double kLens_mm = 30;
-  return options.tool_length_mm > 0
-             ? options.tool_length_mm
-             : std::abs(camera.taper_from_camera.translation_mm.z()) + kLens_mm;
+  return stated_mm > 0 ? stated_mm
+                       : std::abs(camera.taper_from_camera.translation_mm.z()) + kLens_mm;
 }
 
 bool WithinTravel(const ViewPlanOptions& options, const Vector3d& spindle_mm) {

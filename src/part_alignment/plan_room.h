@@ -7,8 +7,9 @@
 
 namespace trammel::part_alignment {
 
-/// The camera and its holder, as far before the spindle's point as they reach.
-[[nodiscard]] double ToolLength(const Camera& camera, const ViewPlanOptions& options);
+/// How far the camera reaches before the point whose position is spindle_mm.
+/// @param stated_mm  0: as far as the camera's origin, and 30 mm of lens more.
+[[nodiscard]] double ToolLength(const Camera& camera, double stated_mm);
 
 [[nodiscard]] bool WithinTravel(const ViewPlanOptions& options, const Eigen::Vector3d& spindle_mm);
 

@@ -29,7 +29,7 @@ void FillResiduals(const PoseProblem& problem, const Theta& theta,
     if (!seen) {
       alignment.notices.push_back(
           fmt::format("target {} in view {} cannot be projected: it would lie behind the camera",
-                      labels[sight.target], sight.view));
+                      labels[sight.target], sight.view + 1));
     }
     alignment.residuals.push_back({sight.view, labels[sight.target], residual_px.x(),
                                    residual_px.y(), sight.sigma_px, wrong ? 0.0 : 1.0});
@@ -77,7 +77,7 @@ std::string TooLarge(const Alignment& alignment) {
       "most "
       "{:.4g} expected; largest at target {} in view {}: ({:.3g}, {:.3g}) px",
       alignment.chi_square, alignment.degrees_of_freedom, alignment.chi_square_high, worst->target,
-      worst->view, worst->column_px, worst->row_px);
+      worst->view + 1, worst->column_px, worst->row_px);
 }
 
 Alignment Refuse(Alignment alignment, Verdict verdict, std::string reason) {
@@ -115,7 +115,8 @@ Alignment Judge(const PoseProblem& problem, const Fit& fit, const std::vector<Pa
     return Refuse(std::move(alignment), Verdict::kRefused,
                   fmt::format("the solution did not settle within {} steps", fit.steps));
   }
-  alignment.covariance = CovarianceByInputs(problem, fit.theta, options.inputs);
+  alignment.covariance =
+      CovarianceByInputs(problem, fit.theta, options.inputs, options.camera_covariance);
   if (alignment.covariance.size() == 0) {
     return Refuse(std::move(alignment), Verdict::kCannotTell,
                   "the ideal part's frame lies so far from its targets that its place and its "
@@ -172,14 +173,22 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
   if (const auto valid = Validate(options.inputs); !valid) {
     return tl::unexpected(valid.error());
   }
+  if (options.camera_covariance) {
+    if (const auto valid = Validate(*options.camera_covariance); !valid) {
+      return tl::unexpected(valid.error());
+    }
+  }
   auto problem = MakeProblem(measurement, options.unknowns);
   if (!problem) {
     return tl::unexpected(problem.error());
   }
-  if (options.inputs.machine_mm > 0 || options.inputs.target_mm > 0) {
+  if (options.inputs.machine_mm > 0 || options.inputs.target_mm > 0 || options.camera_covariance) {
     // What a millimetre is worth in pixels needs the distances: a rough solution has them.
     if (const Fit rough = FitFromNothing(*problem, SolveMethod::kGaussNewton); rough.found) {
       WidenSigmas(rough.theta, options.inputs, *problem);
+      if (options.camera_covariance) {
+        WidenByCamera(rough.theta, *options.camera_covariance, *problem);
+      }
     }
   }
   std::vector<std::string> labels;

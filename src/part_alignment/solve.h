@@ -3,11 +3,13 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/measured.h"
 #include "base/result.h"
+#include "part_alignment/camera_parameters.h"
 #include "part_alignment/input_uncertainty.h"
 #include "part_alignment/measurement.h"
 
@@ -38,6 +40,10 @@ struct SolveOptions {
   /// of it in the covariance. What all views share and no residual shows (an eccentric clamping) is
   /// in the covariance only if it is stated here.
   InputUncertainty inputs;
+  /// Of the camera's parameters by its calibration, k = 1; absent: exact. What is solved for of the
+  /// camera does not count. In the covariance as what all pictures share, and in weights and
+  /// chi-square as far as no pose takes it up.
+  std::optional<CameraCovariance> camera_covariance;
 };
 
 /// Measured minus projected.

@@ -37,7 +37,7 @@ Result<std::map<std::string, std::size_t>> TargetsById(const std::vector<PartTar
 Result<void> CheckView(const View& view, std::size_t number) {
   constexpr double kOrthogonal = 1e-6;
   if (!Within(view.spindle_mm)) {
-    return Fail(fmt::format("view {}: spindle_mm is {}, it must lie within +-{} mm", number,
+    return Fail(fmt::format("view {}: spindle_mm is {}, it must lie within +-{} mm", number + 1,
                             Text(view.spindle_mm), kFarthest_mm));
   }
   const Eigen::Matrix3d& rotation = view.spindle_rotation;
@@ -47,7 +47,7 @@ Result<void> CheckView(const View& view, std::size_t number) {
     return Fail(fmt::format(
         "view {}: spindle_rotation is no rotation (R R^T is off by {:.3g}, determinant {:.3g}): "
         "give its rows as orthogonal unit vectors, right-handed",
-        number, off, rotation.determinant()));
+        number + 1, off, rotation.determinant()));
   }
   return {};
 }
@@ -55,13 +55,13 @@ Result<void> CheckView(const View& view, std::size_t number) {
 Result<void> CheckObservation(const Camera& camera, const Observation& seen, std::size_t view) {
   const auto inside = [](double place, int size) { return place >= -0.5 && place <= size - 0.5; };
   if (!inside(seen.column_px, camera.width_px) || !inside(seen.row_px, camera.height_px)) {
-    return Fail(
-        fmt::format("view {}, target {}: ({}, {}) px lies outside the picture of {} x {} px", view,
-                    seen.target, seen.column_px, seen.row_px, camera.width_px, camera.height_px));
+    return Fail(fmt::format(
+        "view {}, target {}: ({}, {}) px lies outside the picture of {} x {} px", view + 1,
+        seen.target, seen.column_px, seen.row_px, camera.width_px, camera.height_px));
   }
   if (!(seen.sigma_px >= 1e-6 && seen.sigma_px <= 100)) {
-    return Fail(fmt::format("view {}, target {}: sigma_px is {}, it must lie in 1e-6 ... 100", view,
-                            seen.target, seen.sigma_px));
+    return Fail(fmt::format("view {}, target {}: sigma_px is {}, it must lie in 1e-6 ... 100",
+                            view + 1, seen.target, seen.sigma_px));
   }
   return {};
 }
@@ -87,10 +87,10 @@ Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& 
       const auto found = by_id->find(seen.target);
       if (found == by_id->end()) {
         return Fail(fmt::format("view {}: target {} is not among the {} targets of the part",
-                                number, seen.target, by_id->size()));
+                                number + 1, seen.target, by_id->size()));
       }
       if (!seen_here.insert(seen.target).second) {
-        return Fail(fmt::format("view {}: target {} is observed twice in one picture", number,
+        return Fail(fmt::format("view {}: target {} is observed twice in one picture", number + 1,
                                 seen.target));
       }
       if (const auto valid = CheckObservation(measurement.camera, seen, number); !valid) {

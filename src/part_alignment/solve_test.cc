@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -206,7 +207,7 @@ TEST(Solve, OneWrongObservationIsNamedAndLeftOut) {
   ASSERT_TRUE(alignment);
   ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
   ASSERT_EQ(alignment->notices.size(), 1);
-  EXPECT_EQ(alignment->notices[0], "left out: target T2 in view 3");
+  EXPECT_EQ(alignment->notices[0], "left out: target T2 in view 4");
   EXPECT_EQ(alignment->residuals[3].weight, 0);
   EXPECT_NEAR(alignment->residuals[3].column_px, 5, 1);
   EXPECT_LT(
@@ -306,7 +307,7 @@ TEST(Solve, ExchangedIdsAreNamed) {
   const auto alignment = Solve(measurement, {});
   ASSERT_TRUE(alignment);
   ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  EXPECT_THAT(alignment->notices.at(0), HasSubstr("in view 2, which look exchanged"));
+  EXPECT_THAT(alignment->notices.at(0), HasSubstr("in view 3, which look exchanged"));
 }
 
 TEST(Solve, RefusesWhereTheRestCannotTellWhoIsWrong) {
@@ -318,6 +319,66 @@ TEST(Solve, RefusesWhereTheRestCannotTellWhoIsWrong) {
   ASSERT_TRUE(alignment);
   EXPECT_EQ(alignment->verdict, Verdict::kRefused);
   EXPECT_THAT(alignment->reason, HasSubstr("without it: "));
+}
+
+// A camera that is not quite what its calibration says, anew in each of 200 worlds.
+TEST(Solve, AnUncertainCameraCountsAsItScatters) {
+  constexpr int kWorlds = 200;
+  CameraVector sigmas = CameraVector::Zero();
+  sigmas.head<3>() << 0.002, 0.5, 0.5;  // mm, px, px
+  sigmas[3] = 3e-11;                    // 0.1 px at 1500 px, with r³
+  sigmas.tail<6>() << 0.01, 0.01, 0.01, 5e-5, 5e-5, 5e-5;
+  CameraCovariance covariance = sigmas.cwiseAbs2().asDiagonal();
+  covariance(0, 9) = covariance(9, 0) = 0.8 * sigmas[0] * sigmas[9];  // f against Z
+  SolveOptions options;
+  options.camera_covariance = covariance;
+  const Eigen::LLT<CameraCovariance> root(covariance + CameraCovariance::Identity() * 1e-40);
+  Random random(7);
+  double mahalanobis2 = 0;
+  double chi_square = 0;
+  for (int i = 0; i < kWorlds; ++i) {
+    AlignmentWorld world = BenchWorld();
+    Measurement nominal = MeasurementOf(world, kSigma_px);
+    CameraVector draw;
+    for (double& value : draw) value = random.Normal();
+    const CameraVector off = root.matrixL() * draw;
+    test_support::WorldCamera& camera = world.camera;
+    camera.focal_length_mm += off[0];
+    camera.principal_point_offset_px += off.segment<2>(1);
+    camera.k1 += off[3];
+    camera.taper_from_camera.translation_mm += off.segment<3>(7);
+    camera.taper_from_camera.angles_rad += off.segment<3>(10);
+    test_support::TakePictures(world, kSigma_px, random);
+    Measurement measurement = MeasurementOf(world, kSigma_px);
+    measurement.camera = nominal.camera;
+    const auto alignment = Solve(measurement, options);
+    ASSERT_TRUE(alignment);
+    ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+    Eigen::Matrix<double, 6, 1> error;
+    error << alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm,
+        alignment->machine_from_part.angles_rad - world.machine_from_part.angles_rad;
+    const Eigen::MatrixXd part = alignment->covariance.topLeftCorner<6, 6>();
+    mahalanobis2 += error.dot(part.ldlt().solve(error)) / kWorlds;
+    chi_square += alignment->chi_square / alignment->degrees_of_freedom / kWorlds;
+  }
+  // Mean squared Mahalanobis distance of 6 numbers: sqrt(12 / 200) = 0.25 of scatter; four of it.
+  EXPECT_NEAR(mahalanobis2, 6, 1);
+  // 9 degrees of freedom: sqrt(2 / 9 / 200) = 0.03.
+  EXPECT_NEAR(chi_square, 1, 0.13);
+}
+
+TEST(Solve, ACovarianceThatIsNoneIsRefused) {
+  const Measurement measurement = MeasurementOf(Pictured(BenchWorld()), kSigma_px);
+  SolveOptions options;
+  options.camera_covariance = CameraCovariance::Identity();
+  (*options.camera_covariance)(0, 1) = 0.5;
+  EXPECT_FALSE(Solve(measurement, options));
+  (*options.camera_covariance)(1, 0) = 0.5;
+  EXPECT_TRUE(Solve(measurement, options));
+  (*options.camera_covariance)(0, 1) = (*options.camera_covariance)(1, 0) = 2;
+  EXPECT_FALSE(Solve(measurement, options));
+  (*options.camera_covariance)(0, 1) = (*options.camera_covariance)(1, 0) = NAN;
+  EXPECT_FALSE(Solve(measurement, options));
 }
 
 TEST(Solve, IdenticalLeversAreToldWithTheDirection) {
@@ -370,6 +431,8 @@ TEST(Solve, NearlyUnobservablePlansAreJudgedByTheirUncertainty) {
   const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), {});
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
   EXPECT_THAT(alignment.reason, HasSubstr("known to"));
+  EXPECT_EQ(alignment.observability.rank, 7);
+  EXPECT_THAT(alignment.reason, HasSubstr("cannot be told well enough from"));
 }
 
 TEST(Solve, EccentricityAtOneOrientationIsToldFromNothing) {
@@ -429,7 +492,7 @@ TEST(Solve, InputErrorsNameWhatIsWrong) {
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(message([](Measurement& m) { m.views[2].observations[0].target = "T9"; }),
-              HasSubstr("view 2: target T9 is not among the 4 targets"));
+              HasSubstr("view 3: target T9 is not among the 4 targets"));
   EXPECT_THAT(message([](Measurement& m) { m.targets[1].id = "T1"; }),
               HasSubstr("T1 is given twice"));
   EXPECT_THAT(message([&](Measurement& m) { m.views[0].observations[0].row_px = nan; }),
@@ -437,7 +500,7 @@ TEST(Solve, InputErrorsNameWhatIsWrong) {
   EXPECT_THAT(message([](Measurement& m) { m.views[0].observations[0].sigma_px = 0; }),
               HasSubstr("sigma_px is 0"));
   EXPECT_THAT(message([&](Measurement& m) { m.views[1].spindle_mm.x() = nan; }),
-              HasSubstr("view 1: spindle_mm"));
+              HasSubstr("view 2: spindle_mm"));
   EXPECT_THAT(message([](Measurement& m) { m.views[1].spindle_rotation(2, 2) = -1; }),
               HasSubstr("no rotation"));
   EXPECT_THAT(message([](Measurement& m) { m.views[1].spindle_rotation *= 2; }),

@@ -167,7 +167,7 @@ Choosing Prepare(const Camera& camera, const std::vector<PartTarget>& targets,
   choosing.candidates = CandidateViews(choosing.problem, choosing.theta, choosing.units,
                                        choosing.targets_mm, candidate_options);
   choosing.before_room = choosing.candidates.size();
-  const double tool_mm = ToolLength(camera, options);
+  const double tool_mm = ToolLength(camera, options.tool_length_mm);
   std::erase_if(choosing.candidates, [&](const CandidateView& view) {
     return !WithinTravel(options, view.spindle_mm) ||
            !ClearOfObstacles(options, tool_mm, view.spindle_mm, view.spindle_rotation);
@@ -308,7 +308,7 @@ Result<ViewPlan> PlanViews(const Camera& camera, const std::vector<PartTarget>& 
   }
   plan.observability = Observe(choosing.problem, choosing.theta, options.weakest_goal_mm);
   Order(plan);
-  if (!plan.reason.empty() || !FillWay(options, ToolLength(camera, options), plan)) {
+  if (!plan.reason.empty() || !FillWay(options, ToolLength(camera, options.tool_length_mm), plan)) {
     return plan;
   }
   if (!plan.observability.words.empty()) {

@@ -6,15 +6,10 @@
 
 #include "base/measured.h"
 #include "base/result.h"
+#include "part_alignment/machine_box.h"
 #include "part_alignment/solve.h"
 
 namespace trammel::part_alignment {
-
-/// A box along the machine's axes.
-struct MachineBox {
-  Eigen::Vector3d low_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d high_mm = Eigen::Vector3d::Zero();
-};
 
 struct ViewPlanOptions {
   Unknowns unknowns;

@@ -77,7 +77,7 @@ TEST(ViewPlan, EveryViewSaysWhyAndStaysWithinTravelFieldAndClearance) {
   const Scene scene;
   const auto plan = scene.Plan();
   ASSERT_TRUE(plan && plan->verdict == Verdict::kGood);
-  const double tool_mm = ToolLength(scene.camera, scene.options);
+  const double tool_mm = ToolLength(scene.camera, scene.options.tool_length_mm);
   for (const PlannedView& view : plan->views) {
     EXPECT_THAT(view.why, HasSubstr("weakest direction (mostly"));
     EXPECT_TRUE(WithinTravel(scene.options, view.spindle_mm));
@@ -93,7 +93,7 @@ TEST(ViewPlan, TheWholeWayKeepsClear) {
   const auto plan = scene.Plan();
   ASSERT_TRUE(plan && plan->verdict == Verdict::kGood);
   ASSERT_EQ(plan->way_mm.size(), plan->view_at.size());
-  const double tool_mm = ToolLength(scene.camera, scene.options);
+  const double tool_mm = ToolLength(scene.camera, scene.options.tool_length_mm);
   for (std::size_t i = 0; i + 1 < plan->way_mm.size(); ++i) {
     for (int step = 0; step <= 50; ++step) {
       const Vector3d place =

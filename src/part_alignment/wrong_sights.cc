@@ -32,7 +32,7 @@ PoseProblem Without(const PoseProblem& problem, const Indices& left_out) {
 std::string NameOf(const PoseProblem& problem, const std::vector<std::string>& labels,
                    std::size_t i) {
   return fmt::format("target {} in view {}", labels[problem.sights[i].target],
-                     problem.sights[i].view);
+                     problem.sights[i].view + 1);
 }
 
 std::vector<Suspicion> SingleSights(const PoseProblem& problem,
@@ -64,12 +64,12 @@ std::vector<Suspicion> Groups(const PoseProblem& problem, const std::vector<std:
         suspicions.push_back({{sights[a], sights[b]},
                               fmt::format("targets {} and {} in view {}, which look exchanged",
                                           labels[problem.sights[sights[a]].target],
-                                          labels[problem.sights[sights[b]].target], view),
+                                          labels[problem.sights[sights[b]].target], view + 1),
                               true});
       }
     }
     if (sights.size() > 1) {
-      suspicions.push_back({sights, fmt::format("view {}", view)});
+      suspicions.push_back({sights, fmt::format("view {}", view + 1)});
     }
   }
   return suspicions;

@@ -9,6 +9,7 @@
 
 #include "base/frame.h"
 #include "base/page.h"
+#include "part_alignment/square_lens.h"
 
 namespace trammel::procedure {
 namespace {
@@ -42,11 +43,18 @@ std::string IdOf(int number, const MeasureOptions& options) {
 
 Result<std::set<std::string>> CheckIds(const Measurement& plan, const MeasureOptions& options) {
   std::set<std::string> readable;
-  for (std::size_t i = 1; i <= options.book.words.size(); ++i) {
+  for (const int id : options.squares.ids) readable.insert(IdOf(id, options));
+  const bool rings = readable.empty();
+  for (std::size_t i = 1; rings && i <= options.book.words.size(); ++i) {
     readable.insert(IdOf(static_cast<int>(i), options));
   }
   std::set<std::string> ids;
   for (const PartTarget& target : plan.targets) {
+    if (!readable.contains(target.id) && !rings) {
+      return Fail(fmt::format(
+          "target {} of the plan is none of the markers {}: look at their ids and the prefix",
+          target.id, fmt::join(readable, ", ")));
+    }
     if (!readable.contains(target.id)) {
       return Fail(
           fmt::format("target {} of the plan is none of the {}-bit book, whose ids are "
@@ -59,9 +67,38 @@ Result<std::set<std::string>> CheckIds(const Measurement& plan, const MeasureOpt
   return ids;
 }
 
+// Centres as the lens shows the markers' middles; what bends their edges beside the lens makes them
+// as uncertain as it bends.
+void TakeOutLens(const part_alignment::Camera& camera, FoundTargets& found) {
+  constexpr double kPlain = 3;  // sigmas
+  for (FoundTarget& target : found.targets) {
+    const auto straight = part_alignment::Straighten(camera, *target.square);
+    if (!straight) continue;
+    target.disc.column_px = straight->centre.x;
+    target.disc.row_px = straight->centre.y;
+    if (std::abs(straight->bow_px) < kPlain * target.square->bow_sigma_px) continue;
+    target.sigma_column_px = std::hypot(target.sigma_column_px, straight->bow_px);
+    target.sigma_row_px = std::hypot(target.sigma_row_px, straight->bow_px);
+  }
+}
+
+Result<FoundTargets> ReadSquares(const PageView& picture, const part_alignment::Camera& camera,
+                                 const MeasureOptions& options,
+                                 part_alignment::SquareWorkspace& workspace) {
+  part_alignment::SquareFinderOptions finder = options.square_finder;
+  finder.mirrored = camera.looks_along == part_alignment::LooksAlong::kMinusZ;
+  auto found = part_alignment::FindSquares(picture, options.squares, finder, workspace);
+  if (found) TakeOutLens(camera, *found);
+  return found;
+}
+
+struct Workspaces {
+  part_alignment::FinderWorkspace rings;
+  part_alignment::SquareWorkspace squares;
+};
+
 Result<FoundTargets> Read(const machine::CapturedFrame& picture, const Measurement& plan,
-                          const MeasureOptions& options,
-                          part_alignment::FinderWorkspace& workspace) {
+                          const MeasureOptions& options, Workspaces& workspaces) {
   const auto frame = machine::DecodeFrame(picture);
   if (!frame) return tl::unexpected(frame.error());
   if (frame->width != plan.camera.width_px || frame->height != plan.camera.height_px) {
@@ -70,10 +107,13 @@ Result<FoundTargets> Read(const machine::CapturedFrame& picture, const Measureme
                     frame->height, plan.camera.width_px, plan.camera.height_px),
         ErrorKind::kMeasurement);
   }
+  const Page grey = Grey(*frame);
+  if (!options.squares.ids.empty()) {
+    return ReadSquares(grey.view(), plan.camera, options, workspaces.squares);
+  }
   part_alignment::FinderOptions finder = options.finder;
   finder.mirrored = plan.camera.looks_along == part_alignment::LooksAlong::kMinusZ;
-  const Page grey = Grey(*frame);
-  return part_alignment::FindTargets(grey.view(), options.book, finder, workspace);
+  return part_alignment::FindTargets(grey.view(), options.book, finder, workspaces.rings);
 }
 
 // The others are said of scratches and stains as well, and by the dozen.
@@ -90,21 +130,23 @@ void AddObservations(const FoundTargets& found, const std::set<std::string>& ids
     const std::string id = IdOf(*target.number, options);
     if (!ids.contains(id)) {
       outcome.notices.push_back(
-          fmt::format("view {}: target {} is none of the part's and was left out", number, id));
+          fmt::format("view {}: target {} is none of the part's and was left out", number + 1, id));
       continue;
     }
     const double sigma_px =
         std::hypot(std::max(target.sigma_column_px, target.sigma_row_px), options.extra_sigma_px);
     view.observations.push_back({id, target.disc.column_px, target.disc.row_px, sigma_px});
+    outcome.discs[number].push_back(target.disc);
   }
   for (const RejectedTarget& rejected : found.rejected) {
     if (!TellsOfATarget(rejected.reason)) continue;
     outcome.notices.push_back(fmt::format(
-        "view {}: what looks like a target at column {:.0f}, row {:.0f} was rejected: {}", number,
-        rejected.column_px, rejected.row_px, part_alignment::ToString(rejected.reason)));
+        "view {}: what looks like a target at column {:.0f}, row {:.0f} was rejected: {}{}",
+        number + 1, rejected.column_px, rejected.row_px, part_alignment::ToString(rejected.reason),
+        rejected.number ? fmt::format(" (as {})", *rejected.number) : ""));
   }
   if (view.observations.empty()) {
-    outcome.notices.push_back(fmt::format("view {}: no target of the part was found", number));
+    outcome.notices.push_back(fmt::format("view {}: no target of the part was found", number + 1));
   }
 }
 
@@ -119,6 +161,7 @@ class Measuring {
     ids_ = std::move(*ids);
     outcome_.measurement = plan_;
     for (View& view : outcome_.measurement.views) view.observations.clear();
+    outcome_.discs.resize(plan_.views.size());
     const auto way = Way();
     if (!way) return tl::unexpected(way.error());
     for (const Waypoint& point : *way) {
@@ -147,7 +190,7 @@ class Measuring {
   [[nodiscard]] Error At(std::size_t number, const Error& error) const {
     const bool back = number >= plan_.views.size();
     return {error.kind, back ? "behind the last view: " + error.message
-                             : fmt::format("view {}: {}", number, error.message)};
+                             : fmt::format("view {}: {}", number + 1, error.message)};
   }
 
   Result<std::vector<Waypoint>> Way() {
@@ -168,7 +211,7 @@ class Measuring {
     if (!picture) return tl::unexpected(picture.error());
     if (auto kept = shop_.keep_picture(number, *picture); !kept) return kept;
     if (auto stood = CheckStood(plan_.views[number]); !stood) return stood;
-    auto found = Read(*picture, plan_, options_, workspace_);
+    auto found = Read(*picture, plan_, options_, workspaces_);
     if (!found) return tl::unexpected(found.error());
     AddObservations(*found, ids_, options_, number, outcome_);
     outcome_.found.push_back(std::move(*found));
@@ -197,7 +240,7 @@ class Measuring {
   const MeasureOptions& options_;
   const MeasureShop& shop_;
   std::set<std::string> ids_;
-  part_alignment::FinderWorkspace workspace_;
+  Workspaces workspaces_;
   MeasureOutcome outcome_;
   std::size_t next_ = 0;  ///< view, that is driven to
 };

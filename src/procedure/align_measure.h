@@ -10,7 +10,9 @@
 #include "base/result.h"
 #include "machine/camera.h"
 #include "part_alignment/code_book.h"
+#include "part_alignment/disc_centres.h"
 #include "part_alignment/measurement.h"
+#include "part_alignment/square_finder.h"
 #include "part_alignment/target_finder.h"
 #include "procedure/align_route.h"
 
@@ -35,16 +37,21 @@ struct MeasureShop {
 struct MeasureOptions {
   part_alignment::CodeBook book;
   part_alignment::FinderOptions finder;  ///< `mirrored` is set by the camera of the plan
+  /// Square markers instead of rings, where it has any: what the lens bends is taken out of their
+  /// centres.
+  part_alignment::SquareBook squares;
+  part_alignment::SquareFinderOptions square_finder;  ///< `mirrored` as above
   RouteOptions route;
   /// Added to the detector's own, in quadrature: what it cannot know of (lens, vibration). >= 0
-  double extra_sigma_px = 0.01;
-  /// Before the number of the code in the ids of the plan, as in "T7".
+  double extra_sigma_px = 0.005;
+  /// Before the number of the code, or the marker's id, in the ids of the plan, as in "T7".
   std::string id_prefix;
 };
 
 struct MeasureOutcome {
   part_alignment::Measurement measurement;          ///< the plan's, with what was seen
   std::vector<part_alignment::FoundTargets> found;  ///< by view, clutter and all
+  part_alignment::SeenDiscs discs;                  ///< of the observations
   std::vector<std::string>
       notices;  ///< views without targets, targets that are none of the part's …
 };

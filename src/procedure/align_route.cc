@@ -12,16 +12,17 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using part_alignment::MachineBox;
 
 std::string At(const Vector3d& mm) {
   return fmt::format("X {:.1f} Y {:.1f} Z {:.1f}", mm.x(), mm.y(), mm.z());
 }
 
 // How near a straight way comes to a rectangle, seen from above.
-double DistanceFromAbove(const Vector2d& from, const Vector2d& to, const Obstacle& box) {
+double DistanceFromAbove(const Vector2d& from, const Vector2d& to, const MachineBox& box) {
   const auto outside = [&box](const Vector2d& at) {
-    const Vector2d low = (box.least_mm.head<2>() - at).cwiseMax(0);
-    const Vector2d high = (at - box.most_mm.head<2>()).cwiseMax(0);
+    const Vector2d low = (box.low_mm.head<2>() - at).cwiseMax(0);
+    const Vector2d high = (at - box.high_mm.head<2>()).cwiseMax(0);
     return (low + high).norm();
   };
   // The distance to a convex set is convex along the way: narrow its minimum down.
@@ -45,8 +46,8 @@ std::optional<std::size_t> Touched(const Vector3d& from, const Vector3d& to,
                                    const RouteOptions& options) {
   const double lowest_mm = std::min(from.z(), to.z()) - options.camera_below_mm;
   for (std::size_t i = 0; i < options.obstacles.size(); ++i) {
-    const Obstacle& box = options.obstacles[i];
-    if (lowest_mm > box.most_mm.z()) continue;
+    const MachineBox& box = options.obstacles[i];
+    if (lowest_mm > box.high_mm.z()) continue;
     if (DistanceFromAbove(from.head<2>(), to.head<2>(), box) <= options.camera_radius_mm) {
       return i + 1;
     }
@@ -60,19 +61,26 @@ Result<void> CheckOptions(const Vector3d& start_mm, const RouteOptions& options)
     return Fail("the safe height, the camera's size or the spindle's place is not a number");
   }
   // Compared with a view, one that is not a number would never be passed.
-  if (!(options.travel_least_mm.array() <= options.travel_most_mm.array()).all()) {
+  if (!(options.travel.low_mm.array() <= options.travel.high_mm.array()).all()) {
     return Fail(fmt::format("the travel reaches from {} to {}: give its least and then its most "
                             "coordinates",
-                            At(options.travel_least_mm), At(options.travel_most_mm)),
+                            At(options.travel.low_mm), At(options.travel.high_mm)),
                 ErrorKind::kSafety);
   }
-  for (const Obstacle& box : options.obstacles) {
-    if (!box.least_mm.allFinite() || !box.most_mm.allFinite() ||
-        (box.least_mm.array() > box.most_mm.array()).any()) {
+  if (options.safe_z_mm < options.travel.low_mm.z() ||
+      options.safe_z_mm > options.travel.high_mm.z()) {
+    return Fail(
+        fmt::format("the safe height {:.1f} lies outside the travel, {:.1f} … {:.1f} mm",
+                    options.safe_z_mm, options.travel.low_mm.z(), options.travel.high_mm.z()),
+        ErrorKind::kSafety);
+  }
+  for (const MachineBox& box : options.obstacles) {
+    if (!box.low_mm.allFinite() || !box.high_mm.allFinite() ||
+        (box.low_mm.array() > box.high_mm.array()).any()) {
       return Fail(
           fmt::format("an obstacle reaches from {} to {}: give its least and then its most "
                       "coordinates",
-                      At(box.least_mm), At(box.most_mm)));
+                      At(box.low_mm), At(box.high_mm)));
     }
   }
   return {};
@@ -82,21 +90,22 @@ Result<void> CheckView(const part_alignment::View& view, std::size_t number,
                        const RouteOptions& options) {
   constexpr double kTurned = 1e-9;
   if (!view.spindle_mm.allFinite()) {
-    return Fail(fmt::format("view {} has a place that is not a number", number));
+    return Fail(fmt::format("view {} has a place that is not a number", number + 1));
   }
   if ((view.spindle_rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > kTurned) {
     return Fail(fmt::format("view {} turns the spindle; only X, Y and Z are driven: take that "
                             "picture by hand",
-                            number),
+                            number + 1),
                 ErrorKind::kSafety);
   }
-  if ((view.spindle_mm.array() < options.travel_least_mm.array()).any() ||
-      (view.spindle_mm.array() > options.travel_most_mm.array()).any()) {
-    return Fail(fmt::format("view {} at {} lies outside the travel", number, At(view.spindle_mm)),
-                ErrorKind::kSafety);
+  if ((view.spindle_mm.array() < options.travel.low_mm.array()).any() ||
+      (view.spindle_mm.array() > options.travel.high_mm.array()).any()) {
+    return Fail(
+        fmt::format("view {} at {} lies outside the travel", number + 1, At(view.spindle_mm)),
+        ErrorKind::kSafety);
   }
   if (view.spindle_mm.z() > options.safe_z_mm) {
-    return Fail(fmt::format("view {} at {} lies above the safe height {:.1f}", number,
+    return Fail(fmt::format("view {} at {} lies above the safe height {:.1f}", number + 1,
                             At(view.spindle_mm), options.safe_z_mm),
                 ErrorKind::kSafety);
   }

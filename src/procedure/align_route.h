@@ -5,25 +5,20 @@
 #include <vector>
 
 #include "base/result.h"
+#include "part_alignment/machine_box.h"
 #include "part_alignment/measurement.h"
 
 namespace trammel::procedure {
 
-/// A box of the machine that nothing may touch: the part, a clamp, the fixture.
-struct Obstacle {
-  Eigen::Vector3d least_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d most_mm = Eigen::Vector3d::Zero();
-};
-
 struct RouteOptions {
   double safe_z_mm = 0;  ///< of the spindle, machine coordinates: all crossings are at least there
   /// What hangs in the spindle, as a cylinder about its axis. Nothing passes below an obstacle.
-  double camera_radius_mm = 60;
+  double camera_radius_mm = 80;
   double camera_below_mm = 400;  ///< from the spindle's reference point to the camera's lower end
-  std::vector<Obstacle> obstacles;
+  std::vector<part_alignment::MachineBox> obstacles;  ///< nothing may touch them
   /// Of the spindle; wide open where nobody says: the controller's own limits hold, too.
-  Eigen::Vector3d travel_least_mm = Eigen::Vector3d::Constant(-1e6);
-  Eigen::Vector3d travel_most_mm = Eigen::Vector3d::Constant(1e6);
+  part_alignment::MachineBox travel{Eigen::Vector3d::Constant(-1e6),
+                                    Eigen::Vector3d::Constant(1e6)};
 };
 
 /// One stop of the way; `view` is -1 on the way to one.
@@ -34,8 +29,8 @@ struct Waypoint {
 
 /// The whole way, from where the spindle stands, and back up at the end. Every piece of it is
 /// checked before anything moves. Errors: kInput for options that cannot be; kSafety, naming view
-/// and obstacle, for a view outside the travel, a way or a place where the camera touches an
-/// obstacle, a view that turns the spindle (only X, Y and Z are driven).
+/// and obstacle, for a view or the safe height outside the travel, a way or a place where the
+/// camera touches an obstacle, a view that turns the spindle (only X, Y and Z are driven).
 [[nodiscard]] Result<std::vector<Waypoint>> RouteThrough(
     const Eigen::Vector3d& start_mm, const std::vector<part_alignment::View>& views,
     const RouteOptions& options);

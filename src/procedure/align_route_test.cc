@@ -18,6 +18,7 @@ View At(double x, double y, double z) { return {{x, y, z}, Eigen::Matrix3d::Iden
 RouteOptions Shop() {
   RouteOptions options;
   options.safe_z_mm = 700;
+  options.camera_radius_mm = 60;
   options.obstacles = {{{0, 0, 0}, {500, 300, 100}}};
   return options;
 }
@@ -57,12 +58,18 @@ TEST(RouteThrough, RefusesASafeHeightThatIsNone) {
   const auto way = RouteThrough({-200, 150, 480}, {At(700, 150, 470)}, options);
   ASSERT_FALSE(way);
   EXPECT_THAT(way.error().message, HasSubstr("raise the safe height"));
+  options = Shop();
+  options.travel.high_mm.z() = 690;
+  const auto outside = RouteThrough({0, 0, 600}, {At(100, 100, 600)}, options);
+  ASSERT_FALSE(outside);
+  EXPECT_EQ(outside.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(outside.error().message, HasSubstr("the safe height 700.0 lies outside the travel"));
 }
 
 TEST(RouteThrough, RefusesATravelThatIsNoNumberOrTheWrongWayRound) {
   for (const double most : {double{NAN}, -2e6}) {
     RouteOptions options = Shop();
-    options.travel_most_mm.y() = most;
+    options.travel.high_mm.y() = most;
     const auto way = RouteThrough({0, 0, 700}, {At(0, 0, 600)}, options);
     ASSERT_FALSE(way) << most;
     EXPECT_EQ(way.error().kind, ErrorKind::kSafety);
@@ -72,9 +79,9 @@ TEST(RouteThrough, RefusesATravelThatIsNoNumberOrTheWrongWayRound) {
 
 TEST(RouteThrough, RefusesWhatCannotBeDriven) {
   RouteOptions options = Shop();
-  options.travel_most_mm = {600, 400, 800};
+  options.travel.high_mm = {600, 400, 800};
   EXPECT_THAT(RouteThrough({0, 0, 700}, {At(601, 0, 600)}, options).error().message,
-              HasSubstr("view 0 at X 601.0 Y 0.0 Z 600.0 lies outside the travel"));
+              HasSubstr("view 1 at X 601.0 Y 0.0 Z 600.0 lies outside the travel"));
   EXPECT_THAT(RouteThrough({0, 0, 700}, {At(0, 0, 701)}, options).error().message,
               HasSubstr("above the safe height"));
   View turned = At(0, 0, 600);
@@ -83,7 +90,7 @@ TEST(RouteThrough, RefusesWhatCannotBeDriven) {
               HasSubstr("turns the spindle"));
   EXPECT_FALSE(RouteThrough({0, 0, NAN}, {At(0, 0, 600)}, options));
   EXPECT_FALSE(RouteThrough({0, 0, 700}, {At(0, NAN, 600)}, options));
-  options.obstacles[0].least_mm.x() = 900;
+  options.obstacles[0].low_mm.x() = 900;
   EXPECT_THAT(RouteThrough({0, 0, 700}, {At(0, 0, 600)}, options).error().message,
               HasSubstr("least and then its most"));
 }

@@ -59,7 +59,7 @@ TEST(MeasurePart, ASpindleThatMovesWhileThePictureIsTakenEndsIt) {
   const auto outcome = MeasurePart(made.plan, made.options, made.shop);
   ASSERT_FALSE(outcome);
   EXPECT_EQ(outcome.error().kind, ErrorKind::kMachine);
-  EXPECT_THAT(outcome.error().message, HasSubstr("view 0: the spindle moved by 0.020 mm"));
+  EXPECT_THAT(outcome.error().message, HasSubstr("view 1: the spindle moved by 0.020 mm"));
   EXPECT_THAT(made.kept, ElementsAre(0));
 }
 
@@ -68,7 +68,7 @@ TEST(MeasurePart, APictureIsKeptBeforeItIsFoundToBeNone) {
   const auto outcome = MeasurePart(made.plan, made.options, made.shop);
   ASSERT_FALSE(outcome);
   EXPECT_EQ(outcome.error().kind, ErrorKind::kMeasurement);
-  EXPECT_THAT(outcome.error().message, HasSubstr("view 0: frame of 0 bytes"));
+  EXPECT_THAT(outcome.error().message, HasSubstr("view 1: frame of 0 bytes"));
   EXPECT_THAT(made.kept, ElementsAre(0));
 }
 
@@ -79,7 +79,7 @@ TEST(MeasurePart, AFullDiskEndsItBeforeTheNextMove) {
   };
   const auto outcome = MeasurePart(made.plan, made.options, made.shop);
   ASSERT_FALSE(outcome);
-  EXPECT_THAT(outcome.error().message, HasSubstr("view 0: no space left"));
+  EXPECT_THAT(outcome.error().message, HasSubstr("view 1: no space left"));
   EXPECT_EQ(made.at_mm, Vector3d(0, 0, 500));
 }
 
@@ -90,7 +90,7 @@ TEST(MeasurePart, AMoveThatFailsNamesTheViewItWasFor) {
   };
   const auto outcome = MeasurePart(made.plan, made.options, made.shop);
   ASSERT_FALSE(outcome);
-  EXPECT_EQ(outcome.error().message, "view 0: refused");
+  EXPECT_EQ(outcome.error().message, "view 1: refused");
 }
 
 // A picture every 10 ms, each taken 50 ms before it arrives.

@@ -7,16 +7,17 @@
 #include <cmath>
 
 #include "report/canvas.h"
+#include "report/scale_key.h"
 
 namespace trammel::report {
 namespace {
 
 constexpr double kMostSide_px = 800;
-constexpr double kEnlarged = 500;  // in px of the camera: 0.1 px are 50 px of the sensor
-constexpr double kLongest_px = 150;
+constexpr double kUsual_px = 27;     // of a residual that is as long as the root mean square
+constexpr double kLongest_px = 150;  // of a residual's line
 constexpr double kCircle_px = 14;
 constexpr double kArm_px = 6;
-constexpr double kTitle_px = 26;
+constexpr double kKey_px = 30;
 constexpr Color kFound = kSky;
 constexpr Color kProjected = kVermilion;
 
@@ -37,10 +38,34 @@ void Label(const PointPx& at, const std::string& text, Canvas& canvas) {
   canvas.Text(from, text, style);
 }
 
-void DrawTarget(const DrawnTarget& target, double scale, Canvas& canvas) {
+struct Drawing {
+  double scale = 1;  // px of the canvas per px of the camera
+  double enlarged = 1;
+};
+
+void DrawResidual(const DrawnTarget& target, const PointPx& at, const Drawing& drawing,
+                  Canvas& canvas) {
+  const Eigen::Vector2d residual_px = *target.found_px - *target.projected_px;
+  const double px_per_px = drawing.enlarged * drawing.scale;
+  if (target.sigma_px > 0) {
+    // White dashes on a dark ring: to be seen on any ground.
+    const double radius_px = std::min(kLongest_px, target.sigma_px * px_per_px);
+    Stroke ring{kPaper, 1.5};
+    ring.dash_px = {3, 2};
+    canvas.Circle(at, radius_px, std::nullopt, Stroke{WithAlpha(kInk, 0.6), 1.5});
+    canvas.Circle(at, radius_px, std::nullopt, ring);
+  }
+  const double norm_px = residual_px.norm();
+  if (!(norm_px > 0)) return;
+  const Eigen::Vector2d end = residual_px / norm_px * std::min(kLongest_px, norm_px * px_per_px);
+  const std::array<PointPx, 2> line{at, PointPx{at.x + end.x(), at.y + end.y()}};
+  canvas.Polyline(line, Stroke{kProjected, 2.5});
+}
+
+void DrawTarget(const DrawnTarget& target, const Drawing& drawing, Canvas& canvas) {
   // The canvas begins at the first pixel's corner, half a pixel before its centre.
-  const auto place = [scale](const Eigen::Vector2d& px) {
-    return PointPx{(px.x() + 0.5) * scale, (px.y() + 0.5) * scale};
+  const auto place = [&drawing](const Eigen::Vector2d& px) {
+    return PointPx{(px.x() + 0.5) * drawing.scale, (px.y() + 0.5) * drawing.scale};
   };
   std::string text = target.id;
   if (target.found_px) {
@@ -56,27 +81,60 @@ void DrawTarget(const DrawnTarget& target, double scale, Canvas& canvas) {
     Cross(place(*target.projected_px), stroke, canvas);
   }
   if (target.found_px && target.projected_px) {
+    DrawResidual(target, place(*target.projected_px), drawing, canvas);
     const Eigen::Vector2d residual_px = *target.found_px - *target.projected_px;
-    const double norm_px = residual_px.norm();
-    const double length_px = std::min(kLongest_px, norm_px * kEnlarged * scale);
-    const Eigen::Vector2d end =
-        norm_px > 0 ? Eigen::Vector2d(residual_px / norm_px * length_px) : residual_px;
-    const PointPx at = place(*target.projected_px);
-    const std::array<PointPx, 2> line{at, PointPx{at.x + end.x(), at.y + end.y()}};
-    canvas.Polyline(line, Stroke{kProjected, 2.5});
-    text += fmt::format("  {:+.3f}, {:+.3f} px", residual_px.x(), residual_px.y());
+    text += fmt::format("  {:+.2g}, {:+.2g} px", residual_px.x(), residual_px.y());
+    if (target.sigma_px > 0) text += fmt::format(" (1 σ: {:.2g})", target.sigma_px);
   }
   const PointPx at = place(target.found_px ? *target.found_px : *target.projected_px);
   Label({at.x + kCircle_px + 4, at.y - kCircle_px}, text, canvas);
 }
 
+// What the marks mean, and how long a residual of a round size is.
+void DrawKey(std::size_t view, double top, const Drawing& drawing, Canvas& canvas) {
+  constexpr double kGap_px = 18;
+  const double baseline = top + 20;
+  const TextStyle style{.size_px = 12};
+  double x = 8;
+  const auto words = [&](const std::string& text, const TextStyle& how) {
+    canvas.Text({x, baseline}, text, how);
+    x += canvas.TextWidth(text, how) + kGap_px;
+  };
+  words(fmt::format("View {}", view + 1), {.size_px = 13, .bold = true});
+  canvas.Circle({x + 7, baseline - 4}, 7, std::nullopt, Stroke{kFound, 2});
+  x += 20;
+  words("found", style);
+  Cross({x + kArm_px, baseline - 4}, Stroke{kProjected, 1.5}, canvas);
+  x += 2 * kArm_px + 6;
+  words("projected", style);
+  constexpr double kLongestKey_px = 60;
+  x = DrawScaleKey(canvas, {x, baseline}, drawing.enlarged * drawing.scale, kLongestKey_px, "px",
+                   Stroke{kProjected, 2.5});
+  x += 6;
+  words(fmt::format("of residual ({:g} times enlarged)", drawing.enlarged), style);
+  Stroke ring{kMuted, 1.5};
+  ring.dash_px = {3, 2};
+  canvas.Circle({x + 7, baseline - 4}, 7, std::nullopt, ring);
+  x += 20;
+  words("1 σ of it", style);
+}
+
 }  // namespace
 
+double ResidualEnlargement(double rms_px, int width_px, int height_px) {
+  constexpr double kLeast = 1;
+  constexpr double kMost = 1e6;
+  const double side_px = std::max(width_px, height_px);
+  const double wanted = kUsual_px * side_px / kMostSide_px / rms_px;
+  return RoundedDown(wanted >= kLeast ? std::min(wanted, kMost) : kLeast);
+}
+
 Figure AlignmentPicture(std::size_t view, const BgrView& picture, int width_px, int height_px,
-                        const std::vector<DrawnTarget>& targets) {
-  const double scale = kMostSide_px / std::max(width_px, height_px);
-  const RectPx area{0, 0, std::ceil(width_px * scale), std::ceil(height_px * scale)};
-  Canvas canvas(area.width, area.height + kTitle_px);
+                        const std::vector<DrawnTarget>& targets, double enlarged) {
+  const Drawing drawing{kMostSide_px / std::max(width_px, height_px), enlarged};
+  const RectPx area{0, 0, std::ceil(width_px * drawing.scale),
+                    std::ceil(height_px * drawing.scale)};
+  Canvas canvas(kMostSide_px, area.height + kKey_px);
   if (picture.width > 0 && picture.height > 0) {
     canvas.Image(picture, area);
   } else {
@@ -84,18 +142,13 @@ Figure AlignmentPicture(std::size_t view, const BgrView& picture, int width_px, 
   }
   canvas.Clip(area);
   for (const DrawnTarget& target : targets) {
-    if (target.found_px || target.projected_px) DrawTarget(target, scale, canvas);
+    if (target.found_px || target.projected_px) DrawTarget(target, drawing, canvas);
   }
   canvas.Unclip();
-  canvas.Text({6, area.height + kTitle_px - 8},
-              fmt::format("view {}: circle found, cross projected, line residual x {:.0f}", view,
-                          kEnlarged),
-              TextStyle{13});
-  return {fmt::format("view{:03}", view),
-          fmt::format("View {}. Circle: found; cross: where the solution projects it; line: found "
-                      "less projected, {:.0f} times enlarged, at most {:.0f} px of this page. "
-                      "Dashed: in the picture by the solution, but not found.",
-                      view, kEnlarged, kLongest_px),
+  DrawKey(view, area.height, drawing, canvas);
+  return {fmt::format("view-{:02}", view + 1),
+          "Red circle: left out. Dashed cross: in the picture by the solution, but not found. A "
+          "residual's line ends at what its number says, but for very long ones.",
           std::move(canvas), true, 1};
 }
 

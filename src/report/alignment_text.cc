@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 
 namespace trammel::report {
 namespace {
@@ -43,28 +44,45 @@ std::string Pose(const Alignment& alignment) {
   return text;
 }
 
+// Each of the values with its own uncertainty, times `scale`.
+std::string Values(const Alignment& alignment, std::initializer_list<std::string> parameters,
+                   std::initializer_list<double> values, double scale, const char* unit) {
+  std::string text;
+  auto parameter = parameters.begin();
+  for (const double value : values) {
+    text += fmt::format("{}{:.4f} ± {:.4f}", text.empty() ? "" : ", ", value * scale,
+                        Expanded(alignment, *parameter++) * scale);
+  }
+  return fmt::format("{} {}\n", text, unit);
+}
+
 std::string Clamping(const AlignmentOutput& output) {
   const Alignment& alignment = output.alignment;
   const part_alignment::Clamping& clamping = alignment.clamping;
   std::string text;
   if (output.solved.clamp_angle) {
-    text += fmt::format("clamping   angle {:.4f} ± {:.4f} mm/m\n", clamping.angle_rad * kPerMille,
-                        Expanded(alignment, "clamp_angle_rad") * kPerMille);
+    text += "clamping   angle " +
+            Values(alignment, {"clamp_angle_rad"}, {clamping.angle_rad}, kPerMille, "mm/m");
   }
   if (output.solved.clamp_eccentricity) {
-    text += fmt::format("clamping   eccentricity {:.4f}, {:.4f} mm\n", clamping.eccentricity_mm.x(),
-                        clamping.eccentricity_mm.y());
+    text += "clamping   eccentricity " +
+            Values(alignment, {"clamp_eccentricity_x_mm", "clamp_eccentricity_y_mm"},
+                   {clamping.eccentricity_mm.x(), clamping.eccentricity_mm.y()}, 1, "mm");
   }
   if (output.solved.clamp_tilt) {
-    text += fmt::format("clamping   tilt {:.4f}, {:.4f} mm/m\n", clamping.tilt_rad.x() * kPerMille,
-                        clamping.tilt_rad.y() * kPerMille);
+    text += "clamping   tilt " + Values(alignment, {"clamp_tilt_x_rad", "clamp_tilt_y_rad"},
+                                        {clamping.tilt_rad.x(), clamping.tilt_rad.y()}, kPerMille,
+                                        "mm/m");
   }
   if (output.solved.focal_length) {
-    text += fmt::format("camera     focal length {:.5f} mm\n", alignment.focal_length_mm);
+    text += "camera     focal length " +
+            Values(alignment, {"focal_length_mm"}, {alignment.focal_length_mm}, 1, "mm");
   }
   if (output.solved.camera_offset) {
     const Eigen::Vector3d& mm = alignment.camera_offset_mm;
-    text += fmt::format("camera     offset {:.4f}, {:.4f}, {:.4f} mm\n", mm.x(), mm.y(), mm.z());
+    text += "camera     offset " +
+            Values(alignment, {"camera_offset_x_mm", "camera_offset_y_mm", "camera_offset_z_mm"},
+                   {mm.x(), mm.y(), mm.z()}, 1, "mm");
   }
   return text;
 }
@@ -84,21 +102,31 @@ std::string Residuals(const Alignment& alignment) {
       "residuals  {} observations, {:.2f} of their sigmas; largest {:.3f} px, target "
       "{} in view {}\n",
       alignment.residuals.size(), alignment.residual_rms_sigma, largest, worst->target,
-      worst->view);
+      worst->view + 1);
 }
 
 }  // namespace
+
+std::string ObservabilityText(const part_alignment::Observability& told,
+                              const std::string& reason) {
+  if (told.unknowns == 0) return {};
+  std::string text = fmt::format("views tell {} of {} unknowns", told.rank, told.unknowns);
+  if (std::isfinite(told.weakest_sigma_mm)) {
+    text += fmt::format("; the weakest direction to {:.4f} mm (k = 1)", told.weakest_sigma_mm);
+  }
+  text += "\n";
+  const bool said = reason.find(told.words) != std::string::npos;
+  if (!said) text += fmt::format("           {}\n", told.words);
+  if (!told.advice.empty()) text += fmt::format("to add     {}\n", told.advice);
+  return text;
+}
 
 std::string AlignmentText(const AlignmentOutput& output) {
   const Alignment& alignment = output.alignment;
   std::string text = fmt::format("verdict    {}\n", ToString(alignment.verdict));
   if (!alignment.reason.empty()) text += fmt::format("reason     {}\n", alignment.reason);
   if (alignment.verdict == Verdict::kGood) text += Pose(alignment) + Clamping(output);
-  const part_alignment::Observability& told = alignment.observability;
-  text += fmt::format("views tell {} of {} unknowns; the weakest direction to {:.4f} mm (k = 1)\n",
-                      told.rank, told.unknowns, told.weakest_sigma_mm);
-  if (!told.words.empty()) text += fmt::format("           {}\n", told.words);
-  if (!told.advice.empty()) text += fmt::format("to add     {}\n", told.advice);
+  text += ObservabilityText(alignment.observability, alignment.reason);
   text += Residuals(alignment);
   for (const std::string& notice : alignment.notices) {
     text += fmt::format("notice     {}\n", notice);

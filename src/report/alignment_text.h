@@ -11,4 +11,9 @@ namespace trammel::report {
 /// Behind ± stands the expanded uncertainty, k = 2.
 [[nodiscard]] std::string AlignmentText(const AlignmentOutput& output);
 
+/// One to three lines: what the views tell, and what they do not unless `reason` says so already;
+/// none where nothing was asked.
+[[nodiscard]] std::string ObservabilityText(const part_alignment::Observability& told,
+                                            const std::string& reason);
+
 }  // namespace trammel::report

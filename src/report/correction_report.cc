@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -51,6 +53,17 @@ std::string FixtureText(const FixtureCorrection& fixture) {
         move.id, move.shim_mm, move.displacement_mm.x(), move.displacement_mm.y(),
         move.displacement_mm.z());
   }
+  constexpr double kMuch_mm = 10;
+  constexpr double kMuch_rad = 0.05;
+  const bool much =
+      fixture.rotation_rad.norm() > kMuch_rad ||
+      std::any_of(fixture.moves.begin(), fixture.moves.end(),
+                  [](const SupportMove& move) { return std::abs(move.shim_mm) > kMuch_mm; });
+  if (much) {
+    text +=
+        "  this is more than shims are for: does the part lie as the ideal of the supports file "
+        "means it?\n";
+  }
   return text + fmt::format("  the supports hold {} of 6 freedoms; measure again after shimming\n",
                             fixture.rank);
 }
@@ -86,6 +99,7 @@ std::string ToJson(const CorrectionOutput& output) {
                                                       offset.tilt_rad.y() * kPerMille})},
                        {"largest_mm", offset.largest_remainder_mm},
                        {"points", std::move(points)}};
+  json["notices"] = output.notices;
   return json.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -96,11 +110,12 @@ std::string CorrectionText(const CorrectionOutput& output) {
                       part_alignment::ToString(output.control),
                       output.after_shims ? "will lie after the shims" : "lies now");
   text += Lines("set", output.text.set) + Lines("use", output.text.use);
-  if (output.standard_uncertainty && !output.after_shims) {
+  if (output.standard_uncertainty) {
     const auto& u = *output.standard_uncertainty;
     text += fmt::format(
-        "known to   X ± {:.4f}, Y ± {:.4f}, Z ± {:.4f} mm, R ± {:.4f} mm/m (k = 2)\n",
-        kCoverage * u(0), kCoverage * u(1), kCoverage * u(2), kCoverage * u(5) * kPerMille);
+        "known to   X ± {:.4f}, Y ± {:.4f}, Z ± {:.4f} mm, R ± {:.4f} mm/m (k = 2){}\n",
+        kCoverage * u(0), kCoverage * u(1), kCoverage * u(2), kCoverage * u(5) * kPerMille,
+        output.after_shims ? ", the shims' own errors aside: measure again" : "");
   }
   const part_alignment::OffsetCorrection& offset = output.offset;
   text += fmt::format(
@@ -113,7 +128,7 @@ std::string CorrectionText(const CorrectionOutput& output) {
     text += fmt::format("  {:<16} {:+.4f}, {:+.4f}, {:+.4f} mm\n", at.id, at.error_mm.x(),
                         at.error_mm.y(), at.error_mm.z());
   }
-  return text + Lines("note", output.text.notes);
+  return text + Lines("note", output.text.notes) + Lines("notice", output.notices);
 }
 
 }  // namespace trammel::report

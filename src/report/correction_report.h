@@ -22,6 +22,7 @@ struct CorrectionOutput {
   part_alignment::OffsetCorrection offset;
   part_alignment::ControlText text;
   std::vector<part_alignment::PartTarget> points;  ///< at which the remainder is stated
+  std::vector<std::string> notices;                ///< of the measurement
 
   /// The pose that the work offset is for.
   [[nodiscard]] const geometry::Pose& pose() const {

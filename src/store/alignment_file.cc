@@ -200,7 +200,13 @@ Result<void> ReadCameraOf(JsonObject& root, const std::filesystem::path& path,
   }
   JsonObject object = root.Inner(*value, "camera");
   input.measurement.camera = ReadCamera(object);
-  return object.Finish();
+  if (auto read = object.Finish(); !read) return read;
+  const nlohmann::json* calibration = root.Find("calibration");
+  if (calibration == nullptr) return {};
+  const auto record = ReadCalibration(root.Inner(*calibration, "calibration"));
+  if (!record) return tl::unexpected(record.error());
+  input.calibration = *record;
+  return {};
 }
 
 void ReadUnknowns(JsonObject& root, AlignmentInput& input) {
@@ -306,6 +312,7 @@ Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path,
 
 std::string AlignmentFileText(const AlignmentInput& input) {
   Json json = {{"format", 1}, {"camera", CameraJson(input.measurement.camera)}};
+  if (input.calibration) json["calibration"] = CalibrationJson(*input.calibration);
   json["targets"] = Json::array();
   for (const PartTarget& target : input.measurement.targets) {
     const Eigen::Vector3d& at = target.ideal_mm;

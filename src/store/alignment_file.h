@@ -24,15 +24,15 @@ struct AlignmentInput {
   std::vector<std::string> pictures;
   /// Ids that stand in the file as numbers, and are to be given back as such.
   std::set<std::string> numeric_ids;
-  /// Where the camera came from a file of its own that says so.
-  std::optional<CameraCalibration> calibration;
+  /// Of the camera, where its file, or the key beside it, says so.
+  std::optional<part_alignment::CalibrationRecord> calibration;
 };
 
 /// Reads observations (docs/formats.md). `camera` is an object, or the path of a camera file, from
-/// the folder of this one. Where `unknowns` is absent they are the pose and the clamp angle.
-/// Errors (kInput) name file and place: not JSON, a number that is none or out of its range, an
-/// unknown key, a target id twice or unknown, an observation outside the picture, a spindle
-/// rotation that is none.
+/// the folder of this one; beside an object may stand the `calibration` that a camera file has.
+/// Where `unknowns` is absent they are the pose and the clamp angle. Errors (kInput) name file and
+/// place: not JSON, a number that is none or out of its range, an unknown key, a target id twice or
+/// unknown, an observation outside the picture, a spindle rotation that is none.
 /// @param least_views  0 where the views are yet to be planned
 [[nodiscard]] Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path,
                                                        std::size_t least_views = 1);

@@ -152,14 +152,50 @@ TEST_F(AlignmentFileTest, TheCameraMayStandInAFileOfItsOwn) {
 
   const auto input = Read(Text());
   ASSERT_TRUE(input);
-  const CameraFile file{input->measurement.camera, CameraCalibration{"2026-11-22", 395, 1430}};
+  const CameraFile file{input->measurement.camera,
+                        part_alignment::CalibrationRecord{"2026-11-22", 395, 1430}};
   ASSERT_TRUE(WriteWholeFile(Path("cameras/spindle.json"), CameraFileText(file)));
   const auto with_file = Read(text);
   ASSERT_TRUE(with_file) << with_file.error().message;
-  EXPECT_EQ(AlignmentFileText(*with_file), AlignmentFileText(*input));
+  EXPECT_EQ(with_file->measurement.camera.k1, input->measurement.camera.k1);
   ASSERT_TRUE(with_file->calibration);
   EXPECT_EQ(with_file->calibration->date, "2026-11-22");
   EXPECT_EQ(with_file->calibration->farthest_mm, 1430);
+  // Written out, the camera stands within, and what is known of it beside it.
+  const std::string within = AlignmentFileText(*with_file);
+  const auto again = Read(within);
+  ASSERT_TRUE(again) << again.error().message;
+  ASSERT_TRUE(again->calibration);
+  EXPECT_EQ(again->calibration->nearest_mm, 395);
+  EXPECT_EQ(AlignmentFileText(*again), within);
+}
+
+TEST_F(AlignmentFileTest, ACamerasCovarianceComesBackToTheLastBit) {
+  const auto input = Read(Text());
+  ASSERT_TRUE(input);
+  part_alignment::CameraCovariance covariance = part_alignment::CameraCovariance::Identity() / 3;
+  covariance(2, 7) = covariance(7, 2) = 0.1;
+  const CameraFile file{input->measurement.camera,
+                        part_alignment::CalibrationRecord{"2026-11-22", 395, 1430, covariance}};
+  const std::string text = CameraFileText(file);
+  const auto read = [this](const std::string& of) {
+    EXPECT_TRUE(WriteWholeFile(Path("camera.json"), of));
+    return ReadCameraFile(Path("camera.json"));
+  };
+  ASSERT_TRUE(read(text));
+  EXPECT_EQ(read(text)->calibration->covariance, covariance);
+  const auto refusal = [&](const std::string& from, const std::string& to) {
+    std::string changed = text;
+    const std::size_t at = changed.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    changed.replace(at, from.size(), to);
+    const auto refused = read(changed);
+    return refused ? std::string() : refused.error().message;
+  };
+  EXPECT_THAT(refusal("\"beta_rad\"", "\"gamma\""), HasSubstr("it must be beta_rad"));
+  EXPECT_THAT(refusal("\"parameters\"", "\"x_parameters\""), HasSubstr("parameters is missing"));
+  EXPECT_THAT(refusal("0.1,", "0.2,"), HasSubstr("not symmetric"));
+  EXPECT_THAT(refusal("0.1,", "null,"), HasSubstr("no 13 numbers in row 2"));
 }
 
 TEST_F(AlignmentFileTest, ACameraFileSaysWhatIsWrongWithIt) {
@@ -172,6 +208,8 @@ TEST_F(AlignmentFileTest, ACameraFileSaysWhatIsWrongWithIt) {
   EXPECT_EQ(refusal(R"({"format": 1, "camera": )" + camera + "}"), "");
   EXPECT_THAT(refusal(R"({"format": 2, "camera": )" + camera + "}"), HasSubstr("format is 2"));
   EXPECT_THAT(refusal(R"({"format": 1})"), HasSubstr("camera is missing"));
+  EXPECT_THAT(refusal("%YAML:1.0\n---\ncamera_matrix: 1\n"),
+              HasSubstr("trammel align camera FILE"));
   EXPECT_THAT(refusal(R"({"format": 1, "camera": 3})"), HasSubstr("camera is 3"));
   const std::string head = R"({"format": 1, "camera": )" + camera + R"(, "calibration": )";
   EXPECT_THAT(refusal(head + R"({"date": "yesterday", "distance_mm": [1, 2]}})"),

@@ -74,6 +74,10 @@ Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path) {
   result.machine_from_part = {Three(root, "part_mm", kMost_mm),
                               Three(root, "part_angles_rad", kMost_rad)};
   ReadUncertainty(root, result);
+  const json* notices = root.OptionalList("notices", 0, 10'000);
+  for (const json& notice : notices != nullptr ? *notices : json::array()) {
+    if (notice.is_string()) result.notices.push_back(notice.get<std::string>());
+  }
   const json* targets = root.OptionalList("targets", 0, 10'000);
   if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
   for (const json& entry : targets != nullptr ? *targets : json::array()) {

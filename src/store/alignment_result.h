@@ -18,6 +18,7 @@ struct AlignmentResult {
   std::vector<part_alignment::PartTarget> targets;
   /// k = 1, of x, y, z (mm), alpha, beta, gamma (rad).
   std::optional<Eigen::Matrix<double, 6, 1>> standard_uncertainty;
+  std::vector<std::string> notices;
 };
 
 /// Errors: kInput as for every file; kMeasurement where the verdict is not good, with its reason.

@@ -120,20 +120,9 @@ std::string CalibratedCameraText(const part_alignment::CameraCalibration& calibr
                                  const std::string& date) {
   CameraFile file;
   file.camera = calibration.camera;
-  file.calibration = CameraCalibration{date, calibration.nearest_mm, calibration.farthest_mm};
+  file.calibration = part_alignment::CalibrationRecord{
+      date, calibration.nearest_mm, calibration.farthest_mm, calibration.covariance};
   Json json = Json::parse(CameraFileText(file));
-  Json names = Json::array();
-  Json covariance = Json::array();
-  for (int i = 0; i < part_alignment::kCameraParameters; ++i) {
-    names.push_back(part_alignment::kCameraParameterNames[static_cast<std::size_t>(i)]);
-    Json row = Json::array();
-    for (int k = 0; k < part_alignment::kCameraParameters; ++k) {
-      row.push_back(calibration.covariance(i, k));
-    }
-    covariance.push_back(std::move(row));
-  }
-  json["calibration"]["x_parameters"] = std::move(names);
-  json["calibration"]["x_covariance"] = std::move(covariance);
   json["calibration"]["x_residual_rms_px"] = calibration.residual_rms_px;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

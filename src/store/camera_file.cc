@@ -5,12 +5,16 @@
 #include <algorithm>
 #include <numbers>
 
+#include "store/whole_file.h"
+
 namespace trammel::store {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using part_alignment::CalibrationRecord;
 using part_alignment::Camera;
 using part_alignment::CameraConvention;
+using part_alignment::CameraCovariance;
 using part_alignment::LooksAlong;
 
 constexpr const char* kMeasuredToIdeal = "brown_measured_to_ideal";
@@ -46,22 +50,42 @@ bool IsDate(const std::string& text) {
          });
 }
 
-Result<CameraCalibration> ReadCalibration(JsonObject object) {
-  CameraCalibration calibration;
-  calibration.date = object.Text("date");
-  if (!object.failed() && !IsDate(calibration.date)) {
-    object.Fault("date", fmt::format("is {}; it must be a date, such as \"2026-11-22\"",
-                                     Show(nlohmann::json(calibration.date))));
+// Absent where the file has none, and after a fault.
+std::optional<CameraCovariance> ReadCovariance(JsonObject& object) {
+  constexpr std::size_t kSize = part_alignment::kCameraParameters;
+  const nlohmann::json* names = object.OptionalList("parameters", kSize, kSize);
+  const nlohmann::json* rows = object.OptionalList("covariance", kSize, kSize);
+  if (names == nullptr || rows == nullptr) {
+    if ((names == nullptr) != (rows == nullptr) && !object.failed()) {
+      object.Fault(names == nullptr ? "parameters" : "covariance",
+                   "is missing; parameters and covariance come together");
+    }
+    return std::nullopt;
   }
-  const auto range_mm = object.Numbers("distance_mm", 2, 2, {0, kMostDistance_mm});
-  if (!object.failed() && range_mm[0] >= range_mm[1]) {
-    object.Fault("distance_mm", fmt::format("is [{}, {}]; it must be the nearest and the farthest",
-                                            range_mm[0], range_mm[1]));
+  CameraCovariance covariance;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    if ((*names)[i] != part_alignment::kCameraParameterNames[i]) {
+      object.Fault("parameters", fmt::format("has {} in place {}; it must be {}", Show((*names)[i]),
+                                             i, part_alignment::kCameraParameterNames[i]));
+      return std::nullopt;
+    }
+    const nlohmann::json& row = (*rows)[i];
+    const bool numbers =
+        row.is_array() && row.size() == kSize &&
+        std::all_of(row.begin(), row.end(), [](const auto& entry) { return entry.is_number(); });
+    if (!numbers) {
+      object.Fault("covariance", fmt::format("has no {} numbers in row {}", kSize, i));
+      return std::nullopt;
+    }
+    for (std::size_t k = 0; k < kSize; ++k) {
+      covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = row[k].get<double>();
+    }
   }
-  if (const auto read = object.Finish(); !read) return tl::unexpected(read.error());
-  calibration.nearest_mm = range_mm[0];
-  calibration.farthest_mm = range_mm[1];
-  return calibration;
+  if (const auto valid = part_alignment::Validate(covariance); !valid) {
+    object.Fault("covariance", "is none: " + valid.error().message);
+    return std::nullopt;
+  }
+  return covariance;
 }
 
 Json List(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
@@ -115,14 +139,50 @@ Json CameraJson(const Camera& camera) {
           {"looks_along", camera.looks_along == LooksAlong::kPlusZ ? "+z" : "-z"}};
 }
 
+Result<CalibrationRecord> ReadCalibration(JsonObject object) {
+  CalibrationRecord calibration;
+  calibration.date = object.Text("date");
+  if (!object.failed() && !IsDate(calibration.date)) {
+    object.Fault("date", fmt::format("is {}; it must be a date, such as \"2026-11-22\"",
+                                     Show(nlohmann::json(calibration.date))));
+  }
+  const auto range_mm = object.Numbers("distance_mm", 2, 2, {0, kMostDistance_mm});
+  if (!object.failed() && range_mm[0] >= range_mm[1]) {
+    object.Fault("distance_mm", fmt::format("is [{}, {}]; it must be the nearest and the farthest",
+                                            range_mm[0], range_mm[1]));
+  }
+  calibration.covariance = ReadCovariance(object);
+  if (const auto read = object.Finish(); !read) return tl::unexpected(read.error());
+  calibration.nearest_mm = range_mm[0];
+  calibration.farthest_mm = range_mm[1];
+  return calibration;
+}
+
+Json CalibrationJson(const CalibrationRecord& calibration) {
+  Json json = {{"date", calibration.date},
+               {"distance_mm", Json::array({calibration.nearest_mm, calibration.farthest_mm})}};
+  if (!calibration.covariance) return json;
+  json["parameters"] = part_alignment::kCameraParameterNames;
+  json["covariance"] = Json::array();
+  for (const auto& row : calibration.covariance->rowwise()) {
+    json["covariance"].push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  return json;
+}
+
 Result<CameraFile> ReadCameraFile(const std::filesystem::path& path) {
   constexpr std::size_t kMostBytes = 1'000'000;
-  const auto json = ReadJsonFile(path, kMostBytes);
-  if (!json) return tl::unexpected(json.error());
+  // Many programs keep a camera's parameters, each in a convention of its own.
+  constexpr const char* kConvert =
+      "cameras of OpenCV, ROS and mrcal become one by trammel align camera FILE --out camera.json";
+  const auto text = ReadWholeFile(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  const auto json = ParseJson(*text, path.string());
+  if (!json) return Fail(fmt::format("{} ({})", json.error().message, kConvert));
   JsonObject root(*json, path.string());
-  root.Integer("format", {1, 1});
   const nlohmann::json* value = root.Find("camera");
-  if (value == nullptr) root.Fault("camera", "is missing");
+  if (value == nullptr) root.Fault("camera", fmt::format("is missing ({})", kConvert));
+  root.Integer("format", {1, 1});
   const nlohmann::json* calibration = root.Find("calibration");
   if (const auto read = root.Finish(); !read) return tl::unexpected(read.error());
   CameraFile file;
@@ -139,11 +199,7 @@ Result<CameraFile> ReadCameraFile(const std::filesystem::path& path) {
 
 std::string CameraFileText(const CameraFile& file) {
   Json json = {{"format", 1}, {"camera", CameraJson(file.camera)}};
-  if (file.calibration) {
-    json["calibration"] = {{"date", file.calibration->date},
-                           {"distance_mm", Json::array({file.calibration->nearest_mm,
-                                                        file.calibration->farthest_mm})}};
-  }
+  if (file.calibration) json["calibration"] = CalibrationJson(*file.calibration);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

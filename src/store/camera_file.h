@@ -7,22 +7,15 @@
 #include <string>
 
 #include "base/result.h"
+#include "part_alignment/calibration_record.h"
 #include "part_alignment/camera.h"
 #include "store/json_object.h"
 
 namespace trammel::store {
 
-/// What is known of how the camera was calibrated; what it lacks cannot be warned of.
-struct CameraCalibration {
-  std::string date;  ///< YYYY-MM-DD
-  double nearest_mm =
-      0;  ///< from the camera's origin along its axis, of the points it was fitted to
-  double farthest_mm = 0;
-};
-
 struct CameraFile {
   part_alignment::Camera camera;
-  std::optional<CameraCalibration> calibration;
+  std::optional<part_alignment::CalibrationRecord> calibration;
 };
 
 /// `{"format": 1, "camera": {…}, "calibration": {…}}` (docs/formats.md). Errors (kInput): not
@@ -37,5 +30,12 @@ struct CameraFile {
 
 /// The camera object of a camera.
 [[nodiscard]] nlohmann::ordered_json CameraJson(const part_alignment::Camera& camera);
+
+/// What a camera file says of the calibration; the whole object is asked for.
+/// Errors (kInput): a key that is missing, unknown or out of its range.
+[[nodiscard]] Result<part_alignment::CalibrationRecord> ReadCalibration(JsonObject object);
+
+[[nodiscard]] nlohmann::ordered_json CalibrationJson(
+    const part_alignment::CalibrationRecord& calibration);
 
 }  // namespace trammel::store

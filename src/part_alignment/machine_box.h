@@ -1,0 +1,13 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace trammel::part_alignment {
+
+/// Of the machine's coordinates, along its axes: its travel, a part, a clamp, the fixture.
+struct MachineBox {
+  Eigen::Vector3d low_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d high_mm = Eigen::Vector3d::Zero();
+};
+
+}  // namespace trammel::part_alignment
