@@ -1,9 +1,9 @@
 // How long an alignment takes: 4 targets, 8 pictures, 7 unknowns.
 #include <benchmark/benchmark.h>
 
-#include "part_alignment/alignment_test_support.h"
-#include "part_alignment/pose_solver.h"
-#include "part_alignment/pose_uncertainty.h"
+#include "part_alignment/pose/alignment_test_support.h"
+#include "part_alignment/pose/pose_solver.h"
+#include "part_alignment/pose/pose_uncertainty.h"
 
 namespace {
 

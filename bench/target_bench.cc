@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "part_alignment/target_finder.h"
+#include "part_alignment/targets/target_finder.h"
 #include "support/target_picture.h"
 
 namespace {

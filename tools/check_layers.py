@@ -24,6 +24,18 @@ ALLOWED = {
     "sim": {"base", "geometry"},
     "app": PURE | CALIBRATIONS | {"machine", "store", "procedure", "report", "sim"},
 }
+# Rooms that have rooms of their own: what each of those may include of its siblings.
+INNER = {
+    "part_alignment": {
+        "camera": set(),
+        "targets": {"camera"},
+        "pose": {"camera", "targets"},
+        "views": {"camera", "pose"},
+        "budget": {"camera", "pose"},
+        "correction": {"camera", "pose"},
+        "part_fit": set(),
+    },
+}
 # What tests/support may include: its worlds share no code with sim, nor with what they judge.
 SUPPORT_ALLOWED = {"base", "geometry", "support"}
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
@@ -46,6 +58,20 @@ def violations(root):
                 yield f'{path}: include "{target}" is not a path below src/'
             elif head != module and head not in ALLOWED[module]:
                 yield f'{path}: {module} must not include {head} ("{target}")'
+            elif head == module and module in INNER:
+                yield from inner_violations(path, path.relative_to(root / "src").parts, target)
+
+
+def inner_violations(path, parts, target):
+    """The same between the rooms of one module; `parts` and `target` are paths below src/."""
+    allowed = INNER[parts[0]]
+    room, other = parts[1], target.split("/")[1]
+    for name in (room, other):
+        if name not in allowed:
+            yield f"{path}: {parts[0]} has no room '{name}' in tools/check_layers.py"
+            return
+    if other != room and other not in allowed[room]:
+        yield f'{path}: {parts[0]}/{room} must not include {parts[0]}/{other} ("{target}")'
 
 
 def support_violations(root):

@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "part_alignment/alignment_test_support.h"
-#include "part_alignment/alignment_world_test_support.h"
+#include "part_alignment/pose/alignment_test_support.h"
+#include "part_alignment/pose/alignment_world_test_support.h"
 #include "store/alignment_file.h"
 #include "support/run_trammel.h"
 

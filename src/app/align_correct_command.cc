@@ -13,8 +13,8 @@
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/linuxcnc_options.h"
-#include "part_alignment/control_text.h"
-#include "part_alignment/part_correction.h"
+#include "part_alignment/correction/control_text.h"
+#include "part_alignment/correction/part_correction.h"
 #include "report/correction_report.h"
 #include "store/alignment_result.h"
 

@@ -12,7 +12,7 @@
 #include "app/align_outputs.h"
 #include "app/commands.h"
 #include "app/output_files.h"
-#include "part_alignment/part_fit.h"
+#include "part_alignment/part_fit/part_fit.h"
 #include "report/part_metrology_text.h"
 #include "store/part_fit_file.h"
 #include "store/whole_file.h"

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/random.h"
-#include "part_alignment/camera_convert.h"
+#include "part_alignment/camera/camera_convert.h"
 #include "support/run_trammel.h"
 
 namespace trammel {

@@ -13,7 +13,7 @@
 #include "app/commands.h"
 #include "app/machine_boxes.h"
 #include "app/number_range.h"
-#include "part_alignment/view_plan.h"
+#include "part_alignment/views/view_plan.h"
 #include "report/alignment_text.h"
 #include "store/alignment_file.h"
 #include "store/whole_file.h"

@@ -10,8 +10,8 @@
 
 #include "app/today.h"
 #include "machine/image_file.h"
-#include "part_alignment/caveats.h"
-#include "part_alignment/solution.h"
+#include "part_alignment/pose/caveats.h"
+#include "part_alignment/pose/solution.h"
 #include "report/alignment_picture.h"
 #include "report/alignment_text.h"
 #include "report/part_metrology_figures.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "part_alignment/solve.h"
+#include "part_alignment/pose/solve.h"
 #include "report/alignment_json.h"
 #include "store/alignment_file.h"
 
@@ -14,7 +14,8 @@ namespace trammel::app {
 /// As the input asks.
 [[nodiscard]] part_alignment::SolveOptions SolveOptionsOf(const store::AlignmentInput& input);
 
-/// With what the stated uncertainty does not hold among its notices (part_alignment/caveats.h).
+/// With what the stated uncertainty does not hold among its notices
+/// (part_alignment/pose/caveats.h).
 [[nodiscard]] report::AlignmentOutput OutputOf(const store::AlignmentInput& input,
                                                part_alignment::Alignment alignment);
 

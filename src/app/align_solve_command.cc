@@ -13,7 +13,7 @@
 #include "app/align_commands.h"
 #include "app/align_report.h"
 #include "app/commands.h"
-#include "part_alignment/solve.h"
+#include "part_alignment/pose/solve.h"
 #include "report/alignment_json.h"
 #include "report/alignment_text.h"
 #include "store/alignment_file.h"

@@ -15,9 +15,9 @@
 
 #include "app/commands.h"
 #include "app/output_files.h"
-#include "part_alignment/square_code.h"
-#include "part_alignment/target_layout.h"
-#include "part_alignment/target_sheet.h"
+#include "part_alignment/targets/square_code.h"
+#include "part_alignment/targets/target_layout.h"
+#include "part_alignment/targets/target_sheet.h"
 #include "report/target_pages.h"
 #include "store/whole_file.h"
 

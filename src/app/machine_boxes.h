@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "part_alignment/machine_box.h"
+#include "part_alignment/views/machine_box.h"
 
 namespace trammel::app {
 

@@ -16,7 +16,7 @@
 #include "app/option_values.h"
 #include "app/sim_spindle_traits.h"
 #include "machine/page_writer.h"
-#include "part_alignment/code_book.h"
+#include "part_alignment/targets/code_book.h"
 #include "sim/spindle_files.h"
 #include "sim/spindle_scene.h"
 

@@ -9,7 +9,7 @@
 
 #include "base/frame.h"
 #include "base/page.h"
-#include "part_alignment/square_lens.h"
+#include "part_alignment/targets/square_lens.h"
 
 namespace trammel::procedure {
 namespace {

@@ -9,11 +9,11 @@
 
 #include "base/result.h"
 #include "machine/camera.h"
-#include "part_alignment/code_book.h"
-#include "part_alignment/disc_centres.h"
-#include "part_alignment/measurement.h"
-#include "part_alignment/square_finder.h"
-#include "part_alignment/target_finder.h"
+#include "part_alignment/pose/disc_centres.h"
+#include "part_alignment/pose/measurement.h"
+#include "part_alignment/targets/code_book.h"
+#include "part_alignment/targets/square_finder.h"
+#include "part_alignment/targets/target_finder.h"
 #include "procedure/align_route.h"
 
 namespace trammel::procedure {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "part_alignment/solution.h"
+#include "part_alignment/pose/solution.h"
 
 namespace trammel::procedure {
 namespace {

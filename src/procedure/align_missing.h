@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "part_alignment/solve.h"
+#include "part_alignment/pose/solve.h"
 #include "procedure/align_measure.h"
 
 namespace trammel::procedure {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "part_alignment/machine_box.h"
-#include "part_alignment/measurement.h"
+#include "part_alignment/pose/measurement.h"
+#include "part_alignment/views/machine_box.h"
 
 namespace trammel::procedure {
 

@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 
 #include "machine/raw_picture.h"
-#include "part_alignment/solve.h"
+#include "part_alignment/pose/solve.h"
 #include "procedure/align_measure.h"
 #include "support/target_picture.h"
 

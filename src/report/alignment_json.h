@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "part_alignment/measurement.h"
-#include "part_alignment/solve.h"
+#include "part_alignment/pose/measurement.h"
+#include "part_alignment/pose/solve.h"
 
 namespace trammel::report {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "part_alignment/control_text.h"
-#include "part_alignment/part_correction.h"
+#include "part_alignment/correction/control_text.h"
+#include "part_alignment/correction/part_correction.h"
 
 namespace trammel::report {
 

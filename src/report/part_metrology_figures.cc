@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "part_alignment/calibrate_uncertainty.h"
+#include "part_alignment/camera/calibrate_uncertainty.h"
 #include "report/figure_common.h"
 #include "report/html.h"
 #include "report/report_style.h"

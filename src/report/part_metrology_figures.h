@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "base/measured.h"
-#include "part_alignment/calibrate.h"
-#include "part_alignment/part_fit.h"
+#include "part_alignment/camera/calibrate.h"
+#include "part_alignment/part_fit/part_fit.h"
 #include "report/pressure_advance_figures.h"
 
 namespace trammel::report {

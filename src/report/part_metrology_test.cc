@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "part_alignment/camera_convert.h"
+#include "part_alignment/camera/camera_convert.h"
 #include "report/part_metrology_figures.h"
 #include "report/part_metrology_text.h"
 #include "report/test_support.h"

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "part_alignment/budget.h"
-#include "part_alignment/budget_study.h"
-#include "part_alignment/calibrate.h"
-#include "part_alignment/part_fit.h"
+#include "part_alignment/budget/budget.h"
+#include "part_alignment/budget/budget_study.h"
+#include "part_alignment/camera/calibrate.h"
+#include "part_alignment/part_fit/part_fit.h"
 
 namespace trammel::report {
 

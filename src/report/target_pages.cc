@@ -11,8 +11,8 @@
 #include <numbers>
 
 #include "base/check.h"
-#include "part_alignment/square_code.h"
-#include "part_alignment/target_layout.h"
+#include "part_alignment/targets/square_code.h"
+#include "part_alignment/targets/target_layout.h"
 #include "report/svg_ids.h"
 
 namespace trammel::report {

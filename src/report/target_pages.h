@@ -4,7 +4,7 @@
 #include <string>
 
 #include "base/page.h"
-#include "part_alignment/target_sheet.h"
+#include "part_alignment/targets/target_sheet.h"
 
 namespace trammel::report {
 

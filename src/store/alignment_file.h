@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "part_alignment/measurement.h"
-#include "part_alignment/solve.h"
+#include "part_alignment/pose/measurement.h"
+#include "part_alignment/pose/solve.h"
 #include "store/camera_file.h"
 
 namespace trammel::store {

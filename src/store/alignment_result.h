@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "part_alignment/measurement.h"
-#include "part_alignment/part_correction.h"
+#include "part_alignment/correction/part_correction.h"
+#include "part_alignment/pose/measurement.h"
 
 namespace trammel::store {
 

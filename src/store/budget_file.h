@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "part_alignment/budget.h"
+#include "part_alignment/budget/budget.h"
 
 namespace trammel::store {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "part_alignment/calibrate.h"
+#include "part_alignment/camera/calibrate.h"
 
 namespace trammel::store {
 

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "base/result.h"
-#include "part_alignment/calibration_record.h"
-#include "part_alignment/camera.h"
+#include "part_alignment/camera/calibration_record.h"
+#include "part_alignment/camera/camera.h"
 #include "store/json_object.h"
 
 namespace trammel::store {

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "base/result.h"
-#include "part_alignment/camera_convert.h"
+#include "part_alignment/camera/camera_convert.h"
 
 namespace trammel::store {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "part_alignment/part_fit.h"
+#include "part_alignment/part_fit/part_fit.h"
 
 namespace trammel::store {
 

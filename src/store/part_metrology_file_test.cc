@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "part_alignment/camera_convert.h"
+#include "part_alignment/camera/camera_convert.h"
 #include "store/budget_file.h"
 #include "store/calibration_grid_file.h"
 #include "store/camera_file.h"

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "align_scene.h"
-#include "part_alignment/eccentricity.h"
-#include "part_alignment/solve.h"
-#include "part_alignment/target_finder.h"
+#include "part_alignment/pose/solve.h"
+#include "part_alignment/targets/eccentricity.h"
+#include "part_alignment/targets/target_finder.h"
 #include "sim/spindle_files.h"
 #include "sim/spindle_scene.h"
 
@@ -109,9 +109,14 @@ part_alignment::Measurement Corrected(const Scene& scene, part_alignment::Measur
     for (part_alignment::Observation& seen : view.observations) {
       const auto target = std::find_if(measured.targets.begin(), measured.targets.end(),
                                        [&](const auto& t) { return t.id == seen.target; });
-      const auto off = part_alignment::Eccentricity(
-          measured.camera, first->clamping, view, first->machine_from_part, target->ideal_mm,
-          Eigen::Vector3d::UnitZ(), scene.patterns.front().dot_radius_mm);
+      const auto in_camera = [&](const Eigen::Vector3d& part_mm) {
+        return part_alignment::CameraFromPart(measured.camera, first->clamping, view,
+                                              first->machine_from_part, part_mm);
+      };
+      const Eigen::Vector3d centre_mm = in_camera(target->ideal_mm);
+      const Eigen::Vector3d tip_mm = in_camera(target->ideal_mm + Eigen::Vector3d::UnitZ());
+      const auto off = part_alignment::Eccentricity(measured.camera, centre_mm, tip_mm - centre_mm,
+                                                    scene.patterns.front().dot_radius_mm);
       EXPECT_TRUE(off);
       if (!off) continue;
       seen.column_px -= off->x();

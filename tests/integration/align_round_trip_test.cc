@@ -9,7 +9,7 @@
 
 #include "align_scene.h"
 #include "base/statistics.h"
-#include "part_alignment/solve.h"
+#include "part_alignment/pose/solve.h"
 #include "sim/spindle_files.h"
 #include "sim/spindle_scene.h"
 #include "store/alignment_file.h"

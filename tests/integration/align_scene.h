@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "part_alignment/measurement.h"
+#include "part_alignment/pose/measurement.h"
 #include "sim/spindle_world.h"
 
 namespace trammel::test {

@@ -17,7 +17,7 @@
 
 #include "align_scene.h"
 #include "base/statistics.h"
-#include "part_alignment/solve.h"
+#include "part_alignment/pose/solve.h"
 #include "sim/spindle_scene.h"
 
 namespace trammel {

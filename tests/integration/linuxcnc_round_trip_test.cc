@@ -12,9 +12,9 @@
 
 #include "machine/host_clock.h"
 #include "machine/linuxcnc.h"
-#include "part_alignment/alignment_test_support.h"
-#include "part_alignment/alignment_world_test_support.h"
-#include "part_alignment/part_correction.h"
+#include "part_alignment/correction/part_correction.h"
+#include "part_alignment/pose/alignment_test_support.h"
+#include "part_alignment/pose/alignment_world_test_support.h"
 #include "real_linuxcnc.h"
 #include "store/alignment_file.h"
 #include "support/run_trammel.h"

@@ -1,0 +1,208 @@
+#include "part_alignment/budget/budget.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/check.h"
+#include "base/statistics.h"
+#include "part_alignment/budget/budget_terms.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Vector3d;
+
+// Every corner of the box: each contributor grows outwards, so its largest value is at one of them.
+std::array<Vector3d, 8> Corners(const BudgetScene& scene) {
+  std::array<Vector3d, 8> corners;
+  for (unsigned i = 0; i < 8; ++i) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      corners[i][axis] = ((i >> axis) & 1U) != 0 ? scene.high_mm[axis] : scene.low_mm[axis];
+    }
+  }
+  return corners;
+}
+
+void SumUp(const BudgetScene& scene, int axis, AxisBudget& budget) {
+  budget.combined_mm = std::hypot(budget.u_out_mm, budget.u_ip_mm, budget.u_it_mm);
+  budget.expanded_mm = 2 * budget.combined_mm;
+  const double share = std::pow(budget.u_ip_mm / budget.combined_mm, 4);
+  const bool known = scene.repeats == 0 || !(share > 0);
+  budget.degrees_of_freedom =
+      known ? std::numeric_limits<double>::infinity() : (scene.repeats - 1) / share;
+  // Beyond this many Student's t is the normal distribution to four digits.
+  constexpr double kMany = 1e5;
+  budget.coverage_factor = StudentT95(std::min(budget.degrees_of_freedom, kMany));
+  TRAMMEL_CHECK(std::isfinite(budget.combined_mm), "axis {}: {}", axis, budget.combined_mm);
+}
+
+// The size below which 95 % of the sizes lie.
+double HalfInterval(std::vector<double>& errors) {
+  for (double& error : errors) error = std::abs(error);
+  constexpr double kProbability = 0.95;
+  const auto rank = static_cast<std::ptrdiff_t>(kProbability * static_cast<double>(errors.size()));
+  const auto at = errors.begin() + std::min<std::ptrdiff_t>(rank, std::ssize(errors) - 1);
+  std::nth_element(errors.begin(), at, errors.end());
+  return *at;
+}
+
+void Simulate(const BudgetScene& scene, const BudgetTerms& terms, int trials, Random& random,
+              Budget& budget) {
+  std::array<std::vector<double>, 3> errors;
+  for (auto& list : errors) list.reserve(static_cast<std::size_t>(trials));
+  for (int trial = 0; trial < trials; ++trial) {
+    const Eigen::Matrix<double, 6, 1> motion = DrawMotion(scene, terms, random);
+    const double strain = DrawStrain(scene, random);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      const Vector3d& at_mm = budget.axes[i].at_mm;
+      const double moved_mm = (MotionAt(at_mm) * motion)[axis];
+      const double grown_mm = strain * (at_mm - scene.still_mm)[axis];
+      errors[i].push_back(moved_mm + grown_mm + DrawOut(scene, axis, random));
+    }
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    budget.axes[i].simulated_mm = StandardDeviation(errors[i]);
+    budget.axes[i].simulated_expanded_mm = HalfInterval(errors[i]);
+  }
+  budget.trials = trials;
+}
+
+}  // namespace
+
+Result<Budget> MakeBudget(const BudgetScene& scene, int trials, Random& random) {
+  constexpr int kMostTrials = 10'000'000;
+  if (trials < 0 || trials > kMostTrials) {
+    return Fail(fmt::format("{} trials; they must be 0 … {}", trials, kMostTrials));
+  }
+  const auto terms = TermsOf(scene);
+  if (!terms) return tl::unexpected(terms.error());
+  Budget budget;
+  for (int axis = 0; axis < 3; ++axis) {
+    AxisBudget& worst = budget.axes[static_cast<std::size_t>(axis)];
+    for (const Vector3d& corner : Corners(scene)) {
+      AxisBudget here;
+      here.at_mm = corner;
+      const Eigen::Matrix<double, 3, 6> by_motion = MotionAt(corner);
+      here.u_ip_mm =
+          std::sqrt((by_motion * terms->motion_covariance * by_motion.transpose())(axis, axis));
+      here.u_it_mm = ExpansionSigma(scene, corner)[axis];
+      here.u_out_mm = OutSigma(scene)[axis];
+      SumUp(scene, axis, here);
+      if (here.combined_mm > worst.combined_mm) worst = here;
+    }
+  }
+  if (trials > 0) Simulate(scene, *terms, trials, random, budget);
+  return budget;
+}
+
+Result<Vector3d> PointUncertainty(const BudgetScene& scene, const Vector3d& point_mm) {
+  const auto terms = TermsOf(scene);
+  if (!terms) return tl::unexpected(terms.error());
+  const Eigen::Matrix<double, 3, 6> by_motion = MotionAt(point_mm);
+  return Vector3d(
+      (by_motion * terms->motion_covariance * by_motion.transpose()).diagonal().cwiseSqrt());
+}
+
+Result<LengthErrors> JudgeLengths(std::span<const MeasuredLength> lengths, double constant_mm,
+                                  double per_mm) {
+  if (lengths.empty()) return Fail("no lengths to judge");
+  if (!(constant_mm >= 0 && per_mm >= 0)) {
+    return Fail(
+        fmt::format("a limit of {} mm + {} per mm; neither may be below 0", constant_mm, per_mm));
+  }
+  LengthErrors errors;
+  errors.within = true;
+  double longest_mm = 0;
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    const MeasuredLength& length = lengths[i];
+    if (!(length.calibrated_mm > 0) || !std::isfinite(length.calibrated_mm) ||
+        !std::isfinite(length.measured_mm)) {
+      return Fail(
+          fmt::format("length {}: {} mm measured as {} mm; both must be finite, the first "
+                      "above 0",
+                      i, length.calibrated_mm, length.measured_mm));
+    }
+    const double error_mm = std::abs(length.measured_mm - length.calibrated_mm);
+    if (error_mm > errors.largest_mm) {
+      errors.largest_mm = error_mm;
+      errors.worst = i;
+    }
+    // Written limits meet written lengths: rounding to binary is not to decide.
+    constexpr double kRounding_mm = 1e-9;
+    errors.within =
+        errors.within && error_mm <= constant_mm + per_mm * length.calibrated_mm + kRounding_mm;
+    longest_mm = std::max(longest_mm, length.calibrated_mm);
+  }
+  constexpr std::size_t kFullTest = 35;  // seven lines of five lengths
+  if (lengths.size() < kFullTest) {
+    errors.notices.push_back(
+        fmt::format("{} lengths up to {:.0f} mm: VDI/VDE 2634 part 1 asks for five along each of "
+                    "seven lines over the whole volume",
+                    lengths.size(), longest_mm));
+  }
+  return errors;
+}
+
+Capability JudgeCapability(double expanded_mm, double lower_mm, double upper_mm,
+                           double most_ratio) {
+  TRAMMEL_CHECK(upper_mm > lower_mm && most_ratio > 0, "{} … {} mm, ratio {}", lower_mm, upper_mm,
+                most_ratio);
+  const double ratio = expanded_mm / (upper_mm - lower_mm);
+  return {ratio, 2 * ratio, ratio <= most_ratio};
+}
+
+Result<CrossedScatter> SplitScatter(const std::vector<std::vector<Vector3d>>& by_calibration) {
+  const std::size_t c = by_calibration.size();
+  const std::size_t m = c == 0 ? 0 : by_calibration[0].size();
+  if (c < 2 || m < 2) {
+    return Fail(
+        fmt::format("{} calibrations with {} measurements; two or more of each are needed", c, m));
+  }
+  const auto calibrations = static_cast<double>(c);
+  const auto measurements = static_cast<double>(m);
+  Vector3d mean = Vector3d::Zero();
+  std::vector<Vector3d> of_calibration(c, Vector3d::Zero());
+  std::vector<Vector3d> of_measurement(m, Vector3d::Zero());
+  for (std::size_t i = 0; i < c; ++i) {
+    if (by_calibration[i].size() != m) {
+      return Fail(fmt::format("calibration {} has {} measurements, the first has {}", i,
+                              by_calibration[i].size(), m));
+    }
+    for (std::size_t j = 0; j < m; ++j) {
+      const Vector3d& value = by_calibration[i][j];
+      if (!value.allFinite()) {
+        return Fail(fmt::format("calibration {}, measurement {}: not a finite number", i, j));
+      }
+      of_calibration[i] += value / measurements;
+      of_measurement[j] += value / calibrations;
+      mean += value / (calibrations * measurements);
+    }
+  }
+  Eigen::Array3d joint = Eigen::Array3d::Zero();
+  Eigen::Array3d between_c = Eigen::Array3d::Zero();
+  Eigen::Array3d between_m = Eigen::Array3d::Zero();
+  Eigen::Array3d rest = Eigen::Array3d::Zero();
+  for (std::size_t i = 0; i < c; ++i) {
+    between_c += measurements * (of_calibration[i] - mean).array().square() / (calibrations - 1);
+    for (std::size_t j = 0; j < m; ++j) {
+      const Vector3d& value = by_calibration[i][j];
+      joint += (value - mean).array().square() / (calibrations * measurements - 1);
+      rest += (value - of_calibration[i] - of_measurement[j] + mean).array().square() /
+              ((calibrations - 1) * (measurements - 1));
+    }
+  }
+  for (std::size_t j = 0; j < m; ++j) {
+    between_m += calibrations * (of_measurement[j] - mean).array().square() / (measurements - 1);
+  }
+  const Eigen::Array3d by_c = ((between_c - rest) / measurements).max(0);
+  const Eigen::Array3d by_m = ((between_m - rest) / calibrations).max(0);
+  return CrossedScatter{joint.sqrt(), by_c.sqrt(), by_m.sqrt(), rest.sqrt(),
+                        (by_c + by_m + rest).sqrt()};
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,118 @@
+#include "part_alignment/camera/calibrate_start.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+
+#include "base/check.h"
+#include "geometry/decompositions.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+using Pinhole = Eigen::Matrix<double, 3, 4>;
+
+// Moves and shrinks points so that their mean is 0 and they are about 1 away from it.
+template <int N>
+struct Scaling {
+  Eigen::Matrix<double, N, 1> mean = Eigen::Matrix<double, N, 1>::Zero();
+  double size = 0;
+
+  explicit Scaling(std::span<const Eigen::Matrix<double, N, 1>> points) {
+    const auto count = static_cast<double>(points.size());
+    for (const auto& point : points) mean += point / count;
+    for (const auto& point : points) size += (point - mean).squaredNorm() / (N * count);
+    size = std::sqrt(size);
+  }
+  [[nodiscard]] Eigen::Matrix<double, N, 1> operator()(
+      const Eigen::Matrix<double, N, 1>& point) const {
+    return (point - mean) / size;
+  }
+};
+
+Pinhole SolvePinhole(std::span<const Vector3d> places, std::span<const Vector2d> pixels) {
+  const Scaling<3> place(places);
+  const Scaling<2> pixel(pixels);
+  Eigen::Matrix<double, 12, 12> normal = Eigen::Matrix<double, 12, 12>::Zero();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Eigen::Vector4d x = place(places[i]).homogeneous();
+    const Vector2d q = pixel(pixels[i]);
+    Eigen::Matrix<double, 2, 12> rows = Eigen::Matrix<double, 2, 12>::Zero();
+    rows.row(0).segment<4>(0) = x.transpose();
+    rows.row(0).segment<4>(8) = -q.x() * x.transpose();
+    rows.row(1).segment<4>(4) = x.transpose();
+    rows.row(1).segment<4>(8) = -q.y() * x.transpose();
+    normal += rows.transpose() * rows;
+  }
+  const Eigen::Matrix<double, 12, 1> p = geometry::DecomposeSymmetric(normal).vectors.col(0);
+  Pinhole scaled;
+  scaled << p.segment<4>(0).transpose(), p.segment<4>(4).transpose(), p.segment<4>(8).transpose();
+  Eigen::Matrix4d from_places = Eigen::Matrix4d::Identity();
+  from_places.topLeftCorner<3, 3>() /= place.size;
+  from_places.topRightCorner<3, 1>() = -place.mean / place.size;
+  Matrix3d to_pixels = Matrix3d::Identity();
+  to_pixels.topLeftCorner<2, 2>() *= pixel.size;
+  to_pixels.topRightCorner<2, 1>() = pixel.mean;
+  return to_pixels * scaled * from_places;
+}
+
+double Flatness(std::span<const Vector3d> places) {
+  const Scaling<3> scaling(places);
+  Matrix3d spread = Matrix3d::Zero();
+  for (const Vector3d& place : places) {
+    spread += (place - scaling.mean) * (place - scaling.mean).transpose();
+  }
+  const double least = geometry::SymmetricEigenvalues(spread)[0];
+  return std::sqrt(std::max(0.0, least) / static_cast<double>(places.size()));
+}
+
+}  // namespace
+
+CameraStart StartCamera(const Camera& frame, std::span<const Vector3d> taper_mm,
+                        std::span<const Vector2d> pixels) {
+  TRAMMEL_CHECK(taper_mm.size() == pixels.size() && taper_mm.size() >= 6, "{} places, {} pixels",
+                taper_mm.size(), pixels.size());
+  CameraStart start;
+  start.camera = frame;
+  start.flatness_mm = Flatness(taper_mm);
+  const Scaling<3> scaling(taper_mm);
+  constexpr double kFlat = 1e-3;  // of the places' size: a linear start needs depth
+  if (!(start.flatness_mm > kFlat * scaling.size)) {
+    start.fault = StartFault::kFlat;
+    return start;
+  }
+  Pinhole p = SolvePinhole(taper_mm, pixels);
+  p /= p.row(2).head<3>().norm();
+  const double side = frame.looks_along == LooksAlong::kPlusZ ? 1 : -1;
+  if (side * (p.row(2) * scaling.mean.homogeneous()).value() < 0) p = -p;
+  const Vector3d axis = p.row(2).head<3>();
+  const Vector2d principal(p.row(0).head<3>().dot(axis), p.row(1).head<3>().dot(axis));
+  const Vector3d across = p.row(0).head<3>().transpose() - principal.x() * axis;
+  const Vector3d down = p.row(1).head<3>().transpose() - principal.y() * axis;
+  Matrix3d rows;
+  rows << across.transpose().normalized(), down.transpose().normalized(), axis.transpose();
+  if (rows.determinant() < 0) {
+    // Of shallow places noise alone may turn the sign.
+    constexpr double kShallow = 0.05;
+    const bool shallow = start.flatness_mm < kShallow * scaling.size;
+    start.fault = shallow ? StartFault::kFlat : StartFault::kMirrored;
+    return start;
+  }
+  const geometry::SingularValues nearly = geometry::DecomposeSingular(rows);
+  const Matrix3d taper_from_camera = nearly.v * nearly.u.transpose();
+  Camera& camera = start.camera;
+  camera.focal_length_mm = camera.pixel_pitch_mm * (across.norm() + down.norm()) / 2;
+  camera.principal_point_offset_px =
+      principal - Vector2d((camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0);
+  camera.k1 = camera.k2 = camera.p1 = camera.p2 = 0;
+  camera.taper_from_camera.angles_rad = geometry::AnglesFromRotation(taper_from_camera);
+  // The camera's centre is where the pin-hole's three rows vanish.
+  camera.taper_from_camera.translation_mm = -p.leftCols<3>().inverse() * p.col(3);
+  return start;
+}
+
+}  // namespace trammel::part_alignment

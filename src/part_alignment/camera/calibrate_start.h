@@ -1,0 +1,29 @@
+// The first guess of a calibration, by the direct linear transform.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "part_alignment/camera/camera.h"
+
+namespace trammel::part_alignment {
+
+enum class StartFault {
+  kNone,
+  kFlat,      ///< the places lie in one plane
+  kMirrored,  ///< no proper rotation sees them from the stated side: the other side does
+};
+
+struct CameraStart {
+  StartFault fault = StartFault::kNone;
+  Camera camera;           ///< without distortion
+  double flatness_mm = 0;  ///< root mean square distance of the places from their plane
+};
+
+/// Eleven numbers of a pin-hole from places (taper frame, mm) and pixels, after Abdel-Aziz & Karara
+/// 1971, in Hartley's scaling. REQUIRES as many places as pixels, at least 6, finite.
+[[nodiscard]] CameraStart StartCamera(const Camera& frame,
+                                      std::span<const Eigen::Vector3d> taper_mm,
+                                      std::span<const Eigen::Vector2d> pixels);
+
+}  // namespace trammel::part_alignment

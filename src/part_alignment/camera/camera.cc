@@ -1,0 +1,235 @@
+#include "part_alignment/camera/camera.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// Beyond it lies no picture, and numbers lose their meaning. Also where infinities and NaN stop.
+constexpr double kFarthest_px = 1e8;
+
+/// Brown's polynomial at a place about the principal point, and its derivative.
+struct Bent {
+  Vector2d place;
+  Matrix2d by_place;
+};
+
+Bent Bend(const Camera& camera, const Vector2d& place) {
+  // Both conventions are one polynomial once the tangential coefficients stand in their order:
+  // along_x (r² + 2 x²) + 2 along_y x y, and along_y (r² + 2 y²) + 2 along_x x y.
+  const bool paper = camera.convention == CameraConvention::kBrownMeasuredToIdeal;
+  const double along_x = paper ? camera.p1 : camera.p2;
+  const double along_y = paper ? camera.p2 : camera.p1;
+  const double x = place.x();
+  const double y = place.y();
+  const double r2 = x * x + y * y;
+  const double radial = 1 + r2 * (camera.k1 + r2 * camera.k2);
+  const double radial_by_r2 = camera.k1 + 2 * r2 * camera.k2;
+  Bent bent;
+  bent.place = {x * radial + along_x * (r2 + 2 * x * x) + 2 * along_y * x * y,
+                y * radial + along_y * (r2 + 2 * y * y) + 2 * along_x * x * y};
+  const double mixed = 2 * x * y * radial_by_r2 + 2 * along_x * y + 2 * along_y * x;
+  bent.by_place << radial + 2 * x * x * radial_by_r2 + 6 * along_x * x + 2 * along_y * y, mixed,
+      mixed, radial + 2 * y * y * radial_by_r2 + 6 * along_y * y + 2 * along_x * x;
+  return bent;
+}
+
+/// The squared radius at which r (1 + k1 r² + k2 r⁴) turns back: what lies beyond is a second
+/// picture laid over the first.
+double FoldRadius2(const Camera& camera) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  const double half = 1.5 * camera.k1;
+  const double root2 = half * half - 5 * camera.k2;
+  if (root2 < 0) {
+    return kNever;
+  }
+  // 1 + 2 half s + 5 k2 s² = 0, solved for 1 / s, which needs no division by a vanishing k2.
+  const double inverse = -half + std::sqrt(root2);
+  return inverse > 0 ? 1 / inverse : kNever;
+}
+
+/// Whether a place lies where the polynomial still is one to one.
+bool Unfolded(const Bent& bent, double r2, double fold2) {
+  return r2 < fold2 && bent.by_place(0, 0) > 0 && bent.by_place.determinant() > 0;
+}
+
+/// The place that Bend takes to `bent`, by Newton steps that are halved until they help.
+std::optional<Vector2d> Unbend(const Camera& camera, const Vector2d& wanted) {
+  if (!(wanted.norm() < kFarthest_px)) {
+    return std::nullopt;
+  }
+  constexpr int kSteps = 60;
+  constexpr int kHalvings = 40;
+  constexpr double kTolerance_px = 1e-12;
+  const double fold2 = FoldRadius2(camera);
+  Vector2d place = wanted;
+  if (place.squaredNorm() >= fold2) {
+    place *= 0.9 * std::sqrt(fold2) / place.norm();
+  }
+  Bent bent = Bend(camera, place);
+  for (int i = 0; !Unfolded(bent, place.squaredNorm(), fold2); ++i) {
+    if (i == kHalvings) {
+      return std::nullopt;
+    }
+    place /= 2;
+    bent = Bend(camera, place);
+  }
+  const double rounding_px = 8 * std::numeric_limits<double>::epsilon() * (1 + wanted.norm());
+  for (int i = 0; i < kSteps; ++i) {
+    const Vector2d error = wanted - bent.place;
+    Vector2d step = bent.by_place.inverse() * error;
+    if (step.norm() <= std::max(kTolerance_px / 10, rounding_px / 8)) {
+      return place + step;
+    }
+    bool better = false;
+    for (int halving = 0; halving < kHalvings && !better; ++halving, step /= 2) {
+      const Vector2d next = place + step;
+      const Bent there = Bend(camera, next);
+      better = Unfolded(there, next.squaredNorm(), fold2) &&
+               (wanted - there.place).norm() < error.norm();
+      if (better) {
+        place = next;
+        bent = there;
+        break;
+      }
+    }
+    if (!better) {
+      return error.norm() <= rounding_px ? std::optional(place) : std::nullopt;
+    }
+  }
+  return std::nullopt;
+}
+
+Result<void> CheckRange(std::string_view name, double value, double low, double high) {
+  if (!(value >= low && value <= high)) {
+    return Fail(fmt::format("camera: {} is {}, it must lie in {} ... {}", name, value, low, high));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> Validate(const Camera& camera) {
+  constexpr double kMostPixels = 100000;
+  constexpr double kFarthest_mm = 1e5;
+  struct Field {
+    std::string_view name;
+    double value;
+    double low;
+    double high;
+  };
+  // The sides of what anybody builds: a slip of unit falls outside, a strange camera does not.
+  const geometry::Pose& taper = camera.taper_from_camera;
+  const std::array fields{
+      Field{"image_px[0] (width)", double(camera.width_px), 2, kMostPixels},
+      Field{"image_px[1] (height)", double(camera.height_px), 2, kMostPixels},
+      Field{"pixel_pitch_mm", camera.pixel_pitch_mm, 1e-5, 1},
+      Field{"focal_length_mm", camera.focal_length_mm, 1e-2, 1e4},
+      Field{"principal_point_offset_px[0]", camera.principal_point_offset_px.x(),
+            -0.5 * camera.width_px, 0.5 * camera.width_px},
+      Field{"principal_point_offset_px[1]", camera.principal_point_offset_px.y(),
+            -0.5 * camera.height_px, 0.5 * camera.height_px},
+      Field{"k1", camera.k1, -1e-3, 1e-3},
+      Field{"k2", camera.k2, -1e-6, 1e-6},
+      Field{"p1", camera.p1, -1e-2, 1e-2},
+      Field{"p2", camera.p2, -1e-2, 1e-2},
+      Field{"taper_from_camera.translation_mm[0]", taper.translation_mm.x(), -kFarthest_mm,
+            kFarthest_mm},
+      Field{"taper_from_camera.translation_mm[1]", taper.translation_mm.y(), -kFarthest_mm,
+            kFarthest_mm},
+      Field{"taper_from_camera.translation_mm[2]", taper.translation_mm.z(), -kFarthest_mm,
+            kFarthest_mm},
+      Field{"taper_from_camera.angles_rad[0]", taper.angles_rad.x(), -7, 7},
+      Field{"taper_from_camera.angles_rad[1]", taper.angles_rad.y(), -7, 7},
+      Field{"taper_from_camera.angles_rad[2]", taper.angles_rad.z(), -7, 7}};
+  for (const Field& field : fields) {
+    if (const auto checked = CheckRange(field.name, field.value, field.low, field.high); !checked) {
+      return checked;
+    }
+  }
+  return {};
+}
+
+Vector2d PrincipalPoint(const Camera& camera) {
+  return Vector2d(0.5 * (camera.width_px - 1), 0.5 * (camera.height_px - 1)) +
+         camera.principal_point_offset_px;
+}
+
+std::optional<Projection> ProjectWithDerivative(const Camera& camera, const Vector3d& camera_mm) {
+  const double w = camera_mm.z();
+  const bool visible = camera.looks_along == LooksAlong::kPlusZ ? w > 0 : w < 0;
+  if (!visible) {
+    return std::nullopt;
+  }
+  const double focal_px = camera.focal_length_mm / camera.pixel_pitch_mm;
+  const Vector2d slope = camera_mm.head<2>() / w;
+  const Vector2d ideal_px = focal_px * slope;
+  if (!(ideal_px.norm() < kFarthest_px)) {
+    return std::nullopt;
+  }
+  Eigen::Matrix<double, 2, 3> ideal_by_point;
+  ideal_by_point << focal_px / w, 0, -ideal_px.x() / w, 0, focal_px / w, -ideal_px.y() / w;
+
+  Vector2d place;
+  Matrix2d place_by_ideal;
+  if (camera.convention == CameraConvention::kBrownIdealToDistorted) {
+    const Bent bent = Bend(camera, ideal_px);
+    if (!Unfolded(bent, ideal_px.squaredNorm(), FoldRadius2(camera))) {
+      return std::nullopt;
+    }
+    place = bent.place;
+    place_by_ideal = bent.by_place;
+  } else {
+    const std::optional<Vector2d> measured = Unbend(camera, ideal_px);
+    if (!measured) {
+      return std::nullopt;
+    }
+    place = *measured;
+    place_by_ideal = Bend(camera, place).by_place.inverse();
+  }
+  return Projection{PrincipalPoint(camera) + place, place_by_ideal * ideal_by_point,
+                    place_by_ideal * slope / camera.pixel_pitch_mm};
+}
+
+std::optional<Vector2d> Project(const Camera& camera, const Vector3d& camera_mm) {
+  const std::optional<Projection> projection = ProjectWithDerivative(camera, camera_mm);
+  return projection ? std::optional(projection->pixel) : std::nullopt;
+}
+
+std::optional<Vector3d> LineOfSight(const Camera& camera, const Vector2d& pixel) {
+  const Vector2d place = pixel - PrincipalPoint(camera);
+  if (!(place.norm() < kFarthest_px)) {
+    return std::nullopt;
+  }
+  Vector2d ideal_px;
+  if (camera.convention == CameraConvention::kBrownIdealToDistorted) {
+    const std::optional<Vector2d> unbent = Unbend(camera, place);
+    if (!unbent) {
+      return std::nullopt;
+    }
+    ideal_px = *unbent;
+  } else {
+    const Bent bent = Bend(camera, place);
+    if (!Unfolded(bent, place.squaredNorm(), FoldRadius2(camera))) {
+      return std::nullopt;
+    }
+    ideal_px = bent.place;
+  }
+  const Vector2d slope = ideal_px * camera.pixel_pitch_mm / camera.focal_length_mm;
+  const double side = camera.looks_along == LooksAlong::kPlusZ ? 1 : -1;
+  return (side * Vector3d(slope.x(), slope.y(), 1)).normalized();
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,110 @@
+#include "part_alignment/part_fit/part_fit_problem.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// How far a point stands out of the ideal part, and in which direction that grows.
+struct Overstock {
+  double mm = 0;
+  Vector3d outward;
+};
+
+Overstock OverstockAt(const IdealSurface& surface, const Vector3d& ideal_mm) {
+  const Vector3d from_middle = ideal_mm - surface.middle_mm;
+  if (surface.kind == SurfaceKind::kPlane) {
+    return {surface.direction.dot(from_middle), surface.direction};
+  }
+  const Vector3d radial = from_middle - surface.direction.dot(from_middle) * surface.direction;
+  const double radius_mm = radial.norm();
+  constexpr double kOnAxis_mm = 1e-9;
+  const Vector3d away = radius_mm > kOnAxis_mm ? Vector3d(radial / radius_mm) : Vector3d::Zero();
+  if (surface.kind == SurfaceKind::kShaft) return {radius_mm - surface.radius_mm, away};
+  return {surface.radius_mm - radius_mm, -away};
+}
+
+}  // namespace
+
+Linear Linearise(const Problem& problem, const Motion& motion) {
+  const auto n = std::ssize(problem.touches);
+  Linear linear{VectorXd(n), Eigen::MatrixXd(n, 6)};
+  for (const Touch& touch : problem.touches) {
+    linear.middle_mm += motion(touch.at_mm) / static_cast<double>(n);
+  }
+  for (Index i = 0; i < n; ++i) {
+    const Touch& touch = problem.touches[static_cast<std::size_t>(i)];
+    const Vector3d ideal_mm = motion(touch.at_mm);
+    const Overstock overstock = OverstockAt(*touch.surface, ideal_mm);
+    linear.overstock_mm[i] = overstock.mm;
+    linear.by_motion.row(i) << overstock.outward.transpose(),
+        (ideal_mm - linear.middle_mm).cross(overstock.outward).transpose() / problem.size_mm;
+  }
+  return linear;
+}
+
+Motion Moved(const Motion& motion, const Linear& linear, const Vector6& step, double size_mm) {
+  const Matrix3d rotation = geometry::RotationFromVector(step.tail<3>() / size_mm);
+  return {rotation * motion.rotation, rotation * (motion.translation_mm - linear.middle_mm) +
+                                          linear.middle_mm + step.head<3>()};
+}
+
+VectorXd Wanted(const Problem& problem) {
+  VectorXd wanted(std::ssize(problem.touches));
+  for (Index i = 0; i < wanted.size(); ++i) {
+    wanted[i] = problem.touches[static_cast<std::size_t>(i)].surface->overstock_mm;
+  }
+  return wanted;
+}
+
+VectorXd Weights(const Problem& problem) {
+  VectorXd weights(std::ssize(problem.touches));
+  for (Index i = 0; i < weights.size(); ++i) {
+    weights[i] = problem.touches[static_cast<std::size_t>(i)].weight;
+  }
+  return weights;
+}
+
+VectorXd Least(const Problem& problem) {
+  VectorXd least(std::ssize(problem.touches));
+  for (Index i = 0; i < least.size(); ++i) {
+    least[i] = problem.touches[static_cast<std::size_t>(i)].least_mm;
+  }
+  return least;
+}
+
+Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options, double scale) {
+  Problem problem;
+  std::map<std::string, const IdealSurface*> surfaces;
+  std::map<std::string, int> counts;
+  for (const IdealSurface& surface : input.surfaces) surfaces[surface.id] = &surface;
+  for (std::size_t i = 0; i < input.points.size(); ++i) {
+    const MeasuredPoint& point = input.points[i];
+    if (point.surface.empty()) continue;
+    ++counts[point.surface];
+    problem.touches.push_back({i, surfaces[point.surface], scale * point.at_mm,
+                               options.least_overstock_mm + options.guard_sigmas * point.sigma_mm,
+                               point.sigma_mm, 1});
+  }
+  Vector3d middle = Vector3d::Zero();
+  const auto n = static_cast<double>(problem.touches.size());
+  for (Touch& touch : problem.touches) {
+    touch.weight = 1.0 / counts[touch.surface->id];
+    middle += touch.at_mm / n;
+  }
+  double square = 0;
+  for (const Touch& touch : problem.touches) square += (touch.at_mm - middle).squaredNorm() / n;
+  problem.size_mm = std::max(1.0, std::sqrt(square));
+  return problem;
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,63 @@
+// A part fit as the solver sees it: points that touch surfaces, and small motions.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "part_alignment/part_fit/part_fit.h"
+
+namespace trammel::part_alignment {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+/// ideal = rotation · measured + translation.
+struct Motion {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
+
+  [[nodiscard]] Eigen::Vector3d operator()(const Eigen::Vector3d& x) const {
+    return rotation * x + translation_mm;
+  }
+};
+
+/// A point of a surface, as the fit sees it.
+struct Touch {
+  std::size_t point = 0;
+  const IdealSurface* surface = nullptr;
+  Eigen::Vector3d at_mm;  ///< scaled
+  double least_mm = 0;
+  double sigma_mm = 0;
+  double weight = 1;
+};
+
+/// Touches of surfaces that must outlive it.
+struct Problem {
+  std::vector<Touch> touches;
+  double size_mm = 1;  ///< turns are measured by what they do to points so far from the middle
+};
+
+/// The problem for small motions about a placement: overstock, and its derivative by the motion
+/// (mm, and turns about the points' middle in units of 1 / size).
+struct Linear {
+  Eigen::VectorXd overstock_mm;
+  Eigen::MatrixXd by_motion;
+  Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();
+};
+
+[[nodiscard]] Linear Linearise(const Problem& problem, const Motion& motion);
+
+/// `motion` and then a step in Linear's coordinates.
+[[nodiscard]] Motion Moved(const Motion& motion, const Linear& linear, const Vector6& step,
+                           double size_mm);
+
+/// Of every touch: its surface's wanted overstock, its weight, the least overstock with its guard.
+[[nodiscard]] Eigen::VectorXd Wanted(const Problem& problem);
+[[nodiscard]] Eigen::VectorXd Weights(const Problem& problem);
+[[nodiscard]] Eigen::VectorXd Least(const Problem& problem);
+
+/// REQUIRES a checked input, which must outlive the problem.
+[[nodiscard]] Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options,
+                                double scale);
+
+}  // namespace trammel::part_alignment

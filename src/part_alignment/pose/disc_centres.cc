@@ -1,0 +1,155 @@
+#include "part_alignment/pose/disc_centres.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/check.h"
+#include "base/statistics.h"
+#include "part_alignment/pose/solution.h"
+#include "part_alignment/targets/eccentricity.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+/// One observation beside what the first answer expects of its disc.
+struct Sighting {
+  Observation* observation = nullptr;
+  ImageEllipse seen;
+  std::optional<ImageEllipse> expected;  ///< of a disc with radius 1 mm
+  Eigen::Vector3d centre_mm;             ///< camera frame
+  Eigen::Vector3d normal;
+};
+
+std::vector<Sighting> Sightings(const Alignment& alignment, const TargetDisc& disc,
+                                const SeenDiscs& seen, Measurement& measurement) {
+  const Camera camera = SolvedCamera(measurement, alignment);
+  std::vector<Sighting> sightings;
+  for (std::size_t i = 0; i < measurement.views.size(); ++i) {
+    View& view = measurement.views[i];
+    for (std::size_t k = 0; k < view.observations.size(); ++k) {
+      const PartTarget* target = FindTarget(measurement, view.observations[k].target);
+      if (target == nullptr) continue;  // Solve has refused it
+      const auto in_camera = [&](const Eigen::Vector3d& part_mm) {
+        return CameraFromPart(camera, alignment.clamping, view, alignment.machine_from_part,
+                              part_mm);
+      };
+      const Eigen::Vector3d centre_mm = in_camera(target->ideal_mm);
+      const Eigen::Vector3d normal =
+          in_camera(target->ideal_mm + disc.normal.normalized()) - centre_mm;
+      sightings.push_back({&view.observations[k], seen[i][k],
+                           ImageOfDisc(camera, centre_mm, normal, 1.0), centre_mm, normal});
+    }
+  }
+  return sightings;
+}
+
+double MeanRadius(const ImageEllipse& ellipse) {
+  return std::sqrt(ellipse.semi_major_px * ellipse.semi_minor_px);
+}
+
+// Of area 1; near a circle the axes' ratio is off 1 by the difference of its eigenvalues.
+Eigen::Matrix2d Shape(const ImageEllipse& ellipse) {
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(ellipse.angle_rad).toRotationMatrix();
+  const double stretch = std::sqrt(ellipse.semi_major_px / ellipse.semi_minor_px);
+  return turn * Eigen::Vector2d(stretch, 1 / stretch).asDiagonal() * turn.transpose();
+}
+
+/// The middle one of how far the axes' ratios are off; 1 where no rim can be seen.
+double ShapeError(const std::vector<Sighting>& sightings) {
+  std::vector<double> errors;
+  for (const Sighting& one : sightings) {
+    errors.push_back(one.expected ? std::sqrt(2.0) * (Shape(one.seen) - Shape(*one.expected)).norm()
+                                  : 1.0);
+  }
+  return Median(errors);
+}
+
+double LooksLike_mm(const std::vector<Sighting>& sightings) {
+  std::vector<double> radii_mm;
+  for (const Sighting& one : sightings) {
+    if (one.expected) radii_mm.push_back(MeanRadius(one.seen) / MeanRadius(*one.expected));
+  }
+  return Median(radii_mm);
+}
+
+/// Why the discs cannot be what they are said to be; empty where they can.
+std::string Contradiction(const std::vector<Sighting>& sightings, const TargetDisc& disc) {
+  constexpr double kMostShapeError = 0.02;  // 1 - cos(11 degrees)
+  constexpr double kMostRadiusError = 0.1;  // a fifth of the correction
+  const double shape_error = ShapeError(sightings);
+  if (shape_error > kMostShapeError) {
+    return fmt::format(
+        "the discs do not look as discs with the normal ({:.3g}, {:.3g}, {:.3g}) would (their axes "
+        "differ by {:.0f} %): state the targets' normal in the part's frame, or leave the centres "
+        "uncorrected",
+        disc.normal.x(), disc.normal.y(), disc.normal.z(), 100 * shape_error);
+  }
+  const double seen_mm = LooksLike_mm(sightings);
+  if (disc.radius_mm > 0 && std::abs(seen_mm - disc.radius_mm) > kMostRadiusError * seen_mm) {
+    return fmt::format(
+        "the discs look as if their radius were {:.2f} mm, {:.2f} is stated: state the true one or "
+        "none, or check the camera's focal length and the targets' coordinates",
+        seen_mm, disc.radius_mm);
+  }
+  return {};
+}
+
+/// Returns how many could not be corrected.
+std::size_t Correct(const Camera& camera, double radius_mm, std::vector<Sighting>& sightings) {
+  std::size_t uncorrected = 0;
+  for (Sighting& one : sightings) {
+    const auto off = Eccentricity(camera, one.centre_mm, one.normal, radius_mm);
+    if (!off) {
+      ++uncorrected;
+      continue;
+    }
+    one.observation->column_px -= off->x();
+    one.observation->row_px -= off->y();
+  }
+  return uncorrected;
+}
+
+Result<void> Check(const TargetDisc& disc) {
+  constexpr double kLeast = 1e-6;
+  if (!(disc.normal.norm() >= kLeast) || !disc.normal.allFinite()) {
+    return Fail(fmt::format("the targets' normal ({}, {}, {}) is no direction", disc.normal.x(),
+                            disc.normal.y(), disc.normal.z()));
+  }
+  if (!(disc.radius_mm >= 0) || !std::isfinite(disc.radius_mm)) {
+    return Fail(fmt::format("the discs' radius is {} mm, it must be 0 or more", disc.radius_mm));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Alignment> SolveByDiscs(const SolveOptions& options, const TargetDisc& disc,
+                               const SeenDiscs& seen, Measurement& measurement) {
+  if (auto checked = Check(disc); !checked) return tl::unexpected(checked.error());
+  TRAMMEL_CHECK(seen.size() == measurement.views.size(), "{} of {}", seen.size(),
+                measurement.views.size());
+  auto first = Solve(measurement, options);
+  if (!first || first->verdict != Verdict::kGood) return first;
+  std::vector<Sighting> sightings = Sightings(*first, disc, seen, measurement);
+  if (std::string reason = Contradiction(sightings, disc); !reason.empty()) {
+    first->verdict = Verdict::kRefused;
+    first->reason = std::move(reason);
+    return first;
+  }
+  const double radius_mm = disc.radius_mm > 0 ? disc.radius_mm : LooksLike_mm(sightings);
+  const std::size_t uncorrected = Correct(SolvedCamera(measurement, *first), radius_mm, sightings);
+  auto second = Solve(measurement, options);
+  if (second && uncorrected > 0) {
+    second->notices.push_back(fmt::format(
+        "{} of {} centres could not be corrected for perspective: their discs' rims cannot be seen "
+        "whole by this answer",
+        uncorrected, sightings.size()));
+  }
+  return second;
+}
+
+}  // namespace trammel::part_alignment

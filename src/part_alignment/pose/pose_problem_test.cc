@@ -1,0 +1,114 @@
+#include "part_alignment/pose/pose_problem.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "part_alignment/pose/alignment_test_support.h"
+#include "part_alignment/pose/solve_input.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using test_support::AlignmentWorld;
+using test_support::BenchWorld;
+
+const Unknowns kAll{true, true, true, true, true};
+
+/// Somewhere in general: every derivative is far from 0.
+Theta SomewhereNear(const PoseProblem& problem, const AlignmentWorld& world) {
+  geometry::Pose pose = world.machine_from_part;
+  pose.translation_mm += Eigen::Vector3d(3, -2, 4);
+  pose.angles_rad += Eigen::Vector3d(0.002, -0.003, 0.001);
+  return ThetaOf(problem, pose, {0.02, {0.05, -0.03}, {0.004, -0.006}});
+}
+
+/// Columns by finite differences of fourth order.
+Eigen::MatrixXd Numeric(const PoseProblem& problem, const Theta& theta) {
+  const auto places = [&](const Theta& there) {
+    const Chain chain(problem, there, false);
+    Eigen::VectorXd all(2 * problem.sights.size());
+    for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+      Eigen::Vector2d residual;
+      EXPECT_TRUE(chain.Residual(problem.sights[i], residual));
+      all.segment<2>(2 * static_cast<Eigen::Index>(i)) =
+          (problem.sights[i].pixel - residual) / problem.sights[i].sigma_px;
+    }
+    return all;
+  };
+  Eigen::MatrixXd jacobian(2 * problem.sights.size(), theta.size());
+  for (Eigen::Index k = 0; k < theta.size(); ++k) {
+    const bool angle = (k >= 3 && k <= 6) || k == 9 || k == 10;
+    const double step = angle ? 1e-5 : 1e-3;
+    const auto at = [&](double steps) {
+      Theta moved = theta;
+      moved[k] += steps * step;
+      return places(moved);
+    };
+    jacobian.col(k) = (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * step);
+  }
+  return jacobian;
+}
+
+TEST(PoseProblem, AllDerivativesAreThoseOfFiniteDifferencesTo1e7) {
+  constexpr double kRelative = 1e-7;
+  for (const bool opencv : {false, true}) {
+    AlignmentWorld world = BenchWorld();
+    world.camera.opencv = opencv;
+    Random random(3);
+    TakePictures(world, 0, random);
+    const auto problem = MakeProblem(MeasurementOf(world, 0.05), kAll);
+    ASSERT_TRUE(problem);
+    const Theta theta = SomewhereNear(*problem, world);
+    const Eigen::MatrixXd analytic = WeightedJacobian(*problem, theta);
+    const Eigen::MatrixXd numeric = Numeric(*problem, theta);
+    ASSERT_EQ(analytic.cols(), kMostUnknowns);
+    for (Eigen::Index k = 0; k < analytic.cols(); ++k) {
+      EXPECT_GT(analytic.col(k).norm(), 0);
+      EXPECT_LT((analytic.col(k) - numeric.col(k)).norm(), kRelative * analytic.col(k).norm())
+          << ParameterNames(kAll)[k];
+    }
+  }
+}
+
+// The slips of the printed equations 26 (X_i for X_M) and 27 (a 1 at (3, 3)) by their figures.
+TEST(PoseProblem, TheClampAngleTurnsTheMachinePointAndNothingAlongTheAxis) {
+  AlignmentWorld world = BenchWorld();
+  Random random(3);
+  TakePictures(world, 0, random);
+  const auto problem = MakeProblem(MeasurementOf(world, 1), Unknowns{});
+  ASSERT_TRUE(problem);
+  const Theta theta =
+      ThetaOf(*problem, world.machine_from_part, {world.clamping.angle_rad, {}, {}});
+  const Eigen::MatrixXd jacobian = WeightedJacobian(*problem, theta);
+  // A lever of 38 mm about the axis at 300 mm: 38 mm f / pitch / 300 mm px per rad, less and more
+  // by the distortion and by how far the camera looks beside the axis (some 5 mm).
+  const double expected_px = 38 * 6.189 / 0.0022 / 300;
+  for (Eigen::Index i = 0; i < 8; ++i) {
+    const double moved_px = jacobian.col(6).segment<2>(2 * i).norm();
+    EXPECT_NEAR(moved_px, expected_px, 0.2 * expected_px);
+  }
+}
+
+TEST(PoseProblem, TheMiddleFrameIsTheSameProblem) {
+  AlignmentWorld world = BenchWorld();
+  world.machine_from_part.angles_rad = {0.4, 1.2, -2.5};
+  for (auto& view : world.views) {
+    view = ViewOf(world, view.sights[0].target, Eigen::Matrix3d::Identity(), 300, {20, 10});
+  }
+  Random random(3);
+  TakePictures(world, 0, random);
+  const auto problem = MakeProblem(MeasurementOf(world, 0.05), kAll);
+  ASSERT_TRUE(problem);
+  const Theta theta = SomewhereNear(*problem, world);
+  const MiddleFrame frame =
+      MiddleFrameOf(*problem, geometry::RotationFromAngles(world.machine_from_part.angles_rad));
+  const Theta middle = ToMiddleFrame(frame, theta);
+  EXPECT_LT(middle.segment<3>(3).norm(), 0.02);
+  EXPECT_NEAR(ChiSquare(InMiddleFrame(*problem, frame), middle) / ChiSquare(*problem, theta), 1,
+              1e-9);
+  EXPECT_LT((FromMiddleFrame(frame, middle) - theta).norm(), 1e-10);
+}
+
+}  // namespace
+}  // namespace trammel::part_alignment

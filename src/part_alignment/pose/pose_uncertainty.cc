@@ -1,0 +1,200 @@
+#include "part_alignment/pose/pose_uncertainty.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/chi_square.h"
+#include "part_alignment/pose/input_effect.h"
+#include "part_alignment/pose/observability.h"
+#include "part_alignment/pose/pose_solver.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// The fixed part of the model at the state: the solver takes the clamping that it does not solve
+/// for as centred, so a state with another clamping would be a bias, not an uncertainty.
+Result<void> CheckFixed(const Unknowns& unknowns, const AlignmentState& state) {
+  const Clamping& clamping = state.clamping;
+  if ((!unknowns.clamp_angle && clamping.angle_rad != 0) ||
+      (!unknowns.clamp_eccentricity && !clamping.eccentricity_mm.isZero(0)) ||
+      (!unknowns.clamp_tilt && !clamping.tilt_rad.isZero(0))) {
+    return Fail(
+        "the state has a clamping that is not among the unknowns: solve for it, or give it as an "
+        "uncertainty about 0");
+  }
+  return {};
+}
+
+Result<PoseSolver> Prepare(const Measurement& measurement, const Unknowns& unknowns,
+                           const AlignmentState& state, const InputUncertainty& inputs) {
+  if (const auto valid = Validate(inputs); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  if (const auto valid = CheckFixed(unknowns, state); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  return PoseSolver::Make(measurement, unknowns, state.machine_from_part, state.clamping);
+}
+
+/// One draw of all inputs: what the camera sees then. False where it does not see a target.
+class Drawer {
+ public:
+  Drawer(const PoseProblem& problem, const Theta& everything, const Unknowns& unknowns,
+         const InputUncertainty& inputs)
+      : all_(WithEverything(problem)),
+        everything_(everything),
+        inputs_(inputs),
+        sigmas_(CommonSigmas(inputs, unknowns)) {
+    for (const Sight& sight : all_.sights) {
+      views_ = std::max(views_, sight.view + 1);
+      targets_ = std::max(targets_, sight.target + 1);
+    }
+    view_mm_.resize(views_);
+    target_mm_.resize(targets_);
+  }
+
+  bool Draw(Random& random, std::vector<Vector2d>& pixels) {
+    const auto draw = [&](double sigma) {
+      const double x = sigma * random.Normal();
+      const double y = sigma * random.Normal();
+      return Vector3d(x, y, sigma * random.Normal());
+    };
+    std::generate(view_mm_.begin(), view_mm_.end(), [&] { return draw(inputs_.machine_mm); });
+    std::generate(target_mm_.begin(), target_mm_.end(), [&] { return draw(inputs_.target_mm); });
+    Theta theta = everything_;
+    for (Index i = 6; i < theta.size(); ++i) {
+      theta[i] += sigmas_[i] * random.Normal();
+    }
+    const Chain chain(all_, theta, false);
+    for (std::size_t i = 0; i < all_.sights.size(); ++i) {
+      Sight sight = all_.sights[i];
+      sight.spindle_mm += view_mm_[sight.view];
+      sight.part_mm += target_mm_[sight.target];
+      sight.pixel.setZero();
+      Vector2d residual_px;
+      if (!chain.Residual(sight, residual_px)) {
+        return false;
+      }
+      const double column_px = sight.sigma_px * random.Normal();
+      pixels[i] = -residual_px + Vector2d(column_px, sight.sigma_px * random.Normal());
+    }
+    return true;
+  }
+
+ private:
+  PoseProblem all_;
+  Theta everything_;
+  InputUncertainty inputs_;
+  Theta sigmas_;
+  std::size_t views_ = 0;
+  std::size_t targets_ = 0;
+  std::vector<Vector3d> view_mm_;
+  std::vector<Vector3d> target_mm_;
+};
+
+/// Moments, quantiles and the share within the linear region; errors: one column per trial.
+void Summarise(const MatrixXd& errors, const MatrixXd& linear, MonteCarloUncertainty& result) {
+  const Index unknowns = errors.rows();
+  const double count = static_cast<double>(errors.cols());
+  result.mean_error = errors.rowwise().mean();
+  const MatrixXd centred = errors.colwise() - result.mean_error;
+  result.covariance = centred * centred.transpose() / (count - 1);
+  result.low95.resize(unknowns);
+  result.high95.resize(unknowns);
+  for (Index i = 0; i < unknowns; ++i) {
+    Eigen::VectorXd row = errors.row(i);
+    std::sort(row.begin(), row.end());
+    const auto at = [&](double share) { return row[std::lround(share * (count - 1))]; };
+    result.low95[i] = at(0.025);
+    result.high95[i] = at(0.975);
+  }
+  const double radius2 = ChiSquareQuantile(0.95, static_cast<int>(unknowns));
+  const Eigen::VectorXd scale = linear.diagonal().cwiseSqrt().cwiseInverse();
+  const MatrixXd correlation = scale.asDiagonal() * linear * scale.asDiagonal();
+  const MatrixXd scaled = scale.asDiagonal() * errors;
+  const MatrixXd solved = correlation.ldlt().solve(scaled);
+  const auto distances2 = scaled.cwiseProduct(solved).colwise().sum();
+  result.inside95 = static_cast<double>((distances2.array() <= radius2).count()) / count;
+}
+
+}  // namespace
+
+Result<LinearUncertainty> PropagateLinearly(const Measurement& measurement,
+                                            const Unknowns& unknowns, const AlignmentState& state,
+                                            const InputUncertainty& inputs) {
+  const auto solver = Prepare(measurement, unknowns, state, inputs);
+  if (!solver) {
+    return tl::unexpected(solver.error());
+  }
+  const PoseProblem& problem = solver->problem();
+  if (!std::isfinite(ChiSquare(problem, solver->state()))) {
+    return Fail("a target that the measurement names lies behind the camera at the given state");
+  }
+  const MatrixXd gain = Gain(problem, solver->state());
+  if (gain.size() == 0) {
+    return Fail("the views do not determine the unknowns: add the view that solve advises");
+  }
+  const MatrixXd moved = InputMoves(problem, solver->state(), inputs, gain);
+  return LinearUncertainty{ParameterNames(unknowns),
+                           gain * gain.transpose() + moved * moved.transpose()};
+}
+
+Result<MonteCarloUncertainty> SimulateMeasurements(const Measurement& measurement,
+                                                   const Unknowns& unknowns,
+                                                   const AlignmentState& state,
+                                                   const InputUncertainty& inputs, int trials,
+                                                   Random& random) {
+  if (trials < 100 || trials > 10'000'000) {
+    return Fail(fmt::format("trials is {}, it must lie in 100 ... 10000000", trials));
+  }
+  const auto linear = PropagateLinearly(measurement, unknowns, state, inputs);
+  if (!linear) {
+    return tl::unexpected(linear.error());
+  }
+  auto solver = Prepare(measurement, unknowns, state, inputs);
+  if (!solver) {
+    return tl::unexpected(solver.error());
+  }
+  const PoseProblem& problem = solver->problem();
+  Drawer drawer(problem, EverythingAt(problem, solver->state()), unknowns, inputs);
+  MonteCarloUncertainty result;
+  result.parameters = linear->parameters;
+  std::vector<Vector2d> pixels(problem.sights.size());
+  MatrixXd errors(solver->state().size(), trials);
+  for (int trial = 0; trial < trials; ++trial) {
+    if (!drawer.Draw(random, pixels)) {
+      ++result.failed;
+      continue;
+    }
+    const Descent descent = solver->SolvePixels(pixels);
+    if (!descent.converged) {
+      ++result.failed;
+      continue;
+    }
+    auto error = errors.col(result.trials++);
+    error = descent.theta - solver->state();
+    for (Index i = 3; i < std::min<Index>(7, error.size()); ++i) {
+      const bool angle = i < 6 || unknowns.clamp_angle;
+      error[i] = angle ? std::remainder(error[i], 2 * std::numbers::pi) : error[i];
+    }
+  }
+  if (result.trials < 100) {
+    return Fail(
+        fmt::format("only {} of {} simulated measurements could be solved: the stated "
+                    "uncertainties are too large for these views",
+                    result.trials, trials));
+  }
+  Summarise(errors.leftCols(result.trials), linear->covariance, result);
+  return result;
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,231 @@
+#include "part_alignment/pose/pose_uncertainty.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "part_alignment/pose/alignment_test_support.h"
+#include "part_alignment/pose/pose_solver.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using test_support::AlignmentWorld;
+using test_support::BenchWorld;
+using ::testing::HasSubstr;
+
+constexpr double kSigma_px = 0.05;
+constexpr std::uint64_t kSeed = 21;
+constexpr int kTrials = 10000;
+/// A standard deviation of 10,000 draws scatters by 0.7 %: 5 % is seven of those.
+constexpr double kAgreement = 0.05;
+
+struct Bench {
+  Measurement measurement;
+  AlignmentState state;
+};
+
+Bench PaperBench() {
+  AlignmentWorld world = BenchWorld();
+  Random random(kSeed);
+  TakePictures(world, 0, random);
+  Clamping clamping;
+  clamping.angle_rad = world.clamping.angle_rad;
+  return {MeasurementOf(world, kSigma_px), {world.machine_from_part, clamping}};
+}
+
+void ExpectAgreement(const Eigen::MatrixXd& linear, const MonteCarloUncertainty& simulated) {
+  for (Eigen::Index i = 0; i < linear.rows(); ++i) {
+    const double linear_sigma = std::sqrt(linear(i, i));
+    EXPECT_NEAR(std::sqrt(simulated.covariance(i, i)) / linear_sigma, 1, kAgreement)
+        << simulated.parameters[i];
+    // Symmetric normal errors: the quantiles lie at 1.96 sigma, each to 2.7 % of that (10,000
+    // draws).
+    EXPECT_NEAR(simulated.high95[i] / linear_sigma, 1.96, 0.15) << simulated.parameters[i];
+    EXPECT_NEAR(simulated.low95[i] / linear_sigma, -1.96, 0.15) << simulated.parameters[i];
+    EXPECT_LT(std::abs(simulated.mean_error[i]), 4 * linear_sigma / 100);
+    for (Eigen::Index k = 0; k < i; ++k) {
+      const double product = linear_sigma * std::sqrt(linear(k, k));
+      EXPECT_NEAR(simulated.covariance(i, k) / product, linear(i, k) / product, kAgreement);
+    }
+  }
+  EXPECT_GT(simulated.inside95, 0.93);
+  EXPECT_LT(simulated.inside95, 0.97);
+}
+
+TEST(PoseUncertainty, TheSolversCovarianceIsThatOf10000Measurements) {
+  SCOPED_TRACE(kSeed);
+  const Bench bench = PaperBench();
+  Random random(kSeed);
+  const auto simulated =
+      SimulateMeasurements(bench.measurement, {}, bench.state, {}, kTrials, random);
+  ASSERT_TRUE(simulated) << simulated.error().message;
+  EXPECT_EQ(simulated->trials, kTrials);
+  const auto alignment = Solve(bench.measurement, {});
+  ASSERT_TRUE(alignment);
+  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+  ExpectAgreement(alignment->covariance, *simulated);
+}
+
+TEST(PoseUncertainty, LinearPropagationHoldsForMachineTargetsAndClampingToo) {
+  SCOPED_TRACE(kSeed);
+  const Bench bench = PaperBench();
+  InputUncertainty inputs;
+  inputs.machine_mm = 0.003;
+  inputs.target_mm = 0.02;
+  inputs.clamp_eccentricity_mm = 0.015;
+  inputs.clamp_tilt_rad = 2e-5;
+  inputs.focal_length_mm = 1e-4;
+  inputs.camera_offset_mm = 0.01;
+  const auto linear = PropagateLinearly(bench.measurement, {}, bench.state, inputs);
+  ASSERT_TRUE(linear) << linear.error().message;
+  Random random(kSeed);
+  const auto simulated =
+      SimulateMeasurements(bench.measurement, {}, bench.state, inputs, kTrials, random);
+  ASSERT_TRUE(simulated) << simulated.error().message;
+  ExpectAgreement(linear->covariance, *simulated);
+}
+
+TEST(PoseUncertainty, SolveStatesTheInputsThatItIsTold) {
+  const Bench bench = PaperBench();
+  SolveOptions options;
+  options.inputs.machine_mm = 0.003;
+  options.inputs.target_mm = 0.02;
+  options.inputs.clamp_eccentricity_mm = 0.015;
+  const auto alignment = Solve(bench.measurement, options);
+  const auto linear = PropagateLinearly(bench.measurement, {}, bench.state, options.inputs);
+  ASSERT_TRUE(alignment && linear);
+  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+  // All targets lie at about one distance, so the wider sigmas hardly change the weights.
+  const Eigen::VectorXd ratio =
+      alignment->covariance.diagonal().cwiseQuotient(linear->covariance.diagonal()).cwiseSqrt();
+  EXPECT_NEAR(ratio.minCoeff(), 1, 0.02);
+  EXPECT_NEAR(ratio.maxCoeff(), 1, 0.02);
+  options.inputs.machine_mm = -1;
+  EXPECT_FALSE(Solve(bench.measurement, options));
+}
+
+// At 150 mm a machine's 5 um are 0.09 px: without them stated the residuals contradict their
+// sigmas, with them the errors are those of the covariance.
+TEST(PoseUncertainty, AMachinesScatterIsJudgedByWhatIsStated) {
+  constexpr double kMachine_mm = 0.005;
+  constexpr double kFine_px = 0.02;
+  constexpr int kWorlds = 100;
+  SCOPED_TRACE(kSeed);
+  Random random(kSeed);
+  AlignmentWorld world = BenchWorld(150);
+  for (std::size_t i = 0; i < world.views.size(); ++i) {
+    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Eigen::Matrix3d::Identity(),
+                            150, {i % 2 == 0 ? -25.0 : 25.0, i % 4 < 2 ? 10.0 : -10.0});
+  }
+  SolveOptions told;
+  told.inputs.machine_mm = kMachine_mm;
+  told.robust = false;
+  SolveOptions untold;
+  untold.robust = false;
+  int good = 0;
+  int good_untold = 0;
+  double squares = 0;
+  for (int i = 0; i < kWorlds; ++i) {
+    AlignmentWorld taken = world;
+    TakePictures(taken, kFine_px, random);
+    for (auto& view : taken.views) {
+      for (int axis = 0; axis < 3; ++axis) {
+        view.spindle_mm[axis] += random.Normal(0, kMachine_mm);
+      }
+    }
+    const Measurement measurement = MeasurementOf(taken, kFine_px);
+    const auto alignment = Solve(measurement, told);
+    ASSERT_TRUE(alignment);
+    good_untold += Solve(measurement, untold)->verdict == Verdict::kGood ? 1 : 0;
+    if (alignment->verdict == Verdict::kGood) {
+      good += 1;
+      const double off_mm = alignment->machine_from_part.translation_mm.x() -
+                            world.machine_from_part.translation_mm.x();
+      squares += off_mm * off_mm / alignment->covariance(0, 0);
+    }
+  }
+  EXPECT_GE(good, kWorlds - 2);
+  EXPECT_LT(good_untold, kWorlds / 4);
+  // 100 squares of unit variance: their mean scatters by 0.14.
+  EXPECT_NEAR(squares / good, 1, 0.45);
+}
+
+// At a constant orientation of the spindle an eccentric clamping is a shift of the part, one to one
+// and with zero residual.
+TEST(PoseUncertainty, EccentricClampingGoesIntoThePartsXAndYWhole) {
+  const Bench bench = PaperBench();
+  InputUncertainty inputs;
+  inputs.clamp_eccentricity_mm = 0.015;
+  const auto without = PropagateLinearly(bench.measurement, {}, bench.state, {});
+  const auto with = PropagateLinearly(bench.measurement, {}, bench.state, inputs);
+  ASSERT_TRUE(without && with);
+  const Eigen::VectorXd added =
+      (with->covariance.diagonal() - without->covariance.diagonal()).cwiseAbs().cwiseSqrt();
+  EXPECT_NEAR(added[0], 0.015, 1e-5);
+  EXPECT_NEAR(added[1], 0.015, 1e-5);
+  EXPECT_LT(added.segment<4>(3).maxCoeff(), 1e-7);
+}
+
+// The clamp angle that 6D does not know costs what 7D does not lose.
+TEST(PoseUncertainty, SixUnknownsLoseWhatSevenKeep) {
+  AlignmentWorld world = BenchWorld();
+  world.clamping.angle_rad = 0;
+  for (std::size_t i = 0; i < world.views.size(); ++i) {
+    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Eigen::Matrix3d::Identity(),
+                            300, {i % 2 == 0 ? 60.0 : -16.0, 0});
+  }
+  Random random(kSeed);
+  TakePictures(world, 0, random);
+  const Measurement measurement = MeasurementOf(world, kSigma_px);
+  const AlignmentState state{world.machine_from_part, {}};
+  Unknowns six;
+  six.clamp_angle = false;
+  InputUncertainty inputs;
+  inputs.clamp_angle_rad = 0.0019;  // uniform over +-3.3 mm/m
+  const auto without = PropagateLinearly(measurement, six, state, inputs);
+  const auto with = PropagateLinearly(measurement, {}, state, inputs);
+  ASSERT_TRUE(without && with);
+  // Levers of 22 mm on the average: 22 mm by 1.9 mm/m is 0.04 mm of Y.
+  EXPECT_GT(std::sqrt(without->covariance(1, 1)), 0.03);
+  EXPECT_LT(std::sqrt(with->covariance(1, 1)), 0.01);
+}
+
+TEST(PoseUncertainty, ThePreparedSolverReturnsTheTruthFromItsPixels) {
+  const Bench bench = PaperBench();
+  auto solver =
+      PoseSolver::Make(bench.measurement, {}, {{815, 428, -650}, {0.01, 0.002, 0.02}}, {});
+  ASSERT_TRUE(solver);
+  std::vector<Eigen::Vector2d> pixels;
+  for (const View& view : bench.measurement.views) {
+    pixels.emplace_back(view.observations[0].column_px, view.observations[0].row_px);
+  }
+  const Descent descent = solver->SolvePixels(pixels);
+  EXPECT_TRUE(descent.converged);
+  const geometry::Pose& truth = bench.state.machine_from_part;
+  EXPECT_LT((descent.theta.head<3>() - truth.translation_mm).norm(), 1e-9);
+  EXPECT_LT((descent.theta.segment<3>(3) - truth.angles_rad).norm(), 1e-12);
+}
+
+TEST(PoseUncertainty, ErrorsNameTheInput) {
+  const Bench bench = PaperBench();
+  InputUncertainty inputs;
+  inputs.target_mm = -1;
+  const auto negative = PropagateLinearly(bench.measurement, {}, bench.state, inputs);
+  ASSERT_FALSE(negative);
+  EXPECT_THAT(negative.error().message, HasSubstr("target_mm is -1"));
+  Random random(kSeed);
+  EXPECT_FALSE(SimulateMeasurements(bench.measurement, {}, bench.state, {}, 3, random));
+  Bench few = bench;
+  few.measurement.views.resize(2);
+  const auto short_of = PropagateLinearly(few.measurement, {}, few.state, {});
+  ASSERT_FALSE(short_of);
+  EXPECT_THAT(short_of.error().message, HasSubstr("do not determine"));
+  Bench away = bench;
+  away.state.machine_from_part.translation_mm.z() += 5000;
+  EXPECT_FALSE(PropagateLinearly(away.measurement, {}, away.state, {}));
+}
+
+}  // namespace
+}  // namespace trammel::part_alignment

@@ -1,0 +1,520 @@
+#include "part_alignment/pose/solve.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+
+#include "part_alignment/pose/alignment_test_support.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using test_support::AlignmentWorld;
+using test_support::BenchWorld;
+using ::testing::HasSubstr;
+
+constexpr double kSigma_px = 0.05;
+/// Of observations without noise: the pixel's rounding (2e-13 px) by 0.1 mm per px, and by 2 m.
+constexpr double kExact_mm = 1e-9;
+constexpr double kExact_rad = 1e-12;
+
+Alignment Solved(const AlignmentWorld& world, const SolveOptions& options) {
+  const auto alignment = Solve(MeasurementOf(world, kSigma_px), options);
+  EXPECT_TRUE(alignment) << (alignment ? "" : alignment.error().message);
+  return alignment.value_or(Alignment{});
+}
+
+void ExpectTruth(const AlignmentWorld& world, const Alignment& alignment) {
+  ASSERT_EQ(alignment.verdict, Verdict::kGood) << alignment.reason;
+  const geometry::Pose& pose = alignment.machine_from_part;
+  EXPECT_LT((pose.translation_mm - world.machine_from_part.translation_mm).cwiseAbs().maxCoeff(),
+            kExact_mm);
+  const Matrix3d truth = geometry::RotationFromAngles(world.machine_from_part.angles_rad);
+  const Matrix3d turn = geometry::RotationFromAngles(pose.angles_rad) * truth.transpose();
+  EXPECT_LT((turn - Matrix3d::Identity()).cwiseAbs().maxCoeff(), 2 * kExact_rad);
+  EXPECT_NEAR(alignment.clamping.angle_rad, world.clamping.angle_rad, kExact_rad);
+  EXPECT_LT((alignment.clamping.eccentricity_mm - world.clamping.eccentricity_mm).norm(),
+            2 * kExact_mm);
+  EXPECT_LT((alignment.clamping.tilt_rad - world.clamping.tilt_rad).norm(), 2 * kExact_rad);
+}
+
+AlignmentWorld Pictured(AlignmentWorld world, double sigma_px = 0, std::uint64_t seed = 1) {
+  Random random(seed);
+  TakePictures(world, sigma_px, random);
+  return world;
+}
+
+TEST(Solve, WithoutNoiseReturnsTheTruthInEveryConventionByEitherMethod) {
+  for (const bool opencv : {false, true}) {
+    for (const bool plus_z : {false, true}) {
+      for (const SolveMethod method : {SolveMethod::kCeres, SolveMethod::kGaussNewton}) {
+        AlignmentWorld world = BenchWorld();
+        world.camera.opencv = opencv;
+        world.camera.looks_along_plus_z = plus_z;
+        for (std::size_t i = 0; i < world.views.size(); ++i) {
+          const double side = i % 2 == 0 ? -35 : 35;
+          world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
+                                  {side, 0.5 * side});
+        }
+        SolveOptions options;
+        options.method = method;
+        ExpectTruth(world, Solved(Pictured(world), options));
+      }
+    }
+  }
+}
+
+TEST(Solve, SpeaksOfACameraThatLooksBackAtItsSpindle) {
+  for (const bool plus_z : {false, true}) {
+    AlignmentWorld world = BenchWorld();
+    world.camera.looks_along_plus_z = plus_z;
+    for (auto& view : world.views) {
+      view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {35, 0});
+    }
+    const Alignment alignment = Solved(Pictured(world), {});
+    const bool spoken = std::any_of(
+        alignment.notices.begin(), alignment.notices.end(), [](const std::string& notice) {
+          return notice.find("looks back at the spindle") != std::string::npos;
+        });
+    EXPECT_EQ(spoken, plus_z) << "held out to -z, it can only look along -z";
+  }
+}
+
+TEST(Solve, MeasuresAlongYInALargeMachine) {
+  AlignmentWorld world = BenchWorld(150);
+  // The spindle's axis along the machine's -Y... its z shows away from the part, to +Y.
+  Matrix3d along_y;
+  along_y << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  world.targets_mm = {{-5000, 0, -1500}, {5000, 10, -1500}, {5000, 0, 1500}, {-5000, -5, 1500}};
+  world.machine_from_part = {{6000, 2500, 1800}, {0.003, -0.002, 0.001}};
+  world.views.clear();
+  for (int target = 0; target < 4; ++target) {
+    for (const double side : {-20.0, 20.0}) {
+      world.views.push_back(ViewOf(world, target, along_y, 150, {side, 0.3 * side}));
+    }
+  }
+  const Alignment alignment = Solved(Pictured(world), {});
+  ASSERT_EQ(alignment.verdict, Verdict::kGood) << alignment.reason;
+  ExpectTruth(world, alignment);
+}
+
+TEST(Solve, FindsAnyTurnOfThePartWithoutAGuess) {
+  constexpr std::uint64_t kSeed = 5;
+  constexpr int kWorlds = 200;
+  SCOPED_TRACE(kSeed);
+  Random random(kSeed);
+  int right = 0;
+  for (int i = 0; i < kWorlds; ++i) {
+    AlignmentWorld world = BenchWorld();
+    world.clamping.angle_rad = random.Uniform(-0.1, 0.1);
+    world.machine_from_part.angles_rad = {random.Uniform(-std::numbers::pi, std::numbers::pi),
+                                          random.Uniform(-1.5, 1.5),
+                                          random.Uniform(-std::numbers::pi, std::numbers::pi)};
+    for (Vector3d& target : world.targets_mm) {
+      target += 100 * Vector3d(random.Normal(), random.Normal(), random.Normal());
+    }
+    for (std::size_t k = 0; k < world.views.size(); ++k) {
+      const double angle = random.Uniform(0, std::numbers::pi);
+      const double side = k % 2 == 0 ? -35 : 35;
+      world.views[k] = ViewOf(world, world.views[k].sights[0].target, Matrix3d::Identity(), 300,
+                              side * Vector2d(std::cos(angle), std::sin(angle)));
+    }
+    const Alignment alignment = Solved(Pictured(world, kSigma_px, kSeed + i), {});
+    const Vector3d off_mm =
+        alignment.machine_from_part.translation_mm - world.machine_from_part.translation_mm;
+    right += alignment.verdict == Verdict::kGood && off_mm.norm() < 1 ? 1 : 0;
+  }
+  // Chi-square refuses one in 10,000.
+  EXPECT_GE(right, kWorlds - 1);
+}
+
+TEST(Solve, FindsACameraClampedTheWrongWayRound) {
+  for (const double angle_rad : {3.1, -2.0, 1.0}) {
+    AlignmentWorld world = BenchWorld();
+    world.clamping.angle_rad = angle_rad;
+    for (std::size_t i = 0; i < world.views.size(); ++i) {
+      world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
+                              {i % 2 == 0 ? -30.0 : 30.0, 10});
+    }
+    ExpectTruth(world, Solved(Pictured(world), {}));
+  }
+}
+
+/// Two heights, and C at 0 and 180 degrees: what the further unknowns need.
+AlignmentWorld RichWorld() {
+  AlignmentWorld world = BenchWorld();
+  world.clamping = {0.004, {0.02, -0.015}, {0.001, -0.0007}};
+  world.views.clear();
+  for (int target = 0; target < 4; ++target) {
+    for (int i = 0; i < 8; ++i) {
+      const Matrix3d turned = geometry::RotationFromAngles({0, 0, i % 2 * std::numbers::pi});
+      const double side = i / 2 % 2 == 0 ? -40 : 40;
+      world.views.push_back(
+          ViewOf(world, target, turned, i < 4 ? 250 : 450, {side, (i < 4 ? 0.5 : -0.5) * side}));
+    }
+  }
+  return world;
+}
+
+TEST(Solve, EccentricityTiltAndFocalLengthComeBackWhereTheViewsTellThem) {
+  SolveOptions options;
+  options.unknowns = {true, true, true, false, false};
+  ExpectTruth(RichWorld(), Solved(Pictured(RichWorld()), options));
+  options.unknowns = {true, true, false, true, false};
+  AlignmentWorld world = RichWorld();
+  world.clamping.tilt_rad.setZero();
+  world = Pictured(world);
+  Measurement measurement = MeasurementOf(world, kSigma_px);
+  measurement.camera.focal_length_mm += 0.01;
+  const auto alignment = Solve(measurement, options);
+  ASSERT_TRUE(alignment);
+  ExpectTruth(world, *alignment);
+  EXPECT_NEAR(alignment->focal_length_mm, 6.189, 1e-9);
+}
+
+TEST(Solve, GaussNewtonAndCeresGiveTheSame) {
+  constexpr double kSame_mm = 1e-7;  // far below the 1e-2 mm that the noise makes
+  const AlignmentWorld world = Pictured(BenchWorld(), kSigma_px, 9);
+  SolveOptions options;
+  const Alignment by_ceres = Solved(world, options);
+  options.method = SolveMethod::kGaussNewton;
+  const Alignment by_gauss = Solved(world, options);
+  ASSERT_EQ(by_ceres.verdict, Verdict::kGood) << by_ceres.reason;
+  EXPECT_LT((by_ceres.machine_from_part.translation_mm - by_gauss.machine_from_part.translation_mm)
+                .norm(),
+            kSame_mm);
+  EXPECT_LT((by_ceres.covariance - by_gauss.covariance).norm(), 1e-6 * by_gauss.covariance.norm());
+  EXPECT_EQ(by_ceres.parameters.size(), 7);
+  EXPECT_GT(by_ceres.degrees_of_freedom, 0);
+  EXPECT_GT(by_ceres.chi_square, by_ceres.chi_square_low);
+}
+
+TEST(Solve, OneWrongObservationIsNamedAndLeftOut) {
+  const AlignmentWorld world = Pictured(BenchWorld(), kSigma_px, 4);
+  Measurement measurement = MeasurementOf(world, kSigma_px);
+  measurement.views[3].observations[0].column_px += 5;
+  const auto alignment = Solve(measurement, {});
+  ASSERT_TRUE(alignment);
+  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+  ASSERT_EQ(alignment->notices.size(), 1);
+  EXPECT_EQ(alignment->notices[0], "left out: target T2 in view 4");
+  EXPECT_EQ(alignment->residuals[3].weight, 0);
+  EXPECT_NEAR(alignment->residuals[3].column_px, 5, 1);
+  EXPECT_LT(
+      (alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm).norm(),
+      0.1);
+  SolveOptions strict;
+  strict.robust = false;
+  const auto refused = Solve(measurement, strict);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->verdict, Verdict::kRefused);
+  EXPECT_THAT(refused->reason, HasSubstr("chi-square"));
+}
+
+// Why conventions are tested by numbers and not by residuals: the same two views of each target, a
+// lens taken the wrong way round, and the part is millimetres off with residuals of nearly nothing.
+TEST(Solve, AWrongDistortionDirectionHidesInASymmetricPlan) {
+  AlignmentWorld world = BenchWorld();
+  for (std::size_t i = 0; i < world.views.size(); ++i) {
+    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
+                            {i % 2 == 0 ? -38.0 : 38.0, 0});
+  }
+  world = Pictured(world);
+  Measurement measurement = MeasurementOf(world, kSigma_px);
+  measurement.camera.convention = CameraConvention::kBrownIdealToDistorted;
+  const auto alignment = Solve(measurement, {});
+  ASSERT_TRUE(alignment);
+  EXPECT_EQ(alignment->verdict, Verdict::kGood);
+  EXPECT_LT(alignment->residual_rms_sigma, 1);
+  const double off_mm =
+      alignment->machine_from_part.translation_mm.z() - world.machine_from_part.translation_mm.z();
+  EXPECT_LT(off_mm, -2);
+}
+
+TEST(Solve, NeverNamesTheWrongObservation) {
+  constexpr std::uint64_t kSeed = 40;
+  constexpr int kWorlds = 100;
+  SCOPED_TRACE(kSeed);
+  Random random(kSeed);
+  int named = 0;
+  for (int i = 0; i < kWorlds; ++i) {
+    const AlignmentWorld world = Pictured(BenchWorld(), kSigma_px, kSeed + i);
+    Measurement measurement = MeasurementOf(world, kSigma_px);
+    const std::size_t wrong = random.Below(measurement.views.size());
+    Observation& observation = measurement.views[wrong].observations[0];
+    const double angle = random.Uniform(0, 2 * std::numbers::pi);
+    observation.column_px += 5 * std::cos(angle);
+    observation.row_px += 5 * std::sin(angle);
+    const auto alignment = Solve(measurement, {});
+    ASSERT_TRUE(alignment);
+    if (alignment->verdict == Verdict::kGood) {
+      EXPECT_EQ(alignment->residuals[wrong].weight, 0);
+      named += 1;
+    }
+  }
+  // Seven of eight sights leave seven degrees of freedom, enough to settle which.
+  EXPECT_GE(named, kWorlds * 95 / 100);
+}
+
+TEST(Solve, FourLinesOfSightAreEnoughForSevenUnknowns) {
+  AlignmentWorld world = BenchWorld();
+  const std::array<Vector2d, 4> places{Vector2d(-38, 20), {30, 25}, {35, -28}, {20, 29}};
+  world.views.clear();
+  for (int target = 0; target < 4; ++target) {
+    world.views.push_back(ViewOf(world, target, Matrix3d::Identity(), 300, places[target]));
+  }
+  ExpectTruth(world, Solved(Pictured(world), {}));
+}
+
+TEST(Solve, AWrongTargetIsNamedAndLeftOut) {
+  AlignmentWorld world = BenchWorld();
+  world.targets_mm.push_back({100, 200, 30});
+  for (const double side : {-30.0, 30.0}) {
+    world.views.push_back(ViewOf(world, 4, Matrix3d::Identity(), 300, {side, side}));
+  }
+  world = Pictured(world, kSigma_px, 4);
+  world.targets_mm[1] += Vector3d(0.7, -0.4, 0);  // after the pictures: the list is wrong
+  const auto alignment = Solve(MeasurementOf(world, kSigma_px), {});
+  ASSERT_TRUE(alignment);
+  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+  EXPECT_EQ(alignment->notices.at(0), "left out: target T2");
+}
+
+TEST(Solve, ExchangedIdsAreNamed) {
+  AlignmentWorld world = BenchWorld();
+  world.targets_mm = {{-40, -30, 0}, {45, -28, 2}, {38, 30, -3}, {-41, 27, 1}, {2, 5, 8}};
+  world.views.clear();
+  for (const Vector2d& across :
+       {Vector2d(-25, -10), Vector2d(30, 15), Vector2d(0, -30), Vector2d(0, 30)}) {
+    test_support::WorldView view = ViewOf(world, 4, Matrix3d::Identity(), 300, across);
+    view.sights = {{0, {}}, {1, {}}, {2, {}}, {3, {}}, {4, {}}};
+    world.views.push_back(view);
+  }
+  world = Pictured(world, kSigma_px, 4);
+  Measurement measurement = MeasurementOf(world, kSigma_px);
+  std::swap(measurement.views[2].observations[1].target,
+            measurement.views[2].observations[3].target);
+  const auto alignment = Solve(measurement, {});
+  ASSERT_TRUE(alignment);
+  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+  EXPECT_THAT(alignment->notices.at(0), HasSubstr("in view 3, which look exchanged"));
+}
+
+TEST(Solve, RefusesWhereTheRestCannotTellWhoIsWrong) {
+  AlignmentWorld world = BenchWorld();
+  world.views.resize(6);  // three targets
+  Measurement measurement = MeasurementOf(Pictured(world, kSigma_px, 4), kSigma_px);
+  measurement.targets[0].ideal_mm.x() += 3;
+  const auto alignment = Solve(measurement, {});
+  ASSERT_TRUE(alignment);
+  EXPECT_EQ(alignment->verdict, Verdict::kRefused);
+  EXPECT_THAT(alignment->reason, HasSubstr("without it: "));
+}
+
+// A camera that is not quite what its calibration says, anew in each of 200 worlds.
+TEST(Solve, AnUncertainCameraCountsAsItScatters) {
+  constexpr int kWorlds = 200;
+  CameraVector sigmas = CameraVector::Zero();
+  sigmas.head<3>() << 0.002, 0.5, 0.5;  // mm, px, px
+  sigmas[3] = 3e-11;                    // 0.1 px at 1500 px, with r³
+  sigmas.tail<6>() << 0.01, 0.01, 0.01, 5e-5, 5e-5, 5e-5;
+  CameraCovariance covariance = sigmas.cwiseAbs2().asDiagonal();
+  covariance(0, 9) = covariance(9, 0) = 0.8 * sigmas[0] * sigmas[9];  // f against Z
+  SolveOptions options;
+  options.camera_covariance = covariance;
+  const Eigen::LLT<CameraCovariance> root(covariance + CameraCovariance::Identity() * 1e-40);
+  Random random(7);
+  double mahalanobis2 = 0;
+  double chi_square = 0;
+  for (int i = 0; i < kWorlds; ++i) {
+    AlignmentWorld world = BenchWorld();
+    Measurement nominal = MeasurementOf(world, kSigma_px);
+    CameraVector draw;
+    for (double& value : draw) value = random.Normal();
+    const CameraVector off = root.matrixL() * draw;
+    test_support::WorldCamera& camera = world.camera;
+    camera.focal_length_mm += off[0];
+    camera.principal_point_offset_px += off.segment<2>(1);
+    camera.k1 += off[3];
+    camera.taper_from_camera.translation_mm += off.segment<3>(7);
+    camera.taper_from_camera.angles_rad += off.segment<3>(10);
+    test_support::TakePictures(world, kSigma_px, random);
+    Measurement measurement = MeasurementOf(world, kSigma_px);
+    measurement.camera = nominal.camera;
+    const auto alignment = Solve(measurement, options);
+    ASSERT_TRUE(alignment);
+    ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+    Eigen::Matrix<double, 6, 1> error;
+    error << alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm,
+        alignment->machine_from_part.angles_rad - world.machine_from_part.angles_rad;
+    const Eigen::MatrixXd part = alignment->covariance.topLeftCorner<6, 6>();
+    mahalanobis2 += error.dot(part.ldlt().solve(error)) / kWorlds;
+    chi_square += alignment->chi_square / alignment->degrees_of_freedom / kWorlds;
+  }
+  // Mean squared Mahalanobis distance of 6 numbers: sqrt(12 / 200) = 0.25 of scatter; four of it.
+  EXPECT_NEAR(mahalanobis2, 6, 1);
+  // 9 degrees of freedom: sqrt(2 / 9 / 200) = 0.03.
+  EXPECT_NEAR(chi_square, 1, 0.13);
+}
+
+TEST(Solve, ACovarianceThatIsNoneIsRefused) {
+  const Measurement measurement = MeasurementOf(Pictured(BenchWorld()), kSigma_px);
+  SolveOptions options;
+  options.camera_covariance = CameraCovariance::Identity();
+  (*options.camera_covariance)(0, 1) = 0.5;
+  EXPECT_FALSE(Solve(measurement, options));
+  (*options.camera_covariance)(1, 0) = 0.5;
+  EXPECT_TRUE(Solve(measurement, options));
+  (*options.camera_covariance)(0, 1) = (*options.camera_covariance)(1, 0) = 2;
+  EXPECT_FALSE(Solve(measurement, options));
+  (*options.camera_covariance)(0, 1) = (*options.camera_covariance)(1, 0) = NAN;
+  EXPECT_FALSE(Solve(measurement, options));
+}
+
+TEST(Solve, IdenticalLeversAreToldWithTheDirection) {
+  AlignmentWorld world = BenchWorld();
+  for (auto& view : world.views) {
+    view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {30, 0});
+  }
+  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), {});
+  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
+  EXPECT_THAT(alignment.reason, HasSubstr("the clamp angle"));
+  EXPECT_THAT(alignment.reason, HasSubstr("no target is seen from two different positions"));
+  EXPECT_LT(alignment.observability.rank, 7);
+}
+
+TEST(Solve, TargetsOnTheAxisAreTold) {
+  AlignmentWorld world = BenchWorld();
+  world.camera.taper_from_camera = {{0, 0, -320.3}, {0, 0, 0}};
+  world.clamping = {};
+  for (std::size_t i = 0; i < world.views.size(); ++i) {
+    const Matrix3d turned = geometry::RotationFromAngles({0, 0, i % 2 == 0 ? 0 : std::numbers::pi});
+    world.views[i] = ViewOf(world, world.views[i].sights[0].target, turned, 300, {0, 0});
+  }
+  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), {});
+  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
+  EXPECT_THAT(alignment.reason, HasSubstr("axis"));
+}
+
+TEST(Solve, RadialLeversAliasWithThePartsRotation) {
+  AlignmentWorld world = BenchWorld();
+  world.camera.taper_from_camera = {{0, 0, -320.3}, {0, 0, 0}};
+  world.machine_from_part = {{800, 400, -600}, {0, 0, 0}};
+  world.clamping = {};
+  world.views.clear();
+  for (int target = 0; target < 4; ++target) {
+    const Vector2d across = world.targets_mm[target].head<2>() / 20;
+    world.views.push_back(ViewOf(world, target, Matrix3d::Identity(), 300, across));
+  }
+  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), {});
+  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell) << alignment.reason;
+  EXPECT_THAT(alignment.reason,
+              HasSubstr("the clamp angle cannot be told from the part's rotation about Z"));
+}
+
+TEST(Solve, NearlyUnobservablePlansAreJudgedByTheirUncertainty) {
+  AlignmentWorld world = BenchWorld();
+  for (std::size_t i = 0; i < world.views.size(); ++i) {
+    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
+                            {i % 2 == 0 ? 30 : 30.3, 0});
+  }
+  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), {});
+  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
+  EXPECT_THAT(alignment.reason, HasSubstr("known to"));
+  EXPECT_EQ(alignment.observability.rank, 7);
+  EXPECT_THAT(alignment.reason, HasSubstr("cannot be told well enough from"));
+}
+
+TEST(Solve, EccentricityAtOneOrientationIsToldFromNothing) {
+  SolveOptions options;
+  options.unknowns.clamp_eccentricity = true;
+  const Alignment alignment = Solved(Pictured(BenchWorld(), kSigma_px, 2), options);
+  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
+  EXPECT_THAT(alignment.reason, HasSubstr("the clamp eccentricity in"));
+  EXPECT_THAT(alignment.reason, HasSubstr("same orientation of the spindle"));
+}
+
+// What is advised is taken, and then the same measurement is good.
+TEST(Solve, TheAdvisedViewsMakeTheAnswerGood) {
+  AlignmentWorld world = BenchWorld();
+  for (auto& view : world.views) {
+    view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {30, 5});
+  }
+  const Alignment before = Solved(Pictured(world, kSigma_px, 2), {});
+  ASSERT_EQ(before.verdict, Verdict::kCannotTell);
+  const std::string& advice = before.observability.advice;
+  int added = 0;
+  for (std::size_t at = advice.find("target T"); at != std::string::npos;
+       at = advice.find("target T", at + 1)) {
+    int target = 0;
+    test_support::WorldView view;
+    ASSERT_EQ(std::sscanf(advice.c_str() + at, "target T%d from spindle X %lf Y %lf Z %lf", &target,
+                          &view.spindle_mm.x(), &view.spindle_mm.y(), &view.spindle_mm.z()),
+              4)
+        << advice;
+    view.sights = {{target - 1, {}}};
+    world.views.push_back(view);
+    ++added;
+  }
+  ASSERT_GE(added, 1) << advice;
+  const AlignmentWorld again = Pictured(world, kSigma_px, 2);
+  const Alignment after = Solved(again, {});
+  EXPECT_EQ(after.verdict, Verdict::kGood) << after.reason << "\n" << advice;
+}
+
+TEST(Solve, TooFewLinesOfSightAreCounted) {
+  AlignmentWorld world = BenchWorld();
+  world.views.resize(3);
+  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), {});
+  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
+  EXPECT_THAT(alignment.reason, HasSubstr("7 unknowns need at least 4 lines of sight"));
+  world.views.resize(1);
+  EXPECT_EQ(Solved(Pictured(world, kSigma_px, 2), {}).verdict, Verdict::kCannotTell);
+}
+
+TEST(Solve, InputErrorsNameWhatIsWrong) {
+  const Measurement good = MeasurementOf(Pictured(BenchWorld()), kSigma_px);
+  const auto message = [&](auto&& spoil) {
+    Measurement measurement = good;
+    spoil(measurement);
+    const auto alignment = Solve(measurement, {});
+    return alignment ? std::string("no error") : alignment.error().message;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(message([](Measurement& m) { m.views[2].observations[0].target = "T9"; }),
+              HasSubstr("view 3: target T9 is not among the 4 targets"));
+  EXPECT_THAT(message([](Measurement& m) { m.targets[1].id = "T1"; }),
+              HasSubstr("T1 is given twice"));
+  EXPECT_THAT(message([&](Measurement& m) { m.views[0].observations[0].row_px = nan; }),
+              HasSubstr("outside the picture"));
+  EXPECT_THAT(message([](Measurement& m) { m.views[0].observations[0].sigma_px = 0; }),
+              HasSubstr("sigma_px is 0"));
+  EXPECT_THAT(message([&](Measurement& m) { m.views[1].spindle_mm.x() = nan; }),
+              HasSubstr("view 2: spindle_mm"));
+  EXPECT_THAT(message([](Measurement& m) { m.views[1].spindle_rotation(2, 2) = -1; }),
+              HasSubstr("no rotation"));
+  EXPECT_THAT(message([](Measurement& m) { m.views[1].spindle_rotation *= 2; }),
+              HasSubstr("no rotation"));
+  EXPECT_THAT(message([&](Measurement& m) { m.targets[0].ideal_mm.z() = nan; }),
+              HasSubstr("target T1: ideal_mm"));
+  EXPECT_THAT(message([](Measurement& m) { m.camera.focal_length_mm = -6; }),
+              HasSubstr("focal_length_mm is -6"));
+  EXPECT_THAT(message([](Measurement& m) {
+                m.views[0].observations.push_back(m.views[0].observations[0]);
+              }),
+              HasSubstr("observed twice"));
+  EXPECT_THAT(message([](Measurement& m) { m.views.clear(); }), HasSubstr("no view"));
+}
+
+}  // namespace
+}  // namespace trammel::part_alignment

@@ -1,0 +1,206 @@
+#include "part_alignment/pose/wrong_sights.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "part_alignment/pose/ceres_descend.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Indices = std::vector<std::size_t>;
+
+struct Suspicion {
+  Indices sights;
+  std::string what;
+  bool swapped = false;  ///< two sights whose targets are exchanged
+};
+
+PoseProblem Without(const PoseProblem& problem, const Indices& left_out) {
+  PoseProblem rest{problem.camera, problem.unknowns, {}};
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    if (std::find(left_out.begin(), left_out.end(), i) == left_out.end()) {
+      rest.sights.push_back(problem.sights[i]);
+    }
+  }
+  return rest;
+}
+
+std::string NameOf(const PoseProblem& problem, const std::vector<std::string>& labels,
+                   std::size_t i) {
+  return fmt::format("target {} in view {}", labels[problem.sights[i].target],
+                     problem.sights[i].view + 1);
+}
+
+std::vector<Suspicion> SingleSights(const PoseProblem& problem,
+                                    const std::vector<std::string>& labels) {
+  std::vector<Suspicion> suspicions;
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    suspicions.push_back({{i}, NameOf(problem, labels, i)});
+  }
+  return suspicions;
+}
+
+/// Whole targets and whole views of at least two sights, and exchanged ids.
+std::vector<Suspicion> Groups(const PoseProblem& problem, const std::vector<std::string>& labels) {
+  std::map<std::size_t, Indices> by_target;
+  std::map<std::size_t, Indices> by_view;
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    by_target[problem.sights[i].target].push_back(i);
+    by_view[problem.sights[i].view].push_back(i);
+  }
+  std::vector<Suspicion> suspicions;
+  for (const auto& [target, sights] : by_target) {
+    if (sights.size() > 1) {
+      suspicions.push_back({sights, fmt::format("target {}", labels[target])});
+    }
+  }
+  for (const auto& [view, sights] : by_view) {
+    for (std::size_t a = 0; a < sights.size(); ++a) {
+      for (std::size_t b = a + 1; b < sights.size(); ++b) {
+        suspicions.push_back({{sights[a], sights[b]},
+                              fmt::format("targets {} and {} in view {}, which look exchanged",
+                                          labels[problem.sights[sights[a]].target],
+                                          labels[problem.sights[sights[b]].target], view + 1),
+                              true});
+      }
+    }
+    if (sights.size() > 1) {
+      suspicions.push_back({sights, fmt::format("view {}", view + 1)});
+    }
+  }
+  return suspicions;
+}
+
+std::vector<Suspicion> Pairs(const PoseProblem& problem, const std::vector<std::string>& labels) {
+  std::vector<Suspicion> suspicions;
+  for (std::size_t a = 0; a < problem.sights.size(); ++a) {
+    for (std::size_t b = a + 1; b < problem.sights.size(); ++b) {
+      suspicions.push_back(
+          {{a, b},
+           fmt::format("{} and {}", NameOf(problem, labels, a), NameOf(problem, labels, b))});
+    }
+  }
+  return suspicions;
+}
+
+/// The clamp angles to begin at: a wrong sight hardly moves the clamp angle by a quarter turn.
+std::vector<double> ClampStarts(const PoseProblem& problem, const Fit& all) {
+  const Layout layout = LayoutOf(problem.unknowns);
+  if (layout.clamp_angle < 0 || !all.found) {
+    return {0};
+  }
+  return {0, all.theta[layout.clamp_angle]};
+}
+
+bool Fits(const PoseProblem& problem, const Fit& fit) {
+  return fit.found && fit.chi_square <= ChiSquareHigh(DegreesOfFreedom(problem));
+}
+
+/// Those of `kind` that make the rest fit, without those that hold another one.
+std::vector<WrongSights> Explanations(const PoseProblem& problem, const Fit& all,
+                                      const std::vector<Suspicion>& kind, SolveMethod method) {
+  std::vector<WrongSights> explanations;
+  const std::vector<double> starts = ClampStarts(problem, all);
+  for (const Suspicion& suspicion : kind) {
+    if (suspicion.swapped) {
+      PoseProblem exchanged = problem;
+      std::swap(exchanged.sights[suspicion.sights[0]].part_mm,
+                exchanged.sights[suspicion.sights[1]].part_mm);
+      if (!Fits(exchanged, FitFrom(exchanged, SolveMethod::kGaussNewton, starts))) {
+        continue;
+      }
+    }
+    const PoseProblem rest = Without(problem, suspicion.sights);
+    if (DegreesOfFreedom(rest) < 1) {
+      continue;
+    }
+    const Fit fit = FitFrom(rest, SolveMethod::kGaussNewton, starts);
+    if (Fits(rest, fit)) {
+      explanations.push_back({suspicion.sights, suspicion.what, fit, {}});
+    }
+  }
+  const auto holds_another = [&](const WrongSights& one) {
+    return std::any_of(explanations.begin(), explanations.end(), [&](const WrongSights& other) {
+      return &one != &other && other.sights.size() <= one.sights.size() &&
+             (other.sights != one.sights || &other < &one) &&
+             std::includes(one.sights.begin(), one.sights.end(), other.sights.begin(),
+                           other.sights.end());
+    });
+  };
+  std::vector<WrongSights> least;
+  std::copy_if(explanations.begin(), explanations.end(), std::back_inserter(least),
+               [&](const WrongSights& one) { return !holds_another(one); });
+  if (least.size() == 1 && method == SolveMethod::kCeres) {
+    least[0].fit = FitFrom(Without(problem, least[0].sights), method, starts);
+  }
+  return least;
+}
+
+/// For many sights: what a Cauchy loss leaves far off, again and again.
+WrongSights ByRobustLoss(const PoseProblem& problem, const Fit& all,
+                         const std::vector<std::string>& labels, SolveMethod method) {
+  constexpr double kLoss_sigma = 2;
+  constexpr double kFar2 = 25;  // 5 sigma: 4e-6 per sight by chance
+  WrongSights none;
+  none.doubt = "no target, view or pair of observations alone explains it";
+  if (!all.found) {
+    return none;
+  }
+  const MiddleFrame frame =
+      MiddleFrameOf(problem, geometry::RotationFromAngles(all.theta.segment<3>(3)));
+  const Descent robust =
+      DescendByCeres(InMiddleFrame(problem, frame), ToMiddleFrame(frame, all.theta), kLoss_sigma);
+  const Chain chain(problem, FromMiddleFrame(frame, robust.theta), false);
+  WrongSights wrong;
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    Eigen::Vector2d residual_px;
+    const double sigma_px = problem.sights[i].sigma_px;
+    if (!chain.Residual(problem.sights[i], residual_px) ||
+        residual_px.squaredNorm() > kFar2 * sigma_px * sigma_px) {
+      wrong.sights.push_back(i);
+      wrong.what += (wrong.what.empty() ? "" : ", ") + NameOf(problem, labels, i);
+    }
+  }
+  const PoseProblem rest = Without(problem, wrong.sights);
+  if (wrong.sights.empty() || 4 * wrong.sights.size() > problem.sights.size() ||
+      DegreesOfFreedom(rest) < 1) {
+    return none;
+  }
+  wrong.fit = FitFrom(rest, method, ClampStarts(problem, all));
+  return Fits(rest, wrong.fit) ? wrong : none;
+}
+
+}  // namespace
+
+WrongSights FindWrongSights(const PoseProblem& problem, const Fit& all,
+                            const std::vector<std::string>& labels, SolveMethod method) {
+  constexpr std::size_t kMostOneByOne = 60;
+  constexpr std::size_t kMostForPairs = 20;
+  const std::size_t count = problem.sights.size();
+  if (count <= kMostOneByOne) {
+    std::vector<std::vector<Suspicion>> kinds{SingleSights(problem, labels),
+                                              Groups(problem, labels)};
+    if (count <= kMostForPairs) {
+      kinds.push_back(Pairs(problem, labels));
+    }
+    for (const std::vector<Suspicion>& kind : kinds) {
+      const std::vector<WrongSights> found = Explanations(problem, all, kind, method);
+      if (found.size() == 1) {
+        return found[0];
+      }
+      if (found.size() > 1) {
+        WrongSights doubtful;
+        doubtful.doubt = fmt::format("either {} or {} is wrong and the views cannot tell which",
+                                     found[0].what, found[1].what);
+        return doubtful;
+      }
+    }
+  }
+  return ByRobustLoss(problem, all, labels, method);
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,108 @@
+#include "part_alignment/targets/code_book.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace trammel::part_alignment {
+namespace {
+
+// Found by a search for large independent sets in the graph whose edges join words that could be
+// taken for one another; a greedy choice gives 15 and 40. 17 and 45 are the best that was found,
+// not proven to be the most there are.
+constexpr std::array<std::uint32_t, 17> kWords12{27,  41,  103, 113, 151, 189, 309, 427, 479,
+                                                 493, 499, 639, 679, 699, 717, 723, 1471};
+constexpr std::array<std::uint32_t, 45> kWords14{
+    69,   157,  231,  305,  363,  431,  469,  499,  567,  587,  633,  667,  689,  717,  783,
+    803,  829,  1001, 1143, 1215, 1227, 1375, 1443, 1479, 1533, 1703, 1759, 1865, 1895, 1973,
+    2043, 2395, 2485, 2491, 2509, 2645, 2731, 2807, 3039, 3287, 3323, 3437, 3933, 4079, 5871};
+
+constexpr int kLeastDistance = 3;
+constexpr int kLeastOfEither = 3;
+constexpr int kLeastChanges = 4;
+
+std::uint32_t Rotated(int bits, std::uint32_t word, int by) {
+  const std::uint32_t mask = (1U << bits) - 1;
+  return ((word >> by) | (word << (bits - by))) & mask;
+}
+
+bool IsFit(int bits, std::uint32_t word) {
+  const int ones = std::popcount(word);
+  if (ones < kLeastOfEither || bits - ones < kLeastOfEither) return false;
+  if (std::popcount(word ^ Rotated(bits, word, 1)) < kLeastChanges) return false;
+  for (int by = 1; by < bits; ++by) {
+    if (std::popcount(word ^ Rotated(bits, word, by)) < kLeastDistance) return false;
+  }
+  return true;
+}
+
+/// Whether `word` is the smallest of its rotations.
+bool IsCanonical(int bits, std::uint32_t word) {
+  for (int by = 1; by < bits; ++by) {
+    if (Rotated(bits, word, by) < word) return false;
+  }
+  return true;
+}
+
+/// What the word can be read as with up to two wrong bits or with neighbours hidden, canonical.
+std::vector<std::uint32_t> Misreadings(int bits, std::uint32_t word) {
+  std::vector<std::uint32_t> found;
+  const auto add = [&](std::uint32_t other) { found.push_back(CanonicalWord(bits, other)); };
+  for (int i = 0; i < bits; ++i) {
+    add(word ^ (1U << i));
+    for (int j = 0; j < i; ++j) add(word ^ (1U << i) ^ (1U << j));
+    std::uint32_t hidden = 0;
+    for (int k = 0; k < HiddenBits(bits); ++k) {
+      hidden |= 1U << ((i + k) % bits);
+      add(word | hidden);
+      add(word & ~hidden);
+    }
+  }
+  return found;
+}
+
+/// Takes each word, in ascending order, that no earlier one can be mistaken for nor it for them.
+std::vector<std::uint32_t> GreedyWords(int bits) {
+  const std::uint32_t count = 1U << bits;
+  std::vector<bool> taken(count);
+  std::vector<bool> barred(count);
+  std::vector<std::uint32_t> words;
+  for (std::uint32_t word = 0; word < count; ++word) {
+    if (barred[word] || !IsCanonical(bits, word) || !IsFit(bits, word)) continue;
+    const std::vector<std::uint32_t> misreadings = Misreadings(bits, word);
+    if (std::any_of(misreadings.begin(), misreadings.end(),
+                    [&](std::uint32_t other) { return other != word && taken[other]; })) {
+      continue;
+    }
+    for (const std::uint32_t other : misreadings) barred[other] = true;
+    taken[word] = true;
+    words.push_back(word);
+  }
+  return words;
+}
+
+}  // namespace
+
+Result<CodeBook> MakeCodeBook(int bits) {
+  if (bits == 12) return CodeBook{bits, {kWords12.begin(), kWords12.end()}};
+  if (bits == 14) return CodeBook{bits, {kWords14.begin(), kWords14.end()}};
+  if (bits == 20) return CodeBook{bits, GreedyWords(bits)};
+  return Fail(fmt::format("code of {} bits: must be 12, 14 or 20", bits));
+}
+
+std::uint32_t CanonicalWord(int bits, std::uint32_t word) {
+  std::uint32_t smallest = word;
+  for (int by = 1; by < bits; ++by) smallest = std::min(smallest, Rotated(bits, word, by));
+  return smallest;
+}
+
+std::optional<int> TargetNumber(const CodeBook& book, std::uint32_t word) {
+  const std::uint32_t canonical = CanonicalWord(book.bits, word);
+  const auto at = std::lower_bound(book.words.begin(), book.words.end(), canonical);
+  if (at == book.words.end() || *at != canonical) return std::nullopt;
+  return static_cast<int>(at - book.words.begin()) + 1;
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,33 @@
+// One pass over the pixels about a disc's edge: the normal equations of its model.
+#pragma once
+
+#include <array>
+
+#include "base/page.h"
+#include "part_alignment/targets/disc_fit.h"
+#include "part_alignment/targets/small_cholesky.h"
+
+namespace trammel::part_alignment {
+
+/// Of DiscModel, in its order: c, W, blur, contrast, background, gradient.
+inline constexpr int kDiscParameters = 10;
+
+using DiscVector = SmallVector<kDiscParameters>;
+using DiscMatrix = SmallMatrix<kDiscParameters>;
+
+/// The system J^T J x = J^T r, lower triangle; sums of floats, right to some 1e-5.
+struct DiscNormal {
+  DiscMatrix jtj{};
+  DiscVector jtr{};
+  double rss = 0;
+  int samples = 0;
+  int saturated = 0;
+};
+
+/// Sums over the pixels within 3.5 blurs + 1.5 px of the edge, short of the ring.
+/// @param picture  1 channel, at least 4 px wide.
+/// @param every    looks at one row in so many, >= 1.
+[[nodiscard]] DiscNormal SumOverPixels(const PageView& picture, const DiscModel& model,
+                                       const RingShade& ring, int every);
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,375 @@
+#include "part_alignment/targets/disc_search.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+namespace trammel::part_alignment {
+namespace {
+
+/// Bit i, of 16: |p[i + 1] - p[i - 1]| >= step.
+unsigned EdgesAt(const std::uint8_t* p, int step) {
+#ifdef __SSE2__
+  const __m128i before = _mm_loadu_si128(reinterpret_cast<const __m128i*>(p - 1));
+  const __m128i after = _mm_loadu_si128(reinterpret_cast<const __m128i*>(p + 1));
+  const __m128i change = _mm_or_si128(_mm_subs_epu8(before, after), _mm_subs_epu8(after, before));
+  const __m128i over = _mm_subs_epu8(change, _mm_set1_epi8(static_cast<char>(step - 1)));
+  const int below = _mm_movemask_epi8(_mm_cmpeq_epi8(over, _mm_setzero_si128()));
+  return ~static_cast<unsigned>(below) & 0xffffU;
+#else
+  unsigned edges = 0;
+  for (int i = 0; i < 16; ++i) edges |= (std::abs(p[i + 1] - p[i - 1]) >= step ? 1U : 0U) << i;
+  return edges;
+#endif
+}
+
+/// Columns of the steepest places, as 2 * column + (rising ? 1 : 0). None in a picture too narrow
+/// for a ring.
+void EdgesOfRow(const std::uint8_t* row, int width, int step, std::vector<std::int32_t>& edges) {
+  edges.clear();
+  if (width < 18) return;  // what EdgesAt reads
+  int steepest = 0;        // of the edge being crossed, signed; 0: none
+  int place = 0;
+  int latest = 0;  // column
+  const auto finish = [&] {
+    if (steepest != 0) edges.push_back(2 * place + (steepest > 0 ? 1 : 0));
+  };
+  for (int block = 1; block < width - 1; block += 16) {
+    // The last block begins early; what it repeats is cut off.
+    const int first = std::min(block, width - 17);
+    unsigned at = EdgesAt(row + first, step) >> (block - first) << (block - first);
+    for (; at != 0; at &= at - 1) {
+      const int x = first + std::countr_zero(at);
+      const int change = row[x + 1] - row[x - 1];
+      if (x != latest + 1 || (change > 0) != (steepest > 0)) {
+        finish();
+        steepest = 0;
+      }
+      latest = x;
+      if (std::abs(change) > std::abs(steepest)) {
+        steepest = change;
+        place = x;
+      }
+    }
+  }
+  finish();
+}
+
+struct Levels {
+  int inside = 0;
+  int outside = 0;
+};
+
+/// Steps from (x, y) in a direction while the shade is the inside's; the number of whole steps that
+/// stayed inside, or -1 beyond `most` steps or the picture.
+int StepsInside(const PageView& picture, double x, double y, int dx, int dy, const Run& run,
+                int most) {
+  const int threshold = (run.inside + run.outside) / 2;
+  const bool dark = run.inside < run.outside;
+  const int column = static_cast<int>(x + 0.5);
+  const int line = static_cast<int>(y + 0.5);
+  // Steps until the picture ends.
+  int room = most + 1;
+  if (dx != 0) room = std::min(room, dx > 0 ? picture.width - 1 - column : column);
+  if (dy != 0) room = std::min(room, dy > 0 ? picture.height - 1 - line : line);
+  const std::uint8_t* p = picture.row(line) + column;
+  const std::ptrdiff_t stride = dy * picture.stride + dx;
+  for (int steps = 0; steps < room; ++steps) {
+    p += stride;
+    if ((*p < threshold) != dark) return steps;
+  }
+  return -1;
+}
+
+/// Middle and half length of the chord through (x, y); half < 0 where it has no end.
+struct Chord {
+  double shift = 0;  ///< of the middle from the start, in steps
+  double half = -1;
+};
+
+Chord ChordThrough(const PageView& picture, double x, double y, int dx, int dy, const Run& run,
+                   int most) {
+  const int ahead = StepsInside(picture, x, y, dx, dy, run, most);
+  if (ahead < 0) return {};
+  const int behind = StepsInside(picture, x, y, -dx, -dy, run, most);
+  if (behind < 0) return {};
+  return {0.5 * (ahead - behind), 0.5 * (ahead + behind + 1)};
+}
+
+/// Where a ray's shade crosses the threshold.
+struct Edge {
+  double at = -1;    ///< distance along the ray; < 0: it does not cross
+  double slope = 0;  ///< grey levels per px
+};
+
+/// @param from, most  of the distance; the ray must not leave the picture before `most`.
+Edge Crossing(const PageView& picture, double x, double y, double dx, double dy,
+              const Levels& levels, double from, double most) {
+  const int twice_threshold = levels.inside + levels.outside;
+  const bool dark = levels.inside < levels.outside;
+  const auto is_outside = [&](double grey) { return (2 * grey < twice_threshold) != dark; };
+  // By nearest pixels, whose places are counted in 65536ths.
+  constexpr double kOne = 65536;
+  auto column = static_cast<std::int64_t>((x + from * dx + 0.5) * kOne);
+  auto row = static_cast<std::int64_t>((y + from * dy + 0.5) * kOne);
+  const auto column_step = static_cast<std::int64_t>(dx * kOne);
+  const auto row_step = static_cast<std::int64_t>(dy * kOne);
+  double at = from;
+  while (at <= most &&
+         ((2 * picture.row(static_cast<int>(row >> 16))[column >> 16] < twice_threshold) == dark)) {
+    column += column_step;
+    row += row_step;
+    at += 1;
+  }
+  if (at == from || at > most) return {};
+  // Between pixels, from a step before.
+  const auto grey_at = [&](double place) {
+    return Between(picture, x + place * dx, y + place * dy);
+  };
+  at -= 1;
+  double previous = grey_at(at);
+  if (is_outside(previous)) {
+    at -= 1;
+    if (at < from) return {};
+    previous = grey_at(at);
+    if (is_outside(previous)) return {};
+  }
+  for (at += 1; at <= most; at += 1) {
+    const double grey = grey_at(at);
+    if (is_outside(grey)) {
+      const double slope = grey - previous;
+      return {at - (grey - 0.5 * twice_threshold) / slope, std::abs(slope)};
+    }
+    previous = grey;
+  }
+  return {};
+}
+
+/// How far a ray goes until it leaves the picture.
+double RoomAlong(const PageView& picture, double x, double y, double dx, double dy) {
+  const auto along = [](double place, double step, int size) {
+    constexpr double kStill = 1e-9;
+    if (std::abs(step) < kStill) return std::numeric_limits<double>::infinity();
+    return (step > 0 ? size - 1 - place : -place) / step;
+  };
+  return std::min(along(x, dx, picture.width), along(y, dy, picture.height));
+}
+
+/// Solves the symmetric 5x5 system in place; false where it is singular.
+bool Solve5(std::array<std::array<double, 6>, 5>& a) {
+  for (int i = 0; i < 5; ++i) {
+    int pivot = i;
+    for (int k = i + 1; k < 5; ++k) {
+      if (std::abs(a[k][i]) > std::abs(a[pivot][i])) pivot = k;
+    }
+    std::swap(a[i], a[pivot]);
+    if (std::abs(a[i][i]) < 1e-9) return false;
+    for (int k = 0; k < 5; ++k) {
+      if (k == i) continue;
+      const double factor = a[k][i] / a[i][i];
+      for (int j = i; j < 6; ++j) a[k][j] -= factor * a[i][j];
+    }
+  }
+  for (auto& row : a) row[5] /= row[&row - a.data()];
+  return true;
+}
+
+/// The levels within the middle, and in the gap. The row that found the disc may have crossed it
+/// close to its rim, and the chords may be a pixel too long. Absent close to the picture's border.
+std::optional<Levels> LevelsAbout(const PageView& picture, const Middle& middle, bool dark) {
+  constexpr int kAround = 12;
+  constexpr double kBeyond = 1.35;  // of the chords: short of the ring even where they are too long
+  std::array<int, kAround> outside{};
+  std::size_t count = 0;
+  Directions direction(0.5 * std::numbers::pi / kAround, 2 * std::numbers::pi / kAround);
+  for (int i = 0; i < kAround; ++i, direction.Next()) {
+    const double x = middle.column_px + kBeyond * middle.half_width_px * direction.x() + 0.5;
+    const double y = middle.row_px + kBeyond * middle.half_height_px * direction.y() + 0.5;
+    if (!(x >= 0 && y >= 0 && x < picture.width && y < picture.height)) continue;
+    outside[count++] = picture.row(static_cast<int>(y))[static_cast<int>(x)];
+  }
+  if (count < kAround / 2) return std::nullopt;
+  // Blur of disc and ring draws all of them towards the ink: a quarter of the way from the other
+  // end.
+  const auto chosen = outside.begin() + static_cast<int>(dark ? count - 1 - count / 4 : count / 4);
+  std::nth_element(outside.begin(), chosen, outside.begin() + static_cast<int>(count));
+  const auto x = static_cast<int>(middle.column_px + 0.5);
+  const auto y = static_cast<int>(middle.row_px + 0.5);
+  int sum = 0;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) sum += picture.row(y + dy)[x + dx];
+  }
+  return Levels{(sum + 4) / 9, *chosen};
+}
+
+/// Root mean square of the points' distances from the ellipse, about.
+double DistanceOf(std::span<const Offset> points, const DiscModel& disc) {
+  double sum = 0;
+  for (const Offset& point : points) {
+    const double x = point.x - disc.column_px;
+    const double y = point.y - disc.row_px;
+    const double u = disc.wxx * x + disc.wxy * y;
+    const double v = disc.wxy * x + disc.wyy * y;
+    const double off = std::sqrt(u * u + v * v) - 1;
+    sum += off * off;
+  }
+  return std::sqrt(sum / static_cast<double>(points.size())) * MeanRadius(disc);
+}
+
+}  // namespace
+
+std::optional<DiscModel> EllipseThrough(std::span<const Offset> points, double scale) {
+  // a x² + 2 b x y + c y² + d x + e y = 1
+  std::array<std::array<double, 6>, 5> system{};
+  for (const Offset& point : points) {
+    const double x = point.x / scale;
+    const double y = point.y / scale;
+    const std::array<double, 6> terms{x * x, 2 * x * y, y * y, x, y, 1};
+    for (int i = 0; i < 5; ++i) {
+      for (int j = i; j < 6; ++j) system[i][j] += terms[i] * terms[j];
+    }
+  }
+  for (int i = 1; i < 5; ++i) {
+    for (int j = 0; j < i; ++j) system[i][j] = system[j][i];
+  }
+  if (!Solve5(system)) return std::nullopt;
+  const double a = system[0][5];
+  const double b = system[1][5];
+  const double c = system[2][5];
+  const double det = a * c - b * b;
+  if (!(a > 0 && det > 0)) return std::nullopt;
+  const double cx = -(c * system[3][5] - b * system[4][5]) / (2 * det);
+  const double cy = -(a * system[4][5] - b * system[3][5]) / (2 * det);
+  const double level = 1 + a * cx * cx + 2 * b * cx * cy + c * cy * cy;
+  // W is the square root of the form: (A + sqrt(det) I) / sqrt(trace + 2 sqrt(det)).
+  const double root = std::sqrt(det);
+  const double norm = std::sqrt((a + c + 2 * root) * level) * scale;
+  DiscModel disc;
+  disc.column_px = cx * scale;
+  disc.row_px = cy * scale;
+  disc.wxx = (a + root) / norm;
+  disc.wxy = b / norm;
+  disc.wyy = (c + root) / norm;
+  return disc;
+}
+
+void RunsOfRow(const PageView& picture, int row, const RunRules& rules,
+               std::vector<std::int32_t>& edges, std::vector<Run>& runs) {
+  runs.clear();
+  const std::uint8_t* p = picture.row(row);
+  EdgesOfRow(p, picture.width, rules.edge_step, edges);
+  for (std::size_t i = 1; i < edges.size(); ++i) {
+    if (((edges[i] ^ edges[i - 1]) & 1) == 0) continue;
+    Run run;
+    run.row = row;
+    run.first = edges[i - 1] / 2;
+    run.last = edges[i] / 2;
+    const int length = run.last - run.first;
+    if (length < rules.min_px || length > rules.max_px) continue;
+    const int aside = 2 + length / 6;
+    if (run.first < aside || run.last + aside >= picture.width) continue;
+    const int middle = (run.first + run.last) / 2;
+    run.inside = (p[middle - 1] + p[middle] + p[middle + 1]) / 3;
+    const int left = p[run.first - aside] - run.inside;
+    const int right = p[run.last + aside] - run.inside;
+    if ((left > 0) != (right > 0)) continue;
+    const int less = std::min(std::abs(left), std::abs(right));
+    if (less < rules.min_contrast / 2 || 5 * less < 2 * std::max(std::abs(left), std::abs(right))) {
+      continue;
+    }
+    run.outside = run.inside + (left + right) / 2;
+    runs.push_back(run);
+  }
+}
+
+std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run, double min_radius_px,
+                                   double max_radius_px) {
+  const int most = static_cast<int>(2 * max_radius_px) + 2;
+  const double least_half = 0.5 * min_radius_px;  // as of a disc tilted by 60 degrees
+  Middle middle;
+  middle.column_px = 0.5 * (run.first + run.last);
+  middle.row_px = run.row;
+  for (int round = 0; round < 2; ++round) {
+    const Chord down = ChordThrough(picture, middle.column_px, middle.row_px, 0, 1, run, most);
+    if (down.half < least_half) return std::nullopt;
+    middle.row_px = static_cast<int>(middle.row_px + 0.5) + down.shift;
+    middle.half_height_px = down.half;
+    const Chord across = ChordThrough(picture, middle.column_px, middle.row_px, 1, 0, run, most);
+    if (across.half < least_half) return std::nullopt;
+    middle.column_px = static_cast<int>(middle.column_px + 0.5) + across.shift;
+    middle.half_width_px = across.half;
+  }
+  const double longer = std::max(middle.half_width_px, middle.half_height_px);
+  const double shorter = std::min(middle.half_width_px, middle.half_height_px);
+  if (shorter < 0.4 * longer - 1) return std::nullopt;
+  // No parallelogram of half chords through an ellipse's middle is smaller than that of its axes.
+  constexpr double kChordError_px = 0.6;
+  const double least = min_radius_px - kChordError_px;
+  if (longer * shorter < least * least) return std::nullopt;
+  for (const int dy : {1, -1}) {
+    const Chord chord = ChordThrough(picture, middle.column_px, middle.row_px, 1, dy, run, most);
+    if (chord.half < 0 || std::abs(chord.shift) > 0.2 * chord.half + 1.5) return std::nullopt;
+    if (chord.half * std::numbers::sqrt2 > 1.3 * longer + 2) return std::nullopt;
+  }
+  return middle;
+}
+
+std::optional<DiscModel> RoughDisc(const PageView& picture, const Middle& middle, bool dark,
+                                   double min_contrast) {
+  const std::optional<Levels> levels = LevelsAbout(picture, middle, dark);
+  if (!levels || (levels->inside < levels->outside) != dark) return std::nullopt;
+  if (std::abs(levels->inside - levels->outside) < min_contrast) return std::nullopt;
+  constexpr int kHalf = 12;
+  constexpr int kMostMissing = 4;
+  constexpr int kStride = 5;  // rays from all around first: what is no disc shows soon
+  const double longer = std::max(middle.half_width_px, middle.half_height_px);
+  const double shorter = std::min(middle.half_width_px, middle.half_height_px);
+  const double from = std::floor(0.7 * shorter);
+  const double most = 1.5 * longer + 2;
+  const double x = middle.column_px;
+  const double y = middle.row_px;
+  const bool within =
+      x >= most && y >= most && x + most <= picture.width - 1 && y + most <= picture.height - 1;
+  std::array<Offset, 2 * kHalf> points;
+  std::size_t count = 0;
+  double slopes = 0;
+  std::optional<DiscModel> disc;
+  // Half of the rays tell most of what is no disc.
+  for (const int half : {1, 2}) {
+    constexpr double kStep = 2 * std::numbers::pi / kHalf;
+    Directions direction((half == 1 ? 0.25 : 0.75) * kStep, kStride * kStep);
+    for (int i = 0; i < kHalf; ++i, direction.Next()) {
+      const double dx = direction.x();
+      const double dy = direction.y();
+      const double end = within ? most : std::min(most, RoomAlong(picture, x, y, dx, dy));
+      const Edge edge = Crossing(picture, x, y, dx, dy, *levels, from, end);
+      if (edge.at > 0) points[count++] = {edge.at * dx, edge.at * dy};
+      slopes += edge.slope;
+      const int rays = (half - 1) * kHalf + i + 1;
+      if (static_cast<int>(count) < rays - kMostMissing) return std::nullopt;
+    }
+    const std::span<const Offset> found(points.data(), count);
+    disc = EllipseThrough(found, longer);
+    if (!disc) return std::nullopt;
+    if (DistanceOf(found, *disc) > 0.25 + 0.03 * MeanRadius(*disc)) {
+      return std::nullopt;
+    }
+  }
+  disc->column_px += x;
+  disc->row_px += y;
+  disc->background = levels->outside;
+  disc->contrast = levels->inside - levels->outside;
+  constexpr double kSteepest = 0.3989;  // of the normal integral
+  const double blur_px = kSteepest * std::abs(disc->contrast) * static_cast<double>(count) / slopes;
+  disc->blur_px = std::clamp(blur_px, 0.4, std::max(0.4, 0.3 * MeanRadius(*disc)));
+  return disc;
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,273 @@
+#include "part_alignment/targets/ring_reader.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <vector>
+
+#include "part_alignment/targets/disc_search.h"
+#include "part_alignment/targets/target_layout.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr int kPerSegment = 8;  ///< samples
+constexpr int kMostSamples = 20 * kPerSegment;
+constexpr int kAgain = kPerSegment;  ///< samples from the circle's begin that follow its end
+
+// In units of the contrast: 0 the surroundings, 1 the disc's shade.
+constexpr double kPlain = 0.35;          ///< gap and quiet zone stay below
+constexpr double kMostScratched = 0.12;  ///< share of the quiet zone, beyond a whole ring
+constexpr double kLeastSpan = 0.35;      ///< between segments without and with ink
+constexpr double kMostLow = 0.3;         ///< of those without
+constexpr double kLeastHigh = 0.5;       ///< of those with
+
+// Of the ring, in units of the span between its two shades.
+constexpr double kSure = 0.12;      ///< a segment's least distance from the middle
+constexpr double kSameShade = 0.3;  ///< segments of one value differ by less
+constexpr double kMisfit = 0.45;    ///< of a segment's half from what its bits say
+constexpr double kMostBelow = 0.6;  ///< of a ring's sample below the surroundings
+constexpr int kLeastInked = 3;      ///< segments of a ring, and as many without ink
+constexpr double kBlank = 0.3;      ///< without a ring no sample of it reaches this
+
+/// Samples along circles of the target, each in units of the contrast.
+struct Circles {
+  int count = 0;
+  std::array<double, kMostSamples> gap;
+  std::array<double, kMostSamples + kAgain> ring;  ///< its first kAgain follow its last
+  std::array<double, kMostSamples> quiet;
+};
+
+/// From the plane of W (p - c) to the picture.
+struct Mapping {
+  double cx, cy, xx, xy, yy;
+  explicit Mapping(const DiscModel& d) : cx(d.column_px), cy(d.row_px) {
+    const double det = d.wxx * d.wyy - d.wxy * d.wxy;
+    xx = d.wyy / det;
+    xy = -d.wxy / det;
+    yy = d.wxx / det;
+  }
+  [[nodiscard]] double X(double u, double v) const { return cx + xx * u + xy * v; }
+  [[nodiscard]] double Y(double u, double v) const { return cy + xy * u + yy * v; }
+};
+
+bool Inside(const PageView& picture, const Mapping& map, double radius) {
+  const double half_x = radius * std::hypot(map.xx, map.xy);
+  const double half_y = radius * std::hypot(map.xy, map.yy);
+  return map.cx - half_x >= 0 && map.cx + half_x <= picture.width - 1 && map.cy - half_y >= 0 &&
+         map.cy + half_y <= picture.height - 1;
+}
+
+constexpr double kGapRadius = 1.5;
+constexpr std::array<double, 3> kRingRadii{2.4, 2.5, 2.6};
+constexpr double kQuietSample = 3.45;
+
+/// Where samples are taken: from the middle, px at a radius of 1.
+struct Spokes {
+  std::array<Offset, kMostSamples> to{};
+  Spokes(const Mapping& map, int count) {
+    Directions direction(0, kTurn / count);
+    for (int i = 0; i < count; ++i, direction.Next()) {
+      to[i].x = map.xx * direction.x() + map.xy * direction.y();
+      to[i].y = map.xy * direction.x() + map.yy * direction.y();
+    }
+  }
+};
+
+/// Samples gap or quiet zone; the share of what is not plain, or 1 as soon as it is above `most`.
+double SamplePlain(const PageView& picture, const DiscModel& disc, const Spokes& spokes,
+                   double radius, double most, int count,
+                   std::array<double, kMostSamples>& values) {
+  const int enough = static_cast<int>(most * count) + 1;
+  int disturbed = 0;
+  for (int i = 0; i < count; ++i) {
+    const Offset& to = spokes.to[i];
+    const double grey =
+        Between(picture, disc.column_px + radius * to.x, disc.row_px + radius * to.y);
+    values[i] = (grey - disc.background) / disc.contrast;
+    disturbed += std::abs(values[i]) > kPlain ? 1 : 0;
+    if (disturbed >= enough) return 1;
+  }
+  return static_cast<double>(disturbed) / count;
+}
+
+/// The ring's samples, between what is nearby and the disc's ink.
+void SampleRing(const PageView& picture, const DiscModel& disc, const Spokes& spokes,
+                Circles& circles) {
+  for (int i = 0; i < circles.count; ++i) {
+    // Light that changes across the target changes gap and quiet zone alike; a scratch does not.
+    const double gap = circles.gap[i];
+    const double quiet = circles.quiet[i];
+    const double nearby = std::abs(quiet - gap) > kPlain ? gap : 0.5 * (gap + quiet);
+    double ring = 0;
+    for (const double radius : kRingRadii) {
+      const Offset& to = spokes.to[i];
+      ring += Between(picture, disc.column_px + radius * to.x, disc.row_px + radius * to.y);
+    }
+    ring = (ring / kRingRadii.size() - disc.background) / disc.contrast;
+    constexpr double kLeastLocal = 0.3;
+    // No contrast left here: not a plain surrounding.
+    circles.ring[i] = 1 - nearby > kLeastLocal ? (ring - nearby) / (1 - nearby) : -1;
+  }
+  std::copy_n(circles.ring.begin(), kAgain, circles.ring.begin() + circles.count);
+}
+
+/// The mean shades of the lighter and of the darker segments.
+struct Shades {
+  double low = 0;
+  double high = 0;
+};
+
+Shades TwoShades(const std::vector<double>& shades) {
+  const auto [least, most] = std::minmax_element(shades.begin(), shades.end());
+  const double between = 0.5 * (*least + *most);
+  std::array<double, 2> sum{};
+  std::array<int, 2> count{};
+  for (const double shade : shades) {
+    const std::size_t side = shade > between ? 1 : 0;
+    sum[side] += shade;
+    ++count[side];
+  }
+  return {sum[0] / std::max(count[0], 1), sum[1] / std::max(count[1], 1)};
+}
+
+/// Where segments begin, in samples from the first, in [0, kPerSegment).
+double Phase(const Circles& circles) {
+  const int n = circles.count;
+  // Squared, so that true edges outweigh noise.
+  std::array<double, kPerSegment> squares{};
+  for (int i = 0; i < n; ++i) {
+    const double change = circles.ring[i + 1 < n ? i + 1 : 0] - circles.ring[i > 0 ? i - 1 : n - 1];
+    squares[i % kPerSegment] += change * change;
+  }
+  std::complex<double> sum = 0;
+  for (int i = 0; i < kPerSegment; ++i) {
+    sum += squares[i] * std::polar(1.0, kTurn * i / kPerSegment);
+  }
+  const double phase = std::arg(sum) / kTurn * kPerSegment;
+  return phase < 0 ? phase + kPerSegment : phase;
+}
+
+/// Mean of the ring over half a segment from place `from` >= 0; sample i stands at place i.
+double MeanOverHalf(const Circles& circles, double from) {
+  constexpr int kLength = kPerSegment / 2;
+  from += 0.5;  // half a sample's width
+  const int below = static_cast<int>(from);
+  const double share = from - below;
+  const double* ring = circles.ring.data() + below % circles.count;
+  double sum = ring[0] * (1 - share) + ring[kLength] * share;
+  for (int i = 1; i < kLength; ++i) sum += ring[i];
+  return sum / kLength;
+}
+
+/// Whether the two shades are each of a kind, and every half segment what its neighbours say.
+bool IsConsistent(const Circles& circles, const std::vector<double>& shades, std::uint32_t word,
+                  double phase) {
+  const int bits = static_cast<int>(shades.size());
+  std::array<std::vector<double>, 2> by_value;
+  for (int k = 0; k < bits; ++k) by_value[word >> k & 1U].push_back(shades[k]);
+  for (auto& values : by_value) {
+    if (values.empty()) continue;
+    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+    const double median = values[values.size() / 2];
+    for (const double value : values) {
+      if (std::abs(value - median) > kSameShade) return false;
+    }
+  }
+  constexpr int kHalf = kPerSegment / 2;
+  for (int k = 0; k < bits; ++k) {
+    const double own = word >> k & 1U;
+    const double next = word >> ((k + 1) % bits) & 1U;
+    const double begin = phase + k * kPerSegment;
+    const double inner = MeanOverHalf(circles, begin + 0.5 * kHalf);
+    const double across = MeanOverHalf(circles, begin + 1.5 * kHalf);
+    if (std::abs(inner - own) > kMisfit) return false;
+    if (std::abs(across - 0.5 * (own + next)) > 0.6 * kMisfit) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
+  RingReading reading;
+  const Mapping map(disc);
+  if (!Inside(picture, map, kQuietSample)) {
+    reading.state = RingState::kCutOff;
+    return reading;
+  }
+  Circles circles;
+  circles.count = bits * kPerSegment;
+  const Spokes spokes(map, circles.count);
+  // More than a third of the gap or most of the quiet zone in disorder: not a target at all.
+  constexpr double kMostGap = 0.35;
+  constexpr double kMostQuiet = 0.5;
+  const double gap =
+      SamplePlain(picture, disc, spokes, kGapRadius, kMostGap, circles.count, circles.gap);
+  if (gap > kMostGap) return reading;
+  const double quiet =
+      SamplePlain(picture, disc, spokes, kQuietSample, kMostQuiet, circles.count, circles.quiet);
+  if (quiet > kMostQuiet) return reading;
+  SampleRing(picture, disc, spokes, circles);
+  const auto [low, high] =
+      std::minmax_element(circles.ring.begin(), circles.ring.begin() + circles.count);
+  if (gap == 0 && quiet == 0 && *high<kBlank&& * low> - kBlank) {
+    reading.state = RingState::kNone;
+    return reading;
+  }
+  const double phase = Phase(circles);
+  std::vector<double> shades(static_cast<std::size_t>(bits));
+  for (int k = 0; k < bits; ++k) {
+    // The middle half of the segment, so that its edges do not count.
+    shades[k] = MeanOverHalf(circles, phase + k * kPerSegment + 0.25 * kPerSegment);
+  }
+  const Shades two = TwoShades(shades);
+  int sure = 0;
+  int inked = 0;
+  if (two.high - two.low > kLeastSpan) {
+    for (int i = 0; i < circles.count + kAgain; ++i) {
+      circles.ring[i] = (circles.ring[i] - two.low) / (two.high - two.low);
+    }
+    for (int k = 0; k < bits; ++k) {
+      shades[k] = (shades[k] - two.low) / (two.high - two.low);
+      sure += std::abs(shades[k] - 0.5) > kSure ? 1 : 0;
+      if (shades[k] > 0.5) {
+        reading.word |= 1U << k;
+        ++inked;
+      }
+    }
+  }
+  reading.start_rad = kTurn * phase / circles.count;
+  const bool plain_about =
+      gap == 0 && quiet <= kMostScratched && two.low < kMostLow && two.high > kLeastHigh;
+  if (plain_about && sure == bits && IsConsistent(circles, shades, reading.word, phase)) {
+    reading.state = RingState::kClear;
+  } else if (2 * sure > bits && inked >= kLeastInked && bits - inked >= kLeastInked &&
+             *low > -kMostBelow) {
+    reading.state = RingState::kUnclear;
+  }
+  return reading;
+}
+
+RingShade ShadeOf(const RingReading& reading, int bits) {
+  RingShade shade;
+  const double per_step = static_cast<double>(bits) / RingShade::kAngles;  // segments, below 1
+  const auto inked = [&](double segment) {
+    const int k = static_cast<int>(segment) % bits;
+    return static_cast<double>(reading.word >> k & 1U);
+  };
+  for (int i = 0; i < RingShade::kAngles; ++i) {
+    // The mean over the step's width, so that a segment's edge lies between steps too.
+    const double begin = (i - 0.5) * per_step - reading.start_rad / kTurn * bits + bits;
+    const double end = begin + per_step;
+    const double before = std::min(1.0, (std::floor(end) - begin) / per_step);
+    shade.cover[i] = static_cast<float>(
+        before > 0 ? before * inked(begin) + (1 - before) * inked(end) : inked(begin));
+  }
+  return shade;
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,323 @@
+#include "part_alignment/views/view_plan.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "geometry/decompositions.h"
+#include "part_alignment/pose/candidate_views.h"
+#include "part_alignment/pose/observability.h"
+#include "part_alignment/views/plan_room.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Result<void> CheckBox(const std::string& name, const MachineBox& box) {
+  if (!box.low_mm.allFinite() || !box.high_mm.allFinite() ||
+      !((box.high_mm - box.low_mm).array() >= 0).all()) {
+    return Fail(
+        fmt::format("{}: from ({}, {}, {}) to ({}, {}, {}) mm is no box: give its lower "
+                    "corner first",
+                    name, box.low_mm.x(), box.low_mm.y(), box.low_mm.z(), box.high_mm.x(),
+                    box.high_mm.y(), box.high_mm.z()));
+  }
+  return {};
+}
+
+Result<void> CheckNumbers(const ViewPlanOptions& options) {
+  struct Field {
+    const char* name;
+    double value;
+    double low;
+    double high;
+  };
+  const std::array fields{Field{"working_distance_mm", options.working_distance_mm, 20, 10000},
+                          Field{"field_share", options.field_share, 0.1, 1},
+                          Field{"sigma_px", options.sigma_px, 1e-6, 100},
+                          Field{"clearance_mm", options.clearance_mm, 0, 1000},
+                          Field{"tool_length_mm", options.tool_length_mm, 0, 10000},
+                          Field{"tool_radius_mm", options.tool_radius_mm, 0, 10000},
+                          Field{"sights_per_target", double(options.sights_per_target), 1, 10},
+                          Field{"weakest_goal_mm", options.weakest_goal_mm, 1e-4, 10},
+                          Field{"most_views", double(options.most_views), 1, 200}};
+  for (const Field& field : fields) {
+    if (!(field.value >= field.low && field.value <= field.high)) {
+      return Fail(fmt::format("plan: {} is {}, it must lie in {} ... {}", field.name, field.value,
+                              field.low, field.high));
+    }
+  }
+  return {};
+}
+
+Result<void> CheckOrientations(const std::vector<Matrix3d>& orientations) {
+  constexpr double kSame = 1e-6;
+  if (orientations.empty() || orientations.size() > 100) {
+    return Fail(fmt::format("plan: {} orientations of the spindle, 1 ... 100 are allowed",
+                            orientations.size()));
+  }
+  for (const Matrix3d& rotation : orientations) {
+    const double off = (rotation * rotation.transpose() - Matrix3d::Identity()).norm();
+    if (!(off <= kSame) || !(rotation.determinant() > 0)) {
+      return Fail("plan: an orientation of the spindle is no rotation");
+    }
+    if (!((rotation.col(2) - orientations[0].col(2)).norm() <= kSame)) {
+      return Fail(
+          "plan: the orientations differ in the direction of the spindle's axis, and no way "
+          "between "
+          "them is known to be clear: plan each direction by itself");
+    }
+  }
+  return {};
+}
+
+Result<void> CheckTargets(const std::vector<PartTarget>& targets, const geometry::Pose& pose) {
+  constexpr double kFarthest_mm = 1e6;
+  constexpr std::size_t kMostTargets = 500;
+  if (targets.empty() || targets.size() > kMostTargets) {
+    return Fail(
+        fmt::format("plan: {} targets, 1 ... {} are allowed", targets.size(), kMostTargets));
+  }
+  std::set<std::string> ids;
+  for (const PartTarget& target : targets) {
+    if (!(target.ideal_mm.cwiseAbs().maxCoeff() <= kFarthest_mm)) {
+      return Fail(fmt::format("target {}: its coordinates must lie within +-{} mm", target.id,
+                              kFarthest_mm));
+    }
+    if (!ids.insert(target.id).second) {
+      return Fail(fmt::format("target {} is given twice", target.id));
+    }
+  }
+  if (!(pose.translation_mm.cwiseAbs().maxCoeff() <= kFarthest_mm) ||
+      !pose.angles_rad.allFinite()) {
+    return Fail("plan: the rough place of the part is not finite or farther than 1e6 mm");
+  }
+  return {};
+}
+
+Result<void> Check(const Camera& camera, const std::vector<PartTarget>& targets,
+                   const geometry::Pose& pose, const ViewPlanOptions& options) {
+  Result<void> valid = Validate(camera);
+  valid = valid ? CheckNumbers(options) : valid;
+  valid = valid ? CheckBox("plan: travel", options.travel) : valid;
+  for (std::size_t i = 0; i < options.obstacles.size() && valid; ++i) {
+    valid = CheckBox(fmt::format("plan: obstacle {}", i), options.obstacles[i]);
+  }
+  valid = valid ? CheckOrientations(options.orientations) : valid;
+  return valid ? CheckTargets(targets, pose) : valid;
+}
+
+/// What the choice works on: the part in its middle frame, the candidates that the machine allows.
+struct Choosing {
+  PoseProblem problem;  ///< its sights: what the chosen views see
+  Theta theta;
+  Theta units;
+  std::vector<Vector3d> targets_mm;
+  std::vector<CandidateView> candidates;
+  std::size_t before_room = 0;  ///< candidates before travel and obstacles
+  ThetaMatrix information;
+  std::vector<int> sights;  ///< so far, by target
+};
+
+Sight SightOf(const CandidateView& view, std::size_t target, const Vector3d& part_mm,
+              double sigma_px) {
+  Sight sight;
+  sight.part_mm = part_mm;
+  sight.spindle_from_machine = view.spindle_rotation.transpose();
+  sight.spindle_mm = view.spindle_mm;
+  sight.sigma_px = sigma_px;
+  sight.target = target;
+  return sight;
+}
+
+Choosing Prepare(const Camera& camera, const std::vector<PartTarget>& targets,
+                 const geometry::Pose& pose, const ViewPlanOptions& options) {
+  Choosing choosing;
+  choosing.problem = {camera, options.unknowns, {}};
+  MiddleFrame frame;
+  frame.turned = geometry::RotationFromAngles(pose.angles_rad);
+  for (const PartTarget& target : targets) {
+    frame.middle_mm += target.ideal_mm / static_cast<double>(targets.size());
+  }
+  for (const PartTarget& target : targets) {
+    choosing.targets_mm.push_back(frame.turned * (target.ideal_mm - frame.middle_mm));
+  }
+  choosing.theta = ToMiddleFrame(frame, ThetaOf(choosing.problem, pose, {}));
+  const CandidateOptions candidate_options{options.working_distance_mm, options.field_share,
+                                           options.sigma_px, options.orientations};
+  // Once for the units, which follow from what all candidates see, and once for what they tell.
+  PoseProblem all = choosing.problem;
+  for (const CandidateView& view :
+       CandidateViews(all, choosing.theta, Theta::Ones(choosing.theta.size()), choosing.targets_mm,
+                      candidate_options)) {
+    all.sights.push_back(
+        SightOf(view, view.aimed_at, choosing.targets_mm[view.aimed_at], options.sigma_px));
+  }
+  if (all.sights.empty()) {
+    return choosing;
+  }
+  choosing.units = UnitsPerMillimetre(all, choosing.theta);
+  choosing.candidates = CandidateViews(choosing.problem, choosing.theta, choosing.units,
+                                       choosing.targets_mm, candidate_options);
+  choosing.before_room = choosing.candidates.size();
+  const double tool_mm = ToolLength(camera, options.tool_length_mm);
+  std::erase_if(choosing.candidates, [&](const CandidateView& view) {
+    return !WithinTravel(options, view.spindle_mm) ||
+           !ClearOfObstacles(options, tool_mm, view.spindle_mm, view.spindle_rotation);
+  });
+  choosing.information = ThetaMatrix::Zero(choosing.theta.size(), choosing.theta.size());
+  choosing.sights.assign(targets.size(), 0);
+  return choosing;
+}
+
+/// The unknown that takes the largest part in the weakest direction.
+std::string WeakestName(const Choosing& choosing) {
+  const Eigen::MatrixXd directions = geometry::DecomposeSymmetric(choosing.information).vectors;
+  Eigen::Index largest = 0;
+  directions.col(0).cwiseAbs().maxCoeff(&largest);
+  return UnknownNames(choosing.problem.unknowns)[static_cast<std::size_t>(largest)];
+}
+
+/// Index of the candidate that tells most; only those that see a target of which `wanted` is true.
+/// Candidates' count where there is none.
+std::size_t Best(const Choosing& choosing, const std::vector<bool>& wanted) {
+  std::size_t best = choosing.candidates.size();
+  double most = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < choosing.candidates.size(); ++i) {
+    const CandidateView& view = choosing.candidates[i];
+    const bool useful = std::any_of(view.seen.begin(), view.seen.end(),
+                                    [&](std::size_t target) { return wanted[target]; });
+    const double tells =
+        useful ? LogDeterminant(choosing.information + view.information) : -INFINITY;
+    if (tells > most) {
+      most = tells;
+      best = i;
+    }
+  }
+  return best;
+}
+
+std::string Known(double sigma_mm) {
+  return sigma_mm < kUnseen_mm ? fmt::format("{:.2g} mm", sigma_mm) : "not at all";
+}
+
+/// Takes the candidate into the plan, with its reason.
+void Take(std::size_t index, const std::string& purpose, const std::vector<PartTarget>& targets,
+          double sigma_px, Choosing& choosing, ViewPlan& plan) {
+  const CandidateView& view = choosing.candidates[index];
+  const double before_mm = WeakestSigma(choosing.information);
+  const std::string weakest = WeakestName(choosing);
+  choosing.information += view.information;
+  const double after_mm = WeakestSigma(choosing.information);
+  PlannedView planned{view.spindle_mm, view.spindle_rotation, {targets[view.aimed_at].id}, {}};
+  for (const std::size_t target : view.seen) {
+    ++choosing.sights[target];
+    choosing.problem.sights.push_back(SightOf(view, target, choosing.targets_mm[target], sigma_px));
+    choosing.problem.sights.back().view = plan.views.size();
+    if (target != view.aimed_at) {
+      planned.targets.push_back(targets[target].id);
+    }
+  }
+  planned.why = fmt::format("{}; weakest direction (mostly {}) known before {}, after {}", purpose,
+                            weakest, Known(before_mm), Known(after_mm));
+  plan.views.push_back(planned);
+}
+
+/// The views, greedily; returns what is short, empty if nothing.
+std::string Choose(const std::vector<PartTarget>& targets, const ViewPlanOptions& options,
+                   Choosing& choosing, ViewPlan& plan) {
+  const auto full = [&] { return static_cast<int>(plan.views.size()) >= options.most_views; };
+  for (int round = 1; round <= options.sights_per_target; ++round) {
+    for (;;) {
+      std::vector<bool> wanted(targets.size());
+      for (std::size_t i = 0; i < targets.size(); ++i) {
+        wanted[i] = choosing.sights[i] < round;
+      }
+      const auto short_of = std::find(wanted.begin(), wanted.end(), true);
+      if (short_of == wanted.end()) {
+        break;
+      }
+      const std::string id = targets[static_cast<std::size_t>(short_of - wanted.begin())].id;
+      const std::size_t best = full() ? choosing.candidates.size() : Best(choosing, wanted);
+      if (best == choosing.candidates.size()) {
+        return full() ? fmt::format("{} views are not enough to see each target {} times",
+                                    options.most_views, options.sights_per_target)
+                      : fmt::format(
+                            "target {} cannot be seen from within the travel, clear of the "
+                            "obstacles",
+                            id);
+      }
+      const std::string& aimed = targets[choosing.candidates[best].aimed_at].id;
+      Take(best,
+           fmt::format("sight {} of {} of target {}", round, options.sights_per_target, aimed),
+           targets, options.sigma_px, choosing, plan);
+    }
+  }
+  const std::vector<bool> any(targets.size(), true);
+  constexpr int kUseless = 3;  // so many views on, what is not seen at all is never seen
+  int useless = 0;
+  while (WeakestSigma(choosing.information) > options.weakest_goal_mm && !full() &&
+         useless < kUseless) {
+    Take(Best(choosing, any), "for the weakest direction", targets, options.sigma_px, choosing,
+         plan);
+    useless += WeakestSigma(choosing.information) > kUnseen_mm ? 1 : 0;
+  }
+  return {};
+}
+
+/// By short ways: each next the nearest not yet taken.
+void Order(ViewPlan& plan) {
+  for (std::size_t i = 1; i < plan.views.size(); ++i) {
+    const Vector3d& here = plan.views[i - 1].spindle_mm;
+    const auto nearest =
+        std::min_element(plan.views.begin() + static_cast<std::ptrdiff_t>(i), plan.views.end(),
+                         [&](const PlannedView& a, const PlannedView& b) {
+                           return (a.spindle_mm - here).norm() < (b.spindle_mm - here).norm();
+                         });
+    std::iter_swap(plan.views.begin() + static_cast<std::ptrdiff_t>(i), nearest);
+  }
+}
+
+}  // namespace
+
+Result<ViewPlan> PlanViews(const Camera& camera, const std::vector<PartTarget>& targets,
+                           const geometry::Pose& rough_machine_from_part,
+                           const ViewPlanOptions& options) {
+  if (const auto valid = Check(camera, targets, rough_machine_from_part, options); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  Choosing choosing = Prepare(camera, targets, rough_machine_from_part, options);
+  ViewPlan plan;
+  if (choosing.candidates.empty()) {
+    plan.reason = fmt::format(
+        "none of {} possible views lies within the travel and clear of the "
+        "obstacles: check the part's rough place and the working distance",
+        choosing.before_room);
+    return plan;
+  }
+  plan.reason = Choose(targets, options, choosing, plan);
+  if (plan.views.empty()) {
+    return plan;
+  }
+  plan.observability = Observe(choosing.problem, choosing.theta, options.weakest_goal_mm);
+  Order(plan);
+  if (!plan.reason.empty() || !FillWay(options, ToolLength(camera, options.tool_length_mm), plan)) {
+    return plan;
+  }
+  if (!plan.observability.words.empty()) {
+    plan.reason = fmt::format("{} views do not reach the goal: {}", plan.views.size(),
+                              plan.observability.words);
+    return plan;
+  }
+  plan.verdict = Verdict::kGood;
+  return plan;
+}
+
+}  // namespace trammel::part_alignment
