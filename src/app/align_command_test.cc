@@ -21,6 +21,7 @@ using test::CommandResult;
 using test::WriteWhole;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr double kExact_mm = 1e-8;  // the numbers pass through text
 constexpr double kExact_rad = 1e-11;
@@ -94,6 +95,39 @@ TEST_F(AlignCommand, UnknownsOfTheCommandLineReplaceTheFiles) {
   EXPECT_TRUE(result["clamp_angle_rad"].is_null());
   EXPECT_EQ(Align("solve seen.json --unknowns pose,zoom").exit_code, 1);
   EXPECT_EQ(Align("solve seen.json --unknowns clamp_angle").exit_code, 1);
+}
+
+TEST_F(AlignCommand, ASimulationStandsBesideWhatIsStated) {
+  constexpr double kAgreement = 0.08;  // of 4000 trials to 1.1 %
+  const CommandResult solved = Align("solve seen.json --trials 4000 --seed 7");
+  ASSERT_EQ(solved.exit_code, 0) << solved.output;
+  const json result = json::parse(solved.standard_output);
+  const json& simulated = result["simulated"];
+  EXPECT_EQ(simulated["trials"], 4000);
+  EXPECT_EQ(simulated["failed"], 0);
+  for (const auto& [parameter, stated] : result["standard_uncertainty"].items()) {
+    const double ratio = double(simulated["standard_uncertainty"][parameter]) / double(stated);
+    EXPECT_NEAR(ratio, 1, kAgreement) << parameter;
+    EXPECT_LT(simulated["error_low95"][parameter], simulated["error_high95"][parameter]);
+  }
+  EXPECT_NEAR(simulated["share_in_linear_region95"], 0.95, 0.02);
+  EXPECT_THAT(solved.standard_error,
+              AllOf(HasSubstr("4000 measurements"), Not(HasSubstr("not linear"))));
+  EXPECT_TRUE(json::parse(Align("solve seen.json").standard_output)["simulated"].is_null());
+  for (const char* few : {"--trials 5", "--trials -1", "--trials many"}) {
+    const CommandResult refused = Align(std::string("solve seen.json ") + few);
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.standard_error, HasSubstr("--trials"));
+  }
+}
+
+TEST_F(AlignCommand, UncertaintiesThatAreNotLinearAreSaidToBe) {
+  const CommandResult solved = SolveChanged([](json& seen) {
+    seen["input_uncertainty"]["clamp_tilt_rad"] = 0.7;  // not even known to half a radian
+  });
+  ASSERT_EQ(solved.exit_code, 0) << solved.output;
+  const CommandResult simulated = Align("solve changed.json --trials 2000");
+  EXPECT_THAT(simulated.standard_error, HasSubstr("not linear"));
 }
 
 TEST_F(AlignCommand, TargetsKeepTheKindOfTheirIds) {

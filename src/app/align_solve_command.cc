@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -13,6 +15,8 @@
 #include "app/align_commands.h"
 #include "app/align_report.h"
 #include "app/commands.h"
+#include "base/random.h"
+#include "part_alignment/pose/pose_uncertainty.h"
 #include "part_alignment/pose/solve.h"
 #include "report/alignment_json.h"
 #include "report/alignment_text.h"
@@ -27,6 +31,8 @@ struct SolveArguments {
   std::string method = "ceres";
   std::vector<std::string> unknowns;
   bool not_robust = false;
+  int trials = 0;
+  std::uint64_t seed = 1;
   bool json = false;
   std::string out;
   std::string report;
@@ -42,6 +48,19 @@ std::vector<std::filesystem::path> PicturesOf(const store::AlignmentInput& input
     pictures.push_back(std::filesystem::is_regular_file(picture, error) ? picture : "");
   }
   return pictures;
+}
+
+Result<std::optional<part_alignment::MonteCarloUncertainty>> Simulate(
+    const SolveArguments& arguments, const store::AlignmentInput& input,
+    const part_alignment::SolveOptions& options, const part_alignment::Alignment& alignment) {
+  if (arguments.trials == 0 || alignment.verdict != Verdict::kGood) return std::nullopt;
+  Random random(arguments.seed);
+  auto simulated = part_alignment::SimulateAnswer(input.measurement, options, alignment,
+                                                  arguments.trials, random);
+  if (!simulated) {
+    return Fail("--trials: " + simulated.error().message, simulated.error().kind);
+  }
+  return std::move(*simulated);
 }
 
 int RunSolve(const SolveArguments& arguments) {
@@ -60,7 +79,10 @@ int RunSolve(const SolveArguments& arguments) {
   if (!alignment) {
     return Report({alignment.error().kind, arguments.file + ": " + alignment.error().message});
   }
-  const report::AlignmentOutput output = OutputOf(*input, std::move(*alignment));
+  const auto simulated = Simulate(arguments, *input, options, *alignment);
+  if (!simulated) return Report(simulated.error());
+  report::AlignmentOutput output = OutputOf(*input, std::move(*alignment));
+  output.simulated = *simulated;
   const std::string json = report::ToJson(output);
   if (!arguments.out.empty()) {
     if (auto written = store::WriteWholeFile(arguments.out, json); !written) {
@@ -93,6 +115,12 @@ void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
                    "focal_length, camera_offset; with commas or blanks between them")
       ->delimiter(',');
   command->add_flag("--no-robust", arguments->not_robust, "leave no wrong target out");
+  command
+      ->add_option("--trials", arguments->trials,
+                   "of a simulation of this measurement, whose scatter is put beside what is "
+                   "stated: 100 to 10000000; 0: none")
+      ->capture_default_str();
+  command->add_option("--seed", arguments->seed, "of the simulation")->capture_default_str();
   command->add_flag("--json", arguments->json, "no words on standard error beside the JSON");
   command->add_option("--out", arguments->out, "write the JSON to this file, too");
   command->add_option("--report", arguments->report,

@@ -20,4 +20,14 @@ Eigen::VectorXd SymmetricEigenvalues(const Eigen::MatrixXd& matrix) {
       .eigenvalues();
 }
 
+Eigen::MatrixXd CovarianceRoot(const Eigen::MatrixXd& covariance) {
+  // Of the correlations: rows of very different sizes would drown each other.
+  const Eigen::VectorXd sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::VectorXd scale = (sigmas.array() > 0).select(sigmas, 1);
+  const Eigen::VectorXd unscale = scale.cwiseInverse();
+  const SymmetricEigen of =
+      DecomposeSymmetric(unscale.asDiagonal() * covariance * unscale.asDiagonal());
+  return scale.asDiagonal() * of.vectors * of.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+}
+
 }  // namespace trammel::geometry

@@ -27,4 +27,9 @@ struct SymmetricEigen {
 /// Its values alone, at less than half the work.
 [[nodiscard]] Eigen::VectorXd SymmetricEigenvalues(const Eigen::MatrixXd& matrix);
 
+/// A matrix that gives the covariance, times its own transpose: it makes independent draws of unit
+/// variance the covariance's. Whatever the units of its rows; what is below 0 in it by chance is
+/// left out. REQUIRES a square matrix.
+[[nodiscard]] Eigen::MatrixXd CovarianceRoot(const Eigen::MatrixXd& covariance);
+
 }  // namespace trammel::geometry

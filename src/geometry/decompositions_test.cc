@@ -46,5 +46,28 @@ TEST(Decompositions, EigenvectorsOfASymmetricMatrixMakeItUpFromTheSmallestOn) {
   for (int i = 1; i < of.values.size(); ++i) EXPECT_LE(of.values[i - 1], of.values[i]);
 }
 
+TEST(Decompositions, ACovariancesRootGivesItBackWhateverItsUnits) {
+  const Eigen::MatrixXd numbers = Numbers(4, 4);
+  const Eigen::Vector4d units(1e-9, 1, 1e6, 1);
+  Eigen::MatrixXd covariance =
+      units.asDiagonal() * numbers * numbers.transpose() * units.asDiagonal();
+  covariance.row(3).setZero();  // known exactly
+  covariance.col(3).setZero();
+  const Eigen::MatrixXd root = CovarianceRoot(covariance);
+  const Eigen::MatrixXd again = root * root.transpose();
+  for (int i = 0; i < 4; ++i) {
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_NEAR(again(i, k), covariance(i, k), kRounding * 100 * units[i] * units[k]);
+    }
+  }
+}
+
+TEST(Decompositions, ACovariancesRootLeavesOutWhatIsBelowZeroByChance) {
+  const Eigen::MatrixXd root = CovarianceRoot(Eigen::Vector3d(4, -0.1, 9).asDiagonal());
+  const Eigen::MatrixXd again = root * root.transpose();
+  EXPECT_LT((again - Eigen::MatrixXd(Eigen::Vector3d(4, 0, 9).asDiagonal())).norm(),
+            kRounding * 10);
+}
+
 }  // namespace
 }  // namespace trammel::geometry

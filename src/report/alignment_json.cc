@@ -46,6 +46,21 @@ Json ByParameter(const Alignment& alignment, const Vector& values) {
   return json;
 }
 
+Json Simulated(const AlignmentOutput& output) {
+  if (!output.simulated) return nullptr;
+  const part_alignment::MonteCarloUncertainty& simulated = *output.simulated;
+  const auto named = [&](const Eigen::VectorXd& values) {
+    return ByParameter(output.alignment, values);
+  };
+  return {{"trials", simulated.trials},
+          {"failed", simulated.failed},
+          {"standard_uncertainty", named(simulated.covariance.diagonal().cwiseSqrt())},
+          {"mean_error", named(simulated.mean_error)},
+          {"error_low95", named(simulated.low95)},
+          {"error_high95", named(simulated.high95)},
+          {"share_in_linear_region95", Number(simulated.inside95)}};
+}
+
 void AddValues(const AlignmentOutput& output, Json& json) {
   const Alignment& alignment = output.alignment;
   const bool good = alignment.verdict == Verdict::kGood;
@@ -101,6 +116,7 @@ std::string ToJson(const AlignmentOutput& output) {
                {"reason", alignment.reason},
                {"unknowns", output.unknowns}};
   AddValues(output, json);
+  json["simulated"] = Simulated(output);
   json["rank"] = alignment.observability.rank;
   json["rank_wanted"] = alignment.observability.unknowns;
   json["weakest_direction"] = Weakest(alignment);

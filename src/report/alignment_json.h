@@ -1,11 +1,13 @@
 // Where a part is, as JSON.
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "part_alignment/pose/measurement.h"
+#include "part_alignment/pose/pose_uncertainty.h"
 #include "part_alignment/pose/solve.h"
 
 namespace trammel::report {
@@ -16,6 +18,7 @@ struct AlignmentOutput {
   part_alignment::Unknowns solved;
   std::set<std::string> numeric_ids;  ///< targets whose ids are numbers in JSON
   part_alignment::Alignment alignment;
+  std::optional<part_alignment::MonteCarloUncertainty> simulated = {};  ///< beside its covariance
 };
 
 /// One object (docs/formats.md), ended by a newline. Values and covariance are null unless the

@@ -14,6 +14,7 @@ using part_alignment::AlignmentResidual;
 
 constexpr double kCoverage = 2;
 constexpr double kPerMille = 1e3;
+constexpr double kPercent = 100;
 
 // Expanded, of the parameter with this name; NaN where there is none.
 double Expanded(const Alignment& alignment, const std::string& parameter) {
@@ -105,6 +106,39 @@ std::string Residuals(const Alignment& alignment) {
       worst->view + 1);
 }
 
+// Each parameter's scatter beside what the covariance states for it.
+std::string Simulated(const Alignment& alignment,
+                      const part_alignment::MonteCarloUncertainty& simulated) {
+  // A standard deviation of n trials is known to 1 / sqrt(2 n).
+  const double alike = std::max(0.1, 4 / std::sqrt(2.0 * simulated.trials));
+  std::string text = fmt::format(
+      "simulated  {} measurements, {} more without a solution; {:.1f} % lie in the linear 95 % "
+      "region\n           (k = 2)            simulated     stated\n",
+      simulated.trials, simulated.failed, kPercent * simulated.inside95);
+  double least = 1;
+  double most = 1;
+  for (std::size_t i = 0; i < simulated.parameters.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    std::string name = simulated.parameters[i];
+    const bool angle = name.ends_with("_rad");
+    const double scale = angle ? kPerMille : 1;
+    const double stated = Expanded(alignment, name);
+    const double expanded = kCoverage * std::sqrt(simulated.covariance(k, k));
+    name.resize(name.rfind('_'));
+    text += fmt::format("  {:<24} ± {:>8.4f} ± {:>8.4f} {}\n", name, expanded * scale,
+                        stated * scale, angle ? "mm/m" : "mm");
+    least = std::min(least, expanded / stated);
+    most = std::max(most, expanded / stated);
+  }
+  if (most > 1 + alike || least < 1 - alike) {
+    text += fmt::format(
+        "notice     simulated measurements scatter by {:.2f} to {:.2f} of what is stated: so large "
+        "uncertainties are not linear here, take the simulated ones\n",
+        least, most);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string ObservabilityText(const part_alignment::Observability& told,
@@ -126,6 +160,7 @@ std::string AlignmentText(const AlignmentOutput& output) {
   std::string text = fmt::format("verdict    {}\n", ToString(alignment.verdict));
   if (!alignment.reason.empty()) text += fmt::format("reason     {}\n", alignment.reason);
   if (alignment.verdict == Verdict::kGood) text += Pose(alignment) + Clamping(output);
+  if (output.simulated) text += Simulated(alignment, *output.simulated);
   text += ObservabilityText(alignment.observability, alignment.reason);
   text += Residuals(alignment);
   for (const std::string& notice : alignment.notices) {

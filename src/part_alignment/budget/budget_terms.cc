@@ -58,17 +58,6 @@ Eigen::Matrix<double, 3, 6> MotionAt(const Vector3d& point_mm) {
   return by_motion;
 }
 
-Eigen::Matrix<double, 6, 6> RootOf(const Eigen::Matrix<double, 6, 6>& covariance) {
-  Eigen::Matrix<double, 6, 1> scale = covariance.diagonal().cwiseMax(0).cwiseSqrt();
-  for (double& size : scale) {
-    if (!(size > 0)) size = 1;
-  }
-  const Eigen::Matrix<double, 6, 1> unscale = scale.cwiseInverse();
-  const Eigen::Matrix<double, 6, 6> even = unscale.asDiagonal() * covariance * unscale.asDiagonal();
-  const geometry::SymmetricEigen of = geometry::DecomposeSymmetric(even);
-  return scale.asDiagonal() * of.vectors * of.values.cwiseMax(0).cwiseSqrt().asDiagonal();
-}
-
 Result<BudgetTerms> TermsOf(const BudgetScene& scene) {
   if (const auto checked = Check(scene); !checked) return tl::unexpected(checked.error());
   const auto n = static_cast<Eigen::Index>(scene.targets_mm.size());
@@ -100,7 +89,7 @@ Result<BudgetTerms> TermsOf(const BudgetScene& scene) {
     if (!scene.motion_covariance->allFinite()) {
       return Fail("the measured covariance of the part's motion has a number that is not finite");
     }
-    terms.root = RootOf(*scene.motion_covariance);
+    terms.root = geometry::CovarianceRoot(*scene.motion_covariance);
     terms.motion_covariance = terms.root * terms.root.transpose();
   }
   return terms;

@@ -20,10 +20,6 @@ struct BudgetTerms {
 /// Errors (kInput) as in MakeBudget.
 [[nodiscard]] Result<BudgetTerms> TermsOf(const BudgetScene& scene);
 
-/// A matrix whose product with its transpose is `covariance`, what is below 0 in it by chance left
-/// out; whatever the units of its rows.
-[[nodiscard]] Eigen::Matrix<double, 6, 6> RootOf(const Eigen::Matrix<double, 6, 6>& covariance);
-
 /// d(point) / d(motion).
 [[nodiscard]] Eigen::Matrix<double, 3, 6> MotionAt(const Eigen::Vector3d& point_mm);
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "part_alignment/budget/budget_terms.h"
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -69,8 +69,8 @@ Matrix6 SplitMotion(const std::vector<std::vector<Vector6>>& motions) {
     }
   }
   for (const Vector6& of : of_measurement) between_m += c * square(of - mean) / (m - 1);
-  const Matrix6 root_c = RootOf((between_c - rest) / m);
-  const Matrix6 root_m = RootOf((between_m - rest) / c);
+  const Matrix6 root_c = geometry::CovarianceRoot((between_c - rest) / m);
+  const Matrix6 root_m = geometry::CovarianceRoot((between_m - rest) / c);
   return root_c * root_c.transpose() + root_m * root_m.transpose() + rest;
 }
 

@@ -75,6 +75,20 @@ Theta EverythingAt(const PoseProblem& problem, const Theta& theta) {
   return everything;
 }
 
+CameraCovariance CountingRoot(const Unknowns& unknowns, const CameraCovariance& covariance) {
+  CameraCovariance root = geometry::CovarianceRoot(covariance);
+  if (unknowns.focal_length) {
+    root.row(0).setZero();
+  }
+  if (unknowns.camera_offset) {
+    root.middleRows<3>(7).setZero();
+  }
+  return root;
+}
+
+namespace {
+
+/// theta changes by this matrix times the change of the weighted residuals. Empty below full rank.
 MatrixXd Gain(const PoseProblem& problem, const Theta& theta) {
   const MatrixXd jacobian = WeightedJacobian(problem, theta);
   if (jacobian.size() == 0 || jacobian.rows() < jacobian.cols()) {
@@ -89,6 +103,7 @@ MatrixXd Gain(const PoseProblem& problem, const Theta& theta) {
   return scale.asDiagonal() * of.v * of.values.cwiseInverse().asDiagonal() * of.u.transpose();
 }
 
+/// What the inputs do to theta: a column for each independent draw, times its sigma.
 MatrixXd InputMoves(const PoseProblem& problem, const Theta& theta, const InputUncertainty& inputs,
                     const MatrixXd& gain) {
   const Theta everything = EverythingAt(problem, theta);
@@ -117,32 +132,17 @@ MatrixXd InputMoves(const PoseProblem& problem, const Theta& theta, const InputU
   return moves;
 }
 
-void WidenSigmas(const Theta& theta, const InputUncertainty& inputs, PoseProblem& problem) {
-  const double shared_mm = std::hypot(inputs.machine_mm, inputs.target_mm);
-  const Chain chain(problem, theta, true);
-  Vector2d residual_px;
-  SightDerivative derivative;
-  for (Sight& sight : problem.sights) {
-    sight.pixel_sigma_px = sight.sigma_px;
-    if (shared_mm > 0 && chain.ResidualAndDerivative(sight, residual_px, derivative)) {
-      const double px_per_mm = derivative.leftCols<3>().norm() / std::sqrt(2.0);
-      sight.sigma_px = std::hypot(sight.sigma_px, px_per_mm * shared_mm);
-    }
-  }
-}
-
+/// What the camera's calibration does to the projected places, in the sights' sigmas: a row for
+/// each, a column for each independent draw, times its sigma. REQUIRES that all targets are seen.
 MatrixXd CameraMoves(const PoseProblem& problem, const Theta& theta,
                      const CameraCovariance& covariance) {
   const Layout layout = LayoutOf(problem.unknowns);
   Camera camera = problem.camera;
-  CameraVector counts = CameraVector::Ones();
   if (layout.focal_length >= 0) {
     camera.focal_length_mm = theta[layout.focal_length];
-    counts[0] = 0;
   }
   if (layout.camera_offset >= 0) {
     camera.taper_from_camera.translation_mm = theta.segment<3>(layout.camera_offset);
-    counts.segment<3>(7).setZero();
   }
   const Eigen::Matrix3d rotation =
       geometry::RotationFromAngles(camera.taper_from_camera.angles_rad);
@@ -158,13 +158,7 @@ MatrixXd CameraMoves(const PoseProblem& problem, const Theta& theta,
       moves.middleRows<2>(2 * static_cast<Index>(i)) = projected->by_parameter / sight.sigma_px;
     }
   }
-  // Parameters of very different sizes: the root is taken of their correlations.
-  const CameraVector sigmas = covariance.diagonal().cwiseMax(0).cwiseSqrt();
-  const CameraVector scale = (sigmas.array() > 0).select(sigmas, 1);
-  const geometry::SymmetricEigen of = geometry::DecomposeSymmetric(
-      scale.cwiseInverse().asDiagonal() * covariance * scale.cwiseInverse().asDiagonal());
-  return moves * counts.cwiseProduct(scale).asDiagonal() * of.vectors *
-         of.values.cwiseMax(0).cwiseSqrt().asDiagonal();
+  return moves * CountingRoot(problem.unknowns, covariance);
 }
 
 void WidenByCamera(const Theta& theta, const CameraCovariance& covariance, PoseProblem& problem) {
@@ -178,6 +172,26 @@ void WidenByCamera(const Theta& theta, const CameraCovariance& covariance, PoseP
     // Of both axes together, as sigma_px is of either.
     const double share = left_over.middleRows<2>(2 * static_cast<Index>(i)).squaredNorm() / 2;
     problem.sights[i].sigma_px *= std::sqrt(1 + share);
+  }
+}
+
+}  // namespace
+
+void WidenSigmas(const Theta& theta, const InputUncertainty& inputs,
+                 const std::optional<CameraCovariance>& camera, PoseProblem& problem) {
+  const double shared_mm = std::hypot(inputs.machine_mm, inputs.target_mm);
+  const Chain chain(problem, theta, true);
+  Vector2d residual_px;
+  SightDerivative derivative;
+  for (Sight& sight : problem.sights) {
+    sight.pixel_sigma_px = sight.sigma_px;
+    if (shared_mm > 0 && chain.ResidualAndDerivative(sight, residual_px, derivative)) {
+      const double px_per_mm = derivative.leftCols<3>().norm() / std::sqrt(2.0);
+      sight.sigma_px = std::hypot(sight.sigma_px, px_per_mm * shared_mm);
+    }
+  }
+  if (camera) {
+    WidenByCamera(theta, *camera, problem);
   }
 }
 

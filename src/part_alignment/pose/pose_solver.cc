@@ -1,14 +1,18 @@
 #include "part_alignment/pose/pose_solver.h"
 
 #include "base/check.h"
+#include "part_alignment/pose/input_effect.h"
 #include "part_alignment/pose/solve_input.h"
 
 namespace trammel::part_alignment {
 
-Result<PoseSolver> PoseSolver::Make(const Measurement& measurement, const Unknowns& unknowns,
+Result<PoseSolver> PoseSolver::Make(const Measurement& measurement, const SolveOptions& options,
                                     const geometry::Pose& machine_from_part,
                                     const Clamping& clamping) {
-  auto problem = MakeProblem(measurement, unknowns);
+  if (const auto valid = ValidateInputs(options); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  auto problem = MakeProblem(measurement, options.unknowns);
   if (!problem) {
     return tl::unexpected(problem.error());
   }
@@ -18,6 +22,7 @@ Result<PoseSolver> PoseSolver::Make(const Measurement& measurement, const Unknow
   if (!solver.state_.allFinite()) {
     return Fail("the pose or the clamping to begin at is not finite");
   }
+  WidenSigmas(solver.state_, options.inputs, options.camera_covariance, solver.own_);
   solver.frame_ =
       MiddleFrameOf(solver.own_, geometry::RotationFromAngles(machine_from_part.angles_rad));
   solver.middle_ = InMiddleFrame(solver.own_, solver.frame_);

@@ -12,9 +12,10 @@ namespace trammel::part_alignment {
 /// an allocation. No outlier search and no verdict: Solve does those.
 class PoseSolver {
  public:
-  /// The errors are those of Solve.
+  /// Of the options unknowns and what is uncertain count, in the sights' weights as in Solve. The
+  /// errors are those of Solve.
   [[nodiscard]] static Result<PoseSolver> Make(const Measurement& measurement,
-                                               const Unknowns& unknowns,
+                                               const SolveOptions& options,
                                                const geometry::Pose& machine_from_part,
                                                const Clamping& clamping);
 

@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include "base/chi_square.h"
 #include "part_alignment/pose/input_effect.h"
-#include "part_alignment/pose/observability.h"
 #include "part_alignment/pose/pose_solver.h"
+#include "part_alignment/pose/solution.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -34,26 +36,26 @@ Result<void> CheckFixed(const Unknowns& unknowns, const AlignmentState& state) {
   return {};
 }
 
-Result<PoseSolver> Prepare(const Measurement& measurement, const Unknowns& unknowns,
-                           const AlignmentState& state, const InputUncertainty& inputs) {
-  if (const auto valid = Validate(inputs); !valid) {
+Result<PoseSolver> Prepare(const Measurement& measurement, const SolveOptions& options,
+                           const AlignmentState& state) {
+  if (const auto valid = CheckFixed(options.unknowns, state); !valid) {
     return tl::unexpected(valid.error());
   }
-  if (const auto valid = CheckFixed(unknowns, state); !valid) {
-    return tl::unexpected(valid.error());
-  }
-  return PoseSolver::Make(measurement, unknowns, state.machine_from_part, state.clamping);
+  return PoseSolver::Make(measurement, options, state.machine_from_part, state.clamping);
 }
 
 /// One draw of all inputs: what the camera sees then. False where it does not see a target.
 class Drawer {
  public:
-  Drawer(const PoseProblem& problem, const Theta& everything, const Unknowns& unknowns,
-         const InputUncertainty& inputs)
+  Drawer(const PoseProblem& problem, const Theta& everything, const SolveOptions& options)
       : all_(WithEverything(problem)),
         everything_(everything),
-        inputs_(inputs),
-        sigmas_(CommonSigmas(inputs, unknowns)) {
+        inputs_(options.inputs),
+        sigmas_(CommonSigmas(options.inputs, options.unknowns)),
+        camera_(ParametersOf(problem.camera)) {
+    if (options.camera_covariance) {
+      camera_root_ = CountingRoot(options.unknowns, *options.camera_covariance);
+    }
     for (const Sight& sight : all_.sights) {
       views_ = std::max(views_, sight.view + 1);
       targets_ = std::max(targets_, sight.target + 1);
@@ -74,6 +76,9 @@ class Drawer {
     for (Index i = 6; i < theta.size(); ++i) {
       theta[i] += sigmas_[i] * random.Normal();
     }
+    if (camera_root_) {
+      DrawCamera(random, theta);
+    }
     const Chain chain(all_, theta, false);
     for (std::size_t i = 0; i < all_.sights.size(); ++i) {
       Sight sight = all_.sights[i];
@@ -84,17 +89,30 @@ class Drawer {
       if (!chain.Residual(sight, residual_px)) {
         return false;
       }
-      const double column_px = sight.sigma_px * random.Normal();
-      pixels[i] = -residual_px + Vector2d(column_px, sight.sigma_px * random.Normal());
+      const double column_px = sight.pixel_sigma_px * random.Normal();
+      pixels[i] = -residual_px + Vector2d(column_px, sight.pixel_sigma_px * random.Normal());
     }
     return true;
   }
 
  private:
+  // Focal length and offset are theta's, the other parameters the camera's own.
+  void DrawCamera(Random& random, Theta& theta) {
+    CameraVector draws;
+    std::generate(draws.begin(), draws.end(), [&] { return random.Normal(); });
+    const CameraVector moved = *camera_root_ * draws;
+    all_.camera = WithParameters(all_.camera, camera_ + moved);
+    const Layout layout = LayoutOf(all_.unknowns);
+    theta[layout.focal_length] += moved[0];
+    theta.segment<3>(layout.camera_offset) += moved.segment<3>(7);
+  }
+
   PoseProblem all_;
   Theta everything_;
   InputUncertainty inputs_;
   Theta sigmas_;
+  CameraVector camera_;
+  std::optional<CameraCovariance> camera_root_;
   std::size_t views_ = 0;
   std::size_t targets_ = 0;
   std::vector<Vector3d> view_mm_;
@@ -129,9 +147,9 @@ void Summarise(const MatrixXd& errors, const MatrixXd& linear, MonteCarloUncerta
 }  // namespace
 
 Result<LinearUncertainty> PropagateLinearly(const Measurement& measurement,
-                                            const Unknowns& unknowns, const AlignmentState& state,
-                                            const InputUncertainty& inputs) {
-  const auto solver = Prepare(measurement, unknowns, state, inputs);
+                                            const SolveOptions& options,
+                                            const AlignmentState& state) {
+  const auto solver = Prepare(measurement, options, state);
   if (!solver) {
     return tl::unexpected(solver.error());
   }
@@ -139,33 +157,31 @@ Result<LinearUncertainty> PropagateLinearly(const Measurement& measurement,
   if (!std::isfinite(ChiSquare(problem, solver->state()))) {
     return Fail("a target that the measurement names lies behind the camera at the given state");
   }
-  const MatrixXd gain = Gain(problem, solver->state());
-  if (gain.size() == 0) {
+  MatrixXd covariance =
+      CovarianceByInputs(problem, solver->state(), options.inputs, options.camera_covariance);
+  if (covariance.size() == 0) {
     return Fail("the views do not determine the unknowns: add the view that solve advises");
   }
-  const MatrixXd moved = InputMoves(problem, solver->state(), inputs, gain);
-  return LinearUncertainty{ParameterNames(unknowns),
-                           gain * gain.transpose() + moved * moved.transpose()};
+  return LinearUncertainty{ParameterNames(options.unknowns), std::move(covariance)};
 }
 
 Result<MonteCarloUncertainty> SimulateMeasurements(const Measurement& measurement,
-                                                   const Unknowns& unknowns,
-                                                   const AlignmentState& state,
-                                                   const InputUncertainty& inputs, int trials,
+                                                   const SolveOptions& options,
+                                                   const AlignmentState& state, int trials,
                                                    Random& random) {
-  if (trials < 100 || trials > 10'000'000) {
-    return Fail(fmt::format("trials is {}, it must lie in 100 ... 10000000", trials));
+  if (trials < 100 || trials > 1'000'000) {
+    return Fail(fmt::format("trials is {}, it must lie in 100 ... 1000000", trials));
   }
-  const auto linear = PropagateLinearly(measurement, unknowns, state, inputs);
+  const auto linear = PropagateLinearly(measurement, options, state);
   if (!linear) {
     return tl::unexpected(linear.error());
   }
-  auto solver = Prepare(measurement, unknowns, state, inputs);
+  auto solver = Prepare(measurement, options, state);
   if (!solver) {
     return tl::unexpected(solver.error());
   }
   const PoseProblem& problem = solver->problem();
-  Drawer drawer(problem, EverythingAt(problem, solver->state()), unknowns, inputs);
+  Drawer drawer(problem, EverythingAt(problem, solver->state()), options);
   MonteCarloUncertainty result;
   result.parameters = linear->parameters;
   std::vector<Vector2d> pixels(problem.sights.size());
@@ -183,7 +199,7 @@ Result<MonteCarloUncertainty> SimulateMeasurements(const Measurement& measuremen
     auto error = errors.col(result.trials++);
     error = descent.theta - solver->state();
     for (Index i = 3; i < std::min<Index>(7, error.size()); ++i) {
-      const bool angle = i < 6 || unknowns.clamp_angle;
+      const bool angle = i < 6 || options.unknowns.clamp_angle;
       error[i] = angle ? std::remainder(error[i], 2 * std::numbers::pi) : error[i];
     }
   }
@@ -195,6 +211,23 @@ Result<MonteCarloUncertainty> SimulateMeasurements(const Measurement& measuremen
   }
   Summarise(errors.leftCols(result.trials), linear->covariance, result);
   return result;
+}
+
+Result<MonteCarloUncertainty> SimulateAnswer(const Measurement& measurement,
+                                             const SolveOptions& options,
+                                             const Alignment& alignment, int trials,
+                                             Random& random) {
+  Measurement counted = measurement;
+  counted.camera = SolvedCamera(measurement, alignment);
+  for (const AlignmentResidual& residual : alignment.residuals) {
+    if (residual.weight > 0) {
+      continue;
+    }
+    std::erase_if(counted.views[residual.view].observations,
+                  [&](const Observation& seen) { return seen.target == residual.target; });
+  }
+  return SimulateMeasurements(counted, options, {alignment.machine_from_part, alignment.clamping},
+                              trials, random);
 }
 
 }  // namespace trammel::part_alignment

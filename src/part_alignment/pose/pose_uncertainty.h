@@ -7,7 +7,6 @@
 
 #include "base/random.h"
 #include "base/result.h"
-#include "part_alignment/pose/input_uncertainty.h"
 #include "part_alignment/pose/solve.h"
 
 namespace trammel::part_alignment {
@@ -23,16 +22,14 @@ struct LinearUncertainty {
   Eigen::MatrixXd covariance;
 };
 
-/// The solver's weights and derivatives at the state, every input through its own derivative:
-/// theta = (J^T W J)^-1 J^T W (inputs), W from the sigmas of the pixels. Only the views' places,
-/// the targets and the sigmas of the measurement count; its pixels may be anything. What is among
-/// the unknowns adds nothing here. Errors (kInput): as of Solve; an uncertainty that is negative or
-/// not finite; targets that the camera does not see from there; views that do not determine the
-/// unknowns.
+/// The covariance that Solve states, at a state instead of an answer: every input through its own
+/// derivative, theta = (J^T W J)^-1 J^T W (inputs), with Solve's weights W. Of the options unknowns
+/// and what is uncertain count; of the measurement camera, targets, the views' places and the
+/// sigmas; its pixels may be anything. Errors (kInput): as of Solve; targets that the camera does
+/// not see from there; views that do not determine the unknowns.
 [[nodiscard]] Result<LinearUncertainty> PropagateLinearly(const Measurement& measurement,
-                                                          const Unknowns& unknowns,
-                                                          const AlignmentState& state,
-                                                          const InputUncertainty& inputs);
+                                                          const SolveOptions& options,
+                                                          const AlignmentState& state);
 
 struct MonteCarloUncertainty {
   std::vector<std::string> parameters;
@@ -46,13 +43,19 @@ struct MonteCarloUncertainty {
 };
 
 /// GUM supplement 1: draws every input `trials` times, takes the pictures anew and solves each of
-/// them fully (from the state, so it tells nothing of first guesses). Angles' errors are taken
-/// around the truth. Cost: some 20 us a trial of 8 sights. Errors as of PropagateLinearly; trials
-/// must lie in 100 ... 10,000,000.
+/// them fully (from the state, so it tells nothing of first guesses or wrong targets). Angles'
+/// errors are taken around the truth. Cost: some 20 us a trial of 8 sights. Errors as of
+/// PropagateLinearly; trials must lie in 100 ... 1,000,000.
 [[nodiscard]] Result<MonteCarloUncertainty> SimulateMeasurements(const Measurement& measurement,
-                                                                 const Unknowns& unknowns,
+                                                                 const SolveOptions& options,
                                                                  const AlignmentState& state,
-                                                                 const InputUncertainty& inputs,
                                                                  int trials, Random& random);
+
+/// The same about an answer, without the observations that it left out. REQUIRES an answer of this
+/// measurement and these options with verdict good.
+[[nodiscard]] Result<MonteCarloUncertainty> SimulateAnswer(const Measurement& measurement,
+                                                           const SolveOptions& options,
+                                                           const Alignment& alignment, int trials,
+                                                           Random& random);
 
 }  // namespace trammel::part_alignment

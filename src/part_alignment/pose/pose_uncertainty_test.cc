@@ -58,8 +58,7 @@ TEST(PoseUncertainty, TheSolversCovarianceIsThatOf10000Measurements) {
   SCOPED_TRACE(kSeed);
   const Bench bench = PaperBench();
   Random random(kSeed);
-  const auto simulated =
-      SimulateMeasurements(bench.measurement, {}, bench.state, {}, kTrials, random);
+  const auto simulated = SimulateMeasurements(bench.measurement, {}, bench.state, kTrials, random);
   ASSERT_TRUE(simulated) << simulated.error().message;
   EXPECT_EQ(simulated->trials, kTrials);
   const auto alignment = Solve(bench.measurement, {});
@@ -71,20 +70,79 @@ TEST(PoseUncertainty, TheSolversCovarianceIsThatOf10000Measurements) {
 TEST(PoseUncertainty, LinearPropagationHoldsForMachineTargetsAndClampingToo) {
   SCOPED_TRACE(kSeed);
   const Bench bench = PaperBench();
-  InputUncertainty inputs;
-  inputs.machine_mm = 0.003;
-  inputs.target_mm = 0.02;
-  inputs.clamp_eccentricity_mm = 0.015;
-  inputs.clamp_tilt_rad = 2e-5;
-  inputs.focal_length_mm = 1e-4;
-  inputs.camera_offset_mm = 0.01;
-  const auto linear = PropagateLinearly(bench.measurement, {}, bench.state, inputs);
+  SolveOptions options;
+  options.inputs.machine_mm = 0.003;
+  options.inputs.target_mm = 0.02;
+  options.inputs.clamp_eccentricity_mm = 0.015;
+  options.inputs.clamp_tilt_rad = 2e-5;
+  options.inputs.focal_length_mm = 1e-4;
+  options.inputs.camera_offset_mm = 0.01;
+  const auto linear = PropagateLinearly(bench.measurement, options, bench.state);
   ASSERT_TRUE(linear) << linear.error().message;
   Random random(kSeed);
   const auto simulated =
-      SimulateMeasurements(bench.measurement, {}, bench.state, inputs, kTrials, random);
+      SimulateMeasurements(bench.measurement, options, bench.state, kTrials, random);
   ASSERT_TRUE(simulated) << simulated.error().message;
   ExpectAgreement(linear->covariance, *simulated);
+}
+
+/// A calibration whose focal length and distance, and whose middle and angles, go together.
+CameraCovariance Calibration() {
+  CameraVector sigmas;
+  sigmas << 0.002, 0.5, 0.5, 1e-10, 1e-17, 1e-9, 1e-9, 0.01, 0.01, 0.02, 5e-5, 5e-5, 5e-5;
+  CameraCovariance correlation = CameraCovariance::Identity();
+  const auto correlate = [&](int i, int k, double with) {
+    correlation(i, k) = correlation(k, i) = with;
+  };
+  correlate(0, 9, -0.9);
+  correlate(1, 11, 0.8);
+  correlate(2, 10, -0.8);
+  return sigmas.asDiagonal() * correlation * sigmas.asDiagonal();
+}
+
+TEST(PoseUncertainty, AnUncertainCalibrationMovesTheAnswerAsStated) {
+  SCOPED_TRACE(kSeed);
+  const Bench bench = PaperBench();
+  SolveOptions options;
+  options.camera_covariance = Calibration();
+  for (const bool focal_length : {false, true}) {
+    options.unknowns.focal_length = focal_length;
+    SCOPED_TRACE(focal_length);
+    Measurement measurement = bench.measurement;
+    if (focal_length) {
+      // At one distance nothing tells it.
+      for (std::size_t i = 0; i < measurement.views.size(); i += 2) {
+        measurement.views[i].spindle_mm.z() -= 80;
+      }
+    }
+    const auto linear = PropagateLinearly(measurement, options, bench.state);
+    ASSERT_TRUE(linear) << linear.error().message;
+    SolveOptions exact = options;
+    exact.camera_covariance.reset();
+    const auto without = PropagateLinearly(measurement, exact, bench.state);
+    ASSERT_TRUE(without);
+    EXPECT_GT(linear->covariance(0, 0), 4 * without->covariance(0, 0));
+    Random random(kSeed);
+    const auto simulated = SimulateMeasurements(measurement, options, bench.state, kTrials, random);
+    ASSERT_TRUE(simulated) << simulated.error().message;
+    ExpectAgreement(linear->covariance, *simulated);
+  }
+}
+
+TEST(PoseUncertainty, AnAnswerIsSimulatedWithoutWhatItLeftOut) {
+  SCOPED_TRACE(kSeed);
+  Bench bench = PaperBench();
+  bench.measurement.views.push_back(bench.measurement.views[0]);
+  bench.measurement.views.push_back(bench.measurement.views[1]);
+  bench.measurement.views[0].observations[0].column_px += 20;
+  const auto alignment = Solve(bench.measurement, {});
+  ASSERT_TRUE(alignment);
+  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+  ASSERT_EQ(alignment->residuals[0].weight, 0);
+  Random random(kSeed);
+  const auto simulated = SimulateAnswer(bench.measurement, {}, *alignment, kTrials, random);
+  ASSERT_TRUE(simulated) << simulated.error().message;
+  ExpectAgreement(alignment->covariance, *simulated);
 }
 
 TEST(PoseUncertainty, SolveStatesTheInputsThatItIsTold) {
@@ -94,14 +152,13 @@ TEST(PoseUncertainty, SolveStatesTheInputsThatItIsTold) {
   options.inputs.target_mm = 0.02;
   options.inputs.clamp_eccentricity_mm = 0.015;
   const auto alignment = Solve(bench.measurement, options);
-  const auto linear = PropagateLinearly(bench.measurement, {}, bench.state, options.inputs);
+  const auto linear = PropagateLinearly(bench.measurement, options, bench.state);
   ASSERT_TRUE(alignment && linear);
   ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  // All targets lie at about one distance, so the wider sigmas hardly change the weights.
   const Eigen::VectorXd ratio =
       alignment->covariance.diagonal().cwiseQuotient(linear->covariance.diagonal()).cwiseSqrt();
-  EXPECT_NEAR(ratio.minCoeff(), 1, 0.02);
-  EXPECT_NEAR(ratio.maxCoeff(), 1, 0.02);
+  EXPECT_NEAR(ratio.minCoeff(), 1, 1e-6);
+  EXPECT_NEAR(ratio.maxCoeff(), 1, 1e-6);
   options.inputs.machine_mm = -1;
   EXPECT_FALSE(Solve(bench.measurement, options));
 }
@@ -156,10 +213,10 @@ TEST(PoseUncertainty, AMachinesScatterIsJudgedByWhatIsStated) {
 // and with zero residual.
 TEST(PoseUncertainty, EccentricClampingGoesIntoThePartsXAndYWhole) {
   const Bench bench = PaperBench();
-  InputUncertainty inputs;
-  inputs.clamp_eccentricity_mm = 0.015;
-  const auto without = PropagateLinearly(bench.measurement, {}, bench.state, {});
-  const auto with = PropagateLinearly(bench.measurement, {}, bench.state, inputs);
+  SolveOptions stated;
+  stated.inputs.clamp_eccentricity_mm = 0.015;
+  const auto without = PropagateLinearly(bench.measurement, {}, bench.state);
+  const auto with = PropagateLinearly(bench.measurement, stated, bench.state);
   ASSERT_TRUE(without && with);
   const Eigen::VectorXd added =
       (with->covariance.diagonal() - without->covariance.diagonal()).cwiseAbs().cwiseSqrt();
@@ -180,12 +237,12 @@ TEST(PoseUncertainty, SixUnknownsLoseWhatSevenKeep) {
   TakePictures(world, 0, random);
   const Measurement measurement = MeasurementOf(world, kSigma_px);
   const AlignmentState state{world.machine_from_part, {}};
-  Unknowns six;
-  six.clamp_angle = false;
-  InputUncertainty inputs;
-  inputs.clamp_angle_rad = 0.0019;  // uniform over +-3.3 mm/m
-  const auto without = PropagateLinearly(measurement, six, state, inputs);
-  const auto with = PropagateLinearly(measurement, {}, state, inputs);
+  SolveOptions seven;
+  seven.inputs.clamp_angle_rad = 0.0019;  // uniform over +-3.3 mm/m
+  SolveOptions six = seven;
+  six.unknowns.clamp_angle = false;
+  const auto without = PropagateLinearly(measurement, six, state);
+  const auto with = PropagateLinearly(measurement, seven, state);
   ASSERT_TRUE(without && with);
   // Levers of 22 mm on the average: 22 mm by 1.9 mm/m is 0.04 mm of Y.
   EXPECT_GT(std::sqrt(without->covariance(1, 1)), 0.03);
@@ -210,21 +267,21 @@ TEST(PoseUncertainty, ThePreparedSolverReturnsTheTruthFromItsPixels) {
 
 TEST(PoseUncertainty, ErrorsNameTheInput) {
   const Bench bench = PaperBench();
-  InputUncertainty inputs;
-  inputs.target_mm = -1;
-  const auto negative = PropagateLinearly(bench.measurement, {}, bench.state, inputs);
+  SolveOptions options;
+  options.inputs.target_mm = -1;
+  const auto negative = PropagateLinearly(bench.measurement, options, bench.state);
   ASSERT_FALSE(negative);
   EXPECT_THAT(negative.error().message, HasSubstr("target_mm is -1"));
   Random random(kSeed);
-  EXPECT_FALSE(SimulateMeasurements(bench.measurement, {}, bench.state, {}, 3, random));
+  EXPECT_FALSE(SimulateMeasurements(bench.measurement, {}, bench.state, 3, random));
   Bench few = bench;
   few.measurement.views.resize(2);
-  const auto short_of = PropagateLinearly(few.measurement, {}, few.state, {});
+  const auto short_of = PropagateLinearly(few.measurement, {}, few.state);
   ASSERT_FALSE(short_of);
   EXPECT_THAT(short_of.error().message, HasSubstr("do not determine"));
   Bench away = bench;
   away.state.machine_from_part.translation_mm.z() += 5000;
-  EXPECT_FALSE(PropagateLinearly(away.measurement, {}, away.state, {}));
+  EXPECT_FALSE(PropagateLinearly(away.measurement, {}, away.state));
 }
 
 }  // namespace

@@ -170,13 +170,8 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
     return Fail(fmt::format("weakest_limit_mm is {}, it must lie in 0.001 ... 100",
                             options.weakest_limit_mm));
   }
-  if (const auto valid = Validate(options.inputs); !valid) {
+  if (const auto valid = ValidateInputs(options); !valid) {
     return tl::unexpected(valid.error());
-  }
-  if (options.camera_covariance) {
-    if (const auto valid = Validate(*options.camera_covariance); !valid) {
-      return tl::unexpected(valid.error());
-    }
   }
   auto problem = MakeProblem(measurement, options.unknowns);
   if (!problem) {
@@ -185,10 +180,7 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
   if (options.inputs.machine_mm > 0 || options.inputs.target_mm > 0 || options.camera_covariance) {
     // What a millimetre is worth in pixels needs the distances: a rough solution has them.
     if (const Fit rough = FitFromNothing(*problem, SolveMethod::kGaussNewton); rough.found) {
-      WidenSigmas(rough.theta, options.inputs, *problem);
-      if (options.camera_covariance) {
-        WidenByCamera(rough.theta, *options.camera_covariance, *problem);
-      }
+      WidenSigmas(rough.theta, options.inputs, options.camera_covariance, *problem);
     }
   }
   std::vector<std::string> labels;

@@ -68,6 +68,13 @@ Result<void> CheckObservation(const Camera& camera, const Observation& seen, std
 
 }  // namespace
 
+Result<void> ValidateInputs(const SolveOptions& options) {
+  if (auto valid = Validate(options.inputs); !valid) {
+    return valid;
+  }
+  return options.camera_covariance ? Validate(*options.camera_covariance) : Result<void>{};
+}
+
 Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& unknowns) {
   if (const auto valid = Validate(measurement.camera); !valid) {
     return tl::unexpected(valid.error());

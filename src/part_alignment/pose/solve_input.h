@@ -6,7 +6,9 @@
 
 namespace trammel::part_alignment {
 
-/// The errors are those of Solve.
+/// Of what is uncertain beside the pixels. The errors are those of Solve, as below.
+[[nodiscard]] Result<void> ValidateInputs(const SolveOptions& options);
+
 [[nodiscard]] Result<PoseProblem> MakeProblem(const Measurement& measurement,
                                               const Unknowns& unknowns);
 
