@@ -12,6 +12,7 @@
 #include "app/align_metrology_commands.h"
 #include "app/align_outputs.h"
 #include "app/commands.h"
+#include "app/number_range.h"
 #include "app/today.h"
 #include "part_alignment/budget/budget.h"
 #include "part_alignment/budget/budget_study.h"
@@ -198,7 +199,7 @@ void AddAlignBudgetCommand(CLI::App& parent, int& exit_code) {
       ->check(CLI::Range(0, 10'000'000))
       ->capture_default_str();
   command->add_option("--seed", arguments->seed, "of the simulation")
-      ->check(CLI::NonNegativeNumber)
+      ->check(SeedNumber())
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "one JSON object instead of text");
   command->callback([arguments, &exit_code] { exit_code = RunBudget(*arguments); });
@@ -215,7 +216,7 @@ void AddAlignStudyCommand(CLI::App& parent, int& exit_code) {
       ->check(CLI::Range(10, 1'000'000))
       ->capture_default_str();
   command->add_option("--seed", arguments->seed, "of all random numbers")
-      ->check(CLI::NonNegativeNumber)
+      ->check(SeedNumber())
       ->capture_default_str();
   command->callback([arguments, &exit_code] { exit_code = RunStudy(*arguments); });
 }

@@ -114,10 +114,11 @@ TEST_F(AlignCommand, ASimulationStandsBesideWhatIsStated) {
   EXPECT_THAT(solved.standard_error,
               AllOf(HasSubstr("4000 measurements"), Not(HasSubstr("not linear"))));
   EXPECT_TRUE(json::parse(Align("solve seen.json").standard_output)["simulated"].is_null());
-  for (const char* few : {"--trials 5", "--trials -1", "--trials many"}) {
-    const CommandResult refused = Align(std::string("solve seen.json ") + few);
-    EXPECT_EQ(refused.exit_code, 1);
-    EXPECT_THAT(refused.standard_error, HasSubstr("--trials"));
+  for (const std::string option : {"--trials 5", "--trials -1", "--trials many", "--seed -1",
+                                   "--seed 1e3", "--seed 18446744073709551616"}) {
+    const CommandResult refused = Align("solve seen.json " + option);
+    EXPECT_EQ(refused.exit_code, 1) << option;
+    EXPECT_THAT(refused.standard_error, HasSubstr(option.substr(0, option.find(' '))));
   }
 }
 

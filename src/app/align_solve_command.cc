@@ -15,6 +15,7 @@
 #include "app/align_commands.h"
 #include "app/align_report.h"
 #include "app/commands.h"
+#include "app/number_range.h"
 #include "base/random.h"
 #include "part_alignment/pose/pose_uncertainty.h"
 #include "part_alignment/pose/solve.h"
@@ -118,9 +119,11 @@ void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
   command
       ->add_option("--trials", arguments->trials,
                    "of a simulation of this measurement, whose scatter is put beside what is "
-                   "stated: 100 to 10000000; 0: none")
+                   "stated: 100 to 1000000; 0: none")
       ->capture_default_str();
-  command->add_option("--seed", arguments->seed, "of the simulation")->capture_default_str();
+  command->add_option("--seed", arguments->seed, "of the simulation")
+      ->check(SeedNumber())
+      ->capture_default_str();
   command->add_flag("--json", arguments->json, "no words on standard error beside the JSON");
   command->add_option("--out", arguments->out, "write the JSON to this file, too");
   command->add_option("--report", arguments->report,

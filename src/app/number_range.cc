@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+#include <cstdint>
 #include <string>
+#include <system_error>
 
 namespace trammel::app {
 
@@ -14,6 +17,18 @@ CLI::Validator NumberIn(double low, double high) {
         return fmt::format("{} is no number in {} … {}", text, low, high);
       },
       fmt::format("FLOAT in {} … {}", low, high));
+}
+
+CLI::Validator SeedNumber() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        std::uint64_t value = 0;
+        const char* end = text.data() + text.size();
+        const auto [rest, error] = std::from_chars(text.data(), end, value);
+        if (error == std::errc() && rest == end) return {};
+        return fmt::format("{} is no whole number in 0 … {}", text, UINT64_MAX);
+      },
+      "UINT");
 }
 
 }  // namespace trammel::app

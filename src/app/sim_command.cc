@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/number_range.h"
 #include "app/option_values.h"
 #include "sim/photo.h"
 #include "sim/plan_file.h"
@@ -98,7 +99,7 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
 void AddSeed(CLI::App& command, std::uint64_t& seed) {
   // Without the check CLI11 takes -1 for the largest seed there is.
   command.add_option("--seed", seed, "names the whole world")
-      ->check(CLI::NonNegativeNumber)
+      ->check(SeedNumber())
       ->capture_default_str();
 }
 

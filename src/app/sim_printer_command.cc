@@ -159,7 +159,7 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
   printer->add_option("--unix", arguments->unix_socket, "Unix socket to listen on as well");
   printer->add_option("--api-key", arguments->api_key, "clients have to bear it");
   printer->add_option("--seed", arguments->seed, "names the whole world")
-      ->check(CLI::NonNegativeNumber)
+      ->check(SeedNumber())
       ->capture_default_str();
   printer
       ->add_option("--pressure-advance", arguments->pressure_advance_s,

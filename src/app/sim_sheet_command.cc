@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/sim_sheet_traits.h"
 #include "sim/plan_file.h"
@@ -248,7 +249,7 @@ void AddSimSheet(CLI::App& parent, int& exit_code) {
   sheet->add_option("--truth", arguments->truth, "new JSON file for what is true");
   // Without the checks CLI11 takes -1 for the largest number there is.
   sheet->add_option("--seed", arguments->name.seed, "names the machine")
-      ->check(CLI::NonNegativeNumber)
+      ->check(SeedNumber())
       ->capture_default_str();
   sheet->add_option("--sheet", arguments->name.sheet, "which print of that machine")
       ->check(CLI::Range(0, 9999))

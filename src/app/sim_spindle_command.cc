@@ -216,7 +216,7 @@ void AddSimSpindle(CLI::App& parent, int& exit_code) {
       ->required();
   // Without the checks CLI11 takes -1 for the largest number there is.
   spindle->add_option("--seed", arguments->name.seed, "names part and machine")
-      ->check(CLI::NonNegativeNumber)
+      ->check(SeedNumber())
       ->capture_default_str();
   spindle->add_option("--clamping", arguments->name.clamping, "which clamping of the camera")
       ->check(CLI::Range(0, 1'000'000))
