@@ -132,53 +132,9 @@ MatrixXd InputMoves(const PoseProblem& problem, const Theta& theta, const InputU
   return moves;
 }
 
-/// What the camera's calibration does to the projected places, in the sights' sigmas: a row for
-/// each, a column for each independent draw, times its sigma. REQUIRES that all targets are seen.
-MatrixXd CameraMoves(const PoseProblem& problem, const Theta& theta,
-                     const CameraCovariance& covariance) {
-  const Layout layout = LayoutOf(problem.unknowns);
-  Camera camera = problem.camera;
-  if (layout.focal_length >= 0) {
-    camera.focal_length_mm = theta[layout.focal_length];
-  }
-  if (layout.camera_offset >= 0) {
-    camera.taper_from_camera.translation_mm = theta.segment<3>(layout.camera_offset);
-  }
-  const Eigen::Matrix3d rotation =
-      geometry::RotationFromAngles(camera.taper_from_camera.angles_rad);
-  const Clamping clamping = ClampingOf(layout, theta);
-  MatrixXd moves = MatrixXd::Zero(2 * static_cast<Index>(problem.sights.size()), kCameraParameters);
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    const Sight& sight = problem.sights[i];
-    const View view{sight.spindle_mm, sight.spindle_from_machine.transpose(), {}};
-    const Eigen::Vector3d taper_mm =
-        rotation * CameraFromPart(camera, clamping, view, PoseOf(theta), sight.part_mm) +
-        camera.taper_from_camera.translation_mm;
-    if (const auto projected = ProjectFromTaper(camera, taper_mm)) {
-      moves.middleRows<2>(2 * static_cast<Index>(i)) = projected->by_parameter / sight.sigma_px;
-    }
-  }
-  return moves * CountingRoot(problem.unknowns, covariance);
-}
-
-void WidenByCamera(const Theta& theta, const CameraCovariance& covariance, PoseProblem& problem) {
-  const MatrixXd gain = Gain(problem, theta);
-  if (gain.size() == 0) {
-    return;
-  }
-  const MatrixXd moves = CameraMoves(problem, theta, covariance);
-  const MatrixXd left_over = moves - WeightedJacobian(problem, theta) * (gain * moves);
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    // Of both axes together, as sigma_px is of either.
-    const double share = left_over.middleRows<2>(2 * static_cast<Index>(i)).squaredNorm() / 2;
-    problem.sights[i].sigma_px *= std::sqrt(1 + share);
-  }
-}
-
 }  // namespace
 
-void WidenSigmas(const Theta& theta, const InputUncertainty& inputs,
-                 const std::optional<CameraCovariance>& camera, PoseProblem& problem) {
+void WidenSigmas(const Theta& theta, const InputUncertainty& inputs, PoseProblem& problem) {
   const double shared_mm = std::hypot(inputs.machine_mm, inputs.target_mm);
   const Chain chain(problem, theta, true);
   Vector2d residual_px;
@@ -190,9 +146,32 @@ void WidenSigmas(const Theta& theta, const InputUncertainty& inputs,
       sight.sigma_px = std::hypot(sight.sigma_px, px_per_mm * shared_mm);
     }
   }
-  if (camera) {
-    WidenByCamera(theta, *camera, problem);
+}
+
+std::vector<SharedMove> CameraMoves(const PoseProblem& problem, const Theta& theta,
+                                    const CameraCovariance& covariance) {
+  const Layout layout = LayoutOf(problem.unknowns);
+  Camera camera = problem.camera;
+  if (layout.focal_length >= 0) {
+    camera.focal_length_mm = theta[layout.focal_length];
   }
+  if (layout.camera_offset >= 0) {
+    camera.taper_from_camera.translation_mm = theta.segment<3>(layout.camera_offset);
+  }
+  const Eigen::Matrix3d rotation =
+      geometry::RotationFromAngles(camera.taper_from_camera.angles_rad);
+  const Clamping clamping = ClampingOf(layout, theta);
+  const CameraCovariance root = CountingRoot(problem.unknowns, covariance);
+  std::vector<SharedMove> moves;
+  for (const Sight& sight : problem.sights) {
+    const View view{sight.spindle_mm, sight.spindle_from_machine.transpose(), {}};
+    const Eigen::Vector3d taper_mm =
+        rotation * CameraFromPart(camera, clamping, view, PoseOf(theta), sight.part_mm) +
+        camera.taper_from_camera.translation_mm;
+    const auto projected = ProjectFromTaper(camera, taper_mm);
+    moves.push_back(projected ? SharedMove(projected->by_parameter * root) : SharedMove::Zero());
+  }
+  return moves;
 }
 
 MatrixXd CovarianceByInputs(const PoseProblem& problem, const Theta& theta,
@@ -210,7 +189,12 @@ MatrixXd CovarianceByInputs(const PoseProblem& problem, const Theta& theta,
   const MatrixXd moved = InputMoves(problem, theta, inputs, gain);
   MatrixXd covariance = by_pixels * by_pixels.transpose() + moved * moved.transpose();
   if (camera) {
-    const MatrixXd by_camera = gain * CameraMoves(problem, theta, *camera);
+    const std::vector<SharedMove> moves = CameraMoves(problem, theta, *camera);
+    MatrixXd by_camera = MatrixXd::Zero(theta.size(), kCameraParameters);
+    for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+      by_camera +=
+          gain.middleCols<2>(2 * static_cast<Index>(i)) * moves[i] / problem.sights[i].sigma_px;
+    }
     covariance += by_camera * by_camera.transpose();
   }
   return covariance;

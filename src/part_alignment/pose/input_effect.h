@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
 #include "part_alignment/camera/camera_parameters.h"
 #include "part_alignment/pose/input_uncertainty.h"
@@ -19,16 +20,18 @@ namespace trammel::part_alignment {
 /// The standard uncertainty of each entry of WithEverything's theta that is not solved for, else 0.
 [[nodiscard]] Theta CommonSigmas(const InputUncertainty& inputs, const Unknowns& unknowns);
 
-/// The sights' sigmas with the share of machine and targets at their distance, and with what no
-/// pose takes up of an uncertain camera, so that weights and chi-square count them;
-/// Sight::pixel_sigma_px keeps the stated one. Errors that sights share count as if they did not:
-/// chi-square is then rather smaller than its degrees of freedom.
-void WidenSigmas(const Theta& theta, const InputUncertainty& inputs,
-                 const std::optional<CameraCovariance>& camera, PoseProblem& problem);
+/// The sights' sigmas with the share of machine and targets at their distance, so that weights and
+/// chi-square count them; Sight::pixel_sigma_px keeps the stated one. Errors that sights share
+/// count as if they did not: chi-square is then rather smaller than its degrees of freedom.
+void WidenSigmas(const Theta& theta, const InputUncertainty& inputs, PoseProblem& problem);
 
 /// geometry::CovarianceRoot, but for what is solved for of the camera: that does not count.
 [[nodiscard]] CameraCovariance CountingRoot(const Unknowns& unknowns,
                                             const CameraCovariance& covariance);
+
+/// PoseProblem::shared of an uncertain camera at theta; 0 where a target is not seen.
+[[nodiscard]] std::vector<SharedMove> CameraMoves(const PoseProblem& problem, const Theta& theta,
+                                                  const CameraCovariance& covariance);
 
 /// Covariance of theta by all inputs, the pixels' and the shared ones as what they are. Empty below
 /// full rank.

@@ -1,6 +1,7 @@
 #include "part_alignment/pose/pose_problem.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -197,6 +198,20 @@ double ChiSquare(const PoseProblem& problem, const Theta& theta) {
     sum += residual_px.squaredNorm() / (sight.sigma_px * sight.sigma_px);
   }
   return sum;
+}
+
+PoseProblem Without(const PoseProblem& problem, const std::vector<std::size_t>& left_out) {
+  PoseProblem rest{problem.camera, problem.unknowns, {}};
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    if (std::find(left_out.begin(), left_out.end(), i) != left_out.end()) {
+      continue;
+    }
+    rest.sights.push_back(problem.sights[i]);
+    if (!problem.shared.empty()) {
+      rest.shared.push_back(problem.shared[i]);
+    }
+  }
+  return rest;
 }
 
 PoseProblem InMiddleFrame(const PoseProblem& problem, const MiddleFrame& frame) {

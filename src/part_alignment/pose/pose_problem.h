@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "part_alignment/camera/camera_parameters.h"
 #include "part_alignment/pose/measurement.h"
 #include "part_alignment/pose/solve.h"
 
@@ -46,11 +47,20 @@ struct Sight {
   std::size_t target = 0;
 };
 
+/// How a sight's projected place moves, px, with each of the independent draws of unit variance
+/// that make up an uncertain calibration: the same draws for all sights.
+using SharedMove = Eigen::Matrix<double, 2, kCameraParameters>;
+
 struct PoseProblem {
   Camera camera;
   Unknowns unknowns;
   std::vector<Sight> sights;
+  std::vector<SharedMove> shared = {};  ///< one for each sight; empty: the camera is exact
 };
+
+/// The problem without some of its sights.
+[[nodiscard]] PoseProblem Without(const PoseProblem& problem,
+                                  const std::vector<std::size_t>& left_out);
 
 /// What does not change from sight to sight at one theta.
 class Chain {

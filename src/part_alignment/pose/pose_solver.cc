@@ -22,7 +22,7 @@ Result<PoseSolver> PoseSolver::Make(const Measurement& measurement, const SolveO
   if (!solver.state_.allFinite()) {
     return Fail("the pose or the clamping to begin at is not finite");
   }
-  WidenSigmas(solver.state_, options.inputs, options.camera_covariance, solver.own_);
+  WidenSigmas(solver.state_, options.inputs, solver.own_);
   solver.frame_ =
       MiddleFrameOf(solver.own_, geometry::RotationFromAngles(machine_from_part.angles_rad));
   solver.middle_ = InMiddleFrame(solver.own_, solver.frame_);

@@ -141,16 +141,6 @@ void NoticeLookingBack(const Camera& camera, Alignment& alignment) {
       "angles of taper_from_camera");
 }
 
-PoseProblem Keeping(const PoseProblem& problem, const std::vector<std::size_t>& left_out) {
-  PoseProblem kept{problem.camera, problem.unknowns, {}};
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    if (std::find(left_out.begin(), left_out.end(), i) == left_out.end()) {
-      kept.sights.push_back(problem.sights[i]);
-    }
-  }
-  return kept;
-}
-
 Alignment Fill(const PoseProblem& all, const PoseProblem& kept, const Fit& fit,
                const std::vector<std::size_t>& left_out, const std::vector<std::string>& labels) {
   Alignment alignment;
@@ -180,7 +170,10 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
   if (options.inputs.machine_mm > 0 || options.inputs.target_mm > 0 || options.camera_covariance) {
     // What a millimetre is worth in pixels needs the distances: a rough solution has them.
     if (const Fit rough = FitFromNothing(*problem, SolveMethod::kGaussNewton); rough.found) {
-      WidenSigmas(rough.theta, options.inputs, options.camera_covariance, *problem);
+      WidenSigmas(rough.theta, options.inputs, *problem);
+      if (options.camera_covariance) {
+        problem->shared = CameraMoves(*problem, rough.theta, *options.camera_covariance);
+      }
     }
   }
   std::vector<std::string> labels;
@@ -198,7 +191,7 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
     wrong = FindWrongSights(*problem, fit, labels, options.method);
   }
   if (!wrong.sights.empty()) {
-    const PoseProblem kept = Keeping(*problem, wrong.sights);
+    const PoseProblem kept = Without(*problem, wrong.sights);
     Alignment alignment = Fill(*problem, kept, wrong.fit, wrong.sights, labels);
     alignment.notices.push_back(fmt::format("left out: {}", wrong.what));
     alignment = Judge(kept, wrong.fit, measurement.targets, options, std::move(alignment));

@@ -33,16 +33,16 @@ struct SolveOptions {
   /// (weight 0) and named, if leaving it out, and nothing else, puts things right.
   bool robust = true;
   /// The most that the weakest direction may be uncertain by (k = 1), 0.001 ... 100 mm, moving the
-  /// targets; beyond it the verdict is cannot_tell. Default: a quarter of a tight allowance of a
-  /// raw part (+-1 mm), at k = 2.
+  /// targets, by what pixels, machine and targets leave; beyond it the verdict is cannot_tell.
+  /// Default: a quarter of a tight allowance of a raw part (+-1 mm), at k = 2.
   double weakest_limit_mm = 0.25;
   /// What is uncertain beside the pixels: machine and targets count in weights and chi-square, all
   /// of it in the covariance. What all views share and no residual shows (an eccentric clamping) is
   /// in the covariance only if it is stated here.
   InputUncertainty inputs;
   /// Of the camera's parameters by its calibration, k = 1; absent: exact. What is solved for of the
-  /// camera does not count. In the covariance as what all pictures share, and in weights and
-  /// chi-square as far as no pose takes it up.
+  /// camera does not count. In the covariance as what all pictures share, and in chi-square as far
+  /// as no pose takes it up; not in the weights.
   std::optional<CameraCovariance> camera_covariance;
 };
 

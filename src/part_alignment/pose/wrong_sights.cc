@@ -19,16 +19,6 @@ struct Suspicion {
   bool swapped = false;  ///< two sights whose targets are exchanged
 };
 
-PoseProblem Without(const PoseProblem& problem, const Indices& left_out) {
-  PoseProblem rest{problem.camera, problem.unknowns, {}};
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    if (std::find(left_out.begin(), left_out.end(), i) == left_out.end()) {
-      rest.sights.push_back(problem.sights[i]);
-    }
-  }
-  return rest;
-}
-
 std::string NameOf(const PoseProblem& problem, const std::vector<std::string>& labels,
                    std::size_t i) {
   return fmt::format("target {} in view {}", labels[problem.sights[i].target],
