@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -33,7 +34,27 @@ constexpr double kLongestExposure_s = 60;
 // How late a request to stop, or the loss of the camera, is seen.
 constexpr double kLook_s = 0.02;
 
-double WallNow() { return 1e-6 * static_cast<double>(g_get_real_time()); }
+/// The wall clock and the monotonic one at a moment. What comes between two readings makes them
+/// disagree, so those are taken that lie closest together.
+struct Clocks {
+  double wall_s = 0;
+  double host_s = 0;
+};
+Clocks ReadClocks() {
+  constexpr int kTries = 5;
+  constexpr double kClose_s = 1e-4;
+  Clocks best;
+  double least_s = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kTries && least_s > kClose_s; ++i) {
+    const double before_s = HostNow();
+    const double wall_s = 1e-6 * static_cast<double>(g_get_real_time());
+    const double after_s = HostNow();
+    if (after_s - before_s >= least_s) continue;
+    least_s = after_s - before_s;
+    best = {wall_s, 0.5 * (before_s + after_s)};
+  }
+  return best;
+}
 
 std::string_view StatusText(ArvBufferStatus status) {
   switch (status) {
@@ -223,7 +244,8 @@ Result<void> AravisCamera::Start() {
 
 void AravisCamera::Stamp(ArvBuffer* buffer, CapturedFrame& frame) {
   const double wall_s = 1e-9 * static_cast<double>(arv_buffer_get_system_timestamp(buffer));
-  if (const auto begun_s = stamps_.OnHostClock(wall_s, WallNow(), frame.arrival_s)) {
+  const Clocks now = ReadClocks();
+  if (const auto begun_s = stamps_.OnHostClock(wall_s, now.wall_s, now.host_s)) {
     frame.captured = CameraTime{*begun_s - exposure_s_, CameraClock::kOurs};
   }
   frame.sequence = Sequence(arv_buffer_get_frame_id(buffer));

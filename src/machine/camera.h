@@ -38,7 +38,7 @@ struct CameraTime {
 enum class FrameFault {
   kNone,
   kNotAnImage,  ///< the bytes do not begin like a JPEG, or state no size
-  kCutOff,      ///< a JPEG without its end
+  kCutOff,      ///< a JPEG without its end, raw pixels of which some are missing
   kOtherSize,   ///< of another size than the first sound frame
   kNoSignal,    ///< the server says that its camera is not there and sends a placeholder
   kTimeJumped,  ///< a sound picture, whose capture time is not after the one before
@@ -50,10 +50,11 @@ enum class FrameFault {
 /// One picture as the source gave it: not decoded, not encoded again. (Raw pixels are encoded
 /// once.)
 struct CapturedFrame {
-  std::vector<std::uint8_t> image;        ///< JPEG or PNG; see DecodeFrame()
-  int width_px = 0;                       ///< >= 1 unless fault is kNotAnImage
-  int height_px = 0;                      ///< >= 1 unless fault is kNotAnImage
-  double arrival_s = 0;                   ///< its last byte was here; our CLOCK_MONOTONIC
+  std::vector<std::uint8_t> image;  ///< JPEG or PNG; see DecodeFrame()
+  int width_px = 0;                 ///< >= 1 unless fault is kNotAnImage
+  int height_px = 0;                ///< >= 1 unless fault is kNotAnImage
+  /// Its last byte was here, or, of an industrial camera, it was fetched; our CLOCK_MONOTONIC.
+  double arrival_s = 0;
   std::optional<CameraTime> captured;     ///< when it was taken (see docs/cameras.md), if known
   std::optional<CameraTime> sent;         ///< when the server began to send it, if known
   std::optional<std::uint64_t> sequence;  ///< counts the camera's frames, so that a gap is a loss

@@ -15,6 +15,7 @@ namespace trammel::machine {
 namespace {
 
 constexpr std::int64_t kMostPixels = 50'000'000;  // that DecodeFrame() reads
+constexpr int kLongestSide_px = 65'500;           // of a JPEG
 
 struct ReadFormat {
   std::uint32_t code = 0;
@@ -69,9 +70,11 @@ Result<std::vector<std::uint8_t>> ToPicture(const RawPicture& raw, int jpeg_qual
                 ErrorKind::kMachine);
   }
   const std::int64_t pixels = std::int64_t{raw.width_px} * raw.height_px;
-  if (raw.width_px < 1 || raw.height_px < 1 || pixels > kMostPixels) {
-    return Fail(fmt::format("a picture of {}x{} px; at most {} megapixels are read", raw.width_px,
-                            raw.height_px, kMostPixels / 1'000'000),
+  if (raw.width_px < 1 || raw.height_px < 1 || pixels > kMostPixels ||
+      std::max(raw.width_px, raw.height_px) > kLongestSide_px) {
+    return Fail(fmt::format("a picture of {}x{} px; at most {} megapixels and {} px a side are "
+                            "read: set a smaller region",
+                            raw.width_px, raw.height_px, kMostPixels / 1'000'000, kLongestSide_px),
                 ErrorKind::kMachine);
   }
   const std::size_t row_bytes =
@@ -93,10 +96,14 @@ Result<std::vector<std::uint8_t>> ToPicture(const RawPicture& raw, int jpeg_qual
     cv::cvtColor(pixels_as_sent, picture, format->to_bgr);
   }
   std::vector<std::uint8_t> encoded;
-  if (jpeg_quality > 0) {
-    cv::imencode(".jpg", picture, encoded, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality});
-  } else {
-    cv::imencode(".png", picture, encoded);  // its default is OpenCV's fastest
+  const bool done =
+      jpeg_quality > 0
+          ? cv::imencode(".jpg", picture, encoded, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality})
+          : cv::imencode(".png", picture, encoded);  // its default is OpenCV's fastest
+  if (!done) {
+    return Fail(
+        fmt::format("a picture of {}x{} px could not be encoded", raw.width_px, raw.height_px),
+        ErrorKind::kMachine);
   }
   return encoded;
 }

@@ -117,6 +117,14 @@ TEST(RawPicture, WhatCannotBeReadIsNamed) {
   EXPECT_FALSE(ToPicture({kMono8, -4, -4, 0, bytes}, 0));
   EXPECT_FALSE(ToPicture({kMono8, 2'000'000'000, 2'000'000'000, 0, bytes}, 0));
   EXPECT_FALSE(ToPicture({kMono8, 4, 4, 0, {}}, 0));
+  constexpr int kTooLong_px = 65501;
+  const std::vector<std::uint8_t> line(kTooLong_px, 1);
+  for (const int quality : {0, 95}) {
+    const auto too_long = ToPicture({kMono8, kTooLong_px, 1, 0, line}, quality);
+    ASSERT_FALSE(too_long);
+    EXPECT_THAT(too_long.error().message, AllOf(HasSubstr("65501x1"), HasSubstr("65500 px")));
+    EXPECT_TRUE(ToPicture({kMono8, kTooLong_px - 1, 1, 0, line}, quality));
+  }
 }
 
 constexpr double kEpoch_s = 1.7e9;

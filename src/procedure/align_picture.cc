@@ -31,7 +31,11 @@ Result<machine::CapturedFrame> StillPictures::Take(const std::stop_token& stop) 
   while (machine::HostNow() < end_s) {
     auto frame = reader_->NextFrame(end_s - machine::HostNow(), stop);
     if (!frame) return frame;
-    const double taken_s = OnOurClock(*frame) ? frame->captured->time_s : frame->arrival_s;
+    const bool told = OnOurClock(*frame);
+    // A camera that else says when it took its pictures may have been late with this one.
+    if (!told && times_are_told_) continue;
+    times_are_told_ = told;
+    const double taken_s = told ? frame->captured->time_s : frame->arrival_s;
     if (taken_s >= settled_s) return frame;
   }
   return Fail("no picture came after the machine had settled", ErrorKind::kMachine);

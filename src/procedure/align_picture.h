@@ -27,6 +27,7 @@ class StillPictures {
   machine::FrameSource& source_;
   double settle_s_;
   std::optional<FrameRecorder> reader_;  ///< of a live camera
+  bool times_are_told_ = false;          ///< by this camera, on our clock
 };
 
 }  // namespace trammel::procedure

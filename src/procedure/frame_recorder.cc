@@ -79,6 +79,7 @@ void FrameRecorder::Take(CapturedFrame frame) {
     return;
   }
   ++count_;
+  last_damage_.clear();
   if (!writer_) stall_.reset();
   if (writer_ && !write_failure_) kept_.push_back(frame);
   latest_ = std::move(frame);
@@ -93,10 +94,10 @@ Result<CapturedFrame> FrameRecorder::NextFrame(double time_limit_s, const std::s
   if (failure_) return tl::unexpected(*failure_);
   if (stall_) return tl::unexpected(*stall_);
   if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
-  return Fail(
-      fmt::format("no whole picture came from {} within {} s: {}", camera_.Describe(), time_limit_s,
-                  last_damage_.empty() ? "is it used by somebody else?" : last_damage_),
-      ErrorKind::kMachine);
+  return Fail(fmt::format("no whole picture came from {} within {:.3g} s: {}", camera_.Describe(),
+                          time_limit_s,
+                          last_damage_.empty() ? "is it used by somebody else?" : last_damage_),
+              ErrorKind::kMachine);
 }
 
 Result<void> FrameRecorder::Begin(const std::filesystem::path& video, double frames_per_s) {

@@ -65,7 +65,7 @@ class FrameRecorder {
   std::vector<machine::CapturedFrame> kept_;
   std::size_t damaged_ = 0;  // of this recording
   std::string first_damage_;
-  std::string last_damage_;  // recording or not
+  std::string last_damage_;  // of the frames since the last sound one
   std::jthread thread_;
 };
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -29,10 +30,13 @@ class FaultyCamera final : public machine::FrameSource {
     frame.arrival_s = machine::HostNow();
     frame.fault = fault_;
     frame.fault_text = text_;
+    ++taken;
     return frame;
   }
   [[nodiscard]] std::string Describe() const override { return "camera faulty"; }
   [[nodiscard]] bool live() const override { return true; }
+
+  std::atomic<int> taken = 0;
 
  private:
   FrameFault fault_;
@@ -42,7 +46,10 @@ class FaultyCamera final : public machine::FrameSource {
 TEST(FrameRecorder, OfPicturesThatNeverComeWholeTheErrorSaysWhatIsWrongWithThem) {
   FaultyCamera camera(FrameFault::kCutOff, "packets of it are missing");
   FrameRecorder recorder(camera, 5);
-  const auto frame = recorder.NextFrame(0.3, {});
+  auto frame = recorder.NextFrame(0.3, {});
+  // On a machine under load the reader's thread may come late.
+  for (int i = 0; i < 30 && camera.taken == 0; ++i) frame = recorder.NextFrame(0.3, {});
+  frame = recorder.NextFrame(0.3, {});
   ASSERT_FALSE(frame);
   EXPECT_EQ(frame.error().kind, ErrorKind::kMachine);
   EXPECT_THAT(frame.error().message, AllOf(HasSubstr("camera faulty"), HasSubstr("0.3 s"),
