@@ -196,7 +196,9 @@ class Pass {
     const Four py = c_.wxy * u + c_.wyy * v;
     const Four by_steep = 1 / Most(Root(px * px + py * py), AllFour(1e-12F));
     const Four distance = (q - 1) * q * by_steep;
-    wanted &= (q <= c_.outer) & (q >= c_.inner) & (Magnitude(distance) <= c_.band_px);
+    // In the middle itself first order tells nothing.
+    wanted &= (q <= c_.outer) & (q >= c_.inner) & (q > 1e-4F);
+    wanted &= Magnitude(distance) <= c_.band_px;
     if (!Any(wanted)) return;
     const Four t = -distance * c_.per_blur;
     const FourInts near = wanted & (Magnitude(t) <= static_cast<float>(kReach));

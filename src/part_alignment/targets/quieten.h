@@ -15,8 +15,8 @@ namespace trammel::part_alignment {
 [[nodiscard]] double PixelNoise(const PageView& picture);
 
 /// Binomial weights (1, 2, 1) / 4 along both axes: white noise is left with 3/8 of its standard
-/// deviation, an edge's blur gains 0.5 px² of variance. Grey levels gain up to 1. The border's
-/// pixels stay as they are.
+/// deviation, an edge's blur gains 0.5 px² of variance. Rounded at each of four steps, upwards:
+/// grey levels gain up to 1.5. The border's pixels stay as they are.
 /// @param samples  gets width x height values.
 void Quieten(const PageView& picture, std::vector<std::uint8_t>& samples);
 
