@@ -123,12 +123,41 @@ TEST_F(AlignCommand, ASimulationStandsBesideWhatIsStated) {
 }
 
 TEST_F(AlignCommand, UncertaintiesThatAreNotLinearAreSaidToBe) {
-  const CommandResult solved = SolveChanged([](json& seen) {
-    seen["input_uncertainty"]["clamp_tilt_rad"] = 0.7;  // not even known to half a radian
-  });
-  ASSERT_EQ(solved.exit_code, 0) << solved.output;
-  const CommandResult simulated = Align("solve changed.json --trials 2000");
-  EXPECT_THAT(simulated.standard_error, HasSubstr("not linear"));
+  for (const double tilt_rad : {0.01, 0.03}) {
+    ASSERT_EQ(SolveChanged([&](json& seen) {
+                seen["input_uncertainty"]["clamp_tilt_rad"] = tilt_rad;
+              }).exit_code,
+              0);
+    const CommandResult simulated = Align("solve changed.json --trials 2000 --json");
+    EXPECT_THAT(json::parse(simulated.standard_output)["notices"].dump(), HasSubstr("not linear"))
+        << tilt_rad;
+  }
+}
+
+TEST_F(AlignCommand, ASimulationThatCannotBeLeavesTheAnswer) {
+  const auto slip = [](json& seen) { seen["input_uncertainty"]["clamp_eccentricity_mm"] = 1000; };
+  const CommandResult answered = SolveChanged(slip);
+  EXPECT_EQ(answered.exit_code, 0);
+  EXPECT_THAT(answered.standard_error, HasSubstr("leaves the part's place uncertain"));
+  const CommandResult simulated = Align("solve changed.json --trials 100");
+  EXPECT_EQ(simulated.exit_code, 0);
+  const json result = json::parse(simulated.standard_output);
+  EXPECT_TRUE(result["simulated"].is_null());
+  EXPECT_THAT(result["notices"].dump(), HasSubstr("no simulation: only"));
+}
+
+TEST_F(AlignCommand, WhatIsThereAlreadyIsOverwrittenByForceOnly) {
+  const std::string plan =
+      "plan seen.json --rough 812,430,-655 --travel -3000,-3000,-3000,3000,3000,3000 ";
+  for (const std::string& command : {std::string("solve seen.json "), plan}) {
+    const CommandResult refused = Align(command + "--out seen.json");
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.standard_error, HasSubstr("--force"));
+    const std::string out = "--out of-" + command.substr(0, 4) + ".json";
+    EXPECT_EQ(Align(command + out).exit_code, 0);
+    EXPECT_EQ(Align(command + out).exit_code, 1);
+    EXPECT_EQ(Align(command + out + " --force").exit_code, 0);
+  }
 }
 
 TEST_F(AlignCommand, TargetsKeepTheKindOfTheirIds) {

@@ -13,6 +13,7 @@
 #include "app/commands.h"
 #include "app/machine_boxes.h"
 #include "app/number_range.h"
+#include "app/output_files.h"
 #include "part_alignment/views/view_plan.h"
 #include "report/alignment_text.h"
 #include "store/alignment_file.h"
@@ -30,6 +31,7 @@ struct PlanArguments {
   MachineBoxArguments boxes;
   part_alignment::ViewPlanOptions options;
   std::string out;
+  bool force = false;
 };
 
 // Says what a person has to know before driving.
@@ -47,6 +49,11 @@ void Tell(const ViewPlan& plan) {
 
 int RunPlan(PlanArguments arguments) {
   constexpr double kRadPerMmPerM = 1e-3;
+  if (!arguments.out.empty()) {
+    if (auto may = RefuseToOverwrite({arguments.out}, arguments.force); !may) {
+      return Report(may.error());
+    }
+  }
   auto input = store::ReadAlignmentFile(arguments.file, 0);
   if (!input) return Report(input.error());
   auto obstacles = ObstaclesOf(arguments.boxes);
@@ -122,6 +129,7 @@ void AddAlignPlanCommand(CLI::App& parent, int& exit_code) {
       ->check(CLI::Range(1, 200))
       ->capture_default_str();
   command->add_option("--out", arguments->out, "a file for align measure; else standard output");
+  command->add_flag("--force", arguments->force, "overwrite that file");
   command->callback([arguments, &exit_code] { exit_code = RunPlan(*arguments); });
 }
 

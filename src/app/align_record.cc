@@ -81,9 +81,10 @@ Error AlignmentRecord::Stopped(const Error& error, const std::vector<std::string
   for (const std::string& notice : notices) text += notice + "\n";
   // The first error is what counts; a full disk is likely to have been just that.
   const auto written = store::WriteWholeFile(folder_ / "stopped.txt", text);
-  return {error.kind, fmt::format("{}; {} pictures and what was seen in them are kept in {}{}",
-                                  error.message, input_.pictures.size(), folder_.string(),
-                                  written ? "" : " (" + written.error().message + ")")};
+  return {error.kind,
+          fmt::format("{}; pictures taken ({}) and what was seen in them are kept in {}{}",
+                      error.message, input_.pictures.size(), folder_.string(),
+                      written ? "" : " (" + written.error().message + ")")};
 }
 
 std::vector<fs::path> AlignmentRecord::pictures() const {

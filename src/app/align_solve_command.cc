@@ -16,6 +16,7 @@
 #include "app/align_report.h"
 #include "app/commands.h"
 #include "app/number_range.h"
+#include "app/output_files.h"
 #include "base/random.h"
 #include "part_alignment/pose/pose_uncertainty.h"
 #include "part_alignment/pose/solve.h"
@@ -34,6 +35,7 @@ struct SolveArguments {
   bool not_robust = false;
   int trials = 0;
   std::uint64_t seed = 1;
+  bool force = false;
   bool json = false;
   std::string out;
   std::string report;
@@ -51,20 +53,43 @@ std::vector<std::filesystem::path> PicturesOf(const store::AlignmentInput& input
   return pictures;
 }
 
-Result<std::optional<part_alignment::MonteCarloUncertainty>> Simulate(
+// A simulation that cannot be is no reason to lose the answer.
+std::optional<part_alignment::MonteCarloUncertainty> Simulate(
     const SolveArguments& arguments, const store::AlignmentInput& input,
-    const part_alignment::SolveOptions& options, const part_alignment::Alignment& alignment) {
+    const part_alignment::SolveOptions& options, part_alignment::Alignment& alignment) {
   if (arguments.trials == 0 || alignment.verdict != Verdict::kGood) return std::nullopt;
   Random random(arguments.seed);
   auto simulated = part_alignment::SimulateAnswer(input.measurement, options, alignment,
                                                   arguments.trials, random);
   if (!simulated) {
-    return Fail("--trials: " + simulated.error().message, simulated.error().kind);
+    alignment.notices.push_back("no simulation: " + simulated.error().message);
+    return std::nullopt;
+  }
+  if (auto notice = part_alignment::NoticeOfSimulation(alignment, *simulated)) {
+    alignment.notices.push_back(std::move(*notice));
   }
   return std::move(*simulated);
 }
 
+CLI::Validator NumberOfTrials() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        constexpr int kLeast = 100;
+        constexpr int kMost = 1'000'000;
+        int trials = -1;
+        const bool whole = CLI::detail::lexical_cast(text, trials);
+        if (whole && (trials == 0 || (trials >= kLeast && trials <= kMost))) return {};
+        return fmt::format("{} is neither 0 nor a whole number in {} … {}", text, kLeast, kMost);
+      },
+      "INT");
+}
+
 int RunSolve(const SolveArguments& arguments) {
+  if (!arguments.out.empty()) {
+    if (auto may = RefuseToOverwrite({arguments.out}, arguments.force); !may) {
+      return Report(may.error());
+    }
+  }
   auto input = store::ReadAlignmentFile(arguments.file);
   if (!input) return Report(input.error());
   if (!arguments.unknowns.empty()) {
@@ -80,10 +105,9 @@ int RunSolve(const SolveArguments& arguments) {
   if (!alignment) {
     return Report({alignment.error().kind, arguments.file + ": " + alignment.error().message});
   }
-  const auto simulated = Simulate(arguments, *input, options, *alignment);
-  if (!simulated) return Report(simulated.error());
+  auto simulated = Simulate(arguments, *input, options, *alignment);
   report::AlignmentOutput output = OutputOf(*input, std::move(*alignment));
-  output.simulated = *simulated;
+  output.simulated = std::move(simulated);
   const std::string json = report::ToJson(output);
   if (!arguments.out.empty()) {
     if (auto written = store::WriteWholeFile(arguments.out, json); !written) {
@@ -121,11 +145,13 @@ void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
                    "of a simulation of this measurement, whose scatter is put beside what is "
                    "stated: 100 to 1000000; 0: none")
       ->capture_default_str();
+  command->get_option("--trials")->check(NumberOfTrials());
   command->add_option("--seed", arguments->seed, "of the simulation")
       ->check(SeedNumber())
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "no words on standard error beside the JSON");
   command->add_option("--out", arguments->out, "write the JSON to this file, too");
+  command->add_flag("--force", arguments->force, "overwrite that file");
   command->add_option("--report", arguments->report,
                       "a folder for a page with every view: what was found, projected and left "
                       "over, on the pictures that the file names");

@@ -2,15 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
+#include <ctime>
 
 namespace trammel::app {
 
 std::string Today() {
-  const std::chrono::year_month_day today(
-      std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()));
-  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(today.year()),
-                     static_cast<unsigned>(today.month()), static_cast<unsigned>(today.day()));
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  constexpr int kFirstYear = 1900;
+  return fmt::format("{:04}-{:02}-{:02}", kFirstYear + local.tm_year, local.tm_mon + 1,
+                     local.tm_mday);
 }
 
 }  // namespace trammel::app

@@ -5,7 +5,7 @@
 
 namespace trammel::app {
 
-/// YYYY-MM-DD, of UTC.
+/// YYYY-MM-DD in the computer's own time zone, as people write dates into files.
 [[nodiscard]] std::string Today();
 
 }  // namespace trammel::app

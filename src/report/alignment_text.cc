@@ -109,14 +109,10 @@ std::string Residuals(const Alignment& alignment) {
 // Each parameter's scatter beside what the covariance states for it.
 std::string Simulated(const Alignment& alignment,
                       const part_alignment::MonteCarloUncertainty& simulated) {
-  // A standard deviation of n trials is known to 1 / sqrt(2 n).
-  const double alike = std::max(0.1, 4 / std::sqrt(2.0 * simulated.trials));
   std::string text = fmt::format(
       "simulated  {} measurements, {} more without a solution; {:.1f} % lie in the linear 95 % "
       "region\n           (k = 2)            simulated     stated\n",
       simulated.trials, simulated.failed, kPercent * simulated.inside95);
-  double least = 1;
-  double most = 1;
   for (std::size_t i = 0; i < simulated.parameters.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     std::string name = simulated.parameters[i];
@@ -127,14 +123,6 @@ std::string Simulated(const Alignment& alignment,
     name.resize(name.rfind('_'));
     text += fmt::format("  {:<24} ± {:>8.4f} ± {:>8.4f} {}\n", name, expanded * scale,
                         stated * scale, angle ? "mm/m" : "mm");
-    least = std::min(least, expanded / stated);
-    most = std::max(most, expanded / stated);
-  }
-  if (most > 1 + alike || least < 1 - alike) {
-    text += fmt::format(
-        "notice     simulated measurements scatter by {:.2f} to {:.2f} of what is stated: so large "
-        "uncertainties are not linear here, take the simulated ones\n",
-        least, most);
   }
   return text;
 }

@@ -43,15 +43,28 @@ TEST(Caveats, AnEccentricityThatNoViewShowsIsSpokenOf) {
   SolveOptions solved;
   solved.unknowns.clamp_eccentricity = true;
   EXPECT_THAT(one.Said(solved), IsEmpty());
-  EXPECT_THAT(Bench(std::numbers::pi).Said({}), IsEmpty());
+  Bench turned(std::numbers::pi);
+  EXPECT_THAT(turned.Said({}), ElementsAre(HasSubstr("add the unknown clamp_eccentricity")));
+  turned.alignment.residuals.back().weight = 0;  // all that the turned view has
+  EXPECT_THAT(turned.Said({}), ElementsAre(HasSubstr("have one orientation")));
+}
+
+TEST(Caveats, InputsThatLeaveThePlaceOpenAreSpokenOf) {
+  Bench bench(std::numbers::pi);
+  SolveOptions slip;
+  slip.inputs.clamp_eccentricity_mm = 15;  // meant in um
+  bench.alignment = Solve(bench.measurement, slip).value();
+  EXPECT_THAT(bench.Said(slip), ElementsAre(HasSubstr("leaves the part's place uncertain by 29")));
 }
 
 TEST(Caveats, ACameraFromOtherDistancesOrYearsIsSpokenOf) {
   const Bench bench(std::numbers::pi);
-  EXPECT_THAT(bench.Said({}, CalibrationRecord{"2026-11-01", 200, 400}), IsEmpty());
-  EXPECT_THAT(bench.Said({}, CalibrationRecord{"2026-11-01", 395, 1430}),
+  SolveOptions options;
+  options.inputs.clamp_eccentricity_mm = 0.015;
+  EXPECT_THAT(bench.Said(options, CalibrationRecord{"2026-11-01", 200, 400}), IsEmpty());
+  EXPECT_THAT(bench.Said(options, CalibrationRecord{"2026-11-01", 395, 1430}),
               ElementsAre(HasSubstr("calibrated (2026-11-01) from 395 to 1430 mm")));
-  EXPECT_THAT(bench.Said({}, CalibrationRecord{"2024-11-01", 200, 400}),
+  EXPECT_THAT(bench.Said(options, CalibrationRecord{"2024-11-01", 200, 400}),
               ElementsAre(HasSubstr("calibrated 751 days ago")));
 }
 

@@ -230,4 +230,25 @@ Result<MonteCarloUncertainty> SimulateAnswer(const Measurement& measurement,
                               trials, random);
 }
 
+std::optional<std::string> NoticeOfSimulation(const Alignment& alignment,
+                                              const MonteCarloUncertainty& simulated) {
+  const Eigen::VectorXd ratios =
+      simulated.covariance.diagonal().cwiseQuotient(alignment.covariance.diagonal()).cwiseSqrt();
+  constexpr double kShare = 0.95;
+  const double trials = simulated.trials;
+  const double alike = std::max(0.1, 4 / std::sqrt(2 * trials));
+  const double share_alike = std::max(0.02, 4 * std::sqrt(kShare * (1 - kShare) / trials));
+  const double least = ratios.minCoeff();
+  const double most = ratios.maxCoeff();
+  if (most < 1 + alike && least > 1 - alike &&
+      std::abs(simulated.inside95 - kShare) < share_alike) {
+    return std::nullopt;
+  }
+  return fmt::format(
+      "simulated measurements scatter by {:.2f} to {:.2f} of what is stated, and {:.1f} % of them "
+      "lie in the region stated for 95 %: so large uncertainties are not linear, the simulated "
+      "ones hold",
+      least, most, 100 * simulated.inside95);
+}
+
 }  // namespace trammel::part_alignment

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,5 +58,11 @@ struct MonteCarloUncertainty {
                                                            const SolveOptions& options,
                                                            const Alignment& alignment, int trials,
                                                            Random& random);
+
+/// What a simulation says against the linear covariance of its answer: a parameter's scatter that
+/// is not the stated one, or a joint region that holds another share than it should. Absent where
+/// both agree to 10 % and 2 %, or to four times what so many trials are known to.
+[[nodiscard]] std::optional<std::string> NoticeOfSimulation(const Alignment& alignment,
+                                                            const MonteCarloUncertainty& simulated);
 
 }  // namespace trammel::part_alignment
