@@ -4,8 +4,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <set>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -68,9 +71,31 @@ bool JudgeScene(const store::BudgetFile& file, const part_alignment::Budget& bud
   return held;
 }
 
+// The same file twice would pass for two measurements that agree.
+Result<void> CheckOnce(const char* option, const std::vector<std::string>& paths) {
+  std::set<std::filesystem::path> seen;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    if (seen.insert(std::filesystem::weakly_canonical(std::filesystem::absolute(path), error))
+            .second)
+      continue;
+    return Fail(
+        fmt::format("{} {} is given twice: each must be a calibration or a measurement of "
+                    "its own",
+                    option, path));
+  }
+  return {};
+}
+
 // The targets' uncertainty from repeated calibrations and measurements, instead of the scene's.
 Result<std::string> TakeRepeats(const BudgetArguments& arguments,
                                 part_alignment::BudgetScene& scene) {
+  if (auto once = CheckOnce("--camera", arguments.cameras); !once) {
+    return tl::unexpected(once.error());
+  }
+  if (auto once = CheckOnce("--observations", arguments.observations); !once) {
+    return tl::unexpected(once.error());
+  }
   std::vector<part_alignment::Camera> cameras;
   for (const std::string& path : arguments.cameras) {
     const auto camera = store::ReadCameraFile(path);

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -73,7 +74,27 @@ struct CameraArguments {
   bool force = false;
 };
 
-Result<part_alignment::ConvertedCamera> Converted(const CameraArguments& arguments) {
+// A calibration is that of one model's parameters.
+Result<part_alignment::ConvertedCamera> ConvertOwn(
+    const store::CameraFile& own, const CameraArguments& arguments,
+    const part_alignment::ConvertOptions& options,
+    std::optional<part_alignment::CalibrationRecord>& calibration) {
+  if (arguments.pixel_pitch_mm != 0) {
+    return Fail("--pixel-pitch-mm is for other programs' files: this one has its own");
+  }
+  if (own.camera.convention == options.convention) {
+    calibration = own.calibration;
+  } else if (own.calibration) {
+    fmt::print(stderr,
+               "notice     the calibration's date, distances and covariance are those of the other "
+               "model and are left out: what is solved with this file states too little\n");
+  }
+  return part_alignment::ConvertConvention(own.camera, options);
+}
+
+Result<part_alignment::ConvertedCamera> Converted(
+    const CameraArguments& arguments,
+    std::optional<part_alignment::CalibrationRecord>& calibration) {
   part_alignment::ConvertOptions options;
   options.convention = arguments.model == "brown_measured_to_ideal"
                            ? CameraConvention::kBrownMeasuredToIdeal
@@ -84,7 +105,7 @@ Result<part_alignment::ConvertedCamera> Converted(const CameraArguments& argumen
   }
   // A camera file of our own is turned to the other convention.
   if (const auto own = store::ReadCameraFile(arguments.file)) {
-    return part_alignment::ConvertConvention(own->camera, options);
+    return ConvertOwn(*own, arguments, options, calibration);
   }
   const auto foreign = store::ReadForeignCameraFile(arguments.file);
   if (!foreign) return tl::unexpected(foreign.error());
@@ -101,7 +122,8 @@ int RunCamera(const CameraArguments& arguments) {
     const auto free = RefuseToOverwrite({arguments.out}, arguments.force);
     if (!free) return Report(free.error());
   }
-  const auto converted = Converted(arguments);
+  std::optional<part_alignment::CalibrationRecord> calibration;
+  const auto converted = Converted(arguments, calibration);
   if (!converted) {
     return Report({converted.error().kind,
                    fmt::format("camera {}: {}", arguments.file, converted.error().message)});
@@ -110,7 +132,7 @@ int RunCamera(const CameraArguments& arguments) {
              "the two cameras differ by at most {:.2g} px over the sensor ({:.2g} px root mean "
              "square)\n",
              converted->largest_error_px, converted->rms_error_px);
-  const std::string text = store::CameraFileText({converted->camera, {}});
+  const std::string text = store::CameraFileText({converted->camera, calibration});
   if (arguments.out.empty()) {
     fmt::print("{}", text);
     return kExitGood;

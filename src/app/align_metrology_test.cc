@@ -114,6 +114,19 @@ TEST_F(AlignMetrology, AGridBecomesACameraFileAndAReport) {
   EXPECT_EQ(json["cross_validation"].size(), 6U);
 }
 
+TEST_F(AlignMetrology, ACalibrationGoesWithItsModelOnly) {
+  WriteGrid("grid.json", 6);
+  ASSERT_EQ(Run("calibrate grid.json --out camera.json").exit_code, 0);
+  ASSERT_EQ(Run("camera camera.json --model brown_measured_to_ideal --out same.json").exit_code, 0);
+  EXPECT_EQ(Read("same.json")["calibration"]["covariance"],
+            Read("camera.json")["calibration"]["covariance"]);
+  const auto other = Run("camera camera.json --most-error-px 1 --out other.json");
+  ASSERT_EQ(other.exit_code, 0) << other.output;
+  EXPECT_THAT(other.output, HasSubstr("are left out"));
+  EXPECT_FALSE(Read("other.json").contains("calibration"));
+  EXPECT_THAT(Run("camera camera.json --pixel-pitch-mm 0.01").output, HasSubstr("has its own"));
+}
+
 TEST_F(AlignMetrology, OnePlaneLeavesNoCameraFile) {
   WriteGrid("grid.json", 1);
   const auto run = Run("calibrate grid.json --out camera.json");
@@ -169,6 +182,12 @@ TEST_F(AlignMetrology, ABudgetJudgesTheTolerance) {
   const auto json = nlohmann::json::parse(Run("budget scene.json --json --trials 0").output);
   EXPECT_GT(double(json["axes"]["x"]["u_it_mm"]), 0.009);
   EXPECT_TRUE(json["axes"]["x"]["simulated_mm"].is_null());
+  EXPECT_THAT(Run("budget scene.json --camera c.json --camera ./c.json").output,
+              HasSubstr("is given twice"));
+  std::string unknown = scene("[-1, 1]");
+  unknown.replace(1, 0, "\"repeat\": 5, ");
+  Write("unknown.json", unknown);
+  EXPECT_THAT(Run("budget unknown.json").output, HasSubstr("repeats"));
   Write("scene.json", scene("[-0.1, 0.1]"));
   EXPECT_EQ(Run("budget scene.json --trials 0").exit_code, 2);
   Write("scene.json", scene("[0.1, 0.1]"));

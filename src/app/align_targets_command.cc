@@ -115,12 +115,27 @@ Result<std::vector<File>> DrawFiles(const AlignTargetsArguments& arguments,
   return files;
 }
 
+/// Options that the kind of target has no use for are no wish that could be met.
+Result<void> CheckOptions(const CLI::App& command, const std::string& kind) {
+  const bool rings = kind == "rings";
+  const std::vector<std::string> unused =
+      rings ? std::vector<std::string>{"--marker-ids", "--side"}
+            : std::vector<std::string>{"--bits", "--radius", "--first", "--plain", "--bright"};
+  for (const std::string& name : unused) {
+    if (command.count(name) == 0) continue;
+    return Fail(fmt::format("{} is of {}: leave it out, or add --kind {}", name,
+                            rings ? "square markers" : "ring-coded targets",
+                            rings ? "aruco" : "rings"));
+  }
+  if (command.count("--marker-ids") > 0 && command.count("--count") > 0) {
+    return Fail("--count beside --marker-ids: leave out one of them");
+  }
+  return {};
+}
+
 Result<void> ChooseMarkers(AlignTargetsArguments& arguments) {
   SheetRequest& request = arguments.request;
-  if (arguments.kind == "rings") {
-    if (request.marker_ids.empty()) return {};
-    return Fail("--marker-ids are of square markers: add --kind aruco");
-  }
+  if (arguments.kind == "rings") return {};
   if (!request.marker_ids.empty()) return {};
   auto ids = part_alignment::DefaultSquareIds(request.count);
   if (!ids) return Fail("--count: " + ids.error().message);
@@ -188,8 +203,9 @@ void AddAlignTargetsCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_option("--layout", arguments->layout, "JSON file: which target stands where");
   command->add_flag("--force", arguments->force, "overwrite files");
-  command->callback([arguments, &exit_code] {
-    const Result<void> done = RunAlignTargets(*arguments);
+  command->callback([arguments, command, &exit_code] {
+    Result<void> done = CheckOptions(*command, arguments->kind);
+    if (done) done = RunAlignTargets(*arguments);
     if (!done) exit_code = Report(done.error());
   });
 }

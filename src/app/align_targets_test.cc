@@ -56,6 +56,10 @@ TEST_F(AlignTargets, NamesWhatIsWrongAndWritesNothing) {
   EXPECT_THAT(error("--kind aruco --marker-ids 1,256"), HasSubstr("markers 1 and 256"));
   EXPECT_THAT(error("--kind aruco --count 395"), HasSubstr("1 ... 394"));
   EXPECT_THAT(error("--marker-ids 5"), HasSubstr("add --kind aruco"));
+  EXPECT_THAT(error("--out same.pdf --layout ./same.pdf"), HasSubstr("same file"));
+  EXPECT_THAT(error("--side 30"), HasSubstr("add --kind aruco"));
+  EXPECT_THAT(error("--kind aruco --plain 4"), HasSubstr("--plain is of ring-coded targets"));
+  EXPECT_THAT(error("--kind aruco --marker-ids 5 --count 2"), HasSubstr("--count beside"));
   EXPECT_THAT(error("--page a7"), HasSubstr("--page a7"));
   EXPECT_THAT(error("--page 100x"), HasSubstr("--page 100x"));
   EXPECT_THAT(error("--out targets.png"), HasSubstr(".pdf or .svg"));

@@ -108,8 +108,14 @@ Result<std::vector<std::vector<sim::HiddenWedge>>> WedgesOf(const SimSpindleArgu
                                                             const sim::SpindlePart& part) {
   std::vector<std::vector<sim::HiddenWedge>> wedges(part.targets.size());
   for (const std::string& text : arguments.hide) {
+    constexpr double kTurn_deg = 360;
     const auto parsed = ParseToolShift("--hide", text, kMostTarget);
-    if (!parsed) return tl::unexpected(parsed.error());
+    if (!parsed || !(parsed->y_mm > 0 && parsed->y_mm <= kTurn_deg)) {
+      return Fail(
+          fmt::format("--hide {}: must be TARGET:FROM,EXTENT, for example 2:0,90, in degrees with "
+                      "an extent of at most 360",
+                      text.substr(0, 40)));
+    }
     const std::size_t at = static_cast<std::size_t>(parsed->tool) - 1;
     if (parsed->tool < 1 || at >= wedges.size()) {
       return Fail(

@@ -93,7 +93,7 @@ TEST_F(SimSpindleCommand, RefusesArgumentsByName) {
   ExpectRefused("--light laser", "--light laser");
   ExpectRefused("--bits 13", "--bits");
   ExpectRefused("--hide 5:0,90", "--hide 5:0,90");
-  ExpectRefused("--hide 1:0,400", "extent_rad");
+  ExpectRefused("--hide 1:0,400", "an extent of at most 360");
   ExpectRefused("--set blur-px", "NAME=NUMBER");
   ExpectRefused("--set colour=3", "no such name");
   ExpectRefused("--set blur-px=1000", "blur_px is 1000");

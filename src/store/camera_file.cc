@@ -102,10 +102,10 @@ Camera ReadCamera(JsonObject& object) {
   camera.focal_length_mm = object.Number("focal_length_mm", {1e-3, 1e5});
   const auto offset_px =
       object.Numbers("principal_point_offset_px", 2, 2, {-kMostPixels, kMostPixels});
-  camera.k1 = object.Number("k1", {-1, 1});
-  camera.k2 = object.Number("k2", {-1, 1});
-  camera.p1 = object.Number("p1", {-1, 1});
-  camera.p2 = object.Number("p2", {-1, 1});
+  camera.k1 = object.Number("k1", {-1e-3, 1e-3});
+  camera.k2 = object.Number("k2", {-1e-6, 1e-6});
+  camera.p1 = object.Number("p1", {-0.01, 0.01});
+  camera.p2 = object.Number("p2", {-0.01, 0.01});
   ReadTaper(object, camera);
   camera.looks_along =
       object.Choice("looks_along", {"-z", "+z"}) == "+z" ? LooksAlong::kPlusZ : LooksAlong::kMinusZ;

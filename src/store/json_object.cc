@@ -90,11 +90,13 @@ void JsonObject::Adopt(const Error& error) {
   if (!error_) error_ = error;
 }
 
-bool JsonObject::has(const char* key) const { return json_.is_object() && json_.contains(key); }
+bool JsonObject::has(const char* key) {
+  asked_.insert(key);
+  return json_.is_object() && json_.contains(key);
+}
 
 const json* JsonObject::Find(const char* key) {
-  asked_.insert(key);
-  if (failed() || !has(key)) return nullptr;
+  if (!has(key) || failed()) return nullptr;
   return &json_.at(key);
 }
 
@@ -123,10 +125,7 @@ std::optional<double> JsonObject::OptionalNumber(const char* key, NumberRange ra
 }
 
 double JsonObject::Number(const char* key, NumberRange range, std::optional<double> fallback) {
-  if (fallback && !has(key)) {
-    asked_.insert(key);
-    return *fallback;
-  }
+  if (fallback && !has(key)) return *fallback;
   return Required(key) != nullptr ? OptionalNumber(key, range).value_or(0) : 0;
 }
 

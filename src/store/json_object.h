@@ -64,7 +64,7 @@ class JsonObject {
   /// A reader of an entry of this object: `key` in messages, as in lines[3].
   [[nodiscard]] JsonObject Inner(const nlohmann::json& json, const std::string& key) const;
 
-  [[nodiscard]] bool has(const char* key) const;
+  [[nodiscard]] bool has(const char* key);
   /// Notes a fault unless there is one already: "FILE: PATH.KEY MESSAGE".
   void Fault(const std::string& key, const std::string& message);
   /// Keeps the fault of an inner object, whose message names its place already.
