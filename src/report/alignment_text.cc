@@ -90,19 +90,22 @@ std::string Clamping(const AlignmentOutput& output) {
 
 std::string Residuals(const Alignment& alignment) {
   double largest = 0;
+  int counted = 0;
   const AlignmentResidual* worst = nullptr;
   for (const AlignmentResidual& residual : alignment.residuals) {
+    if (residual.weight == 0) continue;
+    ++counted;
     const double size = std::hypot(residual.column_px, residual.row_px);
-    if (size >= largest && residual.weight > 0) {
+    if (size >= largest) {
       largest = size;
       worst = &residual;
     }
   }
   if (worst == nullptr) return {};
   return fmt::format(
-      "residuals  {} observations, {:.2f} of their sigmas; largest {:.3f} px, target "
+      "residuals  {} of {} observations, {:.2f} of their sigmas; largest {:.3f} px, target "
       "{} in view {}\n",
-      alignment.residuals.size(), alignment.residual_rms_sigma, largest, worst->target,
+      counted, alignment.residuals.size(), alignment.residual_rms_sigma, largest, worst->target,
       worst->view + 1);
 }
 

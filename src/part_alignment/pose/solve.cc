@@ -141,6 +141,17 @@ void NoticeLookingBack(const Camera& camera, Alignment& alignment) {
       "angles of taper_from_camera");
 }
 
+/// By how much the worst of what was left out is off; nothing where none of it can be projected.
+std::string FarthestOff(const std::vector<AlignmentResidual>& residuals,
+                        const std::vector<std::size_t>& sights) {
+  double farthest_px = 0;
+  for (const std::size_t i : sights) {
+    farthest_px = std::max(farthest_px, std::hypot(residuals[i].column_px, residuals[i].row_px));
+  }
+  return farthest_px > 0 ? fmt::format(", {:.3g} px beside where the others put it", farthest_px)
+                         : std::string();
+}
+
 Alignment Fill(const PoseProblem& all, const PoseProblem& kept, const Fit& fit,
                const std::vector<std::size_t>& left_out, const std::vector<std::string>& labels) {
   Alignment alignment;
@@ -193,7 +204,8 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
   if (!wrong.sights.empty()) {
     const PoseProblem kept = Without(*problem, wrong.sights);
     Alignment alignment = Fill(*problem, kept, wrong.fit, wrong.sights, labels);
-    alignment.notices.push_back(fmt::format("left out: {}", wrong.what));
+    alignment.notices.push_back(
+        fmt::format("left out: {}{}", wrong.what, FarthestOff(alignment.residuals, wrong.sights)));
     alignment = Judge(kept, wrong.fit, measurement.targets, options, std::move(alignment));
     if (alignment.verdict != Verdict::kGood) {
       alignment.verdict = Verdict::kRefused;
