@@ -250,7 +250,7 @@ TEST_F(AlignMeasure, ALineThatBreaksDuringAMoveEndsTheMotionAndKeepsWhatWasTaken
   EXPECT_EQ(step, Step::kDropped);
   EXPECT_THAT(measured.standard_error,
               AllOf(HasSubstr("closed the connection"), HasSubstr("the machine stands at"),
-                    HasSubstr("2 pictures")));
+                    HasSubstr("taken (2)")));
   EXPECT_THAT(server.requests(), testing::Contains("set abort"));  // over a second connection
   EXPECT_FALSE(server.moving());
   EXPECT_EQ(json::parse(ReadWhole(Report() / "observations.json"))["views"].size(), 2U);
@@ -267,7 +267,7 @@ TEST_F(AlignMeasure, ARefusedMoveEndsTheMotionAndKeepsWhatWasTaken) {
   EXPECT_EQ(measured.exit_code, 3) << measured.output;
   EXPECT_THAT(measured.standard_error,
               AllOf(HasSubstr("refused by the script"), HasSubstr("the machine stands at"),
-                    HasSubstr("2 pictures")));
+                    HasSubstr("taken (2)")));
   EXPECT_FALSE(server.moving());
   EXPECT_EQ(json::parse(ReadWhole(Report() / "observations.json"))["views"].size(), 2U);
 }
@@ -404,7 +404,7 @@ TEST_F(AlignMeasure, AHalfCoveredTargetIsLeftOutAndSaid) {
 TEST_F(AlignMeasure, BlurredPicturesAreAnErrorAndAreKept) {
   const CommandResult measured = MeasureBy(Plan(), Photographed("--set blur-px=12"));
   EXPECT_EQ(measured.exit_code, 2) << measured.output;
-  EXPECT_THAT(measured.standard_error, AllOf(HasSubstr("look at focus"), HasSubstr("8 pictures")));
+  EXPECT_THAT(measured.standard_error, AllOf(HasSubstr("look at focus"), HasSubstr("taken (8)")));
   EXPECT_TRUE(fs::exists(Report() / "view-08.png"));
 }
 
