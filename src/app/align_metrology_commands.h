@@ -1,7 +1,9 @@
 // The commands below `trammel align` that stand before and behind a measurement.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace trammel::app {
 

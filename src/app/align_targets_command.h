@@ -1,7 +1,9 @@
 // Below `trammel align`: targets to print.
 #pragma once
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace trammel::app {
 

@@ -1,9 +1,11 @@
 // One function per command group; each lives in app/<group>_command.cc.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include "base/result.h"
+
+namespace CLI {
+class App;
+}
 
 namespace trammel::app {
 

@@ -1,11 +1,14 @@
 // How a command reaches LinuxCNC.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "base/result.h"
 #include "machine/linuxcnc.h"
+
+namespace CLI {
+class App;
+}
 
 namespace trammel::app {
 

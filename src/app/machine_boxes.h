@@ -1,11 +1,14 @@
 // What a machine has room for, on the command line: its travel, what stands in it, the camera.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <vector>
 
 #include "base/result.h"
 #include "part_alignment/views/machine_box.h"
+
+namespace CLI {
+class App;
+}
 
 namespace trammel::app {
 

@@ -1,7 +1,6 @@
 // What every command that needs a printer does first: settings, connection, folder, progress.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <stop_token>
@@ -13,6 +12,10 @@
 #include "procedure/calibrate.h"
 #include "procedure/session.h"
 #include "store/config_file.h"
+
+namespace CLI {
+class App;
+}
 
 namespace trammel::app {
 

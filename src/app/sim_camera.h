@@ -1,7 +1,6 @@
 // The camera of a virtual printer on the command line: in the printer's process or in its own.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,6 +8,10 @@
 #include "base/result.h"
 #include "sim/camera_server.h"
 #include "sim/machine_wire.h"
+
+namespace CLI {
+class App;
+}
 
 namespace trammel::app {
 

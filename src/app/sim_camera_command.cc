@@ -1,6 +1,7 @@
 // trammel sim camera: the camera on a virtual printer's head as a process of its own.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <optional>
 #include <utility>

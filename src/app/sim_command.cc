@@ -1,6 +1,7 @@
 // trammel sim …: virtual machines and the eyes that look at their work.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>

@@ -1,6 +1,7 @@
 // trammel sim printer: the virtual printer as a server, until it is interrupted.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>

@@ -1,6 +1,7 @@
 // trammel sim sheet: print a comb pattern virtually and scan the sheet.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdint>
 #include <cstdio>

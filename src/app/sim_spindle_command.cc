@@ -1,6 +1,7 @@
 // trammel sim spindle: clamp a camera virtually, look at a part, leave pictures and the truth.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>

@@ -1,7 +1,6 @@
 // What the tap commands share: which files and how, read and analysed.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -12,6 +11,10 @@
 #include "report/tap_json.h"
 #include "tap/analyse.h"
 #include "tap/ensemble.h"
+
+namespace CLI {
+class App;
+}
 
 namespace trammel::app {
 
