@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/bounded_json.h"
 #include "machine/host_clock.h"
 #include "machine/json_field.h"
 #include "machine/moonraker_connection.h"
@@ -114,7 +115,14 @@ class KlipperTaps : public TapStream {
 
   void OnMessage(std::string_view text) {
     const double received_s = HostNow();
-    const json message = json::parse(text, nullptr, /*allow_exceptions=*/false);
+    const Result<json> parsed = ParseBoundedJson(text, "the message");
+    if (!parsed || !parsed->is_object()) {
+      connection_.Drop({ErrorKind::kMachine,
+                        fmt::format("the socket sent something that is no message of Klipper ({})",
+                                    parsed ? "it is no object" : parsed.error().message)});
+      return;
+    }
+    const json& message = *parsed;
     if (const json* id = Member(message, "id"); id != nullptr && id->is_number_integer()) {
       return OnAnswer(id->get<std::int64_t>(), message);
     }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "base/bounded_json.h"
 #include "base/check.h"
 #include "machine/host_clock.h"
 #include "machine/json_field.h"
@@ -238,13 +239,17 @@ void Moonraker::OnDown(const Error& error) {
 
 void Moonraker::OnMessage(std::string_view text) {
   const double received_s = HostNow();
-  const json message = json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (!message.is_object()) {
-    connection_.Drop({ErrorKind::kMachine,
-                      fmt::format("{} sent something that is not JSON-RPC; is it a Moonraker?{}",
-                                  address().WebSocketUrl(), LastMessages())});
+  const Result<json> parsed = ParseBoundedJson(text, "the message");
+  if (!parsed || !parsed->is_object()) {
+    connection_.Drop(
+        {ErrorKind::kMachine,
+         fmt::format("{} sent something that is not JSON-RPC ({}); is it a Moonraker?{}",
+                     address().WebSocketUrl(),
+                     parsed ? "the message is no object" : parsed.error().message,
+                     LastMessages())});
     return;
   }
+  const json& message = *parsed;
   if (const auto method = message.find("method"); method != message.end() && method->is_string()) {
     OnNotification(method->get_ref<const std::string&>(), message, received_s);
   } else {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "base/bounded_json.h"
 #include "base/check.h"
 #include "machine/host_clock.h"
 #include "machine/http_upload.h"
@@ -287,7 +288,7 @@ Result<void> MoonrakerPrinter::Upload(const std::string& name, std::string_view 
   if (answer->status == 201 || answer->status == 200) {
     return {};
   }
-  const json body = json::parse(answer->body, nullptr, false);
+  const json body = ParseBoundedJson(answer->body, "the answer").value_or(json());
   const std::string words = TextOr(ObjectOr(body, "error"), "message", "");
   const std::string tried = fmt::format("cannot upload {} ({} bytes): ", name, gcode.size());
   if (answer->status == 422) {

@@ -112,6 +112,19 @@ TEST_F(MoonrakerPrinterTest, AMessageBeyondTheLimitDropsTheLink) {
   EXPECT_FALSE(server_.WaitForRequest("server.connection.identify", 2).is_null());
 }
 
+TEST_F(MoonrakerPrinterTest, AMillionLevelsDropTheLinkAndNothingElse) {
+  constexpr int kLevels = 1'000'000;
+  for (const char* method : {"notify_status_update", "notify_other", "a_remote_method"}) {
+    const int before = server_.CountRequests("server.connection.identify");
+    Connect();
+    server_.PushBytes(R"({"method":")" + std::string(method) + R"(","params":)" +
+                      std::string(kLevels, '[') + std::string(kLevels, ']') + "}");
+    EXPECT_FALSE(server_.WaitForRequest("server.connection.identify", before + 2).is_null())
+        << method;
+    EXPECT_TRUE(printer_->WaitUntilReady(kPatience));
+  }
+}
+
 TEST_F(MoonrakerPrinterTest, WrongTypesInKnownPlacesChangeNothing) {
   Connect();
   const PrinterState before = printer_->LastState();

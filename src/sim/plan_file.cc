@@ -11,6 +11,8 @@
 #include <string>
 #include <system_error>
 
+#include "base/bounded_json.h"
+
 namespace trammel::sim {
 namespace {
 
@@ -21,7 +23,7 @@ constexpr double kFarthestMm = 10000;
 // What stands in a message for a value, however long or odd it is.
 std::string Shown(const json& value) {
   const std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
-  return text.size() > 40 ? text.substr(0, 37) + "..." : text;
+  return text.size() > 40 ? fmt::format("{}...", text.substr(0, 37)) : text;
 }
 
 // Collects the first thing that is wrong; every accessor after it returns a harmless value.
@@ -149,8 +151,11 @@ void ReadLines(Reader& reader, const json& root, Plan& plan) {
 }  // namespace
 
 Result<Plan> ParsePlan(std::string_view text) {
-  const json root = json::parse(text, nullptr, false);
-  if (root.is_discarded()) return Fail("this is not JSON; expected a *.plan.json of format 1");
+  const Result<json> parsed = ParseBoundedJson(text, "the plan");
+  if (!parsed) {
+    return Fail(parsed.error().message + "; expected a *.plan.json of format 1");
+  }
+  const json& root = *parsed;
   if (!root.is_object()) return Fail("the plan must be a JSON object, not " + Shown(root));
   Reader reader;
   const json& format = reader.Member(root, "", "format");

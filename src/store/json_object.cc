@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/bounded_json.h"
 #include "store/whole_file.h"
 
 namespace trammel::store {
@@ -14,47 +15,14 @@ using nlohmann::json;
 
 std::string Show(const json& value) {
   constexpr std::size_t kMost = 60;
-  std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
-  if (text.size() > kMost) text = text.substr(0, kMost - 3) + "...";
-  return text;
+  const std::string text = value.dump(-1, ' ', true, json::error_handler_t::replace);
+  if (text.size() <= kMost) return text;
+  return fmt::format("{}...", text.substr(0, kMost - 3));
 }
 
 Result<json> ParseJson(std::string_view text, const std::string& file) {
-  constexpr int kDeepest = 16;
-  std::string fault;
-  std::vector<std::set<std::string>> open;
   // JSON would silently keep one of two values with the same key.
-  const json::parser_callback_t watch = [&](int depth, json::parse_event_t event, json& parsed) {
-    if (event == json::parse_event_t::object_start) {
-      open.emplace_back();
-    } else if (event == json::parse_event_t::object_end) {
-      open.pop_back();
-    } else if (event == json::parse_event_t::key && !open.empty() &&
-               !open.back().insert(parsed.get<std::string>()).second && fault.empty()) {
-      fault = fmt::format("the key {} is given twice", Show(parsed));
-    }
-    if (depth > kDeepest && fault.empty()) {
-      fault = fmt::format("objects and lists are nested more than {} deep", kDeepest);
-    }
-    return depth <= kDeepest;
-  };
-  // The library's own prefix in brackets says nothing to a user.
-  const auto said = [](const json::exception& error) {
-    const std::string_view what = error.what();
-    const std::size_t bracket = what.find("] ");
-    return std::string(bracket == std::string_view::npos ? what : what.substr(bracket + 2));
-  };
-  try {
-    json parsed = json::parse(text, watch);
-    if (!fault.empty()) return Fail(fmt::format("{}: {}", file, fault));
-    return parsed;
-  } catch (const json::parse_error& error) {
-    const std::size_t end = std::min(text.size(), error.byte);
-    const auto line = 1 + std::count(text.begin(), text.begin() + end, '\n');
-    return Fail(fmt::format("{}:{}: is not JSON: {}", file, line, said(error)));
-  } catch (const json::exception& error) {  // a number too large for a double
-    return Fail(fmt::format("{}: is not JSON that can be used: {}", file, said(error)));
-  }
+  return ParseBoundedJson(text, file, {.most_levels = 16, .unique_keys = true});
 }
 
 Result<json> ReadJsonFile(const std::filesystem::path& path, std::size_t max_bytes) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "base/bounded_json.h"
 #include "sim/moonraker/multipart.h"
 
 namespace trammel::sim {
@@ -68,8 +69,10 @@ std::string MethodOf(const std::string& path) {
 
 // What GET gives as a query and POST as JSON.
 Json ParamsOf(const HttpRequest& request, const Target& target, const std::string& method) {
-  Json params = ParseHostile(request.body);
-  if (!params.is_object()) params = Json::object();
+  Json params = Json::object();
+  if (auto body = ParseBoundedJson(request.body, "the body"); body && body->is_object()) {
+    params = std::move(*body);
+  }
   if (method == "printer.objects.query" && !params.contains("objects") && !target.query.empty()) {
     for (const auto& [name, fields] : target.query) {
       if (name == "token") continue;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/bounded_json.h"
 #include "sim/klipper/status.h"
 
 namespace trammel::sim {
@@ -75,13 +76,14 @@ bool Hub::TakeToken(const std::string& token) {
 void Hub::Receive(std::uint64_t number, std::string_view text) {
   // A message that was still under way when the connection was closed.
   if (connections_.count(number) == 0) return;
-  const Json request = ParseHostile(text);
+  const Result<Json> parsed = ParseBoundedJson(text, "the message");
   const auto refuse = [&](int code, const char* message, const Json& id) {
     Send(number,
          ToText(
              {{"jsonrpc", "2.0"}, {"error", {{"code", code}, {"message", message}}}, {"id", id}}));
   };
-  if (request.is_discarded()) return refuse(-32700, "Parse error", nullptr);
+  if (!parsed) return refuse(-32700, "Parse error", nullptr);
+  const Json& request = *parsed;
   if (!request.is_object()) return refuse(-32600, "Invalid Request", nullptr);
   const Json id = request.value("id", Json(nullptr));
   const std::optional<std::string> method = TextOf(request, "method");

@@ -106,6 +106,14 @@ TEST_F(HubTest, AFileIsCountedInBytesAndClosedAtItsEnd) {
                           {"file_size", text.size()}}));
 }
 
+TEST_F(HubTest, AMillionLevelsAreNoMessage) {
+  std::string text = R"({"jsonrpc":"2.0","id":1,"method":"printer.info","params":{"a":)";
+  text += std::string(1'000'000, '[') + std::string(1'000'000, ']') + "}}";
+  hub_.Receive(agent_, text);
+  ASSERT_EQ(inbox_.messages.size(), 1U);
+  EXPECT_EQ(inbox_.messages[0]["error"]["code"], -32700);
+}
+
 TEST_F(HubTest, PausingWithoutAFileIsLeftToWhoeverSendsTheLines) {
   (void)Script("PAUSE");
   (void)Script("RESUME");

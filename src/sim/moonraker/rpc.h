@@ -30,14 +30,6 @@ struct Answer {
 /// Takes the answer to one request; called once, now or later.
 using Reply = std::function<void(const Answer&)>;
 
-/// Text of a client to JSON; discarded where it is none. What is nested more than 64 deep is left
-/// out, because copying it would exhaust the stack.
-[[nodiscard]] inline Json ParseHostile(std::string_view text) {
-  constexpr int kDeepest = 64;
-  return Json::parse(
-      text, [](int depth, Json::parse_event_t, Json&) { return depth <= kDeepest; }, false);
-}
-
 /// The argument of a request, or nothing where it is absent or no text.
 [[nodiscard]] inline std::optional<std::string> TextOf(const Json& params, const char* key) {
   const auto found = params.find(key);
