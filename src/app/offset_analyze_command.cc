@@ -26,7 +26,7 @@ struct AnalyzeArguments {
   std::vector<std::string> scans;
   std::string pattern;
   std::vector<double> dpi;
-  double most_megapixels = 4000;
+  double most_megapixels = 400;
   bool json = false;
   OffsetOutput output;
 };
@@ -50,34 +50,43 @@ struct ReadScan {
   report::OffsetScanPictures pictures;  ///< empty where none are wanted
 };
 
-// Every page of one file; pages are large, and are gone when they have been read and drawn.
+Result<ReadScan> AnalysePage(const Page& page, const std::string& path, int number, int sheet,
+                             const tool_offset::SheetPlan& plan,
+                             const AnalyzeArguments& arguments) {
+  tool_offset::AnalyseOptions options{page.dpi_x, page.dpi_y};
+  if (!arguments.dpi.empty()) {
+    options.dpi_x = arguments.dpi.front();
+    options.dpi_y = arguments.dpi.back();
+  }
+  auto result = tool_offset::AnalyseSheet(page.view(), plan, options);
+  if (!result) {
+    const std::string where = number > 1 ? fmt::format(", page {}", number) : "";
+    return tl::unexpected(Error{result.error().kind,
+                                fmt::format("scan {}{}: {}", path, where, result.error().message)});
+  }
+  ReadScan read;
+  if (arguments.output.has_pictures()) {
+    read.pictures = report::DrawOffsetScan(page.view(), plan, *result);
+  }
+  read.scan = {path, number, sheet, std::move(*result)};
+  return read;
+}
+
+// Every page of one file; pages are large, and each is gone when it has been read and drawn.
 Result<std::vector<ReadScan>> AnalyseFile(const std::string& path, int sheet,
                                           const tool_offset::SheetPlan& plan,
                                           const AnalyzeArguments& arguments) {
   machine::PageReadOptions limits;
   limits.most_pixels = static_cast<std::int64_t>(1e6 * arguments.most_megapixels);
-  const auto pages = machine::ReadPages(path, limits);
-  if (!pages) return tl::unexpected(pages.error());
   std::vector<ReadScan> scans;
-  for (const Page& page : *pages) {
-    tool_offset::AnalyseOptions options{page.dpi_x, page.dpi_y};
-    if (!arguments.dpi.empty()) {
-      options.dpi_x = arguments.dpi.front();
-      options.dpi_y = arguments.dpi.back();
-    }
+  const auto read = machine::ForEachPage(path, limits, [&](const Page& page) -> Result<void> {
     const int number = static_cast<int>(scans.size()) + 1;
-    auto result = tool_offset::AnalyseSheet(page.view(), plan, options);
-    if (!result) {
-      const std::string where = pages->size() > 1 ? fmt::format(", page {}", number) : "";
-      return tl::unexpected(Error{
-          result.error().kind, fmt::format("scan {}{}: {}", path, where, result.error().message)});
-    }
-    ReadScan& read = scans.emplace_back();
-    if (arguments.output.has_pictures()) {
-      read.pictures = report::DrawOffsetScan(page.view(), plan, *result);
-    }
-    read.scan = {path, number, sheet, std::move(*result)};
-  }
+    auto scan = AnalysePage(page, path, number, sheet, plan, arguments);
+    if (!scan) return tl::unexpected(scan.error());
+    scans.push_back(std::move(*scan));
+    return {};
+  });
+  if (!read) return tl::unexpected(read.error());
   return scans;
 }
 

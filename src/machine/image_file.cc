@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
+#include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "machine/file_bytes.h"
+#include "machine/jpeg_outline.h"
+#include "machine/png_outline.h"
 
 namespace trammel::machine {
 namespace {
@@ -31,50 +33,17 @@ bool StartsWith(std::span<const std::uint8_t> bytes, std::span<const std::uint8_
   return bytes.size() >= start.size() && std::equal(start.begin(), start.end(), bytes.begin());
 }
 
-Result<ImageHeader> Sized(ImageFormat format, std::uint32_t width, std::uint32_t height) {
-  constexpr std::uint32_t kMost = std::numeric_limits<std::int32_t>::max();
-  if (width == 0 || height == 0 || width > kMost || height > kMost) {
-    return Fail(fmt::format("its header states {} x {} px", width, height));
-  }
-  return ImageHeader{format, static_cast<int>(width), static_cast<int>(height)};
-}
-
 Result<ImageHeader> PngHeader(std::span<const std::uint8_t> bytes) {
-  constexpr std::array<std::uint8_t, 4> kFirstChunk = {'I', 'H', 'D', 'R'};
-  if (bytes.size() < 24 || !StartsWith(bytes.subspan(12), kFirstChunk)) {
-    return Fail("it begins like a PNG, but has no header");
-  }
-  return Sized(ImageFormat::kPng, BigEndian(bytes, 16, 4), BigEndian(bytes, 20, 4));
+  const auto outline = OutlineOfPng(bytes);
+  if (!outline) return tl::unexpected(outline.error());
+  return ImageHeader{ImageFormat::kPng, static_cast<int>(outline->width_px),
+                     static_cast<int>(outline->height_px)};
 }
 
-bool IsStartOfFrame(std::uint8_t marker) {
-  return marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
-}
-
-// Walks the segments of a JPEG up to the one that states the size.
 Result<ImageHeader> JpegHeader(std::span<const std::uint8_t> bytes) {
-  std::size_t at = 2;
-  while (at + 4 <= bytes.size()) {
-    if (bytes[at] != 0xFF) break;
-    const std::uint8_t marker = bytes[at + 1];
-    if (marker == 0xFF) {  // padding
-      ++at;
-      continue;
-    }
-    if (marker == 0x01 || (marker >= 0xD0 && marker <= 0xD8)) {  // without a length
-      at += 2;
-      continue;
-    }
-    if (marker == 0xD9 || marker == 0xDA) break;
-    const std::uint32_t length = BigEndian(bytes, at + 2, 2);
-    if (length < 2) break;
-    if (IsStartOfFrame(marker)) {
-      if (length < 8 || at + 9 > bytes.size()) break;
-      return Sized(ImageFormat::kJpeg, BigEndian(bytes, at + 7, 2), BigEndian(bytes, at + 5, 2));
-    }
-    at += 2 + length;
-  }
-  return Fail("it begins like a JPEG, but its header does not state a size");
+  const auto outline = OutlineOf(bytes);
+  if (!outline) return tl::unexpected(outline.error());
+  return ImageHeader{ImageFormat::kJpeg, outline->width_px, outline->height_px};
 }
 
 int ReadMode(std::int64_t pixels, std::int64_t enough) {
@@ -82,6 +51,39 @@ int ReadMode(std::int64_t pixels, std::int64_t enough) {
   if (pixels <= 4 * enough) return cv::IMREAD_REDUCED_COLOR_2;
   if (pixels <= 16 * enough) return cv::IMREAD_REDUCED_COLOR_4;
   return cv::IMREAD_REDUCED_COLOR_8;
+}
+
+/// Whether a decoder would have to do far more for it than such a picture should cost.
+Result<void> CheckCostOf(std::span<const std::uint8_t> bytes, ImageFormat format) {
+  if (format == ImageFormat::kPng) {
+    const auto outline = OutlineOfPng(bytes);
+    return outline ? CheckCost(*outline, bytes.size()) : tl::unexpected(outline.error());
+  }
+  const auto outline = OutlineOf(bytes);
+  return outline ? CheckCost(*outline, bytes.size()) : tl::unexpected(outline.error());
+}
+
+Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageHeader& header,
+                     const ImageReadOptions& options) {
+  std::vector<std::uint8_t> plain;
+  if (header.format == ImageFormat::kPng && HasPackedRemarks(bytes)) {
+    plain = WithoutRemarks(bytes);
+    bytes = plain;
+  }
+  const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8U,
+                    const_cast<std::uint8_t*>(bytes.data()));
+  const std::int64_t pixels = std::int64_t{header.width_px} * header.height_px;
+  const cv::Mat decoded = cv::imdecode(raw, ReadMode(pixels, options.reduce_above_px));
+  if (decoded.empty() || decoded.type() != CV_8UC3) {
+    return Fail(fmt::format("the decoder cannot read it although its header states {} x {} px",
+                            header.width_px, header.height_px));
+  }
+  Frame frame(decoded.cols, decoded.rows);
+  for (int y = 0; y < decoded.rows; ++y) {
+    std::copy_n(decoded.ptr<std::uint8_t>(y),
+                std::size_t{3} * static_cast<std::size_t>(decoded.cols), frame.row(y));
+  }
+  return frame;
 }
 
 }  // namespace
@@ -123,24 +125,15 @@ Result<Frame> DecodeImage(std::span<const std::uint8_t> bytes, const ImageReadOp
   }
   if (EndsEarly(bytes, header->format))
     return Fail("it ends before the picture does; copy it again");
-  cv::Mat decoded;
+  if (auto cost = CheckCostOf(bytes, header->format); !cost) return tl::unexpected(cost.error());
   try {
-    const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8U,
-                      const_cast<std::uint8_t*>(bytes.data()));
-    decoded = cv::imdecode(raw, ReadMode(pixels, options.reduce_above_px));
+    return Decode(bytes, *header, options);
   } catch (const cv::Exception& exception) {
     return Fail(fmt::format("the decoder rejects it: {}", exception.err));
+  } catch (const std::bad_alloc&) {
+    return Fail(fmt::format("its {} x {} px do not fit into memory; shrink it", header->width_px,
+                            header->height_px));
   }
-  if (decoded.empty() || decoded.type() != CV_8UC3) {
-    return Fail(fmt::format("the decoder cannot read it although its header states {} x {} px",
-                            header->width_px, header->height_px));
-  }
-  Frame frame(decoded.cols, decoded.rows);
-  for (int y = 0; y < decoded.rows; ++y) {
-    std::copy_n(decoded.ptr<std::uint8_t>(y),
-                std::size_t{3} * static_cast<std::size_t>(decoded.cols), frame.row(y));
-  }
-  return frame;
 }
 
 Result<Frame> ReadImageFile(const std::filesystem::path& path, const ImageReadOptions& options) {

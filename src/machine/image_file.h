@@ -35,9 +35,11 @@ struct ImageReadOptions {
 
 /// Decodes a JPEG or PNG as 8-bit BGR. An orientation that EXIF states is applied, so that the
 /// frame is the picture as viewers show it. Transparency is dropped, 16 bits become 8.
-/// @returns errors (kInput): another format, no header, a size above the options', a file that ends
-///          early, whatever the decoder rejects. Sizes are checked before anything is decoded.
-/// Memory: 3 bytes per pixel of the result, and for a PNG also of the whole image.
+/// @returns errors (kInput): another format, no header, a size above the options' or one that so
+///          few bytes cannot hold, a JPEG of too many scans, a file that ends early, whatever the
+///          decoder rejects. All but the last is checked before anything is decoded.
+/// Memory: 3 bytes per pixel of the result, and for a PNG also of the whole image, 6 for a
+/// progressive JPEG.
 [[nodiscard]] Result<Frame> DecodeImage(std::span<const std::uint8_t> bytes,
                                         const ImageReadOptions& options = {});
 

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
-#include <fstream>
+#include <new>
+#include <optional>
 #include <string_view>
-#include <system_error>
 
 #include "machine/file_bytes.h"
 #include "machine/page_decoders.h"
@@ -36,41 +35,30 @@ PageFormat FormatOf(std::span<const std::uint8_t> bytes) {
   return PageFormat::kUnknown;
 }
 
-Pages One(Result<Page> page) {
+Result<void> One(Result<Page> page, const PageSink& sink) {
   if (!page) return tl::unexpected(page.error());
-  std::vector<Page> pages;
-  pages.push_back(std::move(*page));
-  return pages;
+  return sink(std::move(*page));
 }
 
 constexpr std::size_t kSignature = 8;
 
-Pages Read(const std::filesystem::path& path, const PageReadOptions& options) {
-  std::ifstream file(path, std::ios::binary);
-  std::array<std::uint8_t, kSignature> start{};
-  file.read(reinterpret_cast<char*>(start.data()), start.size());
-  const PageFormat format =
-      FormatOf(std::span(start).first(static_cast<std::size_t>(file.gcount())));
-  file.close();
-  if (format == PageFormat::kTiff) return ReadTiff(path, options);
-  if (format == PageFormat::kPdf) return ReadPdf(path, options);
-  // Four samples of 16 bits; small limits are better told by the header, which says how many
-  // pixels.
-  constexpr std::int64_t kAlways = 1'000'000'000;
-  const auto bytes = ReadFileBytes(path, std::max(8 * options.most_pixels, kAlways));
-  if (!bytes) return tl::unexpected(bytes.error());
-  switch (format) {
-    case PageFormat::kPng:
-      return One(DecodePng(*bytes, options));
-    case PageFormat::kJpeg:
-      return One(DecodeJpeg(*bytes, options));
-    case PageFormat::kPnm:
-      return One(DecodePnm(*bytes, options));
-    default:
-      return Fail(bytes->empty() ? "it is empty; scan again"
-                                 : "it is no TIFF, PNG, JPEG, PNM or PDF; scan or convert it to "
-                                   "one of these");
+Result<void> Read(const std::filesystem::path& path, const PageReadOptions& options,
+                  const PageSink& sink) {
+  constexpr std::int64_t kMostBytes = 4'000'000'000;
+  const auto start = ReadFileStart(path, kSignature);
+  if (!start) return tl::unexpected(start.error());
+  const PageFormat format = FormatOf(*start);
+  if (start->empty()) return Fail("it is empty; scan again");
+  if (format == PageFormat::kUnknown) {
+    return Fail("it is no TIFF, PNG, JPEG, PNM or PDF; scan or convert it to one of these");
   }
+  if (format == PageFormat::kTiff) return ReadTiff(path, options, sink);
+  if (format == PageFormat::kPdf) return ReadPdf(path, options, sink);
+  const auto bytes = ReadFileBytes(path, kMostBytes);
+  if (!bytes) return tl::unexpected(bytes.error());
+  if (format == PageFormat::kPng) return One(DecodePng(*bytes, options), sink);
+  if (format == PageFormat::kJpeg) return One(DecodeJpeg(*bytes, options), sink);
+  return One(DecodePnm(*bytes, options), sink);
 }
 
 constexpr double kMostPixelsOfARow = 1e6;
@@ -131,8 +119,9 @@ Result<Page> MakePage(const PageLayout& layout, const PageReadOptions& options) 
   page.height = static_cast<int>(layout.height);
   page.channels = layout.samples < 3 ? 1 : 3;
   try {
-    page.samples.resize(static_cast<std::size_t>(page.stride()) *
-                        static_cast<std::size_t>(page.height));
+    // Addresses only: memory comes with the rows.
+    page.samples.reserve(static_cast<std::size_t>(page.stride()) *
+                         static_cast<std::size_t>(page.height));
   } catch (const std::bad_alloc&) {
     return Fail(fmt::format("its {} x {} px do not fit into memory; scan with fewer dpi",
                             layout.width, layout.height));
@@ -140,35 +129,85 @@ Result<Page> MakePage(const PageLayout& layout, const PageReadOptions& options) 
   return page;
 }
 
+Result<void> CheckRaster(const PageLayout& layout, double most_packed, std::uintmax_t file_bytes) {
+  const double raster = static_cast<double>(layout.width) * static_cast<double>(layout.height) *
+                        layout.samples * layout.bits / 8;
+  if (raster <= most_packed * static_cast<double>(file_bytes)) return {};
+  return Fail(
+      fmt::format("its header states {} x {} px, more than its {} bytes can hold; "
+                  "it was cut off or is damaged: copy it again, or scan again",
+                  layout.width, layout.height, file_bytes));
+}
+
+std::uint8_t* RowOf(Page& page, int y) {
+  const auto end = static_cast<std::size_t>(page.stride()) * (static_cast<std::size_t>(y) + 1);
+  if (page.samples.size() < end) page.samples.resize(end);
+  return page.row(y);
+}
+
 void FillRow(const PageLayout& layout, std::span<const std::uint8_t> row, int y, Page& page) {
-  const auto per_pixel = static_cast<std::size_t>(layout.samples);
-  const auto width = static_cast<std::size_t>(page.width);
-  std::uint8_t* out = page.row(y);
   if (layout.bits == 8 && layout.samples == 1 && !layout.white_is_zero) {
-    std::copy_n(row.begin(), width, out);
+    std::copy_n(row.begin(), page.width, RowOf(page, y));
     return;
   }
+  FillPixels(layout, row, y, 0, 1, page);
+}
+
+void FillPixels(const PageLayout& layout, std::span<const std::uint8_t> row, int y, int first,
+                int step, Page& page) {
+  const auto per_pixel = static_cast<std::size_t>(layout.samples);
+  std::uint8_t* const out = RowOf(page, y);
   const Samples samples(layout, row);
   const bool alpha = layout.samples % 2 == 0;
-  for (std::size_t x = 0; x < width; ++x) {
-    const std::size_t first = x * per_pixel;
-    const unsigned opaque = alpha ? samples.At(first + per_pixel - 1) : 255U;
+  std::size_t at = 0;
+  for (std::ptrdiff_t x = first; x < page.width; x += step, at += per_pixel) {
+    const unsigned opaque = alpha ? samples.At(at + per_pixel - 1) : 255U;
+    std::uint8_t* pixel = out + x * page.channels;
     if (page.channels == 1) {
-      *out++ = OnWhite(samples.At(first), opaque);
+      *pixel = OnWhite(samples.At(at), opaque);
     } else {
       for (const std::size_t channel : {2U, 1U, 0U}) {
-        *out++ = OnWhite(samples.At(first + channel), opaque);
+        *pixel++ = OnWhite(samples.At(at + channel), opaque);
       }
     }
   }
 }
 
+Result<void> ForEachPage(const std::filesystem::path& path, const PageReadOptions& options,
+                         const PageSink& sink) {
+  constexpr std::int64_t kPagesOfMostPixels = 3;
+  const std::int64_t most = kPagesOfMostPixels * options.most_pixels;
+  std::int64_t pixels = 0;
+  std::optional<Error> of_sink;
+  const auto counted = [&](Page page) -> Result<void> {
+    pixels += std::int64_t{page.width} * page.height;
+    if (pixels > most) {
+      return Fail(fmt::format("its pages have more than {} megapixels in all; give fewer at a time",
+                              most / 1'000'000));
+    }
+    auto taken = sink(std::move(page));
+    if (!taken) of_sink = taken.error();
+    return taken;
+  };
+  Result<void> read;
+  try {
+    read = Read(path, options, counted);
+  } catch (const std::bad_alloc&) {
+    read = Fail("it does not fit into memory; scan with fewer dpi");
+  }
+  if (of_sink) return tl::unexpected(*of_sink);
+  if (read) return {};
+  return Fail(fmt::format("page {}: {}", path.string(), read.error().message));
+}
+
 Result<std::vector<Page>> ReadPages(const std::filesystem::path& path,
                                     const PageReadOptions& options) {
-  Pages pages = Read(path, options);
-  if (!pages) {
-    return Fail(fmt::format("page {}: {}", path.string(), pages.error().message));
-  }
+  std::vector<Page> pages;
+  const auto read = ForEachPage(path, options, [&](Page page) -> Result<void> {
+    pages.push_back(std::move(page));
+    return {};
+  });
+  if (!read) return tl::unexpected(read.error());
   return pages;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "machine/jpeg_outline.h"
 #include "machine/page_decoders.h"
 
 namespace trammel::machine {
@@ -81,6 +82,9 @@ void TakeResolution(const Jpeg& jpeg, Page& page) {
 }  // namespace
 
 Result<Page> DecodeJpeg(std::span<const std::uint8_t> bytes, const PageReadOptions& options) {
+  const auto outline = OutlineOf(bytes);
+  if (!outline) return Fail(outline.error().message + "; copy it again, or scan again");
+  if (auto cost = CheckCost(*outline, bytes.size()); !cost) return tl::unexpected(cost.error());
   Jpeg jpeg;
   if (!Begin(jpeg, bytes)) return tl::unexpected(Damaged(jpeg));
   const bool grey = jpeg.reader.jpeg_color_space == JCS_GRAYSCALE;
@@ -91,10 +95,18 @@ Result<Page> DecodeJpeg(std::span<const std::uint8_t> bytes, const PageReadOptio
   jpeg.reader.out_color_space = grey ? JCS_GRAYSCALE : JCS_EXT_BGR;
   auto page = MakePage({jpeg.reader.image_width, jpeg.reader.image_height, grey ? 1 : 3}, options);
   if (!page) return page;
+  constexpr std::int64_t kMostOfWhole = 200'000'000;
+  if (jpeg_has_multiple_scans(&jpeg.reader) != 0 &&
+      std::int64_t{page->width} * page->height > kMostOfWhole) {
+    return Fail(fmt::format(
+        "it has {} x {} px, and of a progressive JPEG at most {} megapixels are read; save it as "
+        "TIFF, PNG or baseline JPEG",
+        page->width, page->height, kMostOfWhole / 1'000'000));
+  }
   TakeResolution(jpeg, *page);
   if (!Start(jpeg)) return tl::unexpected(Damaged(jpeg));
   for (int y = 0; y < page->height; ++y) {
-    if (!ReadRow(jpeg, page->row(y))) return tl::unexpected(Damaged(jpeg));
+    if (!ReadRow(jpeg, RowOf(*page, y))) return tl::unexpected(Damaged(jpeg));
   }
   return page;
 }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "machine/page_decoders.h"
+#include "machine/png_outline.h"
 
 namespace trammel::machine {
 namespace {
@@ -40,11 +41,14 @@ void Give(png_structp reader, png_bytep out, std::size_t count) {
 bool Begin(Png& png) {
   if (setjmp(png_jmpbuf(png.reader)) != 0) return false;
   png_set_read_fn(png.reader, &png, Give);
+  // Texts and profiles may be packed, and would be unpacked; nobody asks for them.
+  constexpr char kRemarks[] = "eXIf\0hIST\0iCCP\0iTXt\0sPLT\0tEXt\0zTXt";
+  png_set_keep_unknown_chunks(png.reader, PNG_HANDLE_CHUNK_NEVER,
+                              reinterpret_cast<png_const_bytep>(kRemarks), 7);
   png_read_info(png.reader, png.info);
   png_set_expand(png.reader);  // palettes, 1 to 4 bits, transparent colours
   constexpr bool kLittleEndian = std::endian::native == std::endian::little;
   if (kLittleEndian && png_get_bit_depth(png.reader, png.info) == 16) png_set_swap(png.reader);
-  png_set_interlace_handling(png.reader);
   png_read_update_info(png.reader, png.info);
   return true;
 }
@@ -52,13 +56,6 @@ bool Begin(Png& png) {
 bool ReadRow(Png& png, std::uint8_t* row) {
   if (setjmp(png_jmpbuf(png.reader)) != 0) return false;
   png_read_row(png.reader, row, nullptr);
-  return true;
-}
-
-// Interlaced: all rows are there only when the last pass is over.
-bool ReadAll(Png& png, std::uint8_t** rows) {
-  if (setjmp(png_jmpbuf(png.reader)) != 0) return false;
-  png_read_image(png.reader, rows);
   return true;
 }
 
@@ -77,23 +74,29 @@ void TakeResolution(const Png& png, Page& page) {
   }
 }
 
-Result<Page> Fill(Png& png, const PageLayout& layout, Page page) {
-  const std::size_t bytes = png_get_rowbytes(png.reader, png.info);
-  if (png_get_interlace_type(png.reader, png.info) == PNG_INTERLACE_NONE) {
-    std::vector<std::uint8_t> row(bytes);
-    for (int y = 0; y < page.height; ++y) {
+// Interlaced, a picture comes as seven smaller ones, whose pixels lie between one another.
+Result<Page> FillPasses(Png& png, const PageLayout& layout, Page page) {
+  std::vector<std::uint8_t> row(png_get_rowbytes(png.reader, png.info));
+  for (int pass = 0; pass < PNG_INTERLACE_ADAM7_PASSES; ++pass) {
+    const int first = PNG_PASS_START_COL(pass);
+    const int step = PNG_PASS_COL_OFFSET(pass);
+    if (page.width <= first) continue;  // it has no rows then
+    for (int y = PNG_PASS_START_ROW(pass); y < page.height; y += PNG_PASS_ROW_OFFSET(pass)) {
       if (!ReadRow(png, row.data())) return tl::unexpected(Damaged(png));
-      FillRow(layout, row, y, page);
+      FillPixels(layout, row, y, first, step, page);
     }
-    return page;
   }
-  const auto height = static_cast<std::size_t>(page.height);
-  std::vector<std::uint8_t> all(bytes * height);
-  std::vector<std::uint8_t*> rows(height);
-  for (std::size_t y = 0; y < height; ++y) rows[y] = &all[y * bytes];
-  if (!ReadAll(png, rows.data())) return tl::unexpected(Damaged(png));
+  return page;
+}
+
+Result<Page> Fill(Png& png, const PageLayout& layout, Page page) {
+  if (png_get_interlace_type(png.reader, png.info) != PNG_INTERLACE_NONE) {
+    return FillPasses(png, layout, std::move(page));
+  }
+  std::vector<std::uint8_t> row(png_get_rowbytes(png.reader, png.info));
   for (int y = 0; y < page.height; ++y) {
-    FillRow(layout, std::span(rows[static_cast<std::size_t>(y)], bytes), y, page);
+    if (!ReadRow(png, row.data())) return tl::unexpected(Damaged(png));
+    FillRow(layout, row, y, page);
   }
   return page;
 }
@@ -101,6 +104,9 @@ Result<Page> Fill(Png& png, const PageLayout& layout, Page page) {
 }  // namespace
 
 Result<Page> DecodePng(std::span<const std::uint8_t> bytes, const PageReadOptions& options) {
+  if (const auto outline = OutlineOfPng(bytes)) {
+    if (auto cost = CheckCost(*outline, bytes.size()); !cost) return tl::unexpected(cost.error());
+  }
   Png png;
   png.bytes = bytes;
   png.reader = png_create_read_struct(PNG_LIBPNG_VER_STRING, &png, Complain, Ignore);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstring>
 
 #include "machine/page_decoders.h"
@@ -101,6 +102,22 @@ void Scale(const PnmHeader& header, std::span<const std::uint8_t> raw,
   }
 }
 
+/// What is left behind the header must hold the raster; of a text, two bytes a value at least.
+Result<void> CheckRest(const PnmHeader& header, std::size_t rest) {
+  const PageLayout& layout = header.layout;
+  const double row = static_cast<double>(layout.width) * layout.samples;
+  const bool spaced = header.text && !layout.white_is_zero;
+  const double row_bytes = header.text ? (spaced ? 2 : 1) * row : std::ceil(row * layout.bits / 8);
+  const double whole = row_bytes * static_cast<double>(layout.height) - (spaced ? 1 : 0);
+  if (whole <= static_cast<double>(rest)) return {};
+  return Fail(
+      fmt::format("its header states {} x {} px in at least {:.0f} bytes, {} are there: it ends in "
+                  "row {}; copy "
+                  "it again, or scan again",
+                  layout.width, layout.height, whole, rest,
+                  1 + static_cast<std::int64_t>(static_cast<double>(rest) / row_bytes)));
+}
+
 Result<Page> FillFromText(const PnmHeader& header, PnmText& text, Page page) {
   std::vector<std::uint8_t> row(static_cast<std::size_t>(page.stride()));
   for (int y = 0; y < page.height; ++y) {
@@ -120,6 +137,10 @@ Result<Page> DecodePnm(std::span<const std::uint8_t> bytes, const PageReadOption
   PnmText text(bytes);
   const auto header = ReadHeader(static_cast<char>(bytes[1]), text);
   if (!header) return tl::unexpected(header.error());
+  if (header->layout.width > 0 && header->layout.height > 0) {
+    const std::size_t rest = text.Rest().size() + (header->text ? 1 : 0);
+    if (auto fits = CheckRest(*header, rest); !fits) return tl::unexpected(fits.error());
+  }
   auto page = MakePage(header->layout, options);
   if (!page || header->text) {
     return page ? FillFromText(*header, text, std::move(*page)) : page;

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <system_error>
 
 #include "machine/page_decoders.h"
 
@@ -62,12 +63,50 @@ Error EndsEarly(int row, const std::string& said) {
                       row + 1, said.empty() ? "the decoder gives no reason" : said)};
 }
 
+constexpr std::int64_t kMostOfRare = 200'000'000;
+
+/// By how much a way of packing makes a raster smaller at best; 0 for those that are not read.
+double MostPacked(std::uint16_t compression, std::uint32_t width) {
+  switch (compression) {
+    case COMPRESSION_NONE:
+      return 1;
+    case COMPRESSION_PACKBITS:
+      return 64;
+    case COMPRESSION_LZW:
+      return 2600;  // 12 bits for the longest text in its table
+    case COMPRESSION_DEFLATE:
+    case COMPRESSION_ADOBE_DEFLATE:
+      return 1032;
+    case COMPRESSION_JPEG:
+      return 3 * 512;  // a bit for each block of 8 x 8
+    case COMPRESSION_CCITTRLE:
+    case COMPRESSION_CCITTRLEW:
+    case COMPRESSION_CCITTFAX3:
+    case COMPRESSION_CCITTFAX4:
+      return static_cast<double>(width) + 8;  // a bit for a row
+    default:
+      return 0;
+  }
+}
+
+/// Whether the file can hold what its header states.
+Result<void> CheckPacked(const Tiff& tiff, const PageLayout& layout, std::uintmax_t file_bytes) {
+  const auto compression = Tag<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+  const double packed = MostPacked(compression, static_cast<std::uint32_t>(layout.width));
+  if (packed == 0) {
+    return Fail(
+        fmt::format("it is packed in a way (TIFF's compression {}) that is not read; save it with "
+                    "LZW, Deflate, JPEG or without packing",
+                    compression));
+  }
+  return CheckRaster(layout, packed, file_bytes);
+}
+
 // Whatever the library knows, by way of four bytes a pixel.
 Result<Page> ReadRare(const Tiff& tiff, PageLayout layout, const PageReadOptions& options,
                       const std::string& said) {
-  constexpr std::int64_t kMost = 500'000'000;
   PageReadOptions fewer = options;
-  fewer.most_pixels = std::min(fewer.most_pixels, kMost);
+  fewer.most_pixels = std::min(fewer.most_pixels, kMostOfRare);
   layout.samples = 4;
   layout.bits = 8;
   layout.white_is_zero = false;
@@ -113,12 +152,13 @@ Result<Page> ReadRows(const Tiff& tiff, const PageLayout& layout, const PageRead
 }
 
 Result<Page> ReadDirectory(const Tiff& tiff, const PageReadOptions& options,
-                           const std::string& said) {
+                           std::uintmax_t file_bytes, const std::string& said) {
   PageLayout layout;
   layout.width = Tag<std::uint32_t>(tiff, TIFFTAG_IMAGEWIDTH, 0);
   layout.height = Tag<std::uint32_t>(tiff, TIFFTAG_IMAGELENGTH, 0);
   layout.samples = Tag<std::uint16_t>(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
   layout.bits = Tag<std::uint16_t>(tiff, TIFFTAG_BITSPERSAMPLE, 1);
+  if (auto fits = CheckPacked(tiff, layout, file_bytes); !fits) return tl::unexpected(fits.error());
   const auto photometric = Tag<std::uint16_t>(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
   layout.white_is_zero = photometric == PHOTOMETRIC_MINISWHITE;
   const bool grey = photometric == PHOTOMETRIC_MINISWHITE || photometric == PHOTOMETRIC_MINISBLACK;
@@ -135,8 +175,10 @@ Result<Page> ReadDirectory(const Tiff& tiff, const PageReadOptions& options,
 
 }  // namespace
 
-Pages ReadTiff(const std::filesystem::path& path, const PageReadOptions& options) {
-  constexpr tmsize_t kMostAtOnce = 1'000'000'000;  // bytes that a hostile header may ask for
+Result<void> ReadTiff(const std::filesystem::path& path, const PageReadOptions& options,
+                      const PageSink& sink) {
+  constexpr tmsize_t kMostAtOnce = 4 * kMostOfRare;  // bytes that a hostile header may ask for
+  constexpr int kMostDirectories = 1000;             // with those of thumbnails
   std::string said;
   const std::unique_ptr<TIFFOpenOptions, FreeOptions> open(TIFFOpenOptionsAlloc());
   TIFFOpenOptionsSetErrorHandlerExtR(open.get(), Keep, &said);
@@ -145,19 +187,25 @@ Pages ReadTiff(const std::filesystem::path& path, const PageReadOptions& options
   // m: no map of the file, which may shrink while it is read.
   const Tiff tiff(TIFFOpenExt(path.c_str(), "rm", open.get()));
   if (!tiff) return tl::unexpected(EndsEarly(0, said));
-  std::vector<Page> pages;
+  std::error_code unknown;
+  const std::uintmax_t file_bytes = std::filesystem::file_size(path, unknown);
+  int pages = 0;
+  int directories = 0;
   do {
+    if (++directories > kMostDirectories) {
+      return Fail(fmt::format("it has more than {} pictures; give fewer", kMostDirectories));
+    }
     const auto kind = Tag<std::uint32_t>(tiff, TIFFTAG_SUBFILETYPE, 0);
     if ((kind & FILETYPE_REDUCEDIMAGE) != 0) continue;  // a thumbnail
-    if (pages.size() == static_cast<std::size_t>(options.most_pages)) {
+    if (++pages > options.most_pages) {
       return Fail(fmt::format("it has more than {} pages; give fewer", options.most_pages));
     }
-    auto page = ReadDirectory(tiff, options, said);
+    auto page = ReadDirectory(tiff, options, unknown ? 0 : file_bytes, said);
     if (!page) return tl::unexpected(page.error());
-    pages.push_back(std::move(*page));
+    if (auto taken = sink(std::move(*page)); !taken) return taken;
   } while (TIFFReadDirectory(tiff.get()) == 1);
-  if (pages.empty()) return Fail("it holds no page; scan again");
-  return pages;
+  if (pages == 0) return Fail("it holds no page; scan again");
+  return {};
 }
 
 }  // namespace trammel::machine

@@ -1,0 +1,89 @@
+#include "machine/png_outline.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
+
+namespace trammel::machine {
+namespace {
+
+constexpr std::size_t kSignature = 8;
+constexpr std::size_t kFrameOfChunk = 12;  // length, name and check sum
+
+std::uint32_t BigEndian(std::span<const std::uint8_t> bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value = value << 8U | bytes[at + i];
+  return value;
+}
+
+std::string_view NameOf(std::span<const std::uint8_t> chunk) {
+  return {reinterpret_cast<const char*>(chunk.data()) + 4, 4};
+}
+
+bool IsRemark(std::span<const std::uint8_t> chunk) {
+  constexpr std::array<std::string_view, 5> kNames = {"iCCP", "iTXt", "sPLT", "tEXt", "zTXt"};
+  return std::find(kNames.begin(), kNames.end(), NameOf(chunk)) != kNames.end();
+}
+
+/// Calls `see` with each whole chunk, and with what is left at the end.
+template <class See>
+void ForEachChunk(std::span<const std::uint8_t> bytes, const See& see) {
+  std::span<const std::uint8_t> rest = bytes.subspan(std::min(kSignature, bytes.size()));
+  while (rest.size() >= kFrameOfChunk) {
+    const std::size_t size = kFrameOfChunk + BigEndian(rest, 0);
+    if (size > rest.size()) break;
+    see(rest.first(size));
+    rest = rest.subspan(size);
+  }
+  if (rest.size() >= kFrameOfChunk) see(rest);
+}
+
+}  // namespace
+
+Result<PngOutline> OutlineOfPng(std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kHeader = 26;
+  if (bytes.size() < kHeader || NameOf(bytes.subspan(kSignature)) != "IHDR") {
+    return Fail("it begins like a PNG, but has no header");
+  }
+  constexpr std::uint32_t kMost = 0x7FFFFFFF;
+  PngOutline outline{BigEndian(bytes, 16), BigEndian(bytes, 20), 0};
+  if (outline.width_px == 0 || outline.height_px == 0 || outline.width_px > kMost ||
+      outline.height_px > kMost) {
+    return Fail(fmt::format("its header states {} x {} px", outline.width_px, outline.height_px));
+  }
+  constexpr std::array<int, 7> kSamples = {1, 1, 3, 1, 2, 1, 4};  // by the kind of colour
+  outline.bits = bytes[24] * kSamples[std::min<std::size_t>(bytes[25], kSamples.size() - 1)];
+  return outline;
+}
+
+Result<void> CheckCost(const PngOutline& outline, std::size_t bytes) {
+  constexpr double kMostPacked = 1032;  // of deflate
+  const double raster =
+      static_cast<double>(outline.width_px) * outline.height_px * std::max(outline.bits, 1) / 8;
+  if (raster <= kMostPacked * static_cast<double>(bytes)) return {};
+  return Fail(
+      fmt::format("its header states {} x {} px, more than its {} bytes can hold; "
+                  "it was cut off or is damaged: copy it again, or scan again",
+                  outline.width_px, outline.height_px, bytes));
+}
+
+bool HasPackedRemarks(std::span<const std::uint8_t> bytes) {
+  bool has = false;
+  ForEachChunk(bytes, [&](std::span<const std::uint8_t> chunk) { has = has || IsRemark(chunk); });
+  return has;
+}
+
+std::vector<std::uint8_t> WithoutRemarks(std::span<const std::uint8_t> bytes) {
+  const auto signature = bytes.first(std::min(kSignature, bytes.size()));
+  std::vector<std::uint8_t> kept(signature.begin(), signature.end());
+  kept.reserve(bytes.size());
+  ForEachChunk(bytes, [&](std::span<const std::uint8_t> chunk) {
+    if (!IsRemark(chunk)) kept.insert(kept.end(), chunk.begin(), chunk.end());
+  });
+  return kept;
+}
+
+}  // namespace trammel::machine
