@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 #include <span>
+#include <system_error>
 #include <utility>
 
 #include "machine/video_file.h"
@@ -75,11 +76,28 @@ bool IsPlaced(const ScanLine& line, std::size_t frame) {
   return positions.empty() || (frame < positions.size() && positions[frame].has_value());
 }
 
+/// The video of a line, which a link must not lead out of the recording.
+Result<std::filesystem::path> VideoOf(const std::filesystem::path& folder, const ScanLine& line) {
+  const std::filesystem::path path = folder / line.video;
+  std::error_code missing;  // said by whoever opens it
+  const auto real = std::filesystem::canonical(path, missing);
+  if (missing) return path;
+  const auto home = std::filesystem::canonical(folder, missing);
+  if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end()) {
+    return Fail(fmt::format("video '{}': it is a link out of the recording's folder; copy the file",
+                            path.string()),
+                ErrorKind::kMeasurement);
+  }
+  return path;
+}
+
 /// All frames of one sweep, cropped and upright; those that must not be looked at are empty.
 Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& folder, const Scan& scan,
                                       const ScanLine& line, const PixelRect& crop,
                                       FrameSize& size) {
-  auto video = machine::VideoFile::Open(folder / line.video);
+  const auto path = VideoOf(folder, line);
+  if (!path) return tl::unexpected(path.error());
+  auto video = machine::VideoFile::Open(*path);
   if (!video) {
     return tl::unexpected(video.error());
   }
@@ -122,12 +140,15 @@ Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& folder, const
   return frames;
 }
 
-/// Up to `kSampleFrames` whole frames spread evenly over the part of a sweep that may be looked at,
-/// upright.
-Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& path, const Scan& scan,
+/// Up to 16 whole frames (4 of large ones) spread evenly over the part of a sweep that may be
+/// looked at, upright.
+Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, const Scan& scan,
                                         const ScanLine& line) {
-  constexpr std::size_t kSampleFrames = 16;
-  auto video = machine::VideoFile::Open(path);
+  constexpr std::size_t kMostFrames = 16;
+  constexpr std::size_t kFewestFrames = 4;
+  const auto path = VideoOf(folder, line);
+  if (!path) return tl::unexpected(path.error());
+  auto video = machine::VideoFile::Open(*path);
   if (!video) {
     return tl::unexpected(video.error());
   }
@@ -149,11 +170,13 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& path, const
     if (i % stride != 0) {
       continue;
     }
-    if (frames.size() == kSampleFrames) {  // every second one makes room for the rest
-      for (std::size_t k = 1; k < kSampleFrames / 2; ++k) {
+    const bool large = kMostFrames * (*next)->bgr.size() > kMaxSweepBytes / 2;
+    const std::size_t most = large ? kFewestFrames : kMostFrames;
+    if (frames.size() >= most) {  // every second one makes room for the rest
+      for (std::size_t k = 1; k < most / 2; ++k) {
         frames[k] = std::move(frames[2 * k]);
       }
-      frames.resize(kSampleFrames / 2);
+      frames.resize(most / 2);
       stride *= 2;
       if (i % stride != 0) {
         continue;
@@ -169,7 +192,7 @@ Result<void> LocateCrop(const std::filesystem::path& folder, Scan& scan,
                         vision::LaserLineWorkspace& workspace, std::vector<std::string>& notices) {
   const ScanLine& line = scan.lines[scan.lines.size() / 2];
   const std::string& video = line.video;
-  const auto frames = SampleFrames(folder / video, scan, line);
+  const auto frames = SampleFrames(folder, scan, line);
   if (!frames) {
     return tl::unexpected(frames.error());
   }

@@ -38,7 +38,7 @@ Result<OpenFile> OpenFile::Open(const std::filesystem::path& path) {
   OpenFile file(fd);
   struct stat status {};
   if (fstat(fd, &status) != 0) return Fail(std::strerror(errno));
-  if (S_ISDIR(status.st_mode)) return Fail("it is a folder, not a file");
+  if (S_ISDIR(status.st_mode)) return Fail("it is a folder, not a regular file");
   if (!S_ISREG(status.st_mode)) return Fail("it is not a regular file");
   file.size_ = status.st_size;
   return file;

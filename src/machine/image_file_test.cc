@@ -90,6 +90,47 @@ TEST(ImageFile, RefusesTooManyPixelsBeforeDecoding) {
   EXPECT_THAT(frame.error().message, HasSubstr("200"));
 }
 
+TEST(ImageFile, RefusesAJpegOfThousandsOfScansBeforeDecoding) {
+  Bytes jpeg;
+  ASSERT_TRUE(cv::imencode(".jpg", TwoColours(80, 40), jpeg, {cv::IMWRITE_JPEG_PROGRESSIVE, 1}));
+  ASSERT_TRUE(DecodeImage(jpeg));
+  const std::string whole(jpeg.begin(), jpeg.end());
+  const std::string scan = whole.substr(whole.rfind("\xFF\xDA"));
+  std::string many = whole.substr(0, whole.size() - 2);
+  for (int i = 0; i < 5000; ++i) many += scan.substr(0, scan.size() - 2);
+  many += "\xFF\xD9";
+  const Result<Frame> frame = DecodeImage(Bytes(many.begin(), many.end()));
+  ASSERT_FALSE(frame);
+  EXPECT_THAT(frame.error().message, HasSubstr("scans, and at most 100 are read"));
+}
+
+TEST(ImageFile, RefusesMorePixelsThanItsBytesCanHold) {
+  Bytes jpeg = Encode(TwoColours(80, 40), ".jpg");
+  const std::array<std::uint8_t, 2> frame = {0xFF, 0xC0};
+  const auto at = std::search(jpeg.begin(), jpeg.end(), frame.begin(), frame.end());
+  ASSERT_NE(at, jpeg.end());
+  std::fill_n(at + 5, 4, std::uint8_t{0x30});  // 12336 x 12336
+  for (const Bytes& bytes : {jpeg, HugePngHeader(12336, 12336)}) {
+    Bytes ended = bytes;
+    const Bytes end = {'I', 'E', 'N', 'D', 0xAE, 0x42, 0x60, 0x82};
+    ended.insert(ended.end(), 4, 0);
+    ended.insert(ended.end(), end.begin(), end.end());
+    const Result<Frame> read = DecodeImage(ended);
+    ASSERT_FALSE(read);
+    EXPECT_THAT(read.error().message, HasSubstr("bytes can hold"));
+  }
+}
+
+TEST(ImageFile, LeavesTextsInAPngPacked) {
+  Bytes png = Encode(TwoColours(80, 40), ".png");
+  // A text whose check sum is wrong: a decoder that looked at it would refuse the picture or warn.
+  const Bytes text = {0, 0, 0, 4, 'z', 'T', 'X', 't', 'a', 0, 0, 'b', 1, 2, 3, 4};
+  png.insert(png.begin() + 33, text.begin(), text.end());
+  testing::internal::CaptureStderr();
+  EXPECT_TRUE(DecodeImage(png));
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
 TEST(ImageFile, RefusesImpossibleSizes) {
   EXPECT_FALSE(ReadImageHeader(HugePngHeader(0, 100)));
   EXPECT_FALSE(ReadImageHeader(HugePngHeader(0xFFFFFFFF, 1)));
@@ -125,7 +166,7 @@ TEST(ImageFile, SurvivesEveryTruncationAndManyCorruptions) {
 TEST(ImageFile, ErrorsNameTheFileAndTheReason) {
   EXPECT_THAT(ReadImageFile("/nowhere/photo.jpg").error().message,
               HasSubstr("photo /nowhere/photo.jpg: "));
-  EXPECT_THAT(ReadImageFile("/").error().message, HasSubstr("not a file"));
+  EXPECT_THAT(ReadImageFile("/").error().message, HasSubstr("not a regular file"));
   const std::array<std::uint8_t, 4> text = {'G', 'I', 'F', '8'};
   EXPECT_THAT(DecodeImage(text).error().message, HasSubstr("neither a JPEG nor a PNG"));
   EXPECT_THAT(DecodeImage({}).error().message, HasSubstr("empty"));

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "machine/file_bytes.h"
 #include "machine/frame_check.h"
 #include "machine/frame_files.h"
 #include "machine/host_clock.h"
@@ -65,22 +65,12 @@ class ImageFolder final : public FrameSource {
     const fs::path path = folder_ / names_[next_];
     CapturedFrame frame;
     frame.sequence = next_++;
-    std::error_code error;
-    const auto size = fs::file_size(path, error);
-    if (error || size > most_bytes_) {
-      return Fail(fmt::format("picture '{}': {}", path.string(),
-                              error ? error.message()
-                                    : fmt::format("{} bytes, more than the {} that are read", size,
-                                                  most_bytes_)),
+    auto bytes = ReadFileBytes(path, static_cast<std::int64_t>(most_bytes_));
+    if (!bytes) {
+      return Fail(fmt::format("picture '{}': {}", path.string(), bytes.error().message),
                   ErrorKind::kMeasurement);
     }
-    std::ifstream file(path, std::ios::binary);
-    frame.image.resize(size);
-    file.read(reinterpret_cast<char*>(frame.image.data()), static_cast<std::streamsize>(size));
-    if (!file) {
-      return Fail(fmt::format("picture '{}': cannot be read; check its permissions", path.string()),
-                  ErrorKind::kMeasurement);
-    }
+    frame.image = std::move(*bytes);
     frame.arrival_s = HostNow();
     checker_.Check(frame);
     return frame;

@@ -13,17 +13,15 @@ extern "C" {
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "machine/video_input.h"
+
 namespace trammel::machine {
 namespace {
 
-struct CloseFormat {
-  void operator()(AVFormatContext* p) const { avformat_close_input(&p); }
-};
 struct FreeCodec {
   void operator()(AVCodecContext* p) const { avcodec_free_context(&p); }
 };
@@ -36,12 +34,6 @@ struct FreePacket {
 struct FreeScaler {
   void operator()(SwsContext* p) const { sws_freeContext(p); }
 };
-
-std::string Explain(int error) {
-  std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
-  av_strerror(error, text.data(), text.size());
-  return text.data();
-}
 
 tl::unexpected<Error> Broken(const std::filesystem::path& path, const std::string& what) {
   return Fail(fmt::format("video '{}': {}", path.string(), what), ErrorKind::kMeasurement);
@@ -63,59 +55,23 @@ AVPixelFormat WithoutRange(AVPixelFormat format) {
   }
 }
 
-/// What is wrong with the file before any frame is read; empty where nothing is. `unfinished` tells
-/// a recording whose recorder was killed.
-std::string Inspect(const std::filesystem::path& path, bool& unfinished) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (error || !std::filesystem::exists(status)) {
-    return "there is no such file; record the line again or correct its name in scan.json";
-  }
-  if (!std::filesystem::is_regular_file(status)) {
-    return "this is not a regular file; name a video file";
-  }
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) {
-    return fmt::format("its size cannot be read: {}", error.message());
-  }
-  if (size == 0) {
-    return "the file is empty (0 bytes); record the line again";
-  }
-  std::ifstream stream(path, std::ios::binary);
-  std::array<unsigned char, 8> head{};
-  if (!stream.read(reinterpret_cast<char*>(head.data()), head.size())) {
-    return fmt::format("cannot be read beyond its first bytes ({} in all); check its permissions",
-                       size);
-  }
-  if (head[0] == 'R' && head[1] == 'I' && head[2] == 'F' && head[3] == 'F') {
-    const std::uintmax_t riff = head[4] + (std::uintmax_t{head[5]} << 8) +
-                                (std::uintmax_t{head[6]} << 16) + (std::uintmax_t{head[7]} << 24);
-    // A recorder that was killed leaves 0 or all ones here; those say nothing.
-    unfinished = riff == 0xFFFFFFFF || riff == 0;
-    if (riff != 0xFFFFFFFF && riff + 8 > size) {
-      return fmt::format(
-          "truncated: its header announces {} bytes, there are {}; copy it again or record again",
-          riff + 8, size);
-    }
-  }
-  return {};
-}
-
 }  // namespace
 
 struct VideoFile::State {
+  State(std::filesystem::path of, const VideoLimits& within, VideoInput from)
+      : path(std::move(of)), limits(within), input(std::move(from)) {}
+
   std::filesystem::path path;
   VideoLimits limits;
-  std::unique_ptr<AVFormatContext, CloseFormat> format;
+  VideoInput input;
   std::unique_ptr<AVCodecContext, FreeCodec> codec;
   std::unique_ptr<AVFrame, FreeFrame> decoded;
   std::unique_ptr<AVPacket, FreePacket> packet;
   std::unique_ptr<SwsContext, FreeScaler> scaler;
-  int stream = -1;
   int scaler_format = AV_PIX_FMT_NONE;
   bool drained = false;
-  bool unfinished = false;  ///< its recorder was killed; the last frame may be cut off
   std::size_t frames = 0;
+  double pixels = 0;  ///< of all frames
   std::vector<std::uint8_t> padded;
   Frame frame;
 
@@ -124,6 +80,8 @@ struct VideoFile::State {
   }
   Result<bool> Decode();
   Result<void> Feed();
+  Result<void> Drain();
+  Result<void> CheckPixels();
   Result<void> Convert();
 };
 
@@ -133,31 +91,19 @@ VideoFile& VideoFile::operator=(VideoFile&&) noexcept = default;
 VideoFile::~VideoFile() = default;
 
 Result<VideoFile> VideoFile::Open(const std::filesystem::path& path, const VideoLimits& limits) {
-  av_log_set_level(AV_LOG_QUIET);
-  auto state = std::make_unique<State>();
-  if (const std::string fault = Inspect(path, state->unfinished); !fault.empty()) {
-    return Broken(path, fault);
-  }
-  state->path = path;
-  state->limits = limits;
-  AVFormatContext* format = nullptr;
-  // The protocol is spelled out: a name such as "http:x" must stay a file's name.
-  const std::string url = "file:" + path.string();
-  if (const int error = avformat_open_input(&format, url.c_str(), nullptr, nullptr); error < 0) {
-    return Broken(path, fmt::format("not a video that can be read ({}); record it as MJPEG in AVI",
-                                    Explain(error)));
-  }
-  state->format.reset(format);
-  const AVCodec* codec = nullptr;
-  if (avformat_find_stream_info(format, nullptr) < 0 ||
-      (state->stream = av_find_best_stream(format, AVMEDIA_TYPE_VIDEO, -1, -1, &codec, 0)) < 0 ||
-      codec == nullptr) {
-    return Broken(path, "holds no video stream that can be decoded; record it as MJPEG in AVI");
-  }
-  const AVCodecParameters* parameters = format->streams[state->stream]->codecpar;
+  auto input = VideoInput::Open(path, limits.max_pixels);
+  if (!input) return Broken(path, input.error().message);
+  auto state = std::make_unique<State>(path, limits, std::move(*input));
+  const AVCodecParameters* parameters =
+      state->input.format()->streams[state->input.stream()]->codecpar;
   if (parameters->width > limits.max_width_px || parameters->height > limits.max_height_px) {
     return Broken(path, fmt::format("frames of {}x{} px; at most {}x{} are read", parameters->width,
                                     parameters->height, limits.max_width_px, limits.max_height_px));
+  }
+  const AVCodec* codec = avcodec_find_decoder(parameters->codec_id);
+  if (codec == nullptr) {
+    return Broken(path, fmt::format("libav has no decoder for '{}' here; record it as MJPEG",
+                                    avcodec_get_name(parameters->codec_id)));
   }
   state->codec.reset(avcodec_alloc_context3(codec));
   state->decoded.reset(av_frame_alloc());
@@ -170,43 +116,64 @@ Result<VideoFile> VideoFile::Open(const std::filesystem::path& path, const Video
   state->codec->max_pixels = static_cast<std::int64_t>(limits.max_pixels);
   if (const int error = avcodec_open2(state->codec.get(), codec, nullptr); error < 0) {
     return Broken(path, fmt::format("its codec '{}' cannot be opened ({}); record it as MJPEG",
-                                    codec->name, Explain(error)));
+                                    codec->name, ExplainLibav(error)));
   }
   return VideoFile(std::move(state));
 }
 
+/// Tells the decoder that there are no more packets.
+Result<void> VideoFile::State::Drain() {
+  drained = true;
+  avcodec_send_packet(codec.get(), nullptr);
+  return {};
+}
+
 /// Hands one packet of the stream to the decoder, or tells it that there are no more.
 Result<void> VideoFile::State::Feed() {
-  for (;;) {
-    const int read = av_read_frame(format.get(), packet.get());
-    if (read == AVERROR_EOF) {
-      drained = true;
-      avcodec_send_packet(codec.get(), nullptr);
-      return {};
-    }
-    if (read < 0) {
-      return Fault(fmt::format("reading after frame {} failed ({}); record the line again", frames,
-                               Explain(read)));
-    }
-    if (packet->stream_index != stream || packet->size == 0) {
-      av_packet_unref(packet.get());
-      continue;
-    }
-    const bool corrupt = (packet->flags & AV_PKT_FLAG_CORRUPT) != 0;
-    if (corrupt && unfinished) {
-      av_packet_unref(packet.get());
-      drained = true;
-      avcodec_send_packet(codec.get(), nullptr);
-      return {};
-    }
-    const int sent = corrupt ? AVERROR_INVALIDDATA : avcodec_send_packet(codec.get(), packet.get());
-    av_packet_unref(packet.get());
-    if (sent < 0) {
-      return Fault(fmt::format("frame {} is damaged or cut off ({}); record the line again",
-                               frames + 1, Explain(sent)));
-    }
-    return {};
+  const int read = input.Next(packet.get());
+  if (read == AVERROR_EOF) return Drain();
+  if (read < 0) {
+    return Fault(!input.fault().empty()
+                     ? input.fault()
+                     : fmt::format("reading after frame {} failed ({}); record the line again",
+                                   frames, ExplainLibav(read)));
   }
+  const bool corrupt = (packet->flags & AV_PKT_FLAG_CORRUPT) != 0;
+  if (corrupt && input.unfinished()) {
+    av_packet_unref(packet.get());
+    return Drain();
+  }
+  const auto cost = codec->codec_id == AV_CODEC_ID_MJPEG && !corrupt
+                        ? CheckMjpegFrame(*packet, limits.max_pixels)
+                        : Result<void>();
+  const int sent =
+      corrupt || !cost ? AVERROR_INVALIDDATA : avcodec_send_packet(codec.get(), packet.get());
+  av_packet_unref(packet.get());
+  if (!cost) return Fault(fmt::format("frame {}: {}", frames + 1, cost.error().message));
+  if (sent < 0) {
+    return Fault(fmt::format("frame {} is damaged or cut off ({}); record the line again",
+                             frames + 1, ExplainLibav(sent)));
+  }
+  return {};
+}
+
+/// Counts the pixels of the frames: a few bytes can stand for millions of them.
+Result<void> VideoFile::State::CheckPixels() {
+  pixels += static_cast<double>(decoded->width) * decoded->height;
+  if (pixels > limits.max_pixels_in_all) {
+    return Fault(
+        fmt::format("its first {} frames have more than {:.0f} megapixels in all; record "
+                    "one sweep per file, or with smaller frames",
+                    frames + 1, limits.max_pixels_in_all / 1e6));
+  }
+  const double spared = std::max(0.0, pixels - limits.pixels_for_nothing);
+  if (spared > limits.max_pixels_per_byte * static_cast<double>(input.bytes())) {
+    return Fault(
+        fmt::format("its first {} frames have {:.0f} megapixels from {} bytes, more than {:.0f} "
+                    "pixels a byte: nothing moves in them; record the line again",
+                    frames + 1, pixels / 1e6, input.bytes(), limits.max_pixels_per_byte));
+  }
+  return {};
 }
 
 /// Fills `decoded`; false at the end of the video.
@@ -225,7 +192,8 @@ Result<bool> VideoFile::State::Decode() {
     if (received < 0 || (decoded->flags & AV_FRAME_FLAG_CORRUPT) != 0 ||
         decoded->decode_error_flags != 0) {
       return Fault(fmt::format("frame {} is damaged or cut off ({}); record the line again",
-                               frames + 1, received < 0 ? Explain(received) : "decoder's flag"));
+                               frames + 1,
+                               received < 0 ? ExplainLibav(received) : "decoder's flag"));
     }
     return true;
   }
@@ -233,6 +201,7 @@ Result<bool> VideoFile::State::Decode() {
 
 /// `decoded` -> `frame`, BGR.
 Result<void> VideoFile::State::Convert() {
+  if (auto few = CheckPixels(); !few) return few;
   const int width = decoded->width;
   const int height = decoded->height;
   if (width < 1 || height < 1 || width > limits.max_width_px || height > limits.max_height_px ||
@@ -277,7 +246,8 @@ Result<void> VideoFile::State::Convert() {
   const std::int64_t stamp = decoded->best_effort_timestamp;
   frame.time_s.reset();
   if (stamp != AV_NOPTS_VALUE) {
-    frame.time_s = static_cast<double>(stamp) * av_q2d(format->streams[stream]->time_base);
+    frame.time_s =
+        static_cast<double>(stamp) * av_q2d(input.format()->streams[input.stream()]->time_base);
   }
   return {};
 }

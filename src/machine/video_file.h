@@ -15,11 +15,14 @@ struct VideoLimits {
   int max_height_px = 16384;            ///< of one frame, >= 1
   std::size_t max_pixels = 50'000'000;  ///< of one frame; a decoded frame takes 3 bytes a pixel
   std::size_t max_frames = 100'000;     ///< in the file
+  double max_pixels_in_all = 20e9;      ///< of all frames: 80 s of 4K with 30 frames/s
+  double max_pixels_per_byte = 2000;    ///< of the file, beyond the first pixels_for_nothing
+  double pixels_for_nothing = 1e9;
 };
 
-/// Decodes the first video stream of a file (anything libav reads; MJPEG in AVI is what cameras on
-/// printers write). The file is not believed: a frame count in its header is never used, and a
-/// damaged frame is an error rather than a picture.
+/// Decodes the first video stream of a file (see video_input.h; MJPEG in AVI is what cameras on
+/// printers write). The file is not believed: a frame count in its header is never used, no other
+/// file is opened for it, and a damaged frame is an error rather than a picture.
 ///
 /// Opening sets libav's log level to quiet for the whole process, the one global libav offers.
 class VideoFile {

@@ -5,29 +5,20 @@ extern "C" {
 
 #include <fmt/format.h>
 
-#include <array>
-#include <string>
+#include <optional>
 #include <utility>
 
 #include "machine/frame_check.h"
 #include "machine/frame_files.h"
 #include "machine/host_clock.h"
+#include "machine/video_input.h"
 
 namespace trammel::machine {
 namespace {
 
-struct CloseFormat {
-  void operator()(AVFormatContext* p) const { avformat_close_input(&p); }
-};
 struct FreePacket {
   void operator()(AVPacket* p) const { av_packet_free(&p); }
 };
-
-std::string Explain(int error) {
-  std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
-  av_strerror(error, text.data(), text.size());
-  return text.data();
-}
 
 class VideoFrames final : public FrameSource {
  public:
@@ -37,9 +28,8 @@ class VideoFrames final : public FrameSource {
   Result<void> Open();
   Result<std::optional<CapturedFrame>> Next(double time_limit_s, std::stop_token stop) override;
   [[nodiscard]] std::string Describe() const override {
-    return fmt::format("video {}, {}x{} px", path_.string(),
-                       format_->streams[stream_]->codecpar->width,
-                       format_->streams[stream_]->codecpar->height);
+    const AVCodecParameters* parameters = Stream().codecpar;
+    return fmt::format("video {}, {}x{} px", path_.string(), parameters->width, parameters->height);
   }
   [[nodiscard]] bool live() const override { return false; }
 
@@ -48,29 +38,24 @@ class VideoFrames final : public FrameSource {
     return Fail(fmt::format("video '{}': {}", path_.string(), what), ErrorKind::kMeasurement);
   }
 
+  [[nodiscard]] const AVStream& Stream() const {
+    return *input_->format()->streams[input_->stream()];
+  }
+
   std::filesystem::path path_;
   std::size_t most_bytes_;
-  std::unique_ptr<AVFormatContext, CloseFormat> format_;
+  std::optional<VideoInput> input_;
   std::unique_ptr<AVPacket, FreePacket> packet_;
-  int stream_ = -1;
   std::uint64_t frames_ = 0;
   FrameChecker checker_;
 };
 
 Result<void> VideoFrames::Open() {
-  av_log_set_level(AV_LOG_QUIET);
-  AVFormatContext* format = nullptr;
-  // The protocol is spelled out: a name such as "http:x" must stay a file's name.
-  const std::string url = "file:" + path_.string();
-  if (const int error = avformat_open_input(&format, url.c_str(), nullptr, nullptr); error < 0) {
-    return Broken(fmt::format("not a video that can be read ({})", Explain(error)));
-  }
-  format_.reset(format);
-  if (avformat_find_stream_info(format, nullptr) < 0 ||
-      (stream_ = av_find_best_stream(format, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0)) < 0) {
-    return Broken("holds no video");
-  }
-  const AVCodecID codec = format->streams[stream_]->codecpar->codec_id;
+  constexpr std::size_t kMostPixels = 50'000'000;  // that DecodeFrame() reads
+  auto input = VideoInput::Open(path_, kMostPixels);
+  if (!input) return Broken(input.error().message);
+  input_.emplace(std::move(*input));
+  const AVCodecID codec = Stream().codecpar->codec_id;
   if (codec != AV_CODEC_ID_MJPEG) {
     return Broken(
         fmt::format("holds {} rather than MJPEG; convert it with: ffmpeg -i IN -c:v mjpeg "
@@ -81,39 +66,35 @@ Result<void> VideoFrames::Open() {
 }
 
 Result<std::optional<CapturedFrame>> VideoFrames::Next(double, std::stop_token stop) {
-  for (;;) {
-    if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
-    const int read = av_read_frame(format_.get(), packet_.get());
-    if (read == AVERROR_EOF) {
-      if (frames_ == 0) return Broken("holds no frames");
-      return std::nullopt;
-    }
-    if (read < 0) {
-      return Broken(fmt::format("reading after frame {} failed ({})", frames_, Explain(read)));
-    }
-    const auto size = static_cast<std::size_t>(packet_->size);
-    if (packet_->stream_index != stream_ || size == 0) {
-      av_packet_unref(packet_.get());
-      continue;
-    }
-    if (size > most_bytes_) {
-      return Broken(fmt::format("frame {} has {} bytes, more than the {} that are read",
-                                frames_ + 1, size, most_bytes_));
-    }
-    CapturedFrame frame;
-    frame.arrival_s = HostNow();
-    frame.image.assign(packet_->data, packet_->data + size);
-    const std::int64_t stamp = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
-    if (stamp != AV_NOPTS_VALUE) {
-      frame.captured =
-          CameraTime{static_cast<double>(stamp) * av_q2d(format_->streams[stream_]->time_base),
-                     CameraClock::kRecording};
-    }
-    frame.sequence = frames_++;
-    av_packet_unref(packet_.get());
-    checker_.Check(frame);
-    return frame;
+  if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
+  const int read = input_->Next(packet_.get());
+  if (read == AVERROR_EOF) {
+    if (frames_ == 0) return Broken("holds no frames");
+    return std::nullopt;
   }
+  if (read < 0) {
+    return Broken(!input_->fault().empty() ? input_->fault()
+                                           : fmt::format("reading after frame {} failed ({})",
+                                                         frames_, ExplainLibav(read)));
+  }
+  const auto size = static_cast<std::size_t>(packet_->size);
+  if (size > most_bytes_) {
+    av_packet_unref(packet_.get());
+    return Broken(fmt::format("frame {} has {} bytes, more than the {} that are read", frames_ + 1,
+                              size, most_bytes_));
+  }
+  CapturedFrame frame;
+  frame.arrival_s = HostNow();
+  frame.image.assign(packet_->data, packet_->data + size);
+  const std::int64_t stamp = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
+  if (stamp != AV_NOPTS_VALUE) {
+    frame.captured = CameraTime{static_cast<double>(stamp) * av_q2d(Stream().time_base),
+                                CameraClock::kRecording};
+  }
+  frame.sequence = frames_++;
+  av_packet_unref(packet_.get());
+  checker_.Check(frame);
+  return frame;
 }
 
 }  // namespace
