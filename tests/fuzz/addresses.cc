@@ -1,0 +1,30 @@
+// Addresses of printers and of cameras, as people and servers write them.
+#include <string>
+
+#include "fuzz.h"
+#include "machine/camera_url.h"
+#include "machine/moonraker_address.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trammel;
+  const std::string text(fuzz::Text(data, size));
+  (void)machine::IsHttpUrl(text);
+  const auto url = machine::ParseCameraUrl(text);
+  if (fuzz::Good(url)) {
+    const auto again = machine::ParseCameraUrl(url->ToString());
+    fuzz::Require(fuzz::Good(again), "a camera's address can be read as it is shown");
+    fuzz::Require(again->host == url->host && again->port == url->port, "and names the same place");
+  }
+  const auto address = machine::ParseMoonrakerAddress(text);
+  if (!fuzz::Good(address)) return 0;
+  const auto again = machine::ParseMoonrakerAddress(address->WebSocketUrl());
+  fuzz::Require(fuzz::Good(again), "a printer's address can be read as it is shown");
+  fuzz::Require(again->host == address->host && again->port == address->port &&
+                    again->unix_path == address->unix_path,
+                "and names the same place");
+  if (address->transport != machine::Transport::kUnix) {
+    (void)address->HttpUrl();
+    (void)address->Authority();
+  }
+  return 0;
+}

@@ -1,0 +1,13 @@
+// The result of an alignment, read again for a correction.
+#include "store/alignment_result.h"
+
+#include "fuzz.h"
+#include "memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trammel;
+  static const fuzz::MemoryFile file("file.json");
+  file.Write(fuzz::Text(data, size));
+  (void)fuzz::Good(store::ReadAlignmentResult(file.path()));
+  return 0;
+}

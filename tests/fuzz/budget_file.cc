@@ -1,0 +1,13 @@
+// The scene of an uncertainty budget.
+#include "store/budget_file.h"
+
+#include "fuzz.h"
+#include "memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trammel;
+  static const fuzz::MemoryFile file("file.json");
+  file.Write(fuzz::Text(data, size));
+  (void)fuzz::Good(store::ReadBudgetFile(file.path()));
+  return 0;
+}

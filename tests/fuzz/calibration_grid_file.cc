@@ -1,0 +1,13 @@
+// Pictures' points of a calibration grid.
+#include "store/calibration_grid_file.h"
+
+#include "fuzz.h"
+#include "memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trammel;
+  static const fuzz::MemoryFile file("file.json");
+  file.Write(fuzz::Text(data, size));
+  (void)fuzz::Good(store::ReadCalibrationGrid(file.path()));
+  return 0;
+}

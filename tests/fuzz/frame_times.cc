@@ -1,0 +1,12 @@
+// The times of a recording's frames.
+#include "fuzz.h"
+#include "machine/video_writer.h"
+#include "memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trammel;
+  static const fuzz::MemoryFile file("line.times");
+  file.Write(fuzz::Text(data, size));
+  (void)fuzz::Good(machine::ReadFrameTimes(file.path()));
+  return 0;
+}

@@ -1,0 +1,13 @@
+// The history of tool offsets.
+#include "store/offset_history.h"
+
+#include "fuzz.h"
+#include "memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trammel;
+  static const fuzz::MemoryFile file("offsets.jsonl");
+  file.Write(fuzz::Text(data, size));
+  (void)fuzz::Good(store::ReadOffsetChanges(file.path()));
+  return 0;
+}

@@ -1,0 +1,68 @@
+// Runs a fuzz target over files, without libFuzzer: what the ordinary tests do with each corpus.
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "fuzz.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> FilesOf(const fs::path& place) {
+  if (!fs::is_directory(place)) return {place};
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(place)) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::string BytesOf(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  trammel::fuzz::Require(file.good(), "an input of the corpus can be read");
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+void Run(std::string_view bytes) {
+  // A copy of exactly this size: a sanitizer sees each byte that is read beyond it.
+  const std::vector<std::uint8_t> copy(bytes.begin(), bytes.end());
+  LLVMFuzzerTestOneInput(copy.data(), copy.size());
+}
+
+/// Each input, and what is left of it when a connection or a copy breaks off.
+int Replay(const fs::path& place) {
+  constexpr std::size_t kCuts = 16;
+  int inputs = 0;
+  for (const fs::path& path : FilesOf(place)) {
+    std::printf("%s\n", path.c_str());
+    std::fflush(stdout);  // names the input where the next lines end the process
+    const std::string bytes = BytesOf(path);
+    Run(bytes);
+    for (std::size_t cut = 0; cut < kCuts; ++cut) {
+      Run(std::string_view(bytes).substr(0, bytes.size() * cut / kCuts));
+    }
+    ++inputs;
+  }
+  return inputs;
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  try {
+    int inputs = 0;
+    for (int i = 1; i < count; ++i) inputs += Replay(arguments[i]);
+    std::printf("%d inputs\n", inputs);
+    return inputs > 0 ? 0 : 1;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "escaped: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,15 @@
+// Stands in for connections to Moonraker and Klipper: linked in place of
+// machine/moonraker_connection.cc. All on the caller's thread.
+#pragma once
+
+#include <string_view>
+
+namespace trammel::fuzz {
+
+/// What the peer of the next connection sends, a message a line. A line that begins with "=" is an
+/// answer: the rest of an object, behind the id of the oldest call that has none yet. An empty line
+/// ends what comes now: the next lines come with the next call. "!" alone breaks the link.
+/// Must outlive the connection.
+void SetMessages(std::string_view lines);
+
+}  // namespace trammel::fuzz

@@ -1,0 +1,13 @@
+// Stands in for TCP connections: linked in place of machine/byte_stream.cc and machine/wait_fd.cc.
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+namespace trammel::fuzz {
+
+/// What the other side of every following connection sends, and then closes. Must outlive them. A
+/// read brings at most `piece` bytes (0: one line), and waits end at once.
+void SetStream(std::string_view bytes, std::size_t piece);
+
+}  // namespace trammel::fuzz

@@ -1,0 +1,27 @@
+// Recorded taps as JSON or JSON lines, and what the analysis makes of whatever they hold.
+#include <cmath>
+
+#include "fuzz.h"
+#include "store/tap_file.h"
+#include "tap/analyse.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trammel;
+  const auto taps = store::ParseTaps(fuzz::Text(data, size), "taps.json");
+  if (!fuzz::Good(taps)) return 0;
+  fuzz::Require(!taps->empty(), "a file that can be read holds a tap");
+  for (const tap::Recording& recording : *taps) {
+    const std::string line = store::FormatTap(recording);
+    const auto again = store::ParseTaps(line, "taps.jsonl");
+    fuzz::Require(fuzz::Good(again), "a tap that was written can be read");
+    fuzz::Require(store::FormatTap(again->front()) == line, "a tap reads back as it was written");
+    for (const tap::Method method : {tap::Method::kContact, tap::Method::kTwoLine}) {
+      tap::TapOptions options;
+      options.method = method;
+      const tap::TapAnalysis result = tap::TapAnalyser(options).Analyse(recording.View());
+      fuzz::Require((result.verdict == Verdict::kGood) == std::isfinite(result.contact_z_mm),
+                    "a tap has a contact exactly where its verdict is good");
+    }
+  }
+  return 0;
+}

@@ -1,0 +1,17 @@
+// A recording's video.
+#include "machine/video_file.h"
+
+#include "fuzz.h"
+#include "memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trammel;
+  static const fuzz::MemoryFile file("line.avi");
+  file.Write(fuzz::Text(data, size));
+  auto video = machine::VideoFile::Open(file.path());
+  if (!fuzz::Good(video)) return 0;
+  for (;;) {
+    const auto frame = video->Next();
+    if (!fuzz::Good(frame) || *frame == nullptr) return 0;
+  }
+}

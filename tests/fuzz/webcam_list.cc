@@ -1,0 +1,21 @@
+// A server's list of webcams: the printer's address, then the answer.
+#include "machine/webcam_list.h"
+
+#include <nlohmann/json.hpp>
+
+#include "fuzz.h"
+#include "machine/camera_url.h"
+#include "machine/moonraker_address.h"
+#include "machine/printer.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trammel;
+  const auto parts = fuzz::Parts(fuzz::Text(data, size), 2);
+  auto address = machine::ParseMoonrakerAddress(parts[0]);
+  if (!address) address = machine::ParseMoonrakerAddress("localhost");
+  const auto answer = nlohmann::json::parse(parts[1], nullptr, false);
+  for (const machine::Webcam& webcam : machine::ReadWebcams(answer, *address)) {
+    (void)fuzz::Good(machine::ParseCameraUrl(webcam.stream_url));
+  }
+  return 0;
+}
