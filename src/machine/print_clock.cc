@@ -1,7 +1,6 @@
 #include "machine/print_clock.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -12,8 +11,9 @@
 namespace trammel::machine {
 namespace {
 
-constexpr double kUnknown_s = 1000;  // ± where the samples leave one side open
-constexpr double kSlowest = 0.05;    // of a server whose time is not ours
+constexpr double kUnknown_s = 1000;   // ± where the samples leave one side open
+constexpr double kRoughest_s = 0.01;  // error of a reading that still is one
+constexpr double kSlowest = 0.05;     // of a server whose time is not ours
 constexpr double kFastest = 200;
 constexpr std::size_t kUpdates = 100;
 constexpr std::size_t kUpdatesForPeriod = 12;
@@ -124,17 +124,38 @@ ClockLine Middle(const Polygon& polygon, const std::vector<Reading>& readings) {
   return line;
 }
 
+/// The lines that agree with readings that may be rough: a busy server tells a print time that is
+/// older than its message. Where lines agree only beyond half of the usual slack, the error lies on
+/// one side: the true line may ask for all that the best one shares between both, and for as much
+/// as the fastest message hides. Four times the best line's slack keeps the set around the true
+/// one.
+Polygon AgreeingRoughly(const std::vector<Reading>& readings, double slowest, double fastest,
+                        double slack_s) {
+  if (!Agreeing(readings, slowest, fastest, 0.5 * slack_s).empty()) {
+    return Agreeing(readings, slowest, fastest, slack_s);
+  }
+  for (double least_s = slack_s; least_s <= kRoughest_s; least_s *= 2) {
+    if (!Agreeing(readings, slowest, fastest, least_s).empty()) {
+      return Agreeing(readings, slowest, fastest, 4 * least_s);
+    }
+  }
+  return {};
+}
+
 /// REQUIRES at least one reading. Forgets from the oldest on until some line agrees.
 ClockLine Fit(std::vector<Reading> readings, const PrintClockOptions& options) {
   const double drift = options.max_drift;
-  const std::array<std::pair<double, double>, 3> rates = {
-      {{1 - drift, 1 + drift}, {1 - 10 * drift, 1 + 10 * drift}, {kSlowest, kFastest}}};
+  const double slack_s = options.reading_slack_s;
   for (;;) {
-    for (const auto& [slowest, fastest] : rates) {
-      const Polygon polygon = Agreeing(readings, slowest, fastest, options.reading_slack_s);
+    for (const double off : {drift, 10 * drift}) {
+      const Polygon polygon = AgreeingRoughly(readings, 1 - off, 1 + off, slack_s);
       if (!polygon.empty()) {
         return Middle(polygon, readings);
       }
+    }
+    const Polygon polygon = Agreeing(readings, kSlowest, kFastest, slack_s);
+    if (!polygon.empty()) {
+      return Middle(polygon, readings);
     }
     readings.erase(readings.begin(),
                    readings.begin() + static_cast<std::ptrdiff_t>((readings.size() + 3) / 4));

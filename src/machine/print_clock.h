@@ -29,7 +29,9 @@ struct PrintClockOptions {
   /// Of two crystals against each other, with time slewing; where no line within it agrees, ten
   /// times as much is allowed, then any rate.
   double max_drift = 1.5e-4;
-  double reading_slack_s = 3e-4;  ///< jitter of estimated_print_time itself (0.12 ms observed)
+  /// Jitter of estimated_print_time itself (0.12 ms observed). Where no line agrees, more is
+  /// allowed before another rate is: up to 10 ms of a server that is kept from its processor.
+  double reading_slack_s = 3e-4;
 };
 
 /// Keeps, for each clock, the set of all straight lines that no sample contradicts: a time was read
