@@ -53,6 +53,7 @@ void MachineHost::With(const std::function<void(VirtualKlipper&)>& function) con
 MachineView MachineHost::At(double monotonic_s) const {
   const std::lock_guard lock(mutex_);
   const double time_s = MachineTime(monotonic_s);
+  klipper_->Advance(time_s);
   const HeadState head = klipper_->TrueHead(time_s);
   const History& history = klipper_->history();
   return {head.position.x_mm,

@@ -30,6 +30,8 @@ class MachineHost final : public MachineSource {
   MachineHost(MachineOptions options, double start_s);
   ~MachineHost() override;
 
+  /// Lets the machine live up to that moment first: what was seen once stays so, however late the
+  /// server comes to its next command.
   [[nodiscard]] MachineView At(double monotonic_s) const override;
   /// Rebuilt where beads were finished, at most every two seconds while more are being laid.
   /// Starting to print a file cleans the plate.

@@ -32,6 +32,18 @@ TEST(MachineHost, ShowsWhereTheHeadReallyIsAndWhatShines) {
   EXPECT_NEAR(view.x_mm - host.At(time_s - 0.5).x_mm, 0.5 * 400 / 60, 1e-6);
 }
 
+TEST(MachineHost, WhatWasSeenOnceStaysSoHoweverLateTheServerComes) {
+  const MachineHost host(MachineOptions{}, 1000);
+  double time_s = 1000;
+  Play(host, time_s, 40, "G28\nG1 X100 Y50 Z18 F6000\nM400");
+  // The camera looks while the server is kept from its processor for half a second; then a move
+  // comes.
+  const MachineView seen = host.At(time_s + 0.5);
+  Play(host, time_s, 2, "G1 X130 F400");
+  EXPECT_DOUBLE_EQ(host.At(1040.5).x_mm, seen.x_mm);
+  EXPECT_GT(host.At(1042).x_mm, seen.x_mm + 1);
+}
+
 TEST(MachineHost, TheBedHoldsWhatWasPrintedAndNothingElse) {
   MachineOptions options;
   options.seed = 11;

@@ -21,9 +21,9 @@ namespace trammel::sim {
 namespace {
 
 constexpr std::size_t kMostClients = 8;
-constexpr double kPatienceS = 30;    // with a client that takes no answer
-constexpr double kLongestAgoS = 60;  // that a client may ask for
-constexpr double kFurthestAheadS = 10;
+constexpr double kPatienceS = 30;        // with a client that takes no answer
+constexpr double kLongestAgoS = 60;      // that a client may ask for
+constexpr double kFurthestAheadS = 0.1;  // the end of an exposure; what was seen has happened
 
 class Serving final : public MachineLink {
  public:

@@ -11,8 +11,8 @@
 namespace trammel::sim {
 
 /// The printer's end. Answers from threads of its own, one for each of at most eight clients at a
-/// time; who asks nonsense, or for a time that is not now (from a minute ago to ten seconds ahead),
-/// is cut off.
+/// time; who asks nonsense, or for a time that is not now (from a minute ago to a tenth of a second
+/// ahead), is cut off.
 class MachineLink {
  public:
   /// @param path  A new socket, for this user alone; removed at the end.

@@ -105,6 +105,9 @@ class VirtualKlipper {
   /// so that it does not matter how often this is called.
   void Advance(double now_s);
   [[nodiscard]] double now_s() const { return now_s_; }
+  /// The latest moment that Advance() was asked for, between two points of the grid: what the
+  /// status tells, as Klipper's does, of the moment it is asked at.
+  [[nodiscard]] double clock_s() const { return clock_s_; }
 
   /// Queues a script; its kScriptDone bears the number that is returned.
   std::uint64_t RunScript(const std::string& script);
@@ -221,6 +224,7 @@ class VirtualKlipper {
   KlipperConfig config_;
   KlipperFaults faults_;
   double now_s_ = 0;
+  double clock_s_ = 0;
   std::int64_t tick_ = 0;
   double epoch_s_ = 0;
   KlippyState state_ = KlippyState::kDisconnected;

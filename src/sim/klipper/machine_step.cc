@@ -20,6 +20,7 @@ constexpr double kUnblockS = 1;  // how long a script stays blocked after a shut
 }  // namespace
 
 void VirtualKlipper::Advance(double now_s) {
+  clock_s_ = std::max(clock_s_, now_s);
   while (static_cast<double>(tick_ + 1) * kTickS <= now_s) {
     now_s_ = static_cast<double>(++tick_) * kTickS;
     Step();

@@ -56,6 +56,17 @@ struct Bench {
   VirtualKlipper klipper;
 };
 
+TEST(VirtualKlipper, TellsThePrintTimeOfTheMomentItIsAskedAtNotOfItsGrid) {
+  Bench bench;
+  bench.Pass(5);
+  const double print_time_of_0_s = bench.klipper.PrintTimeAt(0);
+  for (const double time_s : {6.0005, 6.0019, 7.0031}) {
+    bench.klipper.Advance(time_s);
+    EXPECT_NEAR(ObjectStatus(bench.klipper, "toolhead")["estimated_print_time"].get<double>(),
+                print_time_of_0_s + time_s, 1e-9);
+  }
+}
+
 TEST(VirtualKlipper, AnswersMovesAtOnceAndBlocksWhenTheLookAheadIsFull) {
   Bench bench;
   ASSERT_TRUE(bench.Run("G28").done);

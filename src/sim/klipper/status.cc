@@ -30,7 +30,7 @@ Json Toolhead(const VirtualKlipper& machine) {
           {"axis_maximum", corner(config.axis_maximum_mm)},
           {"print_time", machine.motion().print_time_s()},
           {"stalls", 0},
-          {"estimated_print_time", machine.print_now_s()},
+          {"estimated_print_time", machine.PrintTimeAt(machine.clock_s())},
           {"extruder", "extruder"},
           {"position", machine.commanded_mm},
           {"max_velocity", machine.settings.max_velocity_mm_s},
@@ -41,7 +41,7 @@ Json Toolhead(const VirtualKlipper& machine) {
 }
 
 Json MotionReport(const VirtualKlipper& machine) {
-  const HeadState head = machine.motion().At(machine.print_now_s());
+  const HeadState head = machine.motion().At(machine.PrintTimeAt(machine.clock_s()));
   return {
       {"live_position", {head.position.x_mm, head.position.y_mm, head.position.z_mm, head.e_mm}},
       {"live_velocity", head.speed_mm_s},
