@@ -1,12 +1,16 @@
 #include <gtest/gtest.h>
+#include <pthread.h>
+#include <sched.h>
 
 #include <cmath>
+#include <thread>
 #include <vector>
 
 #include "base/frame.h"
 #include "base/measured.h"
 #include "base/random.h"
 #include "base/statistics.h"
+#include "base/thread_priority.h"
 
 namespace trammel {
 namespace {
@@ -80,6 +84,26 @@ TEST(Frame, CropLooksIntoTheSamePixelsAndStaysInside) {
   EXPECT_EQ(Crop(frame.view(), {2, 1, 2, 2}).row(0)[0], 99);
   EXPECT_THROW((void)Crop(frame.view(), {3, 0, 2, 1}), Bug);
   EXPECT_THROW((void)Crop(frame.view(), {-1, 0, 2, 1}), Bug);
+}
+
+TEST(ThreadPriority, RaisesTheCallingThreadAloneOrSaysWhyNot) {
+  const auto policy = [] {
+    int now = 0;
+    sched_param parameters{};
+    pthread_getschedparam(pthread_self(), &now, &parameters);
+    return now;
+  };
+  const int before = policy();
+  ThreadPriority fetching;
+  int while_fetching = 0;
+  std::thread([&] {
+    fetching = RaiseThisThread(ThreadUrgency::kFetching);
+    while_fetching = policy();
+  }).join();
+  EXPECT_EQ(policy(), before);
+  EXPECT_FALSE(fetching.text.empty());
+  EXPECT_EQ(while_fetching == SCHED_RR, fetching.text == "round robin");
+  EXPECT_EQ(!fetching.raised, fetching.text.find("LimitRTPRIO") != std::string::npos);
 }
 
 }  // namespace
