@@ -21,8 +21,9 @@ constexpr double kMostBadShare = 0.1;
 bool BreaksRhythm(const std::vector<double>& stamps) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < stamps.size(); ++i) steps.push_back(stamps[i] - stamps[i - 1]);
-  // The mean of the single steps: a median of stamps cut to milliseconds is too coarse for gaps.
-  const double about_s = Median(steps);
+  // The mean of the single steps: a median of stamps cut to milliseconds is too coarse for gaps,
+  // and lies beside them where most frames were lost.
+  const double about_s = Quantile(steps, 0.1);
   std::vector<double> single;
   for (const double step : steps) {
     if (step > 0.5 * about_s && step < 1.5 * about_s) single.push_back(step);
@@ -88,6 +89,58 @@ std::string CaptureFault(const SweepObservation& sweep, bool our_clock) {
   return {};
 }
 
+/// By how much each frame was stamped later than the others: a server that is kept from its
+/// processor, and stamps frames when it fetches them. Empty where the stamps show no rhythm (an
+/// exposure that varies), so that nothing can be said.
+std::vector<double> StampedLate(const std::vector<double>& stamps, double nominal_period_s) {
+  constexpr double kUneven_s = 0.006;
+  constexpr double kMostLost = 0.5;
+  TickOptions options;
+  options.nominal_period_s = nominal_period_s;
+  const TickFit fit = FitTicks(stamps, options);
+  const auto count = static_cast<double>(stamps.size());
+  if (fit.tick.empty() || fit.unevenness_s > kUneven_s ||
+      static_cast<double>(fit.lost) > kMostLost * count) {
+    return {};
+  }
+  const double usual_s = Median(fit.delay_s);
+  const double least_s = std::max(0.01, 6 * RobustStandardDeviation(fit.delay_s));
+  std::vector<double> late;
+  for (const double delay : fit.delay_s) {
+    late.push_back(delay - usual_s > least_s ? delay - usual_s : 0);
+  }
+  return late;
+}
+
+/// Marks the frames that were stamped late. Error: there are too many of them.
+Result<void> MarkStampedLate(const SweepObservation& sweep, std::size_t number,
+                             const SweepTimingOptions& options, FrameStamps& stamps) {
+  constexpr std::size_t kFewest = 20;
+  std::vector<double> sound;
+  std::vector<std::size_t> index;
+  for (std::size_t i = 0; i < stamps.frames.size(); ++i) {
+    if (!stamps.frames[i].note.empty()) continue;
+    sound.push_back(*sweep.frames[i].captured_s);
+    index.push_back(i);
+  }
+  if (sound.size() < kFewest) return {};
+  const std::vector<double> late = StampedLate(sound, 1 / options.nominal_frames_per_s);
+  std::size_t many = 0;
+  for (std::size_t k = 0; k < late.size(); ++k) {
+    if (late[k] == 0) continue;
+    ++many;
+    stamps.frames[index[k]].note = fmt::format(
+        "it was stamped {:.0f} ms late: the camera's computer is too busy", 1e3 * late[k]);
+  }
+  constexpr double kMostLate = 0.2;
+  if (static_cast<double>(many) <= kMostLate * static_cast<double>(sound.size())) return {};
+  return Fail(
+      fmt::format("sweep {}: {} of {} frames were stamped up to {:.0f} ms late: the "
+                  "camera's computer is too busy",
+                  number, many, sound.size(), 1e3 * *std::max_element(late.begin(), late.end())),
+      ErrorKind::kMeasurement);
+}
+
 /// The tenth-lowest delay and its standard error: near the least, but not at the mercy of one
 /// frame.
 std::pair<double, double> LowDelay(const std::vector<double>& delay) {
@@ -133,6 +186,10 @@ FrameStamps FromCaptureTimes(const SweepObservation& sweep, const SweepTimingOpt
     stamps.clock_sigma_s = captured->standard_uncertainty_s;
     const double away_s = sweep.captured_offset ? 0 : std::abs(last_s - session_middle_s);
     stamps.track_sigma_s = kStampSigma_s + options.clock_rate_error * away_s;
+    // What was measured for this sweep errs by itself.
+    if (sweep.captured_offset) {
+      stamps.track_sigma_s = std::hypot(stamps.track_sigma_s, stamps.clock_sigma_s);
+    }
   } else if (arrival) {
     offset_s += arrival->offset_s;
     stamps.clock_sigma_s = arrival->standard_uncertainty_s;
@@ -278,8 +335,11 @@ Result<std::vector<FrameStamps>> StampFrames(std::span<const SweepObservation> s
   };
   const double session_middle_s = 0.5 * (middle(sweeps.front()) + middle(sweeps.back()));
   std::vector<FrameStamps> stamps;
-  for (const SweepObservation& sweep : sweeps) {
-    stamps.push_back(FromCaptureTimes(sweep, options, session_middle_s));
+  for (std::size_t i = 0; i < sweeps.size(); ++i) {
+    stamps.push_back(FromCaptureTimes(sweeps[i], options, session_middle_s));
+    if (auto marked = MarkStampedLate(sweeps[i], i + 1, options, stamps.back()); !marked) {
+      return tl::unexpected(marked.error());
+    }
   }
   return stamps;
 }

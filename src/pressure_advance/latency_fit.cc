@@ -351,8 +351,8 @@ Result<LatencyFit> FitLatency(std::span<const ChangeTrack> tracks, const Latency
     const bool early = best_s < search.least_s;
     return Refuse(fmt::format(
         "the picture shows the motion {:.0f} ms {} than the clocks allow: frames would be taken "
-        "{:.0f} ms before their stamps, where {:.0f} … {:.0f} ms are possible. Are the offsets of "
-        "the clocks measured on these machines, and is this the right recording?",
+        "{:.0f} ms before their stamps, where {:.0f} … {:.0f} ms are possible; the camera's stamps "
+        "or the printer's clock are off by that much",
         1e3 * (early ? search.least_s - best_s : best_s - search.most_s),
         early ? "earlier" : "later", 1e3 * best_s, 1e3 * search.least_s, 1e3 * search.most_s));
   }

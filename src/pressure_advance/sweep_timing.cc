@@ -176,7 +176,11 @@ LatencySearch SearchRange(std::span<const SweepObservation> sweeps,
     return search;
   }
   constexpr double kSure = 3;
-  const double slack_s = kSure * stamps.front().clock_sigma_s + 0.002;
+  double clock_sigma_s = 0;
+  for (const FrameStamps& sweep : stamps) {
+    clock_sigma_s = std::max(clock_sigma_s, sweep.clock_sigma_s);
+  }
+  const double slack_s = kSure * clock_sigma_s + 0.002;
   search.least_s = -slack_s;
   search.most_s = options.longest_latency_s + slack_s;
   search.beyond_s = 1;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/statistics.h"
+#include "pressure_advance/lateness.h"
 #include "pressure_advance/sweep_motion.h"
 #include "support/sweep_world.h"
 
@@ -364,6 +365,82 @@ TEST_F(Faults, NorAreGapsOfManyFramesBetweenTimesCutToMilliseconds) {
   const SessionTiming timing = Match(Known::kCaptureOnly);
   ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
   EXPECT_TRUE(timing.notices.empty()) << timing.notices[0];
+}
+
+TEST_F(Faults, NorIsABusyCameraThatLosesMostOfItsFramesAndSendsTheRestLate) {
+  for (auto& sweep : observed_) {
+    std::vector<FrameObservation> kept;
+    double last_s = 0;
+    for (std::size_t i = 0; i < sweep.frames.size(); ++i) {
+      // Every other frame, and now and then two in a row; busy in the middle.
+      if (i % 7 != 3 && i % 2 == 1) continue;
+      FrameObservation frame = sweep.frames[i];
+      frame.captured_s = std::floor(*frame.captured_s * 1e3) / 1e3;
+      if (i > 40 && i < 100) frame.arrival_s += 0.18;
+      frame.arrival_s = last_s = std::max(last_s, frame.arrival_s);
+      if (kept.empty()) frame.change.reset();
+      kept.push_back(frame);
+    }
+    sweep.frames = std::move(kept);
+  }
+  const SessionTiming timing = Match();
+  ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
+  EXPECT_TRUE(timing.notices.empty()) << timing.notices[0];
+  EXPECT_TRUE(timing.sweeps[0].from_capture_times);
+  const Lateness lateness = MeasureLateness(observed_[0], 30);
+  EXPECT_NEAR(lateness.late_s, 0.2, 0.04);
+  EXPECT_GT(lateness.lost, lateness.frames / 2);
+  EXPECT_THAT(NameBusyComputer(lateness),
+              AllOf(HasSubstr("ms late and "), HasSubstr("never came"), HasSubstr("too busy")));
+}
+
+TEST_F(Faults, LeavesOutFramesThatWereStampedWhenTheyWereFetchedLate) {
+  // The camera's server had no processor for 150 ms, and stamped five frames at once.
+  auto& frames = observed_[1].frames;
+  for (std::size_t i = 70; i < 75; ++i) {
+    frames[i].captured_s = *frames[75].captured_s - 1e-3 * static_cast<double>(75 - i);
+    frames[i].arrival_s = std::max(frames[i].arrival_s, frames[75].arrival_s - 0.04);
+  }
+  for (std::size_t i = 75; i < frames.size(); ++i) {
+    frames[i].arrival_s = std::max(frames[i].arrival_s, frames[i - 1].arrival_s);
+  }
+  const SessionTiming timing = Match();
+  ASSERT_TRUE(timing.latency_s.good()) << timing.latency_s.reason();
+  EXPECT_EQ(timing.sweeps[1].frames[71].motion, FrameMotion::kUnplaced);
+  EXPECT_THAT(timing.sweeps[1].frames[71].note, HasSubstr("ms late: the camera's computer"));
+  EXPECT_EQ(timing.sweeps[1].frames[76].motion, FrameMotion::kSteady);
+  EXPECT_LT(WorstSteady(timing), kWithin_mm);
+}
+
+TEST_F(Faults, ACameraThatStampsMostlyLateIsNamedAsTooBusy) {
+  for (auto& sweep : observed_) {
+    auto& frames = sweep.frames;
+    for (std::size_t i = 0; i + 9 < frames.size(); i += 9) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        frames[i + k].captured_s = *frames[i + 4].captured_s - 1e-3 * static_cast<double>(4 - k);
+        frames[i + k].arrival_s = std::max(frames[i + k].arrival_s, *frames[i + k].captured_s);
+      }
+    }
+    for (std::size_t i = 1; i < frames.size(); ++i) {
+      frames[i].arrival_s = std::max(frames[i].arrival_s, frames[i - 1].arrival_s);
+    }
+  }
+  EXPECT_THAT(Reason(), AllOf(HasSubstr("sweep 1"), HasSubstr("stamped up to"),
+                              HasSubstr("computer is too busy")));
+}
+
+TEST_F(Faults, AMotionSeenAtAnotherTimeIsNotBlamedOnTheRecording) {
+  for (auto& sweep : observed_) {
+    for (auto& move : sweep.motion) move.start_s += 0.3;
+  }
+  EXPECT_THAT(Reason(), AllOf(HasSubstr("earlier than the clocks allow"),
+                              testing::Not(HasSubstr("recording"))));
+}
+
+TEST_F(Faults, ASteadyCameraOnAnIdleComputerIsNotNamed) {
+  EXPECT_EQ(NameBusyComputer(MeasureLateness(observed_[0], 30)), "");
+  // A camera in the dark that takes half of what it was asked for loses nothing.
+  EXPECT_EQ(NameBusyComputer(MeasureLateness(observed_[0], 60)), "");
 }
 
 TEST_F(Faults, LeavesOutASingleCaptureTimeThatJumpsBack) {
