@@ -1,6 +1,8 @@
 // One function per command group; each lives in app/<group>_command.cc.
 #pragma once
 
+#include <functional>
+
 #include "base/result.h"
 
 namespace CLI {
@@ -16,11 +18,16 @@ enum ExitCode {
   kExitNotTrusted = 2,
   kExitMachine = 3,
   kExitUnsafe = 4,
+  kExitBug = 70,
   kExitInterrupted = 130,
 };
 
 /// Prints the message to standard error and gives the exit code of its kind.
 int Report(const Error& error);
+
+/// Runs a command. What it throws, or was noted on a thread meanwhile (base/bug_note.h), is a bug:
+/// printed, with an exit code of its own; the machine was restored on the way.
+int ExitCodeOf(const std::function<int()>& command);
 
 /// Each Add…Command hangs its subcommands below `parent`; a callback stores its exit code in
 /// `exit_code`.

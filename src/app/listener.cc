@@ -9,6 +9,7 @@
 #include "app/analysis_output.h"
 #include "app/analysis_run.h"
 #include "app/calibration_run.h"
+#include "base/bug_note.h"
 
 namespace trammel::app {
 namespace {
@@ -91,7 +92,13 @@ void Listener::Answer(Call call) {
   lock.unlock();
   if (call == Call::kApply) return Show(Apply());
   if (worker_.joinable()) worker_.join();  // of the last calibration, which has ended
-  worker_ = std::jthread([this] { Calibrate(); });
+  worker_ = std::jthread([this] {
+    const auto bug = NoteBug([this] { Calibrate(); });
+    if (!bug) return;
+    (void)NoteBug([&] { Tell("no calibration: this is a bug in trammel: " + *bug); });
+    const std::lock_guard done(mutex_);
+    working_ = false;
+  });
 }
 
 void Listener::Calibrate() {

@@ -1,9 +1,5 @@
 // The command line. Each command group registers itself in its own file, app/*_command.cc.
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
-#include <cstdio>
-#include <exception>
 
 #include "app/align_commands.h"
 #include "app/align_metrology_commands.h"
@@ -49,13 +45,12 @@ int main(int argc, char** argv) {
   trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 
-  try {
-    cli.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return cli.exit(error) == 0 ? trammel::app::kExitGood : trammel::app::kExitUsage;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "trammel: this is a bug in trammel, please report it: {}\n", error.what());
-    return trammel::app::kExitUsage;
-  }
-  return exit_code;
+  return trammel::app::ExitCodeOf([&] {
+    try {
+      cli.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return cli.exit(error) == 0 ? trammel::app::kExitGood : trammel::app::kExitUsage;
+    }
+    return static_cast<trammel::app::ExitCode>(exit_code);
+  });
 }

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "app/commands.h"
+#include "base/bug_note.h"
 
 namespace trammel::app {
 
@@ -21,6 +22,18 @@ int Report(const Error& error) {
       return kExitInterrupted;
   }
   return kExitUsage;
+}
+
+int ExitCodeOf(const std::function<int()>& command) {
+  int code = kExitGood;
+  (void)NoteBug([&] { code = command(); });
+  const std::optional<std::string> bug = NotedBug();
+  if (!bug) return code;
+  // Not fmt::print, which throws where standard error is closed.
+  const std::string text =
+      fmt::format("trammel: this is a bug in trammel, please report it: {}\n", *bug);
+  std::fputs(text.c_str(), stderr);
+  return kExitBug;
 }
 
 }  // namespace trammel::app

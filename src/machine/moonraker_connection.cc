@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/bug_note.h"
 #include "machine/moonraker_link.h"
 
 namespace trammel::machine {
@@ -69,6 +70,22 @@ struct MoonrakerConnection::State {
     }
   }
 
+  /// Handles events until the context is stopped. A handler that throws ends the link, as a peer
+  /// that breaks off would, and not the process.
+  void Serve() {
+    while (const std::optional<std::string> bug = NoteBug([this] { io.run(); })) {
+      if (!link) continue;
+      asio::post(io, [this, bug] {
+        if (!link) return;
+        CloseLink();
+        if (ending) return;
+        events.on_down(
+            {ErrorKind::kMachine, fmt::format("a bug in trammel ended the connection to {}: {}",
+                                              address.WebSocketUrl(), *bug)});
+      });
+    }
+  }
+
   LinkEvents EventsForLink() {
     LinkEvents link_events;
     link_events.on_open = [this] {
@@ -109,7 +126,7 @@ struct MoonrakerConnection::State {
 MoonrakerConnection::MoonrakerConnection(MoonrakerAddress address, MoonrakerOptions options,
                                          ConnectionEvents events)
     : state_(std::make_unique<State>(std::move(address), std::move(options), std::move(events))) {
-  state_->thread = std::thread([state = state_.get()] { state->io.run(); });
+  state_->thread = std::thread([state = state_.get()] { state->Serve(); });
 }
 
 MoonrakerConnection::~MoonrakerConnection() {

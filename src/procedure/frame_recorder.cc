@@ -6,6 +6,7 @@
 #include <chrono>
 #include <utility>
 
+#include "base/bug_note.h"
 #include "base/thread_priority.h"
 #include "machine/host_clock.h"
 #include "machine/video_writer.h"
@@ -63,8 +64,18 @@ bool OnOurClock(const machine::CapturedFrame& frame) {
 FrameRecorder::FrameRecorder(machine::FrameSource& camera, double stall_s)
     : camera_(camera),
       stall_s_(stall_s),
-      store_([this](std::stop_token stop) { Store(stop); }),
-      fetch_([this](std::stop_token stop) { Fetch(stop); }) {}
+      store_([this](const std::stop_token& stop) { Guard([&] { Store(stop); }); }),
+      fetch_([this](const std::stop_token& stop) { Guard([&] { Fetch(stop); }); }) {}
+
+void FrameRecorder::Guard(const std::function<void()>& work) {
+  const auto bug = NoteBug(work);
+  if (!bug) return;
+  const std::lock_guard lock(mutex_);
+  storing_ = false;
+  failure_ =
+      Error{ErrorKind::kMachine, "a bug in trammel ended the reading of the camera: " + *bug};
+  changed_.notify_all();
+}
 
 void FrameRecorder::Fetch(const std::stop_token& stop) {
   const ThreadPriority priority = RaiseThisThread(ThreadUrgency::kFetching);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -73,6 +74,8 @@ class FrameRecorder {
     std::uint64_t number = 0;     // of all frames, from 1
     std::uint64_t recording = 0;  // that was under way; 0: none
   };
+  /// Runs a thread's work; what it throws is the recording's error.
+  void Guard(const std::function<void()>& work);
   void Fetch(const std::stop_token& stop);
   void HandOver(std::deque<Fetched>& fetched, std::unique_lock<std::mutex>& lock,
                 const std::stop_token& stop);

@@ -12,6 +12,8 @@
 #include <thread>
 #include <utility>
 
+#include "base/bug_note.h"
+#include "base/check.h"
 #include "machine/host_clock.h"
 
 namespace trammel::procedure {
@@ -154,6 +156,26 @@ TEST(FrameRecorder, ADiskThatFailsIsTheErrorAndTheCameraGoesOn) {
   EXPECT_EQ(frames.error().message, "the disk is full");
   EXPECT_TRUE(recorder.NextFrame(30, {}));
   EXPECT_FALSE(recorder.reader_priority().empty());
+}
+
+/// A camera whose driver has a bug.
+class BrokenCamera final : public machine::FrameSource {
+ public:
+  Result<std::optional<CapturedFrame>> Next(double, std::stop_token) override {
+    throw Bug("no picture is -1 px wide");
+  }
+  [[nodiscard]] std::string Describe() const override { return "camera broken"; }
+  [[nodiscard]] bool live() const override { return true; }
+};
+
+TEST(FrameRecorder, ABugInACameraIsTheRecordingsErrorAndNotTheProcesssEnd) {
+  BrokenCamera camera;
+  FrameRecorder recorder(camera, 5);
+  const auto frame = recorder.NextFrame(10, {});
+  ASSERT_FALSE(frame);
+  EXPECT_THAT(frame.error().message, AllOf(HasSubstr("a bug in trammel"), HasSubstr("-1 px wide")));
+  EXPECT_FALSE(recorder.End());
+  EXPECT_TRUE(NotedBug());
 }
 
 }  // namespace

@@ -22,6 +22,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/bug_note.h"
 #include "sim/camera_headers.h"
 
 namespace trammel::sim {
@@ -230,7 +231,11 @@ class Server final : public CameraHttp {
     }
     port_ = acceptor_.local_endpoint().port();
     Accept();
-    thread_ = std::thread([this] { io_.run(); });
+    // What a client's handler throws ends that client: nothing else goes on with it.
+    thread_ = std::thread([this] {
+      while (NoteBug([this] { io_.run(); })) {
+      }
+    });
     return {};
   }
 
@@ -276,7 +281,9 @@ class Server final : public CameraHttp {
       const CameraPart part = std::move(queue_.front().second);
       queue_.pop_front();
       const auto clients = hub_.clients;
-      for (const std::shared_ptr<Client>& client : clients) client->Offer(part);
+      for (const std::shared_ptr<Client>& client : clients) {
+        if (NoteBug([&] { client->Offer(part); })) client->Close();
+      }
       if (!queue_.empty()) Wait();
     });
   }

@@ -15,6 +15,8 @@
 #include <thread>
 #include <vector>
 
+#include "base/bug_note.h"
+#include "base/check.h"
 #include "sim/camera_test_client.h"
 #include "sim/eye_test_support.h"
 
@@ -415,6 +417,22 @@ TEST(CameraFault, BlackFramesAndAMissingLaserShowNoStripe) {
     EXPECT_TRUE(seen);
     EXPECT_TRUE(gone);
   }
+}
+
+TEST(CameraServer, AFrameThatCannotBeDrawnIsLostAndTheServerGoesOn) {
+  std::atomic<bool> broken = true;
+  std::atomic<int> asked = 0;
+  const auto server = Serve(Small(), [&](double time_s) {
+    ++asked;
+    if (broken) throw Bug("no machine");
+    return Still(time_s);
+  });
+  Client client(server->port(), "/?action=stream");
+  (void)client.ReadHead();
+  ASSERT_TRUE(Becomes([&] { return asked > 2; }));
+  broken = false;
+  EXPECT_TRUE(client.ReadPart());
+  EXPECT_TRUE(NotedBug());
 }
 
 TEST(CameraServer, NamesTheOptionThatIsOutOfBounds) {

@@ -14,6 +14,7 @@
 #include <utility>
 #include <variant>
 
+#include "base/bug_note.h"
 #include "sim/camera_http.h"
 #include "sim/unix_socket.h"
 
@@ -33,7 +34,7 @@ class Serving final : public MachineLink {
         listener_(std::move(listener)),
         machine_(std::move(machine)),
         world_(world),
-        thread_([this] { Listen(); }) {}
+        thread_([this] { (void)NoteBug([this] { Listen(); }); }) {}
   ~Serving() override {
     listener_.Shutdown();
     thread_.join();
@@ -59,8 +60,10 @@ class Serving final : public MachineLink {
       if (clients_.size() >= kMostClients) continue;
       Client& client = clients_.emplace_back(std::move(*accepted));
       client.thread = std::jthread([this, &client] {
-        while (AnswerNext(client.socket)) {
-        }
+        (void)NoteBug([&] {
+          while (AnswerNext(client.socket)) {
+          }
+        });
         client.socket.Shutdown();
         client.done = true;
       });

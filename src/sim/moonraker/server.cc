@@ -17,6 +17,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/bug_note.h"
 #include "sim/camera_http.h"
 #include "sim/moonraker/http_api.h"
 
@@ -251,7 +252,7 @@ struct PrinterServer::Sockets {
       if (!error && !hub.refuses()) {
         ErrorCode ignored;
         socket.set_option(Tcp::no_delay(true), ignored);
-        std::make_shared<HttpSession>(std::move(socket), hub)->Read();
+        (void)NoteBug([&] { std::make_shared<HttpSession>(std::move(socket), hub)->Read(); });
       }
       AcceptTcp();
     });
@@ -260,13 +261,15 @@ struct PrinterServer::Sockets {
   void AcceptUnix() {
     local.async_accept([this](const ErrorCode& error, Local::socket socket) {
       if (error == net::error::operation_aborted) return;
-      if (!error) std::make_shared<UnixSession>(std::move(socket), hub)->Start();
+      if (!error) {
+        (void)NoteBug([&] { std::make_shared<UnixSession>(std::move(socket), hub)->Start(); });
+      }
       AcceptUnix();
     });
   }
 
   void Tick() {
-    hub.Tick(MonotonicNow());
+    (void)NoteBug([this] { hub.Tick(MonotonicNow()); });
     timer.expires_after(kTick);
     timer.async_wait([this](const ErrorCode& error) {
       if (!error) Tick();
@@ -325,7 +328,11 @@ Result<std::unique_ptr<PrinterServer>> PrinterServer::Start(MachineHost& machine
     return tl::unexpected(listening.error());
   }
   Sockets& running = *sockets;
-  running.thread = std::thread([&running] { running.context.run(); });
+  // What a session's handler throws ends that session: nothing else holds it.
+  running.thread = std::thread([&running] {
+    while (NoteBug([&running] { running.context.run(); })) {
+    }
+  });
   return std::unique_ptr<PrinterServer>(new PrinterServer(std::move(sockets)));
 }
 

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/bug_note.h"
+#include "base/check.h"
 #include "sim/camera_http.h"
 #include "sim/moonraker/http_api.h"
 #include "sim/moonraker/multipart.h"
@@ -362,6 +364,18 @@ TEST(PrinterServer, SurvivesWhateverIsSent) {
   garbled.SendText("\xff\xfe");
   EXPECT_FALSE(garbled.Next()) << "a text frame that is no UTF-8 costs the connection";
   EXPECT_TRUE(client.Call("server.info").contains("result")) << "but only that one";
+}
+
+TEST(PrinterServer, ABugInAHandlerEndsThatConnectionAndNotTheServer) {
+  ServerOptions options;
+  options.hub.camera_port = []() -> int { throw Bug("no camera was asked for"); };
+  const Bench bench(options);
+  TestClient client(bench.port());
+  (void)client.Send("server.webcams.list");
+  EXPECT_FALSE(client.Next()) << "the connection is still there";
+  EXPECT_TRUE(NotedBug());
+  TestClient other(bench.port());
+  EXPECT_TRUE(other.Call("server.info").contains("result"));
 }
 
 TEST(PrinterServer, ItsFaultsAreWhatTheySay) {
