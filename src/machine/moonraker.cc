@@ -19,7 +19,11 @@ namespace {
 constexpr double kFirstPause_s = 0.5;
 constexpr double kLongestPause_s = 10;
 constexpr double kReadyPoll_s = 1;  // startup → error comes without a notification
+constexpr double kRegisterAgain_s = 2;
 constexpr int kMaxAgents = 9;
+constexpr std::string_view kTaken = "already registered";
+constexpr std::size_t kNone = std::string::npos;
+constexpr std::size_t kMostQuoted = 80;  // of a name that came from outside
 
 PrinterReadiness ReadinessOf(std::string_view state) {
   for (const PrinterReadiness readiness : {PrinterReadiness::kReady, PrinterReadiness::kStartup,
@@ -108,8 +112,7 @@ void Moonraker::OnIdentified(const RpcAnswer& answer) {
   if (answer.kind == RpcAnswer::Kind::kError) {
     // One agent per name: another trammel, or our own lost link that the server still holds. The
     // refused connection counts as identified, so the next name needs a new one.
-    if (answer.message.find("already registered") != std::string::npos &&
-        agent_number_ < kMaxAgents) {
+    if (answer.message.find(kTaken) != kNone && agent_number_ < kMaxAgents) {
       ++agent_number_;
       LoseCalls("the connection had to be made anew");
       connection_.Connect();
@@ -124,8 +127,7 @@ void Moonraker::OnIdentified(const RpcAnswer& answer) {
     methods = remote_methods_;
   }
   for (const std::string& method : methods) {
-    CallLater("connection.register_remote_method", {{"method_name", method}},
-              [](const RpcAnswer&) {});
+    RegisterAgain(method);
   }
   AskServerInfo([this](const RpcAnswer& info) {
     if (info.kind == RpcAnswer::Kind::kError) {
@@ -137,6 +139,18 @@ void Moonraker::OnIdentified(const RpcAnswer& answer) {
       TakeServerInfo(info.result);
     }
   });
+}
+
+void Moonraker::RegisterAgain(const std::string& method) {
+  CallLater("connection.register_remote_method", {{"method_name", method}},
+            [this, method, link = link_number_](const RpcAnswer& answer) {
+              // The server may still hold the lost link, which has the name.
+              if (answer.kind == RpcAnswer::Kind::kError && answer.message.find(kTaken) != kNone) {
+                RunAfter(kRegisterAgain_s, [this, method, link] {
+                  if (link == link_number_) RegisterAgain(method);
+                });
+              }
+            });
 }
 
 void Moonraker::AskServerInfo(std::function<void(const RpcAnswer&)> done) {
@@ -188,6 +202,7 @@ void Moonraker::PollUntilReady() {
       AskServerInfo([this](const RpcAnswer& info) {
         if (info.kind == RpcAnswer::Kind::kResult) {
           TakeServerInfo(info.result);
+          found_ready_ = found_ready_ || readiness_ == PrinterReadiness::kReady;
         } else {
           PollUntilReady();
         }
@@ -218,6 +233,7 @@ void Moonraker::LoseCalls(const std::string& why) {
 void Moonraker::OnDown(const Error& error) {
   ++link_number_;
   link_up_ = false;
+  found_ready_ = false;
   LoseCalls(error.message);
   SetReadiness(PrinterReadiness::kDisconnected, error.message);
   bool first = false;
@@ -251,7 +267,9 @@ void Moonraker::OnMessage(std::string_view text) {
   }
   const json& message = *parsed;
   if (const auto method = message.find("method"); method != message.end() && method->is_string()) {
-    OnNotification(method->get_ref<const std::string&>(), message, received_s);
+    const auto& name = method->get_ref<const std::string&>();
+    message.contains("id") ? OnRequest(name, message, received_s)
+                           : OnNotification(name, message, received_s);
   } else {
     OnAnswer(message, received_s);
   }
@@ -287,17 +305,44 @@ void Moonraker::OnAnswer(const json& message, double received_s) {
   call->done(answer);
 }
 
+void Moonraker::OnRequest(const std::string& method, const json& message, double received_s) {
+  // From another agent or a front end, through the server, which lets it wait for ever. What it
+  // calls must not pass for the server's own notifications.
+  bool ours = false;
+  {
+    const std::lock_guard lock(mutex_);
+    ours =
+        std::find(remote_methods_.begin(), remote_methods_.end(), method) != remote_methods_.end();
+  }
+  const json& id = message["id"];
+  json answer = {{"jsonrpc", "2.0"}, {"id", id.is_structured() ? json() : id}};
+  if (ours) {
+    OnNotification(method, message, received_s);
+    answer["result"] = "ok";
+  } else {
+    answer["error"] = {
+        {"code", -32601},
+        {"message", fmt::format("trammel has no method '{}'", method.substr(0, kMostQuoted))}};
+  }
+  // A caller that cannot be answered waits on; there is nobody else to tell.
+  (void)connection_.Send(answer.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
 void Moonraker::OnNotification(const std::string& method, const json& message, double received_s) {
   const auto found = message.find("params");
   const json params = found == message.end() ? json() : *found;
   if (method == "notify_klippy_ready") {
     SetReadiness(PrinterReadiness::kReady, "");
-    BecomeUsable([this] { FinishStart(std::nullopt); });
+    // Where asking found it first, everything is subscribed to in this session of Klipper already.
+    if (!std::exchange(found_ready_, false)) {
+      BecomeUsable([this] { FinishStart(std::nullopt); });
+    }
   } else if (method == "notify_klippy_shutdown") {
     SetReadiness(PrinterReadiness::kShutdown,
                  readiness_ == PrinterReadiness::kShutdown ? readiness_message_ : "");
     PollUntilReady();
   } else if (method == "notify_klippy_disconnected") {
+    found_ready_ = false;
     SetReadiness(PrinterReadiness::kDisconnected,
                  "Moonraker lost its connection to Klipper (it restarts, or it ended)");
     PollUntilReady();

@@ -69,7 +69,8 @@ class Moonraker {
   /// The error that an answer amounts to, in words.
   [[nodiscard]] Error ToError(const std::string& method, const RpcAnswer& answer) const;
 
-  /// Registers now and again after each reconnect. Calls of it come as notifications.
+  /// Registers now and again after each reconnect. Calls of it come as notifications; a caller
+  /// that waits for an answer gets "ok" once on_notification returned.
   [[nodiscard]] Result<void> RegisterRemoteMethod(const std::string& name, const WaitLimit& limit);
 
   void RunAfter(double delay_s, std::function<void()> function);
@@ -91,7 +92,9 @@ class Moonraker {
   void LoseCalls(const std::string& why);
   void OnMessage(std::string_view text);
   void OnAnswer(const nlohmann::json& message, double received_s);
+  void OnRequest(const std::string& method, const nlohmann::json& message, double received_s);
   void OnNotification(const std::string& method, const nlohmann::json& message, double received_s);
+  void RegisterAgain(const std::string& method);
   void AskServerInfo(std::function<void(const RpcAnswer&)> done);
   void TakeServerInfo(const nlohmann::json& info);
   void SetReadiness(PrinterReadiness readiness, const std::string& message);
@@ -109,6 +112,7 @@ class Moonraker {
   double pause_s_ = 0;
   std::uint64_t link_number_ = 0;
   bool polling_ = false;
+  bool found_ready_ = false;  ///< by asking, and the notification of it is still to come
   bool link_up_ = false;
 
   mutable std::mutex mutex_;

@@ -159,12 +159,96 @@ TEST(MoonrakerStatus, NothingKnownIsNotReady) {
 }
 
 TEST(MoonrakerStatus, UpdatesOfAnotherFormAreIgnored) {
+  const json wanted = WantedObjects({"extruder"});
   json known = {{"extruder", {{"temperature", 20.0}, {"target", 0.0}}}};
-  MergeStatus(known, {{"extruder", {{"target", 210.0}}}});
-  MergeStatus(known, {{"extruder", 5}});
-  MergeStatus(known, json::array({1}));
-  MergeStatus(known, nullptr);
+  MergeStatus(known, {{"extruder", {{"target", 210.0}}}}, wanted);
+  MergeStatus(known, {{"extruder", 5}}, wanted);
+  MergeStatus(known, json::array({1}), wanted);
+  MergeStatus(known, nullptr, wanted);
   EXPECT_EQ(known["extruder"], (json{{"temperature", 20.0}, {"target", 210.0}}));
+}
+
+TEST(MoonrakerStatus, WhatIsKnownDoesNotGrowWithWhatAServerSendsUnasked) {
+  const json wanted = WantedObjects({"extruder", "toolhead", "neopixel case"});
+  json known = json::object();
+  for (int i = 0; i < 1000; ++i) {
+    const std::string odd = std::to_string(i);
+    MergeStatus(known,
+                {{"heater_generic " + odd, {{"temperature", 1.0}}},
+                 {"extruder", {{"temperature", 1.0 * i}, {"field " + odd, odd}}},
+                 {"webhooks", {{"state", "ready"}, {"field " + odd, odd}}},
+                 {"toolhead", {{"position", std::vector<double>(100'000, 1.0)}}},
+                 {"neopixel case", {{"color_data", json::parse("[[[[1]]]]")}}}},
+                wanted);
+  }
+  EXPECT_EQ(known, (json{{"extruder", {{"temperature", 999.0}}},
+                         {"webhooks", {{"state", "ready"}}},
+                         {"toolhead", {{"position", nullptr}}},
+                         {"neopixel case", {{"color_data", nullptr}}}}));
+}
+
+TEST(MoonrakerStatus, AbsurdFiguresAreTheServersFaultByFieldAndValue) {
+  const json status = {
+      {"toolhead", {{"extruder", "extruder"}, {"position", {1.0, 2.0, 3.0, 1e6}}}},
+      {"extruder", {{"temperature", 20.0}, {"target", 0.0}, {"pressure_advance", 0.04}}},
+      {"gcode_move", {{"speed", 1500.0}, {"extrude_factor", 0.95}}},
+      {"output_pin LASER", {{"value", 0.0}}}};
+  std::string fault;
+  (void)ReadStatus(status, 0, &fault);
+  EXPECT_EQ(fault, "");
+  const auto fault_with = [&](const char* object, const char* field, const json& value) {
+    json odd = status;
+    odd[object][field] = value;
+    const PrinterState state = ReadStatus(odd, 0, &fault);
+    EXPECT_LT(std::abs(state.position_mm[2]), 1e6);
+    EXPECT_LT(state.limits.max_accel_mm_s2, 1e9);
+    EXPECT_LT(state.pressure_advance_s.value_or(0), 101);
+    return fault;
+  };
+  EXPECT_EQ(fault_with("toolhead", "max_accel", 1e308),
+            "toolhead.max_accel is 1e+308, which lies outside 0 … 1e+08");
+  EXPECT_THAT(fault_with("toolhead", "max_velocity", -1.0),
+              HasSubstr("toolhead.max_velocity is -1"));
+  EXPECT_THAT(fault_with("toolhead", "position", {0.0, 0.0, 1e300, 0.0}),
+              HasSubstr("toolhead.position is 1e+300"));
+  EXPECT_THAT(fault_with("toolhead", "axis_maximum", {-1e7, 0.0, 0.0}), HasSubstr("axis_maximum"));
+  EXPECT_THAT(fault_with("extruder", "target", 1e9), HasSubstr("extruder.target is 1e+09"));
+  EXPECT_THAT(fault_with("extruder", "temperature", -1e5), HasSubstr("extruder.temperature"));
+  EXPECT_THAT(fault_with("extruder", "pressure_advance", -0.1), HasSubstr("pressure_advance"));
+  EXPECT_THAT(fault_with("gcode_move", "speed", -1500.0), HasSubstr("gcode_move.speed"));
+  EXPECT_THAT(fault_with("gcode_move", "extrude_factor", 1e300), HasSubstr("extrude_factor"));
+  EXPECT_THAT(fault_with("output_pin LASER", "value", 1e6), HasSubstr("output_pin LASER.value"));
+  EXPECT_THAT(fault_with("neopixel case", "color_data", {{1.0, 1e9, 0.0, 0.0}}),
+              HasSubstr("neopixel case.color_data"));
+  EXPECT_THAT(fault_with("toolhead", "extruder", "extruder\nM112"),
+              HasSubstr("toolhead.extruder is no name"));
+  EXPECT_THAT(fault_with("toolhead", "homed_axes", std::string(1000, 'x')),
+              HasSubstr("homed_axes is no name (1000 bytes"));
+}
+
+TEST(MoonrakerStatus, NoPrinterHasHundredsOfHeatersNorNamesOfSeveralLines) {
+  std::vector<std::string> available = {"heater_generic a\nM104 S300", std::string(5000, 'x')};
+  json status = json::object();
+  for (int i = 0; i < 100'000; ++i) {
+    available.push_back("heater_generic " + std::to_string(i));
+  }
+  const json wanted = WantedObjects(available);
+  EXPECT_LT(wanted.size(), 2000);
+  EXPECT_FALSE(wanted.contains(available.front()));
+  for (const auto& [name, fields] : wanted.items()) {
+    status[name] = {{"temperature", 20.0}};
+  }
+  std::string fault;
+  const PrinterState state = ReadStatus(status, 0, &fault);
+  EXPECT_LE(state.heaters.size(), 100);
+  EXPECT_EQ(fault, "it tells of more than 100 heaters");
+}
+
+TEST(MoonrakerStatus, LongTextsAreCutBetweenCharacters) {
+  std::string words(1999, 'x');
+  for (int i = 0; i < 1000; ++i) words += "°";
+  const PrinterState state = ReadStatus({{"print_stats", {{"message", words}}}}, 0);
+  EXPECT_EQ(state.print_message, std::string(1999, 'x') + "…");
 }
 
 TEST(MoveLog, KeepsTheNewestAndFindsThoseThatOverlap) {
@@ -179,6 +263,33 @@ TEST(MoveLog, KeepsTheNewestAndFindsThoseThatOverlap) {
   EXPECT_EQ(log.Overlapping(5.5, 9).size(), 0);
   EXPECT_TRUE(log.Reaches(4));
   EXPECT_FALSE(log.Reaches(4.1));
+}
+
+TEST(MoveLog, AMoveThatIsToldTwiceIsKeptOnce) {
+  const auto row = [](double time_s, double duration_s) {
+    return json{time_s, duration_s, 10.0, 0.0, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}};
+  };
+  MoveLog log;
+  for (int subscription = 0; subscription < 3; ++subscription) {
+    log.Add({{"data", {row(1, 1), row(2, 1)}}});
+  }
+  log.Add({{"data", {row(4, 1), row(2, 0.5), row(3, 1)}}});  // late, and one cut short meanwhile
+  const auto moves = log.Overlapping(0, 100);
+  ASSERT_EQ(moves.size(), 4);
+  EXPECT_EQ(moves[1].duration_s, 0.5);
+  EXPECT_EQ(moves[2].print_time_s, 3);
+  EXPECT_EQ(moves[3].print_time_s, 4);
+}
+
+TEST(MoveLog, MovesThatNoPrinterMakesAreSkipped) {
+  MoveLog log;
+  for (int i = 0; i < 4; ++i) {
+    json row = {1.0, 1.0, 10.0, 0.0, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}};
+    row[i] = 1e308;
+    log.Add({{"data", {row}}});
+  }
+  log.Add({{"data", {{1.0, 1.0, 10.0, 0.0, {0.0, 1e300, 0.0}, {1.0, 0.0, 0.0}}}}});
+  EXPECT_TRUE(log.Overlapping(-1e300, 1e300).empty());
 }
 
 TEST(WebcamList, RelativeAddressesAreTheWebInterfaces) {

@@ -1,7 +1,6 @@
 #include "machine/moonraker_printer.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -21,7 +20,7 @@ namespace {
 
 constexpr std::string_view kMacroPrefix = "gcode_macro ";
 constexpr int kUpdatesPerQuery = 2;
-constexpr double kLongestLead_s = 0.5;  // of a query, where the next update seems far away
+constexpr double kFarAhead_s = 60;  // no move is planned so long before it is made
 
 std::string Upper(std::string_view text) {
   std::string upper(text);
@@ -75,11 +74,22 @@ Result<void> CheckOptions(const MoonrakerOptions& options) {
   return {};
 }
 
+double EventtimeOr(const json& answer, double otherwise_s) {
+  const double time_s = NumberOr(answer, "eventtime", otherwise_s);
+  return IsTime(time_s) ? time_s : otherwise_s;
+}
+
+std::string NoPrinters(const std::string& fault) {
+  return fmt::format(
+      "the server's status is no printer's: {}; nothing is done by such figures: see klippy.log "
+      "and moonraker.log there, or is the address another program's?",
+      fault);
+}
+
 }  // namespace
 
 MoonrakerPrinter::MoonrakerPrinter(MoonrakerAddress address, MoonrakerOptions options)
     : options_(options),
-      moves_method_(fmt::format("{}_moves_{}", options.client_name, getpid())),
       moonraker_(std::move(address), options,
                  {.on_usable = [this](std::function<void()> done) { OnUsable(std::move(done)); },
                   .on_notification =
@@ -101,18 +111,11 @@ void MoonrakerPrinter::OnUsable(std::function<void()> done) {
             macros.insert(Upper(std::string_view(object).substr(kMacroPrefix.size())));
           }
         }
-        bool recording = false;
         {
           const std::lock_guard lock(mutex_);
           macros_ = objects.empty() ? std::nullopt : std::optional(std::move(macros));
           clock_.Reset();
-          recording = recording_moves_;
-        }
-        if (recording) {
-          moonraker_.CallLater(
-              "printer.motion_report.dump_trapq",
-              {{"name", "toolhead"}, {"response_template", {{"method", moves_method_}}}},
-              [](const RpcAnswer&) {});
+          BeginHearing(/*moves_ended=*/false);
         }
         Subscribe(objects, done);
       });
@@ -131,22 +134,22 @@ void MoonrakerPrinter::Subscribe(const std::vector<std::string>& objects,
                          if (answer.kind == RpcAnswer::Kind::kResult) {
                            const json& status = ObjectOr(answer.result, "status");
                            const std::lock_guard lock(mutex_);
-                           eventtime_s_ = NumberOr(answer.result, "eventtime", eventtime_s_);
+                           eventtime_s_ = EventtimeOr(answer.result, eventtime_s_);
                            AddClockSample(sent_s, answer.received_s, status, eventtime_s_);
-                           status_ = status;
+                           status_ = json::object();
+                           MergeStatus(status_, status, wanted_);
+                           // Klipper may have been restarted while the link was down.
+                           const auto print_s =
+                               Number(ObjectOr(status_, "toolhead"), "estimated_print_time");
+                           if (print_s && moves_.Reaches(*print_s + kFarAhead_s)) {
+                             moves_.Clear();
+                           }
                            ++restarts_;
                            ++updates_;
                            changed_.notify_all();
                          }
                          done();
                        });
-}
-
-void MoonrakerPrinter::AddClockSample(std::optional<double> sent_s, double received_s,
-                                      const json& status, double eventtime_s) {
-  if (const auto print_s = Number(ObjectOr(status, "toolhead"), "estimated_print_time")) {
-    clock_.Add({sent_s, received_s, eventtime_s, print_s});
-  }
 }
 
 void MoonrakerPrinter::OnReadiness(PrinterReadiness readiness, const std::string& message) {
@@ -175,14 +178,18 @@ void MoonrakerPrinter::OnNotification(const std::string& method, const json& par
     if (params.is_array() && !params.empty() && params.front().is_string()) {
       OnResponse(params.front().get_ref<const std::string&>(), received_s);
     }
-  } else if (method == moves_method_) {
+  } else if (method == "notify_klippy_disconnected") {
     const std::lock_guard lock(mutex_);
-    moves_.Add(params);
-    changed_.notify_all();
+    BeginHearing(/*moves_ended=*/true);
   } else {
     std::function<void(const json&)> callback;
     {
       const std::lock_guard lock(mutex_);
+      if (recording_moves_ && method == moves_method_) {
+        TakeMoves(params);
+        changed_.notify_all();
+        return;
+      }
       if (const auto found = remote_methods_.find(method); found != remote_methods_.end()) {
         callback = found->second;
       }
@@ -216,51 +223,36 @@ void MoonrakerPrinter::OnStatus(const json& params, double received_s) {
     return;
   }
   bool query = false;
+  bool missing = false;
   {
     const std::lock_guard lock(mutex_);
-    MergeStatus(status_, params[0]);
-    eventtime_s_ = params[1].get<double>();
+    MergeStatus(status_, params[0], wanted_);
+    if (IsTime(params[1].get<double>())) {
+      eventtime_s_ = params[1].get<double>();
+    }
     AddClockSample(std::nullopt, received_s, params[0], eventtime_s_);
     query = ++status_updates_ % kUpdatesPerQuery == 0;
+    missing = MovesAreMissing();
     ++updates_;
     changed_.notify_all();
   }
   if (query) {
     SampleClockBeforeNextUpdate();
   }
-}
-
-void MoonrakerPrinter::SampleClockBeforeNextUpdate() {
-  std::optional<double> next_s;
-  double lead_s = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    next_s = clock_query_out_ ? std::nullopt : clock_.NextUpdate();
-    lead_s = kQueryLeads_s[clock_queries_ % kQueryLeads_s.size()];
-    clock_queries_ += next_s ? 1 : 0;
-    clock_query_out_ = clock_query_out_ || next_s;
+  if (missing) {
+    AskForMoves();
   }
-  if (!next_s) {
-    return;
-  }
-  moonraker_.RunAfter(std::clamp(*next_s - lead_s - HostNow(), 0.0, kLongestLead_s), [this] {
-    const double sent_s = HostNow();
-    moonraker_.CallLater("printer.objects.query",
-                         {{"objects", {{"toolhead", {"estimated_print_time"}}}}},
-                         [this, sent_s](const RpcAnswer& answer) {
-                           const std::lock_guard lock(mutex_);
-                           clock_query_out_ = false;
-                           if (const auto eventtime_s = Number(answer.result, "eventtime")) {
-                             AddClockSample(sent_s, answer.received_s,
-                                            ObjectOr(answer.result, "status"), *eventtime_s);
-                             changed_.notify_all();
-                           }
-                         });
-  });
 }
 
 PrinterState MoonrakerPrinter::StateLocked() const {
-  PrinterState state = ReadStatus(status_, eventtime_s_);
+  std::string fault;
+  PrinterState state = ReadStatus(status_, eventtime_s_, &fault);
+  if (!fault.empty()) {
+    state.readiness = PrinterReadiness::kError;
+    state.message = NoPrinters(fault);
+    state.abandoned_scripts = abandoned_scripts_;
+    return state;
+  }
   state.readiness = readiness_;
   if (!readiness_message_.empty() || readiness_ == PrinterReadiness::kDisconnected) {
     state.message = readiness_message_;
@@ -295,8 +287,8 @@ Result<void> MoonrakerPrinter::Refresh(const WaitLimit& limit) {
     }
     const json& status = ObjectOr(answer.result, "status");
     const std::lock_guard lock(mutex_);
-    eventtime_s_ = NumberOr(answer.result, "eventtime", eventtime_s_);
-    MergeStatus(status_, status);
+    eventtime_s_ = EventtimeOr(answer.result, eventtime_s_);
+    MergeStatus(status_, status, wanted_);
     AddClockSample(sent_s, answer.received_s, status, eventtime_s_);
     ++updates_;
     changed_.notify_all();
@@ -310,7 +302,20 @@ Result<PrinterState> MoonrakerPrinter::State(const WaitLimit& limit) {
   if (const Result<void> fresh = Refresh(limit); !fresh) {
     return tl::unexpected(fresh.error());
   }
-  return LastState();
+  const std::lock_guard lock(mutex_);
+  if (auto fault = StatusFault()) {
+    return tl::unexpected(*std::move(fault));
+  }
+  return StateLocked();
+}
+
+std::optional<Error> MoonrakerPrinter::StatusFault() const {
+  std::string fault;
+  (void)ReadStatus(status_, eventtime_s_, &fault);
+  if (fault.empty()) {
+    return std::nullopt;
+  }
+  return Error{ErrorKind::kMachine, NoPrinters(fault)};
 }
 
 Result<json> MoonrakerPrinter::Query(const std::vector<ObjectFields>& objects,

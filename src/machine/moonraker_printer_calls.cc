@@ -19,14 +19,8 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kErrorAnswer_s = 2;   // an error answer follows its `!!` within milliseconds
-constexpr double kAfterMoves_s = 1.0;  // moves are told in batches of 0.5 s
+constexpr double kErrorAnswer_s = 2;  // an error answer follows its `!!` within milliseconds
 constexpr std::size_t kQuoted = 80;
-
-/// What is left of a limit after a while.
-WaitLimit Rest(const WaitLimit& limit, double since_s) {
-  return {std::max(0.001, limit.time_limit_s - (HostNow() - since_s)), limit.stop};
-}
 
 std::string Quoted(std::string_view script) {
   const std::string_view first = script.substr(0, std::min(script.find('\n'), kQuoted));
@@ -51,13 +45,6 @@ Result<void> CheckFileName(const std::string& name) {
 }
 
 }  // namespace
-
-template <class Predicate>
-bool MoonrakerPrinter::WaitFor(std::unique_lock<std::mutex>& lock, const WaitLimit& limit,
-                               Predicate ready) const {
-  return changed_.wait_for(lock, limit.stop, std::chrono::duration<double>(limit.time_limit_s),
-                           ready);
-}
 
 Error MoonrakerPrinter::WaitError(std::string_view what, const WaitLimit& limit) const {
   if (limit.stop.stop_requested()) {
@@ -235,6 +222,9 @@ Result<PrinterState> MoonrakerPrinter::WaitUntil(
   for (;;) {
     // Counted together with the state, so that no update falls between looking and waiting.
     const std::uint64_t seen = updates_;
+    if (auto fault = StatusFault()) {
+      return tl::unexpected(*std::move(fault));
+    }
     PrinterState state = StateLocked();
     lock.unlock();
     if (done(state)) {
@@ -344,60 +334,6 @@ Result<void> MoonrakerPrinter::RegisterRemoteMethod(const std::string& name,
     remote_methods_.erase(name);
   }
   return registered;
-}
-
-Result<ClockRelation> MoonrakerPrinter::Clock(double wanted_uncertainty_s, const WaitLimit& limit) {
-  moonraker_.CheckMayWait();
-  std::unique_lock lock(mutex_);
-  std::optional<ClockRelation> relation;
-  WaitFor(lock, limit, [&] {
-    relation = clock_.Relation();
-    return relation && relation->PrintTimeBound(HostNow()) <= wanted_uncertainty_s;
-  });
-  if (limit.stop.stop_requested() || !relation) {
-    return tl::unexpected(WaitError("a status update that tells the print time", limit));
-  }
-  return *relation;
-}
-
-Result<void> MoonrakerPrinter::RecordMoves(const WaitLimit& limit) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (recording_moves_) {
-      return {};
-    }
-  }
-  if (Result<void> registered = moonraker_.RegisterRemoteMethod(moves_method_, limit);
-      !registered) {
-    return registered;
-  }
-  const Result<json> answer = moonraker_.Call(
-      "printer.motion_report.dump_trapq",
-      {{"name", "toolhead"}, {"response_template", {{"method", moves_method_}}}}, limit);
-  if (!answer) {
-    return tl::unexpected(answer.error());
-  }
-  const std::lock_guard lock(mutex_);
-  recording_moves_ = true;
-  return {};
-}
-
-Result<std::vector<TrapezoidMove>> MoonrakerPrinter::Moves(double from_print_time_s,
-                                                           double to_print_time_s,
-                                                           const WaitLimit& limit) {
-  moonraker_.CheckMayWait();
-  std::unique_lock lock(mutex_);
-  TRAMMEL_CHECK(recording_moves_, "Moves({}, {}) before RecordMoves", from_print_time_s,
-                to_print_time_s);
-  const bool told = WaitFor(lock, limit, [&] {
-    const double now_s = NumberOr(ObjectOr(status_, "toolhead"), "estimated_print_time", 0);
-    return moves_.Reaches(to_print_time_s) || now_s > to_print_time_s + kAfterMoves_s;
-  });
-  if (!told) {
-    return tl::unexpected(
-        WaitError(fmt::format("the moves until print time {:.3f} s", to_print_time_s), limit));
-  }
-  return moves_.Overlapping(from_print_time_s, to_print_time_s);
 }
 
 }  // namespace trammel::machine

@@ -1,6 +1,8 @@
 // MoonrakerPrinter's inside; others include moonraker_printer.h.
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <map>
 #include <mutex>
@@ -10,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "machine/host_clock.h"
 #include "machine/moonraker.h"
 #include "machine/move_log.h"
 #include "machine/print_clock.h"
@@ -17,6 +20,10 @@
 #include "machine/script_watch.h"
 
 namespace trammel::machine {
+
+/// Whether this may be a moment on one of the printer's clocks, which begin at a start of its host
+/// or its firmware.
+[[nodiscard]] inline bool IsTime(double time_s) { return time_s >= -1e3 && time_s <= 1e10; }
 
 class MoonrakerPrinter : public Printer {
  public:
@@ -69,11 +76,28 @@ class MoonrakerPrinter : public Printer {
   void OnStatus(const nlohmann::json& params, double received_s);
   void OnReadiness(PrinterReadiness readiness, const std::string& message);
   void SampleClockBeforeNextUpdate();
+  void AskForMoves();
+  // With the lock.
+  /// Whether the head moved and no batch told of it: they are to be asked for.
+  [[nodiscard]] bool MovesAreMissing();
+  void TakeMoves(const nlohmann::json& batch);
+  /// Where the link, or Klipper, is a new one.
+  /// @param moves_ended  its print time, too
+  void BeginHearing(bool moves_ended);
 
   /// Waits until `ready` holds (called with the lock) or the limit; true where it holds.
   template <class Predicate>
-  bool WaitFor(std::unique_lock<std::mutex>& lock, const WaitLimit& limit, Predicate ready) const;
+  bool WaitFor(std::unique_lock<std::mutex>& lock, const WaitLimit& limit, Predicate ready) const {
+    return changed_.wait_for(lock, limit.stop, std::chrono::duration<double>(limit.time_limit_s),
+                             ready);
+  }
+  /// What is left of a limit after a while.
+  static WaitLimit Rest(const WaitLimit& limit, double since_s) {
+    return {std::max(0.001, limit.time_limit_s - (HostNow() - since_s)), limit.stop};
+  }
   [[nodiscard]] PrinterState StateLocked() const;
+  /// Why what the printer last told cannot be believed. REQUIRES the lock.
+  [[nodiscard]] std::optional<Error> StatusFault() const;
   /// Asks for everything that is subscribed, or only for a sign of life where there is nothing.
   [[nodiscard]] Result<void> Refresh(const WaitLimit& limit);
   void AddClockSample(std::optional<double> sent_s, double received_s, const nlohmann::json& status,
@@ -87,7 +111,6 @@ class MoonrakerPrinter : public Printer {
   [[nodiscard]] Error WaitError(std::string_view what, const WaitLimit& limit) const;
 
   const MoonrakerOptions options_;
-  const std::string moves_method_;  ///< the remote method that brings moves
 
   mutable std::mutex mutex_;
   mutable std::condition_variable_any changed_;
@@ -104,8 +127,17 @@ class MoonrakerPrinter : public Printer {
   std::map<std::string, std::function<void(const nlohmann::json&)>> remote_methods_;
   std::function<void(const std::string&)> on_message_;
   PrintClock clock_;
+  /// Whether moves come by themselves, since the link or Klipper began.
+  struct Hearing {
+    bool asked = false;
+    bool heard = false;
+    std::uint64_t batches = 0;
+    std::optional<double> moving_since_s;  ///< eventtime
+  };
   MoveLog moves_;
+  Hearing hearing_;
   bool recording_moves_ = false;
+  std::string moves_method_;  ///< the remote method that brings moves
   int status_updates_ = 0;
   std::size_t clock_queries_ = 0;
   bool clock_query_out_ = false;  ///< one is on its way

@@ -1,10 +1,12 @@
-// States, files, moves, clocks and hostile messages of a printer behind Moonraker, over real
+// States, files, clocks and hostile messages of a printer behind Moonraker, over real
 // sockets.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <future>
 
+#include "base/bug_note.h"
+#include "base/check.h"
 #include "machine/host_clock.h"
 #include "machine/moonraker_test_support.h"
 
@@ -161,6 +163,27 @@ TEST_F(MoonrakerPrinterTest, WrongTypesInKnownPlacesChangeNothing) {
   EXPECT_EQ(after->position_mm, before.position_mm);
 }
 
+TEST_F(MoonrakerPrinterTest, AbsurdFiguresAreAnErrorAndNoState) {
+  Connect();
+  server_.Handle("printer.objects.query", [](const json& request) {
+    return std::vector{ResultFor(
+        request,
+        {{"eventtime", 3050.0},
+         {"status", {{"toolhead", {{"max_accel", 1e308}, {"position", {0.0, 0.0, 5.0, 0.0}}}}}}})};
+  });
+  const Result<PrinterState> state = printer_->State(kPatience);
+  ASSERT_FALSE(state);
+  EXPECT_THAT(state.error().message, HasSubstr("toolhead.max_accel is 1e+308"));
+  EXPECT_EQ(printer_->LastState().readiness, PrinterReadiness::kError);
+  const auto waited =
+      printer_->WaitUntil([](const PrinterState&) { return true; }, "anything", kPatience);
+  ASSERT_FALSE(waited);
+  EXPECT_THAT(waited.error().message, HasSubstr("toolhead.max_accel is 1e+308"));
+  server_.Answer("printer.objects.query",
+                 {{"eventtime", 3051.0}, {"status", {{"toolhead", {{"max_accel", 5000.0}}}}}});
+  EXPECT_TRUE(printer_->State(kPatience)) << "a value that is right again is believed";
+}
+
 TEST_F(MoonrakerPrinterTest, MacrosCanCallUsAlsoAfterAReconnect) {
   Connect();
   std::promise<json> first;
@@ -182,6 +205,50 @@ TEST_F(MoonrakerPrinterTest, MacrosCanCallUsAlsoAfterAReconnect) {
   EXPECT_EQ(second.get_future().get()["t"], 1.5);
 }
 
+TEST_F(MoonrakerPrinterTest, ACallerThatWaitsForAnAnswerGetsOne) {
+  Connect();
+  int calls = 0;
+  ASSERT_TRUE(printer_->RegisterRemoteMethod(
+      "trammel_calibrate", [&](const json&) { ++calls; }, kPatience));
+  const auto ask = [&](const json& id, const std::string& method) {
+    server_.Push({{"jsonrpc", "2.0"}, {"id", id}, {"method", method}, {"params", {{"a", 1}}}});
+  };
+  ask(7, "trammel_calibrate");
+  EXPECT_EQ(server_.WaitForAnswer(7), (json{{"jsonrpc", "2.0"}, {"id", 7}, {"result", "ok"}}));
+  EXPECT_EQ(calls, 1);
+  ask("x8", "shut_everything_down");
+  const json refused = server_.WaitForAnswer("x8");
+  EXPECT_EQ(refused["error"]["code"], -32601);
+  EXPECT_THAT(refused["error"]["message"].get<std::string>(), HasSubstr("shut_everything_down"));
+  ask(nullptr, std::string(5000, 'x'));
+  EXPECT_EQ(server_.WaitForAnswer(nullptr)["error"]["code"], -32601);
+}
+
+TEST_F(MoonrakerPrinterTest, ARequestDoesNotPassForTheServersOwnNotification) {
+  Connect();
+  json sent = Notification("notify_klippy_shutdown");
+  sent["id"] = 9;
+  server_.Push(sent);
+  EXPECT_EQ(server_.WaitForAnswer(9)["error"]["code"], -32601);
+  EXPECT_EQ(printer_->LastState().readiness, PrinterReadiness::kReady);
+}
+
+TEST_F(MoonrakerPrinterTest, ABugOnTheConnectionsThreadEndsTheLinkAndNotTheProcess) {
+  Connect();
+  ASSERT_TRUE(printer_->RegisterRemoteMethod(
+      "trammel_calibrate", [](const json&) { throw Bug("one is not two"); }, kPatience));
+  server_.Handle("server.webcams.list", [](const json&) { return std::vector<json>(); });
+  auto waiting = std::async(std::launch::async, [&] { return printer_->Webcams(kPatience); });
+  EXPECT_FALSE(server_.WaitForRequest("server.webcams.list").is_null());
+  server_.Push({{"jsonrpc", "2.0"}, {"method", "trammel_calibrate"}, {"params", json::object()}});
+  const auto webcams = waiting.get();
+  ASSERT_FALSE(webcams);
+  EXPECT_THAT(webcams.error().message,
+              AllOf(HasSubstr("a bug in trammel"), HasSubstr("one is not two")));
+  EXPECT_TRUE(NotedBug());
+  EXPECT_TRUE(printer_->WaitUntilReady(kPatience)) << "the link comes back";
+}
+
 TEST_F(MoonrakerPrinterTest, HandsOnWhatThePrinterSays) {
   Connect();
   std::promise<std::string> heard;
@@ -189,35 +256,6 @@ TEST_F(MoonrakerPrinterTest, HandsOnWhatThePrinterSays) {
   server_.Push(GcodeResponse("B:60.0 /60.0 T0:210.1 /210.0"));
   EXPECT_EQ(heard.get_future().get(), "B:60.0 /60.0 T0:210.1 /210.0");
   printer_->OnMessage({});
-}
-
-TEST_F(MoonrakerPrinterTest, KeepsTheMovesAndAsksForThemAgainAfterARestart) {
-  Connect();
-  ASSERT_TRUE(printer_->RecordMoves(kPatience));
-  const json request = server_.WaitForRequest("printer.motion_report.dump_trapq");
-  EXPECT_EQ(request["params"]["name"], "toolhead");
-  const std::string method = request["params"]["response_template"]["method"];
-  server_.Push({{"jsonrpc", "2.0"},
-                {"method", method},
-                {"params",
-                 {{"data",
-                   {{104.0, 1.0, 100.0, 0.0, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}},
-                    {105.0, 0.5, 100.0, -200.0, {100.0, 0.0, 0.0}, {1.0, 0.0, 0.0}},
-                    {105.5, "no", 0.0, 0.0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}},
-                    {108.0, 1.0, 0.0, 10.0, {125.0, 0.0, 0.0}, {0.0, 1.0, 0.0}}}}}}});
-  const auto moves = printer_->Moves(104.5, 105.2, kPatience);
-  ASSERT_TRUE(moves) << moves.error().message;
-  ASSERT_EQ(moves->size(), 2);
-  EXPECT_EQ(moves->at(1).acceleration_mm_s2, -200);
-  EXPECT_THAT(moves->at(1).start_mm, ElementsAre(100, 0, 0));
-  const auto later = printer_->Moves(200, 201, kShort);
-  ASSERT_FALSE(later);
-  EXPECT_THAT(later.error().message, HasSubstr("the moves until print time 201"));
-  server_.Push(StatusUpdate({{"toolhead", {{"estimated_print_time", 203.0}}}}, 3160));
-  EXPECT_TRUE(printer_->Moves(200, 201, kPatience));
-  server_.Push(Notification("notify_klippy_disconnected"));
-  server_.Push(Notification("notify_klippy_ready"));
-  EXPECT_FALSE(server_.WaitForRequest("printer.motion_report.dump_trapq", 2).is_null());
 }
 
 TEST_F(MoonrakerPrinterTest, KnowsCommandsFromTheFirmwaresListOrFromItsHelp) {

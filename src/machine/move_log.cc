@@ -1,5 +1,6 @@
 #include "machine/move_log.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,13 +14,15 @@ using nlohmann::json;
 namespace {
 
 constexpr std::size_t kNumbers = 4;  // in front of the two vectors of a row
+constexpr double kLargest = 1e10;    // of them: time, duration, velocity, acceleration
+constexpr double kFarthest_mm = 1e6;
 
 bool ReadVector(const json& list, std::array<double, 3>& into) {
   if (!list.is_array() || list.size() != into.size()) {
     return false;
   }
   for (std::size_t i = 0; i < into.size(); ++i) {
-    if (!list[i].is_number() || !std::isfinite(list[i].get<double>())) {
+    if (!list[i].is_number() || !(std::abs(list[i].get<double>()) <= kFarthest_mm)) {
       return false;
     }
     into[i] = list[i].get<double>();
@@ -32,7 +35,7 @@ std::optional<TrapezoidMove> ReadMove(const json& row) {
     return std::nullopt;
   }
   for (std::size_t i = 0; i < kNumbers; ++i) {
-    if (!row[i].is_number() || !std::isfinite(row[i].get<double>())) {
+    if (!row[i].is_number() || !(std::abs(row[i].get<double>()) <= kLargest)) {
       return std::nullopt;
     }
   }
@@ -57,11 +60,23 @@ void MoveLog::Add(const json& batch) {
   }
   for (const json& row : *data) {
     if (const std::optional<TrapezoidMove> move = ReadMove(row)) {
-      moves_.push_back(*move);
-      if (moves_.size() > capacity_) {
-        moves_.pop_front();
-      }
+      Put(*move);
     }
+  }
+}
+
+void MoveLog::Put(const TrapezoidMove& move) {
+  const auto place = std::lower_bound(moves_.begin(), moves_.end(), move.print_time_s,
+                                      [](const TrapezoidMove& known, double print_time_s) {
+                                        return known.print_time_s < print_time_s;
+                                      });
+  if (place != moves_.end() && place->print_time_s == move.print_time_s) {
+    *place = move;
+    return;
+  }
+  moves_.insert(place, move);
+  if (moves_.size() > capacity_) {
+    moves_.pop_front();
   }
 }
 

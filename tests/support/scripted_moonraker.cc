@@ -44,7 +44,13 @@ struct ScriptedMoonraker::State {
   /// Answers one text of a client.
   void OnText(Session& session, const std::string& text) {
     const Json request = Json::parse(text, nullptr, false);
-    if (!request.is_object() || !request.contains("method")) {
+    if (!request.is_object()) {
+      return;
+    }
+    if (!request.contains("method")) {
+      const std::lock_guard lock(mutex);
+      answers.push_back(request);
+      changed.notify_all();
       return;
     }
     Handler handler;
@@ -57,10 +63,10 @@ struct ScriptedMoonraker::State {
         handler = found->second;
       }
     }
-    const std::vector<Json> answers =
+    const std::vector<Json> replies =
         handler ? handler(request)
                 : std::vector<Json>{ErrorFor(request, -32601, "Method not found")};
-    for (const Json& answer : answers) {
+    for (const Json& answer : replies) {
       session.Send(answer.dump());
     }
   }
@@ -77,6 +83,7 @@ struct ScriptedMoonraker::State {
   std::map<std::string, Handler> handlers;
   std::function<HttpAnswer(const HttpRequest&)> http_handler;
   std::vector<Json> requests;
+  std::vector<Json> answers;  // of the client
   std::vector<HttpRequest> http_requests;
   std::list<std::weak_ptr<Session>> sessions;
   int accepted = 0;
@@ -217,6 +224,18 @@ Json ScriptedMoonraker::WaitForRequest(const std::string& method, int n) {
       }
     }
     return false;
+  });
+  return found;
+}
+
+Json ScriptedMoonraker::WaitForAnswer(const Json& id) {
+  std::unique_lock lock(state_->mutex);
+  Json found;
+  state_->changed.wait_for(lock, kPatience, [&] {
+    for (const Json& answer : state_->answers) {
+      if (answer.value("id", Json("none")) == id) found = answer;
+    }
+    return !found.is_null();
   });
   return found;
 }

@@ -65,6 +65,8 @@ class ScriptedMoonraker {
   /// The n-th request of a method (from 1), waiting up to 10 s for it; null where none came.
   [[nodiscard]] Json WaitForRequest(const std::string& method, int n = 1);
   [[nodiscard]] int CountRequests(const std::string& method) const;
+  /// The same for a client's answer to a request that was pushed.
+  [[nodiscard]] Json WaitForAnswer(const Json& id);
   /// Waits until this many connections were accepted.
   [[nodiscard]] bool WaitForConnections(int count);
   /// Of the n-th upgrade or plain request, from 1.
