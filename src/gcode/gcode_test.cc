@@ -9,6 +9,7 @@
 #include "gcode/dialect.h"
 #include "gcode/number.h"
 #include "gcode/placeholders.h"
+#include "gcode/tool_commands.h"
 
 namespace trammel::gcode {
 namespace {
@@ -58,6 +59,30 @@ TEST(GcodeDialect, LimitsThatAreAbsentAreLeftAlone) {
 
 TEST(GcodeDialect, AMessageNeverBecomesACommand) {
   EXPECT_EQ(DisplayCommand("PA 0.01\nM112"), "M117 PA 0.01 M112");
+}
+
+TEST(ToolCommands, PauseEndsThePrintOfAKlipperThatKnowsNoPause) {
+  // An unknown PAUSE is not an error there; the state that it would have saved is missed.
+  EXPECT_THAT(PauseCommands(Dialect::kKlipper, "Tape it"),
+              ElementsAre("M117 Tape it", "CLEAR_PAUSE", "PAUSE", HasSubstr("; without"),
+                          "RESTORE_GCODE_STATE NAME=PAUSE_STATE MOVE=0"));
+  EXPECT_THAT(PauseCommands(Dialect::kMarlin, "Tape it"), ElementsAre("M0 Tape it"));
+  EXPECT_THAT(PauseCommands(Dialect::kRepRapFirmware, "Tape \"it\""),
+              ElementsAre("M291 P\"Tape  it \" R\"trammel\" S3"));
+}
+
+TEST(ToolCommands, CoolingIsWaitedForAndLeavesTheHeaterOff) {
+  EXPECT_THAT(CoolBedCommands(Dialect::kKlipper, 40),
+              ElementsAre("M140 S0", "TEMPERATURE_WAIT SENSOR=heater_bed MAXIMUM=40"));
+  EXPECT_THAT(CoolToolCommands(Dialect::kKlipper, 1, 50),
+              ElementsAre("M104 T1 S0", "TEMPERATURE_WAIT SENSOR=extruder1 MAXIMUM=50"));
+  for (const Dialect dialect : {Dialect::kMarlin, Dialect::kRepRapFirmware}) {
+    EXPECT_THAT(CoolBedCommands(dialect, 40), ElementsAre("M140 S0", "M190 R40", "M140 S0"));
+  }
+  EXPECT_THAT(CoolToolCommands(Dialect::kMarlin, 1, 50),
+              ElementsAre("M104 T1 S0", "M109 T1 R50", "M104 T1 S0"));
+  EXPECT_THAT(CoolToolCommands(Dialect::kRepRapFirmware, 1, 50),
+              ElementsAre("G10 P1 S50 R50", "M116 P1", "G10 P1 S0 R0"));
 }
 
 TEST(Placeholders, AreReplacedOnceAndBracesCanBeWritten) {

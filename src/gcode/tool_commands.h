@@ -16,8 +16,16 @@ namespace trammel::gcode {
 [[nodiscard]] std::vector<std::string> HeatToolCommands(Dialect dialect, int tool,
                                                         double temperature_c);
 
+/// Switches the bed off and waits until it is no warmer than this. Lines, without line ends.
+[[nodiscard]] std::vector<std::string> CoolBedCommands(Dialect dialect, double at_most_c);
+
+/// Switches a tool off and waits until it is no warmer than this. Lines, without line ends.
+[[nodiscard]] std::vector<std::string> CoolToolCommands(Dialect dialect, int tool,
+                                                        double at_most_c);
+
 /// Shows a text and waits until somebody says to go on. Quotes and control characters in it become
-/// blanks. Lines, without line ends.
+/// blanks. A Klipper without [pause_resume], which would run on, ends the print with an error
+/// instead. Lines, without line ends.
 [[nodiscard]] std::vector<std::string> PauseCommands(Dialect dialect, std::string_view text);
 
 /// The extruder that belongs to a tool, as Klipper names it: "extruder", "extruder1", …
