@@ -21,7 +21,7 @@ constexpr std::string_view kSilent =
     " G4 G10 G11 G17 G21 G29 G94 M0 M1 M17 M18 M24 M25 M73 M84 M104 M105 M106 M107 M109 M110 M114 "
     "M115 M116 M117 M118 M140 M155 M190 M201 M203 M204 M205 M211 M220 M226 M400 M420 M500 M501 "
     "M566 "
-    "M568 M572 M593 M601 M900 PAUSE RESUME RESPOND SAVE_CONFIG SAVE_TOOL_PARAMETER "
+    "M568 M572 M593 M601 M900 CLEAR_PAUSE RESUME RESPOND SAVE_CONFIG SAVE_TOOL_PARAMETER "
     "SET_HEATER_TEMPERATURE SET_PRESSURE_ADVANCE SET_VELOCITY_LIMIT TEMPERATURE_WAIT ";
 
 }  // namespace
@@ -52,6 +52,7 @@ const std::map<std::string, Interpreter::Handler, std::less<>>& Interpreter::Han
       {"M120", &I::SaveState},
       {"M121", &I::RestoreState},
       {"SAVE_GCODE_STATE", &I::SaveState},
+      {"PAUSE", &I::Pause},
       {"RESTORE_GCODE_STATE", &I::RestoreState},
       {"SET_GCODE_OFFSET", &I::SetGcodeOffset},
       {"SET_TOOL_PARAMETER", &I::SetToolParameter},
@@ -196,6 +197,18 @@ Result<void> Interpreter::SaveState(const Command& command) {
   }
   saved_[name] = state_;
   saved_[name].shift = offsets_.shift();
+  return {};
+}
+
+// [pause_resume] keeps the state; somebody tapes paper down, and RESUME brings it back.
+Result<void> Interpreter::Pause(const Command& /*command*/) {
+  if (!klipper()) return {};
+  if (!setup_.pause_resume) {
+    Ignore("PAUSE");
+    return {};
+  }
+  saved_["PAUSE_STATE"] = state_;
+  saved_["PAUSE_STATE"].shift = offsets_.shift();
   return {};
 }
 

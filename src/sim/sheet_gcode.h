@@ -45,6 +45,8 @@ struct SheetSetup {
   /// Further commands that select a tool, "{tool}" standing for its number.
   std::vector<std::string> tool_commands;
   std::string before;  ///< G-code that it has run before the file
+  /// Klipper: has [pause_resume]. Without it there is no PAUSE, and Klipper runs on.
+  bool pause_resume = true;
 };
 
 /// A straight move of the machine with everything the firmware adds, in machine coordinates: where

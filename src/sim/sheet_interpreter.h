@@ -65,6 +65,7 @@ class Interpreter {
   Result<void> SetVolumetric(const Command& command);
   Result<void> SaveState(const Command& command);
   Result<void> RestoreState(const Command& command);
+  Result<void> Pause(const Command& command);
   Result<void> SetGcodeOffset(const Command& command);
   Result<void> SetToolParameter(const Command& command);
   Result<void> SetHotendOffset(const Command& command);

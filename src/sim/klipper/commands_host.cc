@@ -210,6 +210,11 @@ Result<Outcome> StartSd(VirtualKlipper& machine, const CommandLine&) {
   return Outcome{};
 }
 
+Result<Outcome> ForgetPause(VirtualKlipper& machine, const CommandLine&) {
+  machine.print.paused = false;
+  return Outcome{};
+}
+
 Result<Outcome> Nothing(VirtualKlipper&, const CommandLine&) { return Outcome{}; }
 
 Result<void> CheckGuard(const VirtualKlipper& machine, const MacroGuard& guard) {
@@ -285,7 +290,7 @@ const std::map<std::string, Handler>& HostCommands() {
       {"SDCARD_RESET_FILE", ResetFile},
       {"PAUSE", Pause},
       {"RESUME", Resume},
-      {"CLEAR_PAUSE", Nothing},
+      {"CLEAR_PAUSE", ForgetPause},
       {"CANCEL_PRINT", Cancel},
       {"M24", StartSd},
       {"M25", Pause},
