@@ -81,10 +81,20 @@ int Write(const CorrectArguments& arguments, const report::CorrectionOutput& out
   auto machine = machine::LinuxCnc::Connect(*options, interrupt.token());
   if (!machine) return Report(machine.error());
   const part_alignment::WorkOffset& offset = output.offset.offset;
+  const auto before = (*machine)->ReadOffsets(output.slot.number, interrupt.token());
+  if (!before) return Report(before.error());
   const auto written = (*machine)->WriteOffset(
       output.slot.number, {offset.origin_mm, offset.rotation_z_rad * 180 / std::numbers::pi},
       interrupt.token());
   if (!written) return Report(written.error());
+  const Eigen::Vector3d& was = before->offset.origin_mm;
+  const Eigen::Vector3d& is = offset.origin_mm;
+  fmt::print(
+      stderr,
+      "changed    X {:.4f} -> {:.4f}, Y {:.4f} -> {:.4f}, Z {:.4f} -> {:.4f} mm, R {:.5f} -> "
+      "{:.5f} degrees\n",
+      was.x(), is.x(), was.y(), is.y(), was.z(), is.z(), before->offset.rotation_deg,
+      offset.rotation_z_rad * 180 / std::numbers::pi);
   fmt::print(stderr, "written    {} of LinuxCNC at {}: read back and equal\n", output.slot.name,
              arguments.linuxcnc.address);
   return kExitGood;

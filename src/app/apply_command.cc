@@ -23,6 +23,8 @@ namespace fs = std::filesystem;
 struct ApplyArguments {
   PrinterOptions printer;
   std::string value;
+  bool force = false;
+  bool dry_run = false;
 };
 
 Result<double> Answer(const fs::path& folder) {
@@ -51,7 +53,11 @@ int RunApply(const ApplyArguments& arguments) {
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return Report(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  const auto done = Apply(session, *value, false);
+  procedure::ApplyOptions options;
+  options.limit_s = procedure::ApplyLimit_s(config->pattern);
+  options.force = arguments.force;
+  options.dry_run = arguments.dry_run;
+  const auto done = Apply(session, *value, options, false);
   return done ? static_cast<int>(kExitGood) : Report(done.error());
 }
 
@@ -62,11 +68,22 @@ Result<double> ValueFrom(const std::string& text) {
   return fs::is_directory(text, ignored) ? Answer(text) : ParseValue(text);
 }
 
-Result<void> Apply(const procedure::Session& session, double pressure_advance_s, bool quiet) {
-  auto done = procedure::ApplyPressureAdvance(session, pressure_advance_s);
-  if (!done || quiet) return done;
-  fmt::print("applied           SET_PRESSURE_ADVANCE ADVANCE={:.4f}, until the next restart\n",
-             pressure_advance_s);
+Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
+                   const procedure::ApplyOptions& options, bool quiet) {
+  const auto change = procedure::ApplyPressureAdvance(session, pressure_advance_s, options);
+  if (!change) return tl::unexpected(change.error());
+  if (quiet) return {};
+  fmt::print("pressure advance  {}  ->  {:.4f} s\n",
+             change->before_s ? fmt::format("{:.4f}", *change->before_s) : "(not told)",
+             change->after_s);
+  if (options.dry_run) {
+    fmt::print("nothing was changed\n");
+    return {};
+  }
+  fmt::print(
+      "applied           SET_PRESSURE_ADVANCE ADVANCE={:.4f}: read back from the printer; "
+      "until the next restart\n",
+      pressure_advance_s);
   ExplainKeeping(pressure_advance_s);
   return {};
 }
@@ -81,6 +98,8 @@ void AddApplyCommand(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<ApplyArguments>();
   command->add_option("value", arguments->value, "seconds, or a recording's folder")->required();
   AddPrinterOptions(*command, arguments->printer);
+  command->add_flag("--force", arguments->force, "set it beyond pressure_advance_limit, too");
+  command->add_flag("--dry-run", arguments->dry_run, "say what would change, and change nothing");
   command->callback([arguments, &exit_code] { exit_code = RunApply(*arguments); });
 }
 

@@ -4,13 +4,15 @@
 #include <string>
 
 #include "base/result.h"
+#include "procedure/apply_pressure_advance.h"
 #include "procedure/session.h"
 
 namespace trammel::app {
 
-/// Sets the value and says so. Errors: those of procedure::ApplyPressureAdvance.
+/// Sets the value and says the old and the new one. Errors: those of
+/// procedure::ApplyPressureAdvance.
 [[nodiscard]] Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
-                                 bool quiet);
+                                 const procedure::ApplyOptions& options, bool quiet);
 
 /// The value that a user means: a number in s, or a recording's folder, which is analysed.
 /// Errors: kInput; kMeasurement where the recording's verdict is not good.

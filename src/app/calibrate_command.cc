@@ -127,7 +127,9 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     worth_applying = *validated;
   }
   if (arguments.apply && worth_applying) {
-    const auto done = Apply(session, value_s, arguments.json);
+    procedure::ApplyOptions options;
+    options.limit_s = procedure::ApplyLimit_s(config.pattern);
+    const auto done = Apply(session, value_s, options, arguments.json);
     return done ? code : Report(done.error());
   }
   if (!arguments.json) {

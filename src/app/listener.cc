@@ -10,6 +10,7 @@
 #include "app/analysis_run.h"
 #include "app/calibration_run.h"
 #include "base/bug_note.h"
+#include "procedure/apply_pressure_advance.h"
 
 namespace trammel::app {
 namespace {
@@ -167,15 +168,17 @@ std::string Listener::Apply() {
     value_s = proposal_;
   }
   if (!value_s) return "nothing to apply: there is no good answer yet, calibrate first";
-  const auto before_s = printer_.LastState().pressure_advance_s;
+  const auto config = LoadSettings(options_);
+  if (!config) return "not applied: " + config.error().message;
   const procedure::Session session{printer_, stop_, {}};
-  if (auto done = procedure::ApplyPressureAdvance(session, *value_s); !done) {
-    return "not applied: " + done.error().message;
-  }
+  procedure::ApplyOptions options;
+  options.limit_s = procedure::ApplyLimit_s(config->pattern);
+  const auto change = procedure::ApplyPressureAdvance(session, *value_s, options);
+  if (!change) return "not applied: " + change.error().message;
   return fmt::format(
       "pressure advance {}{:.4f} until the next restart. To keep it: pressure_advance: {:.4f} in "
       "[extruder] of printer.cfg",
-      before_s ? fmt::format("{:.4f} to ", *before_s) : "", *value_s, *value_s);
+      change->before_s ? fmt::format("{:.4f} -> ", *change->before_s) : "", *value_s, *value_s);
 }
 
 void Listener::Tell(std::string text) {

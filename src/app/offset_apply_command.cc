@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -18,6 +19,7 @@
 #include "store/offset_file.h"
 #include "store/offset_history.h"
 #include "tool_offset/correction.h"
+#include "tool_offset/sheet_plan.h"
 
 namespace trammel::app {
 namespace {
@@ -32,7 +34,8 @@ struct OffsetApplyArguments {
   std::vector<int> tools;
   bool apply = false;
   bool save = false;
-  bool again = false;
+  bool force = false;
+  bool dry_run = false;
   std::string history = "recordings/offset-history.jsonl";
   PrinterOptions printer;
 };
@@ -114,7 +117,7 @@ Result<void> RefuseTwice(const std::vector<Change>& changes,
                          const OffsetApplyArguments& arguments) {
   constexpr double kSame_mm = 0.00051;  // firmwares are told micrometres
   const auto near = [](double a, double b) { return std::abs(a - b) <= kSame_mm; };
-  if (arguments.again) return {};
+  if (arguments.force) return {};
   const auto history = store::ReadOffsetChanges(arguments.history);
   if (!history) return tl::unexpected(history.error());
   for (const Change& change : changes) {
@@ -128,7 +131,7 @@ Result<void> RefuseTwice(const std::vector<Change>& changes,
       return Fail(
           fmt::format("{} was applied to tool {} at {}, and the printer has that offset "
                       "now: taking it out twice would move the tool by as much again. Print "
-                      "and scan another sheet, or say --again",
+                      "and scan another sheet, or say --force",
                       arguments.file, change.tool, before.time),
           ErrorKind::kSafety);
     }
@@ -143,10 +146,28 @@ Result<void> Note(const OffsetApplyArguments& arguments, const std::string& prin
                           change.measured.dx_mm, change.measured.dy_mm, change.now, change.next});
 }
 
+// A sheet shows no more; a file that says so was made by something else, or by hand.
+Result<void> RefuseTooFar(const std::vector<Change>& changes,
+                          const OffsetApplyArguments& arguments) {
+  if (arguments.force) return {};
+  for (const Change& change : changes) {
+    const double most_mm =
+        std::max(std::abs(change.measured.dx_mm), std::abs(change.measured.dy_mm));
+    if (most_mm <= tool_offset::kCoarseReach_mm) continue;
+    return Fail(
+        fmt::format("{}: tool {} would be moved by {:.3f} mm, and a sheet shows {:.4g} mm at "
+                    "most: is it the right file? --force sets it all the same",
+                    arguments.file, change.tool, most_mm, tool_offset::kCoarseReach_mm),
+        ErrorKind::kSafety);
+  }
+  return {};
+}
+
 // Each old value is on the disk before it is replaced.
 Result<void> Set(const std::vector<Change>& changes, const OffsetApplyArguments& arguments,
                  const std::string& printer, const procedure::Session& session) {
   using store::OffsetStage;
+  if (auto near = RefuseTooFar(changes, arguments); !near) return near;
   if (auto once = RefuseTwice(changes, arguments); !once) return once;
   std::map<int, KeptOffset> set;
   for (const Change& change : changes) {
@@ -240,8 +261,14 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
       ->needs("--apply")
       ->group("Printer");
   command
-      ->add_flag("--again", arguments->again,
-                 "apply a measurement that was applied before, and is there already")
+      ->add_flag("--dry-run", arguments->dry_run,
+                 "say what would change, and change nothing: as without --apply")
+      ->excludes("--apply")
+      ->group("Printer");
+  command
+      ->add_flag("--force,--again", arguments->force,
+                 "apply a measurement that was applied before and is there already, and offsets "
+                 "beyond what a sheet can show")
       ->needs("--apply")
       ->group("Printer");
   command

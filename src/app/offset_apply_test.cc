@@ -75,9 +75,22 @@ TEST_F(OffsetApply, TheSameMeasurementIsNotTakenOutTwice) {
   const std::string before = History();
   const CommandResult twice = Apply("--apply");
   EXPECT_EQ(twice.exit_code, 4);
-  EXPECT_THAT(twice.standard_error, AllOf(HasSubstr("twice"), HasSubstr("--again")));
+  EXPECT_THAT(twice.standard_error, AllOf(HasSubstr("twice"), HasSubstr("--force")));
   EXPECT_EQ(History(), before);
-  EXPECT_EQ(Apply("--apply --again").exit_code, 0);
+  EXPECT_EQ(Apply("--apply --force").exit_code, 0);
+}
+
+TEST_F(OffsetApply, MoreThanASheetCanShowIsNotSetUnforced) {
+  Serve();
+  WriteWhole(
+      folder_.path() / "result.json",
+      R"({"format": 1, "tools": [{"tool": 1, "verdict": "good", "dx_mm": -30, "dy_mm": 0}]})");
+  const CommandResult far = Apply("--apply");
+  EXPECT_EQ(far.exit_code, 4);
+  EXPECT_THAT(far.standard_error, AllOf(HasSubstr("30.000 mm"), HasSubstr("--force")));
+  EXPECT_EQ(History(), "");
+  EXPECT_THAT(Apply("--dry-run").standard_output,
+              AllOf(HasSubstr("0.250  ->  30.250"), HasSubstr("nothing was changed")));
 }
 
 TEST_F(OffsetApply, SaveOutlivesTheRestartThatItMakes) {

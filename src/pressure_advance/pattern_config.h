@@ -33,6 +33,8 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
   std::optional<double> restore_pressure_advance_s;  ///< [0, 10]; set at the end; absent: left at …
                                                      ///< … frame_pressure_advance_s
   double restore_minimum_cruise_ratio = 0.5;  ///< [0, 1); Klipper's own default
+  double pressure_advance_limit_s = 0.2;      ///< [0.001, 2]; what is applied without being forced:
+                                              ///< the reach of Klipper's tuning tower, direct drive
 
   // The pattern.
   std::optional<double> position_x_mm;   ///< front left corner of the first frame's outer edge; …

@@ -19,6 +19,9 @@ constexpr auto kFields = std::to_array<PatternField>({
      "Pressure advance set at the end. Left out: the frame's stays."},
     {kPrinter, "restore_minimum_cruise_ratio", &C::restore_minimum_cruise_ratio, "", 0, 0.99,
      "Klipper's minimum_cruise_ratio set at the end."},
+    {kPrinter, "pressure_advance_limit", &C::pressure_advance_limit_s, "s", 0.001, 2,
+     "More is applied only with --force. Direct drives need up to about 0.2, Bowden tubes up to 1, "
+     "seldom 1.5. A pattern that goes further raises it to its own highest value."},
 
     {kPattern, "position_x", &C::position_x_mm, "mm", -2000, 2000,
      "Left outer edge of the first frame. Left out: centred on the bed."},

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "pressure_advance/pattern.h"
 #include "procedure/checks.h"
 #include "procedure/frame_recorder.h"
@@ -235,29 +233,6 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
     outcome.done = KeepBedWarm(session, request.pattern);
   }
   return outcome;
-}
-
-Result<void> ApplyPressureAdvance(const Session& session, double pressure_advance_s) {
-  if (!(pressure_advance_s >= 0 && pressure_advance_s <= 10)) {
-    return Fail(fmt::format("pressure advance {} s: must lie within 0 ... 10", pressure_advance_s));
-  }
-  auto set =
-      session.printer.Run(fmt::format("SET_PRESSURE_ADVANCE ADVANCE={:.4f}", pressure_advance_s),
-                          session.Within(kAsk_s));
-  if (!set) return set;
-  if (auto moved = session.printer.FinishMoves(session.Within(kAsk_s)); !moved) return moved;
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  constexpr double kRounding_s = 0.0001;
-  if (!state->pressure_advance_s ||
-      std::abs(*state->pressure_advance_s - pressure_advance_s) > kRounding_s) {
-    return Fail(
-        fmt::format("the printer was told to use a pressure advance of {:.4f} s and reports "
-                    "{:.4f} s",
-                    pressure_advance_s, state->pressure_advance_s.value_or(std::nan(""))),
-        ErrorKind::kMachine);
-  }
-  return {};
 }
 
 }  // namespace trammel::procedure

@@ -45,8 +45,4 @@ struct CalibrationOutcome {
 [[nodiscard]] Result<std::unique_ptr<machine::FrameSource>> OpenCamera(
     const Session& session, const pressure_advance::ScanSettings& settings);
 
-/// Sets pressure advance until the printer's next restart, and looks whether it did.
-/// Errors: kInput outside 0 … 10 s; kMachine.
-[[nodiscard]] Result<void> ApplyPressureAdvance(const Session& session, double pressure_advance_s);
-
 }  // namespace trammel::procedure

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "procedure/idle.h"
+
 namespace trammel::procedure {
 namespace {
 
@@ -49,15 +51,6 @@ Result<double> NumberIn(const nlohmann::json& object, const char* key, int tool)
                           "{}:X,Y",
                           key, tool, tool),
               ErrorKind::kMachine);
-}
-
-Result<void> RefuseWhilePrinting(const Session& session) {
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  if (state->print_state == "printing" || state->print_state == "paused") {
-    return Fail("the printer is printing; apply the offset when it has ended", ErrorKind::kMachine);
-  }
-  return {};
 }
 
 Result<void> RunAll(const Session& session, const std::vector<std::string>& lines) {
@@ -136,7 +129,7 @@ Result<KeptOffset> ReadToolOffset(const Session& session, int tool) {
 }
 
 Result<void> SetToolOffset(const Session& session, int tool, const KeptOffset& offset) {
-  if (auto may = RefuseWhilePrinting(session); !may) return may;
+  if (auto may = RefuseWhilePrinting(session, "the offset"); !may) return may;
   if (auto set = RunAll(session, SetCommands(OffsetKeeper::kKlipperTool, tool, offset)); !set) {
     return set;
   }
@@ -144,7 +137,7 @@ Result<void> SetToolOffset(const Session& session, int tool, const KeptOffset& o
 }
 
 Result<void> KeepToolOffsets(const Session& session, const std::map<int, KeptOffset>& offsets) {
-  if (auto may = RefuseWhilePrinting(session); !may) return may;
+  if (auto may = RefuseWhilePrinting(session, "the offset"); !may) return may;
   for (const auto& [tool, offset] : offsets) {
     if (auto kept = RunAll(session, SaveCommands(OffsetKeeper::kKlipperTool, tool)); !kept) {
       return kept;

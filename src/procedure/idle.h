@@ -1,0 +1,14 @@
+// That nothing is being printed.
+#pragma once
+
+#include "base/result.h"
+#include "procedure/session.h"
+
+namespace trammel::procedure {
+
+/// Refuses (kMachine) while the printer prints or is paused: what is set then acts in somebody's
+/// print, and waiting for it would drain its queue of moves.
+/// @param what  ends "apply … when it has ended", for example "the offset".
+[[nodiscard]] Result<void> RefuseWhilePrinting(const Session& session, std::string_view what);
+
+}  // namespace trammel::procedure
