@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pressure_advance/pattern.h"
+#include "pressure_advance/scan_fields.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -19,6 +20,21 @@ struct Refusal {
   const char* key;
   const char* says;
 };
+
+TEST(ScanValidate, ANozzleThatIsToCoolBelowAnyRoomIsRefusedAndZeroIsOff) {
+  ScanSettings settings;
+  for (const double reachable_c : {0.0, 50.0, 150.0}) {
+    settings.scan_nozzle_temperature_c = reachable_c;
+    EXPECT_FALSE(FindProblem(settings)) << reachable_c;
+  }
+  for (const double out_of_reach_c : {0.5, 20.0, 49.0}) {
+    settings.scan_nozzle_temperature_c = out_of_reach_c;
+    const auto problem = FindProblem(settings);
+    ASSERT_TRUE(problem) << out_of_reach_c;
+    EXPECT_EQ(problem->key, "nozzle_temperature");
+    EXPECT_THAT(problem->message, HasSubstr("below 50 °C"));
+  }
+}
 
 TEST(PatternValidate, NamesTheSettingTheValueAndTheBound) {
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -63,7 +63,8 @@ constexpr auto kFields = std::to_array<ScanField>({
     {kScan, "settle", &S::settle_s, "s", 0.1, 60,
      "Standing still before each sweep: it shows in the frames where the motion begins."},
     {kScan, "nozzle_temperature", &S::scan_nozzle_temperature_c, "°C", 0, 300,
-     "The nozzle cools to this before the scan, so that it does not ooze. 0: off."},
+     "The nozzle cools to this before the scan, so that it does not ooze; at least 50, which it "
+     "reaches in any room. 0: its heater is switched off, and nothing is waited for."},
     {kScan, "heat_time_limit", &S::heat_time_limit_s, "s", 10, 7200,
      "How long a heater may take to reach its temperature, up or down."},
     {kScan, "laser_on_gcode", &S::laser_on_gcode, "", 0, 0,
@@ -102,6 +103,18 @@ std::optional<settings::SettingProblem> CheckCrop(const ScanSettings& settings) 
   return std::nullopt;
 }
 
+/// A nozzle above a warm bed never cools to the room's temperature.
+std::optional<settings::SettingProblem> CheckScanTemperature(const ScanSettings& settings) {
+  constexpr double kReachable_c = 50;
+  const double temperature_c = settings.scan_nozzle_temperature_c;
+  if (temperature_c == 0 || temperature_c >= kReachable_c) return std::nullopt;
+  return In(
+      kScan, "nozzle_temperature",
+      fmt::format("{} °C is below {} °C, which a nozzle above a warm bed may never cool to; 0 "
+                  "switches it off and waits for nothing",
+                  temperature_c, kReachable_c));
+}
+
 /// Addresses, names and keys stand in one line: a break in one would begin another header.
 std::optional<settings::SettingProblem> CheckSingleLines(const ScanSettings& settings) {
   for (const ScanField& field : ScanFields()) {
@@ -120,6 +133,7 @@ std::span<const ScanField> ScanFields() { return kFields; }
 
 std::optional<settings::SettingProblem> FindProblem(const ScanSettings& settings) {
   if (auto problem = settings::FindFieldProblems(settings, ScanFields())) return problem;
+  if (auto problem = CheckScanTemperature(settings)) return problem;
   if (auto problem = CheckCrop(settings)) return problem;
   return CheckSingleLines(settings);
 }

@@ -4,6 +4,7 @@
 
 #include "pressure_advance/pattern.h"
 #include "procedure/checks.h"
+#include "procedure/cool_for_scan.h"
 #include "procedure/frame_recorder.h"
 #include "procedure/keeper.h"
 #include "procedure/print.h"
@@ -69,13 +70,6 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
   return Print(session, gcode, options);
 }
 
-// A nozzle that is cold already stays cold.
-bool MayOoze(const machine::PrinterState& state, double cool_c) {
-  const auto nozzle = state.heaters.find(state.active_extruder);
-  return nozzle == state.heaters.end() || nozzle->second.temperature_c > cool_c ||
-         nozzle->second.target_c > cool_c;
-}
-
 Result<void> Scan(const Session& session, const CalibrationRequest& request,
                   const PatternConfig& config, const PatternPlan& plan, FrameRecorder& recorder,
                   const std::string& camera) {
@@ -87,12 +81,9 @@ Result<void> Scan(const Session& session, const CalibrationRequest& request,
     auto clean = session.printer.Run(request.settings.clean_nozzle_gcode, session.Within(kHome_s));
     if (!clean) return clean;
   }
-  const double cool_c = request.settings.scan_nozzle_temperature_c;
-  if (MayOoze(*state, cool_c)) {
-    auto cool =
-        CoolAndWait(session, state->active_extruder, cool_c, request.settings.heat_time_limit_s);
-    if (!cool) return cool;
-  }
+  auto cool = CoolForScan(session, *state, request.settings.scan_nozzle_temperature_c,
+                          request.settings.heat_time_limit_s);
+  if (!cool) return cool;
   ScanRequest scan;
   scan.plan = plan;
   scan.settings = request.settings;
