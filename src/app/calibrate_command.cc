@@ -19,6 +19,7 @@
 #include "app/validation.h"
 #include "procedure/checks.h"
 #include "procedure/comparison.h"
+#include "settings/material.h"
 #include "store/plan_file.h"
 #include "store/whole_file.h"
 
@@ -141,18 +142,23 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   return code;
 }
 
-Result<fs::path> Run(const CalibrateArguments& arguments, const procedure::Session& session,
-                     procedure::CalibrationRequest request, const store::Config& config) {
+struct Ran {
+  fs::path folder;
+  double bed_c = 0;  // at which the bed is kept
+};
+
+Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& session,
+                procedure::CalibrationRequest request, const store::Config& config) {
   if (arguments.validate) {  // asked before anything moves; where it goes does not need the value
     const auto room = PlanComparison(session, config, 1);
     if (!room) return tl::unexpected(room.error());
   }
   auto folder = MakeFolder(arguments.out);
-  if (!folder) return folder;
+  if (!folder) return tl::unexpected(folder.error());
   request.folder = *folder;
   const CalibrationRun run = CalibrateInto(session, request);
   if (!run.done) return tl::unexpected(run.done.error());
-  return folder;
+  return Ran{*folder, run.bed_c};
 }
 
 int RunCalibration(const CalibrateArguments& arguments) {
@@ -160,24 +166,30 @@ int RunCalibration(const CalibrateArguments& arguments) {
   const auto config = LoadSettings(arguments.printer);
   if (!config) return Report(config.error());
   if (arguments.dry_run) {
-    const auto done = PrintDryRun(config->pattern, config->scan);
+    const auto done = PrintDryRun(config->pattern, config->scan, {arguments.print, arguments.scan});
     return done ? static_cast<int>(kExitGood) : Report(done.error());
   }
   auto request = RequestFor(*config, {});
   request.print = arguments.print;
   request.scan = arguments.scan;
   if (auto read = ReadFiles(arguments, request); !read) return Report(read.error());
+  if (arguments.print && request.gcode.empty()) {
+    auto told = settings::ValidateTemperatures(config->pattern);
+    if (!told) return Report(told.error());
+  }
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return Report(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
   if (!arguments.print && !request.plan) SayWhatIsAssumed(config->pattern);
-  const auto folder = Run(arguments, session, std::move(request), *config);
-  if (!folder) return Report(folder.error());
-  if (arguments.scan) return Conclude(arguments, session, *config, *folder);
+  const auto ran = Run(arguments, session, std::move(request), *config);
+  if (!ran) return Report(ran.error());
+  if (arguments.scan) return Conclude(arguments, session, *config, ran->folder);
   fmt::print(
-      "printed           the bed stays at {:.0f} degC and holds it\n"
+      "printed           {}\n"
       "to scan it        trammel pa scan --plan {}\n",
-      config->pattern.bed_temperature_c, (*folder / "pattern.plan.json").string());
+      ran->bed_c > 0 ? fmt::format("the bed stays at {:.0f} degC and holds it", ran->bed_c)
+                     : "the bed is off, as the file left it",
+      (ran->folder / "pattern.plan.json").string());
   return kExitGood;
 }
 
@@ -205,6 +217,7 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
   const auto whole = std::make_shared<CalibrateArguments>();
   CLI::App* calibrate = AddStep(parent, exit_code, "calibrate",
                                 "print the pattern, scan it, and say the answer", whole);
+  AddMaterialOption(*calibrate, whole->printer.material);
   AddDryRun(*calibrate, *whole, "print the G-code and the sweeps, do nothing");
   calibrate->add_flag("--validate", whole->validate,
                       "then print lines without and with the answer, and say what it improved");
@@ -213,6 +226,7 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
   print_only->scan = false;
   CLI::App* print = AddStep(parent, exit_code, "print",
                             "print the pattern and leave it on the warm bed", print_only);
+  AddMaterialOption(*print, print_only->printer.material);
   AddDryRun(*print, *print_only, "print the G-code and the sweeps, do nothing");
   print->add_option("--gcode", print_only->gcode, "a file that pa pattern wrote, as it is");
   print->add_option("--plan", print_only->plan, "its plan; left out: the one beside it");

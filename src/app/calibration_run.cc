@@ -9,13 +9,14 @@
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_plan.h"
 #include "procedure/sweep_plan.h"
+#include "settings/material.h"
 
 namespace trammel::app {
 
 CalibrationRun CalibrateInto(const procedure::Session& session,
                              const procedure::CalibrationRequest& request) {
   const procedure::CalibrationOutcome outcome = Calibrate(session, request);
-  CalibrationRun run{outcome.done, outcome.unrestored.empty()};
+  CalibrationRun run{outcome.done, outcome.unrestored.empty(), outcome.bed_c};
   std::string unrestored;
   for (const std::string& failure : outcome.unrestored) {
     fmt::print(stderr, "trammel: NOT AS IT WAS: {}\n", failure);
@@ -33,7 +34,10 @@ CalibrationRun CalibrateInto(const procedure::Session& session,
 }
 
 Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
-                         const pressure_advance::ScanSettings& settings) {
+                         const pressure_advance::ScanSettings& settings, const DryRun& shown) {
+  if (shown.print) {
+    if (auto told = trammel::settings::ValidateTemperatures(pattern); !told) return told;
+  }
   pattern.finish = pressure_advance::Finish::kIdle;  // as it is printed: the scan follows
   const auto layout = LayOut(pattern);
   procedure::Reach reach;
@@ -43,8 +47,14 @@ Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
   const auto sweeps =
       procedure::PlanSweeps(MakePlan(layout, pattern, "pattern.gcode"), {}, settings, reach);
   if (!sweeps) return tl::unexpected(sweeps.error());
-  fmt::print("; --- print ---\n{}; --- scan, about {:.0f} s ---\n{}", WriteGcode(layout, pattern),
-             sweeps->time_s(), DescribeSweeps(*sweeps, settings, pattern.travel_speed_mm_s));
+  if (shown.print) fmt::print("; --- print ---\n{}", WriteGcode(layout, pattern));
+  if (shown.scan) {
+    fmt::print("; --- scan, about {:.0f} s{} ---\n{}", sweeps->time_s(),
+               settings.scan_nozzle_temperature_c > 0
+                   ? fmt::format(", nozzle at {:.4g} degC", settings.scan_nozzle_temperature_c)
+                   : ", nozzle off",
+               DescribeSweeps(*sweeps, settings, pattern.travel_speed_mm_s));
+  }
   return {};
 }
 

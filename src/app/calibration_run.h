@@ -11,6 +11,7 @@ namespace trammel::app {
 struct CalibrationRun {
   Result<void> done;     ///< the recording is whole, and the printer as it was
   bool restored = true;  ///< the printer is as it was, whatever became of the recording
+  double bed_c = 0;      ///< at which the bed is kept
 };
 
 /// Runs the steps and says on standard error what is not as it was before, and where the recording
@@ -18,9 +19,17 @@ struct CalibrationRun {
 [[nodiscard]] CalibrationRun CalibrateInto(const procedure::Session& session,
                                            const procedure::CalibrationRequest& request);
 
+/// What a dry run shows.
+struct DryRun {
+  bool print = true;  ///< the G-code
+  bool scan = true;   ///< the sweeps
+};
+
 /// Prints the G-code and the sweeps for `pattern`, whatever a printer would say.
-/// Errors: kSafety where the head would leave the bed of the settings.
+/// Errors: kInput where the G-code would heat to nobody knows what; kSafety where the head would
+/// leave the bed of the settings.
 [[nodiscard]] Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
-                                       const pressure_advance::ScanSettings& settings);
+                                       const pressure_advance::ScanSettings& settings,
+                                       const DryRun& shown = {});
 
 }  // namespace trammel::app

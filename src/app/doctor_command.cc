@@ -77,6 +77,7 @@ int RunDoctor(const DoctorOptions& options) {
   const auto add = [&checks](std::vector<Check> more) {
     checks.insert(checks.end(), more.begin(), more.end());
   };
+  if (ready) add({CheckTemperatures(session, config->pattern)});
   if (ready) add(CheckTiming(session));
   add(CheckCamera(session, config->scan, options.laser && ready));
   add({procedure::CheckDisk(std::filesystem::current_path(), 60, config->scan.frames_per_s)});
@@ -99,6 +100,7 @@ void AddDoctorCommand(CLI::App& parent, int& exit_code) {
   const auto options = std::make_shared<DoctorOptions>();
   AddPrinterOptions(*command, options->printer);
   AddCameraOption(*command, options->printer);
+  AddMaterialOption(*command, options->printer.material);
   command->add_flag(
       "--laser", options->laser,
       "switch the laser on for some pictures; the head must stand at the focus height");

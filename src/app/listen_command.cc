@@ -11,6 +11,7 @@
 #include "app/interrupt.h"
 #include "app/listener.h"
 #include "app/printer_session.h"
+#include "settings/material.h"
 
 namespace trammel::app {
 namespace {
@@ -40,6 +41,13 @@ int RunListen(const ListenArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
   if (!config) return Report(config.error());
+  // The file may be edited meanwhile: each calibration looks again, and is refused without one.
+  if (auto told = settings::ValidateTemperatures(config->pattern); told) {
+    fmt::print(stderr, "calibrations are heated to {}\n",
+               settings::DescribeTemperatures(config->pattern));
+  } else {
+    fmt::print(stderr, "trammel: no calibration as things are: {}\n", told.error().message);
+  }
   const auto printer = ConnectPatiently(config->scan, interrupt.token());
   if (!printer) return Report(printer.error());
   Listener listener(**printer, arguments.printer, arguments.out, interrupt.token());
@@ -57,6 +65,7 @@ void AddListenCommand(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<ListenArguments>();
   AddPrinterOptions(*command, arguments->printer);
   AddCameraOption(*command, arguments->printer);
+  AddMaterialOption(*command, arguments->printer.material);
   command->add_option("--out", arguments->out, "folder in which each calibration gets its own")
       ->capture_default_str();
   command->callback([arguments, &exit_code] { exit_code = RunListen(*arguments); });

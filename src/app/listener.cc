@@ -11,6 +11,7 @@
 #include "app/calibration_run.h"
 #include "base/bug_note.h"
 #include "procedure/apply_pressure_advance.h"
+#include "settings/material.h"
 
 namespace trammel::app {
 namespace {
@@ -111,7 +112,12 @@ void Listener::Calibrate() {
 }
 
 std::string Listener::RunCalibration() {
-  const auto config = LoadSettings(options_);
+  auto config = LoadSettings(options_);
+  if (config) {
+    if (auto told = settings::ValidateTemperatures(config->pattern); !told) {
+      config = tl::unexpected(told.error());
+    }
+  }
   const auto folder = config ? MakeFolder(recordings_ / Now("pa-{:%Y%m%d-%H%M%S}"))
                              : Result<fs::path>(tl::unexpected(config.error()));
   CalibrationRun run;

@@ -29,11 +29,16 @@ class OffsetAnalyze : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = std::make_unique<TemporaryFolder>();
-    WritePattern("p.gcode", {});
+    WritePattern("p.gcode", OfPla());
     ASSERT_EQ(Scan("a.png", "--truth truth.json").exit_code, 0);
   }
   static void TearDownTestSuite() { folder_.reset(); }
 
+  static tool_offset::SheetSettings OfPla() {
+    tool_offset::SheetSettings settings;
+    settings.filament.material = "pla";
+    return settings;
+  }
   static void WritePattern(const std::string& name, const tool_offset::SheetSettings& settings) {
     WriteWhole(Path(name), tool_offset::WriteSheetGcode(tool_offset::PlanSheet(settings)).text);
   }
@@ -160,14 +165,14 @@ TEST_F(OffsetAnalyze, ReadsAPoorJpegOfADiscolouredPage) {
 }
 
 TEST_F(OffsetAnalyze, APictureOfThePlanIsNoScan) {
-  ASSERT_EQ(Trammel("offset pattern -o plan.gcode").exit_code, 0);
+  ASSERT_EQ(Trammel("offset pattern --material pla -o plan.gcode").exit_code, 0);
   const CommandResult result = Trammel("offset analyze plan.png --pattern plan.gcode");
   EXPECT_EQ(result.exit_code, 2) << result.output;
   EXPECT_EQ(result.standard_output, "");
 }
 
 TEST_F(OffsetAnalyze, AnIdexHasItsOwnChangesOfToolAndItsOwnLines) {
-  ASSERT_EQ(Trammel("offset pattern --tool-change idex -o idex.gcode").exit_code, 0);
+  ASSERT_EQ(Trammel("offset pattern --material pla --tool-change idex -o idex.gcode").exit_code, 0);
   ASSERT_EQ(
       Trammel(fmt::format(
                   "sim sheet idex.gcode --dpi 300 --seed {} --offset 1:{},{} --out carriage.png",
@@ -189,7 +194,7 @@ TEST_F(OffsetAnalyze, AnIdexHasItsOwnChangesOfToolAndItsOwnLines) {
 }
 
 TEST_F(OffsetAnalyze, ASelfTestTellsHowEachProgrammedOffsetCameBack) {
-  ASSERT_EQ(Trammel("offset pattern --self-test -o self.gcode").exit_code, 0);
+  ASSERT_EQ(Trammel("offset pattern --material pla --self-test -o self.gcode").exit_code, 0);
   ASSERT_EQ(
       Trammel(fmt::format("sim sheet self.gcode --dpi 300 --seed {} --out printed.png", kSeed))
           .exit_code,
@@ -226,7 +231,7 @@ TEST_F(OffsetAnalyze, APageThatIsNoScanOfThisSheetIsAnErrorThatSaysSo) {
   EXPECT_EQ(mirrored.exit_code, 2);
   EXPECT_THAT(mirrored.standard_error, AllOf(HasSubstr("mirrored.png"), HasSubstr("mirror")));
 
-  tool_offset::SheetSettings settings;
+  tool_offset::SheetSettings settings = OfPla();
   settings.pitch_mm = 3.9;
   WritePattern("other.gcode", settings);
   const CommandResult other = Trammel("offset analyze --pattern other.gcode a.png");

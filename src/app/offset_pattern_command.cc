@@ -13,12 +13,14 @@
 #include "app/commands.h"
 #include "app/config_text.h"
 #include "app/output_files.h"
+#include "app/printer_session.h"
 #include "report/sheet_preview.h"
 #include "store/config_file.h"
 #include "store/whole_file.h"
 #include "tool_offset/sheet_bed.h"
 #include "tool_offset/sheet_fields.h"
 #include "tool_offset/sheet_gcode.h"
+#include "tool_offset/sheet_temperatures.h"
 
 namespace trammel::app {
 namespace {
@@ -34,6 +36,7 @@ struct OffsetPatternArguments {
   std::string out = "offset.gcode";
   std::vector<std::string> previews;
   std::string dialect;
+  std::string material;
   std::string tool_change;
   std::optional<int> tool;
   bool self_test = false;
@@ -61,6 +64,7 @@ Result<void> Override(const OffsetPatternArguments& arguments, store::Config& co
       return done;
     }
   }
+  if (!arguments.material.empty()) config.pattern.material = arguments.material;
   SheetSettings& sheet = config.sheet;
   if (!arguments.tool_change.empty()) {
     auto gcode = ToolChange(arguments.tool_change);
@@ -87,7 +91,9 @@ Result<SheetSettings> Configure(const OffsetPatternArguments& arguments) {
   if (!config) return tl::unexpected(config.error());
   if (auto done = Override(arguments, *config); !done) return tl::unexpected(done.error());
   SheetSettings sheet = store::SheetOf(*config);
-  if (const auto problem = FindProblem(sheet)) {
+  auto problem = FindProblem(sheet);
+  if (!problem) problem = FindTemperatureProblem(sheet);
+  if (problem) {
     return tl::unexpected(store::LocateProblem(*problem, text->text, text->file));
   }
   fmt::print("settings   {}\n", text->file);
@@ -115,6 +121,8 @@ void Print(const SheetPlan& plan, const SheetGcode& gcode) {
   const auto minutes = static_cast<int>(gcode.time_s / 60);
   fmt::print("sheet      {}: {:.1f} x {:.1f} mm, turned by {:.4g} degrees\n", plan.sheet_id,
              plan.width_mm, plan.height_mm, plan.settings.tilt_deg);
+  fmt::print("heated to  {}, once the paper is taped down on the cold bed\n",
+             DescribeTemperatures(plan.settings));
   fmt::print("structures {}, tool changes {}\n", plan.structures.size(), gcode.tool_changes);
   fmt::print("filament   {:.1f} mm\n", gcode.filament_mm);
   fmt::print("time       {} min {:.0f} s without heating and tool changes\n", minutes,
@@ -180,6 +188,7 @@ void AddOffsetPatternCommand(CLI::App& parent, int& exit_code) {
       "--tool-change", arguments->tool_change,
       "how tools are changed: t (T0, T1, ...), activate-extruder or idex (Klipper)");
   command->add_option("--dialect", arguments->dialect, "klipper, marlin or reprapfirmware");
+  AddMaterialOption(*command, arguments->material);
   command->add_flag("--force", arguments->force, "overwrite files");
   command->callback([arguments, &exit_code] {
     const Result<void> done = RunOffsetPattern(*arguments);

@@ -12,9 +12,11 @@
 #include "app/config_text.h"
 #include "app/option_values.h"
 #include "app/output_files.h"
+#include "app/printer_session.h"
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_plan.h"
 #include "report/pattern_preview.h"
+#include "settings/material.h"
 #include "store/config_file.h"
 #include "store/plan_file.h"
 #include "store/whole_file.h"
@@ -35,6 +37,7 @@ struct PatternArguments {
   std::string segments;
   std::string grid;
   std::string dialect;
+  std::string material;
   bool idle = false;
   bool force = false;
 };
@@ -67,6 +70,7 @@ Result<void> Override(const PatternArguments& arguments, store::Config& config) 
     if (!values) return tl::unexpected(values.error());
     config.pattern.pressure_advances_s = std::move(*values);
   }
+  if (!arguments.material.empty()) config.pattern.material = arguments.material;
   if (arguments.idle) config.pattern.finish = pressure_advance::Finish::kIdle;
   return {};
 }
@@ -80,14 +84,20 @@ Result<PatternConfig> Configure(const PatternArguments& arguments) {
   if (auto valid = store::ValidateConfig(*config, text->text, text->file); !valid) {
     return tl::unexpected(valid.error());
   }
+  if (const auto problem = settings::FindTemperatureProblem(config->pattern)) {
+    return tl::unexpected(store::LocateProblem(*problem, text->text, text->file));
+  }
   fmt::print("settings   {}\n", text->file);
   return config->pattern;
 }
 
-void Print(const PatternSummary& summary, const PatternLayout& layout) {
+void Print(const PatternSummary& summary, const PatternLayout& layout,
+           const PatternConfig& config) {
   const auto minutes = static_cast<int>(summary.time_s / 60);
   fmt::print("lines      {} in {} pattern(s)\n", layout.lines.size(), layout.patterns.size());
-  fmt::print("filament   {:.1f} mm, {:.2f} g\n", summary.filament_mm, summary.filament_g);
+  fmt::print("heated to  {}\n", settings::DescribeTemperatures(config));
+  fmt::print("filament   {:.1f} mm{}\n", summary.filament_mm,
+             summary.filament_g ? fmt::format(", {:.2f} g", *summary.filament_g) : "");
   fmt::print("time       {} min {:.0f} s without heating\n", minutes,
              summary.time_s - 60 * minutes);
   fmt::print("bounds     X {:.2f} ... {:.2f} mm, Y {:.2f} ... {:.2f} mm\n",
@@ -123,7 +133,7 @@ Result<void> RunPattern(const PatternArguments& arguments) {
   if (auto done = store::WriteWholeFile(png_path, preview.ToPng()); !done) return done;
   fmt::print("G-code     {}\nplan       {}\npreview    {} {}\n", gcode_path.string(),
              plan_path.string(), svg_path.string(), png_path.string());
-  Print(Summarise(layout, *config), layout);
+  Print(Summarise(layout, *config), layout, *config);
   return {};
 }
 
@@ -146,6 +156,7 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
                       "speeds along a line: FRACTION:SPEED,..., as in 0.1:10,0.6:100,0.3:10");
   command->add_option("--grid", arguments->grid, "several patterns: COLUMNSxROWS");
   command->add_option("--dialect", arguments->dialect, "klipper, marlin or reprapfirmware");
+  AddMaterialOption(*command, arguments->material);
   command->add_flag("--idle", arguments->idle,
                     "leave the bed warm at the end, because a scan follows");
   command->add_flag("--force", arguments->force, "overwrite files");

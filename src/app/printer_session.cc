@@ -23,6 +23,12 @@ void AddPrinterOptions(CLI::App& command, PrinterOptions& options) {
                      "Moonraker's address: host, host:port, URL or unix:PATH");
 }
 
+void AddMaterialOption(CLI::App& command, std::string& material) {
+  command.add_option("--material", material,
+                     "what is printed: pla, petg, abs, asa, tpu, pc or pa; temperatures that are "
+                     "set win");
+}
+
 void AddCameraOption(CLI::App& command, PrinterOptions& options) {
   command.add_option("--camera", options.camera,
                      "stream URL, /dev/videoN, aravis:ID, video file or folder of pictures");
@@ -38,6 +44,7 @@ Result<store::Config> LoadSettings(const PrinterOptions& options) {
       return tl::unexpected(done.error());
     }
   }
+  if (!options.material.empty()) config->pattern.material = options.material;
   if (auto valid = store::ValidateConfig(*config, text->text, text->file); !valid) {
     return tl::unexpected(valid.error());
   }

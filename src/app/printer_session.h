@@ -25,10 +25,14 @@ struct PrinterOptions {
   std::vector<std::string> set;  ///< key=value
   std::string address;           ///< Moonraker's; empty: the settings'
   std::string camera;            ///< empty: the settings'
+  std::string material;          ///< empty: the settings'
 };
 
 /// --config, --set and --printer.
 void AddPrinterOptions(CLI::App& command, PrinterOptions& options);
+
+/// --material, for what prints.
+void AddMaterialOption(CLI::App& command, std::string& material);
 
 /// --camera.
 void AddCameraOption(CLI::App& command, PrinterOptions& options);

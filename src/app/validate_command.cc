@@ -10,6 +10,7 @@
 #include "app/printer_session.h"
 #include "app/validation.h"
 #include "procedure/comparison.h"
+#include "settings/material.h"
 
 namespace trammel::app {
 namespace {
@@ -46,6 +47,9 @@ int RunValidate(const ValidateArguments& arguments) {
   if (!pattern) return Report(pattern.error());
   config->pattern = std::move(*pattern);
   if (auto valid = Validate(config->pattern); !valid) return Report(valid.error());
+  if (auto told = settings::ValidateTemperatures(config->pattern); !told) {
+    return Report(told.error());
+  }
   if (arguments.dry_run) {
     const auto done = PrintDryRun(config->pattern, config->scan);
     return done ? static_cast<int>(kExitGood) : Report(done.error());
@@ -71,6 +75,7 @@ void AddValidateCommand(CLI::App& parent, int& exit_code) {
                       "print nothing: compare the lines of this recording again");
   AddPrinterOptions(*command, arguments->printer);
   AddCameraOption(*command, arguments->printer);
+  AddMaterialOption(*command, arguments->printer.material);
   command->add_option("--out", arguments->out, "new folder for everything that is recorded");
   command->add_flag("--dry-run", arguments->dry_run, "print the G-code and the sweeps, do nothing");
   command->add_flag("--json", arguments->json, "print the result as one JSON object");

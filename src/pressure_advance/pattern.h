@@ -1,6 +1,7 @@
 // The printed pattern: from settings to moves, to G-code, to what it costs.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -66,14 +67,15 @@ struct PatternLayout {
 [[nodiscard]] PatternLayout LayOut(const PatternConfig& config);
 
 /// The complete file: start G-code, modes and limits, moves, end or idle G-code. Absolute
-/// positions and absolute E, both set explicitly. REQUIRES a layout from LayOut(config).
+/// positions and absolute E, both set explicitly. REQUIRES a layout from LayOut(config), and
+/// temperatures (settings::FindTemperatureProblem).
 [[nodiscard]] std::string WriteGcode(const PatternLayout& layout, const PatternConfig& config);
 
 struct PatternSummary {
-  double filament_mm = 0;  ///< used: forwards less backwards
-  double filament_g = 0;
-  double time_s = 0;           ///< of the moves, by trapezoids; without heating and homing
-  double peak_flow_mm3_s = 0;  ///< the hot end must melt this much
+  double filament_mm = 0;            ///< used: forwards less backwards
+  std::optional<double> filament_g;  ///< absent where nothing tells its density
+  double time_s = 0;                 ///< of the moves, by trapezoids; without heating and homing
+  double peak_flow_mm3_s = 0;        ///< the hot end must melt this much
   BoundsMm printed;
   double max_z_mm = 0;
 };

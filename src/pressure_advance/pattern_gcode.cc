@@ -12,6 +12,7 @@
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_geometry.h"
 #include "pressure_advance/pattern_placeholders.h"
+#include "settings/material.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -63,6 +64,7 @@ void WriteHead(const PatternLayout& layout, const PatternConfig& config, Writer&
   writer.Line("; trammel: pressure advance pattern");
   writer.Line(fmt::format("; dialect {}, {} pattern(s), {} line(s)", ToString(config.dialect),
                           layout.patterns.size(), layout.lines.size()));
+  writer.Line("; heated to " + settings::DescribeTemperatures(config));
   writer.Line(fmt::format(
       "; bead {} x {} mm, {} mm of {} mm filament per mm", FormatNumber(config.line_width_mm, 4),
       FormatNumber(config.layer_height_mm, 4), FormatNumber(FilamentPerMm(config), 6),

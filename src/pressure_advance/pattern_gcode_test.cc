@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/check.h"
 #include "gcode/bead.h"
 #include "pressure_advance/pattern.h"
 
@@ -71,13 +72,19 @@ double Length(const ReadMove& move) {
   return std::hypot(move.to[0] - move.from[0], move.to[1] - move.from[1]);
 }
 
+PatternConfig OfAbs() {
+  PatternConfig config;
+  config.material = "abs";
+  return config;
+}
+
 std::string GcodeOf(const PatternConfig& config) { return WriteGcode(LayOut(config), config); }
 
 constexpr gcode::Dialect kDialects[] = {gcode::Dialect::kKlipper, gcode::Dialect::kMarlin,
                                         gcode::Dialect::kRepRapFirmware};
 
 TEST(PatternGcode, PutsTheBeadsVolumeIntoEveryPrintedMove) {
-  const PatternConfig config;
+  const PatternConfig config = OfAbs();
   const double filament_area_mm2 = std::numbers::pi / 4 * 1.75 * 1.75;
   const double bead_area_mm2 = gcode::BeadArea_mm2(config.line_width_mm, config.layer_height_mm);
   // E to 1e-5 mm twice, and both ends of the path to 1 um: half a step each.
@@ -92,7 +99,7 @@ TEST(PatternGcode, PutsTheBeadsVolumeIntoEveryPrintedMove) {
 }
 
 TEST(PatternGcode, NeverTravelsUnretractedOrLow) {
-  PatternConfig config;
+  PatternConfig config = OfAbs();
   config.columns = 2;
   for (const ReadMove& move : ReadMoves(GcodeOf(config))) {
     if (Length(move) == 0) continue;
@@ -109,7 +116,7 @@ TEST(PatternGcode, NeverTravelsUnretractedOrLow) {
 
 TEST(PatternGcode, PrintsEachLineUnderItsOwnPressureAdvanceInEveryDialect) {
   for (const gcode::Dialect dialect : kDialects) {
-    PatternConfig config;
+    PatternConfig config = OfAbs();
     config.dialect = dialect;
     config.frame_pressure_advance_s = 0.02;
     const PatternLayout layout = LayOut(config);
@@ -133,15 +140,15 @@ bool HasLine(const std::string& gcode, const std::string& line) {
 }
 
 TEST(PatternGcode, EndsWithHeatersOffUnlessItIsToIdle) {
-  PatternConfig config;
+  PatternConfig config = OfAbs();
   EXPECT_TRUE(GcodeOf(config).ends_with("M104 S0\nM140 S0\nM84\n"));
   config.finish = Finish::kIdle;
-  EXPECT_TRUE(GcodeOf(config).ends_with("; idle G-code\nM104 S200\n"));
+  EXPECT_TRUE(GcodeOf(config).ends_with("; idle G-code\nM104 S195\n"));
   EXPECT_FALSE(HasLine(GcodeOf(config), "M140 S0"));
 }
 
 TEST(PatternGcode, RestoresWhatItChanged) {
-  PatternConfig config;
+  PatternConfig config = OfAbs();
   config.restore_pressure_advance_s = 0.045;
   config.restore_acceleration_mm_s2 = 5000;
   const std::string klipper = GcodeOf(config);
@@ -156,7 +163,7 @@ TEST(PatternGcode, RestoresWhatItChanged) {
 }
 
 TEST(PatternGcode, PutsValuesIntoTheUsersOwnGcode) {
-  PatternConfig config;
+  PatternConfig config = OfAbs();
   config.start_gcode =
       "PRINT_START EXTRUDER={nozzle_temperature_c} BED={bed_temperature_c} "
       "AREA={min_x_mm},{min_y_mm},{max_x_mm},{max_y_mm}";
@@ -164,13 +171,19 @@ TEST(PatternGcode, PutsValuesIntoTheUsersOwnGcode) {
                       "PRINT_START EXTRUDER=255 BED=110 AREA=108.9662,102.3112,141.0338,147.6888"));
 }
 
+TEST(PatternGcode, IsNeverWrittenWithoutATemperature) {
+  const PatternConfig config;
+  EXPECT_THROW((void)GcodeOf(config), Bug);
+}
+
 TEST(PatternGcode, OfThePaperIsAsRecorded) {
   const std::string path = TRAMMEL_GOLDEN_DIR "/pattern_klipper.gcode";
   std::ifstream file(path);
   std::stringstream recorded;
   recorded << file.rdbuf();
-  EXPECT_EQ(GcodeOf(PatternConfig{}), recorded.str())
-      << "if the change is meant, write " << path << " anew with: trammel pa pattern --force --out";
+  EXPECT_EQ(GcodeOf(OfAbs()), recorded.str())
+      << "if the change is meant, write " << path
+      << " anew with: trammel pa pattern --material abs --force --out";
 }
 
 }  // namespace

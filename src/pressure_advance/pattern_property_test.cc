@@ -27,6 +27,7 @@ bool DrawBool() { return DrawInt(0, 1) == 1; }
 /// Mostly printable: a large bed, and parts in proportion to one another.
 PatternConfig DrawConfig() {
   PatternConfig config;
+  config.material = "petg";
   config.dialect = static_cast<gcode::Dialect>(DrawInt(0, 2));
   config.bed_size_x_mm = Draw(300, 600);
   config.bed_size_y_mm = Draw(300, 600);

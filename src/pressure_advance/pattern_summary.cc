@@ -5,6 +5,7 @@
 #include "gcode/bead.h"
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_geometry.h"
+#include "settings/material.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -91,8 +92,9 @@ PatternSummary Summarise(const PatternLayout& layout, const PatternConfig& confi
   const double filament_area_mm2 =
       std::numbers::pi / 4 * config.filament_diameter_mm * config.filament_diameter_mm;
   constexpr double kCm3PerMm3 = 1e-3;
-  summary.filament_g =
-      summary.filament_mm * filament_area_mm2 * kCm3PerMm3 * config.filament_density_g_cm3;
+  if (const auto density_g_cm3 = settings::Density_g_cm3(config)) {
+    summary.filament_g = summary.filament_mm * filament_area_mm2 * kCm3PerMm3 * *density_g_cm3;
+  }
   return summary;
 }
 

@@ -165,11 +165,14 @@ TEST(PatternSummary, TimeOfOneLineFollowsFromItsTrapezoids) {
 }
 
 TEST(PatternSummary, FlowAndWeightFollowFromTheBead) {
-  const PatternConfig config;
+  PatternConfig config;
+  EXPECT_FALSE(Summarise(LayOut(config), config).filament_g);  // of nobody knows what
+  config.material = "abs";
   const PatternSummary summary = Summarise(LayOut(config), config);
   EXPECT_NEAR(summary.peak_flow_mm3_s, 150 * gcode::BeadArea_mm2(0.495, 0.25), 1e-9);
   const double volume_mm3 = summary.filament_mm * std::numbers::pi / 4 * 1.75 * 1.75;
-  EXPECT_NEAR(summary.filament_g, volume_mm3 * 1.04e-3, 1e-9);
+  ASSERT_TRUE(summary.filament_g);
+  EXPECT_NEAR(*summary.filament_g, volume_mm3 * 1.04e-3, 1e-9);
 }
 
 TEST(PatternPlan, SaysWhereTheLinesOfTheLayoutAre) {

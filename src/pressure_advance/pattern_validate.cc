@@ -8,6 +8,7 @@
 #include "pressure_advance/pattern_fields.h"
 #include "pressure_advance/pattern_geometry.h"
 #include "pressure_advance/pattern_placeholders.h"
+#include "settings/material.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -31,6 +32,7 @@ Problem CheckFields(const PatternConfig& config) {
   if (Problem problem = settings::FindFieldProblems(config, settings::FilamentFields())) {
     return problem;
   }
+  if (Problem problem = settings::FindMaterialProblem(config)) return problem;
   return settings::FindFieldProblems(config, PatternFields());
 }
 

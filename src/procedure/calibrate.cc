@@ -9,6 +9,7 @@
 #include "procedure/keeper.h"
 #include "procedure/print.h"
 #include "procedure/scan.h"
+#include "settings/material.h"
 #include "store/plan_file.h"
 #include "store/whole_file.h"
 
@@ -64,8 +65,10 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
   options.heat_time_limit_s = request.settings.heat_time_limit_s;
   options.print_time_s = ours ? Summarise(layout, config).time_s : RoughTime_s(plan);
   if (ours) {
-    options.nozzle_temperature_c = config.nozzle_temperature_c;
-    options.bed_temperature_c = config.bed_temperature_c;
+    const auto temperatures = settings::TemperaturesOf(config);
+    session.Say("to be heated to " + settings::DescribeTemperatures(config));
+    options.nozzle_temperature_c = temperatures.nozzle_c;
+    options.bed_temperature_c = temperatures.bed_c;
   }
   return Print(session, gcode, options);
 }
@@ -98,7 +101,13 @@ Result<void> Scan(const Session& session, const CalibrationRequest& request,
 Result<void> CheckAll(const Session& session, const CalibrationRequest& request) {
   auto printer = FirstFailure(
       CheckPrinter(session, request.pattern, request.settings, request.plan), ErrorKind::kMachine);
-  if (!printer || !request.scan) return printer;
+  if (!printer) return printer;
+  if (request.print && request.gcode.empty()) {
+    if (auto told = settings::ValidateTemperatures(request.pattern); !told) return told;
+    auto heaters = FirstFailure({CheckTemperatures(session, request.pattern)}, ErrorKind::kSafety);
+    if (!heaters) return heaters;
+  }
+  if (!request.scan) return {};
   const PatternPlan plan = PlanOf(request, request.pattern);
   const double record_s =
       static_cast<double>(plan.lines.size()) *
@@ -146,10 +155,18 @@ bool HasLimit(const Session& session) {
   return false;
 }
 
+// As the printed file left it, whoever wrote that.
+double BedTarget_c(const Session& session) {
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return 0;
+  const auto bed = state->heaters.find("heater_bed");
+  return bed == state->heaters.end() ? 0 : bed->second.target_c;
+}
+
 // What was printed loosens where the bed cools. The printer's own idle time-out still ends it.
-Result<void> KeepBedWarm(const Session& session, const PatternConfig& config) {
-  if (config.bed_temperature_c <= 0) return {};
-  return SetTarget(session, "heater_bed", config.bed_temperature_c);
+Result<void> KeepBedWarm(const Session& session, double bed_c) {
+  if (bed_c <= 0) return {};
+  return SetTarget(session, "heater_bed", bed_c);
 }
 
 Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
@@ -218,10 +235,11 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
   }
   outcome.done = WithReason(session, RunSteps(session, request, keeper->before(), recorder.get(),
                                               camera ? camera->Describe() : ""));
+  if (outcome.done && !request.scan) outcome.bed_c = BedTarget_c(session);
   session.Say("bringing back what was set before");
   outcome.unrestored = keeper->Restore();
   if (outcome.done && outcome.unrestored.empty() && !request.scan) {
-    outcome.done = KeepBedWarm(session, request.pattern);
+    outcome.done = KeepBedWarm(session, outcome.bed_c);
   }
   return outcome;
 }

@@ -32,6 +32,8 @@ struct CalibrationRequest {
 struct CalibrationOutcome {
   Result<void> done;                    ///< good: `folder` holds a whole recording
   std::vector<std::string> unrestored;  ///< what could not be brought back to how it was
+  double bed_c =
+      0;  ///< at which the bed is kept, because the pattern lies on it and is not scanned
 };
 
 /// Runs the steps that the request names. Nothing moves before every check has passed and the

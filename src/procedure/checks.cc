@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "machine/camera.h"
 #include "machine/host_clock.h"
 #include "pressure_advance/pattern.h"
 #include "pressure_advance/pattern_plan.h"
+#include "settings/material.h"
 
 namespace trammel::procedure {
 namespace {
@@ -85,6 +87,31 @@ Check CheckLimit(const Session& session) {
                        kKeepAlive));
   check.advice = true;
   return check;
+}
+
+/// What the printer's configuration allows, as far as it tells.
+struct HeaterLimits {
+  std::optional<double> nozzle_min_extrude_c;
+  std::optional<double> nozzle_max_c;
+  std::optional<double> bed_max_c;
+};
+
+Result<HeaterLimits> ReadHeaterLimits(const Session& session) {
+  const auto status = session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s));
+  if (!status) return tl::unexpected(status.error());
+  const auto member = [](const nlohmann::json& object, const std::string& name) {
+    const auto found = object.is_object() ? object.find(name) : object.end();
+    return found == object.end() ? nlohmann::json() : *found;
+  };
+  const nlohmann::json sections = member(member(*status, "configfile"), "settings");
+  const auto number = [&](const std::string& section, const char* key) -> std::optional<double> {
+    const nlohmann::json value = member(member(sections, section), key);
+    return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+  };
+  const std::string extruder = session.printer.LastState().active_extruder;
+  const std::string nozzle = extruder.empty() ? "extruder" : extruder;
+  return HeaterLimits{number(nozzle, "min_extrude_temp"), number(nozzle, "max_temp"),
+                      number("heater_bed", "max_temp")};
 }
 
 Check CheckSweeps(const PatternPlan& plan, const ScanSettings& settings, const Reach& reach) {
@@ -171,6 +198,44 @@ std::vector<Check> CheckTiming(const Session& session) {
   checks.push_back(moves ? Pass("motion", "the printer tells its moves")
                          : Miss("motion", moves.error().message));
   return checks;
+}
+
+Check CheckTemperatures(const Session& session, const PatternConfig& pattern) {
+  constexpr const char* kName = "temperatures";
+  if (const auto problem = settings::FindTemperatureProblem(pattern)) {
+    Check check = Miss(kName, fmt::format("nothing can be printed: [{}] {}: {}", problem->section,
+                                          problem->key, problem->message));
+    check.advice = true;
+    return check;
+  }
+  const auto asked = settings::TemperaturesOf(pattern);
+  const std::string shown = settings::DescribeTemperatures(pattern);
+  const auto limits = ReadHeaterLimits(session);
+  if (!limits) return Miss(kName, limits.error().message);
+  const auto refuse = [&](const char* key, double asked_c, const char* bound, double bound_c) {
+    return Miss(
+        kName, fmt::format("{}: [filament] {} = {:.4g} degC is {} this printer's {} = {:.4g} degC; "
+                           "name the material that is loaded, or set {}",
+                           shown, key, asked_c,
+                           std::string_view(bound).starts_with("min") ? "below" : "above", bound,
+                           bound_c, key));
+  };
+  if (limits->nozzle_min_extrude_c && asked.nozzle_c < *limits->nozzle_min_extrude_c) {
+    return refuse("nozzle_temperature", asked.nozzle_c, "min_extrude_temp",
+                  *limits->nozzle_min_extrude_c);
+  }
+  if (limits->nozzle_max_c && asked.nozzle_c > *limits->nozzle_max_c) {
+    return refuse("nozzle_temperature", asked.nozzle_c, "max_temp of the extruder",
+                  *limits->nozzle_max_c);
+  }
+  if (limits->nozzle_max_c && asked.idle_nozzle_c > *limits->nozzle_max_c) {
+    return refuse("idle_nozzle_temperature", asked.idle_nozzle_c, "max_temp of the extruder",
+                  *limits->nozzle_max_c);
+  }
+  if (limits->bed_max_c && asked.bed_c > *limits->bed_max_c) {
+    return refuse("bed_temperature", asked.bed_c, "max_temp of the bed", *limits->bed_max_c);
+  }
+  return Pass(kName, shown);
 }
 
 Check CheckDisk(const std::filesystem::path& folder, double record_s, double frames_per_s) {

@@ -32,6 +32,11 @@ struct Check {
     const pressure_advance::ScanSettings& settings,
     const std::optional<pressure_advance::PatternPlan>& plan = {});
 
+/// That the printer can heat to what the pattern asks for: no less than its extruder needs to push
+/// filament, and no more than nozzle and bed may have. Without a material it is advice.
+[[nodiscard]] Check CheckTemperatures(const Session& session,
+                                      const pressure_advance::PatternConfig& pattern);
+
 /// Whether the folder's disk has room for a recording of the given length.
 [[nodiscard]] Check CheckDisk(const std::filesystem::path& folder, double record_s,
                               double frames_per_s);

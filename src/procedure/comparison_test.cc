@@ -23,6 +23,7 @@ TEST(Comparison, StandsBesideThePatternWhereverThatLies) {
   for (const double x_mm : {35.0, 106.0, 205.0}) {
     for (const double y_mm : {60.0, 103.0, 198.0}) {
       PatternConfig printed;
+      printed.material = "pla";
       printed.position_x_mm = x_mm;
       printed.position_y_mm = y_mm;
       ASSERT_TRUE(Validate(printed)) << x_mm << " " << y_mm;
@@ -45,7 +46,9 @@ TEST(Comparison, HasTheSameLinesWithoutAndWithTheValue) {
 }
 
 TEST(Comparison, DoesNotHomeOverThePatternOnThePlate) {
-  const auto beside = ComparisonBeside({}, 0.04, {}, kReach);
+  PatternConfig printed;
+  printed.material = "pla";
+  const auto beside = ComparisonBeside(printed, 0.04, {}, kReach);
   ASSERT_TRUE(beside.has_value());
   EXPECT_THAT(WriteGcode(LayOut(*beside), *beside), ::testing::Not(HasSubstr("G28")));
 }

@@ -12,6 +12,7 @@
 #include "base/check.h"
 #include "report/bed_plot.h"
 #include "report/plot.h"
+#include "settings/material.h"
 
 namespace trammel::report {
 namespace {
@@ -19,7 +20,7 @@ namespace {
 namespace pa = pressure_advance;
 
 constexpr double kWidthPx = 1100;
-constexpr double kHeightPx = 640;
+constexpr double kHeightPx = 664;
 constexpr double kTextPitchPx = 13;
 
 constexpr Color kTravel = Rgb(0x9aa4b1);
@@ -160,6 +161,10 @@ Canvas PatternPreview(const pa::PatternLayout& layout, const pa::PatternConfig& 
   Canvas canvas(kWidthPx, kHeightPx);
   DrawBed(canvas, {60, 40, 400, 500}, layout, config);
   DrawCloseUp(canvas, {540, 40, 450, 480}, layout, config);
+  if (!settings::FindTemperatureProblem(config)) {
+    canvas.Text({24, kHeightPx - 52}, "Heated to " + settings::DescribeTemperatures(config),
+                {.size_px = kLabelTextPx});
+  }
   DrawSpeedLegend(canvas, {24, kHeightPx - 24}, kWidthPx - 48, layout);
   return canvas;
 }

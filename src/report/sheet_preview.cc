@@ -13,6 +13,7 @@
 #include "report/bed_plot.h"
 #include "tool_offset/sheet_bed.h"
 #include "tool_offset/sheet_layout.h"
+#include "tool_offset/sheet_temperatures.h"
 
 namespace trammel::report {
 namespace {
@@ -182,6 +183,10 @@ Canvas SheetPreview(const to::SheetPlan& plan) {
   DrawOnBed(canvas, {70, 40, 370, 370}, plan);
   DrawCloseUp(canvas, {70, 490, 370, 160}, plan);
   DrawSheet(canvas, {540, 40, 620, 600}, plan);
+  if (!to::FindTemperatureProblem(plan.settings)) {
+    canvas.Text({24, kHeightPx - 52}, "Heated to " + to::DescribeTemperatures(plan.settings),
+                {.size_px = kLabelTextPx});
+  }
   std::vector<LegendEntry> entries;
   for (const int tool : plan.settings.tools) {
     entries.push_back(

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "gcode/number.h"
+#include "settings/material.h"
 
 namespace trammel::settings {
 namespace {
@@ -59,15 +60,20 @@ constexpr auto kPrinterFields = std::to_array<PrinterField>({
 });
 
 constexpr auto kFilamentFields = std::to_array<FilamentField>({
+    {kFilament, "material", &F::material, "", 0, 0,
+     "pla, petg, abs, asa, tpu, pc or pa: gives both temperatures and the density, where they are "
+     "not set. Empty: nothing is printed unless both temperatures are set."},
     {kFilament, "filament_diameter", &F::filament_diameter_mm, "mm", 1, 4,
      "Diameter of the filament."},
     {kFilament, "density", &F::filament_density_g_cm3, "g/cm³", 0.5, 10,
-     "Only for the weight that is shown. ABS 1.04, PLA 1.24, PETG 1.27."},
+     "Only for the weight that is shown. Left out: the material's."},
     {kFilament, "nozzle_temperature", &F::nozzle_temperature_c, "°C", 170, 500,
-     "Temperature while printing."},
+     "Temperature while printing. Left out: the material's."},
     {kFilament, "idle_nozzle_temperature", &F::idle_nozzle_temperature_c, "°C", 0, 500,
-     "While the bed heats and while waiting for a scan: hot enough to be quick, too cold to ooze."},
-    {kFilament, "bed_temperature", &F::bed_temperature_c, "°C", 0, 200, "Temperature of the bed."},
+     "While the bed heats and while waiting for a scan: hot enough to be quick, too cold to ooze; "
+     "0 switches off. Left out: 60 below nozzle_temperature."},
+    {kFilament, "bed_temperature", &F::bed_temperature_c, "°C", 0, 200,
+     "Temperature of the bed; 0: it stays off. Left out: the material's."},
 });
 
 SettingProblem InPrinter(std::string key, std::string message) {
@@ -165,9 +171,9 @@ std::vector<gcode::Placeholder> Placeholders(const PrinterSettings& printer,
                                              const Drawing& drawing) {
   const auto number = [](double value) { return gcode::FormatNumber(value, 4); };
   return {
-      {"nozzle_temperature_c", number(filament.nozzle_temperature_c)},
-      {"idle_nozzle_temperature_c", number(filament.idle_nozzle_temperature_c)},
-      {"bed_temperature_c", number(filament.bed_temperature_c)},
+      {"nozzle_temperature_c", number(NozzleTemperature_c(filament).value_or(0))},
+      {"idle_nozzle_temperature_c", number(IdleNozzleTemperature_c(filament).value_or(0))},
+      {"bed_temperature_c", number(BedTemperature_c(filament).value_or(0))},
       {"nozzle_diameter_mm", number(printer.nozzle_diameter_mm)},
       {"filament_diameter_mm", number(filament.filament_diameter_mm)},
       {"layer_height_mm", number(drawing.layer_height_mm)},

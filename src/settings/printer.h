@@ -60,17 +60,20 @@ struct PrinterSettings {
   std::optional<double> restore_acceleration_mm_s2;  ///< [1, 1e6]; absent: left as printed
 };
 
+/// Nothing is heated on a guess: either the material is named or both temperatures are given
+/// (settings/material.h).
 struct FilamentSettings {
-  double filament_diameter_mm = 1.75;      ///< [1, 4]; paper
-  double filament_density_g_cm3 = 1.04;    ///< [0.5, 10]; ABS, the paper's
-  double nozzle_temperature_c = 255;       ///< [170, 500]; paper. 170: Klipper's min_extrude_temp
-  double idle_nozzle_temperature_c = 200;  ///< [0, 500]; paper
-  double bed_temperature_c = 110;          ///< [0, 200]; paper
+  std::string material;                             ///< one of Materials(); empty: none is named
+  double filament_diameter_mm = 1.75;               ///< [1, 4]; paper
+  std::optional<double> filament_density_g_cm3;     ///< [0.5, 10]; absent: the material's
+  std::optional<double> nozzle_temperature_c;       ///< [170, 500]; absent: the material's
+  std::optional<double> idle_nozzle_temperature_c;  ///< [0, 500]; absent: kIdleBelow_c lower
+  std::optional<double> bed_temperature_c;          ///< [0, 200], 0: off; absent: the material's
 };
 
 using PrinterField = SettingField<PrinterSettings, double, std::optional<double>, std::string,
                                   gcode::Dialect, BedShape>;
-using FilamentField = SettingField<FilamentSettings, double>;
+using FilamentField = SettingField<FilamentSettings, double, std::optional<double>, std::string>;
 
 /// All settings, in the order in which `trammel config keys` shows them.
 [[nodiscard]] std::span<const PrinterField> PrinterFields();

@@ -64,10 +64,19 @@ constexpr auto kFields = std::to_array<SheetField>({
      "X of the middle of the box. Left out: everything is centred on the bed."},
     {kIn, "position_y", &S::position_y_mm, "mm", -2000, 2000,
      "Y of the middle of the box. Left out: everything is centred on the bed."},
+    {kIn, "start_gcode", &S::start_gcode, "", 0, 0,
+     "Homes and levels before the paper comes, instead of start_gcode of [printer], which heats. "
+     "Whatever it heats is switched off again and has cooled before the paper comes."},
+    {kIn, "paper_clearance", &S::paper_clearance_mm, "mm", 10, 300,
+     "Height of the nozzle above the bed while the paper is taped."},
     {kIn, "pause", &S::pause, "", 0, 0,
-     "Wait for the paper to be taped down, once everything is homed and warm."},
+     "Wait for the paper to be taped down, once everything is homed and cold. false: it lies there "
+     "before the print is started."},
     {kIn, "pause_gcode", &S::pause_gcode, "", 0, 0,
      "How to wait. Empty: PAUSE (Klipper), M0 (Marlin), M291 (RepRapFirmware)."},
+    {kIn, "bed_temperature", &S::bed_temperature_c, "°C", 0, kWarmestPaper_c,
+     "Temperature of the bed under the paper; 0: it stays off. Left out: the filament's, at most "
+     "60."},
 });
 
 }  // namespace

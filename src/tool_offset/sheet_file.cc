@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
 #include <span>
 
@@ -16,6 +17,13 @@ constexpr std::string_view kPrefix = "; trammel sheet: ";
 constexpr std::string_view kFormatKey = "format";
 constexpr std::string_view kIdKey = "sheet_id";
 constexpr std::string_view kEnd = "end";
+/// What a scan is not read with, and files of the first format do not have.
+constexpr std::array<std::string_view, 3> kSinceFormat2{
+    "filament.material", "tool_offset_pattern.start_gcode", "tool_offset_pattern.paper_clearance"};
+
+bool IsNew(std::string_view key) {
+  return std::find(kSinceFormat2.begin(), kSinceFormat2.end(), key) != kSinceFormat2.end();
+}
 
 struct Entry {
   std::string key;  ///< with its section
@@ -78,7 +86,7 @@ class Reader {
   /// REQUIRES that the last comment was taken.
   Result<SheetSettings> Finish() {
     for (const Entry& entry : entries_) {
-      if (!seen_.contains(entry.key) &&
+      if (!seen_.contains(entry.key) && !IsNew(entry.key) &&
           !std::holds_alternative<std::optional<double>*>(entry.value)) {
         return Fail(fmt::format("the sheet's comments have no {}: the file is damaged", entry.key));
       }
@@ -113,9 +121,10 @@ class Reader {
   static Result<bool> TakeFormat(long line, std::string_view value) {
     int format = 0;
     const Result<bool> taken = TakeNumber(line, std::string(kFormatKey), value, format);
-    if (taken && format != kSheetFormat) {
-      return FailAt(line, fmt::format("format {} is not {}, the one that this trammel reads",
-                                      format, kSheetFormat));
+    if (taken && (format < 1 || format > kSheetFormat)) {
+      return FailAt(
+          line, fmt::format("format {} is none of 1 ... {}, those that this trammel reads", format,
+                            kSheetFormat));
     }
     return taken;
   }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <sstream>
 #include <string>
 
 #include "base/random.h"
@@ -29,12 +30,14 @@ SheetSettings Unusual() {
   settings.printer.bed_size_x_mm = 300;
   settings.printer.bed_size_y_mm = 300;
   settings.printer.start_gcode = "G28\nM140 S{bed_temperature_c}\n; µ\n";
-  settings.filament.bed_temperature_c = 61.5;
+  settings.filament.bed_temperature_c = 51.5;
   return settings;
 }
 
 TEST(SheetFile, SettingsReadBackAsTheyWere) {
-  for (const SheetSettings& settings : {SheetSettings{}, Unusual()}) {
+  SheetSettings plain;
+  plain.filament.material = "pla";
+  for (const SheetSettings& settings : {plain, Unusual()}) {
     ASSERT_EQ(FindProblem(settings).has_value(), false);
     const SheetPlan plan = PlanSheet(settings);
     const Result<SheetSettings> read = ReadSheetFile(WriteSheetGcode(plan).text);
@@ -48,8 +51,26 @@ TEST(SheetFile, SettingsReadBackAsTheyWere) {
     EXPECT_EQ(read->position_y_mm, settings.position_y_mm);
     EXPECT_EQ(read->printer.dialect, settings.printer.dialect);
     EXPECT_EQ(read->printer.start_gcode, settings.printer.start_gcode);
+    EXPECT_EQ(read->start_gcode, settings.start_gcode);
+    EXPECT_EQ(read->filament.material, settings.filament.material);
     EXPECT_EQ(WriteSheetGcode(PlanSheet(*read)).text, WriteSheetGcode(plan).text);
   }
+}
+
+// What format 1 does not have, a scan is not read with.
+TEST(SheetFile, OfTheFirstFormatIsReadAsWell) {
+  std::string old;
+  std::istringstream now(FormatSheetComments(PlanSheet(Unusual())));
+  for (std::string line; std::getline(now, line);) {
+    if (line == "; trammel sheet: format = 2") line.back() = '1';
+    const bool is_new = line.find("filament.material") != std::string::npos ||
+                        line.find("tool_offset_pattern.start_gcode") != std::string::npos ||
+                        line.find("tool_offset_pattern.paper_clearance") != std::string::npos;
+    if (!is_new) old += line + "\n";
+  }
+  const Result<SheetSettings> read = ReadSheetFile(old);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(PlanSheet(*read).sheet_id, PlanSheet(Unusual()).sheet_id);
 }
 
 TEST(SheetFile, LineEndsOfWindowsAndLinesInFrontDoNoHarm) {
@@ -80,7 +101,8 @@ TEST(SheetFile, WhatIsNotAPatternIsSaidToBeNone) {
 
 TEST(SheetFile, EachFaultIsNamedWithItsLine) {
   const std::string pitch = "tool_offset_pattern.pitch = 4.19";
-  EXPECT_THAT(Fault(Changed("format = 1", "format = 2")), HasSubstr("line 1: format 2"));
+  EXPECT_THAT(Fault(Changed("format = 2", "format = 3")), HasSubstr("line 1: format 3"));
+  EXPECT_THAT(Fault(Changed("format = 2", "format = 0")), HasSubstr("line 1: format 0"));
   EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = nan")), HasSubstr("pitch: nan mm"));
   EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = 4.19 ")),
               HasSubstr("must be a number"));

@@ -11,9 +11,11 @@
 #include "gcode/number.h"
 #include "gcode/placeholders.h"
 #include "gcode/tool_commands.h"
+#include "settings/material.h"
 #include "tool_offset/sheet_file.h"
 #include "tool_offset/sheet_pen.h"
 #include "tool_offset/sheet_placeholders.h"
+#include "tool_offset/sheet_temperatures.h"
 
 namespace trammel::tool_offset {
 namespace {
@@ -79,6 +81,7 @@ class Writer {
     pen_.Line(fmt::format("; sheet {}: {} x {} mm turned by {} degrees, dialect {}", plan_.sheet_id,
                           number(plan_.width_mm), number(plan_.height_mm),
                           number(settings_.tilt_deg), ToString(dialect_)));
+    pen_.Line("; heated to " + DescribeTemperatures(settings_));
     pen_.Line("; the scan is read with this file: keep it; the comments below are its settings");
     pen_.Block(FormatSheetComments(plan_));
   }
@@ -90,10 +93,49 @@ class Writer {
     pen_.Line("M83 ; relative E");
   }
 
+  /// Off, and cool enough for hands.
+  void CoolDown() {
+    for (const int tool : settings_.tools) {
+      pen_.Line(gcode::ToolTemperatureCommand(dialect_, tool, 0));
+    }
+    pen_.Lines(gcode::CoolBedCommands(dialect_, kTouchableBed_c));
+    for (const int tool : settings_.tools) {
+      pen_.Lines(gcode::CoolToolCommands(dialect_, tool, kTouchableNozzle_c));
+    }
+  }
+
+  void WaitForPaper() {
+    const std::size_t reference = ReferencePlace(settings_);
+    pen_.Line("; the paper comes now, onto a cold bed");
+    pen_.ParkForPaper();
+    pen_.Line(gcode::WaitForMovesCommand());
+    CoolDown();
+    if (!settings_.pause) return;
+    if (settings_.pause_gcode.empty()) {
+      pen_.Lines(gcode::PauseCommands(dialect_, "Tape the paper to the bed, then go on"));
+    } else {
+      pen_.Block(Expand(settings_.pause_gcode, ToolPlaceholders(plan_, reference, reference)));
+    }
+  }
+
+  void Heat() {
+    const double bed_c = settings::TemperaturesOf(OnPaper(settings_)).bed_c;
+    pen_.Line("; heating, aside from the paper");
+    pen_.Line(gcode::DisplayCommand("Heating"));
+    WriteModes();
+    pen_.Park();
+    pen_.Line(fmt::format("M140 S{}", gcode::FormatNumber(bed_c, 1)));
+    for (std::size_t place = 0; place < settings_.tools.size(); ++place) {
+      pen_.Line(gcode::ToolTemperatureCommand(dialect_, settings_.tools[place],
+                                              ToolIdleTemperature_c(settings_, place)));
+    }
+    if (bed_c > 0) pen_.Line(fmt::format("M190 S{}", gcode::FormatNumber(bed_c, 1)));
+  }
+
   void WriteStart() {
     const std::size_t reference = ReferencePlace(settings_);
     pen_.Line("; start G-code");
-    pen_.Block(Expand(settings_.printer.start_gcode, SheetPlaceholders(plan_)));
+    pen_.Block(Expand(settings_.start_gcode, SheetPlaceholders(plan_)));
     pen_.Line("; pattern");
     pen_.Line("G21 ; mm");
     WriteModes();
@@ -106,21 +148,8 @@ class Writer {
     pen_.Line("M221 S100 ; so is the filament");
     pen_.Line("M107 ; no fan on a first layer");
     pen_.Lines(gcode::LimitCommands(dialect_, settings_.acceleration_mm_s2, std::nullopt));
-    pen_.Park();
-    for (const int tool : settings_.tools) {
-      pen_.Line(gcode::ToolTemperatureCommand(dialect_, tool,
-                                              settings_.filament.idle_nozzle_temperature_c));
-    }
-    if (!settings_.pause) return;
-    pen_.Line("; the paper comes now");
-    pen_.Line(gcode::WaitForMovesCommand());
-    if (settings_.pause_gcode.empty()) {
-      pen_.Lines(gcode::PauseCommands(dialect_, "Tape the paper to the bed, then go on"));
-    } else {
-      pen_.Block(Expand(settings_.pause_gcode, ToolPlaceholders(plan_, reference, reference)));
-    }
-    WriteModes();
-    pen_.Park();
+    WaitForPaper();
+    Heat();
   }
 
   void ChangeTool(std::size_t place, std::size_t previous) {
@@ -136,9 +165,8 @@ class Writer {
       WriteModes();
     }
     pen_.Park();
-    pen_.Line(
-        gcode::ToolTemperatureCommand(dialect_, settings_.tools[place],
-                                      again ? settings_.filament.idle_nozzle_temperature_c : 0));
+    pen_.Line(gcode::ToolTemperatureCommand(dialect_, settings_.tools[place],
+                                            again ? ToolIdleTemperature_c(settings_, place) : 0));
   }
 
   void PickUp(const Turn& turn, std::size_t previous) {

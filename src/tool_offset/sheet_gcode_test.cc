@@ -23,6 +23,12 @@ using testing::Not;
 /// Positions are written to 0.1 µm.
 constexpr double kWritten_mm = 1e-4;
 
+SheetSettings OfAbs() {
+  SheetSettings settings;
+  settings.filament.material = "abs";
+  return settings;
+}
+
 struct Move {
   double x_mm = 0, y_mm = 0, z_mm = 0;  ///< where it ends
   double from_x_mm = 0, from_y_mm = 0;
@@ -39,12 +45,16 @@ std::vector<std::string> Lines(const std::string& text) {
   return lines;
 }
 
+bool ChangesTool(const std::string& line) {
+  return line.size() > 1 && line[0] == 'T' && line.find_first_not_of("0123456789", 1) == line.npos;
+}
+
 /// A printer that knows G1 and T, told anew here.
 std::vector<Move> Printed(const std::string& text) {
   std::vector<Move> moves;
   Move at;
   for (const std::string& line : Lines(text)) {
-    if (line.starts_with("T")) at.tool = std::stoi(line.substr(1));
+    if (ChangesTool(line)) at.tool = std::stoi(line.substr(1));
     if (!line.starts_with("G1 ")) continue;
     Move move = at;
     move.from_x_mm = at.x_mm;
@@ -67,7 +77,7 @@ std::vector<Move> Printed(const std::string& text) {
 bool Draws(const Move& move) { return move.filament_mm > 0 && move.Length_mm() > 0; }
 
 TEST(SheetGcode, EveryLegOfThePlanIsDrawnOnceByItsToolWhereItShouldBe) {
-  SheetSettings settings;
+  SheetSettings settings = OfAbs();
   settings.tools = {2, 0, 5};
   settings.reference_tool = 0;
   settings.pick_ups = 1;
@@ -121,7 +131,7 @@ TEST(SheetGcode, EveryLegOfThePlanIsDrawnOnceByItsToolWhereItShouldBe) {
 }
 
 TEST(SheetGcode, APointOfTheSheetIsTurnedCounterClockwiseAboutItsMiddle) {
-  SheetSettings settings;
+  SheetSettings settings = OfAbs();
   settings.tilt_deg = 30;
   settings.position_x_mm = 100;
   settings.position_y_mm = 120;
@@ -135,7 +145,7 @@ TEST(SheetGcode, APointOfTheSheetIsTurnedCounterClockwiseAboutItsMiddle) {
 }
 
 TEST(SheetGcode, BothAxesRunTheLegsWayFor2MillimetresBeforeItBegins) {
-  const SheetSettings settings;
+  const SheetSettings settings = OfAbs();
   const SheetPlan plan = PlanSheet(settings);
   const std::vector<Move> moves = Printed(WriteSheetGcode(plan).text);
   int legs = 0;
@@ -163,7 +173,7 @@ TEST(SheetGcode, BothAxesRunTheLegsWayFor2MillimetresBeforeItBegins) {
 }
 
 TEST(SheetGcode, NothingIsDraggedOverThePaperAndNoFilamentIsLost) {
-  SheetSettings settings;
+  SheetSettings settings = OfAbs();
   settings.tools = {0, 1, 2};
   settings.flows = {1, 1.1, 0.9};
   settings.retract_lengths_mm = {0.5, 4, 0};
@@ -202,20 +212,26 @@ std::vector<std::string> LinesWith(const std::string& text, const std::string& s
   return found;
 }
 
+std::vector<std::string> ToolChanges(const std::string& text) {
+  std::vector<std::string> found = Lines(text);
+  std::erase_if(found, [](const std::string& line) { return !ChangesTool(line); });
+  return found;
+}
+
 TEST(SheetGcode, ToolsAreTakenOnceReferenceFirstAndTheReferenceAtTheEnd) {
-  SheetSettings settings;
+  SheetSettings settings = OfAbs();
   settings.tools = {3, 1, 0};
   settings.reference_tool = 1;
   const SheetGcode gcode = WriteSheetGcode(PlanSheet(settings));
-  EXPECT_THAT(LinesWith(gcode.text, "T"), testing::ElementsAre("T1", "T3", "T0", "T1"));
+  EXPECT_THAT(ToolChanges(gcode.text), testing::ElementsAre("T1", "T3", "T0", "T1"));
   EXPECT_EQ(gcode.tool_changes, 2);
   settings.pick_ups = 1;
-  EXPECT_THAT(LinesWith(WriteSheetGcode(PlanSheet(settings)).text, "T"),
+  EXPECT_THAT(ToolChanges(WriteSheetGcode(PlanSheet(settings)).text),
               testing::ElementsAre("T1", "T3", "T0", "T1", "T3", "T0", "T1"));
 }
 
 TEST(SheetGcode, EveryToolIsColdAtTheEndAndHotOnlyInItsTurn) {
-  SheetSettings settings;
+  SheetSettings settings = OfAbs();
   settings.tools = {0, 1};
   settings.nozzle_temperatures_c = {210, 240};
   settings.filament.idle_nozzle_temperature_c = 150;
@@ -226,7 +242,9 @@ TEST(SheetGcode, EveryToolIsColdAtTheEndAndHotOnlyInItsTurn) {
     for (const std::string& line : Lines(WriteSheetGcode(PlanSheet(settings)).text)) {
       if (line.starts_with("M104 T") || line.starts_with("M109 T")) {
         target[line.substr(5, 2)] = line.substr(8);
-        if (line.starts_with("M109")) heated.push_back(line);
+        if (line.starts_with("M109") && line.find(" S") != std::string::npos) {
+          heated.push_back(line);
+        }
         if (line == "M109 T1 S240") {
           EXPECT_EQ(target["T0"], "S0");
         }
@@ -246,14 +264,14 @@ TEST(SheetGcode, EveryToolIsColdAtTheEndAndHotOnlyInItsTurn) {
 }
 
 TEST(SheetGcode, EachFirmwareHasItsOwnPauseAndState) {
-  SheetSettings settings;
+  SheetSettings settings = OfAbs();
   settings.printer.dialect = Dialect::kKlipper;
   const std::string klipper = WriteSheetGcode(PlanSheet(settings)).text;
   EXPECT_THAT(klipper, HasSubstr("\nPAUSE\n"));
   // The state belongs to the reference tool: kept after it was taken, brought back with it.
   EXPECT_THAT(klipper, HasSubstr("T0\nG90 ; absolute positions\nM83 ; relative E\nG1 Z20.3 F300\n"
                                  "SAVE_GCODE_STATE NAME=trammel_pattern\n"));
-  EXPECT_LT(klipper.rfind("\nT0\n"), klipper.find("RESTORE_GCODE_STATE"));
+  EXPECT_LT(klipper.rfind("\nT0\n"), klipper.find("RESTORE_GCODE_STATE NAME=trammel_pattern"));
   settings.printer.dialect = Dialect::kMarlin;
   const std::string marlin = WriteSheetGcode(PlanSheet(settings)).text;
   EXPECT_THAT(marlin, HasSubstr("\nM0 Tape the paper"));
@@ -271,7 +289,7 @@ TEST(SheetGcode, EachFirmwareHasItsOwnPauseAndState) {
 }
 
 TEST(SheetGcode, ToolChangesPrimingAndWipingAreTheUsersOwn) {
-  SheetSettings settings;
+  SheetSettings settings = OfAbs();
   settings.tool_change_gcode =
       "SET_DUAL_CARRIAGE CARRIAGE={tool}\nACTIVATE_EXTRUDER EXTRUDER={extruder}";
   settings.prime_gcode = "PRIME T={tool} FROM={previous_tool} AT={tool_temperature_c}";
@@ -286,7 +304,7 @@ TEST(SheetGcode, ToolChangesPrimingAndWipingAreTheUsersOwn) {
 }
 
 TEST(SheetGcode, PrintsWithinTheBedAndCountsItsFilament) {
-  SheetSettings settings;
+  SheetSettings settings = OfAbs();
   settings.tools = {0, 1, 2, 3, 4};
   const SheetGcode gcode = WriteSheetGcode(PlanSheet(settings));
   double filament_mm = 0;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "gcode/number.h"
@@ -44,7 +45,20 @@ void SheetPen::Lift() { MoveZ(print_z_mm_ + plan_.settings.printer.park_lift_mm)
 
 void SheetPen::Park() {
   Lift();
-  const settings::ParkPosition park = settings::ParkPositionOf(plan_.settings.printer);
+  MoveAside(settings::ParkPositionOf(plan_.settings.printer));
+}
+
+void SheetPen::ParkForPaper() {
+  const settings::PrinterSettings& printer = plan_.settings.printer;
+  MoveZ(std::max(plan_.settings.paper_clearance_mm, print_z_mm_ + printer.park_lift_mm));
+  settings::ParkPosition park = settings::ParkPositionOf(printer);
+  if (!printer.park_y_mm) {
+    park.y_mm = printer.bed_origin_y_mm + printer.bed_size_y_mm - printer.bed_margin_mm;
+  }
+  MoveAside(park);
+}
+
+void SheetPen::MoveAside(const settings::ParkPosition& park) {
   const double speed_mm_s = plan_.settings.printer.travel_speed_mm_s;
   Line(fmt::format("G1 X{} Y{}{}", FormatNumber(park.x_mm, kPositionDecimals),
                    FormatNumber(park.y_mm, kPositionDecimals), Feed(speed_mm_s)));

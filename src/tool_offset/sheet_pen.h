@@ -33,6 +33,8 @@ class SheetPen {
   void Lift();
   /// Waits aside, above everything.
   void Park();
+  /// Waits high above the bed's back edge, out of the way of hands that tape paper down.
+  void ParkForPaper();
   /// Draws without a run-in, after pushing out `prime_mm` where the line begins.
   void DrawPrimeLine(const Leg& leg, double prime_mm);
   /// Runs in, draws one leg.
@@ -48,6 +50,7 @@ class SheetPen {
   void TravelTo(const SheetPoint& point, double speed_mm_s);
   void MoveTo(const SheetPoint& point, double speed_mm_s, double filament_mm);
   void MoveZ(double z_mm);
+  void MoveAside(const settings::ParkPosition& park);
   void Push(double filament_mm);
   void Lower();
   void Raise();

@@ -6,13 +6,9 @@
 #include "gcode/number.h"
 #include "gcode/tool_commands.h"
 #include "tool_offset/sheet_bed.h"
+#include "tool_offset/sheet_temperatures.h"
 
 namespace trammel::tool_offset {
-
-double ToolTemperature_c(const SheetSettings& settings, std::size_t place) {
-  return settings.nozzle_temperatures_c.empty() ? settings.filament.nozzle_temperature_c
-                                                : settings.nozzle_temperatures_c.at(place);
-}
 
 std::size_t ReferencePlace(const SheetSettings& settings) {
   const auto found =
@@ -23,14 +19,12 @@ std::size_t ReferencePlace(const SheetSettings& settings) {
 
 std::vector<gcode::Placeholder> SheetPlaceholders(const SheetPlan& plan) {
   const SheetSettings& settings = plan.settings;
-  settings::FilamentSettings filament = settings.filament;
-  filament.nozzle_temperature_c = ToolTemperature_c(settings, ReferencePlace(settings));
   const BedBounds bounds = SheetBounds(settings, plan.width_mm, plan.height_mm);
   const settings::Drawing drawing{
       settings.layer_height_mm, settings.line_width_mm, settings.acceleration_mm_s2,
       bounds.min_x_mm,          bounds.min_y_mm,        bounds.max_x_mm,
       bounds.max_y_mm};
-  return settings::Placeholders(settings.printer, filament, drawing);
+  return settings::Placeholders(settings.printer, OnPaper(settings), drawing);
 }
 
 std::vector<gcode::Placeholder> ToolPlaceholders(const SheetPlan& plan, std::size_t place,
@@ -40,8 +34,9 @@ std::vector<gcode::Placeholder> ToolPlaceholders(const SheetPlan& plan, std::siz
   known.push_back({"tool", std::to_string(tools.at(place))});
   known.push_back({"extruder", gcode::KlipperExtruder(tools.at(place))});
   known.push_back({"previous_tool", std::to_string(tools.at(previous))});
-  known.push_back(
-      {"tool_temperature_c", gcode::FormatNumber(ToolTemperature_c(plan.settings, place), 4)});
+  const bool told = !FindTemperatureProblem(plan.settings);
+  known.push_back({"tool_temperature_c",
+                   gcode::FormatNumber(told ? ToolTemperature_c(plan.settings, place) : 0, 4)});
   return known;
 }
 

@@ -9,9 +9,6 @@
 
 namespace trammel::tool_offset {
 
-/// Of a tool, given by its place in `tools`.
-[[nodiscard]] double ToolTemperature_c(const SheetSettings& settings, std::size_t place);
-
 /// For start and end G-code: the names that every calibration knows, the nozzle temperature being
 /// the reference tool's.
 [[nodiscard]] std::vector<gcode::Placeholder> SheetPlaceholders(const SheetPlan& plan);

@@ -11,6 +11,9 @@
 
 namespace trammel::tool_offset {
 
+/// Paper on a hotter bed curls, and the tape that holds it comes off.
+inline constexpr double kWarmestPaper_c = 60;
+
 /// What is drawn, and with what; ranges stand in SheetFields() (sheet_fields.h), how the fields
 /// have to fit together in FindProblem().
 struct SheetSettings {
@@ -47,11 +50,14 @@ struct SheetSettings {
   std::string prime_gcode;                    ///< after a tool was picked up and is hot
   std::string wipe_gcode;                     ///< before a tool is put back
 
-  // Where, and when the paper comes.
+  // Where, and how the paper comes.
   std::optional<double> position_x_mm;  ///< of the box's middle; absent: all is centred on the bed
   std::optional<double> position_y_mm;
-  bool pause = true;        ///< waits for the paper once everything is homed and warm
-  std::string pause_gcode;  ///< empty: the dialect's own
+  std::string start_gcode = "G28\n";  ///< homes and levels before the paper comes
+  double paper_clearance_mm = 50;     ///< [10, 300] of the nozzle above the bed meanwhile
+  bool pause = true;                  ///< waits for the paper once everything is homed and cold
+  std::string pause_gcode;            ///< empty: the dialect's own
+  std::optional<double> bed_temperature_c;  ///< [0, 60]; absent: the filament's, at most 60
 
   settings::PrinterSettings printer;
   settings::FilamentSettings filament;

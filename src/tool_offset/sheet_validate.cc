@@ -6,6 +6,7 @@
 #include <set>
 
 #include "gcode/placeholders.h"
+#include "settings/material.h"
 #include "tool_offset/sheet_bed.h"
 #include "tool_offset/sheet_fields.h"
 #include "tool_offset/sheet_pitch.h"
@@ -34,6 +35,7 @@ Problem CheckFields(const SheetSettings& settings) {
           settings::FindFieldProblems(settings.filament, settings::FilamentFields())) {
     return problem;
   }
+  if (Problem problem = settings::FindMaterialProblem(settings.filament)) return problem;
   return settings::FindFieldProblems(settings, SheetFields());
 }
 
@@ -194,11 +196,12 @@ Problem CheckFit(const SheetSettings& settings) {
 Problem CheckUserGcode(const SheetSettings& settings) {
   const SheetPlan plan = PlanSheet(settings);
   const std::vector<gcode::Placeholder> known = SheetPlaceholders(plan);
-  for (const auto& [key, text] : {std::pair{"start_gcode", &settings.printer.start_gcode},
-                                  std::pair{"end_gcode", &settings.printer.end_gcode}}) {
-    if (const auto expanded = gcode::ExpandPlaceholders(*text, known); !expanded) {
-      return settings::SettingProblem{"printer", key, expanded.error().message};
-    }
+  if (const auto expanded = gcode::ExpandPlaceholders(settings.printer.end_gcode, known);
+      !expanded) {
+    return settings::SettingProblem{"printer", "end_gcode", expanded.error().message};
+  }
+  if (const auto expanded = gcode::ExpandPlaceholders(settings.start_gcode, known); !expanded) {
+    return InSheet("start_gcode", expanded.error().message);
   }
   const std::vector<gcode::Placeholder> of_tool = ToolPlaceholders(plan, 0, 0);
   for (const auto& [key, text] : {std::pair{"tool_change_gcode", &settings.tool_change_gcode},

@@ -134,7 +134,7 @@ TEST(SheetValidate, GcodeOfTheUserIsChecked) {
               HasSubstr("names neither {tool} nor {extruder}"));
   EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.tool_change_gcode = "T{tol}"; }),
               HasSubstr("unknown placeholder {tol}"));
-  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.printer.start_gcode = "T{tool}"; }),
+  EXPECT_THAT(ProblemAfter([](SheetSettings& s) { s.start_gcode = "T{tool}"; }),
               HasSubstr("start_gcode"));
 }
 

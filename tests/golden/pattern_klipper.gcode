@@ -1,12 +1,13 @@
 ; trammel: pressure advance pattern
 ; dialect klipper, 1 pattern(s), 10 line(s)
+; heated to abs: nozzle 255, bed 110 degC
 ; bead 0.495 x 0.25 mm, 0.045873 mm of 1.75 mm filament per mm
 ; prints within X 108.966 ... 141.034, Y 102.311 ... 147.689
 ; needs a printer that is allowed 150 mm/s and 3000 mm/s^2
 ; filament 27.6 mm, 57 s without heating
 ; start G-code
 M140 S110
-M104 S200
+M104 S195
 G28
 M190 S110
 M109 S255

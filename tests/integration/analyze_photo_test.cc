@@ -80,7 +80,7 @@ TEST_F(AnalyzePhoto, HasNoHeightsForTheDeviation) {
 }
 
 TEST_F(AnalyzePhoto, ReadsWhatTheVirtualPrintShopShoots) {
-  ASSERT_EQ(test::RunTrammel("pa pattern", folder()).exit_code, 0);
+  ASSERT_EQ(test::RunTrammel("pa pattern --material abs", folder()).exit_code, 0);
   const auto photo = test::RunTrammel(
       "sim photo pattern.gcode --seed 3 --size 720x1280 --pressure-advance 0.025 --out photo.jpg",
       folder());
@@ -92,7 +92,8 @@ TEST_F(AnalyzePhoto, ReadsWhatTheVirtualPrintShopShoots) {
 
 TEST_F(AnalyzePhoto, TakesValuesAndSegmentsFromThePlanOfThePrint) {
   const auto pattern = test::RunTrammel(
-      "pa pattern --pa 0:0.06:0.005 --segments 0.15:10,0.6:100,0.25:10 --set line_spacing=1.5",
+      "pa pattern --material abs --pa 0:0.06:0.005 --segments 0.15:10,0.6:100,0.25:10 --set "
+      "line_spacing=1.5",
       folder());
   ASSERT_EQ(pattern.exit_code, 0) << pattern.output;
   const auto photo = test::RunTrammel(
@@ -118,7 +119,9 @@ TEST_F(AnalyzePhoto, RejectsPlansThatCannotBe) {
   ExpectRejected("photo.jpg --plan a.plan.json --pa 0:0.1:0.01", folder(), {"--plan", "--pa"});
   ExpectRejected("photo.jpg --plan a.plan.json --segments 0.1:10,0.6:100,0.3:10", folder(),
                  {"--plan", "--segments"});
-  ASSERT_EQ(test::RunTrammel("pa pattern --set alternate_directions=true", folder()).exit_code, 0);
+  ASSERT_EQ(test::RunTrammel("pa pattern --material abs --set alternate_directions=true", folder())
+                .exit_code,
+            0);
   ExpectRejected("photo.jpg --plan pattern.plan.json", folder(),
                  {"pattern.plan.json", "opposite directions"});
 }

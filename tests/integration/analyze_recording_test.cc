@@ -98,7 +98,7 @@ TEST_F(AnalyzeRecording, ChoosesByDeviationWhenAsked) {
 }
 
 TEST_F(AnalyzeRecording, ReadsWhatTheVirtualPrintShopWrites) {
-  ASSERT_EQ(test::RunTrammel("pa pattern", folder()).exit_code, 0);
+  ASSERT_EQ(test::RunTrammel("pa pattern --material abs", folder()).exit_code, 0);
   fs::remove(rec());
   const auto scan = test::RunTrammel(
       "sim scan pattern.gcode --plan pattern.plan.json --frame 64x64 --seed 11 --out rec",

@@ -24,7 +24,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 constexpr int kWidth = 4;  // at a time; each takes a fifth of a core
-constexpr int kUsage = 1, kNotTrusted = 2, kMachine = 3, kInterrupted = 130;
+constexpr int kUsage = 1, kNotTrusted = 2, kMachine = 3, kUnsafe = 4, kInterrupted = 130;
 
 constexpr double kTruth_s = 0.03;
 
@@ -187,6 +187,14 @@ std::vector<Case> BeforeItBegins() {
                     WorkedWith},
                    kMachine,
                    {"PRINT_START_MISSING"}});
+  cases.push_back({{"NozzleTooColdToExtrude",
+                    [](ShopOptions& options) { options.klipper.min_extrude_temp_c = 195; }},
+                   kUnsafe,
+                   {"nozzle_temperature = 190", "min_extrude_temp = 195"}});
+  cases.push_back(
+      {{"BedTooHotForThePrinter", [](ShopOptions& options) { options.klipper.bed.highest_c = 35; }},
+       kUnsafe,
+       {"bed_temperature = 40", "max_temp of the bed = 35"}});
   cases.push_back({{"NoCamera",
                     [](ShopOptions& options) {
                       options.with_camera = false;

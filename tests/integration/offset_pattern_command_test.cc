@@ -21,8 +21,8 @@ using testing::StartsWith;
 
 TEST(OffsetPatternCommand, WritesGcodeThatCarriesItsSettingsAndPreviews) {
   const TemporaryFolder folder;
-  const CommandResult run =
-      RunTrammel("offset pattern --set 'tools=[0, 1, 2]' --set teeth=13", folder.path());
+  const CommandResult run = RunTrammel(
+      "offset pattern --material pla --set 'tools=[0, 1, 2]' --set teeth=13", folder.path());
   EXPECT_EQ(run.exit_code, 0) << run.output;
   EXPECT_THAT(run.output, AllOf(HasSubstr("structures 16, tool changes 2"), HasSubstr("bounds ")));
   EXPECT_THAT(ReadWhole(folder.path() / "offset.svg"), HasSubstr("<svg"));
@@ -39,7 +39,8 @@ TEST(OffsetPatternCommand, TakesThePrinterFromTheFileAndItsOwnKeysBeforeOthers) 
              "[printer]\ndialect = \"marlin\"\nbed_size_x = 300\n[filament]\n"
              "nozzle_temperature = 210\n[tool_offset_pattern]\nreference_tool = 1\n");
   const CommandResult run = RunTrammel(
-      "offset pattern --tool 4 --set line_width=0.5 -o a.gcode --preview b.svg", folder.path());
+      "offset pattern --material pla --tool 4 --set line_width=0.5 -o a.gcode --preview b.svg",
+      folder.path());
   EXPECT_EQ(run.exit_code, 0) << run.output;
   const std::string gcode = ReadWhole(folder.path() / "a.gcode");
   EXPECT_THAT(gcode, AllOf(HasSubstr("\nM109 T4 S210\n"), HasSubstr("\nM0 ")));
@@ -65,17 +66,35 @@ TEST(OffsetPatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
         Mistake{"--tool-change magnet", "must be t, activate-extruder or idex"},
         Mistake{"--tool 1 --self-test", "leave one of them out"}}) {
     const TemporaryFolder folder;
-    const CommandResult run =
-        RunTrammel(std::string("offset pattern ") + mistake.arguments, folder.path());
+    const CommandResult run = RunTrammel(
+        std::string("offset pattern --material pla ") + mistake.arguments, folder.path());
     EXPECT_EQ(run.exit_code, 1) << mistake.arguments;
     EXPECT_THAT(run.output, HasSubstr(mistake.says)) << mistake.arguments;
     EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << mistake.arguments;
   }
 }
 
+TEST(OffsetPatternCommand, WritesNothingWithoutAMaterialAndSaysTheTemperaturesOfPaper) {
+  const TemporaryFolder folder;
+  const CommandResult refused = RunTrammel("offset pattern", folder.path());
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.output, AllOf(HasSubstr("--material"), HasSubstr("pla: nozzle 215, bed 60")));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  const CommandResult hot =
+      RunTrammel("offset pattern --material abs --set bed_temperature=110", folder.path());
+  EXPECT_EQ(hot.exit_code, 1);
+  EXPECT_THAT(hot.output, HasSubstr("bed_temperature: 110 °C is outside 0 ... 60 °C"));
+  const CommandResult run = RunTrammel("offset pattern --material abs", folder.path());
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.output, HasSubstr("nozzle 255, bed 60"));
+  EXPECT_THAT(ReadWhole(folder.path() / "offset.gcode"),
+              AllOf(HasSubstr("nozzle 255, bed 60"), HasSubstr("\nM190 S60\n")));
+}
+
 TEST(OffsetPatternCommand, WarnsOfAPitchThatLocksToTheMotors) {
   const TemporaryFolder folder;
-  const CommandResult run = RunTrammel("offset pattern --set pitch=3.7", folder.path());
+  const CommandResult run =
+      RunTrammel("offset pattern --material pla --set pitch=3.7", folder.path());
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_THAT(run.output, HasSubstr("warning: pitch = 3.7 mm locks"));
 }

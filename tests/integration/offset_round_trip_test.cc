@@ -1,9 +1,11 @@
 // Print, scan, read, correct, print again: the offset is gone, in each firmware's own arithmetic.
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <string>
 
 #include "base/page.h"
@@ -49,6 +51,7 @@ class RoundTrip : public testing::TestWithParam<Firmware> {
   tool_offset::ToolReading Read(const KeptOffset& kept, std::uint64_t sheet) {
     tool_offset::SheetSettings settings;
     settings.printer.dialect = GetParam().dialect;
+    settings.filament.material = "pla";
     const tool_offset::SheetPlan plan = tool_offset::PlanSheet(settings);
     sim::SheetSetup setup;
     setup.firmware = GetParam().machine;
@@ -110,6 +113,25 @@ INSTANTIATE_TEST_SUITE_P(
       std::replace(name.begin(), name.end(), '-', '_');
       return name;
     });
+
+TEST(OffsetPattern, OnAKlipperWithoutPauseResumeEndsColdInsteadOfRunningOn) {
+  tool_offset::SheetSettings settings;
+  settings.filament.material = "pla";
+  const std::string gcode = tool_offset::WriteSheetGcode(tool_offset::PlanSheet(settings)).text;
+  sim::SheetSetup setup;
+  EXPECT_TRUE(sim::InterpretSheet(gcode, setup));
+  setup.pause_resume = false;
+  const auto stopped = sim::InterpretSheet(gcode, setup);
+  ASSERT_FALSE(stopped);
+  EXPECT_THAT(stopped.error().message,
+              testing::HasSubstr("RESTORE_GCODE_STATE without a saved state"));
+  // Up to that line nothing is heated.
+  std::istringstream lines(gcode);
+  std::string line;
+  while (std::getline(lines, line) && line != "PAUSE") {
+    EXPECT_FALSE(line.starts_with("M109") || line.starts_with("M190")) << line;
+  }
+}
 
 }  // namespace
 }  // namespace trammel

@@ -37,6 +37,7 @@ std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
 tool_offset::SheetPlan Plan() {
   tool_offset::SheetSettings settings;
   settings.tools = {0, 1, 2, 3, 4};
+  settings.filament.material = "pla";
   return tool_offset::PlanSheet(settings);
 }
 

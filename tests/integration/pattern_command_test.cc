@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <string>
 
 #include "store/plan_file.h"
@@ -21,9 +22,9 @@ using testing::StartsWith;
 
 TEST(PatternCommand, WritesGcodePlanAndPreviewAndSaysWhatItCosts) {
   const TemporaryFolder folder;
-  const CommandResult run = RunTrammel("pa pattern", folder.path());
+  const CommandResult run = RunTrammel("pa pattern --material abs", folder.path());
   EXPECT_EQ(run.exit_code, 0) << run.output;
-  EXPECT_THAT(run.output, AllOf(HasSubstr("filament   27.6 mm"), HasSubstr("time "),
+  EXPECT_THAT(run.output, AllOf(HasSubstr("filament   27.6 mm, 0.07 g"), HasSubstr("time "),
                                 HasSubstr("bounds     X 108.97 ... 141.03 mm")));
   EXPECT_THAT(ReadWhole(folder.path() / "pattern.gcode"), StartsWith("; trammel"));
   EXPECT_THAT(ReadWhole(folder.path() / "pattern.svg"), HasSubstr("<svg"));
@@ -38,12 +39,14 @@ TEST(PatternCommand, WritesGcodePlanAndPreviewAndSaysWhatItCosts) {
 TEST(PatternCommand, NeverOverwritesUnasked) {
   const TemporaryFolder folder;
   WriteWhole(folder.path() / "a.plan.json", "mine");
-  const CommandResult refused = RunTrammel("pa pattern --out a.gcode", folder.path());
+  const CommandResult refused =
+      RunTrammel("pa pattern --material abs --out a.gcode", folder.path());
   EXPECT_EQ(refused.exit_code, 1);
   EXPECT_THAT(refused.output, HasSubstr("a.plan.json: is there already; --force overwrites it"));
   EXPECT_EQ(ReadWhole(folder.path() / "a.plan.json"), "mine");
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.gcode"));
-  EXPECT_EQ(RunTrammel("pa pattern --out a.gcode --force", folder.path()).exit_code, 0);
+  EXPECT_EQ(RunTrammel("pa pattern --material abs --out a.gcode --force", folder.path()).exit_code,
+            0);
   EXPECT_NE(ReadWhole(folder.path() / "a.plan.json"), "mine");
 }
 
@@ -52,7 +55,8 @@ TEST(PatternCommand, TakesSettingsFromTheFileAndThenFromItsArguments) {
   WriteWhole(folder.path() / "trammel.toml",
              "[printer]\nbed_size_x = 350\nbed_size_y = 350\ndialect = \"reprapfirmware\"\n");
   const CommandResult run = RunTrammel(
-      "pa pattern --grid 9x3 --dialect marlin --pa 0:0.1:0.02 --set line_length=25", folder.path());
+      "pa pattern --material abs --grid 9x3 --dialect marlin --pa 0:0.1:0.02 --set line_length=25",
+      folder.path());
   EXPECT_EQ(run.exit_code, 0) << run.output;
   EXPECT_THAT(run.output, HasSubstr("lines      162 in 27 pattern(s)"));
   EXPECT_THAT(ReadWhole(folder.path() / "pattern.gcode"), HasSubstr("\nM900 K0.08\n"));
@@ -86,11 +90,63 @@ TEST(PatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
        }) {
     const TemporaryFolder folder;
     const CommandResult run =
-        RunTrammel(std::string("pa pattern ") + mistake.arguments, folder.path());
+        RunTrammel(std::string("pa pattern --material abs ") + mistake.arguments, folder.path());
     EXPECT_EQ(run.exit_code, 1) << mistake.arguments;
     EXPECT_THAT(run.output, HasSubstr(mistake.says)) << mistake.arguments;
     EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << mistake.arguments;
   }
+}
+
+TEST(PatternCommand, WritesNothingThatHeatsWithoutAMaterialAndSaysBothWaysAndWhatEachWouldUse) {
+  const TemporaryFolder folder;
+  const CommandResult refused = RunTrammel("pa pattern", folder.path());
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.output,
+              AllOf(HasSubstr("--material"), HasSubstr("nozzle_temperature and bed_temperature"),
+                    HasSubstr("pla: nozzle 215, bed 60"), HasSubstr("abs: nozzle 255, bed 110")));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  const CommandResult half = RunTrammel("pa pattern --set nozzle_temperature=240", folder.path());
+  EXPECT_EQ(half.exit_code, 1);
+  EXPECT_THAT(half.output, HasSubstr("the bed's temperature is not given"));
+  const CommandResult unknown = RunTrammel("pa pattern --material plaa", folder.path());
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_THAT(unknown.output, HasSubstr("\"plaa\" is not known; known are pla:"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(PatternCommand, TemperaturesStandOnTheConsoleInTheFileAndInThePicture) {
+  const TemporaryFolder folder;
+  const CommandResult run =
+      RunTrammel("pa pattern --material PETG --set bed_temperature=70", folder.path());
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  constexpr const char* kHeated = "petg: nozzle 235, bed 70 (set) degC";
+  EXPECT_THAT(run.output, HasSubstr(std::string("heated to  ") + kHeated));
+  EXPECT_THAT(ReadWhole(folder.path() / "pattern.gcode"),
+              AllOf(HasSubstr(std::string("\n; heated to ") + kHeated),
+                    HasSubstr("\nM190 S70\nM109 S235\n")));
+  EXPECT_THAT(ReadWhole(folder.path() / "pattern.svg"), HasSubstr("<svg"));
+}
+
+TEST(PatternCommand, WhatPrintsIsRefusedWithoutAMaterialBeforeAnyPrinterIsAsked) {
+  for (const char* command :
+       {"pa calibrate", "pa calibrate --dry-run", "pa print", "pa print --dry-run",
+        "pa validate 0.03", "pa validate 0.03 --dry-run"}) {
+    const TemporaryFolder folder;
+    const CommandResult refused =
+        RunTrammel(std::string(command) + " --printer unix:nowhere.sock", folder.path());
+    EXPECT_EQ(refused.exit_code, 1) << command << refused.output;
+    EXPECT_THAT(refused.output, HasSubstr("no material is named")) << command;
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << command;
+  }
+  const TemporaryFolder folder;
+  const CommandResult scan = RunTrammel("pa scan --dry-run", folder.path());
+  EXPECT_EQ(scan.exit_code, 0) << scan.output;
+  EXPECT_THAT(scan.output, AllOf(HasSubstr("; --- scan"), HasSubstr("nozzle at 150 degC")));
+  EXPECT_THAT(scan.output, testing::Not(HasSubstr("--- print")));
+  const CommandResult dry = RunTrammel("pa calibrate --dry-run --material tpu", folder.path());
+  EXPECT_EQ(dry.exit_code, 0) << dry.output;
+  EXPECT_THAT(dry.output, AllOf(HasSubstr("; heated to tpu: nozzle 230, bed 50 degC"),
+                                HasSubstr("\nM109 S230\n")));
 }
 
 TEST(ConfigCommand, ChecksAFileAndNamesTheLine) {

@@ -29,6 +29,7 @@ TEST(PatternPrint, TakesTheTimeThatTheSummaryPromises) {
   // Two files that differ by 90 lines and nine frames; the way from homing, which only the printer
   // knows, is in both.
   PatternConfig one;
+  one.material = "abs";
   one.bed_size_x_mm = one.bed_size_y_mm = 350;
   one.position_x_mm = 10;
   one.position_y_mm = 10;
@@ -44,7 +45,8 @@ TEST(PatternPrint, TakesTheTimeThatTheSummaryPromises) {
 }
 
 TEST(PatternPrint, ReachesTheFastSpeedOnEveryLineAndDepositsWhatWasPromised) {
-  const PatternConfig config;
+  PatternConfig config;
+  config.material = "abs";
   const auto summary = Summarise(LayOut(config), config);
   int fast = 0;
   double filament_mm = 0;
@@ -65,6 +67,7 @@ TEST(PatternPrint, UsesNoCommandThatTheVirtualPrinterDoesNotKnowInAnyDialect) {
   for (const auto dialect :
        {gcode::Dialect::kKlipper, gcode::Dialect::kMarlin, gcode::Dialect::kRepRapFirmware}) {
     PatternConfig config;
+    config.material = "abs";
     config.dialect = dialect;
     const auto program = sim::InterpretGcode(WriteGcode(LayOut(config), config), {});
     ASSERT_TRUE(program) << program.error().message;

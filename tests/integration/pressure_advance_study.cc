@@ -54,7 +54,8 @@ struct World {
 };
 
 World PaperPattern() {
-  const pressure_advance::PatternConfig config;
+  pressure_advance::PatternConfig config;
+  config.material = "abs";
   const auto layout = pressure_advance::LayOut(config);
   const auto plan = pressure_advance::MakePlan(layout, config, "pattern.gcode");
   return {pressure_advance::WriteGcode(layout, config),

@@ -27,7 +27,7 @@ constexpr const char* kScan =
 class SimCommand : public testing::Test {
  protected:
   SimCommand() {
-    const CommandResult run = RunTrammel("pa pattern", folder_.path());
+    const CommandResult run = RunTrammel("pa pattern --material abs", folder_.path());
     EXPECT_EQ(run.exit_code, 0) << run.output;
   }
   [[nodiscard]] CommandResult Run(const std::string& arguments) const {
