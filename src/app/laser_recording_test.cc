@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -63,6 +64,20 @@ class MeasureRecordingTest : public testing::Test {
   test::TemporaryFolder folder_;
   json scan_;
 };
+
+TEST_F(MeasureRecordingTest, ALinkOutOfTheRecordingIsRefused) {
+  const test::TemporaryFolder elsewhere;
+  const auto video = folder_.path() / "line3.avi";
+  std::filesystem::rename(video, elsewhere.path() / "other.avi");
+  std::filesystem::create_symlink(elsewhere.path() / "other.avi", video);
+  EXPECT_THAT(Fault(ErrorKind::kMeasurement),
+              AllOf(HasSubstr("line3.avi"), HasSubstr("link out of the recording's folder")));
+  // Within the folder a link is as good as the file.
+  std::filesystem::remove(video);
+  std::filesystem::rename(elsewhere.path() / "other.avi", folder_.path() / "renamed.avi");
+  std::filesystem::create_symlink("renamed.avi", video);
+  EXPECT_TRUE(Measure());
+}
 
 TEST_F(MeasureRecordingTest, ReadsAreasAndDeviationsAndFindsTheCropItself) {
   const auto result = Measure();

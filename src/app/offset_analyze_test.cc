@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -18,6 +20,7 @@ namespace {
 using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr int kSeed = 31;
 // T1 as drawn by hand, so that both signs and both axes are told apart.
@@ -93,6 +96,25 @@ TEST_F(OffsetAnalyze, RecoversOffsetsAndPlayOfAVirtualMachine) {
   EXPECT_EQ(scan["source"], "a.png");
   EXPECT_EQ(scan["structures"].size(), 12U);
   EXPECT_EQ(scan["structures"][0]["residuals"].size(), 34U);
+}
+
+TEST_F(OffsetAnalyze, RefusesFilesThatAskForMoreThanTheyHold) {
+  const char* data = std::getenv("TRAMMEL_TEST_DATA");
+  const std::filesystem::path bombs =
+      std::filesystem::path(data != nullptr ? data : "") / "hostile" / "bombs";
+  if (data == nullptr || !std::filesystem::is_directory(bombs)) {
+    GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with hostile/bombs/";
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(bombs)) {
+    if (entry.path().extension() == ".gcode") continue;
+    const CommandResult result =
+        RunTrammel(fmt::format("offset analyze --pattern '{}' '{}'", (bombs / "o.gcode").string(),
+                               entry.path().string()),
+                   folder_->path(), {.memory_kb = 1'000'000});
+    EXPECT_EQ(result.exit_code, 1) << result.output;
+    EXPECT_THAT(result.standard_error,
+                AllOf(HasSubstr(entry.path().filename().string()), Not(HasSubstr("fit into"))));
+  }
 }
 
 TEST_F(OffsetAnalyze, SaysItInWordsWithWhatToDoNext) {

@@ -3,10 +3,11 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "machine/file_bytes.h"
 #include "machine/video_writer.h"
 
 namespace trammel::machine {
@@ -85,24 +86,35 @@ Result<std::vector<FrameTimes>> ReadFrameTimes(const std::filesystem::path& path
     return Fail(fmt::format("frame times '{}', line {}: {}", path.string(), line, what),
                 ErrorKind::kMeasurement);
   };
-  std::ifstream file(path);
-  std::string line;
-  if (!std::getline(file, line)) return broken(1, "cannot be read");
-  if (line != "# trammel frame times, format 1") {
+  const auto bytes = ReadFileBytes(path, static_cast<std::int64_t>(kMostLines * kLongestLine));
+  if (!bytes) {
+    return Fail(fmt::format("frame times '{}': {}", path.string(), bytes.error().message),
+                ErrorKind::kMeasurement);
+  }
+  std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  // What has no end of line was cut off when its writer was killed.
+  const auto next = [&text]() -> std::optional<std::string_view> {
+    const std::size_t end = text.find('\n');
+    if (end == std::string_view::npos) return std::nullopt;
+    const std::string_view line = text.substr(0, end);
+    text.remove_prefix(end + 1);
+    return line;
+  };
+  if (next() != "# trammel frame times, format 1") {
     return broken(1, "does not begin with '# trammel frame times, format 1'");
   }
   std::vector<FrameTimes> all;
-  for (std::size_t number = 2; std::getline(file, line); ++number) {
-    if (file.eof()) break;  // no end of line: its writer was killed
-    if (!line.empty() && line.front() == '#') continue;
-    if (line.size() > kLongestLine || all.size() == kMostLines) {
+  std::size_t number = 2;
+  for (auto line = next(); line; line = next(), ++number) {
+    if (!line->empty() && line->front() == '#') continue;
+    if (line->size() > kLongestLine || all.size() == kMostLines) {
       return broken(number, "longer than any recording's");
     }
-    const auto times = ParseLine(line);
+    const auto times = ParseLine(*line);
     if (!times) {
       return broken(number, fmt::format("'{}' is not: frame, arrival, capture time and its clock, "
                                         "time of sending and its clock, sequence, fault",
-                                        line));
+                                        *line));
     }
     all.push_back(*times);
   }

@@ -113,7 +113,8 @@ Result<VideoFile> VideoFile::Open(const std::filesystem::path& path, const Video
   }
   avcodec_parameters_to_context(state->codec.get(), parameters);
   state->codec->err_recognition = AV_EF_EXPLODE | AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER;
-  state->codec->max_pixels = static_cast<std::int64_t>(limits.max_pixels);
+  state->codec->max_pixels =
+      static_cast<std::int64_t>(MostPixelsOf(parameters->codec_id, limits.max_pixels));
   if (const int error = avcodec_open2(state->codec.get(), codec, nullptr); error < 0) {
     return Broken(path, fmt::format("its codec '{}' cannot be opened ({}); record it as MJPEG",
                                     codec->name, ExplainLibav(error)));

@@ -155,6 +155,13 @@ bool IsRecordingCodec(int codec_id) {
   return std::find(kCodecs.begin(), kCodecs.end(), codec_id) != kCodecs.end();
 }
 
+std::size_t MostPixelsOf(int codec_id, std::size_t most) {
+  constexpr std::size_t kMostOfDependent = 16'000'000;  // 4K has 9
+  const bool alone = codec_id == AV_CODEC_ID_MJPEG || codec_id == AV_CODEC_ID_RAWVIDEO ||
+                     codec_id == AV_CODEC_ID_FFV1;
+  return alone ? most : std::min(most, kMostOfDependent);
+}
+
 std::string ExplainLibav(int error) {
   std::array<char, AV_ERROR_MAX_STRING_SIZE> text{};
   av_strerror(error, text.data(), text.size());
@@ -228,6 +235,7 @@ Result<void> VideoInput::State::FindStream(std::size_t most_pixels) {
         "its codec '{}' is none that is read; convert it: ffmpeg -i IN -c:v mjpeg -q:v 2 OUT.avi",
         avcodec_get_name(parameters.codec_id)));
   }
+  most_pixels = MostPixelsOf(parameters.codec_id, most_pixels);
   const double pixels = static_cast<double>(parameters.width) * parameters.height;
   if (pixels > static_cast<double>(most_pixels)) {
     return Broken(fmt::format("frames of {}x{} px; at most {} megapixels are read",

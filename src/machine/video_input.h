@@ -20,6 +20,10 @@ namespace trammel::machine {
 /// H.264, H.265, MPEG-4, VP8, VP9, FFV1.
 [[nodiscard]] bool IsRecordingCodec(int codec_id);
 
+/// The most pixels of a frame, of `most` in general: decoders of codecs whose frames depend on each
+/// other keep up to sixteen of them.
+[[nodiscard]] std::size_t MostPixelsOf(int codec_id, std::size_t most);
+
 /// The packets of a file's first video. AVI, MP4 or MOV, and Matroska or WebM are read, told by
 /// their first bytes whatever the name; nothing else that libav knows (playlists, lists of files,
 /// patterns, devices) is even looked for. Messages do not name the file.

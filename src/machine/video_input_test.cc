@@ -215,6 +215,16 @@ TEST_F(VideoInputTest, AFrameOfAGigapixelIsRefusedBeforeItIsDecoded) {
   EXPECT_THAT(test::WithLittleMemory([&] { return Outcome(head); }), HasSubstr("65500x65500 px"));
 }
 
+TEST_F(VideoInputTest, FramesThatADecoderKeepsManyOfAreSmaller) {
+  ASSERT_TRUE(Encode(At("a.avi"), AV_CODEC_ID_MPEG4, AV_PIX_FMT_YUV420P, 2));
+  std::string avi = test::ReadWhole(At("a.avi"));
+  const std::size_t format = avi.find("strf");
+  ASSERT_NE(format, std::string::npos);
+  avi.replace(format + 12, 8, std::string("\x88\x13\0\0\x88\x13\0\0", 8));  // 5000 x 5000
+  EXPECT_THAT(Outcome(Written("large.avi", avi)),
+              AllOf(HasSubstr("5000x5000"), HasSubstr("16 megapixels")));
+}
+
 TEST_F(VideoInputTest, AnIndexMayNotNameTheSameBytesOverAndOver) {
   const std::string jpeg = Jpeg();
   EXPECT_EQ(Outcome(Written("once.mp4", SamePlaceMovie(jpeg, 3, 3))), "3 frames");

@@ -192,7 +192,14 @@ Result<void> ReadCameraOf(JsonObject& root, const std::filesystem::path& path,
     return root.Faults();
   }
   if (value->is_string()) {
-    const auto file = ReadCameraFile(path.parent_path() / value->get<std::string>());
+    const auto named = path.parent_path() / value->get<std::string>();
+    std::error_code missing;  // said by the reader
+    const auto status = std::filesystem::status(named, missing);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+      root.Fault("camera", fmt::format("names {}, which is not a regular file", Show(*value)));
+      return root.Faults();
+    }
+    const auto file = ReadCameraFile(named);
     if (!file) return tl::unexpected(file.error());
     input.measurement.camera = file->camera;
     input.calibration = file->calibration;

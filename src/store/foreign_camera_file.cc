@@ -226,7 +226,7 @@ Result<OpenCvCamera> ParseForeignCamera(std::string_view text, const std::string
 }
 
 Result<OpenCvCamera> ReadForeignCameraFile(const std::filesystem::path& path) {
-  constexpr std::size_t kMostBytes = 64'000'000;  // mrcal keeps its inputs in the file
+  constexpr std::size_t kMostBytes = 32'000'000;  // mrcal keeps its inputs in the file
   const auto text = ReadWholeFile(path, kMostBytes);
   if (!text) return tl::unexpected(text.error());
   return ParseForeignCamera(*text, path.string());

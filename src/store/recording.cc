@@ -24,8 +24,8 @@ using pressure_advance::Scan;
 using pressure_advance::ScanLine;
 using pressure_advance::Segment;
 
-/// A thousand lines with ten thousand capture times each stay below this.
-constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
+/// A thousand lines with six thousand capture times each stay below this.
+constexpr std::size_t kMaxBytes = std::size_t{128} << 20;
 
 // Numbers are bounded by Validate(Scan), for whoever makes a scan; types and keys here.
 
@@ -228,7 +228,7 @@ Result<Scan> ReadScan(const std::filesystem::path& folder) {
     return Fail(fmt::format(
         "'{}' has no scan.json; docs/formats.md says what a recording must hold", folder.string()));
   }
-  const Result<std::string> text = ReadWholeFile(file, kMaxBytes);
+  const Result<std::string> text = ReadNamedFile(file, kMaxBytes);
   if (!text) return tl::unexpected(text.error());
   return ParseScan(*text, file.string());
 }

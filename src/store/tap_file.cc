@@ -21,8 +21,9 @@ using nlohmann::ordered_json;
 using tap::Move;
 using tap::Recording;
 
-/// Thirty thousand taps of a thousand samples stay below this.
-constexpr std::size_t kMaxBytes = std::size_t{1} << 30;
+/// Ten thousand taps of a thousand samples stay below this. A number of two bytes becomes one of
+/// eight.
+constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 /// What one JSON value may take: it needs up to eight times as much memory while it is read. More
 /// taps than fit are written as JSON lines.
 constexpr std::size_t kMaxJsonBytes = std::size_t{64} << 20;
@@ -208,7 +209,7 @@ Result<std::vector<Recording>> ReadCsv(const std::filesystem::path& file, std::s
   moves.replace_extension(".moves.csv");
   std::error_code ignored;
   if (std::filesystem::exists(moves, ignored)) {
-    const auto table = ReadWholeFile(moves, kMaxJsonBytes);
+    const auto table = ReadNamedFile(moves, kMaxJsonBytes);
     if (!table) return tl::unexpected(table.error());
     if (auto read = ParseMovesCsv(*table, moves.string(), *recording); !read) {
       return tl::unexpected(read.error());

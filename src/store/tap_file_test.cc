@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -13,6 +14,7 @@
 
 #include "store/moves_from_z.h"
 #include "store/tap_csv.h"
+#include "support/little_memory.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::store {
@@ -34,6 +36,41 @@ std::string Tap(const std::string& more = "") {
 std::string FaultOf(const std::string& text) {
   const auto taps = ParseTaps(text, "f.json");
   return taps ? "no fault" : taps.error().message;
+}
+
+TEST(TapFile, AFileOfNothingButBracesIsRefusedInLittleMemory) {
+  const test::TemporaryFolder folder;
+  constexpr std::size_t kBytes = 60'000'000;
+  struct Bomb {
+    std::string start;
+    std::string again;
+  };
+  for (const Bomb& bomb : {Bomb{"", "{\"\":"}, Bomb{"[", "[],"}, Bomb{"", "["}, Bomb{"[", "{},"},
+                           Bomb{"[", "1,"}, Bomb{"[", "\"\","}}) {
+    std::string text = bomb.start;
+    text.reserve(kBytes);
+    while (text.size() + bomb.again.size() <= kBytes) text += bomb.again;
+    const fs::path path = folder.path() / "f.json";
+    test::WriteWhole(path, text);
+    text = {};
+    EXPECT_THAT(test::WithLittleMemory(
+                    [&] {
+                      const auto taps = ReadTaps(path);
+                      return taps ? std::string("read") : taps.error().message;
+                    },
+                    {.bytes = 900ULL << 20U}),
+                testing::AnyOf(HasSubstr("16 deep"), HasSubstr("512 MB of memory")))
+        << bomb.again;
+  }
+}
+
+TEST(TapFile, MovesAreReadFromARegularFileOnly) {
+  const test::TemporaryFolder folder;
+  test::WriteWhole(folder.path() / "a.csv", "0,1\n1,2\n");
+  ASSERT_EQ(mkfifo((folder.path() / "a.moves.csv").c_str(), 0600), 0);
+  const auto taps = ReadTaps(folder.path() / "a.csv");
+  ASSERT_FALSE(taps);
+  EXPECT_THAT(taps.error().message, HasSubstr("a.moves.csv: is not a regular file"));
 }
 
 TEST(TapFile, ReadsEveryFieldOfATap) {

@@ -47,6 +47,15 @@ Result<std::string> ReadWholeFile(const fs::path& path, std::size_t max_bytes) {
   return text;
 }
 
+Result<std::string> ReadNamedFile(const fs::path& path, std::size_t max_bytes) {
+  std::error_code missing;
+  const fs::file_status status = fs::status(path, missing);
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    return Fail(fmt::format("{}: is not a regular file; put a copy in its place", path.string()));
+  }
+  return ReadWholeFile(path, max_bytes);
+}
+
 Result<void> WriteWholeFile(const fs::path& path, std::string_view bytes) {
   fs::path partial = path;
   partial += ".part";
