@@ -15,6 +15,12 @@ sim::KlipperConfig Config() {
   config.load_cell.emplace();
   sim::AddTapMacros(config);
   config.tools.resize(2);
+  // So quick that homing and heating end while an input lasts.
+  config.physical_start_mm = {1, 1, 1};
+  config.homing_speed_mm_s = {500, 500, 100};
+  config.nozzle.rate_c_s = config.bed.rate_c_s = 2000;
+  config.nozzle.settle_s = config.bed.settle_s = 0.01;
+  config.restart_s = 0.1;
   return config;
 }
 
@@ -23,7 +29,7 @@ sim::KlipperConfig Config() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const sim::KlipperConfig config = Config();
   sim::VirtualKlipper klipper(config, {});
-  constexpr double kTick_s = 0.4;
+  constexpr double kTick_s = 0.12;
   constexpr int kMostScripts = 8;
   double now_s = kTick_s;
   klipper.Advance(now_s);

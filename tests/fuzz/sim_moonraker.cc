@@ -56,8 +56,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   sim::Hub hub(machine, options);
   const auto number = hub.Open(client, true);
   const auto other = hub.Open(stranger, false);
-  constexpr double kMoment_s = 0.3;
-  constexpr int kMostMoments = 6;
+  constexpr double kMoment_s = 0.26;
+  constexpr int kMostMoments = 4;
   double now_s = 0;
   hub.Tick(now_s += kMoment_s);
   std::string_view text = fuzz::Text(data, size);
