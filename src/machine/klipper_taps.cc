@@ -94,6 +94,8 @@ class KlipperTaps : public TapStream {
       Dump("load_cell/dump_force", "load_cell", cell->name, "forces");
       Dump("motion_report/dump_trapq", "name", "toolhead", "moves");
     });
+    Call("objects/query", {{"objects", {{"configfile", {"settings"}}}}},
+         [this](const json& result) { intake_.TakeSettings(ObjectOr(result, "status")); });
     Call("objects/subscribe",
          {{"objects", {{"probe", {"last_z_result"}}, {"extruder", {"temperature"}}}},
           {"response_template", {{"method", "status"}}}},
@@ -110,7 +112,10 @@ class KlipperTaps : public TapStream {
 
   void Dump(const std::string& method, const char* key, const std::string& name,
             const char* answer_to) {
-    Call(method, {{key, name}, {"response_template", {{"method", answer_to}}}}, [](const json&) {});
+    Call(method, {{key, name}, {"response_template", {{"method", answer_to}}}},
+         [this, taps = answer_to == std::string_view("taps")](const json&) {
+           if (taps) intake_.ExpectTaps();
+         });
   }
 
   void OnMessage(std::string_view text) {

@@ -21,6 +21,9 @@ constexpr double kAfter_s = 0.25;     // of the rest after the rise that is kept
 /// dump_trapq sends every 0.5 s, so a move that begins now is known by then.
 constexpr double kMovesLate_s = 0.6;
 constexpr double kKept_s = 60;
+constexpr double kMostTime_s = 1e9;  // print time counts from the board's start
+/// Forces that go back by more were counted by a clock that began anew.
+constexpr double kLongestRepeat_s = 2;
 constexpr std::size_t kMostSamples = 200'000;
 constexpr std::size_t kMostMoves = 20'000;
 
@@ -52,7 +55,9 @@ void TapBuilder::AddForces(const json& batch) {
   for (const json& row : *data) {
     if (!row.is_array() || row.size() < 2 || !row[0].is_number() || !row[1].is_number()) continue;
     const Sample sample{row[0].get<double>(), row[1].get<double>()};
-    if (!std::isfinite(sample.time_s)) continue;
+    if (!(std::abs(sample.time_s) < kMostTime_s)) continue;
+    if (!samples_.empty() && sample.time_s < samples_.back().time_s - kLongestRepeat_s) Reset();
+    if (!samples_.empty() && sample.time_s <= samples_.back().time_s) continue;
     samples_.push_back(sample);
   }
   Forget();
@@ -61,8 +66,25 @@ void TapBuilder::AddForces(const json& batch) {
 void TapBuilder::AddMoves(const json& batch) {
   MoveLog log;
   log.Add(batch);
-  for (const TrapezoidMove& move : log.Overlapping(-1e300, 1e300)) moves_.push_back(move);
+  for (const TrapezoidMove& move : log.Overlapping(-1e300, 1e300)) Insert(move);
   Forget();
+}
+
+void TapBuilder::Insert(const TrapezoidMove& move) {
+  if (!(std::abs(move.print_time_s) < kMostTime_s) || !(move.duration_s < kMostTime_s)) return;
+  auto at = std::upper_bound(
+      moves_.begin(), moves_.end(), move.print_time_s,
+      [](double time_s, const TrapezoidMove& known) { return time_s < known.print_time_s; });
+  // A marker may stand at the very time at which a move begins.
+  const bool marker = move.duration_s == 0;
+  for (auto known = at; known != moves_.begin();) {
+    --known;
+    if (known->print_time_s != move.print_time_s) break;
+    if ((known->duration_s == 0) != marker) continue;
+    *known = move;
+    return;
+  }
+  moves_.insert(at, move);
 }
 
 void TapBuilder::Reset() { *this = TapBuilder(); }
@@ -114,7 +136,10 @@ bool TapBuilder::Complete(const Found& found, double& until_s) const {
 }
 
 json TapBuilder::Cut(const Found& found, double until_s) const {
-  json tap = {{"time", json::array()}, {"force", json::array()}, {"moves", json::array()}};
+  json tap = {{"time", json::array()},
+              {"force", json::array()},
+              {"moves", json::array()},
+              {"x_rise_print_time_s", moves_[found.rise].print_time_s}};
   const double from_s =
       std::max(moves_[found.first].print_time_s, moves_[found.rise].print_time_s - kBefore_s);
   for (const Sample& sample : samples_) {

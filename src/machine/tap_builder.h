@@ -12,7 +12,8 @@
 namespace trammel::machine {
 
 /// Looks for a descent along z, a halt, and a rise of at most 1 mm, and cuts out the samples around
-/// them. Not thread-safe.
+/// them. What comes a second time is dropped; a move that comes again with another length was cut
+/// short, and replaces the first. Not thread-safe.
 class TapBuilder {
  public:
   /// One batch of load_cell/dump_force: "data" with [time, force, …] rows. Others are skipped.
@@ -23,7 +24,7 @@ class TapBuilder {
   void Reset();
 
   /// The taps that are complete, each once, in the shape of load_cell_probe/dump_taps: "time",
-  /// "force" and "moves".
+  /// "force" and "moves"; "x_rise_print_time_s" is when the rise began.
   [[nodiscard]] std::vector<nlohmann::json> Take();
 
  private:
@@ -40,6 +41,7 @@ class TapBuilder {
   [[nodiscard]] bool Complete(const Found& found, double& until_s) const;
   [[nodiscard]] bool FindRise(std::size_t from, Found& found) const;
   [[nodiscard]] nlohmann::json Cut(const Found& found, double until_s) const;
+  void Insert(const TrapezoidMove& move);
   void Forget();
 
   std::deque<Sample> samples_;

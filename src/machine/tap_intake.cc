@@ -1,5 +1,6 @@
 #include "machine/tap_intake.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "machine/json_field.h"
@@ -24,13 +25,20 @@ std::optional<LoadCellName> FirstLoadCell(const json& objects) {
   return found;
 }
 
+void TapIntake::Restart() {
+  builder_.Reset();
+  source_ = Source::kBuilder;
+}
+
 void TapIntake::TakeTap(const json& params, double received_s) {
   const json* tap = Member(params, "tap");
-  const json* moves = tap == nullptr ? nullptr : Member(*tap, "moves");
-  // Klipper itself sends no moves, and no pull-back either: such taps are built of its streams.
-  if (moves == nullptr || !moves->is_array() || moves->empty()) return;
-  whole_taps_ = true;
-  events_.on_tap(*tap, received_s);
+  if (tap == nullptr) return;
+  const json* moves = Member(*tap, "moves");
+  // Klipper itself sends no moves, and as soon as the nozzle has stopped: such a tap goes on with
+  // the rise and is built of its streams.
+  const bool whole = moves != nullptr && moves->is_array() && !moves->empty();
+  source_ = whole ? Source::kPrinter : Source::kBuilder;
+  if (whole) events_.on_tap(*tap, received_s);
 }
 
 void TapIntake::TakeForces(const json& batch, double received_s) {
@@ -45,7 +53,8 @@ void TapIntake::TakeMoves(const json& batch, double received_s) {
 
 void TapIntake::HandOnBuilt(double received_s) {
   for (const json& tap : builder_.Take()) {
-    if (!whole_taps_) events_.on_tap(tap, received_s);
+    // Before the first word of dump_taps the printer may be one that tells this tap itself.
+    if (source_ == Source::kBuilder) events_.on_tap(tap, received_s);
   }
 }
 
@@ -58,8 +67,23 @@ void TapIntake::TakeStatus(const json& status, double received_s, bool first) {
   if (z_mm && !first) events_.on_firmware_z(*z_mm, received_s);
 }
 
+void TapIntake::TakeSettings(const json& status) {
+  const json& settings = ObjectOr(ObjectOr(status, "configfile"), "settings");
+  constexpr double kMost_mm = 1000;
+  z_offset_mm_ = 0;
+  for (const auto& [section, values] : settings.items()) {
+    if (section != "load_cell_probe" && !section.starts_with("load_cell_probe ")) continue;
+    const double z_mm = NumberOr(values, "z_offset", 0);
+    if (std::abs(z_mm) <= kMost_mm) z_offset_mm_ = z_mm;
+  }
+}
+
 void TapIntake::TakeLine(const std::string& line, double received_s) {
-  if (const auto z_mm = ProbeResult(line)) events_.on_firmware_z(*z_mm, received_s);
+  if (const auto result = ProbeResult(line)) {
+    // The status and older firmware tell where the nozzle was triggered.
+    const double z_mm = result->less_offset ? result->z_mm + z_offset_mm_ : result->z_mm;
+    events_.on_firmware_z(z_mm, received_s);
+  }
   // Klipper calls a script with an unknown command a success, and only says it here.
   const std::size_t name = line.find("TRAMMEL_TAP");
   if (line.find("Unknown command:\"TRAMMEL_TAP") != std::string::npos) {

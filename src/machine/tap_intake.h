@@ -35,16 +35,23 @@ class TapIntake {
   void TakeCall(const nlohmann::json& arguments, double received_s) const;
   void Tell(const std::string& news) const { events_.on_news(news); }
   /// Print time begins anew.
-  void Restart() { builder_.Reset(); }
+  void Restart();
+  /// The printer has dump_taps, which tells with the first tap whether it sends whole ones.
+  void ExpectTaps() { source_ = Source::kUnknown; }
+  /// Z offset of the probe's settings.
+  void TakeSettings(const nlohmann::json& status);
 
   [[nodiscard]] std::optional<double> temperature_c() const;
 
  private:
+  /// Who puts the taps together.
+  enum class Source { kUnknown, kPrinter, kBuilder };
   void HandOnBuilt(double received_s);
 
   const TapStreamEvents events_;
   TapBuilder builder_;
-  bool whole_taps_ = false;
+  Source source_ = Source::kBuilder;
+  double z_offset_mm_ = 0;
   mutable std::mutex mutex_;
   std::optional<double> temperature_c_;
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -43,7 +44,15 @@ class MoonrakerTaps : public TapStream {
     for (const std::string& method :
          {prefix_ + "taps", prefix_ + "forces", prefix_ + "moves", remote_method_}) {
       if (method.empty()) continue;
-      if (auto done = moonraker_.RegisterRemoteMethod(method, limit); !done) return done;
+      auto done = moonraker_.RegisterRemoteMethod(method, limit);
+      if (!done && method == remote_method_ &&
+          done.error().message.find("already registered") != std::string::npos) {
+        return Fail(fmt::format("another trammel answers this printer's taps already: end that "
+                                "`tap watch --answer`, or start this one without --answer ({})",
+                                done.error().message),
+                    done.error().kind);
+      }
+      if (!done) return done;
     }
     moonraker_.RunAfter(0, [this] {
       registered_ = true;
@@ -79,9 +88,18 @@ class MoonrakerTaps : public TapStream {
                                  "the printer has no [load_cell_probe] and no "
                                  "[load_cell]");
                            } else {
+                             AskSettings();
                              SubscribeTo(*cell);
                            }
                            SubscribeToStatus(done);
+                         });
+  }
+
+  void AskSettings() {
+    moonraker_.CallLater("printer.objects.query", {{"objects", {{"configfile", {"settings"}}}}},
+                         [this](const RpcAnswer& answer) {
+                           if (answer.kind != RpcAnswer::Kind::kResult) return;
+                           intake_.TakeSettings(ObjectOr(answer.result, "status"));
                          });
   }
 
@@ -95,12 +113,15 @@ class MoonrakerTaps : public TapStream {
 
   void Dump(const std::string& method, const char* key, const std::string& name,
             const char* answer_to) {
-    moonraker_.CallLater(method,
-                         {{key, name}, {"response_template", {{"method", prefix_ + answer_to}}}},
-                         [this, method](const RpcAnswer& answer) {
-                           if (answer.kind != RpcAnswer::Kind::kError) return;
-                           intake_.Tell(fmt::format("{}: {}", method, answer.message));
-                         });
+    moonraker_.CallLater(
+        method, {{key, name}, {"response_template", {{"method", prefix_ + answer_to}}}},
+        [this, method, taps = answer_to == std::string_view("taps")](const RpcAnswer& answer) {
+          if (taps && answer.kind == RpcAnswer::Kind::kResult) {
+            intake_.ExpectTaps();
+          }
+          if (answer.kind != RpcAnswer::Kind::kError) return;
+          intake_.Tell(fmt::format("{}: {}", method, answer.message));
+        });
   }
 
   void SubscribeToStatus(const std::function<void()>& done) {
@@ -142,15 +163,24 @@ class MoonrakerTaps : public TapStream {
 
 }  // namespace
 
-std::optional<double> ProbeResult(const std::string& line) {
-  if (!line.starts_with("//") || line.find("probe") == std::string::npos) return std::nullopt;
-  const std::size_t at = line.find(" z=");
-  if (at == std::string::npos) return std::nullopt;
-  double z_mm = 0;
-  const char* const end = line.data() + line.size();
-  const auto [stop, error] = std::from_chars(line.data() + at + 3, end, z_mm);
-  if (error != std::errc{} || !std::isfinite(z_mm)) return std::nullopt;
-  return z_mm;
+std::optional<ConsoleResult> ProbeResult(const std::string& line) {
+  struct Sentence {
+    std::string_view head, before_z;
+    bool less_offset;
+  };
+  static constexpr std::array kSentences = {
+      Sentence{"// probe at ", " is z=", false},
+      Sentence{"// probe: at ", " bed will contact at z=", true}};
+  for (const Sentence& sentence : kSentences) {
+    const std::size_t at = line.find(sentence.before_z);
+    if (!line.starts_with(sentence.head) || at == std::string::npos) continue;
+    ConsoleResult result{0, sentence.less_offset};
+    const char* const from = line.data() + at + sentence.before_z.size();
+    const auto [stop, error] = std::from_chars(from, line.data() + line.size(), result.z_mm);
+    if (error != std::errc{} || !std::isfinite(result.z_mm)) return std::nullopt;
+    return result;
+  }
+  return std::nullopt;
 }
 
 Result<std::unique_ptr<TapStream>> OpenTapStream(const TapStreamOptions& options,

@@ -18,7 +18,7 @@ namespace trammel::machine {
 struct TapStreamEvents {
   /// An object with "time", "force" and "moves", as dump_taps sends it or as TapBuilder makes it.
   std::function<void(const nlohmann::json& tap, double received_s)> on_tap;
-  /// What the printer says of a tap: "probe at 10,10 is z=0.01" or probe.last_z_result.
+  /// Where the printer says that the nozzle was triggered: its console or probe.last_z_result.
   std::function<void(double z_mm, double received_s)> on_firmware_z;
   /// A macro called the remote method.
   std::function<void(const nlohmann::json& arguments, double received_s)> on_call;
@@ -51,7 +51,15 @@ class TapStream {
                                                                TapStreamEvents events,
                                                                const WaitLimit& limit);
 
-/// The z of a line in which Klipper tells a probe's result, as "// probe at 1.0,2.0 is z=0.5".
-[[nodiscard]] std::optional<double> ProbeResult(const std::string& line);
+/// What Klipper's console says of a probe.
+struct ConsoleResult {
+  double z_mm = 0;
+  bool less_offset = false;  ///< the probe's z_offset has been taken off
+};
+
+/// Reads "// probe at 1.0,2.0 is z=0.5", as Klipper said until January 2026, and since then
+/// "// probe: at 1.0,2.0 bed will contact at z=0.5". Other lines have none, the summary of several
+/// samples included ("Result: …", "probe accuracy results: …").
+[[nodiscard]] std::optional<ConsoleResult> ProbeResult(const std::string& line);
 
 }  // namespace trammel::machine

@@ -5,10 +5,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -110,6 +112,48 @@ TEST(TapBuilder, FindsEveryTapOfARowOnce) {
   EXPECT_EQ(taps, 5u);
 }
 
+TEST(TapBuilder, BatchesThatComeTwiceMakeOneTapWithEverySampleAndMoveOnce) {
+  TapBuilder builder;
+  builder.AddMoves(TapMoves());
+  builder.AddMoves(TapMoves());  // the history again, behind itself
+  std::vector<json> taps;
+  for (const json& batch : Forces(95, 104)) {
+    builder.AddForces(batch);
+    builder.AddForces(batch);
+    for (json& tap : builder.Take()) taps.push_back(std::move(tap));
+  }
+  builder.AddMoves(TapMoves());
+  for (json& tap : builder.Take()) taps.push_back(std::move(tap));
+  ASSERT_THAT(taps, SizeIs(1));
+  EXPECT_THAT(taps[0]["moves"], SizeIs(6));
+  const auto time_s = taps[0]["time"].get<std::vector<double>>();
+  EXPECT_TRUE(std::adjacent_find(time_s.begin(), time_s.end(), std::greater_equal<>()) ==
+              time_s.end());
+}
+
+TEST(TapBuilder, AMoveThatIsToldAgainShorterReplacesItsFirstVersion) {
+  TapBuilder builder;
+  json planned = TapMoves();
+  planned["data"][1] = Move(100.01, 2.5, 2, 0, 2.09, -1);  // as if nothing had stopped it
+  planned["data"].erase(planned["data"].begin() + 2, planned["data"].end());
+  builder.AddMoves(planned);
+  builder.AddMoves(TapMoves());
+  for (const json& batch : Forces(95, 104)) builder.AddForces(batch);
+  const auto taps = builder.Take();
+  ASSERT_THAT(taps, SizeIs(1));
+  ASSERT_THAT(taps[0]["moves"], SizeIs(6));
+  EXPECT_EQ(taps[0]["moves"][1]["move_t"], 0.99);
+}
+
+TEST(TapBuilder, APrinterWhoseClockBeganAnewIsFollowedWithoutAWord) {
+  TapBuilder builder;
+  for (const json& batch : Forces(5000, 5001)) builder.AddForces(batch);
+  builder.AddForces({{"data", {{1e300, 0.0}, {-1e300, 0.0}}}});
+  for (const json& batch : Forces(95, 104)) builder.AddForces(batch);
+  builder.AddMoves(TapMoves());
+  EXPECT_THAT(builder.Take(), SizeIs(1));
+}
+
 TEST(TapBuilder, LeavesOutTapsFromBeforeTheForcesBegan) {
   TapBuilder builder;
   builder.AddMoves(TapMoves());
@@ -148,9 +192,18 @@ TEST(TapBuilder, NonsenseIsSkipped) {
 }
 
 TEST(ProbeResult, ReadsWhatKlipperSaysOfAProbe) {
-  EXPECT_EQ(ProbeResult("// probe at 150.000,150.000 is z=0.041963"), 0.041963);
-  EXPECT_EQ(ProbeResult("// probe: at 10.000,20.000 bed will contact at z=-0.500000"), -0.5);
+  const auto older = ProbeResult("// probe at 150.000,150.000 is z=0.041963");
+  ASSERT_TRUE(older);
+  EXPECT_EQ(older->z_mm, 0.041963);
+  EXPECT_FALSE(older->less_offset);
+  const auto newer = ProbeResult("// probe: at 10.000,20.000 bed will contact at z=-0.500000");
+  ASSERT_TRUE(newer);
+  EXPECT_EQ(newer->z_mm, -0.5);
+  EXPECT_TRUE(newer->less_offset);
   EXPECT_FALSE(ProbeResult("// probe at 1,2 is z=nan"));
+  EXPECT_FALSE(ProbeResult("// probe: at 1,2 bed will contact at z="));
+  EXPECT_FALSE(ProbeResult("// probe: z_offset: 0.5 z=0.5"));
+  EXPECT_FALSE(ProbeResult("// Result: at 1.000,2.000 estimate contact at z=0.5"));
   EXPECT_FALSE(ProbeResult("// Z offset z=0.5"));
   EXPECT_FALSE(ProbeResult("B:60.0 /60.0 T0:210.1 /210.0"));
 }
@@ -232,12 +285,68 @@ TEST_F(TapStreamTest, HandsOnWholeTapsAsTheyAre) {
 
 TEST_F(TapStreamTest, BuildsTapsWhereThePrinterSendsThemWithoutMoves) {
   const auto stream = Open();
-  Push(MethodOf("printer.load_cell_probe.dump_taps"), {{"tap", {{"time", {1}}, {"force", {3}}}}});
+  const std::string taps = MethodOf("printer.load_cell_probe.dump_taps");
   const std::string forces = MethodOf("printer.load_cell.dump_force");
+  Push(taps, {{"tap", {{"time", {1}}, {"force", {3}}}}});
   Push(MethodOf("printer.motion_report.dump_trapq"), TapMoves());
   for (const json& batch : Forces(99, 103)) Push(forces, batch);
   ASSERT_TRUE(heard_.Wait([&] { return !heard_.taps.empty(); }));
   EXPECT_EQ(heard_.taps[0]["moves"].size(), 6u);
+}
+
+TEST_F(TapStreamTest, ATapThatThePrinterSendsWholeIsNotBuiltAsWell) {
+  const auto stream = Open();
+  const std::string taps = MethodOf("printer.load_cell_probe.dump_taps");
+  const std::string forces = MethodOf("printer.load_cell.dump_force");
+  const std::string moves = MethodOf("printer.motion_report.dump_trapq");
+  // On a busy computer the printer's own word of its first tap comes behind all else.
+  Push(moves, TapMoves());
+  for (const json& batch : Forces(99, 103)) Push(forces, batch);
+  const json tap = {{"time", {1}}, {"force", {3}}, {"moves", {{{"print_time", 1}}}}};
+  Push(taps, {{"tap", tap}});
+  Push("trammel_tap", {{"id", 7}});
+  ASSERT_TRUE(heard_.Wait([&] { return !heard_.calls.empty(); }));
+  EXPECT_THAT(heard_.taps, testing::ElementsAre(tap));
+}
+
+TEST_F(TapStreamTest, ACellWithoutWholeTapsIsBuiltFrom) {
+  server_.Answer("printer.objects.list", {{"objects", {"toolhead", "load_cell"}}});
+  const auto stream = Open();
+  const std::string forces = MethodOf("printer.load_cell.dump_force");
+  Push(MethodOf("printer.motion_report.dump_trapq"), TapMoves());
+  for (const json& batch : Forces(99, 103)) Push(forces, batch);
+  ASSERT_TRUE(heard_.Wait([&] { return !heard_.taps.empty(); }));
+  EXPECT_EQ(heard_.taps[0]["x_rise_print_time_s"], kRise_s);
+}
+
+TEST_F(TapStreamTest, ASecondStreamForTheSameMacroSaysWhatToDo) {
+  server_.Handle("connection.register_remote_method", [](const json& request) {
+    const std::string method = request["params"]["method_name"];
+    if (method != "trammel_tap") return std::vector<json>{test::ResultFor(request, "ok")};
+    return std::vector<json>{
+        test::ErrorFor(request, 400, "Remote method (trammel_tap) already registered")};
+  });
+  TapStreamOptions options;
+  options.moonraker.address = fmt::format("127.0.0.1:{}", server_.port());
+  options.remote_method = "trammel_tap";
+  const auto second = OpenTapStream(options, heard_.Events(), {10});
+  ASSERT_FALSE(second);
+  EXPECT_THAT(second.error().message,
+              testing::AllOf(HasSubstr("another trammel answers"), HasSubstr("without --answer")));
+}
+
+TEST_F(TapStreamTest, BothConsoleSentencesTellTheHeightOfTheTrigger) {
+  server_.Answer(
+      "printer.objects.query",
+      {{"status", {{"configfile", {{"settings", {{"load_cell_probe", {{"z_offset", 0.25}}}}}}}}}});
+  const auto stream = Open();
+  (void)MethodOf("printer.motion_report.dump_trapq");  // behind the settings
+  server_.Push(test::GcodeResponse("// probe at 1.000,2.000 is z=0.012500"));
+  server_.Push(test::GcodeResponse("// probe: at 1.000,2.000 bed will contact at z=-0.237500"));
+  Push("trammel_tap", {{"id", 7}});
+  ASSERT_TRUE(heard_.Wait([&] { return !heard_.calls.empty(); }));
+  EXPECT_THAT(heard_.firmware_z_mm,
+              testing::ElementsAre(0.0125, testing::DoubleNear(0.0125, 1e-12)));
 }
 
 TEST_F(TapStreamTest, TellsThePrintersOwnResultAndItsMacrosCalls) {
