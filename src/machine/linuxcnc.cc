@@ -46,7 +46,7 @@ Result<std::vector<double>> Numbers(const std::string& what, const std::string& 
   if (numbers.size() < least ||
       !std::all_of(numbers.begin(), numbers.end(), [](double n) { return std::isfinite(n); })) {
     return Broken(fmt::format("LinuxCNC answers \"{}\" to \"get {}\"; {} numbers were expected",
-                              answer, what, least));
+                              Clipped(answer), what, least));
   }
   return numbers;
 }
@@ -67,9 +67,14 @@ Result<LinuxCncOffsets> ParseOffsets(const std::string& message) {
     if (value >> number && std::isfinite(number)) numbers.push_back(number);
   }
   constexpr std::size_t kWanted = 7;
-  if (numbers.size() != kWanted) {
+  constexpr double kMostTurned_deg = 1e6;
+  const auto no_length = [](double mm) { return std::abs(mm) > kFarthest_mm; };
+  const auto no_flag = [](double flag) { return flag != 0 && flag != 1; };
+  if (numbers.size() != kWanted || std::any_of(numbers.begin(), numbers.begin() + 3, no_length) ||
+      std::abs(numbers[3]) > kMostTurned_deg || no_flag(numbers[4]) || no_flag(numbers[5]) ||
+      no_length(numbers[6])) {
     return Broken(
-        fmt::format("LinuxCNC shows its offsets as \"{}\", which cannot be read", message));
+        fmt::format("LinuxCNC shows its offsets as \"{}\", which cannot be", Clipped(message)));
   }
   return LinuxCncOffsets{{{numbers[0], numbers[1], numbers[2]}, numbers[3]},
                          numbers[4] != 0,
@@ -119,7 +124,26 @@ Result<Vector4d> LinuxCnc::Position(const std::stop_token& stop) {
   if (!answer) return tl::unexpected(answer.error());
   const auto numbers = Numbers("abs_act_pos", *answer, kC + 1);
   if (!numbers) return tl::unexpected(numbers.error());
-  return Vector4d((*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[kC]);
+  const Vector4d position((*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[kC]);
+  // Before the axes are homed, their limits say nothing.
+  const auto possible =
+      CheckToldPlace(position.head<3>(), travel_known_ ? travel_ : LinuxCncTravel());
+  if (!possible) return tl::unexpected(possible.error());
+  return position;
+}
+
+Result<void> LinuxCnc::LearnTravel(const std::stop_token& stop) {
+  if (travel_known_) return {};
+  const auto shown = Interpreted(
+      "#<_ini[AXIS_X]MIN_LIMIT> #<_ini[AXIS_X]MAX_LIMIT> #<_ini[AXIS_Y]MIN_LIMIT> "
+      "#<_ini[AXIS_Y]MAX_LIMIT> #<_ini[AXIS_Z]MIN_LIMIT> #<_ini[AXIS_Z]MAX_LIMIT>",
+      stop);
+  if (!shown) return tl::unexpected(shown.error());
+  const auto travel = ParseTravel(*shown);
+  if (!travel) return tl::unexpected(travel.error());
+  travel_ = *travel;
+  travel_known_ = true;
+  return {};
 }
 
 Result<LinuxCncState> LinuxCnc::State(const std::stop_token& stop) {
@@ -216,7 +240,9 @@ Result<void> LinuxCnc::MoveOnce(const Vector3d& machine_mm, double feed_mm_min, 
     if ((position.head<3>() - machine_mm).cwiseAbs().maxCoeff() < kArrived_mm) return {};
     const auto complaint = Complaint(stop);
     if (!complaint) return tl::unexpected(complaint.error());
-    if (*complaint) return Broken(fmt::format("LinuxCNC refuses the move: {}", **complaint));
+    if (*complaint) {
+      return Broken(fmt::format("LinuxCNC refuses the move: {}", Clipped(**complaint)));
+    }
     const auto spindle = shell_.Get("spindle 0", stop);
     if (!spindle) return tl::unexpected(spindle.error());
     if (*spindle != kSpindleOff) return Unsafe("the spindle was started during the move");
@@ -228,26 +254,40 @@ Result<void> LinuxCnc::MoveOnce(const Vector3d& machine_mm, double feed_mm_min, 
 
 Result<void> LinuxCnc::MoveTo(const Vector3d& machine_mm, double feed_mm_min,
                               const std::stop_token& stop) {
-  TRAMMEL_CHECK(machine_mm.allFinite() && feed_mm_min >= 10 && feed_mm_min <= 1e5,
-                "feed = {} mm/min", feed_mm_min);
+  TRAMMEL_CHECK(feed_mm_min >= 10 && feed_mm_min <= 1e5, "feed = {} mm/min", feed_mm_min);
   if (auto prepared = Prepare(true, stop); !prepared) return prepared;
+  if (auto learned = LearnTravel(stop); !learned) return learned;
+  if (auto checked = CheckTarget(machine_mm, travel_); !checked) return checked;
   if (auto drained = ForgetComplaints(stop); !drained) return drained;
   const auto start = Position(stop);
   if (!start) return tl::unexpected(start.error());
-  const Vector3d way_mm = machine_mm - start->head<3>();
-  const double piece_mm = feed_mm_min / 60 * kLeash_s;
-  const int pieces = std::max(1, static_cast<int>(std::ceil(way_mm.norm() / piece_mm)));
-  const double time_limit_s = options_.address.time_limit_s + 10 * kLeash_s;
-  for (int i = 1; i <= pieces; ++i) {
-    const double left = 1 - static_cast<double>(i) / pieces;
-    auto moved = stop.stop_requested()
-                     ? Result<void>(Fail("stopped", ErrorKind::kInterrupted))
-                     : MoveOnce(machine_mm - left * way_mm, feed_mm_min, time_limit_s, stop);
-    if (!moved) {
-      return Fail(fmt::format("{}; {}", moved.error().message, Halt()), moved.error().kind);
-    }
-  }
+  const auto moved = MoveInPieces(start->head<3>(), machine_mm, feed_mm_min, stop);
+  if (!moved) return Fail(fmt::format("{}; {}", moved.error().message, Halt()), moved.error().kind);
   return AwaitRest((*start)[3], stop);
+}
+
+Result<void> LinuxCnc::MoveInPieces(const Vector3d& start_mm, const Vector3d& end_mm,
+                                    double feed_mm_min, const std::stop_token& stop) {
+  // A feed override may slow a machine down to a tenth.
+  constexpr double kSlowest = 10;
+  const Vector3d way_mm = end_mm - start_mm;
+  const int pieces = PiecesOf(way_mm.norm(), feed_mm_min / 60 * kLeash_s);
+  const double piece_limit_s = options_.address.time_limit_s + kSlowest * kLeash_s;
+  const double limit_s = piece_limit_s + kSlowest * 60 * way_mm.norm() / feed_mm_min;
+  const double deadline_s = HostNow() + limit_s;
+  for (int i = 1; i <= pieces; ++i) {
+    if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
+    if (HostNow() > deadline_s) {
+      return Broken(
+          fmt::format("the move is not done after {:.1f} s, ten times what it takes at "
+                      "its feed; look at the feed override",
+                      limit_s));
+    }
+    const double left = 1 - static_cast<double>(i) / pieces;
+    auto moved = MoveOnce(end_mm - left * way_mm, feed_mm_min, piece_limit_s, stop);
+    if (!moved) return moved;
+  }
+  return {};
 }
 
 Result<void> LinuxCnc::AwaitRest(double c_deg, const std::stop_token& stop) {
@@ -282,27 +322,38 @@ Result<void> LinuxCnc::ForgetComplaints(const std::stop_token& stop) {
 Result<LinuxCncOffsets> LinuxCnc::ReadOffsets(int slot, const std::stop_token& stop) {
   TRAMMEL_CHECK(slot >= 1 && slot <= 9, "slot = {}", slot);
   const int x = kFirstParameter + kParametersPerSlot * (slot - 1);
+  if (auto prepared = Prepare(false, stop); !prepared) return tl::unexpected(prepared.error());
+  const auto shown =
+      Interpreted(fmt::format("x=#{} y=#{} z=#{} r=#{} g92=#5210 metric=#<_metric> tool=#5403", x,
+                              x + 1, x + 2, x + 9),
+                  stop);
+  if (!shown) return tl::unexpected(shown.error());
+  return ParseOffsets(*shown);
+}
+
+Result<std::string> LinuxCnc::Interpreted(const std::string& text, const std::stop_token& stop) {
   const std::string mark = fmt::format("trammel {} ", ++messages_);
   // Only MDI shows parameters, and only in messages to the operator.
-  const auto ask =
-      fmt::format("mdi (debug,{}x=#{} y=#{} z=#{} r=#{} g92=#5210 metric=#<_metric> tool=#5403)",
-                  mark, x, x + 1, x + 2, x + 9);
-  if (auto prepared = Prepare(false, stop); !prepared) return tl::unexpected(prepared.error());
-  if (auto set = shell_.Set(ask, stop); !set) return tl::unexpected(set.error());
+  if (auto set = shell_.Set(fmt::format("mdi (debug,{}{})", mark, text), stop); !set) {
+    return tl::unexpected(set.error());
+  }
   const double deadline_s = HostNow() + options_.address.time_limit_s;
   while (HostNow() < deadline_s) {
     const auto shown = shell_.Get("operator_display", stop);
     if (!shown) return tl::unexpected(shown.error());
-    if (shown->starts_with(mark)) return ParseOffsets(*shown);
+    if (shown->starts_with(mark)) return shown->substr(mark.size());
     if (*shown == "OK" && !Pause(stop)) return Fail("stopped", ErrorKind::kInterrupted);
   }
-  return Broken("LinuxCNC does not show its offsets; does another panel take its messages?");
+  return Broken("LinuxCNC does not show its parameters; does another panel take its messages?");
 }
 
 Result<void> LinuxCnc::WriteOffset(int slot, const LinuxCncOffset& offset,
                                    const std::stop_token& stop) {
-  TRAMMEL_CHECK(offset.origin_mm.allFinite() && std::isfinite(offset.rotation_deg), "slot = {}",
-                slot);
+  TRAMMEL_CHECK(std::isfinite(offset.rotation_deg), "slot = {}", slot);
+  if (auto checked = CheckTarget(offset.origin_mm, {}); !checked) {
+    return Fail(fmt::format("the origin of work offset {}: {}", slot, checked.error().message),
+                checked.error().kind);
+  }
   const auto before = ReadOffsets(slot, stop);
   if (!before) return tl::unexpected(before.error());
   if (before->g92) {
@@ -327,7 +378,7 @@ Result<void> LinuxCnc::WriteOffset(int slot, const LinuxCncOffset& offset,
         "LinuxCNC keeps X {:.6f} Y {:.6f} Z {:.6f} R {:.6f} where X {:.6f} Y {:.6f} Z {:.6f} R "
         "{:.6f} was set{}",
         kept.origin_mm.x(), kept.origin_mm.y(), kept.origin_mm.z(), kept.rotation_deg, at.x(),
-        at.y(), at.z(), offset.rotation_deg, told ? ": " + **complaint : ""));
+        at.y(), at.z(), offset.rotation_deg, told ? ": " + Clipped(**complaint) : ""));
   }
   return {};
 }

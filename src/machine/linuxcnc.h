@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "machine/linuxcnc_limits.h"
 #include "machine/linuxcnc_shell.h"
 
 namespace trammel::machine {
@@ -49,11 +50,13 @@ struct LinuxCncOffsets {
 };
 
 /// A client of linuxcncrsh that never starts the spindle. Errors: kMachine (line, refusal, time
-/// limit), kSafety (a condition below is not met), kInterrupted (stop).
+/// limit, an answer that no machine can give), kSafety (a condition below is not met), kInterrupted
+/// (stop).
 ///
 /// Motion runs on a leash: a move is sent in pieces of at most half a second, so that it ends by
-/// itself soon after the line is lost or this process dies. On a stop, a refusal, or a time limit
-/// the move is aborted and the machine seen to stand before the call returns.
+/// itself soon after the line is lost or this process dies. Every piece and the whole move have a
+/// time limit. On a stop, a refusal, or a time limit the move is aborted and the machine seen to
+/// stand before the call returns.
 class LinuxCnc {
  public:
   [[nodiscard]] static Result<std::unique_ptr<LinuxCnc>> Connect(const LinuxCncOptions& options,
@@ -67,7 +70,8 @@ class LinuxCnc {
   [[nodiscard]] Result<void> Prepare(bool motion, const std::stop_token& stop);
 
   /// A straight move of X, Y and Z in machine coordinates (G53), seen to arrive within 1 µm.
-  /// REQUIRES finite numbers. Prepares before it. @param feed_mm_min  10 … 100000
+  /// Refuses a place outside the limits of the axes in LinuxCNC's INI file. Prepares before it.
+  /// @param feed_mm_min  10 … 100000
   [[nodiscard]] Result<void> MoveTo(const Eigen::Vector3d& machine_mm, double feed_mm_min,
                                     const std::stop_token& stop);
 
@@ -82,7 +86,16 @@ class LinuxCnc {
  private:
   LinuxCnc(LinuxCncShell shell, LinuxCncOptions options);
 
+  /// X, Y, Z in mm and C in degrees, within what the machine can reach.
   [[nodiscard]] Result<Eigen::Vector4d> Position(const std::stop_token& stop);
+  /// Asks for the limits of the axes, once.
+  [[nodiscard]] Result<void> LearnTravel(const std::stop_token& stop);
+  /// What the interpreter makes of a text with parameters.
+  [[nodiscard]] Result<std::string> Interpreted(const std::string& text,
+                                                const std::stop_token& stop);
+  [[nodiscard]] Result<void> MoveInPieces(const Eigen::Vector3d& start_mm,
+                                          const Eigen::Vector3d& end_mm, double feed_mm_min,
+                                          const std::stop_token& stop);
   [[nodiscard]] Result<void> MoveOnce(const Eigen::Vector3d& machine_mm, double feed_mm_min,
                                       double time_limit_s, const std::stop_token& stop);
   /// Until the controller is idle; C must be where it was.
@@ -96,6 +109,8 @@ class LinuxCnc {
 
   LinuxCncShell shell_;
   LinuxCncOptions options_;
+  LinuxCncTravel travel_;
+  bool travel_known_ = false;
   int messages_ = 0;  ///< numbers the read-backs, so that an old one is not taken for a new one
 };
 

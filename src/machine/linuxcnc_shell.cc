@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "machine/host_clock.h"
+#include "machine/linuxcnc_limits.h"
 
 namespace trammel::machine {
 namespace {
@@ -144,8 +145,9 @@ Result<std::string> LinuxCncShell::Get(const std::string& what, const std::stop_
   const auto answer = Await(request, name, "GET " + name, stop);
   if (!answer) return tl::unexpected(answer.error());
   if (StartsWithWords(*answer, "GET " + name)) {
-    return Fail(fmt::format("{} does not know \"{}\" ({})", Where(address_), request, *answer),
-                ErrorKind::kMachine);
+    return Fail(
+        fmt::format("{} does not know \"{}\" ({})", Where(address_), request, Clipped(*answer)),
+        ErrorKind::kMachine);
   }
   return answer->size() > name.size() ? answer->substr(name.size() + 1) : std::string();
 }
@@ -160,7 +162,7 @@ Result<void> LinuxCncShell::Set(const std::string& what, const std::stop_token& 
   if (!answer) return tl::unexpected(answer.error());
   if (StartsWithWords(*answer, fmt::format("SET {} ACK", Upper(name)))) return {};
   const auto why = Get("error", stop);
-  const std::string said = why && *why != "OK" ? *why : "no reason given";
+  const std::string said = why && *why != "OK" ? Clipped(*why) : "no reason given";
   return Fail(fmt::format("{} refuses \"{}\": {}", Where(address_), shown, said),
               ErrorKind::kMachine);
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <thread>
 
+#include "base/check.h"
 #include "machine/host_clock.h"
 #include "support/scripted_linuxcnc.h"
 
@@ -255,6 +256,111 @@ TEST(LinuxCnc, EveryFaultOfTheLineIsANamedError) {
   nobody.address.port = 9;
   nobody.address.time_limit_s = 1;
   EXPECT_THAT(LinuxCnc::Connect(nobody, {}).error().message, HasSubstr("is linuxcncrsh running?"));
+}
+
+TEST(LinuxCnc, APlaceWhereNoMachineCanBeIsAFaultOfTheControllerAndNothingMoves) {
+  for (const char* told : {"1e300 0 0 0 0 0", "0 0 1e300 0 0 0", "0 -2e5 0 0 0 0", "0 0 inf 0 0 0",
+                           "0 0 1e7 0 0 0", "0 0", "home", ""}) {
+    ScriptedLinuxCnc server;
+    server.Answer("abs_act_pos", told);
+    const auto machine = Connected(Options(server));
+    ASSERT_TRUE(machine);
+    const auto moved = machine->MoveTo({1, 2, 3}, 600, {});
+    ASSERT_FALSE(moved) << told;
+    EXPECT_EQ(moved.error().kind, ErrorKind::kMachine) << told;
+    EXPECT_THAT(moved.error().message, HasSubstr("LinuxCNC")) << told;
+    EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53")))) << told;
+  }
+}
+
+TEST(LinuxCnc, TheLimitsOfTheAxesHoldForWhatIsToldAndForWhatIsDriven) {
+  ScriptedLinuxCnc server;
+  server.SetIni("[AXIS_Z]MIN_LIMIT", "-400.000000");
+  server.SetIni("[AXIS_Z]MAX_LIMIT", "1.500000");
+  const auto machine = Connected(Options(server));
+  ASSERT_TRUE(machine);
+  const auto beyond = machine->MoveTo({0, 0, 1.6}, 6000, {});
+  ASSERT_FALSE(beyond);
+  EXPECT_EQ(beyond.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(beyond.error().message, AllOf(HasSubstr("Z 1.6"), HasSubstr("Z -400")));
+  EXPECT_FALSE(machine->MoveTo({NAN, 0, 0}, 6000, {}));
+  EXPECT_FALSE(machine->MoveTo({1e300, 0, 0}, 6000, {}));
+  EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53"))));
+  EXPECT_TRUE(machine->MoveTo({0, 0, 1.5}, 6000, {}));
+  server.Answer("abs_act_pos", "0 0 7.5 0 0 0");
+  const auto lost = machine->MoveTo({0, 0, 1}, 6000, {});
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(lost.error().message, AllOf(HasSubstr("Z 7.5"), HasSubstr("cannot be")));
+}
+
+TEST(LinuxCnc, LimitsThatAreNoneAreAFaultOfTheController) {
+  for (const char* told : {"nan", "5 mm", "-1e300", "later"}) {
+    ScriptedLinuxCnc server;
+    server.SetIni("[AXIS_Y]MAX_LIMIT", told);
+    const auto moved = Connected(Options(server))->MoveTo({1, 2, 3}, 6000, {});
+    ASSERT_FALSE(moved) << told;
+    EXPECT_EQ(moved.error().kind, ErrorKind::kMachine) << told;
+    EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53")))) << told;
+  }
+}
+
+TEST(LinuxCnc, AMoveThatDoesNotGetOnIsAbortedAtItsTimeLimit) {
+  ScriptedLinuxCnc server;
+  server.SetHurry(1e-6);
+  LinuxCncOptions options = Options(server);
+  options.address.time_limit_s = 0.5;
+  const auto moved = Connected(options)->MoveTo({100, 0, 0}, 600, {});
+  ASSERT_FALSE(moved);
+  EXPECT_THAT(moved.error().message,
+              AllOf(HasSubstr("did not arrive within"), HasSubstr("the machine stands at X")));
+  EXPECT_FALSE(server.moving());
+}
+
+TEST(LinuxCnc, AWayIsCutIntoAsManyPiecesAsItNeedsHoweverLongItIs) {
+  EXPECT_EQ(PiecesOf(0, 5), 1);
+  EXPECT_EQ(PiecesOf(50, 5), 10);
+  EXPECT_EQ(PiecesOf(50.1, 5), 11);
+  EXPECT_EQ(PiecesOf(4 * kFarthest_mm, 0.08), 5'000'000);
+  EXPECT_THROW((void)PiecesOf(1e300, 5), Bug);
+}
+
+TEST(LinuxCnc, OffsetsThatCannotBeAreNeitherBelievedNorWritten) {
+  for (const auto& [parameter, value] :
+       {std::pair{5221, 1e300}, std::pair{5223, -1e6}, std::pair{5230, 1e9}, std::pair{5210, 7.0},
+        std::pair{5403, 1e12}}) {
+    ScriptedLinuxCnc server;
+    server.SetParameter(parameter, value);
+    const auto read = Connected(Options(server))->ReadOffsets(1, {});
+    ASSERT_FALSE(read) << parameter;
+    EXPECT_EQ(read.error().kind, ErrorKind::kMachine) << parameter;
+    EXPECT_LT(read.error().message.size(), 400u);
+  }
+  ScriptedLinuxCnc server;
+  const auto written = Connected(Options(server))->WriteOffset(1, {{0, 1e9, 0}, 0}, {});
+  ASSERT_FALSE(written);
+  EXPECT_THAT(written.error().message, HasSubstr("work offset 1"));
+  EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G10"))));
+}
+
+TEST(LinuxCnc, AnswersWithoutEndAreCutShort) {
+  std::string many = "OFF";
+  for (int i = 0; i < 1000; ++i) many += "\r\nline";
+  struct Case {
+    const char* name;
+    std::string told;
+    const char* said;
+  };
+  for (const Case& c : {Case{"abs_act_pos", std::string(1'000'000, 'x'), "more than 10000 bytes"},
+                        Case{"abs_act_pos", std::string(9'000, 'x'), "numbers were expected"},
+                        Case{"estop", many, "is this linuxcncrsh?"}}) {
+    ScriptedLinuxCnc server;
+    server.Answer(c.name, c.told);
+    const auto state = Connected(Options(server))->State({});
+    ASSERT_FALSE(state) << c.said;
+    EXPECT_THAT(state.error().message, HasSubstr(c.said));
+    EXPECT_LT(state.error().message.size(), 500u) << c.said;
+  }
 }
 
 TEST(LinuxCnc, NumbersThatAreNoneAreRefused) {

@@ -74,6 +74,15 @@ Result<void> CheckOptions(const Vector3d& start_mm, const RouteOptions& options)
                     options.safe_z_mm, options.travel.low_mm.z(), options.travel.high_mm.z()),
         ErrorKind::kSafety);
   }
+  constexpr double kOvershoot_mm = 0.01;  // of an axis that stands at its limit
+  if ((start_mm.array() < options.travel.low_mm.array() - kOvershoot_mm).any() ||
+      (start_mm.array() > options.travel.high_mm.array() + kOvershoot_mm).any()) {
+    return Fail(fmt::format("the spindle stands at X {:.6g} Y {:.6g} Z {:.6g}, outside the travel "
+                            "from {} to {}: drive it back, or look at the controller's scales",
+                            start_mm.x(), start_mm.y(), start_mm.z(), At(options.travel.low_mm),
+                            At(options.travel.high_mm)),
+                ErrorKind::kSafety);
+  }
   for (const MachineBox& box : options.obstacles) {
     if (!box.low_mm.allFinite() || !box.high_mm.allFinite() ||
         (box.low_mm.array() > box.high_mm.array()).any()) {

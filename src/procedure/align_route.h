@@ -17,8 +17,8 @@ struct RouteOptions {
   double camera_below_mm = 400;  ///< from the spindle's reference point to the camera's lower end
   std::vector<part_alignment::MachineBox> obstacles;  ///< nothing may touch them
   /// Of the spindle; wide open where nobody says: the controller's own limits hold, too.
-  part_alignment::MachineBox travel{Eigen::Vector3d::Constant(-1e6),
-                                    Eigen::Vector3d::Constant(1e6)};
+  part_alignment::MachineBox travel{Eigen::Vector3d::Constant(-1e5),
+                                    Eigen::Vector3d::Constant(1e5)};
 };
 
 /// One stop of the way; `view` is -1 on the way to one.
@@ -29,8 +29,9 @@ struct Waypoint {
 
 /// The whole way, from where the spindle stands, and back up at the end. Every piece of it is
 /// checked before anything moves. Errors: kInput for options that cannot be; kSafety, naming view
-/// and obstacle, for a view or the safe height outside the travel, a way or a place where the
-/// camera touches an obstacle, a view that turns the spindle (only X, Y and Z are driven).
+/// and obstacle, for the start, a view or the safe height outside the travel, a way or a place
+/// where the camera touches an obstacle, a view that turns the spindle (only X, Y and Z are
+/// driven).
 [[nodiscard]] Result<std::vector<Waypoint>> RouteThrough(
     const Eigen::Vector3d& start_mm, const std::vector<part_alignment::View>& views,
     const RouteOptions& options);

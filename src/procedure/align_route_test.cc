@@ -95,5 +95,18 @@ TEST(RouteThrough, RefusesWhatCannotBeDriven) {
               HasSubstr("least and then its most"));
 }
 
+TEST(RouteThrough, RefusesToSetOutFromWhereTheSpindleCannotBe) {
+  for (const Vector3d& start : {Vector3d(0, 0, 1e300), Vector3d(-2e5, 0, 700)}) {
+    const auto way = RouteThrough(start, {At(100, 100, 550)}, Shop());
+    ASSERT_FALSE(way);
+    EXPECT_EQ(way.error().kind, ErrorKind::kSafety);
+    EXPECT_THAT(way.error().message, HasSubstr("the spindle stands at X"));
+  }
+  RouteOptions options = Shop();
+  options.travel.high_mm = {600, 400, 800};
+  EXPECT_TRUE(RouteThrough({600.005, 0, 800}, {At(100, 100, 550)}, options)) << "at its limit";
+  EXPECT_FALSE(RouteThrough({600.5, 0, 800}, {At(100, 100, 550)}, options));
+}
+
 }  // namespace
 }  // namespace trammel::procedure

@@ -77,6 +77,11 @@ void ScriptedLinuxCnc::SetHurry(double factor) {
   hurry_ = factor;
 }
 
+void ScriptedLinuxCnc::SetIni(const std::string& name, const std::string& value) {
+  const std::lock_guard lock(mutex_);
+  ini_[name] = value;
+}
+
 void ScriptedLinuxCnc::SetTravel(double half_mm) {
   const std::lock_guard lock(mutex_);
   travel_mm_ = half_mm;
@@ -177,7 +182,7 @@ std::string ScriptedLinuxCnc::Reply(const std::string& request, Fault fault) {
   } else if (name == "PROGRAM_STATUS") {
     const auto set = answers_.find(name);
     value = set != answers_.end() ? set->second : (Progress() < 1 ? "RUNNING" : "IDLE");
-  } else if (name == "ABS_ACT_POS") {
+  } else if (name == "ABS_ACT_POS" && !answers_.contains(name)) {
     const std::array<double, 3> at = PositionNow();
     value =
         Six(at[0]) + " " + Six(at[1]) + " " + Six(at[2]) + " 0.000000 0.000000 " + answers_.at("C");
@@ -221,6 +226,11 @@ void ScriptedLinuxCnc::Mdi(const std::string& text) {
       } else if (message.compare(i, 10, "#<_metric>") == 0) {
         display_ += metric_ ? "1.000000" : "0.000000";
         i += 9;
+      } else if (message.compare(i, 7, "#<_ini[") == 0) {
+        const std::size_t end = message.find('>', i);
+        const auto known = ini_.find(message.substr(i + 6, end - i - 6));
+        display_ += known == ini_.end() ? "######" : known->second;
+        i = end;
       } else {
         std::size_t digits = 0;
         display_ += Six(parameters_[std::stoi(message.substr(i + 1), &digits)]);

@@ -36,6 +36,8 @@ class ScriptedLinuxCnc {
   void Answer(const std::string& name, const std::string& value);
   /// How much faster than asked the machine moves.
   void SetHurry(double factor);
+  /// A value of the INI file, as in "[AXIS_X]MIN_LIMIT"; without one it shows "######".
+  void SetIni(const std::string& name, const std::string& value);
   /// Beyond it a move is refused, as by a soft limit.
   void SetTravel(double half_mm);
   [[nodiscard]] std::vector<std::string> requests() const;
@@ -63,6 +65,7 @@ class ScriptedLinuxCnc {
   int wake_ = -1;
   mutable std::mutex mutex_;
   std::map<std::string, std::string> answers_;
+  std::map<std::string, std::string> ini_;
   std::map<int, double> parameters_;
   std::vector<std::string> requests_;
   std::string error_ = "OK";
