@@ -63,7 +63,7 @@ TEST_F(TapWatch, ShowsTapsBesideThePrintersOwnResultAndKeepsThem) {
   Start({"--count", "2"});
   PushTap(DrawnTap(-0.01));
   server_.Push(GcodeResponse("// probe at 10.000,20.000 is z=-0.008000"));
-  PushTap(DrawnTap(-0.01));
+  PushTap(DrawnTap(-0.0101));
   server_.Push(GcodeResponse("// probe at 10.000,20.000 is z=-0.007000"));
   const ProcessEnd end = process_->Wait(30);
   EXPECT_EQ(end.exit_code, 0) << end.standard_error;
@@ -149,6 +149,19 @@ TEST_F(TapWatch, AnOldTapIsNoAnswerAndTheMacroIsToldInTime) {
   Push("trammel_tap", json::object());  // without a tap of its own
   EXPECT_THAT(Answer(2), HasSubstr("VERDICT=refused REASON=no_tap"));
   process_->Send(SIGINT);
+  EXPECT_EQ(process_->Wait(30).exit_code, 0);
+}
+
+TEST_F(TapWatch, TheTapOfBeforeTheMacroIsNotTakenForItsOwn) {
+  Start({"--answer", "--count", "2"});
+  json before = DrawnTap(-0.5);
+  before["x_rise_print_time_s"] = 100.0;
+  PushTap(before);
+  Push("trammel_tap", {{"since", 101.5}});  // its own tap is still being put together
+  json own = DrawnTap(-0.01);
+  own["x_rise_print_time_s"] = 102.0;
+  PushTap(own);
+  EXPECT_THAT(Answer(1), HasSubstr("VERDICT=good Z=-0.0"));
   EXPECT_EQ(process_->Wait(30).exit_code, 0);
 }
 

@@ -38,7 +38,9 @@ void TapIntake::TakeTap(const json& params, double received_s) {
   // the rise and is built of its streams.
   const bool whole = moves != nullptr && moves->is_array() && !moves->empty();
   source_ = whole ? Source::kPrinter : Source::kBuilder;
-  if (whole) events_.on_tap(*tap, received_s);
+  if (!whole || *tap == last_whole_) return;
+  last_whole_ = *tap;
+  events_.on_tap(*tap, received_s);
 }
 
 void TapIntake::TakeForces(const json& batch, double received_s) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <mutex>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -51,6 +51,7 @@ class TapIntake {
   const TapStreamEvents events_;
   TapBuilder builder_;
   Source source_ = Source::kBuilder;
+  nlohmann::json last_whole_;  ///< a second subscription brings each tap twice
   double z_offset_mm_ = 0;
   mutable std::mutex mutex_;
   std::optional<double> temperature_c_;

@@ -278,9 +278,13 @@ TEST_F(TapStreamTest, HandsOnWholeTapsAsTheyAre) {
   const std::string method = MethodOf("printer.load_cell_probe.dump_taps");
   const json tap = {
       {"time", {1, 2}}, {"force", {3, 4}}, {"moves", {{{"print_time", 1}}}}, {"is_valid", true}};
-  Push(method, {{"tap", tap}});
-  ASSERT_TRUE(heard_.Wait([&] { return !heard_.taps.empty(); }));
-  EXPECT_EQ(heard_.taps[0], tap);
+  json next = tap;
+  next["time"] = {11, 12};
+  // Each twice, as where an earlier subscription is still there.
+  for (const json& sent : {tap, tap, next, next}) Push(method, {{"tap", sent}});
+  Push("trammel_tap", {{"id", 7}});
+  ASSERT_TRUE(heard_.Wait([&] { return !heard_.calls.empty(); }));
+  EXPECT_THAT(heard_.taps, testing::ElementsAre(tap, next));
 }
 
 TEST_F(TapStreamTest, BuildsTapsWhereThePrinterSendsThemWithoutMoves) {
