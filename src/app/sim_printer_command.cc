@@ -137,14 +137,14 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   if (!server) return tl::unexpected(server.error());
   fmt::print("listening http://127.0.0.1:{}\n", (*server)->port());
   std::fflush(stdout);
-  const auto write_taps = [&] {
+  const auto write_taps = [&](bool rest) {
     if (tap_truth) {
-      machine->With([&](const sim::VirtualKlipper& klipper) { tap_truth->Write(klipper); });
+      machine->With([&](const sim::VirtualKlipper& klipper) { tap_truth->Write(klipper, rest); });
     }
     return false;
   };
-  end.Wait(arguments.for_s, write_taps);
-  (void)write_taps();
+  end.Wait(arguments.for_s, [&] { return write_taps(false); });
+  (void)write_taps(true);
   return {};
 }
 
@@ -204,8 +204,8 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
       ->add_option("--bed-height", arguments->cell.bed_height_mm,
                    "mm of the bed at x = y = 0; without it, drawn from the seed")
       ->check(NumberIn(-4.0, 50.0));
-  printer->add_flag("--plain-taps", arguments->cell.plain_taps,
-                    "tell taps without their moves, as Klipper itself does");
+  printer->add_flag("--pull-back", arguments->cell.pulls_back,
+                    "PROBE pulls back and tells whole taps, as Klipper's forks do");
   printer->add_option("--tap-truth", arguments->cell.truth,
                       "new file for what each tap really was, a line of JSON for each");
   printer->add_option("--tool", arguments->tools,

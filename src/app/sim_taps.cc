@@ -37,8 +37,8 @@ nlohmann::json TruthOf(const sim::ProbedTap& tap, std::size_t number) {
 Result<std::optional<sim::LoadCellConfig>> LoadCellOf(const CellArguments& arguments,
                                                       std::uint64_t seed) {
   if (arguments.name.empty()) {
-    if (arguments.truth.empty() && !arguments.bed_height_mm && !arguments.plain_taps) return {};
-    return Fail("--tap-truth, --bed-height and --plain-taps need --load-cell");
+    if (arguments.truth.empty() && !arguments.bed_height_mm && !arguments.pulls_back) return {};
+    return Fail("--tap-truth, --bed-height and --pull-back need --load-cell");
   }
   // Below the end stop, whatever the tilt, so that homing does not touch it.
   constexpr double kLowestMm = -0.15;
@@ -58,7 +58,7 @@ Result<std::optional<sim::LoadCellConfig>> LoadCellOf(const CellArguments& argum
   config.surface_z_mm = arguments.bed_height_mm.value_or(height_mm);
   config.tilt_x = random.Uniform(-kSteepest, kSteepest);
   config.tilt_y = random.Uniform(-kSteepest, kSteepest);
-  config.taps_with_moves = !arguments.plain_taps;
+  config.pulls_back = arguments.pulls_back;
   config.seed = random.Bits();
   return config;
 }
@@ -75,9 +75,10 @@ Result<TapTruthFile> TapTruthFile::Create(const std::string& path) {
   return file;
 }
 
-void TapTruthFile::Write(const sim::VirtualKlipper& klipper) {
+void TapTruthFile::Write(const sim::VirtualKlipper& klipper, bool rest) {
   const std::vector<sim::ProbedTap>& taps = klipper.history().taps;
   for (; written_ < taps.size(); ++written_) {
+    if (!rest && written_ + 1 == taps.size() && !taps[written_].truth) break;
     std::fputs((TruthOf(taps[written_], written_ + 1).dump() + "\n").c_str(), file_.get());
   }
   std::fflush(file_.get());

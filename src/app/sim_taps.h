@@ -15,7 +15,7 @@ namespace trammel::app {
 struct CellArguments {
   std::string name;  ///< of sim::CellNames(), "drawn", or empty: no load cell
   std::optional<double> bed_height_mm;
-  bool plain_taps = false;
+  bool pulls_back = false;
   std::string truth;  ///< new file for the taps' truth; empty: none
 };
 
@@ -24,13 +24,13 @@ struct CellArguments {
 [[nodiscard]] Result<std::optional<sim::LoadCellConfig>> LoadCellOf(const CellArguments& arguments,
                                                                     std::uint64_t seed);
 
-/// A line of JSON for each tap, as soon as it is over.
+/// A line of JSON for each tap, as soon as the nozzle has let go.
 class TapTruthFile {
  public:
   /// Error (kInput): the file exists or cannot be written.
   [[nodiscard]] static Result<TapTruthFile> Create(const std::string& path);
-  /// Writes what is new.
-  void Write(const sim::VirtualKlipper& klipper);
+  /// Writes what is new. @param rest  The last one, too, however it stands.
+  void Write(const sim::VirtualKlipper& klipper, bool rest);
 
  private:
   struct Closer {

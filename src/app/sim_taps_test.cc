@@ -21,11 +21,11 @@ TEST(LoadCellOf, WhatIsNotSaidIsDrawnFromTheSeed) {
   const sim::LoadCellConfig first = **LoadCellOf(arguments, 1);
   EXPECT_EQ((*LoadCellOf(arguments, 1))->surface_z_mm, first.surface_z_mm);
   EXPECT_NE((*LoadCellOf(arguments, 2))->surface_z_mm, first.surface_z_mm);
-  EXPECT_TRUE(first.taps_with_moves);
+  EXPECT_FALSE(first.pulls_back);
   arguments.bed_height_mm = 1.5;
-  arguments.plain_taps = true;
+  arguments.pulls_back = true;
   EXPECT_EQ((*LoadCellOf(arguments, 1))->surface_z_mm, 1.5);
-  EXPECT_FALSE((*LoadCellOf(arguments, 1))->taps_with_moves);
+  EXPECT_TRUE((*LoadCellOf(arguments, 1))->pulls_back);
   arguments.name = "drawn";
   EXPECT_TRUE(sim::Validate((*LoadCellOf(arguments, 3))->cell).has_value());
 }
@@ -49,12 +49,13 @@ TEST(TapTruthFile, HasALineForEachTapWithOrWithoutContact) {
   sim::ProbedTap tap;
   tap.surface_z_mm = 0.25;
   klipper.history().taps.push_back(tap);
-  file->Write(klipper);
+  file->Write(klipper, false);
+  EXPECT_EQ(std::filesystem::file_size(path), 0u) << "the nozzle is still on the bed";
   tap.truth.emplace();
   tap.truth->contact_z_mm = 0.24;
   klipper.history().taps.push_back(tap);
-  file->Write(klipper);
-  file->Write(klipper);
+  file->Write(klipper, false);
+  file->Write(klipper, true);
   std::ifstream lines(path);
   std::vector<nlohmann::json> truths;
   for (std::string line; std::getline(lines, line);) truths.push_back(nlohmann::json::parse(line));

@@ -13,6 +13,7 @@
 #include "app/commands.h"
 #include "base/statistics.h"
 #include "machine/host_clock.h"
+#include "machine/json_field.h"
 #include "report/tap_text.h"
 #include "store/tap_file.h"
 #include "tap/finding.h"
@@ -24,13 +25,15 @@ using nlohmann::json;
 
 /// Klipper says its own z within milliseconds, status updates come every 0.25 s.
 constexpr double kWaitForFirmware_s = 0.7;
-/// Forces come in batches, so a tap that is built from them may come behind the printer's own z.
+/// Forces come in batches, so a tap that is built from them comes so long behind its rise at most,
+/// and the printer's own z before the rise.
 constexpr double kLooseZ_s = 2;
 constexpr double kSameZ_mm = 2e-6;
 /// A tap older than this when a macro asks is not the one that it means.
 constexpr double kFresh_s = 5;
 constexpr std::size_t kMostEvents = 1000;
 constexpr double kUmPerMm = 1000;
+constexpr const char* kRiseTime = "x_rise_print_time_s";
 
 /// Of what a macro gave, only what cannot break out of a G-code line.
 std::string PlainId(const json& arguments) {
@@ -54,6 +57,15 @@ std::string DifferenceText(const std::vector<double>& differences_mm) {
   if (count < kLeastForScatter) return fmt::format("{:+.2f} µm {}", mean_um, over);
   return fmt::format("{:+.2f} ± {:.2f} µm {}", mean_um,
                      StandardDeviation(differences_mm) * kUmPerMm, over);
+}
+
+/// From the halt of a tap that was built of streams to its last sample; 0 of others, whose z comes
+/// behind them.
+double RiseTime(const json& tap) {
+  const auto rise_s = machine::Number(tap, kRiseTime);
+  if (!rise_s || !tap.contains("time") || tap["time"].empty()) return 0;
+  const json& last = tap["time"].back();
+  return last.is_number() ? std::max(0.0, last.get<double>() - *rise_s) : 0;
 }
 
 std::string WithId(std::string script, const std::string& id) {
@@ -94,7 +106,8 @@ machine::TapStreamEvents TapWatcher::Events() {
               },
           .on_call =
               [this](const json& arguments, double received_s) {
-                Push(Call{PlainId(arguments), received_s});
+                Push(Call{PlainId(arguments), machine::NumberOr(arguments, "since", -HUGE_VAL),
+                          received_s});
               },
           .on_news = [this](const std::string& text) { Push(News{text}); }};
 }
@@ -171,9 +184,11 @@ void TapWatcher::Take(TapCame& came, machine::TapStream& stream) {
   tap::Recording& recording = taps->front();
   const tap::TapAnalysis analysis = AnalyseRecorded(recording, options_.tap, analyser_);
   last_ = analysis;
+  last_rise_print_time_s_ = machine::Number(came.tap, kRiseTime);
   unanswered_s_ = came.received_s;
+  const double z_before_s = kLooseZ_s + RiseTime(came.tap);
   open_ = Open{std::move(came.tap), {std::move(recording), analysis, {}}, came.received_s};
-  if (loose_z_ && came.received_s - loose_z_->received_s < kLooseZ_s) {
+  if (loose_z_ && came.received_s - loose_z_->received_s < z_before_s) {
     Take(FirmwareZ(*loose_z_));
   }
   loose_z_.reset();
@@ -203,6 +218,9 @@ void TapWatcher::Take(const Call& call, machine::TapStream& stream) {
 
 void TapWatcher::Answer(machine::TapStream& stream, double now_s) {
   if (!asked_) return;
+  if (last_rise_print_time_s_ && *last_rise_print_time_s_ < asked_->since_print_time_s) {
+    unanswered_s_.reset();  // of a tap before the macro's own, which is still to come
+  }
   if (unanswered_s_ && last_) {
     stream.Send(AnswerScript(*last_, asked_->id));
     fmt::print(stderr, "  answered {:.0f} ms after the macro asked\n",

@@ -55,6 +55,7 @@ class TapWatcher {
   };
   struct Call {
     std::string id;
+    double since_print_time_s = 0;  ///< the tap that is meant rose after it
     double received_s = 0;
   };
   struct News {
@@ -92,7 +93,8 @@ class TapWatcher {
   std::optional<Call> asked_;
   std::optional<double> unanswered_s_;  ///< When the last tap came, where no macro has it yet.
   std::optional<tap::TapAnalysis> last_;
-  std::vector<report::AnalysedTap> taps_;  ///< Without their samples.
+  std::optional<double> last_rise_print_time_s_;  ///< where the tap says when it rose
+  std::vector<report::AnalysedTap> taps_;         ///< Without their samples.
   std::vector<double> received_s_;
   std::vector<double> differences_mm_;  ///< The printer's z minus ours.
 };

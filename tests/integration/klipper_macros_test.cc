@@ -62,7 +62,7 @@ TEST(KlipperMacros, EveryNameThatAMacroUsesIsDefined) {
       EXPECT_THAT(limits, testing::HasSubstr("variable_" + name + ":")) << header;
       ++uses;
     }
-    for (const std::string& name : WordsAfter(text, "\\n *(?=LASER_|TRAMMEL_)")) {
+    for (const std::string& name : WordsAfter(text, "\\n *(?=LASER_|_?TRAMMEL_)")) {
       EXPECT_TRUE(sections.contains("gcode_macro " + name)) << header << " calls " << name;
       ++uses;
     }
@@ -96,6 +96,26 @@ TEST(KlipperMacros, TheHeatersLimitSwitchesLaserAndHeatersOff) {
   const std::string limit = ReadSections().at("delayed_gcode _trammel_heater_limit");
   EXPECT_THAT(limit, testing::HasSubstr("LASER_OFF\n"));
   EXPECT_THAT(limit, testing::HasSubstr("TURN_OFF_HEATERS\n"));
+}
+
+TEST(KlipperMacros, ATapRisesSlowlyBehindTheProbeAndAsksWhenItIsDone) {
+  const auto sections = ReadSections();
+  const std::string& tap = sections.at("gcode_macro TRAMMEL_TAP");
+  // One PROBE leaves one tap: several samples would lift the nozzle in between.
+  EXPECT_THAT(tap, testing::HasSubstr("PROBE {rawparams} SAMPLES=1\n"));
+  EXPECT_LT(tap.find("PROBE {"), tap.find("_TRAMMEL_TAP_RISE"));
+  EXPECT_LT(tap.find("_TRAMMEL_TAP_RISE"), tap.find("_TRAMMEL_TAP_ASK SINCE="));
+  const std::string& rise = sections.at("gcode_macro _TRAMMEL_TAP_RISE");
+  std::size_t at = 0;
+  for (const char* line : {"SAVE_GCODE_STATE NAME=_trammel_tap\n", "M220 S100\n", "G91\n",
+                           "G1 Z{rise} F{speed * 60}\n", "G4 P", "G1 Z{lift} ",
+                           "RESTORE_GCODE_STATE NAME=_trammel_tap\n", "M400\n"}) {
+    const std::size_t next = rise.find(line, at);
+    ASSERT_NE(next, std::string::npos) << line;
+    at = next + 1;
+  }
+  // Less than what is taken for a lift.
+  EXPECT_THAT(rise, testing::HasSubstr("rise = [0.9, [0.02, "));
 }
 
 TEST(KlipperMacros, BracesAndBlocksAreBalancedInEveryTemplate) {

@@ -62,9 +62,9 @@ class TapAnswer : public testing::Test {
   }
 
   /// Taps, and @returns what the macro was told, once it was.
-  std::map<std::string, std::string> Tap() {
+  std::map<std::string, std::string> Tap(const std::string& parameters = "") {
     shop_->With([](sim::VirtualKlipper& klipper) { klipper.kept.clear(); });
-    shop_->Script("TRAMMEL_TAP PROBE_SPEED=2");
+    shop_->Script("TRAMMEL_TAP PROBE_SPEED=2 " + parameters);
     std::map<std::string, std::string> told;
     shop_->WaitUntil(
         [&told](sim::VirtualKlipper& klipper) {
@@ -122,9 +122,9 @@ TEST_F(TapAnswer, TheContactIsHandedBackInTime) {
   EXPECT_THAT(end.standard_error, HasSubstr("after the macro asked"));
 }
 
-TEST_F(TapAnswer, SoIsThatOfATapPutTogetherFromStreams) {
+TEST_F(TapAnswer, SoIsThatOfAForkThatPullsBackByItself) {
   ShopOptions options = WithLoadCell();
-  options.klipper.load_cell->taps_with_moves = false;
+  options.klipper.load_cell->pulls_back = true;
   Start(options);
   Watch();
   ExpectTheContact();
@@ -137,14 +137,24 @@ TEST_F(TapAnswer, ARefusalIsHandedBackWithoutAHeightAndTheMacroFails) {
   ASSERT_EQ(Tap().at("VERDICT"), "good");
   // From now on it never lets go of the bed: the height of before would be the wrong answer.
   shop_->Script("G1 Z1 F600");
-  shop_->With(
-      [](sim::VirtualKlipper& klipper) { klipper.load_cell()->motion.pull_back_mm = 0.03; });
-  const auto told = Tap();
+  const auto told = Tap("RISE=0.03");
   EXPECT_EQ(told.at("VERDICT"), "refused");
   EXPECT_EQ(told.at("REASON"), "still_in_contact");
   EXPECT_FALSE(told.contains("Z"));
   EXPECT_FALSE(told.contains("U"));
   ExpectFailure("refused: still_in_contact");
+}
+
+TEST_F(TapAnswer, TapsInARowAreEachReportedOnceBesideThePrintersOwnHeight) {
+  Start(WithLoadCell());
+  Watch();
+  shop_->Script("PROBE_ACCURACY SAMPLES=3 PROBE_SPEED=2");  // lifts of 2 mm: no taps
+  for (int i = 0; i < 3; ++i) ASSERT_NO_FATAL_FAILURE(ExpectTheContact());
+  process_->Send(SIGINT);
+  const ProcessEnd end = process_->Wait(30);
+  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(end.standard_output, HasSubstr("taps              3, 3 good"));
+  EXPECT_THAT(end.standard_output, HasSubstr("µm over 3 taps"));
 }
 
 TEST_F(TapAnswer, WithoutAProbeTheMacroIsToldThatNoTapCame) {

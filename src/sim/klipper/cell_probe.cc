@@ -59,6 +59,11 @@ void CellProbe::Tare(double print_time_s) {
   corruptor_ = SampleCorruptor(config_.cell, print_time_s, Random(random_.Bits()));
 }
 
+std::optional<PressTruth> CellProbe::EndedPress(double since_s) const {
+  if (presses_.empty() || presses_.back().touch_time_s < since_s) return std::nullopt;
+  return presses_.back();
+}
+
 ProbedTap CellProbe::Collect(double from_s, double until_s) {
   ProbedTap tap;
   for (const ForceReading& reading : readings_) {

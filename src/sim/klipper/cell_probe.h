@@ -29,7 +29,7 @@ struct ProbedTap {
   double reported_z_mm = 0;  ///< what the virtual firmware makes of it: where the head stopped
   double surface_z_mm = 0;
   double latency_s = 0;             ///< of the converter
-  std::optional<PressTruth> truth;  ///< absent where the nozzle never let go
+  std::optional<PressTruth> truth;  ///< absent until the nozzle lets go
 };
 
 /// The cell in print time. Begins anew where Klipper does.
@@ -46,6 +46,8 @@ class CellProbe {
   [[nodiscard]] double NextHaltZ(const TapMotion& motion, double x_mm, double y_mm);
   /// Takes what it reads now for no force, and the present for the time that faults count from.
   void Tare(double print_time_s);
+  /// The last press that began since then, once it has ended.
+  [[nodiscard]] std::optional<PressTruth> EndedPress(double since_s) const;
   /// A tap of the samples in a window, without its moves.
   [[nodiscard]] ProbedTap Collect(double from_s, double until_s);
 

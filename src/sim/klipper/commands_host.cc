@@ -228,12 +228,34 @@ Result<void> CheckGuard(const VirtualKlipper& machine, const MacroGuard& guard) 
   return Fail(fmt::format("trammel: no contact, {}: {}", text(guard.kept), text(guard.because)));
 }
 
-std::vector<std::string> LinesWith(const MacroConfig& macro, const std::string& raw_parameters) {
-  static const std::string kRaw = "{rawparams}";
-  std::vector<std::string> lines = macro.lines;
-  for (std::string& text : lines) {
-    const std::size_t at = text.find(kRaw);
-    if (at != std::string::npos) text.replace(at, kRaw.size(), raw_parameters);
+// What stands for "{NAME|default|factor}", without the braces.
+std::string Placed(const VirtualKlipper& machine, const CommandLine& line,
+                   const std::string& place) {
+  if (place == "rawparams") return line.rest;
+  if (place == "print_time") return fmt::format("{:.6f}", machine.motion().print_time_s());
+  const std::size_t bar = place.find('|');
+  const std::size_t second = std::min(place.find('|', bar + 1), place.size());
+  const auto given = line.parameters.find(place.substr(0, bar));
+  const std::string usual = place.substr(bar + 1, second - bar - 1);
+  const std::string text = given == line.parameters.end() ? usual : given->second;
+  if (second == place.size()) return text;
+  return fmt::format("{:.6f}",
+                     ToNumber(text).value_or(0) * ToNumber(place.substr(second + 1)).value_or(1));
+}
+
+std::vector<std::string> LinesWith(const VirtualKlipper& machine, const MacroConfig& macro,
+                                   const CommandLine& line) {
+  std::vector<std::string> lines;
+  for (const std::string& text : macro.lines) {
+    std::string& filled = lines.emplace_back();
+    for (std::size_t at = 0; at < text.size();) {
+      const std::size_t open = std::min(text.find('{', at), text.size());
+      filled += text.substr(at, open - at);
+      if (open == text.size()) break;
+      const std::size_t close = std::min(text.find('}', open), text.size());
+      filled += Placed(machine, line, text.substr(open + 1, close - open - 1));
+      at = close + 1;
+    }
   }
   return lines;
 }
@@ -266,7 +288,7 @@ Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro,
     }
     machine.CallRemote(std::move(event));
   }
-  return Outcome{{}, LinesWith(macro, line.rest)};
+  return Outcome{{}, LinesWith(machine, macro, line)};
 }
 
 }  // namespace

@@ -41,6 +41,7 @@ struct Probing {
   double retract_mm = 2;
   int samples = 1;
   bool accuracy = false;
+  bool pulls_back = false;
 
   enum class Stage { kArrive, kTap, kEmpty } stage = Stage::kArrive;
   double until_s = 0;
@@ -61,16 +62,16 @@ struct Probing {
       return false;
     }
     Finish(machine);
-    if (static_cast<int>(heights_mm.size()) == samples) {
-      Conclude(machine);
-      return true;
+    const bool last = static_cast<int>(heights_mm.size()) == samples;
+    if (!last || accuracy) {
+      std::array<double, 4> up = machine.commanded_mm;
+      up[2] = halt_z_mm + retract_mm;
+      const Result<Outcome> lifted = MoveTo(machine, up, lift_speed_mm_s);
+      if (!lifted) return tl::unexpected(lifted.error());
+      Rest(machine, Stage::kArrive);
     }
-    std::array<double, 4> up = machine.commanded_mm;
-    up[2] = halt_z_mm + retract_mm;
-    const Result<Outcome> lifted = MoveTo(machine, up, lift_speed_mm_s);
-    if (!lifted) return tl::unexpected(lifted.error());
-    Rest(machine, Stage::kArrive);
-    return false;
+    if (last) Conclude(machine);
+    return last;
   }
 
   // Waits until everything queued is done.
@@ -99,18 +100,24 @@ struct Probing {
     moves = ApproachMoves(motion, queue.NextStart(machine.print_now_s()), place[2], halt_z_mm);
     queue.AppendTimed(TimedOf(moves, place, halt_z_mm));
     const double stop_s = queue.print_time_s();
-    const std::vector<ZMove> back = PullBackMoves(motion, stop_s, halt_z_mm);
-    queue.AppendHalt(back.front().start_time_s);
-    const double end_z_mm = halt_z_mm + motion.pull_back_mm;
-    queue.AppendTimed(TimedOf(std::span(back).subspan(1), place, end_z_mm));
+    double end_z_mm = halt_z_mm;
+    if (pulls_back) {
+      const std::vector<ZMove> back = PullBackMoves(motion, stop_s, halt_z_mm);
+      end_z_mm += motion.pull_back_mm;
+      queue.AppendHalt(back.front().start_time_s);
+      queue.AppendTimed(TimedOf(std::span(back).subspan(1), place, end_z_mm));
+      moves.insert(moves.end(), back.begin(), back.end());
+    } else {
+      moves.push_back({stop_s + motion.told_after_s, 0, 0, 0, halt_z_mm, 0});
+      queue.AppendHalt(moves.back().start_time_s);
+    }
     const double down_s = (place[2] - halt_z_mm) / motion.approach_speed_mm_s;
     const double touch_s = stop_s - (machine.cell()->SurfaceZ(place[0], place[1]) - halt_z_mm) /
                                         motion.approach_speed_mm_s;
     from_s = std::max(stop_s - down_s, touch_s - kBeforeTouchS);
-    moves.insert(moves.end(), back.begin(), back.end());
     machine.commanded_mm[2] = end_z_mm;
     Rest(machine, Stage::kTap);
-    until_s += kAfterPullBackS;
+    if (pulls_back) until_s += kAfterPullBackS;
     return {};
   }
 
@@ -130,10 +137,9 @@ struct Probing {
 
   void Conclude(VirtualKlipper& machine) {
     if (!accuracy) {
-      machine.last_probe_z_mm = Mean(heights_mm);
       machine.Inform(fmt::format("Result: at {:.3f},{:.3f} estimate contact at z={:.6f}",
                                  machine.commanded_mm[0], machine.commanded_mm[1],
-                                 machine.last_probe_z_mm));
+                                 Mean(heights_mm)));
       return;
     }
     const auto [lowest, highest] = std::minmax_element(heights_mm.begin(), heights_mm.end());
@@ -153,6 +159,7 @@ Result<Probing> ReadProbing(const VirtualKlipper& machine, const CommandLine& li
   const LoadCellConfig& config = *machine.config().load_cell;
   Probing probing;
   probing.motion = config.motion;
+  probing.pulls_back = config.pulls_back;
   const auto speed = FloatOf(line, "PROBE_SPEED", {{}, 0, 50});
   const auto lift = FloatOf(line, "LIFT_SPEED", {{}, 0, {}});
   const auto samples = FloatOf(line, "SAMPLES", {1, {}, kMostSamples});

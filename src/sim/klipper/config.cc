@@ -28,9 +28,16 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
 }
 
 void AddTapMacros(KlipperConfig& config, double answer_s) {
-  config.macros["TRAMMEL_TAP"].lines = {"PROBE {rawparams}", "_TRAMMEL_TAP_ASK"};
+  config.macros["TRAMMEL_TAP"].lines = {"PROBE {rawparams} SAMPLES=1",
+                                        "_TRAMMEL_TAP_RISE {rawparams}",
+                                        "_TRAMMEL_TAP_ASK SINCE={print_time}"};
+  config.macros["_TRAMMEL_TAP_RISE"].lines = {
+      "SAVE_GCODE_STATE NAME=_trammel_tap",    "M220 S100", "G91",
+      "G1 Z{RISE|0.2} F{RISE_SPEED|0.32|60}",  "G4 P400",   "G1 Z{LIFT|2} F{LIFT_SPEED|5|60}",
+      "RESTORE_GCODE_STATE NAME=_trammel_tap", "M400"};
   MacroConfig& ask = config.macros["_TRAMMEL_TAP_ASK"];
   ask.remote_method = "trammel_tap";
+  ask.remote_arguments = {{"since", "SINCE", "0", true}};
   ask.lines = {fmt::format("UPDATE_DELAYED_GCODE ID=_TRAMMEL_NO_TAP DURATION={:.3f}", answer_s)};
   MacroConfig& result = config.macros["TRAMMEL_TAP_RESULT"];
   result.keeps = {"VERDICT", "REASON", "Z", "U"};

@@ -49,7 +49,10 @@ struct MacroGuard {
 
 /// [gcode_macro NAME]: plain lines, and at most one call of a client.
 struct MacroConfig {
-  std::vector<std::string> lines;  ///< "{rawparams}" stands for the parameters as they were given
+  /// "{rawparams}" stands for the parameters as they were given, "{print_time}" for the end of what
+  /// is queued when the macro is read, "{NAME|default}" and "{NAME|default|factor}" for a
+  /// parameter.
+  std::vector<std::string> lines;
   std::vector<std::string> keeps;  ///< parameters kept as its variables; those not given are not
   std::optional<MacroGuard> guard;
   std::string remote_method;  ///< empty: none
@@ -64,9 +67,11 @@ struct LoadCellConfig {
   double tilt_x = 0;        ///< rise of the bed per mm
   double tilt_y = 0;
   double lift_speed_mm_s = 5;
-  double retract_mm = 2;        ///< between the samples of one PROBE
-  bool taps_with_moves = true;  ///< as Klipper's forks tell them; Klipper itself leaves them out
-  std::uint64_t seed = 0;       ///< of its noise
+  double retract_mm = 2;  ///< between the samples of one PROBE
+  /// As Klipper's forks do: PROBE pulls back by itself, and tells a tap with its moves when it is
+  /// over. Klipper halts with the nozzle on the bed, and tells the samples until then.
+  bool pulls_back = false;
+  std::uint64_t seed = 0;  ///< of its noise
 };
 
 /// [tool NAME] of klipper-toolchanger.
@@ -118,9 +123,9 @@ struct KlipperConfig {
 [[nodiscard]] KlipperConfig DefaultKlipperConfig(double laser_limit_s = 600,
                                                  double heater_limit_s = 1800);
 
-/// What klipper/trammel.cfg has for a load cell: TRAMMEL_TAP probes and calls the remote method
-/// trammel_tap, TRAMMEL_TAP_RESULT keeps the answer, TRAMMEL_TAP_DONE fails where that holds no
-/// contact. Without an answer it is REASON=no_answer after `answer_s`.
+/// What klipper/trammel.cfg has for a load cell: TRAMMEL_TAP probes, rises slowly and calls the
+/// remote method trammel_tap, TRAMMEL_TAP_RESULT keeps the answer, TRAMMEL_TAP_DONE fails where
+/// that holds no contact. Without an answer it is REASON=no_answer after `answer_s`.
 void AddTapMacros(KlipperConfig& config, double answer_s = 5);
 
 /// What goes wrong, and when. Everything is off by default. Times are the machine's, in seconds

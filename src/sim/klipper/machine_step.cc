@@ -117,6 +117,10 @@ void VirtualKlipper::StepCell() {
     const Position& at = head.position;
     return {at.z_mm, head.speed_mm_s, cell_->SurfaceZ(at.x_mm, at.y_mm)};
   });
+  if (history_.taps.empty() || history_.taps.back().truth) return;
+  // The nozzle is lifted off by what comes after the probing.
+  ProbedTap& tap = history_.taps.back();
+  tap.truth = cell_->EndedPress(tap.moves.empty() ? 0 : tap.moves.front().start_time_s);
 }
 
 void VirtualKlipper::StepIdle() {

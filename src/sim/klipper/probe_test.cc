@@ -25,6 +25,12 @@ KlipperConfig ConfigWithCell() {
   return config;
 }
 
+KlipperConfig ConfigWithPullBack() {
+  KlipperConfig config = ConfigWithCell();
+  config.load_cell->pulls_back = true;
+  return config;
+}
+
 // A homed machine above its bed, with a clock in the test's hand.
 struct Bench {
   explicit Bench(const KlipperConfig& config = ConfigWithCell()) : klipper(config, {}) {
@@ -51,8 +57,25 @@ struct Bench {
   std::vector<std::string> responses;
 };
 
-TEST(Probe, TapsTheBedAndTellsWhereItStoppedAsARealOneDoes) {
+TEST(Probe, HaltsOnTheBedAndLeavesTheRiseToOthersAsKlipperDoes) {
   Bench bench;
+  ASSERT_EQ(bench.Run("PROBE"), std::nullopt);
+  const auto& taps = bench.klipper.history().taps;
+  ASSERT_EQ(taps.size(), 1u);
+  EXPECT_EQ(bench.klipper.commanded_mm[2], taps[0].reported_z_mm) << "the nozzle is pressed on";
+  EXPECT_FALSE(taps[0].truth.has_value());
+  ASSERT_FALSE(taps[0].force_g.empty());
+  EXPECT_GT(taps[0].force_g.back(), 75);
+  // The descent, and the marker where the head stands.
+  ASSERT_EQ(taps[0].moves.size(), 3u);
+  EXPECT_EQ(taps[0].moves[2].duration_s, 0);
+  ASSERT_EQ(bench.Run("G91\nG1 Z0.2 F18\nG90\nM400"), std::nullopt);
+  ASSERT_TRUE(taps[0].truth.has_value());
+  EXPECT_NEAR(taps[0].truth->contact_z_mm, taps[0].surface_z_mm, 1e-9);
+}
+
+TEST(Probe, TapsTheBedAndTellsWhereItStoppedAsAForkDoes) {
+  Bench bench(ConfigWithPullBack());
   ASSERT_EQ(bench.Run("PROBE"), std::nullopt);
   ASSERT_EQ(bench.klipper.history().taps.size(), 1u);
   const ProbedTap& tap = bench.klipper.history().taps[0];
@@ -71,7 +94,7 @@ TEST(Probe, TapsTheBedAndTellsWhereItStoppedAsARealOneDoes) {
 }
 
 TEST(Probe, SamplesAreThePressAtTheTimesOfTheMoves) {
-  KlipperConfig config = ConfigWithCell();
+  KlipperConfig config = ConfigWithPullBack();
   config.load_cell->cell.disturbance.noise_g = 0;
   Bench bench(config);
   ASSERT_EQ(bench.Run("PROBE"), std::nullopt);
@@ -92,7 +115,7 @@ TEST(Probe, SamplesAreThePressAtTheTimesOfTheMoves) {
 }
 
 TEST(Probe, TheQueueTellsTheMovesOfTheTap) {
-  Bench bench;
+  Bench bench(ConfigWithPullBack());
   ASSERT_EQ(bench.Run("PROBE"), std::nullopt);
   const ProbedTap& tap = bench.klipper.history().taps[0];
   std::vector<TrapqEntry> entries;
@@ -112,7 +135,7 @@ TEST(Probe, TheQueueTellsTheMovesOfTheTap) {
 }
 
 TEST(Probe, ManySamplesLiftTheHeadBetweenThemAndDiffer) {
-  Bench bench;
+  Bench bench(ConfigWithPullBack());
   ASSERT_EQ(bench.Run("PROBE SAMPLES=3 SAMPLE_RETRACT_DIST=1"), std::nullopt);
   const auto& taps = bench.klipper.history().taps;
   ASSERT_EQ(taps.size(), 3u);
@@ -203,7 +226,11 @@ TEST(TapMacros, KeepWhatTheyAreToldAndFailWithoutAContact) {
   AddTapMacros(config);
   Bench bench(config);
   ASSERT_EQ(bench.Run("TRAMMEL_TAP SAMPLES=2"), std::nullopt);
-  EXPECT_EQ(bench.klipper.history().taps.size(), 2u) << "PROBE has the macro's parameters";
+  const auto& taps = bench.klipper.history().taps;
+  ASSERT_EQ(taps.size(), 1u) << "an answer is about one tap";
+  ASSERT_TRUE(taps[0].truth.has_value()) << "the macro rises";
+  EXPECT_NEAR(bench.klipper.commanded_mm[2], taps[0].reported_z_mm + 2.2, 1e-9) << "and lifts";
+  EXPECT_TRUE(bench.klipper.gcode.absolute);
   ASSERT_EQ(bench.Run("TRAMMEL_TAP_RESULT VERDICT=good Z=0.01 U=0.001"), std::nullopt);
   EXPECT_EQ(bench.klipper.kept["TRAMMEL_TAP_RESULT"]["Z"], "0.01");
   EXPECT_EQ(bench.Run("TRAMMEL_TAP_RESULT VERDICT=refused REASON=no_break"),

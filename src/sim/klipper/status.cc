@@ -143,11 +143,13 @@ Json ConfigFile(const VirtualKlipper& machine) {
         {"trigger_force", cell.motion.trigger_force_g},
         {"speed", cell.motion.approach_speed_mm_s},
         {"lift_speed", cell.lift_speed_mm_s},
-        {"pullback_distance", cell.motion.pull_back_mm},
-        {"pullback_speed", cell.motion.pull_back_speed_mm_s},
         {"sample_retract_dist", cell.retract_mm},
         {"samples", 1},
         {"z_offset", 0.0}};
+    if (cell.pulls_back) {
+      settings["load_cell_probe"]["pullback_distance"] = cell.motion.pull_back_mm;
+      settings["load_cell_probe"]["pullback_speed"] = cell.motion.pull_back_speed_mm_s;
+    }
   }
   for (const PinConfig& pin : config.pins) {
     settings["output_pin " + LowerCase(pin.name)] = {

@@ -70,7 +70,7 @@ void Hub::TellTaps(const VirtualKlipper& klipper, Dump& dump) {
   for (; dump.next < taps.size(); ++dump.next) {
     const ProbedTap& tap = taps[dump.next];
     Json told = {{"time", tap.time_s}, {"force", tap.force_g}, {"is_valid", true}};
-    if (klipper.config().load_cell->taps_with_moves) told["moves"] = MovesOf(tap);
+    if (klipper.config().load_cell->pulls_back) told["moves"] = MovesOf(tap);
     SendDump(dump, {{"tap", told}});
   }
 }

@@ -11,18 +11,18 @@ namespace {
 constexpr double kSpeed = 20;
 
 struct Bench {
-  explicit Bench(bool with_cell = true, bool taps_with_moves = true)
-      : machine(Options(with_cell, taps_with_moves), MonotonicNow()) {
+  explicit Bench(bool with_cell = true, bool pulls_back = true)
+      : machine(Options(with_cell, pulls_back), MonotonicNow()) {
     auto started = PrinterServer::Start(machine, {});
     if (!started) throw std::runtime_error(started.error().message);
     server = std::move(*started);
   }
-  static MachineOptions Options(bool with_cell, bool taps_with_moves) {
+  static MachineOptions Options(bool with_cell, bool pulls_back) {
     MachineOptions options;
     options.speed = kSpeed;
     if (with_cell) {
       options.klipper.load_cell.emplace();
-      options.klipper.load_cell->taps_with_moves = taps_with_moves;
+      options.klipper.load_cell->pulls_back = pulls_back;
     }
     return options;
   }
