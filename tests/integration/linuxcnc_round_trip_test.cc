@@ -267,7 +267,7 @@ TEST_F(LinuxCncRoundTrip, InchesAreLeftOnAndReadRightly) {
   Mdi("G21");
 }
 
-TEST_F(LinuxCncRoundTrip, MovesArriveStopAndAreRefusedWithItsWords) {
+TEST_F(LinuxCncRoundTrip, MovesArriveStopAndAreRefusedBeyondItsLimits) {
   const auto machine = Machine();
   ASSERT_TRUE(machine);
   const auto moved = machine->MoveTo({120, -60, 15}, 20'000, {});
@@ -290,7 +290,7 @@ TEST_F(LinuxCncRoundTrip, MovesArriveStopAndAreRefusedWithItsWords) {
 
   const auto beyond = machine->MoveTo({at.x(), at.y(), 3001}, 100'000, {});
   ASSERT_FALSE(beyond);
-  EXPECT_THAT(beyond.error().message, HasSubstr("would exceed Z's positive limit"));
+  EXPECT_THAT(beyond.error().message, HasSubstr("Z 3001 lies outside the travel"));
 }
 
 TEST_F(LinuxCncRoundTrip, RefusesWhileTheSpindleTurnsAndWhileG92IsActive) {
