@@ -29,7 +29,7 @@ Json MovesOf(const ProbedTap& tap) {
 
 }  // namespace
 
-Answer Hub::StartCellDump(const std::string& method, const Json& params) {
+Answer Hub::StartCellDump(std::uint64_t connection, const std::string& method, const Json& params) {
   const bool taps = method == "printer.load_cell_probe.dump_taps";
   const char* key = taps ? "load_cell_probe" : "load_cell";
   const std::optional<std::string> name = TextOf(params, key);
@@ -42,8 +42,9 @@ Answer Hub::StartCellDump(const std::string& method, const Json& params) {
     next = taps ? klipper.history().taps.size()
                 : klipper.cell()->forgotten() + klipper.cell()->readings().size();
   });
-  return taps ? AddDump("taps", params, next, {"probe_tap_event"})
-              : AddDump("force", params, next, {"time", "force (g)", "counts", "tare_counts"});
+  return taps ? AddDump(connection, "taps", params, next, {"probe_tap_event"})
+              : AddDump(connection, "force", params, next,
+                        {"time", "force (g)", "counts", "tare_counts"});
 }
 
 void Hub::CellTick(const VirtualKlipper& klipper) {

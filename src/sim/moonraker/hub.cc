@@ -18,11 +18,6 @@ constexpr double kDumpAheadS = 1.5;
 constexpr double kTokenLifeS = 5;
 constexpr std::size_t kMostTokens = 1000;
 
-// Hostile bytes can be no valid UTF-8; they are replaced rather than thrown about.
-std::string ToText(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
 Json Pick(const VirtualKlipper& klipper, const std::string& name,
           const std::optional<std::set<std::string>>& fields) {
   Json all = ObjectStatus(klipper, name);
@@ -49,6 +44,7 @@ std::optional<std::uint64_t> Hub::Open(Peer& peer, bool authorised) {
 
 void Hub::Close(std::uint64_t number) {
   connections_.erase(number);
+  std::erase_if(dumps_, [number](const Dump& dump) { return dump.owner == number; });
   std::erase_if(queries_, [number](const Query& query) { return query.connection == number; });
 }
 
@@ -77,6 +73,10 @@ void Hub::Receive(std::uint64_t number, std::string_view text) {
   // A message that was still under way when the connection was closed.
   if (connections_.count(number) == 0) return;
   const Result<Json> parsed = ParseBoundedJson(text, "the message");
+  if (connections_[number].through) {
+    if (parsed && parsed->is_object()) ReceiveThrough(number, *parsed);
+    return Pump();
+  }
   const auto refuse = [&](int code, const char* message, const Json& id) {
     Send(number,
          ToText(
@@ -250,6 +250,12 @@ void Hub::Disconnected() {
     connection.told = Json::object();
   }
   dumps_.clear();
+  std::vector<Peer*> through;
+  for (const auto& [number, connection] : connections_) {
+    if (connection.through) through.push_back(connection.peer);
+  }
+  std::erase_if(connections_, [](const auto& entry) { return entry.second.through; });
+  for (Peer* peer : through) peer->Close();
   told_shutdown_ = false;
   const auto scripts = std::exchange(scripts_, {});
   const auto queries = std::exchange(queries_, {});
@@ -315,6 +321,9 @@ void Hub::DumpTick(VirtualKlipper& klipper) {
 }
 
 void Hub::SendDump(const Dump& dump, const Json& params) {
+  if (dump.owner != 0) {
+    return Send(dump.owner, ToText({{"method", dump.method}, {"params", params}}));
+  }
   const std::string text =
       ToText({{"jsonrpc", "2.0"}, {"method", dump.method}, {"params", params}});
   for (const auto& [number, connection] : connections_) {
@@ -327,7 +336,7 @@ void Hub::Notify(const std::string& method, const Json& params) {
   if (!params.is_null()) message["params"] = params;
   const std::string text = ToText(message);
   for (const auto& [number, connection] : connections_) {
-    if (connection.authorised) Send(number, text);
+    if (connection.authorised && !connection.through) Send(number, text);
   }
 }
 

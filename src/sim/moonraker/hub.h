@@ -54,6 +54,9 @@ class Hub {
 
   /// A number for the connection, or nothing where it is to be closed at once.
   [[nodiscard]] std::optional<std::uint64_t> Open(Peer& peer, bool authorised);
+  /// The same for a client's connection of its own to Klipper, which is closed with each restart of
+  /// it; nothing while Klipper is away.
+  [[nodiscard]] std::optional<std::uint64_t> OpenThrough(Peer& peer, bool authorised);
   void Close(std::uint64_t connection);
   /// One message of a client, whatever it holds.
   void Receive(std::uint64_t connection, std::string_view text);
@@ -81,6 +84,7 @@ class Hub {
   struct Connection {
     Peer* peer = nullptr;
     bool authorised = false;
+    bool through = false;        ///< to Klipper: its words, not Moonraker's
     std::optional<Json> client;  ///< as identified
     std::set<std::string> remote_methods;
     StatusRequest subscription;
@@ -93,8 +97,9 @@ class Hub {
     Reply reply;
   };
   struct Dump {
-    std::string source;  ///< "toolhead", "extruder", "force" or "taps"
-    std::string method;  ///< of the client
+    std::string source;       ///< "toolhead", "extruder", "force" or "taps"
+    std::string method;       ///< of the client
+    std::uint64_t owner = 0;  ///< the connection that it ends with, or 0: Moonraker's own
     std::size_t next = 0;
   };
   struct Held {
@@ -105,6 +110,8 @@ class Hub {
 
   void Call(std::uint64_t connection, const std::string& method, const Json& params,
             const Reply& reply);
+  /// A message for Klipper itself.
+  void ReceiveThrough(std::uint64_t connection, const Json& request);
   /// Methods of Moonraker itself; false where there is no such method.
   bool CallServer(std::uint64_t connection, const std::string& method, const Json& params,
                   const Reply& reply);
@@ -113,10 +120,12 @@ class Hub {
                    const Reply& reply);
   Answer Identify(Connection& connection, std::uint64_t number, const Json& params);
   Answer RegisterRemote(Connection& connection, const Json& params);
-  Answer StartDump(const Json& params);
-  Answer StartCellDump(const std::string& method, const Json& params);
-  /// Registers a client's method for a source; an error where there are too many.
-  Answer AddDump(const std::string& source, const Json& params, std::size_t next, Json header);
+  Answer StartDump(std::uint64_t connection, const Json& params);
+  Answer StartCellDump(std::uint64_t connection, const std::string& method, const Json& params);
+  /// Registers a client's method for a source; an error where there are too many. As in Klipper it
+  /// ends only with the connection to Klipper, which is Moonraker's for all its clients.
+  Answer AddDump(std::uint64_t connection, const std::string& source, const Json& params,
+                 std::size_t next, Json header);
   void SendDump(const Dump& dump, const Json& params);
   void TellForce(const VirtualKlipper& klipper, Dump& dump);
   void TellTaps(const VirtualKlipper& klipper, Dump& dump);

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
 namespace trammel::sim {
 namespace {
 
@@ -104,6 +106,61 @@ TEST_F(HubTest, AFileIsCountedInBytesAndClosedAtItsEnd) {
                           {"is_active", false},
                           {"file_position", text.size()},
                           {"file_size", text.size()}}));
+}
+
+TEST_F(HubTest, SubscriptionsToMovesAddUpUntilKlipperIsRestarted) {
+  (void)Call(agent_, inbox_, "server.connection.identify", Client("agent"));
+  (void)Call(agent_, inbox_, "connection.register_remote_method", {{"method_name", "moves"}});
+  const Json dump = {{"name", "toolhead"}, {"response_template", {{"method", "moves"}}}};
+  const auto batches = [&] {
+    inbox_.messages.clear();
+    (void)Script("G28\nG91\nG1 X5 F6000\nG1 X-5\nG90\nM400");
+    Run(2);
+    int count = 0;
+    std::set<std::string> different;
+    for (const Json& message : inbox_.messages) {
+      if (message.value("method", "") != "moves") continue;
+      ++count;
+      different.insert(message["params"].dump());
+    }
+    return different.empty() ? 0 : count / static_cast<int>(different.size());
+  };
+  (void)Call(agent_, inbox_, "printer.motion_report.dump_trapq", dump);
+  EXPECT_EQ(batches(), 1);
+  (void)Call(agent_, inbox_, "printer.motion_report.dump_trapq", dump);
+  (void)batches();  // the second one begins with what was before it
+  EXPECT_EQ(batches(), 2) << "each batch twice, though the client is one";
+  (void)Call(agent_, inbox_, "printer.firmware_restart", Json::object());
+  for (int i = 0; i < 200; ++i) Run(0.1);
+  EXPECT_EQ(batches(), 0);
+}
+
+TEST_F(HubTest, WhatGoesThroughToKlipperEndsWithItsConnection) {
+  struct Closed : Inbox {
+    void Close() override { closed = true; }
+    bool closed = false;
+  };
+  Closed own;
+  const std::uint64_t number = hub_.OpenThrough(own, true).value();
+  const auto ask = [&](const char* endpoint, const Json& params) {
+    own.messages.clear();
+    hub_.Receive(number, Json{{"id", 1}, {"method", endpoint}, {"params", params}}.dump());
+    return own.messages.empty() ? Json() : own.messages.front();
+  };
+  EXPECT_TRUE(ask("motion_report/dump_trapq",
+                  {{"name", "toolhead"}, {"response_template", {{"method", "mine"}}}})
+                  .contains("result"));
+  EXPECT_THAT(ask("no/such", Json::object())["error"]["message"].get<std::string>(),
+              HasSubstr("No registered callback for path 'no/such'"));
+  own.messages.clear();
+  (void)Script("G28\nM400");
+  Run(2);
+  ASSERT_FALSE(own.messages.empty());
+  for (const Json& message : own.messages) EXPECT_EQ(message.value("method", ""), "mine");
+  for (const Json& message : inbox_.messages) EXPECT_NE(message.value("method", ""), "mine");
+  (void)Call(agent_, inbox_, "printer.firmware_restart", Json::object());
+  for (int i = 0; i < 200; ++i) Run(0.1);
+  EXPECT_TRUE(own.closed);
 }
 
 TEST_F(HubTest, AMillionLevelsAreNoMessage) {

@@ -228,25 +228,28 @@ void Hub::Ask(std::uint64_t number, bool subscribe, const Json& params, const Re
   queries_.push_back({number, subscribe, *objects, reply});
 }
 
-Answer Hub::AddDump(const std::string& source, const Json& params, std::size_t next, Json header) {
+Answer Hub::AddDump(std::uint64_t connection, const std::string& source, const Json& params,
+                    std::size_t next, Json header) {
   constexpr std::size_t kMostDumps = 100;
   const auto form = params.find("response_template");
   const std::optional<std::string> method =
       form != params.end() && form->is_object() ? TextOf(*form, "method") : std::nullopt;
   if (method && dumps_.size() >= kMostDumps) return Answer::Error(400, "Too many dumps");
   // Without a method nobody is told, which is no error.
-  if (method) dumps_.push_back({source, *method, next});
+  const auto found = connections_.find(connection);
+  const bool through = found != connections_.end() && found->second.through;
+  if (method) dumps_.push_back({source, *method, through ? connection : 0, next});
   return Answer::Ok({{"header", std::move(header)}});
 }
 
-Answer Hub::StartDump(const Json& params) {
+Answer Hub::StartDump(std::uint64_t connection, const Json& params) {
   const std::optional<std::string> name = TextOf(params, "name");
   if (!name) return Missing("name");
   if (*name != "toolhead" && *name != "extruder") {
     return Answer::Error(400, fmt::format("The value '{}' is not valid for name", *name));
   }
   return AddDump(
-      *name, params, 0,
+      connection, *name, params, 0,
       {"time", "duration", "start_velocity", "acceleration", "start_position", "direction"});
 }
 
@@ -300,9 +303,9 @@ bool Hub::CallPrinter(std::uint64_t number, const std::string& method, const Jso
     Pump();  // the notification comes before the answer
     reply(Answer::Ok());
   } else if (method == "printer.motion_report.dump_trapq") {
-    reply(StartDump(params));
+    reply(StartDump(number, params));
   } else if (cell_dump) {
-    reply(StartCellDump(method, params));
+    reply(StartCellDump(number, method, params));
   } else {
     machine_.With([](VirtualKlipper& klipper) { klipper.Restart(); });
     reply(Answer::Ok());

@@ -30,6 +30,11 @@ struct Answer {
 /// Takes the answer to one request; called once, now or later.
 using Reply = std::function<void(const Answer&)>;
 
+/// Hostile bytes can be no valid UTF-8; they are replaced rather than thrown about.
+[[nodiscard]] inline std::string ToText(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 /// The argument of a request, or nothing where it is absent or no text.
 [[nodiscard]] inline std::optional<std::string> TextOf(const Json& params, const char* key) {
   const auto found = params.find(key);

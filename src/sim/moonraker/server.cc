@@ -62,10 +62,12 @@ class Outbox {
 
 class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSocketSession> {
  public:
-  WebSocketSession(beast::tcp_stream stream, Hub& hub, bool authorised)
+  /// @param through  to Klipper itself
+  WebSocketSession(beast::tcp_stream stream, Hub& hub, bool authorised, bool through)
       : socket_(std::move(stream)),
         hub_(hub),
         authorised_(authorised),
+        through_(through),
         outbox_([this](const std::string& message) { Write(message); }) {}
   ~WebSocketSession() override { Leave(); }
 
@@ -75,7 +77,8 @@ class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSoc
     socket_.text(true);
     socket_.async_accept(request, [self = shared_from_this()](const ErrorCode& error) {
       if (error) return;
-      self->number_ = self->hub_.Open(*self, self->authorised_);
+      self->number_ = self->through_ ? self->hub_.OpenThrough(*self, self->authorised_)
+                                     : self->hub_.Open(*self, self->authorised_);
       if (self->number_) self->Read();
     });
   }
@@ -117,6 +120,7 @@ class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSoc
   websocket::stream<beast::tcp_stream> socket_;
   Hub& hub_;
   bool authorised_;
+  bool through_;
   std::optional<std::uint64_t> number_;
   beast::flat_buffer buffer_;
   Outbox outbox_;
@@ -204,9 +208,12 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
       request.headers[name] = std::string(field.value());
     }
-    if (websocket::is_upgrade(message) && ParseTarget(request.target).path == "/websocket") {
+    const std::string path = ParseTarget(request.target).path;
+    const bool through = path == "/klippysocket";
+    if (websocket::is_upgrade(message) && (path == "/websocket" || through)) {
       const bool authorised = IsAuthorised(hub_, request);
-      std::make_shared<WebSocketSession>(std::move(stream_), hub_, authorised)->Accept(message);
+      std::make_shared<WebSocketSession>(std::move(stream_), hub_, authorised, through)
+          ->Accept(message);
       return;
     }
     // A script may take minutes.
