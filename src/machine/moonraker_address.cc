@@ -79,8 +79,8 @@ std::string MoonrakerAddress::WebSocketUrl() const {
   if (transport == Transport::kUnix) {
     return "unix:" + unix_path;
   }
-  return fmt::format("{}://{}{}/websocket", transport == Transport::kTls ? "wss" : "ws",
-                     Authority(), path_prefix);
+  return fmt::format("{}://{}{}{}", transport == Transport::kTls ? "wss" : "ws", Authority(),
+                     path_prefix, endpoint);
 }
 
 std::string MoonrakerAddress::HttpUrl() const {

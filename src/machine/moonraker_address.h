@@ -12,8 +12,9 @@ enum class Transport { kTcp, kTls, kUnix };
 
 struct MoonrakerAddress {
   Transport transport = Transport::kTcp;
-  std::string host;         ///< without brackets; empty for a Unix socket
-  std::string port;         ///< "1" … "65535"
+  std::string host;                     ///< without brackets; empty for a Unix socket
+  std::string port;                     ///< "1" … "65535"
+  std::string endpoint = "/websocket";  ///< of the WebSocket, below the prefix
   std::string path_prefix;  ///< what stands before /websocket and /server, for example "/voron"
   std::string unix_path;    ///< only with kUnix
 

@@ -122,6 +122,53 @@ TEST_F(MoonrakerMovesTest, ASecondTrammelTakesANameOfItsOwn) {
   EXPECT_TRUE(printer_->Moves(104, 105, kPatience));
 }
 
+// A server that lets us through to Klipper.
+class KlippyMovesTest : public MoonrakerMovesTest {
+ protected:
+  static constexpr const char* kOwnDump = "motion_report/dump_trapq";
+
+  void ConnectThrough() {
+    server_.Answer(kOwnDump, {{"header", {"time"}}});
+    Connect();
+    ASSERT_TRUE(printer_->RecordMoves(kPatience));
+  }
+};
+
+TEST_F(KlippyMovesTest, MovesComeOverAConnectionThatEndsWithTheRun) {
+  ConnectThrough();
+  const json request = server_.WaitForRequest(kOwnDump);
+  EXPECT_EQ(request["params"],
+            (json{{"name", "toolhead"}, {"response_template", {{"method", "moves"}}}}));
+  EXPECT_EQ(server_.HttpRequestNumber(2).target, "/klippysocket");
+  server_.Push(Batch({Row(104), Row(106)}, "moves"));
+  const auto moves = printer_->Moves(104, 105, kPatience);
+  ASSERT_TRUE(moves) << moves.error().message;
+  EXPECT_EQ(moves->size(), 1);
+  MoveFrom(3050);
+  EXPECT_EQ(server_.CountRequests(kDump), 0) << "nothing is left with Moonraker";
+  EXPECT_EQ(server_.CountRequests("connection.register_remote_method"), 0);
+}
+
+TEST_F(KlippyMovesTest, AfterARestartOfKlipperTheyComeAgain) {
+  ConnectThrough();
+  server_.BreakConnections();
+  EXPECT_FALSE(server_.WaitForRequest(kOwnDump, 2).is_null());
+  ASSERT_TRUE(printer_->WaitUntilReady(kPatience));
+  server_.Push(Batch({Row(104), Row(106)}, "moves"));
+  EXPECT_TRUE(printer_->Moves(104, 105, kPatience));
+}
+
+TEST_F(KlippyMovesTest, ABatchThatDoesNotComeIsAskedForOverANewConnection) {
+  ConnectThrough();
+  server_.Handle(kOwnDump, [](const json& request) {
+    return std::vector{ResultFor(request, json::object()), Batch(json::array({Row(200)}), "moves")};
+  });
+  server_.Push(StatusUpdate({{"toolhead", {{"estimated_print_time", 203.0}}}}, 3160));
+  const auto moves = printer_->Moves(200, 201, kPatience);
+  ASSERT_TRUE(moves) << moves.error().message;
+  EXPECT_EQ(moves->size(), 1);
+}
+
 TEST_F(MoonrakerMovesTest, AKlipperThatTellsNoMovesIsSaid) {
   test::AnswerLikeMoonraker(server_);
   server_.Answer("printer.objects.list", {{"objects", {"toolhead"}}});

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "machine/host_clock.h"
+#include "machine/klippy_streams.h"
 #include "machine/moonraker.h"
 #include "machine/move_log.h"
 #include "machine/print_clock.h"
@@ -77,6 +79,8 @@ class MoonrakerPrinter : public Printer {
   void OnReadiness(PrinterReadiness readiness, const std::string& message);
   void SampleClockBeforeNextUpdate();
   void AskForMoves();
+  /// Over a connection to Klipper of our own, where the server has a way to it.
+  [[nodiscard]] Result<void> StreamMoves(const WaitLimit& limit);
   // With the lock.
   /// Whether the head moved and no batch told of it: they are to be asked for.
   [[nodiscard]] bool MovesAreMissing();
@@ -142,7 +146,9 @@ class MoonrakerPrinter : public Printer {
   std::size_t clock_queries_ = 0;
   bool clock_query_out_ = false;  ///< one is on its way
 
-  Moonraker moonraker_;  // last: its thread uses all the rest
+  Moonraker moonraker_;  // its thread uses all the rest
+  /// Last, as its thread uses all the rest, too. Absent where moves come through Moonraker.
+  std::unique_ptr<KlippyStreams> move_stream_;
 };
 
 }  // namespace trammel::machine

@@ -1,6 +1,7 @@
-// MoonrakerPrinter's moves: heard from a subscription that is there, else subscribed to, once in a
-// session of Klipper. Such a subscription belongs to the server's own connection to Klipper and
-// ends only with that, so it goes by the same name in every run, for the next run to hear.
+// MoonrakerPrinter's moves: over a connection to Klipper of our own, with which they end. Where the
+// server lets none through (an older one, a proxy, a Unix socket), a subscription belongs to its
+// own connection and ends only with that: it goes by the same name in every run, for the next run
+// to hear, and is asked for once in a session of Klipper.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,6 +22,10 @@ constexpr double kAfterMoves_s = 1.0;  // a batch later, and its way
 constexpr double kFirstBatch_s = 2.0;  // a motion that is not told by then is told to nobody
 constexpr int kMostNames = 9;
 
+constexpr double kOwnConnection_s = 5;  // before one through Moonraker is taken instead
+
+bool Stopped(const WaitLimit& limit) { return limit.stop.stop_requested(); }
+
 double PrintNow(const json& status) {
   return NumberOr(ObjectOr(status, "toolhead"), "estimated_print_time", 0);
 }
@@ -38,6 +43,9 @@ Result<void> MoonrakerPrinter::RecordMoves(const WaitLimit& limit) {
           "the printer does not tell its moves: its Klipper has no motion_report; update it",
           ErrorKind::kMachine);
     }
+  }
+  if (const Result<void> streamed = StreamMoves(limit); streamed || Stopped(limit)) {
+    return streamed;
   }
   const std::string name = options_.client_name + "_moves";
   for (int number = 1;; ++number) {
@@ -57,7 +65,34 @@ Result<void> MoonrakerPrinter::RecordMoves(const WaitLimit& limit) {
   }
 }
 
+Result<void> MoonrakerPrinter::StreamMoves(const WaitLimit& limit) {
+  if (moonraker_.address().transport == Transport::kUnix || !options_.one_shot_token.empty()) {
+    return Fail("no connection of our own can be made", ErrorKind::kMachine);
+  }
+  auto stream = std::make_unique<KlippyStreams>(
+      moonraker_.address(), options_,
+      std::vector{KlippyStream{"motion_report/dump_trapq", {{"name", "toolhead"}}, "moves"}},
+      [this](const std::string&, const json& params, double) {
+        const std::lock_guard lock(mutex_);
+        TakeMoves(params);
+        changed_.notify_all();
+      });
+  WaitLimit some = limit;
+  some.time_limit_s = std::min(limit.time_limit_s, kOwnConnection_s);
+  if (const Result<void> started = stream->Start(some); !started) {
+    return started;
+  }
+  const std::lock_guard lock(mutex_);
+  move_stream_ = std::move(stream);
+  recording_moves_ = true;
+  return {};
+}
+
 void MoonrakerPrinter::AskForMoves() {
+  if (move_stream_) {
+    move_stream_->Reopen();
+    return;
+  }
   json params;
   {
     const std::lock_guard lock(mutex_);
@@ -69,7 +104,7 @@ void MoonrakerPrinter::AskForMoves() {
 }
 
 bool MoonrakerPrinter::MovesAreMissing() {
-  if (!recording_moves_ || hearing_.heard || hearing_.asked) {
+  if (!recording_moves_ || move_stream_ || hearing_.heard || hearing_.asked) {
     return false;
   }
   if (!hearing_.moving_since_s &&

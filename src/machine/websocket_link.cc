@@ -144,7 +144,7 @@ class WebSocketLink : public MoonrakerLink,
       }
     }));
     socket_.read_message_max(options_.max_message_bytes);
-    std::string target = address_.path_prefix + "/websocket";
+    std::string target = address_.path_prefix + address_.endpoint;
     if (!options_.one_shot_token.empty()) {
       target += "?token=" + options_.one_shot_token;
     }

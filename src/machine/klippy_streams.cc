@@ -1,0 +1,108 @@
+#include "machine/klippy_streams.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <utility>
+
+#include "base/bounded_json.h"
+#include "machine/host_clock.h"
+#include "machine/json_field.h"
+
+namespace trammel::machine {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr double kAgain_s = 1;
+
+MoonrakerAddress ThroughTo(MoonrakerAddress address) {
+  address.endpoint = "/klippysocket";
+  return address;
+}
+
+}  // namespace
+
+KlippyStreams::KlippyStreams(MoonrakerAddress address, const MoonrakerOptions& options,
+                             std::vector<KlippyStream> streams, OnBatch on_batch)
+    : streams_(std::move(streams)),
+      on_batch_(std::move(on_batch)),
+      connection_(ThroughTo(std::move(address)), options,
+                  {.on_open = [this] { Subscribe(); },
+                   .on_message = [this](std::string_view text) { OnMessage(text); },
+                   .on_down = [this](const Error& error) { Failed(error); }}) {}
+
+Result<void> KlippyStreams::Start(const WaitLimit& limit) {
+  connection_.Connect();
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, limit.stop, std::chrono::duration<double>(limit.time_limit_s),
+                    [this] { return started_ || failed_; });
+  if (started_) return {};
+  if (limit.stop.stop_requested()) {
+    return Fail("stopped while connecting to Klipper", ErrorKind::kInterrupted);
+  }
+  if (!failed_) {
+    failed_ = Error{ErrorKind::kMachine,
+                    fmt::format("Klipper did not answer through {} within {} s",
+                                connection_.address().WebSocketUrl(), limit.time_limit_s)};
+  }
+  return tl::unexpected(*failed_);
+}
+
+void KlippyStreams::Reopen() { connection_.Connect(); }
+
+void KlippyStreams::Subscribe() {
+  answered_ = 0;
+  for (std::size_t i = 0; i < streams_.size(); ++i) {
+    json params = streams_[i].params;
+    params["response_template"] = {{"method", streams_[i].method}};
+    const json message = {
+        {"id", i + 1}, {"method", streams_[i].endpoint}, {"params", std::move(params)}};
+    // What cannot be sent was sent to a link that is down, which is told by itself.
+    (void)connection_.Send(message.dump());
+  }
+}
+
+void KlippyStreams::OnMessage(std::string_view text) {
+  const double received_s = HostNow();
+  const Result<json> parsed = ParseBoundedJson(text, "the message");
+  if (!parsed || !parsed->is_object()) {
+    connection_.Drop({ErrorKind::kMachine, "Klipper sent something that is no message"});
+    return;
+  }
+  const std::string method = TextOr(*parsed, "method", "");
+  if (!method.empty()) {
+    on_batch_(method, ObjectOr(*parsed, "params"), received_s);
+    return;
+  }
+  if (Member(*parsed, "id") == nullptr) {
+    return;
+  }
+  if (Member(*parsed, "result") == nullptr) {
+    // Not there yet, after a restart; or never there.
+    connection_.Drop(
+        {ErrorKind::kMachine, "Klipper refused a stream: " +
+                                  TextOr(ObjectOr(*parsed, "error"), "message", "no result")});
+    return;
+  }
+  if (++answered_ == streams_.size()) {
+    const std::lock_guard lock(mutex_);
+    started_ = !failed_;
+    changed_.notify_all();
+  }
+}
+
+void KlippyStreams::Failed(const Error& error) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!started_) {
+      failed_ = error;
+      changed_.notify_all();
+      return;
+    }
+  }
+  connection_.RunAfter(kAgain_s, [this] { connection_.Connect(); });
+}
+
+}  // namespace trammel::machine
