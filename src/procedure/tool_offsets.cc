@@ -45,8 +45,17 @@ Result<std::string> ObjectOf(const Session& session, int tool) {
 }
 
 Result<double> NumberIn(const nlohmann::json& object, const char* key, int tool) {
+  constexpr double kFarthest_mm = 1000;  // no head carries two tools so far from each other
   const auto value = object.find(key);
-  if (value != object.end() && value->is_number()) return value->get<double>();
+  if (value != object.end() && value->is_number()) {
+    const double offset_mm = value->get<double>();
+    if (std::abs(offset_mm) <= kFarthest_mm) return offset_mm;
+    return Fail(
+        fmt::format("the printer says that {} of tool {} is {:g} mm, which no tool has; see "
+                    "its configuration, or give its offset by hand with --now {}:X,Y",
+                    key, tool, offset_mm, tool),
+        ErrorKind::kMachine);
+  }
   return Fail(fmt::format("the printer tells no {} of tool {}; give its offset by hand with --now "
                           "{}:X,Y",
                           key, tool, tool),

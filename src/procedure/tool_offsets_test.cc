@@ -54,6 +54,14 @@ class ToolPrinter : public testing::FakePrinter {
   }
 };
 
+TEST(ToolOffsets, AnOffsetThatNoToolHasIsThePrintersFault) {
+  ToolPrinter printer;
+  printer.tool["gcode_y_offset"] = 1e308;
+  const auto offset = ReadToolOffset({printer, {}, {}}, 1);
+  ASSERT_FALSE(offset);
+  EXPECT_THAT(offset.error().message, HasSubstr("gcode_y_offset of tool 1 is 1e+308 mm"));
+}
+
 TEST(ToolOffsets, AreReadSetAndReadBackUnderTheNameThatTheChangerTells) {
   ToolPrinter printer;
   const Session session{printer, {}, {}};
