@@ -302,6 +302,15 @@ Result<void> MoonrakerPrinter::Upload(const std::string& name, std::string_view 
               ErrorKind::kMachine);
 }
 
+Result<void> MoonrakerPrinter::DeleteFile(const std::string& name, const WaitLimit& limit) {
+  if (const Result<void> fine = CheckFileName(name); !fine) {
+    return fine;
+  }
+  const Result<json> answer =
+      moonraker_.Call("server.files.delete_file", {{"path", "gcodes/" + name}}, limit);
+  return answer ? Result<void>() : tl::unexpected(answer.error());
+}
+
 Result<void> MoonrakerPrinter::StartPrint(const std::string& name, const WaitLimit& limit) {
   const Result<json> answer = moonraker_.Call("printer.print.start", {{"filename", name}}, limit);
   return answer ? Result<void>() : tl::unexpected(answer.error());

@@ -47,6 +47,7 @@ class MoonrakerPrinter : public Printer {
   Result<bool> HasCommand(std::string_view name, const WaitLimit& limit) override;
   Result<void> Upload(const std::string& name, std::string_view gcode,
                       const WaitLimit& limit) override;
+  Result<void> DeleteFile(const std::string& name, const WaitLimit& limit) override;
   Result<void> StartPrint(const std::string& name, const WaitLimit& limit) override;
   Result<void> CancelPrint(const WaitLimit& limit) override;
   Result<std::vector<Webcam>> Webcams(const WaitLimit& limit) override;

@@ -99,6 +99,9 @@ class Printer {
   /// @param name  relative, for example "trammel/pattern.gcode".
   [[nodiscard]] virtual Result<void> Upload(const std::string& name, std::string_view gcode,
                                             const WaitLimit& limit) = 0;
+  /// Deletes an uploaded file; one that is being printed stays, which is an error.
+  [[nodiscard]] virtual Result<void> DeleteFile(const std::string& name,
+                                                const WaitLimit& limit) = 0;
   /// Starts printing an uploaded file; returns once it is selected. Follow it with WaitUntil on
   /// print_state.
   [[nodiscard]] virtual Result<void> StartPrint(const std::string& name,

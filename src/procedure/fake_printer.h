@@ -13,12 +13,14 @@ namespace trammel::procedure::testing {
 class FakePrinter : public machine::Printer {
  public:
   machine::PrinterState state;
-  std::vector<std::string> scripts;            ///< everything that was run, in order
-  std::map<std::string, std::string> refused;  ///< script -> what the printer answers
-  std::map<std::string, bool> unknown;         ///< commands that it does not have
-  bool stopped = false;                        ///< by EmergencyStop
-  bool comes_back = true;                      ///< whether WaitUntilReady succeeds
-  std::string lost_at;                         ///< the script during which the link goes, once
+  std::vector<std::string> scripts;                ///< everything that was run, in order
+  std::map<std::string, std::string> refused;      ///< script -> what the printer answers
+  std::map<std::string, bool> unknown;             ///< commands that it does not have
+  bool stopped = false;                            ///< by EmergencyStop
+  bool comes_back = true;                          ///< whether WaitUntilReady succeeds
+  std::vector<std::string> deleted;                ///< files, in order
+  nlohmann::json told = nlohmann::json::object();  ///< what Query answers
+  std::string lost_at;                             ///< the script during which the link goes, once
 
   FakePrinter() {
     state.readiness = machine::PrinterReadiness::kReady;
@@ -69,7 +71,7 @@ class FakePrinter : public machine::Printer {
   }
   Result<nlohmann::json> Query(const std::vector<machine::ObjectFields>&,
                                const machine::WaitLimit&) override {
-    return nlohmann::json::object();
+    return told;
   }
   Result<bool> HasCommand(std::string_view name, const machine::WaitLimit&) override {
     return unknown.count(std::string(name)) == 0;
@@ -77,8 +79,13 @@ class FakePrinter : public machine::Printer {
   Result<void> Upload(const std::string&, std::string_view, const machine::WaitLimit&) override {
     return {};
   }
+  Result<void> DeleteFile(const std::string& name, const machine::WaitLimit&) override {
+    deleted.push_back(name);
+    return {};
+  }
   Result<void> StartPrint(const std::string&, const machine::WaitLimit&) override { return {}; }
   Result<void> CancelPrint(const machine::WaitLimit&) override {
+    scripts.emplace_back("CANCEL_PRINT");
     state.print_state = "cancelled";
     return {};
   }

@@ -73,6 +73,28 @@ Json FileList(const VirtualKlipper& klipper) {
   return list;
 }
 
+static Answer DeleteFile(VirtualKlipper& klipper, const Json& params) {
+  const std::string root = "gcodes/";
+  const std::optional<std::string> path = TextOf(params, "path");
+  if (!path) return NoData("path");
+  if (path->rfind(root, 0) != 0) return Answer::Error(400, "Invalid file path: " + *path);
+  const std::string name = path->substr(root.size());
+  const std::string& state = klipper.print.state;
+  if (klipper.print.filename == name && (state == "printing" || state == "paused")) {
+    return Answer::Error(403, "File currently in use");
+  }
+  if (klipper.files().erase(name) == 0) {
+    return Answer::Error(404, "File " + *path + " does not exist");
+  }
+  return Answer::Ok({{"item",
+                      {{"path", name},
+                       {"root", "gcodes"},
+                       {"modified", kNoTime},
+                       {"size", 0},
+                       {"permissions", ""}}},
+                     {"action", "delete_file"}});
+}
+
 Json Hub::ServerInfo() const {
   const KlippyState state = State();
   return {{"klippy_connected", state != KlippyState::kDisconnected},
@@ -207,6 +229,8 @@ bool Hub::CallServer(std::uint64_t number, const std::string& method, const Json
     Json list;
     machine_.With([&](VirtualKlipper& klipper) { list = FileList(klipper); });
     reply(Answer::Ok(list));
+  } else if (method == "server.files.delete_file") {
+    machine_.With([&](VirtualKlipper& klipper) { reply(DeleteFile(klipper, params)); });
   } else if (method == "access.get_api_key") {
     // A real server always has a key, whether clients need it or not.
     reply(Answer::Ok(options_.api_key.empty() ? std::string(32, '0') : options_.api_key));
