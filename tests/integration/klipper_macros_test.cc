@@ -58,6 +58,10 @@ TEST(KlipperMacros, EveryNameThatAMacroUsesIsDefined) {
       EXPECT_TRUE(sections.contains("output_pin " + pin)) << header << " uses " << pin;
       ++uses;
     }
+    for (const std::string& macro : WordsAfter(text, "SET_GCODE_VARIABLE MACRO=")) {
+      EXPECT_TRUE(sections.contains("gcode_macro " + macro)) << header << " uses " << macro;
+      ++uses;
+    }
     for (const std::string& name : WordsAfter(text, "_TRAMMEL_LIMITS\"\\]\\.")) {
       EXPECT_THAT(limits, testing::HasSubstr("variable_" + name + ":")) << header;
       ++uses;
@@ -116,6 +120,19 @@ TEST(KlipperMacros, ATapRisesSlowlyBehindTheProbeAndAsksWhenItIsDone) {
   }
   // Less than what is taken for a lift.
   EXPECT_THAT(rise, testing::HasSubstr("rise = [0.9, [0.02, "));
+}
+
+TEST(KlipperMacros, ThePrinterBelongsToOneRunUntilItIsReleasedOrItsLimitIsReached) {
+  const auto sections = ReadSections();
+  const std::string& alive = sections.at("gcode_macro TRAMMEL_KEEP_ALIVE");
+  EXPECT_LT(alive.find("action_raise_error"), alive.find("SET_GCODE_VARIABLE"));
+  const std::string free = "SET_GCODE_VARIABLE MACRO=_TRAMMEL_RUN VARIABLE=owner VALUE=\"''\"";
+  EXPECT_THAT(sections.at("gcode_macro TRAMMEL_RELEASE"), testing::HasSubstr(free));
+  EXPECT_THAT(sections.at("delayed_gcode _trammel_heater_limit"), testing::HasSubstr(free));
+}
+
+TEST(KlipperMacros, AReleaseTellsWhichHeatersStayOn) {
+  EXPECT_THAT(ReadSections().at("gcode_macro TRAMMEL_RELEASE"), testing::HasSubstr("stays on"));
 }
 
 TEST(KlipperMacros, BracesAndBlocksAreBalancedInEveryTemplate) {

@@ -260,6 +260,47 @@ std::vector<std::string> LinesWith(const VirtualKlipper& machine, const MacroCon
   return lines;
 }
 
+// Texts alone: a Python literal in quotes.
+Result<Outcome> SetVariable(VirtualKlipper& machine, const CommandLine& line) {
+  const auto macro = RequiredText(line, "MACRO");
+  if (!macro) return tl::unexpected(macro.error());
+  const auto name = RequiredText(line, "VARIABLE");
+  if (!name) return tl::unexpected(name.error());
+  const auto value = RequiredText(line, "VALUE");
+  if (!value) return tl::unexpected(value.error());
+  const auto found = machine.config().macros.find(UpperCase(*macro));
+  if (found == machine.config().macros.end()) {
+    return Fail(fmt::format("The value '{}' is not valid for MACRO", *macro));
+  }
+  if (found->second.variables.count(*name) == 0) {
+    return Fail(fmt::format("Unknown gcode_macro variable '{}'", *name));
+  }
+  if (value->size() < 2 || value->front() != '\'' || value->back() != '\'') {
+    return Fail(fmt::format("Unable to parse '{}' as a literal", *value));
+  }
+  machine.kept[found->first][*name] = value->substr(1, value->size() - 2);
+  return Outcome{};
+}
+
+// @returns whether the macro's lines are to be run.
+Result<bool> MindOwner(VirtualKlipper& machine, OwnerRule rule, const CommandLine& line) {
+  if (rule == OwnerRule::kNone) return true;
+  std::string& owner = machine.kept["_TRAMMEL_RUN"]["owner"];
+  const auto found = line.parameters.find("OWNER");
+  const std::string given = found == line.parameters.end() ? "" : found->second;
+  const bool others = !given.empty() && given != owner;
+  if (rule == OwnerRule::kGive) {
+    if (!others) owner.clear();
+    return !others;
+  }
+  if (others && !owner.empty()) {
+    return Fail(
+        fmt::format("trammel: {} has this printer. Where it is dead: TRAMMEL_RELEASE", owner));
+  }
+  if (others) owner = given;
+  return true;
+}
+
 // A macro's lines, after its call of a client.
 Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro,
                          const CommandLine& line) {
@@ -268,6 +309,9 @@ Result<Outcome> RunMacro(VirtualKlipper& machine, const MacroConfig& macro,
       return tl::unexpected(passed.error());
     }
   }
+  const auto minded = MindOwner(machine, macro.owner, line);
+  if (!minded) return tl::unexpected(minded.error());
+  if (!*minded) return Outcome{};
   if (!macro.keeps.empty()) {
     auto& kept = machine.kept[line.name];
     kept.clear();
@@ -307,6 +351,7 @@ const std::map<std::string, Handler>& HostCommands() {
       {"SAVE_CONFIG", SaveConfig},
       {"M112", Stop},
       {"UPDATE_DELAYED_GCODE", DelayGcode},
+      {"SET_GCODE_VARIABLE", SetVariable},
       {"SET_IDLE_TIMEOUT", IdleTimeout},
       {"SDCARD_PRINT_FILE", PrintFile},
       {"SDCARD_RESET_FILE", ResetFile},

@@ -15,15 +15,20 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
   config.macros["LIGHTS_OFF"].lines = {"SET_PIN PIN=LIGHTS VALUE=0"};
   config.macros["TRAMMEL_KEEP_ALIVE"].lines = {
       fmt::format("UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION={:.3f}", heater_limit_s)};
+  config.macros["TRAMMEL_KEEP_ALIVE"].owner = OwnerRule::kTake;
   config.macros["TRAMMEL_RELEASE"].lines = {"LASER_OFF",
                                             "UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
+  config.macros["TRAMMEL_RELEASE"].owner = OwnerRule::kGive;
+  config.macros["_TRAMMEL_RUN"].variables["owner"] = "";
   config.macros["TRAMMEL_CALIBRATE_PRESSURE_ADVANCE"].remote_method = "trammel_pressure_advance";
   config.macros["TRAMMEL_APPLY"].remote_method = "trammel_apply";
   MacroConfig& agent = config.macros["CALL_AGENT"];
   agent.remote_method = "calib_agent_event";
   agent.remote_arguments = {{"what", "WHAT", "ping", false}, {"t", "T", "0", true}};
   config.delayed_gcode["LASER_LIMIT"] = {"SET_PIN PIN=LASER VALUE=0"};
-  config.delayed_gcode["TRAMMEL_LIMIT"] = {"LASER_OFF", "TURN_OFF_HEATERS"};
+  config.delayed_gcode["TRAMMEL_LIMIT"] = {
+      "LASER_OFF", "TURN_OFF_HEATERS",
+      "SET_GCODE_VARIABLE MACRO=_TRAMMEL_RUN VARIABLE=owner VALUE=\"''\""};
   return config;
 }
 

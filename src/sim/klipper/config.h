@@ -47,6 +47,14 @@ struct MacroGuard {
   std::string because;  ///< the variable that says why not
 };
 
+/// What a macro of klipper/trammel.cfg does with the name of the run that has the printer: its
+/// parameter OWNER, kept as _TRAMMEL_RUN's variable owner.
+enum class OwnerRule {
+  kNone,
+  kTake,  ///< fails where another run has the printer
+  kGive   ///< does nothing at all for a run that does not have it
+};
+
 /// [gcode_macro NAME]: plain lines, and at most one call of a client.
 struct MacroConfig {
   /// "{rawparams}" stands for the parameters as they were given, "{print_time}" for the end of what
@@ -54,6 +62,8 @@ struct MacroConfig {
   /// parameter.
   std::vector<std::string> lines;
   std::vector<std::string> keeps;  ///< parameters kept as its variables; those not given are not
+  std::map<std::string, std::string> variables;  ///< by lower-case name; texts only
+  OwnerRule owner = OwnerRule::kNone;
   std::optional<MacroGuard> guard;
   std::string remote_method;  ///< empty: none
   std::vector<RemoteArgument> remote_arguments;

@@ -392,6 +392,17 @@ Json ObjectStatus(const VirtualKlipper& machine, const std::string& name) {
   for (const ToolConfig& tool : machine.config().tools) {
     if (name == tool.name) return ToolStatus(machine, tool);
   }
+  for (const auto& [macro, config] : machine.config().macros) {
+    if (name != "gcode_macro " + macro) continue;
+    Json variables = Json::object();
+    for (const auto& [variable, text] : config.variables) variables[variable] = text;
+    const auto kept = machine.kept.find(macro);
+    if (kept == machine.kept.end()) return variables;
+    for (const auto& [variable, text] : kept->second) {
+      if (config.variables.count(variable) > 0) variables[variable] = text;
+    }
+    return variables;
+  }
   for (const auto& [pin, value] : machine.pins) {
     if (name == "output_pin " + pin) return {{"value", value}};
   }
