@@ -12,8 +12,10 @@
 #include "app/printer_session.h"
 #include "procedure/calibrate.h"
 #include "procedure/checks.h"
+#include "procedure/dead_run.h"
 #include "procedure/frame_recorder.h"
 #include "procedure/laser_check.h"
+#include "store/run_journal.h"
 
 namespace trammel::app {
 namespace {
@@ -65,6 +67,15 @@ std::vector<Check> CheckCamera(const procedure::Session& session,
   return {};
 }
 
+// What a run that died has left is the next run's affair; here it is only told.
+Check CheckEarlierRuns(const procedure::Session& session, const std::string& address) {
+  const auto folder = store::StateFolder();
+  if (!folder) return {"earlier runs", false, folder.error().message};
+  const std::string left =
+      procedure::DescribeDeadRun(session, *folder, procedure::PlainAddress(address));
+  return {"earlier runs", left.empty(), left.empty() ? "none left anything" : left, true};
+}
+
 int RunDoctor(const DoctorOptions& options) {
   const Interrupt interrupt;
   const auto config = LoadSettings(options.printer);
@@ -78,8 +89,10 @@ int RunDoctor(const DoctorOptions& options) {
     checks.insert(checks.end(), more.begin(), more.end());
   };
   if (ready) add({CheckTemperatures(session, config->pattern)});
+  const Check earlier = CheckEarlierRuns(session, config->scan.address);
+  add({earlier});
   if (ready) add(CheckTiming(session));
-  add(CheckCamera(session, config->scan, options.laser && ready));
+  add(CheckCamera(session, config->scan, options.laser && ready && earlier.passed));
   add({procedure::CheckDisk(std::filesystem::current_path(), 60, config->scan.frames_per_s)});
   bool all = true;
   for (const Check& check : checks) {
@@ -103,7 +116,8 @@ void AddDoctorCommand(CLI::App& parent, int& exit_code) {
   AddMaterialOption(*command, options->printer.material);
   command->add_flag(
       "--laser", options->laser,
-      "switch the laser on for some pictures; the head must stand at the focus height");
+      "switch the laser on for some pictures; the head must stand at the focus height, and no "
+      "other trammel may have the printer");
   command->callback([options, &exit_code] { exit_code = RunDoctor(*options); });
 }
 

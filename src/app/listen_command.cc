@@ -11,7 +11,9 @@
 #include "app/interrupt.h"
 #include "app/listener.h"
 #include "app/printer_session.h"
+#include "procedure/dead_run.h"
 #include "settings/material.h"
+#include "store/run_journal.h"
 
 namespace trammel::app {
 namespace {
@@ -50,6 +52,11 @@ int RunListen(const ListenArguments& arguments) {
   }
   const auto printer = ConnectPatiently(config->scan, interrupt.token());
   if (!printer) return Report(printer.error());
+  // A service that died is started again: its heaters are not left to the printer's own limit.
+  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  if (const auto state_folder = store::StateFolder()) {
+    procedure::FinishDeadRunsWhereFree(session, config->scan, *state_folder);
+  }
   Listener listener(**printer, arguments.printer, arguments.out, interrupt.token());
   if (auto registered = listener.Register(); !registered) return Report(registered.error());
   fmt::print(stderr, "listening for TRAMMEL_CALIBRATE_PRESSURE_ADVANCE and TRAMMEL_APPLY at {}\n",

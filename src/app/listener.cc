@@ -22,17 +22,6 @@ constexpr double kCommand_s = 30;
 // A button that somebody leans on; more calls than this are the same call.
 constexpr std::size_t kMostCalls = 8;
 
-// Runs a macro where the printer has it.
-void RunIfKnown(machine::Printer& printer, const char* macro, const machine::WaitLimit& limit) {
-  const auto known = printer.HasCommand(macro, limit);
-  Result<void> done;
-  if (known && *known) done = printer.Run(macro, limit);
-  if (!known || !done) {
-    fmt::print(stderr, "trammel: {}: {}\n", macro,
-               known ? done.error().message : known.error().message);
-  }
-}
-
 }  // namespace
 
 Listener::Listener(machine::Printer& printer, PrinterOptions options, fs::path recordings,
@@ -104,8 +93,8 @@ void Listener::Answer(Call call) {
 }
 
 void Listener::Calibrate() {
-  // The macro that asked waits for this word, and says that nobody answered where it does not come.
-  RunIfKnown(printer_, procedure::kKeepAlive, {kCommand_s, stop_});
+  // The macro that asked waits for a word, and says that nobody answered where none comes.
+  Tell("at work");
   Tell(RunCalibration());
   const std::lock_guard lock(mutex_);
   working_ = false;
@@ -132,8 +121,6 @@ std::string Listener::RunCalibration() {
   } else {
     run.done = tl::unexpected(folder.error());
   }
-  // Where something is not as it was, the printer's own limit stays armed.
-  if (run.restored) RunIfKnown(printer_, procedure::kRelease, {kCommand_s});
   if (!run.done) {
     fmt::print(stderr, "trammel: {}\n", run.done.error().message);
     std::error_code ignored;

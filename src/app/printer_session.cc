@@ -2,10 +2,12 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
+#include <random>
 #include <utility>
 
 #include "app/config_text.h"
@@ -86,12 +88,24 @@ Result<fs::path> MakeFolder(const fs::path& asked_for) {
   return folder;
 }
 
+namespace {
+
+// No two runs of all computers have the same.
+std::string RunName() {
+  std::random_device random;
+  return fmt::format("{}-{:x}-{:08x}", Now("{:%Y%m%d-%H%M%S}"), static_cast<long>(::getpid()),
+                     random());
+}
+
+}  // namespace
+
 procedure::CalibrationRequest RequestFor(const store::Config& config, fs::path folder) {
   procedure::CalibrationRequest request;
   request.pattern = config.pattern;
   request.settings = config.scan;
   request.folder = std::move(folder);
   request.started = Now("{:%Y-%m-%dT%H:%M:%S}");
+  request.run = RunName();
   return request;
 }
 

@@ -6,8 +6,8 @@
 #include "procedure/checks.h"
 #include "procedure/cool_for_scan.h"
 #include "procedure/frame_recorder.h"
-#include "procedure/keeper.h"
 #include "procedure/print.h"
+#include "procedure/printer_state_guard.h"
 #include "procedure/scan.h"
 #include "settings/material.h"
 #include "store/plan_file.h"
@@ -81,6 +81,7 @@ Result<void> Scan(const Session& session, const CalibrationRequest& request,
   const auto sweeps = PlanSweeps(plan, request.only, request.settings, ReachOf(*state));
   if (!sweeps) return tl::unexpected(sweeps.error());
   if (!request.settings.clean_nozzle_gcode.empty()) {
+    if (auto free = CheckStillFree(session); !free) return free;
     auto clean = session.printer.Run(request.settings.clean_nozzle_gcode, session.Within(kHome_s));
     if (!clean) return clean;
   }
@@ -117,6 +118,7 @@ Result<void> CheckAll(const Session& session, const CalibrationRequest& request)
 }
 
 Result<void> Home(const Session& session) {
+  if (auto free = CheckStillFree(session); !free) return free;
   const auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return tl::unexpected(state.error());
   for (const char axis : std::string("xyz")) {
@@ -145,14 +147,24 @@ Result<void> WithReason(const Session& session, Result<void> done) {
 }
 
 // A printer without a limit is used all the same, by somebody who knows that it has none.
-bool HasLimit(const Session& session) {
-  const auto known = session.printer.HasCommand(kKeepAlive, session.Within(kAsk_s));
-  if (known && *known) return true;
+void SayWhereThereIsNoLimit(const Session& session) {
+  if (session.has_limit) return;
   session.Say(
       fmt::format("the printer has no {} (klipper/trammel.cfg): its heaters have no limit "
                   "of their own should this program die, so stay beside it",
                   kKeepAlive));
-  return false;
+}
+
+// Named at its cause, whatever failed in consequence.
+Result<void> NameRestart(Result<void> done, bool restarted) {
+  if (done || !restarted || done.error().kind == ErrorKind::kInterrupted) return done;
+  return Fail("the printer was restarted in the middle: " + done.error().message,
+              ErrorKind::kMachine);
+}
+
+ParkPlace ParkPlaceOf(const PatternConfig& config) {
+  const auto park = settings::ParkPositionOf(config);
+  return {config.park_lift_mm, park.x_mm, park.y_mm, config.z_speed_mm_s, config.travel_speed_mm_s};
 }
 
 // As the printed file left it, whoever wrote that.
@@ -205,39 +217,64 @@ Result<std::unique_ptr<machine::FrameSource>> OpenCamera(const Session& session,
       ErrorKind::kMachine);
 }
 
+namespace {
+
+struct Eye {
+  std::unique_ptr<machine::FrameSource> camera;
+  std::unique_ptr<FrameRecorder> recorder;
+};
+
+// A camera that sends pictures, or nothing where none is wanted.
+Result<Eye> OpenEye(const Session& session, const CalibrationRequest& request) {
+  Eye eye;
+  if (!request.scan) return eye;
+  session.Say("looking at the camera");
+  auto opened = OpenCamera(session, request.settings);
+  if (!opened) return tl::unexpected(opened.error());
+  eye.camera = std::move(*opened);
+  eye.recorder = std::make_unique<FrameRecorder>(*eye.camera, kStall_s);
+  const auto picture = eye.recorder->NextFrame(kStall_s, session.stop);
+  if (!picture) return tl::unexpected(picture.error());
+  return eye;
+}
+
+}  // namespace
+
 CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& request) {
   CalibrationOutcome outcome;
   Session session = asked;
   session.Say("checking the printer");
   outcome.done = CheckAll(session, request);
   if (!outcome.done) return outcome;
-  session.has_limit = HasLimit(session);
-  std::unique_ptr<machine::FrameSource> camera;
-  std::unique_ptr<FrameRecorder> recorder;
-  if (request.scan) {
-    session.Say("looking at the camera");
-    auto opened = OpenCamera(session, request.settings);
-    if (opened) {
-      camera = std::move(*opened);
-      recorder = std::make_unique<FrameRecorder>(*camera, kStall_s);
-      const auto picture = recorder->NextFrame(kStall_s, session.stop);
-      if (!picture) outcome.done = tl::unexpected(picture.error());
-    } else {
-      outcome.done = tl::unexpected(opened.error());
-    }
-  }
-  if (outcome.done) outcome.done = Home(session);
-  if (!outcome.done) return outcome;
-  auto keeper = Keeper::Remember(session, request.settings);
-  if (!keeper) {
-    outcome.done = tl::unexpected(keeper.error());
+  auto state_folder = request.state_folder.empty()
+                          ? store::StateFolder()
+                          : Result<std::filesystem::path>(request.state_folder);
+  if (!state_folder) {
+    outcome.done = tl::unexpected(state_folder.error());
     return outcome;
   }
-  outcome.done = WithReason(session, RunSteps(session, request, keeper->before(), recorder.get(),
-                                              camera ? camera->Describe() : ""));
-  if (outcome.done && !request.scan) outcome.bed_c = BedTarget_c(session);
-  session.Say("bringing back what was set before");
-  outcome.unrestored = keeper->Restore();
+  auto guard = PrinterStateGuard::Take(
+      session, request.settings,
+      {request.run, request.started, request.settings.address, *state_folder, request.print});
+  if (!guard) {
+    outcome.done = tl::unexpected(guard.error());
+    return outcome;
+  }
+  guard->ParkAt(ParkPlaceOf(request.pattern));
+  SayWhereThereIsNoLimit(session);
+  const auto eye = OpenEye(session, request);
+  if (!eye) outcome.done = tl::unexpected(eye.error());
+  if (outcome.done) outcome.done = Home(session);
+  if (outcome.done) outcome.done = guard->Begin(session);
+  if (outcome.done) {
+    outcome.done =
+        WithReason(session, RunSteps(session, request, guard->before(), eye->recorder.get(),
+                                     eye->camera ? eye->camera->Describe() : ""));
+    if (outcome.done && !request.scan) outcome.bed_c = BedTarget_c(session);
+    session.Say("bringing back what was set before");
+  }
+  outcome.unrestored = guard->Restore();
+  outcome.done = NameRestart(std::move(outcome.done), guard->restarted());
   if (outcome.done && outcome.unrestored.empty() && !request.scan) {
     outcome.done = KeepBedWarm(session, outcome.bed_c);
   }

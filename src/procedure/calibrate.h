@@ -19,8 +19,10 @@ namespace trammel::procedure {
 struct CalibrationRequest {
   pressure_advance::PatternConfig pattern;
   pressure_advance::ScanSettings settings;
-  std::filesystem::path folder;  ///< is there and empty; receives everything that is recorded
-  std::string started;           ///< date and time, for the recording
+  std::filesystem::path folder;        ///< is there and empty; receives everything that is recorded
+  std::string started;                 ///< date and time, for the recording
+  std::string run;                     ///< unique; as store::IsRunName wants it
+  std::filesystem::path state_folder;  ///< of journals and locks; empty: store::StateFolder()
   bool print = true;
   bool scan = true;
   /// What lies on the plate, or what `gcode` prints there; absent: what `pattern` describes.
@@ -38,8 +40,8 @@ struct CalibrationOutcome {
 
 /// Runs the steps that the request names. Nothing moves before every check has passed and the
 /// camera has sent a picture. Whatever happens, laser, lights, pressure advance, limits, heater
-/// targets and G-code state come back (Keeper), and what was recorded stays in the folder. Only a
-/// pattern that was printed and not scanned keeps the bed warm, which holds it.
+/// targets and G-code state come back (PrinterStateGuard), and what was recorded stays in the
+/// folder. Only a pattern that was printed and not scanned keeps the bed warm, which holds it.
 [[nodiscard]] CalibrationOutcome Calibrate(const Session& session,
                                            const CalibrationRequest& request);
 

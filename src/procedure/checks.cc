@@ -43,7 +43,22 @@ Check CheckIdle(const PrinterState& state) {
     return Miss("idle", fmt::format("the printer is busy: {} is {}; wait for its end or cancel it",
                                     state.print_file, state.print_state));
   }
+  if (state.paused) {
+    return Miss("idle", "the printer is paused: RESUME or CANCEL_PRINT (or CLEAR_PAUSE) first");
+  }
   return Pass("idle", "no job is running");
+}
+
+// Moved by hand or by a macro, which no job's state tells.
+Check CheckResting(const Session& session) {
+  constexpr double kRest_s = 10;  // its own last motion counts for half a second
+  const auto rests = session.printer.WaitUntil(
+      [](const PrinterState& now) { return now.idle_state != "Printing"; }, "the printer to rest",
+      session.Within(kRest_s));
+  if (rests) return Pass("idle", "no job is running");
+  return Miss("idle",
+              "the printer is moving, or busy with somebody's commands; wait for their end: " +
+                  rests.error().message);
 }
 
 // G1, M104, T0: every firmware has those that a pattern needs, and old ones do not list them.
@@ -159,6 +174,9 @@ std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pat
   std::vector<Check> checks = {CheckReady(*state)};
   if (!checks.back().passed) return checks;
   checks.push_back(CheckIdle(*state));
+  if (checks.back().passed && state->idle_state == "Printing") {
+    checks.back() = CheckResting(session);
+  }
   checks.push_back(settings.laser_on_gcode.empty() || settings.laser_off_gcode.empty()
                        ? Miss("[scan] laser_on_gcode",
                               "laser_on_gcode and laser_off_gcode must "

@@ -34,6 +34,7 @@ Result<void> CheckLaser(const Session& session, FrameRecorder& recorder,
     if (!redder) return tl::unexpected(redder.error());
     share = std::max(share, *redder);
     if (share >= kLeast) return {};
+    if (auto homed = CheckStillReady(session); !homed) return homed;
   } while (machine::HostNow() < on_s + kLate_s);
   return Fail(
       fmt::format("the camera does not see the laser: after {} only {:.3f} % of the picture "

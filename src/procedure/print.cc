@@ -12,7 +12,7 @@ using machine::PrinterState;
 
 constexpr double kCommand_s = 30;
 constexpr double kUpload_s = 120;
-constexpr double kReturn_s = 60;  // of a lost connection; the Keeper waits for it once more
+constexpr double kReturn_s = 60;  // of a lost connection; the guard waits for it once more
 constexpr double kNearTarget_c = 3;
 
 double Temperature(const PrinterState& state, const std::string& heater) {
@@ -45,10 +45,10 @@ Result<void> Settle(const Session& session, const std::string& heater, const std
       [&](const PrinterState& state) {
         const double now_c = Temperature(state, heater);
         if (repeatedly.Due()) session.Say(fmt::format("  {} is at {:.0f} degC", heater, now_c));
-        return settled(now_c);
+        return settled(now_c) || !OthersJob(state, session.own_file).empty();
       },
       what, session.Within(time_limit_s));
-  if (reached) return {};
+  if (reached) return CheckStillFree(session);
   return Fail(fmt::format("{} (it is at {:.1f} degC)", reached.error().message,
                           Temperature(session.printer.LastState(), heater)),
               reached.error().kind);
@@ -62,7 +62,7 @@ Result<PrinterState> WatchPrint(const Session& session, double limit_s) {
     if (repeatedly.Due()) {
       session.Say(fmt::format("  {:.0f} % of the file read", 100 * state.print_progress));
     }
-    return state.print_state != "printing";
+    return state.print_state != "printing" || state.print_file != session.own_file;
   };
   for (;;) {
     auto done =
@@ -80,26 +80,30 @@ Result<PrinterState> WatchPrint(const Session& session, double limit_s) {
 Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
   // What was printed before may still stand there as complete.
   auto begun = session.printer.WaitUntil(
-      [](const PrinterState& state) {
-        return state.print_state == "printing" || state.print_state == "error";
+      [&](const PrinterState& state) {
+        const bool ours = state.print_file == session.own_file && state.print_state != "standby";
+        return ours || !OthersJob(state, session.own_file).empty();
       },
       "the print to begin", session.Within(kCommand_s));
   if (!begun) return tl::unexpected(begun.error());
   const double limit_s = 3 * options.print_time_s + 2 * options.heat_time_limit_s + 120;
   const auto done = WatchPrint(session, limit_s);
   if (!done) return tl::unexpected(done.error());
+  if (!OthersJob(*done, session.own_file).empty()) return CheckStillFree(session);
   if (done->print_state == "complete") return {};
   if (done->print_state == "standby") {
     return Fail("the printer was restarted while it printed the pattern", ErrorKind::kMachine);
   }
-  return Fail(fmt::format("the print of {} ended as \"{}\"{}{}", options.name, done->print_state,
-                          done->print_message.empty() ? "" : ": ", done->print_message),
-              ErrorKind::kMachine);
+  return Fail(
+      fmt::format("the print of {} ended as \"{}\"{}{}", session.own_file, done->print_state,
+                  done->print_message.empty() ? "" : ": ", done->print_message),
+      ErrorKind::kMachine);
 }
 
 }  // namespace
 
 Result<void> SetTarget(const Session& session, const std::string& heater, double target_c) {
+  if (auto free = CheckStillFree(session); !free) return free;
   return session.printer.Run(
       fmt::format("SET_HEATER_TEMPERATURE HEATER={} TARGET={}", heater, target_c),
       session.Within(kCommand_s));
@@ -125,7 +129,8 @@ Result<void> CoolAndWait(const Session& session, const std::string& heater, doub
 
 Result<void> Print(const Session& session, std::string_view gcode, const PrintOptions& options) {
   session.Say("uploading the pattern");
-  if (auto up = session.printer.Upload(options.name, gcode, session.Within(kUpload_s)); !up) {
+  const std::string& name = session.own_file;
+  if (auto up = session.printer.Upload(name, gcode, session.Within(kUpload_s)); !up) {
     return up;
   }
   if (options.bed_temperature_c > 0) {
@@ -140,7 +145,8 @@ Result<void> Print(const Session& session, std::string_view gcode, const PrintOp
   }
   session.Say("printing the pattern", options.print_time_s);
   if (auto told = KeepAlive(session); !told) return told;
-  auto started = session.printer.StartPrint(options.name, session.Within(kCommand_s));
+  if (auto free = CheckStillFree(session); !free) return free;
+  auto started = session.printer.StartPrint(name, session.Within(kCommand_s));
   return started ? WaitForPrint(session, options) : started;
 }
 

@@ -10,22 +10,23 @@
 namespace trammel::procedure {
 
 struct PrintOptions {
-  std::string name = "trammel/pressure_advance.gcode";  ///< among the printer's files
-  double nozzle_temperature_c = 0;                      ///< 0: the file heats by itself
+  double nozzle_temperature_c = 0;  ///< 0: the file heats by itself
   double bed_temperature_c = 0;
   double heat_time_limit_s = 900;  ///< of each heater
   double print_time_s = 0;         ///< expected, without heating
 };
 
-/// Heats, uploads, prints, and waits for the end. Heating is waited for here rather than in the
-/// file, because a file that waits for heat cannot be cancelled. A connection that is lost
-/// meanwhile is waited for. When stopped, or when anything else fails, the print goes on: the
-/// caller's Keeper cancels it. Errors: kMachine, also where the print is paused or cancelled by
-/// somebody else; kInterrupted.
+/// Uploads the file under the session's own_file, heats, prints, and waits for the end. Heating is
+/// waited for here rather than in the file, because a file that waits for heat cannot be cancelled.
+/// A connection that is lost meanwhile is waited for. When stopped, or when anything else fails,
+/// the print goes on: the caller's PrinterStateGuard cancels it. Errors: kMachine, also where the
+/// print is paused or cancelled by somebody else, or where somebody else's job begins;
+/// kInterrupted.
 [[nodiscard]] Result<void> Print(const Session& session, std::string_view gcode,
                                  const PrintOptions& options);
 
-/// Sets a heater's target; waits for nothing. @param heater  as of HeatAndWait.
+/// Sets a heater's target, where the printer is free; waits for nothing. @param heater  as of
+/// HeatAndWait.
 [[nodiscard]] Result<void> SetTarget(const Session& session, const std::string& heater,
                                      double target_c);
 

@@ -1,14 +1,21 @@
-#include "procedure/keeper.h"
+#include "procedure/printer_state_guard.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <system_error>
 #include <utility>
+
+#include "base/check.h"
+#include "procedure/dead_run.h"
 
 namespace trammel::procedure {
 namespace {
 
-constexpr const char* kStateName = "trammel";
 // A script waits behind what is still queued: about 2 s of motion, or a slow sweep.
 constexpr double kScript_s = 60;
 constexpr double kAsk_s = 10;
@@ -27,138 +34,356 @@ machine::PrinterReadiness ReadinessNow(machine::Printer& printer) {
   return state ? state->readiness : machine::PrinterReadiness::kDisconnected;
 }
 
-}  // namespace
-
-Result<Keeper> Keeper::Remember(const Session& session,
-                                const pressure_advance::ScanSettings& settings) {
-  auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  const std::string save = fmt::format("SAVE_GCODE_STATE NAME={}", kStateName);
-  if (auto saved = session.printer.Run(save, session.Within(kScript_s)); !saved) {
-    return tl::unexpected(saved.error());
-  }
-  return Keeper(session, settings, std::move(*state));
+std::string ComputerName() {
+  std::array<char, 256> name{};
+  if (::gethostname(name.data(), name.size() - 1) != 0) return "unnamed";
+  std::string plain(name.data());
+  std::erase_if(plain,
+                [](unsigned char c) { return c >= 0x80 || (std::isalnum(c) == 0 && c != '-'); });
+  return plain.empty() ? "unnamed" : plain.substr(0, 60);
 }
 
-Keeper::Keeper(const Session& session, const pressure_advance::ScanSettings& settings,
-               machine::PrinterState before)
+bool IsHomed(const machine::PrinterState& state) {
+  return std::all_of("xyz", "xyz" + 3,
+                     [&](char axis) { return state.homed_axes.find(axis) != std::string::npos; });
+}
+
+std::string Joined(const std::vector<std::string>& parts) {
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
+  return text;
+}
+
+// "pressure advance 0.06 (was 0.031)" for each setting that is not as it was.
+std::vector<std::string> Differences(const machine::PrinterState& before,
+                                     const machine::PrinterState& now) {
+  std::vector<std::string> parts;
+  const auto compare = [&parts](const std::string& name, double was, double is) {
+    constexpr double kShare = 1e-6;  // of rounding in the status
+    if (std::abs(was - is) > kShare * std::max(1.0, std::abs(was))) {
+      parts.push_back(fmt::format("{} {:.4g} (was {:.4g})", name, is, was));
+    }
+  };
+  compare("pressure advance", before.pressure_advance_s.value_or(0),
+          now.pressure_advance_s.value_or(0));
+  compare("velocity limit", before.limits.max_velocity_mm_s, now.limits.max_velocity_mm_s);
+  compare("acceleration limit", before.limits.max_accel_mm_s2, now.limits.max_accel_mm_s2);
+  for (const auto& [name, heater] : now.heaters) {
+    const auto was = before.heaters.find(name);
+    compare(name + " target", was == before.heaters.end() ? 0 : was->second.target_c,
+            heater.target_c);
+  }
+  return parts;
+}
+
+}  // namespace
+
+Result<PrinterStateGuard> PrinterStateGuard::Take(Session& session,
+                                                  const pressure_advance::ScanSettings& settings,
+                                                  const RunIdentity& identity) {
+  TRAMMEL_CHECK(store::IsRunName(identity.run), "run '{}' has no name that can be used",
+                identity.run);
+  const std::string address = PlainAddress(identity.address);
+  auto lock = store::FileLock::Take(
+      store::LockPath(identity.state_folder, address),
+      fmt::format("process {}, since {},", static_cast<long>(::getpid()), identity.started));
+  if (!lock && lock.error().kind == ErrorKind::kMachine) {
+    return Fail(
+        "another trammel on this computer is at work with this printer; wait for its end: " +
+            lock.error().message,
+        ErrorKind::kMachine);
+  }
+  if (!lock) return tl::unexpected(lock.error());
+  if (auto free = CheckStillFree(session); !free) return tl::unexpected(free.error());
+  auto finished = FinishDeadRuns(session, settings, identity.state_folder, address);
+  if (!finished) return tl::unexpected(finished.error());
+  session.owner = fmt::format("{}.{}", ComputerName(), identity.run);
+  session.own_file = fmt::format("trammel_{}.gcode", identity.run);
+  const auto limit = session.printer.HasCommand(kKeepAlive, session.Within(kAsk_s));
+  if (!limit) return tl::unexpected(limit.error());
+  session.has_limit = *limit;
+  PrinterStateGuard guard(session, settings, identity, std::move(*lock));
+  Result<void> taken = guard.Note(session);
+  if (taken) taken = guard.Claim(session);
+  if (taken) return guard;
+  guard.printer_ = nullptr;  // nothing was changed, and it may be another's
+  return tl::unexpected(taken.error());
+}
+
+PrinterStateGuard::PrinterStateGuard(const Session& session,
+                                     const pressure_advance::ScanSettings& settings,
+                                     const RunIdentity& identity, store::FileLock lock)
     : printer_(&session.printer),
       tell_(session.tell),
       laser_off_gcode_(settings.laser_off_gcode),
       lights_on_gcode_(settings.lights_on_gcode),
+      owner_(session.owner),
+      own_file_(session.own_file),
       has_limit_(session.has_limit),
-      before_(std::move(before)) {}
+      prints_(identity.prints),
+      journal_path_(store::JournalPath(identity.state_folder, PlainAddress(identity.address))),
+      lock_(std::move(lock)) {
+  journal_.run = identity.run;
+  journal_.address = PlainAddress(identity.address);
+  journal_.started = identity.started;
+}
 
-Keeper::Keeper(Keeper&& other) noexcept
+PrinterStateGuard::PrinterStateGuard(PrinterStateGuard&& other) noexcept
     : printer_(std::exchange(other.printer_, nullptr)),
       tell_(std::move(other.tell_)),
       laser_off_gcode_(std::move(other.laser_off_gcode_)),
       lights_on_gcode_(std::move(other.lights_on_gcode_)),
+      owner_(std::move(other.owner_)),
+      own_file_(std::move(other.own_file_)),
       has_limit_(other.has_limit_),
-      before_(std::move(other.before_)) {}
+      prints_(other.prints_),
+      begun_(other.begun_),
+      restarted_(other.restarted_),
+      park_(std::move(other.park_)),
+      before_(std::move(other.before_)),
+      journal_(std::move(other.journal_)),
+      journal_path_(std::move(other.journal_path_)),
+      lock_(std::move(other.lock_)) {}
 
-Keeper::~Keeper() {
+PrinterStateGuard::~PrinterStateGuard() {
   if (printer_ == nullptr) return;
-  for (const std::string& failure : Restore()) {
-    if (tell_) tell_({failure, {}});
-  }
+  for (const std::string& failure : Restore()) Say(failure, 0);
 }
 
-std::vector<std::string> Keeper::LaserStaysOn(const std::string& why) {
+void PrinterStateGuard::Say(std::string text, double remaining_s) const {
+  if (!tell_) return;
+  tell_({std::move(text), remaining_s > 0 ? std::optional(remaining_s) : std::nullopt});
+}
+
+// Before anything is changed: what is not on the disk now is not known to the next run.
+Result<void> PrinterStateGuard::Note(const Session& session) {
+  auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  before_ = std::move(*state);
+  store::RunJournal journal = JournalOf(before_);
+  journal.run = journal_.run;
+  journal.address = journal_.address;
+  journal.started = journal_.started;
+  if (prints_) journal.upload = own_file_;
+  journal_ = std::move(journal);
+  if (auto noted = store::WriteJournal(journal_path_, journal_); !noted) return noted;
+  const auto read = store::ReadJournal(journal_path_);
+  if (read && *read) return {};
+  std::error_code ignored;
+  std::filesystem::remove(journal_path_, ignored);
+  return Fail(fmt::format("what the printer tells of itself cannot be brought back later: {}",
+                          read ? "the note is gone" : read.error().message),
+              ErrorKind::kMachine);
+}
+
+Result<void> PrinterStateGuard::Claim(const Session& session) {
+  auto claimed = KeepAlive(session);
+  if (claimed) return {};
+  std::error_code ignored;
+  std::filesystem::remove(journal_path_, ignored);
+  return Fail("the printer cannot be taken for this run: " + claimed.error().message,
+              claimed.error().kind);
+}
+
+Result<void> PrinterStateGuard::Begin(const Session& session) {
+  auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  before_.homed_axes = state->homed_axes;
+  before_.gcode = state->gcode;
+  begun_ = true;  // where the answer is lost, it may be saved all the same
+  return session.printer.Run("SAVE_GCODE_STATE NAME=" + GcodeStateName(journal_.run),
+                             session.Within(kScript_s));
+}
+
+bool PrinterStateGuard::RunOne(const std::string& line) {
+  const auto done = printer_->Run(line, {kScript_s});
+  if (!done) failed_.push_back(fmt::format("{} failed: {}", line, done.error().message));
+  return done.has_value();
+}
+
+void PrinterStateGuard::LaserStaysOn(const std::string& why) {
   const machine::PrinterReadiness readiness = ReadinessNow(*printer_);
-  if (IsAway(readiness)) return {why};
+  if (IsAway(readiness)) return failed_.push_back(why);
   if (readiness != machine::PrinterReadiness::kReady) {
-    return {
+    return failed_.push_back(
         fmt::format("the printer has shut down: its own shutdown values hold for laser and "
                     "heaters; it needs a FIRMWARE_RESTART ({})",
-                    why)};
+                    why));
   }
-  std::vector<std::string> failures = {
+  failed_.push_back(
       fmt::format("the laser could not be switched off by {} and the printer was stopped instead; "
                   "it needs a FIRMWARE_RESTART: {}",
-                  laser_off_gcode_, why)};
+                  laser_off_gcode_, why));
   if (auto stopped = printer_->EmergencyStop({kAsk_s}); !stopped) {
-    failures.push_back(
+    failed_.push_back(
         fmt::format("the printer could not be stopped either: switch the LASER and the heaters off "
                     "by hand: {}",
                     stopped.error().message));
   }
-  return failures;
 }
 
-std::vector<std::string> Keeper::Script(bool restarted) const {
-  std::vector<std::string> lines;
-  if (!lights_on_gcode_.empty()) lines.push_back(lights_on_gcode_);
-  const machine::VelocityLimits& limits = before_.limits;
-  if (limits.max_velocity_mm_s > 0) {
-    lines.push_back(fmt::format("SET_VELOCITY_LIMIT VELOCITY={} ACCEL={} SQUARE_CORNER_VELOCITY={}",
-                                limits.max_velocity_mm_s, limits.max_accel_mm_s2,
-                                limits.square_corner_velocity_mm_s));
-    if (limits.minimum_cruise_ratio) {
-      lines.back() += fmt::format(" MINIMUM_CRUISE_RATIO={}", *limits.minimum_cruise_ratio);
+void PrinterStateGuard::EndOwnPrint() {
+  const auto now = printer_->State({kAsk_s});
+  if (!now || now->print_file != own_file_ || now->print_state == "complete") return;
+  if (now->print_state == "printing" || now->print_state == "paused") {
+    Say("cancelling the print", kScript_s);
+    if (auto cancelled = printer_->CancelPrint({kScript_s}); !cancelled) {
+      failed_.push_back("the print could not be cancelled: " + cancelled.error().message);
+      return;
     }
   }
-  if (before_.pressure_advance_s) {
-    lines.push_back(fmt::format("SET_PRESSURE_ADVANCE ADVANCE={}", *before_.pressure_advance_s));
-    if (before_.smooth_time_s) {
-      lines.back() += fmt::format(" SMOOTH_TIME={}", *before_.smooth_time_s);
-    }
-  }
-  if (restarted) return lines;  // its heaters are off and its G-code state is gone: both are safe
-  for (const auto& [name, heater] : before_.heaters) {
-    const std::string heater_name = name.substr(name.rfind(' ') + 1);
-    lines.push_back(
-        fmt::format("SET_HEATER_TEMPERATURE HEATER={} TARGET={}", heater_name, heater.target_c));
-  }
-  lines.push_back(fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", kStateName));
-  if (has_limit_) lines.emplace_back(kRelease);
-  return lines;
+  if (park_) LiftAndPark();
 }
 
-std::vector<std::string> Keeper::BringBack() {
+// Relative, because a G-code file may have moved G-code's origin.
+void PrinterStateGuard::LiftAndPark() {
+  const auto now = printer_->State({kAsk_s});
+  if (!now || now->readiness != machine::PrinterReadiness::kReady) return;
+  if (!IsHomed(*now)) {
+    lost_.push_back(
+        "the nozzle may stand in the print, and could not be lifted: the axes are not homed");
+    return;
+  }
+  const auto within = [&](std::size_t axis, double to_mm) {
+    return std::clamp(to_mm, now->axis_minimum_mm[axis],
+                      std::max(now->axis_minimum_mm[axis], now->axis_maximum_mm[axis]));
+  };
+  const std::array<double, 4>& at = now->position_mm;
+  Say("lifting the nozzle off the print", 0);
+  const std::string script =
+      fmt::format("G91\nG1 Z{:.3f} F{:.0f}\nG1 X{:.3f} Y{:.3f} F{:.0f}\nG90\nM400",
+                  std::max(0.0, within(2, at[2] + park_->lift_mm) - at[2]),
+                  60 * park_->z_speed_mm_s, within(0, park_->x_mm) - at[0],
+                  within(1, park_->y_mm) - at[1], 60 * park_->travel_speed_mm_s);
+  if (auto parked = printer_->Run(script, {kScript_s}); !parked) {
+    failed_.push_back("the nozzle could not be lifted off the print: " + parked.error().message);
+  }
+}
+
+// Its heaters, its pressure advance and its limits are that job's own affair now.
+void PrinterStateGuard::LeaveToOthers(const std::string& job) {
+  const auto now = printer_->State({kAsk_s});
+  const auto differences = now ? Differences(before_, *now) : std::vector<std::string>();
+  lost_.push_back(
+      fmt::format("somebody else's job has the printer now ({}): nothing of it was "
+                  "touched, and the rest is left to it{}{}",
+                  job, differences.empty() ? "" : ": ", Joined(differences)));
+}
+
+void PrinterStateGuard::BringBackSettings() {
+  if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
+  for (const std::string& line : SettingLines(journal_)) (void)RunOne(line);
+}
+
+// @param in_doubt  whether this is still the session of Klipper in which they were set is not known
+void PrinterStateGuard::BringBackHeaters(bool in_doubt) {
+  const auto now = printer_->State({kAsk_s});
+  if (!now) return failed_.push_back("the heaters cannot be looked at: " + now.error().message);
+  std::vector<std::string> left_on, left_off;
+  for (const auto& [name, heater] : now->heaters) {
+    const auto noted = journal_.targets_c.find(name);
+    const double before_c = noted == journal_.targets_c.end() ? 0 : noted->second;
+    const std::string figure = fmt::format("{} {:.0f} degC", name, before_c);
+    if (before_c > 0) (in_doubt ? left_off : left_on).push_back(figure);
+    if (!RunOne(TargetLine(name, in_doubt ? 0 : before_c)) && before_c > 0) {
+      (void)RunOne(TargetLine(name, 0));
+    }
+  }
+  if (!left_on.empty())
+    Say("these heaters are left on, as they were before: " + Joined(left_on), 0);
+  if (restarted_) {
+    lost_.push_back(fmt::format(
+        "the printer was restarted meanwhile: it is not homed, its G-code state is as after a "
+        "start, and its heaters stay off{}{}",
+        left_off.empty() ? "" : "; before, these were on: ", Joined(left_off)));
+  } else if (!left_off.empty()) {
+    lost_.push_back("in doubt these heaters were switched off: " + Joined(left_off));
+  } else if (IsHomed(before_) && !IsHomed(*now)) {
+    lost_.push_back(
+        "the axes are no longer homed: somebody switched the motors off meanwhile; home before "
+        "anything moves");
+  }
+}
+
+void PrinterStateGuard::DeleteUpload() {
+  if (!prints_) return;
+  const auto now = printer_->LastState();
+  auto deleted = printer_->DeleteFile(own_file_, {kAsk_s});
+  // Where nothing was printed there is no file.
+  if (!deleted && now.print_file == own_file_) {
+    Say(fmt::format("{} stays among the printer's files: {}", own_file_, deleted.error().message),
+        0);
+  }
+}
+
+void PrinterStateGuard::Release() {
+  if (!has_limit_) return;
+  if (failed_.empty()) {
+    (void)RunOne(fmt::format("{} OWNER={}", kRelease, owner_));
+  } else {
+    Say("the printer's own limit for laser and heaters stays armed", 0);
+  }
+}
+
+void PrinterStateGuard::BringBack() {
+  failed_.clear();
+  lost_.clear();
+  if (!begun_) return Release();
   if (auto off = printer_->Run(laser_off_gcode_, {kScript_s}); !off) {
     return LaserStaysOn(off.error().message);
   }
   const auto now = printer_->State({kAsk_s});
-  const bool restarted = now && !before_.homed_axes.empty() && now->homed_axes.empty();
-  std::vector<std::string> failures;
-  if (now && (now->print_state == "printing" || now->print_state == "paused")) {
-    if (tell_) tell_({"cancelling the print", kScript_s});
-    if (auto cancelled = printer_->CancelPrint({kScript_s}); !cancelled) {
-      failures.push_back("the print could not be cancelled: " + cancelled.error().message);
+  const std::string job = now ? OthersJob(*now, own_file_) : "";
+  if (!job.empty()) {
+    if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
+    LeaveToOthers(job);
+  } else {
+    EndOwnPrint();
+    const std::string restore =
+        fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", GcodeStateName(journal_.run));
+    const auto restored = printer_->Run(restore, {kScript_s});
+    restarted_ = !restored && SaysUnknownState(restored.error().message, journal_.run);
+    if (!restored && !restarted_) {
+      failed_.push_back(fmt::format("{} failed: {}", restore, restored.error().message));
     }
+    BringBackSettings();
+    BringBackHeaters(!restored);
   }
-  for (const std::string& line : Script(restarted)) {
-    if (auto done = printer_->Run(line, {kScript_s}); !done) {
-      failures.push_back(fmt::format("{} failed: {}", line, done.error().message));
-    }
-  }
-  return failures;
+  DeleteUpload();
+  Release();
 }
 
-std::vector<std::string> Keeper::Restore() {
+std::vector<std::string> PrinterStateGuard::Restore() {
   if (printer_ == nullptr) return {};
   const auto until = Clock::now() + std::chrono::duration<double>(kReturn_s);
-  std::vector<std::string> failures;
   for (bool away = IsAway(printer_->LastState().readiness);;) {
     const double left_s = std::chrono::duration<double>(until - Clock::now()).count();
     if (away) {
-      if (tell_) tell_({"waiting for the printer to come back, to leave it safe", left_s});
+      Say("waiting for the printer to come back, to leave it safe", left_s);
       if (auto ready = printer_->WaitUntilReady({left_s}); !ready) {
-        failures = {
+        lost_.clear();
+        failed_ = {
             fmt::format("the printer did not come back within {} s: make sure that laser "
-                        "and heaters are off: {}",
+                        "and heaters are off; the next run brings the rest back: {}",
                         kReturn_s, ready.error().message)};
         break;
       }
     }
-    failures = BringBack();
-    if (failures.empty() || Clock::now() >= until) break;
+    BringBack();
+    if (failed_.empty() || Clock::now() >= until) break;
     away = IsAway(ReadinessNow(*printer_));
     if (!away) break;
   }
   printer_ = nullptr;
-  return failures;
+  std::vector<std::string> all = failed_;
+  all.insert(all.end(), lost_.begin(), lost_.end());
+  std::error_code error;
+  if (failed_.empty()) std::filesystem::remove(journal_path_, error);
+  if (error) {
+    all.push_back(
+        fmt::format("{}: cannot be removed: {}", journal_path_.string(), error.message()));
+  }
+  return all;
 }
 
 }  // namespace trammel::procedure

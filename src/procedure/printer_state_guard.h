@@ -1,6 +1,9 @@
-// Leaves the printer as it was found, whatever happens in between.
+// Has the printer to itself, and leaves it as it was found, whatever happens in between.
 #pragma once
 
+#include <filesystem>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -8,49 +11,104 @@
 #include "machine/printer.h"
 #include "pressure_advance/scan_settings.h"
 #include "procedure/session.h"
+#include "store/file_lock.h"
+#include "store/run_journal.h"
 
 namespace trammel::procedure {
 
-/// Remembers pressure advance, velocity limits, heater targets and G-code state, and brings them
-/// back: on purpose by Restore(), or by the destructor where something went wrong before. The laser
-/// goes off first.
-class Keeper {
+/// What a run is called, and where its journal goes.
+struct RunIdentity {
+  std::string run;      ///< unique; as store::IsRunName wants it
+  std::string started;  ///< date and time, for people
+  std::string address;  ///< the printer's, as in the settings
+  std::filesystem::path state_folder;
+  bool prints = true;  ///< a file of the run's own is uploaded
+};
+
+/// Where the nozzle of a print that was not finished goes: up first, then there.
+struct ParkPlace {
+  double lift_mm = 0;  ///< above where it stands, as far as the axis goes
+  double x_mm = 0;     ///< the printer's own coordinates
+  double y_mm = 0;
+  double z_speed_mm_s = 5;
+  double travel_speed_mm_s = 150;
+};
+
+/// Notes pressure advance, velocity limits, heater targets and G-code state on disk before anything
+/// is changed, and brings them back: on purpose by Restore(), or by the destructor where something
+/// went wrong before. The laser goes off first. The note stays until all has come back, so that the
+/// next run does it where this one dies.
+class PrinterStateGuard {
  public:
-  /// Reads what has to come back, and saves the G-code state under a name of its own.
-  [[nodiscard]] static Result<Keeper> Remember(const Session& session,
-                                               const pressure_advance::ScanSettings& settings);
+  /// Takes the printer for this run: on this computer by a lock, at the printer by its name
+  /// (TRAMMEL_KEEP_ALIVE OWNER=…), which arms the printer's own limit. Finishes what a run left
+  /// that died here. Sets the session's has_limit, owner and own_file. Errors: kMachine where the
+  /// printer is busy, or another trammel has it; kInput where the note cannot be written.
+  [[nodiscard]] static Result<PrinterStateGuard> Take(
+      Session& session, const pressure_advance::ScanSettings& settings,
+      const RunIdentity& identity);
 
-  Keeper(Keeper&& other) noexcept;
-  Keeper& operator=(Keeper&&) = delete;
-  ~Keeper();
+  PrinterStateGuard(PrinterStateGuard&& other) noexcept;
+  PrinterStateGuard& operator=(PrinterStateGuard&&) = delete;
+  ~PrinterStateGuard();
 
-  /// Cancels a print that still runs (nobody else's: the printer was idle) and brings everything
-  /// back once; a second call does nothing. Ignores the session's stop: a stopped calibration ends
-  /// safe too. Waits `kReturn_s` for a lost connection, and begins anew where it is lost again
-  /// meanwhile. A printer that was restarted keeps its heaters off. Where the laser cannot be
-  /// switched off, the printer is stopped.
-  /// @returns one sentence for each thing that could not be brought back; empty: all is as it was.
+  /// Saves the G-code state under the run's name, once the printer is homed. Nothing else is
+  /// brought back before this.
+  [[nodiscard]] Result<void> Begin(const Session& session);
+
+  /// From now on a print that was not finished is left with the nozzle there.
+  void ParkAt(const ParkPlace& place) { park_ = std::make_unique<ParkPlace>(place); }
+
+  /// Cancels the run's own print, lifts and parks its nozzle, and brings everything back once; a
+  /// second call does nothing. Ignores the session's stop: a stopped calibration ends safe too.
+  /// Waits `kReturn_s` for a lost connection, and begins anew where it is lost again meanwhile. A
+  /// printer that was restarted keeps its heaters off; another's job is left alone with all that it
+  /// may use. Where the laser cannot be switched off, the printer is stopped.
+  /// @returns one sentence for each thing that was not brought back; empty: all is as it was.
   [[nodiscard]] std::vector<std::string> Restore();
 
   [[nodiscard]] const machine::PrinterState& before() const { return before_; }
+  /// Known after Restore: Klipper has forgotten the run's G-code state.
+  [[nodiscard]] bool restarted() const { return restarted_; }
 
   /// How long a lost connection or a restart may take to come back.
   static constexpr double kReturn_s = 120;
 
  private:
-  Keeper(const Session& session, const pressure_advance::ScanSettings& settings,
-         machine::PrinterState before);
+  PrinterStateGuard(const Session& session, const pressure_advance::ScanSettings& settings,
+                    const RunIdentity& identity, store::FileLock lock);
 
-  [[nodiscard]] std::vector<std::string> BringBack();
-  [[nodiscard]] std::vector<std::string> LaserStaysOn(const std::string& why);
-  [[nodiscard]] std::vector<std::string> Script(bool restarted) const;
+  [[nodiscard]] Result<void> Note(const Session& session);
+  [[nodiscard]] Result<void> Claim(const Session& session);
+  void BringBack();
+  void LaserStaysOn(const std::string& why);
+  void EndOwnPrint();
+  void LiftAndPark();
+  void LeaveToOthers(const std::string& job);
+  void BringBackSettings();
+  void BringBackHeaters(bool in_doubt);
+  void DeleteUpload();
+  void Release();
+  [[nodiscard]] bool RunOne(const std::string& line);
+  void Say(std::string text, double remaining_s) const;
 
   machine::Printer* printer_;  // nullptr once restored
   std::function<void(const Progress&)> tell_;
   std::string laser_off_gcode_;
   std::string lights_on_gcode_;
+  std::string owner_;
+  std::string own_file_;
   bool has_limit_ = false;
+  bool prints_ = true;
+  bool begun_ = false;
+  bool restarted_ = false;
+  std::unique_ptr<ParkPlace> park_;
   machine::PrinterState before_;
+  store::RunJournal journal_;
+  std::filesystem::path journal_path_;
+  store::FileLock lock_;
+  std::vector<std::string> failed_;  ///< commands of the last attempt: another may bring them back
+  std::vector<std::string> lost_;    ///< what cannot come back, or must not
 };
 
 }  // namespace trammel::procedure

@@ -1,151 +1,395 @@
-#include "procedure/keeper.h"
+#include "procedure/printer_state_guard.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 
+#include "procedure/dead_run.h"
 #include "procedure/fake_printer.h"
+#include "support/temporary_folder.h"
 
 namespace trammel::procedure {
 namespace {
 
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-class KeeperTest : public ::testing::Test {
+constexpr const char* kMark = "RESTORE_GCODE_STATE NAME=trammel_run-1 MOVE=0";
+constexpr const char* kNozzleOff = "SET_HEATER_TEMPERATURE HEATER=extruder TARGET=0";
+
+class PrinterStateGuardTest : public ::testing::Test {
  protected:
+  test::TemporaryFolder folder_;
   testing::FakePrinter printer_;
   pressure_advance::ScanSettings settings_;
-  Session session_{printer_, {}, {}};
+  std::vector<std::string> said_;
+  Session session_{
+      printer_, {}, [this](const Progress& progress) { said_.push_back(progress.text); }};
+  const std::string address_ = "voron.local";
 
-  Keeper Remembered() {
+  Result<PrinterStateGuard> Take(const std::string& run = "run-1") {
     settings_.lights_on_gcode = "LIGHTS_ON";
-    auto keeper = Keeper::Remember(session_, settings_);
-    EXPECT_TRUE(keeper.has_value());
-    printer_.scripts.clear();
-    return std::move(*keeper);
+    return PrinterStateGuard::Take(session_, settings_,
+                                   {run, "2026-11-22T10:00:00", address_, folder_.path()});
   }
+  PrinterStateGuard Begun() {
+    auto guard = Take();
+    EXPECT_TRUE(guard.has_value());
+    EXPECT_TRUE(guard->Begin(session_));
+    printer_.scripts.clear();
+    return std::move(*guard);
+  }
+  // As if the process had ended here.
+  void Die() {
+    const auto path = store::JournalPath(folder_.path(), PlainAddress(address_));
+    {
+      PrinterStateGuard guard = Begun();
+      kept_ = test::ReadWhole(path);
+    }
+    test::WriteWhole(path, kept_);
+    printer_.scripts.clear();
+    said_.clear();
+  }
+  std::size_t Journals() { return store::ReadAllJournals(folder_.path()).size(); }
+
+  std::string kept_;
 };
 
-TEST_F(KeeperTest, SwitchesTheLaserOffBeforeAnythingElse) {
-  Keeper keeper = Remembered();
-  EXPECT_THAT(keeper.Restore(), IsEmpty());
+TEST_F(PrinterStateGuardTest, SwitchesTheLaserOffBeforeAnythingElse) {
+  PrinterStateGuard guard = Begun();
+  EXPECT_THAT(guard.Restore(), IsEmpty());
   ASSERT_THAT(printer_.scripts, Not(IsEmpty()));
   EXPECT_EQ(printer_.scripts.front(), "LASER_OFF");
-  EXPECT_EQ(printer_.scripts[1], "LIGHTS_ON");
 }
 
-TEST_F(KeeperTest, BringsBackWhatWasSet) {
-  Keeper keeper = Remembered();
+TEST_F(PrinterStateGuardTest, BringsBackWhatWasSet) {
+  PrinterStateGuard guard = Begun();
   printer_.state.pressure_advance_s = 0.06;
   printer_.state.limits.max_accel_mm_s2 = 100;
   printer_.state.heaters["extruder"].target_c = 150;
-  EXPECT_THAT(keeper.Restore(), IsEmpty());
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_THAT(printer_.scripts, Contains("LIGHTS_ON"));
   EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04"));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("ACCEL=5000")));
   EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=205"));
   EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=60"));
-  EXPECT_THAT(printer_.scripts, Contains("RESTORE_GCODE_STATE NAME=trammel MOVE=0"));
+  EXPECT_THAT(printer_.scripts, Contains(kMark));
 }
 
-TEST_F(KeeperTest, TheDestructorRestoresWhatWasForgotten) {
-  { const Keeper keeper = Remembered(); }
+TEST_F(PrinterStateGuardTest, SaysWhichHeatersItLeavesOn) {
+  PrinterStateGuard guard = Begun();
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_THAT(said_, Contains(HasSubstr("left on, as they were before: extruder 205 degC")));
+}
+
+TEST_F(PrinterStateGuardTest, TheDestructorRestoresWhatWasForgotten) {
+  { const PrinterStateGuard guard = Begun(); }
   EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
 }
 
-TEST_F(KeeperTest, RestoresOnceOnly) {
+TEST_F(PrinterStateGuardTest, RestoresOnceOnly) {
   {
-    Keeper keeper = Remembered();
-    EXPECT_THAT(keeper.Restore(), IsEmpty());
+    PrinterStateGuard guard = Begun();
+    EXPECT_THAT(guard.Restore(), IsEmpty());
     printer_.scripts.clear();
-    EXPECT_THAT(keeper.Restore(), IsEmpty());
+    EXPECT_THAT(guard.Restore(), IsEmpty());
   }
   EXPECT_THAT(printer_.scripts, IsEmpty());
 }
 
-TEST_F(KeeperTest, OneRefusalDoesNotKeepTheRestFromComingBack) {
-  Keeper keeper = Remembered();
+TEST_F(PrinterStateGuardTest, OneRefusalDoesNotKeepTheRestFromComingBack) {
+  PrinterStateGuard guard = Begun();
   printer_.refused["LIGHTS_ON"] = "unknown command";
-  const auto failures = keeper.Restore();
+  const auto failures = guard.Restore();
   ASSERT_THAT(failures, SizeIs(1));
   EXPECT_THAT(failures.front(), HasSubstr("LIGHTS_ON"));
-  EXPECT_THAT(printer_.scripts, Contains("RESTORE_GCODE_STATE NAME=trammel MOVE=0"));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("SET_PRESSURE_ADVANCE")));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TRAMMEL_RELEASE"))));
+  EXPECT_EQ(Journals(), 1U) << "the next run brings it back";
 }
 
-TEST_F(KeeperTest, StopsThePrinterWhereTheLaserCannotBeSwitchedOff) {
-  Keeper keeper = Remembered();
+TEST_F(PrinterStateGuardTest, StopsThePrinterWhereTheLaserCannotBeSwitchedOff) {
+  PrinterStateGuard guard = Begun();
   printer_.refused["LASER_OFF"] = "unknown command";
-  const auto failures = keeper.Restore();
+  const auto failures = guard.Restore();
   EXPECT_TRUE(printer_.stopped);
   ASSERT_THAT(failures, SizeIs(1));
   EXPECT_THAT(failures.front(), HasSubstr("FIRMWARE_RESTART"));
 }
 
-TEST_F(KeeperTest, HeatsNothingAfterARestart) {
-  Keeper keeper = Remembered();
+TEST_F(PrinterStateGuardTest, HeatsNothingAfterARestartAndSaysSo) {
+  PrinterStateGuard guard = Begun();
   printer_.state.homed_axes = "";
-  EXPECT_THAT(keeper.Restore(), IsEmpty());
-  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_HEATER_TEMPERATURE"))));
+  printer_.refused[kMark] = "!! Unknown g-code state: trammel_run-1";
+  EXPECT_THAT(guard.Restore(),
+              ElementsAre(::testing::AllOf(HasSubstr("restarted"), HasSubstr("extruder 205"))));
+  EXPECT_TRUE(guard.restarted());
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
   EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
+  EXPECT_EQ(Journals(), 0U);
 }
 
-TEST_F(KeeperTest, WaitsForALostPrinterAndThenRestores) {
-  Keeper keeper = Remembered();
+TEST_F(PrinterStateGuardTest, ARestartDuringALostLinkIsKnownFromTheForgottenState) {
+  PrinterStateGuard guard = Begun();
   printer_.state.readiness = machine::PrinterReadiness::kDisconnected;
-  EXPECT_THAT(keeper.Restore(), IsEmpty());
+  // Homed again by somebody, before the link is back.
+  printer_.refused[kMark] = "!! Unknown g-code state: trammel_run-1";
+  EXPECT_THAT(guard.Restore(), ElementsAre(HasSubstr("restarted")));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
+}
+
+TEST_F(PrinterStateGuardTest, MotorsThatWereSwitchedOffAreNoRestart) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.homed_axes = "";
+  printer_.state.heaters["extruder"].target_c = 150;
+  EXPECT_THAT(guard.Restore(), ElementsAre(HasSubstr("motors")));
+  EXPECT_FALSE(guard.restarted());
+  EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=205"));
+}
+
+TEST_F(PrinterStateGuardTest, InDoubtWhetherItWasRestartedTheHeatersGoOff) {
+  PrinterStateGuard guard = Begun();
+  printer_.refused[kMark] = "internal error";
+  EXPECT_THAT(guard.Restore(), Contains(HasSubstr("in doubt these heaters were switched off")));
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
+}
+
+TEST_F(PrinterStateGuardTest, WaitsForALostPrinterAndThenRestores) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.readiness = machine::PrinterReadiness::kDisconnected;
+  EXPECT_THAT(guard.Restore(), IsEmpty());
   EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
 }
 
-TEST_F(KeeperTest, BeginsAnewWhereTheLinkIsLostInTheMiddle) {
-  Keeper keeper = Remembered();
-  printer_.lost_at = "RESTORE_GCODE_STATE NAME=trammel MOVE=0";
-  EXPECT_THAT(keeper.Restore(), IsEmpty());
+TEST_F(PrinterStateGuardTest, BeginsAnewWhereTheLinkIsLostInTheMiddle) {
+  PrinterStateGuard guard = Begun();
+  printer_.lost_at = kMark;
+  EXPECT_THAT(guard.Restore(), IsEmpty());
   EXPECT_EQ(std::count(printer_.scripts.begin(), printer_.scripts.end(), "LASER_OFF"), 2);
-  EXPECT_EQ(printer_.scripts.back(), "RESTORE_GCODE_STATE NAME=trammel MOVE=0");
 }
 
-TEST_F(KeeperTest, DoesNotStopAPrinterThatIsOnlyAway) {
-  Keeper keeper = Remembered();
+TEST_F(PrinterStateGuardTest, DoesNotStopAPrinterThatIsOnlyAway) {
+  PrinterStateGuard guard = Begun();
   printer_.lost_at = "LASER_OFF";
-  EXPECT_THAT(keeper.Restore(), IsEmpty());
+  EXPECT_THAT(guard.Restore(), IsEmpty());
   EXPECT_FALSE(printer_.stopped);
 }
 
-TEST_F(KeeperTest, EndsThePrintersOwnLimitAtTheVeryEnd) {
-  session_.has_limit = true;
-  Keeper keeper = Remembered();
-  EXPECT_THAT(keeper.Restore(), IsEmpty());
-  EXPECT_EQ(printer_.scripts.back(), "TRAMMEL_RELEASE");
+TEST_F(PrinterStateGuardTest, EndsThePrintersOwnLimitAtTheVeryEnd) {
+  PrinterStateGuard guard = Begun();
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_EQ(printer_.scripts.back(), "TRAMMEL_RELEASE OWNER=" + session_.owner);
 }
 
-TEST_F(KeeperTest, CancelsAPrintThatStillRuns) {
-  Keeper keeper = Remembered();
+TEST_F(PrinterStateGuardTest, CancelsItsOwnPrintAndLiftsTheNozzleOffIt) {
+  PrinterStateGuard guard = Begun();
+  guard.ParkAt({20, 5, 6, 5, 150});
   printer_.state.print_state = "printing";
-  EXPECT_THAT(keeper.Restore(), IsEmpty());
+  printer_.state.print_file = "trammel_run-1.gcode";
+  printer_.state.position_mm = {100, 120, 0.2, 7};
+  EXPECT_THAT(guard.Restore(), IsEmpty());
   EXPECT_EQ(printer_.state.print_state, "cancelled");
+  const auto lift = std::find(printer_.scripts.begin(), printer_.scripts.end(),
+                              "G91\nG1 Z20.000 F300\nG1 X-95.000 Y-114.000 F9000\nG90\nM400");
+  const auto mark = std::find(printer_.scripts.begin(), printer_.scripts.end(), kMark);
+  ASSERT_NE(lift, printer_.scripts.end());
+  EXPECT_LT(lift, mark);
 }
 
-TEST_F(KeeperTest, SaysSoWhereThePrinterStaysAway) {
-  Keeper keeper = Remembered();
+TEST_F(PrinterStateGuardTest, LiftsNoHigherThanTheAxisGoes) {
+  PrinterStateGuard guard = Begun();
+  guard.ParkAt({20, 5, 6, 5, 150});
+  printer_.state.print_state = "error";
+  printer_.state.print_file = "trammel_run-1.gcode";
+  printer_.state.position_mm = {5, 6, 245, 7};
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("G1 Z5.000 F300\nG1 X0.000 Y0.000")));
+}
+
+TEST_F(PrinterStateGuardTest, SaysSoWhereTheNozzleCannotBeLiftedBecauseNothingIsHomed) {
+  PrinterStateGuard guard = Begun();
+  guard.ParkAt({20, 5, 6, 5, 150});
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "trammel_run-1.gcode";
+  printer_.state.homed_axes = "";
+  EXPECT_THAT(guard.Restore(), Contains(HasSubstr("could not be lifted")));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("G91"))));
+}
+
+TEST_F(PrinterStateGuardTest, AnothersJobIsNeitherCancelledNorCooled) {
+  PrinterStateGuard guard = Begun();
+  guard.ParkAt({20, 5, 6, 5, 150});
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "vase.gcode";
+  printer_.state.heaters["extruder"].target_c = 240;
+  const auto failures = guard.Restore();
+  EXPECT_THAT(failures, ElementsAre(::testing::AllOf(HasSubstr("vase.gcode is printing"),
+                                                     HasSubstr("extruder target 240 (was 205)"))));
+  EXPECT_EQ(printer_.state.print_state, "printing");
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_HEATER"))));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("G91"))));
+  EXPECT_EQ(printer_.scripts.front(), "LASER_OFF");
+}
+
+TEST_F(PrinterStateGuardTest, AJobOfAnEarlierRunOfOursIsAnothers) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.print_state = "paused";
+  printer_.state.print_file = "trammel_run-0.gcode";
+  EXPECT_THAT(guard.Restore(), SizeIs(1));
+  EXPECT_EQ(printer_.state.print_state, "paused");
+}
+
+TEST_F(PrinterStateGuardTest, DeletesItsUploadedFile) {
+  PrinterStateGuard guard = Begun();
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_THAT(printer_.deleted, ElementsAre("trammel_run-1.gcode"));
+}
+
+TEST_F(PrinterStateGuardTest, SaysSoWhereThePrinterStaysAway) {
+  PrinterStateGuard guard = Begun();
   printer_.state.readiness = machine::PrinterReadiness::kDisconnected;
   printer_.comes_back = false;
-  const auto failures = keeper.Restore();
+  const auto failures = guard.Restore();
   ASSERT_THAT(failures, SizeIs(1));
   EXPECT_THAT(failures.front(), HasSubstr("make sure that laser and heaters are off"));
+  EXPECT_EQ(Journals(), 1U);
 }
 
-TEST_F(KeeperTest, AShutDownPrinterIsLeftToItsOwnShutdownValues) {
-  Keeper keeper = Remembered();
+TEST_F(PrinterStateGuardTest, AShutDownPrinterIsLeftToItsOwnShutdownValues) {
+  PrinterStateGuard guard = Begun();
   printer_.state.readiness = machine::PrinterReadiness::kShutdown;
   printer_.refused["LASER_OFF"] = "Shutdown due to webhooks request";
-  const auto failures = keeper.Restore();
+  const auto failures = guard.Restore();
   EXPECT_FALSE(printer_.stopped);
   ASSERT_THAT(failures, SizeIs(1));
   EXPECT_THAT(failures.front(), HasSubstr("shut down"));
+}
+
+TEST_F(PrinterStateGuardTest, NotesOnDiskBeforeThePrinterIsToldAnything) {
+  const auto guard = PrinterStateGuard::Take(
+      session_, settings_, {"run-1", "now", address_, folder_.path() / "missing"});
+  ASSERT_FALSE(guard);
+  EXPECT_THAT(printer_.scripts, IsEmpty());
+}
+
+TEST_F(PrinterStateGuardTest, ASecondRunOnThisComputerIsRefusedByName) {
+  const auto first = Take();
+  ASSERT_TRUE(first);
+  const auto second = Take("run-2");
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(second.error().message, HasSubstr("another trammel on this computer"));
+}
+
+TEST_F(PrinterStateGuardTest, APrinterThatAnotherComputersRunHasIsNotTaken) {
+  printer_.told = {{"gcode_macro _TRAMMEL_RUN", {{"owner", "laptop.run-7"}}}};
+  const auto guard = Take();
+  ASSERT_FALSE(guard);
+  EXPECT_THAT(guard.error().message, HasSubstr("laptop.run-7"));
+  EXPECT_THAT(printer_.scripts, IsEmpty());
+  EXPECT_EQ(Journals(), 0U);
+}
+
+TEST_F(PrinterStateGuardTest, ARefusedClaimLeavesNothingBehind) {
+  session_.owner = "";
+  const auto first = Take();
+  ASSERT_TRUE(first);
+  const std::string claim = printer_.scripts.back();
+  EXPECT_THAT(claim, HasSubstr("TRAMMEL_KEEP_ALIVE OWNER="));
+  printer_.refused[claim] = "laptop.run-7 has this printer";
+  printer_.scripts.clear();
+  const auto second =
+      PrinterStateGuard::Take(session_, settings_, {"run-1", "now", "other.local", folder_.path()});
+  ASSERT_FALSE(second);
+  EXPECT_THAT(second.error().message, HasSubstr("laptop.run-7"));
+  EXPECT_THAT(printer_.scripts, ElementsAre(claim));
+  EXPECT_EQ(Journals(), 1U) << "the first one's alone";
+}
+
+TEST_F(PrinterStateGuardTest, NothingIsTakenWhileSomebodyPrints) {
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "vase.gcode";
+  EXPECT_FALSE(Take());
+  EXPECT_THAT(printer_.scripts, IsEmpty());
+}
+
+TEST_F(PrinterStateGuardTest, WhatADeadRunLeftIsBroughtBackAndNotTakenForBefore) {
+  printer_.state.heaters["extruder"].target_c = 0;
+  printer_.state.heaters["heater_bed"].target_c = 0;
+  Die();
+  printer_.state.pressure_advance_s = 0.09;
+  printer_.state.heaters["extruder"].target_c = 190;
+  const auto guard = Take("run-2");
+  ASSERT_TRUE(guard);
+  EXPECT_EQ(printer_.scripts.front(), kMark);
+  EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
+  EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04"));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("ACCEL=5000")));
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(said_, Contains(HasSubstr("died here: brought back pressure advance 0.031 s")));
+  EXPECT_THAT(said_, Contains(HasSubstr("switched off what it left on: extruder 190 degC")));
+  EXPECT_THAT(printer_.deleted, Contains("trammel_run-1.gcode"));
+}
+
+TEST_F(PrinterStateGuardTest, OfADeadRunBeforeARestartNothingIsBroughtBack) {
+  Die();
+  printer_.refused[kMark] = "!! Unknown g-code state: trammel_run-1";
+  const auto guard = Take("run-2");
+  ASSERT_TRUE(guard);
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_PRESSURE_ADVANCE"))));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_HEATER"))));
+  EXPECT_THAT(said_, Contains(HasSubstr("nothing of it is left")));
+}
+
+TEST_F(PrinterStateGuardTest, AnotherPrintersJournalIsLeftAlone) {
+  Die();
+  const auto guard =
+      PrinterStateGuard::Take(session_, settings_, {"run-2", "now", "other.local", folder_.path()});
+  ASSERT_TRUE(guard);
+  EXPECT_THAT(printer_.scripts, Not(Contains(kMark)));
+  EXPECT_EQ(Journals(), 2U);
+}
+
+TEST_F(PrinterStateGuardTest, ADeadRunIsKnownByThePrintersOwnWordUnderAnotherAddress) {
+  Die();
+  printer_.told = {{"gcode_macro _TRAMMEL_RUN", {{"owner", session_.owner}}}};
+  const auto guard =
+      PrinterStateGuard::Take(session_, settings_, {"run-2", "now", "192.168.1.7", folder_.path()});
+  ASSERT_TRUE(guard);
+  EXPECT_THAT(printer_.scripts, Contains(kMark));
+  EXPECT_EQ(Journals(), 1U);
+}
+
+TEST_F(PrinterStateGuardTest, AJournalThatCannotBeReadSwitchesTheHeatersOff) {
+  Die();
+  test::WriteWhole(store::JournalPath(folder_.path(), PlainAddress(address_)), "{\"format\": 1");
+  const auto guard = Take("run-2");
+  ASSERT_TRUE(guard);
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(said_, Contains(HasSubstr("cannot be read")));
+}
+
+TEST_F(PrinterStateGuardTest, WhereADeadRunCannotBeFinishedNothingIsBegun) {
+  Die();
+  printer_.refused["LASER_OFF"] = "unknown command";
+  const auto guard = Take("run-2");
+  ASSERT_FALSE(guard);
+  EXPECT_THAT(guard.error().message, HasSubstr("unknown command"));
+  EXPECT_EQ(Journals(), 1U);
+}
+
+TEST_F(PrinterStateGuardTest, TheSamePrinterHasOneAddressHoweverItIsWritten) {
+  EXPECT_EQ(PlainAddress("localhost"), PlainAddress("http://127.0.0.1:7125/"));
+  EXPECT_EQ(PlainAddress("voron.local"), PlainAddress("ws://voron.local:7125/websocket"));
+  EXPECT_NE(PlainAddress("localhost:7125"), PlainAddress("localhost:7126"));
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ Result<void> Go(const Session& session, const std::string& gcode) {
 }
 
 Result<void> Stand(const Session& session, double time_s) {
-  if (Pause(time_s, session.stop)) return {};
+  if (Pause(time_s, session.stop)) return CheckStillHomed(session);
   return Fail("stopped during the scan", ErrorKind::kInterrupted);
 }
 
@@ -61,6 +61,7 @@ Result<void> AskMotion(const Sweeping& sweeping, const Sweep& sweep, double from
   if (!moves) return tl::unexpected(moves.error());
   recorded.motion = AlongLine(*moves, sweep, *clock, sweeping.gcode_origin_mm);
   if (!recorded.motion.empty()) return {};
+  if (auto homed = CheckStillHomed(sweeping.session); !homed) return homed;
   return Fail("the printer told of no motion during a sweep: does its firmware have motion_report?",
               ErrorKind::kMeasurement);
 }
@@ -77,10 +78,9 @@ Result<double> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double 
   const auto stand = [&] {  // now it does
     const double now_s = machine::HostNow();
     const Result<void> stood = Stand(session, settings.settle_s);
-    if (stood) {
-      sweeping.recorder.WaitForFrames(kStandingFrames, now_s, kFrame_s, session.stop);
-    }
-    return stood;
+    if (!stood) return stood;
+    sweeping.recorder.WaitForFrames(kStandingFrames, now_s, kFrame_s, session.stop);
+    return CheckStillHomed(session);
   };
   Result<void> swept = stand();
   const double stood_s = machine::HostNow();
@@ -100,7 +100,8 @@ Result<RecordedSweep> SweepLine(const Sweeping& sweeping, const Sweep& sweep, st
   recorded.pressure_advance_s = sweep.pressure_advance_s;
   recorded.print_direction = DirectionOf(sweep);
   recorded.video = fmt::format("line{}.avi", number);
-  auto ready = Go(session, TravelGcode(sweep, sweeping.request.travel_speed_mm_s));
+  auto ready = CheckStillFree(session);
+  if (ready) ready = Go(session, TravelGcode(sweep, sweeping.request.travel_speed_mm_s));
   if (ready) ready = KeepAlive(session);
   // Again for each line: the printer's own limit switches a forgotten laser off.
   if (ready) ready = Go(session, sweeping.request.settings.laser_on_gcode);
@@ -116,6 +117,7 @@ Result<RecordedSweep> SweepLine(const Sweeping& sweeping, const Sweep& sweep, st
 Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
   const Session& session = sweeping.session;
   const ScanRequest& request = sweeping.request;
+  if (auto free = CheckStillFree(session); !free) return free;
   if (auto done = session.printer.RecordMoves(session.Within(kMove_s)); !done) return done;
   if (!request.settings.lights_off_gcode.empty()) {
     if (auto dark = Go(session, request.settings.lights_off_gcode); !dark) return dark;

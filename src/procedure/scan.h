@@ -29,8 +29,8 @@ struct ScanRequest {
 /// speed, a pause. Each sweep's frames go to `folder`/lineN.avi as they come, and after each line
 /// scan.json is written anew with the lines whose frames could be placed, so that whatever happens
 /// the recording so far can be analysed. Moves are absolute; the head stands at `sweeps.z_mm` after
-/// the first one. Leaves the laser on: the caller's Keeper switches it off.
-/// REQUIRES a homed printer with a Keeper.
+/// the first one. Leaves the laser on: the caller's PrinterStateGuard switches it
+/// off. REQUIRES a homed printer with a PrinterStateGuard.
 /// Errors: kMachine (printer, camera, disk, no laser to be seen), kMeasurement where frames and
 /// motion do not go together, kInterrupted.
 [[nodiscard]] Result<void> ScanLines(const Session& session, FrameRecorder& recorder,

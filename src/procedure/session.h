@@ -23,6 +23,8 @@ struct Session {
   std::function<void(const Progress&)> tell;  ///< may be empty
   /// The printer switches laser and heaters off by itself unless KeepAlive is called in time.
   bool has_limit = false;
+  std::string owner = {};     ///< by which the printer knows this run; empty: it is not told
+  std::string own_file = {};  ///< among the printer's files; a job of any other is somebody else's
 
   void Say(std::string text, std::optional<double> remaining_s = {}) const {
     if (tell) tell({std::move(text), remaining_s});
@@ -38,7 +40,23 @@ inline constexpr const char* kKeepAlive = "TRAMMEL_KEEP_ALIVE";
 inline constexpr const char* kRelease = "TRAMMEL_RELEASE";
 
 /// Tells the printer that somebody still looks after it. Nothing where it has no limit.
+/// Errors: kMachine, also where the printer belongs to another trammel by now.
 [[nodiscard]] Result<void> KeepAlive(const Session& session);
+
+/// Somebody else's job, printing or paused, in words; empty where there is none.
+[[nodiscard]] std::string OthersJob(const machine::PrinterState& state,
+                                    const std::string& own_file);
+
+/// Asks the printer whether it is ready and free of others' jobs; to be called right before each
+/// command that moves or heats. Errors: kMachine, kInterrupted.
+[[nodiscard]] Result<void> CheckStillFree(const Session& session);
+
+/// Whether the printer is ready, by what it last told. Errors: kMachine.
+[[nodiscard]] Result<void> CheckStillReady(const Session& session);
+
+/// Whether the printer is ready and homed, by what it last told; to be called after each wait in
+/// which nothing else would notice an emergency stop or a restart. Errors: kMachine.
+[[nodiscard]] Result<void> CheckStillHomed(const Session& session);
 
 /// Waits; false where the session was stopped meanwhile.
 [[nodiscard]] bool Pause(double time_s, const std::stop_token& stop);

@@ -37,6 +37,9 @@ TEST(Calibrate, FindsTheTruthAndLeavesThePrinterAsItWas) {
   EXPECT_NEAR(answer["pressure_advance_s"].get<double>(), 0.03, 4 * sigma_s);
   EXPECT_LT(sigma_s, 0.002);
   EXPECT_THAT(shop.Faulty(before), IsEmpty());
+  shop.With([](sim::VirtualKlipper& klipper) {
+    EXPECT_TRUE(klipper.files().empty()) << "an upload was left";
+  });
   const auto again = AnalyzeToJson("rec", shop.folder());
   EXPECT_EQ(again["pressure_advance_s"], answer["pressure_advance_s"]);
   constexpr double kPlace_mm = 0.05;  // at the paper's speed, 30 frames/s and 50 ms of jitter

@@ -30,8 +30,9 @@ bool Becomes(const std::function<bool()>& condition) {
 BackgroundTrammel::BackgroundTrammel(const std::string& arguments,
                                      const std::filesystem::path& folder) {
   const std::string files = aside_.path().string();
-  std::string command = "cd '" + folder.string() + "' && exec '" TRAMMEL_BINARY "' " + arguments +
-                        " >'" + files + "/stdout' 2>'" + files + "/stderr' </dev/null";
+  std::string command = "cd '" + folder.string() + "' && export XDG_STATE_HOME='" +
+                        (folder / "state").string() + "' && exec '" TRAMMEL_BINARY "' " +
+                        arguments + " >'" + files + "/stdout' 2>'" + files + "/stderr' </dev/null";
   std::string shell = "/bin/sh";
   std::string flag = "-c";
   char* const words[] = {shell.data(), flag.data(), command.data(), nullptr};

@@ -11,7 +11,8 @@ CommandResult RunTrammel(const std::string& arguments, const std::filesystem::pa
                          const RunLimits& limits) {
   const TemporaryFolder aside;
   const std::filesystem::path errors = aside.path() / "stderr";
-  std::string command = "cd '" + folder.string() + "' && ";
+  std::string command = "cd '" + folder.string() + "' && export XDG_STATE_HOME='" +
+                        (folder / "state").string() + "' && ";
   if (limits.memory_kb > 0) command += "ulimit -v " + std::to_string(limits.memory_kb) + " && ";
   command += "'" TRAMMEL_BINARY "' " + arguments + " 2>'" + errors.string() + "' </dev/null";
   std::FILE* pipe = popen(command.c_str(), "r");

@@ -25,8 +25,9 @@ double Seconds(const timeval& time) {
 }
 
 // Between fork and exec: nothing here may take memory or a lock.
-[[noreturn]] void Become(char* const* arguments, const char* folder, const char* output,
-                         const char* errors, const ProcessLimits& limits, pid_t parent) {
+[[noreturn]] void Become(char* const* arguments, char* const* environment, const char* folder,
+                         const char* output, const char* errors, const ProcessLimits& limits,
+                         pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent || chdir(folder) != 0) _exit(127);
   dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
@@ -40,8 +41,25 @@ double Seconds(const timeval& time) {
     const rlimit limit{limits.file_bytes, limits.file_bytes};
     setrlimit(RLIMIT_FSIZE, &limit);
   }
-  execv(arguments[0], arguments);
+  execve(arguments[0], arguments, environment);
   _exit(127);
+}
+
+// This process's environment, with a state folder that other processes of the same folder share.
+std::vector<std::string> EnvironmentFor(const std::filesystem::path& folder) {
+  const std::string state = "XDG_STATE_HOME=";
+  std::vector<std::string> environment = {state + (folder / "state").string()};
+  for (char** at = environ; *at != nullptr; ++at) {
+    if (std::string(*at).rfind(state, 0) != 0) environment.emplace_back(*at);
+  }
+  return environment;
+}
+
+std::vector<char*> Pointers(std::vector<std::string>& words) {
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  return pointers;
 }
 
 }  // namespace
@@ -51,16 +69,17 @@ TrammelProcess::TrammelProcess(const std::vector<std::string>& arguments,
     : began_s_(Now()) {
   std::vector<std::string> words = {TRAMMEL_BINARY};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> pointers;
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
+  std::vector<std::string> settings = EnvironmentFor(folder);
+  const std::vector<char*> pointers = Pointers(words);
+  const std::vector<char*> environment = Pointers(settings);
   const std::string output = (aside_.path() / "stdout").string();
   const std::string errors = (aside_.path() / "stderr").string();
   const pid_t parent = getpid();
   pid_ = fork();
   if (pid_ < 0) throw std::runtime_error("no process could be started");
   if (pid_ == 0) {
-    Become(pointers.data(), folder.c_str(), output.c_str(), errors.c_str(), limits, parent);
+    Become(pointers.data(), environment.data(), folder.c_str(), output.c_str(), errors.c_str(),
+           limits, parent);
   }
 }
 

@@ -32,7 +32,7 @@ struct ProcessEnd {
 class TrammelProcess {
  public:
   /// @param arguments  Without a shell: one word each.
-  /// @param folder     Its current folder; must exist.
+  /// @param folder     Its current folder; must exist. Its state folder is folder/state.
   TrammelProcess(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
                  const ProcessLimits& limits = {});
   ~TrammelProcess();

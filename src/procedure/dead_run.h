@@ -1,0 +1,63 @@
+// What a run that died has left on a printer, and how it is brought back.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/printer_state.h"
+#include "pressure_advance/scan_settings.h"
+#include "procedure/session.h"
+#include "store/run_journal.h"
+
+namespace trammel::procedure {
+
+/// The address by which journal and lock of a printer are named: the same for all ways of writing
+/// it.
+[[nodiscard]] std::string PlainAddress(const std::string& address);
+
+/// The name of the G-code state that a run saves. Klipper forgets it with a restart, and with
+/// nothing else.
+[[nodiscard]] std::string GcodeStateName(const std::string& run);
+
+/// Whether Klipper's refusal to restore the run's G-code state says that it does not know it.
+[[nodiscard]] bool SaysUnknownState(const std::string& message, const std::string& run);
+
+/// How the printer is now, to be brought back later.
+[[nodiscard]] store::RunJournal JournalOf(const machine::PrinterState& state);
+
+/// The commands that set limits and pressure advance as they were.
+[[nodiscard]] std::vector<std::string> SettingLines(const store::RunJournal& before);
+
+/// SET_HEATER_TEMPERATURE for a heater as the status names it.
+[[nodiscard]] std::string TargetLine(const std::string& heater, double target_c);
+
+/// "extruder 205 degC, heater_bed 60 degC": the heaters that are on.
+[[nodiscard]] std::string HeatersOn(const machine::PrinterState& state);
+
+/// The run by whose name the printer's own limit is armed (klipper/trammel.cfg); empty: none.
+[[nodiscard]] Result<std::string> OwnerAtPrinter(const Session& session);
+
+/// Ends what runs left that died with this printer, by their journals: laser off, lights on, G-code
+/// state, limits and pressure advance as before, heaters off, their limit released, their file
+/// deleted. Tells what it did. Nothing where there is none.
+/// REQUIRES an idle printer whose lock on this computer is held.
+/// Errors: kMachine where it could not be brought back, or where the printer belongs to a run that
+/// may be alive; kInput where a journal cannot be removed.
+[[nodiscard]] Result<void> FinishDeadRuns(const Session& session,
+                                          const pressure_advance::ScanSettings& settings,
+                                          const std::filesystem::path& state_folder,
+                                          const std::string& address);
+
+/// The same at a program's start: takes the lock itself, and leaves a printer alone that is not
+/// ready, not idle, or another trammel's. Failures are told.
+void FinishDeadRunsWhereFree(const Session& session, const pressure_advance::ScanSettings& settings,
+                             const std::filesystem::path& state_folder);
+
+/// What FinishDeadRuns would find, for people; empty where there is nothing. Changes nothing.
+[[nodiscard]] std::string DescribeDeadRun(const Session& session,
+                                          const std::filesystem::path& state_folder,
+                                          const std::string& address);
+
+}  // namespace trammel::procedure

@@ -1,0 +1,190 @@
+// How a calibration leaves a printer that others use too: a run that died before it, another's
+// job, another trammel, motors switched off, a restart, an interruption in the middle of a print.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "fault_scenario.h"
+#include "machine_shop.h"
+
+namespace trammel::test {
+namespace {
+
+using sim::VirtualKlipper;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+constexpr double kEnough_s = 120;
+constexpr int kMachine = 3, kInterrupted = 130;
+constexpr const char* kVase = "vase.gcode";
+
+bool WasRead(const VirtualKlipper& klipper, const std::string& text) {
+  const auto& lines = klipper.history().lines;
+  return std::any_of(lines.begin(), lines.end(), [&](const sim::ReadLine& line) {
+    return line.text.find(text) != std::string::npos;
+  });
+}
+
+// Heating takes some seconds, for others to come in between.
+ShopOptions SlowHeaters() {
+  ShopOptions options;
+  options.klipper.nozzle.rate_c_s = 25;
+  options.klipper.nozzle.gain_window_s = 20;
+  return options;
+}
+
+class LeftSafe : public testing::Test {
+ protected:
+  void Open(const ShopOptions& options = {}) {
+    shop_ = std::make_unique<MachineShop>(options);
+    shop_->Script(kWorkedWith);
+    before_ = shop_->Look();
+  }
+  [[nodiscard]] std::unique_ptr<TrammelProcess> CalibrateInto(const std::string& folder) const {
+    return std::make_unique<TrammelProcess>(
+        std::vector<std::string>{"pa", "calibrate", "--printer", shop_->address(), "--out", folder},
+        shop_->folder());
+  }
+  void WaitUntilHeating(TrammelProcess& process) {
+    shop_->WaitUntil(
+        [](VirtualKlipper& klipper) {
+          return klipper.nozzle.target_c > 100 &&
+                 klipper.nozzle.temperature_c < klipper.nozzle.target_c - 50;
+        },
+        "the nozzle was being heated", process);
+  }
+  // Another's job begins, as if from the printer's own screen.
+  void PrintVase() {
+    shop_->With([](VirtualKlipper& klipper) {
+      std::string gcode = "M104 S151\nG90\nG1 Z10 F600\n";
+      for (int i = 0; i < 200; ++i) gcode += "G1 X200 Y50 F1500\nG1 X50 Y200 F1500\n";
+      klipper.files()[kVase] = gcode;
+      klipper.RunScript(std::string("SDCARD_PRINT_FILE FILENAME=") + kVase);
+    });
+  }
+  void ExpectNothingUploadedIsLeft() {
+    shop_->With([](VirtualKlipper& klipper) {
+      for (const auto& [name, text] : klipper.files()) EXPECT_EQ(name, kVase);
+    });
+  }
+
+  std::unique_ptr<MachineShop> shop_;
+  PrinterLook before_;
+};
+
+TEST_F(LeftSafe, ARunAfterAKilledOneBringsBackWhatThatLeftAndSwitchesItsHeatersOff) {
+  Open();
+  const auto killed = shop_->Calibrate();
+  shop_->WaitUntilSweeping(1, *killed);
+  killed->Send(SIGKILL);
+  static_cast<void>(killed->Wait(kEnough_s));
+  shop_->Script("SET_PRESSURE_ADVANCE ADVANCE=0.09");
+  ASSERT_GT(shop_->Look().nozzle_target_c, 0);
+  const ProcessEnd told = shop_->Run({"doctor", "--printer", shop_->address()});
+  EXPECT_THAT(told.standard_output, HasSubstr("died here: the next run brings back"));
+  ASSERT_GT(shop_->Look().nozzle_target_c, 0) << "doctor changes nothing";
+  const auto next = CalibrateInto("again");
+  WaitUntilHeating(*next);
+  next->Send(SIGINT);
+  const ProcessEnd end = next->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
+  EXPECT_THAT(end.standard_error, HasSubstr("died here: brought back pressure advance 0.055 s"));
+  EXPECT_THAT(end.standard_error, HasSubstr("switched off what it left on: extruder"));
+  PrinterLook wanted = before_;
+  wanted.bed_target_c = 0;
+  EXPECT_THAT(shop_->Faulty(wanted), IsEmpty());
+  ExpectNothingUploadedIsLeft();
+  EXPECT_THAT(shop_->Run({"doctor", "--printer", shop_->address()}).standard_output,
+              HasSubstr("none left anything"));
+}
+
+TEST_F(LeftSafe, AnothersJobThatBeginsWhileItHeatsIsLeftAlone) {
+  Open(SlowHeaters());
+  const auto process = shop_->Calibrate();
+  WaitUntilHeating(*process);
+  PrintVase();
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kMachine) << end.standard_error;
+  EXPECT_THAT(end.standard_error, AllOf(HasSubstr("no longer free"), HasSubstr(kVase)));
+  shop_->With([](VirtualKlipper& klipper) {
+    EXPECT_EQ(klipper.print.state, "printing");
+    EXPECT_EQ(klipper.print.filename, kVase);
+    EXPECT_EQ(klipper.nozzle.target_c, 151);
+    EXPECT_FALSE(WasRead(klipper, "CANCEL_PRINT"));
+  });
+  ExpectNothingUploadedIsLeft();
+}
+
+TEST_F(LeftSafe, ASecondTrammelIsRefusedOnThisComputerAndFromAnother) {
+  Open(SlowHeaters());
+  const auto first = shop_->Calibrate();
+  WaitUntilHeating(*first);
+  const ProcessEnd second = CalibrateInto("second")->Wait(kEnough_s);
+  EXPECT_EQ(second.exit_code, kMachine);
+  EXPECT_THAT(second.standard_error, HasSubstr("another trammel on this computer"));
+  const TemporaryFolder elsewhere;
+  WriteWhole(elsewhere.path() / "trammel.toml", ReadWhole(shop_->folder() / "trammel.toml"));
+  const ProcessEnd third =
+      TrammelProcess({"pa", "calibrate", "--printer", shop_->address()}, elsewhere.path())
+          .Wait(kEnough_s);
+  EXPECT_EQ(third.exit_code, kMachine);
+  EXPECT_THAT(third.standard_error, HasSubstr("another trammel has this printer"));
+  EXPECT_TRUE(first->Running()) << first->StandardErrorSoFar();
+  first->Send(SIGINT);
+  EXPECT_EQ(first->Wait(kEnough_s).exit_code, kInterrupted);
+  EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
+}
+
+TEST_F(LeftSafe, MotorsSwitchedOffInASweepDoNotLeaveTheHeatersOn) {
+  Open();
+  const auto process = shop_->Calibrate();
+  shop_->WaitUntilSweeping(1, *process);
+  shop_->With([](VirtualKlipper& klipper) { klipper.RunScript("M84"); });
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kMachine) << end.standard_error;
+  EXPECT_THAT(end.standard_error, HasSubstr("motors"));
+  EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
+}
+
+TEST_F(LeftSafe, ARestartWhileTheHeadStandsInASweepIsNamed) {
+  Open();
+  const auto process = shop_->Calibrate();
+  shop_->WaitUntilSweeping(2, *process);
+  shop_->WaitUntil(
+      [](VirtualKlipper& klipper) {
+        return klipper.pins.at("LASER") > 0 && klipper.TrueHead(klipper.now_s()).speed_mm_s == 0;
+      },
+      "the head stood", *process);
+  shop_->With([](VirtualKlipper& klipper) { klipper.Restart(); });
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kMachine) << end.standard_error;
+  EXPECT_THAT(end.standard_error, HasSubstr("the printer was restarted in the middle"));
+  EXPECT_THAT(end.standard_error, Not(HasSubstr("motion_report")));
+  EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
+}
+
+TEST_F(LeftSafe, AnInterruptedPrintIsLeftWithTheNozzleLiftedAndParked) {
+  Open();
+  const auto process = shop_->Calibrate({"--set", "park_lift=15"});
+  shop_->WaitUntilPrinting(*process);
+  process->Send(SIGINT);
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
+  EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
+  shop_->With([](VirtualKlipper& klipper) {
+    EXPECT_EQ(klipper.print.state, "cancelled");
+    const sim::HeadState head = klipper.TrueHead(klipper.now_s());
+    EXPECT_GT(head.position.z_mm, 14.9);
+    EXPECT_LT(head.position.y_mm, 30) << "in front";
+  });
+  ExpectNothingUploadedIsLeft();
+}
+
+}  // namespace
+}  // namespace trammel::test
