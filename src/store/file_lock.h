@@ -3,12 +3,14 @@
 
 #include <filesystem>
 #include <string_view>
+#include <utility>
 
 #include "base/result.h"
 
 namespace trammel::store {
 
-/// Holds an exclusive lock (flock) as long as it lives. The file stays.
+/// Holds an exclusive lock (flock) as long as it lives. The file goes with it; one that a killed
+/// process left is as good as none.
 class FileLock {
  public:
   /// Makes the file where it is missing, takes the lock and notes `holder` in the file, for those
@@ -22,9 +24,11 @@ class FileLock {
   ~FileLock();
 
  private:
-  explicit FileLock(int descriptor) : descriptor_(descriptor) {}
+  FileLock(std::filesystem::path path, int descriptor)
+      : path_(std::move(path)), descriptor_(descriptor) {}
 
-  int descriptor_ = -1;
+  std::filesystem::path path_;
+  int descriptor_ = -1;  // -1: does not hold it
 };
 
 }  // namespace trammel::store

@@ -109,6 +109,13 @@ TEST_F(RunJournalTest, ALockHasOneHolderAndNamesIt) {
     EXPECT_THAT(second.error().message, HasSubstr("process 17"));
   }
   EXPECT_TRUE(FileLock::Take(path, "process 18"));
+  EXPECT_FALSE(std::filesystem::exists(path)) << "left behind";
+}
+
+TEST_F(RunJournalTest, AFileThatADeadProcessLeftIsNoLock) {
+  const auto path = LockPath(folder_.path(), "a:1");
+  test::WriteWhole(path, "process 17");
+  EXPECT_TRUE(FileLock::Take(path, "process 18"));
 }
 
 TEST_F(RunJournalTest, ALockFollowsNoLink) {
