@@ -144,6 +144,7 @@ class KlipperTaps : public TapStream {
     } else if (method == "output") {
       intake_.TakeLine(TextOr(params, "response", ""), received_s);
     } else if (method == "call") {
+      if (intake_.MissesMoves()) Dump("motion_report/dump_trapq", "name", "toolhead", "moves");
       intake_.TakeCall(params, received_s);
     }
   }

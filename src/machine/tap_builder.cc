@@ -20,6 +20,7 @@ constexpr double kBefore_s = 3;       // of the descent that is kept
 constexpr double kAfter_s = 0.25;     // of the rest after the rise that is kept
 /// dump_trapq sends every 0.5 s, so a move that begins now is known by then.
 constexpr double kMovesLate_s = 0.6;
+constexpr double kMovesSilent_s = 3;
 constexpr double kKept_s = 60;
 constexpr double kMostTime_s = 1e9;  // print time counts from the board's start
 /// Forces that go back by more were counted by a clock that began anew.
@@ -149,6 +150,15 @@ json TapBuilder::Cut(const Found& found, double until_s) const {
   }
   for (std::size_t i = found.first; i < found.end; ++i) tap["moves"].push_back(ToJson(moves_[i]));
   return tap;
+}
+
+double TapBuilder::forces_until_s() const {
+  return samples_.empty() ? -HUGE_VAL : samples_.back().time_s;
+}
+
+bool TapBuilder::MovesStayAway() const {
+  return !samples_.empty() &&
+         (moves_.empty() || End(moves_.back()) < forces_until_s() - kMovesSilent_s);
 }
 
 std::vector<json> TapBuilder::Take() {

@@ -26,6 +26,10 @@ class TapBuilder {
   /// The taps that are complete, each once, in the shape of load_cell_probe/dump_taps: "time",
   /// "force" and "moves"; "x_rise_print_time_s" is when the rise began.
   [[nodiscard]] std::vector<nlohmann::json> Take();
+  /// Print time of the newest force; -infinity where none came.
+  [[nodiscard]] double forces_until_s() const;
+  /// Forces come and moves have not for a while. True of a printer that stands still, too.
+  [[nodiscard]] bool MovesStayAway() const;
 
  private:
   struct Sample {

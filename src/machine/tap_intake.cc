@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "machine/json_field.h"
 
@@ -27,7 +28,17 @@ std::optional<LoadCellName> FirstLoadCell(const json& objects) {
 
 void TapIntake::Restart() {
   builder_.Reset();
+  held_.clear();
+  missed_moves_ = false;
   source_ = Source::kBuilder;
+}
+
+bool TapIntake::MissesMoves() {
+  const bool missing = source_ != Source::kPrinter && builder_.MovesStayAway() && !missed_moves_;
+  if (!missing) return false;
+  missed_moves_ = true;
+  Tell("the printer's moves stay away; asking for them once more");
+  return true;
 }
 
 void TapIntake::TakeTap(const json& params, double received_s) {
@@ -38,6 +49,7 @@ void TapIntake::TakeTap(const json& params, double received_s) {
   // the rise and is built of its streams.
   const bool whole = moves != nullptr && moves->is_array() && !moves->empty();
   source_ = whole ? Source::kPrinter : Source::kBuilder;
+  if (whole) held_.clear();
   if (!whole || *tap == last_whole_) return;
   last_whole_ = *tap;
   events_.on_tap(*tap, received_s);
@@ -54,10 +66,18 @@ void TapIntake::TakeMoves(const json& batch, double received_s) {
 }
 
 void TapIntake::HandOnBuilt(double received_s) {
-  for (const json& tap : builder_.Take()) {
-    // Before the first word of dump_taps the printer may be one that tells this tap itself.
-    if (source_ == Source::kBuilder) events_.on_tap(tap, received_s);
+  for (json& tap : builder_.Take()) {
+    if (source_ != Source::kPrinter) held_.push_back(std::move(tap));
   }
+  // Before the first word of dump_taps the printer may be one that tells this tap itself.
+  constexpr double kToldWithin_s = 1;
+  if (held_.empty() ||
+      (source_ == Source::kUnknown &&
+       builder_.forces_until_s() < held_.back()["time"].back().get<double>() + kToldWithin_s)) {
+    return;
+  }
+  source_ = Source::kBuilder;
+  for (const json& tap : std::exchange(held_, {})) events_.on_tap(tap, received_s);
 }
 
 void TapIntake::TakeStatus(const json& status, double received_s, bool first) {

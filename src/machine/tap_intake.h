@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "machine/tap_builder.h"
 #include "machine/tap_stream.h"
@@ -38,6 +39,9 @@ class TapIntake {
   void Restart();
   /// The printer has dump_taps, which tells with the first tap whether it sends whole ones.
   void ExpectTaps() { source_ = Source::kUnknown; }
+  /// A macro has just moved, and nothing was told of it: the moves have to be asked for again. True
+  /// once for each restart.
+  [[nodiscard]] bool MissesMoves();
   /// Z offset of the probe's settings.
   void TakeSettings(const nlohmann::json& status);
 
@@ -51,6 +55,8 @@ class TapIntake {
   const TapStreamEvents events_;
   TapBuilder builder_;
   Source source_ = Source::kBuilder;
+  std::vector<nlohmann::json> held_;  ///< built while nobody knew whether the printer sends its own
+  bool missed_moves_ = false;
   nlohmann::json last_whole_;  ///< a second subscription brings each tap twice
   double z_offset_mm_ = 0;
   mutable std::mutex mutex_;

@@ -108,8 +108,10 @@ class MoonrakerTaps : public TapStream {
       Dump("printer.load_cell_probe.dump_taps", "load_cell_probe", cell.name, "taps");
     }
     Dump("printer.load_cell.dump_force", "load_cell", cell.name, "forces");
-    Dump("printer.motion_report.dump_trapq", "name", "toolhead", "moves");
+    AskForMoves();
   }
+
+  void AskForMoves() { Dump("printer.motion_report.dump_trapq", "name", "toolhead", "moves"); }
 
   void Dump(const std::string& method, const char* key, const std::string& name,
             const char* answer_to) {
@@ -150,6 +152,7 @@ class MoonrakerTaps : public TapStream {
     } else if (method == prefix_ + "moves") {
       intake_.TakeMoves(params, received_s);
     } else if (!remote_method_.empty() && method == remote_method_) {
+      if (intake_.MissesMoves()) AskForMoves();
       intake_.TakeCall(params, received_s);
     }
   }

@@ -305,12 +305,33 @@ TEST_F(TapStreamTest, ATapThatThePrinterSendsWholeIsNotBuiltAsWell) {
   const std::string moves = MethodOf("printer.motion_report.dump_trapq");
   // On a busy computer the printer's own word of its first tap comes behind all else.
   Push(moves, TapMoves());
-  for (const json& batch : Forces(99, 103)) Push(forces, batch);
+  for (const json& batch : Forces(99, 102.5)) Push(forces, batch);
   const json tap = {{"time", {1}}, {"force", {3}}, {"moves", {{{"print_time", 1}}}}};
   Push(taps, {{"tap", tap}});
   Push("trammel_tap", {{"id", 7}});
   ASSERT_TRUE(heard_.Wait([&] { return !heard_.calls.empty(); }));
   EXPECT_THAT(heard_.taps, testing::ElementsAre(tap));
+}
+
+TEST_F(TapStreamTest, ATapThatTheProbeSaysNothingOfIsBuiltAllTheSame) {
+  const auto stream = Open();
+  const std::string forces = MethodOf("printer.load_cell.dump_force");
+  Push(MethodOf("printer.motion_report.dump_trapq"), TapMoves());
+  for (const json& batch : Forces(99, 104)) Push(forces, batch);
+  ASSERT_TRUE(heard_.Wait([&] { return !heard_.taps.empty(); }));
+  EXPECT_EQ(heard_.taps[0]["moves"].size(), 6u);
+}
+
+TEST_F(TapStreamTest, MovesThatStayAwayAreAskedForOnceMore) {
+  const auto stream = Open();
+  const std::string forces = MethodOf("printer.load_cell.dump_force");
+  (void)MethodOf("printer.motion_report.dump_trapq");
+  for (const json& batch : Forces(99, 104)) Push(forces, batch);
+  for (int i = 0; i < 3; ++i) Push("trammel_tap", {{"since", 99.0}});
+  EXPECT_FALSE(server_.WaitForRequest("printer.motion_report.dump_trapq", 2).is_null());
+  ASSERT_TRUE(heard_.Wait([&] { return heard_.calls.size() == 3; }));
+  EXPECT_EQ(server_.CountRequests("printer.motion_report.dump_trapq"), 2);
+  EXPECT_THAT(heard_.news, testing::Contains(HasSubstr("moves stay away")));
 }
 
 TEST_F(TapStreamTest, ACellWithoutWholeTapsIsBuiltFrom) {
