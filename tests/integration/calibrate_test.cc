@@ -74,5 +74,18 @@ TEST(Calibrate, AppliesOnlyWhatItIsToldToApply) {
   EXPECT_NEAR(shop.Look().settings.at("pressure advance"), answer_s, kDigits_s);
 }
 
+// Whoever wrote it, and whatever the settings would have the bed at.
+TEST(Print, KeepsTheBedAtWhatTheFileLeftItAt) {
+  MachineShop shop;
+  const ProcessEnd written =
+      shop.Run({"pa", "pattern", "--idle", "--set", "bed_temperature=55", "--out", "other.gcode"});
+  ASSERT_EQ(written.exit_code, 0) << written.standard_error;
+  const ProcessEnd end =
+      shop.Run({"pa", "print", "--gcode", "other.gcode", "--printer", shop.address()}, kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_EQ(shop.Look().bed_target_c, 55);
+  EXPECT_THAT(end.standard_output, testing::HasSubstr("the bed stays at 55 degC"));
+}
+
 }  // namespace
 }  // namespace trammel::test

@@ -155,6 +155,27 @@ TEST_F(Listen, SaysWhyThereIsNoAnswerAndListensOnThroughARestart) {
   EXPECT_TRUE(heard);
 }
 
+TEST_F(Listen, HeatsNothingWhereTheSettingsNameNoMaterial) {
+  Start(WithMacros());
+  const auto file = shop_->folder() / "trammel.toml";
+  std::string settings = ReadWhole(file);
+  const std::size_t at = settings.find("bed_temperature");
+  ASSERT_NE(at, std::string::npos);
+  settings.erase(at, settings.find('\n', at) - at);
+  WriteWhole(file, settings);
+  const auto heated = [this] {
+    int times = 0;
+    shop_->With([&](sim::VirtualKlipper& klipper) {
+      times = TimesRead(klipper, "SET_HEATER_TEMPERATURE") + TimesRead(klipper, "G28");
+    });
+    return times;
+  };
+  const int before = heated();
+  Ask(kCalibrate, "no calibration");
+  EXPECT_THAT(process_->StandardErrorSoFar(), HasSubstr("[filament] bed_temperature"));
+  EXPECT_EQ(heated(), before);
+}
+
 TEST_F(Listen, ATermInTheMiddleOfASweepLeavesThePrinterAsItWas) {
   Start(WithMacros());
   Ask(kCalibrate, "TRAMMEL_KEEP_ALIVE");
