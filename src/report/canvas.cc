@@ -12,7 +12,7 @@
 
 #include "base/check.h"
 #include "report/svg_ids.h"
-#include "report/utf8.h"
+#include "base/utf8.h"
 
 namespace trammel::report {
 namespace {

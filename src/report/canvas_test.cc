@@ -8,7 +8,6 @@
 
 #include "report/svg_ids.h"
 #include "report/test_support.h"
-#include "report/utf8.h"
 
 namespace trammel::report {
 namespace {
@@ -86,14 +85,6 @@ TEST(SvgIds, NumbersIdsAnewWithTheirReferences) {
       "<g clip-path=\"url(#clip3)\"/><g id=\"clip3\"/>";
   EXPECT_EQ(RenumberSvgIds(cairo), expected);
   EXPECT_EQ(RenumberSvgIds("<g id=\"plain\"/>"), "<g id=\"plain\"/>");
-}
-
-TEST(Utf8, ReplacesWhatIsNotUtf8AndKeepsTheRest) {
-  EXPECT_EQ(Utf8OrReplaced("µm ≥ 1\n"), "µm ≥ 1\n");
-  EXPECT_EQ(Utf8OrReplaced("a\xC0\x80"), "a\xEF\xBF\xBD\xEF\xBF\xBD");     // overlong
-  EXPECT_EQ(Utf8OrReplaced("\xED\xA0\x80").substr(0, 3), "\xEF\xBF\xBD");  // surrogate
-  EXPECT_EQ(Utf8OrReplaced("x\xE2\x82"), "x\xEF\xBF\xBD\xEF\xBF\xBD");     // cut short
-  EXPECT_EQ(Utf8OrReplaced(std::string_view("\0\x1b", 2)), "\xEF\xBF\xBD\xEF\xBF\xBD");
 }
 
 TEST(MapColor, LightnessRisesEvenlySoThatAGreyCopySaysTheSame) {

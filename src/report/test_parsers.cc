@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "report/test_support.h"
-#include "report/utf8.h"
+#include "base/utf8.h"
 
 namespace trammel::report::test {
 namespace {
