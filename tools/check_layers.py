@@ -8,6 +8,7 @@ CALIBRATIONS = {"pressure_advance", "tap", "tool_offset", "part_alignment"}
 PURE = {"base", "geometry", "signal", "vision", "gcode", "settings"}
 ALLOWED = {
     "base": set(),
+    "files": {"base"},
     "geometry": {"base"},
     "signal": {"base", "geometry"},
     "vision": {"base", "geometry"},
@@ -17,12 +18,12 @@ ALLOWED = {
     "tap": PURE,
     "tool_offset": PURE,
     "part_alignment": PURE,
-    "machine": {"base", "geometry"},
-    "store": {"base", "settings"} | CALIBRATIONS,
+    "machine": {"base", "files", "geometry"},
+    "store": {"base", "files", "settings"} | CALIBRATIONS,
     "report": {"base", "settings"} | CALIBRATIONS,
-    "procedure": PURE | CALIBRATIONS | {"machine", "store"},
-    "sim": {"base", "geometry"},
-    "app": PURE | CALIBRATIONS | {"machine", "store", "procedure", "report", "sim"},
+    "procedure": PURE | CALIBRATIONS | {"files", "machine", "store"},
+    "sim": {"base", "files", "geometry"},
+    "app": PURE | CALIBRATIONS | {"files", "machine", "store", "procedure", "report", "sim"},
 }
 # Rooms that have rooms of their own: what each of those may include of its siblings.
 INNER = {

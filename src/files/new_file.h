@@ -1,0 +1,76 @@
+// Files written whole: the one place where results, recordings and settings come onto the disk.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace trammel::files {
+
+/// What becomes of a file that has the name already.
+enum class IfThere {
+  kRefuse,   ///< nobody's file is overwritten unasked
+  kReplace,  ///< asked for (--force), or our own file that grows
+};
+
+/// Who may read what is written, beside its owner.
+enum class Readable {
+  kByUmask,  ///< as the umask says
+  kByOwner,  ///< nobody: it holds a secret
+};
+
+[[nodiscard]] inline IfThere ReplaceIf(bool force) {
+  return force ? IfThere::kReplace : IfThere::kRefuse;
+}
+
+/// An error where the path cannot become a file: a file is there and is to stay; a folder, device,
+/// pipe, socket or link has the name, which is never written to. Names the remedy `or_else`.
+[[nodiscard]] Result<void> CheckTarget(const std::filesystem::path& path, IfThere if_there,
+                                       std::string_view or_else = {});
+
+/// A file in the making. It stands in the target's folder under a name that nobody can guess, so
+/// that no link laid out beforehand is followed, and takes the target's name at the end. Without
+/// that end nothing is left of it.
+class NewFile {
+ public:
+  /// Folders are not made. Errors: as CheckTarget, and whatever the system says.
+  [[nodiscard]] static Result<NewFile> Create(const std::filesystem::path& path, IfThere if_there,
+                                              Readable readable = Readable::kByUmask);
+  NewFile(NewFile&& other) noexcept;
+  NewFile& operator=(NewFile&&) = delete;
+  NewFile(const NewFile&) = delete;
+  NewFile& operator=(const NewFile&) = delete;
+  ~NewFile();
+
+  /// Open for reading and writing.
+  [[nodiscard]] int fd() const { return file_; }
+  /// Where it stands meanwhile.
+  [[nodiscard]] std::filesystem::path temporary_path() const;
+
+  [[nodiscard]] Result<void> Write(std::string_view bytes) const;
+  /// Brings everything onto the disk and gives it its name. Once, at the end.
+  [[nodiscard]] Result<void> Commit();
+
+ private:
+  NewFile(std::filesystem::path path, IfThere if_there)
+      : path_(std::move(path)), if_there_(if_there) {}
+  [[nodiscard]] Result<void> Open(Readable readable);
+  [[nodiscard]] int TakeName() const;
+
+  std::filesystem::path path_;
+  IfThere if_there_;
+  std::string temporary_name_;  // empty: nothing to remove
+  int folder_ = -1;
+  int file_ = -1;
+};
+
+/// Writes a whole file. Errors (not writable, disk full, there already) name the path, what the
+/// system said and what to do; then nothing is left behind.
+[[nodiscard]] Result<void> WriteWholeFile(const std::filesystem::path& path, std::string_view bytes,
+                                          IfThere if_there, Readable readable = Readable::kByUmask);
+
+}  // namespace trammel::files

@@ -1,0 +1,166 @@
+#include "files/new_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "support/temporary_folder.h"
+
+namespace trammel::files {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::vector<std::string> NamesIn(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+mode_t RightsOf(const fs::path& path) {
+  struct stat status {};
+  return stat(path.c_str(), &status) == 0 ? status.st_mode & 0777U : 0;
+}
+
+TEST(NewFile, HoldsEveryByteAndLeavesNothingBeside) {
+  const test::TemporaryFolder folder;
+  const fs::path path = folder.path() / "x.bin";
+  for (const std::string& bytes :
+       {std::string("a\0b\r\n", 5), std::string(1'000'000, 'x'), std::string()}) {
+    ASSERT_TRUE(WriteWholeFile(path, bytes, IfThere::kReplace));
+    EXPECT_EQ(test::ReadWhole(path), bytes);
+    EXPECT_THAT(NamesIn(folder.path()), ElementsAre("x.bin"));
+  }
+}
+
+TEST(NewFile, OverwritesNothingUnasked) {
+  const test::TemporaryFolder folder;
+  const fs::path path = folder.path() / "x";
+  test::WriteWhole(path, "old");
+  const auto refused = WriteWholeFile(path, "new", IfThere::kRefuse);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("x: is there already; --force"));
+  EXPECT_EQ(test::ReadWhole(path), "old");
+  EXPECT_TRUE(WriteWholeFile(path, "new", IfThere::kReplace));
+  EXPECT_EQ(test::ReadWhole(path), "new");
+  EXPECT_THAT(NamesIn(folder.path()), ElementsAre("x"));
+}
+
+TEST(NewFile, OverwritesNothingThatCameWhileItWasWritten) {
+  const test::TemporaryFolder folder;
+  auto file = NewFile::Create(folder.path() / "x", IfThere::kRefuse);
+  ASSERT_TRUE(file);
+  test::WriteWhole(folder.path() / "x", "another's");
+  EXPECT_FALSE(file->Commit());
+  EXPECT_EQ(test::ReadWhole(folder.path() / "x"), "another's");
+}
+
+TEST(NewFile, FollowsNoLinkLaidOutForIt) {
+  const test::TemporaryFolder folder;
+  test::WriteWhole(folder.path() / "anothers", "precious");
+  fs::create_symlink(folder.path() / "anothers", folder.path() / "x.part");
+  fs::create_symlink(folder.path() / "anothers", folder.path() / "x");
+  for (const IfThere if_there : {IfThere::kRefuse, IfThere::kReplace}) {
+    const auto refused = WriteWholeFile(folder.path() / "x", "new", if_there);
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().message, HasSubstr("is a link"));
+  }
+  fs::remove(folder.path() / "x");
+  EXPECT_TRUE(WriteWholeFile(folder.path() / "x", "new", IfThere::kRefuse));
+  EXPECT_EQ(test::ReadWhole(folder.path() / "anothers"), "precious");
+}
+
+TEST(NewFile, NamesThatNobodyCanGuess) {
+  const test::TemporaryFolder folder;
+  const auto one = NewFile::Create(folder.path() / "x", IfThere::kRefuse);
+  const auto two = NewFile::Create(folder.path() / "x", IfThere::kRefuse);
+  ASSERT_TRUE(one && two);
+  EXPECT_NE(one->temporary_path(), two->temporary_path());
+  EXPECT_EQ(one->temporary_path().parent_path(), folder.path());
+}
+
+TEST(NewFile, WritesToOrdinaryFilesOnly) {
+  const test::TemporaryFolder folder;
+  fs::create_directory(folder.path() / "folder");
+  test::WriteWhole(folder.path() / "folder" / "inside", "old");
+  ASSERT_EQ(mkfifo((folder.path() / "pipe").c_str(), 0600), 0);
+  const struct {
+    fs::path path;
+    const char* says;
+  } cases[] = {{"/dev/full", "is a device"},
+               {"/dev/null", "is a device"},
+               {folder.path() / "folder", "is a folder"},
+               {folder.path() / "folder" / "", "a folder's name"},
+               {folder.path() / "pipe", "is a pipe"}};
+  for (const auto& odd : cases) {
+    const auto refused = WriteWholeFile(odd.path, "new", IfThere::kReplace);
+    ASSERT_FALSE(refused) << odd.path;
+    EXPECT_THAT(refused.error().message, HasSubstr(odd.path.string()));
+    EXPECT_THAT(refused.error().message, HasSubstr(odd.says));
+  }
+  EXPECT_EQ(test::ReadWhole(folder.path() / "folder" / "inside"), "old");
+  EXPECT_THAT(NamesIn(folder.path()), ElementsAre("folder", "pipe"));
+}
+
+TEST(NewFile, SaysWhatCouldNotBeWritten) {
+  const test::TemporaryFolder folder;
+  const auto failed = WriteWholeFile(folder.path() / "missing" / "x.bin", "abc", IfThere::kRefuse);
+  ASSERT_FALSE(failed);
+  EXPECT_THAT(failed.error().message, HasSubstr("missing/x.bin"));
+  EXPECT_THAT(failed.error().message, HasSubstr("No such file"));
+}
+
+TEST(NewFile, KeepsASecretForItsOwner) {
+  const test::TemporaryFolder folder;
+  const fs::path path = folder.path() / "key";
+  ASSERT_TRUE(WriteWholeFile(path, "1", IfThere::kRefuse, Readable::kByOwner));
+  EXPECT_EQ(RightsOf(path), 0600U);
+  ASSERT_TRUE(WriteWholeFile(path, "2", IfThere::kReplace));  // what it was before holds
+  EXPECT_EQ(RightsOf(path), 0600U);
+}
+
+TEST(NewFile, LeavesNothingBehindWithoutItsEnd) {
+  const test::TemporaryFolder folder;
+  {
+    const auto file = NewFile::Create(folder.path() / "x", IfThere::kRefuse);
+    ASSERT_TRUE(file);
+    EXPECT_TRUE(file->Write("half"));
+  }
+  EXPECT_THAT(NamesIn(folder.path()), IsEmpty());
+}
+
+// In a process of its own: the limit stays.
+TEST(NewFile, NamesTheLimitOnFilesAndKeepsTheOldOne) {
+  const test::TemporaryFolder folder;
+  const fs::path path = folder.path() / "x";
+  test::WriteWhole(path, "old");
+  const pid_t child = fork();
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1000, 1000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    const auto failed = WriteWholeFile(path, std::string(2000, 'x'), IfThere::kReplace);
+    const bool named = !failed && failed.error().message.find("ulimit -f") != std::string::npos;
+    _exit(named ? 0 : 1);
+  }
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(test::ReadWhole(path), "old");
+  EXPECT_THAT(NamesIn(folder.path()), ElementsAre("x"));
+}
+
+}  // namespace
+}  // namespace trammel::files
