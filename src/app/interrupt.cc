@@ -1,20 +1,39 @@
 #include "app/interrupt.h"
 
-#include <csignal>
 #include <ctime>
 
 namespace trammel::app {
 
-Interrupt::Interrupt() {
+sigset_t EndingSignals() {
   sigset_t signals;
   sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
+  for (const int number :
+       {SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGALRM, SIGUSR1, SIGUSR2, SIGVTALRM, SIGPROF, SIGXCPU,
+        SIGSTKFLT, SIGIO, SIGPWR, SIGABRT, SIGTRAP, SIGSYS, SIGTTOU}) {
+    sigaddset(&signals, number);
+  }
+#ifndef __SANITIZE_ADDRESS__  // which has handlers of its own for these
+  // Sent by another process. Where this one has earned them, holding them back does not hold it up.
+  for (const int number : {SIGILL, SIGBUS, SIGFPE, SIGSEGV}) sigaddset(&signals, number);
+#endif
+  for (int number = SIGRTMIN; number <= SIGRTMAX; ++number) sigaddset(&signals, number);
+  struct sigaction hang_up {};
+  if (sigaction(SIGHUP, nullptr, &hang_up) == 0 && hang_up.sa_handler == SIG_IGN) {
+    sigdelset(&signals, SIGHUP);
+  }
+  return signals;
+}
+
+Interrupt::Interrupt() {
+  const sigset_t signals = EndingSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  thread_ = std::jthread([source = source_, signals](std::stop_token end) mutable {
+  // Held back only, so that words from the background do not stop the process.
+  sigset_t ending = signals;
+  sigdelset(&ending, SIGTTOU);
+  thread_ = std::jthread([source = source_, ending](std::stop_token end) mutable {
     constexpr timespec kLook{0, 100'000'000};
     while (!end.stop_requested()) {
-      if (sigtimedwait(&signals, nullptr, &kLook) > 0) source.request_stop();
+      if (sigtimedwait(&ending, nullptr, &kLook) > 0) source.request_stop();
     }
   });
 }

@@ -1,13 +1,23 @@
 // Ctrl-C as a request to stop rather than an end: a machine in motion must be left safe.
 #pragma once
 
+#include <csignal>
 #include <stop_token>
 #include <thread>
 
+#include "app/console.h"
+
 namespace trammel::app {
 
-/// While it lives, SIGINT and SIGTERM ask `token()` to stop instead of ending the process.
-/// REQUIRES to be made before any other thread, which would take the signals otherwise.
+/// Every signal that can be caught and would end the process, whoever sends it: Ctrl-C, a closed
+/// terminal, a limit on processor time, a timer. Not those that GuardConsole() has done away with;
+/// not SIGHUP where the process was started to outlive its terminal (nohup).
+[[nodiscard]] sigset_t EndingSignals();
+
+/// While it lives, the ending signals ask `token()` to stop instead of ending the process, the
+/// first like any that come after it, and nothing waits for whoever reads what is said. Then they
+/// are held back until the process ends by itself, with the exit code that tells. REQUIRES to be
+/// made before any other thread, which would take the signals otherwise.
 class Interrupt {
  public:
   Interrupt();
@@ -18,6 +28,7 @@ class Interrupt {
   [[nodiscard]] std::stop_token token() const { return source_.get_token(); }
 
  private:
+  ConsoleDoesNotWait console_;
   std::stop_source source_;
   std::jthread thread_;  // last: stopped and joined before the source goes
 };

@@ -1,12 +1,32 @@
 // The command line. Each command group registers itself in its own file, app/*_command.cc.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <sstream>
 
 #include "app/align_commands.h"
 #include "app/align_metrology_commands.h"
 #include "app/align_targets_command.h"
 #include "app/commands.h"
+#include "app/console.h"
+
+namespace {
+
+// Help, or what is wrong with the words of the command.
+int Answer(const CLI::App& cli, const CLI::ParseError& error) {
+  std::ostringstream output;
+  std::ostringstream errors;
+  const int code = cli.exit(error, output, errors);
+  fmt::print("{}", output.str());
+  fmt::print(stderr, "{}", errors.str());
+  return code == 0 ? trammel::app::kExitGood : trammel::app::kExitUsage;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
+  trammel::app::GuardConsole();
   CLI::App cli{"trammel: machines that measure what they make and correct themselves"};
   cli.require_subcommand(1);
   int exit_code = trammel::app::kExitGood;
@@ -45,12 +65,17 @@ int main(int argc, char** argv) {
   trammel::app::AddDoctorCommand(cli, exit_code);
   trammel::app::AddSimCommand(cli, exit_code);
 
-  return trammel::app::ExitCodeOf([&] {
+  int code = trammel::app::ExitCodeOf([&] {
     try {
       cli.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      return cli.exit(error) == 0 ? trammel::app::kExitGood : trammel::app::kExitUsage;
+      exit_code = Answer(cli, error);
     }
     return static_cast<trammel::app::ExitCode>(exit_code);
   });
+  if (const auto said = trammel::app::FinishConsole(); !said) {
+    const int lost = trammel::app::Report(said.error());
+    if (code == trammel::app::kExitGood) code = lost;
+  }
+  return code;
 }

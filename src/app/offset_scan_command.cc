@@ -74,14 +74,14 @@ int Run(const ScanArguments& arguments) {
   const bool terminal = isatty(STDERR_FILENO) != 0;
   int shown = -1;
   const auto progress = [&](double share) {
-    const int percent = static_cast<int>(100 * share);
-    if (terminal && percent != shown) fmt::print(stderr, "\r  scanning {:3} %", percent);
+    constexpr int kStep = 10;
+    const int percent = static_cast<int>(100 * share) / kStep * kStep;
+    if (terminal && percent != shown) fmt::print(stderr, "  scanning {:3} %\n", percent);
     shown = percent;
   };
   machine::PageReadOptions limits;
   limits.most_pixels = static_cast<std::int64_t>(1e6 * arguments.most_megapixels);
   const auto page = machine::ScanPage(*request, limits, progress, interrupt.token());
-  if (terminal && shown >= 0) fmt::print(stderr, "\n");
   if (!page) return Report(page.error());
   if (auto written = machine::WritePage(*page, arguments.out); !written) {
     return Report(written.error());

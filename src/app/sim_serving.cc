@@ -7,12 +7,11 @@
 #include <chrono>
 #include <limits>
 
+#include "app/interrupt.h"
+
 namespace trammel::app {
 
-EndOfServing::EndOfServing() {
-  sigemptyset(&signals_);
-  sigaddset(&signals_, SIGINT);
-  sigaddset(&signals_, SIGTERM);
+EndOfServing::EndOfServing() : signals_(EndingSignals()) {
   pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
 }
 
@@ -26,7 +25,9 @@ void EndOfServing::Wait(std::optional<double> for_s, const std::function<bool()>
     if (wait_s <= 0 || (ended && ended())) return;
     timespec limit{};
     limit.tv_nsec = static_cast<long>(wait_s * 1e9);
-    if (sigtimedwait(&signals_, nullptr, &limit) > 0) return;
+    if (const int number = sigtimedwait(&signals_, nullptr, &limit);
+        number > 0 && number != SIGTTOU)
+      return;
   }
 }
 

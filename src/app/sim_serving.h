@@ -5,10 +5,12 @@
 #include <functional>
 #include <optional>
 
+#include "app/console.h"
+
 namespace trammel::app {
 
-/// Holds SIGINT and SIGTERM back, for Wait() to take. REQUIRES to be made before any other thread,
-/// which would take the signals otherwise.
+/// Holds the ending signals back (app/interrupt.h), for Wait() to take. REQUIRES to be made before
+/// any other thread, which would take the signals otherwise.
 class EndOfServing {
  public:
   EndOfServing();
@@ -18,7 +20,8 @@ class EndOfServing {
   void Wait(std::optional<double> for_s, const std::function<bool()>& ended = {}) const;
 
  private:
-  sigset_t signals_{};
+  ConsoleDoesNotWait console_;
+  sigset_t signals_;
 };
 
 }  // namespace trammel::app

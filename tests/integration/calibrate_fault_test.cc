@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <memory>
 #include <string>
@@ -71,6 +72,13 @@ Strike Camera(CameraFaultKind kind, double duration_s = 1e6) {
     fault.height_px = 96;
     shop.camera().Inject(fault);
   };
+}
+// Again and again while everything is brought back.
+void Impatient(MachineShop&, TrammelProcess& process) {
+  while (process.Running()) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) process.Send(signal);
+    usleep(20'000);
+  }
 }
 void EmergencyStop(MachineShop& shop, TrammelProcess&) {
   sim::TestClient screen(shop.server().port());
@@ -295,6 +303,9 @@ std::vector<Case> InTheMiddle() {
       printing("Interrupt", Signal(SIGINT), kInterrupted, {"stopped"}),
       sweeping("Interrupt", Signal(SIGINT), kInterrupted, {"stopped"}),
       sweeping("Terminate", Signal(SIGTERM), kInterrupted, {"stopped"}),
+      sweeping("ClosedTerminal", Signal(SIGHUP), kInterrupted, {"stopped"}),
+      printing("Quit", Signal(SIGQUIT), kInterrupted, {"stopped"}),
+      sweeping("ImpatientInterrupt", Impatient, kInterrupted, {"stopped"}),
       sweeping("CameraStalls", Camera(CameraFaultKind::kStall), kMachine, {"no frame within 5 s"}),
       sweeping("CameraCloses", Camera(CameraFaultKind::kClose), kMachine, {"the stream ended"}),
       sweeping("CameraSizeChanges", Camera(CameraFaultKind::kSizeChange), kMachine,
@@ -309,6 +320,10 @@ std::vector<Case> InTheMiddle() {
     cases.push_back(sweeping(name, Camera(kind), 0, {}));
     cases.back().judge = RightOrSilent;
   }
+  Case unread = case_of("NobodyReads", {}, 0, {}, Recorded::kSomeLines);
+  unread.scenario.limits.nobody_reads = true;
+  unread.judge = RightOrSilent;
+  cases.push_back(unread);
   // The print goes on by itself, and so does trammel once the connection is back.
   cases.push_back(printing("Disconnect", Disconnect(2), 0, {}));
   cases.back().judge = RightOrSilent;

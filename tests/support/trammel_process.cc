@@ -31,13 +31,19 @@ double Seconds(const timeval& time) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent || chdir(folder) != 0) _exit(127);
   dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
-  dup2(open(output, O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
-  dup2(open(errors, O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+  int nobody[2];
+  if (limits.nobody_reads && pipe(nobody) == 0) {
+    close(nobody[0]);
+    dup2(nobody[1], STDOUT_FILENO);
+    dup2(nobody[1], STDERR_FILENO);
+  } else {
+    dup2(open(output, O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
+    dup2(open(errors, O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+  }
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
   if (limits.file_bytes > 0) {
-    signal(SIGXFSZ, SIG_IGN);  // writing fails with EFBIG instead
     const rlimit limit{limits.file_bytes, limits.file_bytes};
     setrlimit(RLIMIT_FSIZE, &limit);
   }

@@ -1,0 +1,156 @@
+#include "app/console.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <stdio.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "base/utf8.h"
+
+namespace trammel::app {
+namespace {
+
+constexpr std::size_t kMostKept = 1'000'000;
+// What is ready to be written to takes as much without waiting.
+constexpr std::size_t kPiece = 512;
+constexpr int kLook_ms = 100;
+
+// Whether a signal waits that is held back (app/interrupt.h): nobody is to wait for a reader, then.
+bool AskedToEnd() {
+  sigset_t waiting;
+  if (sigpending(&waiting) != 0) return false;
+  sigdelset(&waiting, SIGTTOU);
+  return sigisemptyset(&waiting) == 0;
+}
+
+std::atomic<int> waits_forbidden = 0;
+
+/// One of the two streams. Never destroyed: the last words are written when the process ends.
+class Stream {
+ public:
+  explicit Stream(int fd) : fd_(fd) {}
+
+  void Take(std::string_view bytes) {
+    const std::lock_guard lock(mutex_);
+    if (error_ != 0) return;
+    incomplete_ += bytes;
+    const std::size_t whole = incomplete_.size() - IncompleteUtf8(incomplete_);
+    Keep(EscapedForTerminal(std::string_view(incomplete_).substr(0, whole)));
+    incomplete_.erase(0, whole);
+    WriteKept(waits_forbidden == 0);
+  }
+
+  /// 0, or why something was lost.
+  int Finish() {
+    const std::lock_guard lock(mutex_);
+    Keep(EscapedForTerminal(incomplete_));
+    incomplete_.clear();
+    WriteKept(true);
+    return error_;
+  }
+
+ private:
+  void Keep(std::string_view text) {
+    if (kept_.size() + text.size() <= kMostKept || waits_forbidden == 0) {
+      kept_ += text;
+    } else if (!cut_) {
+      cut_ = true;
+      kept_ += "\n[the reader was too slow: some words are missing here]\n";
+    }
+  }
+
+  void WriteKept(bool wait) {
+    std::size_t done = 0;
+    while (error_ == 0 && done < kept_.size()) {
+      pollfd ready{fd_, POLLOUT, 0};
+      const int count = poll(&ready, 1, wait ? kLook_ms : 0);
+      if (count == 0 && wait && !AskedToEnd()) continue;
+      if (count == 0) break;
+      if (count < 0 && errno == EINTR) continue;
+      const ssize_t written =
+          write(fd_, kept_.data() + done, std::min(kPiece, kept_.size() - done));
+      if (written >= 0) {
+        done += static_cast<std::size_t>(written);
+      } else if (errno == EAGAIN) {
+        if (!wait) break;
+      } else if (errno != EINTR) {
+        error_ = errno;
+      }
+    }
+    kept_.erase(0, error_ == 0 ? done : std::string::npos);
+    if (kept_.empty()) cut_ = false;
+  }
+
+  std::mutex mutex_;
+  int fd_;
+  std::string incomplete_;  // the first bytes of a character
+  std::string kept_;
+  bool cut_ = false;
+  int error_ = 0;
+};
+
+Stream& Output() {
+  static Stream* const stream = new Stream(STDOUT_FILENO);
+  return *stream;
+}
+Stream& Errors() {
+  static Stream* const stream = new Stream(STDERR_FILENO);
+  return *stream;
+}
+
+ssize_t TakeFromFile(void* stream, const char* bytes, std::size_t size) {
+  static_cast<Stream*>(stream)->Take({bytes, size});
+  return static_cast<ssize_t>(size);
+}
+
+std::FILE* FileOf(Stream& stream, int buffering) {
+  std::FILE* file = fopencookie(&stream, "w", {nullptr, TakeFromFile, nullptr, nullptr});
+  if (file != nullptr) std::setvbuf(file, nullptr, buffering, BUFSIZ);
+  return file;
+}
+
+// The next file to be opened would take the place of a stream that is closed.
+void OpenWhatIsClosed() {
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(fd, F_GETFD) != -1) continue;
+    const int opened = open("/dev/null", O_RDWR);
+    if (opened >= 0 && opened != fd) {
+      dup2(opened, fd);
+      close(opened);
+    }
+  }
+}
+
+}  // namespace
+
+void GuardConsole() {
+  OpenWhatIsClosed();
+  std::signal(SIGPIPE, SIG_IGN);  // writing fails with EPIPE instead
+  std::signal(SIGXFSZ, SIG_IGN);  // and with EFBIG
+  if (std::FILE* output = FileOf(Output(), _IOFBF)) stdout = output;
+  if (std::FILE* errors = FileOf(Errors(), _IONBF)) stderr = errors;
+}
+
+ConsoleDoesNotWait::ConsoleDoesNotWait() { ++waits_forbidden; }
+ConsoleDoesNotWait::~ConsoleDoesNotWait() { --waits_forbidden; }
+
+Result<void> FinishConsole() {
+  std::fflush(stdout);
+  const int error = Output().Finish();
+  Errors().Finish();
+  // A reader that has gone has read what it wanted.
+  if (error == 0 || error == EPIPE || error == EIO) return {};
+  return Fail(fmt::format("standard output could not be written: {}", std::strerror(error)));
+}
+
+}  // namespace trammel::app

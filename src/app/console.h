@@ -1,0 +1,30 @@
+// Standard output and standard error, made safe for a process that has a machine in motion.
+#pragma once
+
+#include "base/result.h"
+
+namespace trammel::app {
+
+/// Puts itself behind stdout and stderr, before anything is written. From then on
+/// - nothing that is written fails: a reader that has gone (`| head`, a dropped connection, a dead
+///   terminal) or a full disk is noticed by FinishConsole(), and no signal comes of it;
+/// - text is escaped (base/utf8.h), whoever wrote it and wherever it came from;
+/// - a standard stream that was closed takes no file's place.
+/// It also lets a file that would grow too large be an error of writing.
+void GuardConsole();
+
+/// While it lives, nothing waits for whoever reads: what a pipe or a stopped terminal does not take
+/// at once is kept for later, at most a megabyte.
+class ConsoleDoesNotWait {
+ public:
+  ConsoleDoesNotWait();
+  ~ConsoleDoesNotWait();
+  ConsoleDoesNotWait(const ConsoleDoesNotWait&) = delete;
+  ConsoleDoesNotWait& operator=(const ConsoleDoesNotWait&) = delete;
+};
+
+/// Writes what was kept. Error: standard output lost text that somebody meant to keep (a full
+/// disk).
+[[nodiscard]] Result<void> FinishConsole();
+
+}  // namespace trammel::app
