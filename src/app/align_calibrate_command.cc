@@ -11,13 +11,13 @@
 #include "app/align_outputs.h"
 #include "app/commands.h"
 #include "app/output_files.h"
+#include "files/new_file.h"
 #include "part_alignment/camera/calibrate.h"
 #include "part_alignment/camera/camera_convert.h"
 #include "report/part_metrology_text.h"
 #include "store/calibration_grid_file.h"
 #include "store/camera_file.h"
 #include "store/foreign_camera_file.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
@@ -33,9 +33,8 @@ struct CalibrateArguments {
 };
 
 int RunCalibrate(const CalibrateArguments& arguments) {
-  if (!arguments.out.empty()) {
-    const auto free = RefuseToOverwrite({arguments.out}, arguments.force);
-    if (!free) return Report(free.error());
+  if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
+    return Report(free.error());
   }
   const auto file = store::ReadCalibrationGrid(arguments.grid);
   if (!file) return Report(file.error());
@@ -53,13 +52,14 @@ int RunCalibrate(const CalibrateArguments& arguments) {
     const auto written = WriteMetrologyReport(arguments.report,
                                               {fmt::format("Camera calibration of {}", file->date),
                                                calibration->verdict, calibration->reason, text},
-                                              figures);
+                                              figures, arguments.force);
     if (!written) return Report(written.error());
   }
   if (!good) return kExitNotTrusted;
   if (!arguments.out.empty()) {
     const auto written =
-        store::WriteWholeFile(arguments.out, store::CalibratedCameraText(*calibration, file->date));
+        files::WriteWholeFile(arguments.out, store::CalibratedCameraText(*calibration, file->date),
+                              files::ReplaceIf(arguments.force));
     if (!written) return Report(written.error());
   }
   return kExitGood;
@@ -137,7 +137,8 @@ int RunCamera(const CameraArguments& arguments) {
     fmt::print("{}", text);
     return kExitGood;
   }
-  const auto written = store::WriteWholeFile(arguments.out, text);
+  const auto written =
+      files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force));
   return written ? static_cast<int>(kExitGood) : Report(written.error());
 }
 
@@ -152,7 +153,7 @@ void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--out", arguments->out, "camera file to write, if the verdict is good");
   command->add_option("--report", arguments->report, "folder for report.html and the figures");
   command->add_flag("--json", arguments->json, "one JSON object instead of text");
-  command->add_flag("--force", arguments->force, "overwrite the camera file");
+  command->add_flag("--force", arguments->force, "overwrite files");
   command->callback([arguments, &exit_code] { exit_code = RunCalibrate(*arguments); });
 }
 

@@ -11,11 +11,10 @@
 #include "app/align_metrology_commands.h"
 #include "app/align_outputs.h"
 #include "app/commands.h"
-#include "app/output_files.h"
+#include "files/new_file.h"
 #include "part_alignment/part_fit/part_fit.h"
 #include "report/part_metrology_text.h"
 #include "store/part_fit_file.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
@@ -30,9 +29,8 @@ struct FitArguments {
 };
 
 int RunFit(const FitArguments& arguments) {
-  if (!arguments.out.empty()) {
-    const auto free = RefuseToOverwrite({arguments.out}, arguments.force);
-    if (!free) return Report(free.error());
+  if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
+    return Report(free.error());
   }
   auto points = store::ReadPointTable(arguments.points);
   if (!points) return Report(points.error());
@@ -53,12 +51,13 @@ int RunFit(const FitArguments& arguments) {
     if (!fit->overstocks.empty()) figures.push_back(report::OverstockFigure(input, *fit));
     const auto written = WriteMetrologyReport(
         arguments.report, {"The ideal part in the raw one", fit->verdict, fit->reason, text},
-        figures);
+        figures, arguments.force);
     if (!written) return Report(written.error());
   }
   if (fit->verdict != Verdict::kGood) return kExitNotTrusted;
   if (!arguments.out.empty()) {
-    const auto written = store::WriteWholeFile(arguments.out, json);
+    const auto written =
+        files::WriteWholeFile(arguments.out, json, files::ReplaceIf(arguments.force));
     if (!written) return Report(written.error());
   }
   return kExitGood;
@@ -77,7 +76,7 @@ void AddAlignFitCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--report", arguments->report,
                       "folder for report.html and the overstock map");
   command->add_flag("--json", arguments->json, "one JSON object instead of text");
-  command->add_flag("--force", arguments->force, "overwrite the targets' file");
+  command->add_flag("--force", arguments->force, "overwrite files");
   command->callback([arguments, &exit_code] { exit_code = RunFit(*arguments); });
 }
 

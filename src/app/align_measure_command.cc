@@ -77,7 +77,8 @@ int Finish(const MeasureArguments& arguments, store::AlignmentInput input,
   // Once more, where the centres have been corrected since.
   if (auto kept = record.KeepObservations(input.measurement); !kept) return Report(kept.error());
   const report::AlignmentOutput output = OutputOf(input, std::move(*alignment));
-  if (auto written = WriteAlignmentReport(record.folder(), output, record.pictures()); !written) {
+  if (auto written = WriteAlignmentReport(record.folder(), output, record.pictures(), false);
+      !written) {
     return Report(written.error());
   }
   std::fputs(report::ToJson(output).c_str(), stdout);

@@ -6,28 +6,33 @@
 #include <filesystem>
 #include <system_error>
 
-#include "store/whole_file.h"
+#include "app/output_files.h"
 
 namespace trammel::app {
 
 Result<void> WriteMetrologyReport(const std::string& folder, const MetrologyReport& report,
-                                  std::span<const report::Figure> figures) {
+                                  std::span<const report::Figure> figures, bool force) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Fail(fmt::format("--report {}: {}", folder, error.message()));
   const std::filesystem::path base(folder);
-  auto written = store::WriteWholeFile(
-      base / "report.html",
-      report::FigurePage(report.title, report.verdict, report.reason, report.text, figures));
-  if (!written) return written;
+  std::vector<OutputFile> files = {
+      {base / "report.html",
+       report::FigurePage(report.title, report.verdict, report.reason, report.text, figures)}};
   for (const report::Figure& figure : figures) {
-    written =
-        store::WriteWholeFile(base / (figure.name + ".png"), figure.canvas.ToPng(figure.png_scale));
-    if (!written) return written;
-    written = store::WriteWholeFile(base / (figure.name + ".svg"), figure.canvas.ToSvg());
-    if (!written) return written;
+    files.push_back({base / (figure.name + ".png"), figure.canvas.ToPng(figure.png_scale)});
+    files.push_back({base / (figure.name + ".svg"), figure.canvas.ToSvg()});
   }
-  return {};
+  return WriteOutputs(files, force);
+}
+
+Result<void> CheckFree(const std::string& out, const std::string& report_folder, bool force) {
+  std::vector<std::filesystem::path> paths;
+  if (!out.empty()) paths.emplace_back(out);
+  if (!report_folder.empty()) {
+    paths.push_back(std::filesystem::path(report_folder) / "report.html");
+  }
+  return RefuseToOverwrite(paths, force);
 }
 
 void PrintAnswer(bool json, const std::string& json_text, const std::string& text) {

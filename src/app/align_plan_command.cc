@@ -14,10 +14,10 @@
 #include "app/machine_boxes.h"
 #include "app/number_range.h"
 #include "app/output_files.h"
+#include "files/new_file.h"
 #include "part_alignment/views/view_plan.h"
 #include "report/alignment_text.h"
 #include "store/alignment_file.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
@@ -83,7 +83,9 @@ int RunPlan(PlanArguments arguments) {
   const std::string text = store::AlignmentFileText(*input);
   if (arguments.out.empty()) {
     std::fputs(text.c_str(), stdout);
-  } else if (auto written = store::WriteWholeFile(arguments.out, text); !written) {
+  } else if (auto written =
+                 files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force));
+             !written) {
     return Report(written.error());
   }
   return kExitGood;

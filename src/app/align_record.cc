@@ -11,7 +11,7 @@
 #include <system_error>
 #include <utility>
 
-#include "store/whole_file.h"
+#include "files/new_file.h"
 
 namespace trammel::app {
 
@@ -63,7 +63,8 @@ Result<void> AlignmentRecord::KeepPicture(std::size_t view, const machine::Captu
   const std::string name = fmt::format("view-{:02}.{}", view + 1, png ? "png" : "jpg");
   const std::string_view bytes(reinterpret_cast<const char*>(picture.image.data()),
                                picture.image.size());
-  if (auto done = store::WriteWholeFile(folder_ / name, bytes); !done) return done;
+  if (auto done = files::WriteWholeFile(folder_ / name, bytes, files::IfThere::kReplace); !done)
+    return done;
   input_.pictures.resize(std::max(input_.pictures.size(), view + 1));
   input_.pictures[view] = name;
   return {};
@@ -72,7 +73,8 @@ Result<void> AlignmentRecord::KeepPicture(std::size_t view, const machine::Captu
 Result<void> AlignmentRecord::KeepObservations(const part_alignment::Measurement& so_far) {
   if (auto made = MakeFolder(); !made) return made;
   input_.measurement = so_far;
-  return store::WriteWholeFile(folder_ / "observations.json", store::AlignmentFileText(input_));
+  return files::WriteWholeFile(folder_ / "observations.json", store::AlignmentFileText(input_),
+                               files::IfThere::kReplace);
 }
 
 Error AlignmentRecord::Stopped(const Error& error, const std::vector<std::string>& notices) const {
@@ -80,7 +82,8 @@ Error AlignmentRecord::Stopped(const Error& error, const std::vector<std::string
   std::string text = error.message + "\n";
   for (const std::string& notice : notices) text += notice + "\n";
   // The first error is what counts; a full disk is likely to have been just that.
-  const auto written = store::WriteWholeFile(folder_ / "stopped.txt", text);
+  const auto written =
+      files::WriteWholeFile(folder_ / "stopped.txt", text, files::IfThere::kReplace);
   return {error.kind,
           fmt::format("{}; pictures taken ({}) and what was seen in them are kept in {}{}",
                       error.message, input_.pictures.size(), folder_.string(),

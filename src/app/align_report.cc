@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "app/output_files.h"
 #include "app/today.h"
 #include "machine/image_file.h"
 #include "part_alignment/pose/caveats.h"
@@ -15,7 +16,6 @@
 #include "report/alignment_picture.h"
 #include "report/alignment_text.h"
 #include "report/part_metrology_figures.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
@@ -101,7 +101,7 @@ report::AlignmentOutput OutputOf(const store::AlignmentInput& input,
 }
 
 Result<void> WriteAlignmentReport(const fs::path& folder, const report::AlignmentOutput& output,
-                                  const std::vector<fs::path>& pictures) {
+                                  const std::vector<fs::path>& pictures, bool force) {
   const std::string text = report::AlignmentText(output);
   std::vector<report::Figure> figures;
   for (std::size_t i = 0; i < output.measurement.views.size(); ++i) {
@@ -112,17 +112,16 @@ Result<void> WriteAlignmentReport(const fs::path& folder, const report::Alignmen
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) return Fail(fmt::format("{}: {}", folder.string(), error.message()));
-  const auto write = [&folder](const std::string& name, const std::string& content) {
-    return store::WriteWholeFile(folder / name, content);
-  };
-  if (auto written = write("result.json", report::ToJson(output)); !written) return written;
-  if (auto written = write("report.txt", text); !written) return written;
+  std::vector<OutputFile> files = {{folder / "result.json", report::ToJson(output)},
+                                   {folder / "report.txt", text}};
   for (const report::Figure& figure : figures) {
-    auto written = write(figure.name + "_residuals.png", figure.canvas.ToPng(figure.png_scale));
-    if (!written) return written;
+    files.push_back(
+        {folder / (figure.name + "_residuals.png"), figure.canvas.ToPng(figure.png_scale)});
   }
-  return write("report.html", report::FigurePage("Where the part is", output.alignment.verdict,
-                                                 output.alignment.reason, text, figures));
+  files.push_back(
+      {folder / "report.html", report::FigurePage("Where the part is", output.alignment.verdict,
+                                                  output.alignment.reason, text, figures)});
+  return WriteOutputs(files, force);
 }
 
 }  // namespace trammel::app

@@ -22,10 +22,11 @@ namespace trammel::app {
 /// Writes result.json, report.txt, report.html and view-01_residuals.png … (what was found,
 /// projected and left over in each) into a folder, which is made if need be.
 /// @param pictures  of the views; an empty path, or none, draws the targets on a grey ground.
-/// Errors name the file: one that cannot be written, a picture that cannot be read or is not of the
-/// camera's size.
+/// Errors name the file: one that cannot be written or, unless `force`, is there already, a picture
+/// that cannot be read or is not of the camera's size.
 [[nodiscard]] Result<void> WriteAlignmentReport(const std::filesystem::path& folder,
                                                 const report::AlignmentOutput& output,
-                                                const std::vector<std::filesystem::path>& pictures);
+                                                const std::vector<std::filesystem::path>& pictures,
+                                                bool force);
 
 }  // namespace trammel::app

@@ -13,17 +13,17 @@
 #include <vector>
 
 #include "app/align_commands.h"
+#include "app/align_outputs.h"
 #include "app/align_report.h"
 #include "app/commands.h"
 #include "app/number_range.h"
-#include "app/output_files.h"
 #include "base/random.h"
+#include "files/new_file.h"
 #include "part_alignment/pose/pose_uncertainty.h"
 #include "part_alignment/pose/solve.h"
 #include "report/alignment_json.h"
 #include "report/alignment_text.h"
 #include "store/alignment_file.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
@@ -85,10 +85,8 @@ CLI::Validator NumberOfTrials() {
 }
 
 int RunSolve(const SolveArguments& arguments) {
-  if (!arguments.out.empty()) {
-    if (auto may = RefuseToOverwrite({arguments.out}, arguments.force); !may) {
-      return Report(may.error());
-    }
+  if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
+    return Report(free.error());
   }
   auto input = store::ReadAlignmentFile(arguments.file);
   if (!input) return Report(input.error());
@@ -110,13 +108,15 @@ int RunSolve(const SolveArguments& arguments) {
   output.simulated = std::move(simulated);
   const std::string json = report::ToJson(output);
   if (!arguments.out.empty()) {
-    if (auto written = store::WriteWholeFile(arguments.out, json); !written) {
+    if (auto written =
+            files::WriteWholeFile(arguments.out, json, files::ReplaceIf(arguments.force));
+        !written) {
       return Report(written.error());
     }
   }
   if (!arguments.report.empty()) {
-    auto written =
-        WriteAlignmentReport(arguments.report, output, PicturesOf(*input, arguments.file));
+    auto written = WriteAlignmentReport(arguments.report, output,
+                                        PicturesOf(*input, arguments.file), arguments.force);
     if (!written) return Report(written.error());
   }
   std::fputs(json.c_str(), stdout);
@@ -151,7 +151,7 @@ void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "no words on standard error beside the JSON");
   command->add_option("--out", arguments->out, "write the JSON to this file, too");
-  command->add_flag("--force", arguments->force, "overwrite that file");
+  command->add_flag("--force", arguments->force, "overwrite that file, and the page");
   command->add_option("--report", arguments->report,
                       "a folder for a page with every view: what was found, projected and left "
                       "over, on the pictures that the file names");

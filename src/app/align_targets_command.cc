@@ -15,11 +15,11 @@
 
 #include "app/commands.h"
 #include "app/output_files.h"
+#include "files/new_file.h"
 #include "part_alignment/targets/square_code.h"
 #include "part_alignment/targets/target_layout.h"
 #include "part_alignment/targets/target_sheet.h"
 #include "report/target_pages.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
@@ -168,7 +168,9 @@ Result<void> RunAlignTargets(AlignTargetsArguments arguments) {
   for (const File& file : *files) paths.push_back(file.path);
   if (auto may = RefuseToOverwrite(paths, arguments.force); !may) return may;
   for (const File& file : *files) {
-    if (auto done = store::WriteWholeFile(file.path, file.bytes); !done) return done;
+    if (auto done = files::WriteWholeFile(file.path, file.bytes, files::ReplaceIf(arguments.force));
+        !done)
+      return done;
     fmt::print("wrote      {}\n", file.path.string());
   }
   TellWhatIsPrinted(*sheet);

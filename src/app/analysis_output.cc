@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/output_files.h"
 #include "report/analysis_json.h"
 #include "report/pressure_advance_report.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
@@ -21,15 +21,15 @@ using pressure_advance::Analysis;
 
 Result<void> WriteReport(const std::string& path, const std::string& source,
                          const report::ReportInput& input,
-                         const std::vector<report::Figure>& figures) {
+                         const std::vector<report::Figure>& figures, bool force) {
   if (path.empty()) return {};
   report::ReportOptions options;
   options.source = source;
-  return store::WriteWholeFile(path, report::PressureAdvanceReport(input, figures, options));
+  return WriteOutputs({{path, report::PressureAdvanceReport(input, figures, options)}}, force);
 }
 
 Result<void> WriteFigures(const std::string& figures_folder,
-                          const std::vector<report::Figure>& figures) {
+                          const std::vector<report::Figure>& figures, bool force) {
   if (figures_folder.empty()) return {};
   const fs::path folder = figures_folder;
   std::error_code error;
@@ -38,15 +38,12 @@ Result<void> WriteFigures(const std::string& figures_folder,
     return Fail(
         fmt::format("--figures {}: cannot make the folder: {}", folder.string(), error.message()));
   }
+  std::vector<OutputFile> files;
   for (const report::Figure& figure : figures) {
-    for (const auto& [ending, bytes] :
-         {std::pair{".png", figure.canvas.ToPng()}, std::pair{".svg", figure.canvas.ToSvg()}}) {
-      if (auto done = store::WriteWholeFile(folder / (figure.name + ending), bytes); !done) {
-        return done;
-      }
-    }
+    files.push_back({folder / (figure.name + ".png"), figure.canvas.ToPng()});
+    files.push_back({folder / (figure.name + ".svg"), figure.canvas.ToSvg()});
   }
-  return {};
+  return WriteOutputs(files, force);
 }
 
 /// What became of the files beside the answer.
@@ -61,12 +58,12 @@ Written WriteFiles(const AnalysisRun& run, const std::string& source,
   if (output.report.empty() && output.figures.empty()) return written;
   const report::ReportInput input = run.report_input();
   const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
-  if (auto done = WriteReport(output.report, source, input, figures); done) {
+  if (auto done = WriteReport(output.report, source, input, figures, output.force); done) {
     written.report = output.report;
   } else {
     written.failed = done.error();
   }
-  auto done = WriteFigures(output.figures, figures);
+  auto done = WriteFigures(output.figures, figures, output.force);
   if (!done && !written.failed) written.failed = done.error();
   return written;
 }
@@ -127,6 +124,11 @@ Result<void> CheckOutputs(const AnalysisOutput& output) {
   }
   if (!report.empty() && fs::is_directory(report, ignored)) {
     return Fail(fmt::format("--report {}: is a folder; name a file", report.string()));
+  }
+  if (!report.empty()) {
+    if (auto free = RefuseToOverwrite({report}, output.force); !free) {
+      return Fail("--report " + free.error().message);
+    }
   }
   // The folder of the figures is made with all above it; none of them may be something else.
   for (fs::path part = output.figures; !part.empty(); part = part.parent_path()) {

@@ -12,6 +12,7 @@ struct AnalysisOutput {
   bool json = false;    ///< one JSON object instead of text
   std::string report;   ///< HTML file to write; empty: none
   std::string figures;  ///< folder for each figure as PNG and SVG; empty: none
+  bool force = false;   ///< overwrite files
 };
 
 /// Whether the files can be written, asked before the analysis rather than behind it: minutes of

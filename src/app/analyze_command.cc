@@ -159,6 +159,7 @@ void AddAnalyzeCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--report", arguments->output.report, "write a one-page report (HTML)");
   command->add_option("--figures", arguments->output.figures,
                       "write each figure as PNG and SVG here");
+  command->add_flag("--force", arguments->output.force, "overwrite files");
   CLI::Option* plan = command->add_option(
       "--plan", arguments->plan,
       "photo: the *.plan.json that pa pattern wrote; says the lines' PA and segments");

@@ -116,7 +116,8 @@ bool IsGood(const report::OffsetAnalysis& analysis) {
 int Run(const AnalyzeArguments& arguments) {
   if (auto may = CheckOutputs({.json = arguments.json,
                                .report = arguments.output.report,
-                               .figures = arguments.output.figures});
+                               .figures = arguments.output.figures,
+                               .force = arguments.output.force});
       !may) {
     return Report(may.error());
   }
@@ -187,6 +188,7 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
                       "write a one-page report with every step drawn on the scan (HTML)");
   command->add_option("--figures", arguments->output.figures,
                       "write each figure as PNG or SVG into this folder");
+  command->add_flag("--force", arguments->output.force, "overwrite the report and the figures");
   command->add_option("--history", arguments->output.history,
                       "add what was measured to this file of JSON lines");
   command->callback([arguments, &exit_code] { exit_code = Run(*arguments); });

@@ -5,40 +5,38 @@
 #include <filesystem>
 #include <system_error>
 
+#include "app/output_files.h"
 #include "app/printer_session.h"
 #include "store/offset_history.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
 
 namespace fs = std::filesystem;
 
-Result<void> WriteFigure(const fs::path& folder, const std::string& prefix,
-                         const report::DrawnFigure& figure) {
-  return store::WriteWholeFile(folder / (prefix + figure.name + (figure.svg ? ".svg" : ".png")),
-                               figure.bytes);
-}
-
-Result<void> WriteFigures(const std::string& figures, const report::OffsetReportInput& input) {
+Result<void> WriteFigures(const std::string& figures, const report::OffsetReportInput& input,
+                          bool force) {
   const fs::path folder = figures;
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) {
     return Fail(fmt::format("--figures {}: cannot make the folder: {}", figures, error.message()));
   }
+  std::vector<OutputFile> files;
+  const auto add = [&](const std::string& prefix, const report::DrawnFigure& figure) {
+    const std::string name = prefix + figure.name + (figure.svg ? ".svg" : ".png");
+    files.push_back({folder / name, figure.bytes});
+  };
   for (const report::DrawnFigure& figure : report::OffsetValueFigures(*input.analysis)) {
-    if (auto done = WriteFigure(folder, "", figure); !done) return done;
+    add("", figure);
   }
   for (std::size_t i = 0; i < input.pictures.size(); ++i) {
     const std::string prefix = fmt::format("scan{}-", i + 1);
     for (const auto* list : {&input.pictures[i].page, &input.pictures[i].structures}) {
-      for (const report::DrawnFigure& figure : *list) {
-        if (auto done = WriteFigure(folder, prefix, figure); !done) return done;
-      }
+      for (const report::DrawnFigure& figure : *list) add(prefix, figure);
     }
   }
-  return {};
+  return WriteOutputs(files, force);
 }
 
 Result<void> NoteReading(const std::string& history, const report::OffsetAnalysis& analysis) {
@@ -62,10 +60,10 @@ Result<void> WriteOffsetOutput(const OffsetOutput& output, const report::OffsetR
     if (auto done = NoteReading(output.history, *input.analysis); !done) return done;
   }
   if (!output.report.empty()) {
-    auto done = store::WriteWholeFile(output.report, report::OffsetReport(input));
+    auto done = WriteOutputs({{output.report, report::OffsetReport(input)}}, output.force);
     if (!done) return done;
   }
-  if (!output.figures.empty()) return WriteFigures(output.figures, input);
+  if (!output.figures.empty()) return WriteFigures(output.figures, input, output.force);
   return {};
 }
 

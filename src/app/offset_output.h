@@ -12,6 +12,7 @@ struct OffsetOutput {
   std::string report;   ///< HTML file to write; empty: none
   std::string figures;  ///< folder for each figure as PNG or SVG; empty: none
   std::string history;  ///< file to which a line is added; empty: none
+  bool force = false;   ///< overwrite report and figures
 
   [[nodiscard]] bool has_pictures() const { return !report.empty() || !figures.empty(); }
 };

@@ -14,9 +14,9 @@
 #include "app/config_text.h"
 #include "app/output_files.h"
 #include "app/printer_session.h"
+#include "files/new_file.h"
 #include "report/sheet_preview.h"
 #include "store/config_file.h"
-#include "store/whole_file.h"
 #include "tool_offset/sheet_bed.h"
 #include "tool_offset/sheet_fields.h"
 #include "tool_offset/sheet_gcode.h"
@@ -154,12 +154,15 @@ Result<void> RunOffsetPattern(const OffsetPatternArguments& arguments) {
 
   const SheetPlan plan = PlanSheet(*settings);
   const SheetGcode gcode = WriteSheetGcode(plan);
-  if (auto done = store::WriteWholeFile(gcode_path, gcode.text); !done) return done;
+  if (auto done = files::WriteWholeFile(gcode_path, gcode.text, files::ReplaceIf(arguments.force));
+      !done)
+    return done;
   const report::Canvas preview = report::SheetPreview(plan);
   std::string shown;
   for (const fs::path& path : *previews) {
     const std::string bytes = path.extension() == ".svg" ? preview.ToSvg() : preview.ToPng();
-    if (auto done = store::WriteWholeFile(path, bytes); !done) return done;
+    if (auto done = files::WriteWholeFile(path, bytes, files::ReplaceIf(arguments.force)); !done)
+      return done;
     shown += " " + path.string();
   }
   fmt::print("G-code     {}\npreview   {}\n", gcode_path.string(), shown);

@@ -19,7 +19,6 @@
 #include "settings/material.h"
 #include "store/config_file.h"
 #include "store/plan_file.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
@@ -124,13 +123,14 @@ Result<void> RunPattern(const PatternArguments& arguments) {
     return may;
   }
   const PatternLayout layout = LayOut(*config);
-  if (auto done = store::WriteWholeFile(gcode_path, WriteGcode(layout, *config)); !done)
-    return done;
   const auto plan = MakePlan(layout, *config, gcode_path.filename().string());
-  if (auto done = store::WriteWholeFile(plan_path, store::FormatPlan(plan)); !done) return done;
   const report::Canvas preview = report::PatternPreview(layout, *config);
-  if (auto done = store::WriteWholeFile(svg_path, preview.ToSvg()); !done) return done;
-  if (auto done = store::WriteWholeFile(png_path, preview.ToPng()); !done) return done;
+  auto written = WriteOutputs({{gcode_path, WriteGcode(layout, *config)},
+                               {plan_path, store::FormatPlan(plan)},
+                               {svg_path, preview.ToSvg()},
+                               {png_path, preview.ToPng()}},
+                              arguments.force);
+  if (!written) return written;
   fmt::print("G-code     {}\nplan       {}\npreview    {} {}\n", gcode_path.string(),
              plan_path.string(), svg_path.string(), png_path.string());
   Print(Summarise(layout, *config), layout, *config);

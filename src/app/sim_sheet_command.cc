@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +15,7 @@
 #include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/sim_sheet_traits.h"
+#include "files/new_file.h"
 #include "sim/plan_file.h"
 #include "sim/scanner_file.h"
 #include "sim/sheet_gcode.h"
@@ -176,21 +176,13 @@ Result<sim::PageFileOptions> FileOptionsOf(const SimSheetArguments& arguments) {
   return options;
 }
 
-Result<void> WriteText(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  return file ? Result<void>{} : Fail(fmt::format("cannot write {}", path));
-}
-
 Result<void> SimulateSheet(const SimSheetArguments& arguments) {
   const auto scene = sim::ParseSheetScene(arguments.scene);
   if (!scene) return Fail("--scene: " + scene.error().message);
-  std::error_code ignored;
   for (const std::string& path : {arguments.out, arguments.truth}) {
-    if (path.empty() || !std::filesystem::exists(path, ignored)) continue;
-    return Fail(
-        fmt::format("{} exists already; nothing is overwritten: choose another name", path));
+    if (path.empty()) continue;
+    auto free = files::CheckTarget(path, files::IfThere::kRefuse, "choose another name");
+    if (!free) return free;
   }
   const auto sheet = Print(arguments, *scene);
   if (!sheet) return tl::unexpected(sheet.error());
@@ -207,8 +199,10 @@ Result<void> SimulateSheet(const SimSheetArguments& arguments) {
   if (!written) return written;
   fmt::print("{}: {} x {} px\n", arguments.out, scan->format().width_px, scan->format().height_px);
   if (arguments.truth.empty()) return {};
-  return WriteText(arguments.truth, sim::SheetTruthJson(arguments.name, *sheet, arguments.reference,
-                                                        *scanner, scan->format()));
+  return files::WriteWholeFile(
+      arguments.truth,
+      sim::SheetTruthJson(arguments.name, *sheet, arguments.reference, *scanner, scan->format()),
+      files::IfThere::kRefuse);
 }
 
 void AddMachineOptions(CLI::App& sheet, SimSheetArguments& arguments) {

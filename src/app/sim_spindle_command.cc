@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -16,6 +15,7 @@
 #include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/sim_spindle_traits.h"
+#include "files/new_file.h"
 #include "machine/page_writer.h"
 #include "part_alignment/targets/code_book.h"
 #include "sim/spindle_files.h"
@@ -128,11 +128,7 @@ Result<std::vector<std::vector<sim::HiddenWedge>>> WedgesOf(const SimSpindleArgu
 }
 
 Result<void> WriteText(const std::string& text, const std::filesystem::path& path) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) return Fail(fmt::format("cannot write {}: is the disk full?", path.string()));
-  return {};
+  return files::WriteWholeFile(path, text, files::IfThere::kRefuse);
 }
 
 // Makes the folder before anything is drawn, so that a typing error costs no minute.

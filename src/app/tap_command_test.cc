@@ -119,6 +119,26 @@ TEST_F(TapCommand, PlotsAPageAndPictures) {
               HasSubstr("series, tap"));
 }
 
+TEST_F(TapCommand, PlotOverwritesNothingUnasked) {
+  Write("a.json", DrawnTap(0).dump());
+  Write("p.svg", "precious");
+  const CommandResult refused = Run("tap plot a.json --out p.svg");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.standard_error, AllOf(HasSubstr("p.svg"), HasSubstr("--force")));
+  EXPECT_EQ(ReadWhole(folder_.path() / "p.svg"), "precious");
+  EXPECT_EQ(Run("tap plot a.json --out p.svg --force").exit_code, 0);
+  EXPECT_THAT(ReadWhole(folder_.path() / "p.svg"), HasSubstr("<svg"));
+  // What a hostile neighbour laid out.
+  Write("anothers", "precious");
+  fs::create_symlink(folder_.path() / "anothers", folder_.path() / "q.svg.part");
+  fs::create_symlink(folder_.path() / "anothers", folder_.path() / "r.svg");
+  EXPECT_EQ(Run("tap plot a.json --out q.svg").exit_code, 0);
+  const CommandResult link = Run("tap plot a.json --out r.svg --force");
+  EXPECT_EQ(link.exit_code, 1);
+  EXPECT_THAT(link.standard_error, HasSubstr("r.svg: is a link"));
+  EXPECT_EQ(ReadWhole(folder_.path() / "anothers"), "precious");
+}
+
 TEST_F(TapCommand, TunesFromWhatTheTapsAreLike) {
   Write("a.json", DrawnTap(0).dump());
   const CommandResult result = Run("tap tune a.json");

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/output_files.h"
 #include "app/tap_run.h"
 #include "report/tap_report.h"
 #include "store/tap_file.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
@@ -22,6 +22,7 @@ namespace {
 struct PlotArguments {
   TapArguments tap;
   std::string out;
+  bool force = false;
   std::string figure;
 };
 
@@ -114,7 +115,7 @@ int RunPlot(const PlotArguments& arguments) {
   }
   const auto bytes = BytesOf(arguments, taps);
   if (!bytes) return Report(bytes.error());
-  if (auto written = store::WriteWholeFile(arguments.out, *bytes); !written) {
+  if (auto written = WriteOutputs({{arguments.out, *bytes}}, arguments.force); !written) {
     return Report(written.error());
   }
   fmt::print("{} of {} taps good; written to {}\n",
@@ -156,6 +157,7 @@ void AddTapPlotCommand(CLI::App& parent, int& exit_code) {
   AddTapFiles(*command, arguments->tap);
   AddTapMeasuring(*command, arguments->tap);
   command->add_option("--out", arguments->out, "file to write: .html, .svg or .png")->required();
+  command->add_flag("--force", arguments->force, "overwrite it");
   command->add_option(
       "--figure", arguments->figure,
       "picture: series, mesh, tap, before-after or noise (default: the first there is); of "

@@ -7,11 +7,11 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <utility>
 
 #include "app/commands.h"
 #include "base/statistics.h"
+#include "files/new_file.h"
 #include "machine/host_clock.h"
 #include "machine/json_field.h"
 #include "report/tap_text.h"
@@ -261,13 +261,9 @@ void TapWatcher::Close() {
 }
 
 void TapWatcher::Keep(const Open& open) {
-  std::ofstream file(options_.recording, std::ios::app | std::ios::binary);
-  file << open.raw.dump(-1, ' ', false, json::error_handler_t::replace) << '\n';
-  file.flush();
-  if (!file) {
-    fmt::print(stderr, "trammel: {}: the tap could not be added; is there room?\n",
-               options_.recording.string());
-  }
+  const auto kept = files::AppendLine(
+      options_.recording, open.raw.dump(-1, ' ', false, json::error_handler_t::replace));
+  if (!kept) fmt::print(stderr, "trammel: the tap is not recorded: {}\n", kept.error().message);
 }
 
 void TapWatcher::PrintSummary() const {

@@ -8,8 +8,8 @@
 #include "app/calibration_run.h"
 #include "app/commands.h"
 #include "app/laser_recording.h"
+#include "files/new_file.h"
 #include "report/improvement_json.h"
-#include "store/whole_file.h"
 
 namespace trammel::app {
 namespace {
@@ -57,7 +57,9 @@ Result<Improvement> EvaluateComparison(const fs::path& folder) {
   if (!measured) return tl::unexpected(measured.error());
   Improvement improvement =
       CompareWithControl(measured->profiles, measured->deviation.score_px, measured->scan.motion);
-  auto written = store::WriteWholeFile(folder / "validation.json", report::ToJson(improvement));
+  // What the same recording said before is said anew.
+  auto written = files::WriteWholeFile(folder / "validation.json", report::ToJson(improvement),
+                                       files::IfThere::kReplace);
   if (!written) return tl::unexpected(written.error());
   return improvement;
 }

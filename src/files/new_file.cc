@@ -38,6 +38,26 @@ tl::unexpected<Error> CannotWrite(const fs::path& path, int error) {
       fmt::format("{}: cannot be written: {}; {}", path.string(), std::strerror(error), remedy));
 }
 
+tl::unexpected<Error> NotAFile(const fs::path& path, const std::string& odd) {
+  return Fail(
+      fmt::format("{}: is {}, and only files are written; name another", path.string(), odd));
+}
+
+/// Closes it in the end.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  [[nodiscard]] int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
 tl::unexpected<Error> ThereAlready(const fs::path& path, std::string_view or_else) {
   return Fail(fmt::format("{}: is there already; {}", path.string(),
                           or_else.empty() ? "--force overwrites it, or name another" : or_else));
@@ -69,10 +89,7 @@ Result<void> CheckTarget(const fs::path& path, IfThere if_there, std::string_vie
     return errno == ENOENT ? Result<void>() : CannotWrite(path, errno);
   }
   const std::string odd = OddKind(status.st_mode);
-  if (!odd.empty()) {
-    return Fail(
-        fmt::format("{}: is {}, and only files are written; name another", path.string(), odd));
-  }
+  if (!odd.empty()) return NotAFile(path, odd);
   return if_there == IfThere::kReplace ? Result<void>() : ThereAlready(path, or_else);
 }
 
@@ -166,6 +183,24 @@ Result<void> NewFile::Commit() {
   temporary_name_.clear();
   if (!Synchronised(folder_)) return CannotWrite(path_, errno);
   return {};
+}
+
+Result<void> AppendLine(const fs::path& path, std::string_view line) {
+  if (auto fit = CheckTarget(path, IfThere::kReplace); !fit) return fit;
+  constexpr int kFlags = O_RDWR | O_APPEND | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
+  const Descriptor file(open(path.c_str(), kFlags, 0666));
+  struct stat status {};
+  if (file.get() < 0 || fstat(file.get(), &status) != 0) return CannotWrite(path, errno);
+  if (const std::string odd = OddKind(status.st_mode); !odd.empty()) return NotAFile(path, odd);
+  char last = '\n';
+  const bool torn =
+      status.st_size > 0 && pread(file.get(), &last, 1, status.st_size - 1) == 1 && last != '\n';
+  const std::string bytes = fmt::format("{}{}\n", torn ? "\n" : "", line);
+  const ssize_t written = write(file.get(), bytes.data(), bytes.size());
+  // A line that did not fit is a torn one, which the next ends.
+  if (written < 0) return CannotWrite(path, errno);
+  if (written != static_cast<ssize_t>(bytes.size())) return CannotWrite(path, ENOSPC);
+  return Synchronised(file.get()) ? Result<void>() : CannotWrite(path, errno);
 }
 
 Result<void> WriteWholeFile(const fs::path& path, std::string_view bytes, IfThere if_there,

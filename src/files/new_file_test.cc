@@ -131,6 +131,27 @@ TEST(NewFile, KeepsASecretForItsOwner) {
   EXPECT_EQ(RightsOf(path), 0600U);
 }
 
+TEST(AppendLine, AddsWholeLinesAndEndsATornOne) {
+  const test::TemporaryFolder folder;
+  const fs::path path = folder.path() / "log";
+  ASSERT_TRUE(AppendLine(path, "one"));
+  ASSERT_TRUE(AppendLine(path, "two"));
+  EXPECT_EQ(test::ReadWhole(path), "one\ntwo\n");
+  test::WriteWhole(path, "torn");
+  ASSERT_TRUE(AppendLine(path, "three"));
+  EXPECT_EQ(test::ReadWhole(path), "torn\nthree\n");
+}
+
+TEST(AppendLine, FollowsNoLinkAndWritesToOrdinaryFilesOnly) {
+  const test::TemporaryFolder folder;
+  test::WriteWhole(folder.path() / "anothers", "precious");
+  fs::create_symlink(folder.path() / "anothers", folder.path() / "log");
+  EXPECT_FALSE(AppendLine(folder.path() / "log", "line"));
+  EXPECT_EQ(test::ReadWhole(folder.path() / "anothers"), "precious");
+  EXPECT_FALSE(AppendLine("/dev/null", "line"));
+  EXPECT_FALSE(AppendLine(folder.path(), "line"));
+}
+
 TEST(NewFile, LeavesNothingBehindWithoutItsEnd) {
   const test::TemporaryFolder folder;
   {

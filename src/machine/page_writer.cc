@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <png.h>
 #include <tiffio.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <memory>
-#include <system_error>
 #include <vector>
+
+#include "files/new_file.h"
 
 namespace trammel::machine {
 namespace {
@@ -52,8 +54,8 @@ bool WritePngRows(png_structp png, png_infop info, std::FILE* file, const Page& 
   return true;
 }
 
-bool WritePng(const Page& page, const std::filesystem::path& path) {
-  const File file(std::fopen(path.c_str(), "wbx"));
+bool WritePng(const Page& page, int fd) {
+  const File file(fdopen(dup(fd), "wb"));
   if (!file) return false;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
@@ -67,8 +69,8 @@ struct CloseTiff {
   void operator()(TIFF* tiff) const { TIFFClose(tiff); }
 };
 
-bool WriteTiff(const Page& page, const std::filesystem::path& path) {
-  const std::unique_ptr<TIFF, CloseTiff> tiff(TIFFOpen(path.c_str(), "w"));
+bool WriteTiff(const Page& page, int fd) {
+  const std::unique_ptr<TIFF, CloseTiff> tiff(TIFFFdOpen(dup(fd), "page", "w"));
   if (!tiff) return false;
   TIFF* const to = tiff.get();
   TIFFSetField(to, TIFFTAG_IMAGEWIDTH, page.width);
@@ -100,20 +102,20 @@ Result<void> CheckPagePath(const std::filesystem::path& path) {
   if (ending != ".png" && ending != ".tif" && ending != ".tiff") {
     return Fail(fmt::format("page {}: its name must end in .png, .tif or .tiff", path.string()));
   }
-  std::error_code error;
-  if (std::filesystem::exists(path, error)) {
-    return Fail(fmt::format("page {}: it exists already; give another name", path.string()));
-  }
-  return {};
+  auto free = files::CheckTarget(path, files::IfThere::kRefuse, "give another name");
+  return free ? free : Fail("page " + free.error().message);
 }
 
 Result<void> WritePage(const Page& page, const std::filesystem::path& path) {
   if (auto checked = CheckPagePath(path); !checked) return checked;
-  if (path.extension() == ".png" ? !WritePng(page, path) : !WriteTiff(page, path)) {
+  auto file = files::NewFile::Create(path, files::IfThere::kRefuse);
+  if (!file) return Fail("page " + file.error().message);
+  const bool png = path.extension() == ".png";
+  if (png ? !WritePng(page, file->fd()) : !WriteTiff(page, file->fd())) {
     return Fail(fmt::format(
         "page {}: it cannot be written; is there room, and may you write there?", path.string()));
   }
-  return {};
+  return file->Commit();
 }
 
 }  // namespace trammel::machine

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "files/new_file.h"
 #include "pressure_advance/pattern.h"
 #include "procedure/checks.h"
 #include "procedure/cool_for_scan.h"
@@ -11,7 +12,6 @@
 #include "procedure/scan.h"
 #include "settings/material.h"
 #include "store/plan_file.h"
-#include "store/whole_file.h"
 
 namespace trammel::procedure {
 namespace {
@@ -57,9 +57,12 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
   const bool ours = request.gcode.empty();
   const auto layout = LayOut(config);
   const std::string gcode = ours ? WriteGcode(layout, config) : request.gcode;
-  if (auto kept = store::WriteWholeFile(request.folder / kGcodeName, gcode); !kept) return kept;
-  auto planned =
-      store::WriteWholeFile(request.folder / "pattern.plan.json", store::FormatPlan(plan));
+  if (auto kept =
+          files::WriteWholeFile(request.folder / kGcodeName, gcode, files::IfThere::kRefuse);
+      !kept)
+    return kept;
+  auto planned = files::WriteWholeFile(request.folder / "pattern.plan.json",
+                                       store::FormatPlan(plan), files::IfThere::kRefuse);
   if (!planned) return planned;
   PrintOptions options;
   options.heat_time_limit_s = request.settings.heat_time_limit_s;

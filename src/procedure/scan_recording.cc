@@ -10,9 +10,9 @@
 #include <numeric>
 #include <utility>
 
+#include "files/new_file.h"
 #include "procedure/placed_sweep.h"
 #include "store/recording.h"
-#include "store/whole_file.h"
 
 namespace trammel::procedure {
 namespace {
@@ -110,7 +110,9 @@ Result<void> ScanRecording::WriteSweeps() const {
                      {"scan_speed_mm_s", request_.settings.scan_speed_mm_s},
                      {"planned_pressure_advances_s", std::move(planned)},
                      {"sweeps", std::move(sweeps)}};
-  return store::WriteWholeFile(request_.folder / "sweeps.json", text.dump(1) + "\n");
+  return files::WriteWholeFile(request_.folder / "sweeps.json",
+                               text.dump(1, ' ', false, json::error_handler_t::replace) + "\n",
+                               files::IfThere::kReplace);
 }
 
 SessionTiming ScanRecording::Match(const std::vector<std::size_t>& sweeps) const {
@@ -186,7 +188,7 @@ Result<void> ScanRecording::WriteScan() {
       {"x_latency_sigma_s", placed.timing.latency_s.quantity().standard_uncertainty},
       {"x_not_placed", std::move(left_out)},
       {"x_notices", placed.timing.notices}};
-  return store::WriteWholeFile(file, store::FormatScan(scan, extra));
+  return files::WriteWholeFile(file, store::FormatScan(scan, extra), files::IfThere::kReplace);
 }
 
 }  // namespace trammel::procedure

@@ -3,9 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <deque>
 #include <filesystem>
-#include <fstream>
+#include <memory>
 #include <mutex>
 #include <vector>
 
@@ -43,7 +44,10 @@ class CameraTruthLog {
   static constexpr std::size_t kMostRows = 100000;
   mutable std::mutex mutex_;
   std::deque<CameraTruth> rows_;
-  std::ofstream file_;
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, Close> file_;
 };
 
 }  // namespace trammel::sim

@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string_view>
 #include <vector>
 
+#include "files/new_file.h"
 #include "sim/jpeg.h"
 #include "sim/noise_field.h"
 
@@ -325,20 +326,10 @@ Result<Frame> RenderPhoto(const Bed& bed, const PhotoTraits& traits, Random rand
 }
 
 Result<void> WriteJpegFile(const Frame& frame, int quality, const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (std::filesystem::exists(path, ignored)) {
-    return Fail(fmt::format("{} exists already; nothing is overwritten: choose another name",
-                            path.string()));
-  }
   std::vector<std::uint8_t> jpeg;
   EncodeJpeg(frame.view(), quality, jpeg);
-  std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(jpeg.data()), static_cast<std::streamsize>(jpeg.size()));
-  file.close();
-  if (!file) {
-    return Fail(fmt::format("{}: cannot be written; does its folder exist?", path.string()));
-  }
-  return {};
+  const std::string_view bytes(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
+  return files::WriteWholeFile(path, bytes, files::IfThere::kRefuse);
 }
 
 }  // namespace trammel::sim

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -12,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "files/new_file.h"
 #include "sim/jpeg.h"
 #include "sim/mjpeg_writer.h"
 
@@ -67,11 +67,8 @@ std::vector<double> CaptureTimes(int frames, double frames_per_s, double jitter_
 }
 
 Result<void> WriteJson(const std::filesystem::path& path, const ordered_json& value) {
-  std::ofstream file(path, std::ios::binary);
-  file << value.dump(1) << '\n';
-  file.close();
-  if (!file) return Fail(fmt::format("{}: cannot be written; is the disk full?", path.string()));
-  return {};
+  const std::string text = value.dump(1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return files::WriteWholeFile(path, text, files::IfThere::kRefuse);
 }
 
 // Sweeps one line into its video.

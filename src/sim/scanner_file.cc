@@ -7,11 +7,12 @@
 #include <bit>
 #include <cctype>
 #include <cmath>
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
+
+#include "files/new_file.h"
 
 namespace trammel::sim {
 namespace {
@@ -189,12 +190,10 @@ void SwapBytes(std::span<const std::uint8_t> row, Bytes& swapped) {
   for (std::size_t i = 0; i + 1 < swapped.size(); i += 2) std::swap(swapped[i], swapped[i + 1]);
 }
 
-Result<void> Write(std::ofstream& file, const SheetScan& scan, const Random& random,
+Result<void> Write(const files::NewFile& file, const SheetScan& scan, const Random& random,
                    const PageFileOptions& options, const std::string& extension) {
   const auto put = [&file](std::span<const std::uint8_t> bytes) {
-    file.write(reinterpret_cast<const char*>(bytes.data()),
-               static_cast<std::streamsize>(bytes.size()));
-    return file ? Result<void>{} : Fail("the disk took no more");
+    return file.Write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   };
   const PageFormat& format = scan.format();
   const bool jpeg = extension == ".jpg" || extension == ".jpeg";
@@ -257,15 +256,10 @@ Result<void> WriteScan(const SheetScan& scan, const Random& random, const PageFi
                        const std::filesystem::path& path) {
   const std::string extension = Extension(path);
   if (const auto checked = Check(scan.format(), options, extension); !checked) return checked;
-  std::ofstream file(path, std::ios::binary);
-  if (!file) return Fail(fmt::format("cannot write {}: does its folder exist?", path.string()));
-  auto written = Write(file, scan, random, options, extension);
-  file.close();
-  if (written && file) return {};
-  std::error_code ignored;
-  std::filesystem::remove(path, ignored);
-  return Fail(fmt::format("cannot write {}: {}", path.string(),
-                          written ? "the disk took no more" : written.error().message));
+  auto file = files::NewFile::Create(path, files::IfThere::kRefuse);
+  if (!file) return tl::unexpected(file.error());
+  if (auto written = Write(*file, scan, random, options, extension); !written) return written;
+  return file->Commit();
 }
 
 }  // namespace trammel::sim

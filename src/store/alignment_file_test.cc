@@ -6,7 +6,6 @@
 
 #include <string>
 
-#include "store/whole_file.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::store {
@@ -44,7 +43,7 @@ class AlignmentFileTest : public testing::Test {
     return text.replace(at, from.size(), to);
   }
   [[nodiscard]] Result<AlignmentInput> Read(const std::string& text) const {
-    EXPECT_TRUE(WriteWholeFile(Path("seen.json"), text));
+    test::WriteWhole(Path("seen.json"), text);
     return ReadAlignmentFile(Path("seen.json"));
   }
   [[nodiscard]] std::string Refusal(const std::string& from, const std::string& to) const {
@@ -154,7 +153,7 @@ TEST_F(AlignmentFileTest, TheCameraMayStandInAFileOfItsOwn) {
   ASSERT_TRUE(input);
   const CameraFile file{input->measurement.camera,
                         part_alignment::CalibrationRecord{"2026-11-22", 395, 1430}};
-  ASSERT_TRUE(WriteWholeFile(Path("cameras/spindle.json"), CameraFileText(file)));
+  test::WriteWhole(Path("cameras/spindle.json"), CameraFileText(file));
   const auto with_file = Read(text);
   ASSERT_TRUE(with_file) << with_file.error().message;
   EXPECT_EQ(with_file->measurement.camera.k1, input->measurement.camera.k1);
@@ -179,7 +178,7 @@ TEST_F(AlignmentFileTest, ACamerasCovarianceComesBackToTheLastBit) {
                         part_alignment::CalibrationRecord{"2026-11-22", 395, 1430, covariance}};
   const std::string text = CameraFileText(file);
   const auto read = [this](const std::string& of) {
-    EXPECT_TRUE(WriteWholeFile(Path("camera.json"), of));
+    test::WriteWhole(Path("camera.json"), of);
     return ReadCameraFile(Path("camera.json"));
   };
   ASSERT_TRUE(read(text));
@@ -200,7 +199,7 @@ TEST_F(AlignmentFileTest, ACamerasCovarianceComesBackToTheLastBit) {
 
 TEST_F(AlignmentFileTest, ACameraFileSaysWhatIsWrongWithIt) {
   const auto refusal = [this](const std::string& text) {
-    EXPECT_TRUE(WriteWholeFile(Path("camera.json"), text));
+    test::WriteWhole(Path("camera.json"), text);
     const auto read = ReadCameraFile(Path("camera.json"));
     return read ? std::string() : read.error().message;
   };

@@ -1,16 +1,13 @@
 #include "store/offset_history.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "files/new_file.h"
 #include "store/json_object.h"
 #include "store/whole_file.h"
 
@@ -30,48 +27,15 @@ constexpr std::array<std::pair<OffsetStage, const char*>, 3> kStages{
      {OffsetStage::kApplied, "applied"},
      {OffsetStage::kKept, "kept"}}};
 
-/// Closes a file when it goes.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int get() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-/// Whether something stands before the end without a line's end.
-bool EndsTorn(int fd) {
-  const off_t size = ::lseek(fd, 0, SEEK_END);
-  char last = '\n';
-  return size > 0 && ::pread(fd, &last, 1, size - 1) == 1 && last != '\n';
-}
-
 Result<void> Append(const fs::path& path, const Json& json) {
-  const auto fail = [&](int error) {
-    return Fail(
-        fmt::format("{}: the history of offsets cannot be written: {}; --history names "
-                    "another file",
-                    path.string(), std::strerror(error)));
+  const auto fail = [](const std::string& why) {
+    return Fail("the history of offsets cannot be written: " + why + "; --history names another");
   };
   std::error_code code;
   if (path.has_parent_path()) fs::create_directories(path.parent_path(), code);
-  if (code) return fail(code.value());
-  constexpr mode_t kRights = 0644;
-  const Descriptor file(::open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, kRights));
-  if (file.get() < 0) return fail(errno);
-  std::string line = EndsTorn(file.get()) ? "\n" : "";
-  line += json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
-  // One call, so that two processes do not write into each other's lines.
-  const ssize_t written = ::write(file.get(), line.data(), line.size());
-  if (written != static_cast<ssize_t>(line.size())) return fail(written < 0 ? errno : ENOSPC);
-  if (::fsync(file.get()) != 0 && errno != EINVAL) return fail(errno);
-  return {};
+  if (code) return fail(path.string() + ": " + code.message());
+  auto added = files::AppendLine(path, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return added ? added : fail(added.error().message);
 }
 
 Json Place(const tool_offset::KeptOffset& offset) {

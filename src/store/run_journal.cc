@@ -1,6 +1,5 @@
 #include "store/run_journal.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -11,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "files/new_file.h"
 #include "store/json_object.h"
-#include "store/whole_file.h"
 
 namespace trammel::store {
 namespace {
@@ -54,17 +53,6 @@ std::string FileNameOf(std::string_view address) {
     name += IsWordLike(std::string_view(&c, 1), ".-", 1) ? c : '_';
   }
   return fmt::format("printer-{}-{:08x}", name, HashOf(address));
-}
-
-// The file is whole once it is renamed; that it outlives a power cut is seen to here.
-Result<void> Sync(const fs::path& path, int flags) {
-  const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
-  const int error = errno;
-  if (descriptor >= 0) ::close(descriptor);
-  if (synced) return {};
-  return Fail(fmt::format("{}: cannot be brought onto the disk: {}", path.string(),
-                          std::error_code(error, std::generic_category()).message()));
 }
 
 void Put(Json& json, const char* key, const std::optional<double>& value) {
@@ -126,9 +114,7 @@ Result<void> WriteJournal(const fs::path& path, const RunJournal& journal) {
     json["heaters"].push_back({{"name", name}, {"target_c", target_c}});
   }
   const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-  Result<void> kept = WriteWholeFile(path, text);
-  if (kept) kept = Sync(path, O_RDONLY);
-  if (kept) kept = Sync(path.parent_path(), O_RDONLY | O_DIRECTORY);
+  const auto kept = files::WriteWholeFile(path, text, files::IfThere::kReplace);
   if (kept) return {};
   return Fail(
       fmt::format("what has to come back on the printer cannot be noted, so nothing is "

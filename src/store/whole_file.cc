@@ -56,30 +56,4 @@ Result<std::string> ReadNamedFile(const fs::path& path, std::size_t max_bytes) {
   return ReadWholeFile(path, max_bytes);
 }
 
-Result<void> WriteWholeFile(const fs::path& path, std::string_view bytes) {
-  fs::path partial = path;
-  partial += ".part";
-  const auto fail = [&](const std::string& why) {
-    return Fail(
-        fmt::format("{}: cannot be written: {}; check the folder, its rights and whether "
-                    "there is room for {} bytes",
-                    path.string(), why, bytes.size()));
-  };
-  const auto clean_up_and_fail = [&](const std::string& why) {
-    std::error_code ignored;
-    fs::remove(partial, ignored);
-    return fail(why);
-  };
-  errno = 0;
-  std::ofstream file(partial, std::ios::binary | std::ios::trunc);
-  if (!file) return fail(errno != 0 ? std::strerror(errno) : "the stream failed");
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (!file) return clean_up_and_fail(errno != 0 ? std::strerror(errno) : "the stream failed");
-  std::error_code code;
-  fs::rename(partial, path, code);
-  if (code) return clean_up_and_fail(code.message());
-  return {};
-}
-
 }  // namespace trammel::store

@@ -1,10 +1,9 @@
-// Files read and written whole: the one place where results and settings meet the file system.
+// Files read whole, within bounds.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <string>
-#include <string_view>
 
 #include "base/result.h"
 
@@ -18,10 +17,5 @@ namespace trammel::store {
 /// device, which could make it wait without end.
 [[nodiscard]] Result<std::string> ReadNamedFile(const std::filesystem::path& path,
                                                 std::size_t max_bytes);
-
-/// Writes beside the target and renames, so that a half-written file never stands under this name.
-/// Folders are not made. Errors (not writable, disk full) name the path and what the system said.
-[[nodiscard]] Result<void> WriteWholeFile(const std::filesystem::path& path,
-                                          std::string_view bytes);
 
 }  // namespace trammel::store

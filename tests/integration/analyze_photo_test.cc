@@ -264,6 +264,8 @@ TEST_F(AnalyzePhoto, RejectsOptionsThatCannotBe) {
       {"--method magic", {"--method", "magic", "response or deviation"}},
       {"--report nowhere/page.html", {"--report", "nowhere"}},
       {"--report .", {"--report", "is a folder"}},
+      {"--report photo.jpg", {"--report", "photo.jpg: is there already", "--force"}},
+      {"--report /dev/null --force", {"--report", "/dev/null: is a device"}},
       {"--figures photo.jpg", {"--figures", "photo.jpg is a file"}},
       {"--figures photo.jpg/a/b", {"--figures", "photo.jpg is a file"}},
   };
