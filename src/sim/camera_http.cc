@@ -24,6 +24,7 @@
 
 #include "base/bug_note.h"
 #include "sim/camera_headers.h"
+#include "sim/own_host.h"
 
 namespace trammel::sim {
 namespace {
@@ -108,6 +109,13 @@ class Client : public std::enable_shared_from_this<Client> {
 
   void Answer() {
     patience_.cancel();
+    const auto field = [this](http::field name) {
+      const auto value = parser_.get()[name];
+      return std::string_view(value.data(), value.size());
+    };
+    if (!IsOwnHost(field(http::field::host)) || !IsOwnOrigin(field(http::field::origin))) {
+      return Refuse(403, "Forbidden", "the camera is for this computer's own pages only\n");
+    }
     if (parser_.get().method() != http::verb::get) {
       return Refuse(405, "Method Not Allowed", "the camera answers GET only\n");
     }

@@ -241,6 +241,19 @@ TEST(CameraServer, AnswersSnapshotsAndRefusesTheRest) {
   EXPECT_EQ(Client(server->port(), "/" + std::string(20000, 'x')).ReadAll(), "");
 }
 
+TEST(CameraServer, AnswersNoPageOfSomewhereElse) {
+  const auto server = Serve(Small());
+  for (const char* headers :
+       {"Host: evil.example\r\n", "Host: 127.0.0.1\r\nOrigin: http://evil.example\r\n",
+        "Host: localhost\r\nOrigin: null\r\n"}) {
+    Client client(server->port(), "/snapshot", 0, "GET", headers);
+    EXPECT_TRUE(client.ReadAll().starts_with("HTTP/1.1 403")) << headers;
+  }
+  Client own(server->port(), "/snapshot", 0, "GET",
+             "Host: localhost:1\r\nOrigin: http://localhost:8080\r\n");
+  EXPECT_TRUE(own.ReadHead().starts_with("HTTP/1.1 200"));
+}
+
 TEST(CameraServer, ASlowClientLosesFramesAndHoldsNobodyUp) {
   CameraServerOptions options = Small();
   options.view.frame_width_px = 640;

@@ -18,7 +18,7 @@
 namespace trammel::sim {
 
 CameraTestClient::CameraTestClient(int port, const std::string& target, int receive_bytes,
-                                   const std::string& method)
+                                   const std::string& method, const std::string& headers)
     : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
   if (receive_bytes > 0) {
     setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_bytes, sizeof receive_bytes);
@@ -27,7 +27,7 @@ CameraTestClient::CameraTestClient(int port, const std::string& target, int rece
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(port));
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const std::string request = method + " " + target + " HTTP/1.1\r\nHost: camera\r\n\r\n";
+  const std::string request = method + " " + target + " HTTP/1.1\r\n" + headers + "\r\n";
   if (connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
       send(socket_, request.data(), request.size(), MSG_NOSIGNAL) !=
           static_cast<ssize_t>(request.size())) {

@@ -16,7 +16,8 @@ class CameraTestClient {
  public:
   /// Connects and sends "GET target". `receive_bytes` > 0 limits what the kernel keeps unread.
   CameraTestClient(int port, const std::string& target, int receive_bytes = 0,
-                   const std::string& method = "GET");
+                   const std::string& method = "GET",
+                   const std::string& headers = "Host: 127.0.0.1\r\n");
   ~CameraTestClient();
   CameraTestClient(const CameraTestClient&) = delete;
   CameraTestClient& operator=(const CameraTestClient&) = delete;

@@ -135,7 +135,10 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
   const bool start = fields["print"] == "true";
   bool full = false;
   hub.machine().With([&](VirtualKlipper& klipper) {
-    full = klipper.files().count(name) == 0 && klipper.files().size() >= kMostFiles;
+    std::size_t bytes = file->body.size();
+    for (const auto& [other, text] : klipper.files()) bytes += other == name ? 0 : text.size();
+    full = bytes > hub.options().most_file_bytes ||
+           (klipper.files().count(name) == 0 && klipper.files().size() >= kMostFiles);
     if (!full) klipper.files()[name] = file->body;
   });
   if (full) return reply(Failure(500, "No space left on device"));

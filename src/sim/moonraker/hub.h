@@ -1,6 +1,7 @@
 // The virtual Moonraker without its sockets: connections, requests, subscriptions, notifications.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -33,6 +34,7 @@ struct HubOptions {
   /// whenever the webcams are listed.
   std::function<int()> camera_port = [] { return 0; };
   int webcam_frames_per_s = 30;
+  std::size_t most_file_bytes = 256 << 20;  ///< of all uploads together
   ServerFaults faults;
 };
 

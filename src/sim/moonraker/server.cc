@@ -1,6 +1,7 @@
 #include "sim/moonraker/server.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -12,6 +13,7 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <cerrno>
 #include <chrono>
 #include <deque>
 #include <thread>
@@ -20,6 +22,7 @@
 #include "base/bug_note.h"
 #include "sim/camera_http.h"
 #include "sim/moonraker/http_api.h"
+#include "sim/own_host.h"
 
 namespace trammel::sim {
 namespace {
@@ -36,6 +39,8 @@ constexpr std::size_t kLongestMessage = 4 << 20;
 constexpr std::size_t kLongestHeader = 16 << 10;
 constexpr std::uint64_t kLongestUpload = 64 << 20;
 constexpr std::size_t kMostWaiting = 20'000;  // messages that a client has not taken
+constexpr std::size_t kMostWaitingBytes = 64 << 20;
+constexpr long kMostConnections = 100;
 constexpr auto kTick = std::chrono::milliseconds(3);
 constexpr char kEndOfObject = '\x03';
 
@@ -45,12 +50,16 @@ class Outbox {
   using Start = std::function<void(const std::string&)>;
   explicit Outbox(Start start) : start_(std::move(start)) {}
 
-  [[nodiscard]] bool full() const { return waiting_.size() >= kMostWaiting; }
+  [[nodiscard]] bool full() const {
+    return waiting_.size() >= kMostWaiting || bytes_ >= kMostWaitingBytes;
+  }
   void Put(std::string message) {
+    bytes_ += message.size();
     waiting_.push_back(std::move(message));
     if (waiting_.size() == 1) start_(waiting_.front());
   }
   void Written() {
+    bytes_ -= waiting_.front().size();
     waiting_.pop_front();
     if (!waiting_.empty()) start_(waiting_.front());
   }
@@ -58,13 +67,18 @@ class Outbox {
  private:
   Start start_;
   std::deque<std::string> waiting_;
+  std::size_t bytes_ = 0;
 };
+
+// Held by each connection as long as it lasts: the holders are counted.
+using Place = std::shared_ptr<void>;
 
 class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSocketSession> {
  public:
   /// @param through  to Klipper itself
-  WebSocketSession(beast::tcp_stream stream, Hub& hub, bool authorised, bool through)
-      : socket_(std::move(stream)),
+  WebSocketSession(beast::tcp_stream stream, Hub& hub, Place place, bool authorised, bool through)
+      : place_(std::move(place)),
+        socket_(std::move(stream)),
         hub_(hub),
         authorised_(authorised),
         through_(through),
@@ -74,6 +88,8 @@ class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSoc
   void Accept(const http::request<http::string_body>& request) {
     beast::get_lowest_layer(socket_).expires_never();
     socket_.read_message_max(kLongestMessage);
+    // A client that answers no ping for some minutes has gone.
+    socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     socket_.text(true);
     socket_.async_accept(request, [self = shared_from_this()](const ErrorCode& error) {
       if (error) return;
@@ -117,6 +133,7 @@ class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSoc
     number_.reset();
   }
 
+  Place place_;
   websocket::stream<beast::tcp_stream> socket_;
   Hub& hub_;
   bool authorised_;
@@ -128,8 +145,9 @@ class WebSocketSession : public Peer, public std::enable_shared_from_this<WebSoc
 
 class UnixSession : public Peer, public std::enable_shared_from_this<UnixSession> {
  public:
-  UnixSession(Local::socket socket, Hub& hub)
-      : socket_(std::move(socket)),
+  UnixSession(Local::socket socket, Hub& hub, Place place)
+      : place_(std::move(place)),
+        socket_(std::move(socket)),
         hub_(hub),
         outbox_([this](const std::string& message) { Write(message); }) {}
   ~UnixSession() override { Leave(); }
@@ -174,6 +192,7 @@ class UnixSession : public Peer, public std::enable_shared_from_this<UnixSession
     number_.reset();
   }
 
+  Place place_;
   Local::socket socket_;
   Hub& hub_;
   std::optional<std::uint64_t> number_;
@@ -183,7 +202,8 @@ class UnixSession : public Peer, public std::enable_shared_from_this<UnixSession
 
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
  public:
-  HttpSession(Tcp::socket socket, Hub& hub) : stream_(std::move(socket)), hub_(hub) {}
+  HttpSession(Tcp::socket socket, Hub& hub, Place place)
+      : place_(std::move(place)), stream_(std::move(socket)), hub_(hub) {}
 
   void Read() {
     parser_.emplace();
@@ -208,11 +228,19 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
       for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
       request.headers[name] = std::string(field.value());
     }
+    const auto header = [&request](const char* name) {
+      const auto field = request.headers.find(name);
+      return field == request.headers.end() ? std::string() : field->second;
+    };
+    if (!IsOwnHost(header("host")) || !IsOwnOrigin(header("origin"))) {
+      return Write({403, "text/plain", "only for programs and pages of this computer\n"}, false,
+                   message.version());
+    }
     const std::string path = ParseTarget(request.target).path;
     const bool through = path == "/klippysocket";
     if (websocket::is_upgrade(message) && (path == "/websocket" || through)) {
       const bool authorised = IsAuthorised(hub_, request);
-      std::make_shared<WebSocketSession>(std::move(stream_), hub_, authorised, through)
+      std::make_shared<WebSocketSession>(std::move(stream_), hub_, place_, authorised, through)
           ->Accept(message);
       return;
     }
@@ -241,6 +269,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
                       });
   }
 
+  Place place_;
   beast::tcp_stream stream_;
   Hub& hub_;
   beast::flat_buffer buffer_;
@@ -256,10 +285,11 @@ struct PrinterServer::Sockets {
   void AcceptTcp() {
     tcp.async_accept([this](const ErrorCode& error, Tcp::socket socket) {
       if (error == net::error::operation_aborted) return;
-      if (!error && !hub.refuses()) {
+      if (!error && !hub.refuses() && places.use_count() <= kMostConnections) {
         ErrorCode ignored;
         socket.set_option(Tcp::no_delay(true), ignored);
-        (void)NoteBug([&] { std::make_shared<HttpSession>(std::move(socket), hub)->Read(); });
+        (void)NoteBug(
+            [&] { std::make_shared<HttpSession>(std::move(socket), hub, places)->Read(); });
       }
       AcceptTcp();
     });
@@ -268,8 +298,9 @@ struct PrinterServer::Sockets {
   void AcceptUnix() {
     local.async_accept([this](const ErrorCode& error, Local::socket socket) {
       if (error == net::error::operation_aborted) return;
-      if (!error) {
-        (void)NoteBug([&] { std::make_shared<UnixSession>(std::move(socket), hub)->Start(); });
+      if (!error && places.use_count() <= kMostConnections) {
+        (void)NoteBug(
+            [&] { std::make_shared<UnixSession>(std::move(socket), hub, places)->Start(); });
       }
       AcceptUnix();
     });
@@ -298,6 +329,10 @@ struct PrinterServer::Sockets {
     if (!options.unix_socket.empty()) {
       local.open(Local(), error);
       if (!error) local.bind(Local::endpoint(options.unix_socket.string()), error);
+      // Before it listens, so that nobody else ever connects.
+      if (!error && chmod(options.unix_socket.c_str(), S_IRUSR | S_IWUSR) != 0) {
+        error.assign(errno, boost::system::system_category());
+      }
       if (!error) local.listen(net::socket_base::max_listen_connections, error);
       if (error) {
         return Fail(fmt::format("cannot listen on the Unix socket {}: {}; remove it or choose "
@@ -315,6 +350,7 @@ struct PrinterServer::Sockets {
   // The sessions hang in the context's handlers and speak to the hub as they go: it dies last.
   ServerOptions options;
   Hub hub;
+  Place places = std::make_shared<int>(0);
   net::io_context context{1};
   Tcp::acceptor tcp{context};
   Local::acceptor local{context};

@@ -285,6 +285,65 @@ TEST(PrinterServer, TakesUploadsChecksThemAndPrintsThem) {
   EXPECT_EQ(Json::parse(script.body)["result"], "ok");
 }
 
+TEST(PrinterServer, AnswersNoPageOfSomewhereElse) {
+  Bench bench;
+  const auto status = [&](const std::vector<std::pair<std::string, std::string>>& headers,
+                          const std::string& target) {
+    return TestHttp(bench.port(), "GET", target, {}, headers).status;
+  };
+  for (const char* target : {"/server/info", "/websocket"}) {
+    // A name of somebody else's that was made to point here, and a page that asks across sites.
+    EXPECT_EQ(status({{"Host", "evil.example"}}, target), 403) << target;
+    EXPECT_EQ(status({{"Origin", "http://evil.example"}}, target), 403) << target;
+  }
+  EXPECT_EQ(status({{"Origin", "http://evil.example"},
+                    {"Upgrade", "websocket"},
+                    {"Connection", "Upgrade"},
+                    {"Sec-WebSocket-Version", "13"},
+                    {"Sec-WebSocket-Key", "dGhlIHNhbXBsZSBub25jZQ=="}},
+                   "/websocket"),
+            403);
+  EXPECT_EQ(status({{"Host", "localhost"}, {"Origin", "http://localhost:8080"}}, "/server/info"),
+            200);
+}
+
+TEST(PrinterServer, HoldsAHundredConnectionsAndNoMore) {
+  Bench bench;
+  std::vector<std::unique_ptr<TestClient>> clients;
+  for (int i = 0; i < 100; ++i) clients.push_back(std::make_unique<TestClient>(bench.port()));
+  EXPECT_ANY_THROW(TestClient{bench.port()});
+  EXPECT_TRUE(clients.front()->Call("server.info").contains("result"));
+  clients.pop_back();
+  // Its place is free once the server has noticed.
+  const auto answers = [&] {
+    try {
+      return TestClient(bench.port()).Call("server.info").contains("result");
+    } catch (const std::exception&) {
+      return false;
+    }
+  };
+  const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (!answers() && std::chrono::steady_clock::now() < limit) {
+  }
+  EXPECT_TRUE(answers());
+}
+
+TEST(PrinterServer, StoresNoMoreThanItsBoundOfFiles) {
+  ServerOptions options;
+  options.hub.most_file_bytes = 1000;
+  Bench bench(options);
+  const auto upload = [&](const std::string& name) {
+    const std::string body = "--x\r\nContent-Disposition: form-data; name=\"file\"; filename=\"" +
+                             name + "\"\r\n\r\n" + std::string(240, 'G') + "\r\n--x--\r\n";
+    return TestHttp(bench.port(), "POST", "/server/files/upload", body,
+                    {{"Content-Type", "multipart/form-data; boundary=x"}})
+        .status;
+  };
+  for (const char* name : {"1", "2", "3", "4"}) EXPECT_EQ(upload(name), 201) << name;
+  EXPECT_EQ(upload("5"), 500);
+  EXPECT_EQ(upload("4"), 201);  // in its own place
+}
+
 TEST(PrinterServer, TheUnixSocketSpeaksObjectsThatEndInAByteOfThree) {
   const std::string path =
       (std::filesystem::temp_directory_path() / ("trammel-sim-" + std::to_string(getpid())))
