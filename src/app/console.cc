@@ -137,7 +137,7 @@ void GuardConsole() {
   OpenWhatIsClosed();
   std::signal(SIGPIPE, SIG_IGN);  // writing fails with EPIPE instead
   std::signal(SIGXFSZ, SIG_IGN);  // and with EFBIG
-  if (std::FILE* output = FileOf(Output(), _IOFBF)) stdout = output;
+  if (std::FILE* output = FileOf(Output(), _IOLBF)) stdout = output;
   if (std::FILE* errors = FileOf(Errors(), _IONBF)) stderr = errors;
 }
 
