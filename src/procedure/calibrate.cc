@@ -144,9 +144,10 @@ Result<void> WithReason(const Session& session, Result<void> done) {
       },
       "the printer to settle", {kSettle_s});
   if (!left) return done;
-  return Fail(fmt::format("the printer went to \"{}\" in the middle: {}", ToString(left->readiness),
-                          done.error().message),
-              ErrorKind::kMachine);
+  const std::string reason =
+      fmt::format("the printer went to \"{}\" in the middle: ", ToString(left->readiness));
+  if (done.error().message.starts_with(reason)) return done;
+  return Fail(reason + done.error().message, ErrorKind::kMachine);
 }
 
 // A printer without a limit is used all the same, by somebody who knows that it has none.
