@@ -9,17 +9,28 @@
 #include <utility>
 #include <vector>
 
+#include "fuzz.h"
 #include "machine/message_log.h"
 #include "machine/moonraker_connection.h"
 
 namespace trammel::fuzz {
 namespace {
 
-std::string_view g_lines;
+std::deque<std::string_view> g_lines;
+
+std::string_view TakeLines() {
+  if (g_lines.empty()) return {};
+  const std::string_view lines = g_lines.front();
+  g_lines.pop_front();
+  return lines;
+}
 
 }  // namespace
 
-void SetMessages(std::string_view lines) { g_lines = lines; }
+void SetMessages(std::string_view lines) {
+  const auto parts = Parts(lines, 2);
+  g_lines.assign(parts.begin(), parts.end());
+}
 
 }  // namespace trammel::fuzz
 
@@ -29,7 +40,7 @@ struct MoonrakerConnection::State {
   MoonrakerAddress address;
   ConnectionEvents events;
   MessageLog log;
-  std::string_view lines = std::exchange(fuzz::g_lines, {});
+  std::string_view lines = fuzz::TakeLines();
   bool up = false;
   bool pumping = false;
   bool connect = false;

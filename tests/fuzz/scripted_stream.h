@@ -7,7 +7,9 @@
 namespace trammel::fuzz {
 
 /// What the other side of every following connection sends, and then closes. Must outlive them. A
-/// read brings at most `piece` bytes (0: one line), and waits end at once.
+/// read brings at most `piece` bytes, and waits end at once. With 0 it brings a line; one that
+/// begins with "=" answers LinuxCNC's shell: what was asked last stands before it, as "ESTOP " or
+/// "SET MODE ".
 void SetStream(std::string_view bytes, std::size_t piece);
 
 }  // namespace trammel::fuzz
