@@ -25,13 +25,31 @@ MoonrakerAddress ThroughTo(MoonrakerAddress address) {
 }  // namespace
 
 KlippyStreams::KlippyStreams(MoonrakerAddress address, const MoonrakerOptions& options,
-                             std::vector<KlippyStream> streams, OnBatch on_batch)
+                             std::vector<KlippyStream> streams, OnBatch on_batch, OnFirst on_first)
     : streams_(std::move(streams)),
       on_batch_(std::move(on_batch)),
+      on_first_(std::move(on_first)),
       connection_(ThroughTo(std::move(address)), options,
                   {.on_open = [this] { Subscribe(); },
                    .on_message = [this](std::string_view text) { OnMessage(text); },
                    .on_down = [this](const Error& error) { Failed(error); }}) {}
+
+bool KlippyStreams::MayWork(const MoonrakerAddress& address, const MoonrakerOptions& options) {
+  return address.transport != Transport::kUnix && options.one_shot_token.empty();
+}
+
+void KlippyStreams::Settle(std::optional<Error> failed) {
+  bool subscribed = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (started_ || failed_) return;
+    started_ = !failed;
+    failed_ = std::move(failed);
+    subscribed = started_;
+    changed_.notify_all();
+  }
+  if (on_first_) on_first_(subscribed);
+}
 
 Result<void> KlippyStreams::Start(const WaitLimit& limit) {
   connection_.Connect();
@@ -87,20 +105,19 @@ void KlippyStreams::OnMessage(std::string_view text) {
     return;
   }
   if (++answered_ == streams_.size()) {
-    const std::lock_guard lock(mutex_);
-    started_ = !failed_;
-    changed_.notify_all();
+    Settle(std::nullopt);
   }
 }
 
 void KlippyStreams::Failed(const Error& error) {
+  bool first = false;
   {
     const std::lock_guard lock(mutex_);
-    if (!started_) {
-      failed_ = error;
-      changed_.notify_all();
-      return;
-    }
+    first = !started_;
+  }
+  if (first) {
+    Settle(error);
+    return;
   }
   connection_.RunAfter(kAgain_s, [this] { connection_.Connect(); });
 }

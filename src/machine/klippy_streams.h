@@ -30,14 +30,24 @@ class KlippyStreams {
   using OnBatch = std::function<void(const std::string& method, const nlohmann::json& params,
                                      double received_s)>;
 
+  /// Called once, on the connection's own thread: whether every stream was subscribed to.
+  using OnFirst = std::function<void(bool subscribed)>;
+
   /// @param address  Moonraker's, not that of a Unix socket: such a one passes nothing through
   KlippyStreams(MoonrakerAddress address, const MoonrakerOptions& options,
-                std::vector<KlippyStream> streams, OnBatch on_batch);
+                std::vector<KlippyStream> streams, OnBatch on_batch, OnFirst on_first = {});
+
+  /// Whether a connection of our own to Klipper may be possible.
+  [[nodiscard]] static bool MayWork(const MoonrakerAddress& address,
+                                    const MoonrakerOptions& options);
 
   /// Connects and waits until every stream is subscribed to. Where that fails, nothing comes; where
   /// it went well once, a lost connection (each restart of Klipper) is taken up again by itself.
   /// Errors: kMachine, where the server has no such way to Klipper, too; kInterrupted.
   [[nodiscard]] Result<void> Start(const WaitLimit& limit);
+
+  /// The same without waiting; on_first tells.
+  void Begin() { connection_.Connect(); }
 
   /// Connects anew. Klipper then tells the last half minute where nobody else has the stream.
   void Reopen();
@@ -46,9 +56,11 @@ class KlippyStreams {
   void Subscribe();
   void OnMessage(std::string_view text);
   void Failed(const Error& error);
+  void Settle(std::optional<Error> failed);
 
   const std::vector<KlippyStream> streams_;
   const OnBatch on_batch_;
+  const OnFirst on_first_;
   std::mutex mutex_;
   std::condition_variable_any changed_;
   bool started_ = false;

@@ -66,7 +66,7 @@ Result<void> MoonrakerPrinter::RecordMoves(const WaitLimit& limit) {
 }
 
 Result<void> MoonrakerPrinter::StreamMoves(const WaitLimit& limit) {
-  if (moonraker_.address().transport == Transport::kUnix || !options_.one_shot_token.empty()) {
+  if (!KlippyStreams::MayWork(moonraker_.address(), options_)) {
     return Fail("no connection of our own can be made", ErrorKind::kMachine);
   }
   auto stream = std::make_unique<KlippyStreams>(

@@ -1,16 +1,18 @@
 #include "machine/tap_stream.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "machine/json_field.h"
 #include "machine/klipper_taps.h"
+#include "machine/klippy_streams.h"
 #include "machine/moonraker.h"
 #include "machine/moonraker_address.h"
 #include "machine/tap_intake.h"
@@ -20,12 +22,15 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double kListen_s = 1.5;  // forces come ten times a second
+
 class MoonrakerTaps : public TapStream {
  public:
   MoonrakerTaps(const MoonrakerAddress& address, const TapStreamOptions& options,
                 TapStreamEvents events)
       : remote_method_(options.remote_method),
-        prefix_(fmt::format("{}_tap_{}_", options.moonraker.client_name, getpid())),
+        options_(options.moonraker),
+        prefix_(options.moonraker.client_name + "_tap_"),
         intake_(std::move(events)),
         moonraker_(address, options.moonraker,
                    {.on_usable = [this](std::function<void()> done) { OnUsable(std::move(done)); },
@@ -39,14 +44,19 @@ class MoonrakerTaps : public TapStream {
                                                    message.empty() ? "" : ": ", message));
                         }}) {}
 
+  ~MoonrakerTaps() override {
+    std::unique_ptr<KlippyStreams> last;  // ends while there is a connection to hand batches to
+    const std::lock_guard lock(streams_mutex_);
+    ending_ = true;
+    last.swap(streams_);
+  }
+
   Result<void> Start(const WaitLimit& limit) {
     if (auto started = moonraker_.Start(limit); !started) return started;
-    for (const std::string& method :
-         {prefix_ + "taps", prefix_ + "forces", prefix_ + "moves", remote_method_}) {
-      if (method.empty()) continue;
-      auto done = moonraker_.RegisterRemoteMethod(method, limit);
-      if (!done && method == remote_method_ &&
-          done.error().message.find("already registered") != std::string::npos) {
+    if (auto named = RegisterStreams(limit); !named) return named;
+    if (!remote_method_.empty()) {
+      auto done = moonraker_.RegisterRemoteMethod(remote_method_, limit);
+      if (!done && IsTaken(done.error())) {
         return Fail(fmt::format("another trammel answers this printer's taps already: end that "
                                 "`tap watch --answer`, or start this one without --answer ({})",
                                 done.error().message),
@@ -72,6 +82,30 @@ class MoonrakerTaps : public TapStream {
   std::optional<double> NozzleTemperature() const override { return intake_.temperature_c(); }
 
  private:
+  /// How forces, moves and taps come.
+  enum class Way { kUnknown, kThrough, kAsAgent };
+
+  static bool IsTaken(const Error& error) {
+    return error.message.find("already registered") != std::string::npos;
+  }
+
+  /// By the same names in every run, as a subscription through Moonraker outlives us: the next run
+  /// hears it. Another trammel that runs has them; ours then end in a number.
+  Result<void> RegisterStreams(const WaitLimit& limit) {
+    constexpr int kMostNames = 9;
+    const std::string plain = prefix_;
+    for (int number = 1;; ++number) {
+      prefix_ = number == 1 ? plain : fmt::format("{}{}_", plain, number);
+      auto first = moonraker_.RegisterRemoteMethod(prefix_ + "forces", limit);
+      if (first) break;
+      if (!IsTaken(first.error()) || number == kMostNames) return first;
+    }
+    for (const char* stream : {"taps", "moves"}) {
+      if (auto done = moonraker_.RegisterRemoteMethod(prefix_ + stream, limit); !done) return done;
+    }
+    return {};
+  }
+
   void OnUsable(std::function<void()> done) {
     intake_.Restart();
     // While connecting for the first time there is no method yet that could bring anything.
@@ -104,14 +138,71 @@ class MoonrakerTaps : public TapStream {
   }
 
   void SubscribeTo(const LoadCellName& cell) {
-    if (cell.probe) {
-      Dump("printer.load_cell_probe.dump_taps", "load_cell_probe", cell.name, "taps");
+    if (way_ == Way::kAsAgent || !KlippyStreams::MayWork(moonraker_.address(), options_)) {
+      return ListenFirst(cell);
     }
-    Dump("printer.load_cell.dump_force", "load_cell", cell.name, "forces");
-    AskForMoves();
+    // Anew after each restart, which may have brought another cell.
+    std::vector<KlippyStream> streams;
+    if (cell.probe) {
+      streams.push_back(
+          {"load_cell_probe/dump_taps", {{"load_cell_probe", cell.name}}, prefix_ + "taps"});
+    }
+    streams.push_back({"load_cell/dump_force", {{"load_cell", cell.name}}, prefix_ + "forces"});
+    streams.push_back({"motion_report/dump_trapq", {{"name", "toolhead"}}, prefix_ + "moves"});
+    auto through = std::make_unique<KlippyStreams>(
+        moonraker_.address(), options_, std::move(streams),
+        [this](const std::string& method, const json& params, double received_s) {
+          moonraker_.RunAfter(0, [=, this] { OnMessage(method, params, received_s); });
+        },
+        [this, cell](bool subscribed) {
+          moonraker_.RunAfter(0, [=, this] { OnThrough(subscribed, cell); });
+        });
+    through->Begin();
+    Keep(std::move(through));
   }
 
-  void AskForMoves() { Dump("printer.motion_report.dump_trapq", "name", "toolhead", "moves"); }
+  /// In place of the last, which ends.
+  void Keep(std::unique_ptr<KlippyStreams> streams) {
+    const std::lock_guard lock(streams_mutex_);
+    if (!ending_) streams_.swap(streams);
+  }
+
+  void OnThrough(bool subscribed, const LoadCellName& cell) {
+    if (subscribed) {
+      way_ = Way::kThrough;
+      if (cell.probe) intake_.ExpectTaps();
+    } else if (way_ == Way::kUnknown) {
+      way_ = Way::kAsAgent;
+      Keep(nullptr);
+      ListenFirst(cell);
+    } else {
+      intake_.Tell("Klipper's streams do not come; restart its firmware");
+    }
+  }
+
+  /// Forces come all the time where a subscription is there already.
+  void ListenFirst(const LoadCellName& cell) {
+    heard_ = false;
+    moonraker_.RunAfter(kListen_s, [this, cell] {
+      if (heard_) {
+        if (cell.probe) intake_.ExpectTaps();
+        return;
+      }
+      if (cell.probe) {
+        Dump("printer.load_cell_probe.dump_taps", "load_cell_probe", cell.name, "taps");
+      }
+      Dump("printer.load_cell.dump_force", "load_cell", cell.name, "forces");
+      AskForMoves();
+    });
+  }
+
+  void AskForMoves() {
+    {
+      const std::lock_guard lock(streams_mutex_);
+      if (streams_) return streams_->Reopen();
+    }
+    Dump("printer.motion_report.dump_trapq", "name", "toolhead", "moves");
+  }
 
   void Dump(const std::string& method, const char* key, const std::string& name,
             const char* answer_to) {
@@ -148,6 +239,7 @@ class MoonrakerTaps : public TapStream {
     } else if (method == prefix_ + "taps") {
       intake_.TakeTap(params, received_s);
     } else if (method == prefix_ + "forces") {
+      heard_ = true;
       intake_.TakeForces(params, received_s);
     } else if (method == prefix_ + "moves") {
       intake_.TakeMoves(params, received_s);
@@ -158,10 +250,16 @@ class MoonrakerTaps : public TapStream {
   }
 
   const std::string remote_method_;
-  const std::string prefix_;
+  const MoonrakerOptions options_;
+  std::string prefix_;  // of the streams' names; fixed before registered_
   TapIntake intake_;
-  bool registered_ = false;  // of the connection's thread
-  Moonraker moonraker_;      // last: its thread uses all the rest
+  bool registered_ = false;  // this and the next of the connection's thread
+  bool heard_ = false;       // forces, since the link or Klipper began
+  Way way_ = Way::kUnknown;
+  Moonraker moonraker_;  // its thread uses all the rest
+  std::mutex streams_mutex_;
+  bool ending_ = false;                     // guarded by the mutex
+  std::unique_ptr<KlippyStreams> streams_;  // likewise; its own thread uses the rest, too
 };
 
 }  // namespace

@@ -248,8 +248,9 @@ class TapStreamTest : public testing::Test {
     }
   }
 
-  std::unique_ptr<TapStream> Open() {
+  std::unique_ptr<TapStream> Open(const std::string& one_shot_token = {}) {
     TapStreamOptions options;
+    options.moonraker.one_shot_token = one_shot_token;
     options.moonraker.address = fmt::format("127.0.0.1:{}", server_.port());
     options.remote_method = "trammel_tap";
     auto stream = OpenTapStream(options, heard_.Events(), {10});
@@ -285,6 +286,43 @@ TEST_F(TapStreamTest, HandsOnWholeTapsAsTheyAre) {
   Push("trammel_tap", {{"id", 7}});
   ASSERT_TRUE(heard_.Wait([&] { return !heard_.calls.empty(); }));
   EXPECT_THAT(heard_.taps, testing::ElementsAre(tap, next));
+}
+
+TEST_F(TapStreamTest, StreamsComeOverAConnectionThatEndsWithTheRun) {
+  for (const char* endpoint :
+       {"load_cell_probe/dump_taps", "load_cell/dump_force", "motion_report/dump_trapq"}) {
+    server_.Answer(endpoint, {{"header", json::array()}});
+  }
+  const auto stream = Open();
+  EXPECT_EQ(MethodOf("load_cell_probe/dump_taps"), "trammel_tap_taps");
+  EXPECT_EQ(MethodOf("load_cell/dump_force"), "trammel_tap_forces");
+  EXPECT_EQ(MethodOf("motion_report/dump_trapq"), "trammel_tap_moves");
+  Push("trammel_tap_taps",
+       {{"tap", {{"time", {1, 2}}, {"force", {3, 4}}, {"moves", {{{"print_time", 1}}}}}}});
+  EXPECT_TRUE(heard_.Wait([&] { return !heard_.taps.empty(); }));
+  for (const char* method : {"printer.load_cell_probe.dump_taps", "printer.load_cell.dump_force",
+                             "printer.motion_report.dump_trapq"}) {
+    EXPECT_EQ(server_.CountRequests(method), 0) << "nothing is left with Moonraker";
+  }
+}
+
+TEST_F(TapStreamTest, StreamsThatAnEarlierRunLeftAreHeardAndNotSubscribedToOnceMore) {
+  const json objects = {{"objects", {"load_cell_probe"}}};
+  int asked = 0;
+  server_.Handle("printer.objects.list", [&](const json& request) {
+    std::vector<json> said = {test::ResultFor(request, objects)};
+    if (++asked == 1) {
+      said.push_back({{"jsonrpc", "2.0"},
+                      {"method", "trammel_tap_forces"},
+                      {"params", {{"data", json::array()}}}});
+    }
+    return said;
+  });
+  const auto hears = Open("a-token");  // with which no second connection can be made
+  EXPECT_FALSE(server_.WaitForRequest("printer.objects.list").is_null());
+  const auto subscribes = Open("a-token");
+  EXPECT_EQ(MethodOf("printer.load_cell.dump_force"), "trammel_tap_forces");
+  EXPECT_EQ(server_.CountRequests("printer.load_cell.dump_force"), 1);
 }
 
 TEST_F(TapStreamTest, BuildsTapsWhereThePrinterSendsThemWithoutMoves) {
