@@ -87,7 +87,7 @@ std::string LayoutJson(const TargetSheet& sheet) {
     entry["y_mm"] = target.y_mm;
     json["targets"].push_back(std::move(entry));
   }
-  return json.dump(1) + "\n";
+  return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 struct File {

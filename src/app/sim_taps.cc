@@ -79,7 +79,11 @@ void TapTruthFile::Write(const sim::VirtualKlipper& klipper, bool rest) {
   const std::vector<sim::ProbedTap>& taps = klipper.history().taps;
   for (; written_ < taps.size(); ++written_) {
     if (!rest && written_ + 1 == taps.size() && !taps[written_].truth) break;
-    std::fputs((TruthOf(taps[written_], written_ + 1).dump() + "\n").c_str(), file_.get());
+    std::fputs((TruthOf(taps[written_], written_ + 1)
+                    .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) +
+                "\n")
+                   .c_str(),
+               file_.get());
   }
   std::fflush(file_.get());
 }

@@ -40,7 +40,9 @@ std::string PlainId(const json& arguments) {
   std::string id;
   if (!arguments.is_object() || !arguments.contains("id")) return id;
   const json& given = arguments.at("id");
-  const std::string text = given.is_string() ? given.get<std::string>() : given.dump();
+  const std::string text =
+      given.is_string() ? given.get<std::string>()
+                        : given.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   for (const char c : text) {
     const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
     if (plain && id.size() < 40) id += c;

@@ -78,7 +78,7 @@ void KlippyStreams::Subscribe() {
     const json message = {
         {"id", i + 1}, {"method", streams_[i].endpoint}, {"params", std::move(params)}};
     // What cannot be sent was sent to a link that is down, which is told by itself.
-    (void)connection_.Send(message.dump());
+    (void)connection_.Send(message.dump(-1, ' ', false, json::error_handler_t::replace));
   }
 }
 

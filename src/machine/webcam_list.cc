@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/utf8.h"
 #include "machine/json_field.h"
 
 namespace trammel::machine {
@@ -13,6 +14,7 @@ using nlohmann::json;
 namespace {
 
 constexpr std::size_t kMaxWebcams = 100;
+constexpr std::size_t kLongestName = 200;
 
 std::string Absolute(const std::string& url, const MoonrakerAddress& address) {
   if (url.empty() || url.find("://") != std::string::npos) {
@@ -53,8 +55,8 @@ std::vector<Webcam> ReadWebcams(const json& answer, const MoonrakerAddress& addr
   }
   for (const json& entry : *list) {
     Webcam webcam;
-    webcam.name = TextOr(entry, "name", "");
-    webcam.service = TextOr(entry, "service", "");
+    webcam.name = Utf8OrReplaced(TextOr(entry, "name", ""), kLongestName);
+    webcam.service = Utf8OrReplaced(TextOr(entry, "service", ""), kLongestName);
     webcam.stream_url = Absolute(TextOr(entry, "stream_url", ""), address);
     webcam.snapshot_url = Absolute(TextOr(entry, "snapshot_url", ""), address);
     webcam.enabled = BoolOr(entry, "enabled", true);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "base/utf8.h"
 #include "files/new_file.h"
 #include "pressure_advance/pattern.h"
 #include "procedure/checks.h"
@@ -22,6 +23,7 @@ using pressure_advance::ScanSettings;
 
 constexpr double kAsk_s = 10;
 // Of pictures that a camera sends as raw pixels: recordings are MJPEG.
+constexpr std::size_t kLongestCameraName = 500;
 constexpr int kJpegQuality = 95;
 constexpr double kHome_s = 300;
 constexpr double kStall_s = 5;
@@ -271,9 +273,10 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
   if (outcome.done) outcome.done = Home(session);
   if (outcome.done) outcome.done = guard->Begin(session);
   if (outcome.done) {
-    outcome.done =
-        WithReason(session, RunSteps(session, request, guard->before(), eye->recorder.get(),
-                                     eye->camera ? eye->camera->Describe() : ""));
+    outcome.done = WithReason(
+        session, RunSteps(session, request, guard->before(), eye->recorder.get(),
+                          eye->camera ? Utf8OrReplaced(eye->camera->Describe(), kLongestCameraName)
+                                      : std::string()));
     if (outcome.done && !request.scan) outcome.bed_c = BedTarget_c(session);
     session.Say("bringing back what was set before");
   }

@@ -40,7 +40,8 @@ Result<std::string> ObjectOf(const Session& session, int tool) {
           ? fmt::format("the printer has no tools of klipper-toolchanger; give the offset of tool "
                         "{0} by hand with --now {0}:X,Y",
                         tool)
-          : fmt::format("the printer has no tool {}: its toolchanger has {}", tool, numbers.dump()),
+          : fmt::format("the printer has no tool {}: its toolchanger has {}", tool,
+                        numbers.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)),
       ErrorKind::kMachine);
 }
 

@@ -62,7 +62,7 @@ std::string SheetTruthJson(const SheetName& name, const PrintedSheet& sheet, int
                        {"scale_x", scanner.scale_x},
                        {"scale_y", scanner.scale_y},
                        {"skew", scanner.skew}}}};
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace trammel::sim

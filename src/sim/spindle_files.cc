@@ -97,7 +97,7 @@ std::string ObservationsJson(const SpindleWorld& world, const SpindleName& name,
     json["views"].push_back(view);
   }
   json["unknowns"] = {"pose", "clamp_angle"};
-  return json.dump(1) + "\n";
+  return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 std::string ViewsJson(const SpindleWorld& world) {
@@ -108,7 +108,7 @@ std::string ViewsJson(const SpindleWorld& world) {
     json["views"].push_back(view);
   }
   json["unknowns"] = {"pose", "clamp_angle"};
-  return json.dump(1) + "\n";
+  return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 std::string SpindleTruthJson(const SpindleWorld& world, const SpindleName& name, double margin_px) {
@@ -142,7 +142,7 @@ std::string SpindleTruthJson(const SpindleWorld& world, const SpindleName& name,
                      {"camera", CameraJson(world.setup.lens)},
                      {"targets", targets},
                      {"views", views}};
-  return json.dump(1) + "\n";
+  return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace trammel::sim

@@ -65,7 +65,7 @@ std::string ReadId(JsonObject& object, const char* key, std::set<std::string>* n
     return {};
   }
   if (value->is_number_integer()) {
-    std::string id = value->dump();
+    std::string id = value->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
     if (numeric != nullptr) numeric->insert(id);
     return id;
   }

@@ -35,7 +35,8 @@ std::string Id(JsonObject& object) {
     return {};
   }
   if (value->is_string()) return value->get<std::string>();
-  if (value->is_number_integer()) return value->dump();
+  if (value->is_number_integer())
+    return value->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   object.Fault("id", fmt::format("is {}; it must be a whole number or a text", Show(*value)));
   return {};
 }

@@ -31,7 +31,8 @@ Eigen::Vector3d Three(JsonObject& object, const char* key, NumberRange range) {
 // Ids may be written as numbers.
 std::string Id(JsonObject& object, const char* key) {
   const nlohmann::json* value = object.Find(key);
-  if (value != nullptr && value->is_number_integer()) return value->dump();
+  if (value != nullptr && value->is_number_integer())
+    return value->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   return object.Text(key);
 }
 

@@ -121,7 +121,8 @@ std::string FormatPlan(const PatternPlan& plan) {
                              {"pressure_advance_s", line.pressure_advance_s},
                              {"start_mm", {rounded(line.start_x_mm), rounded(line.start_y_mm)}},
                              {"end_mm", {rounded(line.end_x_mm), rounded(line.end_y_mm)}}};
-    out += (out.back() == '[' ? "\n    " : ",\n    ") + entry.dump();
+    out += (out.back() == '[' ? "\n    " : ",\n    ") +
+           entry.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
   return out + "]}\n";
 }
