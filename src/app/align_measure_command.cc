@@ -19,6 +19,7 @@
 #include "app/linuxcnc_options.h"
 #include "app/machine_boxes.h"
 #include "app/number_range.h"
+#include "app/secrets.h"
 #include "part_alignment/pose/disc_centres.h"
 #include "part_alignment/views/plan_room.h"
 #include "procedure/align_measure.h"
@@ -170,7 +171,9 @@ int RunMeasure(MeasureArguments arguments) {
   machine::CameraOptions camera;
   camera.width_px = plan->measurement.camera.width_px;
   camera.height_px = plan->measurement.camera.height_px;
-  const auto source = machine::OpenCamera(arguments.source, camera, stop);
+  const auto address = CameraAddressOf("--source", arguments.source);
+  if (!address) return Report(address.error());
+  const auto source = machine::OpenCamera(*address, camera, stop);
   if (!source) return Report(source.error());
   procedure::StillPictures pictures(**source, arguments.settle_s);
   procedure::MeasureShop shop;

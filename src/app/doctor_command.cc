@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/config_text.h"
 #include "app/interrupt.h"
 #include "app/printer_session.h"
+#include "app/secrets.h"
 #include "procedure/calibrate.h"
 #include "procedure/checks.h"
 #include "procedure/dead_run.h"
@@ -93,6 +95,8 @@ int RunDoctor(const DoctorOptions& options) {
   add({earlier});
   if (ready) add(CheckTiming(session));
   add(CheckCamera(session, config->scan, options.laser && ready && earlier.passed));
+  const auto text = FindConfig(options.printer.config);
+  add(CheckSecretFiles(text && !text->text.empty() ? text->file : "", config->scan));
   add({procedure::CheckDisk(std::filesystem::current_path(), 60, config->scan.frames_per_s)});
   bool all = true;
   for (const Check& check : checks) {

@@ -4,6 +4,9 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <utility>
+
+#include "app/secrets.h"
 
 namespace trammel::app {
 
@@ -12,13 +15,6 @@ void AddLinuxCncOptions(CLI::App& command, const std::string& option, const std:
   constexpr const char* kGroup = "LinuxCNC";
   machine::LinuxCncOptions& options = arguments.options;
   command.add_option(option, arguments.address, help)->group(kGroup);
-  command
-      .add_option("--connect-password", options.address.connect_password,
-                  "of linuxcncrsh --connectpw")
-      ->group(kGroup);
-  command
-      .add_option("--enable-password", options.address.enable_password, "of linuxcncrsh --enablepw")
-      ->group(kGroup);
   command.add_option("--joints", options.joints, "joints that must be homed, from 0")
       ->check(CLI::Range(1, 16))
       ->capture_default_str()
@@ -33,6 +29,12 @@ void AddLinuxCncOptions(CLI::App& command, const std::string& option, const std:
 
 Result<machine::LinuxCncOptions> ParseLinuxCnc(const LinuxCncArguments& arguments) {
   machine::LinuxCncOptions options = arguments.options;
+  // Not among the words of the command, which everybody on the computer can read.
+  for (const auto& [name, password] :
+       {std::pair{"TRAMMEL_LINUXCNC_CONNECT_PASSWORD", &options.address.connect_password},
+        std::pair{"TRAMMEL_LINUXCNC_ENABLE_PASSWORD", &options.address.enable_password}}) {
+    if (std::string given = FromEnvironment(name); !given.empty()) *password = std::move(given);
+  }
   const std::string& text = arguments.address;
   const std::size_t colon = text.rfind(':');
   options.address.host = text.substr(0, colon);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "app/config_text.h"
+#include "app/secrets.h"
 #include "machine/moonraker_printer.h"
 
 namespace trammel::app {
@@ -33,7 +34,8 @@ void AddMaterialOption(CLI::App& command, std::string& material) {
 
 void AddCameraOption(CLI::App& command, PrinterOptions& options) {
   command.add_option("--camera", options.camera,
-                     "stream URL, /dev/videoN, aravis:ID, video file or folder of pictures");
+                     "stream URL, /dev/videoN, aravis:ID, video file or folder of pictures; @FILE: "
+                     "what stands in the file, for a URL with a password");
 }
 
 Result<store::Config> LoadSettings(const PrinterOptions& options) {
@@ -51,7 +53,14 @@ Result<store::Config> LoadSettings(const PrinterOptions& options) {
     return tl::unexpected(valid.error());
   }
   if (!options.address.empty()) config->scan.address = options.address;
-  if (!options.camera.empty()) config->scan.camera = options.camera;
+  if (!options.camera.empty()) {
+    auto camera = CameraAddressOf("--camera", options.camera);
+    if (!camera) return tl::unexpected(camera.error());
+    config->scan.camera = std::move(*camera);
+  }
+  if (auto settled = SettleApiKey(config->scan); !settled) {
+    return tl::unexpected(settled.error());
+  }
   return config;
 }
 

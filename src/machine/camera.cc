@@ -5,6 +5,7 @@
 
 #include <system_error>
 
+#include "base/url_secrets.h"
 #include "machine/aravis_camera.h"
 #include "machine/camera_url.h"
 #include "machine/frame_files.h"
@@ -55,7 +56,7 @@ Result<std::unique_ptr<FrameSource>> OpenCamera(const std::string& address,
     return Fail(
         fmt::format("camera '{}': only http and https streams can be read; serve the camera "
                     "as MJPEG over HTTP",
-                    address));
+                    WithoutSecrets(address)));
   }
   if (address.rfind("/dev/", 0) == 0) return OpenV4l2Camera(address, options);
   std::error_code error;

@@ -8,12 +8,20 @@
 #include <string_view>
 #include <utility>
 
+#include "base/url_secrets.h"
+#include "base/utf8.h"
 #include "machine/camera.h"
 
 namespace trammel::machine {
 namespace {
 
 constexpr std::size_t kLongestUrl = 4096;
+constexpr std::size_t kLongestShown = 300;
+
+/// For messages.
+std::string Shown(std::string_view address) {
+  return Utf8OrReplaced(WithoutSecrets(address), kLongestShown);
+}
 
 bool StartsWithIgnoringCase(std::string_view text, std::string_view start) {
   return text.size() >= start.size() &&
@@ -49,7 +57,7 @@ Result<void> ParseHost(const std::string& text, std::string_view host, CameraUrl
   if (!host.empty() && host.front() == '[') {
     const std::size_t end = host.find(']');
     if (end == std::string_view::npos) {
-      return Fail(fmt::format("camera address '{}': '[' without ']' in the host", text));
+      return Fail(fmt::format("camera address '{}': '[' without ']' in the host", Shown(text)));
     }
     port = host.substr(end + 1);
     url.host = host.substr(1, end - 1);
@@ -58,15 +66,15 @@ Result<void> ParseHost(const std::string& text, std::string_view host, CameraUrl
     port = host.substr(colon);
     url.host = host.substr(0, colon);
   }
-  if (url.host.empty()) return Fail(fmt::format("camera address '{}': names no host", text));
+  if (url.host.empty()) return Fail(fmt::format("camera address '{}': names no host", Shown(text)));
   if (port.empty()) return {};
   const std::string_view digits = port.substr(1);
   int value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (port.front() != ':' || error != std::errc{} || end != digits.data() + digits.size() ||
       value < 1 || value > 65535) {
-    return Fail(fmt::format("camera address '{}': port '{}' is not a number from 1 to 65535", text,
-                            digits));
+    return Fail(
+        fmt::format("camera address '{}': its port is not a number from 1 to 65535", Shown(text)));
   }
   url.port = static_cast<std::uint16_t>(value);
   return {};
@@ -74,12 +82,14 @@ Result<void> ParseHost(const std::string& text, std::string_view host, CameraUrl
 
 }  // namespace
 
-std::string CameraUrl::ToString() const {
+std::string CameraUrl::Address() const {
   const bool v6 = host.find(':') != std::string::npos;
   const bool standard = port == (tls ? 443 : 80);
   return fmt::format("{}://{}{}{}{}{}", tls ? "https" : "http", v6 ? "[" : "", host, v6 ? "]" : "",
                      standard ? "" : fmt::format(":{}", port), target);
 }
+
+std::string CameraUrl::ToString() const { return Shown(Address()); }
 
 bool IsHttpUrl(const std::string& text) {
   return StartsWithIgnoringCase(text, "http://") || StartsWithIgnoringCase(text, "https://");
@@ -87,7 +97,8 @@ bool IsHttpUrl(const std::string& text) {
 
 Result<CameraUrl> ParseCameraUrl(const std::string& text) {
   if (!IsHttpUrl(text)) {
-    return Fail(fmt::format("camera address '{}': begins with neither http:// nor https://", text));
+    return Fail(
+        fmt::format("camera address '{}': begins with neither http:// nor https://", Shown(text)));
   }
   if (text.size() > kLongestUrl) {
     return Fail(fmt::format("camera address of {} characters; at most {} are taken", text.size(),
@@ -132,14 +143,14 @@ Result<std::string> ResolveCameraUrl(const std::string& stream_url,
     return Fail(
         fmt::format("webcam address '{}': only http and https streams can be read; set the "
                     "webcam to an MJPEG stream",
-                    stream_url));
+                    Shown(stream_url)));
   }
   auto printer = ParseCameraUrl(printer_url);
   if (!printer) return tl::unexpected(printer.error());
   CameraUrl url = *printer;
   url.port = url.tls ? 443 : 80;
   url.target = (stream_url.front() == '/' ? "" : "/") + stream_url;
-  const std::string absolute = url.ToString();
+  const std::string absolute = url.Address();
   if (auto parsed = ParseCameraUrl(absolute); !parsed) return tl::unexpected(parsed.error());
   return absolute;
 }

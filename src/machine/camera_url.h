@@ -16,7 +16,9 @@ struct CameraUrl {
   std::string user;          ///< decoded; empty where none is stated
   std::string password;
 
-  /// Without user and password, for messages.
+  /// Without user and password.
+  [[nodiscard]] std::string Address() const;
+  /// For messages and recordings: also without secrets in the query, and fit to be shown.
   [[nodiscard]] std::string ToString() const;
 };
 

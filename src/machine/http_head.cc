@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <charconv>
 
+#include "base/utf8.h"
+
 namespace trammel::machine {
 
 Result<HttpHead> ParseHttpHead(std::string_view head) {
   const std::string_view line = head.substr(0, head.find_first_of("\r\n"));
+  constexpr std::size_t kLongestReason = 100;
   HttpHead parsed;
   const std::size_t space = line.find(' ');
   bool good = line.substr(0, 5) == "HTTP/" && space != std::string_view::npos;
@@ -21,7 +24,7 @@ Result<HttpHead> ParseHttpHead(std::string_view head) {
   if (!good) {
     return Fail("its answer is not HTTP; check the port", ErrorKind::kMachine);
   }
-  parsed.reason = line.substr(std::min(space + 5, line.size())).substr(0, 100);
+  parsed.reason = Utf8OrReplaced(line.substr(std::min(space + 5, line.size())), kLongestReason);
   parsed.fields = ParseHeaderFields(head.substr(line.size()));
   return parsed;
 }

@@ -40,7 +40,10 @@ std::string Readable(std::string_view message) {
 void MessageLog::Add(MessageDirection direction, std::string_view message) {
   // Secrets stand early in short messages of ours; long ones are cut before they are searched.
   std::string text(message.substr(0, 4 * kMaxCharacters));
-  for (const char* secret : {"api_key", "access_token", "password"}) {
+  // A text as a result is a key or a token: access.get_api_key, access.oneshot_token.
+  const bool plain_answer = text.find("\"result\":\"ok\"") != std::string::npos;
+  if (!plain_answer) BlotOut(text, "result");
+  for (const char* secret : {"api_key", "access_token", "refresh_token", "token", "password"}) {
     BlotOut(text, secret);
   }
   text = (direction == MessageDirection::kOut ? "> " : "< ") + Readable(text);

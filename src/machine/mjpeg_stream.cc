@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/url_secrets.h"
+#include "base/utf8.h"
 #include "machine/byte_stream.h"
 #include "machine/camera_url.h"
 #include "machine/frame_check.h"
@@ -17,6 +19,7 @@ namespace trammel::machine {
 namespace {
 
 constexpr std::size_t kLongestHead = 64 * 1024;
+constexpr std::size_t kLongestShown = 300;  // of what a server says
 constexpr std::size_t kReadBytes = 64 * 1024;
 /// Seconds since 1970 exceed it since 2001; a monotonic clock would take 31 years.
 constexpr double kWallClockFrom_s = 1e9;
@@ -83,7 +86,7 @@ std::string Request(const CameraUrl& url, const std::string& target) {
 std::string Refusal(const HttpHead& head) {
   const std::string status = fmt::format("HTTP {} {}", head.status, head.reason);
   if (head.status == 401 || head.status == 403) {
-    return status + "; write user and password into the address: http://user:password@host/…";
+    return status + "; write user and password into [camera] url: http://user:password@host/…";
   }
   if (head.status == 404) {
     return status + "; check the path, for ustreamer /?action=stream or /stream";
@@ -91,7 +94,9 @@ std::string Refusal(const HttpHead& head) {
   if (head.status >= 300 && head.status < 400) {
     const auto to = head.fields.find("location");
     return fmt::format("{}; use the address it names: {}", status,
-                       to == head.fields.end() ? "none" : to->second.substr(0, 300));
+                       to == head.fields.end()
+                           ? "none"
+                           : Utf8OrReplaced(WithoutSecrets(to->second), kLongestShown));
   }
   if (head.status >= 500) return status + "; check that the camera is plugged in and not in use";
   return status + "; check the address";

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/random.h"
+#include "base/utf8.h"
 #include "machine/camera_url.h"
 #include "machine/host_clock.h"
 #include "support/scripted_http.h"
@@ -141,6 +142,23 @@ TEST(MjpegStream, SendsUserAndPasswordAndNeverShowsThem) {
   EXPECT_EQ(outcome.error.message.find("p%40ss"), std::string::npos);
   // base64("user:p@ss")
   EXPECT_THAT(server.requests().at(0), HasSubstr("Authorization: Basic dXNlcjpwQHNz\r\n"));
+}
+
+TEST(MjpegStream, ShowsNeitherTokensNorBytesThatATerminalCannotRead) {
+  const ScriptedHttp server(Says("HTTP/1.1 404 \xFF\x1b[2J\r\n\r\n", false));
+  const std::string address =
+      "http://127.0.0.1:" + std::to_string(server.port()) + "/\xFF?token=s3cret&x=1";
+  const std::string said = ReadUntilError(address).error.message;
+  EXPECT_EQ(said.find("s3cret"), std::string::npos) << said;
+  EXPECT_EQ(said, Utf8OrReplaced(said));
+  EXPECT_THAT(said, HasSubstr("token=…&x=1"));
+  EXPECT_THAT(server.requests().at(0), HasSubstr("GET /\xFF?token=s3cret&x=1"));
+  for (const char* bad :
+       {"http://me:s3cret@[::1", "http://me:s3/cret@camera", "ftp://me:s3cret@a"}) {
+    const auto url = ParseCameraUrl(bad);
+    ASSERT_FALSE(url) << bad;
+    EXPECT_EQ(url.error().message.find("s3"), std::string::npos) << url.error().message;
+  }
 }
 
 TEST(MjpegStream, ReadsChunkedAnswers) {

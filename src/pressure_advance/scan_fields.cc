@@ -25,7 +25,10 @@ constexpr auto kFields = std::to_array<ScanField>({
      "http://localhost:7125."},
     {kMoonraker, "api_key", &S::api_key, "", 0, 0,
      "Only where Moonraker does not trust this computer. It is a secret: whoever has it controls "
-     "the printer."},
+     "the printer. Only you should be able to read this file, then (chmod 600)."},
+    {kMoonraker, "api_key_file", &S::api_key_file, "", 0, 0,
+     "Instead of api_key: a file whose first line is the key. The environment's TRAMMEL_API_KEY "
+     "goes before both."},
     {kMoonraker, "ca_file", &S::ca_file, "", 0, 0,
      "PEM file of the authority that signed the server's certificate. Empty: the system's."},
     {kMoonraker, "accept_any_certificate", &S::accept_any_certificate, "", 0, 0,

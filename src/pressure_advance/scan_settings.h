@@ -18,6 +18,7 @@ struct ScanSettings {
   std::string address = "localhost";  ///< as machine::MoonrakerOptions::address
   std::string http_address;           ///< for uploads where `address` is a Unix socket
   std::string api_key;
+  std::string api_key_file;  ///< its first line is the key
   std::string ca_file;
   bool accept_any_certificate = false;
 

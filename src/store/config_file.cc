@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/url_secrets.h"
 #include "pressure_advance/pattern_config.h"
 #include "pressure_advance/scan_fields.h"
 #include "store/config_value.h"
@@ -142,10 +143,12 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config,
                             std::string_view own_section) {
   const std::size_t equals = assignment.find('=');
   if (equals == std::string_view::npos) {
-    return Fail(fmt::format("--set {}: must be key=value or section.key=value", assignment));
+    return Fail(fmt::format("--set {}: must be key=value or section.key=value",
+                            WithoutSecrets(assignment)));
   }
   std::string_view key = assignment.substr(0, equals);
   const std::string_view value = assignment.substr(equals + 1);
+  const std::string name(key);  // what is said, without the value: it may be a secret
   std::string_view section;
   if (const std::size_t dot = key.find('.'); dot != std::string_view::npos) {
     section = key.substr(0, dot);
@@ -156,22 +159,28 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config,
       section.empty() && !own_section.empty() ? Find(settings, own_section, key) : nullptr;
   if (setting == nullptr) setting = Find(settings, section, key);
   if (setting == nullptr) {
-    return Fail(fmt::format("--set {}: there is no such key{}", assignment,
-                            Suggest(key, KeysOf(settings, ""))));
+    return Fail(
+        fmt::format("--set {}: there is no such key{}", name, Suggest(key, KeysOf(settings, ""))));
+  }
+  if (IsSecret(*setting) || WithoutSecrets(value) != value) {
+    return Fail(fmt::format(
+        "--set {}: everybody on this computer can read the words of a command, and this is a "
+        "secret; write it into trammel.toml, which only you can read then (chmod 600){}",
+        name, IsSecret(*setting) ? ", or name a file: --set api_key_file=FILE" : ""));
   }
   toml::table table;
   if (IsText(*setting) && !value.starts_with('"') && !value.starts_with('\'')) {
     table.insert("value", std::string(value));
   } else {
     Result<toml::table> parsed = ParseToml(fmt::format("value = {}", value), "--set");
-    if (!parsed) return Fail(fmt::format("--set {}: {}", assignment, parsed.error().message));
+    if (!parsed) return Fail(fmt::format("--set {}: {}", name, parsed.error().message));
     table = std::move(*parsed);
   }
   if (table.size() != 1) {
-    return Fail(fmt::format("--set {}: more than one value", assignment));
+    return Fail(fmt::format("--set {}: more than one value", name));
   }
   if (const auto fault = SetSetting(*setting, *table.get("value"))) {
-    return Fail(fmt::format("--set {}: [{}] {}: {}", assignment, setting->section, key, *fault));
+    return Fail(fmt::format("--set {}: [{}] {}: {}", name, setting->section, key, *fault));
   }
   return {};
 }

@@ -294,6 +294,27 @@ TEST(ConfigOverride, AKeyOfTwoSectionsIsTheCommandsOwn) {
   EXPECT_EQ(sheet.filament.nozzle_temperature_c, 205);
 }
 
+TEST(ConfigOverride, RefusesSecretsAmongTheWordsOfACommandWithoutShowingThem) {
+  Config config;
+  for (const std::string text :
+       {"api_key=hunter2", "moonraker.api_key=hunter2", "camera.url=http://me:hunter2@camera/",
+        "url=http://camera/?token=hunter2", "apikey=hunter2"}) {
+    const auto done = OverrideConfig(text, config);
+    ASSERT_FALSE(done) << text;
+    EXPECT_THAT(done.error().message, testing::Not(HasSubstr("hunter2"))) << text;
+  }
+  EXPECT_THAT(OverrideConfig("api_key=x", config).error().message, HasSubstr("api_key_file"));
+  EXPECT_TRUE(OverrideConfig("api_key_file=key", config));
+  EXPECT_EQ(config.scan.api_key_file, "key");
+}
+
+TEST(ConfigFile, ShowsNoKeyThatIsWrong) {
+  const auto config = ParseConfig("[moonraker]\napi_key = 42424242\n", "a.toml");
+  ASSERT_FALSE(config);
+  EXPECT_THAT(config.error().message,
+              testing::AllOf(HasSubstr("api_key"), testing::Not(HasSubstr("4242"))));
+}
+
 TEST(ConfigOverride, NamesWhatIsWrong) {
   const std::vector<Fault> faults{
       {"line_length", "must be key=value"},

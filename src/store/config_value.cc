@@ -212,7 +212,9 @@ std::vector<ConfigSetting> SettingsOf(Config& config) {
 }
 
 std::optional<std::string> SetSetting(const ConfigSetting& setting, const toml::node& value) {
-  if (Fault fault = std::visit(Setter{value}, setting.value)) return fault;
+  if (Fault fault = std::visit(Setter{value}, setting.value)) {
+    return IsSecret(setting) ? "must be a text in quotes" : fault;
+  }
   return std::visit(
       [&](const auto* out) { return settings::FindValueProblem(setting.range, *out); },
       setting.value);
@@ -221,6 +223,8 @@ std::optional<std::string> SetSetting(const ConfigSetting& setting, const toml::
 std::optional<std::string> FormatSetting(const ConfigSetting& setting) {
   return std::visit([](const auto* value) { return Formatter{}(*value); }, setting.value);
 }
+
+bool IsSecret(const ConfigSetting& setting) { return setting.key == "api_key"; }
 
 bool IsText(const ConfigSetting& setting) {
   return std::holds_alternative<std::string*>(setting.value) ||

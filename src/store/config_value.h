@@ -43,6 +43,9 @@ struct ConfigSetting {
 /// The value as TOML; absent where an optional setting has none.
 [[nodiscard]] std::optional<std::string> FormatSetting(const ConfigSetting& setting);
 
+/// Whether nobody else is to see the value: messages leave it out.
+[[nodiscard]] bool IsSecret(const ConfigSetting& setting);
+
 /// Whether the setting is written between quotes.
 [[nodiscard]] bool IsText(const ConfigSetting& setting);
 

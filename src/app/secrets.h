@@ -1,0 +1,34 @@
+// Secrets come from files and the environment: a command's words can be read by everybody on the
+// computer.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "pressure_advance/scan_settings.h"
+#include "procedure/checks.h"
+
+namespace trammel::app {
+
+/// What an environment variable holds; empty where there is none.
+[[nodiscard]] std::string FromEnvironment(const char* name);
+
+/// The first line of a small file. Error: it cannot be read, or is empty.
+[[nodiscard]] Result<std::string> SecretFrom(const std::string& file);
+
+/// The camera's address as given on the command line: itself, or for @FILE what stands in the file.
+/// Error: it holds a password or a token; names `option` and the remedy.
+[[nodiscard]] Result<std::string> CameraAddressOf(const std::string& option,
+                                                  const std::string& given);
+
+/// Settles the API key: TRAMMEL_API_KEY before [moonraker] api_key_file before api_key.
+/// Errors: two of the settings, a file that cannot be read, a key that is no line of text.
+[[nodiscard]] Result<void> SettleApiKey(pressure_advance::ScanSettings& settings);
+
+/// Advice where others on this computer may read a file that holds a secret.
+/// @param settings_file  empty: none.
+[[nodiscard]] std::vector<procedure::Check> CheckSecretFiles(
+    const std::string& settings_file, const pressure_advance::ScanSettings& settings);
+
+}  // namespace trammel::app
