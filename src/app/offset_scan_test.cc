@@ -222,7 +222,7 @@ TEST_F(OffsetScan, ANetworkScannersPageComesBackBitForBit) {
 TEST_F(OffsetScan, NothingIsOverwritten) {
   WriteWhole(Path("a.png"), "mine");
   EXPECT_THAT(Scan("--device test:0 -o a.png --dpi 75").standard_error,
-              HasSubstr("exists already"));
+              HasSubstr("is there already"));
   EXPECT_EQ(ReadWhole(Path("a.png")), "mine");
 }
 

@@ -16,7 +16,10 @@ Result<void> RefuseToOverwrite(const std::vector<std::filesystem::path>& paths, 
     if (!seen.insert(std::filesystem::weakly_canonical(absolute(path), ignored)).second) {
       return Fail(fmt::format("{}: two outputs cannot be the same file", path.string()));
     }
-    if (auto free = files::CheckTarget(path, files::ReplaceIf(force)); !free) return free;
+    if (auto free = files::CheckTarget(path, files::ReplaceIf(force),
+                                       "--force overwrites it, or name another");
+        !free)
+      return free;
   }
   return {};
 }

@@ -90,7 +90,7 @@ TEST_F(SimSheetCommand, OverwritesNothing) {
   ASSERT_EQ(Run("--out a.pnm").exit_code, 0);
   const CommandResult again = Run("--out a.pnm");
   EXPECT_EQ(again.exit_code, 1);
-  EXPECT_THAT(again.output, HasSubstr("exists already"));
+  EXPECT_THAT(again.output, HasSubstr("is there already"));
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ class Descriptor {
 
 tl::unexpected<Error> ThereAlready(const fs::path& path, std::string_view or_else) {
   return Fail(fmt::format("{}: is there already; {}", path.string(),
-                          or_else.empty() ? "--force overwrites it, or name another" : or_else));
+                          or_else.empty() ? "name another file" : or_else));
 }
 
 std::string RandomName(const std::string& name) {

@@ -51,7 +51,7 @@ TEST(NewFile, OverwritesNothingUnasked) {
   test::WriteWhole(path, "old");
   const auto refused = WriteWholeFile(path, "new", IfThere::kRefuse);
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().message, HasSubstr("x: is there already; --force"));
+  EXPECT_THAT(refused.error().message, HasSubstr("x: is there already; name another"));
   EXPECT_EQ(test::ReadWhole(path), "old");
   EXPECT_TRUE(WriteWholeFile(path, "new", IfThere::kReplace));
   EXPECT_EQ(test::ReadWhole(path), "new");

@@ -167,7 +167,7 @@ TEST(Photo, WritesAJpegAndOverwritesNothing) {
   EXPECT_EQ(ReadBytes(scratch.path() / "a.jpg").substr(0, 2), "\xff\xd8");
   const Result<void> again = WriteJpegFile(frame, 90, scratch.path() / "a.jpg");
   ASSERT_FALSE(again);
-  EXPECT_THAT(again.error().message, HasSubstr("a.jpg exists already"));
+  EXPECT_THAT(again.error().message, HasSubstr("a.jpg: is there already"));
   EXPECT_FALSE(WriteJpegFile(frame, 90, "/nowhere/a.jpg"));
 }
 

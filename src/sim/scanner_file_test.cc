@@ -147,7 +147,7 @@ TEST_F(ScannerFile, RefusesWhatItCannotWrite) {
   EXPECT_THAT(error_of("a.jpg", 16, {}), HasSubstr("8 bits"));
   EXPECT_THAT(error_of("a.jpg", 8, {600, 0}), HasSubstr("quality is 0"));
   EXPECT_THAT(error_of("a.png", 8, {-5, 90}), HasSubstr("-5 dpi"));
-  EXPECT_THAT(error_of("no/such/folder.png", 8, {}), HasSubstr("cannot write"));
+  EXPECT_THAT(error_of("no/such/folder.png", 8, {}), HasSubstr("cannot be written"));
 }
 
 }  // namespace

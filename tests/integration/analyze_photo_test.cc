@@ -128,10 +128,9 @@ TEST_F(AnalyzePhoto, RejectsPlansThatCannotBe) {
 
 TEST_F(AnalyzePhoto, PrintsTheAnswerAlsoWhereItsFilesCannotBeWritten) {
   Write(ToMat(Draw(drawn_)));
-  // Where the report is first written to.
-  fs::create_directory(folder() / "page.html.part");
+  // A folder in which nobody can make a file, root neither.
   const auto run = test::RunTrammel(
-      "pa analyze photo.jpg --json --report page.html --figures figures " + std::string(kPa),
+      "pa analyze photo.jpg --json --report /proc/page.html --figures figures " + std::string(kPa),
       folder());
   EXPECT_EQ(run.exit_code, 1) << run.output;
   EXPECT_THAT(run.standard_error, HasSubstr("page.html: cannot be written"));
