@@ -23,6 +23,7 @@
 #include <utility>
 
 #include "base/bug_note.h"
+#include "base/thread_priority.h"
 #include "sim/camera_headers.h"
 #include "sim/own_host.h"
 
@@ -241,6 +242,7 @@ class Server final : public CameraHttp {
     Accept();
     // What a client's handler throws ends that client: nothing else goes on with it.
     thread_ = std::thread([this] {
+      RaiseThisThread(ThreadUrgency::kWorking);
       while (NoteBug([this] { io_.run(); })) {
       }
     });

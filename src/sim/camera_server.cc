@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "base/bug_note.h"
+#include "base/thread_priority.h"
 #include "sim/jpeg.h"
 
 namespace trammel::sim {
@@ -118,6 +119,7 @@ class Running final : public CameraServer {
 
  private:
   void Run() {
+    RaiseThisThread(ThreadUrgency::kWorking);  // a camera has a processor of its own
     const double jitter_s = eye_.dark.frame_jitter_s / options_.machine_time_scale;
     const double half_s = view_.exposure_s() / 2 / options_.machine_time_scale;
     const double most_s = 0.4 / options_.frames_per_s;

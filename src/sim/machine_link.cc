@@ -15,6 +15,7 @@
 #include <variant>
 
 #include "base/bug_note.h"
+#include "base/thread_priority.h"
 #include "sim/camera_http.h"
 #include "sim/unix_socket.h"
 
@@ -61,6 +62,7 @@ class Serving final : public MachineLink {
       Client& client = clients_.emplace_back(std::move(*accepted));
       client.thread = std::jthread([this, &client] {
         (void)NoteBug([&] {
+          RaiseThisThread(ThreadUrgency::kWorking);
           while (AnswerNext(client.socket)) {
           }
         });

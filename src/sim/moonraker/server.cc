@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "base/bug_note.h"
+#include "base/thread_priority.h"
 #include "sim/camera_http.h"
 #include "sim/moonraker/http_api.h"
 #include "sim/own_host.h"
@@ -373,6 +374,7 @@ Result<std::unique_ptr<PrinterServer>> PrinterServer::Start(MachineHost& machine
   Sockets& running = *sockets;
   // What a session's handler throws ends that session: nothing else holds it.
   running.thread = std::thread([&running] {
+    RaiseThisThread(ThreadUrgency::kWorking);  // a printer's firmware keeps its own time
     while (NoteBug([&running] { running.context.run(); })) {
     }
   });
