@@ -24,6 +24,23 @@ constexpr std::size_t kMostBytes = 2'000'000'000;
 
 std::string SystemText(int error) { return std::generic_category().message(error); }
 
+std::string_view AdviceOn(int error) {
+  switch (error) {
+    case ENOSPC:
+    case EDQUOT:
+      return "make room";
+    case EFBIG:
+      return "raise the limit on the size of files (ulimit -f), or record to another disk";
+    case EMFILE:
+    case ENFILE:
+      return "raise the limit on open files (ulimit -n), or end what holds them";
+    case EROFS:
+      return "record to a disk that can be written";
+    default:
+      return "check the disk";
+  }
+}
+
 /// A file that grows by whole records: what could not be written whole is taken away again.
 class RecordFile {
  public:
@@ -162,10 +179,9 @@ struct VideoWriter::State {
   std::string broken;  ///< why nothing more can be written
 
   tl::unexpected<Error> DiskFault(int error) {
-    const char* advice = error == ENOSPC || error == EDQUOT ? "make room" : "check the disk";
     broken = fmt::format(
         "recording '{}': writing frame {} failed ({}); {}. The {} frames before it are safe",
-        path.string(), index.size(), SystemText(error), advice, index.size());
+        path.string(), index.size(), SystemText(error), AdviceOn(error), index.size());
     return Fail(broken);
   }
   Result<void> AddTimes(const CapturedFrame& frame, std::optional<std::size_t> number) {
@@ -194,9 +210,19 @@ Result<VideoWriter> VideoWriter::Create(const std::filesystem::path& path,
   const auto create = [](RecordFile& file, const std::filesystem::path& name) -> Result<void> {
     const int error = file.Create(name);
     if (error == 0) return {};
-    return Fail(fmt::format("recording '{}': cannot be created ({})", name.string(),
-                            error == EEXIST ? "it exists already; recordings are never overwritten"
-                                            : SystemText(error)));
+    if (error == EEXIST) {
+      return Fail(
+          fmt::format("recording '{}': cannot be created (it exists already; recordings "
+                      "are never overwritten)",
+                      name.string()));
+    }
+    return Fail(fmt::format("recording '{}': cannot be created ({}); {}", name.string(),
+                            SystemText(error), AdviceOn(error)));
+  };
+  const auto remove_both = [&] {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+    std::filesystem::remove(FrameTimesPath(path), ignored);
   };
   if (auto made = create(state->video, path); !made) return tl::unexpected(made.error());
   if (auto made = create(state->times, FrameTimesPath(path)); !made) {
@@ -208,6 +234,7 @@ Result<VideoWriter> VideoWriter::Create(const std::filesystem::path& path,
       "# trammel frame times, format 1\n"
       "# frame arrival_s captured_s clock sent_s clock sequence fault\n";
   if (const int error = state->times.Append(AsBytes(kHead)); error != 0) {
+    remove_both();
     return state->DiskFault(error);
   }
   return VideoWriter(std::move(state));

@@ -177,6 +177,32 @@ TEST_F(VideoWriterTest, SaysWhatIsSafeWhenTheDiskIsFull) {
   EXPECT_EQ(times->size(), frames);
 }
 
+TEST_F(VideoWriterTest, ALimitOnFilesIsNamedWithItsRemedyAndLeavesNothingBehind) {
+  rlimit open_files{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &open_files), 0);
+  const rlimit none{0, open_files.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  const auto crowded = VideoWriter::Create(At("crowded.avi"));
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &open_files), 0);
+  ASSERT_FALSE(crowded);
+  EXPECT_THAT(crowded.error().message, HasSubstr("ulimit -n"));
+
+  rlimit size{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &size), 0);
+  const rlimit small{10, size.rlim_max};
+  const auto before = signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  const auto limited = VideoWriter::Create(At("limited.avi"));
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &size), 0);
+  signal(SIGXFSZ, before);
+  ASSERT_FALSE(limited);
+  EXPECT_THAT(limited.error().message, HasSubstr("ulimit -f"));
+  for (const char* name :
+       {"crowded.avi", "crowded.avi.times", "limited.avi", "limited.avi.times"}) {
+    EXPECT_FALSE(std::filesystem::exists(At(name))) << name;
+  }
+}
+
 TEST_F(VideoWriterTest, RefusesWhatDoesNotFit) {
   const auto nowhere = VideoWriter::Create(At("none/a.avi"));
   ASSERT_FALSE(nowhere);
