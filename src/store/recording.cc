@@ -12,6 +12,7 @@
 
 #include "base/check.h"
 #include "store/json_object.h"
+#include "store/unplaced_recording.h"
 #include "store/whole_file.h"
 
 namespace trammel::store {
@@ -225,6 +226,7 @@ Result<Scan> ReadScan(const std::filesystem::path& folder) {
                     folder.string()));
   }
   if (!std::filesystem::is_regular_file(file, error)) {
+    if (auto unplaced = UnplacedRecording(folder)) return tl::unexpected(*unplaced);
     return Fail(fmt::format(
         "'{}' has no scan.json; docs/formats.md says what a recording must hold", folder.string()));
   }

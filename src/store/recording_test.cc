@@ -9,6 +9,7 @@
 
 #include "base/check.h"
 #include "support/laser_world.h"
+#include "support/temporary_folder.h"
 
 namespace trammel::store {
 namespace {
@@ -40,6 +41,52 @@ std::string MessageWith(const std::string& pointer, const json& value) {
   json scan = Valid();
   scan[json::json_pointer(pointer)] = value;
   return Message(scan.dump());
+}
+
+// What a scan leaves behind before it has placed a frame.
+class UnplacedScan : public testing::Test {
+ protected:
+  void Write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_.path() / name) << text;
+  }
+  Error Read() {
+    const auto scan = ReadScan(folder_.path());
+    return scan ? Error{} : scan.error();
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(UnplacedScan, ThatEndedInItsFirstLineSaysWhatIsMissing) {
+  Write("sweeps.json", R"({"format": 1, "kind": "laser_sweeps", "sweeps": []})");
+  Write("line0.avi.times",
+        "# trammel frame times, format 1\n# frame\n0 1.5 - - - - - none\n- 1.6 - - - - - cut_off\n"
+        "1 1.7 - - - - - none\n2 1.");
+  const Error error = Read();
+  EXPECT_EQ(error.kind, ErrorKind::kMeasurement);
+  EXPECT_THAT(error.message,
+              AllOf(HasSubstr(folder_.path().string()), HasSubstr("ended in its first line"),
+                    HasSubstr("2 frames in line0.avi"), HasSubstr("scan the pattern again")));
+}
+
+TEST_F(UnplacedScan, WhoseFramesHaveNoPlaceSaysWhy) {
+  Write("sweeps.json", R"({"format": 1, "sweeps": [{"video": "line0.avi"}, {"video": "line1.avi"}],
+    "not_placed": [{"video": "line0.avi", "why": "x"},
+                   {"video": "line1.avi", "why": "frames came up to 186 ms late"}]})");
+  const Error error = Read();
+  EXPECT_EQ(error.kind, ErrorKind::kMeasurement);
+  EXPECT_THAT(error.message,
+              AllOf(HasSubstr("2 sweeps"), HasSubstr("line1.avi: frames came up to 186 ms late")));
+}
+
+TEST_F(UnplacedScan, OfNonsenseNamesTheFile) {
+  for (const char* text : {"", "[]", "7", R"({"sweeps": 3})", R"({"swee)"}) {
+    Write("sweeps.json", text);
+    const Error error = Read();
+    EXPECT_EQ(error.kind, ErrorKind::kInput) << text;
+    EXPECT_THAT(error.message, HasSubstr("sweeps.json")) << text;
+  }
+  Write("sweeps.json", R"({"sweeps": [1], "not_placed": [3]})");
+  EXPECT_EQ(Read().kind, ErrorKind::kMeasurement);
 }
 
 TEST(ReadScan, TakesDefaultsFromTheFormat) {
