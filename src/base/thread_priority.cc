@@ -27,8 +27,11 @@ ThreadPriority RaiseThisThread(ThreadUrgency urgency) {
   const auto thread = static_cast<id_t>(syscall(SYS_gettid));
   if (setpriority(PRIO_PROCESS, thread, kNice) == 0) return {true, fmt::format("nice {}", kNice)};
   const int error = errno;
-  return {false, fmt::format("normal ({}; a service has LimitNICE={} or LimitRTPRIO=1 for it)",
-                             std::generic_category().message(error), kNice)};
+  return {
+      false,
+      fmt::format(
+          "a higher one was refused ({}); a service is allowed it by LimitRTPRIO=1 or LimitNICE={}",
+          std::generic_category().message(error), kNice)};
 }
 
 }  // namespace trammel

@@ -266,6 +266,9 @@ FrameStamps FromTicks(const SweepObservation& sweep, const TickFit& fit,
   const double offset_s = arrival ? arrival->offset_s : 0;
   stamps.clock_sigma_s = arrival ? arrival->standard_uncertainty_s : 0;
   stamps.on_motion_clock = arrival.has_value();
+  if (sweep.arrival_offset) {
+    stamps.track_sigma_s = std::hypot(stamps.track_sigma_s, stamps.clock_sigma_s);
+  }
   const double middle = 0.5 * static_cast<double>(fit.tick.front() + fit.tick.back());
   for (std::size_t i = 0; i < fit.tick.size(); ++i) {
     FrameStamp stamp;

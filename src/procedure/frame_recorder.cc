@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "base/bug_note.h"
-#include "base/thread_priority.h"
 #include "machine/host_clock.h"
 #include "machine/video_writer.h"
 
@@ -81,7 +80,7 @@ void FrameRecorder::Fetch(const std::stop_token& stop) {
   const ThreadPriority priority = RaiseThisThread(ThreadUrgency::kFetching);
   {
     const std::lock_guard lock(mutex_);
-    priority_ = priority.text;
+    priority_ = priority;
   }
   std::deque<Fetched> fetched;
   while (!stop.stop_requested()) {
@@ -177,7 +176,7 @@ void FrameRecorder::Settle(std::unique_lock<std::mutex>& lock) {
                     [&] { return waiting_.empty() && !storing_; });
 }
 
-std::string FrameRecorder::reader_priority() const {
+ThreadPriority FrameRecorder::priority() const {
   const std::lock_guard lock(mutex_);
   return priority_;
 }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/thread_priority.h"
 #include "machine/camera.h"
 
 namespace trammel::procedure {
@@ -65,8 +66,8 @@ class FrameRecorder {
   /// error; the video keeps what came before.
   [[nodiscard]] Result<std::vector<machine::CapturedFrame>> End();
 
-  /// How the thread that reads is scheduled: "round robin", "nice -10", or why neither.
-  [[nodiscard]] std::string reader_priority() const;
+  /// How the thread that fetches frames is scheduled.
+  [[nodiscard]] ThreadPriority priority() const;
 
  private:
   struct Fetched {
@@ -89,7 +90,7 @@ class FrameRecorder {
   std::atomic<std::uint64_t> recording_ = 0;  // that frames fetched now belong to; 0: none
   mutable std::mutex mutex_;                  // never held while anything waits for disk or camera
   std::condition_variable_any changed_;
-  std::string priority_;
+  ThreadPriority priority_;
   std::deque<Fetched> waiting_;  // for the disk
   std::size_t waiting_bytes_ = 0;
   bool storing_ = false;          // a frame is on its way to the disk; the sink is then not ours

@@ -155,7 +155,7 @@ TEST(FrameRecorder, ADiskThatFailsIsTheErrorAndTheCameraGoesOn) {
   ASSERT_FALSE(frames);
   EXPECT_EQ(frames.error().message, "the disk is full");
   EXPECT_TRUE(recorder.NextFrame(30, {}));
-  EXPECT_FALSE(recorder.reader_priority().empty());
+  EXPECT_FALSE(recorder.priority().text.empty());
 }
 
 /// A camera whose driver has a bug.

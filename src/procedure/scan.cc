@@ -93,13 +93,13 @@ Result<double> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double 
   return stood_s;
 }
 
-Result<RecordedSweep> SweepLine(const Sweeping& sweeping, const Sweep& sweep, std::size_t number,
+Result<RecordedSweep> SweepLine(const Sweeping& sweeping, const Sweep& sweep, std::string video,
                                 double speed_mm_s) {
   const Session& session = sweeping.session;
   RecordedSweep recorded;
   recorded.pressure_advance_s = sweep.pressure_advance_s;
   recorded.print_direction = DirectionOf(sweep);
-  recorded.video = fmt::format("line{}.avi", number);
+  recorded.video = std::move(video);
   auto ready = CheckStillFree(session);
   if (ready) ready = Go(session, TravelGcode(sweep, sweeping.request.travel_speed_mm_s));
   if (ready) ready = KeepAlive(session);
@@ -130,6 +130,56 @@ Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
   return there;
 }
 
+// How often lines that could not be placed are swept again.
+constexpr int kMostSweepsOfALine = 3;
+constexpr std::size_t kHopeless = 3;  // lines, without one of them in its place
+
+// Sweeps one line until its frames can be placed, a few times at most: what kept a busy computer
+// from its work has mostly gone by then. What cannot be placed in the end is left out.
+Result<void> ScanLine(const Sweeping& sweeping, const SweepPlan& sweeps, std::size_t line,
+                      std::size_t& repeats_left, ScanRecording& recording) {
+  for (int attempt = 1;; ++attempt) {
+    std::string video = attempt == 1 ? fmt::format("line{}.avi", line)
+                                     : fmt::format("line{}-{}.avi", line, attempt);
+    auto swept = SweepLine(sweeping, sweeps.sweeps[line], std::move(video), sweeps.speed_mm_s);
+    if (!swept) return tl::unexpected(swept.error());
+    if (auto kept = recording.Add(std::move(*swept)); !kept) return kept;
+    if (!recording.trouble()) return {};
+    if (attempt == kMostSweepsOfALine || repeats_left == 0) return {};
+    --repeats_left;
+    sweeping.session.Say(fmt::format("scanning line {} again: {}", line + 1, *recording.trouble()));
+    if (auto aside = recording.SetLastAside(); !aside) return aside;
+  }
+}
+
+// Says what is safe in spite of an error.
+Result<void> WithWhatIsSafe(Result<void> failed, const ScanRecording& recording,
+                            const std::filesystem::path& folder) {
+  constexpr std::size_t kFewest = 2;  // lines that an analysis can do with
+  if (failed || recording.safe() < kFewest) return failed;
+  return Fail(fmt::format("{}; {} lines are safe: trammel pa analyze {}", failed.error().message,
+                          recording.safe(), folder.string()),
+              failed.error().kind);
+}
+
+Result<void> ScanAll(const Sweeping& sweeping, const SweepPlan& sweeps, ScanRecording& recording) {
+  const std::size_t lines = sweeps.sweeps.size();
+  std::size_t repeats_left = 1 + lines / 2;
+  const double begin_s = machine::HostNow();
+  for (std::size_t i = 0; i < lines; ++i) {
+    // Travels and waits are known once there was one.
+    const double each_s =
+        i == 0 ? sweeps.sweep_time_s : (machine::HostNow() - begin_s) / static_cast<double>(i);
+    sweeping.session.Say(fmt::format("scanning line {} of {}", i + 1, lines),
+                         each_s * static_cast<double>(lines - i));
+    auto scanned = ScanLine(sweeping, sweeps, i, repeats_left, recording);
+    if (!scanned) return WithWhatIsSafe(scanned, recording, sweeping.request.folder);
+    if (i + 1 >= kHopeless && recording.placed() == 0 && recording.trouble()) break;
+  }
+  for (const std::string& line : recording.LeftOut()) sweeping.session.Say(line);
+  return recording.Finish();
+}
+
 }  // namespace
 
 Result<void> ScanLines(const Session& session, FrameRecorder& recorder, const SweepPlan& sweeps,
@@ -137,23 +187,13 @@ Result<void> ScanLines(const Session& session, FrameRecorder& recorder, const Sw
   const auto state = session.printer.State(session.Within(kFrame_s));
   if (!state) return tl::unexpected(state.error());
   const Sweeping sweeping{session, recorder, request, state->gcode.homing_origin_mm};
+  if (auto ready = Prepare(sweeping, sweeps); !ready) return ready;
+  if (const ThreadPriority priority = recorder.priority(); !priority.raised) {
+    session.Say("frames are fetched at the usual priority: " + priority.text);
+  }
   ScanRecording recording(request);
   if (auto begun = recording.Begin(); !begun) return begun;
-  if (auto ready = Prepare(sweeping, sweeps); !ready) return ready;
-  const std::size_t lines = sweeps.sweeps.size();
-  const double begin_s = machine::HostNow();
-  for (std::size_t i = 0; i < lines; ++i) {
-    // Travels and waits are known once there was one.
-    const double each_s =
-        i == 0 ? sweeps.sweep_time_s : (machine::HostNow() - begin_s) / static_cast<double>(i);
-    session.Say(fmt::format("scanning line {} of {}", i + 1, lines),
-                each_s * static_cast<double>(lines - i));
-    auto swept = SweepLine(sweeping, sweeps.sweeps[i], i, sweeps.speed_mm_s);
-    if (!swept) return tl::unexpected(swept.error());
-    if (auto kept = recording.Add(std::move(*swept)); !kept) return kept;
-  }
-  for (const std::string& line : recording.LeftOut()) session.Say(line);
-  return recording.Finish();
+  return ScanAll(sweeping, sweeps, recording);
 }
 
 }  // namespace trammel::procedure

@@ -28,9 +28,10 @@ struct ScanRequest {
 /// Sweeps every line of the plan: laser on at each line, a pause standing still, the sweep at one
 /// speed, a pause. Each sweep's frames go to `folder`/lineN.avi as they come, and after each line
 /// scan.json is written anew with the lines whose frames could be placed, so that whatever happens
-/// the recording so far can be analysed. Moves are absolute; the head stands at `sweeps.z_mm` after
-/// the first one. Leaves the laser on: the caller's PrinterStateGuard switches it
-/// off. REQUIRES a homed printer with a PrinterStateGuard.
+/// the recording so far can be analysed. A line whose frames cannot be placed is swept again, twice
+/// at most, into lineN-2.avi and lineN-3.avi, and half of the lines and one more in all. Moves are
+/// absolute; the head stands at `sweeps.z_mm` after the first one. Leaves the laser on: the
+/// caller's PrinterStateGuard switches it off. REQUIRES a homed printer with a PrinterStateGuard.
 /// Errors: kMachine (printer, camera, disk, no laser to be seen), kMeasurement where frames and
 /// motion do not go together, kInterrupted.
 [[nodiscard]] Result<void> ScanLines(const Session& session, FrameRecorder& recorder,

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "files/new_file.h"
+#include "pressure_advance/lateness.h"
 #include "procedure/placed_sweep.h"
 #include "store/recording.h"
 
@@ -18,6 +19,7 @@ namespace trammel::procedure {
 namespace {
 
 using nlohmann::json;
+using pressure_advance::ClockOffset;
 using pressure_advance::Scan;
 using pressure_advance::ScanLine;
 using pressure_advance::ScanSettings;
@@ -79,20 +81,39 @@ Result<void> ScanRecording::Add(RecordedSweep sweep) {
   auto seen = Observe(sweep.frames, sweep.motion);
   if (!seen) return tl::unexpected(seen.error());
   sweep.frames = {};
+  const ClockOffset clock{0, sweep.clock_sigma_s};
+  seen->arrival_offset = clock;
   recorded_.push_back(std::move(sweep));
   seen_.push_back(std::move(*seen));
-  if (auto kept = WriteSweeps(); !kept) return kept;
-  return WriteScan();
+  return Write();
+}
+
+Result<void> ScanRecording::SetLastAside() {
+  const RecordedSweep& last = recorded_.back();
+  set_aside_.push_back({last.video, last.pressure_advance_s, trouble_.value_or("")});
+  recorded_.pop_back();
+  seen_.pop_back();
+  return Write();
 }
 
 Result<void> ScanRecording::Finish() const {
-  if (placed_ >= 2 && 3 * placed_ > 2 * recorded_.size()) return {};
+  if (placed() >= 2 && 3 * placed() > 2 * recorded_.size()) return {};
+  const std::string why = not_placed_.empty()
+                              ? std::string("nothing was recorded")
+                              : not_placed_.back().video + ": " + not_placed_.back().why;
   return Fail(
-      fmt::format(
-          "{} of {} lines' frames cannot be tied to the motion: {}; the pictures are kept in "
-          "{}",
-          recorded_.size() - placed_, recorded_.size(), not_placed_, request_.folder.string()),
+      fmt::format("{} of {} lines' frames cannot be tied to the motion: {}; the pictures "
+                  "are kept in {}",
+                  recorded_.size() - placed(), recorded_.size(), why, request_.folder.string()),
       ErrorKind::kMeasurement);
+}
+
+// What is to be written is known before the first byte is, so that a full disk leaves both files as
+// they were.
+Result<void> ScanRecording::Write() {
+  PlaceAll();
+  if (auto kept = WriteSweeps(); !kept) return kept;
+  return WriteScan();
 }
 
 Result<void> ScanRecording::WriteSweeps() const {
@@ -101,7 +122,21 @@ Result<void> ScanRecording::WriteSweeps() const {
     if (line.pattern == 0) planned.push_back(line.pressure_advance_s);
   }
   json sweeps = json::array();
-  for (const RecordedSweep& sweep : recorded_) sweeps.push_back(DescribeSweep(sweep));
+  for (std::size_t i = 0; i < recorded_.size(); ++i) {
+    sweeps.push_back(DescribeSweep(recorded_[i]));
+    const auto lateness =
+        pressure_advance::MeasureLateness(seen_[i], request_.settings.frames_per_s);
+    sweeps.back()["late_s"] = lateness.late_s;
+    sweeps.back()["lost_frames"] = lateness.lost;
+  }
+  const auto list = [](const std::vector<NotPlaced>& all) {
+    json listed = json::array();
+    for (const NotPlaced& one : all) {
+      listed.push_back(
+          {{"video", one.video}, {"pressure_advance_s", one.pressure_advance_s}, {"why", one.why}});
+    }
+    return listed;
+  };
   const json text = {{"format", 1},
                      {"kind", "laser_sweeps"},
                      {"started", request_.started},
@@ -109,7 +144,9 @@ Result<void> ScanRecording::WriteSweeps() const {
                      {"frames_per_s", request_.settings.frames_per_s},
                      {"scan_speed_mm_s", request_.settings.scan_speed_mm_s},
                      {"planned_pressure_advances_s", std::move(planned)},
-                     {"sweeps", std::move(sweeps)}};
+                     {"sweeps", std::move(sweeps)},
+                     {"not_placed", list(not_placed_)},
+                     {"swept_again", list(set_aside_)}};
   return files::WriteWholeFile(request_.folder / "sweeps.json",
                                text.dump(1, ' ', false, json::error_handler_t::replace) + "\n",
                                files::IfThere::kReplace);
@@ -118,22 +155,30 @@ Result<void> ScanRecording::WriteSweeps() const {
 SessionTiming ScanRecording::Match(const std::vector<std::size_t>& sweeps) const {
   pressure_advance::SweepTimingOptions options;
   options.nominal_frames_per_s = request_.settings.frames_per_s;
-  double clock_sigma_s = 0;
   std::vector<pressure_advance::SweepObservation> chosen;
   for (const std::size_t i : sweeps) {
-    clock_sigma_s = std::max(clock_sigma_s, recorded_[i].clock_sigma_s);
     chosen.push_back(seen_[i]);
+    if (our_clock_) chosen.back().captured_offset = chosen.back().arrival_offset;
   }
-  options.arrival_offset = pressure_advance::ClockOffset{0, clock_sigma_s};
-  if (our_clock_) options.captured_offset = options.arrival_offset;
   return pressure_advance::MatchSweeps(chosen, options);
 }
 
 // One broken sweep need not spoil all: those that cannot be placed by themselves are left out.
 ScanRecording::Placed ScanRecording::Place() const {
+  constexpr double kRoughestClock_s = 0.03;  // as much as a frame's period
   Placed placed;
-  placed.used.resize(recorded_.size());
-  std::iota(placed.used.begin(), placed.used.end(), 0U);
+  for (std::size_t i = 0; i < recorded_.size(); ++i) {
+    if (recorded_[i].clock_sigma_s <= kRoughestClock_s) {
+      placed.used.push_back(i);
+      continue;
+    }
+    placed.left_out.emplace_back(
+        i,
+        fmt::format("the printer's clock was told to {:.0f} ms only (standard uncertainty): this "
+                    "computer, or the printer's, is too busy",
+                    1e3 * recorded_[i].clock_sigma_s));
+  }
+  if (placed.used.empty()) return placed;
   placed.timing = Match(placed.used);
   if (placed.timing.latency_s.verdict() != Verdict::kRefused) return placed;
   std::erase_if(placed.used, [&](std::size_t i) {
@@ -146,49 +191,82 @@ ScanRecording::Placed ScanRecording::Place() const {
   return placed;
 }
 
-// scan.json holds the lines whose frames could be placed; a reader can score no others.
-Result<void> ScanRecording::WriteScan() {
+// The true cause first, where it is one that the pictures cannot tell.
+std::string ScanRecording::WithBusyComputer(const std::vector<std::size_t>& sweeps,
+                                            const std::string& reason) const {
+  pressure_advance::Lateness worst;
+  for (const std::size_t i : sweeps) {
+    const auto one = pressure_advance::MeasureLateness(seen_[i], request_.settings.frames_per_s);
+    if (one.late_s > worst.late_s || one.lost > worst.lost) worst = one;
+  }
+  const std::string busy = NameBusyComputer(worst);
+  return busy.empty() ? reason : fmt::format("{} ({})", busy, reason);
+}
+
+void ScanRecording::PlaceAll() {
   Placed placed = Place();
-  Scan scan = DescribeScan(request_);
-  for (std::size_t k = 0; k < placed.timing.sweeps.size(); ++k) {
+  timing_ = std::move(placed.timing);
+  scan_ = DescribeScan(request_);
+  not_placed_.clear();
+  left_out_.clear();
+  trouble_.reset();
+  for (std::size_t k = 0; k < timing_.sweeps.size(); ++k) {
     const RecordedSweep& recorded = recorded_[placed.used[k]];
     ScanLine line;
     line.pressure_advance_s = recorded.pressure_advance_s;
     line.print_direction = recorded.print_direction;
     line.video = recorded.video;
-    line.frame_positions_mm = ScoredPositions(placed.timing.sweeps[k]);
+    line.frame_positions_mm = ScoredPositions(timing_.sweeps[k]);
     if (CanBeScored(line.frame_positions_mm)) {
-      scan.lines.push_back(std::move(line));
+      scan_.lines.push_back(std::move(line));
     } else {
-      placed.left_out.emplace_back(placed.used[k], WhyNot(placed.timing.sweeps[k]));
+      placed.left_out.emplace_back(placed.used[k], WhyNot(timing_.sweeps[k]));
     }
   }
-  placed_ = scan.lines.size();
-  json left_out = json::array();
-  left_out_.clear();
-  for (const auto& [i, why] : placed.left_out) {
-    not_placed_ = fmt::format("{}: {}", recorded_[i].video, why);
-    left_out_.push_back(fmt::format("the line of pressure advance {:g} is left out: {}",
-                                    recorded_[i].pressure_advance_s, not_placed_));
-    left_out.push_back({{"video", recorded_[i].video},
-                        {"pressure_advance_s", recorded_[i].pressure_advance_s},
-                        {"why", why}});
+  if (timing_.sweeps.empty() && !placed.used.empty()) {  // they contradict each other
+    for (const std::size_t i : placed.used) {
+      placed.left_out.emplace_back(i, timing_.latency_s.reason());
+    }
   }
+  std::vector<std::size_t> all(recorded_.size());
+  std::iota(all.begin(), all.end(), 0U);
+  std::sort(placed.left_out.begin(), placed.left_out.end());
+  for (const auto& [i, reason] : placed.left_out) {
+    const RecordedSweep& recorded = recorded_[i];
+    const std::string why = WithBusyComputer(timing_.sweeps.empty() ? all : std::vector{i}, reason);
+    not_placed_.push_back({recorded.video, recorded.pressure_advance_s, why});
+    left_out_.push_back(fmt::format("the line of pressure advance {:g} is left out: {}: {}",
+                                    recorded.pressure_advance_s, recorded.video, why));
+    // What one line is too little to tell, more lines will.
+    const bool too_few = timing_.latency_s.verdict() == Verdict::kCannotTell;
+    if (i + 1 == recorded_.size() && !too_few) trouble_ = why;
+  }
+}
+
+// scan.json holds the lines whose frames could be placed; a reader can score no others.
+Result<void> ScanRecording::WriteScan() {
   const std::filesystem::path file = request_.folder / "scan.json";
-  if (scan.lines.empty()) {
-    if (left_out.empty()) not_placed_ = placed.timing.latency_s.reason();
+  if (scan_.lines.empty()) {
     std::error_code ignored;  // what was placed before is contradicted by now
     std::filesystem::remove(file, ignored);
+    safe_ = 0;
     return {};
   }
-  const json extra = {
-      {"x_started", request_.started},
-      {"x_camera", request_.camera},
-      {"x_latency_s", placed.timing.latency_s.quantity().value},
-      {"x_latency_sigma_s", placed.timing.latency_s.quantity().standard_uncertainty},
-      {"x_not_placed", std::move(left_out)},
-      {"x_notices", placed.timing.notices}};
-  return files::WriteWholeFile(file, store::FormatScan(scan, extra), files::IfThere::kReplace);
+  json left_out = json::array();
+  for (const NotPlaced& one : not_placed_) {
+    left_out.push_back(
+        {{"video", one.video}, {"pressure_advance_s", one.pressure_advance_s}, {"why", one.why}});
+  }
+  const json extra = {{"x_started", request_.started},
+                      {"x_camera", request_.camera},
+                      {"x_latency_s", timing_.latency_s.quantity().value},
+                      {"x_latency_sigma_s", timing_.latency_s.quantity().standard_uncertainty},
+                      {"x_not_placed", std::move(left_out)},
+                      {"x_notices", timing_.notices}};
+  auto written =
+      files::WriteWholeFile(file, store::FormatScan(scan_, extra), files::IfThere::kReplace);
+  if (written) safe_ = scan_.lines.size();
+  return written;
 }
 
 }  // namespace trammel::procedure

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,30 +38,54 @@ class ScanRecording {
   /// sweep. Errors: the disk's; a picture that cannot be decoded.
   [[nodiscard]] Result<void> Add(RecordedSweep sweep);
 
+  /// Why the sweep that was added last cannot be placed, or nothing can since it was; absent where
+  /// it can.
+  [[nodiscard]] const std::optional<std::string>& trouble() const { return trouble_; }
+
+  /// Leaves the sweep that was added last to itself, because its line is swept again; its video
+  /// stays. Errors: the disk's.
+  [[nodiscard]] Result<void> SetLastAside();
+
   /// Errors (kMeasurement): the frames of a third of the lines or more could not be placed; with
   /// the reason.
   [[nodiscard]] Result<void> Finish() const;
 
   /// A sentence for each line whose frames could not be placed: scan.json is without it.
   [[nodiscard]] const std::vector<std::string>& LeftOut() const { return left_out_; }
+  /// How many lines have their place, and how many of them scan.json has: fewer after an error.
+  [[nodiscard]] std::size_t placed() const { return scan_.lines.size(); }
+  [[nodiscard]] std::size_t safe() const { return safe_; }
 
  private:
+  struct NotPlaced {
+    std::string video;
+    double pressure_advance_s = 0;
+    std::string why;
+  };
   struct Placed {
     pressure_advance::SessionTiming timing;
     std::vector<std::size_t> used;                              // the sweeps that it is of
     std::vector<std::pair<std::size_t, std::string>> left_out;  // the others, and why
   };
+  [[nodiscard]] Result<void> Write();
   [[nodiscard]] Result<void> WriteSweeps() const;
   [[nodiscard]] Result<void> WriteScan();
+  void PlaceAll();
   [[nodiscard]] Placed Place() const;
   [[nodiscard]] pressure_advance::SessionTiming Match(const std::vector<std::size_t>& sweeps) const;
+  [[nodiscard]] std::string WithBusyComputer(const std::vector<std::size_t>& sweeps,
+                                             const std::string& reason) const;
 
   const ScanRequest& request_;
   std::vector<RecordedSweep> recorded_;                   // without their frames
   std::vector<pressure_advance::SweepObservation> seen_;  // one for each
   bool our_clock_ = true;                                 // capture times are on a clock of ours
-  std::size_t placed_ = 0;                                // lines in scan.json
-  std::string not_placed_ = "nothing was recorded";       // why not more
+  pressure_advance::SessionTiming timing_;                // of the lines in scan_
+  pressure_advance::Scan scan_;                           // for scan.json
+  std::size_t safe_ = 0;                                  // lines that scan.json has
+  std::vector<NotPlaced> not_placed_;
+  std::vector<NotPlaced> set_aside_;
+  std::optional<std::string> trouble_;
   std::vector<std::string> left_out_;
 };
 
