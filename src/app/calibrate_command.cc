@@ -15,6 +15,7 @@
 #include "app/calibration_run.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/new_folder.h"
 #include "app/printer_session.h"
 #include "app/validation.h"
 #include "procedure/checks.h"
@@ -97,9 +98,9 @@ Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Sess
                       int& code) {
   auto request = PlanComparison(session, config, value_s);
   if (!request) return tl::unexpected(request.error());
-  auto own_folder = MakeFolder(folder / "validation");
+  const auto own_folder = NewFolder::Make(folder / "validation");
   if (!own_folder) return tl::unexpected(own_folder.error());
-  request->folder = std::move(*own_folder);
+  request->folder = own_folder->path();
   session.Say("printing lines without pressure advance, and lines with it");
   const auto improvement = RunComparison(session, *request);
   if (!improvement) return tl::unexpected(improvement.error());
@@ -153,12 +154,12 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
     const auto room = PlanComparison(session, config, 1);
     if (!room) return tl::unexpected(room.error());
   }
-  auto folder = MakeFolder(arguments.out);
+  const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return tl::unexpected(folder.error());
-  request.folder = *folder;
+  request.folder = folder->path();
   const CalibrationRun run = CalibrateInto(session, request);
   if (!run.done) return tl::unexpected(run.done.error());
-  return Ran{*folder, run.bed_c};
+  return Ran{folder->path(), run.bed_c};
 }
 
 int RunCalibration(const CalibrateArguments& arguments) {

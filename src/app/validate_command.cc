@@ -7,6 +7,7 @@
 #include "app/calibration_run.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/new_folder.h"
 #include "app/printer_session.h"
 #include "app/validation.h"
 #include "procedure/comparison.h"
@@ -56,12 +57,12 @@ int RunValidate(const ValidateArguments& arguments) {
   }
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return Report(printer.error());
-  const auto folder = MakeFolder(arguments.out);
+  const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return Report(folder.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  const auto improvement = RunComparison(session, RequestFor(*config, *folder));
+  const auto improvement = RunComparison(session, RequestFor(*config, folder->path()));
   if (!improvement) return Report(improvement.error());
-  return PrintImprovement(*improvement, *folder, arguments.json);
+  return PrintImprovement(*improvement, folder->path(), arguments.json);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 
 // Frames of a video by the lines of its times; 0 where there are none to be read.
 std::size_t FramesOf(const std::filesystem::path& video) {
-  const auto text = ReadWholeFile(video.string() + ".times", kMaxBytes);
+  const auto text = ReadNamedFile(video.string() + ".times", kMaxBytes);
   if (!text) return 0;
   std::size_t frames = 0;
   for (std::size_t begin = 0; begin < text->size();) {
@@ -52,7 +52,7 @@ std::optional<Error> UnplacedRecording(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "sweeps.json";
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) return std::nullopt;
-  const auto text = ReadWholeFile(file, kMaxBytes);
+  const auto text = ReadNamedFile(file, kMaxBytes);
   if (!text) return text.error();
   const auto root = ParseJson(*text, file.string());
   if (!root) return root.error();

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <memory>
@@ -19,6 +20,7 @@ namespace {
 using sim::CameraFault;
 using sim::CameraFaultKind;
 using sim::VirtualKlipper;
+using testing::AllOf;
 using testing::AnyOf;
 using testing::Eq;
 using testing::HasSubstr;
@@ -29,7 +31,7 @@ constexpr int kUsage = 1, kNotTrusted = 2, kMachine = 3, kUnsafe = 4, kInterrupt
 
 constexpr double kTruth_s = 0.03;
 
-enum class Recorded { kNothing, kSomeLines };
+enum class Recorded { kNoFolder, kNothing, kSomeLines };
 using Judge = std::function<void(const Outcome&)>;
 
 struct Case {
@@ -55,6 +57,15 @@ Strike InSweep(Strike strike) {
     shop.WaitUntilSweeping(3, process);
     strike(shop, process);
   };
+}
+Strike InFirstSweep(Strike strike) {
+  return [strike](MachineShop& shop, TrammelProcess& process) {
+    shop.WaitUntilSweeping(1, process);
+    strike(shop, process);
+  };
+}
+Strike Limit(int resource, std::uint64_t value) {
+  return [=](MachineShop&, TrammelProcess& process) { process.Limit(resource, value); };
 }
 Strike Klipper(std::function<void(VirtualKlipper&)> change) {
   return [change](MachineShop& shop, TrammelProcess&) { shop.With(change); };
@@ -230,6 +241,12 @@ std::vector<Case> BeforeItBegins() {
                     WorkedWith},
                    kMachine,
                    {"does not see the laser", "LASER_ON"}});
+  // What is refused before anything is printed leaves nothing behind.
+  for (Case& one : cases) {
+    const std::string& name = one.scenario.name;
+    if (name != "LaserIsUnplugged" && name != "UnknownStartMacro")
+      one.recorded = Recorded::kNoFolder;
+  }
   return cases;
 }
 
@@ -257,6 +274,20 @@ Case Killed() {
     EXPECT_GE(outcome.recording.videos, 3);
     EXPECT_EQ(outcome.recording.exit_code, kNotTrusted) << outcome.recording.said;
     EXPECT_FALSE(outcome.recording.value_s);
+  };
+  return killed;
+}
+
+Case KilledInTheFirstSweep() {
+  Case killed{{"KillInFirstSweep", ShortLaserLimit, WorkedWith, InFirstSweep(Signal(SIGKILL))}};
+  killed.scenario.patience_s = kLaserLimit_s + 1;
+  killed.judge = [](const Outcome& outcome) {
+    EXPECT_EQ(outcome.end.signal, SIGKILL);
+    EXPECT_EQ(outcome.recording.videos, 1);
+    EXPECT_GT(outcome.recording.told_frames, 5);
+    EXPECT_EQ(outcome.recording.exit_code, kNotTrusted);
+    EXPECT_THAT(outcome.recording.said,
+                AllOf(HasSubstr("ended in its first line"), HasSubstr("frames in line0.avi")));
   };
   return killed;
 }
@@ -329,6 +360,15 @@ std::vector<Case> InTheMiddle() {
   cases.back().judge = RightOrSilent;
   cases.push_back(LongLost());
   cases.push_back(Killed());
+  cases.push_back(KilledInTheFirstSweep());
+  // The limits come in the third sweep: two lines are safe, and it is said how to analyse them.
+  cases.push_back(case_of("NoMoreFilesInSweep", InSweep(Limit(RLIMIT_NOFILE, 3)), kUsage,
+                          {"Too many open files", "2 lines are safe: trammel pa analyze"},
+                          Recorded::kSomeLines));
+  cases.push_back(case_of("FullDiskInThirdSweep", InSweep(Limit(RLIMIT_FSIZE, 100'000)), kUsage,
+                          {"File too large", "2 lines are safe: trammel pa analyze"},
+                          Recorded::kSomeLines));
+  cases.back().scenario.limits.file_bytes = std::uint64_t{1} << 40;
   Case weak{{"HeaterNeverGetsThere",
              [](ShopOptions& options) {
                options.faults.weak_heater = "extruder";
@@ -395,6 +435,9 @@ TEST_P(CalibrateWith, EndsSafeAndSaysWhy) {
   EXPECT_EQ(outcome.laser_on_s, 0);
   const RecordingLook& recording = outcome.recording;
   EXPECT_FALSE(recording.value_s) << *recording.value_s;
+  if (one.recorded == Recorded::kNoFolder) {
+    EXPECT_FALSE(recording.folder);
+  }
   if (one.recorded == Recorded::kSomeLines) {
     EXPECT_GE(recording.videos, 2);
     EXPECT_GT(recording.told_frames, 100);

@@ -96,6 +96,7 @@ RecordingLook LookAtRecording(const MachineShop& shop) {
   RecordingLook look;
   const fs::path folder = shop.folder() / "rec";
   std::error_code ignored;
+  look.folder = fs::exists(folder, ignored);
   while (fs::exists(folder / ("line" + std::to_string(look.videos) + ".avi"), ignored)) {
     const fs::path video = folder / ("line" + std::to_string(look.videos) + ".avi");
     const int told = ToldFrames(video.string() + ".times");
@@ -106,7 +107,7 @@ RecordingLook LookAtRecording(const MachineShop& shop) {
   const auto sweeps = nlohmann::json::parse(ReadWhole(folder / "sweeps.json"), nullptr, false);
   if (sweeps.is_object()) look.sweeps = static_cast<int>(sweeps["sweeps"].size());
   look.scan = fs::exists(folder / "scan.json", ignored);
-  if (!look.scan) return look;
+  if (!look.scan && !sweeps.is_object()) return look;
   const ProcessEnd end = shop.Run({"pa", "analyze", "rec", "--json"});
   look.exit_code = end.exit_code;
   look.said = end.standard_error;

@@ -8,8 +8,11 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <stdexcept>
+#include <string>
 
 namespace trammel::test {
 namespace {
@@ -93,6 +96,16 @@ TrammelProcess::~TrammelProcess() {
   if (ended_) return;
   kill(pid_, SIGKILL);
   waitpid(pid_, nullptr, 0);
+}
+
+void TrammelProcess::Limit(int resource, std::uint64_t value) const {
+  rlimit limit{};
+  const auto which = static_cast<__rlimit_resource>(resource);
+  if (prlimit(pid_, which, nullptr, &limit) == 0) {
+    limit.rlim_cur = value;
+    if (prlimit(pid_, which, &limit, nullptr) == 0) return;
+  }
+  throw std::runtime_error(std::string("cannot set a limit of trammel: ") + std::strerror(errno));
 }
 
 void TrammelProcess::Send(int signal) const {

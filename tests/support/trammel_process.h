@@ -41,6 +41,8 @@ class TrammelProcess {
   TrammelProcess& operator=(const TrammelProcess&) = delete;
 
   void Send(int signal) const;
+  /// Sets one of its limits (RLIMIT_...) while it runs. Throws std::runtime_error where it cannot.
+  void Limit(int resource, std::uint64_t value) const;
   /// Looks; also keeps count of its memory, so ask often.
   [[nodiscard]] bool Running();
   [[nodiscard]] std::string StandardErrorSoFar() const;

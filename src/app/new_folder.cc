@@ -1,0 +1,46 @@
+#include "app/new_folder.h"
+
+#include <system_error>
+#include <utility>
+
+#include "app/printer_session.h"
+
+namespace trammel::app {
+
+namespace fs = std::filesystem;
+
+Result<NewFolder> NewFolder::Make(const fs::path& asked_for) {
+  NewFolder folder;
+  // Which of the folders above it are not there yet is known only before it is made.
+  std::vector<fs::path> missing;
+  std::error_code ignored;
+  const fs::path wanted = asked_for.empty() ? fs::path("recordings") : asked_for;
+  for (fs::path above = wanted; !above.empty() && !fs::exists(above, ignored);
+       above = above.parent_path()) {
+    missing.push_back(above);
+  }
+  auto made = MakeFolder(asked_for);
+  if (!made) return tl::unexpected(made.error());
+  folder.path_ = std::move(*made);
+  if (asked_for.empty()) folder.made_.push_back(folder.path_);
+  folder.made_.insert(folder.made_.end(), missing.begin(), missing.end());
+  return folder;
+}
+
+NewFolder::NewFolder(NewFolder&& other) noexcept
+    : path_(std::move(other.path_)), made_(std::exchange(other.made_, {})) {}
+
+NewFolder& NewFolder::operator=(NewFolder&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(made_, other.made_);
+  return *this;
+}
+
+NewFolder::~NewFolder() {
+  std::error_code ignored;
+  for (const fs::path& folder : made_) {
+    if (fs::is_empty(folder, ignored)) fs::remove(folder, ignored);
+  }
+}
+
+}  // namespace trammel::app
