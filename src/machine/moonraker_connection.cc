@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "base/bug_note.h"
+#include "base/thread_priority.h"
 #include "machine/moonraker_link.h"
 
 namespace trammel::machine {
@@ -73,6 +74,7 @@ struct MoonrakerConnection::State {
   /// Handles events until the context is stopped. A handler that throws ends the link, as a peer
   /// that breaks off would, and not the process.
   void Serve() {
+    RaiseThisThread(ThreadUrgency::kWorking);  // its questions bracket the printer's clock
     while (const std::optional<std::string> bug = NoteBug([this] { io.run(); })) {
       if (!link) continue;
       asio::post(io, [this, bug] {
