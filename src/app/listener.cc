@@ -9,6 +9,7 @@
 #include "app/analysis_output.h"
 #include "app/analysis_run.h"
 #include "app/calibration_run.h"
+#include "app/new_folder.h"
 #include "base/bug_note.h"
 #include "procedure/apply_pressure_advance.h"
 #include "settings/material.h"
@@ -107,8 +108,8 @@ std::string Listener::RunCalibration() {
       config = tl::unexpected(told.error());
     }
   }
-  const auto folder = config ? MakeFolder(recordings_ / Now("pa-{:%Y%m%d-%H%M%S}"))
-                             : Result<fs::path>(tl::unexpected(config.error()));
+  const auto folder = config ? NewFolder::Make(recordings_ / Now("pa-{:%Y%m%d-%H%M%S}"))
+                             : Result<NewFolder>(tl::unexpected(config.error()));
   CalibrationRun run;
   if (folder) {
     const procedure::Session session{
@@ -117,18 +118,16 @@ std::string Listener::RunCalibration() {
                    ? fmt::format("{}, about {:.0f} s", progress.text, *progress.remaining_s)
                    : progress.text);
         }};
-    run = CalibrateInto(session, RequestFor(*config, *folder));
+    run = CalibrateInto(session, RequestFor(*config, folder->path()));
   } else {
     run.done = tl::unexpected(folder.error());
   }
   if (!run.done) {
     fmt::print(stderr, "trammel: {}\n", run.done.error().message);
-    std::error_code ignored;
-    if (folder) fs::remove(*folder, ignored);  // only where nothing was recorded
     return "no calibration: " + run.done.error().message;
   }
   Tell("analysing");
-  return Propose(*folder);
+  return Propose(folder->path());
 }
 
 std::string Listener::Propose(const fs::path& folder) {
