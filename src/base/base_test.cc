@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 #include <sched.h>
+#include <time.h>
 
 #include <cmath>
 #include <thread>
@@ -104,6 +105,31 @@ TEST(ThreadPriority, RaisesTheCallingThreadAloneOrSaysWhyNot) {
   EXPECT_FALSE(fetching.text.empty());
   EXPECT_EQ(while_fetching == SCHED_RR, fetching.text == "round robin");
   EXPECT_EQ(!fetching.raised, fetching.text.find("LimitRTPRIO") != std::string::npos);
+}
+
+TEST(ThreadPriority, IsTakenBackFromAThreadThatWorksInsteadOfSleeping) {
+  ThreadPriority idle, busy;
+  int policy = -1;
+  std::thread([&] {
+    PriorityWatch watch(RaiseThisThread(ThreadUrgency::kFetching));
+    (void)watch.Look(1);
+    idle = watch.Look(3);  // two seconds later by the watch's clock, and no work was done
+    const auto worked_s = [] {
+      timespec worked{};
+      clock_gettime(CLOCK_THREAD_CPUTIME_ID, &worked);
+      return static_cast<double>(worked.tv_sec) + 1e-9 * static_cast<double>(worked.tv_nsec);
+    };
+    const double enough_s = worked_s() + 0.6;
+    while (worked_s() < enough_s) {
+    }
+    busy = watch.Look(4);
+    sched_param parameters{};
+    pthread_getschedparam(pthread_self(), &policy, &parameters);
+  }).join();
+  EXPECT_FALSE(busy.raised);
+  EXPECT_EQ(policy, SCHED_OTHER);
+  if (!idle.raised) GTEST_SKIP() << "no priority to take back: " << idle.text;
+  EXPECT_NE(busy.text.find("taken back"), std::string::npos) << busy.text;
 }
 
 }  // namespace

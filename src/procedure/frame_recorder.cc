@@ -77,10 +77,10 @@ void FrameRecorder::Guard(const std::function<void()>& work) {
 }
 
 void FrameRecorder::Fetch(const std::stop_token& stop) {
-  const ThreadPriority priority = RaiseThisThread(ThreadUrgency::kFetching);
+  PriorityWatch watch(RaiseThisThread(ThreadUrgency::kFetching));
   {
     const std::lock_guard lock(mutex_);
-    priority_ = priority;
+    priority_ = watch.Look(machine::HostNow());
   }
   std::deque<Fetched> fetched;
   while (!stop.stop_requested()) {
@@ -107,6 +107,8 @@ void FrameRecorder::Fetch(const std::stop_token& stop) {
                         : next.error();
       }
     }
+    const ThreadPriority& priority = watch.Look(machine::HostNow());
+    if (priority.raised != priority_.raised) priority_ = priority;
     changed_.notify_all();
     if (failure_) return;
   }
