@@ -147,6 +147,18 @@ PixelRect Around(const Bead& bead, const std::vector<Bead>& beads, const Relief&
 FoundCrop FindCrop(std::span<const Frame> frames, AxisDirection height_direction,
                    vision::LaserLineWorkspace& workspace) {
   TRAMMEL_CHECK(!frames.empty(), "no frames");
+  // Narrower, a stripe has no background beside it, and a crop no room.
+  constexpr int kSmallest_px = 16;
+  const int width = frames[0].width;
+  const int height = frames[0].height;
+  if (width < kSmallest_px || height < kSmallest_px) {
+    const bool turned = !AlongX(height_direction);
+    return {
+        std::nullopt,
+        fmt::format("the picture has only {}x{} px, too few for a laser line: at least {}x{} "
+                    "are needed; check the video",
+                    turned ? height : width, turned ? width : height, kSmallest_px, kSmallest_px)};
+  }
   const double sign = Sign(height_direction);
   const vision::LaserLineOptions options = LaserEyeOptions{}.line;
   const Frame mean = MeanFrame(frames);

@@ -52,10 +52,14 @@ struct LaserLineWorkspace {
   std::vector<int> path;
 };
 
+/// A stripe of 1 px sigma with its background to both sides.
+inline constexpr int kNarrowestFrame_px = 8;
+
 /// Learns which mixture of colours and which width find the one stripe that all the frames show
 /// most steadily from row to row. A few mixtures are tried: red alone, red against white glints,
 /// and red with green where a bright plate saturates red.
-/// @param frames  at least one, all non-empty; the stripe runs down the image.
+/// @param frames  at least one, all of one size; the stripe runs down the image.
+///                REQUIRES width >= kNarrowestFrame_px, height >= 1.
 [[nodiscard]] StripeModel LearnStripe(std::span<const BgrView> frames,
                                       const LaserLineOptions& options,
                                       LaserLineWorkspace& workspace);

@@ -66,15 +66,18 @@ Trial Try(std::span<const BgrView> frames, const StripeModel& model,
 
 StripeModel LearnStripe(std::span<const BgrView> frames, const LaserLineOptions& options,
                         LaserLineWorkspace& workspace) {
-  TRAMMEL_CHECK(!frames.empty() && options.max_sigma_px >= 1, "{} frames, max sigma {}",
-                frames.size(), options.max_sigma_px);
+  TRAMMEL_CHECK(!frames.empty() && frames[0].width >= kNarrowestFrame_px,
+                "{} frames, the first {} px wide", frames.size(),
+                frames.empty() ? 0 : frames[0].width);
+  TRAMMEL_CHECK(options.max_sigma_px >= 1, "max sigma {}", options.max_sigma_px);
   LaserLineOptions raw = options;
   raw.row_smoothing = 0;
   LaserLine line;
   std::vector<std::pair<StripeModel, double>> trials;
   double lowest = std::numeric_limits<double>::max();
   for (const auto& mixture : kMixtures) {
-    for (double sigma = 1; sigma <= options.max_sigma_px && sigma <= frames[0].width / 8.0;
+    for (double sigma = 1;
+         sigma <= options.max_sigma_px && sigma * kNarrowestFrame_px <= frames[0].width;
          sigma *= std::sqrt(2.0)) {
       StripeModel model{mixture[0], mixture[1], mixture[2], static_cast<float>(sigma)};
       const Trial trial = Try(frames, model, raw, workspace, line);
