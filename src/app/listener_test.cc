@@ -12,6 +12,7 @@
 #include "base/bug_note.h"
 #include "base/check.h"
 #include "procedure/fake_printer.h"
+#include "support/temporary_folder.h"
 
 namespace trammel::app {
 namespace {
@@ -23,9 +24,8 @@ class BrokenPrinter : public procedure::testing::FakePrinter {
  public:
   explicit BrokenPrinter(std::stop_source stop) : stop_(std::move(stop)) {}
 
-  Result<bool> HasCommand(std::string_view name, const machine::WaitLimit& limit) override {
-    TRAMMEL_CHECK(name != procedure::kKeepAlive, "{} was asked for", name);
-    return FakePrinter::HasCommand(name, limit);
+  Result<machine::PrinterState> State(const machine::WaitLimit&) override {
+    throw Bug("the state was asked for");
   }
   Result<void> RegisterRemoteMethod(const std::string& name,
                                     std::function<void(const nlohmann::json&)> callback,
@@ -34,7 +34,7 @@ class BrokenPrinter : public procedure::testing::FakePrinter {
     return {};
   }
   Result<void> Run(std::string_view script, const machine::WaitLimit& limit) override {
-    if (script.find("a bug in trammel") != script.npos) stop_.request_stop();
+    if (script.find("no calibration") != script.npos) stop_.request_stop();
     return FakePrinter::Run(script, limit);
   }
 
@@ -47,13 +47,16 @@ class BrokenPrinter : public procedure::testing::FakePrinter {
 TEST(Listener, ABugInACalibrationIsSaidAndEndsNeitherTheListenerNorTheProcess) {
   std::stop_source stop;
   BrokenPrinter printer(stop);
-  Listener listener(printer, {}, ".", stop.get_token());
+  const test::TemporaryFolder recordings;
+  PrinterOptions options;
+  options.material = "pla";
+  Listener listener(printer, options, recordings.path(), stop.get_token());
   ASSERT_TRUE(listener.Register());
   printer.methods.at("trammel_pressure_advance")(nullptr);
   (void)listener.Serve();
   ASSERT_TRUE(stop.stop_requested());
-  EXPECT_THAT(printer.scripts.back(), HasSubstr("no calibration"));
-  EXPECT_THAT(NotedBug().value_or(""), HasSubstr("was asked for"));
+  EXPECT_THAT(printer.scripts.back(), HasSubstr("a bug in trammel"));
+  EXPECT_THAT(NotedBug().value_or(""), HasSubstr("the state was asked for"));
 }
 
 }  // namespace
