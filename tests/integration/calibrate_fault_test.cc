@@ -233,7 +233,7 @@ std::vector<Case> BeforeItBegins() {
         [](ShopOptions& options) { options.camera.faults.push_back({CameraFaultKind::kStall}); },
         WorkedWith},
        kMachine,
-       {"picture"}});
+       {"action=stream", "within 5 s"}});
   cases.push_back({{"LaserIsUnplugged",
                     [](ShopOptions& options) {
                       options.camera.faults.push_back({CameraFaultKind::kLaserAbsent});
