@@ -49,6 +49,11 @@ void PlayIn(MachineShop& shop, const Scenario& scenario, Outcome& outcome) {
   }
   outcome.end = process->Wait(kEnough_s);
   const double end_s = shop.MachineTime();
+  try {
+    if (scenario.after) scenario.after(shop, outcome);
+  } catch (const std::exception& failure) {
+    outcome.problem = failure.what();
+  }
   outcome.faulty = shop.Faulty(outcome.before, scenario.patience_s);
   outcome.after = shop.Look();
   outcome.laser_on_s = LaserOnAfter(shop, end_s);

@@ -10,6 +10,8 @@
 
 namespace trammel::test {
 
+struct Outcome;
+
 struct Scenario {
   std::string name;
   /// What is wrong before trammel starts.
@@ -17,6 +19,8 @@ struct Scenario {
   std::function<void(MachineShop&)> before = {};
   /// What happens while it runs; waits for its moment.
   std::function<void(MachineShop&, TrammelProcess&)> strike = {};
+  /// What happens once trammel has ended, however that was; throws where it goes wrong.
+  std::function<void(MachineShop&, Outcome&)> after = {};
   /// Instead of "pa calibrate --out rec --printer"; the shop's address follows a last "--printer".
   std::vector<std::string> arguments = {};
   ProcessLimits limits = {};

@@ -1,172 +1,31 @@
-// Two hundred calibrations in which something goes wrong at a random moment; and how well frames
-// are placed and how much of the computer a scan takes at full size. Prints its figures; fails
-// where a machine was left unsafe, a recording was lost or a broken scan gave a number.
+// Five hundred calibrations in which something goes wrong, each kind of fault in each stage in
+// turn; and how well frames are placed and how much of the computer a scan takes at full size.
+// Prints its figures; fails where a machine was left unsafe, a recording was lost or a broken scan
+// gave a number.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <numeric>
 #include <string>
 #include <thread>
 
-#include "base/random.h"
+#include "fault_kinds.h"
 #include "frame_truth.h"
 #include "play_all.h"
-#include "sim/camera_http.h"
 
 namespace trammel::test {
 namespace {
 
-using sim::CameraFaultKind;
-using sim::VirtualKlipper;
-
-constexpr double kTruth_s = 0.03;
-constexpr double kLaserLimit_s = 8;
-constexpr double kLongest_s = 42;  // moments are drawn within the length of a quick calibration
-constexpr double kSlack_s = 0.002;
 constexpr int kWidth = 5;
 constexpr std::uint64_t kFirstSeed = 1000;
 
 int FromEnvironment(const char* name, int otherwise) {
   const char* text = std::getenv(name);
   return text == nullptr ? otherwise : std::max(1, std::atoi(text));
-}
-
-using Strike = std::function<void(MachineShop&, TrammelProcess&, Random&)>;
-
-struct Kind {
-  const char* name;
-  Strike strike;
-  bool reachable = true;  ///< the printer can be reached, at last
-};
-
-Strike Klipper(std::function<void(VirtualKlipper&)> change) {
-  return [change](MachineShop& shop, TrammelProcess&, Random&) { shop.With(change); };
-}
-Strike Signal(int signal) {
-  return [signal](MachineShop&, TrammelProcess& process, Random&) { process.Send(signal); };
-}
-Strike Camera(CameraFaultKind kind, bool brief = false) {
-  return [=](MachineShop& shop, TrammelProcess&, Random& random) {
-    sim::CameraFault fault;
-    fault.kind = kind;
-    if (brief) fault.duration_s = random.Uniform(0, 4);
-    fault.fraction = random.Uniform(0.1, 0.9);
-    fault.jump_s = random.Uniform(-5, 5);
-    fault.width_px = fault.height_px = 96;
-    shop.camera().Inject(fault);
-  };
-}
-Strike Disconnect(double least_s, double most_s) {
-  return [=](MachineShop& shop, TrammelProcess&, Random& random) {
-    sim::ServerFaults faults;
-    faults.close_at_s = 0;
-    faults.refuse_for_s = random.Uniform(least_s, most_s);
-    shop.server().Inject(faults);
-  };
-}
-
-const std::vector<Kind>& Kinds() {
-  static const std::vector<Kind> kinds = {
-      {"move refused", Klipper([](VirtualKlipper& klipper) {
-         klipper.faults().refuse_move = klipper.xy_moves + 1;
-       })},
-      {"nozzle heater fails",
-       Klipper([](VirtualKlipper& klipper) { klipper.nozzle.highest_reach_c = 60; })},
-      {"bed heater fails",
-       Klipper([](VirtualKlipper& klipper) { klipper.bed.highest_reach_c = 20; })},
-      {"LASER_ON vanishes",
-       Klipper([](VirtualKlipper& klipper) { klipper.macros().erase("LASER_ON"); })},
-      {"short disconnect", Disconnect(0, 4)},
-      {"long disconnect", Disconnect(10, 30)},
-      {"lost for good", Disconnect(1e5, 1e6), false},
-      {"restart", Klipper([](VirtualKlipper& klipper) { klipper.Restart(); })},
-      {"emergency stop", Klipper([](VirtualKlipper& klipper) { klipper.EmergencyStop(); })},
-      {"Ctrl-C", Signal(SIGINT)},
-      {"SIGTERM", Signal(SIGTERM)},
-      {"SIGKILL", Signal(SIGKILL), false},
-      {"camera stalls", Camera(CameraFaultKind::kStall, true)},
-      {"camera closes", Camera(CameraFaultKind::kClose, true)},
-      {"half a JPEG", Camera(CameraFaultKind::kHalfJpeg, true)},
-      {"picture size changes", Camera(CameraFaultKind::kSizeChange)},
-      {"capture times jump", Camera(CameraFaultKind::kTimeJump)},
-      {"frames are dropped", Camera(CameraFaultKind::kDropFrames)},
-      {"black frames", Camera(CameraFaultKind::kBlack, true)},
-      {"laser unplugged", Camera(CameraFaultKind::kLaserAbsent)},
-      {"disk full", {}},
-  };
-  return kinds;
-}
-
-Scenario RandomFault(int number, const Kind& kind) {
-  const std::uint64_t seed = kFirstSeed + static_cast<std::uint64_t>(number);
-  Scenario scenario;
-  scenario.name = std::to_string(number);
-  scenario.prepare = [seed](ShopOptions& options) {
-    options.seed = seed;
-    options.pressure_advance_s = kTruth_s;
-    options.klipper = QuickKlipper(kLaserLimit_s);
-  };
-  scenario.before = [](MachineShop& shop) { shop.Script(kWorkedWith); };
-  scenario.patience_s = kind.reachable ? 5 : kLaserLimit_s + 1;
-  Random random(seed);
-  const double moment_s = random.Uniform(0, kLongest_s);
-  if (!kind.strike) {
-    scenario.limits.file_bytes = static_cast<std::uint64_t>(random.Uniform(2e4, 8e5));
-    return scenario;
-  }
-  scenario.strike = [=, strike = kind.strike](MachineShop& shop, TrammelProcess& process) mutable {
-    const double until_s = sim::MonotonicNow() + moment_s;
-    while (process.Running() && sim::MonotonicNow() < until_s) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    strike(shop, process, random);
-  };
-  return scenario;
-}
-
-// What is wrong with an outcome; empty where nothing is.
-std::vector<std::string> Violations(const Kind& kind, const Outcome& outcome) {
-  std::vector<std::string> wrong;
-  if (!outcome.problem.empty()) wrong.push_back("did not come about: " + outcome.problem);
-  if (outcome.end.timed_out) wrong.push_back("trammel did not end");
-  if (outcome.end.signal != 0 && outcome.end.signal != SIGKILL) {
-    wrong.push_back(fmt::format("trammel crashed with signal {}", outcome.end.signal));
-  }
-  if (outcome.end.standard_error.find("this is a bug") != std::string::npos) {
-    wrong.push_back("a bug in trammel");
-  }
-  // A restart that came before anything was touched took the user's values with it, not trammel.
-  const bool touched =
-      outcome.end.standard_error.find("bringing back what was set before") != std::string::npos;
-  const bool restarted = outcome.after.restarts > outcome.before.restarts;
-  if (kind.reachable && (touched || !restarted)) {
-    for (const std::string& fault : outcome.faulty) wrong.push_back("unsafe: " + fault);
-  }
-  if (outcome.after.laser || outcome.laser_on_s > kLaserLimit_s + 0.1) {
-    wrong.push_back(fmt::format("unsafe: the laser was on for {:.1f} s", outcome.laser_on_s));
-  }
-  const RecordingLook& recording = outcome.recording;
-  if (recording.kept_frames < recording.told_frames) {
-    wrong.push_back(fmt::format("lost: {} of {} frames",
-                                recording.told_frames - recording.kept_frames,
-                                recording.told_frames));
-  }
-  if (recording.scan && recording.exit_code != 0 && recording.exit_code != 2) {
-    wrong.push_back("lost: scan.json cannot be read: " + recording.said);
-  }
-  if (recording.value_s &&
-      (*recording.low_s > kTruth_s + kSlack_s || *recording.high_s < kTruth_s - kSlack_s)) {
-    wrong.push_back(fmt::format("number: {:.4f} s within {:.4f} ... {:.4f}", *recording.value_s,
-                                *recording.low_s, *recording.high_s));
-  }
-  if (recording.value_s && outcome.end.exit_code != 0 && recording.notices.empty()) {
-    wrong.push_back("number: from a scan that was cut short, and nothing says so");
-  }
-  return wrong;
 }
 
 struct Tally {
@@ -194,19 +53,30 @@ void Count(const Outcome& outcome, const std::vector<std::string>& wrong, Tally&
 void PrintRow(const std::string& name, const Tally& tally) {
   std::string exits;
   for (const auto& [code, count] : tally.exits) exits += fmt::format(" {}x{}", code, count);
-  fmt::print("{:<22}{:>5}{:>9}{:>7}{:>9}{:>8}{:>7}{:>9}{:>9}   {}\n", name, tally.runs,
+  fmt::print("{:<26}{:>5}{:>9}{:>7}{:>9}{:>8}{:>7}{:>9}{:>9}   {}\n", name, tally.runs,
              tally.unsafe, tally.lost, tally.numbers, tally.other, tally.recorded, tally.scans,
              tally.answers, exits);
 }
 
 TEST(FaultStudy, EveryPrinterIsLeftSafeNoRecordingIsLostNoBrokenScanGivesANumber) {
-  const int runs = FromEnvironment("TRAMMEL_STUDY_RUNS", 200);
+  const int runs = FromEnvironment("TRAMMEL_STUDY_RUNS", 500);
   SideBySide side(std::min(SideBySide::kMost, FromEnvironment("TRAMMEL_STUDY_WIDTH", kWidth)));
-  const auto& kinds = Kinds();
-  const auto kind_of = [&](int number) -> const Kind& {
+  const auto& kinds = FaultKinds();
+  const auto& stages = StageWords();
+  // The numbers of kinds and of stages have no common divisor: all pairs come in turn.
+  ASSERT_EQ(std::gcd(kinds.size(), stages.size()), 1U);
+  const auto kind_of = [&](int number) -> const FaultKind& {
     return kinds[static_cast<std::size_t>(number) % kinds.size()];
   };
-  for (int i = 0; i < runs; ++i) side.Start(RandomFault(i, kind_of(i)));
+  const auto stage_of = [&](int number) -> const std::string& {
+    return stages[static_cast<std::size_t>(number) % stages.size()];
+  };
+  for (int i = 0; i < runs; ++i) {
+    Scenario scenario =
+        FaultInStage(kind_of(i), stage_of(i), kFirstSeed + static_cast<std::uint64_t>(i));
+    scenario.name = std::to_string(i);
+    side.Start(scenario);
+  }
   std::map<std::string, Tally> by_kind;
   Tally all;
   for (int i = 0; i < runs; ++i) {
@@ -216,11 +86,11 @@ TEST(FaultStudy, EveryPrinterIsLeftSafeNoRecordingIsLostNoBrokenScanGivesANumber
     Count(outcome, wrong, all);
     for (const std::string& one : wrong) {
       ADD_FAILURE() << "seed " << kFirstSeed + static_cast<std::uint64_t>(i) << ", "
-                    << kind_of(i).name << ": " << one << "\n"
+                    << kind_of(i).name << " at \"" << stage_of(i) << "\": " << one << "\n"
                     << outcome.end.standard_error;
     }
   }
-  fmt::print("{:<22}{:>5}{:>9}{:>7}{:>9}{:>8}{:>7}{:>9}{:>9}   {}\n", "fault", "runs", "unsafe",
+  fmt::print("{:<26}{:>5}{:>9}{:>7}{:>9}{:>8}{:>7}{:>9}{:>9}   {}\n", "fault", "runs", "unsafe",
              "lost", "numbers", "crashes", "videos", "scan.json", "answers",
              "exit codes x runs (negative: signals)");
   for (const auto& [name, tally] : by_kind) PrintRow(name, tally);

@@ -170,6 +170,7 @@ PrinterLook MachineShop::Look() const {
     look.bed_target_c = klipper.bed.target_c;
     look.powered = klipper.nozzle.powered || klipper.bed.powered;
     look.printing = klipper.print.state == "printing" || klipper.print.state == "paused";
+    look.print_file = klipper.print.filename;
     for (const sim::StateEntry& entry : klipper.history().states) {
       look.restarts += entry.state == "disconnected";
     }

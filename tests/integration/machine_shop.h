@@ -46,6 +46,7 @@ struct PrinterLook {
   double bed_target_c = 0;
   bool powered = true;                     ///< the heaters; false after a shutdown
   bool printing = false;                   ///< from a file, paused included
+  std::string print_file;                  ///< the file being or last printed
   int restarts = 0;                        ///< so far
   std::map<std::string, double> settings;  ///< pressure advance and limits: kept over a restart
   std::map<std::string, double> gcode;     ///< G-code state: lost by one

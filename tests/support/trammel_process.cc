@@ -50,6 +50,10 @@ double Seconds(const timeval& time) {
     const rlimit limit{limits.file_bytes, limits.file_bytes};
     setrlimit(RLIMIT_FSIZE, &limit);
   }
+  if (limits.open_files > 0) {
+    const rlimit limit{limits.open_files, limits.open_files};
+    setrlimit(RLIMIT_NOFILE, &limit);
+  }
   execve(arguments[0], arguments, environment);
   _exit(127);
 }

@@ -14,6 +14,7 @@ namespace trammel::test {
 
 struct ProcessLimits {
   std::uint64_t file_bytes = 0;  ///< largest file that it may write, as on a full disk; 0: any
+  std::uint64_t open_files = 0;  ///< most files, sockets and pipes open at once; 0: any
   bool nobody_reads = false;     ///< both streams go into a pipe whose reader has gone
 };
 
