@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/bug_note.h"
 #include "base/check.h"
 #include "procedure/dead_run.h"
 
@@ -147,12 +148,18 @@ PrinterStateGuard::PrinterStateGuard(PrinterStateGuard&& other) noexcept
 
 PrinterStateGuard::~PrinterStateGuard() {
   if (printer_ == nullptr) return;
-  for (const std::string& failure : Restore()) Say(failure, 0);
+  // What is thrown here would end the process.
+  (void)NoteBug([this] {
+    for (const std::string& failure : Restore()) Say(failure, 0);
+  });
 }
 
 void PrinterStateGuard::Say(std::string text, double remaining_s) const {
   if (!tell_) return;
-  tell_({std::move(text), remaining_s > 0 ? std::optional(remaining_s) : std::nullopt});
+  // Words that cannot be said keep nothing from coming back.
+  (void)NoteBug([&] {
+    tell_({std::move(text), remaining_s > 0 ? std::optional(remaining_s) : std::nullopt});
+  });
 }
 
 // Before anything is changed: what is not on the disk now is not known to the next run.

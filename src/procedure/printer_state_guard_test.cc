@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "base/bug_note.h"
+#include "base/check.h"
 #include "procedure/dead_run.h"
 #include "procedure/fake_printer.h"
 #include "support/temporary_folder.h"
@@ -91,6 +93,21 @@ TEST_F(PrinterStateGuardTest, SaysWhichHeatersItLeavesOn) {
 TEST_F(PrinterStateGuardTest, TheDestructorRestoresWhatWasForgotten) {
   { const PrinterStateGuard guard = Begun(); }
   EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
+}
+
+TEST_F(PrinterStateGuardTest, ABugInWhatListensKeepsNothingFromComingBack) {
+  bool broken = false;
+  session_.tell = [&broken](const Progress& progress) {
+    if (broken) throw Bug(progress.text);
+  };
+  {
+    const PrinterStateGuard guard = Begun();
+    printer_.refused["LASER_OFF"] = "no";  // so that there is something to say
+    broken = true;
+  }
+  EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
+  EXPECT_TRUE(printer_.stopped);
+  EXPECT_TRUE(NotedBug());
 }
 
 TEST_F(PrinterStateGuardTest, RestoresOnceOnly) {

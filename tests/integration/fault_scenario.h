@@ -19,12 +19,12 @@ struct Scenario {
   std::function<void(MachineShop&)> before = {};
   /// What happens while it runs; waits for its moment.
   std::function<void(MachineShop&, TrammelProcess&)> strike = {};
-  /// What happens once trammel has ended, however that was; throws where it goes wrong.
-  std::function<void(MachineShop&, Outcome&)> after = {};
   /// Instead of "pa calibrate --out rec --printer"; the shop's address follows a last "--printer".
   std::vector<std::string> arguments = {};
   ProcessLimits limits = {};
   double patience_s = 5;  ///< for the machine to come to rest after trammel's end
+  /// What happens once trammel has ended, however that was; throws where it goes wrong.
+  std::function<void(MachineShop&, Outcome&)> after = {};
 };
 
 /// A recording after the fact.
