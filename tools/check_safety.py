@@ -1,0 +1,29 @@
+#!/usr/bin/env python3
+"""Checks that docs/safety.md names only tests that are there."""
+import pathlib
+import re
+import sys
+
+
+def tests_of(root):
+    """The names "Suite.Test" of all GoogleTest tests below src and tests."""
+    names = set()
+    for folder in ("src", "tests"):
+        for path in (root / folder).rglob("*.cc"):
+            for suite, name in re.findall(r"\bTEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\s*\)", path.read_text()):
+                names.add(f"{suite}.{name}")
+    return names
+
+
+def main():
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
+    named = set(re.findall(r"`([A-Z]\w+\.[A-Z]\w+)`", (root / "docs/safety.md").read_text()))
+    missing = sorted(named - tests_of(root))
+    for name in missing:
+        print(f"docs/safety.md: there is no test {name}")
+    print(f"{len(named)} tests named, {len(missing)} missing")
+    return 1 if missing or not named else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
