@@ -47,6 +47,7 @@ class ScannerFile : public ::testing::Test {
     return {std::istreambuf_iterator<char>(file), {}};
   }
   void Write(const std::string& name, const SheetScan& scan, const PageFileOptions& options) const {
+    std::filesystem::remove(path(name));  // the scan before it: nothing is overwritten
     const auto written = WriteScan(scan, Random(kSeed), options, path(name));
     EXPECT_TRUE(written) << (written ? "" : written.error().message);
   }
