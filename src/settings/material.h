@@ -19,8 +19,8 @@ struct Material {
   double density_g_cm3 = 0;
 };
 
-/// All of them. Temperatures of a first layer: PLA, PETG and ASA as in PrusaSlicer's generic
-/// profiles, ABS as in the paper, TPU, PC and PA in the middle of what their makers state.
+/// All of them. Temperatures of a first layer: PLA, PETG and ASA as in a public generic slicer
+/// profile, ABS as in the paper, TPU, PC and PA our choice within what is usual.
 [[nodiscard]] std::span<const Material> Materials();
 
 /// The material of that name, in capitals or not; nullptr where there is none.
