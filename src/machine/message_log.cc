@@ -7,14 +7,16 @@ namespace {
 
 constexpr std::size_t kMaxCharacters = 300;
 
-/// Replaces the text value that follows `"name":"` by dots.
+/// Replaces the text values of members called `name` by dots.
 void BlotOut(std::string& message, std::string_view name) {
-  const std::string opening = '"' + std::string(name) + "\":\"";
-  for (std::size_t at = message.find(opening); at != std::string::npos;
-       at = message.find(opening, at)) {
-    at += opening.size();
-    const std::size_t end = message.find('"', at);
-    message.replace(at, end == std::string::npos ? std::string::npos : end - at, "…");
+  const std::string key = '"' + std::string(name) + '"';
+  for (std::size_t at = message.find(key); at != std::string::npos; at = message.find(key, at)) {
+    at += key.size();
+    std::size_t begin = message.find_first_not_of(" \t:", at);
+    if (begin == std::string::npos || message[begin] != '"') continue;
+    std::size_t end = ++begin;
+    while (end < message.size() && message[end] != '"') end += message[end] == '\\' ? 2 : 1;
+    message.replace(begin, std::min(end, message.size()) - begin, "…");
   }
 }
 

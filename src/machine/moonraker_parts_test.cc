@@ -121,6 +121,7 @@ TEST(MessageLog, KeepsNoKeyThatAServerAnswersWith) {
   MessageLog log;
   log.Add(MessageDirection::kIn, R"({"jsonrpc":"2.0","result":"s3cret0123456789","id":4})");
   log.Add(MessageDirection::kIn, R"({"result":{"token":"s3cret","refresh_token":"s3cret"}})");
+  log.Add(MessageDirection::kOut, R"({"params": {"password" : "a\"s3cret\\", "user": "me"}})");
   log.Add(MessageDirection::kIn, R"({"jsonrpc":"2.0","result":"ok","id":5})");
   EXPECT_THAT(log.Excerpt(5), AllOf(Not(HasSubstr("s3cret")), HasSubstr("\"result\":\"ok\"")));
 }

@@ -135,7 +135,7 @@ Result<Page> FillFromText(const PnmHeader& header, PnmText& text, Page page) {
 
 Result<Page> DecodePnm(std::span<const std::uint8_t> bytes, const PageReadOptions& options) {
   PnmText text(bytes);
-  const auto header = ReadHeader(static_cast<char>(bytes[1]), text);
+  const auto header = ReadHeader(bytes.size() > 1 ? static_cast<char>(bytes[1]) : ' ', text);
   if (!header) return tl::unexpected(header.error());
   if (header->layout.width > 0 && header->layout.height > 0) {
     const std::size_t rest = text.Rest().size() + (header->text ? 1 : 0);
