@@ -62,7 +62,7 @@ TEST_F(SimCommand, NothingIsOverwritten) {
   EXPECT_THAT(scan.output, HasSubstr("scan exists already"));
   const CommandResult photo = Run("sim photo pattern.gcode --out photo.jpg");
   EXPECT_EQ(photo.exit_code, 1);
-  EXPECT_THAT(photo.output, HasSubstr("photo.jpg: is there already"));
+  EXPECT_THAT(photo.output, HasSubstr("photo.jpg exists already"));
   EXPECT_EQ(ReadWhole(At("photo.jpg")), "mine");
 }
 
