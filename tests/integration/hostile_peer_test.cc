@@ -118,7 +118,7 @@ std::vector<Mode> Texts() {
                    BytesBefore(R"({"jsonrpc":"2.0","method":"notify_status_update","params":7})")});
   modes.push_back({"ControlCharacters", {}, [](ScriptedMoonraker& server) {
                      server.AnswerError("printer.gcode.script", 400,
-                                        "\x1b[2J\x1b]0;owned\x07 no \x9b"
+                                        "\x1b[2J\x1b]0;owned\x07 no \xc2\x9b"
                                         "31m move\r\nfake line");
                      WithStatus({{"print_stats", {{"filename", "\x1b[31mvase.gcode"}}}})(server);
                    }});
