@@ -80,7 +80,9 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
 
 Result<void> Scan(const Session& session, const CalibrationRequest& request,
                   const PatternConfig& config, const PatternPlan& plan, FrameRecorder& recorder,
-                  const std::string& camera) {
+                  const std::string& camera, PrinterStateGuard& guard) {
+  // What was printed may have taken longer than the printer's own limit.
+  if (auto told = KeepAlive(session); !told) return told;
   const auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return tl::unexpected(state.error());
   const auto sweeps = PlanSweeps(plan, request.only, request.settings, ReachOf(*state));
@@ -88,6 +90,7 @@ Result<void> Scan(const Session& session, const CalibrationRequest& request,
   if (!request.settings.clean_nozzle_gcode.empty()) {
     if (auto free = CheckStillFree(session); !free) return free;
     auto clean = session.printer.Run(request.settings.clean_nozzle_gcode, session.Within(kHome_s));
+    if (clean) clean = KeepAlive(session);
     if (!clean) return clean;
   }
   auto cool = CoolForScan(session, *state, request.settings.scan_nozzle_temperature_c,
@@ -101,6 +104,7 @@ Result<void> Scan(const Session& session, const CalibrationRequest& request,
   scan.folder = request.folder;
   scan.started = request.started;
   scan.camera = camera;
+  guard.ExpectLaser();
   return ScanLines(session, recorder, *sweeps, scan);
 }
 
@@ -188,15 +192,15 @@ Result<void> KeepBedWarm(const Session& session, double bed_c) {
 }
 
 Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
-                      const machine::PrinterState& before, FrameRecorder* recorder,
+                      PrinterStateGuard& guard, FrameRecorder* recorder,
                       const std::string& camera) {
-  const PatternConfig config = ForThisPrinter(request.pattern, before);
+  const PatternConfig config = ForThisPrinter(request.pattern, guard.before());
   const PatternPlan plan = PlanOf(request, config);
   if (request.print) {
     if (auto printed = PrintPattern(session, request, config, plan); !printed) return printed;
   }
   if (recorder == nullptr) return {};
-  return Scan(session, request, config, plan, *recorder, camera);
+  return Scan(session, request, config, plan, *recorder, camera, guard);
 }
 
 }  // namespace
@@ -274,7 +278,7 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
   if (outcome.done) outcome.done = guard->Begin(session);
   if (outcome.done) {
     outcome.done = WithReason(
-        session, RunSteps(session, request, guard->before(), eye->recorder.get(),
+        session, RunSteps(session, request, *guard, eye->recorder.get(),
                           eye->camera ? Utf8OrReplaced(eye->camera->Describe(), kLongestCameraName)
                                       : std::string()));
     if (outcome.done && !request.scan) outcome.bed_c = BedTarget_c(session);

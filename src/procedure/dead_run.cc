@@ -224,20 +224,19 @@ Result<void> FinishDeadRuns(const Session& session, const pressure_advance::Scan
   if (!owner) return tl::unexpected(owner.error());
   const fs::path path = store::JournalPath(state_folder, address);
   const auto journal = store::ReadJournal(path);
-  if (!journal) {
-    if (auto done = GiveUp(session, path, journal.error()); !done) return done;
-  } else if (*journal) {
-    auto done = Finish(session, settings, {path, **journal}, *owner);
-    if (!done) return done;
-    if (RunOf(*owner) == (*journal)->run) return {};
+  const bool ours = journal && *journal && RunOf(*owner) == (*journal)->run;
+  // The printer's owner first: while another run has it, nothing of an older one is brought back.
+  if (!owner->empty() && !ours) {
+    const auto other = RunNamed(state_folder, RunOf(*owner));
+    if (!other || other->path == path) return tl::unexpected(Taken(*owner));
+    const auto lock = store::FileLock::Take(store::LockPath(state_folder, other->journal.address),
+                                            "a look whether it is alive");
+    if (!lock) return tl::unexpected(Taken(*owner));
+    if (auto done = Finish(session, settings, *other, *owner); !done) return done;
   }
-  if (owner->empty()) return {};
-  const auto other = RunNamed(state_folder, RunOf(*owner));
-  if (!other || other->path == path) return tl::unexpected(Taken(*owner));
-  const auto lock = store::FileLock::Take(store::LockPath(state_folder, other->journal.address),
-                                          "a look whether it is alive");
-  if (!lock) return tl::unexpected(Taken(*owner));
-  return Finish(session, settings, *other, *owner);
+  if (!journal) return GiveUp(session, path, journal.error());
+  if (!*journal) return {};
+  return Finish(session, settings, {path, **journal}, *owner);
 }
 
 void FinishDeadRunsWhereFree(const Session& session, const pressure_advance::ScanSettings& settings,

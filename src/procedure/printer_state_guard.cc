@@ -139,6 +139,7 @@ PrinterStateGuard::PrinterStateGuard(PrinterStateGuard&& other) noexcept
       has_limit_(other.has_limit_),
       prints_(other.prints_),
       begun_(other.begun_),
+      laser_lit_(other.laser_lit_),
       restarted_(other.restarted_),
       park_(std::move(other.park_)),
       before_(std::move(other.before_)),
@@ -186,6 +187,9 @@ Result<void> PrinterStateGuard::Note(const Session& session) {
 Result<void> PrinterStateGuard::Claim(const Session& session) {
   auto claimed = KeepAlive(session);
   if (claimed) return {};
+  // Where only the answer was lost, the printer will be ours; of another's this frees nothing.
+  if (has_limit_ && printer_->LastState().abandoned_scripts > 0)
+    (void)printer_->Run(fmt::format("{} OWNER={}", kRelease, owner_), {kScript_s});
   std::error_code ignored;
   std::filesystem::remove(journal_path_, ignored);
   return Fail("the printer cannot be taken for this run: " + claimed.error().message,
@@ -286,6 +290,7 @@ void PrinterStateGuard::BringBackSettings() {
 void PrinterStateGuard::BringBackHeaters(bool in_doubt) {
   const auto now = printer_->State({kAsk_s});
   if (!now) return failed_.push_back("the heaters cannot be looked at: " + now.error().message);
+  if (const std::string job = OthersJob(*now, own_file_); !job.empty()) return LeaveToOthers(job);
   std::vector<std::string> left_on, left_off;
   for (const auto& [name, heater] : now->heaters) {
     const auto noted = journal_.targets_c.find(name);
@@ -323,6 +328,13 @@ void PrinterStateGuard::DeleteUpload() {
   }
 }
 
+// The limit clears the owner of a run that was away for long: another may have come since.
+std::string PrinterStateGuard::AnotherOwner() const {
+  if (!has_limit_) return "";
+  const auto owner = OwnerAtPrinter({*printer_, {}, {}});
+  return owner && *owner != owner_ ? *owner : "";
+}
+
 void PrinterStateGuard::Release() {
   if (!has_limit_) return;
   if (failed_.empty()) {
@@ -336,16 +348,28 @@ void PrinterStateGuard::BringBack() {
   failed_.clear();
   lost_.clear();
   if (!begun_) return Release();
-  if (auto off = printer_->Run(laser_off_gcode_, {kScript_s}); !off) {
+  if (const std::string owner = AnotherOwner(); !owner.empty()) {
+    return LeaveToOthers("trammel, as " + owner);
+  }
+  // A printer whose laser was never lit is not stopped where the command waits behind another's.
+  const auto off = printer_->Run(laser_off_gcode_, {kScript_s});
+  if (!off && (laser_lit_ || ReadinessNow(*printer_) != machine::PrinterReadiness::kReady)) {
     return LaserStaysOn(off.error().message);
   }
   const auto now = printer_->State({kAsk_s});
-  const std::string job = now ? OthersJob(*now, own_file_) : "";
+  if (!now) {
+    return failed_.push_back("whose the printer is now cannot be asked: " + now.error().message);
+  }
+  std::string job = OthersJob(*now, own_file_);
+  if (job.empty()) {
+    EndOwnPrint();
+    const auto then = printer_->State({kAsk_s});
+    if (then) job = OthersJob(*then, own_file_);
+  }
   if (!job.empty()) {
     if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
     LeaveToOthers(job);
   } else {
-    EndOwnPrint();
     const std::string restore =
         fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", GcodeStateName(journal_.run));
     const auto restored = printer_->Run(restore, {kScript_s});

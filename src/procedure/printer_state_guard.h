@@ -56,6 +56,9 @@ class PrinterStateGuard {
   /// brought back before this.
   [[nodiscard]] Result<void> Begin(const Session& session);
 
+  /// From now on the laser may be on: where it cannot be switched off, the printer is stopped.
+  void ExpectLaser() { laser_lit_ = true; }
+
   /// From now on a print that was not finished is left with the nozzle there.
   void ParkAt(const ParkPlace& place) { park_ = std::make_unique<ParkPlace>(place); }
 
@@ -88,6 +91,7 @@ class PrinterStateGuard {
   void BringBackSettings();
   void BringBackHeaters(bool in_doubt);
   void DeleteUpload();
+  [[nodiscard]] std::string AnotherOwner() const;
   void Release();
   [[nodiscard]] bool RunOne(const std::string& line);
   void Say(std::string text, double remaining_s) const;
@@ -101,6 +105,7 @@ class PrinterStateGuard {
   bool has_limit_ = false;
   bool prints_ = true;
   bool begun_ = false;
+  bool laser_lit_ = false;
   bool restarted_ = false;
   std::unique_ptr<ParkPlace> park_;
   machine::PrinterState before_;

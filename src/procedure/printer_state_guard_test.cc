@@ -44,6 +44,7 @@ class PrinterStateGuardTest : public ::testing::Test {
     auto guard = Take();
     EXPECT_TRUE(guard.has_value());
     EXPECT_TRUE(guard->Begin(session_));
+    guard->ExpectLaser();
     printer_.scripts.clear();
     return std::move(*guard);
   }
@@ -138,6 +139,19 @@ TEST_F(PrinterStateGuardTest, StopsThePrinterWhereTheLaserCannotBeSwitchedOff) {
   EXPECT_TRUE(printer_.stopped);
   ASSERT_THAT(failures, SizeIs(1));
   EXPECT_THAT(failures.front(), HasSubstr("FIRMWARE_RESTART"));
+}
+
+TEST_F(PrinterStateGuardTest, APrinterWhoseLaserWasNeverLitIsNotStoppedForIt) {
+  auto guard = Take();
+  ASSERT_TRUE(guard);
+  ASSERT_TRUE(guard->Begin(session_));
+  printer_.refused["LASER_OFF"] = "waited 60 s behind another's M190";
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "somebody_elses.gcode";
+  const auto failures = guard->Restore();
+  EXPECT_FALSE(printer_.stopped);
+  ASSERT_FALSE(failures.empty());
+  EXPECT_THAT(failures.front(), HasSubstr("somebody_elses.gcode"));
 }
 
 TEST_F(PrinterStateGuardTest, HeatsNothingAfterARestartAndSaysSo) {

@@ -221,7 +221,9 @@ void JudgeMachine(const FaultKind& kind, const Outcome& outcome, std::vector<std
       wrong.push_back("unsafe: " + fault);
     }
   }
-  if (outcome.after.laser || outcome.laser_on_s > kLaserLimit_s + 0.1) {
+  // The run after a dead one lights the laser, too.
+  const bool too_long = !had_successor && outcome.laser_on_s > kLaserLimit_s + 0.1;
+  if (outcome.after.laser || too_long) {
     wrong.push_back(fmt::format("unsafe: the laser was on for {:.1f} s", outcome.laser_on_s));
   }
   if (!kind.foreign_print || !outcome.problem.empty()) return;
