@@ -25,8 +25,12 @@ constexpr std::size_t kMostKept = 1'000'000;
 constexpr std::size_t kPiece = 512;
 constexpr int kLook_ms = 100;
 
-// Whether a signal waits that is held back (app/interrupt.h): nobody is to wait for a reader, then.
+std::atomic<bool> asked_to_end = false;
+
+// Whether a signal has come, or waits that is held back (app/interrupt.h): nobody is to wait for a
+// reader, then.
 bool AskedToEnd() {
+  if (asked_to_end) return true;
   sigset_t waiting;
   if (sigpending(&waiting) != 0) return false;
   sigdelset(&waiting, SIGTTOU);
@@ -55,7 +59,7 @@ class Stream {
     const std::lock_guard lock(mutex_);
     Keep(EscapedForTerminal(incomplete_));
     incomplete_.clear();
-    WriteKept(true);
+    WriteKept(true, kLook_ms);
     return error_;
   }
 
@@ -69,11 +73,12 @@ class Stream {
     }
   }
 
-  void WriteKept(bool wait) {
+  // @param last_ms  how long each piece waits for a reader even though the end was asked for
+  void WriteKept(bool wait, int last_ms = 0) {
     std::size_t done = 0;
     while (error_ == 0 && done < kept_.size()) {
       pollfd ready{fd_, POLLOUT, 0};
-      const int count = poll(&ready, 1, wait ? kLook_ms : 0);
+      const int count = poll(&ready, 1, wait && !AskedToEnd() ? kLook_ms : last_ms);
       if (count == 0 && wait && !AskedToEnd()) continue;
       if (count == 0) break;
       if (count < 0 && errno == EINTR) continue;
@@ -140,6 +145,8 @@ void GuardConsole() {
   if (std::FILE* output = FileOf(Output(), _IOLBF)) stdout = output;
   if (std::FILE* errors = FileOf(Errors(), _IONBF)) stderr = errors;
 }
+
+void WaitForNoReaderAnyMore() { asked_to_end = true; }
 
 ConsoleDoesNotWait::ConsoleDoesNotWait() { ++waits_forbidden; }
 ConsoleDoesNotWait::~ConsoleDoesNotWait() { --waits_forbidden; }

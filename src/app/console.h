@@ -23,6 +23,10 @@ class ConsoleDoesNotWait {
   ConsoleDoesNotWait& operator=(const ConsoleDoesNotWait&) = delete;
 };
 
+/// Says that the process was asked to end: from now on nothing waits for whoever reads longer than
+/// a moment, not even for the last words.
+void WaitForNoReaderAnyMore();
+
 /// Writes what was kept. Error: standard output lost text that somebody meant to keep (a full
 /// disk).
 [[nodiscard]] Result<void> FinishConsole();

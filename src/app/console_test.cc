@@ -124,6 +124,22 @@ TEST(GuardedConsole, WaitsForNobodyWhileAMachineMoves) {
             kAsItShould);
 }
 
+TEST(GuardedConsole, LastWordsWaitForNoReaderOnceTheEndWasAskedFor) {
+  EXPECT_EQ(InAProcess([] {
+              alarm(60);  // where it waits after all
+              int ends[2];
+              if (pipe(ends) != 0) return kOtherwise;  // both ends stay open, and nobody reads
+              fcntl(ends[1], F_SETPIPE_SZ, 4096);
+              dup2(ends[1], STDOUT_FILENO);
+              GuardConsole();
+              WaitForNoReaderAnyMore();
+              SayMuch();
+              (void)FinishConsole();
+              return kAsItShould;
+            }),
+            kAsItShould);
+}
+
 TEST(GuardedConsole, LetsNoFileTakeThePlaceOfAClosedStream) {
   const test::TemporaryFolder folder;
   const std::string path = folder.path() / "results";

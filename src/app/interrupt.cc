@@ -33,7 +33,9 @@ Interrupt::Interrupt() {
   thread_ = std::jthread([source = source_, ending](std::stop_token end) mutable {
     constexpr timespec kLook{0, 100'000'000};
     while (!end.stop_requested()) {
-      if (sigtimedwait(&ending, nullptr, &kLook) > 0) source.request_stop();
+      if (sigtimedwait(&ending, nullptr, &kLook) <= 0) continue;
+      WaitForNoReaderAnyMore();
+      source.request_stop();
     }
   });
 }

@@ -45,7 +45,8 @@ void MessageLog::Add(MessageDirection direction, std::string_view message) {
   // A text as a result is a key or a token: access.get_api_key, access.oneshot_token.
   const bool plain_answer = text.find("\"result\":\"ok\"") != std::string::npos;
   if (!plain_answer) BlotOut(text, "result");
-  for (const char* secret : {"api_key", "access_token", "refresh_token", "token", "password"}) {
+  for (const char* secret : {"api_key", "access_token", "refresh_token", "token", "password",
+                             "stream_url", "snapshot_url"}) {
     BlotOut(text, secret);
   }
   text = (direction == MessageDirection::kOut ? "> " : "< ") + Readable(text);

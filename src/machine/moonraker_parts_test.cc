@@ -122,6 +122,7 @@ TEST(MessageLog, KeepsNoKeyThatAServerAnswersWith) {
   log.Add(MessageDirection::kIn, R"({"jsonrpc":"2.0","result":"s3cret0123456789","id":4})");
   log.Add(MessageDirection::kIn, R"({"result":{"token":"s3cret","refresh_token":"s3cret"}})");
   log.Add(MessageDirection::kOut, R"({"params": {"password" : "a\"s3cret\\", "user": "me"}})");
+  log.Add(MessageDirection::kIn, R"({"stream_url": "http://me:s3cret@camera/stream"})");
   log.Add(MessageDirection::kIn, R"({"jsonrpc":"2.0","result":"ok","id":5})");
   EXPECT_THAT(log.Excerpt(5), AllOf(Not(HasSubstr("s3cret")), HasSubstr("\"result\":\"ok\"")));
 }
@@ -194,6 +195,20 @@ TEST(MoonrakerStatus, WhatIsKnownDoesNotGrowWithWhatAServerSendsUnasked) {
                          {"webhooks", {{"state", "ready"}}},
                          {"toolhead", {{"position", nullptr}}},
                          {"neopixel case", {{"color_data", nullptr}}}}));
+}
+
+TEST(MoonrakerStatus, AFieldHoldsNoMoreInAllThanAPrintersDo) {
+  const json wanted = WantedObjects({"neopixel case"});
+  const auto known_of = [&wanted](const json& color_data) {
+    json known = json::object();
+    MergeStatus(known, {{"neopixel case", {{"color_data", color_data}}}}, wanted);
+    return known["neopixel case"]["color_data"];
+  };
+  // Lists of lists, each of them within its own bound.
+  const json many = std::vector<std::vector<double>>(1000, std::vector<double>(1000, 1.0));
+  EXPECT_TRUE(known_of(many).is_null());
+  const json chain = std::vector<std::vector<double>>(2000, std::vector<double>(4, 1.0));
+  EXPECT_EQ(known_of(chain), chain);
 }
 
 TEST(MoonrakerStatus, AbsurdFiguresAreTheServersFaultByFieldAndValue) {

@@ -264,16 +264,16 @@ void ReadDevices(const json& known, Reader& reader, PrinterState& state) {
 }
 
 /// Whether a field's value is of a size that a printer's fields have.
-bool IsSmall(const json& value, int levels = 3) {
-  if (value.is_string()) {
-    return value.get_ref<const std::string&>().size() <= 10 * kLongestText;
-  }
-  if (!value.is_structured()) {
-    return true;
-  }
+/// @param left  values and characters that the whole field may still hold
+bool IsSmall(const json& value, std::size_t& left, int levels = 3) {
+  const std::size_t cost = 1 + (value.is_string() ? value.get_ref<const std::string&>().size() : 0);
+  if (cost > left) return false;
+  left -= cost;
+  if (!value.is_structured()) return true;
   return levels > 0 && value.size() <= kLongestList + 1 &&
-         std::all_of(value.begin(), value.end(),
-                     [levels](const json& inner) { return IsSmall(inner, levels - 1); });
+         std::all_of(value.begin(), value.end(), [&left, levels](const json& inner) {
+           return IsSmall(inner, left, levels - 1);
+         });
 }
 
 }  // namespace
@@ -339,7 +339,8 @@ void MergeStatus(json& known, const json& update, const json& wanted) {
     for (const json& field : fields) {
       const auto& key = field.get_ref<const std::string&>();
       if (const json* value = Member(*told, key)) {
-        object[key] = IsSmall(*value) ? *value : json();
+        std::size_t left = 10 * kLongestText;
+        object[key] = IsSmall(*value, left) ? *value : json();
       }
     }
   }

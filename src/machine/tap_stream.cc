@@ -256,10 +256,10 @@ class MoonrakerTaps : public TapStream {
   bool registered_ = false;  // this and the next of the connection's thread
   bool heard_ = false;       // forces, since the link or Klipper began
   Way way_ = Way::kUnknown;
-  Moonraker moonraker_;  // its thread uses all the rest
   std::mutex streams_mutex_;
   bool ending_ = false;                     // guarded by the mutex
   std::unique_ptr<KlippyStreams> streams_;  // likewise; its own thread uses the rest, too
+  Moonraker moonraker_;                     // its thread uses all the rest
 };
 
 }  // namespace
