@@ -21,7 +21,7 @@ namespace trammel::app {
 namespace {
 
 constexpr std::size_t kMostKept = 1'000'000;
-// What is ready to be written to takes as much without waiting.
+// A pipe that is ready to be written to takes as much without waiting.
 constexpr std::size_t kPiece = 512;
 constexpr int kLook_ms = 100;
 
@@ -43,6 +43,16 @@ std::atomic<int> waits_forbidden = 0;
 class Stream {
  public:
   explicit Stream(int fd) : fd_(fd) {}
+
+  /// Writes to a description of its own that never waits, where this is a terminal: one that says
+  /// it is ready may have room for a byte, and holds up who writes two until somebody reads. The
+  /// description that others share (the shell) stays as it is.
+  void NeverWaitInATerminal() {
+    if (isatty(fd_) == 0) return;
+    const std::string path = fmt::format("/proc/self/fd/{}", fd_);
+    const int own = open(path.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (own >= 0) fd_ = own;
+  }
 
   void Take(std::string_view bytes) {
     const std::lock_guard lock(mutex_);
@@ -87,7 +97,8 @@ class Stream {
       if (written >= 0) {
         done += static_cast<std::size_t>(written);
       } else if (errno == EAGAIN) {
-        if (!wait) break;
+        if (!wait || AskedToEnd()) break;
+        poll(nullptr, 0, kLook_ms);
       } else if (errno != EINTR) {
         error_ = errno;
       }
@@ -142,6 +153,8 @@ void GuardConsole() {
   OpenWhatIsClosed();
   std::signal(SIGPIPE, SIG_IGN);  // writing fails with EPIPE instead
   std::signal(SIGXFSZ, SIG_IGN);  // and with EFBIG
+  Output().NeverWaitInATerminal();
+  Errors().NeverWaitInATerminal();
   if (std::FILE* output = FileOf(Output(), _IOLBF)) stdout = output;
   if (std::FILE* errors = FileOf(Errors(), _IONBF)) stderr = errors;
 }

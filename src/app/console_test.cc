@@ -140,6 +140,31 @@ TEST(GuardedConsole, LastWordsWaitForNoReaderOnceTheEndWasAskedFor) {
             kAsItShould);
 }
 
+TEST(GuardedConsole, LastWordsWaitForNoTerminalThatNobodyReads) {
+  for (const std::size_t room : {1, 100, 511}) {
+    EXPECT_EQ(InAProcess([room] {
+                alarm(60);  // where it waits after all
+                const int reader = posix_openpt(O_RDWR | O_NOCTTY);
+                if (reader < 0 || grantpt(reader) != 0 || unlockpt(reader) != 0) return kOtherwise;
+                const int terminal = open(ptsname(reader), O_RDWR | O_NOCTTY | O_NONBLOCK);
+                if (terminal < 0) return kOtherwise;
+                while (write(terminal, "x", 1) == 1) continue;  // full
+                std::string read_again(room, ' ');
+                if (read(reader, read_again.data(), room) <= 0) return kOtherwise;
+                fcntl(terminal, F_SETFL, O_RDWR);  // as a shell leaves it
+                dup2(terminal, STDOUT_FILENO);
+                GuardConsole();
+                WaitForNoReaderAnyMore();
+                SayMuch();
+                (void)FinishConsole();
+                const bool shared_as_it_was = (fcntl(STDOUT_FILENO, F_GETFL) & O_NONBLOCK) == 0;
+                return shared_as_it_was ? kAsItShould : kOtherwise;
+              }),
+              kAsItShould)
+        << room;
+  }
+}
+
 TEST(GuardedConsole, LetsNoFileTakeThePlaceOfAClosedStream) {
   const test::TemporaryFolder folder;
   const std::string path = folder.path() / "results";
