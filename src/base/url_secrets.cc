@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <utility>
 
 namespace trammel {
 namespace {
@@ -19,23 +20,43 @@ bool SpeaksOfSecrets(std::string_view name) {
                      [&](std::string_view word) { return lower.find(word) != std::string::npos; });
 }
 
-}  // namespace
-
-std::string WithoutSecrets(std::string_view address) {
-  const std::size_t query = std::min(address.find('?'), address.size());
-  std::string_view before = address.substr(0, query);
-  std::string shown;
-  if (const std::size_t scheme = before.find("://"); scheme != std::string_view::npos) {
-    shown = before.substr(0, scheme + 3);
-    before.remove_prefix(scheme + 3);
-    // The last @, although one belongs into a path: a password may hold a slash by mistake.
-    if (const std::size_t at = before.rfind('@'); at != std::string_view::npos) {
-      shown += kEllipsis;
-      before.remove_prefix(at);
-    }
+// Where the user and the password end that stand before the host: the place of their @, or npos.
+// A password may hold by mistake what ends one (a slash, a question mark, another @): in doubt too
+// much is taken for it. Text without a scheme counts where it reads user:password@….
+std::size_t EndOfUser(std::string_view address) {
+  constexpr std::string_view kBeginsHost = "://";
+  constexpr std::string_view kEndsHost = "/?#";
+  const std::size_t scheme = address.substr(0, address.find('?')).find(kBeginsHost);
+  const std::size_t begin = scheme == std::string_view::npos ? 0 : scheme + kBeginsHost.size();
+  const std::string_view rest = address.substr(begin);
+  const std::size_t end = std::min(rest.find_first_of(kEndsHost), rest.size());
+  const std::string_view host = rest.substr(0, end);
+  const std::size_t colon = host.find(':');
+  const std::size_t last = rest.rfind('@');
+  if (last == std::string_view::npos) return last;
+  if (scheme == std::string_view::npos) {
+    const bool one_word = rest.substr(0, last).find_first_of(" \t\r\n\"") == std::string_view::npos;
+    return one_word && colon != std::string_view::npos && colon > 0 ? last : std::string_view::npos;
   }
-  shown += before;
-  std::string_view rest = address.substr(query);
+  const bool port = colon == std::string_view::npos || host.starts_with('[') ||
+                    host.find_first_not_of("0123456789", colon + 1) == std::string_view::npos;
+  const bool cut = !port || (end < rest.size() && rest[end] != '/');
+  const std::size_t at = cut ? last : rest.substr(0, rest.find('?')).rfind('@');
+  return at == std::string_view::npos ? at : begin + at;
+}
+
+std::string HideOnce(std::string_view address) {
+  std::string shown;
+  std::string_view rest = address;
+  if (const std::size_t at = EndOfUser(address); at != std::string_view::npos) {
+    const std::size_t scheme = address.substr(0, at).find("://");
+    if (scheme != std::string_view::npos) shown = address.substr(0, scheme + 3);
+    shown += kEllipsis;
+    rest.remove_prefix(at);
+  }
+  const std::size_t query = std::min(rest.find('?'), rest.size());
+  shown += rest.substr(0, query);
+  rest.remove_prefix(query);
   while (!rest.empty()) {
     const std::size_t end = std::min(rest.find_first_of("&;#", 1), rest.size());
     const std::string_view field = rest.substr(0, end);
@@ -45,6 +66,17 @@ std::string WithoutSecrets(std::string_view address) {
     shown += field.substr(0, secret ? equals + 1 : field.size());
     if (secret) shown += kEllipsis;
     rest.remove_prefix(end);
+  }
+  return shown;
+}
+
+}  // namespace
+
+std::string WithoutSecrets(std::string_view address) {
+  std::string shown = HideOnce(address);
+  // What follows a password that is left out may read as another.
+  for (std::string next = HideOnce(shown); next != shown; next = HideOnce(shown)) {
+    shown = std::move(next);
   }
   return shown;
 }

@@ -6,8 +6,9 @@
 
 namespace trammel {
 
-/// The address with user and password (http://user:password@host) and the values of query fields
-/// whose names speak of secrets (token, key, password, …) replaced by an ellipsis. Takes any text.
+/// The address with user and password (http://user:password@host, also without its scheme) and the
+/// values of query fields whose names speak of secrets (token, key, password, …) replaced by an
+/// ellipsis. In doubt where a password ends, more is left out. Takes any text.
 [[nodiscard]] std::string WithoutSecrets(std::string_view address);
 
 }  // namespace trammel
