@@ -17,6 +17,7 @@
 #include "procedure/dead_run.h"
 #include "procedure/frame_recorder.h"
 #include "procedure/laser_check.h"
+#include "store/config_file.h"
 #include "store/run_journal.h"
 
 namespace trammel::app {
@@ -78,6 +79,17 @@ Check CheckEarlierRuns(const procedure::Session& session, const std::string& add
   return {"earlier runs", left.empty(), left.empty() ? "none left anything" : left, true};
 }
 
+// Of the settings only what their file says itself: a key of the environment is no fault of it.
+std::vector<Check> CheckSecrets(const PrinterOptions& options,
+                                const pressure_advance::ScanSettings& used) {
+  const auto text = FindConfig(options.config);
+  if (!text) return {};
+  const auto in_file = store::ParseConfig(text->text, text->file);
+  if (!in_file) return {};
+  return CheckSecretFiles(
+      FilesWithSecrets(text->file, in_file->scan, used.api_key_file, options.camera));
+}
+
 int RunDoctor(const DoctorOptions& options) {
   const Interrupt interrupt;
   const auto config = LoadSettings(options.printer);
@@ -95,8 +107,7 @@ int RunDoctor(const DoctorOptions& options) {
   add({earlier});
   if (ready) add(CheckTiming(session));
   add(CheckCamera(session, config->scan, options.laser && ready && earlier.passed));
-  const auto text = FindConfig(options.printer.config);
-  add(CheckSecretFiles(text && !text->text.empty() ? text->file : "", config->scan));
+  add(CheckSecrets(options.printer, config->scan));
   add({procedure::CheckDisk(std::filesystem::current_path(), 60, config->scan.frames_per_s)});
   bool all = true;
   for (const Check& check : checks) {

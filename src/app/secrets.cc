@@ -60,13 +60,19 @@ Result<void> SettleApiKey(pressure_advance::ScanSettings& settings) {
   return {};
 }
 
-std::vector<procedure::Check> CheckSecretFiles(const std::string& settings_file,
-                                               const pressure_advance::ScanSettings& settings) {
+std::vector<std::string> FilesWithSecrets(const std::string& settings_file,
+                                          const pressure_advance::ScanSettings& in_file,
+                                          const std::string& key_file, const std::string& camera) {
   std::vector<std::string> files;
-  const bool in_settings = (!settings.api_key.empty() && settings.api_key_file.empty()) ||
-                           WithoutSecrets(settings.camera) != settings.camera;
-  if (in_settings && !settings_file.empty()) files.push_back(settings_file);
-  if (!settings.api_key_file.empty()) files.push_back(settings.api_key_file);
+  if (!in_file.api_key.empty() || WithoutSecrets(in_file.camera) != in_file.camera) {
+    files.push_back(settings_file);
+  }
+  if (!key_file.empty()) files.push_back(key_file);
+  if (camera.starts_with('@')) files.push_back(camera.substr(1));
+  return files;
+}
+
+std::vector<procedure::Check> CheckSecretFiles(const std::vector<std::string>& files) {
   std::vector<procedure::Check> checks;
   for (const std::string& file : files) {
     struct stat status {};

@@ -26,9 +26,15 @@ namespace trammel::app {
 /// Errors: two of the settings, a file that cannot be read, a key that is no line of text.
 [[nodiscard]] Result<void> SettleApiKey(pressure_advance::ScanSettings& settings);
 
-/// Advice where others on this computer may read a file that holds a secret.
-/// @param settings_file  empty: none.
-[[nodiscard]] std::vector<procedure::Check> CheckSecretFiles(
-    const std::string& settings_file, const pressure_advance::ScanSettings& settings);
+/// The files whose texts are secrets of a run.
+/// @param settings_file  its settings' file, which says `in_file`
+/// @param key_file  [moonraker] api_key_file; empty: none
+/// @param camera  as given on the command line, @FILE where it names one
+[[nodiscard]] std::vector<std::string> FilesWithSecrets(
+    const std::string& settings_file, const pressure_advance::ScanSettings& in_file,
+    const std::string& key_file, const std::string& camera);
+
+/// Advice where others on this computer may read one of these files.
+[[nodiscard]] std::vector<procedure::Check> CheckSecretFiles(const std::vector<std::string>& files);
 
 }  // namespace trammel::app

@@ -14,6 +14,7 @@ namespace {
 
 using pressure_advance::ScanSettings;
 using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -81,21 +82,23 @@ TEST_F(Secrets, APasswordAmongTheWordsOfACommandIsRefused) {
 }
 
 TEST_F(Secrets, FilesThatOthersMayReadAreNamed) {
-  ScanSettings settings;
-  EXPECT_THAT(CheckSecretFiles(File("x", 0644), settings), IsEmpty());  // it holds none
-  settings.api_key = "hunter2";
-  EXPECT_THAT(CheckSecretFiles(File("x", 0600), settings), IsEmpty());
-  const auto checks = CheckSecretFiles(File("x", 0640), settings);
+  EXPECT_THAT(CheckSecretFiles({File("hunter2", 0600), "/no/such/file"}), IsEmpty());
+  const auto checks = CheckSecretFiles({File("hunter2", 0640)});
   ASSERT_THAT(checks, SizeIs(1));
   EXPECT_TRUE(checks[0].advice && !checks[0].passed);
   EXPECT_THAT(checks[0].detail, AllOf(HasSubstr("chmod 600"), Not(HasSubstr("hunter2"))));
-  ScanSettings camera;
-  camera.camera = "http://me:hunter2@camera/";
-  EXPECT_THAT(CheckSecretFiles(File("x", 0644), camera), SizeIs(1));
-  ScanSettings by_file;
-  by_file.api_key = "hunter2";  // as settled
-  by_file.api_key_file = File("hunter2", 0644);
-  EXPECT_THAT(CheckSecretFiles("trammel.toml", by_file), SizeIs(1));
+}
+
+TEST_F(Secrets, OnlyFilesThatHoldASecretAreLookedAt) {
+  ScanSettings in_file;
+  EXPECT_THAT(FilesWithSecrets("trammel.toml", in_file, "", "/dev/video0"), IsEmpty());
+  EXPECT_THAT(FilesWithSecrets("trammel.toml", in_file, "key", "@camera"),
+              ElementsAre("key", "camera"));
+  in_file.api_key = "hunter2";
+  EXPECT_THAT(FilesWithSecrets("trammel.toml", in_file, "", ""), ElementsAre("trammel.toml"));
+  in_file.api_key = "";
+  in_file.camera = "http://me:hunter2@camera/";
+  EXPECT_THAT(FilesWithSecrets("trammel.toml", in_file, "", ""), ElementsAre("trammel.toml"));
 }
 
 }  // namespace
