@@ -12,6 +12,7 @@ extern "C" {
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -58,6 +59,8 @@ AVPixelFormat WithoutRange(AVPixelFormat format) {
 }  // namespace
 
 struct VideoFile::State {
+  using Clock = std::chrono::steady_clock;
+
   State(std::filesystem::path of, const VideoLimits& within, VideoInput from)
       : path(std::move(of)), limits(within), input(std::move(from)) {}
 
@@ -72,12 +75,14 @@ struct VideoFile::State {
   bool drained = false;
   std::size_t frames = 0;
   double pixels = 0;  ///< of all frames
+  Clock::duration decoding{};
   std::vector<std::uint8_t> padded;
   Frame frame;
 
   [[nodiscard]] tl::unexpected<Error> Fault(const std::string& what) const {
     return Broken(path, what);
   }
+  Result<bool> DecodeWithin();
   Result<bool> Decode();
   Result<void> Feed();
   Result<void> Drain();
@@ -200,6 +205,20 @@ Result<bool> VideoFile::State::Decode() {
   }
 }
 
+/// Decode(), whose time is bounded: what a packet costs depends on the codec, not on its bytes.
+Result<bool> VideoFile::State::DecodeWithin() {
+  const Clock::time_point begin = Clock::now();
+  auto more = Decode();
+  decoding += Clock::now() - begin;
+  if (more && decoding > std::chrono::duration<double>(limits.max_decoding_s)) {
+    return Fault(
+        fmt::format("decoding the first {} frames took over {:g} s; record one sweep per file, or "
+                    "as MJPEG",
+                    frames + 1, limits.max_decoding_s));
+  }
+  return more;
+}
+
 /// `decoded` -> `frame`, BGR.
 Result<void> VideoFile::State::Convert() {
   if (auto few = CheckPixels(); !few) return few;
@@ -255,7 +274,7 @@ Result<void> VideoFile::State::Convert() {
 
 Result<const Frame*> VideoFile::Next() {
   State& state = *state_;
-  auto more = state.Decode();
+  auto more = state.DecodeWithin();
   if (!more) {
     return tl::unexpected(more.error());
   }

@@ -18,6 +18,7 @@ struct VideoLimits {
   double max_pixels_in_all = 20e9;      ///< of all frames: 80 s of 4K with 30 frames/s
   double max_pixels_per_byte = 2000;    ///< of the file, beyond the first pixels_for_nothing
   double pixels_for_nothing = 1e9;
+  double max_decoding_s = 600;  ///< of all frames, on this computer
 };
 
 /// Decodes the first video stream of a file (see video_input.h; MJPEG in AVI is what cameras on

@@ -249,6 +249,13 @@ TEST_F(VideoInputTest, FramesOfNextToNothingEnd) {
   EXPECT_THAT(Outcome(path, limits), HasSubstr("pixels a byte"));
 }
 
+TEST_F(VideoInputTest, DecodingHasATimeLimit) {
+  const auto path = Written("a.avi", Avi(20));
+  VideoLimits limits;
+  limits.max_decoding_s = 0;
+  EXPECT_THAT(Outcome(path, limits), HasSubstr("took over 0 s"));
+}
+
 TEST_F(VideoInputTest, RealPlaylistsAreRefused) {
   const char* data = std::getenv("TRAMMEL_TEST_DATA");
   const std::filesystem::path lists =
