@@ -1,5 +1,6 @@
 # trammel_module(NAME SOURCES … [LINK …] [HOT])   a library target trammel_NAME
 #   HOT: measured code, -O3 in a release; all else is compiled with -O2, which takes less time and room.
+#   For the fuzz targets it is optimised, too, and its comparisons, of pixels and numbers, are not traced.
 # trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [SIDE_BY_SIDE])   a GoogleTest executable,
 #   one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long.
 #   Labels: unit (default) property sim golden fuzz slow.
@@ -24,6 +25,9 @@ function(trammel_module name)
   target_link_libraries(trammel_${name} PUBLIC ${ARG_LINK})
   if(ARG_HOT)
     target_compile_options(trammel_${name} PRIVATE $<$<CONFIG:Release>:-O3>)
+    if(TRAMMEL_FUZZ)
+      target_compile_options(trammel_${name} PRIVATE -O2 -fno-sanitize-coverage=trace-cmp)
+    endif()
   endif()
   trammel_precompile(trammel_${name})
 endfunction()
