@@ -2,9 +2,13 @@
 // twelve conditions: what `trammel pa calibrate` answers beside what the printer really is.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <future>
 #include <nlohmann/json.hpp>
@@ -23,6 +27,7 @@ namespace trammel::test {
 namespace {
 
 constexpr std::uint64_t kFirstSeed = 1000;
+constexpr std::uint64_t kFirstBusySeed = 2000;
 constexpr int kWidth = 4;  // each takes a quarter of a core, mostly the camera's
 constexpr double kLimit_s = 600;
 constexpr double kWithin_s = 0.002;
@@ -49,7 +54,12 @@ struct Row {
   std::vector<std::string> faulty;
 };
 
-Row Calibrate(std::uint64_t seed, const sim::Condition& condition) {
+struct Picture {
+  int width_px = 320;
+  int height_px = 240;
+};
+
+Row Calibrate(std::uint64_t seed, const sim::Condition& condition, const Picture& picture) {
   Row row;
   row.seed = seed;
   row.condition = sim::ToString(condition);
@@ -59,8 +69,8 @@ Row Calibrate(std::uint64_t seed, const sim::Condition& condition) {
   options.pressure_advance_s = row.truth_s;
   options.camera.condition = condition;
   options.camera.frames_per_s = 30;
-  options.camera.view.frame_width_px = 320;
-  options.camera.view.frame_height_px = 240;
+  options.camera.view.frame_width_px = picture.width_px;
+  options.camera.view.frame_height_px = picture.height_px;
   options.camera.latency_jitter_s = 0.05;
   MachineShop shop(options);
   WriteWhole(shop.folder() / "full.toml", kSettings);
@@ -87,15 +97,18 @@ Row Calibrate(std::uint64_t seed, const sim::Condition& condition) {
   return row;
 }
 
+sim::Condition ConditionOf(int i) {
+  const auto conditions = sim::AllConditions();
+  return conditions[static_cast<std::size_t>(i) % conditions.size()];
+}
+
 std::vector<Row> CalibrateAll(int count) {
   std::counting_semaphore<kWidth> free(kWidth);
   std::vector<std::future<Row>> running;
-  const auto conditions = sim::AllConditions();
   for (int i = 0; i < count; ++i) {
-    const sim::Condition condition = conditions[static_cast<std::size_t>(i) % conditions.size()];
-    running.push_back(std::async(std::launch::async, [&free, i, condition] {
+    running.push_back(std::async(std::launch::async, [&free, i] {
       free.acquire();
-      Row row = Calibrate(kFirstSeed + static_cast<std::uint64_t>(i), condition);
+      Row row = Calibrate(kFirstSeed + static_cast<std::uint64_t>(i), ConditionOf(i), {});
       free.release();
       return row;
     }));
@@ -105,23 +118,69 @@ std::vector<Row> CalibrateAll(int count) {
   return rows;
 }
 
-TEST(CalibrationStudy, FindsWhatThePrinterReallyIs) {
+/// Processes that do nothing but take the processor's time.
+class BusyLoops {
+ public:
+  explicit BusyLoops(int count) {
+    const pid_t parent = getpid();
+    for (int i = 0; i < count; ++i) {
+      const pid_t child = fork();
+      if (child == 0) Spin(parent);
+      if (child > 0) children_.push_back(child);
+    }
+  }
+  BusyLoops(const BusyLoops&) = delete;
+  BusyLoops& operator=(const BusyLoops&) = delete;
+  ~BusyLoops() {
+    for (const pid_t child : children_) {
+      kill(child, SIGKILL);
+      waitpid(child, nullptr, 0);
+    }
+  }
+  [[nodiscard]] std::size_t count() const { return children_.size(); }
+
+ private:
+  [[noreturn]] static void Spin(pid_t parent) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    volatile unsigned turns = 0;
+    for (;;) {
+      turns = turns + 1;
+      if (turns % 1000000 == 0 && getppid() != parent) _exit(0);
+    }
+  }
+  std::vector<pid_t> children_;
+};
+
+int CountAsked(int otherwise) {
   const char* asked = std::getenv("TRAMMEL_CALIBRATIONS");
-  const std::vector<Row> rows = CalibrateAll(asked == nullptr ? 24 : std::max(1, std::atoi(asked)));
+  return asked == nullptr ? otherwise : std::max(1, std::atoi(asked));
+}
+
+void Tell(const Row& row) {
+  fmt::print("{} {:<22} truth {:.4f}  ", row.seed, row.condition, row.truth_s);
+  if (row.verdict == "good") {
+    fmt::print("{:.4f} ({:.4f} ... {:.4f})  {:+.1f} ms", row.value_s, row.low_s, row.high_s,
+               1e3 * (row.value_s - row.truth_s));
+  } else {
+    fmt::print("{}: {}", row.verdict.empty() ? "failed" : row.verdict, row.said);
+  }
+  fmt::print("; frames at most {:.3f} mm off\n", row.worst_mm);
+  std::fflush(stdout);
+}
+
+bool IsWithin(const Row& row) {
+  return row.verdict == "good" && std::abs(row.value_s - row.truth_s) <= kWithin_s;
+}
+
+TEST(CalibrationStudy, FindsWhatThePrinterReallyIs) {
+  const std::vector<Row> rows = CalibrateAll(CountAsked(24));
   int good = 0, within = 0, inside = 0;
   double worst_mm = 0;
   for (const Row& row : rows) {
-    fmt::print("{} {:<22} truth {:.4f}  ", row.seed, row.condition, row.truth_s);
-    if (row.verdict == "good") {
-      ++good;
-      within += std::abs(row.value_s - row.truth_s) <= kWithin_s;
-      inside += row.low_s <= row.truth_s && row.truth_s <= row.high_s;
-      fmt::print("{:.4f} ({:.4f} ... {:.4f})  {:+.1f} ms", row.value_s, row.low_s, row.high_s,
-                 1e3 * (row.value_s - row.truth_s));
-    } else {
-      fmt::print("{}: {}", row.verdict.empty() ? "failed" : row.verdict, row.said);
-    }
-    fmt::print("; frames at most {:.3f} mm off\n", row.worst_mm);
+    Tell(row);
+    good += row.verdict == "good";
+    within += IsWithin(row);
+    inside += row.verdict == "good" && row.low_s <= row.truth_s && row.truth_s <= row.high_s;
     worst_mm = std::max(worst_mm, row.worst_mm);
     EXPECT_TRUE(row.faulty.empty()) << row.seed << ": " << row.faulty.front();
     EXPECT_FALSE(row.verdict.empty()) << row.seed << ": " << row.said;
@@ -134,6 +193,29 @@ TEST(CalibrationStudy, FindsWhatThePrinterReallyIs) {
   EXPECT_GE(within, 0.95 * good);
   EXPECT_GE(inside, 0.9 * good);
   EXPECT_GE(good, 0.9 * static_cast<double>(rows.size()));
+}
+
+// The computer beside Klipper has other work; eight loops are more than two cores get done.
+TEST(CalibrationStudy, HoldsBesideEightBusyLoops) {
+  const BusyLoops loops(8);
+  ASSERT_EQ(loops.count(), 8);
+  const int count = CountAsked(10);
+  int within = 0;
+  for (int i = 0; i < count; ++i) {
+    const Row row =
+        Calibrate(kFirstBusySeed + static_cast<std::uint64_t>(i), ConditionOf(i), {640, 480});
+    Tell(row);
+    within += IsWithin(row);
+    EXPECT_TRUE(row.faulty.empty()) << row.seed << ": " << row.faulty.front();
+    if (row.verdict == "good") {
+      EXPECT_TRUE(IsWithin(row)) << row.seed;
+    } else {
+      EXPECT_NE(row.said.find("busy"), std::string::npos) << row.seed << ": " << row.said;
+    }
+  }
+  fmt::print("{} calibrations beside {} busy loops: {} good within {:.0f} ms\n", count,
+             loops.count(), within, 1e3 * kWithin_s);
+  EXPECT_GE(within, 0.9 * count);
 }
 
 }  // namespace
