@@ -25,6 +25,7 @@
 #include "procedure/align_measure.h"
 #include "procedure/align_missing.h"
 #include "procedure/align_picture.h"
+#include "procedure/name_stop.h"
 #include "report/alignment_text.h"
 
 namespace trammel::app {
@@ -174,7 +175,7 @@ int RunMeasure(MeasureArguments arguments) {
   const auto address = CameraAddressOf("--source", arguments.source);
   if (!address) return Report(address.error());
   const auto source = machine::OpenCamera(*address, camera, stop);
-  if (!source) return Report(source.error());
+  if (!source) return Report(procedure::NameStop(stop, source.error()));
   procedure::StillPictures pictures(**source, arguments.settle_s);
   procedure::MeasureShop shop;
   shop.take_picture = [&] { return pictures.Take(stop); };
@@ -188,7 +189,7 @@ int RunMeasure(MeasureArguments arguments) {
   std::unique_ptr<machine::LinuxCnc> linuxcnc;
   if (!arguments.linuxcnc.address.empty()) {
     auto connected = ConnectMachine(arguments, stop);
-    if (!connected) return Report(connected.error());
+    if (!connected) return Report(procedure::NameStop(stop, connected.error()));
     linuxcnc = std::move(*connected);
     shop.move_to = [&](const Eigen::Vector3d& mm) {
       return linuxcnc->MoveTo(mm, arguments.feed_mm_min, stop);
@@ -198,7 +199,9 @@ int RunMeasure(MeasureArguments arguments) {
     };
   }
   auto outcome = procedure::MeasurePart(plan->measurement, arguments.options, shop);
-  if (!outcome) return Report(record.Stopped(outcome.error(), {}));
+  if (!outcome) {
+    return Report(record.Stopped(procedure::NameStop(stop, outcome.error()), {}));
+  }
   if (linuxcnc && arguments.options.route.obstacles.empty()) {
     outcome->notices.push_back(
         "no --obstacle was given: nothing but the safe height kept the camera clear");

@@ -17,6 +17,7 @@
 #include "procedure/dead_run.h"
 #include "procedure/frame_recorder.h"
 #include "procedure/laser_check.h"
+#include "procedure/name_stop.h"
 #include "store/config_file.h"
 #include "store/run_journal.h"
 
@@ -29,6 +30,8 @@ struct DoctorOptions {
 };
 
 using procedure::Check;
+using procedure::NameStop;
+using procedure::NotMade;
 
 // The laser is off again whatever happened.
 Check SeeLaser(const procedure::Session& session, procedure::FrameRecorder& recorder,
@@ -39,7 +42,8 @@ Check SeeLaser(const procedure::Session& session, procedure::FrameRecorder& reco
   if (!off) {
     return {"laser", false, "SWITCH IT OFF BY HAND: " + off.error().message};
   }
-  return {"laser", seen.has_value(), seen ? "the camera sees it" : seen.error().message};
+  if (!seen) return NotMade("laser", NameStop(session.stop, seen.error()));
+  return {"laser", true, "the camera sees it"};
 }
 
 std::vector<Check> CheckCamera(const procedure::Session& session,
@@ -47,12 +51,12 @@ std::vector<Check> CheckCamera(const procedure::Session& session,
   constexpr double kStall_s = 5;
   constexpr int kFrames = 30;
   auto camera = OpenCamera(session, settings);
-  if (!camera) return {{"camera", false, camera.error().message}};
+  if (!camera) return {NotMade("camera", NameStop(session.stop, camera.error()))};
   procedure::FrameRecorder recorder(**camera, kStall_s);
   double begin_s = 0;
   for (int i = 0; i <= kFrames; ++i) {
     const auto frame = recorder.NextFrame(kStall_s, session.stop);
-    if (!frame) return {{"camera", false, frame.error().message}};
+    if (!frame) return {NotMade("camera", NameStop(session.stop, frame.error()))};
     if (i == 0) begin_s = frame->arrival_s;
     if (i == kFrames) {
       const double rate = kFrames / std::max(1e-3, frame->arrival_s - begin_s);
@@ -110,14 +114,18 @@ int RunDoctor(const DoctorOptions& options) {
   add(CheckSecrets(options.printer, config->scan));
   add({procedure::CheckDisk(std::filesystem::current_path(), 60, config->scan.frames_per_s)});
   bool all = true;
+  bool stopped = false;
   for (const Check& check : checks) {
     fmt::print("{}  {:<24} {}\n",
-               check.passed   ? "ok "
-               : check.advice ? "tip"
-                              : "FIX",
+               check.passed    ? "ok "
+               : check.stopped ? "---"
+               : check.advice  ? "tip"
+                               : "FIX",
                check.name, check.detail);
     all = all && (check.passed || check.advice);
+    stopped = stopped || check.stopped;
   }
+  if (stopped) return kExitInterrupted;
   return all ? kExitGood : kExitMachine;
 }
 

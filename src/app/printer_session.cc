@@ -13,6 +13,7 @@
 #include "app/config_text.h"
 #include "app/secrets.h"
 #include "machine/moonraker_printer.h"
+#include "procedure/name_stop.h"
 
 namespace trammel::app {
 
@@ -72,7 +73,8 @@ Result<std::unique_ptr<machine::Printer>> Connect(const pressure_advance::ScanSe
   options.api_key = settings.api_key;
   options.ca_file = settings.ca_file;
   options.accept_any_certificate = settings.accept_any_certificate;
-  return machine::ConnectToMoonraker(options, {options.connect_time_limit_s, stop});
+  return procedure::NameStop(
+      stop, machine::ConnectToMoonraker(options, {options.connect_time_limit_s, stop}));
 }
 
 std::string Now(const char* format) {

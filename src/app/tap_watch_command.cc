@@ -13,6 +13,7 @@
 #include "app/printer_session.h"
 #include "app/tap_run.h"
 #include "app/tap_watcher.h"
+#include "procedure/name_stop.h"
 
 namespace trammel::app {
 namespace {
@@ -74,7 +75,7 @@ int RunWatch(const WatchArguments& arguments) {
   const auto stream =
       machine::OpenTapStream(stream_options, watcher.Events(),
                              {stream_options.moonraker.connect_time_limit_s, interrupt.token()});
-  if (!stream) return Report(stream.error());
+  if (!stream) return Report(procedure::NameStop(interrupt.token(), stream.error()));
   fmt::print(stderr, "watching for taps at {}{}; recording to {}\n", config->scan.address,
              arguments.answer ? ", answering TRAMMEL_TAP" : "", options->recording.string());
   return watcher.Serve(**stream, interrupt.token());

@@ -8,6 +8,7 @@
 #include "procedure/checks.h"
 #include "procedure/cool_for_scan.h"
 #include "procedure/frame_recorder.h"
+#include "procedure/name_stop.h"
 #include "procedure/print.h"
 #include "procedure/printer_state_guard.h"
 #include "procedure/scan.h"
@@ -254,7 +255,7 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
   CalibrationOutcome outcome;
   Session session = asked;
   session.Say("checking the printer");
-  outcome.done = CheckAll(session, request);
+  outcome.done = NameStop(session.stop, CheckAll(session, request));
   if (!outcome.done) return outcome;
   auto state_folder = request.state_folder.empty()
                           ? store::StateFolder()
@@ -267,7 +268,7 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
       session, request.settings,
       {request.run, request.started, request.settings.address, *state_folder, request.print});
   if (!guard) {
-    outcome.done = tl::unexpected(guard.error());
+    outcome.done = tl::unexpected(NameStop(session.stop, guard.error()));
     return outcome;
   }
   guard->ParkAt(ParkPlaceOf(request.pattern));
@@ -276,11 +277,12 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
   if (!eye) outcome.done = tl::unexpected(eye.error());
   if (outcome.done) outcome.done = Home(session);
   if (outcome.done) outcome.done = guard->Begin(session);
+  outcome.done = NameStop(session.stop, std::move(outcome.done));
   if (outcome.done) {
-    outcome.done = WithReason(
-        session, RunSteps(session, request, *guard, eye->recorder.get(),
-                          eye->camera ? Utf8OrReplaced(eye->camera->Describe(), kLongestCameraName)
-                                      : std::string()));
+    const std::string camera =
+        eye->camera ? Utf8OrReplaced(eye->camera->Describe(), kLongestCameraName) : std::string();
+    auto done = RunSteps(session, request, *guard, eye->recorder.get(), camera);
+    outcome.done = WithReason(session, NameStop(session.stop, std::move(done)));
     if (outcome.done && !request.scan) outcome.bed_c = BedTarget_c(session);
     session.Say("bringing back what was set before");
   }

@@ -56,6 +56,7 @@ Check CheckResting(const Session& session) {
       [](const PrinterState& now) { return now.idle_state != "Printing"; }, "the printer to rest",
       session.Within(kRest_s));
   if (rests) return Pass("idle", "no job is running");
+  if (rests.error().kind == ErrorKind::kInterrupted) return NotMade("idle", rests.error());
   return Miss("idle",
               "the printer is moving, or busy with somebody's commands; wait for their end: " +
                   rests.error().message);
@@ -78,7 +79,7 @@ Check CheckCommands(const Session& session, const std::string& name, const std::
     const std::string word = line.substr(0, line.find_first_of(" \t\r;"));
     if (word.empty() || IsClassic(word)) continue;
     const auto known = session.printer.HasCommand(word, session.Within(kAsk_s));
-    if (!known) return Miss(name, known.error().message);
+    if (!known) return NotMade(name, known.error());
     if (!*known) {
       return Miss(name,
                   fmt::format("the printer has no command {}: write a macro of that name (see "
@@ -93,7 +94,7 @@ Check CheckCommands(const Session& session, const std::string& name, const std::
 
 Check CheckLimit(const Session& session) {
   const auto known = session.printer.HasCommand(kKeepAlive, session.Within(kAsk_s));
-  if (!known) return Miss("own limit", known.error().message);
+  if (!known) return NotMade("own limit", known.error());
   if (*known) return Pass("own limit", "laser and heaters go off by themselves should trammel die");
   Check check =
       Miss("own limit",
@@ -156,6 +157,12 @@ Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings, const
 
 }  // namespace
 
+Check NotMade(std::string name, const Error& error) {
+  Check check = Miss(std::move(name), error.message);
+  check.stopped = error.kind == ErrorKind::kInterrupted;
+  return check;
+}
+
 Reach ReachOf(const PrinterState& state) { return {state.axis_minimum_mm, state.axis_maximum_mm}; }
 
 std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pattern,
@@ -166,11 +173,11 @@ std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pat
     constexpr double kStart_s = 60;
     session.Say("waiting for the printer to start", kStart_s);
     if (auto ready = session.printer.WaitUntilReady(session.Within(kStart_s)); !ready) {
-      return {Miss("printer", ready.error().message)};
+      return {NotMade("printer", ready.error())};
     }
     state = session.printer.State(session.Within(kAsk_s));
   }
-  if (!state) return {Miss("printer", state.error().message)};
+  if (!state) return {NotMade("printer", state.error())};
   std::vector<Check> checks = {CheckReady(*state)};
   if (!checks.back().passed) return checks;
   checks.push_back(CheckIdle(*state));
@@ -202,7 +209,7 @@ std::vector<Check> CheckTiming(const Session& session) {
   std::vector<Check> checks;
   const auto clock = session.printer.Clock(kWanted_s, session.Within(kAsk_s));
   if (!clock) {
-    checks.push_back(Miss("clock", clock.error().message));
+    checks.push_back(NotMade("clock", clock.error()));
   } else {
     const double bound_s = clock->PrintTimeBound(machine::HostNow());
     const std::string figure =
@@ -214,7 +221,7 @@ std::vector<Check> CheckTiming(const Session& session) {
   }
   const auto moves = session.printer.RecordMoves(session.Within(kAsk_s));
   checks.push_back(moves ? Pass("motion", "the printer tells its moves")
-                         : Miss("motion", moves.error().message));
+                         : NotMade("motion", moves.error()));
   return checks;
 }
 
@@ -229,7 +236,7 @@ Check CheckTemperatures(const Session& session, const PatternConfig& pattern) {
   const auto asked = settings::TemperaturesOf(pattern);
   const std::string shown = settings::DescribeTemperatures(pattern);
   const auto limits = ReadHeaterLimits(session);
-  if (!limits) return Miss(kName, limits.error().message);
+  if (!limits) return NotMade(kName, limits.error());
   const auto refuse = [&](const char* key, double asked_c, const char* bound, double bound_c) {
     return Miss(
         kName, fmt::format("{}: [filament] {} = {:.4g} degC is {} this printer's {} = {:.4g} degC; "
@@ -278,7 +285,9 @@ Result<void> FirstFailure(const std::vector<Check>& checks, ErrorKind kind) {
   for (const Check& check : checks) {
     if (!check.passed && !check.advice) {
       return Fail(fmt::format("{}: {}", check.name, check.detail),
-                  check.name == "bed" ? ErrorKind::kSafety : kind);
+                  check.stopped         ? ErrorKind::kInterrupted
+                  : check.name == "bed" ? ErrorKind::kSafety
+                                        : kind);
     }
   }
   return {};

@@ -19,9 +19,13 @@ namespace trammel::procedure {
 struct Check {
   std::string name;  ///< what was looked at
   bool passed = false;
-  std::string detail;   ///< what was found; where not passed, also what to do
-  bool advice = false;  ///< a calibration can do without it
+  std::string detail;    ///< what was found; where not passed, also what to do
+  bool advice = false;   ///< a calibration can do without it
+  bool stopped = false;  ///< the user's stop came before anything was found
 };
+
+/// A check that could not be made.
+[[nodiscard]] Check NotMade(std::string name, const Error& error);
 
 /// Ready, idle, with the commands that the settings name, and a bed that holds pattern and scan.
 /// Moves nothing, changes nothing. Never fails by itself: what cannot be asked is a check not
@@ -46,7 +50,8 @@ struct Check {
 [[nodiscard]] std::vector<Check> CheckTiming(const Session& session);
 
 /// The first check that was not passed, but for advice, as an error. Busy and unready printers are
-/// kMachine, what is outside the bed kSafety.
+/// kMachine, what is outside the bed kSafety, what the user's stop kept from being looked at
+/// kInterrupted.
 [[nodiscard]] Result<void> FirstFailure(const std::vector<Check>& checks, ErrorKind kind);
 
 /// What the head can reach, from the printer's own limits.

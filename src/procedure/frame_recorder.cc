@@ -189,9 +189,9 @@ Result<CapturedFrame> FrameRecorder::NextFrame(double time_limit_s, const std::s
   changed_.wait_for(lock, stop, std::chrono::duration<double>(time_limit_s),
                     [&] { return latest_number_ > before || failure_; });
   if (latest_number_ > before) return *latest_;
+  if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
   if (failure_) return tl::unexpected(*failure_);
   if (stall_) return tl::unexpected(*stall_);
-  if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
   return Fail(fmt::format("no whole picture came from {} within {:.3g} s: {}", camera_.Describe(),
                           time_limit_s,
                           last_damage_.empty() ? "is it used by somebody else?" : last_damage_),

@@ -158,6 +158,29 @@ TEST(FrameRecorder, ADiskThatFailsIsTheErrorAndTheCameraGoesOn) {
   EXPECT_FALSE(recorder.priority().text.empty());
 }
 
+/// A camera whose server has gone.
+class GoneCamera final : public machine::FrameSource {
+ public:
+  Result<std::optional<CapturedFrame>> Next(double, std::stop_token) override {
+    return Fail("camera gone: the stream ended", ErrorKind::kMachine);
+  }
+  [[nodiscard]] std::string Describe() const override { return "camera gone"; }
+  [[nodiscard]] bool live() const override { return true; }
+};
+
+TEST(FrameRecorder, AStopIsToldBeforeACameraThatHasGone) {
+  GoneCamera camera;
+  FrameRecorder recorder(camera, 5);
+  const auto before = recorder.NextFrame(30, {});
+  ASSERT_FALSE(before);
+  EXPECT_EQ(before.error().kind, ErrorKind::kMachine);
+  std::stop_source stop;
+  stop.request_stop();
+  const auto after = recorder.NextFrame(30, stop.get_token());
+  ASSERT_FALSE(after);
+  EXPECT_EQ(after.error().kind, ErrorKind::kInterrupted) << after.error().message;
+}
+
 /// A camera whose driver has a bug.
 class BrokenCamera final : public machine::FrameSource {
  public:
