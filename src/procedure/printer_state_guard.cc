@@ -141,7 +141,7 @@ PrinterStateGuard::PrinterStateGuard(PrinterStateGuard&& other) noexcept
       begun_(other.begun_),
       laser_lit_(other.laser_lit_),
       restarted_(other.restarted_),
-      park_(std::move(other.park_)),
+      park_(other.park_),
       before_(std::move(other.before_)),
       journal_(std::move(other.journal_)),
       journal_path_(std::move(other.journal_path_)),
@@ -233,44 +233,6 @@ void PrinterStateGuard::LaserStaysOn(const std::string& why) {
   }
 }
 
-void PrinterStateGuard::EndOwnPrint() {
-  const auto now = printer_->State({kAsk_s});
-  if (!now || now->print_file != own_file_ || now->print_state == "complete") return;
-  if (now->print_state == "printing" || now->print_state == "paused") {
-    Say("cancelling the print", kScript_s);
-    if (auto cancelled = printer_->CancelPrint({kScript_s}); !cancelled) {
-      failed_.push_back("the print could not be cancelled: " + cancelled.error().message);
-      return;
-    }
-  }
-  if (park_) LiftAndPark();
-}
-
-// Relative, because a G-code file may have moved G-code's origin.
-void PrinterStateGuard::LiftAndPark() {
-  const auto now = printer_->State({kAsk_s});
-  if (!now || now->readiness != machine::PrinterReadiness::kReady) return;
-  if (!IsHomed(*now)) {
-    lost_.push_back(
-        "the nozzle may stand in the print, and could not be lifted: the axes are not homed");
-    return;
-  }
-  const auto within = [&](std::size_t axis, double to_mm) {
-    return std::clamp(to_mm, now->axis_minimum_mm[axis],
-                      std::max(now->axis_minimum_mm[axis], now->axis_maximum_mm[axis]));
-  };
-  const std::array<double, 4>& at = now->position_mm;
-  Say("lifting the nozzle off the print", 0);
-  const std::string script =
-      fmt::format("G91\nG1 Z{:.3f} F{:.0f}\nG1 X{:.3f} Y{:.3f} F{:.0f}\nG90\nM400",
-                  std::max(0.0, within(2, at[2] + park_->lift_mm) - at[2]),
-                  60 * park_->z_speed_mm_s, within(0, park_->x_mm) - at[0],
-                  within(1, park_->y_mm) - at[1], 60 * park_->travel_speed_mm_s);
-  if (auto parked = printer_->Run(script, {kScript_s}); !parked) {
-    failed_.push_back("the nozzle could not be lifted off the print: " + parked.error().message);
-  }
-}
-
 // Its heaters, its pressure advance and its limits are that job's own affair now.
 void PrinterStateGuard::LeaveToOthers(const std::string& job) {
   const auto now = printer_->State({kAsk_s});
@@ -328,10 +290,18 @@ void PrinterStateGuard::DeleteUpload() {
   }
 }
 
+// Without a stop: what was begun is ended however often that is asked for.
+Session PrinterStateGuard::AsSession() const {
+  const auto tell = [this](const Progress& progress) {
+    Say(progress.text, progress.remaining_s.value_or(0));
+  };
+  return {*printer_, {}, tell, has_limit_, owner_, own_file_};
+}
+
 // The limit clears the owner of a run that was away for long: another may have come since.
 std::string PrinterStateGuard::AnotherOwner() const {
   if (!has_limit_) return "";
-  const auto owner = OwnerAtPrinter({*printer_, {}, {}});
+  const auto owner = OwnerAtPrinter(AsSession());
   return owner && *owner != owner_ ? *owner : "";
 }
 
@@ -362,7 +332,9 @@ void PrinterStateGuard::BringBack() {
   }
   std::string job = OthersJob(*now, own_file_);
   if (job.empty()) {
-    EndOwnPrint();
+    EndedPrint ended = EndOwnPrint(AsSession(), *now, park_);
+    failed_ = std::move(ended.failed);
+    lost_ = std::move(ended.lost);
     const auto then = printer_->State({kAsk_s});
     if (then) job = OthersJob(*then, own_file_);
   }

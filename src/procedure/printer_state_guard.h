@@ -3,13 +3,14 @@
 
 #include <filesystem>
 #include <functional>
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
 #include "machine/printer.h"
 #include "pressure_advance/scan_settings.h"
+#include "procedure/own_print.h"
 #include "procedure/session.h"
 #include "store/file_lock.h"
 #include "store/run_journal.h"
@@ -23,15 +24,6 @@ struct RunIdentity {
   std::string address;  ///< the printer's, as in the settings
   std::filesystem::path state_folder;
   bool prints = true;  ///< a file of the run's own is uploaded
-};
-
-/// Where the nozzle of a print that was not finished goes: up first, then there.
-struct ParkPlace {
-  double lift_mm = 0;  ///< above where it stands, as far as the axis goes
-  double x_mm = 0;     ///< the printer's own coordinates
-  double y_mm = 0;
-  double z_speed_mm_s = 5;
-  double travel_speed_mm_s = 150;
 };
 
 /// Notes pressure advance, velocity limits, heater targets and G-code state on disk before anything
@@ -60,7 +52,7 @@ class PrinterStateGuard {
   void ExpectLaser() { laser_lit_ = true; }
 
   /// From now on a print that was not finished is left with the nozzle there.
-  void ParkAt(const ParkPlace& place) { park_ = std::make_unique<ParkPlace>(place); }
+  void ParkAt(const ParkPlace& place) { park_ = place; }
 
   /// Cancels the run's own print, lifts and parks its nozzle, and brings everything back once; a
   /// second call does nothing. Ignores the session's stop: a stopped calibration ends safe too.
@@ -85,12 +77,11 @@ class PrinterStateGuard {
   [[nodiscard]] Result<void> Claim(const Session& session);
   void BringBack();
   void LaserStaysOn(const std::string& why);
-  void EndOwnPrint();
-  void LiftAndPark();
   void LeaveToOthers(const std::string& job);
   void BringBackSettings();
   void BringBackHeaters(bool in_doubt);
   void DeleteUpload();
+  [[nodiscard]] Session AsSession() const;
   [[nodiscard]] std::string AnotherOwner() const;
   void Release();
   [[nodiscard]] bool RunOne(const std::string& line);
@@ -107,7 +98,7 @@ class PrinterStateGuard {
   bool begun_ = false;
   bool laser_lit_ = false;
   bool restarted_ = false;
-  std::unique_ptr<ParkPlace> park_;
+  std::optional<ParkPlace> park_;
   machine::PrinterState before_;
   store::RunJournal journal_;
   std::filesystem::path journal_path_;

@@ -235,26 +235,6 @@ TEST_F(PrinterStateGuardTest, CancelsItsOwnPrintAndLiftsTheNozzleOffIt) {
   EXPECT_LT(lift, mark);
 }
 
-TEST_F(PrinterStateGuardTest, LiftsNoHigherThanTheAxisGoes) {
-  PrinterStateGuard guard = Begun();
-  guard.ParkAt({20, 5, 6, 5, 150});
-  printer_.state.print_state = "error";
-  printer_.state.print_file = "trammel_run-1.gcode";
-  printer_.state.position_mm = {5, 6, 245, 7};
-  EXPECT_THAT(guard.Restore(), IsEmpty());
-  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("G1 Z5.000 F300\nG1 X0.000 Y0.000")));
-}
-
-TEST_F(PrinterStateGuardTest, SaysSoWhereTheNozzleCannotBeLiftedBecauseNothingIsHomed) {
-  PrinterStateGuard guard = Begun();
-  guard.ParkAt({20, 5, 6, 5, 150});
-  printer_.state.print_state = "printing";
-  printer_.state.print_file = "trammel_run-1.gcode";
-  printer_.state.homed_axes = "";
-  EXPECT_THAT(guard.Restore(), Contains(HasSubstr("could not be lifted")));
-  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("G91"))));
-}
-
 TEST_F(PrinterStateGuardTest, AnothersJobIsNeitherCancelledNorCooled) {
   PrinterStateGuard guard = Begun();
   guard.ParkAt({20, 5, 6, 5, 150});
