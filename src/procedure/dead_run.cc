@@ -56,18 +56,6 @@ Result<void> HeatersOff(const Session& session, const std::string& why) {
   return off;
 }
 
-std::string Values(const RunJournal& before) {
-  std::string text;
-  if (before.pressure_advance_s) {
-    text += fmt::format("pressure advance {:.4g} s", *before.pressure_advance_s);
-  }
-  if (before.max_velocity_mm_s && before.max_accel_mm_s2) {
-    text += fmt::format("{}limits {:.4g} mm/s and {:.4g} mm/s2", text.empty() ? "" : ", ",
-                        *before.max_velocity_mm_s, *before.max_accel_mm_s2);
-  }
-  return text.empty() ? "its G-code state" : text;
-}
-
 // @returns whether the run's session of Klipper still lasts.
 Result<bool> BringBack(const Session& session, const pressure_advance::ScanSettings& settings,
                        const RunJournal& journal) {
@@ -79,8 +67,8 @@ Result<bool> BringBack(const Session& session, const pressure_advance::ScanSetti
   std::vector<std::string> lines = {settings.laser_off_gcode, settings.lights_on_gcode};
   for (std::string& line : SettingLines(journal)) lines.push_back(std::move(line));
   if (auto done = RunAll(session, lines); !done) return tl::unexpected(done.error());
-  session.Say(
-      fmt::format("the run of {} died here: brought back {}", journal.started, Values(journal)));
+  session.Say(fmt::format("the run of {} died here: brought back {}", journal.started,
+                          DescribeSettings(journal)));
   if (auto off = HeatersOff(session, "it"); !off) return tl::unexpected(off.error());
   return true;
 }
@@ -188,6 +176,18 @@ std::vector<std::string> SettingLines(const RunJournal& before) {
   return lines;
 }
 
+std::string DescribeSettings(const RunJournal& before) {
+  std::string text;
+  if (before.pressure_advance_s) {
+    text += fmt::format("pressure advance {:.4g} s", *before.pressure_advance_s);
+  }
+  if (before.max_velocity_mm_s && before.max_accel_mm_s2) {
+    text += fmt::format("{}limits {:.4g} mm/s and {:.4g} mm/s2", text.empty() ? "" : ", ",
+                        *before.max_velocity_mm_s, *before.max_accel_mm_s2);
+  }
+  return text.empty() ? "its G-code state" : text;
+}
+
 std::string TargetLine(const std::string& heater, double target_c) {
   return fmt::format("SET_HEATER_TEMPERATURE HEATER={} TARGET={}",
                      heater.substr(heater.rfind(' ') + 1), target_c);
@@ -265,7 +265,7 @@ std::string DescribeDeadRun(const Session& session, const fs::path& state_folder
     const auto state = session.printer.LastState();
     const std::string on = HeatersOn(state);
     return fmt::format("the run of {} died here: the next run brings back {}{}",
-                       (*journal)->started, Values(**journal),
+                       (*journal)->started, DescribeSettings(**journal),
                        on.empty() ? "" : " and switches off what is on: " + on);
   }
   return owner && !owner->empty() ? Taken(*owner).message : "";

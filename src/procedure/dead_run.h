@@ -30,6 +30,9 @@ namespace trammel::procedure {
 /// The commands that set limits and pressure advance as they were.
 [[nodiscard]] std::vector<std::string> SettingLines(const store::RunJournal& before);
 
+/// "pressure advance 0.031 s, limits 300 mm/s and 5000 mm/s2": the same for people.
+[[nodiscard]] std::string DescribeSettings(const store::RunJournal& before);
+
 /// SET_HEATER_TEMPERATURE for a heater as the status names it.
 [[nodiscard]] std::string TargetLine(const std::string& heater, double target_c);
 

@@ -26,12 +26,11 @@ std::string LiftAndParkGcode(const machine::PrinterState& now, const ParkPlace& 
 }
 
 void LiftAndPark(const Session& session, const ParkPlace& park, EndedPrint& ended) {
+  constexpr const char* kStays = "the nozzle may stand in the print, and could not be lifted: ";
   const auto now = session.printer.State({kAsk_s});
-  if (!now || now->readiness != machine::PrinterReadiness::kReady) return;
+  if (!now) return ended.failed.push_back(kStays + now.error().message);
   if (auto homed = CheckStillHomed(session); !homed) {
-    ended.lost.push_back("the nozzle may stand in the print, and could not be lifted: " +
-                         homed.error().message);
-    return;
+    return ended.lost.push_back(kStays + homed.error().message);
   }
   session.Say("lifting the nozzle off the print");
   if (auto parked = session.printer.Run(LiftAndParkGcode(*now, park), {kScript_s}); !parked) {

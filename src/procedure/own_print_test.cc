@@ -8,6 +8,7 @@
 namespace trammel::procedure {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -50,6 +51,13 @@ TEST_F(OwnPrint, SaysSoWhereTheNozzleCannotBeLiftedBecauseNothingIsHomed) {
   printer_.state.homed_axes = "";
   EXPECT_THAT(End().lost, ElementsAre(HasSubstr("could not be lifted")));
   EXPECT_THAT(printer_.scripts, ElementsAre("CANCEL_PRINT"));
+}
+
+TEST_F(OwnPrint, SaysSoWhereTheNozzleIsNotLiftedBecauseThePrinterShutDown) {
+  printer_.state.readiness = machine::PrinterReadiness::kShutdown;
+  printer_.state.message = "MCU lost";
+  EXPECT_THAT(End().lost,
+              ElementsAre(AllOf(HasSubstr("could not be lifted"), HasSubstr("MCU lost"))));
 }
 
 TEST_F(OwnPrint, LeavesACompletePrintAndAnothersJobAlone) {

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "base/bug_note.h"
@@ -20,6 +21,7 @@ namespace {
 // A script waits behind what is still queued: about 2 s of motion, or a slow sweep.
 constexpr double kScript_s = 60;
 constexpr double kAsk_s = 10;
+constexpr std::chrono::milliseconds kAgain{500};
 
 using Clock = std::chrono::steady_clock;
 
@@ -243,6 +245,28 @@ void PrinterStateGuard::LeaveToOthers(const std::string& job) {
                   job, differences.empty() ? "" : ": ", Joined(differences)));
 }
 
+// By the names that they had at the beginning, where the printer does not tell them.
+// @returns which of them had been on, in words.
+std::string PrinterStateGuard::HeatersOff() {
+  std::vector<std::string> on;
+  for (const auto& [name, before_c] : journal_.targets_c) {
+    (void)RunOne(TargetLine(name, 0));
+    if (before_c > 0) on.push_back(fmt::format("{} {:.0f} degC", name, before_c));
+  }
+  return on.empty() ? "" : "; before, these were on: " + Joined(on);
+}
+
+// It was free of others' jobs a moment ago, and is not known to be so now: nothing is set and
+// nothing stays hot.
+void PrinterStateGuard::LeaveInDoubt(const std::string& why) {
+  if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
+  const std::string were_on = HeatersOff();
+  failed_.push_back(
+      fmt::format("whose the printer is now cannot be asked: in doubt its heaters were switched "
+                  "off{}; nothing else was brought back ({}), which the next run does: {}",
+                  were_on, DescribeSettings(journal_), why));
+}
+
 void PrinterStateGuard::BringBackSettings() {
   if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
   for (const std::string& line : SettingLines(journal_)) (void)RunOne(line);
@@ -251,7 +275,12 @@ void PrinterStateGuard::BringBackSettings() {
 // @param in_doubt  whether this is still the session of Klipper in which they were set is not known
 void PrinterStateGuard::BringBackHeaters(bool in_doubt) {
   const auto now = printer_->State({kAsk_s});
-  if (!now) return failed_.push_back("the heaters cannot be looked at: " + now.error().message);
+  if (!now) {
+    const std::string were_on = HeatersOff();
+    return failed_.push_back(
+        fmt::format("the heaters cannot be looked at, and were switched off in doubt{}: {}",
+                    were_on, now.error().message));
+  }
   if (const std::string job = OthersJob(*now, own_file_); !job.empty()) return LeaveToOthers(job);
   std::vector<std::string> left_on, left_off;
   for (const auto& [name, heater] : now->heaters) {
@@ -327,16 +356,20 @@ void PrinterStateGuard::BringBack() {
     return LaserStaysOn(off.error().message);
   }
   const auto now = printer_->State({kAsk_s});
+  if (!now && was_free_) return LeaveInDoubt(now.error().message);
   if (!now) {
     return failed_.push_back("whose the printer is now cannot be asked: " + now.error().message);
   }
   std::string job = OthersJob(*now, own_file_);
+  was_free_ = job.empty();
   if (job.empty()) {
     EndedPrint ended = EndOwnPrint(AsSession(), *now, park_);
     failed_ = std::move(ended.failed);
     lost_ = std::move(ended.lost);
     const auto then = printer_->State({kAsk_s});
-    if (then) job = OthersJob(*then, own_file_);
+    if (!then) return LeaveInDoubt(then.error().message);
+    job = OthersJob(*then, own_file_);
+    was_free_ = job.empty();
   }
   if (!job.empty()) {
     if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
@@ -376,6 +409,7 @@ std::vector<std::string> PrinterStateGuard::Restore() {
     if (failed_.empty() || Clock::now() >= until) break;
     away = IsAway(ReadinessNow(*printer_));
     if (!away) break;
+    std::this_thread::sleep_for(kAgain);  // it may be there, and tell nothing of itself
   }
   printer_ = nullptr;
   std::vector<std::string> all = failed_;

@@ -78,6 +78,8 @@ class PrinterStateGuard {
   void BringBack();
   void LaserStaysOn(const std::string& why);
   void LeaveToOthers(const std::string& job);
+  void LeaveInDoubt(const std::string& why);
+  [[nodiscard]] std::string HeatersOff();
   void BringBackSettings();
   void BringBackHeaters(bool in_doubt);
   void DeleteUpload();
@@ -98,6 +100,7 @@ class PrinterStateGuard {
   bool begun_ = false;
   bool laser_lit_ = false;
   bool restarted_ = false;
+  bool was_free_ = false;  ///< of others' jobs, when that was last told in Restore
   std::optional<ParkPlace> park_;
   machine::PrinterState before_;
   store::RunJournal journal_;

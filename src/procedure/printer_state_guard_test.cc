@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "base/bug_note.h"
 #include "base/check.h"
@@ -15,6 +16,7 @@
 namespace trammel::procedure {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -25,10 +27,35 @@ using ::testing::SizeIs;
 constexpr const char* kMark = "RESTORE_GCODE_STATE NAME=trammel_run-1 MOVE=0";
 constexpr const char* kNozzleOff = "SET_HEATER_TEMPERATURE HEATER=extruder TARGET=0";
 
+/// Once it has done what stands in `deaf_after`, it leaves its next question for its state without
+/// an answer.
+class DeafPrinter : public testing::FakePrinter {
+ public:
+  std::string deaf_after;
+
+  Result<void> Run(std::string_view script, const machine::WaitLimit& limit) override {
+    auto done = FakePrinter::Run(script, limit);
+    deaf_ = deaf_ || scripts.back() == deaf_after;
+    return done;
+  }
+  Result<void> CancelPrint(const machine::WaitLimit& limit) override {
+    auto done = FakePrinter::CancelPrint(limit);
+    deaf_ = deaf_ || scripts.back() == deaf_after;
+    return done;
+  }
+  Result<machine::PrinterState> State(const machine::WaitLimit& limit) override {
+    if (std::exchange(deaf_, false)) return Fail("no answer within 10 s", ErrorKind::kMachine);
+    return FakePrinter::State(limit);
+  }
+
+ private:
+  bool deaf_ = false;
+};
+
 class PrinterStateGuardTest : public ::testing::Test {
  protected:
   test::TemporaryFolder folder_;
-  testing::FakePrinter printer_;
+  DeafPrinter printer_;
   pressure_advance::ScanSettings settings_;
   std::vector<std::string> said_;
   Session session_{
@@ -159,7 +186,7 @@ TEST_F(PrinterStateGuardTest, HeatsNothingAfterARestartAndSaysSo) {
   printer_.state.homed_axes = "";
   printer_.refused[kMark] = "!! Unknown g-code state: trammel_run-1";
   EXPECT_THAT(guard.Restore(),
-              ElementsAre(::testing::AllOf(HasSubstr("restarted"), HasSubstr("extruder 205"))));
+              ElementsAre(AllOf(HasSubstr("restarted"), HasSubstr("extruder 205"))));
   EXPECT_TRUE(guard.restarted());
   EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
@@ -235,6 +262,33 @@ TEST_F(PrinterStateGuardTest, CancelsItsOwnPrintAndLiftsTheNozzleOffIt) {
   EXPECT_LT(lift, mark);
 }
 
+TEST_F(PrinterStateGuardTest, InDoubtWhoseThePrinterIsTheHeatersGoOffAndWhatStaysIsSaid) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "trammel_run-1.gcode";
+  printer_.deaf_after = "CANCEL_PRINT";
+  EXPECT_THAT(guard.Restore(),
+              ElementsAre(AllOf(HasSubstr("no answer within 10 s"),
+                                HasSubstr("extruder 205 degC, heater_bed 60 degC"),
+                                HasSubstr("pressure advance 0.031 s"), HasSubstr("5000 mm/s2"))));
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=0"));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_PRESSURE_ADVANCE"))));
+  EXPECT_THAT(printer_.scripts, Not(Contains(kMark)));
+  EXPECT_THAT(printer_.scripts, Contains("LIGHTS_ON"));
+  EXPECT_EQ(Journals(), 1U) << "the next run brings it back";
+}
+
+TEST_F(PrinterStateGuardTest, HeatersThatCannotBeLookedAtGoOff) {
+  PrinterStateGuard guard = Begun();
+  printer_.deaf_after = "SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04";
+  EXPECT_THAT(guard.Restore(),
+              ElementsAre(AllOf(HasSubstr("cannot be looked at"), HasSubstr("extruder 205 degC"))));
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
+}
+
 TEST_F(PrinterStateGuardTest, AnothersJobIsNeitherCancelledNorCooled) {
   PrinterStateGuard guard = Begun();
   guard.ParkAt({20, 5, 6, 5, 150});
@@ -242,8 +296,8 @@ TEST_F(PrinterStateGuardTest, AnothersJobIsNeitherCancelledNorCooled) {
   printer_.state.print_file = "vase.gcode";
   printer_.state.heaters["extruder"].target_c = 240;
   const auto failures = guard.Restore();
-  EXPECT_THAT(failures, ElementsAre(::testing::AllOf(HasSubstr("vase.gcode is printing"),
-                                                     HasSubstr("extruder target 240 (was 205)"))));
+  EXPECT_THAT(failures, ElementsAre(AllOf(HasSubstr("vase.gcode is printing"),
+                                          HasSubstr("extruder target 240 (was 205)"))));
   EXPECT_EQ(printer_.state.print_state, "printing");
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_HEATER"))));
   EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("G91"))));
