@@ -14,6 +14,7 @@
 #include "base/bug_note.h"
 #include "base/check.h"
 #include "procedure/dead_run.h"
+#include "procedure/laser_off.h"
 
 namespace trammel::procedure {
 namespace {
@@ -214,27 +215,6 @@ bool PrinterStateGuard::RunOne(const std::string& line) {
   return done.has_value();
 }
 
-void PrinterStateGuard::LaserStaysOn(const std::string& why) {
-  const machine::PrinterReadiness readiness = ReadinessNow(*printer_);
-  if (IsAway(readiness)) return failed_.push_back(why);
-  if (readiness != machine::PrinterReadiness::kReady) {
-    return failed_.push_back(
-        fmt::format("the printer has shut down: its own shutdown values hold for laser and "
-                    "heaters; it needs a FIRMWARE_RESTART ({})",
-                    why));
-  }
-  failed_.push_back(
-      fmt::format("the laser could not be switched off by {} and the printer was stopped instead; "
-                  "it needs a FIRMWARE_RESTART: {}",
-                  laser_off_gcode_, why));
-  if (auto stopped = printer_->EmergencyStop({kAsk_s}); !stopped) {
-    failed_.push_back(
-        fmt::format("the printer could not be stopped either: switch the LASER and the heaters off "
-                    "by hand: {}",
-                    stopped.error().message));
-  }
-}
-
 // Its heaters, its pressure advance and its limits are that job's own affair now.
 void PrinterStateGuard::LeaveToOthers(const std::string& job) {
   const auto now = printer_->State({kAsk_s});
@@ -350,11 +330,8 @@ void PrinterStateGuard::BringBack() {
   if (const std::string owner = AnotherOwner(); !owner.empty()) {
     return LeaveToOthers("trammel, as " + owner);
   }
-  // A printer whose laser was never lit is not stopped where the command waits behind another's.
-  const auto off = printer_->Run(laser_off_gcode_, {kScript_s});
-  if (!off && (laser_lit_ || ReadinessNow(*printer_) != machine::PrinterReadiness::kReady)) {
-    return LaserStaysOn(off.error().message);
-  }
+  failed_ = SwitchLaserOff(AsSession(), laser_off_gcode_, laser_lit_);
+  if (!failed_.empty()) return;
   const auto now = printer_->State({kAsk_s});
   if (!now && was_free_) return LeaveInDoubt(now.error().message);
   if (!now) {

@@ -76,7 +76,6 @@ class PrinterStateGuard {
   [[nodiscard]] Result<void> Note(const Session& session);
   [[nodiscard]] Result<void> Claim(const Session& session);
   void BringBack();
-  void LaserStaysOn(const std::string& why);
   void LeaveToOthers(const std::string& job);
   void LeaveInDoubt(const std::string& why);
   [[nodiscard]] std::string HeatersOff();
