@@ -47,7 +47,13 @@ std::vector<std::string> SwitchLaserOff(const Session& session, const std::strin
                     why)};
   }
   // A printer whose laser was never lit is not stopped where the command waits behind another's.
-  if (!lit) return {};
+  if (!lit) {
+    session.Say(
+        fmt::format("{} failed, and nothing was stopped for it, because this run had not "
+                    "lit the laser; look whether it is off: {}",
+                    laser_off_gcode, why));
+    return {};
+  }
   return StopThePrinter(session, laser_off_gcode, why);
 }
 

@@ -181,6 +181,17 @@ TEST_F(PrinterStateGuardTest, APrinterWhoseLaserWasNeverLitIsNotStoppedForIt) {
   EXPECT_THAT(failures.front(), HasSubstr("somebody_elses.gcode"));
 }
 
+TEST_F(PrinterStateGuardTest, ARefusedLaserMacroIsToldThoughTheLaserWasNeverLit) {
+  auto guard = Take();
+  ASSERT_TRUE(guard);
+  ASSERT_TRUE(guard->Begin(session_));
+  printer_.refused["LASER_OFF"] = "Unknown command: LASER_OFF";
+  EXPECT_THAT(guard->Restore(), IsEmpty());
+  EXPECT_FALSE(printer_.stopped);
+  EXPECT_THAT(said_, Contains(AllOf(HasSubstr("Unknown command: LASER_OFF"),
+                                    HasSubstr("this run had not lit the laser"))));
+}
+
 TEST_F(PrinterStateGuardTest, HeatsNothingAfterARestartAndSaysSo) {
   PrinterStateGuard guard = Begun();
   printer_.state.homed_axes = "";
