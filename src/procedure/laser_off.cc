@@ -11,12 +11,14 @@ using machine::PrinterReadiness;
 constexpr double kScript_s = 60;
 constexpr double kAsk_s = 10;
 
+// @param job  of somebody else, which ends by that; empty: there is none.
 std::vector<std::string> StopThePrinter(const Session& session, const std::string& laser_off_gcode,
-                                        const std::string& why) {
-  std::vector<std::string> said = {
-      fmt::format("the laser could not be switched off by {} and the printer was stopped instead; "
-                  "it needs a FIRMWARE_RESTART: {}",
-                  laser_off_gcode, why)};
+                                        const std::string& job, const std::string& why) {
+  std::vector<std::string> said = {fmt::format(
+      "the laser could not be switched off by {} and the printer was stopped instead{}; "
+      "it needs a FIRMWARE_RESTART: {}",
+      laser_off_gcode, job.empty() ? "" : ", in the middle of somebody else's job (" + job + ")",
+      why)};
   if (auto stopped = session.printer.EmergencyStop({kAsk_s}); !stopped) {
     said.push_back(
         fmt::format("the printer could not be stopped either: switch the LASER and the heaters off "
@@ -54,7 +56,7 @@ std::vector<std::string> SwitchLaserOff(const Session& session, const std::strin
                     laser_off_gcode, why));
     return {};
   }
-  return StopThePrinter(session, laser_off_gcode, why);
+  return StopThePrinter(session, laser_off_gcode, OthersJob(*now, session.own_file), why);
 }
 
 }  // namespace trammel::procedure

@@ -192,6 +192,18 @@ TEST_F(PrinterStateGuardTest, ARefusedLaserMacroIsToldThoughTheLaserWasNeverLit)
                                     HasSubstr("this run had not lit the laser"))));
 }
 
+TEST_F(PrinterStateGuardTest, AnEmergencyStopForTheLaserNamesTheJobThatItEnds) {
+  PrinterStateGuard guard = Begun();
+  printer_.refused["LASER_OFF"] = "waited 60 s behind another's M190";
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "somebody_elses.gcode";
+  const auto failures = guard.Restore();
+  EXPECT_TRUE(printer_.stopped);
+  ASSERT_THAT(failures, SizeIs(1));
+  EXPECT_THAT(failures.front(),
+              AllOf(HasSubstr("somebody_elses.gcode is printing"), HasSubstr("FIRMWARE_RESTART")));
+}
+
 TEST_F(PrinterStateGuardTest, HeatsNothingAfterARestartAndSaysSo) {
   PrinterStateGuard guard = Begun();
   printer_.state.homed_axes = "";
