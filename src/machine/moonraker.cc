@@ -37,11 +37,6 @@ PrinterReadiness ReadinessOf(std::string_view state) {
 
 }  // namespace
 
-struct Moonraker::Call_ {
-  std::string method;
-  std::function<void(const RpcAnswer&)> done;
-};
-
 Moonraker::Moonraker(MoonrakerAddress address, const MoonrakerOptions& options,
                      MoonrakerHooks hooks)
     : options_(options),
@@ -114,7 +109,7 @@ void Moonraker::OnIdentified(const RpcAnswer& answer) {
     // refused connection counts as identified, so the next name needs a new one.
     if (answer.message.find(kTaken) != kNone && agent_number_ < kMaxAgents) {
       ++agent_number_;
-      LoseCalls("the connection had to be made anew");
+      calls_.Lose("the connection had to be made anew");
       connection_.Connect();
       return;
     }
@@ -219,22 +214,11 @@ void Moonraker::SetReadiness(PrinterReadiness readiness, const std::string& mess
   }
 }
 
-void Moonraker::LoseCalls(const std::string& why) {
-  std::map<std::int64_t, std::shared_ptr<Call_>> lost;
-  {
-    const std::lock_guard lock(mutex_);
-    lost.swap(calls_);
-  }
-  for (const auto& [id, call] : lost) {
-    call->done(RpcAnswer::Failed(RpcAnswer::Kind::kLost, why));
-  }
-}
-
 void Moonraker::OnDown(const Error& error) {
   ++link_number_;
   link_up_ = false;
   found_ready_ = false;
-  LoseCalls(error.message);
+  calls_.Lose(error.message);
   SetReadiness(PrinterReadiness::kDisconnected, error.message);
   bool first = false;
   {
@@ -255,7 +239,7 @@ void Moonraker::OnDown(const Error& error) {
 
 void Moonraker::OnMessage(std::string_view text) {
   const double received_s = HostNow();
-  const Result<json> parsed = ParseBoundedJson(text, "the message");
+  Result<json> parsed = ParseBoundedJson(text, "the message");
   if (!parsed || !parsed->is_object()) {
     connection_.Drop(
         {ErrorKind::kMachine,
@@ -271,38 +255,8 @@ void Moonraker::OnMessage(std::string_view text) {
     message.contains("id") ? OnRequest(name, message, received_s)
                            : OnNotification(name, message, received_s);
   } else {
-    OnAnswer(message, received_s);
+    calls_.TakeAnswer(*std::move(parsed), received_s);
   }
-}
-
-void Moonraker::OnAnswer(const json& message, double received_s) {
-  const auto id = message.find("id");
-  if (id == message.end() || !id->is_number_integer()) {
-    return;  // an answer to nobody; the log has it
-  }
-  std::shared_ptr<Call_> call;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto found = calls_.find(id->get<std::int64_t>());
-    if (found == calls_.end()) {
-      return;
-    }
-    call = found->second;
-    calls_.erase(found);
-  }
-  RpcAnswer answer;
-  answer.received_s = received_s;
-  if (const auto result = message.find("result"); result != message.end()) {
-    answer.result = *result;
-  } else {
-    const auto error = message.find("error");
-    const json none = json::object();
-    const json& words = error != message.end() && error->is_object() ? *error : none;
-    answer.kind = RpcAnswer::Kind::kError;
-    answer.code = static_cast<int>(std::clamp(NumberOr(words, "code", 0), -1e6, 1e6));
-    answer.message = TextOr(words, "message", "an answer with neither a result nor an error");
-  }
-  call->done(answer);
 }
 
 void Moonraker::OnRequest(const std::string& method, const json& message, double received_s) {
@@ -359,30 +313,10 @@ void Moonraker::OnNotification(const std::string& method, const json& message, d
 
 void Moonraker::CallLater(const std::string& method, json params,
                           std::function<void(const RpcAnswer&)> done) {
-  auto call = std::make_shared<Call_>(Call_{method, std::move(done)});
-  json message = {{"jsonrpc", "2.0"}, {"method", method}};
-  if (!params.is_null()) {
-    message["params"] = std::move(params);
-  }
-  std::int64_t id = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    id = next_id_++;
-    calls_.emplace(id, call);
-  }
-  message["id"] = id;
-  // Scripts come from files too: a byte that is not UTF-8 becomes a replacement character.
-  const Result<void> sent =
-      connection_.Send(message.dump(-1, ' ', false, json::error_handler_t::replace));
+  RpcCalls::Message message = calls_.Begin(method, std::move(params), std::move(done));
+  const Result<void> sent = connection_.Send(std::move(message.text));
   if (!sent) {
-    bool mine = false;
-    {
-      const std::lock_guard lock(mutex_);
-      mine = calls_.erase(id) == 1;
-    }
-    if (mine) {
-      call->done(RpcAnswer::Failed(RpcAnswer::Kind::kNotSent, sent.error().message));
-    }
+    calls_.NotSent(message.id, sent.error().message);
   }
 }
 

@@ -1,12 +1,10 @@
 // A conversation with Moonraker: JSON-RPC calls, notifications, who we are, staying connected.
-// Knows calls and readiness; what a printer's objects mean is MoonrakerPrinter's.
+// Knows readiness; what a printer's objects mean is MoonrakerPrinter's.
 #pragma once
 
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
-#include <map>
-#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -17,22 +15,10 @@
 #include "base/result.h"
 #include "machine/moonraker_connection.h"
 #include "machine/printer_state.h"
+#include "machine/rpc_calls.h"
 #include "machine/wait_limit.h"
 
 namespace trammel::machine {
-
-/// What came back for one call.
-struct RpcAnswer {
-  /// kLost: the link broke before the answer came. kNotSent: there was none to begin with.
-  enum class Kind { kResult, kError, kLost, kNotSent };
-  Kind kind = Kind::kResult;
-  nlohmann::json result;  ///< with kResult
-  int code = 0;           ///< with kError: JSON-RPC's or HTTP's
-  std::string message;    ///< with kError: the server's words; otherwise how the link broke
-  double received_s = 0;  ///< host time
-
-  [[nodiscard]] static RpcAnswer Failed(Kind kind, std::string why);
-};
 
 /// All called on the connection's own thread, without a lock held.
 struct MoonrakerHooks {
@@ -83,15 +69,10 @@ class Moonraker {
   [[nodiscard]] std::string LastMessages() const;
 
  private:
-  struct Call_;
-  enum class Phase { kConnecting, kUp, kDown };
-
   void OnOpen();
   void OnIdentified(const RpcAnswer& answer);
   void OnDown(const Error& error);
-  void LoseCalls(const std::string& why);
   void OnMessage(std::string_view text);
-  void OnAnswer(const nlohmann::json& message, double received_s);
   void OnRequest(const std::string& method, const nlohmann::json& message, double received_s);
   void OnNotification(const std::string& method, const nlohmann::json& message, double received_s);
   void RegisterAgain(const std::string& method);
@@ -119,9 +100,9 @@ class Moonraker {
   std::condition_variable_any changed_;
   bool started_ = false;  ///< the first attempt ended, well or with start_error_
   std::optional<Error> start_error_;
-  std::int64_t next_id_ = 1;
-  std::map<std::int64_t, std::shared_ptr<Call_>> calls_;
   std::vector<std::string> remote_methods_;
+
+  RpcCalls calls_;
 
   MoonrakerConnection connection_;  // last: its thread uses all the rest
 };

@@ -1,7 +1,6 @@
 // What answers that are none amount to, in words.
 #include <fmt/format.h>
 
-#include "machine/host_clock.h"
 #include "machine/moonraker.h"
 
 namespace trammel::machine {
@@ -19,14 +18,6 @@ bool IsUnauthorized(const RpcAnswer& answer) {
 }
 
 }  // namespace
-
-RpcAnswer RpcAnswer::Failed(Kind kind, std::string why) {
-  RpcAnswer answer;
-  answer.kind = kind;
-  answer.message = std::move(why);
-  answer.received_s = HostNow();
-  return answer;
-}
 
 Error Moonraker::ToError(const std::string& method, const RpcAnswer& answer) const {
   const std::string who = address().WebSocketUrl();

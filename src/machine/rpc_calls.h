@@ -1,0 +1,55 @@
+// Calls over JSON-RPC that wait for their answers, on whatever link they were sent.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace trammel::machine {
+
+/// What came back for one call.
+struct RpcAnswer {
+  /// kLost: the link broke before the answer came. kNotSent: there was none to begin with.
+  enum class Kind { kResult, kError, kLost, kNotSent };
+  Kind kind = Kind::kResult;
+  nlohmann::json result;  ///< with kResult
+  int code = 0;           ///< with kError: JSON-RPC's or HTTP's
+  std::string message;    ///< with kError: the server's words; otherwise how the link broke
+  double received_s = 0;  ///< host time
+
+  [[nodiscard]] static RpcAnswer Failed(Kind kind, std::string why);
+};
+
+/// Numbers calls and gives each its answer, once. Of any thread; no lock is held in a `done`.
+class RpcCalls {
+ public:
+  using Done = std::function<void(const RpcAnswer&)>;
+  /// What to send for a call.
+  struct Message {
+    std::int64_t id = 0;
+    std::string text;
+  };
+
+  /// Notes a call. `params` null: none.
+  [[nodiscard]] Message Begin(const std::string& method, nlohmann::json params, Done done);
+  /// Hands a result or an error to the call that it answers. An answer to nobody is left out: the
+  /// link's log has it.
+  void TakeAnswer(nlohmann::json message, double received_s);
+  /// Ends a call whose message could not be sent, unless it has ended already.
+  void NotSent(std::int64_t id, const std::string& why);
+  /// Ends all, with the link that their answers would have come over.
+  void Lose(const std::string& why);
+
+ private:
+  /// The call's, which then waits no more; empty where none does.
+  [[nodiscard]] Done Take(std::int64_t id);
+
+  std::mutex mutex_;
+  std::int64_t next_id_ = 1;
+  std::map<std::int64_t, Done> waiting_;
+};
+
+}  // namespace trammel::machine
