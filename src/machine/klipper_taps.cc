@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -22,6 +23,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kAgain_s = 1;
+constexpr int kMostTries = 5;  // of one question, on one connection
 
 class KlipperTaps : public TapStream {
  public:
@@ -30,7 +32,11 @@ class KlipperTaps : public TapStream {
       : remote_method_(std::move(remote_method)),
         intake_(std::move(events)),
         connection_(address, options,
-                    {.on_open = [this] { AskState(); },
+                    {.on_open =
+                         [this] {
+                           ++link_number_;
+                           AskState();
+                         },
                      .on_message = [this](std::string_view text) { OnMessage(text); },
                      .on_down = [this](const Error& error) { OnDown(error); }}) {}
 
@@ -56,14 +62,20 @@ class KlipperTaps : public TapStream {
 
  private:
   using Done = std::function<void(const json& result)>;
+  using Failed = std::function<void(const std::string& why)>;
+  struct Waiting {
+    std::string method;
+    Done done;
+    Failed failed;
+  };
 
-  /// Errors become news.
-  void Call(const std::string& method, json params, Done done) {
+  /// Errors become news where nobody wants them.
+  void Call(const std::string& method, json params, Done done, Failed failed = {}) {
     std::int64_t id = 0;
     {
       const std::lock_guard lock(mutex_);
       id = next_id_++;
-      calls_[id] = {method, std::move(done)};
+      calls_[id] = {method, std::move(done), std::move(failed)};
     }
     const json message = {{"id", id}, {"method", method}, {"params", std::move(params)}};
     if (auto sent = connection_.Send(message.dump(-1, ' ', false, json::error_handler_t::replace));
@@ -72,21 +84,35 @@ class KlipperTaps : public TapStream {
     }
   }
 
+  /// Asks once more after a while where it is refused, on the same connection; in the end says why.
+  void Ask(const std::string& method, const json& params, const Done& done, int tries = 1) {
+    Call(method, params, done, [=, this, link = link_number_](const std::string& why) {
+      if (tries >= kMostTries) {
+        return intake_.Tell(fmt::format("{}: {} (asked {} times)", method, why, tries));
+      }
+      connection_.RunAfter(kAgain_s, [=, this] {
+        if (link == link_number_) Ask(method, params, done, tries + 1);
+      });
+    });
+  }
+
   void AskState() {
-    Call("info", {{"client_info", {{"program", "trammel"}}}}, [this](const json& info) {
+    Ask("info", {{"client_info", {{"program", "trammel"}}}}, [this](const json& info) {
       {
         const std::lock_guard lock(mutex_);
         opened_ = true;
         changed_.notify_all();
       }
       if (TextOr(info, "state", "") == "ready") return Subscribe();
-      connection_.RunAfter(kAgain_s, [this] { AskState(); });
+      connection_.RunAfter(kAgain_s, [this, link = link_number_] {
+        if (link == link_number_) AskState();
+      });
     });
   }
 
   void Subscribe() {
     intake_.Restart();
-    Call("objects/list", json::object(), [this](const json& result) {
+    Ask("objects/list", json::object(), [this](const json& result) {
       const json* objects = Member(result, "objects");
       const auto cell = FirstLoadCell(objects == nullptr ? json() : *objects);
       if (!cell) return intake_.Tell("the printer has no [load_cell_probe] and no [load_cell]");
@@ -94,28 +120,28 @@ class KlipperTaps : public TapStream {
       Dump("load_cell/dump_force", "load_cell", cell->name, "forces");
       Dump("motion_report/dump_trapq", "name", "toolhead", "moves");
     });
-    Call("objects/query", {{"objects", {{"configfile", {"settings"}}}}},
-         [this](const json& result) { intake_.TakeSettings(ObjectOr(result, "status")); });
-    Call("objects/subscribe",
-         {{"objects", {{"probe", {"last_z_result"}}, {"extruder", {"temperature"}}}},
-          {"response_template", {{"method", "status"}}}},
-         [this](const json& result) {
-           intake_.TakeStatus(ObjectOr(result, "status"), HostNow(), true);
-         });
-    Call("gcode/subscribe_output", {{"response_template", {{"method", "output"}}}},
-         [](const json&) {});
+    Ask("objects/query", {{"objects", {{"configfile", {"settings"}}}}},
+        [this](const json& result) { intake_.TakeSettings(ObjectOr(result, "status")); });
+    Ask("objects/subscribe",
+        {{"objects", {{"probe", {"last_z_result"}}, {"extruder", {"temperature"}}}},
+         {"response_template", {{"method", "status"}}}},
+        [this](const json& result) {
+          intake_.TakeStatus(ObjectOr(result, "status"), HostNow(), true);
+        });
+    Ask("gcode/subscribe_output", {{"response_template", {{"method", "output"}}}},
+        [](const json&) {});
     if (remote_method_.empty()) return;
-    Call("register_remote_method",
-         {{"remote_method", remote_method_}, {"response_template", {{"method", "call"}}}},
-         [](const json&) {});
+    Ask("register_remote_method",
+        {{"remote_method", remote_method_}, {"response_template", {{"method", "call"}}}},
+        [](const json&) {});
   }
 
   void Dump(const std::string& method, const char* key, const std::string& name,
             const char* answer_to) {
-    Call(method, {{key, name}, {"response_template", {{"method", answer_to}}}},
-         [this, taps = answer_to == std::string_view("taps")](const json&) {
-           if (taps) intake_.ExpectTaps();
-         });
+    Ask(method, {{key, name}, {"response_template", {{"method", answer_to}}}},
+        [this, taps = answer_to == std::string_view("taps")](const json&) {
+          if (taps) intake_.ExpectTaps();
+        });
   }
 
   void OnMessage(std::string_view text) {
@@ -150,7 +176,7 @@ class KlipperTaps : public TapStream {
   }
 
   void OnAnswer(std::int64_t id, const json& message) {
-    std::pair<std::string, Done> call;
+    Waiting call;
     {
       const std::lock_guard lock(mutex_);
       const auto found = calls_.find(id);
@@ -158,12 +184,13 @@ class KlipperTaps : public TapStream {
       call = std::move(found->second);
       calls_.erase(found);
     }
-    if (const json* result = Member(message, "result")) return call.second(*result);
-    intake_.Tell(fmt::format("{}: {}", call.first,
-                             TextOr(ObjectOr(message, "error"), "message", "no result")));
+    if (const json* result = Member(message, "result")) return call.done(*result);
+    const std::string why = TextOr(ObjectOr(message, "error"), "message", "no result");
+    call.failed ? call.failed(why) : intake_.Tell(fmt::format("{}: {}", call.method, why));
   }
 
   void OnDown(const Error& error) {
+    ++link_number_;
     {
       const std::lock_guard lock(mutex_);
       calls_.clear();
@@ -184,7 +211,8 @@ class KlipperTaps : public TapStream {
   bool opened_ = false;
   std::optional<Error> failed_;
   std::int64_t next_id_ = 1;
-  std::map<std::int64_t, std::pair<std::string, Done>> calls_;
+  std::map<std::int64_t, Waiting> calls_;
+  std::uint64_t link_number_ = 0;   // of the connection's thread
   MoonrakerConnection connection_;  // last: its thread uses all the rest
 };
 

@@ -27,6 +27,7 @@ MoonrakerAddress ThroughTo(MoonrakerAddress address) {
 KlippyStreams::KlippyStreams(MoonrakerAddress address, const MoonrakerOptions& options,
                              std::vector<KlippyStream> streams, OnBatch on_batch, OnFirst on_first)
     : streams_(std::move(streams)),
+      answer_limit_s_(options.connect_time_limit_s),
       on_batch_(std::move(on_batch)),
       on_first_(std::move(on_first)),
       connection_(ThroughTo(std::move(address)), options,
@@ -38,17 +39,15 @@ bool KlippyStreams::MayWork(const MoonrakerAddress& address, const MoonrakerOpti
   return address.transport != Transport::kUnix && options.one_shot_token.empty();
 }
 
-void KlippyStreams::Settle(std::optional<Error> failed) {
-  bool subscribed = false;
+void KlippyStreams::Settle(const std::optional<Error>& failed) {
   {
     const std::lock_guard lock(mutex_);
     if (started_ || failed_) return;
     started_ = !failed;
-    failed_ = std::move(failed);
-    subscribed = started_;
+    failed_ = failed;
     changed_.notify_all();
   }
-  if (on_first_) on_first_(subscribed);
+  if (on_first_) on_first_(failed);
 }
 
 Result<void> KlippyStreams::Start(const WaitLimit& limit) {
@@ -60,18 +59,24 @@ Result<void> KlippyStreams::Start(const WaitLimit& limit) {
   if (limit.stop.stop_requested()) {
     return Fail("stopped while connecting to Klipper", ErrorKind::kInterrupted);
   }
-  if (!failed_) {
-    failed_ = Error{ErrorKind::kMachine,
-                    fmt::format("Klipper did not answer through {} within {} s",
-                                connection_.address().WebSocketUrl(), limit.time_limit_s)};
-  }
+  if (!failed_) failed_ = NoAnswer(limit.time_limit_s);
   return tl::unexpected(*failed_);
+}
+
+Error KlippyStreams::NoAnswer(double within_s) const {
+  return {ErrorKind::kMachine, fmt::format("Klipper did not answer through {} within {} s",
+                                           connection_.address().WebSocketUrl(), within_s)};
 }
 
 void KlippyStreams::Reopen() { connection_.Connect(); }
 
 void KlippyStreams::Subscribe() {
   answered_ = 0;
+  connection_.RunAfter(answer_limit_s_, [this, link = ++link_number_] {
+    if (link == link_number_ && answered_ < streams_.size()) {
+      connection_.Drop(NoAnswer(answer_limit_s_));
+    }
+  });
   for (std::size_t i = 0; i < streams_.size(); ++i) {
     json params = streams_[i].params;
     params["response_template"] = {{"method", streams_[i].method}};
@@ -110,6 +115,7 @@ void KlippyStreams::OnMessage(std::string_view text) {
 }
 
 void KlippyStreams::Failed(const Error& error) {
+  ++link_number_;
   bool first = false;
   {
     const std::lock_guard lock(mutex_);

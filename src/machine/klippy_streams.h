@@ -30,8 +30,8 @@ class KlippyStreams {
   using OnBatch = std::function<void(const std::string& method, const nlohmann::json& params,
                                      double received_s)>;
 
-  /// Called once, on the connection's own thread: whether every stream was subscribed to.
-  using OnFirst = std::function<void(bool subscribed)>;
+  /// Called once, on the connection's own thread: every stream was subscribed to, or why not.
+  using OnFirst = std::function<void(const std::optional<Error>& failed)>;
 
   /// @param address  Moonraker's, not that of a Unix socket: such a one passes nothing through
   KlippyStreams(MoonrakerAddress address, const MoonrakerOptions& options,
@@ -56,16 +56,19 @@ class KlippyStreams {
   void Subscribe();
   void OnMessage(std::string_view text);
   void Failed(const Error& error);
-  void Settle(std::optional<Error> failed);
+  void Settle(const std::optional<Error>& failed);
+  [[nodiscard]] Error NoAnswer(double within_s) const;
 
   const std::vector<KlippyStream> streams_;
+  const double answer_limit_s_;  // of all streams, from the connection on
   const OnBatch on_batch_;
   const OnFirst on_first_;
   std::mutex mutex_;
   std::condition_variable_any changed_;
   bool started_ = false;
   std::optional<Error> failed_;
-  std::size_t answered_ = 0;        // of the connection's thread
+  std::size_t answered_ = 0;  // this and the next of the connection's thread
+  std::uint64_t link_number_ = 0;
   MoonrakerConnection connection_;  // last: its thread uses all the rest
 };
 

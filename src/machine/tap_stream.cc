@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -23,12 +24,14 @@ namespace {
 using nlohmann::json;
 
 constexpr double kListen_s = 1.5;  // forces come ten times a second
+constexpr int kMostTries = 5;      // of one stream, in one session of Klipper
 
 class MoonrakerTaps : public TapStream {
  public:
   MoonrakerTaps(const MoonrakerAddress& address, const TapStreamOptions& options,
                 TapStreamEvents events)
       : remote_method_(options.remote_method),
+        ask_again_s_(options.ask_again_s),
         options_(options.moonraker),
         prefix_(options.moonraker.client_name + "_tap_"),
         intake_(std::move(events)),
@@ -40,6 +43,7 @@ class MoonrakerTaps : public TapStream {
                         },
                     .on_readiness =
                         [this](PrinterReadiness readiness, const std::string& message) {
+                          if (readiness == PrinterReadiness::kDisconnected) ++session_;
                           intake_.Tell(fmt::format("the printer is {}{}{}", ToString(readiness),
                                                    message.empty() ? "" : ": ", message));
                         }}) {}
@@ -82,9 +86,6 @@ class MoonrakerTaps : public TapStream {
   std::optional<double> NozzleTemperature() const override { return intake_.temperature_c(); }
 
  private:
-  /// How forces, moves and taps come.
-  enum class Way { kUnknown, kThrough, kAsAgent };
-
   static bool IsTaken(const Error& error) {
     return error.message.find("already registered") != std::string::npos;
   }
@@ -113,34 +114,58 @@ class MoonrakerTaps : public TapStream {
   }
 
   void Subscribe(std::function<void()> done) {
-    moonraker_.CallLater("printer.objects.list", nullptr,
-                         [this, done = std::move(done)](const RpcAnswer& answer) {
-                           const json* objects = Member(answer.result, "objects");
-                           const auto cell = FirstLoadCell(objects == nullptr ? json() : *objects);
-                           if (!cell) {
-                             intake_.Tell(
-                                 "the printer has no [load_cell_probe] and no "
-                                 "[load_cell]");
-                           } else {
-                             AskSettings();
-                             SubscribeTo(*cell);
-                           }
-                           SubscribeToStatus(done);
-                         });
+    ++session_;
+    FindCell(1);
+    SubscribeToStatus(1, std::move(done));
   }
 
-  void AskSettings() {
+  /// Asks once more after a while, unless Klipper's session is another one by then. In the end
+  /// says why.
+  void AskAgain(int tries, const std::string& why, std::function<void(int tries)> ask) {
+    if (tries >= kMostTries) {
+      return intake_.Tell(
+          fmt::format("the load cell's data do not come: {} (asked {} times; asked again when "
+                      "Klipper restarts)",
+                      why, tries));
+    }
+    moonraker_.RunAfter(ask_again_s_, [this, tries, ask = std::move(ask), session = session_] {
+      if (session == session_) ask(tries + 1);
+    });
+  }
+
+  void FindCell(int tries) {
+    moonraker_.CallLater(
+        "printer.objects.list", nullptr,
+        [this, tries, session = session_](const RpcAnswer& answer) {
+          if (session != session_) return;
+          if (answer.kind != RpcAnswer::Kind::kResult) {
+            return AskAgain(tries, "printer.objects.list: " + answer.message,
+                            [this](int next) { FindCell(next); });
+          }
+          const json* objects = Member(answer.result, "objects");
+          const auto cell = FirstLoadCell(objects == nullptr ? json() : *objects);
+          if (!cell) {
+            return intake_.Tell("the printer has no [load_cell_probe] and no [load_cell]");
+          }
+          AskSettings(1);
+          SubscribeTo(*cell, 1);
+        });
+  }
+
+  void AskSettings(int tries) {
     moonraker_.CallLater("printer.objects.query", {{"objects", {{"configfile", {"settings"}}}}},
-                         [this](const RpcAnswer& answer) {
-                           if (answer.kind != RpcAnswer::Kind::kResult) return;
+                         [this, tries, session = session_](const RpcAnswer& answer) {
+                           if (session != session_) return;
+                           if (answer.kind != RpcAnswer::Kind::kResult) {
+                             return AskAgain(tries, "printer.objects.query: " + answer.message,
+                                             [this](int next) { AskSettings(next); });
+                           }
                            intake_.TakeSettings(ObjectOr(answer.result, "status"));
                          });
   }
 
-  void SubscribeTo(const LoadCellName& cell) {
-    if (way_ == Way::kAsAgent || !KlippyStreams::MayWork(moonraker_.address(), options_)) {
-      return ListenFirst(cell);
-    }
+  void SubscribeTo(const LoadCellName& cell, int tries) {
+    if (!KlippyStreams::MayWork(moonraker_.address(), options_)) return ListenFirst(cell);
     // Anew after each restart, which may have brought another cell.
     std::vector<KlippyStream> streams;
     if (cell.probe) {
@@ -154,8 +179,10 @@ class MoonrakerTaps : public TapStream {
         [this](const std::string& method, const json& params, double received_s) {
           moonraker_.RunAfter(0, [=, this] { OnMessage(method, params, received_s); });
         },
-        [this, cell](bool subscribed) {
-          moonraker_.RunAfter(0, [=, this] { OnThrough(subscribed, cell); });
+        [this, cell, tries, session = session_](const std::optional<Error>& failed) {
+          moonraker_.RunAfter(0, [=, this] {
+            if (session == session_) OnThrough(failed, cell, tries);
+          });
         });
     through->Begin();
     Keep(std::move(through));
@@ -167,31 +194,39 @@ class MoonrakerTaps : public TapStream {
     if (!ending_) streams_.swap(streams);
   }
 
-  void OnThrough(bool subscribed, const LoadCellName& cell) {
-    if (subscribed) {
-      way_ = Way::kThrough;
+  void OnThrough(const std::optional<Error>& failed, const LoadCellName& cell, int tries) {
+    if (!failed) {
+      came_through_ = true;
       if (cell.probe) intake_.ExpectTaps();
-    } else if (way_ == Way::kUnknown) {
-      way_ = Way::kAsAgent;
-      Keep(nullptr);
-      ListenFirst(cell);
-    } else {
-      intake_.Tell("Klipper's streams do not come; restart its firmware");
+      return;
     }
+    // Where it went well once, Klipper is only not there yet.
+    if (came_through_ && tries < kMostTries) {
+      return AskAgain(tries, failed->message, [this, cell](int next) { SubscribeTo(cell, next); });
+    }
+    if (came_through_) {
+      intake_.Tell(fmt::format(
+          "no connection of our own to Klipper for the load cell's data: {} (asked {} times; "
+          "Moonraker is asked for them now)",
+          failed->message, tries));
+    }
+    Keep(nullptr);
+    ListenFirst(cell);
   }
 
   /// Forces come all the time where a subscription is there already.
   void ListenFirst(const LoadCellName& cell) {
     heard_ = false;
-    moonraker_.RunAfter(kListen_s, [this, cell] {
+    moonraker_.RunAfter(kListen_s, [this, cell, session = session_] {
+      if (session != session_) return;
       if (heard_) {
         if (cell.probe) intake_.ExpectTaps();
         return;
       }
       if (cell.probe) {
-        Dump("printer.load_cell_probe.dump_taps", "load_cell_probe", cell.name, "taps");
+        Dump("printer.load_cell_probe.dump_taps", "load_cell_probe", cell.name, "taps", 1);
       }
-      Dump("printer.load_cell.dump_force", "load_cell", cell.name, "forces");
+      Dump("printer.load_cell.dump_force", "load_cell", cell.name, "forces", 1);
       AskForMoves();
     });
   }
@@ -201,30 +236,35 @@ class MoonrakerTaps : public TapStream {
       const std::lock_guard lock(streams_mutex_);
       if (streams_) return streams_->Reopen();
     }
-    Dump("printer.motion_report.dump_trapq", "name", "toolhead", "moves");
+    Dump("printer.motion_report.dump_trapq", "name", "toolhead", "moves", 1);
   }
 
-  void Dump(const std::string& method, const char* key, const std::string& name,
-            const char* answer_to) {
+  void Dump(const std::string& method, const std::string& key, const std::string& name,
+            const std::string& answer_to, int tries) {
     moonraker_.CallLater(
         method, {{key, name}, {"response_template", {{"method", prefix_ + answer_to}}}},
-        [this, method, taps = answer_to == std::string_view("taps")](const RpcAnswer& answer) {
-          if (taps && answer.kind == RpcAnswer::Kind::kResult) {
-            intake_.ExpectTaps();
+        [=, this, session = session_](const RpcAnswer& answer) {
+          if (session != session_) return;
+          if (answer.kind != RpcAnswer::Kind::kResult) {
+            return AskAgain(tries, fmt::format("{}: {}", method, answer.message),
+                            [=, this](int next) { Dump(method, key, name, answer_to, next); });
           }
-          if (answer.kind != RpcAnswer::Kind::kError) return;
-          intake_.Tell(fmt::format("{}: {}", method, answer.message));
+          if (answer_to == "taps") intake_.ExpectTaps();
         });
   }
 
-  void SubscribeToStatus(const std::function<void()>& done) {
+  /// `done` comes with the first answer, whatever it is.
+  void SubscribeToStatus(int tries, const std::function<void()>& done) {
     moonraker_.CallLater(
         "printer.objects.subscribe",
         {{"objects",
           {{"webhooks", nullptr}, {"probe", {"last_z_result"}}, {"extruder", {"temperature"}}}}},
-        [this, done](const RpcAnswer& answer) {
-          if (answer.kind == RpcAnswer::Kind::kResult) {
+        [this, tries, done, session = session_](const RpcAnswer& answer) {
+          if (session == session_ && answer.kind == RpcAnswer::Kind::kResult) {
             intake_.TakeStatus(ObjectOr(answer.result, "status"), answer.received_s, true);
+          } else if (session == session_) {
+            AskAgain(tries, "printer.objects.subscribe: " + answer.message,
+                     [this](int next) { SubscribeToStatus(next, [] {}); });
           }
           done();
         });
@@ -250,12 +290,14 @@ class MoonrakerTaps : public TapStream {
   }
 
   const std::string remote_method_;
+  const double ask_again_s_;
   const MoonrakerOptions options_;
   std::string prefix_;  // of the streams' names; fixed before registered_
   TapIntake intake_;
-  bool registered_ = false;  // this and the next of the connection's thread
-  bool heard_ = false;       // forces, since the link or Klipper began
-  Way way_ = Way::kUnknown;
+  bool registered_ = false;    // this and the next of the connection's thread
+  bool heard_ = false;         // forces, since the link or Klipper began
+  bool came_through_ = false;  // streams, over a connection of our own to Klipper
+  std::uint64_t session_ = 0;  // of Klipper; what was begun in an earlier one is over
   std::mutex streams_mutex_;
   bool ending_ = false;                     // guarded by the mutex
   std::unique_ptr<KlippyStreams> streams_;  // likewise; its own thread uses the rest, too

@@ -30,6 +30,8 @@ struct TapStreamOptions {
   /// The address may also be "klipper:PATH", Klipper's own socket (klippy's option -a).
   MoonrakerOptions moonraker;
   std::string remote_method;  ///< Registered where not empty.
+  /// Until a stream that was refused is asked for again, > 0.
+  double ask_again_s = 2;
 };
 
 /// Subscribes to load_cell_probe/dump_taps, load_cell/dump_force and motion_report/dump_trapq of

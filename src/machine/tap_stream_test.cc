@@ -1,195 +1,24 @@
-// Taps from a scripted Moonraker over a real socket, and from streams of forces and moves.
+// Taps from a scripted Moonraker over a real socket.
 #include "machine/tap_stream.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
-#include <condition_variable>
-#include <functional>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "machine/tap_builder.h"
-#include "support/ready_moonraker.h"
-#include "support/scripted_moonraker.h"
+#include "machine/tap_stream_test_support.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::machine {
 namespace {
 
-using nlohmann::json;
 using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::SizeIs;
-
-constexpr double kRate_hz = 320;
-constexpr double kHalt_s = 101;
-constexpr double kRise_s = 101.3;
-constexpr double kRiseTime_s = 0.35;
-
-json Move(double time_s, double duration_s, double speed, double accel, double z,
-          double direction) {
-  return json::array({time_s, duration_s, speed, accel, {10.0, 20.0, z}, {0.0, 0.0, direction}});
-}
-
-/// A descent that the trigger cuts short, a halt, a pull-back and a lift.
-json TapMoves(double shift_s = 0) {
-  return {
-      {"data",
-       {Move(shift_s + 100, 0.01, 0, 200, 2.1, -1), Move(shift_s + 100.01, 0.99, 2, 0, 2.09, -1),
-        Move(shift_s + kHalt_s, 0, 0, 0, -0.03, 0),
-        Move(shift_s + kRise_s, 0.001, 0, 300, -0.03, 1),
-        Move(shift_s + kRise_s + 0.001, kRiseTime_s - 0.002, 0.3, 0, -0.02985, 1),
-        Move(shift_s + kRise_s + kRiseTime_s - 0.001, 0.001, 0.3, -300, 0.0745, 1),
-        Move(shift_s + 102.4, 0.5, 5, 0, 0.0746, 1)}}};
-}
-
-/// Batches of forces like load_cell/dump_force sends them, 36 samples each.
-std::vector<json> Forces(double from_s, double to_s) {
-  std::vector<json> batches;
-  json data = json::array();
-  for (double t = from_s; t < to_s; t += 1 / kRate_hz) {
-    data.push_back({t, 1.5, 12345, 12000});
-    if (data.size() == 36) {
-      batches.push_back({{"data", data}, {"errors", 0}});
-      data = json::array();
-    }
-  }
-  return batches;
-}
-
-TEST(TapBuilder, CutsATapOutOfForcesAndMoves) {
-  TapBuilder builder;
-  builder.AddMoves(TapMoves());
-  std::vector<json> taps;
-  for (const json& batch : Forces(95, 104)) {
-    builder.AddForces(batch);
-    for (json& tap : builder.Take()) taps.push_back(std::move(tap));
-  }
-  ASSERT_THAT(taps, SizeIs(1));
-  const json& tap = taps[0];
-  EXPECT_EQ(tap["time"].size(), tap["force"].size());
-  EXPECT_NEAR(tap["time"].front().get<double>(), 100, 1 / kRate_hz);
-  EXPECT_NEAR(tap["time"].back().get<double>(), kRise_s + kRiseTime_s + 0.25, 1 / kRate_hz);
-  ASSERT_EQ(tap["moves"].size(), 6u) << "the lift is no part of it";
-  EXPECT_EQ(tap["moves"][0]["z_r"], -1);
-  EXPECT_EQ(tap["moves"][3]["accel"], 300);
-  EXPECT_EQ(tap["moves"][0]["start_x"], 10);
-}
-
-TEST(TapBuilder, WaitsForForcesAndForMovesThatComeLate) {
-  TapBuilder builder;
-  for (const json& batch : Forces(95, 104)) builder.AddForces(batch);
-  EXPECT_THAT(builder.Take(), IsEmpty());
-  builder.AddMoves(TapMoves());
-  EXPECT_THAT(builder.Take(), SizeIs(1));
-  EXPECT_THAT(builder.Take(), IsEmpty()) << "each tap once";
-
-  TapBuilder early;
-  early.AddMoves(TapMoves());
-  for (const json& batch : Forces(95, kRise_s + 0.3)) early.AddForces(batch);
-  EXPECT_THAT(early.Take(), IsEmpty());
-}
-
-TEST(TapBuilder, FindsEveryTapOfARowOnce) {
-  TapBuilder builder;
-  std::size_t taps = 0;
-  for (int i = 0; i < 5; ++i) {
-    builder.AddMoves(TapMoves(5.0 * i));
-    for (const json& batch : Forces(100 + 5.0 * i, 105 + 5.0 * i)) {
-      builder.AddForces(batch);
-      taps += builder.Take().size();
-    }
-  }
-  EXPECT_EQ(taps, 5u);
-}
-
-TEST(TapBuilder, BatchesThatComeTwiceMakeOneTapWithEverySampleAndMoveOnce) {
-  TapBuilder builder;
-  builder.AddMoves(TapMoves());
-  builder.AddMoves(TapMoves());  // the history again, behind itself
-  std::vector<json> taps;
-  for (const json& batch : Forces(95, 104)) {
-    builder.AddForces(batch);
-    builder.AddForces(batch);
-    for (json& tap : builder.Take()) taps.push_back(std::move(tap));
-  }
-  builder.AddMoves(TapMoves());
-  for (json& tap : builder.Take()) taps.push_back(std::move(tap));
-  ASSERT_THAT(taps, SizeIs(1));
-  EXPECT_THAT(taps[0]["moves"], SizeIs(6));
-  const auto time_s = taps[0]["time"].get<std::vector<double>>();
-  EXPECT_TRUE(std::adjacent_find(time_s.begin(), time_s.end(), std::greater_equal<>()) ==
-              time_s.end());
-}
-
-TEST(TapBuilder, AMoveThatIsToldAgainShorterReplacesItsFirstVersion) {
-  TapBuilder builder;
-  json planned = TapMoves();
-  planned["data"][1] = Move(100.01, 2.5, 2, 0, 2.09, -1);  // as if nothing had stopped it
-  planned["data"].erase(planned["data"].begin() + 2, planned["data"].end());
-  builder.AddMoves(planned);
-  builder.AddMoves(TapMoves());
-  for (const json& batch : Forces(95, 104)) builder.AddForces(batch);
-  const auto taps = builder.Take();
-  ASSERT_THAT(taps, SizeIs(1));
-  ASSERT_THAT(taps[0]["moves"], SizeIs(6));
-  EXPECT_EQ(taps[0]["moves"][1]["move_t"], 0.99);
-}
-
-TEST(TapBuilder, APrinterWhoseClockBeganAnewIsFollowedWithoutAWord) {
-  TapBuilder builder;
-  for (const json& batch : Forces(5000, 5001)) builder.AddForces(batch);
-  builder.AddForces({{"data", {{1e300, 0.0}, {-1e300, 0.0}}}});
-  for (const json& batch : Forces(95, 104)) builder.AddForces(batch);
-  builder.AddMoves(TapMoves());
-  EXPECT_THAT(builder.Take(), SizeIs(1));
-}
-
-TEST(TapBuilder, LeavesOutTapsFromBeforeTheForcesBegan) {
-  TapBuilder builder;
-  builder.AddMoves(TapMoves());
-  for (const json& batch : Forces(kRise_s + 0.1, 104)) builder.AddForces(batch);
-  EXPECT_THAT(builder.Take(), IsEmpty());
-  builder.AddMoves(TapMoves(5));
-  for (const json& batch : Forces(104, 109)) builder.AddForces(batch);
-  EXPECT_THAT(builder.Take(), SizeIs(1));
-}
-
-TEST(TapBuilder, TakesLiftsAndTravelForNoTap) {
-  TapBuilder builder;
-  builder.AddMoves({{"data",
-                     {Move(100, 1, 5, 0, 10, -1), Move(101.2, 2, 5, 0, 5, 1),  // 10 mm up
-                      json::array({103.5, 1.0, 100.0, 0.0, {0, 0, 15}, {1, 0, 0}}),
-                      Move(105, 0.2, 5, 0, 15, 1),  // up, but not after a descent
-                      Move(106, 1, 2, 0, 2, -1), Move(107.2, 0.4, 5, 0, 0, 1)}}});  // homing's 2 mm
-  for (const json& batch : Forces(99, 110)) builder.AddForces(batch);
-  EXPECT_THAT(builder.Take(), IsEmpty());
-}
-
-TEST(TapBuilder, NonsenseIsSkipped) {
-  TapBuilder builder;
-  for (const json& batch :
-       {json(), json(3), json::array(), json{{"data", 1}}, json{{"data", {1, "a", nullptr}}},
-        json{{"data", {{1}, {"x", 2}, {nullptr, nullptr}, json::array()}}},
-        json{{"data", {{1, 2, 3, 4, {1, 2}, {3}}}}}}) {
-    builder.AddForces(batch);
-    builder.AddMoves(batch);
-  }
-  EXPECT_THAT(builder.Take(), IsEmpty());
-  json many = json::array();
-  for (int i = 0; i < 500'000; ++i) many.push_back({static_cast<double>(i % 7), 1.0});
-  builder.AddForces({{"data", many}});
-  EXPECT_THAT(builder.Take(), IsEmpty());
-}
 
 TEST(ProbeResult, ReadsWhatKlipperSaysOfAProbe) {
   const auto older = ProbeResult("// probe at 150.000,150.000 is z=0.041963");
@@ -207,72 +36,6 @@ TEST(ProbeResult, ReadsWhatKlipperSaysOfAProbe) {
   EXPECT_FALSE(ProbeResult("// Z offset z=0.5"));
   EXPECT_FALSE(ProbeResult("B:60.0 /60.0 T0:210.1 /210.0"));
 }
-
-/// What a stream told, for a test's thread.
-struct Heard {
-  std::mutex mutex;
-  std::condition_variable changed;
-  std::vector<json> taps, calls;
-  std::vector<double> firmware_z_mm;
-  std::vector<std::string> news;
-
-  TapStreamEvents Events() {
-    return {.on_tap = [this](const json& tap, double) { Add(taps, tap); },
-            .on_firmware_z = [this](double z, double) { Add(firmware_z_mm, z); },
-            .on_call = [this](const json& call, double) { Add(calls, call); },
-            .on_news = [this](const std::string& text) { Add(news, text); }};
-  }
-  template <class T>
-  void Add(std::vector<T>& list, const T& value) {
-    const std::lock_guard lock(mutex);
-    list.push_back(value);
-    changed.notify_all();
-  }
-  template <class Done>
-  bool Wait(Done done) {
-    std::unique_lock lock(mutex);
-    return changed.wait_for(lock, std::chrono::seconds(10), done);
-  }
-};
-
-class TapStreamTest : public testing::Test {
- protected:
-  TapStreamTest() {
-    test::AnswerLikeMoonraker(server_);
-    server_.Answer("connection.register_remote_method", "ok");
-    server_.Answer("printer.objects.list",
-                   {{"objects", {"toolhead", "load_cell_probe", "probe", "extruder"}}});
-    for (const char* method : {"printer.load_cell_probe.dump_taps", "printer.load_cell.dump_force",
-                               "printer.motion_report.dump_trapq"}) {
-      server_.Answer(method, {{"header", json::array()}});
-    }
-  }
-
-  std::unique_ptr<TapStream> Open(const std::string& one_shot_token = {}) {
-    TapStreamOptions options;
-    options.moonraker.one_shot_token = one_shot_token;
-    options.moonraker.address = fmt::format("127.0.0.1:{}", server_.port());
-    options.remote_method = "trammel_tap";
-    auto stream = OpenTapStream(options, heard_.Events(), {10});
-    EXPECT_TRUE(stream) << stream.error().message;
-    return stream ? std::move(*stream) : nullptr;
-  }
-
-  /// The method that the printer was told to send a subscription to.
-  std::string MethodOf(const std::string& endpoint) {
-    const json request = server_.WaitForRequest(endpoint);
-    EXPECT_FALSE(request.is_null()) << endpoint;
-    return request.is_null() ? ""
-                             : request["params"]["response_template"]["method"].get<std::string>();
-  }
-
-  void Push(const std::string& method, const json& params) {
-    server_.Push({{"jsonrpc", "2.0"}, {"method", method}, {"params", params}});
-  }
-
-  test::ScriptedMoonraker server_;
-  Heard heard_;
-};
 
 TEST_F(TapStreamTest, HandsOnWholeTapsAsTheyAre) {
   const auto stream = Open();
@@ -506,6 +269,26 @@ TEST(KlipperTaps, SpeaksKlippersOwnSocketAndWaitsUntilItIsReady) {
   EXPECT_FALSE(server.WaitForRequest("gcode/script").is_null());
   server.BreakConnections();  // as Klipper does when it restarts
   EXPECT_FALSE(server.WaitForRequest("load_cell_probe/dump_taps", 2).is_null());
+}
+
+TEST(KlipperTaps, AStreamThatIsRefusedOnceIsAskedForAgain) {
+  const test::TemporaryFolder folder;
+  test::ServerOptions server_options;
+  server_options.unix_path = (folder.path() / "klippy.sock").string();
+  test::ScriptedMoonraker server(server_options);
+  server.Answer("info", {{"state", "ready"}});
+  server.Answer("objects/list", {{"objects", {"load_cell"}}});
+  std::atomic<int> asked = 0;
+  server.Handle("load_cell/dump_force", [&asked](const json& request) {
+    return std::vector<json>{++asked == 1 ? test::ErrorFor(request, 400, "not there yet")
+                                          : test::ResultFor(request, json::object())};
+  });
+  Heard heard;
+  TapStreamOptions options;
+  options.moonraker.address = "klipper:" + server_options.unix_path;
+  const auto stream = OpenTapStream(options, heard.Events(), {10});
+  ASSERT_TRUE(stream) << stream.error().message;
+  EXPECT_FALSE(server.WaitForRequest("load_cell/dump_force", 2).is_null());
 }
 
 TEST(KlipperTaps, SaysThatThereIsNoSocket) {
