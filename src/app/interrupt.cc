@@ -2,6 +2,8 @@
 
 #include <ctime>
 
+#include "base/bug_note.h"
+
 namespace trammel::app {
 
 sigset_t EndingSignals() {
@@ -34,7 +36,7 @@ Interrupt::Interrupt() {
     constexpr timespec kLook{0, 100'000'000};
     while (!end.stop_requested()) {
       if (sigtimedwait(&ending, nullptr, &kLook) <= 0) continue;
-      WaitForNoReaderAnyMore();
+      (void)NoteBug([] { WaitForNoReaderAnyMore(); });
       source.request_stop();
     }
   });

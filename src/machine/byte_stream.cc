@@ -16,11 +16,14 @@
 #include <cerrno>
 #include <cstring>
 #include <mutex>
+#include <optional>
+#include <string>
 #include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "base/bug_note.h"
 #include "machine/camera.h"
 #include "machine/host_clock.h"
 #include "machine/wait_fd.h"
@@ -49,6 +52,7 @@ struct LookUp {
   std::mutex mutex;
   int error = 0;
   Addresses addresses;
+  std::optional<std::string> bug;
 
   LookUp() = default;
   LookUp(const LookUp&) = delete;
@@ -58,18 +62,25 @@ struct LookUp {
   }
 
   void Run() {
+    auto thrown = NoteBug([this] { Ask(); });
+    if (thrown) {
+      const std::lock_guard lock(mutex);
+      bug = std::move(thrown);
+    }
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = write(done_fd, &one, sizeof one);
+  }
+
+ private:
+  void Ask() {
     addrinfo hints{};
     hints.ai_socktype = SOCK_STREAM;
     hints.ai_flags = AI_ADDRCONFIG;
     addrinfo* found = nullptr;
     const int code = getaddrinfo(host.c_str(), port.c_str(), &hints, &found);
-    {
-      const std::lock_guard lock(mutex);
-      error = code;
-      addresses.reset(found);
-    }
-    const std::uint64_t one = 1;
-    [[maybe_unused]] const auto written = write(done_fd, &one, sizeof one);
+    const std::lock_guard lock(mutex);
+    error = code;
+    addresses.reset(found);
   }
 };
 
@@ -98,6 +109,10 @@ Result<Addresses> FindAddresses(const ConnectOptions& options, double deadline_s
       break;
   }
   const std::lock_guard lock(look_up->mutex);
+  if (look_up->bug) {
+    return Broken(
+        fmt::format("a bug in trammel ended the look-up of '{}': {}", options.host, *look_up->bug));
+  }
   if (look_up->error != 0 || !look_up->addresses) {
     return Broken(
         fmt::format("the host name '{}' is unknown ({}); check its spelling, or write its "

@@ -7,12 +7,13 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <exception>
 #include <numbers>
 #include <utility>
 
 #include "base/check.h"
-#include "report/svg_ids.h"
 #include "base/utf8.h"
+#include "report/svg_ids.h"
 
 namespace trammel::report {
 namespace {
@@ -35,9 +36,14 @@ using Context = std::unique_ptr<cairo_t, ContextDeleter>;
 
 bool Finite(const PointPx& point) { return std::isfinite(point.x) && std::isfinite(point.y); }
 
-cairo_status_t Append(void* closure, const unsigned char* data, unsigned int length) {
-  static_cast<std::string*>(closure)->append(reinterpret_cast<const char*>(data), length);
-  return CAIRO_STATUS_SUCCESS;
+/// Called by Cairo, through which nothing can be thrown.
+cairo_status_t Append(void* closure, const unsigned char* data, unsigned int length) noexcept {
+  try {
+    static_cast<std::string*>(closure)->append(reinterpret_cast<const char*>(data), length);
+    return CAIRO_STATUS_SUCCESS;
+  } catch (const std::exception&) {
+    return CAIRO_STATUS_NO_MEMORY;
+  }
 }
 
 void SetColor(cairo_t* context, const Color& color) {

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <exception>
 #include <memory>
 #include <numbers>
 
@@ -33,9 +34,14 @@ struct ContextDeleter {
 using Surface = std::unique_ptr<cairo_surface_t, SurfaceDeleter>;
 using Context = std::unique_ptr<cairo_t, ContextDeleter>;
 
-cairo_status_t Append(void* closure, const unsigned char* data, unsigned int length) {
-  static_cast<std::string*>(closure)->append(reinterpret_cast<const char*>(data), length);
-  return CAIRO_STATUS_SUCCESS;
+/// Called by Cairo, through which nothing can be thrown.
+cairo_status_t Append(void* closure, const unsigned char* data, unsigned int length) noexcept {
+  try {
+    static_cast<std::string*>(closure)->append(reinterpret_cast<const char*>(data), length);
+    return CAIRO_STATUS_SUCCESS;
+  } catch (const std::exception&) {
+    return CAIRO_STATUS_NO_MEMORY;
+  }
 }
 
 void Grey(cairo_t* context, double level) { cairo_set_source_rgb(context, level, level, level); }

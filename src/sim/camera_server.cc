@@ -97,7 +97,7 @@ class Running final : public CameraServer {
         [this](const CameraPart& part, double sent_s) { Sent(part.frame, sent_s); });
     if (!http) return tl::unexpected<Error>(http.error());
     http_ = std::move(*http);
-    thread_ = std::thread([this] { Run(); });
+    thread_ = std::thread([this] { (void)NoteBug([this] { Run(); }); });
     return {};
   }
 
