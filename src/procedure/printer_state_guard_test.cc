@@ -5,17 +5,17 @@
 
 #include <algorithm>
 #include <optional>
-#include <utility>
 
 #include "base/bug_note.h"
 #include "base/check.h"
-#include "procedure/dead_run.h"
-#include "procedure/fake_printer.h"
-#include "support/temporary_folder.h"
+#include "procedure/guarded_printer_test_support.h"
 
 namespace trammel::procedure {
 namespace {
 
+using procedure::testing::GuardedPrinter;
+using procedure::testing::kMark;
+using procedure::testing::kNozzleOff;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
@@ -24,72 +24,7 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-constexpr const char* kMark = "RESTORE_GCODE_STATE NAME=trammel_run-1 MOVE=0";
-constexpr const char* kNozzleOff = "SET_HEATER_TEMPERATURE HEATER=extruder TARGET=0";
-
-/// Once it has done what stands in `deaf_after`, it leaves its next question for its state without
-/// an answer.
-class DeafPrinter : public testing::FakePrinter {
- public:
-  std::string deaf_after;
-
-  Result<void> Run(std::string_view script, const machine::WaitLimit& limit) override {
-    auto done = FakePrinter::Run(script, limit);
-    deaf_ = deaf_ || scripts.back() == deaf_after;
-    return done;
-  }
-  Result<void> CancelPrint(const machine::WaitLimit& limit) override {
-    auto done = FakePrinter::CancelPrint(limit);
-    deaf_ = deaf_ || scripts.back() == deaf_after;
-    return done;
-  }
-  Result<machine::PrinterState> State(const machine::WaitLimit& limit) override {
-    if (std::exchange(deaf_, false)) return Fail("no answer within 10 s", ErrorKind::kMachine);
-    return FakePrinter::State(limit);
-  }
-
- private:
-  bool deaf_ = false;
-};
-
-class PrinterStateGuardTest : public ::testing::Test {
- protected:
-  test::TemporaryFolder folder_;
-  DeafPrinter printer_;
-  pressure_advance::ScanSettings settings_;
-  std::vector<std::string> said_;
-  Session session_{
-      printer_, {}, [this](const Progress& progress) { said_.push_back(progress.text); }};
-  const std::string address_ = "voron.local";
-
-  Result<PrinterStateGuard> Take(const std::string& run = "run-1") {
-    settings_.lights_on_gcode = "LIGHTS_ON";
-    return PrinterStateGuard::Take(session_, settings_,
-                                   {run, "2026-11-22T10:00:00", address_, folder_.path()});
-  }
-  PrinterStateGuard Begun() {
-    auto guard = Take();
-    EXPECT_TRUE(guard.has_value());
-    EXPECT_TRUE(guard->Begin(session_));
-    guard->ExpectLaser();
-    printer_.scripts.clear();
-    return std::move(*guard);
-  }
-  // As if the process had ended here.
-  void Die() {
-    const auto path = store::JournalPath(folder_.path(), PlainAddress(address_));
-    {
-      PrinterStateGuard guard = Begun();
-      kept_ = test::ReadWhole(path);
-    }
-    test::WriteWhole(path, kept_);
-    printer_.scripts.clear();
-    said_.clear();
-  }
-  std::size_t Journals() { return store::ReadAllJournals(folder_.path()).size(); }
-
-  std::string kept_;
-};
+class PrinterStateGuardTest : public GuardedPrinter {};
 
 TEST_F(PrinterStateGuardTest, SwitchesTheLaserOffBeforeAnythingElse) {
   PrinterStateGuard guard = Begun();
@@ -407,77 +342,6 @@ TEST_F(PrinterStateGuardTest, NothingIsTakenWhileSomebodyPrints) {
   printer_.state.print_file = "vase.gcode";
   EXPECT_FALSE(Take());
   EXPECT_THAT(printer_.scripts, IsEmpty());
-}
-
-TEST_F(PrinterStateGuardTest, WhatADeadRunLeftIsBroughtBackAndNotTakenForBefore) {
-  printer_.state.heaters["extruder"].target_c = 0;
-  printer_.state.heaters["heater_bed"].target_c = 0;
-  Die();
-  printer_.state.pressure_advance_s = 0.09;
-  printer_.state.heaters["extruder"].target_c = 190;
-  const auto guard = Take("run-2");
-  ASSERT_TRUE(guard);
-  EXPECT_EQ(printer_.scripts.front(), kMark);
-  EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
-  EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04"));
-  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("ACCEL=5000")));
-  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
-  EXPECT_THAT(said_, Contains(HasSubstr("died here: brought back pressure advance 0.031 s")));
-  EXPECT_THAT(said_, Contains(HasSubstr("switched off what it left on: extruder 190 degC")));
-  EXPECT_THAT(printer_.deleted, Contains("trammel_run-1.gcode"));
-}
-
-TEST_F(PrinterStateGuardTest, OfADeadRunBeforeARestartNothingIsBroughtBack) {
-  Die();
-  printer_.refused[kMark] = "!! Unknown g-code state: trammel_run-1";
-  const auto guard = Take("run-2");
-  ASSERT_TRUE(guard);
-  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_PRESSURE_ADVANCE"))));
-  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_HEATER"))));
-  EXPECT_THAT(said_, Contains(HasSubstr("nothing of it is left")));
-}
-
-TEST_F(PrinterStateGuardTest, AnotherPrintersJournalIsLeftAlone) {
-  Die();
-  const auto guard =
-      PrinterStateGuard::Take(session_, settings_, {"run-2", "now", "other.local", folder_.path()});
-  ASSERT_TRUE(guard);
-  EXPECT_THAT(printer_.scripts, Not(Contains(kMark)));
-  EXPECT_EQ(Journals(), 2U);
-}
-
-TEST_F(PrinterStateGuardTest, ADeadRunIsKnownByThePrintersOwnWordUnderAnotherAddress) {
-  Die();
-  printer_.told = {{"gcode_macro _TRAMMEL_RUN", {{"owner", session_.owner}}}};
-  const auto guard =
-      PrinterStateGuard::Take(session_, settings_, {"run-2", "now", "192.168.1.7", folder_.path()});
-  ASSERT_TRUE(guard);
-  EXPECT_THAT(printer_.scripts, Contains(kMark));
-  EXPECT_EQ(Journals(), 1U);
-}
-
-TEST_F(PrinterStateGuardTest, AJournalThatCannotBeReadSwitchesTheHeatersOff) {
-  Die();
-  test::WriteWhole(store::JournalPath(folder_.path(), PlainAddress(address_)), "{\"format\": 1");
-  const auto guard = Take("run-2");
-  ASSERT_TRUE(guard);
-  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
-  EXPECT_THAT(said_, Contains(HasSubstr("cannot be read")));
-}
-
-TEST_F(PrinterStateGuardTest, WhereADeadRunCannotBeFinishedNothingIsBegun) {
-  Die();
-  printer_.refused["LASER_OFF"] = "unknown command";
-  const auto guard = Take("run-2");
-  ASSERT_FALSE(guard);
-  EXPECT_THAT(guard.error().message, HasSubstr("unknown command"));
-  EXPECT_EQ(Journals(), 1U);
-}
-
-TEST_F(PrinterStateGuardTest, TheSamePrinterHasOneAddressHoweverItIsWritten) {
-  EXPECT_EQ(PlainAddress("localhost"), PlainAddress("http://127.0.0.1:7125/"));
-  EXPECT_EQ(PlainAddress("voron.local"), PlainAddress("ws://voron.local:7125/websocket"));
-  EXPECT_NE(PlainAddress("localhost:7125"), PlainAddress("localhost:7126"));
 }
 
 }  // namespace
