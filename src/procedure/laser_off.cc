@@ -35,14 +35,16 @@ std::vector<std::string> SwitchLaserOff(const Session& session, const std::strin
   const auto off = session.printer.Run(laser_off_gcode, {kScript_s});
   if (off) return {};
   const std::string& why = off.error().message;
-  // Asked anew: what the printer last told by itself may be older than what just failed.
+  // Asked anew: what the printer last told by itself may be older than what just failed. A link
+  // that is gone is known; behind one that is not, a printer that tells nothing has a laser all the
+  // same.
   const auto now = session.printer.State({kAsk_s});
-  const auto readiness = now ? now->readiness : PrinterReadiness::kDisconnected;
+  const auto readiness = now ? now->readiness : session.printer.LastState().readiness;
   // May come back by itself, and is asked again then.
   if (readiness == PrinterReadiness::kDisconnected || readiness == PrinterReadiness::kStartup) {
     return {why};
   }
-  if (readiness != PrinterReadiness::kReady) {
+  if (now && readiness != PrinterReadiness::kReady) {
     return {
         fmt::format("the printer has shut down: its own shutdown values hold for laser and "
                     "heaters; it needs a FIRMWARE_RESTART ({})",
@@ -56,7 +58,8 @@ std::vector<std::string> SwitchLaserOff(const Session& session, const std::strin
                     laser_off_gcode, why));
     return {};
   }
-  return StopThePrinter(session, laser_off_gcode, OthersJob(*now, session.own_file), why);
+  const std::string job = now ? OthersJob(*now, session.own_file) : "";
+  return StopThePrinter(session, laser_off_gcode, job, why);
 }
 
 }  // namespace trammel::procedure

@@ -139,6 +139,14 @@ TEST_F(PrinterStateGuardTest, AnEmergencyStopForTheLaserNamesTheJobThatItEnds) {
               AllOf(HasSubstr("somebody_elses.gcode is printing"), HasSubstr("FIRMWARE_RESTART")));
 }
 
+TEST_F(PrinterStateGuardTest, APrinterThatTellsNothingIsStoppedForALaserThatWasLit) {
+  PrinterStateGuard guard = Begun();
+  printer_.refused["LASER_OFF"] = "unknown command";
+  printer_.deaf_after = "LASER_OFF";
+  EXPECT_THAT(guard.Restore(), ElementsAre(HasSubstr("stopped instead")));
+  EXPECT_TRUE(printer_.stopped);
+}
+
 TEST_F(PrinterStateGuardTest, HeatsNothingAfterARestartAndSaysSo) {
   PrinterStateGuard guard = Begun();
   printer_.state.homed_axes = "";
