@@ -283,8 +283,9 @@ void Moonraker::OnRequest(const std::string& method, const json& message, double
 }
 
 void Moonraker::OnNotification(const std::string& method, const json& message, double received_s) {
+  static const json kNone;
   const auto found = message.find("params");
-  const json params = found == message.end() ? json() : *found;
+  const json& params = found == message.end() ? kNone : *found;
   if (method == "notify_klippy_ready") {
     SetReadiness(PrinterReadiness::kReady, "");
     // Where asking found it first, everything is subscribed to in this session of Klipper already.
@@ -312,7 +313,7 @@ void Moonraker::OnNotification(const std::string& method, const json& message, d
 }
 
 void Moonraker::CallLater(const std::string& method, json params,
-                          std::function<void(const RpcAnswer&)> done) {
+                          std::function<void(RpcAnswer)> done) {
   RpcCalls::Message message = calls_.Begin(method, std::move(params), std::move(done));
   const Result<void> sent = connection_.Send(std::move(message.text));
   if (!sent) {
@@ -329,15 +330,14 @@ Result<json> Moonraker::Call(const std::string& method, json params, const WaitL
     std::optional<RpcAnswer> answer;
   };
   const auto slot = std::make_shared<Slot>();
-  CallLater(method, std::move(params),
-            [slot, on_answer = std::move(on_answer)](const RpcAnswer& answer) {
-              if (on_answer) {
-                on_answer(answer);
-              }
-              const std::lock_guard lock(slot->mutex);
-              slot->answer = answer;
-              slot->changed.notify_all();
-            });
+  CallLater(method, std::move(params), [slot, on_answer = std::move(on_answer)](RpcAnswer answer) {
+    if (on_answer) {
+      on_answer(answer);
+    }
+    const std::lock_guard lock(slot->mutex);
+    slot->answer = std::move(answer);
+    slot->changed.notify_all();
+  });
   std::unique_lock lock(slot->mutex);
   if (!slot->changed.wait_for(lock, limit.stop, std::chrono::duration<double>(limit.time_limit_s),
                               [&slot] { return slot->answer.has_value(); })) {

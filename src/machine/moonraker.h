@@ -51,7 +51,7 @@ class Moonraker {
   /// The same without waiting; `done` comes on the connection's thread, or at once where the call
   /// could not be sent.
   void CallLater(const std::string& method, nlohmann::json params,
-                 std::function<void(const RpcAnswer&)> done);
+                 std::function<void(RpcAnswer)> done);
   /// The error that an answer amounts to, in words.
   [[nodiscard]] Error ToError(const std::string& method, const RpcAnswer& answer) const;
 

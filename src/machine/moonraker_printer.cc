@@ -329,7 +329,8 @@ Result<json> MoonrakerPrinter::Query(const std::vector<ObjectFields>& objects,
   if (!answer) {
     return answer;
   }
-  return ObjectOr(*answer, "status");
+  const auto status = answer->is_object() ? answer->find("status") : answer->end();
+  return status != answer->end() && status->is_object() ? std::move(*status) : json::object();
 }
 
 Result<bool> MoonrakerPrinter::HasCommand(std::string_view name, const WaitLimit& limit) {

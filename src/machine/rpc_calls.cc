@@ -59,7 +59,7 @@ void RpcCalls::TakeAnswer(json message, double received_s) {
     answer.code = static_cast<int>(std::clamp(NumberOr(words, "code", 0), -1e6, 1e6));
     answer.message = TextOr(words, "message", "an answer with neither a result nor an error");
   }
-  done(answer);
+  done(std::move(answer));
 }
 
 void RpcCalls::NotSent(std::int64_t id, const std::string& why) {

@@ -26,7 +26,7 @@ struct RpcAnswer {
 /// Numbers calls and gives each its answer, once. Of any thread; no lock is held in a `done`.
 class RpcCalls {
  public:
-  using Done = std::function<void(const RpcAnswer&)>;
+  using Done = std::function<void(RpcAnswer)>;
   /// What to send for a call.
   struct Message {
     std::int64_t id = 0;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace trammel::machine {
@@ -41,6 +42,18 @@ TEST(RpcCalls, EachCallGetsItsOwnAnswerOnce) {
   EXPECT_EQ(first.answers[0].kind, Kind::kError);
   EXPECT_EQ(first.answers[0].code, 1'000'000);
   EXPECT_EQ(first.answers[0].message, "no");
+}
+
+TEST(RpcCalls, AnAnswerIsHandedOnWithoutACopyHoweverLargeItIs) {
+  RpcCalls calls;
+  RpcAnswer got;
+  const auto call =
+      calls.Begin("server.info", nullptr, [&got](RpcAnswer answer) { got = std::move(answer); });
+  json message = {{"id", call.id}, {"result", {1, 2, 3}}};
+  const json* const first = &message["result"][0];
+  calls.TakeAnswer(std::move(message), 0);
+  ASSERT_EQ(got.result.size(), 3u);
+  EXPECT_EQ(&got.result[0], first);
 }
 
 TEST(RpcCalls, AnAnswerToNobodyIsLeftOut) {
