@@ -54,14 +54,24 @@ struct ScriptedMoonraker::State {
       return;
     }
     Handler handler;
+    std::shared_ptr<const std::string> result;
     {
       const std::lock_guard lock(mutex);
       requests.push_back(request);
       changed.notify_all();
-      const auto found = handlers.find(request["method"].get<std::string>());
+      const auto method = request["method"].get<std::string>();
+      const auto known = results.find(method);
+      if (known != results.end()) {
+        result = known->second;
+      }
+      const auto found = handlers.find(method);
       if (found != handlers.end()) {
         handler = found->second;
       }
+    }
+    if (result) {
+      const std::string id = request.value("id", Json()).dump();
+      return session.Send(R"({"id":)" + id + R"(,"jsonrpc":"2.0","result":)" + *result + "}");
     }
     const std::vector<Json> replies =
         handler ? handler(request)
@@ -81,6 +91,8 @@ struct ScriptedMoonraker::State {
   mutable std::mutex mutex;
   std::condition_variable changed;
   std::map<std::string, Handler> handlers;
+  /// Of methods without a handler, as texts: a large one is written once.
+  std::map<std::string, std::shared_ptr<const std::string>> results;
   std::function<HttpAnswer(const HttpRequest&)> http_handler;
   std::vector<Json> requests;
   std::vector<Json> answers;  // of the client
@@ -166,10 +178,14 @@ int ScriptedMoonraker::port() const { return state_->tcp_acceptor->local_endpoin
 void ScriptedMoonraker::Handle(const std::string& method, Handler handler) {
   const std::lock_guard lock(state_->mutex);
   state_->handlers[method] = std::move(handler);
+  state_->results.erase(method);
 }
 
 void ScriptedMoonraker::Answer(const std::string& method, const Json& result) {
-  Handle(method, [result](const Json& request) { return std::vector{ResultFor(request, result)}; });
+  auto text = std::make_shared<const std::string>(result.dump());
+  const std::lock_guard lock(state_->mutex);
+  state_->results[method] = std::move(text);
+  state_->handlers.erase(method);
 }
 
 void ScriptedMoonraker::AnswerError(const std::string& method, int code,
