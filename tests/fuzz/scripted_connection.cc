@@ -36,6 +36,12 @@ void SetMessages(std::string_view lines) {
 
 namespace trammel::machine {
 
+namespace {
+
+constexpr double kLimit_s = 5;  // from here on a delay is no pause, but the end of patience
+
+}  // namespace
+
 struct MoonrakerConnection::State {
   MoonrakerAddress address;
   ConnectionEvents events;
@@ -47,6 +53,7 @@ struct MoonrakerConnection::State {
   std::optional<Error> broken;
   std::deque<std::int64_t> calls;  ///< without an answer yet
   std::vector<std::function<void()>> later;
+  std::vector<std::function<void()>> limits;  ///< what ends a wait that takes too long
 
   /// What is due before the next message.
   void Settle() {
@@ -66,6 +73,10 @@ struct MoonrakerConnection::State {
   void Deliver(std::string_view line) {
     if (line == "!") {
       broken = Error{ErrorKind::kMachine, "the link broke"};
+      return;
+    }
+    if (line == "~") {
+      for (auto& limit : std::exchange(limits, {})) later.push_back(std::move(limit));
       return;
     }
     std::string message(line);
@@ -120,8 +131,8 @@ Result<void> MoonrakerConnection::Send(std::string message) {
   return {};
 }
 
-void MoonrakerConnection::RunAfter(double, std::function<void()> function) {
-  state_->later.push_back(std::move(function));
+void MoonrakerConnection::RunAfter(double delay_s, std::function<void()> function) {
+  (delay_s < kLimit_s ? state_->later : state_->limits).push_back(std::move(function));
 }
 
 bool MoonrakerConnection::OnOwnThread() const { return state_->pumping; }
