@@ -7,6 +7,7 @@
 #include "pressure_advance/pattern.h"
 #include "procedure/checks.h"
 #include "procedure/cool_for_scan.h"
+#include "procedure/dead_run.h"
 #include "procedure/frame_recorder.h"
 #include "procedure/name_stop.h"
 #include "procedure/print.h"
@@ -254,9 +255,6 @@ Result<Eye> OpenEye(const Session& session, const CalibrationRequest& request) {
 CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& request) {
   CalibrationOutcome outcome;
   Session session = asked;
-  session.Say("checking the printer");
-  outcome.done = NameStop(session.stop, CheckAll(session, request));
-  if (!outcome.done) return outcome;
   auto state_folder = request.state_folder.empty()
                           ? store::StateFolder()
                           : Result<std::filesystem::path>(request.state_folder);
@@ -264,6 +262,14 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
     outcome.done = tl::unexpected(state_folder.error());
     return outcome;
   }
+  session.Say("checking the printer");
+  if (request.print) {
+    outcome.done = EndDeadPrint(session, *state_folder, request.settings.address,
+                                ParkPlaceOf(request.pattern));
+  }
+  if (outcome.done) outcome.done = CheckAll(session, request);
+  outcome.done = NameStop(session.stop, std::move(outcome.done));
+  if (!outcome.done) return outcome;
   auto guard = PrinterStateGuard::Take(
       session, request.settings,
       {request.run, request.started, request.settings.address, *state_folder, request.print});

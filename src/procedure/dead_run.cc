@@ -251,6 +251,25 @@ void FinishDeadRunsWhereFree(const Session& session, const pressure_advance::Sca
   if (!finished) session.Say(finished.error().message);
 }
 
+Result<void> EndDeadPrint(const Session& session, const fs::path& state_folder,
+                          const std::string& address, const ParkPlace& park) {
+  const std::string plain = PlainAddress(address);
+  const auto lock = store::FileLock::Take(store::LockPath(state_folder, plain), "a start");
+  const auto journal = store::ReadJournal(store::JournalPath(state_folder, plain));
+  if (!lock || !journal || !*journal || (*journal)->upload.empty()) return {};
+  const auto now = session.printer.State(session.Within(kAsk_s));
+  if (!now) return tl::unexpected(now.error());
+  Session dead = session;
+  dead.own_file = (*journal)->upload;
+  if (now->print_file != dead.own_file || OthersJob(*now, "").empty()) return {};
+  session.Say(fmt::format("the run of {} died here, and its print is still under way",
+                          (*journal)->started));
+  const EndedPrint ended = EndOwnPrint(dead, *now, park);
+  for (const std::string& left : ended.lost) session.Say(left);
+  if (ended.failed.empty()) return {};
+  return Fail(ended.failed.front(), ErrorKind::kMachine);
+}
+
 std::string DescribeDeadRun(const Session& session, const fs::path& state_folder,
                             const std::string& address) {
   const auto owner = OwnerAtPrinter(session);

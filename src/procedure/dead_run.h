@@ -8,6 +8,7 @@
 #include "base/result.h"
 #include "machine/printer_state.h"
 #include "pressure_advance/scan_settings.h"
+#include "procedure/own_print.h"
 #include "procedure/session.h"
 #include "store/run_journal.h"
 
@@ -57,6 +58,14 @@ namespace trammel::procedure {
 /// ready, not idle, or another trammel's. Failures are told.
 void FinishDeadRunsWhereFree(const Session& session, const pressure_advance::ScanSettings& settings,
                              const std::filesystem::path& state_folder);
+
+/// Cancels the print of a run that died with this printer, where it is still under way, and lifts
+/// and parks its nozzle: known by the name of its file, which no other run has, while nobody holds
+/// the printer's lock. To be called where another print is about to be made; FinishDeadRuns brings
+/// back the rest. Tells what it did. Errors: kMachine where the print could not be ended.
+[[nodiscard]] Result<void> EndDeadPrint(const Session& session,
+                                        const std::filesystem::path& state_folder,
+                                        const std::string& address, const ParkPlace& park);
 
 /// What FinishDeadRuns would find, for people; empty where there is nothing. Changes nothing.
 [[nodiscard]] std::string DescribeDeadRun(const Session& session,

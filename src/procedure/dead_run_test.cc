@@ -98,6 +98,36 @@ TEST_F(DeadRunTest, WhereADeadRunCannotBeFinishedNothingIsBegun) {
   EXPECT_EQ(Journals(), 1U);
 }
 
+TEST_F(DeadRunTest, ItsPrintThatIsStillUnderWayIsEnded) {
+  Die();
+  printer_.state.print_file = "trammel_run-1.gcode";
+  printer_.state.print_state = "printing";
+  ASSERT_TRUE(EndDeadPrint(session_, folder_.path(), address_, {.lift_mm = 5}));
+  EXPECT_THAT(printer_.scripts, Contains("CANCEL_PRINT"));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("G1 Z5.000")));
+  EXPECT_THAT(said_, Contains(HasSubstr("its print is still under way")));
+}
+
+TEST_F(DeadRunTest, NoOtherPrintIsEnded) {
+  const auto expect_left_alone = [this] {
+    ASSERT_TRUE(EndDeadPrint(session_, folder_.path(), address_, {.lift_mm = 5}));
+    EXPECT_THAT(printer_.scripts, ::testing::IsEmpty());
+  };
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "trammel_run-1.gcode";
+  expect_left_alone();  // no run died here
+  printer_.state.print_state = "standby";
+  Die();
+  expect_left_alone();
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "vase.gcode";
+  expect_left_alone();
+  printer_.state.print_file = "trammel_run-1.gcode";
+  const auto alive = store::FileLock::Take(store::LockPath(folder_.path(), PlainAddress(address_)),
+                                           "a run that is alive");
+  expect_left_alone();
+}
+
 TEST_F(DeadRunTest, TheSamePrinterHasOneAddressHoweverItIsWritten) {
   EXPECT_EQ(PlainAddress("localhost"), PlainAddress("http://127.0.0.1:7125/"));
   EXPECT_EQ(PlainAddress("voron.local"), PlainAddress("ws://voron.local:7125/websocket"));

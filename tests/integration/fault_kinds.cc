@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <stdexcept>
 #include <thread>
@@ -305,11 +306,23 @@ Scenario FaultInStage(const FaultKind& kind, const std::string& stage_word, std:
   return scenario;
 }
 
+namespace {
+
+// By a signal of somebody else's, before the first word: nothing catches it in so young a process,
+// which has done nothing yet.
+bool EndedBeforeItBegan(const Outcome& outcome) {
+  constexpr std::array kOwn = {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGSYS};
+  const bool own = std::find(kOwn.begin(), kOwn.end(), outcome.end.signal) != kOwn.end();
+  return !own && outcome.end.standard_error.empty();
+}
+
+}  // namespace
+
 std::vector<std::string> Violations(const FaultKind& kind, const Outcome& outcome) {
   std::vector<std::string> wrong;
   if (!outcome.problem.empty()) wrong.push_back("did not come about: " + outcome.problem);
   if (outcome.end.timed_out) wrong.push_back("trammel did not end");
-  if (outcome.end.signal != 0 && outcome.end.signal != SIGKILL) {
+  if (outcome.end.signal != 0 && outcome.end.signal != SIGKILL && !EndedBeforeItBegan(outcome)) {
     wrong.push_back(fmt::format("trammel crashed with signal {}", outcome.end.signal));
   }
   if (outcome.end.exit_code == kSoftwareBug ||

@@ -104,6 +104,25 @@ TEST_F(LeftSafe, ARunAfterAKilledOneBringsBackWhatThatLeftAndSwitchesItsHeatersO
               HasSubstr("none left anything"));
 }
 
+TEST_F(LeftSafe, ARunAfterOneThatWasKilledInItsPrintEndsThatPrint) {
+  Open();
+  const auto killed = shop_->Calibrate({"--set", "park_lift=15"});
+  shop_->WaitUntilPrinting(*killed);
+  killed->Send(SIGKILL);
+  static_cast<void>(killed->Wait(kEnough_s));
+  ASSERT_TRUE(shop_->Look().printing);
+  const auto next = CalibrateInto("again");
+  WaitUntilHeating(*next);
+  next->Send(SIGINT);
+  const ProcessEnd end = next->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
+  EXPECT_THAT(end.standard_error, HasSubstr("its print is still under way"));
+  PrinterLook wanted = before_;
+  wanted.bed_target_c = 0;
+  EXPECT_THAT(shop_->Faulty(wanted), IsEmpty());
+  ExpectNothingUploadedIsLeft();
+}
+
 TEST_F(LeftSafe, AnothersJobThatBeginsWhileItHeatsIsLeftAlone) {
   Open(SlowHeaters());
   const auto process = shop_->Calibrate();
