@@ -38,7 +38,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   constexpr std::size_t kFrames = 3;
   constexpr std::size_t kMostRows = 14;  // each line that is tried is judged by all of them
   if (size < 1) return 0;
-  const int width = 1 + data[0] % 64;
+  const int width = 1 + data[0] % 32;
   const std::size_t rows = (size - 1) / kFrames / (3 * static_cast<std::size_t>(width));
   const int height = static_cast<int>(std::min(rows, kMostRows));
   if (height < 1) return 0;

@@ -25,7 +25,7 @@ constexpr std::uint64_t kFirstSeed = 1000;
 
 int FromEnvironment(const char* name, int otherwise) {
   const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : std::max(1, std::atoi(text));
+  return text == nullptr ? otherwise : std::max(0, std::atoi(text));
 }
 
 struct Tally {
@@ -60,7 +60,8 @@ void PrintRow(const std::string& name, const Tally& tally) {
 
 TEST(FaultStudy, EveryPrinterIsLeftSafeNoRecordingIsLostNoBrokenScanGivesANumber) {
   const int runs = FromEnvironment("TRAMMEL_STUDY_RUNS", 500);
-  SideBySide side(std::min(SideBySide::kMost, FromEnvironment("TRAMMEL_STUDY_WIDTH", kWidth)));
+  const int first = FromEnvironment("TRAMMEL_STUDY_FIRST", 0);
+  SideBySide side(std::clamp(FromEnvironment("TRAMMEL_STUDY_WIDTH", kWidth), 1, SideBySide::kMost));
   const auto& kinds = FaultKinds();
   const auto& stages = StageWords();
   // The numbers of kinds and of stages have no common divisor: all pairs come in turn.
@@ -71,7 +72,7 @@ TEST(FaultStudy, EveryPrinterIsLeftSafeNoRecordingIsLostNoBrokenScanGivesANumber
   const auto stage_of = [&](int number) -> const std::string& {
     return stages[static_cast<std::size_t>(number) % stages.size()];
   };
-  for (int i = 0; i < runs; ++i) {
+  for (int i = first; i < first + runs; ++i) {
     Scenario scenario =
         FaultInStage(kind_of(i), stage_of(i), kFirstSeed + static_cast<std::uint64_t>(i));
     scenario.name = std::to_string(i);
@@ -79,7 +80,7 @@ TEST(FaultStudy, EveryPrinterIsLeftSafeNoRecordingIsLostNoBrokenScanGivesANumber
   }
   std::map<std::string, Tally> by_kind;
   Tally all;
-  for (int i = 0; i < runs; ++i) {
+  for (int i = first; i < first + runs; ++i) {
     const Outcome& outcome = side.Of(std::to_string(i));
     const auto wrong = Violations(kind_of(i), outcome);
     Count(outcome, wrong, by_kind[kind_of(i).name]);
