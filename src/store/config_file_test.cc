@@ -157,6 +157,7 @@ TEST(ConfigFile, NamesFileLineKeyValueAndBound) {
        "must be \"klipper\", \"marlin\" or \"reprapfirmware\", is 'Marlin'"},
       {"[printer]\nbed_size_x = \"250\"\n", "must be a number, is '250' (string)"},
       {"[printer]\nbed_size_x = [250]\n", "must be a number"},
+      {"[printer]\nbed_size_x = 9007199254740993\n", "mm is outside"},
       {"[printer]\nbed_size_x = nan\n", "nan mm is outside"},
       {"[printer]\nbed_size_x = inf\n", "inf mm is outside"},
       {"[printer]\nstart_gcode = 3\n", "must be a text in quotes, is 3 (integer)"},

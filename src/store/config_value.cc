@@ -41,7 +41,9 @@ Fault WrongType(const char* expected, const toml::node& value) {
 
 Fault ReadNumber(const toml::node& value, double& out) {
   if (!value.is_number()) return WrongType("a number", value);
-  out = *value.value<double>();
+  // Asked for as a double, a whole number that no double is equal to has no value at all.
+  const auto whole = value.value_exact<std::int64_t>();
+  out = whole ? static_cast<double>(*whole) : *value.value_exact<double>();
   return std::nullopt;
 }
 
