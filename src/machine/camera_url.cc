@@ -67,6 +67,9 @@ Result<void> ParseHost(const std::string& text, std::string_view host, CameraUrl
     url.host = host.substr(0, colon);
   }
   if (url.host.empty()) return Fail(fmt::format("camera address '{}': names no host", Shown(text)));
+  if (url.host.find_first_of("[]") != std::string::npos) {
+    return Fail(fmt::format("camera address '{}': a bracket stands within its host", Shown(text)));
+  }
   if (port.empty()) return {};
   const std::string_view digits = port.substr(1);
   int value = 0;

@@ -293,9 +293,9 @@ TEST(CameraUrl, IsTakenApart) {
   EXPECT_EQ(url->password, "p:");
   EXPECT_EQ(url->ToString(), "https://[fe80::1]:8443/a?b=c");
   EXPECT_EQ(ParseCameraUrl("http://host?x")->target, "/?x");
-  for (const char* bad :
-       {"ftp://x", "http://", "http:///x", "http://h:0/", "http://h:65536/", "http://h:/",
-        "http://h:8x/", "http://[::1/", "http://h/a b", "http://h/\r\nX: y", "http://[::1]x/"}) {
+  for (const char* bad : {"ftp://x", "http://", "http:///x", "http://h:0/", "http://h:65536/",
+                          "http://h:/", "http://h:8x/", "http://[::1/", "http://h/a b",
+                          "http://h/\r\nX: y", "http://[::1]x/", "http://[[[]/", "http://a]b/"}) {
     EXPECT_FALSE(ParseCameraUrl(bad)) << bad;
   }
 }

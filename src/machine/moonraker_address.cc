@@ -44,11 +44,10 @@ bool SplitAuthority(std::string_view text, MoonrakerAddress& address) {
     address.host = text.substr(0, colon);
     after = colon == std::string_view::npos ? std::string_view() : text.substr(colon);
   }
-  if (after.empty()) {
-    return !address.host.empty();
-  }
+  if (address.host.empty() || address.host.find_first_of("[]") != std::string::npos) return false;
+  if (after.empty()) return true;
   address.port = after.substr(1);
-  return !address.host.empty() && after.starts_with(':') && IsPort(address.port);
+  return after.starts_with(':') && IsPort(address.port);
 }
 
 Result<MoonrakerAddress> ParseUnix(std::string_view text, std::string_view path) {

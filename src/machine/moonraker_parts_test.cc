@@ -40,7 +40,7 @@ TEST(MoonrakerAddress, UnderstandsWhatPeopleWrite) {
 TEST(MoonrakerAddress, RefusesWhatIsNone) {
   for (const char* text :
        {"", " ", "h:", "h:x", "h:0", "h:65536", ":7125", "[::1", "ftp://h", "://h",
-        "unix:", "unix:x", "h\r\nX: y", "user@h", "ws://h/?a", "http://"}) {
+        "unix:", "unix:x", "h\r\nX: y", "[[[]", "a]b", "user@h", "ws://h/?a", "http://"}) {
     EXPECT_FALSE(ParseMoonrakerAddress(text)) << text;
   }
   EXPECT_FALSE(ParseMoonrakerAddress("unix:/" + std::string(200, 'a')));

@@ -160,8 +160,9 @@ Result<void> Interpreter::SetDualCarriage(const Command& command) {
         fmt::format("G-code line {}: SET_DUAL_CARRIAGE needs CARRIAGE=0 or 1", command.line));
   }
   const auto next = static_cast<std::size_t>(**carriage);
-  if (has_carriages_) parked_x_mm_[static_cast<std::size_t>(tool_)] = state_.machine[0];
+  const auto before = static_cast<std::size_t>(tool_);  // a third tool rides on neither carriage
   if (!has_carriages_) parked_x_mm_.fill(state_.machine[0]);
+  if (before < parked_x_mm_.size()) parked_x_mm_[before] = state_.machine[0];
   has_carriages_ = true;
   const auto changed = ChangeTool(command, static_cast<int>(next), false);
   state_.machine[0] = parked_x_mm_[next];
