@@ -7,12 +7,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <exception>
 #include <numbers>
 #include <utility>
 
 #include "base/check.h"
 #include "base/utf8.h"
+#include "report/cairo_handles.h"
 #include "report/svg_ids.h"
 
 namespace trammel::report {
@@ -22,29 +22,11 @@ constexpr double kMaxSidePx = 8192;
 constexpr const char* kFont = "DejaVu Sans";
 constexpr double kImageDensity = 2;  ///< pixels kept of a picture per px of the canvas
 
-struct SurfaceDeleter {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-};
-struct ContextDeleter {
-  void operator()(cairo_t* context) const { cairo_destroy(context); }
-};
 struct FontOptionsDeleter {
   void operator()(cairo_font_options_t* options) const { cairo_font_options_destroy(options); }
 };
-using Surface = std::unique_ptr<cairo_surface_t, SurfaceDeleter>;
-using Context = std::unique_ptr<cairo_t, ContextDeleter>;
 
 bool Finite(const PointPx& point) { return std::isfinite(point.x) && std::isfinite(point.y); }
-
-/// Called by Cairo, through which nothing can be thrown.
-cairo_status_t Append(void* closure, const unsigned char* data, unsigned int length) noexcept {
-  try {
-    static_cast<std::string*>(closure)->append(reinterpret_cast<const char*>(data), length);
-    return CAIRO_STATUS_SUCCESS;
-  } catch (const std::exception&) {
-    return CAIRO_STATUS_NO_MEMORY;
-  }
-}
 
 void SetColor(cairo_t* context, const Color& color) {
   cairo_set_source_rgba(context, color.red, color.green, color.blue, color.alpha);
@@ -274,7 +256,7 @@ std::string Canvas::ToPng(double scale) const {
   cairo_set_source_surface(context.get(), state_->surface.get(), 0, 0);
   cairo_paint(context.get());
   std::string png;
-  const cairo_status_t status = cairo_surface_write_to_png_stream(image.get(), Append, &png);
+  const cairo_status_t status = cairo_surface_write_to_png_stream(image.get(), AppendBytes, &png);
   TRAMMEL_CHECK(
       status == CAIRO_STATUS_SUCCESS && cairo_status(context.get()) == CAIRO_STATUS_SUCCESS,
       "a {} x {} px drawing: {}", width_px_, height_px_, cairo_status_to_string(status));
@@ -283,7 +265,8 @@ std::string Canvas::ToPng(double scale) const {
 
 std::string Canvas::ToSvg() const {
   std::string svg;
-  const Surface surface(cairo_svg_surface_create_for_stream(Append, &svg, width_px_, height_px_));
+  const Surface surface(
+      cairo_svg_surface_create_for_stream(AppendBytes, &svg, width_px_, height_px_));
   cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PX);
   {
     const Context context(cairo_create(surface.get()));

@@ -7,13 +7,13 @@
 
 #include <cmath>
 #include <cstddef>
-#include <exception>
 #include <memory>
 #include <numbers>
 
 #include "base/check.h"
 #include "part_alignment/targets/square_code.h"
 #include "part_alignment/targets/target_layout.h"
+#include "report/cairo_handles.h"
 #include "report/svg_ids.h"
 
 namespace trammel::report {
@@ -24,25 +24,6 @@ namespace pa = part_alignment;
 constexpr double kPointsPerMm = 72 / 25.4;
 constexpr double kFineLine_mm = 0.1;
 constexpr const char* kFont = "DejaVu Sans";
-
-struct SurfaceDeleter {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-};
-struct ContextDeleter {
-  void operator()(cairo_t* context) const { cairo_destroy(context); }
-};
-using Surface = std::unique_ptr<cairo_surface_t, SurfaceDeleter>;
-using Context = std::unique_ptr<cairo_t, ContextDeleter>;
-
-/// Called by Cairo, through which nothing can be thrown.
-cairo_status_t Append(void* closure, const unsigned char* data, unsigned int length) noexcept {
-  try {
-    static_cast<std::string*>(closure)->append(reinterpret_cast<const char*>(data), length);
-    return CAIRO_STATUS_SUCCESS;
-  } catch (const std::exception&) {
-    return CAIRO_STATUS_NO_MEMORY;
-  }
-}
 
 void Grey(cairo_t* context, double level) { cairo_set_source_rgb(context, level, level, level); }
 
@@ -188,9 +169,9 @@ void CheckDone(cairo_surface_t* surface, const char* what) {
 
 std::string TargetPagesPdf(const part_alignment::TargetSheet& sheet) {
   std::string pdf;
-  const Surface surface(
-      cairo_pdf_surface_create_for_stream(Append, &pdf, sheet.request.page_width_mm * kPointsPerMm,
-                                          sheet.request.page_height_mm * kPointsPerMm));
+  const Surface surface(cairo_pdf_surface_create_for_stream(
+      AppendBytes, &pdf, sheet.request.page_width_mm * kPointsPerMm,
+      sheet.request.page_height_mm * kPointsPerMm));
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, "Targets");
   // Equal sheets give equal bytes: no time of making.
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_CREATE_DATE,
@@ -211,7 +192,7 @@ std::string TargetPagesPdf(const part_alignment::TargetSheet& sheet) {
 std::string TargetPageSvg(const part_alignment::TargetSheet& sheet, int page) {
   std::string svg;
   const Surface surface(cairo_svg_surface_create_for_stream(
-      Append, &svg, sheet.request.page_width_mm, sheet.request.page_height_mm));
+      AppendBytes, &svg, sheet.request.page_width_mm, sheet.request.page_height_mm));
   cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_MM);
   {
     const Context context(cairo_create(surface.get()));
