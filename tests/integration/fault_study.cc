@@ -59,7 +59,7 @@ void PrintRow(const std::string& name, const Tally& tally) {
 }
 
 TEST(FaultStudy, EveryPrinterIsLeftSafeNoRecordingIsLostNoBrokenScanGivesANumber) {
-  const int runs = FromEnvironment("TRAMMEL_STUDY_RUNS", 500);
+  const int runs = std::max(1, FromEnvironment("TRAMMEL_STUDY_RUNS", 500));
   const int first = FromEnvironment("TRAMMEL_STUDY_FIRST", 0);
   SideBySide side(std::clamp(FromEnvironment("TRAMMEL_STUDY_WIDTH", kWidth), 1, SideBySide::kMost));
   const auto& kinds = FaultKinds();
