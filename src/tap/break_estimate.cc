@@ -3,15 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+
+#include "tap/break_search.h"
 
 namespace trammel::tap {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
-// Samples on either side of any break point that is looked at: the press has three unknowns.
-constexpr std::size_t kLeastBelow = 5;
-constexpr std::size_t kLeastAbove = 4;
 constexpr double kUnknowns = 5;  // of the quadratic press, with the break
 
 enum Model : std::size_t { kLinear, kQuadratic, kCubic, kPower, kModels };
@@ -39,78 +36,6 @@ double Quantile(double freedom) {
   constexpr double z3 = z * z * z;
   constexpr double z5 = z3 * z * z;
   return z + (z3 + z) / (4 * freedom) + (5 * z5 + 16 * z3 + 3 * z) / (96 * freedom * freedom);
-}
-
-// A press that starts with a pull is none.
-double SumSquares(const PressProfile::At& at, std::size_t model) {
-  return at.start_slope[model] >= 0 ? at.sum_squares[model] : kNever;
-}
-
-struct Minimum {
-  double t = std::numeric_limits<double>::quiet_NaN();
-  double sum_squares = kNever;
-};
-
-using Scan = std::span<PressProfile::At>;  // at some of the samples, in order
-
-// At every sample of a slow converter, at every few of a fast one: a sum of squares changes over
-// the break's standard deviation, which is far more than a sample's distance then.
-Scan ScanSamples(const PressProfile& profile, Workspace& workspace) {
-  constexpr std::size_t kMost = 32;
-  const std::span<const double> y = profile.samples().y;
-  if (y.size() < kLeastBelow + kLeastAbove + 1) {
-    return {};
-  }
-  const std::size_t range = y.size() - kLeastBelow - kLeastAbove;
-  const std::size_t step = (range + kMost - 1) / kMost;
-  const Scan scan = workspace.Take<PressProfile::At>((range + step - 1) / step);
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    const std::size_t sample = kLeastBelow + i * step;
-    scan[i] = profile.Evaluate(y[sample], sample);
-  }
-  return scan;
-}
-
-// The least of the scan, then between its neighbours by parabolas through the best three.
-Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model) {
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < scan.size(); ++i) {
-    if (SumSquares(scan[i], model) < SumSquares(scan[best], model)) {
-      best = i;
-    }
-  }
-  Minimum middle{scan[best].t, SumSquares(scan[best], model)};
-  if (middle.sum_squares == kNever || best == 0 || best + 1 == scan.size()) {
-    return middle;
-  }
-  Minimum left{scan[best - 1].t, SumSquares(scan[best - 1], model)};
-  Minimum right{scan[best + 1].t, SumSquares(scan[best + 1], model)};
-  const double enough = 3e-3 * (right.t - left.t);
-  constexpr int kMostSteps = 7;
-  for (int step = 0; step < kMostSteps; ++step) {
-    const double a = (middle.t - left.t) * (middle.sum_squares - right.sum_squares);
-    const double b = (middle.t - right.t) * (middle.sum_squares - left.sum_squares);
-    double t = middle.t - 0.5 * ((middle.t - left.t) * a - (middle.t - right.t) * b) / (a - b);
-    const bool left_is_wider = middle.t - left.t > right.t - middle.t;
-    if (!(t > left.t && t < right.t) || std::abs(t - middle.t) < 0.1 * enough) {
-      // Towards a border where the press stops being one, boldly.
-      const double share = std::isfinite(left.sum_squares + right.sum_squares) ? 0.2 : 0.5;
-      t = middle.t + (left_is_wider ? -share * (middle.t - left.t) : share * (right.t - middle.t));
-    }
-    const Minimum next{t, SumSquares(profile.Evaluate(t), model)};
-    const bool better = next.sum_squares < middle.sum_squares;
-    const double moved = std::abs(t - middle.t);
-    if ((t < middle.t) == better) {
-      right = better ? middle : next;
-    } else {
-      left = better ? middle : next;
-    }
-    middle = better ? next : middle;
-    if (moved < enough) {
-      break;
-    }
-  }
-  return middle;
 }
 
 struct Candidates {
@@ -190,13 +115,21 @@ class Interval95 {
     if (first == 0 || last == scan.size()) {
       return false;
     }
-    // Where no sample lies inside, the borders are within a sample of the minima.
-    const double step = 1.0 / static_cast<double>(scan.size());
+    // Where no sample lies inside, the borders lie beside the minima.
     const bool any = first < last;
-    result.lo = any ? Border(std::min(lo_, scan[first].t), std::min(lo_, scan[first - 1].t))
-                    : Border(lo_, lo_ - step);
-    result.hi = any ? Border(std::max(hi_, scan[last - 1].t), std::max(hi_, scan[last].t))
-                    : Border(hi_, hi_ + step);
+    const double lo = any ? std::min(lo_, scan[first].t) : lo_;
+    const double hi = any ? std::max(hi_, scan[last - 1].t) : hi_;
+    const auto above = std::upper_bound(scan.begin(), scan.end(), hi,
+                                        [](double t, const auto& at) { return t < at.t; });
+    const auto from = std::lower_bound(scan.begin(), scan.end(), lo,
+                                       [](const auto& at, double t) { return at.t < t; });
+    if (from == scan.begin() || above == scan.end()) {
+      return false;
+    }
+    const auto margin = [this](double t) { return Margin(profile_.Evaluate(t)); };
+    const double scale = BreakScale(*from, profile_.Below(lo), candidates_.variance);
+    result.lo = FindBorder(lo, std::prev(from)->t, scale, margin);
+    result.hi = FindBorder(hi, above->t, scale, margin);
     AddPower(result);
     return true;
   }
@@ -228,36 +161,6 @@ class Interval95 {
     return std::max(quadratic, cubic);
   }
   [[nodiscard]] bool Holds(const PressProfile::At& at) const { return Margin(at) >= 0; }
-
-  // Between a point inside and one outside: false position (Illinois), which a margin that is
-  // nearly quadratic takes to a hundredth in a few steps.
-  [[nodiscard]] double Border(double inside, double outside) const {
-    double m_inside = Margin(profile_.Evaluate(inside));
-    double m_outside = Margin(profile_.Evaluate(outside));
-    const double enough = 5e-3 * std::abs(outside - inside);
-    constexpr int kMostSteps = 6;
-    double t = inside;
-    for (int step = 0; step < kMostSteps; ++step) {
-      const bool infinite = !std::isfinite(m_outside) || !(m_inside > m_outside);
-      const double before = t;
-      t = infinite ? 0.5 * (inside + outside)
-                   : inside + (outside - inside) * m_inside / (m_inside - m_outside);
-      const double margin = Margin(profile_.Evaluate(t));
-      if (margin >= 0) {
-        inside = t;
-        m_inside = margin;
-        m_outside *= 0.5;
-      } else {
-        outside = t;
-        m_outside = margin;
-        m_inside *= 0.5;
-      }
-      if (std::abs(t - before) < enough) {
-        break;
-      }
-    }
-    return t;
-  }
 
   void AddPower(BreakEstimate& result) const {
     const double left = level_ - candidates_.Cost(kPower) - kPowerInterval;

@@ -6,6 +6,7 @@
 
 #include "tap/approach_contact.h"
 #include "tap/break_estimate.h"
+#include "tap/break_search.h"
 #include "tap/finding.h"
 #include "tap/free_noise.h"
 #include "tap/kinked_press.h"
@@ -110,6 +111,40 @@ void Trim(std::size_t count, Stretch& stretch) {
   }
   stretch.z0_mm += start * stretch.span_mm;
   stretch.span_mm *= 1 - start;
+}
+
+// Shortens a baseline that is much longer than the press: it tells the break hardly more (by 4 % of
+// its scatter from five presses on), and force wanders there that has nothing to do with the break.
+void CropBaseline(Stretch& stretch, Workspace& workspace) {
+  constexpr double kPresses = 6;  // with the press itself
+  constexpr std::size_t kLeast = 60;
+  constexpr double kWorthwhile = 0.8;
+  while (stretch.y.size() > 2 * kLeast) {
+    const Workspace::Scope scope(workspace);
+    const PressProfile profile(stretch.Samples(), workspace);
+    const Scan scan = profile.Ready() ? ScanSamples(profile, workspace) : Scan{};
+    if (scan.size() < 2) {
+      return;
+    }
+    const auto best = std::min_element(scan.begin(), scan.end(),
+                                       [](const PressProfile::At& a, const PressProfile::At& b) {
+                                         return SumSquares(a, 0) < SumSquares(b, 0);
+                                       });
+    const double break_at_most = best->t + scan[1].t - scan[0].t;
+    const std::size_t count = std::max(kLeast, profile.Below(kPresses * break_at_most));
+    if (static_cast<double>(count) > kWorthwhile * static_cast<double>(stretch.y.size())) {
+      return;
+    }
+    for (std::span<double>* array : {&stretch.time_s, &stretch.y, &stretch.force, &stretch.weight,
+                                     &stretch.residual, &stretch.scratch}) {
+      *array = array->first(count);
+    }
+    const double end = stretch.y.back();
+    for (double& y : stretch.y) {
+      y /= end;
+    }
+    stretch.span_mm *= end;
+  }
 }
 
 Fit FitOnce(Stretch& stretch, double inflation, Workspace& workspace) {
@@ -355,6 +390,7 @@ void AnalyseContact(const CleanTap& clean, const TapMotion& motion, const TapOpt
                      kLeastSamples};
     return;
   }
+  CropBaseline(stretch, workspace);
   const Fit fit = FitRobustly(clean, motion, options, stretch, workspace, result);
   result.noise_g = fit.estimate.noise;
   if (!Found(fit)) {

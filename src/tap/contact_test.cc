@@ -155,6 +155,24 @@ TEST(TapContact, EightGramsOfNoiseCostTheBoundAndNoMore) {
   ExpectHonest(Measure({.law = Power125, .noise_g = 8}));
 }
 
+TEST(TapContact, IntervalsHoldHoweverQuietTheCell) {
+  for (const double noise_g : {0.05, 0.1, 0.3, 1.0}) {
+    ExpectCalibrated(Measure({.noise_g = noise_g}));
+    ExpectCalibrated(Measure({.law = Stiffening, .noise_g = noise_g}));
+  }
+}
+
+TEST(TapContact, IntervalsHoldHoweverSlowAndLongThePullBack) {
+  ExpectCalibrated(Measure({.noise_g = 0.1, .pull_back_mm_s = 0.05}));
+  for (const double pull_back_mm : {0.3, 0.6, 1.0, 2.0}) {
+    const Figures f = Measure({.pull_back_mm = pull_back_mm});
+    ExpectCalibrated(f);
+    ExpectAccurate(f);
+    ExpectCalibrated(Measure({.noise_g = 0.1, .pull_back_mm = pull_back_mm}));
+  }
+  ExpectCalibrated(Measure({.rate_hz = 4000}, {}, 500));
+}
+
 TEST(TapContact, AShortPressIsWithinThreeMicronsInNinetyNineOfHundred) {
   const Figures f = Measure({.depth_mm = 0.02, .noise_g = 4});
   ExpectCalibrated(f);

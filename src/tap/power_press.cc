@@ -7,10 +7,10 @@
 namespace trammel::tap {
 namespace {
 
-constexpr int kMostPasses = 10;
+constexpr int kMostPasses = 20;
 constexpr double kLeastPower = 1.02;  // below, the straight press says the same
 constexpr double kMostPower = 2.5;
-constexpr double kEnough = 0.2;  // of the break's standard deviation, the last step
+constexpr double kEnough = 0.02;  // of the break's standard deviation, the last step
 
 // Columns: 1, y, d^p, derivative by t / c, derivative by p / c; the force last.
 constexpr std::size_t kColumns = 6;
