@@ -37,6 +37,13 @@ struct PressTraits {
   double blob_mm = 0.1;
   double thread_g = 0;
   double thread_mm = 0.03;
+  /// A strand of plastic that is drawn out after the press: its tension rises to strand_g within a
+  /// few strand_onset_mm above the bed, falls as its section does when it stretches to several
+  /// strand_length_mm, and is gone once it snaps at strand_snap_mm.
+  double strand_g = 0;             ///< 0 … 1e4
+  double strand_onset_mm = 0.002;  ///< 1e-6 … 5
+  double strand_length_mm = 0.1;   ///< 1e-3 … 100
+  double strand_snap_mm = 0.15;    ///< 1e-3 … 5
 };
 
 /// By how much the nozzle is above where a drive on its way down was told to be.
@@ -47,6 +54,7 @@ struct PressTraits {
 /// What else acts on the cell, and what is added on the way to the converter.
 struct DisturbanceTraits {
   double noise_g = 2;           ///< white, of one sample at the converter's output
+  double pink_g = 0;            ///< 1 sigma of 1/f noise from 0.02 Hz to half the sample rate
   double approach_noise_g = 0;  ///< more of it at approach speed, in proportion to the speed
   double approach_speed_mm_s = 2;
   double drift_g_s = 0;   ///< cable and Bowden tube, with time
@@ -57,11 +65,22 @@ struct DisturbanceTraits {
   double hum_hz = 50;     ///< 50 or 60
   double hum_second = 0;  ///< amplitudes of its harmonics over the fundamental's
   double hum_third = 0;
-  double ring_g = 0;      ///< amplitude of the frame's ringing after a stop at approach speed
-  double ring_hz = 60;    ///< of it …
-  double ring_s = 0.05;   ///< … and the time constant with which it dies
-  double heater_g = 0;    ///< step while the heater draws current
-  double heater_hz = 10;  ///< of its pulse width modulation
+  double ring_g = 0;     ///< amplitude of the frame's ringing after a stop at approach speed
+  double ring_hz = 60;   ///< of it …
+  double ring_s = 0.05;  ///< … and the time constant with which it dies
+  /// A resonance of the structure through which a share of the bed's force reaches the cell, and
+  /// whose mass the drive accelerates: the break, starts and stops set it ringing.
+  double mode_share = 0;       ///< 0 … 1
+  double mode_mass_g = 0;      ///< 0 … 1e5 g
+  double mode_hz = 12;         ///< 0.5 … 1e4
+  double mode_damping = 0.03;  ///< ratio to critical, 1e-4 … 0.9
+  double swing_g = 0;          ///< amplitude of a constant swing (a fan, a gantry) …
+  double swing_hz = 12;        ///< … and its frequency, 0.1 … 1e4
+  double slip_g = 0;           ///< force that goes when a filament or a cable slips, once a tap …
+  double slip_above_mm = 0.02;  ///< … as the nozzle rises past this height above the bed, -1 … 5 …
+  double slip_s = 0.002;        ///< … within about this time, 1e-6 … 10
+  double heater_g = 0;          ///< step while the heater draws current
+  double heater_hz = 10;        ///< of its pulse width modulation
   double heater_duty = 0.4;
 };
 
@@ -76,13 +95,26 @@ struct ConverterTraits {
   double sign = 1;            ///< -1: a press counts downwards
   double offset_g = 0;        ///< of the untared cell; what it reads without load
   double saturation_g = 1e5;  ///< it reads no more than this either way, offset included
+  double latency_s = 0;       ///< time stamps are so late besides; -0.02 … 0.1
+  /// The cell itself: a share of its reading follows the load only with the time constant, and on
+  /// the way down a share of the load stays in the reading, most at half the peak (hysteresis).
+  double creep_share = 0;       ///< 0 … 0.5
+  double creep_s = 0.5;         ///< 1e-3 … 100
+  double hysteresis_share = 0;  ///< -0.5 … 0.5
 };
 
 /// What goes wrong with samples after the converter. Shares are of all samples, 0 … 1; times are
 /// from the recording's first sample (of an impulse: from the cell's start); NaN: never.
 struct SampleFaults {
-  double drop_share = 0;                    ///< not there
-  double duplicate_time_share = 0;          ///< bear the time of the sample before
+  double drop_share = 0;            ///< not there
+  double duplicate_time_share = 0;  ///< bear the time of the sample before
+  double held_share = 0;            ///< bear the value of the sample before …
+  bool held_regularly = false;      ///< … in turn, as from a host faster than the converter
+  bool held_times = false;          ///< … and its time
+  double jitter = 0;                ///< of time stamps, their spread over the interval, 0 … 2
+  double clock_step_at_s = __builtin_nan("");  ///< the samples' clock jumps …
+  double clock_step_s = 0;                     ///< … by so much, -1 … 1
+  double clock_drift = 0;                      ///< and gains so much of the time, -0.01 … 0.01
   double minus_one_share = 0;               ///< counts are -1: read before the converter was ready
   double stuck_at_s = __builtin_nan("");    ///< the last value is repeated …
   double stuck_s = 0.1;                     ///< … for so long

@@ -23,6 +23,10 @@ Relative At(const ContactLaw& law, double x) {
       return {x * (1 + a * x * x), 1 + 3 * a * x * x};
     case ContactKind::kPower:
       return {std::pow(x, law.exponent), law.exponent * std::pow(x, law.exponent - 1)};
+    case ContactKind::kTwoSlope:
+      return x < law.knee ? Relative{x, 1} : Relative{x + a * (x - law.knee), 1 + a};
+    case ContactKind::kYielding:
+      return {law.knee * (1 - std::exp(-x / law.knee)), std::exp(-x / law.knee)};
   }
   return {x, 1};
 }
@@ -33,6 +37,18 @@ double BedForce(const ContactLaw& law, double depth_mm) {
   const Relative at = At(law, std::min(x, 1.0));
   const double beyond = std::max(0.0, x - 1);
   return law.stiffness_g_mm * law.reference_mm * (at.force + at.slope * beyond);
+}
+
+// Depth that the law sees behind the toe: the integral of the share of its stiffness that is there.
+double BehindToe(const ContactLaw& law, double depth_mm) {
+  const double from_mm = law.toe_mm * (1 - law.toe_rounding);
+  const double to_mm = law.toe_mm * (1 + law.toe_rounding);
+  double soft_mm = std::min(depth_mm, law.toe_mm);
+  if (depth_mm > from_mm && depth_mm < to_mm) {
+    const double into_mm = depth_mm - from_mm;
+    soft_mm = from_mm + into_mm - into_mm * into_mm / (2 * (to_mm - from_mm));
+  }
+  return depth_mm - (1 - law.toe_share) * soft_mm;
 }
 
 }  // namespace
@@ -47,12 +63,17 @@ std::string_view ToString(ContactKind kind) {
       return "cubic";
     case ContactKind::kPower:
       return "power";
+    case ContactKind::kTwoSlope:
+      return "two-slope";
+    case ContactKind::kYielding:
+      return "yielding";
   }
   return "linear";
 }
 
 double ContactForce(const ContactLaw& law, double depth_mm) {
   if (depth_mm <= 0) return 0;
+  depth_mm = BehindToe(law, depth_mm);
   const double sheet_mm = std::min(depth_mm, law.sheet_gap_mm);
   return law.sheet_stiffness_g_mm * sheet_mm + BedForce(law, depth_mm - law.sheet_gap_mm);
 }

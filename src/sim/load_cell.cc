@@ -13,6 +13,11 @@ namespace {
 constexpr int kFinePerSample = 16;
 constexpr double kImpulseS = 0.01;
 
+// Streams of what few cells have, so that the others keep their random numbers.
+constexpr std::uint64_t kPinkStream = 101;
+constexpr std::uint64_t kSwingStream = 102;
+constexpr std::uint64_t kStampStream = 103;
+
 // Depth below first touch at which the force is that of the trigger; above it, less than 0, where
 // plastic under the nozzle suffices.
 double TriggerDepth(const PressTraits& press, double force_g) {
@@ -29,19 +34,21 @@ LoadCell::LoadCell(const CellTraits& traits, double start_s, Random random)
       random_(random),
       start_s_(start_s),
       first_s_(start_s + random_.Uniform() / traits.converter.rate_hz),
-      next_s_(first_s_) {
+      next_s_(first_s_),
+      pink_(traits.converter.rate_hz, random.Fork(kPinkStream)) {
   const Result<void> valid = Validate(traits);
   TRAMMEL_CHECK(valid.has_value(), "{}", valid.error().message);
   for (double& phase_rad : hum_phase_rad_) phase_rad = random_.Uniform(0, 2 * std::numbers::pi);
   heater_phase_ = random_.Uniform();
+  swing_phase_rad_ = random_.Fork(kSwingStream).Uniform(0, 2 * std::numbers::pi);
   wander_g_ =
       traits_.disturbance.wander_g > 0 ? random_.Normal(0, traits_.disturbance.wander_g) : 0;
 }
 
 double LoadCell::latency_s() const {
   // A boxcar of n values is (n - 1) / 2 of their spacing late.
-  return traits_.converter.filter_order * 0.5 * (kFinePerSample - 1) / kFinePerSample /
-         traits_.converter.rate_hz;
+  return traits_.converter.latency_s + traits_.converter.filter_order * 0.5 * (kFinePerSample - 1) /
+                                           kFinePerSample / traits_.converter.rate_hz;
 }
 
 std::vector<PressTruth> LoadCell::TakePresses() { return std::exchange(presses_, {}); }
@@ -52,13 +59,9 @@ CellSample LoadCell::Next(const NozzleAt& nozzle) {
   for (int i = kFinePerSample - 1; i >= 0; --i) {
     Step(next_s_ - i * interval_s / kFinePerSample, nozzle);
   }
-  const DisturbanceTraits& d = traits_.disturbance;
-  const double moving_g = d.approach_noise_g * speed_mm_s_ / d.approach_speed_mm_s;
-  const double noise_g = std::hypot(d.noise_g, moving_g);
-  const double read_g =
-      converter.offset_g + converter.sign * (force_g_ + random_.Normal(0, noise_g));
+  const double read_g = converter.offset_g + converter.sign * (force_g_ + OutputNoise());
   CellSample sample;
-  sample.time_s = next_s_;
+  sample.time_s = next_s_ + converter.latency_s;
   sample.saturated = std::abs(read_g) >= converter.saturation_g;
   const double held_g = std::clamp(read_g, -converter.saturation_g, converter.saturation_g);
   sample.counts = std::llround(held_g * converter.counts_per_g);
@@ -68,11 +71,19 @@ CellSample LoadCell::Next(const NozzleAt& nozzle) {
   return sample;
 }
 
+double LoadCell::OutputNoise() {
+  const DisturbanceTraits& d = traits_.disturbance;
+  const double moving_g = d.approach_noise_g * speed_mm_s_ / d.approach_speed_mm_s;
+  const double white_g = random_.Normal(0, std::hypot(d.noise_g, moving_g));
+  return d.pink_g > 0 ? white_g + d.pink_g * pink_.Next() : white_g;
+}
+
 void LoadCell::Begin(double time_s, const NozzleState& nozzle) {
   begun_ = true;
   // A head on its way down has taken up the play already.
   const double play_mm = nozzle.velocity_mm_s < 0 ? PlayOf(traits_.press) : 0;
   nozzle_z_mm_ = nozzle.z_mm + play_mm;
+  velocity_mm_s_ = nozzle.velocity_mm_s;
   last_ = {time_s, nozzle.z_mm, nozzle.surface_z_mm - nozzle_z_mm_, 0};
   blob_mm_ = traits_.press.blob_mm;
 }
@@ -150,6 +161,10 @@ double LoadCell::Disturbance(double time_s, double gap_mm, double dt_s) {
     force_g += d.hum_g * hum[i] *
                std::sin(2 * std::numbers::pi * d.hum_hz * harmonic * since_s + hum_phase_rad_[i]);
   }
+  if (d.swing_g > 0) {
+    force_g += d.swing_g * std::sin(2 * std::numbers::pi * d.swing_hz * since_s + swing_phase_rad_);
+  }
+  if (d.slip_g != 0) force_g += slip_.Force(d, gap_mm, dt_s);
   const double cycles = since_s * d.heater_hz + heater_phase_;
   if (cycles - std::floor(cycles) < d.heater_duty) force_g += d.heater_g;
   const double rung_s = time_s - stopped_s_;
@@ -229,7 +244,19 @@ void LoadCell::Step(double time_s, const NozzleAt& nozzle) {
   const double bed_g = BedForce(now);
   NoteTruth(now, bed_g);
   const double gap_mm = -now.depth_mm;
-  double force_g = bed_g + Disturbance(time_s, gap_mm, dt_s);
+  double load_g = bed_g;
+  if (traits_.press.strand_g > 0) load_g -= strand_.Pull(traits_.press, gap_mm);
+  const DisturbanceTraits& d = traits_.disturbance;
+  if (d.mode_share > 0 || d.mode_mass_g > 0) {
+    const double acceleration_mm_s2 = dt_s > 0 ? (told.velocity_mm_s - velocity_mm_s_) / dt_s : 0;
+    load_g += mode_.Advance(d, bed_g, acceleration_mm_s2, dt_s);
+  }
+  velocity_mm_s_ = told.velocity_mm_s;
+  const ConverterTraits& converter = traits_.converter;
+  if (converter.creep_share > 0 || converter.hysteresis_share != 0) {
+    load_g = memory_.Advance(converter, load_g, dt_s);
+  }
+  double force_g = load_g + Disturbance(time_s, gap_mm, dt_s);
   if (traits_.press.blob_g > 0 || traits_.press.thread_g > 0) {
     force_g += PlasticForce(gap_mm, nozzle_before_mm - nozzle_z_mm_, dt_s);
   }
@@ -242,13 +269,44 @@ double HaltZ(const CellTraits& traits, const TapMotion& motion, double surface_z
   const ConverterTraits& converter = traits.converter;
   const double trigger_mm = TriggerDepth(traits.press, motion.trigger_force_g);
   // The sample that triggers is the first after the crossing, and it is late by its filter.
-  const double late_s =
-      (random.Uniform() + 0.5 * converter.filter_order) / converter.rate_hz + motion.stop_latency_s;
+  const double late_s = (random.Uniform() + 0.5 * converter.filter_order) / converter.rate_hz +
+                        std::max(0.0, converter.latency_s) + motion.stop_latency_s;
   return surface_z_mm - PlayOf(traits.press) - trigger_mm - motion.approach_speed_mm_s * late_s;
 }
 
 SampleCorruptor::SampleCorruptor(const CellTraits& traits, double first_time_s, Random random)
-    : traits_(traits), first_time_s_(first_time_s), random_(random) {}
+    : traits_(traits),
+      first_time_s_(first_time_s),
+      random_(random),
+      stamps_(random.Fork(kStampStream)),
+      hold_phase_(stamps_.Uniform()) {}
+
+void SampleCorruptor::Hold(CellSample& sample) {
+  const SampleFaults& faults = traits_.faults;
+  bool held = false;
+  if (faults.held_regularly) {
+    // A converter's turn comes for a share 1 - held_share of the samples that the host takes.
+    hold_phase_ += 1 - faults.held_share;
+    held = hold_phase_ < 1;
+    hold_phase_ -= std::floor(hold_phase_);
+  } else {
+    held = stamps_.Uniform() < faults.held_share;
+  }
+  if (!held || !has_last_) return;
+  sample.counts = last_.counts;
+  sample.force_g = last_.force_g;
+  if (faults.held_times) sample.time_s = last_.time_s;
+}
+
+void SampleCorruptor::Stamp(CellSample& sample) {
+  const SampleFaults& faults = traits_.faults;
+  const double since_s = sample.time_s - first_time_s_;
+  if (faults.jitter > 0) {
+    sample.time_s += faults.jitter * stamps_.Uniform(-0.5, 0.5) / traits_.converter.rate_hz;
+  }
+  if (since_s >= faults.clock_step_at_s) sample.time_s += faults.clock_step_s;
+  sample.time_s += faults.clock_drift * since_s;
+}
 
 bool SampleCorruptor::Pass(CellSample& sample) {
   const SampleFaults& faults = traits_.faults;
@@ -268,6 +326,8 @@ bool SampleCorruptor::Pass(CellSample& sample) {
     sample.counts = last_.counts;
     sample.force_g = last_.force_g;
   }
+  Stamp(sample);
+  if (faults.held_share > 0) Hold(sample);
   if (same_time && has_last_) sample.time_s = last_.time_s;
   last_ = sample;
   has_last_ = true;

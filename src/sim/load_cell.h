@@ -1,11 +1,13 @@
 // The virtual load cell: the force on a nozzle as its converter reads it, sample by sample.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <vector>
 
 #include "base/random.h"
+#include "sim/cell_dynamics.h"
 #include "sim/cell_traits.h"
 
 namespace trammel::sim {
@@ -52,7 +54,9 @@ class LoadCell {
   LoadCell(const CellTraits& traits, double start_s, Random random);
 
   /// When the next sample will be there.
-  [[nodiscard]] double next_time_s() const { return next_s_; }
+  [[nodiscard]] double next_time_s() const {
+    return next_s_ + std::max(0.0, traits_.converter.latency_s);
+  }
   /// Advances to that time. Faults of the samples are left to SampleCorruptor.
   [[nodiscard]] CellSample Next(const NozzleAt& nozzle);
   /// By how much its readings are behind the force.
@@ -75,6 +79,7 @@ class LoadCell {
   double PlasticForce(double gap_mm, double fell_mm, double dt_s);
   double Disturbance(double time_s, double gap_mm, double dt_s);
   [[nodiscard]] double Filtered(double force_g);
+  double OutputNoise();
   void NoteTruth(const Fine& now, double bed_g);
 
   CellTraits traits_;
@@ -104,6 +109,13 @@ class LoadCell {
   std::array<double, 5> boxcar_sums_{};
   std::size_t boxcar_at_ = 0;
   double force_g_ = 0;
+  double velocity_mm_s_ = 0;
+  StructureMode mode_;
+  PinkNoise pink_;
+  Strand strand_;
+  Slip slip_;
+  CellMemory memory_;
+  double swing_phase_rad_ = 0;
 };
 
 /// Where the drive halts, as it was told, when the trigger's force is reached on the way down; the
@@ -124,8 +136,13 @@ class SampleCorruptor {
   CellTraits traits_;
   double first_time_s_;
   Random random_;
+  void Hold(CellSample& sample);
+  void Stamp(CellSample& sample);
+
   bool has_last_ = false;
   CellSample last_;
+  Random stamps_;  ///< and holds
+  double hold_phase_ = 0;
 };
 
 }  // namespace trammel::sim

@@ -34,7 +34,7 @@ void AppendTrapezoid(std::vector<ZMove>& moves, double time_s, double z_mm, doub
 
 Result<void> Validate(const TapMotion& m) {
   return CheckBounds("tap motion", {{"approach_speed_mm_s", m.approach_speed_mm_s, 0.05, 50},
-                                    {"acceleration_mm_s2", m.acceleration_mm_s2, 10, 1e5},
+                                    {"acceleration_mm_s2", m.acceleration_mm_s2, 1, 1e5},
                                     {"approach_from_mm", m.approach_from_mm, 0.02, 100},
                                     {"trigger_force_g", m.trigger_force_g, 1, 1e5},
                                     {"stop_latency_s", m.stop_latency_s, 0, 0.5},

@@ -21,7 +21,7 @@ struct ZMove {
 /// How a tap is made. Defaults: recorded taps of a Voron with an HX717.
 struct TapMotion {
   double approach_speed_mm_s = 2;   ///< 0.05 … 50
-  double acceleration_mm_s2 = 350;  ///< of every start and end, 10 … 1e5
+  double acceleration_mm_s2 = 350;  ///< of every start and end, 1 … 1e5
   double approach_from_mm = 1.05;   ///< above the bed, 0.02 … 100
   double trigger_force_g = 75;      ///< 1 … 1e5
   /// From the sample that triggers until the steps end, 0 … 0.5 s.
