@@ -16,18 +16,21 @@ struct Setting {
   double number = 0;
 };
 
-constexpr std::array<std::string_view, 18> kSheetNames = {
+constexpr std::array<std::string_view, 27> kSheetNames = {
     "backlash-x-um",  "backlash-y-um",     "leg-placement-um",
     "leg-width-um",   "roughness-um",      "roughness-mm",
     "coupling-um",    "motor-um",          "pulley-um",
     "start-bulge-um", "end-bulge-um",      "wrinkle-um",
     "dirt",           "broken-share",      "string-share",
-    "bead-height",    "filament-diameter", "paper"};
-constexpr std::array<std::string_view, 19> kScannerNames = {
-    "rotation-deg", "shift-x-mm", "shift-y-mm",  "scale-x",      "scale-y",
-    "skew",         "bar-um",     "shadow",      "shadow-mm",    "blur-um",
-    "noise",        "texture",    "gamma",       "lamp-falloff", "cast-red",
-    "cast-green",   "cast-blue",  "crop-top-mm", "crop-left-mm"};
+    "bead-height",    "filament-diameter", "paper",
+    "width-factor",   "opacity",           "missing-share",
+    "hairs",          "fold-um",           "fold-deg",
+    "fold-x-mm",      "fold-y-mm",         "fold-darkness"};
+constexpr std::array<std::string_view, 21> kScannerNames = {
+    "rotation-deg", "shift-x-mm",    "shift-y-mm",   "scale-x",    "scale-y",   "skew",
+    "bar-um",       "shadow",        "shadow-mm",    "blur-um",    "noise",     "texture",
+    "gamma",        "lamp-falloff",  "cast-red",     "cast-green", "cast-blue", "crop-top-mm",
+    "crop-left-mm", "perspective-x", "perspective-y"};
 
 std::string Names() {
   return fmt::format("{}, {}", fmt::join(kSheetNames, ", "), fmt::join(kScannerNames, ", "));
@@ -58,6 +61,18 @@ void SetWrinkle(double amplitude_mm, sim::SheetPaper& paper) {
   for (sim::WrinkleWave& wave : paper.wrinkle) {
     wave.amplitude_mm = {amplitude_mm * share, amplitude_mm * share};
   }
+}
+
+/// Sets a property of the paper's one fold.
+void SetFold(std::string_view name, double number, sim::SheetPaper& paper) {
+  constexpr double kDegree = 3.14159265358979323846 / 180;
+  if (paper.folds.empty()) paper.folds.emplace_back();
+  sim::PaperFold& fold = paper.folds.front();
+  if (name == "fold-um") fold.taken_up_mm = number / 1000;
+  if (name == "fold-deg") fold.direction_rad = number * kDegree;
+  if (name == "fold-x-mm") fold.through.x_mm = number;
+  if (name == "fold-y-mm") fold.through.y_mm = number;
+  if (name == "fold-darkness") fold.darkness = number;
 }
 
 }  // namespace
@@ -91,9 +106,14 @@ Result<void> SetSheetTrait(std::string_view text, sim::SheetMachine& machine,
   for (sim::SheetTool& tool : machine.tools) {
     if (name == "broken-share") tool.broken_share = number;
     if (name == "string-share") tool.string_share = number;
+    if (name == "width-factor") tool.width_factor = number;
+    if (name == "opacity") tool.opacity = number;
+    if (name == "missing-share") tool.missing_share = number;
   }
   if (name == "wrinkle-um") SetWrinkle(mm, paper);
   if (name == "dirt") paper.dirt_count = static_cast<int>(std::clamp(number, -1.0, 1e6));
+  if (name == "hairs") paper.hair_count = static_cast<int>(std::clamp(number, -1.0, 1e6));
+  if (name.starts_with("fold-")) SetFold(name, number, paper);
   if (name == "paper") paper.reflectance = {number, number, number};
   return {};
 }
@@ -117,7 +137,9 @@ Result<void> SetScannerTrait(std::string_view text, sim::ScannerTraits& scanner)
                                                          {"cast-green", &scanner.cast[1]},
                                                          {"cast-blue", &scanner.cast[2]},
                                                          {"crop-top-mm", &scanner.crop_top_mm},
-                                                         {"crop-left-mm", &scanner.crop_left_mm}};
+                                                         {"crop-left-mm", &scanner.crop_left_mm},
+                                                         {"perspective-x", &scanner.perspective_x},
+                                                         {"perspective-y", &scanner.perspective_y}};
   for (const auto& [name, field] : fields) {
     if (name == setting->name) *field = setting->number;
   }

@@ -86,9 +86,14 @@ PixelPlace ScannerMap::PixelOf(const PlaneMm& bed) const {
   const double y = bed.y_mm - middle_.y_mm;
   const double right_mm = cosine_ * x - sine_ * y;
   const double up_mm = sine_ * x + cosine_ * y;
+  // A central projection about the area's middle: what is nearer is larger.
+  const double from_x_mm = traits_.shift_x_mm + right_mm;
+  const double from_y_mm = traits_.shift_y_mm - up_mm;
+  const double larger = 1 / (1 - traits_.perspective_x * from_x_mm / area_width_mm_ -
+                             traits_.perspective_y * from_y_mm / area_height_mm_);
   // Errors of scale and skew grow from the glass's corner, where the bar starts.
-  const double glass_x_mm = area_width_mm_ / 2 + traits_.shift_x_mm + right_mm;
-  const double glass_y_mm = area_height_mm_ / 2 + traits_.shift_y_mm - up_mm;
+  const double glass_x_mm = area_width_mm_ / 2 + larger * from_x_mm;
+  const double glass_y_mm = area_height_mm_ / 2 + larger * from_y_mm;
   double seen_x_mm = traits_.scale_x * glass_x_mm + traits_.skew * glass_y_mm;
   double seen_y_mm = traits_.scale_y * glass_y_mm;
   for (const PeriodicError& error : traits_.bar) {

@@ -234,5 +234,18 @@ TEST(ScannerPage, ASeedGivesTheSamePageAgain) {
   EXPECT_EQ(Scanned(sheet, traits).samples, Scanned(sheet, traits).samples);
 }
 
+TEST(ScannerPage, APageSeenAslantIsLargerWhereItIsNearer) {
+  ScannerTraits traits = Exact();
+  traits.perspective_x = 0.04;
+  const PrintedSheet sheet = Lines({-20, -18, 0, 2, 18, 20});
+  const auto map = ScannerMap::Make(sheet, traits);
+  ASSERT_TRUE(map);
+  const auto x = [&](double at_mm) { return map->PixelOf({at_mm, 3}).x_px; };
+  const double area_mm = 2 * (20 + 10);
+  const auto larger = [&](double at_mm) { return std::pow(1 - 0.04 * at_mm / area_mm, -2.0); };
+  EXPECT_NEAR((x(20) - x(18)) / (x(-18) - x(-20)), larger(19) / larger(-19), 1e-3);
+  EXPECT_NEAR(x(0), 30 * traits.dpi / 25.4, 1e-9);  // the middle stays
+}
+
 }  // namespace
 }  // namespace trammel::sim

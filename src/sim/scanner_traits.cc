@@ -37,6 +37,8 @@ Result<void> Validate(const ScannerTraits& traits) {
   const auto seen = CheckBounds("scanner", {{"scale_x", traits.scale_x, 0.9, 1.1},
                                             {"scale_y", traits.scale_y, 0.9, 1.1},
                                             {"skew", traits.skew, -0.05, 0.05},
+                                            {"perspective_x", traits.perspective_x, -0.5, 0.5},
+                                            {"perspective_y", traits.perspective_y, -0.5, 0.5},
                                             {"shadow_strength", traits.shadow_strength, 0, 1},
                                             {"shadow_mm", traits.shadow_mm, 0, 1},
                                             {"blur_mm", traits.blur_mm, 0, 0.5},

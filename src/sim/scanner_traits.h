@@ -26,9 +26,13 @@ struct ScannerTraits {
   double crop_bottom_mm = 0;
   bool mirrored = false;  ///< left and right exchanged, as by a faulty driver
 
-  double scale_x = 1;              ///< pixels per mm, over what dpi says; 0.9 … 1.1
-  double scale_y = 1;              ///< the same along the bar's way
-  double skew = 0;                 ///< x gains skew * y; +-0.05
+  double scale_x = 1;  ///< pixels per mm, over what dpi says; 0.9 … 1.1
+  double scale_y = 1;  ///< the same along the bar's way
+  double skew = 0;     ///< x gains skew * y; +-0.05
+  /// Of an eye that looks at the page aslant, as a camera over a book does: how much larger the
+  /// area's right end is seen than its left, and its lower end than its upper; +-0.5.
+  double perspective_x = 0;
+  double perspective_y = 0;
   std::vector<PeriodicError> bar;  ///< errors of the bar's place along its way
 
   double shadow_strength = 0;  ///< loss of light right beside a line, 0 … 1

@@ -24,12 +24,14 @@ constexpr std::array<LinearRgb, kMostSheetTools> kFilaments = {{{0.02, 0.02, 0.0
                                                                 {0.02, 0.30, 0.40}}};
 
 Result<void> Validate(const SheetTool& tool) {
-  return CheckBounds("sheet tool", {{"offset_mm.x", tool.offset_mm.x_mm, -5, 5},
-                                    {"offset_mm.y", tool.offset_mm.y_mm, -5, 5},
+  return CheckBounds("sheet tool", {{"offset_mm.x", tool.offset_mm.x_mm, -25, 25},
+                                    {"offset_mm.y", tool.offset_mm.y_mm, -25, 25},
                                     {"ink red", tool.ink[0], 0, 1},
                                     {"ink green", tool.ink[1], 0, 1},
                                     {"ink blue", tool.ink[2], 0, 1},
-                                    {"width_factor", tool.width_factor, 0.3, 2},
+                                    {"width_factor", tool.width_factor, 0.3, 3},
+                                    {"opacity", tool.opacity, 0.01, 1},
+                                    {"missing_share", tool.missing_share, 0, 1},
                                     {"broken_share", tool.broken_share, 0, 1},
                                     {"string_share", tool.string_share, 0, 1}});
 }

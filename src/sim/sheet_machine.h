@@ -14,13 +14,15 @@ using LinearRgb = std::array<double, 3>;  ///< reflectances, 0 black … 1 white
 /// One nozzle. The defaults draw perfect lines.
 struct SheetTool {
   /// Where its line lands minus where the reference tool's line lands, as the machine stands when
-  /// switched on; +-5 mm.
+  /// switched on; +-25 mm.
   PlaneMm offset_mm;
   LinearRgb ink = {0.02, 0.02, 0.02};
-  double width_factor = 1;  ///< of the width that the extruded volume gives, 0.3 … 2
-  bool prints = true;       ///< false: nothing comes out
-  double broken_share = 0;  ///< of its legs that have a gap or do not stick, 0 … 1
-  double string_share = 0;  ///< of its travels that begin with an ooze string, 0 … 1
+  double width_factor = 1;  ///< of the width that the extruded volume gives, 0.3 … 3
+  double opacity = 1;  ///< of its lines, 0.01 … 1: thin or translucent ones let paper through
+  bool prints = true;  ///< false: nothing comes out
+  double missing_share = 0;  ///< of its lines that do not stick at all, 0 … 1
+  double broken_share = 0;   ///< of its legs that have a gap or do not stick, 0 … 1
+  double string_share = 0;   ///< of its travels that begin with an ooze string, 0 … 1
 };
 
 /// A periodic error of one axis: of the motor's electrical cycle, or of its pulley.

@@ -14,11 +14,19 @@ Result<void> Validate(const SheetPaper& paper) {
                                                {"wavelength_mm", wave.wavelength_mm, 5, 1e4}});
     if (!valid) return valid;
   }
+  for (const PaperFold& fold : paper.folds) {
+    const auto valid = CheckBounds("fold", {{"direction_rad", fold.direction_rad, -10, 10},
+                                            {"taken_up_mm", fold.taken_up_mm, -1, 1},
+                                            {"ridge_mm", fold.ridge_mm, 0.05, 20},
+                                            {"darkness", fold.darkness, 0, 1}});
+    if (!valid) return valid;
+  }
   return CheckBounds("sheet paper",
                      {{"reflectance red", paper.reflectance[0], 0, 1},
                       {"reflectance green", paper.reflectance[1], 0, 1},
                       {"reflectance blue", paper.reflectance[2], 0, 1},
-                      {"dirt_count", static_cast<double>(paper.dirt_count), 0, 1e4}});
+                      {"dirt_count", static_cast<double>(paper.dirt_count), 0, 1e4},
+                      {"hair_count", static_cast<double>(paper.hair_count), 0, 100}});
 }
 
 PlaneMm WrinkleAt(const SheetPaper& paper, const PlaneMm& place) {
@@ -29,6 +37,14 @@ PlaneMm WrinkleAt(const SheetPaper& paper, const PlaneMm& place) {
     const double angle_rad = 2 * std::numbers::pi * along_mm / wave.wavelength_mm;
     moved.x_mm += wave.amplitude_mm.x_mm * std::sin(angle_rad + wave.phase_x_rad);
     moved.y_mm += wave.amplitude_mm.y_mm * std::sin(angle_rad + wave.phase_y_rad);
+  }
+  for (const PaperFold& fold : paper.folds) {
+    const PlaneMm across{-std::sin(fold.direction_rad), std::cos(fold.direction_rad)};
+    const double off_mm = (place.x_mm - fold.through.x_mm) * across.x_mm +
+                          (place.y_mm - fold.through.y_mm) * across.y_mm;
+    const double by_mm = -fold.taken_up_mm / 2 * std::tanh(off_mm / fold.ridge_mm);
+    moved.x_mm += by_mm * across.x_mm;
+    moved.y_mm += by_mm * across.y_mm;
   }
   return moved;
 }

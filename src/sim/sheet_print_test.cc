@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -191,6 +192,35 @@ TEST(SheetPrint, RefusesSheetsWithoutLinesAndFieldsOutOfBounds) {
   SheetMachine machine;
   machine.backlash_mm[1] = std::nan("");
   EXPECT_THAT(error_of("M83\nG1 X10 E1", machine), HasSubstr("backlash_mm.y is nan"));
+}
+
+TEST(SheetPrint, AFoldBringsBothSidesTogetherByWhatItTakesUp) {
+  SheetPaper paper;
+  paper.folds.push_back({{20, 0}, std::numbers::pi / 2, 0.2, 0.5, 0});
+  const PrintedSheet sheet = Printed(LinesAlongY(8, 10, -2), {}, paper);
+  ASSERT_EQ(sheet.strokes.size(), 8U);
+  EXPECT_NEAR(MeanX(sheet.strokes.front()), 10.1, 1e-6);
+  EXPECT_NEAR(MeanX(sheet.strokes.back()), 37.9, 1e-6);
+}
+
+TEST(SheetPrint, HairsAndCreasesAreDirtThatLiesOnThePrint) {
+  SheetPaper paper;
+  paper.folds.push_back({{20, 13}, 0, 0, 1, 0.5});
+  paper.hair_count = 3;
+  const PrintedSheet sheet = Printed(LinesAlongY(8, 10, -2), {}, paper);
+  std::size_t dirt = 0;
+  for (const InkStroke& stroke : sheet.strokes) dirt += stroke.ink == kDirtInk ? 1 : 0;
+  EXPECT_GT(dirt, 3 * 39U);                            // pieces of 0.5 mm, 20 mm of each at least
+  EXPECT_EQ(sheet.strokes.back().points.size(), 28U);  // the crease, in steps of 1 mm, x 10 ... 38
+}
+
+TEST(SheetPrint, AThinToolLetsPaperThroughAndAShareOfItsLinesDoesNotStick) {
+  SheetMachine machine;
+  machine.tools[0].opacity = 0.3;
+  machine.tools[0].missing_share = 0.25;
+  const PrintedSheet sheet = Printed(LinesAlongY(400, 10, -2), machine);
+  EXPECT_NEAR(static_cast<double>(sheet.strokes.size()), 300, 4 * std::sqrt(400 * 0.25 * 0.75));
+  for (const InkStroke& stroke : sheet.strokes) EXPECT_EQ(stroke.opacity, 0.3);
 }
 
 }  // namespace

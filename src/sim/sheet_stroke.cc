@@ -69,6 +69,65 @@ void Keep(InkStroke& stroke, std::vector<InkStroke>& strokes) {
   stroke.points.clear();
 }
 
+/// What encloses all that was drawn.
+struct Extent {
+  double lo_x = std::numeric_limits<double>::infinity();
+  double lo_y = lo_x;
+  double hi_x = -lo_x;
+  double hi_y = -lo_x;
+};
+
+Extent ExtentOf(const std::vector<InkStroke>& strokes) {
+  Extent extent;
+  for (const InkStroke& stroke : strokes) {
+    for (const StrokePoint& point : stroke.points) {
+      extent.lo_x = std::min(extent.lo_x, point.centre.x_mm);
+      extent.hi_x = std::max(extent.hi_x, point.centre.x_mm);
+      extent.lo_y = std::min(extent.lo_y, point.centre.y_mm);
+      extent.hi_y = std::max(extent.hi_y, point.centre.y_mm);
+    }
+  }
+  return extent;
+}
+
+// A hair bends by a curvature that wanders; each short piece of it is a stroke of its own.
+void AddHair(const Extent& extent, Random random, std::vector<InkStroke>& strokes) {
+  constexpr double kPieceMm = 0.5;
+  PlaneMm at{random.Uniform(extent.lo_x, extent.hi_x), random.Uniform(extent.lo_y, extent.hi_y)};
+  double angle_rad = random.Uniform(0, 2 * std::numbers::pi);
+  double bend_rad_mm = random.Normal(0, 0.03);
+  const double half_mm = random.Uniform(0.02, 0.05);
+  const double opacity = random.Uniform(0.4, 1);
+  const double length_mm = random.Uniform(20, 80);
+  for (double done_mm = 0; done_mm < length_mm; done_mm += kPieceMm) {
+    const PlaneMm along{std::cos(angle_rad), std::sin(angle_rad)};
+    const PlaneMm next{at.x_mm + kPieceMm * along.x_mm, at.y_mm + kPieceMm * along.y_mm};
+    strokes.push_back(
+        {kDirtInk, opacity, false, along, {{at, half_mm, half_mm}, {next, half_mm, half_mm}}});
+    at = next;
+    angle_rad += kPieceMm * bend_rad_mm;
+    bend_rad_mm += random.Normal(0, 0.005);
+  }
+}
+
+void AddCrease(const Extent& extent, const PaperFold& fold, std::vector<InkStroke>& strokes) {
+  constexpr double kHalfMm = 0.06;
+  constexpr double kPieceMm = 1;
+  const PlaneMm along{std::cos(fold.direction_rad), std::sin(fold.direction_rad)};
+  const auto inside = [&](const PlaneMm& place) {
+    return place.x_mm >= extent.lo_x && place.x_mm <= extent.hi_x && place.y_mm >= extent.lo_y &&
+           place.y_mm <= extent.hi_y;
+  };
+  InkStroke crease{kDirtInk, fold.darkness, false, along, {}};
+  const double reach_mm = std::hypot(extent.hi_x - extent.lo_x, extent.hi_y - extent.lo_y);
+  for (double at_mm = -reach_mm; at_mm <= reach_mm; at_mm += kPieceMm) {
+    const PlaneMm place{fold.through.x_mm + at_mm * along.x_mm,
+                        fold.through.y_mm + at_mm * along.y_mm};
+    if (inside(place)) crease.points.push_back({place, kHalfMm, kHalfMm});
+  }
+  Keep(crease, strokes);
+}
+
 }  // namespace
 
 void AddStrokes(const DrawnLine& line, const SheetMachine& machine, const SheetPaper& paper,
@@ -78,6 +137,8 @@ void AddStrokes(const DrawnLine& line, const SheetMachine& machine, const SheetP
   const double y_mm = random.Normal(0, machine.leg_placement_mm);
   const double wider_mm = random.Normal(0, machine.leg_width_mm);
   const Gap gap = DrawGap(tool, random);
+  Random sticking = random.Fork(3);
+  if (tool.missing_share > 0 && sticking.Uniform() < tool.missing_share) return;
   Random left_random = random.Fork(1);
   Random right_random = random.Fork(2);
   Edge left(machine, left_random);
@@ -86,7 +147,7 @@ void AddStrokes(const DrawnLine& line, const SheetMachine& machine, const SheetP
   for (std::size_t i = 1; i < line.points.size(); ++i) {
     length_mm += Distance(line.points[i - 1].nozzle, line.points[i].nozzle);
   }
-  InkStroke stroke{line.tool, 1, true, line.along, {}};
+  InkStroke stroke{line.tool, tool.opacity, true, line.along, {}};
   double at_mm = 0;
   for (std::size_t i = 0; i < line.points.size(); ++i) {
     const PlaneMm& nozzle = line.points[i].nozzle;
@@ -128,21 +189,10 @@ void AddString(int tool, const PlaneMm& from, const PlaneMm& to, const SheetPape
 
 void AddDirt(const SheetPaper& paper, Random random, std::vector<InkStroke>& strokes) {
   constexpr double kAroundMm = 8;
-  double lo_x = std::numeric_limits<double>::infinity();
-  double lo_y = lo_x;
-  double hi_x = -lo_x;
-  double hi_y = -lo_x;
-  for (const InkStroke& stroke : strokes) {
-    for (const StrokePoint& point : stroke.points) {
-      lo_x = std::min(lo_x, point.centre.x_mm);
-      hi_x = std::max(hi_x, point.centre.x_mm);
-      lo_y = std::min(lo_y, point.centre.y_mm);
-      hi_y = std::max(hi_y, point.centre.y_mm);
-    }
-  }
+  const Extent extent = ExtentOf(strokes);
   for (int i = 0; i < paper.dirt_count; ++i) {
-    const double x_mm = random.Uniform(lo_x - kAroundMm, hi_x + kAroundMm);
-    const double y_mm = random.Uniform(lo_y - kAroundMm, hi_y + kAroundMm);
+    const double x_mm = random.Uniform(extent.lo_x - kAroundMm, extent.hi_x + kAroundMm);
+    const double y_mm = random.Uniform(extent.lo_y - kAroundMm, extent.hi_y + kAroundMm);
     const double angle_rad = random.Uniform(0, 2 * std::numbers::pi);
     const double half_mm = random.Uniform(0.01, 0.12);
     const double length_mm = random.Uniform(0.01, 0.3);
@@ -152,6 +202,12 @@ void AddDirt(const SheetPaper& paper, Random random, std::vector<InkStroke>& str
     speck.points.push_back(
         {{x_mm + along.x_mm * length_mm, y_mm + along.y_mm * length_mm}, half_mm, half_mm});
     strokes.push_back(speck);
+  }
+  for (int i = 0; i < paper.hair_count; ++i) {
+    AddHair(extent, random.Fork(static_cast<std::uint64_t>(i) + 1), strokes);
+  }
+  for (const PaperFold& fold : paper.folds) {
+    if (fold.darkness > 0) AddCrease(extent, fold, strokes);
   }
 }
 
