@@ -101,18 +101,6 @@ tool_offset::CombinedResult CombineScans(const std::vector<report::OffsetScan>& 
   return tool_offset::Combine(sheets);
 }
 
-bool IsGood(const report::OffsetAnalysis& analysis) {
-  for (const tool_offset::CombinedTool& tool : analysis.combined.tools) {
-    if (report::VerdictOf(tool) != Verdict::kGood) return false;
-  }
-  for (const report::OffsetScan& scan : analysis.scans) {
-    for (const tool_offset::SelfTestReading& reading : scan.result.self_tests) {
-      if (!reading.recovered_mm.good()) return false;
-    }
-  }
-  return true;
-}
-
 int Run(const AnalyzeArguments& arguments) {
   if (auto may = CheckOutputs({.json = arguments.json,
                                .report = arguments.output.report,
@@ -123,9 +111,10 @@ int Run(const AnalyzeArguments& arguments) {
   }
   const auto plan = PlanOf(arguments.pattern);
   if (!plan) return Report(plan.error());
-  report::OffsetAnalysis analysis{*plan, {}, {}};
+  report::OffsetAnalysis analysis{*plan, {}, {}, {}};
   report::OffsetReportInput input{&analysis, {}, {}};
   std::optional<int> failed;
+  bool unreadable = false;
   int sheet = 1;
   for (const std::string& path : arguments.scans) {
     if (path == kNextSheet) {
@@ -136,6 +125,8 @@ int Run(const AnalyzeArguments& arguments) {
     if (!scans) {
       failed = Report(scans.error());
       input.failed.push_back(scans.error().message);
+      unreadable = unreadable || scans.error().kind != ErrorKind::kMeasurement;
+      analysis.refused.push_back({path, scans.error().message});
       continue;
     }
     for (ReadScan& read : *scans) {
@@ -144,6 +135,10 @@ int Run(const AnalyzeArguments& arguments) {
     }
   }
   if (analysis.scans.empty()) {
+    // Only a sheet that was seen is a measurement to refuse.
+    if (arguments.json && failed && !unreadable) {
+      std::fputs(report::RefusalJson(analysis).c_str(), stdout);
+    }
     return failed ? *failed : Report({ErrorKind::kInput, "SCAN: there is none between the +"});
   }
   analysis.combined = CombineScans(analysis.scans);
@@ -156,7 +151,7 @@ int Run(const AnalyzeArguments& arguments) {
       stdout);
   if (!written) return Report(written.error());
   if (failed) return *failed;
-  return IsGood(analysis) ? kExitGood : kExitNotTrusted;
+  return report::VerdictOf(analysis) == Verdict::kGood ? kExitGood : kExitNotTrusted;
 }
 
 }  // namespace

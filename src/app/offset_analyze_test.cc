@@ -151,6 +151,36 @@ TEST_F(OffsetAnalyze, AToolThatDidNotPrintIsRefusedByNameAndHasNoNumbers) {
   }
 }
 
+TEST_F(OffsetAnalyze, ARefusedSheetIsJsonWithAVerdictThatApplyReads) {
+  const CommandResult good = Analyze("a.png --json");
+  EXPECT_EQ(json::parse(good.standard_output)["verdict"], "good");
+  EXPECT_EQ(json::parse(good.standard_output)["reason"], "");
+  ASSERT_EQ(Scan("cut.png", "--dpi 300 --set crop-left-mm=60").exit_code, 0);
+  const CommandResult refused = Analyze("cut.png --json");
+  EXPECT_EQ(refused.exit_code, 2);
+  const json whole = json::parse(refused.standard_output);
+  EXPECT_EQ(whole["verdict"], "refused");
+  EXPECT_THAT(whole["reason"].get<std::string>(), HasSubstr("cut.png"));
+  EXPECT_EQ(whole["refused_scans"][0]["source"], "cut.png");
+  EXPECT_TRUE(whole["tools"][0]["dx_mm"].is_null());
+  EXPECT_EQ(whole["tools"][0]["verdict"], "refused");
+  EXPECT_TRUE(whole["backlash_mm"]["x"].is_null());
+  WriteWhole(Path("refused.json"), refused.standard_output);
+  const CommandResult apply = Trammel("offset apply refused.json --for marlin --now 1:0,0");
+  EXPECT_EQ(apply.exit_code, 2) << apply.output;
+  EXPECT_THAT(apply.output, HasSubstr("refused"));
+  // Beside a good scan the refused one is named.
+  const json both = json::parse(Analyze("a.png cut.png --json").standard_output);
+  EXPECT_EQ(both["verdict"], "good");
+  EXPECT_EQ(both["refused_scans"].size(), 1U);
+}
+
+TEST_F(OffsetAnalyze, AFileThatCannotBeReadIsNoMeasurement) {
+  const CommandResult result = Analyze("nowhere.png --json");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.standard_output, "");
+}
+
 TEST_F(OffsetAnalyze, WritesAReportAndFiguresAndAHistory) {
   const CommandResult result =
       Analyze("a.png --json --report r.html --figures figures/sheet --history h/offsets.jsonl");
@@ -245,7 +275,7 @@ TEST_F(OffsetAnalyze, APageThatIsNoScanOfThisSheetIsAnErrorThatSaysSo) {
   ASSERT_TRUE(machine::WritePage(blank, Path("blank.png")));
   const CommandResult none = Analyze("blank.png --json");
   EXPECT_EQ(none.exit_code, 2);
-  EXPECT_EQ(none.standard_output, "");
+  EXPECT_EQ(json::parse(none.standard_output)["verdict"], "refused");
   EXPECT_THAT(none.standard_error, HasSubstr("blank.png"));
 
   ASSERT_EQ(Scan("mirrored.png", "--dpi 300 --mirrored").exit_code, 0);

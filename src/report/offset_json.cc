@@ -150,7 +150,48 @@ Json Scale(const AxisPair& px_per_mm) {
   return scale;
 }
 
+Json RefusedScans(const OffsetAnalysis& analysis) {
+  Json list = Json::array();
+  for (const RefusedScan& scan : analysis.refused) {
+    list.push_back({{"source", scan.source}, {"reason", scan.reason}});
+  }
+  return list;
+}
+
+/// What keeps the answer from being good, each reason once; empty where it is.
+std::string WhyNotGood(const OffsetAnalysis& analysis) {
+  std::vector<std::string> reasons;
+  for (const CombinedTool& tool : analysis.combined.tools) {
+    AddOnce(report::ReasonOf(tool), reasons);
+  }
+  for (const OffsetScan& scan : analysis.scans) {
+    for (const auto& reading : scan.result.self_tests) {
+      AddOnce(reading.recovered_mm.reason(), reasons);
+    }
+  }
+  if (analysis.scans.empty()) {
+    for (const RefusedScan& scan : analysis.refused) AddOnce(scan.reason, reasons);
+  }
+  std::string text;
+  for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
+  return text;
+}
+
 }  // namespace
+
+Verdict VerdictOf(const OffsetAnalysis& analysis) {
+  bool cannot_tell = false;
+  bool refused = analysis.scans.empty();
+  const auto note = [&](Verdict verdict) {
+    refused = refused || verdict == Verdict::kRefused;
+    cannot_tell = cannot_tell || verdict == Verdict::kCannotTell;
+  };
+  for (const CombinedTool& tool : analysis.combined.tools) note(VerdictOf(tool));
+  for (const OffsetScan& scan : analysis.scans) {
+    for (const auto& reading : scan.result.self_tests) note(reading.recovered_mm.verdict());
+  }
+  return refused ? Verdict::kRefused : cannot_tell ? Verdict::kCannotTell : Verdict::kGood;
+}
 
 Verdict VerdictOf(const CombinedTool& tool) {
   const std::array<Verdict, 2> verdicts = {tool.dx_mm.verdict(), tool.dy_mm.verdict()};
@@ -189,6 +230,8 @@ std::string ToJson(const OffsetAnalysis& analysis, const std::string& report) {
   const tool_offset::CombinedResult& combined = analysis.combined;
   Json json = Json::object();
   json["format"] = kFormat;
+  json["verdict"] = ToString(VerdictOf(analysis));
+  json["reason"] = WhyNotGood(analysis);
   json["sheet_id"] = analysis.plan.sheet_id;
   json["reference_tool"] = analysis.plan.settings.reference_tool;
   json["tools"] = Json::array();
@@ -204,8 +247,23 @@ std::string ToJson(const OffsetAnalysis& analysis, const std::string& report) {
   json["notices"] = NoticesOf(analysis);
   json["scans"] = Json::array();
   for (const OffsetScan& scan : analysis.scans) json["scans"].push_back(Scan(scan));
+  json["refused_scans"] = RefusedScans(analysis);
   json["report"] = report.empty() ? Json(nullptr) : Json(report);
   return json.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string RefusalJson(const OffsetAnalysis& analysis) {
+  const std::string reason = WhyNotGood(analysis);
+  OffsetAnalysis refused{analysis.plan, {}, {}, analysis.refused};
+  const Measured nothing = Measured::Refused(reason);
+  for (const int tool : analysis.plan.settings.tools) {
+    if (tool == analysis.plan.settings.reference_tool) continue;
+    refused.combined.tools.push_back({tool, nothing, nothing, false, 0, {}});
+  }
+  const AxisPair none{nothing, nothing};
+  refused.combined.backlash_mm = refused.combined.control_bias_mm = none;
+  refused.combined.px_per_mm = none;
+  return ToJson(refused);
 }
 
 }  // namespace trammel::report

@@ -19,12 +19,21 @@ struct OffsetScan {
   tool_offset::SheetResult result;
 };
 
-struct OffsetAnalysis {
-  tool_offset::SheetPlan plan;
-  std::vector<OffsetScan> scans;  ///< at least one
-  tool_offset::CombinedResult combined;
+/// A scan whose sheet could not be used, and why.
+struct RefusedScan {
+  std::string source;
+  std::string reason;
 };
 
+struct OffsetAnalysis {
+  tool_offset::SheetPlan plan;
+  std::vector<OffsetScan> scans;  ///< at least one, but for RefusalJson
+  tool_offset::CombinedResult combined;
+  std::vector<RefusedScan> refused;  ///< that say nothing
+};
+
+/// Good where all tools and self-tests are; otherwise the worst of them.
+[[nodiscard]] Verdict VerdictOf(const OffsetAnalysis& analysis);
 /// Good where both axes are; otherwise the worse of them.
 [[nodiscard]] Verdict VerdictOf(const tool_offset::CombinedTool& tool);
 /// Empty where good; otherwise what is wrong with either axis, said once where both say the same.
@@ -38,5 +47,9 @@ struct OffsetAnalysis {
 /// is good, and so is every other value that could not be measured.
 /// @param report  path of the report that was written; empty where there is none.
 [[nodiscard]] std::string ToJson(const OffsetAnalysis& analysis, const std::string& report = "");
+
+/// The same where no scan could be used: every tool is refused, with the scans' reasons.
+/// REQUIRES at least one refused scan and no other.
+[[nodiscard]] std::string RefusalJson(const OffsetAnalysis& analysis);
 
 }  // namespace trammel::report
