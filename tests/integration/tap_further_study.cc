@@ -158,6 +158,7 @@ const Group kGroups[] = {
 };
 
 void PrintGroup(const std::string& name, const TapAnswers& a) {
+  if (a.taps() == 0) return;
   fmt::print("| {} | {} | {:.0f} % | ", name, a.taps(), 100 * (1 - a.RefusedShare()));
   if (a.error_um.size() < 2) {
     fmt::print("- | - | - | - | {} | - |\n", a.Reasons(2));
