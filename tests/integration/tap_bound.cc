@@ -39,4 +39,30 @@ double ContactBound(std::span<const double> height_mm, double noise_g, const sim
   return kUnitMm * std::sqrt(factors.solve(unit)(0));
 }
 
+SmoothPress NearestSmoothPress(std::span<const double> height_mm, std::span<const double> force_g,
+                               double noise_g) {
+  constexpr double kReachMm = 0.03;
+  constexpr double kStepMm = 1e-4;
+  constexpr int kParameters = 5;  // a sloped baseline and three terms of the press
+  const auto count = static_cast<Eigen::Index>(height_mm.size());
+  const Eigen::Map<const Eigen::VectorXd> force(force_g.data(), count);
+  const Eigen::Map<const Eigen::VectorXd> height(height_mm.data(), count);
+  Eigen::MatrixXd design(count, kParameters);
+  const double unit_mm = std::max(height.cwiseAbs().maxCoeff(), kStepMm);
+  SmoothPress nearest{std::numeric_limits<double>::infinity(), 0};
+  for (double shift_mm = -kReachMm; shift_mm <= kReachMm; shift_mm += kStepMm) {
+    const Eigen::ArrayXd depth = ((shift_mm - height.array()) / unit_mm).max(0.0);
+    design.col(0).setOnes();
+    design.col(1) = height / unit_mm;
+    design.col(2) = depth;
+    design.col(3) = depth.square();
+    design.col(4) = depth.cube();
+    const Eigen::MatrixXd normal = design.transpose() * design;
+    const Eigen::VectorXd fitted = normal.ldlt().solve(design.transpose() * force);
+    const double misfit = (force - design * fitted).norm() / noise_g;
+    if (misfit < nearest.misfit) nearest = {misfit, shift_mm};
+  }
+  return nearest;
+}
+
 }  // namespace trammel

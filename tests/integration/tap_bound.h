@@ -21,4 +21,18 @@ struct PressModel {
 [[nodiscard]] double ContactBound(std::span<const double> height_mm, double noise_g,
                                   const sim::ContactLaw& law, const PressModel& model);
 
+/// How far a quiet tap is from all that a smooth press on a sloped baseline can explain.
+struct SmoothPress {
+  double misfit = 0;    ///< of the nearest one, in standard deviations of the noise, all samples
+  double shift_mm = 0;  ///< of its break from the true one
+};
+
+/// Scans the break for the smooth press of three terms that is nearest to a tap without noise.
+/// Where the misfit is below about 2, no estimator can tell the two apart, and the shift is its
+/// error.
+/// @param height_mm  of each sample above the contact; @param force_g  without noise.
+/// REQUIRES noise_g > 0.
+[[nodiscard]] SmoothPress NearestSmoothPress(std::span<const double> height_mm,
+                                             std::span<const double> force_g, double noise_g);
+
 }  // namespace trammel

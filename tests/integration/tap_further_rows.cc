@@ -32,12 +32,24 @@ void PushNoise(Rows& rows) {
     row.cell.disturbance.wander_g = wander_g;
   }
   for (const double hum_g : {0.5, 2.0, 8.0}) {
-    TapRow& row = Push(rows, fmt::format("noise 0.3 gf, hum {} gf at 50 Hz, harmonics", hum_g));
-    row.cell.disturbance.noise_g = 0.3;
-    row.cell.disturbance.hum_g = hum_g;
-    row.cell.disturbance.hum_second = 0.5;
-    row.cell.disturbance.hum_third = 0.3;
+    for (const double hz : {49.8, 60.0}) {
+      TapRow& row =
+          Push(rows, fmt::format("noise 0.3 gf, hum {} gf at {} Hz, harmonics", hum_g, hz));
+      row.cell.disturbance.noise_g = 0.3;
+      row.cell.disturbance.hum_g = hum_g;
+      row.cell.disturbance.hum_hz = hz;
+      row.cell.disturbance.hum_second = 0.5;
+      row.cell.disturbance.hum_third = 0.3;
+    }
   }
+  for (const double drift_g_s : {20.0, 60.0}) {
+    TapRow& row = Push(rows, fmt::format("noise 0.5 gf, drift {} gf/s", drift_g_s));
+    row.cell.disturbance.noise_g = 0.5;
+    row.cell.disturbance.drift_g_s = drift_g_s;
+  }
+  TapRow& heater = Push(rows, "noise 0.5 gf, heater steps 2 gf");
+  heater.cell.disturbance.noise_g = 0.5;
+  heater.cell.disturbance.heater_g = 2;
 }
 
 void PushPullBack(Rows& rows) {
@@ -54,10 +66,20 @@ void PushPullBack(Rows& rows) {
     Push(rows, fmt::format("acceleration {} mm/s2", mm_s2), Demand::kOther)
         .scene.motion.acceleration_mm_s2 = mm_s2;
   }
-  for (const double um : {1.0, 10.0, 20.0}) {
-    TapRow& row = Push(rows, fmt::format("backlash {} um", um));
-    row.cell.press.onset = sim::Onset::kFlat;
-    row.cell.press.onset_travel_mm = um * kMm;
+  for (const double noise_g : {0.3, 2.0}) {
+    for (const double um : {1.0, 4.0, 10.0, 20.0}) {
+      TapRow& play = Push(rows, fmt::format("backlash {} um, {} gf", um, noise_g));
+      play.cell.disturbance.noise_g = noise_g;
+      play.cell.press.onset = sim::Onset::kFlat;
+      play.cell.press.onset_travel_mm = um * kMm;
+      TapRow& friction = Push(rows, fmt::format("friction {} um, {} gf", um, noise_g));
+      friction.cell.disturbance.noise_g = noise_g;
+      friction.cell.press.onset = sim::Onset::kCurved;
+      friction.cell.press.onset_travel_mm = um * kMm;
+    }
+    TapRow& creep = Push(rows, fmt::format("creep of the bed 8 %, {} gf", noise_g));
+    creep.cell.disturbance.noise_g = noise_g;
+    creep.cell.press.creep_share = 0.08;
   }
 }
 
@@ -77,6 +99,18 @@ void PushRates(Rows& rows) {
       row.cell.converter.counts_per_g = 1 / step_g;
       row.cell.disturbance.noise_g = noise_g;
     }
+  }
+  for (const int order : {1, 2, 4}) {
+    for (const double noise_g : {0.1, 0.5}) {
+      TapRow& row = Push(rows, fmt::format("filter of {} samples, {} gf", order, noise_g));
+      row.cell.converter.filter_order = order;
+      row.cell.disturbance.noise_g = noise_g;
+    }
+  }
+  for (const double ms : {-3.0, 0.0}) {
+    TapRow& row = Push(rows, fmt::format("latency {} ms, unknown", ms));
+    row.cell.converter.latency_s = ms * 1e-3;
+    row.latency_known = false;
   }
   for (const double ms : {2.0, 5.0, 10.0, 20.0}) {
     for (const bool known : {true, false}) {
@@ -165,7 +199,7 @@ void PushPresses(Rows& rows) {
 
 void PushStructure(Rows& rows) {
   for (const double hz : {5.0, 8.0, 12.0, 20.0, 40.0}) {
-    for (const double share : {0.05, 0.3}) {
+    for (const double share : {0.03, 0.12, 0.3}) {
       TapRow& row = Push(rows, fmt::format("rings at {} Hz with {:.0f} %", hz, 100 * share));
       row.cell.disturbance.mode_hz = hz;
       row.cell.disturbance.mode_share = share;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tap/analyse.h"
+#include "tap_bound.h"
 #include "tap_study_row.h"
 
 namespace trammel {
@@ -41,6 +42,10 @@ struct TapBounds {
 
 /// From all samples since the pull-back's cruise began. REQUIRES a truth.
 [[nodiscard]] TapBounds BoundsOf(const TapRow& row, const sim::SimulatedTap& tap);
+
+/// Of the row's first tap, were it without noise: cruise samples at the heights that their stamps
+/// say, less a latency that is known.
+[[nodiscard]] SmoothPress NearestSmoothPress(TapRow row, std::uint64_t seed);
 
 /// Adds an analysis. Without a truth no answer is right: NaN as the contact.
 void Add(const tap::TapAnalysis& analysis, double contact_z_mm, std::uint64_t seed,
