@@ -133,12 +133,12 @@ class SampleCorruptor {
   [[nodiscard]] bool Pass(CellSample& sample);
 
  private:
-  CellTraits traits_;
-  double first_time_s_;
-  Random random_;
   void Hold(CellSample& sample);
   void Stamp(CellSample& sample);
 
+  CellTraits traits_;
+  double first_time_s_;
+  Random random_;
   bool has_last_ = false;
   CellSample last_;
   Random stamps_;  ///< and holds

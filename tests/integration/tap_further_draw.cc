@@ -1,4 +1,6 @@
 // Draws taps of printers that a user could have.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -156,6 +158,48 @@ void DrawAnyTap(TapRow& row, Random& random) {
   for (int which = 0; which < kDisturbances; ++which) {
     if (random.Uniform() < 1.0 / 3) Disturb(which, row, random);
   }
+}
+
+std::string Describe(const TapRow& row) {
+  const sim::CellTraits& c = row.cell;
+  const sim::PressTraits& p = c.press;
+  const sim::DisturbanceTraits& d = c.disturbance;
+  const sim::TapMotion& m = row.scene.motion;
+  std::string text = fmt::format(
+      "{:.2g} gf, {:.0f}/s, filter {}, {} {:.0f} gf/mm (share {:.2f}, n {:.2f}, knee {:.2f}), "
+      "press "
+      "{:.0f} um, back {:.2f} mm at {:.2f} mm/s, {:.0f} mm/s2, approach {:.1f} mm/s",
+      d.noise_g, c.converter.rate_hz, c.converter.filter_order, sim::ToString(p.law.kind),
+      p.law.stiffness_g_mm, p.law.share, p.law.exponent, p.law.knee, kUmPerMm * row.scene.press_mm,
+      m.pull_back_mm, m.pull_back_speed_mm_s, m.acceleration_mm_s2, m.approach_speed_mm_s);
+  const auto add = [&](bool there, const char* what, double first, double second = std::nan("")) {
+    if (!there) return;
+    text += fmt::format("; {} {:.3g}", what, first);
+    if (std::isfinite(second)) text += fmt::format(", {:.3g}", second);
+  };
+  add(!row.latency_known, "latency unknown, ms", 1e3 * c.converter.latency_s);
+  add(row.latency_known && c.converter.latency_s > 0, "latency ms", 1e3 * c.converter.latency_s);
+  add(p.law.toe_mm > 0, "toe um, share", kUmPerMm * p.law.toe_mm, p.law.toe_share);
+  add(p.onset == sim::Onset::kFlat, "backlash um", kUmPerMm * p.onset_travel_mm);
+  add(p.onset == sim::Onset::kCurved, "friction um", kUmPerMm * p.onset_travel_mm);
+  add(p.creep_share > 0, "bed creeps", p.creep_share, p.creep_s);
+  add(p.strand_g > 0, "strand gf, snap mm", p.strand_g, p.strand_snap_mm);
+  add(d.mode_share > 0, "rings Hz, share", d.mode_hz, d.mode_share);
+  add(d.swing_g > 0, "swings Hz, gf", d.swing_hz, d.swing_g);
+  add(d.slip_g != 0, "slip gf, um", d.slip_g, kUmPerMm * d.slip_above_mm);
+  add(d.pink_g > 0, "1/f gf", d.pink_g);
+  add(d.wander_g > 0, "wander gf, s", d.wander_g, d.wander_s);
+  add(d.hum_g > 0, "hum gf, Hz", d.hum_g, d.hum_hz);
+  add(d.drift_g_s != 0, "drift gf/s, gf/mm", d.drift_g_s, d.drift_g_mm);
+  add(c.converter.creep_share > 0, "cell creeps, hysteresis", c.converter.creep_share,
+      c.converter.hysteresis_share);
+  add(c.converter.counts_per_g < 50, "counts gf", 1 / c.converter.counts_per_g);
+  add(c.faults.held_share > 0, c.faults.held_regularly ? "held in turn" : "held",
+      c.faults.held_share);
+  add(c.faults.held_times, "with times", 1);
+  add(c.faults.jitter > 0, "jitter", c.faults.jitter);
+  add(c.faults.drop_share > 0, "drops", c.faults.drop_share);
+  return text;
 }
 
 }  // namespace trammel

@@ -1,6 +1,7 @@
 // The further worlds of the tap study: each input swept over what a user could have and past it.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "tap_study_row.h"
@@ -18,5 +19,8 @@ void DrawOrdinaryTap(TapRow& row, Random& random);
 
 /// Any cell, motion and each disturbance with one chance in three.
 void DrawAnyTap(TapRow& row, Random& random);
+
+/// What a drawn tap is like, in a line.
+[[nodiscard]] std::string Describe(const TapRow& row);
 
 }  // namespace trammel
