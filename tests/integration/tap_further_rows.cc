@@ -236,6 +236,39 @@ void PushStrands(Rows& rows) {
   }
 }
 
+// A latency shows as the approach and the break being apart; so do backlash and slow sampling.
+void PushLatencies(Rows& rows) {
+  for (const double speed_mm_s : {0.5, 2.0, 8.0}) {
+    for (const double ms : {0.0, 5.0, 15.0}) {
+      TapRow& row =
+          Push(rows, fmt::format("latency {} ms, unknown, approach at {} mm/s", ms, speed_mm_s));
+      row.cell.converter.latency_s = ms * 1e-3;
+      row.latency_known = false;
+      row.scene.motion.approach_speed_mm_s = speed_mm_s;
+    }
+  }
+  for (const double um : {2.0, 6.0}) {
+    for (const double ms : {0.0, 8.0}) {
+      TapRow& row = Push(rows, fmt::format("latency {} ms, unknown, backlash {} um", ms, um));
+      row.cell.converter.latency_s = ms * 1e-3;
+      row.latency_known = false;
+      row.cell.press.onset = sim::Onset::kFlat;
+      row.cell.press.onset_travel_mm = um * kMm;
+    }
+  }
+  for (const double rate_hz : {80.0, 1000.0}) {
+    TapRow& row = Push(rows, fmt::format("latency 8 ms, unknown, {} samples/s", rate_hz));
+    row.cell.converter.latency_s = 8e-3;
+    row.latency_known = false;
+    row.cell.converter.rate_hz = rate_hz;
+  }
+  for (const int order : {2, 4}) {
+    TapRow& row = Push(rows, fmt::format("latency of a filter of {} samples, unknown", order));
+    row.cell.converter.filter_order = order;
+    row.latency_known = false;
+  }
+}
+
 }  // namespace
 
 std::vector<TapRow> FurtherRows() {
@@ -274,6 +307,7 @@ std::vector<TapRow> CrossedRows() {
       row.scene.motion.pull_back_mm = 0.5;
     }
   }
+  PushLatencies(rows);
   for (const double exponent : {0.8, 1.25, 1.5}) {
     for (const double noise_g : {0.1, 0.5}) {
       TapRow& row = Push(rows, fmt::format("{} gf, press by d^{}", noise_g, exponent));

@@ -1,6 +1,6 @@
 // Sweeps the contact method over the further worlds, and draws taps that combine them.
 //
-// TRAMMEL_TAPS: taps per row, 200 without it; reported figures have 1000. TRAMMEL_TAPS_SEED: the
+// TRAMMEL_TAPS: taps per row, 100 without it; reported figures have 1000. TRAMMEL_TAPS_SEED: the
 // first seed. TRAMMEL_TAPS_ONLY: rows whose name contains this.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -89,7 +89,7 @@ bool Asked(const std::string& name) {
 }
 
 void StudyRows(const char* what, const std::vector<TapRow>& rows) {
-  const int taps = std::max(1, static_cast<int>(FromEnvironment("TRAMMEL_TAPS", 200)));
+  const int taps = std::max(1, static_cast<int>(FromEnvironment("TRAMMEL_TAPS", 100)));
   const std::uint64_t seed = FromEnvironment("TRAMMEL_TAPS_SEED", kReportedTapSeed);
   fmt::print("\n{} taps a row, seeds from {}; um.\n", taps, seed);
   PrintHead(what);
@@ -194,7 +194,7 @@ std::vector<Miss> FurthestMisses(const TapAnswers& answers) {
 }
 
 void StudyDraw(const char* name, void (*draw)(TapRow&, Random&), double least_coverage) {
-  const int taps = 5 * std::max(1, static_cast<int>(FromEnvironment("TRAMMEL_TAPS", 200)));
+  const int taps = 5 * std::max(1, static_cast<int>(FromEnvironment("TRAMMEL_TAPS", 100)));
   const std::uint64_t seed = FromEnvironment("TRAMMEL_TAPS_SEED", kReportedTapSeed);
   TapRow row;
   row.draw = draw;
