@@ -2,13 +2,29 @@
 // leave open.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
-#include "tap/power_press.h"
 #include "tap/press_profile.h"
 #include "tap/workspace.h"
 
 namespace trammel::tap {
+
+/// The press that explains the samples best, in the units of BreakSamples: c1 d + c2 d^2 + c3 d^3,
+/// or a power of the depth d below t, or two zones with a kink between them.
+struct PressShape {
+  double t = 0;
+  std::array<double, 3> c{};
+  double power_c = 0;
+  double power = 1;
+  double kink_t = 0;
+  double added_slope = 0;
+  double added_curve = 0;
+
+  /// Force at a height, without the baseline; 0 above t.
+  [[nodiscard]] double At(double y) const;
+};
 
 /// The break in the units of BreakSamples.
 struct BreakEstimate {
@@ -29,10 +45,9 @@ struct BreakEstimate {
   double quadratic_t = 0;  ///< The answers of the models,
   double cubic_t = 0;      ///< of this one NaN where it is out of the question,
   double power_t = 0;      ///< and of this one.
-  double power_exponent = 0;
-  double sum_squares = 0;  ///< Of the model that fits best.
-  double straight_excess =
-      0;  ///< By which a straight press leaves more, in variances of the noise.
+  double outer_ratio =
+      1;             ///< Slope of an outer zone over the inner one's, where the press has two.
+  PressShape shape;  ///< Of the press that explains the samples best.
 };
 
 /// Models. The quadratic press answers. Its neighbours are the straight one, the cubic one and a

@@ -10,7 +10,6 @@ namespace {
 constexpr std::size_t kLeastBelow = 5;
 constexpr std::size_t kLeastAbove = 4;
 constexpr double kUnknowns = 5;     // of the quadratic press, with the break
-constexpr double kEnough = 0.01;    // of the break's standard deviation
 constexpr double kRounding = 1e-9;  // of the stretch: sums of squares tell no less
 
 // Brent's state: x the best point, w the second best, v the one before.
@@ -89,30 +88,41 @@ Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model) {
   const auto of = [model](const PressProfile::At& at) {
     return Minimum{at.t, SumSquares(at, model)};
   };
-  Brent brent;
-  brent.x = of(scan[best]);
-  if (brent.x.sum_squares == kNever || best == 0 || best + 1 == scan.size()) {
-    return brent.x;
+  const Minimum middle = of(scan[best]);
+  if (middle.sum_squares == kNever || best == 0 || best + 1 == scan.size()) {
+    return middle;
   }
-  brent.w = of(scan[best - 1]);
-  brent.v = of(scan[best + 1]);
-  brent.a = brent.w.t;
-  brent.b = brent.v.t;
+  const double freedom = std::max(1.0, profile.Totals()[0] - kUnknowns);
+  const std::size_t below = profile.Below(middle.t);
+  return FindMinimum(
+      of(scan[best - 1]), middle, of(scan[best + 1]),
+      [&](double t) { return SumSquares(profile.Evaluate(t), model); },
+      [&](double least) {
+        return kEnoughOfScale * BreakScale(scan[best], below, least / freedom);
+      });
+}
+
+Minimum FindMinimum(const Minimum& left, const Minimum& middle, const Minimum& right, OfBreak of,
+                    OfBreak tolerance_at) {
+  Brent brent;
+  brent.x = middle;
+  brent.w = left;
+  brent.v = right;
+  brent.a = left.t;
+  brent.b = right.t;
   if (brent.v.sum_squares < brent.w.sum_squares) {
     std::swap(brent.w, brent.v);
   }
   brent.step = brent.before = brent.b - brent.a;
-  const double freedom = std::max(1.0, profile.Totals()[0] - kUnknowns);
   constexpr int kMostSteps = 60;
   for (int step = 0; step < kMostSteps; ++step) {
-    const double variance = brent.x.sum_squares / freedom;
-    const double tolerance = kEnough * BreakScale(scan[best], profile.Below(brent.x.t), variance);
-    const double middle = 0.5 * (brent.a + brent.b);
-    if (std::abs(brent.x.t - middle) <= 2 * tolerance - 0.5 * (brent.b - brent.a)) {
+    const double tolerance = tolerance_at(brent.x.sum_squares);
+    const double centre = 0.5 * (brent.a + brent.b);
+    if (std::abs(brent.x.t - centre) <= 2 * tolerance - 0.5 * (brent.b - brent.a)) {
       break;
     }
     const double t = brent.Next(tolerance);
-    brent.Take(of(profile.Evaluate(t)));
+    brent.Take({t, of(t)});
   }
   return brent.x;
 }

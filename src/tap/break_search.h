@@ -25,6 +25,9 @@ inline constexpr double kNever = std::numeric_limits<double>::infinity();
 using Scan = std::span<PressProfile::At>;
 [[nodiscard]] Scan ScanSamples(const PressProfile& profile, Workspace& workspace);
 
+/// Of the break's standard deviation, to which minima and borders are searched.
+inline constexpr double kEnoughOfScale = 0.01;
+
 struct Minimum {
   double t = std::numeric_limits<double>::quiet_NaN();
   double sum_squares = kNever;
@@ -33,6 +36,26 @@ struct Minimum {
 /// The least of a scan, then between its neighbours by Brent's method (1973, chapter 5), to a
 /// hundredth of the break's standard deviation: noise and slope set the tolerance, not the scan.
 [[nodiscard]] Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model);
+
+/// A function of the break point that outlives the call it is given to.
+class OfBreak {
+ public:
+  template <class Function>
+  OfBreak(const Function& function)  // NOLINT(google-explicit-constructor)
+      : function_(&function),
+        call_([](const void* f, double t) { return (*static_cast<const Function*>(f))(t); }) {}
+  double operator()(double t) const { return call_(function_, t); }
+
+ private:
+  const void* function_;
+  double (*call_)(const void*, double);
+};
+
+/// Brent's method between two points that lie higher than `middle`, or where there is nothing.
+/// @param of         Sum of squares at a break point.
+/// @param tolerance  From the least sum of squares so far.
+[[nodiscard]] Minimum FindMinimum(const Minimum& left, const Minimum& middle, const Minimum& right,
+                                  OfBreak of, OfBreak tolerance);
 
 /// Standard deviation of the break at the end of a straight press of that slope, for noise of this
 /// variance: the scale of every tolerance.
@@ -43,7 +66,6 @@ struct Minimum {
 /// hundredth of the scale.
 template <class Margin>
 [[nodiscard]] double FindBorder(double inside, double limit, double scale, const Margin& margin) {
-  constexpr double kEnough = 0.01;
   constexpr int kMostSteps = 60;
   double m_inside = margin(inside);
   double outside = limit;
@@ -60,7 +82,7 @@ template <class Margin>
     m_inside = here;
   }
   double before = outside;
-  for (int i = 0; i < kMostSteps && std::abs(outside - inside) > kEnough * scale; ++i) {
+  for (int i = 0; i < kMostSteps && std::abs(outside - inside) > kEnoughOfScale * scale; ++i) {
     const bool halve = !std::isfinite(m_outside) || !(m_inside > m_outside);
     const double share = halve ? 0.5 : m_inside / (m_inside - m_outside);
     const double t = inside + (outside - inside) * share;
@@ -74,7 +96,7 @@ template <class Margin>
       m_outside = here;
       m_inside *= 0.5;
     }
-    if (!halve && std::abs(t - before) < 0.5 * kEnough * scale) {
+    if (!halve && std::abs(t - before) < 0.5 * kEnoughOfScale * scale) {
       return t;
     }
     before = t;

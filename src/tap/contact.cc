@@ -9,145 +9,55 @@
 #include "tap/break_search.h"
 #include "tap/finding.h"
 #include "tap/free_noise.h"
-#include "tap/kinked_press.h"
+#include "tap/local_readings.h"
+#include "tap/press_stretch.h"
 #include "tap/residuals.h"
 
 namespace trammel::tap {
 namespace {
 
-constexpr std::size_t kLeastSamples = 14;  // five below, four above and some to choose between
-constexpr double kLeastStandOut = 5;       // of the press's force over the noise of one sample
-constexpr double kVague_mm = 0.02;         // a break that is not known to this is of no use
-constexpr double kOutlier = 5;             // deviations: one sample in two million
-// A kinked press must explain the samples better than a straight and than a smooth one by so many
-// variances of the noise. It is a sheet's where it starts with less than so much of the slope below
-// the kink: smooth presses up to d^1.5 start with more.
-constexpr double kCurved = 12;
-constexpr double kKinkGain = 10;
-// Where the break was found at the kink instead, no smooth press explains the samples, and what
-// they leave is not white. The kinked one leaves no more than white noise: the scatter of
-// neighbours says its variance to 17 % from 100 samples. Slow noise it leaves.
-constexpr double kWhite = 1.5;
+constexpr double kLeastStandOut = 5;  // of the press's force over the noise of one sample
+constexpr double kVague_mm = 0.012;   // a break that is not known to this is of no use
+constexpr double kOutlier = 5;        // deviations: one sample in two million
+// A sheet that lies hollow, a toe of plastic: the readings of its end and of the bed's are so far
+// apart, and it starts with less than so much of the slope below the kink.
+constexpr double kMostApart_mm = 0.012;
 constexpr double kLeastSlope = 0.4;
 constexpr double kNormal95 = 1.959964;
 
-/// The samples of the cruise, and what is computed from them.
-struct Stretch {
-  std::span<double> time_s;
-  std::span<double> y;
-  std::span<double> force;
-  std::span<double> weight;  // used once `weighted`
-  std::span<double> residual;
-  std::span<double> scratch;
-  bool weighted = false;
-  double z0_mm = 0;    // height of y = 0
-  double span_mm = 0;  // from y = 0 to y = 1
-  double mean_g = 0;
-  double sign = 1;  // of the press
-
-  [[nodiscard]] double Z(double t) const { return z0_mm + span_mm * t; }
-  [[nodiscard]] BreakSamples Samples() const {
-    return {y, force, weighted ? std::span<const double>(weight) : std::span<const double>()};
-  }
-};
-
 struct Fit {
   BreakEstimate estimate;
-  Finding refusal;
   PressProfile::Coefficients coefficients;
   ResidualTraits traits;
 };
 
-// The samples whose force acted during the cruise.
-bool Select(const CleanTap& clean, const TapMotion& motion, double latency_s, Workspace& workspace,
-            Stretch& stretch) {
-  const std::span<const float> times = clean.samples.time_s;
-  const double start_s = motion.cruise_start_s + latency_s - clean.origin_s;
-  const double end_s = motion.cruise_end_s + latency_s - clean.origin_s;
-  const auto first = std::lower_bound(times.begin(), times.end(), start_s);
-  const auto last = std::upper_bound(first, times.end(), end_s);
-  const auto n = static_cast<std::size_t>(last - first);
-  for (std::span<double>* array : {&stretch.time_s, &stretch.y, &stretch.force, &stretch.weight,
-                                   &stretch.residual, &stretch.scratch}) {
-    *array = workspace.Take<double>(n);
+// What a press and the straight baseline that goes best with it leave over.
+void TakeResiduals(const PressShape& shape, PressStretch& stretch) {
+  double n = 0;
+  double sum_y = 0;
+  double sum_yy = 0;
+  double sum_r = 0;
+  double sum_ry = 0;
+  for (std::size_t i = 0; i < stretch.y.size(); ++i) {
+    const double y = stretch.y[i];
+    const double w = stretch.weighted ? stretch.weight[i] : 1;
+    const double r = stretch.force[i] - shape.At(y);
+    stretch.residual[i] = r;
+    n += w;
+    sum_y += w * y;
+    sum_yy += w * y * y;
+    sum_r += w * r;
+    sum_ry += w * r * y;
   }
-  if (n < kLeastSamples || stretch.scratch.empty() || !(*(last - 1) > *first)) {
-    return false;
-  }
-  const double first_s = *first;
-  const double duration_s = *(last - 1) - first_s;
-  stretch.z0_mm = motion.CruiseZ(first_s + clean.origin_s - latency_s);
-  stretch.span_mm = motion.pull_back_speed_mm_s * duration_s;
-  const std::span<const float> force =
-      clean.samples.force_g.subspan(static_cast<std::size_t>(first - times.begin()), n);
-  // The press is what the force falls from: its first quarter against its last.
-  double fall = 0;
-  double sum = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    sum += force[i];
-    fall += i < n / 4 ? force[i] - force[n - 1 - i] : 0;
-  }
-  const double mean = sum / static_cast<double>(n);
-  stretch.sign = fall < 0 ? -1 : 1;
-  stretch.mean_g = clean.origin_g + mean;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double time_s = *(first + static_cast<std::ptrdiff_t>(i));
-    stretch.time_s[i] = time_s;
-    stretch.y[i] = (time_s - first_s) / duration_s;
-    stretch.force[i] = stretch.sign * (force[i] - mean);
-  }
-  return true;
-}
-
-// Leaves out the first samples: y starts from 0 again.
-void Trim(std::size_t count, Stretch& stretch) {
-  for (std::span<double>* array : {&stretch.time_s, &stretch.y, &stretch.force, &stretch.weight,
-                                   &stretch.residual, &stretch.scratch}) {
-    *array = array->subspan(count);
-  }
-  const double start = stretch.y[0];
-  for (double& y : stretch.y) {
-    y = (y - start) / (1 - start);
-  }
-  stretch.z0_mm += start * stretch.span_mm;
-  stretch.span_mm *= 1 - start;
-}
-
-// Shortens a baseline that is much longer than the press: it tells the break hardly more (by 4 % of
-// its scatter from five presses on), and force wanders there that has nothing to do with the break.
-void CropBaseline(Stretch& stretch, Workspace& workspace) {
-  constexpr double kPresses = 6;  // with the press itself
-  constexpr std::size_t kLeast = 60;
-  constexpr double kWorthwhile = 0.8;
-  while (stretch.y.size() > 2 * kLeast) {
-    const Workspace::Scope scope(workspace);
-    const PressProfile profile(stretch.Samples(), workspace);
-    const Scan scan = profile.Ready() ? ScanSamples(profile, workspace) : Scan{};
-    if (scan.size() < 2) {
-      return;
-    }
-    const auto best = std::min_element(scan.begin(), scan.end(),
-                                       [](const PressProfile::At& a, const PressProfile::At& b) {
-                                         return SumSquares(a, 0) < SumSquares(b, 0);
-                                       });
-    const double break_at_most = best->t + scan[1].t - scan[0].t;
-    const std::size_t count = std::max(kLeast, profile.Below(kPresses * break_at_most));
-    if (static_cast<double>(count) > kWorthwhile * static_cast<double>(stretch.y.size())) {
-      return;
-    }
-    for (std::span<double>* array : {&stretch.time_s, &stretch.y, &stretch.force, &stretch.weight,
-                                     &stretch.residual, &stretch.scratch}) {
-      *array = array->first(count);
-    }
-    const double end = stretch.y.back();
-    for (double& y : stretch.y) {
-      y /= end;
-    }
-    stretch.span_mm *= end;
+  const double spread = n * sum_yy - sum_y * sum_y;
+  const double slope = spread > 0 ? (n * sum_ry - sum_r * sum_y) / spread : 0;
+  const double level = n > 0 ? (sum_r - slope * sum_y) / n : 0;
+  for (std::size_t i = 0; i < stretch.y.size(); ++i) {
+    stretch.residual[i] -= level + slope * stretch.y[i];
   }
 }
 
-Fit FitOnce(Stretch& stretch, double inflation, Workspace& workspace) {
+Fit FitOnce(PressStretch& stretch, double inflation, Workspace& workspace) {
   const Workspace::Scope scope(workspace);
   const PressProfile profile(stretch.Samples(), workspace);
   Fit fit;
@@ -155,15 +65,9 @@ Fit FitOnce(Stretch& stretch, double inflation, Workspace& workspace) {
   if (fit.estimate.outcome != BreakEstimate::Outcome::kFound) {
     return fit;
   }
-  // The most flexible press leaves the least of the form in the residuals, and the most noise.
   constexpr std::size_t kOrder = PressProfile::kOrders;
   fit.coefficients = profile.Fit(fit.estimate.t, kOrder);
-  const auto& [a, b, c] = fit.coefficients;
-  for (std::size_t i = 0; i < stretch.y.size(); ++i) {
-    const double d = std::max(0.0, fit.estimate.t - stretch.y[i]);
-    stretch.residual[i] = stretch.force[i] - a - b * (stretch.y[i] - fit.estimate.t) -
-                          d * (c[0] + d * (c[1] + d * c[2]));
-  }
+  TakeResiduals(fit.estimate.shape, stretch);
   fit.traits = Examine(stretch.residual, fit.estimate.below, stretch.scratch);
   return fit;
 }
@@ -171,7 +75,7 @@ Fit FitOnce(Stretch& stretch, double inflation, Workspace& workspace) {
 bool Found(const Fit& fit) { return fit.estimate.outcome == BreakEstimate::Outcome::kFound; }
 
 // One wild sample bends the first fit, so that weighing is repeated.
-void ForgetOutliers(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
+void ForgetOutliers(PressStretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
   constexpr int kPasses = 3;
   std::size_t forgotten = 0;
   for (int pass = 0; pass < kPasses && Found(fit); ++pass) {
@@ -191,7 +95,7 @@ void ForgetOutliers(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysi
   }
 }
 
-MainsHum TakeOutHum(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
+MainsHum TakeOutHum(PressStretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
   const MainsHum hum = FindMainsHum(stretch.time_s, stretch.residual, fit.estimate.noise);
   if (hum.frequency_hz == 0) {
     return hum;
@@ -208,25 +112,25 @@ MainsHum TakeOutHum(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysi
 // Residuals that are still not white: the drive lags behind at the start of the pull-back, or the
 // press follows another law at depth. Less of the press, from the deepest end, tells: the first
 // remainder whose residuals are white is taken, none if none is.
-void TrimPress(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
+void TrimPress(PressStretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
   const std::size_t below = fit.estimate.below;
   for (const double share : {0.15, 0.3}) {
     const auto count = static_cast<std::size_t>(share * static_cast<double>(below));
-    if (count == 0 || stretch.y.size() - count < kLeastSamples) {
+    if (count == 0 || stretch.y.size() - count < kLeastInCruise) {
       continue;
     }
     const Workspace::Scope scope(workspace);
-    Stretch shorter = stretch;
+    PressStretch shorter = stretch;
     shorter.y = workspace.Take<double>(stretch.y.size());
     shorter.residual = workspace.Take<double>(stretch.y.size());
     if (shorter.residual.empty()) {
       return;
     }
     std::copy(stretch.y.begin(), stretch.y.end(), shorter.y.begin());
-    Trim(count, shorter);
+    TrimStart(count, shorter);
     const Fit attempt = FitOnce(shorter, 1, workspace);
     if (Found(attempt) && attempt.traits.White()) {
-      Trim(count, stretch);
+      TrimStart(count, stretch);
       fit = FitOnce(stretch, 1, workspace);
       result.Notice({FindingCode::kPressTrimmed, share, 0});
       return;
@@ -234,56 +138,63 @@ void TrimPress(Stretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& re
   }
 }
 
-// What the free nozzle's force says of the noise.
-double FreeFactor(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
-                  const Stretch& stretch, const Fit& fit, const MainsHum& hum,
-                  Workspace& workspace) {
+FreeNozzle FreeNozzleOf(const PressStretch& stretch, const Fit& fit, const TapMotion& motion,
+                        const TapOptions& options, const MainsHum& hum) {
   const BreakEstimate& e = fit.estimate;
   const double drift_g_s =
       stretch.sign * fit.coefficients.b / stretch.span_mm * motion.pull_back_speed_mm_s;
-  return FreeNoiseFactor(clean, motion,
-                         {stretch.Z(e.t), options.latency_s, drift_g_s, e.noise, hum,
-                          fit.traits.portmanteau > kPortmanteauLimit},
-                         {stretch.y, stretch.residual, e.t, e.noise}, workspace);
+  return {stretch.Z(e.t),
+          options.latency_s,
+          drift_g_s,
+          stretch.sign * fit.coefficients.a + stretch.mean_g,
+          (1 - e.t) * stretch.span_mm / motion.pull_back_speed_mm_s,
+          e.noise,
+          hum,
+          fit.traits.portmanteau > kPortmanteauLimit};
 }
 
-// Variance of what is not correlated in the residuals.
-double WhiteVariance(std::span<const double> residual) {
-  double sum = 0;
-  for (std::size_t i = 1; i < residual.size(); ++i) {
-    sum += (residual[i] - residual[i - 1]) * (residual[i] - residual[i - 1]);
-  }
-  return 0.5 * sum / static_cast<double>(residual.size() - 1);
+// Slope of the press at its outer end, over the last quarter of its depth.
+double OuterSlope(const PressShape& shape) {
+  constexpr double kPart = 0.25;
+  return shape.At((1 - kPart) * shape.t) / (kPart * shape.t);
 }
 
-// Asked only where a straight press leaves much over, as a kink does, or all smooth ones do: then
-// the break may have been found at the kink.
-Finding CheckKink(const Stretch& stretch, const Fit& fit, Workspace& workspace) {
-  const BreakEstimate& e = fit.estimate;
-  const bool curved = e.straight_excess > kCurved;
-  if (!Found(fit) || (!curved && fit.traits.White())) {
-    return {};
+// What else the samples show is added to the interval: parts that disagree with the whole by more
+// than noise explains, and a free force that differs between before the touch and after the break.
+void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
+           double inflation, Workspace& workspace, PressStretch& stretch, Fit& fit) {
+  BreakEstimate& e = fit.estimate;
+  const double slope = OuterSlope(e.shape);
+  if (!(slope > 0)) {
+    return;
   }
-  const Workspace::Scope scope(workspace);
-  const PressProfile profile(stretch.Samples(), workspace);
-  const KinkedPress kink = profile.Ready() ? FitKinkedPress(profile) : KinkedPress{};
-  const double most = static_cast<double>(stretch.y.size()) * kWhite;
-  const bool explains = kink.found &&
-                        e.sum_squares - kink.sum_squares > kKinkGain * e.noise * e.noise &&
-                        (curved || kink.sum_squares < most * WhiteVariance(stretch.residual));
-  if (explains && kink.outer_slope < kLeastSlope * kink.inner_slope) {
-    return {FindingCode::kLooseSheet, 100 * kink.outer_slope / kink.inner_slope, 100 * kLeastSlope};
+  // The residuals on a straight press: a press that the best model describes is no disagreement.
+  for (std::size_t i = 0; i < stretch.y.size(); ++i) {
+    stretch.scratch[i] = stretch.residual[i] + slope * std::max(0.0, e.t - stretch.y[i]);
   }
-  return {};
+  const BreakSamples straight = {stretch.y, stretch.scratch, stretch.Samples().weight};
+  const LocalReadings readings = ReadLocally(straight, e.t, e.noise, inflation, workspace);
+  const FreeSteps steps =
+      FindFreeSteps(clean, motion, FreeNozzleOf(stretch, fit, motion, options, {}));
+  // Another level of the free force moves all readings alike; a part's reading is itself uncertain.
+  constexpr double kOfBorder = 0.5;
+  const double down = e.t - e.lo;
+  const double up = e.hi - e.t;
+  e.lo -= std::max(0.0, stretch.sign > 0 ? steps.most : -steps.least) / slope;
+  e.hi += std::max(0.0, stretch.sign > 0 ? -steps.least : steps.most) / slope;
+  if (readings.below > 0) {
+    e.lo = std::min(e.lo, e.t - readings.below - kOfBorder * down);
+  }
+  if (readings.above > 0) {
+    e.hi = std::max(e.hi, e.t + readings.above + kOfBorder * up);
+  }
 }
 
 Fit FitRobustly(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
-                Stretch& stretch, Workspace& workspace, TapAnalysis& result) {
+                PressStretch& stretch, Workspace& workspace, TapAnalysis& result) {
   Fit fit = FitOnce(stretch, 1, workspace);
   ForgetOutliers(stretch, fit, workspace, result);
   MainsHum hum;
-  // Asked of the whole press: less of it hides the kink, and wider scales forgive it.
-  const Finding refusal = CheckKink(stretch, fit, workspace);
   if (Found(fit) && fit.traits.portmanteau > kPortmanteauLimit) {
     hum = TakeOutHum(stretch, fit, workspace, result);
   }
@@ -293,17 +204,20 @@ Fit FitRobustly(const CleanTap& clean, const TapMotion& motion, const TapOptions
   if (!Found(fit)) {
     return fit;
   }
-  const double inflation = std::max(
-      fit.traits.Inflation(), FreeFactor(clean, motion, options, stretch, fit, hum, workspace));
+  const double inflation =
+      std::max(fit.traits.Inflation(),
+               FreeNoiseFactor(clean, motion, FreeNozzleOf(stretch, fit, motion, options, hum),
+                               {stretch.y, stretch.residual, fit.estimate.t, fit.estimate.noise},
+                               workspace));
   if (inflation > 1) {
     fit = FitOnce(stretch, inflation, workspace);
     result.Notice({FindingCode::kCorrelatedNoise, std::sqrt(inflation), 1});
   }
-  fit.refusal = refusal;
+  Widen(clean, motion, options, inflation, workspace, stretch, fit);
   return fit;
 }
 
-void Report(const Stretch& stretch, const Fit& fit, const TapMotion& motion,
+void Report(const PressStretch& stretch, const Fit& fit, const TapMotion& motion,
             const TapOptions& options, TapAnalysis& result) {
   const BreakEstimate& e = fit.estimate;
   const double latency_mm = options.latency_uncertainty_s * motion.pull_back_speed_mm_s;
@@ -335,6 +249,12 @@ void Report(const Stretch& stretch, const Fit& fit, const TapMotion& motion,
   if (apart > half) {
     result.Notice({FindingCode::kFormLeftOpen, apart, half});
   }
+  const double apart_mm = span * (e.hi - e.lo);
+  if (e.outer_ratio < kLeastSlope && apart_mm > kMostApart_mm) {
+    result.verdict = Verdict::kRefused;
+    result.reason = {FindingCode::kLooseSheet, 100 * e.outer_ratio, 100 * kLeastSlope};
+    return;
+  }
   if (half > kVague_mm) {
     result.verdict = Verdict::kCannotTell;
     result.reason = {FindingCode::kVagueBreak, half, kVague_mm};
@@ -362,7 +282,7 @@ void AddPoints(const TapMotion& motion, const TapOptions& options, TapAnalysis& 
 Finding WhyNot(const Fit& fit, std::size_t samples) {
   switch (fit.estimate.outcome) {
     case BreakEstimate::Outcome::kTooFew:
-      return {FindingCode::kFewSamplesInCruise, static_cast<double>(samples), kLeastSamples};
+      return {FindingCode::kFewSamplesInCruise, static_cast<double>(samples), kLeastInCruise};
     case BreakEstimate::Outcome::kAtEdge:
       return {FindingCode::kBreakAtEdge, 0, 5};
     default:
@@ -383,11 +303,11 @@ std::size_t ContactWorkspaceBytes(std::size_t samples) {
 void AnalyseContact(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                     Workspace& workspace, TapAnalysis& result) {
   const Workspace::Scope scope(workspace);
-  Stretch stretch;
+  PressStretch stretch;
   result.verdict = Verdict::kCannotTell;
-  if (!Select(clean, motion, options.latency_s, workspace, stretch)) {
+  if (!SelectCruise(clean, motion, options.latency_s, workspace, stretch)) {
     result.reason = {FindingCode::kFewSamplesInCruise, static_cast<double>(stretch.y.size()),
-                     kLeastSamples};
+                     kLeastInCruise};
     return;
   }
   CropBaseline(stretch, workspace);
@@ -409,10 +329,6 @@ void AnalyseContact(const CleanTap& clean, const TapMotion& motion, const TapOpt
   Report(stretch, fit, motion, options, result);
   AddPoints(motion, options, result);
   CheckApproach(clean, motion, options, workspace, result);
-  if (fit.refusal.code != FindingCode::kNone) {
-    result.verdict = Verdict::kRefused;
-    result.reason = fit.refusal;
-  }
 }
 
 }  // namespace trammel::tap

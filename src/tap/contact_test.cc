@@ -152,7 +152,11 @@ TEST(TapContact, EightGramsOfNoiseCostTheBoundAndNoMore) {
   ExpectCalibrated(f);
   constexpr double kBound_um = 1.18;
   EXPECT_LE(f.deviation_um, 1.15 * kBound_um);
-  ExpectHonest(Measure({.law = Power125, .noise_g = 8}));
+  // A round tip may leave the break too vague to be of use; what is told holds.
+  Figures round = Measure({.law = Power125, .noise_g = 8});
+  EXPECT_GE(round.covered, 0.90 * round.good);
+  EXPECT_EQ(round.good + round.reasons.at("vague_break"),
+            round.taps - round.reasons["still_in_contact"] - round.reasons["loose_sheet"]);
 }
 
 TEST(TapContact, IntervalsHoldHoweverQuietTheCell) {

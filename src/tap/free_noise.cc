@@ -71,12 +71,32 @@ struct Line {
   }
 };
 
-// Box & Pierce's sum over a few lags, which slow noise and hum show as well as many. Asked of every
-// tap, so that the fit's noise serves as the scale of wild samples.
-bool IsCorrelated(std::span<const float> force, double noise_g, std::span<double> scratch) {
-  constexpr double kWild = 6;
+// Box & Pierce's sum over a few lags.
+bool IsCorrelated(std::span<const double> rest) {
   constexpr std::size_t kFew = 4;
   constexpr double kLimit = 14.9;  // exceeded by white noise in one stretch of 200
+  const std::size_t n = rest.size();
+  if (n < kLeast) {
+    return false;
+  }
+  std::array<double, kFew + 1> sum{};
+  for (std::size_t i = kFew; i < n; ++i) {
+    for (std::size_t lag = 0; lag <= kFew; ++lag) {
+      sum[lag] += rest[i] * rest[i - lag];
+    }
+  }
+  double squares = 0;
+  for (std::size_t lag = 1; lag <= kFew; ++lag) {
+    squares += sum[lag] * sum[lag];
+  }
+  return squares * static_cast<double>(n) > kLimit * sum[0] * sum[0];
+}
+
+// Of the samples themselves, as hum and filters show, and of means over blocks of them, as slow
+// noise does. Asked of every tap, so that the fit's noise serves as the scale of wild samples.
+bool IsCorrelated(std::span<const float> force, double noise_g, std::span<double> scratch) {
+  constexpr double kWild = 6;
+  constexpr std::size_t kBlocks = 20;
   const std::size_t n = force.size();
   if (n < kLeast || scratch.size() < n) {
     return false;
@@ -86,17 +106,22 @@ bool IsCorrelated(std::span<const float> force, double noise_g, std::span<double
   for (std::size_t i = 0; i < n; ++i) {
     scratch[i] = std::clamp(force[i] - line.At(i), -most, most);
   }
-  std::array<double, kFew + 1> sum{};
-  for (std::size_t i = kFew; i < n; ++i) {
-    for (std::size_t lag = 0; lag <= kFew; ++lag) {
-      sum[lag] += scratch[i] * scratch[i - lag];
+  if (IsCorrelated(scratch.first(n))) {
+    return true;
+  }
+  const std::size_t block = n / kBlocks;
+  if (block < 2) {
+    return false;
+  }
+  const std::size_t blocks = n / block;
+  for (std::size_t k = 0; k < blocks; ++k) {
+    double sum = 0;
+    for (std::size_t i = 0; i < block; ++i) {
+      sum += scratch[k * block + i];
     }
+    scratch[k] = sum;
   }
-  double squares = 0;
-  for (std::size_t lag = 1; lag <= kFew; ++lag) {
-    squares += sum[lag] * sum[lag];
-  }
-  return squares * static_cast<double>(n) > kLimit * sum[0] * sum[0];
+  return IsCorrelated(scratch.first(blocks));
 }
 
 // Draws wild samples in to four deviations from the line through the stretch.
@@ -141,6 +166,54 @@ std::span<double> Cleaned(const CleanTap& clean, const Range& range, const FreeN
 }
 
 }  // namespace
+
+FreeSteps FindFreeSteps(const CleanTap& clean, const TapMotion& motion, const FreeNozzle& nozzle) {
+  constexpr double kSignificant = 2.3;
+  const std::array<Range, 2> ranges = FreeRanges(clean, motion, nozzle);
+  const Range& before = ranges[1];
+  FreeSteps steps;
+  if (before.size() < kLeast) {
+    return steps;
+  }
+  // One drift for both stretches: what each shows, weighted by how well it does.
+  double spread = 0;
+  double drift = 0;
+  double level = 0;
+  double level_s = 0;
+  for (const Range& range : ranges) {
+    if (range.size() < kLeast) {
+      continue;
+    }
+    const Line line(clean.samples.force_g.subspan(range.first, range.size()));
+    const auto times = clean.samples.time_s.subspan(range.first, range.size());
+    const double period_s = (times.back() - times.front()) / static_cast<double>(range.size() - 1);
+    const double n = static_cast<double>(range.size());
+    const double weight = n * (n * n - 1) / 12 * period_s * period_s;
+    spread += weight;
+    drift += weight * line.slope / period_s;
+    if (&range == &before) {
+      level = line.mean + clean.origin_g;
+      level_s = 0.5 * (times.back() + times.front());
+    }
+  }
+  drift /= spread;
+  const double break_s = motion.CruiseTime(nozzle.break_z_mm) + nozzle.latency_s - clean.origin_s;
+  const double after = static_cast<double>(std::max(ranges[0].size(), kLeast));
+  // At the break and in the middle of what follows it: a thread pulls the more, the longer it gets.
+  const double half_s =
+      std::max(0.0, 0.5 * (motion.cruise_end_s - motion.CruiseTime(nozzle.break_z_mm)));
+  for (const double later_s : {0.0, half_s}) {
+    const double between_s = break_s + later_s - level_s;
+    const double step = level + drift * between_s - (nozzle.level_g + nozzle.drift_g_s * later_s);
+    const double deviation = nozzle.noise_g * std::sqrt(1 / static_cast<double>(before.size()) +
+                                                        4 / after + between_s * between_s / spread);
+    if (std::abs(step) > kSignificant * deviation) {
+      steps.most = std::max(steps.most, step);
+      steps.least = std::min(steps.least, step);
+    }
+  }
+  return steps;
+}
 
 double FreeNoiseFactor(const CleanTap& clean, const TapMotion& motion, const FreeNozzle& nozzle,
                        const BreakFit& fit, Workspace& workspace) {

@@ -8,9 +8,10 @@ namespace trammel::tap {
 namespace {
 
 constexpr int kMostPasses = 20;
-constexpr double kLeastPower = 1.02;  // below, the straight press says the same
+constexpr double kLeastPower = 0.5;
 constexpr double kMostPower = 2.5;
-constexpr double kEnough = 0.02;  // of the break's standard deviation, the last step
+constexpr double kStraight = 0.02;  // nearer to 1 the straight press says the same
+constexpr double kEnough = 0.02;    // of the break's standard deviation, the last step
 
 // Columns: 1, y, d^p, derivative by t / c, derivative by p / c; the force last.
 constexpr std::size_t kColumns = 6;
@@ -86,12 +87,12 @@ PowerPress FitPowerPress(const PressProfile& profile, double start_t) {
   const double linear_g = quadratic.c[0];
   const double curved_g = quadratic.c[1] * depth;
   PowerPress press;
-  if (!(curved_g > 0) || !(linear_g + curved_g > 0)) {
+  if (!(linear_g + curved_g > 0)) {
     return press;
   }
   // The exponent with the same slope at the deepest sample for its force.
   double t = start_t;
-  double p = std::clamp((linear_g + 2 * curved_g) / (linear_g + curved_g), 1.05, 1.9);
+  double p = std::clamp((linear_g + 2 * curved_g) / (linear_g + curved_g), 0.6, 1.9);
   for (int pass = 0; pass < kMostPasses; ++pass) {
     Matrix m;
     Sum(profile, t, p, m);
@@ -119,12 +120,12 @@ PowerPress FitPowerPress(const PressProfile& profile, double start_t) {
     const double step_t = std::clamp(by_t / scale, -0.1 * depth, 0.1 * depth);
     const double step_p = std::clamp(by_p / scale, -0.25, 0.25);
     if (std::abs(by_t / scale) < kEnough * press.standard_deviation || pass + 1 == kMostPasses) {
-      press.found = p > kLeastPower && p < kMostPower;
+      press.found = p > kLeastPower && p < kMostPower && std::abs(p - 1) > kStraight;
       return press;
     }
     t += step_t;
     p += step_p;
-    if (p <= kLeastPower - 0.1 || p > kMostPower || !(t > 0.02) || !(t < 1)) {
+    if (p <= kLeastPower || p > kMostPower || !(t > 0.02) || !(t < 1)) {
       return press;
     }
   }

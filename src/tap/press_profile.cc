@@ -1,6 +1,7 @@
 #include "tap/press_profile.h"
 
 #include <algorithm>
+#include <type_traits>
 
 namespace trammel::tap {
 namespace {
@@ -148,6 +149,66 @@ PressProfile::Kinked PressProfile::EvaluateKinked(double t, std::size_t below_t,
   const double c = (outer.h * g22 - inner.h * g12) / determinant;
   const double k = (inner.h * g11 - outer.h * g12) / determinant;
   return {std::max(0.0, sum_squares_ - c * outer.h - k * inner.h), c, k};
+}
+
+PressProfile::TwoZones PressProfile::EvaluateTwoZones(double t, std::size_t below_t, double s,
+                                                      std::size_t below_s) const {
+  // Sums over y < at of (at - y)^i, and of the force times them.
+  const auto shifted = [](const auto& moments, double at) {
+    auto d = moments;
+#pragma GCC unroll 8
+    for (std::size_t i = 1; i < d.size(); ++i) {
+#pragma GCC unroll 8
+      for (std::size_t j = d.size() - 1; j >= i; --j) {
+        d[j] = at * d[j - 1] - d[j];
+      }
+    }
+    return d;
+  };
+  const auto first = [](const auto& all, auto count) {
+    std::array<double, decltype(count)::value> some;
+    std::copy_n(all.begin(), some.size(), some.begin());
+    return some;
+  };
+  const Moments& at_t = prefix_[below_t];
+  const Moments& at_s = prefix_[below_s];
+  const auto outer = shifted(first(at_t.y, std::integral_constant<std::size_t, 3>{}), t);
+  const auto outer_f = shifted(first(at_t.force, std::integral_constant<std::size_t, 2>{}), t);
+  const auto inner = shifted(first(at_s.y, std::integral_constant<std::size_t, 5>{}), s);
+  const auto inner_f = shifted(first(at_s.force, std::integral_constant<std::size_t, 3>{}), s);
+  // Each column: its sum, its sum times y - mean, its product with the force about the baseline.
+  const std::array<double, 3> d = {outer[1], inner[1], inner[2]};
+  const std::array<double, 3> dy = {(t - mean_y_) * outer[1] - outer[2],
+                                    (s - mean_y_) * inner[1] - inner[2],
+                                    (s - mean_y_) * inner[2] - inner[3]};
+  const std::array<double, 3> f = {outer_f[1], inner_f[1], inner_f[2]};
+  std::array<double, 3> h{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    h[i] = f[i] - mean_force_ * d[i] - slope_ * dy[i];
+  }
+  const auto less = [&](double product, std::size_t i, std::size_t j) {
+    return product - inverse_count_ * d[i] * d[j] - inverse_spread_ * dy[i] * dy[j];
+  };
+  const double lift = t - s;
+  const auto invert = [](double pivot, double column) {
+    return pivot > kLeastPivot * column ? 1 / pivot : 0;
+  };
+  const double i1 = invert(less(outer[2], 0, 0), outer[2]);
+  const double g12 = less(inner[2] + lift * inner[1], 0, 1);
+  const double g13 = less(inner[3] + lift * inner[2], 0, 2);
+  const double l12 = g12 * i1;
+  const double l13 = g13 * i1;
+  const double i2 = invert(less(inner[2], 1, 1) - l12 * g12, inner[2]);
+  const double g23 = less(inner[3], 1, 2) - l12 * g13;
+  const double l23 = g23 * i2;
+  const double i3 = invert(less(inner[4], 2, 2) - l13 * g13 - l23 * g23, inner[4]);
+  const double h2 = h[1] - l12 * h[0];
+  const double h3 = h[2] - l13 * h[0] - l23 * h2;
+  const double q = h3 * i3;
+  const double k = h2 * i2 - l23 * q;
+  const double c = h[0] * i1 - l12 * k - l13 * q;
+  const double straight = sum_squares_ - h[0] * h[0] * i1 - h2 * h2 * i2;
+  return {std::max(0.0, straight), std::max(0.0, straight - h3 * q), c, k, q};
 }
 
 PressProfile::Coefficients PressProfile::Fit(double t, std::size_t order) const {

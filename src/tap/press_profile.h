@@ -58,6 +58,16 @@ class PressProfile {
   };
   [[nodiscard]] Kinked EvaluateKinked(double t, std::size_t below_t, double s,
                                       std::size_t below_s) const;
+  /// The press c max(0, t - y) + k e + q e^2, e = max(0, s - y), s < t: the outer zone straight.
+  struct TwoZones {
+    double sum_squares;         ///< With q = 0,
+    double sum_squares_curved;  ///< and with q as it comes.
+    double outer_slope;         ///< c, with q as it comes,
+    double added_slope;         ///< k
+    double added_curve;         ///< and q.
+  };
+  [[nodiscard]] TwoZones EvaluateTwoZones(double t, std::size_t below_t, double s,
+                                          std::size_t below_s) const;
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
   [[nodiscard]] std::size_t Below(double t) const;
   [[nodiscard]] const BreakSamples& samples() const { return samples_; }

@@ -35,8 +35,9 @@ constexpr double kSignificant = 4;
 // Published cut-off of the score, in parts of the compression force.
 constexpr double kMostDwell = 0.75;
 
-// Published limit of an older classifier, in percent.
+// Published limit of an older classifier, in percent. Sound taps, real ones too, keep 90 and more.
 constexpr double kLeastDecompression = 66.6;
+constexpr double kNoticedDecompression = 85;
 // Touch and break lie at one height, so the touch is as deep below it as the press, but for three
 // samples of the way down (a converter's filter smears it over two or three). Real clean taps
 // reach 1.0 beyond those samples, one that Prusa calls problematic 1.5; three times the press is
@@ -201,7 +202,10 @@ Finding CheckShape(const CleanTap& clean, const TapMotion& motion, const TapLine
     }
     const double left = 100 * shape.decompression_g / shape.compression_g;
     if (left < kLeastDecompression) {
-      result.Notice({FindingCode::kLowDecompressionForce, left, kLeastDecompression});
+      return {FindingCode::kLowDecompressionForce, left, kLeastDecompression};
+    }
+    if (left < kNoticedDecompression) {
+      result.Notice({FindingCode::kLowDecompressionForce, left, kNoticedDecompression});
     }
   }
   const double press_g = std::abs(clean.dwell_g - clean.departure_g);

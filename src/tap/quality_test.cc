@@ -192,8 +192,14 @@ TEST(TapChecks, NoticeAHotNozzleDriftAndAShortPress) {
   drawing.depth_mm = 0.012;
   EXPECT_TRUE(HasNotice(Check(Record(drawing, 100)).result, FindingCode::kShortPress));
   drawing = {};
-  drawing.relaxed = 0.45;
+  drawing.relaxed = 0.2;
   EXPECT_TRUE(HasNotice(Check(Record(drawing, 100)).result, FindingCode::kLowDecompressionForce));
+}
+
+TEST(TapChecks, RefuseAPressThatWasLostBeforeThePullBack) {
+  TapDrawing drawing;
+  drawing.relaxed = 0.45;
+  EXPECT_EQ(Check(Record(drawing, 100)).refusal.code, FindingCode::kLowDecompressionForce);
 }
 
 TEST(TapScore, IsTheProductOfItsRatiosAndZeroBeyondTheirLimits) {

@@ -1,0 +1,134 @@
+#include "tap/break_interval.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trammel::tap {
+namespace {
+
+// Added to the sum of squares in units of the noise variance; relative to the quadratic press.
+// Tuned on 1000 taps each of linear, stiffening, softening, d^1.25, d^1.5 and cubic presses at 1 to
+// 8 gf and 80 to 2000 samples/s so that intervals cover 95 to 97 % where the press is linear or
+// quadratic and at least 90 % elsewhere; the results change little between half and twice these.
+constexpr double kCubic1 = 0.5;    // one coefficient more
+constexpr double kHertz = -1;      // as many, and physics is on its side
+constexpr double kYielding = 0.5;  // a power below 1: something yields under the nozzle
+constexpr double kZones = 5;       // a kink anywhere, of any size
+// By which a neighbour may beat the quadratic press before the interval of the latter shrinks.
+constexpr double kCredit = 1.5;
+// By which correlation may raise the variance of means before the noise is white no more.
+constexpr double kWhite = 1.2;
+// Where the outer zone is so much softer, both readings are of interest: where the nozzle lets go,
+// and where an eye sees the press itself end.
+constexpr double kElbow = 0.6;
+
+}  // namespace
+
+BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& candidates,
+                             double reach)
+    : profile_(profile),
+      candidates_(candidates),
+      power_penalty_(candidates.power.p < 1 ? kYielding : kHertz) {
+  const double neighbours =
+      std::min({candidates.Cost(kCubic) + kCubic1, candidates.Cost(kPower) + power_penalty_,
+                candidates.Cost(kTwoZones) + kZones});
+  const double quadratic = candidates.Cost(kQuadratic);
+  level_ = std::min(quadratic, neighbours) + reach;
+  // Where the noise is not white, what looks like a form may be the noise's.
+  const bool in_question =
+      candidates.flat_start || candidates.variance > kWhite * candidates.noise_variance;
+  const double credited = in_question ? quadratic : neighbours + kCredit;
+  quadratic_ = std::max(std::min(quadratic, credited) + reach, level_);
+}
+
+bool BreakInterval::Find(Scan scan) {
+  Seed();
+  const bool zones = candidates_.Cost(kTwoZones) + kZones <= level_;
+  if (lo_ <= hi_ && !Search(scan, false)) {
+    return false;
+  }
+  if (zones && !Search(scan, true)) {
+    return false;
+  }
+  AddPower();
+  if (zones) {
+    AddElbow();
+  }
+  return lo_ <= hi_;
+}
+
+// The minima of polynomial presses that belong to the interval.
+void BreakInterval::Seed() {
+  if (candidates_.Cost(kQuadratic) <= quadratic_) {
+    lo_ = hi_ = candidates_.model[kQuadratic].t;
+  }
+  if (candidates_.Cost(kCubic) + kCubic1 <= level_) {
+    lo_ = std::min(lo_, candidates_.model[kCubic].t);
+    hi_ = std::max(hi_, candidates_.model[kCubic].t);
+  }
+}
+
+// Positive inside, by the polynomial press that gives most room.
+double BreakInterval::Margin(const PressProfile::At& at) const {
+  const double quadratic = quadratic_ * candidates_.variance - SumSquares(at, kQuadratic);
+  const bool ask_cubic = candidates_.model[kCubic].sum_squares < kNever && candidates_.Near(at.t);
+  const double cubic =
+      ask_cubic ? (level_ - kCubic1) * candidates_.variance - SumSquares(at, kCubic) : -kNever;
+  return std::max(quadratic, cubic);
+}
+
+double BreakInterval::ZonesMargin(double t) const {
+  return (level_ - kZones) * candidates_.variance -
+         candidates_.price.Cost(FitTwoZones(profile_, t));
+}
+
+// From the outermost point of the scan that holds, or from the minimum, to the next that does not.
+bool BreakInterval::Search(Scan scan, bool zones) {
+  const auto margin = [&](double t) {
+    return zones ? ZonesMargin(t) : Margin(profile_.Evaluate(t));
+  };
+  const auto holds = [&](const PressProfile::At& at) {
+    return zones ? ZonesMargin(at.t) >= 0 : Margin(at) >= 0;
+  };
+  double lo = zones ? candidates_.model[kTwoZones].t : lo_;
+  double hi = zones ? candidates_.model[kTwoZones].t : hi_;
+  std::size_t first = 0;
+  std::size_t last = scan.size();
+  while (zones && first < scan.size() && scan[first].t < kZonesFrom * candidates_.price.smooth_t) {
+    ++first;
+  }
+  while (first < scan.size() && scan[first].t < lo && !holds(scan[first])) {
+    ++first;
+  }
+  while (last > 0 && scan[last - 1].t > hi && !holds(scan[last - 1])) {
+    --last;
+  }
+  if (first == 0 || last == scan.size()) {
+    return false;
+  }
+  // Neither loop passes a minimum: where no point holds, the neighbours of the minima are left.
+  lo = std::min(lo, scan[std::min(first, scan.size() - 1)].t);
+  hi = std::max(hi, scan[last - 1].t);
+  const double scale = BreakScale(scan[first], profile_.Below(scan[first].t), candidates_.variance);
+  lo_ = std::min(lo_, FindBorder(lo, scan[first - 1].t, scale, margin));
+  hi_ = std::max(hi_, FindBorder(hi, scan[last].t, scale, margin));
+  return true;
+}
+
+void BreakInterval::AddPower() {
+  const double left = level_ - candidates_.Cost(kPower) - power_penalty_;
+  if (left > 0) {
+    const PowerPress& power = candidates_.power;
+    const double half = power.standard_deviation * std::sqrt(candidates_.variance * left);
+    lo_ = std::min(lo_, power.t - half);
+    hi_ = std::max(hi_, power.t + half);
+  }
+}
+
+void BreakInterval::AddElbow() {
+  if (candidates_.OuterRatio() < kElbow) {
+    lo_ = std::min(lo_, candidates_.zones.Elbow());
+  }
+}
+
+}  // namespace trammel::tap

@@ -1,0 +1,57 @@
+// The models of the press that the break is found with, and the break where each explains the
+// samples best.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "tap/break_search.h"
+#include "tap/power_press.h"
+#include "tap/press_profile.h"
+#include "tap/two_zone_press.h"
+
+namespace trammel::tap {
+
+enum Model : std::size_t { kLinear, kQuadratic, kCubic, kPower, kTwoZones, kModels };
+
+/// From where, of the quadratic press's break, the press in two zones is looked for.
+inline constexpr double kZonesFrom = 0.7;
+
+/// What the press in two zones costs beyond its sum of squares.
+struct ZonesPrice {
+  double curve = 0;     ///< A curve of the inner zone,
+  double far = 0;       ///< and a break so far beyond that of the quadratic press, per its depth,
+  double smooth_t = 0;  ///< which is this.
+
+  [[nodiscard]] double Cost(const TwoZonePress& press) const;
+};
+
+/// The models' answers.
+struct Candidates {
+  std::array<Minimum, kModels> model;
+  PowerPress power;
+  TwoZonePress zones;
+  ZonesPrice price;
+  double noise_variance = 0;  ///< Of a sample about the model that fits best; 0 without a press.
+  double variance = 0;        ///< The same as it acts on means.
+  double least = kNever;      ///< The sum of squares of the model that fits best.
+  double freedom = 0;         ///< Samples less unknowns of the quadratic press.
+  /// The samples ask for a start that no cubic press has: a toe, a thread, plastic. It is not known
+  /// whether toe or press ends the contact, and the quadratic press's answer stays in question.
+  bool flat_start = false;
+
+  [[nodiscard]] double Cost(std::size_t m) const { return model[m].sum_squares / variance; }
+  /// Slope of the outer zone over the inner one's where two zones explain the samples much better
+  /// than any smooth press; else 1.
+  [[nodiscard]] double OuterRatio() const;
+  /// Whether a break is near enough to the quadratic press's for its neighbours.
+  [[nodiscard]] bool Near(double t) const;
+};
+
+/// @param scan       Of the profile.
+/// @param inflation  By which correlation of the noise raises the variance of means; >= 1.
+[[nodiscard]] Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation,
+                                        Workspace& workspace);
+
+}  // namespace trammel::tap

@@ -1,0 +1,31 @@
+// The neighbour of the smooth presses that changes its stiffness at once: something soft (plastic,
+// a sheet that lies hollow) or something stiffer is met before the bed itself.
+#pragma once
+
+#include "tap/press_profile.h"
+
+namespace trammel::tap {
+
+/// force = a + b y + c max(0, t - y) + k e (+ q e^2), e = max(0, s - y), s < t: an outer zone that
+/// is straight, and below the kink s a press that is straight or quadratic.
+struct TwoZonePress {
+  double t = 0;                   ///< The break,
+  double s = 0;                   ///< and below it the kink.
+  double outer_slope = 0;         ///< Of the press between them,
+  double inner_slope = 0;         ///< and just below the kink,
+  double inner_curve = 0;         ///< and the curve of the inner zone.
+  double sum_squares = 0;         ///< With the inner press straight,
+  double sum_squares_curved = 0;  ///< and with it quadratic.
+  bool found = false;
+
+  /// Where the inner press would have ended, had it gone on as it is at the kink: what an eye sees
+  /// that extrapolates the last samples of the bed itself.
+  [[nodiscard]] double Elbow() const { return s + outer_slope / inner_slope * (t - s); }
+};
+
+/// The best kink for a break at t. Both zones must press: the outer one by at least a tenth of the
+/// inner one's slope, for less cannot be told from none.
+/// Cost: under a microsecond, whatever the number of samples.
+[[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, double t);
+
+}  // namespace trammel::tap
