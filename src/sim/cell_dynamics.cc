@@ -51,7 +51,7 @@ double PinkNoise::Next() {
   return sum / std::sqrt(static_cast<double>(values_.size()));
 }
 
-double Strand::Pull(const PressTraits& traits, double gap_mm) {
+double PlasticStrand::Pull(const PressTraits& traits, double gap_mm) {
   if (gap_mm <= 0) {
     fast_ = true;
     return 0;

@@ -37,7 +37,7 @@ class PinkNoise {
 };
 
 /// A strand of plastic between nozzle and bed.
-class Strand {
+class PlasticStrand {
  public:
   /// @returns its pull at a height above the bed, gf; touching the bed fastens a new one.
   [[nodiscard]] double Pull(const PressTraits& traits, double gap_mm);

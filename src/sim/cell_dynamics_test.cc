@@ -79,7 +79,7 @@ TEST(ContactLaw, TwoSlopesMeetAtTheKneeAndAYieldingPressTendsToItsForce) {
   EXPECT_NEAR(ContactForce(law, 0.0045), 3500 * 0.045 * std::pow(0.1, 0.7), 1e-9);
 }
 
-TEST(Strand, PullsAfterTheBreakStretchesAndSnaps) {
+TEST(PlasticStrand, PullsAfterTheBreakStretchesAndSnaps) {
   CellTraits traits = Quiet();
   traits.press.strand_g = 10;
   traits.press.strand_onset_mm = 0.002;

@@ -112,7 +112,7 @@ class LoadCell {
   double velocity_mm_s_ = 0;
   StructureMode mode_;
   PinkNoise pink_;
-  Strand strand_;
+  PlasticStrand strand_;
   Slip slip_;
   CellMemory memory_;
   double swing_phase_rad_ = 0;
