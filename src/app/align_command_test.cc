@@ -253,14 +253,25 @@ TEST_F(AlignCommand, CorrectWritesTheWordsOfEveryControl) {
   }
 }
 
-TEST_F(AlignCommand, TheUncertaintysLimitsAreSaidFromSolveToCorrect) {
+TEST_F(AlignCommand, WhatNobodyStatedIsInOneFigureFromSolveToCorrect) {
   const CommandResult solved = Align("solve seen.json --out result.json");
-  EXPECT_THAT(solved.standard_error,
-              HasSubstr("notice     the stated uncertainty takes the camera"));
-  EXPECT_THAT(Align("correct result.json --control heidenhain").standard_output,
-              AllOf(HasSubstr("the stated uncertainty takes the camera"), HasSubstr("Q339=+1")));
+  const json result = json::parse(solved.standard_output);
+  EXPECT_EQ(result["input_uncertainty"]["clamp_eccentricity_mm"],
+            part_alignment::kUsualEccentricity_mm);
+  EXPECT_EQ(result["input_uncertainty"]["not_stated"],
+            json({"machine_mm", "clamp_eccentricity_mm", "camera_offset_mm"}));
+  const double sigma_mm = result["standard_uncertainty"]["x_mm"];
+  EXPECT_GT(sigma_mm, part_alignment::kUsualEccentricity_mm);
+  EXPECT_EQ(result["notices"], json::array());
+  EXPECT_THAT(solved.standard_error, HasSubstr("not stated machine's repeatability"));
   EXPECT_EQ(json::parse(Align("correct result.json --json").standard_output)["notices"],
-            json::parse(solved.standard_output)["notices"]);
+            result["notices"]);
+  const CommandResult stated = SolveChanged([](json& seen) {
+    seen["input_uncertainty"] = {
+        {"machine_mm", 0}, {"clamp_eccentricity_mm", 0}, {"camera_offset_mm", 0}};
+  });
+  const double exact_mm = json::parse(stated.standard_output)["standard_uncertainty"]["x_mm"];
+  EXPECT_LT(exact_mm, sigma_mm / 4);
 }
 
 TEST_F(AlignCommand, APlanThatDoesNotReachItsGoalWritesNothing) {

@@ -86,6 +86,19 @@ void AddValues(const AlignmentOutput& output, Json& json) {
                         Eigen::VectorXd(alignment.covariance.diagonal().cwiseMax(0).cwiseSqrt())));
 }
 
+// As they counted, k = 1, whatever the verdict.
+Json Inputs(const Alignment& alignment) {
+  const part_alignment::InputUncertainty& inputs = alignment.inputs;
+  return {{"machine_mm", Number(inputs.machine_mm.value_or(0))},
+          {"target_mm", Number(inputs.target_mm)},
+          {"clamp_angle_rad", Number(inputs.clamp_angle_rad)},
+          {"clamp_eccentricity_mm", Number(inputs.clamp_eccentricity_mm.value_or(0))},
+          {"clamp_tilt_rad", Number(inputs.clamp_tilt_rad)},
+          {"focal_length_mm", Number(inputs.focal_length_mm)},
+          {"camera_offset_mm", Number(inputs.camera_offset_mm.value_or(0))},
+          {"not_stated", alignment.usual_inputs}};
+}
+
 Json Weakest(const Alignment& alignment) {
   const Observability& told = alignment.observability;
   return {{"components", ByParameter(alignment, told.weakest)},
@@ -116,6 +129,7 @@ std::string ToJson(const AlignmentOutput& output) {
                {"reason", alignment.reason},
                {"unknowns", output.unknowns}};
   AddValues(output, json);
+  json["input_uncertainty"] = Inputs(alignment);
   json["simulated"] = Simulated(output);
   json["rank"] = alignment.observability.rank;
   json["rank_wanted"] = alignment.observability.unknowns;

@@ -88,6 +88,24 @@ std::string Clamping(const AlignmentOutput& output) {
   return text;
 }
 
+// What the stated figure holds although nobody stated it.
+std::string UsualInputs(const Alignment& alignment) {
+  const part_alignment::InputUncertainty& inputs = alignment.inputs;
+  std::string text;
+  for (const std::string& name : alignment.usual_inputs) {
+    const auto add = [&](const char* words, double size_mm) {
+      text += fmt::format("{}{} {:.4f} mm", text.empty() ? "" : ", ", words, size_mm);
+    };
+    if (name == "machine_mm") add("machine's repeatability", inputs.machine_mm.value_or(0));
+    if (name == "clamp_eccentricity_mm") {
+      add("clamp eccentricity", inputs.clamp_eccentricity_mm.value_or(0));
+    }
+    if (name == "camera_offset_mm") add("camera in its taper", inputs.camera_offset_mm.value_or(0));
+  }
+  if (text.empty()) return {};
+  return fmt::format("not stated {} (k = 1): usual sizes, in the figures above\n", text);
+}
+
 std::string Residuals(const Alignment& alignment) {
   double largest = 0;
   int counted = 0;
@@ -150,7 +168,9 @@ std::string AlignmentText(const AlignmentOutput& output) {
   const Alignment& alignment = output.alignment;
   std::string text = fmt::format("verdict    {}\n", ToString(alignment.verdict));
   if (!alignment.reason.empty()) text += fmt::format("reason     {}\n", alignment.reason);
-  if (alignment.verdict == Verdict::kGood) text += Pose(alignment) + Clamping(output);
+  if (alignment.verdict == Verdict::kGood) {
+    text += Pose(alignment) + Clamping(output) + UsualInputs(alignment);
+  }
   if (output.simulated) text += Simulated(alignment, *output.simulated);
   text += ObservabilityText(alignment.observability, alignment.reason);
   text += Residuals(alignment);

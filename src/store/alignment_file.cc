@@ -45,13 +45,20 @@ struct NamedInput {
   const char* name;
   double InputUncertainty::*member;
 };
-constexpr std::array<NamedInput, 7> kInputs = {{
-    {"machine_mm", &InputUncertainty::machine_mm},
+constexpr std::array<NamedInput, 4> kInputs = {{
     {"target_mm", &InputUncertainty::target_mm},
     {"clamp_angle_rad", &InputUncertainty::clamp_angle_rad},
-    {"clamp_eccentricity_mm", &InputUncertainty::clamp_eccentricity_mm},
     {"clamp_tilt_rad", &InputUncertainty::clamp_tilt_rad},
     {"focal_length_mm", &InputUncertainty::focal_length_mm},
+}};
+/// Those that count with their usual size where they are not stated.
+struct NamedUsualInput {
+  const char* name;
+  std::optional<double> InputUncertainty::*member;
+};
+constexpr std::array<NamedUsualInput, 3> kUsualInputs = {{
+    {"machine_mm", &InputUncertainty::machine_mm},
+    {"clamp_eccentricity_mm", &InputUncertainty::clamp_eccentricity_mm},
     {"camera_offset_mm", &InputUncertainty::camera_offset_mm},
 }};
 constexpr const char* kInputsKey = "input_uncertainty";
@@ -239,6 +246,9 @@ Result<void> ReadInputs(JsonObject& root, InputUncertainty& inputs) {
   for (const NamedInput& input : kInputs) {
     inputs.*input.member = object.Number(input.name, kRange, 0.0);
   }
+  for (const NamedUsualInput& input : kUsualInputs) {
+    if (object.has(input.name)) inputs.*input.member = object.Number(input.name, kRange);
+  }
   return object.Finish();
 }
 
@@ -335,6 +345,10 @@ std::string AlignmentFileText(const AlignmentInput& input) {
   json["unknowns"] = NamesOf(input.unknowns);
   for (const NamedInput& named : kInputs) {
     if (input.inputs.*named.member != 0) json[kInputsKey][named.name] = input.inputs.*named.member;
+  }
+  for (const NamedUsualInput& named : kUsualInputs) {
+    const std::optional<double>& stated = input.inputs.*named.member;
+    if (stated) json[kInputsKey][named.name] = *stated;
   }
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

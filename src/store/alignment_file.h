@@ -17,7 +17,7 @@ namespace trammel::store {
 struct AlignmentInput {
   part_alignment::Measurement measurement;
   part_alignment::Unknowns unknowns;
-  /// What is uncertain beside the pixels; exact where the file does not say.
+  /// What is uncertain beside the pixels, as far as the file says.
   part_alignment::InputUncertainty inputs;
   /// The picture of each view, from the file's folder; empty where the file names none. May be
   /// shorter than the views.

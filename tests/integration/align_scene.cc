@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
+#include <numbers>
+
 namespace trammel::test {
 
 Eigen::Vector3d VectorOf(const sim::Triple& triple) { return {triple[0], triple[1], triple[2]}; }
@@ -57,5 +60,35 @@ Eigen::VectorXd TruthOf(const sim::SpindleWorld& world) {
       world.clamping.eccentricity_mm[1];
   return truth;
 }
+
+sim::SpindleSetup Probed(sim::SpindleSetup setup) {
+  setup.part.misplaced_mm = 0.5;
+  setup.part.misplaced_rad = 5e-4;
+  return setup;
+}
+
+sim::SpindleSetup HalfTurned(sim::SpindleSetup setup) {
+  const auto stops = setup.stops;
+  for (sim::SpindleStop stop : stops) {
+    stop.c_rad = std::numbers::pi;
+    setup.stops.push_back(stop);
+  }
+  return setup;
+}
+
+namespace {
+
+std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
+  const char* text = std::getenv(name);
+  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
+}
+
+}  // namespace
+
+std::uint64_t Clampings(std::uint64_t otherwise) {
+  return FromEnvironment("TRAMMEL_CLAMPINGS", otherwise);
+}
+
+std::uint64_t ClampingsSeed() { return FromEnvironment("TRAMMEL_CLAMPINGS_SEED", 500000); }
 
 }  // namespace trammel::test

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "part_alignment/pose/measurement.h"
@@ -20,5 +21,16 @@ namespace trammel::test {
 
 /// As they are: x y z (mm), alpha beta gamma and the clamp angle (rad), the eccentricity (mm).
 [[nodiscard]] Eigen::VectorXd TruthOf(const sim::SpindleWorld& world);
+
+/// The part as the paper had it: aligned with a touch probe.
+[[nodiscard]] sim::SpindleSetup Probed(sim::SpindleSetup setup);
+
+/// Every stop again with C at 180 degrees.
+[[nodiscard]] sim::SpindleSetup HalfTurned(sim::SpindleSetup setup);
+
+/// TRAMMEL_CLAMPINGS and TRAMMEL_CLAMPINGS_SEED of the studies; the seed of reported figures
+/// without.
+[[nodiscard]] std::uint64_t Clampings(std::uint64_t otherwise);
+[[nodiscard]] std::uint64_t ClampingsSeed();
 
 }  // namespace trammel::test

@@ -25,7 +25,6 @@ namespace {
 
 using Row = std::array<double, 7>;  // mm, then mm/m
 
-constexpr std::uint64_t kReportedSeed = 500000;
 constexpr double kReportedClampings = 10000;
 constexpr std::size_t kGroup = 10;  // measurements of which the paper takes one repeatability
 // Of section 3.2 and 3.3, k = 2.
@@ -34,13 +33,8 @@ constexpr Row kTable3 = {0.032, 0.030, 0.020, 0.028, 0.024, 0.010, 3.840};
 constexpr double kPrinted = 0.0005;  // half a unit of the last place that the tables print
 constexpr double kBacklash = 3.3;    // half, mm/m
 
-std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
-}
-
-std::uint64_t Clampings() { return FromEnvironment("TRAMMEL_CLAMPINGS", 10000); }
-std::uint64_t Seed() { return FromEnvironment("TRAMMEL_CLAMPINGS_SEED", kReportedSeed); }
+std::uint64_t Clampings() { return test::Clampings(10000); }
+std::uint64_t Seed() { return test::ClampingsSeed(); }
 
 /// Everything that was solved in one row of a table.
 struct Runs {
@@ -65,6 +59,7 @@ double UnitOf(Eigen::Index parameter) { return parameter >= 3 && parameter <= 6 
 Runs Repeat(const sim::SpindleSetup& setup, Model model, std::uint64_t clampings) {
   Runs runs;
   part_alignment::SolveOptions options;
+  options.inputs = part_alignment::ExactInputs();  // pixels against the scatter that they make
   options.unknowns.clamp_angle = model != kPose;
   options.unknowns.clamp_eccentricity = model == kEccentricity;
   options.robust = model != kPose;
@@ -97,13 +92,6 @@ Runs Repeat(const sim::SpindleSetup& setup, Model model, std::uint64_t clampings
   }
   runs.covariance /= static_cast<double>(runs.mahalanobis2.size());
   return runs;
-}
-
-/// The paper's part had been aligned with a touch probe.
-sim::SpindleSetup Probed(sim::SpindleSetup setup) {
-  setup.part.misplaced_mm = 0.5;
-  setup.part.misplaced_rad = 5e-4;
-  return setup;
 }
 
 double TwoSigma(const std::vector<double>& values) { return 2 * StandardDeviation(values); }
@@ -186,8 +174,8 @@ Row CompareWithPaper(const std::string& title, const sim::SpindleSetup& setup, c
 }
 
 TEST(AlignStudy, SevenUnknownsMeetTable3AndSixLoseWhatTable2Loses) {
-  const Row lost =
-      CompareWithPaper("1.5 x 1 m at 300 mm, along -Z", Probed(sim::LaboratoryScene(300)), kTable3);
+  const Row lost = CompareWithPaper("1.5 x 1 m at 300 mm, along -Z",
+                                    test::Probed(sim::LaboratoryScene(300)), kTable3);
   // What a standard deviation of ten repeats is told of the true one, with 95 %: chi-square with 9
   // degrees of freedom lies within 2.70 … 19.02.
   for (std::size_t k = 0; k < 6; ++k) {
@@ -197,7 +185,8 @@ TEST(AlignStudy, SevenUnknownsMeetTable3AndSixLoseWhatTable2Loses) {
 }
 
 TEST(AlignStudy, From150MillimetresToo) {
-  CompareWithPaper("1.5 x 1 m at 150 mm, along -Z", Probed(sim::LaboratoryScene(150)), kTable3);
+  CompareWithPaper("1.5 x 1 m at 150 mm, along -Z", test::Probed(sim::LaboratoryScene(150)),
+                   kTable3);
 }
 
 TEST(AlignStudy, TenMetresAlongYToo) {
@@ -205,7 +194,8 @@ TEST(AlignStudy, TenMetresAlongYToo) {
   // bound.
   constexpr double kAngles = 0.005;
   const Row limit = {kTable3[0], kTable3[2], kTable3[1], kAngles, kAngles, kAngles, 0};
-  CompareWithPaper("10 x 3 m (XZ) at 150 mm, along Y", Probed(sim::IndustryScene(150)), limit);
+  CompareWithPaper("10 x 3 m (XZ) at 150 mm, along Y", test::Probed(sim::IndustryScene(150)),
+                   limit);
 }
 
 void CheckCovariance(const std::string& title, sim::SpindleSetup setup, Model model,
@@ -238,21 +228,11 @@ void CheckCovariance(const std::string& title, sim::SpindleSetup setup, Model mo
   EXPECT_LE(inside / n, 0.97 + noise) << title;
 }
 
-/// Every stop again with C at 180 degrees.
-sim::SpindleSetup HalfTurned(sim::SpindleSetup setup) {
-  const auto stops = setup.stops;
-  for (sim::SpindleStop stop : stops) {
-    stop.c_rad = std::numbers::pi;
-    setup.stops.push_back(stop);
-  }
-  return setup;
-}
-
 TEST(AlignStudy, TheSpindleTurnedByHalfTakesTheEccentricityOut) {
   constexpr double kNine = 16.9190;  // the 95 % point of chi-square
   // 16 centres of 0.03 px at 2813 px and 300 mm, k = 2: 0.0016 mm; the clamp angle adds to it.
   constexpr double kAcross_mm = 0.004;
-  const sim::SpindleSetup setup = HalfTurned(Probed(sim::LaboratoryScene(300)));
+  const sim::SpindleSetup setup = test::HalfTurned(test::Probed(sim::LaboratoryScene(300)));
   PrintHead("1.5 x 1 m at 300 mm, every stop at C = 0 and 180 degrees, eccentricity solved for",
             setup);
   const Runs runs = Repeat(setup, kEccentricity, Clampings());
@@ -268,12 +248,13 @@ TEST(AlignStudy, TheSpindleTurnedByHalfTakesTheEccentricityOut) {
 TEST(AlignStudy, CovarianceIsWhatManyRunsShow) {
   constexpr double kSeven = 14.0671;  // the 95 % point of chi-square
   constexpr double kSix = 12.5916;
-  CheckCovariance("1.5 x 1 m at 300 mm, 7D", Probed(sim::LaboratoryScene(300)), kClampAngle,
+  CheckCovariance("1.5 x 1 m at 300 mm, 7D", test::Probed(sim::LaboratoryScene(300)), kClampAngle,
                   kSeven);
-  CheckCovariance("1.5 x 1 m at 300 mm, 6D", Probed(sim::LaboratoryScene(300)), kPose, kSix);
-  CheckCovariance("1.5 x 1 m at 150 mm, 7D", Probed(sim::LaboratoryScene(150)), kClampAngle,
+  CheckCovariance("1.5 x 1 m at 300 mm, 6D", test::Probed(sim::LaboratoryScene(300)), kPose, kSix);
+  CheckCovariance("1.5 x 1 m at 150 mm, 7D", test::Probed(sim::LaboratoryScene(150)), kClampAngle,
                   kSeven);
-  CheckCovariance("10 x 3 m at 150 mm, 7D", Probed(sim::IndustryScene(150)), kClampAngle, kSeven);
+  CheckCovariance("10 x 3 m at 150 mm, 7D", test::Probed(sim::IndustryScene(150)), kClampAngle,
+                  kSeven);
 }
 
 }  // namespace

@@ -43,6 +43,20 @@ Vector6 MotionBetween(const geometry::Pose& from, const geometry::Pose& to) {
   return motion;
 }
 
+// Without what rounding leaves where nothing scatters: its correlations would be no ones, and would
+// be taken out of the others with it.
+Matrix6 Counting(Matrix6 covariance) {
+  constexpr double kRounding_mm = 1e-9;
+  constexpr double kRounding_rad = 1e-12;
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    const double rounding = i < 3 ? kRounding_mm : kRounding_rad;
+    if (covariance(i, i) > rounding * rounding) continue;
+    covariance.row(i).setZero();
+    covariance.col(i).setZero();
+  }
+  return covariance;
+}
+
 // SplitScatter's sum of all components, for six numbers with their correlations.
 Matrix6 SplitMotion(const std::vector<std::vector<Vector6>>& motions) {
   const auto c = static_cast<double>(motions.size());
@@ -69,8 +83,8 @@ Matrix6 SplitMotion(const std::vector<std::vector<Vector6>>& motions) {
     }
   }
   for (const Vector6& of : of_measurement) between_m += c * square(of - mean) / (m - 1);
-  const Matrix6 root_c = geometry::CovarianceRoot((between_c - rest) / m);
-  const Matrix6 root_m = geometry::CovarianceRoot((between_m - rest) / c);
+  const Matrix6 root_c = geometry::CovarianceRoot(Counting((between_c - rest) / m));
+  const Matrix6 root_m = geometry::CovarianceRoot(Counting((between_m - rest) / c));
   return root_c * root_c.transpose() + root_m * root_m.transpose() + rest;
 }
 

@@ -13,8 +13,7 @@
 namespace trammel::part_alignment {
 
 /// A sentence for each: a camera used outside the distances it was calibrated at, or calibrated
-/// long ago; an eccentric clamping, where neither is it solved for nor its size stated and all
-/// views have one orientation of the spindle, so that it moves the part as much. None unless the
+/// long ago; inputs that leave the part's place less certain than any view should. None unless the
 /// verdict is good.
 /// @param calibration  absent: nothing is known of it, and nothing said
 /// @param today        YYYY-MM-DD

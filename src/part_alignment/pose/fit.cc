@@ -1,14 +1,13 @@
 #include "part_alignment/pose/fit.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "base/chi_square.h"
-#include "geometry/decompositions.h"
 #include "part_alignment/pose/ceres_descend.h"
 #include "part_alignment/pose/first_guess.h"
+#include "part_alignment/pose/joint_fit.h"
 #include "part_alignment/pose/observability.h"
 
 namespace trammel::part_alignment {
@@ -30,6 +29,12 @@ bool Differ(const PoseProblem& problem, const Theta& a, const Theta& b) {
          std::abs(std::remainder(clamp, 2 * std::numbers::pi)) > kApart;
 }
 
+}  // namespace
+
+int DegreesOfFreedom(const PoseProblem& problem) {
+  return 2 * static_cast<int>(problem.sights.size()) - LayoutOf(problem.unknowns).size;
+}
+
 bool FullRank(const PoseProblem& problem, const Theta& theta) {
   const MiddleFrame frame =
       MiddleFrameOf(problem, geometry::RotationFromAngles(theta.segment<3>(3)));
@@ -38,47 +43,12 @@ bool FullRank(const PoseProblem& problem, const Theta& theta) {
   return seen.rank == seen.unknowns;
 }
 
-}  // namespace
-
-int DegreesOfFreedom(const PoseProblem& problem) {
-  return 2 * static_cast<int>(problem.sights.size()) - LayoutOf(problem.unknowns).size;
-}
-
 double ChiSquareHigh(int degrees_of_freedom) {
   return degrees_of_freedom > 0 ? ChiSquareQuantile(1 - kOneIn, degrees_of_freedom) : kExact;
 }
 
 double ChiSquareLow(int degrees_of_freedom) {
   return degrees_of_freedom > 0 ? ChiSquareQuantile(kOneIn, degrees_of_freedom) : 0;
-}
-
-double BesideShared(const PoseProblem& problem, const Theta& theta, double chi_square) {
-  if (problem.shared.empty() || !std::isfinite(chi_square)) {
-    return chi_square;
-  }
-  const Eigen::Index rows = 2 * static_cast<Eigen::Index>(problem.sights.size());
-  Eigen::VectorXd residuals(rows);
-  Eigen::MatrixXd moves(rows, kCameraParameters);
-  const Chain chain(problem, theta, false);
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    const Sight& sight = problem.sights[i];
-    Eigen::Vector2d residual_px;
-    if (!chain.Residual(sight, residual_px)) {
-      return chi_square;
-    }
-    residuals.segment<2>(2 * static_cast<Eigen::Index>(i)) = residual_px / sight.sigma_px;
-    moves.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = problem.shared[i] / sight.sigma_px;
-  }
-  const Eigen::MatrixXd jacobian = WeightedJacobian(problem, theta);
-  const Eigen::VectorXd scale = jacobian.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-  const geometry::SingularValues of = geometry::DecomposeSingular(jacobian * scale.asDiagonal());
-  constexpr double kSingular = 1e-9;
-  const Eigen::Index rank = (of.values.array() > kSingular * of.values.maxCoeff()).count();
-  const auto taken_up = of.u.leftCols(rank);
-  const Eigen::MatrixXd left = moves - taken_up * (taken_up.transpose() * moves);
-  const CameraVector pull = left.transpose() * residuals;
-  const CameraCovariance stiffness = CameraCovariance::Identity() + left.transpose() * left;
-  return chi_square - pull.dot(stiffness.llt().solve(pull));
 }
 
 Descent Refine(const PoseProblem& problem, const Theta& guess, SolveMethod method) {
@@ -97,7 +67,7 @@ Descent Refine(const PoseProblem& problem, const Theta& guess, SolveMethod metho
   Descent descent =
       method == SolveMethod::kCeres ? DescendByCeres(middle, theta, 0) : Descend(middle, theta);
   descent.theta = FromMiddleFrame(frame, descent.theta);
-  descent.chi_square = BesideShared(problem, descent.theta, descent.chi_square);
+  descent.chi_square = JointChiSquare(problem, descent.theta);
   const Layout layout = LayoutOf(problem.unknowns);
   if (layout.clamp_angle >= 0) {
     descent.theta[layout.clamp_angle] =

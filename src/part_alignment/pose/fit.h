@@ -22,16 +22,11 @@ struct Fit {
 [[nodiscard]] double ChiSquareLow(int degrees_of_freedom);
 [[nodiscard]] int DegreesOfFreedom(const PoseProblem& problem);
 
-/// Chi-square of residuals that shared errors have a part in: of all draws of PoseProblem::shared
-/// those are taken that make the least of residuals and draws together, as far as no theta takes
-/// them up. Distributed as chi-square of as many degrees of freedom as without them; `chi_square`
-/// itself, the sum of the squared residuals, where nothing is shared.
-/// @param theta  where the squared residuals are least
-[[nodiscard]] double BesideShared(const PoseProblem& problem, const Theta& theta,
-                                  double chi_square);
+/// Whether the sights tell every unknown at all (observability.h).
+[[nodiscard]] bool FullRank(const PoseProblem& problem, const Theta& theta);
 
 /// One descent from a guess, in the guess's middle frame: pose and clamp angle first, then the
-/// rest. Its chi_square is BesideShared.
+/// rest. Its chi_square is JointChiSquare.
 [[nodiscard]] Descent Refine(const PoseProblem& problem, const Theta& guess, SolveMethod method);
 
 /// The best of the descents from FirstGuesses at the clamp angles given.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -18,25 +19,30 @@ namespace trammel::part_alignment {
 [[nodiscard]] Theta EverythingAt(const PoseProblem& problem, const Theta& theta);
 
 /// The standard uncertainty of each entry of WithEverything's theta that is not solved for, else 0.
+/// REQUIRES inputs with all sizes.
 [[nodiscard]] Theta CommonSigmas(const InputUncertainty& inputs, const Unknowns& unknowns);
 
-/// The sights' sigmas with the share of machine and targets at their distance, so that weights and
-/// chi-square count them; Sight::pixel_sigma_px keeps the stated one. Errors that sights share
-/// count as if they did not: chi-square is then rather smaller than its degrees of freedom.
-void WidenSigmas(const Theta& theta, const InputUncertainty& inputs, PoseProblem& problem);
+/// What counts as uncertain in a problem. REQUIRES inputs with all sizes (WithUsualSizes).
+/// @param targets  of their coordinates, (3 · targets)², mm²; absent: exact but for target_mm
+[[nodiscard]] InputErrors ErrorsOf(const InputUncertainty& inputs, const Unknowns& unknowns,
+                                   std::size_t target_count,
+                                   const std::optional<Eigen::MatrixXd>& targets,
+                                   const std::optional<CameraCovariance>& camera);
+
+/// The sights' sigmas with the share of machine and targets at their distance, by which they weigh
+/// in the search for the pose; Sight::pixel_sigma_px keeps the stated one.
+void WidenSigmas(const Theta& theta, PoseProblem& problem);
 
 /// geometry::CovarianceRoot, but for what is solved for of the camera: that does not count.
 [[nodiscard]] CameraCovariance CountingRoot(const Unknowns& unknowns,
                                             const CameraCovariance& covariance);
 
-/// PoseProblem::shared of an uncertain camera at theta; 0 where a target is not seen.
-[[nodiscard]] std::vector<SharedMove> CameraMoves(const PoseProblem& problem, const Theta& theta,
-                                                  const CameraCovariance& covariance);
+/// How a sight's projected place moves, px, with each of the independent draws of unit variance
+/// that make up an uncertain calibration: the same draws for all sights.
+using CameraMove = Eigen::Matrix<double, 2, kCameraParameters>;
 
-/// Covariance of theta by all inputs, the pixels' and the shared ones as what they are. Empty below
-/// full rank.
-[[nodiscard]] Eigen::MatrixXd CovarianceByInputs(const PoseProblem& problem, const Theta& theta,
-                                                 const InputUncertainty& inputs,
-                                                 const std::optional<CameraCovariance>& camera);
+/// One for each sight, of a camera with this root at theta; 0 where a target is not seen.
+[[nodiscard]] std::vector<CameraMove> CameraMoves(const PoseProblem& problem, const Theta& theta,
+                                                  const CameraCovariance& root);
 
 }  // namespace trammel::part_alignment

@@ -1,22 +1,47 @@
 // What goes into an alignment beside pixels.
 #pragma once
 
+#include <optional>
+
 #include "base/result.h"
 
 namespace trammel::part_alignment {
 
+/// Standard uncertainty of a camera's centre against the spindle's axis, X and Y each, where none
+/// is stated: Table 3 of Mendikute et al. (X and Y repeat to 0.030 mm, k = 2, whatever the pictures
+/// tell) needs 0.015 mm from clamping to clamping, and the clamping in which the camera was
+/// calibrated is off as much, so the root of two of it. What a tilt of the taper moves at the
+/// targets' distance is in it.
+constexpr double kUsualEccentricity_mm = 0.021;
+/// Repeatability of each axis of a machine where none is stated: what Table 3's Z and angles leave
+/// room for (0.0028 … 0.0037 mm).
+constexpr double kUsualRepeatability_mm = 0.004;
+/// Of the camera's place in its taper, X, Y and Z each, where its file brings no covariance: what
+/// probing the taper, or touching a mark on the machine, leaves.
+constexpr double kUsualCameraOffset_mm = 0.010;
+
 /// Standard uncertainties (k = 1) of what goes into a measurement beside the pixels' own sigmas;
-/// all normal, 0: exact.
+/// all normal, 0: exact. What is absent counts with its usual size, never as 0.
 struct InputUncertainty {
-  double machine_mm = 0;  ///< each axis of each view's spindle position, independent
-  double target_mm = 0;   ///< each coordinate of each target, the same in all views
+  /// Each axis of each view's spindle position, independent. Absent: kUsualRepeatability_mm, and
+  /// what the residuals tell of it (repeatability.h).
+  std::optional<double> machine_mm;
+  double target_mm = 0;  ///< each coordinate of each target, the same in all views
   // One value for the whole measurement; counts only where it is not among the unknowns.
   double clamp_angle_rad = 0;
-  double clamp_eccentricity_mm = 0;  ///< X and Y each
-  double clamp_tilt_rad = 0;         ///< about X and Y each
+  std::optional<double> clamp_eccentricity_mm;  ///< X and Y each; absent: kUsualEccentricity_mm
+  double clamp_tilt_rad = 0;                    ///< about X and Y each
   double focal_length_mm = 0;
-  double camera_offset_mm = 0;  ///< X, Y and Z each
+  /// X, Y and Z each; absent: kUsualCameraOffset_mm, 0 beside a covariance of the camera.
+  std::optional<double> camera_offset_mm;
 };
+
+/// Pixels alone: nothing else is uncertain.
+[[nodiscard]] InputUncertainty ExactInputs();
+
+/// With the usual sizes in place of what is absent.
+[[nodiscard]] InputUncertainty WithUsualSizes(const InputUncertainty& inputs,
+                                              bool camera_has_covariance);
 
 /// Errors (kInput) name the field that is negative, not finite or beyond 1000.
 [[nodiscard]] Result<void> Validate(const InputUncertainty& inputs);

@@ -201,15 +201,12 @@ double ChiSquare(const PoseProblem& problem, const Theta& theta) {
 }
 
 PoseProblem Without(const PoseProblem& problem, const std::vector<std::size_t>& left_out) {
-  PoseProblem rest{problem.camera, problem.unknowns, {}};
+  PoseProblem rest{problem.camera, problem.unknowns, {}, problem.errors};
   for (std::size_t i = 0; i < problem.sights.size(); ++i) {
     if (std::find(left_out.begin(), left_out.end(), i) != left_out.end()) {
       continue;
     }
     rest.sights.push_back(problem.sights[i]);
-    if (!problem.shared.empty()) {
-      rest.shared.push_back(problem.shared[i]);
-    }
   }
   return rest;
 }

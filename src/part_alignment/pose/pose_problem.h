@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,15 +48,20 @@ struct Sight {
   std::size_t target = 0;
 };
 
-/// How a sight's projected place moves, px, with each of the independent draws of unit variance
-/// that make up an uncertain calibration: the same draws for all sights.
-using SharedMove = Eigen::Matrix<double, 2, kCameraParameters>;
+/// What is uncertain beside the pixels; covariances as their roots, which make them of independent
+/// draws of unit variance.
+struct InputErrors {
+  double machine_mm = 0;    ///< each axis of each view's spindle position
+  Theta common;             ///< CommonSigmas; empty: all 0
+  Eigen::MatrixXd targets;  ///< (3 · targets, draws), in the part's own frame; empty: exact
+  std::optional<CameraCovariance> camera;  ///< CountingRoot
+};
 
 struct PoseProblem {
   Camera camera;
   Unknowns unknowns;
-  std::vector<Sight> sights;
-  std::vector<SharedMove> shared = {};  ///< one for each sight; empty: the camera is exact
+  std::vector<Sight> sights;  ///< those of a view are neighbours
+  InputErrors errors = {};
 };
 
 /// The problem without some of its sights.

@@ -2,6 +2,7 @@
 
 #include "base/check.h"
 #include "part_alignment/pose/input_effect.h"
+#include "part_alignment/pose/joint_fit.h"
 #include "part_alignment/pose/solve_input.h"
 
 namespace trammel::part_alignment {
@@ -9,10 +10,7 @@ namespace trammel::part_alignment {
 Result<PoseSolver> PoseSolver::Make(const Measurement& measurement, const SolveOptions& options,
                                     const geometry::Pose& machine_from_part,
                                     const Clamping& clamping) {
-  if (const auto valid = ValidateInputs(options); !valid) {
-    return tl::unexpected(valid.error());
-  }
-  auto problem = MakeProblem(measurement, options.unknowns);
+  auto problem = MakeProblem(measurement, options);
   if (!problem) {
     return tl::unexpected(problem.error());
   }
@@ -22,12 +20,29 @@ Result<PoseSolver> PoseSolver::Make(const Measurement& measurement, const SolveO
   if (!solver.state_.allFinite()) {
     return Fail("the pose or the clamping to begin at is not finite");
   }
-  WidenSigmas(solver.state_, options.inputs, solver.own_);
+  WidenSigmas(solver.state_, solver.own_);
+  solver.gain_ = FitJointly(solver.own_, solver.state_).gain;
   solver.frame_ =
       MiddleFrameOf(solver.own_, geometry::RotationFromAngles(machine_from_part.angles_rad));
   solver.middle_ = InMiddleFrame(solver.own_, solver.frame_);
   solver.middle_state_ = ToMiddleFrame(solver.frame_, solver.state_);
   return solver;
+}
+
+// The gain changes with theta by as little as theta does against the distances.
+void PoseSolver::AddErrorsOfInputs(std::span<const Eigen::Vector2d> pixels, Theta& theta) const {
+  const Chain chain(own_, theta, false);
+  const Theta found = theta;
+  for (std::size_t i = 0; i < pixels.size() && gain_.size() > 0; ++i) {
+    Sight sight = own_.sights[i];
+    sight.pixel = pixels[i];
+    Eigen::Vector2d residual_px;
+    if (!chain.Residual(sight, residual_px)) {
+      theta = found;
+      return;
+    }
+    theta.noalias() += gain_.middleCols<2>(2 * static_cast<Eigen::Index>(i)) * residual_px;
+  }
 }
 
 Descent PoseSolver::SolvePixels(std::span<const Eigen::Vector2d> pixels) {
@@ -38,6 +53,7 @@ Descent PoseSolver::SolvePixels(std::span<const Eigen::Vector2d> pixels) {
   }
   Descent descent = Descend(middle_, middle_state_);
   descent.theta = FromMiddleFrame(frame_, descent.theta);
+  AddErrorsOfInputs(pixels, descent.theta);
   return descent;
 }
 

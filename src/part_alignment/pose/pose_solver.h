@@ -12,8 +12,8 @@ namespace trammel::part_alignment {
 /// an allocation. No outlier search and no verdict: Solve does those.
 class PoseSolver {
  public:
-  /// Of the options unknowns and what is uncertain count, in the sights' weights as in Solve. The
-  /// errors are those of Solve.
+  /// Of the options unknowns and what is uncertain count, as in Solve. The errors are those of
+  /// Solve.
   [[nodiscard]] static Result<PoseSolver> Make(const Measurement& measurement,
                                                const SolveOptions& options,
                                                const geometry::Pose& machine_from_part,
@@ -30,11 +30,15 @@ class PoseSolver {
  private:
   PoseSolver() = default;
 
+  /// From the pose by weights to the one beside which the inputs' errors are the likeliest.
+  void AddErrorsOfInputs(std::span<const Eigen::Vector2d> pixels, Theta& theta) const;
+
   PoseProblem own_;     // in the part's frame
   PoseProblem middle_;  // the same in its middle frame
   MiddleFrame frame_;
   Theta state_;
   Theta middle_state_;
+  Eigen::MatrixXd gain_;  // JointFit's
 };
 
 }  // namespace trammel::part_alignment

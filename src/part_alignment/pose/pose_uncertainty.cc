@@ -11,6 +11,7 @@
 
 #include "base/chi_square.h"
 #include "part_alignment/pose/input_effect.h"
+#include "part_alignment/pose/joint_fit.h"
 #include "part_alignment/pose/pose_solver.h"
 #include "part_alignment/pose/solution.h"
 
@@ -47,21 +48,18 @@ Result<PoseSolver> Prepare(const Measurement& measurement, const SolveOptions& o
 /// One draw of all inputs: what the camera sees then. False where it does not see a target.
 class Drawer {
  public:
-  Drawer(const PoseProblem& problem, const Theta& everything, const SolveOptions& options)
+  Drawer(const PoseProblem& problem, const Theta& everything)
       : all_(WithEverything(problem)),
         everything_(everything),
-        inputs_(options.inputs),
-        sigmas_(CommonSigmas(options.inputs, options.unknowns)),
+        errors_(problem.errors),
         camera_(ParametersOf(problem.camera)) {
-    if (options.camera_covariance) {
-      camera_root_ = CountingRoot(options.unknowns, *options.camera_covariance);
-    }
     for (const Sight& sight : all_.sights) {
       views_ = std::max(views_, sight.view + 1);
       targets_ = std::max(targets_, sight.target + 1);
     }
     view_mm_.resize(views_);
-    target_mm_.resize(targets_);
+    target_mm_.assign(targets_, Vector3d::Zero());
+    target_draws_.resize(errors_.targets.cols());
   }
 
   bool Draw(Random& random, std::vector<Vector2d>& pixels) {
@@ -70,13 +68,13 @@ class Drawer {
       const double y = sigma * random.Normal();
       return Vector3d(x, y, sigma * random.Normal());
     };
-    std::generate(view_mm_.begin(), view_mm_.end(), [&] { return draw(inputs_.machine_mm); });
-    std::generate(target_mm_.begin(), target_mm_.end(), [&] { return draw(inputs_.target_mm); });
+    std::generate(view_mm_.begin(), view_mm_.end(), [&] { return draw(errors_.machine_mm); });
+    DrawTargets(random);
     Theta theta = everything_;
     for (Index i = 6; i < theta.size(); ++i) {
-      theta[i] += sigmas_[i] * random.Normal();
+      theta[i] += errors_.common[i] * random.Normal();
     }
-    if (camera_root_) {
+    if (errors_.camera) {
       DrawCamera(random, theta);
     }
     const Chain chain(all_, theta, false);
@@ -96,11 +94,20 @@ class Drawer {
   }
 
  private:
+  void DrawTargets(Random& random) {
+    if (errors_.targets.size() == 0) return;
+    for (double& draw : target_draws_) draw = random.Normal();
+    const Eigen::VectorXd moved_mm = errors_.targets * target_draws_;
+    for (std::size_t i = 0; i < target_mm_.size(); ++i) {
+      target_mm_[i] = moved_mm.segment<3>(3 * static_cast<Index>(i));
+    }
+  }
+
   // Focal length and offset are theta's, the other parameters the camera's own.
   void DrawCamera(Random& random, Theta& theta) {
     CameraVector draws;
     std::generate(draws.begin(), draws.end(), [&] { return random.Normal(); });
-    const CameraVector moved = *camera_root_ * draws;
+    const CameraVector moved = *errors_.camera * draws;
     all_.camera = WithParameters(all_.camera, camera_ + moved);
     const Layout layout = LayoutOf(all_.unknowns);
     theta[layout.focal_length] += moved[0];
@@ -109,14 +116,13 @@ class Drawer {
 
   PoseProblem all_;
   Theta everything_;
-  InputUncertainty inputs_;
-  Theta sigmas_;
+  InputErrors errors_;
   CameraVector camera_;
-  std::optional<CameraCovariance> camera_root_;
   std::size_t views_ = 0;
   std::size_t targets_ = 0;
   std::vector<Vector3d> view_mm_;
   std::vector<Vector3d> target_mm_;
+  Eigen::VectorXd target_draws_;
 };
 
 /// Moments, quantiles and the share within the linear region; errors: one column per trial.
@@ -157,8 +163,7 @@ Result<LinearUncertainty> PropagateLinearly(const Measurement& measurement,
   if (!std::isfinite(ChiSquare(problem, solver->state()))) {
     return Fail("a target that the measurement names lies behind the camera at the given state");
   }
-  MatrixXd covariance =
-      CovarianceByInputs(problem, solver->state(), options.inputs, options.camera_covariance);
+  MatrixXd covariance = FitJointly(problem, solver->state()).covariance;
   if (covariance.size() == 0) {
     return Fail("the views do not determine the unknowns: add the view that solve advises");
   }
@@ -181,7 +186,7 @@ Result<MonteCarloUncertainty> SimulateMeasurements(const Measurement& measuremen
     return tl::unexpected(solver.error());
   }
   const PoseProblem& problem = solver->problem();
-  Drawer drawer(problem, EverythingAt(problem, solver->state()), options);
+  Drawer drawer(problem, EverythingAt(problem, solver->state()));
   MonteCarloUncertainty result;
   result.parameters = linear->parameters;
   std::vector<Vector2d> pixels(problem.sights.size());
@@ -226,8 +231,10 @@ Result<MonteCarloUncertainty> SimulateAnswer(const Measurement& measurement,
     std::erase_if(counted.views[residual.view].observations,
                   [&](const Observation& seen) { return seen.target == residual.target; });
   }
-  return SimulateMeasurements(counted, options, {alignment.machine_from_part, alignment.clamping},
-                              trials, random);
+  SolveOptions as_counted = options;
+  as_counted.inputs = alignment.inputs;
+  return SimulateMeasurements(counted, as_counted,
+                              {alignment.machine_from_part, alignment.clamping}, trials, random);
 }
 
 std::optional<std::string> NoticeOfSimulation(const Alignment& alignment,

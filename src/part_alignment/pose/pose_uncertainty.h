@@ -23,8 +23,8 @@ struct LinearUncertainty {
   Eigen::MatrixXd covariance;
 };
 
-/// The covariance that Solve states, at a state instead of an answer: every input through its own
-/// derivative, theta = (J^T W J)^-1 J^T W (inputs), with Solve's weights W. Of the options unknowns
+/// The covariance that Solve states, at a state instead of an answer: of pixels and inputs together
+/// (joint_fit.h), the machine's repeatability as stated or usual. Of the options unknowns
 /// and what is uncertain count; of the measurement camera, targets, the views' places and the
 /// sigmas; its pixels may be anything. Errors (kInput): as of Solve; targets that the camera does
 /// not see from there; views that do not determine the unknowns.

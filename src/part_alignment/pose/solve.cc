@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "part_alignment/pose/fit.h"
 #include "part_alignment/pose/input_effect.h"
+#include "part_alignment/pose/joint_fit.h"
 #include "part_alignment/pose/observability.h"
+#include "part_alignment/pose/repeatability.h"
 #include "part_alignment/pose/solve_input.h"
 #include "part_alignment/pose/view_advice.h"
 #include "part_alignment/pose/wrong_sights.h"
@@ -17,10 +20,11 @@ namespace {
 using Eigen::Vector2d;
 
 /// The residuals of all sights; those left out have weight 0.
-void FillResiduals(const PoseProblem& problem, const Theta& theta,
+/// @param common  what is estimated of clamping and camera beside the unknowns
+void FillResiduals(const PoseProblem& problem, const Theta& theta, const Theta& common,
                    const std::vector<std::size_t>& left_out, const std::vector<std::string>& labels,
                    Alignment& alignment) {
-  const Chain chain(problem, theta, false);
+  const Chain chain(WithEverything(problem), EverythingAt(problem, theta) + common, false);
   for (std::size_t i = 0; i < problem.sights.size(); ++i) {
     const Sight& sight = problem.sights[i];
     Vector2d residual_px = Vector2d::Zero();
@@ -48,7 +52,8 @@ void FillValues(const PoseProblem& problem, const Theta& theta, Alignment& align
   }
 }
 
-void FillChiSquare(const PoseProblem& problem, const Fit& fit, Alignment& alignment) {
+void FillChiSquare(const PoseProblem& problem, const Fit& fit, bool machine_stated,
+                   Alignment& alignment) {
   const int freedom = std::max(0, DegreesOfFreedom(problem));
   alignment.chi_square = fit.chi_square;
   alignment.degrees_of_freedom = freedom;
@@ -58,7 +63,7 @@ void FillChiSquare(const PoseProblem& problem, const Fit& fit, Alignment& alignm
   if (freedom == 0) {
     alignment.notices.push_back(
         "no more measured numbers than unknowns: nothing checks the answer, add a view");
-  } else if (fit.chi_square < alignment.chi_square_low) {
+  } else if (machine_stated && fit.chi_square < alignment.chi_square_low) {
     alignment.notices.push_back(fmt::format(
         "the residuals are smaller than their sigmas allow (chi-square {:.3g}, at least {:.3g} "
         "expected with {} degrees of freedom): the stated sigmas are too large",
@@ -115,8 +120,7 @@ Alignment Judge(const PoseProblem& problem, const Fit& fit, const std::vector<Pa
     return Refuse(std::move(alignment), Verdict::kRefused,
                   fmt::format("the solution did not settle within {} steps", fit.steps));
   }
-  alignment.covariance =
-      CovarianceByInputs(problem, fit.theta, options.inputs, options.camera_covariance);
+  alignment.covariance = FitJointly(problem, fit.theta).covariance;
   if (alignment.covariance.size() == 0) {
     return Refuse(std::move(alignment), Verdict::kCannotTell,
                   "the ideal part's frame lies so far from its targets that its place and its "
@@ -152,16 +156,142 @@ std::string FarthestOff(const std::vector<AlignmentResidual>& residuals,
                          : std::string();
 }
 
-Alignment Fill(const PoseProblem& all, const PoseProblem& kept, const Fit& fit,
-               const std::vector<std::size_t>& left_out, const std::vector<std::string>& labels) {
+/// The fit with the inputs' errors estimated beside it; `common` are those of clamping and camera.
+struct SettledFit {
+  Fit fit;
+  Theta common;
+};
+
+SettledFit Settle(const PoseProblem& problem, Fit fit) {
+  constexpr int kSteps = 2;  // linear but for some nanometres
+  SettledFit settled{std::move(fit), Theta::Zero(LayoutOf(WithEverything(problem).unknowns).size)};
+  if (!FullRank(problem, settled.fit.theta)) return settled;
+  for (int i = 0; i < kSteps; ++i) {
+    const JointFit joint = FitJointly(problem, settled.fit.theta);
+    settled.common = joint.common;
+    if (joint.step.size() == 0) break;
+    settled.fit.theta += joint.step;
+    settled.fit.chi_square = joint.chi_square;
+  }
+  return settled;
+}
+
+/// A problem with its answer, or without.
+struct Answer {
+  PoseProblem problem;  ///< of all sights, the machine's repeatability settled
+  std::vector<std::size_t> left_out;
+  Fit fit;
+  std::string what_is_wrong;  ///< of left_out, for people
+  std::string doubt;
+  bool fits = false;
+};
+
+bool Fits(const PoseProblem& problem, const Fit& fit) {
+  const int freedom = DegreesOfFreedom(problem);
+  return fit.found && (freedom <= 0 || fit.chi_square <= ChiSquareHigh(freedom));
+}
+
+/// Gives the machine the repeatability that the residuals ask for, and fits again by it.
+Fit FitByRepeatability(const Fit& fit, SolveMethod method, PoseProblem& problem) {
+  problem.errors.machine_mm = RepeatabilityByResiduals(problem, fit.theta);
+  WidenSigmas(fit.theta, problem);
+  const Descent descent = Refine(problem, fit.theta, method);
+  return {true, descent.converged, descent.theta, descent.chi_square, fit.steps, fit.other};
+}
+
+/// The answer of all sights, if the repeatability may be larger than usual to make it fit.
+Answer ByAllSights(const PoseProblem& problem, const Fit& fit, const SolveOptions& options) {
+  Answer answer{problem, {}, fit, {}, {}, Fits(problem, fit)};
+  if (options.inputs.machine_mm || !fit.found) return answer;
+  Answer scattered = answer;
+  scattered.fit = FitByRepeatability(fit, options.method, scattered.problem);
+  PoseProblem worst = scattered.problem;
+  worst.errors.machine_mm = std::min(worst.errors.machine_mm, kWorstRepeatability_mm);
+  Fit judged = scattered.fit;
+  judged.chi_square = JointChiSquare(worst, judged.theta);
+  scattered.fits = Fits(worst, judged);
+  return scattered.fits ? scattered : answer;
+}
+
+Answer WithoutWrong(const PoseProblem& problem, const WrongSights& wrong,
+                    const SolveOptions& options) {
+  Answer answer{problem, wrong.sights, wrong.fit, wrong.what, {}, true};
+  if (options.inputs.machine_mm) return answer;
+  PoseProblem kept = Without(problem, wrong.sights);
+  answer.fit = FitByRepeatability(wrong.fit, options.method, kept);
+  answer.problem.errors = kept.errors;
+  WidenSigmas(answer.fit.theta, answer.problem);
+  return answer;
+}
+
+/// The pose from nothing, and by it what a millimetre of machine and targets is worth in pixels.
+Fit FirstFit(const SolveOptions& options, PoseProblem& problem) {
+  // A machine of which nothing is known may be as bad as machines are.
+  PoseProblem rough = problem;
+  if (!options.inputs.machine_mm) rough.errors.machine_mm = kWorstRepeatability_mm;
+  const Fit fit = FitFromNothing(rough, SolveMethod::kGaussNewton);
+  if (fit.found) WidenSigmas(fit.theta, problem);
+  if (!Fits(rough, fit)) return FitFromNothing(problem, options.method);
+  // Below full rank there is no answer, only a valley that Levenberg's growing steps would run
+  // along.
+  const SolveMethod method =
+      FullRank(problem, fit.theta) ? options.method : SolveMethod::kGaussNewton;
+  const Descent descent = Refine(problem, fit.theta, method);
+  return {true,     descent.converged, descent.theta, descent.chi_square, fit.steps + descent.steps,
+          fit.other};
+}
+
+Answer FindAnswer(PoseProblem problem, const std::vector<std::string>& labels,
+                  const SolveOptions& options) {
+  // Leaving a sight out explains residuals better than a machine that repeats badly where the rest
+  // says that it repeats three times as well.
+  constexpr double kBetter = 3;
+  const Fit fit = FirstFit(options, problem);
+  Answer all = ByAllSights(problem, fit, options);
+  if (Fits(problem, fit) || !options.robust) return all;
+  const WrongSights wrong = FindWrongSights(problem, fit, labels, options.method);
+  all.doubt = wrong.doubt;
+  if (wrong.sights.empty()) return all;
+  Answer rest = WithoutWrong(problem, wrong, options);
+  const bool better = kBetter * rest.problem.errors.machine_mm <= all.problem.errors.machine_mm;
+  return all.fits && !better ? all : rest;
+}
+
+/// The inputs that count with a size that nobody stated.
+std::vector<std::string> UsualInputs(const SolveOptions& options) {
+  std::vector<std::string> usual;
+  const InputUncertainty& inputs = options.inputs;
+  if (!inputs.machine_mm) usual.emplace_back("machine_mm");
+  if (!inputs.clamp_eccentricity_mm && !options.unknowns.clamp_eccentricity) {
+    usual.emplace_back("clamp_eccentricity_mm");
+  }
+  if (!inputs.camera_offset_mm && !options.unknowns.camera_offset && !options.camera_covariance) {
+    usual.emplace_back("camera_offset_mm");
+  }
+  return usual;
+}
+
+Alignment Fill(const Answer& answer, const SettledFit& settled, const SolveOptions& options,
+               const std::vector<std::string>& labels) {
+  const PoseProblem& all = answer.problem;
   Alignment alignment;
   alignment.parameters = ParameterNames(all.unknowns);
-  alignment.iterations = fit.steps;
+  alignment.iterations = settled.fit.steps;
+  alignment.inputs = WithUsualSizes(options.inputs, options.camera_covariance.has_value());
+  alignment.inputs.machine_mm = all.errors.machine_mm;
+  alignment.usual_inputs = UsualInputs(options);
   NoticeLookingBack(all.camera, alignment);
-  FillValues(all, fit.theta, alignment);
-  FillResiduals(all, fit.theta, left_out, labels, alignment);
-  FillChiSquare(kept, fit, alignment);
+  FillValues(all, settled.fit.theta, alignment);
+  FillResiduals(all, settled.fit.theta, settled.common, answer.left_out, labels, alignment);
+  FillChiSquare(Without(all, answer.left_out), settled.fit, options.inputs.machine_mm.has_value(),
+                alignment);
   return alignment;
+}
+
+std::vector<std::string> LabelsOf(const std::vector<PartTarget>& targets) {
+  std::vector<std::string> labels;
+  for (const PartTarget& target : targets) labels.push_back(target.id);
+  return labels;
 }
 
 }  // namespace
@@ -171,50 +301,11 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
     return Fail(fmt::format("weakest_limit_mm is {}, it must lie in 0.001 ... 100",
                             options.weakest_limit_mm));
   }
-  if (const auto valid = ValidateInputs(options); !valid) {
-    return tl::unexpected(valid.error());
-  }
-  auto problem = MakeProblem(measurement, options.unknowns);
-  if (!problem) {
-    return tl::unexpected(problem.error());
-  }
-  if (options.inputs.machine_mm > 0 || options.inputs.target_mm > 0 || options.camera_covariance) {
-    // What a millimetre is worth in pixels needs the distances: a rough solution has them.
-    if (const Fit rough = FitFromNothing(*problem, SolveMethod::kGaussNewton); rough.found) {
-      WidenSigmas(rough.theta, options.inputs, *problem);
-      if (options.camera_covariance) {
-        problem->shared = CameraMoves(*problem, rough.theta, *options.camera_covariance);
-      }
-    }
-  }
-  std::vector<std::string> labels;
-  for (const PartTarget& target : measurement.targets) {
-    labels.push_back(target.id);
-  }
-  const Fit fit = FitFromNothing(*problem, options.method);
-  const bool fits = fit.found && fit.chi_square <= ChiSquareHigh(DegreesOfFreedom(*problem));
-  if (fits || (fit.found && DegreesOfFreedom(*problem) <= 0)) {
-    return Judge(*problem, fit, measurement.targets, options,
-                 Fill(*problem, *problem, fit, {}, labels));
-  }
-  WrongSights wrong;
-  if (options.robust) {
-    wrong = FindWrongSights(*problem, fit, labels, options.method);
-  }
-  if (!wrong.sights.empty()) {
-    const PoseProblem kept = Without(*problem, wrong.sights);
-    Alignment alignment = Fill(*problem, kept, wrong.fit, wrong.sights, labels);
-    alignment.notices.push_back(
-        fmt::format("left out: {}{}", wrong.what, FarthestOff(alignment.residuals, wrong.sights)));
-    alignment = Judge(kept, wrong.fit, measurement.targets, options, std::move(alignment));
-    if (alignment.verdict != Verdict::kGood) {
-      alignment.verdict = Verdict::kRefused;
-      alignment.reason =
-          fmt::format("{} is wrong, and without it: {}", wrong.what, alignment.reason);
-    }
-    return alignment;
-  }
-  if (!fit.found) {
+  auto problem = MakeProblem(measurement, options);
+  if (!problem) return tl::unexpected(problem.error());
+  const std::vector<std::string> labels = LabelsOf(measurement.targets);
+  const Answer answer = FindAnswer(std::move(*problem), labels, options);
+  if (!answer.fit.found) {
     Alignment alignment;
     alignment.parameters = ParameterNames(options.unknowns);
     return Refuse(
@@ -222,12 +313,26 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
         "no pose of the part brings all targets before the camera: check the targets' ids, "
         "the camera's looks_along and the views' positions");
   }
-  Alignment alignment = Fill(*problem, *problem, fit, {}, labels);
-  std::string reason = TooLarge(alignment);
-  if (!wrong.doubt.empty()) {
-    reason += "; " + wrong.doubt;
+  const PoseProblem kept = Without(answer.problem, answer.left_out);
+  const SettledFit settled = Settle(kept, answer.fit);
+  Alignment alignment = Fill(answer, settled, options, labels);
+  if (!answer.fits) {
+    std::string reason = TooLarge(alignment);
+    if (!answer.doubt.empty()) reason += "; " + answer.doubt;
+    return Refuse(std::move(alignment), Verdict::kRefused, std::move(reason));
   }
-  return Refuse(std::move(alignment), Verdict::kRefused, std::move(reason));
+  if (answer.left_out.empty()) {
+    return Judge(kept, settled.fit, measurement.targets, options, std::move(alignment));
+  }
+  alignment.notices.push_back(fmt::format("left out: {}{}", answer.what_is_wrong,
+                                          FarthestOff(alignment.residuals, answer.left_out)));
+  alignment = Judge(kept, settled.fit, measurement.targets, options, std::move(alignment));
+  if (alignment.verdict != Verdict::kGood) {
+    alignment.verdict = Verdict::kRefused;
+    alignment.reason =
+        fmt::format("{} is wrong, and without it: {}", answer.what_is_wrong, alignment.reason);
+  }
+  return alignment;
 }
 
 }  // namespace trammel::part_alignment

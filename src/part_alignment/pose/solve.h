@@ -36,13 +36,15 @@ struct SolveOptions {
   /// targets, by what pixels, machine and targets leave; beyond it the verdict is cannot_tell.
   /// Default: a quarter of a tight allowance of a raw part (+-1 mm), at k = 2.
   double weakest_limit_mm = 0.25;
-  /// What is uncertain beside the pixels: machine and targets count in weights and chi-square, all
-  /// of it in the covariance. What all views share and no residual shows (an eccentric clamping) is
-  /// in the covariance only if it is stated here.
+  /// What is uncertain beside the pixels, each as what it is: one error for each view, each target,
+  /// the whole measurement. All of it counts in the answer, in chi-square and in the covariance;
+  /// what is not stated counts with its usual size.
   InputUncertainty inputs;
-  /// Of the camera's parameters by its calibration, k = 1; absent: exact. What is solved for of the
-  /// camera does not count. In the covariance as what all pictures share, and in chi-square as far
-  /// as no pose takes it up; not in the weights.
+  /// Of the targets' coordinates together, mm², three rows for each in the order of the
+  /// measurement's; inputs.target_mm comes on top. Absent: exact but for that.
+  std::optional<Eigen::MatrixXd> target_covariance;
+  /// Of the camera's parameters by its calibration, k = 1; absent: exact but for the place in its
+  /// taper (InputUncertainty). What is solved for of the camera does not count.
   std::optional<CameraCovariance> camera_covariance;
 };
 
@@ -78,9 +80,12 @@ struct Alignment {
   Eigen::Vector3d camera_offset_mm = Eigen::Vector3d::Zero();
   /// Of covariance, rows and columns: x_mm y_mm z_mm alpha_rad beta_rad gamma_rad clamp_angle_rad
   /// clamp_eccentricity_x_mm … clamp_tilt_x_rad … focal_length_mm camera_offset_x_mm …
-  /// From the stated sigmas and inputs: never scaled by the residuals, which are judged instead.
+  /// All that `inputs` and the covariances of targets and camera hold is in it; what is stated is
+  /// never scaled by the residuals, which are judged instead.
   std::vector<std::string> parameters;
   Eigen::MatrixXd covariance;
+  InputUncertainty inputs;  ///< as they counted: with the usual sizes of what was not stated
+  std::vector<std::string> usual_inputs;  ///< fields of `inputs` that count and were not stated
   std::vector<AlignmentResidual> residuals;
   double residual_rms_sigma = 0;  ///< per degree of freedom: 1 where the stated sigmas hold
   double chi_square = 0;

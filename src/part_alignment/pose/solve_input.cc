@@ -6,6 +6,9 @@
 #include <map>
 #include <set>
 
+#include "geometry/decompositions.h"
+#include "part_alignment/pose/input_effect.h"
+
 namespace trammel::part_alignment {
 namespace {
 
@@ -68,11 +71,29 @@ Result<void> CheckObservation(const Camera& camera, const Observation& seen, std
 
 }  // namespace
 
-Result<void> ValidateInputs(const SolveOptions& options) {
-  if (auto valid = Validate(options.inputs); !valid) {
-    return valid;
+Result<void> ValidateTargetCovariance(const Eigen::MatrixXd& covariance, std::size_t target_count) {
+  constexpr double kRounding = 1e-9;
+  constexpr double kMost_mm2 = 1e6;
+  const auto rows = 3 * static_cast<Eigen::Index>(target_count);
+  if (covariance.rows() != rows || covariance.cols() != rows) {
+    return Fail(fmt::format("the targets' covariance is {} x {}, {} targets need {} x {}",
+                            covariance.rows(), covariance.cols(), target_count, rows, rows));
   }
-  return options.camera_covariance ? Validate(*options.camera_covariance) : Result<void>{};
+  if (!covariance.allFinite() || covariance.cwiseAbs().maxCoeff() > kMost_mm2) {
+    return Fail("the targets' covariance has entries that are no numbers or beyond 1e6 mm^2");
+  }
+  const double largest = covariance.cwiseAbs().maxCoeff();
+  if ((covariance - covariance.transpose()).cwiseAbs().maxCoeff() > kRounding * largest) {
+    return Fail("the targets' covariance is not symmetric");
+  }
+  const double least = geometry::SymmetricEigenvalues(covariance).minCoeff();
+  if (least < -kRounding * static_cast<double>(rows) * largest) {
+    return Fail(
+        fmt::format("the targets' covariance is none: along one direction it is {:.3g} "
+                    "mm^2, below 0",
+                    least));
+  }
+  return {};
 }
 
 Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& unknowns) {
@@ -83,7 +104,7 @@ Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& 
   if (!by_id) {
     return tl::unexpected(by_id.error());
   }
-  PoseProblem problem{measurement.camera, unknowns, {}};
+  PoseProblem problem{measurement.camera, unknowns, {}, {}};
   for (std::size_t number = 0; number < measurement.views.size(); ++number) {
     const View& view = measurement.views[number];
     if (const auto valid = CheckView(view, number); !valid) {
@@ -120,6 +141,44 @@ Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& 
   }
   if (problem.sights.empty()) {
     return Fail("no view has an observation: take pictures with targets in them");
+  }
+  return problem;
+}
+
+namespace {
+
+Result<void> ValidateInputs(const SolveOptions& options, std::size_t target_count) {
+  if (auto valid = Validate(options.inputs); !valid) {
+    return valid;
+  }
+  constexpr std::size_t kMostUncertain = 300;  // 900 errors that sights share
+  if ((options.target_covariance || options.inputs.target_mm > 0) &&
+      target_count > kMostUncertain) {
+    return Fail(
+        fmt::format("{} targets are uncertain, at most {} can be counted: leave out what "
+                    "is not seen",
+                    target_count, kMostUncertain));
+  }
+  if (auto valid = options.target_covariance
+                       ? ValidateTargetCovariance(*options.target_covariance, target_count)
+                       : Result<void>{};
+      !valid) {
+    return valid;
+  }
+  return options.camera_covariance ? Validate(*options.camera_covariance) : Result<void>{};
+}
+
+}  // namespace
+
+Result<PoseProblem> MakeProblem(const Measurement& measurement, const SolveOptions& options) {
+  if (const auto valid = ValidateInputs(options, measurement.targets.size()); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  auto problem = MakeProblem(measurement, options.unknowns);
+  if (problem) {
+    problem->errors = ErrorsOf(
+        WithUsualSizes(options.inputs, options.camera_covariance.has_value()), options.unknowns,
+        measurement.targets.size(), options.target_covariance, options.camera_covariance);
   }
   return problem;
 }

@@ -30,6 +30,13 @@ constexpr double kSigma_px = 0.05;
 constexpr double kExact_mm = 1e-9;
 constexpr double kExact_rad = 1e-12;
 
+/// Pixels alone: what the tests of residuals, ranks and figures count on.
+SolveOptions Exact() {
+  SolveOptions options;
+  options.inputs = ExactInputs();
+  return options;
+}
+
 Alignment Solved(const AlignmentWorld& world, const SolveOptions& options) {
   const auto alignment = Solve(MeasurementOf(world, kSigma_px), options);
   EXPECT_TRUE(alignment) << (alignment ? "" : alignment.error().message);
@@ -68,7 +75,7 @@ TEST(Solve, WithoutNoiseReturnsTheTruthInEveryConventionByEitherMethod) {
           world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
                                   {side, 0.5 * side});
         }
-        SolveOptions options;
+        SolveOptions options = Exact();
         options.method = method;
         ExpectTruth(world, Solved(Pictured(world), options));
       }
@@ -83,7 +90,7 @@ TEST(Solve, SpeaksOfACameraThatLooksBackAtItsSpindle) {
     for (auto& view : world.views) {
       view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {35, 0});
     }
-    const Alignment alignment = Solved(Pictured(world), {});
+    const Alignment alignment = Solved(Pictured(world), Exact());
     const bool spoken = std::any_of(
         alignment.notices.begin(), alignment.notices.end(), [](const std::string& notice) {
           return notice.find("looks back at the spindle") != std::string::npos;
@@ -105,7 +112,7 @@ TEST(Solve, MeasuresAlongYInALargeMachine) {
       world.views.push_back(ViewOf(world, target, along_y, 150, {side, 0.3 * side}));
     }
   }
-  const Alignment alignment = Solved(Pictured(world), {});
+  const Alignment alignment = Solved(Pictured(world), Exact());
   ASSERT_EQ(alignment.verdict, Verdict::kGood) << alignment.reason;
   ExpectTruth(world, alignment);
 }
@@ -131,7 +138,7 @@ TEST(Solve, FindsAnyTurnOfThePartWithoutAGuess) {
       world.views[k] = ViewOf(world, world.views[k].sights[0].target, Matrix3d::Identity(), 300,
                               side * Vector2d(std::cos(angle), std::sin(angle)));
     }
-    const Alignment alignment = Solved(Pictured(world, kSigma_px, kSeed + i), {});
+    const Alignment alignment = Solved(Pictured(world, kSigma_px, kSeed + i), Exact());
     const Vector3d off_mm =
         alignment.machine_from_part.translation_mm - world.machine_from_part.translation_mm;
     right += alignment.verdict == Verdict::kGood && off_mm.norm() < 1 ? 1 : 0;
@@ -148,7 +155,7 @@ TEST(Solve, FindsACameraClampedTheWrongWayRound) {
       world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
                               {i % 2 == 0 ? -30.0 : 30.0, 10});
     }
-    ExpectTruth(world, Solved(Pictured(world), {}));
+    ExpectTruth(world, Solved(Pictured(world), Exact()));
   }
 }
 
@@ -169,7 +176,7 @@ AlignmentWorld RichWorld() {
 }
 
 TEST(Solve, EccentricityTiltAndFocalLengthComeBackWhereTheViewsTellThem) {
-  SolveOptions options;
+  SolveOptions options = Exact();
   options.unknowns = {true, true, true, false, false};
   ExpectTruth(RichWorld(), Solved(Pictured(RichWorld()), options));
   options.unknowns = {true, true, false, true, false};
@@ -205,7 +212,7 @@ TEST(Solve, OneWrongObservationIsNamedAndLeftOut) {
   const AlignmentWorld world = Pictured(BenchWorld(), kSigma_px, 4);
   Measurement measurement = MeasurementOf(world, kSigma_px);
   measurement.views[3].observations[0].column_px += 5;
-  const auto alignment = Solve(measurement, {});
+  const auto alignment = Solve(measurement, Exact());
   ASSERT_TRUE(alignment);
   ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
   ASSERT_EQ(alignment->notices.size(), 1);
@@ -216,7 +223,7 @@ TEST(Solve, OneWrongObservationIsNamedAndLeftOut) {
   EXPECT_LT(
       (alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm).norm(),
       0.1);
-  SolveOptions strict;
+  SolveOptions strict = Exact();
   strict.robust = false;
   const auto refused = Solve(measurement, strict);
   ASSERT_TRUE(refused);
@@ -235,7 +242,7 @@ TEST(Solve, AWrongDistortionDirectionHidesInASymmetricPlan) {
   world = Pictured(world);
   Measurement measurement = MeasurementOf(world, kSigma_px);
   measurement.camera.convention = CameraConvention::kBrownIdealToDistorted;
-  const auto alignment = Solve(measurement, {});
+  const auto alignment = Solve(measurement, Exact());
   ASSERT_TRUE(alignment);
   EXPECT_EQ(alignment->verdict, Verdict::kGood);
   EXPECT_LT(alignment->residual_rms_sigma, 1);
@@ -258,7 +265,7 @@ TEST(Solve, NeverNamesTheWrongObservation) {
     const double angle = random.Uniform(0, 2 * std::numbers::pi);
     observation.column_px += 5 * std::cos(angle);
     observation.row_px += 5 * std::sin(angle);
-    const auto alignment = Solve(measurement, {});
+    const auto alignment = Solve(measurement, Exact());
     ASSERT_TRUE(alignment);
     if (alignment->verdict == Verdict::kGood) {
       EXPECT_EQ(alignment->residuals[wrong].weight, 0);
@@ -276,7 +283,7 @@ TEST(Solve, FourLinesOfSightAreEnoughForSevenUnknowns) {
   for (int target = 0; target < 4; ++target) {
     world.views.push_back(ViewOf(world, target, Matrix3d::Identity(), 300, places[target]));
   }
-  ExpectTruth(world, Solved(Pictured(world), {}));
+  ExpectTruth(world, Solved(Pictured(world), Exact()));
 }
 
 TEST(Solve, AWrongTargetIsNamedAndLeftOut) {
@@ -287,7 +294,7 @@ TEST(Solve, AWrongTargetIsNamedAndLeftOut) {
   }
   world = Pictured(world, kSigma_px, 4);
   world.targets_mm[1] += Vector3d(0.7, -0.4, 0);  // after the pictures: the list is wrong
-  const auto alignment = Solve(MeasurementOf(world, kSigma_px), {});
+  const auto alignment = Solve(MeasurementOf(world, kSigma_px), Exact());
   ASSERT_TRUE(alignment);
   ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
   EXPECT_THAT(alignment->notices.at(0), StartsWith("left out: target T2, "));
@@ -307,7 +314,7 @@ TEST(Solve, ExchangedIdsAreNamed) {
   Measurement measurement = MeasurementOf(world, kSigma_px);
   std::swap(measurement.views[2].observations[1].target,
             measurement.views[2].observations[3].target);
-  const auto alignment = Solve(measurement, {});
+  const auto alignment = Solve(measurement, Exact());
   ASSERT_TRUE(alignment);
   ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
   EXPECT_THAT(alignment->notices.at(0), HasSubstr("in view 3, which look exchanged"));
@@ -318,7 +325,7 @@ TEST(Solve, RefusesWhereTheRestCannotTellWhoIsWrong) {
   world.views.resize(6);  // three targets
   Measurement measurement = MeasurementOf(Pictured(world, kSigma_px, 4), kSigma_px);
   measurement.targets[0].ideal_mm.x() += 3;
-  const auto alignment = Solve(measurement, {});
+  const auto alignment = Solve(measurement, Exact());
   ASSERT_TRUE(alignment);
   EXPECT_EQ(alignment->verdict, Verdict::kRefused);
   EXPECT_THAT(alignment->reason, HasSubstr("without it: "));
@@ -361,7 +368,7 @@ struct Scatter {
 constexpr int kWorlds = 200;
 
 Scatter ScatterOf(const AlignmentWorld& world, double sigma_px) {
-  SolveOptions options;
+  SolveOptions options = Exact();
   options.camera_covariance = UncertainCamera();
   const CameraCovariance root = geometry::CovarianceRoot(UncertainCamera());
   Random random(7);
@@ -431,7 +438,7 @@ TEST(Solve, IdenticalLeversAreToldWithTheDirection) {
   for (auto& view : world.views) {
     view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {30, 0});
   }
-  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), {});
+  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
   EXPECT_THAT(alignment.reason, HasSubstr("the clamp angle"));
   EXPECT_THAT(alignment.reason, HasSubstr("no target is seen from two different positions"));
@@ -446,7 +453,7 @@ TEST(Solve, TargetsOnTheAxisAreTold) {
     const Matrix3d turned = geometry::RotationFromAngles({0, 0, i % 2 == 0 ? 0 : std::numbers::pi});
     world.views[i] = ViewOf(world, world.views[i].sights[0].target, turned, 300, {0, 0});
   }
-  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), {});
+  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
   EXPECT_THAT(alignment.reason, HasSubstr("axis"));
 }
@@ -461,7 +468,7 @@ TEST(Solve, RadialLeversAliasWithThePartsRotation) {
     const Vector2d across = world.targets_mm[target].head<2>() / 20;
     world.views.push_back(ViewOf(world, target, Matrix3d::Identity(), 300, across));
   }
-  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), {});
+  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell) << alignment.reason;
   EXPECT_THAT(alignment.reason,
               HasSubstr("the clamp angle cannot be told from the part's rotation about Z"));
@@ -473,7 +480,7 @@ TEST(Solve, NearlyUnobservablePlansAreJudgedByTheirUncertainty) {
     world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
                             {i % 2 == 0 ? 30 : 30.3, 0});
   }
-  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), {});
+  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
   EXPECT_THAT(alignment.reason, HasSubstr("known to"));
   EXPECT_EQ(alignment.observability.rank, 7);
@@ -481,7 +488,7 @@ TEST(Solve, NearlyUnobservablePlansAreJudgedByTheirUncertainty) {
 }
 
 TEST(Solve, EccentricityAtOneOrientationIsToldFromNothing) {
-  SolveOptions options;
+  SolveOptions options = Exact();
   options.unknowns.clamp_eccentricity = true;
   const Alignment alignment = Solved(Pictured(BenchWorld(), kSigma_px, 2), options);
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
@@ -495,7 +502,7 @@ TEST(Solve, TheAdvisedViewsMakeTheAnswerGood) {
   for (auto& view : world.views) {
     view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {30, 5});
   }
-  const Alignment before = Solved(Pictured(world, kSigma_px, 2), {});
+  const Alignment before = Solved(Pictured(world, kSigma_px, 2), Exact());
   ASSERT_EQ(before.verdict, Verdict::kCannotTell);
   const std::string& advice = before.observability.advice;
   int added = 0;
@@ -513,18 +520,18 @@ TEST(Solve, TheAdvisedViewsMakeTheAnswerGood) {
   }
   ASSERT_GE(added, 1) << advice;
   const AlignmentWorld again = Pictured(world, kSigma_px, 2);
-  const Alignment after = Solved(again, {});
+  const Alignment after = Solved(again, Exact());
   EXPECT_EQ(after.verdict, Verdict::kGood) << after.reason << "\n" << advice;
 }
 
 TEST(Solve, TooFewLinesOfSightAreCounted) {
   AlignmentWorld world = BenchWorld();
   world.views.resize(3);
-  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), {});
+  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
   EXPECT_THAT(alignment.reason, HasSubstr("7 unknowns need at least 4 lines of sight"));
   world.views.resize(1);
-  EXPECT_EQ(Solved(Pictured(world, kSigma_px, 2), {}).verdict, Verdict::kCannotTell);
+  EXPECT_EQ(Solved(Pictured(world, kSigma_px, 2), Exact()).verdict, Verdict::kCannotTell);
 }
 
 TEST(Solve, InputErrorsNameWhatIsWrong) {
@@ -532,7 +539,7 @@ TEST(Solve, InputErrorsNameWhatIsWrong) {
   const auto message = [&](auto&& spoil) {
     Measurement measurement = good;
     spoil(measurement);
-    const auto alignment = Solve(measurement, {});
+    const auto alignment = Solve(measurement, Exact());
     return alignment ? std::string("no error") : alignment.error().message;
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -55,6 +55,7 @@ Alignment Taken(const Scene& scene, const ViewPlan& plan) {
   Random random(3);
   TakePictures(world, kSigma_px, random);
   SolveOptions options;
+  options.inputs = ExactInputs();
   options.unknowns = scene.options.unknowns;
   return Solve(MeasurementOf(world, kSigma_px), options).value();
 }

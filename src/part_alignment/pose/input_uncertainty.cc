@@ -1,0 +1,48 @@
+#include "part_alignment/pose/input_uncertainty.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <string_view>
+
+namespace trammel::part_alignment {
+
+InputUncertainty ExactInputs() {
+  InputUncertainty exact;
+  exact.machine_mm = 0;
+  exact.clamp_eccentricity_mm = 0;
+  exact.camera_offset_mm = 0;
+  return exact;
+}
+
+InputUncertainty WithUsualSizes(const InputUncertainty& inputs, bool camera_has_covariance) {
+  InputUncertainty usual = inputs;
+  usual.machine_mm = inputs.machine_mm.value_or(kUsualRepeatability_mm);
+  usual.clamp_eccentricity_mm = inputs.clamp_eccentricity_mm.value_or(kUsualEccentricity_mm);
+  usual.camera_offset_mm =
+      inputs.camera_offset_mm.value_or(camera_has_covariance ? 0 : kUsualCameraOffset_mm);
+  return usual;
+}
+
+Result<void> Validate(const InputUncertainty& inputs) {
+  struct Field {
+    std::string_view name;
+    double value;
+  };
+  const std::array fields{Field{"machine_mm", inputs.machine_mm.value_or(0)},
+                          Field{"target_mm", inputs.target_mm},
+                          Field{"clamp_angle_rad", inputs.clamp_angle_rad},
+                          Field{"clamp_eccentricity_mm", inputs.clamp_eccentricity_mm.value_or(0)},
+                          Field{"clamp_tilt_rad", inputs.clamp_tilt_rad},
+                          Field{"focal_length_mm", inputs.focal_length_mm},
+                          Field{"camera_offset_mm", inputs.camera_offset_mm.value_or(0)}};
+  for (const Field& field : fields) {
+    if (!(field.value >= 0 && field.value <= 1000)) {
+      return Fail(
+          fmt::format("uncertainty {} is {}, it must lie in 0 ... 1000", field.name, field.value));
+    }
+  }
+  return {};
+}
+
+}  // namespace trammel::part_alignment

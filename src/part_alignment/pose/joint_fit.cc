@@ -1,0 +1,190 @@
+#include "part_alignment/pose/joint_fit.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "geometry/decompositions.h"
+#include "part_alignment/pose/input_effect.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Residuals in sigmas, and how they change by theta and by each error of unit variance; of each
+/// view's rows the machine's own error is whitened away.
+struct Rows {
+  MatrixXd by_theta;
+  MatrixXd by_error;  ///< common errors first, then targets', then the camera's
+  VectorXd residuals;
+  std::vector<MatrixXd> whiteners;  ///< one for each view's block of rows; empty: nothing whitened
+};
+
+/// (1 + M·Mᵀ)^(-1/2) of a view's rows M by the machine's errors of unit variance.
+MatrixXd Whitener(const MatrixXd& by_machine) {
+  const geometry::SingularValues of = geometry::DecomposeSingular(by_machine);
+  const VectorXd shrink = (1 - (1 + of.values.array().square()).sqrt().inverse()).matrix();
+  return MatrixXd::Identity(by_machine.rows(), by_machine.rows()) -
+         of.u * shrink.asDiagonal() * of.u.transpose();
+}
+
+/// Calls `use` with the first row and the count of rows of each view's sights, which are
+/// neighbours.
+template <class Use>
+void ForEachView(const std::vector<Sight>& sights, Use use) {
+  for (std::size_t first = 0; first < sights.size();) {
+    std::size_t end = first;
+    while (end < sights.size() && sights[end].view == sights[first].view) ++end;
+    use(2 * static_cast<Index>(first), 2 * static_cast<Index>(end - first));
+    first = end;
+  }
+}
+
+void AddTargetErrors(const PoseProblem& problem, const Theta& theta, Index first, Rows& rows) {
+  const MatrixXd& root = problem.errors.targets;
+  const Eigen::Matrix3d turn = geometry::RotationFromAngles(theta.segment<3>(3));
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    const Index row = 2 * static_cast<Index>(i);
+    rows.by_error.block(row, first, 2, root.cols()) =
+        rows.by_theta.block<2, 3>(row, 0) * turn *
+        root.middleRows<3>(3 * static_cast<Index>(problem.sights[i].target));
+  }
+}
+
+void AddCameraErrors(const PoseProblem& problem, const Theta& theta, Index first, Rows& rows) {
+  const std::vector<CameraMove> moves = CameraMoves(problem, theta, *problem.errors.camera);
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    rows.by_error.block<2, kCameraParameters>(2 * static_cast<Index>(i), first) =
+        moves[i] / problem.sights[i].pixel_sigma_px;
+  }
+}
+
+void Whiten(const PoseProblem& problem, Rows& rows) {
+  ForEachView(problem.sights, [&](Index first, Index count) {
+    const MatrixXd whitener =
+        Whitener(problem.errors.machine_mm * rows.by_theta.block(first, 0, count, 3));
+    const auto apply = [&](auto&& block) { block = (whitener * block).eval(); };
+    apply(rows.by_theta.middleRows(first, count));
+    apply(rows.by_error.middleRows(first, count));
+    apply(rows.residuals.segment(first, count));
+    rows.whiteners.push_back(whitener);
+  });
+}
+
+/// False where a target is not seen.
+bool FillRows(const PoseProblem& problem, const Theta& theta, Rows& rows) {
+  PoseProblem alone = problem;
+  for (Sight& sight : alone.sights) sight.sigma_px = sight.pixel_sigma_px;
+  rows.by_theta = WeightedJacobian(alone, theta);
+  if (rows.by_theta.size() == 0) return false;
+  const InputErrors& errors = problem.errors;
+  const bool common = errors.common.size() > 6 && !errors.common.isZero(0);
+  const Index common_count = common ? errors.common.size() - 6 : 0;
+  const Index camera_count = errors.camera ? kCameraParameters : 0;
+  const Index count = rows.by_theta.rows();
+  rows.by_error.resize(count, common_count + errors.targets.cols() + camera_count);
+  rows.residuals.resize(count);
+  const Chain chain(problem, theta, false);
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    Eigen::Vector2d residual_px;
+    if (!chain.Residual(problem.sights[i], residual_px)) return false;
+    rows.residuals.segment<2>(2 * static_cast<Index>(i)) =
+        residual_px / problem.sights[i].pixel_sigma_px;
+  }
+  if (common) {
+    const MatrixXd all = WeightedJacobian(WithEverything(alone), EverythingAt(problem, theta));
+    rows.by_error.leftCols(common_count) =
+        all.rightCols(common_count) * errors.common.tail(common_count).asDiagonal();
+  }
+  if (errors.targets.size() > 0) AddTargetErrors(problem, theta, common_count, rows);
+  if (errors.camera)
+    AddCameraErrors(problem, theta, count > 0 ? rows.by_error.cols() - camera_count : 0, rows);
+  if (errors.machine_mm > 0) Whiten(problem, rows);
+  return true;
+}
+
+/// The whitened rows with what theta takes up of them taken out.
+struct Reduced {
+  Rows rows;
+  geometry::SingularValues of;  ///< of by_theta, its columns scaled to 1
+  VectorXd scale;
+  MatrixXd left;       ///< of by_error
+  VectorXd remaining;  ///< of the residuals
+  Eigen::LLT<MatrixXd> stiffness;
+  VectorXd draws;  ///< the likeliest errors
+  bool full_rank = false;
+  double chi_square = std::numeric_limits<double>::infinity();
+};
+
+Reduced Reduce(const PoseProblem& problem, const Theta& theta) {
+  constexpr double kSingular = 1e-9;
+  Reduced reduced;
+  Rows& rows = reduced.rows;
+  if (!FillRows(problem, theta, rows)) return reduced;
+  reduced.scale = rows.by_theta.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+  reduced.of = geometry::DecomposeSingular(rows.by_theta * reduced.scale.asDiagonal());
+  const VectorXd& values = reduced.of.values;
+  const Index rank = (values.array() > kSingular * values.maxCoeff()).count();
+  reduced.full_rank = rank == rows.by_theta.cols();
+  const auto taken_up = reduced.of.u.leftCols(rank);
+  reduced.remaining = rows.residuals - taken_up * (taken_up.transpose() * rows.residuals);
+  reduced.chi_square = reduced.remaining.squaredNorm();
+  if (rows.by_error.cols() == 0) return reduced;
+  reduced.left = rows.by_error - taken_up * (taken_up.transpose() * rows.by_error);
+  const MatrixXd stiffness = MatrixXd::Identity(reduced.left.cols(), reduced.left.cols()) +
+                             reduced.left.transpose() * reduced.left;
+  reduced.stiffness.compute(stiffness);
+  const VectorXd pull = reduced.left.transpose() * reduced.remaining;
+  reduced.draws = reduced.stiffness.solve(pull);
+  reduced.chi_square -= pull.dot(reduced.draws);
+  return reduced;
+}
+
+void FillEstimate(const PoseProblem& problem, const Reduced& reduced, JointFit& fit) {
+  const Rows& rows = reduced.rows;
+  const MatrixXd inverse = reduced.scale.asDiagonal() * reduced.of.v *
+                           reduced.of.values.cwiseInverse().asDiagonal() * reduced.of.u.transpose();
+  fit.covariance = inverse * inverse.transpose();
+  fit.gain = inverse;
+  if (rows.by_error.cols() > 0) {
+    const MatrixXd moved = inverse * rows.by_error;
+    fit.covariance += moved * reduced.stiffness.solve(moved.transpose());
+    fit.gain -= moved * reduced.stiffness.solve(reduced.left.transpose());
+    const Index common = fit.common.size() - 6;
+    if (!problem.errors.common.isZero(0)) {
+      fit.common.tail(common) =
+          problem.errors.common.tail(common).cwiseProduct(reduced.draws.head(common));
+    }
+  }
+  fit.step = fit.gain * rows.residuals;
+  if (!rows.whiteners.empty()) {
+    auto whitener = rows.whiteners.begin();
+    ForEachView(problem.sights, [&](Index first, Index count) {
+      fit.gain.middleCols(first, count) = (fit.gain.middleCols(first, count) * *whitener++).eval();
+    });
+  }
+  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    fit.gain.middleCols<2>(2 * static_cast<Index>(i)) /= problem.sights[i].pixel_sigma_px;
+  }
+}
+
+}  // namespace
+
+JointFit FitJointly(const PoseProblem& problem, const Theta& theta) {
+  const Reduced reduced = Reduce(problem, theta);
+  JointFit fit;
+  fit.chi_square = reduced.chi_square;
+  fit.common = Theta::Zero(LayoutOf(WithEverything(problem).unknowns).size);
+  if (reduced.full_rank) FillEstimate(problem, reduced, fit);
+  return fit;
+}
+
+double JointChiSquare(const PoseProblem& problem, const Theta& theta) {
+  return Reduce(problem, theta).chi_square;
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,189 @@
+#include "part_alignment/pose/joint_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <numbers>
+
+#include "part_alignment/pose/alignment_test_support.h"
+#include "part_alignment/pose/input_effect.h"
+#include "part_alignment/pose/repeatability.h"
+#include "part_alignment/pose/solve_input.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using test_support::AlignmentWorld;
+
+constexpr double kSigma_px = 0.03;
+
+/// Two views of each target, the last one with the spindle turned by half, and one with two
+/// targets.
+struct Bench {
+  explicit Bench(const SolveOptions& options) {
+    AlignmentWorld world = test_support::BenchWorld(300);
+    world.targets_mm.push_back(world.targets_mm[0] + Eigen::Vector3d(20, 10, 0));
+    world.views.push_back(test_support::ViewOf(
+        world, 0, geometry::RotationFromAngles({0, 0, std::numbers::pi}), 300, {10, 20}));
+    world.views.back().sights.push_back({4, Eigen::Vector2d::Zero()});
+    Random random(5);
+    test_support::TakePictures(world, kSigma_px, random);
+    problem = MakeProblem(MeasurementOf(world, kSigma_px), options).value();
+    theta = ThetaOf(problem, world.machine_from_part, {world.clamping.angle_rad, {}, {}});
+  }
+  PoseProblem problem;
+  Theta theta;
+};
+
+SolveOptions EverythingUncertain() {
+  SolveOptions options;
+  options.inputs.machine_mm = 0.005;
+  options.inputs.target_mm = 0.01;
+  options.inputs.clamp_eccentricity_mm = 0.02;
+  options.inputs.clamp_tilt_rad = 2e-5;
+  options.inputs.camera_offset_mm = 0.01;
+  CameraVector sigmas = CameraVector::Zero();
+  sigmas.head<3>() << 0.002, 0.5, 0.5;
+  options.camera_covariance = sigmas.cwiseAbs2().asDiagonal();
+  return options;
+}
+
+/// Covariance of all residuals, px², by finite differences of what each input moves.
+MatrixXd CovarianceOfResiduals(const PoseProblem& problem, const Theta& theta) {
+  const auto count = 2 * static_cast<Index>(problem.sights.size());
+  const auto residuals = [&](const PoseProblem& moved, const Theta& everything) {
+    const Chain chain(moved, everything, false);
+    VectorXd all(count);
+    for (std::size_t i = 0; i < moved.sights.size(); ++i) {
+      Eigen::Vector2d one;
+      EXPECT_TRUE(chain.Residual(moved.sights[i], one));
+      all.segment<2>(2 * static_cast<Index>(i)) = one;
+    }
+    return all;
+  };
+  const PoseProblem all = WithEverything(problem);
+  const Theta at = EverythingAt(problem, theta);
+  const VectorXd still = residuals(all, at);
+  MatrixXd covariance = MatrixXd::Zero(count, count);
+  const auto add = [&](const PoseProblem& moved, const Theta& everything, double by, double sigma) {
+    const VectorXd slope = (residuals(moved, everything) - still) / by * sigma;
+    covariance += slope * slope.transpose();
+  };
+  constexpr double kStep = 1e-4;
+  for (Index i = 6; i < at.size(); ++i) {
+    Theta moved = at;
+    moved[i] += kStep;
+    add(all, moved, kStep, problem.errors.common[i]);
+  }
+  for (std::size_t view = 0; view <= problem.sights.back().view; ++view) {
+    for (int axis = 0; axis < 3; ++axis) {
+      PoseProblem moved = all;
+      for (Sight& sight : moved.sights) {
+        if (sight.view == view) sight.spindle_mm[axis] += kStep;
+      }
+      add(moved, at, kStep, problem.errors.machine_mm);
+    }
+  }
+  for (Index draw = 0; draw < problem.errors.targets.cols(); ++draw) {
+    PoseProblem moved = all;
+    for (Sight& sight : moved.sights) {
+      sight.part_mm +=
+          kStep * problem.errors.targets.block<3, 1>(3 * static_cast<Index>(sight.target), draw);
+    }
+    add(moved, at, kStep, 1);
+  }
+  for (int draw = 0; draw < kCameraParameters; ++draw) {
+    const CameraVector by = kStep * problem.errors.camera->col(draw);
+    PoseProblem moved = all;
+    moved.camera = WithParameters(all.camera, ParametersOf(all.camera) + by);
+    Theta everything = at;
+    const Layout layout = LayoutOf(all.unknowns);
+    everything[layout.focal_length] += by[0];
+    everything.segment<3>(layout.camera_offset) += by.segment<3>(7);
+    add(moved, everything, kStep, 1);
+  }
+  for (Index i = 0; i < count; ++i) covariance(i, i) += kSigma_px * kSigma_px;
+  return covariance;
+}
+
+// Against the textbook: (J' V^-1 J)^-1 with the whole covariance of the residuals.
+TEST(JointFit, IsGeneralisedLeastSquaresByTheResidualsWholeCovariance) {
+  const Bench bench(EverythingUncertain());
+  PoseProblem alone = bench.problem;
+  for (Sight& sight : alone.sights) sight.sigma_px = 1;
+  const MatrixXd jacobian = WeightedJacobian(alone, bench.theta);
+  VectorXd residuals(jacobian.rows());
+  const Chain chain(bench.problem, bench.theta, false);
+  for (std::size_t i = 0; i < alone.sights.size(); ++i) {
+    Eigen::Vector2d one;
+    ASSERT_TRUE(chain.Residual(alone.sights[i], one));
+    residuals.segment<2>(2 * static_cast<Index>(i)) = one;
+  }
+  const MatrixXd inverse = CovarianceOfResiduals(bench.problem, bench.theta).inverse();
+  const MatrixXd covariance = (jacobian.transpose() * inverse * jacobian).inverse();
+  const VectorXd step = covariance * jacobian.transpose() * inverse * residuals;
+  const VectorXd left = residuals - jacobian * step;
+
+  const JointFit fit = FitJointly(bench.problem, bench.theta);
+  const VectorXd sigma = covariance.diagonal().cwiseSqrt();
+  constexpr double kDifferences = 1e-4;  // of finite differences
+  EXPECT_NEAR(fit.chi_square, left.dot(inverse * left), kDifferences * fit.chi_square);
+  EXPECT_EQ(JointChiSquare(bench.problem, bench.theta), fit.chi_square);
+  for (Index i = 0; i < step.size(); ++i) {
+    EXPECT_NEAR(fit.step[i], step[i], 10 * kDifferences * sigma[i]) << i;
+    for (Index k = 0; k < step.size(); ++k) {
+      EXPECT_NEAR(fit.covariance(i, k), covariance(i, k), kDifferences * sigma[i] * sigma[k]);
+    }
+  }
+  EXPECT_LT((fit.gain * residuals - fit.step).cwiseQuotient(sigma).norm(), 1e-9);
+}
+
+TEST(JointFit, OfExactInputsIsPlainLeastSquares) {
+  SolveOptions options;
+  options.inputs = ExactInputs();
+  const Bench bench(options);
+  const MatrixXd jacobian = WeightedJacobian(bench.problem, bench.theta);
+  const MatrixXd plain = (jacobian.transpose() * jacobian).inverse();
+  const JointFit fit = FitJointly(bench.problem, bench.theta);
+  for (Index i = 0; i < plain.rows(); ++i) {
+    EXPECT_NEAR(fit.covariance(i, i) / plain(i, i), 1, 1e-6);
+  }
+}
+
+TEST(JointFit, BelowFullRankThereIsNoEstimate) {
+  Bench bench(EverythingUncertain());
+  bench.problem.sights.resize(3);
+  const JointFit fit = FitJointly(bench.problem, bench.theta);
+  EXPECT_EQ(fit.covariance.size(), 0);
+  EXPECT_EQ(fit.step.size(), 0);
+}
+
+// Where nothing checks it the usual size counts for more than itself: it is known from few runs.
+TEST(Repeatability, IsThatOfUsualMachinesUnlessManyResidualsSayOtherwise) {
+  SolveOptions options;
+  const Bench exact(options);
+  Bench few = exact;
+  few.problem.sights.resize(3);
+  EXPECT_GT(RepeatabilityByResiduals(few.problem, few.theta), kUsualRepeatability_mm);
+  constexpr double kBad_mm = 0.012;
+  Random random(9);
+  Bench bad = exact;
+  Bench good = exact;
+  for (int again = 0; again < 20; ++again) {
+    for (Sight sight : exact.problem.sights) {
+      if (sight.target == 4) continue;  // in a view with another one: they share its error
+      sight.view += 100 * static_cast<std::size_t>(again + 1);
+      good.problem.sights.push_back(sight);
+      for (double& mm : sight.spindle_mm) mm += random.Normal(0, kBad_mm);
+      bad.problem.sights.push_back(sight);
+    }
+  }
+  EXPECT_NEAR(RepeatabilityByResiduals(bad.problem, bad.theta), kBad_mm, 0.2 * kBad_mm);
+  EXPECT_LT(RepeatabilityByResiduals(good.problem, good.theta), kUsualRepeatability_mm / 2);
+}
+
+}  // namespace
+}  // namespace trammel::part_alignment

@@ -1,0 +1,163 @@
+// Whether the stated 95 % regions hold in machines and clampings of which nothing was told: the
+// defaults against eccentricities and repeatabilities drawn anew in every clamping.
+//
+// TRAMMEL_CLAMPINGS: per row, 1000 without it. TRAMMEL_CLAMPINGS_SEED: the seed of the part.
+// Reported figures are those of 500000; development uses seeds below 1000.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "align_scene.h"
+#include "part_alignment/pose/solve.h"
+#include "sim/spindle_scene.h"
+
+namespace trammel {
+namespace {
+
+constexpr double kLeastCovered = 0.93;
+constexpr double kReportedClampings = 1000;
+
+/// What is drawn in a row: standard deviations, or their largest where each clamping has its own.
+struct Spread {
+  double eccentricity_mm;
+  double repeatability_mm;
+  bool uniform = false;  ///< each clamping has its own spreads, uniform from 0
+  bool beyond = false;   ///< beyond what the usual sizes are made for: printed, not judged
+};
+constexpr Spread kSpreads[] = {
+    {0, 0},
+    {0.015, 0},
+    {0.015, 0.004},
+    {0.015, 0.010},
+    {0.020, 0.010},
+    {0.020, 0.010, true},
+    {0.040, 0.010, true, true},
+    {0.030, 0.004, false, true},
+    {0.040, 0.004, false, true},
+    {0.015, 0.015, false, true},
+};
+
+struct Row {
+  int good = 0;
+  int cannot_tell = 0;
+  int refused = 0;
+  int region = 0;  ///< answers whose error lies in the 95 % region of all unknowns
+  int axis[3] = {};
+  double stated_mm[3] = {};  ///< mean half-width of the 95 % interval
+};
+
+constexpr double kHalfWidth95 = 1.959964;
+// The 95 % points of chi-square with 7 and 9 degrees of freedom.
+constexpr double kSeven = 14.0671;
+constexpr double kNine = 16.9190;
+
+Row Clamp(sim::SpindleSetup setup, const Spread& spread, bool eccentricity_unknown) {
+  setup.spread.eccentricity_mm = spread.eccentricity_mm;
+  setup.machine.repeatability_mm = spread.repeatability_mm;
+  Random spreads(test::ClampingsSeed());
+  part_alignment::SolveOptions options;
+  options.unknowns.clamp_eccentricity = eccentricity_unknown;
+  Row row;
+  for (std::uint64_t i = 0; i < test::Clampings(1000); ++i) {
+    if (spread.uniform) {
+      setup.spread.eccentricity_mm = spreads.Uniform(0, spread.eccentricity_mm);
+      setup.machine.repeatability_mm = spreads.Uniform(0, spread.repeatability_mm);
+    }
+    const sim::SpindleName name = {test::ClampingsSeed(), i};
+    const sim::SpindleWorld world = sim::DrawSpindleWorld(setup, name);
+    const auto solved =
+        part_alignment::Solve(test::MeasurementOf(world, name, setup.sigma_px), options);
+    EXPECT_TRUE(solved) << (solved ? "" : solved.error().message);
+    if (!solved) continue;
+    row.cannot_tell += solved->verdict == Verdict::kCannotTell ? 1 : 0;
+    row.refused += solved->verdict == Verdict::kRefused ? 1 : 0;
+    if (solved->verdict != Verdict::kGood) continue;
+    ++row.good;
+    Eigen::VectorXd found(9);
+    found << solved->machine_from_part.translation_mm, solved->machine_from_part.angles_rad,
+        solved->clamping.angle_rad, solved->clamping.eccentricity_mm;
+    const Eigen::Index size = solved->covariance.rows();
+    const Eigen::VectorXd error = (found - test::TruthOf(world)).head(size);
+    row.region +=
+        error.dot(solved->covariance.ldlt().solve(error)) <= (eccentricity_unknown ? kNine : kSeven)
+            ? 1
+            : 0;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double half_mm = kHalfWidth95 * std::sqrt(solved->covariance(k, k));
+      row.axis[k] += std::abs(error[k]) <= half_mm ? 1 : 0;
+      row.stated_mm[k] += half_mm;
+    }
+  }
+  return row;
+}
+
+void Print(const Spread& spread, const Row& row) {
+  const double n = std::max(1, row.good);
+  const char* to = spread.uniform ? "0 … " : "";
+  fmt::print(
+      "| {}{:.0f} | {}{:.0f} | {:.1f} | {:.1f} {:.1f} {:.1f} | {:.1f} {:.1f} {:.1f} | {} | {} |\n",
+      to, 1000 * spread.eccentricity_mm, to, 1000 * spread.repeatability_mm, 100 * row.region / n,
+      100 * row.axis[0] / n, 100 * row.axis[1] / n, 100 * row.axis[2] / n,
+      1000 * row.stated_mm[0] / n, 1000 * row.stated_mm[1] / n, 1000 * row.stated_mm[2] / n,
+      row.cannot_tell, row.refused);
+  std::fflush(stdout);
+}
+
+void CheckPlan(const std::string& title, const sim::SpindleSetup& setup,
+               bool eccentricity_unknown = false) {
+  fmt::print(
+      "\n{}; seed {}, {} clampings a row, nothing stated but {} px\n"
+      "| eccentricity um | repeatability um | region % | X Y Z % | 95 % of X Y Z um | cannot tell "
+      "| "
+      "refused |\n|---|---|---|---|---|---|---|\n",
+      title, test::ClampingsSeed(), test::Clampings(1000), setup.sigma_px);
+  for (const Spread& spread : kSpreads) {
+    const Row row = Clamp(setup, spread, eccentricity_unknown);
+    Print(spread, row);
+    if (spread.beyond) continue;
+    const double n = row.good;
+    EXPECT_GE(n, 0.99 * static_cast<double>(test::Clampings(1000))) << title;
+    const double chance = 3 * std::sqrt(0.05 * 0.95 / n);
+    const double room = n >= kReportedClampings ? 0 : chance;
+    EXPECT_GE(row.region / n, kLeastCovered - room) << title;
+    for (const int inside : row.axis) EXPECT_GE(inside / n, kLeastCovered - chance) << title;
+  }
+}
+
+TEST(AlignUntoldStudy, TheSameTwoViewsOfEachTargetCover) {
+  CheckPlan("1.5 x 1 m at 300 mm, two views of each target",
+            test::Probed(sim::LaboratoryScene(300)));
+}
+
+TEST(AlignUntoldStudy, ViewsFromNearCover) {
+  CheckPlan("1.5 x 1 m at 150 mm, two views of each target",
+            test::Probed(sim::LaboratoryScene(150)));
+}
+
+TEST(AlignUntoldStudy, LeversOfAllSidesCover) {
+  sim::SpindleSetup setup = test::Probed(sim::LaboratoryScene(300));
+  setup.stops = sim::StopsFor(setup, 300,
+                              {{{{-38, 20}, {38, -20}}},
+                               {{{38, 30}, {-38, -30}}},
+                               {{{-20, -38}, {20, 38}}},
+                               {{{20, -38}, {-20, 38}}}});
+  CheckPlan("1.5 x 1 m at 300 mm, levers to all sides", setup);
+}
+
+TEST(AlignUntoldStudy, ALargeMachineCovers) {
+  CheckPlan("10 x 3 m at 150 mm, along Y", test::Probed(sim::IndustryScene(150)));
+}
+
+TEST(AlignUntoldStudy, TheSpindleTurnedByHalfCoversAndTellsMore) {
+  const sim::SpindleSetup setup = test::HalfTurned(test::Probed(sim::LaboratoryScene(300)));
+  CheckPlan("1.5 x 1 m at 300 mm, C at 0 and 180 degrees, seven unknowns", setup);
+  CheckPlan("the same, the eccentricity solved for", setup, true);
+}
+
+}  // namespace
+}  // namespace trammel
