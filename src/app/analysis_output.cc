@@ -11,6 +11,7 @@
 #include "app/commands.h"
 #include "app/output_files.h"
 #include "report/analysis_json.h"
+#include "report/interval_text.h"
 #include "report/pressure_advance_report.h"
 
 namespace trammel::app {
@@ -70,17 +71,13 @@ Written WriteFiles(const AnalysisRun& run, const std::string& source,
 
 std::string Words(const Measured& measured) {
   if (!measured.good()) return std::string(ToString(measured.verdict()));
-  const Quantity& q = measured.quantity();
-  return fmt::format("{} +- {:.4f} s", report::SecondsText(q.value, q.standard_uncertainty),
-                     q.standard_uncertainty);
+  return report::WithInterval(measured.quantity(), report::kSeconds);
 }
 
 void PrintText(const Analysis& analysis, const std::string& report_path) {
   const Measured& answer = analysis.pressure_advance;
   if (answer.good()) {
-    const Quantity& q = answer.quantity();
-    fmt::print("pressure advance  {}   (95 %: {:.4f} to {:.4f})\n", Words(answer), q.interval95.lo,
-               q.interval95.hi);
+    fmt::print("pressure advance  {}\n", Words(answer));
     fmt::print("  acceleration    {}\n  deceleration    {}\n",
                Words(analysis.response.acceleration.pressure_advance),
                Words(analysis.response.deceleration.pressure_advance));

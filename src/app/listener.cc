@@ -12,6 +12,7 @@
 #include "app/new_folder.h"
 #include "base/bug_note.h"
 #include "procedure/apply_pressure_advance.h"
+#include "report/interval_text.h"
 #include "settings/material.h"
 
 namespace trammel::app {
@@ -147,10 +148,9 @@ std::string Listener::Propose(const fs::path& folder) {
     proposal_ = quantity.value;
   }
   const auto now_s = printer_.LastState().pressure_advance_s;
-  return fmt::format(
-      "pressure advance {:.4f} +- {:.4f} s{}. Nothing applied: TRAMMEL_APPLY sets it",
-      quantity.value, quantity.standard_uncertainty,
-      now_s ? fmt::format(", now {:.4f}", *now_s) : "");
+  return fmt::format("pressure advance {}{}. Nothing applied: TRAMMEL_APPLY sets it",
+                     report::WithInterval(quantity, report::kSeconds),
+                     now_s ? fmt::format(", now {:.4f} s", *now_s) : "");
 }
 
 std::string Listener::Apply() {

@@ -24,8 +24,7 @@ Result<void> WriteFigures(const std::string& figures, const report::OffsetReport
   }
   std::vector<OutputFile> files;
   const auto add = [&](const std::string& prefix, const report::DrawnFigure& figure) {
-    const std::string name = prefix + figure.name + (figure.svg ? ".svg" : ".png");
-    files.push_back({folder / name, figure.bytes});
+    files.push_back({folder / (prefix + figure.name + ".svg"), figure.svg});
   };
   for (const report::DrawnFigure& figure : report::OffsetValueFigures(*input.analysis)) {
     add("", figure);

@@ -14,6 +14,7 @@
 #include "files/new_file.h"
 #include "machine/host_clock.h"
 #include "machine/json_field.h"
+#include "report/interval_text.h"
 #include "report/tap_text.h"
 #include "store/tap_file.h"
 #include "tap/finding.h"
@@ -32,7 +33,6 @@ constexpr double kSameZ_mm = 2e-6;
 /// A tap older than this when a macro asks is not the one that it means.
 constexpr double kFresh_s = 5;
 constexpr std::size_t kMostEvents = 1000;
-constexpr double kUmPerMm = 1000;
 constexpr const char* kRiseTime = "x_rise_print_time_s";
 
 /// Of what a macro gave, only what cannot break out of a G-code line.
@@ -53,12 +53,15 @@ std::string PlainId(const json& arguments) {
 // Of two differences the scatter would say next to nothing.
 std::string DifferenceText(const std::vector<double>& differences_mm) {
   constexpr std::size_t kLeastForScatter = 3;
-  const double mean_um = Mean(differences_mm) * kUmPerMm;
+  const double mean_mm = Mean(differences_mm);
   const std::size_t count = differences_mm.size();
   const std::string over = fmt::format("over {} tap{}", count, count == 1 ? "" : "s");
-  if (count < kLeastForScatter) return fmt::format("{:+.2f} µm {}", mean_um, over);
-  return fmt::format("{:+.2f} ± {:.2f} µm {}", mean_um,
-                     StandardDeviation(differences_mm) * kUmPerMm, over);
+  if (count < kLeastForScatter) return fmt::format("{:+.4f} mm {}", mean_mm, over);
+  const double half_mm = StudentT95(static_cast<double>(count) - 1) *
+                         StandardDeviation(differences_mm) / std::sqrt(static_cast<double>(count));
+  return report::WithInterval(mean_mm, {mean_mm - half_mm, mean_mm + half_mm},
+                              report::kOffsetMillimetres) +
+         " in the mean " + over;
 }
 
 /// From the halt of a tap that was built of streams to its last sample; 0 of others, whose z comes
@@ -246,7 +249,7 @@ void TapWatcher::Close() {
     line += fmt::format("    printer's own z {:.4f} mm", *tap.recording.firmware_z_mm);
     if (tap.analysis.verdict == Verdict::kGood) {
       differences_mm_.push_back(*tap.recording.firmware_z_mm - tap.analysis.contact_z_mm);
-      line += fmt::format(", {:+.2f} µm from ours", differences_mm_.back() * kUmPerMm);
+      line += fmt::format(", {:+.4f} mm from ours", differences_mm_.back());
       if (differences_mm_.size() > 1) line += "; so far " + DifferenceText(differences_mm_);
     }
     line += '\n';

@@ -10,6 +10,7 @@
 #include "app/laser_recording.h"
 #include "files/new_file.h"
 #include "report/improvement_json.h"
+#include "report/interval_text.h"
 
 namespace trammel::app {
 namespace {
@@ -27,11 +28,8 @@ std::string Percent(const Measured& measured, double sign) {
   if (!measured.good()) {
     return fmt::format("{}: {}", ToString(measured.verdict()), measured.reason());
   }
-  const Quantity& quantity = measured.quantity();
-  const double a = 100 * sign * quantity.interval95.lo;
-  const double b = 100 * sign * quantity.interval95.hi;
-  return fmt::format("{:.1f} +- {:.1f} %   (95 %: {:.1f} to {:.1f})", 100 * sign * quantity.value,
-                     100 * quantity.standard_uncertainty, std::min(a, b), std::max(a, b));
+  const report::IntervalStyle percent{.unit = "%", .scale = 100 * sign, .least_decimals = 1};
+  return report::WithInterval(measured.quantity(), percent);
 }
 
 void PrintText(const Improvement& improvement, const fs::path& folder) {

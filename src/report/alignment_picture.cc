@@ -136,7 +136,7 @@ Figure AlignmentPicture(std::size_t view, const BgrView& picture, int width_px, 
                     std::ceil(height_px * drawing.scale)};
   Canvas canvas(kMostSide_px, area.height + kKey_px);
   if (picture.width > 0 && picture.height > 0) {
-    canvas.Image(picture, area);
+    canvas.Image(picture, area, Pixels::kPhoto);
   } else {
     canvas.FillRect(area, kGrid);
   }
@@ -149,7 +149,7 @@ Figure AlignmentPicture(std::size_t view, const BgrView& picture, int width_px, 
   return {fmt::format("view-{:02}", view + 1),
           "Red circle: left out. Dashed cross: in the picture by the solution, but not found. A "
           "residual's line ends at what its number says, but for very long ones.",
-          std::move(canvas), true, 1};
+          std::move(canvas), 1};
 }
 
 }  // namespace trammel::report

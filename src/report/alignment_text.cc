@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
+
+#include "report/interval_text.h"
 
 namespace trammel::report {
 namespace {
@@ -12,78 +13,62 @@ namespace {
 using part_alignment::Alignment;
 using part_alignment::AlignmentResidual;
 
-constexpr double kCoverage = 2;
-constexpr double kPerMille = 1e3;
 constexpr double kPercent = 100;
 
-// Expanded, of the parameter with this name; NaN where there is none.
-double Expanded(const Alignment& alignment, const std::string& parameter) {
+// k = 1, of the parameter with this name; NaN where there is none.
+double Sigma(const Alignment& alignment, const std::string& parameter) {
   const auto found = std::find(alignment.parameters.begin(), alignment.parameters.end(), parameter);
   const auto i = static_cast<Eigen::Index>(found - alignment.parameters.begin());
   if (found == alignment.parameters.end() || i >= alignment.covariance.rows()) return NAN;
-  return kCoverage * std::sqrt(std::max(0.0, alignment.covariance(i, i)));
+  return std::sqrt(std::max(0.0, alignment.covariance(i, i)));
+}
+
+std::string ParameterText(const Alignment& alignment, const std::string& parameter, double value) {
+  const IntervalStyle& style = parameter.ends_with("_rad") ? kPerMille : kMillimetres;
+  return WithInterval(value, NormalInterval95(value, Sigma(alignment, parameter)), style);
 }
 
 std::string Pose(const Alignment& alignment) {
   const Eigen::Vector3d& mm = alignment.machine_from_part.translation_mm;
   const Eigen::Vector3d& rad = alignment.machine_from_part.angles_rad;
-  std::string text = "part       (± expanded, k = 2)\n";
-  const auto length = [&](const char* name, double value) {
-    text += fmt::format("  {:<6} {:>14.4f} ± {:.4f} mm\n", name, value,
-                        Expanded(alignment, std::string(name) + "_mm"));
+  std::string text = "part\n";
+  const auto add = [&](const std::string& name, const char* unit, double value) {
+    text += fmt::format("  {:<8} {}\n", name, ParameterText(alignment, name + unit, value));
   };
-  const auto angle = [&](const char* name, double value) {
-    text += fmt::format("  {:<6} {:>14.4f} ± {:.4f} mm/m\n", name, value * kPerMille,
-                        Expanded(alignment, std::string(name) + "_rad") * kPerMille);
-  };
-  length("x", mm.x());
-  length("y", mm.y());
-  length("z", mm.z());
-  angle("alpha", rad.x());
-  angle("beta", rad.y());
-  angle("gamma", rad.z());
+  add("x", "_mm", mm.x());
+  add("y", "_mm", mm.y());
+  add("z", "_mm", mm.z());
+  add("alpha", "_rad", rad.x());
+  add("beta", "_rad", rad.y());
+  add("gamma", "_rad", rad.z());
   return text;
-}
-
-// Each of the values with its own uncertainty, times `scale`.
-std::string Values(const Alignment& alignment, std::initializer_list<std::string> parameters,
-                   std::initializer_list<double> values, double scale, const char* unit) {
-  std::string text;
-  auto parameter = parameters.begin();
-  for (const double value : values) {
-    text += fmt::format("{}{:.4f} ± {:.4f}", text.empty() ? "" : ", ", value * scale,
-                        Expanded(alignment, *parameter++) * scale);
-  }
-  return fmt::format("{} {}\n", text, unit);
 }
 
 std::string Clamping(const AlignmentOutput& output) {
   const Alignment& alignment = output.alignment;
   const part_alignment::Clamping& clamping = alignment.clamping;
   std::string text;
-  if (output.solved.clamp_angle) {
-    text += "clamping   angle " +
-            Values(alignment, {"clamp_angle_rad"}, {clamping.angle_rad}, kPerMille, "mm/m");
-  }
+  const auto add = [&](const char* what, const std::string& parameter, double value) {
+    text += fmt::format("{:<10} {} {}\n", text.empty() ? "clamping" : "", what,
+                        ParameterText(alignment, parameter, value));
+  };
+  if (output.solved.clamp_angle) add("angle", "clamp_angle_rad", clamping.angle_rad);
   if (output.solved.clamp_eccentricity) {
-    text += "clamping   eccentricity " +
-            Values(alignment, {"clamp_eccentricity_x_mm", "clamp_eccentricity_y_mm"},
-                   {clamping.eccentricity_mm.x(), clamping.eccentricity_mm.y()}, 1, "mm");
+    add("eccentricity x", "clamp_eccentricity_x_mm", clamping.eccentricity_mm.x());
+    add("eccentricity y", "clamp_eccentricity_y_mm", clamping.eccentricity_mm.y());
   }
   if (output.solved.clamp_tilt) {
-    text += "clamping   tilt " + Values(alignment, {"clamp_tilt_x_rad", "clamp_tilt_y_rad"},
-                                        {clamping.tilt_rad.x(), clamping.tilt_rad.y()}, kPerMille,
-                                        "mm/m");
+    add("tilt x", "clamp_tilt_x_rad", clamping.tilt_rad.x());
+    add("tilt y", "clamp_tilt_y_rad", clamping.tilt_rad.y());
   }
   if (output.solved.focal_length) {
-    text += "camera     focal length " +
-            Values(alignment, {"focal_length_mm"}, {alignment.focal_length_mm}, 1, "mm");
+    add("focal length", "focal_length_mm", alignment.focal_length_mm);
   }
   if (output.solved.camera_offset) {
     const Eigen::Vector3d& mm = alignment.camera_offset_mm;
-    text += "camera     offset " +
-            Values(alignment, {"camera_offset_x_mm", "camera_offset_y_mm", "camera_offset_z_mm"},
-                   {mm.x(), mm.y(), mm.z()}, 1, "mm");
+    add("camera's place x", "camera_offset_x_mm", mm.x());
+    add("camera's place y", "camera_offset_y_mm", mm.y());
+    add("camera's place z", "camera_offset_z_mm", mm.z());
   }
   return text;
 }
@@ -132,18 +117,18 @@ std::string Simulated(const Alignment& alignment,
                       const part_alignment::MonteCarloUncertainty& simulated) {
   std::string text = fmt::format(
       "simulated  {} measurements, {} more without a solution; {:.1f} % lie in the linear 95 % "
-      "region\n           (k = 2)            simulated     stated\n",
+      "region\n           95 % within        simulated     stated\n",
       simulated.trials, simulated.failed, kPercent * simulated.inside95);
   for (std::size_t i = 0; i < simulated.parameters.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     std::string name = simulated.parameters[i];
     const bool angle = name.ends_with("_rad");
-    const double scale = angle ? kPerMille : 1;
-    const double stated = Expanded(alignment, name);
-    const double expanded = kCoverage * std::sqrt(simulated.covariance(k, k));
+    const double scale = angle ? kPerMille.scale : 1;
+    const double stated = kNormal95 * Sigma(alignment, name);
+    const double expanded = kNormal95 * std::sqrt(simulated.covariance(k, k));
     name.resize(name.rfind('_'));
-    text += fmt::format("  {:<24} ± {:>8.4f} ± {:>8.4f} {}\n", name, expanded * scale,
-                        stated * scale, angle ? "mm/m" : "mm");
+    text += fmt::format("  {:<24} {:>10.4f} {:>10.4f} {}\n", name, expanded * scale, stated * scale,
+                        angle ? "mm/m" : "mm");
   }
   return text;
 }
@@ -155,7 +140,8 @@ std::string ObservabilityText(const part_alignment::Observability& told,
   if (told.unknowns == 0) return {};
   std::string text = fmt::format("views tell {} of {} unknowns", told.rank, told.unknowns);
   if (std::isfinite(told.weakest_sigma_mm)) {
-    text += fmt::format("; the weakest direction to {:.4f} mm (k = 1)", told.weakest_sigma_mm);
+    const double half_mm[] = {kNormal95 * told.weakest_sigma_mm};
+    text += "; along the weakest direction " + WithinText(half_mm, kMillimetres);
   }
   text += "\n";
   const bool said = reason.find(told.words) != std::string::npos;

@@ -8,7 +8,6 @@
 namespace trammel::report {
 
 /// Several lines: the pose with its uncertainty, the clamping, what the views tell, the residuals.
-/// Behind ± stands the expanded uncertainty, k = 2.
 [[nodiscard]] std::string AlignmentText(const AlignmentOutput& output);
 
 /// One to three lines: what the views tell, and what they do not unless `reason` says so already;

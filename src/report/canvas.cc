@@ -1,6 +1,5 @@
 #include "report/canvas.h"
 
-#include <cairo-svg.h>
 #include <cairo.h>
 
 #include <algorithm>
@@ -13,14 +12,15 @@
 #include "base/check.h"
 #include "base/utf8.h"
 #include "report/cairo_handles.h"
-#include "report/svg_ids.h"
+#include "report/jpeg.h"
+#include "report/svg_writer.h"
 
 namespace trammel::report {
 namespace {
 
 constexpr double kMaxSidePx = 8192;
 constexpr const char* kFont = "DejaVu Sans";
-constexpr double kImageDensity = 2;  ///< pixels kept of a picture per px of the canvas
+constexpr double kImageDensity = 1.5;  ///< pixels kept of a picture per px of the canvas
 
 struct FontOptionsDeleter {
   void operator()(cairo_font_options_t* options) const { cairo_font_options_destroy(options); }
@@ -42,30 +42,61 @@ void FixFontRendering(cairo_t* context) {
   cairo_set_font_options(context, options.get());
 }
 
-/// Mean over the source pixels that one target pixel covers; the nearest one where it covers less.
-std::uint32_t CoveredMean(const BgrView& image, int x, int y, int width, int height) {
-  const auto span = [](int i, int target, int source) {
-    const auto first = static_cast<int>(std::int64_t{i} * source / target);
-    const auto last = static_cast<int>((std::int64_t{i} + 1) * source / target);
-    return std::pair{first, std::max(first + 1, last)};
-  };
-  const auto [x0, x1] = span(x, width, image.width);
-  const auto [y0, y1] = span(y, height, image.height);
-  std::uint64_t sum[3] = {0, 0, 0};
-  for (int row = y0; row < y1; ++row) {
-    const std::uint8_t* pixel = image.row(row) + std::ptrdiff_t{3} * x0;
-    for (int column = x0; column < x1; ++column, pixel += 3) {
-      sum[0] += pixel[0];
-      sum[1] += pixel[1];
-      sum[2] += pixel[2];
+/// Source pixels that one of `target` pixels covers.
+std::pair<int, int> Covered(int i, int target, int source) {
+  const auto first = static_cast<int>(std::int64_t{i} * source / target);
+  const auto last = static_cast<int>((std::int64_t{i} + 1) * source / target);
+  return {first, std::max(first + 1, last)};
+}
+
+/// No larger than asked for: each pixel the mean of those that it covers.
+Frame Reduced(const BgrView& image, double most_width, double most_height) {
+  Frame out(std::clamp(static_cast<int>(std::lround(most_width)), 1, image.width),
+            std::clamp(static_cast<int>(std::lround(most_height)), 1, image.height));
+  for (int y = 0; y < out.height; ++y) {
+    const auto [y0, y1] = Covered(y, out.height, image.height);
+    std::uint8_t* to = out.row(y);
+    for (int x = 0; x < out.width; ++x, to += 3) {
+      const auto [x0, x1] = Covered(x, out.width, image.width);
+      std::uint64_t sum[3] = {0, 0, 0};
+      for (int row = y0; row < y1; ++row) {
+        const std::uint8_t* pixel = image.row(row) + std::ptrdiff_t{3} * x0;
+        for (int column = x0; column < x1; ++column, pixel += 3) {
+          for (int channel = 0; channel < 3; ++channel) sum[channel] += pixel[channel];
+        }
+      }
+      const auto count = static_cast<std::uint64_t>(x1 - x0) * static_cast<std::uint64_t>(y1 - y0);
+      for (int channel = 0; channel < 3; ++channel) {
+        to[channel] = static_cast<std::uint8_t>((sum[channel] + count / 2) / count);
+      }
     }
   }
-  const std::uint64_t count =
-      static_cast<std::uint64_t>(x1 - x0) * static_cast<std::uint64_t>(y1 - y0);
-  const auto mean = [&](int channel) {
-    return static_cast<std::uint32_t>((sum[channel] + count / 2) / count);
-  };
-  return mean(2) << 16U | mean(1) << 8U | mean(0);
+  return out;
+}
+
+Surface SurfaceOf(const BgrView& image) {
+  Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+  TRAMMEL_CHECK(cairo_surface_status(surface.get()) == CAIRO_STATUS_SUCCESS, "{}x{} px",
+                image.width, image.height);
+  unsigned char* data = cairo_image_surface_get_data(surface.get());
+  const int stride = cairo_image_surface_get_stride(surface.get());
+  for (int y = 0; y < image.height; ++y) {
+    const std::uint8_t* pixel = image.row(y);
+    for (int x = 0; x < image.width; ++x, pixel += 3) {
+      const std::uint32_t value =
+          std::uint32_t{pixel[2]} << 16U | std::uint32_t{pixel[1]} << 8U | std::uint32_t{pixel[0]};
+      std::memcpy(data + std::ptrdiff_t{y} * stride + std::ptrdiff_t{4} * x, &value, sizeof value);
+    }
+  }
+  cairo_surface_mark_dirty(surface.get());
+  return surface;
+}
+
+std::string PngOf(cairo_surface_t* surface) {
+  std::string png;
+  const cairo_status_t status = cairo_surface_write_to_png_stream(surface, AppendBytes, &png);
+  TRAMMEL_CHECK(status == CAIRO_STATUS_SUCCESS, "a PNG: {}", cairo_status_to_string(status));
+  return png;
 }
 
 }  // namespace
@@ -73,6 +104,7 @@ std::uint32_t CoveredMean(const BgrView& image, int x, int y, int width, int hei
 struct Canvas::State {
   Surface surface;
   Context context;
+  SvgWriter svg;  ///< the same strokes
 };
 
 Canvas::Canvas(double width_px, double height_px) : width_px_(width_px), height_px_(height_px) {
@@ -125,19 +157,23 @@ void Canvas::StrokeRect(const RectPx& rect, const Stroke& stroke) {
 void Canvas::Polyline(std::span<const PointPx> points, const Stroke& stroke) {
   cairo_t* context = state_->context.get();
   cairo_new_path(context);
+  state_->svg.BeginPath();
   bool pen_down = false;
   for (const PointPx& point : points) {
     if (!Finite(point)) {
       pen_down = false;
     } else if (pen_down) {
       cairo_line_to(context, point.x, point.y);
+      state_->svg.LineTo(point);
     } else {
       cairo_move_to(context, point.x, point.y);
+      state_->svg.MoveTo(point);
       pen_down = true;
     }
   }
   SetStroke(stroke);
   cairo_stroke(context);
+  state_->svg.EndPath(std::nullopt, stroke);
 }
 
 void Canvas::Polygon(std::span<const PointPx> points, const Color& fill,
@@ -147,10 +183,18 @@ void Canvas::Polygon(std::span<const PointPx> points, const Color& fill,
   }
   cairo_t* context = state_->context.get();
   cairo_new_path(context);
+  state_->svg.BeginPath();
   for (const PointPx& point : points) {
     cairo_line_to(context, point.x, point.y);
+    if (&point == points.data()) {
+      state_->svg.MoveTo(point);
+    } else {
+      state_->svg.LineTo(point);
+    }
   }
   cairo_close_path(context);
+  state_->svg.ClosePath();
+  state_->svg.EndPath(fill, edge);
   if (fill.alpha > 0) {
     SetColor(context, fill);
     cairo_fill_preserve(context);
@@ -170,6 +214,7 @@ void Canvas::Circle(const PointPx& centre, double radius_px, const std::optional
   cairo_t* context = state_->context.get();
   cairo_new_path(context);
   cairo_arc(context, centre.x, centre.y, radius_px, 0, 2 * std::numbers::pi);
+  state_->svg.Circle(centre, radius_px, fill, edge);
   if (fill) {
     SetColor(context, *fill);
     cairo_fill_preserve(context);
@@ -187,13 +232,15 @@ void Canvas::Text(const PointPx& at, std::string_view text, const TextStyle& sty
   }
   cairo_t* context = state_->context.get();
   const std::string safe = Utf8OrReplaced(text);
-  const double width = style.align == Align::kStart ? 0 : TextWidth(text, style);
+  const double width = TextWidth(text, style);
+  state_->svg.Text(at, safe, style, width);
   cairo_save(context);
   SetFont(style);
   SetColor(context, style.color);
   cairo_translate(context, at.x, at.y);
   cairo_rotate(context, style.angle_rad);
-  cairo_move_to(context, style.align == Align::kMiddle ? -width / 2 : -width, 0);
+  const double before = style.align == Align::kMiddle ? 0.5 : style.align == Align::kEnd ? 1 : 0;
+  cairo_move_to(context, -before * width, 0);
   cairo_show_text(context, safe.c_str());
   cairo_restore(context);
 }
@@ -205,32 +252,28 @@ double Canvas::TextWidth(std::string_view text, const TextStyle& style) const {
   return extents.x_advance;
 }
 
-void Canvas::Image(const BgrView& image, const RectPx& to) {
+void Canvas::Image(const BgrView& image, const RectPx& to, Pixels pixels) {
   if (image.width <= 0 || image.height <= 0 || to.width <= 0 || to.height <= 0) {
     return;
   }
-  const int width = std::max(1, static_cast<int>(std::lround(to.width * kImageDensity)));
-  const int height = std::max(1, static_cast<int>(std::lround(to.height * kImageDensity)));
-  const Surface pixels(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
-  TRAMMEL_CHECK(cairo_surface_status(pixels.get()) == CAIRO_STATUS_SUCCESS, "{}x{} px", width,
-                height);
-  unsigned char* data = cairo_image_surface_get_data(pixels.get());
-  const int stride = cairo_image_surface_get_stride(pixels.get());
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const std::uint32_t value = CoveredMean(image, x, y, width, height);
-      std::memcpy(data + std::ptrdiff_t{y} * stride + std::ptrdiff_t{4} * x, &value, sizeof value);
-    }
+  const Frame shown = Reduced(image, to.width * kImageDensity, to.height * kImageDensity);
+  const Surface surface = SurfaceOf(shown.view());
+  const bool enlarged = shown.width < to.width || shown.height < to.height;
+  if (pixels == Pixels::kPhoto) {
+    constexpr int kQuality = 75;
+    state_->svg.Image(to, "jpeg", EncodeJpeg(shown.view(), kQuality), false);
+  } else {
+    state_->svg.Image(to, "png", PngOf(surface.get()), enlarged);
   }
-  cairo_surface_mark_dirty(pixels.get());
   cairo_t* context = state_->context.get();
   cairo_save(context);
   cairo_translate(context, to.x, to.y);
-  cairo_scale(context, to.width / width, to.height / height);
-  cairo_set_source_surface(context, pixels.get(), 0, 0);
-  cairo_pattern_set_filter(cairo_get_source(context), CAIRO_FILTER_GOOD);
+  cairo_scale(context, to.width / shown.width, to.height / shown.height);
+  cairo_set_source_surface(context, surface.get(), 0, 0);
+  cairo_pattern_set_filter(cairo_get_source(context),
+                           enlarged ? CAIRO_FILTER_NEAREST : CAIRO_FILTER_GOOD);
   cairo_pattern_set_extend(cairo_get_source(context), CAIRO_EXTEND_PAD);
-  cairo_rectangle(context, 0, 0, width, height);
+  cairo_rectangle(context, 0, 0, shown.width, shown.height);
   cairo_fill(context);
   cairo_restore(context);
 }
@@ -240,9 +283,13 @@ void Canvas::Clip(const RectPx& rect) {
   cairo_save(context);
   cairo_rectangle(context, rect.x, rect.y, rect.width, rect.height);
   cairo_clip(context);
+  state_->svg.Clip(rect);
 }
 
-void Canvas::Unclip() { cairo_restore(state_->context.get()); }
+void Canvas::Unclip() {
+  cairo_restore(state_->context.get());
+  state_->svg.Unclip();
+}
 
 std::string Canvas::ToPng(double scale) const {
   TRAMMEL_CHECK(scale > 0 && scale <= 4, "scale = {}", scale);
@@ -255,29 +302,15 @@ std::string Canvas::ToPng(double scale) const {
   cairo_scale(context.get(), scale, scale);
   cairo_set_source_surface(context.get(), state_->surface.get(), 0, 0);
   cairo_paint(context.get());
-  std::string png;
-  const cairo_status_t status = cairo_surface_write_to_png_stream(image.get(), AppendBytes, &png);
-  TRAMMEL_CHECK(
-      status == CAIRO_STATUS_SUCCESS && cairo_status(context.get()) == CAIRO_STATUS_SUCCESS,
-      "a {} x {} px drawing: {}", width_px_, height_px_, cairo_status_to_string(status));
-  return png;
+  TRAMMEL_CHECK(cairo_status(context.get()) == CAIRO_STATUS_SUCCESS, "a {} x {} px drawing: {}",
+                width_px_, height_px_, cairo_status_to_string(cairo_status(context.get())));
+  return PngOf(image.get());
 }
 
-std::string Canvas::ToSvg() const {
-  std::string svg;
-  const Surface surface(
-      cairo_svg_surface_create_for_stream(AppendBytes, &svg, width_px_, height_px_));
-  cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PX);
-  {
-    const Context context(cairo_create(surface.get()));
-    cairo_set_source_surface(context.get(), state_->surface.get(), 0, 0);
-    cairo_paint(context.get());
-  }
-  cairo_surface_finish(surface.get());
-  const cairo_status_t status = cairo_surface_status(surface.get());
-  TRAMMEL_CHECK(status == CAIRO_STATUS_SUCCESS, "a {} x {} px drawing: {}", width_px_, height_px_,
-                cairo_status_to_string(status));
-  return RenumberSvgIds(svg);
+std::string Canvas::ToSvg() const { return state_->svg.File(width_px_, height_px_); }
+
+std::string Canvas::ToSvgElement(std::string_view label) const {
+  return state_->svg.Element(width_px_, height_px_, label);
 }
 
 }  // namespace trammel::report

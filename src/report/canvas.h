@@ -36,6 +36,9 @@ struct Stroke {
   bool round_ends = false;           ///< half a width beyond the end points
 };
 
+/// How an SVG keeps a picture: each pixel as it is, or as a JPEG.
+enum class Pixels { kExact, kPhoto };
+
 enum class Align { kStart, kMiddle, kEnd };
 
 struct TextStyle {
@@ -73,7 +76,7 @@ class Canvas {
   void Text(const PointPx& at, std::string_view text, const TextStyle& style);
   [[nodiscard]] double TextWidth(std::string_view text, const TextStyle& style) const;
   /// Fills `to` with the picture: enlarged pixels stay squares, reduced ones are averaged.
-  void Image(const BgrView& image, const RectPx& to);
+  void Image(const BgrView& image, const RectPx& to, Pixels pixels = Pixels::kExact);
 
   /// Drawing stays within `rect` until Unclip().
   void Clip(const RectPx& rect);
@@ -82,6 +85,9 @@ class Canvas {
   /// @param scale  px of the picture per px of the canvas, (0, 4].
   [[nodiscard]] std::string ToPng(double scale = 2) const;
   [[nodiscard]] std::string ToSvg() const;
+  /// For an HTML page, whose style turns the palette for the dark (DarkPaletteStyle).
+  /// @param label  what is seen, for those who do not see it.
+  [[nodiscard]] std::string ToSvgElement(std::string_view label) const;
 
  private:
   struct State;

@@ -1,5 +1,7 @@
 #include "report/color.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -34,6 +36,22 @@ Color LabToColor(double lightness, double a, double b) {
 }
 
 }  // namespace
+
+std::string HexText(const Color& color) {
+  const auto byte = [](double part) {
+    return static_cast<int>(std::lround(std::clamp(part, 0.0, 1.0) * 255));
+  };
+  return fmt::format("#{:02x}{:02x}{:02x}", byte(color.red), byte(color.green), byte(color.blue));
+}
+
+std::string DarkPaletteStyle() {
+  std::string style;
+  for (const auto& [light, dark] : kPalette) {
+    style += fmt::format("svg [fill=\"{0}\"]{{fill:{1}}}svg [stroke=\"{0}\"]{{stroke:{1}}}\n",
+                         HexText(light), HexText(dark));
+  }
+  return style;
+}
 
 Color MapColor(double fraction) {
   const double t = std::isfinite(fraction) ? std::clamp(fraction, 0.0, 1.0) : 0.0;

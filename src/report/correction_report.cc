@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "report/interval_text.h"
+
 namespace trammel::report {
 namespace {
 
@@ -17,15 +19,14 @@ using part_alignment::SupportMove;
 
 constexpr int kFormat = 1;
 constexpr int kIndent = 2;
-constexpr double kPerMille = 1e3;
-constexpr double kCoverage = 2;
+constexpr double kPerMilleOf = 1e3;
 
 Json List(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
 Json PoseJson(const geometry::Pose& pose) {
   return {{"part_mm", List(pose.translation_mm)},
           {"part_angles_rad", List(pose.angles_rad)},
-          {"part_angles_mm_per_m", List(pose.angles_rad * kPerMille)}};
+          {"part_angles_mm_per_m", List(pose.angles_rad * kPerMilleOf)}};
 }
 
 Json FixtureJson(const FixtureCorrection& fixture) {
@@ -35,14 +36,14 @@ Json FixtureJson(const FixtureCorrection& fixture) {
                         {"shim_mm", move.shim_mm},
                         {"displacement_mm", List(move.displacement_mm)}});
   }
-  return {{"rotation_mm_per_m", List(fixture.rotation_rad * kPerMille)},
+  return {{"rotation_mm_per_m", List(fixture.rotation_rad * kPerMilleOf)},
           {"supports", std::move(supports)},
           {"freedoms_held", fixture.rank},
           {"after", PoseJson(fixture.machine_from_part)}};
 }
 
 std::string FixtureText(const FixtureCorrection& fixture) {
-  const Eigen::Vector3d turn = fixture.rotation_rad * kPerMille;
+  const Eigen::Vector3d turn = fixture.rotation_rad * kPerMilleOf;
   std::string text = fmt::format(
       "fixture    turn the part by {:+.4f}, {:+.4f}, {:+.4f} mm/m about the machine's X, Y, Z\n",
       turn.x(), turn.y(), turn.z());
@@ -66,6 +67,23 @@ std::string FixtureText(const FixtureCorrection& fixture) {
   }
   return text + fmt::format("  the supports hold {} of 6 freedoms; measure again after shimming\n",
                             fixture.rank);
+}
+
+/// The offset's own axes; the rotation as a slope, because each control counts it its own way.
+std::string KnownTo(const CorrectionOutput& output, const Eigen::Matrix<double, 6, 1>& u) {
+  const part_alignment::WorkOffset& offset = output.offset.offset;
+  std::string text;
+  const auto add = [&text](const char* name, double value, double sigma,
+                           const IntervalStyle& style) {
+    text += fmt::format("{:<10} {} {}\n", text.empty() ? "known to" : "", name,
+                        WithInterval(value, NormalInterval95(value, sigma), style));
+  };
+  add("X", offset.origin_mm.x(), u(0), kMillimetres);
+  add("Y", offset.origin_mm.y(), u(1), kMillimetres);
+  add("Z", offset.origin_mm.z(), u(2), kMillimetres);
+  add("rotation", offset.rotation_z_rad, u(5), kPerMille);
+  if (output.after_shims) text += "           the shims' own errors aside: measure again\n";
+  return text;
 }
 
 std::string Lines(const char* label, const std::vector<std::string>& lines) {
@@ -95,8 +113,8 @@ std::string ToJson(const CorrectionOutput& output) {
                          {"set", output.text.set},
                          {"use", output.text.use},
                          {"notes", output.text.notes}};
-  json["remainder"] = {{"tilt_mm_per_m", Json::array({offset.tilt_rad.x() * kPerMille,
-                                                      offset.tilt_rad.y() * kPerMille})},
+  json["remainder"] = {{"tilt_mm_per_m", Json::array({offset.tilt_rad.x() * kPerMilleOf,
+                                                      offset.tilt_rad.y() * kPerMilleOf})},
                        {"largest_mm", offset.largest_remainder_mm},
                        {"points", std::move(points)}};
   json["notices"] = output.notices;
@@ -110,20 +128,15 @@ std::string CorrectionText(const CorrectionOutput& output) {
                       part_alignment::ToString(output.control),
                       output.after_shims ? "will lie after the shims" : "lies now");
   text += Lines("set", output.text.set) + Lines("use", output.text.use);
-  if (output.standard_uncertainty) {
-    const auto& u = *output.standard_uncertainty;
-    text += fmt::format(
-        "known to   X ± {:.4f}, Y ± {:.4f}, Z ± {:.4f} mm, R ± {:.4f} mm/m (k = 2){}\n",
-        kCoverage * u(0), kCoverage * u(1), kCoverage * u(2), kCoverage * u(5) * kPerMille,
-        output.after_shims ? ", the shims' own errors aside: measure again" : "");
-  }
+  if (output.standard_uncertainty) text += KnownTo(output, *output.standard_uncertainty);
   const part_alignment::OffsetCorrection& offset = output.offset;
   text += fmt::format(
       "remainder  tilts of {:+.4f} (about x) and {:+.4f} mm/m (about y): {:.4f} mm at most over "
       "the "
       "{} points{}\n",
-      offset.tilt_rad.x() * kPerMille, offset.tilt_rad.y() * kPerMille, offset.largest_remainder_mm,
-      offset.remainder.size(), output.tilts ? " if the control did not take them" : "");
+      offset.tilt_rad.x() * kPerMilleOf, offset.tilt_rad.y() * kPerMilleOf,
+      offset.largest_remainder_mm, offset.remainder.size(),
+      output.tilts ? " if the control did not take them" : "");
   for (const RemainderAt& at : offset.remainder) {
     text += fmt::format("  {:<16} {:+.4f}, {:+.4f}, {:+.4f} mm\n", at.id, at.error_mm.x(),
                         at.error_mm.y(), at.error_mm.z());

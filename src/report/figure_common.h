@@ -11,8 +11,6 @@
 
 namespace trammel::report {
 
-inline constexpr double kFigureWidthPx = 760;
-
 /// "0.036", "0.0125": seconds with three or four decimals.
 [[nodiscard]] std::string PressureAdvanceText(double seconds);
 

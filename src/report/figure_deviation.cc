@@ -95,7 +95,7 @@ std::optional<Figure> DeviationFigure(const ReportInput& input) {
                 "height map varies along the line, summed over the rows. Low is even. It knows no "
                 "sign and rests on the few lines near the bottom, so that its answer scatters more "
                 "than the response fit's; a low R² means that the scores follow no curve.",
-                std::move(canvas), false};
+                std::move(canvas)};
 }
 
 }  // namespace trammel::report

@@ -63,7 +63,7 @@ void DrawPictures(Canvas& canvas, const pa::FrameSteps& steps) {
     const double x = static_cast<double>(i) * width;
     canvas.Text({x + 10, 20}, pictures[i].first, {.size_px = kTitleTextPx, .bold = true});
     const RectPx rect = Fitted(*pictures[i].second, {x + 8, 30, width - 16, kPicturesPx - 40});
-    canvas.Image(pictures[i].second->view(), rect);
+    canvas.Image(pictures[i].second->view(), rect, Pixels::kPhoto);
     if (i == 3) {
       OverlayCentres(canvas, rect, steps);
     }
@@ -129,7 +129,7 @@ std::optional<Figure> FrameStepsFigure(const ReportInput& input) {
                   "the line is shifted in each row: the higher the surface, the larger "
                   "the shift. A broken curve means that no laser was found there.",
                   steps.frame, which),
-      std::move(canvas), true};
+      std::move(canvas)};
 }
 
 }  // namespace trammel::report

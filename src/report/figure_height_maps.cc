@@ -125,7 +125,7 @@ std::optional<Figure> HeightMapsFigure(const ReportInput& input) {
                 "ridge. A ridge that thins or breaks after the speed-up and swells at the "
                 "slow-down was printed with too little pressure advance; the other way round, with "
                 "too much. Grey: no laser line found.",
-                std::move(canvas), true};
+                std::move(canvas)};
 }
 
 std::optional<Figure> LineAndMapFigure(const ReportInput& input) {
@@ -167,7 +167,7 @@ std::optional<Figure> LineAndMapFigure(const ReportInput& input) {
       "its height map: the lowest tested pressure advance, the line nearest to the answer "
       "(or in the middle, without one) and the highest. Outline and map come from the "
       "same sweep and should swell and thin together.",
-      std::move(canvas), true};
+      std::move(canvas)};
 }
 
 }  // namespace trammel::report

@@ -164,8 +164,7 @@ Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::She
   };
   const PageWindow window = WholePage(page, {0, 0, kFigureWidthPx, kTallestPx});
   Canvas canvas(kFigureWidthPx, window.to.height + 70);
-  constexpr int kFineStep = 5;  // means over many pixels have little noise
-  DrawPage(canvas, page, window, kFineStep);
+  DrawPage(canvas, page, window);
   canvas.Clip(window.to);
   DrawStructures(canvas, window, plan, result);
   DrawMarks(canvas, window, plan, result);
@@ -185,7 +184,7 @@ Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::She
           "tool's coarse "
           "mark, and the square is planned about that mark's zero.",
           result.sheet.angle_rad * kDegrees, result.sheet.box_rms_mm * kUmPerMillimetre),
-      std::move(canvas), true, 1.5};
+      std::move(canvas), 1.5};
 }
 
 }  // namespace trammel::report

@@ -7,6 +7,7 @@
 #include "report/figure_common.h"
 #include "report/offset_figures.h"
 #include "report/offset_style.h"
+#include "report/page.h"
 
 namespace trammel::report {
 namespace {
@@ -23,8 +24,9 @@ struct Row {
 };
 
 constexpr double kLabelPx = 150;
-constexpr double kWordsPx = 190;
+constexpr double kWordsPx = 292;
 constexpr double kRowPx = 23;
+constexpr double kNarrowRowPx = 40;  // words above the bar
 
 Range Reach(const std::vector<Row>& rows) {
   std::vector<double> values{-1, 1};
@@ -37,13 +39,30 @@ Range Reach(const std::vector<Row>& rows) {
   return Padded(RangeOf(values), 0.06);
 }
 
-void DrawRow(Canvas& canvas, const Plot& plot, const Row& row, double y) {
+/// @param y  of the row's middle.
+void DrawWords(Canvas& canvas, const Row& row, double y) {
+  const bool broad = canvas.width_px() >= kFigureWidthPx;
+  const TextStyle label{.size_px = broad ? 12.5 : 11.5,
+                        .align = broad ? Align::kEnd : Align::kStart,
+                        .bold = row.strong};
+  const bool good = row.value.good();
+  const TextStyle words{
+      .size_px = broad ? 12.0 : 10.5, .color = good ? kInk : kVermilion, .bold = !good};
+  if (broad) {
+    canvas.Text({kLabelPx - 8, y + 4.5}, row.label, label);
+    canvas.Text({canvas.width_px() - kWordsPx + 10, y + 4.5}, row.words, words);
+  } else {
+    TextStyle right = words;
+    right.align = Align::kEnd;
+    canvas.Text({8, y - 6}, row.label, label);
+    canvas.Text({canvas.width_px() - 8, y - 6}, row.words, right);
+  }
+}
+
+void DrawRow(Canvas& canvas, const Plot& plot, const Row& row, double middle_y) {
   const Color color = row.strong ? kVermilion : kBlue;
-  canvas.Text({kLabelPx - 8, y + 4.5}, row.label,
-              {.size_px = 12.5, .align = Align::kEnd, .bold = row.strong});
-  canvas.Text(
-      {kFigureWidthPx - kWordsPx + 10, y + 4.5}, row.words,
-      {.size_px = 12, .color = row.value.good() ? kInk : kVermilion, .bold = !row.value.good()});
+  DrawWords(canvas, row, middle_y);
+  const double y = canvas.width_px() >= kFigureWidthPx ? middle_y : middle_y + 8;
   if (!row.value.good()) return;
   const Quantity& quantity = row.value.quantity();
   const auto x = [&](double value_mm) {
@@ -76,20 +95,33 @@ std::vector<Row> Fitting(std::vector<Row> rows, std::string& title) {
   return rows;
 }
 
-Canvas DrawTable(std::vector<Row> all, std::string title, const std::string& axis) {
-  const std::vector<Row> rows = Fitting(std::move(all), title);
+Canvas DrawTable(const std::vector<Row>& rows, const std::string& title, const std::string& axis,
+                 double width_px) {
   constexpr double kTopPx = 30;
   constexpr double kBottomPx = 44;
-  const double height = static_cast<double>(rows.size()) * kRowPx;
-  Canvas canvas(kFigureWidthPx, kTopPx + height + kBottomPx);
-  const RectPx inner{kLabelPx, kTopPx, kFigureWidthPx - kLabelPx - kWordsPx, height};
+  const bool broad = width_px >= kFigureWidthPx;
+  const double row_px = broad ? kRowPx : kNarrowRowPx;
+  const double height = static_cast<double>(rows.size()) * row_px;
+  Canvas canvas(width_px, kTopPx + height + kBottomPx);
+  const RectPx inner = broad ? RectPx{kLabelPx, kTopPx, width_px - kLabelPx - kWordsPx, height}
+                             : RectPx{14, kTopPx, width_px - 28, height};
   Plot plot = Plot::Around(canvas, inner, {axis, Reach(rows), 6}, {"", {0, 1}, 2, false});
   canvas.Text({12, 18}, title, {.size_px = kTitleTextPx, .bold = true});
   plot.VerticalLine(0, {.color = kMuted, .width_px = 1.2});
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    DrawRow(canvas, plot, rows[i], kTopPx + (static_cast<double>(i) + 0.5) * kRowPx);
+    DrawRow(canvas, plot, rows[i], kTopPx + (static_cast<double>(i) + 0.5) * row_px);
   }
   return canvas;
+}
+
+Figure FigureOf(std::string name, std::string caption, std::vector<Row> all, std::string title,
+                const std::string& axis) {
+  const std::vector<Row> rows = Fitting(std::move(all), title);
+  Figure figure{std::move(name), std::move(caption), DrawTable(rows, title, axis, kFigureWidthPx)};
+  figure.seen = title + ".";
+  for (const Row& row : rows) figure.seen += fmt::format(" {}: {}.", row.label, row.words);
+  figure.narrow = DrawTable(rows, title, axis, kNarrowWidthPx);
+  return figure;
 }
 
 double Zero(const Measured& measured) { return measured.good() ? measured.quantity().value : 0; }
@@ -125,17 +157,14 @@ bool IsControl(const OffsetAnalysis& analysis, const to::StructureReading& readi
 
 }  // namespace
 
-std::optional<Figure> ToolOffsetsFigure(const OffsetAnalysis& analysis) {
-  if (analysis.combined.tools.empty()) return std::nullopt;
+std::optional<Figure> ToolScansFigure(const OffsetAnalysis& analysis) {
+  if (analysis.combined.tools.empty() || analysis.scans.size() < 2) return std::nullopt;
   std::vector<Row> rows;
   for (const to::CombinedTool& tool : analysis.combined.tools) AddTool(analysis, tool, rows);
-  return Figure{
-      "tools",
-      "dx and dy of each tool, along the bed's axes: where its line lands minus where the "
-      "reference tool's would for the same command. The bar is the 95 % interval about the answer, "
-      "which stands at zero; where there are several scans, each is shown by itself below, and "
-      "should overlap it.",
-      DrawTable(rows, "Offset of each tool", "from the tool's answer (µm)"), false};
+  return FigureOf("scans",
+                  "What each scan says of each tool by itself, against the answer of all, which "
+                  "stands at zero. Bars are 95 % intervals; those of one tool should overlap.",
+                  rows, "Each scan by itself", "from the tool's answer (µm)");
 }
 
 Figure StructureOffsetsFigure(const OffsetScan& scan) {
@@ -146,7 +175,7 @@ Figure StructureOffsetsFigure(const OffsetScan& scan) {
                     shown ? reading.offset_mm : Measured::Refused("no value to compare"),
                     reading.expected_mm.value_or(0), false});
   }
-  return Figure{
+  return FigureOf(
       "structures",
       fmt::format(
           "What each structure says by itself, against what all of them together say of it (zero): "
@@ -155,9 +184,7 @@ Figure StructureOffsetsFigure(const OffsetScan& scan) {
           "{:.2f} "
           "(near 1 where scatter explains all).",
           scan.result.chi_square_per_freedom),
-      DrawTable(rows, "Structures against the fit of the whole sheet",
-                "measured minus fitted (µm)"),
-      false};
+      rows, "Structures against the fit of the whole sheet", "measured minus fitted (µm)");
 }
 
 Figure AxesFigure(const OffsetAnalysis& analysis) {
@@ -178,11 +205,12 @@ Figure AxesFigure(const OffsetAnalysis& analysis) {
           reading.offset_mm, false);
     }
   }
-  return Figure{"axes",
-                "Play (backlash) of the bed's axes; the method's own bias along the sheet's axes, "
-                "which is taken off; and what the controls read, whose true offset is zero. Bars "
-                "are 95 % intervals.",
-                DrawTable(rows, "Play, bias and controls", "µm"), false};
+  return FigureOf(
+      "axes",
+      "Play (backlash) of the bed's axes; the method's own bias along the sheet's axes, "
+      "which is taken off; and what the controls read, whose true offset is zero. Bars "
+      "are 95 % intervals.",
+      rows, "Play, bias and controls", "µm");
 }
 
 std::optional<Figure> SelfTestFigure(const OffsetAnalysis& analysis) {
@@ -198,10 +226,10 @@ std::optional<Figure> SelfTestFigure(const OffsetAnalysis& analysis) {
     }
   }
   if (rows.empty()) return std::nullopt;
-  return Figure{"self-test",
-                "Offsets that were printed on purpose, as they came back: recovered minus "
-                "programmed, with the 95 % interval; about one in twenty may miss zero.",
-                DrawTable(rows, "Self-test", "recovered minus programmed (µm)"), false};
+  return FigureOf("self-test",
+                  "Offsets that were printed on purpose, as they came back: recovered minus "
+                  "programmed, with the 95 % interval; about one in twenty may miss zero.",
+                  rows, "Self-test", "recovered minus programmed (µm)");
 }
 
 std::optional<Figure> PickUpsFigure(const OffsetAnalysis& analysis) {
@@ -217,29 +245,25 @@ std::optional<Figure> PickUpsFigure(const OffsetAnalysis& analysis) {
     }
   }
   if (rows.empty()) return std::nullopt;
-  return Figure{"pick-ups",
-                "Where a tool's lines land after it was put back and picked up again, minus where "
-                "they landed before; its coupling's repeatability.",
-                DrawTable(rows, "Picked up again", "against the first time (µm)"), false};
+  return FigureOf(
+      "pick-ups",
+      "Where a tool's lines land after it was put back and picked up again, minus where "
+      "they landed before; its coupling's repeatability.",
+      rows, "Picked up again", "against the first time (µm)");
 }
 
-DrawnFigure Encode(const Figure& figure) {
-  return {figure.name,
-          figure.caption,
-          figure.picture ? figure.canvas.ToPng(figure.png_scale) : figure.canvas.ToSvg(),
-          !figure.picture,
-          figure.canvas.width_px(),
-          figure.canvas.height_px()};
+DrawnFigure Drawn(const Figure& figure) {
+  return {figure.name, FigureHtml(figure), figure.canvas.ToSvg()};
 }
 
 OffsetScanPictures DrawOffsetScan(const PageView& page, const to::SheetPlan& plan,
                                   const to::SheetResult& result) {
   OffsetScanPictures pictures;
-  pictures.page.push_back(Encode(PageFigure(page, plan, result)));
-  pictures.page.push_back(Encode(CodeFigure(page, plan, result)));
-  if (const auto marks = MarksFigure(page, plan, result)) pictures.page.push_back(Encode(*marks));
+  pictures.page.push_back(Drawn(PageFigure(page, plan, result)));
+  pictures.page.push_back(Drawn(CodeFigure(page, plan, result)));
+  if (const auto marks = MarksFigure(page, plan, result)) pictures.page.push_back(Drawn(*marks));
   for (const to::StructureReading& reading : result.structures) {
-    pictures.structures.push_back(Encode(StructureFigure(page, plan, result, reading)));
+    pictures.structures.push_back(Drawn(StructureFigure(page, plan, result, reading)));
   }
   return pictures;
 }

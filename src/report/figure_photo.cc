@@ -31,7 +31,7 @@ std::optional<Figure> PhotoFigure(const ReportInput& input) {
       std::min((kFigureWidthPx - kLabelPx - 8) / picture.width, kMaxHeightPx / picture.height);
   const RectPx rect{kLabelPx, 6, picture.width * scale, picture.height * scale};
   Canvas canvas(kFigureWidthPx, rect.height + 12);
-  canvas.Image(picture.view(), rect);
+  canvas.Image(picture.view(), rect, Pixels::kPhoto);
   std::vector<std::pair<double, double>> labels;  // height on the canvas, pressure advance
   for (const TracedLine& line : input.photo->lines) {
     const auto lower = OnCanvas(line.lower_edge, rect, scale);
@@ -60,7 +60,7 @@ std::optional<Figure> PhotoFigure(const ReportInput& input) {
                 "The photo as if taken from straight above, with the edges of each printed line as "
                 "they were found, and the pressure advance of each (s). Where an edge strays from "
                 "the filament (a reflection, a shadow), the line's width is wrong there.",
-                std::move(canvas), true, 1.5};
+                std::move(canvas), 1.5};
 }
 
 }  // namespace trammel::report

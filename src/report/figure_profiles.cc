@@ -170,45 +170,60 @@ std::string Caption(bool area, double half_scale, bool all) {
       half_scale * 100, all ? "" : " Not every line is shown.");
 }
 
+struct Content {
+  const pa::Analysis* analysis = nullptr;
+  std::vector<Lane> lanes;
+  Range x;
+  bool in_mm = false;
+  double half_scale = 1;
+};
+
+Canvas Draw(const Content& content, double width_px) {
+  const std::vector<Lane>& lanes = content.lanes;
+  const std::vector<DataPoint> speed = SpeedAlongLine(content.analysis->motion, content.in_mm);
+  const double lane_px = lanes.size() <= 12 ? 38 : lanes.size() <= 20 ? 28 : 22;
+  const double top = speed.empty() ? 4 : kSpeedLanePx + 4;
+  const double axis_px = 44;
+  Canvas canvas(width_px, top + lane_px * static_cast<double>(lanes.size()) + axis_px);
+  const double width = width_px - kLabelPx - 12;
+  if (!speed.empty()) {
+    DrawSpeed(canvas, {kLabelPx, 6, width, kSpeedLanePx - 6}, content.x, speed);
+  }
+  for (std::size_t i = 0; i < lanes.size(); ++i) {
+    const double lane_top = top + lane_px * static_cast<double>(i);
+    DrawLane(canvas, {kLabelPx, lane_top + 3, width, lane_px - 6}, content.x, content.half_scale,
+             *content.analysis, lanes[i]);
+  }
+  const char* label =
+      content.in_mm ? "position along the line (mm)" : "position along the line (line lengths)";
+  (void)Plot::Around(canvas, {kLabelPx, canvas.height_px() - axis_px, width, 1},
+                     {label, content.x, width_px < kFigureWidthPx ? 5 : 8},
+                     {.label = "", .range = {0, 1}, .shown = false});
+  return canvas;
+}
+
 }  // namespace
 
 std::optional<Figure> ProfilesFigure(const ReportInput& input) {
   const pa::Analysis& analysis = *input.analysis;
   const bool area = ShowsArea(analysis.profiles);
-  const std::vector<Lane> lanes = Lanes(analysis, area);
-  if (lanes.empty()) {
-    return std::nullopt;
-  }
+  Content content{&analysis, Lanes(analysis, area), {}, false, 1};
+  if (content.lanes.empty()) return std::nullopt;
   std::vector<double> positions;
-  for (const Lane& lane : lanes) {
-    for (const Sample& sample : lane.samples) {
-      positions.push_back(sample.position);
-    }
+  for (const Lane& lane : content.lanes) {
+    for (const Sample& sample : lane.samples) positions.push_back(sample.position);
   }
-  const Range x = RangeOf(positions);
-  const bool in_mm = analysis.profiles.front().position_unit == pa::PositionUnit::kMillimetre;
-  const std::vector<DataPoint> speed = SpeedAlongLine(analysis.motion, in_mm);
-  const double half_scale = HalfScale(lanes);
-  const double lane_px = lanes.size() <= 12 ? 38 : lanes.size() <= 20 ? 28 : 22;
-  const double top = speed.empty() ? 4 : kSpeedLanePx + 4;
-  const double axis_px = 44;
-
-  Canvas canvas(kFigureWidthPx, top + lane_px * static_cast<double>(lanes.size()) + axis_px);
-  const double width = kFigureWidthPx - kLabelPx - 12;
-  if (!speed.empty()) {
-    DrawSpeed(canvas, {kLabelPx, 6, width, kSpeedLanePx - 6}, x, speed);
-  }
-  for (std::size_t i = 0; i < lanes.size(); ++i) {
-    const double lane_top = top + lane_px * static_cast<double>(i);
-    DrawLane(canvas, {kLabelPx, lane_top + 3, width, lane_px - 6}, x, half_scale, analysis,
-             lanes[i]);
-  }
-  const char* label =
-      in_mm ? "position along the line (mm)" : "position along the line (line lengths)";
-  (void)Plot::Around(canvas, {kLabelPx, canvas.height_px() - axis_px, width, 1}, {label, x, 8},
-                     {.label = "", .range = {0, 1}, .shown = false});
-  return Figure{"profiles", Caption(area, half_scale, lanes.size() >= analysis.profiles.size()),
-                std::move(canvas), false};
+  content.x = RangeOf(positions);
+  content.in_mm = analysis.profiles.front().position_unit == pa::PositionUnit::kMillimetre;
+  content.half_scale = HalfScale(content.lanes);
+  const bool all = content.lanes.size() >= analysis.profiles.size();
+  Figure figure{"profiles", Caption(area, content.half_scale, all), Draw(content, kFigureWidthPx)};
+  figure.seen = fmt::format(
+      "{} printed lines, one below the other, each with where along it there is more or less "
+      "filament than usual; shaded where it speeds up and slows down.",
+      content.lanes.size());
+  figure.narrow = Draw(content, kNarrowWidthPx);
+  return figure;
 }
 
 }  // namespace trammel::report

@@ -1,10 +1,12 @@
-// Surplus filament against pressure advance: where the answer comes from.
+// How wrong each line's pressure advance was, against it: where the answer comes from.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "report/figure_common.h"
+#include "report/interval_text.h"
 
 namespace trammel::report {
 namespace {
@@ -46,8 +48,8 @@ Range ExcessRange(const std::vector<Reading>& readings) {
   std::vector<double> values = {0};
   for (const Reading& reading : readings) {
     if (reading.sigma_ms > 0) {
-      values.push_back(reading.excess_ms - reading.sigma_ms);
-      values.push_back(reading.excess_ms + reading.sigma_ms);
+      values.push_back(reading.excess_ms - kNormal95 * reading.sigma_ms);
+      values.push_back(reading.excess_ms + kNormal95 * reading.sigma_ms);
       values.push_back(reading.fitted_ms);
     }
   }
@@ -58,30 +60,54 @@ struct Panel {
   const pa::TransitionResult* result = nullptr;
   std::vector<Reading> readings;
   std::string title;
+  std::string too_low;   ///< what the line shows there where its value was too low
+  std::string too_high;  ///< and too high
   Color color;
 };
 
 void DrawReading(Plot& plot, const Range& y, const Reading& reading, const Color& color) {
-  constexpr double kRadiusPx = 4.5;
+  constexpr double kRadiusPx = 4;
   const DataPoint at{reading.pressure_advance_s, std::clamp(reading.excess_ms, y.lo, y.hi)};
   if (reading.sigma_ms > 0) {
-    plot.ErrorBar({at.x, reading.excess_ms}, reading.sigma_ms, {.color = color});
+    plot.ErrorBar({at.x, reading.excess_ms}, kNormal95 * reading.sigma_ms,
+                  {.color = color, .width_px = 1});
     plot.Dot(at, kRadiusPx, color);
   } else {
     plot.Dot(at, kRadiusPx, kPaper, Stroke{.color = color});
   }
 }
 
+/// What being above and below zero means at this speed change.
+void DrawMeaning(Canvas& canvas, const Plot& plot, const Panel& panel) {
+  const TextStyle style{.size_px = 11, .color = kMuted, .align = Align::kEnd};
+  const RectPx& inner = plot.inner();
+  const double zero = plot.Y(0);
+  const double room = inner.width - 10;
+  const auto words = [&](double baseline, const std::string& text) {
+    TextStyle fitted = style;
+    fitted.size_px *= std::min(1.0, room / canvas.TextWidth(text, style));
+    const double width = canvas.TextWidth(text, fitted);
+    canvas.FillRect({inner.right() - 8 - width, baseline - 11, width + 6, 15},
+                    WithAlpha(kPaper, 0.85));
+    canvas.Text({inner.right() - 5, baseline}, text, fitted);
+  };
+  constexpr double kLeast_px = 18;
+  if (zero - inner.y > kLeast_px) words(inner.y + 14, "above 0: " + panel.too_low);
+  if (inner.bottom() - zero > kLeast_px) words(inner.bottom() - 7, "below 0: " + panel.too_high);
+}
+
 void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range& y,
                const Measured& answer, bool answer_is_response, const Panel& panel) {
   const Measured& own = panel.result->pressure_advance;
+  const bool shown = answer.good() && own.good();
   std::string title = panel.title;
-  if (answer.good() && own.good()) {
-    title += fmt::format(" alone: {:.4f} ± {:.4f} s", own.quantity().value,
-                         own.quantity().standard_uncertainty);
+  if (shown) {
+    const Quantity& quantity = own.quantity();
+    title += ": " + ValueText(quantity.value, quantity.interval95, kSeconds) + " alone";
   }
-  Plot plot(canvas, outer, {"pressure advance (s)", x, 5}, {"surplus filament (ms)", y}, title);
-  if (answer.good() && own.good()) {
+  Plot plot(canvas, outer, {"printed with this pressure advance (s)", x, 5},
+            {"PA too low by (ms)", y}, title);
+  if (shown) {
     const Interval& interval = own.quantity().interval95;
     plot.ShadeX({interval.lo, interval.hi}, WithAlpha(panel.color, 0.18));
   }
@@ -97,9 +123,69 @@ void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range&
   for (const Reading& reading : panel.readings) {
     DrawReading(plot, y, reading, panel.color);
   }
-  if (answer.good() && own.good()) {
-    plot.Dot({own.quantity().value, 0}, 5, kPaper, Stroke{.width_px = 2});
+  if (shown) plot.Diamond({own.quantity().value, 0}, 6, kInk);
+  DrawMeaning(canvas, plot, panel);
+}
+
+std::vector<LegendEntry> Legend(const Measured& answer, bool by_response) {
+  std::vector<LegendEntry> legend = {
+      {"line, 95 %", LegendEntry::Mark::kDot, {.color = kMuted}},
+      {"line not used", LegendEntry::Mark::kHollowDot, {.color = kMuted}},
+      {"fit", LegendEntry::Mark::kLine, {.color = kMuted, .width_px = 2}}};
+  if (answer.good()) {
+    legend.push_back({"where the fit crosses 0", LegendEntry::Mark::kDiamond, {.color = kInk}});
+    legend.push_back({"its 95 % interval", LegendEntry::Mark::kPatch, {.color = kGrid}});
+    if (by_response) {
+      legend.push_back({"answer of both", LegendEntry::Mark::kLine, {.dash_px = {5, 4}}});
+    }
   }
+  return legend;
+}
+
+struct Content {
+  std::array<Panel, 2> panels;
+  Range x;
+  Range y;
+  const Measured* answer = nullptr;
+  bool by_response = false;
+};
+
+/// Panels side by side, or below each other where there is no room.
+Canvas Draw(const Content& content, double width_px) {
+  const bool broad = width_px >= kFigureWidthPx;
+  const double panel_px = broad ? 350 : 280;
+  const double panel_width = broad ? width_px / 2 : width_px;
+  Canvas measure(width_px, 1);
+  const auto legend = Legend(*content.answer, content.by_response);
+  const double top = 8 + DrawLegend(measure, {12, 20}, width_px - 24, legend);
+  Canvas canvas(width_px, top + (broad ? 1 : 2) * panel_px + 4);
+  DrawLegend(canvas, {12, 20}, width_px - 24, legend);
+  for (std::size_t i = 0; i < content.panels.size(); ++i) {
+    const auto number = static_cast<double>(i);
+    DrawPanel(canvas,
+              {(broad ? number * panel_width : 0) + 4, top + (broad ? 0 : number * panel_px),
+               panel_width - 8, panel_px},
+              content.x, content.y, *content.answer, content.by_response, content.panels[i]);
+  }
+  return canvas;
+}
+
+std::string Seen(const Content& content) {
+  std::string text =
+      "Two plots, one dot per printed line: by how much its pressure advance was too low, against "
+      "the pressure advance it was printed with.";
+  for (const Panel& panel : content.panels) {
+    const Measured& own = panel.result->pressure_advance;
+    if (panel.readings.empty()) continue;
+    text += fmt::format(" {}: from {:+.0f} ms at {:.4f} s to {:+.0f} ms at {:.4f} s", panel.title,
+                        panel.readings.front().excess_ms, panel.readings.front().pressure_advance_s,
+                        panel.readings.back().excess_ms, panel.readings.back().pressure_advance_s);
+    if (content.answer->good() && own.good()) {
+      text += "; the fit crosses zero at " + WithInterval(own.quantity(), kSeconds);
+    }
+    text += ".";
+  }
+  return text;
 }
 
 }  // namespace
@@ -107,51 +193,35 @@ void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range&
 std::optional<Figure> ResponseFigure(const ReportInput& input) {
   const pa::Analysis& analysis = *input.analysis;
   const pa::ResponseResult& response = analysis.response;
-  const Panel panels[] = {
-      {&response.acceleration, Readings(analysis, response.acceleration), "Speeding up", kBlue},
-      {&response.deceleration, Readings(analysis, response.deceleration), "Slowing down",
-       kVermilion}};
-  if (panels[0].readings.empty() && panels[1].readings.empty()) {
-    return std::nullopt;
-  }
+  Content content{
+      {Panel{&response.acceleration, Readings(analysis, response.acceleration), "Speeding up",
+             "too little filament on the line (PA too low)", "too much (PA too high)", kBlue},
+       Panel{&response.deceleration, Readings(analysis, response.deceleration), "Slowing down",
+             "too much filament on the line (PA too low)", "too little (PA too high)", kVermilion}},
+      {},
+      {},
+      &analysis.pressure_advance,
+      analysis.method == pa::Method::kResponse};
   std::vector<double> tested;
-  for (const Panel& panel : panels) {
-    for (const Reading& reading : panel.readings) {
-      tested.push_back(reading.pressure_advance_s);
-    }
+  for (const Panel& panel : content.panels) {
+    for (const Reading& reading : panel.readings) tested.push_back(reading.pressure_advance_s);
   }
-  const Range x = Padded(RangeOf(tested), 0.05);
-  const Range y =
-      Padded(Join(ExcessRange(panels[0].readings), ExcessRange(panels[1].readings)), 0.1);
-  const bool by_response = analysis.method == pa::Method::kResponse;
-
-  Canvas canvas(kFigureWidthPx, kHeightPx);
-  std::vector<LegendEntry> legend = {
-      {"line (bar: 1 σ)", LegendEntry::Mark::kDot, {.color = kMuted}},
-      {"line not used", LegendEntry::Mark::kHollowDot, {.color = kMuted}},
-      {"fit", LegendEntry::Mark::kLine, {.color = kMuted, .width_px = 2}}};
-  if (analysis.pressure_advance.good()) {
-    legend.push_back({"95 % interval", LegendEntry::Mark::kPatch, {.color = kGrid}});
-    if (by_response) {
-      legend.push_back({"answer of both", LegendEntry::Mark::kLine, {.dash_px = {5, 4}}});
-    }
-  }
-  const double below_legend = 8 + DrawLegend(canvas, {12, 20}, kFigureWidthPx - 24, legend);
-  const double half = kFigureWidthPx / 2;
-  for (std::size_t i = 0; i < 2; ++i) {
-    DrawPanel(
-        canvas,
-        {static_cast<double>(i) * half + 6, below_legend, half - 12, kHeightPx - below_legend - 4},
-        x, y, analysis.pressure_advance, by_response, panels[i]);
-  }
-  return Figure{
+  if (tested.empty()) return std::nullopt;
+  content.x = Padded(RangeOf(tested), 0.05);
+  content.y = Padded(
+      Join(ExcessRange(content.panels[0].readings), ExcessRange(content.panels[1].readings)), 0.14);
+  Figure figure{
       "response",
-      "Each dot is one printed line: how much filament it has too much (above 0) or too "
-      "little (below 0) at a speed change because of its pressure advance, as the time by "
-      "which the value was too low. Left: where the nozzle speeds up; right: where it "
-      "slows down. The right pressure advance is where the fit crosses 0. Towards the "
-      "right the curve may bend: a gap in the filament cannot get emptier than empty.",
-      std::move(canvas), false};
+      "Each dot is one printed line: the time by which its pressure advance was too low (above 0) "
+      "or too high (below 0), read from the filament that the change of speed took from the line "
+      "or left on it. Where the nozzle begins to speed up, a value that is too low leaves too "
+      "little filament; where it begins to slow down, too much. The right pressure advance is "
+      "where the fit crosses 0. Towards the right the curve may flatten: a gap in the filament "
+      "cannot get emptier than empty.",
+      Draw(content, kFigureWidthPx)};
+  figure.seen = Seen(content);
+  figure.narrow = Draw(content, kNarrowWidthPx);
+  return figure;
 }
 
 }  // namespace trammel::report

@@ -8,8 +8,8 @@ namespace {
 namespace pa = pressure_advance;
 
 constexpr double kPanelPx = 205;
-constexpr std::size_t kMostColumns = 90;
-constexpr std::size_t kMostRows = 40;
+constexpr std::size_t kMostColumns = 60;
+constexpr std::size_t kMostRows = 30;
 
 }  // namespace
 
@@ -48,7 +48,7 @@ std::optional<Figure> SurfacesFigure(const ReportInput& input) {
                 "The same three lines as relief, lowest pressure advance on top. Heights are "
                 "exaggerated and lightly smoothed (a median over neighbours). A good line is a "
                 "ridge of one height from end to end.",
-                std::move(canvas), true};
+                std::move(canvas)};
 }
 
 }  // namespace trammel::report

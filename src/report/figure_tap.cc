@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/statistics.h"
 #include "report/figure_common.h"
+#include "report/interval_text.h"
 #include "report/tap_figures.h"
 #include "report/tap_style.h"
 #include "tap/finding.h"
@@ -21,6 +23,7 @@ constexpr double kNan = tap::Recording::kUnknown;
 constexpr double kCurvePx = 300;
 constexpr double kBreakPx = 310;
 constexpr double kResidualPx = 170;
+constexpr double kApartPx = 12;  // from a plot to the title below it
 /// More dots than this only blacken the page.
 constexpr std::size_t kMostDots = 4000;
 
@@ -30,6 +33,7 @@ struct BreakSamples {
   std::vector<double> force_g;
   std::vector<double> residual_g;  ///< NaN where nothing was fitted
   double zero_mm = 0;
+  double tare_g = 0;  ///< already taken off the forces
 };
 
 std::size_t StrideFor(std::size_t count) { return 1 + count / kMostDots; }
@@ -46,6 +50,18 @@ double Fitted(const FittedForce& force, double z_mm) {
   return value;
 }
 
+/// What the free cell reads: forces are shown from there, because what a cell reads without a load
+/// is its tare and says nothing of the tap. The median of the last fifth where nothing was fitted.
+double Tare(const PlottedTap& tap) {
+  if (tap.contact.force.fitted) return tap.contact.force.baseline_g;
+  const std::vector<double>& forces = tap.recording.force_g;
+  std::vector<double> last;
+  for (std::size_t i = forces.size() - forces.size() / 5; i < forces.size(); ++i) {
+    if (std::isfinite(forces[i])) last.push_back(forces[i]);
+  }
+  return last.empty() ? 0 : Quantile(last, 0.5);
+}
+
 bool Good(const TapAnalysis& analysis) { return analysis.verdict == Verdict::kGood; }
 
 /// A finite time that times are shown from.
@@ -56,10 +72,16 @@ double TimeZero(const tap::Recording& recording) {
   return 0;
 }
 
-void DrawLines(Plot& plot, const TapAnalysis& analysis, double zero_s, const Color& color) {
+/// From where times and forces are shown.
+struct Zero {
+  double time_s = 0;
+  double force_g = 0;
+};
+
+void DrawLines(Plot& plot, const TapAnalysis& analysis, const Zero& zero, const Color& color) {
   std::vector<DataPoint> corners;
   for (const tap::Point& point : analysis.Points()) {
-    corners.push_back({point.time_s - zero_s, point.force_g});
+    corners.push_back({point.time_s - zero.time_s, point.force_g - zero.force_g});
   }
   plot.Line(corners, {.color = color, .width_px = 1.6});
   for (const DataPoint& corner : corners) {
@@ -97,6 +119,7 @@ void DrawCurve(Canvas& canvas, const RectPx& outer, const PlottedTap& tap,
                const tap::TapMotion* motion) {
   const tap::Recording& recording = tap.recording;
   const double zero_s = TimeZero(recording);
+  const Zero zero{zero_s, Tare(tap)};
   const Range time = ShownTimes(tap, motion, zero_s);
   std::vector<double> forces;
   std::vector<DataPoint> samples;
@@ -104,26 +127,27 @@ void DrawCurve(Canvas& canvas, const RectPx& outer, const PlottedTap& tap,
   for (std::size_t i = 0; i < recording.time_s.size(); i += stride) {
     const double at_s = recording.time_s[i] - zero_s;
     if (!(at_s >= time.lo && at_s <= time.hi)) continue;
-    forces.push_back(recording.force_g[i]);
-    samples.push_back({at_s, recording.force_g[i]});
+    forces.push_back(recording.force_g[i] - zero.force_g);
+    samples.push_back({at_s, forces.back()});
   }
   const Range force = Padded(RangeOf(forces), 0.07);
-  Plot plot(canvas, outer, {fmt::format("time since {:.3f} s (s)", zero_s), time, 8},
+  Plot plot(canvas, outer, {"time (s)", time, canvas.width_px() < kFigureWidthPx ? 5 : 8},
             {"force (gf)", force}, "Force against time");
   if (motion != nullptr) ShadeMoves(plot, *motion, zero_s, time);
   for (const DataPoint& sample : samples) plot.Dot(sample, 1.5, kSample);
-  DrawLines(plot, tap.two_line, zero_s, kOldMethod);
+  DrawLines(plot, tap.two_line, zero, kOldMethod);
   if (Good(tap.contact)) {
     plot.VerticalLine(tap.contact.contact_time_s - zero_s,
                       {.color = kNewMethod, .width_px = 1.3, .dash_px = {5, 4}});
     for (const tap::Point& point : tap.contact.Points()) {
-      plot.Dot({point.time_s - zero_s, point.force_g}, 4, kNewMethod);
+      plot.Dot({point.time_s - zero_s, point.force_g - zero.force_g}, 4, kNewMethod);
     }
   }
 }
 
 BreakSamples CollectBreak(const PlottedTap& tap, const tap::TapMotion& motion) {
   BreakSamples samples;
+  samples.tare_g = Tare(tap);
   samples.zero_mm = Good(tap.contact)    ? tap.contact.contact_z_mm
                     : Good(tap.two_line) ? tap.two_line.contact_z_mm
                                          : motion.halt_z_mm;
@@ -135,25 +159,29 @@ BreakSamples CollectBreak(const PlottedTap& tap, const tap::TapMotion& motion) {
     const FittedForce& fit = tap.contact.force;
     const bool fitted = fit.fitted && z_mm >= fit.from_z_mm && z_mm <= fit.to_z_mm;
     samples.height_um.push_back((z_mm - samples.zero_mm) * kUmPerMm);
-    samples.force_g.push_back(tap.recording.force_g[i]);
+    samples.force_g.push_back(tap.recording.force_g[i] - samples.tare_g);
     samples.residual_g.push_back(fitted ? tap.recording.force_g[i] - Fitted(fit, z_mm) : kNan);
   }
   return samples;
 }
 
 /// The published method's last two lines, in height.
-std::vector<DataPoint> OldLines(const TapAnalysis& two_line, double zero_mm) {
+std::vector<DataPoint> OldLines(const TapAnalysis& two_line, const BreakSamples& samples) {
   std::vector<DataPoint> line;
   bool begun = false;
   for (const tap::Point& point : two_line.Points()) {
     begun = begun || point.corner == Corner::kDwellEnd;
-    if (begun) line.push_back({(point.z_mm - zero_mm) * kUmPerMm, point.force_g});
+    if (begun) {
+      line.push_back({(point.z_mm - samples.zero_mm) * kUmPerMm, point.force_g - samples.tare_g});
+    }
   }
   return line;
 }
 
-std::vector<DataPoint> FitCurve(const FittedForce& fit, double zero_mm, const Range& shown_um) {
-  constexpr int kSteps = 240;
+std::vector<DataPoint> FitCurve(const FittedForce& fit, const BreakSamples& samples,
+                                const Range& shown_um) {
+  constexpr int kSteps = 160;
+  const double zero_mm = samples.zero_mm;
   std::vector<DataPoint> curve;
   if (!fit.fitted) return curve;
   const double from = std::max(fit.from_z_mm, zero_mm + shown_um.lo / kUmPerMm);
@@ -163,7 +191,9 @@ std::vector<DataPoint> FitCurve(const FittedForce& fit, double zero_mm, const Ra
   for (int i = 0; i <= kSteps; ++i) heights.push_back(from + (to - from) * i / kSteps);
   if (fit.break_z_mm > from && fit.break_z_mm < to) heights.push_back(fit.break_z_mm);
   std::sort(heights.begin(), heights.end());
-  for (const double z : heights) curve.push_back({(z - zero_mm) * kUmPerMm, Fitted(fit, z)});
+  for (const double z : heights) {
+    curve.push_back({(z - zero_mm) * kUmPerMm, Fitted(fit, z) - samples.tare_g});
+  }
   return curve;
 }
 
@@ -202,8 +232,8 @@ void DrawBreak(Canvas& canvas, const RectPx& outer, const PlottedTap& tap,
   for (std::size_t i = 0; i < samples.height_um.size(); ++i) {
     plot.Dot({samples.height_um[i], samples.force_g[i]}, 2, kSample);
   }
-  plot.Line(OldLines(tap.two_line, samples.zero_mm), {.color = kOldMethod, .width_px = 1.6});
-  plot.Line(FitCurve(tap.contact.force, samples.zero_mm, axes.height),
+  plot.Line(OldLines(tap.two_line, samples), {.color = kOldMethod, .width_px = 1.6});
+  plot.Line(FitCurve(tap.contact.force, samples, axes.height),
             {.color = kNewMethod, .width_px = 2});
 }
 
@@ -231,13 +261,14 @@ void DrawResiduals(Canvas& canvas, const RectPx& outer, const PlottedTap& tap,
     shown.push_back(-2.5 * noise);
   }
   const std::string title =
-      std::isfinite(noise) ? fmt::format("What the fit leaves: {:.2f} gf (shaded: ± 2 σ)", noise)
-                           : "What the fit leaves";
-  Plot plot(canvas, outer, {label, heights, 8}, {"rest (gf)", Padded(RangeOf(shown), 0.08), 4},
+      std::isfinite(noise)
+          ? fmt::format("What the fit leaves (shaded: 95 % of a noise of {:.2f} gf)", noise)
+          : "What the fit leaves";
+  Plot plot(canvas, outer, {label, heights, 8}, {"left (gf)", Padded(RangeOf(shown), 0.08), 4},
             title);
   if (std::isfinite(noise)) {
-    const DataPoint lower[] = {{heights.lo, -2 * noise}, {heights.hi, -2 * noise}};
-    const DataPoint upper[] = {{heights.lo, 2 * noise}, {heights.hi, 2 * noise}};
+    const DataPoint lower[] = {{heights.lo, -kNormal95 * noise}, {heights.hi, -kNormal95 * noise}};
+    const DataPoint upper[] = {{heights.lo, kNormal95 * noise}, {heights.hi, kNormal95 * noise}};
     plot.Band(lower, upper, WithAlpha(kSample, 0.22));
   }
   DrawAnswers(plot, tap, samples.zero_mm);
@@ -252,8 +283,8 @@ std::string Answer(const char* name, const TapAnalysis& analysis) {
     return fmt::format("{}: {} ({})", name, ToString(analysis.verdict),
                        tap::Name(analysis.reason.code));
   }
-  return fmt::format("{}: {:.5f} mm ± {:.2f} µm", name, analysis.contact_z_mm,
-                     analysis.standard_uncertainty_mm * kUmPerMm);
+  return fmt::format("{}: {}", name,
+                     WithInterval(analysis.contact_z_mm, analysis.interval95_mm, kMillimetres));
 }
 
 double DrawHead(Canvas& canvas, const PlottedTap& tap) {
@@ -267,14 +298,15 @@ double DrawHead(Canvas& canvas, const PlottedTap& tap) {
        {.color = kOldMethod, .width_px = 1.6}},
       {"95 % interval", LegendEntry::Mark::kPatch, {.color = WithAlpha(kNewMethod, 0.18)}},
       {"moving", LegendEntry::Mark::kPatch, {.color = WithAlpha(kSky, 0.22)}}};
-  return 8 + DrawLegend(canvas, {12, 20}, kFigureWidthPx - 24, legend);
+  return 8 + DrawLegend(canvas, {12, 20}, canvas.width_px() - 24, legend);
 }
 
 std::string Caption(const PlottedTap& tap) {
   std::string caption = tap.recording.name + ". ";
   if (!Good(tap.contact)) caption += tap::Explain(tap.contact.reason) + " ";
   caption +=
-      "Top: the whole tap; blue where the head moves. In red the lines and points of the published "
+      "Top: the whole tap; forces are counted from the free cell, blue is where the head moves. In "
+      "orange the lines and points of the published "
       "decomposition, in green those of trammel's contact. Middle: force against height while the "
       "nozzle is pulled back, counted from the contact; the nozzle lets go where the press leaves "
       "the baseline. Bottom: samples minus fit; a wave or a bow there would mean that the form of "
@@ -282,39 +314,66 @@ std::string Caption(const PlottedTap& tap) {
   return caption;
 }
 
+/// What is drawn, and how high it is.
+struct Content {
+  const tap::TapMotion* motion = nullptr;
+  BreakSamples samples;
+  bool breaks = false;
+  bool rest = false;
+  bool answered = false;
+};
+
+/// Side by side, or below each other where there is no room.
+Canvas Draw(const PlottedTap& tap, const Content& content, double width_px) {
+  const bool broad = width_px >= kFigureWidthPx;
+  Canvas measure(width_px, 1);
+  const double head = DrawHead(measure, tap);
+  const bool enlarged = content.breaks && content.answered;
+  const double height = head + kCurvePx + (content.breaks ? kBreakPx : 0) +
+                        (enlarged && !broad ? kBreakPx : 0) + (content.rest ? kResidualPx : 0) + 4;
+  Canvas canvas(width_px, height);
+  double top = DrawHead(canvas, tap);
+  DrawCurve(canvas, {6, top, width_px - 12, kCurvePx - kApartPx}, tap, content.motion);
+  top += kCurvePx;
+  if (!content.breaks) return canvas;
+  const std::string label =
+      content.answered ? "height above the contact (µm)" : "height above the halt (µm)";
+  const Range whole = Padded(RangeOf(content.samples.height_um), 0.02);
+  // Without an answer there is nothing to enlarge.
+  const double left = enlarged && broad ? 0.58 * width_px : width_px - 6;
+  DrawBreak(canvas, {6, top, left - 6, kBreakPx - kApartPx}, tap, content.samples,
+            {whole, label, "force (gf)", "Force against height"});
+  if (enlarged && !broad) top += kBreakPx;
+  if (enlarged) {
+    const double from = broad ? left : 6;
+    DrawBreak(canvas, {from, top, width_px - from - 6, kBreakPx - kApartPx}, tap, content.samples,
+              {CloseUp(tap, content.samples, whole), label, broad ? "" : "force (gf)",
+               "The same, enlarged"});
+  }
+  top += kBreakPx;
+  if (content.rest) {
+    DrawResiduals(canvas, {6, top, width_px - 12, kResidualPx}, tap, content.samples, whole, label);
+  }
+  return canvas;
+}
+
 }  // namespace
 
 Figure TapFigure(const PlottedTap& tap) {
+  Content content;
   tap::TapMotion found;
   const bool moves = tap::FindMotion(tap.recording.moves, found).code == tap::FindingCode::kNone;
-  const tap::TapMotion* motion = moves ? &found : nullptr;
-  BreakSamples samples;
-  if (motion != nullptr) samples = CollectBreak(tap, *motion);
-  const bool breaks = samples.height_um.size() > 1;
-  const bool rest = breaks && tap.contact.force.fitted;
-  Canvas canvas(kFigureWidthPx, 50 + kCurvePx + (breaks ? kBreakPx : 0) + (rest ? kResidualPx : 0));
-  double top = DrawHead(canvas, tap);
-  DrawCurve(canvas, {6, top, kFigureWidthPx - 12, kCurvePx}, tap, motion);
-  top += kCurvePx;
-  if (breaks) {
-    const bool answered = Good(tap.contact) || Good(tap.two_line);
-    const std::string label =
-        answered ? "height above the contact (µm)" : "height above the halt (µm)";
-    const Range whole = Padded(RangeOf(samples.height_um), 0.02);
-    // Without an answer there is nothing to enlarge.
-    const double left = answered ? 0.58 * kFigureWidthPx : kFigureWidthPx;
-    DrawBreak(canvas, {6, top, left - (answered ? 6 : 12), kBreakPx}, tap, samples,
-              {whole, label, "force (gf)", "Force against height"});
-    if (answered) {
-      DrawBreak(canvas, {left, top, kFigureWidthPx - left - 6, kBreakPx}, tap, samples,
-                {CloseUp(tap, samples, whole), label, "", "The same, enlarged"});
-    }
-    top += kBreakPx;
-    if (rest) {
-      DrawResiduals(canvas, {6, top, kFigureWidthPx - 12, kResidualPx}, tap, samples, whole, label);
-    }
-  }
-  return {"tap", Caption(tap), std::move(canvas), false};
+  content.motion = moves ? &found : nullptr;
+  if (moves) content.samples = CollectBreak(tap, found);
+  content.breaks = content.samples.height_um.size() > 1;
+  content.rest = content.breaks && tap.contact.force.fitted;
+  content.answered = Good(tap.contact) || Good(tap.two_line);
+  Figure figure{"tap", Caption(tap), Draw(tap, content, kFigureWidthPx)};
+  figure.seen =
+      fmt::format("Force of one tap against time, and against height around the break. {}. {}.",
+                  Answer("contact", tap.contact), Answer("two-line", tap.two_line));
+  figure.narrow = Draw(tap, content, kNarrowWidthPx);
+  return figure;
 }
 
 }  // namespace trammel::report

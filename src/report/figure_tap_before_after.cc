@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "report/figure_common.h"
+#include "report/interval_text.h"
 #include "report/tap_figures.h"
 #include "report/tap_style.h"
 #include "tap/finding.h"
@@ -17,7 +18,8 @@ namespace {
 
 using tap::TapAnalysis;
 
-constexpr double kPanelPx = 250;
+constexpr double kPanelPx = 260;
+constexpr double kApartPx = 12;  // from a plot to the title below it
 constexpr double kLeastShown_um = 12;
 
 /// What all panels of a tap share.
@@ -26,6 +28,7 @@ struct Shown {
   tap::TapMotion motion;
   double zero_s = 0;   ///< The halt, from which times are counted.
   double zero_mm = 0;  ///< From where heights are counted.
+  double zero_g = 0;   ///< And forces: what the free cell reads.
   Range time;
   std::string height_label;
 };
@@ -33,7 +36,9 @@ struct Shown {
 bool Good(const TapAnalysis& analysis) { return analysis.verdict == Verdict::kGood; }
 
 std::string AnswerOf(const TapAnalysis& analysis) {
-  if (Good(analysis)) return fmt::format("{:.5f} mm", analysis.contact_z_mm);
+  if (Good(analysis)) {
+    return WithInterval(analysis.contact_z_mm, analysis.interval95_mm, kMillimetres);
+  }
   return fmt::format("{} ({})", ToString(analysis.verdict), tap::Name(analysis.reason.code));
 }
 
@@ -41,7 +46,7 @@ std::string TitleOf(const RootCause& cause, const TapAnalysis& published) {
   if (!Good(cause.analysis) || !Good(published)) {
     return fmt::format("{}: {}", cause.name, AnswerOf(cause.analysis));
   }
-  return fmt::format("{}: {:+.2f} µm", cause.name,
+  return fmt::format("{}: contact {:+.2f} µm", cause.name,
                      (cause.analysis.contact_z_mm - published.contact_z_mm) * kUmPerMm);
 }
 
@@ -58,7 +63,7 @@ void DrawCorners(Plot& plot, std::span<const DataPoint> corners, const Color& co
 std::vector<DataPoint> CornersInTime(const Shown& shown, const TapAnalysis& analysis) {
   std::vector<DataPoint> corners;
   for (const tap::Point& point : analysis.Points()) {
-    corners.push_back({point.time_s - shown.zero_s, point.force_g});
+    corners.push_back({point.time_s - shown.zero_s, point.force_g - shown.zero_g});
   }
   return corners;
 }
@@ -69,7 +74,7 @@ std::vector<DataPoint> CornersInHeight(const Shown& shown, const TapAnalysis& an
   for (const tap::Point& point : analysis.Points()) {
     if (point.corner < tap::Corner::kDwellEnd) continue;
     const double z_mm = shown.motion.Z(point.time_s - shown.tap->latency_s);
-    corners.push_back({(z_mm - shown.zero_mm) * kUmPerMm, point.force_g});
+    corners.push_back({(z_mm - shown.zero_mm) * kUmPerMm, point.force_g - shown.zero_g});
   }
   return corners;
 }
@@ -79,7 +84,7 @@ Range ForcesWithin(const Shown& shown, const Range& time) {
   const tap::Recording& recording = shown.tap->recording;
   for (std::size_t i = 0; i < recording.time_s.size(); ++i) {
     const double at_s = recording.time_s[i] - shown.zero_s;
-    if (at_s >= time.lo && at_s <= time.hi) forces.push_back(recording.force_g[i]);
+    if (at_s >= time.lo && at_s <= time.hi) forces.push_back(recording.force_g[i] - shown.zero_g);
   }
   return Padded(RangeOf(forces), 0.1);
 }
@@ -93,7 +98,8 @@ void DrawWhole(Canvas& canvas, const RectPx& outer, const Shown& shown, const Ro
       WithAlpha(kSky, 0.22));
   const tap::Recording& recording = shown.tap->recording;
   for (std::size_t i = 0; i < recording.time_s.size(); ++i) {
-    plot.Dot({recording.time_s[i] - shown.zero_s, recording.force_g[i]}, 1.4, kSample);
+    plot.Dot({recording.time_s[i] - shown.zero_s, recording.force_g[i] - shown.zero_g}, 1.4,
+             kSample);
   }
   DrawCorners(plot, CornersInTime(shown, cause.analysis), kOldMethod, true);
   DrawCorners(plot, CornersInTime(shown, shown.tap->two_line), kNewMethod, false);
@@ -127,7 +133,8 @@ void DrawBreak(Canvas& canvas, const RectPx& outer, const Shown& shown, const Ro
   for (std::size_t i = 0; i < recording.time_s.size(); ++i) {
     const double moved_s = recording.time_s[i] - shown.tap->latency_s;
     if (!(moved_s >= motion.pull_back_start_s && moved_s <= motion.pull_back_end_s)) continue;
-    plot.Dot({(motion.Z(moved_s) - shown.zero_mm) * kUmPerMm, recording.force_g[i]}, 2.2, kSample);
+    plot.Dot({(motion.Z(moved_s) - shown.zero_mm) * kUmPerMm, recording.force_g[i] - shown.zero_g},
+             2.2, kSample);
   }
   DrawCorners(plot, CornersInHeight(shown, cause.analysis), kOldMethod, true);
   DrawCorners(plot, CornersInHeight(shown, shown.tap->two_line), kNewMethod, false);
@@ -143,10 +150,37 @@ Range TimesOf(const tap::TapMotion& motion) {
   return {from_s, std::max(to_s * 1.05, from_s + 1e-6)};
 }
 
+/// A row for each root cause; where there is no room, its two panels below each other.
+Canvas Draw(const Shown& shown, double width_px) {
+  const PlottedTap& tap = *shown.tap;
+  const bool broad = width_px >= kFigureWidthPx;
+  const LegendEntry legend[] = {
+      {"sample", LegendEntry::Mark::kDot, {.color = kSample}},
+      {"published: " + AnswerOf(tap.two_line),
+       LegendEntry::Mark::kLine,
+       {.color = kNewMethod, .width_px = 2}},
+      {"with the root cause", LegendEntry::Mark::kLine, {.color = kOldMethod, .width_px = 2.2}},
+      {"pull-back", LegendEntry::Mark::kPatch, {.color = WithAlpha(kSky, 0.22)}}};
+  Canvas measure(width_px, 1);
+  const auto panels = static_cast<double>(tap.root_causes.size()) * (broad ? 1 : 2);
+  double top = 8 + DrawLegend(measure, {12, 20}, width_px - 24, legend);
+  Canvas canvas(width_px, top + panels * kPanelPx + 4);
+  DrawLegend(canvas, {12, 20}, width_px - 24, legend);
+  const double left = broad ? 0.58 * width_px : width_px - 6;
+  for (const RootCause& cause : tap.root_causes) {
+    DrawWhole(canvas, {6, top, left - 6, kPanelPx - kApartPx}, shown, cause);
+    if (!broad) top += kPanelPx;
+    const double from = broad ? left : 6;
+    DrawBreak(canvas, {from, top, width_px - from - 6, kPanelPx - kApartPx}, shown, cause);
+    top += kPanelPx;
+  }
+  return canvas;
+}
+
 }  // namespace
 
 std::optional<Figure> BeforeAfterFigure(const PlottedTap& tap) {
-  Shown shown{&tap, {}, 0, 0, {}, {}};
+  Shown shown{&tap, {}, 0, 0, 0, {}, {}};
   tap::TapMotion& motion = shown.motion;
   const bool moves = tap::FindMotion(tap.recording.moves, motion).code == tap::FindingCode::kNone;
   if (!moves || tap.root_causes.empty()) return std::nullopt;
@@ -156,30 +190,22 @@ std::optional<Figure> BeforeAfterFigure(const PlottedTap& tap) {
   shown.zero_mm = answered ? tap.two_line.contact_z_mm : motion.halt_z_mm;
   shown.height_label =
       answered ? "height above the published contact (µm)" : "height above the halt (µm)";
-  const auto panels = static_cast<double>(tap.root_causes.size());
-  Canvas canvas(kFigureWidthPx, 44 + panels * kPanelPx);
-  const LegendEntry legend[] = {
-      {"sample", LegendEntry::Mark::kDot, {.color = kSample}},
-      {"published: " + AnswerOf(tap.two_line),
-       LegendEntry::Mark::kLine,
-       {.color = kNewMethod, .width_px = 2}},
-      {"with the root cause", LegendEntry::Mark::kLine, {.color = kOldMethod, .width_px = 2.2}},
-      {"pull-back", LegendEntry::Mark::kPatch, {.color = WithAlpha(kSky, 0.22)}}};
-  double top = 8 + DrawLegend(canvas, {12, 20}, kFigureWidthPx - 24, legend);
-  constexpr double kLeft = 0.58 * kFigureWidthPx;
-  for (const RootCause& cause : tap.root_causes) {
-    DrawWhole(canvas, {6, top, kLeft - 6, kPanelPx}, shown, cause);
-    DrawBreak(canvas, {kLeft, top, kFigureWidthPx - kLeft - 6, kPanelPx}, shown, cause);
-    top += kPanelPx;
-  }
-  return Figure{
+  if (tap.contact.force.fitted) shown.zero_g = tap.contact.force.baseline_g;
+  Figure figure{
       "before-after",
       tap.recording.name +
           ". The published decomposition (green) beside the same with one root cause of "
-          "bad taps switched back on (red), and by how much that moves its contact. "
-          "Right: around the break, where the last two lines cross. trammel's contact is another "
+          "bad taps switched back on (orange), and by how much that moves its contact. Then the "
+          "same around the break, where the last two lines cross. trammel's contact is another "
           "method and is not shown here.",
-      std::move(canvas), false};
+      Draw(shown, kFigureWidthPx)};
+  figure.seen = "The published decomposition of one tap, " + AnswerOf(tap.two_line) +
+                ", beside the same with a root cause of bad taps switched back on.";
+  for (const RootCause& cause : tap.root_causes) {
+    figure.seen += " " + TitleOf(cause, tap.two_line) + ".";
+  }
+  figure.narrow = Draw(shown, kNarrowWidthPx);
+  return figure;
 }
 
 }  // namespace trammel::report

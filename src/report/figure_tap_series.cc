@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "report/figure_common.h"
+#include "report/interval_text.h"
 #include "report/tap_figures.h"
 #include "report/tap_style.h"
 
@@ -121,17 +122,12 @@ std::string SeriesTitle(const tap::Ensemble& ensemble, double zero_mm) {
   if (!std::isfinite(ensemble.standard_deviation_mm)) {
     return fmt::format("Contact height, from {:.4f} mm", zero_mm);
   }
-  return fmt::format("{}: σ {:.2f} µm, range {:.2f} µm, mean step {:.2f} µm",
+  return fmt::format("{}: standard deviation {:.2f} µm, range {:.2f} µm",
                      ensemble.places.size() > 1 ? "About each place's mean" : "Contact height",
-                     ensemble.standard_deviation_mm * kUmPerMm, ensemble.range_mm * kUmPerMm,
-                     ensemble.mean_step_mm * kUmPerMm);
+                     ensemble.standard_deviation_mm * kUmPerMm, ensemble.range_mm * kUmPerMm);
 }
 
-}  // namespace
-
-std::optional<Figure> SeriesFigure(std::span<const PlottedTap> taps,
-                                   const tap::Ensemble& ensemble) {
-  if (ensemble.good < 2) return std::nullopt;
+Canvas DrawTaps(std::span<const PlottedTap> taps, const tap::Ensemble& ensemble, double width_px) {
   const double zero_mm = MeanHeight(taps, ensemble);
   const std::vector<SeriesPoint> series = SeriesOf(taps, ensemble, zero_mm);
   std::vector<double> heights;
@@ -149,7 +145,7 @@ std::optional<Figure> SeriesFigure(std::span<const PlottedTap> taps,
     printer = printer || std::isfinite(heights.back());
   }
   const bool banded = ensemble.places.size() == 1 && std::isfinite(ensemble.standard_deviation_mm);
-  const double band_um = 2 * ensemble.standard_deviation_mm * kUmPerMm;
+  const double band_um = kNormal95 * ensemble.standard_deviation_mm * kUmPerMm;
   if (banded) {
     heights.push_back(band_um);
     heights.push_back(-band_um);
@@ -167,12 +163,13 @@ std::optional<Figure> SeriesFigure(std::span<const PlottedTap> taps,
                       {.color = kBlue}});
   }
   if (series.size() < taps.size()) legend.push_back({"no height", Mark::kDot, {.color = kMuted}});
-  if (banded) legend.push_back({"± 2 σ", Mark::kPatch, {.color = WithAlpha(kNewMethod, 0.12)}});
-  Canvas canvas(kFigureWidthPx, kSeriesPx);
-  const double top = 8 + DrawLegend(canvas, {12, 20}, kFigureWidthPx - 24, legend);
+  if (banded)
+    legend.push_back({"95 % of the taps", Mark::kPatch, {.color = WithAlpha(kNewMethod, 0.12)}});
+  Canvas canvas(width_px, kSeriesPx);
+  const double top = 8 + DrawLegend(canvas, {12, 20}, width_px - 24, legend);
   const Axis axis = TapAxis(taps.size());
   const Range shown = Padded(RangeOf(heights), 0.08);
-  Plot plot(canvas, {6, top, kFigureWidthPx - 12, kSeriesPx - top - 4}, axis,
+  Plot plot(canvas, {6, top, width_px - 12, kSeriesPx - top - 4}, axis,
             {fmt::format("height from {:.4f} mm (µm)", zero_mm), shown},
             SeriesTitle(ensemble, zero_mm));
   if (banded) {
@@ -185,14 +182,25 @@ std::optional<Figure> SeriesFigure(std::span<const PlottedTap> taps,
   DrawOther(plot, taps, zero_mm + printer_offset_mm, kBlue, PrinterHeight);
   DrawRefused(plot, taps, shown.lo + 0.02 * (shown.hi - shown.lo), kMuted);
   DrawSeries(plot, series, ensemble.places.size() <= 1);
-  return Figure{
+  return canvas;
+}
+
+}  // namespace
+
+std::optional<Figure> SeriesFigure(std::span<const PlottedTap> taps,
+                                   const tap::Ensemble& ensemble) {
+  if (ensemble.good < 2) return std::nullopt;
+  Figure figure{
       "series",
       "The contact's height, tap after tap. Where the intervals are as long as the heights "
       "scatter, the taps know how good they are. A hollow mark lies too far from the "
       "others to belong to them; a grey dot at the bottom is a tap without a height. The printer's "
-      "own "
-      "results are shown without their mean difference from ours, which the legend names.",
-      std::move(canvas), false};
+      "own results are shown without their mean difference from ours, which the legend names.",
+      DrawTaps(taps, ensemble, kFigureWidthPx)};
+  figure.seen = fmt::format("Contact height of {} taps, one after the other. {}.", taps.size(),
+                            SeriesTitle(ensemble, MeanHeight(taps, ensemble)));
+  figure.narrow = DrawTaps(taps, ensemble, kNarrowWidthPx);
+  return figure;
 }
 
 namespace {
@@ -235,7 +243,7 @@ void DrawTile(Canvas& canvas, const Plot& plot, const tap::Place& place, double 
   canvas.FillRect({left, top, right - left, bottom - top}, color);
   const std::string text = fmt::format("{:+.1f}", height_um);
   const TextStyle style{
-      .size_px = 12, .color = Lightness(color) > 55 ? kInk : kPaper, .align = Align::kMiddle};
+      .size_px = 12, .color = Lightness(color) > 55 ? kOnLight : kOnDark, .align = Align::kMiddle};
   if (canvas.TextWidth(text, style) < right - left - 4) {
     canvas.Text({(left + right) / 2, (top + bottom) / 2 + 4}, text, style);
   }
@@ -276,15 +284,17 @@ void DrawRefusedTile(Canvas& canvas, const Plot& plot, const tap::Place& place, 
   canvas.Text({(left + right) / 2, plot.Y(place.y_mm) + 4}, text, style);
 }
 
-}  // namespace
-
-std::optional<Figure> MeshFigure(std::span<const PlottedTap> taps, const tap::Ensemble& ensemble) {
+std::vector<tap::Place> KnownPlaces(const tap::Ensemble& ensemble) {
   std::vector<tap::Place> places;
-  double mean_mm = 0;
   for (const tap::Place& place : ensemble.places) {
     if (std::isfinite(place.x_mm) && std::isfinite(place.y_mm)) places.push_back(place);
   }
-  if (places.size() < 3) return std::nullopt;
+  return places;
+}
+
+Canvas DrawMesh(std::span<const PlottedTap> taps, const std::vector<tap::Place>& places,
+                double width_px) {
+  double mean_mm = 0;
   std::vector<double> heights;
   for (const tap::Place& place : places) mean_mm += place.z_mm / static_cast<double>(places.size());
   for (const tap::Place& place : places) heights.push_back((place.z_mm - mean_mm) * kUmPerMm);
@@ -295,8 +305,10 @@ std::optional<Figure> MeshFigure(std::span<const PlottedTap> taps, const tap::En
   const double tile = TileSize(all);
   const Range x = Spread(all, &tap::Place::x_mm, tile * 0.6);
   const Range y = Spread(all, &tap::Place::y_mm, tile * 0.6);
-  Canvas canvas(kFigureWidthPx, kMeshPx);
-  const RectPx bed = BedRect({70, 34, kFigureWidthPx - 220, kMeshPx - 90}, x, y);
+  const bool broad = width_px >= kFigureWidthPx;
+  const RectPx bed =
+      BedRect({70, 34, width_px - (broad ? 220 : 170), (broad ? kMeshPx : kSeriesPx) - 90}, x, y);
+  Canvas canvas(width_px, bed.bottom() + 56);
   Plot plot =
       Plot::Around(canvas, bed, {"x (mm)", x}, {"y (mm)", y},
                    fmt::format("Contact height over the bed, from {:.4f} mm (µm); range {:.1f} µm",
@@ -306,11 +318,28 @@ std::optional<Figure> MeshFigure(std::span<const PlottedTap> taps, const tap::En
   }
   for (const tap::Place& place : refused) DrawRefusedTile(canvas, plot, place, tile / 2);
   DrawColorBar(canvas, {bed.right() + 24, bed.y, 18, bed.height}, height, "height (µm)");
-  return Figure{"mesh",
+  return canvas;
+}
+
+}  // namespace
+
+std::optional<Figure> MeshFigure(std::span<const PlottedTap> taps, const tap::Ensemble& ensemble) {
+  const std::vector<tap::Place> places = KnownPlaces(ensemble);
+  if (places.size() < 3) return std::nullopt;
+  Figure figure{"mesh",
                 "Each square is a place that was tapped, with its height above the mean of all. "
                 "Nothing is drawn between them: there nothing was measured. An empty square is a "
                 "place where every tap was refused.",
-                std::move(canvas), false};
+                DrawMesh(taps, places, kFigureWidthPx)};
+  const auto [low, high] =
+      std::minmax_element(places.begin(), places.end(),
+                          [](const tap::Place& a, const tap::Place& b) { return a.z_mm < b.z_mm; });
+  figure.seen = fmt::format(
+      "Map of {} tapped places: lowest {:.4f} mm at x {:.0f}, y {:.0f}; highest {:.4f} mm at x "
+      "{:.0f}, y {:.0f}.",
+      places.size(), low->z_mm, low->x_mm, low->y_mm, high->z_mm, high->x_mm, high->y_mm);
+  figure.narrow = DrawMesh(taps, places, kNarrowWidthPx);
+  return figure;
 }
 
 }  // namespace trammel::report

@@ -34,9 +34,13 @@ namespace trammel::report {
                                      const tool_offset::SheetResult& result,
                                      const tool_offset::StructureReading& reading);
 
-/// "tools": the offsets of all tools with their intervals, and what each scan says by itself.
-/// Nothing without tested tools.
-[[nodiscard]] std::optional<Figure> ToolOffsetsFigure(const OffsetAnalysis& analysis);
+/// "tools": an arrow from the reference tool to where each tool lands. Nothing without a tool that
+/// has an offset.
+[[nodiscard]] std::optional<Figure> ToolArrowsFigure(const OffsetAnalysis& analysis);
+
+/// "scans": what each of several scans says of each tool, against the answer. Nothing without
+/// several scans, or without tested tools.
+[[nodiscard]] std::optional<Figure> ToolScansFigure(const OffsetAnalysis& analysis);
 
 /// "structures": what each structure of a scan says against all of them together.
 [[nodiscard]] Figure StructureOffsetsFigure(const OffsetScan& scan);
@@ -50,23 +54,20 @@ namespace trammel::report {
 /// "pick-ups": tools against themselves. Nothing where none was picked up again.
 [[nodiscard]] std::optional<Figure> PickUpsFigure(const OffsetAnalysis& analysis);
 
-/// A figure in its file format; far smaller than the strokes and pixels behind it.
+/// A figure in the formats that are kept; far smaller than the strokes and pixels behind it.
 struct DrawnFigure {
   std::string name;  ///< file name without ending, [a-z0-9_-]+
-  std::string caption;
-  std::string bytes;
-  bool svg = false;  ///< otherwise PNG
-  double width_px = 0;
-  double height_px = 0;
+  std::string html;  ///< with its caption, for a page
+  std::string svg;   ///< a file
 };
-[[nodiscard]] DrawnFigure Encode(const Figure& figure);
+[[nodiscard]] DrawnFigure Drawn(const Figure& figure);
 
 /// What has to be drawn while the page is at hand.
 struct OffsetScanPictures {
   std::vector<DrawnFigure> page;        ///< page, code, marks
   std::vector<DrawnFigure> structures;  ///< as in the result
 };
-/// Holds no more of the page at a time than one structure or a page of 1520 px.
+/// Holds no more of the page at a time than one structure or a page of 1140 px.
 [[nodiscard]] OffsetScanPictures DrawOffsetScan(const PageView& page,
                                                 const tool_offset::SheetPlan& plan,
                                                 const tool_offset::SheetResult& result);

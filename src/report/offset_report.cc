@@ -6,28 +6,15 @@
 #include <cmath>
 
 #include "report/html.h"
+#include "report/interval_text.h"
 #include "report/offset_style.h"
-#include "report/report_style.h"
+#include "report/page.h"
+#include "tool_offset/correction.h"
 
 namespace trammel::report {
 namespace {
 
 namespace to = tool_offset;
-
-std::string Card(const std::string& heading, const std::string& body,
-                 const std::string& extra = "") {
-  const std::string title =
-      heading.empty() ? "" : fmt::format("<h2>{}</h2>\n", EscapeHtml(heading));
-  return fmt::format("<section class=\"card{}\">\n{}{}</section>\n", extra, title, body);
-}
-
-std::string Picture(const DrawnFigure& figure) {
-  return fmt::format(
-      "<figure><div class=\"wide\"><img src=\"data:image/{};base64,{}\" alt=\"{}\" "
-      "width=\"{:.0f}\" height=\"{:.0f}\"/></div><figcaption>{}</figcaption></figure>\n",
-      figure.svg ? "svg+xml" : "png", Base64(figure.bytes), EscapeHtml(figure.name),
-      figure.width_px, figure.height_px, EscapeHtml(figure.caption));
-}
 
 Verdict Worst(const OffsetAnalysis& analysis) {
   Verdict worst = Verdict::kGood;
@@ -43,73 +30,136 @@ Verdict Worst(const OffsetAnalysis& analysis) {
   return worst;
 }
 
-std::string ToolRow(const OffsetAnalysis& analysis, const to::CombinedTool& tool) {
-  const Verdict verdict = VerdictOf(tool);
-  const bool good = verdict == Verdict::kGood;
-  std::string row;
-  if (good) {
-    row = fmt::format("<tr><td>T{}</td><td>{}</td><td>{}</td><td>good{}</td></tr>\n", tool.tool,
-                      OffsetWords(tool.dx_mm), OffsetWords(tool.dy_mm),
-                      tool.coarse ? ", coarse" : "");
-  } else {
-    row = fmt::format("<tr><td>T{}</td><td class=\"text\" colspan=\"2\">{}</td><td>{}</td></tr>\n",
-                      tool.tool, EscapeHtml(ReasonOf(tool)), VerdictWords(verdict));
-  }
-  for (const std::string& notice : NoticesOf(analysis, tool.tool)) {
-    row +=
-        fmt::format("<tr class=\"unused\"><td></td><td class=\"text\" colspan=\"3\">{}</td></tr>\n",
-                    EscapeHtml(notice));
-  }
-  return row;
+std::string Cell(const Measured& measured) {
+  if (!measured.good()) return VerdictWords(measured.verdict());
+  const Quantity& quantity = measured.quantity();
+  return ValueCell(ValueText(quantity.value, quantity.interval95, kOffsetMillimetres),
+                   IntervalText(quantity.interval95, kOffsetMillimetres));
 }
 
-std::string AxisRow(const std::string& name, const to::AxisPair& pair) {
-  const std::string& x = pair.x.reason();
-  const std::string& y = pair.y.reason();
-  std::string row = fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td></td></tr>\n", name,
-                                OffsetWords(pair.x), OffsetWords(pair.y));
-  if (const std::string& why = x.empty() ? y : x; !why.empty()) {
-    row +=
-        fmt::format("<tr class=\"unused\"><td></td><td class=\"text\" colspan=\"3\">{}</td></tr>\n",
-                    EscapeHtml(why));
+void AddTool(Table& table, const OffsetAnalysis& analysis, const to::CombinedTool& tool) {
+  const std::string name = fmt::format("T{}", tool.tool);
+  const Verdict verdict = VerdictOf(tool);
+  if (verdict == Verdict::kGood) {
+    table.Row({name, Cell(tool.dx_mm), Cell(tool.dy_mm), tool.coarse ? "good, coarse" : "good"});
+  } else {
+    table.Row({name, "–", "–", VerdictWords(verdict)});
+    table.Note(EscapeHtml(ReasonOf(tool)));
   }
-  return row;
+  for (const std::string& notice : NoticesOf(analysis, tool.tool)) table.Note(EscapeHtml(notice));
+}
+
+void AddAxes(Table& table, const std::string& name, const to::AxisPair& pair) {
+  table.Row({name, Cell(pair.x), Cell(pair.y), ""});
+  const std::string& why = pair.x.reason().empty() ? pair.y.reason() : pair.x.reason();
+  if (!why.empty()) table.Note(EscapeHtml(why));
 }
 
 std::string Head(const OffsetAnalysis& analysis) {
-  const Verdict worst = Worst(analysis);
   const std::size_t count = analysis.combined.tools.size();
   const auto good =
       std::count_if(analysis.combined.tools.begin(), analysis.combined.tools.end(),
                     [](const to::CombinedTool& tool) { return VerdictOf(tool) == Verdict::kGood; });
-  std::string body = fmt::format("<p class=\"verdict\">{}</p>\n", VerdictWords(worst));
+  std::string body;
   if (count > 0) {
-    body += fmt::format(
-        "<p>{} of {} tools have an offset. Behind ± stands half of the 95 % "
-        "interval.</p>\n",
-        good, count);
+    body += fmt::format("<p class=\"reason\">{} of {} tools have an offset against T{}.</p>\n",
+                        good, count, analysis.plan.settings.reference_tool);
   }
-  body +=
-      "<div class=\"wide\"><table>\n<tr><th></th><th>dx, x</th><th>dy, y</th><th></th>"
-      "</tr>\n";
-  for (const to::CombinedTool& tool : analysis.combined.tools) body += ToolRow(analysis, tool);
-  body += AxisRow("play", analysis.combined.backlash_mm);
-  body += AxisRow("bias along u, v", analysis.combined.control_bias_mm);
-  body += "</table></div>\n";
+  Table table({{"tool"}, {"dx"}, {"dy"}, {"verdict"}});
+  for (const to::CombinedTool& tool : analysis.combined.tools) AddTool(table, analysis, tool);
+  body += count > 0 ? table.Html() : "";
   if (count > 0) {
     body += fmt::format(
         "<p class=\"quiet\">dx and dy are where a tool's line lands minus where T{}'s would for "
-        "the same command, along the bed's axes. <code>trammel offset apply</code> shows the "
-        "commands that take them out. A tool without a value keeps the offset that it has.</p>\n",
+        "the same command, along the bed's axes. A tool without a value keeps the offset that it "
+        "has.</p>\n",
         analysis.plan.settings.reference_tool);
   }
-  return Card("", body, fmt::format(" head {}", ToString(worst)));
+  return HeadCard(Worst(analysis), body);
 }
 
-std::string List(const std::vector<std::string>& lines) {
-  std::string body = "<ul>\n";
-  for (const std::string& line : lines) body += fmt::format("<li>{}</li>\n", EscapeHtml(line));
-  return body + "</ul>\n";
+std::string AxesCard(const OffsetAnalysis& analysis) {
+  Table table({{""}, {"x, u"}, {"y, v"}, {""}});
+  AddAxes(table, "play of the bed's axes", analysis.combined.backlash_mm);
+  AddAxes(table, "the method's own bias, taken off", analysis.combined.control_bias_mm);
+  return Card("Play and bias", table.Html() + FigureHtml(AxesFigure(analysis)));
+}
+
+struct KeeperWords {
+  to::OffsetKeeper keeper;
+  const char* name;
+};
+constexpr KeeperWords kKeepers[] = {
+    {to::OffsetKeeper::kKlipperTool, "Klipper with klipper-toolchanger"},
+    {to::OffsetKeeper::kKlipperGcodeOffset, "Klipper with macros of its own (IDEX, changers)"},
+    {to::OffsetKeeper::kMarlin, "Marlin"},
+    {to::OffsetKeeper::kRepRapFirmware, "RepRapFirmware"}};
+
+bool Speaks(to::OffsetKeeper keeper, gcode::Dialect dialect) {
+  switch (keeper) {
+    case to::OffsetKeeper::kMarlin:
+      return dialect == gcode::Dialect::kMarlin;
+    case to::OffsetKeeper::kRepRapFirmware:
+      return dialect == gcode::Dialect::kRepRapFirmware;
+    default:
+      return dialect == gcode::Dialect::kKlipper;
+  }
+}
+
+/// For a firmware that keeps 0 of every tool; and what each is to grow by, where it keeps more.
+std::string LinesFor(const OffsetAnalysis& analysis, const KeeperWords& words) {
+  std::string lines;
+  std::string growth;
+  std::string advice;
+  for (const to::CombinedTool& tool : analysis.combined.tools) {
+    if (VerdictOf(tool) != Verdict::kGood) continue;
+    const to::KeptOffset next =
+        to::Corrected(words.keeper, {}, tool.dx_mm.quantity().value, tool.dy_mm.quantity().value);
+    const bool by_macro = words.keeper == to::OffsetKeeper::kKlipperGcodeOffset;
+    for (const std::string& line : to::SetCommands(words.keeper, tool.tool, next)) {
+      lines += by_macro ? fmt::format("[gcode_macro T{}]  {}\n", tool.tool, line) : line + "\n";
+    }
+    if (!by_macro) {
+      for (const std::string& line : to::SaveCommands(words.keeper, tool.tool)) {
+        if (lines.find(line + "\n") == std::string::npos) lines += line + "\n";
+      }
+      advice = to::SaveAdvice(words.keeper, tool.tool, next);
+    }
+    growth += fmt::format("{}T{} X {:+.3f}, Y {:+.3f} mm", growth.empty() ? "" : "; ", tool.tool,
+                          next.x_mm, next.y_mm);
+  }
+  return fmt::format(
+      "<p>Where the firmware keeps 0 for these tools now:</p>\n<pre>{}</pre>\n"
+      "<p class=\"quiet\">{}Where it keeps another offset, add to it: {}. With "
+      "<code>--json &gt; result.json</code>, <code>trammel offset apply result.json --for {} --now "
+      "TOOL:X,Y</code> does the sum.</p>\n",
+      EscapeHtml(lines), advice.empty() ? "" : EscapeHtml(advice) + ". ", EscapeHtml(growth),
+      to::ToString(words.keeper));
+}
+
+/// The lines to paste, for the sheet's own firmware first; the others open on a click.
+std::string Next(const OffsetAnalysis& analysis) {
+  const auto& tools = analysis.combined.tools;
+  if (std::none_of(tools.begin(), tools.end(), [](const to::CombinedTool& tool) {
+        return VerdictOf(tool) == Verdict::kGood;
+      })) {
+    return Card("What to do next",
+                "<p>Keep the offsets that are in use. Follow the advice above, then print or scan "
+                "another sheet.</p>\n");
+  }
+  std::string body;
+  std::string others;
+  for (const KeeperWords& words : kKeepers) {
+    const std::string lines = LinesFor(analysis, words);
+    if (Speaks(words.keeper, analysis.plan.settings.printer.dialect)) {
+      body += fmt::format("<p><b>{}</b></p>\n{}", words.name, lines);
+    } else {
+      others += fmt::format("<details>\n<summary>{}</summary>\n{}</details>\n", words.name, lines);
+    }
+  }
+  body += others;
+  body += "<p>Then print another sheet and look for zero.</p>\n";
+  return Card("What to do next", body);
 }
 
 int LeftOut(const to::StructureReading& reading) {
@@ -118,8 +168,30 @@ int LeftOut(const to::StructureReading& reading) {
                     [](const to::FingerReading& finger) { return !finger.left_out.empty(); }));
 }
 
-/// One line per structure; its picture opens below.
-std::string StructureDetails(const to::StructureReading& reading, const DrawnFigure& figure) {
+/// How much a structure asks to be looked at: one without a value first, then by how far it lies
+/// from the fit of all.
+double Interest(const to::StructureReading& reading) {
+  if (!reading.offset_mm.good()) return HUGE_VAL;
+  const Quantity& quantity = reading.offset_mm.quantity();
+  if (!reading.expected_mm || !(quantity.standard_uncertainty > 0)) return 0;
+  return std::abs(quantity.value - *reading.expected_mm) / quantity.standard_uncertainty;
+}
+
+/// Which structures have their picture on the page: more would make it too large to be sent.
+std::vector<bool> Pictured(const std::vector<to::StructureReading>& structures) {
+  constexpr std::size_t kMost = 8;
+  std::vector<std::size_t> order(structures.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return Interest(structures[a]) > Interest(structures[b]);
+  });
+  std::vector<bool> pictured(structures.size(), false);
+  for (std::size_t i = 0; i < std::min(kMost, order.size()); ++i) pictured[order[i]] = true;
+  return pictured;
+}
+
+/// One line per structure; its picture, where it has one, opens below.
+std::string StructureDetails(const to::StructureReading& reading, const std::string* picture) {
   const bool good = reading.offset_mm.good();
   std::string words = OffsetWords(reading.offset_mm);
   if (good) {
@@ -130,9 +202,10 @@ std::string StructureDetails(const to::StructureReading& reading, const DrawnFig
   if (const int count = LeftOut(reading); count > 0) {
     words += fmt::format(", {} {} left out", count, count == 1 ? "tooth" : "teeth");
   }
-  return fmt::format("<details{}>\n<summary><b>{}</b> {}</summary>\n{}</details>\n",
-                     good ? "" : " open=\"open\"", EscapeHtml(reading.name), EscapeHtml(words),
-                     Picture(figure));
+  const std::string line = fmt::format("<b>{}</b> {}", EscapeHtml(reading.name), EscapeHtml(words));
+  if (picture == nullptr) return fmt::format("<p class=\"plain\">{}</p>\n", line);
+  return fmt::format("<details{}>\n<summary>{}</summary>\n{}</details>\n",
+                     good ? "" : " open=\"open\"", line, *picture);
 }
 
 std::string ScanCards(const OffsetReportInput& input, std::size_t index) {
@@ -149,62 +222,54 @@ std::string ScanCards(const OffsetReportInput& input, std::size_t index) {
   std::string html;
   for (const DrawnFigure& figure : pictures.page) {
     const bool first = &figure == pictures.page.data();
-    html += Card(first ? name : "", (first ? facts : "") + Picture(figure));
+    html += Card(first ? name : "", (first ? facts : "") + figure.html);
   }
-  html += Card("", Picture(Encode(StructureOffsetsFigure(scan))));
+  html += Card("", FigureHtml(StructureOffsetsFigure(scan)));
+  const std::size_t count = std::min(scan.result.structures.size(), pictures.structures.size());
+  const std::vector<bool> pictured = Pictured(scan.result.structures);
   std::string details =
       "<p class=\"quiet\">Open one to see its teeth on the scan, its signal, and what the fit "
-      "leaves.</p>\n";
-  const std::size_t count = std::min(scan.result.structures.size(), pictures.structures.size());
+      "leaves. Pictured are those that ask most to be looked at; trammel offset analyze --figures "
+      "FOLDER draws them all.</p>\n";
   for (std::size_t i = 0; i < count; ++i) {
-    details += StructureDetails(scan.result.structures[i], pictures.structures[i]);
+    details += StructureDetails(scan.result.structures[i],
+                                pictured[i] ? &pictures.structures[i].html : nullptr);
   }
   return html + Card("Structures", details);
 }
 
 std::string Opening(const OffsetAnalysis& analysis) {
-  std::string page =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
-      "style-src 'unsafe-inline'\"/>\n<title>Tool offsets</title>\n<style>";
-  page += kReportStyle;
-  page +=
-      "details{border-top:1px solid var(--edge);padding:8px 0}summary{cursor:pointer;"
-      "overflow-wrap:anywhere}details figure{margin-top:10px}";
-  page += fmt::format(
-      "</style>\n</head>\n<body>\n<main>\n<h1>Tool offsets from a scanned sheet</h1>\n"
-      "<p class=\"facts\">Sheet {}, T{} is the reference tool. Scans: {}</p>\n",
-      analysis.plan.sheet_id, analysis.plan.settings.reference_tool, analysis.scans.size());
-  return page;
+  return PageBegin("Tool offsets", "Tool offsets from a scanned sheet") +
+         fmt::format("<p class=\"facts\">Sheet {}, T{} is the reference tool. Scans: {}</p>\n",
+                     analysis.plan.sheet_id, analysis.plan.settings.reference_tool,
+                     analysis.scans.size());
 }
 
 }  // namespace
 
 std::vector<DrawnFigure> OffsetValueFigures(const OffsetAnalysis& analysis) {
   std::vector<DrawnFigure> figures;
-  for (const auto make : {ToolOffsetsFigure, SelfTestFigure, PickUpsFigure}) {
-    if (const auto figure = make(analysis)) figures.push_back(Encode(*figure));
+  for (const auto make : {ToolArrowsFigure, ToolScansFigure, SelfTestFigure, PickUpsFigure}) {
+    if (const auto figure = make(analysis)) figures.push_back(Drawn(*figure));
   }
-  figures.push_back(Encode(AxesFigure(analysis)));
+  figures.push_back(Drawn(AxesFigure(analysis)));
   return figures;
 }
 
 std::string OffsetReport(const OffsetReportInput& input) {
   const OffsetAnalysis& analysis = *input.analysis;
   std::string page = Opening(analysis) + Head(analysis);
-  if (!input.failed.empty()) page += Card("Scans that could not be read", List(input.failed));
-  if (const auto notices = NoticesOf(analysis); !notices.empty()) {
-    page += Card("Notices", List(notices));
+  if (!analysis.combined.tools.empty()) page += Next(analysis);
+  page += ListCard("Scans that could not be read", input.failed);
+  page += ListCard("Worth knowing", NoticesOf(analysis));
+  for (const auto make : {ToolArrowsFigure, ToolScansFigure, SelfTestFigure, PickUpsFigure}) {
+    if (const auto figure = make(analysis)) page += Card("", FigureHtml(*figure));
   }
-  for (const DrawnFigure& figure : OffsetValueFigures(analysis)) page += Card("", Picture(figure));
+  page += AxesCard(analysis);
   for (std::size_t i = 0; i < std::min(analysis.scans.size(), input.pictures.size()); ++i) {
     page += ScanCards(input, i);
   }
-  page +=
-      "<footer>Made by trammel. This page stands alone: nothing is loaded from "
-      "elsewhere.</footer>\n</main>\n</body>\n</html>\n";
-  return page;
+  return page + PageEnd();
 }
 
 }  // namespace trammel::report

@@ -76,10 +76,32 @@ TEST(OffsetReport, IsAWholePageThatLoadsNothingAndEscapesNames) {
 TEST(OffsetReport, ShowsAToolThatIsRefusedWithItsReasonAndWithoutANumber) {
   const std::string page = OffsetReport(Sheet().input);
   EXPECT_THAT(page, HasSubstr("class=\"card head refused\""));
-  EXPECT_THAT(page, HasSubstr("<td>T2</td><td class=\"text\" colspan=\"2\">T2: no coarse"));
+  EXPECT_THAT(page, HasSubstr("colspan=\"4\">T2: no coarse"));
   EXPECT_THAT(page, HasSubstr("T2: no coarse mark within"));
   EXPECT_THAT(page, HasSubstr("1 of 2 tools have an offset"));
-  EXPECT_THAT(page, HasSubstr("<td>T1</td><td>+0."));
+  EXPECT_THAT(page, HasSubstr(">T1</td><td data-name=\"dx\"><span>+0.19"));
+  EXPECT_THAT(page, HasSubstr("95 %: +0.19"));
+}
+
+TEST(OffsetReport, HasTheLinesToPasteWithEachFirmwaresSign) {
+  const std::string page = OffsetReport(Sheet().input);
+  // T1 lands 0.2 mm to the right and 0.1 mm to the front.
+  EXPECT_THAT(page, AllOf(HasSubstr("PARAMETER=gcode_x_offset VALUE=-0.199"),
+                          HasSubstr("SET_GCODE_OFFSET X=-0.199 Y=0.100"),
+                          HasSubstr("M218 T1 X0.199 Y-0.100"), HasSubstr("G10 P1 X0.199 Y-0.100")));
+  EXPECT_THAT(page, Not(HasSubstr("M218 T2")));
+  EXPECT_LT(page.find("M218 T1"), page.find("<svg"));
+}
+
+TEST(OffsetReport, DrawsAnArrowFromTheReferenceToolToEachThatHasAnOffset) {
+  const auto figure = ToolArrowsFigure(Sheet().analysis);
+  ASSERT_TRUE(figure);
+  EXPECT_THAT(figure->seen, HasSubstr("T1 lands 0.199 mm to the right and 0.100 mm to the front"));
+  EXPECT_THAT(figure->canvas.ToSvg(), AllOf(HasSubstr(">T0</text>"), HasSubstr(">T1: +0.199, -0.100"
+                                                                               " mm</text>")));
+  OffsetAnalysis none = Sheet().analysis;
+  none.combined.tools.clear();
+  EXPECT_FALSE(ToolArrowsFigure(none));
 }
 
 TEST(OffsetReport, HasAPictureOfEveryStepThatCanBeRead) {
@@ -93,14 +115,13 @@ TEST(OffsetReport, HasAPictureOfEveryStepThatCanBeRead) {
   EXPECT_EQ(pictures.structures.size(), sheet.analysis.plan.structures.size());
   for (const auto* list : {&pictures.page, &pictures.structures}) {
     for (const DrawnFigure& figure : *list) {
-      const auto size = test::DecodePng(figure.bytes);
-      ASSERT_TRUE(size) << figure.name;
-      EXPECT_GT(size->width, 700) << figure.name;
-      EXPECT_FALSE(figure.caption.empty());
+      EXPECT_EQ(test::XmlProblem(figure.svg), "") << figure.name;
+      EXPECT_THAT(figure.svg, HasSubstr("data:image/jpeg;base64,")) << figure.name;
+      EXPECT_THAT(figure.html, HasSubstr("<figcaption>")) << figure.name;
     }
   }
   for (const DrawnFigure& figure : OffsetValueFigures(sheet.analysis)) {
-    EXPECT_EQ(test::XmlProblem(figure.bytes), "") << figure.name;
+    EXPECT_EQ(test::XmlProblem(figure.svg), "") << figure.name;
   }
 }
 
@@ -135,14 +156,14 @@ TEST(OffsetReport, ShowsSelfTestsAndPickUpsWhereThereAreAny) {
   ASSERT_EQ(figures.size(), 4U);
   EXPECT_EQ(figures[1].name, "self-test");
   EXPECT_EQ(figures[2].name, "pick-ups");
-  for (const DrawnFigure& figure : figures) EXPECT_EQ(test::XmlProblem(figure.bytes), "");
+  for (const DrawnFigure& figure : figures) EXPECT_EQ(test::XmlProblem(figure.svg), "");
 }
 
 TEST(OffsetReport, AnyNumberOfScansAndAnySizeOfStructuresFitTheirPictures) {
   OffsetAnalysis analysis = Sheet().analysis;
   for (int i = 0; i < 300; ++i) analysis.scans.push_back(analysis.scans.front());
   for (const DrawnFigure& figure : OffsetValueFigures(analysis)) {
-    EXPECT_EQ(test::XmlProblem(figure.bytes), "") << figure.name;
+    EXPECT_EQ(test::XmlProblem(figure.svg), "") << figure.name;
   }
   to::SheetPlan plan;
   plan.settings.teeth = 60;

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "report/interval_text.h"
+
 namespace trammel::report {
 
 void HaloLine(Canvas& canvas, std::span<const PointPx> points, const Stroke& stroke) {
@@ -49,14 +51,8 @@ std::string CombName(const tool_offset::Comb& comb) {
 }
 
 std::string OffsetWords(const Measured& measured) {
-  if (!measured.good()) return VerdictWords(measured.verdict());
-  const Quantity& quantity = measured.quantity();
-  return fmt::format("{:+.4f} ± {:.4f} mm", quantity.value,
-                     (quantity.interval95.hi - quantity.interval95.lo) / 2);
-}
-
-std::string VerdictWords(Verdict verdict) {
-  return verdict == Verdict::kCannotTell ? "cannot tell" : std::string(ToString(verdict));
+  return measured.good() ? WithInterval(measured.quantity(), kOffsetMillimetres)
+                         : VerdictWords(measured.verdict());
 }
 
 }  // namespace trammel::report

@@ -6,6 +6,7 @@
 
 #include "base/measured.h"
 #include "report/canvas.h"
+#include "report/page.h"
 #include "tool_offset/sheet_plan.h"
 
 namespace trammel::report {
@@ -26,10 +27,7 @@ void Cross(Canvas& canvas, const PointPx& middle, double half_px, const Stroke& 
 /// "T1", "T1 after 2 pick-ups".
 [[nodiscard]] std::string CombName(const tool_offset::Comb& comb);
 
-/// "+0.3123 ± 0.0021 mm" (half of the 95 % interval), or the verdict.
+/// "+0.3123 mm (95 %: +0.3102 to +0.3144 mm)", or the verdict.
 [[nodiscard]] std::string OffsetWords(const Measured& measured);
-
-/// "cannot tell" for kCannotTell.
-[[nodiscard]] std::string VerdictWords(Verdict verdict);
 
 }  // namespace trammel::report

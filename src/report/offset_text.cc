@@ -4,27 +4,24 @@
 
 #include <set>
 
+#include "report/interval_text.h"
+
 namespace trammel::report {
 namespace {
 
 using tool_offset::AxisPair;
 using tool_offset::CombinedTool;
 
-double HalfInterval(const Quantity& quantity) {
-  return (quantity.interval95.hi - quantity.interval95.lo) / 2;
-}
-
 std::string Mm(const Measured& measured) {
   if (!measured.good()) return fmt::format("unknown ({})", measured.reason());
-  const Quantity& quantity = measured.quantity();
-  return fmt::format("{:+.4f} ± {:.4f}", quantity.value, HalfInterval(quantity));
+  return WithInterval(measured.quantity(), kOffsetMillimetres);
 }
 
 std::string ToolLine(const OffsetAnalysis& analysis, const CombinedTool& tool) {
   std::string text;
   if (VerdictOf(tool) == Verdict::kGood) {
-    text = fmt::format("  T{:<4} {:>18}   {:>18}{}\n", tool.tool, Mm(tool.dx_mm), Mm(tool.dy_mm),
-                       tool.coarse ? "   coarse" : "");
+    text = fmt::format("  T{:<4} dx {}{}\n        dy {}\n", tool.tool, Mm(tool.dx_mm),
+                       tool.coarse ? "   coarse" : "", Mm(tool.dy_mm));
   } else {
     text = fmt::format("  T{:<4} {}: {}\n", tool.tool, ToString(VerdictOf(tool)), ReasonOf(tool));
   }
@@ -35,7 +32,7 @@ std::string ToolLine(const OffsetAnalysis& analysis, const CombinedTool& tool) {
 }
 
 std::string PairLine(const char* label, const AxisPair& pair) {
-  return fmt::format("{}x {} mm, y {} mm\n", label, Mm(pair.x), Mm(pair.y));
+  return fmt::format("{}x {}\n             y {}\n", label, Mm(pair.x), Mm(pair.y));
 }
 
 std::string SelfTests(const OffsetAnalysis& analysis) {
@@ -46,7 +43,7 @@ std::string SelfTests(const OffsetAnalysis& analysis) {
                           reading.programmed_mm, Mm(reading.recovered_mm));
     }
     for (const tool_offset::PickUpReading& reading : scan.result.pick_ups) {
-      text += fmt::format("picked up    T{} for the {}. time: dx {}, dy {} mm\n", reading.tool,
+      text += fmt::format("picked up    T{} for the {}. time: dx {}, dy {}\n", reading.tool,
                           reading.pick_up + 1, Mm(reading.dx_mm), Mm(reading.dy_mm));
     }
   }
@@ -82,9 +79,6 @@ std::string OffsetText(const OffsetAnalysis& analysis, const std::string& report
   std::string text = fmt::format("pattern      {}, T{} is the reference; scans: {}, sheets: {}\n",
                                  analysis.plan.sheet_id, analysis.plan.settings.reference_tool,
                                  analysis.scans.size(), sheets.size());
-  if (!analysis.combined.tools.empty()) {
-    text += fmt::format("  {:<5} {:>17}   {:>17}   (95 %)\n", "tool", "dx in mm", "dy in mm");
-  }
   for (const CombinedTool& tool : analysis.combined.tools) text += ToolLine(analysis, tool);
   text += SelfTests(analysis);
   text += PairLine("backlash     ", analysis.combined.backlash_mm);

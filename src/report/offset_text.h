@@ -7,8 +7,7 @@
 
 namespace trammel::report {
 
-/// A table of the tools, the play of the axes, and what to do next; several lines. Behind ± stands
-/// half of the 95 % interval.
+/// A table of the tools, the play of the axes, and what to do next; several lines.
 /// @param report  path of the report that was written; empty where there is none.
 [[nodiscard]] std::string OffsetText(const OffsetAnalysis& analysis,
                                      const std::string& report = "");

@@ -8,7 +8,7 @@
 #include "part_alignment/camera/calibrate_uncertainty.h"
 #include "report/figure_common.h"
 #include "report/html.h"
-#include "report/report_style.h"
+#include "report/page.h"
 #include "report/scale_key.h"
 
 namespace trammel::report {
@@ -43,7 +43,7 @@ Figure MapFigure(const CameraCalibration& calibration, double distance_mm) {
       "How far off the calibration may foretell a pixel, along the worse direction (k = 1), for "
       "points at this distance from the camera. First row on top. Where it is larger than the "
       "sigma of a target's centre, the calibration limits the measurement.",
-      std::move(canvas), true};
+      std::move(canvas)};
 }
 
 Figure DistanceFigure(const CameraCalibration& calibration) {
@@ -148,30 +148,12 @@ std::vector<Figure> CalibrationFigures(const GridMeasurement& grid,
 
 std::string FigurePage(const std::string& title, Verdict verdict, const std::string& reason,
                        const std::string& text, std::span<const Figure> figures) {
-  std::string page = fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
-      "style-src 'unsafe-inline'\"/>\n<title>{0}</title>\n<style>{1}</style>\n</head>\n<body>\n"
-      "<main>\n<h1>{0}</h1>\n<section class=\"card head {2}\">\n<p class=\"verdict\">{2}</p>\n",
-      EscapeHtml(title), kReportStyle, ToString(verdict));
-  if (!reason.empty()) page += fmt::format("<p class=\"reason\">{}</p>\n", EscapeHtml(reason));
-  page +=
-      fmt::format("<pre style=\"white-space:pre-wrap\">{}</pre>\n</section>\n", EscapeHtml(text));
-  for (const Figure& figure : figures) {
-    page += fmt::format(
-        "<section class=\"card\"><figure><div class=\"wide\"><img "
-        "src=\"data:image/{};base64,{}\" alt=\"{}\" width=\"{:.0f}\" height=\"{:.0f}\"/></div>"
-        "<figcaption>{}</figcaption></figure></section>\n",
-        figure.picture ? "png" : "svg+xml",
-        Base64(figure.picture ? figure.canvas.ToPng(figure.png_scale) : figure.canvas.ToSvg()),
-        figure.name, figure.canvas.width_px(), figure.canvas.height_px(),
-        EscapeHtml(figure.caption));
-  }
-  page +=
-      "<footer>Made by trammel. This page stands alone: nothing is loaded from "
-      "elsewhere.</footer>\n</main>\n</body>\n</html>\n";
-  return page;
+  std::string body;
+  if (!reason.empty()) body += fmt::format("<p class=\"reason\">{}</p>\n", EscapeHtml(reason));
+  body += fmt::format("<pre style=\"white-space:pre-wrap\">{}</pre>\n", EscapeHtml(text));
+  std::string page = PageBegin(title, title) + HeadCard(verdict, body);
+  for (const Figure& figure : figures) page += Card("", FigureHtml(figure));
+  return page + PageEnd();
 }
 
 }  // namespace trammel::report

@@ -113,10 +113,12 @@ TEST(PartMetrology, ThePageEscapesWhatComesFromOutside) {
 
 TEST(PartMetrology, TablesNameTheirUnitsAndFactors) {
   part_alignment::Budget budget;
-  budget.axes[0].expanded_mm = 0.0445;
+  budget.axes[0].combined_mm = 0.02;
+  budget.axes[0].coverage_factor = 2.23;
   const std::string text = BudgetText(budget);
-  EXPECT_THAT(text, HasSubstr("44.5"));
-  EXPECT_THAT(text, HasSubstr("k=2"));
+  EXPECT_THAT(text, HasSubstr(" 44.6 "));
+  EXPECT_THAT(text, HasSubstr("µm"));
+  EXPECT_THAT(text, HasSubstr("95 % within"));
   EXPECT_TRUE(nlohmann::json::parse(ToJson(budget))["axes"]["x"]["simulated_mm"].is_null());
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "report/interval_text.h"
+
 namespace trammel::report {
 namespace {
 
@@ -153,11 +155,13 @@ std::string CalibrationText(const CameraCalibration& calibration) {
   if (calibration.verdict == Verdict::kGood) {
     const auto values = part_alignment::ParametersOf(calibration.camera);
     for (int i = 0; i < kCameraParameters; ++i) {
-      text += fmt::format("  {:<20} {:>16.8g} ± {:.2g}\n", ParameterName(i), values[i],
-                          std::sqrt(calibration.covariance(i, i)));
+      const auto [lo, hi] = NormalInterval95(values[i], std::sqrt(calibration.covariance(i, i)));
+      // Distortion has many zeros behind its point.
+      text += fmt::format("  {:<20} {:>16.8g} (95 %: {:.8g} to {:.8g})\n", ParameterName(i),
+                          values[i], lo, hi);
     }
     text += fmt::format(
-        "residuals {:.4f} px root mean square, {:.2f} of what was stated; ± is k = 1\n"
+        "residuals {:.4f} px root mean square, {:.2f} of what was stated\n"
         "range     {:.0f} … {:.0f} mm from the camera\n",
         calibration.residual_rms_px, calibration.residual_rms_sigma, calibration.nearest_mm,
         calibration.farthest_mm);
@@ -183,15 +187,19 @@ std::string PartFitText(const PartFitInput& input, const PartFit& fit) {
                           overstock.overstock_mm);
     }
     if (fit.scale_sigma > 0) {
-      text += fmt::format("scale     {:.7f} ± {:.1g}\n", fit.scale, fit.scale_sigma);
+      constexpr int kDecimals = 7;
+      text += fmt::format("scale     {}\n",
+                          WithInterval(fit.scale, NormalInterval95(fit.scale, fit.scale_sigma),
+                                       {.least_decimals = kDecimals}));
     }
     for (std::size_t i = 0; i < fit.targets.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(3 * i);
       const Eigen::Vector3d& at = fit.targets[i].ideal_mm;
-      const Eigen::Vector3d sigma = fit.covariance.diagonal().segment<3>(row).cwiseSqrt();
+      const Eigen::Vector3d half =
+          kNormal95 * fit.covariance.diagonal().segment<3>(row).cwiseSqrt();
       text +=
-          fmt::format("target    {:<8} {:>11.4f} {:>11.4f} {:>11.4f} mm ± {:.4f} {:.4f} {:.4f}\n",
-                      fit.targets[i].id, at.x(), at.y(), at.z(), sigma.x(), sigma.y(), sigma.z());
+          fmt::format("target    {:<8} {:>11.4f} {:>11.4f} {:>11.4f} mm ({})\n", fit.targets[i].id,
+                      at.x(), at.y(), at.z(), WithinText({half.data(), 3}, kMillimetres));
     }
   }
   return text + Notices(fit.notices);
@@ -199,19 +207,18 @@ std::string PartFitText(const PartFitInput& input, const PartFit& fit) {
 
 std::string BudgetText(const Budget& budget) {
   std::string text =
-      "Largest over the box, µm       u_out     u_ip     u_it  combined  U (k=2)   k95   "
+      "Largest over the box, µm       u_out     u_ip     u_it  combined   95 % within   "
       "simulated\n";
   for (std::size_t i = 0; i < 3; ++i) {
     const AxisBudget& axis = budget.axes[i];
     text += fmt::format(
-        "  {} at {:>6.0f} {:>6.0f} {:>6.0f}  {:>8.1f} {:>8.1f} {:>8.1f} {:>9.1f} "
-        "{:>8.1f} {:>5.2f}  {}\n",
+        "  {} at {:>6.0f} {:>6.0f} {:>6.0f}  {:>8.1f} {:>8.1f} {:>8.1f} {:>9.1f} {:>13.1f}   {}\n",
         "XYZ"[i], axis.at_mm.x(), axis.at_mm.y(), axis.at_mm.z(), kUmPerMm * axis.u_out_mm,
         kUmPerMm * axis.u_ip_mm, kUmPerMm * axis.u_it_mm, kUmPerMm * axis.combined_mm,
-        kUmPerMm * axis.expanded_mm, axis.coverage_factor,
-        budget.trials > 0 ? fmt::format("± {:.1f}", kUmPerMm * axis.simulated_expanded_mm)
-                          : "none");
+        kUmPerMm * axis.coverage_factor * axis.combined_mm,
+        budget.trials > 0 ? fmt::format("{:.1f}", kUmPerMm * axis.simulated_expanded_mm) : "none");
   }
+  text += "u and combined: standard uncertainties; 95 % within: Student's factor times combined\n";
   if (budget.trials > 0) {
     text +=
         fmt::format("simulated: half of the symmetric 95 % interval of {} trials\n", budget.trials);

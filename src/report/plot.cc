@@ -134,7 +134,11 @@ Plot Plot::Around(Canvas& canvas, const RectPx& inner, const Axis& x, const Axis
 }
 
 void Plot::Draw(const Axis& x, const Axis& y, const std::string& title) {
-  canvas_->Text({inner_.x, inner_.y - kGapPx - 2}, title, {.size_px = kTitleTextPx, .bold = true});
+  // A title never runs into what stands beside the plot.
+  TextStyle style{.size_px = kTitleTextPx, .bold = true};
+  const double width = canvas_->TextWidth(title, style);
+  if (width > inner_.width) style.size_px *= std::max(0.5, inner_.width / width);
+  canvas_->Text({inner_.x, inner_.y - kGapPx - 2}, title, style);
   DrawXAxis(x);
   DrawYAxis(y);
 }
@@ -198,9 +202,17 @@ void Plot::Line(std::span<const DataPoint> points, const Stroke& stroke) {
   for (const DataPoint& point : points) {
     path.push_back(At(point));
   }
-  canvas_->Clip(inner_);
+  const bool inside =
+      std::all_of(path.begin(), path.end(), [this](const PointPx& point) { return Holds(point); });
+  if (!inside) canvas_->Clip(inner_);
   canvas_->Polyline(path, stroke);
-  canvas_->Unclip();
+  if (!inside) canvas_->Unclip();
+}
+
+bool Plot::Holds(const PointPx& point) const {
+  constexpr double kSlackPx = 1e-6;
+  return point.x >= inner_.x - kSlackPx && point.x <= inner_.right() + kSlackPx &&
+         point.y >= inner_.y - kSlackPx && point.y <= inner_.bottom() + kSlackPx;
 }
 
 void Plot::Band(std::span<const DataPoint> lower, std::span<const DataPoint> upper,
@@ -237,16 +249,17 @@ void Plot::HorizontalLine(double y, const Stroke& stroke) {
 
 void Plot::Dot(const DataPoint& point, double radius_px, const std::optional<Color>& fill,
                const std::optional<Stroke>& edge) {
-  canvas_->Clip({inner_.x - radius_px, inner_.y - radius_px, inner_.width + 2 * radius_px,
-                 inner_.height + 2 * radius_px});
-  canvas_->Circle(At(point), radius_px, fill, edge);
-  canvas_->Unclip();
+  if (Holds(At(point))) canvas_->Circle(At(point), radius_px, fill, edge);
 }
 
-void Plot::ErrorBar(const DataPoint& point, double sigma, const Stroke& stroke) {
+void Plot::Diamond(const DataPoint& point, double radius_px, const Color& fill) {
+  if (Holds(At(point))) DrawDiamond(*canvas_, At(point), radius_px, fill);
+}
+
+void Plot::ErrorBar(const DataPoint& point, double half, const Stroke& stroke) {
   constexpr double kCapPx = 3;
-  const PointPx low = At({point.x, point.y - sigma});
-  const PointPx high = At({point.x, point.y + sigma});
+  const PointPx low = At({point.x, point.y - half});
+  const PointPx high = At({point.x, point.y + half});
   const PointPx bar[] = {low, high};
   canvas_->Clip(inner_);
   canvas_->Polyline(bar, stroke);

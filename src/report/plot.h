@@ -48,7 +48,7 @@ struct DataPoint {
 
 /// Where its name, and how it was drawn, come in the legend.
 struct LegendEntry {
-  enum class Mark { kLine, kDot, kHollowDot, kPatch };
+  enum class Mark { kLine, kDot, kHollowDot, kDiamond, kPatch };
   std::string name;
   Mark mark = Mark::kLine;
   Stroke stroke = {};
@@ -59,7 +59,8 @@ inline constexpr double kLabelTextPx = 13;
 inline constexpr double kTitleTextPx = 14;
 
 /// A rectangle of a canvas with two axes. Draws grid, ticks and labels when made; what follows is
-/// clipped to the rectangle. Data values that are not finite are left out.
+/// clipped to the rectangle; a mark whose middle lies outside is left out. Data values that are not
+/// finite are left out.
 class Plot {
  public:
   /// @param outer  everything, with labels. REQUIRES ranges with lo < hi.
@@ -86,20 +87,24 @@ class Plot {
   void HorizontalLine(double y, const Stroke& stroke);
   void Dot(const DataPoint& point, double radius_px, const std::optional<Color>& fill,
            const std::optional<Stroke>& edge = std::nullopt);
-  /// From y - sigma to y + sigma, with caps.
-  void ErrorBar(const DataPoint& point, double sigma, const Stroke& stroke);
+  void Diamond(const DataPoint& point, double radius_px, const Color& fill);
+  /// From y - half to y + half, with caps.
+  void ErrorBar(const DataPoint& point, double half, const Stroke& stroke);
 
  private:
   Plot(Canvas& canvas, const Axis& x, const Axis& y);
   void Draw(const Axis& x, const Axis& y, const std::string& title);
   void DrawXAxis(const Axis& axis);
   void DrawYAxis(const Axis& axis);
+  [[nodiscard]] bool Holds(const PointPx& point) const;
 
   Canvas* canvas_;
   RectPx inner_;
   Range x_range_;
   Range y_range_;
 };
+
+void DrawDiamond(Canvas& canvas, const PointPx& at, double radius_px, const Color& fill);
 
 /// One or more rows of entries from `at` (the first row's baseline). Returns the height used.
 double DrawLegend(Canvas& canvas, const PointPx& at, double max_width_px,

@@ -26,6 +26,9 @@ void DrawMark(Canvas& canvas, const PointPx& at, const LegendEntry& entry) {
     case LegendEntry::Mark::kHollowDot:
       canvas.Circle(centre, 4, kPaper, Stroke{.color = entry.stroke.color});
       return;
+    case LegendEntry::Mark::kDiamond:
+      DrawDiamond(canvas, centre, 6, entry.stroke.color);
+      return;
     case LegendEntry::Mark::kPatch:
       canvas.FillRect({at.x, middle - 6, kMarkWidthPx, 12}, entry.stroke.color);
       return;
@@ -35,6 +38,14 @@ void DrawMark(Canvas& canvas, const PointPx& at, const LegendEntry& entry) {
 std::uint8_t Byte(double value) { return static_cast<std::uint8_t>(std::lround(value * 255)); }
 
 }  // namespace
+
+void DrawDiamond(Canvas& canvas, const PointPx& at, double radius_px, const Color& fill) {
+  const PointPx corners[] = {{at.x - radius_px, at.y},
+                             {at.x, at.y - radius_px},
+                             {at.x + radius_px, at.y},
+                             {at.x, at.y + radius_px}};
+  canvas.Polygon(corners, fill, Stroke{.color = kPaper, .width_px = 1.5});
+}
 
 double DrawLegend(Canvas& canvas, const PointPx& at, double max_width_px,
                   std::span<const LegendEntry> entries) {

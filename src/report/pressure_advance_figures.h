@@ -9,17 +9,9 @@
 #include "base/frame.h"
 #include "pressure_advance/analysis.h"
 #include "pressure_advance/height_map.h"
-#include "report/canvas.h"
+#include "report/figure.h"
 
 namespace trammel::report {
-
-struct Figure {
-  std::string name;     ///< file name without ending, [a-z0-9_-]+
-  std::string caption;  ///< how to read it; plain text
-  Canvas canvas;
-  bool picture = false;  ///< mostly pixels: smaller as PNG than as SVG
-  double png_scale = 2;  ///< px of the PNG per px of the canvas; less where it would only be large
-};
 
 /// A line as the photo eye traced it, in px of the rectified picture.
 struct TracedLine {
@@ -46,7 +38,8 @@ struct ReportInput {
 // lines, one line, gaps all over, equal values and values that are not finite are shown as far as
 // they go.
 
-/// "response": surplus filament against pressure advance for both transitions, with the fit.
+/// "response": by how much each line's pressure advance was too low, against it, read at both speed
+/// changes, with the fit. Positive: too low (CONVENTIONS.md).
 [[nodiscard]] std::optional<Figure> ResponseFigure(const ReportInput& input);
 
 /// "deviation": the paper's score with its cubic (figure 17).

@@ -176,11 +176,16 @@ TEST(PressureAdvanceFigures, MarkNoAnswerUnlessTheVerdictIsGood) {
   const auto good = test::MakeAnalysis({}, Random(kSeed));
   auto refused = good;
   refused.pressure_advance = Measured::Refused("x");
-  // The marks and notes of an answer are strokes and letters: without them a drawing is shorter.
-  for (const auto& figure : {ResponseFigure, DeviationFigure}) {
-    EXPECT_LT(figure({&refused, nullptr, nullptr})->canvas.ToSvg().size() + 1000,
-              figure({&good, nullptr, nullptr})->canvas.ToSvg().size());
+  const std::string marked = ResponseFigure({&good, nullptr, nullptr})->canvas.ToSvg();
+  const auto bare = ResponseFigure({&refused, nullptr, nullptr});
+  for (const char* mark : {"answer of both", "where the fit crosses 0", " s alone"}) {
+    EXPECT_NE(marked.find(mark), std::string::npos) << mark;
+    EXPECT_EQ(bare->canvas.ToSvg().find(mark), std::string::npos) << mark;
+    EXPECT_EQ(bare->seen.find("crosses zero"), std::string::npos);
   }
+  // The marks and notes of an answer are strokes and letters: without them a drawing is shorter.
+  EXPECT_LT(DeviationFigure({&refused, nullptr, nullptr})->canvas.ToSvg().size() + 100,
+            DeviationFigure({&good, nullptr, nullptr})->canvas.ToSvg().size());
   // And it does not depend on what the parts say.
   auto other = refused;
   other.response.acceleration.pressure_advance = Measured::CannotTell("y");

@@ -9,7 +9,8 @@
 
 #include "base/check.h"
 #include "report/html.h"
-#include "report/report_style.h"
+#include "report/interval_text.h"
+#include "report/page.h"
 
 namespace trammel::report {
 namespace {
@@ -17,34 +18,6 @@ namespace {
 namespace pa = pressure_advance;
 
 constexpr double kMsPerS = 1000;
-
-std::string Card(std::string_view heading, const std::string& body, std::string_view extra = "") {
-  const std::string title = heading.empty() ? "" : fmt::format("<h2>{}</h2>\n", heading);
-  return fmt::format("<section class=\"card{}\">\n{}{}</section>\n", extra, title, body);
-}
-
-std::string VerdictText(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kGood:
-      return "good";
-    case Verdict::kCannotTell:
-      return "cannot tell";
-    case Verdict::kRefused:
-      return "refused";
-  }
-  return "refused";
-}
-
-std::string PlusMinus(const Quantity& quantity) {
-  const double u = quantity.standard_uncertainty;
-  return SecondsText(quantity.value, u) + " ± " + SecondsText(u, u) + " s";
-}
-
-std::string IntervalText(const Quantity& quantity) {
-  const double u = quantity.standard_uncertainty;
-  return SecondsText(quantity.interval95.lo, u) + " … " + SecondsText(quantity.interval95.hi, u) +
-         " s";
-}
 
 std::string Facts(const ReportOptions& options) {
   std::string out = "<p class=\"facts\">";
@@ -57,27 +30,24 @@ std::string Facts(const ReportOptions& options) {
 
 std::string Head(const pa::Analysis& analysis) {
   const Measured& answer = analysis.pressure_advance;
-  std::string body = fmt::format("<p class=\"verdict\">{}</p>\n", VerdictText(answer.verdict()));
   if (answer.good()) {
     const Quantity& quantity = answer.quantity();
-    const double u = quantity.standard_uncertainty;
-    body += fmt::format("<p class=\"value\">{} s <small>± {} s</small></p>\n",
-                        SecondsText(quantity.value, u), SecondsText(u, u));
-    body += fmt::format(
-        "<p>95 % interval {}. <span class=\"quiet\">± is the standard uncertainty (k = 1); "
-        "method: {}.</span></p>\n",
-        IntervalText(quantity),
-        analysis.method == pa::Method::kResponse ? "response of all lines"
-                                                 : "deviation (Abbott's paper)");
-    return Card("", body, " head good");
+    return HeadCard(
+        Verdict::kGood,
+        AnswerLine(ValueText(quantity.value, quantity.interval95, kSeconds),
+                   IntervalText(quantity.interval95, kSeconds)) +
+            fmt::format("<p class=\"quiet\">The true value lies in this interval 95 times in 100. "
+                        "Method: {}.</p>\n",
+                        analysis.method == pa::Method::kResponse ? "response of all lines"
+                                                                 : "deviation (Abbott's paper)"));
   }
-  body += "<p class=\"value\">No value</p>\n";
+  std::string body = "<p class=\"value\">No value</p>\n";
   body += fmt::format("<p class=\"reason\">{}</p>\n", EscapeHtml(answer.reason()));
   body += answer.verdict() == Verdict::kCannotTell
               ? "<p class=\"quiet\">The recording is sound, but it does not determine the pressure "
                 "advance. A guess would be worse than the value in use.</p>\n"
               : "<p class=\"quiet\">What was recorded is not fit to be measured.</p>\n";
-  return Card("", body, " head " + std::string(ToString(answer.verdict())));
+  return HeadCard(answer.verdict(), body);
 }
 
 std::string Next(const Measured& answer, bool has_figures) {
@@ -101,39 +71,46 @@ std::string Next(const Measured& answer, bool has_figures) {
           value));
 }
 
-std::string Notices(const std::vector<std::string>& notices) {
-  if (notices.empty()) {
-    return "";
+void AddPart(Table& table, const char* name, const Measured& part, bool answer_good) {
+  // A part that is sound is still no answer where the whole is not.
+  if (part.good() && answer_good) {
+    const Quantity& quantity = part.quantity();
+    table.Row({name, ValueText(quantity.value, quantity.interval95, kSeconds),
+               IntervalText(quantity.interval95, kSeconds), ""});
+  } else if (part.good()) {
+    table.Row({name, "not shown", "", "readable alone, but the whole is not to be trusted"});
+  } else {
+    table.Row({name, VerdictWords(part.verdict()), "", EscapeHtml(part.reason())});
   }
-  std::string body = "<ul>\n";
-  for (const std::string& notice : notices) {
-    body += "<li>" + EscapeHtml(notice) + "</li>\n";
-  }
-  return Card("Worth knowing", body + "</ul>\n");
 }
 
-std::string MeasuredRow(std::string_view name, const Measured& measured, bool answer_good) {
-  if (measured.good() && answer_good) {
-    return fmt::format(
-        "<tr><td>{}</td><td>{}</td><td>{}</td><td>good</td><td class=\"text\"></td></tr>\n", name,
-        PlusMinus(measured.quantity()), IntervalText(measured.quantity()));
+double Width(const Measured& measured) {
+  const Interval& interval = measured.quantity().interval95;
+  return interval.hi - interval.lo;
+}
+
+/// Why the whole may be known better, or worse, than its parts.
+std::string WhyTogether(const pa::Analysis& analysis) {
+  const Measured& both = analysis.pressure_advance;
+  const Measured& a = analysis.response.acceleration.pressure_advance;
+  const Measured& d = analysis.response.deceleration.pressure_advance;
+  if (!both.good() || !a.good() || !d.good() || analysis.method != pa::Method::kResponse) return "";
+  if (Width(both) < std::min(Width(a), Width(d))) {
+    return "<p class=\"quiet\">Both together are known better than each alone: filament that slips "
+           "at speed moves the two values in opposite directions, so that it nearly cancels in "
+           "their combination.</p>\n";
   }
-  // A part that is sound is still no answer where the whole is not.
-  return fmt::format(
-      "<tr><td>{}</td><td>–</td><td>–</td><td>{}</td><td class=\"text\">{}</td></tr>\n", name,
-      measured.good() ? "not shown" : VerdictText(measured.verdict()),
-      measured.good() ? "readable alone, but the whole is not to be trusted"
-                      : EscapeHtml(measured.reason()));
+  return "<p class=\"quiet\">Both together are known no better than the better one alone: the two "
+         "come from the same lines, and where they disagree the answer's interval holds "
+         "both readings.</p>\n";
 }
 
 std::string Parts(const pa::Analysis& analysis) {
   const bool good = analysis.pressure_advance.good();
-  std::string body =
-      "<div class=\"wide\"><table>\n<tr><th></th><th>pressure advance</th><th>95 % interval</th>"
-      "<th>verdict</th><th></th></tr>\n";
-  body += MeasuredRow("speeding up", analysis.response.acceleration.pressure_advance, good);
-  body += MeasuredRow("slowing down", analysis.response.deceleration.pressure_advance, good);
-  body += "</table></div>\n";
+  Table table({{""}, {"pressure advance"}, {"interval"}, {"", true}});
+  AddPart(table, "speeding up", analysis.response.acceleration.pressure_advance, good);
+  AddPart(table, "slowing down", analysis.response.deceleration.pressure_advance, good);
+  std::string body = table.Html() + WhyTogether(analysis);
   const pa::DeviationResult& deviation = analysis.deviation;
   if (good && deviation.best_s && std::isfinite(*deviation.best_s)) {
     body += fmt::format(
@@ -155,50 +132,40 @@ std::string ExcessCell(const pa::TransitionResult& result, std::size_t line) {
   if (line >= result.excess_s.size() || line >= result.sigma_s.size() ||
       !(result.sigma_s[line] > 0) || !std::isfinite(result.excess_s[line]) ||
       !std::isfinite(result.sigma_s[line])) {
-    return "<td>–</td>";
+    return "–";
   }
-  return fmt::format("<td>{:+.1f} ± {:.1f}</td>", result.excess_s[line] * kMsPerS,
-                     result.sigma_s[line] * kMsPerS);
+  const double value = result.excess_s[line] * kMsPerS;
+  const Interval interval = NormalInterval95(value, result.sigma_s[line] * kMsPerS);
+  return fmt::format("{:+.1f} ({:+.1f} to {:+.1f})", value, interval.lo, interval.hi);
 }
 
 std::string Lines(const pa::Analysis& analysis) {
-  if (analysis.lines.empty()) {
-    return "";
-  }
-  std::string body =
-      "<div class=\"wide\"><table>\n<tr><th>printed with (s)</th><th>speeding up (ms)</th>"
-      "<th>slowing down (ms)</th><th>deviation (px)</th><th>used</th><th></th></tr>\n";
+  if (analysis.lines.empty()) return "";
+  const auto& scores = analysis.deviation.score_px;
+  const bool scored = std::any_of(scores.begin(), scores.end(),
+                                  [](const auto& score) { return score && std::isfinite(*score); });
+  std::vector<Table::Column> columns = {
+      {"printed with (s)"}, {"speeding up (ms)"}, {"slowing down (ms)"}};
+  if (scored) columns.push_back({"deviation (px)"});
+  columns.push_back({"", true});
+  Table table(columns);
   for (std::size_t i = 0; i < analysis.lines.size(); ++i) {
     const pa::LineResult& line = analysis.lines[i];
-    const auto& scores = analysis.deviation.score_px;
-    const bool scored = i < scores.size() && scores[i] && std::isfinite(*scores[i]);
-    body += fmt::format(
-        "<tr{}><td>{:.4f}</td>{}{}<td>{}</td><td>{}</td><td class=\"text\">{}</td></tr>\n",
-        line.used ? "" : " class=\"unused\"",
-        std::isfinite(line.pressure_advance_s) ? line.pressure_advance_s : 0.0,
+    std::vector<std::string> cells = {
+        fmt::format("{:.4f}", std::isfinite(line.pressure_advance_s) ? line.pressure_advance_s : 0),
         ExcessCell(analysis.response.acceleration, i),
-        ExcessCell(analysis.response.deceleration, i),
-        scored ? fmt::format("{:.1f}", *scores[i]) : "–", line.used ? "yes" : "no",
-        EscapeHtml(line.reason));
+        ExcessCell(analysis.response.deceleration, i)};
+    if (scored) {
+      const bool has = i < scores.size() && scores[i] && std::isfinite(*scores[i]);
+      cells.push_back(has ? fmt::format("{:.1f}", *scores[i]) : "–");
+    }
+    cells.push_back(line.used ? EscapeHtml(line.reason) : "not used: " + EscapeHtml(line.reason));
+    table.Row(cells, !line.used);
   }
-  body +=
-      "</table></div>\n<p class=\"quiet\">Speeding up, slowing down: surplus filament ± 1 σ, "
-      "as the time by which the line's pressure advance was too low (negative: too "
-      "high).</p>\n";
-  return Card("Line by line", body);
-}
-
-std::string Picture(const Figure& figure) {
-  const std::string data =
-      figure.picture ? "data:image/png;base64," + Base64(figure.canvas.ToPng(figure.png_scale))
-                     : "data:image/svg+xml;base64," + Base64(figure.canvas.ToSvg());
-  std::string alt = figure.name;
-  std::replace(alt.begin(), alt.end(), '_', ' ');
-  return fmt::format(
-      "<figure><div class=\"wide\"><img src=\"{}\" alt=\"{}\" width=\"{:.0f}\" height=\"{:.0f}\"/>"
-      "</div><figcaption>{}</figcaption></figure>\n",
-      data, EscapeHtml(alt), figure.canvas.width_px(), figure.canvas.height_px(),
-      EscapeHtml(figure.caption));
+  return Card("Line by line",
+              "<p class=\"quiet\">By how much the line's pressure advance was too low (negative: "
+              "too high), in ms, with the 95 % interval of the reading.</p>\n" +
+                  table.Html());
 }
 
 }  // namespace
@@ -215,26 +182,17 @@ std::string PressureAdvanceReport(const ReportInput& input, const std::vector<Fi
                                   const ReportOptions& options) {
   TRAMMEL_CHECK(input.analysis != nullptr, "no analysis");
   const pa::Analysis& analysis = *input.analysis;
-  std::string page =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
-      "style-src 'unsafe-inline'\"/>\n<title>Pressure advance</title>\n<style>";
-  page += kReportStyle;
-  page += "</style>\n</head>\n<body>\n<main>\n<h1>Pressure advance</h1>\n";
+  std::string page = PageBegin("Pressure advance", "Pressure advance");
   page += Facts(options);
   page += Head(analysis);
   page += Next(analysis.pressure_advance, !figures.empty());
-  page += Notices(analysis.notices);
+  page += ListCard("Worth knowing", analysis.notices);
   page += Parts(analysis);
   for (const Figure& figure : figures) {
-    page += Card("", Picture(figure));
+    page += Card("", FigureHtml(figure));
   }
   page += Lines(analysis);
-  page +=
-      "<footer>Made by trammel. This page stands alone: nothing is loaded from "
-      "elsewhere.</footer>\n</main>\n</body>\n</html>\n";
-  return page;
+  return page + PageEnd();
 }
 
 std::string PressureAdvanceReport(const ReportInput& input, const ReportOptions& options) {

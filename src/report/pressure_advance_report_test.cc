@@ -30,7 +30,8 @@ std::string Text(const std::string& page) {
       text.erase(at, text.find(end, at + begin.size()) - at);
     }
   };
-  cut("src=\"data:", "\" alt");
+  cut("<path", "/>");
+  cut("<image", "/>");
   cut("<style>", "</style>");
   return text;
 }
@@ -47,13 +48,13 @@ TEST(PressureAdvanceReport, LeadsWithValueUncertaintyIntervalAndWhatToDo) {
   EXPECT_EQ(test::XmlProblem(page), "");
   const std::string text = Text(page);
   EXPECT_TRUE(Has(text, "0.0362 s"));
-  EXPECT_TRUE(Has(text, "± 0.0007 s"));
-  EXPECT_TRUE(Has(text, "0.0347 … 0.0377 s"));
+  EXPECT_TRUE(Has(text, "95 %: 0.0347 to 0.0377 s"));
   EXPECT_TRUE(Has(text, "SET_PRESSURE_ADVANCE ADVANCE=0.0362"));
   EXPECT_TRUE(Has(text, "pressure_advance: 0.0362"));
   EXPECT_TRUE(Has(text, "M900 K0.0362"));
-  EXPECT_TRUE(Has(text, "0.0368 ± 0.0008 s"));  // the acceleration alone
-  EXPECT_TRUE(Has(text, "0.0393 ± 0.0008 s"));  // the deceleration alone
+  EXPECT_TRUE(Has(text, ">0.0368 s<"));  // the acceleration alone
+  EXPECT_TRUE(Has(text, ">0.0393 s<"));  // the deceleration alone
+  EXPECT_TRUE(Has(text, "Both together are known"));
   EXPECT_TRUE(Has(text, analysis.lines[2].reason));
   EXPECT_TRUE(Has(text, analysis.notices[0]));
   EXPECT_TRUE(Has(text, "printer: Voron"));
@@ -126,7 +127,7 @@ TEST(PressureAdvanceReport, TakesLessThanTwoSecondsForAPaperSizedScan) {
   const double taken_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   RecordProperty("seconds", std::to_string(taken_s));
   EXPECT_LT(taken_s, kMostS);
-  EXPECT_LT(page.size(), 5'000'000U);
+  EXPECT_LT(page.size(), 1'500'000U);
 }
 
 TEST(PressureAdvanceReport, AnEmptyAnalysisIsARefusedPage) {
@@ -135,7 +136,7 @@ TEST(PressureAdvanceReport, AnEmptyAnalysisIsARefusedPage) {
   EXPECT_EQ(test::XmlProblem(page), "");
   EXPECT_TRUE(Has(page, "refused"));
   EXPECT_TRUE(Has(page, "nothing was measured"));
-  EXPECT_FALSE(Has(page, "<img"));
+  EXPECT_FALSE(Has(page, "<svg"));
 }
 
 TEST(SecondsText, ShowsAsManyDecimalsAsTheUncertaintyMakesMeaningful) {

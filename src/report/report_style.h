@@ -24,20 +24,33 @@ h1{font-size:1.25rem;margin:0}h2{font-size:1.1rem;margin:0 0 10px}p{margin:.5em 
 padding:1px 12px;font-size:.9rem;color:var(--good)}
 .cannot_tell .verdict{color:var(--warn)}.refused .verdict{color:var(--bad)}
 .reason{font-size:1.05rem;overflow-wrap:anywhere}.quiet{color:var(--muted);font-size:.92rem}
-pre{background:var(--code);border-radius:6px;padding:10px 12px;margin:6px 0 12px;overflow-x:auto;
+pre{background:var(--code);border-radius:6px;padding:10px 12px;margin:6px 0 12px;white-space:pre-wrap;overflow-wrap:anywhere;
 font:14px/1.45 "DejaVu Sans Mono",monospace}
 code{font:.92em "DejaVu Sans Mono",monospace}
 .wide{overflow-x:auto}table{border-collapse:collapse;width:100%;font-size:.92rem}
 th,td{padding:5px 10px;text-align:right;border-bottom:1px solid var(--edge);white-space:nowrap}
 th{color:var(--muted);font-weight:600}th:first-child,td:first-child{text-align:left;padding-left:0}
-td.text{text-align:left;white-space:normal;min-width:13em;overflow-wrap:anywhere}tr.unused{color:var(--muted)}
-figure{margin:0}figure img{display:block;width:100%;min-width:560px;height:auto;background:#fff;border-radius:6px}
+td.text,th.text{text-align:left}td.text{white-space:normal;overflow-wrap:anywhere}
+td.text:not(.note):not(:first-child){min-width:8em}tr.unused{color:var(--muted)}
+td small{color:var(--muted);display:block}
+figure{margin:0}figure svg{display:block;max-width:100%;height:auto}.narrow{display:none}
+p.plain{border-top:1px solid var(--edge);margin:0;padding:8px 0}
+details{border-top:1px solid var(--edge);padding:8px 0}details figure{margin-top:10px}
+summary{cursor:pointer;overflow-wrap:anywhere}
+@media screen and (max-width:600px){main{padding:14px 8px 32px}.card{padding:14px 12px}
+.narrow{display:block}.broad{display:none}.value{font-size:1.7rem}
+table,tbody,tr{display:block}thead{display:none}tr{border-bottom:1px solid var(--edge);padding:6px 0}
+td,td:first-child{display:flex;justify-content:space-between;gap:1em;text-align:right;
+white-space:normal;border:0;padding:2px 0}td.text:not(:first-child){min-width:0}
+td:first-child{font-weight:600}td:empty{display:none}
+td small{display:inline;margin-left:.5em}td::before{content:attr(data-name);color:var(--muted);font-weight:400;text-align:left;flex:none}
+td.text.note{display:block;text-align:left}}
 figcaption{font-size:.92rem;color:var(--muted);margin-top:10px}
 li{margin:.3em 0;overflow-wrap:anywhere}ul{margin:0;padding-left:1.2em}
 footer{color:var(--muted);font-size:.85rem}
 @media print{:root{color-scheme:light;--page:#fff;--card:#fff;--ink:#000;--muted:#444;--edge:#bbb;
 --good:#0a5fa5;--warn:#8a4b00;--bad:#a32014;--code:#f2f2f2}
-main{max-width:none;padding:0}.card{break-inside:avoid;padding:10px 12px}figure img{min-width:0}
+main{max-width:none;padding:0}.card{break-inside:avoid;padding:10px 12px}
 .wide{overflow:visible}body{font-size:11pt}}
 )css";
 

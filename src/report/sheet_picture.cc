@@ -10,7 +10,7 @@ namespace {
 
 namespace to = tool_offset;
 
-constexpr double kDensity = 2;  ///< what a canvas keeps of a picture, px per px
+constexpr double kDensity = 1.25;  ///< what a canvas keeps of a picture, px per px
 constexpr std::array<double, 3> kBeside{217, 220, 225};
 
 /// Adds the page at a place, linearly between its pixels; false beside the page.
@@ -35,10 +35,6 @@ bool AddAt(const PageView& page, to::PagePoint at, std::array<double, 3>& sum) {
     sum[static_cast<std::size_t>(c)] += top * (1 - fy) + bottom * fy;
   }
   return true;
-}
-
-std::uint8_t Step(double level, int step) {
-  return static_cast<std::uint8_t>(step * std::lround(level / step));
 }
 
 PageWindow Around(const to::LocalMap& local, to::PagePoint right_px_mm, to::PagePoint down_px_mm,
@@ -93,7 +89,7 @@ double SharpScale(const PageWindow& window) {
   return std::clamp(to::Length(window.right), 1.0, kDensity);
 }
 
-void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window, int step) {
+void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window) {
   constexpr int kMostSamples = 4;  // along each side of a pixel of the picture
   const double density =
       std::clamp(std::max(to::Length(window.right), to::Length(window.down)), 0.5, kDensity);
@@ -115,11 +111,12 @@ void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window, in
         inside += AddAt(page, window.origin + across * right + below * down, sum) ? 1 : 0;
       }
       for (std::size_t c = 0; c < 3; ++c) {
-        *out++ = inside > 0 ? Step(sum[c] / inside, step) : static_cast<std::uint8_t>(kBeside[c]);
+        *out++ = inside > 0 ? static_cast<std::uint8_t>(std::lround(sum[c] / inside))
+                            : static_cast<std::uint8_t>(kBeside[c]);
       }
     }
   }
-  canvas.Image(picture.view(), window.to);
+  canvas.Image(picture.view(), window.to, Pixels::kPhoto);
 }
 
 }  // namespace trammel::report

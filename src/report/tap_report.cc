@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "report/html.h"
-#include "report/report_style.h"
+#include "report/interval_text.h"
+#include "report/page.h"
 #include "report/tap_style.h"
 #include "report/tap_text.h"
 #include "tap/finding.h"
@@ -13,77 +15,83 @@
 namespace trammel::report {
 namespace {
 
-constexpr std::size_t kMostTaps = 40;
+/// More pictures than these make no page better, only longer; the table has them all.
+constexpr std::size_t kMostTaps = 12;
 
-std::string Card(std::string_view heading, const std::string& body, std::string_view extra = "") {
-  const std::string title = heading.empty() ? "" : fmt::format("<h2>{}</h2>\n", heading);
-  return fmt::format("<section class=\"card{}\">\n{}{}</section>\n", extra, title, body);
-}
-
-std::string Picture(const Figure& figure) {
-  return fmt::format(
-      "<figure><div class=\"wide\"><img src=\"data:image/svg+xml;base64,{}\" alt=\"{}\" "
-      "width=\"{:.0f}\" height=\"{:.0f}\"/></div><figcaption>{}</figcaption></figure>\n",
-      Base64(figure.canvas.ToSvg()), figure.name, figure.canvas.width_px(),
-      figure.canvas.height_px(), EscapeHtml(figure.caption));
+std::string Quiet(std::string_view text) {
+  return fmt::format("<p class=\"quiet\">{}</p>\n", EscapeHtml(text));
 }
 
 std::string HeadOfOne(const PlottedTap& tap) {
   const tap::TapAnalysis& contact = tap.contact;
-  std::string body =
-      fmt::format("<p class=\"verdict\">{}</p>\n", contact.verdict == Verdict::kCannotTell
-                                                       ? "cannot tell"
-                                                       : std::string(ToString(contact.verdict)));
+  std::string body;
   if (contact.verdict == Verdict::kGood) {
-    body += fmt::format(
-        "<p class=\"value\">{:.5f} mm <small>± {:.2f} µm</small></p>\n<p>95 % interval {:.5f} … "
-        "{:.5f} mm. <span class=\"quiet\">± is the standard uncertainty (k = 1). Quality {:.0f} of "
-        "100.</span></p>\n",
-        contact.contact_z_mm, contact.standard_uncertainty_mm * kUmPerMm, contact.interval95_mm.lo,
-        contact.interval95_mm.hi, contact.quality);
+    body = AnswerLine(
+        "Contact at " + ValueText(contact.contact_z_mm, contact.interval95_mm, kMillimetres),
+        IntervalText(contact.interval95_mm, kMillimetres));
+    body += Quiet(fmt::format(
+        "The height, in the printer's own z, at which the nozzle lets go of the bed; the true one "
+        "lies in the interval 95 times in 100. Quality {:.0f} of 100.",
+        contact.quality));
   } else {
+    body = "<p class=\"value\">No contact height</p>\n";
     body += fmt::format("<p class=\"reason\">{}</p>\n", EscapeHtml(tap::Explain(contact.reason)));
   }
-  for (const tap::Finding& notice : contact.Notices()) {
-    body += fmt::format("<p class=\"quiet\">{}</p>\n", EscapeHtml(tap::Explain(notice)));
-  }
-  return Card("", body, fmt::format(" head {}", ToString(contact.verdict)));
+  for (const tap::Finding& notice : contact.Notices()) body += Quiet(tap::Explain(notice));
+  return HeadCard(contact.verdict, body);
+}
+
+/// The lowest and the highest of the places of a mesh.
+std::string HeightsOfPlaces(const tap::Ensemble& ensemble) {
+  const auto [low, high] =
+      std::minmax_element(ensemble.places.begin(), ensemble.places.end(),
+                          [](const tap::Place& a, const tap::Place& b) { return a.z_mm < b.z_mm; });
+  return AnswerLine(
+      fmt::format("Contact from {:.4f} to {:.4f} mm", low->z_mm, high->z_mm),
+      fmt::format("at {} place{}", ensemble.places.size(), ensemble.places.size() == 1 ? "" : "s"));
 }
 
 std::string HeadOfMany(const TapReportInput& input) {
   const tap::Ensemble& ensemble = input.ensemble;
   std::string body;
-  if (std::isfinite(ensemble.standard_deviation_mm)) {
-    body = fmt::format(
-        "<p class=\"value\">σ {:.2f} µm <small>range {:.2f} µm, mean step {:.2f} µm</small></p>\n",
-        ensemble.standard_deviation_mm * kUmPerMm, ensemble.range_mm * kUmPerMm,
-        ensemble.mean_step_mm * kUmPerMm);
+  if (const auto height = HeightAtOnePlace(ensemble)) {
+    body = AnswerLine("Contact at " + ValueText(height->value, height->interval95, kMillimetres),
+                      IntervalText(height->interval95, kMillimetres));
+    body += Quiet(fmt::format("Mean of {} taps at one place.", ensemble.used));
+  } else if (!ensemble.places.empty()) {
+    body = HeightsOfPlaces(ensemble);
+  } else {
+    body = "<p class=\"value\">No contact height</p>\n";
   }
   body += "<pre>" + EscapeHtml(EnsembleText(ensemble, {})) + "</pre>\n";
-  return Card("", body, ensemble.good == ensemble.taps ? " head good" : " head cannot_tell");
+  for (const std::size_t outlier : ensemble.outliers) {
+    if (outlier >= input.taps.size()) continue;
+    body += Quiet(fmt::format("Left out of it, too far from the others: {} at {:.4f} mm.",
+                              input.taps[outlier].recording.name,
+                              input.taps[outlier].contact.contact_z_mm));
+  }
+  // A height from some of the taps is one; what the others lack stands in the table.
+  const Verdict verdict = ensemble.good > 0 ? Verdict::kGood : Verdict::kCannotTell;
+  return HeadCard(verdict, body);
 }
 
 std::string HeightCell(const tap::TapAnalysis& analysis) {
-  if (analysis.verdict != Verdict::kGood)
-    return fmt::format("<td>{}</td>", ToString(analysis.verdict));
-  return fmt::format("<td>{:.5f} ± {:.2f} µm</td>", analysis.contact_z_mm,
-                     analysis.standard_uncertainty_mm * kUmPerMm);
+  if (analysis.verdict != Verdict::kGood) return VerdictWords(analysis.verdict);
+  return ValueCell(ValueText(analysis.contact_z_mm, analysis.interval95_mm, kMillimetres),
+                   IntervalText(analysis.interval95_mm, kMillimetres));
 }
 
-std::string Table(std::span<const PlottedTap> taps) {
-  std::string body =
-      "<div class=\"wide\"><table>\n<tr><th>tap</th><th>contact (mm)</th><th>two-line (mm)</th>"
-      "<th>quality</th><th></th></tr>\n";
+std::string TableOf(std::span<const PlottedTap> taps) {
+  Table table({{"tap", true}, {"contact"}, {"two-line"}, {"quality"}, {"", true}});
   for (const PlottedTap& tap : taps) {
     const bool good = tap.contact.verdict == Verdict::kGood;
-    body += fmt::format(
-        "<tr{}><td class=\"text\">{}</td>{}{}<td>{}</td><td class=\"text\">{}</td></tr>\n",
-        good ? "" : " class=\"unused\"", EscapeHtml(tap.recording.name), HeightCell(tap.contact),
-        HeightCell(tap.two_line),
-        std::isfinite(tap.contact.quality) ? fmt::format("{:.0f}", tap.contact.quality) : "–",
-        good ? "" : EscapeHtml(tap::Explain(tap.contact.reason)));
+    table.Row(
+        {EscapeHtml(tap.recording.name), HeightCell(tap.contact), HeightCell(tap.two_line),
+         std::isfinite(tap.contact.quality) ? fmt::format("{:.0f}", tap.contact.quality) : "–",
+         good ? "" : EscapeHtml(tap::Explain(tap.contact.reason))},
+        !good);
   }
-  return Card("Tap by tap", body + "</table></div>\n");
+  return Card("Tap by tap", table.Html());
 }
 
 }  // namespace
@@ -140,13 +148,7 @@ std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_tap
 }
 
 std::string TapReport(const TapReportInput& input) {
-  std::string page =
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
-      "style-src 'unsafe-inline'\"/>\n<title>Tap</title>\n<style>";
-  page += kReportStyle;
-  page += "</style>\n</head>\n<body>\n<main>\n<h1>Contact height from a load cell</h1>\n";
+  std::string page = PageBegin("Tap", "Contact height from a load cell");
   const bool one = input.taps.size() == 1;
   if (one) {
     page += fmt::format("<p class=\"facts\">{}</p>\n", EscapeHtml(input.taps[0].recording.name));
@@ -154,7 +156,7 @@ std::string TapReport(const TapReportInput& input) {
   } else {
     page += HeadOfMany(input);
   }
-  for (const Figure& figure : TapFigures(input, kMostTaps)) page += Card("", Picture(figure));
+  for (const Figure& figure : TapFigures(input, kMostTaps)) page += Card("", FigureHtml(figure));
   if (input.taps.size() > kMostTaps) {
     page += fmt::format("<p class=\"quiet\">The first {} taps are drawn.</p>\n", kMostTaps);
   }
@@ -162,11 +164,8 @@ std::string TapReport(const TapReportInput& input) {
     page += Card("How to tap better", "<pre style=\"white-space:pre-wrap\">" +
                                           EscapeHtml(TuningText(*input.tuning)) + "</pre>\n");
   }
-  if (!one) page += Table(input.taps);
-  page +=
-      "<footer>Made by trammel. This page stands alone: nothing is loaded from "
-      "elsewhere.</footer>\n</main>\n</body>\n</html>\n";
-  return page;
+  if (!one) page += TableOf(input.taps);
+  return page + PageEnd();
 }
 
 }  // namespace trammel::report

@@ -184,11 +184,34 @@ TEST(TapReport, HostileTapsAreShownAsFarAsTheyGo) {
   EXPECT_EQ(test::XmlProblem(TapReport(InputOf(taps))), "");
 }
 
+TEST(TapReport, NamesTheContactHeightFirst) {
+  Random random(6);
+  const std::vector<PlottedTap> one = {MakeTap(-0.00512345, random)};
+  const std::string page = TapReport(InputOf(one));
+  EXPECT_LT(page.find("Contact at -0.0051 mm"), page.find("<svg"));
+  EXPECT_THAT(page, HasSubstr("95 %: -0.0065 to -0.0037 mm"));
+  const std::vector<PlottedTap> many = {one[0], MakeTap(-0.004, random), MakeTap(-0.0045, random)};
+  const std::string pages = TapReport(InputOf(many));
+  EXPECT_LT(pages.find("Contact at -0.00"), pages.find("standard deviation"));
+  EXPECT_THAT(pages, HasSubstr("Mean of 3 taps at one place"));
+}
+
+TEST(TapReport, NamesOutliersWithoutTheRecordingsOfTheSummary) {
+  Random random(7);
+  std::vector<PlottedTap> taps;
+  for (int i = 0; i < 9; ++i) taps.push_back(MakeTap(-0.005 + 1e-5 * i, random));
+  taps.push_back(MakeTap(0.5, random));
+  taps.back().recording.name = "far";
+  TapReportInput input = InputOf(taps);
+  input.ensemble.outliers = {9};
+  EXPECT_THAT(TapReport(input), HasSubstr("too far from the others: far at 0.5000 mm"));
+}
+
 TEST(TapText, NamesNoHeightWhereThereIsNone) {
   Random random(5);
   const PlottedTap tap = MakeTap(-0.00512345, random);
   const std::string good = TapText({tap.recording, tap.contact, {}});
-  EXPECT_THAT(good, HasSubstr("-0.00512 mm ± 0.70 µm"));
+  EXPECT_THAT(good, HasSubstr("-0.0051 mm (95 %: -0.0065 to -0.0037 mm)"));
   const std::string refused = TapText({tap.recording, tap.two_line, {}});
   EXPECT_THAT(refused, Not(HasSubstr("contact z")));
   EXPECT_THAT(refused, HasSubstr("because"));

@@ -5,18 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/statistics.h"
+#include "report/interval_text.h"
 #include "tap/finding.h"
 
 namespace trammel::report {
 namespace {
 
 constexpr double kUmPerMm = 1000;
-
-/// Two digits of the uncertainty, and between one and six decimals of a mm.
-int DecimalsFor(double uncertainty_mm) {
-  if (!(uncertainty_mm > 0)) return 4;
-  return std::clamp(static_cast<int>(1 - std::floor(std::log10(uncertainty_mm))), 3, 6);
-}
 
 std::string Um(double mm) { return fmt::format("{:.2f} µm", mm * kUmPerMm); }
 
@@ -34,17 +30,18 @@ std::string Notices(const AnalysedTap& tap, std::string_view before) {
 std::string TrendLine(const char* label, const std::optional<tap::Trend>& trend, const char* per,
                       double factor) {
   if (!trend) return {};
-  return fmt::format("{}{:+.3f} ± {:.3f} µm per {} ({})\n", label, trend->slope * factor * kUmPerMm,
-                     trend->standard_uncertainty * factor * kUmPerMm, per,
+  const IntervalStyle style{.unit = fmt::format("µm per {}", per),
+                            .scale = factor * kUmPerMm,
+                            .least_decimals = 3,
+                            .signs = true};
+  return fmt::format("{}{}, {}\n", label, WithInterval(trend->slope, trend->interval95, style),
                      trend->significant ? "significant" : "not significant");
 }
 
 }  // namespace
 
 std::string ContactText(const tap::TapAnalysis& analysis) {
-  return fmt::format("{:.{}f} mm ± {}", analysis.contact_z_mm,
-                     DecimalsFor(analysis.standard_uncertainty_mm),
-                     Um(analysis.standard_uncertainty_mm));
+  return WithInterval(analysis.contact_z_mm, analysis.interval95_mm, kMillimetres);
 }
 
 std::string TapText(const AnalysedTap& tap) {
@@ -52,10 +49,7 @@ std::string TapText(const AnalysedTap& tap) {
   const bool good = analysis.verdict == Verdict::kGood;
   std::string text = fmt::format("tap               {}\n", tap.recording.name);
   if (good) {
-    const int decimals = DecimalsFor(analysis.standard_uncertainty_mm);
-    text +=
-        fmt::format("contact z         {}   (95 %: {:.{}f} to {:.{}f} mm)\n", ContactText(analysis),
-                    analysis.interval95_mm.lo, decimals, analysis.interval95_mm.hi, decimals);
+    text += fmt::format("contact z         {}\n", ContactText(analysis));
     text += fmt::format("contact time      {:.4f} s\n", analysis.contact_time_s);
   }
   if (std::isfinite(analysis.quality)) {
@@ -67,8 +61,8 @@ std::string TapText(const AnalysedTap& tap) {
   if (tap.recording.firmware_z_mm) {
     text += fmt::format("printer's own z   {:.4f} mm", *tap.recording.firmware_z_mm);
     if (good) {
-      text += fmt::format(" ({:+.2f} µm from ours)",
-                          (*tap.recording.firmware_z_mm - analysis.contact_z_mm) * kUmPerMm);
+      text += fmt::format(" ({:+.4f} mm from ours)",
+                          *tap.recording.firmware_z_mm - analysis.contact_z_mm);
     }
     text += '\n';
   }
@@ -84,19 +78,34 @@ std::string TapLine(const AnalysedTap& tap) {
   const std::string quality =
       std::isfinite(analysis.quality) ? fmt::format("{:3.0f}", analysis.quality) : "  –";
   if (analysis.verdict == Verdict::kGood) {
-    return fmt::format("{:>24}   quality {}   {}\n{}", ContactText(analysis), quality,
+    return fmt::format("{:>42}   quality {}   {}\n{}", ContactText(analysis), quality,
                        tap.recording.name, Notices(tap, "    notice: "));
   }
-  return fmt::format("{:>24}   quality {}   {}\n    because: {}\n{}", ToString(analysis.verdict),
+  return fmt::format("{:>42}   quality {}   {}\n    because: {}\n{}", ToString(analysis.verdict),
                      quality, tap.recording.name,
                      tap.unread.empty() ? tap::Explain(analysis.reason) : tap.unread,
                      Notices(tap, "    notice: "));
 }
 
+std::optional<Quantity> HeightAtOnePlace(const tap::Ensemble& ensemble) {
+  if (ensemble.places.size() != 1 || ensemble.places.front().taps < 2) return std::nullopt;
+  const tap::Place& place = ensemble.places.front();
+  const double half_mm =
+      StudentT95(static_cast<double>(place.taps) - 1) * place.standard_uncertainty_mm;
+  return Quantity{
+      place.z_mm, place.standard_uncertainty_mm, {place.z_mm - half_mm, place.z_mm + half_mm}};
+}
+
 std::string EnsembleText(const tap::Ensemble& ensemble, std::span<const AnalysedTap> taps) {
-  std::string text = fmt::format("taps              {}, {} good, {} used\n", ensemble.taps,
-                                 ensemble.good, ensemble.used);
+  std::string text;
+  if (const auto height = HeightAtOnePlace(ensemble)) {
+    text += fmt::format("contact z         {}, mean of {} taps\n",
+                        WithInterval(*height, kMillimetres), ensemble.used);
+  }
+  text += fmt::format("taps              {}, {} good, {} used\n", ensemble.taps, ensemble.good,
+                      ensemble.used);
   for (const std::size_t outlier : ensemble.outliers) {
+    if (outlier >= taps.size()) continue;
     text += fmt::format("outlier           {} at {:.4f} mm\n", taps[outlier].recording.name,
                         taps[outlier].analysis.contact_z_mm);
   }

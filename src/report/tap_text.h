@@ -1,6 +1,7 @@
 // What was found in taps, in words and figures for a terminal.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -9,7 +10,7 @@
 
 namespace trammel::report {
 
-/// "-0.0053 mm ± 0.7 µm": as many decimals as the uncertainty bears. REQUIRES a good verdict.
+/// "-0.0053 mm (95 %: -0.0067 to -0.0039 mm)". REQUIRES a good verdict.
 [[nodiscard]] std::string ContactText(const tap::TapAnalysis& analysis);
 
 /// All of one tap, several lines.
@@ -17,6 +18,9 @@ namespace trammel::report {
 
 /// One tap of many on a line of its own, with the reason below it where it is not good.
 [[nodiscard]] std::string TapLine(const AnalysedTap& tap);
+
+/// The mean of the taps where all used ones are at one place, at least two; Student's interval.
+[[nodiscard]] std::optional<Quantity> HeightAtOnePlace(const tap::Ensemble& ensemble);
 
 /// What many taps say together; several lines.
 [[nodiscard]] std::string EnsembleText(const tap::Ensemble& ensemble,

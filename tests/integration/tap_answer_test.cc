@@ -154,7 +154,7 @@ TEST_F(TapAnswer, TapsInARowAreEachReportedOnceBesideThePrintersOwnHeight) {
   const ProcessEnd end = process_->Wait(30);
   EXPECT_EQ(end.exit_code, 0) << end.standard_error;
   EXPECT_THAT(end.standard_output, HasSubstr("taps              3, 3 good"));
-  EXPECT_THAT(end.standard_output, HasSubstr("µm over 3 taps"));
+  EXPECT_THAT(end.standard_output, HasSubstr("mm) in the mean over 3 taps"));
 }
 
 TEST_F(TapAnswer, WithoutAProbeTheMacroIsToldThatNoTapCame) {

@@ -1,0 +1,50 @@
+// Words for a value and its 95 % interval: the same on every screen and page.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "base/measured.h"
+
+namespace trammel::report {
+
+/// Half of the 95 % interval of a normal distribution, in standard uncertainties.
+inline constexpr double kNormal95 = 1.959964;
+
+/// How a quantity is written.
+struct IntervalStyle {
+  std::string unit = {};   ///< none: a bare number
+  double scale = 1;        ///< of the unit shown, per unit of the quantity
+  int least_decimals = 4;  ///< more where half of the interval has less than two digits in them
+  bool signs = false;      ///< a + before what is positive
+};
+
+/// "95 %: 0.0154 to 0.0190 s".
+[[nodiscard]] std::string IntervalText(const Interval& interval95, const IntervalStyle& style);
+
+/// "0.0172 s (95 %: 0.0154 to 0.0190 s)".
+[[nodiscard]] std::string WithInterval(double value, const Interval& interval95,
+                                       const IntervalStyle& style);
+[[nodiscard]] inline std::string WithInterval(const Quantity& quantity,
+                                              const IntervalStyle& style) {
+  return WithInterval(quantity.value, quantity.interval95, style);
+}
+
+/// "0.0172 s", with the decimals that its interval has.
+[[nodiscard]] std::string ValueText(double value, const Interval& interval95,
+                                    const IntervalStyle& style);
+
+/// "95 %: within 0.0653, 0.0572, 0.0602 mm" of values that stand beside it.
+[[nodiscard]] std::string WithinText(std::span<const double> half_widths95,
+                                     const IntervalStyle& style);
+
+/// From a normal distribution with this standard uncertainty (k = 1), where nothing better is
+/// known of its form.
+[[nodiscard]] Interval NormalInterval95(double value, double standard_uncertainty);
+
+inline const IntervalStyle kPerMille{.unit = "mm/m", .scale = 1000};
+inline const IntervalStyle kSeconds{.unit = "s"};
+inline const IntervalStyle kMillimetres{.unit = "mm"};
+inline const IntervalStyle kOffsetMillimetres{.unit = "mm", .signs = true};
+
+}  // namespace trammel::report
