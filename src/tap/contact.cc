@@ -217,13 +217,18 @@ Fit FitRobustly(const CleanTap& clean, const TapMotion& motion, const TapOptions
   return fit;
 }
 
-void Report(const PressStretch& stretch, const Fit& fit, const TapMotion& motion,
-            const TapOptions& options, TapAnalysis& result) {
+void Report(const CleanTap& clean, const PressStretch& stretch, const Fit& fit,
+            const TapMotion& motion, const TapOptions& options, TapAnalysis& result) {
   const BreakEstimate& e = fit.estimate;
   const double latency_mm = options.latency_uncertainty_s * motion.pull_back_speed_mm_s;
   const double z = stretch.Z(e.t);
-  const double down = std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm);
-  const double up = std::hypot(stretch.Z(e.hi) - z, kNormal95 * latency_mm);
+  // Times that scatter may all be late, or early, by half of their range; a value that was held is
+  // older than it looks.
+  const double jitter_mm = 0.5 * clean.jitter_s * motion.pull_back_speed_mm_s;
+  const double held_mm = clean.held_s * motion.pull_back_speed_mm_s;
+  const double down =
+      std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm) + jitter_mm + held_mm;
+  const double up = std::hypot(stretch.Z(e.hi) - z, kNormal95 * latency_mm) + jitter_mm;
   result.noise_g = e.noise;
   result.contact_z_mm = z;
   result.contact_time_s = motion.CruiseTime(z) + options.latency_s;
@@ -326,7 +331,7 @@ void AnalyseContact(const CleanTap& clean, const TapMotion& motion, const TapOpt
     result.reason = {FindingCode::kNoBreak, press_g, kLeastStandOut * fit.estimate.noise};
     return;
   }
-  Report(stretch, fit, motion, options, result);
+  Report(clean, stretch, fit, motion, options, result);
   AddPoints(motion, options, result);
   CheckApproach(clean, motion, options, workspace, result);
 }

@@ -223,6 +223,17 @@ TEST(TapContact, ACoarseConverterIsBorne) {
   EXPECT_GE(f.covered, 0.92 * f.good);
 }
 
+TEST(TapContact, HeldValuesAndScatteredTimesAreCovered) {
+  for (const double share : {0.1, 0.3, 0.5}) {
+    const Figures f = Measure({.held_share = share}, {}, 500);
+    EXPECT_LE(std::abs(f.mean_um), 0.15);
+    EXPECT_GE(f.covered, 0.93 * f.good);
+    EXPECT_GE(f.good, kLeastGood * f.taps);
+  }
+  const Figures f = Measure({.late_s = 0.5 / 320}, {}, 500);
+  EXPECT_GE(f.covered, 0.93 * f.good);
+}
+
 TEST(TapContact, ADriveThatLagsAtFirstIsCutOff) {
   const Figures f = Measure({.onset_lag_mm = 0.004}, {}, 500);
   EXPECT_LE(std::abs(f.mean_um), 0.5);

@@ -105,6 +105,75 @@ Stretch CruiseOf(std::span<const float> time_s, const TapMotion& motion) {
           IndexAt(time_s, motion.cruise_end_s - motion.pull_back_start_s)};
 }
 
+// Whether values are held while the host goes on reading: at the start of the pull-back, where the
+// force falls, neighbours are equal more often than the converter's step and the noise explain.
+// Where steps are coarse beside what changes there, equal neighbours say nothing.
+bool AreHeld(std::span<const float> time_s, std::span<const float> force_g) {
+  constexpr std::size_t kLeastTies = 2;
+  constexpr double kFewTies = 0.05;
+  constexpr double kCoarse = 0.3;  // the step, of the median change
+  // Chance of a tie for fine steps: the density of changes at 0, at most 0.27 over their median for
+  // noise alone; thrice that is no chance.
+  constexpr double kNoChance = 3 * 0.27;
+  if (force_g.size() < 2) {
+    return false;
+  }
+  // At an extreme the range of the converter makes equal ones.
+  const auto [lowest, highest] = std::minmax_element(force_g.begin(), force_g.end());
+  float least = std::numeric_limits<float>::infinity();
+  std::array<float, kNoiseSamples> changes{};
+  std::size_t count = 0;
+  std::size_t ties = 0;
+  for (std::size_t i = 1; i < force_g.size(); ++i) {
+    const float change = std::abs(force_g[i] - force_g[i - 1]);
+    if (change > 0) {
+      least = std::min(least, change);
+      changes[count++ % changes.size()] = change;
+    } else {
+      const bool extreme = force_g[i] == *lowest || force_g[i] == *highest;
+      ties += extreme || !(time_s[i] > time_s[i - 1]) ? 0 : 1;
+    }
+  }
+  if (ties < kLeastTies) {
+    return false;
+  }
+  if (count == 0) {
+    return false;
+  }
+  const double median = MedianOver<kNoiseSamples>({0, std::min(count, changes.size())},
+                                                  [&](std::size_t i) { return changes[i]; });
+  const double share = static_cast<double>(ties) / static_cast<double>(force_g.size() - 1);
+  return least < kCoarse * median && share > kNoChance * least / median + kFewTies;
+}
+
+// Leaves out held values: the first of equal ones is the fresh one.
+std::size_t DropHeld(std::span<float> time_s, std::span<float> force_g, const TapMotion& motion,
+                     CleanTap& clean) {
+  // Of the cruise: at its start the force falls, so that coarse steps make no equal neighbours; at
+  // its end it is flat, and there are more samples.
+  constexpr std::size_t kPart = 4;
+  const Stretch cruise = CruiseOf(time_s, motion);
+  const std::size_t n = force_g.size();
+  const std::size_t part = (cruise.end - cruise.first) / kPart;
+  const auto held = [&](std::size_t first, std::size_t end) {
+    return AreHeld(time_s.subspan(first, end - first), force_g.subspan(first, end - first));
+  };
+  if (!held(cruise.first, cruise.first + part) && !held(cruise.end - part, n)) {
+    return n;
+  }
+  clean.held_s =
+      MedianOver<kLevelSamples>({1, n}, [&](std::size_t i) { return time_s[i] - time_s[i - 1]; });
+  std::size_t kept = 1;
+  for (std::size_t i = 1; i < n; ++i) {
+    if (force_g[i] != force_g[kept - 1] || !(time_s[i] > time_s[kept - 1])) {
+      force_g[kept] = force_g[i];
+      time_s[kept++] = time_s[i];
+    }
+  }
+  clean.held = n - kept;
+  return kept;
+}
+
 void FindGaps(std::span<const float> time_s, Stretch cruise, CleanTap& clean) {
   const auto limit = static_cast<float>(kGapPeriods * clean.period_s);
   clean.longest_gap_s = clean.period_s;
@@ -115,6 +184,16 @@ void FindGaps(std::span<const float> time_s, Stretch cruise, CleanTap& clean) {
         CountPairs(time_s.subspan(first, std::max(cruise.end, first) - first),
                    [](float a, float b) { return !(b > a); });
   }
+  // Evenly spread delays of range J scatter the distances by J / sqrt(6).
+  double squares = 0;
+  double even = 1;
+  for (std::size_t i = 1; i < time_s.size(); ++i) {
+    const float step = time_s[i] - time_s[i - 1];
+    const double off = step > 0 && step < limit ? step - clean.period_s : 0;
+    squares += off * off;
+    even += step < limit ? 1 : 0;
+  }
+  clean.jitter_s = clean.held > 0 ? 0 : std::sqrt(6 * squares / even);
   const std::size_t gaps = CountPairs(time_s, [limit](float a, float b) { return b - a > limit; });
   for (std::size_t i = 1; i < time_s.size() && gaps > 0 && clean.period_s > 0; ++i) {
     const float gap = time_s[i] - time_s[i - 1];
@@ -273,9 +352,9 @@ std::size_t CleanWorkspaceBytes(std::size_t samples) {
 CleanTap CleanSamples(const TapView& tap, const TapMotion& motion, Workspace& workspace) {
   CleanTap clean;
   const Stretch clip = Clip(tap, motion);
-  const std::size_t n = clip.end - clip.first;
-  const std::span<float> time_s = workspace.Take<float>(n);
-  const std::span<float> force_g = workspace.Take<float>(n);
+  std::size_t n = clip.end - clip.first;
+  std::span<float> time_s = workspace.Take<float>(n);
+  std::span<float> force_g = workspace.Take<float>(n);
   constexpr std::size_t kLeast = 3;
   clean.memory_suffices = time_s.size() == n && force_g.size() == n;
   if (n < kLeast || !clean.memory_suffices) {
@@ -287,6 +366,9 @@ CleanTap CleanSamples(const TapView& tap, const TapMotion& motion, Workspace& wo
     time_s[i] = static_cast<float>(tap.time_s[clip.first + i] - clean.origin_s);
     force_g[i] = static_cast<float>(tap.force_g[clip.first + i] - clean.origin_g);
   }
+  n = DropHeld(time_s, force_g, motion, clean);
+  time_s = time_s.first(n);
+  force_g = force_g.first(n);
   const Stretch cruise = CruiseOf(time_s, motion);
   const std::size_t pull_back = IndexAt(time_s, 0);
   const std::size_t halt =

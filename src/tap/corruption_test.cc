@@ -179,6 +179,37 @@ TEST(CleanSamples, LeavesOutRepeatedTimesAndRefusesMany) {
   EXPECT_EQ(ReasonOf(tap), FindingCode::kDuplicateTimes);
 }
 
+TEST(CleanSamples, LeavesOutValuesThatASlowConverterHolds) {
+  for (const std::size_t in_turn : {2U, 4U}) {
+    RecordedTap tap = Record({}, kSeed);
+    EXPECT_EQ(Clean(tap).tap.held, 0U);
+    auto& force_g = tap.drawn.force_g;
+    for (std::size_t i = 0; i < force_g.size(); ++i) {
+      force_g[i] = force_g[i - i % in_turn];
+    }
+    const Cleaned cleaned = Clean(tap);
+    const double samples = static_cast<double>(cleaned.tap.samples.size());
+    const double held = static_cast<double>(cleaned.tap.held);
+    constexpr double kEnds = 2;  // a value may be cut by either end
+    EXPECT_NEAR(held, samples * static_cast<double>(in_turn - 1),
+                kEnds * static_cast<double>(in_turn));
+    EXPECT_NEAR(cleaned.tap.held_s * static_cast<double>(in_turn), cleaned.tap.period_s, 1e-4);
+    EXPECT_TRUE(HasNotice(tap, FindingCode::kHeldValues));
+  }
+}
+
+TEST(CleanSamples, TakesNoCoarseStepsForHeldValues) {
+  for (const double step_g : {0.2, 1.0, 5.0, 20.0}) {
+    for (std::uint64_t seed = 0; seed < 100; ++seed) {
+      RecordedTap tap = Record({}, kSeed + seed);
+      for (double& force_g : tap.drawn.force_g) {
+        force_g = step_g * std::round(force_g / step_g);
+      }
+      EXPECT_EQ(Clean(tap).tap.held, 0U) << step_g << " gf, seed " << seed;
+    }
+  }
+}
+
 TEST(CleanSamples, BearsWhatNobodyWouldRecord) {
   RecordedTap tap = Record({}, kSeed);
   std::fill(tap.drawn.force_g.begin(), tap.drawn.force_g.end(), 5.0);

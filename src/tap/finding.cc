@@ -50,6 +50,9 @@ constexpr Entry kEntries[] = {
     {kDroppedSamples, "dropped_samples",
      "{0:.0f} samples are missing; the break is not looked for in a gap of more than {1:.0f}. "
      "Look at the load on the host and at the cable of the load cell."},
+    {kHeldValues, "held_values",
+     "{0:.0f} samples repeat the value before them: the load cell's converter is slower than it is "
+     "read, and they were left out. Read it once per conversion."},
     {kSpikes, "spikes",
      "{0:.0f} samples lie alone far off the curve and were left out; at most {1:.0f} are borne. "
      "Look at the cable of the load cell, its shield and its connectors."},

@@ -26,6 +26,7 @@ enum class FindingCode : std::uint8_t {
   // The samples: notices, and refusals where they reach into the pull-back.
   kDuplicateTimes,    ///< Samples that repeat a time; the most that are borne.
   kDroppedSamples,    ///< Samples missing; the most in a row that are borne.
+  kHeldValues,        ///< Values that repeat the one before, left out; the most without a word.
   kSpikes,            ///< Samples alone far off, left out; the most that are borne.
   kErrorFrames,       ///< The same, all of one value.
   kStuckSamples,      ///< Samples in a row of one value; the most in the pull-back that are borne.

@@ -31,6 +31,8 @@ struct PressWorld {
   double sign = 1;
   double outlier_share = 0;  ///< Of samples that are off by 30 to 100 times the noise.
   double memory = 0;         ///< Of the noise, from sample to sample (first-order regression).
+  double held_share = 0;     ///< Of readings that find the value before them once more.
+  double late_s = 0;         ///< At most, by which a time stamp is late.
   double onset_lag_mm = 0;   ///< Way on which the drive moves and the nozzle does not follow.
 };
 
@@ -90,8 +92,11 @@ inline PressTap MakePressTap(const PressWorld& world, std::uint64_t seed) {
     if (world.resolution_g > 0) {
       force = world.resolution_g * std::round(force / world.resolution_g);
     }
-    tap.time_s.push_back(t);
-    tap.force_g.push_back(100 + world.sign * force);
+    const bool held =
+        world.held_share > 0 && !tap.force_g.empty() && random.Uniform() < world.held_share;
+    const double late_s = world.late_s > 0 ? random.Uniform(0, world.late_s) : 0;
+    tap.time_s.push_back(t + late_s);
+    tap.force_g.push_back(held ? tap.force_g.back() : 100 + world.sign * force);
   }
   return tap;
 }

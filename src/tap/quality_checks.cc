@@ -85,6 +85,7 @@ Finding CheckSamples(const CleanTap& clean, const TapMotion& motion, const TapLi
        Count(clean.saturated_in_cruise) > kMostFrozen);
   note(clean.spikes_are_equal ? FindingCode::kErrorFrames : FindingCode::kSpikes,
        Count(clean.spikes), most_stray, Count(clean.spikes_in_cruise) > most_stray);
+  note(FindingCode::kHeldValues, Count(clean.held), 0, false);
   note(FindingCode::kDuplicateTimes, Count(clean.duplicated), most_repeated,
        Count(clean.duplicated_in_cruise) > most_repeated);
   const double gap_end_s = clean.longest_gap_start_s + clean.longest_gap_s;
