@@ -96,7 +96,11 @@ std::vector<Mode> Texts() {
   const std::string nested_objects = Nested("{\"\":", "}", kLevels);
   std::vector<Mode> modes;
   modes.push_back({"NestedAnswer", {}, BytesAt("server.info", nested_arrays)});
-  modes.push_back({"NestedNotification", {}, BytesBefore(nested_arrays)});
+  modes.push_back({"NestedMessage", {}, BytesBefore(nested_arrays)});
+  modes.push_back(
+      {"NestedNotification",
+       {},
+       BytesBefore(R"({"method":"notify_status_update","params":)" + nested_arrays + "}")});
   modes.push_back({"NestedObjects", {}, BytesBefore(nested_objects)});
   modes.push_back({"NestedAndCut", {}, BytesBefore(nested_arrays.substr(0, kLevels))});
   modes.push_back({"NoJson", {}, BytesBefore("\x80\xff{\"a\"")});
