@@ -108,13 +108,13 @@ void PushRates(Rows& rows) {
     }
   }
   for (const double ms : {-3.0, 0.0}) {
-    TapRow& row = Push(rows, fmt::format("latency {} ms, unknown", ms));
+    TapRow& row = Push(rows, fmt::format("untold latency {} ms", ms));
     row.cell.converter.latency_s = ms * 1e-3;
     row.latency_known = false;
   }
   for (const double ms : {2.0, 5.0, 10.0, 20.0}) {
     for (const bool known : {true, false}) {
-      TapRow& row = Push(rows, fmt::format("latency {} ms, {}known", ms, known ? "" : "un"));
+      TapRow& row = Push(rows, fmt::format("{} latency {} ms", known ? "told" : "untold", ms));
       row.cell.converter.latency_s = ms * 1e-3;
       row.latency_known = known;
     }
@@ -241,7 +241,7 @@ void PushLatencies(Rows& rows) {
   for (const double speed_mm_s : {0.5, 2.0, 8.0}) {
     for (const double ms : {0.0, 5.0, 15.0}) {
       TapRow& row =
-          Push(rows, fmt::format("latency {} ms, unknown, approach at {} mm/s", ms, speed_mm_s));
+          Push(rows, fmt::format("untold latency {} ms, approach at {} mm/s", ms, speed_mm_s));
       row.cell.converter.latency_s = ms * 1e-3;
       row.latency_known = false;
       row.scene.motion.approach_speed_mm_s = speed_mm_s;
@@ -249,7 +249,7 @@ void PushLatencies(Rows& rows) {
   }
   for (const double um : {2.0, 6.0}) {
     for (const double ms : {0.0, 8.0}) {
-      TapRow& row = Push(rows, fmt::format("latency {} ms, unknown, backlash {} um", ms, um));
+      TapRow& row = Push(rows, fmt::format("untold latency {} ms, backlash {} um", ms, um));
       row.cell.converter.latency_s = ms * 1e-3;
       row.latency_known = false;
       row.cell.press.onset = sim::Onset::kFlat;
@@ -257,13 +257,13 @@ void PushLatencies(Rows& rows) {
     }
   }
   for (const double rate_hz : {80.0, 1000.0}) {
-    TapRow& row = Push(rows, fmt::format("latency 8 ms, unknown, {} samples/s", rate_hz));
+    TapRow& row = Push(rows, fmt::format("untold latency 8 ms, {} samples/s", rate_hz));
     row.cell.converter.latency_s = 8e-3;
     row.latency_known = false;
     row.cell.converter.rate_hz = rate_hz;
   }
   for (const int order : {2, 4}) {
-    TapRow& row = Push(rows, fmt::format("latency of a filter of {} samples, unknown", order));
+    TapRow& row = Push(rows, fmt::format("untold latency of a filter of {} samples", order));
     row.cell.converter.filter_order = order;
     row.latency_known = false;
   }
