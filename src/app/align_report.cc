@@ -86,6 +86,7 @@ part_alignment::SolveOptions SolveOptionsOf(const store::AlignmentInput& input) 
   part_alignment::SolveOptions options;
   options.unknowns = input.unknowns;
   options.inputs = input.inputs;
+  options.target_covariance = input.target_covariance;
   if (input.calibration) options.camera_covariance = input.calibration->covariance;
   return options;
 }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "report/interval_text.h"
 
@@ -112,12 +113,15 @@ std::string ToJson(const PartFitInput& input, const PartFit& fit) {
   for (const auto& target : fit.targets) {
     targets.push_back({{"id", target.id}, {"ideal_mm", List(target.ideal_mm)}});
   }
+  std::set<std::string> bar_ends;
+  for (const part_alignment::ScaleBar& bar : input.bars) bar_ends.insert({bar.from, bar.to});
   const geometry::Pose& pose = fit.ideal_from_measured;
   return Ended({{"format", 1},
                 {"verdict", ToString(fit.verdict)},
                 {"reason", fit.reason},
                 {"targets", good ? targets : Json(nullptr)},
                 {"targets_covariance_mm2", good ? Matrix(fit.covariance) : Json(nullptr)},
+                {"bar_ends", bar_ends},
                 {"ideal_from_measured", good ? Json{{"translation_mm", List(pose.translation_mm)},
                                                     {"angles_rad", List(pose.angles_rad)}}
                                              : Json(nullptr)},

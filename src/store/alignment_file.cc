@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "store/target_file.h"
+
 namespace trammel::store {
 namespace {
 
@@ -20,7 +22,7 @@ using part_alignment::Unknowns;
 using part_alignment::View;
 
 constexpr std::size_t kMostBytes = 100'000'000;
-constexpr std::size_t kMostTargets = 10'000;
+constexpr std::size_t kMostTargets = 10'000;  // seen in a view
 constexpr std::size_t kMostViews = 10'000;
 constexpr double kMostPlace_mm = 1e6;
 constexpr double kMostSigma_px = 1e3;
@@ -63,50 +65,32 @@ constexpr std::array<NamedUsualInput, 3> kUsualInputs = {{
 }};
 constexpr const char* kInputsKey = "input_uncertainty";
 
-// A text or a whole number, as text; empty after a fault.
-std::string ReadId(JsonObject& object, const char* key, std::set<std::string>* numeric) {
-  constexpr std::size_t kLongest = 100;
-  const nlohmann::json* value = object.Find(key);
-  if (value == nullptr) {
-    object.Fault(key, "is missing");
+// Of the file itself, or of the one that it names, without ends of scale bars that no view shows.
+Result<void> ReadTargets(JsonObject& root, const std::filesystem::path& path, TargetList& list) {
+  const nlohmann::json* value = root.Find("targets");
+  if (value == nullptr || !value->is_string()) {
+    auto own = ReadTargetList(root);
+    if (!own) return tl::unexpected(own.error());
+    list = std::move(*own);
     return {};
   }
-  if (value->is_number_integer()) {
-    std::string id = value->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-    if (numeric != nullptr) numeric->insert(id);
-    return id;
+  const auto named = path.parent_path() / value->get<std::string>();
+  std::error_code missing;  // said by the reader
+  const auto status = std::filesystem::status(named, missing);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    root.Fault("targets", fmt::format("names {}, which is not a regular file", Show(*value)));
+    return root.Faults();
   }
-  if (value->is_string() && !value->get_ref<const std::string&>().empty() &&
-      value->get_ref<const std::string&>().size() <= kLongest) {
-    return value->get<std::string>();
-  }
-  object.Fault(key, fmt::format("is {}; it must be a whole number or a text of 1 … {} bytes",
-                                Show(*value), kLongest));
+  auto file = ReadTargetFile(named);
+  if (!file) return tl::unexpected(file.error());
+  list = std::move(*file);
   return {};
-}
-
-Result<void> ReadTargets(JsonObject& root, AlignmentInput& input) {
-  std::set<std::string> ids;
-  for (const nlohmann::json& entry : root.List("targets", 1, kMostTargets)) {
-    auto& targets = input.measurement.targets;
-    JsonObject object = root.Inner(entry, fmt::format("targets[{}]", targets.size()));
-    PartTarget target;
-    target.id = ReadId(object, "id", &input.numeric_ids);
-    const auto mm = object.Numbers("ideal_mm", 3, 3, {-kMostPlace_mm, kMostPlace_mm});
-    if (!object.failed() && !ids.insert(target.id).second) {
-      object.Fault("id", fmt::format("is {}, which another target has already", target.id));
-    }
-    if (auto read = object.Finish(); !read) return read;
-    target.ideal_mm = {mm[0], mm[1], mm[2]};
-    targets.push_back(std::move(target));
-  }
-  return root.Faults();
 }
 
 void ReadObservation(JsonObject& object, const Camera& camera, const std::set<std::string>& known,
                      View& view) {
   Observation seen;
-  seen.target = ReadId(object, "target", nullptr);
+  seen.target = ReadTargetId(object, "target", nullptr);
   // The first pixel's centre is (0, 0), so that its picture begins half a pixel before it.
   seen.column_px = object.Number("column_px", {-0.5, camera.width_px - 0.5});
   seen.row_px = object.Number("row_px", {-0.5, camera.height_px - 0.5});
@@ -189,6 +173,14 @@ Result<void> ReadViews(JsonObject& root, std::size_t least, AlignmentInput& inpu
     views.push_back(std::move(view));
   }
   return root.Faults();
+}
+
+std::set<std::string> ObservedIn(const std::vector<View>& views) {
+  std::set<std::string> ids;
+  for (const View& view : views) {
+    for (const Observation& seen : view.observations) ids.insert(seen.target);
+  }
+  return ids;
 }
 
 Result<void> ReadCameraOf(JsonObject& root, const std::filesystem::path& path,
@@ -319,8 +311,14 @@ Result<AlignmentInput> ReadAlignmentFile(const std::filesystem::path& path,
   root.Integer("format", {1, 1});
   if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
   if (auto read = ReadCameraOf(root, path, input); !read) return tl::unexpected(read.error());
-  if (auto read = ReadTargets(root, input); !read) return tl::unexpected(read.error());
+  TargetList targets;
+  if (auto read = ReadTargets(root, path, targets); !read) return tl::unexpected(read.error());
+  input.measurement.targets = targets.targets;
   if (auto read = ReadViews(root, least_views, input); !read) return tl::unexpected(read.error());
+  DropBarEnds(ObservedIn(input.measurement.views), targets);
+  input.measurement.targets = std::move(targets.targets);
+  input.target_covariance = std::move(targets.covariance);
+  input.numeric_ids = std::move(targets.numeric_ids);
   if (auto read = ReadInputs(root, input.inputs); !read) return tl::unexpected(read.error());
   ReadUnknowns(root, input);
   if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
@@ -335,6 +333,9 @@ std::string AlignmentFileText(const AlignmentInput& input) {
     const Eigen::Vector3d& at = target.ideal_mm;
     json["targets"].push_back({{"id", IdJson(target.id, input.numeric_ids)},
                                {"ideal_mm", Json::array({at.x(), at.y(), at.z()})}});
+  }
+  if (input.target_covariance) {
+    json["targets_covariance_mm2"] = TargetCovarianceJson(*input.target_covariance);
   }
   json["views"] = Json::array();
   const std::vector<View>& views = input.measurement.views;

@@ -16,6 +16,8 @@ namespace trammel::store {
 
 struct AlignmentInput {
   part_alignment::Measurement measurement;
+  /// Of the targets' coordinates, as SolveOptions has it.
+  std::optional<Eigen::MatrixXd> target_covariance;
   part_alignment::Unknowns unknowns;
   /// What is uncertain beside the pixels, as far as the file says.
   part_alignment::InputUncertainty inputs;
@@ -30,6 +32,8 @@ struct AlignmentInput {
 
 /// Reads observations (docs/formats.md). `camera` is an object, or the path of a camera file, from
 /// the folder of this one; beside an object may stand the `calibration` that a camera file has.
+/// `targets` are a list, with their covariance beside it, or the path of what align fit left; of
+/// that the ends of scale bars are left out unless a view shows them.
 /// Where `unknowns` is absent they are the pose and the clamp angle. Errors (kInput) name file and
 /// place: not JSON, a number that is none or out of its range, an unknown key, a target id twice or
 /// unknown, an observation outside the picture, a spindle rotation that is none.

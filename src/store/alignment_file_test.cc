@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "support/temporary_folder.h"
@@ -167,6 +168,54 @@ TEST_F(AlignmentFileTest, TheCameraMayStandInAFileOfItsOwn) {
   ASSERT_TRUE(again->calibration);
   EXPECT_EQ(again->calibration->nearest_mm, 395);
   EXPECT_EQ(AlignmentFileText(*again), within);
+}
+
+TEST_F(AlignmentFileTest, TheTargetsMayStandInAFileOfTheirOwnWithTheirCovariance) {
+  auto text = nlohmann::json::parse(Text());
+  nlohmann::json file = {{"format", 1}, {"verdict", "good"}, {"targets", text["targets"]}};
+  file["targets"].push_back({{"id", "A"}, {"ideal_mm", {1, 2, 3}}});
+  file["bar_ends"] = {"A"};
+  file["whatever else fit tells"] = 1;
+  const std::size_t rows = 3 * file["targets"].size();
+  for (std::size_t i = 0; i < rows; ++i) {
+    file["targets_covariance_mm2"].push_back(std::vector<double>(rows, 0.1 / 3));
+    file["targets_covariance_mm2"][i][i] = 1.0 / 3;
+  }
+  text["targets"] = "targets.json";
+  EXPECT_THAT(Read(text.dump()).error().message, HasSubstr("targets.json"));
+  test::WriteWhole(Path("targets.json"), file.dump());
+  const auto input = Read(text.dump());
+  ASSERT_TRUE(input) << input.error().message;
+  EXPECT_EQ(input->measurement.targets.size(), file["targets"].size() - 1)
+      << "no view shows the scale bar's end";
+  ASSERT_TRUE(input->target_covariance);
+  const auto size = static_cast<Eigen::Index>(rows) - 3;
+  EXPECT_EQ(input->target_covariance->rows(), size);
+  EXPECT_EQ((*input->target_covariance)(0, size - 1), 0.1 / 3);
+  // Written out, they stand within.
+  const std::string within = AlignmentFileText(*input);
+  const auto again = Read(within);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(*again->target_covariance, *input->target_covariance);
+  EXPECT_EQ(AlignmentFileText(*again), within);
+
+  const auto refusal = [&](const auto& change) {
+    nlohmann::json changed = file;
+    change(changed);
+    test::WriteWhole(Path("targets.json"), changed.dump());
+    const auto read = Read(text.dump());
+    return read ? std::string("read") : read.error().message;
+  };
+  EXPECT_THAT(refusal([](auto& of) { of["verdict"] = "refused"; }), HasSubstr("refused"));
+  EXPECT_THAT(refusal([](auto& of) { of["targets_covariance_mm2"][0][1] = 2; }),
+              HasSubstr("not symmetric"));
+  EXPECT_THAT(refusal([](auto& of) { of["targets_covariance_mm2"][0][0] = -1; }),
+              HasSubstr("below 0"));
+  EXPECT_THAT(refusal([](auto& of) { of["targets_covariance_mm2"][0][0] = "x"; }),
+              HasSubstr("row 0"));
+  EXPECT_THAT(refusal([](auto& of) { of["targets_covariance_mm2"].erase(0); }),
+              HasSubstr("targets_covariance_mm2"));
+  EXPECT_THAT(refusal([](auto& of) { of["targets"].erase(2); }), HasSubstr("targets need"));
 }
 
 TEST_F(AlignmentFileTest, ACamerasCovarianceComesBackToTheLastBit) {
