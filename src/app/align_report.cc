@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
+#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -13,9 +16,9 @@
 #include "machine/image_file.h"
 #include "part_alignment/pose/caveats.h"
 #include "part_alignment/pose/solution.h"
+#include "report/alignment_page.h"
 #include "report/alignment_picture.h"
 #include "report/alignment_text.h"
-#include "report/part_metrology_figures.h"
 
 namespace trammel::app {
 namespace {
@@ -80,6 +83,27 @@ Result<report::Figure> DrawView(const report::AlignmentOutput& output, std::size
                                                               camera.width_px, camera.height_px));
 }
 
+/// The views whose pictures a page holds: those with the largest residuals; one without a picture
+/// would show grey, and more would make the page too large to be sent.
+std::set<std::size_t> ShownViews(const part_alignment::Alignment& alignment,
+                                 const std::vector<fs::path>& pictures) {
+  constexpr std::size_t kMost = 6;
+  std::vector<std::pair<double, std::size_t>> views;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (pictures[i].empty()) continue;
+    double worst = 0;
+    for (const part_alignment::AlignmentResidual& residual : alignment.residuals) {
+      if (residual.view != i || !(residual.sigma_px > 0)) continue;
+      worst = std::max(worst, std::hypot(residual.column_px, residual.row_px) / residual.sigma_px);
+    }
+    views.emplace_back(-worst, i);
+  }
+  std::sort(views.begin(), views.end());
+  std::set<std::size_t> shown;
+  for (std::size_t i = 0; i < std::min(kMost, views.size()); ++i) shown.insert(views[i].second);
+  return shown;
+}
+
 }  // namespace
 
 part_alignment::SolveOptions SolveOptionsOf(const store::AlignmentInput& input) {
@@ -97,14 +121,16 @@ report::AlignmentOutput OutputOf(const store::AlignmentInput& input,
                                          input.calibration, Today());
   alignment.notices.insert(alignment.notices.end(), std::make_move_iterator(caveats.begin()),
                            std::make_move_iterator(caveats.end()));
-  return {input.measurement, store::NamesOf(input.unknowns), input.unknowns, input.numeric_ids,
-          std::move(alignment)};
+  report::AlignmentOutput output{input.measurement, store::NamesOf(input.unknowns), input.unknowns,
+                                 input.numeric_ids, std::move(alignment)};
+  output.contributions =
+      part_alignment::ContributionsOf(input.measurement, SolveOptionsOf(input), output.alignment);
+  return output;
 }
 
 Result<void> WriteAlignmentReport(const fs::path& folder, const report::AlignmentOutput& output,
                                   const std::vector<fs::path>& pictures, bool force) {
-  const std::string text = report::AlignmentText(output);
-  std::vector<report::Figure> figures;
+  std::vector<std::optional<report::Figure>> figures;
   for (std::size_t i = 0; i < output.measurement.views.size(); ++i) {
     auto figure = DrawView(output, i, i < pictures.size() ? pictures[i] : fs::path());
     if (!figure) return tl::unexpected(figure.error());
@@ -114,14 +140,16 @@ Result<void> WriteAlignmentReport(const fs::path& folder, const report::Alignmen
   fs::create_directories(folder, error);
   if (error) return Fail(fmt::format("{}: {}", folder.string(), error.message()));
   std::vector<OutputFile> files = {{folder / "result.json", report::ToJson(output)},
-                                   {folder / "report.txt", text}};
-  for (const report::Figure& figure : figures) {
+                                   {folder / "report.txt", report::AlignmentText(output)}};
+  for (const auto& figure : figures) {
     files.push_back(
-        {folder / (figure.name + "_residuals.png"), figure.canvas.ToPng(figure.png_scale)});
+        {folder / (figure->name + "_residuals.png"), figure->canvas.ToPng(figure->png_scale)});
   }
-  files.push_back(
-      {folder / "report.html", report::FigurePage("Where the part is", output.alignment.verdict,
-                                                  output.alignment.reason, text, figures)});
+  const std::set<std::size_t> shown = ShownViews(output.alignment, pictures);
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    if (!shown.contains(i)) figures[i].reset();
+  }
+  files.push_back({folder / "report.html", report::AlignmentPage(output, figures)});
   return WriteOutputs(files, force);
 }
 

@@ -20,7 +20,8 @@ namespace trammel::app {
                                                part_alignment::Alignment alignment);
 
 /// Writes result.json, report.txt, report.html and view-01_residuals.png … (what was found,
-/// projected and left over in each) into a folder, which is made if need be.
+/// projected and left over in each) into a folder, which is made if need be. The page holds the
+/// pictures of the six views with the largest residuals.
 /// @param pictures  of the views; an empty path, or none, draws the targets on a grey ground.
 /// Errors name the file: one that cannot be written or, unless `force`, is there already, a picture
 /// that cannot be read or is not of the camera's size.

@@ -9,6 +9,7 @@
 
 #include "base/frame.h"
 #include "base/page.h"
+#include "part_alignment/targets/reject_words.h"
 #include "part_alignment/targets/square_lens.h"
 
 namespace trammel::procedure {
@@ -141,9 +142,9 @@ void AddObservations(const FoundTargets& found, const std::set<std::string>& ids
   for (const RejectedTarget& rejected : found.rejected) {
     if (!TellsOfATarget(rejected.reason)) continue;
     outcome.notices.push_back(fmt::format(
-        "view {}: what looks like a target at column {:.0f}, row {:.0f} was rejected: {}{}",
-        number + 1, rejected.column_px, rejected.row_px, part_alignment::ToString(rejected.reason),
-        rejected.number ? fmt::format(" (as {})", *rejected.number) : ""));
+        "view {}: what looks like a target{} at column {:.0f}, row {:.0f} was rejected, because {}",
+        number + 1, rejected.number ? fmt::format(" {}", *rejected.number) : "", rejected.column_px,
+        rejected.row_px, part_alignment::WordsFor(rejected.reason)));
   }
   if (view.observations.empty()) {
     outcome.notices.push_back(fmt::format("view {}: no target of the part was found", number + 1));

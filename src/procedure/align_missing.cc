@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "part_alignment/pose/solution.h"
+#include "part_alignment/targets/reject_words.h"
 
 namespace trammel::procedure {
 namespace {
@@ -28,8 +29,8 @@ std::string Rejected(const FoundTargets& found, const Eigen::Vector2d& pixel) {
   for (const part_alignment::RejectedTarget& rejected : found.rejected) {
     const double away_px = std::hypot(rejected.column_px - pixel.x(), rejected.row_px - pixel.y());
     if (away_px > std::max(kLeast_px, kRadii * rejected.radius_px)) continue;
-    return fmt::format(": what is there was rejected ({})",
-                       part_alignment::ToString(rejected.reason));
+    return fmt::format(": what is there was rejected, because {}",
+                       part_alignment::WordsFor(rejected.reason));
   }
   return {};
 }

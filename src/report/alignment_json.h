@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "part_alignment/pose/contributions.h"
 #include "part_alignment/pose/measurement.h"
 #include "part_alignment/pose/pose_uncertainty.h"
 #include "part_alignment/pose/solve.h"
@@ -19,6 +20,7 @@ struct AlignmentOutput {
   std::set<std::string> numeric_ids;  ///< targets whose ids are numbers in JSON
   part_alignment::Alignment alignment;
   std::optional<part_alignment::MonteCarloUncertainty> simulated = {};  ///< beside its covariance
+  std::vector<part_alignment::Contribution> contributions = {};         ///< for people alone
 };
 
 /// One object (docs/formats.md), ended by a newline. Values and covariance are null unless the

@@ -146,10 +146,19 @@ Figure AlignmentPicture(std::size_t view, const BgrView& picture, int width_px, 
   }
   canvas.Unclip();
   DrawKey(view, area.height, drawing, canvas);
-  return {fmt::format("view-{:02}", view + 1),
-          "Red circle: left out. Dashed cross: in the picture by the solution, but not found. A "
-          "residual's line ends at what its number says, but for very long ones.",
-          std::move(canvas), 1};
+  Figure figure{
+      fmt::format("view-{:02}", view + 1),
+      "Red circle: left out. Dashed cross: in the picture by the solution, but not found. "
+      "A residual's line ends at what its number says, but for very long ones.",
+      std::move(canvas), 1};
+  figure.seen = fmt::format("View {}:", view + 1);
+  for (const DrawnTarget& target : targets) {
+    figure.seen += fmt::format(" {} {};", target.id,
+                               target.left_out   ? "left out"
+                               : target.found_px ? "found"
+                                                 : "not found");
+  }
+  return figure;
 }
 
 }  // namespace trammel::report

@@ -42,13 +42,12 @@ std::string IntervalText(const Interval& interval95, const IntervalStyle& style)
 }
 
 std::string WithinText(std::span<const double> half_widths95, const IntervalStyle& style) {
-  std::string text = "95 %: within ";
+  std::string text;
   for (const double half : half_widths95) {
-    const double shown = half * std::abs(style.scale);
-    text += fmt::format("{}{:.{}f}", &half == half_widths95.data() ? "" : ", ", shown,
+    text += fmt::format("{}{:.{}f}", text.empty() ? "" : ", ", half * std::abs(style.scale),
                         Decimals({-half, half}, style));
   }
-  return text + Unit(style);
+  return "95 %: within " + text + Unit(style);
 }
 
 std::string WithInterval(double value, const Interval& interval95, const IntervalStyle& style) {

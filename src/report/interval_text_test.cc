@@ -38,6 +38,12 @@ TEST(IntervalText, TakesIntervalsThatAreNotFinite) {
   EXPECT_EQ(ValueText(1, {NAN, NAN}, kSeconds), "1.0000 s");
 }
 
+TEST(WithinText, ListsHalfWidthsInOneUnit) {
+  const double halves_rad[] = {0.0000653, 0.001};
+  EXPECT_EQ(WithinText(halves_rad, kPerMille), "95 %: within 0.0653, 1.0000 mm/m");
+  EXPECT_EQ(WithinText({halves_rad, 1}, kPerMille), "95 %: within 0.0653 mm/m");
+}
+
 TEST(NormalInterval95, IsTwoPointsOfTheNormalDistributionApart) {
   const Interval interval = NormalInterval95(3, 2);
   EXPECT_NEAR(interval.lo, -0.92, 0.001);

@@ -34,6 +34,7 @@ td.text,th.text{text-align:left}td.text{white-space:normal;overflow-wrap:anywher
 td.text:not(.note):not(:first-child){min-width:8em}tr.unused{color:var(--muted)}
 td small{color:var(--muted);display:block}
 figure{margin:0}figure svg{display:block;max-width:100%;height:auto}.narrow{display:none}
+.view{margin:0 0 12px}.view svg{display:block;max-width:100%;height:auto}
 p.plain{border-top:1px solid var(--edge);margin:0;padding:8px 0}
 details{border-top:1px solid var(--edge);padding:8px 0}details figure{margin-top:10px}
 summary{cursor:pointer;overflow-wrap:anywhere}

@@ -1,0 +1,36 @@
+#include "part_alignment/targets/reject_words.h"
+
+#include <algorithm>
+
+namespace trammel::part_alignment {
+
+std::string WordsFor(RejectReason reason) {
+  switch (reason) {
+    case RejectReason::kMirrored:
+      return "its code is in the book as a mirror would show it: the picture, or the print, is "
+             "mirrored";
+    case RejectReason::kWrongCode:
+      return "its code is none of this book's: no target, one printed with another --bits, or part "
+             "of its ring is covered";
+    case RejectReason::kDoubled:
+      return "the same code is read at two places: one target is on the part twice, or mirrored in "
+             "something that shines";
+    case RejectReason::kHidden:
+      return "parts of its ring are covered, or neither light nor dark";
+    case RejectReason::kAtBorder:
+      return "the picture ends within its ring";
+    case RejectReason::kTooSmall:
+      return "it is too small to be read: go closer";
+    case RejectReason::kSaturated:
+      return "it is too bright or too dark to place its edge: change the light or the exposure";
+    case RejectReason::kDamaged:
+      return "its disc is no clean ellipse: dirt, damage, or no target";
+    default:
+      break;
+  }
+  std::string words(ToString(reason));
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return words;
+}
+
+}  // namespace trammel::part_alignment

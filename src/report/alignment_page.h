@@ -1,0 +1,22 @@
+// The page of an alignment.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "report/alignment_json.h"
+#include "report/figure.h"
+
+namespace trammel::report {
+
+/// "plan": the whole scene from above with the work offset. Nothing unless the verdict is good.
+[[nodiscard]] std::optional<Figure> AlignmentPlanFigure(const AlignmentOutput& output);
+
+/// Where the part is, the lines for each control, the scene, what the uncertainty is made of, its
+/// covariance and the residuals. Stands alone; text from outside may hold any bytes.
+/// @param views  of AlignmentPicture, one for each view, empty where it is not to be shown.
+[[nodiscard]] std::string AlignmentPage(const AlignmentOutput& output,
+                                        std::span<const std::optional<Figure>> views);
+
+}  // namespace trammel::report
