@@ -1,4 +1,4 @@
-// trammel tap plot: pictures of taps; trammel tap tune: how to tap better.
+// trammel tap plot: pictures of taps.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -61,16 +61,19 @@ std::vector<report::RootCause> RootCausesOf(const tap::Recording& recording,
   return causes;
 }
 
-report::TapReportInput InputOf(std::span<const report::PlottedTap> taps) {
+/// @param tune  A single picture shows no advice, and need not wait for its trial.
+report::TapReportInput InputOf(std::span<const report::PlottedTap> taps,
+                               const tap::TapOptions& options, bool tune) {
   std::vector<report::AnalysedTap> analysed;
   std::vector<tap::TapView> views;
-  std::vector<tap::TuningTap> tuning;
   for (const report::PlottedTap& tap : taps) {
     analysed.push_back({tap.recording, tap.contact, {}});
     views.push_back(tap.recording.View());
-    tuning.push_back({tap.recording.View(), &tap.contact});
   }
-  return {taps, tap::Summarise(ResultsOf(analysed)), tap::FindNoise(views), tap::Tune(tuning)};
+  report::TapReportInput input{
+      taps, tap::Summarise(ResultsOf(analysed)), tap::FindNoise(views), {}};
+  if (tune) input.tuning = tap::Tune(TuningTapsOf(analysed), {.analysis = options});
+  return input;
 }
 
 /// The picture that is asked for, or the first there is.
@@ -87,10 +90,10 @@ Result<std::string> PictureOf(const report::TapReportInput& input, const std::st
   return Fail(fmt::format("--figure {}: these taps have the figures {}", wanted, known));
 }
 
-Result<std::string> BytesOf(const PlotArguments& arguments,
+Result<std::string> BytesOf(const PlotArguments& arguments, const tap::TapOptions& options,
                             std::span<const report::PlottedTap> taps) {
   const std::string ending = std::filesystem::path(arguments.out).extension().string();
-  const report::TapReportInput input = InputOf(taps);
+  const report::TapReportInput input = InputOf(taps, options, ending == ".html");
   if (ending == ".html") {
     if (!arguments.figure.empty()) {
       return Fail(
@@ -113,7 +116,7 @@ int RunPlot(const PlotArguments& arguments) {
   if (taps.size() == 1 || (!taps.empty() && arguments.figure == "before-after")) {
     taps.front().root_causes = RootCausesOf(taps.front().recording, *options);
   }
-  const auto bytes = BytesOf(arguments, taps);
+  const auto bytes = BytesOf(arguments, *options, taps);
   if (!bytes) return Report(bytes.error());
   if (auto written = WriteOutputs({{arguments.out, *bytes}}, arguments.force); !written) {
     return Report(written.error());
@@ -123,30 +126,6 @@ int RunPlot(const PlotArguments& arguments) {
                            [](const auto& tap) { return tap.contact.verdict == Verdict::kGood; }),
              taps.size(), arguments.out);
   return kExitGood;
-}
-
-int RunTune(const TapArguments& arguments, double wanted_um) {
-  const auto options = TapOptionsOf(arguments);
-  if (!options) return Report(options.error());
-  if (!(wanted_um > 0 && wanted_um <= 1000)) {
-    return Report(
-        Fail(fmt::format("--uncertainty-um {}: must be above 0, at most 1000", wanted_um)).value());
-  }
-  const TapRun run = AnalyseFiles(arguments, *options);
-  for (const Error& error : run.failed) return Report(error);
-  std::vector<tap::TapView> views;
-  std::vector<tap::TuningTap> tuning_taps;
-  for (const report::AnalysedTap& tap : run.taps) {
-    views.push_back(tap.recording.View());
-    tuning_taps.push_back({tap.recording.View(), &tap.analysis});
-  }
-  constexpr double kMmPerUm = 1e-3;
-  const auto tuning = tap::Tune(tuning_taps, {.wanted_uncertainty_mm = wanted_um * kMmPerUm});
-  if (tuning) std::fputs(report::TuningText(*tuning).c_str(), stdout);
-  std::fputs(report::NoiseText(tap::FindNoise(views)).c_str(), stdout);
-  if (tuning) return kExitGood;
-  fmt::print("advice            none: no tap is good; trammel tap analyze says why\n");
-  return kExitNotTrusted;
 }
 
 }  // namespace
@@ -163,19 +142,6 @@ void AddTapPlotCommand(CLI::App& parent, int& exit_code) {
       "picture: series, mesh, tap, before-after or noise (default: the first there is); of "
       "several taps the first one's");
   command->callback([arguments, &exit_code] { exit_code = RunPlot(*arguments); });
-}
-
-void AddTapTuneCommand(CLI::App& parent, int& exit_code) {
-  CLI::App* command = parent.add_subcommand(
-      "tune", "advice on pull-back, force and drift filter, and the noise by frequency");
-  const auto arguments = std::make_shared<TapArguments>();
-  const auto wanted_um = std::make_shared<double>(1);
-  AddTapFiles(*command, *arguments);
-  AddTapOptions(*command, *arguments);
-  command->add_option("--uncertainty-um", *wanted_um, "standard uncertainty that a tap shall have")
-      ->capture_default_str();
-  command->callback(
-      [arguments, wanted_um, &exit_code] { exit_code = RunTune(*arguments, *wanted_um); });
 }
 
 }  // namespace trammel::app

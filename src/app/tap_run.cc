@@ -118,6 +118,15 @@ std::vector<tap::TapResult> ResultsOf(std::span<const report::AnalysedTap> taps)
   return results;
 }
 
+std::vector<tap::TuningTap> TuningTapsOf(std::span<const report::AnalysedTap> taps) {
+  std::vector<tap::TuningTap> tuning;
+  for (const auto& [recording, analysis, unread] : taps) {
+    tuning.push_back({recording.View(), &analysis, recording.nozzle_temperature_c, recording.x_mm,
+                      recording.y_mm});
+  }
+  return tuning;
+}
+
 int ExitCodeOf(std::span<const report::AnalysedTap> taps) {
   const bool good = std::all_of(taps.begin(), taps.end(), [](const report::AnalysedTap& tap) {
     return tap.analysis.verdict == Verdict::kGood;

@@ -11,6 +11,7 @@
 #include "report/tap_json.h"
 #include "tap/analyse.h"
 #include "tap/ensemble.h"
+#include "tap/tuning.h"
 
 namespace CLI {
 class App;
@@ -49,6 +50,9 @@ struct TapRun {
 [[nodiscard]] TapRun AnalyseFiles(const TapArguments& arguments, const tap::TapOptions& options);
 
 [[nodiscard]] std::vector<tap::TapResult> ResultsOf(std::span<const report::AnalysedTap> taps);
+
+/// Views of the taps, which must outlive them.
+[[nodiscard]] std::vector<tap::TuningTap> TuningTapsOf(std::span<const report::AnalysedTap> taps);
 
 /// Exit code of what was measured: good where every tap is.
 [[nodiscard]] int ExitCodeOf(std::span<const report::AnalysedTap> taps);

@@ -10,6 +10,7 @@
 #include "report/page.h"
 #include "report/tap_style.h"
 #include "report/tap_text.h"
+#include "report/tuning_text.h"
 #include "tap/finding.h"
 
 namespace trammel::report {
@@ -95,45 +96,6 @@ std::string TableOf(std::span<const PlottedTap> taps) {
 }
 
 }  // namespace
-
-std::string TuningText(const tap::Tuning& tuning) {
-  const tap::TapTraits& traits = tuning.traits;
-  std::string text = fmt::format(
-      "taps              {} good, {:.0f} samples/s\npress             {:.0f} gf over {:.1f} "
-      "µm "
-      "({:.0f} gf/mm), noise {:.2f} gf\nuncertainty       {:.2f} µm claimed, {:.2f} µm by noise "
-      "alone (docs/tap.md)\n",
-      traits.taps, traits.sample_rate_hz, traits.press_force_g, traits.press_depth_mm * kUmPerMm,
-      traits.stiffness_g_mm, traits.noise_g, traits.claimed_uncertainty_mm * kUmPerMm,
-      tuning.predicted_uncertainty_mm * kUmPerMm);
-  for (const tap::Advice& advice : tuning.advice) {
-    std::string what;
-    if (!std::isfinite(advice.advised)) {
-      what = "no advice";
-    } else if (!std::isfinite(advice.present)) {
-      what = fmt::format("{:.3g} {}", advice.advised, advice.unit);
-    } else if (advice.change) {
-      what =
-          fmt::format("{:.3g} {} instead of {:.3g}", advice.advised, advice.unit, advice.present);
-    } else {
-      what = fmt::format("keep {:.3g} {}", advice.present, advice.unit);
-    }
-    text += fmt::format("{:<20}{}\n    {}\n", advice.what, what, advice.because);
-  }
-  return text;
-}
-
-std::string NoiseText(const tap::NoiseSpectrum& noise) {
-  if (noise.frequency_hz.empty()) return "noise             no stretch is long enough to say\n";
-  std::string text =
-      fmt::format("noise             {:.2f} gf over {} stretches; {}\n", noise.noise_g,
-                  noise.stretches, noise.lines.empty() ? "no lines stand out" : "lines:");
-  for (const tap::NoiseLine& line : noise.lines) {
-    text += fmt::format("    {:6.1f} Hz  {:5.2f} gf  {}\n", line.frequency_hz, line.amplitude_g,
-                        tap::Describe(line));
-  }
-  return text;
-}
 
 std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_taps) {
   std::vector<Figure> figures;

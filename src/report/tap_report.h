@@ -24,8 +24,4 @@ struct TapReportInput {
 /// Stands alone: nothing is loaded from elsewhere. Text from outside may hold any bytes.
 [[nodiscard]] std::string TapReport(const TapReportInput& input);
 
-/// What tap::Tune says, for a terminal.
-[[nodiscard]] std::string TuningText(const tap::Tuning& tuning);
-[[nodiscard]] std::string NoiseText(const tap::NoiseSpectrum& noise);
-
 }  // namespace trammel::report

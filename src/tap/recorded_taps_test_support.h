@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tap/analyse.h"
+#include "tap/recording.h"
 
 namespace trammel::tap {
 
@@ -26,17 +27,22 @@ class RecordedTaps : public testing::Test {
   }
 
   /// @param name  "tap0" for tap/tap0.json.
-  [[nodiscard]] TapAnalysis Analyse(const std::string& name, Method method) const {
+  [[nodiscard]] Recording Read(const std::string& name) const {
     nlohmann::json json;
     std::ifstream(folder_ / (name + ".json")) >> json;
-    const std::vector<double> time_s = json.at("time");
-    const std::vector<double> force_g = json.at("force");
-    std::vector<Move> moves;
+    Recording recording;
+    recording.name = name;
+    recording.time_s = json.at("time").get<std::vector<double>>();
+    recording.force_g = json.at("force").get<std::vector<double>>();
     for (const auto& move : json.at("moves")) {
-      moves.push_back({move.at("print_time"), move.at("move_t"), move.at("start_v"),
-                       move.at("accel"), move.at("start_z"), move.at("z_r")});
+      recording.moves.push_back({move.at("print_time"), move.at("move_t"), move.at("start_v"),
+                                 move.at("accel"), move.at("start_z"), move.at("z_r")});
     }
-    return TapAnalyser({.method = method}).Analyse({time_s, force_g, moves});
+    return recording;
+  }
+
+  [[nodiscard]] TapAnalysis Analyse(const std::string& name, Method method) const {
+    return TapAnalyser({.method = method}).Analyse(Read(name).View());
   }
 
  private:

@@ -2,24 +2,36 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "tap/analyse.h"
+#include "tap/scatter.h"
 #include "tap/tap.h"
+#include "tap/tuning_trial.h"
 
 namespace trammel::tap {
 
-/// A tap with what was found in it. Neither is owned.
+/// A tap with what was found in it by the contact method. Neither is owned.
 struct TuningTap {
   TapView tap;
   const TapAnalysis* analysis = nullptr;
+  // Where they are known; only to explain scatter.
+  double temperature_c = std::numeric_limits<double>::quiet_NaN();
+  double x_mm = std::numeric_limits<double>::quiet_NaN();
+  double y_mm = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct TuningOptions {
   /// Standard uncertainty that one tap shall have, mm; > 0. A first layer does not show 1 um.
   double wanted_uncertainty_mm = 0.001;
+  TapOptions analysis;     ///< With which the taps were analysed; its method is the contact one.
+  std::uint64_t seed = 1;  ///< Of the trial.
 };
 
 /// What the taps are like: medians over the good ones.
@@ -33,8 +45,8 @@ struct TapTraits {
   double press_depth_mm = 0;        ///< From the break down to the halt.
   double press_force_g = 0;         ///< At the start of the pull-back's cruise.
   double stiffness_g_mm = 0;        ///< Press force by depth.
-  double noise_g = 0;               ///< Of one sample during the pull-back.
-  double approach_noise_g = 0;      ///< Before the collision; NaN where not recorded.
+  double noise_g = 0;               ///< Of one sample of the free nozzle on the pull-back.
+  double approach_noise_g = 0;      ///< Before the collision.
   double drift_g_s = 0;             ///< Size of the force's slope where nothing touches.
   double claimed_uncertainty_mm = 0;
 };
@@ -44,15 +56,34 @@ struct Advice {
   std::string what;  ///< "pull-back distance"
   std::string unit;
   double present = 0;   ///< NaN where the recordings do not tell.
-  double advised = 0;   ///< NaN where no value would do.
+  double advised = 0;   ///< The present one where it stays; NaN where no value would do.
   bool change = false;  ///< Whether the difference is worth the trouble.
   std::string because;
 };
 
+enum class TuningEnd : std::uint8_t {
+  kChange,  ///< Change what the advice says.
+  kKeep,    ///< The present settings do what is wanted, or none is better: `because`.
+  kNone,    ///< No advice can be given: `because`.
+};
+
+/// "change", "keep" or "none", as written to JSON.
+[[nodiscard]] std::string_view ToString(TuningEnd end);
+
 struct Tuning {
-  TapTraits traits;
+  TuningEnd end = TuningEnd::kNone;
+  std::string because;  ///< In a sentence or two, whatever the end.
+  std::size_t recorded = 0;
+  std::size_t recorded_good = 0;
+  std::size_t recorded_shallow = 0;     ///< Of the good ones, with the notice short_press.
+  TapTraits traits;                     ///< With `taps` 0 and all else 0 where no tap is good.
   double predicted_uncertainty_mm = 0;  ///< By BreakUncertainty, for the taps as they are.
-  std::vector<Advice> advice;
+  std::vector<Advice> advice;           ///< Empty where there is none.
+  Scatter scatter;
+  // Of one trial; neither where none could be made.
+  std::optional<TrialOutcome> trial_present;
+  std::optional<TrialOutcome> trial_advised;  ///< Only where something is to be changed.
+  std::size_t tried = 0;                      ///< Sets of settings.
 };
 
 /// Standard uncertainty of the break point in mm, for a press that is fitted with its curvature on
@@ -63,8 +94,10 @@ struct Tuning {
 [[nodiscard]] double BreakUncertainty(const TapTraits& traits, double speed_mm_s, double press_mm,
                                       double after_mm);
 
-/// @returns nothing where no tap is good or none has a fitted press.
-[[nodiscard]] std::optional<Tuning> Tune(std::span<const TuningTap> taps,
-                                         const TuningOptions& options = {});
+/// Chooses settings together and tries them on taps drawn from these (tuning_search.h). Advice to
+/// change something is given only if 95 % of such taps are good and no less certain than under the
+/// present settings; else the present ones stay, and `because` says why.
+/// @param taps  Of one printer under one setting, in the order of time; any may be bad.
+[[nodiscard]] Tuning Tune(std::span<const TuningTap> taps, const TuningOptions& options = {});
 
 }  // namespace trammel::tap
