@@ -48,8 +48,9 @@ typedef struct trammel_tap_options {
   size_t struct_size;
   int32_t method; /* TRAMMEL_TAP_METHOD_… */
   int32_t reserved;
-  double latency_s;               /* By which a force is read after it acted; >= 0. */
-  double latency_uncertainty_s;   /* Its standard uncertainty; >= 0. */
+  double latency_s;               /* By which a force is read after it acted, >= 0; NaN where it is
+                                     not known: the contact method takes it from the approach. */
+  double latency_uncertainty_s;   /* Standard uncertainty of a stated latency; >= 0. */
   double nozzle_temperature_c;    /* NaN where it is not known. */
   double trigger_force_g;         /* NaN where it is not known. */
   double decompression_angle_rad; /* Of a clean nozzle at 25 gf = 0.1 s; NaN leaves it out. */

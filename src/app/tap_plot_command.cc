@@ -33,13 +33,16 @@ std::vector<report::PlottedTap> PlottedOf(const TapRun& run, const tap::TapOptio
   tap::TapOptions two_line = options;
   two_line.method = tap::Method::kTwoLine;
   tap::TapAnalyser contact_analyser(contact);
-  tap::TapAnalyser two_line_analyser(two_line);
   std::vector<report::PlottedTap> plotted;
   for (const report::AnalysedTap& tap : run.taps) {
     if (!tap.unread.empty()) continue;
-    plotted.push_back({tap.recording, AnalyseRecorded(tap.recording, contact, contact_analyser),
+    const tap::TapAnalysis by_contact = AnalyseRecorded(tap.recording, contact, contact_analyser);
+    // The lines are drawn over the same heights.
+    two_line.latency_s = by_contact.latency_s;
+    tap::TapAnalyser two_line_analyser(two_line);
+    plotted.push_back({tap.recording, by_contact,
                        AnalyseRecorded(tap.recording, two_line, two_line_analyser),
-                       options.latency_s});
+                       by_contact.latency_s});
   }
   return plotted;
 }

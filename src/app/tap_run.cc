@@ -29,13 +29,11 @@ void AddTapOptions(CLI::App& command, TapArguments& arguments) {
 }
 
 void AddTapMeasuring(CLI::App& command, TapArguments& arguments) {
-  command
-      .add_option("--latency-ms", arguments.latency_ms,
-                  "by which a force is read after it acted, in ms")
-      ->capture_default_str();
+  command.add_option("--latency-ms", arguments.latency_ms,
+                     "by which a force is read after it acted, in ms; else from the approach");
   command
       .add_option("--latency-uncertainty-ms", arguments.latency_uncertainty_ms,
-                  "standard uncertainty of the latency, in ms")
+                  "standard uncertainty of the stated latency, in ms")
       ->capture_default_str();
   command.add_option("--nozzle-temperature", arguments.nozzle_temperature_c,
                      "of the nozzle when it tapped, in degrees C: hot plastic oozes");
@@ -59,13 +57,15 @@ Result<tap::TapOptions> TapOptionsOf(const TapArguments& arguments) {
   // A converter at 10 samples per second is the slowest there is.
   constexpr double kMostLatency_ms = 200;
   for (const auto& [option, value] :
-       {std::pair{"--latency-ms", arguments.latency_ms},
+       {std::pair{"--latency-ms", arguments.latency_ms.value_or(0)},
         std::pair{"--latency-uncertainty-ms", arguments.latency_uncertainty_ms}}) {
     if (auto within = CheckRange(option, value, 0, kMostLatency_ms, "ms"); !within) {
       return tl::unexpected(within.error());
     }
   }
-  options.latency_s = arguments.latency_ms / kMsPerS;
+  if (arguments.latency_ms) {
+    options.latency_s = *arguments.latency_ms / kMsPerS;
+  }
   options.latency_uncertainty_s = arguments.latency_uncertainty_ms / kMsPerS;
   if (arguments.nozzle_temperature_c) {
     if (auto within = CheckRange("--nozzle-temperature", *arguments.nozzle_temperature_c, -50, 600,

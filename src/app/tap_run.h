@@ -22,7 +22,7 @@ namespace trammel::app {
 struct TapArguments {
   std::vector<std::string> files;
   std::string method = "contact";
-  double latency_ms = 0;
+  std::optional<double> latency_ms;  ///< Not given: estimated from the approach.
   double latency_uncertainty_ms = 0;
   std::optional<double> nozzle_temperature_c;
 };

@@ -57,6 +57,8 @@ Json Object(const AnalysedTap& tap) {
       good ? Json{Number(analysis.interval95_mm.lo), Number(analysis.interval95_mm.hi)}
            : Json(nullptr);
   object["contact_time_s"] = if_good(analysis.contact_time_s);
+  object["latency_s"] = if_good(analysis.latency_s);
+  object["latency_uncertainty_s"] = if_good(analysis.latency_uncertainty_s);
   object["method"] = tap::ToString(analysis.method);
   object["quality"] = Number(analysis.quality);
   object["noise_g"] = Number(analysis.noise_g);

@@ -12,8 +12,10 @@ namespace trammel::tap {
 
 struct TapOptions {
   Method method = Method::kContact;
-  double latency_s = 0;              ///< By which a force is read after it acted; >= 0.
-  double latency_uncertainty_s = 0;  ///< Its standard uncertainty; >= 0.
+  /// By which a force is read after it acted; >= 0. NaN where it is not known: the contact method
+  /// then estimates it from the approach, the two-line method takes 0.
+  double latency_s = __builtin_nan("");
+  double latency_uncertainty_s = 0;  ///< Standard uncertainty of a stated latency; >= 0.
   /// Of the nozzle when tapped, degC; NaN where it is not known. Hot plastic oozes.
   double nozzle_temperature_c = __builtin_nan("");
   /// At which the firmware stops the approach, gf; NaN where it is not known. Checked only.

@@ -85,6 +85,19 @@ double PressShape::At(double y) const {
   return d * (c[0] + d * (c[1] + d * c[2])) + by_power + e * (added_slope + e * added_curve);
 }
 
+double PressShape::Slope(double y) const {
+  constexpr double kNear = 0.02;
+  const double d = t - y;
+  if (!(d > 0)) {
+    return 0;
+  }
+  const double e = std::max(0.0, kink_t - y);
+  const double by_power =
+      power_c != 0 ? power_c * power * std::pow(std::max(d, kNear * t), power - 1) : 0;
+  const double by_kink = e > 0 ? added_slope + 2 * e * added_curve : 0;
+  return -(c[0] + d * (2 * c[1] + 3 * d * c[2]) + by_power + by_kink);
+}
+
 BreakEstimate EstimateBreak(const PressProfile& profile, double inflation, Workspace& workspace) {
   BreakEstimate result;
   if (!profile.Ready()) {

@@ -24,6 +24,8 @@ struct PressShape {
 
   /// Force at a height, without the baseline; 0 above t.
   [[nodiscard]] double At(double y) const;
+  /// Its derivative by y, <= 0 for a press; that of a power below 1 is bounded near t.
+  [[nodiscard]] double Slope(double y) const;
 };
 
 /// The break in the units of BreakSamples.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <limits>
@@ -45,7 +46,7 @@ trammel_tap_options Defaults() {
   return {sizeof(trammel_tap_options),
           TRAMMEL_TAP_METHOD_CONTACT,
           0,
-          0,
+          kUnknown,
           0,
           kUnknown,
           kUnknown,
@@ -67,7 +68,8 @@ bool ReadOptions(const trammel_tap_options* given, TapOptions& options) {
   constexpr double kMostLatency_s = 10;
   return (known.method == TRAMMEL_TAP_METHOD_CONTACT ||
           known.method == TRAMMEL_TAP_METHOD_TWO_LINE) &&
-         known.latency_s >= 0 && known.latency_s <= kMostLatency_s &&
+         (std::isnan(known.latency_s) ||
+          (known.latency_s >= 0 && known.latency_s <= kMostLatency_s)) &&
          known.latency_uncertainty_s >= 0 && known.latency_uncertainty_s <= kMostLatency_s;
 }
 

@@ -75,7 +75,7 @@ TEST(TapCInterface, BadArgumentsAreSaid) {
   method.options.method = 7;
   EXPECT_EQ(method.Run(), TRAMMEL_TAP_BAD_ARGUMENT);
   Call latency;
-  latency.options.latency_s = std::nan("");
+  latency.options.latency_s = -1e-3;
   EXPECT_EQ(latency.Run(), TRAMMEL_TAP_BAD_ARGUMENT);
   Call unsized;
   unsized.result.struct_size = 0;

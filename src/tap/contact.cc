@@ -9,6 +9,7 @@
 #include "tap/break_search.h"
 #include "tap/finding.h"
 #include "tap/free_noise.h"
+#include "tap/latency.h"
 #include "tap/local_readings.h"
 #include "tap/press_stretch.h"
 #include "tap/residuals.h"
@@ -226,8 +227,7 @@ void Report(const CleanTap& clean, const PressStretch& stretch, const Fit& fit,
   // older than it looks.
   const double jitter_mm = 0.5 * clean.jitter_s * motion.pull_back_speed_mm_s;
   const double held_mm = clean.held_s * motion.pull_back_speed_mm_s;
-  const double down =
-      std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm) + jitter_mm + held_mm;
+  const double down = std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm) + jitter_mm + held_mm;
   const double up = std::hypot(stretch.Z(e.hi) - z, kNormal95 * latency_mm) + jitter_mm;
   result.noise_g = e.noise;
   result.contact_z_mm = z;
@@ -284,6 +284,11 @@ void AddPoints(const TapMotion& motion, const TapOptions& options, TapAnalysis& 
   at(Corner::kPullBackEnd, force.to_z_mm);
 }
 
+SeenPress SeenOf(const PressStretch& stretch, const Fit& fit, const TapOptions& options) {
+  return {fit.estimate.shape, stretch.z0_mm,     stretch.span_mm,
+          stretch.sign,       options.latency_s, fit.estimate.noise};
+}
+
 Finding WhyNot(const Fit& fit, std::size_t samples) {
   switch (fit.estimate.outcome) {
     case BreakEstimate::Outcome::kTooFew:
@@ -295,10 +300,39 @@ Finding WhyNot(const Fit& fit, std::size_t samples) {
   }
 }
 
+// The fit of the cruise for one latency; where there is none, the reason is in the result.
+Fit ReadBreak(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
+              PressStretch& stretch, Workspace& workspace, TapAnalysis& result) {
+  result.verdict = Verdict::kCannotTell;
+  stretch = {};
+  if (!SelectCruise(clean, motion, options.latency_s, workspace, stretch)) {
+    result.reason = {FindingCode::kFewSamplesInCruise, static_cast<double>(stretch.y.size()),
+                     kLeastInCruise};
+    return {};
+  }
+  CropBaseline(stretch, workspace);
+  Fit fit = FitRobustly(clean, motion, options, stretch, workspace, result);
+  result.noise_g = fit.estimate.noise;
+  if (!Found(fit)) {
+    result.reason = WhyNot(fit, stretch.y.size());
+    return fit;
+  }
+  const double t = fit.estimate.t;
+  const auto& c = fit.coefficients.c;
+  const double added_g = t * (c[0] + t * (c[1] + t * c[2]));
+  // A press makes the force fall. Where a steep baseline makes up for it, noise was fitted.
+  const double press_g = std::min(added_g, added_g - t * fit.coefficients.b);
+  if (!(press_g > kLeastStandOut * fit.estimate.noise)) {
+    result.reason = {FindingCode::kNoBreak, press_g, kLeastStandOut * fit.estimate.noise};
+    fit.estimate.outcome = BreakEstimate::Outcome::kNoPress;
+  }
+  return fit;
+}
+
 }  // namespace
 
 std::size_t ContactWorkspaceBytes(std::size_t samples) {
-  constexpr std::size_t kArrays = 8;                                // of double: Stretch, TrimPress
+  constexpr std::size_t kArrays = 14;  // of double: PressStretch for two latencies, TrimPress
   constexpr std::size_t kBookkeeping = 2048;                        // alignment of every piece
   return kBookkeeping + samples * (kArrays * sizeof(double) +       //
                                    PressProfile::kBytesPerSample +  //
@@ -308,32 +342,38 @@ std::size_t ContactWorkspaceBytes(std::size_t samples) {
 void AnalyseContact(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                     Workspace& workspace, TapAnalysis& result) {
   const Workspace::Scope scope(workspace);
+  TapOptions known = options;
+  const bool estimated = std::isnan(options.latency_s);
+  if (estimated) {
+    known.latency_s = known.latency_uncertainty_s = 0;
+  }
   PressStretch stretch;
-  result.verdict = Verdict::kCannotTell;
-  if (!SelectCruise(clean, motion, options.latency_s, workspace, stretch)) {
-    result.reason = {FindingCode::kFewSamplesInCruise, static_cast<double>(stretch.y.size()),
-                     kLeastInCruise};
-    return;
-  }
-  CropBaseline(stretch, workspace);
-  const Fit fit = FitRobustly(clean, motion, options, stretch, workspace, result);
-  result.noise_g = fit.estimate.noise;
+  const TapAnalysis before = result;
+  Fit fit = ReadBreak(clean, motion, known, stretch, workspace, result);
   if (!Found(fit)) {
-    result.reason = WhyNot(fit, stretch.y.size());
     return;
   }
-  const double t = fit.estimate.t;
-  const auto& c = fit.coefficients.c;
-  const double added_g = t * (c[0] + t * (c[1] + t * c[2]));
-  // A press makes the force fall. Where a steep baseline makes up for it, noise was fitted.
-  const double press_g = std::min(added_g, added_g - t * fit.coefficients.b);
-  if (!(press_g > kLeastStandOut * fit.estimate.noise)) {
-    result.reason = {FindingCode::kNoBreak, press_g, kLeastStandOut * fit.estimate.noise};
-    return;
+  if (estimated) {
+    LatencyEstimate latency = EstimateLatency(clean, motion, SeenOf(stretch, fit, known));
+    constexpr double kMuch = 2;  // samples: the cruise is that of others, then
+    if (std::abs(latency.latency_s) > kMuch * clean.period_s) {
+      result = before;
+      known.latency_s = latency.latency_s;
+      fit = ReadBreak(clean, motion, known, stretch, workspace, result);
+      if (!Found(fit)) {
+        return;
+      }
+      latency = EstimateLatency(clean, motion, SeenOf(stretch, fit, known));
+    }
+    stretch.z0_mm -= motion.pull_back_speed_mm_s * (latency.latency_s - known.latency_s);
+    known.latency_s = latency.latency_s;
+    known.latency_uncertainty_s = latency.uncertainty_s;
   }
-  Report(clean, stretch, fit, motion, options, result);
-  AddPoints(motion, options, result);
-  CheckApproach(clean, motion, options, workspace, result);
+  result.latency_s = known.latency_s;
+  result.latency_uncertainty_s = known.latency_uncertainty_s;
+  Report(clean, stretch, fit, motion, known, result);
+  AddPoints(motion, known, result);
+  CheckApproach(clean, motion, known, workspace, result);
 }
 
 }  // namespace trammel::tap

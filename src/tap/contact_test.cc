@@ -41,7 +41,10 @@ struct Figures {
   std::map<std::string, int> notices;
 };
 
-Figures Measure(const PressWorld& world, const TapOptions& options = {}, int taps = 1000) {
+// With the latency stated, so that it is the break that is measured.
+const TapOptions kStated = {.latency_s = 0};
+
+Figures Measure(const PressWorld& world, const TapOptions& options = kStated, int taps = 1000) {
   constexpr std::uint64_t kFirstSeed = 1000;
   Figures f;
   f.taps = taps;
@@ -174,7 +177,7 @@ TEST(TapContact, IntervalsHoldHoweverSlowAndLongThePullBack) {
     ExpectAccurate(f);
     ExpectCalibrated(Measure({.noise_g = 0.1, .pull_back_mm = pull_back_mm}));
   }
-  ExpectCalibrated(Measure({.rate_hz = 4000}, {}, 500));
+  ExpectCalibrated(Measure({.rate_hz = 4000}, kStated, 500));
 }
 
 TEST(TapContact, AShortPressIsWithinThreeMicronsInNinetyNineOfHundred) {
@@ -193,12 +196,12 @@ TEST(TapContact, EveryTapAtEightySamplesPerSecondIsUsable) {
 TEST(TapContact, TwoThousandSamplesPerSecondAreUsedInFull) {
   const Figures f = Measure({.noise_g = 4, .rate_hz = 2000});
   ExpectCalibrated(f);
-  ExpectHonest(Measure({.law = Power125, .noise_g = 4, .rate_hz = 2000}, {}, 300));
+  ExpectHonest(Measure({.law = Power125, .noise_g = 4, .rate_hz = 2000}, kStated, 300));
 }
 
 TEST(TapContact, HumIsTakenOut) {
   for (const double hum_hz : {50.0, 60.0, 100.0}) {
-    const Figures f = Measure({.hum_g = 6, .hum_hz = hum_hz}, {}, 500);
+    const Figures f = Measure({.hum_g = 6, .hum_hz = hum_hz}, kStated, 500);
     EXPECT_GE(f.good, kLeastGood * f.taps);
     EXPECT_LE(std::abs(f.mean_um), 0.3);
     EXPECT_LE(f.deviation_um, 0.5);
@@ -207,35 +210,35 @@ TEST(TapContact, HumIsTakenOut) {
 }
 
 TEST(TapContact, AWildSampleInFiftyChangesLittle) {
-  const Figures f = Measure({.outlier_share = 0.02}, {}, 500);
+  const Figures f = Measure({.outlier_share = 0.02}, kStated, 500);
   EXPECT_LE(f.deviation_um, 0.5);
   EXPECT_GE(f.covered, 0.92 * f.good);
 }
 
 TEST(TapContact, CorrelatedNoiseWidensTheInterval) {
-  const Figures f = Measure({.memory = 0.6}, {}, 500);
+  const Figures f = Measure({.memory = 0.6}, kStated, 500);
   EXPECT_GE(f.covered, 0.85 * f.good);
 }
 
 TEST(TapContact, ACoarseConverterIsBorne) {
-  const Figures f = Measure({.noise_g = 1, .resolution_g = 4}, {}, 500);
+  const Figures f = Measure({.noise_g = 1, .resolution_g = 4}, kStated, 500);
   EXPECT_GE(f.good, kLeastGood * f.taps);
   EXPECT_GE(f.covered, 0.92 * f.good);
 }
 
 TEST(TapContact, HeldValuesAndScatteredTimesAreCovered) {
   for (const double share : {0.1, 0.3, 0.5}) {
-    const Figures f = Measure({.held_share = share}, {}, 500);
+    const Figures f = Measure({.held_share = share}, kStated, 500);
     EXPECT_LE(std::abs(f.mean_um), 0.15);
     EXPECT_GE(f.covered, 0.93 * f.good);
     EXPECT_GE(f.good, kLeastGood * f.taps);
   }
-  const Figures f = Measure({.late_s = 0.5 / 320}, {}, 500);
+  const Figures f = Measure({.late_s = 0.5 / 320}, kStated, 500);
   EXPECT_GE(f.covered, 0.93 * f.good);
 }
 
 TEST(TapContact, ADriveThatLagsAtFirstIsCutOff) {
-  const Figures f = Measure({.onset_lag_mm = 0.004}, {}, 500);
+  const Figures f = Measure({.onset_lag_mm = 0.004}, kStated, 500);
   EXPECT_LE(std::abs(f.mean_um), 0.5);
   EXPECT_GE(f.covered, 0.90 * f.good);
 }
@@ -265,7 +268,7 @@ TEST(TapContact, WithoutNoiseItIsExact) {
 
 TEST(TapContact, LatencyMovesTheBreakAndItsUncertaintyWidensTheInterval) {
   const PressTap tap = MakePressTap({.latency_s = 0.006}, 1001);
-  TapAnalyser naive({});
+  TapAnalyser naive({.latency_s = 0});
   TapAnalyser told({.latency_s = 0.006});
   TapAnalyser unsure({.latency_s = 0.006, .latency_uncertainty_s = 0.003});
   const TapAnalysis a = naive.Analyse(tap.View());
@@ -277,6 +280,30 @@ TEST(TapContact, LatencyMovesTheBreakAndItsUncertaintyWidensTheInterval) {
   const double half_b = b.interval95_mm.hi - b.contact_z_mm;
   const double half_c = c.interval95_mm.hi - c.contact_z_mm;
   EXPECT_NEAR(half_c, std::hypot(half_b, 1.96 * 0.003 * kSpeed_mm_s), 1e-6);
+}
+
+TEST(TapContact, LatencyIsToldFromTheApproach) {
+  for (const double latency_s : {0.0, 0.002, 0.005, 0.010, 0.020}) {
+    const Figures f = Measure({.latency_s = latency_s}, {}, 500);
+    EXPECT_GE(f.covered, 0.93 * f.good) << latency_s;
+    EXPECT_LE(std::abs(f.mean_um), 0.15) << latency_s;
+    EXPECT_LE(f.half_width_um, 1.2) << latency_s;
+  }
+  // Slow sampling shows the approach in two or three samples: the interval holds what that leaves.
+  const Figures slow = Measure({.rate_hz = 80, .pull_back_mm_s = 0.1, .latency_s = 0.020}, {}, 500);
+  EXPECT_GE(slow.covered, 0.93 * slow.good);
+}
+
+TEST(TapContact, WithoutAnApproachTheIntervalHoldsTheLatenciesThatUsersHave) {
+  for (const double latency_s : {0.0, 0.004, 0.010}) {
+    PressTap tap = MakePressTap({.latency_s = latency_s}, 1000);
+    tap.moves.erase(tap.moves.begin());
+    TapAnalyser analyser({});
+    const TapAnalysis analysis = analyser.Analyse(tap.View());
+    ASSERT_EQ(analysis.verdict, Verdict::kGood) << Explain(analysis.reason);
+    EXPECT_LE(analysis.interval95_mm.lo, tap.contact_z_mm) << latency_s;
+    EXPECT_GE(analysis.interval95_mm.hi, tap.contact_z_mm) << latency_s;
+  }
 }
 
 TEST(TapContact, NoPressIsNoContact) {

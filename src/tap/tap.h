@@ -95,6 +95,8 @@ struct TapAnalysis {
   Interval interval95_mm;
   double quality = 0;  ///< 0 … 100; below 40 is bad. Given for refused taps too, where it can be.
   double noise_g = 0;  ///< Standard deviation of one sample about the fit.
+  double latency_s = 0;  ///< By which forces were taken to be read late: as stated, or estimated,
+  double latency_uncertainty_s = 0;  ///< and its standard uncertainty.
   std::array<Point, kMaxPoints> points{};
   std::size_t point_count = 0;
   std::array<Finding, kMaxNotices> notices{};

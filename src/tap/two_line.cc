@@ -143,7 +143,9 @@ void JudgeTwoLine(std::span<const Move> moves, const CleanTap& clean, const TapM
   }
   result.verdict = Verdict::kGood;
   result.reason = {};
-  result.contact_time_s = clean.origin_s + lines.let_go.time_s - options.latency_s;
+  result.latency_s = std::isnan(options.latency_s) ? 0 : options.latency_s;
+  result.latency_uncertainty_s = options.latency_uncertainty_s;
+  result.contact_time_s = clean.origin_s + lines.let_go.time_s - result.latency_s;
   result.contact_z_mm = motion.Z(result.contact_time_s);
   const double degrees = static_cast<double>(lines.decompression.count) - 2;
   result.standard_uncertainty_mm =
