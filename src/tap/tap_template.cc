@@ -119,11 +119,10 @@ struct Residual {
 
 /// What the samples of the press show beside the fitted polynomial.
 std::vector<Residual> ResidualsOf(const TapView& tap, const TapMotion& motion,
-                                  const FittedForce& force, const TapTemplate& found,
-                                  double latency_s) {
+                                  const FittedForce& force, const TapTemplate& found) {
   std::vector<Residual> residuals;
   for (std::size_t i = 0; i < tap.time_s.size(); ++i) {
-    const double acted_s = tap.time_s[i] - latency_s;
+    const double acted_s = tap.time_s[i] - found.latency_s;
     if (acted_s < motion.cruise_start_s || acted_s > motion.cruise_end_s) continue;
     const double z = motion.CruiseZ(acted_s);
     const double depth = force.break_z_mm - z;
@@ -306,7 +305,7 @@ std::vector<FreeStretch> FreeStretchesOf(const TapView& tap, const TapAnalysis& 
 }
 
 std::optional<TapTemplate> ReadTemplate(const TapView& tap, const TapAnalysis& analysis,
-                                        double latency_s, double noise_g) {
+                                        double noise_g) {
   TapMotion motion;
   if (analysis.verdict != Verdict::kGood || !analysis.force.fitted ||
       FindMotion(tap.moves, motion).code != FindingCode::kNone) {
@@ -315,6 +314,7 @@ std::optional<TapTemplate> ReadTemplate(const TapView& tap, const TapAnalysis& a
   const FittedForce& force = analysis.force;
   TapTemplate found;
   found.setting = *ReadSetting(tap);
+  found.latency_s = std::isfinite(analysis.latency_s) ? analysis.latency_s : 0;
   found.press_depth_mm = force.break_z_mm - motion.halt_z_mm;
   found.press.depth_mm = force.break_z_mm - motion.cruise_start_z_mm;
   found.press.smooth_g = force.press_g;
@@ -329,7 +329,7 @@ std::optional<TapTemplate> ReadTemplate(const TapView& tap, const TapAnalysis& a
   found.tare_g = force.baseline_g;
   if (!(found.press.depth_mm > 0) || !(std::abs(deepest) > 0)) return std::nullopt;
   const double fitted_mm = std::min(force.break_z_mm - force.from_z_mm, found.press.depth_mm);
-  ReadRest(ResidualsOf(tap, motion, force, found, latency_s), fitted_mm, noise_g, found);
+  ReadRest(ResidualsOf(tap, motion, force, found), fitted_mm, noise_g, found);
   found.press_force_g = found.press.Force(found.press.depth_mm);
   if (!(found.press_force_g > 0)) return std::nullopt;
   const FreeLevels levels =

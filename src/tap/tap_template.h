@@ -44,9 +44,10 @@ struct TapTemplate {
   double sign = 1;            ///< Of the force that a press adds.
   double tare_g = 0;          ///< The free nozzle's force at the break.
   TapSetting setting;
-  double before_s = 0;  ///< Recorded before the halt.
-  double dwell_s = 0;   ///< From the halt to the pull-back.
-  double after_s = 0;   ///< Recorded after the pull-back.
+  double before_s = 0;   ///< Recorded before the halt.
+  double dwell_s = 0;    ///< From the halt to the pull-back.
+  double after_s = 0;    ///< Recorded after the pull-back.
+  double latency_s = 0;  ///< As stated, or estimated from this tap.
   double drift_g_s = 0;
   double step_g = 0;                ///< By which the free nozzle's force is higher after the press.
   double lost_share = 0;            ///< Of the force, at rest.
@@ -67,11 +68,9 @@ struct TapTemplate {
                                                        const TapAnalysis& analysis);
 
 /// @param analysis  Of the tap, by the contact method.
-/// @param latency_s  That it was analysed with.
 /// @param noise_g   Of one sample of the free nozzle.
 /// @returns nothing where the tap is not good, or no press was fitted.
 [[nodiscard]] std::optional<TapTemplate> ReadTemplate(const TapView& tap,
-                                                      const TapAnalysis& analysis, double latency_s,
-                                                      double noise_g);
+                                                      const TapAnalysis& analysis, double noise_g);
 
 }  // namespace trammel::tap

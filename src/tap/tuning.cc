@@ -77,6 +77,14 @@ double WholeNoise(const NoiseModel& noise) {
   return std::sqrt(square);
 }
 
+double MedianOf(const TrialWorld& world, const std::function<double(const TapTemplate&)>& value) {
+  std::vector<double> values;
+  for (const TapTemplate& tap : world.templates) {
+    if (std::isfinite(value(tap))) values.push_back(value(tap));
+  }
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : Median(values);
+}
+
 /// By which halts scatter beyond the templates' own. Fewer than five do not show it: then it is
 /// half the way between samples, with the next of which the trigger's force is found. More show it,
 /// but for what lies between and beyond them: a smoothed bootstrap (Silverman & Young 1987).
@@ -93,27 +101,22 @@ double HaltScatter(const std::vector<TapTemplate>& templates) {
   return std::isfinite(way) ? std::min(0.5 * way, 0.25 * tap.press_depth_mm) : 0;
 }
 
-TrialWorld ReadWorld(std::span<const TuningTap> taps, double latency_s) {
+TrialWorld ReadWorld(std::span<const TuningTap> taps) {
   TrialWorld world;
   world.noise = ReadNoise(taps);
   const double noise_g = WholeNoise(world.noise);
   const std::size_t step = 1 + taps.size() / kMostTemplates;
   for (std::size_t i = 0; i < taps.size(); ++i) {
     if (i % step != 0 && world.templates.size() + taps.size() - i > kMostTemplates) continue;
-    if (auto found = ReadTemplate(taps[i].tap, *taps[i].analysis, latency_s, noise_g)) {
+    if (auto found = ReadTemplate(taps[i].tap, *taps[i].analysis, noise_g)) {
       world.templates.push_back(std::move(*found));
     }
   }
   world.halt_scatter_mm = HaltScatter(world.templates);
-  return world;
-}
-
-double MedianOf(const TrialWorld& world, const std::function<double(const TapTemplate&)>& value) {
-  std::vector<double> values;
-  for (const TapTemplate& tap : world.templates) {
-    if (std::isfinite(value(tap))) values.push_back(value(tap));
+  if (!world.templates.empty()) {
+    world.latency_s = MedianOf(world, [](const TapTemplate& tap) { return tap.latency_s; });
   }
-  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : Median(values);
+  return world;
 }
 
 TapTraits TraitsOf(std::span<const TuningTap> taps, const TrialWorld& world) {
@@ -149,7 +152,7 @@ bool HasNotice(const TapAnalysis& analysis, FindingCode code) {
                      [code](const Finding& finding) { return finding.code == code; });
 }
 
-Scatter ScatterOf(std::span<const TuningTap> taps, double latency_s, double noise_g) {
+Scatter ScatterOf(std::span<const TuningTap> taps, double noise_g) {
   std::vector<ScatteredTap> scattered;
   for (const TuningTap& tap : taps) {
     const TapAnalysis& analysis = *tap.analysis;
@@ -161,7 +164,7 @@ Scatter ScatterOf(std::span<const TuningTap> taps, double latency_s, double nois
                   tap.temperature_c,
                   tap.x_mm,
                   tap.y_mm};
-    if (const auto found = ReadTemplate(tap.tap, analysis, latency_s, noise_g)) {
+    if (const auto found = ReadTemplate(tap.tap, analysis, noise_g)) {
       one.press_force_g = found->press_force_g;
     }
     one.press_trimmed = HasNotice(analysis, FindingCode::kPressTrimmed);
@@ -205,7 +208,7 @@ Tuning Tune(std::span<const TuningTap> taps, const TuningOptions& options) {
   TapOptions analysis = options.analysis;
   analysis.method = Method::kContact;
   analysis.trigger_force_g = std::numeric_limits<double>::quiet_NaN();
-  const TrialWorld world = ReadWorld(taps, analysis.latency_s);
+  const TrialWorld world = ReadWorld(taps);
   if (world.templates.empty()) {
     tuning.because = "the good taps have no fitted press: analyse them with the contact method";
     return tuning;
@@ -215,7 +218,7 @@ Tuning Tune(std::span<const TuningTap> taps, const TuningOptions& options) {
   tuning.predicted_uncertainty_mm =
       BreakUncertainty(traits, traits.pull_back_speed_mm_s, traits.press_depth_mm,
                        std::max(traits.pull_back_mm - traits.press_depth_mm, 1e-6));
-  tuning.scatter = ScatterOf(taps, analysis.latency_s, traits.noise_g);
+  tuning.scatter = ScatterOf(taps, traits.noise_g);
   const std::string mixed = MixedIn(SettingsOf(taps));
   if (!mixed.empty()) {
     tuning.because = fmt::format("these taps were made with {}: give those of one setting", mixed);

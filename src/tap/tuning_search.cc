@@ -11,10 +11,10 @@ namespace {
 
 constexpr std::size_t kTrialTaps = 200;
 constexpr std::size_t kLeastTrialTaps = 60;  // all of which must be good to show 95 %
-constexpr std::size_t kQuickTaps = 40;
-constexpr double kQuickShare = 0.95;
-constexpr double kMostSamples = 8e6;
-constexpr double kSamplesPerTrial = 2e6;
+constexpr std::size_t kQuickTaps = 24;
+constexpr double kQuickShare = 0.9;
+constexpr double kMostSamples = 4e6;
+constexpr double kSamplesPerTrial = 1.2e6;
 constexpr double kEnough = 0.95;
 constexpr double kMostShallow = 0.05;
 constexpr double kTellsOthers = 0.25;  // of good taps: fewer say nothing of other settings

@@ -45,7 +45,7 @@ struct Search {
 /// force first, until one set works and has the wanted uncertainty; without such a one, that of the
 /// least uncertainty, if it is better by a fifth. Neither the stated uncertainty nor the error
 /// itself may be larger than under the present settings in the same trial.
-/// Cost: at most some 8 million samples drawn and analysed, whatever the taps are like.
+/// Cost: at most some 4 million samples drawn and analysed, whatever the taps are like.
 [[nodiscard]] Search SearchSettings(const TrialWorld& world, const SearchOptions& options);
 
 }  // namespace trammel::tap

@@ -113,8 +113,7 @@ double PressDepth(const TrialWorld& world, const TapTemplate& tap, const TrialSe
 
 }  // namespace
 
-DrawnTap DrawTap(const TrialWorld& world, const TrialSettings& settings, double latency_s,
-                 Random& random) {
+DrawnTap DrawTap(const TrialWorld& world, const TrialSettings& settings, Random& random) {
   const TapTemplate& tap = world.templates[random.Below(world.templates.size())];
   const double scatter = world.halt_scatter_mm * random.Uniform(-1, 1);
   Schedule plan = Plan(tap, settings, PressDepth(world, tap, settings, scatter));
@@ -132,7 +131,7 @@ DrawnTap DrawTap(const TrialWorld& world, const TrialSettings& settings, double 
   double time_s = -plan.before_s + period_s * random.Uniform();
   NoiseDraw noise(world.noise, random);
   while (time_s <= plan.last_s && drawn.time_s.size() < kMostSamples) {
-    const double acted_s = time_s - latency_s;
+    const double acted_s = time_s - world.latency_s;
     const double press_g = PressAt(tap, plan, settings, acted_s);
     const double deviation = acted_s < 0
                                  ? world.noise.approach_deviation_g
@@ -181,7 +180,7 @@ TrialOutcome RunTrial(const TrialWorld& world, const TrialSettings& settings,
   std::vector<double> errors;
   for (std::size_t i = 0; i < taps; ++i) {
     Random own = random.Fork(i);
-    const DrawnTap tap = DrawTap(world, settings, options.latency_s, own);
+    const DrawnTap tap = DrawTap(world, settings, own);
     const TapAnalysis analysis = analyser.Analyse(tap.View());
     ++outcome.taps;
     if (analysis.verdict != Verdict::kGood) {

@@ -21,6 +21,7 @@ namespace trammel::tap {
 struct TrialWorld {
   std::vector<TapTemplate> templates;  ///< At least one.
   NoiseModel noise;
+  double latency_s = 0;  ///< Of the cell, one for all taps.
   /// Beyond what the templates say, halts scatter by up to so much to either side: where the next
   /// sample finds the trigger's force.
   double halt_scatter_mm = 0;
@@ -46,7 +47,7 @@ struct DrawnTap {
 /// drift, step, loss at rest and pull, the model's noise, the recorded intervals between samples;
 /// contact height and phases at random.
 [[nodiscard]] DrawnTap DrawTap(const TrialWorld& world, const TrialSettings& settings,
-                               double latency_s, Random& random);
+                               Random& random);
 
 struct TrialOutcome {
   std::size_t taps = 0;

@@ -16,7 +16,7 @@ TrialWorld WorldOf(const std::vector<DrawnRecording>& taps, double noise_g) {
   TrialWorld world;
   std::vector<FreeStretch> stretches;
   for (const DrawnRecording& tap : taps) {
-    if (auto found = ReadTemplate(tap.View(), tap.analysis, 0, noise_g)) {
+    if (auto found = ReadTemplate(tap.View(), tap.analysis, noise_g)) {
       world.templates.push_back(std::move(*found));
     }
     for (FreeStretch& stretch : FreeStretchesOf(tap.View(), tap.analysis)) {
@@ -24,6 +24,9 @@ TrialWorld WorldOf(const std::vector<DrawnRecording>& taps, double noise_g) {
     }
   }
   world.noise = FitNoiseModel(stretches, {}, noise_g);
+  std::vector<double> latencies;
+  for (const TapTemplate& tap : world.templates) latencies.push_back(tap.latency_s);
+  if (!latencies.empty()) world.latency_s = Median(latencies);
   return world;
 }
 
@@ -66,7 +69,7 @@ TEST(TapTemplate, OfATapThatIsNotGoodThereIsNone) {
   TapDrawing drawing;
   drawing.no_contact = true;
   const auto taps = Record(Printer(drawing), 1, 3);
-  EXPECT_FALSE(ReadTemplate(taps[0].View(), taps[0].analysis, 0, 2));
+  EXPECT_FALSE(ReadTemplate(taps[0].View(), taps[0].analysis, 2));
 }
 
 TEST(TuningTrial, PresentSettingsGiveTheUncertaintyOfTheRecordings) {
