@@ -86,10 +86,10 @@ void PushPullBack(Rows& rows) {
 void PushRates(Rows& rows) {
   for (const double rate_hz : {40., 80., 160., 640., 1000., 4000., 8000.}) {
     const Demand demand = rate_hz < 160 ? Demand::kDisturbed : Demand::kExact;
-    Push(rows, fmt::format("{} samples/s", rate_hz), demand).cell.converter.rate_hz = rate_hz;
+    Push(rows, fmt::format("rate {}/s", rate_hz), demand).cell.converter.rate_hz = rate_hz;
   }
   for (const double rate_hz : {80., 160., 4000.}) {
-    TapRow& row = Push(rows, fmt::format("{} samples/s, 1 um a sample", rate_hz), Demand::kExact);
+    TapRow& row = Push(rows, fmt::format("rate {}/s, 1 um a sample", rate_hz), Demand::kExact);
     row.cell.converter.rate_hz = rate_hz;
     row.scene.motion.pull_back_speed_mm_s = rate_hz * kMm;
   }
@@ -190,7 +190,7 @@ void PushPresses(Rows& rows) {
     row.cell.press.law.knee = knee;
   }
   for (const double stiffness_g_mm : {500.0, 1500.0, 8000.0}) {
-    TapRow& row = Push(rows, fmt::format("{} gf/mm, trigger 75 gf", stiffness_g_mm));
+    TapRow& row = Push(rows, fmt::format("stiffness {} gf/mm, trigger 75 gf", stiffness_g_mm));
     row.cell.press.law.stiffness_g_mm = stiffness_g_mm;
     row.scene.press_mm = 0;
     row.scene.motion.pull_back_mm = 0.1 + 150 / stiffness_g_mm;

@@ -98,20 +98,70 @@ bool Asked(const std::string& name) {
   return only == nullptr || name.find(only) != std::string::npos;
 }
 
+// Rows of one input, which their names begin with.
+struct Range {
+  int rows = 0;
+  int kept = 0;
+  double least_good = 1;
+  double coverage[2] = {1, 0};
+  double bias_um[2] = {0, 0};
+  double half_width_um[2] = {1e9, 0};
+  double worst_um = 0;
+};
+
+std::string InputOf(const std::string& name) {
+  const std::string input = name.substr(0, name.find_first_of("0123456789"));
+  const std::size_t end = input.find_last_not_of(" +-^");
+  return end == std::string::npos ? "inputs that meet" : input.substr(0, end + 1);
+}
+
+void AddTo(Range& range, const TapAnswers& a, bool kept) {
+  ++range.rows;
+  range.kept += kept;
+  range.least_good = std::min(range.least_good, 1 - a.RefusedShare());
+  if (a.error_um.size() < kFewest) return;
+  range.coverage[0] = std::min(range.coverage[0], a.Coverage());
+  range.coverage[1] = std::max(range.coverage[1], a.Coverage());
+  range.bias_um[0] = std::min(range.bias_um[0], Mean(a.error_um));
+  range.bias_um[1] = std::max(range.bias_um[1], Mean(a.error_um));
+  range.half_width_um[0] = std::min(range.half_width_um[0], Mean(a.half_width_um));
+  range.half_width_um[1] = std::max(range.half_width_um[1], Mean(a.half_width_um));
+  range.worst_um = std::max(range.worst_um, a.Worst());
+}
+
+void PrintRanges(const std::map<std::string, Range>& ranges) {
+  fmt::print(
+      "\n| input | rows | kept | good, at least | covered | bias | half-width | worst "
+      "|\n|---|---|---|---|---|---|---|---|\n");
+  for (const auto& [input, r] : ranges) {
+    fmt::print("| {} | {} | {} | {:.0f} % | ", input, r.rows, r.kept, 100 * r.least_good);
+    if (r.worst_um == 0) {
+      fmt::print("- | - | - | - |\n");
+      continue;
+    }
+    fmt::print("{:.0f}-{:.0f} % | {:+.2f} to {:+.2f} | {:.2f}-{:.2f} | {:.1f} |\n",
+               100 * r.coverage[0], 100 * r.coverage[1], r.bias_um[0], r.bias_um[1],
+               r.half_width_um[0], r.half_width_um[1], r.worst_um);
+  }
+}
+
 void StudyRows(const char* what, const std::vector<TapRow>& rows) {
   const int taps = std::max(1, static_cast<int>(FromEnvironment("TRAMMEL_TAPS", 100)));
   const std::uint64_t seed = FromEnvironment("TRAMMEL_TAPS_SEED", kReportedTapSeed);
   fmt::print("\n{} taps a row, seeds from {}; um.\n", taps, seed);
   PrintHead(what);
+  std::map<std::string, Range> ranges;
   for (const TapRow& row : rows) {
     if (!Asked(row.name)) continue;
     const RowAnswers answers = StudyRow(row, taps, seed, kContact);
     const std::string shortfall = Shortfall(row, answers);
     PrintRow(row, answers, NearestSmoothPress(row, seed), shortfall);
+    AddTo(ranges[InputOf(row.name)], answers.of[0], shortfall.empty());
     if (!IsOpen(row.name)) {
       EXPECT_EQ(shortfall, "") << row.name;
     }
   }
+  PrintRanges(ranges);
 }
 
 TEST(TapFurtherStudy, IntervalsHoldOverEachInput) { StudyRows("one input", FurtherRows()); }
