@@ -55,8 +55,8 @@ PressShape BestShape(const PressProfile& profile, const Candidates& candidates, 
   const double power = candidates.model[kPower].sum_squares;
   const double zones = candidates.model[kTwoZones].sum_squares;
   PressShape shape;
+  const TwoZonePress& press = candidates.zones;
   if (zones + kZonesPoint * candidates.variance < std::min(cubic, power)) {
-    const TwoZonePress& press = candidates.zones;
     shape.t = press.t;
     shape.c[0] = press.outer_slope;
     shape.kink_t = press.s;
@@ -108,7 +108,7 @@ BreakEstimate EstimateBreak(const PressProfile& profile, double inflation, Works
   if (scan.empty()) {
     return result;
   }
-  const Candidates candidates = FindCandidates(profile, scan, inflation, workspace);
+  const Candidates candidates = FindCandidates(profile, scan, inflation);
   if (candidates.variance == 0) {
     result.outcome = BreakEstimate::Outcome::kNoPress;
     return result;

@@ -48,7 +48,9 @@ struct BreakEstimate {
   double cubic_t = 0;      ///< of this one NaN where it is out of the question,
   double power_t = 0;      ///< and of this one.
   double outer_ratio =
-      1;             ///< Slope of an outer zone over the inner one's, where the press has two.
+      1;  ///< Slope of an outer zone over the inner one's, where the press has two.
+  bool deep_kink =
+      false;         ///< The press bends at once, far down: the drive may not yet follow there.
   PressShape shape;  ///< Of the press that explains the samples best.
 };
 

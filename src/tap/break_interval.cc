@@ -22,6 +22,10 @@ constexpr double kWhite = 1.2;
 // and where an eye sees the press itself end.
 constexpr double kElbow = 0.6;
 
+// A soft zone that starts flat, as a parabola, ends farther out than the straight line that goes
+// best with it, by so much of the latter's width: plastic that thins out.
+constexpr double kFlatEnd = 0.5;
+
 }  // namespace
 
 BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& candidates,
@@ -126,8 +130,10 @@ void BreakInterval::AddPower() {
 }
 
 void BreakInterval::AddElbow() {
+  const TwoZonePress& zones = candidates_.zones;
   if (candidates_.OuterRatio() < kElbow) {
-    lo_ = std::min(lo_, candidates_.zones.Elbow());
+    lo_ = std::min(lo_, zones.Elbow());
+    hi_ = std::max(hi_, zones.t + kFlatEnd * (zones.t - zones.s));
   }
 }
 

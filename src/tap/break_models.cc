@@ -10,35 +10,42 @@ constexpr double kZonesUnknowns = 2;  // of the press in two zones beyond these
 // Prices of the press in two zones, in variances of the noise.
 constexpr double kZonesCurve = 1.5;
 constexpr double kZonesFar = 10;
+// By which they must explain the samples better than the smooth ones at a quick look, so that a
+// fine search can matter: nearly the interval's reach less than its price.
+constexpr double kPromise = 0.3;
 // Of the press's depth, by which a neighbour's answer may differ. Noise-free d^1.25 to d^1.5 and
 // cubic presses differ by 0.03 to 0.08; farther off lies what a kink in the noise pretends.
 constexpr double kMostShift = 0.3;
 // Of the press's mean slope, below which the cubic press starts flat: it would rather pull.
 constexpr double kFlatStart = 0.25;
 
-// The best break of the press in two zones, over the whole scan.
-void FindZones(const PressProfile& profile, Scan scan, Workspace& workspace, Candidates& found) {
-  const Workspace::Scope scope(workspace);
-  const std::span<Minimum> tried = workspace.Take<Minimum>(scan.size());
-  const auto cost = [&](double t) { return found.price.Cost(FitTwoZones(profile, t)); };
-  std::size_t count = 0;
-  std::size_t best = 0;
-  for (const PressProfile::At& at : scan) {
-    if (!tried.empty() && at.t >= kZonesFrom * found.price.smooth_t) {
-      tried[count] = {at.t, cost(at.t)};
-      best = tried[count].sum_squares < tried[best].sum_squares ? count : best;
-      ++count;
-    }
-  }
-  if (best == 0 || best + 1 >= count || tried[best].sum_squares == kNever) {
+// The best break of the press in two zones, where a quick look promises anything. `least` is that
+// of the smooth presses.
+void FindZones(const PressProfile& profile, Scan scan, double least, Candidates& found) {
+  const double unit = least / found.freedom;
+  const TwoZonePress guess = GuessTwoZones(profile, found.price.smooth_t);
+  if (!(found.price.Cost(guess) < least - kPromise * unit)) {
     return;
   }
-  const PressProfile::At near = profile.Evaluate(tried[best].t);
-  const std::size_t below = profile.Below(near.t);
-  found.model[kTwoZones] =
-      FindMinimum(tried[best - 1], tried[best], tried[best + 1], cost, [&](double least) {
-        return kEnoughOfScale * BreakScale(near, below, least / found.freedom);
-      });
+  const auto cost = [&](double t) { return found.price.Cost(FitTwoZones(profile, t)); };
+  const PressProfile::At near = profile.Evaluate(guess.t);
+  const double scale = BreakScale(near, profile.Below(guess.t), unit);
+  const Minimum middle = {guess.t, cost(guess.t)};
+  // Outwards until it costs more; beyond the scan there is nothing.
+  std::array<Minimum, 2> sides;
+  constexpr std::array<double, 2> kWays = {-1, 1};
+  for (std::size_t side = 0; side < sides.size(); ++side) {
+    const double most = side == 0 ? guess.t - scan.front().t : scan.back().t - guess.t;
+    double step = scale;
+    do {
+      step = std::min(2 * step, most);
+      const double t = guess.t + kWays[side] * step;
+      sides[side] = {t, cost(t)};
+    } while (sides[side].sum_squares <= middle.sum_squares && step < most);
+  }
+  found.model[kTwoZones] = FindMinimum(sides[0], middle, sides[1], cost, [&](double lowest) {
+    return kEnoughOfScale * BreakScale(near, profile.Below(near.t), lowest / found.freedom);
+  });
   found.zones = FitTwoZones(profile, found.model[kTwoZones].t);
 }
 
@@ -51,23 +58,23 @@ double ZonesPrice::Cost(const TwoZonePress& press) const {
 }
 
 double Candidates::OuterRatio() const {
-  constexpr double kMuch = 10;        // variances of the noise
-  constexpr double kMostShare = 0.4;  // of the force: a kink deeper down is not the start's
+  constexpr double kMuch = 10;  // variances of the noise
+  constexpr double kAtStart =
+      0.4;  // of the force in the outer zone: a kink deeper down is another's
   const double smooth = std::min({Cost(kQuadratic), Cost(kCubic), Cost(kPower)});
   if (!zones.found || !(smooth - Cost(kTwoZones) > kMuch)) {
     return 1;
   }
   const double outer = zones.outer_slope * (zones.t - zones.s);
   const double inner = zones.s * (zones.inner_slope + zones.s * zones.inner_curve);
-  return outer < kMostShare * (outer + inner) ? zones.outer_slope / zones.inner_slope : 1;
+  return outer < kAtStart * (outer + inner) ? zones.outer_slope / zones.inner_slope : 1;
 }
 
 bool Candidates::Near(double t) const {
   return std::abs(t - model[kQuadratic].t) <= kMostShift * model[kQuadratic].t;
 }
 
-Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation,
-                          Workspace& workspace) {
+Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation) {
   Candidates found;
   for (const std::size_t m : {kLinear, kQuadratic, kCubic}) {
     found.model[m] = FindMinimum(profile, scan, m);
@@ -96,7 +103,7 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
                 found.model[kPower].sum_squares});
   const double unit = smooth / freedom;
   found.price = {kZonesCurve * unit, kZonesFar * unit, quadratic.t};
-  FindZones(profile, scan, workspace, found);
+  FindZones(profile, scan, smooth, found);
   found.least = smooth;
   if (freedom > 2 * kZonesUnknowns) {
     found.least =

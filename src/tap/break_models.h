@@ -51,7 +51,6 @@ struct Candidates {
 
 /// @param scan       Of the profile.
 /// @param inflation  By which correlation of the noise raises the variance of means; >= 1.
-[[nodiscard]] Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation,
-                                        Workspace& workspace);
+[[nodiscard]] Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation);
 
 }  // namespace trammel::tap

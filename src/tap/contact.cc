@@ -110,9 +110,9 @@ MainsHum TakeOutHum(PressStretch& stretch, Fit& fit, Workspace& workspace, TapAn
   return hum;
 }
 
-// Residuals that are still not white: the drive lags behind at the start of the pull-back, or the
-// press follows another law at depth. Less of the press, from the deepest end, tells: the first
-// remainder whose residuals are white is taken, none if none is.
+// Residuals that are still not white: the drive lags behind at the start of the
+// pull-back, or the press follows another law at depth. Less of the press, from the deepest end,
+// tells: the first remainder whose residuals are white is taken, none if none is.
 void TrimPress(PressStretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
   const std::size_t below = fit.estimate.below;
   for (const double share : {0.15, 0.3}) {
@@ -181,8 +181,10 @@ void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& opt
   constexpr double kOfBorder = 0.5;
   const double down = e.t - e.lo;
   const double up = e.hi - e.t;
-  e.lo -= std::max(0.0, stretch.sign > 0 ? steps.most : -steps.least) / slope;
-  e.hi += std::max(0.0, stretch.sign > 0 ? -steps.least : steps.most) / slope;
+  // A drop just after the break also bends the press's end: a quarter more.
+  constexpr double kBent = 1.25;
+  e.lo -= kBent * std::max(0.0, stretch.sign > 0 ? steps.most : -steps.least) / slope;
+  e.hi += kBent * std::max(0.0, stretch.sign > 0 ? -steps.least : steps.most) / slope;
   if (readings.below > 0) {
     e.lo = std::min(e.lo, e.t - readings.below - kOfBorder * down);
   }

@@ -1,7 +1,6 @@
 #include "tap/press_profile.h"
 
 #include <algorithm>
-#include <type_traits>
 
 namespace trammel::tap {
 namespace {
@@ -48,8 +47,20 @@ std::array<double, 6> PressProfile::Totals() const {
 }
 
 std::size_t PressProfile::Below(double t) const {
-  return static_cast<std::size_t>(std::lower_bound(samples_.y.begin(), samples_.y.end(), t) -
-                                  samples_.y.begin());
+  const std::span<const double> y = samples_.y;
+  // Samples are nearly evenly spaced, so that the place is where it would be if they were.
+  const double guess = t * static_cast<double>(y.size());
+  std::size_t at = guess > 0 ? std::min(y.size(), static_cast<std::size_t>(guess)) : 0;
+  constexpr std::size_t kNear = 8;
+  const std::size_t first = at > kNear ? at - kNear : 0;
+  if ((first == 0 || y[first - 1] < t) && (at + kNear >= y.size() || !(y[at + kNear] < t))) {
+    at = first;
+    while (at < y.size() && y[at] < t) {
+      ++at;
+    }
+    return at;
+  }
+  return static_cast<std::size_t>(std::lower_bound(y.begin(), y.end(), t) - y.begin());
 }
 
 PressProfile::Elimination PressProfile::Eliminate(double t, std::size_t below) const {
@@ -151,63 +162,73 @@ PressProfile::Kinked PressProfile::EvaluateKinked(double t, std::size_t below_t,
   return {std::max(0.0, sum_squares_ - c * outer.h - k * inner.h), c, k};
 }
 
-PressProfile::TwoZones PressProfile::EvaluateTwoZones(double t, std::size_t below_t, double s,
-                                                      std::size_t below_s) const {
-  // Sums over y < at of (at - y)^i, and of the force times them.
-  const auto shifted = [](const auto& moments, double at) {
-    auto d = moments;
+namespace {
+
+// Turns sums of y^j into sums of (at - y)^j over the same samples.
+template <std::size_t kCount, std::size_t kAll>
+std::array<double, kCount> Shifted(const std::array<double, kAll>& moments, double at) {
+  static_assert(kCount <= kAll);
+  std::array<double, kCount> d;
+  std::copy_n(moments.begin(), kCount, d.begin());
 #pragma GCC unroll 8
-    for (std::size_t i = 1; i < d.size(); ++i) {
+  for (std::size_t i = 1; i < kCount; ++i) {
 #pragma GCC unroll 8
-      for (std::size_t j = d.size() - 1; j >= i; --j) {
-        d[j] = at * d[j - 1] - d[j];
-      }
+    for (std::size_t j = kCount - 1; j >= i; --j) {
+      d[j] = at * d[j - 1] - d[j];
     }
-    return d;
-  };
-  const auto first = [](const auto& all, auto count) {
-    std::array<double, decltype(count)::value> some;
-    std::copy_n(all.begin(), some.size(), some.begin());
-    return some;
-  };
-  const Moments& at_t = prefix_[below_t];
-  const Moments& at_s = prefix_[below_s];
-  const auto outer = shifted(first(at_t.y, std::integral_constant<std::size_t, 3>{}), t);
-  const auto outer_f = shifted(first(at_t.force, std::integral_constant<std::size_t, 2>{}), t);
-  const auto inner = shifted(first(at_s.y, std::integral_constant<std::size_t, 5>{}), s);
-  const auto inner_f = shifted(first(at_s.force, std::integral_constant<std::size_t, 3>{}), s);
-  // Each column: its sum, its sum times y - mean, its product with the force about the baseline.
-  const std::array<double, 3> d = {outer[1], inner[1], inner[2]};
-  const std::array<double, 3> dy = {(t - mean_y_) * outer[1] - outer[2],
-                                    (s - mean_y_) * inner[1] - inner[2],
-                                    (s - mean_y_) * inner[2] - inner[3]};
-  const std::array<double, 3> f = {outer_f[1], inner_f[1], inner_f[2]};
-  std::array<double, 3> h{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    h[i] = f[i] - mean_force_ * d[i] - slope_ * dy[i];
   }
-  const auto less = [&](double product, std::size_t i, std::size_t j) {
-    return product - inverse_count_ * d[i] * d[j] - inverse_spread_ * dy[i] * dy[j];
-  };
-  const double lift = t - s;
-  const auto invert = [](double pivot, double column) {
-    return pivot > kLeastPivot * column ? 1 / pivot : 0;
-  };
-  const double i1 = invert(less(outer[2], 0, 0), outer[2]);
-  const double g12 = less(inner[2] + lift * inner[1], 0, 1);
-  const double g13 = less(inner[3] + lift * inner[2], 0, 2);
-  const double l12 = g12 * i1;
-  const double l13 = g13 * i1;
-  const double i2 = invert(less(inner[2], 1, 1) - l12 * g12, inner[2]);
-  const double g23 = less(inner[3], 1, 2) - l12 * g13;
+  return d;
+}
+
+double Invert(double pivot, double column) { return pivot > kLeastPivot * column ? 1 / pivot : 0; }
+
+}  // namespace
+
+PressProfile::OuterZone PressProfile::Outer(double t, std::size_t below) const {
+  const auto d = Shifted<3>(prefix_[below].y, t);
+  const auto f = Shifted<2>(prefix_[below].force, t);
+  OuterZone outer;
+  outer.t = t;
+  outer.sum = d[1];
+  outer.sum_y = (t - mean_y_) * d[1] - d[2];
+  outer.force = f[1] - mean_force_ * outer.sum - slope_ * outer.sum_y;
+  outer.inverse = Invert(
+      d[2] - inverse_count_ * outer.sum * outer.sum - inverse_spread_ * outer.sum_y * outer.sum_y,
+      d[2]);
+  outer.sum_squares = sum_squares_ - outer.force * outer.force * outer.inverse;
+  return outer;
+}
+
+PressProfile::TwoZones PressProfile::EvaluateTwoZones(const OuterZone& outer, double s,
+                                                      std::size_t below) const {
+  const auto d = Shifted<5>(prefix_[below].y, s);
+  const auto f = Shifted<3>(prefix_[below].force, s);
+  // Of the two inner columns: their sums, those times y - mean, their products with the force about
+  // the baseline and with each other, all without the baseline and the outer column.
+  const double sum_y1 = (s - mean_y_) * d[1] - d[2];
+  const double sum_y2 = (s - mean_y_) * d[2] - d[3];
+  const double lift = outer.t - s;
+  const double g12 = d[2] + lift * d[1] - inverse_count_ * outer.sum * d[1] -
+                     inverse_spread_ * outer.sum_y * sum_y1;
+  const double g13 = d[3] + lift * d[2] - inverse_count_ * outer.sum * d[2] -
+                     inverse_spread_ * outer.sum_y * sum_y2;
+  const double l12 = g12 * outer.inverse;
+  const double l13 = g13 * outer.inverse;
+  const double g22 =
+      d[2] - inverse_count_ * d[1] * d[1] - inverse_spread_ * sum_y1 * sum_y1 - l12 * g12;
+  const double g23 =
+      d[3] - inverse_count_ * d[1] * d[2] - inverse_spread_ * sum_y1 * sum_y2 - l12 * g13;
+  const double g33 =
+      d[4] - inverse_count_ * d[2] * d[2] - inverse_spread_ * sum_y2 * sum_y2 - l13 * g13;
+  const double i2 = Invert(g22, d[2]);
   const double l23 = g23 * i2;
-  const double i3 = invert(less(inner[4], 2, 2) - l13 * g13 - l23 * g23, inner[4]);
-  const double h2 = h[1] - l12 * h[0];
-  const double h3 = h[2] - l13 * h[0] - l23 * h2;
+  const double i3 = Invert(g33 - l23 * g23, d[4]);
+  const double h2 = f[1] - mean_force_ * d[1] - slope_ * sum_y1 - l12 * outer.force;
+  const double h3 = f[2] - mean_force_ * d[2] - slope_ * sum_y2 - l13 * outer.force - l23 * h2;
   const double q = h3 * i3;
   const double k = h2 * i2 - l23 * q;
-  const double c = h[0] * i1 - l12 * k - l13 * q;
-  const double straight = sum_squares_ - h[0] * h[0] * i1 - h2 * h2 * i2;
+  const double c = outer.force * outer.inverse - l12 * k - l13 * q;
+  const double straight = outer.sum_squares - h2 * h2 * i2;
   return {std::max(0.0, straight), std::max(0.0, straight - h3 * q), c, k, q};
 }
 

@@ -66,8 +66,20 @@ class PressProfile {
     double added_slope;         ///< k
     double added_curve;         ///< and q.
   };
-  [[nodiscard]] TwoZones EvaluateTwoZones(double t, std::size_t below_t, double s,
-                                          std::size_t below_s) const;
+  /// The outer zone's column for a break at t, with the baseline taken out.
+  struct OuterZone {
+    double t = 0;
+    double sum = 0;
+    double sum_y = 0;
+    double force = 0;
+    double inverse = 0;
+    double sum_squares = 0;
+  };
+  /// @param below  Samples with y < t.
+  [[nodiscard]] OuterZone Outer(double t, std::size_t below) const;
+  /// @param below  Samples with y < s.
+  [[nodiscard]] TwoZones EvaluateTwoZones(const OuterZone& outer, double s,
+                                          std::size_t below) const;
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
   [[nodiscard]] std::size_t Below(double t) const;
   [[nodiscard]] const BreakSamples& samples() const { return samples_; }

@@ -9,51 +9,96 @@ namespace {
 
 constexpr std::size_t kLeastPart = 3;  // samples of each zone
 constexpr double kLeastRatio = 0.1;    // of the outer slope to the inner one
-// Widths of the outer zone that are tried, of the depth; between them by a parabola.
-constexpr std::array<double, 7> kWidths = {0.03, 0.06, 0.1, 0.16, 0.25, 0.38, 0.55};
+// Widths of the outer zone that are tried, of the depth; steps around the best, of its width, and
+// by what they shrink where they lead nowhere.
+constexpr std::array<double, 8> kWidths = {0.025, 0.05, 0.09, 0.15, 0.24, 0.36, 0.55, 0.8};
+constexpr double kStep = 0.25;
+constexpr double kShrink = 0.4;
+constexpr int kMostSteps = 9;
 
-void Try(const PressProfile& profile, double t, std::size_t below_t, double width,
-         TwoZonePress& best) {
-  const double s = t * (1 - width);
-  const std::size_t below_s = profile.Below(s);
-  if (!(s < t) || below_s < kLeastPart || below_t < below_s + kLeastPart) {
-    return;
+class Kinks {
+ public:
+  Kinks(const PressProfile& profile, double t)
+      : profile_(profile), below_(profile.Below(t)), outer_(profile.Outer(t, below_)) {}
+
+  void Try(double width, TwoZonePress& best) const {
+    const double s = outer_.t * (1 - width);
+    const std::size_t below = profile_.Below(s);
+    if (!(s < outer_.t) || below < kLeastPart || below_ < below + kLeastPart) {
+      return;
+    }
+    const PressProfile::TwoZones at = profile_.EvaluateTwoZones(outer_, s, below);
+    const double inner = at.outer_slope + at.added_slope;
+    if (inner > 0 && at.outer_slope >= kLeastRatio * inner &&
+        (!best.found || at.sum_squares_curved < best.sum_squares_curved)) {
+      best = {
+          outer_.t, s, at.outer_slope, inner, at.added_curve, at.sum_squares, at.sum_squares_curved,
+          true};
+    }
   }
-  const PressProfile::TwoZones at = profile.EvaluateTwoZones(t, below_t, s, below_s);
-  const double inner = at.outer_slope + at.added_slope;
-  if (!(inner > 0) || !(at.outer_slope >= kLeastRatio * inner)) {
-    return;
-  }
-  if (!best.found || at.sum_squares_curved < best.sum_squares_curved) {
-    best = {t,   s, at.outer_slope, inner, at.added_curve, at.sum_squares, at.sum_squares_curved,
-            true};
-  }
-}
+
+ private:
+  const PressProfile& profile_;
+  std::size_t below_;
+  PressProfile::OuterZone outer_;
+};
 
 }  // namespace
 
 TwoZonePress FitTwoZones(const PressProfile& profile, double t) {
-  const std::size_t below_t = profile.Below(t);
+  const Kinks kinks(profile, t);
   TwoZonePress best;
-  double at = 0;
-  double step = 1;
-  for (std::size_t i = 0; i < kWidths.size(); ++i) {
-    const double before = best.sum_squares_curved;
-    const bool found = best.found;
-    Try(profile, t, below_t, kWidths[i], best);
-    if (best.found && (!found || best.sum_squares_curved < before)) {
-      at = kWidths[i];
-      step = 0.2 * at;
+  for (const double width : kWidths) {
+    kinks.Try(width, best);
+  }
+  double step = kStep;
+  for (int i = 0; best.found && i < kMostSteps; ++i) {
+    const double centre = best.s;
+    const double width = 1 - centre / t;
+    kinks.Try(width * (1 - step), best);
+    kinks.Try(width * (1 + step), best);
+    step *= best.s == centre ? kShrink : 1;
+  }
+  return best;
+}
+
+namespace {
+
+// Some steps of break and kink from a start, each in turn.
+TwoZonePress Improve(const PressProfile& profile, TwoZonePress best) {
+  constexpr int kSteps = 6;
+  double step = kStep;
+  for (int i = 0; best.found && i < kSteps; ++i) {
+    const TwoZonePress centre = best;
+    const double length = centre.t - centre.s;
+    for (const double moved : {-step, step}) {
+      const double t = centre.t + moved * length;
+      Kinks(profile, t).Try((t - centre.s) / t, best);
+      Kinks(profile, centre.t).Try((length + moved * length) / centre.t, best);
     }
+    step *= best.sum_squares_curved < centre.sum_squares_curved ? 1 : kShrink;
   }
-  if (!best.found) {
-    return best;
-  }
-  for (int round = 0; round < 8; ++round) {
-    const double centre = 1 - best.s / t;
-    Try(profile, t, below_t, centre - step, best);
-    Try(profile, t, below_t, centre + step, best);
-    if (1 - best.s / t == centre) step *= 0.5;
+  return best;
+}
+
+}  // namespace
+
+TwoZonePress GuessTwoZones(const PressProfile& profile, double smooth_t) {
+  // By how much of its width a zone ends beyond the smooth break: a stiff or a wide one near it, a
+  // soft one behind.
+  constexpr std::array<std::array<double, 2>, 2> kBeyond = {{{-0.15, 0}, {0.3, 0.8}}};
+  TwoZonePress best;
+  for (const std::array<double, 2>& kind : kBeyond) {
+    TwoZonePress start;
+    for (const double width : kWidths) {
+      for (const double beyond : kind) {
+        Kinks(profile, smooth_t * (1 + beyond * width)).Try(width, start);
+      }
+    }
+    const TwoZonePress improved = Improve(profile, start);
+    if (improved.found && (!best.found || improved.sum_squares_curved < best.sum_squares_curved)) {
+      best = improved;
+    }
   }
   return best;
 }
