@@ -14,6 +14,7 @@
 #include "app/option_values.h"
 #include "app/printer_session.h"
 #include "procedure/calibrate.h"
+#include "report/interval_text.h"
 
 namespace trammel::app {
 namespace {
@@ -27,20 +28,20 @@ struct ApplyArguments {
   bool dry_run = false;
 };
 
-Result<double> Answer(const fs::path& folder) {
+Result<ChosenValue> Answer(const fs::path& folder) {
   const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
   if (!run) return tl::unexpected(run.error());
   const Measured& measured = run->analysis.pressure_advance;
-  if (measured.good()) return measured.quantity().value;
+  if (measured.good()) return ChosenValue{measured.quantity().value, measured.quantity()};
   return Fail(fmt::format("{}: it gives no value, because the verdict is {}: {}", folder.string(),
                           ToString(measured.verdict()), measured.reason()),
               ErrorKind::kMeasurement);
 }
 
-Result<double> ParseValue(const std::string& text) {
+Result<ChosenValue> ParseValue(const std::string& text) {
   const auto values = ParsePressureAdvances(text);
   if (!values) return Fail(values.error().message);
-  if (values->size() == 1) return values->front();
+  if (values->size() == 1) return ChosenValue{values->front()};
   return Fail(fmt::format("{}: must be one pressure advance in s, or a recording's folder", text));
 }
 
@@ -48,7 +49,7 @@ int RunApply(const ApplyArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
   if (!config) return Report(config.error());
-  const Result<double> value = ValueFrom(arguments.value);
+  const Result<ChosenValue> value = ValueFrom(arguments.value);
   if (!value) return Report(value.error());
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return Report(printer.error());
@@ -57,13 +58,16 @@ int RunApply(const ApplyArguments& arguments) {
   options.limit_s = procedure::ApplyLimit_s(config->pattern);
   options.force = arguments.force;
   options.dry_run = arguments.dry_run;
-  const auto done = Apply(session, *value, options, false);
+  if (value->measured) {
+    fmt::print("measured          {}\n", report::WithInterval(*value->measured, report::kSeconds));
+  }
+  const auto done = Apply(session, value->value_s, options, false);
   return done ? static_cast<int>(kExitGood) : Report(done.error());
 }
 
 }  // namespace
 
-Result<double> ValueFrom(const std::string& text) {
+Result<ChosenValue> ValueFrom(const std::string& text) {
   std::error_code ignored;
   return fs::is_directory(text, ignored) ? Answer(text) : ParseValue(text);
 }

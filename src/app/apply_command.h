@@ -1,8 +1,10 @@
 // Setting a pressure advance on the printer, and what to do to keep it.
 #pragma once
 
+#include <optional>
 #include <string>
 
+#include "base/measured.h"
 #include "base/result.h"
 #include "procedure/apply_pressure_advance.h"
 #include "procedure/session.h"
@@ -14,9 +16,15 @@ namespace trammel::app {
 [[nodiscard]] Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
                                  const procedure::ApplyOptions& options, bool quiet);
 
+/// A value to be set, and what it was measured as where it comes from a recording.
+struct ChosenValue {
+  double value_s = 0;
+  std::optional<Quantity> measured = {};
+};
+
 /// The value that a user means: a number in s, or a recording's folder, which is analysed.
 /// Errors: kInput; kMeasurement where the recording's verdict is not good.
-[[nodiscard]] Result<double> ValueFrom(const std::string& text);
+[[nodiscard]] Result<ChosenValue> ValueFrom(const std::string& text);
 
 /// How a value survives the printer's next restart.
 void ExplainKeeping(double pressure_advance_s);

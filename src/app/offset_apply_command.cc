@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
@@ -16,6 +17,7 @@
 #include "app/option_values.h"
 #include "app/printer_session.h"
 #include "procedure/tool_offsets.h"
+#include "report/interval_text.h"
 #include "store/offset_file.h"
 #include "store/offset_history.h"
 #include "tool_offset/correction.h"
@@ -98,6 +100,12 @@ double Micrometres(double value_mm) {
 void Show(const Change& change, OffsetKeeper keeper) {
   fmt::print("tool {}    lands {:+.3f}, {:+.3f} mm beside the reference tool\n", change.tool,
              Micrometres(change.measured.dx_mm), Micrometres(change.measured.dy_mm));
+  for (const auto& [axis, interval95_mm] :
+       {std::pair{"dx", change.measured.dx95_mm}, std::pair{"dy", change.measured.dy95_mm}}) {
+    if (!interval95_mm) continue;
+    fmt::print("          {} {}\n", axis,
+               report::IntervalText(*interval95_mm, report::kOffsetMillimetres));
+  }
   fmt::print("          X offset  {:.3f}  ->  {:.3f} mm\n", Micrometres(change.now.x_mm),
              Micrometres(change.next.x_mm));
   fmt::print("          Y offset  {:.3f}  ->  {:.3f} mm\n", Micrometres(change.now.y_mm),

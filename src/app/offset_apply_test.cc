@@ -17,7 +17,8 @@ using testing::Not;
 
 // T1 keeps 0.25, -0.5 and lands 0.1234, -0.0456 beside: it shall keep 0.1266, -0.4544.
 constexpr const char* kResult = R"({"format": 1, "tools": [
-  {"tool": 1, "verdict": "good", "dx_mm": 0.1234, "dy_mm": -0.0456},
+  {"tool": 1, "verdict": "good", "dx_mm": 0.1234, "dy_mm": -0.0456,
+   "interval95_mm": {"dx": [0.1214, 0.1254], "dy": [-0.0476, -0.0436]}},
   {"tool": 2, "verdict": "refused", "reason": "it did not print"}]})";
 constexpr const char* kHistory = "recordings/offset-history.jsonl";
 
@@ -50,9 +51,11 @@ TEST_F(OffsetApply, ShowsOldAndNewAndChangesNothingUnlessTold) {
   for (int i = 0; i < 2; ++i) {
     const CommandResult shown = Apply("");
     EXPECT_EQ(shown.exit_code, 0) << shown.output;
-    EXPECT_THAT(shown.standard_output,
-                AllOf(HasSubstr("0.250  ->  0.127"), HasSubstr("-0.500  ->  -0.454"),
-                      HasSubstr("nothing was changed")));
+    EXPECT_THAT(
+        shown.standard_output,
+        AllOf(HasSubstr("0.250  ->  0.127"), HasSubstr("-0.500  ->  -0.454"),
+              HasSubstr("dx 95 %: +0.1214 to +0.1254 mm"),
+              HasSubstr("dy 95 %: -0.0476 to -0.0436 mm"), HasSubstr("nothing was changed")));
     EXPECT_THAT(shown.standard_error, HasSubstr("it did not print"));
   }
   EXPECT_EQ(History(), "");

@@ -44,7 +44,7 @@ int RunValidate(const ValidateArguments& arguments) {
   if (!config) return Report(config.error());
   const auto value = ValueFrom(arguments.value);
   if (!value) return Report(value.error());
-  auto pattern = procedure::ComparisonPattern(config->pattern, *value);
+  auto pattern = procedure::ComparisonPattern(config->pattern, value->value_s);
   if (!pattern) return Report(pattern.error());
   config->pattern = std::move(*pattern);
   if (auto valid = Validate(config->pattern); !valid) return Report(valid.error());

@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <vector>
+
+#include "settings/material.h"
 
 namespace trammel::report {
 namespace {
@@ -47,6 +51,22 @@ Plot BedPlot(Canvas& canvas, const RectPx& room, const settings::PrinterSettings
                fmt::format("Bed {:.4g} × {:.4g} mm", printer.bed_size_x_mm, printer.bed_size_y_mm));
   DrawPlate(canvas, plot.inner(), printer.bed_shape);
   return plot;
+}
+
+std::string SpelledOut(std::string temperatures) {
+  const auto replace = [&temperatures](const std::string& plain, const std::string& spelled) {
+    const std::size_t at = temperatures.find(plain);
+    if (at != std::string::npos) temperatures.replace(at, plain.size(), spelled);
+  };
+  for (const settings::Material& material : settings::Materials()) {
+    const std::string name(material.name);
+    std::string capitals = name;
+    for (char& letter : capitals) letter = static_cast<char>(std::toupper(letter));
+    if (temperatures.starts_with(name + ":")) replace(name, capitals);
+    for (int value = 0; value < 2; ++value) replace("(" + name + ")", "(" + capitals + ")");
+  }
+  replace("degC", "°C");
+  return temperatures;
 }
 
 }  // namespace trammel::report

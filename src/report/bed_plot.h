@@ -18,4 +18,8 @@ inline constexpr Color kPlate = Rgb(0xf3f5f7);
 [[nodiscard]] Plot BedPlot(Canvas& canvas, const RectPx& room,
                            const settings::PrinterSettings& printer);
 
+/// What a print is heated to as G-code says it, in letters that a picture can have: "PLA: nozzle
+/// 215, bed 60 °C" for "pla: nozzle 215, bed 60 degC".
+[[nodiscard]] std::string SpelledOut(std::string temperatures);
+
 }  // namespace trammel::report

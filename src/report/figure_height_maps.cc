@@ -55,7 +55,7 @@ void DrawOutline(Canvas& canvas, Plot& plot, const pa::LineProfile& profile) {
     std::vector<PointPx> outline = left;
     outline.insert(outline.end(), right.rbegin(), right.rend());
     if (left.size() > 1) {
-      canvas.Polygon(outline, Rgb(0x6b7686), Stroke{.width_px = 0.8});
+      canvas.Polygon(outline, kGrey, Stroke{.width_px = 0.8});
     }
     left.clear();
     right.clear();

@@ -81,19 +81,21 @@ void DrawLabels(Canvas& canvas, const Plot& plot, const std::vector<Arrow>& arro
   constexpr double kTallPx = 16;
   const TextStyle style{.size_px = 12, .bold = true};
   std::vector<RectPx> taken;
-  const auto label = [&](const PointPx& at, const std::string& text) {
+  // Beyond the arrow's tip, so that it stays to be seen.
+  const auto label = [&](const PointPx& at, const std::string& text, bool below) {
     const double width = canvas.TextWidth(text, style);
     const RectPx& inner = plot.inner();
     const double x = std::clamp(at.x + 9, inner.x + 2, std::max(inner.x, inner.right() - width));
-    const PointPx place = FreePlace({x, at.y - kTallPx - 3, width, kTallPx}, taken);
+    const PointPx place =
+        FreePlace({x, below ? at.y + 5 : at.y - kTallPx - 3, width, kTallPx}, taken);
     canvas.FillRect({place.x - 2, place.y - 12, width + 4, kTallPx}, WithAlpha(kPaper, 0.8));
     canvas.Text(place, text, style);
   };
-  label(plot.At({0, 0}), reference);
+  label(plot.At({0, 0}), reference, false);
   for (const Arrow& arrow : arrows) {
-    label(
-        plot.At({arrow.dx_mm.value, arrow.dy_mm.value}),
-        fmt::format("T{}: {:+.3f}, {:+.3f} mm", arrow.tool, arrow.dx_mm.value, arrow.dy_mm.value));
+    label(plot.At({arrow.dx_mm.value, arrow.dy_mm.value}),
+          fmt::format("T{}: {:+.3f}, {:+.3f} mm", arrow.tool, arrow.dx_mm.value, arrow.dy_mm.value),
+          arrow.dy_mm.value < 0);
   }
 }
 

@@ -54,6 +54,10 @@ void DrawWords(Canvas& canvas, const Row& row, double y) {
   } else {
     TextStyle right = words;
     right.align = Align::kEnd;
+    canvas.FillRect({6, y - 17, canvas.TextWidth(row.label, label) + 5, 15}, kPaper);
+    canvas.FillRect({canvas.width_px() - 10 - canvas.TextWidth(row.words, words), y - 17,
+                     canvas.TextWidth(row.words, words) + 4, 15},
+                    kPaper);
     canvas.Text({8, y - 6}, row.label, label);
     canvas.Text({canvas.width_px() - 8, y - 6}, row.words, right);
   }

@@ -129,7 +129,7 @@ void DrawPanel(Canvas& canvas, const RectPx& outer, const Range& x, const Range&
 
 std::vector<LegendEntry> Legend(const Measured& answer, bool by_response) {
   std::vector<LegendEntry> legend = {
-      {"line, 95 %", LegendEntry::Mark::kDot, {.color = kMuted}},
+      {"line (bar: 95 %)", LegendEntry::Mark::kDot, {.color = kMuted}},
       {"line not used", LegendEntry::Mark::kHollowDot, {.color = kMuted}},
       {"fit", LegendEntry::Mark::kLine, {.color = kMuted, .width_px = 2}}};
   if (answer.good()) {
@@ -164,7 +164,7 @@ Canvas Draw(const Content& content, double width_px) {
     const auto number = static_cast<double>(i);
     DrawPanel(canvas,
               {(broad ? number * panel_width : 0) + 4, top + (broad ? 0 : number * panel_px),
-               panel_width - 8, panel_px},
+               panel_width - 8, panel_px - 10},
               content.x, content.y, *content.answer, content.by_response, content.panels[i]);
   }
   return canvas;

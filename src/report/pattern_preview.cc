@@ -162,7 +162,8 @@ Canvas PatternPreview(const pa::PatternLayout& layout, const pa::PatternConfig& 
   DrawBed(canvas, {60, 40, 400, 500}, layout, config);
   DrawCloseUp(canvas, {540, 40, 450, 480}, layout, config);
   if (!settings::FindTemperatureProblem(config)) {
-    canvas.Text({24, kHeightPx - 52}, "Heated to " + settings::DescribeTemperatures(config),
+    canvas.Text({24, kHeightPx - 52},
+                "Heated to " + SpelledOut(settings::DescribeTemperatures(config)),
                 {.size_px = kLabelTextPx});
   }
   DrawSpeedLegend(canvas, {24, kHeightPx - 24}, kWidthPx - 48, layout);

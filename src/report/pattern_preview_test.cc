@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "report/bed_plot.h"
 #include "report/test_support.h"
 
 namespace trammel::report {
@@ -34,6 +35,21 @@ TEST(PatternPreview, DrawsThePatternThatIsFarWiderThanHighAndOneSpeed) {
   config.segments = {{1.0, 33}};
   config.frame_loops = 0;
   EXPECT_EQ(test::XmlProblem(PatternPreview(pa::LayOut(config), config).ToSvg()), "");
+}
+
+TEST(SpelledOut, WritesDegreesAndMaterialsAsAPictureCan) {
+  EXPECT_EQ(SpelledOut("pla: nozzle 215, bed 60 degC"), "PLA: nozzle 215, bed 60 °C");
+  EXPECT_EQ(SpelledOut("petg: nozzle 235, bed 70 (set) degC"), "PETG: nozzle 235, bed 70 (set) °C");
+  EXPECT_EQ(SpelledOut("nozzle 210 (set), bed 60 degC (pla)"), "nozzle 210 (set), bed 60 °C (PLA)");
+  EXPECT_EQ(SpelledOut("nozzles T0 215, T1 220, bed 60 degC"), "nozzles T0 215, T1 220, bed 60 °C");
+}
+
+TEST(PatternPreview, SaysWhatIsHeatedInAPicturesLetters) {
+  pa::PatternConfig config;
+  config.material = "petg";
+  const std::string svg = PatternPreview(pa::LayOut(config), config).ToSvg();
+  EXPECT_NE(svg.find("Heated to PETG: nozzle 235, bed 85 °C"), std::string::npos);
+  EXPECT_EQ(svg.find("degC"), std::string::npos);
 }
 
 TEST(PatternPreview, RequiresALine) { EXPECT_THROW((void)PatternPreview({}, {}), Bug); }

@@ -51,9 +51,12 @@ double DrawLegend(Canvas& canvas, const PointPx& at, double max_width_px,
                   std::span<const LegendEntry> entries) {
   constexpr double kAfterMarkPx = 6;
   constexpr double kAfterEntryPx = 18;
-  const TextStyle style{.size_px = kTickTextPx};
   PointPx cursor = at;
   for (const LegendEntry& entry : entries) {
+    // A name longer than a row is set smaller, not cut off.
+    TextStyle style{.size_px = kTickTextPx};
+    const double room = max_width_px - kMarkWidthPx - kAfterMarkPx;
+    style.size_px *= std::min(1.0, room / std::max(1.0, canvas.TextWidth(entry.name, style)));
     const double width = kMarkWidthPx + kAfterMarkPx + canvas.TextWidth(entry.name, style);
     if (cursor.x > at.x && cursor.x + width > at.x + max_width_px) {
       cursor = {at.x, cursor.y + kRowPx};

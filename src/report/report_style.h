@@ -43,7 +43,7 @@ summary{cursor:pointer;overflow-wrap:anywhere}
 table,tbody,tr{display:block}thead{display:none}tr{border-bottom:1px solid var(--edge);padding:6px 0}
 td,td:first-child{display:flex;justify-content:space-between;gap:1em;text-align:right;
 white-space:normal;border:0;padding:2px 0}td.text:not(:first-child){min-width:0}
-td:first-child{font-weight:600}td:empty{display:none}
+td:first-child{font-weight:600}td[data-name=""]{justify-content:flex-start}td:empty{display:none}
 td small{display:inline;margin-left:.5em}td::before{content:attr(data-name);color:var(--muted);font-weight:400;text-align:left;flex:none}
 td.text.note{display:block;text-align:left}}
 figcaption{font-size:.92rem;color:var(--muted);margin-top:10px}

@@ -184,7 +184,8 @@ Canvas SheetPreview(const to::SheetPlan& plan) {
   DrawCloseUp(canvas, {70, 490, 370, 160}, plan);
   DrawSheet(canvas, {540, 40, 620, 600}, plan);
   if (!to::FindTemperatureProblem(plan.settings)) {
-    canvas.Text({24, kHeightPx - 52}, "Heated to " + to::DescribeTemperatures(plan.settings),
+    canvas.Text({24, kHeightPx - 52},
+                "Heated to " + SpelledOut(to::DescribeTemperatures(plan.settings)),
                 {.size_px = kLabelTextPx});
   }
   std::vector<LegendEntry> entries;

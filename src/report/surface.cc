@@ -62,13 +62,13 @@ void DrawEnd(Canvas& canvas, const Projection& project, const Grid& grid, const 
     face.push_back(project(1, across, std::isfinite(h) ? std::max(h, 0.0) : 0.0));
   }
   face.push_back(project(1, 0, 0));
-  canvas.Polygon(face, Rgb(0xc3c9d1), Stroke{.color = kMuted, .width_px = 0.8});
+  canvas.Polygon(face, kUnseen, Stroke{.color = kMuted, .width_px = 0.8});
 }
 
 void DrawFloor(Canvas& canvas, const Projection& project) {
   const std::array<PointPx, 4> floor = {project(0, 0, 0), project(1, 0, 0), project(1, 1, 0),
                                         project(0, 1, 0)};
-  canvas.Polygon(floor, Rgb(0xf3f5f7), Stroke{.color = kGrid, .width_px = 1});
+  canvas.Polygon(floor, WithAlpha(kGrid, 0.4), Stroke{.color = kGrid, .width_px = 1});
 }
 
 void DrawTicks(Canvas& canvas, const Projection& project, const SurfaceAxes& axes) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "store/json_object.h"
 
@@ -12,6 +13,19 @@ namespace {
 constexpr std::size_t kMostBytes = 64'000'000;  // with every finger of every structure
 constexpr int kMostTool = 99;
 constexpr double kMost_mm = 50;
+
+/// For people alone: one that does not hold the value, or is no interval, counts as not given.
+std::optional<Interval> Interval95(JsonObject& tool, const char* axis, double value_mm) {
+  const nlohmann::json* all = tool.Find("interval95_mm");
+  if (all == nullptr || !all->is_object() || !all->contains(axis)) return std::nullopt;
+  const nlohmann::json& pair = all->at(axis);
+  if (!pair.is_array() || pair.size() != 2 || !pair[0].is_number() || !pair[1].is_number()) {
+    return std::nullopt;
+  }
+  const Interval interval{pair[0].get<double>(), pair[1].get<double>()};
+  if (!(interval.lo <= value_mm && value_mm <= interval.hi)) return std::nullopt;
+  return interval;
+}
 
 void ReadTool(JsonObject& tool, OffsetFile& offsets) {
   const int number = tool.Integer("tool", {0, kMostTool});
@@ -29,7 +43,8 @@ void ReadTool(JsonObject& tool, OffsetFile& offsets) {
   const bool twice = std::any_of(offsets.good.begin(), offsets.good.end(),
                                  [number](const MeasuredOffset& m) { return m.tool == number; });
   if (twice) tool.Fault("tool", fmt::format("{} stands there twice", number));
-  offsets.good.push_back({number, dx_mm, dy_mm});
+  offsets.good.push_back(
+      {number, dx_mm, dy_mm, Interval95(tool, "dx", dx_mm), Interval95(tool, "dy", dy_mm)});
 }
 
 }  // namespace

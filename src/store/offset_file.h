@@ -2,9 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "base/measured.h"
 #include "base/result.h"
 
 namespace trammel::store {
@@ -13,6 +15,8 @@ struct MeasuredOffset {
   int tool = 0;
   double dx_mm = 0;  ///< where its line lands minus where the reference tool's would
   double dy_mm = 0;
+  std::optional<Interval> dx95_mm = {};  ///< absent where the file does not say
+  std::optional<Interval> dy95_mm = {};
 };
 
 struct OffsetFile {

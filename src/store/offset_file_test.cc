@@ -39,6 +39,26 @@ TEST_F(OffsetFileTest, GoodToolsHaveValuesAndTheOthersAReason) {
   EXPECT_THAT(read->refused, ElementsAre("tool 2: refused: it did not print"));
 }
 
+TEST_F(OffsetFileTest, AnIntervalIsTakenWhereItHoldsTheValueAndNowhereElse) {
+  const auto read = [this](const std::string& interval) {
+    return Read(R"({"tools": [{"tool": 1, "verdict": "good", "dx_mm": 0.1, "dy_mm": 0.2,
+                 "interval95_mm": )" +
+                interval + "}]}");
+  };
+  const auto both = read(R"({"dx": [0.09, 0.11], "dy": [0.15, 0.25]})");
+  ASSERT_TRUE(both) << both.error().message;
+  ASSERT_TRUE(both->good[0].dx95_mm && both->good[0].dy95_mm);
+  EXPECT_EQ(both->good[0].dx95_mm->lo, 0.09);
+  EXPECT_EQ(both->good[0].dy95_mm->hi, 0.25);
+  for (const char* interval : {"null", "[1, 2]", R"({"dx": [0.2, 0.3]})", R"({"dx": [0.11, 0.09]})",
+                               R"({"dx": [0.1]})", R"({"dx": ["a", "b"]})", R"({"dy": {}})"}) {
+    const auto none = read(interval);
+    ASSERT_TRUE(none) << interval;
+    EXPECT_FALSE(none->good[0].dx95_mm) << interval;
+    EXPECT_FALSE(none->good[0].dy95_mm) << interval;
+  }
+}
+
 TEST_F(OffsetFileTest, WhatCannotBeIsNamed) {
   EXPECT_THAT(Complaint("{}"), HasSubstr("tools"));
   EXPECT_THAT(Complaint(R"({"format": 2, "tools": []})"), HasSubstr("format"));
