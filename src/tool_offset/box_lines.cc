@@ -158,31 +158,47 @@ Eigen::VectorXd RobustFit(const Eigen::MatrixXd& design, const Eigen::VectorXd& 
   return solution;
 }
 
-/// The affine map whose inverse puts every side's points on its planned coordinate.
-void FitAffine(const std::vector<SidePoint>& points, PageMap& map) {
-  // sheet = m * (page - middle) + offset, one row for u and one for v.
-  Eigen::Matrix<double, 2, 3> inverse;
-  const double scale = 1 / Length(map.u_px_mm);
-  for (const bool upright : {true, false}) {
-    std::vector<const SidePoint*> used;
-    for (const SidePoint& point : points) {
-      if (IsUpright(point.side) == upright) used.push_back(&point);
-    }
-    Eigen::MatrixXd design(static_cast<Eigen::Index>(used.size()), 3);
-    Eigen::VectorXd y(design.rows());
-    for (Eigen::Index i = 0; i < design.rows(); ++i) {
-      const SidePoint& point = *used[static_cast<std::size_t>(i)];
-      const PagePoint from_middle = scale * (point.place - map.middle);
-      design.row(i) << from_middle.x_px, from_middle.y_px, 1;
-      y[i] = Outward(point.side) * (upright ? map.half_width_mm : map.half_height_mm);
-    }
-    inverse.row(upright ? 0 : 1) = RobustFit(design, y).transpose();
+/// A straight line on the page through a side's points, robustly.
+struct PageLine {
+  PagePoint at;
+  PagePoint along;
+};
+
+PageLine FitSide(const std::vector<SidePoint>& points, Side side, const PageMap& map) {
+  const PagePoint along = IsUpright(side) ? (1 / Length(map.v_px_mm)) * map.v_px_mm
+                                          : (1 / Length(map.u_px_mm)) * map.u_px_mm;
+  const PagePoint across{-along.y_px, along.x_px};
+  std::vector<PagePoint> used;
+  for (const SidePoint& point : points) {
+    if (point.side == side) used.push_back(point.place - map.middle);
   }
-  const Eigen::Matrix2d forward = (inverse.leftCols<2>() * scale).inverse();
-  const Eigen::Vector2d shift = forward * inverse.col(2);
-  map.u_px_mm = {forward(0, 0), forward(1, 0)};
-  map.v_px_mm = {forward(0, 1), forward(1, 1)};
-  map.middle = map.middle - PagePoint{shift[0], shift[1]};
+  const double scale = 1 / (map.half_width_mm * Length(map.u_px_mm));
+  Eigen::MatrixXd design(static_cast<Eigen::Index>(used.size()), 2);
+  Eigen::VectorXd y(design.rows());
+  for (Eigen::Index i = 0; i < design.rows(); ++i) {
+    const PagePoint d = used[static_cast<std::size_t>(i)];
+    design.row(i) << 1, scale * (d.x_px * along.x_px + d.y_px * along.y_px);
+    y[i] = d.x_px * across.x_px + d.y_px * across.y_px;
+  }
+  const Eigen::VectorXd line = RobustFit(design, y);
+  return {map.middle + line[0] * across, along + (line[1] * scale) * across};
+}
+
+PagePoint Crossing(const PageLine& a, const PageLine& b) {
+  const auto cross = [](PagePoint p, PagePoint q) { return p.x_px * q.y_px - p.y_px * q.x_px; };
+  return a.at + (cross(b.at - a.at, b.along) / cross(a.along, b.along)) * a.along;
+}
+
+/// The projection whose box has its sides on straight lines through the points.
+bool FitProjection(const std::vector<SidePoint>& points, PageMap& map) {
+  std::array<PageLine, kSides> line;
+  for (std::size_t i = 0; i < kSides; ++i) line[i] = FitSide(points, static_cast<Side>(i), map);
+  const auto fitted =
+      MapOfCorners({Crossing(line[kLeft], line[kBottom]), Crossing(line[kRight], line[kBottom]),
+                    Crossing(line[kRight], line[kTop]), Crossing(line[kLeft], line[kTop])},
+                   2 * map.half_width_mm, 2 * map.half_height_mm);
+  if (fitted) map = *fitted;
+  return fitted.has_value();
 }
 
 /// Whether a fit is still of the box that was seen; also false where it is not a number.
@@ -243,8 +259,7 @@ BoxFit FitBox(const PageView& page, const ChannelMix& mix, const SheetPlan& plan
       return fit;
     }
     fit.map.bend_mm = {};
-    FitAffine(points, fit.map);
-    if (!IsLike(fit.map, start)) {
+    if (!FitProjection(points, fit.map) || !IsLike(fit.map, start)) {
       fit.support = {};
       return fit;
     }

@@ -1,6 +1,7 @@
 #include "tool_offset/page_map.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace trammel::tool_offset {
 namespace {
@@ -22,7 +23,8 @@ PagePoint PageMap::ToPage(SheetPoint point) const {
   const double t = point.v_mm / half_height_mm;
   const double u_mm = point.u_mm + Between(Cubic(bend_mm[kLeft], t), Cubic(bend_mm[kRight], t), s);
   const double v_mm = point.v_mm + Between(Cubic(bend_mm[kBottom], s), Cubic(bend_mm[kTop], s), t);
-  return middle + u_mm * u_px_mm + v_mm * v_px_mm;
+  const double nearness = 1 + lean_per_mm.u_mm * u_mm + lean_per_mm.v_mm * v_mm;
+  return middle + (u_mm / nearness) * u_px_mm + (v_mm / nearness) * v_px_mm;
 }
 
 LocalMap PageMap::Near(SheetPoint point) const {
@@ -32,6 +34,38 @@ LocalMap PageMap::Near(SheetPoint point) const {
                                    ToPage({point.u_mm - u_mm, point.v_mm - v_mm}));
   };
   return {ToPage(point), slope(kStep_mm, 0), slope(0, kStep_mm)};
+}
+
+double PageMap::perspective() const {
+  return 2 * std::hypot(lean_per_mm.u_mm * half_width_mm, lean_per_mm.v_mm * half_height_mm);
+}
+
+std::optional<PageMap> MapOfCorners(const std::array<PagePoint, 4>& corners, double width_mm,
+                                    double height_mm) {
+  const auto cross = [](PagePoint a, PagePoint b) { return a.x_px * b.y_px - a.y_px * b.x_px; };
+  const double way = cross(corners[1] - corners[0], corners[3] - corners[0]);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double turn = cross(corners[(i + 1) % 4] - corners[i], corners[(i + 3) % 4] - corners[i]);
+    if (!(turn * way > 0)) return std::nullopt;
+  }
+  // The projection of a unit square's corners (Heckbert 1989), with s and t from 0 to 1.
+  const PagePoint along = corners[1] - corners[2];
+  const PagePoint aside = corners[3] - corners[2];
+  const PagePoint rest = corners[0] - corners[1] + corners[2] - corners[3];
+  const double g = cross(rest, aside) / cross(along, aside);
+  const double h = cross(along, rest) / cross(along, aside);
+  const PagePoint s_px = corners[1] - corners[0] + g * corners[1];
+  const PagePoint t_px = corners[3] - corners[0] + h * corners[3];
+  // The same about the middle, in mm.
+  const double nearness = 1 + g / 2 + h / 2;
+  PageMap map;
+  map.half_width_mm = width_mm / 2;
+  map.half_height_mm = height_mm / 2;
+  map.lean_per_mm = {g / nearness / width_mm, h / nearness / height_mm};
+  map.middle = (1 / nearness) * (corners[0] + 0.5 * s_px + 0.5 * t_px);
+  map.u_px_mm = (1 / (nearness * width_mm)) * (s_px - g * map.middle);
+  map.v_px_mm = (1 / (nearness * height_mm)) * (t_px - h * map.middle);
+  return map;
 }
 
 }  // namespace trammel::tool_offset

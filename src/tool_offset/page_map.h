@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "tool_offset/page.h"
 #include "tool_offset/sheet_plan.h"
@@ -23,12 +24,15 @@ struct LocalMap {
   }
 };
 
-/// An affine map, and how the box's sides bend (paper on a bed and on glass is never quite flat);
-/// between opposite sides the bending changes linearly.
+/// A central projection (affine on a flatbed, not under a camera), and how the box's sides bend
+/// (paper on a bed and on glass is never quite flat); between opposite sides the bending changes
+/// linearly.
 struct PageMap {
   PagePoint middle;   ///< of the sheet
-  PagePoint u_px_mm;  ///< page pixels per mm along u
+  PagePoint u_px_mm;  ///< page pixels per mm along u, at the middle
   PagePoint v_px_mm;
+  /// By how much everything is seen smaller per mm along u and v, in parts of one.
+  SheetPoint lean_per_mm;
   double half_width_mm = 1;
   double half_height_mm = 1;
   /// Outward coordinate (u of left and right, v of bottom and top) that a side has beyond its
@@ -37,10 +41,18 @@ struct PageMap {
 
   [[nodiscard]] PagePoint ToPage(SheetPoint point) const;
   [[nodiscard]] LocalMap Near(SheetPoint point) const;
+  /// How much larger one side of the box is seen than the opposite one, in parts of one.
+  [[nodiscard]] double perspective() const;
   /// Whether the page shows the sheet from behind, as a mirror does.
   [[nodiscard]] bool mirrored() const {
     return u_px_mm.x_px * v_px_mm.y_px - u_px_mm.y_px * v_px_mm.x_px > 0;
   }
 };
+
+/// The map without bending that takes the box's corners (low u and v first, then round by high u)
+/// to these places.
+/// @returns nothing where they do not go round a convex area.
+[[nodiscard]] std::optional<PageMap> MapOfCorners(const std::array<PagePoint, 4>& corners,
+                                                  double width_mm, double height_mm);
 
 }  // namespace trammel::tool_offset

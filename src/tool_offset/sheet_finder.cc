@@ -86,21 +86,21 @@ ChannelMix MixOfSides(const SmallPage& small, const BoxCandidate& candidate, int
 }
 
 /// The map that lays the sheet's u axis along side `side` of the candidate.
-PageMap StartMap(const SmallPage& small, const BoxCandidate& candidate, std::size_t side,
-                 const SheetPlan& plan) {
+std::optional<PageMap> StartMap(const SmallPage& small, const BoxCandidate& candidate,
+                                std::size_t side, const SheetPlan& plan) {
   std::array<PagePoint, 4> corners;
   for (std::size_t i = 0; i < 4; ++i) {
     const PagePoint corner = candidate.corners[(i + side) % 4];
     corners[i] = small.OnPage(corner.x_px, corner.y_px);
   }
-  PageMap map;
-  map.half_width_mm = plan.width_mm / 2;
-  map.half_height_mm = plan.height_mm / 2;
-  map.middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
-  map.u_px_mm = (0.5 / plan.width_mm) * (corners[1] - corners[0] + corners[2] - corners[3]);
-  map.v_px_mm = (0.5 / plan.height_mm) * (corners[3] - corners[0] + corners[2] - corners[1]);
-  if (map.mirrored()) map.v_px_mm = -1.0 * map.v_px_mm;
-  return map;
+  // Counter-clockwise on the sheet is clockwise on the page, whose y runs down.
+  const PagePoint first = corners[1] - corners[0];
+  const PagePoint last = corners[3] - corners[0];
+  if (first.x_px * last.y_px - first.y_px * last.x_px > 0) {
+    std::swap(corners[0], corners[3]);
+    std::swap(corners[1], corners[2]);
+  }
+  return MapOfCorners(corners, plan.width_mm, plan.height_mm);
 }
 
 /// The same lines with the axes the other way round.
@@ -114,6 +114,7 @@ PageMap Turned(const PageMap& map, bool flip_u, bool flip_v) {
     for (double& value : cubic) value = -value;
   };
   if (flip_u) {
+    turned.lean_per_mm.u_mm = -turned.lean_per_mm.u_mm;
     turned.u_px_mm = -1.0 * turned.u_px_mm;
     std::swap(turned.bend_mm[kLeft], turned.bend_mm[kRight]);
     negate(turned.bend_mm[kLeft]);
@@ -122,6 +123,7 @@ PageMap Turned(const PageMap& map, bool flip_u, bool flip_v) {
     reverse(turned.bend_mm[kTop]);
   }
   if (flip_v) {
+    turned.lean_per_mm.v_mm = -turned.lean_per_mm.v_mm;
     turned.v_px_mm = -1.0 * turned.v_px_mm;
     std::swap(turned.bend_mm[kBottom], turned.bend_mm[kTop]);
     negate(turned.bend_mm[kBottom]);
@@ -213,7 +215,9 @@ Attempt TryOtherSheet(const PageView& page, const SmallPage& small, const SheetP
   for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
     const SheetPlan other = PlanOfSize(plan, (side == 0 ? length_px : width_px) / px_per_mm,
                                        (side == 0 ? width_px : length_px) / px_per_mm);
-    const BoxFit box = FitBox(page, mix, other, StartMap(small, candidate, side, other));
+    const auto start = StartMap(small, candidate, side, other);
+    if (!start) continue;
+    const BoxFit box = FitBox(page, mix, other, *start);
     if (*std::min_element(box.support.begin(), box.support.end()) < kSideFound) continue;
     Attempt attempt = ReadBox(page, other, box, mix);
     const bool says_more = attempt.finding > best.finding && attempt.finding != Finding::kSheet;
@@ -227,10 +231,11 @@ Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPl
   Attempt best;
   const ChannelMix mix = MixOfSides(small, candidate, threshold);
   for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
-    const PageMap start = StartMap(small, candidate, side, plan);
-    const double ratio = Length(start.u_px_mm) / Length(start.v_px_mm);
+    const auto start = StartMap(small, candidate, side, plan);
+    if (!start) continue;
+    const double ratio = Length(start->u_px_mm) / Length(start->v_px_mm);
     if (std::abs(std::log(ratio)) > kAnisotropy) continue;
-    const BoxFit box = FitBox(page, mix, plan, start);
+    const BoxFit box = FitBox(page, mix, plan, *start);
     if (*std::min_element(box.support.begin(), box.support.end()) < kSideFound) continue;
     Attempt attempt = ReadBox(page, plan, box, mix);
     if (attempt.finding <= best.finding) continue;
