@@ -1,5 +1,5 @@
 // How well tools, play and their uncertainties come out of virtual sheets. Prints the tables that
-// docs/tool-offset.md quotes.
+// docs/tool-offset.md quotes; offset_neighbourhood_study.cc has what lies around them.
 //
 // TRAMMEL_SHEETS: machines per row, 125 without it (1000 values). TRAMMEL_SHEETS_SEED: the first
 // seed. Reported figures are those of 500000 and on; development uses seeds below 1000.
@@ -8,18 +8,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "base/page.h"
-#include "sim/scanner_page.h"
-#include "sim/sheet_gcode.h"
-#include "sim/sheet_print.h"
-#include "sim/sheet_world.h"
-#include "tool_offset/analyse.h"
+#include "offset_world.h"
 #include "tool_offset/combine.h"
-#include "tool_offset/sheet_gcode.h"
 
 namespace trammel {
 namespace {
@@ -29,57 +23,22 @@ constexpr double kNormal95 = 1.959964;
 constexpr double kPlacement_um = 5;
 constexpr std::uint64_t kReportedSeed = 500000;
 
-std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise) {
-  const char* text = std::getenv(name);
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
-}
-
-tool_offset::SheetPlan Plan() {
+PatternFile FiveTools() {
   tool_offset::SheetSettings settings;
   settings.tools = {0, 1, 2, 3, 4};
   settings.filament.material = "pla";
-  return tool_offset::PlanSheet(settings);
+  return WritePattern(settings);
 }
 
-/// Errors and what was claimed of them.
-struct Tally {
-  std::vector<double> error_um;
-  std::vector<double> half_width_um;
-  int covered = 0;
-  int missing = 0;
-
-  void Add(const Measured& measured, double truth_mm) {
-    if (!measured.good()) {
-      ++missing;
-      return;
-    }
-    const Quantity& q = measured.quantity();
-    error_um.push_back(kUm * (q.value - truth_mm));
-    half_width_um.push_back(kUm * 0.5 * (q.interval95.hi - q.interval95.lo));
-    covered += q.interval95.lo <= truth_mm && truth_mm <= q.interval95.hi;
-  }
-  [[nodiscard]] double Quantile(double share) const {
-    std::vector<double> size;
-    for (const double e : error_um) size.push_back(std::abs(e));
-    std::sort(size.begin(), size.end());
-    if (size.empty()) return 0;
-    return size[static_cast<std::size_t>(share * static_cast<double>(size.size() - 1))];
-  }
-  [[nodiscard]] double Coverage() const {
-    return covered / std::max(1.0, static_cast<double>(error_um.size()));
-  }
-  void Print(const std::string& name) const {
-    double sum = 0;
-    double half = 0;
-    for (const double e : error_um) sum += e;
-    for (const double h : half_width_um) half += h;
-    const double n = std::max(1.0, static_cast<double>(error_um.size()));
-    fmt::print("| {} | {} | {} | {:+.2f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} % |\n", name,
-               error_um.size(), missing, sum / n, Quantile(0.95), Quantile(1), half / n,
-               100 * Coverage());
-    std::fflush(stdout);
-  }
-};
+void Print(const std::string& name, const Tally& tally) {
+  double sum = 0;
+  for (const double e : tally.error_um) sum += e;
+  const double n = std::max(1.0, static_cast<double>(tally.error_um.size()));
+  fmt::print("| {} | {} | {} | {:+.2f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} % |\n", name,
+             tally.error_um.size(), tally.missing, sum / n, tally.Quantile(0.95), tally.Quantile(1),
+             tally.MeanHalfWidth_um(), 100 * tally.Coverage());
+  std::fflush(stdout);
+}
 
 constexpr const char* kHead =
     "\n| what | values | without | mean error | 95 % of the errors within | worst | interval | "
@@ -92,34 +51,20 @@ struct World {
   double placement_um = kPlacement_um;
 };
 
-struct Seen {
-  tool_offset::SheetResult result;
-  sim::PrintedSheet sheet;
-};
-
-Seen See(const std::string& gcode, const tool_offset::SheetPlan& plan, const sim::SheetName& name,
-         const World& world) {
-  sim::SheetSetup setup;
-  setup.firmware = sim::GuessSheetFirmware(gcode);
-  const auto program = sim::InterpretSheet(gcode, setup);
-  if (!program) throw std::runtime_error(program.error().message);
-  const auto scene = sim::SheetScene::kBlackOnWhite;
-  sim::SheetMachine machine = sim::MachineOf(name, scene);
-  machine.leg_placement_mm = world.placement_um / kUm;
-  if (!world.drives) machine.motor = machine.pulley = {};
-  auto sheet = sim::PrintSheet(*program, machine, sim::PaperOf(name, scene), sim::PrintingOf(name));
-  if (!sheet) throw std::runtime_error(sheet.error().message);
-  sim::ScannerTraits scanner = sim::ScannerOf(name, *sheet);
-  if (!world.scan_bar) scanner.bar.clear();
-  const auto scanned = sim::ScanSheet(*sheet, scanner, sim::ScanningOf(name));
-  if (!scanned) throw std::runtime_error(scanned.error().message);
-  const PageView page = {scanned->samples.data(), scanned->format.width_px,
-                         scanned->format.height_px, 1,
-                         static_cast<std::ptrdiff_t>(scanned->format.row_bytes())};
-  auto result = tool_offset::AnalyseSheet(page, plan);
-  if (!result)
-    throw std::runtime_error(fmt::format("seed {}: {}", name.seed, result.error().message));
-  return {std::move(*result), std::move(*sheet)};
+SeenSheet See(const PatternFile& pattern, const sim::SheetName& name, const World& world) {
+  SeenSheet seen = SeeSheet(
+      pattern, name,
+      [&](sim::SheetMachine& machine, sim::SheetPaper&) {
+        machine.leg_placement_mm = world.placement_um / kUm;
+        if (!world.drives) machine.motor = machine.pulley = {};
+      },
+      [&](sim::ScannerTraits& scanner) {
+        if (!world.scan_bar) scanner.bar.clear();
+      });
+  if (!seen.result) {
+    throw std::runtime_error(fmt::format("seed {}: {}", name.seed, seen.result.error().message));
+  }
+  return seen;
 }
 
 struct Errors {
@@ -138,8 +83,7 @@ void AddTools(const auto& tools, const sim::PrintedSheet& sheet, Tally& tally) {
 }
 
 Errors Study(const World& world, int sheets) {
-  const tool_offset::SheetPlan plan = Plan();
-  const std::string gcode = tool_offset::WriteSheetGcode(plan).text;
+  const PatternFile pattern = FiveTools();
   const std::uint64_t first = FromEnvironment("TRAMMEL_SHEETS_SEED", kReportedSeed);
   const std::uint64_t machines = FromEnvironment("TRAMMEL_SHEETS", 125);
   Errors errors;
@@ -147,13 +91,13 @@ Errors Study(const World& world, int sheets) {
     std::vector<std::vector<tool_offset::SheetResult>> results;
     sim::PrintedSheet printed;
     for (int sheet = 0; sheet < sheets; ++sheet) {
-      Seen seen = See(gcode, plan, {first + i, static_cast<std::uint64_t>(sheet), 0}, world);
+      SeenSheet seen = See(pattern, {first + i, static_cast<std::uint64_t>(sheet), 0}, world);
       if (sheet == 0) {
-        AddTools(seen.result.tools, seen.sheet, errors.offsets);
-        errors.backlash.Add(seen.result.backlash_mm.x, seen.sheet.backlash_mm[0]);
-        errors.backlash.Add(seen.result.backlash_mm.y, seen.sheet.backlash_mm[1]);
+        AddTools(seen.result->tools, seen.sheet, errors.offsets);
+        errors.backlash.Add(seen.result->backlash_mm.x, seen.sheet.backlash_mm[0]);
+        errors.backlash.Add(seen.result->backlash_mm.y, seen.sheet.backlash_mm[1]);
       }
-      results.push_back({std::move(seen.result)});
+      results.push_back({std::move(*seen.result)});
       printed = std::move(seen.sheet);
     }
     if (sheets > 1) {
@@ -181,15 +125,15 @@ void ExpectCoverage(const Tally& tally) {
 }
 
 TEST(OffsetStudy, ToolsAreWithinTheFloorOfPlacementNoise) {
-  const double floor_um = Floor_um(Plan());
+  const double floor_um = Floor_um(FiveTools().plan);
   fmt::print(
       "5 tools at 600 dpi, 5 um placement noise and 20 um edge roughness; um. Floor of 95 % "
       "by placement noise alone: {:.2f}; with the controls' mean taken off each value: {:.2f}\n",
       floor_um, floor_um * std::sqrt(2.0));
   fmt::print("{}", kHead);
   const Errors errors = Study({.drives = false, .scan_bar = false}, 1);
-  errors.offsets.Print("offsets: wrinkle, shadow, scale, any rotation");
-  errors.backlash.Print("backlash");
+  Print("offsets: wrinkle, shadow, scale, any rotation", errors.offsets);
+  Print("backlash", errors.backlash);
   EXPECT_LE(errors.offsets.Quantile(0.95), kMostOverFloor * std::sqrt(2.0) * floor_um);
   EXPECT_LE(errors.offsets.Quantile(0.95), kMost_um);
   ExpectCoverage(errors.offsets);
@@ -197,11 +141,11 @@ TEST(OffsetStudy, ToolsAreWithinTheFloorOfPlacementNoise) {
 }
 
 TEST(OffsetStudy, FourSheetsHalveTheErrors) {
-  const double floor_um = Floor_um(Plan());
+  const double floor_um = Floor_um(FiveTools().plan);
   fmt::print("{}", kHead);
   const Errors errors = Study({.drives = false, .scan_bar = false}, 4);
-  errors.offsets.Print("one sheet");
-  errors.four_sheets.Print("four sheets");
+  Print("one sheet", errors.offsets);
+  Print("four sheets", errors.four_sheets);
   EXPECT_LE(errors.four_sheets.Quantile(0.95), 0.5 * kMostOverFloor * std::sqrt(2.0) * floor_um);
   ExpectCoverage(errors.four_sheets);
 }
@@ -210,8 +154,8 @@ TEST(OffsetStudy, FourSheetsHalveTheErrors) {
 TEST(OffsetStudy, DrawnMachinesAndScannersStayWithinTheirIntervals) {
   fmt::print("{}", kHead);
   const Errors errors = Study({}, 1);
-  errors.offsets.Print("offsets: everything that machines and scanners have");
-  errors.backlash.Print("backlash");
+  Print("offsets: everything that machines and scanners have", errors.offsets);
+  Print("backlash", errors.backlash);
   EXPECT_LE(errors.offsets.Quantile(0.95), kMost_um);
   EXPECT_GE(errors.offsets.Coverage(), 0.9);
 }
