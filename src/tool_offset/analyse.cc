@@ -8,9 +8,11 @@
 
 #include "base/statistics.h"
 #include "tool_offset/comb_fit.h"
+#include "tool_offset/foreign_ink.h"
 #include "tool_offset/offset_estimate.h"
 #include "tool_offset/parallel.h"
 #include "tool_offset/structure_reader.h"
+#include "tool_offset/tool_search.h"
 
 namespace trammel::tool_offset {
 namespace {
@@ -32,33 +34,38 @@ InkColour ReferenceInk(const PageView& page, const SheetPlan& plan, const PageMa
   return SampleInk(page, map, plan.settings, legs);
 }
 
-std::vector<ToolReading> ReadMarks(const PageView& page, const SheetPlan& plan,
-                                   const PageMap& map) {
-  std::vector<ToolReading> tools(plan.coarse_marks.size());
-  ParallelFor(static_cast<int>(tools.size()), [&](int i) {
-    const auto k = static_cast<std::size_t>(i);
-    const CoarseMark& mark = plan.coarse_marks[k];
-    tools[k].tool = mark.tool;
-    tools[k].mark = ReadCoarseMark(page, map, plan, mark);
-    const SheetPoint& shift = tools[k].mark.shift;
-    tools[k].coarse_place =
-        map.ToPage({mark.middle.u_mm + shift.u_mm, mark.middle.v_mm + shift.v_mm});
-  });
+std::vector<ToolReading> PlaceTools(const PageView& page, const SheetPlan& plan, const PageMap& map,
+                                    const InkRaster& raster, const InkColour& reference) {
+  std::vector<int> numbers = plan.settings.tools;
+  std::erase(numbers, plan.settings.reference_tool);
+  const std::vector<CoarseReading> readings =
+      ReadCoarsely(page, map, plan, raster, reference, numbers);
+  std::vector<ToolReading> tools(numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    tools[i].tool = numbers[i];
+    tools[i].mark = readings[i];
+    for (const CoarseMark& mark : plan.coarse_marks) {
+      if (mark.tool != numbers[i]) continue;
+      tools[i].coarse_place = map.ToPage(
+          {mark.middle.u_mm + readings[i].shift.u_mm, mark.middle.v_mm + readings[i].shift.v_mm});
+    }
+  }
   return tools;
 }
 
 KnownTools KnowTools(const SheetPlan& plan, const InkColour& reference,
-                     const std::vector<ToolReading>& marks) {
+                     const std::vector<ToolReading>& tools) {
   KnownTools known;
   known[plan.settings.reference_tool] = {true, {}, reference, {}};
   const double reach_mm = FineReach_mm(plan.settings);
-  for (const ToolReading& tool : marks) {
+  for (const ToolReading& tool : tools) {
     KnownTool& entry = known[tool.tool];
     entry.ink = tool.mark.ink;
     entry.shift = tool.mark.shift;
-    const double far_mm = std::max(std::abs(entry.shift.u_mm), std::abs(entry.shift.v_mm));
+    const SheetPoint& apart = tool.mark.from_reference;
+    const double far_mm = std::max(std::abs(apart.u_mm), std::abs(apart.v_mm));
     if (!tool.mark.found) {
-      entry.why_not = fmt::format("T{}'s coarse mark was not found", tool.tool);
+      entry.why_not = fmt::format("T{} was not found", tool.tool);
     } else if (far_mm > reach_mm) {
       entry.why_not =
           fmt::format("T{} is {:.2f} mm off: beyond {:.2f} mm its teeth come too near those of T{}",
@@ -70,8 +77,24 @@ KnownTools KnowTools(const SheetPlan& plan, const InkColour& reference,
   return known;
 }
 
+/// What lies in structures without being theirs.
+struct OtherInk {
+  std::vector<ForeignLeg> foreign;
+  std::vector<double> stray;  ///< for each structure, part of its white
+};
+
+OtherInk FindOtherInk(const SheetPlan& plan, const InkRaster& raster, const InkColour& reference,
+                      const std::vector<ToolReading>& tools) {
+  std::map<int, SheetPoint> shift{{plan.settings.reference_tool, SheetPoint{}}};
+  for (const ToolReading& tool : tools) {
+    if (tool.mark.found) shift[tool.tool] = tool.mark.shift;
+  }
+  return {ForeignLegs(plan, shift, FineReach_mm(plan.settings)),
+          StrayInk(raster, plan, shift, Strength(reference))};
+}
+
 StructureReading ReadOne(const PageView& page, const SheetPlan& plan, const PageMap& map,
-                         const KnownTools& known, std::size_t index) {
+                         const KnownTools& known, const OtherInk& other, std::size_t index) {
   const Structure& structure = plan.structures[index];
   StructureReading reading;
   reading.structure = index;
@@ -81,7 +104,7 @@ StructureReading ReadOne(const PageView& page, const SheetPlan& plan, const Page
     const auto found = known.find(structure.combs[comb].tool);
     if (found == known.end() || !found->second.usable) {
       reading.offset_mm = Measured::Refused(
-          found == known.end() ? fmt::format("T{} has no coarse mark", structure.combs[comb].tool)
+          found == known.end() ? fmt::format("T{} is not on the sheet", structure.combs[comb].tool)
                                : found->second.why_not);
       return reading;
     }
@@ -96,7 +119,15 @@ StructureReading ReadOne(const PageView& page, const SheetPlan& plan, const Page
     reading.mix[comb] = choice.mix[comb];
     reading.shift_mm[comb] = tools[comb]->shift;
   }
-  auto fingers = ReadStructure(page, map, plan, structure, expected);
+  constexpr double kMostStray = 0.05;
+  if (other.stray[index] > kMostStray) {
+    reading.offset_mm = Measured::Refused(fmt::format(
+        "ink that belongs to no line of the sheet lies in {:.0f} % of its white: another tool's, "
+        "a hair's or a stain's",
+        100 * other.stray[index]));
+    return reading;
+  }
+  auto fingers = ReadStructure(page, map, plan, structure, expected, other.foreign);
   if (!fingers) {
     reading.offset_mm = Measured::Refused(fingers.error().message);
     return reading;
@@ -128,6 +159,8 @@ void CompareResolution(const AnalyseOptions& options, SheetResult& result) {
 
 Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
                                  const AnalyseOptions& options) {
+  /// Beside the box: how far a tool is looked for, and half of a leg more.
+  constexpr double kAround_mm = kSearch_mm + 5;
   auto sheet = FindSheet(page, plan);
   if (!sheet) return tl::unexpected(sheet.error());
   SheetResult result;
@@ -141,12 +174,14 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
                     plan.settings.reference_tool, std::abs(reference.contrast[reference.best()])),
         ErrorKind::kMeasurement);
   }
-  result.tools = ReadMarks(page, plan, map);
+  const InkRaster raster = TakeInkRaster(page, map, kAround_mm);
+  result.tools = PlaceTools(page, plan, map, raster, reference);
   const KnownTools known = KnowTools(plan, reference, result.tools);
+  const OtherInk other = FindOtherInk(plan, raster, reference, result.tools);
   result.structures.resize(plan.structures.size());
   ParallelFor(static_cast<int>(plan.structures.size()), [&](int i) {
     const auto index = static_cast<std::size_t>(i);
-    result.structures[index] = ReadOne(page, plan, map, known, index);
+    result.structures[index] = ReadOne(page, plan, map, known, other, index);
   });
   EstimateOffsets(plan, result);
   CompareResolution(options, result);

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+
+#include "geometry/robust_line.h"
 
 namespace trammel::tool_offset {
 namespace {
@@ -77,6 +80,60 @@ std::array<PagePoint, 4> Corners(const std::vector<PagePoint>& hull) {
   return corners;
 }
 
+/// Where straight lines through the outermost pixels of the piece on each side cross: what reaches
+/// out over a side (a hair, lines of a tool far off) is far from the line through most of them.
+/// @param rectangle  around the piece, roughly turned like it.
+std::optional<std::array<PagePoint, 4>> CornersOfSides(const std::vector<Pixel>& piece,
+                                                       const std::array<PagePoint, 4>& rectangle) {
+  constexpr std::size_t kFewest = 20;
+  const PagePoint origin = rectangle[0];
+  const double length = Length(rectangle[1] - origin);
+  const double width = Length(rectangle[3] - origin);
+  if (length < kFewest || width < kFewest) return std::nullopt;
+  const PagePoint along = (1 / length) * (rectangle[1] - origin);
+  const PagePoint across = (1 / width) * (rectangle[3] - origin);
+  // Of each column along, the lowest and the highest pixel across; and the other way round.
+  std::array<std::vector<std::array<double, 2>>, 2> extremes;
+  extremes[0].assign(static_cast<std::size_t>(length) + 2, {1e9, -1e9});
+  extremes[1].assign(static_cast<std::size_t>(width) + 2, {1e9, -1e9});
+  for (const auto [x, y] : piece) {
+    const PagePoint d = PagePoint{static_cast<double>(x), static_cast<double>(y)} - origin;
+    const std::array<double, 2> at{d.x_px * along.x_px + d.y_px * along.y_px,
+                                   d.x_px * across.x_px + d.y_px * across.y_px};
+    for (std::size_t i = 0; i < 2; ++i) {
+      const auto bin = static_cast<std::size_t>(std::max(0.0, at[i] + 0.5));
+      if (bin >= extremes[i].size()) continue;
+      auto& [low, high] = extremes[i][bin];
+      low = std::min(low, at[1 - i]);
+      high = std::max(high, at[1 - i]);
+    }
+  }
+  // [direction][low or high]: the other coordinate over the bin.
+  std::array<std::array<geometry::RobustLine, 2>, 2> line;
+  std::vector<double> scratch;
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t end = 0; end < 2; ++end) {
+      std::vector<double> bins;
+      std::vector<double> edge;
+      for (std::size_t bin = 0; bin < extremes[i].size(); ++bin) {
+        if (extremes[i][bin][0] > extremes[i][bin][1]) continue;
+        bins.push_back(static_cast<double>(bin));
+        edge.push_back(extremes[i][bin][end]);
+      }
+      if (bins.size() < kFewest) return std::nullopt;
+      line[i][end] = geometry::FitRobustLine(bins, edge, scratch);
+    }
+  }
+  const auto corner = [&](std::size_t along_end, std::size_t across_end) {
+    // across = a + b * along on a side along; along = c + d * across on a side across.
+    const geometry::RobustLine& side = line[0][across_end];
+    const geometry::RobustLine& end = line[1][along_end];
+    const double s = (end.offset + end.slope * side.offset) / (1 - end.slope * side.slope);
+    return origin + s * along + side.at(s) * across;
+  };
+  return std::array<PagePoint, 4>{corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)};
+}
+
 /// Labels the piece that holds the given pixel.
 /// @param piece  becomes its pixels; reused.
 void Flood(const SmallPage& page, int threshold, Pixel seed, std::int32_t label,
@@ -135,6 +192,31 @@ double Support(const SmallPage& page, const std::vector<std::int32_t>& labels, s
   return static_cast<double>(found) / steps;
 }
 
+void SupportSides(const SmallPage& page, const std::vector<std::int32_t>& labels,
+                  std::int32_t label, BoxCandidate& candidate) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    candidate.support[i] =
+        Support(page, labels, label, candidate.corners[i], candidate.corners[(i + 1) % 4]);
+  }
+}
+
+/// Every pixel becomes as strong as the strongest beside it: what a pixel's gap parts is joined.
+SmallPage Widened(const SmallPage& page) {
+  SmallPage wide = page;
+  for (int y = 0; y < page.height; ++y) {
+    for (int x = 0; x < page.width; ++x) {
+      std::uint8_t most = 0;
+      for (int ny = std::max(0, y - 1); ny <= std::min(page.height - 1, y + 1); ++ny) {
+        for (int nx = std::max(0, x - 1); nx <= std::min(page.width - 1, x + 1); ++nx) {
+          most = std::max(most, page.strength[page.at(nx, ny)]);
+        }
+      }
+      wide.strength[wide.at(x, y)] = most;
+    }
+  }
+  return wide;
+}
+
 }  // namespace
 
 int BoxCandidate::sides() const {
@@ -142,7 +224,9 @@ int BoxCandidate::sides() const {
                                         [](double part) { return part >= kSupported; }));
 }
 
-std::vector<BoxCandidate> FindBoxCandidates(const SmallPage& page, int threshold) {
+std::vector<BoxCandidate> FindBoxCandidates(const SmallPage& as_is, int threshold, bool widened) {
+  const SmallPage wide = widened ? Widened(as_is) : SmallPage{};
+  const SmallPage& page = widened ? wide : as_is;
   /// Shorter than this part of the page's longer side nothing is a box.
   constexpr double kShortest = 0.12;
   constexpr double kThinnest = 10;  // small pixels
@@ -162,9 +246,15 @@ std::vector<BoxCandidate> FindBoxCandidates(const SmallPage& page, int threshold
       candidate.corners = Corners(hull);
       if (std::max(candidate.length(), candidate.width()) < shortest) continue;
       if (std::min(candidate.length(), candidate.width()) < kThinnest) continue;
-      for (std::size_t i = 0; i < 4; ++i) {
-        candidate.support[i] =
-            Support(page, labels, label, candidate.corners[i], candidate.corners[(i + 1) % 4]);
+      SupportSides(page, labels, label, candidate);
+      if (candidate.sides() < 4) {
+        BoxCandidate straight = candidate;
+        if (const auto corners = CornersOfSides(piece, SmallestRectangle(hull))) {
+          straight.corners = *corners;
+          straight.straightened = true;
+          SupportSides(page, labels, label, straight);
+          if (straight.sides() > candidate.sides()) candidate = straight;
+        }
       }
       candidates.push_back(candidate);
     }

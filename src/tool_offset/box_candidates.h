@@ -16,6 +16,9 @@ struct BoxCandidate {
   std::array<PagePoint, 4> corners;
   /// Which part of each side has ink on it; 1 for a line without a gap.
   std::array<double, 4> support{};
+  /// Whether lines through most of each side's pixels gave the corners, because the piece itself is
+  /// no rectangle.
+  bool straightened = false;
 
   /// Of sides 0 and 1, small pixels.
   [[nodiscard]] double length() const { return Length(corners[1] - corners[0]); }
@@ -25,7 +28,9 @@ struct BoxCandidate {
 };
 
 /// Every large connected piece whose strength reaches `threshold`, largest rectangle first.
-[[nodiscard]] std::vector<BoxCandidate> FindBoxCandidates(const SmallPage& page, int threshold);
+/// @param widened  joins pieces that a pixel or two parts: lines of a box that broke.
+[[nodiscard]] std::vector<BoxCandidate> FindBoxCandidates(const SmallPage& page, int threshold,
+                                                          bool widened);
 
 /// Whether the middle of one lies in the other: nested lines of one box, not two sheets.
 [[nodiscard]] bool Overlap(const BoxCandidate& a, const BoxCandidate& b);

@@ -1,9 +1,11 @@
-// Roughly where a tool prints, however far off: its coarse mark.
+// Roughly where a tool prints, however far off: searched by all its legs, read from its combs.
 #pragma once
 
-#include <optional>
+#include <string>
+#include <vector>
 
 #include "tool_offset/ink_channel.h"
+#include "tool_offset/ink_raster.h"
 #include "tool_offset/page.h"
 #include "tool_offset/page_map.h"
 #include "tool_offset/sheet_plan.h"
@@ -12,20 +14,27 @@ namespace trammel::tool_offset {
 
 struct CoarseReading {
   bool found = false;
-  /// Where the mark's middle lies minus where it was planned, on the sheet.
+  /// Where the tool's lines lie minus where they were planned, on the sheet and by its map.
   SheetPoint shift;
-  /// Against the map; legs and their edges only.
-  double standard_uncertainty_mm = 0;
-  InkColour ink;             ///< where it was found; otherwise all zero
-  double best_contrast = 0;  ///< the most that any place in reach showed, in levels
+  /// The same minus the reference tool's, each in the structures that both share: free of the
+  /// map's errors.
+  SheetPoint from_reference;
+  double standard_uncertainty_mm = 0;  ///< of each axis of from_reference
+  double legs_share = 0;   ///< of the tool's legs that can be judged, those that are there
+  bool ambiguous = false;  ///< two places are nearly as good
+  int legs = 0;            ///< that could be judged
+  InkColour ink;           ///< where it was found; otherwise all zero
 };
 
-/// Finds the mark within kCoarseReach_mm of its planned place along both of the bed's axes.
-///
-/// Every shift is tried in every colour channel: the mean along the four legs' middles minus that
-/// of the paper between and beside them; both pairs must show it. Then each pair is read like a
-/// finger.
-[[nodiscard]] CoarseReading ReadCoarseMark(const PageView& page, const PageMap& map,
-                                           const SheetPlan& plan, const CoarseMark& mark);
+/// Finds each tool within kSearch_mm (tool_search.h) of its planned place, then reads its combs and
+/// the reference tool's beside them finger by finger.
+/// @param reference  the reference tool's ink.
+/// @returns one reading for each of `tools`.
+/// Accuracy: its interval covers 95 % (offset_study).
+[[nodiscard]] std::vector<CoarseReading> ReadCoarsely(const PageView& page, const PageMap& map,
+                                                      const SheetPlan& plan,
+                                                      const InkRaster& raster,
+                                                      const InkColour& reference,
+                                                      const std::vector<int>& tools);
 
 }  // namespace trammel::tool_offset

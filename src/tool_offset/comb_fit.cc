@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "base/statistics.h"
@@ -95,6 +96,18 @@ std::array<int, 2> CountTeeth(const StructureReading& structure) {
   return count;
 }
 
+/// What most of the teeth that do not count have.
+std::string CommonFault(const StructureReading& structure) {
+  std::map<std::string, int> faults;
+  for (const FingerReading& finger : structure.fingers) {
+    if (!finger.left_out.empty()) ++faults[finger.left_out];
+  }
+  const auto commonest =
+      std::max_element(faults.begin(), faults.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  return commonest == faults.end() ? "none has a fault" : commonest->first;
+}
+
 void Report(const Fit& fit, StructureReading& structure) {
   structure.comb_squares_mm2 = {};
   structure.comb_freedom = {};
@@ -130,8 +143,8 @@ void FitCombs(const SheetSettings& settings, StructureReading& structure) {
     const auto [first, second] = structure.teeth_used;
     if (first < kFewestTeeth || second < kFewestTeeth) {
       structure.offset_mm = Measured::Refused(
-          fmt::format("only {} and {} of {} teeth of the two combs can be read, {} are needed",
-                      first, second, settings.teeth, kFewestTeeth));
+          fmt::format("only {} and {} of {} teeth of the two combs can be read, {} are needed ({})",
+                      first, second, settings.teeth, kFewestTeeth, CommonFault(structure)));
       return;
     }
     const Fit fit = FitOnce(settings, structure);

@@ -75,6 +75,12 @@ InkColour SampleInk(const PageView& page, const PageMap& map, const SheetSetting
   return colour;
 }
 
+double Strength(const InkColour& ink) {
+  double most = 0;
+  for (const double contrast : ink.contrast) most = std::max(most, std::abs(contrast));
+  return most;
+}
+
 bool IsReadable(const InkColour& ink) {
   constexpr double kFaintest = 8;
   constexpr double kFaintestSignal = 3;

@@ -35,6 +35,9 @@ struct InkColour {
 [[nodiscard]] InkColour SampleInk(const PageView& page, const PageMap& map,
                                   const SheetSettings& settings, std::span<const Leg> legs);
 
+/// The contrast of the channel that shows it most, without sign; levels.
+[[nodiscard]] double Strength(const InkColour& ink);
+
 /// Whether ink can be read at all: 8 levels, and 3 times the paper's noise.
 [[nodiscard]] bool IsReadable(const InkColour& ink);
 

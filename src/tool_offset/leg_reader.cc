@@ -217,21 +217,31 @@ std::optional<double> LocateFinger(const PageView& page, const ChannelMix& mix, 
   };
   // The quarter of the gap between the legs on each side of its middle.
   const double gap_mm = std::max(0.0, settings.leg_spacing_mm - settings.line_width_mm) / 4;
-  double best = kFaintest;
-  std::optional<double> best_mm;
-  for (double shift_mm = -reach_mm; shift_mm <= reach_mm; shift_mm += finger.column_mm) {
-    double score = -mean(shift_mm - gap_mm, shift_mm + gap_mm) / 2;
+  const auto score = [&](double shift_mm) {
+    double sum = -mean(shift_mm - gap_mm, shift_mm + gap_mm) / 2;
     for (const int side : {-1, 1}) {
       const double leg_mm = shift_mm + side * settings.leg_spacing_mm / 2;
       const double outer_mm = shift_mm + side * (half_finger_mm + kFlank_mm / 2);
-      score += mean(leg_mm - half_leg_mm, leg_mm + half_leg_mm) / 2 -
-               mean(outer_mm - kFlank_mm / 2, outer_mm + kFlank_mm / 2) / 4;
+      sum += mean(leg_mm - half_leg_mm, leg_mm + half_leg_mm) / 2 -
+             mean(outer_mm - kFlank_mm / 2, outer_mm + kFlank_mm / 2) / 4;
     }
-    if (score <= best) continue;
-    best = score;
+    return sum;
+  };
+  double best = kFaintest;
+  std::optional<double> best_mm;
+  for (double shift_mm = -reach_mm; shift_mm <= reach_mm; shift_mm += finger.column_mm) {
+    const double here = score(shift_mm);
+    if (here <= best) continue;
+    best = here;
     best_mm = shift_mm;
   }
-  return best_mm;
+  if (!best_mm) return std::nullopt;
+  // Between the columns: the middle of the peak.
+  const double before = score(*best_mm - finger.column_mm);
+  const double after = score(*best_mm + finger.column_mm);
+  const double bend = before - 2 * best + after;
+  const double aside = bend < 0 ? (before - after) / (2 * bend) : 0;
+  return *best_mm + std::clamp(aside, -0.5, 0.5) * finger.column_mm;
 }
 
 std::optional<std::array<LegReading, 2>> ReadLegs(const PageView& page, const ChannelMix& mix,

@@ -51,7 +51,8 @@ struct ReaderWorkspace {
 /// Looks for the finger's two legs near the site, in its clear part, where there is no other.
 /// @param mix       the finger's ink is about 1 above its paper.
 /// @param reach_mm  to either side of the site's middle.
-/// @returns its place from the middle along the axis, to a pixel; nothing where there are no legs.
+/// @returns its place from the middle along the axis, to half a pixel; nothing where there are no
+/// legs.
 [[nodiscard]] std::optional<double> LocateFinger(const PageView& page, const ChannelMix& mix,
                                                  const PageMap& map, const SheetSettings& settings,
                                                  const FingerSite& site, double reach_mm,

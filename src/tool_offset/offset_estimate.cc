@@ -9,6 +9,7 @@
 #include "base/statistics.h"
 #include "tool_offset/sheet_model.h"
 #include "tool_offset/structure_reader.h"
+#include "tool_offset/tool_search.h"
 
 namespace trammel::tool_offset {
 namespace {
@@ -44,36 +45,6 @@ std::string FirstReason(const SheetPlan& plan, const SheetResult& result, int to
   return "too few of its structures could be read";
 }
 
-/// Where the reference tool's combs lie on the map, drawn like the coarse marks: what the box's own
-/// place, the play and the bending of the paper do to a coarse value.
-struct CoarseDatum {
-  SheetPoint mean;
-  double scatter_mm = 0;
-};
-
-CoarseDatum ReferenceDatum(const SheetPlan& plan, const SheetResult& result) {
-  std::array<std::vector<double>, 2> places_mm;
-  for (const StructureReading& reading : result.structures) {
-    const Structure& structure = plan.structures[reading.structure];
-    for (const FingerReading& finger : reading.fingers) {
-      const Comb& comb = structure.combs[finger.comb];
-      if (comb.tool != plan.settings.reference_tool || comb.pick_up > 0) continue;
-      if (structure.purpose == Purpose::kSelfTest || comb.direction < 0) continue;
-      if (!finger.left_out.empty()) continue;
-      places_mm[structure.axis == Axis::kX ? 0 : 1].push_back(finger.position_mm);
-    }
-  }
-  CoarseDatum datum;
-  double squares = 0;
-  for (const std::size_t axis : {std::size_t{0}, std::size_t{1}}) {
-    if (places_mm[axis].empty()) continue;
-    (axis == 0 ? datum.mean.u_mm : datum.mean.v_mm) = Mean(places_mm[axis]);
-    squares = std::max(squares, std::pow(StandardDeviation(places_mm[axis]), 2));
-  }
-  datum.scatter_mm = std::sqrt(squares);
-  return datum;
-}
-
 Measured CoarseAnswer(double value_mm, double standard_uncertainty_mm) {
   Quantity quantity;
   quantity.value = value_mm;
@@ -87,24 +58,50 @@ void Refuse(const std::string& reason, ToolReading& tool) {
   tool.dx_mm = tool.dy_mm = Measured::Refused(reason);
 }
 
-/// A tool whose teeth touch: the mark's value, and what to do.
-void AnswerCoarsely(const SheetPlan& plan, const CoarseDatum& datum, ToolReading& tool) {
-  /// A mark lies elsewhere on the paper than the combs, with its own bending.
-  constexpr double kLeast_mm = 0.015;
-  const double uncertainty_mm = std::sqrt(std::pow(tool.mark.standard_uncertainty_mm, 2) +
-                                          std::pow(std::max(kLeast_mm, datum.scatter_mm), 2));
+/// A tool whose teeth touch, or lie among others: what its combs say roughly, and what to do.
+void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
+  const double most_mm = std::max(std::abs(tool.coarse_mm.u_mm), std::abs(tool.coarse_mm.v_mm));
+  if (most_mm > kCoarseReach_mm) {
+    return Refuse(
+        fmt::format("T{} is about {:+.1f} / {:+.1f} mm off, more than the {:.0f} mm that a sheet "
+                    "answers: set its offset roughly first, then print the sheet again",
+                    tool.tool, tool.coarse_mm.u_mm, tool.coarse_mm.v_mm, kCoarseReach_mm),
+        tool);
+  }
   tool.coarse = true;
-  tool.dx_mm = CoarseAnswer(tool.coarse_mm.u_mm, uncertainty_mm);
-  tool.dy_mm = CoarseAnswer(tool.coarse_mm.v_mm, uncertainty_mm);
+  tool.dx_mm = CoarseAnswer(tool.coarse_mm.u_mm, tool.mark.standard_uncertainty_mm);
+  tool.dy_mm = CoarseAnswer(tool.coarse_mm.v_mm, tool.mark.standard_uncertainty_mm);
   tool.notice = fmt::format(
       "T{} is {:+.2f} / {:+.2f} mm off, too far for its combs (up to {:.2f} mm): apply this coarse "
       "value, then print and scan the sheet again",
       tool.tool, tool.coarse_mm.u_mm, tool.coarse_mm.v_mm, FineReach_mm(plan.settings));
 }
 
+/// Why a tool could not be found.
+std::string NotFound(const ToolReading& tool) {
+  const CoarseReading& mark = tool.mark;
+  if (mark.ambiguous) {
+    return fmt::format(
+        "T{}: cannot tell where it prints: its lines seem to be at two places; look "
+        "for what covers them, or set its offset roughly first",
+        tool.tool);
+  }
+  if (mark.ink.channels > 0 && !IsReadable(mark.ink)) {
+    return fmt::format(
+        "T{}: its ink differs from the paper by only {:.0f} of 255 levels: use a "
+        "colour that stands out",
+        tool.tool, std::abs(mark.ink.contrast[mark.ink.best()]));
+  }
+  return fmt::format(
+      "T{}: at no place within {:.0f} mm of its own more than {:.0f} % of its lines are there: it "
+      "did not print, breaks off, is too faint on this paper, or is further off; check that it "
+      "extrudes and sticks, use a colour that stands out, or set its offset roughly first",
+      tool.tool, kSearch_mm, 100 * mark.legs_share);
+}
+
 void AnswerFinely(const SheetPlan& plan, const SheetModel& model, const SheetResult& result,
-                  SheetPoint coarse_shift, ToolReading& tool) {
-  constexpr double kAgree_mm = 0.25;  // combs and mark; the finder's reach is 0.45 mm
+                  ToolReading& tool) {
+  constexpr double kAgree_mm = 0.25;  // the finder's reach is 0.45 mm
   const Turn turn(plan);
   Combination dx;
   Combination dy;
@@ -115,12 +112,12 @@ void AnswerFinely(const SheetPlan& plan, const SheetModel& model, const SheetRes
   if (!x || !y) {
     return Refuse(fmt::format("T{}: {}", tool.tool, FirstReason(plan, result, tool.tool)), tool);
   }
-  const SheetPoint coarse = turn.Bed(coarse_shift);
+  const SheetPoint& coarse = tool.coarse_mm;
   const double apart_mm = std::hypot(x->value - coarse.u_mm, y->value - coarse.v_mm);
   if (apart_mm > kAgree_mm) {
-    return Refuse(fmt::format("T{}: its combs say {:+.3f} / {:+.3f} mm, but its coarse mark says "
-                              "{:+.2f} / {:+.2f} mm: something else lies on the mark or in the "
-                              "combs; print the sheet again",
+    return Refuse(fmt::format("T{}: its teeth say {:+.3f} / {:+.3f} mm, but its combs as a whole "
+                              "{:+.2f} / {:+.2f} mm: something else lies among them; print the "
+                              "sheet again",
                               tool.tool, x->value, y->value, coarse.u_mm, coarse.v_mm),
                   tool);
   }
@@ -129,27 +126,19 @@ void AnswerFinely(const SheetPlan& plan, const SheetModel& model, const SheetRes
 }
 
 void AnswerTools(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
-  const CoarseDatum datum = ReferenceDatum(plan, result);
   const Turn turn(plan);
   const double reach_mm = FineReach_mm(plan.settings);
   for (ToolReading& tool : result.tools) {
     if (!tool.mark.found) {
-      Refuse(
-          fmt::format("T{}: no coarse mark within {:.0f} mm of its place (the best contrast there "
-                      "is {:.0f} of 255 levels): it did not print, its ink is too faint on this "
-                      "paper, or it is further off; check that it extrudes, use a colour that "
-                      "stands out, or set its offset roughly first",
-                      tool.tool, kCoarseReach_mm, tool.mark.best_contrast),
-          tool);
+      Refuse(NotFound(tool), tool);
       continue;
     }
-    const SheetPoint shift{tool.mark.shift.u_mm - datum.mean.u_mm,
-                           tool.mark.shift.v_mm - datum.mean.v_mm};
-    tool.coarse_mm = turn.Bed(shift);
-    if (std::max(std::abs(tool.mark.shift.u_mm), std::abs(tool.mark.shift.v_mm)) > reach_mm) {
-      AnswerCoarsely(plan, datum, tool);
+    const SheetPoint& apart = tool.mark.from_reference;
+    tool.coarse_mm = turn.Bed(apart);
+    if (std::max(std::abs(apart.u_mm), std::abs(apart.v_mm)) > reach_mm) {
+      AnswerCoarsely(plan, tool);
     } else {
-      AnswerFinely(plan, model, result, shift, tool);
+      AnswerFinely(plan, model, result, tool);
     }
   }
 }

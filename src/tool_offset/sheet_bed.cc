@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tool_offset/paper_size.h"
 #include "tool_offset/sheet_layout.h"
 
 namespace trammel::tool_offset {
@@ -59,6 +60,26 @@ double SheetReach(const SheetSettings& settings, double width_mm, double height_
                                                settings.printer.bed_margin_mm));
   }
   return reach;
+}
+
+std::optional<PaperOnBed> PaperAround(const SheetPlan& plan) {
+  const BedBounds print = SheetBounds(plan.settings, plan.width_mm, plan.height_mm);
+  const double x_mm = print.max_x_mm - print.min_x_mm;
+  const double y_mm = print.max_y_mm - print.min_y_mm;
+  const auto asked_for = FindPaper(plan.settings.paper);
+  for (const PaperSize& paper : PaperSizes()) {
+    const bool is_asked_for = asked_for && asked_for->name == paper.name;
+    if ((paper.name == "letter" && !is_asked_for) || !FitsPaper(paper, x_mm, y_mm)) continue;
+    const bool lying = x_mm > y_mm;
+    const double half_x_mm = (lying ? paper.long_mm : paper.short_mm) / 2;
+    const double half_y_mm = (lying ? paper.short_mm : paper.long_mm) / 2;
+    const double middle_x_mm = (print.min_x_mm + print.max_x_mm) / 2;
+    const double middle_y_mm = (print.min_y_mm + print.max_y_mm) / 2;
+    return PaperOnBed{std::string(paper.name),
+                      {middle_x_mm - half_x_mm, middle_y_mm - half_y_mm, middle_x_mm + half_x_mm,
+                       middle_y_mm + half_y_mm}};
+  }
+  return std::nullopt;
 }
 
 BedPoint OnBed(const SheetPlan& plan, const SheetPoint& point) {

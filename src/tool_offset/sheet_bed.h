@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <optional>
+#include <string>
 
 #include "tool_offset/sheet_plan.h"
 
@@ -30,6 +32,15 @@ struct BedBounds {
 
 /// How far out the outermost corner lies on the bed less its margin; at most 1 fits.
 [[nodiscard]] double SheetReach(const SheetSettings& settings, double width_mm, double height_mm);
+
+/// The paper that the print is meant for, around it on the bed.
+struct PaperOnBed {
+  std::string name;
+  BedBounds bounds;
+};
+/// The smallest that takes the sheet, of the A series or what the settings name; nothing where none
+/// does.
+[[nodiscard]] std::optional<PaperOnBed> PaperAround(const SheetPlan& plan);
 
 /// A point of the sheet on the bed.
 [[nodiscard]] BedPoint OnBed(const SheetPlan& plan, const SheetPoint& point);

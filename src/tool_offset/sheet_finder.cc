@@ -143,13 +143,28 @@ void Describe(SheetOnPage& sheet) {
   sheet.px_per_mm_v = Length(sheet.map.v_px_mm);
 }
 
+/// Whether the cells are the plan's, but for a few that are damaged. A tool far off may have
+/// printed over them: that adds ink, and takes none away.
+bool IsThisCode(const CodeReading& code, const SheetPlan& plan) {
+  constexpr int kMissing = 1;           // dark cells of 34 that may have lost their ink
+  constexpr double kPrintedOver = 0.7;  // of the light ones
+  if (code.wrong_cells <= kDamagedCells) return true;
+  int missing = 0;
+  int light = 0;
+  for (std::size_t i = 0; i < plan.code.size(); ++i) {
+    light += plan.code[i].dark ? 0 : 1;
+    missing += plan.code[i].dark && !code.dark[i] ? 1 : 0;
+  }
+  return missing <= kMissing && code.wrong_cells - missing <= kPrintedOver * light;
+}
+
 /// Reads the code all four ways round that a found box allows.
 Attempt ReadBox(const PageView& page, const SheetPlan& plan, const BoxFit& box,
                 const ChannelMix& mix) {
   constexpr double kFaintestCode = 0.3;
   Attempt best;
   best.finding = Finding::kUnreadable;
-  int fewest_wrong = kDamagedCells + 1;
+  int fewest_wrong = static_cast<int>(plan.code.size());
   for (const bool flip_u : {false, true}) {
     for (const bool flip_v : {false, true}) {
       SheetOnPage sheet;
@@ -164,7 +179,7 @@ Attempt ReadBox(const PageView& page, const SheetPlan& plan, const BoxFit& box,
         if (best.finding > Finding::kOther) continue;
         best.finding = mirrored ? Finding::kMirrored : Finding::kOther;
         best.other_id = *sheet.code.sheet_id;
-      } else if (sheet.code.wrong_cells < fewest_wrong) {
+      } else if (IsThisCode(sheet.code, plan) && sheet.code.wrong_cells < fewest_wrong) {
         fewest_wrong = sheet.code.wrong_cells;
         best.finding = mirrored ? Finding::kMirrored : Finding::kSheet;
         best.sheet = sheet;
@@ -258,14 +273,14 @@ struct Search {
   int sheets = 0;  ///< that could be read, this one or another
 };
 
-Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& plan,
-                int threshold) {
+Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& plan, int threshold,
+                bool widened) {
   constexpr double kPart = 0.25;  // of the page's longer side, for a box that is cut off
   constexpr int kMostTried = 20;  // a page full of frames is no sheet
   Search search;
   int tried = 0;
   std::vector<BoxCandidate> read;
-  for (const BoxCandidate& candidate : FindBoxCandidates(small, threshold)) {
+  for (const BoxCandidate& candidate : FindBoxCandidates(small, threshold, widened)) {
     const bool known = std::any_of(read.begin(), read.end(), [&](const BoxCandidate& outer) {
       return Overlap(candidate, outer);
     });
@@ -277,8 +292,11 @@ Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& p
         ++search.sheets;
         read.push_back(candidate);
       }
-    } else if (candidate.sides() >= 2 && std::max(candidate.length(), candidate.width()) >
-                                             kPart * std::max(small.width, small.height)) {
+    }
+    const bool whole = candidate.sides() == 4 && !candidate.straightened;
+    const bool large = std::max(candidate.length(), candidate.width()) >
+                       kPart * std::max(small.width, small.height);
+    if (attempt.finding == Finding::kNothing && !whole && candidate.sides() >= 2 && large) {
       attempt.finding = Finding::kPart;
     }
     if (attempt.finding > search.best.finding) search.best = std::move(attempt);
@@ -327,19 +345,20 @@ Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan) {
   const SmallPage small = Shrink(page);
   const int strength = InkStrength(small);
   Attempt best;
-  int last_threshold = 256;
-  for (const double part : kThresholds) {
-    const int threshold = std::max(kLowest, static_cast<int>(part * strength));
-    if (threshold >= last_threshold) break;
-    last_threshold = threshold;
-    Search search = SearchAt(page, small, plan, threshold);
-    if (search.sheets > 1) {
-      return Fail(
-          fmt::format("{} sheets were found on the page: scan one at a time", search.sheets),
-          ErrorKind::kMeasurement);
+  for (const bool widened : {false, true}) {
+    int last_threshold = 256;
+    for (const double part : kThresholds) {
+      const int threshold = std::max(kLowest, static_cast<int>(part * strength));
+      if (threshold >= last_threshold || best.finding >= Finding::kOther) break;
+      last_threshold = threshold;
+      Search search = SearchAt(page, small, plan, threshold, widened);
+      if (search.sheets > 1) {
+        return Fail(
+            fmt::format("{} sheets were found on the page: scan one at a time", search.sheets),
+            ErrorKind::kMeasurement);
+      }
+      if (search.best.finding > best.finding) best = std::move(search.best);
     }
-    if (search.best.finding > best.finding) best = std::move(search.best);
-    if (best.finding >= Finding::kOther) break;
   }
   if (best.finding == Finding::kSheet) return std::move(best.sheet);
   return Fail(WhatToDo(best, plan), ErrorKind::kMeasurement);

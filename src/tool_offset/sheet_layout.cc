@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "base/check.h"
+#include "tool_offset/paper_size.h"
 #include "tool_offset/sheet_bed.h"
 #include "tool_offset/sheet_code.h"
 
@@ -103,11 +104,12 @@ Packings AllPackings(const SheetSettings& settings, const LayoutCounts& counts) 
   // Half of what two marks keep between them, which both may move; the structures' own margin
   // makes up for the rest towards them.
   const double mark_margin_mm =
-      std::max(kCoarseReach_mm + kClear_mm / 2, 2 * kCoarseReach_mm + kClear_mm - gap_mm / 2);
+      std::max(kMarkReach_mm + kClear_mm / 2, 2 * kMarkReach_mm + kClear_mm - gap_mm / 2);
   const double mark_mm = kCoarseLegStart_mm + kCoarseLeg_mm + settings.leg_spacing_mm / 2 +
                          settings.line_width_mm + 2 * mark_margin_mm;
   const Packings marks = Shapes(kMarks, counts.coarse_marks, mark_mm, mark_mm);
-  const double code_margin_mm = 2 * (kCoarseReach_mm + kClear_mm);
+  const double code_margin_mm =
+      settings.layout == 1 ? 2 * (kMarkReach_mm + kClear_mm) : settings.structure_gap_mm;
   const Packings code = Shapes(kCode, 1, kCodeCells * kCodeCell_mm + code_margin_mm,
                                kCodeLeg_mm + settings.line_width_mm + code_margin_mm);
 
@@ -125,13 +127,10 @@ Packings AllPackings(const SheetSettings& settings, const LayoutCounts& counts) 
 
 /// 0 for the smallest paper that takes the turned outline, lying or standing.
 int PaperClass(double width_mm, double height_mm) {
-  constexpr double kMargin_mm = 5;  // for the tape, and what a scanner does not see
-  constexpr std::array<std::array<double, 2>, 4> kPapers_mm{
-      {{148, 210}, {210, 297}, {297, 420}, {420, 594}}};  // A5 to A2
-  const auto [short_mm, long_mm] = std::minmax(width_mm, height_mm);
   int rank = 0;
-  for (const auto& paper_mm : kPapers_mm) {
-    if (short_mm <= paper_mm[0] - 2 * kMargin_mm && long_mm <= paper_mm[1] - 2 * kMargin_mm) break;
+  for (const PaperSize& paper : PaperSizes()) {
+    if (paper.name == "letter") continue;  // as large as A4
+    if (FitsPaper(paper, width_mm, height_mm)) break;
     ++rank;
   }
   return rank;
@@ -156,14 +155,16 @@ Layout ArrangeSheet(const SheetSettings& settings, const LayoutCounts& counts, d
   const Packings packings = AllPackings(settings, counts);
   TRAMMEL_CHECK(!packings.empty(), "{} X and {} Y structures", counts.x_structures,
                 counts.y_structures);
+  const std::optional<PaperSize> asked_for = FindPaper(settings.paper);
   const auto cost = [&](const Packing& packing) {
     const double width_mm = packing.width_mm + 2 * border_mm;
     const double height_mm = packing.height_mm + 2 * border_mm;
     const BedBounds bounds = SheetBounds(settings, width_mm, height_mm);
     const double x_mm = bounds.max_x_mm - bounds.min_x_mm;
     const double y_mm = bounds.max_y_mm - bounds.min_y_mm;
-    return std::tuple(SheetReach(settings, width_mm, height_mm) > 1, PaperClass(x_mm, y_mm),
-                      x_mm * y_mm);
+    const bool off_paper = asked_for && !FitsPaper(*asked_for, x_mm, y_mm);
+    return std::tuple(SheetReach(settings, width_mm, height_mm) > 1, off_paper,
+                      PaperClass(x_mm, y_mm), x_mm * y_mm);
   };
   const Packing& best =
       *std::min_element(packings.begin(), packings.end(),

@@ -17,9 +17,12 @@ inline constexpr double kCodeLeg_mm = 4;
 inline constexpr double kCoarseLeg_mm = 6;
 inline constexpr double kCoarseLegStart_mm = 1;
 
-/// From the box to the first row of prime lines, more than a tool may be off; from row to row; and
+/// Up to which coarse marks keep clear of everything else, in the first layout.
+inline constexpr double kMarkReach_mm = 3;
+
+/// From the box to the first row of prime lines, more than most tools are off; from row to row; and
 /// from one to the next in a row.
-inline constexpr double kPrimeGap_mm = kCoarseReach_mm + 2;
+inline constexpr double kPrimeGap_mm = kMarkReach_mm + 2;
 inline constexpr double kPrimeRow_mm = 3;
 inline constexpr double kPrimeLength_mm = 40;
 
@@ -61,9 +64,9 @@ struct LayoutCounts {
   int coarse_marks = 0;
 };
 
-/// Of the outlines that fit the bed (of all, where none does) the one that takes the smallest sheet
-/// of paper, turned by the tilt, and of those the one with the smallest turned outline. X
-/// structures stand in columns, Y structures in rows.
+/// Of the outlines that fit the bed and the paper (of all, where none does) the one that takes the
+/// smallest sheet of paper, turned by the tilt, and of those the one with the smallest turned
+/// outline. X structures stand in columns, Y structures in rows.
 /// @param border_mm  what lies around the layout on each side: box, clearance.
 [[nodiscard]] Layout ArrangeSheet(const SheetSettings& settings, const LayoutCounts& counts,
                                   double border_mm);

@@ -23,15 +23,32 @@ Leg AcrossLeg(Axis axis, double position_mm, double low_mm, double high_mm, bool
   return {{start_mm, position_mm}, {end_mm, position_mm}};
 }
 
-Leg Shifted(Leg leg, const SheetPoint& by) {
-  for (SheetPoint* point : {&leg.start, &leg.end}) {
-    point->u_mm += by.u_mm;
-    point->v_mm += by.v_mm;
-  }
-  return leg;
+}  // namespace
+
+Leg Shifted(const Leg& leg, const SheetPoint& by) {
+  return {{leg.start.u_mm + by.u_mm, leg.start.v_mm + by.v_mm},
+          {leg.end.u_mm + by.u_mm, leg.end.v_mm + by.v_mm}};
 }
 
-}  // namespace
+std::vector<Leg> LegsOfTool(const SheetPlan& plan, int tool) {
+  std::vector<Leg> legs;
+  for (const Structure& structure : plan.structures) {
+    for (std::size_t comb = 0; comb < 2; ++comb) {
+      if (structure.combs[comb].tool != tool) continue;
+      for (int finger = 0; finger < plan.settings.teeth; ++finger) {
+        for (const Leg& leg : FingerLegs(plan, structure, comb, finger)) legs.push_back(leg);
+      }
+    }
+  }
+  for (const CoarseMark& mark : plan.coarse_marks) {
+    if (mark.tool != tool) continue;
+    for (const Leg& leg : CoarseLegs(plan, mark)) legs.push_back(leg);
+  }
+  for (const PrimeLine& line : plan.prime_lines) {
+    if (line.tool == tool) legs.push_back(line.leg);
+  }
+  return legs;
+}
 
 double FingerPosition_mm(const SheetPlan& plan, const Structure& structure, std::size_t comb,
                          int finger) {

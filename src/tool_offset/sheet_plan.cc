@@ -4,15 +4,14 @@
 #include <cmath>
 
 #include "base/check.h"
+#include "tool_offset/paper_size.h"
+#include "tool_offset/sheet_bed.h"
 #include "tool_offset/sheet_code.h"
 #include "tool_offset/sheet_layout.h"
 #include "tool_offset/sheet_structures.h"
 
 namespace trammel::tool_offset {
 namespace {
-
-/// Rises whenever the same settings give another drawing.
-constexpr int kSheetVersion = 1;
 
 /// CRC-16 (polynomial 0x1021, start 0xffff) of whole numbers.
 class CheckSum {
@@ -41,7 +40,7 @@ class CheckSum {
 
 std::uint16_t SheetId(const SheetPlan& plan) {
   CheckSum sum;
-  sum.Add(kSheetVersion);
+  sum.Add(plan.settings.layout);
   sum.Add(plan.settings.reference_tool);
   sum.AddLength(plan.settings.tilt_deg);
   sum.AddLength(plan.width_mm);
@@ -95,7 +94,10 @@ std::vector<PrimeLine> PrimeLines(const SheetPlan& plan) {
   return lines;
 }
 
-SheetPlan PlanSheet(const SheetSettings& settings) {
+namespace {
+
+/// The sheet with just so many teeth, whatever it is printed on.
+SheetPlan PlanWithTeeth(const SheetSettings& settings) {
   SheetPlan plan;
   plan.settings = settings;
   for (int line = 0; line < kBoxLines; ++line) {
@@ -104,7 +106,9 @@ SheetPlan PlanSheet(const SheetSettings& settings) {
   const std::vector<Structure> x = ListStructures(settings, Axis::kX);
   const std::vector<Structure> y = ListStructures(settings, Axis::kY);
   for (const int tool : settings.tools) {
-    if (tool != settings.reference_tool) plan.coarse_marks.push_back({tool, {}});
+    if (settings.layout == 1 && tool != settings.reference_tool) {
+      plan.coarse_marks.push_back({tool, {}});
+    }
   }
   // Cells have half of the gap inside.
   const double border_mm = plan.box_insets_mm.back() + settings.structure_gap_mm / 2;
@@ -140,6 +144,25 @@ SheetPlan PlanSheet(const SheetSettings& settings) {
         {on_sheet(layout.code.CellMiddle(0, 0), along * kCodeCell_mm, 0), cells[i]});
   }
   plan.prime_lines = PrimeLines(plan);
+  return plan;
+}
+
+}  // namespace
+
+bool FitsItsPaper(const SheetPlan& plan) {
+  const auto paper = FindPaper(plan.settings.paper);
+  if (!paper) return true;
+  const BedBounds bounds = SheetBounds(plan.settings, plan.width_mm, plan.height_mm);
+  return FitsPaper(*paper, bounds.max_x_mm - bounds.min_x_mm, bounds.max_y_mm - bounds.min_y_mm);
+}
+
+SheetPlan PlanSheet(const SheetSettings& settings) {
+  SheetPlan plan = PlanWithTeeth(settings);
+  for (SheetSettings fewer = settings; fewer.teeth > kFewestTeethToFit;) {
+    if (FitsItsPaper(plan)) return plan;
+    --fewer.teeth;
+    plan = PlanWithTeeth(fewer);
+  }
   return plan;
 }
 

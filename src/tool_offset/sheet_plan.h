@@ -57,12 +57,13 @@ struct Structure {
 
 /// Legs of a tested tool alone, far from everything else: two along u, two along v, whose middle
 /// lines cross at `middle`; the legs begin beside it, towards higher u and v, and touch nothing.
-/// They show its offset up to kCoarseReach_mm when teeth would touch.
+/// Sheets of the first layout have them.
 struct CoarseMark {
   int tool = 0;
   SheetPoint middle;
 };
-inline constexpr double kCoarseReach_mm = 3;
+/// The most that a tool may be off along each of the bed's axes and still be answered.
+inline constexpr double kCoarseReach_mm = 10;
 
 /// The sheet's number in print, by the reference tool: cells along a row below everything else,
 /// from low to high u (sheet_code.h); a dark cell holds one leg along v, a light one stays empty.
@@ -91,8 +92,13 @@ struct SheetPlan {
   std::uint16_t sheet_id = 0;  ///< What the code says: a check sum of all that is measured against.
 };
 
-/// REQUIRES settings without a problem. Deterministic: the same settings give the same sheet.
+/// Plans with as many teeth as fit the paper, down to kFewestTeethToFit: the plan's own settings
+/// have their number. REQUIRES settings without a problem. Deterministic: the same settings give
+/// the same sheet, and so do the plan's own.
 [[nodiscard]] SheetPlan PlanSheet(const SheetSettings& settings);
+
+/// Whether all that is printed fits the paper of the settings, with its margin.
+[[nodiscard]] bool FitsItsPaper(const SheetPlan& plan);
 
 /// Where a finger's middle line crosses the structure's middle, along the measured axis, without
 /// the programmed offset. In mm on the sheet.
@@ -106,6 +112,13 @@ struct SheetPlan {
 
 /// Legs of a mark: two along u (lower v first), then two along v (lower u first).
 [[nodiscard]] std::array<Leg, 4> CoarseLegs(const SheetPlan& plan, const CoarseMark& mark);
+
+/// Everything that a tool draws in the structures, beside them and outside the box, but for box and
+/// code.
+[[nodiscard]] std::vector<Leg> LegsOfTool(const SheetPlan& plan, int tool);
+
+/// A leg somewhere else.
+[[nodiscard]] Leg Shifted(const Leg& leg, const SheetPoint& by);
 
 /// The leg of a dark cell, along v.
 [[nodiscard]] Leg CodeLeg(const SheetPlan& plan, const CodeCell& cell);

@@ -14,6 +14,9 @@ namespace trammel::tool_offset {
 /// Paper on a hotter bed curls, and the tape that holds it comes off.
 inline constexpr double kWarmestPaper_c = 60;
 
+/// The arrangement of new sheets.
+inline constexpr int kSheetLayout = 2;
+
 /// What is drawn, and with what; ranges stand in SheetFields() (sheet_fields.h), how the fields
 /// have to fit together in FindProblem().
 struct SheetSettings {
@@ -26,7 +29,7 @@ struct SheetSettings {
 
   // The combs.
   double pitch_mm = 4.19;        ///< [2, 10]; locks to no motor cycle (sheet_pitch.h).
-  int teeth = 17;                ///< [5, 60] per comb.
+  int teeth = 17;                ///< [5, 60] per comb, at most: fewer where the paper asks for it.
   double leg_spacing_mm = 0.75;  ///< [0.3, 3] between the two legs of a finger.
   double leg_length_mm = 6;      ///< [3, 20]
   double overlap_mm = 4;         ///< [1, 19] along the legs, where both combs stand side by side.
@@ -51,6 +54,7 @@ struct SheetSettings {
   std::string wipe_gcode;                     ///< before a tool is put back
 
   // Where, and how the paper comes.
+  std::string paper = "A4";             ///< what is printed on (paper_size.h); "any": no bound
   std::optional<double> position_x_mm;  ///< of the box's middle; absent: all is centred on the bed
   std::optional<double> position_y_mm;
   std::string start_gcode = "G28\n";  ///< homes and levels before the paper comes
@@ -61,7 +65,14 @@ struct SheetSettings {
 
   settings::PrinterSettings printer;
   settings::FilamentSettings filament;
+
+  /// How the blocks are arranged: 1, with a coarse mark for each tool, of files up to format 2; 2,
+  /// without. Not a setting: the file's format says it.
+  int layout = kSheetLayout;
 };
+
+/// Fewer teeth than these are not planned to make a sheet fit: they measure too little.
+inline constexpr int kFewestTeethToFit = 9;
 
 /// The first thing that cannot be printed, if any: the setting, its value, the bound, the remedy.
 [[nodiscard]] std::optional<settings::SettingProblem> FindProblem(const SheetSettings& settings);

@@ -169,6 +169,30 @@ std::vector<FingerReading> ReadComb(const PageView& page, const PageMap& map, co
   return fingers;
 }
 
+/// Leaves out the fingers that lines of a tool far off come near to.
+void LeaveOutForeign(const SheetSettings& settings, std::span<const ForeignLeg> foreign,
+                     const Structure& structure, std::vector<FingerReading>& fingers,
+                     const std::array<CombExpectation, 2>& expected) {
+  /// From a leg's edge to where its paper is read.
+  constexpr double kClear_mm = 0.5;
+  for (FingerReading& finger : fingers) {
+    const double at_mm = Along(structure.axis, structure.middle) + finger.planned_mm +
+                         ExpectedShift_mm(structure, finger.comb, expected[finger.comb]);
+    const double side = finger.comb == 0 ? -1 : 1;
+    const double across_mm = Across(structure.axis, structure.middle) +
+                             Across(structure.axis, expected[finger.comb].shift) +
+                             side * (settings.leg_length_mm - settings.overlap_mm) / 2;
+    const double half_mm = settings.leg_spacing_mm / 2 + settings.line_width_mm;
+    const double half_leg_mm = settings.leg_length_mm / 2;
+    const auto point = [&](double along, double across) {
+      return structure.axis == Axis::kX ? SheetPoint{along, across} : SheetPoint{across, along};
+    };
+    const int tool = ForeignTool(foreign, point(at_mm - half_mm, across_mm - half_leg_mm),
+                                 point(at_mm + half_mm, across_mm + half_leg_mm), kClear_mm);
+    if (tool >= 0) finger.left_out = fmt::format("T{}, far off, has printed across it", tool);
+  }
+}
+
 }  // namespace
 
 double FineReach_mm(const SheetSettings& settings) {
@@ -179,7 +203,8 @@ double FineReach_mm(const SheetSettings& settings) {
 
 Result<std::vector<FingerReading>> ReadStructure(const PageView& page, const PageMap& map,
                                                  const SheetPlan& plan, const Structure& structure,
-                                                 const std::array<CombExpectation, 2>& expected) {
+                                                 const std::array<CombExpectation, 2>& expected,
+                                                 std::span<const ForeignLeg> foreign) {
   ReaderWorkspace workspace;
   std::array<CombSites, 2> combs;
   std::array<double, 2> shift_mm{};
@@ -199,6 +224,7 @@ Result<std::vector<FingerReading>> ReadStructure(const PageView& page, const Pag
   const std::vector<FingerReading> second =
       ReadComb(page, map, plan, structure, 1, expected[1], combs[1], -ahead_mm, workspace);
   fingers.insert(fingers.end(), second.begin(), second.end());
+  LeaveOutForeign(plan.settings, foreign, structure, fingers, expected);
   return fingers;
 }
 

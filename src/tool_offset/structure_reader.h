@@ -2,10 +2,12 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "tool_offset/foreign_ink.h"
 #include "tool_offset/ink_channel.h"
 #include "tool_offset/sheet_result.h"
 
@@ -27,11 +29,12 @@ struct CombExpectation {
 /// First each finger is looked for where it stands alone, then a robust line through a comb's
 /// fingers says where each must be, and there it is read. Fingers that are broken, blotted, merged
 /// or missing are left out, each with its reason.
+/// @param foreign  lines of other tools that may lie across fingers: those are left out.
 /// @returns the fingers of comb 0, then of comb 1; an error that names the tool where more than
 /// half
 ///          of a comb is missing.
 [[nodiscard]] Result<std::vector<FingerReading>> ReadStructure(
     const PageView& page, const PageMap& map, const SheetPlan& plan, const Structure& structure,
-    const std::array<CombExpectation, 2>& expected);
+    const std::array<CombExpectation, 2>& expected, std::span<const ForeignLeg> foreign);
 
 }  // namespace trammel::tool_offset

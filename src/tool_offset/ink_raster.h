@@ -1,0 +1,44 @@
+// The sheet as a raster of ink and paper, in its own coordinates.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "tool_offset/page.h"
+#include "tool_offset/page_map.h"
+#include "tool_offset/sheet_plan.h"
+
+namespace trammel::tool_offset {
+
+/// Side of a cell: a line of 0.4 mm is four cells wide.
+inline constexpr double kInkCell_mm = 0.1;
+
+/// How far each cell's colour is from the paper around it, and around the box as far as tools may
+/// print.
+struct InkRaster {
+  double low_u_mm = 0;  ///< of the first cell's middle
+  double low_v_mm = 0;
+  int columns = 0;                     ///< along u
+  int rows = 0;                        ///< along v
+  std::vector<std::uint8_t> strength;  ///< 0 … 255 levels, row by row
+  std::vector<std::uint8_t> on_page;   ///< 0 for cells beside the page, else 1
+  double noise = 1;                    ///< of the paper, 1 sigma, in levels
+
+  [[nodiscard]] std::size_t at(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+           static_cast<std::size_t>(column);
+  }
+  [[nodiscard]] int Column(double u_mm) const;  ///< nearest; may lie beside the raster
+  [[nodiscard]] int Row(double v_mm) const;
+};
+
+/// @param around_mm  of the box that is taken in beside it.
+/// Cost: one sample per cell and channel, on all processors.
+[[nodiscard]] InkRaster TakeInkRaster(const PageView& page, const PageMap& map, double around_mm);
+
+/// Marks the cells within `half_mm` of a leg's middle line, and of its ends.
+void PaintLeg(const InkRaster& raster, const Leg& leg, double half_mm,
+              std::vector<std::uint8_t>& mask);
+
+}  // namespace trammel::tool_offset
