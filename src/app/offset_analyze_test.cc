@@ -188,7 +188,7 @@ TEST_F(OffsetAnalyze, WritesAReportAndFiguresAndAHistory) {
   EXPECT_EQ(json::parse(result.standard_output)["report"], "r.html");
   EXPECT_THAT(ReadWhole(Path("r.html")), AllOf(HasSubstr("<h1>Tool offsets"), HasSubstr("T1 X+")));
   for (const char* name : {"tools.svg", "axes.svg", "scan1-page.svg", "scan1-code.svg",
-                           "scan1-marks.svg", "scan1-structure-t1-x-plus.svg"}) {
+                           "scan1-structure-t1-x-plus.svg"}) {
     EXPECT_TRUE(std::filesystem::exists(Path("figures/sheet") / name)) << name;
   }
   const json line = json::parse(ReadWhole(Path("h/offsets.jsonl")));

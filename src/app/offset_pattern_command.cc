@@ -117,10 +117,14 @@ Result<std::vector<fs::path>> PreviewPaths(const OffsetPatternArguments& argumen
   return paths;
 }
 
-void Print(const SheetPlan& plan, const SheetGcode& gcode) {
+void Print(const SheetSettings& asked, const SheetPlan& plan, const SheetGcode& gcode) {
   const auto minutes = static_cast<int>(gcode.time_s / 60);
   fmt::print("sheet      {}: {:.1f} x {:.1f} mm, turned by {:.4g} degrees\n", plan.sheet_id,
              plan.width_mm, plan.height_mm, plan.settings.tilt_deg);
+  if (plan.settings.teeth < asked.teeth) {
+    fmt::print("teeth      {} instead of {}, so that it fits {} paper\n", plan.settings.teeth,
+               asked.teeth, plan.settings.paper);
+  }
   fmt::print("heated to  {}, once the paper is taped down on the cold bed\n",
              DescribeTemperatures(plan.settings));
   fmt::print("structures {}, tool changes {}\n", plan.structures.size(), gcode.tool_changes);
@@ -134,6 +138,11 @@ void Print(const SheetPlan& plan, const SheetGcode& gcode) {
       "{:.0f} mm\n",
       bounds.min_x_mm, bounds.max_x_mm, bounds.min_y_mm, bounds.max_y_mm,
       std::ceil(bounds.max_x_mm - bounds.min_x_mm), std::ceil(bounds.max_y_mm - bounds.min_y_mm));
+  if (const auto paper = tool_offset::PaperAround(plan)) {
+    fmt::print("paper      {}, its middle at X {:.0f}, Y {:.0f} mm, its edges along the bed's\n",
+               paper->name, (paper->bounds.min_x_mm + paper->bounds.max_x_mm) / 2,
+               (paper->bounds.min_y_mm + paper->bounds.max_y_mm) / 2);
+  }
   for (const std::string& warning : FindWarnings(plan.settings)) {
     fmt::print(stderr, "warning: {}\n", warning);
   }
@@ -166,7 +175,7 @@ Result<void> RunOffsetPattern(const OffsetPatternArguments& arguments) {
     shown += " " + path.string();
   }
   fmt::print("G-code     {}\npreview   {}\n", gcode_path.string(), shown);
-  Print(plan, gcode);
+  Print(*settings, plan, gcode);
   return {};
 }
 

@@ -29,6 +29,9 @@ to::SheetSettings Settings() {
   to::SheetSettings settings;
   settings.tools = {0, 1, 2};
   settings.teeth = 7;
+  // With coarse marks: all pictures that there are.
+  settings.layout = 1;
+  settings.paper = "any";
   return settings;
 }
 
@@ -76,8 +79,8 @@ TEST(OffsetReport, IsAWholePageThatLoadsNothingAndEscapesNames) {
 TEST(OffsetReport, ShowsAToolThatIsRefusedWithItsReasonAndWithoutANumber) {
   const std::string page = OffsetReport(Sheet().input);
   EXPECT_THAT(page, HasSubstr("class=\"card head refused\""));
-  EXPECT_THAT(page, HasSubstr("colspan=\"4\">T2: no coarse"));
-  EXPECT_THAT(page, HasSubstr("T2: no coarse mark within"));
+  EXPECT_THAT(page, HasSubstr("colspan=\"4\">T2: at no place"));
+  EXPECT_THAT(page, HasSubstr("T2: at no place within"));
   EXPECT_THAT(page, HasSubstr("1 of 2 tools have an offset"));
   EXPECT_THAT(page, HasSubstr(">T1</td><td data-name=\"dx\"><span>+0.19"));
   EXPECT_THAT(page, HasSubstr("95 %: +0.19"));

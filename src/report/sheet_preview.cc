@@ -79,8 +79,23 @@ void DrawLeg(Canvas& canvas, const to::SheetPlan& plan, int tool, const PointPx&
                          .round_ends = true});
 }
 
+/// The sheet of paper, where it has to lie; it may reach beyond the bed.
+void DrawPaper(Canvas& canvas, const Plot& plot, const to::SheetPlan& plan) {
+  const auto paper = to::PaperAround(plan);
+  if (!paper) return;
+  const PointPx low = plot.At({paper->bounds.min_x_mm, paper->bounds.min_y_mm});
+  const PointPx high = plot.At({paper->bounds.max_x_mm, paper->bounds.max_y_mm});
+  const PointPx outline[] = {low, {high.x, low.y}, high, {low.x, high.y}};
+  canvas.Clip(plot.inner());
+  canvas.Polygon(outline, kPaper, Stroke{.color = kInk, .width_px = 0.8});
+  canvas.Text({std::max(low.x, plot.inner().x) + 4, std::max(high.y, plot.inner().y) + 12},
+              paper->name + " paper", {.size_px = 10});
+  canvas.Unclip();
+}
+
 void DrawOnBed(Canvas& canvas, const RectPx& room, const to::SheetPlan& plan) {
   const Plot plot = BedPlot(canvas, room, plan.settings.printer);
+  DrawPaper(canvas, plot, plan);
   const double px_per_mm = plot.X(1) - plot.X(0);
   const auto at = [&](const to::SheetPoint& point) {
     const to::BedPoint on_bed = to::OnBed(plan, point);

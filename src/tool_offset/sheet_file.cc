@@ -21,6 +21,10 @@ constexpr std::string_view kEnd = "end";
 constexpr std::array<std::string_view, 3> kSinceFormat2{
     "filament.material", "tool_offset_pattern.start_gcode", "tool_offset_pattern.paper_clearance"};
 
+/// Files of older formats are of the first layout, on whatever paper took them.
+constexpr std::string_view kPaperKey = "tool_offset_pattern.paper";
+constexpr int kSinceLayout2 = 3;
+
 bool IsNew(std::string_view key) {
   return std::find(kSinceFormat2.begin(), kSinceFormat2.end(), key) != kSinceFormat2.end();
 }
@@ -86,13 +90,18 @@ class Reader {
   /// REQUIRES that the last comment was taken.
   Result<SheetSettings> Finish() {
     for (const Entry& entry : entries_) {
-      if (!seen_.contains(entry.key) && !IsNew(entry.key) &&
+      const bool later = IsNew(entry.key) || (format_ < kSinceLayout2 && entry.key == kPaperKey);
+      if (!seen_.contains(entry.key) && !later &&
           !std::holds_alternative<std::optional<double>*>(entry.value)) {
         return Fail(fmt::format("the sheet's comments have no {}: the file is damaged", entry.key));
       }
     }
     if (!seen_.contains(std::string(kIdKey))) {
       return Fail(fmt::format("the sheet's comments have no {}: the file is damaged", kIdKey));
+    }
+    if (format_ < kSinceLayout2) {
+      settings_.layout = 1;
+      settings_.paper = "any";
     }
     if (auto valid = Validate(settings_); !valid) return tl::unexpected(valid.error());
     if (const int made = PlanSheet(settings_).sheet_id; made != sheet_id_) {
@@ -118,12 +127,11 @@ class Reader {
     return false;
   }
 
-  static Result<bool> TakeFormat(long line, std::string_view value) {
-    int format = 0;
-    const Result<bool> taken = TakeNumber(line, std::string(kFormatKey), value, format);
-    if (taken && (format < 1 || format > kSheetFormat)) {
+  Result<bool> TakeFormat(long line, std::string_view value) {
+    const Result<bool> taken = TakeNumber(line, std::string(kFormatKey), value, format_);
+    if (taken && (format_ < 1 || format_ > kSheetFormat)) {
       return FailAt(
-          line, fmt::format("format {} is none of 1 ... {}, those that this trammel reads", format,
+          line, fmt::format("format {} is none of 1 ... {}, those that this trammel reads", format_,
                             kSheetFormat));
     }
     return taken;
@@ -132,16 +140,20 @@ class Reader {
   SheetSettings settings_;
   std::vector<Entry> entries_ = Entries(settings_);
   std::set<std::string> seen_;
+  int format_ = kSheetFormat;
   int sheet_id_ = -1;
 };
 
 }  // namespace
 
 std::string FormatSheetComments(const SheetPlan& plan) {
-  std::string out = fmt::format("{}{} = {}\n{}{} = {}\n", kPrefix, kFormatKey, kSheetFormat,
-                                kPrefix, kIdKey, plan.sheet_id);
+  const bool first_layout = plan.settings.layout == 1;
+  std::string out =
+      fmt::format("{}{} = {}\n{}{} = {}\n", kPrefix, kFormatKey,
+                  first_layout ? kSinceLayout2 - 1 : kSheetFormat, kPrefix, kIdKey, plan.sheet_id);
   SheetSettings settings = plan.settings;
   for (const Entry& entry : Entries(settings)) {
+    if (first_layout && entry.key == kPaperKey) continue;
     if (const auto value = FormatSheetValue(entry.value)) {
       out += fmt::format("{}{} = {}\n", kPrefix, entry.key, *value);
     }

@@ -10,7 +10,7 @@
 namespace trammel::tool_offset {
 
 /// Of the comments below; rises whenever an older trammel would misread them.
-inline constexpr int kSheetFormat = 2;
+inline constexpr int kSheetFormat = 3;
 
 /// Comment lines `; trammel sheet: key = value` with the format, the sheet's number and every
 /// setting, lossless, framed by the first and the last of them.

@@ -14,6 +14,7 @@ namespace trammel::tool_offset {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 SheetSettings Unusual() {
   SheetSettings settings;
@@ -59,8 +60,11 @@ TEST(SheetFile, SettingsReadBackAsTheyWere) {
 
 // What format 1 does not have, a scan is not read with.
 TEST(SheetFile, OfTheFirstFormatIsReadAsWell) {
+  SheetSettings first = Unusual();
+  first.layout = 1;
+  first.paper = "any";
   std::string old;
-  std::istringstream now(FormatSheetComments(PlanSheet(Unusual())));
+  std::istringstream now(FormatSheetComments(PlanSheet(first)));
   for (std::string line; std::getline(now, line);) {
     if (line == "; trammel sheet: format = 2") line.back() = '1';
     const bool is_new = line.find("filament.material") != std::string::npos ||
@@ -70,7 +74,24 @@ TEST(SheetFile, OfTheFirstFormatIsReadAsWell) {
   }
   const Result<SheetSettings> read = ReadSheetFile(old);
   ASSERT_TRUE(read) << read.error().message;
-  EXPECT_EQ(PlanSheet(*read).sheet_id, PlanSheet(Unusual()).sheet_id);
+  EXPECT_EQ(PlanSheet(*read).sheet_id, PlanSheet(first).sheet_id);
+}
+
+// The numbers are those that sheets of the first layout had when they were printed.
+TEST(SheetFile, OfTheFirstLayoutDescribesTheSheetThatWasPrinted) {
+  SheetSettings first;
+  first.layout = 1;
+  first.paper = "any";
+  const SheetPlan two = PlanSheet(first);
+  EXPECT_EQ(two.sheet_id, 10322);
+  const std::string text = FormatSheetComments(two);
+  EXPECT_THAT(text, HasSubstr("format = 2\n"));
+  EXPECT_THAT(text, Not(HasSubstr("tool_offset_pattern.paper = ")));
+  const Result<SheetSettings> read = ReadSheetFile(text);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->layout, 1);
+  EXPECT_EQ(PlanSheet(*read).coarse_marks.size(), 1U);
+  EXPECT_NE(PlanSheet({}).sheet_id, two.sheet_id);
 }
 
 TEST(SheetFile, LineEndsOfWindowsAndLinesInFrontDoNoHarm) {
@@ -101,8 +122,8 @@ TEST(SheetFile, WhatIsNotAPatternIsSaidToBeNone) {
 
 TEST(SheetFile, EachFaultIsNamedWithItsLine) {
   const std::string pitch = "tool_offset_pattern.pitch = 4.19";
-  EXPECT_THAT(Fault(Changed("format = 2", "format = 3")), HasSubstr("line 1: format 3"));
-  EXPECT_THAT(Fault(Changed("format = 2", "format = 0")), HasSubstr("line 1: format 0"));
+  EXPECT_THAT(Fault(Changed("format = 3", "format = 4")), HasSubstr("line 1: format 4"));
+  EXPECT_THAT(Fault(Changed("format = 3", "format = 0")), HasSubstr("line 1: format 0"));
   EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = nan")), HasSubstr("pitch: nan mm"));
   EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = 4.19 ")),
               HasSubstr("must be a number"));

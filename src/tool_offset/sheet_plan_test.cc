@@ -1,5 +1,6 @@
 #include "tool_offset/sheet_plan.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +13,10 @@
 
 #include "base/check.h"
 #include "base/random.h"
+#include "tool_offset/paper_size.h"
 #include "tool_offset/sheet_code.h"
+#include "tool_offset/sheet_layout.h"
+#include "tool_offset/tool_search.h"
 
 namespace trammel::tool_offset {
 namespace {
@@ -99,7 +103,10 @@ TEST(SheetPlan, EachToolHasItsFourStructuresAndTheReferenceItsControlsAndBacklas
                                           "control Y+", "control Y-", "backlash X 1",
                                           "backlash X 2", "backlash Y 1", "backlash Y 2"}));
   EXPECT_EQ(names.size(), plan.structures.size());
-  EXPECT_EQ(plan.coarse_marks.size(), 2u);
+  EXPECT_EQ(plan.coarse_marks.size(), 0u);
+  SheetSettings first = WithTools(3);
+  first.layout = 1;
+  EXPECT_EQ(PlanSheet(first).coarse_marks.size(), 2u);
 }
 
 TEST(SheetPlan, MinusStructuresSwapTheRolesOfTheTools) {
@@ -222,16 +229,20 @@ TEST(SheetPlan, NothingTouchesAndEverythingLiesInTheBox) {
   }
 }
 
-TEST(SheetPlan, MarksStayClearOfAllElseWithin3Millimetres) {
+TEST(SheetPlan, MarksOfTheFirstLayoutStayClearOfAllElseWithin3Millimetres) {
   for (const int tools : {2, 3, 5, 8}) {
-    const SheetPlan plan = PlanSheet(WithTools(tools));
+    SheetSettings settings = WithTools(tools);
+    settings.layout = 1;
+    settings.paper = "any";
+    const SheetPlan plan = PlanSheet(settings);
+    ASSERT_FALSE(plan.coarse_marks.empty());
     const std::vector<Ink> ink = AllInk(plan);
     for (const Ink& mark : ink) {
       if (!mark.of.starts_with("mark")) continue;
       for (const Ink& other : ink) {
         if (other.of == mark.of) continue;
         // Where both are drawn by tested tools, both may move.
-        const double reach_mm = other.reference ? kCoarseReach_mm : 2 * kCoarseReach_mm;
+        const double reach_mm = other.reference ? kMarkReach_mm : 2 * kMarkReach_mm;
         EXPECT_GT(Distance_mm(mark.leg, other.leg), reach_mm + plan.settings.line_width_mm)
             << mark.of << " and " << other.of << " of " << tools;
       }
@@ -239,15 +250,76 @@ TEST(SheetPlan, MarksStayClearOfAllElseWithin3Millimetres) {
   }
 }
 
-TEST(SheetPlan, TwoToolsTakeAnA5SheetFiveAnA4SheetAndEightABedOf300) {
-  const Point two = Outline(PlanSheet(WithTools(2)));
-  EXPECT_LT(std::max(two.x_mm, two.y_mm), 210 - 10);
-  EXPECT_LT(std::min(two.x_mm, two.y_mm), 148 - 10);
-  const Point five = Outline(PlanSheet(WithTools(5)));
-  EXPECT_LT(std::max(five.x_mm, five.y_mm), 250 - 10);  // the bed, shorter than the paper
-  EXPECT_LT(std::min(five.x_mm, five.y_mm), 210 - 10);
-  const Point eight = Outline(PlanSheet(WithTools(8)));
-  EXPECT_LT(std::max(eight.x_mm, eight.y_mm), 300 - 10);
+bool FitsOn(const char* paper, const SheetPlan& plan) {
+  const Point outline = Outline(plan);
+  return FitsPaper(*FindPaper(paper), outline.x_mm, outline.y_mm);
+}
+
+TEST(SheetPlan, TwoToolsTakeAnA5SheetFiveAnA4SheetWithAllTheirTeeth) {
+  for (const int tools : {2, 5}) {
+    const SheetPlan plan = PlanSheet(WithTools(tools));
+    EXPECT_TRUE(FitsOn(tools == 2 ? "A5" : "A4", plan));
+    EXPECT_EQ(plan.settings.teeth, 17);
+  }
+}
+
+TEST(SheetPlan, EightToolsFitA4AndFiveFitA5WithFewerTeeth) {
+  for (const int tools : {2, 3, 4, 5, 6, 7, 8}) {
+    for (const char* paper : {"A5", "A4", "letter", "A3"}) {
+      if (paper == std::string("A5") && tools > 5) continue;
+      SheetSettings settings = WithTools(tools);
+      settings.paper = paper;
+      settings.printer.bed_size_x_mm = settings.printer.bed_size_y_mm = 350;
+      EXPECT_EQ(FindProblem(settings), std::nullopt) << tools << " tools on " << paper;
+      const SheetPlan plan = PlanSheet(settings);
+      EXPECT_TRUE(FitsOn(paper, plan)) << tools << " tools on " << paper;
+      EXPECT_GE(plan.settings.teeth, kFewestTeethToFit);
+      // One tooth more would not fit, or none was taken off.
+      if (plan.settings.teeth == settings.teeth) continue;
+      SheetSettings more = plan.settings;
+      ++more.teeth;
+      more.paper = "any";
+      SheetPlan larger = PlanSheet(more);
+      larger.settings.paper = paper;
+      EXPECT_FALSE(FitsItsPaper(larger)) << tools << " tools on " << paper;
+    }
+  }
+}
+
+TEST(SheetPlan, WhatThePaperDoesNotTakeIsRefusedWithWhatWould) {
+  SheetSettings settings = WithTools(8);
+  settings.paper = "A5";
+  settings.printer.bed_size_x_mm = settings.printer.bed_size_y_mm = 350;
+  const auto problem = FindProblem(settings);
+  ASSERT_TRUE(problem);
+  EXPECT_EQ(problem->key, "paper");
+  EXPECT_THAT(problem->message, testing::AllOf(testing::HasSubstr("A5"), testing::HasSubstr("A4"),
+                                               testing::HasSubstr("tools would fit")));
+  settings.paper = "A6";
+  EXPECT_THAT(FindProblem(settings)->message, testing::HasSubstr("A6"));
+}
+
+// What follows from it is told apart by the search for tools far off: no tool's four combs all lie
+// where another's would with one and the same shift.
+TEST(SheetPlan, NoShiftTakesAllCombsOfAToolOntoThoseOfAnother) {
+  for (const int tools : {3, 5, 8}) {
+    const SheetPlan plan = PlanSheet(WithTools(tools));
+    for (int a = 1; a < tools; ++a) {
+      for (int b = 1; b < tools; ++b) {
+        if (a == b) continue;
+        const auto apart = [&](const char* structure) {
+          const SheetPoint& from = Named(plan, fmt::format("T{} {}", a, structure)).middle;
+          const SheetPoint& to = Named(plan, fmt::format("T{} {}", b, structure)).middle;
+          return Point{to.u_mm - from.u_mm, to.v_mm - from.v_mm};
+        };
+        if (std::hypot(apart("X+").x_mm, apart("X+").y_mm) > 2 * kSearch_mm) continue;
+        const Point x = apart("X+");
+        const Point y = apart("Y+");
+        EXPECT_GT(std::hypot(x.x_mm - y.x_mm, x.y_mm - y.y_mm), plan.settings.leg_length_mm)
+            << "T" << a << " and T" << b;
+      }
+    }
+  }
 }
 
 TEST(SheetPlan, WhatBelongsTogetherIsSpreadOverTheSheet) {

@@ -7,6 +7,7 @@
 
 #include "gcode/placeholders.h"
 #include "settings/material.h"
+#include "tool_offset/paper_size.h"
 #include "tool_offset/sheet_bed.h"
 #include "tool_offset/sheet_fields.h"
 #include "tool_offset/sheet_pitch.h"
@@ -142,10 +143,54 @@ Problem CheckPrinter(const SheetSettings& settings) {
   return settings::FindParkProblem(settings.printer);
 }
 
+Problem CheckPaper(const SheetSettings& settings) {
+  if (settings.paper == "any" || FindPaper(settings.paper)) return std::nullopt;
+  std::string known;
+  for (const PaperSize& paper : PaperSizes()) known += std::string(paper.name) + ", ";
+  return InSheet("paper", fmt::format("there is no \"{}\"; it must be one of {}or any",
+                                      settings.paper.substr(0, 40), known));
+}
+
 bool Fits(const SheetSettings& settings) {
   constexpr double kRounding = 1e-9;
   const SheetPlan plan = PlanSheet(settings);
-  return SheetReach(settings, plan.width_mm, plan.height_mm) <= 1 + kRounding;
+  return FitsItsPaper(plan) && SheetReach(settings, plan.width_mm, plan.height_mm) <= 1 + kRounding;
+}
+
+/// The smallest paper that would take the sheet as it is.
+std::optional<PaperSize> LargerPaper(SheetSettings settings) {
+  for (const PaperSize& paper : PaperSizes()) {
+    settings.paper = paper.name;
+    if (Fits(settings)) return paper;
+  }
+  return std::nullopt;
+}
+
+/// A sheet that the paper does not take, however few teeth it has.
+Problem CheckFitsPaper(const SheetSettings& settings) {
+  const SheetPlan plan = PlanSheet(settings);
+  if (FitsItsPaper(plan)) return std::nullopt;
+  const PaperSize paper = *FindPaper(settings.paper);
+  const BedBounds bounds = SheetBounds(settings, plan.width_mm, plan.height_mm);
+  const auto larger = LargerPaper(settings);
+  std::string remedy = larger ? fmt::format("paper = {} would take it", larger->name) : "";
+  for (SheetSettings fewer = settings; fewer.tools.size() > 2;) {
+    const bool last_is_reference = fewer.tools.back() == fewer.reference_tool;
+    fewer.tools.erase(fewer.tools.end() - (last_is_reference ? 2 : 1));
+    if (!Fits(fewer)) continue;
+    remedy += fmt::format("{}{} tools would fit: print several sheets, each with the reference",
+                          remedy.empty() ? "" : ", or ", fewer.tools.size());
+    break;
+  }
+  if (remedy.empty()) remedy = "take fewer teeth, a smaller pitch or fewer controls";
+  return InSheet(
+      "paper",
+      fmt::format("the sheet for {} tool(s) with {} teeth takes {:.0f} x {:.0f} mm of the bed, but "
+                  "{} less {} mm on each side is {:.0f} x {:.0f} mm; {}",
+                  settings.tools.size(), plan.settings.teeth, bounds.max_x_mm - bounds.min_x_mm,
+                  bounds.max_y_mm - bounds.min_y_mm, paper.name, kPaperMargin_mm,
+                  paper.short_mm - 2 * kPaperMargin_mm, paper.long_mm - 2 * kPaperMargin_mm,
+                  remedy));
 }
 
 /// What to leave out so that the sheet fits the bed.
@@ -155,8 +200,7 @@ std::string Remedy(SheetSettings settings) {
     settings.position_y_mm.reset();
     if (Fits(settings)) return "it fits without position_x and position_y, centred";
   }
-  constexpr int kLeastTeeth = 9;  // fewer measure too little
-  for (SheetSettings fewer = settings; fewer.teeth > kLeastTeeth;) {
+  for (SheetSettings fewer = settings; fewer.teeth > kFewestTeethToFit;) {
     --fewer.teeth;
     if (Fits(fewer)) return fmt::format("teeth = {} would fit", fewer.teeth);
   }
@@ -227,7 +271,8 @@ Problem CheckUserGcode(const SheetSettings& settings) {
 
 std::optional<settings::SettingProblem> FindProblem(const SheetSettings& settings) {
   // Ranges first: what follows divides and multiplies.
-  for (auto check : {CheckFields, CheckTools, CheckCombs, CheckPrinter, CheckFit, CheckUserGcode}) {
+  for (auto check : {CheckFields, CheckTools, CheckCombs, CheckPrinter, CheckPaper, CheckFitsPaper,
+                     CheckFit, CheckUserGcode}) {
     if (Problem problem = check(settings)) return problem;
   }
   return std::nullopt;

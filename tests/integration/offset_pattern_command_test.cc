@@ -61,7 +61,7 @@ TEST(OffsetPatternCommand, EndsWithOneAndNoFileOnEveryMistake) {
   for (const Mistake& mistake :
        {Mistake{"--set 'tools=[0]'", "tools: 1 tool(s)"},
         Mistake{"--set overlap=6", "overlap: 6 mm is above 5 mm"},
-        Mistake{"--set bed_size_x=130", "reaches x ="},
+        Mistake{"--set bed_size_x=115", "reaches x ="},
         Mistake{"--preview a.jpg", "must end in .svg or .png"},
         Mistake{"--tool-change magnet", "must be t, activate-extruder or idex"},
         Mistake{"--tool 1 --self-test", "leave one of them out"}}) {
