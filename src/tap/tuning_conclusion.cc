@@ -136,6 +136,12 @@ std::string EndText(const Search& search, double wanted_mm, const Tuning& tuning
           "keep the settings. {}, but {} of {} recorded presses are shallower than 20 "
           "µm. On {:.0f} gf/mm no force that was tried makes them deeper without loss",
           now, tuning.recorded_shallow, tuning.recorded_good, tuning.traits.stiffness_g_mm);
+    case SearchEnd::kOnlyLessCertain:
+      return fmt::format(
+          "{}. No settings that were tried make 95 % good without loss of certainty. "
+          "With a press of {:.0f} gf, pulled back {:.3g} mm at {:.2g} mm/s, {}",
+          now, search.lesser->press_force_g, search.lesser->pull_back_mm,
+          search.lesser->pull_back_speed_mm_s, TrialText(*search.lesser_outcome));
     case SearchEnd::kNothingWorks:
       break;
   }
@@ -167,18 +173,24 @@ void Conclude(const Search& search, std::span<const TuningTap> taps, double want
     }
   }
   tuning.because = EndText(search, wanted_mm, tuning);
-  if (search.end == SearchEnd::kNothingWorks) return;
+  if (search.end == SearchEnd::kNothingWorks || search.end == SearchEnd::kOnlyLessCertain) return;
   tuning.end = search.end == SearchEnd::kFound ? TuningEnd::kChange : TuningEnd::kKeep;
   if (search.end == SearchEnd::kFound) tuning.trial_advised = search.advised_outcome;
 }
 
 std::string WhyNoneIsGood(std::span<const TuningTap> taps) {
   constexpr double kLong_s = 3;
+  constexpr double kFar_mm = 0.2;  // three presses of most printers
   if (taps.empty()) return "there are no taps";
-  std::string text =
-      fmt::format("none of {} taps is good. {}", taps.size(), Explain(MainReason(taps)));
+  const Finding reason = MainReason(taps);
+  std::string text = fmt::format("none of {} taps is good. {}", taps.size(), Explain(reason));
   TapMotion motion;
   if (FindMotion(taps.front().tap.moves, motion).code != FindingCode::kNone) return text;
+  if (reason.code == FindingCode::kStillInContact) {
+    const double way_mm = motion.end_z_mm - motion.halt_z_mm;
+    text += fmt::format(" It is pulled back {:.3g} mm: record again with {:.2g} mm.", way_mm,
+                        std::max(kFar_mm, 2 * way_mm));
+  }
   const double lasts_s = motion.pull_back_end_s - motion.pull_back_start_s;
   if (lasts_s > kLong_s) {
     text += fmt::format(

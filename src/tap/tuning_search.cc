@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "tap/tuning_candidates.h"
@@ -17,7 +18,6 @@ constexpr double kMostSamples = 4e6;
 constexpr double kSamplesPerTrial = 1.2e6;
 constexpr double kEnough = 0.95;
 constexpr double kMostShallow = 0.05;
-constexpr double kTellsOthers = 0.25;  // of good taps: fewer say nothing of other settings
 
 /// Margins between what a trial shows and what is asked: two medians of 200 differ by some 5 %.
 constexpr double kAim = 0.85;
@@ -68,12 +68,14 @@ Present Judge(const TrialOutcome& trial, const SearchOptions& options) {
   present.precise =
       present.works && std::min(present.uncertainty_mm, options.recorded_uncertainty_mm) <=
                            options.wanted_uncertainty_mm;
-  const double good = tried ? trial.GoodShare() : Share(options.recorded_good, options.recorded);
-  if (good < kTellsOthers) return present;
+  // Where many fail, those that do not are the lucky ones: the recorded of them count, too.
+  if (!present.works && options.recorded_uncertainty_mm < present.uncertainty_mm) {
+    present.uncertainty_mm = options.recorded_uncertainty_mm;
+  }
   const double margin = present.works ? kNotWorse : 1;
   present.limits.noise = 1;
   present.limits.uncertainty_mm = margin * present.uncertainty_mm;
-  if (tried) {
+  if (trial.good > 0) {
     present.limits.error_mm =
         std::max(margin * trial.error_mm, kNegligible * options.wanted_uncertainty_mm);
   }
@@ -89,14 +91,20 @@ class Trials {
       : world_(world), options_(options) {}
 
   [[nodiscard]] TrialOutcome Run(const TrialSettings& settings, std::size_t taps) {
-    samples_ += SamplesOfTap(world_, settings) * static_cast<double>(taps);
+    samples_ += Samples(settings, taps);
     return RunTrial(world_, settings, options_.analysis, taps, options_.seed);
   }
   [[nodiscard]] bool MayRun(const TrialSettings& settings, std::size_t taps) const {
-    return samples_ + SamplesOfTap(world_, settings) * static_cast<double>(taps) <= kMostSamples;
+    return samples_ + Samples(settings, taps) <= kMostSamples;
   }
 
  private:
+  // Hum takes as long to fit as all the rest.
+  [[nodiscard]] double Samples(const TrialSettings& settings, std::size_t taps) const {
+    const double each = SamplesOfTap(world_, settings) * (world_.noise.sines.empty() ? 1 : 2);
+    return each * static_cast<double>(taps);
+  }
+
   const TrialWorld& world_;
   const SearchOptions& options_;
   double samples_ = 0;
@@ -150,6 +158,20 @@ bool IsWorthwhile(const Search& search, const Present& present, const SearchOpti
   return std::hypot(advised, machine) <= kWorthwhile * std::hypot(present.uncertainty_mm, machine);
 }
 
+/// Settings that work and are less certain than the present ones where those do.
+void FindLesser(const TrialWorld& world, const Present& present, const SearchOptions& options,
+                Trials& trials, Search& search) {
+  const double wanted = options.wanted_uncertainty_mm;
+  if (!(present.uncertainty_mm < wanted)) return;
+  Limits limits;
+  limits.uncertainty_mm = wanted;
+  limits.noise = wanted / present.uncertainty_mm;
+  const double target = kAim * wanted / present.uncertainty_mm;
+  Try(world, Candidates(world, search.present, target, false), limits, wanted, trials, search);
+  search.lesser = std::exchange(search.advised, std::nullopt);
+  search.lesser_outcome = std::exchange(search.advised_outcome, std::nullopt);
+}
+
 SearchEnd EndOf(const Search& search, const Present& present, const SearchOptions& options) {
   if (search.advised) {
     if (!present.works || present.precise || IsWorthwhile(search, present, options)) {
@@ -161,6 +183,7 @@ SearchEnd EndOf(const Search& search, const Present& present, const SearchOption
   }
   if (present.precise) return SearchEnd::kPresentDoes;
   if (present.works) return SearchEnd::kNothingBetter;
+  if (search.lesser) return SearchEnd::kOnlyLessCertain;
   return present.shallow && search.present_outcome.GoodShare() >= kEnough
              ? SearchEnd::kStaysShallow
              : SearchEnd::kNothingWorks;
@@ -187,14 +210,8 @@ Search SearchSettings(const TrialWorld& world, const SearchOptions& options) {
   const double target = std::min(1.0, kAim * wanted / present.uncertainty_mm);
   Try(world, Candidates(world, search.present, target, present.shallow), present.limits, wanted,
       trials, search);
-  if (!search.advised && !present.works && !present.shallow &&
-      present.uncertainty_mm < options.wanted_uncertainty_mm) {
-    // Taps that succeed with the wanted uncertainty are better than some that do with less.
-    Limits limits;
-    limits.uncertainty_mm = options.wanted_uncertainty_mm;
-    limits.noise = limits.uncertainty_mm / present.uncertainty_mm;
-    const double more = kAim * wanted / present.uncertainty_mm;
-    Try(world, Candidates(world, search.present, more, false), limits, wanted, trials, search);
+  if (!search.advised && !present.works && !present.shallow) {
+    FindLesser(world, present, options, trials, search);
   }
   search.end = EndOf(search, present, options);
   if (search.end != SearchEnd::kFound) search.advised.reset();

@@ -27,6 +27,7 @@ enum class SearchEnd : std::uint8_t {
   kNothingBetter,    ///< They do not, but nothing that was tried is better.
   kMachineScatters,  ///< More precise taps are possible, but the machine scatters far more.
   kStaysShallow,     ///< They do, but for presses that are shallow; no force in reach mends that.
+  kOnlyLessCertain,  ///< Too many taps fail; where they do not, they are less certain: `lesser`.
   kNothingWorks,     ///< Too many taps fail under each.
 };
 
@@ -36,6 +37,8 @@ struct Search {
   TrialOutcome present_outcome;  ///< Of no taps where one has too many samples.
   std::optional<TrialSettings> advised;
   std::optional<TrialOutcome> advised_outcome;
+  std::optional<TrialSettings> lesser;  ///< With the wanted uncertainty, but more than the present.
+  std::optional<TrialOutcome> lesser_outcome;
   /// Of all that were tried for long: the least uncertainty of one under which taps are good.
   double least_uncertainty_mm = std::numeric_limits<double>::quiet_NaN();
   std::size_t tried = 0;  ///< Sets of settings.
