@@ -98,10 +98,11 @@ Measured Judge(double value, double lines_variance, double common_variance, doub
   const double half = StudentT95(std::max(1.0, freedom) * ratio * ratio) * u;
   const double range = tested.hi - tested.lo;
   if (!(half <= options.widest_interval * range)) {
-    return Measured::CannotTell(fmt::format(
-        "the lines scatter too much: the 95 % interval would be +-{:.2g} s on a tested range of "
-        "{:.2g} s; print more lines, or clean the plate and scan again",
-        half, range));
+    return Measured::CannotTell(
+        fmt::format("the lines scatter too much: the 95 % interval would reach {:.2g} s to either "
+                    "side on a tested range of "
+                    "{:.2g} s; print more lines, or clean the plate and scan again",
+                    half, range));
   }
   return Measured::Good({value, u, {value - half, value + half}});
 }
@@ -115,7 +116,8 @@ std::string Doubt(const signal::ZeroCrossing& fit, bool slope_has_scale,
                   const ResponseOptions& options) {
   if (AnswersBackwards(fit, options)) {
     return fmt::format(
-        "the lines answer to pressure advance the wrong way round (slope {:.2g} +- {:.1g}): are "
+        "the lines answer to pressure advance the wrong way round (slope {:.2g}, standard error "
+        "{:.1g}): are "
         "the values in order, and are the side at which printing began, the scan's speed and its "
         "start right?",
         fit.slope, fit.slope_sigma);
@@ -123,7 +125,8 @@ std::string Doubt(const signal::ZeroCrossing& fit, bool slope_has_scale,
   const double significance = fit.slope_sigma > 0 ? fit.slope / fit.slope_sigma : 0;
   if (significance < options.least_significance) {
     return fmt::format(
-        "the lines do not answer clearly to pressure advance (slope {:.2g} +- {:.1g}, {:.1f} "
+        "the lines do not answer clearly to pressure advance (slope {:.2g}, standard error {:.1g}: "
+        "{:.1f} "
         "standard errors; {:.0f} are needed): test a wider range or a larger speed change",
         fit.slope, fit.slope_sigma, std::max(0.0, significance), options.least_significance);
   }

@@ -56,10 +56,11 @@ Measured Ratio(const Samples& samples, double offset, double sign,
   }
   const double value = offset + sign * ratio;
   if (half > options.widest_interval) {
-    return Measured::CannotTell(fmt::format(
-        "{:.0f} % lies within +- {:.0f} % (95 %), wider than {:.0f} %: the lines differ "
-        "too much among themselves; print more of them",
-        100 * value, 100 * half, 100 * options.widest_interval));
+    return Measured::CannotTell(
+        fmt::format("{:.0f} % is known to {:.0f} % to either side (95 %), {:.0f} % are allowed: "
+                    "the lines differ "
+                    "too much among themselves; print more of them",
+                    100 * value, 100 * half, 100 * options.widest_interval));
   }
   return Measured::Good({value, std::sqrt(variance), {value - half, value + half}});
 }

@@ -36,14 +36,7 @@ std::vector<DataPoint> Curve(const std::vector<double>& cubic, const Range& x) {
 
 bool Finite(const std::optional<double>& value) { return value && std::isfinite(*value); }
 
-}  // namespace
-
-std::optional<Figure> DeviationFigure(const ReportInput& input) {
-  const pa::Analysis& analysis = *input.analysis;
-  const std::vector<DataPoint> scores = Scores(analysis);
-  if (scores.empty()) {
-    return std::nullopt;
-  }
+Canvas Draw(const pa::Analysis& analysis, const std::vector<DataPoint>& scores, double width_px) {
   std::vector<double> tested;
   std::vector<double> heights = {0};
   for (const DataPoint& score : scores) {
@@ -56,7 +49,7 @@ std::optional<Figure> DeviationFigure(const ReportInput& input) {
   const bool good = analysis.pressure_advance.good();
   const std::vector<DataPoint> curve = Curve(analysis.deviation.cubic, tested_range);
 
-  Canvas canvas(kFigureWidthPx, kHeightPx);
+  Canvas canvas(width_px, kHeightPx);
   std::vector<LegendEntry> legend = {{"line", LegendEntry::Mark::kDot, {.color = kBlue}}};
   if (!curve.empty()) {
     const auto& r_squared = analysis.deviation.r_squared;
@@ -77,9 +70,9 @@ std::optional<Figure> DeviationFigure(const ReportInput& input) {
         {fmt::format("minimum of the cubic, {:.4f} s", *analysis.deviation.cubic_minimum_s),
          LegendEntry::Mark::kLine, minimum_stroke});
   }
-  const double below_legend = 4 + DrawLegend(canvas, {12, 20}, kFigureWidthPx - 24, legend);
-  Plot plot(canvas, {6, below_legend, kFigureWidthPx - 12, kHeightPx - below_legend - 4},
-            {"pressure advance (s)", x, 8}, {"deviation (px)", y});
+  const double below_legend = 4 + DrawLegend(canvas, {12, 20}, width_px - 24, legend);
+  Plot plot(canvas, {6, below_legend, width_px - 12, kHeightPx - below_legend - 4},
+            {"pressure advance (s)", x, width_px < kFigureWidthPx ? 5 : 8}, {"deviation (px)", y});
   plot.Line(curve, {.color = kSky, .width_px = 2.5});
   if (lowest) {
     plot.VerticalLine(*analysis.deviation.best_s, lowest_stroke);
@@ -90,12 +83,24 @@ std::optional<Figure> DeviationFigure(const ReportInput& input) {
   for (const DataPoint& score : scores) {
     plot.Dot(score, 4.5, kBlue);
   }
-  return Figure{"deviation",
+  return canvas;
+}
+
+}  // namespace
+
+std::optional<Figure> DeviationFigure(const ReportInput& input) {
+  const std::vector<DataPoint> scores = Scores(*input.analysis);
+  if (scores.empty()) return std::nullopt;
+  Figure figure{"deviation",
                 "The score of Abbott's paper, for comparison: how much the height of each row of a "
                 "height map varies along the line, summed over the rows. Low is even. It knows no "
                 "sign and rests on the few lines near the bottom, so that its answer scatters more "
                 "than the response fit's; a low R² means that the scores follow no curve.",
-                std::move(canvas)};
+                Draw(*input.analysis, scores, kFigureWidthPx)};
+  figure.seen =
+      fmt::format("The paper's score of {} lines against their pressure advance.", scores.size());
+  figure.narrow = Draw(*input.analysis, scores, kNarrowWidthPx);
+  return figure;
 }
 
 }  // namespace trammel::report

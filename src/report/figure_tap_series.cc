@@ -309,10 +309,13 @@ Canvas DrawMesh(std::span<const PlottedTap> taps, const std::vector<tap::Place>&
   const RectPx bed =
       BedRect({70, 34, width_px - (broad ? 220 : 170), (broad ? kMeshPx : kSeriesPx) - 90}, x, y);
   Canvas canvas(width_px, bed.bottom() + 56);
-  Plot plot =
-      Plot::Around(canvas, bed, {"x (mm)", x}, {"y (mm)", y},
-                   fmt::format("Contact height over the bed, from {:.4f} mm (µm); range {:.1f} µm",
-                               mean_mm, height.hi - height.lo));
+  Plot plot = Plot::Around(canvas, bed, {"x (mm)", x, broad ? 6 : 4}, {"y (mm)", y});
+  TextStyle title{.size_px = kTitleTextPx, .bold = true};
+  const std::string text =
+      fmt::format("Contact height over the bed, from {:.4f} mm (µm); range {:.1f} µm", mean_mm,
+                  height.hi - height.lo);
+  title.size_px *= std::min(1.0, (width_px - 24) / canvas.TextWidth(text, title));
+  canvas.Text({12, 20}, text, title);
   for (const tap::Place& place : places) {
     DrawTile(canvas, plot, place, tile / 2, height, mean_mm);
   }

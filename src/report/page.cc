@@ -32,10 +32,10 @@ std::string Card(std::string_view heading, std::string_view body) {
   return fmt::format("<section class=\"card\">\n{}{}</section>\n", title, body);
 }
 
-std::string HeadCard(Verdict verdict, std::string_view body) {
+std::string HeadCard(Verdict verdict, std::string_view body, std::string_view words) {
   return fmt::format(
       "<section class=\"card head {}\">\n<p class=\"verdict\">{}</p>\n{}</section>\n",
-      ToString(verdict), VerdictWords(verdict), body);
+      ToString(verdict), words.empty() ? VerdictWords(verdict) : EscapeHtml(words), body);
 }
 
 std::string AnswerLine(std::string_view value, std::string_view interval) {

@@ -17,7 +17,9 @@ namespace trammel::report {
 /// A section of the page. @param heading  plain text, may be empty. @param body  HTML.
 [[nodiscard]] std::string Card(std::string_view heading, std::string_view body);
 /// The section with the answer, coloured by its verdict, which it names first.
-[[nodiscard]] std::string HeadCard(Verdict verdict, std::string_view body);
+/// @param words  instead of the verdict's own, where it speaks of several; plain text.
+[[nodiscard]] std::string HeadCard(Verdict verdict, std::string_view body,
+                                   std::string_view words = {});
 /// The answer's line: what it is, in small letters its interval. Plain text.
 [[nodiscard]] std::string AnswerLine(std::string_view value, std::string_view interval);
 /// A value with its interval below it, in small letters: for a table's cell. Plain text.

@@ -18,35 +18,46 @@ using part_alignment::CameraCalibration;
 using part_alignment::GridMeasurement;
 using part_alignment::SensorUncertainty;
 
-Figure MapFigure(const CameraCalibration& calibration, double distance_mm) {
+Canvas DrawMap(const CameraCalibration& calibration, double distance_mm, double width_px) {
   constexpr int kColumns = 54;
   constexpr int kRows = 40;
-  constexpr double kHeightPx = 500;
+  const bool broad = width_px >= kFigureWidthPx;
+  const double tall_px = broad ? 500 : 320;
   const SensorUncertainty map = part_alignment::UncertaintyOverSensor(
       calibration.camera, calibration.covariance, distance_mm, kColumns, kRows);
   const Grid grid{kColumns, kRows, map.sigma_px};
   const Range range = RangeOf(map.sigma_px);
-  Canvas canvas(kFigureWidthPx, kHeightPx);
+  Canvas canvas(width_px, tall_px);
   const part_alignment::Camera& camera = calibration.camera;
-  const double width_px = camera.width_px - 1;
+  const double columns_px = camera.width_px - 1;
   const double height_px = camera.height_px - 1;
   const double bar_px = 110;
   // Rows run down: the axis is drawn from the last row at the bottom to the first on top.
-  Plot plot(canvas, {6, 6, kFigureWidthPx - bar_px - 12, kHeightPx - 10},
-            {"column (px)", {0, width_px}, 6}, {"row (px), downwards", {-height_px, 0}, 6, false},
+  Plot plot(canvas, {6, 6, width_px - bar_px - 12, tall_px - 10},
+            {"column (px)", {0, columns_px}, broad ? 6 : 3},
+            {"row (px), downwards", {-height_px, 0}, 6, false},
             fmt::format("Projection uncertainty at {:.0f} mm", distance_mm));
   canvas.Image(ColorGrid(grid, range).view(), plot.inner());
   const RectPx& inner = plot.inner();
   DrawColorBar(canvas, {inner.right() + 24, inner.y, 18, inner.height}, range, "1 σ (px)");
-  return {
+  return canvas;
+}
+
+Figure MapFigure(const CameraCalibration& calibration, double distance_mm) {
+  Figure figure{
       "projection-uncertainty",
       "How far off the calibration may foretell a pixel, along the worse direction (k = 1), for "
       "points at this distance from the camera. First row on top. Where it is larger than the "
       "sigma of a target's centre, the calibration limits the measurement.",
-      std::move(canvas)};
+      DrawMap(calibration, distance_mm, kFigureWidthPx)};
+  figure.seen = fmt::format(
+      "Map over the sensor of the uncertainty of a foretold pixel, {:.0f} mm from the camera.",
+      distance_mm);
+  figure.narrow = DrawMap(calibration, distance_mm, kNarrowWidthPx);
+  return figure;
 }
 
-Figure DistanceFigure(const CameraCalibration& calibration) {
+Canvas DrawDistance(const CameraCalibration& calibration, double width_px) {
   constexpr double kHeightPx = 560;
   const double far_mm = 1.25 * calibration.farthest_mm;
   const double near_mm = std::min(100.0, 0.3 * calibration.nearest_mm);
@@ -68,49 +79,62 @@ Figure DistanceFigure(const CameraCalibration& calibration) {
       {"worst corner", LegendEntry::Mark::kLine, {.color = kVermilion}},
       {"middle of the picture", LegendEntry::Mark::kLine, {.color = kBlue}},
       {"calibrated range", LegendEntry::Mark::kPatch, {.color = kGrid}}};
-  Canvas canvas(kFigureWidthPx, kHeightPx);
-  const double top = 8 + DrawLegend(canvas, {12, 20}, kFigureWidthPx - 24, legend);
+  Canvas canvas(width_px, kHeightPx);
+  const double top = 8 + DrawLegend(canvas, {12, 20}, width_px - 24, legend);
   const double half = (kHeightPx - top) / 2;
-  const Axis distance{"distance from the camera (mm)", {0, far_mm}, 8};
-  Plot upper(canvas, {6, top, kFigureWidthPx - 12, half}, distance,
+  const Axis distance{
+      "distance from the camera (mm)", {0, far_mm}, width_px < kFigureWidthPx ? 4 : 8};
+  Plot upper(canvas, {6, top, width_px - 12, half}, distance,
              {"1 σ (px)", {0, 1.1 * top_px + 1e-12}}, "Projection uncertainty");
   upper.ShadeX({calibration.nearest_mm, calibration.farthest_mm}, kGrid);
   upper.Line(corner, {.color = kVermilion});
   upper.Line(middle, {.color = kBlue});
   double most = 1.5;
   for (const auto& plane : calibration.cross_validation) most = std::max(most, plane.rms_sigma);
-  Plot lower(canvas, {6, top + half, kFigureWidthPx - 12, half - 4}, distance,
+  Plot lower(canvas, {6, top + half, width_px - 12, half - 4}, distance,
              {"error / expected", {0, 1.1 * most}}, "Each plane, foretold by the others");
   lower.HorizontalLine(1, {.color = kMuted, .width_px = 1, .dash_px = {5, 4}});
   for (const auto& plane : calibration.cross_validation) {
     lower.Dot({plane.distance_mm, plane.rms_sigma}, 4, kBlue);
   }
-  return {
+  return canvas;
+}
+
+Figure DistanceFigure(const CameraCalibration& calibration) {
+  Figure figure{
       "distance",
       "Above: uncertainty of a foretold pixel against distance; outside the grey range it is "
       "extrapolated. Below: each plane of the grid left out of the fit, and how far off the rest "
       "foretells it, in units of what both uncertainties let expect. Near 1 is sound; a rise "
       "towards one end speaks of a lens model that does not hold, a single high plane of wrong "
       "places.",
-      std::move(canvas)};
+      DrawDistance(calibration, kFigureWidthPx)};
+  figure.seen =
+      "Two plots against the distance from the camera: the uncertainty of a foretold pixel, and "
+      "the error of each plane foretold by the others.";
+  figure.narrow = DrawDistance(calibration, kNarrowWidthPx);
+  return figure;
 }
 
-Figure ResidualFigure(const GridMeasurement& grid, const CameraCalibration& calibration) {
-  constexpr double kHeightPx = 540;
+Canvas DrawResidual(const GridMeasurement& grid, const CameraCalibration& calibration,
+                    double width_px) {
+  const bool broad = width_px >= kFigureWidthPx;
+  const double tall_px = broad ? 540 : 340;
   constexpr double kKeyPx = 24;
-  const double width_px = calibration.camera.width_px - 1;
+  const double columns_px = calibration.camera.width_px - 1;
   const double height_px = calibration.camera.height_px - 1;
-  Canvas canvas(kFigureWidthPx, kHeightPx);
+  Canvas canvas(width_px, tall_px);
   // Room for the arrows of places at the picture's edge.
   constexpr double kRoom = 0.03;
-  const Range columns = Padded({0, width_px}, kRoom);
+  const Range columns = Padded({0, columns_px}, kRoom);
   const Range rows = Padded({-height_px, 0}, kRoom);
   // Arrows of the root mean square are a 40th of the picture's width long.
-  const double enlarged = width_px / 40 / std::max(calibration.residual_rms_px, 1e-12);
-  Plot plot(canvas, {6, 6 + kKeyPx, kFigureWidthPx - 12, kHeightPx - kKeyPx - 10},
-            {"column (px)", columns, 6}, {"row (px), downwards", rows, 6, false},
+  const double enlarged = columns_px / 40 / std::max(calibration.residual_rms_px, 1e-12);
+  Plot plot(canvas, {6, 6 + kKeyPx, width_px - 12, tall_px - kKeyPx - 10},
+            {"column (px)", columns, broad ? 6 : 3}, {"row (px), downwards", rows, 6, false},
             fmt::format("Residuals: {:.3g} px root mean square", calibration.residual_rms_px));
-  const DataPoint edge[] = {{0, 0}, {width_px, 0}, {width_px, -height_px}, {0, -height_px}, {0, 0}};
+  const DataPoint edge[] = {
+      {0, 0}, {columns_px, 0}, {columns_px, -height_px}, {0, -height_px}, {0, 0}};
   plot.Line(edge, {.color = kMuted, .width_px = 0.8});
   for (std::size_t i = 0; i < grid.views.size(); ++i) {
     const auto& view = grid.views[i];
@@ -127,12 +151,22 @@ Figure ResidualFigure(const GridMeasurement& grid, const CameraCalibration& cali
   const double end =
       DrawScaleKey(canvas, {plot.inner().x, kBaselinePx}, enlarged * (plot.X(1) - plot.X(0)),
                    kLongestKeyPx, "px", {.color = kBlue, .width_px = 1.5});
-  canvas.Text({end + 8, kBaselinePx},
-              "of residual (dot: measured place; line: measured less projected)", {.size_px = 12});
-  return {"residuals",
-          "Red: left out. Arrows that turn together in one part of the picture speak of a lens "
-          "model that does not hold there.",
-          std::move(canvas)};
+  canvas.Text({end + 8, kBaselinePx}, "of residual", {.size_px = 12});
+  return canvas;
+}
+
+Figure ResidualFigure(const GridMeasurement& grid, const CameraCalibration& calibration) {
+  Figure figure{
+      "residuals",
+      "Each dot is a measured place, its line runs the way and as far as measured less projected. "
+      "Orange: left out. Lines that turn together in one part of the picture speak of a lens "
+      "model that does not hold there.",
+      DrawResidual(grid, calibration, kFigureWidthPx)};
+  figure.seen =
+      fmt::format("Residuals of {} places as arrows over the picture, {:.3g} px root mean square.",
+                  grid.views.size(), calibration.residual_rms_px);
+  figure.narrow = DrawResidual(grid, calibration, kNarrowWidthPx);
+  return figure;
 }
 
 }  // namespace

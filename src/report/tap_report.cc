@@ -71,9 +71,9 @@ std::string HeadOfMany(const TapReportInput& input) {
                               input.taps[outlier].recording.name,
                               input.taps[outlier].contact.contact_z_mm));
   }
-  // A height from some of the taps is one; what the others lack stands in the table.
-  const Verdict verdict = ensemble.good > 0 ? Verdict::kGood : Verdict::kCannotTell;
-  return HeadCard(verdict, body);
+  const bool all = ensemble.good == ensemble.taps;
+  return HeadCard(all ? Verdict::kGood : Verdict::kCannotTell, body,
+                  fmt::format("{} of {} taps good", ensemble.good, ensemble.taps));
 }
 
 std::string HeightCell(const tap::TapAnalysis& analysis) {

@@ -26,7 +26,7 @@ std::vector<std::string> Caveats(const Measurement& measurement, const SolveOpti
   if (alignment.verdict != Verdict::kGood) return caveats;
   if (const double sigma_mm = PlaceSigma(alignment); sigma_mm > options.weakest_limit_mm) {
     caveats.push_back(fmt::format(
-        "what is stated of the inputs leaves the part's place uncertain by {:.3g} mm (k = 2), "
+        "what is stated of the inputs leaves the part's place uncertain by {:.3g} mm (95 %), "
         "however well the views tell it: look at input_uncertainty, its units and the camera's "
         "covariance",
         2 * sigma_mm));
