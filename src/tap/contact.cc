@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "tap/approach_contact.h"
 #include "tap/break_estimate.h"
@@ -181,6 +182,7 @@ void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& opt
   constexpr double kOfBorder = 0.5;
   const double down = e.t - e.lo;
   const double up = e.hi - e.t;
+  const double width = e.hi - e.lo;
   // A drop just after the break also bends the press's end: a quarter more.
   constexpr double kBent = 1.25;
   e.lo -= kBent * std::max(0.0, stretch.sign > 0 ? steps.most : -steps.least) / slope;
@@ -191,6 +193,7 @@ void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& opt
   if (readings.above > 0) {
     e.hi = std::max(e.hi, e.t + readings.above + kOfBorder * up);
   }
+  e.standard_uncertainty *= width > 0 ? (e.hi - e.lo) / width : 1;
 }
 
 Fit FitRobustly(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
@@ -220,6 +223,16 @@ Fit FitRobustly(const CleanTap& clean, const TapMotion& motion, const TapOptions
   return fit;
 }
 
+// What a converter's steps may shift all samples by, gf: half of one, where no noise blurs them
+// (Widrow & Kollar 2008, section 4: noise of s leaves exp(-2 pi^2 s^2 / step^2) of it).
+double Coarseness(const CleanTap& clean, const BreakEstimate& e) {
+  if (!(clean.step_g > 0)) {
+    return 0;
+  }
+  const double noises = std::min(clean.noise_g, e.noise) / clean.step_g;
+  return 0.5 * clean.step_g * std::exp(-2 * std::numbers::pi * std::numbers::pi * noises * noises);
+}
+
 void Report(const CleanTap& clean, const PressStretch& stretch, const Fit& fit,
             const TapMotion& motion, const TapOptions& options, TapAnalysis& result) {
   const BreakEstimate& e = fit.estimate;
@@ -229,12 +242,17 @@ void Report(const CleanTap& clean, const PressStretch& stretch, const Fit& fit,
   // older than it looks.
   const double jitter_mm = 0.5 * clean.jitter_s * motion.pull_back_speed_mm_s;
   const double held_mm = clean.held_s * motion.pull_back_speed_mm_s;
-  const double down = std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm) + jitter_mm + held_mm;
-  const double up = std::hypot(stretch.Z(e.hi) - z, kNormal95 * latency_mm) + jitter_mm;
+  const double coarse_mm = Coarseness(clean, e) / OuterSlope(e.shape) * stretch.span_mm;
+  const double down =
+      std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm, coarse_mm) + jitter_mm + held_mm;
+  const double up = std::hypot(stretch.Z(e.hi) - z, kNormal95 * latency_mm, coarse_mm) + jitter_mm;
   result.noise_g = e.noise;
   result.contact_z_mm = z;
   result.contact_time_s = motion.CruiseTime(z) + options.latency_s;
-  result.standard_uncertainty_mm = std::hypot(stretch.span_mm * e.standard_uncertainty, latency_mm);
+  // As far below the half-width as for the break alone, by Student's quantile.
+  const double width = e.hi - e.lo;
+  const double quantile = width > 0 ? 0.5 * width / e.standard_uncertainty : kNormal95;
+  result.standard_uncertainty_mm = 0.5 * (down + up) / quantile;
   result.interval95_mm = {z - down, z + up};
 
   // Back to gf and mm: force = sign f + mean, d in mm.

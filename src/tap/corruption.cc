@@ -383,6 +383,12 @@ CleanTap CleanSamples(const TapView& tap, const TapMotion& motion, Workspace& wo
   MarkSpikes(force_g, moving_g, {halt - std::min(halt, around), halt + around}, cruise, clean);
   const std::size_t kept = clean.spikes + clean.duplicated > 0 ? Compact(time_s, force_g) : n;
   clean.samples = {time_s.first(kept), force_g.first(kept)};
+  float least = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 1; i < kept; ++i) {
+    const float change = std::abs(force_g[i] - force_g[i - 1]);
+    least = change > 0 && change < least ? change : least;
+  }
+  clean.step_g = least < std::numeric_limits<float>::infinity() ? least : 0;
   if (kept > 0) {
     FindTies(force_g.first(kept), kept < n ? CruiseOf(clean.samples.time_s, motion) : cruise,
              clean);

@@ -20,6 +20,7 @@ struct CleanTap {
   double origin_g = 0;
   double period_s = 0;  ///< The median distance in time.
   double jitter_s = 0;  ///< Range of the times about even steps, as of evenly spread delays.
+  double step_g = 0;    ///< The least change between neighbours: the converter's step, or less.
   double noise_g = 0;   ///< Of one sample, from the differences of neighbours: white noise.
   /// Medians; NaN where there are no samples there.
   double approach_g = 0;   ///< Before the collision.

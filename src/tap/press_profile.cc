@@ -51,14 +51,15 @@ std::size_t PressProfile::Below(double t) const {
   // Samples are nearly evenly spaced, so that the place is where it would be if they were.
   const double guess = t * static_cast<double>(y.size());
   std::size_t at = guess > 0 ? std::min(y.size(), static_cast<std::size_t>(guess)) : 0;
-  constexpr std::size_t kNear = 8;
-  const std::size_t first = at > kNear ? at - kNear : 0;
-  if ((first == 0 || y[first - 1] < t) && (at + kNear >= y.size() || !(y[at + kNear] < t))) {
-    at = first;
-    while (at < y.size() && y[at] < t) {
+  constexpr int kNear = 12;
+  for (int step = 0; step < kNear; ++step) {
+    if (at > 0 && !(y[at - 1] < t)) {
+      --at;
+    } else if (at < y.size() && y[at] < t) {
       ++at;
+    } else {
+      return at;
     }
-    return at;
   }
   return static_cast<std::size_t>(std::lower_bound(y.begin(), y.end(), t) - y.begin());
 }
