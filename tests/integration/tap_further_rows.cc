@@ -308,6 +308,20 @@ std::vector<TapRow> CrossedRows() {
     }
   }
   PushLatencies(rows);
+  // The nozzle lets go before the cruise; what the cruise shows is a strand that snaps.
+  for (const double mm_s2 : {20.0, 60.0}) {
+    for (const double pull_g : {3.0, 10.0}) {
+      TapRow& row =
+          Push(rows, fmt::format("let go in the ramp of {} mm/s2, strand of {} gf", mm_s2, pull_g));
+      row.cell.disturbance.noise_g = 0.2;
+      row.cell.press.strand_g = pull_g;
+      row.cell.press.strand_snap_mm = 0.35;
+      row.scene.motion.acceleration_mm_s2 = mm_s2;
+      row.scene.motion.pull_back_speed_mm_s = 3;
+      row.scene.motion.pull_back_mm = 1;
+      row.cell.converter.rate_hz = 1000;
+    }
+  }
   for (const double exponent : {0.8, 1.25, 1.5}) {
     for (const double noise_g : {0.1, 0.5}) {
       TapRow& row = Push(rows, fmt::format("{} gf, press by d^{}", noise_g, exponent));

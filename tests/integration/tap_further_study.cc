@@ -25,7 +25,8 @@ constexpr double kMostBiasOfBound = 0.30;  // where the bound is no better than 
 constexpr double kBiasDeviations = 3;      // of the mean of so many taps
 constexpr double kMostRefused = 0.05;      // where only white noise acts
 constexpr double kLeastOfDraws = 0.80;     // as it stands
-constexpr std::size_t kFewest = 10;        // good taps that are judged
+constexpr std::size_t kFewestOfDraw = 100;
+constexpr std::size_t kFewest = 10;  // good taps that are judged
 
 constexpr tap::Method kContact[] = {tap::Method::kContact};
 
@@ -294,7 +295,9 @@ void StudyDraw(const char* name, void (*draw)(TapRow&, Random&), double least_co
                Describe(row));
   }
   std::fflush(stdout);
-  EXPECT_GE(all.Coverage(), least_coverage) << name;
+  if (all.error_um.size() >= kFewestOfDraw) {
+    EXPECT_GE(all.Coverage(), least_coverage) << name;
+  }
 }
 
 TEST(TapFurtherStudy, IntervalsHoldOnTapsOfAnyPrinter) {
