@@ -129,7 +129,9 @@ std::optional<Figure> FrameStepsFigure(const ReportInput& input) {
                   "the line is shifted in each row: the higher the surface, the larger "
                   "the shift. A broken curve means that no laser was found there.",
                   steps.frame, which),
-      std::move(canvas)};
+      std::move(canvas), 2,
+      fmt::format("Frame {}{} in four steps, and below it the laser line's shift in each row.",
+                  steps.frame, which)};
 }
 
 }  // namespace trammel::report

@@ -35,6 +35,14 @@ std::string MapTitle(const pa::Analysis& analysis, std::size_t line) {
   return title;
 }
 
+std::string Titles(const pa::Analysis& analysis, const std::vector<std::size_t>& lines) {
+  std::string text;
+  for (const std::size_t line : lines) {
+    text += (text.empty() ? "" : "; ") + MapTitle(analysis, line);
+  }
+  return text;
+}
+
 /// Of the chosen lines, those that have a map.
 std::vector<std::size_t> WithMap(const std::vector<std::size_t>& lines,
                                  const std::vector<pa::HeightMap>& maps) {
@@ -125,7 +133,7 @@ std::optional<Figure> HeightMapsFigure(const ReportInput& input) {
                 "ridge. A ridge that thins or breaks after the speed-up and swells at the "
                 "slow-down was printed with too little pressure advance; the other way round, with "
                 "too much. Grey: no laser line found.",
-                std::move(canvas)};
+                std::move(canvas), 2, "Height maps of " + Titles(analysis, lines) + "."};
 }
 
 std::optional<Figure> LineAndMapFigure(const ReportInput& input) {
@@ -167,7 +175,7 @@ std::optional<Figure> LineAndMapFigure(const ReportInput& input) {
       "its height map: the lowest tested pressure advance, the line nearest to the answer "
       "(or in the middle, without one) and the highest. Outline and map come from the "
       "same sweep and should swell and thin together.",
-      std::move(canvas)};
+      std::move(canvas), 2, "Outline and height map of " + Titles(analysis, lines) + "."};
 }
 
 }  // namespace trammel::report

@@ -89,7 +89,9 @@ Figure CodeFigure(const PageView& page, const to::SheetPlan& plan, const to::She
           "{} of {} cells differ from sheet {}; dark and light cells are {:.2f} apart (1 is "
           "the full ink of a line, 0.3 is needed).",
           code.wrong_cells, plan.code.size(), plan.sheet_id, code.contrast),
-      std::move(canvas), scale};
+      std::move(canvas), scale,
+      fmt::format("The row of {} code cells, {} of them read otherwise than planned.",
+                  plan.code.size(), code.wrong_cells)};
 }
 
 std::optional<Figure> MarksFigure(const PageView& page, const to::SheetPlan& plan,
@@ -139,7 +141,8 @@ std::optional<Figure> MarksFigure(const PageView& page, const to::SheetPlan& pla
       "The coarse mark of each tested tool, u to the right and v up. The orange lines must "
       "lie on the tool's ink; where they lie beside the blue ones, the tool is off by "
       "that much. dx and dy are along the bed's axes, from the reference tool.",
-      std::move(canvas), scale};
+      std::move(canvas), scale,
+      fmt::format("Coarse marks of {} tools on the scan, planned and found.", result.tools.size())};
 }
 
 }  // namespace trammel::report

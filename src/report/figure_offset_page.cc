@@ -184,7 +184,10 @@ Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::She
           "tool's coarse "
           "mark, and the square is planned about that mark's zero.",
           result.sheet.angle_rad * kDegrees, result.sheet.box_rms_mm * kUmPerMillimetre),
-      std::move(canvas), 1.5};
+      std::move(canvas), 1.5,
+      fmt::format("The scanned sheet with its box, its code and {} structures outlined, turned by "
+                  "{:.1f}°.",
+                  result.structures.size(), result.sheet.angle_rad * kDegrees)};
 }
 
 }  // namespace trammel::report

@@ -288,7 +288,8 @@ Figure StructureFigure(const PageView& page, const to::SheetPlan& plan,
   const double scale = SharpScale(AlongStructure(shown.map, structure, -shown.half_mm,
                                                  -shown.half_mm + 2 * shown.half_mm / rows,
                                                  {0, 0, kFigureWidthPx - 2 * kSidePx, row_px}));
-  return Figure{SlugOf(reading.name), Caption(shown), std::move(canvas), std::max(scale, 1.25)};
+  return Figure{SlugOf(reading.name), Caption(shown), std::move(canvas), std::max(scale, 1.25),
+                Title(shown)};
 }
 
 }  // namespace trammel::report

@@ -202,10 +202,14 @@ Figure OverstockFigure(const PartFitInput& input, const PartFit& fit) {
   }
   DrawColorBar(canvas, {kFigureWidthPx - kBarPx + 12, kTopPx, 18, height - kTopPx - kBelowPx},
                colours, "overstock less wanted (mm)");
-  return {"overstock",
-          "Each point of the raw part on the side that its surface faces. Ringed in red and named: "
-          "the points that the placement rests on, or where material is missing.",
-          std::move(canvas)};
+  return {
+      "overstock",
+      "Each point of the raw part on the side that its surface faces. Ringed in red and named: "
+      "the points that the placement rests on, or where material is missing.",
+      std::move(canvas), 2,
+      fmt::format("{} points of the raw part by side, coloured by overstock less what is wanted; "
+                  "least {:.3f} mm.",
+                  placed.size(), fit.least_mm)};
 }
 
 }  // namespace trammel::report

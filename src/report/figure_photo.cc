@@ -1,4 +1,6 @@
 // The rectified photo with the lines traced in it.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -56,11 +58,15 @@ std::optional<Figure> PhotoFigure(const ReportInput& input) {
       last = y;
     }
   }
-  return Figure{"photo",
-                "The photo as if taken from straight above, with the edges of each printed line as "
-                "they were found, and the pressure advance of each (s). Where an edge strays from "
-                "the filament (a reflection, a shadow), the line's width is wrong there.",
-                std::move(canvas), 1.5};
+  return Figure{
+      "photo",
+      "The photo as if taken from straight above, with the edges of each printed line as "
+      "they were found, and the pressure advance of each (s). Where an edge strays from "
+      "the filament (a reflection, a shadow), the line's width is wrong there.",
+      std::move(canvas), 1.5,
+      fmt::format("Photo of the printed pattern from straight above, {} lines outlined, each "
+                  "with its pressure advance beside it.",
+                  input.photo->lines.size())};
 }
 
 }  // namespace trammel::report

@@ -1,4 +1,6 @@
 // Three lines as relief (figure 6).
+#include <fmt/format.h>
+
 #include "report/figure_common.h"
 #include "report/surface.h"
 
@@ -44,11 +46,13 @@ std::optional<Figure> SurfacesFigure(const ReportInput& input) {
                 {.size_px = kTitleTextPx, .bold = true});
   }
   DrawColorBar(canvas, {kFigureWidthPx - 74, 24, 14, 120}, heights, "height (px)");
-  return Figure{"surfaces",
-                "The same three lines as relief, lowest pressure advance on top. Heights are "
-                "exaggerated and lightly smoothed (a median over neighbours). A good line is a "
-                "ridge of one height from end to end.",
-                std::move(canvas)};
+  return Figure{
+      "surfaces",
+      "The same three lines as relief, lowest pressure advance on top. Heights are "
+      "exaggerated and lightly smoothed (a median over neighbours). A good line is a "
+      "ridge of one height from end to end.",
+      std::move(canvas), 2,
+      fmt::format("Relief of {} printed lines: ridges of height along each.", lines.size())};
 }
 
 }  // namespace trammel::report

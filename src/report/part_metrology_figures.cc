@@ -84,7 +84,7 @@ Canvas DrawDistance(const CameraCalibration& calibration, double width_px) {
   const double half = (kHeightPx - top) / 2;
   const Axis distance{
       "distance from the camera (mm)", {0, far_mm}, width_px < kFigureWidthPx ? 4 : 8};
-  Plot upper(canvas, {6, top, width_px - 12, half}, distance,
+  Plot upper(canvas, {6, top, width_px - 12, half - 12}, distance,
              {"1 σ (px)", {0, 1.1 * top_px + 1e-12}}, "Projection uncertainty");
   upper.ShadeX({calibration.nearest_mm, calibration.farthest_mm}, kGrid);
   upper.Line(corner, {.color = kVermilion});
