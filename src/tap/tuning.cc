@@ -201,8 +201,9 @@ Tuning Tune(std::span<const TuningTap> taps, const TuningOptions& options) {
     tuning.recorded_good += good ? 1 : 0;
     tuning.recorded_shallow += good && HasNotice(*tap.analysis, FindingCode::kShortPress) ? 1 : 0;
   }
-  if (tuning.recorded_good == 0) {
-    tuning.because = WhyNoneIsGood(taps);
+  if (tuning.recorded_good == 0 || 4 * tuning.recorded_good < tuning.recorded) {
+    // A few that succeed among many that fail are the lucky ones, not like the others.
+    tuning.because = WhyTooFewAreGood(taps);
     return tuning;
   }
   TapOptions analysis = options.analysis;

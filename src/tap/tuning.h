@@ -75,8 +75,8 @@ struct Tuning {
   std::string because;  ///< In a sentence or two, whatever the end.
   std::size_t recorded = 0;
   std::size_t recorded_good = 0;
-  std::size_t recorded_shallow = 0;     ///< Of the good ones, with the notice short_press.
-  TapTraits traits;                     ///< With `taps` 0 and all else 0 where no tap is good.
+  std::size_t recorded_shallow = 0;  ///< Of the good ones, with the notice short_press.
+  TapTraits traits;                  ///< With `taps` 0 and all else 0 where too few taps are good.
   double predicted_uncertainty_mm = 0;  ///< By BreakUncertainty, for the taps as they are.
   std::vector<Advice> advice;           ///< Empty where there is none.
   Scatter scatter;

@@ -12,8 +12,9 @@ namespace trammel::tap {
 namespace {
 
 constexpr double kUmPerMm = 1000;
-/// Differences between recordings and trial that chance makes in less than one case of a hundred.
-constexpr double kRare = 0.01;
+/// Differences between recordings and trial that chance makes in less than one case of twenty: what
+/// the trial does not know of may fail taps under other settings, too.
+constexpr double kRare = 0.05;
 
 /// The most frequent one.
 Finding MainReason(std::span<const TuningTap> taps) {
@@ -159,7 +160,8 @@ void Conclude(const Search& search, std::span<const TuningTap> taps, double want
     tuning.trial_present = present;
     if (FailUnexplained(tuning, present)) {
       tuning.because = fmt::format(
-          "{} of {} recorded taps failed, of the trial's {} of {}: it is not the settings. {}",
+          "{} of {} recorded taps failed, of the trial's {} of {}: settings alone do not explain "
+          "it. {}",
           tuning.recorded - tuning.recorded_good, tuning.recorded, present.taps - present.good,
           present.taps, Explain(MainReason(taps)));
       return;
@@ -178,14 +180,26 @@ void Conclude(const Search& search, std::span<const TuningTap> taps, double want
   if (search.end == SearchEnd::kFound) tuning.trial_advised = search.advised_outcome;
 }
 
-std::string WhyNoneIsGood(std::span<const TuningTap> taps) {
+std::string WhyTooFewAreGood(std::span<const TuningTap> taps) {
   constexpr double kLong_s = 3;
   constexpr double kFar_mm = 0.2;  // three presses of most printers
   if (taps.empty()) return "there are no taps";
   const Finding reason = MainReason(taps);
-  std::string text = fmt::format("none of {} taps is good. {}", taps.size(), Explain(reason));
+  const auto good = std::count_if(taps.begin(), taps.end(), [](const TuningTap& tap) {
+    return tap.analysis->verdict == Verdict::kGood;
+  });
+  std::string text = good == 0 ? fmt::format("none of {} taps is good. ", taps.size())
+                               : fmt::format(
+                                     "only {} of {} taps {} good, which says too little of "
+                                     "the others. ",
+                                     good, taps.size(), good == 1 ? "is" : "are");
+  text += Explain(reason);
+  const auto bad = std::find_if(taps.begin(), taps.end(), [&](const TuningTap& tap) {
+    return tap.analysis->verdict != Verdict::kGood && tap.analysis->reason.code == reason.code;
+  });
   TapMotion motion;
-  if (FindMotion(taps.front().tap.moves, motion).code != FindingCode::kNone) return text;
+  if (bad == taps.end() || FindMotion(bad->tap.moves, motion).code != FindingCode::kNone)
+    return text;
   if (reason.code == FindingCode::kStillInContact) {
     const double way_mm = motion.end_z_mm - motion.halt_z_mm;
     text += fmt::format(" It is pulled back {:.3g} mm: record again with {:.2g} mm.", way_mm,

@@ -14,7 +14,7 @@ namespace trammel::tap {
 void Conclude(const Search& search, std::span<const TuningTap> taps, double wanted_mm,
               Tuning& tuning);
 
-/// REQUIRES that no tap is good.
-[[nodiscard]] std::string WhyNoneIsGood(std::span<const TuningTap> taps);
+/// What most of the taps lack, and what to do before any advice.
+[[nodiscard]] std::string WhyTooFewAreGood(std::span<const TuningTap> taps);
 
 }  // namespace trammel::tap

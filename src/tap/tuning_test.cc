@@ -231,8 +231,19 @@ TEST(Tuning, WhereTapsFailByDirtItIsNotTheSettings) {
   const Tuning tuning = Tune(TuningTaps(recorded));
   EXPECT_EQ(tuning.recorded_good, 6u);
   EXPECT_EQ(tuning.end, TuningEnd::kNone);
-  EXPECT_THAT(tuning.because, HasSubstr("it is not the settings"));
+  EXPECT_THAT(tuning.because, HasSubstr("settings alone do not explain it"));
   EXPECT_THAT(tuning.because, HasSubstr("scrub"));
+}
+
+TEST(Tuning, AFewLuckyTapsAmongBadOnesGiveNoAdvice) {
+  DrawnPrinter pressed;
+  pressed.drawing.pull_back_mm = 0.035;
+  auto recorded = Record({}, 2, 15);
+  for (DrawnRecording& tap : Record(pressed, 10, 16)) recorded.push_back(std::move(tap));
+  const Tuning tuning = Tune(TuningTaps(recorded));
+  EXPECT_EQ(tuning.end, TuningEnd::kNone);
+  EXPECT_THAT(tuning.because, HasSubstr("only 2 of 12 taps are good"));
+  EXPECT_THAT(tuning.because, HasSubstr("record again with 0.2 mm"));
 }
 
 TEST(Tuning, WithoutAGoodTapItSaysWhyThereIsNone) {
