@@ -7,6 +7,7 @@
 #include "base/statistics.h"
 #include "report/figure_common.h"
 #include "report/interval_text.h"
+#include "report/page.h"
 #include "report/tap_figures.h"
 #include "report/tap_style.h"
 #include "tap/finding.h"
@@ -280,8 +281,7 @@ void DrawResiduals(Canvas& canvas, const RectPx& outer, const PlottedTap& tap,
 
 std::string Answer(const char* name, const TapAnalysis& analysis) {
   if (!Good(analysis)) {
-    return fmt::format("{}: {} ({})", name, ToString(analysis.verdict),
-                       tap::Name(analysis.reason.code));
+    return fmt::format("{}: {}", name, VerdictWords(analysis.verdict));
   }
   return fmt::format("{}: {}", name,
                      WithInterval(analysis.contact_z_mm, analysis.interval95_mm, kMillimetres));

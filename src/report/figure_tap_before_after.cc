@@ -8,9 +8,9 @@
 
 #include "report/figure_common.h"
 #include "report/interval_text.h"
+#include "report/page.h"
 #include "report/tap_figures.h"
 #include "report/tap_style.h"
-#include "tap/finding.h"
 #include "tap/motion.h"
 
 namespace trammel::report {
@@ -39,7 +39,7 @@ std::string AnswerOf(const TapAnalysis& analysis) {
   if (Good(analysis)) {
     return WithInterval(analysis.contact_z_mm, analysis.interval95_mm, kMillimetres);
   }
-  return fmt::format("{} ({})", ToString(analysis.verdict), tap::Name(analysis.reason.code));
+  return VerdictWords(analysis.verdict);
 }
 
 std::string TitleOf(const RootCause& cause, const TapAnalysis& published) {
