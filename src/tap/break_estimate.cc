@@ -16,7 +16,8 @@ namespace {
 constexpr double kLinearPoint = -3;  // one coefficient less: Akaike's 2, and the common press
 constexpr double kCubicPoint = 8;
 constexpr double kPowerPoint = 8;
-constexpr double kZonesPoint = 16;
+constexpr double kZonesPoint = 20;
+constexpr double kZonesShape = 16;  // as the form that is taken out of the residuals
 
 // 97.5 % quantile of Student's t (Cornish-Fisher; Abramowitz & Stegun 26.7.5): 0.2 % off at 6.
 double Quantile(double freedom) {
@@ -56,7 +57,7 @@ PressShape BestShape(const PressProfile& profile, const Candidates& candidates, 
   const double zones = candidates.model[kTwoZones].sum_squares;
   PressShape shape;
   const TwoZonePress& press = candidates.zones;
-  if (zones + kZonesPoint * candidates.variance < std::min(cubic, power)) {
+  if (zones + kZonesShape * candidates.variance < std::min(cubic, power)) {
     shape.t = press.t;
     shape.c[0] = press.outer_slope;
     shape.kink_t = press.s;

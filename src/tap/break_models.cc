@@ -12,7 +12,7 @@ constexpr double kZonesCurve = 1.5;
 constexpr double kZonesFar = 10;
 // By which they must explain the samples better than the smooth ones at a quick look, so that a
 // fine search can matter: nearly the interval's reach less than its price.
-constexpr double kPromise = 0.3;
+constexpr double kPromise = 0.9;
 // Of the press's depth, by which a neighbour's answer may differ. Noise-free d^1.25 to d^1.5 and
 // cubic presses differ by 0.03 to 0.08; farther off lies what a kink in the noise pretends.
 constexpr double kMostShift = 0.3;
@@ -44,7 +44,7 @@ void FindZones(const PressProfile& profile, Scan scan, double least, Candidates&
     } while (sides[side].sum_squares <= middle.sum_squares && step < most);
   }
   found.model[kTwoZones] = FindMinimum(sides[0], middle, sides[1], cost, [&](double lowest) {
-    return kEnoughOfScale * BreakScale(near, profile.Below(near.t), lowest / found.freedom);
+    return 3 * kEnoughOfScale * BreakScale(near, profile.Below(near.t), lowest / found.freedom);
   });
   found.zones = FitTwoZones(profile, found.model[kTwoZones].t);
 }

@@ -14,7 +14,7 @@ constexpr double kLeastRatio = 0.1;    // of the outer slope to the inner one
 constexpr std::array<double, 8> kWidths = {0.025, 0.05, 0.09, 0.15, 0.24, 0.36, 0.55, 0.8};
 constexpr double kStep = 0.25;
 constexpr double kShrink = 0.4;
-constexpr int kMostSteps = 9;
+constexpr int kMostSteps = 7;
 
 class Kinks {
  public:
