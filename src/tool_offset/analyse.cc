@@ -174,6 +174,7 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
                     plan.settings.reference_tool, std::abs(reference.contrast[reference.best()])),
         ErrorKind::kMeasurement);
   }
+  result.reference_strength = Strength(reference);
   const InkRaster raster = TakeInkRaster(page, map, kAround_mm);
   result.tools = PlaceTools(page, plan, map, raster, reference);
   const KnownTools known = KnowTools(plan, reference, result.tools);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "base/statistics.h"
 #include "tool_offset/line_place.h"
 
 namespace trammel::tool_offset {
@@ -273,6 +274,36 @@ BoxFit FitBox(const PageView& page, const ChannelMix& mix, const SheetPlan& plan
   }
   fit.rms_mm = std::sqrt(squares / static_cast<double>(points.size()));
   return fit;
+}
+
+std::optional<double> MergedLineWidth_mm(const PageView& page, const ChannelMix& mix,
+                                         const SheetPlan& plan, const PageMap& start) {
+  constexpr double kReach_mm = 1.5;
+  constexpr double kStep_mm = 5;
+  constexpr float kInk = 0.5F;
+  constexpr double kMost = 0.6;  // of the places
+  const double apart_mm = plan.box_insets_mm.back();
+  std::vector<double> width_mm;
+  int places = 0;
+  for (std::size_t i = 0; i < kSides; ++i) {
+    const auto side = static_cast<Side>(i);
+    const double half_mm = (IsUpright(side) ? start.half_height_mm : start.half_width_mm) - 5;
+    for (double along_mm = -half_mm; along_mm <= half_mm; along_mm += kStep_mm) {
+      ++places;
+      const auto profile = AcrossSide(page, mix, plan, start, side, along_mm, kReach_mm);
+      if (!profile) continue;
+      int longest = 0;
+      int run = 0;
+      for (const float ink : profile->ink) {
+        run = ink > kInk ? run + 1 : 0;
+        longest = std::max(longest, run);
+      }
+      const double bar_mm = longest * profile->step_mm;
+      if (bar_mm > apart_mm) width_mm.push_back(bar_mm - apart_mm);
+    }
+  }
+  if (static_cast<double>(width_mm.size()) < kMost * places) return std::nullopt;
+  return Median(width_mm);
 }
 
 }  // namespace trammel::tool_offset

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "tool_offset/page.h"
@@ -23,5 +24,10 @@ struct BoxFit {
 /// Accuracy: 5 µm rms on a clean sheet (box_lines_test).
 [[nodiscard]] BoxFit FitBox(const PageView& page, const ChannelMix& mix, const SheetPlan& plan,
                             const PageMap& start);
+
+/// How wide the box's lines are where they have run together into one bar, from its width.
+/// @returns nothing where no bar lies along most of the box's sides.
+[[nodiscard]] std::optional<double> MergedLineWidth_mm(const PageView& page, const ChannelMix& mix,
+                                                       const SheetPlan& plan, const PageMap& start);
 
 }  // namespace trammel::tool_offset

@@ -99,6 +99,26 @@ std::string NotFound(const ToolReading& tool) {
       tool.tool, kSearch_mm, 100 * mark.legs_share);
 }
 
+/// What a scanner's one-sided light does to a faint line and not to a dark one: the shadow beside a
+/// line shifts the place that halves its ink by the shadow's ink over the line's. Shadows of
+/// flatbeds take up to half of the light over up to 0.2 mm beside a line.
+double ShadowUncertainty_mm(double reference, double tool) {
+  constexpr double kFaintest_mm = 0.008;  // standard uncertainty against a line of no contrast
+  const double ratio = std::min(reference, tool) / std::max({reference, tool, 1e-9});
+  // Tones of one filament differ by some per cent.
+  return ratio > 0.9 ? 0 : kFaintest_mm * (1 - ratio);
+}
+
+Quantity Widened(const Quantity& quantity, double by_mm) {
+  constexpr double kNormal95 = 1.96;
+  const double half =
+      std::hypot((quantity.interval95.hi - quantity.interval95.lo) / 2, kNormal95 * by_mm);
+  Quantity wide = quantity;
+  wide.standard_uncertainty = std::hypot(quantity.standard_uncertainty, by_mm);
+  wide.interval95 = {quantity.value - half, quantity.value + half};
+  return wide;
+}
+
 void AnswerFinely(const SheetPlan& plan, const SheetModel& model, const SheetResult& result,
                   ToolReading& tool) {
   constexpr double kAgree_mm = 0.25;  // the finder's reach is 0.45 mm
@@ -121,8 +141,9 @@ void AnswerFinely(const SheetPlan& plan, const SheetModel& model, const SheetRes
                               tool.tool, x->value, y->value, coarse.u_mm, coarse.v_mm),
                   tool);
   }
-  tool.dx_mm = Measured::Good(*x);
-  tool.dy_mm = Measured::Good(*y);
+  const double shadow_mm = ShadowUncertainty_mm(result.reference_strength, Strength(tool.mark.ink));
+  tool.dx_mm = Measured::Good(Widened(*x, shadow_mm));
+  tool.dy_mm = Measured::Good(Widened(*y, shadow_mm));
 }
 
 void AnswerTools(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {

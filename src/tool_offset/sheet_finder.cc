@@ -23,12 +23,13 @@ constexpr double kSideFound = 0.6;
 constexpr int kDamagedCells = 2;
 
 /// What a rectangle of lines turned out to be, in the order of how much it says.
-enum class Finding { kNothing, kPart, kUnreadable, kOther, kMirrored, kSheet };
+enum class Finding { kNothing, kPart, kMerged, kUnreadable, kOther, kMirrored, kSheet };
 
 struct Attempt {
   Finding finding = Finding::kNothing;
   SheetOnPage sheet;
   std::uint16_t other_id = 0;
+  double line_width_mm = 0;  ///< where the box's lines have merged
 };
 
 /// Strength that only ink and edges have: the 99.7 % point, or what stands out of noise.
@@ -146,6 +147,7 @@ void Describe(SheetOnPage& sheet) {
 /// Whether the cells are the plan's, but for a few that are damaged. A tool far off may have
 /// printed over them: that adds ink, and takes none away.
 bool IsThisCode(const CodeReading& code, const SheetPlan& plan) {
+  constexpr int kBroken = 4;            // dark cells of 34 whose lines did not stick, none added
   constexpr int kMissing = 1;           // dark cells of 34 that may have lost their ink
   constexpr double kPrintedOver = 0.7;  // of the light ones
   if (code.wrong_cells <= kDamagedCells) return true;
@@ -155,7 +157,9 @@ bool IsThisCode(const CodeReading& code, const SheetPlan& plan) {
     light += plan.code[i].dark ? 0 : 1;
     missing += plan.code[i].dark && !code.dark[i] ? 1 : 0;
   }
-  return missing <= kMissing && code.wrong_cells - missing <= kPrintedOver * light;
+  const int added = code.wrong_cells - missing;
+  if (added == 0) return missing <= kBroken;
+  return missing <= kMissing && added <= kPrintedOver * light;
 }
 
 /// Reads the code all four ways round that a found box allows.
@@ -251,7 +255,14 @@ Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPl
     const double ratio = Length(start->u_px_mm) / Length(start->v_px_mm);
     if (std::abs(std::log(ratio)) > kAnisotropy) continue;
     const BoxFit box = FitBox(page, mix, plan, *start);
-    if (*std::min_element(box.support.begin(), box.support.end()) < kSideFound) continue;
+    if (*std::min_element(box.support.begin(), box.support.end()) < kSideFound) {
+      const auto merged = MergedLineWidth_mm(page, mix, plan, *start);
+      if (merged && best.finding < Finding::kMerged) {
+        best.finding = Finding::kMerged;
+        best.line_width_mm = *merged;
+      }
+      continue;
+    }
     Attempt attempt = ReadBox(page, plan, box, mix);
     if (attempt.finding <= best.finding) continue;
     best = std::move(attempt);
@@ -321,6 +332,12 @@ std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan) {
           "a box was found, but no code of {} cells inside it could be read: check that the sheet "
           "was printed from this pattern file (sheet {}), and that nothing covers its corner",
           plan.code.size(), plan.sheet_id);
+    case Finding::kMerged:
+      return fmt::format(
+          "the lines of the box have run together: they are about {:.2f} mm wide, {} mm were "
+          "planned. Lower the flow or raise the nozzle (paper_thickness), and print the sheet "
+          "again",
+          attempt.line_width_mm, plan.settings.line_width_mm);
     case Finding::kPart:
       return fmt::format(
           "only a part of a box was found: the whole sheet, {:.0f} x {:.0f} mm with all four sides "
@@ -341,6 +358,7 @@ std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan) {
 Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan) {
   constexpr std::array<double, 3> kThresholds{0.45, 0.25, 0.12};  // of ink's strength
   constexpr int kLowest = 8;
+  constexpr int kFaint = 16;
   if (const auto usable = CheckPage(page); !usable) return tl::unexpected(usable.error());
   const SmallPage small = Shrink(page);
   const int strength = InkStrength(small);
@@ -361,6 +379,13 @@ Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan) {
     }
   }
   if (best.finding == Finding::kSheet) return std::move(best.sheet);
+  if (best.finding == Finding::kNothing && strength <= kFaint) {
+    return Fail(
+        fmt::format("nothing on the page stands out from the paper by more than {} of 255 levels: "
+                    "the page is empty, or the print too faint; use a colour that stands out",
+                    strength),
+        ErrorKind::kMeasurement);
+  }
   return Fail(WhatToDo(best, plan), ErrorKind::kMeasurement);
 }
 

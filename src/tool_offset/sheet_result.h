@@ -90,6 +90,7 @@ struct SheetResult {
   double page_dpi_x = 0;     ///< what the box says of the scan's resolution, along a row
   double page_dpi_y = 0;     ///< and down the page
   std::vector<StructureReading> structures;  ///< in the plan's order; all of them
+  double reference_strength = 0;             ///< contrast of the reference tool's ink, levels
   double finger_scatter_mm = 0;              ///< pooled over all tools
   double chi_square_per_freedom = 1;         ///< of the sheet's model, given the fingers' scatter
   std::vector<std::string> notices;

@@ -169,6 +169,16 @@ std::vector<FingerReading> ReadComb(const PageView& page, const PageMap& map, co
   return fingers;
 }
 
+/// Median of a comb's legs.
+double LegWidth_mm(const std::vector<FingerReading>& fingers, std::size_t comb) {
+  std::vector<double> ink_mm;
+  for (const FingerReading& finger : fingers) {
+    if (finger.comb != comb || !finger.left_out.empty()) continue;
+    for (const LegReading& leg : finger.legs) ink_mm.push_back(leg.ink_mm);
+  }
+  return ink_mm.empty() ? 0 : Median(ink_mm);
+}
+
 /// Leaves out the fingers that lines of a tool far off come near to.
 void LeaveOutForeign(const SheetSettings& settings, std::span<const ForeignLeg> foreign,
                      const Structure& structure, std::vector<FingerReading>& fingers,
@@ -218,12 +228,23 @@ Result<std::vector<FingerReading>> ReadStructure(const PageView& page, const Pag
     shift_mm[comb] =
         ExpectedShift_mm(structure, comb, expected[comb]) + Median(combs[comb].shift_mm);
   }
+  // Legs that nearly touch lose the white between them, and with it their places.
+  constexpr double kWidest = 1;  // of their distance
   const double ahead_mm = shift_mm[1] - shift_mm[0];
   std::vector<FingerReading> fingers =
       ReadComb(page, map, plan, structure, 0, expected[0], combs[0], ahead_mm, workspace);
   const std::vector<FingerReading> second =
       ReadComb(page, map, plan, structure, 1, expected[1], combs[1], -ahead_mm, workspace);
   fingers.insert(fingers.end(), second.begin(), second.end());
+  for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+    const double width_mm = LegWidth_mm(fingers, comb);
+    if (width_mm < kWidest * plan.settings.leg_spacing_mm) continue;
+    return Fail(
+        fmt::format("the lines of {} are {:.2f} mm wide, {} mm were planned: the two legs of "
+                    "its fingers run together; lower its flow or raise the nozzle",
+                    expected[comb].tool, width_mm, plan.settings.line_width_mm),
+        ErrorKind::kMeasurement);
+  }
   LeaveOutForeign(plan.settings, foreign, structure, fingers, expected);
   return fingers;
 }

@@ -319,6 +319,9 @@ std::vector<ToolPlace> ToolSearch::Find(const std::vector<int>& tools) {
   /// Other tools' combs alone fill half of a tool's legs at most, those of one axis: a score of 0.
   constexpr double kLeastScore = 0.2;
   constexpr double kClearly = 0.15;
+  // Where nearly all legs that can be judged are there, and others are only hidden.
+  constexpr double kNearlyAll = 0.93;
+  constexpr double kClearlyOfAll = 0.08;
   constexpr double kBeyondDoubt = 0.7;
   constexpr double kFaintest = 8;  // levels
   const double faint = std::max(kFaintest, 4 * raster_.noise);
@@ -335,7 +338,8 @@ std::vector<ToolPlace> ToolSearch::Find(const std::vector<int>& tools) {
       for (std::size_t i = 0; i < tools.size(); ++i) {
         if (places[i].found) continue;
         places[i] = Look(tools[i], legs);
-        const bool clear = places[i].score - places[i].runner_up >= kClearly;
+        const double ahead = places[i].score - places[i].runner_up;
+        const bool clear = ahead >= (places[i].share >= kNearlyAll ? kClearlyOfAll : kClearly);
         places[i].ambiguous = places[i].score >= kLeastScore && !clear;
         if (places[i].score >= kLeastScore && clear) surest = std::max(surest, places[i].score);
       }

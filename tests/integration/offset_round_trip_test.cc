@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/page.h"
+#include "offset_world.h"
 #include "sim/scanner_page.h"
 #include "sim/sheet_gcode.h"
 #include "sim/sheet_macros.h"
@@ -98,6 +99,29 @@ TEST_P(RoundTrip, TheOffsetIsGoneOnTheNextSheet) {
   EXPECT_NEAR(second.dy_mm.quantity().value, 0, kGone_mm) << "after " << dy_mm;
 }
 
+TEST_P(RoundTrip, AToolUpToTenMillimetresOffIsGoneOnTheThirdSheet) {
+  const KeptOffset before = {-6.4, 8.9};
+  const tool_offset::ToolReading first = Read(before, 2);
+  ASSERT_TRUE(first.dx_mm.good()) << first.dx_mm.reason();
+  ASSERT_TRUE(first.dy_mm.good()) << first.dy_mm.reason();
+  EXPECT_TRUE(first.coarse);
+  const KeptOffset roughly = Corrected(GetParam().keeper, before, first.dx_mm.quantity().value,
+                                       first.dy_mm.quantity().value);
+  const tool_offset::ToolReading second = Read(roughly, 3);
+  ASSERT_TRUE(second.dx_mm.good()) << second.dx_mm.reason();
+  EXPECT_FALSE(second.coarse);
+  constexpr double kCoarse_mm = 0.2;  // what the first sheet may leave
+  EXPECT_NEAR(second.dx_mm.quantity().value, 0, kCoarse_mm);
+  EXPECT_NEAR(second.dy_mm.quantity().value, 0, kCoarse_mm);
+  const tool_offset::ToolReading third =
+      Read(Corrected(GetParam().keeper, roughly, second.dx_mm.quantity().value,
+                     second.dy_mm.quantity().value),
+           4);
+  ASSERT_TRUE(third.dx_mm.good()) << third.dx_mm.reason();
+  EXPECT_NEAR(third.dx_mm.quantity().value, 0, kGone_mm);
+  EXPECT_NEAR(third.dy_mm.quantity().value, 0, kGone_mm);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Firmwares, RoundTrip,
     testing::Values(Firmware{OffsetKeeper::kKlipperTool, gcode::Dialect::kKlipper,
@@ -113,6 +137,37 @@ INSTANTIATE_TEST_SUITE_P(
       std::replace(name.begin(), name.end(), '-', '_');
       return name;
     });
+
+TEST(OffsetSheet, EightToolsOnA4AreAllReadToTheirIntervals) {
+  tool_offset::SheetSettings settings;
+  settings.tools = {0, 1, 2, 3, 4, 5, 6, 7};
+  settings.filament.material = "pla";
+  settings.printer.bed_size_x_mm = settings.printer.bed_size_y_mm = 300;
+  ASSERT_TRUE(tool_offset::Validate(settings));
+  const PatternFile pattern = WritePattern(settings);
+  ASSERT_TRUE(tool_offset::FitsItsPaper(pattern.plan));
+  const SeenSheet seen =
+      SeeSheet(pattern, {78, 0, 0},
+               [](sim::SheetMachine& machine, sim::SheetPaper&) {
+                 machine.tools[5].offset_mm = {-4.3, 7.7};  // one of them far off
+               },
+               {});
+  ASSERT_TRUE(seen.result) << seen.result.error().message;
+  ASSERT_EQ(seen.result->tools.size(), 7U);
+  for (const tool_offset::ToolReading& tool : seen.result->tools) {
+    const auto truth = sim::OffsetOf(seen.sheet, tool.tool, 0);
+    ASSERT_TRUE(truth);
+    ASSERT_TRUE(tool.dx_mm.good()) << tool.dx_mm.reason();
+    ASSERT_TRUE(tool.dy_mm.good()) << tool.dy_mm.reason();
+    EXPECT_EQ(tool.coarse, tool.tool == 5);
+    // Twice the 95 % interval: 14 values, none of which may be wrong.
+    const auto half = [](const Measured& m) {
+      return m.quantity().interval95.hi - m.quantity().interval95.lo;
+    };
+    EXPECT_NEAR(tool.dx_mm.quantity().value, truth->x_mm, half(tool.dx_mm)) << tool.tool;
+    EXPECT_NEAR(tool.dy_mm.quantity().value, truth->y_mm, half(tool.dy_mm)) << tool.tool;
+  }
+}
 
 TEST(OffsetPattern, OnAKlipperWithoutPauseResumeEndsColdInsteadOfRunningOn) {
   tool_offset::SheetSettings settings;
