@@ -11,6 +11,7 @@
 #include "report/page.h"
 #include "report/tap_figures.h"
 #include "report/tap_style.h"
+#include "tap/finding.h"
 #include "tap/motion.h"
 
 namespace trammel::report {
