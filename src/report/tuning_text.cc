@@ -40,7 +40,9 @@ std::string OutcomeLine(std::string_view name, const tap::TrialOutcome& outcome)
   }
   if (outcome.shallow > 0) text += fmt::format(", {} pressed too shallow", outcome.shallow);
   if (outcome.good < outcome.taps) {
-    text += fmt::format("; the others mostly {}", tap::Name(outcome.MainReason()));
+    const bool one = outcome.taps - outcome.good == 1;
+    text +=
+        fmt::format("; the other{} {}", one ? ":" : "s mostly", tap::Name(outcome.MainReason()));
   }
   return fmt::format("  {:<20}{}\n", name, text);
 }
@@ -88,9 +90,9 @@ std::string TuningText(const tap::Tuning& tuning) {
 
 std::string NoiseText(const tap::NoiseSpectrum& noise) {
   if (noise.frequency_hz.empty()) return "noise                 no stretch is long enough to say\n";
-  std::string text =
-      fmt::format("noise                 {:.2f} gf over {} stretches; {}\n", noise.noise_g,
-                  noise.stretches, noise.lines.empty() ? "no lines stand out" : "lines:");
+  std::string text = fmt::format("noise                 {:.2f} gf over {} stretch{}; {}\n",
+                                 noise.noise_g, noise.stretches, noise.stretches == 1 ? "" : "es",
+                                 noise.lines.empty() ? "no lines stand out" : "lines:");
   for (const tap::NoiseLine& line : noise.lines) {
     text += fmt::format("    {:6.1f} Hz  {:5.2f} gf  {}\n", line.frequency_hz, line.amplitude_g,
                         tap::Describe(line));
