@@ -381,7 +381,8 @@ Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan) {
   if (best.finding == Finding::kSheet) return std::move(best.sheet);
   if (best.finding == Finding::kNothing && strength <= kFaint) {
     return Fail(
-        fmt::format("nothing on the page stands out from the paper by more than {} of 255 levels: "
+        fmt::format("no printed sheet was found: nothing on the page stands out by more than {} of "
+                    "255 levels: "
                     "the page is empty, or the print too faint; use a colour that stands out",
                     strength),
         ErrorKind::kMeasurement);
