@@ -360,7 +360,7 @@ TEST_F(AlignMeasure, IdsThatNoCodeHasAreNamedBeforeAnythingMoves) {
   EXPECT_TRUE(Report().empty());
   // Another code than the part has: its target is not found, and what is there is named.
   plan = FirstViews(6);
-  plan["targets"][2]["id"] = 45;
+  plan["targets"][2]["id"] = 44;
   const std::string text = MeasureBy(plan, Some()).standard_error;
   EXPECT_THAT(text, HasSubstr("is none of the part's and was left out"));
   EXPECT_THAT(text, HasSubstr("no target of the part was found"));

@@ -192,7 +192,7 @@ void AddAlignTargetsCommand(CLI::App& parent, int& exit_code) {
           "of square markers, as in 5,6,7; without it as many as --count says, that go together")
       ->delimiter(',');
   command->add_option("--side", request.side_mm, "of square markers, mm")->capture_default_str();
-  command->add_option("--bits", request.bits, "of the code: 12 (17 targets), 14 (45) or 20 (1027)")
+  command->add_option("--bits", request.bits, "of the code: 12 (16 targets), 14 (44) or 20 (1022)")
       ->capture_default_str();
   command->add_option("--radius", request.radius_mm, "of the disc, mm")->capture_default_str();
   command->add_option("--count", request.count, "coded targets")->capture_default_str();

@@ -1,6 +1,7 @@
 #include "support/target_picture.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -187,6 +188,75 @@ DrawnTarget SquareTarget(double column, double row, double side, double tilt_rad
   return target;
 }
 
+DrawnTarget PinholeTarget(double column, double row, const PinholeView& view) {
+  using Vector = std::array<double, 3>;
+  const auto cross = [](const Vector& a, const Vector& b) {
+    return Vector{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  };
+  const auto unit = [](Vector a) {
+    const double length = std::hypot(a[0], a[1], a[2]);
+    for (double& one : a) one /= length;
+    return a;
+  };
+  const auto mix = [](double x, const Vector& a, double y, const Vector& b) {
+    return Vector{x * a[0] + y * b[0], x * a[1] + y * b[1], x * a[2] + y * b[2]};
+  };
+  const double off = std::tan(view.off_axis_rad);
+  // Of the line of sight and two directions across it, then the plane's own two.
+  const Vector sight =
+      unit({off * std::cos(view.off_towards_rad), off * std::sin(view.off_towards_rad), 1});
+  const Vector right = unit(cross({0, 1, 0}, sight));
+  const Vector down = cross(sight, right);
+  const double c = std::cos(view.tilt_towards_rad), s = std::sin(view.tilt_towards_rad);
+  const Vector across = mix(-s, right, c, down);
+  const Vector along =
+      mix(std::cos(view.tilt_rad), mix(c, right, s, down), std::sin(view.tilt_rad), sight);
+  const double ct = std::cos(view.turn_rad), st = std::sin(view.turn_rad);
+  const Vector axes[2] = {mix(ct, along, st, across), mix(-st, along, ct, across)};
+  DrawnTarget target;
+  const double side = view.mirrored ? -1 : 1;
+  for (int j = 0; j < 3; ++j) {
+    const double scale = j == 2 ? view.distance : view.radius * (j == 1 ? side : 1);
+    const Vector& to = j == 2 ? sight : axes[j];
+    for (int i = 0; i < 3; ++i) target.h[i][j] = (i < 2 ? view.focal_px : 1) * scale * to[i];
+  }
+  const double w = target.h[2][2];
+  const double at[2] = {target.h[0][2] / w, target.h[1][2] / w};
+  for (int j = 0; j < 3; ++j) {
+    target.h[0][j] += (column - at[0]) * target.h[2][j];
+    target.h[1][j] += (row - at[1]) * target.h[2][j];
+    for (int i = 0; i < 3; ++i) target.h[i][j] /= w;
+  }
+  return target;
+}
+
+Place DiscMiddle(const DrawnTarget& target) {
+  // Of the dual conic H diag(1, 1, -1) H^T its last column.
+  double last[3];
+  for (int i = 0; i < 3; ++i) {
+    last[i] = target.h[i][0] * target.h[2][0] + target.h[i][1] * target.h[2][1] -
+              target.h[i][2] * target.h[2][2];
+  }
+  return {last[0] / last[2], last[1] / last[2]};
+}
+
+namespace {
+
+double LightAt(const Shadow& shadow, double x, double y) {
+  if (shadow.left == 1) return 1;
+  const double into = std::cos(shadow.towards_rad) * (x - shadow.column) +
+                      std::sin(shadow.towards_rad) * (y - shadow.row);
+  const double share = 0.5 * std::erfc(-into / (std::numbers::sqrt2 * shadow.soft_px));
+  return 1 - (1 - shadow.left) * share;
+}
+
+double LightOf(const Gloss& gloss, double x, double y) {
+  const double away = std::hypot(x - gloss.column, y - gloss.row) / gloss.size_px;
+  return gloss.grey * std::exp(-0.5 * away * away);
+}
+
+}  // namespace
+
 GreyImage Draw(int width, int height, const std::vector<DrawnTarget>& targets, const Look& look) {
   Cells cells{width * kCells, height * kCells, {}};
   cells.values.assign(
@@ -210,7 +280,8 @@ GreyImage Draw(int width, int height, const std::vector<DrawnTarget>& targets, c
       double& value = image.values[static_cast<std::size_t>(y * width + x)];
       const double light =
           1 + look.gradient_x * (x - 0.5 * width) + look.gradient_y * (y - 0.5 * height);
-      value = light * (look.paper + (look.ink - look.paper) * value);
+      value = light * LightAt(look.shadow, x, y) * (look.paper + (look.ink - look.paper) * value) +
+              LightOf(look.gloss, x, y);
     }
   }
   return image;

@@ -34,12 +34,55 @@ DrawnTarget AffineTarget(double column, double row, double radius, double tilt_r
 DrawnTarget SquareTarget(double column, double row, double side, double tilt_rad = 0,
                          double towards_rad = 0, double turn_rad = 0, double distance = 8);
 
+/// A target on a plane seen by a pinhole camera: `radius` and `distance` in one unit, the disc's
+/// middle `off_axis_rad` beside the camera's axis towards `off_towards_rad`, the plane tilted
+/// against the line of sight by `tilt_rad` towards `tilt_towards_rad`, the target turned in it.
+/// (column, row): where the disc's middle is seen. `mirrored`: as in a mirror.
+struct PinholeView {
+  double focal_px = 2813;
+  double distance = 300;
+  double radius = 5;
+  double tilt_rad = 0;
+  double tilt_towards_rad = 0;
+  double turn_rad = 0;
+  double off_axis_rad = 0;
+  double off_towards_rad = 0;
+  bool mirrored = false;
+};
+DrawnTarget PinholeTarget(double column, double row, const PinholeView& view);
+
+/// Middle of the ellipse that is the disc's image.
+struct Place {
+  double column = 0;
+  double row = 0;
+};
+Place DiscMiddle(const DrawnTarget& target);
+
+/// A lamp's image in a glossy surface: light on top, falling off as a Gaussian.
+struct Gloss {
+  double column = 0;
+  double row = 0;
+  double size_px = 10;
+  double grey = 0;  ///< at its middle
+};
+
+/// A shadow on one side of a line through a point: of the light, `left` is left.
+struct Shadow {
+  double column = 0;
+  double row = 0;
+  double towards_rad = 0;  ///< the shadow's side
+  double soft_px = 1;      ///< the edge's standard deviation
+  double left = 1;
+};
+
 struct Look {
   double paper = 200;     ///< grey level
   double ink = 50;        ///< of disc and ring
   double blur_px = 0.5;   ///< Gaussian, standard deviation, beside the pixel's own area
   double gradient_x = 0;  ///< relative, per px, about the picture's middle
   double gradient_y = 0;
+  Gloss gloss = {};
+  Shadow shadow = {};
 };
 
 /// Grey levels, not rounded, by row: the pixels' covered area, then blurred, then lit.

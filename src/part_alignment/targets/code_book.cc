@@ -10,14 +10,14 @@ namespace trammel::part_alignment {
 namespace {
 
 // Found by a search for large independent sets in the graph whose edges join words that could be
-// taken for one another; a greedy choice gives 15 and 40. 17 and 45 are the best that was found,
-// not proven to be the most there are.
-constexpr std::array<std::uint32_t, 17> kWords12{27,  41,  103, 113, 151, 189, 309, 427, 479,
-                                                 493, 499, 639, 679, 699, 717, 723, 1471};
-constexpr std::array<std::uint32_t, 45> kWords14{
-    69,   157,  231,  305,  363,  431,  469,  499,  567,  587,  633,  667,  689,  717,  783,
-    803,  829,  1001, 1143, 1215, 1227, 1375, 1443, 1479, 1533, 1703, 1759, 1865, 1895, 1973,
-    2043, 2395, 2485, 2491, 2509, 2645, 2731, 2807, 3039, 3287, 3323, 3437, 3933, 4079, 5871};
+// taken for one another, one of them in a mirror or not. 16 and 44 are the best that was found, not
+// proven to be the most there are.
+constexpr std::array<std::uint32_t, 16> kWords12{23,  37,  115, 141, 171, 217, 329,  359,
+                                                 415, 467, 509, 623, 759, 981, 1463, 1531};
+constexpr std::array<std::uint32_t, 44> kWords14{
+    75,   103,  125,  181,  271,  289,  343,  473,  499,  547,  581,  659,  669,  753,  795,
+    821,  877,  1101, 1187, 1271, 1407, 1427, 1487, 1509, 1631, 1723, 1773, 1843, 1877, 1959,
+    1981, 2027, 2365, 2381, 2487, 2527, 2647, 2767, 2943, 2989, 3503, 3767, 4061, 5559};
 
 constexpr int kLeastDistance = 3;
 constexpr int kLeastOfEither = 3;
@@ -36,6 +36,11 @@ bool IsFit(int bits, std::uint32_t word) {
     if (std::popcount(word ^ Rotated(bits, word, by)) < kLeastDistance) return false;
   }
   return true;
+}
+
+/// The canonical word of the ring's image in a mirror.
+std::uint32_t Mirrored(int bits, std::uint32_t word) {
+  return CanonicalWord(bits, ReversedWord(bits, word));
 }
 
 /// Whether `word` is the smallest of its rotations.
@@ -71,12 +76,15 @@ std::vector<std::uint32_t> GreedyWords(int bits) {
   std::vector<std::uint32_t> words;
   for (std::uint32_t word = 0; word < count; ++word) {
     if (barred[word] || !IsCanonical(bits, word) || !IsFit(bits, word)) continue;
+    const std::uint32_t mirrored = Mirrored(bits, word);
+    if (mirrored == word) continue;
     const std::vector<std::uint32_t> misreadings = Misreadings(bits, word);
     if (std::any_of(misreadings.begin(), misreadings.end(),
                     [&](std::uint32_t other) { return other != word && taken[other]; })) {
       continue;
     }
     for (const std::uint32_t other : misreadings) barred[other] = true;
+    barred[mirrored] = true;
     taken[word] = true;
     words.push_back(word);
   }
@@ -96,6 +104,12 @@ std::uint32_t CanonicalWord(int bits, std::uint32_t word) {
   std::uint32_t smallest = word;
   for (int by = 1; by < bits; ++by) smallest = std::min(smallest, Rotated(bits, word, by));
   return smallest;
+}
+
+std::uint32_t ReversedWord(int bits, std::uint32_t word) {
+  std::uint32_t reversed = 0;
+  for (int k = 0; k < bits; ++k) reversed |= (word >> k & 1U) << (bits - 1 - k);
+  return reversed;
 }
 
 std::optional<int> TargetNumber(const CodeBook& book, std::uint32_t word) {

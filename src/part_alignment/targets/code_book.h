@@ -18,6 +18,7 @@ namespace trammel::part_alignment {
 /// - they differ in at least 3 bits, so that one wrong bit is no member, nor are two;
 /// - filling up to HiddenBits() neighbouring bits of one with equal values does not give the other:
 ///   a ring of which a quarter is hidden, black or white, is never another target;
+/// - neither is the other, nor itself, in a mirror: a picture that was mirrored is no other target;
 /// and for each member: its own rotations differ in at least 4 bits (where the ring starts is
 /// certain), it has at least 3 bits of either value, and at least 4 changes of value around.
 struct CodeBook {
@@ -25,7 +26,7 @@ struct CodeBook {
   std::vector<std::uint32_t> words;  ///< ascending; words[i] is the word of target number i + 1
 };
 
-/// 17 members of 12 bits, 45 of 14, 1027 of 20: always the same ones. 20 bits cost some 30 ms.
+/// 16 members of 12 bits, 44 of 14, 1022 of 20: always the same ones. 20 bits cost some 30 ms.
 /// Error: any other number of bits.
 [[nodiscard]] Result<CodeBook> MakeCodeBook(int bits);
 
@@ -35,6 +36,9 @@ struct CodeBook {
 
 /// The smallest rotation. REQUIRES 1 <= bits <= 31 and word < 2^bits.
 [[nodiscard]] std::uint32_t CanonicalWord(int bits, std::uint32_t word);
+
+/// The word as its ring runs in a mirror. REQUIRES as of CanonicalWord.
+[[nodiscard]] std::uint32_t ReversedWord(int bits, std::uint32_t word);
 
 /// The number (from 1) of the target that carries the word in any rotation; absent where none does.
 [[nodiscard]] std::optional<int> TargetNumber(const CodeBook& book, std::uint32_t word);

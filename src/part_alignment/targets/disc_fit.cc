@@ -80,6 +80,26 @@ double CentreSigma(const DiscMatrix& factor, double mean_square) {
   return std::sqrt(variance * mean_square);
 }
 
+/// How many times worse the centre is known than by pixels that scatter by themselves: what a
+/// lamp's image or a shadow's edge leaves has one sign over a whole sector. 1 where nothing of it
+/// shows.
+double UnevenLight(const SectorSums& sums, double noise) {
+  double chi2 = 0;
+  int count = 0;
+  const auto add = [&](double sum, double squares) {
+    if (squares <= 0) return;
+    chi2 += sum * sum / (squares * noise * noise);
+    ++count;
+  };
+  for (const SectorSum& sum : sums) {
+    add(sum.edge, sum.edge2);
+    add(sum.inside, sum.inside_count);
+    add(sum.outside, sum.outside_count);
+  }
+  const int freedom = std::max(count - kDiscParameters, 1);
+  return std::sqrt(std::max(1.0, chi2 / freedom));
+}
+
 /// Noise and sigmas. REQUIRES normal.jtj factored.
 /// @param step  the last, which `normal` led to.
 void Finish(const DiscNormal& normal, const DiscVector& step, DiscFit& fit) {
@@ -159,7 +179,11 @@ std::optional<DiscFit> FitDisc(const PageView& picture, const DiscModel& start,
     if (off > kSettled * CentreSigma(damped, best_mean)) continue;
     if (kept.saturated > 0 && moved > kSettledCut_px) continue;
     if (!Factor(kept.jtj)) return std::nullopt;
+    const DiscModel settled = fit.model;
     Finish(kept, step, fit);
+    const double worse = UnevenLight(SumBySectors(picture, settled, ring), fit.noise);
+    fit.sigma_column_px *= worse;
+    fit.sigma_row_px *= worse;
     return fit;
   }
   return std::nullopt;

@@ -134,6 +134,12 @@ class Pass {
     }
   }
 
+  /// Instead of the normal equations.
+  void RunBySectors(SectorSums& sums) {
+    sectors_ = &sums;
+    (void)Run(1);
+  }
+
   DiscNormal Run(int every) {
     // |W d| <= R along a row: a dx² + 2 b dx dy + c dy² <= R².
     const double a = m_.wxx * m_.wxx + m_.wxy * m_.wxy;
@@ -223,6 +229,11 @@ class Pass {
     samples_ -= wanted;
     saturated_ -= white | black;
     wanted &= ~((white & (value >= grey)) | (black & (value <= grey)));
+    if (sectors_ != nullptr) {
+      const Four by_shift = density * gain * c_.contrast * c_.per_blur;
+      AddToSectors(u, v, wanted, {cover, by_shift, grey - value});
+      return;
+    }
     Four* j = flat ? flat_.Next() : edge_.Next();
     j[6] = Where(wanted, gain * cover);
     j[7] = Where(wanted, gain);
@@ -239,6 +250,31 @@ class Pass {
     j[3] = Where(wanted, by_shape * (u * dy + v * dx));
     j[4] = Where(wanted, by_shape * v * dy);
     j[5] = Where(wanted, -density * t);
+  }
+
+  struct SectorValues {
+    Four cover, by_shift, residual;
+  };
+
+  void AddToSectors(Four u, Four v, FourInts wanted, const SectorValues& of) const {
+    constexpr float kIn = 0.95F;
+    constexpr float kOut = 0.05F;
+    for (int lane = 0; lane < 4; ++lane) {
+      if (wanted[lane] == 0) continue;
+      const bool steep = std::abs(v[lane]) > std::abs(u[lane]);
+      SectorSum& sum =
+          (*sectors_)[(u[lane] > 0 ? 1U : 0U) + (v[lane] > 0 ? 2U : 0U) + (steep ? 4U : 0U)];
+      const float residual = of.residual[lane];
+      sum.edge += of.by_shift[lane] * residual;
+      sum.edge2 += of.by_shift[lane] * of.by_shift[lane];
+      if (of.cover[lane] > kIn) {
+        sum.inside += residual;
+        ++sum.inside_count;
+      } else if (of.cover[lane] < kOut) {
+        sum.outside += residual;
+        ++sum.outside_count;
+      }
+    }
   }
 
   /// Where nothing changes any more.
@@ -262,6 +298,7 @@ class Pass {
   double outer_ = 0;
   double inner_ = 0;
   std::optional<SoftRing> ring_;
+  SectorSums* sectors_ = nullptr;
   Products<0> edge_;
   Products<kFirstFlat> flat_;
   FourInts samples_{};
@@ -269,6 +306,12 @@ class Pass {
 };
 
 }  // namespace
+
+SectorSums SumBySectors(const PageView& picture, const DiscModel& model, const RingShade& ring) {
+  SectorSums sums{};
+  Pass(picture, model, ring).RunBySectors(sums);
+  return sums;
+}
 
 DiscNormal SumOverPixels(const PageView& picture, const DiscModel& model, const RingShade& ring,
                          int every) {

@@ -24,6 +24,21 @@ struct DiscNormal {
   int saturated = 0;
 };
 
+/// Residuals about an eighth of the edge, in three ways that light which is no plane shows in.
+struct SectorSum {
+  double edge = 0;  ///< residual times what the edge's shift by 1 px would change
+  double edge2 = 0;
+  double inside = 0;
+  double outside = 0;
+  int inside_count = 0;
+  int outside_count = 0;
+};
+using SectorSums = std::array<SectorSum, 8>;
+
+/// Of the pixels that SumOverPixels takes, saturated ones left out.
+[[nodiscard]] SectorSums SumBySectors(const PageView& picture, const DiscModel& model,
+                                      const RingShade& ring);
+
 /// Sums over the pixels within 3.5 blurs + 1.5 px of the edge, short of the ring.
 /// @param picture  1 channel, at least 4 px wide.
 /// @param every    looks at one row in so many, >= 1.

@@ -181,6 +181,12 @@ bool Solve5(std::array<std::array<double, 6>, 5>& a) {
   return true;
 }
 
+/// Of the ellipse, from its middle.
+Offset RimAt(const Middle& middle, const Directions& direction) {
+  return {middle.xx * direction.x() + middle.xy * direction.y(),
+          middle.xy * direction.x() + middle.yy * direction.y()};
+}
+
 /// The levels within the middle, and in the gap. The row that found the disc may have crossed it
 /// close to its rim, and the chords may be a pixel too long. Absent close to the picture's border.
 std::optional<Levels> LevelsAbout(const PageView& picture, const Middle& middle, bool dark) {
@@ -190,8 +196,9 @@ std::optional<Levels> LevelsAbout(const PageView& picture, const Middle& middle,
   std::size_t count = 0;
   Directions direction(0.5 * std::numbers::pi / kAround, 2 * std::numbers::pi / kAround);
   for (int i = 0; i < kAround; ++i, direction.Next()) {
-    const double x = middle.column_px + kBeyond * middle.half_width_px * direction.x() + 0.5;
-    const double y = middle.row_px + kBeyond * middle.half_height_px * direction.y() + 0.5;
+    const Offset rim = RimAt(middle, direction);
+    const double x = middle.column_px + kBeyond * rim.x + 0.5;
+    const double y = middle.row_px + kBeyond * rim.y + 0.5;
     if (!(x >= 0 && y >= 0 && x < picture.width && y < picture.height)) continue;
     outside[count++] = picture.row(static_cast<int>(y))[static_cast<int>(x)];
   }
@@ -281,43 +288,87 @@ void RunsOfRow(const PageView& picture, int row, const RunRules& rules,
     const int right = p[run.last + aside] - run.inside;
     if ((left > 0) != (right > 0)) continue;
     const int less = std::min(std::abs(left), std::abs(right));
-    if (less < rules.min_contrast / 2 || 5 * less < 2 * std::max(std::abs(left), std::abs(right))) {
+    if (less < rules.min_contrast / 2 || 4 * less < std::max(std::abs(left), std::abs(right))) {
       continue;
     }
     run.outside = run.inside + (left + right) / 2;
+    run.nearer = run.inside + (left > 0 ? less : -less);
     runs.push_back(run);
   }
 }
 
+namespace {
+
+/// Half chords through an ellipse's middle, px.
+struct HalfChords {
+  double across = 0;
+  double down = 0;
+  double falling = 0;  ///< towards the lower right
+  double rising = 0;
+};
+
+/// The ellipse with these half chords, as Middle has it; false where they are of none.
+bool EllipseOfChords(const HalfChords& half, Middle& middle) {
+  // On its rim a x² + 2 b x y + c y² = 1: four chords for three numbers.
+  const auto form = [](double chord) { return 1 / (chord * chord); };
+  const double a = form(half.across);
+  const double c = form(half.down);
+  const double falling = form(half.falling);
+  const double rising = form(half.rising);
+  const double shortest = std::min({half.across, half.down, half.falling, half.rising});
+  const double unlike = 1.35 + 2 / shortest;  // chords are counted in whole steps
+  if (falling + rising > unlike * (a + c) || a + c > unlike * (falling + rising)) return false;
+  const double b = 0.5 * (falling - rising);
+  const double mean = 0.5 * (a + c);
+  const double spread = std::hypot(0.5 * (a - c), b);
+  constexpr double kLeastRatio = 0.29;  // of the axes: the cosine of 73 degrees
+  const double least = std::max(0.0, kLeastRatio - 0.5 / shortest);
+  if (mean - spread < least * least * (mean + spread)) return false;
+  // The inverse of the form's square root.
+  const double root = std::sqrt((mean - spread) * (mean + spread));
+  const double norm = root * std::sqrt(2 * (mean + root));
+  middle.xx = (c + root) / norm;
+  middle.xy = -b / norm;
+  middle.yy = (a + root) / norm;
+  return true;
+}
+
+}  // namespace
+
 std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run, double min_radius_px,
                                    double max_radius_px) {
   const int most = static_cast<int>(2 * max_radius_px) + 2;
-  const double least_half = 0.5 * min_radius_px;  // as of a disc tilted by 60 degrees
+  const double least_half = 0.5 * min_radius_px;  // as of a disc tilted by 75 degrees
+  // Two rounds are enough for a disc from the front; chords of an ellipse that lies askew halve the
+  // way that is left in each.
+  constexpr int kMostRounds = 10;
+  constexpr double kThere_px = 1;
   Middle middle;
   middle.column_px = 0.5 * (run.first + run.last);
   middle.row_px = run.row;
-  for (int round = 0; round < 2; ++round) {
+  HalfChords half;
+  for (int round = 0; round < kMostRounds; ++round) {
     const Chord down = ChordThrough(picture, middle.column_px, middle.row_px, 0, 1, run, most);
     if (down.half < least_half) return std::nullopt;
     middle.row_px = static_cast<int>(middle.row_px + 0.5) + down.shift;
-    middle.half_height_px = down.half;
     const Chord across = ChordThrough(picture, middle.column_px, middle.row_px, 1, 0, run, most);
     if (across.half < least_half) return std::nullopt;
     middle.column_px = static_cast<int>(middle.column_px + 0.5) + across.shift;
-    middle.half_width_px = across.half;
+    half.down = down.half;
+    half.across = across.half;
+    const bool there = std::abs(down.shift) <= kThere_px && std::abs(across.shift) <= kThere_px;
+    if (round > 0 && there) break;
   }
-  const double longer = std::max(middle.half_width_px, middle.half_height_px);
-  const double shorter = std::min(middle.half_width_px, middle.half_height_px);
-  if (shorter < 0.4 * longer - 1) return std::nullopt;
   // No parallelogram of half chords through an ellipse's middle is smaller than that of its axes.
   constexpr double kChordError_px = 0.6;
   const double least = min_radius_px - kChordError_px;
-  if (longer * shorter < least * least) return std::nullopt;
+  if (half.across * half.down < least * least) return std::nullopt;
   for (const int dy : {1, -1}) {
     const Chord chord = ChordThrough(picture, middle.column_px, middle.row_px, 1, dy, run, most);
     if (chord.half < 0 || std::abs(chord.shift) > 0.2 * chord.half + 1.5) return std::nullopt;
-    if (chord.half * std::numbers::sqrt2 > 1.3 * longer + 2) return std::nullopt;
+    (dy > 0 ? half.falling : half.rising) = std::numbers::sqrt2 * chord.half;
   }
+  if (!EllipseOfChords(half, middle)) return std::nullopt;
   return middle;
 }
 
@@ -326,17 +377,17 @@ std::optional<DiscModel> RoughDisc(const PageView& picture, const Middle& middle
   const std::optional<Levels> levels = LevelsAbout(picture, middle, dark);
   if (!levels || (levels->inside < levels->outside) != dark) return std::nullopt;
   if (std::abs(levels->inside - levels->outside) < min_contrast) return std::nullopt;
+  constexpr double kNearest = 0.7;  // of the way to the rim
+  constexpr double kFarthest = 1.5;
   constexpr int kHalf = 12;
   constexpr int kMostMissing = 4;
   constexpr int kStride = 5;  // rays from all around first: what is no disc shows soon
-  const double longer = std::max(middle.half_width_px, middle.half_height_px);
-  const double shorter = std::min(middle.half_width_px, middle.half_height_px);
-  const double from = std::floor(0.7 * shorter);
-  const double most = 1.5 * longer + 2;
   const double x = middle.column_px;
   const double y = middle.row_px;
-  const bool within =
-      x >= most && y >= most && x + most <= picture.width - 1 && y + most <= picture.height - 1;
+  const double most_x = kFarthest * std::hypot(middle.xx, middle.xy) + 2;
+  const double most_y = kFarthest * std::hypot(middle.xy, middle.yy) + 2;
+  const bool within = x >= most_x && y >= most_y && x + most_x <= picture.width - 1 &&
+                      y + most_y <= picture.height - 1;
   std::array<Offset, 2 * kHalf> points;
   std::size_t count = 0;
   double slopes = 0;
@@ -346,17 +397,20 @@ std::optional<DiscModel> RoughDisc(const PageView& picture, const Middle& middle
     constexpr double kStep = 2 * std::numbers::pi / kHalf;
     Directions direction((half == 1 ? 0.25 : 0.75) * kStep, kStride * kStep);
     for (int i = 0; i < kHalf; ++i, direction.Next()) {
-      const double dx = direction.x();
-      const double dy = direction.y();
+      const Offset rim = RimAt(middle, direction);
+      const double reach = std::hypot(rim.x, rim.y);
+      const double dx = rim.x / reach;
+      const double dy = rim.y / reach;
+      const double most = kFarthest * reach + 2;
       const double end = within ? most : std::min(most, RoomAlong(picture, x, y, dx, dy));
-      const Edge edge = Crossing(picture, x, y, dx, dy, *levels, from, end);
+      const Edge edge = Crossing(picture, x, y, dx, dy, *levels, std::floor(kNearest * reach), end);
       if (edge.at > 0) points[count++] = {edge.at * dx, edge.at * dy};
       slopes += edge.slope;
       const int rays = (half - 1) * kHalf + i + 1;
       if (static_cast<int>(count) < rays - kMostMissing) return std::nullopt;
     }
     const std::span<const Offset> found(points.data(), count);
-    disc = EllipseThrough(found, longer);
+    disc = EllipseThrough(found, std::hypot(middle.xx, middle.yy));
     if (!disc) return std::nullopt;
     if (DistanceOf(found, *disc) > 0.25 + 0.03 * MeanRadius(*disc)) {
       return std::nullopt;

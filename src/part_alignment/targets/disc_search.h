@@ -20,6 +20,7 @@ struct Run {
   int last = 0;
   int inside = 0;   ///< grey level
   int outside = 0;  ///< the mean of both sides
+  int nearer = 0;   ///< the side that is nearer to the inside
 };
 
 /// Calls `visit` for each run of `row` with a length in [min_px, max_px]. `edges` is memory.
@@ -34,13 +35,15 @@ void RunsOfRow(const PageView& picture, int row, const RunRules& rules,
                std::vector<std::int32_t>& edges, std::vector<Run>& runs);
 
 /// Walks from the run's middle to the middle of what has its shade: the centre by chords, (column,
-/// row), and half the chords. Absent where that is no compact thing, or smaller than a disc of
-/// `min_radius_px`.
+/// row), and the ellipse that chords in four directions are of. Absent where they are of none, or
+/// of one that is smaller than a disc of `min_radius_px` or tilted by more than some 73 degrees.
 struct Middle {
   double column_px = 0;
   double row_px = 0;
-  double half_width_px = 0;
-  double half_height_px = 0;
+  /// From the unit circle to the ellipse, symmetric: (xx, xy; xy, yy), px.
+  double xx = 0;
+  double xy = 0;
+  double yy = 0;
 };
 [[nodiscard]] std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run,
                                                  double min_radius_px, double max_radius_px);

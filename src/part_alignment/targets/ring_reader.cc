@@ -252,6 +252,57 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
   return reading;
 }
 
+RingLike LooksRinged(const PageView& picture, const DiscModel& rough) {
+  constexpr int kAround = 40;
+  constexpr double kWithin = 0.6;
+  constexpr double kLeastContrast = 4;
+  constexpr double kInk = 0.6;  // of the way from the gap beside it to the disc
+  constexpr double kPaper = 0.35;
+  const Mapping map(rough);
+  if (!Inside(picture, map, kRingRadii.back())) return RingLike::kNone;
+  const bool whole = Inside(picture, map, kQuietSample);
+  Directions direction(0, kTurn / kAround);
+  int dark = 0;
+  int bright = 0;
+  int inked = 0;
+  int plain = 0;
+  int changes = 0;
+  int crowded = 0;
+  int before = 0;  // the last clear shade: 1 ink, -1 paper
+  double lightest = 0;
+  double darkest = 255;
+  double contrast = 0;
+  for (int i = 0; i < kAround; ++i, direction.Next()) {
+    const auto grey = [&](double radius) {
+      const double u = radius * direction.x();
+      const double v = radius * direction.y();
+      return Between(picture, map.X(u, v), map.Y(u, v));
+    };
+    const double gap = grey(kGapRadius);
+    const double local = grey(kWithin) - gap;
+    // All directions but some must have a disc within the gap.
+    if (std::abs(local) < kLeastContrast) continue;
+    (local < 0 ? dark : bright) += 1;
+    contrast = std::max(contrast, std::abs(local));
+    lightest = std::max(lightest, gap);
+    darkest = std::min(darkest, gap);
+    const double ring = (grey(kRingRadii[1]) - gap) / local;
+    const int shade = ring > kInk ? 1 : ring < kPaper ? -1 : 0;
+    inked += shade > 0 ? 1 : 0;
+    plain += shade < 0 ? 1 : 0;
+    if (shade != 0) {
+      changes += before != 0 && shade != before ? 1 : 0;
+      before = shade;
+    }
+    crowded += whole && std::abs((grey(kQuietSample) - gap) / local) > kInk ? 1 : 0;
+  }
+  const bool a_disc = std::max(dark, bright) >= kAround * 3 / 4 && std::min(dark, bright) <= 2;
+  const bool in_pieces = inked >= kAround / 8 && plain >= kAround / 8 &&
+                         inked + plain >= kAround * 5 / 8 && changes >= 3;
+  if (!a_disc || !in_pieces || crowded > kAround / 3) return RingLike::kNone;
+  return lightest - darkest > 0.25 * contrast ? RingLike::kUneven : RingLike::kRing;
+}
+
 RingShade ShadeOf(const RingReading& reading, int bits) {
   RingShade shade;
   const double per_step = static_cast<double>(bits) / RingShade::kAngles;  // segments, below 1

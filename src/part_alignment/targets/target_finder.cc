@@ -23,6 +23,7 @@ constexpr int kCell_px = 4;
 constexpr std::uint8_t kDone = 255;  ///< a cell of a disc that has been judged
 constexpr double kSmallestSeen_px = 3;
 constexpr double kNoisy = 2.4;   ///< grey levels from which on discs are looked for with less noise
+constexpr double kFaintest = 6;  ///< grey levels of contrast of what is looked at
 constexpr double kSmall_px = 6;  ///< below it, less noise would blur the ring too much
 
 std::optional<std::string> FindProblem(const PageView& picture, const FinderOptions& options) {
@@ -45,20 +46,13 @@ double SemiMinor(const DiscModel& disc) {
   return 1 / (0.5 * (disc.wxx + disc.wyy) + std::hypot(0.5 * (disc.wxx - disc.wyy), disc.wxy));
 }
 
-/// The word of the ring's mirror image.
-std::uint32_t Reversed(int bits, std::uint32_t word) {
-  std::uint32_t reversed = 0;
-  for (int k = 0; k < bits; ++k) reversed |= (word >> k & 1U) << (bits - 1 - k);
-  return reversed;
-}
-
 /// What |I(x + 1) - I(x - 1)| must reach to be an edge and not noise.
 int EdgeStep(double min_contrast, double difference_noise) {
   constexpr int kMost = 24;  // busy pictures are not noisy ones
   constexpr double kBlurredEdge = 0.3;
   constexpr double kSigmas = 3.5;
   return std::clamp(
-      static_cast<int>(std::max(kBlurredEdge * min_contrast, kSigmas * difference_noise)), 5,
+      static_cast<int>(std::max(kBlurredEdge * min_contrast, kSigmas * difference_noise)), 4,
       kMost);
 }
 
@@ -74,13 +68,13 @@ class Search {
         quiet_(picture),
         noise_(PixelNoise(picture)) {
     constexpr double kDifferenceNoise = 1.414;  // of two pixels
-    edge_step_ = EdgeStep(options.min_contrast, kDifferenceNoise * noise_);
+    edge_step_ = EdgeStep(kFaintest, kDifferenceNoise * noise_);
     if (noise_ > kNoisy) {
       Quieten(picture, workspace_.quiet);
       quiet_.data = workspace_.quiet.data();
       quiet_.stride = picture.width;
       constexpr double kQuietDifferenceNoise = 0.484;  // sqrt(10 / 16 * 6 / 16)
-      edge_step_ = EdgeStep(options.min_contrast, kQuietDifferenceNoise * noise_);
+      edge_step_ = EdgeStep(kFaintest, kQuietDifferenceNoise * noise_);
     }
     columns_ = picture.width / kCell_px + 1;
     workspace_.seen.assign(static_cast<std::size_t>(columns_) *
@@ -92,7 +86,7 @@ class Search {
     RunRules rules;
     rules.min_px = static_cast<int>(kSmallestSeen_px);
     rules.max_px = static_cast<int>(2 * options_.max_radius_px) + 2;
-    rules.min_contrast = static_cast<int>(options_.min_contrast);
+    rules.min_contrast = static_cast<int>(kFaintest);
     rules.edge_step = edge_step_;
     // The widest chord of a disc of the least radius passes within half a step of its middle.
     const int step = std::max(2, static_cast<int>(options_.min_radius_px));
@@ -128,16 +122,18 @@ class Search {
     const bool dark = run.inside < run.outside;
     if (options_.polarity == (dark ? Polarity::kBrightOnDark : Polarity::kDarkOnBright)) return;
     if (SeenAt(0.5 * (run.first + run.last), run.row) == kDone) return;
-    const std::optional<Middle> middle =
-        WalkToMiddle(quiet_, run, kSmallestSeen_px, options_.max_radius_px);
+    const std::optional<Middle> middle = MiddleOf(run);
     if (!middle) return;
     std::uint8_t& seen = SeenAt(middle->column_px, middle->row_px);
     // A row close to a disc's rim may mislead; what misleads three rows is no disc.
     constexpr int kMostTries = 3;
     if (seen >= kMostTries) return;
     ++seen;
-    const std::optional<DiscModel> disc = RoughDisc(quiet_, *middle, dark, options_.min_contrast);
-    if (!disc) return;
+    const std::optional<DiscModel> disc = RoughDisc(quiet_, *middle, dark, kFaintest);
+    if (!disc) {
+      RejectRinged(ModelOf(*middle), RejectReason::kDamaged);
+      return;
+    }
     const double radius = MeanRadius(*disc);
     constexpr double kRoughError_px = 0.2;
     if (radius < kSmallestSeen_px - kRoughError_px || radius > options_.max_radius_px) return;
@@ -146,6 +142,41 @@ class Search {
     constexpr double kOfDisc = 0.85;
     constexpr double kOfTarget = 3.4;  // short of where another target may begin
     MarkDone(*disc, Judge(*disc) ? kOfTarget : kOfDisc);
+  }
+
+  /// With the threshold between the shades of disc and surroundings; where a shadow's edge is near,
+  /// of the shaded ones.
+  [[nodiscard]] std::optional<Middle> MiddleOf(const part_alignment::Run& run) const {
+    const auto walked = WalkToMiddle(quiet_, run, kSmallestSeen_px, options_.max_radius_px);
+    constexpr double kUnlike = 0.8;
+    if (walked ||
+        std::abs(run.nearer - run.inside) > kUnlike * std::abs(run.outside - run.inside)) {
+      return walked;
+    }
+    part_alignment::Run shaded = run;
+    shaded.outside = run.nearer;
+    return WalkToMiddle(quiet_, shaded, kSmallestSeen_px, options_.max_radius_px);
+  }
+
+  [[nodiscard]] static DiscModel ModelOf(const Middle& middle) {
+    const double det = middle.xx * middle.yy - middle.xy * middle.xy;
+    DiscModel model;
+    model.column_px = middle.column_px;
+    model.row_px = middle.row_px;
+    model.wxx = middle.yy / det;
+    model.wxy = -middle.xy / det;
+    model.wyy = middle.xx / det;
+    return model;
+  }
+
+  /// Names what has ink in pieces about it, once; whether it has.
+  bool RejectRinged(const DiscModel& disc, RejectReason reason) {
+    const RingLike like = LooksRinged(quiet_, disc);
+    if (like == RingLike::kNone) return false;
+    Reject(like == RingLike::kUneven ? RejectReason::kUneven : reason, disc);
+    constexpr double kOfTarget = 3;
+    MarkDone(disc, kOfTarget);
+    return true;
   }
 
   /// The cells whose middle is within so many radii, and the disc's own.
@@ -187,25 +218,35 @@ class Search {
     return other.state == RingState::kClear ? other : reading;
   }
 
+  [[nodiscard]] bool IsFaint(const DiscModel& disc) const {
+    return std::abs(disc.contrast) < options_.min_contrast;
+  }
+
   /// Whether a member of the book was read.
   bool Judge(const DiscModel& disc) {
     const RingReading ring = Read(disc);
     switch (ring.state) {
       case RingState::kClutter:
+        RejectRinged(disc, RejectReason::kHidden);
         return false;
       case RingState::kNone:
-        if (options_.plain_discs) Measure(disc, ring, std::nullopt);
+        if (options_.plain_discs && !IsFaint(disc)) Measure(disc, ring, std::nullopt);
         return false;
       case RingState::kUnclear:
-        Reject(RejectReason::kHidden, disc);
+        Reject(IsFaint(disc) ? RejectReason::kFaint : RejectReason::kHidden, disc);
         return false;
       case RingState::kCutOff:
+        if (IsFaint(disc)) return false;  // of a faint thing half a ring tells nothing
         Reject(RejectReason::kAtBorder, disc);
         return false;
       case RingState::kClear:
         break;
     }
-    const std::uint32_t other_way = Reversed(book_.bits, ring.word);
+    if (IsFaint(disc)) {
+      Reject(RejectReason::kFaint, disc);
+      return false;
+    }
+    const std::uint32_t other_way = ReversedWord(book_.bits, ring.word);
     const std::optional<int> number =
         TargetNumber(book_, options_.mirrored ? other_way : ring.word);
     if (number) {
@@ -312,6 +353,10 @@ std::string_view ToString(RejectReason reason) {
       return "saturated";
     case RejectReason::kDamaged:
       return "damaged";
+    case RejectReason::kFaint:
+      return "faint";
+    case RejectReason::kUneven:
+      return "uneven_light";
   }
   return "";
 }

@@ -20,8 +20,9 @@ struct FinderOptions {
   Polarity polarity = Polarity::kBoth;  ///< of disc and ring against what surrounds them
   double min_radius_px = 4;             ///< of the disc; >= 3. Smaller ones are rejected
   double max_radius_px = 150;           ///< of the disc; larger ones are not seen
-  double min_contrast = 20;             ///< between disc and surroundings, grey levels, 8 … 255
-  bool plain_discs = false;             ///< also reports discs without a ring
+  double min_contrast = 20;  ///< between disc and surroundings, grey levels, 8 … 255; what
+                             ///< is fainter is rejected
+  bool plain_discs = false;  ///< also reports discs without a ring
   /// Rings run counter-clockwise in the picture: of a camera that looks along -z with rows that run
   /// down (camera.h), or that was mirrored.
   bool mirrored = false;
@@ -52,6 +53,8 @@ enum class RejectReason {
   kTooSmall,   ///< disc below min_radius_px
   kSaturated,  ///< too few samples between black and white to place the edge
   kDamaged,    ///< the disc is no clean ellipse
+  kFaint,      ///< a ring about a disc of less than min_contrast
+  kUneven,     ///< a ring, but light that differs across it by more than can be corrected
 };
 
 /// "wrong_code" and so on.

@@ -64,9 +64,9 @@ TEST(TargetSheet, NamesWhatItCannotPlan) {
   EXPECT_THAT(message({.bits = 13}), HasSubstr("13 bits"));
   EXPECT_THAT(message({.radius_mm = std::nan("")}), HasSubstr("radius of nan mm"));
   EXPECT_THAT(message({.radius_mm = 50}), HasSubstr("larger page"));
-  EXPECT_THAT(message({.bits = 12, .count = 18}), HasSubstr("1 ... 17"));
-  EXPECT_THAT(message({.first = 0}), HasSubstr("1 ... 45"));
-  EXPECT_THAT(message({.first = 2147483647, .count = 2}), HasSubstr("1 ... 45"));
+  EXPECT_THAT(message({.bits = 12, .count = 17}), HasSubstr("1 ... 16"));
+  EXPECT_THAT(message({.first = 0}), HasSubstr("1 ... 44"));
+  EXPECT_THAT(message({.first = 2147483647, .count = 2}), HasSubstr("1 ... 44"));
   EXPECT_THAT(message({.count = 0}), HasSubstr("not none"));
   EXPECT_THAT(message({.marker_ids = {1, 256}}), HasSubstr("markers 1 and 256"));
   EXPECT_THAT(message({.marker_ids = {5}, .side_mm = std::nan("")}), HasSubstr("side of nan mm"));
