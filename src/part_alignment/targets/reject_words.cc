@@ -25,6 +25,10 @@ std::string WordsFor(RejectReason reason) {
       return "it is too bright or too dark to place its edge: change the light or the exposure";
     case RejectReason::kDamaged:
       return "its disc is no clean ellipse: dirt, damage, or no target";
+    case RejectReason::kFaint:
+      return "its ink differs too little from what is about it: more light, or a better print";
+    case RejectReason::kUneven:
+      return "the light differs across it: a shadow's edge or a lamp's image lies on it";
     default:
       break;
   }
