@@ -99,6 +99,11 @@ double PressShape::Slope(double y) const {
   return -(c[0] + d * (2 * c[1] + 3 * d * c[2]) + by_power + by_kink);
 }
 
+double PressShape::OuterSlope() const {
+  constexpr double kPart = 0.25;
+  return At((1 - kPart) * t) / (kPart * t);
+}
+
 BreakEstimate EstimateBreak(const PressProfile& profile, double inflation, Workspace& workspace) {
   BreakEstimate result;
   if (!profile.Ready()) {

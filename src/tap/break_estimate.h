@@ -26,6 +26,8 @@ struct PressShape {
   [[nodiscard]] double At(double y) const;
   /// Its derivative by y, <= 0 for a press; that of a power below 1 is bounded near t.
   [[nodiscard]] double Slope(double y) const;
+  /// Mean slope over the last quarter of the depth.
+  [[nodiscard]] double OuterSlope() const;
 };
 
 /// The break in the units of BreakSamples.

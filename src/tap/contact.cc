@@ -19,6 +19,7 @@ namespace trammel::tap {
 namespace {
 
 constexpr double kLeastStandOut = 5;  // of the press's force over the noise of one sample
+constexpr double kLeastLeft = 0.2;    // of the force at rest, at the cruise's start
 constexpr double kVague_mm = 0.012;   // a break that is not known to this is of no use
 constexpr double kOutlier = 5;        // deviations: one sample in two million
 // A sheet that lies hollow, a toe of plastic: the readings of its end and of the bed's are so far
@@ -155,18 +156,12 @@ FreeNozzle FreeNozzleOf(const PressStretch& stretch, const Fit& fit, const TapMo
           fit.traits.portmanteau > kPortmanteauLimit};
 }
 
-// Slope of the press at its outer end, over the last quarter of its depth.
-double OuterSlope(const PressShape& shape) {
-  constexpr double kPart = 0.25;
-  return shape.At((1 - kPart) * shape.t) / (kPart * shape.t);
-}
-
 // What else the samples show is added to the interval: parts that disagree with the whole by more
 // than noise explains, and a free force that differs between before the touch and after the break.
 void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
            double inflation, Workspace& workspace, PressStretch& stretch, Fit& fit) {
   BreakEstimate& e = fit.estimate;
-  const double slope = OuterSlope(e.shape);
+  const double slope = e.shape.OuterSlope();
   if (!(slope > 0)) {
     return;
   }
@@ -242,7 +237,7 @@ void Report(const CleanTap& clean, const PressStretch& stretch, const Fit& fit,
   // older than it looks.
   const double jitter_mm = 0.5 * clean.jitter_s * motion.pull_back_speed_mm_s;
   const double held_mm = clean.held_s * motion.pull_back_speed_mm_s;
-  const double coarse_mm = Coarseness(clean, e) / OuterSlope(e.shape) * stretch.span_mm;
+  const double coarse_mm = Coarseness(clean, e) / e.shape.OuterSlope() * stretch.span_mm;
   const double down =
       std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm, coarse_mm) + jitter_mm + held_mm;
   const double up = std::hypot(stretch.Z(e.hi) - z, kNormal95 * latency_mm, coarse_mm) + jitter_mm;
@@ -340,10 +335,14 @@ Fit ReadBreak(const CleanTap& clean, const TapMotion& motion, const TapOptions& 
   const double t = fit.estimate.t;
   const auto& c = fit.coefficients.c;
   const double added_g = t * (c[0] + t * (c[1] + t * c[2]));
-  // A press makes the force fall. Where a steep baseline makes up for it, noise was fitted.
+  // A press makes the force fall. Where a steep baseline makes up for it, noise was fitted; where
+  // little is left of the force at rest, the nozzle let go before the cruise.
   const double press_g = std::min(added_g, added_g - t * fit.coefficients.b);
-  if (!(press_g > kLeastStandOut * fit.estimate.noise)) {
-    result.reason = {FindingCode::kNoBreak, press_g, kLeastStandOut * fit.estimate.noise};
+  const double rest_g = std::abs(clean.dwell_g - clean.departure_g);
+  const double least_g =
+      std::max(kLeastStandOut * fit.estimate.noise, rest_g > 0 ? kLeastLeft * rest_g : 0);
+  if (!(press_g > least_g)) {
+    result.reason = {FindingCode::kNoBreak, press_g, least_g};
     fit.estimate.outcome = BreakEstimate::Outcome::kNoPress;
   }
   return fit;

@@ -306,6 +306,28 @@ TEST(TapContact, WithoutAnApproachTheIntervalHoldsTheLatenciesThatUsersHave) {
   }
 }
 
+TEST(TapContact, ANozzleThatLetGoBeforeTheCruiseIsNotRead) {
+  // A pull after the break that ends 0.1 mm up looks like a press's end.
+  constexpr double kPull_g = 8;
+  PressWorld world;
+  world.pull_back_mm_s = 2;
+  world.pull_back_mm = 0.4;
+  PressTap tap = MakePressTap(world, 1004);
+  const double cruise_s = tap.moves[3].start_time_s;
+  for (std::size_t i = 0; i < tap.time_s.size(); ++i) {
+    const double late_s = tap.time_s[i] - cruise_s;
+    if (late_s > 0) {
+      tap.force_g[i] = 100 - (late_s < 0.05 ? kPull_g : 0) + 0.01 * static_cast<double>(i % 7);
+    }
+  }
+  TapAnalyser analyser({});
+  EXPECT_NE(analyser.Analyse(tap.View()).verdict, Verdict::kGood);
+  for (double& force_g : tap.force_g) {
+    force_g = 200 - force_g;
+  }
+  EXPECT_NE(analyser.Analyse(tap.View()).verdict, Verdict::kGood);
+}
+
 TEST(TapContact, NoPressIsNoContact) {
   const PressTap tap = MakePressTap({.stiffness_g_mm = 0}, 1002);
   TapAnalyser analyser({});

@@ -179,8 +179,8 @@ constexpr Entry kEntries[] = {
      "back more slowly or farther, or use a faster converter."},
     {kNoBreak, "no_break",
      "The press stands out by {0:.1f} gf when the pull-back has reached its speed; at least "
-     "{1:.1f} gf are needed beside this noise. Raise the trigger force, or quieten the load "
-     "cell."},
+     "{1:.1f} gf are needed beside this noise and this force at rest. Raise the trigger force, let "
+     "the pull-back accelerate faster or run more slowly, or quieten the load cell."},
     {kBreakAtEdge, "break_at_edge",
      "Only {0:.0f} samples lie between the break and the end of what was fitted; at least {1:.0f} "
      "are needed. Pull back farther, or press harder."},
