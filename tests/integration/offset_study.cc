@@ -77,6 +77,7 @@ void AddTools(const auto& tools, const sim::PrintedSheet& sheet, Tally& tally) {
   for (const auto& tool : tools) {
     const auto truth = sim::OffsetOf(sheet, tool.tool, 0);
     if (!truth) throw std::runtime_error("a tool without a truth");
+    if (!tool.dx_mm.good()) fmt::print("without a value: {}\n", tool.dx_mm.reason());
     tally.Add(tool.dx_mm, truth->x_mm);
     tally.Add(tool.dy_mm, truth->y_mm);
   }
