@@ -87,8 +87,7 @@ Stretch Clip(const TapView& tap, const TapMotion& motion) {
           static_cast<std::size_t>(end - tap.time_s.begin())};
 }
 
-// Neighbours of which something holds. A count as wide as the values and no branch, so that the
-// processor compares several pairs in one instruction.
+// Neighbours of which something holds, without branches: several pairs in one instruction.
 template <class Holds>
 std::size_t CountPairs(std::span<const float> values, const Holds& holds) {
   std::uint32_t count = 0;
@@ -146,7 +145,7 @@ bool AreHeld(std::span<const float> time_s, std::span<const float> force_g) {
   return least < kCoarse * median && share > kNoChance * least / median + kFewTies;
 }
 
-// Leaves out held values: the first of equal ones is the fresh one.
+// Leaves out held values: the first is the fresh one.
 std::size_t DropHeld(std::span<float> time_s, std::span<float> force_g, const TapMotion& motion,
                      CleanTap& clean) {
   // Of the cruise: at its start the force falls, so that coarse steps make no equal neighbours; at
@@ -238,7 +237,11 @@ void FindSaturation(std::span<const float> force_g, Stretch cruise, CleanTap& cl
   for (const float extreme : {lowest, highest}) {
     const auto count =
         static_cast<std::size_t>(std::count(force_g.begin(), force_g.end(), extreme));
-    if (lowest < highest && count >= kLeastSaturated && count > clean.saturated) {
+    // A full converter stays so; noise reaches its extreme here and there.
+    const std::size_t in_row =
+        CountPairs(force_g, [extreme](float a, float b) { return a == extreme && b == extreme; });
+    if (lowest < highest && count >= kLeastSaturated && 3 * in_row > count &&
+        count > clean.saturated) {
       clean.saturated = count;
       clean.saturated_in_cruise = static_cast<std::size_t>(
           std::count(force_g.begin() + static_cast<std::ptrdiff_t>(cruise.first),
@@ -247,9 +250,8 @@ void FindSaturation(std::span<const float> force_g, Stretch cruise, CleanTap& cl
   }
 }
 
-// Equal neighbours are rare where a converter's step is finer than the noise. A run of them that
-// chance would make once in 1 / kFalseAlarm taps is a converter that repeats itself, or has reached
-// the end of its range. Where steps are coarse, or there is no noise, ties say nothing.
+// Where a converter's step is finer than the noise, a run of equal neighbours that chance would
+// make once in 1 / kFalseAlarm taps is a converter that repeats itself, or is full.
 void FindTies(std::span<const float> force_g, Stretch cruise, CleanTap& clean) {
   const std::size_t ties = CountPairs(force_g, [](float a, float b) { return a == b; });
   if (ties + 1 < kLeastSaturated / 2) {

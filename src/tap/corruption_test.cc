@@ -179,6 +179,17 @@ TEST(CleanSamples, LeavesOutRepeatedTimesAndRefusesMany) {
   EXPECT_EQ(ReasonOf(tap), FindingCode::kDuplicateTimes);
 }
 
+TEST(CleanSamples, TakesNoExtremesOfQuietNoiseForAFullConverter) {
+  RecordedTap tap = Record({}, kSeed);
+  auto& force_g = tap.drawn.force_g;
+  const double lowest = *std::min_element(force_g.begin(), force_g.end());
+  const std::size_t free = force_g.size() - 60;  // after the break
+  for (std::size_t i = 0; i < 40; i += 4) {
+    force_g[free + i] = lowest;
+  }
+  EXPECT_EQ(Clean(tap).tap.saturated, 0U);
+}
+
 TEST(CleanSamples, LeavesOutValuesThatASlowConverterHolds) {
   for (const std::size_t in_turn : {2U, 4U}) {
     RecordedTap tap = Record({}, kSeed);
