@@ -158,7 +158,9 @@ Tally Row(const std::string& name, const Condition& condition) {
              reasons);
   std::fflush(stdout);
   EXPECT_EQ(tally.wrong, 0) << name;
-  if (!condition.hopeless) EXPECT_EQ(tally.silent, 0) << name;
+  if (!condition.hopeless) {
+    EXPECT_EQ(tally.silent, 0) << name;
+  }
   return tally;
 }
 

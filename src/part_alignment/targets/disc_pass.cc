@@ -137,7 +137,9 @@ class Pass {
   /// Instead of the normal equations.
   void RunBySectors(SectorSums& sums) {
     sectors_ = &sums;
-    (void)Run(1);
+    // Some rows of a large disc tell enough.
+    constexpr double kRows = 12;
+    (void)Run(std::clamp(static_cast<int>(MeanRadius(m_) / kRows), 1, 4));
   }
 
   DiscNormal Run(int every) {

@@ -288,7 +288,7 @@ void RunsOfRow(const PageView& picture, int row, const RunRules& rules,
     const int right = p[run.last + aside] - run.inside;
     if ((left > 0) != (right > 0)) continue;
     const int less = std::min(std::abs(left), std::abs(right));
-    if (less < rules.min_contrast / 2 || 4 * less < std::max(std::abs(left), std::abs(right))) {
+    if (less < rules.min_contrast / 2 || 3 * less < std::max(std::abs(left), std::abs(right))) {
       continue;
     }
     run.outside = run.inside + (left + right) / 2;
@@ -347,6 +347,7 @@ std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run, doub
   middle.column_px = 0.5 * (run.first + run.last);
   middle.row_px = run.row;
   HalfChords half;
+  double before_px = 0;
   for (int round = 0; round < kMostRounds; ++round) {
     const Chord down = ChordThrough(picture, middle.column_px, middle.row_px, 0, 1, run, most);
     if (down.half < least_half) return std::nullopt;
@@ -358,6 +359,10 @@ std::optional<Middle> WalkToMiddle(const PageView& picture, const Run& run, doub
     half.across = across.half;
     const bool there = std::abs(down.shift) <= kThere_px && std::abs(across.shift) <= kThere_px;
     if (round > 0 && there) break;
+    // In an ellipse each round leaves less of the way.
+    const double way_px = std::abs(down.shift) + std::abs(across.shift);
+    if (round > 1 && way_px > before_px) return std::nullopt;
+    before_px = way_px;
   }
   // No parallelogram of half chords through an ellipse's middle is smaller than that of its axes.
   constexpr double kChordError_px = 0.6;

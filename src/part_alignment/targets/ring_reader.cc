@@ -260,6 +260,19 @@ RingLike LooksRinged(const PageView& picture, const DiscModel& rough) {
   constexpr double kPaper = 0.35;
   const Mapping map(rough);
   if (!Inside(picture, map, kRingRadii.back())) return RingLike::kNone;
+  // Most of what is no target shows in a few directions.
+  constexpr int kFew = 8;
+  int discs = 0;
+  Directions few(0, kTurn / kFew);
+  for (int i = 0; i < kFew; ++i, few.Next()) {
+    const auto grey = [&](double radius) {
+      return Between(picture, map.X(radius * few.x(), radius * few.y()),
+                     map.Y(radius * few.x(), radius * few.y()));
+    };
+    const double local = grey(kWithin) - grey(kGapRadius);
+    discs += local > kLeastContrast ? 1 : local < -kLeastContrast ? -1 : 0;
+  }
+  if (std::abs(discs) < kFew / 2) return RingLike::kNone;
   const bool whole = Inside(picture, map, kQuietSample);
   Directions direction(0, kTurn / kAround);
   int dark = 0;

@@ -51,9 +51,9 @@ int EdgeStep(double min_contrast, double difference_noise) {
   constexpr int kMost = 24;  // busy pictures are not noisy ones
   constexpr double kBlurredEdge = 0.3;
   constexpr double kSigmas = 3.5;
-  return std::clamp(
-      static_cast<int>(std::max(kBlurredEdge * min_contrast, kSigmas * difference_noise)), 4,
-      kMost);
+  return std::clamp(static_cast<int>(std::ceil(
+                        std::max(kBlurredEdge * min_contrast, kSigmas * difference_noise))),
+                    4, kMost);
 }
 
 /// One picture's search.
