@@ -77,8 +77,8 @@ TEST(TargetPages, SquareMarkersAreReadBackWhereTheyWerePlaced) {
 }
 
 TEST(TargetPages, AreReadBackWhereTheyWerePlaced) {
-  ExpectReadBack({.bits = 14, .radius_mm = 5, .count = 45}, 3);
-  ExpectReadBack({.bits = 12, .radius_mm = 4, .count = 17, .plain = 3, .bright = true}, 3);
+  ExpectReadBack({.bits = 14, .radius_mm = 5, .count = 44}, 3);
+  ExpectReadBack({.bits = 12, .radius_mm = 4, .count = 16, .plain = 3, .bright = true}, 3);
   ExpectReadBack({.bits = 20, .radius_mm = 6, .first = 990, .count = 6}, 2);
 }
 
