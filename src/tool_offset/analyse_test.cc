@@ -208,5 +208,31 @@ TEST(AnalyseSheet, SaysThatTheStatedResolutionIsWrongAndUsesTheBox) {
   ExpectOffset(result->tools[0], 0.2, 0.1, kQuick_mm);
 }
 
+/// Along the sheet's own axes.
+SheetPoint OffsetAlongSheet(const SheetPlan& plan, SheetPoint shift) {
+  const double tilt_rad = plan.settings.tilt_deg * kDegree;
+  return {std::cos(tilt_rad) * shift.u_mm - std::sin(tilt_rad) * shift.v_mm,
+          std::sin(tilt_rad) * shift.u_mm + std::cos(tilt_rad) * shift.v_mm};
+}
+
+// Two pitches further on, the combs of T2 along v lie on themselves but for two teeth, and those
+// along u on the ones of T3, whose offset brings them there; and the other way round.
+TEST(AnalyseSheet, TellsToolsApartWhoseCombsCouldStandInForEachOther) {
+  SheetSettings settings;
+  settings.tools = {0, 1, 2, 3, 4};
+  const SheetPlan plan = PlanSheet(settings);
+  SheetScene scene = QuickScene();
+  scene.offset_mm[2] = OffsetAlongSheet(plan, {0, 0.3});
+  scene.offset_mm[3] = OffsetAlongSheet(plan, {0, -0.55});
+  const SheetResult result = Read(plan, scene);
+  ASSERT_EQ(result.tools.size(), 4U);
+  for (const ToolReading& tool : result.tools) {
+    ASSERT_TRUE(tool.dx_mm.good()) << tool.dx_mm.reason();
+    ASSERT_TRUE(tool.dy_mm.good()) << tool.dy_mm.reason();
+    EXPECT_NEAR(tool.dx_mm.quantity().value, scene.offset_mm[tool.tool].u_mm, 1e-3) << tool.tool;
+    EXPECT_NEAR(tool.dy_mm.quantity().value, scene.offset_mm[tool.tool].v_mm, 1e-3) << tool.tool;
+  }
+}
+
 }  // namespace
 }  // namespace trammel::tool_offset

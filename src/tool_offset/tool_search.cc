@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "tool_offset/leg_marks.h"
 #include "tool_offset/leg_reader.h"
 #include "tool_offset/parallel.h"
 
@@ -14,75 +15,19 @@ namespace {
 
 /// Cells from one shift that is tried to the next: half a line.
 constexpr int kShiftStep = 2;
+constexpr double kStep_mm = kShiftStep * kInkCell_mm;
 
-/// Full marks of a leg that no other ink covers.
-constexpr int kWhole = 32;
+/// Within this a place is the same as another: two lines.
+constexpr double kSame_mm = 1;
 
-/// Sums of a mask along rows or columns, so that a run costs two look-ups.
-class RunSums {
- public:
-  RunSums(const InkRaster& raster, bool along_v, const auto& mask_at)
-      : step_(along_v ? static_cast<std::size_t>(raster.columns) : 1),
-        sum_(raster.strength.size()) {
-    const int lines = along_v ? raster.columns : raster.rows;
-    const int cells = along_v ? raster.rows : raster.columns;
-    for (int line = 0; line < lines; ++line) {
-      std::size_t cell = along_v ? raster.at(line, 0) : raster.at(0, line);
-      std::uint16_t sum = 0;
-      for (int i = 0; i < cells; ++i, cell += step_) {
-        sum = static_cast<std::uint16_t>(sum + (mask_at(cell) ? 1 : 0));
-        sum_[cell] = sum;
-      }
-    }
-  }
-  /// Over the `half` cells to either side of a cell along the run, and itself.
-  [[nodiscard]] int Around(std::size_t cell, std::size_t half) const {
-    return sum_[cell + half * step_] - sum_[cell - (half + 1) * step_];
-  }
+/// Of the score, by which a place has to be ahead of all others,
+constexpr double kClearly = 0.15;
+/// and where nearly all legs that can be judged are there, and others are only hidden.
+constexpr double kNearlyAll = 0.93;
+constexpr double kClearlyOfAll = 0.08;
 
- private:
-  std::size_t step_;
-  std::vector<std::uint16_t> sum_;
-};
-
-/// For a leg centred on each cell: how much of it can be judged (0 … kWhole), negative where it is
-/// not there. Beside the raster nothing can be judged for a leg.
-std::vector<std::int8_t> JudgeLegs(const InkRaster& raster,
-                                   const std::vector<std::uint8_t>& explained,
-                                   const SheetSettings& settings, bool along_v, double threshold) {
-  constexpr double kInked = 0.7;  // of what can be judged
-  constexpr double kStandsOut = 0.3;
-  const auto half =
-      static_cast<std::size_t>((settings.leg_length_mm / 2 - kLegEnd_mm) / kInkCell_mm);
-  const auto aside = static_cast<int>(std::lround(settings.leg_spacing_mm / 2 / kInkCell_mm));
-  const auto is_ink = [&](std::size_t i) { return raster.strength[i] >= threshold; };
-  const RunSums ink(raster, along_v, is_ink);
-  const RunSums open(raster, along_v, [&](std::size_t i) { return explained[i] == 0; });
-  const RunSums open_ink(raster, along_v,
-                         [&](std::size_t i) { return explained[i] == 0 && is_ink(i); });
-  std::vector<std::int8_t> marks(raster.strength.size(), -kWhole);
-  const int run = 2 * static_cast<int>(half) + 1;
-  const int margin_along = static_cast<int>(half) + 1;
-  const int margin_u = along_v ? aside : margin_along;
-  const int margin_v = along_v ? margin_along : aside;
-  const std::ptrdiff_t side = along_v ? aside : std::ptrdiff_t{aside} * raster.columns;
-  ParallelFor(std::max(0, raster.rows - 2 * margin_v), [&](int i) {
-    const int row = margin_v + i;
-    for (int column = margin_u; column < raster.columns - margin_u; ++column) {
-      const std::size_t cell = raster.at(column, row);
-      const int known = open.Around(cell, half);
-      const int inked = open_ink.Around(cell, half);
-      const auto beside = [&](std::ptrdiff_t by) {
-        return ink.Around(static_cast<std::size_t>(static_cast<std::ptrdiff_t>(cell) + by), half);
-      };
-      const bool leg = inked >= kInked * known &&
-                       std::min(beside(-side), beside(side)) <= run * (1 - kStandsOut);
-      const int weight = known * kWhole / run;
-      marks[cell] = static_cast<std::int8_t>(leg ? weight : -weight);
-    }
-  });
-  return marks;
-}
+/// More places than these that are nearly as good: nothing tells.
+constexpr std::size_t kMostRivals = 6;
 
 /// Where the middles of a comb's legs lie in the raster, and along which image they are looked up.
 struct CombCells {
@@ -112,7 +57,7 @@ struct ShiftGrid {
   }
 };
 
-/// A comb's marks at each shift, in parts of kWhole.
+/// A comb's marks at each shift, in parts of kWholeLeg.
 struct CombMarks {
   std::vector<std::int16_t> sum;     ///< legs that are there less those that are not
   std::vector<std::int16_t> judged;  ///< all of them
@@ -130,7 +75,7 @@ CombMarks MarkComb(const InkRaster& raster, const std::vector<std::int8_t>& legs
       for (int i = -grid.half; i <= grid.half; ++i) {
         const int x = column + i * kShiftStep;
         const bool within = x >= 0 && y >= 0 && x < raster.columns && y < raster.rows;
-        const int mark = within ? legs[raster.at(x, y)] : -kWhole;
+        const int mark = within ? legs[raster.at(x, y)] : -kWholeLeg;
         const std::size_t at = grid.at(i, j);
         marks.sum[at] = static_cast<std::int16_t>(marks.sum[at] + mark);
         marks.judged[at] = static_cast<std::int16_t>(marks.judged[at] + std::abs(mark));
@@ -160,6 +105,59 @@ CombMarks BestNearby(const CombMarks& marks, const ShiftGrid& grid) {
   return best;
 }
 
+/// Scores by shift; -1 where too little can be judged.
+struct ScoreMap {
+  ShiftGrid grid;
+  std::vector<double> score;
+
+  explicit ScoreMap(const ShiftGrid& shifts)
+      : grid(shifts), score(static_cast<std::size_t>(shifts.side() * shifts.side()), -1) {}
+  /// Shifts from -half to half along u and v.
+  void ForEach(const auto& visit) const {
+    for (int j = -grid.half; j <= grid.half; ++j) {
+      for (int i = -grid.half; i <= grid.half; ++i) visit(i, j, score[grid.at(i, j)]);
+    }
+  }
+  /// The best place that is not the same as any of those.
+  [[nodiscard]] Candidate BestBut(const std::vector<Candidate>& others) const {
+    Candidate best;
+    ForEach([&](int i, int j, double here) {
+      const SheetPoint at{i * kStep_mm, j * kStep_mm};
+      if (here > best.score && std::all_of(others.begin(), others.end(), [&](const auto& other) {
+            return std::hypot(at.u_mm - other.shift.u_mm, at.v_mm - other.shift.v_mm) > kSame_mm;
+          })) {
+        best = {at, here};
+      }
+    });
+    return best;
+  }
+  /// The middle of a plateau as wide as the line.
+  [[nodiscard]] SheetPoint Middle(const Candidate& best) const {
+    SheetPoint sum;
+    double weight = 0;
+    ForEach([&](int i, int j, double here) {
+      const SheetPoint at{i * kStep_mm, j * kStep_mm};
+      if (here <= 0.95 * best.score ||
+          std::hypot(at.u_mm - best.shift.u_mm, at.v_mm - best.shift.v_mm) > kSame_mm) {
+        return;
+      }
+      sum.u_mm += at.u_mm;
+      sum.v_mm += at.v_mm;
+      weight += 1;
+    });
+    return weight > 0 ? SheetPoint{sum.u_mm / weight, sum.v_mm / weight} : best.shift;
+  }
+};
+
+/// By how much a place has to be ahead.
+double Margin(const ToolPlace& place) {
+  return place.share >= kNearlyAll ? kClearlyOfAll : kClearly;
+}
+
+bool IsClear(const ToolPlace& place) {
+  return place.rivals.empty() || place.score - place.rivals.front().score >= Margin(place);
+}
+
 }  // namespace
 
 std::vector<ToolComb> CombsOf(const SheetPlan& plan, int tool) {
@@ -178,7 +176,7 @@ ToolSearch::ToolSearch(const InkRaster& raster, const SheetPlan& plan, double in
       plan_(plan),
       ink_strength_(ink_strength),
       explained_(raster.strength.size(), 0) {
-  Explain(plan.settings.reference_tool, {});
+  Explain(plan.settings.reference_tool, {}, explained_);
   const double half_mm = plan.settings.line_width_mm / 2 + kInkCell_mm;
   for (const CodeCell& cell : plan.code) {
     if (cell.dark) PaintLeg(raster, CodeLeg(plan, cell), half_mm, explained_);
@@ -193,19 +191,22 @@ ToolSearch::ToolSearch(const InkRaster& raster, const SheetPlan& plan, double in
   }
 }
 
-void ToolSearch::Explain(int tool, SheetPoint shift) {
+ToolSearch::LegMarks ToolSearch::Judge(const std::vector<std::uint8_t>& explained,
+                                       double threshold) const {
+  return {JudgeLegs(raster_, explained, plan_.settings, true, threshold),
+          JudgeLegs(raster_, explained, plan_.settings, false, threshold)};
+}
+
+void ToolSearch::Explain(int tool, SheetPoint shift, std::vector<std::uint8_t>& explained) const {
   const double half_mm = plan_.settings.line_width_mm / 2 + kInkCell_mm;
   for (const Leg& leg : LegsOfTool(plan_, tool)) {
-    PaintLeg(raster_, Shifted(leg, shift), half_mm, explained_);
+    PaintLeg(raster_, Shifted(leg, shift), half_mm, explained);
   }
 }
 
-ToolPlace ToolSearch::Look(int tool, const std::array<std::vector<std::int8_t>, 2>& legs) const {
-  /// Within this a place is the same as the best one: two lines.
-  constexpr double kSame_mm = 1;
+ToolPlace ToolSearch::Look(int tool, const LegMarks& legs) const {
   /// Of all legs, so that a place can be told.
   constexpr double kLeastJudged = 0.35;
-  constexpr double kStep_mm = kShiftStep * kInkCell_mm;
   const ShiftGrid grid{static_cast<int>(std::ceil(kSearch_mm * std::numbers::sqrt2 / kStep_mm))};
   const std::vector<ToolComb> combs = CombsOf(plan_, tool);
   std::vector<CombMarks> marks(combs.size());
@@ -215,13 +216,12 @@ ToolPlace ToolSearch::Look(int tool, const std::array<std::vector<std::int8_t>, 
     marks[k] = BestNearby(MarkComb(raster_, legs[cells.along_v ? 0 : 1], cells, grid), grid);
   });
   const double whole =
-      2.0 * kWhole * plan_.settings.teeth * std::max(1.0, static_cast<double>(combs.size()));
+      2.0 * kWholeLeg * plan_.settings.teeth * std::max(1.0, static_cast<double>(combs.size()));
   const double tilt_rad = plan_.settings.tilt_deg * std::numbers::pi / 180;
   const double c = std::cos(tilt_rad) * kStep_mm;
   const double s = std::sin(tilt_rad) * kStep_mm;
-  std::vector<double> score(static_cast<std::size_t>(grid.side() * grid.side()), -1);
+  ScoreMap map(grid);
   ToolPlace place;
-  std::array<int, 2> best{};
   for (int j = -grid.half; j <= grid.half; ++j) {
     for (int i = -grid.half; i <= grid.half; ++i) {
       if (std::max(std::abs(c * i - s * j), std::abs(s * i + c * j)) > kSearch_mm) continue;
@@ -233,29 +233,47 @@ ToolPlace ToolSearch::Look(int tool, const std::array<std::vector<std::int8_t>, 
         judged += comb.judged[at] / whole;
       }
       if (judged < kLeastJudged) continue;
-      score[at] = sum;
+      map.score[at] = sum;
       if (sum <= place.score) continue;
       place.score = sum;
       place.share = (sum + judged) / (2 * judged);
-      best = {i, j};
     }
   }
-  double weight = 0;
-  for (int j = -grid.half; j <= grid.half; ++j) {
-    for (int i = -grid.half; i <= grid.half; ++i) {
-      const double here = score[grid.at(i, j)];
-      if (kStep_mm * std::hypot(i - best[0], j - best[1]) > kSame_mm) {
-        place.runner_up = std::max(place.runner_up, here);
-      } else if (here > 0.95 * place.score) {
-        // A plateau as wide as the line.
-        place.shift.u_mm += i * kStep_mm;
-        place.shift.v_mm += j * kStep_mm;
-        weight += 1;
-      }
-    }
+  std::vector<Candidate> places{map.BestBut({})};
+  place.shift = map.Middle(places[0]);
+  while (places.size() <= kMostRivals + 1) {
+    const Candidate rival = map.BestBut(places);
+    if (rival.score <= -1 || place.score - rival.score >= kClearly) break;
+    places.push_back(rival);
+    place.rivals.push_back({map.Middle(rival), rival.score});
   }
-  if (weight > 0) place.shift = {place.shift.u_mm / weight, place.shift.v_mm / weight};
   return place;
+}
+
+double ToolSearch::ScoreOfOthers(const std::vector<int>& others, int tool, SheetPoint shift,
+                                 double threshold) const {
+  std::vector<std::uint8_t> explained = explained_;
+  Explain(tool, Refine(tool, shift), explained);
+  const LegMarks legs = Judge(explained, threshold);
+  double sum = 0;
+  // One that did not print speaks for no place.
+  for (const int other : others) sum += std::max(0.0, Look(other, legs).score);
+  return sum;
+}
+
+bool ToolSearch::IsClearTogether(int tool, const ToolPlace& place, const std::vector<int>& others,
+                                 double threshold) const {
+  // Tools that print over each other hide each other's legs: what others lose may then favour a
+  // wrong place. It only confirms one that has nearly all legs, and leads by itself.
+  constexpr double kLeadAlone = kClearlyOfAll / 2;
+  if (others.empty() || place.rivals.size() > kMostRivals) return false;
+  if (place.score < kNearlyAll) return false;
+  if (place.score - place.rivals.front().score < kLeadAlone) return false;
+  const double best = place.score + ScoreOfOthers(others, tool, place.shift, threshold);
+  return std::all_of(place.rivals.begin(), place.rivals.end(), [&](const Candidate& rival) {
+    return best - rival.score - ScoreOfOthers(others, tool, rival.shift, threshold) >=
+           kClearlyOfAll;
+  });
 }
 
 double ToolSearch::Contrast(const ToolComb& comb, SheetPoint shift, double& open_cells) const {
@@ -318,37 +336,43 @@ SheetPoint ToolSearch::Refine(int tool, SheetPoint shift) const {
 std::vector<ToolPlace> ToolSearch::Find(const std::vector<int>& tools) {
   /// Other tools' combs alone fill half of a tool's legs at most, those of one axis: a score of 0.
   constexpr double kLeastScore = 0.2;
-  constexpr double kClearly = 0.15;
-  // Where nearly all legs that can be judged are there, and others are only hidden.
-  constexpr double kNearlyAll = 0.93;
-  constexpr double kClearlyOfAll = 0.08;
   constexpr double kBeyondDoubt = 0.7;
   constexpr double kFaintest = 8;  // levels
   const double faint = std::max(kFaintest, 4 * raster_.noise);
   std::vector<ToolPlace> places(tools.size());
+  const auto others_than = [&](std::size_t but) {
+    std::vector<int> others;
+    for (std::size_t i = 0; i < tools.size(); ++i) {
+      if (i != but && !places[i].found) others.push_back(tools[i]);
+    }
+    return others;
+  };
   for (const double threshold : {std::max(faint, 0.35 * ink_strength_), faint}) {
     // What was found explains ink, which may show where the others are: the surest first.
     for (bool more = true; more;) {
       more = false;
       if (std::all_of(places.begin(), places.end(), [](const auto& p) { return p.found; })) break;
-      const std::array<std::vector<std::int8_t>, 2> legs{
-          JudgeLegs(raster_, explained_, plan_.settings, true, threshold),
-          JudgeLegs(raster_, explained_, plan_.settings, false, threshold)};
+      const LegMarks legs = Judge(explained_, threshold);
       double surest = 0;
       for (std::size_t i = 0; i < tools.size(); ++i) {
         if (places[i].found) continue;
         places[i] = Look(tools[i], legs);
-        const double ahead = places[i].score - places[i].runner_up;
-        const bool clear = ahead >= (places[i].share >= kNearlyAll ? kClearlyOfAll : kClearly);
-        places[i].ambiguous = places[i].score >= kLeastScore && !clear;
-        if (places[i].score >= kLeastScore && clear) surest = std::max(surest, places[i].score);
+        places[i].ambiguous = places[i].score >= kLeastScore && !IsClear(places[i]);
+        if (!places[i].ambiguous) surest = std::max(surest, places[i].score);
+      }
+      // Where no tool is sure by itself, one may be by what it leaves to the others.
+      for (std::size_t i = 0; i < tools.size() && surest < kLeastScore; ++i) {
+        ToolPlace& place = places[i];
+        if (!place.ambiguous) continue;
+        place.ambiguous = !IsClearTogether(tools[i], place, others_than(i), threshold);
+        if (!place.ambiguous) surest = place.score;
       }
       for (std::size_t i = 0; i < tools.size(); ++i) {
         if (places[i].found || places[i].ambiguous || places[i].score < kLeastScore) continue;
         if (places[i].score < std::min(surest, kBeyondDoubt)) continue;
         places[i].found = true;
         places[i].shift = Refine(tools[i], places[i].shift);
-        Explain(tools[i], places[i].shift);
+        Explain(tools[i], places[i].shift, explained_);
         more = true;
       }
     }

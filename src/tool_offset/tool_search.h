@@ -23,6 +23,12 @@ struct ToolComb {
 /// The combs that show where a tool prints: those of its first pick-up beside the reference tool.
 [[nodiscard]] std::vector<ToolComb> CombsOf(const SheetPlan& plan, int tool);
 
+/// Where a tool may print: on the sheet, and the score there.
+struct Candidate {
+  SheetPoint shift;
+  double score = -1;
+};
+
 struct ToolPlace {
   bool found = false;
   bool ambiguous = false;  ///< good enough, but another place is nearly as good
@@ -31,9 +37,9 @@ struct ToolPlace {
   /// Legs that are there less those that are not, over all; those that other ink covers are
   /// neither. -1 … 1.
   double score = -1;
-  double runner_up = -1;  ///< the same at the best place elsewhere
-  double share = 0;       ///< of the legs that can be judged, those that are there, 0 … 1
-  int legs = 0;           ///< that could be judged there: no other ink covers them
+  std::vector<Candidate> rivals;  ///< places elsewhere that are nearly as good, best first
+  double share = 0;               ///< of the legs that can be judged, those that are there, 0 … 1
+  int legs = 0;                   ///< that could be judged there: no other ink covers them
 };
 
 /// What is known of the sheet's ink before a tool is looked for.
@@ -48,14 +54,25 @@ class ToolSearch {
   /// A leg is there where its line is inked along its length and paper lies on one side of it at
   /// least. What the reference tool and tools that were found have drawn is neither for nor
   /// against. A comb one pitch off has all its teeth but one in place, along the measured axis;
-  /// its sheet's other axis has then less than half a leg, and tells.
+  /// its sheet's other axis has then less than half a leg, and tells. Combs of two tools can stand
+  /// in for each other, each moved onto the other's: a place is then weighed together with where
+  /// that leaves the other tools, since what drew a line is one of them.
   /// @param tools  to look for.
   [[nodiscard]] std::vector<ToolPlace> Find(const std::vector<int>& tools);
 
  private:
-  void Explain(int tool, SheetPoint shift);
-  /// @param legs  along v and along u: for a leg centred on each cell, its marks.
-  [[nodiscard]] ToolPlace Look(int tool, const std::array<std::vector<std::int8_t>, 2>& legs) const;
+  /// Along v and along u: for a leg centred on each cell, its marks.
+  using LegMarks = std::array<std::vector<std::int8_t>, 2>;
+
+  [[nodiscard]] LegMarks Judge(const std::vector<std::uint8_t>& explained, double threshold) const;
+  void Explain(int tool, SheetPoint shift, std::vector<std::uint8_t>& explained) const;
+  [[nodiscard]] ToolPlace Look(int tool, const LegMarks& legs) const;
+  /// Of tools at their best places, the sum of the scores, once another's ink is explained.
+  [[nodiscard]] double ScoreOfOthers(const std::vector<int>& others, int tool, SheetPoint shift,
+                                     double threshold) const;
+  /// Whether a place stays ahead of its rivals when the ink that each takes is lost to the others.
+  [[nodiscard]] bool IsClearTogether(int tool, const ToolPlace& place,
+                                     const std::vector<int>& others, double threshold) const;
 
   /// Of a comb's legs at a shift against the paper beside them, levels; only where no known ink
   /// lies.

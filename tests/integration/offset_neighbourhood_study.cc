@@ -209,6 +209,30 @@ TEST(OffsetNeighbourhood, ToolsFarOffTogetherWithWhatElseAMachineDoes) {
   }
 }
 
+// Next to each other on the sheet, the combs of T2 and T3 can stand in for each other.
+TEST(OffsetNeighbourhood, NeighboursAmongFiveToolsAreAnsweredRightOrRefusedByName) {
+  tool_offset::SheetSettings settings;
+  settings.tools = {0, 1, 2, 3, 4};
+  settings.filament.material = "pla";
+  const PatternFile pattern = WritePattern(settings);
+  fmt::print("{}", kHead);
+  std::uint64_t number = 80;
+  for (const double most_mm : {1.0, 3.0, 10.0, 15.0}) {
+    const Row row{fmt::format("five tools, T2 and T3 up to {} mm off", most_mm),
+                  [=](Random& random, sim::SheetMachine& machine, sim::SheetPaper&) {
+                    machine.tools[2].offset_mm = Away(random, 0, most_mm);
+                    machine.tools[3].offset_mm = Away(random, 0, most_mm);
+                  },
+                  {}};
+    const Answers answers = See(pattern, row, number++);
+    answers.Print(row.name);
+    EXPECT_EQ(answers.wrong, 0) << row.name;
+    if (most_mm <= 1) {
+      EXPECT_EQ(answers.refused + answers.without_sheet, 0) << row.name;
+    }
+  }
+}
+
 TEST(OffsetNeighbourhood, DefectsOfPrintPaperAndScannerAreReadOrRefusedByName) {
   const PatternFile pattern = ThreeTools();
   std::vector<Row> rows;
