@@ -216,7 +216,6 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
       excess.value = sign * integral.value;
       excess.sigma =
           std::hypot(std::sqrt(integral.variance), integral.length * reference->sigma_relative);
-      constexpr double kMostUnread = 0.25;
       if (integral.unread > kMostUnread) {
         result.unusable = fmt::format(
             "{:.0f} % of the stretch from {:.3g} to {:.3g} could not be read in one piece",

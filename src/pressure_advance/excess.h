@@ -10,6 +10,9 @@
 
 namespace trammel::pressure_advance {
 
+/// Of a transition's window: a line is unusable where more than this is unread in one piece.
+inline constexpr double kMostUnread = 0.25;
+
 /// Which of an eye's readings stands for the amount of filament.
 enum class Reading { kArea, kWidth };
 
@@ -32,8 +35,8 @@ struct LineExcess {
 /// Measures all lines, shape (lines). The reference is what a line reads in its slow stretches,
 /// with one drift along the line common to all (light, tilt, a wandering flow), so that neither a
 /// drift nor a gap that reaches into one line's slow stretch is taken for a transition. Samples
-/// that the eye could not read are bridged by their neighbours; a line with more than a quarter of
-/// a window unread in one piece is unusable.
+/// that the eye could not read are bridged by their neighbours; a line with more than
+/// kMostUnread of a window unread in one piece is unusable.
 [[nodiscard]] std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles,
                                                     Reading reading, const TransitionPlan& plan);
 

@@ -12,6 +12,8 @@
 
 #include "files/new_file.h"
 #include "pressure_advance/lateness.h"
+#include "pressure_advance/transitions.h"
+#include "pressure_advance/unseen_stretch.h"
 #include "procedure/placed_sweep.h"
 #include "store/recording.h"
 
@@ -203,6 +205,23 @@ std::string ScanRecording::WithBusyComputer(const std::vector<std::size_t>& swee
   return busy.empty() ? reason : fmt::format("{} ({})", busy, reason);
 }
 
+// A line with a gap stays: what reads heights only can do with it.
+void ScanRecording::NameGap(std::size_t sweep, const pressure_advance::ScanLine& line) {
+  double longest_s = 0;
+  for (const pressure_advance::PlanLine& planned : request_.plan.lines) {
+    longest_s = std::max(longest_s, planned.pressure_advance_s);
+  }
+  const auto plan = pressure_advance::PlanTransitions(
+      scan_.motion, pressure_advance::PositionUnit::kMillimetre, longest_s);
+  if (!plan) return;
+  const std::string gap = pressure_advance::NameUnseenStretch(line.frame_positions_mm, *plan);
+  if (gap.empty()) return;
+  const std::string why = WithBusyComputer({sweep}, gap);
+  left_out_.push_back(fmt::format("the line of pressure advance {:g} cannot be read: {}: {}",
+                                  line.pressure_advance_s, line.video, why));
+  if (sweep + 1 == recorded_.size()) trouble_ = why;
+}
+
 void ScanRecording::PlaceAll() {
   Placed placed = Place();
   timing_ = std::move(placed.timing);
@@ -218,6 +237,7 @@ void ScanRecording::PlaceAll() {
     line.video = recorded.video;
     line.frame_positions_mm = ScoredPositions(timing_.sweeps[k]);
     if (CanBeScored(line.frame_positions_mm)) {
+      NameGap(placed.used[k], line);
       scan_.lines.push_back(std::move(line));
     } else {
       placed.left_out.emplace_back(placed.used[k], WhyNot(timing_.sweeps[k]));

@@ -38,8 +38,8 @@ class ScanRecording {
   /// sweep. Errors: the disk's; a picture that cannot be decoded.
   [[nodiscard]] Result<void> Add(RecordedSweep sweep);
 
-  /// Why the sweep that was added last cannot be placed, or nothing can since it was; absent where
-  /// it can.
+  /// Why the sweep that was added last cannot be placed, or nothing can since it was, or why its
+  /// line cannot be read; absent where all can.
   [[nodiscard]] const std::optional<std::string>& trouble() const { return trouble_; }
 
   /// Leaves the sweep that was added last to itself, because its line is swept again; its video
@@ -50,7 +50,8 @@ class ScanRecording {
   /// the reason.
   [[nodiscard]] Result<void> Finish() const;
 
-  /// A sentence for each line whose frames could not be placed: scan.json is without it.
+  /// A sentence for each line whose frames could not be placed, which scan.json is without, and for
+  /// each with a gap that keeps it from being read.
   [[nodiscard]] const std::vector<std::string>& LeftOut() const { return left_out_; }
   /// How many lines have their place, and how many of them scan.json has: fewer after an error.
   [[nodiscard]] std::size_t placed() const { return scan_.lines.size(); }
@@ -71,6 +72,7 @@ class ScanRecording {
   [[nodiscard]] Result<void> WriteSweeps() const;
   [[nodiscard]] Result<void> WriteScan();
   void PlaceAll();
+  void NameGap(std::size_t sweep, const pressure_advance::ScanLine& line);
   [[nodiscard]] Placed Place() const;
   [[nodiscard]] pressure_advance::SessionTiming Match(const std::vector<std::size_t>& sweeps) const;
   [[nodiscard]] std::string WithBusyComputer(const std::vector<std::size_t>& sweeps,
