@@ -1,4 +1,5 @@
-// What one tap costs: 400 samples are to take at most 20 us, 1000 at most 50 us.
+// What one tap costs: 400 samples are to take at most 20 us, with mains hum at most 60 us, and 1000
+// at most 50 us.
 #include <benchmark/benchmark.h>
 
 #include <vector>
@@ -14,11 +15,11 @@ using trammel::tap::test::MakePressTap;
 using trammel::tap::test::PressTap;
 
 // Taps of about so many samples; the rate makes the number.
-std::vector<PressTap> Taps(double samples) {
+std::vector<PressTap> Taps(double samples, double hum_g = 0) {
   constexpr double kSeconds = 1.3648;  // of a tap of MakePressTap with a pull-back of 0.1 mm
   std::vector<PressTap> taps;
   for (std::uint64_t seed = 1; seed <= 64; ++seed) {
-    taps.push_back(MakePressTap({.rate_hz = samples / kSeconds}, seed));
+    taps.push_back(MakePressTap({.rate_hz = samples / kSeconds, .hum_g = hum_g}, seed));
   }
   return taps;
 }
@@ -39,5 +40,17 @@ BENCHMARK(BM_Tap)
     ->ArgsProduct({{static_cast<int>(Method::kContact), static_cast<int>(Method::kTwoLine)},
                    {400, 1000}})
     ->Unit(benchmark::kMicrosecond);
+
+// Hum of half, of three and of ten times the noise.
+void BM_TapWithHum(benchmark::State& state) {
+  const std::vector<PressTap> taps = Taps(400, static_cast<double>(state.range(0)));
+  TapAnalyser analyser({.method = Method::kContact});
+  std::size_t i = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(analyser.Analyse(taps[i].View()));
+    i = (i + 1) % taps.size();
+  }
+}
+BENCHMARK(BM_TapWithHum)->Arg(1)->Arg(6)->Arg(20)->Unit(benchmark::kMicrosecond);
 
 }  // namespace

@@ -104,7 +104,8 @@ double PressShape::OuterSlope() const {
   return At((1 - kPart) * t) / (kPart * t);
 }
 
-BreakEstimate EstimateBreak(const PressProfile& profile, double inflation, Workspace& workspace) {
+BreakEstimate EstimateBreak(const PressProfile& profile, const BreakTask& task,
+                            Workspace& workspace) {
   BreakEstimate result;
   if (!profile.Ready()) {
     return result;
@@ -114,7 +115,10 @@ BreakEstimate EstimateBreak(const PressProfile& profile, double inflation, Works
   if (scan.empty()) {
     return result;
   }
-  const Candidates candidates = FindCandidates(profile, scan, inflation);
+  result.candidates =
+      task.known != nullptr ? *task.known : FindCandidates(profile, scan, task.inflation);
+  Candidates& candidates = result.candidates;
+  candidates.variance = task.inflation * candidates.noise_variance;
   if (candidates.variance == 0) {
     result.outcome = BreakEstimate::Outcome::kNoPress;
     return result;
@@ -124,16 +128,19 @@ BreakEstimate EstimateBreak(const PressProfile& profile, double inflation, Works
   result.cubic_t = candidates.model[kCubic].t;
   result.power_t = candidates.model[kPower].t;
   result.outer_ratio = candidates.OuterRatio();
-  const double quantile = Quantile(candidates.freedom);
-  BreakInterval interval(profile, candidates, quantile * quantile);
-  if (!interval.Find(scan)) {
-    result.outcome = BreakEstimate::Outcome::kAtEdge;
-    return result;
+  result.t = Average(candidates, result.order);
+  if (task.interval) {
+    const double quantile = Quantile(candidates.freedom);
+    BreakInterval interval(profile, candidates, quantile * quantile);
+    if (!interval.Find(scan)) {
+      result.outcome = BreakEstimate::Outcome::kAtEdge;
+      return result;
+    }
+    result.lo = interval.lo();
+    result.hi = interval.hi();
+    result.t = std::clamp(result.t, result.lo, result.hi);
+    result.standard_uncertainty = 0.5 * (result.hi - result.lo) / quantile;
   }
-  result.lo = interval.lo();
-  result.hi = interval.hi();
-  result.t = std::clamp(Average(candidates, result.order), result.lo, result.hi);
-  result.standard_uncertainty = 0.5 * (result.hi - result.lo) / quantile;
   result.below = profile.Below(result.t);
   result.shape = BestShape(profile, candidates, result.t);
   result.outcome = BreakEstimate::Outcome::kFound;

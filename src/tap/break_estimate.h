@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "tap/break_models.h"
 #include "tap/press_profile.h"
 #include "tap/workspace.h"
 
@@ -54,6 +55,16 @@ struct BreakEstimate {
   bool deep_kink =
       false;         ///< The press bends at once, far down: the drive may not yet follow there.
   PressShape shape;  ///< Of the press that explains the samples best.
+  Candidates candidates;  ///< The models' answers, for a BreakTask.
+};
+
+struct BreakTask {
+  double inflation = 1;  ///< By which correlation of the noise raises the variance of means; >= 1.
+  /// Without it the point is not held inside the interval, and one at the samples' edge is found
+  /// too: for a fit whose residuals alone are of interest.
+  bool interval = true;
+  /// Answers of the models for the same samples, where they are known; the inflation may differ.
+  const Candidates* known = nullptr;
 };
 
 /// Models. The quadratic press answers. Its neighbours are the straight one, the cubic one and a
@@ -71,8 +82,8 @@ struct BreakEstimate {
 /// holds, its own part of the interval covers 95 %; a neighbour can only add on one side, which
 /// bounds the excess at 2.5 %.
 ///
-/// @param inflation  By which correlation of the noise raises the variance of means; >= 1.
-[[nodiscard]] BreakEstimate EstimateBreak(const PressProfile& profile, double inflation,
+/// @param task  What is asked of it.
+[[nodiscard]] BreakEstimate EstimateBreak(const PressProfile& profile, const BreakTask& task,
                                           Workspace& workspace);
 
 }  // namespace trammel::tap

@@ -82,8 +82,15 @@ double BreakInterval::Margin(const PressProfile::At& at) const {
 }
 
 double BreakInterval::ZonesMargin(double t) const {
-  return (level_ - kZones) * candidates_.variance -
-         candidates_.price.Cost(FitTwoZones(profile_, t));
+  // So far out that the price alone is too high, unless they explained the samples much better
+  // there than where they do best.
+  constexpr double kBetter = 3;
+  const ZonesPrice& price = candidates_.price;
+  const Minimum& best = candidates_.model[kTwoZones];
+  const double allowed = (level_ - kZones) * candidates_.variance;
+  const double least = best.sum_squares - price.Far(best.t);
+  const double room = allowed - price.Far(t) - least + kBetter * candidates_.variance;
+  return room < 0 ? room : allowed - price.Cost(FitTwoZones(profile_, t));
 }
 
 // From the outermost point of the scan that holds, or from the minimum, to the next that does not.
@@ -101,10 +108,13 @@ bool BreakInterval::Search(Scan scan, bool zones) {
   while (zones && first < scan.size() && scan[first].t < kZonesFrom * candidates_.price.smooth_t) {
     ++first;
   }
-  while (first < scan.size() && scan[first].t < lo && !holds(scan[first])) {
+  // What the interval holds already need not be asked.
+  const double from = std::min(lo, lo_);
+  const double to = std::max(hi, hi_);
+  while (first < scan.size() && scan[first].t < from && !holds(scan[first])) {
     ++first;
   }
-  while (last > 0 && scan[last - 1].t > hi && !holds(scan[last - 1])) {
+  while (last > 0 && scan[last - 1].t > to && !holds(scan[last - 1])) {
     --last;
   }
   if (first == 0 || last == scan.size()) {
@@ -114,8 +124,14 @@ bool BreakInterval::Search(Scan scan, bool zones) {
   lo = std::min(lo, scan[std::min(first, scan.size() - 1)].t);
   hi = std::max(hi, scan[last - 1].t);
   const double scale = BreakScale(scan[first], profile_.Below(scan[first].t), candidates_.variance);
-  lo_ = std::min(lo_, FindBorder(lo, scan[first - 1].t, scale, margin));
-  hi_ = std::max(hi_, FindBorder(hi, scan[last].t, scale, margin));
+  const double below = scan[first - 1].t;
+  const double above = scan[last].t;
+  if (below < lo_ && (lo <= lo_ || margin(lo_) >= 0)) {
+    lo_ = std::min(lo_, FindBorder(std::min(lo, lo_), below, scale, margin));
+  }
+  if (above > hi_ && (hi >= hi_ || margin(hi_) >= 0)) {
+    hi_ = std::max(hi_, FindBorder(std::max(hi, hi_), above, scale, margin));
+  }
   return true;
 }
 

@@ -52,8 +52,7 @@ void FindZones(const PressProfile& profile, Scan scan, double least, Candidates&
 }  // namespace
 
 double ZonesPrice::Cost(const TwoZonePress& press) const {
-  return press.found ? std::min(press.sum_squares, press.sum_squares_curved + curve) +
-                           far * std::max(0.0, press.t / smooth_t - 1)
+  return press.found ? std::min(press.sum_squares, press.sum_squares_curved + curve) + Far(press.t)
                      : kNever;
 }
 

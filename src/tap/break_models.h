@@ -2,6 +2,7 @@
 // samples best.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -24,6 +25,7 @@ struct ZonesPrice {
   double far = 0;       ///< and a break so far beyond that of the quadratic press, per its depth,
   double smooth_t = 0;  ///< which is this.
 
+  [[nodiscard]] double Far(double t) const { return far * std::max(0.0, t / smooth_t - 1); }
   [[nodiscard]] double Cost(const TwoZonePress& press) const;
 };
 

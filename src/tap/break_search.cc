@@ -62,7 +62,7 @@ double BreakScale(const PressProfile::At& at, std::size_t below, double variance
   return slope > 0 ? std::max(3 * std::sqrt(variance / n) / slope, kRounding) : 1;
 }
 
-Scan ScanSamples(const PressProfile& profile, Workspace& workspace) {
+Scan ScanSamples(const PressProfile& profile, Workspace& workspace, std::size_t orders) {
   constexpr std::size_t kMost = 32;
   const std::span<const double> y = profile.samples().y;
   if (y.size() < kLeastBelow + kLeastAbove + 1) {
@@ -73,18 +73,23 @@ Scan ScanSamples(const PressProfile& profile, Workspace& workspace) {
   const Scan scan = workspace.Take<PressProfile::At>((range + step - 1) / step);
   for (std::size_t i = 0; i < scan.size(); ++i) {
     const std::size_t sample = kLeastBelow + i * step;
-    scan[i] = profile.Evaluate(y[sample], sample);
+    scan[i] = profile.EvaluateUpTo(orders, y[sample], sample);
   }
   return scan;
 }
 
-Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model) {
+std::size_t FindLeast(Scan scan, std::size_t model) {
   std::size_t best = 0;
   for (std::size_t i = 1; i < scan.size(); ++i) {
     if (SumSquares(scan[i], model) < SumSquares(scan[best], model)) {
       best = i;
     }
   }
+  return best;
+}
+
+Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model) {
+  const std::size_t best = FindLeast(scan, model);
   const auto of = [model](const PressProfile::At& at) {
     return Minimum{at.t, SumSquares(at, model)};
   };
@@ -96,7 +101,9 @@ Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model) {
   const std::size_t below = profile.Below(middle.t);
   return FindMinimum(
       of(scan[best - 1]), middle, of(scan[best + 1]),
-      [&](double t) { return SumSquares(profile.Evaluate(t), model); },
+      [&](double t) {
+        return SumSquares(profile.EvaluateUpTo(model + 1, t, profile.Below(t)), model);
+      },
       [&](double least) {
         return kEnoughOfScale * BreakScale(scan[best], below, least / freedom);
       });

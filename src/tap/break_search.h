@@ -23,7 +23,8 @@ inline constexpr double kNever = std::numeric_limits<double>::infinity();
 /// Break points over the whole stretch, in order: at every sample of a slow converter, at every few
 /// of a fast one.
 using Scan = std::span<PressProfile::At>;
-[[nodiscard]] Scan ScanSamples(const PressProfile& profile, Workspace& workspace);
+[[nodiscard]] Scan ScanSamples(const PressProfile& profile, Workspace& workspace,
+                               std::size_t orders = PressProfile::kOrders);
 
 /// Of the break's standard deviation, to which minima and borders are searched.
 inline constexpr double kEnoughOfScale = 0.01;
@@ -36,6 +37,9 @@ struct Minimum {
 /// The least of a scan, then between its neighbours by Brent's method (1973, chapter 5), to a
 /// hundredth of the break's standard deviation: noise and slope set the tolerance, not the scan.
 [[nodiscard]] Minimum FindMinimum(const PressProfile& profile, Scan scan, std::size_t model);
+
+/// The place of a scan's least.
+[[nodiscard]] std::size_t FindLeast(Scan scan, std::size_t model);
 
 /// A function of the break point that outlives the call it is given to.
 class OfBreak {

@@ -60,11 +60,11 @@ void TakeResiduals(const PressShape& shape, PressStretch& stretch) {
   }
 }
 
-Fit FitOnce(PressStretch& stretch, double inflation, Workspace& workspace) {
+Fit FitOnce(PressStretch& stretch, const BreakTask& task, Workspace& workspace) {
   const Workspace::Scope scope(workspace);
   const PressProfile profile(stretch.Samples(), workspace);
   Fit fit;
-  fit.estimate = EstimateBreak(profile, inflation, workspace);
+  fit.estimate = EstimateBreak(profile, task, workspace);
   if (fit.estimate.outcome != BreakEstimate::Outcome::kFound) {
     return fit;
   }
@@ -91,7 +91,7 @@ void ForgetOutliers(PressStretch& stretch, Fit& fit, Workspace& workspace, TapAn
       break;
     }
     stretch.weighted = true;
-    fit = FitOnce(stretch, 1, workspace);
+    fit = FitOnce(stretch, {}, workspace);
   }
   if (forgotten > 0) {
     result.Notice({FindingCode::kOutliersForgotten, static_cast<double>(forgotten), 0});
@@ -106,7 +106,8 @@ MainsHum TakeOutHum(PressStretch& stretch, Fit& fit, Workspace& workspace, TapAn
   constexpr int kPasses = 2;
   for (int pass = 0; pass < kPasses && Found(fit); ++pass) {
     RemoveMainsHum(hum, stretch.time_s, stretch.residual, stretch.force);
-    fit = FitOnce(stretch, 1, workspace);
+    const bool last = pass + 1 == kPasses;  // of the others the residuals alone are of interest
+    fit = FitOnce(stretch, {.interval = last}, workspace);
   }
   result.Notice({FindingCode::kHumRemoved, hum.amplitude_g, 0});
   return hum;
@@ -131,10 +132,15 @@ void TrimPress(PressStretch& stretch, Fit& fit, Workspace& workspace, TapAnalysi
     }
     std::copy(stretch.y.begin(), stretch.y.end(), shorter.y.begin());
     TrimStart(count, shorter);
-    const Fit attempt = FitOnce(shorter, 1, workspace);
+    Fit attempt = FitOnce(shorter, {.interval = false}, workspace);
+    if (Found(attempt) && attempt.traits.White()) {
+      const Candidates known = attempt.estimate.candidates;
+      attempt = FitOnce(shorter, {.known = &known}, workspace);
+    }
     if (Found(attempt) && attempt.traits.White()) {
       TrimStart(count, stretch);
-      fit = FitOnce(stretch, 1, workspace);
+      std::copy(shorter.residual.begin(), shorter.residual.end(), stretch.residual.begin());
+      fit = attempt;
       result.Notice({FindingCode::kPressTrimmed, share, 0});
       return;
     }
@@ -193,7 +199,7 @@ void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& opt
 
 Fit FitRobustly(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                 PressStretch& stretch, Workspace& workspace, TapAnalysis& result) {
-  Fit fit = FitOnce(stretch, 1, workspace);
+  Fit fit = FitOnce(stretch, {}, workspace);
   ForgetOutliers(stretch, fit, workspace, result);
   MainsHum hum;
   if (Found(fit) && fit.traits.portmanteau > kPortmanteauLimit) {
@@ -211,7 +217,8 @@ Fit FitRobustly(const CleanTap& clean, const TapMotion& motion, const TapOptions
                                {stretch.y, stretch.residual, fit.estimate.t, fit.estimate.noise},
                                workspace));
   if (inflation > 1) {
-    fit = FitOnce(stretch, inflation, workspace);
+    const Candidates known = fit.estimate.candidates;
+    fit = FitOnce(stretch, {.inflation = inflation, .known = &known}, workspace);
     result.Notice({FindingCode::kCorrelatedNoise, std::sqrt(inflation), 1});
   }
   Widen(clean, motion, options, inflation, workspace, stretch, fit);

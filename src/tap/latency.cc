@@ -66,18 +66,31 @@ class Fit {
     const double first_g = clean_.samples.force_g[range_.first];
     for (std::size_t i = range_.first; i < range_.end; ++i) {
       const double y = Y(i, state);
+      const double g = press_.sign * (clean_.samples.force_g[i] - first_g);
+      if (!(y < press_.shape.t)) {  // no press: the sample tells of the base alone
+        m[0][0] += 1;
+        m[0][kUnknowns] += g;
+        m[kUnknowns][kUnknowns] += g * g;
+        continue;
+      }
       const double p = press_.shape.At(y);
       const double slope = press_.shape.Slope(y) / press_.span_mm;
       const double speed =
           Time(i, state) < motion_.approach_end_s ? motion_.approach_speed_mm_s : 0;
-      const double g = press_.sign * (clean_.samples.force_g[i] - first_g);
       const std::array<double, kUnknowns + 1> row = {
           1, p, state.scale * slope * (speed + motion_.pull_back_speed_mm_s), state.scale * slope,
           g - state.scale * p};
+#pragma GCC unroll 5
       for (std::size_t a = 0; a <= kUnknowns; ++a) {
+#pragma GCC unroll 5
         for (std::size_t b = a; b <= kUnknowns; ++b) {
-          m[a][b] += row[a] * row[b] / variance;
+          m[a][b] += row[a] * row[b];
         }
+      }
+    }
+    for (auto& row : m) {
+      for (double& value : row) {
+        value /= variance;
       }
     }
     const auto prior = [&m](std::size_t k, double off, double deviation) {

@@ -1,12 +1,54 @@
 #include "tap/press_profile.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace trammel::tap {
 namespace {
 
 // A pivot below this share of its column is rounding: the column adds nothing.
 constexpr double kLeastPivot = 1e-11;
+
+// Turns sums of y^j into sums of (at - y)^j over the same samples: differences of neighbours, power
+// by power, which is (at - y)^(i+1) y^j = at (at - y)^i y^j - (at - y)^i y^(j+1).
+template <class Real, std::size_t kCount>
+void Shift(std::array<Real, kCount>& d, const Real& at) {
+#pragma GCC unroll 8
+  for (std::size_t i = 1; i < kCount; ++i) {
+#pragma GCC unroll 8
+    for (std::size_t j = kCount - 1; j >= i; --j) {
+      d[j] = at * d[j - 1] - d[j];
+    }
+  }
+}
+
+template <std::size_t kCount, std::size_t kAll>
+std::array<double, kCount> Shifted(const std::array<double, kAll>& moments, double at) {
+  static_assert(kCount <= kAll);
+  std::array<double, kCount> d;
+  std::copy_n(moments.begin(), kCount, d.begin());
+  Shift(d, at);
+  return d;
+}
+
+template <std::size_t kCount, std::size_t kAll>
+std::array<Pair, kCount> Shifted(const std::array<double, kAll>& first,
+                                 const std::array<double, kAll>& second, const Pair& at) {
+  static_assert(kCount <= kAll);
+  std::array<Pair, kCount> d;
+#pragma GCC unroll 8
+  for (std::size_t i = 0; i < kCount; ++i) {
+    d[i] = Pair{first[i], second[i]};
+  }
+  Shift(d, at);
+  return d;
+}
+
+double Invert(double pivot, double column) { return pivot > kLeastPivot * column ? 1 / pivot : 0; }
+
+Pair Invert(const Pair& pivot, const Pair& column) {
+  return pivot > kLeastPivot * column ? 1 / pivot : Pair{0, 0};
+}
 
 }  // namespace
 
@@ -31,6 +73,8 @@ PressProfile::PressProfile(const BreakSamples& samples, Workspace& workspace)
     }
     prefix_[i + 1] = sum;
   }
+  const double length = samples.y.empty() ? 0 : samples.y.back() - samples.y.front();
+  samples_per_y_ = length > 0 ? static_cast<double>(samples.y.size() - 1) / length : 0;
   inverse_count_ = sum.y[0] > 0 ? 1 / sum.y[0] : 0;
   mean_y_ = sum.y[1] * inverse_count_;
   mean_force_ = sum.force[0] * inverse_count_;
@@ -49,7 +93,7 @@ std::array<double, 6> PressProfile::Totals() const {
 std::size_t PressProfile::Below(double t) const {
   const std::span<const double> y = samples_.y;
   // Samples are nearly evenly spaced, so that the place is where it would be if they were.
-  const double guess = t * static_cast<double>(y.size());
+  const double guess = y.empty() ? 0 : (t - y.front()) * samples_per_y_ + 1;
   std::size_t at = guess > 0 ? std::min(y.size(), static_cast<std::size_t>(guess)) : 0;
   constexpr int kNear = 12;
   for (int step = 0; step < kNear; ++step) {
@@ -64,29 +108,14 @@ std::size_t PressProfile::Below(double t) const {
   return static_cast<std::size_t>(std::lower_bound(y.begin(), y.end(), t) - y.begin());
 }
 
+template <std::size_t kUpTo>
 PressProfile::Elimination PressProfile::Eliminate(double t, std::size_t below) const {
-  // Sums of (t - y)^i over the press: differences of neighbours, power by power, which is
-  // (t - y)^(i+1) y^j = t (t - y)^i y^j - (t - y)^i y^(j+1).
-  std::array<double, 7> d = prefix_[below].y;
-#pragma GCC unroll 8
-  for (std::size_t i = 1; i < d.size(); ++i) {
-#pragma GCC unroll 8
-    for (std::size_t j = d.size() - 1; j >= i; --j) {
-      d[j] = t * d[j - 1] - d[j];
-    }
-  }
-  std::array<double, 4> g = prefix_[below].force;
-#pragma GCC unroll 4
-  for (std::size_t i = 1; i < g.size(); ++i) {
-#pragma GCC unroll 4
-    for (std::size_t j = g.size() - 1; j >= i; --j) {
-      g[j] = t * g[j - 1] - g[j];
-    }
-  }
+  const auto d = Shifted<2 * kUpTo + 1>(prefix_[below].y, t);
+  const auto g = Shifted<kUpTo + 1>(prefix_[below].force, t);
   Elimination e;
   std::array<double, kOrders> h{};
   const double offset = t - mean_y_;
-  for (std::size_t i = 0; i < kOrders; ++i) {
+  for (std::size_t i = 0; i < kUpTo; ++i) {
     e.sum_d[i] = d[i + 1];
     e.sum_dy[i] = offset * d[i + 1] - d[i + 2];
     h[i] = g[i + 1] - mean_force_ * e.sum_d[i] - slope_ * e.sum_dy[i];
@@ -95,37 +124,57 @@ PressProfile::Elimination PressProfile::Eliminate(double t, std::size_t below) c
     return d[i + j + 2] - inverse_count_ * e.sum_d[i] * e.sum_d[j] -
            inverse_spread_ * e.sum_dy[i] * e.sum_dy[j];
   };
-  const auto invert = [](double pivot, double column) {
-    return pivot > kLeastPivot * column ? 1 / pivot : 0;
-  };
-  const double g12 = product(0, 1);
-  const double g13 = product(0, 2);
-  const double i1 = invert(product(0, 0), d[2]);
-  e.l12 = g12 * i1;
-  e.l13 = g13 * i1;
-  const double g23 = product(1, 2) - e.l12 * g13;
-  const double h2 = h[1] - e.l12 * h[0];
-  const double i2 = invert(product(1, 1) - e.l12 * g12, d[4]);
-  e.l23 = g23 * i2;
-  const double h3 = h[2] - e.l13 * h[0] - e.l23 * h2;
-  const double i3 = invert(product(2, 2) - e.l13 * g13 - e.l23 * g23, d[6]);
-  e.solved = {h[0] * i1, h2 * i2, h3 * i3};
-  e.gained = {h[0] * e.solved[0], h2 * e.solved[1], h3 * e.solved[2]};
+  const double i1 = Invert(product(0, 0), d[2]);
+  e.solved[0] = h[0] * i1;
+  e.gained[0] = h[0] * e.solved[0];
+  if constexpr (kUpTo > 1) {
+    const double g12 = product(0, 1);
+    e.l12 = g12 * i1;
+    const double h2 = h[1] - e.l12 * h[0];
+    const double i2 = Invert(product(1, 1) - e.l12 * g12, d[4]);
+    e.solved[1] = h2 * i2;
+    e.gained[1] = h2 * e.solved[1];
+    if constexpr (kUpTo > 2) {
+      const double g13 = product(0, 2);
+      e.l13 = g13 * i1;
+      const double g23 = product(1, 2) - e.l12 * g13;
+      e.l23 = g23 * i2;
+      const double h3 = h[2] - e.l13 * h[0] - e.l23 * h2;
+      const double i3 = Invert(product(2, 2) - e.l13 * g13 - e.l23 * g23, d[6]);
+      e.solved[2] = h3 * i3;
+      e.gained[2] = h3 * e.solved[2];
+    }
+  }
   return e;
 }
 
-PressProfile::At PressProfile::Evaluate(double t, std::size_t below) const {
-  const Elimination e = Eliminate(t, below);
-  At at{};
-  at.t = t;
+template <std::size_t kUpTo>
+PressProfile::At PressProfile::EvaluateOrders(double t, std::size_t below) const {
+  constexpr double kNoPress = std::numeric_limits<double>::quiet_NaN();
+  const Elimination e = Eliminate<kUpTo>(t, below);
+  At at{t, {}, {kNoPress, kNoPress, kNoPress}};
   at.sum_squares[0] = std::max(0.0, sum_squares_ - e.gained[0]);
-  at.sum_squares[1] = std::max(0.0, at.sum_squares[0] - e.gained[1]);
-  at.sum_squares[2] = std::max(0.0, at.sum_squares[1] - e.gained[2]);
   at.start_slope[0] = e.solved[0];
-  at.start_slope[1] = e.solved[0] - e.l12 * e.solved[1];
-  at.start_slope[2] =
-      e.solved[0] - e.l12 * (e.solved[1] - e.l23 * e.solved[2]) - e.l13 * e.solved[2];
+  if constexpr (kUpTo > 1) {
+    at.sum_squares[1] = std::max(0.0, at.sum_squares[0] - e.gained[1]);
+    at.start_slope[1] = e.solved[0] - e.l12 * e.solved[1];
+  }
+  if constexpr (kUpTo > 2) {
+    at.sum_squares[2] = std::max(0.0, at.sum_squares[1] - e.gained[2]);
+    at.start_slope[2] =
+        e.solved[0] - e.l12 * (e.solved[1] - e.l23 * e.solved[2]) - e.l13 * e.solved[2];
+  }
   return at;
+}
+
+PressProfile::At PressProfile::Evaluate(double t, std::size_t below) const {
+  return EvaluateOrders<kOrders>(t, below);
+}
+
+PressProfile::At PressProfile::EvaluateUpTo(std::size_t orders, double t, std::size_t below) const {
+  return orders == 1   ? EvaluateOrders<1>(t, below)
+         : orders == 2 ? EvaluateOrders<2>(t, below)
+                       : EvaluateOrders<kOrders>(t, below);
 }
 
 PressProfile::Kinked PressProfile::EvaluateKinked(double t, std::size_t below_t, double s,
@@ -163,28 +212,6 @@ PressProfile::Kinked PressProfile::EvaluateKinked(double t, std::size_t below_t,
   return {std::max(0.0, sum_squares_ - c * outer.h - k * inner.h), c, k};
 }
 
-namespace {
-
-// Turns sums of y^j into sums of (at - y)^j over the same samples.
-template <std::size_t kCount, std::size_t kAll>
-std::array<double, kCount> Shifted(const std::array<double, kAll>& moments, double at) {
-  static_assert(kCount <= kAll);
-  std::array<double, kCount> d;
-  std::copy_n(moments.begin(), kCount, d.begin());
-#pragma GCC unroll 8
-  for (std::size_t i = 1; i < kCount; ++i) {
-#pragma GCC unroll 8
-    for (std::size_t j = kCount - 1; j >= i; --j) {
-      d[j] = at * d[j - 1] - d[j];
-    }
-  }
-  return d;
-}
-
-double Invert(double pivot, double column) { return pivot > kLeastPivot * column ? 1 / pivot : 0; }
-
-}  // namespace
-
 PressProfile::OuterZone PressProfile::Outer(double t, std::size_t below) const {
   const auto d = Shifted<3>(prefix_[below].y, t);
   const auto f = Shifted<2>(prefix_[below].force, t);
@@ -200,41 +227,52 @@ PressProfile::OuterZone PressProfile::Outer(double t, std::size_t below) const {
   return outer;
 }
 
-PressProfile::TwoZones PressProfile::EvaluateTwoZones(const OuterZone& outer, double s,
-                                                      std::size_t below) const {
-  const auto d = Shifted<5>(prefix_[below].y, s);
-  const auto f = Shifted<3>(prefix_[below].force, s);
+PressProfile::TwoZones PressProfile::EvaluateTwoZones(
+    const std::array<const OuterZone*, 2>& outer, const std::array<double, 2>& at,
+    const std::array<std::size_t, 2>& below) const {
+  const auto both = [&](double OuterZone::*field) {
+    return Pair{outer[0]->*field, outer[1]->*field};
+  };
+  const Pair outer_t = both(&OuterZone::t);
+  const Pair outer_sum = both(&OuterZone::sum);
+  const Pair outer_sum_y = both(&OuterZone::sum_y);
+  const Pair outer_force = both(&OuterZone::force);
+  const Pair outer_inverse = both(&OuterZone::inverse);
+  const Pair outer_sum_squares = both(&OuterZone::sum_squares);
+  const Pair s = {at[0], at[1]};
+  const auto d = Shifted<5>(prefix_[below[0]].y, prefix_[below[1]].y, s);
+  const auto f = Shifted<3>(prefix_[below[0]].force, prefix_[below[1]].force, s);
   // Of the two inner columns: their sums, those times y - mean, their products with the force about
   // the baseline and with each other, all without the baseline and the outer column.
-  const double sum_y1 = (s - mean_y_) * d[1] - d[2];
-  const double sum_y2 = (s - mean_y_) * d[2] - d[3];
-  const double lift = outer.t - s;
-  const double g12 = d[2] + lift * d[1] - inverse_count_ * outer.sum * d[1] -
-                     inverse_spread_ * outer.sum_y * sum_y1;
-  const double g13 = d[3] + lift * d[2] - inverse_count_ * outer.sum * d[2] -
-                     inverse_spread_ * outer.sum_y * sum_y2;
-  const double l12 = g12 * outer.inverse;
-  const double l13 = g13 * outer.inverse;
-  const double g22 =
+  const Pair sum_y1 = (s - mean_y_) * d[1] - d[2];
+  const Pair sum_y2 = (s - mean_y_) * d[2] - d[3];
+  const Pair lift = outer_t - s;
+  const Pair g12 = d[2] + lift * d[1] - inverse_count_ * outer_sum * d[1] -
+                   inverse_spread_ * outer_sum_y * sum_y1;
+  const Pair g13 = d[3] + lift * d[2] - inverse_count_ * outer_sum * d[2] -
+                   inverse_spread_ * outer_sum_y * sum_y2;
+  const Pair l12 = g12 * outer_inverse;
+  const Pair l13 = g13 * outer_inverse;
+  const Pair g22 =
       d[2] - inverse_count_ * d[1] * d[1] - inverse_spread_ * sum_y1 * sum_y1 - l12 * g12;
-  const double g23 =
+  const Pair g23 =
       d[3] - inverse_count_ * d[1] * d[2] - inverse_spread_ * sum_y1 * sum_y2 - l12 * g13;
-  const double g33 =
+  const Pair g33 =
       d[4] - inverse_count_ * d[2] * d[2] - inverse_spread_ * sum_y2 * sum_y2 - l13 * g13;
-  const double i2 = Invert(g22, d[2]);
-  const double l23 = g23 * i2;
-  const double i3 = Invert(g33 - l23 * g23, d[4]);
-  const double h2 = f[1] - mean_force_ * d[1] - slope_ * sum_y1 - l12 * outer.force;
-  const double h3 = f[2] - mean_force_ * d[2] - slope_ * sum_y2 - l13 * outer.force - l23 * h2;
-  const double q = h3 * i3;
-  const double k = h2 * i2 - l23 * q;
-  const double c = outer.force * outer.inverse - l12 * k - l13 * q;
-  const double straight = outer.sum_squares - h2 * h2 * i2;
-  return {std::max(0.0, straight), std::max(0.0, straight - h3 * q), c, k, q};
+  const Pair i2 = Invert(g22, d[2]);
+  const Pair l23 = g23 * i2;
+  const Pair i3 = Invert(g33 - l23 * g23, d[4]);
+  const Pair h2 = f[1] - mean_force_ * d[1] - slope_ * sum_y1 - l12 * outer_force;
+  const Pair h3 = f[2] - mean_force_ * d[2] - slope_ * sum_y2 - l13 * outer_force - l23 * h2;
+  const Pair q = h3 * i3;
+  const Pair k = h2 * i2 - l23 * q;
+  const Pair c = outer_force * outer_inverse - l12 * k - l13 * q;
+  const Pair straight = outer_sum_squares - h2 * h2 * i2;
+  return {straight, straight - h3 * q, c, k, q};
 }
 
 PressProfile::Coefficients PressProfile::Fit(double t, std::size_t order) const {
-  const Elimination e = Eliminate(t, Below(t));
+  const Elimination e = Eliminate<kOrders>(t, Below(t));
   Coefficients fit;
   fit.c[2] = order > 2 ? e.solved[2] : 0;
   fit.c[1] = order > 1 ? e.solved[1] - e.l23 * fit.c[2] : 0;

@@ -16,6 +16,9 @@ struct BreakSamples {
   std::span<const double> weight;  ///< >= 0; empty for 1.
 };
 
+/// Two numbers that are worked on at once.
+using Pair = double __attribute__((vector_size(16)));
+
 /// Model: force = a + b (y - t) + sum over i = 1 … order of c_i d^i with d = max(0, t - y): a
 /// sloped baseline, and below the break t a press that starts from zero.
 ///
@@ -50,6 +53,8 @@ class PressProfile {
   /// @param below  How many samples have y < t (or y <= t, which gives the same).
   [[nodiscard]] At Evaluate(double t, std::size_t below) const;
   [[nodiscard]] At Evaluate(double t) const { return Evaluate(t, Below(t)); }
+  /// Only the first `orders` of them, for less; the others are no press.
+  [[nodiscard]] At EvaluateUpTo(std::size_t orders, double t, std::size_t below) const;
   /// The press c d + k max(0, s - y), s < t: two straight ones.
   struct Kinked {
     double sum_squares;
@@ -59,12 +64,13 @@ class PressProfile {
   [[nodiscard]] Kinked EvaluateKinked(double t, std::size_t below_t, double s,
                                       std::size_t below_s) const;
   /// The press c max(0, t - y) + k e + q e^2, e = max(0, s - y), s < t: the outer zone straight.
+  /// Two of them side by side, which a processor works out at once.
   struct TwoZones {
-    double sum_squares;         ///< With q = 0,
-    double sum_squares_curved;  ///< and with q as it comes.
-    double outer_slope;         ///< c, with q as it comes,
-    double added_slope;         ///< k
-    double added_curve;         ///< and q.
+    Pair sum_squares;         ///< With q = 0, >= 0 but for rounding,
+    Pair sum_squares_curved;  ///< and with q as it comes.
+    Pair outer_slope;         ///< c, with q as it comes,
+    Pair added_slope;         ///< k
+    Pair added_curve;         ///< and q.
   };
   /// The outer zone's column for a break at t, with the baseline taken out.
   struct OuterZone {
@@ -77,9 +83,11 @@ class PressProfile {
   };
   /// @param below  Samples with y < t.
   [[nodiscard]] OuterZone Outer(double t, std::size_t below) const;
+  /// @param outer  One for each of the two, or the same for both.
   /// @param below  Samples with y < s.
-  [[nodiscard]] TwoZones EvaluateTwoZones(const OuterZone& outer, double s,
-                                          std::size_t below) const;
+  [[nodiscard]] TwoZones EvaluateTwoZones(const std::array<const OuterZone*, 2>& outer,
+                                          const std::array<double, 2>& s,
+                                          const std::array<std::size_t, 2>& below) const;
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
   [[nodiscard]] std::size_t Below(double t) const;
   [[nodiscard]] const BreakSamples& samples() const { return samples_; }
@@ -105,10 +113,14 @@ class PressProfile {
     std::array<double, kOrders> solved{};  // right-hand side over pivot
     std::array<double, kOrders> gained{};  // by which each column lowers the sum of squares
   };
+  template <std::size_t kUpTo>
   [[nodiscard]] Elimination Eliminate(double t, std::size_t below) const;
+  template <std::size_t kUpTo>
+  [[nodiscard]] At EvaluateOrders(double t, std::size_t below) const;
 
   BreakSamples samples_;
   std::span<Moments> prefix_;
+  double samples_per_y_ = 0;  // on average
   double force_squares_ = 0;
   double mean_y_ = 0;
   double inverse_count_ = 0;

@@ -20,26 +20,35 @@ struct Line {
 };
 using Lines = std::array<Line, MainsHum::kLines>;
 
-// Amplitudes of a frequency's harmonics by projection: the samples hold several periods, over which
-// cosine and sine are nearly orthogonal.
-Lines Project(std::span<const double> time_s, std::span<const double> r, double frequency_hz) {
-  Lines lines;
+// Calls visit(i, k, cosine, sine) for every sample and harmonic k = 0 … of a frequency.
+template <class Visit>
+void ForHarmonics(std::span<const double> time_s, double frequency_hz, const Visit& visit) {
   const double omega = 2 * std::numbers::pi * frequency_hz;
-  const double scale = 2 / static_cast<double>(r.size());
-  for (std::size_t i = 0; i < r.size(); ++i) {
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
     const double phase = omega * (time_s[i] - time_s[0]);
     const double c1 = std::cos(phase);
     const double s1 = std::sin(phase);
     double c = c1;
     double s = s1;
-    for (Line& line : lines) {
-      line.cosine += scale * r[i] * c;
-      line.sine += scale * r[i] * s;
+    for (std::size_t k = 0; k < MainsHum::kLines; ++k) {
+      visit(i, k, c, s);
       const double next = c * c1 - s * s1;
       s = s * c1 + c * s1;
       c = next;
     }
   }
+}
+
+// Amplitudes of a frequency's harmonics by projection: the samples hold several periods, over which
+// cosine and sine are nearly orthogonal.
+Lines Project(std::span<const double> time_s, std::span<const double> r, double frequency_hz) {
+  Lines lines;
+  const double scale = 2 / static_cast<double>(r.size());
+  ForHarmonics(time_s.first(r.size()), frequency_hz,
+               [&](std::size_t i, std::size_t k, double c, double s) {
+                 lines[k].cosine += scale * r[i] * c;
+                 lines[k].sine += scale * r[i] * s;
+               });
   return lines;
 }
 
@@ -172,16 +181,16 @@ MainsHum FindMainsHum(std::span<const double> time_s, std::span<const double> r,
 
 void RemoveMainsHum(const MainsHum& hum, std::span<const double> time_s, std::span<double> r,
                     std::span<double> force) {
-  const Lines lines = Project(time_s, r, hum.frequency_hz);
-  const double omega = 2 * std::numbers::pi * hum.frequency_hz;
+  Lines lines = Project(time_s, r, hum.frequency_hz);
   for (std::size_t k = 0; k < lines.size(); ++k) {
-    for (std::size_t i = 0; hum.present[k] && i < r.size(); ++i) {
-      const double phase = static_cast<double>(k + 1) * omega * (time_s[i] - time_s[0]);
-      const double wave = lines[k].cosine * std::cos(phase) + lines[k].sine * std::sin(phase);
-      r[i] -= wave;
-      force[i] -= wave;
-    }
+    lines[k] = hum.present[k] ? lines[k] : Line{};
   }
+  ForHarmonics(time_s.first(r.size()), hum.frequency_hz,
+               [&](std::size_t i, std::size_t k, double c, double s) {
+                 const double wave = lines[k].cosine * c + lines[k].sine * s;
+                 r[i] -= wave;
+                 force[i] -= wave;
+               });
 }
 
 }  // namespace trammel::tap

@@ -25,7 +25,7 @@ struct TwoZonePress {
 
 /// The best kink for a break at t. Both zones must press: the outer one by at least a tenth of the
 /// inner one's slope, for less cannot be told from none.
-/// Cost: a microsecond, whatever the number of samples.
+/// Cost: half a microsecond, whatever the number of samples.
 [[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, double t);
 
 /// A quick look for break and kink around the break of a smooth press: zones of several widths that
