@@ -1,6 +1,7 @@
 #include "part_alignment/targets/disc_pass.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -136,10 +137,21 @@ class Pass {
 
   /// Instead of the normal equations.
   void RunBySectors(SectorSums& sums) {
-    sectors_ = &sums;
+    by_sectors_ = true;
     // Some rows of a large disc tell enough.
     constexpr double kRows = 12;
     (void)Run(std::clamp(static_cast<int>(MeanRadius(m_) / kRows), 1, 4));
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      const FourSectors& of = four_sectors_[i];
+      for (int lane = 0; lane < 4; ++lane) {
+        sums[i].edge += of.edge[lane];
+        sums[i].edge2 += of.edge2[lane];
+        sums[i].inside += of.inside[lane];
+        sums[i].outside += of.outside[lane];
+        sums[i].inside_count += of.inside_count[lane];
+        sums[i].outside_count += of.outside_count[lane];
+      }
+    }
   }
 
   DiscNormal Run(int every) {
@@ -231,7 +243,7 @@ class Pass {
     samples_ -= wanted;
     saturated_ -= white | black;
     wanted &= ~((white & (value >= grey)) | (black & (value <= grey)));
-    if (sectors_ != nullptr) {
+    if (by_sectors_) {
       const Four by_shift = density * gain * c_.contrast * c_.per_blur;
       AddToSectors(u, v, wanted, {cover, by_shift, grey - value});
       return;
@@ -258,25 +270,29 @@ class Pass {
     Four cover, by_shift, residual;
   };
 
-  void AddToSectors(Four u, Four v, FourInts wanted, const SectorValues& of) const {
+  /// A SectorSum by lanes.
+  struct FourSectors {
+    Four edge{}, edge2{}, inside{}, outside{};
+    FourInts inside_count{}, outside_count{};
+  };
+
+  /// Four neighbours count where the first of them lies: any partition that knows nothing of the
+  /// residuals does.
+  void AddToSectors(Four u, Four v, FourInts wanted, const SectorValues& of) {
     constexpr float kIn = 0.95F;
     constexpr float kOut = 0.05F;
-    for (int lane = 0; lane < 4; ++lane) {
-      if (wanted[lane] == 0) continue;
-      const bool steep = std::abs(v[lane]) > std::abs(u[lane]);
-      SectorSum& sum =
-          (*sectors_)[(u[lane] > 0 ? 1U : 0U) + (v[lane] > 0 ? 2U : 0U) + (steep ? 4U : 0U)];
-      const float residual = of.residual[lane];
-      sum.edge += of.by_shift[lane] * residual;
-      sum.edge2 += of.by_shift[lane] * of.by_shift[lane];
-      if (of.cover[lane] > kIn) {
-        sum.inside += residual;
-        ++sum.inside_count;
-      } else if (of.cover[lane] < kOut) {
-        sum.outside += residual;
-        ++sum.outside_count;
-      }
-    }
+    const bool steep = std::abs(v[0]) > std::abs(u[0]);
+    FourSectors& sum =
+        four_sectors_[(u[0] > 0 ? 1U : 0U) + (v[0] > 0 ? 2U : 0U) + (steep ? 4U : 0U)];
+    const Four by_shift = Where(wanted, of.by_shift);
+    sum.edge += by_shift * of.residual;
+    sum.edge2 += by_shift * by_shift;
+    const FourInts inside = wanted & (of.cover > kIn);
+    const FourInts outside = wanted & (of.cover < kOut);
+    sum.inside += Where(inside, of.residual);
+    sum.outside += Where(outside, of.residual);
+    sum.inside_count -= inside;
+    sum.outside_count -= outside;
   }
 
   /// Where nothing changes any more.
@@ -300,7 +316,8 @@ class Pass {
   double outer_ = 0;
   double inner_ = 0;
   std::optional<SoftRing> ring_;
-  SectorSums* sectors_ = nullptr;
+  bool by_sectors_ = false;
+  std::array<FourSectors, 8> four_sectors_{};
   Products<0> edge_;
   Products<kFirstFlat> flat_;
   FourInts samples_{};

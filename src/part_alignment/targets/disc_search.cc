@@ -288,7 +288,7 @@ void RunsOfRow(const PageView& picture, int row, const RunRules& rules,
     const int right = p[run.last + aside] - run.inside;
     if ((left > 0) != (right > 0)) continue;
     const int less = std::min(std::abs(left), std::abs(right));
-    if (less < rules.min_contrast / 2 || 3 * less < std::max(std::abs(left), std::abs(right))) {
+    if (less < rules.min_contrast / 2 || 4 * less < std::max(std::abs(left), std::abs(right))) {
       continue;
     }
     run.outside = run.inside + (left + right) / 2;
