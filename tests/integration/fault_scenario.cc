@@ -110,7 +110,9 @@ RecordingLook LookAtRecording(const MachineShop& shop) {
     ++look.videos;
   }
   const auto sweeps = nlohmann::json::parse(ReadWhole(folder / "sweeps.json"), nullptr, false);
-  if (sweeps.is_object()) look.sweeps = static_cast<int>(sweeps["sweeps"].size());
+  if (sweeps.is_object()) {
+    look.sweeps = static_cast<int>(sweeps["sweeps"].size() + sweeps["swept_again"].size());
+  }
   look.scan = fs::exists(folder / "scan.json", ignored);
   if (!look.scan && !sweeps.is_object()) return look;
   const ProcessEnd end = shop.Run({"pa", "analyze", "rec", "--json"});

@@ -33,7 +33,7 @@ struct RecordingLook {
   int videos = 0;       ///< line0.avi, line1.avi, …
   int told_frames = 0;  ///< lines in their .times
   int kept_frames = 0;  ///< pictures that are whole in the videos, as far as told
-  int sweeps = 0;       ///< that sweeps.json tells of
+  int sweeps = 0;       ///< that sweeps.json tells of, those swept again with them
   bool scan = false;    ///< whether there is a scan.json
   int exit_code = -1;   ///< of `trammel pa analyze --json`; -1: not run, no sweep was begun
   std::string verdict;  ///< empty: none was given
