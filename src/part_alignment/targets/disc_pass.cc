@@ -138,9 +138,8 @@ class Pass {
   /// Instead of the normal equations.
   void RunBySectors(SectorSums& sums) {
     by_sectors_ = true;
-    // Some rows of a large disc tell enough.
-    constexpr double kRows = 12;
-    (void)Run(std::clamp(static_cast<int>(MeanRadius(m_) / kRows), 1, 4));
+    constexpr int kEveryRow = 1;  // fewer would show uneven light less than the centre feels it
+    (void)Run(kEveryRow);
     for (std::size_t i = 0; i < sums.size(); ++i) {
       const FourSectors& of = four_sectors_[i];
       for (int lane = 0; lane < 4; ++lane) {

@@ -35,7 +35,7 @@ struct SectorSum {
 };
 using SectorSums = std::array<SectorSum, 8>;
 
-/// Of the pixels that SumOverPixels takes, every few rows of a large disc, saturated ones left out.
+/// Of the pixels that SumOverPixels takes of every row, saturated ones left out.
 [[nodiscard]] SectorSums SumBySectors(const PageView& picture, const DiscModel& model,
                                       const RingShade& ring);
 
