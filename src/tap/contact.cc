@@ -1,19 +1,13 @@
 #include "tap/contact.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "tap/approach_contact.h"
-#include "tap/break_estimate.h"
-#include "tap/break_search.h"
+#include "tap/cruise_fit.h"
 #include "tap/finding.h"
-#include "tap/free_noise.h"
 #include "tap/latency.h"
-#include "tap/local_readings.h"
-#include "tap/press_stretch.h"
-#include "tap/residuals.h"
 
 namespace trammel::tap {
 namespace {
@@ -21,209 +15,11 @@ namespace {
 constexpr double kLeastStandOut = 5;  // of the press's force over the noise of one sample
 constexpr double kLeastLeft = 0.2;    // of the force at rest, at the cruise's start
 constexpr double kVague_mm = 0.012;   // a break that is not known to this is of no use
-constexpr double kOutlier = 5;        // deviations: one sample in two million
 // A sheet that lies hollow, a toe of plastic: the readings of its end and of the bed's are so far
 // apart, and it starts with less than so much of the slope below the kink.
 constexpr double kMostApart_mm = 0.012;
 constexpr double kLeastSlope = 0.4;
 constexpr double kNormal95 = 1.959964;
-
-struct Fit {
-  BreakEstimate estimate;
-  PressProfile::Coefficients coefficients;
-  ResidualTraits traits;
-};
-
-// What a press and the straight baseline that goes best with it leave over.
-void TakeResiduals(const PressShape& shape, PressStretch& stretch) {
-  double n = 0;
-  double sum_y = 0;
-  double sum_yy = 0;
-  double sum_r = 0;
-  double sum_ry = 0;
-  for (std::size_t i = 0; i < stretch.y.size(); ++i) {
-    const double y = stretch.y[i];
-    const double w = stretch.weighted ? stretch.weight[i] : 1;
-    const double r = stretch.force[i] - shape.At(y);
-    stretch.residual[i] = r;
-    n += w;
-    sum_y += w * y;
-    sum_yy += w * y * y;
-    sum_r += w * r;
-    sum_ry += w * r * y;
-  }
-  const double spread = n * sum_yy - sum_y * sum_y;
-  const double slope = spread > 0 ? (n * sum_ry - sum_r * sum_y) / spread : 0;
-  const double level = n > 0 ? (sum_r - slope * sum_y) / n : 0;
-  for (std::size_t i = 0; i < stretch.y.size(); ++i) {
-    stretch.residual[i] -= level + slope * stretch.y[i];
-  }
-}
-
-Fit FitOnce(PressStretch& stretch, const BreakTask& task, Workspace& workspace) {
-  const Workspace::Scope scope(workspace);
-  const PressProfile profile(stretch.Samples(), workspace);
-  Fit fit;
-  fit.estimate = EstimateBreak(profile, task, workspace);
-  if (fit.estimate.outcome != BreakEstimate::Outcome::kFound) {
-    return fit;
-  }
-  constexpr std::size_t kOrder = PressProfile::kOrders;
-  fit.coefficients = profile.Fit(fit.estimate.t, kOrder);
-  TakeResiduals(fit.estimate.shape, stretch);
-  fit.traits = Examine(stretch.residual, fit.estimate.below, stretch.scratch);
-  return fit;
-}
-
-bool Found(const Fit& fit) { return fit.estimate.outcome == BreakEstimate::Outcome::kFound; }
-
-// One wild sample bends the first fit, so that weighing is repeated.
-void ForgetOutliers(PressStretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
-  constexpr int kPasses = 3;
-  std::size_t forgotten = 0;
-  for (int pass = 0; pass < kPasses && Found(fit); ++pass) {
-    if (!(fit.traits.largest > kOutlier * fit.traits.robust_deviation) ||
-        !(fit.traits.robust_deviation > 0)) {
-      break;
-    }
-    forgotten = WeighOutliers(stretch.residual, fit.traits.robust_deviation, stretch.weight);
-    if (forgotten == 0) {
-      break;
-    }
-    stretch.weighted = true;
-    fit = FitOnce(stretch, {}, workspace);
-  }
-  if (forgotten > 0) {
-    result.Notice({FindingCode::kOutliersForgotten, static_cast<double>(forgotten), 0});
-  }
-}
-
-MainsHum TakeOutHum(PressStretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
-  const MainsHum hum = FindMainsHum(stretch.time_s, stretch.residual, fit.estimate.noise);
-  if (hum.frequency_hz == 0) {
-    return hum;
-  }
-  constexpr int kPasses = 2;
-  for (int pass = 0; pass < kPasses && Found(fit); ++pass) {
-    RemoveMainsHum(hum, stretch.time_s, stretch.residual, stretch.force);
-    const bool last = pass + 1 == kPasses;  // of the others the residuals alone are of interest
-    fit = FitOnce(stretch, {.interval = last}, workspace);
-  }
-  result.Notice({FindingCode::kHumRemoved, hum.amplitude_g, 0});
-  return hum;
-}
-
-// Residuals that are still not white: the drive lags behind at the start of the
-// pull-back, or the press follows another law at depth. Less of the press, from the deepest end,
-// tells: the first remainder whose residuals are white is taken, none if none is.
-void TrimPress(PressStretch& stretch, Fit& fit, Workspace& workspace, TapAnalysis& result) {
-  const std::size_t below = fit.estimate.below;
-  for (const double share : {0.15, 0.3}) {
-    const auto count = static_cast<std::size_t>(share * static_cast<double>(below));
-    if (count == 0 || stretch.y.size() - count < kLeastInCruise) {
-      continue;
-    }
-    const Workspace::Scope scope(workspace);
-    PressStretch shorter = stretch;
-    shorter.y = workspace.Take<double>(stretch.y.size());
-    shorter.residual = workspace.Take<double>(stretch.y.size());
-    if (shorter.residual.empty()) {
-      return;
-    }
-    std::copy(stretch.y.begin(), stretch.y.end(), shorter.y.begin());
-    TrimStart(count, shorter);
-    Fit attempt = FitOnce(shorter, {.interval = false}, workspace);
-    if (Found(attempt) && attempt.traits.White()) {
-      const Candidates known = attempt.estimate.candidates;
-      attempt = FitOnce(shorter, {.known = &known}, workspace);
-    }
-    if (Found(attempt) && attempt.traits.White()) {
-      TrimStart(count, stretch);
-      std::copy(shorter.residual.begin(), shorter.residual.end(), stretch.residual.begin());
-      fit = attempt;
-      result.Notice({FindingCode::kPressTrimmed, share, 0});
-      return;
-    }
-  }
-}
-
-FreeNozzle FreeNozzleOf(const PressStretch& stretch, const Fit& fit, const TapMotion& motion,
-                        const TapOptions& options, const MainsHum& hum) {
-  const BreakEstimate& e = fit.estimate;
-  const double drift_g_s =
-      stretch.sign * fit.coefficients.b / stretch.span_mm * motion.pull_back_speed_mm_s;
-  return {stretch.Z(e.t),
-          options.latency_s,
-          drift_g_s,
-          stretch.sign * fit.coefficients.a + stretch.mean_g,
-          (1 - e.t) * stretch.span_mm / motion.pull_back_speed_mm_s,
-          e.noise,
-          hum,
-          fit.traits.portmanteau > kPortmanteauLimit};
-}
-
-// What else the samples show is added to the interval: parts that disagree with the whole by more
-// than noise explains, and a free force that differs between before the touch and after the break.
-void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
-           double inflation, Workspace& workspace, PressStretch& stretch, Fit& fit) {
-  BreakEstimate& e = fit.estimate;
-  const double slope = e.shape.OuterSlope();
-  if (!(slope > 0)) {
-    return;
-  }
-  // The residuals on a straight press: a press that the best model describes is no disagreement.
-  for (std::size_t i = 0; i < stretch.y.size(); ++i) {
-    stretch.scratch[i] = stretch.residual[i] + slope * std::max(0.0, e.t - stretch.y[i]);
-  }
-  const BreakSamples straight = {stretch.y, stretch.scratch, stretch.Samples().weight};
-  const LocalReadings readings = ReadLocally(straight, e.t, e.noise, inflation, workspace);
-  const FreeSteps steps =
-      FindFreeSteps(clean, motion, FreeNozzleOf(stretch, fit, motion, options, {}));
-  // Another level of the free force moves all readings alike; a part's reading is itself uncertain.
-  constexpr double kOfBorder = 0.5;
-  const double down = e.t - e.lo;
-  const double up = e.hi - e.t;
-  const double width = e.hi - e.lo;
-  // A drop just after the break also bends the press's end: a quarter more.
-  constexpr double kBent = 1.25;
-  e.lo -= kBent * std::max(0.0, stretch.sign > 0 ? steps.most : -steps.least) / slope;
-  e.hi += kBent * std::max(0.0, stretch.sign > 0 ? -steps.least : steps.most) / slope;
-  if (readings.below > 0) {
-    e.lo = std::min(e.lo, e.t - readings.below - kOfBorder * down);
-  }
-  if (readings.above > 0) {
-    e.hi = std::max(e.hi, e.t + readings.above + kOfBorder * up);
-  }
-  e.standard_uncertainty *= width > 0 ? (e.hi - e.lo) / width : 1;
-}
-
-Fit FitRobustly(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
-                PressStretch& stretch, Workspace& workspace, TapAnalysis& result) {
-  Fit fit = FitOnce(stretch, {}, workspace);
-  ForgetOutliers(stretch, fit, workspace, result);
-  MainsHum hum;
-  if (Found(fit) && fit.traits.portmanteau > kPortmanteauLimit) {
-    hum = TakeOutHum(stretch, fit, workspace, result);
-  }
-  if (Found(fit) && !fit.traits.White()) {
-    TrimPress(stretch, fit, workspace, result);
-  }
-  if (!Found(fit)) {
-    return fit;
-  }
-  const double inflation =
-      std::max(fit.traits.Inflation(),
-               FreeNoiseFactor(clean, motion, FreeNozzleOf(stretch, fit, motion, options, hum),
-                               {stretch.y, stretch.residual, fit.estimate.t, fit.estimate.noise},
-                               workspace));
-  if (inflation > 1) {
-    const Candidates known = fit.estimate.candidates;
-    fit = FitOnce(stretch, {.inflation = inflation, .known = &known}, workspace);
-    result.Notice({FindingCode::kCorrelatedNoise, std::sqrt(inflation), 1});
-  }
-  Widen(clean, motion, options, inflation, workspace, stretch, fit);
-  return fit;
-}
 
 // What a converter's steps may shift all samples by, gf: half of one, where no noise blurs them
 // (Widrow & Kollar 2008, section 4: noise of s leaves exp(-2 pi^2 s^2 / step^2) of it).
@@ -235,7 +31,7 @@ double Coarseness(const CleanTap& clean, const BreakEstimate& e) {
   return 0.5 * clean.step_g * std::exp(-2 * std::numbers::pi * std::numbers::pi * noises * noises);
 }
 
-void Report(const CleanTap& clean, const PressStretch& stretch, const Fit& fit,
+void Report(const CleanTap& clean, const PressStretch& stretch, const CruiseFit& fit,
             const TapMotion& motion, const TapOptions& options, TapAnalysis& result) {
   const BreakEstimate& e = fit.estimate;
   const double latency_mm = options.latency_uncertainty_s * motion.pull_back_speed_mm_s;
@@ -306,12 +102,12 @@ void AddPoints(const TapMotion& motion, const TapOptions& options, TapAnalysis& 
   at(Corner::kPullBackEnd, force.to_z_mm);
 }
 
-SeenPress SeenOf(const PressStretch& stretch, const Fit& fit, const TapOptions& options) {
+SeenPress SeenOf(const PressStretch& stretch, const CruiseFit& fit, const TapOptions& options) {
   return {fit.estimate.shape, stretch.z0_mm,     stretch.span_mm,
           stretch.sign,       options.latency_s, fit.estimate.noise};
 }
 
-Finding WhyNot(const Fit& fit, std::size_t samples) {
+Finding WhyNot(const CruiseFit& fit, std::size_t samples) {
   switch (fit.estimate.outcome) {
     case BreakEstimate::Outcome::kTooFew:
       return {FindingCode::kFewSamplesInCruise, static_cast<double>(samples), kLeastInCruise};
@@ -323,8 +119,8 @@ Finding WhyNot(const Fit& fit, std::size_t samples) {
 }
 
 // The fit of the cruise for one latency; where there is none, the reason is in the result.
-Fit ReadBreak(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
-              PressStretch& stretch, Workspace& workspace, TapAnalysis& result) {
+CruiseFit ReadBreak(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
+                    PressStretch& stretch, Workspace& workspace, TapAnalysis& result) {
   result.verdict = Verdict::kCannotTell;
   stretch = {};
   if (!SelectCruise(clean, motion, options.latency_s, workspace, stretch)) {
@@ -333,9 +129,9 @@ Fit ReadBreak(const CleanTap& clean, const TapMotion& motion, const TapOptions& 
     return {};
   }
   CropBaseline(stretch, workspace);
-  Fit fit = FitRobustly(clean, motion, options, stretch, workspace, result);
+  CruiseFit fit = FitCruise(clean, motion, options, stretch, workspace, result);
   result.noise_g = fit.estimate.noise;
-  if (!Found(fit)) {
+  if (!fit.Found()) {
     result.reason = WhyNot(fit, stretch.y.size());
     return fit;
   }
@@ -375,8 +171,8 @@ void AnalyseContact(const CleanTap& clean, const TapMotion& motion, const TapOpt
   }
   PressStretch stretch;
   const TapAnalysis before = result;
-  Fit fit = ReadBreak(clean, motion, known, stretch, workspace, result);
-  if (!Found(fit)) {
+  CruiseFit fit = ReadBreak(clean, motion, known, stretch, workspace, result);
+  if (!fit.Found()) {
     return;
   }
   if (estimated) {
@@ -386,7 +182,7 @@ void AnalyseContact(const CleanTap& clean, const TapMotion& motion, const TapOpt
       result = before;
       known.latency_s = latency.latency_s;
       fit = ReadBreak(clean, motion, known, stretch, workspace, result);
-      if (!Found(fit)) {
+      if (!fit.Found()) {
         return;
       }
       latency = EstimateLatency(clean, motion, SeenOf(stretch, fit, known));
