@@ -71,10 +71,7 @@ Scan ScanSamples(const PressProfile& profile, Workspace& workspace, std::size_t 
   const std::size_t range = y.size() - kLeastBelow - kLeastAbove;
   const std::size_t step = (range + kMost - 1) / kMost;
   const Scan scan = workspace.Take<PressProfile::At>((range + step - 1) / step);
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    const std::size_t sample = kLeastBelow + i * step;
-    scan[i] = profile.EvaluateUpTo(orders, y[sample], sample);
-  }
+  profile.EvaluateSamples(orders, kLeastBelow, step, scan);
   return scan;
 }
 

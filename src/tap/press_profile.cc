@@ -8,6 +8,7 @@ namespace {
 
 // A pivot below this share of its column is rounding: the column adds nothing.
 constexpr double kLeastPivot = 1e-11;
+constexpr double kNoPress = std::numeric_limits<double>::quiet_NaN();  // as a slope
 
 // Turns sums of y^j into sums of (at - y)^j over the same samples: differences of neighbours, power
 // by power, which is (at - y)^(i+1) y^j = at (at - y)^i y^j - (at - y)^i y^(j+1).
@@ -49,6 +50,10 @@ double Invert(double pivot, double column) { return pivot > kLeastPivot * column
 Pair Invert(const Pair& pivot, const Pair& column) {
   return pivot > kLeastPivot * column ? 1 / pivot : Pair{0, 0};
 }
+
+double AtLeast0(double value) { return std::max(0.0, value); }
+
+Pair AtLeast0(const Pair& value) { return value > 0 ? value : Pair{0, 0}; }
 
 }  // namespace
 
@@ -108,13 +113,13 @@ std::size_t PressProfile::Below(double t) const {
   return static_cast<std::size_t>(std::lower_bound(y.begin(), y.end(), t) - y.begin());
 }
 
-template <std::size_t kUpTo>
-PressProfile::Elimination PressProfile::Eliminate(double t, std::size_t below) const {
-  const auto d = Shifted<2 * kUpTo + 1>(prefix_[below].y, t);
-  const auto g = Shifted<kUpTo + 1>(prefix_[below].force, t);
-  Elimination e;
-  std::array<double, kOrders> h{};
-  const double offset = t - mean_y_;
+template <std::size_t kUpTo, class Real>
+PressProfile::Elimination<Real> PressProfile::Eliminate(
+    const Real& t, const std::array<Real, 2 * kUpTo + 1>& d,
+    const std::array<Real, kUpTo + 1>& g) const {
+  Elimination<Real> e;
+  std::array<Real, kOrders> h{};
+  const Real offset = t - mean_y_;
   for (std::size_t i = 0; i < kUpTo; ++i) {
     e.sum_d[i] = d[i + 1];
     e.sum_dy[i] = offset * d[i + 1] - d[i + 2];
@@ -124,23 +129,23 @@ PressProfile::Elimination PressProfile::Eliminate(double t, std::size_t below) c
     return d[i + j + 2] - inverse_count_ * e.sum_d[i] * e.sum_d[j] -
            inverse_spread_ * e.sum_dy[i] * e.sum_dy[j];
   };
-  const double i1 = Invert(product(0, 0), d[2]);
+  const Real i1 = Invert(product(0, 0), d[2]);
   e.solved[0] = h[0] * i1;
   e.gained[0] = h[0] * e.solved[0];
   if constexpr (kUpTo > 1) {
-    const double g12 = product(0, 1);
+    const Real g12 = product(0, 1);
     e.l12 = g12 * i1;
-    const double h2 = h[1] - e.l12 * h[0];
-    const double i2 = Invert(product(1, 1) - e.l12 * g12, d[4]);
+    const Real h2 = h[1] - e.l12 * h[0];
+    const Real i2 = Invert(product(1, 1) - e.l12 * g12, d[4]);
     e.solved[1] = h2 * i2;
     e.gained[1] = h2 * e.solved[1];
     if constexpr (kUpTo > 2) {
-      const double g13 = product(0, 2);
+      const Real g13 = product(0, 2);
       e.l13 = g13 * i1;
-      const double g23 = product(1, 2) - e.l12 * g13;
+      const Real g23 = product(1, 2) - e.l12 * g13;
       e.l23 = g23 * i2;
-      const double h3 = h[2] - e.l13 * h[0] - e.l23 * h2;
-      const double i3 = Invert(product(2, 2) - e.l13 * g13 - e.l23 * g23, d[6]);
+      const Real h3 = h[2] - e.l13 * h[0] - e.l23 * h2;
+      const Real i3 = Invert(product(2, 2) - e.l13 * g13 - e.l23 * g23, d[6]);
       e.solved[2] = h3 * i3;
       e.gained[2] = h3 * e.solved[2];
     }
@@ -148,23 +153,56 @@ PressProfile::Elimination PressProfile::Eliminate(double t, std::size_t below) c
   return e;
 }
 
-template <std::size_t kUpTo>
-PressProfile::At PressProfile::EvaluateOrders(double t, std::size_t below) const {
-  constexpr double kNoPress = std::numeric_limits<double>::quiet_NaN();
-  const Elimination e = Eliminate<kUpTo>(t, below);
-  At at{t, {}, {kNoPress, kNoPress, kNoPress}};
-  at.sum_squares[0] = std::max(0.0, sum_squares_ - e.gained[0]);
+template <std::size_t kUpTo, class Real>
+PressProfile::Evaluation<Real> PressProfile::EvaluateSums(
+    const Real& t, const std::array<Real, 2 * kUpTo + 1>& d,
+    const std::array<Real, kUpTo + 1>& g) const {
+  const Elimination<Real> e = Eliminate<kUpTo>(t, d, g);
+  Evaluation<Real> at;
+  at.sum_squares[0] = AtLeast0(sum_squares_ - e.gained[0]);
   at.start_slope[0] = e.solved[0];
   if constexpr (kUpTo > 1) {
-    at.sum_squares[1] = std::max(0.0, at.sum_squares[0] - e.gained[1]);
+    at.sum_squares[1] = AtLeast0(at.sum_squares[0] - e.gained[1]);
     at.start_slope[1] = e.solved[0] - e.l12 * e.solved[1];
   }
   if constexpr (kUpTo > 2) {
-    at.sum_squares[2] = std::max(0.0, at.sum_squares[1] - e.gained[2]);
+    at.sum_squares[2] = AtLeast0(at.sum_squares[1] - e.gained[2]);
     at.start_slope[2] =
         e.solved[0] - e.l12 * (e.solved[1] - e.l23 * e.solved[2]) - e.l13 * e.solved[2];
   }
   return at;
+}
+
+template <std::size_t kUpTo>
+PressProfile::At PressProfile::EvaluateOrders(double t, std::size_t below) const {
+  const Evaluation<double> sums = EvaluateSums<kUpTo>(
+      t, Shifted<2 * kUpTo + 1>(prefix_[below].y, t), Shifted<kUpTo + 1>(prefix_[below].force, t));
+  At at{t, {}, {kNoPress, kNoPress, kNoPress}};
+  std::copy_n(sums.sum_squares.begin(), kUpTo, at.sum_squares.begin());
+  std::copy_n(sums.start_slope.begin(), kUpTo, at.start_slope.begin());
+  return at;
+}
+
+template <std::size_t kUpTo>
+void PressProfile::EvaluatePairs(std::size_t first, std::size_t step, std::span<At> at) const {
+  for (std::size_t i = 0; i < at.size(); i += 2) {
+    // An odd last one is looked at twice.
+    const std::size_t below = first + i * step;
+    const std::size_t next = i + 1 < at.size() ? below + step : below;
+    const Moments& sums = prefix_[below];
+    const Moments& next_sums = prefix_[next];
+    const Pair t = {samples_.y[below], samples_.y[next]};
+    const Evaluation<Pair> two =
+        EvaluateSums<kUpTo>(t, Shifted<2 * kUpTo + 1>(sums.y, next_sums.y, t),
+                            Shifted<kUpTo + 1>(sums.force, next_sums.force, t));
+    for (std::size_t k = 0; k < 2 && i + k < at.size(); ++k) {
+      at[i + k] = {t[k], {}, {kNoPress, kNoPress, kNoPress}};
+      for (std::size_t order = 0; order < kUpTo; ++order) {
+        at[i + k].sum_squares[order] = two.sum_squares[order][k];
+        at[i + k].start_slope[order] = two.start_slope[order][k];
+      }
+    }
+  }
 }
 
 PressProfile::At PressProfile::Evaluate(double t, std::size_t below) const {
@@ -175,6 +213,13 @@ PressProfile::At PressProfile::EvaluateUpTo(std::size_t orders, double t, std::s
   return orders == 1   ? EvaluateOrders<1>(t, below)
          : orders == 2 ? EvaluateOrders<2>(t, below)
                        : EvaluateOrders<kOrders>(t, below);
+}
+
+void PressProfile::EvaluateSamples(std::size_t orders, std::size_t first, std::size_t step,
+                                   std::span<At> at) const {
+  orders == 1   ? EvaluatePairs<1>(first, step, at)
+  : orders == 2 ? EvaluatePairs<2>(first, step, at)
+                : EvaluatePairs<kOrders>(first, step, at);
 }
 
 PressProfile::Kinked PressProfile::EvaluateKinked(double t, std::size_t below_t, double s,
@@ -272,7 +317,9 @@ PressProfile::TwoZones PressProfile::EvaluateTwoZones(
 }
 
 PressProfile::Coefficients PressProfile::Fit(double t, std::size_t order) const {
-  const Elimination e = Eliminate<kOrders>(t, Below(t));
+  const Moments& sums = prefix_[Below(t)];
+  const Elimination<double> e = Eliminate<kOrders>(t, Shifted<2 * kOrders + 1>(sums.y, t),
+                                                   Shifted<kOrders + 1>(sums.force, t));
   Coefficients fit;
   fit.c[2] = order > 2 ? e.solved[2] : 0;
   fit.c[1] = order > 1 ? e.solved[1] - e.l23 * fit.c[2] : 0;
