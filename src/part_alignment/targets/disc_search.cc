@@ -2,65 +2,16 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 
-#ifdef __SSE2__
-#include <emmintrin.h>
-#endif
+#include "part_alignment/targets/ellipse_through.h"
+#include "part_alignment/targets/grey_between.h"
 
 namespace trammel::part_alignment {
 namespace {
-
-/// Bit i, of 16: |p[i + 1] - p[i - 1]| >= step.
-unsigned EdgesAt(const std::uint8_t* p, int step) {
-#ifdef __SSE2__
-  const __m128i before = _mm_loadu_si128(reinterpret_cast<const __m128i*>(p - 1));
-  const __m128i after = _mm_loadu_si128(reinterpret_cast<const __m128i*>(p + 1));
-  const __m128i change = _mm_or_si128(_mm_subs_epu8(before, after), _mm_subs_epu8(after, before));
-  const __m128i over = _mm_subs_epu8(change, _mm_set1_epi8(static_cast<char>(step - 1)));
-  const int below = _mm_movemask_epi8(_mm_cmpeq_epi8(over, _mm_setzero_si128()));
-  return ~static_cast<unsigned>(below) & 0xffffU;
-#else
-  unsigned edges = 0;
-  for (int i = 0; i < 16; ++i) edges |= (std::abs(p[i + 1] - p[i - 1]) >= step ? 1U : 0U) << i;
-  return edges;
-#endif
-}
-
-/// Columns of the steepest places, as 2 * column + (rising ? 1 : 0). None in a picture too narrow
-/// for a ring.
-void EdgesOfRow(const std::uint8_t* row, int width, int step, std::vector<std::int32_t>& edges) {
-  edges.clear();
-  if (width < 18) return;  // what EdgesAt reads
-  int steepest = 0;        // of the edge being crossed, signed; 0: none
-  int place = 0;
-  int latest = 0;  // column
-  const auto finish = [&] {
-    if (steepest != 0) edges.push_back(2 * place + (steepest > 0 ? 1 : 0));
-  };
-  for (int block = 1; block < width - 1; block += 16) {
-    // The last block begins early; what it repeats is cut off.
-    const int first = std::min(block, width - 17);
-    unsigned at = EdgesAt(row + first, step) >> (block - first) << (block - first);
-    for (; at != 0; at &= at - 1) {
-      const int x = first + std::countr_zero(at);
-      const int change = row[x + 1] - row[x - 1];
-      if (x != latest + 1 || (change > 0) != (steepest > 0)) {
-        finish();
-        steepest = 0;
-      }
-      latest = x;
-      if (std::abs(change) > std::abs(steepest)) {
-        steepest = change;
-        place = x;
-      }
-    }
-  }
-  finish();
-}
 
 struct Levels {
   int inside = 0;
@@ -162,25 +113,6 @@ double RoomAlong(const PageView& picture, double x, double y, double dx, double 
   return std::min(along(x, dx, picture.width), along(y, dy, picture.height));
 }
 
-/// Solves the symmetric 5x5 system in place; false where it is singular.
-bool Solve5(std::array<std::array<double, 6>, 5>& a) {
-  for (int i = 0; i < 5; ++i) {
-    int pivot = i;
-    for (int k = i + 1; k < 5; ++k) {
-      if (std::abs(a[k][i]) > std::abs(a[pivot][i])) pivot = k;
-    }
-    std::swap(a[i], a[pivot]);
-    if (std::abs(a[i][i]) < 1e-9) return false;
-    for (int k = 0; k < 5; ++k) {
-      if (k == i) continue;
-      const double factor = a[k][i] / a[i][i];
-      for (int j = i; j < 6; ++j) a[k][j] -= factor * a[i][j];
-    }
-  }
-  for (auto& row : a) row[5] /= row[&row - a.data()];
-  return true;
-}
-
 /// Of the ellipse, from its middle.
 Offset RimAt(const Middle& middle, const Directions& direction) {
   return {middle.xx * direction.x() + middle.xy * direction.y(),
@@ -215,89 +147,6 @@ std::optional<Levels> LevelsAbout(const PageView& picture, const Middle& middle,
   }
   return Levels{(sum + 4) / 9, *chosen};
 }
-
-/// Root mean square of the points' distances from the ellipse, about.
-double DistanceOf(std::span<const Offset> points, const DiscModel& disc) {
-  double sum = 0;
-  for (const Offset& point : points) {
-    const double x = point.x - disc.column_px;
-    const double y = point.y - disc.row_px;
-    const double u = disc.wxx * x + disc.wxy * y;
-    const double v = disc.wxy * x + disc.wyy * y;
-    const double off = std::sqrt(u * u + v * v) - 1;
-    sum += off * off;
-  }
-  return std::sqrt(sum / static_cast<double>(points.size())) * MeanRadius(disc);
-}
-
-}  // namespace
-
-std::optional<DiscModel> EllipseThrough(std::span<const Offset> points, double scale) {
-  // a x² + 2 b x y + c y² + d x + e y = 1
-  std::array<std::array<double, 6>, 5> system{};
-  for (const Offset& point : points) {
-    const double x = point.x / scale;
-    const double y = point.y / scale;
-    const std::array<double, 6> terms{x * x, 2 * x * y, y * y, x, y, 1};
-    for (int i = 0; i < 5; ++i) {
-      for (int j = i; j < 6; ++j) system[i][j] += terms[i] * terms[j];
-    }
-  }
-  for (int i = 1; i < 5; ++i) {
-    for (int j = 0; j < i; ++j) system[i][j] = system[j][i];
-  }
-  if (!Solve5(system)) return std::nullopt;
-  const double a = system[0][5];
-  const double b = system[1][5];
-  const double c = system[2][5];
-  const double det = a * c - b * b;
-  if (!(a > 0 && det > 0)) return std::nullopt;
-  const double cx = -(c * system[3][5] - b * system[4][5]) / (2 * det);
-  const double cy = -(a * system[4][5] - b * system[3][5]) / (2 * det);
-  const double level = 1 + a * cx * cx + 2 * b * cx * cy + c * cy * cy;
-  // W is the square root of the form: (A + sqrt(det) I) / sqrt(trace + 2 sqrt(det)).
-  const double root = std::sqrt(det);
-  const double norm = std::sqrt((a + c + 2 * root) * level) * scale;
-  DiscModel disc;
-  disc.column_px = cx * scale;
-  disc.row_px = cy * scale;
-  disc.wxx = (a + root) / norm;
-  disc.wxy = b / norm;
-  disc.wyy = (c + root) / norm;
-  return disc;
-}
-
-void RunsOfRow(const PageView& picture, int row, const RunRules& rules,
-               std::vector<std::int32_t>& edges, std::vector<Run>& runs) {
-  runs.clear();
-  const std::uint8_t* p = picture.row(row);
-  EdgesOfRow(p, picture.width, rules.edge_step, edges);
-  for (std::size_t i = 1; i < edges.size(); ++i) {
-    if (((edges[i] ^ edges[i - 1]) & 1) == 0) continue;
-    Run run;
-    run.row = row;
-    run.first = edges[i - 1] / 2;
-    run.last = edges[i] / 2;
-    const int length = run.last - run.first;
-    if (length < rules.min_px || length > rules.max_px) continue;
-    const int aside = 2 + length / 6;
-    if (run.first < aside || run.last + aside >= picture.width) continue;
-    const int middle = (run.first + run.last) / 2;
-    run.inside = (p[middle - 1] + p[middle] + p[middle + 1]) / 3;
-    const int left = p[run.first - aside] - run.inside;
-    const int right = p[run.last + aside] - run.inside;
-    if ((left > 0) != (right > 0)) continue;
-    const int less = std::min(std::abs(left), std::abs(right));
-    if (less < rules.min_contrast / 2 || 4 * less < std::max(std::abs(left), std::abs(right))) {
-      continue;
-    }
-    run.outside = run.inside + (left + right) / 2;
-    run.nearer = run.inside + (left > 0 ? less : -less);
-    runs.push_back(run);
-  }
-}
-
-namespace {
 
 /// Half chords through an ellipse's middle, px.
 struct HalfChords {
@@ -417,7 +266,7 @@ std::optional<DiscModel> RoughDisc(const PageView& picture, const Middle& middle
     const std::span<const Offset> found(points.data(), count);
     disc = EllipseThrough(found, std::hypot(middle.xx, middle.yy));
     if (!disc) return std::nullopt;
-    if (DistanceOf(found, *disc) > 0.25 + 0.03 * MeanRadius(*disc)) {
+    if (DistanceFrom(*disc, found) > 0.25 + 0.03 * MeanRadius(*disc)) {
       return std::nullopt;
     }
   }

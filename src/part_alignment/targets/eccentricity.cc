@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "part_alignment/targets/disc_search.h"
+#include "part_alignment/targets/ellipse_through.h"
 
 namespace trammel::part_alignment {
 

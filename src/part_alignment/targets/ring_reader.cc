@@ -7,7 +7,8 @@
 #include <numbers>
 #include <vector>
 
-#include "part_alignment/targets/disc_search.h"
+#include "part_alignment/targets/ellipse_through.h"
+#include "part_alignment/targets/grey_between.h"
 #include "part_alignment/targets/target_layout.h"
 
 namespace trammel::part_alignment {

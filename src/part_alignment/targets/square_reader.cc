@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "part_alignment/targets/disc_search.h"
+#include "part_alignment/targets/grey_between.h"
 #include "part_alignment/targets/square_code.h"
 
 namespace trammel::part_alignment {

@@ -14,6 +14,7 @@
 #include "part_alignment/targets/picture_check.h"
 #include "part_alignment/targets/quieten.h"
 #include "part_alignment/targets/ring_reader.h"
+#include "part_alignment/targets/row_runs.h"
 #include "part_alignment/targets/target_layout.h"
 
 namespace trammel::part_alignment {

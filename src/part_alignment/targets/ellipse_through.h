@@ -1,0 +1,47 @@
+// The ellipse nearest to points, and even steps around it.
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <span>
+
+#include "part_alignment/targets/disc_fit.h"
+
+namespace trammel::part_alignment {
+
+struct Offset {
+  double x = 0;
+  double y = 0;
+};
+
+/// The ellipse (centre and shape of a model) nearest to points about (0, 0), by the conic's
+/// algebraic residual; `scale`: about how far from (0, 0) they are. Absent where it is no ellipse.
+[[nodiscard]] std::optional<DiscModel> EllipseThrough(std::span<const Offset> points, double scale);
+
+/// Root mean square of the points' distances from the ellipse, about.
+[[nodiscard]] double DistanceFrom(const DiscModel& ellipse, std::span<const Offset> points);
+
+/// Directions at even steps of the angle, each from the one before: right to 1e-13.
+class Directions {
+ public:
+  Directions(double first_rad, double step_rad)
+      : x_(std::cos(first_rad)),
+        y_(std::sin(first_rad)),
+        cos_(std::cos(step_rad)),
+        sin_(std::sin(step_rad)) {}
+  [[nodiscard]] double x() const { return x_; }
+  [[nodiscard]] double y() const { return y_; }
+  void Next() {
+    const double x = x_ * cos_ - y_ * sin_;
+    y_ = x_ * sin_ + y_ * cos_;
+    x_ = x;
+  }
+
+ private:
+  double x_;
+  double y_;
+  double cos_;
+  double sin_;
+};
+
+}  // namespace trammel::part_alignment
