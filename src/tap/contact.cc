@@ -37,13 +37,16 @@ void Report(const CleanTap& clean, const PressStretch& stretch, const CruiseFit&
   const double latency_mm = options.latency_uncertainty_s * motion.pull_back_speed_mm_s;
   const double z = stretch.Z(e.t);
   // Times that scatter may all be late, or early, by half of their range; a value that was held is
-  // older than it looks.
+  // older than it looks. Which side of a clock's step the moves' clock is on, nothing tells.
   const double jitter_mm = 0.5 * clean.jitter_s * motion.pull_back_speed_mm_s;
   const double held_mm = clean.held_s * motion.pull_back_speed_mm_s;
   const double coarse_mm = Coarseness(clean, e) / e.shape.OuterSlope() * stretch.span_mm;
-  const double down =
-      std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm, coarse_mm) + jitter_mm + held_mm;
-  const double up = std::hypot(stretch.Z(e.hi) - z, kNormal95 * latency_mm, coarse_mm) + jitter_mm;
+  const double ahead_mm = clean.clock_steps.forward_s * motion.pull_back_speed_mm_s;
+  const double behind_mm = clean.clock_steps.backward_s * motion.pull_back_speed_mm_s;
+  const double down = std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm, coarse_mm) +
+                      jitter_mm + held_mm + behind_mm;
+  const double up =
+      std::hypot(stretch.Z(e.hi) - z, kNormal95 * latency_mm, coarse_mm) + jitter_mm + ahead_mm;
   result.noise_g = e.noise;
   result.contact_z_mm = z;
   result.contact_time_s = motion.CruiseTime(z) + options.latency_s;

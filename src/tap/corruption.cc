@@ -6,6 +6,9 @@
 #include <cstdint>
 #include <limits>
 
+#include "tap/clock_step.h"
+#include "tap/sample_statistics.h"
+
 namespace trammel::tap {
 namespace {
 
@@ -31,50 +34,6 @@ constexpr double kTiesOfCoarseSteps = 0.5;
 constexpr double kTiesOfFineSteps = 0.1;
 constexpr std::size_t kLeastSaturated = 6;
 
-struct Stretch {
-  std::size_t first = 0;
-  std::size_t end = 0;
-};
-
-// Of up to kMost values spread evenly over a stretch; NaN where it is empty.
-template <std::size_t kMost, class Value>
-double MedianOver(Stretch stretch, const Value& value) {
-  if (stretch.end <= stretch.first) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
-  constexpr std::size_t kLanes = (kMost + 3) / 4 * 4;
-  const auto length = static_cast<std::uint32_t>(stretch.end - stretch.first);
-  const std::uint32_t count = std::min<std::uint32_t>(length, kMost);
-  std::array<float, kLanes> picked;
-  picked.fill(std::numeric_limits<float>::infinity());
-  // At (2 i + 1) length / (2 count), the quotient carried on: a division costs as much as the rest.
-  const std::uint32_t parts = 2 * count;
-  const std::uint32_t step = 2 * length / parts;
-  const std::uint32_t step_rest = 2 * length % parts;
-  std::size_t at = stretch.first + length / parts;
-  std::uint32_t rest = length % parts;
-  for (std::size_t i = 0; i < count; ++i) {
-    picked[i] = static_cast<float>(value(at));
-    rest += step_rest;
-    at += step + (rest >= parts ? 1 : 0);
-    rest -= rest >= parts ? parts : 0;
-  }
-  // The median is the largest that no more than half of the others lie below: counted without
-  // branches, where a partial sort would guess wrongly at every other one.
-  std::array<std::int32_t, kLanes> below{};
-  for (std::size_t k = 0; k < count; ++k) {
-    for (std::size_t i = 0; i < kLanes; ++i) {
-      below[i] += picked[k] < picked[i] ? 1 : 0;
-    }
-  }
-  float median = -std::numeric_limits<float>::infinity();
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    const bool is_lower = below[i] <= static_cast<std::int32_t>(count / 2);
-    median = is_lower && picked[i] > median ? picked[i] : median;
-  }
-  return median;
-}
-
 Stretch Clip(const TapView& tap, const TapMotion& motion) {
   const double width_s = motion.pull_back_end_s - motion.pull_back_start_s;
   const double from_s = motion.has_approach
@@ -85,17 +44,6 @@ Stretch Clip(const TapView& tap, const TapMotion& motion) {
   const auto end = std::upper_bound(first, tap.time_s.end(), to_s);
   return {static_cast<std::size_t>(first - tap.time_s.begin()),
           static_cast<std::size_t>(end - tap.time_s.begin())};
-}
-
-// Neighbours of which something holds, without branches: several pairs in one instruction.
-template <class Holds>
-std::size_t CountPairs(std::span<const float> values, const Holds& holds) {
-  std::uint32_t count = 0;
-  const float* const at = values.data();
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    count += holds(at[i - 1], at[i]) ? 1 : 0;
-  }
-  return count;
 }
 
 // Times count from the pull-back's start.
@@ -332,8 +280,6 @@ void FindLevels(std::span<const float> time_s, std::span<const float> force_g, S
                 std::size_t halt, std::size_t pull_back, CleanTap& clean) {
   const std::size_t n = time_s.size();
   const auto force = [&](std::size_t i) { return force_g[i]; };
-  clean.period_s =
-      MedianOver<kLevelSamples>({1, n}, [&](std::size_t i) { return time_s[i] - time_s[i - 1]; });
   clean.noise_g =
       MedianOver<kNoiseSamples>(
           {1, n}, [&](std::size_t i) { return std::abs(force_g[i] - force_g[i - 1]); }) /
@@ -371,6 +317,9 @@ CleanTap CleanSamples(const TapView& tap, const TapMotion& motion, Workspace& wo
   n = DropHeld(time_s, force_g, motion, clean);
   time_s = time_s.first(n);
   force_g = force_g.first(n);
+  clean.period_s =
+      MedianOver<kLevelSamples>({1, n}, [&](std::size_t i) { return time_s[i] - time_s[i - 1]; });
+  clean.clock_steps = TakeOutClockSteps(time_s, clean.period_s);
   const Stretch cruise = CruiseOf(time_s, motion);
   const std::size_t pull_back = IndexAt(time_s, 0);
   const std::size_t halt =

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 
+#include "tap/clock_step.h"
 #include "tap/elbow.h"
 #include "tap/motion.h"
 #include "tap/tap.h"
@@ -12,16 +13,17 @@ namespace trammel::tap {
 
 /// A tap's samples from two pull-backs before the halt to two after the pull-back's start (the
 /// write-up's clip), without those that repeat a time, stand alone far off or repeat a value that a
-/// slower converter holds, and what was wrong with them.
+/// slower converter holds, on one clock throughout, and what was wrong with them.
 struct CleanTap {
   bool memory_suffices = true;
   Samples samples;  ///< In the workspace. Times from the pull-back's start, forces from origin_g.
   double origin_s = 0;
   double origin_g = 0;
-  double period_s = 0;  ///< The median distance in time.
-  double jitter_s = 0;  ///< Range of the times about even steps, as of evenly spread delays.
-  double step_g = 0;    ///< The least change between neighbours: the converter's step, or less.
-  double noise_g = 0;   ///< Of one sample, from the differences of neighbours: white noise.
+  double period_s = 0;     ///< The median distance in time.
+  double jitter_s = 0;     ///< Range of the times about even steps, as of evenly spread delays.
+  ClockSteps clock_steps;  ///< That were taken out of the times.
+  double step_g = 0;       ///< The least change between neighbours: the converter's step, or less.
+  double noise_g = 0;      ///< Of one sample, from the differences of neighbours: white noise.
   /// Medians; NaN where there are no samples there.
   double approach_g = 0;   ///< Before the collision.
   double dwell_g = 0;      ///< At rest on the bed.

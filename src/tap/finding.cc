@@ -47,6 +47,9 @@ constexpr Entry kEntries[] = {
     {kDuplicateTimes, "duplicate_times",
      "{0:.0f} samples repeat a time and were left out; at most {1:.0f} are borne. Look how the "
      "recording was put together; packets may have been written twice."},
+    {kClockStep, "clock_step",
+     "The clock of the samples stepped by {0:.2f} ms; {1:.2f} ms are borne, by a wider interval. "
+     "Stamp samples with the clock of the moves, and let nothing set it during a tap."},
     {kDroppedSamples, "dropped_samples",
      "{0:.0f} samples are missing; the break is not looked for in a gap of more than {1:.0f}. "
      "Look at the load on the host and at the cable of the load cell."},

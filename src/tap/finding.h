@@ -25,6 +25,7 @@ enum class FindingCode : std::uint8_t {
   kSmallWorkspace,  ///< Bytes given; bytes needed.
   // The samples: notices, and refusals where they reach into the pull-back.
   kDuplicateTimes,    ///< Samples that repeat a time; the most that are borne.
+  kClockStep,         ///< ms by which the samples' clock stepped; the most that is borne.
   kDroppedSamples,    ///< Samples missing; the most in a row that are borne.
   kHeldValues,        ///< Values that repeat the one before, left out; the most without a word.
   kSpikes,            ///< Samples alone far off, left out; the most that are borne.

@@ -16,6 +16,8 @@ constexpr double kMostRepeated = 0.2;
 constexpr double kMostStray = 0.1;
 // Samples missing in a row at the break: five at a micron each are what the best taps scatter by.
 constexpr double kMostMissingAtBreak = 5;
+// Way of the pull-back over which a clock may step: the interval holds both of its times.
+constexpr double kMostClockStep_mm = 0.001;
 // Clipped or repeated samples in the cruise: two are one step of a slow converter.
 constexpr double kMostFrozen = 2;
 // A press of less than this many deviations has no halves that stand out by two (write-up).
@@ -88,6 +90,9 @@ Finding CheckSamples(const CleanTap& clean, const TapMotion& motion, const TapLi
   note(FindingCode::kHeldValues, Count(clean.held), 0, false);
   note(FindingCode::kDuplicateTimes, Count(clean.duplicated), most_repeated,
        Count(clean.duplicated_in_cruise) > most_repeated);
+  const double clock_s = std::max(clean.clock_steps.forward_s, clean.clock_steps.backward_s);
+  const double most_clock_s = kMostClockStep_mm / motion.pull_back_speed_mm_s;
+  note(FindingCode::kClockStep, 1e3 * clock_s, 1e3 * most_clock_s, clock_s > most_clock_s);
   const double gap_end_s = clean.longest_gap_start_s + clean.longest_gap_s;
   const bool at_break = lines.has_break && clean.longest_gap_start_s < lines.let_go.time_s &&
                         lines.let_go.time_s < gap_end_s &&

@@ -56,7 +56,6 @@ constexpr const char* kOpen[] = {
     "friction 10",
     "friction 20",
     "filter",
-    "clock steps",
     "press by d^0.7",
     "press by d^0.8",
     "slope -50 % beyond 0.5",

@@ -1,0 +1,69 @@
+// Medians and counts over a tap's samples, without branches: asked of every tap.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+namespace trammel::tap {
+
+/// Samples [first, end).
+struct Stretch {
+  std::size_t first = 0;
+  std::size_t end = 0;
+};
+
+/// Median of up to kMost values spread evenly over a stretch; NaN where it is empty.
+template <std::size_t kMost, class Value>
+[[nodiscard]] double MedianOver(Stretch stretch, const Value& value) {
+  if (stretch.end <= stretch.first) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  constexpr std::size_t kLanes = (kMost + 3) / 4 * 4;
+  const auto length = static_cast<std::uint32_t>(stretch.end - stretch.first);
+  const std::uint32_t count = std::min<std::uint32_t>(length, kMost);
+  std::array<float, kLanes> picked;
+  picked.fill(std::numeric_limits<float>::infinity());
+  // At (2 i + 1) length / (2 count), the quotient carried on: a division costs as much as the rest.
+  const std::uint32_t parts = 2 * count;
+  const std::uint32_t step = 2 * length / parts;
+  const std::uint32_t step_rest = 2 * length % parts;
+  std::size_t at = stretch.first + length / parts;
+  std::uint32_t rest = length % parts;
+  for (std::size_t i = 0; i < count; ++i) {
+    picked[i] = static_cast<float>(value(at));
+    rest += step_rest;
+    at += step + (rest >= parts ? 1 : 0);
+    rest -= rest >= parts ? parts : 0;
+  }
+  // The median is the largest that no more than half of the others lie below: counted without
+  // branches, where a partial sort would guess wrongly at every other one.
+  std::array<std::int32_t, kLanes> below{};
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      below[i] += picked[k] < picked[i] ? 1 : 0;
+    }
+  }
+  float median = -std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const bool is_lower = below[i] <= static_cast<std::int32_t>(count / 2);
+    median = is_lower && picked[i] > median ? picked[i] : median;
+  }
+  return median;
+}
+
+/// Counts neighbours of which something holds, without branches: several pairs in one instruction.
+template <class Holds>
+[[nodiscard]] std::size_t CountPairs(std::span<const float> values, const Holds& holds) {
+  std::uint32_t count = 0;
+  const float* const at = values.data();
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    count += holds(at[i - 1], at[i]) ? 1 : 0;
+  }
+  return count;
+}
+
+}  // namespace trammel::tap
