@@ -1,10 +1,22 @@
 #include "tap_bound.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace trammel {
+namespace {
+
+// Whether c1 d + c2 d^2 + c3 d^3 nowhere falls between 0 and the depth: at the ends and where the
+// slope has its extreme.
+bool NeverFalls(double c1, double c2, double c3, double depth) {
+  const auto slope = [&](double d) { return c1 + d * (2 * c2 + 3 * d * c3); };
+  const double extreme = c3 != 0 ? std::clamp(-c2 / (3 * c3), 0.0, depth) : 0;
+  return slope(0) >= 0 && slope(extreme) >= 0 && slope(depth) >= 0;
+}
+
+}  // namespace
 
 double ContactBound(std::span<const double> height_mm, double noise_g, const sim::ContactLaw& law,
                     const PressModel& model) {
@@ -49,7 +61,7 @@ SmoothPress NearestSmoothPress(std::span<const double> height_mm, std::span<cons
   const Eigen::Map<const Eigen::VectorXd> height(height_mm.data(), count);
   Eigen::MatrixXd design(count, kParameters);
   const double unit_mm = std::max(height.cwiseAbs().maxCoeff(), kStepMm);
-  SmoothPress nearest{std::numeric_limits<double>::infinity(), 0};
+  SmoothPress nearest{std::numeric_limits<double>::infinity(), 0, {}};
   for (double shift_mm = -kReachMm; shift_mm <= kReachMm; shift_mm += kStepMm) {
     const Eigen::ArrayXd depth = ((shift_mm - height.array()) / unit_mm).max(0.0);
     design.col(0).setOnes();
@@ -59,8 +71,11 @@ SmoothPress NearestSmoothPress(std::span<const double> height_mm, std::span<cons
     design.col(4) = depth.cube();
     const Eigen::MatrixXd normal = design.transpose() * design;
     const Eigen::VectorXd fitted = normal.ldlt().solve(design.transpose() * force);
-    const double misfit = (force - design * fitted).norm() / noise_g;
-    if (misfit < nearest.misfit) nearest = {misfit, shift_mm};
+    const Eigen::VectorXd smooth = design * fitted;
+    const double misfit = (force - smooth).norm() / noise_g;
+    if (misfit < nearest.misfit && NeverFalls(fitted(2), fitted(3), fitted(4), depth.maxCoeff())) {
+      nearest = {misfit, shift_mm, {smooth.begin(), smooth.end()}};
+    }
   }
   return nearest;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "sim/contact_law.h"
 
@@ -25,13 +26,14 @@ struct PressModel {
 struct SmoothPress {
   double misfit = 0;    ///< of the nearest one, in standard deviations of the noise, all samples
   double shift_mm = 0;  ///< of its break from the true one
+  std::vector<double> force_g;  ///< of the nearest one, at the heights
 };
 
-/// Scans the break for the smooth press of three terms that is nearest to a tap without noise.
-/// Where the misfit is below about 2, no estimator can tell the two apart, and the shift is its
-/// error.
+/// Scans the break for the smooth press of three terms, nowhere softer than 0, that is nearest to a
+/// tap without noise. tap_miss_bound.h says what follows from it.
 /// @param height_mm  of each sample above the contact; @param force_g  without noise.
-/// REQUIRES noise_g > 0.
+/// REQUIRES noise_g > 0 and a press that counts upwards; the misfit is infinite where no press will
+/// do.
 [[nodiscard]] SmoothPress NearestSmoothPress(std::span<const double> height_mm,
                                              std::span<const double> force_g, double noise_g);
 

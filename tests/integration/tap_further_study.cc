@@ -13,6 +13,7 @@
 #include "base/statistics.h"
 #include "tap/finding.h"
 #include "tap_further_rows.h"
+#include "tap_miss_bound.h"
 #include "tap_study_answers.h"
 
 namespace trammel {
@@ -27,6 +28,7 @@ constexpr double kMostRefused = 0.05;      // where only white noise acts
 constexpr double kLeastOfDraws = 0.80;     // as it stands
 constexpr std::size_t kFewestOfDraw = 100;
 constexpr std::size_t kFewest = 10;  // good taps that are judged
+constexpr double kVisible = 5;       // deviations apart: no noise hides that
 
 constexpr tap::Method kContact[] = {tap::Method::kContact};
 
@@ -34,12 +36,26 @@ double LeastCoverage(std::size_t good) {
   return 0.95 - kCoverageDeviations * std::sqrt(0.95 * 0.05 / static_cast<double>(good));
 }
 
-// What a row falls short of; empty where it keeps everything.
-std::string Shortfall(const TapRow& row, const RowAnswers& answers) {
+// Whether the samples' noise is white, and all else the same with it and without.
+bool IsWhite(const TapRow& row) {
+  const sim::DisturbanceTraits& d = row.cell.disturbance;
+  return d.pink_g == 0 && d.wander_g == 0 && row.cell.faults.held_share == 0;
+}
+
+// Whether intervals on the nearest smooth press excuse so many misses.
+bool IsExcused(const TapAnswers& a, const MissBound& bound) {
+  const double n = a.taps();
+  const double least = bound.LeastMissed(LeastCoverage(static_cast<std::size_t>(a.taps())));
+  const double missed = (static_cast<double>(a.error_um.size()) - a.covered) / n;
+  return missed <= least + kCoverageDeviations * std::sqrt(least * (1 - least) / n);
+}
+
+// What a row falls short of beyond what noise hides; empty where it keeps everything.
+std::string Shortfall(const TapRow& row, const RowAnswers& answers, const MissBound& bound) {
   const TapAnswers& a = answers.of[0];
   std::string text;
   if (row.demand != Demand::kDisturbed && a.RefusedShare() > kMostRefused) text += " refused";
-  if (a.error_um.size() < kFewest) return text;
+  if (a.error_um.size() < kFewest || IsExcused(a, bound)) return text;
   if (a.Coverage() < LeastCoverage(a.error_um.size())) text += " coverage";
   const double chance_um = kBiasDeviations * StandardDeviation(a.error_um) /
                            std::sqrt(static_cast<double>(a.error_um.size()));
@@ -79,13 +95,14 @@ bool IsOpen(const std::string& name) {
 void PrintHead(const char* what) {
   fmt::print(
       "\n| {} | good | covered | bias | sd | worst | half-width | bound | nearest smooth press: "
-      "misfit, shift | refused because | misses: seed, error over half-width | |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+      "misfit, shift | missed there, held, half-width | missed here, at least | refused because | "
+      "misses: seed, error over half-width | |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       what);
 }
 
 void PrintRow(const TapRow& row, const RowAnswers& answers, const SmoothPress& smooth,
-              const std::string& shortfall) {
+              const MissBound& misses, const std::string& shortfall) {
   const TapAnswers& a = answers.of[0];
   fmt::print("| {} | {:.0f} % | ", row.name, 100 * (1 - a.RefusedShare()));
   if (a.error_um.size() < 2) {
@@ -95,8 +112,15 @@ void PrintRow(const TapRow& row, const RowAnswers& answers, const SmoothPress& s
                Mean(a.error_um), StandardDeviation(a.error_um), a.Worst(), Mean(a.half_width_um));
   }
   const char* mark = shortfall.empty() ? "" : IsOpen(row.name) ? "OPEN" : "BROKEN";
-  fmt::print("{:.2f} | {:.1f}, {:+.1f} | {} | {} | {}{} |\n", answers.bound_um[2], smooth.misfit,
-             kUmPerMm * smooth.shift_mm, a.Reasons(2), a.WorstSeeds(3), mark, shortfall);
+  fmt::print("{:.2f} | {:.1f}, {:+.1f} | ", answers.bound_um[2], smooth.misfit,
+             kUmPerMm * smooth.shift_mm);
+  if (!misses.distance.empty()) {
+    fmt::print("{:.0f} %, {:.0f} %, {:.2f} | {:.1f} % | ", 100 * misses.left_out, 100 * misses.held,
+               misses.half_width_um, 100 * misses.LeastMissed(LeastCoverage(a.taps())));
+  } else {
+    fmt::print("- | - | ");
+  }
+  fmt::print("{} | {} | {}{} |\n", a.Reasons(2), a.WorstSeeds(3), mark, shortfall);
   std::fflush(stdout);
 }
 
@@ -161,8 +185,14 @@ void StudyRows(const char* what, const std::vector<TapRow>& rows) {
   for (const TapRow& row : rows) {
     if (!Asked(row.name)) continue;
     const RowAnswers answers = StudyRow(row, taps, seed, kContact);
-    const std::string shortfall = Shortfall(row, answers);
-    PrintRow(row, answers, NearestSmoothPress(row, seed), shortfall);
+    const SmoothPress smooth = TakeQuietTap(row, seed).Nearest();
+    // The bound is asked for where it could excuse anything.
+    MissBound misses;
+    if (IsWhite(row) && !Shortfall(row, answers, misses).empty() && smooth.misfit < kVisible) {
+      misses = BoundMisses(row, taps, seed);
+    }
+    const std::string shortfall = Shortfall(row, answers, misses);
+    PrintRow(row, answers, smooth, misses, shortfall);
     AddTo(ranges[InputOf(row.name)], answers.of[0], shortfall.empty());
     if (!IsOpen(row.name)) {
       EXPECT_EQ(shortfall, "") << row.name;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -13,6 +14,7 @@
 
 #include "base/statistics.h"
 #include "tap_bound.h"
+#include "tap_miss_bound.h"
 #include "tap_study_answers.h"
 
 namespace trammel {
@@ -140,6 +142,65 @@ TEST(TapStudy, TheBoundsAreThoseOfAFisherMatrixInvertedByHand) {
   EXPECT_NEAR(ContactBound(heights_mm, 8, {}, {false, 1}), by_hand_mm, 1e-3 * by_hand_mm);
   EXPECT_NEAR(ContactBound(heights_mm, 16, {}, {true, 2}),
               2 * ContactBound(heights_mm, 8, {}, {true, 2}), 1e-9);
+}
+
+TEST(TapStudy, TheRatioOfDensitiesMissesAsSeldomAsTheBoundSays) {
+  // Taps that are 0.5 or 2 deviations from a smooth press. Left out is the row's contact where the
+  // logarithm of the densities' ratio is below a limit, the same for both.
+  constexpr double kApart[] = {0.5, 2};
+  constexpr double kLimit = 0.3;
+  constexpr int kDraws = 200'000;
+  Random random(1);
+  MissBound bound;
+  int left_out = 0;
+  int missed = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const double d = kApart[i % 2];
+    if (i < 2) bound.distance.push_back(d);
+    const double smooth = d * random.Normal() - d * d / 2;
+    const double toe = d * random.Normal() + d * d / 2;
+    left_out += smooth < kLimit;
+    missed += toe < kLimit;
+  }
+  bound.held = 0.95;
+  bound.left_out = left_out / static_cast<double>(kDraws);
+  constexpr double kChance = 0.005;  // three deviations of either share: 0.0034
+  EXPECT_NEAR(bound.LeastMissed(0.93), missed / static_cast<double>(kDraws), kChance);
+  // One limit for each distance, so that either leaves out as much, misses more.
+  const double by_hand = 0.5 * (NormalShare(NormalQuantile(bound.left_out) - kApart[0]) +
+                                NormalShare(NormalQuantile(bound.left_out) - kApart[1]));
+  EXPECT_GT(by_hand, bound.LeastMissed(0.93));
+}
+
+TEST(TapStudy, TheMissBoundExcusesNoIntervalThatIsTooNarrow) {
+  MissBound bound;
+  bound.distance = {1.645};
+  bound.held = 0.95;
+  bound.left_out = 0.95;
+  EXPECT_NEAR(bound.LeastMissed(0.93), 0.5, 1e-3);
+  bound.left_out = 1;
+  EXPECT_NEAR(bound.LeastMissed(0.93), 0.5, 1e-3);
+  bound.held = 0.9;
+  EXPECT_EQ(bound.LeastMissed(0.93), 0);
+  bound = {};
+  EXPECT_EQ(bound.LeastMissed(0.93), 0);
+}
+
+TEST(TapStudy, TheMissBoundFindsAnHonestIntervalOnTheNearestSmoothPress) {
+  constexpr int kTaps = 60;
+  TapRow toe;
+  toe.cell.press.law.toe_mm = 0.003;
+  toe.cell.press.law.toe_share = 0.1;
+  const MissBound hidden = BoundMisses(toe, kTaps, 1);
+  ASSERT_EQ(hidden.distance.size(), static_cast<std::size_t>(kTaps));
+  EXPECT_GT(hidden.held, 0.85);  // 95 %, three deviations of 60
+  EXPECT_GT(hidden.left_out, 0.8);
+  EXPECT_GT(hidden.LeastMissed(0.85), 0.5);
+  toe.cell.press.law.toe_mm = 0.02;
+  toe.cell.disturbance.noise_g = 0.2;
+  const MissBound plain = BoundMisses(toe, kTaps, 1);
+  EXPECT_GT(*std::min_element(plain.distance.begin(), plain.distance.end()), 5);
+  EXPECT_LT(plain.LeastMissed(0), 1e-3);
 }
 
 TEST(TapStudy, ContactKeepsItsPromisesOnEveryRow) {

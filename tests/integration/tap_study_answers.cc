@@ -79,25 +79,31 @@ TapBounds BoundsOf(const TapRow& row, const sim::SimulatedTap& tap) {
   return bounds;
 }
 
-SmoothPress NearestSmoothPress(TapRow row, std::uint64_t seed) {
-  const double noise_g = std::hypot(row.cell.disturbance.noise_g,
-                                    1 / (std::sqrt(12.0) * row.cell.converter.counts_per_g));
+SmoothPress QuietTap::Nearest() const {
+  constexpr std::size_t kLeast = 6;
+  if (height_mm.size() < kLeast) return {std::nan(""), std::nan(""), {}};
+  const std::span<const double> force_g(tap.force_g);
+  return NearestSmoothPress(height_mm, force_g.subspan(first, height_mm.size()), noise_g);
+}
+
+QuietTap TakeQuietTap(TapRow row, std::uint64_t seed) {
+  QuietTap quiet;
+  quiet.noise_g = std::hypot(row.cell.disturbance.noise_g,
+                             1 / (std::sqrt(12.0) * row.cell.converter.counts_per_g));
   row.cell.disturbance.noise_g = 0;
-  const sim::SimulatedTap tap = SimulateRow(row, seed);
-  if (!tap.truth) return {std::nan(""), std::nan("")};
+  quiet.tap = SimulateRow(row, seed);
+  const sim::SimulatedTap& tap = quiet.tap;
+  if (!tap.truth) return quiet;
   const double late_s = row.latency_known ? tap.latency_s : 0;
   const double from_s = tap.moves[4].start_time_s;
   const double until_s = tap.moves.back().start_time_s;
-  std::vector<double> heights_mm;
-  std::vector<double> forces_g;
   for (std::size_t i = 0; i < tap.time_s.size(); ++i) {
     const double acted_s = tap.time_s[i] - late_s;
     if (acted_s < from_s || acted_s > until_s) continue;
-    heights_mm.push_back(sim::StateAt(tap.moves, acted_s).z_mm - tap.truth->contact_z_mm);
-    forces_g.push_back(tap.force_g[i]);
+    if (quiet.height_mm.empty()) quiet.first = i;
+    quiet.height_mm.push_back(sim::StateAt(tap.moves, acted_s).z_mm - tap.truth->contact_z_mm);
   }
-  if (heights_mm.size() < 6) return {std::nan(""), std::nan("")};
-  return NearestSmoothPress(heights_mm, forces_g, noise_g);
+  return quiet;
 }
 
 void Add(const tap::TapAnalysis& analysis, double contact_z_mm, std::uint64_t seed,

@@ -43,9 +43,19 @@ struct TapBounds {
 /// From all samples since the pull-back's cruise began. REQUIRES a truth.
 [[nodiscard]] TapBounds BoundsOf(const TapRow& row, const sim::SimulatedTap& tap);
 
-/// Of the row's first tap, were it without noise: cruise samples at the heights that their stamps
-/// say, less a latency that is known.
-[[nodiscard]] SmoothPress NearestSmoothPress(TapRow row, std::uint64_t seed);
+/// A tap without noise, and its samples in the pull-back's cruise: those from `first` on, at the
+/// heights above the contact that their stamps say, less a latency that is known.
+struct QuietTap {
+  sim::SimulatedTap tap;
+  std::size_t first = 0;
+  std::vector<double> height_mm;  ///< empty without a truth
+  double noise_g = 0;             ///< that was left out, with the steps of the counts
+
+  /// Without a press where the samples are too few.
+  [[nodiscard]] SmoothPress Nearest() const;
+};
+
+[[nodiscard]] QuietTap TakeQuietTap(TapRow row, std::uint64_t seed);
 
 /// Adds an analysis. Without a truth no answer is right: NaN as the contact.
 void Add(const tap::TapAnalysis& analysis, double contact_z_mm, std::uint64_t seed,

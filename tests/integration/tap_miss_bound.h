@@ -1,0 +1,46 @@
+// How seldom any interval can hold the contact of a press that the noise hides.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tap_study_answers.h"
+
+namespace trammel {
+
+/// The error of the second kind of a test between two taps, by the lemma of Neyman and Pearson
+/// (1933, Philosophical Transactions of the Royal Society A 231, 289-337).
+///
+/// A row's tap and that of the nearest smooth press differ, at the same instants and in the same
+/// white normal noise, by d deviations in all. Leaving out the row's contact is a test of the one
+/// against the other. If that happens on the smooth press in a share p of the taps, it happens on
+/// the row's in at least Phi(Phi^-1(p) - d), whatever reads them: for its share on the smooth press
+/// no event is rarer on the row's than that of a low ratio of their densities. Where d differs from
+/// tap to tap with the sampling's phase, one limit of that ratio holds for all: with its logarithm
+/// c, p is the mean of Phi(c / d + d / 2) and the share on the row's that of Phi(c / d - d / 2).
+struct MissBound {
+  std::vector<double> distance;  ///< d of each tap
+  double left_out = 0;           ///< p: good taps of the smooth press whose interval is without the
+                                 ///< row's contact, as a share of all.
+  double held = 0;               ///< Intervals of these that hold the smooth press's own contact.
+  double half_width_um = 0;      ///< Of these, on average.
+
+  /// Of the row's taps: at least so many are good and miss. p counts as kMostLeftOut at most: an
+  /// interval that is surer than this of a smooth press is too narrow, and excused for no more. 0
+  /// where intervals on the smooth press hold its own contact in less than `least_held`, for then
+  /// they are too narrow, too.
+  [[nodiscard]] double LeastMissed(double least_held) const;
+};
+
+inline constexpr double kMostLeftOut = 0.95;
+
+/// Share of a standard normal distribution below so many deviations, and its inverse for shares
+/// between 1e-9 and 1 - 1e-9.
+[[nodiscard]] double NormalShare(double deviations);
+[[nodiscard]] double NormalQuantile(double share);
+
+/// Analyses the taps of the row's nearest smooth presses: what lies beyond the pull-back's cruise
+/// is as in the row. REQUIRES white noise, and samples at the same instants with noise and without.
+[[nodiscard]] MissBound BoundMisses(TapRow row, int taps, std::uint64_t first_seed);
+
+}  // namespace trammel
