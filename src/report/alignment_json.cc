@@ -1,8 +1,9 @@
 #include "report/alignment_json.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
+
+#include "report/json_number.h"
 
 namespace trammel::report {
 namespace {
@@ -15,8 +16,6 @@ using part_alignment::Observability;
 constexpr int kFormat = 1;
 constexpr int kIndent = 2;
 constexpr double kPerMille = 1e3;  // mm/m are 1e-3 rad
-
-Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 template <class Vector>
 Json List(const Vector& values) {

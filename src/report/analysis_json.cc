@@ -1,8 +1,9 @@
 #include "report/analysis_json.h"
 
-#include <cmath>
 #include <cstddef>
 #include <nlohmann/json.hpp>
+
+#include "report/json_number.h"
 
 namespace trammel::report {
 namespace {
@@ -12,10 +13,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
 constexpr int kIndent = 2;
-
-Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json Number(const std::optional<double>& value) { return value ? Number(*value) : Json(nullptr); }
 
 /// Adds the five keys that every measured value has.
 void AddMeasured(const Measured& measured, Json& object) {

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
+
+#include "report/json_number.h"
 
 namespace trammel::report {
 namespace {
@@ -20,8 +21,6 @@ using tool_offset::ToolReading;
 
 constexpr int kFormat = 1;
 constexpr int kIndent = 2;
-
-Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json Value(const Measured& measured) {
   return measured.good() ? Number(measured.quantity().value) : Json(nullptr);

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "report/interval_text.h"
+#include "report/json_number.h"
 
 namespace trammel::report {
 namespace {
@@ -20,8 +21,6 @@ using part_alignment::PartFit;
 using part_alignment::PartFitInput;
 
 constexpr double kUmPerMm = 1000;
-
-Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json List(const Eigen::Vector3d& v) {
   return Json::array({Number(v.x()), Number(v.y()), Number(v.z())});

@@ -1,8 +1,8 @@
 #include "report/tap_json.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "report/json_number.h"
 #include "tap/corner_name.h"
 #include "tap/finding.h"
 
@@ -13,8 +13,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
 constexpr int kIndent = 2;
-
-Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json Points(const tap::TapAnalysis& analysis) {
   Json points = Json::array();

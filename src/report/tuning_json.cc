@@ -1,8 +1,8 @@
 #include "report/tuning_json.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "report/json_number.h"
 #include "tap/finding.h"
 
 namespace trammel::report {
@@ -12,8 +12,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
 constexpr int kIndent = 2;
-
-Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Verdict VerdictOf(const tap::Tuning& tuning) {
   if (tuning.end != tap::TuningEnd::kNone) return Verdict::kGood;

@@ -1,0 +1,20 @@
+// Numbers in JSON, which knows neither NaN nor infinity.
+#pragma once
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+namespace trammel::report {
+
+/// null where the value is not finite.
+[[nodiscard]] inline nlohmann::ordered_json Number(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+/// null where there is no value, too.
+[[nodiscard]] inline nlohmann::ordered_json Number(const std::optional<double>& value) {
+  return value ? Number(*value) : nlohmann::ordered_json(nullptr);
+}
+
+}  // namespace trammel::report
