@@ -101,29 +101,15 @@ std::pair<Range, Range> Ranges(const AlignmentOutput& output, const Scene& scene
     xs.push_back(view.spindle_mm.x());
     ys.push_back(view.spindle_mm.y());
   }
-  const Range x = RangeOf(xs);
-  const Range y = RangeOf(ys);
-  const double mm_per_px =
-      1.25 * std::max({(x.hi - x.lo) / inner.width, (y.hi - y.lo) / inner.height, 1e-6});
-  const auto around = [mm_per_px](const Range& range, double px) {
-    const double middle = (range.lo + range.hi) / 2;
-    return Range{middle - mm_per_px * px / 2, middle + mm_per_px * px / 2};
-  };
-  return {around(x, inner.width), around(y, inner.height)};
+  constexpr double kSpare = 1.25;
+  constexpr double kLeast_mm_per_px = 1e-6;
+  return WithOneScale(RangeOf(xs), RangeOf(ys), inner.width, inner.height, kSpare,
+                      kLeast_mm_per_px);
 }
 
-void DrawArrow(Canvas& canvas, const PointPx& from, const PointPx& tip, const Color& color) {
-  const double length = std::hypot(tip.x - from.x, tip.y - from.y);
-  if (!(length > 1)) return;
-  const double head = std::min(9.0, length);
-  const double x = (tip.x - from.x) / length * head;
-  const double y = (tip.y - from.y) / length * head;
-  const PointPx neck{tip.x - x, tip.y - y};
-  const PointPx shaft[] = {from, neck};
-  canvas.Polyline(shaft, {.color = color, .width_px = 1.8});
-  const PointPx corners[] = {
-      tip, {neck.x - 0.4 * y, neck.y + 0.4 * x}, {neck.x + 0.4 * y, neck.y - 0.4 * x}};
-  canvas.Polygon(corners, color);
+void DrawGreenArrow(Canvas& canvas, const PointPx& from, const PointPx& tip) {
+  constexpr double kHeadPx = 9;
+  DrawArrow(canvas, from, tip, {.color = kGreen, .width_px = 1.8}, kHeadPx);
 }
 
 void DrawPart(Canvas& canvas, const Plot& plot, const Scene& scene) {
@@ -157,7 +143,7 @@ void DrawAxes(Canvas& canvas, const Plot& plot, const Scene& scene) {
   for (const bool is_x : {true, false}) {
     const double angle = scene.turn_rad + (is_x ? 0 : std::acos(0.0));
     const PointPx tip{from.x + kLength_px * std::cos(angle), from.y - kLength_px * std::sin(angle)};
-    DrawArrow(canvas, from, tip, kGreen);
+    DrawGreenArrow(canvas, from, tip);
     canvas.Text({tip.x + 5, tip.y - 4}, is_x ? "X" : "Y",
                 {.size_px = 12, .color = kGreen, .bold = true});
   }
@@ -194,10 +180,10 @@ void DrawTargets(Canvas& canvas, const Plot& plot, const Scene& scene, double px
                  double enlarged) {
   for (const Placed& target : scene.targets) {
     const PointPx at = plot.At({target.at_mm.x(), target.at_mm.y()});
-    DrawArrow(canvas,
-              {at.x - enlarged * target.turned_mm.x() * px_per_mm,
-               at.y + enlarged * target.turned_mm.y() * px_per_mm},
-              at, kGreen);
+    DrawGreenArrow(canvas,
+                   {at.x - enlarged * target.turned_mm.x() * px_per_mm,
+                    at.y + enlarged * target.turned_mm.y() * px_per_mm},
+                   at);
     canvas.Circle(at, 3, kInk);
     const std::string text = fmt::format("{}: {:+.3f} mm", target.id, target.high_mm);
     const TextStyle style{.size_px = 11.5, .bold = true};

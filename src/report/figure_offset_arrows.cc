@@ -38,30 +38,9 @@ std::pair<Range, Range> EqualRanges(const std::vector<Arrow>& arrows, const Rect
     for (const double y : {arrow.dy_mm.interval95.lo, arrow.dy_mm.interval95.hi}) ys.push_back(y);
   }
   constexpr double kLeast_mm = 0.01;
-  const Range x = RangeOf(xs);
-  const Range y = RangeOf(ys);
-  const double mm_per_px = 1.35 * std::max({(x.hi - x.lo) / room.width, (y.hi - y.lo) / room.height,
-                                            kLeast_mm / std::min(room.width, room.height)});
-  const auto around = [mm_per_px](const Range& range, double px) {
-    const double middle = (range.lo + range.hi) / 2;
-    return Range{middle - mm_per_px * px / 2, middle + mm_per_px * px / 2};
-  };
-  return {around(x, room.width), around(y, room.height)};
-}
-
-void DrawArrow(Canvas& canvas, const PointPx& from, const PointPx& tip) {
-  constexpr double kHeadPx = 11;
-  const double length = std::hypot(tip.x - from.x, tip.y - from.y);
-  if (!(length > 1)) return;
-  const double head = std::min(kHeadPx, length);
-  const double x = (tip.x - from.x) / length * head;
-  const double y = (tip.y - from.y) / length * head;
-  const PointPx neck{tip.x - x, tip.y - y};
-  const PointPx shaft[] = {from, neck};
-  canvas.Polyline(shaft, {.color = kVermilion, .width_px = 2});
-  const PointPx corners[] = {
-      tip, {neck.x - 0.4 * y, neck.y + 0.4 * x}, {neck.x + 0.4 * y, neck.y - 0.4 * x}};
-  canvas.Polygon(corners, kVermilion);
+  constexpr double kSpare = 1.35;
+  return WithOneScale(RangeOf(xs), RangeOf(ys), room.width, room.height, kSpare,
+                      kLeast_mm / std::min(room.width, room.height));
 }
 
 /// Where no other label stands yet: at the wanted place, or as little below it as need be.
@@ -109,6 +88,7 @@ Canvas Draw(const OffsetAnalysis& analysis, const std::vector<Arrow>& arrows, do
   const int ticks = width_px < kFigureWidthPx ? 4 : 6;
   Plot plot = Plot::Around(canvas, inner, {"dx along the bed's x, to the right (mm)", x, ticks},
                            {"dy along y, to the back (mm)", y, 5}, "Where each tool lands");
+  constexpr double kHeadPx = 11;
   plot.HorizontalLine(0, {.color = kMuted, .width_px = 1});
   plot.VerticalLine(0, {.color = kMuted, .width_px = 1});
   for (const Arrow& arrow : arrows) {
@@ -117,7 +97,8 @@ Canvas Draw(const OffsetAnalysis& analysis, const std::vector<Arrow>& arrows, do
     const PointPx low = plot.At({across.lo, along.lo});
     const PointPx high = plot.At({across.hi, along.hi});
     canvas.FillRect({low.x, high.y, high.x - low.x, low.y - high.y}, WithAlpha(kBlue, 0.35));
-    DrawArrow(canvas, plot.At({0, 0}), plot.At({arrow.dx_mm.value, arrow.dy_mm.value}));
+    DrawArrow(canvas, plot.At({0, 0}), plot.At({arrow.dx_mm.value, arrow.dy_mm.value}),
+              {.color = kVermilion, .width_px = 2}, kHeadPx);
   }
   plot.Dot({0, 0}, 5, kBlue);
   DrawLabels(canvas, plot, arrows, fmt::format("T{}", analysis.plan.settings.reference_tool));

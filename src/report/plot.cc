@@ -75,6 +75,17 @@ Range Padded(const Range& range, double fraction) {
   return {range.lo - pad, range.hi + pad};
 }
 
+std::pair<Range, Range> WithOneScale(const Range& x, const Range& y, double width_px,
+                                     double height_px, double spare, double least) {
+  const double per_px =
+      spare * std::max({(x.hi - x.lo) / width_px, (y.hi - y.lo) / height_px, least});
+  const auto around = [per_px](const Range& range, double px) {
+    const double middle = (range.lo + range.hi) / 2;
+    return Range{middle - per_px * px / 2, middle + per_px * px / 2};
+  };
+  return {around(x, width_px), around(y, height_px)};
+}
+
 std::vector<double> NiceTicks(const Range& range, int wanted) {
   TRAMMEL_CHECK(range.lo < range.hi && std::isfinite(range.hi - range.lo) && wanted >= 1,
                 "range = [{}, {}], wanted = {}", range.lo, range.hi, wanted);

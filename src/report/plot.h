@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "report/canvas.h"
@@ -25,6 +26,12 @@ struct Range {
 
 /// Wider on both sides by `fraction` of its width.
 [[nodiscard]] Range Padded(const Range& range, double fraction);
+
+/// Ranges about the same middles that have one scale in a rectangle of width_px and height_px.
+/// @param spare  of the wider one's scale, > 1 to leave room around it
+/// @param least  units per pixel at least, > 0
+[[nodiscard]] std::pair<Range, Range> WithOneScale(const Range& x, const Range& y, double width_px,
+                                                   double height_px, double spare, double least);
 
 /// Multiples of 1, 2 or 5 times a power of ten within the range, about `wanted` of them (at most
 /// 2.5 times as many). REQUIRES range.lo < range.hi, wanted >= 1.
@@ -103,6 +110,10 @@ class Plot {
   Range x_range_;
   Range y_range_;
 };
+
+/// An arrow with a filled head of at most `head_px`; none where it is shorter than a pixel.
+void DrawArrow(Canvas& canvas, const PointPx& from, const PointPx& tip, const Stroke& shaft,
+               double head_px);
 
 void DrawDiamond(Canvas& canvas, const PointPx& at, double radius_px, const Color& fill);
 

@@ -39,6 +39,21 @@ std::uint8_t Byte(double value) { return static_cast<std::uint8_t>(std::lround(v
 
 }  // namespace
 
+void DrawArrow(Canvas& canvas, const PointPx& from, const PointPx& tip, const Stroke& shaft,
+               double head_px) {
+  const double length = std::hypot(tip.x - from.x, tip.y - from.y);
+  if (!(length > 1)) return;
+  const double head = std::min(head_px, length);
+  const double x = (tip.x - from.x) / length * head;
+  const double y = (tip.y - from.y) / length * head;
+  const PointPx neck{tip.x - x, tip.y - y};
+  const PointPx line[] = {from, neck};
+  canvas.Polyline(line, shaft);
+  const PointPx corners[] = {
+      tip, {neck.x - 0.4 * y, neck.y + 0.4 * x}, {neck.x + 0.4 * y, neck.y - 0.4 * x}};
+  canvas.Polygon(corners, shaft.color);
+}
+
 void DrawDiamond(Canvas& canvas, const PointPx& at, double radius_px, const Color& fill) {
   const PointPx corners[] = {{at.x - radius_px, at.y},
                              {at.x, at.y - radius_px},

@@ -106,7 +106,7 @@ void DrawOnBed(Canvas& canvas, const RectPx& room, const to::SheetPlan& plan) {
   });
 }
 
-void DrawArrow(Canvas& canvas, const PointPx& from, const PointPx& to) {
+void DrawDirection(Canvas& canvas, const PointPx& from, const PointPx& to) {
   constexpr double kSizePx = 4;
   const double length = std::hypot(to.x - from.x, to.y - from.y);
   const double x = (to.x - from.x) / length * kSizePx;
@@ -137,7 +137,7 @@ void DrawCloseUp(Canvas& canvas, const RectPx& room, const to::SheetPlan& plan) 
   canvas.Clip(plot.inner());
   VisitStructure(plan, structure, [&](int tool, const to::Leg& leg) {
     DrawLeg(canvas, plan, tool, at(leg.start), at(leg.end), px_per_mm, 0.4);
-    DrawArrow(canvas, at(leg.start), at(leg.end));
+    DrawDirection(canvas, at(leg.start), at(leg.end));
   });
   canvas.Unclip();
 }
