@@ -27,7 +27,7 @@ void FindZones(const PressProfile& profile, Scan scan, double least, Candidates&
   if (!(found.price.Cost(guess) < least - kPromise * unit)) {
     return;
   }
-  const auto cost = [&](double t) { return found.price.Cost(FitTwoZones(profile, t)); };
+  const auto cost = [&](double t) { return found.price.Cost(FitTwoZones(profile, t, guess.s)); };
   const PressProfile::At near = profile.Evaluate(guess.t);
   const double scale = BreakScale(near, profile.Below(guess.t), unit);
   const Minimum middle = {guess.t, cost(guess.t)};

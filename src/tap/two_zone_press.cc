@@ -17,8 +17,16 @@ constexpr std::array<double, 8> kWidths = {0.025, 0.05, 0.09, 0.15, 0.24, 0.36, 
 constexpr double kStep = 0.25;
 constexpr double kShrink = 0.4;
 constexpr int kMostSteps = 14;
-constexpr double kParabolaShrink = 0.2;
+// Between two widths that cost more: how far from the least is near, of the way to its neighbour,
+// how much farther than the parabola's least is looked, and how far towards what is not allowed.
+constexpr double kNear = 0.1;
+constexpr double kBeyond = 0.2;
+constexpr double kTowardsEdge = 0.4;
+// To a hundredth of the noise variance, or to a thousandth of the width.
+constexpr double kEnough = 0.01;
+constexpr int kLeastRounds = 2;
 constexpr double kLeastStep = 0.001;
+constexpr double kSlightlyWider = 1.1;
 
 // Breaks that are tried with kinks below them, two at a time.
 struct Break {
@@ -53,35 +61,137 @@ std::array<double, 2> TryTwo(const PressProfile& profile, const std::array<const
   return costs;
 }
 
-// Of the parabola through three points at 1 - step, 1 and 1 + step; 1 where it has no least.
-double LeastOfParabola(double step, double below, double middle, double above) {
-  const double curve = below - 2 * middle + above;
-  return curve > 0 && curve < kNever ? 1 + 0.5 * step * (below - above) / curve : 1;
+// A width of the outer zone, of the depth, and what it costs.
+struct Width {
+  double of_depth = 0;
+  double cost = kNever;
+};
+
+// A least between its neighbours, which may be out of the question.
+struct Bracket {
+  Width below, least, above;
+
+  [[nodiscard]] double Left() const { return least.of_depth - below.of_depth; }
+  [[nodiscard]] double Right() const { return above.of_depth - least.of_depth; }
+  void Take(const Width& width) {
+    if (!(width.of_depth > below.of_depth && width.of_depth < above.of_depth)) {
+      return;
+    }
+    const bool narrower = width.of_depth < least.of_depth;
+    if (width.cost < least.cost) {
+      (narrower ? above : below) = least;
+      least = width;
+    } else {
+      (narrower ? below : above) = width;
+    }
+  }
+};
+
+Bracket Between(const Width& one, const Width& least, const Width& other) {
+  return one.of_depth < other.of_depth ? Bracket{one, least, other} : Bracket{other, least, one};
 }
+
+// Where next to a least a lower one is expected, and by how much lower: of the parabola through the
+// three; where a neighbour is out of the question, of the line from the other.
+struct Expected {
+  double apart = 0;
+  double gain = 0;
+};
+
+Expected Expect(const Bracket& bracket) {
+  const double left = bracket.Left();
+  const double right = bracket.Right();
+  const double to_left = (bracket.below.cost - bracket.least.cost) / left;
+  const double to_right = (bracket.above.cost - bracket.least.cost) / right;
+  if (to_left == kNever || to_right == kNever) {
+    const bool leftwards = to_left == kNever;
+    return {leftwards ? -kTowardsEdge * left : kTowardsEdge * right,
+            leftwards ? to_right * left : to_left * right};
+  }
+  const double sum = to_left + to_right;
+  const double apart = sum > 0 ? 0.5 * (to_left * right - to_right * left) / sum : 0;
+  return {apart, sum / (left + right) * apart * apart};
+}
+
+// The search for the best kink below a break, along the width of the outer zone.
+class KinkSearch {
+ public:
+  KinkSearch(const PressProfile& profile, double t) : profile_(profile), end_(profile, t) {}
+
+  [[nodiscard]] const TwoZonePress& best() const { return best_; }
+  std::array<Width, 2> Try(double first, double second) {
+    const double t = end_.outer.t;
+    const std::array<double, 2> costs =
+        TryTwo(profile_, {&end_, &end_}, {t * (1 - first), t * (1 - second)}, best_);
+    return {{{first, costs[0]}, {second, costs[1]}}};
+  }
+  // Goes down from the best so far.
+  void Refine() {
+    const auto samples = static_cast<double>(profile_.samples().y.size());
+    Bracket bracket = Enclose();
+    for (int i = 0; i < kMostSteps; ++i) {
+      const Expected expected = Expect(bracket);
+      const double shortest = kLeastStep * bracket.least.of_depth;
+      if ((i >= kLeastRounds && expected.gain < kEnough * bracket.least.cost / samples) ||
+          !(bracket.Left() + bracket.Right() > shortest)) {
+        return;
+      }
+      const auto [near, far] = Inside(bracket, expected.apart);
+      bracket.Take(far);
+      bracket.Take(near);
+    }
+  }
+
+ private:
+  // Steps outwards from the best so far until the costs rise.
+  Bracket Enclose() {
+    const Width start = {1 - best_.s / end_.outer.t, best_.sum_squares_curved};
+    const auto [below, above] = Try(start.of_depth * (1 - kStep), start.of_depth * (1 + kStep));
+    Bracket bracket = {below, start, above};
+    for (int i = 0; i < kMostSteps; ++i) {
+      const bool narrower = bracket.below.cost < bracket.above.cost;
+      const Width last = narrower ? bracket.below : bracket.above;
+      if (!(last.cost < bracket.least.cost)) {
+        break;
+      }
+      const double step = narrower ? -kStep : kStep;
+      const auto [next, after] = Try(last.of_depth * (1 + step), last.of_depth * (1 + 2 * step));
+      bracket =
+          next.cost < last.cost ? Between(last, next, after) : Between(bracket.least, last, next);
+    }
+    return bracket;
+  }
+  // Two widths where the least is expected: at that place and a bit farther out, or to both sides.
+  std::array<Width, 2> Inside(const Bracket& bracket, double apart) {
+    const double centre = bracket.least.of_depth;
+    const double side = apart < 0 ? -bracket.Left() : bracket.Right();
+    return std::abs(apart) < kNear * std::abs(side)
+               ? Try(centre - kNear * bracket.Left(), centre + kNear * bracket.Right())
+               : Try(centre + apart, centre + apart + kBeyond * (side - apart));
+  }
+
+  const PressProfile& profile_;
+  Break end_;
+  TwoZonePress best_;
+};
 
 }  // namespace
 
-TwoZonePress FitTwoZones(const PressProfile& profile, double t) {
-  const Break end(profile, t);
-  const auto try_two = [&](double first, double second, TwoZonePress& best) {
-    return TryTwo(profile, {&end, &end}, {t * (1 - first), t * (1 - second)}, best);
-  };
-  TwoZonePress best;
-  for (std::size_t i = 0; i < kWidths.size(); i += 2) {
-    try_two(kWidths[i], kWidths[i + 1], best);
+TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s) {
+  KinkSearch search(profile, t);
+  if (near_s > 0 && near_s < t) {
+    const double width = 1 - near_s / t;
+    search.Try(width, width * kSlightlyWider);
   }
-  double step = kStep;
-  for (int i = 0; best.found && i < kMostSteps && step > kLeastStep; ++i) {
-    const TwoZonePress centre = best;
-    const double width = 1 - centre.s / t;
-    const auto [below, above] = try_two(width * (1 - step), width * (1 + step), best);
-    if (best.s == centre.s) {
-      const double to = LeastOfParabola(step, below, centre.sum_squares_curved, above);
-      step *= kParabolaShrink;
-      try_two(width * to, width * (to + (to > 1 ? -step : step)), best);
+  if (!search.best().found) {
+    for (std::size_t i = 0; i < kWidths.size(); i += 2) {
+      search.Try(kWidths[i], kWidths[i + 1]);
     }
   }
-  return best;
+  if (search.best().found) {
+    search.Refine();
+  }
+  return search.best();
 }
 
 namespace {

@@ -119,6 +119,52 @@ TEST(TwoZonePress, FindsTheKinkOfAHollowSheet) {
   }
 }
 
+TEST(TwoZonePress, FindsTheSameFromAKinkCloseBy) {
+  constexpr double kNoise_g = 3;
+  constexpr double kSame = 0.3;  // of the noise variance: moves a border by 0.08 deviations
+  constexpr int kTaps = 100;
+  int same = 0;
+  for (int seed = 1000; seed < 1000 + kTaps; ++seed) {
+    Hollow hollow;
+    hollow.noise_g = kNoise_g;
+    const World world = MakeWorld(hollow, static_cast<std::uint64_t>(seed));
+    std::vector<std::byte> memory(1 << 16);
+    Workspace workspace(memory);
+    const PressProfile profile({world.y, world.force, {}}, workspace);
+    const TwoZonePress searched = FitTwoZones(profile, hollow.t);
+    const TwoZonePress near = FitTwoZones(profile, hollow.t, hollow.s + 0.02);
+    ASSERT_TRUE(near.found);
+    same += std::abs(near.sum_squares_curved - searched.sum_squares_curved) <
+            kSame * kNoise_g * kNoise_g;
+  }
+  EXPECT_GE(same, 0.9 * kTaps);  // noise makes other leasts beside it
+}
+
+TEST(TwoZonePress, AKinkBeyondTheBreakIsNoStart) {
+  const World world = MakeWorld({}, 1000);
+  std::vector<std::byte> memory(1 << 16);
+  Workspace workspace(memory);
+  const PressProfile profile({world.y, world.force, {}}, workspace);
+  EXPECT_EQ(FitTwoZones(profile, 0.437, 0.5).s, FitTwoZones(profile, 0.437).s);
+}
+
+TEST(TwoZonePress, ReachesTheNarrowestZoneWhereThatIsBest) {
+  // A quadratic press, taken too short: the nearer the kink lies to the break, the better.
+  World world = MakeWorld({.t = 0.437, .s = 0.437, .outer = 300, .inner = 300, .curve = 300}, 1000);
+  std::vector<std::byte> memory(1 << 16);
+  Workspace workspace(memory);
+  const PressProfile profile({world.y, world.force, {}}, workspace);
+  const double t = 0.415;
+  const TwoZonePress found = FitTwoZones(profile, t);
+  ASSERT_TRUE(found.found);
+  const PressProfile::OuterZone outer = profile.Outer(t, profile.Below(t));
+  const double narrowest = world.y[profile.Below(t) - 3];
+  const PressProfile::TwoZones edge =
+      profile.EvaluateTwoZones({&outer, &outer}, {narrowest, narrowest},
+                               {profile.Below(narrowest), profile.Below(narrowest)});
+  EXPECT_LT(found.sum_squares_curved, 1.01 * edge.sum_squares_curved[0]);
+}
+
 TEST(TwoZonePress, FindsAPressThatGivesWayAtDepthToo) {
   Hollow hollow;
   hollow.outer = 300;
