@@ -162,8 +162,8 @@ void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& opt
   const double down = e.t - e.lo;
   const double up = e.hi - e.t;
   const double width = e.hi - e.lo;
-  // A drop just after the break also bends the press's end: a quarter more.
-  constexpr double kBent = 1.25;
+  // A drop just after the break also bends the press's end: half as much again.
+  constexpr double kBent = 1.5;
   e.lo -= kBent * std::max(0.0, stretch.sign > 0 ? steps.most : -steps.least) / slope;
   e.hi += kBent * std::max(0.0, stretch.sign > 0 ? -steps.least : steps.most) / slope;
   if (readings.below > 0) {

@@ -197,16 +197,24 @@ FreeSteps FindFreeSteps(const CleanTap& clean, const TapMotion& motion, const Fr
     }
   }
   drift /= spread;
+  double drift_variance = 1 / spread;  // for a noise of 1
+  // What the stretches show of a drift scatters the step between them more than all else. Without
+  // one that stands out there is none: a small drift then counts as a step.
+  constexpr double kOfDrift = 2;
+  if (!(std::abs(drift) > kOfDrift * nozzle.noise_g * std::sqrt(drift_variance))) {
+    drift = drift_variance = 0;
+  }
   const double break_s = motion.CruiseTime(nozzle.break_z_mm) + nozzle.latency_s - clean.origin_s;
-  const double after = static_cast<double>(std::max(ranges[0].size(), kLeast));
+  const double after = std::max(static_cast<double>(kLeast), nozzle.fitted_s / clean.period_s);
   // At the break and in the middle of what follows it: a thread pulls the more, the longer it gets.
   const double half_s =
       std::max(0.0, 0.5 * (motion.cruise_end_s - motion.CruiseTime(nozzle.break_z_mm)));
   for (const double later_s : {0.0, half_s}) {
     const double between_s = break_s + later_s - level_s;
     const double step = level + drift * between_s - (nozzle.level_g + nozzle.drift_g_s * later_s);
-    const double deviation = nozzle.noise_g * std::sqrt(1 / static_cast<double>(before.size()) +
-                                                        4 / after + between_s * between_s / spread);
+    const double deviation =
+        nozzle.noise_g * std::sqrt(1 / static_cast<double>(before.size()) + 4 / after +
+                                   between_s * between_s * drift_variance);
     if (std::abs(step) > kSignificant * deviation) {
       steps.most = std::max(steps.most, step);
       steps.least = std::min(steps.least, step);

@@ -33,6 +33,8 @@ struct PressWorld {
   double memory = 0;         ///< Of the noise, from sample to sample (first-order regression).
   double held_share = 0;     ///< Of readings that find the value before them once more.
   double late_s = 0;         ///< At most, by which a time stamp is late.
+  double slip_g = 0;         ///< Force that goes once the nozzle has risen …
+  double slip_mm = 0;        ///< … so far above the break.
   double onset_lag_mm = 0;   ///< Way on which the drive moves and the nozzle does not follow.
 };
 
@@ -86,6 +88,9 @@ inline PressTap MakePressTap(const PressWorld& world, std::uint64_t seed) {
     double force = top_g * world.law(d / world.depth_mm) + world.noise_g * noise +
                    world.drift_g_s * (t - start_s) +
                    world.hum_g * std::sin(6.283185307 * world.hum_hz * t + hum_phase);
+    if (acted_s > back_s && z > tap.contact_z_mm + world.slip_mm) {
+      force -= world.slip_g;
+    }
     if (random.Uniform() < world.outlier_share) {
       force += world.noise_g * random.Uniform(30, 100);
     }

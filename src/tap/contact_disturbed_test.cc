@@ -1,0 +1,54 @@
+// The contact method where more than noise acts: its intervals hold, or it refuses.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include "tap/analyse.h"
+#include "tap/press_test_support.h"
+
+namespace trammel::tap {
+namespace {
+
+struct Answers {
+  int good = 0;
+  int covered = 0;
+  double half_width_um = 0;
+};
+
+Answers Ask(const test::PressWorld& world) {
+  constexpr int kTaps = 600;
+  constexpr std::uint64_t kFirstSeed = 1000;
+  TapAnalyser analyser({.latency_s = 0});
+  Answers answers;
+  for (std::uint64_t i = 0; i < kTaps; ++i) {
+    const test::PressTap tap = MakePressTap(world, kFirstSeed + i);
+    const TapAnalysis analysis = analyser.Analyse(tap.View());
+    if (analysis.verdict != Verdict::kGood) {
+      continue;
+    }
+    const Interval& interval = analysis.interval95_mm;
+    ++answers.good;
+    answers.covered += interval.lo <= tap.contact_z_mm && tap.contact_z_mm <= interval.hi ? 1 : 0;
+    answers.half_width_um += 500 * (interval.hi - interval.lo);
+  }
+  answers.half_width_um /= answers.good;
+  std::printf("    good %d of %d, covered %.1f %%, half-width %.2f um\n", answers.good, kTaps,
+              100.0 * answers.covered / answers.good, answers.half_width_um);
+  return answers;
+}
+
+// 95 % less 3 standard deviations of a share of 600.
+constexpr double kLeastCovered = 0.923;
+
+TEST(TapContact, IntervalsHoldWhereAForceGoesJustAfterTheBreak) {
+  for (const double slip_g : {1.0, 2.0, 5.0}) {
+    for (const double slip_mm : {0.0, 0.002}) {
+      const Answers answers = Ask({.slip_g = slip_g, .slip_mm = slip_mm});
+      EXPECT_GE(answers.covered, kLeastCovered * answers.good) << slip_g << " gf, " << slip_mm;
+      EXPECT_LE(answers.half_width_um, 1.5 * (1 + slip_g / 3.5)) << slip_g << " gf, " << slip_mm;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trammel::tap
