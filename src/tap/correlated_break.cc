@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
+
+#include "tap/press_profile.h"
 
 namespace trammel::tap {
 namespace {
@@ -26,11 +29,19 @@ bool BreakWeights(const BreakFit& fit, std::span<double> columns, std::span<doub
     w[i] = d > 0 ? 1 : 0;
   }
   const auto product = [n](const double* a, const double* b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      sum += a[i] * b[i];
+    // Runs side by side: one addition need not wait for the one before it.
+    constexpr std::size_t kRuns = 4;
+    std::array<double, kRuns> sums{};
+    std::size_t i = 0;
+    for (; i + kRuns <= n; i += kRuns) {
+      for (std::size_t k = 0; k < kRuns; ++k) {
+        sums[k] += a[i + k] * b[i + k];
+      }
     }
-    return sum;
+    for (; i < n; ++i) {
+      sums[0] += a[i] * b[i];
+    }
+    return sums[0] + sums[1] + sums[2] + sums[3];
   };
   for (std::size_t k = 0; k < kColumns; ++k) {
     const double* const column = &columns[k * n];
@@ -62,18 +73,59 @@ std::span<double> Blocks(std::span<double> values, std::size_t block, bool mean)
   return values.first(count);
 }
 
-struct Variogram {
-  std::array<double, kMostBlocks> sum{};
-  std::array<double, kMostBlocks> pairs{};
+using OfLags = std::array<double, kMostBlocks>;
 
-  void Add(std::span<const double> x) {
-    for (std::size_t lag = 1; lag < std::min(kMostBlocks, x.size()); ++lag) {
-      double squares = 0;
-      for (std::size_t i = lag; i < x.size(); ++i) {
-        squares += (x[i] - x[i - lag]) * (x[i] - x[i - lag]);
+// Sums of x_i x_(i + lag) for each lag from 1 on, eight lags side by side.
+void SumProducts(std::span<const double> x, OfLags& sums) {
+  constexpr std::size_t kPairs = 4;
+  constexpr std::size_t kSide = 2 * kPairs;
+  const std::size_t n = x.size();
+  const std::size_t lags = std::min(kMostBlocks, n);
+  for (std::size_t first = 1; first < lags; first += kSide) {
+    std::array<Pair, kPairs> sum{};
+    std::size_t i = 0;
+    for (; i + first + kSide <= n; ++i) {
+      const double* const later = &x[i + first];
+      for (std::size_t k = 0; k < kPairs; ++k) {
+        Pair two;
+        std::memcpy(&two, later + 2 * k, sizeof two);
+        sum[k] += x[i] * two;
       }
-      sum[lag] += 0.5 * squares;
-      pairs[lag] += static_cast<double>(x.size() - lag);
+    }
+    for (std::size_t k = 0; k < kSide && first + k < lags; ++k) {
+      double& all = sums[first + k];
+      all = sum[k / 2][k % 2];
+      for (std::size_t rest = i; rest + first + k < n; ++rest) {
+        all += x[rest] * x[rest + first + k];
+      }
+    }
+  }
+}
+
+struct Variogram {
+  OfLags sum{};
+  OfLags pairs{};
+
+  // From products and squares, of values about their mean: less work than differences.
+  void Add(std::span<double> x) {
+    const std::size_t n = x.size();
+    double mean = 0;
+    for (const double value : x) {
+      mean += value / static_cast<double>(n);
+    }
+    double earlier = 0;  // squares of the values that have one a lag later,
+    for (double& value : x) {
+      value -= mean;
+      earlier += value * value;
+    }
+    double later = earlier;  // and of those that have one a lag before
+    OfLags products;
+    SumProducts(x, products);
+    for (std::size_t lag = 1; lag < std::min(kMostBlocks, n); ++lag) {
+      earlier -= x[n - lag] * x[n - lag];
+      later -= x[lag - 1] * x[lag - 1];
+      sum[lag] += 0.5 * (earlier + later) - products[lag];
+      pairs[lag] += static_cast<double>(n - lag);
     }
   }
   [[nodiscard]] bool Knows(std::size_t lag) const { return pairs[lag] >= kLeastPairs; }
@@ -124,17 +176,15 @@ double CorrelatedFactor(const BreakFit& fit, std::span<const std::span<double>> 
   }
   nugget *= static_cast<double>(block) / static_cast<double>(rest.size() - 1);
   const std::span<double> w = Blocks(weights, block, false);
+  OfLags products;
+  SumProducts(w, products);
   double excess = 0;
   double width = 1;
   double at_lag = variogram.At(1);
   for (std::size_t lag = 1; lag < w.size(); ++lag) {
-    double product = 0;
-    for (std::size_t i = lag; i < w.size(); ++i) {
-      product += w[i] * w[i - lag];
-    }
     at_lag = variogram.Knows(lag) ? variogram.At(lag) : at_lag;
-    excess -= 2 * product * (at_lag - variogram.At(1));
-    const double share = product / (static_cast<double>(block) * square);
+    excess -= 2 * products[lag] * (at_lag - variogram.At(1));
+    const double share = products[lag] / (static_cast<double>(block) * square);
     width += 2 * share * share;
   }
   const double factor = (nugget + excess / square) / (fit.noise * fit.noise);
