@@ -21,10 +21,14 @@ pkg_check_modules(tiff REQUIRED IMPORTED_TARGET libtiff-4)
 pkg_check_modules(qpdf REQUIRED IMPORTED_TARGET libqpdf)
 pkg_check_modules(cairo REQUIRED IMPORTED_TARGET cairo)
 
-# Debian puts OpenCV's CMake files into libopencv-dev, which pulls in Qt, VTK and Java; the three
-# modules in use are linked by name instead.
+# Debian puts OpenCV's CMake files into libopencv-dev, which pulls in Qt, VTK and Java; the modules in
+# use are linked by name instead. imgcodecs, which drags 134 libraries, only judges image/ in tests.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
-foreach(module core imgproc imgcodecs)
+set(opencv_modules core imgproc)
+if(TRAMMEL_TESTS OR TRAMMEL_BENCH)
+  list(APPEND opencv_modules imgcodecs)
+endif()
+foreach(module ${opencv_modules})
   find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
   add_library(opencv_${module} INTERFACE IMPORTED)
   target_include_directories(opencv_${module} SYSTEM INTERFACE ${OPENCV_INCLUDE_DIR})

@@ -10,6 +10,7 @@ ALLOWED = {
     "base": set(),
     "files": {"base"},
     "geometry": {"base"},
+    "image": {"base"},
     "signal": {"base", "geometry"},
     "vision": {"base", "geometry"},
     "gcode": {"base", "geometry"},
@@ -18,11 +19,11 @@ ALLOWED = {
     "tap": PURE,
     "tool_offset": PURE,
     "part_alignment": PURE,
-    "machine": {"base", "files", "geometry"},
+    "machine": {"base", "files", "geometry", "image"},
     "store": {"base", "files", "settings"} | CALIBRATIONS,
     "report": {"base", "settings"} | CALIBRATIONS,
     "procedure": PURE | CALIBRATIONS | {"files", "machine", "store"},
-    "sim": {"base", "files", "geometry"},
+    "sim": {"base", "files", "geometry", "image"},
     "app": PURE | CALIBRATIONS | {"files", "machine", "store", "procedure", "report", "sim"},
 }
 # Rooms that have rooms of their own: what each of those may include of its siblings.

@@ -6,12 +6,14 @@
 #include <array>
 #include <new>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <optional>
+#include <opencv2/imgproc.hpp>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "image/jpeg_reader.h"
+#include "image/png_reader.h"
 #include "machine/file_bytes.h"
 #include "machine/jpeg_outline.h"
 #include "machine/png_outline.h"
@@ -46,11 +48,11 @@ Result<ImageHeader> JpegHeader(std::span<const std::uint8_t> bytes) {
   return ImageHeader{ImageFormat::kJpeg, outline->width_px, outline->height_px};
 }
 
-int ReadMode(std::int64_t pixels, std::int64_t enough) {
-  if (pixels <= enough) return cv::IMREAD_COLOR;
-  if (pixels <= 4 * enough) return cv::IMREAD_REDUCED_COLOR_2;
-  if (pixels <= 16 * enough) return cv::IMREAD_REDUCED_COLOR_4;
-  return cv::IMREAD_REDUCED_COLOR_8;
+int ReductionOf(std::int64_t pixels, std::int64_t enough) {
+  if (pixels <= enough) return 1;
+  if (pixels <= 4 * enough) return 2;
+  if (pixels <= 16 * enough) return 4;
+  return 8;
 }
 
 /// Whether a decoder would have to do far more for it than such a picture should cost.
@@ -63,27 +65,99 @@ Result<void> CheckCostOf(std::span<const std::uint8_t> bytes, ImageFormat format
   return outline ? CheckCost(*outline, bytes.size()) : tl::unexpected(outline.error());
 }
 
-Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageHeader& header,
-                     const ImageReadOptions& options) {
-  std::vector<std::uint8_t> plain;
-  if (header.format == ImageFormat::kPng && HasPackedRemarks(bytes)) {
-    plain = WithoutRemarks(bytes);
-    bytes = plain;
+cv::Mat PixelsOf(Frame& frame) { return {frame.height, frame.width, CV_8UC3, frame.bgr.data()}; }
+
+/// Shows the stored picture as EXIF's orientation asks for.
+Frame Turned(Frame frame, int orientation) {
+  if (orientation >= 5) {
+    Frame transposed(frame.height, frame.width);
+    cv::Mat to = PixelsOf(transposed);
+    cv::transpose(PixelsOf(frame), to);
+    frame = std::move(transposed);
   }
-  const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8U,
-                    const_cast<std::uint8_t*>(bytes.data()));
-  const std::int64_t pixels = std::int64_t{header.width_px} * header.height_px;
-  const cv::Mat decoded = cv::imdecode(raw, ReadMode(pixels, options.reduce_above_px));
-  if (decoded.empty() || decoded.type() != CV_8UC3) {
-    return Fail(fmt::format("the decoder cannot read it although its header states {} x {} px",
-                            header.width_px, header.height_px));
-  }
-  Frame frame(decoded.cols, decoded.rows);
-  for (int y = 0; y < decoded.rows; ++y) {
-    std::copy_n(decoded.ptr<std::uint8_t>(y),
-                std::size_t{3} * static_cast<std::size_t>(decoded.cols), frame.row(y));
+  const int mirrored = orientation % 4;
+  const bool left_right = mirrored == 2 || mirrored == 3;  // 2, 3, 6, 7
+  const bool up_down = mirrored == 3 || mirrored == 0;     // 3, 4, 7, 8
+  cv::Mat pixels = PixelsOf(frame);
+  if (left_right && up_down) {
+    cv::flip(pixels, pixels, -1);
+  } else if (left_right || up_down) {
+    cv::flip(pixels, pixels, left_right ? 1 : 0);
   }
   return frame;
+}
+
+Result<Frame> DecodeJpeg(std::span<const std::uint8_t> bytes, int reduction) {
+  // Cameras leave bytes between the picture and its end, which decoders warn of.
+  auto jpeg = image::JpegReader::Open(bytes, image::JpegDamage::kFillIn);
+  if (!jpeg) return tl::unexpected(jpeg.error());
+  if (auto started = jpeg->Start(image::JpegPixels::kBgr, reduction); !started) {
+    return tl::unexpected(started.error());
+  }
+  Frame frame(jpeg->row_px(), jpeg->rows());
+  for (int y = 0; y < frame.height; ++y) {
+    if (auto read = jpeg->ReadRow(frame.row(y)); !read) return tl::unexpected(read.error());
+  }
+  return Turned(std::move(frame), jpeg->header().orientation);
+}
+
+Result<Frame> DecodePng(std::span<const std::uint8_t> bytes, int reduction) {
+  auto png = image::PngReader::Open(bytes, image::PngPixels::kBgr8);
+  if (!png) return tl::unexpected(png.error());
+  Frame frame(png->header().width_px, png->header().height_px);
+  for (int pass = 0; pass < png->passes(); ++pass) {
+    for (int y = 0; y < frame.height; ++y) {
+      if (auto read = png->ReadRow(frame.row(y)); !read) return tl::unexpected(read.error());
+    }
+  }
+  if (auto finished = png->Finish(); !finished) return tl::unexpected(finished.error());
+  if (reduction > 1) {
+    Frame reduced(std::max(frame.width / reduction, 1), std::max(frame.height / reduction, 1));
+    cv::Mat to = PixelsOf(reduced);
+    cv::resize(PixelsOf(frame), to, to.size(), 0, 0, cv::INTER_LINEAR_EXACT);
+    frame = std::move(reduced);
+  }
+  return Turned(std::move(frame), png->orientation());
+}
+
+Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageHeader& header,
+                     const ImageReadOptions& options) {
+  const std::int64_t pixels = std::int64_t{header.width_px} * header.height_px;
+  const int reduction = ReductionOf(pixels, options.reduce_above_px);
+  auto frame = header.format == ImageFormat::kPng ? DecodePng(bytes, reduction)
+                                                  : DecodeJpeg(bytes, reduction);
+  if (!frame) return Fail(frame.error().message + "; copy it again");
+  return frame;
+}
+
+/// Names a picture's format by its first bytes; a TIFF may be a camera's raw picture.
+std::string_view ForeignFormatOf(std::span<const std::uint8_t> bytes) {
+  struct Format {
+    std::size_t at;
+    std::string_view with;
+    std::string_view name;
+  };
+  using std::string_view_literals::operator""sv;
+  constexpr std::array kFormats = {Format{0, "BM"sv, "a BMP"},
+                                   Format{0, "GIF8"sv, "a GIF"},
+                                   Format{8, "WEBP"sv, "a WebP"},
+                                   Format{0, "II*\0"sv, "a TIFF or raw picture"},
+                                   Format{0, "MM\0*"sv, "a TIFF or raw picture"},
+                                   Format{4, "ftypavif"sv, "an AVIF"},
+                                   Format{4, "ftyphei"sv, "a HEIC"},
+                                   Format{4, "ftyphev"sv, "a HEIC"},
+                                   Format{4, "ftypmif1"sv, "a HEIC"},
+                                   Format{4, "jP  \r\n"sv, "a JPEG 2000"},
+                                   Format{0, "\0\0\0\fJXL"sv, "a JPEG XL"},
+                                   Format{0, "\xff\x0a"sv, "a JPEG XL"},
+                                   Format{0, "%PDF"sv, "a PDF"}};
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  for (const Format& format : kFormats) {
+    if (text.size() > format.at && text.substr(format.at).starts_with(format.with)) {
+      return format.name;
+    }
+  }
+  return {};
 }
 
 }  // namespace
@@ -110,7 +184,9 @@ Result<ImageHeader> ReadImageHeader(std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return Fail("it is empty");
   if (StartsWith(bytes, kPngSignature)) return PngHeader(bytes);
   if (StartsWith(bytes, kJpegStart)) return JpegHeader(bytes);
-  return Fail("it is neither a JPEG nor a PNG; convert it to one of these");
+  const std::string_view foreign = ForeignFormatOf(bytes);
+  return Fail(fmt::format("it is {}{} a JPEG nor a PNG; convert it to one of these", foreign,
+                          foreign.empty() ? "neither" : ", neither"));
 }
 
 Result<Frame> DecodeImage(std::span<const std::uint8_t> bytes, const ImageReadOptions& options) {

@@ -26,7 +26,8 @@ struct ImageReadOptions {
                                               ///< their size, down to about this many pixels
 };
 
-/// Finds size and format without decoding. Input may be hostile.
+/// Finds size and format without decoding. Input may be hostile. The message of a failure names
+/// the format where it is another one.
 [[nodiscard]] Result<ImageHeader> ReadImageHeader(std::span<const std::uint8_t> bytes);
 
 /// Whether the picture's end is missing. A decoder fills what is missing with grey and says
@@ -34,12 +35,13 @@ struct ImageReadOptions {
 [[nodiscard]] bool EndsEarly(std::span<const std::uint8_t> bytes, ImageFormat format);
 
 /// Decodes a JPEG or PNG as 8-bit BGR. An orientation that EXIF states is applied, so that the
-/// frame is the picture as viewers show it. Transparency is dropped, 16 bits become 8.
+/// frame is the picture as viewers show it. Transparency is dropped, of 16 bits the upper 8 are
+/// taken, four inks are printed on white.
 /// @returns errors (kInput): another format, no header, a size above the options' or one that so
 ///          few bytes cannot hold, a JPEG of too many scans, a file that ends early, whatever the
 ///          decoder rejects. All but the last is checked before anything is decoded.
-/// Memory: 3 bytes per pixel of the result, and for a PNG also of the whole image, 6 for a
-/// progressive JPEG.
+/// Memory: 3 bytes per pixel of the result, twice that where EXIF lays it on its side; also 3 of
+/// the whole image for a PNG that is reduced, 6 for a progressive JPEG.
 [[nodiscard]] Result<Frame> DecodeImage(std::span<const std::uint8_t> bytes,
                                         const ImageReadOptions& options = {});
 

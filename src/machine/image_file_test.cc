@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace trammel::machine {
@@ -70,6 +71,44 @@ TEST(ImageFile, TurnsThePictureAsExifSays) {
   EXPECT_EQ(frame->height, 80);
   EXPECT_NEAR(frame->view().row(10)[3 * 20], 200, 4);
   EXPECT_NEAR(frame->view().row(70)[3 * 20 + 2], 200, 4);
+}
+
+cv::Mat PixelsOf(const Frame& frame) {
+  return {frame.height, frame.width, CV_8UC3, const_cast<std::uint8_t*>(frame.bgr.data())};
+}
+
+TEST(ImageFile, ShowsEveryOrientationAsOpenCvDoes) {
+  cv::Mat corners(24, 40, CV_8UC3, cv::Scalar(90, 90, 90));
+  corners(cv::Rect(0, 0, 16, 8)).setTo(cv::Scalar(200, 0, 0));
+  corners(cv::Rect(24, 0, 16, 8)).setTo(cv::Scalar(0, 0, 200));
+  for (std::uint8_t orientation = 0; orientation <= 9; ++orientation) {
+    const Bytes jpeg = WithOrientation(Encode(corners, ".jpg"), orientation);
+    const Result<Frame> frame = DecodeImage(jpeg);
+    ASSERT_TRUE(frame) << frame.error().message;
+    const cv::Mat expected = cv::imdecode(jpeg, cv::IMREAD_COLOR);
+    ASSERT_EQ(frame->width, expected.cols) << int{orientation};
+    ASSERT_EQ(frame->height, expected.rows) << int{orientation};
+    constexpr double kMostLevels = 2;  // between two orders of the same transform
+    EXPECT_LE(cv::norm(PixelsOf(*frame), expected, cv::NORM_INF), kMostLevels) << int{orientation};
+  }
+}
+
+TEST(ImageFile, ReducesAPngExactlyAsOpenCvDoes) {
+  cv::Mat noise(53, 81, CV_8UC3);
+  cv::theRNG().state = 5;
+  cv::randu(noise, 0, 256);
+  const Bytes png = Encode(noise, ".png");
+  for (const auto& [enough, mode] : {std::pair{std::int64_t{2000}, cv::IMREAD_REDUCED_COLOR_2},
+                                     std::pair{std::int64_t{500}, cv::IMREAD_REDUCED_COLOR_4},
+                                     std::pair{std::int64_t{100}, cv::IMREAD_REDUCED_COLOR_8}}) {
+    ImageReadOptions options;
+    options.reduce_above_px = enough;
+    const Result<Frame> frame = DecodeImage(png, options);
+    ASSERT_TRUE(frame) << frame.error().message;
+    const cv::Mat expected = cv::imdecode(png, mode);
+    ASSERT_EQ(PixelsOf(*frame).size(), expected.size());
+    EXPECT_EQ(cv::norm(PixelsOf(*frame), expected, cv::NORM_INF), 0) << enough;
+  }
 }
 
 TEST(ImageFile, ReducesLargeImagesWhileReading) {
@@ -167,9 +206,35 @@ TEST(ImageFile, ErrorsNameTheFileAndTheReason) {
   EXPECT_THAT(ReadImageFile("/nowhere/photo.jpg").error().message,
               HasSubstr("photo /nowhere/photo.jpg: "));
   EXPECT_THAT(ReadImageFile("/").error().message, HasSubstr("not a regular file"));
-  const std::array<std::uint8_t, 4> text = {'G', 'I', 'F', '8'};
-  EXPECT_THAT(DecodeImage(text).error().message, HasSubstr("neither a JPEG nor a PNG"));
+  const Bytes text = {'h', 'e', 'l', 'l', 'o'};
+  EXPECT_EQ(DecodeImage(text).error().message,
+            "it is neither a JPEG nor a PNG; convert it to one of these");
   EXPECT_THAT(DecodeImage({}).error().message, HasSubstr("empty"));
+}
+
+TEST(ImageFile, ErrorsNameTheFormatThatAFileHas) {
+  const std::vector<std::pair<std::string, std::string>> starts = {
+      {"BM12", "a BMP"},
+      {"GIF89a", "a GIF"},
+      {std::string("RIFF\1\0\0\0WEBPVP8 ", 16), "a WebP"},
+      {std::string("II*\0\x08", 5), "a TIFF or raw picture"},
+      {std::string("\0\0\0\x1c"
+                   "ftypheic",
+                   12),
+       "a HEIC"},
+      {std::string("\0\0\0\x1c"
+                   "ftypavif",
+                   12),
+       "an AVIF"},
+      {"%PDF-1.4", "a PDF"}};
+  for (const auto& [start, name] : starts) {
+    const Bytes bytes(start.begin(), start.end());
+    EXPECT_EQ(DecodeImage(bytes).error().message,
+              "it is " + name + ", neither a JPEG nor a PNG; convert it to one of these");
+    for (std::size_t size = 1; size < bytes.size(); ++size) {
+      EXPECT_FALSE(DecodeImage(std::span(bytes).first(size)));
+    }
+  }
 }
 
 }  // namespace

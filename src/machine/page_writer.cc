@@ -1,25 +1,19 @@
 #include "machine/page_writer.h"
 
 #include <fmt/format.h>
-#include <png.h>
 #include <tiffio.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <memory>
 #include <vector>
 
 #include "files/new_file.h"
+#include "image/png_writer.h"
 
 namespace trammel::machine {
 namespace {
 
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using File = std::unique_ptr<std::FILE, CloseFile>;
-
-// RGB, as both formats have it.
+// RGB, as the format has it.
 void TakeRow(const Page& page, int y, std::vector<std::uint8_t>& row) {
   const std::uint8_t* from = page.view().row(y);
   row.assign(from, from + page.stride());
@@ -28,41 +22,22 @@ void TakeRow(const Page& page, int y, std::vector<std::uint8_t>& row) {
   }
 }
 
-// The library's errors jump: nothing with a destructor may live here.
-bool WritePngRows(png_structp png, png_infop info, std::FILE* file, const Page& page,
-                  std::vector<std::uint8_t>& row) {
-  constexpr double kInchesPerMeter = 1 / 0.0254;
-  constexpr int kFast = 3;  // zlib; a scan's noise does not pack well anyway
-  if (setjmp(png_jmpbuf(png)) != 0) return false;
-  png_init_io(png, file);
-  png_set_compression_level(png, kFast);
-  png_set_IHDR(png, info, static_cast<png_uint_32>(page.width),
-               static_cast<png_uint_32>(page.height), 8,
-               page.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
-               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  if (page.dpi_x && page.dpi_y) {
-    png_set_pHYs(png, info, static_cast<png_uint_32>(*page.dpi_x * kInchesPerMeter + 0.5),
-                 static_cast<png_uint_32>(*page.dpi_y * kInchesPerMeter + 0.5),
-                 PNG_RESOLUTION_METER);
-  }
-  png_write_info(png, info);
+Result<void> WritePng(const Page& page, const files::NewFile& file) {
+  image::PngForm form;
+  form.width_px = page.width;
+  form.height_px = page.height;
+  form.channels = page.channels;
+  form.packing = image::PngForm::Packing::kDense;
+  form.dpi_x = page.dpi_x;
+  form.dpi_y = page.dpi_y;
+  auto png = image::PngWriter::Create(form, [&file](std::span<const std::uint8_t> bytes) {
+    return file.Write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  });
+  if (!png) return tl::unexpected(png.error());
   for (int y = 0; y < page.height; ++y) {
-    TakeRow(page, y, row);
-    png_write_row(png, row.data());
+    if (auto written = png->WriteRow(page.view().row(y)); !written) return written;
   }
-  png_write_end(png, nullptr);
-  return true;
-}
-
-bool WritePng(const Page& page, int fd) {
-  const File file(fdopen(dup(fd), "wb"));
-  if (!file) return false;
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-  png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
-  std::vector<std::uint8_t> row;
-  const bool written = info != nullptr && WritePngRows(png, info, file.get(), page, row);
-  png_destroy_write_struct(&png, &info);
-  return written && std::fflush(file.get()) == 0;
+  return png->Finish();
 }
 
 struct CloseTiff {
@@ -111,7 +86,7 @@ Result<void> WritePage(const Page& page, const std::filesystem::path& path) {
   auto file = files::NewFile::Create(path, files::IfThere::kRefuse);
   if (!file) return Fail("page " + file.error().message);
   const bool png = path.extension() == ".png";
-  if (png ? !WritePng(page, file->fd()) : !WriteTiff(page, file->fd())) {
+  if (png ? !WritePng(page, *file) : !WriteTiff(page, file->fd())) {
     return Fail(fmt::format(
         "page {}: it cannot be written; is there room, and may you write there?", path.string()));
   }

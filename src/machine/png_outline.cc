@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <string_view>
 
 namespace trammel::machine {
 namespace {
 
 constexpr std::size_t kSignature = 8;
-constexpr std::size_t kFrameOfChunk = 12;  // length, name and check sum
 
 std::uint32_t BigEndian(std::span<const std::uint8_t> bytes, std::size_t at) {
   std::uint32_t value = 0;
@@ -21,24 +19,6 @@ std::uint32_t BigEndian(std::span<const std::uint8_t> bytes, std::size_t at) {
 
 std::string_view NameOf(std::span<const std::uint8_t> chunk) {
   return {reinterpret_cast<const char*>(chunk.data()) + 4, 4};
-}
-
-bool IsRemark(std::span<const std::uint8_t> chunk) {
-  constexpr std::array<std::string_view, 5> kNames = {"iCCP", "iTXt", "sPLT", "tEXt", "zTXt"};
-  return std::find(kNames.begin(), kNames.end(), NameOf(chunk)) != kNames.end();
-}
-
-/// Calls `see` with each whole chunk, and with what is left at the end.
-template <class See>
-void ForEachChunk(std::span<const std::uint8_t> bytes, const See& see) {
-  std::span<const std::uint8_t> rest = bytes.subspan(std::min(kSignature, bytes.size()));
-  while (rest.size() >= kFrameOfChunk) {
-    const std::size_t size = kFrameOfChunk + BigEndian(rest, 0);
-    if (size > rest.size()) break;
-    see(rest.first(size));
-    rest = rest.subspan(size);
-  }
-  if (rest.size() >= kFrameOfChunk) see(rest);
 }
 
 }  // namespace
@@ -68,22 +48,6 @@ Result<void> CheckCost(const PngOutline& outline, std::size_t bytes) {
       fmt::format("its header states {} x {} px, more than its {} bytes can hold; "
                   "it was cut off or is damaged: copy it again, or scan again",
                   outline.width_px, outline.height_px, bytes));
-}
-
-bool HasPackedRemarks(std::span<const std::uint8_t> bytes) {
-  bool has = false;
-  ForEachChunk(bytes, [&](std::span<const std::uint8_t> chunk) { has = has || IsRemark(chunk); });
-  return has;
-}
-
-std::vector<std::uint8_t> WithoutRemarks(std::span<const std::uint8_t> bytes) {
-  const auto signature = bytes.first(std::min(kSignature, bytes.size()));
-  std::vector<std::uint8_t> kept(signature.begin(), signature.end());
-  kept.reserve(bytes.size());
-  ForEachChunk(bytes, [&](std::span<const std::uint8_t> chunk) {
-    if (!IsRemark(chunk)) kept.insert(kept.end(), chunk.begin(), chunk.end());
-  });
-  return kept;
 }
 
 }  // namespace trammel::machine

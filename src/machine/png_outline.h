@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "base/result.h"
 
@@ -21,11 +20,5 @@ struct PngOutline {
 /// Refuses a size that so few bytes cannot hold: packing makes a picture smaller by a factor of
 /// 1032 at most.
 [[nodiscard]] Result<void> CheckCost(const PngOutline& outline, std::size_t bytes);
-
-/// Texts and colour profiles may be packed, too, and decoders unpack them all at once.
-[[nodiscard]] bool HasPackedRemarks(std::span<const std::uint8_t> bytes);
-
-/// The file without texts and colour profiles.
-[[nodiscard]] std::vector<std::uint8_t> WithoutRemarks(std::span<const std::uint8_t> bytes);
 
 }  // namespace trammel::machine

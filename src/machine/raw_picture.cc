@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
 #include "base/check.h"
+#include "image/jpeg_writer.h"
+#include "image/png_writer.h"
 
 namespace trammel::machine {
 namespace {
@@ -42,6 +43,35 @@ const ReadFormat* FindFormat(std::uint32_t code) {
   const auto* found = std::find_if(kFormats.begin(), kFormats.end(),
                                    [&](const ReadFormat& format) { return format.code == code; });
   return found == kFormats.end() ? nullptr : found;
+}
+
+Result<std::vector<std::uint8_t>> AsJpeg(const cv::Mat& picture, int quality) {
+  std::vector<std::uint8_t> jpeg;
+  const PageView pixels{picture.data, picture.cols, picture.rows, picture.channels(),
+                        static_cast<std::ptrdiff_t>(picture.step)};
+  auto encoded = image::EncodeJpeg(pixels, {.quality = quality, .dpi = {}}, jpeg);
+  if (!encoded) return tl::unexpected(encoded.error());
+  return jpeg;
+}
+
+Result<std::vector<std::uint8_t>> AsPng(const cv::Mat& picture) {
+  image::PngForm form;
+  form.width_px = picture.cols;
+  form.height_px = picture.rows;
+  form.channels = picture.channels();
+  std::vector<std::uint8_t> bytes;
+  auto png = image::PngWriter::Create(form, [&](std::span<const std::uint8_t> more) {
+    bytes.insert(bytes.end(), more.begin(), more.end());
+    return Result<void>();
+  });
+  if (!png) return tl::unexpected(png.error());
+  for (int y = 0; y < picture.rows; ++y) {
+    if (auto written = png->WriteRow(picture.ptr(y)); !written) {
+      return tl::unexpected(written.error());
+    }
+  }
+  if (auto finished = png->Finish(); !finished) return tl::unexpected(finished.error());
+  return bytes;
 }
 
 }  // namespace
@@ -95,16 +125,8 @@ Result<std::vector<std::uint8_t>> ToPicture(const RawPicture& raw, int jpeg_qual
   } else {
     cv::cvtColor(pixels_as_sent, picture, format->to_bgr);
   }
-  std::vector<std::uint8_t> encoded;
-  const bool done =
-      jpeg_quality > 0
-          ? cv::imencode(".jpg", picture, encoded, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality})
-          : cv::imencode(".png", picture, encoded);  // its default is OpenCV's fastest
-  if (!done) {
-    return Fail(
-        fmt::format("a picture of {}x{} px could not be encoded", raw.width_px, raw.height_px),
-        ErrorKind::kMachine);
-  }
+  auto encoded = jpeg_quality > 0 ? AsJpeg(picture, jpeg_quality) : AsPng(picture);
+  if (!encoded) return Fail(encoded.error().message, ErrorKind::kMachine);
   return encoded;
 }
 

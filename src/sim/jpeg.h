@@ -9,7 +9,7 @@
 namespace trammel::sim {
 
 /// Encodes into `jpeg`, reusing its memory. Baseline, chroma at half resolution in both directions.
-/// REQUIRES 1 <= quality <= 100 and a view of at least one pixel without gaps between its rows.
+/// REQUIRES 1 <= quality <= 100 and a view of 1 to 65500 px a side.
 void EncodeJpeg(const BgrView& view, int quality, std::vector<std::uint8_t>& jpeg);
 
 }  // namespace trammel::sim

@@ -7,12 +7,13 @@
 #include <bit>
 #include <cctype>
 #include <cmath>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
+#include "base/page.h"
 #include "files/new_file.h"
+#include "image/jpeg_writer.h"
+#include "image/png_writer.h"
 
 namespace trammel::sim {
 namespace {
@@ -21,16 +22,8 @@ static_assert(std::endian::native == std::endian::little, "TIFFs are written lit
 
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr double kMmPerInch = 25.4;
-
 void PutLittle(Bytes& bytes, std::uint64_t value, int count) {
   for (int i = 0; i < count; ++i) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-}
-
-void PutBig(Bytes& bytes, std::uint64_t value, int count) {
-  for (int i = count - 1; i >= 0; --i) {
-    bytes.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-  }
 }
 
 std::string Extension(const std::filesystem::path& path) {
@@ -118,70 +111,43 @@ Bytes TiffHead::Take() {
   return head;
 }
 
-std::uint32_t Crc(std::span<const std::uint8_t> bytes) {
-  std::uint32_t crc = 0xffffffffU;
-  for (const std::uint8_t byte : bytes) {
-    crc ^= byte;
-    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1U) != 0 ? 0xedb88320U : 0U);
-  }
-  return ~crc;
-}
-
-// Adds a pHYs chunk right behind a PNG's header chunk.
-void SayResolutionInPng(double dpi, Bytes& png) {
-  constexpr std::ptrdiff_t kBehindHeader = 8 + 12 + 13;
-  const auto per_metre = static_cast<std::uint64_t>(std::lround(dpi * 1000 / kMmPerInch));
-  Bytes body = {'p', 'H', 'Y', 's'};
-  PutBig(body, per_metre, 4);
-  PutBig(body, per_metre, 4);
-  body.push_back(1);  // per metre
-  Bytes chunk;
-  PutBig(chunk, body.size() - 4, 4);
-  chunk.insert(chunk.end(), body.begin(), body.end());
-  PutBig(chunk, Crc(body), 4);
-  png.insert(png.begin() + kBehindHeader, chunk.begin(), chunk.end());
-}
-
-// Sets the density in the JFIF header that libjpeg writes first.
-void SayResolutionInJpeg(std::optional<double> dpi, Bytes& jpeg) {
-  constexpr std::size_t kUnit = 13;
-  if (jpeg.size() < kUnit + 5 || jpeg[6] != 'J') return;
-  const auto density = static_cast<unsigned>(std::clamp(std::lround(dpi.value_or(1)), 1L, 65535L));
-  jpeg[kUnit] = dpi ? 1 : 0;
-  for (const std::size_t at : {kUnit + 1, kUnit + 3}) {
-    jpeg[at] = static_cast<std::uint8_t>(density >> 8);
-    jpeg[at + 1] = static_cast<std::uint8_t>(density);
-  }
-}
-
-Result<Bytes> Encode(const SheetScan& scan, const Random& random, const PageFileOptions& options,
-                     bool jpeg) {
+Result<void> WritePng(const SheetScan& scan, const Random& random, const PageFileOptions& options,
+                      const RowSink& put) {
   const PageFormat& format = scan.format();
-  const int depth = format.bits == 8 ? CV_8U : CV_16U;
-  cv::Mat image(format.height_px, format.width_px, CV_MAKETYPE(depth, format.channels));
-  const std::size_t sample = static_cast<std::size_t>(format.bits) / 8;
-  int y = 0;
+  image::PngForm form;
+  form.width_px = format.width_px;
+  form.height_px = format.height_px;
+  form.channels = format.channels;
+  form.bits = format.bits;
+  form.order = image::PngForm::Order::kRgb;
+  form.dpi_x = form.dpi_y = options.dpi;
+  auto png = image::PngWriter::Create(form, put);
+  if (!png) return tl::unexpected(png.error());
+  const auto rendered = scan.Render(
+      random, [&](std::span<const std::uint8_t> row) { return png->WriteRow(row.data()); });
+  if (!rendered) return rendered;
+  return png->Finish();
+}
+
+Result<void> WriteJpeg(const SheetScan& scan, const Random& random, const PageFileOptions& options,
+                       const RowSink& put) {
+  const PageFormat& format = scan.format();
+  Page page;
+  page.width = format.width_px;
+  page.height = format.height_px;
+  page.channels = format.channels;
   const auto rendered = scan.Render(random, [&](std::span<const std::uint8_t> row) {
-    std::uint8_t* out = image.ptr(y++);
-    std::copy(row.begin(), row.end(), out);
-    if (format.channels == 1) return Result<void>{};
-    for (std::size_t at = 0; at < row.size(); at += 3 * sample) {  // OpenCV wants blue first
-      std::swap_ranges(out + at, out + at + sample, out + at + 2 * sample);
+    const std::size_t begin = page.samples.size();
+    page.samples.insert(page.samples.end(), row.begin(), row.end());
+    for (std::size_t at = begin; format.channels == 3 && at < page.samples.size(); at += 3) {
+      std::swap(page.samples[at], page.samples[at + 2]);
     }
     return Result<void>{};
   });
-  if (!rendered) return tl::unexpected(rendered.error());
-  Bytes bytes;
-  const std::vector<int> how =
-      jpeg ? std::vector<int>{cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality}
-           : std::vector<int>{cv::IMWRITE_PNG_COMPRESSION, 1};
-  if (!cv::imencode(jpeg ? ".jpg" : ".png", image, bytes, how)) {
-    return Fail(fmt::format("a scan of {} x {} px could not be encoded", format.width_px,
-                            format.height_px));
-  }
-  if (jpeg) SayResolutionInJpeg(options.dpi, bytes);
-  if (!jpeg && options.dpi) SayResolutionInPng(*options.dpi, bytes);
-  return bytes;
+  if (!rendered) return rendered;
+  Bytes jpeg;
+  auto encoded = image::EncodeJpeg(page.view(), {options.jpeg_quality, options.dpi}, jpeg);
+  return encoded ? put(jpeg) : encoded;
 }
 
 // Rows of 16 bit PNMs are big-endian.
@@ -196,11 +162,8 @@ Result<void> Write(const files::NewFile& file, const SheetScan& scan, const Rand
     return file.Write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   };
   const PageFormat& format = scan.format();
-  const bool jpeg = extension == ".jpg" || extension == ".jpeg";
-  if (jpeg || extension == ".png") {
-    const auto bytes = Encode(scan, random, options, jpeg);
-    return bytes ? put(*bytes) : tl::unexpected(bytes.error());
-  }
+  if (extension == ".png") return WritePng(scan, random, options, put);
+  if (extension == ".jpg" || extension == ".jpeg") return WriteJpeg(scan, random, options, put);
   const bool tiff = extension == ".tif" || extension == ".tiff";
   if (tiff) {
     if (const auto head = put(TiffHead(format, options.dpi).Take()); !head) return head;

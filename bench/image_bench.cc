@@ -1,0 +1,107 @@
+// Photos and frames read and written, beside OpenCV's codecs with the same pixels.
+#include <benchmark/benchmark.h>
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#include "machine/image_file.h"
+#include "machine/raw_picture.h"
+
+namespace trammel {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+// Texture of all sizes with a camera's noise.
+cv::Mat Scene(int width, int height) {
+  cv::RNG random(1);
+  cv::Mat scene(height, width, CV_8UC3, cv::Scalar(90, 110, 120));
+  for (int size = 4; size < height; size *= 3) {
+    cv::Mat coarse(height / size + 1, width / size + 1, CV_8UC3);
+    random.fill(coarse, cv::RNG::UNIFORM, 0, 256);
+    cv::Mat fine;
+    cv::resize(coarse, fine, scene.size(), 0, 0, cv::INTER_CUBIC);
+    cv::addWeighted(scene, 0.7, fine, 0.3, 0, scene);
+  }
+  cv::Mat noise(height, width, CV_8UC3);
+  random.fill(noise, cv::RNG::NORMAL, 4, 2);
+  return scene + noise;
+}
+
+Bytes Encoded(const benchmark::State& state, const char* extension) {
+  const cv::Mat scene = Scene(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+  Bytes bytes;
+  cv::imencode(extension, scene, bytes);
+  return bytes;
+}
+
+void SetPixels(benchmark::State& state) {
+  state.counters["megapixels/s"] = benchmark::Counter(
+      1e-6 * static_cast<double>(state.range(0) * state.range(1) * state.iterations()),
+      benchmark::Counter::kIsRate);
+}
+
+void Read(benchmark::State& state, const char* extension) {
+  const Bytes bytes = Encoded(state, extension);
+  for (auto _ : state) {
+    auto frame = machine::DecodeImage(bytes);
+    benchmark::DoNotOptimize(frame);
+  }
+  SetPixels(state);
+}
+
+void ReadByOpenCv(benchmark::State& state, const char* extension) {
+  const Bytes bytes = Encoded(state, extension);
+  for (auto _ : state) {
+    cv::Mat image = cv::imdecode(bytes, cv::IMREAD_COLOR);
+    benchmark::DoNotOptimize(image.data);
+  }
+  SetPixels(state);
+}
+
+void Write(benchmark::State& state, int jpeg_quality) {
+  constexpr std::uint32_t kBgr8 = 0x02180015;
+  const cv::Mat scene = Scene(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+  const machine::RawPicture raw{
+      kBgr8, scene.cols, scene.rows, 0, {scene.data, scene.total() * scene.elemSize()}};
+  std::size_t size = 0;
+  for (auto _ : state) {
+    auto picture = machine::ToPicture(raw, jpeg_quality);
+    size = picture ? picture->size() : 0;
+  }
+  SetPixels(state);
+  state.counters["bytes"] = static_cast<double>(size);
+}
+
+void WriteByOpenCv(benchmark::State& state, int jpeg_quality) {
+  const cv::Mat scene = Scene(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+  Bytes bytes;
+  for (auto _ : state) {
+    if (jpeg_quality > 0) {
+      cv::imencode(".jpg", scene, bytes, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality});
+    } else {
+      cv::imencode(".png", scene, bytes);
+    }
+  }
+  SetPixels(state);
+  state.counters["bytes"] = static_cast<double>(bytes.size());
+}
+
+void Sizes(benchmark::internal::Benchmark* bench) {
+  bench->Args({1280, 720})->Args({4000, 3000})->Unit(benchmark::kMillisecond);
+}
+
+BENCHMARK_CAPTURE(Read, jpeg, ".jpg")->Apply(Sizes);
+BENCHMARK_CAPTURE(ReadByOpenCv, jpeg, ".jpg")->Apply(Sizes);
+BENCHMARK_CAPTURE(Read, png, ".png")->Apply(Sizes);
+BENCHMARK_CAPTURE(ReadByOpenCv, png, ".png")->Apply(Sizes);
+BENCHMARK_CAPTURE(Write, jpeg, 95)->Apply(Sizes);
+BENCHMARK_CAPTURE(WriteByOpenCv, jpeg, 95)->Apply(Sizes);
+BENCHMARK_CAPTURE(Write, png, 0)->Apply(Sizes);
+BENCHMARK_CAPTURE(WriteByOpenCv, png, 0)->Apply(Sizes);
+
+}  // namespace
+}  // namespace trammel

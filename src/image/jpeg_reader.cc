@@ -1,0 +1,169 @@
+#include "image/jpeg_reader.h"
+
+#include <fmt/format.h>
+
+#include <csetjmp>
+#include <cstdio>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+// After cstdio: it wants FILE declared before it.
+#include <jpeglib.h>
+
+#include "base/check.h"
+#include "image/exif.h"
+
+namespace trammel::image {
+
+// libjpeg's errors jump: nothing with a destructor may live in the functions that they jump out of.
+struct JpegReader::State {
+  jpeg_decompress_struct reader{};
+  jpeg_error_mgr errors{};
+  std::jmp_buf back{};
+  char said[JMSG_LENGTH_MAX] = {};
+  bool created = false;
+  bool fill_in = false;
+  JpegHeader header;
+  std::vector<std::uint8_t> cmyk;  // a row, where there are four components
+
+  State() = default;
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    if (created) jpeg_destroy_decompress(&reader);
+  }
+
+  bool Begin(std::span<const std::uint8_t> bytes);
+  void TakeHeader();
+  bool Start();
+  bool ReadRow(std::uint8_t* row);
+  [[nodiscard]] tl::unexpected<Error> Rejected() const {
+    return Fail(fmt::format("the decoder rejects it ({})", said));
+  }
+
+  static void Complain(j_common_ptr reader) {
+    auto& state = *static_cast<State*>(reader->client_data);
+    reader->err->format_message(reader, state.said);
+    std::longjmp(state.back, 1);
+  }
+  // A warning (level -1) means that the decoder makes up what is missing.
+  static void Warn(j_common_ptr reader, int level) {
+    if (level < 0 && !static_cast<State*>(reader->client_data)->fill_in) Complain(reader);
+  }
+};
+
+namespace {
+
+constexpr int kExif = JPEG_APP0 + 1;
+
+/// The TIFF structure of the first EXIF block; empty where there is none.
+std::span<const std::uint8_t> ExifOf(const jpeg_decompress_struct& reader) {
+  constexpr std::string_view kName("Exif\0\0", 6);
+  for (jpeg_saved_marker_ptr at = reader.marker_list; at != nullptr; at = at->next) {
+    if (at->marker != kExif) continue;
+    const std::string_view data(reinterpret_cast<const char*>(at->data), at->data_length);
+    if (data.starts_with(kName)) return {at->data + kName.size(), data.size() - kName.size()};
+  }
+  return {};
+}
+
+/// Prints four inks on white. Adobe's files store 255 for no ink.
+void PrintOnWhite(const std::vector<std::uint8_t>& cmyk, bool inverted, std::uint8_t* bgr) {
+  const unsigned flip = inverted ? 0U : 255U;
+  for (std::size_t i = 0; i + 3 < cmyk.size(); i += 4, bgr += 3) {
+    const unsigned white = cmyk[i + 3] ^ flip;
+    for (std::size_t ink = 0; ink < 3; ++ink) {
+      bgr[2 - ink] = static_cast<std::uint8_t>(((cmyk[i + ink] ^ flip) * white + 127U) / 255U);
+    }
+  }
+}
+
+}  // namespace
+
+bool JpegReader::State::Begin(std::span<const std::uint8_t> bytes) {
+  if (setjmp(back) != 0) return false;
+  reader.err = jpeg_std_error(&errors);
+  errors.error_exit = Complain;
+  errors.emit_message = Warn;
+  reader.client_data = this;
+  jpeg_create_decompress(&reader);  // keeps err and client_data
+  created = true;
+  jpeg_save_markers(&reader, kExif, 0xFFFF);
+  jpeg_mem_src(&reader, bytes.data(), bytes.size());
+  jpeg_read_header(&reader, TRUE);
+  return true;
+}
+
+void JpegReader::State::TakeHeader() {
+  constexpr int kPerInch = 1;
+  constexpr int kPerCentimetre = 2;
+  header.width_px = static_cast<int>(reader.image_width);
+  header.height_px = static_cast<int>(reader.image_height);
+  header.components = reader.num_components;
+  header.multiple_scans = jpeg_has_multiple_scans(&reader) != 0;
+  header.orientation = ExifOrientation(ExifOf(reader));
+  const int unit = reader.density_unit;
+  if (reader.saw_JFIF_marker && (unit == kPerInch || unit == kPerCentimetre) &&
+      reader.X_density > 0 && reader.Y_density > 0) {
+    const double per_inch = unit == kPerCentimetre ? 2.54 : 1;
+    header.dpi_x = per_inch * reader.X_density;
+    header.dpi_y = per_inch * reader.Y_density;
+  }
+}
+
+bool JpegReader::State::Start() {
+  if (setjmp(back) != 0) return false;
+  jpeg_start_decompress(&reader);
+  return true;
+}
+
+bool JpegReader::State::ReadRow(std::uint8_t* row) {
+  if (setjmp(back) != 0) return false;
+  return jpeg_read_scanlines(&reader, &row, 1) == 1;
+}
+
+JpegReader::JpegReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+JpegReader::JpegReader(JpegReader&&) noexcept = default;
+JpegReader& JpegReader::operator=(JpegReader&&) noexcept = default;
+JpegReader::~JpegReader() = default;
+
+Result<JpegReader> JpegReader::Open(std::span<const std::uint8_t> bytes, JpegDamage damage) {
+  auto state = std::make_unique<State>();
+  state->fill_in = damage == JpegDamage::kFillIn;
+  if (!state->Begin(bytes)) return state->Rejected();
+  state->TakeHeader();
+  return JpegReader(std::move(state));
+}
+
+const JpegHeader& JpegReader::header() const { return state_->header; }
+int JpegReader::row_px() const { return static_cast<int>(state_->reader.output_width); }
+int JpegReader::rows() const { return static_cast<int>(state_->reader.output_height); }
+
+Result<void> JpegReader::Start(JpegPixels pixels, int reduction) {
+  TRAMMEL_CHECK(reduction == 1 || reduction == 2 || reduction == 4 || reduction == 8,
+                "a reduction by {}", reduction);
+  State& state = *state_;
+  const int components = state.header.components;
+  if (components != 1 && components != 3 && components != 4) {
+    return Fail(fmt::format("it has {} colours; save it as grey or RGB", components));
+  }
+  state.reader.scale_num = 1;
+  state.reader.scale_denom = static_cast<unsigned>(reduction);
+  state.reader.out_color_space = components == 4               ? JCS_CMYK
+                                 : pixels == JpegPixels::kGrey ? JCS_GRAYSCALE
+                                                               : JCS_EXT_BGR;
+  if (!state.Start()) return state.Rejected();
+  if (components == 4) state.cmyk.resize(std::size_t{4} * state.reader.output_width);
+  return {};
+}
+
+Result<void> JpegReader::ReadRow(std::uint8_t* row) {
+  State& state = *state_;
+  const bool inks = !state.cmyk.empty();
+  if (!state.ReadRow(inks ? state.cmyk.data() : row)) return state.Rejected();
+  if (inks) PrintOnWhite(state.cmyk, state.reader.saw_Adobe_marker != 0, row);
+  return {};
+}
+
+}  // namespace trammel::image

@@ -1,0 +1,61 @@
+// Reads a JPEG in memory, row by row.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "base/result.h"
+
+namespace trammel::image {
+
+struct JpegHeader {
+  int width_px = 0;             ///< >= 1, as stored: before any turn that EXIF asks for
+  int height_px = 0;            ///< >= 1
+  int components = 0;           ///< of a pixel: 1 grey, 3 YCbCr or RGB, 4 CMYK or YCCK
+  bool multiple_scans = false;  ///< all of the picture is kept while decoding: 2 bytes a sample
+  int orientation = 1;          ///< 1 … 8, of EXIF
+  std::optional<double> dpi_x;  ///< of JFIF; absent where it does not say
+  std::optional<double> dpi_y;
+};
+
+/// Decides on entropy-coded data that is damaged, for which the decoder makes up grey.
+enum class JpegDamage { kRefuse, kFillIn };
+
+enum class JpegPixels { kGrey, kBgr };  ///< 8 bits a sample, interleaved
+
+/// Decodes with libjpeg. Input may be hostile, but what it costs is the caller's to bound, from the
+/// header or before. Messages do not name the file.
+class JpegReader {
+ public:
+  /// Reads the header. REQUIRES that `bytes` live as long as the reader.
+  [[nodiscard]] static Result<JpegReader> Open(std::span<const std::uint8_t> bytes,
+                                               JpegDamage damage);
+  JpegReader(JpegReader&&) noexcept;
+  JpegReader& operator=(JpegReader&&) noexcept;
+  ~JpegReader();
+
+  [[nodiscard]] const JpegHeader& header() const;
+
+  /// Begins to decode. Four components are taken as CMYK and printed on white, with the inverted
+  /// values that Adobe's marker announces; there is no colour management.
+  /// @param reduction  1, 2, 4 or 8: each side is divided by it, rounded up, as the mean of its
+  ///                   pixels.
+  /// Errors (kInput): two, or more than four components; whatever the decoder rejects.
+  [[nodiscard]] Result<void> Start(JpegPixels pixels, int reduction = 1);
+
+  [[nodiscard]] int row_px() const;  ///< width of the rows, after Start()
+  [[nodiscard]] int rows() const;    ///< after Start()
+
+  /// Fills the next row. REQUIRES Start(), fewer than rows() calls before, and room for row_px()
+  /// pixels.
+  [[nodiscard]] Result<void> ReadRow(std::uint8_t* row);
+
+ private:
+  struct State;
+  explicit JpegReader(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace trammel::image

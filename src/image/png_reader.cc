@@ -1,0 +1,151 @@
+#include "image/png_reader.h"
+
+#include <fmt/format.h>
+#include <png.h>
+
+#include <bit>
+#include <csetjmp>
+#include <cstring>
+#include <utility>
+
+#include "image/exif.h"
+
+namespace trammel::image {
+
+// libpng's errors jump: nothing with a destructor may live in the functions that they jump out of.
+struct PngReader::State {
+  png_structp reader = nullptr;
+  png_infop info = nullptr;
+  png_infop end = nullptr;
+  std::span<const std::uint8_t> bytes;
+  std::size_t at = 0;
+  char said[200] = {};
+  PngHeader header;
+  int passes = 1;
+
+  State() = default;
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() { png_destroy_read_struct(&reader, &info, &end); }
+
+  bool Begin(PngPixels pixels);
+  void TakeHeader();
+  bool ReadRow(std::uint8_t* row);
+  bool Finish();
+  [[nodiscard]] tl::unexpected<Error> Rejected() const {
+    return Fail(fmt::format("the decoder rejects it ({})", said));
+  }
+
+  static void Complain(png_structp reader, png_const_charp message) {
+    auto& state = *static_cast<State*>(png_get_error_ptr(reader));
+    std::strncpy(state.said, message, sizeof state.said - 1);
+    png_longjmp(reader, 1);
+  }
+  static void Ignore(png_structp /*reader*/, png_const_charp /*message*/) {}
+  static void Give(png_structp reader, png_bytep out, std::size_t count) {
+    auto& state = *static_cast<State*>(png_get_io_ptr(reader));
+    if (count > state.bytes.size() - state.at) png_error(reader, "it ends early");
+    std::memcpy(out, state.bytes.data() + state.at, count);
+    state.at += count;
+  }
+};
+
+bool PngReader::State::Begin(PngPixels pixels) {
+  constexpr png_uint_32 kMostOfASide = 1'000'000;
+  if (setjmp(png_jmpbuf(reader)) != 0) return false;
+  png_set_user_limits(reader, kMostOfASide, kMostOfASide);
+  png_set_read_fn(reader, this, Give);
+  // Texts and profiles may be packed, and would be unpacked; nobody asks for them.
+  constexpr char kRemarks[] = "hIST\0iCCP\0iTXt\0sPLT\0tEXt\0zTXt";
+  png_set_keep_unknown_chunks(reader, PNG_HANDLE_CHUNK_NEVER,
+                              reinterpret_cast<png_const_bytep>(kRemarks), 6);
+  png_read_info(reader, info);
+  png_set_expand(reader);  // palettes, 1 to 4 bits, transparent colours
+  if (pixels == PngPixels::kBgr8) {
+    png_set_strip_16(reader);
+    png_set_strip_alpha(reader);
+    png_set_gray_to_rgb(reader);
+    png_set_bgr(reader);
+    passes = png_set_interlace_handling(reader);
+  } else if (std::endian::native == std::endian::little && png_get_bit_depth(reader, info) == 16) {
+    png_set_swap(reader);
+  }
+  png_read_update_info(reader, info);
+  return true;
+}
+
+void PngReader::State::TakeHeader() {
+  constexpr double kMetersPerInch = 0.0254;
+  header.width_px = static_cast<int>(png_get_image_width(reader, info));
+  header.height_px = static_cast<int>(png_get_image_height(reader, info));
+  header.samples = png_get_channels(reader, info);
+  header.bits = png_get_bit_depth(reader, info);
+  header.interlaced = png_get_interlace_type(reader, info) != PNG_INTERLACE_NONE;
+  const double x = png_get_x_pixels_per_meter(reader, info);
+  const double y = png_get_y_pixels_per_meter(reader, info);
+  if (x > 0 && y > 0) {
+    header.dpi_x = x * kMetersPerInch;
+    header.dpi_y = y * kMetersPerInch;
+  }
+}
+
+bool PngReader::State::ReadRow(std::uint8_t* row) {
+  if (setjmp(png_jmpbuf(reader)) != 0) return false;
+  png_read_row(reader, row, nullptr);
+  return true;
+}
+
+bool PngReader::State::Finish() {
+  if (setjmp(png_jmpbuf(reader)) != 0) return false;
+  png_read_end(reader, end);
+  return true;
+}
+
+PngReader::PngReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+PngReader::PngReader(PngReader&&) noexcept = default;
+PngReader& PngReader::operator=(PngReader&&) noexcept = default;
+PngReader::~PngReader() = default;
+
+Result<PngReader> PngReader::Open(std::span<const std::uint8_t> bytes, PngPixels pixels) {
+  auto state = std::make_unique<State>();
+  state->bytes = bytes;
+  state->reader =
+      png_create_read_struct(PNG_LIBPNG_VER_STRING, state.get(), State::Complain, State::Ignore);
+  if (state->reader != nullptr) {
+    state->info = png_create_info_struct(state->reader);
+    state->end = png_create_info_struct(state->reader);
+  }
+  if (state->info == nullptr || state->end == nullptr) {
+    return Fail("there is no memory for a PNG decoder");
+  }
+  if (!state->Begin(pixels)) return state->Rejected();
+  state->TakeHeader();
+  return PngReader(std::move(state));
+}
+
+const PngHeader& PngReader::header() const { return state_->header; }
+std::size_t PngReader::row_bytes() const { return png_get_rowbytes(state_->reader, state_->info); }
+int PngReader::passes() const { return state_->passes; }
+
+Result<void> PngReader::ReadRow(std::uint8_t* row) {
+  if (!state_->ReadRow(row)) return state_->Rejected();
+  return {};
+}
+
+Result<void> PngReader::Finish() {
+  if (!state_->Finish()) return state_->Rejected();
+  return {};
+}
+
+int PngReader::orientation() const {
+  for (png_infop part : {state_->info, state_->end}) {
+    png_uint_32 count = 0;
+    png_bytep exif = nullptr;
+    if (png_get_eXIf_1(state_->reader, part, &count, &exif) != 0) {
+      return ExifOrientation({exif, count});
+    }
+  }
+  return 1;
+}
+
+}  // namespace trammel::image
