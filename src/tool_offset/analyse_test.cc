@@ -234,5 +234,60 @@ TEST(AnalyseSheet, TellsToolsApartWhoseCombsCouldStandInForEachOther) {
   }
 }
 
+SheetPlan DefaultPlan(int tools) {
+  SheetSettings settings;
+  settings.tools.clear();
+  for (int tool = 0; tool < tools; ++tool) settings.tools.push_back(tool);
+  settings.printer.bed_size_x_mm = settings.printer.bed_size_y_mm = 300;
+  return PlanSheet(settings);
+}
+
+/// Every value within a coarse one's interval, or refused: too far off, or by a reason that names
+/// two tools.
+void ExpectRightOrCovered(const SheetResult& result, const SheetScene& scene) {
+  for (const ToolReading& tool : result.tools) {
+    const auto offset = scene.offset_mm.find(tool.tool);
+    const SheetPoint truth = offset == scene.offset_mm.end() ? SheetPoint{} : offset->second;
+    if (!tool.dx_mm.good() && std::max(std::abs(truth.u_mm), std::abs(truth.v_mm)) > 10) {
+      EXPECT_NEAR(tool.coarse_mm.u_mm, truth.u_mm, 0.3) << tool.dx_mm.reason();
+      EXPECT_NEAR(tool.coarse_mm.v_mm, truth.v_mm, 0.3) << tool.dx_mm.reason();
+    } else if (!tool.dx_mm.good()) {
+      EXPECT_THAT(tool.dx_mm.reason(), testing::ContainsRegex("T[0-9].*T[0-9]"));
+    }
+    if (tool.dx_mm.good())
+      ExpectOffset(tool, truth.u_mm, truth.v_mm, tool.coarse ? 0.3 : kQuick_mm);
+  }
+}
+
+// Half of T3's combs are in place where T2's and T1's are, and T2 hides its own.
+TEST(AnalyseSheet, TakesNoOtherToolsLinesForOnesThatATool15MillimetresOffHides) {
+  const SheetPlan plan = DefaultPlan(5);
+  SheetScene scene = QuickScene();
+  for (const auto& [t2, t3] : {std::pair{SheetPoint{11.9, -9.6}, SheetPoint{0.1, 0.2}},
+                               std::pair{SheetPoint{3.72, -0.2}, SheetPoint{4.96, -8.08}},
+                               std::pair{SheetPoint{0.73, -1.91}, SheetPoint{-8.52, 3.32}}}) {
+    scene.offset_mm[2] = t2;
+    scene.offset_mm[3] = t3;
+    const SheetResult result = Read(plan, scene);
+    ASSERT_EQ(result.tools.size(), 4U);
+    EXPECT_TRUE(result.tools[0].dx_mm.good());
+    EXPECT_TRUE(result.tools[3].dx_mm.good());
+    ExpectRightOrCovered(result, scene);
+  }
+}
+
+// One millimetre apart along u, T6 and T7 may each have drawn either of two combs.
+TEST(AnalyseSheet, NamesBothToolsThatPrintOverEachOther) {
+  const SheetPlan plan = DefaultPlan(8);
+  SheetScene scene = QuickScene();
+  scene.offset_mm[6] = {-7.7, 7.11};
+  scene.offset_mm[7] = {-3.66, -3.99};
+  const SheetResult result = Read(plan, scene);
+  ASSERT_EQ(result.tools.size(), 7U);
+  EXPECT_THAT(result.tools[5].dx_mm.reason(), testing::AllOf(HasSubstr("T6"), HasSubstr("T7")));
+  EXPECT_THAT(result.tools[6].dx_mm.reason(), testing::AllOf(HasSubstr("T6"), HasSubstr("T7")));
+  ExpectRightOrCovered(result, scene);
+}
+
 }  // namespace
 }  // namespace trammel::tool_offset

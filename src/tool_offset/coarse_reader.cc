@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <span>
 
 #include "base/measured.h"
 #include "base/statistics.h"
+#include "tool_offset/foreign_ink.h"
 #include "tool_offset/leg_reader.h"
 #include "tool_offset/parallel.h"
 #include "tool_offset/structure_reader.h"
@@ -22,63 +25,107 @@ struct CombPlace {
   bool searched = false;  ///< its fingers could not be read: only as the search found it
 };
 
-/// Along the legs of a comb, on the sheet: where the other comb of its structure does not reach.
-/// Where that is too little, all of the legs if they do not touch, else nothing.
-/// @param own, other  shifts of the two combs' tools.
-std::optional<Interval> ClearRows(const SheetPlan& plan, const Structure& structure,
-                                  std::size_t comb, SheetPoint own, SheetPoint other) {
-  constexpr double kLeast_mm = 1;
-  const bool is_x = structure.axis == Axis::kX;
-  const auto rows = [&](std::size_t which, SheetPoint shift, double end_mm) {
-    const Leg leg = Shifted(FingerLegs(plan, structure, which, 0)[0], shift);
-    const double a = is_x ? leg.start.v_mm : leg.start.u_mm;
-    const double b = is_x ? leg.end.v_mm : leg.end.u_mm;
-    return Interval{std::min(a, b) + end_mm, std::max(a, b) - end_mm};
-  };
-  const Interval whole = rows(comb, own, kLegEnd_mm);
-  const Interval taken = rows(1 - comb, other, -kLegEnd_mm);
-  const Interval below{whole.lo, std::min(whole.hi, taken.lo)};
-  const Interval above{std::max(whole.lo, taken.hi), whole.hi};
-  const Interval& longer = below.hi - below.lo > above.hi - above.lo ? below : above;
-  if (longer.hi - longer.lo >= kLeast_mm) return longer;
-  const double apart_mm = is_x ? own.u_mm - other.u_mm : own.v_mm - other.v_mm;
-  const bool touches =
-      std::abs(std::remainder(apart_mm, plan.settings.pitch_mm)) > FineReach_mm(plan.settings);
-  return touches ? std::nullopt : std::optional(whole);
+/// Where every tool that draws on the sheet prints, found or only supposed.
+using Shifts = std::map<int, SheetPoint>;
+
+/// The lines of all other combs along those of one comb, as they were printed.
+std::vector<ForeignLeg> LinesBeside(const SheetPlan& plan, const Shifts& shifts,
+                                    const ToolComb& own) {
+  std::vector<ForeignLeg> lines;
+  for (std::size_t i = 0; i < plan.structures.size(); ++i) {
+    const Structure& structure = plan.structures[i];
+    if (structure.axis != plan.structures[own.structure].axis) continue;
+    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+      const auto shift = shifts.find(structure.combs[comb].tool);
+      if (shift == shifts.end() || (i == own.structure && comb == own.comb)) continue;
+      for (int finger = 0; finger < plan.settings.teeth; ++finger) {
+        for (const Leg& leg : FingerLegs(plan, structure, comb, finger)) {
+          lines.push_back({shift->first, Shifted(leg, shift->second)});
+        }
+      }
+    }
+  }
+  return lines;
 }
 
-std::optional<CombPlace> LocateFingers(const PageView& page, const PageMap& map,
-                                       const SheetPlan& plan, const ToolComb& tool_comb,
-                                       const ChannelMix& mix, SheetPoint about, SheetPoint beside) {
+/// Along a finger's legs: the longest piece beside which no other line may be taken for one of its
+/// own.
+struct FreeRows {
+  Interval rows;
+  int crowded_by = -1;  ///< whose lines take of it, the reference tool's last; -1: nobody's
+};
+
+FreeRows FindFreeRows(const SheetSettings& settings, const FingerSite& site,
+                      std::span<const ForeignLeg> lines) {
+  constexpr double kPaper_mm = 0.25;  // that has to stay between two lines
+  const double near_mm = settings.leg_spacing_mm / 2 + settings.line_width_mm + kPaper_mm;
+  const bool is_x = site.axis == Axis::kX;
+  const double across_mm = is_x ? site.middle.u_mm : site.middle.v_mm;
+  const double along_mm = is_x ? site.middle.v_mm : site.middle.u_mm;
+  FreeRows free{{site.low_mm, site.high_mm}};
+  for (const ForeignLeg& line : lines) {
+    const Leg& leg = line.leg;
+    if (std::abs((is_x ? leg.start.u_mm : leg.start.v_mm) - across_mm) >= near_mm) continue;
+    const auto [low, high] = is_x ? std::minmax(leg.start.v_mm, leg.end.v_mm)
+                                  : std::minmax(leg.start.u_mm, leg.end.u_mm);
+    const double below_mm = std::min(free.rows.hi, low - kLegEnd_mm - along_mm);
+    const double above_mm = std::max(free.rows.lo, high + kLegEnd_mm - along_mm);
+    if (below_mm >= free.rows.hi || above_mm <= free.rows.lo) continue;
+    free.rows = below_mm - free.rows.lo > free.rows.hi - above_mm
+                    ? Interval{free.rows.lo, below_mm}
+                    : Interval{above_mm, free.rows.hi};
+    if (free.crowded_by < 0 || line.tool != settings.reference_tool) free.crowded_by = line.tool;
+  }
+  return free;
+}
+
+/// What came of a comb's fingers, one by one.
+struct CombRead {
+  std::optional<CombPlace> place;  ///< nothing where too few were found
+  int crowded_by = -1;             ///< whose lines leave too few that can be read; -1: enough can
+};
+
+CombRead LocateFingers(const PageView& page, const PageMap& map, const SheetPlan& plan,
+                       const ToolComb& tool_comb, const ChannelMix& mix, const Shifts& shifts) {
   constexpr double kReach_mm = 0.3;
+  constexpr double kLeastRows_mm = 1;
+  const SheetSettings& settings = plan.settings;
+  const std::size_t fewest = std::max(4, (settings.teeth + 2) / 3);
   const Structure& structure = plan.structures[tool_comb.structure];
   const bool is_x = structure.axis == Axis::kX;
-  const auto rows = ClearRows(plan, structure, tool_comb.comb, about, beside);
-  if (!rows) {
-    return CombPlace{is_x ? about.u_mm : about.v_mm, 0, true};
-  }
+  const SheetPoint about = shifts.at(structure.combs[tool_comb.comb].tool);
+  const std::vector<ForeignLeg> lines = LinesBeside(plan, shifts, tool_comb);
   ReaderWorkspace workspace;
   std::vector<double> found_mm;
-  for (int finger = 0; finger < plan.settings.teeth; ++finger) {
-    const auto legs = FingerLegs(plan, structure, tool_comb.comb, finger);
-    const Leg middle = Shifted(legs[0], about);
-    const double half_spacing_mm = plan.settings.leg_spacing_mm / 2;
+  std::size_t readable = 0;
+  CombRead read;
+  for (int finger = 0; finger < settings.teeth; ++finger) {
+    const Leg leg = Shifted(FingerLegs(plan, structure, tool_comb.comb, finger)[0], about);
+    const double half_spacing_mm = settings.leg_spacing_mm / 2;
     FingerSite site;
     site.axis = structure.axis;
-    site.middle = {(middle.start.u_mm + middle.end.u_mm) / 2 + (is_x ? half_spacing_mm : 0),
-                   (middle.start.v_mm + middle.end.v_mm) / 2 + (is_x ? 0 : half_spacing_mm)};
-    const auto [low_mm, high_mm] = *rows;
-    const double middle_mm = is_x ? site.middle.v_mm : site.middle.u_mm;
-    site.low_mm = site.clear_low_mm = low_mm - middle_mm;
-    site.high_mm = site.clear_high_mm = high_mm - middle_mm;
-    const auto found = LocateFinger(page, mix, map, plan.settings, site, kReach_mm, workspace);
+    site.middle = {(leg.start.u_mm + leg.end.u_mm) / 2 + (is_x ? half_spacing_mm : 0),
+                   (leg.start.v_mm + leg.end.v_mm) / 2 + (is_x ? 0 : half_spacing_mm)};
+    site.high_mm = settings.leg_length_mm / 2 - kLegEnd_mm;
+    site.low_mm = -site.high_mm;
+    const FreeRows free = FindFreeRows(settings, site, lines);
+    if (free.rows.hi - free.rows.lo < kLeastRows_mm) {
+      if (read.crowded_by < 0 || free.crowded_by != settings.reference_tool) {
+        read.crowded_by = free.crowded_by;
+      }
+      continue;
+    }
+    site.low_mm = site.clear_low_mm = free.rows.lo;
+    site.high_mm = site.clear_high_mm = free.rows.hi;
+    ++readable;
+    const auto found = LocateFinger(page, mix, map, settings, site, kReach_mm, workspace);
     if (found) found_mm.push_back(*found);
   }
-  if (found_mm.size() < 4 || 3 * found_mm.size() < static_cast<std::size_t>(plan.settings.teeth)) {
-    return std::nullopt;
-  }
-  return CombPlace{Median(found_mm) + (is_x ? about.u_mm : about.v_mm),
-                   RobustStandardDeviation(found_mm)};
+  if (readable >= fewest) read.crowded_by = -1;
+  if (found_mm.size() < fewest) return read;
+  read.place = {Median(found_mm) + (is_x ? about.u_mm : about.v_mm),
+                RobustStandardDeviation(found_mm)};
+  return read;
 }
 
 ChannelMix MixOf(const InkColour& ink) {
@@ -130,18 +177,30 @@ struct AxisPlaces {
 };
 
 void ReadCombs(const PageView& page, const PageMap& map, const SheetPlan& plan,
-               const InkColour& reference, int tool, CoarseReading& reading) {
+               const InkColour& reference, const Shifts& shifts, int tool, CoarseReading& reading) {
   std::array<AxisPlaces, 2> axes;
   for (const ToolComb& comb : CombsOf(plan, tool)) {
-    const Structure& structure = plan.structures[comb.structure];
+    const bool is_x = plan.structures[comb.structure].axis == Axis::kX;
     const ToolComb other{comb.structure, 1 - comb.comb};
-    const auto own = LocateFingers(page, map, plan, comb, MixOf(reading.ink), reading.shift, {});
-    const auto beside = LocateFingers(page, map, plan, other, MixOf(reference), {}, reading.shift);
-    if (!own || !beside) continue;
-    axes[structure.axis == Axis::kX ? 0 : 1].Add(*own, *beside);
+    CombRead own = LocateFingers(page, map, plan, comb, MixOf(reading.ink), shifts);
+    CombRead beside = LocateFingers(page, map, plan, other, MixOf(reference), shifts);
+    const bool crowded = own.crowded_by >= 0 || beside.crowded_by >= 0;
+    int by_another = -1;
+    for (const int by : {own.crowded_by, beside.crowded_by}) {
+      if (by >= 0 && by != tool && by != plan.settings.reference_tool) by_another = by;
+    }
+    if (by_another >= 0) reading.beside = by_another;
+    // What the reference tool's lines leave to see was searched: where they lie is known.
+    if (crowded && by_another < 0) {
+      own.place = {is_x ? reading.shift.u_mm : reading.shift.v_mm, 0, true};
+      beside.place = {0, 0, true};
+    }
+    if (!own.place || !beside.place) continue;
+    axes[is_x ? 0 : 1].Add(*own.place, *beside.place);
   }
-  if (axes[0].absolute_mm.empty() || axes[1].absolute_mm.empty()) return;
-  reading.found = true;
+  reading.found = !axes[0].absolute_mm.empty() && !axes[1].absolute_mm.empty();
+  if (!reading.found) return;
+  reading.beside = -1;
   reading.shift = {Mean(axes[0].absolute_mm), Mean(axes[1].absolute_mm)};
   reading.from_reference = {Mean(axes[0].relative_mm), Mean(axes[1].relative_mm)};
   reading.standard_uncertainty_mm = std::max(axes[0].uncertainty_mm(), axes[1].uncertainty_mm());
@@ -153,16 +212,22 @@ std::vector<CoarseReading> ReadCoarsely(const PageView& page, const PageMap& map
                                         const SheetPlan& plan, const InkRaster& raster,
                                         const InkColour& reference, const std::vector<int>& tools) {
   const std::vector<ToolPlace> places = ToolSearch(raster, plan, Strength(reference)).Find(tools);
+  Shifts shifts{{plan.settings.reference_tool, {}}};
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    if (places[i].found || places[i].ambiguous) shifts[tools[i]] = places[i].shift;
+  }
   std::vector<CoarseReading> readings(tools.size());
   ParallelFor(static_cast<int>(tools.size()), [&](int i) {
     const auto k = static_cast<std::size_t>(i);
     CoarseReading& reading = readings[k];
     reading.legs_share = places[k].share;
     reading.ambiguous = places[k].ambiguous;
+    reading.beside = places[k].beside;
     if (!places[k].found) return;
+    reading.beside = -1;
     reading.shift = places[k].shift;
     reading.ink = SampleInk(page, map, plan.settings, LegsAt(plan, tools[k], reading.shift));
-    if (IsReadable(reading.ink)) ReadCombs(page, map, plan, reference, tools[k], reading);
+    if (IsReadable(reading.ink)) ReadCombs(page, map, plan, reference, shifts, tools[k], reading);
   });
   return readings;
 }

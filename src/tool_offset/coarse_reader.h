@@ -22,6 +22,7 @@ struct CoarseReading {
   double standard_uncertainty_mm = 0;  ///< of each axis of from_reference
   double legs_share = 0;   ///< of the tool's legs that can be judged, those that are there
   bool ambiguous = false;  ///< two places are nearly as good
+  int beside = -1;         ///< where not found: the tool whose lines hide its own; -1: none
   int legs = 0;            ///< that could be judged
   InkColour ink;           ///< where it was found; otherwise all zero
 };

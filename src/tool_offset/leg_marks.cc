@@ -42,32 +42,24 @@ std::vector<std::int8_t> JudgeLegs(const InkRaster& raster,
                                    const std::vector<std::uint8_t>& explained,
                                    const SheetSettings& settings, bool along_v, double threshold) {
   constexpr double kInked = 0.7;  // of what can be judged
-  constexpr double kStandsOut = 0.3;
   const auto half =
       static_cast<std::size_t>((settings.leg_length_mm / 2 - kLegEnd_mm) / kInkCell_mm);
-  const auto aside = static_cast<int>(std::lround(settings.leg_spacing_mm / 2 / kInkCell_mm));
   const auto is_ink = [&](std::size_t i) { return raster.strength[i] >= threshold; };
-  const RunSums ink(raster, along_v, is_ink);
   const RunSums open(raster, along_v, [&](std::size_t i) { return explained[i] == 0; });
   const RunSums open_ink(raster, along_v,
                          [&](std::size_t i) { return explained[i] == 0 && is_ink(i); });
   std::vector<std::int8_t> marks(raster.strength.size(), -kWholeLeg);
   const int run = 2 * static_cast<int>(half) + 1;
   const int margin_along = static_cast<int>(half) + 1;
-  const int margin_u = along_v ? aside : margin_along;
-  const int margin_v = along_v ? margin_along : aside;
-  const std::ptrdiff_t side = along_v ? aside : std::ptrdiff_t{aside} * raster.columns;
+  const int margin_u = along_v ? 0 : margin_along;
+  const int margin_v = along_v ? margin_along : 0;
   ParallelFor(std::max(0, raster.rows - 2 * margin_v), [&](int i) {
     const int row = margin_v + i;
     for (int column = margin_u; column < raster.columns - margin_u; ++column) {
       const std::size_t cell = raster.at(column, row);
       const int known = open.Around(cell, half);
       const int inked = open_ink.Around(cell, half);
-      const auto beside = [&](std::ptrdiff_t by) {
-        return ink.Around(static_cast<std::size_t>(static_cast<std::ptrdiff_t>(cell) + by), half);
-      };
-      const bool leg = inked >= kInked * known &&
-                       std::min(beside(-side), beside(side)) <= run * (1 - kStandsOut);
+      const bool leg = inked >= kInked * known;
       const int weight = known * kWholeLeg / run;
       marks[cell] = static_cast<std::int8_t>(leg ? weight : -weight);
     }

@@ -80,6 +80,13 @@ void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
 /// Why a tool could not be found.
 std::string NotFound(const ToolReading& tool) {
   const CoarseReading& mark = tool.mark;
+  constexpr double kMostPrinted = 0.8;  // of lines; more seem to be there
+  if (mark.beside >= 0 && mark.legs_share > kMostPrinted) {
+    return fmt::format(
+        "T{}: cannot tell where it prints: T{} prints over its lines; set the offset of both "
+        "roughly first, or print the sheet with one of them only",
+        tool.tool, mark.beside);
+  }
   if (mark.ambiguous) {
     return fmt::format(
         "T{}: cannot tell where it prints: its lines seem to be at two places; look "

@@ -233,6 +233,37 @@ TEST(OffsetNeighbourhood, NeighboursAmongFiveToolsAreAnsweredRightOrRefusedByNam
   }
 }
 
+PatternFile SomeTools(int count) {
+  tool_offset::SheetSettings settings;
+  settings.tools.clear();
+  for (int tool = 0; tool < count; ++tool) settings.tools.push_back(tool);
+  settings.filament.material = "pla";
+  settings.printer.bed_size_x_mm = settings.printer.bed_size_y_mm = 300;
+  return WritePattern(settings);
+}
+
+// Everything printed over everything: no tool's lines may be taken for another's.
+TEST(OffsetNeighbourhood, AllToolsFarOffAreAnsweredRightOrRefusedByName) {
+  fmt::print("{}", kHead);
+  std::uint64_t number = 100;
+  for (const int tools : {2, 3, 4, 5, 6, 7, 8}) {
+    const PatternFile pattern = SomeTools(tools);
+    for (const double most_mm : {10.0, 12.0, 15.0, 20.0}) {
+      const Row row{fmt::format("{} tools, all up to {} mm off", tools, most_mm),
+                    [=](Random& random, sim::SheetMachine& machine, sim::SheetPaper&) {
+                      for (int tool = 1; tool < tools; ++tool) {
+                        machine.tools[static_cast<std::size_t>(tool)].offset_mm =
+                            Away(random, 0, most_mm);
+                      }
+                    },
+                    {}};
+      const Answers answers = See(pattern, row, number++);
+      answers.Print(row.name);
+      EXPECT_EQ(answers.wrong, 0) << row.name;
+    }
+  }
+}
+
 TEST(OffsetNeighbourhood, DefectsOfPrintPaperAndScannerAreReadOrRefusedByName) {
   const PatternFile pattern = ThreeTools();
   std::vector<Row> rows;
