@@ -19,6 +19,13 @@ struct Brent {
   double b = 0;
   double step = 0;  // the last one, and the one before
   double before = 0;
+  bool by_parabola = false;  // the last one
+
+  // Whether the parabola through the three has its least at the best point: no other is worth it.
+  [[nodiscard]] bool AtVertex(double tolerance) const {
+    constexpr double kNearVertex = 0.3;
+    return by_parabola && std::abs(step) < kNearVertex * tolerance;
+  }
 
   // By a parabola through the three where it is to be trusted, by the golden section otherwise.
   [[nodiscard]] double Next(double tolerance) {
@@ -26,13 +33,13 @@ struct Brent {
     const double r = (x.t - w.t) * (x.sum_squares - v.sum_squares);
     const double q = (x.t - v.t) * (x.sum_squares - w.sum_squares);
     const double p = (x.t - v.t) * q - (x.t - w.t) * r;
-    const double by_parabola = -p / (2 * (q - r));
-    const bool trusted = std::isfinite(by_parabola) &&
-                         std::abs(by_parabola) < 0.5 * std::abs(before) && x.t + by_parabola > a &&
-                         x.t + by_parabola < b;
+    const double to_vertex = -p / (2 * (q - r));
+    const bool trusted = std::isfinite(to_vertex) && std::abs(to_vertex) < 0.5 * std::abs(before) &&
+                         x.t + to_vertex > a && x.t + to_vertex < b;
     const double room = x.t < 0.5 * (a + b) ? b - x.t : a - x.t;
     before = trusted ? step : room;
-    step = trusted ? by_parabola : kGolden * room;
+    step = trusted ? to_vertex : kGolden * room;
+    by_parabola = trusted;
     const double least = std::copysign(tolerance, trusted ? step : room);
     return x.t + (std::abs(step) >= tolerance ? step : least);
   }
@@ -126,6 +133,11 @@ Minimum FindMinimum(const Minimum& left, const Minimum& middle, const Minimum& r
       break;
     }
     const double t = brent.Next(tolerance);
+    // Brent's own end asks for a point on either side besides.
+    constexpr int kLeastSteps = 2;
+    if (step >= kLeastSteps && brent.AtVertex(tolerance)) {
+      break;
+    }
     brent.Take({t, of(t)});
   }
   return brent.x;
