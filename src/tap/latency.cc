@@ -88,9 +88,10 @@ class Fit {
         }
       }
     }
+    const double weight = 1 / variance;
     for (auto& row : m) {
       for (double& value : row) {
-        value /= variance;
+        value *= weight;
       }
     }
     const auto prior = [&m](std::size_t k, double off, double deviation) {
@@ -108,18 +109,18 @@ class Fit {
   // regression (Bartlett 1946).
   [[nodiscard]] double Inflation(const State& state) const {
     constexpr double kMost = 0.9;
+    std::array<double, kMostSamples> left;
+    const std::size_t n = range_.end - range_.first;
     double base = 0;
-    for (std::size_t i = range_.first; i < range_.end; ++i) {
-      base += Left(i, state) / static_cast<double>(range_.end - range_.first);
+    for (std::size_t i = 0; i < n; ++i) {
+      left[i] = Left(range_.first + i, state);
+      base += left[i] / static_cast<double>(n);
     }
     double squares = 0;
     double products = 0;
-    double before = 0;
-    for (std::size_t i = range_.first; i < range_.end; ++i) {
-      const double left = Left(i, state) - base;
-      squares += left * left;
-      products += left * before;
-      before = left;
+    for (std::size_t i = 0; i < n; ++i) {
+      squares += (left[i] - base) * (left[i] - base);
+      products += i > 0 ? (left[i] - base) * (left[i - 1] - base) : 0;
     }
     const double r = squares > 0 ? std::clamp(products / squares, 0.0, kMost) : 0;
     return (1 + r) / (1 - r);
