@@ -26,6 +26,8 @@ constexpr double kTowardsEdge = 0.4;
 constexpr double kEnough = 0.01;
 constexpr int kLeastRounds = 2;
 constexpr double kLeastStep = 0.001;
+// By which less may be found than a parabola promises.
+constexpr double kSurprise = 12;
 constexpr double kSlightlyWider = 1.1;
 
 // Breaks that are tried with kinks below them, two at a time.
@@ -125,14 +127,15 @@ class KinkSearch {
         TryTwo(profile_, {&end_, &end_}, {t * (1 - first), t * (1 - second)}, best_);
     return {{{first, costs[0]}, {second, costs[1]}}};
   }
-  // Goes down from the best so far.
-  void Refine() {
+  // Goes down from the best so far, while less than that is to be expected.
+  void Refine(double of_interest) {
     const auto samples = static_cast<double>(profile_.samples().y.size());
     Bracket bracket = Enclose();
     for (int i = 0; i < kMostSteps; ++i) {
       const Expected expected = Expect(bracket);
       const double shortest = kLeastStep * bracket.least.of_depth;
-      if ((i >= kLeastRounds && expected.gain < kEnough * bracket.least.cost / samples) ||
+      if (bracket.least.cost - kSurprise * expected.gain > of_interest ||
+          (i >= kLeastRounds && expected.gain < kEnough * bracket.least.cost / samples) ||
           !(bracket.Left() + bracket.Right() > shortest)) {
         return;
       }
@@ -177,7 +180,7 @@ class KinkSearch {
 
 }  // namespace
 
-TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s) {
+TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s, double of_interest) {
   KinkSearch search(profile, t);
   if (near_s > 0 && near_s < t) {
     const double width = 1 - near_s / t;
@@ -189,7 +192,7 @@ TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s) {
     }
   }
   if (search.best().found) {
-    search.Refine();
+    search.Refine(of_interest);
   }
   return search.best();
 }

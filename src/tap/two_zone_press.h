@@ -2,6 +2,7 @@
 // a sheet that lies hollow) or something stiffer is met before the bed itself.
 #pragma once
 
+#include "tap/break_search.h"
 #include "tap/press_profile.h"
 
 namespace trammel::tap {
@@ -27,8 +28,12 @@ struct TwoZonePress {
 /// inner one's slope, for less cannot be told from none.
 /// @param near_s  The best kink for a break close by, from where a better one is looked for; where
 ///                it is none for t, or 0, zones of several widths are tried first.
+/// @param of_interest  A sum of squares, with the inner press quadratic: where none below it is to
+/// be
+///                expected, the search ends early.
 /// Cost: half a microsecond, whatever the number of samples; half of it from a kink close by.
-[[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s = 0);
+[[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s = 0,
+                                       double of_interest = kNever);
 
 /// A quick look for break and kink around the break of a smooth press: zones of several widths that
 /// such a press would average, and some steps from the best of them.

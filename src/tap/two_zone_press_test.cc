@@ -140,6 +140,23 @@ TEST(TwoZonePress, FindsTheSameFromAKinkCloseBy) {
   EXPECT_GE(same, 0.9 * kTaps);  // noise makes other leasts beside it
 }
 
+TEST(TwoZonePress, WhatIsOfNoInterestIsNotSearchedToTheEnd) {
+  Hollow hollow;
+  hollow.noise_g = 3;
+  const World world = MakeWorld(hollow, 1000);
+  std::vector<std::byte> memory(1 << 16);
+  Workspace workspace(memory);
+  const PressProfile profile({world.y, world.force, {}}, workspace);
+  const double t = 0.55;
+  const double least = FitTwoZones(profile, t, hollow.s).sum_squares_curved;
+  // Never on the wrong side of the limit, near it or far from it.
+  for (const double of_interest : {0.2 * least, 0.99 * least, 1.01 * least, 5 * least}) {
+    const TwoZonePress found = FitTwoZones(profile, t, hollow.s, of_interest);
+    EXPECT_EQ(found.sum_squares_curved < of_interest, least < of_interest);
+  }
+  EXPECT_GT(FitTwoZones(profile, t, hollow.s + 0.1, 0.01 * least).sum_squares_curved, least);
+}
+
 TEST(TwoZonePress, AKinkBeyondTheBreakIsNoStart) {
   const World world = MakeWorld({}, 1000);
   std::vector<std::byte> memory(1 << 16);
