@@ -50,5 +50,16 @@ TEST(TapContact, IntervalsHoldWhereAForceGoesJustAfterTheBreak) {
   }
 }
 
+TEST(TapContact, IntervalsHoldWhereAQuietConverterAverages) {
+  for (const double rate_hz : {80.0, 320.0}) {
+    for (const int averages : {1, 2, 4}) {
+      const Answers answers = Ask({.noise_g = 0.1, .rate_hz = rate_hz, .averages = averages});
+      EXPECT_GE(answers.covered, kLeastCovered * answers.good) << rate_hz << "/s, " << averages;
+      // A quarter of the way from sample to sample.
+      EXPECT_LE(answers.half_width_um, 0.25 * 320 / rate_hz) << rate_hz << "/s, " << averages;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace trammel::tap

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tap/averaging.h"
 #include "tap/finding.h"
 #include "tap/free_noise.h"
 #include "tap/local_readings.h"
@@ -11,47 +12,6 @@ namespace trammel::tap {
 namespace {
 
 constexpr double kOutlier = 5;  // deviations: one sample in two million
-
-// What a press and the straight baseline that goes best with it leave over.
-void TakeResiduals(const PressShape& shape, PressStretch& stretch) {
-  double n = 0;
-  double sum_y = 0;
-  double sum_yy = 0;
-  double sum_r = 0;
-  double sum_ry = 0;
-  for (std::size_t i = 0; i < stretch.y.size(); ++i) {
-    const double y = stretch.y[i];
-    const double w = stretch.weighted ? stretch.weight[i] : 1;
-    const double r = stretch.force[i] - shape.At(y);
-    stretch.residual[i] = r;
-    n += w;
-    sum_y += w * y;
-    sum_yy += w * y * y;
-    sum_r += w * r;
-    sum_ry += w * r * y;
-  }
-  const double spread = n * sum_yy - sum_y * sum_y;
-  const double slope = spread > 0 ? (n * sum_ry - sum_r * sum_y) / spread : 0;
-  const double level = n > 0 ? (sum_r - slope * sum_y) / n : 0;
-  for (std::size_t i = 0; i < stretch.y.size(); ++i) {
-    stretch.residual[i] -= level + slope * stretch.y[i];
-  }
-}
-
-CruiseFit FitOnce(PressStretch& stretch, const BreakTask& task, Workspace& workspace) {
-  const Workspace::Scope scope(workspace);
-  const PressProfile profile(stretch.Samples(), workspace);
-  CruiseFit fit;
-  fit.estimate = EstimateBreak(profile, task, workspace);
-  if (fit.estimate.outcome != BreakEstimate::Outcome::kFound) {
-    return fit;
-  }
-  constexpr std::size_t kOrder = PressProfile::kOrders;
-  fit.coefficients = profile.Fit(fit.estimate.t, kOrder);
-  TakeResiduals(fit.estimate.shape, stretch);
-  fit.traits = Examine(stretch.residual, fit.estimate.below, stretch.scratch);
-  return fit;
-}
 
 // One wild sample bends the first fit, so that weighing is repeated.
 void ForgetOutliers(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
@@ -68,7 +28,7 @@ void ForgetOutliers(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
       break;
     }
     stretch.weighted = true;
-    fit = FitOnce(stretch, {}, workspace);
+    fit = FitStretch(stretch, {}, workspace);
   }
   if (forgotten > 0) {
     result.Notice({FindingCode::kOutliersForgotten, static_cast<double>(forgotten), 0});
@@ -85,7 +45,7 @@ MainsHum TakeOutHum(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
   for (int pass = 0; pass < kPasses && fit.Found(); ++pass) {
     RemoveMainsHum(hum, stretch.time_s, stretch.residual, stretch.force);
     const bool last = pass + 1 == kPasses;  // of the others the residuals alone are of interest
-    fit = FitOnce(stretch, {.interval = last}, workspace);
+    fit = FitStretch(stretch, {.interval = last}, workspace);
   }
   result.Notice({FindingCode::kHumRemoved, hum.amplitude_g, 0});
   return hum;
@@ -110,10 +70,10 @@ void TrimPress(PressStretch& stretch, CruiseFit& fit, Workspace& workspace, TapA
     }
     std::copy(stretch.y.begin(), stretch.y.end(), shorter.y.begin());
     TrimStart(count, shorter);
-    CruiseFit attempt = FitOnce(shorter, {.interval = false}, workspace);
+    CruiseFit attempt = FitStretch(shorter, {.interval = false}, workspace);
     if (attempt.Found() && attempt.traits.White()) {
       const Candidates known = attempt.estimate.candidates;
-      attempt = FitOnce(shorter, {.known = &known}, workspace);
+      attempt = FitStretch(shorter, {.known = &known}, workspace);
     }
     if (attempt.Found() && attempt.traits.White()) {
       TrimStart(count, stretch);
@@ -175,15 +135,29 @@ void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& opt
   e.standard_uncertainty *= width > 0 ? (e.hi - e.lo) / width : 1;
 }
 
+// Adds the breaks of other averaging to the interval.
+void Hold(const AveragedBreaks& averaged, const PressStretch& stretch, BreakEstimate& e) {
+  const double width = e.hi - e.lo;
+  e.lo = e.t - averaged.widened * (e.t - e.lo);
+  e.hi = e.t + averaged.widened * (e.hi - e.t);
+  e.lo = std::min(e.lo, (averaged.lo_mm - stretch.z0_mm) / stretch.span_mm);
+  e.hi = std::max(e.hi, (averaged.hi_mm - stretch.z0_mm) / stretch.span_mm);
+  e.standard_uncertainty *= width > 0 ? (e.hi - e.lo) / width : 1;
+}
+
 }  // namespace
 
 CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                     PressStretch& stretch, Workspace& workspace, TapAnalysis& result) {
-  CruiseFit fit = FitOnce(stretch, {}, workspace);
+  CruiseFit fit = FitStretch(stretch, {}, workspace);
   ForgetOutliers(stretch, fit, workspace, result);
   MainsHum hum;
   if (fit.Found() && fit.traits.portmanteau > kPortmanteauLimit) {
     hum = TakeOutHum(stretch, fit, workspace, result);
+  }
+  AveragedBreaks averaged;
+  if (fit.Found()) {
+    averaged = FitAveraging(clean, motion, options, stretch, fit, workspace);
   }
   if (fit.Found() && !fit.traits.White()) {
     TrimPress(stretch, fit, workspace, result);
@@ -198,10 +172,11 @@ CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion, const TapOpt
                                workspace));
   if (inflation > 1) {
     const Candidates known = fit.estimate.candidates;
-    fit = FitOnce(stretch, {.inflation = inflation, .known = &known}, workspace);
+    fit = FitStretch(stretch, {.inflation = inflation, .known = &known}, workspace);
     result.Notice({FindingCode::kCorrelatedNoise, std::sqrt(inflation), 1});
   }
   Widen(clean, motion, options, inflation, workspace, stretch, fit);
+  Hold(averaged, stretch, fit.estimate);
   return fit;
 }
 

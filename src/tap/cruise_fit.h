@@ -2,22 +2,13 @@
 #pragma once
 
 #include "tap/analyse.h"
-#include "tap/break_estimate.h"
 #include "tap/corruption.h"
 #include "tap/motion.h"
 #include "tap/press_stretch.h"
-#include "tap/residuals.h"
+#include "tap/stretch_fit.h"
 #include "tap/workspace.h"
 
 namespace trammel::tap {
-
-struct CruiseFit {
-  BreakEstimate estimate;
-  PressProfile::Coefficients coefficients;
-  ResidualTraits traits;
-
-  [[nodiscard]] bool Found() const { return estimate.outcome == BreakEstimate::Outcome::kFound; }
-};
 
 /// Fits press and break, and does what contact.h says about what else the samples do: forgets lone
 /// wild samples, fits hum along, trims the press, widens the interval. Each leaves a notice.

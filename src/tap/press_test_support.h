@@ -35,6 +35,7 @@ struct PressWorld {
   double late_s = 0;         ///< At most, by which a time stamp is late.
   double slip_g = 0;         ///< Force that goes once the nozzle has risen …
   double slip_mm = 0;        ///< … so far above the break.
+  int averages = 0;          ///< Over one sampling interval, one after the other, about its middle.
   double onset_lag_mm = 0;   ///< Way on which the drive moves and the nozzle does not follow.
 };
 
@@ -45,6 +46,23 @@ struct PressTap {
   double contact_z_mm = 0;
   [[nodiscard]] TapView View() const { return {time_s, force_g, moves}; }
 };
+
+inline constexpr int kPartsOfInterval = 16;
+
+/// Weights at parts of the sampling interval.
+inline std::vector<double> AveragingKernel(int averages) {
+  std::vector<double> kernel = {1};
+  for (int k = 0; k < averages; ++k) {
+    std::vector<double> next(kernel.size() + kPartsOfInterval - 1, 0.0);
+    for (std::size_t i = 0; i < kernel.size(); ++i) {
+      for (std::size_t j = 0; j < kPartsOfInterval; ++j) {
+        next[i + j] += kernel[i] / kPartsOfInterval;
+      }
+    }
+    kernel = next;
+  }
+  return kernel;
+}
 
 /// Seeds below 1000 are for development; tests use those from 1000 on.
 inline PressTap MakePressTap(const PressWorld& world, std::uint64_t seed) {
@@ -70,25 +88,35 @@ inline PressTap MakePressTap(const PressWorld& world, std::uint64_t seed) {
   const double end_s = back_s + cruise_s + 2 * ramp_s + 0.2;
   const double top_g = world.stiffness_g_mm * world.depth_mm;
   const double hum_phase = random.Uniform(0, 6.28);
+  const auto height = [&](double time_s) {
+    if (time_s < halt_s) {
+      return halt_z + approach_mm_s * (halt_s - time_s);
+    }
+    if (time_s <= back_s) {
+      return halt_z;
+    }
+    const double dt = std::min(time_s - back_s, cruise_s + 2 * ramp_s);
+    const double down = std::max(0.0, dt - ramp_s - cruise_s);
+    const double z =
+        halt_z + (dt < ramp_s ? 0.5 * acceleration * dt * dt
+                              : ramp_mm + v * (dt - ramp_s) - 0.5 * acceleration * down * down);
+    return std::max(halt_z, std::min(z, z - world.onset_lag_mm * std::exp(-(z - halt_z) / 0.004)));
+  };
+  const std::vector<double> kernel = AveragingKernel(world.averages);
   double noise = 0;
   for (double t = start_s + random.Uniform() / world.rate_hz; t < end_s; t += 1 / world.rate_hz) {
     const double acted_s = t - world.latency_s;
-    double z = halt_z;
-    if (acted_s < halt_s) {
-      z = halt_z + approach_mm_s * (halt_s - acted_s);
-    } else if (acted_s > back_s) {
-      const double dt = std::min(acted_s - back_s, cruise_s + 2 * ramp_s);
-      const double down = std::max(0.0, dt - ramp_s - cruise_s);
-      z = halt_z + (dt < ramp_s ? 0.5 * acceleration * dt * dt
-                                : ramp_mm + v * (dt - ramp_s) - 0.5 * acceleration * down * down);
-      z = std::max(halt_z, std::min(z, z - world.onset_lag_mm * std::exp(-(z - halt_z) / 0.004)));
+    double press_g = 0;
+    for (std::size_t i = 0; i < kernel.size(); ++i) {
+      const double later = (static_cast<double>(i) - 0.5 * static_cast<double>(kernel.size() - 1)) /
+                           kPartsOfInterval;
+      const double d = tap.contact_z_mm - height(acted_s + later / world.rate_hz);
+      press_g += kernel[i] * top_g * world.law(std::max(0.0, d) / world.depth_mm);
     }
-    const double d = std::max(0.0, tap.contact_z_mm - z);
     noise = world.memory * noise + std::sqrt(1 - world.memory * world.memory) * random.Normal();
-    double force = top_g * world.law(d / world.depth_mm) + world.noise_g * noise +
-                   world.drift_g_s * (t - start_s) +
+    double force = press_g + world.noise_g * noise + world.drift_g_s * (t - start_s) +
                    world.hum_g * std::sin(6.283185307 * world.hum_hz * t + hum_phase);
-    if (acted_s > back_s && z > tap.contact_z_mm + world.slip_mm) {
+    if (acted_s > back_s && height(acted_s) > tap.contact_z_mm + world.slip_mm) {
       force -= world.slip_g;
     }
     if (random.Uniform() < world.outlier_share) {
