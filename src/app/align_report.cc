@@ -130,26 +130,22 @@ report::AlignmentOutput OutputOf(const store::AlignmentInput& input,
 
 Result<void> WriteAlignmentReport(const fs::path& folder, const report::AlignmentOutput& output,
                                   const std::vector<fs::path>& pictures, bool force) {
-  std::vector<std::optional<report::Figure>> figures;
+  std::vector<OutputFile> files = {{folder / "result.json", report::ToJson(output)},
+                                   {folder / "report.txt", report::AlignmentText(output)}};
+  const std::set<std::size_t> shown = ShownViews(output.alignment, pictures);
+  std::vector<report::Figure> views;
   for (std::size_t i = 0; i < output.measurement.views.size(); ++i) {
     auto figure = DrawView(output, i, i < pictures.size() ? pictures[i] : fs::path());
     if (!figure) return tl::unexpected(figure.error());
-    figures.push_back(std::move(*figure));
+    files.push_back(
+        {folder / (figure->name + "_residuals.png"), figure->canvas.ToPng(figure->png_scale)});
+    // A drawing is far larger than its PNG: of thousands only the page's are kept.
+    if (shown.contains(i)) views.push_back(std::move(*figure));
   }
+  files.push_back({folder / "report.html", report::AlignmentPage(output, views)});
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) return Fail(fmt::format("{}: {}", folder.string(), error.message()));
-  std::vector<OutputFile> files = {{folder / "result.json", report::ToJson(output)},
-                                   {folder / "report.txt", report::AlignmentText(output)}};
-  for (const auto& figure : figures) {
-    files.push_back(
-        {folder / (figure->name + "_residuals.png"), figure->canvas.ToPng(figure->png_scale)});
-  }
-  const std::set<std::size_t> shown = ShownViews(output.alignment, pictures);
-  for (std::size_t i = 0; i < figures.size(); ++i) {
-    if (!shown.contains(i)) figures[i].reset();
-  }
-  files.push_back({folder / "report.html", report::AlignmentPage(output, figures)});
   return WriteOutputs(files, force);
 }
 

@@ -41,7 +41,7 @@ Result<void> WriteFigures(const std::string& figures_folder,
   }
   std::vector<OutputFile> files;
   for (const report::Figure& figure : figures) {
-    files.push_back({folder / (figure.name + ".png"), figure.canvas.ToPng()});
+    files.push_back({folder / (figure.name + ".png"), figure.canvas.ToPng(figure.png_scale)});
     files.push_back({folder / (figure.name + ".svg"), figure.canvas.ToSvg()});
   }
   return WriteOutputs(files, force);

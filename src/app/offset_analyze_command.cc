@@ -182,7 +182,7 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--report", arguments->output.report,
                       "write a one-page report with every step drawn on the scan (HTML)");
   command->add_option("--figures", arguments->output.figures,
-                      "write each figure as PNG or SVG into this folder");
+                      "write each figure as SVG into this folder");
   command->add_flag("--force", arguments->output.force, "overwrite the report and the figures");
   command->add_option("--history", arguments->output.history,
                       "add what was measured to this file of JSON lines");

@@ -10,7 +10,7 @@ namespace trammel::app {
 
 struct OffsetOutput {
   std::string report;   ///< HTML file to write; empty: none
-  std::string figures;  ///< folder for each figure as PNG or SVG; empty: none
+  std::string figures;  ///< folder for each figure as SVG; empty: none
   std::string history;  ///< file to which a line is added; empty: none
   bool force = false;   ///< overwrite report and figures
 

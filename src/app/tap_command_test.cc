@@ -147,7 +147,7 @@ TEST_F(TapCommand, TuneSaysItsAdviceFirstAndWhatTheTrialGave) {
   EXPECT_THAT(result.standard_output, StartsWith("advice"));
   EXPECT_THAT(result.standard_output,
               AllOf(HasSubstr("pull-back speed"), HasSubstr("320 samples/s"), HasSubstr("\ntrial"),
-                    HasSubstr("of 200 good, 95 % interval ±"), HasSubstr("noise")));
+                    HasSubstr("of 200 good, 95 %: within "), HasSubstr("noise")));
 }
 
 TEST_F(TapCommand, TunePrintsTheSameAsJson) {

@@ -192,24 +192,17 @@ std::string ResidualCard(const AlignmentOutput& output) {
   return Card("Residuals: measured minus projected", table.Html());
 }
 
-std::string ViewsCard(std::span<const std::optional<Figure>> views) {
-  std::string body;
-  for (const std::optional<Figure>& figure : views) {
-    if (!figure) continue;
-    body +=
-        fmt::format("<div class=\"view\">{}</div>\n", figure->canvas.ToSvgElement(figure->seen));
+std::string ViewsCard(std::span<const Figure> views, const PhotoDetail& detail) {
+  if (views.empty()) return "";
+  std::string body = fmt::format("<p class=\"quiet\">{}</p>\n", EscapeHtml(views.front().caption));
+  for (const Figure& figure : views) {
+    body += fmt::format("<div class=\"view\">{}</div>\n", DrawingHtml(figure, detail));
   }
-  if (body.empty()) return "";
-  const auto first = std::find_if(views.begin(), views.end(),
-                                  [](const auto& figure) { return figure.has_value(); });
-  return Card("The views",
-              fmt::format("<p class=\"quiet\">{}</p>\n{}", EscapeHtml((*first)->caption), body));
+  return Card("The views", body);
 }
 
-}  // namespace
-
-std::string AlignmentPage(const AlignmentOutput& output,
-                          std::span<const std::optional<Figure>> views) {
+std::string PageOf(const AlignmentOutput& output, std::span<const Figure> views,
+                   const PhotoDetail& detail) {
   const pa::Alignment& alignment = output.alignment;
   std::string page = PageBegin("Part alignment", "Where the part is");
   page += Head(output) + Next(output) + ListCard("Worth knowing", alignment.notices);
@@ -219,8 +212,14 @@ std::string AlignmentPage(const AlignmentOutput& output,
                "<details>\n<summary>All in words, with the clamping and what the views tell"
                "</summary>\n<pre>" +
                    EscapeHtml(AlignmentText(output)) + "</pre>\n</details>\n");
-  page += ResidualCard(output) + ViewsCard(views);
+  page += ResidualCard(output) + ViewsCard(views, detail);
   return page + PageEnd();
+}
+
+}  // namespace
+
+std::string AlignmentPage(const AlignmentOutput& output, std::span<const Figure> views) {
+  return FittingPage([&](std::size_t step) { return PageOf(output, views, kPhotoSteps[step]); });
 }
 
 }  // namespace trammel::report

@@ -15,8 +15,8 @@ namespace trammel::report {
 
 /// Where the part is, the lines for each control, the scene, what the uncertainty is made of, its
 /// covariance and the residuals. Stands alone; text from outside may hold any bytes.
-/// @param views  of AlignmentPicture, one for each view, empty where it is not to be shown.
+/// @param views  of AlignmentPicture: those that the page is to show.
 [[nodiscard]] std::string AlignmentPage(const AlignmentOutput& output,
-                                        std::span<const std::optional<Figure>> views);
+                                        std::span<const Figure> views);
 
 }  // namespace trammel::report

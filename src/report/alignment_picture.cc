@@ -15,15 +15,18 @@ namespace {
 constexpr double kMostSide_px = 800;
 constexpr double kUsual_px = 27;     // of a residual that is as long as the root mean square
 constexpr double kLongest_px = 150;  // of a residual's line
-constexpr double kCircle_px = 14;
-constexpr double kArm_px = 6;
-constexpr double kKey_px = 30;
+constexpr double kKeyRow_px = 20;
 constexpr Color kFound = kSky;
 constexpr Color kProjected = kVermilion;
 
+bool IsBroad(const Canvas& canvas) { return canvas.width_px() >= kMostSide_px; }
+double Circle_px(const Canvas& canvas) { return IsBroad(canvas) ? 14 : 9; }
+double Arm_px(const Canvas& canvas) { return IsBroad(canvas) ? 6 : 4; }
+
 void Cross(const PointPx& at, const Stroke& stroke, Canvas& canvas) {
-  const std::array<PointPx, 2> across{PointPx{at.x - kArm_px, at.y}, PointPx{at.x + kArm_px, at.y}};
-  const std::array<PointPx, 2> down{PointPx{at.x, at.y - kArm_px}, PointPx{at.x, at.y + kArm_px}};
+  const double arm = Arm_px(canvas);
+  const std::array<PointPx, 2> across{PointPx{at.x - arm, at.y}, PointPx{at.x + arm, at.y}};
+  const std::array<PointPx, 2> down{PointPx{at.x, at.y - arm}, PointPx{at.x, at.y + arm}};
   canvas.Polyline(across, stroke);
   canvas.Polyline(down, stroke);
 }
@@ -62,6 +65,12 @@ void DrawResidual(const DrawnTarget& target, const PointPx& at, const Drawing& d
   canvas.Polyline(line, Stroke{kProjected, 2.5});
 }
 
+std::string ResidualText(const DrawnTarget& target) {
+  const Eigen::Vector2d residual_px = *target.found_px - *target.projected_px;
+  return fmt::format("  {:+.2g}, {:+.2g} px", residual_px.x(), residual_px.y()) +
+         (target.sigma_px > 0 ? fmt::format(" (1 σ: {:.2g})", target.sigma_px) : "");
+}
+
 void DrawTarget(const DrawnTarget& target, const Drawing& drawing, Canvas& canvas) {
   // The canvas begins at the first pixel's corner, half a pixel before its centre.
   const auto place = [&drawing](const Eigen::Vector2d& px) {
@@ -70,7 +79,7 @@ void DrawTarget(const DrawnTarget& target, const Drawing& drawing, Canvas& canva
   std::string text = target.id;
   if (target.found_px) {
     const Stroke edge{target.left_out ? kProjected : kFound, 2};
-    canvas.Circle(place(*target.found_px), kCircle_px, std::nullopt, edge);
+    canvas.Circle(place(*target.found_px), Circle_px(canvas), std::nullopt, edge);
     if (target.left_out) text += ", left out";
   } else {
     text += ", not found";
@@ -82,20 +91,24 @@ void DrawTarget(const DrawnTarget& target, const Drawing& drawing, Canvas& canva
   }
   if (target.found_px && target.projected_px) {
     DrawResidual(target, place(*target.projected_px), drawing, canvas);
-    const Eigen::Vector2d residual_px = *target.found_px - *target.projected_px;
-    text += fmt::format("  {:+.2g}, {:+.2g} px", residual_px.x(), residual_px.y());
-    if (target.sigma_px > 0) text += fmt::format(" (1 σ: {:.2g})", target.sigma_px);
+    if (IsBroad(canvas)) text += ResidualText(target);
   }
   const PointPx at = place(target.found_px ? *target.found_px : *target.projected_px);
-  Label({at.x + kCircle_px + 4, at.y - kCircle_px}, text, canvas);
+  Label({at.x + Circle_px(canvas) + 4, at.y - Circle_px(canvas)}, text, canvas);
 }
 
-// What the marks mean, and how long a residual of a round size is.
+// What the marks mean, and how long a residual of a round size is; in three rows on a phone.
 void DrawKey(std::size_t view, double top, const Drawing& drawing, Canvas& canvas) {
   constexpr double kGap_px = 18;
-  const double baseline = top + 20;
+  constexpr double kLeft_px = 8;
   const TextStyle style{.size_px = 12};
-  double x = 8;
+  double baseline = top + kKeyRow_px;
+  double x = kLeft_px;
+  const auto new_row = [&] {
+    if (IsBroad(canvas)) return;
+    baseline += kKeyRow_px;
+    x = kLeft_px;
+  };
   const auto words = [&](const std::string& text, const TextStyle& how) {
     canvas.Text({x, baseline}, text, how);
     x += canvas.TextWidth(text, how) + kGap_px;
@@ -104,19 +117,43 @@ void DrawKey(std::size_t view, double top, const Drawing& drawing, Canvas& canva
   canvas.Circle({x + 7, baseline - 4}, 7, std::nullopt, Stroke{kFound, 2});
   x += 20;
   words("found", style);
-  Cross({x + kArm_px, baseline - 4}, Stroke{kProjected, 1.5}, canvas);
-  x += 2 * kArm_px + 6;
+  const double arm = Arm_px(canvas);
+  Cross({x + arm, baseline - 4}, Stroke{kProjected, 1.5}, canvas);
+  x += 2 * arm + 6;
   words("projected", style);
+  new_row();
   constexpr double kLongestKey_px = 60;
   x = DrawScaleKey(canvas, {x, baseline}, drawing.enlarged * drawing.scale, kLongestKey_px, "px",
                    Stroke{kProjected, 2.5});
   x += 6;
   words(fmt::format("of residual ({:g} times enlarged)", drawing.enlarged), style);
+  new_row();
   Stroke ring{kMuted, 1.5};
   ring.dash_px = {3, 2};
   canvas.Circle({x + 7, baseline - 4}, 7, std::nullopt, ring);
   x += 20;
   words("1 σ of it", style);
+}
+
+Canvas Draw(std::size_t view, const BgrView& picture, int width_px, int height_px,
+            const std::vector<DrawnTarget>& targets, double enlarged, double side_px) {
+  const Drawing drawing{side_px / std::max(width_px, height_px), enlarged};
+  const RectPx area{0, 0, std::ceil(width_px * drawing.scale),
+                    std::ceil(height_px * drawing.scale)};
+  const double key_px = kKeyRow_px * (side_px >= kMostSide_px ? 1 : 3) + 10;
+  Canvas canvas(side_px, area.height + key_px);
+  if (picture.width > 0 && picture.height > 0) {
+    canvas.Image(picture, area, Pixels::kPhoto);
+  } else {
+    canvas.FillRect(area, kGrid);
+  }
+  canvas.Clip(area);
+  for (const DrawnTarget& target : targets) {
+    if (target.found_px || target.projected_px) DrawTarget(target, drawing, canvas);
+  }
+  canvas.Unclip();
+  DrawKey(view, area.height, drawing, canvas);
+  return canvas;
 }
 
 }  // namespace
@@ -131,26 +168,14 @@ double ResidualEnlargement(double rms_px, int width_px, int height_px) {
 
 Figure AlignmentPicture(std::size_t view, const BgrView& picture, int width_px, int height_px,
                         const std::vector<DrawnTarget>& targets, double enlarged) {
-  const Drawing drawing{kMostSide_px / std::max(width_px, height_px), enlarged};
-  const RectPx area{0, 0, std::ceil(width_px * drawing.scale),
-                    std::ceil(height_px * drawing.scale)};
-  Canvas canvas(kMostSide_px, area.height + kKey_px);
-  if (picture.width > 0 && picture.height > 0) {
-    canvas.Image(picture, area, Pixels::kPhoto);
-  } else {
-    canvas.FillRect(area, kGrid);
-  }
-  canvas.Clip(area);
-  for (const DrawnTarget& target : targets) {
-    if (target.found_px || target.projected_px) DrawTarget(target, drawing, canvas);
-  }
-  canvas.Unclip();
-  DrawKey(view, area.height, drawing, canvas);
+  const auto draw = [&](double side_px) {
+    return Draw(view, picture, width_px, height_px, targets, enlarged, side_px);
+  };
   Figure figure{
       fmt::format("view-{:02}", view + 1),
-      "Red circle: left out. Dashed cross: in the picture by the solution, but not found. "
+      "Orange circle: left out. Dashed cross: in the picture by the solution, but not found. "
       "A residual's line ends at what its number says, but for very long ones.",
-      std::move(canvas), 1};
+      draw(kMostSide_px), 1};
   figure.seen = fmt::format("View {}:", view + 1);
   for (const DrawnTarget& target : targets) {
     figure.seen += fmt::format(" {} {};", target.id,
@@ -158,6 +183,7 @@ Figure AlignmentPicture(std::size_t view, const BgrView& picture, int width_px, 
                                : target.found_px ? "found"
                                                  : "not found");
   }
+  figure.narrow = draw(kNarrowWidthPx);
   return figure;
 }
 

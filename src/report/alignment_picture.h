@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/frame.h"
-#include "report/pressure_advance_figures.h"
+#include "report/figure.h"
 
 namespace trammel::report {
 
@@ -29,7 +29,7 @@ struct DrawnTarget {
 /// "view-01" and so on: the picture, a circle where each target was found, a cross where the
 /// solution projects it, the residual between them enlarged, with its size beside it and one sigma
 /// as a dashed ring; below, what the marks mean and how long a residual of a round size is drawn.
-/// Red circle: left out; dashed cross: in the picture, but not found.
+/// Orange circle: left out; dashed cross: in the picture, but not found.
 /// @param view     from 0; people read it from 1
 /// @param picture  without pixels: a grey area in its place.
 /// @param width_px, height_px  of the camera, >= 1

@@ -34,6 +34,9 @@ TEST(AlignmentPicture, AnyTargetsAreDrawn) {
   const auto size = test::DecodePng(figure.canvas.ToPng(1));
   ASSERT_TRUE(size);
   EXPECT_EQ(size->width, 800);
+  ASSERT_TRUE(figure.narrow);
+  EXPECT_EQ(figure.narrow->width_px(), kNarrowWidthPx);
+  EXPECT_EQ(test::XmlProblem(figure.narrow->ToSvg()), "");
   // A tall picture leaves room for its key.
   EXPECT_EQ(AlignmentPicture(0, {}, 100, 2000, {}, 1).canvas.width_px(), 800);
 }

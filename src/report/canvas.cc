@@ -12,7 +12,7 @@
 #include "base/check.h"
 #include "base/utf8.h"
 #include "report/cairo_handles.h"
-#include "report/jpeg.h"
+#include "report/reduced.h"
 #include "report/svg_writer.h"
 
 namespace trammel::report {
@@ -20,7 +20,6 @@ namespace {
 
 constexpr double kMaxSidePx = 8192;
 constexpr const char* kFont = "DejaVu Sans";
-constexpr double kImageDensity = 1.5;  ///< pixels kept of a picture per px of the canvas
 
 struct FontOptionsDeleter {
   void operator()(cairo_font_options_t* options) const { cairo_font_options_destroy(options); }
@@ -40,38 +39,6 @@ void FixFontRendering(cairo_t* context) {
   cairo_font_options_set_hint_style(options.get(), CAIRO_HINT_STYLE_NONE);
   cairo_font_options_set_hint_metrics(options.get(), CAIRO_HINT_METRICS_OFF);
   cairo_set_font_options(context, options.get());
-}
-
-/// Source pixels that one of `target` pixels covers.
-std::pair<int, int> Covered(int i, int target, int source) {
-  const auto first = static_cast<int>(std::int64_t{i} * source / target);
-  const auto last = static_cast<int>((std::int64_t{i} + 1) * source / target);
-  return {first, std::max(first + 1, last)};
-}
-
-/// No larger than asked for: each pixel the mean of those that it covers.
-Frame Reduced(const BgrView& image, double most_width, double most_height) {
-  Frame out(std::clamp(static_cast<int>(std::lround(most_width)), 1, image.width),
-            std::clamp(static_cast<int>(std::lround(most_height)), 1, image.height));
-  for (int y = 0; y < out.height; ++y) {
-    const auto [y0, y1] = Covered(y, out.height, image.height);
-    std::uint8_t* to = out.row(y);
-    for (int x = 0; x < out.width; ++x, to += 3) {
-      const auto [x0, x1] = Covered(x, out.width, image.width);
-      std::uint64_t sum[3] = {0, 0, 0};
-      for (int row = y0; row < y1; ++row) {
-        const std::uint8_t* pixel = image.row(row) + std::ptrdiff_t{3} * x0;
-        for (int column = x0; column < x1; ++column, pixel += 3) {
-          for (int channel = 0; channel < 3; ++channel) sum[channel] += pixel[channel];
-        }
-      }
-      const auto count = static_cast<std::uint64_t>(x1 - x0) * static_cast<std::uint64_t>(y1 - y0);
-      for (int channel = 0; channel < 3; ++channel) {
-        to[channel] = static_cast<std::uint8_t>((sum[channel] + count / 2) / count);
-      }
-    }
-  }
-  return out;
 }
 
 Surface SurfaceOf(const BgrView& image) {
@@ -256,13 +223,11 @@ void Canvas::Image(const BgrView& image, const RectPx& to, Pixels pixels) {
   if (image.width <= 0 || image.height <= 0 || to.width <= 0 || to.height <= 0) {
     return;
   }
-  const Frame shown = Reduced(image, to.width * kImageDensity, to.height * kImageDensity);
+  constexpr double kDensity = PhotoDetail{}.density;
+  Frame shown = Reduced(image, to.width * kDensity, to.height * kDensity);
   const Surface surface = SurfaceOf(shown.view());
   const bool enlarged = shown.width < to.width || shown.height < to.height;
-  if (pixels == Pixels::kPhoto) {
-    constexpr int kQuality = 75;
-    state_->svg.Image(to, "jpeg", EncodeJpeg(shown.view(), kQuality), false);
-  } else {
+  if (pixels == Pixels::kExact) {
     state_->svg.Image(to, "png", PngOf(surface.get()), enlarged);
   }
   cairo_t* context = state_->context.get();
@@ -276,6 +241,7 @@ void Canvas::Image(const BgrView& image, const RectPx& to, Pixels pixels) {
   cairo_rectangle(context, 0, 0, shown.width, shown.height);
   cairo_fill(context);
   cairo_restore(context);
+  if (pixels == Pixels::kPhoto) state_->svg.Photo(to, std::move(shown));
 }
 
 void Canvas::Clip(const RectPx& rect) {
@@ -309,8 +275,8 @@ std::string Canvas::ToPng(double scale) const {
 
 std::string Canvas::ToSvg() const { return state_->svg.File(width_px_, height_px_); }
 
-std::string Canvas::ToSvgElement(std::string_view label) const {
-  return state_->svg.Element(width_px_, height_px_, label);
+std::string Canvas::ToSvgElement(std::string_view label, const PhotoDetail& detail) const {
+  return state_->svg.Element(width_px_, height_px_, label, detail);
 }
 
 }  // namespace trammel::report

@@ -39,6 +39,12 @@ struct Stroke {
 /// How an SVG keeps a picture: each pixel as it is, or as a JPEG.
 enum class Pixels { kExact, kPhoto };
 
+/// How finely an SVG keeps its photos.
+struct PhotoDetail {
+  double density = 1.5;  ///< most pixels per px of the canvas, (0, 1.5]
+  int quality = 75;      ///< of the JPEG, 1 … 100
+};
+
 enum class Align { kStart, kMiddle, kEnd };
 
 struct TextStyle {
@@ -87,7 +93,8 @@ class Canvas {
   [[nodiscard]] std::string ToSvg() const;
   /// For an HTML page, whose style turns the palette for the dark (DarkPaletteStyle).
   /// @param label  what is seen, for those who do not see it.
-  [[nodiscard]] std::string ToSvgElement(std::string_view label) const;
+  [[nodiscard]] std::string ToSvgElement(std::string_view label,
+                                         const PhotoDetail& detail = {}) const;
 
  private:
   struct State;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "report/svg_ids.h"
+#include "report/svg_path.h"
 #include "report/test_support.h"
 
 namespace trammel::report {
@@ -54,6 +55,27 @@ TEST(Canvas, NumbersInTheSvgAreFinite) {
   const std::string svg = Drawing().ToSvg();
   EXPECT_EQ(svg.find("nan"), std::string::npos);
   EXPECT_EQ(svg.find("inf"), std::string::npos);
+}
+
+TEST(SvgPath, PlacesAreThoseOfTheLineToATenthWithoutDrift) {
+  SvgPath path;
+  path.MoveTo({10, 20.26});
+  path.LineTo({10.04, 19.76});  // rounds to where x began
+  path.LineTo({9.5, 30});
+  path.LineTo({9.9, 30.4});
+  path.Close();
+  path.MoveTo({-1, 0});
+  path.MoveTo({2, -3});
+  EXPECT_EQ(path.text(), "M10 20.3l0-.5-.5 10.2 .4 .4zM-1 0M2-3");
+  SvgPath dots;
+  dots.Dot({1, 2});
+  dots.Dot({1.5, 2});
+  EXPECT_EQ(dots.text(), "M1 2h0M1.5 2h0");
+  SvgPath steps;
+  steps.MoveTo({0, 0});
+  for (int i = 1; i <= 1000; ++i) steps.LineTo({0.04 * i, 0});
+  steps.LineTo({40, 1});
+  EXPECT_EQ(steps.text().substr(steps.text().size() - 4), " 0 1");
 }
 
 TEST(Canvas, HostileTextLeavesTheCanvasUsable) {

@@ -13,7 +13,6 @@ namespace {
 
 namespace pa = pressure_advance;
 
-constexpr double kPicturesPx = 262;
 constexpr double kSectionPx = 250;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -37,6 +36,8 @@ RectPx Fitted(const Frame& picture, const RectPx& room) {
   return {room.x + (room.width - width) / 2, room.y, width, height};
 }
 
+double PictureRowPx(bool broad) { return broad ? 262 : 210; }
+
 void OverlayCentres(Canvas& canvas, const RectPx& rect, const pa::FrameSteps& steps) {
   const double scale = rect.width / steps.crop.width;
   std::vector<PointPx> line;
@@ -51,18 +52,22 @@ void OverlayCentres(Canvas& canvas, const RectPx& rect, const pa::FrameSteps& st
   canvas.Unclip();
 }
 
-void DrawPictures(Canvas& canvas, const pa::FrameSteps& steps) {
+/// In a row, or in two where there is no room.
+void DrawPictures(Canvas& canvas, const pa::FrameSteps& steps, bool broad) {
   const std::array<std::pair<const char*, const Frame*>, 4> pictures = {{
       {"1  crop", &steps.crop},
       {"2  masked by red", &steps.masked},
       {"3  grey, blurred", &steps.blurred},
       {"4  line found", &steps.crop},
   }};
-  const double width = kFigureWidthPx / 4;
+  const std::size_t columns = broad ? 4 : 2;
+  const double width = canvas.width_px() / static_cast<double>(columns);
+  const double height = PictureRowPx(broad);
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    const double x = static_cast<double>(i) * width;
-    canvas.Text({x + 10, 20}, pictures[i].first, {.size_px = kTitleTextPx, .bold = true});
-    const RectPx rect = Fitted(*pictures[i].second, {x + 8, 30, width - 16, kPicturesPx - 40});
+    const double x = static_cast<double>(i % columns) * width;
+    const double top = static_cast<double>(i / columns) * height;
+    canvas.Text({x + 10, top + 20}, pictures[i].first, {.size_px = kTitleTextPx, .bold = true});
+    const RectPx rect = Fitted(*pictures[i].second, {x + 8, top + 30, width - 16, height - 40});
     canvas.Image(pictures[i].second->view(), rect, Pixels::kPhoto);
     if (i == 3) {
       OverlayCentres(canvas, rect, steps);
@@ -70,7 +75,7 @@ void DrawPictures(Canvas& canvas, const pa::FrameSteps& steps) {
   }
 }
 
-void DrawSection(Canvas& canvas, const pa::FrameSteps& steps) {
+void DrawSection(Canvas& canvas, const pa::FrameSteps& steps, double top) {
   const double width = steps.crop.width;
   std::vector<DataPoint> paper;
   std::vector<DataPoint> found;
@@ -90,12 +95,12 @@ void DrawSection(Canvas& canvas, const pa::FrameSteps& steps) {
                                 {"line found by the response eye, ± 1 σ",
                                  LegendEntry::Mark::kLine,
                                  {.color = kBlue, .width_px = 2}}};
-  const double top = kPicturesPx + 4;
-  const double below_legend = DrawLegend(canvas, {12, top + 16}, kFigureWidthPx - 24, legend);
-  Plot plot(
-      canvas, {6, top + below_legend, kFigureWidthPx - 12, kSectionPx - below_legend - 4},
-      {"row of the crop (px)", {0, std::max(1.0, static_cast<double>(steps.crop.height - 1))}, 8},
-      {"shift (px)", Padded(RangeOf(seen), 0.12), 5});
+  const double width_px = canvas.width_px();
+  const double below_legend = DrawLegend(canvas, {12, top + 16}, width_px - 24, legend);
+  const Range rows{0, std::max(1.0, static_cast<double>(steps.crop.height - 1))};
+  Plot plot(canvas, {6, top + below_legend, width_px - 12, kSectionPx - below_legend - 4},
+            {"row of the crop (px)", rows, width_px < kFigureWidthPx ? 4 : 8},
+            {"shift (px)", Padded(RangeOf(seen), 0.12), 5});
   for (std::size_t row = 0; row < found.size(); ++row) {
     if (std::isfinite(found[row].y)) {
       plot.ErrorBar(found[row], static_cast<double>(steps.centre_sigma_px[row]),
@@ -106,6 +111,15 @@ void DrawSection(Canvas& canvas, const pa::FrameSteps& steps) {
   plot.Line(found, {.color = kBlue, .width_px = 2});
 }
 
+Canvas Draw(const pa::FrameSteps& steps, double width_px) {
+  const bool broad = width_px >= kFigureWidthPx;
+  const double pictures_px = PictureRowPx(broad) * (broad ? 1 : 2);
+  Canvas canvas(width_px, pictures_px + kSectionPx);
+  DrawPictures(canvas, steps, broad);
+  DrawSection(canvas, steps, pictures_px + 4);
+  return canvas;
+}
+
 }  // namespace
 
 std::optional<Figure> FrameStepsFigure(const ReportInput& input) {
@@ -113,9 +127,6 @@ std::optional<Figure> FrameStepsFigure(const ReportInput& input) {
     return std::nullopt;
   }
   const pa::FrameSteps& steps = *input.scan->steps;
-  Canvas canvas(kFigureWidthPx, kPicturesPx + kSectionPx);
-  DrawPictures(canvas, steps);
-  DrawSection(canvas, steps);
   const auto& lines = input.analysis->lines;
   const std::string which =
       steps.line < lines.size()
@@ -129,9 +140,11 @@ std::optional<Figure> FrameStepsFigure(const ReportInput& input) {
                   "the line is shifted in each row: the higher the surface, the larger "
                   "the shift. A broken curve means that no laser was found there.",
                   steps.frame, which),
-      std::move(canvas), 2,
+      Draw(steps, kFigureWidthPx),
+      2,
       fmt::format("Frame {}{} in four steps, and below it the laser line's shift in each row.",
-                  steps.frame, which)};
+                  steps.frame, which),
+      Draw(steps, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

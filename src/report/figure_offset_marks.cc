@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "report/figure_common.h"
 #include "report/offset_figures.h"
 #include "report/offset_style.h"
+#include "report/plot.h"
 #include "report/sheet_picture.h"
 #include "tool_offset/sheet_layout.h"
 
@@ -51,20 +51,18 @@ std::string MarkWords(const to::ToolReading& tool) {
                      tool.coarse_mm.v_mm);
 }
 
-}  // namespace
-
-Figure CodeFigure(const PageView& page, const to::SheetPlan& plan, const to::SheetResult& result) {
+Canvas DrawCode(const PageView& page, const to::SheetPlan& plan, const to::SheetResult& result,
+                double width_px) {
   constexpr double kPicturePx = 76;
   constexpr double kInkPx = 46;
   const to::CodeReading& code = result.sheet.code;
-  Canvas canvas(kFigureWidthPx, 172);
-  if (plan.code.empty()) return Figure{"code", "This sheet has no code.", std::move(canvas)};
+  Canvas canvas(width_px, 172);
   const double middle_u = (plan.code.front().middle.u_mm + plan.code.back().middle.u_mm) / 2;
   const double width_mm =
       plan.code.back().middle.u_mm - plan.code.front().middle.u_mm + 2 * to::kCodeCell_mm;
   const PageWindow window =
       AroundPlace(result.sheet.map, {middle_u, plan.code.front().middle.v_mm}, width_mm,
-                  {kSidePx, 26, kFigureWidthPx - 2 * kSidePx, kPicturePx});
+                  {kSidePx, 26, width_px - 2 * kSidePx, kPicturePx});
   const double cell_px = window.to.width / width_mm * to::kCodeCell_mm;
   DrawPage(canvas, page, window);
   std::vector<double> x;
@@ -80,48 +78,39 @@ Figure CodeFigure(const PageView& page, const to::SheetPlan& plan, const to::She
   }
   DrawInk(canvas, {window.to.x, window.to.bottom() + 8, window.to.width, kInkPx}, x, cell_px * 0.5,
           code);
-  const double scale = SharpScale(window);
-  return Figure{
-      "code",
-      fmt::format(
-          "The code: above each cell what was read in it (1 is a line), with an "
-          "exclamation mark where the plan says otherwise; below it how much ink it holds. "
-          "{} of {} cells differ from sheet {}; dark and light cells are {:.2f} apart (1 is "
-          "the full ink of a line, 0.3 is needed).",
-          code.wrong_cells, plan.code.size(), plan.sheet_id, code.contrast),
-      std::move(canvas), scale,
-      fmt::format("The row of {} code cells, {} of them read otherwise than planned.",
-                  plan.code.size(), code.wrong_cells)};
+  return canvas;
 }
 
-std::optional<Figure> MarksFigure(const PageView& page, const to::SheetPlan& plan,
-                                  const to::SheetResult& result) {
-  constexpr std::size_t kColumns = 4;
+std::size_t MarksOf(const to::SheetPlan& plan, const to::SheetResult& result) {
+  return std::min(plan.coarse_marks.size(), result.tools.size());
+}
+
+Canvas DrawMarks(const PageView& page, const to::SheetPlan& plan, const to::SheetResult& result,
+                 double width_px) {
   constexpr double kShown_mm = 14;
-  constexpr double kPanelPx = 180;
-  constexpr double kCellPx = kFigureWidthPx / kColumns;
-  constexpr double kRowPx = kPanelPx + 30;
-  const std::size_t count = std::min(plan.coarse_marks.size(), result.tools.size());
-  if (count == 0) return std::nullopt;
-  const std::size_t rows = (count + kColumns - 1) / kColumns;
-  Canvas canvas(kFigureWidthPx, static_cast<double>(rows) * kRowPx + 26);
+  const bool broad = width_px >= kFigureWidthPx;
+  const std::size_t columns = broad ? 4 : 2;
+  const double panel_px = broad ? 180 : 156;
+  const double cell_px = width_px / static_cast<double>(columns);
+  const double row_px = panel_px + 30;
+  const std::size_t count = MarksOf(plan, result);
+  const std::size_t rows = (count + columns - 1) / columns;
+  Canvas canvas(width_px, static_cast<double>(rows) * row_px + 26);
   using Mark = LegendEntry::Mark;
   const LegendEntry legend[] = {
       {"planned", Mark::kLine, {.color = kBlue, .width_px = 1.5, .dash_px = {4, 3}}},
       {"found", Mark::kLine, {.color = kVermilion, .width_px = 1.8}}};
-  DrawLegend(canvas, {kSidePx, 16}, kFigureWidthPx, legend);
-  double scale = 1;
+  DrawLegend(canvas, {kSidePx, 16}, width_px, legend);
   for (std::size_t i = 0; i < count; ++i) {
     const to::CoarseMark& mark = plan.coarse_marks[i];
     const to::ToolReading& tool = result.tools[i];
-    const RectPx panel{static_cast<double>(i % kColumns) * kCellPx + (kCellPx - kPanelPx) / 2,
-                       static_cast<double>(i / kColumns) * kRowPx + 26, kPanelPx, kPanelPx};
+    const RectPx panel{static_cast<double>(i % columns) * cell_px + (cell_px - panel_px) / 2,
+                       static_cast<double>(i / columns) * row_px + 26, panel_px, panel_px};
     // Legs lie to the right of and above where their middle lines cross.
     const double beside_mm = (to::kCoarseLeg_mm + to::kCoarseLegStart_mm) / 2;
     const PageWindow window =
         AroundPlace(result.sheet.map, {mark.middle.u_mm + beside_mm, mark.middle.v_mm + beside_mm},
                     kShown_mm, panel);
-    scale = SharpScale(window);
     DrawPage(canvas, page, window);
     canvas.Clip(panel);
     DrawMarkLegs(canvas, window, plan, result.sheet.map, mark, {},
@@ -132,17 +121,46 @@ std::optional<Figure> MarksFigure(const PageView& page, const to::SheetPlan& pla
     }
     canvas.Unclip();
     canvas.Text({panel.x + panel.width / 2, panel.bottom() + 16}, MarkWords(tool),
-                {.color = tool.mark.found ? kInk : kVermilion,
+                {.size_px = broad ? 12.0 : 10.5,
+                 .color = tool.mark.found ? kInk : kVermilion,
                  .align = Align::kMiddle,
                  .bold = !tool.mark.found});
   }
+  return canvas;
+}
+
+}  // namespace
+
+Figure CodeFigure(const PageView& page, const to::SheetPlan& plan, const to::SheetResult& result) {
+  if (plan.code.empty()) return {"code", "This sheet has no code.", Canvas(kFigureWidthPx, 1)};
+  const to::CodeReading& code = result.sheet.code;
+  return Figure{
+      "code",
+      fmt::format(
+          "The code: above each cell what was read in it (1 is a line), with an "
+          "exclamation mark where the plan says otherwise; below it how much ink it holds. "
+          "{} of {} cells differ from sheet {}; dark and light cells are {:.2f} apart (1 is "
+          "the full ink of a line, 0.3 is needed).",
+          code.wrong_cells, plan.code.size(), plan.sheet_id, code.contrast),
+      DrawCode(page, plan, result, kFigureWidthPx),
+      2,
+      fmt::format("The row of {} code cells, {} of them read otherwise than planned.",
+                  plan.code.size(), code.wrong_cells),
+      DrawCode(page, plan, result, kNarrowWidthPx)};
+}
+
+std::optional<Figure> MarksFigure(const PageView& page, const to::SheetPlan& plan,
+                                  const to::SheetResult& result) {
+  if (MarksOf(plan, result) == 0) return std::nullopt;
   return Figure{
       "marks",
       "The coarse mark of each tested tool, u to the right and v up. The orange lines must "
       "lie on the tool's ink; where they lie beside the blue ones, the tool is off by "
       "that much. dx and dy are along the bed's axes, from the reference tool.",
-      std::move(canvas), scale,
-      fmt::format("Coarse marks of {} tools on the scan, planned and found.", result.tools.size())};
+      DrawMarks(page, plan, result, kFigureWidthPx),
+      2,
+      fmt::format("Coarse marks of {} tools on the scan, planned and found.", result.tools.size()),
+      DrawMarks(page, plan, result, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

@@ -5,9 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "report/figure_common.h"
+#include "report/interval_text.h"
 #include "report/offset_figures.h"
 #include "report/offset_style.h"
+#include "report/plot.h"
 #include "report/sheet_picture.h"
 #include "tool_offset/sheet_layout.h"
 
@@ -17,6 +18,9 @@ namespace {
 namespace to = tool_offset;
 
 constexpr double kTallestPx = 1080;
+
+/// Letters of what is named on the page: on a phone structures are as small.
+double TagPx(const Canvas& canvas) { return canvas.width_px() < kFigureWidthPx ? 7.5 : 10.5; }
 
 /// A figure on the sheet, bent like the paper, as a closed path on the canvas.
 std::vector<PointPx> Outline(const PageWindow& window, const to::PageMap& map,
@@ -113,7 +117,7 @@ void DrawStructures(Canvas& canvas, const PageWindow& window, const to::SheetPla
                                              structure.middle.v_mm + (is_x ? 0 : half_long)}));
     TagText(canvas, from,
             reading.name + (good ? "" : ": " + VerdictWords(reading.offset_mm.verdict())),
-            {.size_px = 10.5, .bold = true, .angle_rad = ReadableAngle(from, to)});
+            {.size_px = TagPx(canvas), .bold = true, .angle_rad = ReadableAngle(from, to)});
   }
 }
 
@@ -131,7 +135,7 @@ void DrawMarks(Canvas& canvas, const PageWindow& window, const to::SheetPlan& pl
     const PointPx below =
         window.At(map.ToPage({mark.middle.u_mm, mark.middle.v_mm - to::kMarkReach_mm - 2}));
     TagText(canvas, below, fmt::format("T{}{}", mark.tool, tool.mark.found ? "" : ": no mark"),
-            {.size_px = 10.5, .bold = true});
+            {.size_px = TagPx(canvas), .bold = true});
   }
 }
 
@@ -147,12 +151,11 @@ void DrawCodeRow(Canvas& canvas, const PageWindow& window, const to::SheetPlan& 
   const PointPx from = window.At(sheet.map.ToPage(middle));
   const PointPx to = window.At(sheet.map.ToPage(last));
   TagText(canvas, from, fmt::format("code: sheet {}", plan.sheet_id),
-          {.size_px = 10.5, .bold = true, .angle_rad = ReadableAngle(from, to)});
+          {.size_px = TagPx(canvas), .bold = true, .angle_rad = ReadableAngle(from, to)});
 }
 
-}  // namespace
-
-Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::SheetResult& result) {
+Canvas Draw(const PageView& page, const to::SheetPlan& plan, const to::SheetResult& result,
+            double width_px) {
   using Mark = LegendEntry::Mark;
   const LegendEntry legend[] = {
       {"box, structure, code: as fitted", Mark::kLine, {.color = kBlue}},
@@ -162,8 +165,8 @@ Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::She
       {"where the box's line was found", Mark::kDot, {.color = kVermilion}},
       {"corner as first seen", Mark::kHollowDot, {.color = kVermilion}},
   };
-  const PageWindow window = WholePage(page, {0, 0, kFigureWidthPx, kTallestPx});
-  Canvas canvas(kFigureWidthPx, window.to.height + 70);
+  const PageWindow window = WholePage(page, {0, 0, width_px, kTallestPx});
+  Canvas canvas(width_px, window.to.height + (width_px < kFigureWidthPx ? 90 : 70));
   DrawPage(canvas, page, window);
   canvas.Clip(window.to);
   DrawStructures(canvas, window, plan, result);
@@ -172,7 +175,13 @@ Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::She
   DrawBox(canvas, window, plan, result.sheet);
   DrawAxes(canvas, window, plan, result.sheet.map);
   canvas.Unclip();
-  DrawLegend(canvas, {8, window.to.bottom() + 22}, kFigureWidthPx - 16, legend);
+  DrawLegend(canvas, {8, window.to.bottom() + 22}, width_px - 16, legend);
+  return canvas;
+}
+
+}  // namespace
+
+Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::SheetResult& result) {
   constexpr double kDegrees = 180 / std::numbers::pi;
   return Figure{
       "page",
@@ -183,11 +192,13 @@ Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::She
           "name; a black × is a tooth that was left out; an orange × in a dashed square is a "
           "tool's coarse "
           "mark, and the square is planned about that mark's zero.",
-          result.sheet.angle_rad * kDegrees, result.sheet.box_rms_mm * kUmPerMillimetre),
-      std::move(canvas), 1.5,
+          result.sheet.angle_rad * kDegrees, result.sheet.box_rms_mm * kUmPerMm),
+      Draw(page, plan, result, kFigureWidthPx),
+      2,
       fmt::format("The scanned sheet with its box, its code and {} structures outlined, turned by "
                   "{:.1f}°.",
-                  result.structures.size(), result.sheet.angle_rad * kDegrees)};
+                  result.structures.size(), result.sheet.angle_rad * kDegrees),
+      Draw(page, plan, result, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
-#include "report/figure_common.h"
+#include "report/interval_text.h"
 #include "report/offset_figures.h"
 #include "report/offset_style.h"
+#include "report/plot.h"
 #include "report/sheet_picture.h"
 #include "tool_offset/comb_signal.h"
 
@@ -34,6 +36,7 @@ struct Shown {
   double half_mm = 0;   ///< of what is shown along the measured axis
   double outer_mm = 0;  ///< from the middle line to the far end of a leg
   double inner_mm = 0;  ///< and to the end that reaches into the other comb
+  bool broad = true;    ///< not for a phone
 };
 
 std::string SlugOf(const std::string& name) {
@@ -88,12 +91,13 @@ void DrawFinger(Canvas& canvas, const Shown& shown, const PageWindow& window,
           {.size_px = 10.5, .color = used ? color : kInk, .bold = !used});
 }
 
-/// The structure in pieces of at most 40 mm, each a row; returns where the rows end.
+/// The structure in pieces, each a row; returns where the rows end.
 double DrawRows(Canvas& canvas, const Shown& shown, int rows, double row_px, double top) {
+  constexpr double kFinger_mm = 2;  // more than half of what is drawn of one
   for (int row = 0; row < rows; ++row) {
     const double from_mm = -shown.half_mm + 2 * shown.half_mm * row / rows;
     const double to_mm = from_mm + 2 * shown.half_mm / rows;
-    const RectPx rect{kSidePx, top + row * (row_px + kRowGapPx), kFigureWidthPx - 2 * kSidePx,
+    const RectPx rect{kSidePx, top + row * (row_px + kRowGapPx), canvas.width_px() - 2 * kSidePx,
                       row_px};
     const PageWindow window = AlongStructure(shown.map, shown.structure, from_mm, to_mm, rect);
     DrawPage(canvas, shown.page, window);
@@ -101,6 +105,7 @@ double DrawRows(Canvas& canvas, const Shown& shown, int rows, double row_px, dou
     for (const to::FingerReading& finger : shown.reading.fingers) {
       if (finger.place.x_px == 0 && finger.place.y_px == 0) continue;  // beside the page
       const double along_mm = finger.planned_mm + finger.position_mm;
+      if (!(along_mm > from_mm - kFinger_mm && along_mm < to_mm + kFinger_mm)) continue;
       const to::LocalMap local =
           shown.map.Near({shown.structure.middle.u_mm + (shown.is_x ? along_mm : 0),
                           shown.structure.middle.v_mm + (shown.is_x ? 0 : along_mm)});
@@ -121,7 +126,7 @@ RectPx Inner(const RectPx& room) {
 Axis AlongAxis(const Shown& shown) {
   return {fmt::format("along {} from the structure's middle (mm)", shown.is_x ? "u" : "v"),
           {-shown.half_mm, shown.half_mm},
-          10};
+          shown.broad ? 10 : 5};
 }
 
 void DrawInk(Canvas& canvas, const Shown& shown, const RectPx& room,
@@ -130,7 +135,8 @@ void DrawInk(Canvas& canvas, const Shown& shown, const RectPx& room,
   x.shown = false;
   x.label.clear();
   Plot plot = Plot::Around(canvas, Inner(room), x, {"ink", {-0.25, 1.45}, 3},
-                           "Signal: mean ink of each comb where it stands alone");
+                           shown.broad ? "Signal: mean ink of each comb where it stands alone"
+                                       : "Mean ink of each comb");
   if (!signal) return;
   for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
     std::vector<DataPoint> line;
@@ -155,14 +161,15 @@ void DrawPositions(Canvas& canvas, const Shown& shown, const RectPx& room,
                    const std::optional<to::CombSignal>& signal) {
   std::vector<double> values;
   for (const to::FingerReading& finger : shown.reading.fingers) {
-    if (finger.left_out.empty()) values.push_back(finger.position_mm * kUmPerMillimetre);
+    if (finger.left_out.empty()) values.push_back(finger.position_mm * kUmPerMm);
   }
   Axis x = AlongAxis(shown);
   x.shown = false;
   x.label.clear();
-  Plot plot =
-      Plot::Around(canvas, Inner(room), x, {"place (µm)", Padded(RangeOf(values), 0.15), 5},
-                   "Where each tooth lies minus where it was planned; lines: quadrature phase");
+  Plot plot = Plot::Around(canvas, Inner(room), x, {"place (µm)", Padded(RangeOf(values), 0.15), 5},
+                           shown.broad ? "Where each tooth lies minus where it was planned; lines: "
+                                         "quadrature phase"
+                                       : "Each tooth, from its plan");
   if (signal) {
     const double pitch_mm = shown.plan.settings.pitch_mm;
     for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
@@ -170,15 +177,15 @@ void DrawPositions(Canvas& canvas, const Shown& shown, const RectPx& room,
       for (int i = 0; i < shown.plan.settings.teeth; ++i) {
         const double planned_mm =
             pitch_mm * (i - (shown.plan.settings.teeth - 1) / 2.0 + (comb == 0 ? -0.25 : 0.25));
-        line.push_back({planned_mm, signal->comb[comb].local_mm[static_cast<std::size_t>(i)] *
-                                        kUmPerMillimetre});
+        line.push_back(
+            {planned_mm, signal->comb[comb].local_mm[static_cast<std::size_t>(i)] * kUmPerMm});
       }
       plot.Line(line, {.color = WithAlpha(kCombColors[comb], 0.6), .width_px = 1.2});
     }
   }
   for (const to::FingerReading& finger : shown.reading.fingers) {
     if (finger.left_out.empty()) {
-      DrawFingerDot(plot, finger, finger.position_mm * kUmPerMillimetre);
+      DrawFingerDot(plot, finger, finger.position_mm * kUmPerMm);
     }
   }
 }
@@ -186,17 +193,18 @@ void DrawPositions(Canvas& canvas, const Shown& shown, const RectPx& room,
 void DrawResiduals(Canvas& canvas, const Shown& shown, const RectPx& room) {
   std::vector<double> values{-1, 1};
   for (const to::FingerReading& finger : shown.reading.fingers) {
-    if (finger.left_out.empty()) values.push_back(finger.residual_mm * kUmPerMillimetre);
+    if (finger.left_out.empty()) values.push_back(finger.residual_mm * kUmPerMm);
   }
   const Range range = Padded(RangeOf(values), 0.15);
   Plot plot =
       Plot::Around(canvas, Inner(room), AlongAxis(shown), {"residual (µm)", range, 5},
-                   fmt::format("What the fit leaves of each tooth, rms {:.1f} µm; ×: left out",
-                               shown.reading.residual_rms_mm * kUmPerMillimetre));
+                   fmt::format("{}, rms {:.1f} µm; ×: left out",
+                               shown.broad ? "What the fit leaves of each tooth" : "What is left",
+                               shown.reading.residual_rms_mm * kUmPerMm));
   plot.HorizontalLine(0, {.color = kMuted, .width_px = 1});
   for (const to::FingerReading& finger : shown.reading.fingers) {
     if (finger.left_out.empty()) {
-      DrawFingerDot(plot, finger, finger.residual_mm * kUmPerMillimetre);
+      DrawFingerDot(plot, finger, finger.residual_mm * kUmPerMm);
       continue;
     }
     Cross(canvas, plot.At({finger.planned_mm, range.lo + 0.08 * (range.hi - range.lo)}), 3.5,
@@ -232,64 +240,75 @@ std::string Caption(const Shown& shown) {
   return text + LeftOutWords(shown);
 }
 
-std::string Title(const Shown& shown) {
+std::string NameOf(const Shown& shown) {
   const to::Comb& first = shown.structure.combs[0];
   const to::Comb& second = shown.structure.combs[1];
-  return fmt::format("{}: {} (legs {}) minus {} (legs {}) along {}: {}", shown.reading.name,
+  return fmt::format("{}: {} (legs {}) minus {} (legs {}) along {}", shown.reading.name,
                      CombName(second), second.direction > 0 ? "+" : "−", CombName(first),
-                     first.direction > 0 ? "+" : "−", shown.is_x ? "u" : "v",
-                     OffsetWords(shown.reading.offset_mm));
+                     first.direction > 0 ? "+" : "−", shown.is_x ? "u" : "v");
 }
 
-/// In how many rows a structure is shown: as many as keep them at most 40 mm long, or fewer where
-/// that would make the figure too high.
-int RowsOf(double half_mm, double half_thickness_mm) {
-  constexpr double kMostRow_mm = 40;
+/// In how many rows a structure is shown: as many as keep them at most 40 mm long, on a phone 20,
+/// or fewer where that would make the figure too high.
+int RowsOf(double half_mm, double half_thickness_mm, double width_px) {
+  const double most_row_mm = width_px < kFigureWidthPx ? 20 : 40;
   constexpr double kMostPx = 6000;
-  int rows = static_cast<int>(std::ceil(2 * half_mm / kMostRow_mm));
+  int rows = static_cast<int>(std::ceil(2 * half_mm / most_row_mm));
   const auto height_px = [&](int count) {
-    const double px_per_mm = (kFigureWidthPx - 2 * kSidePx) * count / (2 * half_mm);
+    const double px_per_mm = (width_px - 2 * kSidePx) * count / (2 * half_mm);
     return count * (2 * half_thickness_mm * px_per_mm + kRowGapPx);
   };
   while (rows > 1 && height_px(rows) > kMostPx) --rows;
   return rows;
 }
 
+Canvas Draw(Shown shown, const std::optional<to::CombSignal>& signal, double width_px) {
+  constexpr double kBeside_mm = 1.3;  // room for the teeth's numbers
+  constexpr double kBeyond_mm = 0.8;
+  constexpr double kInkPx = 130;
+  shown.broad = width_px >= kFigureWidthPx;
+  const double top_px = shown.broad ? 28 : 44;
+  const to::SheetSettings& settings = shown.plan.settings;
+  shown.half_mm = settings.teeth * settings.pitch_mm / 2 + kBeyond_mm;
+  shown.inner_mm = settings.overlap_mm / 2;
+  shown.outer_mm = settings.leg_length_mm - shown.inner_mm;
+  const int rows = RowsOf(shown.half_mm, shown.outer_mm + kBeside_mm, width_px);
+  const double px_per_mm = (width_px - 2 * kSidePx) * rows / (2 * shown.half_mm);
+  const double row_px = 2 * (shown.outer_mm + kBeside_mm) * px_per_mm;
+  const bool read = !shown.reading.fingers.empty();
+  Canvas canvas(width_px,
+                top_px + rows * (row_px + kRowGapPx) + (read ? kInkPx + 2 * kPlotPx + 36 : 0));
+  const std::string name = NameOf(shown);
+  const std::string value = OffsetWords(shown.reading.offset_mm);
+  const TextStyle title{.size_px = shown.broad ? 13.5 : 11.5, .bold = true};
+  canvas.Text({kSidePx, 18}, shown.broad ? name + ": " + value : name, title);
+  if (!shown.broad) canvas.Text({kSidePx, 34}, value, title);
+  const double top = DrawRows(canvas, shown, rows, row_px, top_px);
+  if (read) {
+    DrawInk(canvas, shown, {0, top, width_px, kInkPx}, signal);
+    DrawPositions(canvas, shown, {0, top + kInkPx, width_px, kPlotPx}, signal);
+    DrawResiduals(canvas, shown, {0, top + kInkPx + kPlotPx, width_px, kPlotPx});
+  }
+  return canvas;
+}
+
 }  // namespace
 
 Figure StructureFigure(const PageView& page, const to::SheetPlan& plan,
                        const to::SheetResult& result, const to::StructureReading& reading) {
-  constexpr double kBeside_mm = 1.3;  // room for the teeth's numbers
-  constexpr double kBeyond_mm = 0.8;
-  constexpr double kInkPx = 130;
-  constexpr double kTopPx = 28;
   const to::Structure& structure = plan.structures[reading.structure];
-  const to::SheetSettings& settings = plan.settings;
-  Shown shown{page, plan, result.sheet.map, structure, reading};
-  shown.is_x = structure.axis == to::Axis::kX;
-  shown.half_mm = settings.teeth * settings.pitch_mm / 2 + kBeyond_mm;
-  shown.inner_mm = settings.overlap_mm / 2;
-  shown.outer_mm = settings.leg_length_mm - shown.inner_mm;
-  const int rows = RowsOf(shown.half_mm, shown.outer_mm + kBeside_mm);
-  const double px_per_mm = (kFigureWidthPx - 2 * kSidePx) * rows / (2 * shown.half_mm);
-  const double row_px = 2 * (shown.outer_mm + kBeside_mm) * px_per_mm;
-  const bool read = !reading.fingers.empty();
-  Canvas canvas(kFigureWidthPx,
-                kTopPx + rows * (row_px + kRowGapPx) + (read ? kInkPx + 2 * kPlotPx + 36 : 0));
-  canvas.Text({kSidePx, 18}, Title(shown), {.size_px = 13.5, .bold = true});
-  const double top = DrawRows(canvas, shown, rows, row_px, kTopPx);
-  if (read) {
-    const auto signal =
-        to::ReadCombSignal(page, shown.map, plan, structure, reading.mix, reading.shift_mm);
-    DrawInk(canvas, shown, {0, top, kFigureWidthPx, kInkPx}, signal);
-    DrawPositions(canvas, shown, {0, top + kInkPx, kFigureWidthPx, kPlotPx}, signal);
-    DrawResiduals(canvas, shown, {0, top + kInkPx + kPlotPx, kFigureWidthPx, kPlotPx});
+  const to::PageMap& map = result.sheet.map;
+  const Shown shown{page, plan, map, structure, reading, structure.axis == to::Axis::kX};
+  std::optional<to::CombSignal> signal;
+  if (!reading.fingers.empty()) {
+    signal = to::ReadCombSignal(page, map, plan, structure, reading.mix, reading.shift_mm);
   }
-  const double scale = SharpScale(AlongStructure(shown.map, structure, -shown.half_mm,
-                                                 -shown.half_mm + 2 * shown.half_mm / rows,
-                                                 {0, 0, kFigureWidthPx - 2 * kSidePx, row_px}));
-  return Figure{SlugOf(reading.name), Caption(shown), std::move(canvas), std::max(scale, 1.25),
-                Title(shown)};
+  return {SlugOf(reading.name),
+          Caption(shown),
+          Draw(shown, signal, kFigureWidthPx),
+          2,
+          NameOf(shown) + ": " + OffsetWords(reading.offset_mm),
+          Draw(shown, signal, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

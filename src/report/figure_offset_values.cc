@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "report/figure_common.h"
+#include "report/interval_text.h"
 #include "report/offset_figures.h"
 #include "report/offset_style.h"
 #include "report/page.h"
+#include "report/plot.h"
 
 namespace trammel::report {
 namespace {
@@ -33,8 +34,8 @@ Range Reach(const std::vector<Row>& rows) {
   for (const Row& row : rows) {
     if (!row.value.good()) continue;
     const Interval& interval = row.value.quantity().interval95;
-    values.push_back((interval.lo - row.zero_mm) * kUmPerMillimetre);
-    values.push_back((interval.hi - row.zero_mm) * kUmPerMillimetre);
+    values.push_back((interval.lo - row.zero_mm) * kUmPerMm);
+    values.push_back((interval.hi - row.zero_mm) * kUmPerMm);
   }
   return Padded(RangeOf(values), 0.06);
 }
@@ -52,12 +53,12 @@ void DrawWords(Canvas& canvas, const Row& row, double y) {
     canvas.Text({kLabelPx - 8, y + 4.5}, row.label, label);
     canvas.Text({canvas.width_px() - kWordsPx + 10, y + 4.5}, row.words, words);
   } else {
-    TextStyle right = words;
+    const double label_px = canvas.TextWidth(row.label, label);
+    TextStyle right = Fitted(canvas, row.words, words, canvas.width_px() - label_px - 24);
     right.align = Align::kEnd;
-    canvas.FillRect({6, y - 17, canvas.TextWidth(row.label, label) + 5, 15}, kPaper);
-    canvas.FillRect({canvas.width_px() - 10 - canvas.TextWidth(row.words, words), y - 17,
-                     canvas.TextWidth(row.words, words) + 4, 15},
-                    kPaper);
+    const double words_px = canvas.TextWidth(row.words, right);
+    canvas.FillRect({6, y - 17, label_px + 5, 15}, kPaper);
+    canvas.FillRect({canvas.width_px() - 10 - words_px, y - 17, words_px + 4, 15}, kPaper);
     canvas.Text({8, y - 6}, row.label, label);
     canvas.Text({canvas.width_px() - 8, y - 6}, row.words, right);
   }
@@ -69,9 +70,7 @@ void DrawRow(Canvas& canvas, const Plot& plot, const Row& row, double middle_y) 
   const double y = canvas.width_px() >= kFigureWidthPx ? middle_y : middle_y + 8;
   if (!row.value.good()) return;
   const Quantity& quantity = row.value.quantity();
-  const auto x = [&](double value_mm) {
-    return plot.X((value_mm - row.zero_mm) * kUmPerMillimetre);
-  };
+  const auto x = [&](double value_mm) { return plot.X((value_mm - row.zero_mm) * kUmPerMm); };
   const Stroke stroke{.color = color, .width_px = row.strong ? 2.4 : 1.6};
   const double lo = x(quantity.interval95.lo);
   const double hi = x(quantity.interval95.hi);
@@ -110,7 +109,8 @@ Canvas DrawTable(const std::vector<Row>& rows, const std::string& title, const s
   const RectPx inner = broad ? RectPx{kLabelPx, kTopPx, width_px - kLabelPx - kWordsPx, height}
                              : RectPx{14, kTopPx, width_px - 28, height};
   Plot plot = Plot::Around(canvas, inner, {axis, Reach(rows), 6}, {"", {0, 1}, 2, false});
-  canvas.Text({12, 18}, title, {.size_px = kTitleTextPx, .bold = true});
+  canvas.Text({12, 18}, title,
+              Fitted(canvas, title, {.size_px = kTitleTextPx, .bold = true}, width_px - 24));
   plot.VerticalLine(0, {.color = kMuted, .width_px = 1.2});
   for (std::size_t i = 0; i < rows.size(); ++i) {
     DrawRow(canvas, plot, rows[i], kTopPx + (static_cast<double>(i) + 0.5) * row_px);
@@ -254,22 +254,6 @@ std::optional<Figure> PickUpsFigure(const OffsetAnalysis& analysis) {
       "Where a tool's lines land after it was put back and picked up again, minus where "
       "they landed before; its coupling's repeatability.",
       rows, "Picked up again", "against the first time (µm)");
-}
-
-DrawnFigure Drawn(const Figure& figure) {
-  return {figure.name, FigureHtml(figure), figure.canvas.ToSvg()};
-}
-
-OffsetScanPictures DrawOffsetScan(const PageView& page, const to::SheetPlan& plan,
-                                  const to::SheetResult& result) {
-  OffsetScanPictures pictures;
-  pictures.page.push_back(Drawn(PageFigure(page, plan, result)));
-  pictures.page.push_back(Drawn(CodeFigure(page, plan, result)));
-  if (const auto marks = MarksFigure(page, plan, result)) pictures.page.push_back(Drawn(*marks));
-  for (const to::StructureReading& reading : result.structures) {
-    pictures.structures.push_back(Drawn(StructureFigure(page, plan, result, reading)));
-  }
-  return pictures;
 }
 
 }  // namespace trammel::report

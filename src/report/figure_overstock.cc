@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "report/figure_common.h"
 #include "report/part_metrology_figures.h"
+#include "report/plot.h"
 
 namespace trammel::report {
 namespace {
@@ -141,8 +141,9 @@ void DrawSide(Canvas& canvas, const RectPx& room, const std::vector<PlacedPoint>
   Range right = extent[side.right];
   Range up = extent[side.up];
   MakeAlike(room, right, up);
-  Plot plot = Plot::Around(canvas, room, {kLabels[side.right], right, 5}, {kLabels[side.up], up, 4},
-                           side.title);
+  Plot plot = Plot::Around(canvas, room,
+                           {kLabels[side.right], right, canvas.width_px() < kFigureWidthPx ? 3 : 5},
+                           {kLabels[side.up], up, 4}, side.title);
   const auto at = [&](const PlacedPoint& point) {
     return DataPoint{point.at_mm[static_cast<Eigen::Index>(side.right)],
                      point.at_mm[static_cast<Eigen::Index>(side.up)]};
@@ -170,46 +171,61 @@ void DrawSide(Canvas& canvas, const RectPx& room, const std::vector<PlacedPoint>
   }
 }
 
-}  // namespace
+/// The sides that points face, in their order.
+std::vector<std::size_t> SidesOf(const std::vector<PlacedPoint>& placed) {
+  std::vector<std::size_t> sides;
+  for (std::size_t side = 0; side < kSides.size(); ++side) {
+    if (std::any_of(placed.begin(), placed.end(),
+                    [side](const PlacedPoint& point) { return point.side == side; })) {
+      sides.push_back(side);
+    }
+  }
+  return sides;
+}
 
-Figure OverstockFigure(const PartFitInput& input, const PartFit& fit) {
-  constexpr double kBarPx = 110;
+/// Sides in two columns, or in one where there is no room.
+Canvas Draw(const std::vector<PlacedPoint>& placed, double width_px) {
   constexpr double kLeftPx = 62;
   constexpr double kRowPx = 268;
   constexpr double kTopPx = 26;
   constexpr double kBelowPx = 48;
-  const std::vector<PlacedPoint> placed = Placed(input, fit);
+  const bool broad = width_px >= kFigureWidthPx;
+  const double bar_px = broad ? 110 : 86;
   std::vector<double> surplus_mm;
-  std::vector<std::size_t> sides;
-  for (std::size_t side = 0; side < kSides.size(); ++side) {
-    for (const PlacedPoint& point : placed) {
-      if (point.side == side) surplus_mm.push_back(point.surplus_mm);
-      if (point.side == side && (sides.empty() || sides.back() != side)) sides.push_back(side);
-    }
-  }
+  for (const PlacedPoint& point : placed) surplus_mm.push_back(point.surplus_mm);
+  const std::vector<std::size_t> sides = SidesOf(placed);
   const std::array<Range, 3> extent = ExtentOf(placed);
   const Range colours = RangeOf(surplus_mm);
-  const std::size_t columns = sides.size() > 1 ? 2 : 1;
+  const std::size_t columns = sides.size() > 1 && broad ? 2 : 1;
   const std::size_t rows = (sides.size() + columns - 1) / columns;
   const double height = kRowPx * static_cast<double>(std::max<std::size_t>(rows, 1));
-  Canvas canvas(kFigureWidthPx, height);
-  const double column_px = (kFigureWidthPx - kBarPx - 12) / static_cast<double>(columns);
+  Canvas canvas(width_px, height);
+  const double column_px = (width_px - bar_px - 12) / static_cast<double>(columns);
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const RectPx room{column_px * static_cast<double>(i % columns) + kLeftPx,
                       kRowPx * static_cast<double>(i / columns) + kTopPx, column_px - kLeftPx - 10,
                       kRowPx - kTopPx - kBelowPx};
     DrawSide(canvas, room, placed, sides[i], extent, colours);
   }
-  DrawColorBar(canvas, {kFigureWidthPx - kBarPx + 12, kTopPx, 18, height - kTopPx - kBelowPx},
-               colours, "overstock less wanted (mm)");
+  DrawColorBar(canvas, {width_px - bar_px + 12, kTopPx, 18, height - kTopPx - kBelowPx}, colours,
+               "overstock less wanted (mm)");
+  return canvas;
+}
+
+}  // namespace
+
+Figure OverstockFigure(const PartFitInput& input, const PartFit& fit) {
+  const std::vector<PlacedPoint> placed = Placed(input, fit);
   return {
       "overstock",
-      "Each point of the raw part on the side that its surface faces. Ringed in red and named: "
+      "Each point of the raw part on the side that its surface faces. Ringed in orange and named: "
       "the points that the placement rests on, or where material is missing.",
-      std::move(canvas), 2,
+      Draw(placed, kFigureWidthPx),
+      2,
       fmt::format("{} points of the raw part by side, coloured by overstock less what is wanted; "
                   "least {:.3f} mm.",
-                  placed.size(), fit.least_mm)};
+                  placed.size(), fit.least_mm),
+      Draw(placed, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

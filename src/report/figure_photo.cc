@@ -21,21 +21,15 @@ std::vector<PointPx> OnCanvas(const std::vector<PointPx>& edge, const RectPx& re
   return points;
 }
 
-}  // namespace
-
-std::optional<Figure> PhotoFigure(const ReportInput& input) {
-  if (input.photo == nullptr || input.photo->rectified.width <= 0 ||
-      input.photo->rectified.height <= 0 || input.photo->rectified.bgr.empty()) {
-    return std::nullopt;
-  }
-  const Frame& picture = input.photo->rectified;
+Canvas Draw(const PhotoView& photo, double width_px) {
+  const Frame& picture = photo.rectified;
   const double scale =
-      std::min((kFigureWidthPx - kLabelPx - 8) / picture.width, kMaxHeightPx / picture.height);
+      std::min((width_px - kLabelPx - 8) / picture.width, kMaxHeightPx / picture.height);
   const RectPx rect{kLabelPx, 6, picture.width * scale, picture.height * scale};
-  Canvas canvas(kFigureWidthPx, rect.height + 12);
+  Canvas canvas(width_px, rect.height + 12);
   canvas.Image(picture.view(), rect, Pixels::kPhoto);
   std::vector<std::pair<double, double>> labels;  // height on the canvas, pressure advance
-  for (const TracedLine& line : input.photo->lines) {
+  for (const TracedLine& line : photo.lines) {
     const auto lower = OnCanvas(line.lower_edge, rect, scale);
     const auto upper = OnCanvas(line.upper_edge, rect, scale);
     canvas.Clip(rect);
@@ -58,15 +52,27 @@ std::optional<Figure> PhotoFigure(const ReportInput& input) {
       last = y;
     }
   }
+  return canvas;
+}
+
+}  // namespace
+
+std::optional<Figure> PhotoFigure(const ReportInput& input) {
+  if (input.photo == nullptr || input.photo->rectified.width <= 0 ||
+      input.photo->rectified.height <= 0 || input.photo->rectified.bgr.empty()) {
+    return std::nullopt;
+  }
   return Figure{
       "photo",
       "The photo as if taken from straight above, with the edges of each printed line as "
       "they were found, and the pressure advance of each (s). Where an edge strays from "
       "the filament (a reflection, a shadow), the line's width is wrong there.",
-      std::move(canvas), 1.5,
+      Draw(*input.photo, kFigureWidthPx),
+      1.5,
       fmt::format("Photo of the printed pattern from straight above, {} lines outlined, each "
                   "with its pressure advance beside it.",
-                  input.photo->lines.size())};
+                  input.photo->lines.size()),
+      Draw(*input.photo, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

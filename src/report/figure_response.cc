@@ -84,8 +84,7 @@ void DrawMeaning(Canvas& canvas, const Plot& plot, const Panel& panel) {
   const double zero = plot.Y(0);
   const double room = inner.width - 10;
   const auto words = [&](double baseline, const std::string& text) {
-    TextStyle fitted = style;
-    fitted.size_px *= std::min(1.0, room / canvas.TextWidth(text, style));
+    const TextStyle fitted = Fitted(canvas, text, style, room);
     const double width = canvas.TextWidth(text, fitted);
     canvas.FillRect({inner.right() - 8 - width, baseline - 11, width + 6, 15},
                     WithAlpha(kPaper, 0.85));

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include "report/figure_common.h"
 #include "report/interval_text.h"
 #include "report/page.h"
+#include "report/plot.h"
 #include "report/tap_figures.h"
 #include "report/tap_style.h"
 #include "tap/finding.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "report/figure_common.h"
+#include "report/plot.h"
 #include "report/tap_figures.h"
 #include "report/tap_style.h"
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "report/figure_common.h"
 #include "report/interval_text.h"
+#include "report/plot.h"
 #include "report/tap_figures.h"
 #include "report/tap_style.h"
 
@@ -310,12 +310,11 @@ Canvas DrawMesh(std::span<const PlottedTap> taps, const std::vector<tap::Place>&
       BedRect({70, 34, width_px - (broad ? 220 : 170), (broad ? kMeshPx : kSeriesPx) - 90}, x, y);
   Canvas canvas(width_px, bed.bottom() + 56);
   Plot plot = Plot::Around(canvas, bed, {"x (mm)", x, broad ? 6 : 4}, {"y (mm)", y});
-  TextStyle title{.size_px = kTitleTextPx, .bold = true};
   const std::string text =
       fmt::format("Contact height over the bed, from {:.4f} mm (µm); range {:.1f} µm", mean_mm,
                   height.hi - height.lo);
-  title.size_px *= std::min(1.0, (width_px - 24) / canvas.TextWidth(text, title));
-  canvas.Text({12, 20}, text, title);
+  canvas.Text({12, 20}, text,
+              Fitted(canvas, text, {.size_px = kTitleTextPx, .bold = true}, width_px - 24));
   for (const tap::Place& place : places) {
     DrawTile(canvas, plot, place, tile / 2, height, mean_mm);
   }

@@ -11,6 +11,8 @@ namespace trammel::report {
 /// Half of the 95 % interval of a normal distribution, in standard uncertainties.
 inline constexpr double kNormal95 = 1.959964;
 
+inline constexpr double kUmPerMm = 1000;
+
 /// How a quantity is written.
 struct IntervalStyle {
   std::string unit = {};   ///< none: a bare number

@@ -1,13 +1,14 @@
 // The figures of a scanned sheet of combs: every step of its reading, drawn on the scan.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/page.h"
 #include "report/offset_json.h"
-#include "report/pressure_advance_figures.h"
+#include "report/page.h"
 
 namespace trammel::report {
 
@@ -57,15 +58,16 @@ namespace trammel::report {
 /// A figure in the formats that are kept; far smaller than the strokes and pixels behind it.
 struct DrawnFigure {
   std::string name;  ///< file name without ending, [a-z0-9_-]+
-  std::string html;  ///< with its caption, for a page
   std::string svg;   ///< a file
+  /// With its caption, for a page, at each of kPhotoSteps; empty where no page is to show it.
+  std::array<std::string, kPhotoSteps.size()> html = {};
 };
 [[nodiscard]] DrawnFigure Drawn(const Figure& figure);
 
 /// What has to be drawn while the page is at hand.
 struct OffsetScanPictures {
   std::vector<DrawnFigure> page;        ///< page, code, marks
-  std::vector<DrawnFigure> structures;  ///< as in the result
+  std::vector<DrawnFigure> structures;  ///< as in the result; the page shows few of them
 };
 /// Holds no more of the page at a time than one structure or a page of 1140 px.
 [[nodiscard]] OffsetScanPictures DrawOffsetScan(const PageView& page,

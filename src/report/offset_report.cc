@@ -16,20 +16,6 @@ namespace {
 
 namespace to = tool_offset;
 
-Verdict Worst(const OffsetAnalysis& analysis) {
-  Verdict worst = Verdict::kGood;
-  const auto add = [&](Verdict verdict) {
-    if (verdict == Verdict::kRefused || worst == Verdict::kGood) worst = verdict;
-  };
-  for (const to::CombinedTool& tool : analysis.combined.tools) add(VerdictOf(tool));
-  for (const OffsetScan& scan : analysis.scans) {
-    for (const to::SelfTestReading& reading : scan.result.self_tests) {
-      add(reading.recovered_mm.verdict());
-    }
-  }
-  return worst;
-}
-
 std::string Cell(const Measured& measured) {
   if (!measured.good()) return VerdictWords(measured.verdict());
   const Quantity& quantity = measured.quantity();
@@ -75,7 +61,7 @@ std::string Head(const OffsetAnalysis& analysis) {
         "has.</p>\n",
         analysis.plan.settings.reference_tool);
   }
-  return HeadCard(Worst(analysis), body);
+  return HeadCard(VerdictOf(analysis), body);
 }
 
 std::string AxesCard(const OffsetAnalysis& analysis) {
@@ -168,34 +154,12 @@ int LeftOut(const to::StructureReading& reading) {
                     [](const to::FingerReading& finger) { return !finger.left_out.empty(); }));
 }
 
-/// How much a structure asks to be looked at: one without a value first, then by how far it lies
-/// from the fit of all.
-double Interest(const to::StructureReading& reading) {
-  if (!reading.offset_mm.good()) return HUGE_VAL;
-  const Quantity& quantity = reading.offset_mm.quantity();
-  if (!reading.expected_mm || !(quantity.standard_uncertainty > 0)) return 0;
-  return std::abs(quantity.value - *reading.expected_mm) / quantity.standard_uncertainty;
-}
-
-/// Which structures have their picture on the page: more would make it too large to be sent.
-std::vector<bool> Pictured(const std::vector<to::StructureReading>& structures) {
-  constexpr std::size_t kMost = 8;
-  std::vector<std::size_t> order(structures.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return Interest(structures[a]) > Interest(structures[b]);
-  });
-  std::vector<bool> pictured(structures.size(), false);
-  for (std::size_t i = 0; i < std::min(kMost, order.size()); ++i) pictured[order[i]] = true;
-  return pictured;
-}
-
 /// One line per structure; its picture, where it has one, opens below.
-std::string StructureDetails(const to::StructureReading& reading, const std::string* picture) {
+std::string StructureDetails(const to::StructureReading& reading, const std::string& picture) {
   const bool good = reading.offset_mm.good();
   std::string words = OffsetWords(reading.offset_mm);
   if (good) {
-    words += fmt::format(", residuals {:.1f} µm rms", reading.residual_rms_mm * kUmPerMillimetre);
+    words += fmt::format(", residuals {:.1f} µm rms", reading.residual_rms_mm * kUmPerMm);
   } else {
     words += ": " + reading.offset_mm.reason();
   }
@@ -203,39 +167,54 @@ std::string StructureDetails(const to::StructureReading& reading, const std::str
     words += fmt::format(", {} {} left out", count, count == 1 ? "tooth" : "teeth");
   }
   const std::string line = fmt::format("<b>{}</b> {}", EscapeHtml(reading.name), EscapeHtml(words));
-  if (picture == nullptr) return fmt::format("<p class=\"plain\">{}</p>\n", line);
+  if (picture.empty()) return fmt::format("<p class=\"plain\">{}</p>\n", line);
   return fmt::format("<details{}>\n<summary>{}</summary>\n{}</details>\n",
-                     good ? "" : " open=\"open\"", line, *picture);
+                     good ? "" : " open=\"open\"", line, picture);
 }
 
-std::string ScanCards(const OffsetReportInput& input, std::size_t index) {
+/// Scans that a page draws at every step: of more only the numbers are on it.
+constexpr std::size_t kMostDrawn = 5;
+
+std::string ScanFacts(const OffsetScan& scan) {
+  return fmt::format(
+      "<p class=\"facts\">{}{}: {:.1f} × {:.1f} dpi, teeth scatter by {:.1f} µm</p>\n",
+      EscapeHtml(scan.source), scan.page > 1 ? fmt::format(", page {}", scan.page) : "",
+      scan.result.page_dpi_x, scan.result.page_dpi_y, scan.result.finger_scatter_mm * kUmPerMm);
+}
+
+std::string StructuresCard(const OffsetScan& scan, const OffsetScanPictures& pictures, bool drawn,
+                           std::size_t step) {
+  std::string details = fmt::format(
+      "<p class=\"quiet\">{}trammel offset analyze --figures FOLDER draws them all.</p>\n",
+      drawn
+          ? "Open one to see its teeth on the scan, its signal, and what the fit leaves. Pictured "
+            "are those that ask most to be looked at; "
+          : "This page would be too large with the pictures of all scans; ");
+  const std::size_t count = std::min(scan.result.structures.size(), pictures.structures.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    details += StructureDetails(scan.result.structures[i],
+                                drawn ? pictures.structures[i].html[step] : std::string());
+  }
+  return Card("Structures", details);
+}
+
+std::string ScanCards(const OffsetReportInput& input, std::size_t index, std::size_t step) {
   const OffsetScan& scan = input.analysis->scans[index];
   const OffsetScanPictures& pictures = input.pictures[index];
-  std::string facts =
-      fmt::format("<p class=\"facts\">{}{}: {:.1f} × {:.1f} dpi, teeth scatter by {:.1f} µm</p>\n",
-                  EscapeHtml(scan.source), scan.page > 1 ? fmt::format(", page {}", scan.page) : "",
-                  scan.result.page_dpi_x, scan.result.page_dpi_y,
-                  scan.result.finger_scatter_mm * kUmPerMillimetre);
   const std::string name = input.analysis->scans.size() > 1
                                ? fmt::format("Scan {} (sheet {})", index + 1, scan.sheet)
                                : std::string("The scan");
-  std::string html;
-  for (const DrawnFigure& figure : pictures.page) {
-    const bool first = &figure == pictures.page.data();
-    html += Card(first ? name : "", (first ? facts : "") + figure.html);
+  const bool drawn = index < kMostDrawn || step + 1 < kPhotoSteps.size();
+  const bool has_page = drawn && !pictures.page.empty();
+  std::string html =
+      Card(name, ScanFacts(scan) + (has_page ? pictures.page.front().html[step] : ""));
+  if (drawn) {
+    for (std::size_t i = 1; i < pictures.page.size(); ++i) {
+      html += Card("", pictures.page[i].html[step]);
+    }
+    html += Card("", FigureHtml(StructureOffsetsFigure(scan)));
   }
-  html += Card("", FigureHtml(StructureOffsetsFigure(scan)));
-  const std::size_t count = std::min(scan.result.structures.size(), pictures.structures.size());
-  const std::vector<bool> pictured = Pictured(scan.result.structures);
-  std::string details =
-      "<p class=\"quiet\">Open one to see its teeth on the scan, its signal, and what the fit "
-      "leaves. Pictured are those that ask most to be looked at; trammel offset analyze --figures "
-      "FOLDER draws them all.</p>\n";
-  for (std::size_t i = 0; i < count; ++i) {
-    details += StructureDetails(scan.result.structures[i],
-                                pictured[i] ? &pictures.structures[i].html : nullptr);
-  }
-  return html + Card("Structures", details);
+  return html + StructuresCard(scan, pictures, drawn, step);
 }
 
 std::string Opening(const OffsetAnalysis& analysis) {
@@ -245,31 +224,40 @@ std::string Opening(const OffsetAnalysis& analysis) {
                      analysis.scans.size());
 }
 
-}  // namespace
-
-std::vector<DrawnFigure> OffsetValueFigures(const OffsetAnalysis& analysis) {
-  std::vector<DrawnFigure> figures;
+/// Tools, scans, self-test, pick-ups: those that there are.
+std::vector<Figure> ValueFigures(const OffsetAnalysis& analysis) {
+  std::vector<Figure> figures;
   for (const auto make : {ToolArrowsFigure, ToolScansFigure, SelfTestFigure, PickUpsFigure}) {
-    if (const auto figure = make(analysis)) figures.push_back(Drawn(*figure));
+    if (auto figure = make(analysis)) figures.push_back(std::move(*figure));
   }
-  figures.push_back(Drawn(AxesFigure(analysis)));
   return figures;
 }
 
-std::string OffsetReport(const OffsetReportInput& input) {
+std::string PageOf(const OffsetReportInput& input, std::size_t step) {
   const OffsetAnalysis& analysis = *input.analysis;
   std::string page = Opening(analysis) + Head(analysis);
   if (!analysis.combined.tools.empty()) page += Next(analysis);
   page += ListCard("Scans that could not be read", input.failed);
   page += ListCard("Worth knowing", NoticesOf(analysis));
-  for (const auto make : {ToolArrowsFigure, ToolScansFigure, SelfTestFigure, PickUpsFigure}) {
-    if (const auto figure = make(analysis)) page += Card("", FigureHtml(*figure));
-  }
+  for (const Figure& figure : ValueFigures(analysis)) page += Card("", FigureHtml(figure));
   page += AxesCard(analysis);
   for (std::size_t i = 0; i < std::min(analysis.scans.size(), input.pictures.size()); ++i) {
-    page += ScanCards(input, i);
+    page += ScanCards(input, i, step);
   }
   return page + PageEnd();
+}
+
+}  // namespace
+
+std::vector<DrawnFigure> OffsetValueFigures(const OffsetAnalysis& analysis) {
+  std::vector<DrawnFigure> figures;
+  for (const Figure& figure : ValueFigures(analysis)) figures.push_back(Drawn(figure));
+  figures.push_back(Drawn(AxesFigure(analysis)));
+  return figures;
+}
+
+std::string OffsetReport(const OffsetReportInput& input) {
+  return FittingPage([&input](std::size_t step) { return PageOf(input, step); });
 }
 
 }  // namespace trammel::report

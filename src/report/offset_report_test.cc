@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "report/sheet_picture.h"
@@ -116,11 +117,18 @@ TEST(OffsetReport, HasAPictureOfEveryStepThatCanBeRead) {
   EXPECT_EQ(pictures.page[1].name, "code");
   EXPECT_EQ(pictures.page[2].name, "marks");
   EXPECT_EQ(pictures.structures.size(), sheet.analysis.plan.structures.size());
+  const auto pictured =
+      std::count_if(pictures.structures.begin(), pictures.structures.end(),
+                    [](const DrawnFigure& figure) { return !figure.html[0].empty(); });
+  EXPECT_EQ(pictured, 8) << "of " << pictures.structures.size();
   for (const auto* list : {&pictures.page, &pictures.structures}) {
     for (const DrawnFigure& figure : *list) {
       EXPECT_EQ(test::XmlProblem(figure.svg), "") << figure.name;
       EXPECT_THAT(figure.svg, HasSubstr("data:image/jpeg;base64,")) << figure.name;
-      EXPECT_THAT(figure.html, HasSubstr("<figcaption>")) << figure.name;
+      if (figure.html[0].empty()) continue;
+      EXPECT_THAT(figure.html[0], AllOf(HasSubstr("<figcaption>"), HasSubstr("class=\"narrow\"")))
+          << figure.name;
+      EXPECT_LT(figure.html.back().size(), figure.html.front().size()) << figure.name;
     }
   }
   for (const DrawnFigure& figure : OffsetValueFigures(sheet.analysis)) {
@@ -160,6 +168,21 @@ TEST(OffsetReport, ShowsSelfTestsAndPickUpsWhereThereAreAny) {
   EXPECT_EQ(figures[1].name, "self-test");
   EXPECT_EQ(figures[2].name, "pick-ups");
   for (const DrawnFigure& figure : figures) EXPECT_EQ(test::XmlProblem(figure.svg), "");
+}
+
+TEST(OffsetReport, APageOfManyScansStaysSmallEnoughToBeSent) {
+  Drawn many;
+  many.analysis = Sheet().analysis;
+  many.input = Sheet().input;
+  many.input.analysis = &many.analysis;
+  for (int i = 1; i < 20; ++i) {
+    many.analysis.scans.push_back(many.analysis.scans.front());
+    many.input.pictures.push_back(many.input.pictures.front());
+  }
+  const std::string page = OffsetReport(many.input);
+  EXPECT_LE(page.size(), kMostPageBytes);
+  EXPECT_EQ(test::XmlProblem(page), "");
+  EXPECT_THAT(page, AllOf(HasSubstr("Scan 20 (sheet 1)"), HasSubstr("data:image/jpeg")));
 }
 
 TEST(OffsetReport, AnyNumberOfScansAndAnySizeOfStructuresFitTheirPictures) {

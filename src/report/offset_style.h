@@ -11,7 +11,6 @@
 
 namespace trammel::report {
 
-inline constexpr double kUmPerMillimetre = 1000;
 /// Comb 0 and comb 1, told apart by lightness, too.
 inline constexpr Color kCombColors[] = {kBlue, kVermilion};
 

@@ -86,7 +86,7 @@ std::string OffsetText(const OffsetAnalysis& analysis, const std::string& report
   for (const OffsetScan& scan : analysis.scans) {
     text += fmt::format("scan         {}: {:.1f} x {:.1f} dpi, lines scatter by {:.1f} µm\n",
                         scan.source, scan.result.page_dpi_x, scan.result.page_dpi_y,
-                        scan.result.finger_scatter_mm * 1000);
+                        scan.result.finger_scatter_mm * kUmPerMm);
   }
   for (const std::string& notice : NoticesOf(analysis)) {
     text += fmt::format("notice       {}\n", notice);

@@ -54,16 +54,28 @@ std::string ListCard(std::string_view heading, const std::vector<std::string>& l
   return Card(heading, body + "</ul>\n");
 }
 
-std::string FigureHtml(const Figure& figure) {
+std::string DrawingHtml(const Figure& figure, const PhotoDetail& detail) {
   const std::string& label = figure.seen.empty() ? figure.caption : figure.seen;
-  std::string html = "<figure>";
-  if (figure.narrow) {
-    html += fmt::format("<div class=\"broad\">{}</div><div class=\"narrow\">{}</div>",
-                        figure.canvas.ToSvgElement(label), figure.narrow->ToSvgElement(label));
-  } else {
-    html += fmt::format("<div>{}</div>", figure.canvas.ToSvgElement(label));
+  if (!figure.narrow) {
+    return fmt::format("<div>{}</div>", figure.canvas.ToSvgElement(label, detail));
   }
-  return html + fmt::format("<figcaption>{}</figcaption></figure>\n", EscapeHtml(figure.caption));
+  return fmt::format("<div class=\"broad\">{}</div><div class=\"narrow\">{}</div>",
+                     figure.canvas.ToSvgElement(label, detail),
+                     figure.narrow->ToSvgElement(label, detail));
+}
+
+std::string FigureHtml(const Figure& figure, const PhotoDetail& detail) {
+  return fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n",
+                     DrawingHtml(figure, detail), EscapeHtml(figure.caption));
+}
+
+std::string FittingPage(const std::function<std::string(std::size_t step)>& page) {
+  std::string made;
+  for (std::size_t step = 0; step < kPhotoSteps.size(); ++step) {
+    made = page(step);
+    if (made.size() <= kMostPageBytes) break;
+  }
+  return made;
 }
 
 std::string VerdictWords(Verdict verdict) {

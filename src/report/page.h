@@ -1,6 +1,9 @@
 // What the pages of all instruments share.
 #pragma once
 
+#include <array>
+#include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,8 +29,19 @@ namespace trammel::report {
 [[nodiscard]] std::string ValueCell(std::string_view value, std::string_view interval);
 /// Bullets; nothing without lines. Plain text.
 [[nodiscard]] std::string ListCard(std::string_view heading, const std::vector<std::string>& lines);
+/// A drawing, the narrow one on a phone.
+[[nodiscard]] std::string DrawingHtml(const Figure& figure, const PhotoDetail& detail = {});
 /// A drawing with its caption below.
-[[nodiscard]] std::string FigureHtml(const Figure& figure);
+[[nodiscard]] std::string FigureHtml(const Figure& figure, const PhotoDetail& detail = {});
+
+/// How finely a page keeps its photos, from the finest: each step takes about half of the bytes.
+inline constexpr std::array<PhotoDetail, 5> kPhotoSteps = {
+    {{1.5, 75}, {1.5, 50}, {1.0, 50}, {0.7, 50}, {0.45, 45}}};
+inline constexpr std::size_t kMostPageBytes = 1'500'000;
+
+/// Makes a page at the finest of kPhotoSteps with which it has at most kMostPageBytes; at the
+/// coarsest where none will do. @param page  of an index into kPhotoSteps.
+[[nodiscard]] std::string FittingPage(const std::function<std::string(std::size_t step)>& page);
 
 /// "good", "cannot tell", "refused".
 [[nodiscard]] std::string VerdictWords(Verdict verdict);

@@ -16,6 +16,13 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
+Frame Noise() {
+  Frame noise(300, 200);
+  Random random(5);
+  for (auto& value : noise.bgr) value = static_cast<std::uint8_t>(255 * random.Uniform());
+  return noise;
+}
+
 TEST(Page, IsWellFormedAndEscapesWhatItIsGiven) {
   Figure figure{"f", "<caption> & \xff", Canvas(50, 40)};
   figure.seen = "a \"dot\" <b>";
@@ -52,9 +59,7 @@ TEST(DarkPalette, EveryColourStandsOutFromTheCardButThePaper) {
 }
 
 TEST(Canvas, KeepsAPhotoAsJpegAndAMapAsItIs) {
-  Frame noise(300, 200);
-  Random random(5);
-  for (auto& value : noise.bgr) value = static_cast<std::uint8_t>(255 * random.Uniform());
+  const Frame noise = Noise();
   const auto size = [&noise](Pixels pixels) {
     Canvas canvas(300, 200);
     canvas.Image(noise.view(), {0, 0, 300, 200}, pixels);
@@ -65,6 +70,37 @@ TEST(Canvas, KeepsAPhotoAsJpegAndAMapAsItIs) {
   EXPECT_THAT(photo, HasSubstr("data:image/jpeg;base64,/9j/"));
   EXPECT_THAT(map, HasSubstr("data:image/png;base64,iVBOR"));
   EXPECT_LT(photo.size() * 2, map.size());
+}
+
+TEST(FittingPage, TakesThePhotosDetailAsFarDownAsNeeded) {
+  const auto page_of = [](std::size_t at_most_from) {
+    return FittingPage([&](std::size_t step) {
+      return std::string(step >= at_most_from ? kMostPageBytes : kMostPageBytes + 1,
+                         static_cast<char>('0' + step));
+    });
+  };
+  EXPECT_EQ(page_of(0).front(), '0');
+  EXPECT_EQ(page_of(2).front(), '2');
+  EXPECT_EQ(page_of(99).front(), static_cast<char>('0' + kPhotoSteps.size() - 1));
+}
+
+TEST(FigureHtml, PhotosTakeFewerBytesWithEachStepAndAllElseStays) {
+  const Frame noise = Noise();
+  Figure figure{"f", "caption", Canvas(120, 80)};
+  figure.canvas.Image(noise.view(), {0, 0, 120, 80}, Pixels::kPhoto);
+  figure.canvas.Image(noise.view(), {0, 0, 10, 10});
+  const auto rest = [](const std::string& html) {
+    const std::size_t begin = html.find("base64,");
+    return html.substr(0, begin) + html.substr(html.find('"', begin));
+  };
+  std::string before = FigureHtml(figure, kPhotoSteps[0]);
+  EXPECT_EQ(FigureHtml(figure), before);
+  for (std::size_t step = 1; step < kPhotoSteps.size(); ++step) {
+    const std::string html = FigureHtml(figure, kPhotoSteps[step]);
+    EXPECT_LT(html.size(), before.size()) << step;
+    EXPECT_EQ(rest(html), rest(before)) << step;
+    before = html;
+  }
 }
 
 TEST(Canvas, WritesManyDotsOfOneColourAsOnePath) {

@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "part_alignment/camera/calibrate_uncertainty.h"
-#include "report/figure_common.h"
 #include "report/html.h"
 #include "report/page.h"
+#include "report/plot.h"
 #include "report/scale_key.h"
 
 namespace trammel::report {

@@ -8,7 +8,7 @@
 #include "base/measured.h"
 #include "part_alignment/camera/calibrate.h"
 #include "part_alignment/part_fit/part_fit.h"
-#include "report/pressure_advance_figures.h"
+#include "report/figure.h"
 
 namespace trammel::report {
 

@@ -20,8 +20,6 @@ using part_alignment::kCameraParameters;
 using part_alignment::PartFit;
 using part_alignment::PartFitInput;
 
-constexpr double kUmPerMm = 1000;
-
 Json List(const Eigen::Vector3d& v) {
   return Json::array({Number(v.x()), Number(v.y()), Number(v.z())});
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -114,6 +115,10 @@ class Plot {
 /// An arrow with a filled head of at most `head_px`; none where it is shorter than a pixel.
 void DrawArrow(Canvas& canvas, const PointPx& from, const PointPx& tip, const Stroke& shaft,
                double head_px);
+
+/// The style, smaller where the text would be wider than `most_px`.
+[[nodiscard]] TextStyle Fitted(const Canvas& canvas, std::string_view text, const TextStyle& style,
+                               double most_px);
 
 void DrawDiamond(Canvas& canvas, const PointPx& at, double radius_px, const Color& fill);
 

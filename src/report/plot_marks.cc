@@ -54,6 +54,13 @@ void DrawArrow(Canvas& canvas, const PointPx& from, const PointPx& tip, const St
   canvas.Polygon(corners, shaft.color);
 }
 
+TextStyle Fitted(const Canvas& canvas, std::string_view text, const TextStyle& style,
+                 double most_px) {
+  TextStyle fitted = style;
+  fitted.size_px *= std::min(1.0, most_px / std::max(1.0, canvas.TextWidth(text, style)));
+  return fitted;
+}
+
 void DrawDiamond(Canvas& canvas, const PointPx& at, double radius_px, const Color& fill) {
   const PointPx corners[] = {{at.x - radius_px, at.y},
                              {at.x, at.y - radius_px},
@@ -69,9 +76,8 @@ double DrawLegend(Canvas& canvas, const PointPx& at, double max_width_px,
   PointPx cursor = at;
   for (const LegendEntry& entry : entries) {
     // A name longer than a row is set smaller, not cut off.
-    TextStyle style{.size_px = kTickTextPx};
-    const double room = max_width_px - kMarkWidthPx - kAfterMarkPx;
-    style.size_px *= std::min(1.0, room / std::max(1.0, canvas.TextWidth(entry.name, style)));
+    const TextStyle style = Fitted(canvas, entry.name, {.size_px = kTickTextPx},
+                                   max_width_px - kMarkWidthPx - kAfterMarkPx);
     const double width = kMarkWidthPx + kAfterMarkPx + canvas.TextWidth(entry.name, style);
     if (cursor.x > at.x && cursor.x + width > at.x + max_width_px) {
       cursor = {at.x, cursor.y + kRowPx};

@@ -37,15 +37,19 @@ test::MadeUp Small(std::size_t lines = 10) {
   return made_up;
 }
 
-/// Both formats of every figure are sound, and no coordinate is NaN.
+/// Both formats of every figure are sound, on a phone too, and no coordinate is NaN.
 void ExpectSound(const std::vector<Figure>& figures) {
   for (const Figure& figure : figures) {
     SCOPED_TRACE(figure.name);
     EXPECT_TRUE(test::DecodePng(figure.canvas.ToPng(1)));
-    const std::string svg = figure.canvas.ToSvg();
-    EXPECT_EQ(test::XmlProblem(svg), "");
-    EXPECT_EQ(svg.find("\"nan"), std::string::npos);
-    EXPECT_EQ(svg.find(" nan"), std::string::npos);
+    ASSERT_TRUE(figure.narrow);
+    EXPECT_EQ(figure.narrow->width_px(), kNarrowWidthPx);
+    for (const Canvas* canvas : {&figure.canvas, &*figure.narrow}) {
+      const std::string svg = canvas->ToSvg();
+      EXPECT_EQ(test::XmlProblem(svg), "");
+      EXPECT_EQ(svg.find("\"nan"), std::string::npos);
+      EXPECT_EQ(svg.find(" nan"), std::string::npos);
+    }
     EXPECT_FALSE(figure.caption.empty());
   }
 }

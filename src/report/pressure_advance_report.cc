@@ -168,6 +168,20 @@ std::string Lines(const pa::Analysis& analysis) {
                   table.Html());
 }
 
+std::string PageOf(const ReportInput& input, const std::vector<Figure>& figures,
+                   const ReportOptions& options, const PhotoDetail& detail) {
+  const pa::Analysis& analysis = *input.analysis;
+  std::string page = PageBegin("Pressure advance", "Pressure advance");
+  page += Facts(options);
+  page += Head(analysis);
+  page += Next(analysis.pressure_advance, !figures.empty());
+  page += ListCard("Worth knowing", analysis.notices);
+  page += Parts(analysis);
+  for (const Figure& figure : figures) page += Card("", FigureHtml(figure, detail));
+  page += Lines(analysis);
+  return page + PageEnd();
+}
+
 }  // namespace
 
 std::string SecondsText(double seconds, double standard_uncertainty_s) {
@@ -181,18 +195,8 @@ std::string SecondsText(double seconds, double standard_uncertainty_s) {
 std::string PressureAdvanceReport(const ReportInput& input, const std::vector<Figure>& figures,
                                   const ReportOptions& options) {
   TRAMMEL_CHECK(input.analysis != nullptr, "no analysis");
-  const pa::Analysis& analysis = *input.analysis;
-  std::string page = PageBegin("Pressure advance", "Pressure advance");
-  page += Facts(options);
-  page += Head(analysis);
-  page += Next(analysis.pressure_advance, !figures.empty());
-  page += ListCard("Worth knowing", analysis.notices);
-  page += Parts(analysis);
-  for (const Figure& figure : figures) {
-    page += Card("", FigureHtml(figure));
-  }
-  page += Lines(analysis);
-  return page + PageEnd();
+  return FittingPage(
+      [&](std::size_t step) { return PageOf(input, figures, options, kPhotoSteps[step]); });
 }
 
 std::string PressureAdvanceReport(const ReportInput& input, const ReportOptions& options) {

@@ -85,10 +85,6 @@ PageWindow AroundPlace(const to::PageMap& map, to::SheetPoint middle, double wid
   return Around(local, local.u_px_mm, -1.0 * local.v_px_mm, to.width / width_mm, to);
 }
 
-double SharpScale(const PageWindow& window) {
-  return std::clamp(to::Length(window.right), 1.0, kDensity);
-}
-
 void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window) {
   constexpr int kMostSamples = 4;  // along each side of a pixel of the picture
   const double density =

@@ -37,9 +37,6 @@ struct PageWindow {
                                      tool_offset::SheetPoint middle, double width_mm,
                                      const RectPx& to);
 
-/// How many px of a PNG per px of the canvas show the page as it is: 1 to 1.25.
-[[nodiscard]] double SharpScale(const PageWindow& window);
-
 /// Draws the page's pixels: means over what one pixel of the picture covers; grey beside the page.
 void DrawPage(Canvas& canvas, const PageView& page, const PageWindow& window);
 

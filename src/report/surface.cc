@@ -9,6 +9,7 @@
 
 #include "base/check.h"
 #include "base/statistics.h"
+#include "report/figure.h"
 
 namespace trammel::report {
 namespace {
@@ -72,9 +73,10 @@ void DrawFloor(Canvas& canvas, const Projection& project) {
 }
 
 void DrawTicks(Canvas& canvas, const Projection& project, const SurfaceAxes& axes) {
+  const bool broad = canvas.width_px() >= kFigureWidthPx;
   const TextStyle text{.size_px = kTickTextPx, .color = kMuted};
   const Stroke thin{.color = kMuted, .width_px = 1};
-  const std::vector<double> along = NiceTicks(axes.along_range, 8);
+  const std::vector<double> along = NiceTicks(axes.along_range, broad ? 8 : 4);
   const std::vector<std::string> along_labels = TickLabels(along);
   for (std::size_t i = 0; i < along.size(); ++i) {
     const double u = (along[i] - axes.along_range.lo) / (axes.along_range.hi - axes.along_range.lo);
@@ -104,8 +106,9 @@ void DrawTicks(Canvas& canvas, const Projection& project, const SurfaceAxes& axe
     canvas.Text({at.x + 7, at.y + 5}, across_labels[i], text);
   }
   const PointPx beside = project(1, 0.5, 0);
-  canvas.Text({beside.x + 32, beside.y + 14}, axes.across,
-              {.size_px = kLabelTextPx, .color = kMuted});
+  // On a phone the colours' bar stands beside the ticks.
+  canvas.Text(broad ? PointPx{beside.x + 32, beside.y + 14} : PointPx{end.x - 4, end.y + 22},
+              axes.across, {.size_px = kLabelTextPx, .color = kMuted});
 }
 
 }  // namespace

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "report/html.h"
+#include "report/jpeg.h"
+#include "report/reduced.h"
 
 namespace trammel::report {
 namespace {
@@ -17,12 +20,6 @@ std::string Number(double value) {
   while (text.back() == '0') text.pop_back();
   if (text.back() == '.') text.pop_back();
   return text == "-0" ? "0" : text;
-}
-
-/// To a tenth: finer than a screen shows.
-std::string Pair(const PointPx& point) {
-  const auto tenth = [](double value) { return Number(std::round(value * 10) / 10); };
-  return tenth(point.x) + " " + tenth(point.y);
 }
 
 /// fill="#1d2430", with its opacity where it is not opaque.
@@ -57,27 +54,34 @@ std::string Box(const RectPx& rect) {
                      Number(rect.width), Number(rect.height));
 }
 
+std::string ImageElement(const RectPx& to, std::string_view type, std::string_view bytes,
+                         bool enlarged) {
+  return fmt::format(
+      "<image {} preserveAspectRatio=\"none\"{} href=\"data:image/{};base64,{}\"/>\n", Box(to),
+      enlarged ? " style=\"image-rendering:pixelated\"" : "", type, Base64(bytes));
+}
+
 }  // namespace
 
 void SvgWriter::FlushDots() {
   if (dots_.empty()) return;
-  body_ += fmt::format("<path d=\"{}\" {}/>\n", dots_, dots_style_);
-  dots_.clear();
+  body_ += fmt::format("<path d=\"{}\" {}/>\n", dots_.text(), dots_style_);
+  dots_ = {};
 }
 
 void SvgWriter::BeginPath() {
-  path_.clear();
+  path_ = {};
   waiting_.reset();
 }
 
 void SvgWriter::FlushPoint() {
-  if (waiting_) path_ += " " + Pair(*waiting_);
+  if (waiting_) path_.LineTo(*waiting_);
   waiting_.reset();
 }
 
 void SvgWriter::MoveTo(const PointPx& point) {
   FlushPoint();
-  path_ += "M" + Pair(point);
+  path_.MoveTo(point);
   last_ = point;
 }
 
@@ -88,21 +92,21 @@ void SvgWriter::LineTo(const PointPx& point) {
     return;
   }
   waiting_.reset();
-  path_ += " " + Pair(point);
+  path_.LineTo(point);
   last_ = point;
 }
 
 void SvgWriter::ClosePath() {
   FlushPoint();
-  path_ += "z";
+  path_.Close();
 }
 
 void SvgWriter::EndPath(const std::optional<Color>& fill, const std::optional<Stroke>& stroke) {
   FlushPoint();
   if (path_.empty()) return;
   FlushDots();
-  body_ += fmt::format("<path d=\"{}\" {}/>\n", path_, Style(fill, stroke));
-  path_.clear();
+  body_ += fmt::format("<path d=\"{}\" {}/>\n", path_.text(), Style(fill, stroke));
+  path_ = {};
 }
 
 void SvgWriter::Circle(const PointPx& centre, double radius_px, const std::optional<Color>& fill,
@@ -113,7 +117,7 @@ void SvgWriter::Circle(const PointPx& centre, double radius_px, const std::optio
     const std::string style = Style(std::nullopt, disc);
     if (style != dots_style_) FlushDots();
     dots_style_ = style;
-    dots_ += "M" + Pair(centre) + "h0";
+    dots_.Dot(centre);
     return;
   }
   FlushDots();
@@ -133,8 +137,8 @@ void SvgWriter::Text(const PointPx& at, std::string_view text, const TextStyle& 
   }
   constexpr double kDegrees = 180 / std::numbers::pi;
   if (style.angle_rad != 0) {
-    body_ +=
-        fmt::format(" transform=\"rotate({} {})\"", Number(style.angle_rad * kDegrees), Pair(at));
+    body_ += fmt::format(" transform=\"rotate({} {} {})\"", Number(style.angle_rad * kDegrees),
+                         Number(at.x), Number(at.y));
   }
   if (width_px > 0) body_ += fmt::format(" textLength=\"{}\"", Number(width_px));
   body_ += fmt::format(">{}</text>\n", EscapeHtml(text));
@@ -143,9 +147,12 @@ void SvgWriter::Text(const PointPx& at, std::string_view text, const TextStyle& 
 void SvgWriter::Image(const RectPx& to, std::string_view type, std::string_view bytes,
                       bool enlarged) {
   FlushDots();
-  body_ += fmt::format(
-      "<image {} preserveAspectRatio=\"none\"{} href=\"data:image/{};base64,{}\"/>\n", Box(to),
-      enlarged ? " style=\"image-rendering:pixelated\"" : "", type, Base64(bytes));
+  body_ += ImageElement(to, type, bytes, enlarged);
+}
+
+void SvgWriter::Photo(const RectPx& to, Frame picture) {
+  FlushDots();
+  photos_.push_back({body_.size(), to, std::move(picture)});
 }
 
 void SvgWriter::Clip(const RectPx& rect) {
@@ -160,8 +167,19 @@ void SvgWriter::Unclip() {
   body_ += "</svg>\n";
 }
 
-std::string SvgWriter::Content() const {
-  return dots_.empty() ? body_ : body_ + fmt::format("<path d=\"{}\" {}/>\n", dots_, dots_style_);
+std::string SvgWriter::Content(const PhotoDetail& detail) const {
+  std::string content;
+  std::size_t written = 0;
+  for (const PlacedPhoto& photo : photos_) {
+    const Frame kept = Reduced(photo.picture.view(), photo.to.width * detail.density,
+                               photo.to.height * detail.density);
+    content.append(body_, written, photo.at - written);
+    content += ImageElement(photo.to, "jpeg", EncodeJpeg(kept.view(), detail.quality), false);
+    written = photo.at;
+  }
+  content.append(body_, written);
+  if (!dots_.empty()) content += fmt::format("<path d=\"{}\" {}/>\n", dots_.text(), dots_style_);
+  return content;
 }
 
 std::string SvgWriter::File(double width_px, double height_px) const {
@@ -169,15 +187,16 @@ std::string SvgWriter::File(double width_px, double height_px) const {
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}px\" height=\"{1}px\" viewBox=\"0 0 "
       "{0} {1}\" font-family=\"DejaVu Sans,Verdana,sans-serif\" "
       "stroke-linejoin=\"round\" xml:space=\"preserve\">\n{2}</svg>\n",
-      Number(width_px), Number(height_px), Content());
+      Number(width_px), Number(height_px), Content({}));
 }
 
-std::string SvgWriter::Element(double width_px, double height_px, std::string_view label) const {
+std::string SvgWriter::Element(double width_px, double height_px, std::string_view label,
+                               const PhotoDetail& detail) const {
   return fmt::format(
       "<svg role=\"img\" aria-label=\"{3}\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" "
       "font-family=\"DejaVu Sans,Verdana,sans-serif\" stroke-linejoin=\"round\" "
       "xml:space=\"preserve\">\n{2}</svg>\n",
-      Number(width_px), Number(height_px), Content(), EscapeHtml(label));
+      Number(width_px), Number(height_px), Content(detail), EscapeHtml(label));
 }
 
 }  // namespace trammel::report

@@ -2,12 +2,16 @@
 // that a page's style can turn them for the dark (report/color.h).
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "base/frame.h"
 #include "report/canvas.h"
+#include "report/svg_path.h"
 
 namespace trammel::report {
 
@@ -28,25 +32,33 @@ class SvgWriter {
   void Text(const PointPx& at, std::string_view text, const TextStyle& style, double width_px);
   /// @param bytes  of a file of this type: "png", "jpeg".
   void Image(const RectPx& to, std::string_view type, std::string_view bytes, bool enlarged);
+  /// Keeps the pixels until the drawing is written: only then is it known how finely.
+  void Photo(const RectPx& to, Frame picture);
   void Clip(const RectPx& rect);
   void Unclip();
 
-  /// A file of its own.
+  /// A file of its own, its photos in full detail.
   [[nodiscard]] std::string File(double width_px, double height_px) const;
   /// An element of an HTML page; `label` says what is seen to those who do not see it.
-  [[nodiscard]] std::string Element(double width_px, double height_px,
-                                    std::string_view label) const;
+  [[nodiscard]] std::string Element(double width_px, double height_px, std::string_view label,
+                                    const PhotoDetail& detail) const;
 
  private:
-  [[nodiscard]] std::string Content() const;
+  struct PlacedPhoto {
+    std::size_t at = 0;  ///< in the body, before which it comes
+    RectPx to;
+    Frame picture;
+  };
+  [[nodiscard]] std::string Content(const PhotoDetail& detail) const;
   void FlushDots();
   void FlushPoint();
 
   std::string body_;
-  std::string path_;
+  std::vector<PlacedPhoto> photos_;  ///< in the body's order
+  SvgPath path_;
   PointPx last_;                    ///< of the path
   std::optional<PointPx> waiting_;  ///< too near to it to be seen
-  std::string dots_;                ///< of discs that are not written yet
+  SvgPath dots_;                    ///< of discs that are not written yet
   std::string dots_style_;          ///< theirs
 };
 

@@ -1,5 +1,5 @@
 // The figures of taps, after the plots of the write-up (docs/tap.md): the published decomposition
-// in red, trammel's contact in green.
+// in orange, trammel's contact in green.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "report/pressure_advance_figures.h"
+#include "report/figure.h"
 #include "report/tap_json.h"
 #include "tap/ensemble.h"
 #include "tap/noise_spectrum.h"

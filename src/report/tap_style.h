@@ -9,6 +9,5 @@ namespace trammel::report {
 inline constexpr Color kOldMethod = kVermilion;
 inline constexpr Color kNewMethod = kGreen;
 inline constexpr Color kSample = kGrey;
-inline constexpr double kUmPerMm = 1000;
 
 }  // namespace trammel::report

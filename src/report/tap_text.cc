@@ -12,8 +12,6 @@
 namespace trammel::report {
 namespace {
 
-constexpr double kUmPerMm = 1000;
-
 std::string Um(double mm) { return fmt::format("{:.2f} µm", mm * kUmPerMm); }
 
 std::string Notices(const AnalysedTap& tap, std::string_view before) {

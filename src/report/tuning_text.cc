@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "report/tap_style.h"
+#include "report/interval_text.h"
 #include "tap/finding.h"
 
 namespace trammel::report {
@@ -36,7 +36,8 @@ std::string AdviceLine(const tap::Advice& advice) {
 std::string OutcomeLine(std::string_view name, const tap::TrialOutcome& outcome) {
   std::string text = fmt::format("{} of {} good", outcome.good, outcome.taps);
   if (outcome.good > 0) {
-    text += fmt::format(", 95 % interval ± {:.2f} µm", outcome.half_width_mm * kUmPerMm);
+    const IntervalStyle style{.unit = "µm", .scale = kUmPerMm, .least_decimals = 2};
+    text += ", " + WithinText({&outcome.half_width_mm, 1}, style);
   }
   if (outcome.shallow > 0) text += fmt::format(", {} pressed too shallow", outcome.shallow);
   if (outcome.good < outcome.taps) {
