@@ -24,11 +24,11 @@ std::string LinesOf(const ComparedGroup& group) {
                                    : fmt::format("{} of {} lines", group.used, group.lines);
 }
 
-std::string Percent(const Measured& measured, double sign) {
+std::string Percent(const Measured& measured) {
   if (!measured.good()) {
     return fmt::format("{}: {}", ToString(measured.verdict()), measured.reason());
   }
-  const report::IntervalStyle percent{.unit = "%", .scale = 100 * sign, .least_decimals = 1};
+  const report::IntervalStyle percent{.unit = "%", .scale = 100, .least_decimals = 1};
   return report::WithInterval(measured.quantity(), percent);
 }
 
@@ -40,11 +40,11 @@ void PrintText(const Improvement& improvement, const fs::path& folder) {
     fmt::print("  deviation       {:.1f} px without, {:.1f} px with\n",
                *improvement.control.deviation_px, *improvement.calibrated.deviation_px);
   }
-  fmt::print("  improvement     {}\n", Percent(improvement.deviation, 1));
+  fmt::print("  improvement     {}\n", Percent(improvement.deviation));
   fmt::print("  surplus left    after the acceleration {}\n",
-             Percent(improvement.acceleration_left, 1));
+             Percent(improvement.acceleration_left));
   fmt::print("                  after the deceleration {}\n",
-             Percent(improvement.deceleration_left, 1));
+             Percent(improvement.deceleration_left));
   fmt::print("  recording       {}\n", folder.string());
 }
 
