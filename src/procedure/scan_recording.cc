@@ -12,7 +12,6 @@
 
 #include "files/new_file.h"
 #include "pressure_advance/lateness.h"
-#include "pressure_advance/transitions.h"
 #include "pressure_advance/unseen_stretch.h"
 #include "procedure/placed_sweep.h"
 #include "store/recording.h"
@@ -46,6 +45,15 @@ Scan DescribeScan(const ScanRequest& request) {
   return scan;
 }
 
+Result<pressure_advance::TransitionPlan> PlanLines(const ScanRequest& request) {
+  double longest_s = 0;
+  for (const pressure_advance::PlanLine& line : request.plan.lines) {
+    longest_s = std::max(longest_s, line.pressure_advance_s);
+  }
+  return pressure_advance::PlanTransitions(DescribeScan(request).motion,
+                                           pressure_advance::PositionUnit::kMillimetre, longest_s);
+}
+
 json DescribeSweep(const RecordedSweep& sweep) {
   json motion = json::array();
   for (const pressure_advance::LineMove& move : sweep.motion) {
@@ -62,6 +70,16 @@ json DescribeSweep(const RecordedSweep& sweep) {
           {"motion", std::move(motion)}};
 }
 
+template <class NotPlaced>
+json ListOf(const std::vector<NotPlaced>& all) {
+  json list = json::array();
+  for (const NotPlaced& one : all) {
+    list.push_back(
+        {{"video", one.video}, {"pressure_advance_s", one.pressure_advance_s}, {"why", one.why}});
+  }
+  return list;
+}
+
 bool CanBeScored(const std::vector<std::optional<double>>& positions) {
   return std::count_if(positions.begin(), positions.end(),
                        [](const auto& position) { return position.has_value(); }) >= 2;
@@ -75,6 +93,9 @@ std::string WhyNot(const pressure_advance::SweepTiming& sweep) {
 }
 
 }  // namespace
+
+ScanRecording::ScanRecording(const ScanRequest& request)
+    : request_(request), transitions_(PlanLines(request)) {}
 
 Result<void> ScanRecording::Begin() { return WriteSweeps(); }
 
@@ -131,14 +152,6 @@ Result<void> ScanRecording::WriteSweeps() const {
     sweeps.back()["late_s"] = lateness.late_s;
     sweeps.back()["lost_frames"] = lateness.lost;
   }
-  const auto list = [](const std::vector<NotPlaced>& all) {
-    json listed = json::array();
-    for (const NotPlaced& one : all) {
-      listed.push_back(
-          {{"video", one.video}, {"pressure_advance_s", one.pressure_advance_s}, {"why", one.why}});
-    }
-    return listed;
-  };
   const json text = {{"format", 1},
                      {"kind", "laser_sweeps"},
                      {"started", request_.started},
@@ -147,8 +160,8 @@ Result<void> ScanRecording::WriteSweeps() const {
                      {"scan_speed_mm_s", request_.settings.scan_speed_mm_s},
                      {"planned_pressure_advances_s", std::move(planned)},
                      {"sweeps", std::move(sweeps)},
-                     {"not_placed", list(not_placed_)},
-                     {"swept_again", list(set_aside_)}};
+                     {"not_placed", ListOf(not_placed_)},
+                     {"swept_again", ListOf(set_aside_)}};
   return files::WriteWholeFile(request_.folder / "sweeps.json",
                                text.dump(1, ' ', false, json::error_handler_t::replace) + "\n",
                                files::IfThere::kReplace);
@@ -207,14 +220,9 @@ std::string ScanRecording::WithBusyComputer(const std::vector<std::size_t>& swee
 
 // A line with a gap stays: what reads heights only can do with it.
 void ScanRecording::NameGap(std::size_t sweep, const pressure_advance::ScanLine& line) {
-  double longest_s = 0;
-  for (const pressure_advance::PlanLine& planned : request_.plan.lines) {
-    longest_s = std::max(longest_s, planned.pressure_advance_s);
-  }
-  const auto plan = pressure_advance::PlanTransitions(
-      scan_.motion, pressure_advance::PositionUnit::kMillimetre, longest_s);
-  if (!plan) return;
-  const std::string gap = pressure_advance::NameUnseenStretch(line.frame_positions_mm, *plan);
+  if (!transitions_) return;
+  const std::string gap =
+      pressure_advance::NameUnseenStretch(line.frame_positions_mm, *transitions_);
   if (gap.empty()) return;
   const std::string why = WithBusyComputer({sweep}, gap);
   left_out_.push_back(fmt::format("the line of pressure advance {:g} cannot be read: {}: {}",
@@ -272,16 +280,11 @@ Result<void> ScanRecording::WriteScan() {
     safe_ = 0;
     return {};
   }
-  json left_out = json::array();
-  for (const NotPlaced& one : not_placed_) {
-    left_out.push_back(
-        {{"video", one.video}, {"pressure_advance_s", one.pressure_advance_s}, {"why", one.why}});
-  }
   const json extra = {{"x_started", request_.started},
                       {"x_camera", request_.camera},
                       {"x_latency_s", timing_.latency_s.quantity().value},
                       {"x_latency_sigma_s", timing_.latency_s.quantity().standard_uncertainty},
-                      {"x_not_placed", std::move(left_out)},
+                      {"x_not_placed", ListOf(not_placed_)},
                       {"x_notices", timing_.notices}};
   auto written =
       files::WriteWholeFile(file, store::FormatScan(scan_, extra), files::IfThere::kReplace);

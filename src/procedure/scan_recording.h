@@ -11,6 +11,7 @@
 #include "machine/camera.h"
 #include "pressure_advance/scan.h"
 #include "pressure_advance/sweep_timing.h"
+#include "pressure_advance/transitions.h"
 #include "procedure/scan.h"
 
 namespace trammel::procedure {
@@ -29,7 +30,7 @@ struct RecordedSweep {
 class ScanRecording {
  public:
   /// The request outlives the recording.
-  explicit ScanRecording(const ScanRequest& request) : request_(request) {}
+  explicit ScanRecording(const ScanRequest& request);
 
   /// Writes sweeps.json, which says what is going to be recorded. Errors: the disk's.
   [[nodiscard]] Result<void> Begin();
@@ -79,12 +80,13 @@ class ScanRecording {
                                              const std::string& reason) const;
 
   const ScanRequest& request_;
-  std::vector<RecordedSweep> recorded_;                   // without their frames
-  std::vector<pressure_advance::SweepObservation> seen_;  // one for each
-  bool our_clock_ = true;                                 // capture times are on a clock of ours
-  pressure_advance::SessionTiming timing_;                // of the lines in scan_
-  pressure_advance::Scan scan_;                           // for scan.json
-  std::size_t safe_ = 0;                                  // lines that scan.json has
+  const Result<pressure_advance::TransitionPlan> transitions_;  // of every line
+  std::vector<RecordedSweep> recorded_;                         // without their frames
+  std::vector<pressure_advance::SweepObservation> seen_;        // one for each
+  bool our_clock_ = true;                   // capture times are on a clock of ours
+  pressure_advance::SessionTiming timing_;  // of the lines in scan_
+  pressure_advance::Scan scan_;             // for scan.json
+  std::size_t safe_ = 0;                    // lines that scan.json has
   std::vector<NotPlaced> not_placed_;
   std::vector<NotPlaced> set_aside_;
   std::optional<std::string> trouble_;
