@@ -35,14 +35,14 @@ std::vector<double> StrayInk(const InkRaster& raster, const SheetPlan& plan,
   /// Beside a line: blur, shadow, and paper that lies elsewhere than the map says.
   constexpr double kBeside_mm = 0.35;
   constexpr double kInk = 0.35;  // of the reference tool's
-  constexpr double kFaintest = 8;
   std::vector<std::uint8_t> known(raster.strength.size(), 0);
   const double half_mm = plan.settings.line_width_mm / 2 + kBeside_mm;
   for (const auto& [tool, by] : shift) {
-    for (const Leg& leg : LegsOfTool(plan, tool))
+    for (const Leg& leg : LegsOfTool(plan, tool)) {
       PaintLeg(raster, Shifted(leg, by), half_mm, known);
+    }
   }
-  const double threshold = std::max({kFaintest, 4 * raster.noise, kInk * ink_strength});
+  const double threshold = std::max(raster.FaintestInk(), kInk * ink_strength);
   std::vector<double> stray;
   for (const Structure& structure : plan.structures) {
     const bool is_x = structure.axis == Axis::kX;

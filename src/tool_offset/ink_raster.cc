@@ -138,6 +138,12 @@ double Noise(const InkRaster& raster) {
 
 }  // namespace
 
+double InkRaster::FaintestInk() const {
+  constexpr double kFaintest = 8;
+  constexpr double kSigmas = 4;
+  return std::max(kFaintest, kSigmas * noise);
+}
+
 int InkRaster::Column(double u_mm) const {
   return static_cast<int>(std::lround((u_mm - low_u_mm) / kInkCell_mm));
 }

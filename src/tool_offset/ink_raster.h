@@ -29,11 +29,14 @@ struct InkRaster {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
            static_cast<std::size_t>(column);
   }
+  /// What ink differs from paper by at least, in levels.
+  [[nodiscard]] double FaintestInk() const;
   [[nodiscard]] int Column(double u_mm) const;  ///< nearest; may lie beside the raster
   [[nodiscard]] int Row(double v_mm) const;
 };
 
-/// @param around_mm  of the box that is taken in beside it.
+/// Samples the page.
+/// @param around_mm  how far beside the box the raster reaches, >= 0.
 /// Cost: one sample per cell and channel, on all processors.
 [[nodiscard]] InkRaster TakeInkRaster(const PageView& page, const PageMap& map, double around_mm);
 

@@ -14,6 +14,7 @@ inline constexpr int kWholeLeg = 32;
 
 /// Marks each cell by the leg centred on it: how much of it can be judged (0 … kWholeLeg), negative
 /// where it is not there. Beside the raster nothing can be judged for a leg.
+/// @param along_v    whether the legs run along v; else along u.
 /// @param explained  by cell: not 0 where ink belongs to a known line.
 /// @param threshold  of ink, in levels.
 [[nodiscard]] std::vector<std::int8_t> JudgeLegs(const InkRaster& raster,

@@ -16,8 +16,7 @@ namespace trammel::tool_offset {
 /// What is known of a comb before it is read.
 struct CombExpectation {
   ChannelMix mix{};  ///< its ink is about 1 above its paper
-  SheetPoint
-      shift;  ///< of the tool against the plan, from its coarse mark; without a programmed one
+  SheetPoint shift;  ///< of the tool against the plan, as read coarsely; without a programmed one
   std::string tool;  ///< "T1", for reasons
 };
 
@@ -30,9 +29,8 @@ struct CombExpectation {
 /// fingers says where each must be, and there it is read. Fingers that are broken, blotted, merged
 /// or missing are left out, each with its reason.
 /// @param foreign  lines of other tools that may lie across fingers: those are left out.
-/// @returns the fingers of comb 0, then of comb 1; an error that names the tool where more than
-/// half
-///          of a comb is missing.
+/// @returns the fingers of comb 0, then of comb 1. Errors (kMeasurement) name the tool: more than
+///          half of a comb is missing; its lines run together.
 [[nodiscard]] Result<std::vector<FingerReading>> ReadStructure(
     const PageView& page, const PageMap& map, const SheetPlan& plan, const Structure& structure,
     const std::array<CombExpectation, 2>& expected, std::span<const ForeignLeg> foreign);

@@ -233,8 +233,7 @@ bool ToolSearch::LookOnce(const std::vector<int>& tools, double threshold,
 }
 
 std::vector<ToolPlace> ToolSearch::Find(const std::vector<int>& tools) {
-  constexpr double kFaintest = 8;  // levels
-  const double faint = std::max(kFaintest, 4 * raster_.noise);
+  const double faint = raster_.FaintestInk();
   std::vector<ToolPlace> places(tools.size());
   for (const double threshold : {std::max(faint, 0.35 * ink_strength_), faint}) {
     // What was found explains ink, which may show where the others are.
