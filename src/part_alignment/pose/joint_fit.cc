@@ -15,22 +15,37 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+/// (1 + M·Mᵀ)^(-1/2) of a view's rows M by the machine's errors of unit variance, as 1 less what
+/// few directions lose: a view may see thousands of targets.
+struct Whitener {
+  MatrixXd u;  ///< rows × 3
+  VectorXd shrink;
+
+  explicit Whitener(const MatrixXd& by_machine) {
+    const geometry::SingularValues of = geometry::DecomposeSingular(by_machine);
+    u = of.u;
+    shrink = (1 - (1 + of.values.array().square()).sqrt().inverse()).matrix();
+  }
+  /// Whitener · rows, in place.
+  void FromLeft(auto&& rows) const {
+    const MatrixXd lost = shrink.asDiagonal() * (u.transpose() * rows);
+    rows -= u * lost;
+  }
+  /// Columns · whitener, in place.
+  void FromRight(auto&& columns) const {
+    const MatrixXd lost = (columns * u) * shrink.asDiagonal();
+    columns -= lost * u.transpose();
+  }
+};
+
 /// Residuals in sigmas, and how they change by theta and by each error of unit variance; of each
 /// view's rows the machine's own error is whitened away.
 struct Rows {
   MatrixXd by_theta;
   MatrixXd by_error;  ///< common errors first, then targets', then the camera's
   VectorXd residuals;
-  std::vector<MatrixXd> whiteners;  ///< one for each view's block of rows; empty: nothing whitened
+  std::vector<Whitener> whiteners;  ///< one for each view's block of rows; empty: nothing whitened
 };
-
-/// (1 + M·Mᵀ)^(-1/2) of a view's rows M by the machine's errors of unit variance.
-MatrixXd Whitener(const MatrixXd& by_machine) {
-  const geometry::SingularValues of = geometry::DecomposeSingular(by_machine);
-  const VectorXd shrink = (1 - (1 + of.values.array().square()).sqrt().inverse()).matrix();
-  return MatrixXd::Identity(by_machine.rows(), by_machine.rows()) -
-         of.u * shrink.asDiagonal() * of.u.transpose();
-}
 
 /// Calls `use` with the first row and the count of rows of each view's sights, which are
 /// neighbours.
@@ -65,12 +80,10 @@ void AddCameraErrors(const PoseProblem& problem, const Theta& theta, Index first
 
 void Whiten(const PoseProblem& problem, Rows& rows) {
   ForEachView(problem.sights, [&](Index first, Index count) {
-    const MatrixXd whitener =
-        Whitener(problem.errors.machine_mm * rows.by_theta.block(first, 0, count, 3));
-    const auto apply = [&](auto&& block) { block = (whitener * block).eval(); };
-    apply(rows.by_theta.middleRows(first, count));
-    apply(rows.by_error.middleRows(first, count));
-    apply(rows.residuals.segment(first, count));
+    const Whitener whitener(problem.errors.machine_mm * rows.by_theta.block(first, 0, count, 3));
+    whitener.FromLeft(rows.by_theta.middleRows(first, count));
+    whitener.FromLeft(rows.by_error.middleRows(first, count));
+    whitener.FromLeft(rows.residuals.segment(first, count));
     rows.whiteners.push_back(whitener);
   });
 }
@@ -101,8 +114,9 @@ bool FillRows(const PoseProblem& problem, const Theta& theta, Rows& rows) {
         all.rightCols(common_count) * errors.common.tail(common_count).asDiagonal();
   }
   if (errors.targets.size() > 0) AddTargetErrors(problem, theta, common_count, rows);
-  if (errors.camera)
-    AddCameraErrors(problem, theta, count > 0 ? rows.by_error.cols() - camera_count : 0, rows);
+  if (errors.camera) {
+    AddCameraErrors(problem, theta, rows.by_error.cols() - camera_count, rows);
+  }
   if (errors.machine_mm > 0) Whiten(problem, rows);
   return true;
 }
@@ -164,7 +178,7 @@ void FillEstimate(const PoseProblem& problem, const Reduced& reduced, JointFit& 
   if (!rows.whiteners.empty()) {
     auto whitener = rows.whiteners.begin();
     ForEachView(problem.sights, [&](Index first, Index count) {
-      fit.gain.middleCols(first, count) = (fit.gain.middleCols(first, count) * *whitener++).eval();
+      (whitener++)->FromRight(fit.gain.middleCols(first, count));
     });
   }
   for (std::size_t i = 0; i < problem.sights.size(); ++i) {

@@ -3,16 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 
-#include "geometry/decompositions.h"
-#include "part_alignment/pose/alignment_test_support.h"
+#include "part_alignment/pose/solve_test_support.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -23,25 +20,10 @@ using Eigen::Vector3d;
 using test_support::AlignmentWorld;
 using test_support::BenchWorld;
 using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
-constexpr double kSigma_px = 0.05;
 /// Of observations without noise: the pixel's rounding (2e-13 px) by 0.1 mm per px, and by 2 m.
 constexpr double kExact_mm = 1e-9;
 constexpr double kExact_rad = 1e-12;
-
-/// Pixels alone: what the tests of residuals, ranks and figures count on.
-SolveOptions Exact() {
-  SolveOptions options;
-  options.inputs = ExactInputs();
-  return options;
-}
-
-Alignment Solved(const AlignmentWorld& world, const SolveOptions& options) {
-  const auto alignment = Solve(MeasurementOf(world, kSigma_px), options);
-  EXPECT_TRUE(alignment) << (alignment ? "" : alignment.error().message);
-  return alignment.value_or(Alignment{});
-}
 
 void ExpectTruth(const AlignmentWorld& world, const Alignment& alignment) {
   ASSERT_EQ(alignment.verdict, Verdict::kGood) << alignment.reason;
@@ -55,12 +37,6 @@ void ExpectTruth(const AlignmentWorld& world, const Alignment& alignment) {
   EXPECT_LT((alignment.clamping.eccentricity_mm - world.clamping.eccentricity_mm).norm(),
             2 * kExact_mm);
   EXPECT_LT((alignment.clamping.tilt_rad - world.clamping.tilt_rad).norm(), 2 * kExact_rad);
-}
-
-AlignmentWorld Pictured(AlignmentWorld world, double sigma_px = 0, std::uint64_t seed = 1) {
-  Random random(seed);
-  TakePictures(world, sigma_px, random);
-  return world;
 }
 
 TEST(Solve, WithoutNoiseReturnsTheTruthInEveryConventionByEitherMethod) {
@@ -208,29 +184,6 @@ TEST(Solve, GaussNewtonAndCeresGiveTheSame) {
   EXPECT_GT(by_ceres.chi_square, by_ceres.chi_square_low);
 }
 
-TEST(Solve, OneWrongObservationIsNamedAndLeftOut) {
-  const AlignmentWorld world = Pictured(BenchWorld(), kSigma_px, 4);
-  Measurement measurement = MeasurementOf(world, kSigma_px);
-  measurement.views[3].observations[0].column_px += 5;
-  const auto alignment = Solve(measurement, Exact());
-  ASSERT_TRUE(alignment);
-  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  ASSERT_EQ(alignment->notices.size(), 1);
-  EXPECT_THAT(alignment->notices[0], StartsWith("left out: target T2 in view 4, "));
-  EXPECT_THAT(alignment->notices[0], HasSubstr(" px beside where the others put it"));
-  EXPECT_EQ(alignment->residuals[3].weight, 0);
-  EXPECT_NEAR(alignment->residuals[3].column_px, 5, 1);
-  EXPECT_LT(
-      (alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm).norm(),
-      0.1);
-  SolveOptions strict = Exact();
-  strict.robust = false;
-  const auto refused = Solve(measurement, strict);
-  ASSERT_TRUE(refused);
-  EXPECT_EQ(refused->verdict, Verdict::kRefused);
-  EXPECT_THAT(refused->reason, HasSubstr("chi-square"));
-}
-
 // Why conventions are tested by numbers and not by residuals: the same two views of each target, a
 // lens taken the wrong way round, and the part is millimetres off with residuals of nearly nothing.
 TEST(Solve, AWrongDistortionDirectionHidesInASymmetricPlan) {
@@ -251,31 +204,6 @@ TEST(Solve, AWrongDistortionDirectionHidesInASymmetricPlan) {
   EXPECT_LT(off_mm, -2);
 }
 
-TEST(Solve, NeverNamesTheWrongObservation) {
-  constexpr std::uint64_t kSeed = 40;
-  constexpr int kWorlds = 100;
-  SCOPED_TRACE(kSeed);
-  Random random(kSeed);
-  int named = 0;
-  for (int i = 0; i < kWorlds; ++i) {
-    const AlignmentWorld world = Pictured(BenchWorld(), kSigma_px, kSeed + i);
-    Measurement measurement = MeasurementOf(world, kSigma_px);
-    const std::size_t wrong = random.Below(measurement.views.size());
-    Observation& observation = measurement.views[wrong].observations[0];
-    const double angle = random.Uniform(0, 2 * std::numbers::pi);
-    observation.column_px += 5 * std::cos(angle);
-    observation.row_px += 5 * std::sin(angle);
-    const auto alignment = Solve(measurement, Exact());
-    ASSERT_TRUE(alignment);
-    if (alignment->verdict == Verdict::kGood) {
-      EXPECT_EQ(alignment->residuals[wrong].weight, 0);
-      named += 1;
-    }
-  }
-  // Seven of eight sights leave seven degrees of freedom, enough to settle which.
-  EXPECT_GE(named, kWorlds * 95 / 100);
-}
-
 TEST(Solve, FourLinesOfSightAreEnoughForSevenUnknowns) {
   AlignmentWorld world = BenchWorld();
   const std::array<Vector2d, 4> places{Vector2d(-38, 20), {30, 25}, {35, -28}, {20, 29}};
@@ -284,244 +212,6 @@ TEST(Solve, FourLinesOfSightAreEnoughForSevenUnknowns) {
     world.views.push_back(ViewOf(world, target, Matrix3d::Identity(), 300, places[target]));
   }
   ExpectTruth(world, Solved(Pictured(world), Exact()));
-}
-
-TEST(Solve, AWrongTargetIsNamedAndLeftOut) {
-  AlignmentWorld world = BenchWorld();
-  world.targets_mm.push_back({100, 200, 30});
-  for (const double side : {-30.0, 30.0}) {
-    world.views.push_back(ViewOf(world, 4, Matrix3d::Identity(), 300, {side, side}));
-  }
-  world = Pictured(world, kSigma_px, 4);
-  world.targets_mm[1] += Vector3d(0.7, -0.4, 0);  // after the pictures: the list is wrong
-  const auto alignment = Solve(MeasurementOf(world, kSigma_px), Exact());
-  ASSERT_TRUE(alignment);
-  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  EXPECT_THAT(alignment->notices.at(0), StartsWith("left out: target T2, "));
-}
-
-TEST(Solve, ExchangedIdsAreNamed) {
-  AlignmentWorld world = BenchWorld();
-  world.targets_mm = {{-40, -30, 0}, {45, -28, 2}, {38, 30, -3}, {-41, 27, 1}, {2, 5, 8}};
-  world.views.clear();
-  for (const Vector2d& across :
-       {Vector2d(-25, -10), Vector2d(30, 15), Vector2d(0, -30), Vector2d(0, 30)}) {
-    test_support::WorldView view = ViewOf(world, 4, Matrix3d::Identity(), 300, across);
-    view.sights = {{0, {}}, {1, {}}, {2, {}}, {3, {}}, {4, {}}};
-    world.views.push_back(view);
-  }
-  world = Pictured(world, kSigma_px, 4);
-  Measurement measurement = MeasurementOf(world, kSigma_px);
-  std::swap(measurement.views[2].observations[1].target,
-            measurement.views[2].observations[3].target);
-  const auto alignment = Solve(measurement, Exact());
-  ASSERT_TRUE(alignment);
-  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
-  EXPECT_THAT(alignment->notices.at(0), HasSubstr("in view 3, which look exchanged"));
-}
-
-TEST(Solve, RefusesWhereTheRestCannotTellWhoIsWrong) {
-  AlignmentWorld world = BenchWorld();
-  world.views.resize(6);  // three targets
-  Measurement measurement = MeasurementOf(Pictured(world, kSigma_px, 4), kSigma_px);
-  measurement.targets[0].ideal_mm.x() += 3;
-  const auto alignment = Solve(measurement, Exact());
-  ASSERT_TRUE(alignment);
-  EXPECT_EQ(alignment->verdict, Verdict::kRefused);
-  EXPECT_THAT(alignment->reason, HasSubstr("without it: "));
-}
-
-// A camera that is not quite what its calibration says, anew in each of 200 worlds.
-CameraCovariance UncertainCamera() {
-  CameraVector sigmas = CameraVector::Zero();
-  sigmas.head<3>() << 0.002, 0.5, 0.5;  // mm, px, px
-  sigmas[3] = 3e-11;                    // 0.1 px at 1500 px, with r³
-  sigmas.tail<6>() << 0.01, 0.01, 0.01, 5e-5, 5e-5, 5e-5;
-  CameraCovariance covariance = sigmas.cwiseAbs2().asDiagonal();
-  covariance(0, 9) = covariance(9, 0) = 0.8 * sigmas[0] * sigmas[9];  // f against Z
-  return covariance;
-}
-
-/// Pictures of the world by a camera that is `off` what the measurement takes it for.
-Measurement TakenBy(const CameraVector& off, AlignmentWorld world, double sigma_px,
-                    Random& random) {
-  const Camera nominal = CameraOf(world.camera);
-  test_support::WorldCamera& camera = world.camera;
-  camera.focal_length_mm += off[0];
-  camera.principal_point_offset_px += off.segment<2>(1);
-  camera.k1 += off[3];
-  camera.taper_from_camera.translation_mm += off.segment<3>(7);
-  camera.taper_from_camera.angles_rad += off.segment<3>(10);
-  test_support::TakePictures(world, sigma_px, random);
-  Measurement measurement = MeasurementOf(world, sigma_px);
-  measurement.camera = nominal;
-  return measurement;
-}
-
-/// Of 200 cameras drawn from the covariance.
-struct Scatter {
-  double mahalanobis2 = 0;  ///< mean, of the part's error in what is stated
-  double chi_square = 0;    ///< mean per degree of freedom
-  double plain = 0;         ///< the same of the residuals alone
-  int good = 0;
-};
-constexpr int kWorlds = 200;
-
-Scatter ScatterOf(const AlignmentWorld& world, double sigma_px) {
-  SolveOptions options = Exact();
-  options.camera_covariance = UncertainCamera();
-  const CameraCovariance root = geometry::CovarianceRoot(UncertainCamera());
-  Random random(7);
-  Scatter scatter;
-  for (int i = 0; i < kWorlds; ++i) {
-    CameraVector draw;
-    for (double& value : draw) value = random.Normal();
-    const auto alignment = Solve(TakenBy(root * draw, world, sigma_px, random), options);
-    EXPECT_TRUE(alignment);
-    if (!alignment || alignment->verdict != Verdict::kGood) continue;
-    ++scatter.good;
-    Eigen::Matrix<double, 6, 1> error;
-    error << alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm,
-        alignment->machine_from_part.angles_rad - world.machine_from_part.angles_rad;
-    const Eigen::MatrixXd part = alignment->covariance.topLeftCorner<6, 6>();
-    scatter.mahalanobis2 += error.dot(part.ldlt().solve(error)) / kWorlds;
-    scatter.chi_square += alignment->chi_square / alignment->degrees_of_freedom / kWorlds;
-    for (const AlignmentResidual& residual : alignment->residuals) {
-      const double size_px = std::hypot(residual.column_px, residual.row_px);
-      scatter.plain +=
-          size_px * size_px / (sigma_px * sigma_px) / alignment->degrees_of_freedom / kWorlds;
-    }
-  }
-  return scatter;
-}
-
-TEST(Solve, AnUncertainCameraCountsAsItScatters) {
-  const Scatter scatter = ScatterOf(BenchWorld(), kSigma_px);
-  EXPECT_EQ(scatter.good, kWorlds);
-  // Mean squared Mahalanobis distance of 6 numbers: sqrt(12 / 200) = 0.25 of scatter; four of it.
-  EXPECT_NEAR(scatter.mahalanobis2, 6, 1);
-  // 9 degrees of freedom: sqrt(2 / 9 / 200) = 0.03.
-  EXPECT_NEAR(scatter.chi_square, 1, 0.13);
-}
-
-// Errors that all sights share are many sigmas of a fine detector, and no contradiction.
-TEST(Solve, AnUncertainCameraIsNoContradictionToAFineDetector) {
-  constexpr double kFine_px = 0.006;
-  AlignmentWorld world = BenchWorld();
-  for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
-                            {i % 2 == 0 ? -110.0 : 110.0, i % 4 < 2 ? 75.0 : -75.0});
-  }
-  const Scatter scatter = ScatterOf(world, kFine_px);
-  EXPECT_GE(scatter.good, kWorlds - 1);  // 1 in 10,000 on either side
-  EXPECT_NEAR(scatter.mahalanobis2, 6, 1);
-  EXPECT_NEAR(scatter.chi_square, 1, 0.13);
-  EXPECT_GT(scatter.plain, 1.5) << "what is shared must be seen here";
-}
-
-TEST(Solve, ACovarianceThatIsNoneIsRefused) {
-  const Measurement measurement = MeasurementOf(Pictured(BenchWorld()), kSigma_px);
-  SolveOptions options;
-  options.camera_covariance = CameraCovariance::Identity();
-  (*options.camera_covariance)(0, 1) = 0.5;
-  EXPECT_FALSE(Solve(measurement, options));
-  (*options.camera_covariance)(1, 0) = 0.5;
-  EXPECT_TRUE(Solve(measurement, options));
-  (*options.camera_covariance)(0, 1) = (*options.camera_covariance)(1, 0) = 2;
-  EXPECT_FALSE(Solve(measurement, options));
-  (*options.camera_covariance)(0, 1) = (*options.camera_covariance)(1, 0) = NAN;
-  EXPECT_FALSE(Solve(measurement, options));
-}
-
-TEST(Solve, IdenticalLeversAreToldWithTheDirection) {
-  AlignmentWorld world = BenchWorld();
-  for (auto& view : world.views) {
-    view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {30, 0});
-  }
-  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
-  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(alignment.reason, HasSubstr("the clamp angle"));
-  EXPECT_THAT(alignment.reason, HasSubstr("no target is seen from two different positions"));
-  EXPECT_LT(alignment.observability.rank, 7);
-}
-
-TEST(Solve, TargetsOnTheAxisAreTold) {
-  AlignmentWorld world = BenchWorld();
-  world.camera.taper_from_camera = {{0, 0, -320.3}, {0, 0, 0}};
-  world.clamping = {};
-  for (std::size_t i = 0; i < world.views.size(); ++i) {
-    const Matrix3d turned = geometry::RotationFromAngles({0, 0, i % 2 == 0 ? 0 : std::numbers::pi});
-    world.views[i] = ViewOf(world, world.views[i].sights[0].target, turned, 300, {0, 0});
-  }
-  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
-  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(alignment.reason, HasSubstr("axis"));
-}
-
-TEST(Solve, RadialLeversAliasWithThePartsRotation) {
-  AlignmentWorld world = BenchWorld();
-  world.camera.taper_from_camera = {{0, 0, -320.3}, {0, 0, 0}};
-  world.machine_from_part = {{800, 400, -600}, {0, 0, 0}};
-  world.clamping = {};
-  world.views.clear();
-  for (int target = 0; target < 4; ++target) {
-    const Vector2d across = world.targets_mm[target].head<2>() / 20;
-    world.views.push_back(ViewOf(world, target, Matrix3d::Identity(), 300, across));
-  }
-  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
-  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell) << alignment.reason;
-  EXPECT_THAT(alignment.reason,
-              HasSubstr("the clamp angle cannot be told from the part's rotation about Z"));
-}
-
-TEST(Solve, NearlyUnobservablePlansAreJudgedByTheirUncertainty) {
-  AlignmentWorld world = BenchWorld();
-  for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
-                            {i % 2 == 0 ? 30 : 30.3, 0});
-  }
-  const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
-  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(alignment.reason, HasSubstr("known to"));
-  EXPECT_EQ(alignment.observability.rank, 7);
-  EXPECT_THAT(alignment.reason, HasSubstr("cannot be told well enough from"));
-}
-
-TEST(Solve, EccentricityAtOneOrientationIsToldFromNothing) {
-  SolveOptions options = Exact();
-  options.unknowns.clamp_eccentricity = true;
-  const Alignment alignment = Solved(Pictured(BenchWorld(), kSigma_px, 2), options);
-  EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
-  EXPECT_THAT(alignment.reason, HasSubstr("the clamp eccentricity in"));
-  EXPECT_THAT(alignment.reason, HasSubstr("same orientation of the spindle"));
-}
-
-// What is advised is taken, and then the same measurement is good.
-TEST(Solve, TheAdvisedViewsMakeTheAnswerGood) {
-  AlignmentWorld world = BenchWorld();
-  for (auto& view : world.views) {
-    view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {30, 5});
-  }
-  const Alignment before = Solved(Pictured(world, kSigma_px, 2), Exact());
-  ASSERT_EQ(before.verdict, Verdict::kCannotTell);
-  const std::string& advice = before.observability.advice;
-  int added = 0;
-  for (std::size_t at = advice.find("target T"); at != std::string::npos;
-       at = advice.find("target T", at + 1)) {
-    int target = 0;
-    test_support::WorldView view;
-    ASSERT_EQ(std::sscanf(advice.c_str() + at, "target T%d from spindle X %lf Y %lf Z %lf", &target,
-                          &view.spindle_mm.x(), &view.spindle_mm.y(), &view.spindle_mm.z()),
-              4)
-        << advice;
-    view.sights = {{target - 1, {}}};
-    world.views.push_back(view);
-    ++added;
-  }
-  ASSERT_GE(added, 1) << advice;
-  const AlignmentWorld again = Pictured(world, kSigma_px, 2);
-  const Alignment after = Solved(again, Exact());
-  EXPECT_EQ(after.verdict, Verdict::kGood) << after.reason << "\n" << advice;
 }
 
 TEST(Solve, TooFewLinesOfSightAreCounted) {
