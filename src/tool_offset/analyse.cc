@@ -26,12 +26,13 @@ struct KnownTool {
 };
 using KnownTools = std::map<int, KnownTool>;
 
-InkColour ReferenceInk(const PageView& page, const SheetPlan& plan, const PageMap& map) {
+/// What the reference tool has surely drawn alone.
+std::vector<Leg> CodeLegs(const SheetPlan& plan) {
   std::vector<Leg> legs;
   for (const CodeCell& cell : plan.code) {
     if (cell.dark) legs.push_back(CodeLeg(plan, cell));
   }
-  return SampleInk(page, map, plan.settings, legs);
+  return legs;
 }
 
 std::vector<ToolReading> PlaceTools(const PageView& page, const SheetPlan& plan, const PageMap& map,
@@ -166,16 +167,15 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
   SheetResult result;
   result.sheet = std::move(*sheet);
   const PageMap& map = result.sheet.map;
-  const InkColour reference = ReferenceInk(page, plan, map);
+  const std::vector<Leg> code_legs = CodeLegs(plan);
+  const InkColour reference = SampleInk(page, map, plan.settings, code_legs);
+  const InkRaster raster = TakeInkRaster(page, map, kAround_mm);
   if (!IsReadable(reference)) {
-    return Fail(
-        fmt::format("the ink of T{}, the reference tool, differs from the paper by only "
-                    "{:.0f} of 255 levels: print with a colour that stands out",
-                    plan.settings.reference_tool, std::abs(reference.contrast[reference.best()])),
-        ErrorKind::kMeasurement);
+    return Fail(fmt::format("T{}, the reference tool: {}", plan.settings.reference_tool,
+                            WhyUnreadable(reference, MedianStrength(raster, code_legs))),
+                ErrorKind::kMeasurement);
   }
   result.reference_strength = Strength(reference);
-  const InkRaster raster = TakeInkRaster(page, map, kAround_mm);
   result.tools = PlaceTools(page, plan, map, raster, reference);
   const KnownTools known = KnowTools(plan, reference, result.tools);
   const OtherInk other = FindOtherInk(plan, raster, reference, result.tools);

@@ -196,6 +196,21 @@ TEST(AnalyseSheet, RecoversProgrammedOffsetsAndPickUps) {
   }
 }
 
+TEST(AnalyseSheet, SaysThatAToolsLinesHaveRunTogetherAndNotThatItsInkIsFaint) {
+  const SheetPlan plan = SmallPlan();
+  SheetScene scene = QuickScene();
+  for (const Leg& leg : LegsOfTool(plan, 1)) {
+    const auto a = OnPaper_mm(plan, scene, leg.start);
+    const auto b = OnPaper_mm(plan, scene, leg.end);
+    scene.more.push_back({a[0], a[1], b[0], b[1], 1.0});
+  }
+  const SheetResult result = Read(plan, scene);
+  ASSERT_EQ(result.tools.size(), 1U);
+  ASSERT_FALSE(result.tools[0].dx_mm.good());
+  EXPECT_THAT(result.tools[0].dx_mm.reason(),
+              testing::AllOf(HasSubstr("T1"), HasSubstr("run together")));
+}
+
 TEST(AnalyseSheet, SaysThatTheStatedResolutionIsWrongAndUsesTheBox) {
   Random random(8);
   const SheetPlan plan = SmallPlan();

@@ -226,7 +226,9 @@ std::vector<CoarseReading> ReadCoarsely(const PageView& page, const PageMap& map
     if (!places[k].found) return;
     reading.beside = -1;
     reading.shift = places[k].shift;
-    reading.ink = SampleInk(page, map, plan.settings, LegsAt(plan, tools[k], reading.shift));
+    const std::vector<Leg> legs = LegsAt(plan, tools[k], reading.shift);
+    reading.ink = SampleInk(page, map, plan.settings, legs);
+    reading.strength = MedianStrength(raster, legs);
     if (IsReadable(reading.ink)) ReadCombs(page, map, plan, reference, shifts, tools[k], reading);
   });
   return readings;

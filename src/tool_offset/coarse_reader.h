@@ -24,6 +24,7 @@ struct CoarseReading {
   bool ambiguous = false;  ///< two places are nearly as good
   int beside = -1;         ///< where not found: the tool whose lines hide its own; -1: none
   int legs = 0;            ///< that could be judged
+  double strength = 0;     ///< of its ink against the paper far around, levels; as `ink`
   InkColour ink;           ///< where it was found; otherwise all zero
 };
 

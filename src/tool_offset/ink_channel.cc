@@ -1,5 +1,7 @@
 #include "tool_offset/ink_channel.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,6 +12,8 @@ namespace {
 
 constexpr std::array<ChannelMix, kInkChannels> kMixes{
     {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.114F, 0.587F, 0.299F}}};
+
+constexpr double kFaintest = 8;  // levels
 
 }  // namespace
 
@@ -82,10 +86,21 @@ double Strength(const InkColour& ink) {
 }
 
 bool IsReadable(const InkColour& ink) {
-  constexpr double kFaintest = 8;
   constexpr double kFaintestSignal = 3;
   const std::size_t best = ink.best();
   return std::abs(ink.contrast[best]) >= kFaintest && ink.signal(best) >= kFaintestSignal;
+}
+
+std::string WhyUnreadable(const InkColour& ink, double around) {
+  // Twice what can be read: ink that is there has lost its paper.
+  if (around >= 2 * kFaintest) {
+    return "ink lies between its lines, which have run together: lower its flow or raise its "
+           "nozzle";
+  }
+  return fmt::format(
+      "its ink differs from the paper by only {:.0f} of 255 levels: use a colour that "
+      "stands out",
+      std::abs(ink.contrast[ink.best()]));
 }
 
 ChannelChoice ChooseChannels(const InkColour& first, const InkColour& second) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -40,6 +41,10 @@ struct InkColour {
 
 /// Whether ink can be read at all: 8 levels, and 3 times the paper's noise.
 [[nodiscard]] bool IsReadable(const InkColour& ink);
+
+/// Why ink that cannot be read cannot.
+/// @param around  how much it differs from the paper far around (MedianStrength), levels.
+[[nodiscard]] std::string WhyUnreadable(const InkColour& ink, double around);
 
 /// How two combs that belong together are read.
 struct ChannelChoice {

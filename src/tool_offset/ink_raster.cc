@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/statistics.h"
 #include "tool_offset/parallel.h"
 
 namespace trammel::tool_offset {
@@ -180,6 +181,23 @@ InkRaster TakeInkRaster(const PageView& page, const PageMap& map, double around_
   });
   raster.noise = Noise(raster);
   return raster;
+}
+
+double MedianStrength(const InkRaster& raster, std::span<const Leg> legs) {
+  constexpr double kEnd_mm = 0.5;
+  std::vector<double> levels;
+  for (const Leg& leg : legs) {
+    const double du = leg.end.u_mm - leg.start.u_mm;
+    const double dv = leg.end.v_mm - leg.start.v_mm;
+    const double length_mm = std::hypot(du, dv);
+    for (double at_mm = kEnd_mm; at_mm <= length_mm - kEnd_mm; at_mm += kInkCell_mm) {
+      const int column = raster.Column(leg.start.u_mm + at_mm / length_mm * du);
+      const int row = raster.Row(leg.start.v_mm + at_mm / length_mm * dv);
+      if (column < 0 || row < 0 || column >= raster.columns || row >= raster.rows) continue;
+      levels.push_back(static_cast<double>(raster.strength[raster.at(column, row)]));
+    }
+  }
+  return levels.empty() ? 0 : Median(levels);
 }
 
 void PaintLeg(const InkRaster& raster, const Leg& leg, double half_mm,

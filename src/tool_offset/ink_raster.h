@@ -40,6 +40,10 @@ struct InkRaster {
 /// Cost: one sample per cell and channel, on all processors.
 [[nodiscard]] InkRaster TakeInkRaster(const PageView& page, const PageMap& map, double around_mm);
 
+/// Median along the middles of legs, in levels; 0 where none lies in the raster. What differs from
+/// the paper far around, also where no paper is left beside a leg.
+[[nodiscard]] double MedianStrength(const InkRaster& raster, std::span<const Leg> legs);
+
 /// Marks the cells within `half_mm` of a leg's middle line, and of its ends.
 void PaintLeg(const InkRaster& raster, const Leg& leg, double half_mm,
               std::vector<std::uint8_t>& mask);

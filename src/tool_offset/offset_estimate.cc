@@ -94,10 +94,7 @@ std::string NotFound(const ToolReading& tool) {
         tool.tool);
   }
   if (mark.ink.channels > 0 && !IsReadable(mark.ink)) {
-    return fmt::format(
-        "T{}: its ink differs from the paper by only {:.0f} of 255 levels: use a "
-        "colour that stands out",
-        tool.tool, std::abs(mark.ink.contrast[mark.ink.best()]));
+    return fmt::format("T{}: {}", tool.tool, WhyUnreadable(mark.ink, mark.strength));
   }
   return fmt::format(
       "T{}: at no place within {:.0f} mm of its own more than {:.0f} % of its lines are there: it "
