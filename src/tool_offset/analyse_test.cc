@@ -25,6 +25,14 @@ SheetPlan SmallPlan(std::vector<int> tools = {0, 1}) {
   return PlanSheet(settings);
 }
 
+SheetPlan DefaultPlan(int tools) {
+  SheetSettings settings;
+  settings.tools.clear();
+  for (int tool = 0; tool < tools; ++tool) settings.tools.push_back(tool);
+  settings.printer.bed_size_x_mm = settings.printer.bed_size_y_mm = 300;
+  return PlanSheet(settings);
+}
+
 struct Lie {
   double dpi;
   double angle_deg;
@@ -149,6 +157,20 @@ TEST(AnalyseSheet, ReadsOffsetsUpToThreeMillimetresFromTheMarkAndAdvisesToPrintA
   ExpectOffset(result.tools[1], 0.4, 0.3, kQuick_mm);
 }
 
+TEST(AnalyseSheet, ReadsNoCoarseOffsetWhereThePaperHasMovedTheFingersUnevenly) {
+  const SheetPlan plan = DefaultPlan(2);
+  SheetScene scene = QuickScene();
+  scene.offset_mm[1] = {1.5, -1.2};
+  scene.wrinkle_mm = 0.25;
+  const SheetResult result = Read(plan, scene);
+  ASSERT_EQ(result.tools.size(), 1U);
+  EXPECT_THAT(result.tools[0].dx_mm.reason(), HasSubstr("unevenly"));
+  scene.wrinkle_mm = 0.02;
+  const SheetResult flat = Read(plan, scene);
+  ASSERT_EQ(flat.tools.size(), 1U);
+  ExpectOffset(flat.tools[0], 1.5, -1.2, 0.1);
+}
+
 TEST(AnalyseSheet, LeavesOutTornAndBlottedTeethWithTheirReasons) {
   const SheetPlan plan = SmallPlan();
   SheetScene scene = QuickScene();
@@ -247,14 +269,6 @@ TEST(AnalyseSheet, TellsToolsApartWhoseCombsCouldStandInForEachOther) {
     EXPECT_NEAR(tool.dx_mm.quantity().value, scene.offset_mm[tool.tool].u_mm, 1e-3) << tool.tool;
     EXPECT_NEAR(tool.dy_mm.quantity().value, scene.offset_mm[tool.tool].v_mm, 1e-3) << tool.tool;
   }
-}
-
-SheetPlan DefaultPlan(int tools) {
-  SheetSettings settings;
-  settings.tools.clear();
-  for (int tool = 0; tool < tools; ++tool) settings.tools.push_back(tool);
-  settings.printer.bed_size_x_mm = settings.printer.bed_size_y_mm = 300;
-  return PlanSheet(settings);
 }
 
 /// Every value within a coarse one's interval, or refused: too far off, or by a reason that names

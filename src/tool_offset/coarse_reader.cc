@@ -184,6 +184,9 @@ void ReadCombs(const PageView& page, const PageMap& map, const SheetPlan& plan,
     const ToolComb other{comb.structure, 1 - comb.comb};
     CombRead own = LocateFingers(page, map, plan, comb, MixOf(reading.ink), shifts);
     CombRead beside = LocateFingers(page, map, plan, other, MixOf(reference), shifts);
+    for (const CombRead* read : {&own, &beside}) {
+      if (read->place) reading.spread_mm = std::max(reading.spread_mm, read->place->spread_mm);
+    }
     const bool crowded = own.crowded_by >= 0 || beside.crowded_by >= 0;
     int by_another = -1;
     for (const int by : {own.crowded_by, beside.crowded_by}) {

@@ -20,6 +20,8 @@ struct CoarseReading {
   /// map's errors.
   SheetPoint from_reference;
   double standard_uncertainty_mm = 0;  ///< of each axis of from_reference
+  /// Robust standard deviation of where the fingers of a comb lie, of the worst comb beside it too.
+  double spread_mm = 0;
   double legs_share = 0;   ///< of the tool's legs that can be judged, those that are there
   bool ambiguous = false;  ///< two places are nearly as good
   int beside = -1;         ///< where not found: the tool whose lines hide its own; -1: none

@@ -68,6 +68,16 @@ void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
                     tool.tool, tool.coarse_mm.u_mm, tool.coarse_mm.v_mm, kCoarseReach_mm),
         tool);
   }
+  // Fingers are looked for within 0.3 mm; on flat paper they lie within 0.04 mm of each other.
+  constexpr double kMostSpread_mm = 0.12;
+  if (tool.mark.spread_mm > kMostSpread_mm) {
+    return Refuse(
+        fmt::format(
+            "T{}: the fingers of its combs lie unevenly, by {:.2f} mm: the paper was folded "
+            "or moved; print on a flat sheet, taped down along all edges",
+            tool.tool, tool.mark.spread_mm),
+        tool);
+  }
   tool.coarse = true;
   tool.dx_mm = CoarseAnswer(tool.coarse_mm.u_mm, tool.mark.standard_uncertainty_mm);
   tool.dy_mm = CoarseAnswer(tool.coarse_mm.v_mm, tool.mark.standard_uncertainty_mm);
