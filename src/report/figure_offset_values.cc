@@ -51,7 +51,8 @@ void DrawWords(Canvas& canvas, const Row& row, double y) {
       .size_px = broad ? 12.0 : 10.5, .color = good ? kInk : kVermilion, .bold = !good};
   if (broad) {
     canvas.Text({kLabelPx - 8, y + 4.5}, row.label, label);
-    canvas.Text({canvas.width_px() - kWordsPx + 10, y + 4.5}, row.words, words);
+    canvas.Text({canvas.width_px() - kWordsPx + 10, y + 4.5}, row.words,
+                Fitted(canvas, row.words, words, kWordsPx - 14));
   } else {
     const double label_px = canvas.TextWidth(row.label, label);
     TextStyle right = Fitted(canvas, row.words, words, canvas.width_px() - label_px - 24);
