@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cerrno>
-#include <cmath>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,12 +14,10 @@
 #include <vector>
 
 #include "base/check.h"
+#include "image/avi_form.h"
 
 namespace trammel::machine {
 namespace {
-
-/// RIFF counts its bytes in 32 bits; many readers take them as signed.
-constexpr std::size_t kMostBytes = 2'000'000'000;
 
 std::string SystemText(int error) { return std::generic_category().message(error); }
 
@@ -96,55 +93,6 @@ class RecordFile {
   std::size_t size_ = 0;
 };
 
-/// Little-endian bytes of a RIFF file.
-class Bytes {
- public:
-  Bytes& Tag(std::string_view four) {
-    data_.insert(data_.end(), four.begin(), four.end());
-    return *this;
-  }
-  Bytes& U32(std::size_t value) {
-    for (int i = 0; i < 4; ++i) data_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-    return *this;
-  }
-  Bytes& U16(int value) {
-    data_.push_back(static_cast<std::uint8_t>(value));
-    data_.push_back(static_cast<std::uint8_t>(value >> 8));
-    return *this;
-  }
-  std::vector<std::uint8_t>& data() { return data_; }
-
- private:
-  std::vector<std::uint8_t> data_;
-};
-
-// Places in the header that Finish() fills in.
-constexpr std::size_t kRiffSizeAt = 4;
-constexpr std::size_t kFrameCountAt = 48;
-constexpr std::size_t kStreamLengthAt = 140;
-constexpr std::size_t kMoviSizeAt = 216;
-constexpr std::size_t kHeaderBytes = 224;
-
-std::vector<std::uint8_t> Header(int width, int height, double frames_per_s) {
-  const auto w = static_cast<std::size_t>(width);
-  const auto h = static_cast<std::size_t>(height);
-  const auto rate = static_cast<std::size_t>(std::lround(frames_per_s * 1000));
-  Bytes out;
-  // A size of 0 says that the file was not finished; readers then go by the file's own size.
-  out.Tag("RIFF").U32(0).Tag("AVI ").Tag("LIST").U32(192).Tag("hdrl");
-  constexpr std::size_t kHasIndex = 0x10;
-  out.Tag("avih").U32(56).U32(static_cast<std::size_t>(std::lround(1e6 / frames_per_s)));
-  out.U32(0).U32(0).U32(kHasIndex).U32(0).U32(0).U32(1).U32(0).U32(w).U32(h);
-  out.U32(0).U32(0).U32(0).U32(0);
-  out.Tag("LIST").U32(116).Tag("strl").Tag("strh").U32(56).Tag("vids").Tag("MJPG");
-  out.U32(0).U32(0).U32(0).U32(1000).U32(rate).U32(0).U32(0).U32(0);
-  out.U32(0xFFFFFFFF).U32(0).U16(0).U16(0).U16(width).U16(height);
-  out.Tag("strf").U32(40).U32(40).U32(w).U32(h).U16(1).U16(24).Tag("MJPG").U32(w * h * 3);
-  out.U32(0).U32(0).U32(0).U32(0);
-  out.Tag("LIST").U32(0).Tag("movi");
-  return std::move(out.data());
-}
-
 std::string TimeText(const std::optional<CameraTime>& time) {
   if (!time) return "- -";
   constexpr std::array<std::string_view, 4> kNames = {"ours", "camera", "wall", "recording"};
@@ -170,11 +118,7 @@ struct VideoWriter::State {
   RecordFile times;
   int width = 0;
   int height = 0;
-  struct Entry {
-    std::size_t offset = 0;  ///< from the list's type "movi"
-    std::size_t size = 0;
-  };
-  std::vector<Entry> index;
+  std::vector<image::AviEntry> index;
   std::vector<std::uint8_t> chunk;
   std::string broken;  ///< why nothing more can be written
 
@@ -244,21 +188,19 @@ Result<void> VideoWriter::State::AddImage(const CapturedFrame& frame) {
   if (index.empty() && video.size() == 0) {
     width = frame.width_px;
     height = frame.height_px;
-    const auto header = Header(width, height, frames_per_s);
-    TRAMMEL_CHECK(header.size() == kHeaderBytes, "a header of {} bytes", header.size());
-    if (const int error = video.Append(header); error != 0) return DiskFault(error);
+    const auto head = image::AviHead({width, height, frames_per_s});
+    if (const int error = video.Append(head); error != 0) return DiskFault(error);
   }
   const std::size_t size = frame.image.size();
-  Bytes head;
-  head.Tag("00dc").U32(size);
-  chunk.assign(head.data().begin(), head.data().end());
+  const auto head = image::AviFrameHead(size);
+  chunk.assign(head.begin(), head.end());
   chunk.insert(chunk.end(), frame.image.begin(), frame.image.end());
   if (size % 2 == 1) chunk.push_back(0);
   const std::size_t before = video.size();
-  if (before + chunk.size() > kMostBytes) {
+  if (before + chunk.size() > image::kMostAviBytes) {
     return Fail(fmt::format("recording '{}': more than {} bytes after {} frames; record one sweep "
                             "per file",
-                            path.string(), kMostBytes, index.size()),
+                            path.string(), image::kMostAviBytes, index.size()),
                 ErrorKind::kMachine);
   }
   if (const int error = video.Append(chunk); error != 0) return DiskFault(error);
@@ -266,7 +208,7 @@ Result<void> VideoWriter::State::AddImage(const CapturedFrame& frame) {
     video.ShrinkTo(before);
     return added;
   }
-  index.push_back({before - kHeaderBytes + 4, size});
+  index.push_back({before, size});
   return {};
 }
 
@@ -299,20 +241,11 @@ Result<void> VideoWriter::Finish() {
   if (!state->broken.empty()) return Fail(state->broken);
   if (state->index.empty()) return {};
   const std::size_t movi_end = state->video.size();
-  Bytes index;
-  index.Tag("idx1").U32(state->index.size() * 16);
-  constexpr std::size_t kKeyFrame = 0x10;
-  for (const auto& entry : state->index) {
-    index.Tag("00dc").U32(kKeyFrame).U32(entry.offset).U32(entry.size);
+  int error = state->video.Append(image::AviIndex(state->index));
+  for (const image::AviPatch& patch :
+       image::AviSizes(state->index.size(), movi_end, state->video.size())) {
+    if (error == 0) error = state->video.Overwrite(patch.at, patch.bytes);
   }
-  const auto put = [&](std::size_t at, std::size_t value) {
-    return state->video.Overwrite(at, Bytes().U32(value).data());
-  };
-  int error = state->video.Append(index.data());
-  if (error == 0) error = put(kFrameCountAt, state->index.size());
-  if (error == 0) error = put(kStreamLengthAt, state->index.size());
-  if (error == 0) error = put(kMoviSizeAt, movi_end - kMoviSizeAt - 4);
-  if (error == 0) error = put(kRiffSizeAt, state->video.size() - 8);
   if (error == 0) error = state->video.Close();
   if (error == 0) error = state->times.Close();
   if (error != 0) return state->DiskFault(error);
