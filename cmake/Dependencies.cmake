@@ -10,16 +10,31 @@ find_package(CLI11 REQUIRED)
 find_package(Threads REQUIRED)
 find_package(OpenSSL REQUIRED)
 find_package(Boost 1.81 REQUIRED)
-pkg_check_modules(libav REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
-pkg_check_modules(aravis REQUIRED IMPORTED_TARGET aravis-0.8)
-# Its -pthread defines _REENTRANT, with which no precompiled header matches; threads are linked apart.
-set_property(TARGET PkgConfig::aravis PROPERTY INTERFACE_COMPILE_OPTIONS "")
 find_package(JPEG REQUIRED)
 pkg_check_modules(png REQUIRED IMPORTED_TARGET libpng)
-pkg_check_modules(sane REQUIRED IMPORTED_TARGET sane-backends)
 pkg_check_modules(tiff REQUIRED IMPORTED_TARGET libtiff-4)
 pkg_check_modules(qpdf REQUIRED IMPORTED_TARGET libqpdf)
 pkg_check_modules(cairo REQUIRED IMPORTED_TARGET cairo)
+
+# Those of modules that are loaded on demand, and the packages to name where they are not installed.
+set(TRAMMEL_VIDEO_PACKAGES "")
+if(TRAMMEL_VIDEO)
+  pkg_check_modules(libav REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
+  foreach(library libavformat libswscale)  # Debian's names end in the soname's number
+    string(REGEX MATCH "^[0-9]+" major "${libav_${library}_VERSION}")
+    string(APPEND TRAMMEL_VIDEO_PACKAGES "${library}${major} ")
+  endforeach()
+  string(STRIP "${TRAMMEL_VIDEO_PACKAGES}" TRAMMEL_VIDEO_PACKAGES)
+endif()
+if(TRAMMEL_ARAVIS)
+  pkg_check_modules(aravis REQUIRED IMPORTED_TARGET aravis-0.8)
+  # Its -pthread defines _REENTRANT, with which no precompiled header matches; threads are linked
+  # apart.
+  set_property(TARGET PkgConfig::aravis PROPERTY INTERFACE_COMPILE_OPTIONS "")
+endif()
+if(TRAMMEL_SCANNER)
+  pkg_check_modules(sane REQUIRED IMPORTED_TARGET sane-backends)
+endif()
 
 # Debian puts OpenCV's CMake files into libopencv-dev, which pulls in Qt, VTK and Java; the modules in
 # use are linked by name instead. imgcodecs, which drags 134 libraries, only judges image/ in tests.

@@ -5,6 +5,7 @@
 # trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [SIDE_BY_SIDE])   a GoogleTest executable,
 #   one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long.
 #   Labels: unit (default) property sim golden fuzz slow.
+# trammel_loaded(NAME SOURCES … LINK …)   lib/trammel/trammel-NAME.so, loaded on demand (machine/module.h)
 # With precompiled headers GCC 12 says of the string's own operator+ what is not so: no array-bounds.
 function(trammel_flags target)
   target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR}/src)
@@ -31,6 +32,22 @@ function(trammel_module name)
     target_compile_options(trammel_${name} PRIVATE -O2 -fno-sanitize-coverage=trace-cmp)
   endif()
   trammel_precompile(trammel_${name})
+endfunction()
+
+function(trammel_loaded name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  set(target trammel_${name}_module)
+  add_library(${target} MODULE ${ARG_SOURCES})
+  trammel_flags(${target})
+  target_compile_options(${target} PRIVATE -fvisibility=hidden)
+  target_compile_definitions(${target} PRIVATE TRAMMEL_VERSION="${PROJECT_VERSION}")
+  target_link_options(${target} PRIVATE -Wl,--as-needed)
+  if(NOT TRAMMEL_SANITIZE)  # whose symbols are the program's
+    target_link_options(${target} PRIVATE -Wl,-z,defs)
+  endif()
+  target_link_libraries(${target} PRIVATE trammel_module_parts ${ARG_LINK})
+  set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME trammel-${name}
+                        LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/trammel)
 endfunction()
 
 # Headers that most files of a module read, precompiled once, in base, the first module.

@@ -1,5 +1,4 @@
-#include "machine/aravis_camera.h"
-
+// All of trammel-aravis.so but its finding and opening of a device.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,8 +11,10 @@
 #include <vector>
 
 #include "machine/aravis_device.h"
+#include "machine/aravis_module.h"
 #include "machine/frame_check.h"
 #include "machine/host_clock.h"
+#include "machine/module.h"
 #include "machine/raw_picture.h"
 #include "machine/wall_stamps.h"
 
@@ -21,7 +22,6 @@ namespace trammel::machine {
 namespace {
 
 constexpr std::string_view kScheme = "aravis:";
-constexpr std::size_t kLongestId = 256;
 constexpr const char* kBestFormat = "Mono8";
 
 // A quarter of a second at 30 frames/s: the client may be kept waiting that long without a loss.
@@ -319,24 +319,8 @@ Result<std::optional<CapturedFrame>> AravisCamera::Next(double time_limit_s, std
   }
 }
 
-}  // namespace
-
-std::optional<std::string> AravisId(const std::string& address) {
-  if (address.rfind(kScheme, 0) != 0) return std::nullopt;
-  return address.substr(kScheme.size());
-}
-
-Result<std::unique_ptr<FrameSource>> OpenAravisCamera(const std::string& id,
-                                                      const CameraOptions& options,
-                                                      const std::stop_token& stop) {
-  const bool printable =
-      std::all_of(id.begin(), id.end(), [](char c) { return c >= ' ' && c <= '~'; });
-  if (id.size() > kLongestId || !printable) {
-    return Fail(
-        fmt::format("camera aravis: an id of {} characters{}; write it as arv-tool-0.8 "
-                    "lists it, at most {} printable characters",
-                    id.size(), printable ? "" : ", not all of them printable", kLongestId));
-  }
+Result<std::unique_ptr<FrameSource>> Open(const std::string& id, const CameraOptions& options,
+                                          const std::stop_token& stop) {
   auto opened = OpenArvCamera(id, stop);
   if (!opened) return tl::unexpected(opened.error());
   auto camera = std::make_unique<AravisCamera>(std::string(kScheme) + opened->id,
@@ -345,4 +329,9 @@ Result<std::unique_ptr<FrameSource>> OpenAravisCamera(const std::string& id,
   return camera;
 }
 
+constexpr AravisModule kModule = {Open};
+
+}  // namespace
 }  // namespace trammel::machine
+
+TRAMMEL_MODULE(trammel::machine::kModule)

@@ -6,7 +6,9 @@
 #include <cstring>
 
 #include "machine/frame_assembler.h"
+#include "machine/module.h"
 #include "machine/sane_scan.h"
+#include "machine/scanner_module.h"
 
 namespace trammel::machine {
 namespace {
@@ -111,8 +113,10 @@ Result<void> Take(const ChildMessage& message, Conversation& with, FrameAssemble
 }  // namespace
 
 Result<std::vector<ScannerInfo>> ListScanners() {
+  const auto module = LoadModule<ScannerModule>(kScannerModule);
+  if (!module) return tl::unexpected(module.error());
   const ScanRequest usual;
-  auto child = ChildProcess::Start(ListInChild, usual.rest_s);
+  auto child = ChildProcess::Start((*module)->list, usual.rest_s);
   if (!child) return tl::unexpected(child.error());
   Conversation with{std::move(*child), "looking for scanners", usual.silence_s};
   std::vector<ScannerInfo> infos;
@@ -128,8 +132,10 @@ Result<std::vector<ScannerInfo>> ListScanners() {
 
 Result<Page> ScanPage(const ScanRequest& request, const PageReadOptions& limits,
                       const std::function<void(double)>& progress, const std::stop_token& stop) {
+  const auto module = LoadModule<ScannerModule>(kScannerModule);
+  if (!module) return tl::unexpected(module.error());
   auto child = ChildProcess::Start(
-      [&request](const ChildSender& sender) { ScanInChild(request, sender); }, request.rest_s);
+      [&](const ChildSender& sender) { (*module)->scan(request, sender); }, request.rest_s);
   if (!child) return tl::unexpected(child.error());
   Conversation with{std::move(*child), "looking for scanners", request.silence_s};
   FrameAssembler frames(limits);

@@ -21,11 +21,14 @@ struct VideoLimits {
   double max_decoding_s = 600;  ///< of all frames, on this computer
 };
 
+class VideoDecoder;
+
 /// Decodes the first video stream of a file (see video_input.h; MJPEG in AVI is what cameras on
 /// printers write). The file is not believed: a frame count in its header is never used, no other
 /// file is opened for it, and a damaged frame is an error rather than a picture.
 ///
-/// Opening sets libav's log level to quiet for the whole process, the one global libav offers.
+/// The module with FFmpeg's libraries (video_module.h) does it, which is loaded when the first video
+/// is opened; kInput where it is not there.
 class VideoFile {
  public:
   /// Fails with kMeasurement where the file is missing, empty, cut off, no video, or too large.
@@ -43,9 +46,8 @@ class VideoFile {
   [[nodiscard]] Result<const Frame*> Next();
 
  private:
-  struct State;
-  explicit VideoFile(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  explicit VideoFile(std::unique_ptr<VideoDecoder> decoder);
+  std::unique_ptr<VideoDecoder> decoder_;
 };
 
 }  // namespace trammel::machine

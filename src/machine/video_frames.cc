@@ -1,98 +1,48 @@
-extern "C" {
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
-}
-
 #include <fmt/format.h>
 
-#include <optional>
+#include <string>
 #include <utility>
 
 #include "machine/frame_check.h"
 #include "machine/frame_files.h"
 #include "machine/host_clock.h"
-#include "machine/video_input.h"
+#include "machine/module.h"
+#include "machine/video_module.h"
 
 namespace trammel::machine {
 namespace {
 
-struct FreePacket {
-  void operator()(AVPacket* p) const { av_packet_free(&p); }
-};
-
 class VideoFrames final : public FrameSource {
  public:
-  VideoFrames(std::filesystem::path path, std::size_t most_bytes)
-      : path_(std::move(path)), most_bytes_(most_bytes), packet_(av_packet_alloc()) {}
+  VideoFrames(std::filesystem::path path, std::unique_ptr<VideoPackets> packets)
+      : path_(std::move(path)), packets_(std::move(packets)) {}
 
-  Result<void> Open();
   Result<std::optional<CapturedFrame>> Next(double time_limit_s, std::stop_token stop) override;
   [[nodiscard]] std::string Describe() const override {
-    const AVCodecParameters* parameters = Stream().codecpar;
-    return fmt::format("video {}, {}x{} px", path_.string(), parameters->width, parameters->height);
+    return fmt::format("video {}, {}x{} px", path_.string(), packets_->width_px(),
+                       packets_->height_px());
   }
   [[nodiscard]] bool live() const override { return false; }
 
  private:
-  [[nodiscard]] tl::unexpected<Error> Broken(const std::string& what) const {
-    return Fail(fmt::format("video '{}': {}", path_.string(), what), ErrorKind::kMeasurement);
-  }
-
-  [[nodiscard]] const AVStream& Stream() const {
-    return *input_->format()->streams[input_->stream()];
-  }
-
   std::filesystem::path path_;
-  std::size_t most_bytes_;
-  std::optional<VideoInput> input_;
-  std::unique_ptr<AVPacket, FreePacket> packet_;
+  std::unique_ptr<VideoPackets> packets_;
   std::uint64_t frames_ = 0;
   FrameChecker checker_;
 };
 
-Result<void> VideoFrames::Open() {
-  constexpr std::size_t kMostPixels = 50'000'000;  // that DecodeFrame() reads
-  auto input = VideoInput::Open(path_, kMostPixels);
-  if (!input) return Broken(input.error().message);
-  input_.emplace(std::move(*input));
-  const AVCodecID codec = Stream().codecpar->codec_id;
-  if (codec != AV_CODEC_ID_MJPEG) {
-    return Broken(
-        fmt::format("holds {} rather than MJPEG; convert it with: ffmpeg -i IN -c:v mjpeg "
-                    "-q:v 2 OUT.avi",
-                    avcodec_get_name(codec)));
-  }
-  return {};
-}
-
 Result<std::optional<CapturedFrame>> VideoFrames::Next(double, std::stop_token stop) {
   if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
-  const int read = input_->Next(packet_.get());
-  if (read == AVERROR_EOF) {
-    if (frames_ == 0) return Broken("holds no frames");
-    return std::nullopt;
-  }
-  if (read < 0) {
-    return Broken(!input_->fault().empty() ? input_->fault()
-                                           : fmt::format("reading after frame {} failed ({})",
-                                                         frames_, ExplainLibav(read)));
-  }
-  const auto size = static_cast<std::size_t>(packet_->size);
-  if (size > most_bytes_) {
-    av_packet_unref(packet_.get());
-    return Broken(fmt::format("frame {} has {} bytes, more than the {} that are read", frames_ + 1,
-                              size, most_bytes_));
-  }
+  auto packet = packets_->Next();
+  if (!packet) return tl::unexpected(packet.error());
+  if (!*packet) return std::nullopt;
   CapturedFrame frame;
   frame.arrival_s = HostNow();
-  frame.image.assign(packet_->data, packet_->data + size);
-  const std::int64_t stamp = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
-  if (stamp != AV_NOPTS_VALUE) {
-    frame.captured = CameraTime{static_cast<double>(stamp) * av_q2d(Stream().time_base),
-                                CameraClock::kRecording};
+  frame.image = std::move((*packet)->bytes);
+  if (const auto time_s = (*packet)->time_s) {
+    frame.captured = CameraTime{*time_s, CameraClock::kRecording};
   }
   frame.sequence = frames_++;
-  av_packet_unref(packet_.get());
   checker_.Check(frame);
   return frame;
 }
@@ -101,9 +51,11 @@ Result<std::optional<CapturedFrame>> VideoFrames::Next(double, std::stop_token s
 
 Result<std::unique_ptr<FrameSource>> OpenVideoFrames(const std::filesystem::path& path,
                                                      const CameraOptions& options) {
-  auto video = std::make_unique<VideoFrames>(path, options.max_frame_bytes);
-  if (auto opened = video->Open(); !opened) return tl::unexpected(opened.error());
-  return video;
+  const auto module = LoadModule<VideoModule>(kVideoModule);
+  if (!module) return tl::unexpected(module.error());
+  auto packets = (*module)->open_packets(path, options.max_frame_bytes);
+  if (!packets) return tl::unexpected(packets.error());
+  return std::make_unique<VideoFrames>(path, std::move(*packets));
 }
 
 }  // namespace trammel::machine

@@ -17,8 +17,8 @@ extern "C" {
 #include <vector>
 
 #include "machine/file_bytes.h"
-#include "machine/jpeg_outline.h"
 #include "machine/movie_tables.h"
+#include "machine/riff_head.h"
 
 namespace trammel::machine {
 namespace {
@@ -54,23 +54,6 @@ std::string NoContainer(std::span<const std::uint8_t> start) {
 
 tl::unexpected<Error> Broken(std::string what) {
   return Fail(std::move(what), ErrorKind::kMeasurement);
-}
-
-/// What is wrong with an AVI's first bytes; empty where nothing is.
-std::string InspectRiff(std::span<const std::uint8_t> start, std::int64_t size, bool& unfinished) {
-  if (start.size() < 8) {
-    return fmt::format("cut off after {} bytes; copy it again or record again", size);
-  }
-  const std::int64_t riff = start[4] + (std::int64_t{start[5]} << 8U) +
-                            (std::int64_t{start[6]} << 16U) + (std::int64_t{start[7]} << 24U);
-  // A recorder that was killed leaves 0 or all ones here; those say nothing.
-  unfinished = riff == 0xFFFFFFFF || riff == 0;
-  if (riff != 0xFFFFFFFF && riff + 8 > size) {
-    return fmt::format(
-        "truncated: its header announces {} bytes, there are {}; copy it again or record again",
-        riff + 8, size);
-  }
-  return {};
 }
 
 int RefuseName(AVFormatContext* /*format*/, AVIOContext** /*io*/, const char* /*name*/,
@@ -289,19 +272,6 @@ int VideoInput::Next(AVPacket* packet) {
     if (packet->stream_index == state.stream && packet->size > 0) return 0;
     av_packet_unref(packet);
   }
-}
-
-Result<void> CheckMjpegFrame(const AVPacket& packet, std::size_t most_pixels) {
-  const auto bytes =
-      std::span<const std::uint8_t>(packet.data, static_cast<std::size_t>(packet.size));
-  const auto outline = OutlineOf(bytes);
-  if (!outline) return tl::unexpected(outline.error());
-  if (static_cast<double>(outline->width_px) * outline->height_px >
-      static_cast<double>(most_pixels)) {
-    return Fail(fmt::format("it has {}x{} px; at most {} megapixels are read", outline->width_px,
-                            outline->height_px, most_pixels / 1'000'000));
-  }
-  return CheckCost(*outline, bytes.size());
 }
 
 }  // namespace trammel::machine

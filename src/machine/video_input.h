@@ -60,7 +60,4 @@ class VideoInput {
 /// libav's words for an error.
 [[nodiscard]] std::string ExplainLibav(int error);
 
-/// Whether a frame of an MJPEG video may be decoded: its size, and the work that it asks for.
-[[nodiscard]] Result<void> CheckMjpegFrame(const AVPacket& packet, std::size_t most_pixels);
-
 }  // namespace trammel::machine
