@@ -8,7 +8,8 @@
 #include <utility>
 #include <vector>
 
-// After cstdio: it wants FILE declared before it.
+// After cstdio: they want FILE declared before them.
+#include <jerror.h>
 #include <jpeglib.h>
 
 #include "base/check.h"
@@ -47,9 +48,12 @@ struct JpegReader::State {
     reader->err->format_message(reader, state.said);
     std::longjmp(state.back, 1);
   }
-  // A warning (level -1) means that the decoder makes up what is missing.
+  // A warning (level -1) means that the decoder makes up what is missing, but for bytes that
+  // cameras leave before a marker.
   static void Warn(j_common_ptr reader, int level) {
-    if (level < 0 && !static_cast<State*>(reader->client_data)->fill_in) Complain(reader);
+    const bool harmless = reader->err->msg_code == JWRN_EXTRANEOUS_DATA;
+    if (level >= 0 || harmless || static_cast<State*>(reader->client_data)->fill_in) return;
+    Complain(reader);
   }
 };
 

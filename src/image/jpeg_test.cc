@@ -184,6 +184,13 @@ TEST(JpegReader, RefusesDamageOrFillsItInAsAskedFor) {
   EXPECT_EQ(filled->rows, 48);
 }
 
+TEST(JpegReader, PassesOverWhatCamerasLeaveBeforeTheEnd) {
+  Bytes bytes = Encode(Scene(64, 48, 3));
+  const cv::Mat expected = cv::imdecode(bytes, cv::IMREAD_COLOR);
+  bytes.insert(bytes.end() - 2, {0x12, 0x34});
+  ExpectNear(Decode(bytes), expected, "two bytes more");
+}
+
 TEST(JpegReader, RefusesWhatIsNoJpeg) {
   EXPECT_FALSE(Decode({}));
   EXPECT_FALSE(Decode({0xFF, 0xD8, 0xFF}));

@@ -27,8 +27,9 @@ class VideoDecoder;
 /// printers write). The file is not believed: a frame count in its header is never used, no other
 /// file is opened for it, and a damaged frame is an error rather than a picture.
 ///
-/// The module with FFmpeg's libraries (video_module.h) does it, which is loaded when the first video
-/// is opened; kInput where it is not there.
+/// MJPEG in AVI, as trammel records it, is decoded by libjpeg; any other video by the module with
+/// FFmpeg's libraries (video_module.h), which is loaded when the first of them is opened. kInput
+/// where it is not there.
 class VideoFile {
  public:
   /// Fails with kMeasurement where the file is missing, empty, cut off, no video, or too large.

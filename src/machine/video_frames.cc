@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "machine/avi_packets.h"
 #include "machine/frame_check.h"
 #include "machine/frame_files.h"
 #include "machine/host_clock.h"
@@ -51,9 +52,12 @@ Result<std::optional<CapturedFrame>> VideoFrames::Next(double, std::stop_token s
 
 Result<std::unique_ptr<FrameSource>> OpenVideoFrames(const std::filesystem::path& path,
                                                      const CameraOptions& options) {
-  const auto module = LoadModule<VideoModule>(kVideoModule);
-  if (!module) return tl::unexpected(module.error());
-  auto packets = (*module)->open_packets(path, options.max_frame_bytes);
+  auto packets = OpenAviPackets(path, options.max_frame_bytes);
+  if (packets && *packets == nullptr) {
+    const auto module = LoadModule<VideoModule>(kVideoModule);
+    if (!module) return tl::unexpected(module.error());
+    packets = (*module)->open_packets(path, options.max_frame_bytes);
+  }
   if (!packets) return tl::unexpected(packets.error());
   return std::make_unique<VideoFrames>(path, std::move(*packets));
 }
