@@ -15,10 +15,10 @@ struct Answers {
   double half_width_um = 0;
 };
 
-Answers Ask(const test::PressWorld& world) {
+Answers Ask(const test::PressWorld& world, const TapOptions& options = {.latency_s = 0}) {
   constexpr int kTaps = 600;
   constexpr std::uint64_t kFirstSeed = 1000;
-  TapAnalyser analyser({.latency_s = 0});
+  TapAnalyser analyser(options);
   Answers answers;
   for (std::uint64_t i = 0; i < kTaps; ++i) {
     const test::PressTap tap = MakePressTap(world, kFirstSeed + i);
@@ -57,6 +57,16 @@ TEST(TapContact, IntervalsHoldWhereAQuietConverterAverages) {
       EXPECT_GE(answers.covered, kLeastCovered * answers.good) << rate_hz << "/s, " << averages;
       // A quarter of the way from sample to sample.
       EXPECT_LE(answers.half_width_um, 0.25 * 320 / rate_hz) << rate_hz << "/s, " << averages;
+    }
+  }
+}
+
+TEST(TapContact, IntervalsHoldWhereBacklashHidesTheLatency) {
+  for (const double backlash_mm : {0.002, 0.006}) {
+    for (const double latency_s : {0.0, 0.008}) {
+      const Answers answers = Ask({.latency_s = latency_s, .backlash_mm = backlash_mm}, {});
+      EXPECT_GE(answers.covered, kLeastCovered * answers.good) << backlash_mm << ", " << latency_s;
+      EXPECT_LE(answers.half_width_um, 2) << backlash_mm << ", " << latency_s;
     }
   }
 }

@@ -15,20 +15,22 @@ constexpr double kScale = 0.1;
 // Play and bending that differ between the two ways in other forms than these: 1.5 um, seen at both
 // speeds.
 constexpr double kPlay_mm = 0.0015;
+constexpr double kRest_mm = 0.002;       // of a press that is flat at its deepest end
 constexpr std::size_t kLeastBefore = 8;  // samples before the touch, for the base
 constexpr double kRest_s = 0.02;         // of the halt, before creep tells
 constexpr std::size_t kLeastRest = 4;
 constexpr std::size_t kMostSamples = 96;
 constexpr int kMostSteps = 8;
 
-// Base, scale, latency, offset; the force last.
-constexpr std::size_t kUnknowns = 4;
+// Base, scale, latency, offset, force at rest; the force last.
+constexpr std::size_t kUnknowns = 5;
 using Normal = std::array<std::array<double, kUnknowns + 1>, kUnknowns + 1>;
 
 struct State {
   double scale = 1;
   double latency_s = 0;
   double offset_mm = 0;
+  double rest_g = 0;
 };
 
 struct Range {
@@ -75,14 +77,18 @@ class Fit {
       }
       const double p = press_.shape.At(y);
       const double slope = press_.shape.Slope(y) / press_.span_mm;
-      const double speed =
-          Time(i, state) < motion_.approach_end_s ? motion_.approach_speed_mm_s : 0;
+      const bool rests = !(Time(i, state) < motion_.approach_end_s);
+      const double speed = rests ? 0 : motion_.approach_speed_mm_s;
       const std::array<double, kUnknowns + 1> row = {
-          1, p, state.scale * slope * (speed + motion_.pull_back_speed_mm_s), state.scale * slope,
-          g - state.scale * p};
-#pragma GCC unroll 5
+          1,
+          p,
+          state.scale * slope * (speed + motion_.pull_back_speed_mm_s),
+          state.scale * slope,
+          rests ? 1.0 : 0.0,
+          g - state.scale * p - (rests ? state.rest_g : 0)};
+#pragma GCC unroll 6
       for (std::size_t a = 0; a <= kUnknowns; ++a) {
-#pragma GCC unroll 5
+#pragma GCC unroll 6
         for (std::size_t b = a; b <= kUnknowns; ++b) {
           m[a][b] += row[a] * row[b];
         }
@@ -102,6 +108,7 @@ class Fit {
     prior(1, 1 - state.scale, kScale);
     prior(2, prior_s_ - state.latency_s, prior_s_);
     prior(3, -state.offset_mm, kOffset_mm);
+    prior(4, -state.rest_g, RestDeviation());
     return m;
   }
 
@@ -128,7 +135,18 @@ class Fit {
 
  private:
   [[nodiscard]] double Left(std::size_t i, const State& state) const {
-    return press_.sign * clean_.samples.force_g[i] - state.scale * press_.shape.At(Y(i, state));
+    const bool rests = !(Time(i, state) < motion_.approach_end_s);
+    return press_.sign * clean_.samples.force_g[i] - state.scale * press_.shape.At(Y(i, state)) -
+           (rests ? state.rest_g : 0);
+  }
+  // A press that is flat at its deepest end, beyond what a sound one softens by, may be a drive
+  // that does not yet follow: at rest, on the other side of its play, the force is less known then.
+  [[nodiscard]] double RestDeviation() const {
+    constexpr double kSoft = 0.4;     // of the slope at the break
+    constexpr double kLeast = 0.001;  // keeps the prior finite
+    const double outer = press_.shape.OuterSlope();
+    const double flat = std::min(1.0, 1 + press_.shape.Slope(0) / (kSoft * outer));
+    return kRest_mm * std::max(kLeast, flat) * outer / press_.span_mm;
   }
   [[nodiscard]] double Time(std::size_t i, const State& state) const {
     return clean_.origin_s + clean_.samples.time_s[i] - state.latency_s;
@@ -190,10 +208,14 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
     if (!Eliminate(m)) {
       return unknown;
     }
-    const double offset = m[3][4];
-    const double latency = m[2][4] - m[2][3] * offset;
-    const double scale = m[1][4] - m[1][2] * latency - m[1][3] * offset;
-    deviation_s = std::sqrt(1 / m[2][2] + m[2][3] * m[2][3] / m[3][3]);
+    const double rest = m[4][5];
+    const double offset = m[3][5] - m[3][4] * rest;
+    const double latency = m[2][5] - m[2][3] * offset - m[2][4] * rest;
+    const double scale = m[1][5] - m[1][2] * latency - m[1][3] * offset - m[1][4] * rest;
+    const double by_rest = m[2][3] * m[3][4] - m[2][4];
+    deviation_s =
+        std::sqrt(1 / m[2][2] + m[2][3] * m[2][3] / m[3][3] + by_rest * by_rest / m[4][4]);
+    state.rest_g += rest;
     state.scale = std::clamp(state.scale + scale, 0.3, 3.0);
     state.latency_s += std::clamp(latency, -prior_s, prior_s);
     state.offset_mm += std::clamp(offset, -kOffset_mm, kOffset_mm);

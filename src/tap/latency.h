@@ -28,8 +28,8 @@ struct LatencyEstimate {
 /// Model: on the way down and at rest the force is the press of the way up at the height where the
 /// head was a latency before: force(t) = base + scale P(z(t - latency) + pull_back_speed latency +
 /// offset). A latency moves both the touch and the halt; another stiffness (scale) or another
-/// height (offset: backlash, friction, creep) moves only one of them. Least squares by Gauss and
-/// Newton.
+/// height (offset: backlash, friction, creep) moves only one of them. Where the press flattens at
+/// its deepest end, the force at rest is a further unknown. Least squares by Gauss and Newton.
 ///
 /// What a user could have is the prior: latencies of 0 to two samples and 5 ms (filters of common
 /// converters; transport), offsets of 6 um, scales of 10 %. Where the approach tells nothing, the

@@ -33,6 +33,7 @@ struct PressWorld {
   double memory = 0;         ///< Of the noise, from sample to sample (first-order regression).
   double held_share = 0;     ///< Of readings that find the value before them once more.
   double late_s = 0;         ///< At most, by which a time stamp is late.
+  double backlash_mm = 0;    ///< By which the nozzle is above the drive until it rises.
   double slip_g = 0;         ///< Force that goes once the nozzle has risen …
   double slip_mm = 0;        ///< … so far above the break.
   int averages = 0;          ///< Over one sampling interval, one after the other, about its middle.
@@ -89,18 +90,16 @@ inline PressTap MakePressTap(const PressWorld& world, std::uint64_t seed) {
   const double top_g = world.stiffness_g_mm * world.depth_mm;
   const double hum_phase = random.Uniform(0, 6.28);
   const auto height = [&](double time_s) {
-    if (time_s < halt_s) {
-      return halt_z + approach_mm_s * (halt_s - time_s);
-    }
     if (time_s <= back_s) {
-      return halt_z;
+      return halt_z + approach_mm_s * std::max(0.0, halt_s - time_s) + world.backlash_mm;
     }
     const double dt = std::min(time_s - back_s, cruise_s + 2 * ramp_s);
     const double down = std::max(0.0, dt - ramp_s - cruise_s);
     const double z =
         halt_z + (dt < ramp_s ? 0.5 * acceleration * dt * dt
                               : ramp_mm + v * (dt - ramp_s) - 0.5 * acceleration * down * down);
-    return std::max(halt_z, std::min(z, z - world.onset_lag_mm * std::exp(-(z - halt_z) / 0.004)));
+    return std::max(halt_z + world.backlash_mm,
+                    std::min(z, z - world.onset_lag_mm * std::exp(-(z - halt_z) / 0.004)));
   };
   const std::vector<double> kernel = AveragingKernel(world.averages);
   double noise = 0;

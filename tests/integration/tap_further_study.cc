@@ -80,8 +80,6 @@ constexpr const char* kOpen[] = {
     "swings at 8 Hz by 0.5",
     "swings at 12 Hz by 0.5",
     "toe",
-    "untold latency 0 ms, backlash 6",
-    "untold latency 8 ms, backlash 6",
 };
 
 bool IsOpen(const std::string& name) {
