@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <string>
 #include <system_error>
@@ -27,6 +28,16 @@ tl::unexpected<Error> NotThere(const ModuleName& name, std::span<const fs::path>
                   name.purpose, name.file, looked));
 }
 
+/// Whether nobody but the program's owner and root can have written the file: a folder above the
+/// program's may be open to all, as /tmp is.
+bool IsTrusted(const fs::path& path) {
+  struct stat module {};
+  struct stat program {};
+  if (stat(path.c_str(), &module) != 0 || stat("/proc/self/exe", &program) != 0) return false;
+  const bool owned = module.st_uid == 0 || module.st_uid == program.st_uid;
+  return owned && (module.st_mode & S_IWOTH) == 0;
+}
+
 }  // namespace
 
 const ModuleName kVideoModule = {"trammel-video", "reading a video", TRAMMEL_VIDEO_PACKAGES};
@@ -47,6 +58,12 @@ Result<const void*> LoadModule(const ModuleName& name, std::span<const fs::path>
     const fs::path path = folder / fmt::format("{}.so", name.file);
     std::error_code error;
     if (!fs::exists(path, error)) continue;
+    if (!IsTrusted(path)) {
+      return Fail(
+          fmt::format("{}: {} is not the program's owner's, or anybody may write to it; "
+                      "install trammel anew",
+                      name.purpose, path.string()));
+    }
     void* const module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (module == nullptr) {
       const char* reason = dlerror();

@@ -27,8 +27,9 @@ extern const ModuleName kAravisModule;   ///< aravis_module.h
 
 /// Loads a module, which then stays.
 /// @returns the table that its function `trammel_module` gives, of the type that its header states.
-/// Errors (kInput): it is in none of the folders, was made for another version of trammel, or lacks
-/// a library; they name the packages.
+/// Errors (kInput): it is in none of the folders, others than the program's owner and root could
+/// have written it, it was made for another version of trammel, or lacks a library; they name the
+/// packages.
 [[nodiscard]] Result<const void*> LoadModule(const ModuleName& name,
                                              std::span<const std::filesystem::path> folders);
 

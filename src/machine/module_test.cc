@@ -36,6 +36,17 @@ TEST(Module, NamesThePackagesWhereItCannotBeLoaded) {
               AllOf(HasSubstr("trammel-none.so"), HasSubstr("apt install libtea1 libleaf2")));
 }
 
+TEST(Module, RefusesOneThatAnybodyMayWrite) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "trammel-none.so";
+  std::filesystem::copy(TRAMMEL_STRANGE_MODULE, path);
+  std::filesystem::permissions(path, std::filesystem::perms::all);
+  const std::array<std::filesystem::path, 1> folders = {folder.path()};
+  const auto module = LoadModule(kNone, folders);
+  ASSERT_FALSE(module);
+  EXPECT_THAT(module.error().message, HasSubstr("anybody may write to it"));
+}
+
 TEST(Module, RefusesOneOfAnotherVersion) {
   const test::TemporaryFolder folder;
   std::filesystem::copy(TRAMMEL_STRANGE_MODULE, folder.path() / "trammel-none.so");
