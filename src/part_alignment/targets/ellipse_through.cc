@@ -1,66 +1,68 @@
 #include "part_alignment/targets/ellipse_through.h"
 
-#include <array>
 #include <cmath>
-#include <utility>
+
+#include "part_alignment/targets/small_cholesky.h"
 
 namespace trammel::part_alignment {
-namespace {
 
-/// Solves the symmetric 5x5 system in place; false where it is singular.
-bool Solve5(std::array<std::array<double, 6>, 5>& a) {
-  for (int i = 0; i < 5; ++i) {
-    int pivot = i;
-    for (int k = i + 1; k < 5; ++k) {
-      if (std::abs(a[k][i]) > std::abs(a[pivot][i])) pivot = k;
-    }
-    std::swap(a[i], a[pivot]);
-    if (std::abs(a[i][i]) < 1e-9) return false;
-    for (int k = 0; k < 5; ++k) {
-      if (k == i) continue;
-      const double factor = a[k][i] / a[i][i];
-      for (int j = i; j < 6; ++j) a[k][j] -= factor * a[i][j];
-    }
-  }
-  for (auto& row : a) row[5] /= row[&row - a.data()];
-  return true;
+void EllipseSums::Add(double x, double y) {
+  const double xx = x * x;
+  const double xy = x * y;
+  const double yy = y * y;
+  sums_[kX] += x;
+  sums_[kY] += y;
+  sums_[kXx] += xx;
+  sums_[kXy] += xy;
+  sums_[kYy] += yy;
+  sums_[kXxx] += x * xx;
+  sums_[kXxy] += x * xy;
+  sums_[kXyy] += x * yy;
+  sums_[kYyy] += y * yy;
+  sums_[kXxxx] += xx * xx;
+  sums_[kXxxy] += xx * xy;
+  sums_[kXxyy] += xx * yy;
+  sums_[kXyyy] += xy * yy;
+  sums_[kYyyy] += yy * yy;
 }
 
-}  // namespace
+EllipseSums& EllipseSums::operator+=(const EllipseSums& other) {
+  for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += other.sums_[i];
+  return *this;
+}
 
-std::optional<DiscModel> EllipseThrough(std::span<const Offset> points, double scale) {
+std::optional<DiscModel> EllipseSums::Ellipse(double unit_px) const {
   // a x² + 2 b x y + c y² + d x + e y = 1
-  std::array<std::array<double, 6>, 5> system{};
-  for (const Offset& point : points) {
-    const double x = point.x / scale;
-    const double y = point.y / scale;
-    const std::array<double, 6> terms{x * x, 2 * x * y, y * y, x, y, 1};
-    for (int i = 0; i < 5; ++i) {
-      for (int j = i; j < 6; ++j) system[i][j] += terms[i] * terms[j];
-    }
-  }
-  for (int i = 1; i < 5; ++i) {
-    for (int j = 0; j < i; ++j) system[i][j] = system[j][i];
-  }
-  if (!Solve5(system)) return std::nullopt;
-  const double a = system[0][5];
-  const double b = system[1][5];
-  const double c = system[2][5];
+  const auto& s = sums_;
+  SmallMatrix<5> normal{};
+  normal[0] = {s[kXxxx]};
+  normal[1] = {2 * s[kXxxy], 4 * s[kXxyy]};
+  normal[2] = {s[kXxyy], 2 * s[kXyyy], s[kYyyy]};
+  normal[3] = {s[kXxx], 2 * s[kXxy], s[kXyy], s[kXx]};
+  normal[4] = {s[kXxy], 2 * s[kXyy], s[kYyy], s[kXy], s[kYy]};
+  if (!Factor(normal)) return std::nullopt;
+  const auto [a, b, c, d, e] = SolveFactored<5>(normal, {s[kXx], 2 * s[kXy], s[kYy], s[kX], s[kY]});
   const double det = a * c - b * b;
   if (!(a > 0 && det > 0)) return std::nullopt;
-  const double cx = -(c * system[3][5] - b * system[4][5]) / (2 * det);
-  const double cy = -(a * system[4][5] - b * system[3][5]) / (2 * det);
+  const double cx = -(c * d - b * e) / (2 * det);
+  const double cy = -(a * e - b * d) / (2 * det);
   const double level = 1 + a * cx * cx + 2 * b * cx * cy + c * cy * cy;
   // W is the square root of the form: (A + sqrt(det) I) / sqrt(trace + 2 sqrt(det)).
   const double root = std::sqrt(det);
-  const double norm = std::sqrt((a + c + 2 * root) * level) * scale;
+  const double norm = std::sqrt((a + c + 2 * root) * level) * unit_px;
   DiscModel disc;
-  disc.column_px = cx * scale;
-  disc.row_px = cy * scale;
+  disc.column_px = cx * unit_px;
+  disc.row_px = cy * unit_px;
   disc.wxx = (a + root) / norm;
   disc.wxy = b / norm;
   disc.wyy = (c + root) / norm;
   return disc;
+}
+
+std::optional<DiscModel> EllipseThrough(std::span<const Offset> points, double scale) {
+  EllipseSums sums;
+  for (const Offset& point : points) sums.Add(point.x / scale, point.y / scale);
+  return sums.Ellipse(scale);
 }
 
 double DistanceFrom(const DiscModel& disc, std::span<const Offset> points) {

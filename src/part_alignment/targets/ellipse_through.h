@@ -1,7 +1,9 @@
 // The ellipse nearest to points, and even steps around it.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <optional>
 #include <span>
 
@@ -14,8 +16,39 @@ struct Offset {
   double y = 0;
 };
 
-/// The ellipse (centre and shape of a model) nearest to points about (0, 0), by the conic's
-/// algebraic residual; `scale`: about how far from (0, 0) they are. Absent where it is no ellipse.
+/// Sums of products of points' coordinates, up to the fourth degree: what the ellipse nearest to
+/// the points by the conic's algebraic residual follows from.
+class EllipseSums {
+ public:
+  /// @param x, y  about (0, 0), in a unit in which they are about 1.
+  void Add(double x, double y);
+  EllipseSums& operator+=(const EllipseSums& other);
+  /// Centre and shape of a model, px. Absent where the points are on no ellipse.
+  /// @param unit_px  of the coordinates.
+  [[nodiscard]] std::optional<DiscModel> Ellipse(double unit_px) const;
+
+ private:
+  enum Sum : std::size_t {
+    kX,
+    kY,
+    kXx,
+    kXy,
+    kYy,
+    kXxx,
+    kXxy,
+    kXyy,
+    kYyy,
+    kXxxx,
+    kXxxy,
+    kXxyy,
+    kXyyy,
+    kYyyy,
+    kCount
+  };
+  std::array<double, kCount> sums_{};
+};
+
+/// The ellipse nearest to points about (0, 0); `scale`: about how far from (0, 0) they are, px.
 [[nodiscard]] std::optional<DiscModel> EllipseThrough(std::span<const Offset> points, double scale);
 
 /// Root mean square of the points' distances from the ellipse, about.

@@ -4,6 +4,32 @@
 
 namespace trammel::part_alignment {
 
+std::string_view ToString(RejectReason reason) {
+  switch (reason) {
+    case RejectReason::kMirrored:
+      return "mirrored";
+    case RejectReason::kWrongCode:
+      return "wrong_code";
+    case RejectReason::kDoubled:
+      return "doubled";
+    case RejectReason::kHidden:
+      return "hidden";
+    case RejectReason::kAtBorder:
+      return "at_border";
+    case RejectReason::kTooSmall:
+      return "too_small";
+    case RejectReason::kSaturated:
+      return "saturated";
+    case RejectReason::kDamaged:
+      return "damaged";
+    case RejectReason::kFaint:
+      return "faint";
+    case RejectReason::kUneven:
+      return "uneven_light";
+  }
+  return "";
+}
+
 std::string WordsFor(RejectReason reason) {
   switch (reason) {
     case RejectReason::kMirrored:

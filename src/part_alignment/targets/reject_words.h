@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "part_alignment/targets/target_finder.h"
+#include "part_alignment/targets/reject_reason.h"
 
 namespace trammel::part_alignment {
 

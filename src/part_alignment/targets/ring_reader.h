@@ -26,16 +26,6 @@ struct RingReading {
 /// @param bits  12, 14 or 20.
 [[nodiscard]] RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits);
 
-/// What can be told of a ring whose disc or light is not as ReadRing needs it.
-enum class RingLike {
-  kNone,
-  kRing,    ///< ink in pieces about a gap
-  kUneven,  ///< the same, and light that differs about the disc by a quarter of the contrast
-};
-
-/// @param rough  about right: the ellipse to some tenths of the radius; its levels do not count.
-[[nodiscard]] RingLike LooksRinged(const PageView& picture, const DiscModel& rough);
-
 /// The ring that was read, for FitDisc.
 [[nodiscard]] RingShade ShadeOf(const RingReading& reading, int bits);
 

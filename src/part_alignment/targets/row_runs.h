@@ -8,25 +8,39 @@
 
 namespace trammel::part_alignment {
 
-/// A stretch of a row between two edges of opposite sign, with some contrast on both sides.
+/// A place in a row where the shade changes the most.
+struct RowEdge {
+  int column = 0;
+  int step = 0;  ///< I(x + 1) - I(x - 1), grey levels
+};
+
+/// A stretch of a row between two edges, darker or brighter than what is beside it.
 struct Run {
   int row = 0;
   int first = 0;  ///< column of the edge
   int last = 0;
-  int inside = 0;   ///< grey level
-  int outside = 0;  ///< the mean of both sides
-  int nearer = 0;   ///< the side that is nearer to the inside
+  bool dark = false;   ///< than what is beside it, by the steps of shade
+  bool even = false;   ///< whether both sides differ from it alike; the levels are set only then
+  bool apart = false;  ///< whether the next edges are as far off as beyond a disc's gap
+  int inside = 0;      ///< grey level
+  int outside = 0;     ///< the mean of both sides
+  int nearer = 0;      ///< the side that is nearer to the inside
 };
 
-/// Calls `visit` for each run of `row` with a length in [min_px, max_px]. `edges` is memory.
-/// REQUIRES 1 channel and a width of at least 16.
 struct RunRules {
   int min_px = 0;
   int max_px = 0;
   int min_contrast = 0;
   int edge_step = 0;  ///< least |I(x + 1) - I(x - 1)| of an edge
+  /// Whether I is blended across rows, (1, 2, 1)/4, so that less of its noise looks like edges.
+  bool across_rows = false;
 };
-void RunsOfRow(const PageView& picture, int row, const RunRules& rules,
-               std::vector<std::int32_t>& edges, std::vector<Run>& runs);
+
+/// The runs of `row` with a length in [min_px, max_px] that are even or apart, between edges that
+/// are next to each other; an edge between two that are much steeper counts for none. A run that is
+/// darker than one side and brighter than the other, as of a disc with a shadow's edge on it, comes
+/// as both. `edges` is memory. REQUIRES 1 channel and a width of at least 16.
+void RunsOfRow(const PageView& picture, int row, const RunRules& rules, std::vector<RowEdge>& edges,
+               std::vector<Run>& runs);
 
 }  // namespace trammel::part_alignment

@@ -11,21 +11,29 @@
 
 #include "part_alignment/targets/disc_fit.h"
 #include "part_alignment/targets/disc_search.h"
+#include "part_alignment/targets/disc_sighting.h"
 #include "part_alignment/targets/picture_check.h"
 #include "part_alignment/targets/quieten.h"
 #include "part_alignment/targets/ring_reader.h"
+#include "part_alignment/targets/ring_sighting.h"
 #include "part_alignment/targets/row_runs.h"
+#include "part_alignment/targets/seen_cells.h"
+#include "part_alignment/targets/soft_grey.h"
 #include "part_alignment/targets/target_layout.h"
 
 namespace trammel::part_alignment {
 namespace {
 
-constexpr int kCell_px = 4;
-constexpr std::uint8_t kDone = 255;  ///< a cell of a disc that has been judged
 constexpr double kSmallestSeen_px = 3;
 constexpr double kNoisy = 2.4;   ///< grey levels from which on discs are looked for with less noise
 constexpr double kFaintest = 6;  ///< grey levels of contrast of what is looked at
 constexpr double kSmall_px = 6;  ///< below it, less noise would blur the ring too much
+
+// Of a cell that is not done with.
+constexpr std::uint8_t kTries = 31;  ///< of Examine
+constexpr std::uint8_t kLookedForBright = 32;
+constexpr std::uint8_t kLookedForDark = 64;
+constexpr std::uint8_t kSighted = 128;  ///< something with a ring, in the middle of which it lies
 
 std::optional<std::string> FindProblem(const PageView& picture, const FinderOptions& options) {
   if (auto problem = PictureProblem(picture)) return problem;
@@ -54,7 +62,7 @@ int EdgeStep(double min_contrast, double difference_noise) {
   constexpr double kSigmas = 3.5;
   return std::clamp(static_cast<int>(std::ceil(
                         std::max(kBlurredEdge * min_contrast, kSigmas * difference_noise))),
-                    4, kMost);
+                    3, kMost);
 }
 
 /// One picture's search.
@@ -66,21 +74,17 @@ class Search {
         book_(book),
         options_(options),
         workspace_(workspace),
+        seen_(picture.width, picture.height, workspace.seen),
         quiet_(picture),
         noise_(PixelNoise(picture)) {
-    constexpr double kDifferenceNoise = 1.414;  // of two pixels
+    constexpr double kDifferenceNoise = 0.866;  // of two pixels across rows, sqrt(2 * 6 / 16)
     edge_step_ = EdgeStep(kFaintest, kDifferenceNoise * noise_);
     if (noise_ > kNoisy) {
       Quieten(picture, workspace_.quiet);
       quiet_.data = workspace_.quiet.data();
       quiet_.stride = picture.width;
-      constexpr double kQuietDifferenceNoise = 0.484;  // sqrt(10 / 16 * 6 / 16)
-      edge_step_ = EdgeStep(kFaintest, kQuietDifferenceNoise * noise_);
+      edge_step_ = EdgeStep(kFaintest, kSoftStepNoise * noise_);
     }
-    columns_ = picture.width / kCell_px + 1;
-    workspace_.seen.assign(static_cast<std::size_t>(columns_) *
-                               static_cast<std::size_t>(picture.height / kCell_px + 1),
-                           0);
   }
 
   FoundTargets Run() {
@@ -89,17 +93,24 @@ class Search {
     rules.max_px = static_cast<int>(2 * options_.max_radius_px) + 2;
     rules.min_contrast = static_cast<int>(kFaintest);
     rules.edge_step = edge_step_;
+    rules.across_rows = quiet_.data == picture_.data;
     // The widest chord of a disc of the least radius passes within half a step of its middle.
     const int step = std::max(2, static_cast<int>(options_.min_radius_px));
-    std::vector<part_alignment::Run> runs;
+    workspace_.left_over.clear();
     // Rows far apart first: they meet the large discs, whose targets are then done with before
     // every row of them is looked at.
     for (const auto& [first, spacing] : {std::pair{0, 8}, {4, 8}, {2, 4}, {1, 2}}) {
       for (int row = step / 2 + first * step; row < picture_.height; row += spacing * step) {
-        RunsOfRow(quiet_, row, rules, workspace_.edges, runs);
-        for (const part_alignment::Run& run : runs) Examine(run);
+        RunsOfRow(quiet_, row, rules, workspace_.edges, workspace_.runs);
+        for (const part_alignment::Run& run : workspace_.runs) {
+          const bool settled = run.even && Examine(run);
+          if (!settled && run.apart) workspace_.left_over.push_back(run);
+        }
       }
     }
+    // What was read is known by now, and is no part of what is not.
+    for (const part_alignment::Run& run : workspace_.left_over) LookAgain(run);
+    RejectSighted();
     RejectDoubled();
     std::sort(found_.targets.begin(), found_.targets.end(),
               [](const FoundTarget& a, const FoundTarget& b) {
@@ -112,37 +123,40 @@ class Search {
   }
 
  private:
-  [[nodiscard]] std::uint8_t& SeenAt(double column, double row) {
-    const int x = std::clamp(static_cast<int>(column), 0, picture_.width - 1) / kCell_px;
-    const int y = std::clamp(static_cast<int>(row), 0, picture_.height - 1) / kCell_px;
-    return workspace_.seen[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns_) +
-                           static_cast<std::size_t>(x)];
+  [[nodiscard]] bool IsWanted(bool dark) const {
+    return options_.polarity != (dark ? Polarity::kBrightOnDark : Polarity::kDarkOnBright);
   }
 
-  void Examine(const part_alignment::Run& run) {
-    const bool dark = run.inside < run.outside;
-    if (options_.polarity == (dark ? Polarity::kBrightOnDark : Polarity::kDarkOnBright)) return;
-    if (SeenAt(0.5 * (run.first + run.last), run.row) == kDone) return;
+  /// Whether nothing more is to be learned from the run.
+  bool Examine(const part_alignment::Run& run) {
+    if (!IsWanted(run.dark)) return true;
+    if (seen_.IsDone(0.5 * (run.first + run.last), run.row)) return true;
     const std::optional<Middle> middle = MiddleOf(run);
-    if (!middle) return;
-    std::uint8_t& seen = SeenAt(middle->column_px, middle->row_px);
+    if (!middle) return false;
+    std::uint8_t& seen = seen_.At(middle->column_px, middle->row_px);
     // A row close to a disc's rim may mislead; what misleads three rows is no disc.
     constexpr int kMostTries = 3;
-    if (seen >= kMostTries) return;
+    if ((seen & kTries) >= kMostTries) return (seen & kSighted) != 0;
     ++seen;
-    const std::optional<DiscModel> disc = RoughDisc(quiet_, *middle, dark, kFaintest);
-    if (!disc) {
-      RejectRinged(ModelOf(*middle), RejectReason::kDamaged);
-      return;
-    }
+    const std::optional<DiscModel> disc = RoughDisc(quiet_, *middle, run.dark, kFaintest);
+    if (!disc) return Sight(ModelOf(*middle, run.dark), RejectReason::kDamaged);
     const double radius = MeanRadius(*disc);
     constexpr double kRoughError_px = 0.2;
-    if (radius < kSmallestSeen_px - kRoughError_px || radius > options_.max_radius_px) return;
-    if (SeenAt(disc->column_px, disc->row_px) == kDone) return;
-    // Later rows cross the same disc, and the ring that was read.
-    constexpr double kOfDisc = 0.85;
-    constexpr double kOfTarget = 3.4;  // short of where another target may begin
-    MarkDone(*disc, Judge(*disc) ? kOfTarget : kOfDisc);
+    if (radius < kSmallestSeen_px - kRoughError_px || radius > options_.max_radius_px) return false;
+    if (seen_.IsDone(disc->column_px, disc->row_px)) return true;
+    return Judge(*disc);
+  }
+
+  /// Where no single shade told a disc from its surroundings.
+  void LookAgain(const part_alignment::Run& run) {
+    if (!IsWanted(run.dark)) return;
+    std::uint8_t& seen = seen_.At(0.5 * (run.first + run.last), run.row);
+    const std::uint8_t looked = run.dark ? kLookedForDark : kLookedForBright;
+    if (seen == SeenCells::kDone || (seen & looked) != 0) return;
+    seen |= looked;
+    const SightingRules rules{noise_, kSmallestSeen_px, options_.max_radius_px};
+    const std::optional<DiscModel> disc = SightDisc(picture_, run, rules);
+    if (disc && !seen_.IsDone(disc->column_px, disc->row_px)) Sight(*disc, RejectReason::kHidden);
   }
 
   /// With the threshold between the shades of disc and surroundings; where a shadow's edge is near,
@@ -159,7 +173,7 @@ class Search {
     return WalkToMiddle(quiet_, shaded, kSmallestSeen_px, options_.max_radius_px);
   }
 
-  [[nodiscard]] static DiscModel ModelOf(const Middle& middle) {
+  [[nodiscard]] static DiscModel ModelOf(const Middle& middle, bool dark) {
     const double det = middle.xx * middle.yy - middle.xy * middle.xy;
     DiscModel model;
     model.column_px = middle.column_px;
@@ -167,42 +181,32 @@ class Search {
     model.wxx = middle.yy / det;
     model.wxy = -middle.xy / det;
     model.wyy = middle.xx / det;
+    model.contrast = dark ? -1 : 1;
     return model;
   }
 
-  /// Names what has ink in pieces about it, once; whether it has.
-  bool RejectRinged(const DiscModel& disc, RejectReason reason) {
-    const RingLike like = LooksRinged(quiet_, disc);
-    if (like == RingLike::kNone) return false;
-    Reject(like == RingLike::kUneven ? RejectReason::kUneven : reason, disc);
-    constexpr double kOfTarget = 3;
-    MarkDone(disc, kOfTarget);
+  /// Notes what has ink in pieces about it, to be named once all is known; whether it has.
+  bool Sight(const DiscModel& disc, RejectReason reason) {
+    std::uint8_t& seen = seen_.At(disc.column_px, disc.row_px);
+    if ((seen & kSighted) != 0) return true;
+    const std::optional<RingSighting> ring = SightRing(picture_, disc, noise_);
+    if (!ring) return false;
+    sighted_.push_back({disc, *ring, reason});
+    seen |= kSighted;
     return true;
   }
 
-  /// The cells whose middle is within so many radii, and the disc's own.
-  void MarkDone(const DiscModel& disc, double radii) {
-    SeenAt(disc.column_px, disc.row_px) = kDone;
-    constexpr double kMiddle = 0.5 * (kCell_px - 1);
-    // |W d| <= radii along a row: a dx² + 2 b dx dy + c dy² <= radii².
-    const double a = disc.wxx * disc.wxx + disc.wxy * disc.wxy;
-    const double b = disc.wxy * (disc.wxx + disc.wyy);
-    const double det = disc.wxx * disc.wyy - disc.wxy * disc.wxy;
-    const double half_y = radii * std::sqrt(a) / det;
-    const auto cell = [](double place, int end) {
-      return static_cast<int>(
-          std::clamp((place - kMiddle) / kCell_px + 1, 0.0, static_cast<double>(end)));
-    };
-    const int rows = picture_.height / kCell_px + 1;
-    const int last = cell(disc.row_px + half_y, rows);
-    for (int row = cell(disc.row_px - half_y, rows); row < last; ++row) {
-      const double dy = row * kCell_px + kMiddle - disc.row_px;
-      const double middle = disc.column_px - b / a * dy;
-      const double half =
-          std::sqrt(std::max(0.0, radii * radii / a - det * det * dy * dy / (a * a)));
-      const auto cells = workspace_.seen.begin() + static_cast<std::ptrdiff_t>(row) * columns_;
-      const int begin = cell(middle - half, columns_);
-      std::fill(cells + begin, cells + std::max(begin, cell(middle + half, columns_)), kDone);
+  void RejectSighted() {
+    std::erase_if(sighted_, [this](const SightedTarget& one) {
+      return seen_.IsDone(one.disc.column_px, one.disc.row_px);
+    });
+    LeaveOutParts(sighted_);
+    for (const SightedTarget& one : sighted_) {
+      const bool faint = std::abs(one.ring.contrast) < options_.min_contrast;
+      Reject(one.ring.uneven ? RejectReason::kUneven
+             : faint         ? RejectReason::kFaint
+                             : one.reason,
+             one.disc);
     }
   }
 
@@ -223,41 +227,51 @@ class Search {
     return std::abs(disc.contrast) < options_.min_contrast;
   }
 
-  /// Whether a member of the book was read.
+  [[nodiscard]] std::uint32_t AsPrinted(std::uint32_t seen) const {
+    return options_.mirrored ? ReversedWord(book_.bits, seen) : seen;
+  }
+
+  /// Of a clear ring that is none of the book's.
+  [[nodiscard]] RejectReason ReasonFor(const DiscModel& disc, const RingReading& ring) const {
+    if (IsFaint(disc)) return RejectReason::kFaint;
+    const std::uint32_t in_mirror = ReversedWord(book_.bits, AsPrinted(ring.word));
+    return TargetNumber(book_, in_mirror) ? RejectReason::kMirrored : RejectReason::kWrongCode;
+  }
+
+  /// Reads and measures the disc's target, or says why not; false where there is nothing to say.
   bool Judge(const DiscModel& disc) {
+    constexpr double kOfDisc = 0.85;
+    constexpr double kOfTarget = 3.4;  // short of where another target may begin
     const RingReading ring = Read(disc);
+    std::optional<int> number;
+    double done_radii = kOfDisc;
     switch (ring.state) {
       case RingState::kClutter:
-        RejectRinged(disc, RejectReason::kHidden);
-        return false;
+        return Sight(disc, RejectReason::kHidden);
       case RingState::kNone:
-        if (options_.plain_discs && !IsFaint(disc)) Measure(disc, ring, std::nullopt);
-        return false;
+        if (!options_.plain_discs || IsFaint(disc)) return false;
+        Measure(disc, ring, std::nullopt);
+        break;
       case RingState::kUnclear:
         Reject(IsFaint(disc) ? RejectReason::kFaint : RejectReason::kHidden, disc);
-        return false;
+        break;
       case RingState::kCutOff:
         if (IsFaint(disc)) return false;  // of a faint thing half a ring tells nothing
         Reject(RejectReason::kAtBorder, disc);
-        return false;
+        break;
       case RingState::kClear:
+        done_radii = kOfTarget;
+        if (!IsFaint(disc)) number = TargetNumber(book_, AsPrinted(ring.word));
+        if (number) {
+          Measure(disc, ring, number);
+        } else {
+          Reject(ReasonFor(disc, ring), disc);
+        }
         break;
     }
-    if (IsFaint(disc)) {
-      Reject(RejectReason::kFaint, disc);
-      return false;
-    }
-    const std::uint32_t other_way = ReversedWord(book_.bits, ring.word);
-    const std::optional<int> number =
-        TargetNumber(book_, options_.mirrored ? other_way : ring.word);
-    if (number) {
-      Measure(disc, ring, number);
-      return true;
-    }
-    const bool mirrored =
-        TargetNumber(book_, options_.mirrored ? ring.word : other_way).has_value();
-    Reject(mirrored ? RejectReason::kMirrored : RejectReason::kWrongCode, disc);
-    return false;
+    // Later rows cross the same disc, and the ring that was read.
+    seen_.MarkDone(disc, done_radii);
+    return true;
   }
 
   void Measure(const DiscModel& rough, const RingReading& ring, std::optional<int> number) {
@@ -327,40 +341,15 @@ class Search {
   const CodeBook& book_;
   const FinderOptions& options_;
   FinderWorkspace& workspace_;
+  SeenCells seen_;
+  std::vector<SightedTarget> sighted_;
   PageView quiet_;  ///< the picture where it is little noisy, else with less noise
   double noise_ = 0;
   int edge_step_ = 0;
-  int columns_ = 0;
   FoundTargets found_;
 };
 
 }  // namespace
-
-std::string_view ToString(RejectReason reason) {
-  switch (reason) {
-    case RejectReason::kMirrored:
-      return "mirrored";
-    case RejectReason::kWrongCode:
-      return "wrong_code";
-    case RejectReason::kDoubled:
-      return "doubled";
-    case RejectReason::kHidden:
-      return "hidden";
-    case RejectReason::kAtBorder:
-      return "at_border";
-    case RejectReason::kTooSmall:
-      return "too_small";
-    case RejectReason::kSaturated:
-      return "saturated";
-    case RejectReason::kDamaged:
-      return "damaged";
-    case RejectReason::kFaint:
-      return "faint";
-    case RejectReason::kUneven:
-      return "uneven_light";
-  }
-  return "";
-}
 
 Result<FoundTargets> FindTargets(const PageView& picture, const CodeBook& book,
                                  const FinderOptions& options, FinderWorkspace& workspace) {

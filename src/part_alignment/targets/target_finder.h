@@ -3,13 +3,14 @@
 
 #include <cstdint>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "base/page.h"
 #include "base/result.h"
 #include "part_alignment/targets/code_book.h"
 #include "part_alignment/targets/image_ellipse.h"
+#include "part_alignment/targets/reject_reason.h"
+#include "part_alignment/targets/row_runs.h"
 #include "part_alignment/targets/square_shape.h"
 
 namespace trammel::part_alignment {
@@ -44,22 +45,6 @@ struct FoundTarget {
   std::optional<SquareShape> square;  ///< of a square marker (square_finder.h)
 };
 
-enum class RejectReason {
-  kMirrored,   ///< not in the book, but its mirror image is: see FinderOptions::mirrored
-  kWrongCode,  ///< a clear ring, but its word is not in the book
-  kDoubled,    ///< read at two places; both are rejected
-  kHidden,     ///< parts of the ring are covered, or not of one of two shades
-  kAtBorder,   ///< the picture ends within the ring
-  kTooSmall,   ///< disc below min_radius_px
-  kSaturated,  ///< too few samples between black and white to place the edge
-  kDamaged,    ///< the disc is no clean ellipse
-  kFaint,      ///< a ring about a disc of less than min_contrast
-  kUneven,     ///< a ring, but light that differs across it by more than can be corrected
-};
-
-/// "wrong_code" and so on.
-[[nodiscard]] std::string_view ToString(RejectReason reason);
-
 struct RejectedTarget {
   RejectReason reason = RejectReason::kWrongCode;
   double column_px = 0;
@@ -75,7 +60,9 @@ struct FoundTargets {
 
 /// Memory of FindTargets, to be used again for the next picture.
 struct FinderWorkspace {
-  std::vector<std::int32_t> edges;
+  std::vector<RowEdge> edges;
+  std::vector<Run> runs;
+  std::vector<Run> left_over;
   std::vector<std::uint8_t> seen;
   std::vector<std::uint8_t> quiet;
 };

@@ -320,6 +320,50 @@ TEST(TargetFinder, SaysWhyATargetIsRejected) {
   EXPECT_EQ(reason_at(290, 170), "at_border");
 }
 
+/// Targets of 12 px radius, tilted, as `look` has each: how many there is nothing said of.
+int CountSilent(const std::function<Look(const DrawnTarget&, Random&)>& look) {
+  constexpr std::uint64_t kSeed = 40;
+  constexpr int kTargets = 12;
+  Random random(kSeed);
+  const CodeBook book = Book(14);
+  int silent = 0;
+  for (int i = 0; i < kTargets; ++i) {
+    const Scene scene = OneTarget(random, 12, 0.4, 14, book.words[static_cast<std::size_t>(3 * i)]);
+    const GreyImage image =
+        Draw(scene.side, scene.side, {scene.target}, look(scene.target, random));
+    const FoundTargets found = Find(Expose(image, 1, random), book);
+    const auto at_disc = [&](const RejectedTarget& rejected) {
+      return std::hypot(rejected.column_px - scene.target.h[0][2],
+                        rejected.row_px - scene.target.h[1][2]) < 12;
+    };
+    const bool named = std::any_of(found.rejected.begin(), found.rejected.end(), at_disc);
+    silent += found.targets.empty() && !named ? 1 : 0;
+  }
+  return silent;
+}
+
+TEST(TargetFinder, NamesDiscsThatAShadowsEdgeCrosses) {
+  for (const double left : {0.6, 0.4, 0.2}) {
+    const auto shaded = [left](const DrawnTarget& target, Random& random) {
+      Look look;
+      look.shadow = {target.h[0][2] + random.Uniform(-12, 12), target.h[1][2],
+                     random.Uniform(0, kTurn), 1, left};
+      return look;
+    };
+    EXPECT_EQ(CountSilent(shaded), 0) << left;
+  }
+}
+
+TEST(TargetFinder, NamesDiscsOfSixTimesTheNoise) {
+  const auto faint = [](const DrawnTarget&, Random&) { return Look{.paper = 86, .ink = 80}; };
+  EXPECT_EQ(CountSilent(faint), 0);
+}
+
+TEST(TargetFinder, NamesDiscsBlurredByFourTenthsOfTheirRadius) {
+  const auto blurred = [](const DrawnTarget&, Random&) { return Look{.blur_px = 4.8}; };
+  EXPECT_EQ(CountSilent(blurred), 0);
+}
+
 TEST(TargetFinder, MeasuresBrightDiscsThatAreSaturatedWithin) {
   Random random(6);
   const CodeBook book = Book(14);

@@ -1,0 +1,149 @@
+#include "part_alignment/targets/disc_sighting.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "part_alignment/targets/code_book.h"
+#include "part_alignment/targets/ring_sighting.h"
+#include "part_alignment/targets/row_runs.h"
+#include "support/target_picture.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using test::DrawnTarget;
+using test::Look;
+
+constexpr double kMiddle_px = 90;
+constexpr double kRadius_px = 15;
+
+Page OneTarget(const Look& look, double noise, int bits = 14) {
+  DrawnTarget target = test::AffineTarget(kMiddle_px, kMiddle_px, kRadius_px, 0.5, 1, 2);
+  target.bits = bits;
+  target.word = MakeCodeBook(14).value().words[5];
+  Random random(3);
+  return test::Expose(test::Draw(180, 180, {target}, look), noise, random);
+}
+
+Run Across(int row, int first, int last) {
+  Run run;
+  run.row = row;
+  run.first = first;
+  run.last = last;
+  run.dark = true;
+  return run;
+}
+
+// Ink in the light is brighter than paper in the shade. The run is its lit part.
+TEST(DiscSighting, FindsTheRimWithinATenthWhereAShadowsEdgeCrossesTheDisc) {
+  Look look;
+  look.shadow = {kMiddle_px, kMiddle_px, 0, 1, 0.1};
+  const Page page = OneTarget(look, 1);
+  const auto disc = SightDisc(page.view(), Across(90, 75, 90), {.noise = 1});
+  ASSERT_TRUE(disc);
+  constexpr double kTenth_px = 0.1 * kRadius_px;
+  EXPECT_NEAR(disc->column_px, kMiddle_px, kTenth_px);
+  EXPECT_NEAR(disc->row_px, kMiddle_px, kTenth_px);
+  EXPECT_NEAR(MeanRadius(*disc), kRadius_px * std::sqrt(std::cos(0.5)), kTenth_px);
+  const auto ring = SightRing(page.view(), *disc, 1);
+  ASSERT_TRUE(ring);
+  EXPECT_TRUE(ring->uneven);
+}
+
+TEST(DiscSighting, SeesARingOnlyWhereThereIsOne) {
+  const Look look;
+  const Page with = OneTarget(look, 1);
+  const Page without = OneTarget(look, 1, 0);
+  const auto run = Across(90, 76, 104);
+  const auto disc = SightDisc(with.view(), run, {.noise = 1});
+  const auto alone = SightDisc(without.view(), run, {.noise = 1});
+  ASSERT_TRUE(disc && alone);
+  const auto ring = SightRing(with.view(), *disc, 1);
+  ASSERT_TRUE(ring);
+  EXPECT_FALSE(ring->uneven);
+  EXPECT_NEAR(ring->contrast, -150, 5);
+  EXPECT_FALSE(SightRing(without.view(), *alone, 1));
+}
+
+TEST(DiscSighting, SeesNothingInNoise) {
+  Random random(5);
+  const test::GreyImage grey{180, 180, std::vector<double>(180 * 180, 128)};
+  for (const double noise : {0.0, 1.0, 8.0}) {
+    const Page page = test::Expose(grey, noise, random);
+    for (int row = 10; row < 170; row += 8) {
+      const auto run = Across(row, row - 5, row + 5);
+      const auto disc = SightDisc(page.view(), run, {.noise = noise});
+      EXPECT_FALSE(disc && SightRing(page.view(), *disc, noise)) << noise << " row " << row;
+    }
+  }
+}
+
+// Every run of a small picture, those at its border and of its whole width too.
+TEST(DiscSighting, LooksAtNothingBeyondThePicture) {
+  const Page page = OneTarget({}, 1);
+  PageView part = page.view();
+  part.width = 40;
+  part.height = 30;
+  for (int row = 0; row < part.height; ++row) {
+    for (int first = 0; first < part.width; first += 3) {
+      for (int last = first; last < part.width; last += 3) {
+        const auto disc = SightDisc(part, Across(row, first, last), {.noise = 1});
+        if (disc) (void)SightRing(part, *disc, 1);
+      }
+    }
+  }
+}
+
+TEST(RingSighting, LeavesOutWhatIsSeenTwiceOrWithinARing) {
+  const auto at = [](double column, double radius, int clear) {
+    SightedTarget one;
+    one.disc.column_px = column;
+    one.disc.wxx = one.disc.wyy = 1 / radius;
+    one.ring.clear = clear;
+    return one;
+  };
+  // The same disc twice, a segment of its ring, and another target beyond it.
+  std::vector<SightedTarget> sighted{at(101, 10, 30), at(100, 10, 38), at(125, 5, 35),
+                                     at(175, 10, 20)};
+  LeaveOutParts(sighted);
+  ASSERT_EQ(sighted.size(), 2U);
+  EXPECT_EQ(sighted[0].disc.column_px, 100);
+  EXPECT_EQ(sighted[1].disc.column_px, 175);
+}
+
+/// A row of `values`, each as many pixels wide as stated, in a picture of rows that are all alike.
+std::vector<Run> RunsOf(const std::vector<std::pair<int, int>>& values) {
+  Page page;
+  std::vector<std::uint8_t> row;
+  for (const auto& [grey, count] : values) {
+    row.insert(row.end(), static_cast<std::size_t>(count), static_cast<std::uint8_t>(grey));
+  }
+  page.width = static_cast<int>(row.size());
+  page.height = 3;
+  for (int y = 0; y < 3; ++y) page.samples.insert(page.samples.end(), row.begin(), row.end());
+  std::vector<RowEdge> edges;
+  std::vector<Run> runs;
+  RunsOfRow(page.view(), 1, {.min_px = 3, .max_px = 60, .min_contrast = 6, .edge_step = 5}, edges,
+            runs);
+  return runs;
+}
+
+TEST(RowRuns, TakeAShadowsEdgeWithinADiscForASideOfIt) {
+  const auto runs = RunsOf({{200, 30}, {50, 15}, {10, 15}, {40, 30}});
+  const auto lit = [](const auto& run) { return run.dark && !run.even && run.first < 31; };
+  EXPECT_TRUE(std::any_of(runs.begin(), runs.end(), lit));
+}
+
+TEST(RowRuns, LeaveOutASlightEdgeBetweenSteepOnes) {
+  const auto runs = RunsOf({{200, 30}, {44, 10}, {50, 10}, {200, 30}});
+  ASSERT_EQ(runs.size(), 1U);
+  EXPECT_TRUE(runs[0].even);
+  EXPECT_NEAR(runs[0].last - runs[0].first, 20, 1);
+}
+
+}  // namespace
+}  // namespace trammel::part_alignment

@@ -1,0 +1,40 @@
+// Grey values with less noise, for what is too faint for single pixels.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "base/page.h"
+
+namespace trammel::part_alignment {
+
+inline constexpr int kSoftUnit = 16;  ///< of a grey level, what soft grey is counted in
+/// What is left of the pixels' noise in soft grey, and in the difference of two places 2 px apart.
+inline constexpr double kSoftNoise = 0.375;
+inline constexpr double kSoftStepNoise = 0.484;
+
+/// The 3 x 3 pixels about one, weighted by (1, 2, 1) each way, in sixteenths of a grey level.
+/// REQUIRES `p` to be no pixel of the border.
+inline int SoftGrey(const std::uint8_t* p, std::ptrdiff_t stride) {
+  const auto line = [](const std::uint8_t* q) { return q[-1] + 2 * q[0] + q[1]; };
+  return line(p - stride) + 2 * line(p) + line(p + stride);
+}
+
+/// A picture as SoftGrey shows it, by the nearest pixel.
+class SoftPicture {
+ public:
+  explicit SoftPicture(const PageView& picture) : picture_(picture) {}
+  [[nodiscard]] bool Has(double x, double y) const {
+    return x >= 0.5 && y >= 0.5 && x < picture_.width - 1.5 && y < picture_.height - 1.5;
+  }
+  /// REQUIRES Has(x, y).
+  [[nodiscard]] int At(double x, double y) const {
+    return SoftGrey(picture_.row(static_cast<int>(y + 0.5)) + static_cast<int>(x + 0.5),
+                    picture_.stride);
+  }
+
+ private:
+  const PageView& picture_;
+};
+
+}  // namespace trammel::part_alignment
