@@ -160,7 +160,7 @@ bool FindLevels(const std::uint8_t* p, int width, int min_contrast, Run& run) {
 
 void RunsOfRow(const PageView& picture, int row, const RunRules& rules, std::vector<RowEdge>& edges,
                std::vector<Run>& runs) {
-  constexpr int kLeastApart_px = 8;  // shorter runs lie about everywhere in noise
+  constexpr int kLeastApart_px = 6;  // shorter runs lie about everywhere in noise
   runs.clear();
   const std::uint8_t* p = picture.row(row);
   const bool blended = rules.across_rows && row > 0 && row < picture.height - 1;
