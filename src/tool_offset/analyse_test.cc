@@ -161,7 +161,7 @@ TEST(AnalyseSheet, ReadsNoCoarseOffsetWhereThePaperHasMovedTheFingersUnevenly) {
   const SheetPlan plan = DefaultPlan(2);
   SheetScene scene = QuickScene();
   scene.offset_mm[1] = {1.5, -1.2};
-  scene.wrinkle_mm = 0.25;
+  scene.wrinkle_mm = 0.18;
   const SheetResult result = Read(plan, scene);
   ASSERT_EQ(result.tools.size(), 1U);
   EXPECT_THAT(result.tools[0].dx_mm.reason(), HasSubstr("unevenly"));

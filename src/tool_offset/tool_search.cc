@@ -29,13 +29,24 @@ std::array<double, 2> WholeClaim(const SheetPlan& plan, int tool) {
 }
 
 /// Whether a place stands out from all others, and the tool's own ink shows it along both axes.
-bool IsSure(const PlaceChoice& choice, const std::array<double, 2>& whole) {
+/// @param share  of the legs that are there.
+/// @param left   cells of ink in the box that no tool explains whose place stands out.
+bool IsSure(const PlaceChoice& choice, const std::array<double, 2>& whole, double share,
+            double left) {
   /// Of all its ink: other ink makes half of a tool's legs at most.
   constexpr double kLeastLead = 0.15;
+  constexpr double kLeastLeadOfPart = 0.3;
   constexpr double kLeastOwn = 0.2;
   constexpr double kLeastOwnOfAxis = 0.1;
+  constexpr double kNearlyAll = 0.93;
+  constexpr double kMostLeft = 0.5;
   const double all = whole[0] + whole[1];
-  return choice.lead >= kLeastLead * all && choice.own[0] + choice.own[1] >= kLeastOwn * all &&
+  const bool part = share < kNearlyAll;
+  // Ink enough for its lines elsewhere, perhaps further off than it is looked for, leaves only what
+  // fits nearly wholly.
+  if (part && left >= kMostLeft * all) return false;
+  return choice.lead >= (part ? kLeastLeadOfPart : kLeastLead) * all &&
+         choice.own[0] + choice.own[1] >= kLeastOwn * all &&
          choice.own[0] >= kLeastOwnOfAxis * whole[0] && choice.own[1] >= kLeastOwnOfAxis * whole[1];
 }
 
@@ -125,6 +136,20 @@ PlaceClaim ToolSearch::Claim(int tool, SheetPoint shift, double threshold) const
   return claim;
 }
 
+double ToolSearch::InkLeft(const std::vector<std::uint8_t>& explained, double threshold) const {
+  const int first_column = std::max(0, raster_.Column(-plan_.width_mm / 2));
+  const int last_column = std::min(raster_.columns - 1, raster_.Column(plan_.width_mm / 2));
+  const int last_row = std::min(raster_.rows - 1, raster_.Row(plan_.height_mm / 2));
+  std::ptrdiff_t cells = 0;
+  for (int row = std::max(0, raster_.Row(-plan_.height_mm / 2)); row <= last_row; ++row) {
+    for (int column = first_column; column <= last_column; ++column) {
+      const std::size_t cell = raster_.at(column, row);
+      cells += explained[cell] == 0 && raster_.strength[cell] >= threshold ? 1 : 0;
+    }
+  }
+  return static_cast<double>(cells) / kClaimStep;
+}
+
 double ToolSearch::Contrast(const ToolComb& comb, SheetPoint shift,
                             const std::vector<std::uint8_t>& explained, double& open_cells) const {
   const Structure& structure = plan_.structures[comb.structure];
@@ -203,8 +228,15 @@ bool ToolSearch::LookOnce(const std::vector<int>& tools, double threshold,
     if (!candidates.back().empty()) places[i].share = candidates.back().front().share;
   }
   const std::vector<PlaceChoice> choices = ChoosePlaces(std::move(claims));
+  std::vector<std::uint8_t> others = explained_;
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    if (choices[k].place < 0) continue;
+    const Candidate& candidate = candidates[k][static_cast<std::size_t>(choices[k].place)];
+    if (!IsSure(choices[k], WholeClaim(plan_, tools[open[k]]), candidate.share, 0)) continue;
+    Explain(tools[open[k]], candidate.shift, others);
+  }
+  const double left = InkLeft(others, threshold);
   bool more = false;
-  std::vector<std::uint8_t> others;
   for (std::size_t k = 0; k < open.size(); ++k) {
     const PlaceChoice& choice = choices[k];
     const int tool = tools[open[k]];
@@ -214,7 +246,7 @@ bool ToolSearch::LookOnce(const std::vector<int>& tools, double threshold,
     const Candidate& candidate = candidates[k][static_cast<std::size_t>(choice.place)];
     place.shift = candidate.shift;
     place.share = candidate.share;
-    place.found = IsSure(choice, WholeClaim(plan_, tool));
+    place.found = IsSure(choice, WholeClaim(plan_, tool), candidate.share, left);
     place.ambiguous = !place.found;
     if (!place.found) continue;
     more = true;

@@ -46,6 +46,9 @@ class ToolSearch {
   /// The ink under a tool's lines at a shift that no known line explains.
   [[nodiscard]] PlaceClaim Claim(int tool, SheetPoint shift, double threshold) const;
 
+  /// Cells of ink within the box that are not explained, of those that claims count.
+  [[nodiscard]] double InkLeft(const std::vector<std::uint8_t>& explained, double threshold) const;
+
   /// Of a comb's legs at a shift against the paper beside them, levels; only where no known ink
   /// lies.
   [[nodiscard]] double Contrast(const ToolComb& comb, SheetPoint shift,
