@@ -275,7 +275,7 @@ TEST(TargetStudy, BlurAndRadius) {
   for (const double blur_px : {0.0, 0.3, 1.0, 2.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0}) {
     Condition blurred = condition;
     blurred.look.blur_px = blur_px;
-    blurred.beyond = blur_px > 7.5;
+    blurred.beyond = blur_px > 6.25;  // a third of the radius
     Row(fmt::format("blur {} px", blur_px), blurred);
   }
   Head("Radius; 30 deg");
