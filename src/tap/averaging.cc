@@ -9,7 +9,7 @@ namespace trammel::tap {
 namespace {
 
 constexpr std::size_t kMostOrder = 4;  // HX711 and ADS131 have 4 and 3
-constexpr double kLeastFall = 4;       // deviations of the noise, from sample to sample
+constexpr double kLeastFall = 8;       // deviations of the noise, from sample to sample
 constexpr std::size_t kPasses = 3;     // of averaging and fit, until they agree
 // By which an order may explain the samples worse than the best one, in variances of the noise:
 // 95 % quantile of chi-squared.
