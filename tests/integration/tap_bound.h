@@ -22,19 +22,31 @@ struct PressModel {
 [[nodiscard]] double ContactBound(std::span<const double> height_mm, double noise_g,
                                   const sim::ContactLaw& law, const PressModel& model);
 
-/// How far a quiet tap is from all that a smooth press on a sloped baseline can explain.
-struct SmoothPress {
-  double misfit = 0;    ///< of the nearest one, in standard deviations of the noise, all samples
-  double shift_mm = 0;  ///< of its break from the true one
-  std::vector<double> force_g;  ///< of the nearest one, at the heights
+/// A tap without noise in the pull-back's cruise.
+struct QuietPress {
+  std::span<const double> height_mm;  ///< Of each sample above the contact.
+  std::span<const double> force_g;    ///< Counting upwards.
+  double noise_g = 0;                 ///< That was left out, > 0.
 };
 
-/// Scans the break for the smooth press of three terms, nowhere softer than 0, that is nearest to a
-/// tap without noise. tap_miss_bound.h says what follows from it.
-/// @param height_mm  of each sample above the contact; @param force_g  without noise.
-/// REQUIRES noise_g > 0 and a press that counts upwards; the misfit is infinite where no press will
-/// do.
-[[nodiscard]] SmoothPress NearestSmoothPress(std::span<const double> height_mm,
-                                             std::span<const double> force_g, double noise_g);
+/// How far a quiet tap is from what a smooth press on a sloped baseline can explain: one of three
+/// terms that nowhere falls, or one by a power. tap_miss_bound.h says what follows from it.
+struct SmoothPress {
+  double misfit = 0;            ///< In standard deviations of the noise, all samples; infinite
+                                ///< where no press will do.
+  double shift_mm = 0;          ///< Of its break from the true one.
+  std::vector<double> force_g;  ///< At the heights.
+};
+
+/// The nearest with its break there.
+[[nodiscard]] SmoothPress SmoothPressAt(const QuietPress& quiet, double shift_mm);
+
+/// The nearest of all within 30 um.
+[[nodiscard]] SmoothPress NearestSmoothPress(const QuietPress& quiet);
+
+/// One with its break beyond that of the nearest, as the true break sees it, so far that the square
+/// of its misfit is larger by `excess`.
+[[nodiscard]] SmoothPress SmoothPressBeyond(const QuietPress& quiet, const SmoothPress& nearest,
+                                            double excess);
 
 }  // namespace trammel

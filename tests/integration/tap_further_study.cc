@@ -180,11 +180,13 @@ void StudyRows(const char* what, const std::vector<TapRow>& rows) {
   for (const TapRow& row : rows) {
     if (!Asked(row.name)) continue;
     const RowAnswers answers = StudyRow(row, taps, seed, kContact);
-    const SmoothPress smooth = TakeQuietTap(row, seed).Nearest();
+    const QuietTap quiet = TakeQuietTap(row, seed);
+    const SmoothPress smooth =
+        quiet.height_mm.empty() ? SmoothPress{} : NearestSmoothPress(quiet.Press());
     // The bound is asked for where it could excuse anything.
     MissBound misses;
     if (IsWhite(row) && !Shortfall(row, answers, misses).empty() && smooth.misfit < kVisible) {
-      misses = BoundMisses(row, taps, seed);
+      misses = BoundMisses(row, taps, seed, LeastCoverage(static_cast<std::size_t>(taps)));
     }
     const std::string shortfall = Shortfall(row, answers, misses);
     PrintRow(row, answers, smooth, misses, shortfall);

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <span>
+
+#include "base/statistics.h"
 
 namespace trammel {
 namespace {
@@ -43,41 +46,57 @@ double MissBound::LeastMissed(double least_held) const {
   return ShareBelow(limit, -0.5, distance);
 }
 
-MissBound BoundMisses(TapRow row, int taps, std::uint64_t first_seed) {
+namespace {
+
+// Analyses a row's tap as it would be with a smooth press.
+void AddSmooth(const TapRow& row, sim::SimulatedTap tap, const QuietTap& quiet,
+               const SmoothPress& smooth, MissBound& bound, TapAnswers& answers) {
   constexpr double kLeastDistance = 1e-3;
-  MissBound bound;
-  int good = 0;
-  int held = 0;
-  int left_out = 0;
+  bound.distance.push_back(std::max(smooth.misfit, kLeastDistance));
+  for (std::size_t s = 0; s < smooth.force_g.size(); ++s) {
+    tap.force_g[quiet.first + s] += smooth.force_g[s] - quiet.tap.force_g[quiet.first + s];
+  }
+  tap::TapOptions options;
+  if (row.latency_known) options.latency_s = std::max(0.0, tap.latency_s);
+  tap::TapAnalyser analyser(options);
+  const std::vector<tap::Move> moves = MovesOf(tap);
+  const tap::TapAnalysis analysis = analyser.Analyse({tap.time_s, tap.force_g, moves});
+  const double contact_z_mm = tap.truth->contact_z_mm;
+  Add(analysis, contact_z_mm + smooth.shift_mm, 0, answers);
+  bound.left_out +=
+      analysis.verdict == Verdict::kGood &&
+      (analysis.interval95_mm.lo > contact_z_mm || analysis.interval95_mm.hi < contact_z_mm);
+}
+
+}  // namespace
+
+MissBound BoundMisses(TapRow row, int taps, std::uint64_t first_seed, double least_held) {
+  // Of the squares of the distances: a press that is farther off may be left out more often.
+  constexpr double kExcess[] = {0, 0.5, 1, 2};
+  MissBound bounds[std::size(kExcess)];
+  TapAnswers answers[std::size(kExcess)];
   for (int i = 0; i < taps; ++i) {
     const std::uint64_t seed = first_seed + static_cast<std::uint64_t>(i);
     const QuietTap quiet = TakeQuietTap(row, seed);
-    const SmoothPress smooth = quiet.Nearest();
-    sim::SimulatedTap tap = SimulateRow(row, seed);
-    if (smooth.force_g.empty() || tap.time_s.size() != quiet.tap.time_s.size()) continue;
-    bound.distance.push_back(std::max(smooth.misfit, kLeastDistance));
-    for (std::size_t s = 0; s < smooth.force_g.size(); ++s) {
-      tap.force_g[quiet.first + s] += smooth.force_g[s] - quiet.tap.force_g[quiet.first + s];
+    const sim::SimulatedTap tap = SimulateRow(row, seed);
+    if (quiet.height_mm.empty() || tap.time_s != quiet.tap.time_s) continue;
+    const SmoothPress nearest = NearestSmoothPress(quiet.Press());
+    if (nearest.force_g.empty()) continue;
+    for (std::size_t k = 0; k < std::size(kExcess); ++k) {
+      const SmoothPress smooth =
+          kExcess[k] > 0 ? SmoothPressBeyond(quiet.Press(), nearest, kExcess[k]) : nearest;
+      AddSmooth(row, tap, quiet, smooth, bounds[k], answers[k]);
     }
-    tap::TapOptions options;
-    if (row.latency_known) options.latency_s = std::max(0.0, tap.latency_s);
-    tap::TapAnalyser analyser(options);
-    const std::vector<tap::Move> moves = MovesOf(tap);
-    const tap::TapAnalysis analysis = analyser.Analyse({tap.time_s, tap.force_g, moves});
-    if (analysis.verdict != Verdict::kGood) continue;
-    const auto holds = [&](double z_mm) {
-      return analysis.interval95_mm.lo <= z_mm && z_mm <= analysis.interval95_mm.hi;
-    };
-    const double contact_z_mm = tap.truth->contact_z_mm;
-    ++good;
-    held += holds(contact_z_mm + smooth.shift_mm);
-    left_out += !holds(contact_z_mm);
-    bound.half_width_um += kUmPerMm * 0.5 * (analysis.interval95_mm.hi - analysis.interval95_mm.lo);
   }
-  bound.held = held / std::max(1.0, static_cast<double>(good));
-  bound.left_out = left_out / static_cast<double>(taps);
-  bound.half_width_um /= std::max(1, good);
-  return bound;
+  MissBound* most = bounds;
+  for (std::size_t k = 0; k < std::size(kExcess); ++k) {
+    MissBound& bound = bounds[k];
+    bound.left_out /= taps;
+    bound.held = answers[k].Coverage();
+    bound.half_width_um = answers[k].half_width_um.empty() ? 0 : Mean(answers[k].half_width_um);
+    if (bound.LeastMissed(least_held) > most->LeastMissed(least_held)) most = &bound;
+  }
+  return *most;
 }
 
 }  // namespace trammel

@@ -39,8 +39,11 @@ inline constexpr double kMostLeftOut = 0.95;
 [[nodiscard]] double NormalShare(double deviations);
 [[nodiscard]] double NormalQuantile(double share);
 
-/// Analyses the taps of the row's nearest smooth presses: what lies beyond the pull-back's cruise
-/// is as in the row. REQUIRES white noise, and samples at the same instants with noise and without.
-[[nodiscard]] MissBound BoundMisses(TapRow row, int taps, std::uint64_t first_seed);
+/// Analyses the taps of smooth presses, of the nearest and of some that are farther away, where
+/// what lies beyond the pull-back's cruise is as in the row; the bound that says most.
+/// REQUIRES white noise; taps whose samples are not at the same instants without it are not
+/// counted.
+[[nodiscard]] MissBound BoundMisses(TapRow row, int taps, std::uint64_t first_seed,
+                                    double least_held);
 
 }  // namespace trammel

@@ -191,14 +191,14 @@ TEST(TapStudy, TheMissBoundFindsAnHonestIntervalOnTheNearestSmoothPress) {
   TapRow toe;
   toe.cell.press.law.toe_mm = 0.003;
   toe.cell.press.law.toe_share = 0.1;
-  const MissBound hidden = BoundMisses(toe, kTaps, 1);
+  const MissBound hidden = BoundMisses(toe, kTaps, 1, 0.85);
   ASSERT_EQ(hidden.distance.size(), static_cast<std::size_t>(kTaps));
   EXPECT_GT(hidden.held, 0.85);  // 95 %, three deviations of 60
   EXPECT_GT(hidden.left_out, 0.8);
   EXPECT_GT(hidden.LeastMissed(0.85), 0.5);
   toe.cell.press.law.toe_mm = 0.02;
   toe.cell.disturbance.noise_g = 0.2;
-  const MissBound plain = BoundMisses(toe, kTaps, 1);
+  const MissBound plain = BoundMisses(toe, kTaps, 1, 0.85);
   EXPECT_GT(*std::min_element(plain.distance.begin(), plain.distance.end()), 5);
   EXPECT_LT(plain.LeastMissed(0), 1e-3);
 }

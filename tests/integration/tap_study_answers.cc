@@ -79,11 +79,11 @@ TapBounds BoundsOf(const TapRow& row, const sim::SimulatedTap& tap) {
   return bounds;
 }
 
-SmoothPress QuietTap::Nearest() const {
+QuietPress QuietTap::Press() const {
   constexpr std::size_t kLeast = 6;
-  if (height_mm.size() < kLeast) return {std::nan(""), std::nan(""), {}};
+  if (height_mm.size() < kLeast) return {};
   const std::span<const double> force_g(tap.force_g);
-  return NearestSmoothPress(height_mm, force_g.subspan(first, height_mm.size()), noise_g);
+  return {height_mm, force_g.subspan(first, height_mm.size()), noise_g};
 }
 
 QuietTap TakeQuietTap(TapRow row, std::uint64_t seed) {

@@ -51,8 +51,8 @@ struct QuietTap {
   std::vector<double> height_mm;  ///< empty without a truth
   double noise_g = 0;             ///< that was left out, with the steps of the counts
 
-  /// Without a press where the samples are too few.
-  [[nodiscard]] SmoothPress Nearest() const;
+  /// Empty where the samples are too few for a press.
+  [[nodiscard]] QuietPress Press() const;
 };
 
 [[nodiscard]] QuietTap TakeQuietTap(TapRow row, std::uint64_t seed);
