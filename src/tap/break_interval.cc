@@ -14,6 +14,10 @@ constexpr double kCubic1 = 0.5;    // one coefficient more
 constexpr double kHertz = -1;      // as many, and physics is on its side
 constexpr double kYielding = 0.5;  // a power below 1: something yields under the nozzle
 constexpr double kZones = 5;       // a kink anywhere, of any size
+// What smooth neighbours cost beside the press in two zones, which looks like them while it is
+// narrow or soft.
+constexpr double kCubicBeside = 1;
+constexpr double kPowerBeside = 0.5;
 // By which a neighbour may beat the quadratic press before the interval of the latter shrinks.
 constexpr double kCredit = 1.5;
 // By which correlation may raise the variance of means before the noise is white no more.
@@ -23,8 +27,9 @@ constexpr double kWhite = 1.2;
 constexpr double kElbow = 0.6;
 
 // A soft zone that starts flat, as a parabola, ends farther out than the straight line that goes
-// best with it, by so much of the latter's width: plastic that thins out.
-constexpr double kFlatEnd = 0.5;
+// best with it, by so much of the latter's width where it is much softer than the inner zone, and
+// less where it is not: plastic that thins out.
+constexpr double kFlatEnd = 0.8;
 
 }  // namespace
 
@@ -38,6 +43,9 @@ BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& cand
                 candidates.Cost(kTwoZones) + kZones});
   const double quadratic = candidates.Cost(kQuadratic);
   level_ = std::min(quadratic, neighbours) + reach;
+  zones_ = std::min({quadratic, candidates.Cost(kCubic) + kCubicBeside,
+                     candidates.Cost(kPower) + kPowerBeside, candidates.Cost(kTwoZones) + kZones}) +
+           reach;
   // Where the noise is not white, what looks like a form may be the noise's.
   const bool in_question =
       candidates.flat_start || candidates.variance > kWhite * candidates.noise_variance;
@@ -47,7 +55,7 @@ BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& cand
 
 bool BreakInterval::Find(Scan scan) {
   Seed();
-  const bool zones = candidates_.Cost(kTwoZones) + kZones <= level_;
+  const bool zones = candidates_.Cost(kTwoZones) + kZones <= zones_;
   if (lo_ <= hi_ && !Search(scan, false)) {
     return false;
   }
@@ -87,12 +95,11 @@ double BreakInterval::ZonesMargin(double t) const {
   constexpr double kBetter = 3;
   const ZonesPrice& price = candidates_.price;
   const Minimum& best = candidates_.model[kTwoZones];
-  const double allowed = (level_ - kZones) * candidates_.variance;
+  const double allowed = (zones_ - kZones) * candidates_.variance;
   const double least = best.sum_squares - price.Far(best.t);
   const double room = allowed - price.Far(t) - least + kBetter * candidates_.variance;
   return room < 0 ? room
-                  : allowed - price.Cost(FitTwoZones(profile_, t, candidates_.zones.s,
-                                                     allowed - price.Far(t)));
+                  : allowed - price.Cost(profile_, t, candidates_.zones.s, allowed - price.Far(t));
 }
 
 // From the outermost point of the scan that holds, or from the minimum, to the next that does not.
@@ -149,9 +156,10 @@ void BreakInterval::AddPower() {
 
 void BreakInterval::AddElbow() {
   const TwoZonePress& zones = candidates_.zones;
-  if (candidates_.OuterRatio() < kElbow) {
+  const double ratio = candidates_.OuterRatio();
+  if (ratio < kElbow) {
     lo_ = std::min(lo_, zones.Elbow());
-    hi_ = std::max(hi_, zones.t + kFlatEnd * (zones.t - zones.s));
+    hi_ = std::max(hi_, zones.t + kFlatEnd * (1 - ratio) * (zones.t - zones.s));
   }
 }
 

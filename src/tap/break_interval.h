@@ -29,6 +29,7 @@ class BreakInterval {
   double power_penalty_ = 0;
   double level_ = 0;      // of the neighbours, in variances
   double quadratic_ = 0;  // of the quadratic press
+  double zones_ = 0;      // of the press in two zones
   double lo_ = kNever;
   double hi_ = -kNever;
 };

@@ -9,6 +9,8 @@ constexpr double kUnknowns = 5;       // of the quadratic press, with the break
 constexpr double kZonesUnknowns = 2;  // of the press in two zones beyond these
 // Prices of the press in two zones, in variances of the noise.
 constexpr double kZonesCurve = 1.5;
+constexpr double kZonesGraded = 1;
+constexpr double kZonesStep = 0.5;
 constexpr double kZonesFar = 10;
 // By which they must explain the samples better than the smooth ones at a quick look, so that a
 // fine search can matter: nearly the interval's reach less than its price.
@@ -27,7 +29,7 @@ void FindZones(const PressProfile& profile, Scan scan, double least, Candidates&
   if (!(found.price.Cost(guess) < least - kPromise * unit)) {
     return;
   }
-  const auto cost = [&](double t) { return found.price.Cost(FitTwoZones(profile, t, guess.s)); };
+  const auto cost = [&](double t) { return found.price.Cost(profile, t, guess.s); };
   const PressProfile::At near = profile.Evaluate(guess.t);
   const double scale = BreakScale(near, profile.Below(guess.t), unit);
   const Minimum middle = {guess.t, cost(guess.t)};
@@ -56,12 +58,22 @@ double ZonesPrice::Cost(const TwoZonePress& press) const {
                      : kNever;
 }
 
+double ZonesPrice::Cost(const PressProfile& profile, double t, double near_s,
+                        double of_interest) const {
+  return std::min(Cost(FitTwoZones(profile, t, near_s, of_interest)),
+                  FitGradedZone(profile, t, step) + graded + Far(t));
+}
+
 double Candidates::OuterRatio() const {
-  constexpr double kMuch = 10;  // variances of the noise
+  constexpr double kMuch = 10;  // of twice the logarithm of the likelihoods' ratio
   constexpr double kAtStart =
       0.4;  // of the force in the outer zone: a kink deeper down is another's
   const double smooth = std::min({Cost(kQuadratic), Cost(kCubic), Cost(kPower)});
-  if (!zones.found || !(smooth - Cost(kTwoZones) > kMuch)) {
+  const double kinked = price.Cost(zones) / variance;
+  // The noise's variance is known from the samples only, and their number is that of independent
+  // ones.
+  const double independent = freedom * noise_variance / variance;
+  if (!zones.found || !(independent * std::log(smooth / kinked) > kMuch)) {
     return 1;
   }
   const double outer = zones.outer_slope * (zones.t - zones.s);
@@ -101,7 +113,8 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
       std::min({quadratic.sum_squares, found.model[kCubic].sum_squares * freedom / (freedom - 1),
                 found.model[kPower].sum_squares});
   const double unit = smooth / freedom;
-  found.price = {kZonesCurve * unit, kZonesFar * unit, quadratic.t};
+  found.price = {kZonesCurve * unit, kZonesGraded * unit, kZonesStep * unit, kZonesFar * unit,
+                 quadratic.t};
   FindZones(profile, scan, smooth, found);
   found.least = smooth;
   if (freedom > 2 * kZonesUnknowns) {

@@ -22,11 +22,16 @@ inline constexpr double kZonesFrom = 0.7;
 /// What the press in two zones costs beyond its sum of squares.
 struct ZonesPrice {
   double curve = 0;     ///< A curve of the inner zone,
+  double graded = 0;    ///< a stiffness that grows in the outer zone,
+  double step = 0;      ///< and then still has a step,
   double far = 0;       ///< and a break so far beyond that of the quadratic press, per its depth,
   double smooth_t = 0;  ///< which is this.
 
   [[nodiscard]] double Far(double t) const { return far * std::max(0.0, t / smooth_t - 1); }
   [[nodiscard]] double Cost(const TwoZonePress& press) const;
+  /// Of the best one with its break at t; near_s and of_interest as for FitTwoZones.
+  [[nodiscard]] double Cost(const PressProfile& profile, double t, double near_s,
+                            double of_interest = kNever) const;
 };
 
 /// The models' answers.

@@ -222,41 +222,6 @@ void PressProfile::EvaluateSamples(std::size_t orders, std::size_t first, std::s
                 : EvaluatePairs<kOrders>(first, step, at);
 }
 
-PressProfile::Kinked PressProfile::EvaluateKinked(double t, std::size_t below_t, double s,
-                                                  std::size_t below_s) const {
-  struct Hinge {
-    double d;   // sum of max(0, t - y)
-    double dy;  // times y - mean
-    double h;   // times the force about the baseline
-  };
-  const auto hinge = [this](double at, const Moments& m) {
-    Hinge sums{};
-    sums.d = at * m.y[0] - m.y[1];
-    sums.dy = at * m.y[1] - m.y[2] - mean_y_ * sums.d;
-    sums.h = at * m.force[0] - m.force[1] - mean_force_ * sums.d - slope_ * sums.dy;
-    return sums;
-  };
-  const auto product = [this](const Moments& m, double at, double other, const Hinge& a,
-                              const Hinge& b) {
-    return at * other * m.y[0] - (at + other) * m.y[1] + m.y[2] - inverse_count_ * a.d * b.d -
-           inverse_spread_ * a.dy * b.dy;
-  };
-  const Moments& outer_sums = prefix_[below_t];
-  const Moments& inner_sums = prefix_[below_s];
-  const Hinge outer = hinge(t, outer_sums);
-  const Hinge inner = hinge(s, inner_sums);
-  const double g11 = product(outer_sums, t, t, outer, outer);
-  const double g12 = product(inner_sums, t, s, outer, inner);
-  const double g22 = product(inner_sums, s, s, inner, inner);
-  const double determinant = g11 * g22 - g12 * g12;
-  if (!(determinant > kLeastPivot * g11 * g22)) {
-    return {sum_squares_, 0, 0};
-  }
-  const double c = (outer.h * g22 - inner.h * g12) / determinant;
-  const double k = (inner.h * g11 - outer.h * g12) / determinant;
-  return {std::max(0.0, sum_squares_ - c * outer.h - k * inner.h), c, k};
-}
-
 PressProfile::OuterZone PressProfile::Outer(double t, std::size_t below) const {
   const auto d = Shifted<3>(prefix_[below].y, t);
   const auto f = Shifted<2>(prefix_[below].force, t);
@@ -314,6 +279,81 @@ PressProfile::TwoZones PressProfile::EvaluateTwoZones(
   const Pair c = outer_force * outer_inverse - l12 * k - l13 * q;
   const Pair straight = outer_sum_squares - h2 * h2 * i2;
   return {straight, straight - h3 * q, c, k, q};
+}
+
+PressProfile::GradedZone PressProfile::OuterGraded(double t) const {
+  const Moments& sums = prefix_[Below(t)];
+  const auto d = Shifted<5>(sums.y, t);
+  const auto f = Shifted<3>(sums.force, t);
+  GradedZone outer;
+  outer.t = t;
+  for (std::size_t i = 0; i < 2; ++i) {
+    outer.sum[i] = d[i + 1];
+    outer.sum_y[i] = (t - mean_y_) * d[i + 1] - d[i + 2];
+    outer.force[i] = f[i + 1] - mean_force_ * outer.sum[i] - slope_ * outer.sum_y[i];
+  }
+  const auto product = [&](std::size_t i, std::size_t j) {
+    return d[i + j + 2] - inverse_count_ * outer.sum[i] * outer.sum[j] -
+           inverse_spread_ * outer.sum_y[i] * outer.sum_y[j];
+  };
+  outer.inverse[0] = Invert(product(0, 0), d[2]);
+  const double g12 = product(0, 1);
+  outer.l12 = g12 * outer.inverse[0];
+  outer.inverse[1] = Invert(product(1, 1) - outer.l12 * g12, d[4]);
+  outer.force[1] -= outer.l12 * outer.force[0];
+  outer.sum_squares = sum_squares_ - outer.force[0] * outer.force[0] * outer.inverse[0] -
+                      outer.force[1] * outer.force[1] * outer.inverse[1];
+  return outer;
+}
+
+PressProfile::Graded PressProfile::EvaluateGraded(const GradedZone& outer, double s,
+                                                  std::size_t below) const {
+  const auto e = Shifted<5>(prefix_[below].y, s);
+  const auto f = Shifted<3>(prefix_[below].force, s);
+  const double lift = outer.t - s;
+  // The columns e^2 and e: their products with the outer ones and the force, without the baseline
+  // and the outer columns.
+  struct Inner {
+    double sum, sum_y, l1, l2, g1, g2, force;
+  };
+  const auto inner = [&](std::size_t power) {
+    Inner column{};
+    column.sum = e[power];
+    column.sum_y = (s - mean_y_) * e[power] - e[power + 1];
+    const auto without_baseline = [&](double product, std::size_t i) {
+      return product - inverse_count_ * outer.sum[i] * column.sum -
+             inverse_spread_ * outer.sum_y[i] * column.sum_y;
+    };
+    column.g1 = without_baseline(e[power + 1] + lift * e[power], 0);
+    column.l1 = column.g1 * outer.inverse[0];
+    column.g2 = without_baseline(e[power + 2] + lift * (2 * e[power + 1] + lift * e[power]), 1) -
+                outer.l12 * column.g1;
+    column.l2 = column.g2 * outer.inverse[1];
+    column.force = f[power] - mean_force_ * column.sum - slope_ * column.sum_y -
+                   column.l1 * outer.force[0] - column.l2 * outer.force[1];
+    return column;
+  };
+  const Inner curve = inner(2);
+  const Inner step = inner(1);
+  const auto product = [&](double sum, const Inner& a, const Inner& b) {
+    return sum - inverse_count_ * a.sum * b.sum - inverse_spread_ * a.sum_y * b.sum_y -
+           a.l1 * b.g1 - a.l2 * b.g2;
+  };
+  const double inverse = Invert(product(e[4], curve, curve), e[4]);
+  const double l = product(e[3], curve, step) * inverse;
+  const double pivot = product(e[2], step, step) - l * product(e[3], curve, step);
+  const double step_force = step.force - l * curve.force;
+  const auto presses = [&](double q, double k) {
+    const double g = outer.force[1] * outer.inverse[1] - curve.l2 * q - step.l2 * k;
+    const double c = outer.force[0] * outer.inverse[0] - outer.l12 * g - curve.l1 * q - step.l1 * k;
+    return c >= 0 && g >= 0 && k >= 0;
+  };
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const double q = curve.force * inverse;
+  const double k = step_force * Invert(pivot, e[2]);
+  const double even = std::max(0.0, outer.sum_squares - curve.force * q);
+  return {presses(q, 0) ? even : kNone,
+          presses(q - l * k, k) ? std::max(0.0, even - step_force * k) : kNone};
 }
 
 PressProfile::Coefficients PressProfile::Fit(double t, std::size_t order) const {

@@ -58,14 +58,6 @@ class PressProfile {
   /// At samples first, first + step, …, two of them at a time.
   void EvaluateSamples(std::size_t orders, std::size_t first, std::size_t step,
                        std::span<At> at) const;
-  /// The press c d + k max(0, s - y), s < t: two straight ones.
-  struct Kinked {
-    double sum_squares;
-    double outer_slope;  ///< c
-    double added_slope;  ///< k
-  };
-  [[nodiscard]] Kinked EvaluateKinked(double t, std::size_t below_t, double s,
-                                      std::size_t below_s) const;
   /// The press c max(0, t - y) + k e + q e^2, e = max(0, s - y), s < t: the outer zone straight.
   /// Two of them side by side, which a processor works out at once.
   struct TwoZones {
@@ -91,6 +83,26 @@ class PressProfile {
   [[nodiscard]] TwoZones EvaluateTwoZones(const std::array<const OuterZone*, 2>& outer,
                                           const std::array<double, 2>& s,
                                           const std::array<std::size_t, 2>& below) const;
+  /// The press c d + g d^2 + q e^2 (+ k e), e = max(0, s - y), s < t, with c, g, k >= 0: an outer
+  /// zone whose stiffness grows evenly, and may have a step at its end.
+  struct Graded {
+    double even;     ///< Sum of squares with k = 0; infinite where no such press does.
+    double stepped;  ///< The same with k as it comes.
+  };
+  /// The outer zone's two columns for a break at t, with the baseline taken out, and the first out
+  /// of the second.
+  struct GradedZone {
+    double t = 0;
+    std::array<double, 2> sum{};
+    std::array<double, 2> sum_y{};
+    std::array<double, 2> force{};
+    std::array<double, 2> inverse{};
+    double l12 = 0;
+    double sum_squares = 0;
+  };
+  [[nodiscard]] GradedZone OuterGraded(double t) const;
+  /// @param below  Samples with y < s.
+  [[nodiscard]] Graded EvaluateGraded(const GradedZone& outer, double s, std::size_t below) const;
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
   [[nodiscard]] std::size_t Below(double t) const;
   [[nodiscard]] const BreakSamples& samples() const { return samples_; }

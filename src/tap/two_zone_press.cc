@@ -10,7 +10,7 @@ namespace trammel::tap {
 namespace {
 
 constexpr std::size_t kLeastPart = 3;  // samples of each zone
-constexpr double kLeastRatio = 0.1;    // of the outer slope to the inner one
+constexpr double kLeastRatio = 0.08;   // of the outer slope to the inner one
 // Widths of the outer zone that are tried, of the depth; steps around the best, of its width, and
 // by what they shrink where they lead nowhere.
 constexpr std::array<double, 8> kWidths = {0.025, 0.05, 0.09, 0.15, 0.24, 0.36, 0.55, 0.8};
@@ -195,6 +195,40 @@ TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s, d
     search.Refine(of_interest);
   }
   return search.best();
+}
+
+double FitGradedZone(const PressProfile& profile, double t, double step_cost) {
+  constexpr double kFinest = 0.01;
+  constexpr std::size_t kLeastGraded = 5;  // samples: fewer are a corner that a filter rounded
+  const PressProfile::GradedZone outer = profile.OuterGraded(t);
+  const std::size_t below_t = profile.Below(t);
+  const auto cost = [&](double width) {
+    const double s = t * (1 - width);
+    const std::size_t below = profile.Below(s);
+    if (below < kLeastPart || below_t < below + kLeastGraded) {
+      return kNever;
+    }
+    const PressProfile::Graded at = profile.EvaluateGraded(outer, s, below);
+    return std::min(at.even, at.stepped + step_cost);
+  };
+  Minimum best;
+  const auto try_width = [&](double width) {
+    const double here = cost(width);
+    if (here < best.sum_squares) {
+      best = {width, here};
+    }
+  };
+  for (const double width : kWidths) {
+    try_width(width);
+  }
+  double step = kStep;
+  for (int i = 0; best.sum_squares < kNever && i < kMostSteps && step > kFinest; ++i) {
+    const double width = best.t;
+    try_width(width * (1 - step));
+    try_width(width * (1 + step));
+    step *= best.t == width ? kShrink : 1;
+  }
+  return best.sum_squares;
 }
 
 namespace {

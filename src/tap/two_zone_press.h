@@ -24,8 +24,8 @@ struct TwoZonePress {
   [[nodiscard]] double Elbow() const { return s + outer_slope / inner_slope * (t - s); }
 };
 
-/// The best kink for a break at t. Both zones must press: the outer one by at least a tenth of the
-/// inner one's slope, for less cannot be told from none.
+/// The best kink for a break at t. Both zones must press: the outer one by at least 8 % of
+/// the inner one's slope, for less cannot be told from none.
 /// @param near_s  The best kink for a break close by, from where a better one is looked for; where
 ///                it is none for t, or 0, zones of several widths are tried first.
 /// @param of_interest  A sum of squares, with the inner press quadratic: where none below it is to
@@ -34,6 +34,12 @@ struct TwoZonePress {
 /// Cost: half a microsecond, whatever the number of samples; half of it from a kink close by.
 [[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s = 0,
                                        double of_interest = kNever);
+
+/// The least sum of squares of a break at t whose outer zone grows stiffer towards its end: a film
+/// that is pressed flat, a round tip in plastic. Infinite where none presses.
+/// @param step  What a step of the stiffness at the zone's end costs beyond it.
+/// Cost: that of FitTwoZones.
+[[nodiscard]] double FitGradedZone(const PressProfile& profile, double t, double step);
 
 /// A quick look for break and kink around the break of a smooth press: zones of several widths that
 /// such a press would average, and some steps from the best of them.

@@ -79,7 +79,14 @@ constexpr const char* kOpen[] = {
     "rings at 8 Hz",
     "swings at 8 Hz by 0.5",
     "swings at 12 Hz by 0.5",
-    "toe",
+    "toe 1 um",
+    "toe 3 um",
+    "toe 5 um",
+    "toe 7.5 um",
+    "toe 10 um at 0.1",
+    "toe 10 um at 0.2 of k, 2 gf",
+    "toe 20 um at 0.1 of k, 2 gf",
+    "toe 20 um at 0.5",
 };
 
 bool IsOpen(const std::string& name) {
