@@ -318,5 +318,23 @@ TEST(AnalyseSheet, NamesBothToolsThatPrintOverEachOther) {
   ExpectRightOrCovered(result, scene);
 }
 
+// T3 and T4 print further off than they are looked for; within, most of T3's legs lie on others'.
+TEST(AnalyseSheet, TakesNoOtherToolsLinesForOnesThatLieBeyondTheSearch) {
+  const SheetPlan plan = DefaultPlan(8);
+  SheetScene scene = QuickScene();
+  scene.offset_mm = {{1, {0.14, 0.72}},     {2, {-5.42, -9.12}}, {3, {16.79, 3.81}},
+                     {4, {-18.07, -16.79}}, {5, {-11.6, -0.86}}, {6, {-6.12, -4.77}},
+                     {7, {-2.66, 0.52}}};
+  const SheetResult result = Read(plan, scene);
+  ASSERT_EQ(result.tools.size(), 7U);
+  EXPECT_FALSE(result.tools[2].dx_mm.good());
+  EXPECT_FALSE(result.tools[3].dx_mm.good());
+  for (const ToolReading& tool : result.tools) {
+    if (!tool.dx_mm.good()) continue;
+    const SheetPoint truth = scene.offset_mm[tool.tool];
+    ExpectOffset(tool, truth.u_mm, truth.v_mm, 0.3);
+  }
+}
+
 }  // namespace
 }  // namespace trammel::tool_offset
