@@ -128,6 +128,9 @@ std::optional<RingSighting> SightRing(const PageView& picture, const DiscModel& 
   const double least = kSoftUnit * std::max(kLeastContrast, kSigmas * kSoftNoise * noise);
   const int sign = disc.contrast > 0 ? 1 : -1;
   DiscPlane plane(picture, disc);
+  // Then all that lies between a place in the picture and the middle is in it, too.
+  constexpr double kMiddle = 0;
+  if (!plane.Has(kMiddle)) return std::nullopt;
   // Most of what is no disc shows in a few directions.
   constexpr int kFew = 8;
   int few = 0;
