@@ -21,7 +21,7 @@ ALLOWED = {
     "part_alignment": PURE,
     "machine": {"base", "files", "geometry", "image"},
     "store": {"base", "files", "settings"} | CALIBRATIONS,
-    "report": {"base", "settings"} | CALIBRATIONS,
+    "report": {"base", "image", "settings"} | CALIBRATIONS,
     "procedure": PURE | CALIBRATIONS | {"files", "machine", "store"},
     "sim": {"base", "files", "geometry", "image"},
     "app": PURE | CALIBRATIONS | {"files", "machine", "store", "procedure", "report", "sim"},

@@ -239,6 +239,20 @@ TEST(JpegWriter, StatesTheResolutionThatItIsTold) {
   EXPECT_FALSE(reader->header().dpi_x);
 }
 
+TEST(JpegWriter, WritesTheSamePixelsInFewerBytesWithTheirOwnTables) {
+  const cv::Mat scene = Scene(160, 120, 3);
+  const PageView pixels{scene.data, 160, 120, 3, static_cast<std::ptrdiff_t>(scene.step)};
+  Bytes usual;
+  Bytes own;
+  ASSERT_TRUE(EncodeJpeg(pixels, {}, usual));
+  ASSERT_TRUE(EncodeJpeg(pixels, {.dpi = {}, .own_tables = true}, own));
+  EXPECT_LT(own.size(), usual.size());
+  const cv::Mat first = cv::imdecode(usual, cv::IMREAD_COLOR);
+  const cv::Mat second = cv::imdecode(own, cv::IMREAD_COLOR);
+  ASSERT_FALSE(first.empty());
+  EXPECT_EQ(cv::norm(first, second, cv::NORM_INF), 0);
+}
+
 TEST(JpegWriter, NamesSizesThatAJpegCannotHave) {
   const Bytes row(65501, 0);
   Bytes bytes;

@@ -70,7 +70,7 @@ void TakeRest(j_compress_ptr jpeg) {
   }
 }
 
-bool Compress(const PageView& pixels, int quality, int dpi, Writer& writer) {
+bool Compress(const PageView& pixels, const JpegOptions& options, int dpi, Writer& writer) {
   jpeg_compress_struct& jpeg = writer.jpeg;
   jpeg.err = jpeg_std_error(&writer.errors);
   writer.errors.error_exit = Complain;
@@ -86,7 +86,8 @@ bool Compress(const PageView& pixels, int quality, int dpi, Writer& writer) {
   jpeg.input_components = pixels.channels;
   jpeg.in_color_space = pixels.channels == 1 ? JCS_GRAYSCALE : JCS_EXT_BGR;
   jpeg_set_defaults(&jpeg);
-  jpeg_set_quality(&jpeg, quality, TRUE);
+  jpeg_set_quality(&jpeg, options.quality, TRUE);
+  jpeg.optimize_coding = options.own_tables ? TRUE : FALSE;
   if (dpi > 0) {
     constexpr UINT8 kPerInch = 1;
     jpeg.density_unit = kPerInch;
@@ -116,7 +117,7 @@ Result<void> EncodeJpeg(const PageView& pixels, const JpegOptions& options,
                             pixels.height, JPEG_MAX_DIMENSION));
   }
   Writer writer(jpeg);
-  if (!Compress(pixels, options.quality, static_cast<int>(dpi), writer)) {
+  if (!Compress(pixels, options, static_cast<int>(dpi), writer)) {
     return Fail(fmt::format("a JPEG of {} x {} px could not be encoded ({})", pixels.width,
                             pixels.height, writer.said));
   }

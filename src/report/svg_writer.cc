@@ -7,8 +7,9 @@
 #include <numbers>
 #include <utility>
 
+#include "base/check.h"
+#include "image/jpeg_writer.h"
 #include "report/html.h"
-#include "report/jpeg.h"
 #include "report/reduced.h"
 
 namespace trammel::report {
@@ -27,6 +28,16 @@ std::string Paint(std::string_view attribute, const Color& color) {
   std::string text = fmt::format("{}=\"{}\"", attribute, HexText(color));
   if (color.alpha < 1) text += fmt::format(" {}-opacity=\"{}\"", attribute, Number(color.alpha));
   return text;
+}
+
+/// A photo or scan as JPEG: a fifth of what the same pixels take as PNG.
+std::string JpegOf(const BgrView& picture, int quality) {
+  std::vector<std::uint8_t> bytes;
+  const PageView pixels{picture.data, picture.width, picture.height, 3, picture.stride};
+  const auto done =
+      image::EncodeJpeg(pixels, {.quality = quality, .dpi = {}, .own_tables = true}, bytes);
+  TRAMMEL_CHECK(done, "{}", done.error().message);
+  return {bytes.begin(), bytes.end()};
 }
 
 std::string StrokeText(const Stroke& stroke) {
@@ -174,7 +185,7 @@ std::string SvgWriter::Content(const PhotoDetail& detail) const {
     const Frame kept = Reduced(photo.picture.view(), photo.to.width * detail.density,
                                photo.to.height * detail.density);
     content.append(body_, written, photo.at - written);
-    content += ImageElement(photo.to, "jpeg", EncodeJpeg(kept.view(), detail.quality), false);
+    content += ImageElement(photo.to, "jpeg", JpegOf(kept.view(), detail.quality), false);
     written = photo.at;
   }
   content.append(body_, written);
