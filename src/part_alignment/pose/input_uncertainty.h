@@ -10,9 +10,10 @@ namespace trammel::part_alignment {
 /// Standard uncertainty of a camera's centre against the spindle's axis, X and Y each, where none
 /// is stated: Table 3 of Mendikute et al. (X and Y repeat to 0.030 mm, k = 2, whatever the pictures
 /// tell) needs 0.015 mm from clamping to clamping, and the clamping in which the camera was
-/// calibrated is off as much, so the root of two of it. What a tilt of the taper moves at the
-/// targets' distance is in it.
-constexpr double kUsualEccentricity_mm = 0.021;
+/// calibrated is off as much, so the root of two of it; and as much more, the root of 9/7, as ten
+/// repeats leave a standard deviation unknown (that of Student's t with nine degrees of freedom,
+/// GUM supplement 1, 6.4.9). What a tilt of the taper moves at the targets' distance is in it.
+constexpr double kUsualEccentricity_mm = 0.024;
 /// Repeatability of each axis of a machine where none is stated: what Table 3's Z and angles leave
 /// room for (0.0028 … 0.0037 mm).
 constexpr double kUsualRepeatability_mm = 0.004;
