@@ -71,6 +71,7 @@ constexpr const char* kOpen[] = {
     "friction 4 um, 0.3 gf",
     "friction 10",
     "friction 20",
+    "0.5 gf, press by d^1.25",
     "press by d^0.7",
     "press by d^0.8",
     "slope -50 % beyond 0.5",
