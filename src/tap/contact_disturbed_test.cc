@@ -1,6 +1,7 @@
 // The contact method where more than noise acts: its intervals hold, or it refuses.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "tap/analyse.h"
@@ -13,6 +14,7 @@ struct Answers {
   int good = 0;
   int covered = 0;
   double half_width_um = 0;
+  double least_half_width_um = 1e9;
 };
 
 Answers Ask(const test::PressWorld& world, const TapOptions& options = {.latency_s = 0}) {
@@ -29,7 +31,9 @@ Answers Ask(const test::PressWorld& world, const TapOptions& options = {.latency
     const Interval& interval = analysis.interval95_mm;
     ++answers.good;
     answers.covered += interval.lo <= tap.contact_z_mm && tap.contact_z_mm <= interval.hi ? 1 : 0;
-    answers.half_width_um += 500 * (interval.hi - interval.lo);
+    const double half_width_um = 500 * (interval.hi - interval.lo);
+    answers.half_width_um += half_width_um;
+    answers.least_half_width_um = std::min(answers.least_half_width_um, half_width_um);
   }
   answers.half_width_um /= answers.good;
   std::printf("    good %d of %d, covered %.1f %%, half-width %.2f um\n", answers.good, kTaps,
@@ -67,6 +71,21 @@ TEST(TapContact, IntervalsHoldWhereBacklashHidesTheLatency) {
       const Answers answers = Ask({.latency_s = latency_s, .backlash_mm = backlash_mm}, {});
       EXPECT_GE(answers.covered, kLeastCovered * answers.good) << backlash_mm << ", " << latency_s;
       EXPECT_LE(answers.half_width_um, 2) << backlash_mm << ", " << latency_s;
+    }
+  }
+}
+
+TEST(TapContact, NoIntervalCollapsesWhereSamplesAreWildOrHeld) {
+  // A fifth of what clean taps have.
+  constexpr double kLeast_um_per_g = 0.1;
+  for (const double share : {0.01, 0.05, 0.1}) {
+    for (const double noise_g : {0.5, 2.0}) {
+      const Answers held = Ask({.noise_g = noise_g, .held_share = share});
+      EXPECT_GE(held.least_half_width_um, kLeast_um_per_g * noise_g)
+          << share << " held, " << noise_g << " gf";
+      const Answers wild = Ask({.noise_g = noise_g, .outlier_share = share});
+      EXPECT_GE(wild.least_half_width_um, kLeast_um_per_g * noise_g)
+          << share << " wild, " << noise_g << " gf";
     }
   }
 }

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kOutlier = 5;  // deviations: one sample in two million
 
-// One wild sample bends the first fit, so that weighing is repeated.
+// One wild sample bends the first fit, so that weighing is repeated. A pass that finds none leaves
+// the weights as the fit has them.
 void ForgetOutliers(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
                     TapAnalysis& result) {
   constexpr int kPasses = 3;
@@ -23,10 +24,13 @@ void ForgetOutliers(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
         !(fit.traits.robust_deviation > 0)) {
       break;
     }
-    forgotten = WeighOutliers(stretch.residual, fit.traits.robust_deviation, stretch.weight);
-    if (forgotten == 0) {
+    const std::size_t wild =
+        WeighOutliers(stretch.residual, fit.traits.robust_deviation, stretch.scratch);
+    if (wild == 0) {
       break;
     }
+    forgotten = wild;
+    std::copy(stretch.scratch.begin(), stretch.scratch.end(), stretch.weight.begin());
     stretch.weighted = true;
     fit = FitStretch(stretch, {}, workspace);
   }
