@@ -95,6 +95,7 @@ bool Speaks(to::OffsetKeeper keeper, gcode::Dialect dialect) {
 /// For a firmware that keeps 0 of every tool; and what each is to grow by, where it keeps more.
 std::string LinesFor(const OffsetAnalysis& analysis, const KeeperWords& words) {
   std::string lines;
+  std::string saves;  // behind all tools' lines: one M500 is for all of them
   std::string growth;
   std::string advice;
   for (const to::CombinedTool& tool : analysis.combined.tools) {
@@ -107,7 +108,7 @@ std::string LinesFor(const OffsetAnalysis& analysis, const KeeperWords& words) {
     }
     if (!by_macro) {
       for (const std::string& line : to::SaveCommands(words.keeper, tool.tool)) {
-        if (lines.find(line + "\n") == std::string::npos) lines += line + "\n";
+        if (saves.find(line + "\n") == std::string::npos) saves += line + "\n";
       }
       advice = to::SaveAdvice(words.keeper, tool.tool, next);
     }
@@ -119,8 +120,8 @@ std::string LinesFor(const OffsetAnalysis& analysis, const KeeperWords& words) {
       "<p class=\"quiet\">{}Where it keeps another offset, add to it: {}. With "
       "<code>--json &gt; result.json</code>, <code>trammel offset apply result.json --for {} --now "
       "TOOL:X,Y</code> does the sum.</p>\n",
-      EscapeHtml(lines), advice.empty() ? "" : EscapeHtml(advice) + ". ", EscapeHtml(growth),
-      to::ToString(words.keeper));
+      EscapeHtml(lines + saves), advice.empty() ? "" : EscapeHtml(advice) + ". ",
+      EscapeHtml(growth), to::ToString(words.keeper));
 }
 
 /// The lines to paste, for the sheet's own firmware first; the others open on a click.

@@ -97,6 +97,20 @@ TEST(OffsetReport, HasTheLinesToPasteWithEachFirmwaresSign) {
   EXPECT_LT(page.find("M218 T1"), page.find("<svg"));
 }
 
+TEST(OffsetReport, TheLineThatSavesStandsBehindThoseOfAllTools) {
+  OffsetAnalysis analysis = Sheet().analysis;
+  ASSERT_EQ(analysis.combined.tools.size(), 2U);
+  to::CombinedTool& second = analysis.combined.tools[1];
+  second = analysis.combined.tools[0];
+  second.tool = 2;
+  OffsetReportInput input = Sheet().input;
+  input.analysis = &analysis;
+  const std::string page = OffsetReport(input);
+  ASSERT_THAT(page, AllOf(HasSubstr("M218 T2"), HasSubstr("G10 P2")));
+  EXPECT_LT(page.find("M218 T2"), page.find("M500\n"));
+  EXPECT_LT(page.find("G10 P2"), page.find("M500 P10\n"));
+}
+
 TEST(OffsetReport, DrawsAnArrowFromTheReferenceToolToEachThatHasAnOffset) {
   const auto figure = ToolArrowsFigure(Sheet().analysis);
   ASSERT_TRUE(figure);
