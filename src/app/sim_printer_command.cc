@@ -37,6 +37,7 @@ struct PrinterArguments {
   std::optional<double> pressure_advance_s;
   std::string condition = "matte-black-dark";
   double speed = 1;
+  std::optional<double> hurry;
   double laser_limit_s = 30;
   double heater_limit_s = 1800;
   std::optional<int> camera_port;  // none: no camera; 0: a free one
@@ -79,6 +80,7 @@ sim::MachineOptions MachineOf(const PrinterArguments& arguments, const sim::Klip
   options.seed = arguments.seed;
   options.pressure_advance_s = arguments.pressure_advance_s;
   options.speed = arguments.speed;
+  options.hurry = arguments.hurry;
   return options;
 }
 
@@ -173,6 +175,10 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
   printer->add_option("--speed", arguments->speed, "how many times faster than life")
       ->check(NumberIn(0.1, 1000.0))
       ->capture_default_str();
+  printer
+      ->add_option("--hurry", arguments->hurry,
+                   "the same while the laser has been off for 10 s: scans keep their speed")
+      ->check(NumberIn(0.1, 1000.0));
   printer
       ->add_option("--laser-limit", arguments->laser_limit_s,
                    "s after which the printer itself switches the laser off")

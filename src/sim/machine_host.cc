@@ -12,6 +12,7 @@ namespace {
 
 constexpr Interval kTestedS{0, 0.06};  // the range that a pattern tests by default
 constexpr double kRebuildEveryS = 2;
+constexpr double kDark_s = 10;  // between two sweeps of a scan the laser is off for less
 
 // A clean plate of the size that every world's printer has.
 std::shared_ptr<const Bed> EmptyBed() {
@@ -34,26 +35,34 @@ double RawLessMonotonic() {
 
 MachineHost::MachineHost(MachineOptions options, double start_s)
     : options_(std::move(options)),
-      start_s_(start_s),
+      clock_(start_s, options_.speed),
       truth_s_(options_.pressure_advance_s.value_or(TruthOf(options_.seed, kTestedS))),
       klipper_(std::make_unique<VirtualKlipper>(options_.klipper, options_.faults)),
       bed_(EmptyBed()) {}
 
 MachineHost::~MachineHost() = default;
 
-double MachineHost::MachineTime(double monotonic_s) const {
-  return (monotonic_s - start_s_) * options_.speed;
+double MachineHost::MachineTime(double monotonic_s) const { return clock_.At(monotonic_s); }
+
+void MachineHost::SetClock() const {
+  if (!options_.hurry) return;
+  const double now_s = klipper_->now_s();
+  if (klipper_->pins["LASER"] > 0) last_laser_s_ = now_s;
+  const bool hurries = now_s - last_laser_s_ > kDark_s;
+  clock_.SetRate(hurries ? *options_.hurry : options_.speed);
 }
 
 void MachineHost::With(const std::function<void(VirtualKlipper&)>& function) const {
   const std::lock_guard lock(mutex_);
   function(*klipper_);
+  SetClock();
 }
 
 MachineView MachineHost::At(double monotonic_s) const {
   const std::lock_guard lock(mutex_);
   const double time_s = MachineTime(monotonic_s);
   klipper_->Advance(time_s);
+  SetClock();
   const HeadState head = klipper_->TrueHead(time_s);
   const History& history = klipper_->history();
   return {head.position.x_mm,

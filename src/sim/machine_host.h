@@ -10,6 +10,7 @@
 #include "base/result.h"
 #include "sim/klipper/config.h"
 #include "sim/klipper/machine.h"
+#include "sim/machine_clock.h"
 #include "sim/machine_view.h"
 
 namespace trammel::sim {
@@ -21,6 +22,9 @@ struct MachineOptions {
   std::optional<double>
       pressure_advance_s;  ///< the truth, 0.0001 … 10; drawn from the seed if absent
   double speed = 1;        ///< machine seconds per second of the host, > 0 … 1000
+  /// The same while the laser has been off for 10 s, so that scans keep their speed, > 0 … 1000;
+  /// absent: `speed`.
+  std::optional<double> hurry;
 };
 
 /// Thread-safe. All times of its interface are the host's, in seconds; the machine starts at
@@ -44,8 +48,12 @@ class MachineHost final : public MachineSource {
   [[nodiscard]] double true_pressure_advance_s() const { return truth_s_; }
 
  private:
+  /// REQUIRES the machine's lock.
+  void SetClock() const;
+
   MachineOptions options_;
-  double start_s_;
+  mutable MachineClock clock_;
+  mutable double last_laser_s_ = -1e9;  ///< machine time
   double truth_s_;
   mutable std::mutex mutex_;
   std::unique_ptr<VirtualKlipper> klipper_;

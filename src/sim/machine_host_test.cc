@@ -44,6 +44,26 @@ TEST(MachineHost, WhatWasSeenOnceStaysSoHoweverLateTheServerComes) {
   EXPECT_GT(host.At(1042).x_mm, seen.x_mm + 1);
 }
 
+TEST(MachineHost, HurriesOnlyWhereNoLaserHasShoneForTenSeconds) {
+  MachineOptions options;
+  options.hurry = 20;
+  const MachineHost host(options, 1000);
+  (void)host.At(1000);
+  EXPECT_NEAR(host.MachineTime(1001), 20, 1e-9);
+  double time_s = 1001;
+  Play(host, time_s, 1, "LASER_ON");
+  const double lit_s = host.MachineTime(time_s);
+  Play(host, time_s, 60, "");
+  EXPECT_NEAR(host.MachineTime(time_s), lit_s + 60, 1e-9);
+  Play(host, time_s, 1, "LASER_OFF");
+  Play(host, time_s, 8, "");
+  const double dark_s = host.MachineTime(time_s);
+  EXPECT_NEAR(dark_s, lit_s + 69, 1e-9);
+  Play(host, time_s, 3, "");
+  const double hurried_s = host.MachineTime(time_s);
+  EXPECT_NEAR(host.MachineTime(time_s + 1), hurried_s + 20, 1e-9);
+}
+
 TEST(MachineHost, TheBedHoldsWhatWasPrintedAndNothingElse) {
   MachineOptions options;
   options.seed = 11;
