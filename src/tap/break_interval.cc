@@ -98,8 +98,7 @@ double BreakInterval::ZonesMargin(double t) const {
   const double allowed = (zones_ - kZones) * candidates_.variance;
   const double least = best.sum_squares - price.Far(best.t);
   const double room = allowed - price.Far(t) - least + kBetter * candidates_.variance;
-  return room < 0 ? room
-                  : allowed - price.Cost(profile_, t, candidates_.zones.s, allowed - price.Far(t));
+  return room < 0 ? room : price.Margin(profile_, t, candidates_.zones.s, allowed);
 }
 
 // From the outermost point of the scan that holds, or from the minimum, to the next that does not.

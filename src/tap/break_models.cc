@@ -65,10 +65,18 @@ double ZonesPrice::Cost(const TwoZonePress& press) const {
                      : kNever;
 }
 
-double ZonesPrice::Cost(const PressProfile& profile, double t, double near_s,
-                        double of_interest) const {
-  return std::min(Cost(FitTwoZones(profile, t, near_s, of_interest)),
-                  FitGradedZone(profile, t, step) + graded + Far(t));
+double ZonesPrice::Graded(const PressProfile& profile, double t) const {
+  return FitGradedZone(profile, t, step) + growing + Far(t);
+}
+
+double ZonesPrice::Cost(const PressProfile& profile, double t, double near_s) const {
+  return std::min(Cost(FitTwoZones(profile, t, near_s)), Graded(profile, t));
+}
+
+double ZonesPrice::Margin(const PressProfile& profile, double t, double near_s,
+                          double allowed) const {
+  const double margin = allowed - Cost(FitTwoZones(profile, t, near_s, allowed - Far(t)));
+  return margin >= 0 ? margin : std::max(margin, allowed - Graded(profile, t));
 }
 
 double Candidates::OuterRatio() const {

@@ -22,16 +22,21 @@ inline constexpr double kZonesFrom = 0.7;
 /// What the press in two zones costs beyond its sum of squares.
 struct ZonesPrice {
   double curve = 0;     ///< A curve of the inner zone,
-  double graded = 0;    ///< a stiffness that grows in the outer zone,
+  double growing = 0;   ///< a stiffness that grows in the outer zone,
   double step = 0;      ///< and then still has a step,
   double far = 0;       ///< and a break so far beyond that of the quadratic press, per its depth,
   double smooth_t = 0;  ///< which is this.
 
   [[nodiscard]] double Far(double t) const { return far * std::max(0.0, t / smooth_t - 1); }
   [[nodiscard]] double Cost(const TwoZonePress& press) const;
-  /// Of the best one with its break at t; near_s and of_interest as for FitTwoZones.
-  [[nodiscard]] double Cost(const PressProfile& profile, double t, double near_s,
-                            double of_interest = kNever) const;
+  /// Of the best one whose outer zone grows stiffer.
+  [[nodiscard]] double Graded(const PressProfile& profile, double t) const;
+  /// Of the best one with its break at t; near_s as for FitTwoZones.
+  [[nodiscard]] double Cost(const PressProfile& profile, double t, double near_s) const;
+  /// By how much that one costs less than is allowed; negative where it costs more. Where it costs
+  /// less, the margin may be that of a worse one.
+  [[nodiscard]] double Margin(const PressProfile& profile, double t, double near_s,
+                              double allowed) const;
 };
 
 /// The models' answers.

@@ -306,21 +306,23 @@ PressProfile::GradedZone PressProfile::OuterGraded(double t) const {
   return outer;
 }
 
-PressProfile::Graded PressProfile::EvaluateGraded(const GradedZone& outer, double s,
-                                                  std::size_t below) const {
-  const auto e = Shifted<5>(prefix_[below].y, s);
-  const auto f = Shifted<3>(prefix_[below].force, s);
-  const double lift = outer.t - s;
+PressProfile::Graded PressProfile::EvaluateGraded(const GradedZone& outer,
+                                                  const std::array<double, 2>& at,
+                                                  const std::array<std::size_t, 2>& below) const {
+  const Pair s = {at[0], at[1]};
+  const auto e = Shifted<5>(prefix_[below[0]].y, prefix_[below[1]].y, s);
+  const auto f = Shifted<3>(prefix_[below[0]].force, prefix_[below[1]].force, s);
+  const Pair lift = outer.t - s;
   // The columns e^2 and e: their products with the outer ones and the force, without the baseline
   // and the outer columns.
   struct Inner {
-    double sum, sum_y, l1, l2, g1, g2, force;
+    Pair sum, sum_y, l1, l2, g1, g2, force;
   };
   const auto inner = [&](std::size_t power) {
     Inner column{};
     column.sum = e[power];
     column.sum_y = (s - mean_y_) * e[power] - e[power + 1];
-    const auto without_baseline = [&](double product, std::size_t i) {
+    const auto without_baseline = [&](const Pair& product, std::size_t i) {
       return product - inverse_count_ * outer.sum[i] * column.sum -
              inverse_spread_ * outer.sum_y[i] * column.sum_y;
     };
@@ -335,25 +337,29 @@ PressProfile::Graded PressProfile::EvaluateGraded(const GradedZone& outer, doubl
   };
   const Inner curve = inner(2);
   const Inner step = inner(1);
-  const auto product = [&](double sum, const Inner& a, const Inner& b) {
+  const auto product = [&](const Pair& sum, const Inner& a, const Inner& b) {
     return sum - inverse_count_ * a.sum * b.sum - inverse_spread_ * a.sum_y * b.sum_y -
            a.l1 * b.g1 - a.l2 * b.g2;
   };
-  const double inverse = Invert(product(e[4], curve, curve), e[4]);
-  const double l = product(e[3], curve, step) * inverse;
-  const double pivot = product(e[2], step, step) - l * product(e[3], curve, step);
-  const double step_force = step.force - l * curve.force;
-  const auto presses = [&](double q, double k) {
-    const double g = outer.force[1] * outer.inverse[1] - curve.l2 * q - step.l2 * k;
-    const double c = outer.force[0] * outer.inverse[0] - outer.l12 * g - curve.l1 * q - step.l1 * k;
-    return c >= 0 && g >= 0 && k >= 0;
+  const Pair inverse = Invert(product(e[4], curve, curve), e[4]);
+  const Pair together = product(e[3], curve, step);
+  const Pair l = together * inverse;
+  const Pair pivot = product(e[2], step, step) - l * together;
+  const Pair step_force = step.force - l * curve.force;
+  const double outer_g = outer.force[1] * outer.inverse[1];
+  const double outer_c = outer.force[0] * outer.inverse[0];
+  const auto where_it_presses = [&](const Pair& sum_squares, const Pair& q, const Pair& k) {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    const Pair g = outer_g - curve.l2 * q - step.l2 * k;
+    const Pair c = outer_c - outer.l12 * g - curve.l1 * q - step.l1 * k;
+    const Pair least = c < g ? c : g;
+    return (least < k ? least : k) >= 0 ? AtLeast0(sum_squares) : Pair{kNone, kNone};
   };
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  const double q = curve.force * inverse;
-  const double k = step_force * Invert(pivot, e[2]);
-  const double even = std::max(0.0, outer.sum_squares - curve.force * q);
-  return {presses(q, 0) ? even : kNone,
-          presses(q - l * k, k) ? std::max(0.0, even - step_force * k) : kNone};
+  const Pair q = curve.force * inverse;
+  const Pair k = step_force * Invert(pivot, e[2]);
+  const Pair even = outer.sum_squares - curve.force * q;
+  return {where_it_presses(even, q, Pair{0, 0}),
+          where_it_presses(AtLeast0(even) - step_force * k, q - l * k, k)};
 }
 
 PressProfile::Coefficients PressProfile::Fit(double t, std::size_t order) const {

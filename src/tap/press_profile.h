@@ -84,10 +84,10 @@ class PressProfile {
                                           const std::array<double, 2>& s,
                                           const std::array<std::size_t, 2>& below) const;
   /// The press c d + g d^2 + q e^2 (+ k e), e = max(0, s - y), s < t, with c, g, k >= 0: an outer
-  /// zone whose stiffness grows evenly, and may have a step at its end.
+  /// zone whose stiffness grows evenly, and may have a step at its end. Two of them side by side.
   struct Graded {
-    double even;     ///< Sum of squares with k = 0; infinite where no such press does.
-    double stepped;  ///< The same with k as it comes.
+    Pair even;     ///< Sum of squares with k = 0; infinite where no such press does.
+    Pair stepped;  ///< The same with k as it comes.
   };
   /// The outer zone's two columns for a break at t, with the baseline taken out, and the first out
   /// of the second.
@@ -102,7 +102,8 @@ class PressProfile {
   };
   [[nodiscard]] GradedZone OuterGraded(double t) const;
   /// @param below  Samples with y < s.
-  [[nodiscard]] Graded EvaluateGraded(const GradedZone& outer, double s, std::size_t below) const;
+  [[nodiscard]] Graded EvaluateGraded(const GradedZone& outer, const std::array<double, 2>& s,
+                                      const std::array<std::size_t, 2>& below) const;
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
   [[nodiscard]] std::size_t Below(double t) const;
   [[nodiscard]] const BreakSamples& samples() const { return samples_; }

@@ -202,33 +202,35 @@ double FitGradedZone(const PressProfile& profile, double t, double step_cost) {
   constexpr std::size_t kLeastGraded = 5;  // samples: fewer are a corner that a filter rounded
   const PressProfile::GradedZone outer = profile.OuterGraded(t);
   const std::size_t below_t = profile.Below(t);
-  const auto cost = [&](double width) {
-    const double s = t * (1 - width);
-    const std::size_t below = profile.Below(s);
-    if (below < kLeastPart || below_t < below + kLeastGraded) {
-      return kNever;
+  const auto allowed = [below_t](std::size_t below) {
+    return below >= kLeastPart && below_t >= below + kLeastGraded;
+  };
+  Width best;
+  const auto try_two = [&](double first, double second) {
+    const std::array<double, 2> widths = {first, second};
+    const std::array<double, 2> s = {t * (1 - first), t * (1 - second)};
+    const std::array<std::size_t, 2> below = {profile.Below(s[0]), profile.Below(s[1])};
+    if (!allowed(below[0]) && !allowed(below[1])) {
+      return;
     }
     const PressProfile::Graded at = profile.EvaluateGraded(outer, s, below);
-    return std::min(at.even, at.stepped + step_cost);
-  };
-  Minimum best;
-  const auto try_width = [&](double width) {
-    const double here = cost(width);
-    if (here < best.sum_squares) {
-      best = {width, here};
+    for (std::size_t i = 0; i < widths.size(); ++i) {
+      const double cost = std::min(at.even[i], at.stepped[i] + step_cost);
+      if (allowed(below[i]) && cost < best.cost) {
+        best = {widths[i], cost};
+      }
     }
   };
-  for (const double width : kWidths) {
-    try_width(width);
+  for (std::size_t i = 0; i < kWidths.size(); i += 2) {
+    try_two(kWidths[i], kWidths[i + 1]);
   }
   double step = kStep;
-  for (int i = 0; best.sum_squares < kNever && i < kMostSteps && step > kFinest; ++i) {
-    const double width = best.t;
-    try_width(width * (1 - step));
-    try_width(width * (1 + step));
-    step *= best.t == width ? kShrink : 1;
+  for (int i = 0; best.cost < kNever && i < kMostSteps && step > kFinest; ++i) {
+    const double width = best.of_depth;
+    try_two(width * (1 - step), width * (1 + step));
+    step *= best.of_depth == width ? kShrink : 1;
   }
-  return best.sum_squares;
+  return best.cost;
 }
 
 namespace {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -230,24 +231,27 @@ TEST(GradedZone, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
   for (std::size_t i = 0; i < graded.size(); ++i) {
     world.force[i] = 0.1 * world.force[i] + graded[i];
   }
-  std::vector<std::vector<double>> columns(6);
-  for (const double y : world.y) {
-    const double d = std::max(0.0, place.t - y);
-    const double e = std::max(0.0, place.s - y);
-    const double values[] = {1, y, d, d * d, e * e, e};
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      columns[i].push_back(values[i]);
-    }
-  }
   std::vector<std::byte> memory(1 << 16);
   Workspace workspace(memory);
   const PressProfile profile({world.y, world.force, {}}, workspace);
-  const PressProfile::Graded at =
-      profile.EvaluateGraded(profile.OuterGraded(place.t), place.s, profile.Below(place.s));
+  const std::array<double, 2> kinks = {0.8 * place.s, place.s};
+  const PressProfile::Graded at = profile.EvaluateGraded(
+      profile.OuterGraded(place.t), kinks, {profile.Below(kinks[0]), profile.Below(kinks[1])});
   constexpr double kRounding = 1e-6;
-  EXPECT_NEAR(at.stepped, Unexplained(columns, world.force), kRounding);
-  columns.pop_back();
-  EXPECT_NEAR(at.even, Unexplained(columns, world.force), kRounding);
+  for (std::size_t side = 0; side < kinks.size(); ++side) {
+    std::vector<std::vector<double>> columns(6);
+    for (const double y : world.y) {
+      const double d = std::max(0.0, place.t - y);
+      const double e = std::max(0.0, kinks[side] - y);
+      const double values[] = {1, y, d, d * d, e * e, e};
+      for (std::size_t i = 0; i < columns.size(); ++i) {
+        columns[i].push_back(values[i]);
+      }
+    }
+    EXPECT_NEAR(at.stepped[side], Unexplained(columns, world.force), kRounding);
+    columns.pop_back();
+    EXPECT_NEAR(at.even[side], Unexplained(columns, world.force), kRounding);
+  }
 }
 
 TEST(GradedZone, ExplainsWhatGrowsStifferAndNothingThatPulls) {
