@@ -65,6 +65,7 @@ Row Calibrate(std::uint64_t seed, const sim::Condition& condition, const Picture
   row.condition = sim::ToString(condition);
   row.truth_s = sim::TruthOf(seed, {0, 0.06});  // the default pattern tests 0 … 0.06
   ShopOptions options;
+  options.hurry = 1;
   options.seed = seed;
   options.pressure_advance_s = row.truth_s;
   options.camera.condition = condition;

@@ -113,6 +113,7 @@ TEST(FaultStudy, EveryFrameIsWithin50MicronsWith50MillisecondsOfJitter) {
     std::vector<std::unique_ptr<TrammelProcess>> processes;
     for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + kSeeds; ++seed) {
       ShopOptions options;
+      options.hurry = 1;
       options.seed = seed;
       options.camera.headers = mode.headers;
       options.camera.latency_jitter_s = 0.05;
@@ -150,6 +151,7 @@ TEST(FaultStudy, EveryFrameIsWithin50MicronsWith50MillisecondsOfJitter) {
 TEST(FaultStudy, AScanAtFullSizeTakesLessThan150MegabytesAndLessThanOneCore) {
   constexpr double kMost_mb = 150;
   ShopOptions options;
+  options.hurry = 1;
   options.camera = {};
   MachineShop shop(options);
   const auto process = shop.Calibrate({"--set", "speed=6.6667", "--set", "fps=30"});

@@ -119,6 +119,7 @@ std::vector<std::string> NotAsItWas(const PrinterLook& before, const PrinterLook
 
 MachineShop::MachineShop(ShopOptions options) : options_(std::move(options)) {
   sim::MachineOptions machine;
+  machine.hurry = options_.hurry;
   machine.klipper = options_.klipper;
   machine.faults = options_.faults;
   machine.seed = options_.seed;

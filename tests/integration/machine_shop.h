@@ -26,6 +26,8 @@ struct ShopOptions {
   std::uint64_t seed = 7;
   double pressure_advance_s = 0.03;  ///< the truth
   sim::KlipperConfig klipper = QuickKlipper();
+  /// MachineOptions::hurry; 1 where moments of a print, or a macro's patience, are the point.
+  double hurry = 5;
   sim::KlipperFaults faults;
   sim::ServerFaults server;
   std::string api_key;

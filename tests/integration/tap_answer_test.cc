@@ -24,6 +24,7 @@ constexpr double kAnswerWithin_s = 3;  // tap watch's own limit
 
 ShopOptions WithLoadCell() {
   ShopOptions options;
+  options.hurry = 1;
   options.with_camera = false;
   sim::LoadCellConfig cell;
   cell.cell = *sim::CellByName("reference");
