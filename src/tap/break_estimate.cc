@@ -115,8 +115,9 @@ BreakEstimate EstimateBreak(const PressProfile& profile, const BreakTask& task,
   if (scan.empty()) {
     return result;
   }
-  result.candidates =
-      task.known != nullptr ? *task.known : FindCandidates(profile, scan, task.inflation);
+  result.candidates = task.known != nullptr
+                          ? *task.known
+                          : FindCandidates(profile, scan, task.inflation, task.neighbours);
   Candidates& candidates = result.candidates;
   candidates.variance = task.inflation * candidates.noise_variance;
   if (candidates.variance == 0) {

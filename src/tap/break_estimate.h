@@ -63,6 +63,9 @@ struct BreakTask {
   /// Without it the point is not held inside the interval, and one at the samples' edge is found
   /// too: for a fit whose residuals alone are of interest.
   bool interval = true;
+  /// Without them the polynomial presses alone answer: as good for residuals in which hum is
+  /// sought.
+  bool neighbours = true;
   /// Answers of the models for the same samples, where they are known; the inflation may differ.
   const Candidates* known = nullptr;
 };

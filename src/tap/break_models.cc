@@ -100,7 +100,8 @@ bool Candidates::Near(double t) const {
   return std::abs(t - model[kQuadratic].t) <= kMostShift * model[kQuadratic].t;
 }
 
-Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation) {
+Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation,
+                          bool neighbours) {
   Candidates found;
   for (const std::size_t m : {kLinear, kQuadratic, kCubic}) {
     found.model[m] = FindMinimum(profile, scan, m);
@@ -109,7 +110,9 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
   if (quadratic.sum_squares == kNever) {
     return found;
   }
-  found.power = FitPowerPress(profile, quadratic.t);
+  if (neighbours) {
+    found.power = FitPowerPress(profile, quadratic.t);
+  }
   if (found.power.found) {
     found.model[kPower] = {found.power.t, found.power.sum_squares};
   }
@@ -130,7 +133,9 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
   const double unit = smooth / freedom;
   found.price = {kZonesCurve * unit, kZonesGraded * unit, kZonesStep * unit, kZonesFar * unit,
                  quadratic.t};
-  FindZones(profile, scan, smooth, found);
+  if (neighbours) {
+    FindZones(profile, scan, smooth, found);
+  }
   found.least = smooth;
   if (freedom > 2 * kZonesUnknowns) {
     found.least =

@@ -62,7 +62,9 @@ struct Candidates {
 };
 
 /// @param scan       Of the profile.
-/// @param inflation  By which correlation of the noise raises the variance of means; >= 1.
-[[nodiscard]] Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation);
+/// @param inflation   By which correlation of the noise raises the variance of means; >= 1.
+/// @param neighbours  Whether the power law and the press in two zones are asked too.
+[[nodiscard]] Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation,
+                                        bool neighbours = true);
 
 }  // namespace trammel::tap

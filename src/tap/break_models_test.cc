@@ -63,6 +63,24 @@ TEST(BreakModels, AskedAgainTwoZonesExplainTheSamplesAsWell) {
   EXPECT_GT(with_zones, 1000);
 }
 
+TEST(BreakModels, WithoutNeighboursPolynomialPressesAnswerAlike) {
+  constexpr std::uint64_t kFew = 100;
+  std::vector<std::byte> memory(1 << 17);
+  for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + kFew; ++seed) {
+    const World world = Bent(seed);
+    Workspace workspace(memory);
+    const PressProfile profile({world.y, world.force, {}}, workspace);
+    const Scan scan = ScanSamples(profile, workspace);
+    const Candidates all = FindCandidates(profile, scan, 1);
+    const Candidates alone = FindCandidates(profile, scan, 1, false);
+    for (const std::size_t m : {kLinear, kQuadratic}) {
+      EXPECT_EQ(alone.model[m].t, all.model[m].t) << "seed " << seed;
+    }
+    EXPECT_FALSE(alone.power.found || alone.zones.found) << "seed " << seed;
+    EXPECT_GE(alone.noise_variance, all.noise_variance) << "seed " << seed;
+  }
+}
+
 TEST(BreakModels, NoIntervalIsFarNarrowerThanThatOfAStraightPress) {
   // Breaks of two zones are less certain than the end of a straight press of the whole's slope.
   constexpr double kLeast = 0.5;

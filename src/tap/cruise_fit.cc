@@ -1,6 +1,7 @@
 #include "tap/cruise_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tap/averaging.h"
@@ -15,8 +16,8 @@ constexpr double kOutlier = 5;  // deviations: one sample in two million
 
 // One wild sample bends the first fit, so that weighing is repeated. A pass that finds none leaves
 // the weights as the fit has them.
-void ForgetOutliers(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
-                    TapAnalysis& result) {
+void ForgetOutliers(const BreakTask& task, PressStretch& stretch, CruiseFit& fit,
+                    Workspace& workspace, TapAnalysis& result) {
   constexpr int kPasses = 3;
   std::size_t forgotten = 0;
   for (int pass = 0; pass < kPasses && fit.Found(); ++pass) {
@@ -32,13 +33,24 @@ void ForgetOutliers(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
     forgotten = wild;
     std::copy(stretch.scratch.begin(), stretch.scratch.end(), stretch.weight.begin());
     stretch.weighted = true;
-    fit = FitStretch(stretch, {}, workspace);
+    fit = FitStretch(stretch, task, workspace);
   }
   if (forgotten > 0) {
     result.Notice({FindingCode::kOutliersForgotten, static_cast<double>(forgotten), 0});
   }
 }
 
+// Whether the free force has shown hum already.
+bool ShowsHum(const TapAnalysis& result) {
+  constexpr std::array kHum = {FindingCode::kHum50Hz, FindingCode::kHum60Hz, FindingCode::kHum100Hz,
+                               FindingCode::kHum120Hz};
+  const auto notices = result.Notices();
+  return std::any_of(notices.begin(), notices.end(), [&](const Finding& notice) {
+    return std::find(kHum.begin(), kHum.end(), notice.code) != kHum.end();
+  });
+}
+
+// The last fit is without an interval: correlation that is yet to be looked for widens it.
 MainsHum TakeOutHum(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
                     TapAnalysis& result) {
   const MainsHum hum = FindMainsHum(stretch.time_s, stretch.residual, fit.estimate.noise);
@@ -49,7 +61,7 @@ MainsHum TakeOutHum(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
   for (int pass = 0; pass < kPasses && fit.Found(); ++pass) {
     RemoveMainsHum(hum, stretch.time_s, stretch.residual, stretch.force);
     const bool last = pass + 1 == kPasses;  // of the others the residuals alone are of interest
-    fit = FitStretch(stretch, {.interval = last}, workspace);
+    fit = FitStretch(stretch, {.interval = false, .neighbours = last}, workspace);
   }
   result.Notice({FindingCode::kHumRemoved, hum.amplitude_g, 0});
   return hum;
@@ -153,11 +165,17 @@ void Hold(const AveragedBreaks& averaged, const PressStretch& stretch, BreakEsti
 
 CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
                     PressStretch& stretch, Workspace& workspace, TapAnalysis& result) {
-  CruiseFit fit = FitStretch(stretch, {}, workspace);
-  ForgetOutliers(stretch, fit, workspace, result);
+  const bool shows_hum = ShowsHum(result);
+  const BreakTask first = {.interval = !shows_hum, .neighbours = !shows_hum};
+  CruiseFit fit = FitStretch(stretch, first, workspace);
+  ForgetOutliers(first, stretch, fit, workspace, result);
   MainsHum hum;
   if (fit.Found() && fit.traits.portmanteau > kPortmanteauLimit) {
     hum = TakeOutHum(stretch, fit, workspace, result);
+  }
+  const bool hum_removed = hum.frequency_hz > 0;
+  if (shows_hum && !hum_removed) {
+    fit = FitStretch(stretch, {}, workspace);
   }
   AveragedBreaks averaged;
   if (fit.Found()) {
@@ -174,9 +192,11 @@ CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion, const TapOpt
                FreeNoiseFactor(clean, motion, FreeNozzleOf(stretch, fit, motion, options, hum),
                                {stretch.y, stretch.residual, fit.estimate.t, fit.estimate.noise},
                                workspace));
-  if (inflation > 1) {
+  if (inflation > 1 || hum_removed) {
     const Candidates known = fit.estimate.candidates;
     fit = FitStretch(stretch, {.inflation = inflation, .known = &known}, workspace);
+  }
+  if (inflation > 1) {
     result.Notice({FindingCode::kCorrelatedNoise, std::sqrt(inflation), 1});
   }
   Widen(clean, motion, options, inflation, workspace, stretch, fit);
