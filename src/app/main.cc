@@ -4,22 +4,27 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "app/align_commands.h"
 #include "app/align_metrology_commands.h"
 #include "app/align_targets_command.h"
 #include "app/commands.h"
 #include "app/console.h"
+#include "app/mistyped.h"
 
 namespace {
 
 // Help, or what is wrong with the words of the command.
-int Answer(const CLI::App& cli, const CLI::ParseError& error) {
+int Answer(const CLI::App& cli, const CLI::ParseError& error,
+           const std::vector<std::string>& words) {
   std::ostringstream output;
   std::ostringstream errors;
   const int code = cli.exit(error, output, errors);
+  const auto mistyped = code == 0 ? std::nullopt : trammel::app::Mistyped(cli, words);
   fmt::print("{}", output.str());
-  fmt::print(stderr, "{}", errors.str());
+  fmt::print(stderr, "{}", mistyped ? *mistyped + "\n" : errors.str());
   return code == 0 ? trammel::app::kExitGood : trammel::app::kExitUsage;
 }
 
@@ -29,6 +34,7 @@ int main(int argc, char** argv) {
   trammel::app::GuardConsole();
   CLI::App cli{"trammel: machines that measure what they make and correct themselves"};
   cli.require_subcommand(1);
+  cli.set_version_flag("--version", "trammel " TRAMMEL_VERSION, "says which trammel this is");
   int exit_code = trammel::app::kExitGood;
   CLI::App* pa = cli.add_subcommand("pa", "pressure advance")->require_subcommand(1);
   trammel::app::AddConfigCommand(cli, exit_code);
@@ -69,7 +75,7 @@ int main(int argc, char** argv) {
     try {
       cli.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      exit_code = Answer(cli, error);
+      exit_code = Answer(cli, error, {argv + 1, argv + argc});
     }
     return static_cast<trammel::app::ExitCode>(exit_code);
   });

@@ -1,0 +1,85 @@
+#include "app/mistyped.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
+#include "base/utf8.h"
+#include "store/suggest.h"
+
+namespace trammel::app {
+namespace {
+
+std::string Quoted(const std::string& word) {
+  constexpr std::size_t kMostBytes = 60;
+  std::string line = Utf8OrReplaced(word, kMostBytes);
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  return fmt::format("'{}'", EscapedForTerminal(line));
+}
+
+std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+const CLI::App* CommandOf(const CLI::App& app, std::string_view word) {
+  for (const CLI::App* command : CommandsOf(app)) {
+    if (command->get_name() == word) return command;
+  }
+  return nullptr;
+}
+
+std::string MeantFor(std::string_view word, const std::vector<std::string>& known) {
+  const std::vector<std::string_view> names(known.begin(), known.end());
+  const auto near = store::Nearest(word, names);
+  return near ? fmt::format("; did you mean {}?", *near) : "";
+}
+
+std::vector<std::string> NamesOfCommands(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : CommandsOf(app)) names.push_back(command->get_name());
+  return names;
+}
+
+std::vector<std::string> NamesOfOptions(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+}  // namespace
+
+std::optional<std::string> Mistyped(const CLI::App& program, std::span<const std::string> words) {
+  const CLI::App* app = &program;
+  std::string path = "trammel";
+  for (const std::string& word : words) {
+    if (word == "--") break;
+    const std::string name = word.substr(0, word.find('='));
+    if (name.starts_with("--")) {
+      if (app->get_option_no_throw(name) != nullptr) continue;
+      return fmt::format("{} has no option {}{}", path, Quoted(name),
+                         MeantFor(name, NamesOfOptions(*app)));
+    }
+    const auto commands = NamesOfCommands(*app);
+    if (name.starts_with("-") || commands.empty()) continue;
+    const CLI::App* command = CommandOf(*app, word);
+    if (command == nullptr) {
+      const std::string meant = MeantFor(word, commands);
+      return fmt::format(
+          "{} has no command {}{}{}", path, Quoted(word), meant,
+          meant.empty() ? fmt::format("; there are {}", fmt::join(commands, ", ")) : "");
+    }
+    app = command;
+    path += " " + word;
+  }
+  const auto commands = NamesOfCommands(*app);
+  if (commands.empty()) return std::nullopt;
+  return fmt::format("{} needs a command: {}", path, fmt::join(commands, ", "));
+}
+
+}  // namespace trammel::app
