@@ -60,9 +60,10 @@ class Phasor {
   double sine_ = 0;
 };
 
-// Calls visit(i, k, cosine, sine) for every sample and harmonic k = 0 … of a frequency.
+// Calls visit(i, k, cosine, sine) for every sample and the first `count` harmonics of a frequency.
 template <class Visit>
-void ForHarmonics(std::span<const double> time_s, double frequency_hz, const Visit& visit) {
+void ForHarmonics(std::span<const double> time_s, double frequency_hz, std::size_t count,
+                  const Visit& visit) {
   if (time_s.empty()) {
     return;
   }
@@ -73,7 +74,7 @@ void ForHarmonics(std::span<const double> time_s, double frequency_hz, const Vis
     }
     double c = first.cosine();
     double s = first.sine();
-    for (std::size_t k = 0; k < MainsHum::kLines; ++k) {
+    for (std::size_t k = 0; k < count; ++k) {
       visit(i, k, c, s);
       const double next = c * first.cosine() - s * first.sine();
       s = s * first.cosine() + c * first.sine();
@@ -84,10 +85,11 @@ void ForHarmonics(std::span<const double> time_s, double frequency_hz, const Vis
 
 // Amplitudes of a frequency's harmonics by projection: the samples hold several periods, over which
 // cosine and sine are nearly orthogonal.
-Lines Project(std::span<const double> time_s, std::span<const double> r, double frequency_hz) {
+Lines Project(std::span<const double> time_s, std::span<const double> r, double frequency_hz,
+              std::size_t count) {
   Lines lines;
   const double scale = 2 / static_cast<double>(r.size());
-  ForHarmonics(time_s.first(r.size()), frequency_hz,
+  ForHarmonics(time_s.first(r.size()), frequency_hz, count,
                [&](std::size_t i, std::size_t k, double c, double s) {
                  lines[k].cosine += scale * r[i] * c;
                  lines[k].sine += scale * r[i] * s;
@@ -203,7 +205,7 @@ MainsHum FindMainsHum(std::span<const double> time_s, std::span<const double> r,
   MainsHum hum;
   double best = kLeastLinePower;
   for (const double frequency_hz : {50.0, 60.0}) {
-    const Lines lines = Project(time_s, r, frequency_hz);
+    const Lines lines = Project(time_s, r, frequency_hz, MainsHum::kLines);
     const double unit = static_cast<double>(r.size()) / (4 * deviation * deviation);
     std::array<double, MainsHum::kLines> power{};
     for (std::size_t k = 0; k < lines.size(); ++k) {
@@ -224,11 +226,15 @@ MainsHum FindMainsHum(std::span<const double> time_s, std::span<const double> r,
 
 void RemoveMainsHum(const MainsHum& hum, std::span<const double> time_s, std::span<double> r,
                     std::span<double> force) {
-  Lines lines = Project(time_s, r, hum.frequency_hz);
+  std::size_t count = hum.present.size();
+  while (count > 0 && !hum.present[count - 1]) {
+    --count;
+  }
+  Lines lines = Project(time_s, r, hum.frequency_hz, count);
   for (std::size_t k = 0; k < lines.size(); ++k) {
     lines[k] = hum.present[k] ? lines[k] : Line{};
   }
-  ForHarmonics(time_s.first(r.size()), hum.frequency_hz,
+  ForHarmonics(time_s.first(r.size()), hum.frequency_hz, count,
                [&](std::size_t i, std::size_t k, double c, double s) {
                  const double wave = lines[k].cosine * c + lines[k].sine * s;
                  r[i] -= wave;
