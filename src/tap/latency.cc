@@ -66,6 +66,7 @@ class Fit {
   [[nodiscard]] Normal Sum(const State& state, double variance) const {
     Normal m{};
     const double first_g = clean_.samples.force_g[range_.first];
+    Resting resting;
     for (std::size_t i = range_.first; i < range_.end; ++i) {
       const double y = Y(i, state);
       const double g = press_.sign * (clean_.samples.force_g[i] - first_g);
@@ -75,24 +76,16 @@ class Fit {
         m[kUnknowns][kUnknowns] += g * g;
         continue;
       }
-      const double p = press_.shape.At(y);
-      const double slope = press_.shape.Slope(y) / press_.span_mm;
       const bool rests = !(Time(i, state) < motion_.approach_end_s);
-      const double speed = rests ? 0 : motion_.approach_speed_mm_s;
-      const std::array<double, kUnknowns + 1> row = {
-          1,
-          p,
-          state.scale * slope * (speed + motion_.pull_back_speed_mm_s),
-          state.scale * slope,
-          rests ? 1.0 : 0.0,
-          g - state.scale * p - (rests ? state.rest_g : 0)};
-#pragma GCC unroll 6
-      for (std::size_t a = 0; a <= kUnknowns; ++a) {
-#pragma GCC unroll 6
-        for (std::size_t b = a; b <= kUnknowns; ++b) {
-          m[a][b] += row[a] * row[b];
-        }
+      if (rests && (resting.count == 0 || y == resting.y)) {
+        resting.Add(y, g);
+        continue;
       }
+      AddRow(RowOf(y, rests, g, state), 1, m);
+    }
+    if (resting.count > 0) {
+      AddRow(RowOf(resting.y, true, resting.Mean(), state), resting.count, m);
+      m[kUnknowns][kUnknowns] += resting.Scatter();
     }
     const double weight = 1 / variance;
     for (auto& row : m) {
@@ -134,6 +127,53 @@ class Fit {
   }
 
  private:
+  using Row = std::array<double, kUnknowns + 1>;
+
+  // Samples at rest: at one height, they are as good as their mean.
+  struct Resting {
+    double y = 0;
+    double first_g = 0;
+    double count = 0;
+    double sum_g = 0;       // from the first
+    double squares_g2 = 0;  // likewise
+
+    void Add(double at, double g) {
+      if (count == 0) {
+        y = at;
+        first_g = g;
+      }
+      count += 1;
+      sum_g += g - first_g;
+      squares_g2 += (g - first_g) * (g - first_g);
+    }
+    [[nodiscard]] double Mean() const { return first_g + sum_g / count; }
+    [[nodiscard]] double Scatter() const {
+      return std::max(0.0, squares_g2 - sum_g * sum_g / count);
+    }
+  };
+
+  // Derivatives of a pressed sample's force, and what the state leaves of it.
+  [[nodiscard]] Row RowOf(double y, bool rests, double g, const State& state) const {
+    const double p = press_.shape.At(y);
+    const double by_offset = state.scale * press_.shape.Slope(y) / press_.span_mm;
+    const double speed = rests ? 0 : motion_.approach_speed_mm_s;
+    return {1,
+            p,
+            by_offset * (speed + motion_.pull_back_speed_mm_s),
+            by_offset,
+            rests ? 1.0 : 0.0,
+            g - state.scale * p - (rests ? state.rest_g : 0)};
+  }
+  static void AddRow(const Row& row, double weight, Normal& m) {
+#pragma GCC unroll 6
+    for (std::size_t a = 0; a <= kUnknowns; ++a) {
+      const double weighted = weight * row[a];
+#pragma GCC unroll 6
+      for (std::size_t b = a; b <= kUnknowns; ++b) {
+        m[a][b] += weighted * row[b];
+      }
+    }
+  }
   [[nodiscard]] double Left(std::size_t i, const State& state) const {
     const bool rests = !(Time(i, state) < motion_.approach_end_s);
     return press_.sign * clean_.samples.force_g[i] - state.scale * press_.shape.At(Y(i, state)) -
