@@ -8,7 +8,7 @@
 # trammel_loaded(NAME SOURCES … LINK …)   lib/trammel/trammel-NAME.so, loaded on demand (machine/module.h)
 # With precompiled headers GCC 12 says of the string's own operator+ what is not so: no array-bounds.
 function(trammel_flags target)
-  target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR}/src)
+  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Wconversion
                          -Wno-sign-conversion -Wno-psabi
                          $<$<BOOL:${TRAMMEL_PRECOMPILE}>:-Wno-array-bounds>
@@ -20,6 +20,12 @@ function(trammel_flags target)
   endif()
 endfunction()
 
+function(trammel_numeric target)
+  if(TRAMMEL_FUZZ)
+    target_compile_options(${target} PRIVATE -O2 -fno-sanitize-coverage=trace-cmp)
+  endif()
+endfunction()
+
 function(trammel_module name)
   cmake_parse_arguments(ARG "HOT;NUMERIC" "" "SOURCES;LINK" ${ARGN})
   add_library(trammel_${name} STATIC ${ARG_SOURCES})
@@ -28,8 +34,8 @@ function(trammel_module name)
   if(ARG_HOT)
     target_compile_options(trammel_${name} PRIVATE $<$<CONFIG:Release>:-O3>)
   endif()
-  if(TRAMMEL_FUZZ AND (ARG_HOT OR ARG_NUMERIC))
-    target_compile_options(trammel_${name} PRIVATE -O2 -fno-sanitize-coverage=trace-cmp)
+  if(ARG_HOT OR ARG_NUMERIC)
+    trammel_numeric(trammel_${name})
   endif()
   trammel_precompile(trammel_${name})
 endfunction()

@@ -1,6 +1,6 @@
 /* Reads one tap from a small CSV file and prints its contact height.
  *
- *     cc -std=c99 -I include tap.c -L build -ltrammel_tap -o tap && ./tap tap.csv
+ *     cc -std=c99 tap.c -ltrammel_tap -lm -o tap && ./tap tap.csv
  *
  * Lines of the file: "sample,TIME,FORCE" and
  * "move,PRINT_TIME,MOVE_T,START_V,ACCEL,START_Z,Z_R"; others are ignored.

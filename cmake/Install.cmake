@@ -1,0 +1,24 @@
+# cmake --install: the program with its modules, libtrammel_tap with its header and CMake's config, what goes
+# onto the printer, and the manual.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+install(TARGETS trammel)
+# The program looks for them in lib/trammel beside its own folder, whatever CMAKE_INSTALL_LIBDIR is.
+foreach(module video scanner aravis)
+  if(TARGET trammel_${module}_module)
+    install(TARGETS trammel_${module}_module LIBRARY DESTINATION lib/trammel)
+  endif()
+endforeach()
+
+install(TARGETS trammel_tap_shared EXPORT trammel)
+install(FILES ${PROJECT_SOURCE_DIR}/include/trammel/tap.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trammel)
+set(trammel_cmake ${CMAKE_INSTALL_LIBDIR}/cmake/trammel)
+set_target_properties(trammel_tap_shared PROPERTIES EXPORT_NAME tap)
+install(EXPORT trammel NAMESPACE trammel:: DESTINATION ${trammel_cmake} FILE trammelConfig.cmake)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/trammelConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/trammelConfigVersion.cmake DESTINATION ${trammel_cmake})
+
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/klipper ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/trammel)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

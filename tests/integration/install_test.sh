@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# install_test.sh BUILD SOURCE VERSION: what cmake --install leaves can be used by itself, in whatever folder.
+set -euo pipefail
+build=$1 source=$2 version=$3
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cmake --install "$build" --prefix "$folder/installed" > "$folder/log"
+mv "$folder/installed" "$folder/moved"
+
+said=$("$folder/moved/bin/trammel" --version)
+[[ $said == "trammel $version" ]] || { echo "--version says: $said"; exit 1; }
+# The modules are found beside the program, and only there.
+"$folder/moved/bin/trammel" offset scan --list > "$folder/scanners" 2>&1 || true
+if grep -q 'trammel-scanner' "$folder/scanners"; then cat "$folder/scanners"; exit 1; fi
+rm -r "$folder/moved/lib/trammel"
+"$folder/moved/bin/trammel" offset scan --list > "$folder/scanners" 2>&1 && exit 1
+grep -q 'trammel-scanner' "$folder/scanners" || { cat "$folder/scanners"; exit 1; }
+
+cmake -S "$source/tests/integration/installed" -B "$folder/consumer" -DCMAKE_PREFIX_PATH="$folder/moved" \
+  -DEXAMPLE="$source/examples/tap/tap.c" > "$folder/log"
+cmake --build "$folder/consumer" >> "$folder/log" || { cat "$folder/log"; exit 1; }
+"$folder/consumer/tap" /nonexistent > "$folder/answer" 2>&1 && exit 1
+for file in klipper/trammel.cfg examples/alignment/scene.json; do
+  cmp "$source/$file" "$folder/moved/share/trammel/$file"
+done
