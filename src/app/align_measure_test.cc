@@ -379,7 +379,7 @@ TEST_F(AlignMeasure, TooFewViewsTellTooLittle) {
     const json plan = FirstViews(count);
     const CommandResult few = MeasureBy(plan, Some());
     EXPECT_EQ(few.exit_code, 2) << few.output;
-    EXPECT_THAT(few.standard_error, AllOf(HasSubstr("cannot_tell"), HasSubstr("need at least 4")));
+    EXPECT_THAT(few.standard_error, AllOf(HasSubstr("cannot tell"), HasSubstr("need at least 4")));
   }
   // As if the machine had never moved.
   json plan = FirstViews(6);

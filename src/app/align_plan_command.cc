@@ -36,7 +36,7 @@ struct PlanArguments {
 
 // Says what a person has to know before driving.
 void Tell(const ViewPlan& plan) {
-  fmt::print(stderr, "verdict    {}\n", ToString(plan.verdict));
+  fmt::print(stderr, "verdict    {}\n", VerdictWords(plan.verdict));
   if (!plan.reason.empty()) fmt::print(stderr, "reason     {}\n", plan.reason);
   int number = 1;
   for (const part_alignment::PlannedView& view : plan.views) {

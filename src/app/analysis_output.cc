@@ -70,7 +70,9 @@ Written WriteFiles(const AnalysisRun& run, const std::string& source,
 }
 
 std::string Words(const Measured& measured) {
-  if (!measured.good()) return std::string(ToString(measured.verdict()));
+  if (!measured.good()) {
+    return fmt::format("{}: {}", VerdictWords(measured.verdict()), measured.reason());
+  }
   return report::WithInterval(measured.quantity(), report::kSeconds);
 }
 
@@ -99,7 +101,7 @@ void PrintText(const Analysis& analysis, const std::string& report_path) {
     if (!line.used) fmt::print("  at {:.4f} s: {}\n", line.pressure_advance_s, line.reason);
   }
   for (const std::string& notice : analysis.notices) fmt::print("notice            {}\n", notice);
-  fmt::print("verdict           {}\n", ToString(answer.verdict()));
+  fmt::print("verdict           {}\n", VerdictWords(answer.verdict()));
   if (!answer.good()) fmt::print("because           {}\n", answer.reason());
   if (answer.good()) {
     const Quantity& q = answer.quantity();

@@ -34,7 +34,7 @@ Result<ChosenValue> Answer(const fs::path& folder) {
   const Measured& measured = run->analysis.pressure_advance;
   if (measured.good()) return ChosenValue{measured.quantity().value, measured.quantity()};
   return Fail(fmt::format("{}: it gives no value, because the verdict is {}: {}", folder.string(),
-                          ToString(measured.verdict()), measured.reason()),
+                          VerdictWords(measured.verdict()), measured.reason()),
               ErrorKind::kMeasurement);
 }
 

@@ -140,7 +140,7 @@ std::string Listener::Propose(const fs::path& folder) {
   std::fflush(stdout);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) {
-    return fmt::format("no answer ({}): {}", ToString(measured.verdict()), measured.reason());
+    return fmt::format("no answer ({}): {}", VerdictWords(measured.verdict()), measured.reason());
   }
   const Quantity& quantity = measured.quantity();
   {

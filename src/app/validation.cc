@@ -26,7 +26,7 @@ std::string LinesOf(const ComparedGroup& group) {
 
 std::string Percent(const Measured& measured) {
   if (!measured.good()) {
-    return fmt::format("{}: {}", ToString(measured.verdict()), measured.reason());
+    return fmt::format("{}: {}", VerdictWords(measured.verdict()), measured.reason());
   }
   const report::IntervalStyle percent{.unit = "%", .scale = 100, .least_decimals = 1};
   return report::WithInterval(measured.quantity(), percent);

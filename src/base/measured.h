@@ -29,6 +29,11 @@ enum class Verdict {
   return "refused";
 }
 
+/// "good", "cannot tell" or "refused", as people read it.
+[[nodiscard]] inline std::string VerdictWords(Verdict verdict) {
+  return verdict == Verdict::kCannotTell ? "cannot tell" : std::string(ToString(verdict));
+}
+
 struct Interval {
   double lo = 0;
   double hi = 0;

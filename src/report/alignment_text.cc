@@ -152,7 +152,7 @@ std::string ObservabilityText(const part_alignment::Observability& told,
 
 std::string AlignmentText(const AlignmentOutput& output) {
   const Alignment& alignment = output.alignment;
-  std::string text = fmt::format("verdict    {}\n", ToString(alignment.verdict));
+  std::string text = fmt::format("verdict    {}\n", VerdictWords(alignment.verdict));
   if (!alignment.reason.empty()) text += fmt::format("reason     {}\n", alignment.reason);
   if (alignment.verdict == Verdict::kGood) {
     text += Pose(alignment) + Clamping(output) + UsualInputs(alignment);

@@ -78,10 +78,6 @@ std::string FittingPage(const std::function<std::string(std::size_t step)>& page
   return made;
 }
 
-std::string VerdictWords(Verdict verdict) {
-  return verdict == Verdict::kCannotTell ? "cannot tell" : std::string(ToString(verdict));
-}
-
 void Table::Row(const std::vector<std::string>& cells, bool unused) {
   TRAMMEL_CHECK(cells.size() == columns_.size(), "{} cells in {} columns", cells.size(),
                 columns_.size());

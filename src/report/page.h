@@ -43,9 +43,6 @@ inline constexpr std::size_t kMostPageBytes = 1'500'000;
 /// coarsest where none will do. @param page  of an index into kPhotoSteps.
 [[nodiscard]] std::string FittingPage(const std::function<std::string(std::size_t step)>& page);
 
-/// "good", "cannot tell", "refused".
-[[nodiscard]] std::string VerdictWords(Verdict verdict);
-
 /// A table whose rows become cards on a phone, so that no column is lost there.
 class Table {
  public:

@@ -65,11 +65,11 @@ Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path) {
   if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
   if (verdict != "good") {
     const json* reason = root.Find("reason");
-    return Fail(
-        fmt::format("{}: nothing is corrected by a result that is {}: {}", path.string(), verdict,
-                    reason != nullptr && reason->is_string() ? reason->get<std::string>()
-                                                             : "no reason given"),
-        ErrorKind::kMeasurement);
+    return Fail(fmt::format("{}: nothing is corrected by a result whose verdict is {}: {}",
+                            path.string(), verdict,
+                            reason != nullptr && reason->is_string() ? reason->get<std::string>()
+                                                                     : "no reason given"),
+                ErrorKind::kMeasurement);
   }
   AlignmentResult result;
   result.machine_from_part = {Three(root, "part_mm", kMost_mm),
