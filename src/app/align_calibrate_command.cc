@@ -14,6 +14,8 @@
 #include "files/new_file.h"
 #include "part_alignment/camera/calibrate.h"
 #include "part_alignment/camera/camera_convert.h"
+#include "report/part_metrology_figures.h"
+#include "report/part_metrology_page.h"
 #include "report/part_metrology_text.h"
 #include "store/calibration_grid_file.h"
 #include "store/camera_file.h"
@@ -43,16 +45,14 @@ int RunCalibrate(const CalibrateArguments& arguments) {
     return Report({calibration.error().kind,
                    fmt::format("{}: {}", arguments.grid, calibration.error().message)});
   }
-  const std::string text = report::CalibrationText(*calibration);
-  PrintAnswer(arguments.json, report::ToJson(*calibration), text);
+  PrintAnswer(arguments.json, report::ToJson(*calibration), report::CalibrationText(*calibration));
   const bool good = calibration->verdict == Verdict::kGood;
   if (!arguments.report.empty()) {
     std::vector<report::Figure> figures;
     if (good) figures = report::CalibrationFigures(file->grid, *calibration);
-    const auto written = WriteMetrologyReport(arguments.report,
-                                              {fmt::format("Camera calibration of {}", file->date),
-                                               calibration->verdict, calibration->reason, text},
-                                              figures, arguments.force);
+    const auto written = WriteMetrologyReport(
+        arguments.report, report::CalibrationPage(file->date, *calibration, figures), figures,
+        arguments.force);
     if (!written) return Report(written.error());
   }
   if (!good) return kExitNotTrusted;

@@ -13,6 +13,8 @@
 #include "app/commands.h"
 #include "files/new_file.h"
 #include "part_alignment/part_fit/part_fit.h"
+#include "report/part_metrology_figures.h"
+#include "report/part_metrology_page.h"
 #include "report/part_metrology_text.h"
 #include "store/part_fit_file.h"
 
@@ -43,15 +45,13 @@ int RunFit(const FitArguments& arguments) {
     return Report({fit.error().kind, fmt::format("{} with {}: {}", arguments.points, arguments.part,
                                                  fit.error().message)});
   }
-  const std::string text = report::PartFitText(input, *fit);
   const std::string json = report::ToJson(input, *fit);
-  PrintAnswer(arguments.json, json, text);
+  PrintAnswer(arguments.json, json, report::PartFitText(input, *fit));
   if (!arguments.report.empty()) {
     std::vector<report::Figure> figures;
     if (!fit->overstocks.empty()) figures.push_back(report::OverstockFigure(input, *fit));
     const auto written = WriteMetrologyReport(
-        arguments.report, {"The ideal part in the raw one", fit->verdict, fit->reason, text},
-        figures, arguments.force);
+        arguments.report, report::PartFitPage(input, *fit, figures), figures, arguments.force);
     if (!written) return Report(written.error());
   }
   if (fit->verdict != Verdict::kGood) return kExitNotTrusted;

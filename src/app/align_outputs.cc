@@ -10,15 +10,13 @@
 
 namespace trammel::app {
 
-Result<void> WriteMetrologyReport(const std::string& folder, const MetrologyReport& report,
+Result<void> WriteMetrologyReport(const std::string& folder, const std::string& page,
                                   std::span<const report::Figure> figures, bool force) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Fail(fmt::format("--report {}: {}", folder, error.message()));
   const std::filesystem::path base(folder);
-  std::vector<OutputFile> files = {
-      {base / "report.html",
-       report::FigurePage(report.title, report.verdict, report.reason, report.text, figures)}};
+  std::vector<OutputFile> files = {{base / "report.html", page}};
   for (const report::Figure& figure : figures) {
     files.push_back({base / (figure.name + ".png"), figure.canvas.ToPng(figure.png_scale)});
     files.push_back({base / (figure.name + ".svg"), figure.canvas.ToSvg()});

@@ -4,23 +4,14 @@
 #include <span>
 #include <string>
 
-#include "base/measured.h"
 #include "base/result.h"
-#include "report/part_metrology_figures.h"
+#include "report/figure.h"
 
 namespace trammel::app {
 
-struct MetrologyReport {
-  std::string title;
-  Verdict verdict = Verdict::kRefused;
-  std::string reason;
-  std::string text;
-};
-
-/// Writes report.html and each figure as PNG and SVG into `folder`, which is made if need be.
-/// Errors name the file: one that is there already, unless `force`, for example.
-[[nodiscard]] Result<void> WriteMetrologyReport(const std::string& folder,
-                                                const MetrologyReport& report,
+/// Writes `page` as report.html and each figure as PNG and SVG into `folder`, which is made if need
+/// be. Errors name the file: one that is there already, unless `force`, for example.
+[[nodiscard]] Result<void> WriteMetrologyReport(const std::string& folder, const std::string& page,
                                                 std::span<const report::Figure> figures,
                                                 bool force);
 

@@ -6,8 +6,6 @@
 #include <cmath>
 
 #include "part_alignment/camera/calibrate_uncertainty.h"
-#include "report/html.h"
-#include "report/page.h"
 #include "report/plot.h"
 #include "report/scale_key.h"
 
@@ -178,16 +176,6 @@ std::vector<Figure> CalibrationFigures(const GridMeasurement& grid,
   figures.push_back(DistanceFigure(calibration));
   figures.push_back(ResidualFigure(grid, calibration));
   return figures;
-}
-
-std::string FigurePage(const std::string& title, Verdict verdict, const std::string& reason,
-                       const std::string& text, std::span<const Figure> figures) {
-  std::string body;
-  if (!reason.empty()) body += fmt::format("<p class=\"reason\">{}</p>\n", EscapeHtml(reason));
-  body += fmt::format("<pre style=\"white-space:pre-wrap\">{}</pre>\n", EscapeHtml(text));
-  std::string page = PageBegin(title, title) + HeadCard(verdict, body);
-  for (const Figure& figure : figures) page += Card("", FigureHtml(figure));
-  return page + PageEnd();
 }
 
 }  // namespace trammel::report

@@ -1,11 +1,8 @@
-// The figures of a camera's calibration and of a part fit, and the page they stand on.
+// The figures of a camera's calibration and of a part fit.
 #pragma once
 
-#include <span>
-#include <string>
 #include <vector>
 
-#include "base/measured.h"
 #include "part_alignment/camera/calibrate.h"
 #include "part_alignment/part_fit/part_fit.h"
 #include "report/figure.h"
@@ -25,10 +22,5 @@ namespace trammel::report {
 /// REQUIRES overstocks of this input.
 [[nodiscard]] Figure OverstockFigure(const part_alignment::PartFitInput& input,
                                      const part_alignment::PartFit& fit);
-
-/// An HTML page that stands alone: title, verdict, reason, `text` as it is, the figures.
-[[nodiscard]] std::string FigurePage(const std::string& title, Verdict verdict,
-                                     const std::string& reason, const std::string& text,
-                                     std::span<const Figure> figures);
 
 }  // namespace trammel::report

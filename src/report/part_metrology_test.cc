@@ -6,6 +6,7 @@
 
 #include "part_alignment/camera/camera_convert.h"
 #include "report/part_metrology_figures.h"
+#include "report/part_metrology_page.h"
 #include "report/part_metrology_text.h"
 #include "report/test_support.h"
 
@@ -54,7 +55,7 @@ TEST(PartMetrology, WhatIsNotGoodHasNoNumbers) {
   const auto json = nlohmann::json::parse(ToJson(calibration));
   EXPECT_TRUE(json["covariance"].is_null());
   EXPECT_TRUE(json["parameters"]["focal_length_mm"]["value"].is_null());
-  EXPECT_THAT(CalibrationText(calibration), HasSubstr("cannot_tell: one plane"));
+  EXPECT_THAT(CalibrationText(calibration), HasSubstr("cannot tell: one plane"));
   const auto fit = nlohmann::json::parse(ToJson(part_alignment::PartFitInput{}, {}));
   EXPECT_TRUE(fit["targets"].is_null());
   EXPECT_TRUE(fit["least_overstock_mm"].is_null());
@@ -104,11 +105,43 @@ TEST(PartMetrology, AnOverstockMapHasAPlotForEachSideThatSurfacesFace) {
 }
 
 TEST(PartMetrology, ThePageEscapesWhatComesFromOutside) {
-  const std::string page =
-      FigurePage("a <b>", Verdict::kRefused, "<script>alert(1)</script>", "\x01<i>", {});
+  part_alignment::PartFit fit;
+  fit.verdict = Verdict::kRefused;
+  fit.reason = "<script>alert(1)</script>";
+  fit.notices = {"\x01<i>"};
+  const std::string page = PartFitPage({}, fit, {});
+  EXPECT_EQ(test::XmlProblem(page), "");
   EXPECT_THAT(page, Not(HasSubstr("<script>")));
   EXPECT_THAT(page, HasSubstr("&lt;script&gt;"));
   EXPECT_THAT(page, HasSubstr("head refused"));
+}
+
+TEST(PartMetrology, ThePageOfACalibrationHasItsParametersInATable) {
+  part_alignment::GridMeasurement grid;
+  const auto calibration = SomeCalibration(grid);
+  const std::string page = CalibrationPage("2026-01-02", calibration, {});
+  EXPECT_EQ(test::XmlProblem(page), "");
+  EXPECT_THAT(page, HasSubstr("<td data-name=\"\">z_mm</td><td data-name=\"value\">-320.3</td>"
+                              "<td data-name=\"interval\">95 %: -320.3"));
+  EXPECT_THAT(page, HasSubstr("from 395 to 1430 mm"));
+  EXPECT_THAT(page, Not(HasSubstr("<pre")));
+}
+
+TEST(PartMetrology, ThePageOfAFitHasEachTargetWithItsInterval) {
+  part_alignment::PartFitInput input;
+  input.points = {{"p1", {0, 0, 0}, 0.05, "top"}};
+  part_alignment::PartFit fit;
+  fit.verdict = Verdict::kGood;
+  fit.least_mm = 0.58;
+  fit.overstocks = {{0, 0.58, 3, 0.1, true}};
+  fit.targets = {{"T<1>", {1, -2, 3}}};
+  fit.covariance = 1e-4 * Eigen::Matrix3d::Identity();
+  const std::string page = PartFitPage(input, fit, {});
+  EXPECT_EQ(test::XmlProblem(page), "");
+  EXPECT_THAT(page, HasSubstr("0.580 mm <small>overstock at least"));
+  EXPECT_THAT(page, HasSubstr("rests on p1 (top)"));
+  EXPECT_THAT(page, HasSubstr("T&lt;1&gt;</td>"));
+  EXPECT_THAT(page, HasSubstr("-2.0000 mm <small>95 %: -2.0196 to -1.9804 mm"));
 }
 
 TEST(PartMetrology, TablesNameTheirUnitsAndFactors) {

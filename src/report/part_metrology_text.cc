@@ -49,7 +49,8 @@ std::string Notices(const std::vector<std::string>& notices) {
 }
 
 std::string Verdicts(Verdict verdict, const std::string& reason) {
-  return fmt::format("verdict   {}{}{}\n", ToString(verdict), reason.empty() ? "" : ": ", reason);
+  return fmt::format("verdict   {}{}{}\n", VerdictWords(verdict), reason.empty() ? "" : ": ",
+                     reason);
 }
 
 }  // namespace
@@ -151,15 +152,23 @@ std::string ToJson(const Budget& budget) {
   return Ended({{"format", 1}, {"trials", budget.trials}, {"axes", axes}});
 }
 
+std::vector<ParameterWords> CalibratedParameters(const CameraCalibration& calibration) {
+  std::vector<ParameterWords> words;
+  const auto values = part_alignment::ParametersOf(calibration.camera);
+  for (int i = 0; i < kCameraParameters; ++i) {
+    const auto [lo, hi] = NormalInterval95(values[i], std::sqrt(calibration.covariance(i, i)));
+    words.push_back({ParameterName(i), fmt::format("{:.8g}", values[i]),
+                     fmt::format("95 %: {:.8g} to {:.8g}", lo, hi)});
+  }
+  return words;
+}
+
 std::string CalibrationText(const CameraCalibration& calibration) {
   std::string text = Verdicts(calibration.verdict, calibration.reason);
   if (calibration.verdict == Verdict::kGood) {
-    const auto values = part_alignment::ParametersOf(calibration.camera);
-    for (int i = 0; i < kCameraParameters; ++i) {
-      const auto [lo, hi] = NormalInterval95(values[i], std::sqrt(calibration.covariance(i, i)));
-      // Distortion has many zeros behind its point.
-      text += fmt::format("  {:<20} {:>16.8g} (95 %: {:.8g} to {:.8g})\n", ParameterName(i),
-                          values[i], lo, hi);
+    for (const ParameterWords& parameter : CalibratedParameters(calibration)) {
+      text += fmt::format("  {:<20} {:>16} ({})\n", parameter.name, parameter.value,
+                          parameter.interval);
     }
     text += fmt::format(
         "residuals {:.4f} px root mean square, {:.2f} of what was stated\n"

@@ -19,6 +19,17 @@ namespace trammel::report {
                                  const part_alignment::PartFit& fit);
 [[nodiscard]] std::string ToJson(const part_alignment::Budget& budget);
 
+/// A camera's parameter and its 95 % interval, to eight digits: distortion has many zeros behind
+/// its point.
+struct ParameterWords {
+  std::string name;
+  std::string value;
+  std::string interval;
+};
+/// In the order of kCameraParameterNames. REQUIRES verdict good.
+[[nodiscard]] std::vector<ParameterWords> CalibratedParameters(
+    const part_alignment::CameraCalibration& calibration);
+
 // Several lines each.
 
 [[nodiscard]] std::string CalibrationText(const part_alignment::CameraCalibration& calibration);

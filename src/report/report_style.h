@@ -14,6 +14,7 @@ inline constexpr std::string_view kReportStyle = R"css(
 body{margin:0;background:var(--page);color:var(--ink);font:16px/1.5 system-ui,"DejaVu Sans",sans-serif}
 main{max-width:860px;margin:0 auto;padding:20px 16px 48px}
 h1{font-size:1.25rem;margin:0}h2{font-size:1.1rem;margin:0 0 10px}p{margin:.5em 0}
+h1+.card{margin-top:14px}
 .facts{color:var(--muted);font-size:.9rem;margin:2px 0 16px;overflow-wrap:anywhere}
 .card{background:var(--card);border:1px solid var(--edge);border-radius:10px;padding:16px 20px;margin:0 0 16px}
 .head{border-left:6px solid var(--good)}.head.cannot_tell{border-left-color:var(--warn)}
