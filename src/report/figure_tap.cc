@@ -262,9 +262,8 @@ void DrawResiduals(Canvas& canvas, const RectPx& outer, const PlottedTap& tap,
     shown.push_back(-2.5 * noise);
   }
   const std::string title =
-      std::isfinite(noise)
-          ? fmt::format("What the fit leaves (shaded: 95 % of a noise of {:.2f} gf)", noise)
-          : "What the fit leaves";
+      std::isfinite(noise) ? fmt::format("What is left (shaded: 95 % of {:.2f} gf noise)", noise)
+                           : "What is left";
   Plot plot(canvas, outer, {label, heights, 8}, {"left (gf)", Padded(RangeOf(shown), 0.08), 4},
             title);
   if (std::isfinite(noise)) {
@@ -301,18 +300,12 @@ double DrawHead(Canvas& canvas, const PlottedTap& tap) {
   return 8 + DrawLegend(canvas, {12, 20}, canvas.width_px() - 24, legend);
 }
 
-std::string Caption(const PlottedTap& tap) {
-  std::string caption = tap.recording.name + ". ";
-  if (!Good(tap.contact)) caption += tap::Explain(tap.contact.reason) + " ";
-  caption +=
-      "Top: the whole tap; forces are counted from the free cell, blue is where the head moves. In "
-      "orange the lines and points of the published "
-      "decomposition, in green those of trammel's contact. Middle: force against height while the "
-      "nozzle is pulled back, counted from the contact; the nozzle lets go where the press leaves "
-      "the baseline. Bottom: samples minus fit; a wave or a bow there would mean that the form of "
-      "the press is not that of the fit.";
-  return caption;
-}
+constexpr const char* kCaption =
+    ". Top: the whole tap; forces are counted from the free cell, blue is where the head moves. In "
+    "orange the lines and points of the published decomposition, in green those of trammel's "
+    "contact. Middle: force against height while the nozzle is pulled back, counted from the "
+    "contact; the nozzle lets go where the press leaves the baseline. Bottom: samples minus fit; a "
+    "wave or a bow there would mean that the form of the press is not that of the fit.";
 
 /// What is drawn, and how high it is.
 struct Content {
@@ -368,7 +361,7 @@ Figure TapFigure(const PlottedTap& tap) {
   content.breaks = content.samples.height_um.size() > 1;
   content.rest = content.breaks && tap.contact.force.fitted;
   content.answered = Good(tap.contact) || Good(tap.two_line);
-  Figure figure{"tap", Caption(tap), Draw(tap, content, kFigureWidthPx)};
+  Figure figure{"tap", tap.recording.name + kCaption, Draw(tap, content, kFigureWidthPx)};
   figure.seen =
       fmt::format("Force of one tap against time, and against height around the break. {}. {}.",
                   Answer("contact", tap.contact), Answer("two-line", tap.two_line));

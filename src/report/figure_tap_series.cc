@@ -122,8 +122,8 @@ std::string SeriesTitle(const tap::Ensemble& ensemble, double zero_mm) {
   if (!std::isfinite(ensemble.standard_deviation_mm)) {
     return fmt::format("Contact height, from {:.4f} mm", zero_mm);
   }
-  return fmt::format("{}: standard deviation {:.2f} µm, range {:.2f} µm",
-                     ensemble.places.size() > 1 ? "About each place's mean" : "Contact height",
+  return fmt::format("{} standard deviation {:.2f} µm, range {:.2f} µm",
+                     ensemble.places.size() > 1 ? "About each place's mean:" : "Taps'",
                      ensemble.standard_deviation_mm * kUmPerMm, ensemble.range_mm * kUmPerMm);
 }
 

@@ -64,7 +64,11 @@ std::string HeadOfMany(const TapReportInput& input) {
   } else {
     body = "<p class=\"value\">No contact height</p>\n";
   }
-  body += "<pre>" + EscapeHtml(EnsembleText(ensemble, {})) + "</pre>\n";
+  Table table({{""}, {"", true}});
+  for (const EnsembleRow& row : EnsembleRows(ensemble)) {
+    table.Row({EscapeHtml(row.name), EscapeHtml(row.words)});
+  }
+  body += table.Html();
   for (const std::size_t outlier : ensemble.outliers) {
     if (outlier >= input.taps.size()) continue;
     body += Quiet(fmt::format("Left out of it, too far from the others: {} at {:.4f} mm.",
@@ -103,6 +107,8 @@ std::vector<Figure> TapFigures(const TapReportInput& input, std::size_t most_tap
   if (auto figure = MeshFigure(input.taps, input.ensemble)) figures.push_back(std::move(*figure));
   for (std::size_t i = 0; i < std::min(input.taps.size(), most_taps); ++i) {
     figures.push_back(TapFigure(input.taps[i]));
+    // The first one's caption explains them all.
+    if (i > 0) figures.back().caption = input.taps[i].recording.name + ", drawn as the first tap.";
     if (auto figure = BeforeAfterFigure(input.taps[i])) figures.push_back(std::move(*figure));
   }
   if (auto figure = NoiseFigure(input.noise)) figures.push_back(std::move(*figure));

@@ -194,6 +194,13 @@ TEST(TapReport, NamesTheContactHeightFirst) {
   const std::string pages = TapReport(InputOf(many));
   EXPECT_LT(pages.find("Contact at -0.00"), pages.find("standard deviation"));
   EXPECT_THAT(pages, HasSubstr("Mean of 3 taps at one place"));
+  // A table keeps its rows on a phone; the height stands above it.
+  EXPECT_THAT(pages, HasSubstr(">mean step</td>"));
+  EXPECT_THAT(pages, Not(HasSubstr("contact z")));
+  const std::size_t explained = pages.find("Top: the whole tap");
+  ASSERT_NE(explained, std::string::npos);
+  EXPECT_EQ(pages.find("Top: the whole tap", explained + 1), std::string::npos);
+  EXPECT_THAT(pages, HasSubstr("drawn as the first tap"));
 }
 
 TEST(TapReport, NamesOutliersWithoutTheRecordingsOfTheSummary) {
@@ -205,6 +212,24 @@ TEST(TapReport, NamesOutliersWithoutTheRecordingsOfTheSummary) {
   TapReportInput input = InputOf(taps);
   input.ensemble.outliers = {9};
   EXPECT_THAT(TapReport(input), HasSubstr("too far from the others: far at 0.5000 mm"));
+}
+
+TEST(TapText, ATrendHasNoMoreDigitsThanItsIntervalKnows) {
+  tap::Ensemble ensemble;
+  ensemble.with_time = tap::Trend{-5e-6, 1e-4, {-2e-4, 1.9e-4}, false};
+  EXPECT_THAT(
+      EnsembleText(ensemble, {}),
+      HasSubstr("drift with time   -0.3 µm per minute (95 %: -12.0 to +11.4 µm per minute), "
+                "not significant\n"));
+}
+
+TEST(TapText, SaysAVerdictInWords) {
+  Random random(5);
+  PlottedTap tap = MakeTap(-0.005, random);
+  tap.contact.verdict = Verdict::kCannotTell;
+  const AnalysedTap analysed{tap.recording, tap.contact, {}};
+  EXPECT_THAT(TapText(analysed), HasSubstr("verdict           cannot tell\n"));
+  EXPECT_THAT(TapLine(analysed), HasSubstr(" cannot tell "));
 }
 
 TEST(TapText, NamesNoHeightWhereThereIsNone) {

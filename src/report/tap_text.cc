@@ -25,15 +25,15 @@ std::string Notices(const AnalysedTap& tap, std::string_view before) {
   return text;
 }
 
-std::string TrendLine(const char* label, const std::optional<tap::Trend>& trend, const char* per,
-                      double factor) {
-  if (!trend) return {};
+void AddTrend(std::vector<EnsembleRow>& rows, const char* name,
+              const std::optional<tap::Trend>& trend, const char* per, double factor) {
+  if (!trend) return;
   const IntervalStyle style{.unit = fmt::format("µm per {}", per),
                             .scale = factor * kUmPerMm,
-                            .least_decimals = 3,
+                            .least_decimals = 1,
                             .signs = true};
-  return fmt::format("{}{}, {}\n", label, WithInterval(trend->slope, trend->interval95, style),
-                     trend->significant ? "significant" : "not significant");
+  rows.push_back({name, fmt::format("{}, {}", WithInterval(trend->slope, trend->interval95, style),
+                                    trend->significant ? "significant" : "not significant")});
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ std::string TapText(const AnalysedTap& tap) {
   }
   text += fmt::format("method            {}\n", tap::ToString(analysis.method));
   text += Notices(tap, "notice            ");
-  text += fmt::format("verdict           {}\n", ToString(analysis.verdict));
+  text += fmt::format("verdict           {}\n", VerdictWords(analysis.verdict));
   if (!good) text += fmt::format("because           {}\n", tap::Explain(analysis.reason));
   return text;
 }
@@ -79,8 +79,8 @@ std::string TapLine(const AnalysedTap& tap) {
     return fmt::format("{:>42}   quality {}   {}\n{}", ContactText(analysis), quality,
                        tap.recording.name, Notices(tap, "    notice: "));
   }
-  return fmt::format("{:>42}   quality {}   {}\n    because: {}\n{}", ToString(analysis.verdict),
-                     quality, tap.recording.name,
+  return fmt::format("{:>42}   quality {}   {}\n    because: {}\n{}",
+                     VerdictWords(analysis.verdict), quality, tap.recording.name,
                      tap.unread.empty() ? tap::Explain(analysis.reason) : tap.unread,
                      Notices(tap, "    notice: "));
 }
@@ -94,32 +94,40 @@ std::optional<Quantity> HeightAtOnePlace(const tap::Ensemble& ensemble) {
       place.z_mm, place.standard_uncertainty_mm, {place.z_mm - half_mm, place.z_mm + half_mm}};
 }
 
+std::vector<EnsembleRow> EnsembleRows(const tap::Ensemble& ensemble) {
+  std::vector<EnsembleRow> rows = {
+      {"taps", fmt::format("{}, {} good, {} used", ensemble.taps, ensemble.good, ensemble.used)}};
+  if (ensemble.places.size() > 1) {
+    rows.push_back({"places", fmt::format("{}; scatter is that about the mean of each",
+                                          ensemble.places.size())});
+  }
+  if (std::isfinite(ensemble.standard_deviation_mm)) {
+    rows.push_back({"range", Um(ensemble.range_mm)});
+    rows.push_back({"deviation", fmt::format("{}, where the taps themselves claim {}",
+                                             Um(ensemble.standard_deviation_mm),
+                                             Um(ensemble.predicted_deviation_mm))});
+    rows.push_back({"mean step", Um(ensemble.mean_step_mm)});
+  }
+  constexpr double kSecondsPerMinute = 60;
+  AddTrend(rows, "drift with time", ensemble.with_time, "minute", kSecondsPerMinute);
+  AddTrend(rows, "with temperature", ensemble.with_temperature, "°C", 1);
+  return rows;
+}
+
 std::string EnsembleText(const tap::Ensemble& ensemble, std::span<const AnalysedTap> taps) {
   std::string text;
   if (const auto height = HeightAtOnePlace(ensemble)) {
     text += fmt::format("contact z         {}, mean of {} taps\n",
                         WithInterval(*height, kMillimetres), ensemble.used);
   }
-  text += fmt::format("taps              {}, {} good, {} used\n", ensemble.taps, ensemble.good,
-                      ensemble.used);
+  for (const EnsembleRow& row : EnsembleRows(ensemble)) {
+    text += fmt::format("{:<18}{}\n", row.name, row.words);
+  }
   for (const std::size_t outlier : ensemble.outliers) {
     if (outlier >= taps.size()) continue;
     text += fmt::format("outlier           {} at {:.4f} mm\n", taps[outlier].recording.name,
                         taps[outlier].analysis.contact_z_mm);
   }
-  if (ensemble.places.size() > 1) {
-    text += fmt::format("places            {}; scatter is that about the mean of each\n",
-                        ensemble.places.size());
-  }
-  if (std::isfinite(ensemble.standard_deviation_mm)) {
-    text += fmt::format("range             {}\n", Um(ensemble.range_mm));
-    text += fmt::format("deviation         {}, where the taps themselves claim {}\n",
-                        Um(ensemble.standard_deviation_mm), Um(ensemble.predicted_deviation_mm));
-    text += fmt::format("mean step         {}\n", Um(ensemble.mean_step_mm));
-  }
-  constexpr double kSecondsPerMinute = 60;
-  text += TrendLine("drift with time   ", ensemble.with_time, "minute", kSecondsPerMinute);
-  text += TrendLine("with temperature  ", ensemble.with_temperature, "°C", 1);
   return text;
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "report/tap_json.h"
 #include "tap/ensemble.h"
@@ -22,7 +23,15 @@ namespace trammel::report {
 /// The mean of the taps where all used ones are at one place, at least two; Student's interval.
 [[nodiscard]] std::optional<Quantity> HeightAtOnePlace(const tap::Ensemble& ensemble);
 
-/// What many taps say together; several lines.
+/// One of what many taps say together: "range", "6.94 µm".
+struct EnsembleRow {
+  std::string name;
+  std::string words;
+};
+/// Of how many taps, how they scatter and drift; without the height.
+[[nodiscard]] std::vector<EnsembleRow> EnsembleRows(const tap::Ensemble& ensemble);
+
+/// The same with the height and the outliers; several lines.
 [[nodiscard]] std::string EnsembleText(const tap::Ensemble& ensemble,
                                        std::span<const AnalysedTap> taps);
 

@@ -55,7 +55,8 @@ bool SucceedUnexplained(const Tuning& tuning, const TrialOutcome& trial) {
 
 std::string TrialText(const TrialOutcome& trial) {
   std::string text = fmt::format("{} of {} taps of the trial are good", trial.good, trial.taps);
-  if (trial.good > 0) text += fmt::format(", ± {:.2f} µm (95 %)", trial.half_width_mm * kUmPerMm);
+  if (trial.good > 0)
+    text += fmt::format(", 95 %: within {:.2f} µm", trial.half_width_mm * kUmPerMm);
   return text;
 }
 

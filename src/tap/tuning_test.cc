@@ -169,6 +169,7 @@ TEST(Tuning, KeepsWhatIsGoodEnough) {
   const Tuning tuning = TuneOf({}, 3);
   EXPECT_EQ(tuning.end, TuningEnd::kKeep);
   EXPECT_THAT(tuning.because, HasSubstr("keep the settings"));
+  EXPECT_THAT(tuning.because, HasSubstr("95 %: within "));
   EXPECT_FALSE(tuning.trial_advised);
   for (const Advice& advice : tuning.advice) EXPECT_FALSE(advice.change) << advice.what;
 }
