@@ -21,6 +21,7 @@
 #include "part_alignment/budget/budget_study.h"
 #include "part_alignment/budget/repeated.h"
 #include "part_alignment/camera/calibration_age.h"
+#include "report/interval_text.h"
 #include "report/part_metrology_text.h"
 #include "store/alignment_file.h"
 #include "store/budget_file.h"
@@ -119,9 +120,8 @@ Result<std::string> TakeRepeats(const BudgetArguments& arguments,
   scene.target_sigma_mm = repeated->single_mm;
   scene.motion_covariance = repeated->motion_covariance;
   scene.repeats = static_cast<int>(std::min(cameras.size(), measurements.size()));
-  constexpr double kUmPerMm = 1000;
-  const Eigen::Vector3d single_um = kUmPerMm * repeated->single_mm;
-  const Eigen::Vector3d joint_um = kUmPerMm * repeated->joint_mm;
+  const Eigen::Vector3d single_um = report::kUmPerMm * repeated->single_mm;
+  const Eigen::Vector3d joint_um = report::kUmPerMm * repeated->joint_mm;
   return fmt::format(
       "targets   one calibration and one measurement scatter by {:.1f}, {:.1f}, {:.1f} µm (k = 1); "
       "all "

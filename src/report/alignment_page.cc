@@ -168,7 +168,7 @@ std::string CovarianceCard(const pa::Alignment& alignment) {
       const double both = Sigma(alignment, i) * Sigma(alignment, k);
       const double correlation =
           alignment.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) / both;
-      cells.push_back(i == k ? "1" : both > 0 ? fmt::format("{:+.2f}", correlation) : "–");
+      cells.push_back(i == k ? "1" : both > 0 ? NumberText(correlation, 2, true) : "–");
     }
     table.Row(cells);
   }

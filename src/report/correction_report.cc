@@ -42,17 +42,19 @@ Json FixtureJson(const FixtureCorrection& fixture) {
           {"after", PoseJson(fixture.machine_from_part)}};
 }
 
+/// "+0.000, -0.001, +1.010".
+std::string Signed(const Eigen::Vector3d& v, int decimals) {
+  return fmt::format("{}, {}, {}", NumberText(v.x(), decimals, true),
+                     NumberText(v.y(), decimals, true), NumberText(v.z(), decimals, true));
+}
+
 std::string FixtureText(const FixtureCorrection& fixture) {
-  const Eigen::Vector3d turn = fixture.rotation_rad * kPerMilleOf;
-  std::string text = fmt::format(
-      "fixture    turn the part by {:+.4f}, {:+.4f}, {:+.4f} mm/m about the machine's X, Y, Z\n",
-      turn.x(), turn.y(), turn.z());
+  std::string text =
+      fmt::format("fixture    turn the part by {} mm/m about the machine's X, Y, Z\n",
+                  Signed(fixture.rotation_rad * kPerMilleOf, 4));
   for (const SupportMove& move : fixture.moves) {
-    text += fmt::format(
-        "  support {:<8} shim {:+.3f} mm   (its point is to move {:+.3f}, {:+.3f}, "
-        "{:+.3f} mm)\n",
-        move.id, move.shim_mm, move.displacement_mm.x(), move.displacement_mm.y(),
-        move.displacement_mm.z());
+    text += fmt::format("  support {:<18} shim {} mm   (its point is to move {} mm)\n", move.id,
+                        NumberText(move.shim_mm, 3, true), Signed(move.displacement_mm, 3));
   }
   constexpr double kMuch_mm = 10;
   constexpr double kMuch_rad = 0.05;
@@ -138,8 +140,7 @@ std::string CorrectionText(const CorrectionOutput& output) {
       offset.largest_remainder_mm, offset.remainder.size(),
       output.tilts ? " if the control did not take them" : "");
   for (const RemainderAt& at : offset.remainder) {
-    text += fmt::format("  {:<16} {:+.4f}, {:+.4f}, {:+.4f} mm\n", at.id, at.error_mm.x(),
-                        at.error_mm.y(), at.error_mm.z());
+    text += fmt::format("  {:<16} {} mm\n", at.id, Signed(at.error_mm, 4));
   }
   return text + Lines("note", output.text.notes) + Lines("notice", output.notices);
 }

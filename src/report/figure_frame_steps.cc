@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "report/figure_common.h"
+#include "report/interval_text.h"
 
 namespace trammel::report {
 namespace {
@@ -36,7 +37,15 @@ RectPx Fitted(const Frame& picture, const RectPx& room) {
   return {room.x + (room.width - width) / 2, room.y, width, height};
 }
 
-double PictureRowPx(bool broad) { return broad ? 262 : 210; }
+std::size_t Columns(bool broad) { return broad ? 4 : 2; }
+
+/// As high as the crop is at the width that it has, up to a limit that tall crops are fitted into.
+double PictureRowPx(const Frame& crop, double width_px, bool broad) {
+  constexpr double kMargins_px = 16;
+  constexpr double kWords_px = 40;
+  const double room_px = width_px / static_cast<double>(Columns(broad)) - kMargins_px;
+  return std::min(kWords_px + room_px * crop.height / crop.width, broad ? 262.0 : 210.0);
+}
 
 void OverlayCentres(Canvas& canvas, const RectPx& rect, const pa::FrameSteps& steps) {
   const double scale = rect.width / steps.crop.width;
@@ -60,9 +69,9 @@ void DrawPictures(Canvas& canvas, const pa::FrameSteps& steps, bool broad) {
       {"3  grey, blurred", &steps.blurred},
       {"4  line found", &steps.crop},
   }};
-  const std::size_t columns = broad ? 4 : 2;
+  const std::size_t columns = Columns(broad);
   const double width = canvas.width_px() / static_cast<double>(columns);
-  const double height = PictureRowPx(broad);
+  const double height = PictureRowPx(steps.crop, canvas.width_px(), broad);
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const double x = static_cast<double>(i % columns) * width;
     const double top = static_cast<double>(i / columns) * height;
@@ -92,7 +101,7 @@ void DrawSection(Canvas& canvas, const pa::FrameSteps& steps, double top) {
   const LegendEntry legend[] = {{"weighted mean (Abbott's paper)",
                                  LegendEntry::Mark::kLine,
                                  {.color = kVermilion, .width_px = 2, .dash_px = {5, 3}}},
-                                {"line found by the response eye, ± 1 σ",
+                                {"line found by the response eye (bar: 95 %)",
                                  LegendEntry::Mark::kLine,
                                  {.color = kBlue, .width_px = 2}}};
   const double width_px = canvas.width_px();
@@ -103,7 +112,7 @@ void DrawSection(Canvas& canvas, const pa::FrameSteps& steps, double top) {
             {"shift (px)", Padded(RangeOf(seen), 0.12), 5});
   for (std::size_t row = 0; row < found.size(); ++row) {
     if (std::isfinite(found[row].y)) {
-      plot.ErrorBar(found[row], static_cast<double>(steps.centre_sigma_px[row]),
+      plot.ErrorBar(found[row], kNormal95 * static_cast<double>(steps.centre_sigma_px[row]),
                     {.color = WithAlpha(kBlue, 0.45), .width_px = 1});
     }
   }
@@ -113,7 +122,7 @@ void DrawSection(Canvas& canvas, const pa::FrameSteps& steps, double top) {
 
 Canvas Draw(const pa::FrameSteps& steps, double width_px) {
   const bool broad = width_px >= kFigureWidthPx;
-  const double pictures_px = PictureRowPx(broad) * (broad ? 1 : 2);
+  const double pictures_px = PictureRowPx(steps.crop, width_px, broad) * (broad ? 1 : 2);
   Canvas canvas(width_px, pictures_px + kSectionPx);
   DrawPictures(canvas, steps, broad);
   DrawSection(canvas, steps, pictures_px + 4);

@@ -20,25 +20,24 @@ int Decimals(const Interval& interval95, const IntervalStyle& style) {
 
 std::string Unit(const IntervalStyle& style) { return style.unit.empty() ? "" : " " + style.unit; }
 
-/// Never "-0.0000".
-std::string Number(double value, int decimals, bool sign) {
-  std::string text = fmt::format("{:.{}f}", value, decimals);
-  if (text.find_first_of("123456789") == std::string::npos && text.front() == '-') text.erase(0, 1);
-  return sign && text.front() != '-' ? "+" + text : text;
-}
-
 }  // namespace
 
+std::string NumberText(double value, int decimals, bool signs) {
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  if (text.find_first_of("123456789") == std::string::npos && text.front() == '-') text.erase(0, 1);
+  return signs && text.front() != '-' ? "+" + text : text;
+}
+
 std::string ValueText(double value, const Interval& interval95, const IntervalStyle& style) {
-  return Number(value * style.scale, Decimals(interval95, style), style.signs) + Unit(style);
+  return NumberText(value * style.scale, Decimals(interval95, style), style.signs) + Unit(style);
 }
 
 std::string IntervalText(const Interval& interval95, const IntervalStyle& style) {
   const int decimals = Decimals(interval95, style);
   const double a = interval95.lo * style.scale;
   const double b = interval95.hi * style.scale;
-  return fmt::format("95 %: {} to {}{}", Number(std::min(a, b), decimals, style.signs),
-                     Number(std::max(a, b), decimals, style.signs), Unit(style));
+  return fmt::format("95 %: {} to {}{}", NumberText(std::min(a, b), decimals, style.signs),
+                     NumberText(std::max(a, b), decimals, style.signs), Unit(style));
 }
 
 std::string WithinText(std::span<const double> half_widths95, const IntervalStyle& style) {

@@ -21,6 +21,9 @@ struct IntervalStyle {
   bool signs = false;      ///< a + before what is positive
 };
 
+/// "-0.0053"; never "-0.0000". @param signs  a + before what is not negative.
+[[nodiscard]] std::string NumberText(double value, int decimals, bool signs);
+
 /// "95 %: 0.0154 to 0.0190 s".
 [[nodiscard]] std::string IntervalText(const Interval& interval95, const IntervalStyle& style);
 

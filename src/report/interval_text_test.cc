@@ -27,6 +27,8 @@ TEST(IntervalText, ScalesAndKeepsTheOrder) {
 }
 
 TEST(IntervalText, NeverSaysMinusZero) {
+  EXPECT_EQ(NumberText(-1e-9, 3, true), "+0.000");
+  EXPECT_EQ(NumberText(-0.0012, 3, true), "-0.001");
   EXPECT_EQ(IntervalText({-1e-9, 1e-9}, {.unit = "mm", .least_decimals = 4}),
             "95 %: 0.000000 to 0.000000 mm");
   EXPECT_EQ(ValueText(-1e-9, {-0.5, 0.5}, kOffsetMillimetres), "+0.0000 mm");
