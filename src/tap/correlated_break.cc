@@ -76,12 +76,12 @@ std::span<double> Blocks(std::span<double> values, std::size_t block, bool mean)
 using OfLags = std::array<double, kMostBlocks>;
 
 // Sums of x_i x_(i + lag) for each lag from 1 on, eight lags side by side.
-void SumProducts(std::span<const double> x, OfLags& sums) {
+// @param lags  The first that is not asked for; those beyond the values have no sum.
+void SumProducts(std::span<const double> x, std::size_t lags, OfLags& sums) {
   constexpr std::size_t kPairs = 4;
   constexpr std::size_t kSide = 2 * kPairs;
   const std::size_t n = x.size();
-  const std::size_t lags = std::min(kMostBlocks, n);
-  for (std::size_t first = 1; first < lags; first += kSide) {
+  for (std::size_t first = 1; first < std::min(lags, n); first += kSide) {
     std::array<Pair, kPairs> sum{};
     std::size_t i = 0;
     for (; i + first + kSide <= n; ++i) {
@@ -92,7 +92,7 @@ void SumProducts(std::span<const double> x, OfLags& sums) {
         sum[k] += x[i] * two;
       }
     }
-    for (std::size_t k = 0; k < kSide && first + k < lags; ++k) {
+    for (std::size_t k = 0; k < kSide && first + k < std::min(lags, n); ++k) {
       double& all = sums[first + k];
       all = sum[k / 2][k % 2];
       for (std::size_t rest = i; rest + first + k < n; ++rest) {
@@ -107,7 +107,7 @@ struct Variogram {
   OfLags pairs{};
 
   // From products and squares, of values about their mean: less work than differences.
-  void Add(std::span<double> x) {
+  void Add(std::span<double> x, std::size_t lags) {
     const std::size_t n = x.size();
     double mean = 0;
     for (const double value : x) {
@@ -120,8 +120,8 @@ struct Variogram {
     }
     double later = earlier;  // and of those that have one a lag before
     OfLags products;
-    SumProducts(x, products);
-    for (std::size_t lag = 1; lag < std::min(kMostBlocks, n); ++lag) {
+    SumProducts(x, lags, products);
+    for (std::size_t lag = 1; lag < std::min(lags, n); ++lag) {
       earlier -= x[n - lag] * x[n - lag];
       later -= x[lag - 1] * x[lag - 1];
       sum[lag] += 0.5 * (earlier + later) - products[lag];
@@ -161,7 +161,7 @@ double CorrelatedFactor(const BreakFit& fit, std::span<const std::span<double>> 
   for (const std::span<double> stretch : free) {
     if (stretch.size() >= kLeastFree * block) {
       const std::span<double> means = Blocks(stretch, block, true);
-      variogram.Add(means);
+      variogram.Add(means, n / block);
       contrasts += static_cast<double>(means.size());
     }
   }
@@ -177,7 +177,7 @@ double CorrelatedFactor(const BreakFit& fit, std::span<const std::span<double>> 
   nugget *= static_cast<double>(block) / static_cast<double>(rest.size() - 1);
   const std::span<double> w = Blocks(weights, block, false);
   OfLags products;
-  SumProducts(w, products);
+  SumProducts(w, w.size(), products);
   double excess = 0;
   double width = 1;
   double at_lag = variogram.At(1);

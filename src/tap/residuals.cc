@@ -97,25 +97,28 @@ Lines Project(std::span<const double> time_s, std::span<const double> r, double 
   return lines;
 }
 
-// Sums of r_i r_(i-k), all lags side by side.
-std::array<double, kLags + 1> Correlate(std::span<const double> r) {
-  std::array<double, kLags + 1> sum{};
-  for (std::size_t i = 0; i < std::min<std::size_t>(kLags, r.size()); ++i) {
+using OfLags = std::array<double, kLags + 1>;
+
+// Adds r_i r_(i-k) for i = first … end - 1, all lags side by side.
+void Correlate(std::span<const double> r, std::size_t first, std::size_t end, OfLags& sum) {
+  std::size_t i = first;
+  for (; i < std::min<std::size_t>(kLags, end); ++i) {
     for (std::size_t lag = 0; lag <= i; ++lag) {
       sum[lag] += r[i] * r[i - lag];
     }
   }
-  for (std::size_t i = kLags; i < r.size(); ++i) {
+  OfLags sums = sum;
+  for (; i < end; ++i) {
     const double* const last = &r[i];
     for (std::ptrdiff_t lag = 0; lag <= kLags; ++lag) {
-      sum[static_cast<std::size_t>(lag)] += *last * last[-lag];
+      sums[static_cast<std::size_t>(lag)] += *last * last[-lag];
     }
   }
-  return sum;
+  sum = sums;
 }
 
 // 1 + 2 sum of rho_k up to the first that is not significant.
-double SumCorrelation(const std::array<double, kLags + 1>& sum, std::size_t n) {
+double SumCorrelation(const OfLags& sum, std::size_t n) {
   const double significant = 1.5 / std::sqrt(static_cast<double>(n));
   double factor = 1;
   for (std::size_t lag = 1; lag <= kLags && sum[lag] > significant * sum[0]; ++lag) {
@@ -124,7 +127,7 @@ double SumCorrelation(const std::array<double, kLags + 1>& sum, std::size_t n) {
   return factor;
 }
 
-double BoxPierce(const std::array<double, kLags + 1>& sum, std::size_t n) {
+double BoxPierce(const OfLags& sum, std::size_t n) {
   double squares = 0;
   for (std::size_t lag = 1; lag <= kLags; ++lag) {
     squares += static_cast<double>(n) * sum[lag] * sum[lag] / (sum[0] * sum[0]);
@@ -153,7 +156,10 @@ ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<d
   if (n <= kLags || below < kLeastInPress || below + kLeastInPress > n) {
     return traits;
   }
-  const std::array<double, kLags + 1> all = Correlate(r);
+  OfLags press{};
+  Correlate(r, 0, below, press);
+  OfLags all = press;
+  Correlate(r, below, n, all);
   for (const double value : r) {
     traits.largest = std::max(traits.largest, std::abs(value));
   }
@@ -167,7 +173,6 @@ ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<d
     std::nth_element(scratch.begin(), middle, scratch.begin() + static_cast<std::ptrdiff_t>(n));
     traits.robust_deviation = std::max(*middle / kMedianOfNormal, kLeastOfRms * rms);
   }
-  const std::array<double, kLags + 1> press = Correlate(r.first(below));
   const double beyond = all[0] - press[0];
   if (!(press[0] > 0) || !(beyond > 0)) {
     return traits;
