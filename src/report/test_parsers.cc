@@ -4,8 +4,8 @@
 #include <cstring>
 #include <vector>
 
-#include "report/test_support.h"
 #include "base/utf8.h"
+#include "report/test_support.h"
 
 namespace trammel::report::test {
 namespace {

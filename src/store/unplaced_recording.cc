@@ -39,9 +39,8 @@ std::string Reason(const json& root) {
   const json& last = list->back();
   const auto text = [&](const char* key) {
     const auto found = last.is_object() ? last.find(key) : last.end();
-    return last.is_object() && found != last.end() && found->is_string()
-               ? found->get<std::string>()
-               : std::string();
+    return last.is_object() && found != last.end() && found->is_string() ? found->get<std::string>()
+                                                                         : std::string();
   };
   return text("why").empty() ? "" : text("video") + ": " + text("why");
 }
@@ -62,19 +61,21 @@ std::optional<Error> UnplacedRecording(const std::filesystem::path& folder) {
   }
   const std::size_t frames = FramesOf(folder / "line0.avi");
   if (sweeps->empty()) {
-    return Error{ErrorKind::kMeasurement,
-                 fmt::format("'{}' holds a scan that ended in its first line: {}, and the motion of "
-                             "no line, without which no frame has a place. Nothing can be measured "
-                             "from it; scan the pattern again",
-                             folder.string(),
-                             frames == 0 ? std::string("no frame")
-                                         : fmt::format("{} frames in line0.avi", frames))};
+    return Error{
+        ErrorKind::kMeasurement,
+        fmt::format(
+            "'{}' holds a scan that ended in its first line: {}, and the motion of "
+            "no line, without which no frame has a place. Nothing can be measured "
+            "from it; scan the pattern again",
+            folder.string(),
+            frames == 0 ? std::string("no frame") : fmt::format("{} frames in line0.avi", frames))};
   }
   const std::string why = Reason(*root);
-  return Error{ErrorKind::kMeasurement,
-               fmt::format("'{}' holds {} sweeps whose frames could not be tied to the motion{}{}. "
-                           "Videos, times and motion (sweeps.json) are kept; scan the pattern again",
-                           folder.string(), sweeps->size(), why.empty() ? "" : ": ", why)};
+  return Error{
+      ErrorKind::kMeasurement,
+      fmt::format("'{}' holds {} sweeps whose frames could not be tied to the motion{}{}. "
+                  "Videos, times and motion (sweeps.json) are kept; scan the pattern again",
+                  folder.string(), sweeps->size(), why.empty() ? "" : ": ", why)};
 }
 
 }  // namespace trammel::store
