@@ -204,8 +204,10 @@ std::size_t Best(const Choosing& choosing, const std::vector<bool>& wanted) {
   return best;
 }
 
+/// Half of the 95 % interval in words.
 std::string Known(double sigma_mm) {
-  return sigma_mm < kUnseen_mm ? fmt::format("{:.2g} mm", sigma_mm) : "not at all";
+  constexpr double kNormal95 = 1.959964;
+  return sigma_mm < kUnseen_mm ? fmt::format("within {:.2g} mm", kNormal95 * sigma_mm) : "unknown";
 }
 
 /// Takes the candidate into the plan, with its reason.
@@ -225,7 +227,7 @@ void Take(std::size_t index, const std::string& purpose, const std::vector<PartT
       planned.targets.push_back(targets[target].id);
     }
   }
-  planned.why = fmt::format("{}; weakest direction (mostly {}) known before {}, after {}", purpose,
+  planned.why = fmt::format("{}; weakest direction (mostly {}), 95 %: {} before, {} after", purpose,
                             weakest, Known(before_mm), Known(after_mm));
   plan.views.push_back(planned);
 }

@@ -81,6 +81,7 @@ TEST(ViewPlan, EveryViewSaysWhyAndStaysWithinTravelFieldAndClearance) {
   const double tool_mm = ToolLength(scene.camera, scene.options.tool_length_mm);
   for (const PlannedView& view : plan->views) {
     EXPECT_THAT(view.why, HasSubstr("weakest direction (mostly"));
+    EXPECT_THAT(view.why, HasSubstr("), 95 %: "));
     EXPECT_TRUE(WithinTravel(scene.options, view.spindle_mm));
     EXPECT_TRUE(ClearOfObstacles(scene.options, tool_mm, view.spindle_mm, view.spindle_rotation));
   }
