@@ -185,7 +185,7 @@ std::string ResidualCard(const AlignmentOutput& output) {
   for (std::size_t i = 0; i < std::min(kMostRows, residuals.size()); ++i) {
     const pa::AlignmentResidual& residual = residuals[i];
     table.Row({fmt::format("{}", residual.view + 1), EscapeHtml(residual.target),
-               fmt::format("{:+.3f}", residual.column_px), fmt::format("{:+.3f}", residual.row_px),
+               NumberText(residual.column_px, 3, true), NumberText(residual.row_px, 3, true),
                fmt::format("{:.3f}", residual.sigma_px), residual.weight == 0 ? "left out" : ""},
               residual.weight == 0);
   }

@@ -35,7 +35,7 @@ AlignmentOutput Made() {
                           "beta_rad", "gamma_rad", "clamp_angle_rad"};
   alignment.covariance = Eigen::MatrixXd::Identity(7, 7) * 1e-10;
   alignment.covariance.topLeftCorner<3, 3>() *= 4e6;  // 0.02 mm
-  alignment.residuals = {{0, "T1", 0.01, -0.02, 0.03, 1}, {1, "T2", 3, 3, 0.03, 0}};
+  alignment.residuals = {{0, "T1", 0.01, -0.0001, 0.03, 1}, {1, "T2", 3, 3, 0.03, 0}};
   alignment.notices = {"<b>mind</b>"};
   output.contributions = {{"all", 0, false, {0.02, 0.02, 0.02}},
                           {"clamp_eccentricity_mm", 0.021, true, {0.001, 0.001, 0.02}},
@@ -56,7 +56,8 @@ TEST(AlignmentPage, ShowsWhatTheUncertaintyIsMadeOfAndItsCovariance) {
   const std::string page = AlignmentPage(Made(), {});
   EXPECT_THAT(page, AllOf(HasSubstr("eccentricity of the clamping"), HasSubstr("0.0210 mm, usual"),
                           HasSubstr("the pictures alone"), HasSubstr(">0.0392<"),
-                          HasSubstr("0.0200 mm</td>"), HasSubstr("left out")));
+                          HasSubstr("0.0200 mm</td>"), HasSubstr("left out"),
+                          HasSubstr(">+0.000</td>"), Not(HasSubstr(">-0.000"))));
 }
 
 TEST(AlignmentPage, NamesNoPlaceUnlessTheVerdictIsGood) {

@@ -64,6 +64,29 @@ TEST(PressureAdvanceFigures, AScanGivesEveryFigureButThePhoto) {
   ExpectSound(figures);
 }
 
+TEST(PressureAdvanceFigures, AFrameStandsDirectlyAboveItsSectionWithBarsOf95Percent) {
+  const auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  auto scan = test::MakeScanView(Small(), Random(kSeed));
+  ASSERT_TRUE(scan.steps);
+  const auto figure_of = [&](int rows) {
+    pressure_advance::FrameSteps& steps = *scan.steps;
+    for (Frame* frame : {&steps.crop, &steps.masked, &steps.blurred}) {
+      *frame = Frame(frame->width, rows);
+    }
+    const auto count = static_cast<std::size_t>(rows);
+    steps.paper_centre_px.resize(count);
+    steps.centre_px.resize(count);
+    steps.centre_sigma_px.resize(count);
+    return FrameStepsFigure({&analysis, &scan, nullptr});
+  };
+  const int width = scan.steps->crop.width;
+  const auto tall = figure_of(2 * width);
+  const auto wide = figure_of(width / 2);
+  ASSERT_TRUE(tall && wide);
+  EXPECT_NE(tall->canvas.ToSvg().find("95 %"), std::string::npos);
+  EXPECT_LT(wide->canvas.height_px(), tall->canvas.height_px() - 50);
+}
+
 TEST(PressureAdvanceFigures, APhotoGivesThoseThatNeedNoHeights) {
   test::MadeUp photo = Small(21);
   photo.highest_pressure_advance_s = 0.1;
