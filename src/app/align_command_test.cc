@@ -248,8 +248,9 @@ TEST_F(AlignCommand, CorrectWritesTheWordsOfEveryControl) {
     const CommandResult corrected = Align(std::string("correct result.json ") + arguments);
     EXPECT_EQ(corrected.exit_code, 0) << corrected.output;
     EXPECT_THAT(corrected.standard_output,
-                AllOf(HasSubstr(words), HasSubstr("remainder  tilts of +4.0000 (about x) and "
-                                                  "-3.0000 mm/m (about y)")));
+                AllOf(HasSubstr(words), HasSubstr("where the offset puts it less where it is:"),
+                      HasSubstr("remainder  tilts of +4.0000 (about x) and "
+                                "-3.0000 mm/m (about y)")));
   }
 }
 

@@ -134,13 +134,12 @@ std::string CorrectionText(const CorrectionOutput& output) {
   const part_alignment::OffsetCorrection& offset = output.offset;
   text += fmt::format(
       "remainder  tilts of {:+.4f} (about x) and {:+.4f} mm/m (about y): {:.4f} mm at most over "
-      "the "
-      "{} points{}\n",
+      "the {} points{}; of each, where the offset puts it less where it is:\n",
       offset.tilt_rad.x() * kPerMilleOf, offset.tilt_rad.y() * kPerMilleOf,
       offset.largest_remainder_mm, offset.remainder.size(),
       output.tilts ? " if the control did not take them" : "");
   for (const RemainderAt& at : offset.remainder) {
-    text += fmt::format("  {:<16} {} mm\n", at.id, Signed(at.error_mm, 4));
+    text += fmt::format("  {:<20} {} mm\n", at.id, Signed(at.error_mm, 4));
   }
   return text + Lines("note", output.text.notes) + Lines("notice", output.notices);
 }
