@@ -69,6 +69,30 @@ TEST(DiscSighting, SeesARingOnlyWhereThereIsOne) {
   EXPECT_FALSE(SightRing(without.view(), *alone, 1));
 }
 
+// Takes a view of half a target, which is enough of its ring to be seen. The rows above the view
+// are in memory: a ring is seen where they are read.
+TEST(DiscSighting, SeesNoRingAboutAMiddleBeyondThePicture) {
+  constexpr int kCentre_px = 120;
+  DrawnTarget target = test::AffineTarget(kCentre_px, kCentre_px, 40, 1, 1);
+  target.bits = 14;
+  target.word = 0b01010101010101;
+  Random random(4);
+  const Page page =
+      test::Expose(test::Draw(2 * kCentre_px, 2 * kCentre_px, {target}, {}), 1, random);
+  const auto disc = SightDisc(page.view(), Across(kCentre_px, 96, 144), {.noise = 1});
+  ASSERT_TRUE(disc);
+  const auto seen_from_row = [&](int row) {
+    PageView part = page.view();
+    part.data = part.row(row);
+    part.height -= row;
+    DiscModel moved = *disc;
+    moved.row_px -= row;
+    return SightRing(part, moved, 1).has_value();
+  };
+  EXPECT_TRUE(seen_from_row(kCentre_px - 1));
+  EXPECT_FALSE(seen_from_row(kCentre_px + 1));
+}
+
 TEST(DiscSighting, SeesNothingInNoise) {
   Random random(5);
   const test::GreyImage grey{180, 180, std::vector<double>(180 * 180, 128)};
