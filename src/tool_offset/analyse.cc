@@ -35,6 +35,25 @@ std::vector<Leg> CodeLegs(const SheetPlan& plan) {
   return legs;
 }
 
+/// Whether in some structure most lines of the reference tool are not where the map puts them.
+bool ReferenceLiesElsewhere(const SheetPlan& plan, const InkRaster& raster) {
+  constexpr double kFaint = 0.5;  // of where the lines are seen best
+  std::vector<double> strength;
+  for (const Structure& structure : plan.structures) {
+    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+      if (structure.combs[comb].tool != plan.settings.reference_tool) continue;
+      std::vector<Leg> legs;
+      for (int finger = 0; finger < plan.settings.teeth; ++finger) {
+        const auto of_finger = FingerLegs(plan, structure, comb, finger);
+        legs.insert(legs.end(), of_finger.begin(), of_finger.end());
+      }
+      strength.push_back(MedianStrength(raster, legs));
+    }
+  }
+  const auto [least, most] = std::minmax_element(strength.begin(), strength.end());
+  return *least < std::max(raster.FaintestInk(), kFaint * *most);
+}
+
 std::vector<ToolReading> PlaceTools(const PageView& page, const SheetPlan& plan, const PageMap& map,
                                     const InkRaster& raster, const InkColour& reference) {
   std::vector<int> numbers = plan.settings.tools;
@@ -170,6 +189,14 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
   const std::vector<Leg> code_legs = CodeLegs(plan);
   const InkColour reference = SampleInk(page, map, plan.settings, code_legs);
   const InkRaster raster = TakeInkRaster(page, map, kAround_mm);
+  if (result.sheet.box_lacks_line && ReferenceLiesElsewhere(plan, raster)) {
+    return Fail(fmt::format("a side of the box has lost one of its {} lines, and lines of T{} are "
+                            "not where the others put them: look why its lines do not stick or "
+                            "break off (nozzle height, flow, clean paper), and print the sheet "
+                            "again",
+                            plan.box_insets_mm.size(), plan.settings.reference_tool),
+                ErrorKind::kMeasurement);
+  }
   if (!IsReadable(reference)) {
     return Fail(fmt::format("T{}, the reference tool: {}", plan.settings.reference_tool,
                             WhyUnreadable(reference, MedianStrength(raster, code_legs))),

@@ -233,6 +233,21 @@ TEST(AnalyseSheet, SaysThatAToolsLinesHaveRunTogetherAndNotThatItsInkIsFaint) {
               testing::AllOf(HasSubstr("T1"), HasSubstr("run together")));
 }
 
+// The box fits as well one line further in, where half of the sheet's lines are not in their
+// places.
+TEST(AnalyseSheet, SaysThatASideOfTheBoxHasLostALine) {
+  const SheetPlan plan = SmallPlan();
+  SheetScene scene = QuickScene();
+  const auto a = OnPaper_mm(plan, scene, {-plan.width_mm / 2, -plan.height_mm / 2});
+  const auto b = OnPaper_mm(plan, scene, {-plan.width_mm / 2, plan.height_mm / 2});
+  scene.more.push_back({a[0], a[1], b[0], b[1], 0.55, scene.paper.paper});
+  Random random(8);
+  const ScannedScene scan = Scan(plan, scene, random);
+  const auto result = AnalyseSheet(scan.view(), plan);
+  ASSERT_FALSE(result.has_value());
+  EXPECT_THAT(result.error().message, HasSubstr("lost one of its 3 lines"));
+}
+
 TEST(AnalyseSheet, SaysThatTheStatedResolutionIsWrongAndUsesTheBox) {
   Random random(8);
   const SheetPlan plan = SmallPlan();
@@ -285,6 +300,36 @@ void ExpectRightOrCovered(const SheetResult& result, const SheetScene& scene) {
     }
     if (tool.dx_mm.good())
       ExpectOffset(tool, truth.u_mm, truth.v_mm, tool.coarse ? 0.3 : kQuick_mm);
+  }
+}
+
+// Where other ink hides most of a finger, one of its legs on the place of the other looks well.
+TEST(AnalyseSheet, TakesNoLegForTheOtherOfItsFinger) {
+  const SheetPlan plan = DefaultPlan(8);
+  const std::array<std::array<SheetPoint, 7>, 2> offsets{{
+      {{{-4.72, 2.97},
+        {9.18, 6.3},
+        {1.92, -1.63},
+        {0.52, 0.64},
+        {-3.63, 2.45},
+        {1.96, -1.91},
+        {3.43, -11.4}}},
+      {{{-9.63, -2.94},
+        {1.06, -1.44},
+        {-0.97, 10.82},
+        {0.64, -2.46},
+        {-11.88, -6.87},
+        {-5.63, -1.43},
+        {1.21, 0.49}}},
+  }};
+  for (const auto& of_tools : offsets) {
+    SheetScene scene = QuickScene();
+    for (int tool = 1; tool < 8; ++tool) {
+      scene.offset_mm[tool] = of_tools[static_cast<std::size_t>(tool - 1)];
+    }
+    const SheetResult result = Read(plan, scene);
+    ASSERT_EQ(result.tools.size(), 7U);
+    ExpectRightOrCovered(result, scene);
   }
 }
 

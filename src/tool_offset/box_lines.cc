@@ -78,8 +78,22 @@ std::optional<Profile> AcrossSide(const PageView& page, const ChannelMix& mix,
   return profile;
 }
 
-/// How far inside its expected place the outermost line lies; nothing where no lines are.
-std::optional<double> FindLines(const Profile& profile, const SheetPlan& plan, double reach_mm) {
+/// The lines across one place of a side.
+struct LinesAcross {
+  double inside_mm = 0;  ///< how far inside its expected place the outermost one lies
+  bool whole = true;     ///< whether all of them are there
+};
+
+/// How much more ink there is on a line than a line's width beside it.
+double LineInk(const Profile& profile, double at_mm, double width_mm) {
+  return profile.Mean(at_mm, width_mm / 2) - (profile.Mean(at_mm - width_mm, width_mm / 4) +
+                                              profile.Mean(at_mm + width_mm, width_mm / 4)) /
+                                                 2;
+}
+
+/// Nothing where no lines are.
+std::optional<LinesAcross> FindLines(const Profile& profile, const SheetPlan& plan,
+                                     double reach_mm) {
   constexpr double kFaintest = 0.3;  // of the box's ink on the small page
   const double width_mm = plan.settings.line_width_mm;
   double best = kFaintest;
@@ -87,10 +101,7 @@ std::optional<double> FindLines(const Profile& profile, const SheetPlan& plan, d
   for (double shift_mm = -reach_mm; shift_mm <= reach_mm; shift_mm += profile.step_mm) {
     double score = 0;
     for (const double inset_mm : plan.box_insets_mm) {
-      const double at_mm = shift_mm + inset_mm;
-      score += profile.Mean(at_mm, width_mm / 2) - (profile.Mean(at_mm - width_mm, width_mm / 4) +
-                                                    profile.Mean(at_mm + width_mm, width_mm / 4)) /
-                                                       2;
+      score += LineInk(profile, shift_mm + inset_mm, width_mm);
     }
     score /= static_cast<double>(plan.box_insets_mm.size());
     if (score <= best) continue;
@@ -100,7 +111,9 @@ std::optional<double> FindLines(const Profile& profile, const SheetPlan& plan, d
   if (!best_mm) return std::nullopt;
   double sum_mm = 0;
   int count = 0;
+  LinesAcross lines;
   for (const double inset_mm : plan.box_insets_mm) {
+    lines.whole &= LineInk(profile, *best_mm + inset_mm, width_mm) > kFaintest / 2;
     const double centre = profile.Index(*best_mm + inset_mm);
     const double half = width_mm / profile.step_mm;
     const auto place = HalfInkPlace(profile.ink, centre - half, centre + half);
@@ -109,12 +122,12 @@ std::optional<double> FindLines(const Profile& profile, const SheetPlan& plan, d
     ++count;
   }
   if (count == 0) return std::nullopt;
-  return sum_mm / count;
+  lines.inside_mm = sum_mm / count;
+  return lines;
 }
 
 std::vector<SidePoint> FindSides(const PageView& page, const ChannelMix& mix, const SheetPlan& plan,
-                                 const PageMap& map, double reach_mm,
-                                 std::array<double, kSides>& support) {
+                                 const PageMap& map, double reach_mm, BoxFit& fit) {
   constexpr double kStep_mm = 2;
   std::vector<SidePoint> points;
   const double corner_mm = plan.box_insets_mm.back() + 2;  // lines of the other side
@@ -123,20 +136,23 @@ std::vector<SidePoint> FindSides(const PageView& page, const ChannelMix& mix, co
     const double half_mm = (IsUpright(side) ? map.half_height_mm : map.half_width_mm) - corner_mm;
     int tried = 0;
     int found = 0;
+    int whole = 0;
     for (double along_mm = -half_mm; along_mm <= half_mm; along_mm += kStep_mm) {
       ++tried;
       const auto profile = AcrossSide(page, mix, plan, map, side, along_mm, reach_mm);
       if (!profile) continue;
-      const auto inside_mm = FindLines(*profile, plan, reach_mm);
-      if (!inside_mm) continue;
+      const auto lines = FindLines(*profile, plan, reach_mm);
+      if (!lines) continue;
       ++found;
+      whole += lines->whole ? 1 : 0;
       const LocalMap local = map.Near(OnSide(map, side, along_mm));
-      const double outward_mm = -Outward(side) * *inside_mm;
+      const double outward_mm = -Outward(side) * lines->inside_mm;
       points.push_back(
           {side, along_mm,
            IsUpright(side) ? local.ToPage(outward_mm, 0) : local.ToPage(0, outward_mm)});
     }
-    support[i] = tried == 0 ? 0 : static_cast<double>(found) / tried;
+    fit.support[i] = tried == 0 ? 0 : static_cast<double>(found) / tried;
+    fit.whole[i] = found == 0 ? 0 : static_cast<double>(whole) / found;
   }
   return points;
 }
@@ -252,7 +268,7 @@ BoxFit FitBox(const PageView& page, const ChannelMix& mix, const SheetPlan& plan
   fit.map.bend_mm = {};
   std::vector<SidePoint> points;
   for (const double reach_mm : kReach_mm) {
-    points = FindSides(page, mix, plan, fit.map, reach_mm, fit.support);
+    points = FindSides(page, mix, plan, fit.map, reach_mm, fit);
     std::array<std::size_t, kSides> count{};
     for (const SidePoint& point : points) ++count[point.side];
     if (*std::min_element(count.begin(), count.end()) < kFewest) {

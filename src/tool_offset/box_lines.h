@@ -14,6 +14,7 @@ namespace trammel::tool_offset {
 struct BoxFit {
   PageMap map;
   std::array<double, kSides> support{};  ///< part of each side where its lines were found
+  std::array<double, kSides> whole{};    ///< part of that where none of them is missing
   double rms_mm = 0;                     ///< of the places on the lines against the map
   std::vector<PagePoint> places;         ///< on the outermost line, where it was found
 };

@@ -42,6 +42,14 @@ double LegInk(const PageView& page, const ChannelMix& mix, const SheetPlan& plan
   return most - static_cast<double>(*middle);
 }
 
+int MissingCells(const CodeReading& code, const SheetPlan& plan) {
+  int missing = 0;
+  for (std::size_t i = 0; i < plan.code.size(); ++i) {
+    missing += plan.code[i].dark && !code.dark[i] ? 1 : 0;
+  }
+  return missing;
+}
+
 }  // namespace
 
 CodeReading ReadCode(const PageView& page, const ChannelMix& mix, const SheetPlan& plan,
@@ -67,6 +75,27 @@ CodeReading ReadCode(const PageView& page, const ChannelMix& mix, const SheetPla
     if (const auto id = DecodeSheetId(cells)) reading.sheet_id = *id;
   }
   return reading;
+}
+
+bool IsThisCode(const CodeReading& code, const SheetPlan& plan) {
+  constexpr int kDamaged = 2;           // cells, when all the others say that it is this sheet
+  constexpr int kBroken = 4;            // dark cells of 34 whose lines did not stick, none added
+  constexpr int kMissing = 1;           // dark cells of 34 that may have lost their ink
+  constexpr double kPrintedOver = 0.7;  // of the light ones
+  if (code.wrong_cells <= kDamaged) return true;
+  const auto light = std::count_if(plan.code.begin(), plan.code.end(),
+                                   [](const CodeCell& cell) { return !cell.dark; });
+  const int missing = MissingCells(code, plan);
+  const int added = code.wrong_cells - missing;
+  if (added == 0) return missing <= kBroken;
+  return missing <= kMissing && added <= kPrintedOver * static_cast<double>(light);
+}
+
+bool IsBrokenCode(const CodeReading& code, const SheetPlan& plan) {
+  constexpr int kFewest = 8;  // dark cells that chance finds among the plan's once in 256 times
+  const int missing = MissingCells(code, plan);
+  const auto dark = std::count(code.dark.begin(), code.dark.end(), true);
+  return missing == code.wrong_cells && dark >= kFewest;
 }
 
 }  // namespace trammel::tool_offset

@@ -24,4 +24,14 @@ struct CodeReading {
 [[nodiscard]] CodeReading ReadCode(const PageView& page, const ChannelMix& mix,
                                    const SheetPlan& plan, const PageMap& map);
 
+/// Whether the cells are the plan's, but for a few that are damaged. A tool far off may have
+/// printed over them: that adds ink, and takes none away.
+/// @param code  of ReadCode, with a contrast above 0.
+[[nodiscard]] bool IsThisCode(const CodeReading& code, const SheetPlan& plan);
+
+/// Whether the cells may be the plan's, with more lines missing than IsThisCode allows and none
+/// added.
+/// @param code  of ReadCode, with a contrast above 0.
+[[nodiscard]] bool IsBrokenCode(const CodeReading& code, const SheetPlan& plan);
+
 }  // namespace trammel::tool_offset

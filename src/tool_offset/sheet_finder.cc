@@ -19,17 +19,16 @@ namespace {
 constexpr double kAnisotropy = 0.04;
 /// A part of each side where the box's lines must be found.
 constexpr double kSideFound = 0.6;
-/// Cells of the code that may be damaged when all the others say that it is this sheet.
-constexpr int kDamagedCells = 2;
 
 /// What a rectangle of lines turned out to be, in the order of how much it says.
-enum class Finding { kNothing, kPart, kMerged, kUnreadable, kOther, kMirrored, kSheet };
+enum class Finding { kNothing, kPart, kUnreadable, kBroken, kMerged, kOther, kMirrored, kSheet };
 
 struct Attempt {
   Finding finding = Finding::kNothing;
   SheetOnPage sheet;
   std::uint16_t other_id = 0;
   double line_width_mm = 0;  ///< where the box's lines have merged
+  int missing_cells = 0;     ///< where the code has lost lines
 };
 
 /// Strength that only ink and edges have: the 99.7 % point, or what stands out of noise.
@@ -144,24 +143,6 @@ void Describe(SheetOnPage& sheet) {
   sheet.px_per_mm_v = Length(sheet.map.v_px_mm);
 }
 
-/// Whether the cells are the plan's, but for a few that are damaged. A tool far off may have
-/// printed over them: that adds ink, and takes none away.
-bool IsThisCode(const CodeReading& code, const SheetPlan& plan) {
-  constexpr int kBroken = 4;            // dark cells of 34 whose lines did not stick, none added
-  constexpr int kMissing = 1;           // dark cells of 34 that may have lost their ink
-  constexpr double kPrintedOver = 0.7;  // of the light ones
-  if (code.wrong_cells <= kDamagedCells) return true;
-  int missing = 0;
-  int light = 0;
-  for (std::size_t i = 0; i < plan.code.size(); ++i) {
-    light += plan.code[i].dark ? 0 : 1;
-    missing += plan.code[i].dark && !code.dark[i] ? 1 : 0;
-  }
-  const int added = code.wrong_cells - missing;
-  if (added == 0) return missing <= kBroken;
-  return missing <= kMissing && added <= kPrintedOver * light;
-}
-
 /// Reads the code all four ways round that a found box allows.
 Attempt ReadBox(const PageView& page, const SheetPlan& plan, const BoxFit& box,
                 const ChannelMix& mix) {
@@ -175,6 +156,7 @@ Attempt ReadBox(const PageView& page, const SheetPlan& plan, const BoxFit& box,
       sheet.map = Turned(box.map, flip_u, flip_v);
       sheet.box_places = box.places;
       sheet.box_rms_mm = box.rms_mm;
+      sheet.box_lacks_line = *std::min_element(box.whole.begin(), box.whole.end()) < 0.5;
       sheet.reference_mix = mix;
       sheet.code = ReadCode(page, mix, plan, sheet.map);
       if (sheet.code.contrast < kFaintestCode) continue;
@@ -187,6 +169,9 @@ Attempt ReadBox(const PageView& page, const SheetPlan& plan, const BoxFit& box,
         fewest_wrong = sheet.code.wrong_cells;
         best.finding = mirrored ? Finding::kMirrored : Finding::kSheet;
         best.sheet = sheet;
+      } else if (IsBrokenCode(sheet.code, plan) && best.finding < Finding::kBroken) {
+        best.finding = Finding::kBroken;
+        best.missing_cells = sheet.code.wrong_cells;
       }
     }
   }
@@ -239,8 +224,9 @@ Attempt TryOtherSheet(const PageView& page, const SmallPage& small, const SheetP
     const BoxFit box = FitBox(page, mix, other, *start);
     if (*std::min_element(box.support.begin(), box.support.end()) < kSideFound) continue;
     Attempt attempt = ReadBox(page, other, box, mix);
-    const bool says_more = attempt.finding > best.finding && attempt.finding != Finding::kSheet;
-    if (says_more) best = std::move(attempt);
+    // Of this plan it has no more than the size of its cells.
+    if (attempt.finding == Finding::kBroken || attempt.finding == Finding::kSheet) continue;
+    if (attempt.finding > best.finding) best = std::move(attempt);
   }
   return best;
 }
@@ -255,15 +241,14 @@ Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPl
     const double ratio = Length(start->u_px_mm) / Length(start->v_px_mm);
     if (std::abs(std::log(ratio)) > kAnisotropy) continue;
     const BoxFit box = FitBox(page, mix, plan, *start);
-    if (*std::min_element(box.support.begin(), box.support.end()) < kSideFound) {
-      const auto merged = MergedLineWidth_mm(page, mix, plan, *start);
-      if (merged && best.finding < Finding::kMerged) {
-        best.finding = Finding::kMerged;
-        best.line_width_mm = *merged;
+    const bool found = *std::min_element(box.support.begin(), box.support.end()) >= kSideFound;
+    Attempt attempt = found ? ReadBox(page, plan, box, mix) : Attempt{};
+    if (attempt.finding <= Finding::kBroken) {
+      if (const auto merged = MergedLineWidth_mm(page, mix, plan, *start)) {
+        attempt.finding = Finding::kMerged;
+        attempt.line_width_mm = *merged;
       }
-      continue;
     }
-    Attempt attempt = ReadBox(page, plan, box, mix);
     if (attempt.finding <= best.finding) continue;
     best = std::move(attempt);
     for (std::size_t i = 0; i < 4; ++i) {
@@ -271,7 +256,7 @@ Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPl
     }
     best.sheet.ink_is_darker = mix[0] + mix[1] + mix[2] < 0;
   }
-  if (best.finding <= Finding::kUnreadable) {
+  if (best.finding <= Finding::kMerged) {
     Attempt other = TryOtherSheet(page, small, plan, candidate, mix);
     if (other.finding > best.finding) best = std::move(other);
   }
@@ -330,7 +315,8 @@ std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan) {
     case Finding::kUnreadable:
       return fmt::format(
           "a box was found, but no code of {} cells inside it could be read: check that the sheet "
-          "was printed from this pattern file (sheet {}), and that nothing covers its corner",
+          "was printed from this pattern file (sheet {}), that its lines stuck, and that nothing "
+          "covers its corner",
           plan.code.size(), plan.sheet_id);
     case Finding::kMerged:
       return fmt::format(
@@ -338,10 +324,15 @@ std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan) {
           "planned. Lower the flow or raise the nozzle (paper_thickness), and print the sheet "
           "again",
           attempt.line_width_mm, plan.settings.line_width_mm);
+    case Finding::kBroken:
+      return fmt::format(
+          "{} lines of the sheet's code are missing, too many to tell its number: look why its "
+          "lines do not stick or break off (nozzle height, flow, clean paper), and print it again",
+          attempt.missing_cells);
     case Finding::kPart:
       return fmt::format(
           "only a part of a box was found: the whole sheet, {:.0f} x {:.0f} mm with all four sides "
-          "of its box, must be on the scan",
+          "of its box, must be on the scan, unbroken and seen from straight above",
           plan.width_mm, plan.height_mm);
     case Finding::kNothing:
     case Finding::kSheet:

@@ -19,6 +19,8 @@ struct SheetOnPage {
   std::array<PagePoint, 4> corners;   ///< of the box as first seen, page pixels
   std::vector<PagePoint> box_places;  ///< on the outermost line
   double box_rms_mm = 0;              ///< of those against the map
+  /// Whether a side has lost one of its nested lines: the map may then be off by their distance.
+  bool box_lacks_line = false;
   CodeReading code;
   ChannelMix reference_mix{};  ///< makes the reference tool's ink about 1 above its paper
   bool ink_is_darker = true;   ///< than the paper

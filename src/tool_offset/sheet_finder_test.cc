@@ -207,6 +207,35 @@ TEST(SheetFinder, SaysThatABoxIsCutOff) {
   EXPECT_THAT(left.error().message, HasSubstr("part of a box"));
 }
 
+TEST(SheetFinder, CountsTheLinesThatTheCodeHasLost) {
+  Random random(11);
+  const SheetPlan plan = SmallPlan();
+  SheetPlan drawn = plan;
+  constexpr int kMissing = 6;  // of 16 or more; a sheet is told by the others up to 4
+  int missing = 0;
+  for (CodeCell& cell : drawn.code) {
+    if (!cell.dark || missing == kMissing) continue;
+    cell.dark = false;
+    ++missing;
+  }
+  SheetScene scene;
+  scene.paper.dpi_x = scene.paper.dpi_y = 300;
+  EXPECT_THAT(ErrorOf(plan, Scan(drawn, scene, random)),
+              HasSubstr("6 lines of the sheet's code are missing"));
+}
+
+TEST(SheetFinder, SaysThatTheBoxsLinesHaveRunTogetherWhateverTheirWidth) {
+  Random random(12);
+  const SheetPlan plan = SmallPlan();
+  SheetPlan drawn = plan;
+  SheetScene scene;
+  scene.paper.dpi_x = scene.paper.dpi_y = 300;
+  for (const double width_mm : {1.0, 1.1, 1.2, 1.4}) {
+    drawn.settings.line_width_mm = width_mm;
+    EXPECT_THAT(ErrorOf(plan, Scan(drawn, scene, random)), HasSubstr("run together")) << width_mm;
+  }
+}
+
 TEST(SheetFinder, CountsTwoSheetsOnOnePage) {
   Random random(8);
   const SheetPlan plan = SmallPlan();

@@ -150,8 +150,8 @@ double ToolSearch::InkLeft(const std::vector<std::uint8_t>& explained, double th
   return static_cast<double>(cells) / kClaimStep;
 }
 
-double ToolSearch::Contrast(const ToolComb& comb, SheetPoint shift,
-                            const std::vector<std::uint8_t>& explained, double& open_cells) const {
+ToolSearch::LegContrast ToolSearch::Contrast(const ToolComb& comb, SheetPoint shift,
+                                             const std::vector<std::uint8_t>& explained) const {
   const Structure& structure = plan_.structures[comb.structure];
   const bool along_v = structure.axis == Axis::kX;
   const int aside = static_cast<int>(std::lround(plan_.settings.leg_spacing_mm / 2 / kInkCell_mm));
@@ -173,13 +173,15 @@ double ToolSearch::Contrast(const ToolComb& comb, SheetPoint shift,
       }
     }
   }
-  open_cells = cells[0];
-  return sum[0] / std::max(1.0, cells[0]) - sum[1] / std::max(1.0, cells[1]);
+  return {sum[0] / std::max(1.0, cells[0]), sum[1] / std::max(1.0, cells[1]), cells[0]};
 }
 
 SheetPoint ToolSearch::Refine(int tool, SheetPoint shift,
                               const std::vector<std::uint8_t>& explained) const {
-  constexpr int kReach = 6;  // cells: the plateau of the search, and its steps
+  constexpr int kPlateau = 6;  // cells: of the search, and its steps
+  // Beyond, where one leg stood on the other's place.
+  const int reach =
+      kPlateau + static_cast<int>(std::lround(plan_.settings.leg_spacing_mm / kInkCell_mm));
   for (int pass = 0; pass < 2; ++pass) {
     std::array<double, 2> most_open{};
     SheetPoint refined = shift;
@@ -188,14 +190,13 @@ SheetPoint ToolSearch::Refine(int tool, SheetPoint shift,
       double best = -1e9;
       double best_open = 0;
       double best_mm = 0;
-      for (int i = -kReach; i <= kReach; ++i) {
+      for (int i = -reach; i <= reach; ++i) {
         const double by_mm = i * kInkCell_mm;
         const SheetPoint at{shift.u_mm + (is_x ? by_mm : 0), shift.v_mm + (is_x ? 0 : by_mm)};
-        double open = 0;
-        const double contrast = Contrast(comb, at, explained, open);
-        if (contrast <= best) continue;
-        best = contrast;
-        best_open = open;
+        const LegContrast legs = Contrast(comb, at, explained);
+        if (legs.contrast() <= best || (std::abs(i) > kPlateau && !legs.clear())) continue;
+        best = legs.contrast();
+        best_open = legs.open_cells;
         best_mm = by_mm;
       }
       // Of the combs of an axis, the one that known ink hides least.

@@ -49,11 +49,17 @@ class ToolSearch {
   /// Cells of ink within the box that are not explained, of those that claims count.
   [[nodiscard]] double InkLeft(const std::vector<std::uint8_t>& explained, double threshold) const;
 
-  /// Of a comb's legs at a shift against the paper beside them, levels; only where no known ink
-  /// lies.
-  [[nodiscard]] double Contrast(const ToolComb& comb, SheetPoint shift,
-                                const std::vector<std::uint8_t>& explained,
-                                double& open_cells) const;
+  /// A comb's legs at a shift against the paper beside them, levels; only where no known ink lies.
+  struct LegContrast {
+    double line = 0;
+    double paper = 0;
+    double open_cells = 0;  ///< of the lines
+    [[nodiscard]] double contrast() const { return line - paper; }
+    /// Whether the paper has next to no ink: both legs of the fingers are in their places.
+    [[nodiscard]] bool clear() const { return paper < 0.3 * line; }
+  };
+  [[nodiscard]] LegContrast Contrast(const ToolComb& comb, SheetPoint shift,
+                                     const std::vector<std::uint8_t>& explained) const;
   /// To a cell: where the contrast is highest, for each axis along it.
   [[nodiscard]] SheetPoint Refine(int tool, SheetPoint shift,
                                   const std::vector<std::uint8_t>& explained) const;
