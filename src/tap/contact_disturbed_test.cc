@@ -75,6 +75,15 @@ TEST(TapContact, IntervalsHoldWhereBacklashHidesTheLatency) {
   }
 }
 
+TEST(TapContact, IntervalsHoldWhereFrictionOfTheDriveFadesAlongThePress) {
+  for (const double fade_mm : {0.004, 0.007}) {
+    const Answers answers =
+        Ask({.noise_g = 0.3, .onset_lag_mm = fade_mm, .onset_fade_mm = fade_mm});
+    EXPECT_GE(answers.covered, kLeastCovered * answers.good) << fade_mm;
+    EXPECT_LE(answers.half_width_um, 1) << fade_mm;
+  }
+}
+
 TEST(TapContact, NoIntervalCollapsesWhereSamplesAreWildOrHeld) {
   // A fifth of what clean taps have.
   constexpr double kLeast_um_per_g = 0.1;

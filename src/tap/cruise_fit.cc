@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "tap/averaging.h"
 #include "tap/finding.h"
@@ -67,38 +68,73 @@ MainsHum TakeOutHum(PressStretch& stretch, CruiseFit& fit, Workspace& workspace,
   return hum;
 }
 
+// The same press without its deepest part.
+struct ShorterPress {
+  PressStretch stretch;
+  CruiseFit fit;
+};
+
+ShorterPress FitShorter(const PressStretch& stretch, std::size_t count, const BreakTask& task,
+                        Workspace& workspace) {
+  ShorterPress shorter = {stretch, {}};
+  shorter.stretch.y = workspace.Take<double>(stretch.y.size());
+  shorter.stretch.residual = workspace.Take<double>(stretch.y.size());
+  if (count > 0 && stretch.y.size() >= kLeastInCruise + count &&
+      !shorter.stretch.residual.empty()) {
+    std::copy(stretch.y.begin(), stretch.y.end(), shorter.stretch.y.begin());
+    TrimStart(count, shorter.stretch);
+    shorter.fit = FitStretch(shorter.stretch, task, workspace);
+  }
+  return shorter;
+}
+
 // Residuals that are still not white: the drive lags behind at the start of the
 // pull-back, or the press follows another law at depth. Less of the press, from the deepest end,
-// tells: the first remainder whose residuals are white is taken, none if none is.
-void TrimPress(PressStretch& stretch, CruiseFit& fit, Workspace& workspace, TapAnalysis& result) {
-  const std::size_t below = fit.estimate.below;
+// tells: the first remainder whose residuals are white is taken, none if none is. True if one is.
+bool TrimPress(PressStretch& stretch, CruiseFit& fit, Workspace& workspace, TapAnalysis& result) {
+  const auto below = static_cast<double>(fit.estimate.below);
   for (const double share : {0.15, 0.3}) {
-    const auto count = static_cast<std::size_t>(share * static_cast<double>(below));
-    if (count == 0 || stretch.y.size() - count < kLeastInCruise) {
-      continue;
-    }
+    const auto count = static_cast<std::size_t>(share * below);
     const Workspace::Scope scope(workspace);
-    PressStretch shorter = stretch;
-    shorter.y = workspace.Take<double>(stretch.y.size());
-    shorter.residual = workspace.Take<double>(stretch.y.size());
-    if (shorter.residual.empty()) {
-      return;
+    ShorterPress shorter = FitShorter(stretch, count, {.interval = false}, workspace);
+    if (shorter.fit.Found() && shorter.fit.traits.White()) {
+      const Candidates known = shorter.fit.estimate.candidates;
+      shorter.fit = FitStretch(shorter.stretch, {.known = &known}, workspace);
     }
-    std::copy(stretch.y.begin(), stretch.y.end(), shorter.y.begin());
-    TrimStart(count, shorter);
-    CruiseFit attempt = FitStretch(shorter, {.interval = false}, workspace);
-    if (attempt.Found() && attempt.traits.White()) {
-      const Candidates known = attempt.estimate.candidates;
-      attempt = FitStretch(shorter, {.known = &known}, workspace);
-    }
-    if (attempt.Found() && attempt.traits.White()) {
+    if (shorter.fit.Found() && shorter.fit.traits.White()) {
       TrimStart(count, stretch);
-      std::copy(shorter.residual.begin(), shorter.residual.end(), stretch.residual.begin());
-      fit = attempt;
+      std::copy(shorter.stretch.residual.begin(), shorter.stretch.residual.end(),
+                stretch.residual.begin());
+      fit = shorter.fit;
       result.Notice({FindingCode::kPressTrimmed, share, 0});
-      return;
+      return true;
     }
   }
+  return false;
+}
+
+// Reads the press without its deepest part: the interval in mm, where something bends the press
+// there. A drive that does not follow yet catches up gradually, and moves the break where no
+// residual shows it any more.
+std::optional<Interval> ReadWithoutOnset(const PressStretch& stretch, const BreakEstimate& e,
+                                         bool trimmed, Workspace& workspace) {
+  constexpr double kOnset = 0.25;  // of the press, beyond what is trimmed or lies below the kink
+  constexpr double kDeep = 0.4;    // of the press, from its deepest sample: the kink of an onset
+  // Times the whole press's interval: a remainder that is read no better tells nothing of an onset.
+  constexpr double kTooLong = 4;
+  const bool deep_kink = e.shape.kink_t > 0 && e.shape.kink_t < kDeep * e.shape.t;
+  if (!trimmed && !deep_kink) {
+    return std::nullopt;
+  }
+  const double from = (deep_kink ? e.shape.kink_t : 0) + kOnset * e.t;
+  const auto count = static_cast<std::size_t>(
+      std::lower_bound(stretch.y.begin(), stretch.y.end(), from) - stretch.y.begin());
+  const Workspace::Scope scope(workspace);
+  const ShorterPress rest = FitShorter(stretch, count, {}, workspace);
+  const BreakEstimate& read = rest.fit.estimate;
+  const Interval later = {rest.stretch.Z(read.lo), rest.stretch.Z(read.hi)};
+  const double longest_mm = kTooLong * stretch.span_mm * (e.hi - e.lo);
+  return rest.fit.Found() && later.hi - later.lo < longest_mm ? std::optional(later) : std::nullopt;
 }
 
 FreeNozzle FreeNozzleOf(const PressStretch& stretch, const CruiseFit& fit, const TapMotion& motion,
@@ -151,14 +187,20 @@ void Widen(const CleanTap& clean, const TapMotion& motion, const TapOptions& opt
   e.standard_uncertainty *= width > 0 ? (e.hi - e.lo) / width : 1;
 }
 
+// Adds other readings to the interval.
+void Hold(const Interval& breaks_mm, const PressStretch& stretch, BreakEstimate& e) {
+  const double width = e.hi - e.lo;
+  e.lo = std::min(e.lo, (breaks_mm.lo - stretch.z0_mm) / stretch.span_mm);
+  e.hi = std::max(e.hi, (breaks_mm.hi - stretch.z0_mm) / stretch.span_mm);
+  e.standard_uncertainty *= width > 0 ? (e.hi - e.lo) / width : 1;
+}
+
 // Adds the breaks of other averaging to the interval.
 void Hold(const AveragedBreaks& averaged, const PressStretch& stretch, BreakEstimate& e) {
-  const double width = e.hi - e.lo;
   e.lo = e.t - averaged.widened * (e.t - e.lo);
   e.hi = e.t + averaged.widened * (e.hi - e.t);
-  e.lo = std::min(e.lo, (averaged.lo_mm - stretch.z0_mm) / stretch.span_mm);
-  e.hi = std::max(e.hi, (averaged.hi_mm - stretch.z0_mm) / stretch.span_mm);
-  e.standard_uncertainty *= width > 0 ? (e.hi - e.lo) / width : 1;
+  e.standard_uncertainty *= averaged.widened;
+  Hold(Interval{averaged.lo_mm, averaged.hi_mm}, stretch, e);
 }
 
 }  // namespace
@@ -181,12 +223,12 @@ CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion, const TapOpt
   if (fit.Found()) {
     averaged = FitAveraging(clean, motion, options, stretch, fit, workspace);
   }
-  if (fit.Found() && !fit.traits.White()) {
-    TrimPress(stretch, fit, workspace, result);
-  }
+  const bool trimmed =
+      fit.Found() && !fit.traits.White() && TrimPress(stretch, fit, workspace, result);
   if (!fit.Found()) {
     return fit;
   }
+  const std::optional<Interval> later = ReadWithoutOnset(stretch, fit.estimate, trimmed, workspace);
   const double inflation =
       std::max(fit.traits.Inflation(),
                FreeNoiseFactor(clean, motion, FreeNozzleOf(stretch, fit, motion, options, hum),
@@ -201,6 +243,9 @@ CruiseFit FitCruise(const CleanTap& clean, const TapMotion& motion, const TapOpt
   }
   Widen(clean, motion, options, inflation, workspace, stretch, fit);
   Hold(averaged, stretch, fit.estimate);
+  if (later) {
+    Hold(*later, stretch, fit.estimate);
+  }
   return fit;
 }
 

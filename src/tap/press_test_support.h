@@ -37,7 +37,8 @@ struct PressWorld {
   double slip_g = 0;         ///< Force that goes once the nozzle has risen …
   double slip_mm = 0;        ///< … so far above the break.
   int averages = 0;          ///< Over one sampling interval, one after the other, about its middle.
-  double onset_lag_mm = 0;   ///< Way on which the drive moves and the nozzle does not follow.
+  double onset_lag_mm = 0;   ///< By which the nozzle lags behind the drive at first, …
+  double onset_fade_mm = 0.004;  ///< … and the way on which that falls to 1 / e.
 };
 
 struct PressTap {
@@ -98,8 +99,9 @@ inline PressTap MakePressTap(const PressWorld& world, std::uint64_t seed) {
     const double z =
         halt_z + (dt < ramp_s ? 0.5 * acceleration * dt * dt
                               : ramp_mm + v * (dt - ramp_s) - 0.5 * acceleration * down * down);
-    return std::max(halt_z + world.backlash_mm,
-                    std::min(z, z - world.onset_lag_mm * std::exp(-(z - halt_z) / 0.004)));
+    return std::max(
+        halt_z + world.backlash_mm,
+        std::min(z, z - world.onset_lag_mm * std::exp(-(z - halt_z) / world.onset_fade_mm)));
   };
   const std::vector<double> kernel = AveragingKernel(world.averages);
   double noise = 0;
