@@ -15,15 +15,32 @@ constexpr std::size_t kAnchors = 24;
 constexpr std::size_t kJudges = 256;
 
 double MedianResidual(std::span<const double> x, std::span<const double> y, const RobustLine& line,
-                      std::size_t judges, std::vector<double>& scratch) {
-  scratch.clear();
-  for (std::size_t i = 0; i < judges; ++i) {
-    const std::size_t j = i * x.size() / judges;
-    scratch.push_back(std::abs(y[j] - line.at(x[j])));
+                      std::span<double> residuals) {
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    residuals[i] = std::abs(y[i] - line.at(x[i]));
   }
-  const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(scratch.size() / 2);
-  std::nth_element(scratch.begin(), middle, scratch.end());
+  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(residuals.begin(), middle,
+                   residuals.begin() + static_cast<std::ptrdiff_t>(x.size()));
   return *middle;
+}
+
+/// Tells whether MedianResidual() would be below `bound`, without ordering the residuals: most
+/// candidates are given up after little more than half of the points.
+bool HasMedianBelow(double bound, std::span<const double> x, std::span<const double> y,
+                    const RobustLine& line) {
+  constexpr std::size_t kBlock = 8;  // points between two looks at the count
+  std::size_t beyond_left = x.size() - x.size() / 2;
+  for (std::size_t i = 0; i < x.size();) {
+    const std::size_t end = std::min(i + kBlock, x.size());
+    std::size_t beyond = 0;
+    for (; i < end; ++i) {
+      beyond += std::abs(y[i] - line.at(x[i])) < bound ? 0 : 1;
+    }
+    if (beyond >= beyond_left) return false;
+    beyond_left -= beyond;
+  }
+  return true;
 }
 
 }  // namespace
@@ -33,6 +50,14 @@ RobustLine FitRobustLine(std::span<const double> x, std::span<const double> y,
   TRAMMEL_CHECK(x.size() == y.size() && x.size() >= 2, "{} and {} points", x.size(), y.size());
   const std::size_t anchors = std::min(kAnchors, x.size());
   const std::size_t judges = std::min(kJudges, x.size());
+  scratch.resize(2 * judges + x.size());
+  const std::span judge_x(scratch.data(), judges);
+  const std::span judge_y(scratch.data() + judges, judges);
+  const std::span residuals(scratch.data() + 2 * judges, x.size());
+  for (std::size_t i = 0; i < judges; ++i) {
+    judge_x[i] = x[i * x.size() / judges];
+    judge_y[i] = y[i * x.size() / judges];
+  }
   RobustLine best;
   best.median_residual = std::numeric_limits<double>::max();
   for (std::size_t i = 0; i < anchors; ++i) {
@@ -45,8 +70,8 @@ RobustLine FitRobustLine(std::span<const double> x, std::span<const double> y,
       RobustLine line;
       line.slope = (y[b] - y[a]) / (x[b] - x[a]);
       line.offset = y[a] - line.slope * x[a];
-      line.median_residual = MedianResidual(x, y, line, judges, scratch);
-      if (line.median_residual < best.median_residual) {
+      if (HasMedianBelow(best.median_residual, judge_x, judge_y, line)) {
+        line.median_residual = MedianResidual(judge_x, judge_y, line, residuals);
         best = line;
       }
     }
@@ -68,7 +93,7 @@ RobustLine FitRobustLine(std::span<const double> x, std::span<const double> y,
   if (determinant > 1e-9 * sw * sxx) {
     best.slope = (sw * sxy - sx * sy) / determinant;
     best.offset = (sy - best.slope * sx) / sw;
-    best.median_residual = MedianResidual(x, y, best, x.size(), scratch);
+    best.median_residual = MedianResidual(x, y, best, residuals);
   }
   return best;
 }
