@@ -29,26 +29,26 @@ struct FrameSize {
   std::string video;  ///< that set it
 };
 
-Result<void> CheckCrop(const PixelRect& crop, const Frame& frame) {
-  if (crop.x + crop.width > frame.width || crop.y + crop.height > frame.height) {
+Result<void> CheckCrop(const PixelRect& crop, const machine::VideoFile& frame) {
+  if (crop.x + crop.width > frame.width_px() || crop.y + crop.height > frame.height_px()) {
     return Fail(
         fmt::format("crop_px is {}x{} at ({}, {}), but the frames have {}x{} px; it must "
                     "lie within the frame",
-                    crop.width, crop.height, crop.x, crop.y, frame.width, frame.height));
+                    crop.width, crop.height, crop.x, crop.y, frame.width_px(), frame.height_px()));
   }
   return {};
 }
 
-Result<void> CheckSize(const ScanLine& line, const Frame& frame, FrameSize& size) {
+Result<void> CheckSize(const ScanLine& line, const machine::VideoFile& frame, FrameSize& size) {
   if (size.video.empty()) {
-    size = {frame.width, frame.height, line.video};
+    size = {frame.width_px(), frame.height_px(), line.video};
   }
-  if (frame.width != size.width || frame.height != size.height) {
-    return Fail(
-        fmt::format("video '{}' has frames of {}x{} px, '{}' of {}x{}; record all lines "
-                    "with one camera mode",
-                    line.video, frame.width, frame.height, size.video, size.width, size.height),
-        ErrorKind::kMeasurement);
+  if (frame.width_px() != size.width || frame.height_px() != size.height) {
+    return Fail(fmt::format("video '{}' has frames of {}x{} px, '{}' of {}x{}; record all lines "
+                            "with one camera mode",
+                            line.video, frame.width_px(), frame.height_px(), size.video, size.width,
+                            size.height),
+                ErrorKind::kMeasurement);
   }
   return {};
 }
@@ -104,35 +104,24 @@ Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& folder, const
   std::vector<Frame> frames;
   std::size_t bytes = 0;
   for (;;) {
-    const auto next = video->Next();
-    if (!next) {
-      return tl::unexpected(next.error());
-    }
-    const Frame* frame = *next;
-    if (frame == nullptr) {
-      break;
-    }
-    if (!IsPlaced(line, frames.size())) {
-      frames.emplace_back();  // keeps its number; nobody may look at it
-      continue;
-    }
-    if (auto fits = CheckSize(line, *frame, size); !fits) {
-      return tl::unexpected(fits.error());
-    }
-    if (auto fits = CheckCrop(crop, *frame); !fits) {
-      return tl::unexpected(fits.error());
-    }
-    Frame upright;
-    pressure_advance::TurnUpright(Crop(frame->view(), crop), scan.height_direction, upright);
-    bytes += upright.bgr.size();
+    const auto more = video->Advance();
+    if (!more) return tl::unexpected(more.error());
+    if (!*more) break;
+    frames.emplace_back();
+    if (!IsPlaced(line, frames.size() - 1)) continue;  // keeps its number; nobody may look at it
+    if (auto fits = CheckSize(line, *video, size); !fits) return tl::unexpected(fits.error());
+    if (auto fits = CheckCrop(crop, *video); !fits) return tl::unexpected(fits.error());
+    const auto cropped = video->Decode(crop);
+    if (!cropped) return tl::unexpected(cropped.error());
+    pressure_advance::TurnUpright((*cropped)->view(), scan.height_direction, frames.back());
+    bytes += frames.back().bgr.size();
     if (bytes > kMaxSweepBytes) {
       return Fail(
           fmt::format("video '{}': {} frames of {}x{} px are more than {} MB; make crop_px "
                       "smaller or record one sweep per file",
-                      line.video, frames.size() + 1, crop.width, crop.height, kMaxSweepBytes >> 20),
+                      line.video, frames.size(), crop.width, crop.height, kMaxSweepBytes >> 20),
           ErrorKind::kMeasurement);
     }
-    frames.push_back(std::move(upright));
   }
   if (auto fits = CheckCount(line, frames.size()); !fits) {
     return tl::unexpected(fits.error());
@@ -156,21 +145,16 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, con
   std::size_t stride = 1;
   std::size_t placed = 0;
   for (std::size_t frame = 0;; ++frame) {
-    const auto next = video->Next();
-    if (!next) {
-      return tl::unexpected(next.error());
-    }
-    if (*next == nullptr) {
-      return frames;
-    }
-    if (!IsPlaced(line, frame)) {
-      continue;
-    }
+    const auto more = video->Advance();
+    if (!more) return tl::unexpected(more.error());
+    if (!*more) return frames;
+    if (!IsPlaced(line, frame)) continue;
     const std::size_t i = placed++;
-    if (i % stride != 0) {
-      continue;
-    }
-    const bool large = kMostFrames * (*next)->bgr.size() > kMaxSweepBytes / 2;
+    if (i % stride != 0) continue;
+    const PixelRect whole{0, 0, video->width_px(), video->height_px()};
+    const auto pixels =
+        static_cast<std::size_t>(whole.width) * static_cast<std::size_t>(whole.height);
+    const bool large = 3 * pixels * kMostFrames > kMaxSweepBytes / 2;
     const std::size_t most = large ? kFewestFrames : kMostFrames;
     if (frames.size() >= most) {  // every second one makes room for the rest
       for (std::size_t k = 1; k < most / 2; ++k) {
@@ -178,12 +162,12 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, con
       }
       frames.resize(most / 2);
       stride *= 2;
-      if (i % stride != 0) {
-        continue;
-      }
+      if (i % stride != 0) continue;
     }
+    const auto decoded = video->Decode(whole);
+    if (!decoded) return tl::unexpected(decoded.error());
     frames.emplace_back();
-    pressure_advance::TurnUpright((*next)->view(), scan.height_direction, frames.back());
+    pressure_advance::TurnUpright((*decoded)->view(), scan.height_direction, frames.back());
   }
 }
 

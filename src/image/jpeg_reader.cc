@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <csetjmp>
 #include <cstdio>
 #include <string_view>
@@ -26,7 +27,9 @@ struct JpegReader::State {
   bool created = false;
   bool fill_in = false;
   JpegHeader header;
-  std::vector<std::uint8_t> cmyk;  // a row, where there are four components
+  PixelRect part;                 // of the picture that rows are read of
+  std::size_t left_px = 0;        // decoded before the part's first column
+  std::vector<std::uint8_t> row;  // as decoded, where that is not what is asked for
 
   State() = default;
   State(const State&) = delete;
@@ -37,8 +40,11 @@ struct JpegReader::State {
 
   bool Begin(std::span<const std::uint8_t> bytes);
   void TakeHeader();
+  Result<void> Choose(JpegPixels pixels);
   bool Start();
-  bool ReadRow(std::uint8_t* row);
+  bool StartPart();
+  bool ReadRow(std::uint8_t* into);
+  bool ReadRest();
   [[nodiscard]] tl::unexpected<Error> Rejected() const {
     return Fail(fmt::format("the decoder rejects it ({})", said));
   }
@@ -73,7 +79,7 @@ std::span<const std::uint8_t> ExifOf(const jpeg_decompress_struct& reader) {
 }
 
 /// Prints four inks on white. Adobe's files store 255 for no ink.
-void PrintOnWhite(const std::vector<std::uint8_t>& cmyk, bool inverted, std::uint8_t* bgr) {
+void PrintOnWhite(std::span<const std::uint8_t> cmyk, bool inverted, std::uint8_t* bgr) {
   const unsigned flip = inverted ? 0U : 255U;
   for (std::size_t i = 0; i + 3 < cmyk.size(); i += 4, bgr += 3) {
     const unsigned white = cmyk[i + 3] ^ flip;
@@ -122,9 +128,33 @@ bool JpegReader::State::Start() {
   return true;
 }
 
-bool JpegReader::State::ReadRow(std::uint8_t* row) {
+bool JpegReader::State::StartPart() {
   if (setjmp(back) != 0) return false;
-  return jpeg_read_scanlines(&reader, &row, 1) == 1;
+  jpeg_start_decompress(&reader);
+  // At the ends of the decoded columns chroma is interpolated without its neighbours: they keep a
+  // block of it away from the part. Widened to whole blocks by the decoder.
+  const int block = reader.max_h_samp_factor * DCTSIZE;
+  const int begin = std::max(0, part.x - block);
+  const int end = std::min(header.width_px, part.x + part.width + block);
+  auto x = static_cast<JDIMENSION>(begin);
+  auto width = static_cast<JDIMENSION>(end - begin);
+  jpeg_crop_scanline(&reader, &x, &width);
+  left_px = static_cast<std::size_t>(part.x) - x;
+  jpeg_skip_scanlines(&reader, static_cast<JDIMENSION>(part.y));
+  return true;
+}
+
+bool JpegReader::State::ReadRow(std::uint8_t* into) {
+  if (setjmp(back) != 0) return false;
+  return jpeg_read_scanlines(&reader, &into, 1) == 1;
+}
+
+bool JpegReader::State::ReadRest() {
+  if (setjmp(back) != 0) return false;
+  const JDIMENSION left = reader.output_height - reader.output_scanline;
+  if (left > 1) jpeg_skip_scanlines(&reader, left - 1);
+  JSAMPROW last = row.data();
+  return left == 0 || jpeg_read_scanlines(&reader, &last, 1) == 1;
 }
 
 JpegReader::JpegReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -141,32 +171,72 @@ Result<JpegReader> JpegReader::Open(std::span<const std::uint8_t> bytes, JpegDam
 }
 
 const JpegHeader& JpegReader::header() const { return state_->header; }
-int JpegReader::row_px() const { return static_cast<int>(state_->reader.output_width); }
-int JpegReader::rows() const { return static_cast<int>(state_->reader.output_height); }
+int JpegReader::row_px() const { return state_->part.width; }
+int JpegReader::rows() const { return state_->part.height; }
+
+/// Sets the colours to decode to.
+Result<void> JpegReader::State::Choose(JpegPixels pixels) {
+  const int components = header.components;
+  if (components != 1 && components != 3 && components != 4) {
+    return Fail(fmt::format("it has {} colours; save it as grey or RGB", components));
+  }
+  reader.out_color_space = components == 4               ? JCS_CMYK
+                           : pixels == JpegPixels::kGrey ? JCS_GRAYSCALE
+                                                         : JCS_EXT_BGR;
+  return {};
+}
 
 Result<void> JpegReader::Start(JpegPixels pixels, int reduction) {
   TRAMMEL_CHECK(reduction == 1 || reduction == 2 || reduction == 4 || reduction == 8,
                 "a reduction by {}", reduction);
   State& state = *state_;
-  const int components = state.header.components;
-  if (components != 1 && components != 3 && components != 4) {
-    return Fail(fmt::format("it has {} colours; save it as grey or RGB", components));
-  }
+  if (auto chosen = state.Choose(pixels); !chosen) return chosen;
   state.reader.scale_num = 1;
   state.reader.scale_denom = static_cast<unsigned>(reduction);
-  state.reader.out_color_space = components == 4               ? JCS_CMYK
-                                 : pixels == JpegPixels::kGrey ? JCS_GRAYSCALE
-                                                               : JCS_EXT_BGR;
   if (!state.Start()) return state.Rejected();
-  if (components == 4) state.cmyk.resize(std::size_t{4} * state.reader.output_width);
+  state.part = {0, 0, static_cast<int>(state.reader.output_width),
+                static_cast<int>(state.reader.output_height)};
+  if (state.header.components == 4) state.row.resize(std::size_t{4} * state.reader.output_width);
+  return {};
+}
+
+Result<void> JpegReader::StartPart(JpegPixels pixels, const PixelRect& part) {
+  State& state = *state_;
+  const JpegHeader& whole = state.header;
+  TRAMMEL_CHECK(part.x >= 0 && part.y >= 0 && part.width > 0 && part.height > 0 &&
+                    part.x <= whole.width_px - part.width &&
+                    part.y <= whole.height_px - part.height,
+                "part {}x{} at ({}, {}) of {}x{} px", part.width, part.height, part.x, part.y,
+                whole.width_px, whole.height_px);
+  if (part.width == whole.width_px && part.height == whole.height_px) return Start(pixels);
+  if (auto chosen = state.Choose(pixels); !chosen) return chosen;
+  state.part = part;
+  if (!state.StartPart()) return state.Rejected();
+  state.row.resize(static_cast<std::size_t>(state.reader.output_components) *
+                   state.reader.output_width);
   return {};
 }
 
 Result<void> JpegReader::ReadRow(std::uint8_t* row) {
   State& state = *state_;
-  const bool inks = !state.cmyk.empty();
-  if (!state.ReadRow(inks ? state.cmyk.data() : row)) return state.Rejected();
-  if (inks) PrintOnWhite(state.cmyk, state.reader.saw_Adobe_marker != 0, row);
+  if (state.row.empty()) {
+    if (!state.ReadRow(row)) return state.Rejected();
+    return {};
+  }
+  if (!state.ReadRow(state.row.data())) return state.Rejected();
+  const auto samples = static_cast<std::size_t>(state.reader.output_components);
+  const std::span<const std::uint8_t> part = std::span(state.row).subspan(
+      samples * state.left_px, samples * static_cast<std::size_t>(state.part.width));
+  if (state.header.components == 4) {
+    PrintOnWhite(part, state.reader.saw_Adobe_marker != 0, row);
+  } else {
+    std::copy(part.begin(), part.end(), row);
+  }
+  return {};
+}
+
+Result<void> JpegReader::ReadRest() {
+  if (!state_->ReadRest()) return state_->Rejected();
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "base/frame.h"
 #include "base/result.h"
 
 namespace trammel::image {
@@ -45,12 +46,21 @@ class JpegReader {
   /// Errors (kInput): two, or more than four components; whatever the decoder rejects.
   [[nodiscard]] Result<void> Start(JpegPixels pixels, int reduction = 1);
 
-  [[nodiscard]] int row_px() const;  ///< width of the rows, after Start()
-  [[nodiscard]] int rows() const;    ///< after Start()
+  /// Begins to decode a part of the picture, whose pixels are those of the whole to the bit. Beyond
+  /// it transform, interpolation and colours are left out; entropy-coded data is read up to it.
+  /// REQUIRES that `part` lies within the picture. Errors as above.
+  [[nodiscard]] Result<void> StartPart(JpegPixels pixels, const PixelRect& part);
 
-  /// Fills the next row. REQUIRES Start(), fewer than rows() calls before, and room for row_px()
-  /// pixels.
+  [[nodiscard]] int row_px() const;  ///< width of the rows, after Start() or StartPart()
+  [[nodiscard]] int rows() const;    ///< after Start() or StartPart()
+
+  /// Fills the next row. REQUIRES Start() or StartPart(), fewer than rows() calls before, and room
+  /// for row_px() pixels.
   [[nodiscard]] Result<void> ReadRow(std::uint8_t* row);
+
+  /// Reads the entropy-coded data behind a part: bytes lost before it are often not missed sooner.
+  /// REQUIRES StartPart() and rows() calls of ReadRow().
+  [[nodiscard]] Result<void> ReadRest();
 
  private:
   struct State;

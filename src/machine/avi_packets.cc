@@ -53,7 +53,7 @@ class FileWindow {
 
  private:
   void Fill(std::int64_t at, std::size_t count) {
-    constexpr std::size_t kWindow = 1 << 16;
+    constexpr std::size_t kWindow = 1 << 12;
     const auto left = static_cast<std::size_t>(std::max<std::int64_t>(file_.size() - at, 0));
     window_.resize(std::min(std::max(count, kWindow), left));
     from_ = at;
@@ -142,7 +142,7 @@ class AviPackets final : public VideoPackets {
 
   /// Whether this reader is the one for the file.
   Result<bool> Begin();
-  Result<std::optional<VideoPacket>> Next() override;
+  Result<bool> Next(VideoPacket& packet) override;
   [[nodiscard]] int width_px() const override { return stream_.width_px; }
   [[nodiscard]] int height_px() const override { return stream_.height_px; }
   [[nodiscard]] std::int64_t file_bytes() const override { return file_.size(); }
@@ -195,12 +195,13 @@ bool AviPackets::FindStream() {
 /// Whether the first frame is a JPEG of the size that is stated: not one of two fields.
 Result<bool> AviPackets::HasWholeFrames() {
   const std::int64_t first = at_;
-  const auto packet = Next();
+  VideoPacket packet;
+  const auto more = Next(packet);
   at_ = first;
   chunks_ = frames_ = 0;
-  if (!packet) return tl::unexpected(packet.error());
-  if (!*packet) return true;  // without frames: Next() says so
-  const auto header = ReadImageHeader((*packet)->bytes);
+  if (!more) return more;
+  if (!*more) return true;  // without frames: Next() says so
+  const auto header = ReadImageHeader(packet.bytes);
   return !header || header->format != ImageFormat::kJpeg || header->height_px >= stream_.height_px;
 }
 
@@ -243,13 +244,13 @@ Result<std::optional<Chunk>> AviPackets::NextFrame() {
   }
 }
 
-Result<std::optional<VideoPacket>> AviPackets::Next() {
+Result<bool> AviPackets::Next(VideoPacket& packet) {
   for (;;) {
     const auto chunk = NextFrame();
     if (!chunk) return tl::unexpected(chunk.error());
     if (!*chunk) {
       if (frames_ == 0) return Broken("holds no frames; record the line again");
-      return std::nullopt;
+      return false;
     }
     const std::uint64_t place = chunks_++;
     const auto size = static_cast<std::size_t>((*chunk)->size);
@@ -259,7 +260,7 @@ Result<std::optional<VideoPacket>> AviPackets::Next() {
       return Broken(fmt::format("frame {} has {} bytes, more than the {} that are read", frames_,
                                 size, most_bytes_));
     }
-    VideoPacket packet;
+    packet.time_s.reset();
     packet.bytes.resize(size);
     if (!file_.Read((*chunk)->at + kChunkHead, packet.bytes)) {
       return Broken(fmt::format("frame {} cannot be read; copy the file again", frames_));
@@ -267,7 +268,7 @@ Result<std::optional<VideoPacket>> AviPackets::Next() {
     if (stream_.frames_per_s > 0) {
       packet.time_s = stream_.start_s + static_cast<double>(place) / stream_.frames_per_s;
     }
-    return packet;
+    return true;
   }
 }
 

@@ -61,11 +61,11 @@ class AviPacketsTest : public testing::Test {
     if (!packets) return {packets.error().message};
     if (*packets == nullptr) return {"none"};
     std::vector<std::string> read;
-    for (;;) {
-      auto packet = (*packets)->Next();
-      if (!packet) read.push_back(packet.error().message);
-      if (!packet || !*packet) return read;
-      read.emplace_back((*packet)->bytes.begin(), (*packet)->bytes.end());
+    for (VideoPacket packet;;) {
+      const auto more = (*packets)->Next(packet);
+      if (!more) read.push_back(more.error().message);
+      if (!more || !*more) return read;
+      read.emplace_back(packet.bytes.begin(), packet.bytes.end());
     }
   }
   test::TemporaryFolder folder_;
@@ -79,16 +79,13 @@ TEST_F(AviPacketsTest, GivesTheFramesInOrderWithTheirTimes) {
   ASSERT_TRUE(packets && *packets != nullptr);
   EXPECT_EQ((*packets)->width_px(), 64);
   EXPECT_EQ((*packets)->height_px(), 48);
-  const auto first = (*packets)->Next();
-  ASSERT_TRUE(first && *first);
-  EXPECT_DOUBLE_EQ((*first)->time_s.value_or(-1), 0);
-  const auto second = (*packets)->Next();
-  ASSERT_TRUE(second && *second);
+  VideoPacket packet;
+  ASSERT_EQ((*packets)->Next(packet).value_or(false), true);
+  EXPECT_DOUBLE_EQ(packet.time_s.value_or(-1), 0);
+  ASSERT_EQ((*packets)->Next(packet).value_or(false), true);
   constexpr double kPeriod_s = 2.0 / 50;
-  EXPECT_DOUBLE_EQ((*second)->time_s.value_or(-1), 2 * kPeriod_s) << "an empty chunk took one";
-  const auto end = (*packets)->Next();
-  ASSERT_TRUE(end);
-  EXPECT_FALSE(*end);
+  EXPECT_DOUBLE_EQ(packet.time_s.value_or(-1), 2 * kPeriod_s) << "an empty chunk took one";
+  EXPECT_EQ((*packets)->Next(packet).value_or(true), false);
 }
 
 TEST_F(AviPacketsTest, ReadsListsWithinListsAndFurtherSegments) {
@@ -159,10 +156,10 @@ TEST_F(AviPacketsTest, ReadsFramesBeyondThreeGigabytes) {
   std::ofstream(path, std::ios::binary | std::ios::app) << last;
   auto packets = OpenAviPackets(path, kMostBytes);
   ASSERT_TRUE(packets && *packets != nullptr);
-  ASSERT_TRUE((*packets)->Next());
-  const auto second = (*packets)->Next();
-  ASSERT_TRUE(second && *second);
-  EXPECT_EQ(std::string((*second)->bytes.begin(), (*second)->bytes.end()), Jpeg(2));
+  VideoPacket packet;
+  ASSERT_TRUE((*packets)->Next(packet));
+  ASSERT_EQ((*packets)->Next(packet).value_or(false), true);
+  EXPECT_EQ(std::string(packet.bytes.begin(), packet.bytes.end()), Jpeg(2));
 }
 
 TEST_F(AviPacketsTest, SurvivesEveryTruncationAndEveryChangedByte) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
 #include <optional>
 
 namespace trammel::machine {
@@ -32,7 +33,9 @@ class Markers {
     while (at_ + 1 < bytes_.size()) {
       if (bytes_[at_] != 0xFF) {
         if (strict) return std::nullopt;
-        ++at_;
+        const void* next = std::memchr(bytes_.data() + at_, 0xFF, bytes_.size() - at_);
+        if (next == nullptr) return std::nullopt;
+        at_ = static_cast<std::size_t>(static_cast<const std::uint8_t*>(next) - bytes_.data());
         continue;
       }
       const std::uint8_t marker = bytes_[at_ + 1];

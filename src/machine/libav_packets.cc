@@ -26,7 +26,7 @@ class LibavPackets final : public VideoPackets {
         input_(std::move(input)),
         packet_(av_packet_alloc()) {}
 
-  Result<std::optional<VideoPacket>> Next() override;
+  Result<bool> Next(VideoPacket& packet) override;
   [[nodiscard]] int width_px() const override { return Stream().codecpar->width; }
   [[nodiscard]] int height_px() const override { return Stream().codecpar->height; }
   [[nodiscard]] std::int64_t file_bytes() const override { return input_.bytes(); }
@@ -46,11 +46,11 @@ class LibavPackets final : public VideoPackets {
   std::uint64_t packets_ = 0;
 };
 
-Result<std::optional<VideoPacket>> LibavPackets::Next() {
+Result<bool> LibavPackets::Next(VideoPacket& packet) {
   const int read = input_.Next(packet_.get());
   if (read == AVERROR_EOF) {
     if (packets_ == 0) return Broken("holds no frames");
-    return std::nullopt;
+    return false;
   }
   if (read < 0) {
     return Broken(!input_.fault().empty() ? input_.fault()
@@ -64,14 +64,14 @@ Result<std::optional<VideoPacket>> LibavPackets::Next() {
     return Broken(fmt::format("frame {} has {} bytes, more than the {} that are read", packets_,
                               size, most_bytes_));
   }
-  VideoPacket packet;
+  packet.time_s.reset();
   packet.bytes.assign(packet_->data, packet_->data + size);
   const std::int64_t stamp = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
   if (stamp != AV_NOPTS_VALUE) {
     packet.time_s = static_cast<double>(stamp) * av_q2d(Stream().time_base);
   }
   av_packet_unref(packet_.get());
-  return packet;
+  return true;
 }
 
 }  // namespace

@@ -63,7 +63,10 @@ class LibavVideo final : public VideoDecoder {
       : path_(std::move(of)), input_(std::move(from)), budget_(within, input_.bytes()) {}
 
   Result<void> OpenCodec();
-  Result<const Frame*> Next() override;
+  Result<bool> Advance() override;
+  [[nodiscard]] int width_px() const override { return decoded_->width; }
+  [[nodiscard]] int height_px() const override { return decoded_->height; }
+  Result<const Frame*> Decode(const PixelRect& part) override;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -72,7 +75,7 @@ class LibavVideo final : public VideoDecoder {
     return Broken(path_, what);
   }
   Result<bool> DecodeWithin();
-  Result<bool> Decode();
+  Result<bool> DecodeNext();
   Result<void> Feed();
   Result<void> Drain();
   Result<void> Convert();
@@ -88,6 +91,7 @@ class LibavVideo final : public VideoDecoder {
   bool drained_ = false;
   std::vector<std::uint8_t> padded_;
   Frame frame_;
+  Frame part_;
 };
 
 Result<void> LibavVideo::OpenCodec() {
@@ -156,7 +160,7 @@ Result<void> LibavVideo::Feed() {
 }
 
 /// Fills `decoded_`; false at the end of the video.
-Result<bool> LibavVideo::Decode() {
+Result<bool> LibavVideo::DecodeNext() {
   for (;;) {
     const int received = avcodec_receive_frame(codec_.get(), decoded_.get());
     if (received == AVERROR_EOF) {
@@ -178,10 +182,10 @@ Result<bool> LibavVideo::Decode() {
   }
 }
 
-/// Decode(), whose time is bounded: what a packet costs depends on the codec, not on its bytes.
+/// DecodeNext(), whose time is bounded: what a packet costs depends on the codec, not on its bytes.
 Result<bool> LibavVideo::DecodeWithin() {
   const Clock::time_point begin = Clock::now();
-  auto more = Decode();
+  auto more = DecodeNext();
   const auto in_time = budget_.AddTime(Clock::now() - begin);
   if (more && !in_time) return Fault(in_time.error().message);
   return more;
@@ -191,7 +195,6 @@ Result<bool> LibavVideo::DecodeWithin() {
 Result<void> LibavVideo::Convert() {
   const int width = decoded_->width;
   const int height = decoded_->height;
-  if (auto added = budget_.AddFrame(width, height); !added) return Fault(added.error().message);
   if (frame_.width == 0) frame_ = Frame(width, height);
   const auto source = static_cast<AVPixelFormat>(decoded_->format);
   if (!scaler_ || scaler_format_ != decoded_->format) {
@@ -226,15 +229,31 @@ Result<void> LibavVideo::Convert() {
   return {};
 }
 
-Result<const Frame*> LibavVideo::Next() {
+Result<bool> LibavVideo::Advance() {
   auto more = DecodeWithin();
-  if (!more) return tl::unexpected(more.error());
+  if (!more) return more;
   if (!*more) {
     if (budget_.frames() == 0) return Fault("holds no frames; record the line again");
-    return nullptr;
+    return false;
   }
+  if (auto added = budget_.AddFrame(decoded_->width, decoded_->height); !added) {
+    return Fault(added.error().message);
+  }
+  return true;
+}
+
+Result<const Frame*> LibavVideo::Decode(const PixelRect& part) {
   if (auto converted = Convert(); !converted) return tl::unexpected(converted.error());
-  return &frame_;
+  if (part.width == frame_.width && part.height == frame_.height) return &frame_;
+  const BgrView view = Crop(frame_.view(), part);
+  if (part_.width != part.width || part_.height != part.height) {
+    part_ = Frame(part.width, part.height);
+  }
+  for (int y = 0; y < part.height; ++y) {
+    std::copy_n(view.row(y), std::size_t{3} * static_cast<std::size_t>(part.width), part_.row(y));
+  }
+  part_.time_s = frame_.time_s;
+  return &part_;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -12,6 +13,8 @@
 namespace trammel::machine {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 class MjpegVideo final : public VideoDecoder {
  public:
   MjpegVideo(std::filesystem::path path, std::unique_ptr<VideoPackets> packets,
@@ -20,55 +23,76 @@ class MjpegVideo final : public VideoDecoder {
         packets_(std::move(packets)),
         budget_(limits, packets_->file_bytes()) {}
 
-  Result<const Frame*> Next() override;
+  Result<bool> Advance() override;
+  [[nodiscard]] int width_px() const override { return reader_->header().width_px; }
+  [[nodiscard]] int height_px() const override { return reader_->header().height_px; }
+  Result<const Frame*> Decode(const PixelRect& part) override;
 
  private:
   [[nodiscard]] tl::unexpected<Error> Broken(const std::string& what) const {
     return Fail(fmt::format("video '{}': {}", path_.string(), what), ErrorKind::kMeasurement);
   }
-  Result<void> Decode(std::span<const std::uint8_t> jpeg);
+  [[nodiscard]] static tl::unexpected<Error> Damaged(std::size_t number, const Error& error) {
+    return Fail(fmt::format("frame {} is damaged or cut off ({}); record the line again", number,
+                            error.message));
+  }
+  Result<void> OpenFrame();
+  Result<void> DecodeFrame(const PixelRect& part);
 
   std::filesystem::path path_;
   std::unique_ptr<VideoPackets> packets_;
   VideoBudget budget_;
+  VideoPacket packet_;
+  std::optional<image::JpegReader> reader_;  // of packet_
   Frame frame_;
 };
 
-/// Fills `frame_`. Messages do not name the file.
-Result<void> MjpegVideo::Decode(std::span<const std::uint8_t> jpeg) {
+/// Opens `packet_`. Messages of this and the next do not name the file.
+Result<void> MjpegVideo::OpenFrame() {
   const std::size_t number = budget_.frames() + 1;
-  if (auto cost = CheckMjpegFrame(jpeg, budget_.limits().max_pixels); !cost) {
+  if (auto cost = CheckMjpegFrame(packet_.bytes, budget_.limits().max_pixels); !cost) {
     return Fail(fmt::format("frame {}: {}", number, cost.error().message));
   }
-  const auto damaged = [&](const Error& error) {
-    return Fail(fmt::format("frame {} is damaged or cut off ({}); record the line again", number,
-                            error.message));
-  };
-  auto reader = image::JpegReader::Open(jpeg, image::JpegDamage::kRefuse);
-  if (!reader) return damaged(reader.error());
-  const image::JpegHeader& header = reader->header();
-  if (auto added = budget_.AddFrame(header.width_px, header.height_px); !added) return added;
-  if (auto started = reader->Start(image::JpegPixels::kBgr); !started) {
-    return damaged(started.error());
+  auto reader = image::JpegReader::Open(packet_.bytes, image::JpegDamage::kRefuse);
+  if (!reader) return Damaged(number, reader.error());
+  reader_ = std::move(*reader);
+  return budget_.AddFrame(reader_->header().width_px, reader_->header().height_px);
+}
+
+/// Fills `frame_`.
+Result<void> MjpegVideo::DecodeFrame(const PixelRect& part) {
+  const std::size_t number = budget_.frames();
+  if (auto started = reader_->StartPart(image::JpegPixels::kBgr, part); !started) {
+    return Damaged(number, started.error());
   }
-  if (frame_.width == 0) frame_ = Frame(header.width_px, header.height_px);
+  if (frame_.width != part.width || frame_.height != part.height) {
+    frame_ = Frame(part.width, part.height);
+  }
   for (int y = 0; y < frame_.height; ++y) {
-    if (auto read = reader->ReadRow(frame_.row(y)); !read) return damaged(read.error());
+    if (auto read = reader_->ReadRow(frame_.row(y)); !read) return Damaged(number, read.error());
   }
+  if (auto rest = reader_->ReadRest(); !rest) return Damaged(number, rest.error());
+  frame_.time_s = packet_.time_s;
   return {};
 }
 
-Result<const Frame*> MjpegVideo::Next() {
-  using Clock = std::chrono::steady_clock;
-  const auto packet = packets_->Next();
-  if (!packet) return tl::unexpected(packet.error());
-  if (!*packet) return nullptr;
+Result<bool> MjpegVideo::Advance() {
+  const auto more = packets_->Next(packet_);
+  if (!more || !*more) return more;
   const Clock::time_point begin = Clock::now();
-  if (auto decoded = Decode((*packet)->bytes); !decoded) return Broken(decoded.error().message);
+  if (auto opened = OpenFrame(); !opened) return Broken(opened.error().message);
   if (auto in_time = budget_.AddTime(Clock::now() - begin); !in_time) {
     return Broken(in_time.error().message);
   }
-  frame_.time_s = (*packet)->time_s;
+  return true;
+}
+
+Result<const Frame*> MjpegVideo::Decode(const PixelRect& part) {
+  const Clock::time_point begin = Clock::now();
+  if (auto decoded = DecodeFrame(part); !decoded) return Broken(decoded.error().message);
+  if (auto in_time = budget_.AddTime(Clock::now() - begin); !in_time) {
+    return Broken(in_time.error().message);
+  }
   return &frame_;
 }
 

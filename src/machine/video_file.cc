@@ -26,6 +26,16 @@ Result<VideoFile> VideoFile::Open(const std::filesystem::path& path, const Video
   return VideoFile(std::move(*decoder));
 }
 
-Result<const Frame*> VideoFile::Next() { return decoder_->Next(); }
+Result<bool> VideoFile::Advance() { return decoder_->Advance(); }
+int VideoFile::width_px() const { return decoder_->width_px(); }
+int VideoFile::height_px() const { return decoder_->height_px(); }
+Result<const Frame*> VideoFile::Decode(const PixelRect& part) { return decoder_->Decode(part); }
+
+Result<const Frame*> VideoFile::Next() {
+  const auto more = Advance();
+  if (!more) return tl::unexpected(more.error());
+  if (!*more) return nullptr;
+  return Decode({0, 0, width_px(), height_px()});
+}
 
 }  // namespace trammel::machine

@@ -27,6 +27,9 @@ class VideoDecoder;
 /// printers write). The file is not believed: a frame count in its header is never used, no other
 /// file is opened for it, and a damaged frame is an error rather than a picture.
 ///
+/// A frame costs what is asked of it: Advance() alone leaves a frame of MJPEG undecoded, Decode()
+/// of a part leaves out transform and colours of the rest.
+///
 /// MJPEG in AVI, as trammel records it, is decoded by libjpeg; any other video by the module with
 /// FFmpeg's libraries (video_module.h), which is loaded when the first of them is opened. kInput
 /// where it is not there.
@@ -40,10 +43,23 @@ class VideoFile {
   VideoFile& operator=(VideoFile&&) noexcept;
   ~VideoFile();
 
-  /// The next frame, or nullptr after the last. The frame is reused by the next call.
-  /// Frame::time_s is the container's presentation time, absent where it has none.
-  /// Fails with kMeasurement on a damaged frame, on a frame of another size than the first, where
-  /// there are more than limits.max_frames, and at the end where there was no frame at all.
+  /// Goes on to the next frame; false after the last. Fails with kMeasurement on a frame of another
+  /// size than the first, where there are more than limits.max_frames, and at the end where there
+  /// was no frame at all.
+  [[nodiscard]] Result<bool> Advance();
+
+  /// Of the frames. REQUIRES that Advance() said true.
+  [[nodiscard]] int width_px() const;
+  [[nodiscard]] int height_px() const;
+
+  /// Decodes a part of the frame that Advance() went to, to the same bits as in the whole frame;
+  /// its memory is reused by the next call. Frame::time_s is the container's presentation time,
+  /// absent where it has none. REQUIRES that Advance() said true, no call for this frame before,
+  /// and that `part` lies within the frame. Fails with kMeasurement on a damaged frame, wherever
+  /// its damage lies.
+  [[nodiscard]] Result<const Frame*> Decode(const PixelRect& part);
+
+  /// Both for the whole of the next frame: nullptr after the last.
   [[nodiscard]] Result<const Frame*> Next();
 
  private:

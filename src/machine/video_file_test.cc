@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -73,6 +74,40 @@ TEST_F(VideoFileTest, GivesBackTheColoursAtOddSizes) {
     // JPEG at quality 95 and halved chroma cost about a level and a half.
     EXPECT_LT(off / static_cast<double>(expected.bgr.size()), 3);
   }
+}
+
+TEST_F(VideoFileTest, APartIsThatPartOfTheWholeFrame) {
+  std::vector<Frame> frames;
+  for (int phase = 0; phase < 6; ++phase) frames.push_back(Ramp(67, 51, phase));
+  test::WriteAvi(At("a.avi"), frames, 6);
+  auto whole = VideoFile::Open(At("a.avi"));
+  auto parts = VideoFile::Open(At("a.avi"));
+  ASSERT_TRUE(whole && parts);
+  for (const PixelRect& part : {PixelRect{0, 0, 67, 51},
+                                {20, 31, 30, 11},
+                                {0, 0, 5, 5},
+                                {66, 50, 1, 1},
+                                {20, 31, 30, 11}}) {
+    const auto frame = whole->Next();
+    ASSERT_TRUE(frame && *frame != nullptr);
+    ASSERT_EQ(parts->Advance().value_or(false), true);
+    EXPECT_EQ(parts->width_px(), 67);
+    EXPECT_EQ(parts->height_px(), 51);
+    const auto read = parts->Decode(part);
+    ASSERT_TRUE(read) << read.error().message;
+    ASSERT_EQ((*read)->width, part.width);
+    ASSERT_EQ((*read)->height, part.height);
+    const BgrView expected = Crop((*frame)->view(), part);
+    for (int y = 0; y < part.height; ++y) {
+      EXPECT_TRUE(
+          std::equal(expected.row(y), expected.row(y) + 3 * part.width, (*read)->view().row(y)))
+          << y;
+    }
+    EXPECT_EQ((*read)->time_s, (*frame)->time_s);
+  }
+  // One that nobody decodes counts like the others.
+  EXPECT_EQ(parts->Advance().value_or(false), true);
+  EXPECT_EQ(parts->Advance().value_or(true), false);
 }
 
 TEST_F(VideoFileTest, CountsFramesItselfWhateverTheHeaderSays) {

@@ -34,13 +34,14 @@ class VideoFrames final : public FrameSource {
 
 Result<std::optional<CapturedFrame>> VideoFrames::Next(double, std::stop_token stop) {
   if (stop.stop_requested()) return Fail("stopped", ErrorKind::kInterrupted);
-  auto packet = packets_->Next();
-  if (!packet) return tl::unexpected(packet.error());
-  if (!*packet) return std::nullopt;
+  VideoPacket packet;
+  const auto more = packets_->Next(packet);
+  if (!more) return tl::unexpected(more.error());
+  if (!*more) return std::nullopt;
   CapturedFrame frame;
   frame.arrival_s = HostNow();
-  frame.image = std::move((*packet)->bytes);
-  if (const auto time_s = (*packet)->time_s) {
+  frame.image = std::move(packet.bytes);
+  if (const auto time_s = packet.time_s) {
     frame.captured = CameraTime{*time_s, CameraClock::kRecording};
   }
   frame.sequence = frames_++;

@@ -192,6 +192,27 @@ TEST_F(VideoInputTest, ReadsTheContainersAndCodecsOfRecordings) {
   }
 }
 
+TEST_F(VideoInputTest, APartIsThatPartOfTheWholeFrame) {
+  ASSERT_TRUE(Encode(At("a.mkv"), AV_CODEC_ID_MPEG4, AV_PIX_FMT_YUV420P, 3));
+  auto whole = VideoFile::Open(At("a.mkv"));
+  auto parts = VideoFile::Open(At("a.mkv"));
+  ASSERT_TRUE(whole && parts);
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = whole->Next();
+    ASSERT_TRUE(frame && *frame != nullptr);
+    ASSERT_EQ(parts->Advance().value_or(false), true);
+    if (i == 1) continue;  // not asked for
+    const auto part = parts->Decode({13, 7, 31, 41});
+    ASSERT_TRUE(part) << part.error().message;
+    ASSERT_EQ((*part)->bgr.size(), std::size_t{3 * 31 * 41});
+    const BgrView expected = Crop((*frame)->view(), {13, 7, 31, 41});
+    for (int y = 0; y < 41; ++y) {
+      EXPECT_TRUE(std::equal(expected.row(y), expected.row(y) + 3 * 31, (*part)->view().row(y)));
+    }
+    EXPECT_EQ((*part)->time_s, (*frame)->time_s);
+  }
+}
+
 TEST_F(VideoInputTest, OnlyRegularFilesAreOpened) {
   ASSERT_EQ(mkfifo(At("pipe.avi").c_str(), 0600), 0);
   std::filesystem::create_symlink("/dev/zero", At("zero.avi"));

@@ -28,14 +28,14 @@ class VideoPackets {
   VideoPackets& operator=(const VideoPackets&) = delete;
   virtual ~VideoPackets() = default;
 
-  /// The next one; absent after the last. Errors (kMeasurement).
-  [[nodiscard]] virtual Result<std::optional<VideoPacket>> Next() = 0;
+  /// Fills in the next one, in memory that is reused; false after the last. Errors (kMeasurement).
+  [[nodiscard]] virtual Result<bool> Next(VideoPacket& packet) = 0;
   [[nodiscard]] virtual int width_px() const = 0;   ///< that its head states
   [[nodiscard]] virtual int height_px() const = 0;  ///< that its head states
   [[nodiscard]] virtual std::int64_t file_bytes() const = 0;
 };
 
-/// The frames of a video, decoded: VideoFile's contract.
+/// The frames of a video: VideoFile's contract.
 class VideoDecoder {
  public:
   VideoDecoder() = default;
@@ -43,7 +43,10 @@ class VideoDecoder {
   VideoDecoder& operator=(const VideoDecoder&) = delete;
   virtual ~VideoDecoder() = default;
 
-  [[nodiscard]] virtual Result<const Frame*> Next() = 0;
+  [[nodiscard]] virtual Result<bool> Advance() = 0;
+  [[nodiscard]] virtual int width_px() const = 0;
+  [[nodiscard]] virtual int height_px() const = 0;
+  [[nodiscard]] virtual Result<const Frame*> Decode(const PixelRect& part) = 0;
 };
 
 /// Messages name the file. Errors are kMeasurement.
