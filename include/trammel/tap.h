@@ -29,7 +29,7 @@ extern "C" {
 #endif
 
 /* Grows with what is added; the library's own is trammel_tap_version(). */
-#define TRAMMEL_TAP_VERSION 1
+#define TRAMMEL_TAP_VERSION 2
 
 /* A piece of motion along Z, as Klipper's trapezoid queue holds it:
  * z(t) = start_z + direction (start_velocity dt + acceleration dt^2 / 2). */
@@ -48,8 +48,10 @@ typedef struct trammel_tap_options {
   size_t struct_size;
   int32_t method; /* TRAMMEL_TAP_METHOD_… */
   int32_t reserved;
-  double latency_s;               /* By which a force is read after it acted, >= 0; NaN where it is
-                                     not known: the contact method takes it from the approach. */
+  double latency_s;               /* By which a sample's time is after its force acted, -10 … 10;
+                                     below 0 where a host dates samples too early (version 2). NaN
+                                     where it is not known: the contact method takes it from the
+                                     approach. */
   double latency_uncertainty_s;   /* Standard uncertainty of a stated latency; >= 0. */
   double nozzle_temperature_c;    /* NaN where it is not known. */
   double trigger_force_g;         /* NaN where it is not known. */

@@ -99,7 +99,7 @@ TEST_F(TapCommand, FilesThatCannotBeReadAreNamedAndTheOthersAnalysed) {
 
 TEST_F(TapCommand, OptionsOutOfBoundsAreNamed) {
   Write("a.json", DrawnTap(0).dump());
-  for (const std::string option : {"--method best", "--latency-ms -1", "--latency-ms nan",
+  for (const std::string option : {"--method best", "--latency-ms -201", "--latency-ms nan",
                                    "--latency-uncertainty-ms 1e9", "--nozzle-temperature 2000"}) {
     const CommandResult result = Run("tap analyze a.json " + option);
     EXPECT_EQ(result.exit_code, 1) << option;

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "app/commands.h"
@@ -29,8 +30,9 @@ void AddTapOptions(CLI::App& command, TapArguments& arguments) {
 }
 
 void AddTapMeasuring(CLI::App& command, TapArguments& arguments) {
-  command.add_option("--latency-ms", arguments.latency_ms,
-                     "by which a force is read after it acted, in ms; else from the approach");
+  command.add_option(
+      "--latency-ms", arguments.latency_ms,
+      "by which samples are dated after their force acted, in ms; else from the approach");
   command
       .add_option("--latency-uncertainty-ms", arguments.latency_uncertainty_ms,
                   "standard uncertainty of the stated latency, in ms")
@@ -56,10 +58,10 @@ Result<tap::TapOptions> TapOptionsOf(const TapArguments& arguments) {
   }
   // A converter at 10 samples per second is the slowest there is.
   constexpr double kMostLatency_ms = 200;
-  for (const auto& [option, value] :
-       {std::pair{"--latency-ms", arguments.latency_ms.value_or(0)},
-        std::pair{"--latency-uncertainty-ms", arguments.latency_uncertainty_ms}}) {
-    if (auto within = CheckRange(option, value, 0, kMostLatency_ms, "ms"); !within) {
+  for (const auto& [option, value, least] :
+       {std::tuple{"--latency-ms", arguments.latency_ms.value_or(0), -kMostLatency_ms},
+        std::tuple{"--latency-uncertainty-ms", arguments.latency_uncertainty_ms, 0.0}}) {
+    if (auto within = CheckRange(option, value, least, kMostLatency_ms, "ms"); !within) {
       return tl::unexpected(within.error());
     }
   }

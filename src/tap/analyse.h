@@ -12,8 +12,9 @@ namespace trammel::tap {
 
 struct TapOptions {
   Method method = Method::kContact;
-  /// By which a force is read after it acted; >= 0. NaN where it is not known: the contact method
-  /// then estimates it from the approach, the two-line method takes 0.
+  /// By which a sample's time is after its force acted; below 0 where a host dates samples too
+  /// early. NaN where it is not known: the contact method then estimates it from the approach, the
+  /// two-line method takes 0.
   double latency_s = __builtin_nan("");
   double latency_uncertainty_s = 0;  ///< Standard uncertainty of a stated latency; >= 0.
   /// Of the nozzle when tapped, degC; NaN where it is not known. Hot plastic oozes.

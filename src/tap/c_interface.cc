@@ -68,8 +68,7 @@ bool ReadOptions(const trammel_tap_options* given, TapOptions& options) {
   constexpr double kMostLatency_s = 10;
   return (known.method == TRAMMEL_TAP_METHOD_CONTACT ||
           known.method == TRAMMEL_TAP_METHOD_TWO_LINE) &&
-         (std::isnan(known.latency_s) ||
-          (known.latency_s >= 0 && known.latency_s <= kMostLatency_s)) &&
+         (std::isnan(known.latency_s) || std::abs(known.latency_s) <= kMostLatency_s) &&
          known.latency_uncertainty_s >= 0 && known.latency_uncertainty_s <= kMostLatency_s;
 }
 

@@ -75,8 +75,10 @@ TEST(TapCInterface, BadArgumentsAreSaid) {
   method.options.method = 7;
   EXPECT_EQ(method.Run(), TRAMMEL_TAP_BAD_ARGUMENT);
   Call latency;
-  latency.options.latency_s = -1e-3;
-  EXPECT_EQ(latency.Run(), TRAMMEL_TAP_BAD_ARGUMENT);
+  for (const double latency_s : {-10.1, 10.1, HUGE_VAL, -HUGE_VAL}) {
+    latency.options.latency_s = latency_s;
+    EXPECT_EQ(latency.Run(), TRAMMEL_TAP_BAD_ARGUMENT) << latency_s;
+  }
   Call unsized;
   unsized.result.struct_size = 0;
   EXPECT_EQ(unsized.Run(), TRAMMEL_TAP_BAD_ARGUMENT);
@@ -85,6 +87,23 @@ TEST(TapCInterface, BadArgumentsAreSaid) {
       TRAMMEL_TAP_BAD_ARGUMENT);
   EXPECT_EQ(trammel_tap_analyse(nullptr, nullptr, 0, nullptr, 0, nullptr, nullptr, 0, nullptr),
             TRAMMEL_TAP_BAD_ARGUMENT);
+}
+
+TEST(TapCInterface, SamplesDatedTooEarlyAreTakenBackByANegativeLatency) {
+  Call call;
+  call.options.latency_s = 0;
+  ASSERT_EQ(call.Run(), TRAMMEL_TAP_OK);
+  ASSERT_EQ(call.result.verdict, TRAMMEL_TAP_GOOD);
+  for (const double early_s : {1e-3, 4.7e-3, 0.02}) {
+    Call shifted;
+    for (double& time_s : shifted.tap.time_s) {
+      time_s -= early_s;
+    }
+    shifted.options.latency_s = -early_s;
+    ASSERT_EQ(shifted.Run(), TRAMMEL_TAP_OK);
+    ASSERT_EQ(shifted.result.verdict, TRAMMEL_TAP_GOOD) << early_s;
+    EXPECT_NEAR(shifted.result.contact_z_mm, call.result.contact_z_mm, 1e-9) << early_s;
+  }
 }
 
 TEST(TapCInterface, NothingIsWrittenBeyondWhatAnOlderCallerKnows) {
