@@ -19,6 +19,7 @@ install(EXPORT trammel NAMESPACE trammel:: DESTINATION ${trammel_cmake} FILE tra
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/trammelConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/trammelConfigVersion.cmake DESTINATION ${trammel_cmake})
 
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/klipper ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/trammel)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/klipper ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/trammel
+        PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

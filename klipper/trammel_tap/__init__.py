@@ -1,0 +1,75 @@
+# The nozzle's contact height, with an uncertainty, for each probe of a [load_cell_probe]
+#
+# Copyright (C) 2026  The trammel authors
+#
+# This file may be distributed under the terms of the GNU GPLv3 license.
+"""An extra of Klipper's host; docs/tap-klipper.md is its manual.
+
+Klipper presses the nozzle onto the bed until the load cell triggers and takes the height of that
+moment. This extra lets it press as before, pulls the nozzle back slowly, and has trammel's library
+read from the forces at which height the nozzle let go of the bed. A tap that cannot be measured is
+repeated, after a scrub where plastic is to blame, and ends as an error of the command with the
+nozzle lifted.
+
+Lengths are in mm, times in s, forces in gf. Runs on Python 3.7 and later.
+"""
+import os
+import sys
+from typing import Any
+
+from .library import Library, TapError
+from .load_cell_probe import LoadCellProbe
+from .tapping import Settings, Tapping
+
+SONAME = 'libtrammel_tap.so.1'
+
+
+def library_path() -> str:
+    """Returns the library installed together with this file, else the system's."""
+    # PREFIX/share/trammel/klipper/trammel_tap, and PREFIX/lib or PREFIX/lib/ARCHITECTURE
+    prefix = os.path.dirname(os.path.realpath(__file__))
+    for _ in range(4):
+        prefix = os.path.dirname(prefix)
+    lib = os.path.join(prefix, 'lib')
+    folders = [lib] + ([os.path.join(lib, f) for f in sorted(os.listdir(lib))]
+                       if os.path.isdir(lib) else [])
+    for folder in folders:
+        path = os.path.join(folder, SONAME)
+        if os.path.exists(path):
+            return path
+    return SONAME
+
+
+def check_homing(config: Any) -> None:
+    """Refuses a G28 that ends with its first contact, from which nothing can be pulled back."""
+    for name in ('stepper_z', 'carriage z'):
+        if not config.has_section(name):
+            continue
+        section = config.getsection(name)
+        if ('z_virtual_endstop' in section.get('endstop_pin', '', note_valid=False)
+                and section.getfloat('homing_retract_dist', 5., note_valid=False) == 0.):
+            raise config.error(
+                "trammel_tap: option 'homing_retract_dist' in section '%s' must be above 0: G28 "
+                "measures the contact of its second touch" % (name,))
+
+
+def load_config(config: Any) -> Tapping:
+    """Makes the printer object trammel_tap; without its library, probing stays Klipper's own."""
+    if getattr(sys.modules.get('klippy'), 'APP_NAME', '') == 'Kalico':
+        raise config.error("trammel_tap: made for Klipper; Kalico pulls back and analyses taps "
+                           "by itself. Remove the section [trammel_tap]")
+    if not config.has_section('load_cell_probe'):
+        raise config.error("trammel_tap: a section [load_cell_probe] is needed")
+    printer = config.get_printer()
+    settings = Settings.read(config)
+    path = os.path.expanduser(config.get('library', '') or library_path())
+    try:
+        probe = LoadCellProbe(printer.load_object(config, 'load_cell_probe'))
+    except TapError as e:
+        raise config.error("trammel_tap: %s" % (e,))
+    try:
+        library = Library(path)
+    except TapError as e:
+        return Tapping(printer, settings, probe, None, str(e))
+    check_homing(config)
+    return Tapping(printer, settings, probe, library)

@@ -1,0 +1,197 @@
+# trammel's library through cffi
+#
+# Copyright (C) 2026  The trammel authors
+#
+# This file may be distributed under the terms of the GNU GPLv3 license.
+"""Calls libtrammel_tap.so, trammel's C interface (include/trammel/tap.h)."""
+import math
+import random
+import time
+from typing import Any, NamedTuple, Optional, Sequence, Tuple
+
+# As in include/trammel/tap.h.
+STRUCTS = """
+typedef struct trammel_tap_move {
+  double start_time_s; double duration_s; double start_velocity_mm_s; double acceleration_mm_s2;
+  double start_z_mm; double z_direction;
+} trammel_tap_move;
+typedef struct trammel_tap_options {
+  size_t struct_size; int32_t method; int32_t reserved; double latency_s;
+  double latency_uncertainty_s; double nozzle_temperature_c; double trigger_force_g;
+  double decompression_angle_rad;
+} trammel_tap_options;
+typedef struct trammel_tap_finding {
+  int32_t code; int32_t reserved; double figure; double limit;
+} trammel_tap_finding;
+typedef struct trammel_tap_point {
+  int32_t corner; int32_t reserved; double time_s; double z_mm; double force_g;
+} trammel_tap_point;
+typedef struct trammel_tap_result {
+  size_t struct_size; int32_t verdict; int32_t method; trammel_tap_finding reason;
+  double contact_z_mm; double contact_time_s; double standard_uncertainty_mm;
+  double interval95_lo_mm; double interval95_hi_mm; double quality; double noise_g;
+  int32_t point_count; int32_t notice_count; trammel_tap_point points[8];
+  trammel_tap_finding notices[16];
+} trammel_tap_result;
+"""
+FUNCTIONS = """
+int32_t trammel_tap_version(void);
+size_t trammel_tap_workspace_bytes(size_t samples);
+void trammel_tap_default_options(trammel_tap_options* options, size_t options_size);
+int trammel_tap_analyse(const double* time_s, const double* force_g, size_t samples,
+  const trammel_tap_move* moves, size_t move_count, const trammel_tap_options* options,
+  void* workspace, size_t workspace_bytes, trammel_tap_result* result);
+const char* trammel_tap_verdict_name(int32_t verdict);
+const char* trammel_tap_finding_name(int32_t code);
+const char* trammel_tap_status_name(int status);
+size_t trammel_tap_explain(const trammel_tap_finding* finding, char* text, size_t size);
+"""
+LEAST_VERSION = 2  # negative latencies
+
+
+class TapError(Exception):
+    """A tap, a library or a machine that cannot be used; says why."""
+
+
+class Move(NamedTuple):
+    """A piece of motion along Z: z(t) = start_z + z_r (start_v dt + accel dt^2 / 2)."""
+    print_time: float
+    move_t: float
+    start_v: float
+    accel: float
+    start_z: float
+    z_r: float
+
+
+class Tap(NamedTuple):
+    """What a tap recorded: times and forces of equal length, on one clock with the moves."""
+    times: Sequence[float]
+    forces: Sequence[float]
+    moves: Sequence[Move]
+
+
+class Context(NamedTuple):
+    """What is known about a tap beside its recording; NaN for what is not."""
+    latency: float = math.nan  # by which samples are dated after their force acted; any sign
+    latency_uncertainty: float = 0.
+    nozzle_temperature: float = math.nan
+    trigger_force: float = math.nan
+
+
+class Answer(NamedTuple):
+    """The contact of a tap, or why there is none. Numbers are None unless the verdict is good."""
+    verdict: str  # good, cannot_tell, refused
+    reason: str
+    text: str
+    z: Optional[float] = None
+    uncertainty: Optional[float] = None  # standard, k = 1
+    interval: Optional[Tuple[float, float]] = None  # 95 %
+    quality: Optional[float] = None
+    noise: Optional[float] = None
+    notices: Tuple[str, ...] = ()
+    cpu_time: float = 0.
+
+
+def _finite(value: float) -> Optional[float]:
+    return value if math.isfinite(value) else None
+
+
+class Library:
+    """libtrammel_tap through cffi. One call at a time: they share a workspace."""
+
+    def __init__(self, path: str) -> None:
+        """Loads the library and tries it on a drawn tap.
+
+        Raises TapError, with what is wrong, for a library that is missing, of another
+        architecture, older than LEAST_VERSION, or that reads memory otherwise than this module.
+        """
+        try:
+            import cffi
+            self._ffi = cffi.FFI()  # not Klipper's own, which all of it shares
+            self._ffi.cdef(STRUCTS + FUNCTIONS)
+            self._lib = self._ffi.dlopen(path)
+            version = self._lib.trammel_tap_version()
+        except (ImportError, OSError, AttributeError) as e:
+            raise TapError("%s (the library must be there, and built for this computer)"
+                           % (str(e).split('.  Additionally')[0],))
+        if version < LEAST_VERSION:
+            raise TapError("the library %s has interface %d, and %d is needed: install it anew"
+                           % (path, version, LEAST_VERSION))
+        self._workspace = self._ffi.new('char[]', 0)
+        tap, contact = drawn_tap()
+        answer = self.analyse(tap, Context(latency=0.))
+        if answer.z is None or abs(answer.z - contact) > .002:
+            raise TapError("the library %s reads a drawn tap with contact at z=%.3f as %s (%s)"
+                           % (path, contact, answer.z, answer.reason))
+
+    def analyse(self, tap: Tap, context: Context) -> Answer:
+        """Analyses one tap; raises TapError where the library does not take it."""
+        ffi, lib = self._ffi, self._lib
+        started = time.thread_time()
+        samples = len(tap.times)
+        if len(tap.forces) != samples:
+            raise TapError("%d times, but %d forces" % (samples, len(tap.forces)))
+        options = ffi.new('trammel_tap_options *')
+        lib.trammel_tap_default_options(options, ffi.sizeof('trammel_tap_options'))
+        options.latency_s = context.latency
+        options.latency_uncertainty_s = context.latency_uncertainty
+        options.nozzle_temperature_c = context.nozzle_temperature
+        options.trigger_force_g = context.trigger_force
+        needed = lib.trammel_tap_workspace_bytes(samples)
+        if len(self._workspace) < needed:
+            self._workspace = ffi.new('char[]', needed)
+        result = ffi.new('trammel_tap_result *')
+        result.struct_size = ffi.sizeof('trammel_tap_result')
+        status = lib.trammel_tap_analyse(
+            ffi.new('double[]', tap.times), ffi.new('double[]', tap.forces), samples,
+            ffi.new('trammel_tap_move[]', list(tap.moves)), len(tap.moves), options,
+            self._workspace, len(self._workspace), result)
+        if status != 0:
+            raise TapError("the library answers %s"
+                           % self._string(lib.trammel_tap_status_name(status)))
+        return self._answer(result, time.thread_time() - started)
+
+    def _answer(self, result: Any, cpu_time: float) -> Answer:
+        interval = (result.interval95_lo_mm, result.interval95_hi_mm)
+        names = tuple(self._string(self._lib.trammel_tap_finding_name(result.notices[i].code))
+                      for i in range(result.notice_count))
+        # A height that is no number is none, whatever the verdict beside it.
+        good = result.verdict == 0 and math.isfinite(sum(interval) + result.contact_z_mm)
+        return Answer(
+            self._string(self._lib.trammel_tap_verdict_name(result.verdict)),
+            self._string(self._lib.trammel_tap_finding_name(result.reason.code)),
+            self._explain(result), result.contact_z_mm if good else None,
+            result.standard_uncertainty_mm if good else None, interval if good else None,
+            _finite(result.quality), _finite(result.noise_g), names, cpu_time)
+
+    def _explain(self, result: Any) -> str:
+        text = self._ffi.new('char[]', 400)
+        self._lib.trammel_tap_explain(self._ffi.addressof(result, 'reason'), text, 400)
+        return self._string(text)
+
+    def _string(self, text: Any) -> str:
+        return self._ffi.string(text).decode()
+
+
+def drawn_tap() -> Tuple[Tap, float]:
+    """Draws a tap onto a bed of 3500 gf/mm with 1 gf of noise; returns it with its contact's z."""
+    contact, halt, start, stiffness, period = .05, .005, .5, 3500., 1. / 320.
+    down, up, accel, distance, rest = 2., .3, 100., .2, .3
+    halt_time = (start - halt) / down
+    rise = halt_time + rest
+    ramp, ramp_z = up / accel, .5 * up * up / accel
+    cruise = (distance - 2. * ramp_z) / up
+    moves = [Move(0., halt_time, down, 0., start, -1.), Move(rise, ramp, 0., accel, halt, 1.),
+             Move(rise + ramp, cruise, up, 0., halt + ramp_z, 1.),
+             Move(rise + ramp + cruise, ramp, up, -accel, halt + distance - ramp_z, 1.)]
+    noise = random.Random(1)
+    times = [i * period for i in range(int((rise + 2. * ramp + cruise + .1) / period))]
+    return Tap(times, [stiffness * max(0., contact - height(moves, t)) + noise.gauss(0., 1.)
+                       for t in times], moves), contact
+
+
+def height(moves: Sequence[Move], t: float) -> float:
+    """Returns z at a time: on the move under way, else at the end of the one before."""
+    move = [m for m in moves if m.print_time <= t or m is moves[0]][-1]
+    dt = min(max(0., t - move.print_time), move.move_t)
+    return move.start_z + move.z_r * (move.start_v + .5 * move.accel * dt) * dt

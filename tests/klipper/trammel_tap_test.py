@@ -1,0 +1,278 @@
+"""The extra's rules for taps, retries, scrubs and errors; without Klipper and without the library."""
+import json
+import math
+import sys
+import threading
+import types
+import unittest
+from unittest import mock
+
+import fake_klipper
+import trammel_tap
+from trammel_tap import analyser, tapping
+from trammel_tap.library import Answer, TapError
+from trammel_tap.load_cell_probe import LoadCellProbe
+
+GOOD = Answer('good', 'none', '', .05, 5e-4, (.049, .051), 97., 2.)
+
+
+def refused(reason):
+    return Answer('refused', reason, "Sentence.")
+
+
+class Library:
+    """Answers as told, the last answer for ever; raises what is an exception."""
+
+    def __init__(self, *answers):
+        self.answers = list(answers)
+        self.taps = []
+
+    def analyse(self, tap, context):
+        self.taps.append((tap, context))
+        answer = self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
+        if isinstance(answer, BaseException):
+            raise answer
+        return answer
+
+
+class Scrub:
+    def __init__(self, toolhead, shift=0.):
+        self.toolhead, self.shift, self.heights = toolhead, shift, []
+
+    def run_gcode_from_command(self):
+        self.heights.append(self.toolhead.position[2])
+        self.toolhead.position[0] += self.shift
+
+
+class TappingTest(unittest.TestCase):
+    def setUp(self):
+        self.printer = fake_klipper.Printer()
+        self.toolhead = self.printer.toolhead
+        self.probe = self.printer.objects['load_cell_probe']
+        logging = mock.patch('logging.exception')
+        logging.start()
+        self.addCleanup(logging.stop)
+
+    def make(self, *answers, scrub=None, **changes):
+        settings = tapping.Settings(.2, None, 3, math.nan, None, scrub)._replace(**changes)
+        self.library = Library(*answers)
+        return tapping.Tapping(self.printer, settings, LoadCellProbe(self.probe), self.library)
+
+    def run_tap(self, gcmd=None):
+        """As Klipper does: through the object that the extra has changed."""
+        return self.probe._tapping_move.run_tap(gcmd or fake_klipper.GCodeCommand())
+
+    def fails(self, gcmd=None):
+        with self.assertRaises(fake_klipper.CommandError) as caught:
+            self.run_tap(gcmd)
+        return str(caught.exception)
+
+    def test_the_contact_takes_the_place_of_the_trigger(self):
+        self.make(GOOD)
+        self.assertEqual(self.run_tap(), ([100., 100., .05, 0.], True))
+        self.assertEqual(self.probe._tapping_move._last_result, .05)
+
+    def test_the_nozzle_is_pulled_back_before_the_tap_is_analysed(self):
+        self.make(GOOD)
+        self.run_tap()
+        (coord, speed), = self.toolhead.moves
+        self.assertAlmostEqual(coord[2], .21)
+        self.assertAlmostEqual(speed, .32)  # 1 um per sample at 320 per second
+
+    def test_samples_and_moves_are_those_of_the_tap(self):
+        self.make(GOOD)
+        self.run_tap()
+        (tap, context), = self.library.taps
+        end = self.toolhead.time
+        self.assertGreaterEqual(tap.times[0], end - .2 / .32 - tapping.APPROACH_S)
+        self.assertLess(tap.times[0], end - .2 / .32 - tapping.APPROACH_S + .02)
+        self.assertEqual([m.z_r for m in tap.moves], [-1., 1.])
+        self.assertEqual(context.trigger_force, 75.)
+        self.assertTrue(math.isnan(context.latency) and math.isnan(context.nozzle_temperature))
+
+    def test_a_stated_latency_may_be_negative_and_is_known_to_half_a_sample(self):
+        self.make(GOOD, latency=-.003)
+        self.run_tap()
+        context = self.library.taps[0][1]
+        self.assertEqual(context.latency, -.003)
+        self.assertAlmostEqual(context.latency_uncertainty, .5 / 320.)
+
+    def test_a_refused_tap_is_lifted_and_repeated(self):
+        self.make(refused('no_break'), GOOD)
+        gcmd = fake_klipper.GCodeCommand()
+        self.assertEqual(self.run_tap(gcmd)[0][2], .05)
+        self.assertEqual(self.toolhead.moves[1], ([None, None, .01 + .2 + 2.], 5.))
+        self.assertIn("refused, no_break: Sentence.", gcmd.said[0])
+
+    def test_retries_end_with_an_error_that_names_the_reason_and_a_lifted_nozzle(self):
+        made = self.make(refused('fouled_nozzle'))
+        self.assertIn("no contact height after 4 taps. The last: refused, fouled_nozzle",
+                      self.fails())
+        self.assertEqual(len(self.library.taps), 4)
+        self.assertGreaterEqual(self.toolhead.position[2], 2.)
+        self.assertEqual(made.get_status(0.)['refused'], 4)
+        self.assertFalse(self.probe._tapping_move._is_last_result_valid)
+
+    def test_plastic_is_scrubbed_off_above_the_bed_and_noise_is_not(self):
+        scrub = Scrub(self.toolhead)
+        self.make(refused('adhesion'), refused('no_break'), GOOD, scrub=scrub)
+        self.run_tap()
+        self.assertEqual(len(scrub.heights), 1)
+        self.assertGreaterEqual(scrub.heights[0], 2.)
+
+    def test_a_scrub_that_does_not_come_back_is_an_error(self):
+        self.make(refused('adhesion'), GOOD, scrub=Scrub(self.toolhead, shift=.01))
+        self.assertIn("scrub_gcode must end where it began", self.fails())
+
+    def test_samples_in_which_the_sensor_failed_are_not_analysed(self):
+        self.make(GOOD)
+        self.probe.sensor_errors = [(3, 1)]
+        self.run_tap()
+        self.assertEqual(len(self.library.taps), 1)
+        self.assertEqual(len(self.probe.collectors), 2)
+
+    def test_without_a_trigger_the_nozzle_is_lifted_and_the_collection_ended(self):
+        self.make(GOOD)
+        self.probe.failure = fake_klipper.CommandError("No trigger on probe after full movement")
+        self.assertIn("No trigger", self.fails())
+        self.assertEqual(self.toolhead.position[2], 2.)
+        self.assertTrue(self.probe.collectors[0].stopped)
+
+    def test_a_bug_is_an_error_of_the_command_with_the_nozzle_lifted(self):
+        for bug in (KeyError("of the analysis"), MemoryError()):
+            self.toolhead.position[2] = 2.
+            self.make(bug)
+            self.assertIn("trammel_tap", self.fails())
+            self.assertGreaterEqual(self.toolhead.position[2], 2.)
+        self.probe.failure = ZeroDivisionError("of the press")
+        self.assertIn("of the press", self.fails())
+
+    def test_a_printer_that_shut_down_is_not_moved(self):
+        self.make(GOOD)
+        self.printer.shutdown = True
+        self.probe.failure = fake_klipper.CommandError("Printer is shutdown")
+        self.fails()
+        self.assertEqual(self.toolhead.moves, [])
+
+    def test_a_lift_that_fails_does_not_hide_the_error_before_it(self):
+        self.make(refused('no_break'), retries=0)
+        self.toolhead.top = 1.
+        self.assertIn("no_break", self.fails())
+
+    def test_the_first_touch_of_g28_is_klippers_and_the_second_is_not_scrubbed(self):
+        scrub = Scrub(self.toolhead)
+        self.make(refused('adhesion'), GOOD, scrub=scrub)
+        first = fake_klipper.GCodeCommand('G28', HOME_ATTEMPT_NUM='1')
+        self.assertEqual(self.run_tap(first), ("Klipper's own", True))
+        self.assertEqual(self.toolhead.moves, [])
+        second = fake_klipper.GCodeCommand('G28', HOME_ATTEMPT_NUM='2')
+        self.assertEqual(self.run_tap(second)[0][2], .05)
+        self.assertEqual(scrub.heights, [])
+
+    def test_klippers_batch_mode_has_no_samples_and_taps_by_itself(self):
+        self.make(GOOD)
+        self.printer.start_args = {'debugoutput': 'out'}
+        self.assertEqual(self.run_tap(), ("Klipper's own", True))
+
+    def test_parameters_of_the_command_hold_for_it(self):
+        self.make(refused('no_break'))
+        gcmd = fake_klipper.GCodeCommand(PULLBACK_DISTANCE=.5, PULLBACK_SPEED=.1, TAP_RETRIES=0)
+        self.fails(gcmd)
+        self.assertEqual(self.toolhead.moves[0], ([None, None, .51], .1))
+        self.assertEqual(len(self.library.taps), 1)
+
+    def test_a_pull_back_that_takes_too_long_is_refused_before_anything_moves(self):
+        self.make(GOOD)
+        gcmd = fake_klipper.GCodeCommand(PULLBACK_DISTANCE=1., PULLBACK_SPEED=.05)
+        self.assertIn("takes longer than 10 s", self.fails(gcmd))
+        self.assertEqual((self.toolhead.moves, self.probe.collectors), ([], []))
+
+    def test_the_status_is_json_whatever_came(self):
+        made = self.make(refused('no_break'), GOOD)
+        for _ in range(3):
+            json.dumps(made.get_status(0.), allow_nan=False)
+            self.run_tap()
+        self.assertEqual(made.get_status(0.)['last_interval_lo'], .049)
+
+    def test_taps_are_sent_with_their_moves_to_clients_of_dump_taps(self):
+        self.make(GOOD)
+        self.probe._tapping_move._clients.client_cbs.append(None)
+        self.run_tap()
+        tap = json.loads(json.dumps(self.probe.sent[0]))['tap']
+        self.assertEqual(len(tap['time']), len(tap['force']))
+        self.assertEqual(tap['moves'][1]['z_r'], 1.)
+        self.assertEqual(tap['tap_pos'], [100., 100., .05])
+
+
+class AnalyserTest(unittest.TestCase):
+    def test_an_analysis_that_hangs_is_given_up_and_no_other_begun(self):
+        release = threading.Event()
+        library = types.SimpleNamespace(analyse=lambda tap, context: release.wait(10.) and GOOD)
+        analyse = analyser.Analyser(fake_klipper.Reactor, library, limit=.05).analyse
+        with self.assertRaisesRegex(TapError, "took longer"):
+            analyse(None, None)
+        with self.assertRaisesRegex(TapError, "restart Klipper's service"):
+            analyse(None, None)
+        release.set()
+
+
+class LoadConfigTest(unittest.TestCase):
+    def setUp(self):
+        self.printer = fake_klipper.Printer()
+        self.sections = {'trammel_tap': {'library': '/nowhere/libtrammel_tap.so'},
+                         'load_cell_probe': {}, 'stepper_z': {}}
+
+    def load(self):
+        return trammel_tap.load_config(fake_klipper.Config(self.printer, self.sections))
+
+    def refuses(self, text):
+        with self.assertRaisesRegex(ValueError, text):
+            self.load()
+
+    def test_without_the_library_it_says_so_and_probing_stays_klippers(self):
+        made = self.load()
+        self.assertEqual(self.printer.objects['load_cell_probe']._tapping_move.run_tap(None),
+                         ("Klipper's own", True))
+        self.printer.handlers['klippy:ready']()
+        self.assertIn('/nowhere/libtrammel_tap.so', self.printer.said[0])
+        self.assertTrue(self.printer.said[1].startswith('!! '))
+        status = made.get_status(0.)
+        self.assertFalse(status['active'])
+        self.assertIn('/nowhere/libtrammel_tap.so', status['trouble'])
+
+    def test_a_g28_that_ends_with_its_first_touch_is_refused(self):
+        self.sections['stepper_z'] = {'endstop_pin': 'probe:z_virtual_endstop',
+                                      'homing_retract_dist': 0.}
+        with mock.patch('trammel_tap.Library'):
+            self.refuses("'homing_retract_dist' in section 'stepper_z' must be above 0")
+            self.sections['stepper_z']['endstop_pin'] = 'PA1'
+            self.load()
+
+    def test_a_printer_without_a_load_cell_is_refused(self):
+        del self.sections['load_cell_probe']
+        self.refuses('load_cell_probe')
+
+    def test_a_klipper_made_otherwise_is_refused_by_what_is_missing(self):
+        del self.printer.objects['load_cell_probe']._tapping_move._load_cell_probing_move
+        self.refuses('_load_cell_probing_move')
+
+    def test_kalico_is_refused_by_name(self):
+        kalico = types.SimpleNamespace(APP_NAME='Kalico')
+        with mock.patch.dict(sys.modules, klippy=kalico):
+            self.refuses('Kalico')
+
+    def test_options_out_of_range_are_refused(self):
+        for option, value in (('pullback_distance', .04), ('pullback_distance', 1.1),
+                              ('pullback_speed', .01), ('pullback_speed', 2.1), ('retries', -1),
+                              ('retries', 11), ('latency', -.21), ('latency', .21)):
+            with self.subTest(option=option, value=value):
+                self.sections['trammel_tap'] = {option: value}
+                self.refuses(option)
+
+    def test_an_uncertainty_of_a_latency_that_is_not_stated_is_refused(self):
+        self.sections['trammel_tap'] = {'latency_uncertainty': .001}
+        self.refuses("needs 'latency'")
+
+
+if __name__ == '__main__':
+    unittest.main()
