@@ -241,6 +241,12 @@ void AddNotices(const ScanLine& line, const pressure_advance::SweepReading& read
     notices.push_back(fmt::format("'{}': {} frames left out, they lie past the ends of the line",
                                   line.video, reading.off_line_frames));
   }
+  if (reading.cut_off_frames > 0) {
+    notices.push_back(
+        fmt::format("'{}': {} frames left out, the bead in them reaches out of crop_px; make it "
+                    "larger, or leave it out",
+                    line.video, reading.cut_off_frames));
+  }
 }
 
 }  // namespace

@@ -8,14 +8,19 @@
 
 namespace trammel::pressure_advance {
 
-/// The rows of one frame that the bead may cover: centre ± half_width.
+/// The rows of one frame that the bead may cover: centre ± half().
 struct BeadBand {
-  double first_centre = 0;  ///< bead's centre row in the first frame
-  double drift = 0;         ///< rows per frame (a sweep not quite along the line)
-  double half_width = 0;    ///< rows, > 0
+  double first_centre = 0;    ///< bead's centre row in the first frame
+  double drift = 0;           ///< rows per frame (a sweep not quite along the line)
+  double half_width = 0;      ///< rows, > 0
+  std::vector<double> swell;  ///< per frame: rows by which a swell reaches beyond half_width to
+                              ///< either side; empty: none does
 
   [[nodiscard]] double centre(std::size_t frame) const {
     return first_centre + drift * static_cast<double>(frame);
+  }
+  [[nodiscard]] double half(std::size_t frame) const {
+    return half_width + (swell.empty() ? 0 : swell[frame]);
   }
 };
 
@@ -40,10 +45,17 @@ struct FoundBand {
 /// @param heights  above the plate.
 void FollowBead(const HeightMap& heights, double peak_px, BeadBand& band);
 
-/// Widens the band to the widest bead of the sweep: outwards from the centre as long as one frame
-/// in twenty, averaged with its neighbours, clearly stands above the plate. A quarter of the rows
-/// stays with the plate.
+/// Widens the band to what nearly all of the sweep's beads cover: outwards from the centre as long
+/// as one frame in twenty, averaged with its neighbours, clearly stands above the plate. A quarter
+/// of the rows stays with the plate.
 /// @param noise_px  1 sigma of one row's height.
 void WidenBand(const HeightMap& heights, double noise_px, double peak_px, BeadBand& band);
+
+/// Widens the band in single frames as far as a swell stands above the plate beyond it, averaged
+/// with the frames next to it.
+/// @param noise_px  1 sigma of one row's height.
+/// @returns per frame: the bead still stands above the plate at an end of the picture.
+[[nodiscard]] std::vector<bool> FollowSwells(const HeightMap& heights, double noise_px,
+                                             double peak_px, BeadBand& band);
 
 }  // namespace trammel::pressure_advance

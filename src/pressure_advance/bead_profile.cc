@@ -37,8 +37,8 @@ Row RowAt(const HeightMap& heights, std::size_t frame, int row) {
 }
 
 Section CutSection(const PlateHeights& plate, std::size_t frame) {
-  const double lo = plate.band.centre(frame) - plate.band.half_width;
-  const double hi = plate.band.centre(frame) + plate.band.half_width;
+  const double lo = plate.band.centre(frame) - plate.band.half(frame);
+  const double hi = plate.band.centre(frame) + plate.band.half(frame);
   const int first = static_cast<int>(std::floor(lo + 0.5));
   const int last = static_cast<int>(std::floor(hi + 0.5));
   Section section;
@@ -95,7 +95,9 @@ ProfileSample MeasureFrame(const PlateHeights& plate, const SectionScale& scale,
   ProfileSample sample;
   const Section section = CutSection(plate, frame);
   const auto rows = static_cast<double>(section.height.size());
-  if (plate.plate_sigma_px[frame] <= 0 || section.longest_bridge > kLongestBridge * rows) {
+  sample.cut_off = plate.cut_off[frame];
+  if (plate.plate_sigma_px[frame] <= 0 || sample.cut_off ||
+      section.longest_bridge > kLongestBridge * rows) {
     sample.gap = true;
     return sample;
   }
@@ -112,7 +114,7 @@ ProfileSample MeasureFrame(const PlateHeights& plate, const SectionScale& scale,
       top = std::max(top, (section.height[i - 1] + section.height[i] + section.height[i + 1]) / 3);
     }
   }
-  const double level_sigma = plate.plate_sigma_px[frame] * 2 * plate.band.half_width;
+  const double level_sigma = plate.plate_sigma_px[frame] * 2 * plate.band.half(frame);
   variance = variance * plate.row_correlation + level_sigma * level_sigma;
   sample.area = {area * scale.length_per_row * scale.height_per_px,
                  std::sqrt(variance) * scale.length_per_row * scale.height_per_px};

@@ -29,6 +29,7 @@ bool Inside(double position, const Interval& span) {
 struct LinePoints {
   std::vector<Point> all;
   std::vector<std::vector<Point>> slow;  // per reference stretch
+  std::vector<double> cut_off;           // positions where the bead is larger than the picture
 };
 
 // A line's level, with the drift along it that all lines share.
@@ -47,6 +48,7 @@ LinePoints Sort(const LineProfile& profile, Reading reading, const TransitionPla
   LinePoints points;
   points.slow.resize(plan.reference.size());
   for (const ProfileSample& sample : profile.samples) {
+    if (sample.cut_off) points.cut_off.push_back(sample.position);
     const Seen& seen = Read(sample, reading);
     if (!seen.seen() || sample.gap) continue;
     points.all.push_back({sample.position, seen.value, seen.sigma});
@@ -189,7 +191,7 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
   std::vector<double> levels;
   for (const LineProfile& profile : profiles) {
     lines.push_back(profile.unusable.empty() ? Sort(profile, reading, plan)
-                                             : LinePoints{{}, {{}, {}}});
+                                             : LinePoints{{}, {{}, {}}, {}});
     std::vector<Point> slow;
     for (const auto& stretch : lines.back().slow)
       slow.insert(slow.end(), stretch.begin(), stretch.end());
@@ -220,6 +222,14 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
         result.unusable = fmt::format(
             "{:.0f} % of the stretch from {:.3g} to {:.3g} could not be read in one piece",
             100 * integral.unread, window.span.lo, window.span.hi);
+      }
+      const auto& cut_off = lines[i].cut_off;
+      if (std::any_of(cut_off.begin(), cut_off.end(),
+                      [&](double position) { return Inside(position, window.span); })) {
+        result.unusable = fmt::format(
+            "the bead from {:.3g} to {:.3g} is larger than what was looked at of the pictures: "
+            "make crop_px larger or leave it out, or move the camera",
+            window.span.lo, window.span.hi);
       }
     };
     measure(plan.acceleration, -1, result.acceleration);

@@ -116,6 +116,21 @@ TEST(Excess, IsNotMeasuredWhereAQuarterOfAWindowIsUnread) {
   EXPECT_EQ(excess[1].unusable, "");
 }
 
+TEST(Excess, IsNotMeasuredWhereTheBeadIsLargerThanThePicture) {
+  for (const std::size_t at : {105U, 5U}) {  // in the window, and far from it
+    std::vector<LineProfile> lines = {Line(0.8, 0.5), Line(0, 0)};
+    lines[0].samples[at].gap = true;
+    lines[0].samples[at].cut_off = true;
+    const auto excess = Measure(lines);
+    if (at == 105) {
+      EXPECT_THAT(excess[0].unusable, HasSubstr("larger than what was looked at"));
+    } else {
+      EXPECT_EQ(excess[0].unusable, "");
+    }
+    EXPECT_EQ(excess[1].unusable, "");
+  }
+}
+
 TEST(Excess, StatesTheScatterThatNoiseMakes) {
   constexpr int kRepeats = 400;
   std::vector<double> pulls;

@@ -19,9 +19,13 @@ namespace {
 
 /// Rows from which the stripe's looks are learnt; more cost time and teach nothing.
 constexpr int kLearningRows = 180;
-/// Half the crop's rows per row of bead: the widest bead of a sweep is about twice the typical one,
-/// and the plate needs as much again.
-constexpr double kRowsPerBeadRow = 1.6;
+/// Half the crop's rows per row of bead. A swell of six times the typical area that rises to one
+/// and a half times the typical height is four times as wide, and runs out in a foot; the plate
+/// needs room beside it.
+constexpr double kRowsPerBeadRow = 2.7;
+/// Columns above the plate per column of bead: a swell that keeps its shape rises by the root of
+/// its area.
+constexpr double kColumnsPerBeadColumn = 2.5;
 
 /// The frames' mean, thinned to kLearningRows rows: the laser line stands still in it, all else is
 /// blurred.
@@ -131,7 +135,7 @@ PixelRect Around(const Bead& bead, const std::vector<Bead>& beads, const Relief&
   const double lowest = std::min(relief.plate.at(first), relief.plate.at(last));
   const double highest = std::max(relief.plate.at(first), relief.plate.at(last));
   double left = lowest - margin;
-  double right = highest + 2 * bead.peak + margin;
+  double right = highest + kColumnsPerBeadColumn * bead.peak + margin;
   if (sign < 0) {
     left = -right;
     right = margin - lowest;

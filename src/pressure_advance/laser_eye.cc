@@ -158,6 +158,24 @@ std::string LaserFault(const HeightMap& lines, const vision::StripeModel& stripe
       std::min(stripe.scatter_px, 9999.0F), light.mean, light.darkest, light.brightest);
 }
 
+/// Marks frames whose bead rises to the picture's end, where a line is cut off.
+void MarkCutTops(const HeightMap& lines, const SweepReading& reading, double sign, int width,
+                 PlateHeights& plate) {
+  constexpr int kFewestRows = 3;  // fewer are glints
+  const double margin = 1.5 * reading.stripe.sigma_px;
+  const double highest = sign > 0 ? width - 1 - margin : -margin;
+  for (std::size_t f = 0; f < lines.frames; ++f) {
+    int rows = 0;
+    for (std::size_t r = 0; r < lines.rows; ++r) {
+      const std::size_t i = lines.index(f, r);
+      if (lines.sigma_px[i] > 0 && lines.height_px[i] > highest && !OnPlate(plate.band, f, r)) {
+        ++rows;
+      }
+    }
+    if (rows >= kFewestRows) plate.cut_off[f] = true;
+  }
+}
+
 SectionScale ScaleOf(const Scan& scan) {
   const double tangent = std::tan(scan.laser_angle_rad);
   const double mm_per_px = scan.px_per_mm ? 1 / *scan.px_per_mm : 1;
@@ -231,6 +249,9 @@ SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan, const Sc
   if (!profile.unusable.empty()) {
     return reading;
   }
+  MarkCutTops(lines, reading, Sign(scan.height_direction), frames[reading.frame[0]].width, plate);
+  reading.cut_off_frames =
+      static_cast<std::size_t>(std::count(plate.cut_off.begin(), plate.cut_off.end(), true));
   FillSamples(MeasureBead(plate, ScaleOf(scan)), plate.heights, profile);
   reading.heights = std::move(plate.heights);
   return reading;

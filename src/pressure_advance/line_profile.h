@@ -28,6 +28,7 @@ struct ProfileSample {
   Seen height;       ///< of the bead's top above the plate
   Seen area;         ///< of the cross-section
   bool gap = false;  ///< the eye looked here and could not measure; the values above are unseen
+  bool cut_off = false;  ///< a gap because the bead is larger than the picture
 };
 
 /// What an eye saw of one printed line. A break in the filament is not a gap: there the eye sees

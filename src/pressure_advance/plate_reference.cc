@@ -7,26 +7,13 @@
 
 #include "base/statistics.h"
 #include "geometry/robust_line.h"
+#include "pressure_advance/plate_level.h"
 
 namespace trammel::pressure_advance {
 namespace {
 
 /// Fewest rows of plate that fix its level in one frame.
 constexpr std::size_t kFewestPlateRows = 4;
-/// A plate's level drifts with the bed over millimetres; frames are fractions of one.
-constexpr std::size_t kTrendReach = 12;
-
-/// The plate in one sweep: level(frame) + slope · (row - pivot).
-struct Plate {
-  double slope = 0;
-  double pivot = 0;
-  std::vector<double> level;
-  std::vector<double> sigma;  ///< of the level; 0: this frame does not show it
-
-  [[nodiscard]] double at(std::size_t frame, double row) const {
-    return level[frame] + slope * (row - pivot);
-  }
-};
 
 /// Level and slope of each frame by itself, good to where the bead covers less than half the rows.
 Plate CoarsePlate(const HeightMap& lines) {
@@ -210,52 +197,6 @@ PlateNoise MeasureNoise(const HeightMap& lines, const BeadBand& band, const Plat
   return noise;
 }
 
-/// Local straight-line trend of the level at frame f over its neighbours, itself included.
-double Trend(const Plate& plate, std::size_t f) {
-  const std::size_t lo = f > kTrendReach ? f - kTrendReach : 0;
-  const std::size_t hi = std::min(plate.level.size() - 1, f + kTrendReach);
-  std::vector<double> x, y, scratch;
-  for (std::size_t i = lo; i <= hi; ++i) {
-    if (plate.sigma[i] > 0) {
-      x.push_back(static_cast<double>(i) - static_cast<double>(f));
-      y.push_back(plate.level[i]);
-    }
-  }
-  if (x.size() < 5) {
-    return plate.level[f];
-  }
-  // Fit about the middle of the points: LMedS for who belongs, then its own least squares step.
-  return geometry::FitRobustLine(x, y, scratch).at(0);
-}
-
-/// Draws the levels towards their trend as far as their scatter about it is noise.
-void ShrinkToTrend(double row_correlation, Plate& plate) {
-  std::vector<double> trend(plate.level.size()), off, predicted;
-  for (std::size_t f = 0; f < plate.level.size(); ++f) {
-    trend[f] = Trend(plate, f);
-    if (plate.sigma[f] > 0) {
-      off.push_back(plate.level[f] - trend[f]);
-      predicted.push_back(plate.sigma[f] * plate.sigma[f] * row_correlation);
-    }
-  }
-  if (off.size() < 8) {
-    return;
-  }
-  const double seen = RobustStandardDeviation(off);
-  const double noise = Median(predicted);
-  // Twice the noise in variance passes as noise: the prediction is no better than that.
-  const double keep = seen * seen > 2 * noise ? 1 - noise / (seen * seen) : 0;
-  for (std::size_t f = 0; f < plate.level.size(); ++f) {
-    if (plate.sigma[f] > 0) {
-      const double own = plate.sigma[f] * std::sqrt(row_correlation);
-      plate.level[f] = trend[f] + keep * (plate.level[f] - trend[f]);
-      plate.sigma[f] = own * std::max(keep, 1 / std::sqrt(2.0 * kTrendReach));
-    } else {
-      plate.level[f] = trend[f];
-    }
-  }
-}
-
 HeightMap Relative(const HeightMap& lines, const Plate& plate, double scale) {
   HeightMap heights = lines;
   for (std::size_t f = 0; f < lines.frames; ++f) {
@@ -285,6 +226,7 @@ PlateHeights FindPlate(const HeightMap& lines) {
   PlateNoise noise;
   for (int pass = 0; pass < 2; ++pass) {
     RefinePlate(lines, result.band, plate);
+    const std::vector<bool> hidden = BridgeSwells(result.band, found.peak_px, plate);
     noise = MeasureNoise(lines, result.band, plate);
     ShrinkToTrend(noise.row_correlation * noise.scale * noise.scale, plate);
     result.heights = Relative(lines, plate, noise.scale);
@@ -305,6 +247,10 @@ PlateHeights FindPlate(const HeightMap& lines) {
     }
     FollowBead(result.heights, found.peak_px, result.band);
     WidenBand(result.heights, noise.noise_px, found.peak_px, result.band);
+    result.cut_off = FollowSwells(result.heights, noise.noise_px, found.peak_px, result.band);
+    for (std::size_t f = 0; f < lines.frames; ++f) {
+      if (hidden[f]) result.cut_off[f] = true;
+    }
   }
   result.plate_sigma_px = plate.sigma;
   return result;

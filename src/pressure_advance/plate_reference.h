@@ -14,6 +14,8 @@ struct PlateHeights {
   HeightMap heights;  ///< relative to the plate, rising surface positive
   BeadBand band;
   std::vector<double> plate_sigma_px;  ///< per frame: 1 sigma of the plate's level at the bead
+  std::vector<bool> cut_off;  ///< per frame: the bead reaches out of the picture, or as near to its
+                              ///< ends as leaves no plate
   double row_correlation = 1;  ///< variance of a sum over rows / sum of variances, on the plate
   double noise_px = 0;         ///< typical 1 sigma of one row
   double bead_px = 0;          ///< height of the bead, mean over the sweep, at its centre

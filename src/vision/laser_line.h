@@ -16,7 +16,8 @@ struct StripeModel {
   float weight_r = 1;
   float sigma_px = 2.5F;  ///< of the Gaussian that finds the stripe most steadily
   float contrast = 0;     ///< mean response on the line over the noise beside it
-  float scatter_px = 0;   ///< 1 sigma of one row's centre before rows support each other
+  float scatter_px = 0;   ///< 1 sigma of one row's centre before rows support each other, in the
+                          ///< typical frame
 };
 
 struct LaserLineOptions {

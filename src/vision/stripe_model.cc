@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/check.h"
+#include "base/statistics.h"
 #include "geometry/robust_line.h"
 #include "vision/laser_line.h"
 #include "vision/stripe_path.h"
@@ -24,7 +25,8 @@ constexpr double kNoLine = 1e6;
 
 /// How a trial model did on all frames together.
 struct Trial {
-  double scatter_px = kNoLine;  ///< of one row
+  double scatter_px = kNoLine;  ///< of one row, mean over the frames
+  double typical_px = kNoLine;  ///< median over the frames: one whose rows are mostly bead has none
   double found = 0;             ///< share of the rows
   double contrast = 0;
 };
@@ -35,7 +37,7 @@ Trial Try(std::span<const BgrView> frames, const StripeModel& model,
   std::vector<double> centres;
   std::vector<double> scratch;
   Trial trial;
-  double scatter = 0;
+  std::vector<double> scatter;
   for (const BgrView& frame : frames) {
     FindLaserLine(frame, model, options, ws, line);
     rows.clear();
@@ -51,14 +53,16 @@ Trial Try(std::span<const BgrView> frames, const StripeModel& model,
     if (rows.size() < 4) {
       return trial;
     }
-    scatter += geometry::FitRobustLine(rows, centres, scratch).median_residual;
+    scatter.push_back(kMadToSigma *
+                      geometry::FitRobustLine(rows, centres, scratch).median_residual);
     trial.found += static_cast<double>(rows.size()) / frame.height;
     trial.contrast += line.contrast;
   }
   const auto count = static_cast<double>(frames.size());
   trial.found /= count;
   trial.contrast /= count;
-  trial.scatter_px = kMadToSigma * scatter / count;
+  trial.scatter_px = Mean(scatter);
+  trial.typical_px = Median(scatter);
   return trial;
 }
 
@@ -82,7 +86,7 @@ StripeModel LearnStripe(std::span<const BgrView> frames, const LaserLineOptions&
       StripeModel model{mixture[0], mixture[1], mixture[2], static_cast<float>(sigma)};
       const Trial trial = Try(frames, model, raw, workspace, line);
       model.contrast = static_cast<float>(trial.contrast);
-      model.scatter_px = static_cast<float>(trial.scatter_px);
+      model.scatter_px = static_cast<float>(trial.typical_px);
       // A row not found is worse than a row found badly: the square outweighs what dropping the
       // worst rows would gain.
       trials.emplace_back(model, trial.scatter_px / std::max(1e-3, trial.found * trial.found));

@@ -37,12 +37,14 @@ std::string Words(std::initializer_list<std::uint32_t> words) {
 }  // namespace
 
 Frame DrawLaserFrame(const LaserWorld& world, double area_mm2, Random& random) {
-  const double height_mm = std::sqrt(area_mm2 * 0.75);
+  const double height_mm = std::min(std::sqrt(area_mm2 * 0.75), world.highest_mm);
+  const double half_width_mm = height_mm > 0 ? area_mm2 * 0.75 / height_mm : 0;
   Frame frame(world.width, world.height);
   for (int y = 0; y < world.height; ++y) {
     const double off = (y - world.bead_row_px) / world.px_per_mm;
     const double rise =
-        height_mm > 0 ? height_mm * std::max(0.0, 1 - off * off / (height_mm * height_mm)) : 0;
+        height_mm > 0 ? height_mm * std::max(0.0, 1 - off * off / (half_width_mm * half_width_mm))
+                      : 0;
     const double centre =
         world.plate_column_px + world.tilt * (y - world.bead_row_px) - rise * world.px_per_mm;
     const double amplitude = rise > 0 ? world.bead_amplitude : world.plate_amplitude;

@@ -25,10 +25,11 @@ struct LaserWorld {
   double noise = 2;       ///< grey levels
   double speckle = 0.25;  ///< contrast
   double ambient = 8;
+  double highest_mm = 1;  ///< of a bead; one with more filament grows in width alone
 };
 
 /// One frame over a bead of parabolic section, twice as wide as high:
-/// area = 2/3 · width · height. Nothing is there where area_mm2 is 0.
+/// area = 2/3 · width · height, up to highest_mm. Nothing is there where area_mm2 is 0.
 [[nodiscard]] Frame DrawLaserFrame(const LaserWorld& world, double area_mm2, Random& random);
 
 /// Writes frames as MJPEG in AVI, without an index. They need not be of one size (the header has
