@@ -39,6 +39,27 @@ std::span<const float> BrightnessOf(const std::uint8_t* row, int width, const St
   return brightness;
 }
 
+/// exp(-t^2 / 2) at t = (x - centre) / sigma for x = first, first + 1, …, each from the one before.
+class GaussianSteps {
+ public:
+  GaussianSteps(double first, double centre, double sigma)
+      : value_(std::exp(-0.5 * (first - centre) * (first - centre) / (sigma * sigma))),
+        ratio_(std::exp(-((first - centre) + 0.5) / (sigma * sigma))),
+        ratio_step_(std::exp(-1 / (sigma * sigma))) {}
+
+  double Next() {
+    const double value = value_;
+    value_ *= ratio_;
+    ratio_ *= ratio_step_;
+    return value;
+  }
+
+ private:
+  double value_;
+  double ratio_;
+  double ratio_step_;
+};
+
 /// Newton's method on the likelihood of a Gaussian stripe: sum of s(x)·g'(x - c) = 0.
 RowFit FitRow(std::span<const float> signal, double start, double sigma, double pixel_noise) {
   const int width = static_cast<int>(signal.size());
@@ -55,10 +76,10 @@ RowFit FitRow(std::span<const float> signal, double start, double sigma, double 
     background = *std::min_element(signal.begin() + lo, signal.begin() + hi + 1);
     double slope = 0;
     curvature = 0;
+    GaussianSteps gaussian(lo, c, sigma);
     for (int x = lo; x <= hi; ++x) {
       const double t = (x - c) / sigma;
-      const double weight =
-          (signal[static_cast<std::size_t>(x)] - background) * std::exp(-0.5 * t * t);
+      const double weight = (signal[static_cast<std::size_t>(x)] - background) * gaussian.Next();
       slope += weight * t;
       curvature += weight * (1 - t * t);
     }
@@ -74,9 +95,10 @@ RowFit FitRow(std::span<const float> signal, double start, double sigma, double 
     return fit;
   }
   double variance = 0;
+  GaussianSteps gaussian(lo, c, sigma);
   for (int x = lo; x <= hi; ++x) {
     const double t = (x - c) / sigma;
-    const double influence = t * std::exp(-0.5 * t * t);
+    const double influence = t * gaussian.Next();
     const double speckle = kSpeckleContrast * (signal[static_cast<std::size_t>(x)] - background);
     variance += influence * influence * (pixel_noise * pixel_noise + speckle * speckle);
   }

@@ -1,6 +1,8 @@
 #include "vision/stripe_path.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -17,6 +19,23 @@ float ResponseNoise(const ImageSize& size, LaserLineWorkspace& ws) {
     ws.sample.push_back(ws.response[i]);
   }
   return kMadToSigma * MedianMagnitude(ws.sample);
+}
+
+/// out[x] = sum over k of kernel[k] · in[x + k].
+void Convolve(const float* in, std::span<const float> kernel, std::span<float> out) {
+  constexpr std::size_t kBlock = 8;  // columns at a time, in vector registers
+  std::size_t x = 0;
+  for (; x + kBlock <= out.size(); x += kBlock) {
+    std::array<float, kBlock> sums{};
+    for (std::size_t k = 0; k < kernel.size(); ++k) {
+      for (std::size_t i = 0; i < kBlock; ++i) sums[i] += kernel[k] * in[x + k + i];
+    }
+    std::copy(sums.begin(), sums.end(), out.begin() + static_cast<std::ptrdiff_t>(x));
+  }
+  for (; x < out.size(); ++x) {
+    out[x] = 0;
+    for (std::size_t k = 0; k < kernel.size(); ++k) out[x] += kernel[k] * in[x + k];
+  }
 }
 
 /// One step of the search: best[x] = min over x' of previous[x'] + price of going x' -> x, the
@@ -55,16 +74,27 @@ void Relax(std::span<const float> previous, float slope, float jump, std::span<f
 
 }  // namespace
 
-float MedianMagnitude(std::vector<float>& sample) {
-  if (sample.empty()) {
-    return 0;
-  }
+float MedianMagnitude(std::span<float> sample) {
+  if (sample.empty()) return 0;
+  // Magnitudes are ordered as their bits are: a count by exponent and three bits of the mantissa
+  // leaves a few to be ordered.
+  constexpr unsigned kShift = 20;
+  std::array<std::uint32_t, (std::size_t{1} << (31 - kShift))> counts{};
+  const auto bin = [](float v) { return std::bit_cast<std::uint32_t>(v) >> kShift; };
   for (float& v : sample) {
     v = std::abs(v);
+    ++counts[bin(v)];
   }
-  const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
-  std::nth_element(sample.begin(), middle, sample.end());
-  return *middle;
+  std::size_t below = sample.size() / 2;  // in rank, among those not yet left out
+  std::uint32_t middle = 0;
+  while (below >= counts[middle]) below -= counts[middle++];
+  std::size_t kept = 0;
+  for (const float v : sample) {
+    if (bin(v) == middle) sample[kept++] = v;
+  }
+  const auto median = sample.begin() + static_cast<std::ptrdiff_t>(below);
+  std::nth_element(sample.begin(), median, sample.begin() + static_cast<std::ptrdiff_t>(kept));
+  return *median;
 }
 
 void ExtractSignal(const BgrView& frame, const StripeModel& model, LaserLineWorkspace& workspace) {
@@ -105,14 +135,7 @@ float MatchedFilter(const ImageSize& size, float sigma, LaserLineWorkspace& ws) 
     for (int x = 0; x < size.width; ++x) {
       ws.sums[static_cast<std::size_t>(x) + 1] = ws.sums[static_cast<std::size_t>(x)] + in[x];
     }
-    std::fill_n(out, size.width, 0.0F);
-    for (int k = 0; k <= 2 * reach; ++k) {
-      const float weight = ws.kernel[static_cast<std::size_t>(k)];
-      const float* from = padded + k;
-      for (int x = 0; x < size.width; ++x) {
-        out[x] += weight * from[x];
-      }
-    }
+    Convolve(padded, ws.kernel, {out, static_cast<std::size_t>(size.width)});
     for (int x = 0; x < size.width; ++x) {
       const int lo = std::max(0, x - box);
       const int hi = std::min(size.width - 1, x + box);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "base/frame.h"
@@ -27,8 +28,8 @@ struct ImageSize {
   }
 };
 
-/// The median of |sample|, 0 for none; reorders the sample.
-[[nodiscard]] float MedianMagnitude(std::vector<float>& sample);
+/// The median of |sample|, 0 for none; overwrites the sample. REQUIRES no NaN.
+[[nodiscard]] float MedianMagnitude(std::span<float> sample);
 
 /// workspace.signal from the frame's colours.
 void ExtractSignal(const BgrView& frame, const StripeModel& model, LaserLineWorkspace& workspace);
