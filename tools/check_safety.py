@@ -6,18 +6,21 @@ import sys
 
 
 def tests_of(root):
-    """The names "Suite.Test" of all GoogleTest tests below src and tests."""
+    """The names "Suite.Test" of all GoogleTest and unittest tests below src and tests."""
     names = set()
     for folder in ("src", "tests"):
         for path in (root / folder).rglob("*.cc"):
             for suite, name in re.findall(r"\bTEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\s*\)", path.read_text()):
                 names.add(f"{suite}.{name}")
+    for path in (root / "tests").rglob("*_test.py"):
+        for suite, body in re.findall(r"^class (\w+)\(unittest\.TestCase\):\n(.*?)(?=^\S|\Z)", path.read_text(), re.M | re.S):
+            names.update(f"{suite}.{name}" for name in re.findall(r"^    def (test_\w+)\(", body, re.M))
     return names
 
 
 def main():
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
-    named = set(re.findall(r"`([A-Z]\w+\.[A-Z]\w+)`", (root / "docs/safety.md").read_text()))
+    named = set(re.findall(r"`([A-Z]\w+\.(?:[A-Z]|test_)\w+)`", (root / "docs/safety.md").read_text()))
     missing = sorted(named - tests_of(root))
     for name in missing:
         print(f"docs/safety.md: there is no test {name}")

@@ -151,7 +151,11 @@ class Tapping:
     def _tap(self, gcmd: Any, settings: Settings) -> Tuple[Sequence[float], Answer]:
         """Presses, pulls back and measures, once."""
         place, collector = self._probe.press(gcmd)
-        end = self._pull_back(settings)
+        try:
+            end = self._pull_back(settings)
+        except Exception:
+            collector.stop_collecting()
+            raise
         samples, errors = collector.collect_until(end + AFTER_PULLBACK_S)
         start = end - settings.pullback_distance / settings.pullback_speed - APPROACH_S
         samples = [s for s in samples if s[0] >= start]

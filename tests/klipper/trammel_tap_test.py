@@ -138,6 +138,12 @@ class TappingTest(unittest.TestCase):
         self.assertEqual(self.toolhead.position[2], 2.)
         self.assertTrue(self.probe.collectors[0].stopped)
 
+    def test_a_pull_back_that_fails_ends_the_collection(self):
+        self.make(GOOD)
+        self.toolhead.top = .1
+        self.assertIn("Move out of range", self.fails())
+        self.assertTrue(self.probe.collectors[0].stopped)
+
     def test_a_bug_is_an_error_of_the_command_with_the_nozzle_lifted(self):
         for bug in (KeyError("of the analysis"), MemoryError()):
             self.toolhead.position[2] = 2.
