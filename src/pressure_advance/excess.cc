@@ -138,24 +138,32 @@ struct Integral {
   double value = 0;
   double variance = 0;
   double length = 0;
-  double unread = 0;  // largest stretch without a reading, over the window's length
+  double unread = 0;   // largest stretch without a reading, over the window's length
+  double cut_off = 0;  // what bridges stand for across beads larger than the picture
 };
 
 // Trapezoids over the samples inside the window, carried to its edges.
-Integral IntegrateDeviation(const std::vector<Point>& points, const Reference& reference,
+Integral IntegrateDeviation(const LinePoints& line, const Reference& reference,
                             const Interval& span) {
+  const std::vector<Point>& points = line.all;
   Integral integral;
   integral.length = span.hi - span.lo;
   double previous = span.lo;
   double held = 0;
   double unread = 0;
   bool first = true;
+  const auto add = [&](double to, double deviation) {
+    const double area = (to - previous) * deviation;
+    integral.value += area;
+    const auto cut = std::upper_bound(line.cut_off.begin(), line.cut_off.end(), previous);
+    if (cut != line.cut_off.end() && *cut < to) integral.cut_off += std::abs(area);
+  };
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!Inside(points[i].position, span)) continue;
     const double level = reference.at(points[i].position);
     const double deviation = points[i].value / level - 1;
     const double step = points[i].position - previous;
-    integral.value += step * (first ? deviation : 0.5 * (deviation + held));
+    add(points[i].position, first ? deviation : 0.5 * (deviation + held));
     const double next = i + 1 < points.size() ? std::min(points[i + 1].position, span.hi) : span.hi;
     const double reach = 0.5 * (step + next - points[i].position);
     integral.variance += std::pow(reach * points[i].sigma / level, 2);
@@ -164,7 +172,7 @@ Integral IntegrateDeviation(const std::vector<Point>& points, const Reference& r
     held = deviation;
     first = false;
   }
-  integral.value += (span.hi - previous) * held;
+  add(span.hi, held);
   integral.unread = std::max(unread, span.hi - previous) / integral.length;
   if (first) integral.unread = 1;
   return integral;
@@ -214,22 +222,14 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
       continue;
     }
     const auto measure = [&](const TransitionWindow& window, double sign, Excess& excess) {
-      const Integral integral = IntegrateDeviation(lines[i].all, *reference, window.span);
+      const Integral integral = IntegrateDeviation(lines[i], *reference, window.span);
       excess.value = sign * integral.value;
-      excess.sigma =
-          std::hypot(std::sqrt(integral.variance), integral.length * reference->sigma_relative);
+      excess.sigma = std::hypot(std::sqrt(integral.variance),
+                                integral.length * reference->sigma_relative, integral.cut_off);
       if (integral.unread > kMostUnread) {
         result.unusable = fmt::format(
             "{:.0f} % of the stretch from {:.3g} to {:.3g} could not be read in one piece",
             100 * integral.unread, window.span.lo, window.span.hi);
-      }
-      const auto& cut_off = lines[i].cut_off;
-      if (std::any_of(cut_off.begin(), cut_off.end(),
-                      [&](double position) { return Inside(position, window.span); })) {
-        result.unusable = fmt::format(
-            "the bead from {:.3g} to {:.3g} is larger than what was looked at of the pictures: "
-            "make crop_px larger or leave it out, or move the camera",
-            window.span.lo, window.span.hi);
       }
     };
     measure(plan.acceleration, -1, result.acceleration);

@@ -36,8 +36,8 @@ struct LineExcess {
 /// with one drift along the line common to all (light, tilt, a wandering flow), so that neither a
 /// drift nor a gap that reaches into one line's slow stretch is taken for a transition. Samples
 /// that the eye could not read are bridged by their neighbours; a line with more than
-/// kMostUnread of a window unread in one piece is unusable, and so is one with a bead larger than
-/// the picture in a window: what is missing there is always filament.
+/// kMostUnread of a window unread in one piece is unusable. Across a bead larger than the picture a
+/// bridge says only what is there at least: as much again enters that transition's sigma.
 [[nodiscard]] std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles,
                                                     Reading reading, const TransitionPlan& plan);
 
