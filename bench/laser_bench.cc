@@ -1,9 +1,18 @@
-// Frames per second of the laser eye's steps, each alone, on 1280x720 MJPEG.
+// Frames per second of the laser eye's steps, each alone, and of a whole analysis, on 1280x720
+// MJPEG: dark frames of some 20 kB and bright ones of some 200.
 #include <benchmark/benchmark.h>
 
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
 #include <vector>
 
+#include "app/laser_recording.h"
+#include "image/jpeg_reader.h"
 #include "machine/video_file.h"
 #include "pressure_advance/deviation.h"
 #include "support/laser_world.h"
@@ -15,13 +24,18 @@ namespace {
 constexpr int kFrames = 30;
 const PixelRect kPaperCrop{837, 341, 45, 60};
 
-std::vector<Frame> DrawFrames() {
+/// A laser line over a dark chamber, or over one in the light whose noise the camera keeps.
+enum class Light { kDark, kBright };
+
+std::vector<Frame> DrawFrames(Light light) {
   Random random(1);
   test::LaserWorld world;
   world.width = 1280;
   world.height = 720;
   world.plate_column_px = 872;
   world.bead_row_px = 371;
+  world.noise = light == Light::kDark ? 0.2 : 3;
+  if (light == Light::kBright) world.ambient = 60;
   std::vector<Frame> frames;
   for (int i = 0; i < kFrames; ++i) {
     frames.push_back(test::DrawLaserFrame(world, 0.11, random));
@@ -29,9 +43,10 @@ std::vector<Frame> DrawFrames() {
   return frames;
 }
 
-const std::vector<Frame>& Frames() {
-  static const std::vector<Frame> frames = DrawFrames();
-  return frames;
+const std::vector<Frame>& Frames(Light light = Light::kDark) {
+  static const std::vector<Frame> dark = DrawFrames(Light::kDark);
+  static const std::vector<Frame> bright = DrawFrames(Light::kBright);
+  return light == Light::kDark ? dark : bright;
 }
 
 void SetFrames(benchmark::State& state, std::int64_t frames) {
@@ -39,19 +54,78 @@ void SetFrames(benchmark::State& state, std::int64_t frames) {
       benchmark::Counter(static_cast<double>(frames), benchmark::Counter::kIsRate);
 }
 
-void Decode(benchmark::State& state) {
+void SetBytes(benchmark::State& state, const std::filesystem::path& video) {
+  state.counters["kB_per_frame"] =
+      1e-3 * static_cast<double>(std::filesystem::file_size(video)) / kFrames;
+}
+
+void Decode(benchmark::State& state, Light light, bool crop) {
   const test::TemporaryFolder folder;
   const auto path = folder.path() / "bench.avi";
-  test::WriteAvi(path, Frames(), kFrames);
+  test::WriteAvi(path, Frames(light), kFrames);
   std::int64_t frames = 0;
   for (auto _ : state) {
     auto video = machine::VideoFile::Open(path);
-    for (auto next = video->Next(); next && *next != nullptr; next = video->Next()) {
-      benchmark::DoNotOptimize((*next)->bgr.data());
+    while (*video->Advance()) {
+      const auto frame = video->Decode(crop ? kPaperCrop : PixelRect{0, 0, 1280, 720});
+      benchmark::DoNotOptimize((*frame)->bgr.data());
       ++frames;
     }
   }
   SetFrames(state, frames);
+  SetBytes(state, path);
+}
+
+/// libjpeg alone on a part of each frame, which stops behind its last row.
+void DecodeBare(benchmark::State& state, Light light) {
+  std::vector<std::vector<std::uint8_t>> jpegs;
+  for (const Frame& frame : Frames(light)) {
+    const cv::Mat image(frame.height, frame.width, CV_8UC3,
+                        const_cast<std::uint8_t*>(frame.bgr.data()));
+    cv::imencode(".jpg", image, jpegs.emplace_back(), {cv::IMWRITE_JPEG_QUALITY, 95});
+  }
+  std::vector<std::uint8_t> row(3 * 1280);
+  std::int64_t frames = 0;
+  for (auto _ : state) {
+    for (const auto& jpeg : jpegs) {
+      auto reader = image::JpegReader::Open(jpeg, image::JpegDamage::kRefuse);
+      (void)reader->StartPart(image::JpegPixels::kBgr, kPaperCrop);
+      for (int y = 0; y < kPaperCrop.height; ++y) (void)reader->ReadRow(row.data());
+      benchmark::DoNotOptimize(row.data());
+      ++frames;
+    }
+  }
+  SetFrames(state, frames);
+}
+
+/// A recording of ten lines, from its folder to heights and scores.
+void Measure(benchmark::State& state, Light light) {
+  constexpr int kLines = 10;
+  constexpr int kSweepFrames = 99;
+  std::vector<Frame> sweep;
+  for (std::size_t i = 0; i < kSweepFrames; ++i) sweep.push_back(Frames(light)[i % kFrames]);
+  const test::TemporaryFolder folder;
+  nlohmann::json scan = {{"format", 1},
+                         {"eye", "laser"},
+                         {"scan_speed_mm_s", 10.0},
+                         {"px_per_mm", 44.0},
+                         {"crop_px",
+                          {{"x", kPaperCrop.x},
+                           {"y", kPaperCrop.y},
+                           {"width", kPaperCrop.width},
+                           {"height", kPaperCrop.height}}},
+                         {"lines", nlohmann::json::array()}};
+  for (int i = 0; i < kLines; ++i) {
+    const std::string video = "line" + std::to_string(i) + ".avi";
+    test::WriteAvi(folder.path() / video, sweep, kSweepFrames);
+    scan["lines"].push_back({{"pressure_advance_s", 0.01 * i}, {"video", video}});
+  }
+  std::ofstream(folder.path() / "scan.json") << scan.dump();
+  for (auto _ : state) {
+    auto measured = app::MeasureRecording(folder.path());
+    benchmark::DoNotOptimize(measured);
+  }
+  SetFrames(state, state.iterations() * kLines * kSweepFrames);
 }
 
 /// The paper's mask, grey, blur and weighted mean.
@@ -80,7 +154,22 @@ void FindLine(benchmark::State& state, bool crop) {
   SetFrames(state, frames);
 }
 
-BENCHMARK(Decode)->Name("decode_1280x720_mjpeg")->Unit(benchmark::kMillisecond);
+void Names(benchmark::internal::Benchmark* bench) { bench->Unit(benchmark::kMillisecond); }
+
+BENCHMARK_CAPTURE(Decode, dark_whole, Light::kDark, false)->Apply(Names);
+BENCHMARK_CAPTURE(Decode, bright_whole, Light::kBright, false)->Apply(Names);
+BENCHMARK_CAPTURE(Decode, dark_crop, Light::kDark, true)->Apply(Names);
+BENCHMARK_CAPTURE(Decode, bright_crop, Light::kBright, true)->Apply(Names);
+BENCHMARK_CAPTURE(DecodeBare, dark_crop, Light::kDark)->Apply(Names);
+BENCHMARK_CAPTURE(DecodeBare, bright_crop, Light::kBright)->Apply(Names);
+BENCHMARK_CAPTURE(Measure, dark, Light::kDark)
+    ->Apply(Names)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK_CAPTURE(Measure, bright, Light::kBright)
+    ->Apply(Names)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
 BENCHMARK_CAPTURE(Filter, whole_frame, false)
     ->Name("filter_1280x720")
     ->Unit(benchmark::kMillisecond);

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <optional>
 #include <span>
 #include <system_error>
 #include <utility>
 
+#include "base/parallel.h"
 #include "machine/video_file.h"
 #include "pressure_advance/laser_crop.h"
 #include "pressure_advance/laser_eye.h"
@@ -22,7 +24,7 @@ using pressure_advance::ScanLine;
 /// Cropped frames of one line may take this much memory.
 constexpr std::size_t kMaxSweepBytes = std::size_t{1} << 30;
 
-/// Size of the recording's frames, known from the first one on.
+/// Size of the recording's frames.
 struct FrameSize {
   int width = 0;
   int height = 0;
@@ -39,10 +41,8 @@ Result<void> CheckCrop(const PixelRect& crop, const machine::VideoFile& frame) {
   return {};
 }
 
-Result<void> CheckSize(const ScanLine& line, const machine::VideoFile& frame, FrameSize& size) {
-  if (size.video.empty()) {
-    size = {frame.width_px(), frame.height_px(), line.video};
-  }
+Result<void> CheckSize(const ScanLine& line, const machine::VideoFile& frame,
+                       const FrameSize& size) {
   if (frame.width_px() != size.width || frame.height_px() != size.height) {
     return Fail(fmt::format("video '{}' has frames of {}x{} px, '{}' of {}x{}; record all lines "
                             "with one camera mode",
@@ -91,10 +91,28 @@ Result<std::filesystem::path> VideoOf(const std::filesystem::path& folder, const
   return path;
 }
 
+/// The size of the first frame of all that may be looked at; 0 where there is none.
+Result<FrameSize> SizeOf(const std::filesystem::path& folder, const Scan& scan) {
+  for (const ScanLine& line : scan.lines) {
+    const auto path = VideoOf(folder, line);
+    if (!path) return tl::unexpected(path.error());
+    auto video = machine::VideoFile::Open(*path);
+    if (!video) return tl::unexpected(video.error());
+    for (std::size_t frame = 0;; ++frame) {
+      const auto more = video->Advance();
+      if (!more) return tl::unexpected(more.error());
+      if (!*more) break;
+      if (IsPlaced(line, frame))
+        return FrameSize{video->width_px(), video->height_px(), line.video};
+    }
+  }
+  return FrameSize{};
+}
+
 /// All frames of one sweep, cropped and upright; those that must not be looked at are empty.
 Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& folder, const Scan& scan,
-                                      const ScanLine& line, const PixelRect& crop,
-                                      FrameSize& size) {
+                                      const ScanLine& line, const FrameSize& size) {
+  const PixelRect& crop = *scan.crop;
   const auto path = VideoOf(folder, line);
   if (!path) return tl::unexpected(path.error());
   auto video = machine::VideoFile::Open(*path);
@@ -173,13 +191,14 @@ Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, con
 
 /// Fills in scan.crop from the middle line, whose bead is likely the most even.
 Result<void> LocateCrop(const std::filesystem::path& folder, Scan& scan,
-                        vision::LaserLineWorkspace& workspace, std::vector<std::string>& notices) {
+                        std::vector<std::string>& notices) {
   const ScanLine& line = scan.lines[scan.lines.size() / 2];
   const std::string& video = line.video;
   const auto frames = SampleFrames(folder, scan, line);
   if (!frames) {
     return tl::unexpected(frames.error());
   }
+  vision::LaserLineWorkspace workspace;
   const auto found = FindCrop(*frames, scan.height_direction, workspace);
   if (!found.crop) {
     return Fail(
@@ -249,6 +268,68 @@ void AddNotices(const ScanLine& line, const pressure_advance::SweepReading& read
   }
 }
 
+/// What one sweep gives.
+struct MeasuredLine {
+  pressure_advance::SweepReading reading;
+  pressure_advance::HeightMap paper;
+  std::optional<pressure_advance::FrameSteps> steps;  ///< absent where the line is unusable
+};
+
+Result<MeasuredLine> MeasureLine(const std::filesystem::path& folder, const Scan& scan,
+                                 std::size_t index, const FrameSize& size,
+                                 const pressure_advance::DeviationOptions& deviation) {
+  const ScanLine& line = scan.lines[index];
+  const auto frames = ReadFrames(folder, scan, line, size);
+  if (!frames) return tl::unexpected(frames.error());
+  vision::LaserLineWorkspace workspace;
+  pressure_advance::DeviationFrame scratch;
+  MeasuredLine measured;
+  measured.reading = ReadSweep(*frames, scan, line, {}, workspace);
+  measured.paper =
+      DeviationHeights(*frames, measured.reading.frame, scan.height_direction, deviation, scratch);
+  measured.paper.position_mm = measured.reading.heights.position_mm;
+  if (measured.reading.profile.unusable.empty()) {
+    measured.steps = StepsOf(index, *frames, measured.reading, deviation);
+  }
+  return measured;
+}
+
+/// As many lines at a time as their cropped frames leave room for.
+int LinesAtOnce(const PixelRect& crop) {
+  constexpr std::size_t kLongSweepFrames = 1000;
+  const std::size_t sweep_bytes = std::size_t{3} * static_cast<std::size_t>(crop.width) *
+                                  static_cast<std::size_t>(crop.height) * kLongSweepFrames;
+  return static_cast<int>(std::clamp<std::size_t>(kMaxSweepBytes / sweep_bytes, 1, 64));
+}
+
+/// All lines, in their order. An error is the first line's that has one, however many threads there
+/// are.
+Result<std::vector<MeasuredLine>> MeasureLines(
+    const std::filesystem::path& folder, const Scan& scan,
+    const pressure_advance::DeviationOptions& deviation) {
+  const auto size = SizeOf(folder, scan);
+  if (!size) return tl::unexpected(size.error());
+  std::vector<std::optional<Result<MeasuredLine>>> lines(scan.lines.size());
+  std::atomic<int> first_failed = static_cast<int>(lines.size());
+  ParallelFor(
+      static_cast<int>(lines.size()),
+      [&](int i) {
+        if (i > first_failed) return;
+        const auto index = static_cast<std::size_t>(i);
+        lines[index] = MeasureLine(folder, scan, index, *size, deviation);
+        int first = first_failed;
+        while (!*lines[index] && i < first && !first_failed.compare_exchange_weak(first, i)) {
+        }
+      },
+      LinesAtOnce(*scan.crop));
+  std::vector<MeasuredLine> measured;
+  for (auto& line : lines) {  // up to the first that failed all are there
+    if (!*line) return tl::unexpected(line->error());
+    measured.push_back(std::move(**line));
+  }
+  return measured;
+}
+
 }  // namespace
 
 Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
@@ -262,35 +343,24 @@ Result<LaserMeasurement> MeasureRecording(const std::filesystem::path& folder,
   }
   LaserMeasurement result;
   result.scan = std::move(*scan);
-  FrameSize size;
-  vision::LaserLineWorkspace workspace;
   if (!result.scan.crop) {
-    if (auto located = LocateCrop(folder, result.scan, workspace, result.notices); !located) {
+    if (auto located = LocateCrop(folder, result.scan, result.notices); !located) {
       return tl::unexpected(located.error());
     }
   }
-  pressure_advance::DeviationFrame scratch;
+  auto lines = MeasureLines(folder, result.scan, deviation);
+  if (!lines) return tl::unexpected(lines.error());
   std::vector<double> pressure_advance_s;
   std::vector<std::optional<double>> scores;
-  for (std::size_t i = 0; i < result.scan.lines.size(); ++i) {
-    const ScanLine& line = result.scan.lines[i];
-    auto frames = ReadFrames(folder, result.scan, line, *result.scan.crop, size);
-    if (!frames) {
-      return tl::unexpected(frames.error());
-    }
-    auto reading = ReadSweep(*frames, result.scan, line, {}, workspace);
-    auto paper =
-        DeviationHeights(*frames, reading.frame, result.scan.height_direction, deviation, scratch);
-    paper.position_mm = reading.heights.position_mm;
-    scores.push_back(DeviationScore(paper));
-    pressure_advance_s.push_back(line.pressure_advance_s);
-    if (!result.view.steps && reading.profile.unusable.empty()) {
-      result.view.steps = StepsOf(i, *frames, reading, deviation);
-    }
-    AddNotices(line, reading, result.notices);
-    result.profiles.push_back(std::move(reading.profile));
-    result.view.heights.push_back(std::move(reading.heights));
-    result.view.paper_heights.push_back(std::move(paper));
+  for (std::size_t i = 0; i < lines->size(); ++i) {
+    MeasuredLine& line = (*lines)[i];
+    scores.push_back(DeviationScore(line.paper));
+    pressure_advance_s.push_back(result.scan.lines[i].pressure_advance_s);
+    if (!result.view.steps) result.view.steps = std::move(line.steps);
+    AddNotices(result.scan.lines[i], line.reading, result.notices);
+    result.profiles.push_back(std::move(line.reading.profile));
+    result.view.heights.push_back(std::move(line.reading.heights));
+    result.view.paper_heights.push_back(std::move(line.paper));
   }
   result.deviation = pressure_advance::ScoreByDeviation(pressure_advance_s, scores);
   return result;
