@@ -17,27 +17,10 @@ import os
 import sys
 from typing import Any
 
-from .library import Library, TapError
+from .kalico import Classifier
+from .library import Library, TapError, library_path
 from .load_cell_probe import LoadCellProbe
 from .tapping import Settings, Tapping
-
-SONAME = 'libtrammel_tap.so.1'
-
-
-def library_path() -> str:
-    """Returns the library installed together with this file, else the system's."""
-    # PREFIX/share/trammel/klipper/trammel_tap, and PREFIX/lib or PREFIX/lib/ARCHITECTURE
-    prefix = os.path.dirname(os.path.realpath(__file__))
-    for _ in range(4):
-        prefix = os.path.dirname(prefix)
-    lib = os.path.join(prefix, 'lib')
-    folders = [lib] + ([os.path.join(lib, f) for f in sorted(os.listdir(lib))]
-                       if os.path.isdir(lib) else [])
-    for folder in folders:
-        path = os.path.join(folder, SONAME)
-        if os.path.exists(path):
-            return path
-    return SONAME
 
 
 def check_homing(config: Any) -> None:
@@ -56,8 +39,8 @@ def check_homing(config: Any) -> None:
 def load_config(config: Any) -> Tapping:
     """Makes the printer object trammel_tap; without its library, probing stays Klipper's own."""
     if getattr(sys.modules.get('klippy'), 'APP_NAME', '') == 'Kalico':
-        raise config.error("trammel_tap: made for Klipper; Kalico pulls back and analyses taps "
-                           "by itself. Remove the section [trammel_tap]")
+        raise config.error("trammel_tap: Kalico pulls back by itself: remove [trammel_tap], and "
+                           "set tap_classifier: trammel in [load_cell_probe]")
     if not config.has_section('load_cell_probe'):
         raise config.error("trammel_tap: a section [load_cell_probe] is needed")
     printer = config.get_printer()
@@ -73,3 +56,8 @@ def load_config(config: Any) -> Tapping:
         return Tapping(printer, settings, probe, None, str(e))
     check_homing(config)
     return Tapping(printer, settings, probe, library)
+
+
+def register_components(subsystem: Any) -> None:
+    """Called by Kalico only: offers trammel as a judge of its taps."""
+    subsystem.register_component('load_cell_probe_tap_classifiers', 'trammel', Classifier)

@@ -5,6 +5,7 @@
 # This file may be distributed under the terms of the GNU GPLv3 license.
 """Calls libtrammel_tap.so, trammel's C interface (include/trammel/tap.h)."""
 import math
+import os
 import random
 import time
 from typing import Any, NamedTuple, Optional, Sequence, Tuple
@@ -47,6 +48,7 @@ const char* trammel_tap_status_name(int status);
 size_t trammel_tap_explain(const trammel_tap_finding* finding, char* text, size_t size);
 """
 LEAST_VERSION = 2  # negative latencies
+SONAME = 'libtrammel_tap.so.1'
 
 
 class TapError(Exception):
@@ -91,9 +93,32 @@ class Answer(NamedTuple):
     notices: Tuple[str, ...] = ()
     cpu_time: float = 0.
 
+    def in_words(self) -> str:
+        """Returns the contact with its interval and notices, or the verdict with its reason."""
+        if self.z is None:
+            return "%s, %s: %s" % (self.verdict, self.reason, self.text)
+        return ("nozzle contact at z=%.6f, 95%% interval %.6f to %.6f%s"
+                % ((self.z,) + self.interval + (''.join(', ' + n for n in self.notices),)))
+
 
 def _finite(value: float) -> Optional[float]:
     return value if math.isfinite(value) else None
+
+
+def library_path() -> str:
+    """Returns the library installed together with this file, else the system's."""
+    # PREFIX/share/trammel/klipper/trammel_tap, and PREFIX/lib or PREFIX/lib/ARCHITECTURE
+    prefix = os.path.dirname(os.path.realpath(__file__))
+    for _ in range(4):
+        prefix = os.path.dirname(prefix)
+    lib = os.path.join(prefix, 'lib')
+    folders = [lib] + ([os.path.join(lib, f) for f in sorted(os.listdir(lib))]
+                       if os.path.isdir(lib) else [])
+    for folder in folders:
+        path = os.path.join(folder, SONAME)
+        if os.path.exists(path):
+            return path
+    return SONAME
 
 
 class Library:

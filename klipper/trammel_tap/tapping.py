@@ -132,16 +132,12 @@ class Tapping:
             place, answer = self._tap(gcmd, settings)
             if answer.z is not None:
                 if not homing:  # z is about to change
-                    gcmd.respond_info(
-                        "trammel_tap: nozzle contact at z=%.6f, 95%% interval %.6f to %.6f%s"
-                        % ((answer.z,) + answer.interval
-                           + (''.join(', ' + name for name in answer.notices),)))
+                    gcmd.respond_info("trammel_tap: %s" % (answer.in_words(),))
                 return [place[0], place[1], answer.z] + list(place[3:]), True
-            said = "%s, %s: %s" % (answer.verdict, answer.reason, answer.text)
             if left == 0:
                 raise TapError("no contact height after %d taps. The last: %s"
-                               % (settings.retries + 1, said))
-            gcmd.respond_info("trammel_tap: tapping again. %s" % (said,))
+                               % (settings.retries + 1, answer.in_words()))
+            gcmd.respond_info("trammel_tap: tapping again. %s" % (answer.in_words(),))
             self._lift(gcmd, start_z)
             # While G28 is at work, the nozzle's place is not yet what it seems.
             if settings.scrub is not None and answer.reason in SCRUB_REASONS and not homing:

@@ -21,7 +21,7 @@ cmake -S "$source/tests/integration/installed" -B "$folder/consumer" -DCMAKE_PRE
 cmake --build "$folder/consumer" >> "$folder/log" || { cat "$folder/log"; exit 1; }
 "$folder/consumer/tap" /nonexistent > "$folder/answer" 2>&1 && exit 1
 # The extra finds the library that was installed with it.
-found=$(PYTHONPATH="$folder/moved/share/trammel/klipper" python3 -B -c 'import trammel_tap; print(trammel_tap.library_path())')
+found=$(PYTHONPATH="$folder/moved/share/trammel/klipper" python3 -B -c 'from trammel_tap.library import library_path; print(library_path())')
 [[ $found == "$folder/moved/lib/"*libtrammel_tap.so.1 ]] || { echo "library_path() says: $found"; exit 1; }
 for file in klipper/trammel.cfg klipper/trammel_tap/__init__.py examples/alignment/scene.json; do
   cmp "$source/$file" "$folder/moved/share/trammel/$file"

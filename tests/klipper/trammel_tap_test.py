@@ -1,4 +1,4 @@
-"""The extra's rules for taps, retries, scrubs and errors; without Klipper and without the library."""
+"""The extra's rules for taps, retries, scrubs and errors; without Klipper and the library."""
 import json
 import math
 import sys
@@ -262,10 +262,9 @@ class LoadConfigTest(unittest.TestCase):
         del self.printer.objects['load_cell_probe']._tapping_move._load_cell_probing_move
         self.refuses('_load_cell_probing_move')
 
-    def test_kalico_is_refused_by_name(self):
-        kalico = types.SimpleNamespace(APP_NAME='Kalico')
-        with mock.patch.dict(sys.modules, klippy=kalico):
-            self.refuses('Kalico')
+    def test_a_section_in_kalico_is_refused_with_what_to_write_instead(self):
+        with mock.patch.dict(sys.modules, klippy=types.SimpleNamespace(APP_NAME='Kalico')):
+            self.refuses('tap_classifier: trammel')
 
     def test_options_out_of_range_are_refused(self):
         for option, value in (('pullback_distance', .04), ('pullback_distance', 1.1),
@@ -278,6 +277,85 @@ class LoadConfigTest(unittest.TestCase):
     def test_an_uncertainty_of_a_latency_that_is_not_stated_is_refused(self):
         self.sections['trammel_tap'] = {'latency_uncertainty': .001}
         self.refuses("needs 'latency'")
+
+
+class KalicoTap:
+    """As much of Kalico's tap_analysis as a classifier sees; bad by Kalico's own judgement."""
+
+    def __init__(self):
+        self.valid, self.error, self._tap_pos = False, 'TAP_SHAPE_INVALID', None
+
+    get_time = staticmethod(lambda: [0., .1])
+    get_force = staticmethod(lambda: [5., 6.])
+    get_trigger_force = staticmethod(lambda: 75.)
+
+    @staticmethod
+    def get_moves():
+        return [types.SimpleNamespace(print_time=0., move_t=1., start_v=.3, accel=0., start_x=10.,
+                                      start_y=20., start_z=.01, z_r=1.)]
+
+    def set_is_valid(self, valid):
+        self.valid = valid
+
+    def set_validation_error(self, error):
+        self.error = error
+
+
+class TapValidationError(Exception):
+    pass
+
+
+class KalicoTest(unittest.TestCase):
+    def setUp(self):
+        module = types.SimpleNamespace(TapValidationError=TapValidationError)
+        modules = {'klippy': types.SimpleNamespace(APP_NAME='Kalico'),
+                   'klippy.extras': types.SimpleNamespace(),
+                   'klippy.extras.load_cell': types.SimpleNamespace(),
+                   'klippy.extras.load_cell.tap_analysis': module}
+        patch = mock.patch.dict(sys.modules, modules)
+        patch.start()
+        self.addCleanup(patch.stop)
+        self.tap = KalicoTap()
+
+    def classify(self, answer):
+        """Through what register_components leaves in Kalico."""
+        registered = {}
+        trammel_tap.register_components(types.SimpleNamespace(
+            register_component=lambda kind, name, made: registered.update({(kind, name): made})))
+        factory = registered['load_cell_probe_tap_classifiers', 'trammel']
+        self.library = Library(answer)
+        config = fake_klipper.Config(fake_klipper.Printer(), {'load_cell_probe': {}},
+                                     'load_cell_probe')
+        gcmd = fake_klipper.GCodeCommand()
+        with mock.patch('trammel_tap.kalico.Library', lambda path: self.library):
+            classifier = factory(config)
+        try:
+            classifier.classify(self.tap, gcmd)
+        finally:
+            self.said = gcmd.said
+
+    def test_a_good_tap_has_trammels_place_whatever_kalico_thought_of_it(self):
+        self.classify(GOOD)
+        self.assertEqual(self.tap._tap_pos, (10., 20., .05))
+        self.assertEqual((self.tap.valid, self.tap.error), (True, None))
+        self.assertEqual(self.library.taps[0][1].trigger_force, 75.)
+
+    def test_a_refused_tap_is_bad_with_its_reason_said(self):
+        with self.assertRaises(TapValidationError) as caught:
+            self.classify(refused('adhesion'))
+        self.assertEqual(caught.exception.args, ('ADHESION', "Sentence."))
+        self.assertIn("refused, adhesion: Sentence.", self.said[0])
+
+    def test_a_bug_makes_a_bad_tap_and_no_shutdown(self):
+        with mock.patch('logging.exception'), self.assertRaises(TapValidationError):
+            self.classify(KeyError("of the analysis"))
+
+    def test_without_the_library_the_configuration_is_refused(self):
+        config = fake_klipper.Config(
+            fake_klipper.Printer(), {'load_cell_probe': {'trammel_library': '/nowhere.so'}},
+            'load_cell_probe')
+        with self.assertRaisesRegex(ValueError, 'tap_classifier: trammel: .*/nowhere.so'):
+            trammel_tap.Classifier(config)
 
 
 if __name__ == '__main__':
