@@ -31,13 +31,17 @@ struct Trial {
   double contrast = 0;
 };
 
+/// @param most_px  mean scatter beyond which the trial is given up.
 Trial Try(std::span<const BgrView> frames, const StripeModel& model,
-          const LaserLineOptions& options, LaserLineWorkspace& ws, LaserLine& line) {
+          const LaserLineOptions& options, double most_px, LaserLineWorkspace& ws,
+          LaserLine& line) {
   std::vector<double> rows;
   std::vector<double> centres;
   std::vector<double> scratch;
   Trial trial;
   std::vector<double> scatter;
+  double scatter_sum = 0;
+  const auto count = static_cast<double>(frames.size());
   for (const BgrView& frame : frames) {
     FindLaserLine(frame, model, options, ws, line);
     rows.clear();
@@ -55,10 +59,11 @@ Trial Try(std::span<const BgrView> frames, const StripeModel& model,
     }
     scatter.push_back(kMadToSigma *
                       geometry::FitRobustLine(rows, centres, scratch).median_residual);
+    scatter_sum += scatter.back();
+    if (scatter_sum > most_px * count) return trial;
     trial.found += static_cast<double>(rows.size()) / frame.height;
     trial.contrast += line.contrast;
   }
-  const auto count = static_cast<double>(frames.size());
   trial.found /= count;
   trial.contrast /= count;
   trial.scatter_px = Mean(scatter);
@@ -84,7 +89,8 @@ StripeModel LearnStripe(std::span<const BgrView> frames, const LaserLineOptions&
          sigma <= options.max_sigma_px && sigma * kNarrowestFrame_px <= frames[0].width;
          sigma *= std::sqrt(2.0)) {
       StripeModel model{mixture[0], mixture[1], mixture[2], static_cast<float>(sigma)};
-      const Trial trial = Try(frames, model, raw, workspace, line);
+      // Beyond this neither it nor a better one after it makes it the choice.
+      const Trial trial = Try(frames, model, raw, options.as_good * lowest, workspace, line);
       model.contrast = static_cast<float>(trial.contrast);
       model.scatter_px = static_cast<float>(trial.typical_px);
       // A row not found is worse than a row found badly: the square outweighs what dropping the
