@@ -162,14 +162,8 @@ BENCHMARK_CAPTURE(Decode, dark_crop, Light::kDark, true)->Apply(Names);
 BENCHMARK_CAPTURE(Decode, bright_crop, Light::kBright, true)->Apply(Names);
 BENCHMARK_CAPTURE(DecodeBare, dark_crop, Light::kDark)->Apply(Names);
 BENCHMARK_CAPTURE(DecodeBare, bright_crop, Light::kBright)->Apply(Names);
-BENCHMARK_CAPTURE(Measure, dark, Light::kDark)
-    ->Apply(Names)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime();
-BENCHMARK_CAPTURE(Measure, bright, Light::kBright)
-    ->Apply(Names)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime();
+BENCHMARK_CAPTURE(Measure, dark, Light::kDark)->Apply(Names)->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(Measure, bright, Light::kBright)->Apply(Names)->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(Filter, whole_frame, false)
     ->Name("filter_1280x720")
     ->Unit(benchmark::kMillisecond);
