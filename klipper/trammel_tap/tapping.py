@@ -128,7 +128,8 @@ class Tapping:
 
     def _tap_until_good(self, gcmd: Any, settings: Settings, start_z: float,
                         homing: bool) -> Tuple[Sequence[float], bool]:
-        for left in range(settings.retries, -1, -1):
+        left = settings.retries
+        while True:
             place, answer = self._tap(gcmd, settings)
             if answer.z is not None:
                 if not homing:  # z is about to change
@@ -142,7 +143,7 @@ class Tapping:
             # While G28 is at work, the nozzle's place is not yet what it seems.
             if settings.scrub is not None and answer.reason in SCRUB_REASONS and not homing:
                 self._scrub(settings.scrub)
-        raise AssertionError("the last tap returns or raises")
+            left -= 1
 
     def _tap(self, gcmd: Any, settings: Settings) -> Tuple[Sequence[float], Answer]:
         """Presses, pulls back and measures, once."""
