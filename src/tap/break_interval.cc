@@ -13,7 +13,8 @@ namespace {
 constexpr double kCubic1 = 0.5;    // one coefficient more
 constexpr double kHertz = -1;      // as many, and physics is on its side
 constexpr double kYielding = 0.5;  // a power below 1: something yields under the nozzle
-constexpr double kZones = 5;       // a kink anywhere, of any size
+// A kink anywhere, of any size; nothing where smooth presses show a toe.
+constexpr double kZones = 5.2;
 // What smooth neighbours cost beside the press in two zones, which looks like them while it is
 // narrow or soft.
 constexpr double kCubicBeside = 1;
@@ -37,25 +38,27 @@ BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& cand
                              double reach)
     : profile_(profile),
       candidates_(candidates),
-      power_penalty_(candidates.power.p < 1 ? kYielding : kHertz) {
-  const double neighbours =
-      std::min({candidates.Cost(kCubic) + kCubic1, candidates.Cost(kPower) + power_penalty_,
-                candidates.Cost(kTwoZones) + kZones});
+      power_penalty_(candidates.power.p < 1 ? kYielding : kHertz),
+      zones_penalty_(candidates.toe ? 0 : kZones) {
   const double quadratic = candidates.Cost(kQuadratic);
-  level_ = std::min(quadratic, neighbours) + reach;
-  zones_ = std::min({quadratic, candidates.Cost(kCubic) + kCubicBeside,
-                     candidates.Cost(kPower) + kPowerBeside, candidates.Cost(kTwoZones) + kZones}) +
-           reach;
+  const double cubic = candidates.Cost(kCubic);
+  const double power = candidates.Cost(kPower);
+  const double zones = candidates.Cost(kTwoZones);
+  const double neighbours =
+      std::min({cubic + kCubic1, power + power_penalty_, zones + zones_penalty_});
   // Where the noise is not white, what looks like a form may be the noise's.
-  const bool in_question =
-      candidates.flat_start || candidates.variance > kWhite * candidates.noise_variance;
-  const double credited = in_question ? quadratic : neighbours + kCredit;
+  const bool white = candidates.variance <= kWhite * candidates.noise_variance;
+  level_ = std::min(quadratic, neighbours) + reach;
+  zones_ =
+      std::min({quadratic, cubic + kCubicBeside, power + kPowerBeside, zones + zones_penalty_}) +
+      reach;
+  const double credited = candidates.flat_start || !white ? quadratic : neighbours + kCredit;
   quadratic_ = std::max(std::min(quadratic, credited) + reach, level_);
 }
 
 bool BreakInterval::Find(Scan scan) {
   Seed();
-  const bool zones = candidates_.Cost(kTwoZones) + kZones <= zones_;
+  const bool zones = candidates_.Cost(kTwoZones) + zones_penalty_ <= zones_;
   if (lo_ <= hi_ && !Search(scan, false)) {
     return false;
   }
@@ -95,10 +98,10 @@ double BreakInterval::ZonesMargin(double t) const {
   constexpr double kBetter = 3;
   const ZonesPrice& price = candidates_.price;
   const Minimum& best = candidates_.model[kTwoZones];
-  const double allowed = (zones_ - kZones) * candidates_.variance;
+  const double allowed = (zones_ - zones_penalty_) * candidates_.variance;
   const double least = best.sum_squares - price.Far(best.t);
   const double room = allowed - price.Far(t) - least + kBetter * candidates_.variance;
-  return room < 0 ? room : price.Margin(profile_, t, candidates_.zones.s, allowed);
+  return room < 0 ? room : price.Margin(profile_, t, candidates_.kinks, allowed);
 }
 
 // From the outermost point of the scan that holds, or from the minimum, to the next that does not.

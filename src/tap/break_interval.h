@@ -27,6 +27,7 @@ class BreakInterval {
   const PressProfile& profile_;
   const Candidates& candidates_;
   double power_penalty_ = 0;
+  double zones_penalty_ = 0;
   double level_ = 0;      // of the neighbours, in variances
   double quadratic_ = 0;  // of the quadratic press
   double zones_ = 0;      // of the press in two zones

@@ -9,27 +9,39 @@ constexpr double kUnknowns = 5;       // of the quadratic press, with the break
 constexpr double kZonesUnknowns = 2;  // of the press in two zones beyond these
 // Prices of the press in two zones, in variances of the noise.
 constexpr double kZonesCurve = 1.5;
-constexpr double kZonesGraded = 1;
-constexpr double kZonesStep = 0.5;
 constexpr double kZonesFar = 10;
 // By which they must explain the samples better than the smooth ones at a quick look, so that a
 // fine search can matter: nearly the interval's reach less than its price.
-constexpr double kPromise = 0.9;
+constexpr double kPromise = 1.1;
 // Of the press's depth, by which a neighbour's answer may differ. Noise-free d^1.25 to d^1.5 and
 // cubic presses differ by 0.03 to 0.08; farther off lies what a kink in the noise pretends.
 constexpr double kMostShift = 0.3;
 // Of the press's mean slope, below which the cubic press starts flat: it would rather pull.
 constexpr double kFlatStart = 0.25;
+// By which the cubic press must then explain the samples better than the other smooth ones, in
+// variances of the noise, to show a toe.
+constexpr double kToe = 6;
 
-// The best break of the press in two zones, where a quick look promises anything. `least` is that
-// of the smooth presses.
+// The best break of the press in two zones, where a quick look promises anything or smooth presses
+// show a toe. `least` is that of the smooth presses.
 void FindZones(const PressProfile& profile, Scan scan, double least, Candidates& found) {
   const double unit = least / found.freedom;
   const TwoZonePress guess = GuessTwoZones(profile, found.price.smooth_t);
-  if (!(found.price.Cost(guess) < least - kPromise * unit)) {
+  const bool promises = found.price.Cost(guess) < least - kPromise * unit;
+  if (!(promises || (found.toe && guess.found))) {
     return;
   }
-  const auto cost = [&](double t) { return found.price.Cost(profile, t, guess.s); };
+  // The rounding that explains the samples best at the guess is followed along the break.
+  const auto fit = [&](double t, double near_s, std::size_t rounding) {
+    return FitTwoZones(profile, t, near_s, kNever, kRoundings[rounding]);
+  };
+  std::array<double, kRoundings.size()> at_guess{};
+  for (std::size_t i = 0; i < kRoundings.size(); ++i) {
+    at_guess[i] = found.price.Cost(fit(guess.t, guess.s, i));
+  }
+  const auto followed = static_cast<std::size_t>(
+      std::min_element(at_guess.begin(), at_guess.end()) - at_guess.begin());
+  const auto cost = [&](double t) { return found.price.Cost(fit(t, guess.s, followed)); };
   const PressProfile::At near = profile.Evaluate(guess.t);
   const double scale = BreakScale(near, profile.Below(guess.t), unit);
   const Minimum middle = {guess.t, cost(guess.t)};
@@ -48,13 +60,23 @@ void FindZones(const PressProfile& profile, Scan scan, double least, Candidates&
   found.model[kTwoZones] = FindMinimum(sides[0], middle, sides[1], cost, [&](double lowest) {
     return 3 * kEnoughOfScale * BreakScale(near, profile.Below(near.t), lowest / found.freedom);
   });
-  // The better of the kinks that either start leads to: with it as a start, the interval finds no
-  // less of a likelihood at its middle than the search did.
-  const double t = found.model[kTwoZones].t;
-  found.zones = FitTwoZones(profile, t);
-  const TwoZonePress near_guess = FitTwoZones(profile, t, guess.s);
-  if (found.price.Cost(near_guess) < found.price.Cost(found.zones)) {
-    found.zones = near_guess;
+  Minimum& zones = found.model[kTwoZones];
+  if (!found.toe && zones.sum_squares > least) {
+    zones = {};
+    return;
+  }
+  // With these kinks as a start, the interval finds no less of a likelihood at its middle than the
+  // search did.
+  for (std::size_t i = 0; i < kRoundings.size(); ++i) {
+    const TwoZonePress best = fit(zones.t, guess.s, i);
+    found.kinks.s[i] = best.s;
+    if (found.price.Cost(best) <= zones.sum_squares) {
+      zones.sum_squares = found.price.Cost(best);
+      found.kinks.best = i;
+    }
+    if (kRoundings[i] == 0) {
+      found.zones = best;
+    }
   }
 }
 
@@ -65,18 +87,23 @@ double ZonesPrice::Cost(const TwoZonePress& press) const {
                      : kNever;
 }
 
-double ZonesPrice::Graded(const PressProfile& profile, double t) const {
-  return FitGradedZone(profile, t, step) + growing + Far(t);
+double ZonesPrice::Cost(const PressProfile& profile, double t, const Kinks& near) const {
+  double least = kNever;
+  for (std::size_t i = 0; i < kRoundings.size(); ++i) {
+    least = std::min(least, Cost(FitTwoZones(profile, t, near.s[i], kNever, kRoundings[i])));
+  }
+  return least;
 }
 
-double ZonesPrice::Cost(const PressProfile& profile, double t, double near_s) const {
-  return std::min(Cost(FitTwoZones(profile, t, near_s)), Graded(profile, t));
-}
-
-double ZonesPrice::Margin(const PressProfile& profile, double t, double near_s,
+double ZonesPrice::Margin(const PressProfile& profile, double t, const Kinks& near,
                           double allowed) const {
-  const double margin = allowed - Cost(FitTwoZones(profile, t, near_s, allowed - Far(t)));
-  return margin >= 0 ? margin : std::max(margin, allowed - Graded(profile, t));
+  double margin = -kNever;
+  for (std::size_t i = 0; i < kRoundings.size() && margin < 0; ++i) {
+    const std::size_t k = (near.best + i) % kRoundings.size();
+    margin = std::max(margin, allowed - Cost(FitTwoZones(profile, t, near.s[k], allowed - Far(t),
+                                                         kRoundings[k])));
+  }
+  return margin;
 }
 
 double Candidates::OuterRatio() const {
@@ -131,8 +158,10 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
       std::min({quadratic.sum_squares, found.model[kCubic].sum_squares * freedom / (freedom - 1),
                 found.model[kPower].sum_squares});
   const double unit = smooth / freedom;
-  found.price = {kZonesCurve * unit, kZonesGraded * unit, kZonesStep * unit, kZonesFar * unit,
-                 quadratic.t};
+  found.toe =
+      found.flat_start && found.model[kCubic].sum_squares + kToe * unit <
+                              std::min(quadratic.sum_squares, found.model[kPower].sum_squares);
+  found.price = {kZonesCurve * unit, found.toe ? 0 : kZonesFar * unit, quadratic.t};
   if (neighbours) {
     FindZones(profile, scan, smooth, found);
   }

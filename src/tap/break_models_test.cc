@@ -56,7 +56,7 @@ TEST(BreakModels, AskedAgainTwoZonesExplainTheSamplesAsWell) {
     const Minimum& zones = found.model[kTwoZones];
     if (!(zones.sum_squares < kNever)) continue;
     ++with_zones;
-    EXPECT_LE(found.price.Cost(profile, zones.t, found.zones.s),
+    EXPECT_LE(found.price.Cost(profile, zones.t, found.kinks),
               zones.sum_squares + kEnough * found.noise_variance)
         << "seed " << seed;
   }

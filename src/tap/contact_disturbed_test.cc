@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "tap/analyse.h"
@@ -82,6 +83,19 @@ TEST(TapContact, IntervalsHoldWhereFrictionOfTheDriveFadesAlongThePress) {
     EXPECT_GE(answers.covered, kLeastCovered * answers.good) << fade_mm;
     EXPECT_LE(answers.half_width_um, 1) << fade_mm;
   }
+}
+
+TEST(TapContact, IntervalsHoldWhereAFaintToeStiffensAfterAWhile) {
+  // A tenth of the stiffness over 2 um, all of it from 12 um on.
+  const auto law = [](double u) {
+    const double d = 45 * u;
+    const double x = std::clamp((d - 2) / 10, 0.0, 1.0);
+    const double grown = 10 * x * x * x * (1 - 0.5 * x) + std::max(0.0, d - 12);
+    return (0.1 * d + 0.9 * grown) / 45;
+  };
+  const Answers answers = Ask({.law = law, .noise_g = 0.5});
+  EXPECT_GE(answers.good, 300);
+  EXPECT_GE(answers.covered, kLeastCovered * answers.good);
 }
 
 TEST(TapContact, NoIntervalCollapsesWhereSamplesAreWildOrHeld) {

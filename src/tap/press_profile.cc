@@ -237,43 +237,37 @@ PressProfile::OuterZone PressProfile::Outer(double t, std::size_t below) const {
   return outer;
 }
 
-PressProfile::TwoZones PressProfile::EvaluateTwoZones(
-    const std::array<const OuterZone*, 2>& outer, const std::array<double, 2>& at,
-    const std::array<std::size_t, 2>& below) const {
+PressProfile::TwoZones PressProfile::SolveZones(const std::array<const OuterZone*, 2>& outer,
+                                                const InnerZone& inner) const {
   const auto both = [&](double OuterZone::*field) {
     return Pair{outer[0]->*field, outer[1]->*field};
   };
-  const Pair outer_t = both(&OuterZone::t);
   const Pair outer_sum = both(&OuterZone::sum);
   const Pair outer_sum_y = both(&OuterZone::sum_y);
   const Pair outer_force = both(&OuterZone::force);
   const Pair outer_inverse = both(&OuterZone::inverse);
   const Pair outer_sum_squares = both(&OuterZone::sum_squares);
-  const Pair s = {at[0], at[1]};
-  const auto d = Shifted<5>(prefix_[below[0]].y, prefix_[below[1]].y, s);
-  const auto f = Shifted<3>(prefix_[below[0]].force, prefix_[below[1]].force, s);
-  // Of the two inner columns: their sums, those times y - mean, their products with the force about
-  // the baseline and with each other, all without the baseline and the outer column.
-  const Pair sum_y1 = (s - mean_y_) * d[1] - d[2];
-  const Pair sum_y2 = (s - mean_y_) * d[2] - d[3];
-  const Pair lift = outer_t - s;
-  const Pair g12 = d[2] + lift * d[1] - inverse_count_ * outer_sum * d[1] -
+  // Without the baseline and the outer column.
+  const auto& [sum1, sum2] = inner.sum;
+  const auto& [sum_y1, sum_y2] = inner.sum_y;
+  const Pair g12 = inner.by_outer[0] - inverse_count_ * outer_sum * sum1 -
                    inverse_spread_ * outer_sum_y * sum_y1;
-  const Pair g13 = d[3] + lift * d[2] - inverse_count_ * outer_sum * d[2] -
+  const Pair g13 = inner.by_outer[1] - inverse_count_ * outer_sum * sum2 -
                    inverse_spread_ * outer_sum_y * sum_y2;
   const Pair l12 = g12 * outer_inverse;
   const Pair l13 = g13 * outer_inverse;
   const Pair g22 =
-      d[2] - inverse_count_ * d[1] * d[1] - inverse_spread_ * sum_y1 * sum_y1 - l12 * g12;
+      inner.p11 - inverse_count_ * sum1 * sum1 - inverse_spread_ * sum_y1 * sum_y1 - l12 * g12;
   const Pair g23 =
-      d[3] - inverse_count_ * d[1] * d[2] - inverse_spread_ * sum_y1 * sum_y2 - l12 * g13;
+      inner.p12 - inverse_count_ * sum1 * sum2 - inverse_spread_ * sum_y1 * sum_y2 - l12 * g13;
   const Pair g33 =
-      d[4] - inverse_count_ * d[2] * d[2] - inverse_spread_ * sum_y2 * sum_y2 - l13 * g13;
-  const Pair i2 = Invert(g22, d[2]);
+      inner.p22 - inverse_count_ * sum2 * sum2 - inverse_spread_ * sum_y2 * sum_y2 - l13 * g13;
+  const Pair i2 = Invert(g22, inner.p11);
   const Pair l23 = g23 * i2;
-  const Pair i3 = Invert(g33 - l23 * g23, d[4]);
-  const Pair h2 = f[1] - mean_force_ * d[1] - slope_ * sum_y1 - l12 * outer_force;
-  const Pair h3 = f[2] - mean_force_ * d[2] - slope_ * sum_y2 - l13 * outer_force - l23 * h2;
+  const Pair i3 = Invert(g33 - l23 * g23, inner.p22);
+  const Pair h2 = inner.force[0] - mean_force_ * sum1 - slope_ * sum_y1 - l12 * outer_force;
+  const Pair h3 =
+      inner.force[1] - mean_force_ * sum2 - slope_ * sum_y2 - l13 * outer_force - l23 * h2;
   const Pair q = h3 * i3;
   const Pair k = h2 * i2 - l23 * q;
   const Pair c = outer_force * outer_inverse - l12 * k - l13 * q;
@@ -281,85 +275,47 @@ PressProfile::TwoZones PressProfile::EvaluateTwoZones(
   return {straight, straight - h3 * q, c, k, q};
 }
 
-PressProfile::GradedZone PressProfile::OuterGraded(double t) const {
-  const Moments& sums = prefix_[Below(t)];
-  const auto d = Shifted<5>(sums.y, t);
-  const auto f = Shifted<3>(sums.force, t);
-  GradedZone outer;
-  outer.t = t;
-  for (std::size_t i = 0; i < 2; ++i) {
-    outer.sum[i] = d[i + 1];
-    outer.sum_y[i] = (t - mean_y_) * d[i + 1] - d[i + 2];
-    outer.force[i] = f[i + 1] - mean_force_ * outer.sum[i] - slope_ * outer.sum_y[i];
-  }
-  const auto product = [&](std::size_t i, std::size_t j) {
-    return d[i + j + 2] - inverse_count_ * outer.sum[i] * outer.sum[j] -
-           inverse_spread_ * outer.sum_y[i] * outer.sum_y[j];
-  };
-  outer.inverse[0] = Invert(product(0, 0), d[2]);
-  const double g12 = product(0, 1);
-  outer.l12 = g12 * outer.inverse[0];
-  outer.inverse[1] = Invert(product(1, 1) - outer.l12 * g12, d[4]);
-  outer.force[1] -= outer.l12 * outer.force[0];
-  outer.sum_squares = sum_squares_ - outer.force[0] * outer.force[0] * outer.inverse[0] -
-                      outer.force[1] * outer.force[1] * outer.inverse[1];
-  return outer;
-}
-
-PressProfile::Graded PressProfile::EvaluateGraded(const GradedZone& outer,
-                                                  const std::array<double, 2>& at,
-                                                  const std::array<std::size_t, 2>& below) const {
+PressProfile::TwoZones PressProfile::EvaluateTwoZones(
+    const std::array<const OuterZone*, 2>& outer, const std::array<double, 2>& at,
+    const std::array<std::size_t, 2>& below) const {
   const Pair s = {at[0], at[1]};
   const auto e = Shifted<5>(prefix_[below[0]].y, prefix_[below[1]].y, s);
   const auto f = Shifted<3>(prefix_[below[0]].force, prefix_[below[1]].force, s);
-  const Pair lift = outer.t - s;
-  // The columns e^2 and e: their products with the outer ones and the force, without the baseline
-  // and the outer columns.
-  struct Inner {
-    Pair sum, sum_y, l1, l2, g1, g2, force;
-  };
-  const auto inner = [&](std::size_t power) {
-    Inner column{};
-    column.sum = e[power];
-    column.sum_y = (s - mean_y_) * e[power] - e[power + 1];
-    const auto without_baseline = [&](const Pair& product, std::size_t i) {
-      return product - inverse_count_ * outer.sum[i] * column.sum -
-             inverse_spread_ * outer.sum_y[i] * column.sum_y;
-    };
-    column.g1 = without_baseline(e[power + 1] + lift * e[power], 0);
-    column.l1 = column.g1 * outer.inverse[0];
-    column.g2 = without_baseline(e[power + 2] + lift * (2 * e[power + 1] + lift * e[power]), 1) -
-                outer.l12 * column.g1;
-    column.l2 = column.g2 * outer.inverse[1];
-    column.force = f[power] - mean_force_ * column.sum - slope_ * column.sum_y -
-                   column.l1 * outer.force[0] - column.l2 * outer.force[1];
-    return column;
-  };
-  const Inner curve = inner(2);
-  const Inner step = inner(1);
-  const auto product = [&](const Pair& sum, const Inner& a, const Inner& b) {
-    return sum - inverse_count_ * a.sum * b.sum - inverse_spread_ * a.sum_y * b.sum_y -
-           a.l1 * b.g1 - a.l2 * b.g2;
-  };
-  const Pair inverse = Invert(product(e[4], curve, curve), e[4]);
-  const Pair together = product(e[3], curve, step);
-  const Pair l = together * inverse;
-  const Pair pivot = product(e[2], step, step) - l * together;
-  const Pair step_force = step.force - l * curve.force;
-  const double outer_g = outer.force[1] * outer.inverse[1];
-  const double outer_c = outer.force[0] * outer.inverse[0];
-  const auto where_it_presses = [&](const Pair& sum_squares, const Pair& q, const Pair& k) {
-    constexpr double kNone = std::numeric_limits<double>::infinity();
-    const Pair g = outer_g - curve.l2 * q - step.l2 * k;
-    const Pair c = outer_c - outer.l12 * g - curve.l1 * q - step.l1 * k;
-    const Pair least = c < g ? c : g;
-    return (least < k ? least : k) >= 0 ? AtLeast0(sum_squares) : Pair{kNone, kNone};
-  };
-  const Pair q = curve.force * inverse;
-  const Pair k = step_force * Invert(pivot, e[2]);
-  const Pair even = outer.sum_squares - curve.force * q;
-  return {where_it_presses(even, q, Pair{0, 0}),
-          where_it_presses(AtLeast0(even) - step_force * k, q - l * k, k)};
+  const Pair lift = Pair{outer[0]->t, outer[1]->t} - s;
+  const Pair y = s - mean_y_;
+  return SolveZones(outer, {{e[1], e[2]},
+                            {y * e[1] - e[2], y * e[2] - e[3]},
+                            {e[2] + lift * e[1], e[3] + lift * e[2]},
+                            {f[1], f[2]},
+                            e[2],
+                            e[3],
+                            e[4]});
+}
+
+PressProfile::TwoZones PressProfile::EvaluateRounded(const std::array<const OuterZone*, 2>& outer,
+                                                     const std::array<double, 2>& from,
+                                                     const std::array<double, 2>& to) const {
+  const Pair u = {from[0], from[1]};
+  const Pair v = {to[0], to[1]};
+  const std::array<const Moments*, 2> at_u = {&prefix_[Below(from[0])], &prefix_[Below(from[1])]};
+  const std::array<const Moments*, 2> at_v = {&prefix_[Below(to[0])], &prefix_[Below(to[1])]};
+  const auto h = Shifted<5>(at_u[0]->y, at_u[1]->y, u);
+  const auto e = Shifted<5>(at_v[0]->y, at_v[1]->y, v);
+  const auto f_h = Shifted<3>(at_u[0]->force, at_u[1]->force, u);
+  const auto f_e = Shifted<3>(at_v[0]->force, at_v[1]->force, v);
+  const Pair t = {outer[0]->t, outer[1]->t};
+  const Pair length = u - v;
+  const Pair half = 0.5 / length;
+  const Pair sum_y = (v - mean_y_) * e[2] - e[3];
+  const Pair by_outer = e[3] + (t - v) * e[2];
+  const Pair squares = h[4] - e[4] - 2 * length * (2 * e[3] + length * e[2]);
+  return SolveZones(outer, {{half * (h[2] - e[2]), e[2]},
+                            {half * ((u - mean_y_) * h[2] - h[3] - sum_y), sum_y},
+                            {half * (h[3] + (t - u) * h[2] - by_outer), by_outer},
+                            {half * (f_h[2] - f_e[2]), f_e[2]},
+                            half * half * squares,
+                            e[3] + 0.5 * length * e[2],
+                            e[4]});
 }
 
 PressProfile::Coefficients PressProfile::Fit(double t, std::size_t order) const {

@@ -83,27 +83,11 @@ class PressProfile {
   [[nodiscard]] TwoZones EvaluateTwoZones(const std::array<const OuterZone*, 2>& outer,
                                           const std::array<double, 2>& s,
                                           const std::array<std::size_t, 2>& below) const;
-  /// The press c d + g d^2 + q e^2 (+ k e), e = max(0, s - y), s < t, with c, g, k >= 0: an outer
-  /// zone whose stiffness grows evenly, and may have a step at its end. Two of them side by side.
-  struct Graded {
-    Pair even;     ///< Sum of squares with k = 0; infinite where no such press does.
-    Pair stepped;  ///< The same with k as it comes.
-  };
-  /// The outer zone's two columns for a break at t, with the baseline taken out, and the first out
-  /// of the second.
-  struct GradedZone {
-    double t = 0;
-    std::array<double, 2> sum{};
-    std::array<double, 2> sum_y{};
-    std::array<double, 2> force{};
-    std::array<double, 2> inverse{};
-    double l12 = 0;
-    double sum_squares = 0;
-  };
-  [[nodiscard]] GradedZone OuterGraded(double t) const;
-  /// @param below  Samples with y < s.
-  [[nodiscard]] Graded EvaluateGraded(const GradedZone& outer, const std::array<double, 2>& s,
-                                      const std::array<std::size_t, 2>& below) const;
+  /// The same with a kink that is rounded from u to v, v < u <= t, between which the slope changes
+  /// evenly: k (h^2 - e^2) / (2 (u - v)) + q e^2, h = max(0, u - y), e = max(0, v - y).
+  [[nodiscard]] TwoZones EvaluateRounded(const std::array<const OuterZone*, 2>& outer,
+                                         const std::array<double, 2>& u,
+                                         const std::array<double, 2>& v) const;
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
   [[nodiscard]] std::size_t Below(double t) const;
   [[nodiscard]] const BreakSamples& samples() const { return samples_; }
@@ -147,6 +131,18 @@ class PressProfile {
   [[nodiscard]] At EvaluateOrders(double t, std::size_t below) const;
   template <std::size_t kUpTo>
   void EvaluatePairs(std::size_t first, std::size_t step, std::span<At> at) const;
+
+  // The two columns of an inner zone: their sums, those times y - mean, their products with the
+  // outer zone's column, with the force and with each other.
+  struct InnerZone {
+    std::array<Pair, 2> sum;
+    std::array<Pair, 2> sum_y;
+    std::array<Pair, 2> by_outer;
+    std::array<Pair, 2> force;
+    Pair p11, p12, p22;
+  };
+  [[nodiscard]] TwoZones SolveZones(const std::array<const OuterZone*, 2>& outer,
+                                    const InnerZone& inner) const;
 
   BreakSamples samples_;
   std::span<Moments> prefix_;

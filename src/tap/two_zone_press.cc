@@ -41,10 +41,16 @@ struct Break {
 
 // Sums of squares of the two; kNever where a zone is too short or does not press.
 std::array<double, 2> TryTwo(const PressProfile& profile, const std::array<const Break*, 2>& breaks,
-                             const std::array<double, 2>& s, TwoZonePress& best) {
+                             const std::array<double, 2>& s, TwoZonePress& best,
+                             double rounding = 0) {
   const std::array<std::size_t, 2> below = {profile.Below(s[0]), profile.Below(s[1])};
+  const std::array<const PressProfile::OuterZone*, 2> outer_zones = {&breaks[0]->outer,
+                                                                     &breaks[1]->outer};
+  const auto round = [&](std::size_t i) { return rounding * (outer_zones[i]->t - s[i]); };
   const PressProfile::TwoZones at =
-      profile.EvaluateTwoZones({&breaks[0]->outer, &breaks[1]->outer}, s, below);
+      rounding > 0 ? profile.EvaluateRounded(outer_zones, {s[0] + round(0), s[1] + round(1)},
+                                             {s[0] - round(0), s[1] - round(1)})
+                   : profile.EvaluateTwoZones(outer_zones, s, below);
   std::array<double, 2> costs = {kNever, kNever};
   for (std::size_t i = 0; i < costs.size(); ++i) {
     const double t = breaks[i]->outer.t;
@@ -118,13 +124,14 @@ Expected Expect(const Bracket& bracket) {
 // The search for the best kink below a break, along the width of the outer zone.
 class KinkSearch {
  public:
-  KinkSearch(const PressProfile& profile, double t) : profile_(profile), end_(profile, t) {}
+  KinkSearch(const PressProfile& profile, double t, double rounding)
+      : profile_(profile), end_(profile, t), rounding_(rounding) {}
 
   [[nodiscard]] const TwoZonePress& best() const { return best_; }
   std::array<Width, 2> Try(double first, double second) {
     const double t = end_.outer.t;
     const std::array<double, 2> costs =
-        TryTwo(profile_, {&end_, &end_}, {t * (1 - first), t * (1 - second)}, best_);
+        TryTwo(profile_, {&end_, &end_}, {t * (1 - first), t * (1 - second)}, best_, rounding_);
     return {{{first, costs[0]}, {second, costs[1]}}};
   }
   // Goes down from the best so far, while less than that is to be expected.
@@ -175,13 +182,15 @@ class KinkSearch {
 
   const PressProfile& profile_;
   Break end_;
+  double rounding_;
   TwoZonePress best_;
 };
 
 }  // namespace
 
-TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s, double of_interest) {
-  KinkSearch search(profile, t);
+TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s, double of_interest,
+                         double rounding) {
+  KinkSearch search(profile, t, rounding);
   if (near_s > 0 && near_s < t) {
     const double width = 1 - near_s / t;
     search.Try(width, width * kSlightlyWider);
@@ -195,42 +204,6 @@ TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s, d
     search.Refine(of_interest);
   }
   return search.best();
-}
-
-double FitGradedZone(const PressProfile& profile, double t, double step_cost) {
-  constexpr double kFinest = 0.01;
-  constexpr std::size_t kLeastGraded = 5;  // samples: fewer are a corner that a filter rounded
-  const PressProfile::GradedZone outer = profile.OuterGraded(t);
-  const std::size_t below_t = profile.Below(t);
-  const auto allowed = [below_t](std::size_t below) {
-    return below >= kLeastPart && below_t >= below + kLeastGraded;
-  };
-  Width best;
-  const auto try_two = [&](double first, double second) {
-    const std::array<double, 2> widths = {first, second};
-    const std::array<double, 2> s = {t * (1 - first), t * (1 - second)};
-    const std::array<std::size_t, 2> below = {profile.Below(s[0]), profile.Below(s[1])};
-    if (!allowed(below[0]) && !allowed(below[1])) {
-      return;
-    }
-    const PressProfile::Graded at = profile.EvaluateGraded(outer, s, below);
-    for (std::size_t i = 0; i < widths.size(); ++i) {
-      const double cost = std::min(at.even[i], at.stepped[i] + step_cost);
-      if (allowed(below[i]) && cost < best.cost) {
-        best = {widths[i], cost};
-      }
-    }
-  };
-  for (std::size_t i = 0; i < kWidths.size(); i += 2) {
-    try_two(kWidths[i], kWidths[i + 1]);
-  }
-  double step = kStep;
-  for (int i = 0; best.cost < kNever && i < kMostSteps && step > kFinest; ++i) {
-    const double width = best.of_depth;
-    try_two(width * (1 - step), width * (1 + step));
-    step *= best.of_depth == width ? kShrink : 1;
-  }
-  return best.cost;
 }
 
 namespace {

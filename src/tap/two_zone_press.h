@@ -1,5 +1,6 @@
-// The neighbour of the smooth presses that changes its stiffness at once: something soft (plastic,
-// a sheet that lies hollow) or something stiffer is met before the bed itself.
+// The neighbour of the smooth presses that changes its stiffness at once, or over a short way:
+// something soft (plastic, a sheet that lies hollow) or something stiffer is met before the bed
+// itself.
 #pragma once
 
 #include "tap/break_search.h"
@@ -8,7 +9,8 @@
 namespace trammel::tap {
 
 /// force = a + b y + c max(0, t - y) + k e (+ q e^2), e = max(0, s - y), s < t: an outer zone that
-/// is straight, and below the kink s a press that is straight or quadratic.
+/// is straight, and below the kink s a press that is straight or quadratic. PressProfile says what
+/// a rounded kink is; s is its middle then.
 struct TwoZonePress {
   double t = 0;                   ///< The break,
   double s = 0;                   ///< and below it the kink.
@@ -28,18 +30,14 @@ struct TwoZonePress {
 /// the inner one's slope, for less cannot be told from none.
 /// @param near_s  The best kink for a break close by, from where a better one is looked for; where
 ///                it is none for t, or 0, zones of several widths are tried first.
-/// @param of_interest  A sum of squares, with the inner press quadratic: where none below it is to
-/// be
-///                expected, the search ends early.
+/// @param of_interest  A sum of squares, with the inner press quadratic: where no lower one is to
+///                     be expected, the search ends early.
+/// @param rounding     Part of the outer zone, 0 to 1, over which to either side of the kink the
+///                     slope changes evenly and not at once: a film that is pressed flat, a round
+///                     tip in plastic.
 /// Cost: half a microsecond, whatever the number of samples; half of it from a kink close by.
 [[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s = 0,
-                                       double of_interest = kNever);
-
-/// The least sum of squares of a break at t whose outer zone grows stiffer towards its end: a film
-/// that is pressed flat, a round tip in plastic. Infinite where none presses.
-/// @param step  What a step of the stiffness at the zone's end costs beyond it.
-/// Cost: that of FitTwoZones.
-[[nodiscard]] double FitGradedZone(const PressProfile& profile, double t, double step);
+                                       double of_interest = kNever, double rounding = 0);
 
 /// A quick look for break and kink around the break of a smooth press: zones of several widths that
 /// such a press would average, and some steps from the best of them.

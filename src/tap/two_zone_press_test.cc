@@ -212,61 +212,67 @@ TEST(TwoZonePress, BothZonesPress) {
   }
 }
 
-// An outer zone that starts with c and grows by 2 g over it, then a step k and a curve q.
-std::vector<double> GradedForce(const World& world, double c, double g, double k, double q) {
-  const Hollow place;
-  std::vector<double> force;
-  for (const double y : world.y) {
-    const double d = std::max(0.0, place.t - y);
-    const double e = std::max(0.0, place.s - y);
-    force.push_back(7 + 15 * y + c * d + g * d * d + k * e + q * e * e);
-  }
-  return force;
+// The force of a slope that grows from 0 to 1 evenly between u and v.
+double Ramp(double y, double u, double v) {
+  const double h = std::max(0.0, u - y);
+  const double e = std::max(0.0, v - y);
+  return (h * h - e * e) / (2 * (u - v));
 }
 
-TEST(GradedZone, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
-  const Hollow place;
-  World world = MakeWorld({.noise_g = 3}, 1000);
-  const std::vector<double> graded = GradedForce(world, 40, 300, 90, -250);
-  for (std::size_t i = 0; i < graded.size(); ++i) {
-    world.force[i] = 0.1 * world.force[i] + graded[i];
-  }
+TEST(RoundedKink, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
+  const World world = MakeWorld({.noise_g = 3}, 1000);
   std::vector<std::byte> memory(1 << 16);
   Workspace workspace(memory);
   const PressProfile profile({world.y, world.force, {}}, workspace);
-  const std::array<double, 2> kinks = {0.8 * place.s, place.s};
-  const PressProfile::Graded at = profile.EvaluateGraded(
-      profile.OuterGraded(place.t), kinks, {profile.Below(kinks[0]), profile.Below(kinks[1])});
+  const double t = 0.437;
+  const std::array<double, 2> u = {0.41, t};
+  const std::array<double, 2> v = {0.12, -0.1};  // from within the samples, and from beyond
+  const PressProfile::OuterZone outer = profile.Outer(t, profile.Below(t));
+  const PressProfile::TwoZones at = profile.EvaluateRounded({&outer, &outer}, u, v);
   constexpr double kRounding = 1e-6;
-  for (std::size_t side = 0; side < kinks.size(); ++side) {
-    std::vector<std::vector<double>> columns(6);
+  for (std::size_t side = 0; side < u.size(); ++side) {
+    std::vector<std::vector<double>> columns(4);
+    std::vector<double> curve;
     for (const double y : world.y) {
-      const double d = std::max(0.0, place.t - y);
-      const double e = std::max(0.0, kinks[side] - y);
-      const double values[] = {1, y, d, d * d, e * e, e};
+      const double e = std::max(0.0, v[side] - y);
+      const double values[] = {1, y, std::max(0.0, t - y), Ramp(y, u[side], v[side])};
       for (std::size_t i = 0; i < columns.size(); ++i) {
         columns[i].push_back(values[i]);
       }
+      curve.push_back(e * e);
     }
-    EXPECT_NEAR(at.stepped[side], Unexplained(columns, world.force), kRounding);
-    columns.pop_back();
-    EXPECT_NEAR(at.even[side], Unexplained(columns, world.force), kRounding);
+    EXPECT_NEAR(at.sum_squares[side], Unexplained(columns, world.force), kRounding);
+    if (v[side] > 0) {
+      columns.push_back(curve);
+      EXPECT_NEAR(at.sum_squares_curved[side], Unexplained(columns, world.force), kRounding);
+    } else {
+      EXPECT_EQ(at.sum_squares_curved[side], at.sum_squares[side]);
+    }
   }
 }
 
-TEST(GradedZone, ExplainsWhatGrowsStifferAndNothingThatPulls) {
+TEST(RoundedKink, ExplainsASlopeThatGrowsOverTheOuterZone) {
+  constexpr double kSearched = 0.5;  // gf^2 of 120 samples: the width is searched to a thousandth
   World world = MakeWorld({}, 0);
   std::vector<std::byte> memory(1 << 16);
-  const auto unexplained = [&](double c, double g, double k) {
-    world.force = GradedForce(world, c, g, k, 0);
+  for (const double rounding : {0.5, 1.0}) {
+    const Hollow place;
+    const double half = rounding * (place.t - 0.3);
+    for (std::size_t i = 0; i < world.y.size(); ++i) {
+      const double y = world.y[i];
+      world.force[i] =
+          7 + 15 * y + 40 * std::max(0.0, place.t - y) + 260 * Ramp(y, 0.3 + half, 0.3 - half);
+    }
     Workspace workspace(memory);
     const PressProfile profile({world.y, world.force, {}}, workspace);
-    return FitGradedZone(profile, Hollow{}.t, 0);
-  };
-  constexpr double kSearched = 0.2;  // gf^2 of 120 samples: the width is searched to a hundredth
-  EXPECT_LT(unexplained(20, 500, 0), kSearched);
-  EXPECT_LT(unexplained(20, 500, 100), kSearched);
-  EXPECT_EQ(unexplained(-60, 0, 0), kNever);
+    const TwoZonePress rounded = FitTwoZones(profile, place.t, 0, kNever, rounding);
+    ASSERT_TRUE(rounded.found);
+    EXPECT_LT(rounded.sum_squares, kSearched);
+    EXPECT_GT(FitTwoZones(profile, place.t).sum_squares, 10 * kSearched);
+    EXPECT_NEAR(rounded.s, 0.3, 4e-3);
+    EXPECT_NEAR(rounded.outer_slope, 40, 1.2);
+    EXPECT_NEAR(rounded.inner_slope, 300, 9);
+  }
 }
 
 TEST(TwoZonePress, TooFewSamplesForTwoZonesAreNone) {
