@@ -21,6 +21,12 @@ constexpr double kCubicBeside = 1;
 constexpr double kPowerBeside = 0.5;
 // By which a neighbour may beat the quadratic press before the interval of the latter shrinks.
 constexpr double kCredit = 1.5;
+// Where another form explains the samples much better than the quadratic press, the true one
+// differs from both, and remains so far from it: this share of the gain, beyond what noise makes of
+// it and up to a limit.
+constexpr double kMisfit = 0.15;
+constexpr double kExplainedByNoise = 5;
+constexpr double kMostExplained = 12;
 // By which correlation may raise the variance of means before the noise is white no more.
 constexpr double kWhite = 1.2;
 // Where the outer zone is so much softer, both readings are of interest: where the nozzle lets go,
@@ -48,6 +54,10 @@ BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& cand
       std::min({cubic + kCubic1, power + power_penalty_, zones + zones_penalty_});
   // Where the noise is not white, what looks like a form may be the noise's.
   const bool white = candidates.variance <= kWhite * candidates.noise_variance;
+  if (white) {
+    const double explained = quadratic - std::min({cubic, power, zones}) - kExplainedByNoise;
+    reach += kMisfit * std::clamp(explained, 0.0, kMostExplained);
+  }
   level_ = std::min(quadratic, neighbours) + reach;
   zones_ =
       std::min({quadratic, cubic + kCubicBeside, power + kPowerBeside, zones + zones_penalty_}) +

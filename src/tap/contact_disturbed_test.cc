@@ -85,6 +85,14 @@ TEST(TapContact, IntervalsHoldWhereFrictionOfTheDriveFadesAlongThePress) {
   }
 }
 
+TEST(TapContact, IntervalsHoldWhereNoFormOfThePressIsTheTrueOne) {
+  for (const double power : {0.7, 0.8}) {
+    const Answers yielding = Ask({.law = [power](double u) { return std::pow(u, power); }});
+    EXPECT_GE(yielding.covered, kLeastCovered * yielding.good) << power;
+    EXPECT_LE(yielding.half_width_um, 1) << power;
+  }
+}
+
 TEST(TapContact, IntervalsHoldWhereAFaintToeStiffensAfterAWhile) {
   // A tenth of the stiffness over 2 um, all of it from 12 um on.
   const auto law = [](double u) {
