@@ -35,16 +35,20 @@ void FindZones(const PressProfile& profile, Scan scan, double least, Candidates&
   const auto fit = [&](double t, double near_s, std::size_t rounding) {
     return FitTwoZones(profile, t, near_s, kNever, kRoundings[rounding]);
   };
-  std::array<double, kRoundings.size()> at_guess{};
+  double least_at_guess = kNever;
   for (std::size_t i = 0; i < kRoundings.size(); ++i) {
-    at_guess[i] = found.price.Cost(fit(guess.t, guess.s, i));
+    const TwoZonePress press = fit(guess.t, guess.s, i);
+    found.kinks.s[i] = press.s;
+    if (found.price.Cost(press) < least_at_guess) {
+      least_at_guess = found.price.Cost(press);
+      found.kinks.best = i;
+    }
   }
-  const auto followed = static_cast<std::size_t>(
-      std::min_element(at_guess.begin(), at_guess.end()) - at_guess.begin());
+  const std::size_t followed = found.kinks.best;
   const auto cost = [&](double t) { return found.price.Cost(fit(t, guess.s, followed)); };
   const PressProfile::At near = profile.Evaluate(guess.t);
   const double scale = BreakScale(near, profile.Below(guess.t), unit);
-  const Minimum middle = {guess.t, cost(guess.t)};
+  const Minimum middle = {guess.t, least_at_guess};
   // Outwards until it costs more; beyond the scan there is nothing.
   std::array<Minimum, 2> sides;
   constexpr std::array<double, 2> kWays = {-1, 1};
@@ -65,19 +69,10 @@ void FindZones(const PressProfile& profile, Scan scan, double least, Candidates&
     zones = {};
     return;
   }
-  // With these kinks as a start, the interval finds no less of a likelihood at its middle than the
+  // With this kink as a start, the interval finds no less of a likelihood at its middle than the
   // search did.
-  for (std::size_t i = 0; i < kRoundings.size(); ++i) {
-    const TwoZonePress best = fit(zones.t, guess.s, i);
-    found.kinks.s[i] = best.s;
-    if (found.price.Cost(best) <= zones.sum_squares) {
-      zones.sum_squares = found.price.Cost(best);
-      found.kinks.best = i;
-    }
-    if (kRoundings[i] == 0) {
-      found.zones = best;
-    }
-  }
+  found.kinks.s[followed] = fit(zones.t, guess.s, followed).s;
+  found.zones = fit(zones.t, guess.s, 0);
 }
 
 }  // namespace

@@ -237,8 +237,8 @@ PressProfile::OuterZone PressProfile::Outer(double t, std::size_t below) const {
   return outer;
 }
 
-PressProfile::TwoZones PressProfile::SolveZones(const std::array<const OuterZone*, 2>& outer,
-                                                const InnerZone& inner) const {
+[[gnu::always_inline]] inline PressProfile::TwoZones PressProfile::SolveZones(
+    const std::array<const OuterZone*, 2>& outer, const InnerZone& inner) const {
   const auto both = [&](double OuterZone::*field) {
     return Pair{outer[0]->*field, outer[1]->*field};
   };
