@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "sim/camera_view.h"
-#include "sim/jpeg.h"
+#include "sim/camera/camera_view.h"
+#include "sim/camera/jpeg.h"
 
 namespace trammel::sim {
 namespace {

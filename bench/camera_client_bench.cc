@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "machine/multipart.h"
-#include "machine/video_writer.h"
+#include "machine/net/multipart.h"
+#include "machine/video/video_writer.h"
 #include "support/laser_world.h"
 #include "support/scripted_http.h"
 #include "support/test_pictures.h"

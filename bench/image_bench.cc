@@ -7,8 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "machine/image_file.h"
-#include "machine/raw_picture.h"
+#include "machine/camera/image_file.h"
+#include "machine/camera/raw_picture.h"
 
 namespace trammel {
 namespace {

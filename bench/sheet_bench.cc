@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "tool_offset/analyse.h"
-#include "tool_offset/sheet_scene_test_support.h"
+#include "tool_offset/offset/analyse.h"
+#include "tool_offset/reading/sheet_scene_test_support.h"
 
 namespace {
 

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "tap/analyse.h"
-#include "tap/press_test_support.h"
+#include "tap/analyse/analyse.h"
+#include "tap/contact/press_test_support.h"
 
 namespace {
 

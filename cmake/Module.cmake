@@ -5,7 +5,7 @@
 # trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [SIDE_BY_SIDE])   a GoogleTest executable,
 #   one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long.
 #   Labels: unit (default) property sim golden fuzz slow.
-# trammel_loaded(NAME SOURCES … LINK …)   lib/trammel/trammel-NAME.so, loaded on demand (machine/module.h)
+# trammel_loaded(NAME SOURCES … LINK …)   lib/trammel/trammel-NAME.so, loaded on demand (machine/module/module.h)
 # With precompiled headers GCC 12 says of the string's own operator+ what is not so: no array-bounds.
 function(trammel_flags target)
   target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>)

@@ -1,33 +1,50 @@
 #!/usr/bin/env python3
-"""Checks that every #include goes along an allowed edge between modules (ARCHITECTURE.md)."""
+"""Checks that every #include goes along an allowed edge between rooms (ARCHITECTURE.md)."""
 import pathlib
 import re
 import sys
 
-CALIBRATIONS = {"pressure_advance", "tap", "tool_offset", "part_alignment"}
-PURE = {"base", "geometry", "signal", "vision", "gcode", "settings"}
-ALLOWED = {
+# Kernels and common rooms: what each may include besides itself.
+COMMON = {
     "base": set(),
-    "files": {"base"},
     "geometry": {"base"},
-    "image": {"base"},
     "signal": {"base", "geometry"},
     "vision": {"base", "geometry"},
     "gcode": {"base", "geometry"},
+    "image": {"base"},
+    "files": {"base"},
     "settings": {"base", "gcode"},
-    "pressure_advance": PURE,
-    "tap": PURE,
-    "tool_offset": PURE,
-    "part_alignment": PURE,
+    "document": {"base", "image", "settings"},
     "machine": {"base", "files", "geometry", "image"},
-    "store": {"base", "files", "settings"} | CALIBRATIONS,
-    "report": {"base", "image", "settings"} | CALIBRATIONS,
-    "procedure": PURE | CALIBRATIONS | {"files", "machine", "store"},
+    "session": {"base", "files", "machine", "settings"},
     "sim": {"base", "files", "geometry", "image"},
-    "app": PURE | CALIBRATIONS | {"files", "machine", "store", "procedure", "report", "sim"},
 }
-# Rooms that have rooms of their own: what each of those may include of its siblings.
-INNER = {
+PURE = {"base", "geometry", "signal", "vision", "gcode", "settings"}
+# Each instrument's pure rooms: what each may include of its siblings.
+INSTRUMENTS = {
+    "pressure_advance": {
+        "profile": set(),
+        "pattern": {"profile"},
+        "recording": {"profile"},
+        "timing": {"recording"},
+        "laser": {"profile", "recording", "timing"},
+        "photo": {"profile"},
+        "response": {"profile"},
+    },
+    "tap": {
+        "samples": set(),
+        "two_line": {"samples"},
+        "judge": {"samples", "two_line"},
+        "contact": {"samples"},
+        "analyse": {"samples", "two_line", "judge", "contact"},
+        "ensemble": {"samples"},
+        "tuning": {"samples", "two_line", "judge", "analyse", "ensemble"},
+    },
+    "tool_offset": {
+        "sheet": set(),
+        "reading": {"sheet"},
+        "offset": {"sheet", "reading"},
+    },
     "part_alignment": {
         "camera": set(),
         "targets": {"camera"},
@@ -38,9 +55,113 @@ INNER = {
         "part_fit": set(),
     },
 }
+# The rooms in which an instrument meets the world: what each may include of the common rooms, and of
+# its own instrument's rooms besides the pure ones.
+ASPECTS = {
+    "files": (PURE | {"files"}, set()),
+    "report": (PURE | {"document", "image"}, set()),
+    "procedure": (PURE | {"files", "machine", "session"}, {"files"}),
+    "commands": (
+        PURE | {"app", "document", "files", "image", "machine", "session"},
+        {"files", "report", "procedure"},
+    ),
+}
+# Common rooms with rooms of their own: what each may include of its siblings.
+INNER = {
+    "machine": {
+        "net": set(),
+        "module": set(),
+        "camera": {"net", "module"},
+        "video": {"net", "module", "camera"},
+        "page": {"net"},
+        "scanner": {"net", "module", "page"},
+        "moonraker": {"net"},
+        "linuxcnc": {"net"},
+    },
+    "sim": {
+        "print": set(),
+        "laser": {"print"},
+        "cell": {"print"},
+        "sheet": {"print"},
+        "scanner": {"print", "sheet"},
+        "spindle": {"print"},
+        "klipper": {"print", "cell"},
+        "camera": {"print", "laser", "klipper"},
+        "photo": {"print", "camera"},
+        "moonraker": {"camera", "klipper"},
+    },
+}
+# app: what all commands share; trammel.toml is put together from the tables of the instruments, the
+# virtual shop's commands draw what they print from the instruments' artefacts, and main is a table.
+APP_SHARED = {"base", "files", "machine", "session", "settings"}
+APP_CONFIG = {"base", "files", "settings", "pressure_advance/pattern", "tool_offset/sheet"}
+APP_SHOP = {"base", "files", "machine", "sim", "part_alignment/targets"}
+MAIN = {f"{name}/commands" for name in INSTRUMENTS}
 # What tests/support may include: its worlds share no code with sim, nor with what they judge.
 SUPPORT_ALLOWED = {"base", "geometry", "support"}
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
+
+
+def room_of(path):
+    """The room of a path below src/: tap/contact, base, app/config; app/main.cc is a room by itself."""
+    if path.as_posix() == "app/main.cc":
+        return "main"
+    return path.parent.as_posix()
+
+
+def known(room):
+    """Whether the tables have such a room."""
+    head, _, inner = room.partition("/")
+    if room in {"main", "app", "app/config", "app/shop"}:
+        return True
+    if head in INSTRUMENTS:
+        return inner in INSTRUMENTS[head] or inner in ASPECTS
+    if head in INNER:
+        return inner in INNER[head]
+    return head in COMMON and not inner
+
+
+def covers(allowed, room):
+    """Whether a set of rooms, or of heads of rooms, has the room."""
+    return room in allowed or room.partition("/")[0] in allowed
+
+
+def allowed_in_app(room, other):
+    """Whether a room of app may include another room."""
+    if other in {"app", "app/config"}:
+        return room != "app/config" or other == room
+    if room == "main":
+        return other == "app/shop" or other in MAIN
+    if room == "app/config":
+        return covers(APP_CONFIG, other)
+    if room == "app/shop":
+        return covers(APP_SHOP, other)
+    return covers(APP_SHARED, other)
+
+
+def allowed(room, other):
+    """Whether one known room may include another."""
+    if room == other:
+        return True
+    if room == "main" or room.startswith("app"):
+        return allowed_in_app(room, other)
+    head, _, inner = room.partition("/")
+    other_head, _, other_inner = other.partition("/")
+    if head in INSTRUMENTS:
+        pure = INSTRUMENTS[head]
+        if other_head == head:
+            siblings = pure[inner] if inner in pure else set(pure) | ASPECTS[inner][1]
+            return other_inner in siblings
+        common = PURE if inner in pure else ASPECTS[inner][0]
+        return other_head in common and other != "app/shop"
+    if head in INNER and other_head == head:
+        return other_inner in INNER[head][inner]
+    return other_head in COMMON[head]
+
+
+def is_test(path):
+    """Whether only test programs are made of the file."""
+    return path.name.endswith(("_test.cc", "_test_support.h", "_test_support.cc"))
 
 
 def violations(root):
@@ -48,32 +169,28 @@ def violations(root):
     for path in sorted((root / "src").rglob("*")):
         if path.suffix not in {".h", ".cc"}:
             continue
-        module = path.relative_to(root / "src").parts[0]
-        if module not in ALLOWED:
-            yield f"{path}: module '{module}' has no entry in tools/check_layers.py"
+        room = room_of(path.relative_to(root / "src"))
+        if not known(room):
+            yield f"{path}: room '{room}' has no entry in tools/check_layers.py"
             continue
         for target in INCLUDE.findall(path.read_text()):
-            head, slash, _ = target.partition("/")
-            if head == "support" and path.name.endswith(("_test.cc", "_test_support.h")):
+            if target.startswith("support/") and is_test(path):
                 continue  # tests/support
-            if not slash or not (root / "src" / target).is_file():
+            if "/" not in target or not (root / "src" / target).is_file():
                 yield f'{path}: include "{target}" is not a path below src/'
-            elif head != module and head not in ALLOWED[module]:
-                yield f'{path}: {module} must not include {head} ("{target}")'
-            elif head == module and module in INNER:
-                yield from inner_violations(path, path.relative_to(root / "src").parts, target)
+                continue
+            other = room_of(pathlib.PurePosixPath(target))
+            if is_test(path):
+                if not allowed_in_test(room, other):
+                    yield f'{path}: a test of {room} must not include {other} ("{target}")'
+            elif not known(other) or not allowed(room, other):
+                yield f'{path}: {room} must not include {other} ("{target}")'
 
 
-def inner_violations(path, parts, target):
-    """The same between the rooms of one module; `parts` and `target` are paths below src/."""
-    allowed = INNER[parts[0]]
-    room, other = parts[1], target.split("/")[1]
-    for name in (room, other):
-        if name not in allowed:
-            yield f"{path}: {parts[0]} has no room '{name}' in tools/check_layers.py"
-            return
-    if other != room and other not in allowed[room]:
-        yield f'{path}: {parts[0]}/{room} must not include {parts[0]}/{other} ("{target}")'
+def allowed_in_test(room, other):
+    """Whether a test may include a room: besides its own room's, the other rooms of its instrument."""
+    head = room.partition("/")[0]
+    return known(other) and (allowed(room, other) or other.partition("/")[0] == head)
 
 
 def support_violations(root):

@@ -1,4 +1,6 @@
 // trammel config: what can be set, and whether a file sets it rightly.
+#include "app/config_command.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -7,18 +9,18 @@
 #include <string>
 
 #include "app/commands.h"
-#include "store/config_file.h"
-#include "store/whole_file.h"
+#include "app/config/config_file.h"
+#include "files/whole_file.h"
 
 namespace trammel::app {
 namespace {
 
 Result<void> Check(const std::string& file) {
-  const Result<std::string> text = store::ReadWholeFile(file, store::kMaxConfigBytes);
+  const Result<std::string> text = files::ReadWholeFile(file, files::kMaxConfigBytes);
   if (!text) return tl::unexpected(text.error());
-  const Result<store::Config> config = store::ParseConfig(*text, file);
+  const Result<files::Config> config = files::ParseConfig(*text, file);
   if (!config) return tl::unexpected(config.error());
-  if (auto valid = store::ValidateConfig(*config, *text, file); !valid) return valid;
+  if (auto valid = files::ValidateConfig(*config, *text, file); !valid) return valid;
   fmt::print("{}: good, {} key(s) set\n", file, config->keys_set);
   return {};
 }
@@ -39,7 +41,7 @@ void AddConfigCommand(CLI::App& parent, int& exit_code) {
 
   CLI::App* keys = group->add_subcommand(
       "keys", "print every key with its meaning, range and default, as a trammel.toml");
-  keys->callback([] { fmt::print("{}", store::DescribeConfigKeys()); });
+  keys->callback([] { fmt::print("{}", files::DescribeConfigKeys()); });
 }
 
 }  // namespace trammel::app

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <system_error>
 
-#include "store/config_file.h"
-#include "store/whole_file.h"
+#include "app/config/config_file.h"
+#include "files/whole_file.h"
 
 namespace trammel::app {
 
@@ -15,7 +15,7 @@ Result<ConfigText> FindConfig(const std::string& asked_for) {
     return ConfigText{"", "defaults (there is no trammel.toml here)"};
   }
   const std::string file = asked_for.empty() ? kDefaultFile : asked_for;
-  Result<std::string> text = store::ReadWholeFile(file, store::kMaxConfigBytes);
+  Result<std::string> text = files::ReadWholeFile(file, files::kMaxConfigBytes);
   if (!text) return tl::unexpected(text.error());
   return ConfigText{std::move(*text), file};
 }

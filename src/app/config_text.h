@@ -13,7 +13,7 @@ struct ConfigText {
 };
 
 /// The file that was asked for, else trammel.toml of the current folder, else no settings at all
-/// (an empty text, which leaves every default). Errors: as store::ReadWholeFile.
+/// (an empty text, which leaves every default). Errors: as files::ReadWholeFile.
 [[nodiscard]] Result<ConfigText> FindConfig(const std::string& asked_for);
 
 }  // namespace trammel::app

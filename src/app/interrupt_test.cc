@@ -8,7 +8,7 @@
 #include <functional>
 #include <semaphore>
 
-#include "app/sim_serving.h"
+#include "app/shop/sim_serving.h"
 
 namespace trammel::app {
 namespace {

@@ -1,18 +1,22 @@
-// The command line. Each command group registers itself in its own file, app/*_command.cc.
+// The command line: a table of the groups of commands.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdio>
 #include <sstream>
 #include <string>
 #include <vector>
 
-#include "app/align_commands.h"
-#include "app/align_metrology_commands.h"
-#include "app/align_targets_command.h"
 #include "app/commands.h"
+#include "app/config_command.h"
 #include "app/console.h"
 #include "app/mistyped.h"
+#include "app/shop/sim_commands.h"
+#include "part_alignment/commands/align_commands.h"
+#include "pressure_advance/commands/pressure_advance_commands.h"
+#include "tap/commands/tap_commands.h"
+#include "tool_offset/commands/offset_commands.h"
 
 namespace {
 
@@ -28,6 +32,17 @@ int Answer(const CLI::App& cli, const CLI::ParseError& error,
   return code == 0 ? trammel::app::kExitGood : trammel::app::kExitUsage;
 }
 
+// In the order of the help.
+constexpr std::array kCommands = {
+    trammel::app::AddPressureAdvanceCommands,
+    trammel::app::AddTapCommands,
+    trammel::app::AddOffsetCommands,
+    trammel::app::AddAlignCommands,
+    trammel::app::AddConfigCommand,
+    trammel::app::AddDoctorCommand,
+    trammel::app::AddSimCommand,
+};
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -36,40 +51,7 @@ int main(int argc, char** argv) {
   cli.require_subcommand(1);
   cli.set_version_flag("--version", "trammel " TRAMMEL_VERSION, "says which trammel this is");
   int exit_code = trammel::app::kExitGood;
-  CLI::App* pa = cli.add_subcommand("pa", "pressure advance")->require_subcommand(1);
-  trammel::app::AddConfigCommand(cli, exit_code);
-  trammel::app::AddAnalyzeCommand(*pa, exit_code);
-  trammel::app::AddPatternCommand(*pa, exit_code);
-  trammel::app::AddCalibrateCommands(*pa, exit_code);
-  trammel::app::AddApplyCommand(*pa, exit_code);
-  trammel::app::AddValidateCommand(*pa, exit_code);
-  trammel::app::AddListenCommand(*pa, exit_code);
-  CLI::App* tap =
-      cli.add_subcommand("tap", "contact height from a load cell")->require_subcommand(1);
-  trammel::app::AddTapAnalyzeCommand(*tap, exit_code);
-  trammel::app::AddTapPlotCommand(*tap, exit_code);
-  trammel::app::AddTapTuneCommand(*tap, exit_code);
-  trammel::app::AddTapWatchCommand(*tap, exit_code);
-  CLI::App* offset = cli.add_subcommand("offset", "XY offsets of tools, and backlash, from a scan")
-                         ->require_subcommand(1);
-  trammel::app::AddOffsetPatternCommand(*offset, exit_code);
-  trammel::app::AddOffsetApplyCommand(*offset, exit_code);
-  trammel::app::AddOffsetScanCommand(*offset, exit_code);
-  trammel::app::AddOffsetAnalyzeCommand(*offset, exit_code);
-  CLI::App* align = cli.add_subcommand("align", "where a part is, from a camera in the spindle")
-                        ->require_subcommand(1);
-  trammel::app::AddAlignBudgetCommand(*align, exit_code);
-  trammel::app::AddAlignCalibrateCommand(*align, exit_code);
-  trammel::app::AddAlignCameraCommand(*align, exit_code);
-  trammel::app::AddAlignFitCommand(*align, exit_code);
-  trammel::app::AddAlignStudyCommand(*align, exit_code);
-  trammel::app::AddAlignTargetsCommand(*align, exit_code);
-  trammel::app::AddAlignCorrectCommand(*align, exit_code);
-  trammel::app::AddAlignMeasureCommand(*align, exit_code);
-  trammel::app::AddAlignPlanCommand(*align, exit_code);
-  trammel::app::AddAlignSolveCommand(*align, exit_code);
-  trammel::app::AddDoctorCommand(cli, exit_code);
-  trammel::app::AddSimCommand(cli, exit_code);
+  for (const auto& add : kCommands) add(cli, exit_code);
 
   int code = trammel::app::ExitCodeOf([&] {
     try {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/utf8.h"
-#include "store/suggest.h"
+#include "files/suggest.h"
 
 namespace trammel::app {
 namespace {
@@ -34,7 +34,7 @@ const CLI::App* CommandOf(const CLI::App& app, std::string_view word) {
 
 std::string MeantFor(std::string_view word, const std::vector<std::string>& known) {
   const std::vector<std::string_view> names(known.begin(), known.end());
-  const auto near = store::Nearest(word, names);
+  const auto near = files::Nearest(word, names);
   return near ? fmt::format("; did you mean {}?", *near) : "";
 }
 

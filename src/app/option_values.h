@@ -1,26 +1,34 @@
-// Values on the command line: pressure advances, segments, sizes, shifts of tools.
+// Values on the command line: numbers, sizes, shifts of tools.
 #pragma once
 
+#include <charconv>
+#include <cmath>
+#include <cstddef>
 #include <optional>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "base/result.h"
-#include "pressure_advance/line_motion.h"
 
 namespace trammel::app {
 
-/// Reads `0,0.01,0.02`, `START:END:STEP` or `START:END:COUNT`, both ends included. The third part
-/// is a step where it fits between the ends, else a count: 0:0.1:0.005 has 21 values, 0:0.06:10
-/// has ten.
-/// @returns At least one value, in s, rounded to 1e-9 s. Errors: not numbers, negative, above 10 s,
-///          reversed, a step that does not divide the range, more than 1000 values.
-[[nodiscard]] Result<std::vector<double>> ParsePressureAdvances(std::string_view text);
+/// The text less its spaces at both ends.
+[[nodiscard]] std::string_view WithoutSpaces(std::string_view text);
 
-/// Reads `FRACTION:SPEED,FRACTION:SPEED,…`, for example 0.1:10,0.6:100,0.3:10.
-/// @returns Segments whose fractions sum to 1 (to 1e-3) and whose speeds lie within 0.1 … 2000
-///          mm/s, or an error that names the part and the bound.
-[[nodiscard]] Result<std::vector<pressure_advance::Segment>> ParseSegments(std::string_view text);
+/// The whole text as one number; nothing where it is not, or not finite.
+template <class Number>
+[[nodiscard]] std::optional<Number> ParseNumber(std::string_view text) {
+  Number value = 0;
+  const char* const last = text.data() + text.size();
+  const auto [end, code] = std::from_chars(text.data(), last, value);
+  if (code != std::errc{} || end != last || !std::isfinite(static_cast<double>(value))) return {};
+  return value;
+}
+
+/// Cut at each separator; at most one more than `most` parts.
+[[nodiscard]] std::vector<std::string_view> Split(std::string_view text, char separator,
+                                                  std::size_t most);
 
 struct WholePair {
   int first = 0;

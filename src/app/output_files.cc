@@ -9,6 +9,8 @@
 
 namespace trammel::app {
 
+namespace fs = std::filesystem;
+
 Result<void> RefuseToOverwrite(const std::vector<std::filesystem::path>& paths, bool force) {
   std::set<std::filesystem::path> seen;
   for (const std::filesystem::path& path : paths) {
@@ -31,6 +33,33 @@ Result<void> WriteOutputs(const std::vector<OutputFile>& outputs, bool force) {
   for (const OutputFile& output : outputs) {
     auto written = files::WriteWholeFile(output.path, output.bytes, files::ReplaceIf(force));
     if (!written) return written;
+  }
+  return {};
+}
+
+Result<void> CheckOutputs(const ReportFiles& files) {
+  std::error_code ignored;
+  const fs::path report = files.report;
+  const fs::path folder = report.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder, ignored)) {
+    return Fail(fmt::format("--report {}: there is no folder {}; make it first", report.string(),
+                            folder.string()));
+  }
+  if (!report.empty() && fs::is_directory(report, ignored)) {
+    return Fail(fmt::format("--report {}: is a folder; name a file", report.string()));
+  }
+  if (!report.empty()) {
+    if (auto free = RefuseToOverwrite({report}, files.force); !free) {
+      return Fail("--report " + free.error().message);
+    }
+  }
+  // The folder of the figures is made with all above it; none of them may be something else.
+  for (fs::path part = files.figures; !part.empty(); part = part.parent_path()) {
+    if (fs::is_directory(part, ignored)) break;
+    if (fs::exists(part, ignored)) {
+      return Fail(fmt::format("--figures {}: {} is a file, not a folder; choose another name",
+                              files.figures, part.string()));
+    }
   }
   return {};
 }

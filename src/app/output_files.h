@@ -15,6 +15,17 @@ namespace trammel::app {
 [[nodiscard]] Result<void> RefuseToOverwrite(const std::vector<std::filesystem::path>& paths,
                                              bool force);
 
+/// Where a report is to go.
+struct ReportFiles {
+  std::string report;   ///< HTML file to write; empty: none
+  std::string figures;  ///< folder for each figure as PNG and SVG; empty: none
+  bool force = false;   ///< overwrite files
+};
+
+/// Whether the files can be written, asked before the work rather than behind it: minutes of it
+/// need not go without their report. Errors name the option.
+[[nodiscard]] Result<void> CheckOutputs(const ReportFiles& files);
+
 struct OutputFile {
   std::filesystem::path path;
   std::string bytes;

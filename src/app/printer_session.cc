@@ -2,18 +2,16 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
-#include <random>
 #include <utility>
 
 #include "app/config_text.h"
 #include "app/secrets.h"
-#include "machine/moonraker_printer.h"
-#include "procedure/name_stop.h"
+#include "machine/moonraker/moonraker_printer.h"
+#include "session/name_stop.h"
 
 namespace trammel::app {
 
@@ -39,18 +37,18 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options) {
                      "what stands in the file, for a URL with a password");
 }
 
-Result<store::Config> LoadSettings(const PrinterOptions& options) {
+Result<files::Config> LoadSettings(const PrinterOptions& options) {
   const Result<ConfigText> text = FindConfig(options.config);
   if (!text) return tl::unexpected(text.error());
-  Result<store::Config> config = store::ParseConfig(text->text, text->file);
+  Result<files::Config> config = files::ParseConfig(text->text, text->file);
   if (!config) return config;
   for (const std::string& assignment : options.set) {
-    if (auto done = store::OverrideConfig(assignment, *config); !done) {
+    if (auto done = files::OverrideConfig(assignment, *config); !done) {
       return tl::unexpected(done.error());
     }
   }
   if (!options.material.empty()) config->pattern.material = options.material;
-  if (auto valid = store::ValidateConfig(*config, text->text, text->file); !valid) {
+  if (auto valid = files::ValidateConfig(*config, text->text, text->file); !valid) {
     return tl::unexpected(valid.error());
   }
   if (!options.address.empty()) config->scan.address = options.address;
@@ -65,7 +63,7 @@ Result<store::Config> LoadSettings(const PrinterOptions& options) {
   return config;
 }
 
-Result<std::unique_ptr<machine::Printer>> Connect(const pressure_advance::ScanSettings& settings,
+Result<std::unique_ptr<machine::Printer>> Connect(const settings::ScanSettings& settings,
                                                   const std::stop_token& stop) {
   machine::MoonrakerOptions options;
   options.address = settings.address;
@@ -102,23 +100,7 @@ Result<fs::path> MakeFolder(const fs::path& asked_for) {
 namespace {
 
 // No two runs of all computers have the same.
-std::string RunName() {
-  std::random_device random;
-  return fmt::format("{}-{:x}-{:08x}", Now("{:%Y%m%d-%H%M%S}"), static_cast<long>(::getpid()),
-                     random());
-}
-
 }  // namespace
-
-procedure::CalibrationRequest RequestFor(const store::Config& config, fs::path folder) {
-  procedure::CalibrationRequest request;
-  request.pattern = config.pattern;
-  request.settings = config.scan;
-  request.folder = std::move(folder);
-  request.started = Now("{:%Y-%m-%dT%H:%M:%S}");
-  request.run = RunName();
-  return request;
-}
 
 void TellOnTerminal(const procedure::Progress& progress) {
   if (progress.remaining_s) {

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "app/config/config_file.h"
 #include "base/result.h"
-#include "machine/printer.h"
-#include "procedure/calibrate.h"
-#include "procedure/session.h"
-#include "store/config_file.h"
+#include "machine/moonraker/printer.h"
+#include "session/session.h"
+#include "settings/scan_settings.h"
 
 namespace CLI {
 class App;
@@ -37,11 +37,11 @@ void AddMaterialOption(CLI::App& command, std::string& material);
 /// --camera.
 void AddCameraOption(CLI::App& command, PrinterOptions& options);
 
-[[nodiscard]] Result<store::Config> LoadSettings(const PrinterOptions& options);
+[[nodiscard]] Result<files::Config> LoadSettings(const PrinterOptions& options);
 
 /// The printer that the settings name. Errors: kMachine, kInterrupted.
 [[nodiscard]] Result<std::unique_ptr<machine::Printer>> Connect(
-    const pressure_advance::ScanSettings& settings, const std::stop_token& stop);
+    const settings::ScanSettings& settings, const std::stop_token& stop);
 
 /// Local time, in fmt's format, for example "{:%H:%M}".
 [[nodiscard]] std::string Now(const char* format);
@@ -49,10 +49,6 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 /// A new folder for a recording: the one that was asked for, else recordings/pa-<now>.
 /// Errors: it is there and not empty; it cannot be made.
 [[nodiscard]] Result<std::filesystem::path> MakeFolder(const std::filesystem::path& asked_for);
-
-/// A run of `config` into `folder`, starting now.
-[[nodiscard]] procedure::CalibrationRequest RequestFor(const store::Config& config,
-                                                       std::filesystem::path folder);
 
 /// Progress on standard error: standard output holds the answer alone.
 void TellOnTerminal(const procedure::Progress& progress);

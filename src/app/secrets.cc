@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "base/url_secrets.h"
-#include "store/whole_file.h"
+#include "files/whole_file.h"
 
 namespace trammel::app {
 
@@ -18,7 +18,7 @@ std::string FromEnvironment(const char* name) {
 
 Result<std::string> SecretFrom(const std::string& file) {
   constexpr std::size_t kMostBytes = 8192;
-  auto text = store::ReadWholeFile(file, kMostBytes);
+  auto text = files::ReadWholeFile(file, kMostBytes);
   if (!text) return text;
   text->resize(std::min(text->find_first_of("\r\n"), text->size()));
   if (text->empty()) return Fail(fmt::format("{}: its first line is empty", file));
@@ -39,7 +39,7 @@ Result<std::string> CameraAddressOf(const std::string& option, const std::string
       option, shown, option));
 }
 
-Result<void> SettleApiKey(pressure_advance::ScanSettings& settings) {
+Result<void> SettleApiKey(settings::ScanSettings& settings) {
   const std::string from_environment = FromEnvironment("TRAMMEL_API_KEY");
   if (!settings.api_key.empty() && !settings.api_key_file.empty()) {
     return Fail("[moonraker] api_key and api_key_file: keep one of the two");
@@ -61,7 +61,7 @@ Result<void> SettleApiKey(pressure_advance::ScanSettings& settings) {
 }
 
 std::vector<std::string> FilesWithSecrets(const std::string& settings_file,
-                                          const pressure_advance::ScanSettings& in_file,
+                                          const settings::ScanSettings& in_file,
                                           const std::string& key_file, const std::string& camera) {
   std::vector<std::string> files;
   if (!in_file.api_key.empty() || WithoutSecrets(in_file.camera) != in_file.camera) {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "pressure_advance/scan_settings.h"
-#include "procedure/checks.h"
+#include "session/checks.h"
+#include "settings/scan_settings.h"
 
 namespace trammel::app {
 
@@ -24,15 +24,16 @@ namespace trammel::app {
 
 /// Settles the API key: TRAMMEL_API_KEY before [moonraker] api_key_file before api_key.
 /// Errors: two of the settings, a file that cannot be read, a key that is no line of text.
-[[nodiscard]] Result<void> SettleApiKey(pressure_advance::ScanSettings& settings);
+[[nodiscard]] Result<void> SettleApiKey(settings::ScanSettings& settings);
 
 /// The files whose texts are secrets of a run.
 /// @param settings_file  its settings' file, which says `in_file`
 /// @param key_file  [moonraker] api_key_file; empty: none
 /// @param camera  as given on the command line, @FILE where it names one
-[[nodiscard]] std::vector<std::string> FilesWithSecrets(
-    const std::string& settings_file, const pressure_advance::ScanSettings& in_file,
-    const std::string& key_file, const std::string& camera);
+[[nodiscard]] std::vector<std::string> FilesWithSecrets(const std::string& settings_file,
+                                                        const settings::ScanSettings& in_file,
+                                                        const std::string& key_file,
+                                                        const std::string& camera);
 
 /// Advice where others on this computer may read one of these files.
 [[nodiscard]] std::vector<procedure::Check> CheckSecretFiles(const std::vector<std::string>& files);

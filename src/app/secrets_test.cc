@@ -12,7 +12,7 @@
 namespace trammel::app {
 namespace {
 
-using pressure_advance::ScanSettings;
+using settings::ScanSettings;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;

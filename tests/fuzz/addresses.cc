@@ -3,8 +3,8 @@
 #include <string>
 
 #include "fuzz.h"
-#include "machine/camera_url.h"
-#include "machine/moonraker_address.h"
+#include "machine/camera/camera_url.h"
+#include "machine/moonraker/moonraker_address.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

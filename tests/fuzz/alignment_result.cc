@@ -1,5 +1,5 @@
 // The result of an alignment, read again for a correction.
-#include "store/alignment_result.h"
+#include "part_alignment/files/alignment_result.h"
 
 #include "fuzz.h"
 #include "memory_file.h"
@@ -8,6 +8,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace trammel;
   static const fuzz::MemoryFile file("file.json");
   file.Write(fuzz::Text(data, size));
-  (void)fuzz::Good(store::ReadAlignmentResult(file.path()));
+  (void)fuzz::Good(files::ReadAlignmentResult(file.path()));
   return 0;
 }

@@ -1,5 +1,5 @@
 // A recording's AVI file, cut into its frames.
-#include "machine/avi_packets.h"
+#include "machine/video/avi_packets.h"
 
 #include "fuzz.h"
 #include "memory_file.h"

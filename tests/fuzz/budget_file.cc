@@ -1,5 +1,5 @@
 // The scene of an uncertainty budget.
-#include "store/budget_file.h"
+#include "part_alignment/files/budget_file.h"
 
 #include "fuzz.h"
 #include "memory_file.h"
@@ -8,6 +8,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace trammel;
   static const fuzz::MemoryFile file("file.json");
   file.Write(fuzz::Text(data, size));
-  (void)fuzz::Good(store::ReadBudgetFile(file.path()));
+  (void)fuzz::Good(files::ReadBudgetFile(file.path()));
   return 0;
 }

@@ -1,5 +1,5 @@
 // Pictures' points of a calibration grid.
-#include "store/calibration_grid_file.h"
+#include "part_alignment/files/calibration_grid_file.h"
 
 #include "fuzz.h"
 #include "memory_file.h"
@@ -8,6 +8,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace trammel;
   static const fuzz::MemoryFile file("file.json");
   file.Write(fuzz::Text(data, size));
-  (void)fuzz::Good(store::ReadCalibrationGrid(file.path()));
+  (void)fuzz::Good(files::ReadCalibrationGrid(file.path()));
   return 0;
 }

@@ -1,5 +1,5 @@
 // A camera and its calibration.
-#include "store/camera_file.h"
+#include "part_alignment/files/camera_file.h"
 
 #include "fuzz.h"
 #include "memory_file.h"
@@ -8,12 +8,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace trammel;
   static const fuzz::MemoryFile file("camera.json");
   file.Write(fuzz::Text(data, size));
-  const auto camera = store::ReadCameraFile(file.path());
+  const auto camera = files::ReadCameraFile(file.path());
   if (!fuzz::Good(camera)) return 0;
-  const std::string text = store::CameraFileText(*camera);
+  const std::string text = files::CameraFileText(*camera);
   file.Write(text);
-  const auto again = store::ReadCameraFile(file.path());
+  const auto again = files::ReadCameraFile(file.path());
   fuzz::Require(fuzz::Good(again), "a camera that was written can be read");
-  fuzz::Require(store::CameraFileText(*again) == text, "a camera reads back as it was written");
+  fuzz::Require(files::CameraFileText(*again) == text, "a camera reads back as it was written");
   return 0;
 }

@@ -2,8 +2,8 @@
 #include <stop_token>
 
 #include "fuzz.h"
-#include "machine/camera.h"
-#include "machine/mjpeg_stream.h"
+#include "machine/camera/camera.h"
+#include "machine/camera/mjpeg_stream.h"
 #include "scripted_stream.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,11 +1,11 @@
 // Cameras of OpenCV, ROS and mrcal.
-#include "store/foreign_camera_file.h"
+#include "part_alignment/files/foreign_camera_file.h"
 
 #include "fuzz.h"
 #include "part_alignment/camera/camera_convert.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
-  (void)fuzz::Good(store::ParseForeignCamera(fuzz::Text(data, size), "camera"));
+  (void)fuzz::Good(files::ParseForeignCamera(fuzz::Text(data, size), "camera"));
   return 0;
 }

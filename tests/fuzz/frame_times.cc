@@ -1,6 +1,6 @@
 // The times of a recording's frames.
 #include "fuzz.h"
-#include "machine/video_writer.h"
+#include "machine/video/video_writer.h"
 #include "memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,8 +1,8 @@
 // The head of an HTTP answer, and a body in chunks.
-#include "machine/http_head.h"
+#include "machine/net/http_head.h"
 
 #include "fuzz.h"
-#include "machine/multipart.h"
+#include "machine/net/multipart.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

@@ -1,11 +1,11 @@
-// Stands in for machine/child_process.cc: the work runs at once and in this process, where the
+// Stands in for machine/net/child_process.cc: the work runs at once and in this process, where the
 // sanitizers see it and no process has to be made for each input. Its limits are not set.
 #include <sys/resource.h>
 
 #include <deque>
 #include <new>
 
-#include "machine/child_process.h"
+#include "machine/net/child_process.h"
 
 namespace {
 

@@ -1,14 +1,14 @@
 // The strict reader of JSON that all files share.
 #include <nlohmann/json.hpp>
 
+#include "files/json_object.h"
 #include "fuzz.h"
-#include "store/json_object.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
-  const auto json = store::ParseJson(fuzz::Text(data, size), "file.json");
+  const auto json = files::ParseJson(fuzz::Text(data, size), "file.json");
   if (!fuzz::Good(json)) return 0;
-  store::JsonObject object(*json, "file.json");
+  files::JsonObject object(*json, "file.json");
   (void)object.Number("number", {-1, 1}, 0);
   (void)object.Integer("integer", {0, 100});
   (void)object.Text("text");
@@ -16,6 +16,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   (void)object.Numbers("numbers", 0, 10);
   (void)object.OptionalNumbers("some", 0, 10);
   (void)fuzz::Good(object.Finish());
-  fuzz::Require(store::Show(*json).size() <= 60, "a value that is shown is short");
+  fuzz::Require(files::Show(*json).size() <= 60, "a value that is shown is short");
   return 0;
 }

@@ -6,7 +6,7 @@
 
 #include "base/frame.h"
 #include "fuzz.h"
-#include "pressure_advance/laser_crop.h"
+#include "pressure_advance/laser/laser_crop.h"
 #include "vision/laser_line.h"
 
 namespace {
@@ -48,8 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   vision::LaserLineWorkspace workspace;
   if (width >= vision::kNarrowestFrame_px) FindLines(frames, workspace);
-  for (const auto direction :
-       {pressure_advance::AxisDirection::kMinusX, pressure_advance::AxisDirection::kPlusX}) {
+  for (const auto direction : {AxisDirection::kMinusX, AxisDirection::kPlusX}) {
     const auto found = pressure_advance::FindCrop(frames, direction, workspace);
     if (!found.crop) {
       fuzz::Require(!found.fault.empty(), "where there is no crop, it is said why");

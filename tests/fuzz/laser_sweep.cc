@@ -5,9 +5,9 @@
 
 #include "base/frame.h"
 #include "fuzz.h"
-#include "pressure_advance/deviation.h"
-#include "pressure_advance/laser_eye.h"
-#include "pressure_advance/scan.h"
+#include "pressure_advance/laser/deviation.h"
+#include "pressure_advance/laser/laser_eye.h"
+#include "pressure_advance/recording/scan.h"
 
 namespace {
 
@@ -40,7 +40,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   scan.motion.acceleration_mm_s2 = 3000;
   scan.motion.segments = {{0.25, 5}, {0.5, 150}, {0.25, 5}};
   if ((data[2] & 1) != 0) scan.px_per_mm = 20;
-  if ((data[2] & 2) != 0) scan.height_direction = pressure_advance::AxisDirection::kPlusX;
+  if ((data[2] & 2) != 0) scan.height_direction = AxisDirection::kPlusX;
   pressure_advance::ScanLine line;
   line.video = "line.avi";
   for (int i = 0; (data[2] & 4) != 0 && i < kFrames; ++i) {

@@ -2,7 +2,7 @@
 #include <stop_token>
 
 #include "fuzz.h"
-#include "machine/linuxcnc.h"
+#include "machine/linuxcnc/linuxcnc.h"
 #include "scripted_stream.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

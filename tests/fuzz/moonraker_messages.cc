@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fuzz.h"
-#include "machine/moonraker_printer_impl.h"
+#include "machine/moonraker/moonraker_printer_impl.h"
 #include "scripted_connection.h"
 
 namespace {

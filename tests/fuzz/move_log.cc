@@ -1,13 +1,13 @@
 // Batches of moves and of forces, a JSON text a line, as a printer streams them.
-#include "machine/move_log.h"
+#include "machine/moonraker/move_log.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "fuzz.h"
-#include "machine/printer.h"
-#include "machine/tap_intake.h"
+#include "machine/moonraker/printer.h"
+#include "machine/moonraker/tap_intake.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

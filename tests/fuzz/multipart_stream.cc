@@ -1,9 +1,9 @@
 // The parts of a camera's stream. The first byte says in how large pieces they come.
 #include "fuzz.h"
-#include "machine/camera.h"
-#include "machine/frame_check.h"
-#include "machine/mjpeg_stream.h"
-#include "machine/multipart.h"
+#include "machine/camera/camera.h"
+#include "machine/camera/frame_check.h"
+#include "machine/camera/mjpeg_stream.h"
+#include "machine/net/multipart.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

@@ -1,5 +1,5 @@
 // The history of tool offsets.
-#include "store/offset_history.h"
+#include "tool_offset/files/offset_history.h"
 
 #include "fuzz.h"
 #include "memory_file.h"
@@ -8,6 +8,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace trammel;
   static const fuzz::MemoryFile file("offsets.jsonl");
   file.Write(fuzz::Text(data, size));
-  (void)fuzz::Good(store::ReadOffsetChanges(file.path()));
+  (void)fuzz::Good(files::ReadOffsetChanges(file.path()));
   return 0;
 }

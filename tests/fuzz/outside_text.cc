@@ -5,7 +5,7 @@
 #include "base/url_secrets.h"
 #include "base/utf8.h"
 #include "fuzz.h"
-#include "sim/own_host.h"
+#include "sim/camera/own_host.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

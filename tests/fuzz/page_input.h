@@ -4,7 +4,7 @@
 #include <string>
 
 #include "fuzz.h"
-#include "machine/page_file.h"
+#include "machine/page/page_file.h"
 #include "memory_file.h"
 
 namespace trammel::fuzz {

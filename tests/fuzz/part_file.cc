@@ -1,12 +1,12 @@
 // A part's ideal surfaces and scale bars.
 #include "fuzz.h"
 #include "memory_file.h"
-#include "store/part_fit_file.h"
+#include "part_alignment/files/part_fit_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   static const fuzz::MemoryFile file("file.json");
   file.Write(fuzz::Text(data, size));
-  (void)fuzz::Good(store::ReadPartFile(file.path()));
+  (void)fuzz::Good(files::ReadPartFile(file.path()));
   return 0;
 }

@@ -1,6 +1,6 @@
 // Photos and frames: JPEG and PNG.
 #include "fuzz.h"
-#include "machine/image_file.h"
+#include "machine/camera/image_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

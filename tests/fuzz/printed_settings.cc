@@ -2,29 +2,29 @@
 // written as G-code and read back.
 #include <string>
 
+#include "app/config/config_file.h"
 #include "fuzz.h"
-#include "pressure_advance/pattern.h"
+#include "pressure_advance/files/plan_file.h"
+#include "pressure_advance/pattern/pattern.h"
 #include "settings/material.h"
-#include "sim/plan_file.h"
-#include "store/config_file.h"
-#include "store/plan_file.h"
-#include "tool_offset/sheet_file.h"
-#include "tool_offset/sheet_gcode.h"
-#include "tool_offset/sheet_temperatures.h"
+#include "sim/print/plan_file.h"
+#include "tool_offset/sheet/sheet_file.h"
+#include "tool_offset/sheet/sheet_gcode.h"
+#include "tool_offset/sheet/sheet_temperatures.h"
 
 namespace {
 
 using namespace trammel;
 
-void PrintPattern(const store::Config& config, std::string_view text) {
-  if (!fuzz::Good(store::ValidateConfig(config, text, "trammel.toml"))) return;
+void PrintPattern(const files::Config& config, std::string_view text) {
+  if (!fuzz::Good(files::ValidateConfig(config, text, "trammel.toml"))) return;
   if (settings::FindTemperatureProblem(config.pattern)) return;
   const auto layout = pressure_advance::LayOut(config.pattern);
   (void)pressure_advance::Summarise(layout, config.pattern);
   fuzz::Require(!pressure_advance::WriteGcode(layout, config.pattern).empty(), "a file is written");
   const auto plan = pressure_advance::MakePlan(layout, config.pattern, "pattern.gcode");
-  const std::string written = store::FormatPlan(plan);
-  fuzz::Require(fuzz::Good(store::ParsePlan(written, "plan.json")), "a plan of ours can be read");
+  const std::string written = files::FormatPlan(plan);
+  fuzz::Require(fuzz::Good(files::ParsePlan(written, "plan.json")), "a plan of ours can be read");
   fuzz::Require(fuzz::Good(sim::ParsePlan(written)), "by the virtual print shop, too");
 }
 
@@ -39,9 +39,9 @@ void PrintSheet(const tool_offset::SheetSettings& settings) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text = fuzz::Text(data, size);
-  const auto config = store::ParseConfig(text, "trammel.toml");
+  const auto config = files::ParseConfig(text, "trammel.toml");
   if (!fuzz::Good(config)) return 0;
   PrintPattern(*config, text);
-  PrintSheet(store::SheetOf(*config));
+  PrintSheet(files::SheetOf(*config));
   return 0;
 }

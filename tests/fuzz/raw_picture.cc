@@ -1,5 +1,5 @@
 // Raw pixels as industrial cameras send them: pixel format, width, height and padding, then bytes.
-#include "machine/raw_picture.h"
+#include "machine/camera/raw_picture.h"
 
 #include <cstring>
 

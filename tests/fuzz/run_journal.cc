@@ -1,5 +1,5 @@
 // What a run notes to bring back on a printer.
-#include "store/run_journal.h"
+#include "session/run_journal.h"
 
 #include "fuzz.h"
 #include "memory_file.h"
@@ -8,11 +8,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace trammel;
   static const fuzz::MemoryFile file("run.journal");
   file.Write(fuzz::Text(data, size));
-  const auto journal = store::ReadJournal(file.path());
+  const auto journal = files::ReadJournal(file.path());
   if (!fuzz::Good(journal) || !*journal) return 0;
-  fuzz::Require(store::IsRunName((*journal)->run), "a run has a name that can stand anywhere");
-  fuzz::Require(fuzz::Good(store::WriteJournal(file.path(), **journal)), "it can be written");
-  const auto again = store::ReadJournal(file.path());
+  fuzz::Require(files::IsRunName((*journal)->run), "a run has a name that can stand anywhere");
+  fuzz::Require(fuzz::Good(files::WriteJournal(file.path(), **journal)), "it can be written");
+  const auto again = files::ReadJournal(file.path());
   fuzz::Require(fuzz::Good(again) && *again, "a journal that was written can be read");
   fuzz::Require((*again)->targets_c == (*journal)->targets_c &&
                     (*again)->pressure_advance_s == (*journal)->pressure_advance_s,

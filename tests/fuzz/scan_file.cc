@@ -3,15 +3,15 @@
 #include <string>
 
 #include "fuzz.h"
-#include "store/recording.h"
+#include "pressure_advance/files/recording.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
-  const auto scan = store::ParseScan(std::string(fuzz::Text(data, size)), "scan.json");
+  const auto scan = files::ParseScan(std::string(fuzz::Text(data, size)), "scan.json");
   if (!fuzz::Good(scan)) return 0;
-  const std::string text = store::FormatScan(*scan, nullptr);
-  const auto again = store::ParseScan(text, "scan.json");
+  const std::string text = files::FormatScan(*scan, nullptr);
+  const auto again = files::ParseScan(text, "scan.json");
   fuzz::Require(fuzz::Good(again), "a scan that was written can be read");
-  fuzz::Require(store::FormatScan(*again, nullptr) == text, "a scan reads back as it was written");
+  fuzz::Require(files::FormatScan(*again, nullptr) == text, "a scan reads back as it was written");
   return 0;
 }

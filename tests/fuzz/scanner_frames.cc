@@ -2,8 +2,8 @@
 #include <cstring>
 
 #include "fuzz.h"
-#include "machine/frame_assembler.h"
-#include "machine/sane_scan.h"
+#include "machine/scanner/frame_assembler.h"
+#include "machine/scanner/sane_scan.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

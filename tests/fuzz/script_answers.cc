@@ -3,9 +3,9 @@
 #include <string>
 
 #include "fuzz.h"
-#include "machine/message_log.h"
-#include "machine/script_watch.h"
-#include "machine/tap_stream.h"
+#include "machine/moonraker/message_log.h"
+#include "machine/moonraker/script_watch.h"
+#include "machine/moonraker/tap_stream.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "fuzz.h"
-#include "machine/message_log.h"
-#include "machine/moonraker_connection.h"
+#include "machine/moonraker/message_log.h"
+#include "machine/moonraker/moonraker_connection.h"
 
 namespace trammel::fuzz {
 namespace {

@@ -1,5 +1,5 @@
 // Stands in for connections to Moonraker and Klipper: linked in place of
-// machine/moonraker_connection.cc. All on the caller's thread.
+// machine/moonraker/moonraker_connection.cc. All on the caller's thread.
 #pragma once
 
 #include <string_view>

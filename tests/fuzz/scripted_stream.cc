@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
-#include "machine/byte_stream.h"
-#include "machine/wait_fd.h"
+#include "machine/net/byte_stream.h"
+#include "machine/net/wait_fd.h"
 
 namespace trammel::fuzz {
 namespace {

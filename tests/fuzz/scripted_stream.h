@@ -1,4 +1,5 @@
-// Stands in for TCP connections: linked in place of machine/byte_stream.cc and machine/wait_fd.cc.
+// Stands in for TCP connections: linked in place of machine/net/byte_stream.cc and
+// machine/net/wait_fd.cc.
 #pragma once
 
 #include <cstddef>

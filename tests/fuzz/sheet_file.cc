@@ -1,5 +1,5 @@
 // The settings of a sheet, read back from its G-code.
-#include "tool_offset/sheet_file.h"
+#include "tool_offset/sheet/sheet_file.h"
 
 #include <string>
 

@@ -2,7 +2,7 @@
 #include <string>
 
 #include "fuzz.h"
-#include "sim/camera_headers.h"
+#include "sim/camera/camera_headers.h"
 #include "sim/moonraker/http_api.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

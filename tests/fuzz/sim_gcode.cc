@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "fuzz.h"
-#include "sim/gcode_interpreter.h"
-#include "sim/planner.h"
+#include "sim/print/gcode_interpreter.h"
+#include "sim/print/planner.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "fuzz.h"
-#include "sim/machine_wire.h"
+#include "sim/camera/machine_wire.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "fuzz.h"
-#include "sim/machine_host.h"
+#include "sim/camera/machine_host.h"
 #include "sim/moonraker/http_api.h"
 #include "sim/moonraker/hub.h"
 

@@ -1,8 +1,8 @@
 // G-code of a sheet of tool offsets, as each firmware takes it, with macros of the machine's own:
 // the macros' configuration, then the file.
 #include "fuzz.h"
-#include "sim/sheet_gcode.h"
-#include "sim/sheet_macros.h"
+#include "sim/sheet/sheet_gcode.h"
+#include "sim/sheet/sheet_macros.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

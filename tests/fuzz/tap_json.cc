@@ -2,19 +2,19 @@
 #include <cmath>
 
 #include "fuzz.h"
-#include "store/tap_file.h"
-#include "tap/analyse.h"
+#include "tap/analyse/analyse.h"
+#include "tap/files/tap_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
-  const auto taps = store::ParseTaps(fuzz::Text(data, size), "taps.json");
+  const auto taps = files::ParseTaps(fuzz::Text(data, size), "taps.json");
   if (!fuzz::Good(taps)) return 0;
   fuzz::Require(!taps->empty(), "a file that can be read holds a tap");
   for (const tap::Recording& recording : *taps) {
-    const std::string line = store::FormatTap(recording);
-    const auto again = store::ParseTaps(line, "taps.jsonl");
+    const std::string line = files::FormatTap(recording);
+    const auto again = files::ParseTaps(line, "taps.jsonl");
     fuzz::Require(fuzz::Good(again), "a tap that was written can be read");
-    fuzz::Require(store::FormatTap(again->front()) == line, "a tap reads back as it was written");
+    fuzz::Require(files::FormatTap(again->front()) == line, "a tap reads back as it was written");
     for (const tap::Method method : {tap::Method::kContact, tap::Method::kTwoLine}) {
       tap::TapOptions options;
       options.method = method;

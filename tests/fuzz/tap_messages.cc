@@ -4,7 +4,7 @@
 #include <string>
 
 #include "fuzz.h"
-#include "machine/tap_stream.h"
+#include "machine/moonraker/tap_stream.h"
 #include "scripted_connection.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

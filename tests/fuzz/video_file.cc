@@ -1,5 +1,5 @@
 // A recording's video.
-#include "machine/video_file.h"
+#include "machine/video/video_file.h"
 
 #include "fuzz.h"
 #include "memory_file.h"

@@ -1,12 +1,12 @@
 // A server's list of webcams: the printer's address, then the answer.
-#include "machine/webcam_list.h"
+#include "machine/moonraker/webcam_list.h"
 
 #include <nlohmann/json.hpp>
 
 #include "fuzz.h"
-#include "machine/camera_url.h"
-#include "machine/moonraker_address.h"
-#include "machine/printer.h"
+#include "machine/camera/camera_url.h"
+#include "machine/moonraker/moonraker_address.h"
+#include "machine/moonraker/printer.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

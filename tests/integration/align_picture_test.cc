@@ -12,8 +12,8 @@
 #include "part_alignment/pose/solve.h"
 #include "part_alignment/targets/eccentricity.h"
 #include "part_alignment/targets/target_finder.h"
-#include "sim/spindle_files.h"
-#include "sim/spindle_scene.h"
+#include "sim/spindle/spindle_files.h"
+#include "sim/spindle/spindle_scene.h"
 
 namespace trammel {
 namespace {

@@ -9,10 +9,10 @@
 
 #include "align_scene.h"
 #include "base/statistics.h"
+#include "part_alignment/files/alignment_file.h"
 #include "part_alignment/pose/solve.h"
-#include "sim/spindle_files.h"
-#include "sim/spindle_scene.h"
-#include "store/alignment_file.h"
+#include "sim/spindle/spindle_files.h"
+#include "sim/spindle/spindle_scene.h"
 #include "support/temporary_folder.h"
 
 namespace trammel {
@@ -133,7 +133,7 @@ TEST(AlignRoundTrip, ObservationsFileOfTheVirtualSpindleIsReadAndSolved) {
   const sim::SpindleName which = {kSeed, 4};
   const sim::SpindleWorld world = sim::DrawSpindleWorld(setup, which);
   std::ofstream(path) << sim::ObservationsJson(world, which, 20);
-  const auto input = store::ReadAlignmentFile(path);
+  const auto input = files::ReadAlignmentFile(path);
   ASSERT_TRUE(input) << input.error().message;
   EXPECT_TRUE(input->unknowns.clamp_angle);
   EXPECT_EQ(input->numeric_ids.size(), 4U);

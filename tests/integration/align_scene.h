@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "part_alignment/pose/measurement.h"
-#include "sim/spindle_world.h"
+#include "sim/spindle/spindle_world.h"
 
 namespace trammel::test {
 

@@ -18,7 +18,7 @@
 #include "align_scene.h"
 #include "base/statistics.h"
 #include "part_alignment/pose/solve.h"
-#include "sim/spindle_scene.h"
+#include "sim/spindle/spindle_scene.h"
 
 namespace trammel {
 namespace {

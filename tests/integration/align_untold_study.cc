@@ -16,7 +16,7 @@
 #include "align_scene.h"
 #include "part_alignment/part_fit/part_fit.h"
 #include "part_alignment/pose/solve.h"
-#include "sim/spindle_scene.h"
+#include "sim/spindle/spindle_scene.h"
 
 namespace trammel {
 namespace {

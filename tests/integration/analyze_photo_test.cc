@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "pressure_advance/photo_test_support.h"
+#include "pressure_advance/photo/photo_test_support.h"
 #include "support/analyze_result.h"
 
 namespace trammel {

@@ -19,8 +19,8 @@
 #include "base/random.h"
 #include "frame_truth.h"
 #include "machine_shop.h"
-#include "sim/conditions.h"
-#include "sim/world.h"
+#include "sim/print/conditions.h"
+#include "sim/print/world.h"
 #include "support/temporary_folder.h"
 
 namespace trammel::test {

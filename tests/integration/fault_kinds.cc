@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "sim/camera_http.h"
+#include "sim/camera/camera_http.h"
 #include "sim/moonraker/test_client.h"
 
 namespace trammel::test {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "sim/camera_truth.h"
+#include "sim/camera/camera_truth.h"
 
 namespace trammel::test {
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "pressure_advance/scan_settings.h"
+#include "settings/scan_settings.h"
 
 namespace trammel {
 namespace {
@@ -76,7 +76,7 @@ TEST(KlipperMacros, EveryNameThatAMacroUsesIsDefined) {
 
 TEST(KlipperMacros, TheDefaultsOfTheScanAreAmongThem) {
   const auto sections = ReadSections();
-  const pressure_advance::ScanSettings defaults;
+  const settings::ScanSettings defaults;
   EXPECT_TRUE(sections.contains("gcode_macro " + defaults.laser_on_gcode));
   EXPECT_TRUE(sections.contains("gcode_macro " + defaults.laser_off_gcode));
 }

@@ -10,13 +10,13 @@
 #include <numbers>
 #include <thread>
 
-#include "machine/host_clock.h"
-#include "machine/linuxcnc.h"
+#include "machine/linuxcnc/linuxcnc.h"
+#include "machine/net/host_clock.h"
 #include "part_alignment/correction/part_correction.h"
+#include "part_alignment/files/alignment_file.h"
 #include "part_alignment/pose/alignment_test_support.h"
 #include "part_alignment/pose/alignment_world_test_support.h"
 #include "real_linuxcnc.h"
-#include "store/alignment_file.h"
 #include "support/run_trammel.h"
 
 namespace trammel {
@@ -156,9 +156,9 @@ TEST_F(LinuxCncRoundTrip, FromPicturesToAPartPointWithinAMicron) {
     return made;
   }();
   constexpr double kSigma_px = 0.05;
-  store::AlignmentInput input;
+  files::AlignmentInput input;
   input.measurement = part_alignment::MeasurementOf(world, kSigma_px);
-  test::WriteWhole(folder_.path() / "seen.json", store::AlignmentFileText(input));
+  test::WriteWhole(folder_.path() / "seen.json", files::AlignmentFileText(input));
   test::WriteWhole(folder_.path() / "supports.json", R"({"format": 1, "supports": [
     {"id": 1, "part_mm": [-700, -450, -80], "direction": [0, 0, 1]},
     {"id": 2, "part_mm": [700, -450, -80], "direction": [0, 0, 1]},

@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "sim/scan_recorder.h"
-#include "sim/world.h"
+#include "sim/camera/scan_recorder.h"
+#include "sim/print/world.h"
 
 namespace trammel::test {
 namespace {

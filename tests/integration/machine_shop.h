@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/camera_server.h"
-#include "sim/machine_host.h"
+#include "sim/camera/camera_server.h"
+#include "sim/camera/machine_host.h"
 #include "sim/moonraker/server.h"
 #include "support/temporary_folder.h"
 #include "support/trammel_process.h"

@@ -10,14 +10,14 @@
 
 #include "base/page.h"
 #include "offset_world.h"
-#include "sim/scanner_page.h"
-#include "sim/sheet_gcode.h"
-#include "sim/sheet_macros.h"
-#include "sim/sheet_print.h"
-#include "sim/sheet_world.h"
-#include "tool_offset/analyse.h"
-#include "tool_offset/correction.h"
-#include "tool_offset/sheet_gcode.h"
+#include "sim/scanner/scanner_page.h"
+#include "sim/scanner/sheet_world.h"
+#include "sim/sheet/sheet_gcode.h"
+#include "sim/sheet/sheet_macros.h"
+#include "sim/sheet/sheet_print.h"
+#include "tool_offset/offset/analyse.h"
+#include "tool_offset/offset/correction.h"
+#include "tool_offset/sheet/sheet_gcode.h"
 
 namespace trammel {
 namespace {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "offset_world.h"
-#include "tool_offset/combine.h"
+#include "tool_offset/reading/combine.h"
 
 namespace trammel {
 namespace {

@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "sim/sheet_gcode.h"
-#include "tool_offset/sheet_gcode.h"
+#include "sim/sheet/sheet_gcode.h"
+#include "tool_offset/sheet/sheet_gcode.h"
 
 namespace trammel {
 

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "base/result.h"
-#include "sim/scanner_page.h"
-#include "sim/sheet_print.h"
-#include "sim/sheet_world.h"
-#include "tool_offset/analyse.h"
+#include "sim/scanner/scanner_page.h"
+#include "sim/scanner/sheet_world.h"
+#include "sim/sheet/sheet_print.h"
+#include "tool_offset/offset/analyse.h"
 
 namespace trammel {
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "store/plan_file.h"
+#include "pressure_advance/files/plan_file.h"
 #include "support/run_trammel.h"
 
 namespace trammel {
@@ -30,7 +30,7 @@ TEST(PatternCommand, WritesGcodePlanAndPreviewAndSaysWhatItCosts) {
   EXPECT_THAT(ReadWhole(folder.path() / "pattern.svg"), HasSubstr("<svg"));
   EXPECT_THAT(ReadWhole(folder.path() / "pattern.png"), StartsWith("\x89PNG"));
   const auto plan =
-      store::ParsePlan(ReadWhole(folder.path() / "pattern.plan.json"), "pattern.plan.json");
+      files::ParsePlan(ReadWhole(folder.path() / "pattern.plan.json"), "pattern.plan.json");
   ASSERT_TRUE(plan) << plan.error().message;
   EXPECT_EQ(plan->gcode, "pattern.gcode");
   EXPECT_EQ(plan->lines.size(), 10u);
@@ -61,7 +61,7 @@ TEST(PatternCommand, TakesSettingsFromTheFileAndThenFromItsArguments) {
   EXPECT_THAT(run.output, HasSubstr("lines      162 in 27 pattern(s)"));
   EXPECT_THAT(ReadWhole(folder.path() / "pattern.gcode"), HasSubstr("\nM900 K0.08\n"));
   const auto plan =
-      store::ParsePlan(ReadWhole(folder.path() / "pattern.plan.json"), "pattern.plan.json");
+      files::ParsePlan(ReadWhole(folder.path() / "pattern.plan.json"), "pattern.plan.json");
   ASSERT_TRUE(plan) << plan.error().message;
   EXPECT_EQ(plan->line_length_mm, 25);
 }

@@ -5,9 +5,9 @@
 #include <numbers>
 #include <string>
 
-#include "pressure_advance/pattern.h"
-#include "sim/gcode_interpreter.h"
-#include "sim/planner.h"
+#include "pressure_advance/pattern/pattern.h"
+#include "sim/print/gcode_interpreter.h"
+#include "sim/print/planner.h"
 
 namespace trammel {
 namespace {

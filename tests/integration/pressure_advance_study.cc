@@ -13,14 +13,14 @@
 #include <thread>
 #include <vector>
 
-#include "app/analysis_run.h"
 #include "base/statistics.h"
-#include "pressure_advance/pattern.h"
-#include "pressure_advance/pattern_plan.h"
-#include "sim/conditions.h"
-#include "sim/scan_recorder.h"
-#include "sim/world.h"
-#include "store/plan_file.h"
+#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/files/plan_file.h"
+#include "pressure_advance/pattern/pattern.h"
+#include "pressure_advance/pattern/pattern_plan.h"
+#include "sim/camera/scan_recorder.h"
+#include "sim/print/conditions.h"
+#include "sim/print/world.h"
 
 namespace trammel {
 namespace {
@@ -59,7 +59,7 @@ World PaperPattern() {
   const auto layout = pressure_advance::LayOut(config);
   const auto plan = pressure_advance::MakePlan(layout, config, "pattern.gcode");
   return {pressure_advance::WriteGcode(layout, config),
-          sim::ParsePlan(store::FormatPlan(plan)).value()};
+          sim::ParsePlan(files::FormatPlan(plan)).value()};
 }
 
 Outcome RunOne(const World& world, std::uint64_t seed, const sim::Condition& condition,

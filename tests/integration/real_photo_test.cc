@@ -16,9 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "app/analysis_run.h"
 #include "base/random.h"
-#include "pressure_advance/analyse.h"
+#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/response/analyse.h"
 #include "support/analyze_result.h"
 
 namespace trammel {

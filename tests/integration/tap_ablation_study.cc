@@ -9,7 +9,7 @@
 
 #include "base/statistics.h"
 #include "support/drawn_tap.h"
-#include "tap/analyse.h"
+#include "tap/analyse/analyse.h"
 
 namespace trammel::tap {
 namespace {

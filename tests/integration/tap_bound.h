@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "sim/contact_law.h"
+#include "sim/cell/contact_law.h"
 
 namespace trammel {
 

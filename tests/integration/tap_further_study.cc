@@ -11,7 +11,7 @@
 #include <cstdlib>
 
 #include "base/statistics.h"
-#include "tap/finding.h"
+#include "tap/samples/finding.h"
 #include "tap_further_rows.h"
 #include "tap_miss_bound.h"
 #include "tap_study_answers.h"

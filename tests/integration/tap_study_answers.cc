@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tap/finding.h"
+#include "tap/samples/finding.h"
 
 namespace trammel {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tap/analyse.h"
+#include "tap/analyse/analyse.h"
 #include "tap_bound.h"
 #include "tap_study_row.h"
 

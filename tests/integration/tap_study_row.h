@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/simulated_tap.h"
-#include "tap/tap.h"
+#include "sim/cell/simulated_tap.h"
+#include "tap/samples/tap.h"
 
 namespace trammel {
 
@@ -37,7 +37,7 @@ struct TapRow {
 /// A whole number from the environment.
 [[nodiscard]] std::uint64_t FromEnvironment(const char* name, std::uint64_t otherwise);
 
-/// A row of a named cell (sim/cell_traits.h).
+/// A row of a named cell (sim/cell/cell_traits.h).
 [[nodiscard]] TapRow NamedRow(const char* name, Demand demand, const char* cell);
 
 /// Taps once, with a bed height and a start drawn from the seed. Where the row draws, `row` holds

@@ -10,7 +10,7 @@
 #include <cstdio>
 
 #include "base/statistics.h"
-#include "tap/tuning.h"
+#include "tap/tuning/tuning.h"
 #include "tap_study_answers.h"
 
 namespace trammel {

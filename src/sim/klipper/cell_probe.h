@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "sim/cell/load_cell.h"
+#include "sim/cell/tap_moves.h"
 #include "sim/klipper/config.h"
-#include "sim/load_cell.h"
-#include "sim/tap_moves.h"
 
 namespace trammel::sim {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/cell_traits.h"
+#include "sim/cell/cell_traits.h"
 
 namespace trammel::sim {
 

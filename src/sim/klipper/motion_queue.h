@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "sim/planner.h"
+#include "sim/print/planner.h"
 
 namespace trammel::sim {
 

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sim/camera_http.h"
+#include "sim/camera/camera_http.h"
 #include "sim/moonraker/server.h"
 #include "sim/moonraker/test_client.h"
 

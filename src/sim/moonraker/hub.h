@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "sim/machine_host.h"
+#include "sim/camera/machine_host.h"
 #include "sim/moonraker/rpc.h"
 
 namespace trammel::sim {

@@ -21,9 +21,9 @@
 
 #include "base/bug_note.h"
 #include "base/thread_priority.h"
-#include "sim/camera_http.h"
+#include "sim/camera/camera_http.h"
+#include "sim/camera/own_host.h"
 #include "sim/moonraker/http_api.h"
-#include "sim/own_host.h"
 
 namespace trammel::sim {
 namespace {

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "base/result.h"
-#include "sim/machine_host.h"
+#include "sim/camera/machine_host.h"
 #include "sim/moonraker/hub.h"
 
 namespace trammel::sim {

@@ -10,7 +10,7 @@
 
 #include "base/bug_note.h"
 #include "base/check.h"
-#include "sim/camera_http.h"
+#include "sim/camera/camera_http.h"
 #include "sim/moonraker/http_api.h"
 #include "sim/moonraker/multipart.h"
 #include "sim/moonraker/test_client.h"

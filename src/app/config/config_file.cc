@@ -1,0 +1,213 @@
+#include "app/config/config_file.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "app/config/config_value.h"
+#include "base/url_secrets.h"
+#include "files/suggest.h"
+#include "pressure_advance/pattern/pattern_config.h"
+#include "settings/scan_fields.h"
+
+namespace trammel::files {
+namespace {
+
+std::string At(const std::string& file, const toml::source_region& source) {
+  return source.begin.line > 0 ? fmt::format("{}:{}", file, source.begin.line) : file;
+}
+
+using Settings = std::vector<ConfigSetting>;
+
+std::vector<std::string_view> SectionNames(const Settings& settings) {
+  std::vector<std::string_view> names;
+  for (const ConfigSetting& setting : settings) {
+    if (names.empty() || names.back() != setting.section) names.push_back(setting.section);
+  }
+  return names;
+}
+
+std::vector<std::string_view> KeysOf(const Settings& settings, std::string_view section) {
+  std::vector<std::string_view> keys;
+  for (const ConfigSetting& setting : settings) {
+    if (section.empty() || setting.section == section) keys.push_back(setting.key);
+  }
+  return keys;
+}
+
+/// An empty section stands for any: the first that has the key.
+const ConfigSetting* Find(const Settings& settings, std::string_view section,
+                          std::string_view key) {
+  for (const ConfigSetting& setting : settings) {
+    if ((section.empty() || setting.section == section) && setting.key == key) return &setting;
+  }
+  return nullptr;
+}
+
+std::string Suggest(std::string_view word, const std::vector<std::string_view>& known) {
+  if (const auto nearest = Nearest(word, known)) return fmt::format("; did you mean {}?", *nearest);
+  return "; trammel config keys lists what there is";
+}
+
+std::string UnknownKey(const Settings& settings, std::string_view section, std::string_view key) {
+  std::string hint;
+  if (const ConfigSetting* elsewhere = Find(settings, "", key)) {
+    hint = fmt::format("; it belongs in [{}]", elsewhere->section);
+  } else {
+    hint = Suggest(key, KeysOf(settings, section));
+  }
+  return fmt::format("[{}] has no key {}{}", section, key, hint);
+}
+
+Result<toml::table> ParseToml(std::string_view text, const std::string& file) {
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    return Fail(fmt::format("{}: is not TOML: {}", At(file, error.source()), error.description()));
+  }
+}
+
+Result<void> ReadSection(std::string_view section, const toml::table& table,
+                         const std::string& file, const Settings& settings, Config& config) {
+  for (const auto& [key, value] : table) {
+    const ConfigSetting* setting = Find(settings, section, key.str());
+    if (setting == nullptr) {
+      return Fail(
+          fmt::format("{}: {}", At(file, key.source()), UnknownKey(settings, section, key.str())));
+    }
+    if (const auto fault = SetSetting(*setting, value)) {
+      return Fail(
+          fmt::format("{}: [{}] {}: {}", At(file, key.source()), section, key.str(), *fault));
+    }
+    ++config.keys_set;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Config> ParseConfig(std::string_view text, const std::string& file) {
+  const Result<toml::table> root = ParseToml(text, file);
+  if (!root) return tl::unexpected(root.error());
+  Config config;
+  const Settings settings = SettingsOf(config);
+  const std::vector<std::string_view> sections = SectionNames(settings);
+  for (const auto& [name, value] : *root) {
+    const std::string where = At(file, name.source());
+    if (std::find(sections.begin(), sections.end(), name.str()) == sections.end()) {
+      if (const ConfigSetting* setting = Find(settings, "", name.str())) {
+        return Fail(fmt::format("{}: {} belongs in [{}]", where, name.str(), setting->section));
+      }
+      return Fail(fmt::format("{}: there is no section [{}]{}", where, name.str(),
+                              Suggest(name.str(), sections)));
+    }
+    if (!value.is_table()) {
+      return Fail(fmt::format("{}: {} is a section; write [{}]", where, name.str(), name.str()));
+    }
+    if (auto done = ReadSection(name.str(), *value.as_table(), file, settings, config); !done) {
+      return tl::unexpected(done.error());
+    }
+  }
+  return config;
+}
+
+Result<void> ValidateConfig(const Config& config, std::string_view text, const std::string& file) {
+  auto problem = FindProblem(config.pattern);
+  if (!problem) problem = FindProblem(config.scan);
+  if (!problem) return {};
+  return tl::unexpected(LocateProblem(*problem, text, file));
+}
+
+Error LocateProblem(const settings::SettingProblem& problem, std::string_view text,
+                    const std::string& file) {
+  std::string where = file;
+  if (const Result<toml::table> root = ParseToml(text, file)) {
+    if (const toml::node* node = root->at_path(problem.section + "." + problem.key).node()) {
+      where = At(file, node->source());
+    }
+  }
+  return {ErrorKind::kInput, fmt::format("{}{}[{}] {}: {}", where, where.empty() ? "" : ": ",
+                                         problem.section, problem.key, problem.message)};
+}
+
+tool_offset::SheetSettings SheetOf(const Config& config) {
+  tool_offset::SheetSettings sheet = config.sheet;
+  sheet.printer = config.pattern;  // its base
+  sheet.filament = config.pattern;
+  return sheet;
+}
+
+Result<void> OverrideConfig(std::string_view assignment, Config& config,
+                            std::string_view own_section) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string_view::npos) {
+    return Fail(fmt::format("--set {}: must be key=value or section.key=value",
+                            WithoutSecrets(assignment)));
+  }
+  std::string_view key = assignment.substr(0, equals);
+  const std::string_view value = assignment.substr(equals + 1);
+  const std::string name(key);  // what is said, without the value: it may be a secret
+  std::string_view section;
+  if (const std::size_t dot = key.find('.'); dot != std::string_view::npos) {
+    section = key.substr(0, dot);
+    key = key.substr(dot + 1);
+  }
+  const Settings settings = SettingsOf(config);
+  const ConfigSetting* setting =
+      section.empty() && !own_section.empty() ? Find(settings, own_section, key) : nullptr;
+  if (setting == nullptr) setting = Find(settings, section, key);
+  if (setting == nullptr) {
+    return Fail(
+        fmt::format("--set {}: there is no such key{}", name, Suggest(key, KeysOf(settings, ""))));
+  }
+  if (IsSecret(*setting) || WithoutSecrets(value) != value) {
+    return Fail(fmt::format(
+        "--set {}: everybody on this computer can read the words of a command, and this is a "
+        "secret; write it into trammel.toml, which only you can read then (chmod 600){}",
+        name, IsSecret(*setting) ? ", or name a file: --set api_key_file=FILE" : ""));
+  }
+  toml::table table;
+  if (IsText(*setting) && !value.starts_with('"') && !value.starts_with('\'')) {
+    table.insert("value", std::string(value));
+  } else {
+    Result<toml::table> parsed = ParseToml(fmt::format("value = {}", value), "--set");
+    if (!parsed) return Fail(fmt::format("--set {}: {}", name, parsed.error().message));
+    table = std::move(*parsed);
+  }
+  if (table.size() != 1) {
+    return Fail(fmt::format("--set {}: more than one value", name));
+  }
+  if (const auto fault = SetSetting(*setting, *table.get("value"))) {
+    return Fail(fmt::format("--set {}: [{}] {}: {}", name, setting->section, key, *fault));
+  }
+  return {};
+}
+
+std::string DescribeConfigKeys() {
+  Config defaults;
+  std::string out =
+      "# trammel.toml: every key with its default. Keep what differs; a key that is left out has\n"
+      "# its default. Keys that stand behind '#' have none.\n";
+  std::string_view section;
+  for (const ConfigSetting& setting : SettingsOf(defaults)) {
+    if (setting.section != section) {
+      section = setting.section;
+      out += fmt::format("\n[{}]\n", section);
+    }
+    std::string range;
+    if (setting.range.lo < setting.range.hi) {
+      const std::string_view unit = setting.range.unit;
+      range = fmt::format(" ({}{}{:.10g} … {:.10g})", unit, unit.empty() ? "" : ", ",
+                          setting.range.lo, setting.range.hi);
+    }
+    const auto value = FormatSetting(setting);
+    out += fmt::format("# {}{}\n", setting.doc, range);
+    out += value ? fmt::format("{} = {}\n", setting.key, *value)
+                 : fmt::format("# {} =\n", setting.key);
+  }
+  return out;
+}
+
+}  // namespace trammel::files

@@ -1,0 +1,54 @@
+// trammel.toml: the settings of a user's printer, read strictly.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "pressure_advance/pattern/pattern_config.h"
+#include "settings/scan_settings.h"
+#include "settings/setting_problem.h"
+#include "tool_offset/sheet/sheet_settings.h"
+
+namespace trammel::files {
+
+struct Config {
+  pressure_advance::PatternConfig pattern;  ///< [printer], [filament], [pressure_advance_pattern]
+  settings::ScanSettings scan;              ///< [moonraker], [camera], [scan]
+  tool_offset::SheetSettings sheet;         ///< [tool_offset_pattern]; see SheetOf
+  int keys_set = 0;                         ///< how many keys the file gave
+};
+
+/// The largest configuration that is read.
+inline constexpr std::size_t kMaxConfigBytes = 1u << 20;
+
+/// Reads the text of a trammel.toml; what it leaves out keeps its default. Checks types and each
+/// key's own range, not yet how they fit together: settings may still be overridden.
+/// Errors begin with `file`:line and name the section, the key, the value and the bound; an unknown
+/// section or key is one, with the nearest that exists.
+[[nodiscard]] Result<Config> ParseConfig(std::string_view text, const std::string& file);
+
+/// FindProblem of the pattern and the scan as an error that says where in the file the setting
+/// stands. `text` and `file` are those given to ParseConfig. The sheet is not judged: a bed that is
+/// too small for it still prints a pattern.
+[[nodiscard]] Result<void> ValidateConfig(const Config& config, std::string_view text,
+                                          const std::string& file);
+
+/// A problem as an error that says where in the file the setting stands.
+[[nodiscard]] Error LocateProblem(const settings::SettingProblem& problem, std::string_view text,
+                                  const std::string& file);
+
+/// Sets one key from `key=value` or `section.key=value`, the value as in TOML; quotes round a text
+/// may be left out. Without its section, a key that stands in several is that of `own_section`,
+/// where it has it, or of the first of them. Errors as ParseConfig, beginning with --set.
+[[nodiscard]] Result<void> OverrideConfig(std::string_view assignment, Config& config,
+                                          std::string_view own_section = {});
+
+/// The sheet's settings together with the printer and the filament of the same file. Not validated.
+[[nodiscard]] tool_offset::SheetSettings SheetOf(const Config& config);
+
+/// Every section and key with its documentation, unit, range and default: itself a valid
+/// trammel.toml that changes nothing.
+[[nodiscard]] std::string DescribeConfigKeys();
+
+}  // namespace trammel::files

@@ -1,0 +1,110 @@
+// trammel sim camera: the camera on a virtual printer's head as a process of its own.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <optional>
+#include <utility>
+
+#include "app/commands.h"
+#include "app/number_range.h"
+#include "app/option_values.h"
+#include "app/shop/sim_camera.h"
+#include "app/shop/sim_commands.h"
+#include "app/shop/sim_faults.h"
+#include "app/shop/sim_serving.h"
+#include "sim/camera/machine_link.h"
+#include "sim/print/world.h"
+
+namespace trammel::app {
+namespace {
+
+struct SimCameraArguments {
+  std::string machine;
+  CameraArguments camera;
+  CameraPlace place;
+  std::vector<std::string> faults;
+  std::optional<double> for_s;
+};
+
+Result<void> ServeCamera(const SimCameraArguments& arguments) {
+  std::vector<sim::CameraFault> faults;
+  for (const std::string& fault : arguments.faults) {
+    if (const Result<void> set = SetFault(fault, nullptr, &faults); !set) return set;
+  }
+  const EndOfServing end;
+  const auto machine = sim::RemoteMachine::Connect(arguments.machine);
+  if (!machine) return tl::unexpected(machine.error());
+  const auto camera =
+      StartCamera(arguments.camera, arguments.place, faults, (*machine)->world(), *machine);
+  if (!camera) return tl::unexpected(camera.error());
+  const int port = (*camera)->port();
+  if (const Result<void> told = (*machine)->Announce(port); !told) return told;
+  fmt::print("listening http://127.0.0.1:{}\n", port);
+  std::fflush(stdout);
+  Result<void> link;
+  end.Wait(arguments.for_s, [&] {
+    link = (*machine)->Check();
+    return !link;
+  });
+  return link;
+}
+
+}  // namespace
+
+void AddCameraOptions(CLI::App& command, const std::string& prefix, CameraArguments& arguments) {
+  command.add_option(prefix + "frame", arguments.frame, "size of the camera's frames in px")
+      ->capture_default_str();
+  command
+      .add_option(prefix + "fps", arguments.frames_per_s, "frames per second of the machine's time")
+      ->check(NumberIn(1.0, 240.0))
+      ->capture_default_str();
+}
+
+Result<std::unique_ptr<sim::CameraServer>> StartCamera(
+    const CameraArguments& arguments, const CameraPlace& place,
+    const std::vector<sim::CameraFault>& faults, const sim::MachineWorld& world,
+    std::shared_ptr<const sim::MachineSource> machine) {
+  const auto size = ParseWholePair(arguments.frame);
+  if (!size) {
+    return Fail(fmt::format("the camera's frame {}: must be WIDTHxHEIGHT, for example 640x360",
+                            arguments.frame.substr(0, 40)));
+  }
+  sim::CameraServerOptions options;
+  options.port = place.port;
+  options.truth_file = place.truth_file;
+  options.condition = world.condition;
+  options.view.frame_width_px = size->first;
+  options.view.frame_height_px = size->second;
+  options.frames_per_s = arguments.frames_per_s * world.speed;
+  options.machine_time_scale = world.speed;
+  options.faults = faults;
+  return sim::CameraServer::Start(options, std::move(machine),
+                                  sim::LaserEyeOf(world.seed, world.condition));
+}
+
+void AddSimCamera(CLI::App& parent, int& exit_code) {
+  const auto arguments = std::make_shared<SimCameraArguments>();
+  CLI::App* camera = parent.add_subcommand(
+      "camera", "be the camera on a virtual printer's head: MJPEG, on this machine only");
+  camera
+      ->add_option("--machine", arguments->machine,
+                   "the socket that sim printer made with --machine-socket")
+      ->required();
+  camera->add_option("--port", arguments->place.port, "of 127.0.0.1; 0 takes a free one")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
+  AddCameraOptions(*camera, "--", arguments->camera);
+  camera->add_option("--truth", arguments->place.truth_file,
+                     "file for what each frame really shows (JSON lines)");
+  camera->add_option("--fault", arguments->faults,
+                     "NAME=NUMBER, may be given again; names: " + CameraFaultNames());
+  camera->add_option("--for", arguments->for_s, "s after which it ends by itself")
+      ->check(NumberIn(0.0, 1e6));
+  camera->callback([arguments, &exit_code] {
+    const Result<void> done = ServeCamera(*arguments);
+    exit_code = done ? kExitGood : Report(done.error());
+  });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,213 @@
+// trammel sim …: virtual machines and the eyes that look at their work.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/number_range.h"
+#include "app/option_values.h"
+#include "app/shop/sim_commands.h"
+#include "sim/camera/scan_recorder.h"
+#include "sim/photo/photo.h"
+#include "sim/print/plan_file.h"
+#include "sim/print/world.h"
+
+namespace trammel::app {
+namespace {
+
+constexpr std::uintmax_t kLargestGcode = 100'000'000;
+
+struct ScanArguments {
+  std::string gcode;
+  std::string plan;
+  std::string condition = "matte-black-dark";
+  bool all_conditions = false;
+  std::uint64_t seed = 0;
+  std::optional<double> pressure_advance_s;
+  std::string frame = "1280x720";
+  int pattern = 0;
+  std::string out;
+};
+
+struct Size {
+  int width_px = 0;
+  int height_px = 0;
+};
+
+// "1280x720", within the given bounds.
+Result<Size> ParseSize(const char* option, const std::string& text, const Size& largest) {
+  const auto pair = ParseWholePair(text);
+  if (pair && pair->first >= 64 && pair->first <= largest.width_px && pair->second >= 64 &&
+      pair->second <= largest.height_px) {
+    return Size{pair->first, pair->second};
+  }
+  return Fail(fmt::format("{} {}: must be WIDTHxHEIGHT within 64x64 ... {}x{}", option,
+                          text.substr(0, 40), largest.width_px, largest.height_px));
+}
+
+Result<void> RecordConditions(const ScanArguments& arguments) {
+  sim::ScanOptions options;
+  options.pattern = arguments.pattern;
+  const Result<Size> frame =
+      ParseSize("--frame", arguments.frame, {sim::kSensorWidthPx, sim::kSensorHeightPx});
+  if (!frame) return Fail(frame.error().message);
+  options.frame_width_px = frame->width_px;
+  options.frame_height_px = frame->height_px;
+  std::vector<sim::Condition> conditions;
+  if (arguments.all_conditions) {
+    for (const sim::Condition& condition : sim::AllConditions()) conditions.push_back(condition);
+  } else {
+    const Result<sim::Condition> condition = sim::ParseCondition(arguments.condition);
+    if (!condition) return Fail("--condition: " + condition.error().message);
+    conditions.push_back(*condition);
+  }
+  const std::filesystem::path out = arguments.out;
+  std::error_code ignored;
+  if (std::filesystem::exists(out, ignored)) {
+    return Fail(fmt::format("--out {} exists already; nothing is overwritten: choose another name",
+                            arguments.out));
+  }
+  const Result<sim::Plan> plan = sim::ReadPlanFile(arguments.plan);
+  if (!plan) return Fail(plan.error().message);
+  const Result<std::string> gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
+  if (!gcode) return Fail(gcode.error().message);
+  const Result<sim::Print> print = sim::PrintInWorld(
+      *gcode, arguments.seed, arguments.pressure_advance_s, sim::TestedRange(*plan));
+  if (!print) return Fail(arguments.gcode + ": " + print.error().message);
+  for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
+
+  for (const sim::Condition& condition : conditions) {
+    const std::string name = sim::ToString(condition);
+    const std::filesystem::path folder = arguments.all_conditions ? out / name : out;
+    Random random = sim::LaserEyeOf(arguments.seed, condition);
+    const sim::LaserTraits eye = sim::DrawLaserTraits(condition, random);
+    const Result<void> recorded =
+        sim::RecordScan(print->bed, *plan, condition, eye, options, random.Fork(1), folder);
+    if (!recorded) return recorded;
+    const Result<void> truth = sim::WriteTruth(folder, print->truth, arguments.seed, name);
+    if (!truth) return truth;
+    fmt::print("{}\n", folder.string());
+  }
+  return {};
+}
+
+void AddSeed(CLI::App& command, std::uint64_t& seed) {
+  // Without the check CLI11 takes -1 for the largest seed there is.
+  command.add_option("--seed", seed, "names the whole world")
+      ->check(SeedNumber())
+      ->capture_default_str();
+}
+
+void AddScan(CLI::App& parent, int& exit_code) {
+  const auto arguments = std::make_shared<ScanArguments>();
+  CLI::App* scan = parent.add_subcommand("scan", "print G-code virtually and record a laser scan");
+  scan->add_option("gcode", arguments->gcode, "the file that the virtual printer prints")
+      ->required();
+  scan->add_option("--plan", arguments->plan, "the pattern's *.plan.json")->required();
+  CLI::Option* condition =
+      scan->add_option(
+              "--condition", arguments->condition,
+              "PLATE-FILAMENT-LIGHT: matte, textured or pei; black or white; ambient or dark")
+          ->capture_default_str();
+  scan->add_flag("--all-conditions", arguments->all_conditions,
+                 "record the same print in all twelve, each in a folder of its own below --out")
+      ->excludes(condition);
+  AddSeed(*scan, arguments->seed);
+  scan->add_option("--pressure-advance", arguments->pressure_advance_s,
+                   "the truth in s; without it, drawn from the tested range's middle half");
+  scan->add_option("--frame", arguments->frame, "size in px; smaller than the sensor is a window")
+      ->capture_default_str();
+  scan->add_option("--pattern", arguments->pattern, "which pattern of the plan")
+      ->capture_default_str();
+  scan->add_option("--out", arguments->out, "new folder for the recording")->required();
+  scan->callback([arguments, &exit_code] {
+    const Result<void> done = RecordConditions(*arguments);
+    exit_code = done ? kExitGood : Report(done.error());
+  });
+}
+
+struct PhotoArguments {
+  std::string gcode;
+  std::string scene = "natural-on-gold";
+  std::string size = "1080x1920";
+  std::uint64_t seed = 0;
+  std::optional<double> pressure_advance_s;
+  std::string out;
+};
+
+Result<void> TakePhoto(const PhotoArguments& arguments) {
+  const Result<sim::PhotoScene> scene = sim::ParsePhotoScene(arguments.scene);
+  if (!scene) return Fail("--scene: " + scene.error().message);
+  const Result<Size> size = ParseSize("--size", arguments.size, {20000, 20000});
+  if (!size) return Fail(size.error().message);
+  std::error_code ignored;
+  if (std::filesystem::exists(arguments.out, ignored)) {
+    return Fail(fmt::format("--out {} exists already; nothing is overwritten: choose another name",
+                            arguments.out));
+  }
+  const Result<std::string> gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
+  if (!gcode) return Fail(gcode.error().message);
+  Interval tested;
+  if (!arguments.pressure_advance_s) {
+    const Result<Interval> range = sim::TestedRange(*gcode);
+    if (!range) return Fail(arguments.gcode + ": " + range.error().message);
+    tested = *range;
+  }
+  const Result<sim::Print> print =
+      sim::PrintInWorld(*gcode, arguments.seed, arguments.pressure_advance_s, tested);
+  if (!print) return Fail(arguments.gcode + ": " + print.error().message);
+  for (const std::string& note : print->notes) fmt::print(stderr, "note: {}\n", note);
+  Random random = sim::PhotoEyeOf(arguments.seed);
+  sim::PhotoTraits traits = sim::DrawPhotoTraits(*scene, random);
+  traits.width_px = size->width_px;
+  traits.height_px = size->height_px;
+  const Result<Frame> photo = sim::RenderPhoto(print->bed, traits, random.Fork(1));
+  if (!photo) return Fail(photo.error().message);
+  const Result<void> written = sim::WriteJpegFile(*photo, traits.jpeg_quality, arguments.out);
+  if (!written) return written;
+  fmt::print("{}: the truth is {:.5f} s\n", arguments.out, print->truth.pressure_advance_s);
+  return {};
+}
+
+void AddPhoto(CLI::App& parent, int& exit_code) {
+  const auto arguments = std::make_shared<PhotoArguments>();
+  CLI::App* photo = parent.add_subcommand("photo", "print G-code virtually and take a photo of it");
+  photo->add_option("gcode", arguments->gcode, "the file that the virtual printer prints")
+      ->required();
+  photo
+      ->add_option("--scene", arguments->scene,
+                   "natural-on-gold, natural-on-dark or black-on-light")
+      ->capture_default_str();
+  photo->add_option("--size", arguments->size, "of the photo, px")->capture_default_str();
+  AddSeed(*photo, arguments->seed);
+  photo->add_option("--pressure-advance", arguments->pressure_advance_s,
+                    "the truth in s; without it, drawn from the tested range's middle half");
+  photo->add_option("--out", arguments->out, "new JPEG file")->required();
+  photo->callback([arguments, &exit_code] {
+    const Result<void> done = TakePhoto(*arguments);
+    exit_code = done ? kExitGood : Report(done.error());
+  });
+}
+
+}  // namespace
+
+void AddSimCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* group =
+      parent.add_subcommand("sim", "virtual machines and what eyes see of their work")
+          ->require_subcommand(1);
+  AddScan(*group, exit_code);
+  AddPhoto(*group, exit_code);
+  AddSimPrinter(*group, exit_code);
+  AddSimCamera(*group, exit_code);
+  AddSimSheet(*group, exit_code);
+  AddSimSpindle(*group, exit_code);
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,227 @@
+// trammel sim printer: the virtual printer as a server, until it is interrupted.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/number_range.h"
+#include "app/option_values.h"
+#include "app/shop/sim_camera.h"
+#include "app/shop/sim_commands.h"
+#include "app/shop/sim_faults.h"
+#include "app/shop/sim_serving.h"
+#include "app/shop/sim_taps.h"
+#include "sim/camera/camera_http.h"
+#include "sim/camera/camera_server.h"
+#include "sim/camera/machine_host.h"
+#include "sim/camera/machine_link.h"
+#include "sim/camera/scan_recorder.h"
+#include "sim/moonraker/server.h"
+#include "sim/print/conditions.h"
+
+namespace trammel::app {
+namespace {
+
+struct PrinterArguments {
+  int port = 7125;
+  std::string unix_socket;
+  std::string api_key;
+  std::uint64_t seed = 0;
+  std::optional<double> pressure_advance_s;
+  std::string condition = "matte-black-dark";
+  double speed = 1;
+  std::optional<double> hurry;
+  double laser_limit_s = 30;
+  double heater_limit_s = 1800;
+  std::optional<int> camera_port;  // none: no camera; 0: a free one
+  CameraArguments camera;
+  std::string machine_socket;  // empty: none
+  std::vector<std::string> faults;
+  std::optional<double> for_s;
+  std::string truth;
+  CellArguments cell;
+  std::vector<std::string> tools;
+};
+
+// TOOL:X,Y, each named "tool T<number>" as klipper-toolchanger's users do.
+Result<std::vector<sim::ToolConfig>> ToolsOf(const std::vector<std::string>& texts) {
+  constexpr int kMostTool = 99;
+  std::vector<sim::ToolConfig> tools;
+  for (const std::string& text : texts) {
+    const auto shift = ParseToolShift("--tool", text, kMostTool);
+    if (!shift) return tl::unexpected(shift.error());
+    for (const sim::ToolConfig& tool : tools) {
+      if (tool.number == shift->tool) {
+        return Fail(fmt::format("--tool {}: tool {} was given before", text, shift->tool));
+      }
+    }
+    tools.push_back(
+        {shift->tool, fmt::format("tool T{}", shift->tool), {shift->x_mm, shift->y_mm, 0}});
+  }
+  return tools;
+}
+
+sim::MachineOptions MachineOf(const PrinterArguments& arguments, const sim::KlipperFaults& faults,
+                              const std::optional<sim::LoadCellConfig>& cell,
+                              const std::vector<sim::ToolConfig>& tools) {
+  sim::MachineOptions options;
+  options.klipper = sim::DefaultKlipperConfig(arguments.laser_limit_s, arguments.heater_limit_s);
+  options.klipper.load_cell = cell;
+  options.klipper.tools = tools;
+  if (cell) sim::AddTapMacros(options.klipper);
+  options.faults = faults;
+  options.seed = arguments.seed;
+  options.pressure_advance_s = arguments.pressure_advance_s;
+  options.speed = arguments.speed;
+  options.hurry = arguments.hurry;
+  return options;
+}
+
+Result<void> ServePrinter(const PrinterArguments& arguments) {
+  PrinterFaults faults;
+  std::vector<sim::CameraFault> camera_faults;
+  for (const std::string& fault : arguments.faults) {
+    const Result<void> set =
+        SetFault(fault, &faults, arguments.camera_port ? &camera_faults : nullptr);
+    if (!set) return set;
+  }
+  const Result<sim::Condition> condition = sim::ParseCondition(arguments.condition);
+  if (!condition) return Fail("--condition: " + condition.error().message);
+  const auto cell = LoadCellOf(arguments.cell, arguments.seed);
+  if (!cell) return tl::unexpected(cell.error());
+  const auto tools = ToolsOf(arguments.tools);
+  if (!tools) return tl::unexpected(tools.error());
+  std::optional<TapTruthFile> tap_truth;
+  if (!arguments.cell.truth.empty()) {
+    Result<TapTruthFile> created = TapTruthFile::Create(arguments.cell.truth);
+    if (!created) return tl::unexpected(created.error());
+    tap_truth = std::move(*created);
+  }
+  const EndOfServing end;
+  const auto machine = std::make_shared<sim::MachineHost>(
+      MachineOf(arguments, faults.klipper, *cell, *tools), sim::MonotonicNow());
+  if (!arguments.truth.empty()) {
+    const Result<void> written =
+        sim::WriteTruthFile(arguments.truth, {machine->true_pressure_advance_s()}, arguments.seed,
+                            sim::ToString(*condition));
+    if (!written) return written;
+  }
+  sim::ServerOptions server_options;
+  server_options.port = static_cast<std::uint16_t>(arguments.port);
+  server_options.unix_socket = arguments.unix_socket;
+  server_options.hub.api_key = arguments.api_key;
+  server_options.hub.seed = arguments.seed;
+  server_options.hub.faults = faults.server;
+  const sim::MachineWorld world{arguments.seed, *condition, arguments.speed};
+  std::unique_ptr<sim::CameraServer> camera;
+  if (arguments.camera_port) {
+    auto started =
+        StartCamera(arguments.camera, {*arguments.camera_port, {}}, camera_faults, world, machine);
+    if (!started) return tl::unexpected(started.error());
+    camera = std::move(*started);
+    server_options.hub.camera_port = [&camera] { return camera->port(); };
+  }
+  std::unique_ptr<sim::MachineLink> link;
+  if (!arguments.machine_socket.empty()) {
+    auto serving = sim::MachineLink::Serve(arguments.machine_socket, machine, world);
+    if (!serving) return tl::unexpected(serving.error());
+    link = std::move(*serving);
+    server_options.hub.camera_port = [&link] { return link->camera_port(); };
+  }
+  const auto server = sim::PrinterServer::Start(*machine, server_options);
+  if (!server) return tl::unexpected(server.error());
+  fmt::print("listening http://127.0.0.1:{}\n", (*server)->port());
+  std::fflush(stdout);
+  const auto write_taps = [&](bool rest) {
+    if (tap_truth) {
+      machine->With([&](const sim::VirtualKlipper& klipper) { tap_truth->Write(klipper, rest); });
+    }
+    return false;
+  };
+  end.Wait(arguments.for_s, [&] { return write_taps(false); });
+  (void)write_taps(true);
+  return {};
+}
+
+}  // namespace
+
+void AddSimPrinter(CLI::App& parent, int& exit_code) {
+  const auto arguments = std::make_shared<PrinterArguments>();
+  CLI::App* printer = parent.add_subcommand(
+      "printer", "be a printer: Moonraker in front of Klipper, on this machine only");
+  printer->add_option("--port", arguments->port, "of 127.0.0.1; 0 takes a free one")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
+  printer->add_option("--unix", arguments->unix_socket, "Unix socket to listen on as well");
+  printer->add_option("--api-key", arguments->api_key, "clients have to bear it");
+  printer->add_option("--seed", arguments->seed, "names the whole world")
+      ->check(SeedNumber())
+      ->capture_default_str();
+  printer
+      ->add_option("--pressure-advance", arguments->pressure_advance_s,
+                   "the truth in s; without it, drawn from the seed")
+      ->check(NumberIn(0.0001, 10.0));
+  printer
+      ->add_option("--condition", arguments->condition,
+                   "plate, filament and light, as for sim scan")
+      ->capture_default_str();
+  printer->add_option("--speed", arguments->speed, "how many times faster than life")
+      ->check(NumberIn(0.1, 1000.0))
+      ->capture_default_str();
+  printer
+      ->add_option("--hurry", arguments->hurry,
+                   "the same while the laser has been off for 10 s: scans keep their speed")
+      ->check(NumberIn(0.1, 1000.0));
+  printer
+      ->add_option("--laser-limit", arguments->laser_limit_s,
+                   "s after which the printer itself switches the laser off")
+      ->check(NumberIn(0.1, 1e6))
+      ->capture_default_str();
+  printer
+      ->add_option("--heater-limit", arguments->heater_limit_s,
+                   "s after which it switches laser and heaters off, unless trammel says a word")
+      ->check(NumberIn(0.1, 1e6))
+      ->capture_default_str();
+  printer
+      ->add_option("--camera-port", arguments->camera_port,
+                   "serve the camera on the head there; 0 takes a free one")
+      ->check(CLI::Range(0, 65535));
+  AddCameraOptions(*printer, "--camera-", arguments->camera);
+  printer
+      ->add_option("--machine-socket", arguments->machine_socket,
+                   "Unix socket for a camera that is a process of its own: sim camera")
+      ->excludes("--camera-port");
+  printer->add_option("--fault", arguments->faults,
+                      "NAME=NUMBER, may be given again; names: " + PrinterFaultNames() +
+                          "; with --camera-port: " + CameraFaultNames());
+  printer->add_option("--for", arguments->for_s, "s after which it ends by itself")
+      ->check(NumberIn(0.0, 1e6));
+  printer->add_option("--truth", arguments->truth, "new file for what the printer really is");
+  printer->add_option("--load-cell", arguments->cell.name,
+                      "the head bears one: its name, or drawn for one of the seed");
+  printer
+      ->add_option("--bed-height", arguments->cell.bed_height_mm,
+                   "mm of the bed at x = y = 0; without it, drawn from the seed")
+      ->check(NumberIn(-4.0, 50.0));
+  printer->add_flag("--pull-back", arguments->cell.pulls_back,
+                    "PROBE pulls back and tells whole taps, as Klipper's forks do");
+  printer->add_option("--tap-truth", arguments->cell.truth,
+                      "new file for what each tap really was, a line of JSON for each");
+  printer->add_option("--tool", arguments->tools,
+                      "TOOL:X,Y, a tool of klipper-toolchanger with its offset in mm; may be "
+                      "given again");
+  printer->callback([arguments, &exit_code] {
+    const Result<void> done = ServePrinter(*arguments);
+    exit_code = done ? kExitGood : Report(done.error());
+  });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,272 @@
+// trammel sim sheet: print a comb pattern virtually and scan the sheet.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/number_range.h"
+#include "app/option_values.h"
+#include "app/shop/sim_commands.h"
+#include "app/shop/sim_sheet_traits.h"
+#include "files/new_file.h"
+#include "sim/print/plan_file.h"
+#include "sim/scanner/scanner_file.h"
+#include "sim/scanner/sheet_world.h"
+#include "sim/sheet/sheet_gcode.h"
+
+namespace trammel::app {
+namespace {
+
+constexpr std::uintmax_t kLargestGcode = 100'000'000;
+
+struct SimSheetArguments {
+  std::string gcode;
+  std::string out;
+  std::string truth;
+  sim::SheetName name;
+  std::string scene = "black-on-white";
+  bool ideal = false;
+  // The machine.
+  std::string firmware;
+  std::string macros;
+  std::string before;
+  std::vector<std::string> tool_commands;
+  std::vector<std::string> offsets;
+  std::vector<std::string> stored;
+  std::vector<int> missing;
+  int reference = 0;
+  // The scanner.
+  double dpi = 600;
+  std::vector<std::string> settings;
+  bool mirrored = false;
+  bool colour = false;
+  int bits = 8;
+  std::string says_dpi;
+  int jpeg_quality = 90;
+};
+
+Result<std::string> ReadOptional(const std::string& path) {
+  return path.empty() ? Result<std::string>{} : sim::ReadTextFile(path, kLargestGcode);
+}
+
+Result<sim::SheetSetup> SetupOf(const SimSheetArguments& arguments, const std::string& gcode) {
+  sim::SheetSetup setup;
+  setup.firmware = sim::GuessSheetFirmware(gcode);
+  if (!arguments.firmware.empty()) {
+    const auto firmware = sim::ParseSheetFirmware(arguments.firmware);
+    if (!firmware) return Fail("--firmware: " + firmware.error().message);
+    setup.firmware = *firmware;
+  }
+  for (const std::string& text : arguments.stored) {
+    const auto shift = ParseToolShift("--stored", text, sim::kMostSheetTools - 1);
+    if (!shift) return tl::unexpected(shift.error());
+    setup.stored[static_cast<std::size_t>(shift->tool)] = sim::PlaneMm{shift->x_mm, shift->y_mm};
+  }
+  const auto config = ReadOptional(arguments.macros);
+  if (!config) return tl::unexpected(config.error());
+  auto macros = sim::ParseSheetMacros(*config);
+  if (!macros) return Fail(arguments.macros + ": " + macros.error().message);
+  setup.macros = std::move(*macros);
+  setup.tool_commands = arguments.tool_commands;
+  auto before = ReadOptional(arguments.before);
+  if (!before) return tl::unexpected(before.error());
+  setup.before = std::move(*before);
+  return setup;
+}
+
+// The machine whose lines are off by --offset while its firmware has stored what --stored says.
+Result<sim::SheetMachine> MachineOf(const SimSheetArguments& arguments, sim::SheetScene scene,
+                                    const sim::SheetSetup& setup) {
+  sim::SheetMachine machine = sim::MachineOf(arguments.name, scene);
+  if (arguments.ideal) {
+    sim::SheetMachine ideal;
+    ideal.backlash_mm = machine.backlash_mm;
+    for (std::size_t i = 0; i < ideal.tools.size(); ++i) {
+      ideal.tools[i].offset_mm = machine.tools[i].offset_mm;
+      ideal.tools[i].ink = machine.tools[i].ink;
+    }
+    machine = ideal;
+  }
+  for (const std::string& text : arguments.offsets) {
+    const auto shift = ParseToolShift("--offset", text, sim::kMostSheetTools - 1);
+    if (!shift) return tl::unexpected(shift.error());
+    machine.tools[static_cast<std::size_t>(shift->tool)].offset_mm = {shift->x_mm, shift->y_mm};
+  }
+  const double sign = setup.firmware == sim::SheetFirmware::kKlipper ? -1 : 1;
+  for (std::size_t tool = 0; tool < machine.tools.size(); ++tool) {
+    if (!setup.stored[tool]) continue;
+    machine.tools[tool].offset_mm.x_mm += sign * setup.stored[tool]->x_mm;
+    machine.tools[tool].offset_mm.y_mm += sign * setup.stored[tool]->y_mm;
+  }
+  for (const int tool : arguments.missing) {
+    machine.tools[static_cast<std::size_t>(tool)].prints = false;
+  }
+  return machine;
+}
+
+Result<sim::PrintedSheet> Print(const SimSheetArguments& arguments, sim::SheetScene scene) {
+  const auto gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
+  if (!gcode) return tl::unexpected(gcode.error());
+  const auto setup = SetupOf(arguments, *gcode);
+  if (!setup) return tl::unexpected(setup.error());
+  auto machine = MachineOf(arguments, scene, *setup);
+  if (!machine) return tl::unexpected(machine.error());
+  sim::SheetPaper paper = sim::PaperOf(arguments.name, scene);
+  if (arguments.ideal) {
+    paper.wrinkle.clear();
+    paper.dirt_count = 0;
+  }
+  for (const std::string& setting : arguments.settings) {
+    const auto set = SetSheetTrait(setting, *machine, paper);
+    if (!set) return tl::unexpected(set.error());
+  }
+  const auto program = sim::InterpretSheet(*gcode, *setup);
+  if (!program) return Fail(arguments.gcode + ": " + program.error().message);
+  for (const auto& [name, count] : program->ignored) {
+    fmt::print(stderr, "note: skipped {} of {}, which the virtual machine does not know\n", count,
+               name);
+  }
+  auto sheet = sim::PrintSheet(*program, *machine, paper, sim::PrintingOf(arguments.name));
+  if (!sheet) return Fail(arguments.gcode + ": " + sheet.error().message);
+  return sheet;
+}
+
+Result<sim::ScannerTraits> ScannerFor(const SimSheetArguments& arguments,
+                                      const sim::PrintedSheet& sheet) {
+  sim::ScannerTraits scanner;
+  if (!arguments.ideal && !sheet.strokes.empty()) {
+    scanner = sim::ScannerOf(arguments.name, sheet);
+  }
+  scanner.dpi = arguments.dpi;
+  scanner.mirrored = arguments.mirrored;
+  scanner.colour = arguments.colour;
+  scanner.bits = arguments.bits;
+  const double drawn_rad = scanner.rotation_rad;
+  for (const std::string& setting : arguments.settings) {
+    const auto set = SetScannerTrait(setting, scanner);
+    if (!set) return tl::unexpected(set.error());
+  }
+  if (scanner.rotation_rad != drawn_rad && !sheet.strokes.empty()) {
+    scanner.area_width_mm = scanner.area_height_mm = 0;
+    scanner.shift_x_mm = scanner.shift_y_mm = 0;
+  }
+  return scanner;
+}
+
+Result<sim::PageFileOptions> FileOptionsOf(const SimSheetArguments& arguments) {
+  sim::PageFileOptions options;
+  options.dpi = arguments.dpi;
+  options.jpeg_quality = arguments.jpeg_quality;
+  const std::string& says = arguments.says_dpi;
+  if (says == "none") options.dpi.reset();
+  if (says.empty() || says == "none") return options;
+  double dpi = 0;
+  const auto [end, fault] = std::from_chars(says.data(), says.data() + says.size(), dpi);
+  if (fault != std::errc() || end != says.data() + says.size()) {
+    return Fail(fmt::format("--says-dpi {}: must be a number or none", says.substr(0, 40)));
+  }
+  options.dpi = dpi;
+  return options;
+}
+
+Result<void> SimulateSheet(const SimSheetArguments& arguments) {
+  const auto scene = sim::ParseSheetScene(arguments.scene);
+  if (!scene) return Fail("--scene: " + scene.error().message);
+  for (const std::string& path : {arguments.out, arguments.truth}) {
+    if (path.empty()) continue;
+    auto free = files::CheckTarget(path, files::IfThere::kRefuse, "choose another name");
+    if (!free) return free;
+  }
+  const auto sheet = Print(arguments, *scene);
+  if (!sheet) return tl::unexpected(sheet.error());
+  for (const std::string& note : sheet->notes) fmt::print(stderr, "note: {}\n", note);
+  const auto scanner = ScannerFor(arguments, *sheet);
+  if (!scanner) return tl::unexpected(scanner.error());
+  const auto options = FileOptionsOf(arguments);
+  if (!options) return tl::unexpected(options.error());
+  const auto scan = sim::SheetScan::Lay(*sheet, *scanner);
+  if (!scan) return tl::unexpected(scan.error());
+  if (scan->cut_off()) fmt::print(stderr, "note: part of the print lies outside the scan\n");
+  const auto written =
+      sim::WriteScan(*scan, sim::ScanningOf(arguments.name), *options, arguments.out);
+  if (!written) return written;
+  fmt::print("{}: {} x {} px\n", arguments.out, scan->format().width_px, scan->format().height_px);
+  if (arguments.truth.empty()) return {};
+  return files::WriteWholeFile(
+      arguments.truth,
+      sim::SheetTruthJson(arguments.name, *sheet, arguments.reference, *scanner, scan->format()),
+      files::IfThere::kRefuse);
+}
+
+void AddMachineOptions(CLI::App& sheet, SimSheetArguments& arguments) {
+  sheet.add_option("--firmware", arguments.firmware,
+                   "klipper, marlin or reprapfirmware; without it, as the file says");
+  sheet.add_option("--macros", arguments.macros, "printer.cfg with plain gcode_macros (Klipper)");
+  sheet.add_option("--before", arguments.before, "G-code that the machine has run before");
+  sheet.add_option("--tool-command", arguments.tool_commands,
+                   "another command that selects a tool, for example \"PICK N={tool}\"");
+  sheet.add_option("--offset", arguments.offsets,
+                   "TOOL:X,Y in mm: where its lines land, instead of what the seed draws");
+  sheet.add_option("--stored", arguments.stored,
+                   "TOOL:X,Y in mm: what the firmware has stored while the offset is so");
+  sheet.add_option("--reference", arguments.reference, "the tool that the truth counts from")
+      ->check(CLI::Range(0, sim::kMostSheetTools - 1))
+      ->capture_default_str();
+  sheet.add_option("--missing", arguments.missing, "a tool that prints nothing")
+      ->check(CLI::Range(0, sim::kMostSheetTools - 1));
+}
+
+void AddScannerOptions(CLI::App& sheet, SimSheetArguments& arguments) {
+  sheet.add_option("--dpi", arguments.dpi, "of the scan")->capture_default_str();
+  sheet.add_option("--bits", arguments.bits, "per sample, 8 or 16")->capture_default_str();
+  sheet.add_flag("--colour", arguments.colour, "red, green and blue instead of grey");
+  sheet.add_flag("--mirrored", arguments.mirrored, "as by a faulty driver");
+  sheet.add_option("--says-dpi", arguments.says_dpi, "what the file claims, or none");
+  sheet.add_option("--jpeg-quality", arguments.jpeg_quality)->capture_default_str();
+}
+
+}  // namespace
+
+void AddSimSheet(CLI::App& parent, int& exit_code) {
+  const auto arguments = std::make_shared<SimSheetArguments>();
+  CLI::App* sheet = parent.add_subcommand(
+      "sheet", "print a comb pattern with several virtual tools and scan the paper");
+  sheet->add_option("gcode", arguments->gcode, "the file that the virtual printer prints")
+      ->required();
+  sheet->add_option("--out", arguments->out, "new .png, .jpg, .tif or .pnm file")->required();
+  sheet->add_option("--truth", arguments->truth, "new JSON file for what is true");
+  // Without the checks CLI11 takes -1 for the largest number there is.
+  sheet->add_option("--seed", arguments->name.seed, "names the machine")
+      ->check(SeedNumber())
+      ->capture_default_str();
+  sheet->add_option("--sheet", arguments->name.sheet, "which print of that machine")
+      ->check(CLI::Range(0, 9999))
+      ->capture_default_str();
+  sheet->add_option("--scan", arguments->name.scan, "which scan of that print")
+      ->check(CLI::Range(0, 9999))
+      ->capture_default_str();
+  sheet
+      ->add_option("--scene", arguments->scene,
+                   "black-on-white, white-on-black or colours-on-white")
+      ->capture_default_str();
+  sheet->add_flag("--ideal", arguments->ideal,
+                  "perfect lines, paper and scanner; only the seed's offsets and play");
+  AddMachineOptions(*sheet, *arguments);
+  AddScannerOptions(*sheet, *arguments);
+  sheet->add_option("--set", arguments->settings,
+                    "NAME=NUMBER, may be given again; names: " + SheetTraitNames());
+  sheet->callback([arguments, &exit_code] {
+    const Result<void> done = SimulateSheet(*arguments);
+    exit_code = done ? kExitGood : Report(done.error());
+  });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,282 @@
+#include "document/canvas.h"
+
+#include <cairo.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <numbers>
+#include <utility>
+
+#include "base/check.h"
+#include "base/utf8.h"
+#include "document/cairo_handles.h"
+#include "document/reduced.h"
+#include "document/svg_writer.h"
+
+namespace trammel::report {
+namespace {
+
+constexpr double kMaxSidePx = 8192;
+constexpr const char* kFont = "DejaVu Sans";
+
+struct FontOptionsDeleter {
+  void operator()(cairo_font_options_t* options) const { cairo_font_options_destroy(options); }
+};
+
+bool Finite(const PointPx& point) { return std::isfinite(point.x) && std::isfinite(point.y); }
+
+void SetColor(cairo_t* context, const Color& color) {
+  cairo_set_source_rgba(context, color.red, color.green, color.blue, color.alpha);
+}
+
+/// Hinting would make letters depend on the position and on the machine's settings.
+void FixFontRendering(cairo_t* context) {
+  const std::unique_ptr<cairo_font_options_t, FontOptionsDeleter> options(
+      cairo_font_options_create());
+  cairo_font_options_set_antialias(options.get(), CAIRO_ANTIALIAS_GRAY);
+  cairo_font_options_set_hint_style(options.get(), CAIRO_HINT_STYLE_NONE);
+  cairo_font_options_set_hint_metrics(options.get(), CAIRO_HINT_METRICS_OFF);
+  cairo_set_font_options(context, options.get());
+}
+
+Surface SurfaceOf(const BgrView& image) {
+  Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+  TRAMMEL_CHECK(cairo_surface_status(surface.get()) == CAIRO_STATUS_SUCCESS, "{}x{} px",
+                image.width, image.height);
+  unsigned char* data = cairo_image_surface_get_data(surface.get());
+  const int stride = cairo_image_surface_get_stride(surface.get());
+  for (int y = 0; y < image.height; ++y) {
+    const std::uint8_t* pixel = image.row(y);
+    for (int x = 0; x < image.width; ++x, pixel += 3) {
+      const std::uint32_t value =
+          std::uint32_t{pixel[2]} << 16U | std::uint32_t{pixel[1]} << 8U | std::uint32_t{pixel[0]};
+      std::memcpy(data + std::ptrdiff_t{y} * stride + std::ptrdiff_t{4} * x, &value, sizeof value);
+    }
+  }
+  cairo_surface_mark_dirty(surface.get());
+  return surface;
+}
+
+std::string PngOf(cairo_surface_t* surface) {
+  std::string png;
+  const cairo_status_t status = cairo_surface_write_to_png_stream(surface, AppendBytes, &png);
+  TRAMMEL_CHECK(status == CAIRO_STATUS_SUCCESS, "a PNG: {}", cairo_status_to_string(status));
+  return png;
+}
+
+}  // namespace
+
+struct Canvas::State {
+  Surface surface;
+  Context context;
+  SvgWriter svg;  ///< the same strokes
+};
+
+Canvas::Canvas(double width_px, double height_px) : width_px_(width_px), height_px_(height_px) {
+  TRAMMEL_CHECK(width_px > 0 && width_px <= kMaxSidePx && height_px > 0 && height_px <= kMaxSidePx,
+                "width_px = {}, height_px = {}", width_px, height_px);
+  state_ = std::make_unique<State>();
+  const cairo_rectangle_t extents = {0, 0, width_px, height_px};
+  state_->surface.reset(cairo_recording_surface_create(CAIRO_CONTENT_COLOR_ALPHA, &extents));
+  state_->context.reset(cairo_create(state_->surface.get()));
+  FixFontRendering(state_->context.get());
+  cairo_set_line_join(state_->context.get(), CAIRO_LINE_JOIN_ROUND);
+  FillRect({0, 0, width_px, height_px}, kPaper);
+}
+
+Canvas::~Canvas() = default;
+Canvas::Canvas(Canvas&&) noexcept = default;
+Canvas& Canvas::operator=(Canvas&&) noexcept = default;
+
+void Canvas::SetStroke(const Stroke& stroke) {
+  cairo_t* context = state_->context.get();
+  SetColor(context, stroke.color);
+  cairo_set_line_width(context, stroke.width_px);
+  cairo_set_line_cap(context, stroke.round_ends ? CAIRO_LINE_CAP_ROUND : CAIRO_LINE_CAP_BUTT);
+  cairo_set_dash(context, stroke.dash_px.data(), static_cast<int>(stroke.dash_px.size()), 0);
+}
+
+void Canvas::SetFont(const TextStyle& style) const {
+  cairo_t* context = state_->context.get();
+  cairo_select_font_face(context, kFont, CAIRO_FONT_SLANT_NORMAL,
+                         style.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_set_font_size(context, style.size_px);
+}
+
+void Canvas::FillRect(const RectPx& rect, const Color& fill) {
+  const PointPx corners[] = {{rect.x, rect.y},
+                             {rect.right(), rect.y},
+                             {rect.right(), rect.bottom()},
+                             {rect.x, rect.bottom()}};
+  Polygon(corners, fill);
+}
+
+void Canvas::StrokeRect(const RectPx& rect, const Stroke& stroke) {
+  const PointPx corners[] = {{rect.x, rect.y},
+                             {rect.right(), rect.y},
+                             {rect.right(), rect.bottom()},
+                             {rect.x, rect.bottom()}};
+  Polygon(corners, WithAlpha(kPaper, 0), stroke);
+}
+
+void Canvas::Polyline(std::span<const PointPx> points, const Stroke& stroke) {
+  cairo_t* context = state_->context.get();
+  cairo_new_path(context);
+  state_->svg.BeginPath();
+  bool pen_down = false;
+  for (const PointPx& point : points) {
+    if (!Finite(point)) {
+      pen_down = false;
+    } else if (pen_down) {
+      cairo_line_to(context, point.x, point.y);
+      state_->svg.LineTo(point);
+    } else {
+      cairo_move_to(context, point.x, point.y);
+      state_->svg.MoveTo(point);
+      pen_down = true;
+    }
+  }
+  SetStroke(stroke);
+  cairo_stroke(context);
+  state_->svg.EndPath(std::nullopt, stroke);
+}
+
+void Canvas::Polygon(std::span<const PointPx> points, const Color& fill,
+                     const std::optional<Stroke>& edge) {
+  if (points.empty() || !std::all_of(points.begin(), points.end(), Finite)) {
+    return;
+  }
+  cairo_t* context = state_->context.get();
+  cairo_new_path(context);
+  state_->svg.BeginPath();
+  for (const PointPx& point : points) {
+    cairo_line_to(context, point.x, point.y);
+    if (&point == points.data()) {
+      state_->svg.MoveTo(point);
+    } else {
+      state_->svg.LineTo(point);
+    }
+  }
+  cairo_close_path(context);
+  state_->svg.ClosePath();
+  state_->svg.EndPath(fill, edge);
+  if (fill.alpha > 0) {
+    SetColor(context, fill);
+    cairo_fill_preserve(context);
+  }
+  if (edge) {
+    SetStroke(*edge);
+    cairo_stroke(context);
+  }
+  cairo_new_path(context);
+}
+
+void Canvas::Circle(const PointPx& centre, double radius_px, const std::optional<Color>& fill,
+                    const std::optional<Stroke>& edge) {
+  if (!Finite(centre)) {
+    return;
+  }
+  cairo_t* context = state_->context.get();
+  cairo_new_path(context);
+  cairo_arc(context, centre.x, centre.y, radius_px, 0, 2 * std::numbers::pi);
+  state_->svg.Circle(centre, radius_px, fill, edge);
+  if (fill) {
+    SetColor(context, *fill);
+    cairo_fill_preserve(context);
+  }
+  if (edge) {
+    SetStroke(*edge);
+    cairo_stroke(context);
+  }
+  cairo_new_path(context);
+}
+
+void Canvas::Text(const PointPx& at, std::string_view text, const TextStyle& style) {
+  if (!Finite(at)) {
+    return;
+  }
+  cairo_t* context = state_->context.get();
+  const std::string safe = Utf8OrReplaced(text);
+  const double width = TextWidth(text, style);
+  state_->svg.Text(at, safe, style, width);
+  cairo_save(context);
+  SetFont(style);
+  SetColor(context, style.color);
+  cairo_translate(context, at.x, at.y);
+  cairo_rotate(context, style.angle_rad);
+  const double before = style.align == Align::kMiddle ? 0.5 : style.align == Align::kEnd ? 1 : 0;
+  cairo_move_to(context, -before * width, 0);
+  cairo_show_text(context, safe.c_str());
+  cairo_restore(context);
+}
+
+double Canvas::TextWidth(std::string_view text, const TextStyle& style) const {
+  SetFont(style);
+  cairo_text_extents_t extents;
+  cairo_text_extents(state_->context.get(), Utf8OrReplaced(text).c_str(), &extents);
+  return extents.x_advance;
+}
+
+void Canvas::Image(const BgrView& image, const RectPx& to, Pixels pixels) {
+  if (image.width <= 0 || image.height <= 0 || to.width <= 0 || to.height <= 0) {
+    return;
+  }
+  constexpr double kDensity = PhotoDetail{}.density;
+  Frame shown = Reduced(image, to.width * kDensity, to.height * kDensity);
+  const Surface surface = SurfaceOf(shown.view());
+  const bool enlarged = shown.width < to.width || shown.height < to.height;
+  if (pixels == Pixels::kExact) {
+    state_->svg.Image(to, "png", PngOf(surface.get()), enlarged);
+  }
+  cairo_t* context = state_->context.get();
+  cairo_save(context);
+  cairo_translate(context, to.x, to.y);
+  cairo_scale(context, to.width / shown.width, to.height / shown.height);
+  cairo_set_source_surface(context, surface.get(), 0, 0);
+  cairo_pattern_set_filter(cairo_get_source(context),
+                           enlarged ? CAIRO_FILTER_NEAREST : CAIRO_FILTER_GOOD);
+  cairo_pattern_set_extend(cairo_get_source(context), CAIRO_EXTEND_PAD);
+  cairo_rectangle(context, 0, 0, shown.width, shown.height);
+  cairo_fill(context);
+  cairo_restore(context);
+  if (pixels == Pixels::kPhoto) state_->svg.Photo(to, std::move(shown));
+}
+
+void Canvas::Clip(const RectPx& rect) {
+  cairo_t* context = state_->context.get();
+  cairo_save(context);
+  cairo_rectangle(context, rect.x, rect.y, rect.width, rect.height);
+  cairo_clip(context);
+  state_->svg.Clip(rect);
+}
+
+void Canvas::Unclip() {
+  cairo_restore(state_->context.get());
+  state_->svg.Unclip();
+}
+
+std::string Canvas::ToPng(double scale) const {
+  TRAMMEL_CHECK(scale > 0 && scale <= 4, "scale = {}", scale);
+  const Surface image(cairo_image_surface_create(CAIRO_FORMAT_RGB24,
+                                                 static_cast<int>(std::ceil(width_px_ * scale)),
+                                                 static_cast<int>(std::ceil(height_px_ * scale))));
+  const Context context(cairo_create(image.get()));
+  cairo_set_source_rgb(context.get(), 1, 1, 1);  // what the last row has beyond the canvas
+  cairo_paint(context.get());
+  cairo_scale(context.get(), scale, scale);
+  cairo_set_source_surface(context.get(), state_->surface.get(), 0, 0);
+  cairo_paint(context.get());
+  TRAMMEL_CHECK(cairo_status(context.get()) == CAIRO_STATUS_SUCCESS, "a {} x {} px drawing: {}",
+                width_px_, height_px_, cairo_status_to_string(cairo_status(context.get())));
+  return PngOf(image.get());
+}
+
+std::string Canvas::ToSvg() const { return state_->svg.File(width_px_, height_px_); }
+
+std::string Canvas::ToSvgElement(std::string_view label, const PhotoDetail& detail) const {
+  return state_->svg.Element(width_px_, height_px_, label, detail);
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,109 @@
+// A drawing that becomes a PNG or an SVG from the same strokes.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/frame.h"
+#include "document/color.h"
+
+namespace trammel::report {
+
+/// On a canvas: x right, y down, (0, 0) its upper left corner, in px of a page at scale 1.
+struct PointPx {
+  double x = 0;
+  double y = 0;
+};
+
+struct RectPx {
+  double x = 0;
+  double y = 0;
+  double width = 0;
+  double height = 0;
+
+  [[nodiscard]] double right() const { return x + width; }
+  [[nodiscard]] double bottom() const { return y + height; }
+};
+
+struct Stroke {
+  Color color = kInk;
+  double width_px = 1.5;
+  std::vector<double> dash_px = {};  ///< lengths on and off; empty: solid
+  bool round_ends = false;           ///< half a width beyond the end points
+};
+
+/// How an SVG keeps a picture: each pixel as it is, or as a JPEG.
+enum class Pixels { kExact, kPhoto };
+
+/// How finely an SVG keeps its photos.
+struct PhotoDetail {
+  double density = 1.5;  ///< most pixels per px of the canvas, (0, 1.5]
+  int quality = 75;      ///< of the JPEG, 1 … 100
+};
+
+enum class Align { kStart, kMiddle, kEnd };
+
+struct TextStyle {
+  double size_px = 12;
+  Color color = kInk;
+  Align align = Align::kStart;
+  bool bold = false;
+  double angle_rad = 0;  ///< clockwise
+};
+
+/// Strokes are kept and replayed, so that both formats show the same. Equal drawings give equal
+/// bytes. Points that are not finite are left out. Set in DejaVu Sans; text from outside may hold
+/// any bytes (Utf8OrReplaced). Not thread-safe.
+class Canvas {
+ public:
+  /// White. REQUIRES 0 < width_px, height_px <= 8192.
+  Canvas(double width_px, double height_px);
+  ~Canvas();
+  Canvas(Canvas&&) noexcept;
+  Canvas& operator=(Canvas&&) noexcept;
+
+  [[nodiscard]] double width_px() const { return width_px_; }
+  [[nodiscard]] double height_px() const { return height_px_; }
+
+  void FillRect(const RectPx& rect, const Color& fill);
+  void StrokeRect(const RectPx& rect, const Stroke& stroke);
+  /// A point that is not finite breaks the line there.
+  void Polyline(std::span<const PointPx> points, const Stroke& stroke);
+  /// Also strokes its edge where asked. Drawn only if all its points are finite.
+  void Polygon(std::span<const PointPx> points, const Color& fill,
+               const std::optional<Stroke>& edge = std::nullopt);
+  void Circle(const PointPx& centre, double radius_px, const std::optional<Color>& fill,
+              const std::optional<Stroke>& edge = std::nullopt);
+  /// `at` is on the baseline.
+  void Text(const PointPx& at, std::string_view text, const TextStyle& style);
+  [[nodiscard]] double TextWidth(std::string_view text, const TextStyle& style) const;
+  /// Fills `to` with the picture: enlarged pixels stay squares, reduced ones are averaged.
+  void Image(const BgrView& image, const RectPx& to, Pixels pixels = Pixels::kExact);
+
+  /// Drawing stays within `rect` until Unclip().
+  void Clip(const RectPx& rect);
+  void Unclip();
+
+  /// @param scale  px of the picture per px of the canvas, (0, 4].
+  [[nodiscard]] std::string ToPng(double scale = 2) const;
+  [[nodiscard]] std::string ToSvg() const;
+  /// For an HTML page, whose style turns the palette for the dark (DarkPaletteStyle).
+  /// @param label  what is seen, for those who do not see it.
+  [[nodiscard]] std::string ToSvgElement(std::string_view label,
+                                         const PhotoDetail& detail = {}) const;
+
+ private:
+  struct State;
+  void SetStroke(const Stroke& stroke);
+  void SetFont(const TextStyle& style) const;
+
+  double width_px_ = 0;
+  double height_px_ = 0;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace trammel::report

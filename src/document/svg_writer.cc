@@ -1,0 +1,213 @@
+#include "document/svg_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "base/check.h"
+#include "document/html.h"
+#include "document/reduced.h"
+#include "image/jpeg_writer.h"
+
+namespace trammel::report {
+namespace {
+
+/// To a hundredth, without zeros at the end; never "-0".
+std::string Number(double value) {
+  std::string text = fmt::format("{:.2f}", value);
+  while (text.back() == '0') text.pop_back();
+  if (text.back() == '.') text.pop_back();
+  return text == "-0" ? "0" : text;
+}
+
+/// fill="#1d2430", with its opacity where it is not opaque.
+std::string Paint(std::string_view attribute, const Color& color) {
+  std::string text = fmt::format("{}=\"{}\"", attribute, HexText(color));
+  if (color.alpha < 1) text += fmt::format(" {}-opacity=\"{}\"", attribute, Number(color.alpha));
+  return text;
+}
+
+/// A photo or scan as JPEG: a fifth of what the same pixels take as PNG.
+std::string JpegOf(const BgrView& picture, int quality) {
+  std::vector<std::uint8_t> bytes;
+  const PageView pixels{picture.data, picture.width, picture.height, 3, picture.stride};
+  const auto done =
+      image::EncodeJpeg(pixels, {.quality = quality, .dpi = {}, .own_tables = true}, bytes);
+  TRAMMEL_CHECK(done, "{}", done.error().message);
+  return {bytes.begin(), bytes.end()};
+}
+
+std::string StrokeText(const Stroke& stroke) {
+  std::string text = Paint("stroke", stroke.color);
+  if (stroke.width_px != 1) text += fmt::format(" stroke-width=\"{}\"", Number(stroke.width_px));
+  if (stroke.round_ends) text += " stroke-linecap=\"round\"";
+  if (!stroke.dash_px.empty()) {
+    text += " stroke-dasharray=\"";
+    for (std::size_t i = 0; i < stroke.dash_px.size(); ++i) {
+      text += (i > 0 ? " " : "") + Number(stroke.dash_px[i]);
+    }
+    text += "\"";
+  }
+  return text;
+}
+
+std::string Style(const std::optional<Color>& fill, const std::optional<Stroke>& stroke) {
+  std::string text = fill && fill->alpha > 0 ? Paint("fill", *fill) : "fill=\"none\"";
+  if (stroke) text += " " + StrokeText(*stroke);
+  return text;
+}
+
+std::string Box(const RectPx& rect) {
+  return fmt::format("x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"", Number(rect.x), Number(rect.y),
+                     Number(rect.width), Number(rect.height));
+}
+
+std::string ImageElement(const RectPx& to, std::string_view type, std::string_view bytes,
+                         bool enlarged) {
+  return fmt::format(
+      "<image {} preserveAspectRatio=\"none\"{} href=\"data:image/{};base64,{}\"/>\n", Box(to),
+      enlarged ? " style=\"image-rendering:pixelated\"" : "", type, Base64(bytes));
+}
+
+}  // namespace
+
+void SvgWriter::FlushDots() {
+  if (dots_.empty()) return;
+  body_ += fmt::format("<path d=\"{}\" {}/>\n", dots_.text(), dots_style_);
+  dots_ = {};
+}
+
+void SvgWriter::BeginPath() {
+  path_ = {};
+  waiting_.reset();
+}
+
+void SvgWriter::FlushPoint() {
+  if (waiting_) path_.LineTo(*waiting_);
+  waiting_.reset();
+}
+
+void SvgWriter::MoveTo(const PointPx& point) {
+  FlushPoint();
+  path_.MoveTo(point);
+  last_ = point;
+}
+
+void SvgWriter::LineTo(const PointPx& point) {
+  constexpr double kSeen_px = 0.4;
+  if (std::hypot(point.x - last_.x, point.y - last_.y) < kSeen_px) {
+    waiting_ = point;  // only the last of those that no eye tells apart
+    return;
+  }
+  waiting_.reset();
+  path_.LineTo(point);
+  last_ = point;
+}
+
+void SvgWriter::ClosePath() {
+  FlushPoint();
+  path_.Close();
+}
+
+void SvgWriter::EndPath(const std::optional<Color>& fill, const std::optional<Stroke>& stroke) {
+  FlushPoint();
+  if (path_.empty()) return;
+  FlushDots();
+  body_ += fmt::format("<path d=\"{}\" {}/>\n", path_.text(), Style(fill, stroke));
+  path_ = {};
+}
+
+void SvgWriter::Circle(const PointPx& centre, double radius_px, const std::optional<Color>& fill,
+                       const std::optional<Stroke>& edge) {
+  if (fill && !edge) {
+    // A line without length and with round ends is a disc.
+    const Stroke disc{.color = *fill, .width_px = 2 * radius_px, .round_ends = true};
+    const std::string style = Style(std::nullopt, disc);
+    if (style != dots_style_) FlushDots();
+    dots_style_ = style;
+    dots_.Dot(centre);
+    return;
+  }
+  FlushDots();
+  body_ += fmt::format("<circle cx=\"{}\" cy=\"{}\" r=\"{}\" {}/>\n", Number(centre.x),
+                       Number(centre.y), Number(radius_px), Style(fill, edge));
+}
+
+void SvgWriter::Text(const PointPx& at, std::string_view text, const TextStyle& style,
+                     double width_px) {
+  if (text.empty()) return;
+  FlushDots();
+  body_ += fmt::format("<text x=\"{}\" y=\"{}\" font-size=\"{}\" {}", Number(at.x), Number(at.y),
+                       Number(style.size_px), Paint("fill", style.color));
+  if (style.bold) body_ += " font-weight=\"bold\"";
+  if (style.align != Align::kStart) {
+    body_ += fmt::format(" text-anchor=\"{}\"", style.align == Align::kMiddle ? "middle" : "end");
+  }
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  if (style.angle_rad != 0) {
+    body_ += fmt::format(" transform=\"rotate({} {} {})\"", Number(style.angle_rad * kDegrees),
+                         Number(at.x), Number(at.y));
+  }
+  if (width_px > 0) body_ += fmt::format(" textLength=\"{}\"", Number(width_px));
+  body_ += fmt::format(">{}</text>\n", EscapeHtml(text));
+}
+
+void SvgWriter::Image(const RectPx& to, std::string_view type, std::string_view bytes,
+                      bool enlarged) {
+  FlushDots();
+  body_ += ImageElement(to, type, bytes, enlarged);
+}
+
+void SvgWriter::Photo(const RectPx& to, Frame picture) {
+  FlushDots();
+  photos_.push_back({body_.size(), to, std::move(picture)});
+}
+
+void SvgWriter::Clip(const RectPx& rect) {
+  FlushDots();
+  // An inner drawing clips without an id, which would have to be unique on a page.
+  body_ += fmt::format("<svg {} viewBox=\"{} {} {} {}\" preserveAspectRatio=\"none\">\n", Box(rect),
+                       Number(rect.x), Number(rect.y), Number(rect.width), Number(rect.height));
+}
+
+void SvgWriter::Unclip() {
+  FlushDots();
+  body_ += "</svg>\n";
+}
+
+std::string SvgWriter::Content(const PhotoDetail& detail) const {
+  std::string content;
+  std::size_t written = 0;
+  for (const PlacedPhoto& photo : photos_) {
+    const Frame kept = Reduced(photo.picture.view(), photo.to.width * detail.density,
+                               photo.to.height * detail.density);
+    content.append(body_, written, photo.at - written);
+    content += ImageElement(photo.to, "jpeg", JpegOf(kept.view(), detail.quality), false);
+    written = photo.at;
+  }
+  content.append(body_, written);
+  if (!dots_.empty()) content += fmt::format("<path d=\"{}\" {}/>\n", dots_.text(), dots_style_);
+  return content;
+}
+
+std::string SvgWriter::File(double width_px, double height_px) const {
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}px\" height=\"{1}px\" viewBox=\"0 0 "
+      "{0} {1}\" font-family=\"DejaVu Sans,Verdana,sans-serif\" "
+      "stroke-linejoin=\"round\" xml:space=\"preserve\">\n{2}</svg>\n",
+      Number(width_px), Number(height_px), Content({}));
+}
+
+std::string SvgWriter::Element(double width_px, double height_px, std::string_view label,
+                               const PhotoDetail& detail) const {
+  return fmt::format(
+      "<svg role=\"img\" aria-label=\"{3}\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" "
+      "font-family=\"DejaVu Sans,Verdana,sans-serif\" stroke-linejoin=\"round\" "
+      "xml:space=\"preserve\">\n{2}</svg>\n",
+      Number(width_px), Number(height_px), Content(detail), EscapeHtml(label));
+}
+
+}  // namespace trammel::report

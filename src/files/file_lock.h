@@ -1,0 +1,34 @@
+// A lock on a file: ends with the process that holds it, whatever becomes of that.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+#include <utility>
+
+#include "base/result.h"
+
+namespace trammel::files {
+
+/// Holds an exclusive lock (flock) as long as it lives. The file goes with it; one that a killed
+/// process left is as good as none.
+class FileLock {
+ public:
+  /// Makes the file where it is missing, takes the lock and notes `holder` in the file, for those
+  /// that are refused. Follows no link. Waits for nothing.
+  /// Errors: kMachine where somebody holds it, with what is noted; kInput where it cannot be made.
+  [[nodiscard]] static Result<FileLock> Take(const std::filesystem::path& path,
+                                             std::string_view holder);
+
+  FileLock(FileLock&& other) noexcept;
+  FileLock& operator=(FileLock&&) = delete;
+  ~FileLock();
+
+ private:
+  FileLock(std::filesystem::path path, int descriptor)
+      : path_(std::move(path)), descriptor_(descriptor) {}
+
+  std::filesystem::path path_;
+  int descriptor_ = -1;  // -1: does not hold it
+};
+
+}  // namespace trammel::files

@@ -1,0 +1,337 @@
+// All of trammel-aravis.so but its finding and opening of a device.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "machine/camera/aravis_device.h"
+#include "machine/camera/aravis_module.h"
+#include "machine/camera/frame_check.h"
+#include "machine/camera/raw_picture.h"
+#include "machine/camera/wall_stamps.h"
+#include "machine/module/module.h"
+#include "machine/net/host_clock.h"
+
+namespace trammel::machine {
+namespace {
+
+constexpr std::string_view kScheme = "aravis:";
+constexpr const char* kBestFormat = "Mono8";
+
+// A quarter of a second at 30 frames/s: the client may be kept waiting that long without a loss.
+constexpr std::size_t kMostBuffers = 8;
+constexpr std::size_t kFewestBuffers = 3;
+constexpr std::size_t kMostBufferBytes = 256'000'000;        // of all buffers, above the fewest
+constexpr std::size_t kMostPayloadBytes = 3 * 50'000'000UL;  // 50 megapixels of RGB
+constexpr std::size_t kMostSocketBytes = 64'000'000;
+constexpr double kLongestExposure_s = 60;
+// How late a request to stop, or the loss of the camera, is seen.
+constexpr double kLook_s = 0.02;
+
+/// The wall clock and the monotonic one at a moment. What comes between two readings makes them
+/// disagree, so those are taken that lie closest together.
+struct Clocks {
+  double wall_s = 0;
+  double host_s = 0;
+};
+Clocks ReadClocks() {
+  constexpr int kTries = 5;
+  constexpr double kClose_s = 1e-4;
+  Clocks best;
+  double least_s = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kTries && least_s > kClose_s; ++i) {
+    const double before_s = HostNow();
+    const double wall_s = 1e-6 * static_cast<double>(g_get_real_time());
+    const double after_s = HostNow();
+    if (after_s - before_s >= least_s) continue;
+    least_s = after_s - before_s;
+    best = {wall_s, 0.5 * (before_s + after_s)};
+  }
+  return best;
+}
+
+std::string_view StatusText(ArvBufferStatus status) {
+  switch (status) {
+    case ARV_BUFFER_STATUS_TIMEOUT:
+      return "not all of its packets came in time";
+    case ARV_BUFFER_STATUS_MISSING_PACKETS:
+      return "packets of it are missing: allow larger socket buffers (sysctl net.core.rmem_max) or "
+             "larger packets (the MTU of the network's interface)";
+    case ARV_BUFFER_STATUS_WRONG_PACKET_ID:
+      return "its packets came in a wrong order";
+    case ARV_BUFFER_STATUS_SIZE_MISMATCH:
+      return "it has another size than the camera stated";
+    case ARV_BUFFER_STATUS_ABORTED:
+      return "it was broken off";
+    default:
+      return "it did not come whole";
+  }
+}
+
+using Flag = std::shared_ptr<std::atomic<bool>>;
+
+// Called from Aravis' own threads; the closure owns its share of the flag.
+void OnControlLost(ArvDevice*, gpointer flag) { (*static_cast<Flag*>(flag))->store(true); }
+void DropFlag(gpointer flag, GClosure*) { delete static_cast<Flag*>(flag); }
+
+/// Room for two pictures that come while the program is kept from running. As root Aravis reads
+/// packets past the sockets; for everybody else the system's usual 200 kB are less than a picture.
+/// The kernel cuts it down to net.core.rmem_max without a word.
+void WidenSocket(ArvStream* stream, std::size_t payload_bytes) {
+  if (!ARV_IS_GV_STREAM(stream)) return;
+  g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
+               static_cast<gint>(std::min(2 * payload_bytes, kMostSocketBytes)), nullptr);
+}
+
+class AravisCamera final : public FrameSource {
+ public:
+  AravisCamera(std::string name, Held<ArvCamera> camera, int jpeg_quality)
+      : name_(std::move(name)), camera_(std::move(camera)), jpeg_quality_(jpeg_quality) {}
+  ~AravisCamera() override {
+    if (watch_ != 0) g_signal_handler_disconnect(arv_camera_get_device(camera_.get()), watch_);
+    Trouble ignored;  // a camera that is gone cannot be told to stop, and waiting for it takes long
+    if (started_ && !*lost_) arv_camera_stop_acquisition(camera_.get(), ignored.out());
+  }
+  AravisCamera(const AravisCamera&) = delete;
+  AravisCamera& operator=(const AravisCamera&) = delete;
+
+  Result<void> Start();
+  Result<std::optional<CapturedFrame>> Next(double time_limit_s, std::stop_token stop) override;
+  [[nodiscard]] std::string Describe() const override {
+    return fmt::format("camera {}, {}x{} px {}, capture times on {}", name_, width_px_, height_px_,
+                       PixelFormatName(pixel_format_), ToString(CameraClock::kOurs));
+  }
+  [[nodiscard]] bool live() const override { return true; }
+
+ private:
+  [[nodiscard]] tl::unexpected<Error> Broken(const std::string& what) const {
+    return Fail(fmt::format("camera {}: {}", name_, what), ErrorKind::kMachine);
+  }
+  Result<void> CheckFormat();
+  Result<void> CheckSize();
+  void ReadExposure();
+  Result<void> SetContinuous();
+  Result<void> StartStream();
+  Result<CapturedFrame> FrameOf(ArvBuffer* buffer);
+  void Stamp(ArvBuffer* buffer, CapturedFrame& frame);
+  std::uint64_t Sequence(std::uint64_t id);
+
+  std::string name_;  ///< its address
+  Held<ArvCamera> camera_;
+  Held<ArvStream> stream_;  // ends before the camera
+  int jpeg_quality_ = 0;
+  gulong watch_ = 0;
+  Flag lost_ = std::make_shared<std::atomic<bool>>(false);
+  bool started_ = false;
+  std::uint32_t pixel_format_ = 0;
+  int width_px_ = 0;
+  int height_px_ = 0;
+  std::size_t payload_bytes_ = 0;
+  double exposure_s_ = 0;
+  WallStamps stamps_;
+  FrameChecker checker_;
+  std::size_t frames_ = 0;
+  std::uint64_t last_id_ = 0;
+  std::uint64_t id_base_ = 0;
+};
+
+Result<void> AravisCamera::CheckFormat() {
+  Trouble trouble;
+  pixel_format_ = arv_camera_get_pixel_format(camera_.get(), trouble.out());
+  if (trouble.occurred()) {
+    return Broken(fmt::format("does not say its pixel format ({})", trouble.text()));
+  }
+  if (IsReadPixelFormat(pixel_format_)) return {};
+  const char* text = arv_camera_get_pixel_format_as_string(camera_.get(), trouble.out());
+  const std::string format = text != nullptr ? text : PixelFormatName(pixel_format_);
+  unsigned count = 0;
+  gint64* offered = arv_camera_dup_available_pixel_formats(camera_.get(), &count, trouble.out());
+  std::vector<std::string> read;
+  for (unsigned i = 0; offered != nullptr && i < count; ++i) {
+    const auto code = static_cast<std::uint32_t>(offered[i]);
+    if (IsReadPixelFormat(code)) read.push_back(PixelFormatName(code));
+  }
+  g_free(offered);
+  const std::string what =
+      fmt::format("delivers {}, which is not read; read are {}", format, ReadPixelFormats());
+  if (read.empty()) return Broken(what + ", and it offers none of these");
+  // Grey where there is a choice: a Bayer pattern moves edges.
+  const bool grey = std::find(read.begin(), read.end(), kBestFormat) != read.end();
+  return Broken(fmt::format("{}: set it with arv-tool-0.8 -n {} control PixelFormat={}", what,
+                            name_.substr(kScheme.size()), grey ? kBestFormat : read.front()));
+}
+
+Result<void> AravisCamera::CheckSize() {
+  Trouble trouble;
+  int x = 0;
+  int y = 0;
+  arv_camera_get_region(camera_.get(), &x, &y, &width_px_, &height_px_, trouble.out());
+  if (trouble.occurred()) {
+    return Broken(fmt::format("does not say its picture's size ({})", trouble.text()));
+  }
+  payload_bytes_ = arv_camera_get_payload(camera_.get(), trouble.out());
+  if (trouble.occurred()) {
+    return Broken(fmt::format("does not say how large its pictures are ({})", trouble.text()));
+  }
+  if (width_px_ < 1 || height_px_ < 1 || payload_bytes_ < 1 || payload_bytes_ > kMostPayloadBytes) {
+    return Broken(
+        fmt::format("states pictures of {}x{} px in {} bytes; at most {} bytes are read: "
+                    "set a smaller region",
+                    width_px_, height_px_, payload_bytes_, kMostPayloadBytes));
+  }
+  return {};
+}
+
+/// Not every camera tells it; the capture times are then those of the first packets.
+void AravisCamera::ReadExposure() {
+  Trouble trouble;
+  if (!arv_camera_is_exposure_time_available(camera_.get(), trouble.out())) return;
+  const double exposure_s = 1e-6 * arv_camera_get_exposure_time(camera_.get(), trouble.out());
+  const bool sound = !trouble.occurred() && exposure_s >= 0 && exposure_s <= kLongestExposure_s;
+  if (sound) exposure_s_ = exposure_s;
+}
+
+Result<void> AravisCamera::SetContinuous() {
+  Trouble trouble;
+  const auto mode = arv_camera_get_acquisition_mode(camera_.get(), trouble.out());
+  // A camera without the feature has no other mode.
+  if (trouble.occurred() || mode == ARV_ACQUISITION_MODE_CONTINUOUS) return {};
+  arv_camera_set_acquisition_mode(camera_.get(), ARV_ACQUISITION_MODE_CONTINUOUS, trouble.out());
+  if (!trouble.occurred()) return {};
+  return Broken(
+      fmt::format("does not let AcquisitionMode be set to Continuous ({}); is another "
+                  "program using it?",
+                  trouble.text()));
+}
+
+Result<void> AravisCamera::StartStream() {
+  Trouble trouble;
+  stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, trouble.out()));
+  if (!stream_ || trouble.occurred()) {
+    return Broken(
+        fmt::format("gives no stream ({}); is another program using it?", trouble.text()));
+  }
+  WidenSocket(stream_.get(), payload_bytes_);
+  const std::size_t buffers =
+      std::clamp(kMostBufferBytes / payload_bytes_, kFewestBuffers, kMostBuffers);
+  for (std::size_t i = 0; i < buffers; ++i) {
+    arv_stream_push_buffer(stream_.get(), arv_buffer_new_allocate(payload_bytes_));
+  }
+  watch_ = g_signal_connect_data(arv_camera_get_device(camera_.get()), "control-lost",
+                                 G_CALLBACK(OnControlLost), new Flag(lost_), DropFlag,
+                                 static_cast<GConnectFlags>(0));
+  arv_camera_start_acquisition(camera_.get(), trouble.out());
+  if (trouble.occurred()) {
+    return Broken(fmt::format("does not start ({}); is another program using it?", trouble.text()));
+  }
+  started_ = true;
+  return {};
+}
+
+Result<void> AravisCamera::Start() {
+  if (auto read = CheckFormat(); !read) return read;
+  if (auto sized = CheckSize(); !sized) return sized;
+  ReadExposure();
+  if (auto set = SetContinuous(); !set) return set;
+  return StartStream();
+}
+
+void AravisCamera::Stamp(ArvBuffer* buffer, CapturedFrame& frame) {
+  const double wall_s = 1e-9 * static_cast<double>(arv_buffer_get_system_timestamp(buffer));
+  const Clocks now = ReadClocks();
+  if (const auto begun_s = stamps_.OnHostClock(wall_s, now.wall_s, now.host_s)) {
+    frame.captured = CameraTime{*begun_s - exposure_s_, CameraClock::kOurs};
+  }
+  frame.sequence = Sequence(arv_buffer_get_frame_id(buffer));
+}
+
+/// Cameras of GigE Vision 1 count in 16 bits and leave out the 0.
+std::uint64_t AravisCamera::Sequence(std::uint64_t id) {
+  constexpr std::uint64_t kTurn = 65535;
+  if (id < last_id_ && last_id_ <= kTurn && last_id_ - id > kTurn / 2) id_base_ += kTurn;
+  last_id_ = id;
+  return id_base_ + id;
+}
+
+Result<CapturedFrame> AravisCamera::FrameOf(ArvBuffer* buffer) {
+  CapturedFrame frame;
+  frame.arrival_s = HostNow();
+  ++frames_;
+  const ArvBufferStatus status = arv_buffer_get_status(buffer);
+  if (status != ARV_BUFFER_STATUS_SUCCESS || arv_buffer_get_n_parts(buffer) < 1) {
+    frame.width_px = width_px_;
+    frame.height_px = height_px_;
+    frame.fault = FrameFault::kCutOff;
+    frame.fault_text = StatusText(status);
+    return frame;  // without time and number: those of the buffer may be an earlier picture's
+  }
+  Stamp(buffer, frame);
+  RawPicture raw;
+  raw.pixel_format = arv_buffer_get_image_pixel_format(buffer);
+  arv_buffer_get_image_region(buffer, nullptr, nullptr, &raw.width_px, &raw.height_px);
+  int padding = 0;
+  arv_buffer_get_image_padding(buffer, &padding, nullptr);
+  raw.row_padding_bytes = static_cast<std::size_t>(std::max(padding, 0));
+  std::size_t size = 0;
+  const void* data = arv_buffer_get_image_data(buffer, &size);
+  if (data != nullptr) raw.bytes = {static_cast<const std::uint8_t*>(data), size};
+  auto picture = ToPicture(raw, jpeg_quality_);
+  if (!picture) return Broken(fmt::format("frame {}: {}", frames_, picture.error().message));
+  frame.image = std::move(*picture);
+  checker_.Check(frame);
+  return frame;
+}
+
+Result<std::optional<CapturedFrame>> AravisCamera::Next(double time_limit_s, std::stop_token stop) {
+  const double deadline_s = HostNow() + time_limit_s;
+  for (;;) {
+    if (stop.stop_requested()) {
+      return Fail(fmt::format("camera {}: stopped", name_), ErrorKind::kInterrupted);
+    }
+    const double wait_s = std::clamp(deadline_s - HostNow(), 0.0, kLook_s);
+    ArvBuffer* buffer = arv_stream_timeout_pop_buffer(
+        stream_.get(), static_cast<std::uint64_t>(std::llround(wait_s * 1e6)));
+    if (buffer != nullptr) {
+      auto frame = FrameOf(buffer);
+      arv_stream_push_buffer(stream_.get(), buffer);
+      if (!frame) return tl::unexpected(frame.error());
+      return std::move(*frame);
+    }
+    if (*lost_) {
+      return Broken(
+          fmt::format("was lost after {} frames; check its power and cable, and whether "
+                      "another program took it",
+                      frames_));
+    }
+    if (HostNow() >= deadline_s) {
+      return Broken(
+          fmt::format("no frame within {:g} s (after {} frames); does it wait for a "
+                      "trigger (TriggerMode), is its exposure longer than that, or does "
+                      "a firewall keep its packets away?",
+                      time_limit_s, frames_));
+    }
+  }
+}
+
+Result<std::unique_ptr<FrameSource>> Open(const std::string& id, const CameraOptions& options,
+                                          const std::stop_token& stop) {
+  auto opened = OpenArvCamera(id, stop);
+  if (!opened) return tl::unexpected(opened.error());
+  auto camera = std::make_unique<AravisCamera>(std::string(kScheme) + opened->id,
+                                               std::move(opened->camera), options.jpeg_quality);
+  if (auto started = camera->Start(); !started) return tl::unexpected(started.error());
+  return camera;
+}
+
+constexpr AravisModule kModule = {Open};
+
+}  // namespace
+}  // namespace trammel::machine
+
+TRAMMEL_MODULE(trammel::machine::kModule)

@@ -1,0 +1,227 @@
+#include "machine/camera/image_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <new>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "image/jpeg_outline.h"
+#include "image/jpeg_reader.h"
+#include "image/png_outline.h"
+#include "image/png_reader.h"
+#include "machine/net/file_bytes.h"
+
+namespace trammel::machine {
+namespace {
+
+constexpr std::array<std::uint8_t, 8> kPngSignature = {0x89, 'P', 'N', 'G', 0x0D, 0x0A, 0x1A, 0x0A};
+constexpr std::array<std::uint8_t, 12> kPngEnd = {0,   0,   0,    0,    'I',  'E',
+                                                  'N', 'D', 0xAE, 0x42, 0x60, 0x82};
+
+std::uint32_t BigEndian(std::span<const std::uint8_t> bytes, std::size_t at, std::size_t count) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < count; ++i) value = value << 8 | bytes[at + i];
+  return value;
+}
+
+bool StartsWith(std::span<const std::uint8_t> bytes, std::span<const std::uint8_t> start) {
+  return bytes.size() >= start.size() && std::equal(start.begin(), start.end(), bytes.begin());
+}
+
+Result<ImageHeader> PngHeader(std::span<const std::uint8_t> bytes) {
+  const auto outline = image::OutlineOfPng(bytes);
+  if (!outline) return tl::unexpected(outline.error());
+  return ImageHeader{ImageFormat::kPng, static_cast<int>(outline->width_px),
+                     static_cast<int>(outline->height_px)};
+}
+
+Result<ImageHeader> JpegHeader(std::span<const std::uint8_t> bytes) {
+  const auto outline = image::OutlineOf(bytes);
+  if (!outline) return tl::unexpected(outline.error());
+  return ImageHeader{ImageFormat::kJpeg, outline->width_px, outline->height_px};
+}
+
+int ReductionOf(std::int64_t pixels, std::int64_t enough) {
+  if (pixels <= enough) return 1;
+  if (pixels <= 4 * enough) return 2;
+  if (pixels <= 16 * enough) return 4;
+  return 8;
+}
+
+/// Whether a decoder would have to do far more for it than such a picture should cost.
+Result<void> CheckCostOf(std::span<const std::uint8_t> bytes, ImageFormat format) {
+  if (format == ImageFormat::kPng) {
+    const auto outline = image::OutlineOfPng(bytes);
+    return outline ? CheckCost(*outline, bytes.size()) : tl::unexpected(outline.error());
+  }
+  const auto outline = image::OutlineOf(bytes);
+  return outline ? CheckCost(*outline, bytes.size()) : tl::unexpected(outline.error());
+}
+
+cv::Mat PixelsOf(Frame& frame) { return {frame.height, frame.width, CV_8UC3, frame.bgr.data()}; }
+
+/// Shows the stored picture as EXIF's orientation asks for.
+Frame Turned(Frame frame, int orientation) {
+  if (orientation >= 5) {
+    Frame transposed(frame.height, frame.width);
+    cv::Mat to = PixelsOf(transposed);
+    cv::transpose(PixelsOf(frame), to);
+    frame = std::move(transposed);
+  }
+  const int mirrored = orientation % 4;
+  const bool left_right = mirrored == 2 || mirrored == 3;  // 2, 3, 6, 7
+  const bool up_down = mirrored == 3 || mirrored == 0;     // 3, 4, 7, 8
+  cv::Mat pixels = PixelsOf(frame);
+  if (left_right && up_down) {
+    cv::flip(pixels, pixels, -1);
+  } else if (left_right || up_down) {
+    cv::flip(pixels, pixels, left_right ? 1 : 0);
+  }
+  return frame;
+}
+
+Result<Frame> DecodeJpeg(std::span<const std::uint8_t> bytes, int reduction) {
+  // Cameras leave bytes between the picture and its end, which decoders warn of.
+  auto jpeg = image::JpegReader::Open(bytes, image::JpegDamage::kFillIn);
+  if (!jpeg) return tl::unexpected(jpeg.error());
+  if (auto started = jpeg->Start(image::JpegPixels::kBgr, reduction); !started) {
+    return tl::unexpected(started.error());
+  }
+  Frame frame(jpeg->row_px(), jpeg->rows());
+  for (int y = 0; y < frame.height; ++y) {
+    if (auto read = jpeg->ReadRow(frame.row(y)); !read) return tl::unexpected(read.error());
+  }
+  return Turned(std::move(frame), jpeg->header().orientation);
+}
+
+Result<Frame> DecodePng(std::span<const std::uint8_t> bytes, int reduction) {
+  auto png = image::PngReader::Open(bytes, image::PngPixels::kBgr8);
+  if (!png) return tl::unexpected(png.error());
+  Frame frame(png->header().width_px, png->header().height_px);
+  for (int pass = 0; pass < png->passes(); ++pass) {
+    for (int y = 0; y < frame.height; ++y) {
+      if (auto read = png->ReadRow(frame.row(y)); !read) return tl::unexpected(read.error());
+    }
+  }
+  if (auto finished = png->Finish(); !finished) return tl::unexpected(finished.error());
+  if (reduction > 1) {
+    Frame reduced(std::max(frame.width / reduction, 1), std::max(frame.height / reduction, 1));
+    cv::Mat to = PixelsOf(reduced);
+    cv::resize(PixelsOf(frame), to, to.size(), 0, 0, cv::INTER_LINEAR_EXACT);
+    frame = std::move(reduced);
+  }
+  return Turned(std::move(frame), png->orientation());
+}
+
+Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageHeader& header,
+                     const ImageReadOptions& options) {
+  const std::int64_t pixels = std::int64_t{header.width_px} * header.height_px;
+  const int reduction = ReductionOf(pixels, options.reduce_above_px);
+  auto frame = header.format == ImageFormat::kPng ? DecodePng(bytes, reduction)
+                                                  : DecodeJpeg(bytes, reduction);
+  if (!frame) return Fail(frame.error().message + "; copy it again");
+  return frame;
+}
+
+/// Names a picture's format by its first bytes; a TIFF may be a camera's raw picture.
+std::string_view ForeignFormatOf(std::span<const std::uint8_t> bytes) {
+  struct Format {
+    std::size_t at;
+    std::string_view with;
+    std::string_view name;
+  };
+  using std::string_view_literals::operator""sv;
+  constexpr std::array kFormats = {Format{0, "BM"sv, "a BMP"},
+                                   Format{0, "GIF8"sv, "a GIF"},
+                                   Format{8, "WEBP"sv, "a WebP"},
+                                   Format{0, "II*\0"sv, "a TIFF or raw picture"},
+                                   Format{0, "MM\0*"sv, "a TIFF or raw picture"},
+                                   Format{4, "ftypavif"sv, "an AVIF"},
+                                   Format{4, "ftyphei"sv, "a HEIC"},
+                                   Format{4, "ftyphev"sv, "a HEIC"},
+                                   Format{4, "ftypmif1"sv, "a HEIC"},
+                                   Format{4, "jP  \r\n"sv, "a JPEG 2000"},
+                                   Format{0, "\0\0\0\fJXL"sv, "a JPEG XL"},
+                                   Format{0, "\xff\x0a"sv, "a JPEG XL"},
+                                   Format{0, "%PDF"sv, "a PDF"}};
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  for (const Format& format : kFormats) {
+    if (text.size() > format.at && text.substr(format.at).starts_with(format.with)) {
+      return format.name;
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+// Decoders fill the missing part of a truncated file with grey and say nothing.
+bool EndsEarly(std::span<const std::uint8_t> bytes, ImageFormat format) {
+  if (format == ImageFormat::kPng) {
+    return std::search(bytes.begin(), bytes.end(), kPngEnd.begin(), kPngEnd.end()) == bytes.end();
+  }
+  // The picture's end, not that of a thumbnail in the header: behind the first scan of the picture.
+  std::size_t at = 2;
+  while (at + 4 <= bytes.size() && bytes[at] == 0xFF && bytes[at + 1] != 0xDA) {
+    const bool bare = bytes[at + 1] == 0xFF || bytes[at + 1] == 0x01 ||
+                      (bytes[at + 1] >= 0xD0 && bytes[at + 1] <= 0xD8);
+    at += bare ? (bytes[at + 1] == 0xFF ? 1 : 2) : 2 + BigEndian(bytes, at + 2, 2);
+  }
+  constexpr std::array<std::uint8_t, 2> kEnd = {0xFF, 0xD9};
+  return at >= bytes.size() || std::search(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                                           bytes.end(), kEnd.begin(), kEnd.end()) == bytes.end();
+}
+
+Result<ImageHeader> ReadImageHeader(std::span<const std::uint8_t> bytes) {
+  constexpr std::array<std::uint8_t, 3> kJpegStart = {0xFF, 0xD8, 0xFF};
+  if (bytes.empty()) return Fail("it is empty");
+  if (StartsWith(bytes, kPngSignature)) return PngHeader(bytes);
+  if (StartsWith(bytes, kJpegStart)) return JpegHeader(bytes);
+  const std::string_view foreign = ForeignFormatOf(bytes);
+  return Fail(fmt::format("it is {}{} a JPEG nor a PNG; convert it to one of these", foreign,
+                          foreign.empty() ? "neither" : ", neither"));
+}
+
+Result<Frame> DecodeImage(std::span<const std::uint8_t> bytes, const ImageReadOptions& options) {
+  const Result<ImageHeader> header = ReadImageHeader(bytes);
+  if (!header) return tl::unexpected(header.error());
+  const std::int64_t pixels = std::int64_t{header->width_px} * header->height_px;
+  if (pixels > options.most_pixels) {
+    return Fail(fmt::format(
+        "it has {} x {} px = {} megapixels, more than the {} that are read; "
+        "shrink it",
+        header->width_px, header->height_px, pixels / 1'000'000, options.most_pixels / 1'000'000));
+  }
+  if (EndsEarly(bytes, header->format))
+    return Fail("it ends before the picture does; copy it again");
+  if (auto cost = CheckCostOf(bytes, header->format); !cost) return tl::unexpected(cost.error());
+  try {
+    return Decode(bytes, *header, options);
+  } catch (const cv::Exception& exception) {
+    return Fail(fmt::format("the decoder rejects it: {}", exception.err));
+  } catch (const std::bad_alloc&) {
+    return Fail(fmt::format("its {} x {} px do not fit into memory; shrink it", header->width_px,
+                            header->height_px));
+  }
+}
+
+Result<Frame> ReadImageFile(const std::filesystem::path& path, const ImageReadOptions& options) {
+  const auto named = [&](const Error& error) {
+    return tl::unexpected(
+        Error{error.kind, fmt::format("photo {}: {}", path.string(), error.message)});
+  };
+  const Result<std::vector<std::uint8_t>> bytes = ReadFileBytes(path, options.most_bytes);
+  if (!bytes) return named(bytes.error());
+  Result<Frame> frame = DecodeImage(*bytes, options);
+  if (!frame) return named(frame.error());
+  return frame;
+}
+
+}  // namespace trammel::machine

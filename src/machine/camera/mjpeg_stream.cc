@@ -1,0 +1,327 @@
+#include "machine/camera/mjpeg_stream.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "base/url_secrets.h"
+#include "base/utf8.h"
+#include "machine/camera/camera_url.h"
+#include "machine/camera/frame_check.h"
+#include "machine/net/byte_stream.h"
+#include "machine/net/host_clock.h"
+#include "machine/net/http_head.h"
+
+namespace trammel::machine {
+namespace {
+
+constexpr std::size_t kLongestHead = 64 * 1024;
+constexpr std::size_t kLongestShown = 300;  // of what a server says
+constexpr std::size_t kReadBytes = 64 * 1024;
+/// Seconds since 1970 exceed it since 2001; a monotonic clock would take 31 years.
+constexpr double kWallClockFrom_s = 1e9;
+
+tl::unexpected<Error> About(const std::string& address, const Error& error) {
+  return Fail(fmt::format("camera {}: {}", address, error.message), error.kind);
+}
+
+tl::unexpected<Error> Broken(const std::string& address, const std::string& what) {
+  return Fail(fmt::format("camera {}: {}", address, what), ErrorKind::kMachine);
+}
+
+std::optional<double> Number(const HeaderFields& fields, std::string_view name) {
+  const auto field = fields.find(name);
+  if (field == fields.end()) return std::nullopt;
+  const std::string& text = field->second;
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  constexpr double kMost = 1e12;
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value) ||
+      value <= 0 || value > kMost) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+std::optional<double> FirstNumber(const HeaderFields& fields,
+                                  std::initializer_list<std::string_view> names) {
+  for (const std::string_view name : names) {
+    if (const auto number = Number(fields, name)) return number;
+  }
+  return std::nullopt;
+}
+
+std::string Base64(const std::string& text) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string encoded;
+  for (std::size_t i = 0; i < text.size(); i += 3) {
+    std::uint32_t bits = 0;
+    for (std::size_t j = 0; j < 3; ++j) {
+      bits = bits << 8 | (i + j < text.size() ? static_cast<unsigned char>(text[i + j]) : 0U);
+    }
+    for (std::size_t j = 0; j < 4; ++j) {
+      encoded += i + j > text.size() ? '=' : kDigits[bits >> (18 - 6 * j) & 63];
+    }
+  }
+  return encoded;
+}
+
+std::string Request(const CameraUrl& url, const std::string& target) {
+  const bool v6 = url.host.find(':') != std::string::npos;
+  std::string text = fmt::format(
+      "GET {} HTTP/1.0\r\nHost: {}{}{}:{}\r\nUser-Agent: trammel\r\nAccept: "
+      "multipart/x-mixed-replace, */*\r\nConnection: close\r\n",
+      target, v6 ? "[" : "", url.host, v6 ? "]" : "", url.port);
+  if (!url.user.empty()) {
+    text += "Authorization: Basic " + Base64(url.user + ":" + url.password) + "\r\n";
+  }
+  return text + "\r\n";
+}
+
+/// What a status other than 200 means for the user.
+std::string Refusal(const HttpHead& head) {
+  const std::string status = fmt::format("HTTP {} {}", head.status, head.reason);
+  if (head.status == 401 || head.status == 403) {
+    return status + "; write user and password into [camera] url: http://user:password@host/…";
+  }
+  if (head.status == 404) {
+    return status + "; check the path, for ustreamer /?action=stream or /stream";
+  }
+  if (head.status >= 300 && head.status < 400) {
+    const auto to = head.fields.find("location");
+    return fmt::format("{}; use the address it names: {}", status,
+                       to == head.fields.end()
+                           ? "none"
+                           : Utf8OrReplaced(WithoutSecrets(to->second), kLongestShown));
+  }
+  if (head.status >= 500) return status + "; check that the camera is plugged in and not in use";
+  return status + "; check the address";
+}
+
+/// The boundary of a stream of pictures, or what else this is.
+Result<std::string> BoundaryOf(const HttpHead& head) {
+  const auto field = head.fields.find("content-type");
+  const std::string type = field == head.fields.end() ? "" : field->second.substr(0, 200);
+  if (auto boundary = MultipartBoundary(type)) return *boundary;
+  if (type.find("image/") == 0) {
+    return Fail(fmt::format("a single picture ('{}') instead of a stream; use the stream's address "
+                            "rather than the snapshot's",
+                            type),
+                ErrorKind::kMachine);
+  }
+  return Fail(fmt::format("not an MJPEG stream but '{}'; use the address of an MJPEG stream, for "
+                          "ustreamer /?action=stream",
+                          type.empty() ? "something without a type" : type),
+              ErrorKind::kMachine);
+}
+
+struct Opened {
+  ByteStream stream;
+  HttpHead head;
+  std::vector<std::uint8_t> rest;  ///< of the body, already read
+};
+
+/// Sends the request and reads the answer's head.
+Result<Opened> Ask(const CameraUrl& url, const std::string& target, const CameraOptions& options,
+                   double deadline_s, const std::stop_token& stop) {
+  const auto late = [&] {
+    return Fail(fmt::format("no answer to the request within {:g} s; is this the camera's server?",
+                            options.connect_time_limit_s),
+                ErrorKind::kMachine);
+  };
+  const double left_s = deadline_s - HostNow();
+  if (left_s <= 0) return late();
+  auto stream = ByteStream::Connect(
+      {url.host, url.port, url.tls, options.verify_certificate, options.ca_file, left_s}, stop);
+  if (!stream) return tl::unexpected(stream.error());
+  if (auto sent = stream->Write(Request(url, target), deadline_s, stop); !sent) {
+    return tl::unexpected(sent.error());
+  }
+  std::vector<std::uint8_t> bytes;
+  std::array<std::uint8_t, 4096> buffer{};
+  for (;;) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    std::size_t end = text.find("\r\n\r\n");
+    std::size_t blank = 4;
+    if (const std::size_t bare = text.find("\n\n"); bare < end) {
+      end = bare;
+      blank = 2;
+    }
+    if (end != std::string_view::npos) {
+      auto head = ParseHttpHead(text.substr(0, end));
+      if (!head) return tl::unexpected(head.error());
+      std::vector<std::uint8_t> rest(bytes.begin() + static_cast<std::ptrdiff_t>(end + blank),
+                                     bytes.end());
+      return Opened{std::move(*stream), std::move(*head), std::move(rest)};
+    }
+    if (text.size() > kLongestHead) {
+      return Fail(fmt::format("the head of its answer has more than {} bytes", kLongestHead),
+                  ErrorKind::kMachine);
+    }
+    if (text.size() >= 5 && text.substr(0, 5) != "HTTP/") {
+      return tl::unexpected(ParseHttpHead(text).error());
+    }
+    auto read = stream->Read(buffer, deadline_s, stop);
+    if (!read) return tl::unexpected(read.error());
+    if (read->timed_out) return late();
+    if (read->count == 0) {
+      return Fail(fmt::format("closed the connection after {} bytes of an answer", bytes.size()),
+                  ErrorKind::kMachine);
+    }
+    bytes.insert(bytes.end(), buffer.begin(),
+                 buffer.begin() + static_cast<std::ptrdiff_t>(read->count));
+  }
+}
+
+class MjpegStream final : public FrameSource {
+ public:
+  MjpegStream(std::string address, Opened opened, std::string boundary,
+              const MultipartLimits& limits)
+      : address_(std::move(address)),
+        stream_(std::move(opened.stream)),
+        parts_(std::move(boundary), limits) {
+    const auto coding = opened.head.fields.find("transfer-encoding");
+    chunked_ = coding != opened.head.fields.end() && coding->second.find("chunked") == 0;
+    pending_ = std::move(opened.rest);
+  }
+
+  Result<std::optional<CapturedFrame>> Next(double time_limit_s, std::stop_token stop) override;
+  [[nodiscard]] std::string Describe() const override;
+  [[nodiscard]] bool live() const override { return true; }
+
+ private:
+  Result<void> Feed(std::span<const std::uint8_t> bytes);
+  CapturedFrame FrameOf(MultipartPart part);
+
+  std::string address_;
+  ByteStream stream_;
+  MultipartReader parts_;
+  bool chunked_ = false;
+  bool closed_ = false;
+  ChunkDecoder chunks_;
+  std::vector<std::uint8_t> pending_;
+  std::vector<std::uint8_t> payload_;
+  FrameChecker checker_;
+  std::optional<CameraClock> clock_;
+  std::uint64_t frames_ = 0;
+};
+
+std::string MjpegStream::Describe() const {
+  const std::string size =
+      checker_.width_px() > 0 ? fmt::format(", {}x{} px", checker_.width_px(), checker_.height_px())
+                              : std::string();
+  return fmt::format("MJPEG stream {}{}, {}", address_, size,
+                     clock_        ? fmt::format("capture times on {}", ToString(*clock_))
+                     : frames_ > 0 ? std::string("without capture times")
+                                   : std::string("no frame yet"));
+}
+
+Result<void> MjpegStream::Feed(std::span<const std::uint8_t> bytes) {
+  const double now_s = HostNow();
+  if (!chunked_) {
+    parts_.Feed(bytes, now_s);
+    return {};
+  }
+  payload_.clear();
+  if (auto decoded = chunks_.Decode(bytes, payload_); !decoded) return decoded;
+  parts_.Feed(payload_, now_s);
+  return {};
+}
+
+CapturedFrame MjpegStream::FrameOf(MultipartPart part) {
+  CapturedFrame frame;
+  frame.arrival_s = part.arrival_s;
+  frame.image = std::move(part.body);
+  ReadFrameFields(part.fields, frame);
+  checker_.Check(frame);
+  if (frame.captured) clock_ = frame.captured->clock;
+  ++frames_;
+  return frame;
+}
+
+Result<std::optional<CapturedFrame>> MjpegStream::Next(double time_limit_s, std::stop_token stop) {
+  const double deadline_s = HostNow() + time_limit_s;
+  std::vector<std::uint8_t> buffer(kReadBytes);
+  for (;;) {
+    if (!pending_.empty()) {
+      const std::vector<std::uint8_t> bytes = std::exchange(pending_, {});
+      if (auto fed = Feed(bytes); !fed) return About(address_, fed.error());
+    }
+    auto part = parts_.Take();
+    if (!part) return About(address_, part.error());
+    if (*part) return FrameOf(std::move(**part));
+    if (closed_ || parts_.ended() || chunks_.ended()) {
+      if (auto rest = parts_.TakeRest()) return FrameOf(std::move(*rest));
+      return Broken(address_, fmt::format("the stream ended after {} frames; is the camera's "
+                                          "server still running?",
+                                          frames_));
+    }
+    auto read = stream_.Read(buffer, deadline_s, stop);
+    if (!read) return About(address_, read.error());
+    if (read->timed_out) {
+      return Broken(address_, fmt::format("no frame within {:g} s (after {} frames); is the camera "
+                                          "plugged in and its server's processor not overloaded?",
+                                          time_limit_s, frames_));
+    }
+    closed_ = read->count == 0;
+    if (auto fed = Feed(std::span(buffer).first(read->count)); !fed) {
+      return About(address_, fed.error());
+    }
+  }
+}
+
+}  // namespace
+
+void ReadFrameFields(const HeaderFields& fields, CapturedFrame& frame) {
+  using enum CameraClock;
+  if (const auto grab =
+          FirstNumber(fields, {"x-ustreamer-grab-time", "x-ustreamer-grab-begin-time",
+                               "x-ustreamer-grab-timestamp", "x-ustreamer-grab-begin-timestamp"})) {
+    frame.captured = CameraTime{*grab, kCameraMonotonic};
+  }
+  if (const auto send =
+          FirstNumber(fields, {"x-ustreamer-send-time", "x-ustreamer-send-timestamp"})) {
+    frame.sent = CameraTime{*send, kCameraMonotonic};
+  }
+  if (const auto stamp = Number(fields, "x-timestamp")) {
+    // ustreamer states the wall clock at sending here, mjpg-streamer the kernel's time of capture.
+    const bool wall = *stamp >= kWallClockFrom_s;
+    if (wall && !frame.sent) frame.sent = CameraTime{*stamp, kCameraWall};
+    if (!wall && !frame.captured) frame.captured = CameraTime{*stamp, kCameraMonotonic};
+  }
+  const auto online = fields.find("x-ustreamer-online");
+  if (online != fields.end() && online->second == "false") {
+    frame.fault = FrameFault::kNoSignal;
+    frame.fault_text = "the server has no picture from its camera and sends a placeholder";
+  }
+}
+
+Result<std::unique_ptr<FrameSource>> OpenMjpegStream(const std::string& address,
+                                                     const CameraOptions& options,
+                                                     const std::stop_token& stop) {
+  auto url = ParseCameraUrl(address);
+  if (!url) return tl::unexpected(url.error());
+  const std::string name = url->ToString();
+  const double deadline_s = HostNow() + options.connect_time_limit_s;
+  const bool asked = url->target.find("extra_headers=") != std::string::npos;
+  const bool has_query = url->target.find('?') != std::string::npos;
+  const std::string with_times =
+      asked ? url->target : url->target + (has_query ? "&" : "?") + "extra_headers=1";
+  auto opened = Ask(*url, with_times, options, deadline_s, stop);
+  if (opened && opened->head.status != 200 && !asked) {
+    opened = Ask(*url, url->target, options, deadline_s, stop);
+  }
+  if (!opened) return About(name, opened.error());
+  if (opened->head.status != 200) return Broken(name, Refusal(opened->head));
+  auto boundary = BoundaryOf(opened->head);
+  if (!boundary) return About(name, boundary.error());
+  MultipartLimits limits;
+  limits.body_bytes = options.max_frame_bytes;
+  return std::make_unique<MjpegStream>(name, std::move(*opened), std::move(*boundary), limits);
+}
+
+}  // namespace trammel::machine

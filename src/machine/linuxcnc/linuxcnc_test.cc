@@ -1,0 +1,373 @@
+#include "machine/linuxcnc/linuxcnc.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "base/check.h"
+#include "machine/net/host_clock.h"
+#include "support/scripted_linuxcnc.h"
+
+namespace trammel::machine {
+namespace {
+
+using test::ScriptedLinuxCnc;
+using testing::AllOf;
+using testing::Each;
+using testing::HasSubstr;
+using testing::Not;
+using Fault = ScriptedLinuxCnc::Fault;
+
+LinuxCncOptions Options(const ScriptedLinuxCnc& server) {
+  LinuxCncOptions options;
+  options.address.port = server.port();
+  options.address.time_limit_s = 1;
+  options.spindle_locked_by_hand = true;
+  return options;
+}
+
+std::unique_ptr<LinuxCnc> Connected(const LinuxCncOptions& options) {
+  auto machine = LinuxCnc::Connect(options, {});
+  EXPECT_TRUE(machine) << machine.error().message;
+  return machine ? std::move(*machine) : nullptr;
+}
+
+// A script with one fault at the first request that contains `where`, from the `from`th on.
+ScriptedLinuxCnc::Script FaultAt(const std::string& where, Fault fault, int from = 1) {
+  return [where, fault, left = from](const std::string& request) mutable {
+    if (request.find(where) == std::string::npos || --left != 0) return Fault::kNone;
+    return fault;
+  };
+}
+
+TEST(LinuxCnc, WritesAnOffsetAndReadsItBack) {
+  ScriptedLinuxCnc server;
+  const auto machine = Connected(Options(server));
+  ASSERT_TRUE(machine);
+  const LinuxCncOffset offset{{-1203.4567894, 87.5, -410}, -12.345678901};
+  const auto written = machine->WriteOffset(2, offset, {});
+  ASSERT_TRUE(written) << written.error().message;
+  EXPECT_EQ(server.parameter(5241), -1203.456789);
+  EXPECT_EQ(server.parameter(5243), -410);
+  EXPECT_EQ(server.parameter(5250), -12.345678901);
+  const auto read = machine->ReadOffsets(2, {});
+  ASSERT_TRUE(read);
+  EXPECT_NEAR(read->offset.rotation_deg, offset.rotation_deg, 1e-6);
+  EXPECT_FALSE(read->g92);
+}
+
+TEST(LinuxCnc, AnOffsetThatWasRefusedOrNotKeptIsAnErrorThatSaysSo) {
+  ScriptedLinuxCnc deaf(FaultAt("G10", Fault::kRefuse));
+  const auto refused = Connected(Options(deaf))->WriteOffset(1, {{1, 2, 3}, 4}, {});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, AllOf(HasSubstr("G10 L2 P1"), HasSubstr("by the script")));
+  EXPECT_EQ(refused.error().kind, ErrorKind::kMachine);
+
+  ScriptedLinuxCnc* shop = nullptr;
+  ScriptedLinuxCnc forgetful([&shop](const std::string& request) {
+    if (request.find("trammel 2") != std::string::npos) shop->SetParameter(5221, 99);
+    return Fault::kNone;
+  });
+  shop = &forgetful;
+  const auto lost = Connected(Options(forgetful))->WriteOffset(1, {{1, 2, 3}, 4}, {});
+  ASSERT_FALSE(lost);
+  EXPECT_THAT(lost.error().message,
+              AllOf(HasSubstr("keeps X 99.000000"), HasSubstr("where X 1.000000 Y 2.000000")));
+}
+
+TEST(LinuxCnc, RefusesToWriteWhileAG92IsActive) {
+  ScriptedLinuxCnc server;
+  server.SetParameter(5210, 1);
+  const auto written = Connected(Options(server))->WriteOffset(1, {{1, 2, 3}, 4}, {});
+  ASSERT_FALSE(written);
+  EXPECT_EQ(written.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(written.error().message, HasSubstr("G92.1"));
+  EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G10"))));
+}
+
+TEST(LinuxCnc, MovesInPiecesAndArrives) {
+  ScriptedLinuxCnc server;
+  const auto machine = Connected(Options(server));
+  ASSERT_TRUE(machine);
+  const auto moved = machine->MoveTo({30, -40, 5.5}, 6000, {});  // 50 mm at 50 mm a piece
+  ASSERT_TRUE(moved) << moved.error().message;
+  EXPECT_NEAR(server.position()[1], -40, 1e-3);
+  EXPECT_FALSE(server.moving());
+  int pieces = 0;
+  for (const std::string& request : server.requests()) {
+    pieces += request.find("G53 G1") != std::string::npos ? 1 : 0;
+    EXPECT_THAT(request, AllOf(Not(HasSubstr("M3")), Not(HasSubstr("M4"))));
+  }
+  EXPECT_EQ(pieces, 2);
+}
+
+TEST(LinuxCnc, RefusesUnlessTheMachineIsReadyAndTheSpindleHeld) {
+  struct Case {
+    const char* name;
+    const char* value;
+    const char* said;
+  };
+  for (const Case& c :
+       {Case{"estop", "ON", "emergency stop"}, Case{"machine", "OFF", "power"},
+        Case{"joint_homed", "YES NO YES YES NO NO", "homed"}, Case{"joint_homed", "", "homed"},
+        Case{"spindle 0", "0 FORWARD", "spindle turns"},
+        Case{"program_status", "PAUSED", "runs a program"},
+        Case{"user_linear_units", "INCH", "millimetre"}}) {
+    ScriptedLinuxCnc server;
+    server.Answer(c.name, c.value);
+    const auto machine = Connected(Options(server));
+    ASSERT_TRUE(machine);
+    for (const auto& done :
+         {machine->MoveTo({1, 2, 3}, 600, {}), machine->WriteOffset(1, {{1, 2, 3}, 4}, {})}) {
+      ASSERT_FALSE(done) << c.name;
+      EXPECT_EQ(done.error().kind, ErrorKind::kSafety) << c.name;
+      EXPECT_THAT(done.error().message, HasSubstr(c.said));
+    }
+    EXPECT_THAT(server.requests(), Each(Not(HasSubstr("mdi"))));
+  }
+  ScriptedLinuxCnc server;
+  LinuxCncOptions options = Options(server);
+  options.spindle_locked_by_hand = false;
+  EXPECT_THAT(Connected(options)->MoveTo({1, 2, 3}, 600, {}).error().message,
+              HasSubstr("locked by hand"));
+  options.c_holds_spindle = true;
+  EXPECT_TRUE(Connected(options)->MoveTo({1, 2, 3}, 6000, {}));
+}
+
+TEST(LinuxCnc, AStopAbortsTheMoveAndSeesTheMachineStand) {
+  ScriptedLinuxCnc server;
+  const auto machine = Connected(Options(server));
+  ASSERT_TRUE(machine);
+  std::stop_source source;
+  std::thread stopper([&source] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    source.request_stop();
+  });
+  const auto moved = machine->MoveTo({1000, 0, 0}, 600, source.get_token());
+  stopper.join();
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().kind, ErrorKind::kInterrupted);
+  EXPECT_THAT(moved.error().message, HasSubstr("the machine stands at X"));
+  EXPECT_FALSE(server.moving());
+  EXPECT_LT(server.position()[0], 100);
+}
+
+TEST(LinuxCnc, ALostLineIsTakenUpAgainToAbort) {
+  ScriptedLinuxCnc server(FaultAt("get abs_act_pos", Fault::kDrop, 5));
+  const auto machine = Connected(Options(server));
+  ASSERT_TRUE(machine);
+  const auto moved = machine->MoveTo({1000, 0, 0}, 600, {});
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(moved.error().message,
+              AllOf(HasSubstr("closed the connection"), HasSubstr("the machine stands at X")));
+  EXPECT_FALSE(server.moving());
+}
+
+TEST(LinuxCnc, AMoveThatNobodyEndsIsOverWithinASecond) {
+  std::atomic<bool> gone = false;
+  ScriptedLinuxCnc server([&gone](const std::string& request) {
+    if (request.find("G53 G1") != std::string::npos) {
+      gone = true;  // taken, but from here on the line is dead
+      return Fault::kNone;
+    }
+    return gone ? Fault::kDrop : Fault::kNone;
+  });
+  const auto machine = Connected(Options(server));
+  ASSERT_TRUE(machine);
+  const auto moved = machine->MoveTo({1000, 0, 0}, 600, {});
+  ASSERT_FALSE(moved);
+  EXPECT_THAT(moved.error().message, HasSubstr("look at the machine"));
+  const double end_s = HostNow() + 1;
+  while (server.moving() && HostNow() < end_s) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_FALSE(server.moving());
+  EXPECT_LT(server.position()[0], 6);
+}
+
+TEST(LinuxCnc, AMoveBeyondTheTravelIsRefusedWithTheControllersWords) {
+  ScriptedLinuxCnc server;
+  server.SetTravel(100);
+  const auto moved = Connected(Options(server))->MoveTo({0, 0, 900}, 100'000, {});
+  ASSERT_FALSE(moved);
+  EXPECT_THAT(moved.error().message, HasSubstr("would exceed X's positive limit"));
+  EXPECT_FALSE(server.moving());
+}
+
+TEST(LinuxCnc, EndsTheMoveWhenTheSpindleStartsOrItsAxisTurns) {
+  ScriptedLinuxCnc* shop = nullptr;
+  ScriptedLinuxCnc server([&shop](const std::string& request) {
+    if (request.find("G53 G1") != std::string::npos) shop->Answer("spindle 0", "0 FORWARD");
+    return Fault::kNone;
+  });
+  shop = &server;
+  const auto moved = Connected(Options(server))->MoveTo({100, 0, 0}, 600, {});
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(moved.error().message, HasSubstr("spindle was started"));
+  EXPECT_FALSE(server.moving());
+
+  ScriptedLinuxCnc turning([&shop](const std::string& request) {
+    if (request.find("G53 G1") != std::string::npos) shop->Answer("C", "0.5");
+    return Fault::kNone;
+  });
+  shop = &turning;
+  EXPECT_THAT(Connected(Options(turning))->MoveTo({1, 0, 0}, 600, {}).error().message,
+              HasSubstr("axis C went from 0.0000 to 0.5000"));
+}
+
+TEST(LinuxCnc, EveryFaultOfTheLineIsANamedError) {
+  struct Case {
+    const char* where;
+    Fault fault;
+    const char* said;
+  };
+  for (const Case& c :
+       {Case{"hello", Fault::kRefuse, "--connectpw"},
+        Case{"hello", Fault::kDrop, "closed the connection"},
+        Case{"hello", Fault::kSilent, "no answer within 1 s"},
+        Case{"hello", Fault::kNoise, "no answer"}, Case{"enable", Fault::kRefuse, "--enablepw"},
+        Case{"enable", Fault::kDrop, "closed"}}) {
+    ScriptedLinuxCnc server(FaultAt(c.where, c.fault));
+    const auto machine = LinuxCnc::Connect(Options(server), {});
+    ASSERT_FALSE(machine) << c.where;
+    EXPECT_EQ(machine.error().kind, ErrorKind::kMachine);
+    EXPECT_THAT(machine.error().message, AllOf(HasSubstr(c.said), Not(HasSubstr("EMCTOO"))));
+  }
+  for (const char* where : {"get estop", "get abs_act_pos", "get joint_homed", "set mode", "G10",
+                            "get operator_display"}) {
+    for (const Fault fault : {Fault::kDrop, Fault::kSilent, Fault::kNoise}) {
+      ScriptedLinuxCnc server(FaultAt(where, fault));
+      LinuxCncOptions options = Options(server);
+      options.address.time_limit_s = 0.4;  // waited for in full twelve times
+      const auto machine = Connected(options);
+      ASSERT_TRUE(machine);
+      const auto done = machine->WriteOffset(1, {{1, 2, 3}, 4}, {});
+      ASSERT_FALSE(done) << where;
+      EXPECT_EQ(done.error().kind, ErrorKind::kMachine) << where;
+    }
+  }
+  LinuxCncOptions nobody;
+  nobody.address.port = 9;
+  nobody.address.time_limit_s = 1;
+  EXPECT_THAT(LinuxCnc::Connect(nobody, {}).error().message, HasSubstr("is linuxcncrsh running?"));
+}
+
+TEST(LinuxCnc, APlaceWhereNoMachineCanBeIsAFaultOfTheControllerAndNothingMoves) {
+  for (const char* told : {"1e300 0 0 0 0 0", "0 0 1e300 0 0 0", "0 -2e5 0 0 0 0", "0 0 inf 0 0 0",
+                           "0 0 1e7 0 0 0", "0 0", "home", ""}) {
+    ScriptedLinuxCnc server;
+    server.Answer("abs_act_pos", told);
+    const auto machine = Connected(Options(server));
+    ASSERT_TRUE(machine);
+    const auto moved = machine->MoveTo({1, 2, 3}, 600, {});
+    ASSERT_FALSE(moved) << told;
+    EXPECT_EQ(moved.error().kind, ErrorKind::kMachine) << told;
+    EXPECT_THAT(moved.error().message, HasSubstr("LinuxCNC")) << told;
+    EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53")))) << told;
+  }
+}
+
+TEST(LinuxCnc, TheLimitsOfTheAxesHoldForWhatIsToldAndForWhatIsDriven) {
+  ScriptedLinuxCnc server;
+  server.SetIni("[AXIS_Z]MIN_LIMIT", "-400.000000");
+  server.SetIni("[AXIS_Z]MAX_LIMIT", "1.500000");
+  const auto machine = Connected(Options(server));
+  ASSERT_TRUE(machine);
+  const auto beyond = machine->MoveTo({0, 0, 1.6}, 6000, {});
+  ASSERT_FALSE(beyond);
+  EXPECT_EQ(beyond.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(beyond.error().message, AllOf(HasSubstr("Z 1.6"), HasSubstr("Z -400")));
+  EXPECT_FALSE(machine->MoveTo({NAN, 0, 0}, 6000, {}));
+  EXPECT_FALSE(machine->MoveTo({1e300, 0, 0}, 6000, {}));
+  EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53"))));
+  EXPECT_TRUE(machine->MoveTo({0, 0, 1.5}, 6000, {}));
+  server.Answer("abs_act_pos", "0 0 7.5 0 0 0");
+  const auto lost = machine->MoveTo({0, 0, 1}, 6000, {});
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(lost.error().message, AllOf(HasSubstr("Z 7.5"), HasSubstr("cannot be")));
+}
+
+TEST(LinuxCnc, LimitsThatAreNoneAreAFaultOfTheController) {
+  for (const char* told : {"nan", "5 mm", "-1e300", "later"}) {
+    ScriptedLinuxCnc server;
+    server.SetIni("[AXIS_Y]MAX_LIMIT", told);
+    const auto moved = Connected(Options(server))->MoveTo({1, 2, 3}, 6000, {});
+    ASSERT_FALSE(moved) << told;
+    EXPECT_EQ(moved.error().kind, ErrorKind::kMachine) << told;
+    EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53")))) << told;
+  }
+}
+
+TEST(LinuxCnc, AMoveThatDoesNotGetOnIsAbortedAtItsTimeLimit) {
+  ScriptedLinuxCnc server;
+  server.SetHurry(1e-6);
+  LinuxCncOptions options = Options(server);
+  options.address.time_limit_s = 0.5;
+  const auto moved = Connected(options)->MoveTo({100, 0, 0}, 600, {});
+  ASSERT_FALSE(moved);
+  EXPECT_THAT(moved.error().message,
+              AllOf(HasSubstr("did not arrive within"), HasSubstr("the machine stands at X")));
+  EXPECT_FALSE(server.moving());
+}
+
+TEST(LinuxCnc, AWayIsCutIntoAsManyPiecesAsItNeedsHoweverLongItIs) {
+  EXPECT_EQ(PiecesOf(0, 5), 1);
+  EXPECT_EQ(PiecesOf(50, 5), 10);
+  EXPECT_EQ(PiecesOf(50.1, 5), 11);
+  EXPECT_EQ(PiecesOf(4 * kFarthest_mm, 0.08), 5'000'000);
+  EXPECT_THROW((void)PiecesOf(1e300, 5), Bug);
+}
+
+TEST(LinuxCnc, OffsetsThatCannotBeAreNeitherBelievedNorWritten) {
+  for (const auto& [parameter, value] :
+       {std::pair{5221, 1e300}, std::pair{5223, -1e6}, std::pair{5230, 1e9}, std::pair{5210, 7.0},
+        std::pair{5403, 1e12}}) {
+    ScriptedLinuxCnc server;
+    server.SetParameter(parameter, value);
+    const auto read = Connected(Options(server))->ReadOffsets(1, {});
+    ASSERT_FALSE(read) << parameter;
+    EXPECT_EQ(read.error().kind, ErrorKind::kMachine) << parameter;
+    EXPECT_LT(read.error().message.size(), 400u);
+  }
+  ScriptedLinuxCnc server;
+  const auto written = Connected(Options(server))->WriteOffset(1, {{0, 1e9, 0}, 0}, {});
+  ASSERT_FALSE(written);
+  EXPECT_THAT(written.error().message, HasSubstr("work offset 1"));
+  EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G10"))));
+}
+
+TEST(LinuxCnc, AnswersWithoutEndAreCutShort) {
+  std::string many = "OFF";
+  for (int i = 0; i < 1000; ++i) many += "\r\nline";
+  struct Case {
+    const char* name;
+    std::string told;
+    const char* said;
+  };
+  for (const Case& c : {Case{"abs_act_pos", std::string(1'000'000, 'x'), "more than 10000 bytes"},
+                        Case{"abs_act_pos", std::string(9'000, 'x'), "numbers were expected"},
+                        Case{"estop", many, "is this linuxcncrsh?"}}) {
+    ScriptedLinuxCnc server;
+    server.Answer(c.name, c.told);
+    const auto state = Connected(Options(server))->State({});
+    ASSERT_FALSE(state) << c.said;
+    EXPECT_THAT(state.error().message, HasSubstr(c.said));
+    EXPECT_LT(state.error().message.size(), 500u) << c.said;
+  }
+}
+
+TEST(LinuxCnc, NumbersThatAreNoneAreRefused) {
+  ScriptedLinuxCnc server;
+  server.Answer("C", "nan");
+  EXPECT_THAT(Connected(Options(server))->State({}).error().message, HasSubstr("abs_act_pos"));
+}
+
+}  // namespace
+}  // namespace trammel::machine

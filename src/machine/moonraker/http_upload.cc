@@ -1,0 +1,225 @@
+#include "machine/moonraker/http_upload.h"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/ssl/ssl_stream.hpp>
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "base/check.h"
+#include "machine/moonraker/net_failure.h"
+#include "machine/moonraker/tls_stream.h"
+
+namespace trammel::machine {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+using boost::system::error_code;
+using TlsStream = beast::ssl_stream<beast::tcp_stream>;
+
+constexpr std::size_t kMaxAnswer = std::size_t{1} << 20;
+
+std::string Sha256(std::string_view data) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned length = 0;
+  const int done =
+      EVP_Digest(data.data(), data.size(), digest.data(), &length, EVP_sha256(), nullptr);
+  TRAMMEL_CHECK(done == 1, "SHA-256 of {} bytes failed", data.size());
+  std::string text;
+  for (unsigned i = 0; i < length; ++i) {
+    text += fmt::format("{:02x}", digest[i]);
+  }
+  return text;
+}
+
+/// A boundary that the file does not contain: its own checksum.
+std::string MultipartBody(const std::string& boundary, const std::string& name,
+                          std::string_view gcode, const std::string& checksum) {
+  const std::size_t slash = name.rfind('/');
+  const std::string folder = slash == std::string::npos ? "" : name.substr(0, slash);
+  const std::string file = slash == std::string::npos ? name : name.substr(slash + 1);
+  std::string body;
+  const auto field = [&](std::string_view key, std::string_view value) {
+    body += fmt::format("--{}\r\nContent-Disposition: form-data; name=\"{}\"\r\n\r\n{}\r\n",
+                        boundary, key, value);
+  };
+  field("root", "gcodes");
+  if (!folder.empty()) {
+    field("path", folder);
+  }
+  field("checksum", checksum);
+  body += fmt::format(
+      "--{}\r\nContent-Disposition: form-data; name=\"file\"; filename=\"{}\"\r\n"
+      "Content-Type: application/octet-stream\r\n\r\n",
+      boundary, file);
+  body += gcode;
+  body += fmt::format("\r\n--{}--\r\n", boundary);
+  return body;
+}
+
+/// One request and its answer over a stream; `Finish` ends the io_context's run.
+template <class Stream>
+class Exchange : public std::enable_shared_from_this<Exchange<Stream>> {
+ public:
+  template <class... Args>
+  Exchange(asio::io_context& io, const MoonrakerAddress& address, const MoonrakerOptions& options,
+           http::request<http::string_body> request, double time_limit_s, Args&... args)
+      : address_(address),
+        options_(options),
+        request_(std::move(request)),
+        time_limit_s_(time_limit_s),
+        resolver_(io),
+        stream_(io, args...) {
+    parser_.body_limit(kMaxAnswer);
+  }
+
+  void Start() {
+    beast::get_lowest_layer(stream_).expires_after(
+        std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+            std::chrono::duration<double>(time_limit_s_)));
+    resolver_.async_resolve(
+        address_.host, address_.port,
+        [self = this->shared_from_this()](error_code error,
+                                          const tcp::resolver::results_type& found) {
+          if (self->Failed(NetStep::kLookUp, error)) {
+            return;
+          }
+          beast::get_lowest_layer(self->stream_)
+              .async_connect(found, [self](error_code connect_error, const tcp::endpoint&) {
+                if (!self->Failed(NetStep::kConnect, connect_error)) {
+                  self->Secure();
+                }
+              });
+        });
+  }
+
+  Result<UploadAnswer> Take() {
+    if (failure_) {
+      return tl::unexpected(*failure_);
+    }
+    if (!parser_.is_done()) {
+      return Fail(fmt::format("no answer to the upload from {} within {} s; the network or the "
+                              "printer's disk is slow",
+                              address_.Authority(), time_limit_s_),
+                  ErrorKind::kMachine);
+    }
+    const auto server = parser_.get()[http::field::server];
+    return UploadAnswer{static_cast<int>(parser_.get().result_int()),
+                        {server.data(), server.size()},
+                        parser_.get().body()};
+  }
+
+ private:
+  bool Failed(NetStep step, error_code error) {
+    if (error) {
+      failure_ = Error{ErrorKind::kMachine, NetFailure(step, error, address_, time_limit_s_)};
+      beast::get_lowest_layer(stream_).close();
+    }
+    return static_cast<bool>(error);
+  }
+
+  void Secure() {
+    if constexpr (std::is_same_v<Stream, TlsStream>) {
+      SSL* const ssl = stream_.native_handle();
+      if (const Result<void> expected = ExpectHost(ssl, address_, options_); !expected) {
+        failure_ = expected.error();
+        return;
+      }
+      stream_.async_handshake(
+          asio::ssl::stream_base::client, [self = this->shared_from_this(), ssl](error_code error) {
+            if (error) {
+              self->failure_ =
+                  Error{ErrorKind::kMachine, TlsFailure(ssl, self->address_, error.message())};
+              return;
+            }
+            self->Send();
+          });
+    } else {
+      Send();
+    }
+  }
+
+  void Send() {
+    // A server that refuses a request answers without reading all of it: the answer counts even
+    // where the rest could not be written.
+    http::async_write(stream_, request_,
+                      [self = this->shared_from_this()](error_code write_error, std::size_t) {
+                        http::async_read(self->stream_, self->buffer_, self->parser_,
+                                         [self, write_error](error_code error, std::size_t) {
+                                           self->Failed(NetStep::kTalk,
+                                                        error && write_error ? write_error : error);
+                                         });
+                      });
+  }
+
+  const MoonrakerAddress& address_;
+  const MoonrakerOptions& options_;
+  http::request<http::string_body> request_;
+  const double time_limit_s_;
+  tcp::resolver resolver_;
+  Stream stream_;
+  beast::flat_buffer buffer_;
+  http::response_parser<http::string_body> parser_;
+  std::optional<Error> failure_;
+};
+
+template <class Stream, class... Args>
+Result<UploadAnswer> Perform(const MoonrakerAddress& address, const MoonrakerOptions& options,
+                             http::request<http::string_body> request, const WaitLimit& limit,
+                             Args&... args) {
+  asio::io_context io;
+  const auto exchange = std::make_shared<Exchange<Stream>>(io, address, options, std::move(request),
+                                                           limit.time_limit_s, args...);
+  const std::stop_callback on_stop(limit.stop, [&io] { io.stop(); });
+  exchange->Start();
+  io.run_for(std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(limit.time_limit_s)));
+  if (limit.stop.stop_requested()) {
+    return Fail("stopped while uploading to " + address.HttpUrl(), ErrorKind::kInterrupted);
+  }
+  return exchange->Take();
+}
+
+}  // namespace
+
+Result<UploadAnswer> PostGcode(const MoonrakerAddress& address, const MoonrakerOptions& options,
+                               const std::string& name, std::string_view gcode,
+                               const WaitLimit& limit) {
+  TRAMMEL_CHECK(address.transport != Transport::kUnix, "upload to {}", address.unix_path);
+  const std::string checksum = Sha256(gcode);
+  const std::string boundary = "trammel-" + checksum.substr(0, 32);
+  http::request<http::string_body> request(http::verb::post,
+                                           address.path_prefix + "/server/files/upload", 11);
+  request.set(http::field::host, address.Authority());
+  request.set(http::field::user_agent, options.client_name);
+  request.set(http::field::connection, "close");
+  request.set(http::field::content_type, "multipart/form-data; boundary=" + boundary);
+  if (!options.api_key.empty()) {
+    request.set("X-Api-Key", options.api_key);
+  }
+  request.body() = MultipartBody(boundary, name, gcode, checksum);
+  request.prepare_payload();
+  if (address.transport == Transport::kTls) {
+    Result<asio::ssl::context> context = MakeTlsContext(options);
+    if (!context) {
+      return tl::unexpected(context.error());
+    }
+    return Perform<TlsStream>(address, options, std::move(request), limit, *context);
+  }
+  return Perform<beast::tcp_stream>(address, options, std::move(request), limit);
+}
+
+}  // namespace trammel::machine

@@ -1,0 +1,378 @@
+#include "machine/moonraker/moonraker.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "base/bounded_json.h"
+#include "base/check.h"
+#include "machine/net/host_clock.h"
+#include "machine/net/json_field.h"
+
+namespace trammel::machine {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr double kFirstPause_s = 0.5;
+constexpr double kLongestPause_s = 10;
+constexpr double kReadyPoll_s = 1;  // startup → error comes without a notification
+constexpr double kRegisterAgain_s = 2;
+constexpr int kMaxAgents = 9;
+constexpr std::string_view kTaken = "already registered";
+constexpr std::size_t kNone = std::string::npos;
+constexpr std::size_t kMostQuoted = 80;  // of a name that came from outside
+
+PrinterReadiness ReadinessOf(std::string_view state) {
+  for (const PrinterReadiness readiness : {PrinterReadiness::kReady, PrinterReadiness::kStartup,
+                                           PrinterReadiness::kShutdown, PrinterReadiness::kError}) {
+    if (state == ToString(readiness)) {
+      return readiness;
+    }
+  }
+  return PrinterReadiness::kDisconnected;
+}
+
+}  // namespace
+
+Moonraker::Moonraker(MoonrakerAddress address, const MoonrakerOptions& options,
+                     MoonrakerHooks hooks)
+    : options_(options),
+      hooks_(std::move(hooks)),
+      connection_(std::move(address), options,
+                  {.on_open = [this] { OnOpen(); },
+                   .on_message = [this](std::string_view text) { OnMessage(text); },
+                   .on_down = [this](const Error& error) { OnDown(error); }}) {}
+
+Result<void> Moonraker::Start(const WaitLimit& limit) {
+  CheckMayWait();
+  connection_.Connect();
+  std::unique_lock lock(mutex_);
+  const bool ended =
+      changed_.wait_for(lock, limit.stop, std::chrono::duration<double>(limit.time_limit_s),
+                        [this] { return started_; });
+  if (!ended && limit.stop.stop_requested()) {
+    return Fail("stopped while connecting to " + address().WebSocketUrl(), ErrorKind::kInterrupted);
+  }
+  if (!ended) {
+    return Fail(fmt::format("no connection to {} within {} s{}", address().WebSocketUrl(),
+                            limit.time_limit_s, LastMessages()),
+                ErrorKind::kMachine);
+  }
+  if (start_error_) {
+    return tl::unexpected(*start_error_);
+  }
+  return {};
+}
+
+void Moonraker::FinishStart(std::optional<Error> error) {
+  const std::lock_guard lock(mutex_);
+  if (!started_) {
+    started_ = true;
+    start_error_ = std::move(error);
+    changed_.notify_all();
+  }
+}
+
+void Moonraker::OnOpen() {
+  const std::uint64_t link = ++link_number_;
+  RunAfter(options_.connect_time_limit_s, [this, link] {
+    if (link == link_number_ && !link_up_) {
+      connection_.Drop(
+          {ErrorKind::kMachine,
+           fmt::format("{} took the connection but did not answer "
+                       "server.connection.identify and server.info within {} s; is "
+                       "it a Moonraker?{}",
+                       address().WebSocketUrl(), options_.connect_time_limit_s, LastMessages())});
+    }
+  });
+  const std::string name = agent_number_ == 1
+                               ? options_.client_name
+                               : fmt::format("{}-{}", options_.client_name, agent_number_);
+  json params = {
+      {"client_name", name}, {"version", "0.1"}, {"type", "agent"}, {"url", "http://localhost"}};
+  if (!options_.api_key.empty()) {
+    params["api_key"] = options_.api_key;
+  }
+  CallLater("server.connection.identify", std::move(params),
+            [this](const RpcAnswer& answer) { OnIdentified(answer); });
+}
+
+void Moonraker::OnIdentified(const RpcAnswer& answer) {
+  if (answer.kind == RpcAnswer::Kind::kLost || answer.kind == RpcAnswer::Kind::kNotSent) {
+    return;
+  }
+  if (answer.kind == RpcAnswer::Kind::kError) {
+    // One agent per name: another trammel, or our own lost link that the server still holds. The
+    // refused connection counts as identified, so the next name needs a new one.
+    if (answer.message.find(kTaken) != kNone && agent_number_ < kMaxAgents) {
+      ++agent_number_;
+      calls_.Lose("the connection had to be made anew");
+      connection_.Connect();
+      return;
+    }
+    connection_.Drop(ToError("server.connection.identify", answer));
+    return;
+  }
+  std::vector<std::string> methods;
+  {
+    const std::lock_guard lock(mutex_);
+    methods = remote_methods_;
+  }
+  for (const std::string& method : methods) {
+    RegisterAgain(method);
+  }
+  AskServerInfo([this](const RpcAnswer& info) {
+    if (info.kind == RpcAnswer::Kind::kError) {
+      connection_.Drop(ToError("server.info", info));
+    } else if (info.kind == RpcAnswer::Kind::kResult) {
+      link_up_ = true;
+      pause_s_ = 0;
+      agent_number_ = 1;
+      TakeServerInfo(info.result);
+    }
+  });
+}
+
+void Moonraker::RegisterAgain(const std::string& method) {
+  CallLater("connection.register_remote_method", {{"method_name", method}},
+            [this, method, link = link_number_](const RpcAnswer& answer) {
+              // The server may still hold the lost link, which has the name.
+              if (answer.kind == RpcAnswer::Kind::kError && answer.message.find(kTaken) != kNone) {
+                RunAfter(kRegisterAgain_s, [this, method, link] {
+                  if (link == link_number_) RegisterAgain(method);
+                });
+              }
+            });
+}
+
+void Moonraker::AskServerInfo(std::function<void(const RpcAnswer&)> done) {
+  CallLater("server.info", nullptr, std::move(done));
+}
+
+void Moonraker::TakeServerInfo(const json& info) {
+  const std::string state = TextOr(info, "klippy_state", "disconnected");
+  const bool connected = BoolOr(info, "klippy_connected", false);
+  const PrinterReadiness readiness =
+      connected ? ReadinessOf(state) : PrinterReadiness::kDisconnected;
+  const bool was_usable =
+      readiness_ != PrinterReadiness::kDisconnected && readiness_ != PrinterReadiness::kStartup;
+  const bool usable =
+      readiness != PrinterReadiness::kDisconnected && readiness != PrinterReadiness::kStartup;
+  SetReadiness(readiness, readiness == readiness_ ? readiness_message_ : "");
+  if (usable && !was_usable) {
+    BecomeUsable([this] { FinishStart(std::nullopt); });
+  } else if (!usable) {
+    FinishStart(std::nullopt);
+  }
+  PollUntilReady();
+}
+
+void Moonraker::BecomeUsable(std::function<void()> done) {
+  hooks_.on_usable([this, done = std::move(done)] {
+    if (readiness_ == PrinterReadiness::kReady) {
+      done();
+      return;
+    }
+    // Why it is not ready is what the user needs to know first.
+    CallLater("printer.info", nullptr, [this, done](const RpcAnswer& answer) {
+      if (answer.kind == RpcAnswer::Kind::kResult) {
+        SetReadiness(readiness_, TextOr(answer.result, "state_message", readiness_message_));
+      }
+      done();
+    });
+  });
+}
+
+void Moonraker::PollUntilReady() {
+  if (polling_ || readiness_ == PrinterReadiness::kReady) {
+    return;
+  }
+  polling_ = true;
+  RunAfter(kReadyPoll_s, [this] {
+    polling_ = false;
+    if (link_up_ && readiness_ != PrinterReadiness::kReady) {
+      AskServerInfo([this](const RpcAnswer& info) {
+        if (info.kind == RpcAnswer::Kind::kResult) {
+          TakeServerInfo(info.result);
+          found_ready_ = found_ready_ || readiness_ == PrinterReadiness::kReady;
+        } else {
+          PollUntilReady();
+        }
+      });
+    }
+  });
+}
+
+void Moonraker::SetReadiness(PrinterReadiness readiness, const std::string& message) {
+  if (readiness != readiness_ || message != readiness_message_) {
+    readiness_ = readiness;
+    readiness_message_ = message;
+    hooks_.on_readiness(readiness, message);
+  }
+}
+
+void Moonraker::OnDown(const Error& error) {
+  ++link_number_;
+  link_up_ = false;
+  found_ready_ = false;
+  calls_.Lose(error.message);
+  SetReadiness(PrinterReadiness::kDisconnected, error.message);
+  bool first = false;
+  {
+    const std::lock_guard lock(mutex_);
+    first = !started_;
+  }
+  if (first) {
+    FinishStart(error);
+    return;
+  }
+  pause_s_ = std::clamp(2 * pause_s_, kFirstPause_s, kLongestPause_s);
+  RunAfter(pause_s_, [this, link = link_number_] {
+    if (link == link_number_) {
+      connection_.Connect();
+    }
+  });
+}
+
+void Moonraker::OnMessage(std::string_view text) {
+  const double received_s = HostNow();
+  Result<json> parsed = ParseBoundedJson(text, "the message");
+  if (!parsed || !parsed->is_object()) {
+    connection_.Drop(
+        {ErrorKind::kMachine,
+         fmt::format("{} sent something that is not JSON-RPC ({}); is it a Moonraker?{}",
+                     address().WebSocketUrl(),
+                     parsed ? "the message is no object" : parsed.error().message,
+                     LastMessages())});
+    return;
+  }
+  const json& message = *parsed;
+  if (const auto method = message.find("method"); method != message.end() && method->is_string()) {
+    const auto& name = method->get_ref<const std::string&>();
+    message.contains("id") ? OnRequest(name, message, received_s)
+                           : OnNotification(name, message, received_s);
+  } else {
+    calls_.TakeAnswer(*std::move(parsed), received_s);
+  }
+}
+
+void Moonraker::OnRequest(const std::string& method, const json& message, double received_s) {
+  // From another agent or a front end, through the server, which lets it wait for ever. What it
+  // calls must not pass for the server's own notifications.
+  bool ours = false;
+  {
+    const std::lock_guard lock(mutex_);
+    ours =
+        std::find(remote_methods_.begin(), remote_methods_.end(), method) != remote_methods_.end();
+  }
+  const json& id = message["id"];
+  json answer = {{"jsonrpc", "2.0"}, {"id", id.is_structured() ? json() : id}};
+  if (ours) {
+    OnNotification(method, message, received_s);
+    answer["result"] = "ok";
+  } else {
+    answer["error"] = {
+        {"code", -32601},
+        {"message", fmt::format("trammel has no method '{}'", method.substr(0, kMostQuoted))}};
+  }
+  // A caller that cannot be answered waits on; there is nobody else to tell.
+  (void)connection_.Send(answer.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
+void Moonraker::OnNotification(const std::string& method, const json& message, double received_s) {
+  static const json kNone;
+  const auto found = message.find("params");
+  const json& params = found == message.end() ? kNone : *found;
+  if (method == "notify_klippy_ready") {
+    SetReadiness(PrinterReadiness::kReady, "");
+    // Where asking found it first, everything is subscribed to in this session of Klipper already.
+    if (!std::exchange(found_ready_, false)) {
+      BecomeUsable([this] { FinishStart(std::nullopt); });
+    }
+  } else if (method == "notify_klippy_shutdown") {
+    SetReadiness(PrinterReadiness::kShutdown,
+                 readiness_ == PrinterReadiness::kShutdown ? readiness_message_ : "");
+    PollUntilReady();
+  } else if (method == "notify_klippy_disconnected") {
+    found_ready_ = false;
+    SetReadiness(PrinterReadiness::kDisconnected,
+                 "Moonraker lost its connection to Klipper (it restarts, or it ended)");
+    PollUntilReady();
+  } else if (method == "notify_status_update" && params.is_array() && !params.empty()) {
+    const json& webhooks = ObjectOr(params.front(), "webhooks");
+    if (webhooks.contains("state")) {
+      SetReadiness(ReadinessOf(TextOr(webhooks, "state", "")),
+                   TextOr(webhooks, "state_message", ""));
+      PollUntilReady();
+    }
+  }
+  hooks_.on_notification(method, params, received_s);
+}
+
+void Moonraker::CallLater(const std::string& method, json params,
+                          std::function<void(RpcAnswer)> done) {
+  RpcCalls::Message message = calls_.Begin(method, std::move(params), std::move(done));
+  const Result<void> sent = connection_.Send(std::move(message.text));
+  if (!sent) {
+    calls_.NotSent(message.id, sent.error().message);
+  }
+}
+
+Result<json> Moonraker::Call(const std::string& method, json params, const WaitLimit& limit,
+                             std::function<void(const RpcAnswer&)> on_answer) {
+  CheckMayWait();
+  struct Slot {
+    std::mutex mutex;
+    std::condition_variable_any changed;
+    std::optional<RpcAnswer> answer;
+  };
+  const auto slot = std::make_shared<Slot>();
+  CallLater(method, std::move(params), [slot, on_answer = std::move(on_answer)](RpcAnswer answer) {
+    if (on_answer) {
+      on_answer(answer);
+    }
+    const std::lock_guard lock(slot->mutex);
+    slot->answer = std::move(answer);
+    slot->changed.notify_all();
+  });
+  std::unique_lock lock(slot->mutex);
+  if (!slot->changed.wait_for(lock, limit.stop, std::chrono::duration<double>(limit.time_limit_s),
+                              [&slot] { return slot->answer.has_value(); })) {
+    if (limit.stop.stop_requested()) {
+      return Fail("stopped while waiting for the answer to " + method, ErrorKind::kInterrupted);
+    }
+    return Fail(fmt::format("no answer to {} from {} within {} s; the printer's computer may be "
+                            "overloaded or the network slow{}",
+                            method, address().WebSocketUrl(), limit.time_limit_s, LastMessages()),
+                ErrorKind::kMachine);
+  }
+  if (slot->answer->kind != RpcAnswer::Kind::kResult) {
+    return tl::unexpected(ToError(method, *slot->answer));
+  }
+  return std::move(slot->answer->result);
+}
+
+Result<void> Moonraker::RegisterRemoteMethod(const std::string& name, const WaitLimit& limit) {
+  const Result<json> answer =
+      Call("connection.register_remote_method", {{"method_name", name}}, limit);
+  if (!answer) {
+    return tl::unexpected(answer.error());
+  }
+  const std::lock_guard lock(mutex_);
+  remote_methods_.push_back(name);
+  return {};
+}
+
+void Moonraker::RunAfter(double delay_s, std::function<void()> function) {
+  connection_.RunAfter(delay_s, std::move(function));
+}
+
+void Moonraker::CheckMayWait() const {
+  TRAMMEL_CHECK(!connection_.OnOwnThread(), "a callback of {} waits for the connection it runs on",
+                address().WebSocketUrl());
+}
+
+}  // namespace trammel::machine

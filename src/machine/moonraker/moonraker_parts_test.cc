@@ -1,0 +1,333 @@
+// The pieces that need no server: addresses, scripts, messages, states, moves.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "machine/moonraker/message_log.h"
+#include "machine/moonraker/moonraker_address.h"
+#include "machine/moonraker/moonraker_status.h"
+#include "machine/moonraker/move_log.h"
+#include "machine/moonraker/script_watch.h"
+#include "machine/moonraker/webcam_list.h"
+
+namespace trammel::machine {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+TEST(MoonrakerAddress, UnderstandsWhatPeopleWrite) {
+  const auto url = [](const char* text) {
+    const auto address = ParseMoonrakerAddress(text);
+    return address ? address->WebSocketUrl() : address.error().message;
+  };
+  EXPECT_EQ(url("voron.local"), "ws://voron.local:7125/websocket");
+  EXPECT_EQ(url("192.168.1.20:7126"), "ws://192.168.1.20:7126/websocket");
+  EXPECT_EQ(url("[::1]"), "ws://[::1]:7125/websocket");
+  EXPECT_EQ(url("[fd00::7]:80"), "ws://[fd00::7]:80/websocket");
+  EXPECT_EQ(url("http://mainsail.local/"), "ws://mainsail.local:80/websocket");
+  EXPECT_EQ(url("https://farm.example/voron"), "wss://farm.example:443/voron/websocket");
+  EXPECT_EQ(url("ws://h:7125/websocket"), "ws://h:7125/websocket");
+  EXPECT_EQ(url("unix:/run/moonraker.sock"), "unix:/run/moonraker.sock");
+  EXPECT_EQ(ParseMoonrakerAddress("wss://h/a/websocket")->HttpUrl(), "https://h:443/a");
+}
+
+TEST(MoonrakerAddress, RefusesWhatIsNone) {
+  for (const char* text :
+       {"", " ", "h:", "h:x", "h:0", "h:65536", ":7125", "[::1", "ftp://h", "://h",
+        "unix:", "unix:x", "h\r\nX: y", "[[[]", "a]b", "user@h", "ws://h/?a", "http://"}) {
+    EXPECT_FALSE(ParseMoonrakerAddress(text)) << text;
+  }
+  EXPECT_FALSE(ParseMoonrakerAddress("unix:/" + std::string(200, 'a')));
+  EXPECT_FALSE(ParseMoonrakerAddress(std::string(5000, 'a')));
+}
+
+TEST(ScriptWatch, FindsTheCommandsOfAScript) {
+  EXPECT_THAT(CommandsOf("g28 ; home\n\n; nothing\n  LASER_ON\tPOWER=1\r\nM400"),
+              ElementsAre("G28", "LASER_ON", "M400"));
+  EXPECT_THAT(CommandsOf(""), IsEmpty());
+}
+
+TEST(ScriptWatch, BlamesTheLineThatTheComplaintIsAbout) {
+  const std::string script =
+      "G90\nM83\nG1 X10 Y50 Z0.3 F6000 ; start\nG1 X20 E1\nSET_PRESSURE_ADVANCE ADVANCE=-1\n"
+      "G1 X-50\nM400";
+  EXPECT_EQ(BlamedLine(script, "Move out of range: -50.000 50.000 0.300 [1.000]"),
+            "line 6, 'G1 X-50'");
+  EXPECT_EQ(BlamedLine(script, "Must home axis first: 10.000 50.000 0.300 [0.000]"),
+            "line 3, 'G1 X10 Y50 Z0.3 F6000'");
+  EXPECT_EQ(BlamedLine(script, "Extrude below minimum temp"), "line 4, 'G1 X20 E1'");
+  EXPECT_EQ(BlamedLine(script,
+                       "Error on 'SET_PRESSURE_ADVANCE ADVANCE=-1': ADVANCE must have "
+                       "minimum of 0.0"),
+            "line 5, 'SET_PRESSURE_ADVANCE ADVANCE=-1'");
+  EXPECT_EQ(BlamedLine(script, "Something else"), "one of its 7 lines, from 'G90' to 'M400'");
+  EXPECT_EQ(BlamedLine("G28", "Something else"), "line 1, 'G28'");
+  EXPECT_EQ(BlamedLine("", "Something"), "a script without commands");
+  EXPECT_THAT(BlamedLine("G91\nG1 X5\nG1 X5", "Move out of range: 5 5 5"), HasSubstr("3 lines"));
+  EXPECT_THAT(BlamedLine("G1 X5\nG1 X6", "Move out of range:"), HasSubstr("2 lines"));
+}
+
+TEST(ScriptWatch, TellsOwnUnknownCommandsFromOthers) {
+  const std::string unknown = "// Unknown command:\"LASER_OFF\"";
+  ScriptWatch own("M400\nlaser_off", std::set<std::string>{});
+  own.OnResponse(unknown);
+  EXPECT_THAT(own.Verdict(), AllOf(HasSubstr("line 2"), HasSubstr("went on without it")));
+  ScriptWatch others("M400", std::set<std::string>{"LASER_ON"});
+  others.OnResponse(unknown);
+  EXPECT_EQ(others.Verdict(), "");
+  ScriptWatch macro("laser_on", std::set<std::string>{"LASER_ON"});
+  macro.OnResponse(unknown);
+  EXPECT_THAT(macro.Verdict(), HasSubstr("a macro called by this script"));
+  ScriptWatch not_known("M400", std::nullopt);
+  not_known.OnResponse(unknown);
+  EXPECT_THAT(not_known.Verdict(), Not(IsEmpty()));
+}
+
+TEST(ScriptWatch, TakesTheFirstErrorAndIgnoresInformation) {
+  ScriptWatch watch("G28\nG1 X5", std::set<std::string>{});
+  for (const char* line : {"// Klipper state: Ready", "B:60.0 /60.0 T0:210.1 /210.0", "echo: !!",
+                           "", "!", "// Unknown command:", "ok"}) {
+    watch.OnResponse(line);
+    EXPECT_FALSE(watch.complained()) << line;
+  }
+  EXPECT_EQ(watch.Verdict(), "");
+  watch.OnResponse("!! first");
+  watch.OnResponse("!! second");
+  EXPECT_THAT(watch.Verdict(), AllOf(HasSubstr("first"), Not(HasSubstr("second"))));
+}
+
+TEST(MessageLog, KeepsTheLastMessagesShortAndWithoutSecrets) {
+  MessageLog log(3);
+  log.Add(MessageDirection::kOut, "first");
+  log.Add(MessageDirection::kOut, R"({"api_key":"s3cret","id":1})");
+  log.Add(MessageDirection::kIn, "a\nb\x01" + std::string(5000, 'x'));
+  log.Add(MessageDirection::kIn, R"({"method":"notify_status_update"})");
+  const std::vector<std::string> all = log.All();
+  ASSERT_EQ(all.size(), 3);
+  EXPECT_THAT(all[0], AllOf(HasSubstr("> {\"api_key\":\"…\""), Not(HasSubstr("s3cret"))));
+  EXPECT_THAT(all[1], HasSubstr("< a b x"));
+  EXPECT_LT(all[1].size(), 400);
+  EXPECT_THAT(log.Excerpt(5), Not(HasSubstr("notify_status_update")));
+  EXPECT_EQ(MessageLog().Excerpt(5), "");
+}
+
+TEST(MessageLog, KeepsNoKeyThatAServerAnswersWith) {
+  MessageLog log;
+  log.Add(MessageDirection::kIn, R"({"jsonrpc":"2.0","result":"s3cret0123456789","id":4})");
+  log.Add(MessageDirection::kIn, R"({"result":{"token":"s3cret","refresh_token":"s3cret"}})");
+  log.Add(MessageDirection::kOut, R"({"params": {"password" : "a\"s3cret\\", "user": "me"}})");
+  log.Add(MessageDirection::kIn, R"({"stream_url": "http://me:s3cret@camera/stream"})");
+  log.Add(MessageDirection::kIn, R"({"jsonrpc":"2.0","result":"ok","id":5})");
+  EXPECT_THAT(log.Excerpt(5), AllOf(Not(HasSubstr("s3cret")), HasSubstr("\"result\":\"ok\"")));
+}
+
+TEST(MessageLog, CutsBetweenCharacters) {
+  MessageLog log;
+  for (std::size_t length = 290; length < 305; ++length) {
+    log.Add(MessageDirection::kIn, std::string(length, 'x') + "°°°°");
+  }
+  for (const std::string& message : log.All()) {
+    EXPECT_TRUE(json::parse(json(message).dump(), nullptr, false).is_string());
+  }
+}
+
+TEST(MoonrakerStatus, AsksOnlyForWhatThePrinterHas) {
+  const json wanted = WantedObjects({"toolhead", "extruder1", "output_pin LASER", "mcu"});
+  EXPECT_EQ(wanted.size(), 4);
+  EXPECT_TRUE(wanted.contains("webhooks"));
+  EXPECT_FALSE(wanted.contains("mcu"));
+  EXPECT_EQ(wanted["output_pin LASER"], json::array({"value"}));
+}
+
+TEST(MoonrakerStatus, PressureAdvanceIsTheActiveExtruders) {
+  const json status = {{"webhooks", {{"state", "ready"}}},
+                       {"toolhead", {{"extruder", "extruder1"}}},
+                       {"extruder", {{"pressure_advance", 0.02}}},
+                       {"extruder1", {{"pressure_advance", 0.05}, {"temperature", 200.0}}},
+                       {"neopixel case", {{"color_data", {{1.0, 0.5, 0.0, 0.25}}}}}};
+  const PrinterState state = ReadStatus(status, 7);
+  EXPECT_EQ(state.readiness, PrinterReadiness::kReady);
+  EXPECT_EQ(state.pressure_advance_s, 0.05);
+  EXPECT_EQ(state.heaters.size(), 1);
+  EXPECT_THAT(state.lights.at("neopixel case").at(0), ElementsAre(1.0, 0.5, 0.0, 0.25));
+  EXPECT_EQ(state.eventtime_s, 7);
+}
+
+TEST(MoonrakerStatus, NothingKnownIsNotReady) {
+  for (const json& nothing : {json(), json::object(), json::array({1}), json("x")}) {
+    const PrinterState state = ReadStatus(nothing, 0);
+    EXPECT_EQ(state.readiness, PrinterReadiness::kDisconnected);
+    EXPECT_FALSE(state.pressure_advance_s);
+    EXPECT_THAT(state.heaters, IsEmpty());
+  }
+}
+
+TEST(MoonrakerStatus, UpdatesOfAnotherFormAreIgnored) {
+  const json wanted = WantedObjects({"extruder"});
+  json known = {{"extruder", {{"temperature", 20.0}, {"target", 0.0}}}};
+  MergeStatus(known, {{"extruder", {{"target", 210.0}}}}, wanted);
+  MergeStatus(known, {{"extruder", 5}}, wanted);
+  MergeStatus(known, json::array({1}), wanted);
+  MergeStatus(known, nullptr, wanted);
+  EXPECT_EQ(known["extruder"], (json{{"temperature", 20.0}, {"target", 210.0}}));
+}
+
+TEST(MoonrakerStatus, WhatIsKnownDoesNotGrowWithWhatAServerSendsUnasked) {
+  const json wanted = WantedObjects({"extruder", "toolhead", "neopixel case"});
+  json known = json::object();
+  for (int i = 0; i < 1000; ++i) {
+    const std::string odd = std::to_string(i);
+    MergeStatus(known,
+                {{"heater_generic " + odd, {{"temperature", 1.0}}},
+                 {"extruder", {{"temperature", 1.0 * i}, {"field " + odd, odd}}},
+                 {"webhooks", {{"state", "ready"}, {"field " + odd, odd}}},
+                 {"toolhead", {{"position", std::vector<double>(100'000, 1.0)}}},
+                 {"neopixel case", {{"color_data", json::parse("[[[[1]]]]")}}}},
+                wanted);
+  }
+  EXPECT_EQ(known, (json{{"extruder", {{"temperature", 999.0}}},
+                         {"webhooks", {{"state", "ready"}}},
+                         {"toolhead", {{"position", nullptr}}},
+                         {"neopixel case", {{"color_data", nullptr}}}}));
+}
+
+TEST(MoonrakerStatus, AFieldHoldsNoMoreInAllThanAPrintersDo) {
+  const json wanted = WantedObjects({"neopixel case"});
+  const auto known_of = [&wanted](const json& color_data) {
+    json known = json::object();
+    MergeStatus(known, {{"neopixel case", {{"color_data", color_data}}}}, wanted);
+    return known["neopixel case"]["color_data"];
+  };
+  // Lists of lists, each of them within its own bound.
+  const json many = std::vector<std::vector<double>>(1000, std::vector<double>(1000, 1.0));
+  EXPECT_TRUE(known_of(many).is_null());
+  const json chain = std::vector<std::vector<double>>(2000, std::vector<double>(4, 1.0));
+  EXPECT_EQ(known_of(chain), chain);
+}
+
+TEST(MoonrakerStatus, AbsurdFiguresAreTheServersFaultByFieldAndValue) {
+  const json status = {
+      {"toolhead", {{"extruder", "extruder"}, {"position", {1.0, 2.0, 3.0, 1e6}}}},
+      {"extruder", {{"temperature", 20.0}, {"target", 0.0}, {"pressure_advance", 0.04}}},
+      {"gcode_move", {{"speed", 1500.0}, {"extrude_factor", 0.95}}},
+      {"output_pin LASER", {{"value", 0.0}}}};
+  std::string fault;
+  (void)ReadStatus(status, 0, &fault);
+  EXPECT_EQ(fault, "");
+  const auto fault_with = [&](const char* object, const char* field, const json& value) {
+    json odd = status;
+    odd[object][field] = value;
+    const PrinterState state = ReadStatus(odd, 0, &fault);
+    EXPECT_LT(std::abs(state.position_mm[2]), 1e6);
+    EXPECT_LT(state.limits.max_accel_mm_s2, 1e9);
+    EXPECT_LT(state.pressure_advance_s.value_or(0), 101);
+    return fault;
+  };
+  EXPECT_EQ(fault_with("toolhead", "max_accel", 1e308),
+            "toolhead.max_accel is 1e+308, which lies outside 0 … 1e+08");
+  EXPECT_THAT(fault_with("toolhead", "max_velocity", -1.0),
+              HasSubstr("toolhead.max_velocity is -1"));
+  EXPECT_THAT(fault_with("toolhead", "position", {0.0, 0.0, 1e300, 0.0}),
+              HasSubstr("toolhead.position is 1e+300"));
+  EXPECT_THAT(fault_with("toolhead", "axis_maximum", {-1e7, 0.0, 0.0}), HasSubstr("axis_maximum"));
+  EXPECT_THAT(fault_with("extruder", "target", 1e9), HasSubstr("extruder.target is 1e+09"));
+  EXPECT_THAT(fault_with("extruder", "temperature", -1e5), HasSubstr("extruder.temperature"));
+  EXPECT_THAT(fault_with("extruder", "pressure_advance", -0.1), HasSubstr("pressure_advance"));
+  EXPECT_THAT(fault_with("gcode_move", "speed", -1500.0), HasSubstr("gcode_move.speed"));
+  EXPECT_THAT(fault_with("gcode_move", "extrude_factor", 1e300), HasSubstr("extrude_factor"));
+  EXPECT_THAT(fault_with("output_pin LASER", "value", 1e6), HasSubstr("output_pin LASER.value"));
+  EXPECT_THAT(fault_with("neopixel case", "color_data", {{1.0, 1e9, 0.0, 0.0}}),
+              HasSubstr("neopixel case.color_data"));
+  EXPECT_THAT(fault_with("toolhead", "extruder", "extruder\nM112"),
+              HasSubstr("toolhead.extruder is no name"));
+  EXPECT_THAT(fault_with("toolhead", "homed_axes", std::string(1000, 'x')),
+              HasSubstr("homed_axes is no name (1000 bytes"));
+}
+
+TEST(MoonrakerStatus, NoPrinterHasHundredsOfHeatersNorNamesOfSeveralLines) {
+  std::vector<std::string> available = {"heater_generic a\nM104 S300", std::string(5000, 'x')};
+  json status = json::object();
+  for (int i = 0; i < 100'000; ++i) {
+    available.push_back("heater_generic " + std::to_string(i));
+  }
+  const json wanted = WantedObjects(available);
+  EXPECT_LT(wanted.size(), 2000);
+  EXPECT_FALSE(wanted.contains(available.front()));
+  for (const auto& [name, fields] : wanted.items()) {
+    status[name] = {{"temperature", 20.0}};
+  }
+  std::string fault;
+  const PrinterState state = ReadStatus(status, 0, &fault);
+  EXPECT_LE(state.heaters.size(), 100);
+  EXPECT_EQ(fault, "it tells of more than 100 heaters");
+}
+
+TEST(MoonrakerStatus, LongTextsAreCutBetweenCharacters) {
+  std::string words(1999, 'x');
+  for (int i = 0; i < 1000; ++i) words += "°";
+  const PrinterState state = ReadStatus({{"print_stats", {{"message", words}}}}, 0);
+  EXPECT_EQ(state.print_message, std::string(1999, 'x') + "…");
+}
+
+TEST(MoveLog, KeepsTheNewestAndFindsThoseThatOverlap) {
+  MoveLog log(3);
+  json rows = json::array();
+  for (int i = 0; i < 5; ++i) {
+    rows.push_back({1.0 * i, 1.0, 10.0, 0.0, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}});
+  }
+  log.Add({{"data", rows}});
+  EXPECT_EQ(log.Overlapping(0, 100).size(), 3);
+  EXPECT_EQ(log.Overlapping(3.2, 3.4).size(), 1);
+  EXPECT_EQ(log.Overlapping(5.5, 9).size(), 0);
+  EXPECT_TRUE(log.Reaches(4));
+  EXPECT_FALSE(log.Reaches(4.1));
+}
+
+TEST(MoveLog, AMoveThatIsToldTwiceIsKeptOnce) {
+  const auto row = [](double time_s, double duration_s) {
+    return json{time_s, duration_s, 10.0, 0.0, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}};
+  };
+  MoveLog log;
+  for (int subscription = 0; subscription < 3; ++subscription) {
+    log.Add({{"data", {row(1, 1), row(2, 1)}}});
+  }
+  log.Add({{"data", {row(4, 1), row(2, 0.5), row(3, 1)}}});  // late, and one cut short meanwhile
+  const auto moves = log.Overlapping(0, 100);
+  ASSERT_EQ(moves.size(), 4);
+  EXPECT_EQ(moves[1].duration_s, 0.5);
+  EXPECT_EQ(moves[2].print_time_s, 3);
+  EXPECT_EQ(moves[3].print_time_s, 4);
+}
+
+TEST(MoveLog, MovesThatNoPrinterMakesAreSkipped) {
+  MoveLog log;
+  for (int i = 0; i < 4; ++i) {
+    json row = {1.0, 1.0, 10.0, 0.0, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}};
+    row[i] = 1e308;
+    log.Add({{"data", {row}}});
+  }
+  log.Add({{"data", {{1.0, 1.0, 10.0, 0.0, {0.0, 1e300, 0.0}, {1.0, 0.0, 0.0}}}}});
+  EXPECT_TRUE(log.Overlapping(-1e300, 1e300).empty());
+}
+
+TEST(WebcamList, RelativeAddressesAreTheWebInterfaces) {
+  const json answer = {{"webcams", {{{"name", "a"}, {"stream_url", "webcam/?action=stream"}}}}};
+  const auto url = [&](const char* address) {
+    return ReadWebcams(answer, *ParseMoonrakerAddress(address)).at(0).stream_url;
+  };
+  EXPECT_EQ(url("voron.local"), "http://voron.local:80/webcam/?action=stream");
+  EXPECT_EQ(url("https://farm.example/v"), "https://farm.example:443/webcam/?action=stream");
+  EXPECT_EQ(url("unix:/run/m.sock"), "http://localhost/webcam/?action=stream");
+  for (const json& odd : {json(), json{{"webcams", 3}}, json{{"webcams", {nullptr, 4, {"x"}}}}}) {
+    EXPECT_THAT(ReadWebcams(odd, *ParseMoonrakerAddress("h")), IsEmpty());
+  }
+}
+
+}  // namespace
+}  // namespace trammel::machine

@@ -1,0 +1,383 @@
+#include "machine/moonraker/moonraker_printer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+
+#include "base/check.h"
+#include "machine/moonraker/moonraker_printer_impl.h"
+#include "machine/moonraker/moonraker_status.h"
+#include "machine/net/host_clock.h"
+#include "machine/net/json_field.h"
+
+namespace trammel::machine {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr std::string_view kMacroPrefix = "gcode_macro ";
+constexpr int kUpdatesPerQuery = 2;
+constexpr double kFarAhead_s = 60;  // no move is planned so long before it is made
+
+std::string Upper(std::string_view text) {
+  std::string upper(text);
+  std::transform(upper.begin(), upper.end(), upper.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return upper;
+}
+
+std::vector<std::string> ObjectNames(const json& answer) {
+  std::vector<std::string> names;
+  const json* list = Member(answer, "objects");
+  if (list != nullptr && list->is_array()) {
+    for (const json& name : *list) {
+      if (name.is_string()) {
+        names.push_back(name.get<std::string>());
+      }
+    }
+  }
+  return names;
+}
+
+/// A header or URL must not be split by what a setting holds.
+Result<void> CheckPrintable(std::string_view what, const std::string& text) {
+  const bool fine =
+      std::all_of(text.begin(), text.end(), [](unsigned char c) { return c > 0x20 && c < 0x7F; });
+  if (!fine) {
+    return Fail(
+        fmt::format("the {} has a blank or a character that is not plain ASCII; copy it "
+                    "again without line breaks",
+                    what));
+  }
+  return {};
+}
+
+Result<void> CheckOptions(const MoonrakerOptions& options) {
+  for (const auto& [what, text] :
+       {std::pair<std::string_view, const std::string&>("API key", options.api_key),
+        {"one-shot token", options.one_shot_token},
+        {"client name", options.client_name}}) {
+    if (const Result<void> fine = CheckPrintable(what, text); !fine) {
+      return fine;
+    }
+  }
+  if (options.client_name.empty()) {
+    return Fail("the client name is empty; Moonraker wants one");
+  }
+  if (!(options.connect_time_limit_s >= 0.1 && options.connect_time_limit_s <= 600)) {
+    return Fail(
+        fmt::format("connect_time_limit_s = {} is not in 0.1 … 600", options.connect_time_limit_s));
+  }
+  return {};
+}
+
+double EventtimeOr(const json& answer, double otherwise_s) {
+  const double time_s = NumberOr(answer, "eventtime", otherwise_s);
+  return IsTime(time_s) ? time_s : otherwise_s;
+}
+
+std::string NoPrinters(const std::string& fault) {
+  return fmt::format(
+      "the server's status is no printer's: {}; nothing is done by such figures: see klippy.log "
+      "and moonraker.log there, or is the address another program's?",
+      fault);
+}
+
+}  // namespace
+
+MoonrakerPrinter::MoonrakerPrinter(MoonrakerAddress address, MoonrakerOptions options)
+    : options_(options),
+      moonraker_(std::move(address), options,
+                 {.on_usable = [this](std::function<void()> done) { OnUsable(std::move(done)); },
+                  .on_notification =
+                      [this](const std::string& method, const json& params, double received_s) {
+                        OnNotification(method, params, received_s);
+                      },
+                  .on_readiness =
+                      [this](PrinterReadiness readiness, const std::string& message) {
+                        OnReadiness(readiness, message);
+                      }}) {}
+
+void MoonrakerPrinter::OnUsable(std::function<void()> done) {
+  moonraker_.CallLater(
+      "printer.objects.list", nullptr, [this, done = std::move(done)](const RpcAnswer& answer) {
+        const std::vector<std::string> objects = ObjectNames(answer.result);
+        std::set<std::string> macros;
+        for (const std::string& object : objects) {
+          if (object.starts_with(kMacroPrefix)) {
+            macros.insert(Upper(std::string_view(object).substr(kMacroPrefix.size())));
+          }
+        }
+        {
+          const std::lock_guard lock(mutex_);
+          macros_ = objects.empty() ? std::nullopt : std::optional(std::move(macros));
+          clock_.Reset();
+          BeginHearing(/*moves_ended=*/false);
+        }
+        Subscribe(objects, done);
+      });
+}
+
+void MoonrakerPrinter::Subscribe(const std::vector<std::string>& objects,
+                                 std::function<void()> done) {
+  json wanted = WantedObjects(objects);
+  {
+    const std::lock_guard lock(mutex_);
+    wanted_ = wanted;
+  }
+  const double sent_s = HostNow();
+  moonraker_.CallLater("printer.objects.subscribe", {{"objects", std::move(wanted)}},
+                       [this, sent_s, done = std::move(done)](const RpcAnswer& answer) {
+                         if (answer.kind == RpcAnswer::Kind::kResult) {
+                           const json& status = ObjectOr(answer.result, "status");
+                           const std::lock_guard lock(mutex_);
+                           eventtime_s_ = EventtimeOr(answer.result, eventtime_s_);
+                           AddClockSample(sent_s, answer.received_s, status, eventtime_s_);
+                           status_ = json::object();
+                           MergeStatus(status_, status, wanted_);
+                           // Klipper may have been restarted while the link was down.
+                           const auto print_s =
+                               Number(ObjectOr(status_, "toolhead"), "estimated_print_time");
+                           if (print_s && moves_.Reaches(*print_s + kFarAhead_s)) {
+                             moves_.Clear();
+                           }
+                           ++restarts_;
+                           ++updates_;
+                           changed_.notify_all();
+                         }
+                         done();
+                       });
+}
+
+void MoonrakerPrinter::OnReadiness(PrinterReadiness readiness, const std::string& message) {
+  const std::lock_guard lock(mutex_);
+  readiness_ = readiness;
+  readiness_message_ = message;
+  if (readiness != PrinterReadiness::kReady) {
+    for (const std::shared_ptr<Script>& script : scripts_) {
+      // A script whose answer was lost with the link goes on: it is not the firmware that left it.
+      const bool unheard = script->answer && script->answer->kind == RpcAnswer::Kind::kLost;
+      if (script->broke.empty() && !unheard) {
+        script->broke = fmt::format("the printer went to '{}'{}{}", ToString(readiness),
+                                    message.empty() ? "" : ": ", message);
+      }
+    }
+  }
+  ++updates_;
+  changed_.notify_all();
+}
+
+void MoonrakerPrinter::OnNotification(const std::string& method, const json& params,
+                                      double received_s) {
+  if (method == "notify_status_update") {
+    OnStatus(params, received_s);
+  } else if (method == "notify_gcode_response") {
+    if (params.is_array() && !params.empty() && params.front().is_string()) {
+      OnResponse(params.front().get_ref<const std::string&>(), received_s);
+    }
+  } else if (method == "notify_klippy_disconnected") {
+    const std::lock_guard lock(mutex_);
+    BeginHearing(/*moves_ended=*/true);
+  } else {
+    std::function<void(const json&)> callback;
+    {
+      const std::lock_guard lock(mutex_);
+      if (recording_moves_ && method == moves_method_) {
+        TakeMoves(params);
+        changed_.notify_all();
+        return;
+      }
+      if (const auto found = remote_methods_.find(method); found != remote_methods_.end()) {
+        callback = found->second;
+      }
+    }
+    if (callback) {
+      callback(params);
+    }
+  }
+}
+
+void MoonrakerPrinter::OnResponse(const std::string& response, double received_s) {
+  std::function<void(const std::string&)> callback;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const std::shared_ptr<Script>& script : scripts_) {
+      script->watch.OnResponse(response);
+      if (script->watch.complained() && !script->complained_s) {
+        script->complained_s = received_s;
+      }
+    }
+    callback = on_message_;
+    changed_.notify_all();
+  }
+  if (callback) {
+    callback(response);
+  }
+}
+
+void MoonrakerPrinter::OnStatus(const json& params, double received_s) {
+  if (!params.is_array() || params.size() < 2 || !params[1].is_number()) {
+    return;
+  }
+  bool query = false;
+  bool missing = false;
+  {
+    const std::lock_guard lock(mutex_);
+    MergeStatus(status_, params[0], wanted_);
+    if (IsTime(params[1].get<double>())) {
+      eventtime_s_ = params[1].get<double>();
+    }
+    AddClockSample(std::nullopt, received_s, params[0], eventtime_s_);
+    query = ++status_updates_ % kUpdatesPerQuery == 0;
+    missing = MovesAreMissing();
+    ++updates_;
+    changed_.notify_all();
+  }
+  if (query) {
+    SampleClockBeforeNextUpdate();
+  }
+  if (missing) {
+    AskForMoves();
+  }
+}
+
+PrinterState MoonrakerPrinter::StateLocked() const {
+  std::string fault;
+  PrinterState state = ReadStatus(status_, eventtime_s_, &fault);
+  if (!fault.empty()) {
+    state.readiness = PrinterReadiness::kError;
+    state.message = NoPrinters(fault);
+    state.abandoned_scripts = abandoned_scripts_;
+    return state;
+  }
+  state.readiness = readiness_;
+  if (!readiness_message_.empty() || readiness_ == PrinterReadiness::kDisconnected) {
+    state.message = readiness_message_;
+  }
+  state.abandoned_scripts = abandoned_scripts_;
+  return state;
+}
+
+PrinterState MoonrakerPrinter::LastState() const {
+  const std::lock_guard lock(mutex_);
+  return StateLocked();
+}
+
+Result<void> MoonrakerPrinter::Refresh(const WaitLimit& limit) {
+  json wanted;
+  {
+    const std::lock_guard lock(mutex_);
+    const bool usable =
+        readiness_ != PrinterReadiness::kDisconnected && readiness_ != PrinterReadiness::kStartup;
+    wanted = usable ? wanted_ : json::object();
+  }
+  if (wanted.empty()) {
+    const Result<json> alive = moonraker_.Call("server.info", nullptr, limit);
+    return alive ? Result<void>() : tl::unexpected(alive.error());
+  }
+  const double sent_s = HostNow();
+  const auto take = [this, sent_s](const RpcAnswer& answer) {
+    // Put in on this thread, in the order of arrival: later, it would undo the updates that came
+    // after it, and the printer tells no change twice.
+    if (answer.kind != RpcAnswer::Kind::kResult) {
+      return;
+    }
+    const json& status = ObjectOr(answer.result, "status");
+    const std::lock_guard lock(mutex_);
+    eventtime_s_ = EventtimeOr(answer.result, eventtime_s_);
+    MergeStatus(status_, status, wanted_);
+    AddClockSample(sent_s, answer.received_s, status, eventtime_s_);
+    ++updates_;
+    changed_.notify_all();
+  };
+  const Result<json> answer =
+      moonraker_.Call("printer.objects.query", {{"objects", std::move(wanted)}}, limit, take);
+  return answer ? Result<void>() : tl::unexpected(answer.error());
+}
+
+Result<PrinterState> MoonrakerPrinter::State(const WaitLimit& limit) {
+  if (const Result<void> fresh = Refresh(limit); !fresh) {
+    return tl::unexpected(fresh.error());
+  }
+  const std::lock_guard lock(mutex_);
+  if (auto fault = StatusFault()) {
+    return tl::unexpected(*std::move(fault));
+  }
+  return StateLocked();
+}
+
+std::optional<Error> MoonrakerPrinter::StatusFault() const {
+  std::string fault;
+  (void)ReadStatus(status_, eventtime_s_, &fault);
+  if (fault.empty()) {
+    return std::nullopt;
+  }
+  return Error{ErrorKind::kMachine, NoPrinters(fault)};
+}
+
+Result<json> MoonrakerPrinter::Query(const std::vector<ObjectFields>& objects,
+                                     const WaitLimit& limit) {
+  json wanted = json::object();
+  for (const ObjectFields& object : objects) {
+    wanted[object.object] = object.fields.empty() ? json() : json(object.fields);
+  }
+  Result<json> answer =
+      moonraker_.Call("printer.objects.query", {{"objects", std::move(wanted)}}, limit);
+  if (!answer) {
+    return answer;
+  }
+  const auto status = answer->is_object() ? answer->find("status") : answer->end();
+  return status != answer->end() && status->is_object() ? std::move(*status) : json::object();
+}
+
+Result<bool> MoonrakerPrinter::HasCommand(std::string_view name, const WaitLimit& limit) {
+  const std::string wanted = Upper(name);
+  const Result<json> status = Query({{"gcode", {"commands"}}}, limit);
+  if (!status) {
+    return tl::unexpected(status.error());
+  }
+  const json& commands = ObjectOr(ObjectOr(*status, "gcode"), "commands");
+  if (!commands.empty()) {
+    return commands.contains(wanted);
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    if (macros_ && macros_->contains(wanted)) {
+      return true;
+    }
+  }
+  // Older firmware lists only the commands that have a help text.
+  const Result<json> help = moonraker_.Call("printer.gcode.help", nullptr, limit);
+  if (!help) {
+    return tl::unexpected(help.error());
+  }
+  return help->is_object() && help->contains(wanted);
+}
+
+void MoonrakerPrinter::OnMessage(std::function<void(const std::string&)> callback) {
+  const std::lock_guard lock(mutex_);
+  on_message_ = std::move(callback);
+}
+
+std::vector<std::string> MoonrakerPrinter::RecentMessages() const { return moonraker_.log().All(); }
+
+Result<std::unique_ptr<Printer>> ConnectToMoonraker(const MoonrakerOptions& options,
+                                                    const WaitLimit& limit) {
+  if (const Result<void> fine = CheckOptions(options); !fine) {
+    return tl::unexpected(fine.error());
+  }
+  Result<MoonrakerAddress> address = ParseMoonrakerAddress(options.address);
+  if (!address) {
+    return tl::unexpected(address.error());
+  }
+  auto printer = std::make_unique<MoonrakerPrinter>(std::move(*address), options);
+  if (const Result<void> started = printer->Start(limit); !started) {
+    return tl::unexpected(started.error());
+  }
+  return printer;
+}
+
+}  // namespace trammel::machine

@@ -1,0 +1,348 @@
+// The calls of MoonrakerPrinter that wait: scripts, states, files, clocks.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "base/bounded_json.h"
+#include "base/check.h"
+#include "machine/moonraker/http_upload.h"
+#include "machine/moonraker/moonraker_printer_impl.h"
+#include "machine/moonraker/net_failure.h"
+#include "machine/moonraker/webcam_list.h"
+#include "machine/net/host_clock.h"
+#include "machine/net/json_field.h"
+
+namespace trammel::machine {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr double kErrorAnswer_s = 2;  // an error answer follows its `!!` within milliseconds
+constexpr std::size_t kQuoted = 80;
+
+std::string Quoted(std::string_view script) {
+  const std::string_view first = script.substr(0, std::min(script.find('\n'), kQuoted));
+  const auto lines = std::count(script.begin(), script.end(), '\n');
+  return lines > 0 ? fmt::format("'{}' (and {} more lines)", first, lines)
+                   : fmt::format("'{}'", first);
+}
+
+/// A name that stays within the printable files and needs no escaping in a form.
+Result<void> CheckFileName(const std::string& name) {
+  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return c >= 0x20 && c != 0x7F && c != '"' && c != '\\';
+  });
+  if (name.empty() || name.size() > 200 || !plain || name.front() == '/' || name.back() == '/' ||
+      name.find("..") != std::string::npos) {
+    return Fail(
+        fmt::format("'{}' cannot be the name of an uploaded file: it must be relative, "
+                    "without .. and quotes, and of 1 … 200 bytes",
+                    name.substr(0, 200)));
+  }
+  return {};
+}
+
+}  // namespace
+
+Error MoonrakerPrinter::WaitError(std::string_view what, const WaitLimit& limit) const {
+  if (limit.stop.stop_requested()) {
+    return {ErrorKind::kInterrupted, fmt::format("stopped while waiting for {}", what)};
+  }
+  return {ErrorKind::kMachine, fmt::format("waited {} s in vain for {}{}", limit.time_limit_s, what,
+                                           moonraker_.LastMessages())};
+}
+
+tl::unexpected<Error> MoonrakerPrinter::ScriptError(const std::string& text) const {
+  return Fail(text + moonraker_.LastMessages(), ErrorKind::kMachine);
+}
+
+Result<void> MoonrakerPrinter::Run(std::string_view script, const WaitLimit& limit) {
+  moonraker_.CheckMayWait();
+  std::shared_ptr<Script> running;
+  {
+    const std::lock_guard lock(mutex_);
+    running = std::make_shared<Script>(
+        Script{ScriptWatch(std::string(script), macros_), std::nullopt, std::nullopt, "", false});
+    scripts_.push_back(running);
+  }
+  const double began_s = HostNow();
+  moonraker_.CallLater("printer.gcode.script", {{"script", script}},
+                       [this, running](const RpcAnswer& answer) {
+                         const std::lock_guard lock(mutex_);
+                         running->answer = answer;
+                         abandoned_scripts_ -= running->abandoned ? 1 : 0;
+                         ++updates_;
+                         changed_.notify_all();
+                       });
+  Result<void> result = AwaitScript(running, limit);
+  if (result) {
+    // A complaint is told over another path inside Moonraker than the answer, and may be overtaken
+    // by it; one more question and answer lets it catch up.
+    const Result<json> fence = moonraker_.Call("server.info", nullptr, Rest(limit, began_s));
+    result = fence ? JudgeScript(running) : tl::unexpected(fence.error());
+  }
+  const std::lock_guard lock(mutex_);
+  std::erase(scripts_, running);
+  return result;
+}
+
+Result<void> MoonrakerPrinter::AwaitScript(const std::shared_ptr<Script>& script,
+                                           const WaitLimit& limit) {
+  std::unique_lock lock(mutex_);
+  const auto settled = [&script] { return script->answer || !script->broke.empty(); };
+  const double began_s = HostNow();
+  WaitFor(lock, limit, [&] { return settled() || script->watch.complained(); });
+  if (!settled() && script->watch.complained()) {
+    WaitLimit grace = Rest(limit, began_s);
+    grace.time_limit_s = std::min(grace.time_limit_s, kErrorAnswer_s);
+    WaitFor(lock, grace, settled);
+  }
+  if (script->answer && script->broke.empty()) {
+    lock.unlock();
+    return JudgeScript(script);
+  }
+  if (!script->answer) {
+    script->abandoned = true;
+    ++abandoned_scripts_;
+  }
+  const std::string broke = script->broke;
+  const std::string verdict = script->watch.Verdict();
+  lock.unlock();
+  const std::string name = Quoted(script->watch.script());
+  if (!broke.empty()) {
+    return ScriptError(
+        fmt::format("the script {} was cut off: {}; find the cause, then "
+                    "FIRMWARE_RESTART and home again",
+                    name, broke));
+  }
+  constexpr std::string_view kStillRuns =
+      "it is still running on the printer: wait for it, or stop it with an emergency stop";
+  if (!verdict.empty()) {
+    return ScriptError(fmt::format("{}, and {}", verdict, kStillRuns));
+  }
+  if (limit.stop.stop_requested()) {
+    return Fail(fmt::format("stopped while the printer ran {}; {}", name, kStillRuns),
+                ErrorKind::kInterrupted);
+  }
+  return ScriptError(
+      fmt::format("the printer did not finish {} within {} s (printer.gcode.script "
+                  "has no answer); {}",
+                  name, limit.time_limit_s, kStillRuns));
+}
+
+Result<void> MoonrakerPrinter::JudgeScript(const std::shared_ptr<Script>& script) {
+  std::string verdict;
+  {
+    const std::lock_guard lock(mutex_);
+    const RpcAnswer& answer = *script->answer;
+    const bool refused = answer.kind == RpcAnswer::Kind::kError && answer.code == 400;
+    if (answer.kind != RpcAnswer::Kind::kResult && !refused) {
+      const std::string why = moonraker_.ToError("printer.gcode.script", answer).message;
+      return Fail(fmt::format("the script {} failed{}: {}", Quoted(script->watch.script()),
+                              answer.kind == RpcAnswer::Kind::kLost
+                                  ? ", and what the printer has taken of it goes on running"
+                                  : "",
+                              why),
+                  ErrorKind::kMachine);
+    }
+    if (refused) {
+      script->watch.OnResponse("!! " + answer.message);
+    }
+    verdict = script->watch.Verdict();
+    if (verdict.empty() && !script->broke.empty()) {
+      verdict = fmt::format("the script {} was cut off: {}", Quoted(script->watch.script()),
+                            script->broke);
+    }
+  }
+  return verdict.empty() ? Result<void>() : ScriptError(verdict);
+}
+
+Result<void> MoonrakerPrinter::FinishMoves(const WaitLimit& limit) { return Run("M400", limit); }
+
+Result<void> MoonrakerPrinter::EmergencyStop(const WaitLimit& limit) {
+  const double began_s = HostNow();
+  const Result<json> answer = moonraker_.Call("printer.emergency_stop", nullptr, limit);
+  if (!answer) {
+    return tl::unexpected(answer.error());
+  }
+  std::unique_lock lock(mutex_);
+  if (!WaitFor(lock, Rest(limit, began_s),
+               [this] { return readiness_ != PrinterReadiness::kReady; })) {
+    return tl::unexpected(WaitError("the printer to say that it is shut down", limit));
+  }
+  return {};
+}
+
+Result<void> MoonrakerPrinter::Restart(const WaitLimit& limit) {
+  const double began_s = HostNow();
+  int before = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    before = restarts_;
+  }
+  const Result<json> answer = moonraker_.Call("printer.firmware_restart", nullptr, limit);
+  if (!answer) {
+    return tl::unexpected(answer.error());
+  }
+  std::unique_lock lock(mutex_);
+  if (!WaitFor(lock, Rest(limit, began_s), [this, before] {
+        return restarts_ > before && readiness_ == PrinterReadiness::kReady;
+      })) {
+    return tl::unexpected(
+        WaitError(fmt::format("the firmware to be ready after its restart (it is '{}': {})",
+                              ToString(readiness_), readiness_message_),
+                  limit));
+  }
+  return {};
+}
+
+Result<void> MoonrakerPrinter::WaitUntilReady(const WaitLimit& limit) {
+  moonraker_.CheckMayWait();
+  std::unique_lock lock(mutex_);
+  if (!WaitFor(lock, limit,
+               [this] { return readiness_ == PrinterReadiness::kReady && restarts_ > 0; })) {
+    return tl::unexpected(WaitError(fmt::format("the printer to be ready (it is '{}': {})",
+                                                ToString(readiness_), readiness_message_),
+                                    limit));
+  }
+  return {};
+}
+
+Result<PrinterState> MoonrakerPrinter::WaitUntil(
+    const std::function<bool(const PrinterState&)>& done, std::string_view what,
+    const WaitLimit& limit) {
+  const double began_s = HostNow();
+  // What is known may be older than the caller's last command.
+  if (const Result<void> fresh = Refresh(limit); !fresh) {
+    return tl::unexpected(fresh.error());
+  }
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    // Counted together with the state, so that no update falls between looking and waiting.
+    const std::uint64_t seen = updates_;
+    if (auto fault = StatusFault()) {
+      return tl::unexpected(*std::move(fault));
+    }
+    PrinterState state = StateLocked();
+    lock.unlock();
+    if (done(state)) {
+      return state;
+    }
+    if (state.readiness != PrinterReadiness::kReady) {
+      return Fail(
+          fmt::format("the printer is '{}' ({}) while waiting for {}; find the cause, then "
+                      "FIRMWARE_RESTART{}",
+                      ToString(state.readiness), state.message, what, moonraker_.LastMessages()),
+          ErrorKind::kMachine);
+    }
+    const WaitLimit rest = Rest(limit, began_s);
+    lock.lock();
+    const bool changed = WaitFor(lock, rest, [this, seen] { return updates_ != seen; });
+    if (!changed || rest.time_limit_s <= 0.001) {
+      return tl::unexpected(WaitError(what, limit));
+    }
+  }
+}
+
+Result<void> MoonrakerPrinter::Upload(const std::string& name, std::string_view gcode,
+                                      const WaitLimit& limit) {
+  if (const Result<void> fine = CheckFileName(name); !fine) {
+    return fine;
+  }
+  MoonrakerAddress address = moonraker_.address();
+  MoonrakerOptions options = options_;
+  if (address.transport == Transport::kUnix) {
+    Result<MoonrakerAddress> http = ParseMoonrakerAddress(options_.http_address);
+    if (!http) {
+      return tl::unexpected(http.error());
+    }
+    if (http->transport == Transport::kUnix) {
+      return Fail(
+          "http_address is a Unix socket, which takes no files; give http://localhost:7125");
+    }
+    address = *http;
+    if (options.api_key.empty()) {
+      // The socket is trusted and may know the key; without one the server has to trust localhost.
+      const Result<json> key = moonraker_.Call("access.get_api_key", nullptr, limit);
+      if (key && key->is_string()) {
+        options.api_key = key->get<std::string>();
+      }
+    }
+  }
+  const Result<UploadAnswer> answer = PostGcode(address, options, name, gcode, limit);
+  if (!answer) {
+    return tl::unexpected(answer.error());
+  }
+  if (answer->status == 201 || answer->status == 200) {
+    return {};
+  }
+  const json body = ParseBoundedJson(answer->body, "the answer").value_or(json());
+  const std::string words = TextOr(ObjectOr(body, "error"), "message", "");
+  const std::string tried = fmt::format("cannot upload {} ({} bytes): ", name, gcode.size());
+  if (answer->status == 422) {
+    return Fail(tried + "it arrived damaged (HTTP 422, checksum): " + words + "; try again",
+                ErrorKind::kMachine);
+  }
+  if (answer->status == 413) {
+    return Fail(tried +
+                    "it is too large (HTTP 413) for the server: raise max_upload_size in "
+                    "moonraker.conf (or client_max_body_size of the proxy)",
+                ErrorKind::kMachine);
+  }
+  if (words.empty() || answer->status == 401) {
+    return Fail(
+        tried + HttpRefusal(answer->status, answer->server, address, !options.api_key.empty()),
+        ErrorKind::kMachine);
+  }
+  return Fail(fmt::format("{}the server says '{}' (HTTP {}); is the disk full, or is that file "
+                          "being printed?",
+                          tried, words, answer->status),
+              ErrorKind::kMachine);
+}
+
+Result<void> MoonrakerPrinter::DeleteFile(const std::string& name, const WaitLimit& limit) {
+  if (const Result<void> fine = CheckFileName(name); !fine) {
+    return fine;
+  }
+  const Result<json> answer =
+      moonraker_.Call("server.files.delete_file", {{"path", "gcodes/" + name}}, limit);
+  return answer ? Result<void>() : tl::unexpected(answer.error());
+}
+
+Result<void> MoonrakerPrinter::StartPrint(const std::string& name, const WaitLimit& limit) {
+  const Result<json> answer = moonraker_.Call("printer.print.start", {{"filename", name}}, limit);
+  return answer ? Result<void>() : tl::unexpected(answer.error());
+}
+
+Result<void> MoonrakerPrinter::CancelPrint(const WaitLimit& limit) {
+  const Result<json> answer = moonraker_.Call("printer.print.cancel", nullptr, limit);
+  return answer ? Result<void>() : tl::unexpected(answer.error());
+}
+
+Result<std::vector<Webcam>> MoonrakerPrinter::Webcams(const WaitLimit& limit) {
+  const Result<json> answer = moonraker_.Call("server.webcams.list", nullptr, limit);
+  if (!answer) {
+    return tl::unexpected(answer.error());
+  }
+  return ReadWebcams(*answer, moonraker_.address());
+}
+
+Result<void> MoonrakerPrinter::RegisterRemoteMethod(const std::string& name,
+                                                    std::function<void(const json&)> callback,
+                                                    const WaitLimit& limit) {
+  {
+    const std::lock_guard lock(mutex_);
+    TRAMMEL_CHECK(!remote_methods_.contains(name), "remote method '{}' is registered twice", name);
+    remote_methods_[name] = std::move(callback);
+  }
+  Result<void> registered = moonraker_.RegisterRemoteMethod(name, limit);
+  if (!registered) {
+    const std::lock_guard lock(mutex_);
+    remote_methods_.erase(name);
+  }
+  return registered;
+}
+
+}  // namespace trammel::machine

@@ -1,0 +1,143 @@
+// The seam to a 3D printer: what a procedure may ask of one. MoonrakerPrinter stands behind it.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/moonraker/clock_relation.h"
+#include "machine/moonraker/printer_state.h"
+#include "machine/net/wait_limit.h"
+
+namespace trammel::machine {
+
+/// One object of the printer and which of its fields to ask for; no fields: all of them.
+struct ObjectFields {
+  std::string object;
+  std::vector<std::string> fields;
+};
+
+/// A camera as the server lists it. Flips and rotation say how to show it, not how it was taken.
+struct Webcam {
+  std::string name;
+  std::string service;  ///< "mjpegstreamer", "mjpegstreamer-adaptive", "webrtc-camerastreamer", …
+  std::string stream_url;    ///< absolute; the server's relative ones are resolved
+  std::string snapshot_url;  ///< absolute, or empty
+  bool enabled = true;
+  bool flip_horizontal = false;
+  bool flip_vertical = false;
+  int rotation_deg = 0;  ///< 0, 90, 180 or 270
+};
+
+/// One piece of motion with constant acceleration, as the firmware planned it.
+struct TrapezoidMove {
+  double print_time_s = 0;            ///< its start
+  double duration_s = 0;              ///< >= 0
+  double start_velocity_mm_s = 0;     ///< along direction
+  double acceleration_mm_s2 = 0;      ///< along direction, signed
+  std::array<double, 3> start_mm{};   ///< x y z
+  std::array<double, 3> direction{};  ///< unit vector, or zero where nothing moves
+};
+
+/// A printer that takes G-code. Thread-safe: any call from any thread.
+///
+/// All failures are kMachine, or kInterrupted where the limit's stop token ended the wait. The
+/// message names what was tried, what came back, the last messages of the conversation, and what
+/// to do. A lost connection is taken up again in the background; calls fail until it is back.
+class Printer {
+ public:
+  virtual ~Printer() = default;
+
+  /// Runs G-code lines and returns once the last one was read: motion may still be queued (about
+  /// 2 s of it), so put FinishMoves before whatever needs the head in place.
+  /// Fails on an error answer, on a line that starts with `!!`, on an unknown command (which the
+  /// firmware itself calls a success), on shutdown, disconnect and a lost link. Lines before the
+  /// failing one were carried out. Where the wait ends first (time limit, interruption) the
+  /// script goes on running on the printer; the message says so, and abandoned_scripts counts it.
+  [[nodiscard]] virtual Result<void> Run(std::string_view script, const WaitLimit& limit) = 0;
+
+  /// Waits until the head stands still where the last move ended (M400).
+  [[nodiscard]] virtual Result<void> FinishMoves(const WaitLimit& limit) = 0;
+
+  /// Stops everything at once: motion, heaters, pins. Does not queue behind running scripts. The
+  /// printer then needs Restart.
+  [[nodiscard]] virtual Result<void> EmergencyStop(const WaitLimit& limit) = 0;
+
+  /// Restarts the firmware and waits until it is ready again. Nothing is homed afterwards.
+  [[nodiscard]] virtual Result<void> Restart(const WaitLimit& limit) = 0;
+
+  /// Asks the printer now. Succeeds whatever the readiness is, as long as the server answers.
+  [[nodiscard]] virtual Result<PrinterState> State(const WaitLimit& limit) = 0;
+
+  /// What the printer last told by itself (at most about 0.3 s old while it is connected); does
+  /// not wait. readiness is kDisconnected while the link is down.
+  [[nodiscard]] virtual PrinterState LastState() const = 0;
+
+  /// Waits until `done` holds, looking at every state that arrives. Fails early when the printer
+  /// leaves "ready", unless `done` holds for that very state.
+  /// @param what  ends the sentence "waited … s for …", for example "the nozzle to cool to 70 °C".
+  [[nodiscard]] virtual Result<PrinterState> WaitUntil(
+      const std::function<bool(const PrinterState&)>& done, std::string_view what,
+      const WaitLimit& limit) = 0;
+
+  /// Waits until the link is up and the firmware is ready, through restarts and reconnects.
+  [[nodiscard]] virtual Result<void> WaitUntilReady(const WaitLimit& limit) = 0;
+
+  /// Raw status: an object with one member per asked object; unknown objects come back empty.
+  /// For what PrinterState does not hold, such as the configuration's settings.
+  [[nodiscard]] virtual Result<nlohmann::json> Query(const std::vector<ObjectFields>& objects,
+                                                     const WaitLimit& limit) = 0;
+
+  /// Whether the printer knows a command or macro (any case).
+  [[nodiscard]] virtual Result<bool> HasCommand(std::string_view name, const WaitLimit& limit) = 0;
+
+  /// Stores a G-code file under its printable files, replacing one of the same name.
+  /// @param name  relative, for example "trammel/pattern.gcode".
+  [[nodiscard]] virtual Result<void> Upload(const std::string& name, std::string_view gcode,
+                                            const WaitLimit& limit) = 0;
+  /// Deletes an uploaded file; one that is being printed stays, which is an error.
+  [[nodiscard]] virtual Result<void> DeleteFile(const std::string& name,
+                                                const WaitLimit& limit) = 0;
+  /// Starts printing an uploaded file; returns once it is selected. Follow it with WaitUntil on
+  /// print_state.
+  [[nodiscard]] virtual Result<void> StartPrint(const std::string& name,
+                                                const WaitLimit& limit) = 0;
+  [[nodiscard]] virtual Result<void> CancelPrint(const WaitLimit& limit) = 0;
+
+  [[nodiscard]] virtual Result<std::vector<Webcam>> Webcams(const WaitLimit& limit) = 0;
+
+  /// Lets the printer's macros call us (action_call_remote_method). `callback` gets the call's
+  /// arguments as an object, on the connection's own thread: it must return quickly and not call
+  /// the printer. Stays registered over restarts and reconnects. REQUIRES a name used once.
+  [[nodiscard]] virtual Result<void> RegisterRemoteMethod(
+      const std::string& name, std::function<void(const nlohmann::json&)> callback,
+      const WaitLimit& limit) = 0;
+
+  /// Called with every line that the printer says ("// …", "!! …", temperatures), on the
+  /// connection's own thread: it must return quickly and not call the printer. An empty function
+  /// ends it. Replaces an earlier one.
+  virtual void OnMessage(std::function<void(const std::string&)> callback) = 0;
+
+  /// How this process's CLOCK_MONOTONIC and the printer's clocks go together now. Measured all
+  /// the time; waits where that is not yet known to `wanted_uncertainty_s`, and returns the best
+  /// there is (its own uncertainty stated) when the limit is reached. Ask before and after a sweep.
+  [[nodiscard]] virtual Result<ClockRelation> Clock(double wanted_uncertainty_s,
+                                                    const WaitLimit& limit) = 0;
+
+  /// Starts keeping the moves that the firmware plans (the last 100 000 of them).
+  [[nodiscard]] virtual Result<void> RecordMoves(const WaitLimit& limit) = 0;
+  /// The kept moves that overlap [from, to] of print time, in order; waits until the printer has
+  /// told everything up to `to`. REQUIRES RecordMoves before.
+  [[nodiscard]] virtual Result<std::vector<TrapezoidMove>> Moves(double from_print_time_s,
+                                                                 double to_print_time_s,
+                                                                 const WaitLimit& limit) = 0;
+
+  /// The last messages in both directions, oldest first, for a report of what went wrong.
+  [[nodiscard]] virtual std::vector<std::string> RecentMessages() const = 0;
+};
+
+}  // namespace trammel::machine

@@ -1,0 +1,173 @@
+#include "machine/net/child_process.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <thread>
+
+#include "machine/net/host_clock.h"
+#include "machine/net/wait_fd.h"
+
+namespace trammel::machine {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 24U;  // of a message; a scan comes in pieces
+
+struct Head {
+  std::uint32_t kind;
+  std::uint32_t size;
+};
+
+bool SendAll(int fd, const void* data, std::size_t size) {
+  const auto* bytes = static_cast<const std::uint8_t*>(data);
+  while (size > 0) {
+    const ssize_t written = write(fd, bytes, size);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    bytes += written;
+    size -= static_cast<std::size_t>(written);
+  }
+  return true;
+}
+
+[[noreturn]] void RunChild(const std::function<void(const ChildSender&)>& work, int fd,
+                           pid_t parent) {
+  // Not left behind by a parent that is killed; it may have gone before this call.
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(1);
+  dup2(STDERR_FILENO, STDOUT_FILENO);
+  std::signal(SIGINT, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGTERM, SIG_DFL);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  try {
+    work(ChildSender(fd));
+  } catch (...) {
+    _exit(1);  // nothing above to catch it: the frames of the parent are none of this process's
+  }
+  _exit(0);
+}
+
+}  // namespace
+
+bool ChildSender::Send(std::uint32_t kind, std::span<const std::uint8_t> bytes) const {
+  const Head head{kind, static_cast<std::uint32_t>(bytes.size())};
+  return SendAll(fd_, &head, sizeof head) && SendAll(fd_, bytes.data(), bytes.size());
+}
+
+bool ChildSender::Send(std::uint32_t kind, std::string_view text) const {
+  return Send(kind, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
+}
+
+Result<ChildProcess> ChildProcess::Start(const std::function<void(const ChildSender&)>& work,
+                                         double patience_s) {
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0) {
+    return Fail(fmt::format("no pipe to another process: {}", std::strerror(errno)),
+                ErrorKind::kMachine);
+  }
+  const pid_t parent = getpid();
+  const pid_t process = fork();
+  if (process == 0) {
+    close(ends[0]);
+    RunChild(work, ends[1], parent);
+  }
+  close(ends[1]);
+  if (process < 0) {
+    close(ends[0]);
+    return Fail(fmt::format("no other process can be started: {}", std::strerror(errno)),
+                ErrorKind::kMachine);
+  }
+  return ChildProcess(process, ends[0], patience_s);
+}
+
+ChildProcess::ChildProcess(ChildProcess&& other) noexcept
+    : process_(other.process_),
+      fd_(other.fd_),
+      patience_s_(other.patience_s_),
+      status_(other.status_) {
+  other.process_ = -1;
+  other.fd_ = -1;
+}
+
+ChildProcess::~ChildProcess() {
+  // Closed first: a child that still writes is told by that, too.
+  if (fd_ >= 0) close(fd_);
+  static_cast<void>(End());
+}
+
+Heard ChildProcess::ReceiveBytes(std::span<std::uint8_t> bytes, double silence_s,
+                                 const std::stop_token& stop) const {
+  while (!bytes.empty()) {
+    switch (WaitForFd(fd_, POLLIN, HostNow() + silence_s, stop)) {
+      case Waited::kStopped:
+        return Heard::kStopped;
+      case Waited::kTimeLimit:
+        return Heard::kSilence;
+      case Waited::kReady:
+        break;
+    }
+    const ssize_t count = read(fd_, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return Heard::kEnded;
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+  return Heard::kMessage;
+}
+
+Heard ChildProcess::Receive(ChildMessage& message, double silence_s, const std::stop_token& stop) {
+  std::array<std::uint8_t, sizeof(Head)> bytes{};
+  if (const Heard heard = ReceiveBytes(bytes, silence_s, stop); heard != Heard::kMessage) {
+    return heard;
+  }
+  Head head{};
+  std::memcpy(&head, bytes.data(), sizeof head);
+  if (head.size > kMostBytes) return Heard::kEnded;
+  message.kind = head.kind;
+  message.bytes.resize(head.size);
+  return ReceiveBytes(message.bytes, silence_s, stop);
+}
+
+bool ChildProcess::WaitForEnd() {
+  constexpr auto kLook = std::chrono::milliseconds(5);
+  const double deadline_s = HostNow() + patience_s_;
+  for (;;) {
+    const pid_t ended = waitpid(process_, &status_, WNOHANG);
+    if (ended == process_ || (ended < 0 && errno != EINTR)) {
+      process_ = -1;
+      return true;
+    }
+    if (HostNow() >= deadline_s) return false;
+    std::this_thread::sleep_for(kLook);
+  }
+}
+
+void ChildProcess::LetEnd() {
+  if (process_ > 0) static_cast<void>(WaitForEnd());
+}
+
+std::string ChildProcess::End() {
+  if (process_ > 0) kill(process_, SIGTERM);
+  if (process_ > 0 && !WaitForEnd()) {
+    kill(process_, SIGKILL);
+    waitpid(process_, &status_, 0);
+    process_ = -1;
+  }
+  if (WIFSIGNALED(status_)) {
+    return fmt::format("signal {}, {}", WTERMSIG(status_), strsignal(WTERMSIG(status_)));
+  }
+  return fmt::format("exit code {}", WEXITSTATUS(status_));
+}
+
+}  // namespace trammel::machine

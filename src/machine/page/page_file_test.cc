@@ -1,0 +1,385 @@
+#include "machine/page/page_file.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <jpeglib.h>
+#include <png.h>
+#include <tiffio.h>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "support/temporary_folder.h"
+
+namespace trammel::machine {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr int kWidth = 37;  // no multiple of eight: rows of bits end within a byte
+constexpr int kHeight = 23;
+
+// A picture in which no two neighbours are alike.
+unsigned Value(int x, int y, int channel) {
+  return static_cast<unsigned>(x * 5 + y * 9 + channel * 60) % 256U;
+}
+
+struct Kind {
+  int samples = 1;
+  int bits = 8;
+};
+
+// Rows as TIFF and PNG have them, 16 bits in the processor's order.
+std::string Row(const Kind& kind, int y) {
+  std::string row;
+  for (int x = 0; x < kWidth; ++x) {
+    for (int channel = 0; channel < kind.samples; ++channel) {
+      const bool alpha = channel + 1 == kind.samples && kind.samples % 2 == 0;
+      const auto value = static_cast<std::uint16_t>(alpha ? 255U : Value(x, y, channel));
+      if (kind.bits == 16) {
+        const auto wide = static_cast<std::uint16_t>(value * 257U);
+        row.append(reinterpret_cast<const char*>(&wide), sizeof wide);
+      } else {
+        row.push_back(static_cast<char>(value));
+      }
+    }
+  }
+  return row;
+}
+
+void ExpectPicture(const Page& page, int channels) {
+  ASSERT_EQ(page.width, kWidth);
+  ASSERT_EQ(page.height, kHeight);
+  ASSERT_EQ(page.channels, channels);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      for (int channel = 0; channel < channels; ++channel) {
+        const int rgb = channels == 3 ? 2 - channel : 0;
+        ASSERT_EQ(page.view().row(y)[x * channels + channel], Value(x, y, rgb))
+            << x << ", " << y << ", " << channel;
+      }
+    }
+  }
+}
+
+class PageFile : public testing::Test {
+ protected:
+  std::string Path(const std::string& name) { return folder_.path() / name; }
+
+  std::string Written(const std::string& name, const std::string& bytes) {
+    test::WriteWhole(Path(name), bytes);
+    return Path(name);
+  }
+
+  std::string Tiff(const Kind& kind, std::uint16_t photometric, bool tiled = false, int pages = 1) {
+    const std::string path = Path("page.tiff");
+    TIFF* tiff = TIFFOpen(path.c_str(), "w");
+    for (int page = 0; page < pages; ++page) {
+      TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, kWidth);
+      TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, kHeight);
+      TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, kind.samples);
+      TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, kind.bits);
+      TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, photometric);
+      TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+      TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_LZW);
+      TIFFSetField(tiff, TIFFTAG_RESOLUTIONUNIT, RESUNIT_CENTIMETER);
+      TIFFSetField(tiff, TIFFTAG_XRESOLUTION, 600 / 2.54);
+      TIFFSetField(tiff, TIFFTAG_YRESOLUTION, 300 / 2.54);
+      if (tiled) {
+        WriteTiles(tiff);
+      } else {
+        for (int y = 0; y < kHeight; ++y) {
+          std::string row = Row(kind, y);
+          TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y));
+        }
+      }
+      TIFFWriteDirectory(tiff);
+    }
+    TIFFClose(tiff);
+    return path;
+  }
+
+  std::string Png(const Kind& kind, int color_type, int interlace = PNG_INTERLACE_NONE) {
+    const std::string path = Path("page.png");
+    std::FILE* file = std::fopen(path.c_str(), "wb");
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png_create_info_struct(png);
+    png_init_io(png, file);
+    png_set_IHDR(png, info, kWidth, kHeight, kind.bits, color_type, interlace,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_pHYs(png, info, 23622, 11811, PNG_RESOLUTION_METER);
+    png_write_info(png, info);
+    if (kind.bits == 16) png_set_swap(png);
+    for (int pass = png_set_interlace_handling(png); pass > 0; --pass) {
+      for (int y = 0; y < kHeight; ++y) {
+        const std::string row = Row(kind, y);
+        png_write_row(png, reinterpret_cast<png_const_bytep>(row.data()));
+      }
+    }
+    png_write_end(png, nullptr);
+    png_destroy_write_struct(&png, &info);
+    std::fclose(file);
+    return path;
+  }
+
+  // Smooth and grey, so that little is lost.
+  static std::string JpegBytes(bool progressive = false) {
+    jpeg_compress_struct jpeg{};
+    jpeg_error_mgr errors{};
+    jpeg.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&jpeg);
+    unsigned char* out = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&jpeg, &out, &size);
+    jpeg.image_width = kWidth;
+    jpeg.image_height = kHeight;
+    jpeg.input_components = 1;
+    jpeg.in_color_space = JCS_GRAYSCALE;
+    jpeg_set_defaults(&jpeg);
+    jpeg_set_quality(&jpeg, 100, TRUE);
+    jpeg.density_unit = 1;
+    jpeg.X_density = 600;
+    jpeg.Y_density = 300;
+    if (progressive) jpeg_simple_progression(&jpeg);
+    jpeg_start_compress(&jpeg, TRUE);
+    for (int y = 0; y < kHeight; ++y) {
+      std::array<JSAMPLE, kWidth> row{};
+      for (int x = 0; x < kWidth; ++x) {
+        row[static_cast<std::size_t>(x)] = static_cast<JSAMPLE>(4 * x + 3 * y);
+      }
+      JSAMPROW rows[] = {row.data()};
+      jpeg_write_scanlines(&jpeg, rows, 1);
+    }
+    jpeg_finish_compress(&jpeg);
+    std::string bytes(reinterpret_cast<const char*>(out), size);
+    jpeg_destroy_compress(&jpeg);
+    std::free(out);
+    return bytes;
+  }
+
+  // A page of 37 x 23 pixels at 600 dpi.
+  static std::string Pdf(const std::string& entries, const std::string& stream) {
+    std::string pdf = "%PDF-1.4\n";
+    std::vector<std::size_t> at;
+    const auto add = [&](const std::string& object) {
+      at.push_back(pdf.size());
+      pdf += fmt::format("{} 0 obj\n{}\nendobj\n", at.size(), object);
+    };
+    add("<< /Type /Catalog /Pages 2 0 R >>");
+    add("<< /Type /Pages /Kids [3 0 R] /Count 1 >>");
+    add("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 4.44 2.76] /Contents 5 0 R /Resources << "
+        "/XObject << /Im0 4 0 R >> >> >>");
+    add(fmt::format(
+        "<< /Type /XObject /Subtype /Image /Width {} /Height {} {} /Length {} >>\nstream\n{}"
+        "\nendstream",
+        kWidth, kHeight, entries, stream.size(), stream));
+    const std::string draw = "q 4.44 0 0 2.76 0 0 cm /Im0 Do Q";
+    add(fmt::format("<< /Length {} >>\nstream\n{}\nendstream", draw.size(), draw));
+    const std::size_t table = pdf.size();
+    pdf += fmt::format("xref\n0 {}\n0000000000 65535 f \n", at.size() + 1);
+    for (const std::size_t offset : at) pdf += fmt::format("{:010} 00000 n \n", offset);
+    return pdf + fmt::format("trailer\n<< /Size {} /Root 1 0 R >>\nstartxref\n{}\n%%EOF\n",
+                             at.size() + 1, table);
+  }
+
+  static std::string GreyRows() {
+    std::string rows;
+    for (int y = 0; y < kHeight; ++y) rows += Row({}, y);
+    return rows;
+  }
+
+  static Page Only(const std::string& path) {
+    auto pages = ReadPages(path);
+    if (!pages) {
+      ADD_FAILURE() << pages.error().message;
+      return {};
+    }
+    EXPECT_EQ(pages->size(), 1U);
+    return std::move(pages->front());
+  }
+
+  static void ExpectDpi(const Page& page, double x, double y) {
+    ASSERT_TRUE(page.dpi_x && page.dpi_y);
+    EXPECT_NEAR(*page.dpi_x, x, 0.01);
+    EXPECT_NEAR(*page.dpi_y, y, 0.01);
+  }
+
+  static std::string Complaint(const std::string& path, const PageReadOptions& options = {}) {
+    const auto pages = ReadPages(path, options);
+    EXPECT_FALSE(pages);
+    return pages ? "" : pages.error().message;
+  }
+
+ private:
+  static void WriteTiles(TIFF* tiff) {
+    constexpr int kSide = 16;
+    TIFFSetField(tiff, TIFFTAG_TILEWIDTH, kSide);
+    TIFFSetField(tiff, TIFFTAG_TILELENGTH, kSide);
+    for (int top = 0; top < kHeight; top += kSide) {
+      for (int left = 0; left < kWidth; left += kSide) {
+        std::array<std::uint8_t, kSide * kSide> tile{};
+        for (int i = 0; i < kSide * kSide; ++i) {
+          tile[static_cast<std::size_t>(i)] =
+              static_cast<std::uint8_t>(Value(left + i % kSide, top + i / kSide, 0));
+        }
+        TIFFWriteTile(tiff, tile.data(), static_cast<std::uint32_t>(left),
+                      static_cast<std::uint32_t>(top), 0, 0);
+      }
+    }
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(PageFile, ReadsTiffsOfEveryDepthWithTheirResolution) {
+  for (const int samples : {1, 2, 3, 4}) {
+    for (const int bits : {8, 16}) {
+      SCOPED_TRACE(fmt::format("{} samples of {} bits", samples, bits));
+      const Page page =
+          Only(Tiff({samples, bits}, samples < 3 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB));
+      ExpectPicture(page, samples < 3 ? 1 : 3);
+      ExpectDpi(page, 600, 300);
+    }
+  }
+}
+
+TEST_F(PageFile, ReadsTilesAndManyPages) {
+  const Page page = Only(Tiff({}, PHOTOMETRIC_MINISBLACK, true));
+  // By way of colours: grey comes as three equal channels.
+  ASSERT_EQ(page.channels, 3);
+  EXPECT_EQ(page.view().row(20)[3 * 30], Value(30, 20, 0));
+  const auto pages = ReadPages(Tiff({}, PHOTOMETRIC_MINISBLACK, false, 3));
+  ASSERT_TRUE(pages) << pages.error().message;
+  ASSERT_EQ(pages->size(), 3U);
+  ExpectPicture(pages->back(), 1);
+  EXPECT_THAT(Complaint(Path("page.tiff"), {.most_pages = 2}), HasSubstr("more than 2 pages"));
+}
+
+TEST_F(PageFile, ReadsPngsOfEveryDepthWithTheirResolution) {
+  const std::array<int, 4> types = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA,
+                                    PNG_COLOR_TYPE_RGB, PNG_COLOR_TYPE_RGB_ALPHA};
+  for (const int samples : {1, 2, 3, 4}) {
+    for (const int bits : {8, 16}) {
+      SCOPED_TRACE(fmt::format("{} samples of {} bits", samples, bits));
+      for (const int interlace : {PNG_INTERLACE_NONE, PNG_INTERLACE_ADAM7}) {
+        const Page page =
+            Only(Png({samples, bits}, types[static_cast<std::size_t>(samples) - 1], interlace));
+        ExpectPicture(page, samples < 3 ? 1 : 3);
+        ExpectDpi(page, 600, 300);
+      }
+    }
+  }
+}
+
+TEST_F(PageFile, ReadsJpegs) {
+  for (const bool progressive : {false, true}) {
+    const Page page = Only(Written("page.jpg", JpegBytes(progressive)));
+    ExpectDpi(page, 600, 300);
+    ASSERT_EQ(page.channels, 1);
+    constexpr int kLoss = 2;  // of quality 100, by rounding in the transform
+    EXPECT_NEAR(page.view().row(20)[30], 4 * 30 + 3 * 20, kLoss);
+  }
+}
+
+TEST_F(PageFile, ReadsEveryKindOfPnm) {
+  const std::string size = fmt::format("# made by hand\n{} {}", kWidth, kHeight);
+  std::string grey;
+  std::string wide;
+  std::string colour;
+  std::string text;
+  for (int y = 0; y < kHeight; ++y) {
+    grey += Row({}, y);
+    colour += Row({3, 8}, y);
+    for (int x = 0; x < kWidth; ++x) {
+      const unsigned value = Value(x, y, 0) * 257U;
+      wide += {static_cast<char>(value >> 8U), static_cast<char>(value & 255U)};
+      text += fmt::format("{}\n", Value(x, y, 0));
+    }
+  }
+  ExpectPicture(Only(Written("a.pgm", "P5\n" + size + "\n255\n" + grey)), 1);
+  ExpectPicture(Only(Written("b.pgm", "P5\n" + size + "\n65535\n" + wide)), 1);
+  ExpectPicture(Only(Written("c.ppm", "P6\n" + size + "\n255\n" + colour)), 3);
+  ExpectPicture(Only(Written("d.pgm", "P2\n" + size + "\n255\n" + text)), 1);
+}
+
+TEST_F(PageFile, ReadsBlackAndWhiteWithBlackAsZero) {
+  // 1 is black in a PBM: X . X . . . . . X
+  const Page packed = Only(Written("a.pbm", std::string("P4 9 1\n\xA0\x80", 9)));
+  const Page text = Only(Written("b.pbm", "P1 9 1\n1 0 1 00000 1\n"));
+  for (const Page* page : {&packed, &text}) {
+    ASSERT_EQ(page->width, 9);
+    for (int x = 0; x < 9; ++x) {
+      EXPECT_EQ(page->view().row(0)[x], x == 0 || x == 2 || x == 8 ? 0 : 255) << x;
+    }
+  }
+}
+
+TEST_F(PageFile, TakesThePictureOfAPdfAsItWasStored) {
+  const Page raw =
+      Only(Written("raw.pdf", Pdf("/ColorSpace /DeviceGray /BitsPerComponent 8", GreyRows())));
+  ExpectPicture(raw, 1);
+  ExpectDpi(raw, 600, 600);
+  const Page jpeg =
+      Only(Written("jpeg.pdf", Pdf("/ColorSpace /DeviceGray /BitsPerComponent 8 /Filter /DCTDecode",
+                                   JpegBytes())));
+  EXPECT_NEAR(jpeg.view().row(20)[30], 4 * 30 + 3 * 20, 2);
+  ExpectDpi(jpeg, 600, 600);
+}
+
+TEST_F(PageFile, SaysWhatIsWrongWithAPdf) {
+  EXPECT_THAT(Complaint(Written("fax.pdf", Pdf("/ColorSpace /DeviceGray /BitsPerComponent 1 "
+                                               "/Filter /CCITTFaxDecode",
+                                               "x"))),
+              HasSubstr("/CCITTFaxDecode; scan to TIFF"));
+  const std::string grey = "/ColorSpace /DeviceGray /BitsPerComponent 8";
+  EXPECT_THAT(Complaint(Written("short.pdf", Pdf(grey, std::string(kWidth * kHeight - 1, 'x')))),
+              HasSubstr("ends early"));
+  EXPECT_THAT(Complaint(Written("shorter.pdf", Pdf(grey, "too short"))),
+              AllOf(HasSubstr("37 x 23 px"), HasSubstr("bytes can hold")));
+  EXPECT_THAT(Complaint(Written("none.pdf", "%PDF-1.4\nnothing")), HasSubstr("none.pdf"));
+}
+
+TEST_F(PageFile, FilesThatEndEarlyAreNamed) {
+  const std::array<std::string, 3> paths = {Tiff({}, PHOTOMETRIC_MINISBLACK),
+                                            Png({}, PNG_COLOR_TYPE_GRAY),
+                                            Written("page.jpg", JpegBytes())};
+  for (const std::string& path : paths) {
+    const std::string whole = test::ReadWhole(path);
+    ASSERT_GT(whole.size(), 100U);
+    for (std::size_t size : {whole.size() / 2, whole.size() * 3 / 4, std::size_t{9}}) {
+      SCOPED_TRACE(fmt::format("{} of {} bytes of {}", size, whole.size(), path));
+      EXPECT_THAT(Complaint(Written("cut", whole.substr(0, size))),
+                  AllOf(HasSubstr("cut"), HasSubstr("scan again")));
+    }
+  }
+  EXPECT_THAT(Complaint(Written("cut.pgm", "P5 10 10 255\nabc")), HasSubstr("ends in row 1"));
+}
+
+TEST_F(PageFile, LimitsAreKeptBeforeAnythingIsDecoded) {
+  std::string rows;
+  for (int y = 0; y < kHeight; ++y) rows += Row({}, y);
+  EXPECT_THAT(Complaint(Written("a.pgm", fmt::format("P5 {} {} 255\n", kWidth, kHeight) + rows),
+                        {.most_pixels = 100}),
+              AllOf(HasSubstr("37 x 23 px"), HasSubstr("at most 0 megapixels")));
+  EXPECT_THAT(Complaint(Tiff({}, PHOTOMETRIC_MINISBLACK), {.most_pixels = 100}),
+              HasSubstr("37 x 23 px"));
+  EXPECT_THAT(Complaint(Png({}, PNG_COLOR_TYPE_GRAY), {.most_pixels = 100}),
+              HasSubstr("37 x 23 px"));
+  EXPECT_THAT(Complaint(Written("page.jpg", JpegBytes()), {.most_pixels = 100}),
+              HasSubstr("37 x 23 px"));
+}
+
+TEST_F(PageFile, WhatIsNoPageIsNamed) {
+  EXPECT_THAT(Complaint(Written("text.txt", "hello world")), HasSubstr("no TIFF, PNG, JPEG"));
+  EXPECT_THAT(Complaint(Written("empty.tiff", "")), HasSubstr("it is empty"));
+  EXPECT_THAT(Complaint(Path("missing.png")), HasSubstr("missing.png"));
+  EXPECT_THAT(Complaint(Written("zero.pgm", "P5 0 10 255\n")), HasSubstr("0 x 10 px"));
+  EXPECT_THAT(Complaint(Written("odd.pgm", "P5 10\n")), HasSubstr("no PNM header"));
+}
+
+}  // namespace
+}  // namespace trammel::machine

@@ -1,0 +1,47 @@
+#include <fmt/format.h>
+
+#include "image/jpeg_outline.h"
+#include "image/jpeg_reader.h"
+#include "machine/page/page_decoders.h"
+
+namespace trammel::machine {
+namespace {
+
+tl::unexpected<Error> Damaged(const Error& error) {
+  return Fail(error.message + "; copy it again, or scan again");
+}
+
+}  // namespace
+
+Result<Page> DecodeJpeg(std::span<const std::uint8_t> bytes, const PageReadOptions& options) {
+  const auto outline = image::OutlineOf(bytes);
+  if (!outline) return Damaged(outline.error());
+  if (auto cost = CheckCost(*outline, bytes.size()); !cost) return tl::unexpected(cost.error());
+  auto jpeg = image::JpegReader::Open(bytes, image::JpegDamage::kRefuse);
+  if (!jpeg) return Damaged(jpeg.error());
+  const image::JpegHeader& header = jpeg->header();
+  const bool grey = header.components == 1;
+  if (!grey && header.components != 3) {
+    return Fail(
+        fmt::format("it has {} colours (CMYK?); save it as grey or RGB", header.components));
+  }
+  auto page = MakePage({header.width_px, header.height_px, grey ? 1 : 3}, options);
+  if (!page) return page;
+  constexpr std::int64_t kMostOfWhole = 200'000'000;
+  if (header.multiple_scans && std::int64_t{page->width} * page->height > kMostOfWhole) {
+    return Fail(fmt::format(
+        "it has {} x {} px, and of a progressive JPEG at most {} megapixels are read; save it as "
+        "TIFF, PNG or baseline JPEG",
+        page->width, page->height, kMostOfWhole / 1'000'000));
+  }
+  page->dpi_x = header.dpi_x;
+  page->dpi_y = header.dpi_y;
+  const auto pixels = grey ? image::JpegPixels::kGrey : image::JpegPixels::kBgr;
+  if (auto started = jpeg->Start(pixels); !started) return Damaged(started.error());
+  for (int y = 0; y < page->height; ++y) {
+    if (auto read = jpeg->ReadRow(RowOf(*page, y)); !read) return Damaged(read.error());
+  }
+  return page;
+}
+
+}  // namespace trammel::machine

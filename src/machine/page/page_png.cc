@@ -1,0 +1,59 @@
+#include <png.h>
+
+#include <utility>
+#include <vector>
+
+#include "image/png_outline.h"
+#include "image/png_reader.h"
+#include "machine/page/page_decoders.h"
+
+namespace trammel::machine {
+namespace {
+
+tl::unexpected<Error> Damaged(const Error& error) {
+  return Fail(error.message + "; copy it again, or scan again");
+}
+
+// Interlaced, a picture comes as seven smaller ones, whose pixels lie between one another.
+Result<Page> FillPasses(image::PngReader& png, const PageLayout& layout, Page page) {
+  std::vector<std::uint8_t> row(png.row_bytes());
+  for (int pass = 0; pass < PNG_INTERLACE_ADAM7_PASSES; ++pass) {
+    const int first = PNG_PASS_START_COL(pass);
+    const int step = PNG_PASS_COL_OFFSET(pass);
+    if (page.width <= first) continue;  // it has no rows then
+    for (int y = PNG_PASS_START_ROW(pass); y < page.height; y += PNG_PASS_ROW_OFFSET(pass)) {
+      if (auto read = png.ReadRow(row.data()); !read) return Damaged(read.error());
+      FillPixels(layout, row, y, first, step, page);
+    }
+  }
+  return page;
+}
+
+Result<Page> Fill(image::PngReader& png, const PageLayout& layout, Page page) {
+  std::vector<std::uint8_t> row(png.row_bytes());
+  for (int y = 0; y < page.height; ++y) {
+    if (auto read = png.ReadRow(row.data()); !read) return Damaged(read.error());
+    FillRow(layout, row, y, page);
+  }
+  return page;
+}
+
+}  // namespace
+
+Result<Page> DecodePng(std::span<const std::uint8_t> bytes, const PageReadOptions& options) {
+  if (const auto outline = image::OutlineOfPng(bytes)) {
+    if (auto cost = CheckCost(*outline, bytes.size()); !cost) return tl::unexpected(cost.error());
+  }
+  auto png = image::PngReader::Open(bytes, image::PngPixels::kAsStored);
+  if (!png) return Damaged(png.error());
+  const image::PngHeader& header = png->header();
+  const PageLayout layout{header.width_px, header.height_px, header.samples, header.bits};
+  auto page = MakePage(layout, options);
+  if (!page) return page;
+  page->dpi_x = header.dpi_x;
+  page->dpi_y = header.dpi_y;
+  return header.interlaced ? FillPasses(*png, layout, std::move(*page))
+                           : Fill(*png, layout, std::move(*page));
+}
+
+}  // namespace trammel::machine

@@ -1,0 +1,107 @@
+#include "machine/video/mjpeg_video.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "image/jpeg_reader.h"
+#include "machine/video/video_budget.h"
+
+namespace trammel::machine {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+class MjpegVideo final : public VideoDecoder {
+ public:
+  MjpegVideo(std::filesystem::path path, std::unique_ptr<VideoPackets> packets,
+             const VideoLimits& limits)
+      : path_(std::move(path)),
+        packets_(std::move(packets)),
+        budget_(limits, packets_->file_bytes()) {}
+
+  Result<bool> Advance() override;
+  [[nodiscard]] int width_px() const override { return reader_->header().width_px; }
+  [[nodiscard]] int height_px() const override { return reader_->header().height_px; }
+  Result<const Frame*> Decode(const PixelRect& part) override;
+
+ private:
+  [[nodiscard]] tl::unexpected<Error> Broken(const std::string& what) const {
+    return Fail(fmt::format("video '{}': {}", path_.string(), what), ErrorKind::kMeasurement);
+  }
+  [[nodiscard]] static tl::unexpected<Error> Damaged(std::size_t number, const Error& error) {
+    return Fail(fmt::format("frame {} is damaged or cut off ({}); record the line again", number,
+                            error.message));
+  }
+  Result<void> OpenFrame();
+  Result<void> DecodeFrame(const PixelRect& part);
+
+  std::filesystem::path path_;
+  std::unique_ptr<VideoPackets> packets_;
+  VideoBudget budget_;
+  VideoPacket packet_;
+  std::optional<image::JpegReader> reader_;  // of packet_
+  Frame frame_;
+};
+
+/// Opens `packet_`. Messages of this and the next do not name the file.
+Result<void> MjpegVideo::OpenFrame() {
+  const std::size_t number = budget_.frames() + 1;
+  if (auto cost = CheckMjpegFrame(packet_.bytes, budget_.limits().max_pixels); !cost) {
+    return Fail(fmt::format("frame {}: {}", number, cost.error().message));
+  }
+  auto reader = image::JpegReader::Open(packet_.bytes, image::JpegDamage::kRefuse);
+  if (!reader) return Damaged(number, reader.error());
+  reader_ = std::move(*reader);
+  return budget_.AddFrame(reader_->header().width_px, reader_->header().height_px);
+}
+
+/// Fills `frame_`.
+Result<void> MjpegVideo::DecodeFrame(const PixelRect& part) {
+  const std::size_t number = budget_.frames();
+  if (auto started = reader_->StartPart(image::JpegPixels::kBgr, part); !started) {
+    return Damaged(number, started.error());
+  }
+  if (frame_.width != part.width || frame_.height != part.height) {
+    frame_ = Frame(part.width, part.height);
+  }
+  for (int y = 0; y < frame_.height; ++y) {
+    if (auto read = reader_->ReadRow(frame_.row(y)); !read) return Damaged(number, read.error());
+  }
+  if (auto rest = reader_->ReadRest(); !rest) return Damaged(number, rest.error());
+  frame_.time_s = packet_.time_s;
+  return {};
+}
+
+Result<bool> MjpegVideo::Advance() {
+  const auto more = packets_->Next(packet_);
+  if (!more || !*more) return more;
+  const Clock::time_point begin = Clock::now();
+  if (auto opened = OpenFrame(); !opened) return Broken(opened.error().message);
+  if (auto in_time = budget_.AddTime(Clock::now() - begin); !in_time) {
+    return Broken(in_time.error().message);
+  }
+  return true;
+}
+
+Result<const Frame*> MjpegVideo::Decode(const PixelRect& part) {
+  const Clock::time_point begin = Clock::now();
+  if (auto decoded = DecodeFrame(part); !decoded) return Broken(decoded.error().message);
+  if (auto in_time = budget_.AddTime(Clock::now() - begin); !in_time) {
+    return Broken(in_time.error().message);
+  }
+  return &frame_;
+}
+
+}  // namespace
+
+std::unique_ptr<VideoDecoder> DecodeMjpeg(const std::filesystem::path& path,
+                                          std::unique_ptr<VideoPackets> packets,
+                                          const VideoLimits& limits) {
+  return std::make_unique<MjpegVideo>(path, std::move(packets), limits);
+}
+
+}  // namespace trammel::machine

@@ -1,0 +1,44 @@
+// What the frames of one video may cost, whichever decoder they are for.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "base/result.h"
+#include "machine/video/video_file.h"
+
+namespace trammel::machine {
+
+/// Counts frames, pixels and time. Messages do not name the file.
+class VideoBudget {
+ public:
+  VideoBudget(const VideoLimits& limits, std::int64_t file_bytes)
+      : limits_(limits), file_bytes_(file_bytes) {}
+
+  /// Accepts the next frame's size, or says what is wrong: too many frames, too large a one, one of
+  /// another size than the first, too many pixels in all or for the file's bytes.
+  [[nodiscard]] Result<void> AddFrame(int width_px, int height_px);
+
+  /// Adds to the time that decoding took.
+  [[nodiscard]] Result<void> AddTime(std::chrono::steady_clock::duration time);
+
+  [[nodiscard]] std::size_t frames() const { return frames_; }  ///< accepted so far
+  [[nodiscard]] const VideoLimits& limits() const { return limits_; }
+
+ private:
+  VideoLimits limits_;
+  std::int64_t file_bytes_;
+  std::size_t frames_ = 0;
+  int width_px_ = 0;
+  int height_px_ = 0;
+  double pixels_ = 0;
+  std::chrono::steady_clock::duration decoding_{};
+};
+
+/// Whether a frame of an MJPEG video may be decoded: its size, and the work that it asks for.
+[[nodiscard]] Result<void> CheckMjpegFrame(std::span<const std::uint8_t> jpeg,
+                                           std::size_t most_pixels);
+
+}  // namespace trammel::machine

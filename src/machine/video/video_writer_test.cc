@@ -1,0 +1,246 @@
+#include "machine/video/video_writer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <string>
+
+#include "machine/video/video_file.h"
+#include "support/temporary_folder.h"
+#include "support/test_pictures.h"
+
+namespace trammel::machine {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+CapturedFrame FrameOf(int phase, int width = 64, int height = 48) {
+  const std::string jpeg = test::JpegOf(test::TestPicture(width, height, phase));
+  CapturedFrame frame;
+  frame.image.assign(jpeg.begin(), jpeg.end());
+  frame.width_px = width;
+  frame.height_px = height;
+  frame.arrival_s = 100 + phase / 30.0;
+  frame.captured = CameraTime{50 + phase / 30.0, CameraClock::kCameraMonotonic};
+  return frame;
+}
+
+/// Frames that decode before the end or the first error, whose text follows.
+std::pair<std::size_t, std::string> Decodable(const std::filesystem::path& path) {
+  auto video = VideoFile::Open(path);
+  if (!video) return {0, video.error().message};
+  for (std::size_t frames = 0;; ++frames) {
+    const auto next = video->Next();
+    if (!next) return {frames, next.error().message};
+    if (*next == nullptr) return {frames, ""};
+  }
+}
+
+class VideoWriterTest : public testing::Test {
+ protected:
+  [[nodiscard]] std::filesystem::path At(const std::string& name) const {
+    return folder_.path() / name;
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(VideoWriterTest, GivesBackPicturesByteForByteAndTimes) {
+  auto writer = VideoWriter::Create(At("a.avi"));
+  ASSERT_TRUE(writer) << writer.error().message;
+  for (int i = 0; i < 7; ++i) {
+    CapturedFrame frame = FrameOf(i);
+    if (i == 3) frame.fault = FrameFault::kCutOff;
+    if (i == 4) frame.sequence = 17;
+    ASSERT_TRUE(writer->Add(frame));
+  }
+  EXPECT_EQ(writer->frames(), 6);
+  ASSERT_TRUE(writer->Finish());
+  EXPECT_EQ(Decodable(At("a.avi")), (std::pair<std::size_t, std::string>{6, ""}));
+
+  auto source = OpenCamera(At("a.avi"));
+  ASSERT_TRUE(source) << source.error().message;
+  for (const int i : {0, 1, 2, 4, 5, 6}) {
+    const auto frame = (*source)->Next(1, {});
+    ASSERT_TRUE(frame && *frame);
+    EXPECT_EQ((*frame)->image, FrameOf(i).image) << i;
+  }
+  EXPECT_FALSE(*(*source)->Next(1, {}));
+
+  const auto times = ReadFrameTimes(FrameTimesPath(At("a.avi")));
+  ASSERT_TRUE(times) << times.error().message;
+  ASSERT_EQ(times->size(), 7);
+  EXPECT_EQ((*times)[2].frame, 2);
+  EXPECT_EQ((*times)[3].frame, std::nullopt);
+  EXPECT_EQ((*times)[3].fault, FrameFault::kCutOff);
+  EXPECT_EQ((*times)[4].frame, 3);
+  EXPECT_EQ((*times)[4].sequence, 17);
+  EXPECT_EQ((*times)[4].captured->clock, CameraClock::kCameraMonotonic);
+  constexpr double kWritten_s = 1e-6;  // six decimals
+  EXPECT_NEAR((*times)[4].captured->time_s, 50 + 4 / 30.0, kWritten_s);
+  EXPECT_NEAR((*times)[4].arrival_s, 100 + 4 / 30.0, kWritten_s);
+}
+
+TEST_F(VideoWriterTest, KeepsEveryFrameAddedBeforeAKill) {
+  // A child adds frames and reports each by a byte; it is killed in the middle of its work.
+  for (const int kill_after : {1, 2, 9, 40}) {
+    const auto path = At("kill" + std::to_string(kill_after) + ".avi");
+    int reports[2];
+    ASSERT_EQ(pipe(reports), 0);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      auto writer = VideoWriter::Create(path);
+      const CapturedFrame frame = FrameOf(1);
+      while (writer && writer->Add(frame) && write(reports[1], "x", 1) == 1) {
+      }
+      _exit(1);
+    }
+    close(reports[1]);
+    std::size_t reported = 0;
+    char byte = 0;
+    while (reported < static_cast<std::size_t>(kill_after) && read(reports[0], &byte, 1) == 1) {
+      ++reported;
+    }
+    kill(child, SIGKILL);
+    while (read(reports[0], &byte, 1) == 1) ++reported;
+    close(reports[0]);
+    waitpid(child, nullptr, 0);
+    const auto [frames, message] = Decodable(path);
+    EXPECT_EQ(message, "");
+    EXPECT_GE(frames, reported);
+    const auto times = ReadFrameTimes(FrameTimesPath(path));
+    ASSERT_TRUE(times) << times.error().message;
+    EXPECT_GE(times->size(), reported);
+  }
+}
+
+TEST_F(VideoWriterTest, IsReadableWhereverItsEndIsMissing) {
+  std::size_t header = 0;
+  std::size_t one = 0;
+  {
+    auto writer = VideoWriter::Create(At("a.avi"));
+    ASSERT_TRUE(writer);
+    for (int i = 0; i < 3; ++i) {
+      ASSERT_TRUE(writer->Add(FrameOf(0)));
+      if (i == 0) one = std::filesystem::file_size(At("a.avi"));
+    }
+    const std::size_t all = std::filesystem::file_size(At("a.avi"));
+    header = one - (all - one) / 2;
+  }
+  const std::string whole = test::ReadWhole(At("a.avi"));
+  const std::size_t frame = one - header;
+  // A frame whose chunk is not whole must be left out, and never make the others unreadable.
+  for (std::size_t size = one; size <= whole.size(); size += 37) {
+    test::WriteWhole(At("cut.avi"), whole.substr(0, size));
+    const auto [frames, message] = Decodable(At("cut.avi"));
+    EXPECT_EQ(message, "") << size;
+    EXPECT_GE(frames, (size - header) / frame) << size;
+    EXPECT_LE(frames, (size + 1 - header) / frame) << size;
+  }
+}
+
+TEST_F(VideoWriterTest, SaysWhatIsSafeWhenTheDiskIsFull) {
+  // A limit on the size of files answers a write like a full disk does: partly, then not at all.
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    auto writer = VideoWriter::Create(At("full.avi"));
+    const rlimit limit{20'000, 20'000};
+    if (!writer || setrlimit(RLIMIT_FSIZE, &limit) != 0) _exit(100);
+    Result<void> added;
+    while ((added = writer->Add(FrameOf(2)))) {
+    }
+    const auto again = writer->Add(FrameOf(2));
+    const auto finished = writer->Finish();
+    const std::string expected = "The " + std::to_string(Decodable(At("full.avi")).first);
+    const bool right =
+        added.error().kind == ErrorKind::kInput && !again && !finished &&
+        added.error().message.find(expected + " frames before it are safe") != std::string::npos;
+    std::ofstream(At("message")) << "x";
+    _exit(right ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+  const auto [frames, message] = Decodable(At("full.avi"));
+  EXPECT_EQ(message, "");
+  EXPECT_GT(frames, 3);
+  const auto times = ReadFrameTimes(FrameTimesPath(At("full.avi")));
+  ASSERT_TRUE(times) << times.error().message;
+  EXPECT_EQ(times->size(), frames);
+}
+
+TEST_F(VideoWriterTest, ALimitOnFilesIsNamedWithItsRemedyAndLeavesNothingBehind) {
+  rlimit open_files{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &open_files), 0);
+  const rlimit none{0, open_files.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  const auto crowded = VideoWriter::Create(At("crowded.avi"));
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &open_files), 0);
+  ASSERT_FALSE(crowded);
+  EXPECT_THAT(crowded.error().message, HasSubstr("ulimit -n"));
+
+  rlimit size{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &size), 0);
+  const rlimit small{10, size.rlim_max};
+  const auto before = signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  const auto limited = VideoWriter::Create(At("limited.avi"));
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &size), 0);
+  signal(SIGXFSZ, before);
+  ASSERT_FALSE(limited);
+  EXPECT_THAT(limited.error().message, HasSubstr("ulimit -f"));
+  for (const char* name :
+       {"crowded.avi", "crowded.avi.times", "limited.avi", "limited.avi.times"}) {
+    EXPECT_FALSE(std::filesystem::exists(At(name))) << name;
+  }
+}
+
+TEST_F(VideoWriterTest, RefusesWhatDoesNotFit) {
+  const auto nowhere = VideoWriter::Create(At("none/a.avi"));
+  ASSERT_FALSE(nowhere);
+  EXPECT_THAT(nowhere.error().message, HasSubstr("none/a.avi"));
+  auto writer = VideoWriter::Create(At("a.avi"));
+  ASSERT_TRUE(writer);
+  const auto twice = VideoWriter::Create(At("a.avi"));
+  ASSERT_FALSE(twice);
+  EXPECT_THAT(twice.error().message, HasSubstr("exists already"));
+  ASSERT_TRUE(writer->Add(FrameOf(0)));
+  const auto other = writer->Add(FrameOf(0, 32, 24));
+  ASSERT_FALSE(other);
+  EXPECT_THAT(other.error().message, AllOf(HasSubstr("32x24"), HasSubstr("64x48")));
+  CapturedFrame png = FrameOf(0);
+  png.image[0] = 0x89;
+  EXPECT_FALSE(writer->Add(png));
+  ASSERT_TRUE(writer->Add(FrameOf(1)));
+  ASSERT_TRUE(writer->Finish());
+  EXPECT_EQ(Decodable(At("a.avi")).first, 2);
+}
+
+TEST_F(VideoWriterTest, TimesThatAreNoneAreNamed) {
+  const std::string head = "# trammel frame times, format 1\n";
+  const auto message = [&](const std::string& text) {
+    test::WriteWhole(At("t.times"), text);
+    const auto times = ReadFrameTimes(At("t.times"));
+    return times ? std::to_string(times->size()) : times.error().message;
+  };
+  EXPECT_EQ(message(head + "0 1.5 - - - - - none\n1 1.6 2.5 ours - - 7 none\n2 1."), "2");
+  EXPECT_THAT(message(""), HasSubstr("line 1"));
+  EXPECT_THAT(message("hello\n"), HasSubstr("line 1"));
+  for (const char* line : {"0 nan - - - - - none", "0 1.5 - - - - - what", "x 1.5 - - - - - none",
+                           "0 1.5 2.5 mine - - - none", "0 1.5 - - - - -", "0  1.5 - - - - none",
+                           "0 1.5 - - - - - none more", "0 1e999 - - - - - none"}) {
+    EXPECT_THAT(message(head + line + "\n"), AllOf(HasSubstr("line 2"), HasSubstr("t.times")))
+        << line;
+  }
+}
+
+}  // namespace
+}  // namespace trammel::machine

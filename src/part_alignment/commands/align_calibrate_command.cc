@@ -1,0 +1,182 @@
+// trammel align calibrate and trammel align camera: where a camera file comes from.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/output_files.h"
+#include "files/new_file.h"
+#include "part_alignment/camera/calibrate.h"
+#include "part_alignment/camera/camera_convert.h"
+#include "part_alignment/commands/align_commands.h"
+#include "part_alignment/commands/align_outputs.h"
+#include "part_alignment/files/calibration_grid_file.h"
+#include "part_alignment/files/camera_file.h"
+#include "part_alignment/files/foreign_camera_file.h"
+#include "part_alignment/report/part_metrology_figures.h"
+#include "part_alignment/report/part_metrology_page.h"
+#include "part_alignment/report/part_metrology_text.h"
+
+namespace trammel::app {
+namespace {
+
+using part_alignment::CameraConvention;
+
+struct CalibrateArguments {
+  std::string grid;
+  std::string out;
+  std::string report;
+  bool json = false;
+  bool force = false;
+};
+
+int RunCalibrate(const CalibrateArguments& arguments) {
+  if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
+    return Report(free.error());
+  }
+  const auto file = files::ReadCalibrationGrid(arguments.grid);
+  if (!file) return Report(file.error());
+  const auto calibration = part_alignment::CalibrateCamera(file->grid, {});
+  if (!calibration) {
+    return Report({calibration.error().kind,
+                   fmt::format("{}: {}", arguments.grid, calibration.error().message)});
+  }
+  PrintAnswer(arguments.json, report::ToJson(*calibration), report::CalibrationText(*calibration));
+  const bool good = calibration->verdict == Verdict::kGood;
+  if (!arguments.report.empty()) {
+    std::vector<report::Figure> figures;
+    if (good) figures = report::CalibrationFigures(file->grid, *calibration);
+    const auto written = WriteMetrologyReport(
+        arguments.report, report::CalibrationPage(file->date, *calibration, figures), figures,
+        arguments.force);
+    if (!written) return Report(written.error());
+  }
+  if (!good) return kExitNotTrusted;
+  if (!arguments.out.empty()) {
+    const auto written =
+        files::WriteWholeFile(arguments.out, files::CalibratedCameraText(*calibration, file->date),
+                              files::ReplaceIf(arguments.force));
+    if (!written) return Report(written.error());
+  }
+  return kExitGood;
+}
+
+struct CameraArguments {
+  std::string file;
+  std::string out;
+  std::string model = "brown_ideal_to_distorted";
+  double pixel_pitch_mm = 0;
+  double most_error_px = 0.01;
+  bool force = false;
+};
+
+// A calibration is that of one model's parameters.
+Result<part_alignment::ConvertedCamera> ConvertOwn(
+    const files::CameraFile& own, const CameraArguments& arguments,
+    const part_alignment::ConvertOptions& options,
+    std::optional<part_alignment::CalibrationRecord>& calibration) {
+  if (arguments.pixel_pitch_mm != 0) {
+    return Fail("--pixel-pitch-mm is for other programs' files: this one has its own");
+  }
+  if (own.camera.convention == options.convention) {
+    calibration = own.calibration;
+  } else if (own.calibration) {
+    fmt::print(stderr,
+               "notice     the calibration's date, distances and covariance are those of the other "
+               "model and are left out: what is solved with this file states too little\n");
+  }
+  return part_alignment::ConvertConvention(own.camera, options);
+}
+
+Result<part_alignment::ConvertedCamera> Converted(
+    const CameraArguments& arguments,
+    std::optional<part_alignment::CalibrationRecord>& calibration) {
+  part_alignment::ConvertOptions options;
+  options.convention = arguments.model == "brown_measured_to_ideal"
+                           ? CameraConvention::kBrownMeasuredToIdeal
+                           : CameraConvention::kBrownIdealToDistorted;
+  options.most_error_px = arguments.most_error_px;
+  if (arguments.file == "table1") {
+    return part_alignment::ConvertConvention(part_alignment::TableOneCamera(), options);
+  }
+  // A camera file of our own is turned to the other convention.
+  if (const auto own = files::ReadCameraFile(arguments.file)) {
+    return ConvertOwn(*own, arguments, options, calibration);
+  }
+  const auto foreign = files::ReadForeignCameraFile(arguments.file);
+  if (!foreign) return tl::unexpected(foreign.error());
+  if (!(arguments.pixel_pitch_mm > 0)) {
+    return Fail(
+        "--pixel-pitch-mm is missing: other programs' files do not have it, and the focal "
+        "length in mm follows from it");
+  }
+  return part_alignment::FromOpenCv(*foreign, arguments.pixel_pitch_mm, options);
+}
+
+int RunCamera(const CameraArguments& arguments) {
+  if (!arguments.out.empty()) {
+    const auto free = RefuseToOverwrite({arguments.out}, arguments.force);
+    if (!free) return Report(free.error());
+  }
+  std::optional<part_alignment::CalibrationRecord> calibration;
+  const auto converted = Converted(arguments, calibration);
+  if (!converted) {
+    return Report({converted.error().kind,
+                   fmt::format("camera {}: {}", arguments.file, converted.error().message)});
+  }
+  fmt::print(stderr,
+             "the two cameras differ by at most {:.2g} px over the sensor ({:.2g} px root mean "
+             "square)\n",
+             converted->largest_error_px, converted->rms_error_px);
+  const std::string text = files::CameraFileText({converted->camera, calibration});
+  if (arguments.out.empty()) {
+    fmt::print("{}", text);
+    return kExitGood;
+  }
+  const auto written =
+      files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force));
+  return written ? static_cast<int>(kExitGood) : Report(written.error());
+}
+
+}  // namespace
+
+void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand(
+      "calibrate", "a camera from pictures of one target at known places before it");
+  const auto arguments = std::make_shared<CalibrateArguments>();
+  command->add_option("grid", arguments->grid, "GRID.json: places and pixels (docs/formats.md)")
+      ->required();
+  command->add_option("--out", arguments->out, "camera file to write, if the verdict is good");
+  command->add_option("--report", arguments->report, "folder for report.html and the figures");
+  command->add_flag("--json", arguments->json, "one JSON object instead of text");
+  command->add_flag("--force", arguments->force, "overwrite files");
+  command->callback([arguments, &exit_code] { exit_code = RunCalibrate(*arguments); });
+}
+
+void AddAlignCameraCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand(
+      "camera", "a camera file from OpenCV's or mrcal's, or with the distortion turned round");
+  const auto arguments = std::make_shared<CameraArguments>();
+  command
+      ->add_option("file", arguments->file,
+                   "OpenCV YAML, XML or JSON, mrcal .cameramodel, a camera file, or table1: the "
+                   "camera of the paper")
+      ->required();
+  command->add_option("--pixel-pitch-mm", arguments->pixel_pitch_mm, "of the sensor");
+  command->add_option("--model", arguments->model, "direction of the distortion's polynomial")
+      ->check(CLI::IsMember(
+          std::vector<std::string>{"brown_ideal_to_distorted", "brown_measured_to_ideal"}))
+      ->capture_default_str();
+  command->add_option("--most-error-px", arguments->most_error_px, "accepted over the sensor")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--out", arguments->out, "file to write instead of standard output");
+  command->add_flag("--force", arguments->force, "overwrite it");
+  command->callback([arguments, &exit_code] { exit_code = RunCamera(*arguments); });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,25 @@
+// The commands below `trammel align`.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace trammel::app {
+
+/// The whole group, below the program; each command stores its exit code (app/commands.h).
+void AddAlignCommands(CLI::App& cli, int& exit_code);
+
+/// Each hangs its command below `parent`.
+void AddAlignBudgetCommand(CLI::App& parent, int& exit_code);
+void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code);
+void AddAlignCameraCommand(CLI::App& parent, int& exit_code);
+void AddAlignFitCommand(CLI::App& parent, int& exit_code);
+void AddAlignStudyCommand(CLI::App& parent, int& exit_code);
+void AddAlignTargetsCommand(CLI::App& parent, int& exit_code);
+void AddAlignCorrectCommand(CLI::App& parent, int& exit_code);
+void AddAlignMeasureCommand(CLI::App& parent, int& exit_code);
+void AddAlignPlanCommand(CLI::App& parent, int& exit_code);
+void AddAlignSolveCommand(CLI::App& parent, int& exit_code);
+
+}  // namespace trammel::app

@@ -1,0 +1,309 @@
+// trammel align measure: drives through the planned views, takes and reads the pictures, solves,
+// and leaves a dated folder.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/number_range.h"
+#include "app/secrets.h"
+#include "part_alignment/commands/align_commands.h"
+#include "part_alignment/commands/align_record.h"
+#include "part_alignment/commands/align_report.h"
+#include "part_alignment/commands/linuxcnc_options.h"
+#include "part_alignment/commands/machine_boxes.h"
+#include "part_alignment/pose/disc_centres.h"
+#include "part_alignment/procedure/align_measure.h"
+#include "part_alignment/procedure/align_missing.h"
+#include "part_alignment/procedure/align_picture.h"
+#include "part_alignment/report/alignment_text.h"
+#include "part_alignment/views/plan_room.h"
+#include "session/name_stop.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+using procedure::MeasureOutcome;
+
+struct MeasureArguments {
+  std::string plan;
+  std::string source;
+  std::string out = ".";
+  int bits = 14;
+  std::string targets = "rings";
+  std::vector<int> marker_ids;
+  double feed_mm_min = 3000;
+  double settle_s = 0.5;
+  double disc_radius_mm = 0;
+  std::vector<double> normal = {0, 0, 1};
+  MachineBoxArguments boxes;
+  procedure::MeasureOptions options;
+  LinuxCncArguments linuxcnc;
+  bool no_correction = false;
+  bool json = false;
+};
+
+Result<part_alignment::Alignment> SolveOutcome(const MeasureArguments& arguments,
+                                               const MeasureOutcome& outcome,
+                                               files::AlignmentInput& input) {
+  const part_alignment::SolveOptions options = SolveOptionsOf(input);
+  // The diagonals of a square meet in its middle however it is tilted.
+  const bool squares = !arguments.options.squares.ids.empty();
+  if (arguments.no_correction || squares) {
+    return part_alignment::Solve(input.measurement, options);
+  }
+  const std::vector<double>& normal = arguments.normal;
+  return part_alignment::SolveByDiscs(options,
+                                      {{normal[0], normal[1], normal[2]}, arguments.disc_radius_mm},
+                                      outcome.discs, input.measurement);
+}
+
+int Finish(const MeasureArguments& arguments, files::AlignmentInput input,
+           const MeasureOutcome& outcome, AlignmentRecord& record) {
+  input.measurement = outcome.measurement;
+  auto alignment = SolveOutcome(arguments, outcome, input);
+  if (!alignment) return Report(record.Stopped(alignment.error(), outcome.notices));
+  alignment->notices.insert(alignment->notices.end(), outcome.notices.begin(),
+                            outcome.notices.end());
+  const auto missing = procedure::MissingTargets(outcome, *alignment);
+  alignment->notices.insert(alignment->notices.end(), missing.begin(), missing.end());
+  // Once more, where the centres have been corrected since.
+  if (auto kept = record.KeepObservations(input.measurement); !kept) return Report(kept.error());
+  const report::AlignmentOutput output = OutputOf(input, std::move(*alignment));
+  if (auto written = WriteAlignmentReport(record.folder(), output, record.pictures(), false);
+      !written) {
+    return Report(written.error());
+  }
+  std::fputs(report::ToJson(output).c_str(), stdout);
+  if (!arguments.json) {
+    fmt::print(stderr, "{}report     {}\n", report::AlignmentText(output),
+               record.folder().string());
+  }
+  return output.alignment.verdict == Verdict::kGood ? kExitGood : kExitNotTrusted;
+}
+
+// Where the spindle stands, which has to be still and turned as the plan says.
+Result<Eigen::Vector3d> StandsAt(machine::LinuxCnc& linuxcnc, bool c_axis,
+                                 const std::stop_token& stop) {
+  const auto state = linuxcnc.State(stop);
+  if (!state) return tl::unexpected(state.error());
+  if (!state->spindle_stopped) {
+    return Fail("the spindle turns; stop it: a camera is to sit in it", ErrorKind::kSafety);
+  }
+  constexpr double kOriented_deg = 0.01;
+  if (c_axis && std::abs(state->c_deg) > kOriented_deg) {
+    return Fail(fmt::format("the spindle's axis C stands at {:.4f} degrees, and the plan has it at "
+                            "0: turn it there",
+                            state->c_deg),
+                ErrorKind::kSafety);
+  }
+  return state->position_mm;
+}
+
+Result<void> CheckNormal(const std::vector<double>& normal) {
+  const double norm = std::hypot(normal[0], normal[1], normal[2]);
+  constexpr double kLeast = 1e-6;
+  if (norm >= kLeast && std::isfinite(norm)) return {};
+  return Fail(fmt::format("--normal {} is no direction", fmt::join(normal, ",")));
+}
+
+Result<void> ReadBoxes(const part_alignment::Camera& camera, MeasureArguments& arguments) {
+  procedure::RouteOptions& route = arguments.options.route;
+  auto obstacles = ObstaclesOf(arguments.boxes);
+  if (!obstacles) return tl::unexpected(obstacles.error());
+  route.obstacles = std::move(*obstacles);
+  if (!arguments.boxes.travel.empty()) route.travel = TravelOf(arguments.boxes);
+  route.camera_radius_mm = arguments.boxes.camera_radius_mm;
+  route.camera_below_mm = part_alignment::ToolLength(camera, arguments.boxes.camera_below_mm);
+  return {};
+}
+
+Result<std::unique_ptr<machine::LinuxCnc>> ConnectMachine(const MeasureArguments& arguments,
+                                                          const std::stop_token& stop) {
+  const auto address = ParseLinuxCnc(arguments.linuxcnc);
+  if (!address) return tl::unexpected(address.error());
+  auto linuxcnc = machine::LinuxCnc::Connect(*address, stop);
+  if (!linuxcnc) return linuxcnc;
+  // Before the camera is waited for: what forbids a motion is said at once.
+  if (auto ready = (*linuxcnc)->Prepare(true, stop); !ready) return tl::unexpected(ready.error());
+  return linuxcnc;
+}
+
+// What the targets may carry.
+Result<void> ReadBooks(MeasureArguments& arguments) {
+  if (arguments.targets == "aruco") {
+    auto squares = part_alignment::MakeSquareBook(arguments.marker_ids);
+    if (!squares) {
+      return Fail("--marker-ids: " + squares.error().message, squares.error().kind);
+    }
+    arguments.options.squares = std::move(*squares);
+    return {};
+  }
+  if (!arguments.marker_ids.empty()) {
+    return Fail("--marker-ids are of square markers: add --targets aruco");
+  }
+  auto book = part_alignment::MakeCodeBook(arguments.bits);
+  if (!book) return tl::unexpected(book.error());
+  arguments.options.book = std::move(*book);
+  return {};
+}
+
+int RunMeasure(MeasureArguments arguments) {
+  const Interrupt interrupt;
+  const std::stop_token stop = interrupt.token();
+  auto plan = files::ReadAlignmentFile(arguments.plan);
+  if (!plan) return Report(plan.error());
+  if (auto books = ReadBooks(arguments); !books) return Report(books.error());
+  if (auto read = ReadBoxes(plan->measurement.camera, arguments); !read) {
+    return Report(read.error());
+  }
+  if (auto sound = CheckNormal(arguments.normal); !sound) return Report(sound.error());
+  AlignmentRecord record(arguments.out, *plan);
+  if (auto fit = record.CheckPlace(); !fit) return Report(fit.error());
+  machine::CameraOptions camera;
+  camera.width_px = plan->measurement.camera.width_px;
+  camera.height_px = plan->measurement.camera.height_px;
+  const auto address = CameraAddressOf("--source", arguments.source);
+  if (!address) return Report(address.error());
+  const auto source = machine::OpenCamera(*address, camera, stop);
+  if (!source) return Report(procedure::NameStop(stop, source.error()));
+  procedure::StillPictures pictures(**source, arguments.settle_s);
+  procedure::MeasureShop shop;
+  shop.take_picture = [&] { return pictures.Take(stop); };
+  shop.keep_picture = [&](std::size_t view, const machine::CapturedFrame& picture) {
+    return record.KeepPicture(view, picture);
+  };
+  shop.keep_observations = [&](const part_alignment::Measurement& so_far) {
+    return record.KeepObservations(so_far);
+  };
+  shop.tell = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
+  std::unique_ptr<machine::LinuxCnc> linuxcnc;
+  if (!arguments.linuxcnc.address.empty()) {
+    auto connected = ConnectMachine(arguments, stop);
+    if (!connected) return Report(procedure::NameStop(stop, connected.error()));
+    linuxcnc = std::move(*connected);
+    shop.move_to = [&](const Eigen::Vector3d& mm) {
+      return linuxcnc->MoveTo(mm, arguments.feed_mm_min, stop);
+    };
+    shop.stands_at = [&] {
+      return StandsAt(*linuxcnc, arguments.linuxcnc.options.c_holds_spindle, stop);
+    };
+  }
+  auto outcome = procedure::MeasurePart(plan->measurement, arguments.options, shop);
+  if (!outcome) {
+    return Report(record.Stopped(procedure::NameStop(stop, outcome.error()), {}));
+  }
+  if (linuxcnc && arguments.options.route.obstacles.empty()) {
+    outcome->notices.push_back(
+        "no --obstacle was given: nothing but the safe height kept the camera clear");
+  }
+  if (!(*source)->live() && pictures.Take(stop)) {
+    outcome->notices.push_back(
+        "there are more pictures than views: were they taken by this plan, in this order?");
+  }
+  return Finish(arguments, std::move(*plan), *outcome, record);
+}
+
+void AddRoute(CLI::App& command, MeasureArguments& arguments) {
+  constexpr const char* kGroup = "Route";
+  procedure::RouteOptions& route = arguments.options.route;
+  CLI::Option* safe = command
+                          .add_option("--safe-z", route.safe_z_mm,
+                                      "machine Z of the spindle at which it may cross everywhere")
+                          ->check(NumberIn(-1e6, 1e6))
+                          ->group(kGroup);
+  command.get_option("--machine")->needs(safe);
+  command.add_option("--feed", arguments.feed_mm_min, "mm/min")
+      ->check(NumberIn(10.0, 1e5))
+      ->capture_default_str()
+      ->group(kGroup);
+  AddMachineBoxes(command, arguments.boxes);
+  for (const char* name : {"--travel", "--obstacle", "--camera-radius", "--camera-below"}) {
+    command.get_option(name)->group(kGroup);
+  }
+}
+
+void AddReading(CLI::App& command, MeasureArguments& arguments) {
+  constexpr const char* kGroup = "Pictures";
+  command
+      .add_option("--targets", arguments.targets,
+                  "rings, or aruco: square markers of the original ArUco dictionary")
+      ->check(CLI::IsMember(std::vector<std::string>{"rings", "aruco"}))
+      ->capture_default_str()
+      ->group(kGroup);
+  command
+      .add_option("--marker-ids", arguments.marker_ids,
+                  "of the square markers on the part, as in 5,6,7")
+      ->delimiter(',')
+      ->group(kGroup);
+  command.add_option("--bits", arguments.bits, "of the targets' rings")
+      ->check(CLI::IsMember(std::vector<int>{12, 14, 20}))
+      ->capture_default_str()
+      ->group(kGroup);
+  command
+      .add_option("--id-prefix", arguments.options.id_prefix,
+                  "before the number in the ids of the plan, as in T7")
+      ->group(kGroup);
+  command
+      .add_option("--extra-sigma-px", arguments.options.extra_sigma_px,
+                  "of a centre, beside what the detector states")
+      ->check(NumberIn(0.0, 10.0))
+      ->capture_default_str()
+      ->group(kGroup);
+  command
+      .add_option("--disc-radius", arguments.disc_radius_mm,
+                  "mm, of the targets' discs; without it as they look in the pictures")
+      ->check(NumberIn(0.0, 1000.0))
+      ->group(kGroup);
+  command
+      .add_flag("--no-correction", arguments.no_correction,
+                "leave the centres as they are found, not corrected for perspective")
+      ->group(kGroup);
+  command.add_option("--normal", arguments.normal, "of the targets, in the part's frame")
+      ->expected(3)
+      ->delimiter(',')
+      ->capture_default_str()
+      ->group(kGroup);
+  command
+      .add_option("--settle", arguments.settle_s,
+                  "s between standing and the picture; more than the camera is late by")
+      ->check(NumberIn(0.0, 60.0))
+      ->capture_default_str()
+      ->group(kGroup);
+}
+
+}  // namespace
+
+void AddAlignMeasureCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand(
+      "measure", "drive through the views, take and read the pictures, solve");
+  const auto arguments = std::make_shared<MeasureArguments>();
+  command
+      ->add_option("plan", arguments->plan,
+                   "as observations (docs/formats.md); what it observed is not looked at")
+      ->required();
+  command
+      ->add_option("--source", arguments->source,
+                   "the camera: a folder of pictures in the order of the views, /dev/videoN, "
+                   "aravis:ID, http://…")
+      ->required();
+  command->add_option("--out", arguments->out, "where the dated folder is made")
+      ->capture_default_str();
+  command->add_flag("--json", arguments->json, "no words on standard error at the end");
+  AddReading(*command, *arguments);
+  AddLinuxCncOptions(*command, "--machine", "HOST[:PORT] of linuxcncrsh; without it nothing moves",
+                     arguments->linuxcnc);
+  AddRoute(*command, *arguments);
+  command->callback([arguments, &exit_code] { exit_code = RunMeasure(*arguments); });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,138 @@
+// trammel align plan: the views to take, within the machine's travel and clear
+// of part and fixture.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/number_range.h"
+#include "app/output_files.h"
+#include "files/new_file.h"
+#include "part_alignment/commands/align_commands.h"
+#include "part_alignment/commands/machine_boxes.h"
+#include "part_alignment/files/alignment_file.h"
+#include "part_alignment/report/alignment_text.h"
+#include "part_alignment/views/view_plan.h"
+
+namespace trammel::app {
+namespace {
+
+using part_alignment::ViewPlan;
+
+struct PlanArguments {
+  std::string file;
+  std::vector<double> rough_mm;
+  std::vector<double> rough_mm_per_m = {0, 0, 0};
+  MachineBoxArguments boxes;
+  part_alignment::ViewPlanOptions options;
+  std::string out;
+  bool force = false;
+};
+
+// Says what a person has to know before driving.
+void Tell(const ViewPlan& plan) {
+  fmt::print(stderr, "verdict    {}\n", VerdictWords(plan.verdict));
+  if (!plan.reason.empty()) fmt::print(stderr, "reason     {}\n", plan.reason);
+  int number = 1;
+  for (const part_alignment::PlannedView& view : plan.views) {
+    fmt::print(stderr, "view {:<5} X {:9.2f}  Y {:9.2f}  Z {:9.2f}   {}: {}\n", number++,
+               view.spindle_mm.x(), view.spindle_mm.y(), view.spindle_mm.z(),
+               fmt::join(view.targets, ", "), view.why);
+  }
+  fmt::print(stderr, "{}", report::ObservabilityText(plan.observability, plan.reason));
+}
+
+int RunPlan(PlanArguments arguments) {
+  constexpr double kRadPerMmPerM = 1e-3;
+  if (!arguments.out.empty()) {
+    if (auto may = RefuseToOverwrite({arguments.out}, arguments.force); !may) {
+      return Report(may.error());
+    }
+  }
+  auto input = files::ReadAlignmentFile(arguments.file, 0);
+  if (!input) return Report(input.error());
+  auto obstacles = ObstaclesOf(arguments.boxes);
+  if (!obstacles) return Report(obstacles.error());
+  part_alignment::ViewPlanOptions& options = arguments.options;
+  options.unknowns = input->unknowns;
+  options.travel = TravelOf(arguments.boxes);
+  options.obstacles = std::move(*obstacles);
+  options.tool_radius_mm = arguments.boxes.camera_radius_mm;
+  options.tool_length_mm = arguments.boxes.camera_below_mm;
+  const std::vector<double>& mm = arguments.rough_mm;
+  const std::vector<double>& turn = arguments.rough_mm_per_m;
+  const geometry::Pose rough{
+      {mm[0], mm[1], mm[2]},
+      {turn[0] * kRadPerMmPerM, turn[1] * kRadPerMmPerM, turn[2] * kRadPerMmPerM}};
+  const auto plan = part_alignment::PlanViews(input->measurement.camera, input->measurement.targets,
+                                              rough, options);
+  if (!plan) return Report(plan.error());
+  input->measurement.views.clear();
+  input->pictures.clear();
+  for (const part_alignment::PlannedView& view : plan->views) {
+    input->measurement.views.push_back({view.spindle_mm, view.spindle_rotation, {}});
+  }
+  Tell(*plan);
+  // Views that do not do are no plan: nothing is written that measure would drive through.
+  if (plan->verdict != Verdict::kGood) return kExitNotTrusted;
+  const std::string text = files::AlignmentFileText(*input);
+  if (arguments.out.empty()) {
+    std::fputs(text.c_str(), stdout);
+  } else if (auto written =
+                 files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force));
+             !written) {
+    return Report(written.error());
+  }
+  return kExitGood;
+}
+
+}  // namespace
+
+void AddAlignPlanCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand("plan", "the views to take, each with its reason");
+  const auto arguments = std::make_shared<PlanArguments>();
+  part_alignment::ViewPlanOptions& options = arguments->options;
+  command
+      ->add_option("file", arguments->file,
+                   "camera, targets and unknowns, as observations have them; "
+                   "views are not looked at")
+      ->required();
+  command->add_option("--rough", arguments->rough_mm, "about where the part's origin is: X,Y,Z mm")
+      ->expected(3)
+      ->delimiter(',')
+      ->required();
+  command
+      ->add_option("--rough-angles", arguments->rough_mm_per_m,
+                   "about how the part is turned: alpha,beta,gamma in mm/m")
+      ->expected(3)
+      ->delimiter(',');
+  AddMachineBoxes(*command, arguments->boxes);
+  command->get_option("--travel")->required();
+  command->add_option("--distance", options.working_distance_mm, "from camera to target, mm")
+      ->check(NumberIn(20.0, 10000.0))
+      ->capture_default_str();
+  command->add_option("--sigma-px", options.sigma_px, "expected of a centre")
+      ->check(NumberIn(1e-4, 10.0))
+      ->capture_default_str();
+  command->add_option("--goal", options.weakest_goal_mm, "wanted of the weakest direction, mm")
+      ->check(NumberIn(1e-4, 10.0))
+      ->capture_default_str();
+  command
+      ->add_option("--clearance", options.clearance_mm,
+                   "kept between camera and obstacles, mm: for how roughly the place is known")
+      ->check(NumberIn(0.0, 1000.0))
+      ->capture_default_str();
+  command->add_option("--most-views", options.most_views)
+      ->check(CLI::Range(1, 200))
+      ->capture_default_str();
+  command->add_option("--out", arguments->out, "a file for align measure; else standard output");
+  command->add_flag("--force", arguments->force, "overwrite that file");
+  command->callback([arguments, &exit_code] { exit_code = RunPlan(*arguments); });
+}
+
+}  // namespace trammel::app

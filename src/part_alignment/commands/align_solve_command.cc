@@ -1,0 +1,161 @@
+// trammel align solve: observations of a part in, where it is and how the camera is clamped out.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/number_range.h"
+#include "base/random.h"
+#include "files/new_file.h"
+#include "part_alignment/commands/align_commands.h"
+#include "part_alignment/commands/align_outputs.h"
+#include "part_alignment/commands/align_report.h"
+#include "part_alignment/files/alignment_file.h"
+#include "part_alignment/pose/pose_uncertainty.h"
+#include "part_alignment/pose/solve.h"
+#include "part_alignment/report/alignment_json.h"
+#include "part_alignment/report/alignment_text.h"
+
+namespace trammel::app {
+namespace {
+
+struct SolveArguments {
+  std::string file;
+  std::string method = "ceres";
+  std::vector<std::string> unknowns;
+  bool not_robust = false;
+  int trials = 0;
+  std::uint64_t seed = 1;
+  bool force = false;
+  bool json = false;
+  std::string out;
+  std::string report;
+};
+
+// Those that are there; the others are drawn without.
+std::vector<std::filesystem::path> PicturesOf(const files::AlignmentInput& input,
+                                              const std::filesystem::path& file) {
+  std::vector<std::filesystem::path> pictures;
+  for (const std::string& name : input.pictures) {
+    const std::filesystem::path picture = name.empty() ? "" : file.parent_path() / name;
+    std::error_code error;
+    pictures.push_back(std::filesystem::is_regular_file(picture, error) ? picture : "");
+  }
+  return pictures;
+}
+
+// A simulation that cannot be is no reason to lose the answer.
+std::optional<part_alignment::MonteCarloUncertainty> Simulate(
+    const SolveArguments& arguments, const files::AlignmentInput& input,
+    const part_alignment::SolveOptions& options, part_alignment::Alignment& alignment) {
+  if (arguments.trials == 0 || alignment.verdict != Verdict::kGood) return std::nullopt;
+  Random random(arguments.seed);
+  auto simulated = part_alignment::SimulateAnswer(input.measurement, options, alignment,
+                                                  arguments.trials, random);
+  if (!simulated) {
+    alignment.notices.push_back("no simulation: " + simulated.error().message);
+    return std::nullopt;
+  }
+  if (auto notice = part_alignment::NoticeOfSimulation(alignment, *simulated)) {
+    alignment.notices.push_back(std::move(*notice));
+  }
+  return std::move(*simulated);
+}
+
+CLI::Validator NumberOfTrials() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        constexpr int kLeast = 100;
+        constexpr int kMost = 1'000'000;
+        int trials = -1;
+        const bool whole = CLI::detail::lexical_cast(text, trials);
+        if (whole && (trials == 0 || (trials >= kLeast && trials <= kMost))) return {};
+        return fmt::format("{} is neither 0 nor a whole number in {} … {}", text, kLeast, kMost);
+      },
+      "INT");
+}
+
+int RunSolve(const SolveArguments& arguments) {
+  if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
+    return Report(free.error());
+  }
+  auto input = files::ReadAlignmentFile(arguments.file);
+  if (!input) return Report(input.error());
+  if (!arguments.unknowns.empty()) {
+    const auto unknowns = files::ParseUnknowns(arguments.unknowns);
+    if (!unknowns) return Report({ErrorKind::kInput, "--unknowns " + unknowns.error().message});
+    input->unknowns = *unknowns;
+  }
+  part_alignment::SolveOptions options = SolveOptionsOf(*input);
+  options.robust = !arguments.not_robust;
+  options.method = arguments.method == "gauss_newton" ? part_alignment::SolveMethod::kGaussNewton
+                                                      : part_alignment::SolveMethod::kCeres;
+  auto alignment = part_alignment::Solve(input->measurement, options);
+  if (!alignment) {
+    return Report({alignment.error().kind, arguments.file + ": " + alignment.error().message});
+  }
+  auto simulated = Simulate(arguments, *input, options, *alignment);
+  report::AlignmentOutput output = OutputOf(*input, std::move(*alignment));
+  output.simulated = std::move(simulated);
+  const std::string json = report::ToJson(output);
+  if (!arguments.out.empty()) {
+    if (auto written =
+            files::WriteWholeFile(arguments.out, json, files::ReplaceIf(arguments.force));
+        !written) {
+      return Report(written.error());
+    }
+  }
+  if (!arguments.report.empty()) {
+    auto written = WriteAlignmentReport(arguments.report, output,
+                                        PicturesOf(*input, arguments.file), arguments.force);
+    if (!written) return Report(written.error());
+  }
+  std::fputs(json.c_str(), stdout);
+  if (!arguments.json) std::fputs(report::AlignmentText(output).c_str(), stderr);
+  return output.alignment.verdict == Verdict::kGood ? kExitGood : kExitNotTrusted;
+}
+
+}  // namespace
+
+void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command =
+      parent.add_subcommand("solve", "where the part is, and how the camera is clamped");
+  const auto arguments = std::make_shared<SolveArguments>();
+  command->add_option("file", arguments->file, "observations (docs/formats.md)")->required();
+  command->add_option("--method", arguments->method)
+      ->check(CLI::IsMember(std::vector<std::string>{"ceres", "gauss_newton"}))
+      ->capture_default_str();
+  command
+      ->add_option("--unknowns", arguments->unknowns,
+                   "instead of the file's: pose, clamp_angle, clamp_eccentricity, clamp_tilt, "
+                   "focal_length, camera_offset; with commas or blanks between them")
+      ->delimiter(',');
+  command->add_flag("--no-robust", arguments->not_robust, "leave no wrong target out");
+  command
+      ->add_option("--trials", arguments->trials,
+                   "of a simulation of this measurement, whose scatter is put beside what is "
+                   "stated: 100 to 1000000; 0: none")
+      ->capture_default_str();
+  command->get_option("--trials")->check(NumberOfTrials());
+  command->add_option("--seed", arguments->seed, "of the simulation")
+      ->check(SeedNumber())
+      ->capture_default_str();
+  command->add_flag("--json", arguments->json, "no words on standard error beside the JSON");
+  command->add_option("--out", arguments->out, "write the JSON to this file, too");
+  command->add_flag("--force", arguments->force, "overwrite that file, and the page");
+  command->add_option("--report", arguments->report,
+                      "a folder for a page with every view: what was found, projected and left "
+                      "over, on the pictures that the file names");
+  command->callback([arguments, &exit_code] { exit_code = RunSolve(*arguments); });
+}
+
+}  // namespace trammel::app

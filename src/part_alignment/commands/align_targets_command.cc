@@ -1,0 +1,215 @@
+// trammel align targets: pages of ring-coded targets or square markers to print.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/output_files.h"
+#include "files/new_file.h"
+#include "part_alignment/commands/align_commands.h"
+#include "part_alignment/report/target_pages.h"
+#include "part_alignment/targets/square_code.h"
+#include "part_alignment/targets/target_layout.h"
+#include "part_alignment/targets/target_sheet.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+using part_alignment::PlacedTarget;
+using part_alignment::PlanTargetSheet;
+using part_alignment::SheetRequest;
+using part_alignment::TargetSheet;
+
+struct AlignTargetsArguments {
+  SheetRequest request;
+  std::string kind = "rings";
+  std::string page = "a4";
+  std::string out = "targets.pdf";
+  std::string layout;
+  bool force = false;
+};
+
+Result<void> SetPage(const std::string& name, SheetRequest& request) {
+  if (name == "a4") return {};
+  const auto set = [&](double width_mm, double height_mm) -> Result<void> {
+    request.page_width_mm = width_mm;
+    request.page_height_mm = height_mm;
+    return {};
+  };
+  if (name == "a3") return set(297, 420);
+  if (name == "letter") return set(215.9, 279.4);
+  double width_mm = 0;
+  double height_mm = 0;
+  int read = 0;
+  if (std::sscanf(name.c_str(), "%lfx%lf%n", &width_mm, &height_mm, &read) == 2 &&
+      static_cast<std::size_t>(read) == name.size()) {
+    return set(width_mm, height_mm);
+  }
+  return Fail(fmt::format("--page {}: must be a4, a3, letter or WIDTHxHEIGHT in mm", name));
+}
+
+/// What was printed, for programs.
+std::string LayoutJson(const TargetSheet& sheet) {
+  const SheetRequest& request = sheet.request;
+  nlohmann::ordered_json json;
+  json["format"] = 1;
+  const bool squares = !request.marker_ids.empty();
+  if (squares) {
+    json["dictionary"] = "aruco_original";
+    json["side_mm"] = request.side_mm;
+  } else {
+    json["bits"] = request.bits;
+    json["radius_mm"] = request.radius_mm;
+    json["ring_inner_mm"] = part_alignment::kRingInner * request.radius_mm;
+    json["ring_outer_mm"] = part_alignment::kRingOuter * request.radius_mm;
+    json["bright"] = request.bright;
+  }
+  json["page_mm"] = {request.page_width_mm, request.page_height_mm};
+  json["scale_bar_mm"] = sheet.scale_bar.length_mm;
+  json["targets"] = nlohmann::ordered_json::array();
+  for (const PlacedTarget& target : sheet.targets) {
+    nlohmann::ordered_json entry;
+    const bool coded = squares || target.number > 0;
+    entry["number"] = coded ? nlohmann::ordered_json(target.number) : nullptr;
+    entry["word"] = coded ? nlohmann::ordered_json(target.word) : nullptr;
+    entry["page"] = target.page + 1;
+    entry["x_mm"] = target.x_mm;
+    entry["y_mm"] = target.y_mm;
+    json["targets"].push_back(std::move(entry));
+  }
+  return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+struct File {
+  fs::path path;
+  std::string bytes;
+};
+
+Result<std::vector<File>> DrawFiles(const AlignTargetsArguments& arguments,
+                                    const TargetSheet& sheet) {
+  const fs::path out = arguments.out;
+  std::vector<File> files;
+  if (out.extension() == ".pdf" && out.has_stem()) {
+    files.push_back({out, report::TargetPagesPdf(sheet)});
+  } else if (out.extension() == ".svg" && out.has_stem()) {
+    for (int page = 0; page < sheet.pages; ++page) {
+      const std::string name = sheet.pages == 1
+                                   ? out.filename().string()
+                                   : fmt::format("{}-{}.svg", out.stem().string(), page + 1);
+      files.push_back({out.parent_path() / name, report::TargetPageSvg(sheet, page)});
+    }
+  } else {
+    return Fail(fmt::format("--out {}: must end in .pdf or .svg", arguments.out));
+  }
+  if (!arguments.layout.empty()) files.push_back({arguments.layout, LayoutJson(sheet)});
+  return files;
+}
+
+/// Options that the kind of target has no use for are no wish that could be met.
+Result<void> CheckOptions(const CLI::App& command, const std::string& kind) {
+  const bool rings = kind == "rings";
+  const std::vector<std::string> unused =
+      rings ? std::vector<std::string>{"--marker-ids", "--side"}
+            : std::vector<std::string>{"--bits", "--radius", "--first", "--plain", "--bright"};
+  for (const std::string& name : unused) {
+    if (command.count(name) == 0) continue;
+    return Fail(fmt::format("{} is of {}: leave it out, or add --kind {}", name,
+                            rings ? "square markers" : "ring-coded targets",
+                            rings ? "aruco" : "rings"));
+  }
+  if (command.count("--marker-ids") > 0 && command.count("--count") > 0) {
+    return Fail("--count beside --marker-ids: leave out one of them");
+  }
+  return {};
+}
+
+Result<void> ChooseMarkers(AlignTargetsArguments& arguments) {
+  SheetRequest& request = arguments.request;
+  if (arguments.kind == "rings") return {};
+  if (!request.marker_ids.empty()) return {};
+  auto ids = part_alignment::DefaultSquareIds(request.count);
+  if (!ids) return Fail("--count: " + ids.error().message);
+  request.marker_ids = std::move(*ids);
+  return {};
+}
+
+void TellWhatIsPrinted(const TargetSheet& sheet) {
+  const SheetRequest& request = sheet.request;
+  const std::string pages = fmt::format("on {} page{}", sheet.pages, sheet.pages == 1 ? "" : "s");
+  if (request.marker_ids.empty()) {
+    fmt::print("targets    {} coded with {} bits, {} plain, {}\n", request.count, request.bits,
+               request.plain, pages);
+  } else {
+    fmt::print("markers    {} of the original ArUco dictionary {}: {}\n", request.marker_ids.size(),
+               pages, fmt::join(request.marker_ids, ","));
+  }
+  fmt::print("check      the scale bar must measure {:.0f} mm: print at 100 %\n",
+             sheet.scale_bar.length_mm);
+}
+
+Result<void> RunAlignTargets(AlignTargetsArguments arguments) {
+  if (auto done = ChooseMarkers(arguments); !done) return done;
+  if (auto done = SetPage(arguments.page, arguments.request); !done) return done;
+  const Result<TargetSheet> sheet = PlanTargetSheet(arguments.request);
+  if (!sheet) return tl::unexpected(sheet.error());
+  const Result<std::vector<File>> files = DrawFiles(arguments, *sheet);
+  if (!files) return tl::unexpected(files.error());
+  std::vector<fs::path> paths;
+  for (const File& file : *files) paths.push_back(file.path);
+  if (auto may = RefuseToOverwrite(paths, arguments.force); !may) return may;
+  for (const File& file : *files) {
+    if (auto done = files::WriteWholeFile(file.path, file.bytes, files::ReplaceIf(arguments.force));
+        !done)
+      return done;
+    fmt::print("wrote      {}\n", file.path.string());
+  }
+  TellWhatIsPrinted(*sheet);
+  return {};
+}
+
+}  // namespace
+
+void AddAlignTargetsCommand(CLI::App& parent, int& exit_code) {
+  auto arguments = std::make_shared<AlignTargetsArguments>();
+  SheetRequest& request = arguments->request;
+  CLI::App* command = parent.add_subcommand("targets", "pages of targets to print");
+  command->add_option("--kind", arguments->kind, "rings, or aruco: square markers")
+      ->check(CLI::IsMember(std::vector<std::string>{"rings", "aruco"}))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--marker-ids", request.marker_ids,
+          "of square markers, as in 5,6,7; without it as many as --count says, that go together")
+      ->delimiter(',');
+  command->add_option("--side", request.side_mm, "of square markers, mm")->capture_default_str();
+  command->add_option("--bits", request.bits, "of the code: 12 (16 targets), 14 (44) or 20 (1022)")
+      ->capture_default_str();
+  command->add_option("--radius", request.radius_mm, "of the disc, mm")->capture_default_str();
+  command->add_option("--count", request.count, "coded targets")->capture_default_str();
+  command->add_option("--first", request.first, "number of the first one")->capture_default_str();
+  command->add_option("--plain", request.plain, "plain discs")->capture_default_str();
+  command->add_flag("--bright", request.bright, "white on black, for retroreflective sheet");
+  command->add_option("--page", arguments->page, "a4, a3, letter or WIDTHxHEIGHT in mm")
+      ->capture_default_str();
+  command->add_option("-o,--out", arguments->out, ".pdf, or .svg (one file a page)")
+      ->capture_default_str();
+  command->add_option("--layout", arguments->layout, "JSON file: which target stands where");
+  command->add_flag("--force", arguments->force, "overwrite files");
+  command->callback([arguments, command, &exit_code] {
+    Result<void> done = CheckOptions(*command, arguments->kind);
+    if (done) done = RunAlignTargets(*arguments);
+    if (!done) exit_code = Report(done.error());
+  });
+}
+
+}  // namespace trammel::app

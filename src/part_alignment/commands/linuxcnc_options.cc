@@ -1,0 +1,56 @@
+#include "part_alignment/commands/linuxcnc_options.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <utility>
+
+#include "app/secrets.h"
+
+namespace trammel::app {
+
+void AddLinuxCncOptions(CLI::App& command, const std::string& option, const std::string& help,
+                        LinuxCncArguments& arguments) {
+  constexpr const char* kGroup = "LinuxCNC";
+  machine::LinuxCncOptions& options = arguments.options;
+  command.add_option(option, arguments.address, help)->group(kGroup);
+  command.add_option("--joints", options.joints, "joints that must be homed, from 0")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str()
+      ->group(kGroup);
+  command.add_flag("--c-axis", options.c_holds_spindle, "C is the spindle's axis and holds it")
+      ->group(kGroup);
+  command
+      .add_flag("--spindle-locked", options.spindle_locked_by_hand,
+                "you have stopped, oriented and locked the spindle")
+      ->group(kGroup);
+}
+
+Result<machine::LinuxCncOptions> ParseLinuxCnc(const LinuxCncArguments& arguments) {
+  machine::LinuxCncOptions options = arguments.options;
+  // Not among the words of the command, which everybody on the computer can read.
+  for (const auto& [name, password] :
+       {std::pair{"TRAMMEL_LINUXCNC_CONNECT_PASSWORD", &options.address.connect_password},
+        std::pair{"TRAMMEL_LINUXCNC_ENABLE_PASSWORD", &options.address.enable_password}}) {
+    if (std::string given = FromEnvironment(name); !given.empty()) *password = std::move(given);
+  }
+  const std::string& text = arguments.address;
+  const std::size_t colon = text.rfind(':');
+  options.address.host = text.substr(0, colon);
+  bool sound = !options.address.host.empty() && options.address.host.find(':') == std::string::npos;
+  if (colon != std::string::npos) {
+    const char* end = text.data() + text.size();
+    const auto read = std::from_chars(text.data() + colon + 1, end, options.address.port);
+    sound = sound && read.ec == std::errc() && read.ptr == end && options.address.port != 0;
+  }
+  if (!sound) {
+    return Fail(
+        fmt::format("{}: the address of linuxcncrsh is HOST or HOST:PORT, such as "
+                    "127.0.0.1:5007",
+                    text));
+  }
+  return options;
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,123 @@
+#include "part_alignment/files/alignment_result.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "files/json_object.h"
+
+namespace trammel::files {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kMostBytes = 100'000'000;
+constexpr double kMost_mm = 1e6;
+constexpr double kMost_rad = 2 * std::numbers::pi;
+
+Eigen::Vector3d Three(JsonObject& object, const char* key, double most) {
+  const auto numbers = object.Numbers(key, 3, 3, {-most, most});
+  if (numbers.size() != 3) return Eigen::Vector3d::Zero();
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+std::optional<Eigen::Vector3d> OptionalThree(JsonObject& object, const char* key, double most) {
+  if (object.Find(key) == nullptr) return std::nullopt;
+  return Three(object, key, most);
+}
+
+std::string Id(JsonObject& object) {
+  const json* value = object.Find("id");
+  if (value == nullptr) {
+    object.Fault("id", "is missing");
+    return {};
+  }
+  if (value->is_string()) return value->get<std::string>();
+  if (value->is_number_integer())
+    return value->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  object.Fault("id", fmt::format("is {}; it must be a whole number or a text", Show(*value)));
+  return {};
+}
+
+void ReadUncertainty(JsonObject& root, AlignmentResult& result) {
+  const json* value = root.Find("standard_uncertainty");
+  if (value == nullptr || value->is_null()) return;
+  JsonObject object = root.Inner(*value, "standard_uncertainty");
+  constexpr std::array kNames = {"x_mm", "y_mm", "z_mm", "alpha_rad", "beta_rad", "gamma_rad"};
+  Eigen::Matrix<double, 6, 1> sigma;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    sigma(static_cast<Eigen::Index>(i)) = object.Number(kNames[i], {0, kMost_mm});
+  }
+  if (const auto read = object.Faults(); !read) root.Adopt(read.error());
+  result.standard_uncertainty = sigma;
+}
+
+}  // namespace
+
+Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path) {
+  const auto parsed = ReadJsonFile(path, kMostBytes);
+  if (!parsed) return tl::unexpected(parsed.error());
+  JsonObject root(*parsed, path.string());
+  root.Integer("format", {1, 1});
+  const std::string verdict = root.Choice("verdict", {"good", "cannot_tell", "refused"});
+  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
+  if (verdict != "good") {
+    const json* reason = root.Find("reason");
+    return Fail(fmt::format("{}: nothing is corrected by a result whose verdict is {}: {}",
+                            path.string(), verdict,
+                            reason != nullptr && reason->is_string() ? reason->get<std::string>()
+                                                                     : "no reason given"),
+                ErrorKind::kMeasurement);
+  }
+  AlignmentResult result;
+  result.machine_from_part = {Three(root, "part_mm", kMost_mm),
+                              Three(root, "part_angles_rad", kMost_rad)};
+  ReadUncertainty(root, result);
+  const json* notices = root.OptionalList("notices", 0, 10'000);
+  for (const json& notice : notices != nullptr ? *notices : json::array()) {
+    if (notice.is_string()) result.notices.push_back(notice.get<std::string>());
+  }
+  const json* targets = root.OptionalList("targets", 0, 10'000);
+  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
+  for (const json& entry : targets != nullptr ? *targets : json::array()) {
+    JsonObject object = root.Inner(entry, fmt::format("targets[{}]", result.targets.size()));
+    part_alignment::PartTarget target{Id(object), Three(object, "ideal_mm", kMost_mm)};
+    if (auto read = object.Faults(); !read) return tl::unexpected(read.error());
+    result.targets.push_back(std::move(target));
+  }
+  return result;
+}
+
+Result<SupportsFile> ReadSupportsFile(const std::filesystem::path& path) {
+  const auto parsed = ReadJsonFile(path, kMostBytes);
+  if (!parsed) return tl::unexpected(parsed.error());
+  JsonObject root(*parsed, path.string());
+  root.Integer("format", {1, 1});
+  SupportsFile file;
+  constexpr std::size_t kMostSupports = 100;
+  for (const json& entry : root.List("supports", 1, kMostSupports)) {
+    JsonObject object = root.Inner(entry, fmt::format("supports[{}]", file.supports.size()));
+    part_alignment::Support support;
+    support.id = Id(object);
+    support.part_mm = Three(object, "part_mm", kMost_mm);
+    support.direction_machine = Three(object, "direction", kMost_mm);
+    const double length = support.direction_machine.norm();
+    constexpr double kLeastLength = 1e-6;
+    if (length < kLeastLength) object.Fault("direction", "has no length; give three numbers");
+    if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
+    support.direction_machine /= length;
+    file.supports.push_back(std::move(support));
+  }
+  if (const json* value = root.Find("ideal"); value != nullptr) {
+    JsonObject ideal = root.Inner(*value, "ideal");
+    file.ideal_angles_rad = OptionalThree(ideal, "angles_rad", kMost_rad);
+    file.ideal_translation_mm = OptionalThree(ideal, "translation_mm", kMost_mm);
+    if (auto read = ideal.Finish(); !read) return tl::unexpected(read.error());
+  }
+  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  return file;
+}
+
+}  // namespace trammel::files

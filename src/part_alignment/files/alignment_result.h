@@ -1,0 +1,37 @@
+// What `trammel align solve` found, and the supports of the fixture: what `align correct` reads.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "part_alignment/correction/part_correction.h"
+#include "part_alignment/pose/measurement.h"
+
+namespace trammel::files {
+
+struct AlignmentResult {
+  geometry::Pose machine_from_part;
+  std::vector<part_alignment::PartTarget> targets;
+  /// k = 1, of x, y, z (mm), alpha, beta, gamma (rad).
+  std::optional<Eigen::Matrix<double, 6, 1>> standard_uncertainty;
+  std::vector<std::string> notices;
+};
+
+/// Errors: kInput as for every file; kMeasurement where the verdict is not good, with its reason.
+[[nodiscard]] Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path);
+
+struct SupportsFile {
+  std::vector<part_alignment::Support> supports;
+  std::optional<Eigen::Vector3d> ideal_angles_rad;
+  std::optional<Eigen::Vector3d> ideal_translation_mm;
+};
+
+/// `{"format": 1, "supports": [{"id", "part_mm", "direction"}], "ideal": {"angles_rad",
+/// "translation_mm"}}`; directions of any length are made unit. Errors (kInput) name the place.
+[[nodiscard]] Result<SupportsFile> ReadSupportsFile(const std::filesystem::path& path);
+
+}  // namespace trammel::files

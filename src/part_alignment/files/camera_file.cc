@@ -1,0 +1,206 @@
+#include "part_alignment/files/camera_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "files/whole_file.h"
+
+namespace trammel::files {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using part_alignment::CalibrationRecord;
+using part_alignment::Camera;
+using part_alignment::CameraConvention;
+using part_alignment::CameraCovariance;
+using part_alignment::LooksAlong;
+
+constexpr const char* kMeasuredToIdeal = "brown_measured_to_ideal";
+constexpr const char* kIdealToDistorted = "brown_ideal_to_distorted";
+constexpr double kMostPixels = 100'000;  // along one side
+constexpr double kMostTaper_mm = 10'000;
+// An angle in degrees by mistake is mostly beyond this.
+constexpr double kMostAngle_rad = 2 * std::numbers::pi;
+constexpr double kMostDistance_mm = 1e6;
+
+void ReadTaper(JsonObject& object, Camera& camera) {
+  const nlohmann::json* value = object.Find("taper_from_camera");
+  if (value == nullptr) {
+    object.Fault("taper_from_camera", "is missing");
+    return;
+  }
+  JsonObject taper = object.Inner(*value, "taper_from_camera");
+  const auto mm = taper.Numbers("translation_mm", 3, 3, {-kMostTaper_mm, kMostTaper_mm});
+  const auto rad = taper.Numbers("angles_rad", 3, 3, {-kMostAngle_rad, kMostAngle_rad});
+  if (const auto read = taper.Finish(); !read) {
+    object.Adopt(read.error());
+    return;
+  }
+  camera.taper_from_camera.translation_mm = {mm[0], mm[1], mm[2]};
+  camera.taper_from_camera.angles_rad = {rad[0], rad[1], rad[2]};
+}
+
+bool IsDate(const std::string& text) {
+  constexpr std::string_view kShape = "0000-00-00";
+  return text.size() == kShape.size() &&
+         std::equal(text.begin(), text.end(), kShape.begin(), [](char c, char shape) {
+           return shape == '0' ? c >= '0' && c <= '9' : c == shape;
+         });
+}
+
+// Absent where the file has none, and after a fault.
+std::optional<CameraCovariance> ReadCovariance(JsonObject& object) {
+  constexpr std::size_t kSize = part_alignment::kCameraParameters;
+  const nlohmann::json* names = object.OptionalList("parameters", kSize, kSize);
+  const nlohmann::json* rows = object.OptionalList("covariance", kSize, kSize);
+  if (names == nullptr || rows == nullptr) {
+    if ((names == nullptr) != (rows == nullptr) && !object.failed()) {
+      object.Fault(names == nullptr ? "parameters" : "covariance",
+                   "is missing; parameters and covariance come together");
+    }
+    return std::nullopt;
+  }
+  CameraCovariance covariance;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    if ((*names)[i] != part_alignment::kCameraParameterNames[i]) {
+      object.Fault("parameters", fmt::format("has {} in place {}; it must be {}", Show((*names)[i]),
+                                             i, part_alignment::kCameraParameterNames[i]));
+      return std::nullopt;
+    }
+    const nlohmann::json& row = (*rows)[i];
+    const bool numbers =
+        row.is_array() && row.size() == kSize &&
+        std::all_of(row.begin(), row.end(), [](const auto& entry) { return entry.is_number(); });
+    if (!numbers) {
+      object.Fault("covariance", fmt::format("has no {} numbers in row {}", kSize, i));
+      return std::nullopt;
+    }
+    for (std::size_t k = 0; k < kSize; ++k) {
+      covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = row[k].get<double>();
+    }
+  }
+  if (const auto valid = part_alignment::Validate(covariance); !valid) {
+    object.Fault("covariance", "is none: " + valid.error().message);
+    return std::nullopt;
+  }
+  return covariance;
+}
+
+Json List(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+}  // namespace
+
+Camera ReadCamera(JsonObject& object) {
+  Camera camera;
+  const std::string model = object.Choice("model", {kMeasuredToIdeal, kIdealToDistorted});
+  camera.convention = model == kIdealToDistorted ? CameraConvention::kBrownIdealToDistorted
+                                                 : CameraConvention::kBrownMeasuredToIdeal;
+  const auto image_px = object.Numbers("image_px", 2, 2, {1, kMostPixels});
+  camera.pixel_pitch_mm = object.Number("pixel_pitch_mm", {1e-5, 1});
+  camera.focal_length_mm = object.Number("focal_length_mm", {1e-3, 1e5});
+  const auto offset_px =
+      object.Numbers("principal_point_offset_px", 2, 2, {-kMostPixels, kMostPixels});
+  camera.k1 = object.Number("k1", {-1e-3, 1e-3});
+  camera.k2 = object.Number("k2", {-1e-6, 1e-6});
+  camera.p1 = object.Number("p1", {-0.01, 0.01});
+  camera.p2 = object.Number("p2", {-0.01, 0.01});
+  ReadTaper(object, camera);
+  camera.looks_along =
+      object.Choice("looks_along", {"-z", "+z"}) == "+z" ? LooksAlong::kPlusZ : LooksAlong::kMinusZ;
+  if (object.failed()) return camera;
+  for (const double side_px : image_px) {
+    if (side_px != static_cast<int>(side_px)) {
+      object.Fault("image_px", fmt::format("has {}; it must be whole numbers of pixels", side_px));
+    }
+  }
+  camera.width_px = static_cast<int>(image_px[0]);
+  camera.height_px = static_cast<int>(image_px[1]);
+  camera.principal_point_offset_px = {offset_px[0], offset_px[1]};
+  return camera;
+}
+
+Json CameraJson(const Camera& camera) {
+  const bool measured = camera.convention == CameraConvention::kBrownMeasuredToIdeal;
+  const Eigen::Vector2d& offset_px = camera.principal_point_offset_px;
+  return {{"model", measured ? kMeasuredToIdeal : kIdealToDistorted},
+          {"image_px", Json::array({camera.width_px, camera.height_px})},
+          {"pixel_pitch_mm", camera.pixel_pitch_mm},
+          {"focal_length_mm", camera.focal_length_mm},
+          {"principal_point_offset_px", Json::array({offset_px.x(), offset_px.y()})},
+          {"k1", camera.k1},
+          {"k2", camera.k2},
+          {"p1", camera.p1},
+          {"p2", camera.p2},
+          {"taper_from_camera",
+           {{"translation_mm", List(camera.taper_from_camera.translation_mm)},
+            {"angles_rad", List(camera.taper_from_camera.angles_rad)}}},
+          {"looks_along", camera.looks_along == LooksAlong::kPlusZ ? "+z" : "-z"}};
+}
+
+Result<CalibrationRecord> ReadCalibration(JsonObject object) {
+  CalibrationRecord calibration;
+  calibration.date = object.Text("date");
+  if (!object.failed() && !IsDate(calibration.date)) {
+    object.Fault("date", fmt::format("is {}; it must be a date, such as \"2026-11-22\"",
+                                     Show(nlohmann::json(calibration.date))));
+  }
+  const auto range_mm = object.Numbers("distance_mm", 2, 2, {0, kMostDistance_mm});
+  if (!object.failed() && range_mm[0] >= range_mm[1]) {
+    object.Fault("distance_mm", fmt::format("is [{}, {}]; it must be the nearest and the farthest",
+                                            range_mm[0], range_mm[1]));
+  }
+  calibration.covariance = ReadCovariance(object);
+  if (const auto read = object.Finish(); !read) return tl::unexpected(read.error());
+  calibration.nearest_mm = range_mm[0];
+  calibration.farthest_mm = range_mm[1];
+  return calibration;
+}
+
+Json CalibrationJson(const CalibrationRecord& calibration) {
+  Json json = {{"date", calibration.date},
+               {"distance_mm", Json::array({calibration.nearest_mm, calibration.farthest_mm})}};
+  if (!calibration.covariance) return json;
+  json["parameters"] = part_alignment::kCameraParameterNames;
+  json["covariance"] = Json::array();
+  for (const auto& row : calibration.covariance->rowwise()) {
+    json["covariance"].push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  return json;
+}
+
+Result<CameraFile> ReadCameraFile(const std::filesystem::path& path) {
+  constexpr std::size_t kMostBytes = 1'000'000;
+  // Many programs keep a camera's parameters, each in a convention of its own.
+  constexpr const char* kConvert =
+      "cameras of OpenCV, ROS and mrcal become one by trammel align camera FILE --out camera.json";
+  const auto text = ReadWholeFile(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  const auto json = ParseJson(*text, path.string());
+  if (!json) return Fail(fmt::format("{} ({})", json.error().message, kConvert));
+  JsonObject root(*json, path.string());
+  const nlohmann::json* value = root.Find("camera");
+  if (value == nullptr) root.Fault("camera", fmt::format("is missing ({})", kConvert));
+  root.Integer("format", {1, 1});
+  const nlohmann::json* calibration = root.Find("calibration");
+  if (const auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  CameraFile file;
+  JsonObject object = root.Inner(*value, "camera");
+  file.camera = ReadCamera(object);
+  if (const auto read = object.Finish(); !read) return tl::unexpected(read.error());
+  if (calibration != nullptr) {
+    const auto read = ReadCalibration(root.Inner(*calibration, "calibration"));
+    if (!read) return tl::unexpected(read.error());
+    file.calibration = *read;
+  }
+  return file;
+}
+
+std::string CameraFileText(const CameraFile& file) {
+  Json json = {{"format", 1}, {"camera", CameraJson(file.camera)}};
+  if (file.calibration) json["calibration"] = CalibrationJson(*file.calibration);
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace trammel::files

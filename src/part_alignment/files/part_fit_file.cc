@@ -1,0 +1,222 @@
+#include "part_alignment/files/part_fit_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "files/json_object.h"
+#include "files/whole_file.h"
+
+namespace trammel::files {
+namespace {
+
+using part_alignment::IdealSurface;
+using part_alignment::MeasuredPoint;
+using part_alignment::SurfaceKind;
+
+constexpr double kMost_mm = 1e6;
+constexpr std::size_t kMostPoints = 100'000;
+constexpr std::size_t kMostBytes = 50'000'000;
+
+Eigen::Vector3d Three(JsonObject& object, const char* key, NumberRange range) {
+  const auto numbers = object.Numbers(key, 3, 3, range);
+  if (numbers.size() != 3) return Eigen::Vector3d::Zero();
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+// Ids may be written as numbers.
+std::string Id(JsonObject& object, const char* key) {
+  const nlohmann::json* value = object.Find(key);
+  if (value != nullptr && value->is_number_integer())
+    return value->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return object.Text(key);
+}
+
+Result<void> ReadSurfaces(JsonObject& root, PartFile& part) {
+  for (const nlohmann::json& entry : root.List("surfaces", 1, 10'000)) {
+    JsonObject object = root.Inner(entry, fmt::format("surfaces[{}]", part.surfaces.size()));
+    IdealSurface surface;
+    surface.id = Id(object, "id");
+    const std::string kind = object.Choice("kind", {"plane", "shaft", "bore"});
+    surface.kind = kind == "shaft"  ? SurfaceKind::kShaft
+                   : kind == "bore" ? SurfaceKind::kBore
+                                    : SurfaceKind::kPlane;
+    surface.middle_mm = Three(object, "middle_mm", {-kMost_mm, kMost_mm});
+    surface.direction = Three(object, "direction", {-kMost_mm, kMost_mm});
+    if (surface.kind != SurfaceKind::kPlane)
+      surface.radius_mm = object.Number("radius_mm", {0, kMost_mm});
+    surface.overstock_mm = object.Number("overstock_mm", {-kMost_mm, kMost_mm});
+    if (auto read = object.Finish(); !read) return read;
+    part.surfaces.push_back(std::move(surface));
+  }
+  return root.Faults();
+}
+
+Result<void> ReadBars(JsonObject& root, PartFile& part) {
+  const nlohmann::json* bars = root.OptionalList("scale_bars", 0, 1000);
+  if (bars == nullptr) return root.Faults();
+  for (const nlohmann::json& entry : *bars) {
+    JsonObject object = root.Inner(entry, fmt::format("scale_bars[{}]", part.bars.size()));
+    part_alignment::ScaleBar bar;
+    bar.from = Id(object, "from");
+    bar.to = Id(object, "to");
+    bar.length_mm = object.Number("length_mm", {0, kMost_mm});
+    bar.sigma_mm = object.Number("sigma_mm", {0, kMost_mm});
+    if (auto read = object.Finish(); !read) return read;
+    part.bars.push_back(std::move(bar));
+  }
+  return root.Faults();
+}
+
+std::vector<std::string_view> Cells(std::string_view line, char separator) {
+  std::vector<std::string_view> cells;
+  while (true) {
+    const std::size_t end = std::min(line.find(separator), line.size());
+    std::string_view cell = line.substr(0, end);
+    while (!cell.empty() && (cell.front() == ' ' || cell.front() == '"')) cell.remove_prefix(1);
+    while (!cell.empty() && (cell.back() == ' ' || cell.back() == '"' || cell.back() == '\r')) {
+      cell.remove_suffix(1);
+    }
+    cells.push_back(cell);
+    if (end == line.size()) return cells;
+    line.remove_prefix(end + 1);
+  }
+}
+
+constexpr std::array<std::string_view, 6> kColumns = {"id",   "x_mm",     "y_mm",
+                                                      "z_mm", "sigma_mm", "surface"};
+
+struct Header {
+  char separator = ',';
+  std::array<std::size_t, kColumns.size()> at{};
+  std::size_t cells = 0;
+};
+
+Result<Header> ReadHeader(std::string_view line, const std::string& where) {
+  Header header;
+  if (line.find(';') != std::string_view::npos) header.separator = ';';
+  if (line.find('\t') != std::string_view::npos) header.separator = '\t';
+  const auto cells = Cells(line, header.separator);
+  header.cells = cells.size();
+  for (std::size_t i = 0; i < kColumns.size(); ++i) {
+    const auto found = std::find(cells.begin(), cells.end(), kColumns[i]);
+    if (found == cells.end()) {
+      return Fail(fmt::format("{}: the column {} is missing; the first line must name {}", where,
+                              kColumns[i], fmt::join(kColumns, ", ")));
+    }
+    header.at[i] = static_cast<std::size_t>(found - cells.begin());
+  }
+  return header;
+}
+
+Result<MeasuredPoint> ReadRow(std::string_view line, const Header& header,
+                              const std::string& where) {
+  const auto cells = Cells(line, header.separator);
+  if (cells.size() != header.cells) {
+    return Fail(
+        fmt::format("{}: {} cells, the first line has {}", where, cells.size(), header.cells));
+  }
+  std::array<double, 4> numbers{};
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::string_view cell = cells[header.at[i + 1]];
+    const auto read = std::from_chars(cell.data(), cell.data() + cell.size(), numbers[i]);
+    if (read.ec != std::errc{} || read.ptr != cell.data() + cell.size() || cell.empty()) {
+      return Fail(fmt::format("{}: {} is \"{}\"; it must be a number (with a point)", where,
+                              kColumns[i + 1], cell.substr(0, 40)));
+    }
+  }
+  MeasuredPoint point;
+  point.id = std::string(cells[header.at[0]]);
+  point.at_mm = {numbers[0], numbers[1], numbers[2]};
+  point.sigma_mm = numbers[3];
+  point.surface = std::string(cells[header.at[5]]);
+  if (point.id.empty()) return Fail(fmt::format("{}: the id is empty", where));
+  return point;
+}
+
+Result<std::vector<MeasuredPoint>> PointsFromJson(std::string_view text, const std::string& file) {
+  const auto json = ParseJson(text, file);
+  if (!json) return tl::unexpected(json.error());
+  JsonObject root(*json, file);
+  root.Integer("format", {1, 1});
+  std::vector<MeasuredPoint> points;
+  for (const nlohmann::json& entry : root.List("points", 1, kMostPoints)) {
+    JsonObject object = root.Inner(entry, fmt::format("points[{}]", points.size()));
+    MeasuredPoint point;
+    point.id = Id(object, "id");
+    point.at_mm = Three(object, "at_mm", {-kMost_mm, kMost_mm});
+    point.sigma_mm = object.Number("sigma_mm", {1e-9, kMost_mm});
+    if (object.has("surface")) point.surface = Id(object, "surface");
+    if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
+    points.push_back(std::move(point));
+  }
+  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  return points;
+}
+
+}  // namespace
+
+Result<PartFile> ReadPartFile(const std::filesystem::path& path) {
+  const auto json = ReadJsonFile(path, kMostBytes);
+  if (!json) return tl::unexpected(json.error());
+  JsonObject root(*json, path.string());
+  root.Integer("format", {1, 1});
+  PartFile part;
+  part.options.least_overstock_mm = root.Number("least_overstock_mm", {-1000, 1000}, 0.0);
+  part.options.guard_sigmas = root.Number("guard_sigmas", {0, 10}, 2.0);
+  if (auto read = ReadSurfaces(root, part); !read) return tl::unexpected(read.error());
+  if (auto read = ReadBars(root, part); !read) return tl::unexpected(read.error());
+  if (const nlohmann::json* start = root.Find("start")) {
+    JsonObject object = root.Inner(*start, "start");
+    geometry::Pose pose;
+    pose.translation_mm = Three(object, "translation_mm", {-kMost_mm, kMost_mm});
+    constexpr double kTurn = 2 * std::numbers::pi;
+    pose.angles_rad = Three(object, "angles_rad", {-kTurn, kTurn});
+    if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
+    part.start = pose;
+  }
+  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  return part;
+}
+
+Result<std::vector<MeasuredPoint>> ParsePointTable(std::string_view text, const std::string& file) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // spreadsheets write a mark
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos) return Fail(fmt::format("{}: is empty", file));
+  if (text[first] == '{') return PointsFromJson(text, file);
+  std::vector<MeasuredPoint> points;
+  std::optional<Header> header;
+  std::size_t number = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::string_view line = text.substr(begin, end - begin);
+    begin = end + 1;
+    const std::string where = fmt::format("{}:{}", file, ++number);
+    if (line.find_first_not_of(" \t\r") == std::string_view::npos || line.front() == '#') continue;
+    if (!header) {
+      auto read = ReadHeader(line, where);
+      if (!read) return tl::unexpected(read.error());
+      header = *read;
+      continue;
+    }
+    auto point = ReadRow(line, *header, where);
+    if (!point) return tl::unexpected(point.error());
+    points.push_back(std::move(*point));
+    if (points.size() > kMostPoints) {
+      return Fail(fmt::format("{}: more than {} points", file, kMostPoints));
+    }
+  }
+  return points;
+}
+
+Result<std::vector<MeasuredPoint>> ReadPointTable(const std::filesystem::path& path) {
+  const auto text = ReadWholeFile(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  return ParsePointTable(*text, path.string());
+}
+
+}  // namespace trammel::files

@@ -1,0 +1,33 @@
+// What the fit of the ideal part reads: a table of measured points, and the part's surfaces.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "part_alignment/part_fit/part_fit.h"
+
+namespace trammel::files {
+
+struct PartFile {
+  std::vector<part_alignment::IdealSurface> surfaces;
+  std::vector<part_alignment::ScaleBar> bars;
+  std::optional<geometry::Pose> start;
+  part_alignment::PartFitOptions options;
+};
+
+/// PART.json (docs/formats.md). Errors (kInput) name file and place.
+[[nodiscard]] Result<PartFile> ReadPartFile(const std::filesystem::path& path);
+
+/// A table with the columns id, x_mm, y_mm, z_mm, sigma_mm and surface in any order, named in its
+/// first line; cells parted by commas, semicolons or tabs. Or JSON: {"format": 1, "points": [{"id",
+/// "at_mm", "sigma_mm", "surface"}]}. An empty surface is a coded target or a bar's end.
+/// Errors (kInput) name file and line: a column that is missing, a cell that is no number.
+[[nodiscard]] Result<std::vector<part_alignment::MeasuredPoint>> ReadPointTable(
+    const std::filesystem::path& path);
+[[nodiscard]] Result<std::vector<part_alignment::MeasuredPoint>> ParsePointTable(
+    std::string_view text, const std::string& file);
+
+}  // namespace trammel::files

@@ -1,0 +1,43 @@
+// Targets of a part with what is known of their coordinates: in observations, or a file of their
+// own.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "files/json_object.h"
+#include "part_alignment/pose/measurement.h"
+
+namespace trammel::files {
+
+struct TargetList {
+  std::vector<part_alignment::PartTarget> targets;
+  std::set<std::string> numeric_ids;  ///< those that stand in the file as numbers
+  /// Of all coordinates together, mm², x, y, z of each target in turn.
+  std::optional<Eigen::MatrixXd> covariance;
+  std::set<std::string> bar_ends;  ///< ends of scale bars, which need not be on the part
+};
+
+/// A text or a whole number, as text; empty after a fault.
+[[nodiscard]] std::string ReadTargetId(JsonObject& object, const char* key,
+                                       std::set<std::string>* numeric);
+
+/// The keys `targets` (1 … 10000), `targets_covariance_mm2` and `bar_ends` of an object.
+/// Errors (kInput) name the place: an id twice, a covariance that is none (solve_input.h).
+[[nodiscard]] Result<TargetList> ReadTargetList(JsonObject& object);
+
+/// What `trammel align fit` left, or any file with those keys. Errors: as of ReadTargetList;
+/// kMeasurement where it holds an answer that is not good.
+[[nodiscard]] Result<TargetList> ReadTargetFile(const std::filesystem::path& path);
+
+/// Leaves out the ends of scale bars but for those named.
+void DropBarEnds(const std::set<std::string>& kept, TargetList& list);
+
+[[nodiscard]] nlohmann::ordered_json TargetCovarianceJson(const Eigen::MatrixXd& covariance);
+
+}  // namespace trammel::files

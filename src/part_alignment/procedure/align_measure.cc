@@ -1,0 +1,256 @@
+#include "part_alignment/procedure/align_measure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "base/frame.h"
+#include "base/page.h"
+#include "part_alignment/targets/reject_words.h"
+#include "part_alignment/targets/square_lens.h"
+
+namespace trammel::procedure {
+namespace {
+
+using part_alignment::FoundTarget;
+using part_alignment::FoundTargets;
+using part_alignment::Measurement;
+using part_alignment::PartTarget;
+using part_alignment::RejectedTarget;
+using part_alignment::RejectReason;
+using part_alignment::View;
+
+// What an axis at rest may wander; ten times what it has to arrive within.
+constexpr double kStands_mm = 0.01;
+
+// Luma of BT.601 in 256ths; a grey camera's three equal channels come out as they were.
+Page Grey(const Frame& frame) {
+  Page page{frame.width, frame.height, 1, {}, {}, {}};
+  page.samples.resize(frame.bgr.size() / 3);
+  for (std::size_t i = 0; i < page.samples.size(); ++i) {
+    const std::uint8_t* pixel = &frame.bgr[3 * i];
+    page.samples[i] =
+        static_cast<std::uint8_t>((29 * pixel[0] + 150 * pixel[1] + 77 * pixel[2] + 128) >> 8U);
+  }
+  return page;
+}
+
+std::string IdOf(int number, const MeasureOptions& options) {
+  return options.id_prefix + std::to_string(number);
+}
+
+Result<std::set<std::string>> CheckIds(const Measurement& plan, const MeasureOptions& options) {
+  std::set<std::string> readable;
+  for (const int id : options.squares.ids) readable.insert(IdOf(id, options));
+  const bool rings = readable.empty();
+  for (std::size_t i = 1; rings && i <= options.book.words.size(); ++i) {
+    readable.insert(IdOf(static_cast<int>(i), options));
+  }
+  std::set<std::string> ids;
+  for (const PartTarget& target : plan.targets) {
+    if (!readable.contains(target.id) && !rings) {
+      return Fail(fmt::format(
+          "target {} of the plan is none of the markers {}: look at their ids and the prefix",
+          target.id, fmt::join(readable, ", ")));
+    }
+    if (!readable.contains(target.id)) {
+      return Fail(
+          fmt::format("target {} of the plan is none of the {}-bit book, whose ids are "
+                      "{} … {}: look at the bits and the prefix of the ids",
+                      target.id, options.book.bits, IdOf(1, options),
+                      IdOf(static_cast<int>(options.book.words.size()), options)));
+    }
+    ids.insert(target.id);
+  }
+  return ids;
+}
+
+// Centres as the lens shows the markers' middles; what bends their edges beside the lens makes them
+// as uncertain as it bends.
+void TakeOutLens(const part_alignment::Camera& camera, FoundTargets& found) {
+  constexpr double kPlain = 3;  // sigmas
+  for (FoundTarget& target : found.targets) {
+    const auto straight = part_alignment::Straighten(camera, *target.square);
+    if (!straight) continue;
+    target.disc.column_px = straight->centre.x;
+    target.disc.row_px = straight->centre.y;
+    if (std::abs(straight->bow_px) < kPlain * target.square->bow_sigma_px) continue;
+    target.sigma_column_px = std::hypot(target.sigma_column_px, straight->bow_px);
+    target.sigma_row_px = std::hypot(target.sigma_row_px, straight->bow_px);
+  }
+}
+
+Result<FoundTargets> ReadSquares(const PageView& picture, const part_alignment::Camera& camera,
+                                 const MeasureOptions& options,
+                                 part_alignment::SquareWorkspace& workspace) {
+  part_alignment::SquareFinderOptions finder = options.square_finder;
+  finder.mirrored = camera.looks_along == part_alignment::LooksAlong::kMinusZ;
+  auto found = part_alignment::FindSquares(picture, options.squares, finder, workspace);
+  if (found) TakeOutLens(camera, *found);
+  return found;
+}
+
+struct Workspaces {
+  part_alignment::FinderWorkspace rings;
+  part_alignment::SquareWorkspace squares;
+};
+
+Result<FoundTargets> Read(const machine::CapturedFrame& picture, const Measurement& plan,
+                          const MeasureOptions& options, Workspaces& workspaces) {
+  const auto frame = machine::DecodeFrame(picture);
+  if (!frame) return tl::unexpected(frame.error());
+  if (frame->width != plan.camera.width_px || frame->height != plan.camera.height_px) {
+    return Fail(
+        fmt::format("the picture has {} x {} px, the camera of the plan {} x {}", frame->width,
+                    frame->height, plan.camera.width_px, plan.camera.height_px),
+        ErrorKind::kMeasurement);
+  }
+  const Page grey = Grey(*frame);
+  if (!options.squares.ids.empty()) {
+    return ReadSquares(grey.view(), plan.camera, options, workspaces.squares);
+  }
+  part_alignment::FinderOptions finder = options.finder;
+  finder.mirrored = plan.camera.looks_along == part_alignment::LooksAlong::kMinusZ;
+  return part_alignment::FindTargets(grey.view(), options.book, finder, workspaces.rings);
+}
+
+// The others are said of scratches and stains as well, and by the dozen.
+bool TellsOfATarget(RejectReason reason) {
+  return reason == RejectReason::kMirrored || reason == RejectReason::kWrongCode ||
+         reason == RejectReason::kDoubled || reason == RejectReason::kSaturated;
+}
+
+void AddObservations(const FoundTargets& found, const std::set<std::string>& ids,
+                     const MeasureOptions& options, std::size_t number, MeasureOutcome& outcome) {
+  View& view = outcome.measurement.views[number];
+  for (const FoundTarget& target : found.targets) {
+    if (!target.number) continue;
+    const std::string id = IdOf(*target.number, options);
+    if (!ids.contains(id)) {
+      outcome.notices.push_back(
+          fmt::format("view {}: target {} is none of the part's and was left out", number + 1, id));
+      continue;
+    }
+    const double sigma_px =
+        std::hypot(std::max(target.sigma_column_px, target.sigma_row_px), options.extra_sigma_px);
+    view.observations.push_back({id, target.disc.column_px, target.disc.row_px, sigma_px});
+    outcome.discs[number].push_back(target.disc);
+  }
+  for (const RejectedTarget& rejected : found.rejected) {
+    if (!TellsOfATarget(rejected.reason)) continue;
+    outcome.notices.push_back(fmt::format(
+        "view {}: what looks like a target{} at column {:.0f}, row {:.0f} was rejected, because {}",
+        number + 1, rejected.number ? fmt::format(" {}", *rejected.number) : "", rejected.column_px,
+        rejected.row_px, part_alignment::WordsFor(rejected.reason)));
+  }
+  if (view.observations.empty()) {
+    outcome.notices.push_back(fmt::format("view {}: no target of the part was found", number + 1));
+  }
+}
+
+class Measuring {
+ public:
+  Measuring(const Measurement& plan, const MeasureOptions& options, const MeasureShop& shop)
+      : plan_(plan), options_(options), shop_(shop) {}
+
+  Result<MeasureOutcome> Run() {
+    auto ids = CheckIds(plan_, options_);
+    if (!ids) return tl::unexpected(ids.error());
+    ids_ = std::move(*ids);
+    outcome_.measurement = plan_;
+    for (View& view : outcome_.measurement.views) view.observations.clear();
+    outcome_.discs.resize(plan_.views.size());
+    const auto way = Way();
+    if (!way) return tl::unexpected(way.error());
+    for (const Waypoint& point : *way) {
+      if (shop_.move_to) {
+        if (auto moved = shop_.move_to(point.spindle_mm); !moved) {
+          return tl::unexpected(At(next_, moved.error()));
+        }
+      }
+      if (point.view < 0) continue;
+      const auto number = static_cast<std::size_t>(point.view);
+      if (auto taken = Take(number); !taken) return tl::unexpected(At(number, taken.error()));
+      next_ = number + 1;
+    }
+    const auto& views = outcome_.measurement.views;
+    if (std::all_of(views.begin(), views.end(),
+                    [](const View& view) { return view.observations.empty(); })) {
+      return Fail(
+          "no picture shows a target of the part: look at focus, light, the code book's bits and "
+          "the ids",
+          ErrorKind::kMeasurement);
+    }
+    return std::move(outcome_);
+  }
+
+ private:
+  [[nodiscard]] Error At(std::size_t number, const Error& error) const {
+    const bool back = number >= plan_.views.size();
+    return {error.kind, back ? "behind the last view: " + error.message
+                             : fmt::format("view {}: {}", number + 1, error.message)};
+  }
+
+  Result<std::vector<Waypoint>> Way() {
+    if (shop_.move_to) {
+      const auto start_mm = shop_.stands_at();
+      if (!start_mm) return tl::unexpected(start_mm.error());
+      return RouteThrough(*start_mm, plan_.views, options_.route);
+    }
+    std::vector<Waypoint> way;
+    for (const View& view : plan_.views) {
+      way.push_back({view.spindle_mm, static_cast<int>(way.size())});
+    }
+    return way;
+  }
+
+  Result<void> Take(std::size_t number) {
+    const auto picture = shop_.take_picture();
+    if (!picture) return tl::unexpected(picture.error());
+    if (auto kept = shop_.keep_picture(number, *picture); !kept) return kept;
+    if (auto stood = CheckStood(plan_.views[number]); !stood) return stood;
+    auto found = Read(*picture, plan_, options_, workspaces_);
+    if (!found) return tl::unexpected(found.error());
+    AddObservations(*found, ids_, options_, number, outcome_);
+    outcome_.found.push_back(std::move(*found));
+    Measurement so_far = outcome_.measurement;
+    so_far.views.resize(number + 1);
+    if (auto kept = shop_.keep_observations(so_far); !kept) return kept;
+    shop_.tell(fmt::format("view {} of {}: {} targets", number + 1, plan_.views.size(),
+                           outcome_.measurement.views[number].observations.size()));
+    return {};
+  }
+
+  // Only now is it known where the spindle was while the light came in.
+  Result<void> CheckStood(const View& view) {
+    if (!shop_.move_to) return {};
+    const auto at_mm = shop_.stands_at();
+    if (!at_mm) return tl::unexpected(at_mm.error());
+    const double off_mm = (*at_mm - view.spindle_mm).norm();
+    if (off_mm <= kStands_mm) return {};
+    return Fail(fmt::format("the spindle moved by {:.3f} mm while the picture was taken; does "
+                            "somebody else drive the machine?",
+                            off_mm),
+                ErrorKind::kMachine);
+  }
+
+  const Measurement& plan_;
+  const MeasureOptions& options_;
+  const MeasureShop& shop_;
+  std::set<std::string> ids_;
+  Workspaces workspaces_;
+  MeasureOutcome outcome_;
+  std::size_t next_ = 0;  ///< view, that is driven to
+};
+
+}  // namespace
+
+Result<MeasureOutcome> MeasurePart(const Measurement& plan, const MeasureOptions& options,
+                                   const MeasureShop& shop) {
+  return Measuring(plan, options, shop).Run();
+}
+
+}  // namespace trammel::procedure

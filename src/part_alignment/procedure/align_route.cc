@@ -1,0 +1,169 @@
+#include "part_alignment/procedure/align_route.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+namespace trammel::procedure {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using part_alignment::MachineBox;
+
+std::string At(const Vector3d& mm) {
+  return fmt::format("X {:.1f} Y {:.1f} Z {:.1f}", mm.x(), mm.y(), mm.z());
+}
+
+// How near a straight way comes to a rectangle, seen from above.
+double DistanceFromAbove(const Vector2d& from, const Vector2d& to, const MachineBox& box) {
+  const auto outside = [&box](const Vector2d& at) {
+    const Vector2d low = (box.low_mm.head<2>() - at).cwiseMax(0);
+    const Vector2d high = (at - box.high_mm.head<2>()).cwiseMax(0);
+    return (low + high).norm();
+  };
+  // The distance to a convex set is convex along the way: narrow its minimum down.
+  double lo = 0;
+  double hi = 1;
+  constexpr int kSteps = 100;
+  for (int i = 0; i < kSteps; ++i) {
+    const double a = lo + (hi - lo) / 3;
+    const double b = hi - (hi - lo) / 3;
+    if (outside(from + a * (to - from)) < outside(from + b * (to - from))) {
+      hi = b;
+    } else {
+      lo = a;
+    }
+  }
+  return outside(from + (lo + hi) / 2 * (to - from));
+}
+
+// The obstacle that is touched between two places, from 1.
+std::optional<std::size_t> Touched(const Vector3d& from, const Vector3d& to,
+                                   const RouteOptions& options) {
+  const double lowest_mm = std::min(from.z(), to.z()) - options.camera_below_mm;
+  for (std::size_t i = 0; i < options.obstacles.size(); ++i) {
+    const MachineBox& box = options.obstacles[i];
+    if (lowest_mm > box.high_mm.z()) continue;
+    if (DistanceFromAbove(from.head<2>(), to.head<2>(), box) <= options.camera_radius_mm) {
+      return i + 1;
+    }
+  }
+  return std::nullopt;
+}
+
+Result<void> CheckOptions(const Vector3d& start_mm, const RouteOptions& options) {
+  if (!start_mm.allFinite() || !std::isfinite(options.safe_z_mm) ||
+      !(options.camera_radius_mm >= 0) || !std::isfinite(options.camera_below_mm)) {
+    return Fail("the safe height, the camera's size or the spindle's place is not a number");
+  }
+  // Compared with a view, one that is not a number would never be passed.
+  if (!(options.travel.low_mm.array() <= options.travel.high_mm.array()).all()) {
+    return Fail(fmt::format("the travel reaches from {} to {}: give its least and then its most "
+                            "coordinates",
+                            At(options.travel.low_mm), At(options.travel.high_mm)),
+                ErrorKind::kSafety);
+  }
+  if (options.safe_z_mm < options.travel.low_mm.z() ||
+      options.safe_z_mm > options.travel.high_mm.z()) {
+    return Fail(
+        fmt::format("the safe height {:.1f} lies outside the travel, {:.1f} … {:.1f} mm",
+                    options.safe_z_mm, options.travel.low_mm.z(), options.travel.high_mm.z()),
+        ErrorKind::kSafety);
+  }
+  constexpr double kOvershoot_mm = 0.01;  // of an axis that stands at its limit
+  if ((start_mm.array() < options.travel.low_mm.array() - kOvershoot_mm).any() ||
+      (start_mm.array() > options.travel.high_mm.array() + kOvershoot_mm).any()) {
+    return Fail(fmt::format("the spindle stands at X {:.6g} Y {:.6g} Z {:.6g}, outside the travel "
+                            "from {} to {}: drive it back, or look at the controller's scales",
+                            start_mm.x(), start_mm.y(), start_mm.z(), At(options.travel.low_mm),
+                            At(options.travel.high_mm)),
+                ErrorKind::kSafety);
+  }
+  for (const MachineBox& box : options.obstacles) {
+    if (!box.low_mm.allFinite() || !box.high_mm.allFinite() ||
+        (box.low_mm.array() > box.high_mm.array()).any()) {
+      return Fail(
+          fmt::format("an obstacle reaches from {} to {}: give its least and then its most "
+                      "coordinates",
+                      At(box.low_mm), At(box.high_mm)));
+    }
+  }
+  return {};
+}
+
+Result<void> CheckView(const part_alignment::View& view, std::size_t number,
+                       const RouteOptions& options) {
+  constexpr double kTurned = 1e-9;
+  if (!view.spindle_mm.allFinite()) {
+    return Fail(fmt::format("view {} has a place that is not a number", number + 1));
+  }
+  if ((view.spindle_rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > kTurned) {
+    return Fail(fmt::format("view {} turns the spindle; only X, Y and Z are driven: take that "
+                            "picture by hand",
+                            number + 1),
+                ErrorKind::kSafety);
+  }
+  if ((view.spindle_mm.array() < options.travel.low_mm.array()).any() ||
+      (view.spindle_mm.array() > options.travel.high_mm.array()).any()) {
+    return Fail(
+        fmt::format("view {} at {} lies outside the travel", number + 1, At(view.spindle_mm)),
+        ErrorKind::kSafety);
+  }
+  if (view.spindle_mm.z() > options.safe_z_mm) {
+    return Fail(fmt::format("view {} at {} lies above the safe height {:.1f}", number + 1,
+                            At(view.spindle_mm), options.safe_z_mm),
+                ErrorKind::kSafety);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::vector<Waypoint>> RouteThrough(const Vector3d& start_mm,
+                                           const std::vector<part_alignment::View>& views,
+                                           const RouteOptions& options) {
+  if (auto checked = CheckOptions(start_mm, options); !checked) {
+    return tl::unexpected(checked.error());
+  }
+  std::vector<Waypoint> way;
+  Vector3d at = start_mm;
+  const auto go = [&](const Vector3d& to, int view) -> Result<void> {
+    // The first move is up and away from wherever the spindle was left.
+    const bool up = to.head<2>() == at.head<2>() && to.z() >= at.z();
+    if (const auto touched = up ? std::nullopt : Touched(at, to, options)) {
+      return Fail(
+          fmt::format("the way from {} to {} comes too near to obstacle {} (camera: radius "
+                      "{:.0f} mm, {:.0f} mm below the spindle); raise the safe height or "
+                      "move the view",
+                      At(at), At(to), *touched, options.camera_radius_mm, options.camera_below_mm),
+          ErrorKind::kSafety);
+    }
+    at = to;
+    way.push_back({to, view});
+    return {};
+  };
+  const auto above = [&options](const Vector3d& mm) {
+    return Vector3d(mm.x(), mm.y(), options.safe_z_mm);
+  };
+  if (start_mm.z() < options.safe_z_mm) {
+    if (auto gone = go(above(start_mm), -1); !gone) return tl::unexpected(gone.error());
+  }
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (auto checked = CheckView(views[i], i, options); !checked) {
+      return tl::unexpected(checked.error());
+    }
+    const Vector3d& place = views[i].spindle_mm;
+    const Vector3d across(place.x(), place.y(), std::max(at.z(), options.safe_z_mm));
+    for (const auto& [to, view] : {std::pair{across, -1}, std::pair{place, static_cast<int>(i)},
+                                   std::pair{above(place), -1}}) {
+      if (auto gone = go(to, view); !gone) return tl::unexpected(gone.error());
+    }
+  }
+  return way;
+}
+
+}  // namespace trammel::procedure

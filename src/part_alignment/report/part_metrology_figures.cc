@@ -1,0 +1,181 @@
+#include "part_alignment/report/part_metrology_figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "document/plot.h"
+#include "document/scale_key.h"
+#include "part_alignment/camera/calibrate_uncertainty.h"
+
+namespace trammel::report {
+namespace {
+
+using part_alignment::CameraCalibration;
+using part_alignment::GridMeasurement;
+using part_alignment::SensorUncertainty;
+
+Canvas DrawMap(const CameraCalibration& calibration, double distance_mm, double width_px) {
+  constexpr int kColumns = 54;
+  constexpr int kRows = 40;
+  const bool broad = width_px >= kFigureWidthPx;
+  const double tall_px = broad ? 500 : 320;
+  const SensorUncertainty map = part_alignment::UncertaintyOverSensor(
+      calibration.camera, calibration.covariance, distance_mm, kColumns, kRows);
+  const Grid grid{kColumns, kRows, map.sigma_px};
+  const Range range = RangeOf(map.sigma_px);
+  Canvas canvas(width_px, tall_px);
+  const part_alignment::Camera& camera = calibration.camera;
+  const double columns_px = camera.width_px - 1;
+  const double height_px = camera.height_px - 1;
+  const double bar_px = 110;
+  // Rows run down: the axis is drawn from the last row at the bottom to the first on top.
+  Plot plot(canvas, {6, 6, width_px - bar_px - 12, tall_px - 10},
+            {"column (px)", {0, columns_px}, broad ? 6 : 3},
+            {"row (px), downwards", {-height_px, 0}, 6, false},
+            fmt::format("Projection uncertainty at {:.0f} mm", distance_mm));
+  canvas.Image(ColorGrid(grid, range).view(), plot.inner());
+  const RectPx& inner = plot.inner();
+  DrawColorBar(canvas, {inner.right() + 24, inner.y, 18, inner.height}, range, "1 σ (px)");
+  return canvas;
+}
+
+Figure MapFigure(const CameraCalibration& calibration, double distance_mm) {
+  Figure figure{
+      "projection-uncertainty",
+      "How far off the calibration may foretell a pixel, along the worse direction (k = 1), for "
+      "points at this distance from the camera. First row on top. Where it is larger than the "
+      "sigma of a target's centre, the calibration limits the measurement.",
+      DrawMap(calibration, distance_mm, kFigureWidthPx)};
+  figure.seen = fmt::format(
+      "Map over the sensor of the uncertainty of a foretold pixel, {:.0f} mm from the camera.",
+      distance_mm);
+  figure.narrow = DrawMap(calibration, distance_mm, kNarrowWidthPx);
+  return figure;
+}
+
+Canvas DrawDistance(const CameraCalibration& calibration, double width_px) {
+  constexpr double kHeightPx = 560;
+  const double far_mm = 1.25 * calibration.farthest_mm;
+  const double near_mm = std::min(100.0, 0.3 * calibration.nearest_mm);
+  std::vector<DataPoint> middle;
+  std::vector<DataPoint> corner;
+  constexpr int kSteps = 60;
+  double top_px = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double distance_mm = near_mm * std::pow(far_mm / near_mm, i / double{kSteps});
+    const SensorUncertainty map = part_alignment::UncertaintyOverSensor(
+        calibration.camera, calibration.covariance, distance_mm, 3, 3);
+    double worst_px = 0;
+    for (const std::size_t at : {0U, 2U, 6U, 8U}) worst_px = std::fmax(worst_px, map.sigma_px[at]);
+    middle.push_back({distance_mm, map.sigma_px[4]});
+    corner.push_back({distance_mm, worst_px});
+    if (distance_mm > 0.6 * calibration.nearest_mm) top_px = std::max(top_px, worst_px);
+  }
+  const LegendEntry legend[] = {
+      {"worst corner", LegendEntry::Mark::kLine, {.color = kVermilion}},
+      {"middle of the picture", LegendEntry::Mark::kLine, {.color = kBlue}},
+      {"calibrated range", LegendEntry::Mark::kPatch, {.color = kGrid}}};
+  Canvas canvas(width_px, kHeightPx);
+  const double top = 8 + DrawLegend(canvas, {12, 20}, width_px - 24, legend);
+  const double half = (kHeightPx - top) / 2;
+  const Axis distance{
+      "distance from the camera (mm)", {0, far_mm}, width_px < kFigureWidthPx ? 4 : 8};
+  Plot upper(canvas, {6, top, width_px - 12, half - 12}, distance,
+             {"1 σ (px)", {0, 1.1 * top_px + 1e-12}}, "Projection uncertainty");
+  upper.ShadeX({calibration.nearest_mm, calibration.farthest_mm}, kGrid);
+  upper.Line(corner, {.color = kVermilion});
+  upper.Line(middle, {.color = kBlue});
+  double most = 1.5;
+  for (const auto& plane : calibration.cross_validation) most = std::max(most, plane.rms_sigma);
+  Plot lower(canvas, {6, top + half, width_px - 12, half - 4}, distance,
+             {"error / expected", {0, 1.1 * most}}, "Each plane, foretold by the others");
+  lower.HorizontalLine(1, {.color = kMuted, .width_px = 1, .dash_px = {5, 4}});
+  for (const auto& plane : calibration.cross_validation) {
+    lower.Dot({plane.distance_mm, plane.rms_sigma}, 4, kBlue);
+  }
+  return canvas;
+}
+
+Figure DistanceFigure(const CameraCalibration& calibration) {
+  Figure figure{
+      "distance",
+      "Above: uncertainty of a foretold pixel against distance; outside the grey range it is "
+      "extrapolated. Below: each plane of the grid left out of the fit, and how far off the rest "
+      "foretells it, in units of what both uncertainties let expect. Near 1 is sound; a rise "
+      "towards one end speaks of a lens model that does not hold, a single high plane of wrong "
+      "places.",
+      DrawDistance(calibration, kFigureWidthPx)};
+  figure.seen =
+      "Two plots against the distance from the camera: the uncertainty of a foretold pixel, and "
+      "the error of each plane foretold by the others.";
+  figure.narrow = DrawDistance(calibration, kNarrowWidthPx);
+  return figure;
+}
+
+Canvas DrawResidual(const GridMeasurement& grid, const CameraCalibration& calibration,
+                    double width_px) {
+  const bool broad = width_px >= kFigureWidthPx;
+  const double tall_px = broad ? 540 : 340;
+  constexpr double kKeyPx = 24;
+  const double columns_px = calibration.camera.width_px - 1;
+  const double height_px = calibration.camera.height_px - 1;
+  Canvas canvas(width_px, tall_px);
+  // Room for the arrows of places at the picture's edge.
+  constexpr double kRoom = 0.03;
+  const Range columns = Padded({0, columns_px}, kRoom);
+  const Range rows = Padded({-height_px, 0}, kRoom);
+  // Arrows of the root mean square are a 40th of the picture's width long.
+  const double enlarged = columns_px / 40 / std::max(calibration.residual_rms_px, 1e-12);
+  Plot plot(canvas, {6, 6 + kKeyPx, width_px - 12, tall_px - kKeyPx - 10},
+            {"column (px)", columns, broad ? 6 : 3}, {"row (px), downwards", rows, 6, false},
+            fmt::format("Residuals: {:.3g} px root mean square", calibration.residual_rms_px));
+  const DataPoint edge[] = {
+      {0, 0}, {columns_px, 0}, {columns_px, -height_px}, {0, -height_px}, {0, 0}};
+  plot.Line(edge, {.color = kMuted, .width_px = 0.8});
+  for (std::size_t i = 0; i < grid.views.size(); ++i) {
+    const auto& view = grid.views[i];
+    const auto& residual = calibration.residuals[i];
+    const Color color = residual.used ? kBlue : kVermilion;
+    const DataPoint line[] = {{view.column_px, -view.row_px},
+                              {view.column_px + enlarged * residual.column_px,
+                               -view.row_px - enlarged * residual.row_px}};
+    plot.Line(line, {.color = color, .width_px = 1});
+    plot.Dot(line[0], residual.used ? 1.6 : 4, color);
+  }
+  constexpr double kLongestKeyPx = 80;
+  constexpr double kBaselinePx = 20;
+  const double end =
+      DrawScaleKey(canvas, {plot.inner().x, kBaselinePx}, enlarged * (plot.X(1) - plot.X(0)),
+                   kLongestKeyPx, "px", {.color = kBlue, .width_px = 1.5});
+  canvas.Text({end + 8, kBaselinePx}, "of residual", {.size_px = 12});
+  return canvas;
+}
+
+Figure ResidualFigure(const GridMeasurement& grid, const CameraCalibration& calibration) {
+  Figure figure{
+      "residuals",
+      "Each dot is a measured place, its line runs the way and as far as measured less projected. "
+      "Orange: left out. Lines that turn together in one part of the picture speak of a lens "
+      "model that does not hold there.",
+      DrawResidual(grid, calibration, kFigureWidthPx)};
+  figure.seen =
+      fmt::format("Residuals of {} places as arrows over the picture, {:.3g} px root mean square.",
+                  grid.views.size(), calibration.residual_rms_px);
+  figure.narrow = DrawResidual(grid, calibration, kNarrowWidthPx);
+  return figure;
+}
+
+}  // namespace
+
+std::vector<Figure> CalibrationFigures(const GridMeasurement& grid,
+                                       const CameraCalibration& calibration) {
+  std::vector<Figure> figures;
+  figures.push_back(MapFigure(calibration, (calibration.nearest_mm + calibration.farthest_mm) / 2));
+  figures.push_back(DistanceFigure(calibration));
+  figures.push_back(ResidualFigure(grid, calibration));
+  return figures;
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,259 @@
+#include "part_alignment/report/part_metrology_text.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "document/interval_text.h"
+#include "document/json_number.h"
+
+namespace trammel::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using part_alignment::AxisBudget;
+using part_alignment::Budget;
+using part_alignment::CameraCalibration;
+using part_alignment::kCameraParameters;
+using part_alignment::PartFit;
+using part_alignment::PartFitInput;
+
+Json List(const Eigen::Vector3d& v) {
+  return Json::array({Number(v.x()), Number(v.y()), Number(v.z())});
+}
+
+Json Matrix(const Eigen::MatrixXd& m) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < m.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index k = 0; k < m.cols(); ++k) row.push_back(Number(m(i, k)));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::string Ended(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+const char* ParameterName(int i) {
+  return part_alignment::kCameraParameterNames[static_cast<std::size_t>(i)];
+}
+
+std::string Notices(const std::vector<std::string>& notices) {
+  std::string text;
+  for (const std::string& notice : notices) text += fmt::format("notice    {}\n", notice);
+  return text;
+}
+
+std::string Verdicts(Verdict verdict, const std::string& reason) {
+  return fmt::format("verdict   {}{}{}\n", VerdictWords(verdict), reason.empty() ? "" : ": ",
+                     reason);
+}
+
+}  // namespace
+
+std::string ToJson(const CameraCalibration& calibration) {
+  const bool good = calibration.verdict == Verdict::kGood;
+  const auto values = part_alignment::ParametersOf(calibration.camera);
+  Json parameters = Json::object();
+  for (int i = 0; i < kCameraParameters; ++i) {
+    parameters[ParameterName(i)] = {
+        {"value", good ? Number(values[i]) : Json(nullptr)},
+        {"standard_uncertainty",
+         good ? Number(std::sqrt(calibration.covariance(i, i))) : Json(nullptr)}};
+  }
+  Json planes = Json::array();
+  for (const auto& plane : calibration.cross_validation) {
+    planes.push_back({{"distance_mm", plane.distance_mm},
+                      {"views", plane.views},
+                      {"rms_px", Number(plane.rms_px)},
+                      {"rms_sigma", Number(plane.rms_sigma)}});
+  }
+  Json residuals = Json::array();
+  for (const auto& residual : calibration.residuals) {
+    residuals.push_back({{"column_px", Number(residual.column_px)},
+                         {"row_px", Number(residual.row_px)},
+                         {"sigma_px", Number(residual.sigma_px)},
+                         {"used", residual.used}});
+  }
+  return Ended({{"format", 1},
+                {"verdict", ToString(calibration.verdict)},
+                {"reason", calibration.reason},
+                {"parameters", parameters},
+                {"covariance", good ? Matrix(calibration.covariance) : Json(nullptr)},
+                {"residual_rms_px", Number(calibration.residual_rms_px)},
+                {"residual_rms_sigma", Number(calibration.residual_rms_sigma)},
+                {"degrees_of_freedom", calibration.degrees_of_freedom},
+                {"distance_mm", good ? Json::array({Number(calibration.nearest_mm),
+                                                    Number(calibration.farthest_mm)})
+                                     : Json(nullptr)},
+                {"cross_validation", planes},
+                {"residuals", residuals},
+                {"notices", calibration.notices}});
+}
+
+std::string ToJson(const PartFitInput& input, const PartFit& fit) {
+  const bool good = fit.verdict == Verdict::kGood;
+  Json overstocks = Json::array();
+  for (const auto& overstock : fit.overstocks) {
+    const auto& point = input.points[overstock.point];
+    overstocks.push_back({{"point", point.id},
+                          {"surface", point.surface},
+                          {"overstock_mm", Number(overstock.overstock_mm)},
+                          {"wanted_mm", Number(overstock.wanted_mm)},
+                          {"least_mm", Number(overstock.least_mm)},
+                          {"binding", overstock.binding}});
+  }
+  Json targets = Json::array();
+  for (const auto& target : fit.targets) {
+    targets.push_back({{"id", target.id}, {"ideal_mm", List(target.ideal_mm)}});
+  }
+  std::set<std::string> bar_ends;
+  for (const part_alignment::ScaleBar& bar : input.bars) bar_ends.insert({bar.from, bar.to});
+  const geometry::Pose& pose = fit.ideal_from_measured;
+  return Ended({{"format", 1},
+                {"verdict", ToString(fit.verdict)},
+                {"reason", fit.reason},
+                {"targets", good ? targets : Json(nullptr)},
+                {"targets_covariance_mm2", good ? Matrix(fit.covariance) : Json(nullptr)},
+                {"bar_ends", bar_ends},
+                {"ideal_from_measured", good ? Json{{"translation_mm", List(pose.translation_mm)},
+                                                    {"angles_rad", List(pose.angles_rad)}}
+                                             : Json(nullptr)},
+                {"scale", good ? Number(fit.scale) : Json(nullptr)},
+                {"scale_standard_uncertainty", good ? Number(fit.scale_sigma) : Json(nullptr)},
+                {"least_overstock_mm", good ? Number(fit.least_mm) : Json(nullptr)},
+                {"mean_overstock_mm", good ? Number(fit.mean_mm) : Json(nullptr)},
+                {"uneven_mm", good ? Number(fit.uneven_mm) : Json(nullptr)},
+                {"overstocks", overstocks},
+                {"notices", fit.notices}});
+}
+
+std::string ToJson(const Budget& budget) {
+  Json axes = Json::object();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const AxisBudget& axis = budget.axes[i];
+    axes[std::string(1, "xyz"[i])] = {
+        {"u_out_mm", Number(axis.u_out_mm)},
+        {"u_ip_mm", Number(axis.u_ip_mm)},
+        {"u_it_mm", Number(axis.u_it_mm)},
+        {"combined_mm", Number(axis.combined_mm)},
+        {"expanded_mm", Number(axis.expanded_mm)},
+        {"degrees_of_freedom", Number(axis.degrees_of_freedom)},
+        {"coverage_factor95", Number(axis.coverage_factor)},
+        {"at_mm", List(axis.at_mm)},
+        {"simulated_mm", budget.trials > 0 ? Number(axis.simulated_mm) : Json(nullptr)},
+        {"simulated_expanded_mm",
+         budget.trials > 0 ? Number(axis.simulated_expanded_mm) : Json(nullptr)}};
+  }
+  return Ended({{"format", 1}, {"trials", budget.trials}, {"axes", axes}});
+}
+
+std::vector<ParameterWords> CalibratedParameters(const CameraCalibration& calibration) {
+  std::vector<ParameterWords> words;
+  const auto values = part_alignment::ParametersOf(calibration.camera);
+  for (int i = 0; i < kCameraParameters; ++i) {
+    const auto [lo, hi] = NormalInterval95(values[i], std::sqrt(calibration.covariance(i, i)));
+    words.push_back({ParameterName(i), fmt::format("{:.8g}", values[i]),
+                     fmt::format("95 %: {:.8g} to {:.8g}", lo, hi)});
+  }
+  return words;
+}
+
+std::string CalibrationText(const CameraCalibration& calibration) {
+  std::string text = Verdicts(calibration.verdict, calibration.reason);
+  if (calibration.verdict == Verdict::kGood) {
+    for (const ParameterWords& parameter : CalibratedParameters(calibration)) {
+      text += fmt::format("  {:<20} {:>16} ({})\n", parameter.name, parameter.value,
+                          parameter.interval);
+    }
+    text += fmt::format(
+        "residuals {:.4f} px root mean square, {:.2f} of what was stated\n"
+        "range     {:.0f} … {:.0f} mm from the camera\n",
+        calibration.residual_rms_px, calibration.residual_rms_sigma, calibration.nearest_mm,
+        calibration.farthest_mm);
+    for (const auto& plane : calibration.cross_validation) {
+      text +=
+          fmt::format("held out  {:>6.0f} mm: {} views foretold to {:.4f} px, {:.2f} of expected\n",
+                      plane.distance_mm, plane.views, plane.rms_px, plane.rms_sigma);
+    }
+  }
+  return text + Notices(calibration.notices);
+}
+
+std::string PartFitText(const PartFitInput& input, const PartFit& fit) {
+  std::string text = Verdicts(fit.verdict, fit.reason);
+  if (fit.verdict == Verdict::kGood) {
+    text += fmt::format(
+        "overstock least {:.3f} mm, mean {:.3f} mm, uneven by {:.3f} mm (root mean square)\n",
+        fit.least_mm, fit.mean_mm, fit.uneven_mm);
+    for (const auto& overstock : fit.overstocks) {
+      if (!overstock.binding) continue;
+      const auto& point = input.points[overstock.point];
+      text += fmt::format("rests on  {} ({}): {:.3f} mm\n", point.id, point.surface,
+                          overstock.overstock_mm);
+    }
+    if (fit.scale_sigma > 0) {
+      constexpr int kDecimals = 7;
+      text += fmt::format("scale     {}\n",
+                          WithInterval(fit.scale, NormalInterval95(fit.scale, fit.scale_sigma),
+                                       {.least_decimals = kDecimals}));
+    }
+    for (std::size_t i = 0; i < fit.targets.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(3 * i);
+      const Eigen::Vector3d& at = fit.targets[i].ideal_mm;
+      const Eigen::Vector3d half =
+          kNormal95 * fit.covariance.diagonal().segment<3>(row).cwiseSqrt();
+      text +=
+          fmt::format("target    {:<8} {:>11.4f} {:>11.4f} {:>11.4f} mm ({})\n", fit.targets[i].id,
+                      at.x(), at.y(), at.z(), WithinText({half.data(), 3}, kMillimetres));
+    }
+  }
+  return text + Notices(fit.notices);
+}
+
+std::string BudgetText(const Budget& budget) {
+  std::string text =
+      "Largest over the box, µm       u_out     u_ip     u_it  combined   95 % within   "
+      "simulated\n";
+  for (std::size_t i = 0; i < 3; ++i) {
+    const AxisBudget& axis = budget.axes[i];
+    text += fmt::format(
+        "  {} at {:>6.0f} {:>6.0f} {:>6.0f}  {:>8.1f} {:>8.1f} {:>8.1f} {:>9.1f} {:>13.1f}   {}\n",
+        "XYZ"[i], axis.at_mm.x(), axis.at_mm.y(), axis.at_mm.z(), kUmPerMm * axis.u_out_mm,
+        kUmPerMm * axis.u_ip_mm, kUmPerMm * axis.u_it_mm, kUmPerMm * axis.combined_mm,
+        kUmPerMm * axis.coverage_factor * axis.combined_mm,
+        budget.trials > 0 ? fmt::format("{:.1f}", kUmPerMm * axis.simulated_expanded_mm) : "none");
+  }
+  text += "u and combined: standard uncertainties; 95 % within: Student's factor times combined\n";
+  if (budget.trials > 0) {
+    text +=
+        fmt::format("simulated: half of the symmetric 95 % interval of {} trials\n", budget.trials);
+  }
+  return text;
+}
+
+std::string StudyText(const std::vector<part_alignment::StudyTable>& tables) {
+  std::string text;
+  for (const auto& table : tables) {
+    text += fmt::format(
+        "{}\n  µm       paper: u_out   u_ip   u_it      U | its terms sum to U |  "
+        "ours: u_out   u_ip   u_it      U  simulated\n",
+        table.title);
+    for (const auto& row : table.rows) {
+      text += fmt::format(
+          "  {}          {:>8.1f} {:>6.1f} {:>6.1f} {:>6.1f} | {:>18.1f} | {:>12.1f} {:>6.1f} "
+          "{:>6.1f} {:>6.1f} {:>10.1f}\n",
+          row.axis, row.paper_out_um, row.paper_ip_um, row.paper_it_um, row.paper_total_um,
+          row.paper_sum_um, row.out_um, row.ip_um, row.it_um, row.total_um, row.simulated_um);
+    }
+    for (const std::string& note : table.notes) text += fmt::format("  - {}\n", note);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace trammel::report

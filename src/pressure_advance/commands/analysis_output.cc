@@ -1,0 +1,131 @@
+#include "pressure_advance/commands/analysis_output.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/output_files.h"
+#include "document/interval_text.h"
+#include "pressure_advance/report/analysis_json.h"
+#include "pressure_advance/report/pressure_advance_report.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+using pressure_advance::Analysis;
+
+Result<void> WriteReport(const std::string& path, const std::string& source,
+                         const report::ReportInput& input,
+                         const std::vector<report::Figure>& figures, bool force) {
+  if (path.empty()) return {};
+  report::ReportOptions options;
+  options.source = source;
+  return WriteOutputs({{path, report::PressureAdvanceReport(input, figures, options)}}, force);
+}
+
+Result<void> WriteFigures(const std::string& figures_folder,
+                          const std::vector<report::Figure>& figures, bool force) {
+  if (figures_folder.empty()) return {};
+  const fs::path folder = figures_folder;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    return Fail(
+        fmt::format("--figures {}: cannot make the folder: {}", folder.string(), error.message()));
+  }
+  std::vector<OutputFile> files;
+  for (const report::Figure& figure : figures) {
+    files.push_back({folder / (figure.name + ".png"), figure.canvas.ToPng(figure.png_scale)});
+    files.push_back({folder / (figure.name + ".svg"), figure.canvas.ToSvg()});
+  }
+  return WriteOutputs(files, force);
+}
+
+/// What became of the files beside the answer.
+struct Written {
+  std::string report;           ///< its path; empty where there is none
+  std::optional<Error> failed;  ///< the first file that could not be written
+};
+
+Written WriteFiles(const AnalysisRun& run, const std::string& source,
+                   const AnalysisOutput& output) {
+  Written written;
+  if (output.files.report.empty() && output.files.figures.empty()) return written;
+  const report::ReportInput input = run.report_input();
+  const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
+  if (auto done = WriteReport(output.files.report, source, input, figures, output.files.force);
+      done) {
+    written.report = output.files.report;
+  } else {
+    written.failed = done.error();
+  }
+  auto done = WriteFigures(output.files.figures, figures, output.files.force);
+  if (!done && !written.failed) written.failed = done.error();
+  return written;
+}
+
+std::string Words(const Measured& measured) {
+  if (!measured.good()) {
+    return fmt::format("{}: {}", VerdictWords(measured.verdict()), measured.reason());
+  }
+  return report::WithInterval(measured.quantity(), report::kSeconds);
+}
+
+void PrintText(const Analysis& analysis, const std::string& report_path) {
+  const Measured& answer = analysis.pressure_advance;
+  if (answer.good()) {
+    fmt::print("pressure advance  {}\n", Words(answer));
+    fmt::print("  acceleration    {}\n  deceleration    {}\n",
+               Words(analysis.response.acceleration.pressure_advance),
+               Words(analysis.response.deceleration.pressure_advance));
+    if (analysis.deviation.best_s) {
+      fmt::print("  deviation       best line {:.4f} s", *analysis.deviation.best_s);
+      if (analysis.deviation.cubic_minimum_s) {
+        fmt::print(", cubic minimum {:.4f} s", *analysis.deviation.cubic_minimum_s);
+      }
+      if (analysis.deviation.r_squared) {
+        fmt::print(", R^2 {:.2f}", *analysis.deviation.r_squared);
+      }
+      fmt::print("\n");
+    }
+  }
+  int used = 0;
+  for (const auto& line : analysis.lines) used += line.used;
+  fmt::print("lines             {} of {} used\n", used, analysis.lines.size());
+  for (const auto& line : analysis.lines) {
+    if (!line.used) fmt::print("  at {:.4f} s: {}\n", line.pressure_advance_s, line.reason);
+  }
+  for (const std::string& notice : analysis.notices) fmt::print("notice            {}\n", notice);
+  fmt::print("verdict           {}\n", VerdictWords(answer.verdict()));
+  if (!answer.good()) fmt::print("because           {}\n", answer.reason());
+  if (answer.good()) {
+    const Quantity& q = answer.quantity();
+    fmt::print("to use it         SET_PRESSURE_ADVANCE ADVANCE={}\n",
+               report::SecondsText(q.value, q.standard_uncertainty));
+  }
+  if (!report_path.empty()) fmt::print("report            {}\n", report_path);
+}
+
+}  // namespace
+
+int PrintAnalysis(const AnalysisRun& run, const std::string& source, const AnalysisOutput& output) {
+  // The answer is printed whatever became of the files: it must not get lost for a full disk.
+  const Written written = WriteFiles(run, source, output);
+  if (output.json) {
+    std::optional<std::string> report_path;
+    if (!written.report.empty()) report_path = written.report;
+    std::fputs(report::ToJson(run.analysis, report_path).c_str(), stdout);
+  } else {
+    PrintText(run.analysis, written.report);
+  }
+  if (written.failed) return Report(*written.failed);
+  return run.analysis.pressure_advance.good() ? kExitGood : kExitNotTrusted;
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,21 @@
+// What a finished analysis says on the terminal and leaves on disk.
+#pragma once
+
+#include <string>
+
+#include "app/output_files.h"
+#include "pressure_advance/commands/analysis_run.h"
+
+namespace trammel::app {
+
+struct AnalysisOutput {
+  bool json = false;  ///< one JSON object instead of text
+  ReportFiles files;
+};
+
+/// Prints the answer on standard output and writes the files.
+/// @param source  path of the recording or photo, for the report.
+/// @returns the exit code: that of the verdict, or of a file that could not be written.
+int PrintAnalysis(const AnalysisRun& run, const std::string& source, const AnalysisOutput& output);
+
+}  // namespace trammel::app

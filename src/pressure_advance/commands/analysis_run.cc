@@ -1,0 +1,117 @@
+#include "pressure_advance/commands/analysis_run.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "machine/camera/image_file.h"
+#include "pressure_advance/commands/laser_recording.h"
+#include "pressure_advance/response/analyse.h"
+
+namespace trammel::app {
+
+using pressure_advance::LineMotion;
+using pressure_advance::Method;
+
+namespace {
+
+AnalysisRun RefusedRun(Method method, const std::string& reason) {
+  AnalysisRun run;
+  run.analysis.method = method;
+  run.analysis.pressure_advance = Measured::Refused(reason);
+  run.analysis.response.pressure_advance = run.analysis.pressure_advance;
+  run.analysis.response.acceleration.pressure_advance = run.analysis.pressure_advance;
+  run.analysis.response.deceleration.pressure_advance = run.analysis.pressure_advance;
+  return run;
+}
+
+}  // namespace
+
+Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder, Method method) {
+  Result<LaserMeasurement> measured = MeasureRecording(folder);
+  if (!measured) {
+    if (measured.error().kind == ErrorKind::kMeasurement) {
+      return RefusedRun(method, measured.error().message);
+    }
+    return tl::unexpected(measured.error());
+  }
+  AnalysisRun run;
+  run.analysis = pressure_advance::Analyse(std::move(measured->profiles), measured->scan.motion,
+                                           std::move(measured->deviation), method);
+  run.analysis.notices.insert(run.analysis.notices.begin(), measured->notices.begin(),
+                              measured->notices.end());
+  run.scan = std::move(measured->view);
+  return run;
+}
+
+namespace {
+
+// A photo shows where the speed changes: nearer the truth than the plan's fractions, because part
+// of each line lies under the frame.
+LineMotion MotionSeen(const PhotoPlan& plan, const pressure_advance::PhotoMeasurement& seen,
+                      std::vector<std::string>& notices) {
+  LineMotion motion;
+  motion.segments = plan.segments;
+  if (!seen.segments || plan.segments.size() != 3) return motion;
+  const double begin = seen.segments->fast_begin;
+  const double end = seen.segments->fast_end;
+  const double planned_end = plan.segments[0].fraction + plan.segments[1].fraction;
+  constexpr double kFarFromPlan = 0.05;
+  if (std::abs(begin - plan.segments[0].fraction) > kFarFromPlan ||
+      std::abs(end - planned_end) > kFarFromPlan) {
+    notices.push_back(fmt::format(
+        "the lines change speed at {:.2f} and {:.2f} of their length, the segments say {:.2f} and "
+        "{:.2f}: what was seen is used",
+        begin, end, plan.segments[0].fraction, planned_end));
+  }
+  motion.segments[0].fraction = begin;
+  motion.segments[1].fraction = end - begin;
+  motion.segments[2].fraction = 1 - end;
+  return motion;
+}
+
+report::PhotoView ViewOf(pressure_advance::PhotoMeasurement& seen) {
+  report::PhotoView view;
+  view.rectified = std::move(seen.rectified);
+  for (std::size_t i = 0; i < seen.traces.size(); ++i) {
+    const pressure_advance::TracedLine& trace = seen.traces[i];
+    report::TracedLine line;
+    line.pressure_advance_s = seen.profiles.at(i).pressure_advance_s;
+    for (std::size_t k = 0; k < trace.x_px.size(); ++k) {
+      const double half = trace.width_px[k] / 2;
+      line.lower_edge.push_back({trace.x_px[k], trace.centre_px[k] + half});
+      line.upper_edge.push_back({trace.x_px[k], trace.centre_px[k] - half});
+    }
+    view.lines.push_back(std::move(line));
+  }
+  return view;
+}
+
+}  // namespace
+
+Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan,
+                                 Method method) {
+  const Result<Frame> picture = machine::ReadImageFile(file);
+  if (!picture) return tl::unexpected(picture.error());
+  pressure_advance::PhotoOptions options;
+  options.pressure_advance_s = plan.pressure_advance_s;
+  options.from = plan.from;
+  options.start = plan.start;
+  options.slow_before = plan.segments.front().fraction;
+  options.slow_after = plan.segments.back().fraction;
+  pressure_advance::PhotoMeasurement seen =
+      pressure_advance::MeasurePhoto(picture->view(), options);
+  if (!seen.refusal.empty()) {
+    return RefusedRun(method, fmt::format("{}: {}", file.string(), seen.refusal));
+  }
+  std::vector<std::string> notices = seen.notices;
+  const LineMotion motion = MotionSeen(plan, seen, notices);
+  AnalysisRun run;
+  run.photo = ViewOf(seen);
+  run.analysis = pressure_advance::Analyse(std::move(seen.profiles), motion, {}, method);
+  run.analysis.notices.insert(run.analysis.notices.begin(), notices.begin(), notices.end());
+  return run;
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,49 @@
+// From a path on the command line to a finished analysis: a recording's folder or a photo.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "pressure_advance/laser/height_map.h"
+#include "pressure_advance/photo/photo_eye.h"
+#include "pressure_advance/profile/analysis.h"
+#include "pressure_advance/profile/line_motion.h"
+#include "pressure_advance/report/pressure_advance_figures.h"
+
+namespace trammel::app {
+
+/// An analysis with what its eye keeps for the report.
+struct AnalysisRun {
+  pressure_advance::Analysis analysis;
+  std::optional<pressure_advance::LaserScanView> scan;
+  std::optional<report::PhotoView> photo;
+
+  [[nodiscard]] report::ReportInput report_input() const {
+    return {&analysis, scan ? &*scan : nullptr, photo ? &*photo : nullptr};
+  }
+};
+
+/// Analyses a recorded laser scan. A recording that does not hold what its scan.json promises (a
+/// missing, empty or broken video) gives a refused analysis; a scan.json that cannot be used gives
+/// an error.
+[[nodiscard]] Result<AnalysisRun> AnalyseRecording(const std::filesystem::path& folder,
+                                                   pressure_advance::Method method);
+
+/// What a photo cannot tell of itself.
+struct PhotoPlan {
+  std::vector<double> pressure_advance_s;  ///< of the lines, from the side `from` on
+  pressure_advance::PhotoSide from = pressure_advance::PhotoSide::kBottom;
+  std::optional<pressure_advance::PhotoSide> start;  ///< where printing began; absent: found
+  std::vector<pressure_advance::Segment> segments = {{0.1, 10}, {0.6, 100}, {0.3, 10}};
+};
+
+/// Analyses a photo of a printed pattern (JPEG or PNG). A photo in which the pattern cannot be
+/// measured gives a refused analysis; a file that is no picture gives an error.
+[[nodiscard]] Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file,
+                                               const PhotoPlan& plan,
+                                               pressure_advance::Method method);
+
+}  // namespace trammel::app

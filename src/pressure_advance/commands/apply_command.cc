@@ -1,0 +1,111 @@
+// trammel pa apply
+#include "pressure_advance/commands/apply_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/printer_session.h"
+#include "document/interval_text.h"
+#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/pattern_options.h"
+#include "pressure_advance/commands/pressure_advance_commands.h"
+#include "pressure_advance/procedure/calibrate.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ApplyArguments {
+  PrinterOptions printer;
+  std::string value;
+  bool force = false;
+  bool dry_run = false;
+};
+
+Result<ChosenValue> Answer(const fs::path& folder) {
+  const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
+  if (!run) return tl::unexpected(run.error());
+  const Measured& measured = run->analysis.pressure_advance;
+  if (measured.good()) return ChosenValue{measured.quantity().value, measured.quantity()};
+  return Fail(fmt::format("{}: it gives no value, because the verdict is {}: {}", folder.string(),
+                          VerdictWords(measured.verdict()), measured.reason()),
+              ErrorKind::kMeasurement);
+}
+
+Result<ChosenValue> ParseValue(const std::string& text) {
+  const auto values = ParsePressureAdvances(text);
+  if (!values) return Fail(values.error().message);
+  if (values->size() == 1) return ChosenValue{values->front()};
+  return Fail(fmt::format("{}: must be one pressure advance in s, or a recording's folder", text));
+}
+
+int RunApply(const ApplyArguments& arguments) {
+  const Interrupt interrupt;
+  const auto config = LoadSettings(arguments.printer);
+  if (!config) return Report(config.error());
+  const Result<ChosenValue> value = ValueFrom(arguments.value);
+  if (!value) return Report(value.error());
+  const auto printer = Connect(config->scan, interrupt.token());
+  if (!printer) return Report(printer.error());
+  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  procedure::ApplyOptions options;
+  options.limit_s = procedure::ApplyLimit_s(config->pattern);
+  options.force = arguments.force;
+  options.dry_run = arguments.dry_run;
+  if (value->measured) {
+    fmt::print("measured          {}\n", report::WithInterval(*value->measured, report::kSeconds));
+  }
+  const auto done = Apply(session, value->value_s, options, false);
+  return done ? static_cast<int>(kExitGood) : Report(done.error());
+}
+
+}  // namespace
+
+Result<ChosenValue> ValueFrom(const std::string& text) {
+  std::error_code ignored;
+  return fs::is_directory(text, ignored) ? Answer(text) : ParseValue(text);
+}
+
+Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
+                   const procedure::ApplyOptions& options, bool quiet) {
+  const auto change = procedure::ApplyPressureAdvance(session, pressure_advance_s, options);
+  if (!change) return tl::unexpected(change.error());
+  if (quiet) return {};
+  fmt::print("pressure advance  {}  ->  {:.4f} s\n",
+             change->before_s ? fmt::format("{:.4f}", *change->before_s) : "(not told)",
+             change->after_s);
+  if (options.dry_run) {
+    fmt::print("nothing was changed\n");
+    return {};
+  }
+  fmt::print(
+      "applied           SET_PRESSURE_ADVANCE ADVANCE={:.4f}: read back from the printer; "
+      "until the next restart\n",
+      pressure_advance_s);
+  ExplainKeeping(pressure_advance_s);
+  return {};
+}
+
+void ExplainKeeping(double pressure_advance_s) {
+  fmt::print("to keep it        add to [extruder] in printer.cfg:  pressure_advance: {:.4f}\n",
+             pressure_advance_s);
+}
+
+void AddApplyCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand("apply", "set a pressure advance on the printer");
+  const auto arguments = std::make_shared<ApplyArguments>();
+  command->add_option("value", arguments->value, "seconds, or a recording's folder")->required();
+  AddPrinterOptions(*command, arguments->printer);
+  command->add_flag("--force", arguments->force, "set it beyond pressure_advance_limit, too");
+  command->add_flag("--dry-run", arguments->dry_run, "say what would change, and change nothing");
+  command->callback([arguments, &exit_code] { exit_code = RunApply(*arguments); });
+}
+
+}  // namespace trammel::app

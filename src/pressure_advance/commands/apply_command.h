@@ -1,0 +1,32 @@
+// Setting a pressure advance on the printer, and what to do to keep it.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "base/measured.h"
+#include "base/result.h"
+#include "pressure_advance/procedure/apply_pressure_advance.h"
+#include "session/session.h"
+
+namespace trammel::app {
+
+/// Sets the value and says the old and the new one. Errors: those of
+/// procedure::ApplyPressureAdvance.
+[[nodiscard]] Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
+                                 const procedure::ApplyOptions& options, bool quiet);
+
+/// A value to be set, and what it was measured as where it comes from a recording.
+struct ChosenValue {
+  double value_s = 0;
+  std::optional<Quantity> measured = {};
+};
+
+/// The value that a user means: a number in s, or a recording's folder, which is analysed.
+/// Errors: kInput; kMeasurement where the recording's verdict is not good.
+[[nodiscard]] Result<ChosenValue> ValueFrom(const std::string& text);
+
+/// How a value survives the printer's next restart.
+void ExplainKeeping(double pressure_advance_s);
+
+}  // namespace trammel::app

@@ -1,0 +1,249 @@
+// trammel pa calibrate, and its halves trammel pa print and trammel pa scan.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/new_folder.h"
+#include "app/printer_session.h"
+#include "files/whole_file.h"
+#include "pressure_advance/commands/analysis_output.h"
+#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/apply_command.h"
+#include "pressure_advance/commands/calibration_run.h"
+#include "pressure_advance/commands/pressure_advance_commands.h"
+#include "pressure_advance/commands/validation.h"
+#include "pressure_advance/files/plan_file.h"
+#include "pressure_advance/procedure/comparison.h"
+#include "pressure_advance/procedure/scan_checks.h"
+#include "session/checks.h"
+#include "settings/material.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxFileBytes = std::size_t{64} << 20;
+
+struct CalibrateArguments {
+  PrinterOptions printer;
+  std::string out;
+  std::string gcode;  // of pa print
+  std::string plan;   // of pa print and pa scan
+  std::optional<int> only;
+  bool print = true;
+  bool scan = true;
+  bool apply = false;
+  bool validate = false;
+  bool dry_run = false;
+  bool json = false;
+};
+
+// What lies on the plate, or is to be printed, where files say it rather than the settings.
+Result<void> ReadFiles(const CalibrateArguments& arguments,
+                       procedure::CalibrationRequest& request) {
+  request.only = arguments.only;
+  fs::path plan = arguments.plan;
+  if (!arguments.gcode.empty()) {
+    auto gcode = files::ReadWholeFile(arguments.gcode, kMaxFileBytes);
+    if (!gcode) return tl::unexpected(gcode.error());
+    request.gcode = std::move(*gcode);
+    if (plan.empty()) plan = fs::path(arguments.gcode).replace_extension(".plan.json");
+  }
+  if (plan.empty()) return {};
+  const auto text = files::ReadWholeFile(plan, kMaxFileBytes);
+  if (!text) {
+    return Fail(fmt::format("{}; trammel pa pattern and trammel pa print write the plan beside "
+                            "the G-code: name it with --plan",
+                            text.error().message),
+                text.error().kind);
+  }
+  auto parsed = files::ParsePlan(*text, plan.string());
+  if (!parsed) return tl::unexpected(parsed.error());
+  request.plan = std::move(*parsed);
+  request.plan->gcode = "pattern.gcode";  // its copy in the recording
+  return {};
+}
+
+// A scan by the settings is right only where the settings are those of the print.
+void SayWhatIsAssumed(const pressure_advance::PatternConfig& pattern) {
+  const auto values_s = PressureAdvances(pattern);
+  fmt::print(stderr,
+             "  taking what lies on the bed for the pattern of the settings: {} lines, {:.4g} to "
+             "{:.4g} s; --plan names another\n",
+             values_s.size(), values_s.front(), values_s.back());
+}
+
+Result<procedure::CalibrationRequest> PlanComparison(const procedure::Session& session,
+                                                     const files::Config& config, double value_s) {
+  const auto state = session.printer.State(session.Within(10));
+  if (!state) return tl::unexpected(state.error());
+  auto pattern =
+      procedure::ComparisonBeside(config.pattern, value_s, config.scan, procedure::ReachOf(*state));
+  if (!pattern) return tl::unexpected(pattern.error());
+  auto request = RequestFor(config, {});
+  request.pattern = std::move(*pattern);
+  return request;
+}
+
+// @returns whether the value is worth applying; prints what was found.
+Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Session& session,
+                      const files::Config& config, const fs::path& folder, double value_s,
+                      int& code) {
+  auto request = PlanComparison(session, config, value_s);
+  if (!request) return tl::unexpected(request.error());
+  const auto own_folder = NewFolder::Make(folder / "validation");
+  if (!own_folder) return tl::unexpected(own_folder.error());
+  request->folder = own_folder->path();
+  session.Say("printing lines without pressure advance, and lines with it");
+  const auto improvement = RunComparison(session, *request);
+  if (!improvement) return tl::unexpected(improvement.error());
+  if (!arguments.json) code = PrintImprovement(*improvement, request->folder, false);
+  if (!improvement->deviation.good()) code = kExitNotTrusted;
+  return WorthApplying(*improvement);
+}
+
+// Analyses, reports, validates and applies where asked to.
+int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
+             const files::Config& config, const fs::path& folder) {
+  const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
+  if (!run) return Report(run.error());
+  AnalysisOutput output;
+  output.files.report = (folder / "report.html").string();
+  output.json = arguments.json;
+  int code = PrintAnalysis(*run, folder.string(), output);
+  const Measured& measured = run->analysis.pressure_advance;
+  if (!measured.good()) return code;
+  std::fflush(stdout);  // the answer, before minutes of validation
+  const double value_s = measured.quantity().value;
+  bool worth_applying = true;
+  if (arguments.validate) {
+    const auto validated = Validate(arguments, session, config, folder, value_s, code);
+    if (!validated) return Report(validated.error());
+    worth_applying = *validated;
+  }
+  if (arguments.apply && worth_applying) {
+    procedure::ApplyOptions options;
+    options.limit_s = procedure::ApplyLimit_s(config.pattern);
+    const auto done = Apply(session, value_s, options, arguments.json);
+    return done ? code : Report(done.error());
+  }
+  if (!arguments.json) {
+    fmt::print("nothing applied   {}trammel pa apply {}\n",
+               worth_applying ? "" : "because the validation shows no gain; all the same: ",
+               folder.string());
+    ExplainKeeping(value_s);
+  }
+  return code;
+}
+
+struct Ran {
+  fs::path folder;
+  double bed_c = 0;  // at which the bed is kept
+};
+
+Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& session,
+                procedure::CalibrationRequest request, const files::Config& config) {
+  if (arguments.validate) {  // asked before anything moves; where it goes does not need the value
+    const auto room = PlanComparison(session, config, 1);
+    if (!room) return tl::unexpected(room.error());
+  }
+  const auto folder = NewFolder::Make(arguments.out);
+  if (!folder) return tl::unexpected(folder.error());
+  request.folder = folder->path();
+  const CalibrationRun run = CalibrateInto(session, request);
+  if (!run.done) return tl::unexpected(run.done.error());
+  return Ran{folder->path(), run.bed_c};
+}
+
+int RunCalibration(const CalibrateArguments& arguments) {
+  const Interrupt interrupt;
+  const auto config = LoadSettings(arguments.printer);
+  if (!config) return Report(config.error());
+  if (arguments.dry_run) {
+    const auto done = PrintDryRun(config->pattern, config->scan, {arguments.print, arguments.scan});
+    return done ? static_cast<int>(kExitGood) : Report(done.error());
+  }
+  auto request = RequestFor(*config, {});
+  request.print = arguments.print;
+  request.scan = arguments.scan;
+  if (auto read = ReadFiles(arguments, request); !read) return Report(read.error());
+  if (arguments.print && request.gcode.empty()) {
+    auto told = settings::ValidateTemperatures(config->pattern);
+    if (!told) return Report(told.error());
+  }
+  const auto printer = Connect(config->scan, interrupt.token());
+  if (!printer) return Report(printer.error());
+  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  if (!arguments.print && !request.plan) SayWhatIsAssumed(config->pattern);
+  const auto ran = Run(arguments, session, std::move(request), *config);
+  if (!ran) return Report(ran.error());
+  if (arguments.scan) return Conclude(arguments, session, *config, ran->folder);
+  fmt::print(
+      "printed           {}\n"
+      "to scan it        trammel pa scan --plan {}\n",
+      ran->bed_c > 0 ? fmt::format("the bed stays at {:.0f} degC and holds it", ran->bed_c)
+                     : "the bed is off, as the file left it",
+      (ran->folder / "pattern.plan.json").string());
+  return kExitGood;
+}
+
+CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char* text,
+                  const std::shared_ptr<CalibrateArguments>& arguments) {
+  CLI::App* command = parent.add_subcommand(name, text);
+  AddPrinterOptions(*command, arguments->printer);
+  command->add_option("--out", arguments->out, "new folder for everything that is recorded");
+  if (arguments->scan) {
+    AddCameraOption(*command, arguments->printer);
+    command->add_flag("--json", arguments->json, "print the answer as one JSON object");
+    command->add_flag("--apply", arguments->apply, "set the answer on the printer if it is good");
+  }
+  command->callback([arguments, &exit_code] { exit_code = RunCalibration(*arguments); });
+  return command;
+}
+
+void AddDryRun(CLI::App& command, CalibrateArguments& arguments, const char* text) {
+  command.add_flag("--dry-run", arguments.dry_run, text);
+}
+
+}  // namespace
+
+void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
+  const auto whole = std::make_shared<CalibrateArguments>();
+  CLI::App* calibrate = AddStep(parent, exit_code, "calibrate",
+                                "print the pattern, scan it, and say the answer", whole);
+  AddMaterialOption(*calibrate, whole->printer.material);
+  AddDryRun(*calibrate, *whole, "print the G-code and the sweeps, do nothing");
+  calibrate->add_flag("--validate", whole->validate,
+                      "then print lines without and with the answer, and say what it improved");
+
+  const auto print_only = std::make_shared<CalibrateArguments>();
+  print_only->scan = false;
+  CLI::App* print = AddStep(parent, exit_code, "print",
+                            "print the pattern and leave it on the warm bed", print_only);
+  AddMaterialOption(*print, print_only->printer.material);
+  AddDryRun(*print, *print_only, "print the G-code and the sweeps, do nothing");
+  print->add_option("--gcode", print_only->gcode, "a file that pa pattern wrote, as it is");
+  print->add_option("--plan", print_only->plan, "its plan; left out: the one beside it");
+
+  const auto scan_only = std::make_shared<CalibrateArguments>();
+  scan_only->print = false;
+  CLI::App* scan = AddStep(parent, exit_code, "scan",
+                           "scan a pattern that is on the bed, and say the answer", scan_only);
+  AddDryRun(*scan, *scan_only, "print the sweeps of the settings' pattern, do nothing");
+  scan->add_option("--plan", scan_only->plan,
+                   "the *.plan.json beside the printed G-code; left out: as the settings say");
+  scan->add_option("--pattern", scan_only->only,
+                   "scan only this one of several, counted from 0; left out: all")
+      ->check(CLI::Range(0, 9999));
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,85 @@
+#include "pressure_advance/commands/calibration_run.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <random>
+#include <string>
+#include <utility>
+
+#include "app/printer_session.h"
+#include "pressure_advance/pattern/pattern.h"
+#include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/procedure/sweep_plan.h"
+#include "settings/material.h"
+
+namespace trammel::app {
+namespace {
+
+std::string RunName() {
+  std::random_device random;
+  return fmt::format("{}-{:x}-{:08x}", Now("{:%Y%m%d-%H%M%S}"), static_cast<long>(::getpid()),
+                     random());
+}
+
+}  // namespace
+
+procedure::CalibrationRequest RequestFor(const files::Config& config,
+                                         std::filesystem::path folder) {
+  procedure::CalibrationRequest request;
+  request.pattern = config.pattern;
+  request.settings = config.scan;
+  request.folder = std::move(folder);
+  request.started = Now("{:%Y-%m-%dT%H:%M:%S}");
+  request.run = RunName();
+  return request;
+}
+
+CalibrationRun CalibrateInto(const procedure::Session& session,
+                             const procedure::CalibrationRequest& request) {
+  const procedure::CalibrationOutcome outcome = Calibrate(session, request);
+  CalibrationRun run{outcome.done, outcome.unrestored.empty(), outcome.bed_c};
+  std::string unrestored;
+  for (const std::string& failure : outcome.unrestored) {
+    fmt::print(stderr, "trammel: NOT AS IT WAS: {}\n", failure);
+    unrestored += (unrestored.empty() ? "" : "; ") + failure;
+  }
+  if (!run.done) {
+    std::error_code ignored;
+    if (!std::filesystem::is_empty(request.folder, ignored)) {
+      fmt::print(stderr, "trammel: what was recorded so far is in {}\n", request.folder.string());
+    }
+  } else if (!run.restored) {
+    run.done = Fail("the printer is not as it was: " + unrestored, ErrorKind::kMachine);
+  }
+  return run;
+}
+
+Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
+                         const settings::ScanSettings& settings, const DryRun& shown) {
+  if (shown.print) {
+    if (auto told = trammel::settings::ValidateTemperatures(pattern); !told) return told;
+  }
+  pattern.finish = pressure_advance::Finish::kIdle;  // as it is printed: the scan follows
+  const auto layout = LayOut(pattern);
+  procedure::Reach reach;
+  reach.minimum_mm = {pattern.bed_origin_x_mm, pattern.bed_origin_y_mm, 0};
+  reach.maximum_mm = {pattern.bed_origin_x_mm + pattern.bed_size_x_mm,
+                      pattern.bed_origin_y_mm + pattern.bed_size_y_mm, 1000};
+  const auto sweeps =
+      procedure::PlanSweeps(MakePlan(layout, pattern, "pattern.gcode"), {}, settings, reach);
+  if (!sweeps) return tl::unexpected(sweeps.error());
+  if (shown.print) fmt::print("; --- print ---\n{}", WriteGcode(layout, pattern));
+  if (shown.scan) {
+    fmt::print("; --- scan, about {:.0f} s{} ---\n{}", sweeps->time_s(),
+               settings.scan_nozzle_temperature_c > 0
+                   ? fmt::format(", nozzle at {:.4g} degC", settings.scan_nozzle_temperature_c)
+                   : ", nozzle off",
+               DescribeSweeps(*sweeps, settings, pattern.travel_speed_mm_s));
+  }
+  return {};
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,41 @@
+// What the commands that print and scan have in common: one run into one folder, and its dry form.
+#pragma once
+
+#include <filesystem>
+
+#include "app/config/config_file.h"
+#include "base/result.h"
+#include "pressure_advance/procedure/calibrate.h"
+#include "session/session.h"
+
+namespace trammel::app {
+
+/// A run of `config` into `folder`, starting now.
+[[nodiscard]] procedure::CalibrationRequest RequestFor(const files::Config& config,
+                                                       std::filesystem::path folder);
+
+struct CalibrationRun {
+  Result<void> done;     ///< the recording is whole, and the printer as it was
+  bool restored = true;  ///< the printer is as it was, whatever became of the recording
+  double bed_c = 0;      ///< at which the bed is kept
+};
+
+/// Runs the steps and says on standard error what is not as it was before, and where the recording
+/// so far lies.
+[[nodiscard]] CalibrationRun CalibrateInto(const procedure::Session& session,
+                                           const procedure::CalibrationRequest& request);
+
+/// What a dry run shows.
+struct DryRun {
+  bool print = true;  ///< the G-code
+  bool scan = true;   ///< the sweeps
+};
+
+/// Prints the G-code and the sweeps for `pattern`, whatever a printer would say.
+/// Errors: kInput where the G-code would heat to nobody knows what; kSafety where the head would
+/// leave the bed of the settings.
+[[nodiscard]] Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
+                                       const settings::ScanSettings& settings,
+                                       const DryRun& shown = {});
+
+}  // namespace trammel::app

@@ -1,0 +1,148 @@
+// trammel doctor: checks the whole set-up and says what to fix.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/config/config_file.h"
+#include "app/config_text.h"
+#include "app/interrupt.h"
+#include "app/printer_session.h"
+#include "app/secrets.h"
+#include "pressure_advance/commands/pressure_advance_commands.h"
+#include "pressure_advance/procedure/calibrate.h"
+#include "pressure_advance/procedure/laser_check.h"
+#include "pressure_advance/procedure/scan_checks.h"
+#include "session/checks.h"
+#include "session/dead_run.h"
+#include "session/frame_recorder.h"
+#include "session/name_stop.h"
+#include "session/run_journal.h"
+
+namespace trammel::app {
+namespace {
+
+struct DoctorOptions {
+  PrinterOptions printer;
+  bool laser = false;
+};
+
+using procedure::Check;
+using procedure::NameStop;
+using procedure::NotMade;
+
+// The laser is off again whatever happened.
+Check SeeLaser(const procedure::Session& session, procedure::FrameRecorder& recorder,
+               const settings::ScanSettings& settings) {
+  constexpr double kCommand_s = 30;
+  const auto seen = procedure::CheckLaser(session, recorder, settings);
+  const auto off = session.printer.Run(settings.laser_off_gcode, {kCommand_s});
+  if (!off) {
+    return {"laser", false, "SWITCH IT OFF BY HAND: " + off.error().message};
+  }
+  if (!seen) return NotMade("laser", NameStop(session.stop, seen.error()));
+  return {"laser", true, "the camera sees it"};
+}
+
+std::vector<Check> CheckCamera(const procedure::Session& session,
+                               const settings::ScanSettings& settings, bool laser) {
+  constexpr double kStall_s = 5;
+  constexpr int kFrames = 30;
+  auto camera = OpenCamera(session, settings);
+  if (!camera) return {NotMade("camera", NameStop(session.stop, camera.error()))};
+  procedure::FrameRecorder recorder(**camera, kStall_s);
+  double begin_s = 0;
+  for (int i = 0; i <= kFrames; ++i) {
+    const auto frame = recorder.NextFrame(kStall_s, session.stop);
+    if (!frame) return {NotMade("camera", NameStop(session.stop, frame.error()))};
+    if (i == 0) begin_s = frame->arrival_s;
+    if (i == kFrames) {
+      const double rate = kFrames / std::max(1e-3, frame->arrival_s - begin_s);
+      const bool fast = rate > 0.8 * settings.frames_per_s;
+      std::vector<Check> checks = {
+          {"camera", fast,
+           fmt::format("{}, {:.1f} frames/s{}", (*camera)->Describe(), rate,
+                       fast ? ""
+                            : fmt::format(": set [camera] frames_per_s, now {}, or the camera",
+                                          settings.frames_per_s))}};
+      if (laser) checks.push_back(SeeLaser(session, recorder, settings));
+      return checks;
+    }
+  }
+  return {};
+}
+
+// What a run that died has left is the next run's affair; here it is only told.
+Check CheckEarlierRuns(const procedure::Session& session, const std::string& address) {
+  const auto folder = files::StateFolder();
+  if (!folder) return {"earlier runs", false, folder.error().message};
+  const std::string left =
+      procedure::DescribeDeadRun(session, *folder, procedure::PlainAddress(address));
+  return {"earlier runs", left.empty(), left.empty() ? "none left anything" : left, true};
+}
+
+// Of the settings only what their file says itself: a key of the environment is no fault of it.
+std::vector<Check> CheckSecrets(const PrinterOptions& options, const settings::ScanSettings& used) {
+  const auto text = FindConfig(options.config);
+  if (!text) return {};
+  const auto in_file = files::ParseConfig(text->text, text->file);
+  if (!in_file) return {};
+  return CheckSecretFiles(
+      FilesWithSecrets(text->file, in_file->scan, used.api_key_file, options.camera));
+}
+
+int RunDoctor(const DoctorOptions& options) {
+  const Interrupt interrupt;
+  const auto config = LoadSettings(options.printer);
+  if (!config) return Report(config.error());
+  const auto printer = Connect(config->scan, interrupt.token());
+  if (!printer) return Report(printer.error());
+  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  auto checks = CheckPrinter(session, config->pattern, config->scan);
+  const bool ready = FirstFailure(checks, ErrorKind::kMachine).has_value();
+  const auto add = [&checks](std::vector<Check> more) {
+    checks.insert(checks.end(), more.begin(), more.end());
+  };
+  if (ready) add({CheckTemperatures(session, config->pattern)});
+  const Check earlier = CheckEarlierRuns(session, config->scan.address);
+  add({earlier});
+  if (ready) add(CheckTiming(session));
+  add(CheckCamera(session, config->scan, options.laser && ready && earlier.passed));
+  add(CheckSecrets(options.printer, config->scan));
+  add({procedure::CheckDisk(std::filesystem::current_path(), 60, config->scan.frames_per_s)});
+  bool all = true;
+  bool stopped = false;
+  for (const Check& check : checks) {
+    fmt::print("{}  {:<24} {}\n",
+               check.passed    ? "ok "
+               : check.stopped ? "---"
+               : check.advice  ? "tip"
+                               : "FIX",
+               check.name, check.detail);
+    all = all && (check.passed || check.advice);
+    stopped = stopped || check.stopped;
+  }
+  if (stopped) return kExitInterrupted;
+  return all ? kExitGood : kExitMachine;
+}
+
+}  // namespace
+
+void AddDoctorCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand("doctor", "check the whole set-up and say what to fix");
+  const auto options = std::make_shared<DoctorOptions>();
+  AddPrinterOptions(*command, options->printer);
+  AddCameraOption(*command, options->printer);
+  AddMaterialOption(*command, options->printer.material);
+  command->add_flag(
+      "--laser", options->laser,
+      "switch the laser on for some pictures; the head must stand at the focus height, and no "
+      "other trammel may have the printer");
+  command->callback([options, &exit_code] { exit_code = RunDoctor(*options); });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,171 @@
+// trammel pa pattern: writes the G-code of the pattern, its plan and preview, and what it costs.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/config/config_file.h"
+#include "app/config_text.h"
+#include "app/option_values.h"
+#include "app/output_files.h"
+#include "app/printer_session.h"
+#include "pressure_advance/commands/pattern_options.h"
+#include "pressure_advance/commands/pressure_advance_commands.h"
+#include "pressure_advance/files/plan_file.h"
+#include "pressure_advance/pattern/pattern.h"
+#include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/report/pattern_preview.h"
+#include "settings/material.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+using pressure_advance::PatternConfig;
+using pressure_advance::PatternLayout;
+using pressure_advance::PatternSummary;
+
+struct PatternArguments {
+  std::string config;
+  std::vector<std::string> set;
+  std::string out = "pattern.gcode";
+  std::string pa;
+  std::string segments;
+  std::string grid;
+  std::string dialect;
+  std::string material;
+  bool idle = false;
+  bool force = false;
+};
+
+/// The shortcuts of the command line, over what the file says.
+Result<void> Override(const PatternArguments& arguments, files::Config& config) {
+  for (const std::string& assignment : arguments.set) {
+    if (auto done = files::OverrideConfig(assignment, config); !done) return done;
+  }
+  if (!arguments.dialect.empty()) {
+    if (auto done = files::OverrideConfig("dialect=" + arguments.dialect, config); !done) {
+      return done;
+    }
+  }
+  if (!arguments.grid.empty()) {
+    const auto grid = ParseWholePair(arguments.grid);
+    if (!grid) {
+      return Fail(fmt::format("--grid {}: must be COLUMNSxROWS, for example 9x3", arguments.grid));
+    }
+    config.pattern.columns = grid->first;
+    config.pattern.rows = grid->second;
+  }
+  if (!arguments.segments.empty()) {
+    auto segments = ParseSegments(arguments.segments);
+    if (!segments) return tl::unexpected(segments.error());
+    config.pattern.segments = std::move(*segments);
+  }
+  if (!arguments.pa.empty()) {
+    auto values = ParsePressureAdvances(arguments.pa);
+    if (!values) return tl::unexpected(values.error());
+    config.pattern.pressure_advances_s = std::move(*values);
+  }
+  if (!arguments.material.empty()) config.pattern.material = arguments.material;
+  if (arguments.idle) config.pattern.finish = pressure_advance::Finish::kIdle;
+  return {};
+}
+
+Result<PatternConfig> Configure(const PatternArguments& arguments) {
+  const Result<ConfigText> text = FindConfig(arguments.config);
+  if (!text) return tl::unexpected(text.error());
+  Result<files::Config> config = files::ParseConfig(text->text, text->file);
+  if (!config) return tl::unexpected(config.error());
+  if (auto done = Override(arguments, *config); !done) return tl::unexpected(done.error());
+  if (auto valid = files::ValidateConfig(*config, text->text, text->file); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  if (const auto problem = settings::FindTemperatureProblem(config->pattern)) {
+    return tl::unexpected(files::LocateProblem(*problem, text->text, text->file));
+  }
+  fmt::print("settings   {}\n", text->file);
+  return config->pattern;
+}
+
+void Print(const PatternSummary& summary, const PatternLayout& layout,
+           const PatternConfig& config) {
+  const auto minutes = static_cast<int>(summary.time_s / 60);
+  fmt::print("lines      {} in {} pattern(s)\n", layout.lines.size(), layout.patterns.size());
+  fmt::print("heated to  {}\n", settings::DescribeTemperatures(config));
+  fmt::print("filament   {:.1f} mm{}\n", summary.filament_mm,
+             summary.filament_g ? fmt::format(", {:.2f} g", *summary.filament_g) : "");
+  fmt::print("time       {} min {:.0f} s without heating\n", minutes,
+             summary.time_s - 60 * minutes);
+  fmt::print("bounds     X {:.2f} ... {:.2f} mm, Y {:.2f} ... {:.2f} mm\n",
+             summary.printed.min_x_mm, summary.printed.max_x_mm, summary.printed.min_y_mm,
+             summary.printed.max_y_mm);
+  fmt::print("peak flow  {:.1f} mm^3/s\n", summary.peak_flow_mm3_s);
+}
+
+Result<void> RunPattern(const PatternArguments& arguments) {
+  const Result<PatternConfig> config = Configure(arguments);
+  if (!config) return tl::unexpected(config.error());
+  const fs::path gcode_path = arguments.out;
+  if (!gcode_path.has_filename()) {
+    return Fail(fmt::format("--out {}: must end in a file name", arguments.out));
+  }
+  fs::path plan_path = gcode_path;
+  plan_path.replace_extension(".plan.json");
+  fs::path svg_path = gcode_path;
+  svg_path.replace_extension(".svg");
+  fs::path png_path = gcode_path;
+  png_path.replace_extension(".png");
+  if (auto may = RefuseToOverwrite({gcode_path, plan_path, svg_path, png_path}, arguments.force);
+      !may) {
+    return may;
+  }
+  const PatternLayout layout = LayOut(*config);
+  const auto plan = MakePlan(layout, *config, gcode_path.filename().string());
+  const report::Canvas preview = report::PatternPreview(layout, *config);
+  auto written = WriteOutputs({{gcode_path, WriteGcode(layout, *config)},
+                               {plan_path, files::FormatPlan(plan)},
+                               {svg_path, preview.ToSvg()},
+                               {png_path, preview.ToPng()}},
+                              arguments.force);
+  if (!written) return written;
+  fmt::print("G-code     {}\nplan       {}\npreview    {} {}\n", gcode_path.string(),
+             plan_path.string(), svg_path.string(), png_path.string());
+  Print(Summarise(layout, *config), layout, *config);
+  return {};
+}
+
+}  // namespace
+
+void AddPatternCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand(
+      "pattern", "write the G-code of lines at rising pressure advance, and where they lie");
+  auto arguments = std::make_shared<PatternArguments>();
+  command->add_option("--config", arguments->config,
+                      "settings; left out: trammel.toml of this folder, if there is one");
+  command->add_option("--set", arguments->set, "one setting: key=value; may be repeated");
+  command
+      ->add_option("--out", arguments->out,
+                   "G-code file; plan and preview (SVG, PNG) are written beside it")
+      ->capture_default_str();
+  command->add_option("--pa", arguments->pa,
+                      "pressure advance in s: START:END:COUNT, START:END:STEP or a,b,c");
+  command->add_option("--segments", arguments->segments,
+                      "speeds along a line: FRACTION:SPEED,..., as in 0.1:10,0.6:100,0.3:10");
+  command->add_option("--grid", arguments->grid, "several patterns: COLUMNSxROWS");
+  command->add_option("--dialect", arguments->dialect, "klipper, marlin or reprapfirmware");
+  AddMaterialOption(*command, arguments->material);
+  command->add_flag("--idle", arguments->idle,
+                    "leave the bed warm at the end, because a scan follows");
+  command->add_flag("--force", arguments->force, "overwrite files");
+  command->callback([arguments, &exit_code] {
+    const Result<void> done = RunPattern(*arguments);
+    if (!done) exit_code = Report(done.error());
+  });
+}
+
+}  // namespace trammel::app

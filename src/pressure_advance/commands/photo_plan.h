@@ -1,0 +1,24 @@
+// What a photo cannot tell of itself: from the plan that trammel pa pattern wrote.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "base/result.h"
+#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/pattern/pattern_plan.h"
+
+namespace trammel::app {
+
+/// The lines of one pattern, as they lie side by side on the bed; the first is the one that was
+/// printed first, or the outer line nearer to it.
+/// @returns values and segments; the sides of the picture are left at their defaults. Errors name
+///   `file`: lines that are not parallel or run in both directions; several
+///   patterns of which a photo could show either.
+[[nodiscard]] Result<PhotoPlan> PhotoPlanOf(const pressure_advance::PatternPlan& plan,
+                                            const std::string& file);
+
+/// The same from a *.plan.json; also errors where there is none or it cannot be used.
+[[nodiscard]] Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file);
+
+}  // namespace trammel::app

@@ -1,0 +1,17 @@
+#include "pressure_advance/commands/pressure_advance_commands.h"
+
+#include <CLI/CLI.hpp>
+
+namespace trammel::app {
+
+void AddPressureAdvanceCommands(CLI::App& cli, int& exit_code) {
+  CLI::App* pa = cli.add_subcommand("pa", "pressure advance")->require_subcommand(1);
+  AddAnalyzeCommand(*pa, exit_code);
+  AddPatternCommand(*pa, exit_code);
+  AddCalibrateCommands(*pa, exit_code);
+  AddApplyCommand(*pa, exit_code);
+  AddValidateCommand(*pa, exit_code);
+  AddListenCommand(*pa, exit_code);
+}
+
+}  // namespace trammel::app

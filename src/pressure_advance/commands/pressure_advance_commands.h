@@ -1,0 +1,24 @@
+// The commands of pressure advance: `trammel pa`, and `trammel doctor`.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace trammel::app {
+
+/// The whole group, below the program; each command stores its exit code (app/commands.h).
+void AddPressureAdvanceCommands(CLI::App& cli, int& exit_code);
+
+/// Each hangs its command below `parent`.
+void AddAnalyzeCommand(CLI::App& parent, int& exit_code);
+void AddPatternCommand(CLI::App& parent, int& exit_code);
+/// `calibrate`, `print` and `scan`.
+void AddCalibrateCommands(CLI::App& parent, int& exit_code);
+void AddApplyCommand(CLI::App& parent, int& exit_code);
+void AddValidateCommand(CLI::App& parent, int& exit_code);
+void AddListenCommand(CLI::App& parent, int& exit_code);
+/// `trammel doctor`, below the program.
+void AddDoctorCommand(CLI::App& parent, int& exit_code);
+
+}  // namespace trammel::app

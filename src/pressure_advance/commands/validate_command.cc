@@ -1,0 +1,87 @@
+// trammel pa validate: what a pressure advance is worth, on a clean plate or from a recording.
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/new_folder.h"
+#include "app/printer_session.h"
+#include "pressure_advance/commands/apply_command.h"
+#include "pressure_advance/commands/calibration_run.h"
+#include "pressure_advance/commands/pressure_advance_commands.h"
+#include "pressure_advance/commands/validation.h"
+#include "pressure_advance/procedure/comparison.h"
+#include "settings/material.h"
+
+namespace trammel::app {
+namespace {
+
+struct ValidateArguments {
+  PrinterOptions printer;
+  std::string value;
+  std::string recording;
+  std::string out;
+  bool dry_run = false;
+  bool json = false;
+};
+
+int Evaluate(const ValidateArguments& arguments) {
+  const auto improvement = EvaluateComparison(arguments.recording);
+  if (!improvement) return Report(improvement.error());
+  return PrintImprovement(*improvement, arguments.recording, arguments.json);
+}
+
+int RunValidate(const ValidateArguments& arguments) {
+  if (!arguments.recording.empty()) return Evaluate(arguments);
+  if (arguments.value.empty()) {
+    const Result<void> missing = Fail(
+        "name the pressure advance to validate, in s or as a recording's folder, or a "
+        "recorded comparison with --recording");
+    return Report(missing.error());
+  }
+  const Interrupt interrupt;
+  auto config = LoadSettings(arguments.printer);
+  if (!config) return Report(config.error());
+  const auto value = ValueFrom(arguments.value);
+  if (!value) return Report(value.error());
+  auto pattern = procedure::ComparisonPattern(config->pattern, value->value_s);
+  if (!pattern) return Report(pattern.error());
+  config->pattern = std::move(*pattern);
+  if (auto valid = Validate(config->pattern); !valid) return Report(valid.error());
+  if (auto told = settings::ValidateTemperatures(config->pattern); !told) {
+    return Report(told.error());
+  }
+  if (arguments.dry_run) {
+    const auto done = PrintDryRun(config->pattern, config->scan);
+    return done ? static_cast<int>(kExitGood) : Report(done.error());
+  }
+  const auto printer = Connect(config->scan, interrupt.token());
+  if (!printer) return Report(printer.error());
+  const auto folder = NewFolder::Make(arguments.out);
+  if (!folder) return Report(folder.error());
+  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  const auto improvement = RunComparison(session, RequestFor(*config, folder->path()));
+  if (!improvement) return Report(improvement.error());
+  return PrintImprovement(*improvement, folder->path(), arguments.json);
+}
+
+}  // namespace
+
+void AddValidateCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand(
+      "validate", "print lines without and with a pressure advance, and say what it improves");
+  const auto arguments = std::make_shared<ValidateArguments>();
+  command->add_option("value", arguments->value, "seconds, or a calibration's recording");
+  command->add_option("--recording", arguments->recording,
+                      "print nothing: compare the lines of this recording again");
+  AddPrinterOptions(*command, arguments->printer);
+  AddCameraOption(*command, arguments->printer);
+  AddMaterialOption(*command, arguments->printer.material);
+  command->add_option("--out", arguments->out, "new folder for everything that is recorded");
+  command->add_flag("--dry-run", arguments->dry_run, "print the G-code and the sweeps, do nothing");
+  command->add_flag("--json", arguments->json, "print the result as one JSON object");
+  command->callback([arguments, &exit_code] { exit_code = RunValidate(*arguments); });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,135 @@
+#include "pressure_advance/files/plan_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "pressure_advance/pattern/pattern.h"
+
+namespace trammel::files {
+namespace {
+
+using nlohmann::json;
+using pressure_advance::PatternConfig;
+using pressure_advance::PatternPlan;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+PatternPlan PlanOf(const PatternConfig& config) {
+  return MakePlan(LayOut(config), config, "pattern.gcode");
+}
+
+TEST(PlanFile, ReadsBackWhatItWrote) {
+  PatternConfig config;
+  config.bed_origin_x_mm = -125;
+  config.columns = 2;
+  config.alternate_directions = true;
+  const PatternPlan plan = PlanOf(config);
+  const std::string text = FormatPlan(plan);
+  const auto read = ParsePlan(text, "a.plan.json");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(FormatPlan(*read), text);
+  ASSERT_EQ(read->lines.size(), 20u);
+  EXPECT_EQ(read->lines[19].pattern, 1);
+  EXPECT_EQ(read->lines[19].pressure_advance_s, 0.06);
+  constexpr double kHalfMicrometre = 0.0005001;  // positions are rounded to 1 um
+  EXPECT_NEAR(read->lines[3].start_x_mm, plan.lines[3].start_x_mm, kHalfMicrometre);
+  EXPECT_EQ(read->bed_origin_x_mm, -125);
+  EXPECT_EQ(read->segments.size(), 3u);
+  EXPECT_EQ(read->acceleration_mm_s2, 3000);
+}
+
+TEST(PlanFile, HasTheKeysOfTheFormatAndNoOthers) {
+  const json plan = json::parse(FormatPlan(PlanOf(PatternConfig{})));
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : plan.items()) keys.push_back(key);
+  EXPECT_THAT(keys,
+              testing::UnorderedElementsAre("format", "kind", "gcode", "bed_mm", "bed_origin_mm",
+                                            "layer_height_mm", "line_width_mm", "line_length_mm",
+                                            "acceleration_mm_s2", "segments", "lines"));
+}
+
+TEST(PlanFile, WritesAFileNameOfAnyBytes) {
+  PatternPlan plan = PlanOf(PatternConfig{});
+  plan.gcode = "\xff.gcode";
+  EXPECT_TRUE(ParsePlan(FormatPlan(plan), "a.plan.json"));
+}
+
+TEST(PlanFile, DoesWithoutTheBedsOriginAndIgnoresForeignKeys) {
+  json plan = json::parse(FormatPlan(PlanOf(PatternConfig{})));
+  plan.erase("bed_origin_mm");
+  plan["x_note"] = {1, 2};
+  plan["lines"][0]["x_note"] = nullptr;
+  EXPECT_TRUE(ParsePlan(plan.dump(), "a.plan.json"));
+}
+
+struct Fault {
+  std::function<void(json&)> spoil;
+  const char* says;
+};
+
+TEST(PlanFile, NamesWhatIsWrong) {
+  const std::vector<Fault> faults{
+      {[](json& p) { p.erase("format"); }, "format is missing"},
+      {[](json& p) { p["format"] = 2; }, "format is 2; this trammel reads format 1"},
+      {[](json& p) { p["format"] = 1.5; }, "format is 1.5; it must be a whole number"},
+      {[](json& p) { p["kind"] = "recipe"; },
+       "kind is \"recipe\"; it must be \"pressure_advance_plan\""},
+      {[](json& p) { p["gcode"] = "../../etc/passwd"; }, "must be a file name without a folder"},
+      {[](json& p) { p["gcode"] = 7; }, "gcode is 7; it must be text"},
+      {[](json& p) { p["bed_mm"] = {250}; }, "bed_mm has 1 entries; it must have 2"},
+      {[](json& p) {
+         p["bed_mm"] = {250, "x"};
+       },
+       "bed_mm[1] is \"x\"; it must be a number"},
+      {[](json& p) { p["layer_height_mm"] = -1; }, "layer_height_mm is -1; it must be 0.001 … 10"},
+      {[](json& p) { p["line_width_mm"] = nullptr; }, "line_width_mm is null; it must be a number"},
+      {[](json& p) { p["line_length_mm"] = 1e300; }, "line_length_mm is 1e+300; it must be"},
+      {[](json& p) { p["line_length_mm"] = 31; }, "lies 30.000 mm from start_mm"},
+      {[](json& p) { p["segments"][0]["fraction"] = 0.5; }, "sum to 1.25"},
+      {[](json& p) { p["segments"][1].erase("speed_mm_s"); }, "segments[1].speed_mm_s is missing"},
+      {[](json& p) { p["segments"] = 3; }, "segments is 3; it must be a list"},
+      {[](json& p) { p["lines"] = json::array(); }, "lines has 0 entries"},
+      {[](json& p) { p["lines"][4] = 1; }, "lines[4] is 1; it must be an object"},
+      {[](json& p) { p["lines"][4]["pressure_advance_s"] = -0.1; },
+       "lines[4].pressure_advance_s is -0.1; it must be 0 … 10"},
+      {[](json& p) {
+         p["lines"][4]["start_mm"] = {-5, 100};
+       },
+       "lines[4].start_mm is (-5, 100), off the bed"},
+      {[](json& p) { p["speed"] = 3; }, "\"speed\" is not a known key"},
+      {[](json& p) { p["lines"][4]["colour"] = 3; }, "lines[4].\"colour\" is not a known key"},
+  };
+  for (const Fault& fault : faults) {
+    json plan = json::parse(FormatPlan(PlanOf(PatternConfig{})));
+    fault.spoil(plan);
+    const auto read = ParsePlan(plan.dump(), "a.plan.json");
+    ASSERT_FALSE(read) << fault.says;
+    EXPECT_THAT(read.error().message, StartsWith("a.plan.json")) << fault.says;
+    EXPECT_THAT(read.error().message, HasSubstr(fault.says));
+  }
+}
+
+TEST(PlanFile, SurvivesEveryTruncationOfItsText) {
+  const std::string text = FormatPlan(PlanOf(PatternConfig{}));
+  const std::size_t end = text.find_last_of('}');
+  for (std::size_t length = 0; length <= end; ++length) {
+    EXPECT_FALSE(ParsePlan(std::string_view(text).substr(0, length), "a.plan.json")) << length;
+  }
+}
+
+TEST(PlanFile, SurvivesWhatIsNotAPlan) {
+  for (const std::string& text :
+       {std::string("null"), std::string("[]"), std::string("{}"), std::string("1e999"),
+        std::string("\xff\xfe\0", 3), std::string(100000, '['), std::string("{\"format\": NaN}"),
+        std::string("{\"format\": 1, \"format\": 1}")}) {
+    EXPECT_FALSE(ParsePlan(text, "a.plan.json"));
+  }
+}
+
+}  // namespace
+}  // namespace trammel::files

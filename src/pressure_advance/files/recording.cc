@@ -1,0 +1,237 @@
+#include "pressure_advance/files/recording.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+#include <system_error>
+#include <vector>
+
+#include "base/check.h"
+#include "files/json_object.h"
+#include "files/whole_file.h"
+#include "pressure_advance/files/unplaced_recording.h"
+
+namespace trammel::files {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+using pressure_advance::Scan;
+using pressure_advance::ScanLine;
+using pressure_advance::Segment;
+
+/// A thousand lines with six thousand capture times each stay below this.
+constexpr std::size_t kMaxBytes = std::size_t{128} << 20;
+
+// Numbers are bounded by Validate(Scan), for whoever makes a scan; types and keys here.
+
+std::optional<AxisDirection> Direction(JsonObject& object, const char* key) {
+  const auto text = object.OptionalChoice(key, {"+x", "-x", "+y", "-y"});
+  return text ? ParseAxisDirection(*text) : std::nullopt;
+}
+
+/// Why a video's name must not be used; empty where it may be.
+std::string VideoNameFault(const std::string& name) {
+  if (name.empty() || name.size() > 255 || name.find('\0') != std::string::npos) {
+    return "it must be a file name of 1 … 255 characters";
+  }
+  const std::filesystem::path path(name);
+  if (path.is_absolute() || name.find('\\') != std::string::npos) {
+    return "it must be a file name inside the recording's folder, not an absolute path";
+  }
+  for (const auto& part : path) {
+    if (part == "..") {
+      return "it must be a file name inside the recording's folder, without '..'";
+    }
+  }
+  return {};
+}
+
+Result<ScanLine> ReadLine(JsonObject object) {
+  constexpr std::size_t kMostFrames = 10'000'000;
+  ScanLine line;
+  line.pressure_advance_s = object.Number("pressure_advance_s");
+  line.video = object.Text("video");
+  if (const std::string wrong = VideoNameFault(line.video); !object.failed() && !wrong.empty()) {
+    object.Fault("video", fmt::format("is {}; {}", Show(json(line.video)), wrong));
+  }
+  line.print_direction = Direction(object, "print_direction");
+  line.sweep_direction = Direction(object, "sweep_direction");
+  if (object.Find("frame_times_s") != nullptr) {
+    line.frame_times_s = object.Numbers("frame_times_s", 1, kMostFrames);
+  }
+  line.frame_positions_mm = object.OptionalNumbers("frame_positions_mm", 2, kMostFrames);
+  if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  return line;
+}
+
+Result<Segment> ReadSegment(JsonObject object) {
+  const Segment segment{object.Number("fraction"), object.Number("speed_mm_s")};
+  if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  return segment;
+}
+
+Result<PixelRect> ReadCrop(JsonObject object) {
+  constexpr NumberRange kPixel{-1e6, 1e6};
+  const PixelRect crop{object.Integer("x", kPixel), object.Integer("y", kPixel),
+                       object.Integer("width", kPixel), object.Integer("height", kPixel)};
+  if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  return crop;
+}
+
+/// The objects within a scan, still to be read.
+struct ScanParts {
+  const json* lines = nullptr;
+  const json* segments = nullptr;  ///< or nullptr
+  const json* crop = nullptr;      ///< or nullptr
+};
+
+/// Everything but the objects within.
+Result<ScanParts> ReadHead(JsonObject& object, Scan& scan) {
+  const double format = object.Number("format");
+  if (!object.failed() && format != 1) {
+    object.Fault("format", fmt::format("is {}; this trammel reads format 1", format));
+  }
+  (void)object.Choice("eye", {"laser"});
+  ScanParts parts;
+  parts.lines = &object.List("lines", 1, 1000);
+  scan.frames_per_s = object.Number("frames_per_s", {}, 30);
+  scan.scan_speed_mm_s = object.Number("scan_speed_mm_s");
+  scan.px_per_mm = object.OptionalNumber("px_per_mm");
+  scan.laser_angle_rad = object.Number("laser_angle_deg", {}, 45) * std::numbers::pi / 180;
+  scan.height_direction = Direction(object, "height_direction").value_or(AxisDirection::kMinusX);
+  parts.crop = object.Find("crop_px");
+  scan.line_start_mm = object.Number("line_start_mm", {}, 4);
+  scan.motion.length_mm = object.Number("line_length_mm", {}, 30);
+  scan.motion.acceleration_mm_s2 = object.Number("acceleration_mm_s2", {}, 3000);
+  parts.segments = object.OptionalList("segments", 1, 100);
+  if (auto done = object.Finish(); !done) return tl::unexpected(done.error());
+  return parts;
+}
+
+Result<Scan> ReadObject(JsonObject object) {
+  Scan scan;
+  const Result<ScanParts> parts = ReadHead(object, scan);
+  if (!parts) return tl::unexpected(parts.error());
+  if (parts->crop != nullptr) {
+    auto crop = ReadCrop(object.Inner(*parts->crop, "crop_px"));
+    if (!crop) return tl::unexpected(crop.error());
+    scan.crop = *crop;
+  }
+  if (parts->segments == nullptr) scan.motion.segments = {{0.25, 5}, {0.5, 150}, {0.25, 5}};
+  for (std::size_t i = 0; parts->segments != nullptr && i < parts->segments->size(); ++i) {
+    auto segment = ReadSegment(object.Inner((*parts->segments)[i], fmt::format("segments[{}]", i)));
+    if (!segment) return tl::unexpected(segment.error());
+    scan.motion.segments.push_back(*segment);
+  }
+  for (std::size_t i = 0; i < parts->lines->size(); ++i) {
+    auto line = ReadLine(object.Inner((*parts->lines)[i], fmt::format("lines[{}]", i)));
+    if (!line) return tl::unexpected(line.error());
+    scan.lines.push_back(std::move(*line));
+  }
+  return scan;
+}
+
+ordered_json FormatLine(const ScanLine& line) {
+  ordered_json entry{{"pressure_advance_s", line.pressure_advance_s}, {"video", line.video}};
+  if (line.print_direction) entry["print_direction"] = ToString(*line.print_direction);
+  if (line.sweep_direction) entry["sweep_direction"] = ToString(*line.sweep_direction);
+  if (!line.frame_times_s.empty()) entry["frame_times_s"] = line.frame_times_s;
+  if (!line.frame_positions_mm.empty()) {
+    ordered_json& positions = entry["frame_positions_mm"] = ordered_json::array();
+    for (const auto& position : line.frame_positions_mm) {
+      positions.push_back(position ? ordered_json(*position) : ordered_json(nullptr));
+    }
+  }
+  return entry;
+}
+
+/// Degrees as a person wrote them: without the last digits that the way through radians adds.
+double Degrees(double angle_rad) {
+  constexpr double kSteps = 1e9;
+  return std::round(angle_rad * 180 / std::numbers::pi * kSteps) / kSteps;
+}
+
+ordered_json FormatHead(const Scan& scan) {
+  ordered_json head{{"format", 1},
+                    {"eye", "laser"},
+                    {"frames_per_s", scan.frames_per_s},
+                    {"scan_speed_mm_s", scan.scan_speed_mm_s}};
+  if (scan.px_per_mm) head["px_per_mm"] = *scan.px_per_mm;
+  head["laser_angle_deg"] = Degrees(scan.laser_angle_rad);
+  head["height_direction"] = ToString(scan.height_direction);
+  if (scan.crop) {
+    head["crop_px"] = {{"x", scan.crop->x},
+                       {"y", scan.crop->y},
+                       {"width", scan.crop->width},
+                       {"height", scan.crop->height}};
+  }
+  head["line_start_mm"] = scan.line_start_mm;
+  head["line_length_mm"] = scan.motion.length_mm.value_or(30);
+  ordered_json& segments = head["segments"] = ordered_json::array();
+  for (const Segment& segment : scan.motion.segments) {
+    segments.push_back({{"fraction", segment.fraction}, {"speed_mm_s", segment.speed_mm_s}});
+  }
+  head["acceleration_mm_s2"] = scan.motion.acceleration_mm_s2.value_or(3000);
+  return head;
+}
+
+}  // namespace
+
+std::string FormatScan(const Scan& scan, const json& extra) {
+  ordered_json head = FormatHead(scan);
+  for (const auto& [key, value] : extra.items()) {
+    TRAMMEL_CHECK(key.starts_with("x_"), "'{}' is no key of one's own", key);
+    head[key] = value;
+  }
+  // One line of text for each printed line: long lists stay out of a reader's way.
+  constexpr auto kReplace = ordered_json::error_handler_t::replace;
+  std::string text = "{\n";
+  for (const auto& [key, value] : head.items()) {
+    text +=
+        fmt::format("  {}: {},\n", json(key).dump(-1, ' ', false, json::error_handler_t::replace),
+                    value.dump(-1, ' ', false, kReplace));
+  }
+  text += "  \"lines\": [";
+  for (std::size_t i = 0; i < scan.lines.size(); ++i) {
+    text += fmt::format("{}\n    {}", i == 0 ? "" : ",",
+                        FormatLine(scan.lines[i]).dump(-1, ' ', false, kReplace));
+  }
+  return text + "\n  ]\n}\n";
+}
+
+Result<Scan> ParseScan(const std::string& text, const std::string& name) {
+  const Result<json> root = ParseJson(text, name);
+  if (!root) return tl::unexpected(root.error());
+  Result<Scan> scan = ReadObject(JsonObject(*root, name));
+  if (!scan) return scan;
+  if (const auto valid = Validate(*scan); !valid) {
+    return Fail(fmt::format("{}: {}", name, valid.error().message));
+  }
+  return scan;
+}
+
+Result<Scan> ReadScan(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "scan.json";
+  std::error_code error;
+  if (!std::filesystem::is_directory(folder, error)) {
+    return Fail(
+        fmt::format("'{}' is not a folder; name the folder of a recording, with scan.json "
+                    "and its videos",
+                    folder.string()));
+  }
+  if (!std::filesystem::is_regular_file(file, error)) {
+    if (auto unplaced = UnplacedRecording(folder)) return tl::unexpected(*unplaced);
+    return Fail(fmt::format(
+        "'{}' has no scan.json; docs/formats.md says what a recording must hold", folder.string()));
+  }
+  const Result<std::string> text = ReadNamedFile(file, kMaxBytes);
+  if (!text) return tl::unexpected(text.error());
+  return ParseScan(*text, file.string());
+}
+
+}  // namespace trammel::files

@@ -1,0 +1,260 @@
+#include "pressure_advance/laser/laser_eye.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "base/check.h"
+#include "pressure_advance/laser/bead_profile.h"
+#include "pressure_advance/laser/plate_reference.h"
+#include "pressure_advance/timing/sweep_positions.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+/// Mean over all frames and pixels, per colour, for messages.
+struct Light {
+  double mean = 0;
+  int brightest = 0;
+  int darkest = 255;
+};
+
+Light MeasureLight(std::span<const Frame> frames, std::span<const std::size_t> order) {
+  Light light;
+  double sum = 0;
+  double count = 0;
+  for (const std::size_t index : order) {
+    const Frame& frame = frames[index];
+    for (std::size_t i = 2; i < frame.bgr.size(); i += 3) {
+      sum += frame.bgr[i];
+      light.brightest = std::max(light.brightest, int{frame.bgr[i]});
+      light.darkest = std::min(light.darkest, int{frame.bgr[i]});
+      count += 1;
+    }
+  }
+  light.mean = count > 0 ? sum / count : 0;
+  return light;
+}
+
+/// What no two frames that differ say: no picture at all, or always the same one.
+std::string FrozenFault(std::span<const Frame> frames, std::span<const std::size_t> order) {
+  const Light light = MeasureLight(frames, order);
+  constexpr int kPlain = 10;  // of 255: no picture at all
+  if (light.brightest - light.darkest >= kPlain) {
+    return fmt::format("all {} frames are the same picture; the camera or the machine did not move",
+                       order.size());
+  }
+  return fmt::format(
+      "no laser line: all {} frames are plain {} (red {} … {}); check that the laser is on, the "
+      "exposure, and the camera",
+      order.size(),
+      light.mean < 64    ? "black"
+      : light.mean > 192 ? "white"
+                         : "grey",
+      light.darkest, light.brightest);
+}
+
+/// Keeps a frame unless it lies past the ends of the line.
+void Keep(std::size_t frame, double position_mm, const Scan& scan, SweepReading& reading) {
+  // A hundredth of a frame's step is rounding, not being past the end.
+  const double slack_mm = 0.01 * scan.scan_speed_mm_s / scan.frames_per_s;
+  if (position_mm < -slack_mm || position_mm > scan.motion.length_mm.value_or(0) + slack_mm) {
+    ++reading.off_line_frames;
+    return;
+  }
+  reading.frame.push_back(frame);
+  reading.heights.position_mm.push_back(position_mm);
+}
+
+/// The frames to score: in motion and on the line, in print direction.
+void ChooseFrames(std::span<const Frame> frames, const Scan& scan, const ScanLine& line,
+                  SweepReading& reading) {
+  const std::vector<std::size_t> placed = PlacedFrames(line, frames.size());
+  const StillFrames still = FindStillFrames(frames, placed);
+  if (still.all) {
+    reading.profile.unusable = FrozenFault(frames, placed);
+    return;
+  }
+  if (line.frame_positions_mm.empty()) {
+    reading.still_frames = still.first + still.last;
+    const std::vector<double> position = SweepPositions(scan, line, frames.size(), still.first);
+    for (std::size_t i = still.first; i + still.last < frames.size(); ++i) {
+      Keep(i, position[i], scan, reading);
+    }
+  } else {
+    // Whoever gave the positions has left out where the head stood, by what the machine said.
+    reading.unplaced_frames = frames.size() - placed.size();
+    for (const std::size_t i : placed) {
+      Keep(i, *line.frame_positions_mm[i], scan, reading);
+    }
+  }
+  if (SweepsBackwards(line)) {
+    std::reverse(reading.frame.begin(), reading.frame.end());
+    std::reverse(reading.heights.position_mm.begin(), reading.heights.position_mm.end());
+  }
+}
+
+vision::StripeModel LearnFrom(std::span<const Frame> frames, const std::vector<std::size_t>& chosen,
+                              const LaserEyeOptions& options,
+                              vision::LaserLineWorkspace& workspace) {
+  std::vector<BgrView> views;
+  const std::size_t count = std::min(options.model_frames, chosen.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    views.push_back(frames[chosen[(2 * i + 1) * chosen.size() / (2 * count)]].view());
+  }
+  return vision::LearnStripe(views, options.line, workspace);
+}
+
+/// Finds the line in every chosen frame; columns become heights above column 0.
+HeightMap FindLines(std::span<const Frame> frames, SweepReading& reading,
+                    const LaserEyeOptions& options, double sign,
+                    vision::LaserLineWorkspace& workspace) {
+  HeightMap lines;
+  lines.frames = reading.frame.size();
+  lines.rows = static_cast<std::size_t>(frames[reading.frame[0]].height);
+  lines.position_mm = reading.heights.position_mm;
+  lines.height_px.resize(lines.frames * lines.rows);
+  lines.sigma_px.resize(lines.frames * lines.rows);
+  vision::LaserLine line;
+  reading.example_column = lines.frames / 8;
+  for (std::size_t f = 0; f < lines.frames; ++f) {
+    vision::FindLaserLine(frames[reading.frame[f]].view(), reading.stripe, options.line, workspace,
+                          line);
+    for (std::size_t r = 0; r < lines.rows; ++r) {
+      lines.height_px[lines.index(f, r)] = static_cast<float>(sign * line.centre_px[r]);
+      lines.sigma_px[lines.index(f, r)] = line.sigma_px[r];
+    }
+    if (f == reading.example_column) {
+      reading.example = line;
+    }
+  }
+  return lines;
+}
+
+/// Why the sweep shows no laser; empty where it does.
+std::string LaserFault(const HeightMap& lines, const vision::StripeModel& stripe,
+                       const LaserEyeOptions& options, std::span<const Frame> frames,
+                       std::span<const std::size_t> order) {
+  std::size_t lit = 0;
+  for (std::size_t f = 0; f < lines.frames; ++f) {
+    std::size_t found = 0;
+    for (std::size_t r = 0; r < lines.rows; ++r) {
+      found += lines.sigma_px[lines.index(f, r)] > 0 ? 1 : 0;
+    }
+    lit += 2 * found >= lines.rows ? 1 : 0;
+  }
+  const bool steady = stripe.scatter_px < 1.5F * stripe.sigma_px;
+  if (2 * lit >= lines.frames && stripe.contrast >= options.least_contrast && steady) {
+    return {};
+  }
+  const Light light = MeasureLight(frames, order);
+  return fmt::format(
+      "no laser line: seen in {} of {} frames, {:.1f} times the noise beside it (at least {:.1f} "
+      "needed), {:.1f} px from row to row; red is {:.0f} on average, {} … {}; check that the laser "
+      "is on, the exposure, and crop_px",
+      lit, lines.frames, stripe.contrast, options.least_contrast,
+      std::min(stripe.scatter_px, 9999.0F), light.mean, light.darkest, light.brightest);
+}
+
+/// Marks frames whose bead rises to the picture's end, where a line is cut off.
+void MarkCutTops(const HeightMap& lines, const SweepReading& reading, double sign, int width,
+                 PlateHeights& plate) {
+  constexpr int kFewestRows = 3;  // fewer are glints
+  const double margin = 1.5 * reading.stripe.sigma_px;
+  const double highest = sign > 0 ? width - 1 - margin : -margin;
+  for (std::size_t f = 0; f < lines.frames; ++f) {
+    int rows = 0;
+    for (std::size_t r = 0; r < lines.rows; ++r) {
+      const std::size_t i = lines.index(f, r);
+      if (lines.sigma_px[i] > 0 && lines.height_px[i] > highest && !OnPlate(plate.band, f, r)) {
+        ++rows;
+      }
+    }
+    if (rows >= kFewestRows) plate.cut_off[f] = true;
+  }
+}
+
+SectionScale ScaleOf(const Scan& scan) {
+  const double tangent = std::tan(scan.laser_angle_rad);
+  const double mm_per_px = scan.px_per_mm ? 1 / *scan.px_per_mm : 1;
+  return {mm_per_px, mm_per_px / tangent};
+}
+
+/// Samples in print order; a frame at the same place as the one before it adds nothing new.
+void FillSamples(std::vector<ProfileSample> samples, const HeightMap& heights,
+                 LineProfile& profile) {
+  for (std::size_t f = 0; f < samples.size(); ++f) {
+    samples[f].position = heights.position_mm[f];
+    if (profile.samples.empty() || samples[f].position > profile.samples.back().position) {
+      profile.samples.push_back(samples[f]);
+    }
+  }
+}
+
+}  // namespace
+
+void TurnUpright(const BgrView& view, AxisDirection height_direction, Frame& upright) {
+  const bool transpose = !AlongX(height_direction);
+  const int width = transpose ? view.height : view.width;
+  const int height = transpose ? view.width : view.height;
+  if (upright.width != width || upright.height != height) {
+    upright = Frame(width, height);
+  }
+  for (int y = 0; y < height; ++y) {
+    std::uint8_t* out = upright.row(y);
+    if (!transpose) {
+      std::copy_n(view.row(y), 3 * static_cast<std::size_t>(width), out);
+      continue;
+    }
+    for (int x = 0; x < width; ++x) {
+      std::copy_n(view.row(x) + std::ptrdiff_t{3} * y, 3, out + std::ptrdiff_t{3} * x);
+    }
+  }
+}
+
+SweepReading ReadSweep(std::span<const Frame> frames, const Scan& scan, const ScanLine& line,
+                       const LaserEyeOptions& options, vision::LaserLineWorkspace& workspace) {
+  TRAMMEL_CHECK(!frames.empty(), "a sweep without frames");
+  SweepReading reading;
+  LineProfile& profile = reading.profile;
+  profile.pressure_advance_s = line.pressure_advance_s;
+  profile.cross_section_unit =
+      scan.px_per_mm ? CrossSectionUnit::kMillimetre : CrossSectionUnit::kPixel;
+  profile.position_unit = PositionUnit::kMillimetre;
+  ChooseFrames(frames, scan, line, reading);
+  if (!profile.unusable.empty()) {
+    return reading;
+  }
+  if (reading.frame.size() < options.fewest_frames) {
+    profile.unusable = fmt::format(
+        "only {} of {} frames show the line ({} standing still, {} without a position, {} past its "
+        "ends); at least {} are needed: check {}",
+        reading.frame.size(), frames.size(), reading.still_frames, reading.unplaced_frames,
+        reading.off_line_frames, options.fewest_frames,
+        line.frame_positions_mm.empty() ? "scan_speed_mm_s, frames_per_s and line_start_mm"
+                                        : "frame_positions_mm");
+    return reading;
+  }
+  reading.stripe = LearnFrom(frames, reading.frame, options, workspace);
+  const HeightMap lines =
+      FindLines(frames, reading, options, Sign(scan.height_direction), workspace);
+  profile.unusable = LaserFault(lines, reading.stripe, options, frames, reading.frame);
+  if (!profile.unusable.empty()) {
+    return reading;
+  }
+  PlateHeights plate = FindPlate(lines);
+  profile.unusable = plate.fault;
+  if (!profile.unusable.empty()) {
+    return reading;
+  }
+  MarkCutTops(lines, reading, Sign(scan.height_direction), frames[reading.frame[0]].width, plate);
+  reading.cut_off_frames =
+      static_cast<std::size_t>(std::count(plate.cut_off.begin(), plate.cut_off.end(), true));
+  FillSamples(MeasureBead(plate, ScaleOf(scan)), plate.heights, profile);
+  reading.heights = std::move(plate.heights);
+  return reading;
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,87 @@
+// The printed pattern: from settings to moves, to G-code, to what it costs.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pressure_advance/pattern/pattern_config.h"
+
+namespace trammel::pressure_advance {
+
+/// A point of the nozzle's tip in the printer's coordinates.
+struct PointMm {
+  double x_mm = 0;
+  double y_mm = 0;
+  double z_mm = 0;
+};
+
+struct BoundsMm {
+  double min_x_mm = 0;
+  double min_y_mm = 0;
+  double max_x_mm = 0;
+  double max_y_mm = 0;
+};
+
+enum class MoveKind {
+  kTravel,     ///< in x and y, retracted, without filament
+  kLift,       ///< in z only, upwards
+  kLower,      ///< in z only, downwards
+  kRetract,    ///< filament only, backwards
+  kUnretract,  ///< filament only, forwards again
+  kPrime,      ///< filament only: fills the nozzle before a frame
+  kFrame,      ///< extrudes a side of a frame
+  kLine,       ///< extrudes a segment of a line
+};
+
+struct Move {
+  MoveKind kind = MoveKind::kTravel;
+  PointMm from;
+  PointMm to;
+  double speed_mm_s = 0;          ///< of the nozzle, or of the filament where only that moves
+  double filament_mm = 0;         ///< driven forwards; negative: drawn back
+  double width_mm = 0;            ///< of the bead; 0 without one
+  double pressure_advance_s = 0;  ///< in force during this move
+  int pattern = -1;               ///< index of the pattern; -1 while parking
+  int line = -1;  ///< index into PatternLayout::lines that this move prints or leads to; -1: none
+  int segment = -1;  ///< index into the config's segments; -1 outside lines
+};
+
+struct PatternLine {
+  int pattern = 0;  ///< row-major, front left first
+  double pressure_advance_s = 0;
+  PointMm start;  ///< where printing starts
+  PointMm end;
+};
+
+/// Moves in the order in which they are carried out, each starting where the last one ended.
+struct PatternLayout {
+  std::vector<Move> moves;
+  std::vector<PatternLine> lines;  ///< in print order
+  std::vector<BoundsMm> patterns;  ///< outer edge of each pattern's beads
+  BoundsMm printed;                ///< outer edge of everything printed
+};
+
+/// REQUIRES Validate(config). The first move starts above the middle of the bed, since only the
+/// start G-code knows where it leaves the nozzle.
+[[nodiscard]] PatternLayout LayOut(const PatternConfig& config);
+
+/// The complete file: start G-code, modes and limits, moves, end or idle G-code. Absolute
+/// positions and absolute E, both set explicitly. REQUIRES a layout from LayOut(config), and
+/// temperatures (settings::FindTemperatureProblem).
+[[nodiscard]] std::string WriteGcode(const PatternLayout& layout, const PatternConfig& config);
+
+struct PatternSummary {
+  double filament_mm = 0;            ///< used: forwards less backwards
+  std::optional<double> filament_g;  ///< absent where nothing tells its density
+  double time_s = 0;                 ///< of the moves, by trapezoids; without heating and homing
+  double peak_flow_mm3_s = 0;        ///< the hot end must melt this much
+  BoundsMm printed;
+  double max_z_mm = 0;
+};
+
+/// Time: trapezoids with one acceleration for all axes and Klipper's junction rule at a square
+/// corner velocity of 5 mm/s, its default. REQUIRES a layout from LayOut(config).
+[[nodiscard]] PatternSummary Summarise(const PatternLayout& layout, const PatternConfig& config);
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,83 @@
+// Every setting of the printed pressure-advance pattern.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "pressure_advance/profile/line_motion.h"
+#include "settings/printer.h"
+#include "settings/setting_problem.h"
+
+namespace trammel::pressure_advance {
+
+inline constexpr const char* kDefaultIdleGcode = "M104 S{idle_nozzle_temperature_c}\n";
+
+enum class Finish {
+  kEnd,   ///< the end G-code: by default everything off
+  kIdle,  ///< the idle G-code: the bed stays warm and holds the pattern for a scan
+};
+
+/// The printer and the filament (settings/printer.h), and what this pattern adds to them.
+///
+/// Ranges of single fields, and what users read about them, stand in PatternFields()
+/// (pattern_fields.h); Validate() checks those and how the fields fit together.
+/// "Paper": Abbott, Automatic Pressure Advance Calibration Using Laser Triangulation, and its
+/// released code, whose values win where the two differ.
+struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
+  // How a print ends.
+  std::string idle_gcode = kDefaultIdleGcode;
+  Finish finish = Finish::kEnd;                      ///< safe where nobody is watching
+  std::optional<double> restore_pressure_advance_s;  ///< [0, 10]; set at the end; absent: left at …
+                                                     ///< … frame_pressure_advance_s
+  double restore_minimum_cruise_ratio = 0.5;  ///< [0, 1); Klipper's own default
+  double pressure_advance_limit_s = 0.2;      ///< [0.001, 2]; what is applied without being forced:
+                                              ///< the reach of Klipper's tuning tower, direct drive
+
+  // The pattern.
+  std::optional<double> position_x_mm;   ///< front left corner of the first frame's outer edge; …
+  std::optional<double> position_y_mm;   ///< … absent: everything is centred on the bed
+  double pressure_advance_start_s = 0;   ///< [0, 10]; paper
+  double pressure_advance_end_s = 0.06;  ///< [0, 10], above the start; paper
+  int line_count = 10;                   ///< [2, 200]; paper
+  std::vector<double> pressure_advances_s;  ///< explicit values instead of the range; no two equal
+  std::optional<double> control_pressure_advance_s;  ///< all lines at this value: the paper's check
+  std::optional<double> compare_pressure_advance_s;  ///< all lines of the patterns behind the first
+                                                     ///< at this value, beside a control
+  double line_length_mm = 30;                        ///< (0, 2000]; paper
+  double line_spacing_mm = 4;                        ///< (0, 200], above a bead's width; paper
+  std::vector<Segment> segments = {{0.25, 5}, {0.5, 150}, {0.25, 5}};  ///< paper
+  double acceleration_mm_s2 = 3000;                                    ///< [1, 1e6]; paper
+  double layer_height_mm = 0.25;                                       ///< [0.02, 2]; paper's code
+  double line_width_mm = 0.495;       ///< [0.05, 4]; gives the paper's 0.0459 mm of filament per mm
+  bool alternate_directions = false;  ///< every other line from the far end
+  int frame_loops = 2;                ///< [0, 20] nested loops round the lines; paper
+  double frame_overlap_mm = 0.15;  ///< [-50, 4]; how far a line's round end runs into the frame's
+                                   ///< bead: enough to lift off in one piece, without a blob.
+                                   ///< Negative: a gap. The paper's is the line width.
+  std::optional<double> frame_margin_mm;  ///< (0, 200] between the outermost line's and the frame's
+                                          ///< centre lines; absent: the line spacing (paper)
+  double frame_speed_mm_s = 33;           ///< (0, 500]; paper: F2000
+  double frame_pressure_advance_s = 0;    ///< [0, 10]; the frame runs at one speed and needs none
+  double prime_length_mm = 0.5;           ///< [0, 50] of filament before each frame; paper
+  int columns = 1;                        ///< [1, 100] patterns side by side
+  int rows = 1;                           ///< [1, 100] patterns one behind the other
+  double pattern_gap_mm = 3;              ///< [0, 200] of free plate between two frames
+};
+
+/// The pressure advance of each line of one pattern, in s, in print order. REQUIRES a valid config.
+/// @param pattern  which one; they differ only where one is compared with a control.
+[[nodiscard]] std::vector<double> PressureAdvances(const PatternConfig& config, int pattern = 0);
+
+/// mm of filament per mm of bead. REQUIRES a valid config.
+[[nodiscard]] double FilamentPerMm(const PatternConfig& config);
+
+/// The first thing that cannot be printed, if any.
+[[nodiscard]] std::optional<settings::SettingProblem> FindProblem(const PatternConfig& config);
+
+/// FindProblem as an error: names the setting, the value and the bound.
+[[nodiscard]] Result<void> Validate(const PatternConfig& config);
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,84 @@
+#include "pressure_advance/pattern/pattern_fields.h"
+
+#include <array>
+
+namespace trammel::pressure_advance {
+namespace {
+
+using C = PatternConfig;
+
+constexpr std::string_view kPrinter = "printer";
+constexpr std::string_view kPattern = "pressure_advance_pattern";
+
+constexpr auto kFields = std::to_array<PatternField>({
+    {kPrinter, "idle_gcode", &C::idle_gcode, "", 0, 0,
+     "Instead of end_gcode where finish = \"idle\": the bed stays warm and holds the pattern."},
+    {kPrinter, "finish", &C::finish, "", 0, 0,
+     "end, or idle: leave the bed warm because a scan follows."},
+    {kPrinter, "restore_pressure_advance", &C::restore_pressure_advance_s, "s", 0, 10,
+     "Pressure advance set at the end. Left out: the frame's stays."},
+    {kPrinter, "restore_minimum_cruise_ratio", &C::restore_minimum_cruise_ratio, "", 0, 0.99,
+     "Klipper's minimum_cruise_ratio set at the end."},
+    {kPrinter, "pressure_advance_limit", &C::pressure_advance_limit_s, "s", 0.001, 2,
+     "More is applied only with --force. Direct drives need up to about 0.2, Bowden tubes up to 1, "
+     "seldom 1.5. A pattern that goes further raises it to its own highest value."},
+
+    {kPattern, "position_x", &C::position_x_mm, "mm", -2000, 2000,
+     "Left outer edge of the first frame. Left out: centred on the bed."},
+    {kPattern, "position_y", &C::position_y_mm, "mm", -2000, 2000,
+     "Front outer edge of the first frame. Left out: centred on the bed."},
+    {kPattern, "pressure_advance_start", &C::pressure_advance_start_s, "s", 0, 10,
+     "Pressure advance of the first line."},
+    {kPattern, "pressure_advance_end", &C::pressure_advance_end_s, "s", 0, 10,
+     "Pressure advance of the last line; about 0.06 to 0.1 with a direct drive, 1 with a Bowden "
+     "tube."},
+    {kPattern, "line_count", &C::line_count, "", 2, 200, "Lines in one pattern."},
+    {kPattern, "pressure_advances", &C::pressure_advances_s, "s", 0, 10,
+     "The values one by one, instead of start, end and count."},
+    {kPattern, "control_pressure_advance", &C::control_pressure_advance_s, "s", 0, 10,
+     "Every line at this one value: a pattern that checks a calibrated printer."},
+    {kPattern, "compare_pressure_advance", &C::compare_pressure_advance_s, "s", 0, 10,
+     "Every line of the second and later patterns at this one value, beside a control."},
+    {kPattern, "line_length", &C::line_length_mm, "mm", 1, 2000, "Length of a line."},
+    {kPattern, "line_spacing", &C::line_spacing_mm, "mm", 0.1, 200,
+     "From the middle of one line to the middle of the next."},
+    {kPattern, "segments", &C::segments, "", 0, 0,
+     "Stretches of a line in print order: fraction of its length (they add up to 1), speed in "
+     "mm/s."},
+    {kPattern, "acceleration", &C::acceleration_mm_s2, "mm/s²", 1, 1e6,
+     "Acceleration of all moves of the pattern."},
+    {kPattern, "layer_height", &C::layer_height_mm, "mm", 0.02, 2, "Height of the layer."},
+    {kPattern, "line_width", &C::line_width_mm, "mm", 0.05, 4,
+     "Width of a bead; with the layer's height it says how much filament is extruded."},
+    {kPattern, "alternate_directions", &C::alternate_directions, "", 0, 0,
+     "Print every other line from its far end: shorter travels."},
+    {kPattern, "frame_loops", &C::frame_loops, "", 0, 20,
+     "Nested loops round the lines, by which the pattern lifts off in one piece."},
+    {kPattern, "frame_overlap", &C::frame_overlap_mm, "mm", -50, 4,
+     "How far the ends of the lines run into the frame's bead; negative: a gap."},
+    {kPattern, "frame_margin", &C::frame_margin_mm, "mm", 0.05, 200,
+     "From the outermost lines to the frame. Left out: line_spacing."},
+    {kPattern, "frame_speed", &C::frame_speed_mm_s, "mm/s", 0.1, 500, "Speed of the frame."},
+    {kPattern, "frame_pressure_advance", &C::frame_pressure_advance_s, "s", 0, 10,
+     "Pressure advance of the frame, and after the pattern."},
+    {kPattern, "prime_length", &C::prime_length_mm, "mm", 0, 50,
+     "Filament pushed out before each frame, so that it starts full."},
+    {kPattern, "columns", &C::columns, "", 1, 100, "Patterns side by side."},
+    {kPattern, "rows", &C::rows, "", 1, 100, "Patterns one behind the other."},
+    {kPattern, "pattern_gap", &C::pattern_gap_mm, "mm", 0, 200, "Free plate between two patterns."},
+});
+
+}  // namespace
+
+std::span<const PatternField> PatternFields() { return kFields; }
+
+std::string_view ToString(Finish finish) { return finish == Finish::kIdle ? "idle" : "end"; }
+
+std::optional<Finish> ParseFinish(std::string_view name) {
+  for (Finish finish : {Finish::kEnd, Finish::kIdle}) {
+    if (ToString(finish) == name) return finish;
+  }
+  return std::nullopt;
+}
+
+}  // namespace trammel::pressure_advance

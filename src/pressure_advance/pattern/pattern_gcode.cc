@@ -1,0 +1,176 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/check.h"
+#include "gcode/number.h"
+#include "gcode/placeholders.h"
+#include "pressure_advance/pattern/pattern.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
+#include "pressure_advance/pattern/pattern_placeholders.h"
+#include "settings/material.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using gcode::FormatNumber;
+
+constexpr int kPositionDecimals = 3;  // 1 um
+constexpr int kFilamentDecimals = 5;  // 0.01 um of filament: no drift even in short segments
+constexpr int kFeedDecimals = 2;      // mm/min
+
+/// Puts the file together line by line.
+class Writer {
+ public:
+  void Line(std::string_view text) {
+    out_ += text;
+    out_ += '\n';
+  }
+  void Lines(const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) Line(line);
+  }
+  /// The user's own text, ended by a line end.
+  void Block(std::string_view text) {
+    out_ += text;
+    if (!text.empty() && text.back() != '\n') out_ += '\n';
+  }
+
+  void Motion(const Move& move) {
+    filament_mm_ += move.filament_mm;
+    std::string line = move.kind == MoveKind::kTravel ? "G0" : "G1";
+    if (move.to.x_mm != move.from.x_mm)
+      line += " X" + FormatNumber(move.to.x_mm, kPositionDecimals);
+    if (move.to.y_mm != move.from.y_mm)
+      line += " Y" + FormatNumber(move.to.y_mm, kPositionDecimals);
+    if (move.to.z_mm != move.from.z_mm)
+      line += " Z" + FormatNumber(move.to.z_mm, kPositionDecimals);
+    if (move.filament_mm != 0) line += " E" + FormatNumber(filament_mm_, kFilamentDecimals);
+    Line(line + " F" + FormatNumber(move.speed_mm_s * 60, kFeedDecimals));
+  }
+
+  [[nodiscard]] std::string Take() { return std::move(out_); }
+
+ private:
+  std::string out_;
+  double filament_mm_ = 0;  ///< E, absolute
+};
+
+void WriteHead(const PatternLayout& layout, const PatternConfig& config, Writer& writer) {
+  const PatternSummary summary = Summarise(layout, config);
+  writer.Line("; trammel: pressure advance pattern");
+  writer.Line(fmt::format("; dialect {}, {} pattern(s), {} line(s)", ToString(config.dialect),
+                          layout.patterns.size(), layout.lines.size()));
+  writer.Line("; heated to " + settings::DescribeTemperatures(config));
+  writer.Line(fmt::format(
+      "; bead {} x {} mm, {} mm of {} mm filament per mm", FormatNumber(config.line_width_mm, 4),
+      FormatNumber(config.layer_height_mm, 4), FormatNumber(FilamentPerMm(config), 6),
+      FormatNumber(config.filament_diameter_mm, 3)));
+  writer.Line(fmt::format(
+      "; prints within X {} ... {}, Y {} ... {}", FormatNumber(layout.printed.min_x_mm, 3),
+      FormatNumber(layout.printed.max_x_mm, 3), FormatNumber(layout.printed.min_y_mm, 3),
+      FormatNumber(layout.printed.max_y_mm, 3)));
+  double fastest_mm_s = 0;
+  for (const Segment& segment : config.segments) {
+    fastest_mm_s = std::max(fastest_mm_s, segment.speed_mm_s);
+  }
+  // A lower limit would silently print slower lines than the plan says.
+  writer.Line(fmt::format("; needs a printer that is allowed {} mm/s and {} mm/s^2",
+                          FormatNumber(fastest_mm_s, 2),
+                          FormatNumber(config.acceleration_mm_s2, 1)));
+  writer.Line(fmt::format("; filament {} mm, {} s without heating",
+                          FormatNumber(summary.filament_mm, 1), FormatNumber(summary.time_s, 0)));
+}
+
+/// Modes that the start G-code may have left in any state, and the limits of the pattern.
+void WriteModes(const PatternConfig& config, Writer& writer) {
+  writer.Lines(SaveStateCommands(config.dialect));
+  writer.Line("G21 ; mm");
+  writer.Line("G90 ; absolute positions");
+  writer.Line("M82 ; absolute E");
+  writer.Line("M220 S100 ; speeds as written, whatever override was left over");
+  writer.Line("M221 S100 ; so is the filament");
+  writer.Line("G92 E0");
+  writer.Line("M107 ; no fan on a first layer");
+  if (config.dialect == gcode::Dialect::kKlipper) {
+    // Klipper otherwise slows moves down until half of each is cruised, and the lines would
+    // change speed elsewhere than the analysis assumes.
+    writer.Line("; every move may be all acceleration: the speed changes are what is measured");
+  }
+  writer.Lines(LimitCommands(config.dialect, config.acceleration_mm_s2, 0.0));
+  writer.Line("; the nozzle rises before its first travel");
+  writer.Line(fmt::format("G1 Z{} F{}", FormatNumber(ParkPoint(config).z_mm, kPositionDecimals),
+                          FormatNumber(config.z_speed_mm_s * 60, kFeedDecimals)));
+}
+
+void WriteMoves(const PatternLayout& layout, const PatternConfig& config, Writer& writer) {
+  const Move* previous = nullptr;
+  for (const Move& move : layout.moves) {
+    if (previous == nullptr || move.pattern != previous->pattern || move.line != previous->line) {
+      if (move.line >= 0) {
+        const PatternLine& line = layout.lines[static_cast<std::size_t>(move.line)];
+        const std::string value =
+            FormatNumber(line.pressure_advance_s, gcode::kPressureAdvanceDecimals);
+        writer.Line(fmt::format("; line {} of pattern {}", move.line, move.pattern));
+        writer.Line(PressureAdvanceCommand(config.dialect, line.pressure_advance_s));
+        writer.Line(gcode::DisplayCommand("PA " + value));
+      } else {
+        if (move.pattern >= 0) writer.Line(fmt::format("; frame of pattern {}", move.pattern));
+        writer.Line(PressureAdvanceCommand(config.dialect, move.pressure_advance_s));
+      }
+    }
+    writer.Motion(move);
+    previous = &move;
+  }
+}
+
+void WriteRestore(const PatternConfig& config, Writer& writer) {
+  writer.Line(gcode::WaitForMovesCommand());
+  writer.Line("M117");
+  if (config.restore_pressure_advance_s) {
+    writer.Line(PressureAdvanceCommand(config.dialect, *config.restore_pressure_advance_s));
+  } else {
+    writer.Line(fmt::format(
+        "; pressure advance stays at {}: set restore_pressure_advance to change",
+        FormatNumber(config.frame_pressure_advance_s, gcode::kPressureAdvanceDecimals)));
+  }
+  if (!config.restore_acceleration_mm_s2) {
+    writer.Line(fmt::format("; acceleration stays at {}: set restore_acceleration to change",
+                            FormatNumber(config.acceleration_mm_s2, 1)));
+  }
+  writer.Lines(LimitCommands(config.dialect, config.restore_acceleration_mm_s2,
+                             config.restore_minimum_cruise_ratio));
+  writer.Lines(RestoreStateCommands(config.dialect));
+}
+
+}  // namespace
+
+std::string WriteGcode(const PatternLayout& layout, const PatternConfig& config) {
+  const std::vector<gcode::Placeholder> known = PatternPlaceholders(config);
+  const auto expand = [&](const char* key, const std::string& text) {
+    Result<std::string> expanded = gcode::ExpandPlaceholders(text, known);
+    TRAMMEL_CHECK(expanded.has_value(), "{}: {}", key, expanded.error().message);
+    return *std::move(expanded);
+  };
+  Writer writer;
+  WriteHead(layout, config, writer);
+  writer.Line("; start G-code");
+  writer.Block(expand("start_gcode", config.start_gcode));
+  writer.Line("; pattern");
+  WriteModes(config, writer);
+  WriteMoves(layout, config, writer);
+  WriteRestore(config, writer);
+  if (config.finish == Finish::kIdle) {
+    writer.Line("; idle G-code");
+    writer.Block(expand("idle_gcode", config.idle_gcode));
+  } else {
+    writer.Line("; end G-code");
+    writer.Block(expand("end_gcode", config.end_gcode));
+  }
+  return writer.Take();
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,103 @@
+#include "pressure_advance/pattern/pattern_geometry.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gcode/bead.h"
+#include "gcode/dialect.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+/// PA as G-code carries it, so that the plan and the file say the same.
+double AsWritten(double pressure_advance_s) {
+  const double scale = std::pow(10, gcode::kPressureAdvanceDecimals);
+  return std::round(pressure_advance_s * scale) / scale;
+}
+
+}  // namespace
+
+std::vector<double> PressureAdvances(const PatternConfig& config, int pattern) {
+  std::vector<double> values;
+  const std::optional<double> same_s = pattern > 0 && config.compare_pressure_advance_s
+                                           ? config.compare_pressure_advance_s
+                                           : config.control_pressure_advance_s;
+  if (!config.pressure_advances_s.empty()) {
+    for (double value : config.pressure_advances_s) values.push_back(AsWritten(value));
+    return values;
+  }
+  for (int i = 0; i < config.line_count; ++i) {
+    const double share = config.line_count > 1 ? double(i) / (config.line_count - 1) : 0;
+    values.push_back(AsWritten(same_s.value_or(
+        std::lerp(config.pressure_advance_start_s, config.pressure_advance_end_s, share))));
+  }
+  return values;
+}
+
+double FilamentPerMm(const PatternConfig& config) {
+  return gcode::FilamentPerMm(config.line_width_mm, config.layer_height_mm,
+                              config.filament_diameter_mm);
+}
+
+PatternGeometry Geometry(const PatternConfig& config) {
+  PatternGeometry geometry;
+  const double half_bead_mm = config.line_width_mm / 2;
+  const std::size_t lines = config.pressure_advances_s.empty()
+                                ? static_cast<std::size_t>(std::max(config.line_count, 1))
+                                : config.pressure_advances_s.size();
+  geometry.inset_x_mm = half_bead_mm;
+  geometry.inset_y_mm = half_bead_mm;
+  if (config.frame_loops > 0) {
+    // At this pitch two rectangles of a bead's area and height lie edge to edge.
+    geometry.loop_pitch_mm = config.line_width_mm - config.layer_height_mm * gcode::kRoundSideLoss;
+    geometry.end_to_loop_mm = config.line_width_mm - config.frame_overlap_mm;
+    geometry.side_to_loop_mm = config.frame_margin_mm.value_or(config.line_spacing_mm);
+    const double frame_mm = (config.frame_loops - 1) * geometry.loop_pitch_mm;
+    geometry.inset_x_mm += frame_mm + geometry.end_to_loop_mm;
+    geometry.inset_y_mm += frame_mm + geometry.side_to_loop_mm;
+  }
+  geometry.width_mm = config.line_length_mm + 2 * geometry.inset_x_mm;
+  geometry.depth_mm =
+      static_cast<double>(lines - 1) * config.line_spacing_mm + 2 * geometry.inset_y_mm;
+  return geometry;
+}
+
+BoundsMm OuterBounds(const PatternConfig& config) {
+  const PatternGeometry one = Geometry(config);
+  const double width_mm =
+      config.columns * (one.width_mm + config.pattern_gap_mm) - config.pattern_gap_mm;
+  const double depth_mm =
+      config.rows * (one.depth_mm + config.pattern_gap_mm) - config.pattern_gap_mm;
+  BoundsMm bounds;
+  bounds.min_x_mm =
+      config.position_x_mm.value_or(config.bed_origin_x_mm + (config.bed_size_x_mm - width_mm) / 2);
+  bounds.min_y_mm =
+      config.position_y_mm.value_or(config.bed_origin_y_mm + (config.bed_size_y_mm - depth_mm) / 2);
+  bounds.max_x_mm = bounds.min_x_mm + width_mm;
+  bounds.max_y_mm = bounds.min_y_mm + depth_mm;
+  return bounds;
+}
+
+BoundsMm PatternBounds(const PatternConfig& config, int index) {
+  const PatternGeometry one = Geometry(config);
+  const BoundsMm all = OuterBounds(config);
+  const int column = index % config.columns;
+  const int row = index / config.columns;
+  BoundsMm bounds;
+  bounds.min_x_mm = all.min_x_mm + column * (one.width_mm + config.pattern_gap_mm);
+  bounds.min_y_mm = all.min_y_mm + row * (one.depth_mm + config.pattern_gap_mm);
+  bounds.max_x_mm = bounds.min_x_mm + one.width_mm;
+  bounds.max_y_mm = bounds.min_y_mm + one.depth_mm;
+  return bounds;
+}
+
+PointMm ParkPoint(const PatternConfig& config) {
+  const settings::ParkPosition park = settings::ParkPositionOf(config);
+  return {park.x_mm, park.y_mm, PrintZ_mm(config) + config.park_lift_mm};
+}
+
+double PrintZ_mm(const PatternConfig& config) {
+  return config.layer_height_mm + config.z_offset_mm;
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,246 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "gcode/number.h"
+#include "pressure_advance/pattern/pattern.h"
+#include "pressure_advance/pattern/pattern_fields.h"
+#include "pressure_advance/pattern/pattern_geometry.h"
+#include "pressure_advance/pattern/pattern_placeholders.h"
+#include "settings/material.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using Problem = std::optional<settings::SettingProblem>;
+
+constexpr std::size_t kMaxLinesInAll = 10000;  // hours of printing, megabytes of G-code
+
+Problem InSection(const char* section, const char* key, std::string message) {
+  return settings::SettingProblem{section, key, std::move(message)};
+}
+
+Problem InPattern(const char* key, std::string message) {
+  return InSection("pressure_advance_pattern", key, std::move(message));
+}
+
+Problem CheckFields(const PatternConfig& config) {
+  if (Problem problem = settings::FindFieldProblems(config, settings::PrinterFields())) {
+    return problem;
+  }
+  if (Problem problem = settings::FindFieldProblems(config, settings::FilamentFields())) {
+    return problem;
+  }
+  if (Problem problem = settings::FindMaterialProblem(config)) return problem;
+  return settings::FindFieldProblems(config, PatternFields());
+}
+
+Problem CheckPressureAdvances(const PatternConfig& config) {
+  constexpr std::size_t kMaxLines = 200;
+  if (config.compare_pressure_advance_s) {
+    if (!config.control_pressure_advance_s) {
+      return InPattern("compare_pressure_advance",
+                       "needs control_pressure_advance, the value of the first pattern");
+    }
+    if (config.columns * config.rows < 2) {
+      return InPattern("compare_pressure_advance",
+                       "needs a second pattern: set columns or rows to 2");
+    }
+  }
+  if (config.control_pressure_advance_s) {
+    if (config.pressure_advances_s.empty()) return std::nullopt;
+    return InPattern("control_pressure_advance",
+                     "cannot stand beside pressure_advances; leave one of them out");
+  }
+  if (const auto& list = config.pressure_advances_s; !list.empty()) {
+    if (list.size() < 2 || list.size() > kMaxLines) {
+      return InPattern("pressure_advances",
+                       fmt::format("{} value(s); a pattern has 2 ... {}", list.size(), kMaxLines));
+    }
+  } else if (config.pressure_advance_end_s <= config.pressure_advance_start_s) {
+    return InPattern("pressure_advance_end",
+                     fmt::format("{} s is not above pressure_advance_start = {} s",
+                                 config.pressure_advance_end_s, config.pressure_advance_start_s));
+  }
+  std::vector<double> values = PressureAdvances(config);
+  std::sort(values.begin(), values.end());
+  const auto twin = std::adjacent_find(values.begin(), values.end());
+  if (twin == values.end()) return std::nullopt;
+  const bool listed = !config.pressure_advances_s.empty();
+  return InPattern(listed ? "pressure_advances" : "pressure_advance_end",
+                   fmt::format("{} s stands twice (values are written in steps of 1e-{} s)", *twin,
+                               gcode::kPressureAdvanceDecimals));
+}
+
+/// That each stretch is long enough to reach its speed and to leave it again.
+Problem CheckSpeedsAreReached(const PatternConfig& config) {
+  const std::vector<Segment>& segments = config.segments;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    const double speed = segments[i].speed_mm_s;
+    const double enter = i == 0 ? 0 : std::min(speed, segments[i - 1].speed_mm_s);
+    const double leave = i + 1 == segments.size() ? 0 : std::min(speed, segments[i + 1].speed_mm_s);
+    const double needed_mm =
+        (2 * speed * speed - enter * enter - leave * leave) / (2 * config.acceleration_mm_s2);
+    const double length_mm = segments[i].fraction * config.line_length_mm;
+    if (needed_mm > length_mm) {
+      return InPattern(
+          "segments", fmt::format("segment {} is {:.3f} mm long, but reaching {} mm/s at {} mm/s^2 "
+                                  "and leaving it again takes {:.3f} mm; lengthen it or slow down",
+                                  i + 1, length_mm, speed, config.acceleration_mm_s2, needed_mm));
+    }
+  }
+  return std::nullopt;
+}
+
+Problem CheckSegments(const PatternConfig& config) {
+  constexpr std::size_t kMaxSegments = 20;
+  constexpr double kMaxSpeed_mm_s = 1000;
+  constexpr double kFractionTolerance = 1e-6;
+  if (config.segments.size() < 2 || config.segments.size() > kMaxSegments) {
+    return InPattern("segments", fmt::format("{} segment(s); a line has 2 ... {}",
+                                             config.segments.size(), kMaxSegments));
+  }
+  double sum = 0;
+  bool speed_changes = false;
+  for (std::size_t i = 0; i < config.segments.size(); ++i) {
+    const Segment& segment = config.segments[i];
+    if (!(segment.fraction > 0 && segment.fraction <= 1)) {
+      return InPattern("segments", fmt::format("fraction {} of segment {} is outside 0 ... 1",
+                                               segment.fraction, i + 1));
+    }
+    if (!(segment.speed_mm_s >= 0.1 && segment.speed_mm_s <= kMaxSpeed_mm_s)) {
+      return InPattern("segments",
+                       fmt::format("speed {} mm/s of segment {} is outside 0.1 ... {} mm/s",
+                                   segment.speed_mm_s, i + 1, kMaxSpeed_mm_s));
+    }
+    sum += segment.fraction;
+    speed_changes = speed_changes || segment.speed_mm_s != config.segments[0].speed_mm_s;
+  }
+  if (std::abs(sum - 1) > kFractionTolerance) {
+    return InPattern("segments", fmt::format("the fractions add up to {}, not to 1", sum));
+  }
+  if (!speed_changes) {
+    return InPattern("segments",
+                     fmt::format("all run at {} mm/s; pressure advance shows only where "
+                                 "the speed changes",
+                                 config.segments[0].speed_mm_s));
+  }
+  return CheckSpeedsAreReached(config);
+}
+
+Problem CheckBead(const PatternConfig& config) {
+  const double width_mm = config.line_width_mm;
+  if (Problem problem = settings::FindBeadProblem(config, "pressure_advance_pattern",
+                                                  config.layer_height_mm, width_mm)) {
+    return problem;
+  }
+  if (config.line_spacing_mm <= width_mm) {
+    return InPattern("line_spacing",
+                     fmt::format("{} mm is not above line_width = {} mm: the lines would touch",
+                                 config.line_spacing_mm, width_mm));
+  }
+  if (config.frame_margin_mm && *config.frame_margin_mm < width_mm) {
+    return InPattern("frame_margin",
+                     fmt::format("{} mm is below line_width = {} mm: the frame would "
+                                 "lie on the outermost lines",
+                                 *config.frame_margin_mm, width_mm));
+  }
+  if (config.frame_overlap_mm > width_mm) {
+    return InPattern("frame_overlap", fmt::format("{} mm is above line_width = {} mm",
+                                                  config.frame_overlap_mm, width_mm));
+  }
+  return std::nullopt;
+}
+
+/// Which setting moves an edge: the position where it is given, else what makes the print wide.
+const char* Culprit(bool positioned, const char* position, int count, const char* repeat,
+                    const char* size) {
+  return positioned ? position : count > 1 ? repeat : size;
+}
+
+Problem CheckEdges(const char* key, const char* axis, double lo_mm, double hi_mm, double bed_lo_mm,
+                   double bed_hi_mm, double margin_mm) {
+  constexpr double kSlack_mm = 1e-9;  // rounding of a pattern that just fits
+  if (lo_mm >= bed_lo_mm - kSlack_mm && hi_mm <= bed_hi_mm + kSlack_mm) return std::nullopt;
+  return InPattern(key, fmt::format("the print reaches {} = {:.3f} ... {:.3f} mm, but the bed less "
+                                    "bed_margin = {} mm is {} ... {} mm",
+                                    axis, lo_mm, hi_mm, margin_mm, bed_lo_mm, bed_hi_mm));
+}
+
+Problem CheckEllipse(const PatternConfig& config, const BoundsMm& print) {
+  for (double x_mm : {print.min_x_mm, print.max_x_mm}) {
+    for (double y_mm : {print.min_y_mm, print.max_y_mm}) {
+      const double reach = settings::BedReach(config, x_mm, y_mm, config.bed_margin_mm);
+      if (!(reach <= 1)) {
+        return InPattern(Culprit(config.position_x_mm.has_value(), "position_x", config.columns,
+                                 "columns", "line_length"),
+                         fmt::format("the print's corner ({:.3f}, {:.3f}) mm lies at {:.3f} of the "
+                                     "round bed's radius less bed_margin = {} mm; at most 1",
+                                     x_mm, y_mm, reach, config.bed_margin_mm));
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+Problem CheckPark(const PatternConfig& config) { return settings::FindParkProblem(config); }
+
+Problem CheckFit(const PatternConfig& config) {
+  const std::size_t lines = PressureAdvances(config).size() *
+                            static_cast<std::size_t>(config.columns) *
+                            static_cast<std::size_t>(config.rows);
+  if (lines > kMaxLinesInAll) {
+    return InPattern("columns", fmt::format("{} x {} patterns have {} lines; at most {}",
+                                            config.columns, config.rows, lines, kMaxLinesInAll));
+  }
+  const BoundsMm print = OuterBounds(config);
+  const double margin_mm = config.bed_margin_mm;
+  const double bed_x_mm = config.bed_origin_x_mm;
+  const double bed_y_mm = config.bed_origin_y_mm;
+  if (Problem problem = CheckEdges(Culprit(config.position_x_mm.has_value(), "position_x",
+                                           config.columns, "columns", "line_length"),
+                                   "x", print.min_x_mm, print.max_x_mm, bed_x_mm + margin_mm,
+                                   bed_x_mm + config.bed_size_x_mm - margin_mm, margin_mm)) {
+    return problem;
+  }
+  if (Problem problem = CheckEdges(
+          Culprit(config.position_y_mm.has_value(), "position_y", config.rows, "rows",
+                  config.pressure_advances_s.empty() ? "line_count" : "pressure_advances"),
+          "y", print.min_y_mm, print.max_y_mm, bed_y_mm + margin_mm,
+          bed_y_mm + config.bed_size_y_mm - margin_mm, margin_mm)) {
+    return problem;
+  }
+  if (config.bed_shape == settings::BedShape::kEllipse) return CheckEllipse(config, print);
+  return std::nullopt;
+}
+
+Problem CheckUserGcode(const PatternConfig& config) {
+  for (const auto& [key, text] :
+       {std::pair{"start_gcode", &config.start_gcode}, std::pair{"end_gcode", &config.end_gcode},
+        std::pair{"idle_gcode", &config.idle_gcode}}) {
+    const auto expanded = gcode::ExpandPlaceholders(*text, PatternPlaceholders(config));
+    if (!expanded) return InSection("printer", key, expanded.error().message);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<settings::SettingProblem> FindProblem(const PatternConfig& config) {
+  // Ranges first: what follows divides and multiplies.
+  for (auto check : {CheckFields, CheckPressureAdvances, CheckSegments, CheckBead, CheckFit,
+                     CheckPark, CheckUserGcode}) {
+    if (Problem problem = check(config)) return problem;
+  }
+  return std::nullopt;
+}
+
+Result<void> Validate(const PatternConfig& config) {
+  if (const Problem problem = FindProblem(config)) {
+    return Fail(fmt::format("[{}] {}: {}", problem->section, problem->key, problem->message));
+  }
+  return {};
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,294 @@
+#include "pressure_advance/photo/photo_eye.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "pressure_advance/photo/photo_ladder.h"
+#include "vision/bead_width.h"
+#include "vision/rectify.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+std::string CheckOptions(const PhotoOptions& options) {
+  if (options.pressure_advance_s.size() < 2) {
+    return fmt::format("the PA list has {} values; a photo of a pattern needs at least 2",
+                       options.pressure_advance_s.size());
+  }
+  constexpr std::size_t kMostLines = 500;
+  if (options.pressure_advance_s.size() > kMostLines) {
+    return fmt::format("the PA list has {} values; a photo is read with at most {}",
+                       options.pressure_advance_s.size(), kMostLines);
+  }
+  for (const double value : options.pressure_advance_s) {
+    if (!std::isfinite(value)) return fmt::format("the PA list holds {}, not a number", value);
+  }
+  const double before = options.slow_before, after = options.slow_after;
+  if (!(before > 0 && after > 0 && before + after < 1)) {
+    return fmt::format(
+        "the slow parts of a line are given as {} and {} of its length; both must be above 0 and "
+        "together below 1",
+        before, after);
+  }
+  return {};
+}
+
+std::string CheckPhoto(const BgrView& photo) {
+  constexpr int kSmallest_px = 100;
+  if (photo.data == nullptr || photo.width < kSmallest_px || photo.height < kSmallest_px) {
+    return fmt::format("the photo has {} x {} px; at least {} each way are needed", photo.width,
+                       photo.height, kSmallest_px);
+  }
+  const long long pixels = static_cast<long long>(photo.width) * photo.height;
+  if (pixels > kLargestPhotoPx) {
+    return fmt::format(
+        "the photo has {} x {} px = {} megapixels, more than the {} that are read; shrink it",
+        photo.width, photo.height, pixels / 1'000'000, kLargestPhotoPx / 1'000'000);
+  }
+  return {};
+}
+
+// The direction from one end of the pattern to another, in the photo.
+struct Heading {
+  double x = 0, y = 0;  // unit vector
+};
+
+Heading HeadingBetween(const vision::PointPx& a1, const vision::PointPx& a2,
+                       const vision::PointPx& b1, const vision::PointPx& b2) {
+  const double x = b1.x + b2.x - a1.x - a2.x, y = b1.y + b2.y - a1.y - a2.y;
+  const double length = std::hypot(x, y);
+  return {x / length, y / length};
+}
+
+// How far a heading goes towards a side of the picture, -1 … 1.
+double Towards(const Heading& heading, PhotoSide side) {
+  switch (side) {
+    case PhotoSide::kBottom:
+      return heading.y;
+    case PhotoSide::kTop:
+      return -heading.y;
+    case PhotoSide::kLeft:
+      return -heading.x;
+    case PhotoSide::kRight:
+      return heading.x;
+  }
+  return 0;
+}
+
+// Below this a side is across the heading rather than along it: about 15 degrees.
+constexpr double kLeastAlong = 0.26;
+
+std::vector<LineProfile> Profiles(const vision::BeadWidths& widths,
+                                  const std::vector<double>& pressure_advance_s) {
+  std::vector<LineProfile> profiles;
+  for (std::size_t line = 0; line < widths.lines.size(); ++line) {
+    LineProfile profile;
+    profile.pressure_advance_s = pressure_advance_s[line];
+    profile.cross_section_unit = CrossSectionUnit::kPixel;
+    profile.position_unit = PositionUnit::kLineLength;
+    const std::vector<vision::BeadReading>& readings = widths.lines[line];
+    std::size_t gaps = 0;
+    for (std::size_t i = 0; i < readings.size(); ++i) {
+      ProfileSample sample;
+      sample.position = (static_cast<double>(i) + 0.5) / static_cast<double>(readings.size());
+      sample.gap = !(readings[i].sigma_px > 0);
+      gaps += sample.gap;
+      if (!sample.gap) {
+        sample.width = {std::max(0.0, readings[i].width_px), readings[i].sigma_px};
+      }
+      profile.samples.push_back(sample);
+    }
+    constexpr double kMostGaps = 0.5;
+    if (static_cast<double>(gaps) > kMostGaps * static_cast<double>(readings.size())) {
+      profile.unusable = fmt::format(
+          "filament and plate look alike along {} of {} places of this line: glare or shadow", gaps,
+          readings.size());
+    }
+    profiles.push_back(std::move(profile));
+  }
+  return profiles;
+}
+
+void Reverse(std::vector<LineProfile>& profiles) {
+  for (LineProfile& profile : profiles) {
+    std::reverse(profile.samples.begin(), profile.samples.end());
+    for (ProfileSample& sample : profile.samples) sample.position = 1 - sample.position;
+  }
+}
+
+std::string SidesAlong(const Heading& heading) {
+  std::string sides;
+  for (const PhotoSide side :
+       {PhotoSide::kBottom, PhotoSide::kTop, PhotoSide::kLeft, PhotoSide::kRight}) {
+    if (std::abs(Towards(heading, side)) < kLeastAlong) continue;
+    sides += (sides.empty() ? "" : " or ") + ToString(side);
+  }
+  return sides;
+}
+
+// Which end of the lines is their printed start; sets `reversed` where it is the right one.
+std::string ChooseDirection(const std::vector<LineProfile>& profiles, const PhotoOptions& options,
+                            const Heading& along, bool& reversed, PhotoMeasurement& measurement) {
+  std::optional<bool> known;
+  if (options.start) {
+    const double towards = Towards(along, *options.start);
+    if (std::abs(towards) < kLeastAlong) {
+      return fmt::format("the lines run from {} in this photo, so they cannot start at the {}",
+                         SidesAlong(along), ToString(*options.start));
+    }
+    known = towards > 0;
+  }
+  const TrendReading reading =
+      ReadTrend(MeasureWidthTrend(profiles), options.slow_before, options.slow_after, known);
+  // Each reading is the sum of two largest of a few independent slopes: of noise alone two differ
+  // by 1 to 2 scatters.
+  constexpr double kLeastLead = 6;
+  const bool sure = reading.lead >= kLeastLead;
+  if (sure && reading.upside_down) {
+    return fmt::format(
+        "the lines say that the PA list runs the other way: they grow thinner with rising PA where "
+        "they should grow wider ({:.0f} times the scatter). The photo may be upside down: give the "
+        "side at which the first line lies (now: {}), or the other start",
+        reading.significance, ToString(options.from));
+  }
+  if (!known && !sure) {
+    return fmt::format(
+        "the lines do not show at which end they were printed first (widths change with PA by "
+        "{:.1f} times the scatter, {:.1f} ahead of the other reading; {:.0f} ahead are needed); "
+        "give the side at which they start (--start left, right, top or bottom)",
+        reading.significance, reading.lead, kLeastLead);
+  }
+  reversed = known.value_or(reading.reversed);
+  measurement.segments = reading.segments;
+  return {};
+}
+
+void FlipPicture(Frame& picture, bool left_right, bool top_bottom) {
+  Frame flipped(picture.width, picture.height);
+  for (int y = 0; y < picture.height; ++y) {
+    const std::uint8_t* from = picture.row(top_bottom ? picture.height - 1 - y : y);
+    std::uint8_t* to = flipped.row(y);
+    for (int x = 0; x < picture.width; ++x) {
+      const std::uint8_t* pixel = from + 3 * (left_right ? picture.width - 1 - x : x);
+      std::copy(pixel, pixel + 3, to + 3 * x);
+    }
+  }
+  picture = std::move(flipped);
+}
+
+std::vector<TracedLine> Traces(const vision::BeadWidths& widths, const Frame& picture,
+                               bool left_right, bool top_bottom) {
+  std::vector<TracedLine> traces;
+  for (const std::vector<vision::BeadReading>& line : widths.lines) {
+    TracedLine trace;
+    for (const vision::BeadReading& reading : line) {
+      trace.x_px.push_back(left_right ? picture.width - 1 - reading.x_px : reading.x_px);
+      trace.centre_px.push_back(top_bottom ? picture.height - 1 - reading.centre_px
+                                           : reading.centre_px);
+      trace.width_px.push_back(std::max(0.0, reading.width_px));
+    }
+    if (left_right) {
+      std::reverse(trace.x_px.begin(), trace.x_px.end());
+      std::reverse(trace.centre_px.begin(), trace.centre_px.end());
+      std::reverse(trace.width_px.begin(), trace.width_px.end());
+    }
+    traces.push_back(std::move(trace));
+  }
+  return traces;
+}
+
+std::string CheckSharpness(const vision::Ladder& ladder, double blur_px) {
+  constexpr double kSmallestBead_px = 3;
+  if (ladder.bead_px < kSmallestBead_px) {
+    return fmt::format(
+        "the lines are {:.1f} px wide in the photo; at least {} px are needed: go nearer or use a "
+        "sharper camera",
+        ladder.bead_px, kSmallestBead_px);
+  }
+  // Sigma over the bead's width, both as seen: a bead 4.5 sigma wide. Beyond, the ratio stays about
+  // 0.25, since a wider blur also widens what is seen of the bead.
+  constexpr double kMostBlur = 0.22;
+  if (blur_px > kMostBlur * ladder.bead_px) {
+    return fmt::format(
+        "the photo is blurred: edges are {:.1f} px wide (1 sigma) on lines of {:.1f} px, at most "
+        "{} of a line's width can be read",
+        blur_px, ladder.bead_px, kMostBlur);
+  }
+  return {};
+}
+
+// From the frame and its rungs to profiles in the order of the PA list.
+void MeasureLines(PhotoLadder& seen, const PhotoOptions& options, PhotoMeasurement& measurement) {
+  const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
+  const Heading down = HeadingBetween(c[0], c[1], c[3], c[2]);
+  const Heading right = HeadingBetween(c[0], c[3], c[1], c[2]);
+  const double towards_first = Towards(down, options.from);
+  if (std::abs(towards_first) < kLeastAlong) {
+    measurement.refusal = fmt::format(
+        "the lines follow each other towards {} in this photo, so the first cannot lie at the {}",
+        SidesAlong(down), ToString(options.from));
+    return;
+  }
+  const bool first_at_bottom = towards_first > 0;
+  const LineNames names = NameLines(seen.ladder, options.pressure_advance_s, first_at_bottom);
+  measurement.refusal = names.refusal;
+  if (!measurement.refusal.empty()) return;
+  if (!names.notice.empty()) measurement.notices.push_back(names.notice);
+  vision::BeadWidths widths = vision::MeasureBeadWidths(seen.contrast, seen.ladder);
+  measurement.refusal = CheckSharpness(seen.ladder, widths.blur_px);
+  if (!measurement.refusal.empty()) return;
+  if (first_at_bottom) std::reverse(widths.lines.begin(), widths.lines.end());
+  std::vector<LineProfile> profiles = Profiles(widths, names.pressure_advance_s);
+  bool reversed = false;
+  measurement.refusal = ChooseDirection(profiles, options, right, reversed, measurement);
+  if (!measurement.refusal.empty()) return;
+  if (reversed) Reverse(profiles);
+  measurement.profiles = std::move(profiles);
+  measurement.traces = Traces(widths, seen.picture, reversed, !first_at_bottom);
+  FlipPicture(seen.picture, reversed, !first_at_bottom);
+  const auto point = [&](std::size_t i) { return PhotoPoint{c[i].x, c[i].y}; };
+  // Index of each corner by (at bottom, at right).
+  const auto corner = [&](bool first_line, bool line_start) {
+    const bool bottom = first_line == first_at_bottom;
+    const bool at_right = line_start == reversed;
+    return point(bottom ? (at_right ? 2 : 3) : (at_right ? 1 : 0));
+  };
+  measurement.frame_corners = {corner(true, true), corner(true, false), corner(false, false),
+                               corner(false, true)};
+}
+
+}  // namespace
+
+std::string ToString(PhotoSide side) {
+  switch (side) {
+    case PhotoSide::kBottom:
+      return "bottom";
+    case PhotoSide::kTop:
+      return "top";
+    case PhotoSide::kLeft:
+      return "left";
+    case PhotoSide::kRight:
+      return "right";
+  }
+  return "bottom";
+}
+
+PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options) {
+  PhotoMeasurement measurement;
+  measurement.refusal = CheckOptions(options);
+  if (measurement.refusal.empty()) measurement.refusal = CheckPhoto(photo);
+  if (!measurement.refusal.empty()) return measurement;
+  PhotoLadder seen = FindPhotoLadder(photo, options.pressure_advance_s.size());
+  if (!seen.problem.empty()) {
+    measurement.refusal = std::move(seen.problem);
+    return measurement;
+  }
+  MeasureLines(seen, options, measurement);
+  measurement.rectified = std::move(seen.picture);
+  return measurement;
+}
+
+}  // namespace trammel::pressure_advance

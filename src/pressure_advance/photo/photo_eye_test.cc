@@ -1,0 +1,375 @@
+#include "pressure_advance/photo/photo_eye.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
+
+#include "base/statistics.h"
+#include "pressure_advance/photo/photo_test_support.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using ::testing::HasSubstr;
+
+PhotoOptions OptionsFor(const DrawnPhoto& photo) {
+  PhotoOptions options;
+  options.pressure_advance_s = photo.pressure_advance_s;
+  options.slow_before = photo.slow_before;
+  options.slow_after = photo.slow_after;
+  return options;
+}
+
+DrawnPhoto Usual() {
+  DrawnPhoto photo;
+  photo.pressure_advance_s = Steps();
+  return photo;
+}
+
+cv::Mat ToMat(const Frame& frame) {
+  return cv::Mat(frame.height, frame.width, CV_8UC3, const_cast<std::uint8_t*>(frame.bgr.data()))
+      .clone();
+}
+
+BgrView View(const cv::Mat& image) {
+  return {image.data, image.cols, image.rows, static_cast<std::ptrdiff_t>(image.step)};
+}
+
+double UsualWidth(const LineProfile& profile) {
+  std::vector<double> widths;
+  for (const ProfileSample& sample : profile.samples) {
+    if (sample.width.seen()) widths.push_back(sample.width.value);
+  }
+  return widths.empty() ? 0 : Median(widths);
+}
+
+// Mean width between two positions, over the line's usual width.
+double Relative(const LineProfile& profile, double from, double to) {
+  std::vector<double> widths;
+  for (const ProfileSample& sample : profile.samples) {
+    if (sample.width.seen() && sample.position > from && sample.position < to) {
+      widths.push_back(sample.width.value);
+    }
+  }
+  return widths.empty() ? -1 : Mean(widths) / UsualWidth(profile);
+}
+
+// Largest difference of the lines' relative widths at the deceleration.
+double Difference(const PhotoMeasurement& a, const PhotoMeasurement& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.profiles.size(); ++i) {
+    largest = std::max(largest, std::abs(Relative(a.profiles[i], 0.65, 0.78) -
+                                         Relative(b.profiles[i], 0.65, 0.78)));
+  }
+  return largest;
+}
+
+struct WidthErrors {
+  double bias = 0, scatter = 0, predicted = 0;  // over the usual width
+};
+
+// Against the drawn widths, leaving out the ends, where fillets and bars blur into the lines.
+WidthErrors Errors(const PhotoMeasurement& measured, const DrawnPhoto& drawn) {
+  std::vector<double> errors, sigmas;
+  for (const LineProfile& profile : measured.profiles) {
+    const double usual = UsualWidth(profile);
+    for (const ProfileSample& sample : profile.samples) {
+      if (sample.position < 0.03 || sample.position > 0.97) continue;
+      const double expected =
+          DrawnWidth_mm(drawn, profile.pressure_advance_s, sample.position) / drawn.bead_mm;
+      errors.push_back(sample.width.value / usual - expected);
+      sigmas.push_back(sample.width.sigma / usual);
+    }
+  }
+  return {Mean(errors), RobustStandardDeviation(errors), Median(sigmas)};
+}
+
+TEST(PhotoEye, MeasuresDrawnWidthsWithoutNoise) {
+  DrawnPhoto drawn = Usual();
+  drawn.grain = drawn.noise = 0;
+  const Frame photo = Draw(drawn);
+  const PhotoMeasurement measured = MeasurePhoto(photo.view(), OptionsFor(drawn));
+  ASSERT_EQ(measured.refusal, "");
+  ASSERT_EQ(measured.profiles.size(), drawn.pressure_advance_s.size());
+  const WidthErrors errors = Errors(measured, drawn);
+  // A bead of 10 px with edges blurred over 1 px: half a percent is 0.05 px.
+  EXPECT_NEAR(errors.bias, 0, 0.01);
+  EXPECT_LT(errors.scatter, 0.015);
+}
+
+TEST(PhotoEye, ReadsTexturedPlatesWithHonestSigma) {
+  for (const bool darker : {false, true}) {
+    DrawnPhoto drawn = Usual();
+    drawn.darker = darker;
+    drawn.seed = darker ? 11 : 12;
+    const Frame photo = Draw(drawn);
+    const PhotoMeasurement measured = MeasurePhoto(photo.view(), OptionsFor(drawn));
+    ASSERT_EQ(measured.refusal, "") << "seed " << drawn.seed;
+    const WidthErrors errors = Errors(measured, drawn);
+    EXPECT_NEAR(errors.bias, 0, 0.02) << "seed " << drawn.seed;
+    EXPECT_LT(errors.scatter, 0.06) << "seed " << drawn.seed;
+    // Honest: neither half nor twice what is observed.
+    EXPECT_LT(errors.predicted, 2 * errors.scatter) << "seed " << drawn.seed;
+    EXPECT_GT(errors.predicted, 0.5 * errors.scatter) << "seed " << drawn.seed;
+  }
+}
+
+TEST(PhotoEye, FindsWhereTheSpeedChanges) {
+  const DrawnPhoto drawn = Usual();
+  const PhotoMeasurement measured = MeasurePhoto(Draw(drawn).view(), OptionsFor(drawn));
+  ASSERT_TRUE(measured.segments.has_value()) << measured.refusal;
+  EXPECT_NEAR(measured.segments->fast_begin, 0.1, 0.02);
+  EXPECT_NEAR(measured.segments->fast_end, 0.7, 0.01);
+}
+
+TEST(PhotoEye, TracesLieInTheRectifiedPicture) {
+  const DrawnPhoto drawn = Usual();
+  const PhotoMeasurement measured = MeasurePhoto(Draw(drawn).view(), OptionsFor(drawn));
+  ASSERT_EQ(measured.refusal, "");
+  ASSERT_EQ(measured.traces.size(), measured.profiles.size());
+  ASSERT_EQ(measured.frame_corners.size(), 4U);
+  // First line at the bottom, print direction to the right.
+  EXPECT_GT(measured.traces.front().centre_px.front(), measured.traces.back().centre_px.front());
+  EXPECT_LT(measured.traces.front().x_px.front(), measured.traces.front().x_px.back());
+  for (const TracedLine& trace : measured.traces) {
+    ASSERT_EQ(trace.x_px.size(), measured.profiles.front().samples.size());
+    EXPECT_GT(trace.x_px.front(), 0);
+    EXPECT_LT(trace.x_px.back(), measured.rectified.width);
+  }
+  // In the photo the first line's start lies at the bottom left.
+  EXPECT_LT(measured.frame_corners[0].x_px, drawn.width_px / 2.0);
+  EXPECT_GT(measured.frame_corners[0].y_px, drawn.height_px / 2.0);
+}
+
+TEST(PhotoEye, TurningAndMirroringChangeNothing) {
+  const DrawnPhoto drawn = Usual();
+  const cv::Mat upright = ToMat(Draw(drawn));
+  PhotoOptions options = OptionsFor(drawn);
+  const PhotoMeasurement reference = MeasurePhoto(View(upright), options);
+  ASSERT_EQ(reference.refusal, "");
+  struct Turn {
+    int code;  // of cv::rotate, or 10 + code of cv::flip
+    PhotoSide from;
+  };
+  for (const Turn& turn : {Turn{cv::ROTATE_90_CLOCKWISE, PhotoSide::kLeft},
+                           Turn{cv::ROTATE_180, PhotoSide::kTop}, Turn{11, PhotoSide::kBottom}}) {
+    cv::Mat turned;
+    if (turn.code >= 10) {
+      cv::flip(upright, turned, turn.code - 10);
+    } else {
+      cv::rotate(upright, turned, turn.code);
+    }
+    options.from = turn.from;
+    const PhotoMeasurement measured = MeasurePhoto(View(turned), options);
+    ASSERT_EQ(measured.refusal, "") << turn.code;
+    EXPECT_LT(Difference(reference, measured), 0.03) << turn.code;
+  }
+}
+
+TEST(PhotoEye, SaysThatTheOrderRunsTheOtherWay) {
+  const DrawnPhoto drawn = Usual();
+  PhotoOptions options = OptionsFor(drawn);
+  options.from = PhotoSide::kTop;
+  EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).refusal, HasSubstr("upside down"));
+}
+
+TEST(PhotoEye, FindsTheStartOfSymmetricLinesByPhysics) {
+  DrawnPhoto drawn = Usual();
+  drawn.slow_before = drawn.slow_after = 0.25;
+  const cv::Mat upright = ToMat(Draw(drawn));
+  const PhotoMeasurement straight = MeasurePhoto(View(upright), OptionsFor(drawn));
+  ASSERT_EQ(straight.refusal, "");
+  ASSERT_TRUE(straight.segments.has_value());
+  EXPECT_NEAR(straight.segments->fast_end, 0.75, 0.02);
+  cv::Mat mirrored;
+  cv::flip(upright, mirrored, 1);
+  const PhotoMeasurement measured = MeasurePhoto(View(mirrored), OptionsFor(drawn));
+  ASSERT_TRUE(measured.segments.has_value()) << measured.refusal;
+  EXPECT_NEAR(measured.segments->fast_end, 0.75, 0.02);
+}
+
+TEST(PhotoEye, AsksForTheStartWhereTheLinesDoNotShowIt) {
+  DrawnPhoto drawn = Usual();
+  drawn.slow_before = drawn.slow_after = 0.25;
+  drawn.right_value_s = 0;
+  const Frame photo = [&] {
+    DrawnPhoto alike = drawn;  // all lines at the right value
+    alike.pressure_advance_s.assign(drawn.pressure_advance_s.size(), 0.0);
+    return Draw(alike);
+  }();
+  PhotoOptions options = OptionsFor(drawn);
+  EXPECT_THAT(MeasurePhoto(photo.view(), options).refusal, HasSubstr("give the side"));
+  options.start = PhotoSide::kLeft;
+  EXPECT_EQ(MeasurePhoto(photo.view(), options).refusal, "");
+}
+
+TEST(PhotoEye, RefusesSidesAcrossTheLines) {
+  const DrawnPhoto drawn = Usual();
+  const Frame photo = Draw(drawn);
+  PhotoOptions options = OptionsFor(drawn);
+  options.from = PhotoSide::kLeft;
+  EXPECT_THAT(MeasurePhoto(photo.view(), options).refusal, HasSubstr("cannot lie at the left"));
+  options.from = PhotoSide::kBottom;
+  options.start = PhotoSide::kTop;
+  EXPECT_THAT(MeasurePhoto(photo.view(), options).refusal, HasSubstr("cannot start at the top"));
+}
+
+TEST(PhotoEye, CountsTheLines) {
+  DrawnPhoto drawn = Usual();
+  PhotoOptions options = OptionsFor(drawn);
+  options.pressure_advance_s = Steps(12);
+  EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).refusal,
+              HasSubstr("found 13 lines, the PA list has 12 values"));
+}
+
+TEST(PhotoEye, NamesLinesByTheirPlacesWhereSomeAreMissing) {
+  DrawnPhoto drawn = Usual();
+  drawn.left_out = {5};
+  PhotoOptions options = OptionsFor(drawn);
+  const std::vector<double> all = Steps(13);
+  std::vector<double> rest = all;
+  rest.erase(rest.begin() + 5);
+  for (const std::vector<double>& list : {all, rest}) {
+    options.pressure_advance_s = list;
+    const PhotoMeasurement measured = MeasurePhoto(Draw(drawn).view(), options);
+    ASSERT_EQ(measured.refusal, "");
+    ASSERT_EQ(measured.profiles.size(), rest.size());
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      EXPECT_EQ(measured.profiles[i].pressure_advance_s, rest[i]);
+    }
+  }
+  // As many values as lines, but the list jumps elsewhere than the lines do.
+  options.pressure_advance_s = all;
+  options.pressure_advance_s.erase(options.pressure_advance_s.begin() + 8);
+  EXPECT_THAT(MeasurePhoto(Draw(drawn).view(), options).refusal, HasSubstr("check the list"));
+}
+
+TEST(PhotoEye, RefusesPhotosWithoutAWholePattern) {
+  const DrawnPhoto drawn = Usual();
+  DrawnPhoto none = drawn;
+  none.frame = false;
+  none.bead_mm = 0;
+  EXPECT_THAT(MeasurePhoto(Draw(none).view(), OptionsFor(drawn)).refusal, HasSubstr("whole frame"));
+  DrawnPhoto half = drawn;
+  half.shift_y_mm = 25;
+  EXPECT_NE(MeasurePhoto(Draw(half).view(), OptionsFor(drawn)).refusal, "");
+  const Frame black(400, 300);
+  EXPECT_NE(MeasurePhoto(black.view(), OptionsFor(drawn)).refusal, "");
+  EXPECT_NE(MeasurePhoto({}, OptionsFor(drawn)).refusal, "");
+}
+
+TEST(PhotoEye, RefusesBlurredAndTinyPhotos) {
+  DrawnPhoto blurred = Usual();
+  blurred.blur_px = 7;
+  EXPECT_NE(MeasurePhoto(Draw(blurred).view(), OptionsFor(blurred)).refusal, "");
+  const Frame photo = Draw(Usual());
+  cv::Mat tiny;
+  cv::resize(ToMat(photo), tiny, {}, 0.15, 0.15, cv::INTER_AREA);
+  EXPECT_NE(MeasurePhoto(View(tiny), OptionsFor(Usual())).refusal, "");
+}
+
+TEST(PhotoEye, ChecksItsOptions) {
+  const Frame photo(200, 200);
+  PhotoOptions options;
+  EXPECT_THAT(MeasurePhoto(photo.view(), options).refusal, HasSubstr("0 values"));
+  options.pressure_advance_s = {0, std::nan("")};
+  EXPECT_THAT(MeasurePhoto(photo.view(), options).refusal, HasSubstr("not a number"));
+  options.pressure_advance_s = Steps();
+  options.slow_before = 0.8;
+  EXPECT_THAT(MeasurePhoto(photo.view(), options).refusal, HasSubstr("0.8"));
+}
+
+class RealPhotos : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const char* folder = std::getenv("TRAMMEL_TEST_DATA");
+    if (folder == nullptr) {
+      GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with pressure_advance_photos/";
+    }
+    folder_ = std::filesystem::path(folder) / "pressure_advance_photos";
+    options_.pressure_advance_s = Steps(21);
+  }
+
+  [[nodiscard]] cv::Mat Load(const std::string& name) const {
+    return cv::imread((folder_ / name).string(), cv::IMREAD_COLOR);
+  }
+
+  std::filesystem::path folder_;
+  PhotoOptions options_;
+};
+
+TEST_F(RealPhotos, AreReadWithBulgesAndBreaksWhereTheyBelong) {
+  for (const char* name : {"black45_lines4-5.jpg", "gold50_lines4-5.jpg", "gray45_lines5-6.jpg",
+                           "gray60_lines5-6.jpg"}) {
+    const cv::Mat photo = Load(name);
+    ASSERT_FALSE(photo.empty()) << name;
+    const PhotoMeasurement measured = MeasurePhoto(View(photo), options_);
+    ASSERT_EQ(measured.refusal, "") << name;
+    ASSERT_EQ(measured.profiles.size(), 21U) << name;
+    ASSERT_TRUE(measured.segments.has_value()) << name;
+    EXPECT_NEAR(measured.segments->fast_end, 0.71, 0.03) << name;
+    std::vector<double> usual;
+    for (const LineProfile& profile : measured.profiles) {
+      EXPECT_EQ(profile.unusable, "") << name;
+      usual.push_back(UsualWidth(profile));
+    }
+    // All lines carry the same flow; light and perspective may not change that by a fifth.
+    for (const double width : usual) EXPECT_NEAR(width / Median(usual), 1, 0.2) << name;
+    EXPECT_GT(Relative(measured.profiles[0], 0.69, 0.74), 1.1) << name;
+    EXPECT_LT(Relative(measured.profiles[18], 0.69, 0.74), 0.3) << name;
+    EXPECT_GT(Relative(measured.profiles[19], 0.09, 0.14), 1.2) << name;
+  }
+}
+
+// Turned, mirrored, shrunk and compressed photos against the same photo as it is.
+TEST_F(RealPhotos, ReadTheSameHoweverTheyAreStored) {
+  const cv::Mat photo = Load("gold50_lines4-5.jpg");
+  ASSERT_FALSE(photo.empty());
+  const PhotoMeasurement reference = MeasurePhoto(View(photo), options_);
+  ASSERT_EQ(reference.refusal, "");
+  const auto compare = [&](const cv::Mat& changed, PhotoSide from, double most, const char* what) {
+    options_.from = from;
+    const PhotoMeasurement measured = MeasurePhoto(View(changed), options_);
+    EXPECT_EQ(measured.refusal, "") << what;
+    if (!measured.refusal.empty()) return;
+    EXPECT_LT(Difference(reference, measured), most) << what;
+  };
+  cv::Mat changed;
+  cv::rotate(photo, changed, cv::ROTATE_90_CLOCKWISE);
+  compare(changed, PhotoSide::kLeft, 0.05, "turned by 90 degrees");
+  cv::flip(photo, changed, 1);
+  compare(changed, PhotoSide::kBottom, 0.05, "mirrored");
+  const cv::Mat turn =
+      cv::getRotationMatrix2D(cv::Point2d(photo.cols / 2.0, photo.rows / 2.0), 7, 0.9);
+  cv::warpAffine(photo, changed, turn, photo.size(), cv::INTER_LINEAR, cv::BORDER_REFLECT);
+  compare(changed, PhotoSide::kBottom, 0.08, "turned by 7 degrees");
+  cv::resize(photo, changed, {}, 0.5, 0.5, cv::INTER_AREA);
+  compare(changed, PhotoSide::kBottom, 0.1, "half the size");
+  std::vector<std::uint8_t> bytes;
+  ASSERT_TRUE(cv::imencode(".jpg", photo, bytes, {cv::IMWRITE_JPEG_QUALITY, 60}));
+  compare(cv::imdecode(bytes, cv::IMREAD_COLOR), PhotoSide::kBottom, 0.08, "compressed");
+}
+
+TEST_F(RealPhotos, AreRefusedWhereHalfIsMissing) {
+  const cv::Mat photo = Load("black45_lines4-5.jpg");
+  ASSERT_FALSE(photo.empty());
+  for (const cv::Rect& part :
+       {cv::Rect(0, 0, photo.cols, photo.rows / 2), cv::Rect(0, 0, photo.cols / 2, photo.rows),
+        cv::Rect(photo.cols / 2, 0, photo.cols / 2, photo.rows)}) {
+    const PhotoMeasurement measured = MeasurePhoto(View(photo(part)), options_);
+    EXPECT_NE(measured.refusal, "") << part.x << " " << part.y << " " << part.width;
+    EXPECT_TRUE(measured.profiles.empty());
+  }
+}
+
+}  // namespace
+}  // namespace trammel::pressure_advance

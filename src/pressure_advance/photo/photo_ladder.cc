@@ -1,0 +1,229 @@
+#include "pressure_advance/photo/photo_ladder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/statistics.h"
+#include "vision/filament_contrast.h"
+#include "vision/frame_finder.h"
+#include "vision/rectify.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+// Measuring needs no more: lines of 20 px are read to a percent of their width.
+constexpr double kMostMeasured_px = 12e6;
+constexpr int kLongestMeasured_px = 6000;
+constexpr double kLongestRectified_px = 3000;
+
+struct View {
+  vision::Quad corners;  // of the frame in the picture, turned so that rungs lie along the rows
+  int margin = 0;
+  Frame picture;
+  vision::GrayImage contrast;
+};
+
+// The frame seen straight from above, as large as it is in the photo.
+std::optional<View> LookAt(const Frame& photo, const vision::FoundFrame& frame,
+                           const vision::Quad& corners, double scale, std::size_t wanted) {
+  using vision::Distance_px;
+  double width = std::max(Distance_px(corners[0], corners[1]), Distance_px(corners[3], corners[2]));
+  double height =
+      std::max(Distance_px(corners[1], corners[2]), Distance_px(corners[0], corners[3]));
+  const double shrink = std::min(1.0, kLongestRectified_px / std::max(width, height));
+  width *= shrink;
+  height *= shrink;
+  constexpr double kSmallest_px = 60;
+  if (std::min(width, height) < kSmallest_px) return std::nullopt;
+  View view;
+  view.corners = corners;
+  view.margin = static_cast<int>(0.04 * std::min(width, height)) + 4;
+  const double m = view.margin;
+  const int w = static_cast<int>(width + 2 * m), h = static_cast<int>(height + 2 * m);
+  const vision::Quad target{{{m, m}, {w - 1 - m, m}, {w - 1 - m, h - 1 - m}, {m, h - 1 - m}}};
+  const auto photo_from_view = vision::TargetFromSource(corners, target);
+  vision::Quad in_mask;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double to_mask = frame.filament_scale / scale;
+    in_mask[i] = {(corners[i].x + 0.5) * to_mask - 0.5, (corners[i].y + 0.5) * to_mask - 0.5};
+  }
+  const auto mask_from_view = vision::TargetFromSource(in_mask, target);
+  if (!photo_from_view || !mask_from_view) return std::nullopt;
+  view.picture = vision::Rectify(photo.view(), *photo_from_view, w, h);
+  const vision::GrayImage mask = vision::Rectify(frame.filament, *mask_from_view, w, h);
+  const int surroundings =
+      std::max(5, static_cast<int>(2 * height / static_cast<double>(wanted + 1))) | 1;
+  const auto weights = vision::FindContrast(view.picture.view(), mask, surroundings);
+  if (!weights) return std::nullopt;
+  view.contrast = vision::Mix(view.picture.view(), *weights);
+  return view;
+}
+
+vision::Quad Turned(const vision::Quad& quad, std::size_t turns) {
+  vision::Quad turned;
+  for (std::size_t i = 0; i < 4; ++i) turned[i] = quad[(i + turns) % 4];
+  return turned;
+}
+
+struct Candidate {
+  View view;
+  vision::Ladder ladder;
+  double strength = 0;
+};
+
+// How unlike the two bars across the lines' ends are, as a share of the frame's width: an outline
+// that follows a shadow or the plate's edge on one side makes that bar seem wide.
+double BarMismatch(const Candidate& candidate) {
+  const double middle = candidate.view.picture.height / 2.0;
+  const double left = candidate.ladder.left_inner(middle) - candidate.view.margin;
+  const double width = candidate.view.picture.width - 1 - 2.0 * candidate.view.margin;
+  const double right = candidate.view.margin + width - candidate.ladder.right_inner(middle);
+  return std::abs(left - right) / width;
+}
+
+constexpr double kRightCount = 1000;
+constexpr double kClear = 3;  // rows over columns
+
+// Higher is better: a ladder at all, the right number of rungs, the clearer rungs
+// between bars that are alike.
+double Rank(const Candidate& candidate, std::size_t wanted) {
+  if (!candidate.ladder.problem.empty()) return -1;
+  const double right =
+      candidate.ladder.rungs.size() == wanted || PlacesOf(candidate.ladder) == wanted ? 1 : 0;
+  constexpr double kMostMismatch = 0.1;
+  const double alike = std::max(0.0, 1 - BarMismatch(candidate) / kMostMismatch);
+  return kRightCount * right + alike * std::min(candidate.strength, kRightCount - 1);
+}
+
+// The view of a frame with the rungs along the rows.
+std::optional<Candidate> Judge(const Frame& photo, const vision::FoundFrame& frame, double scale,
+                               std::size_t wanted) {
+  vision::Quad corners = frame.outer;
+  for (vision::PointPx& p : corners) {
+    p = {(p.x + 0.5) * scale - 0.5, (p.y + 0.5) * scale - 0.5};
+  }
+  std::optional<Candidate> best;
+  for (const std::size_t turns : {0, 1}) {
+    std::optional<View> view = LookAt(photo, frame, Turned(corners, turns), scale, wanted);
+    if (!view) continue;
+    const double strength = vision::RowsOverColumns(view->contrast, view->margin);
+    if (best && best->strength >= strength) continue;
+    best = Candidate{std::move(*view), {}, strength};
+  }
+  if (best) best->ladder = vision::FindLadder(best->view.contrast, best->view.margin, wanted);
+  return best;
+}
+
+}  // namespace
+
+PhotoLadder FindPhotoLadder(const BgrView& photo, std::size_t wanted) {
+  PhotoLadder result;
+  double scale = 1;
+  const Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMostMeasured_px, scale);
+  constexpr int kSmallest_px = 16;
+  std::vector<vision::FoundFrame> frames;
+  if (std::min(measured.width, measured.height) >= kSmallest_px) {
+    frames = vision::FindPrintedFrames(measured.view());
+  }
+  std::optional<Candidate> best;
+  for (vision::FoundFrame& frame : frames) {
+    for (vision::PointPx& p : frame.outer)
+      p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
+    frame.filament_scale *= scale;
+    std::optional<Candidate> candidate = Judge(measured, frame, scale, wanted);
+    if (candidate && (!best || Rank(*candidate, wanted) > Rank(*best, wanted))) {
+      best = std::move(candidate);
+    }
+    // Frames come best first; a clear ladder with the right number of rungs is not there twice.
+    if (best && Rank(*best, wanted) > kRightCount + kClear) break;
+  }
+  constexpr const char* kAdvice =
+      "The whole frame with some plate around it must be in the picture, sharp and without glare";
+  if (!best) {
+    result.problem = fmt::format("no printed frame is seen in the photo. {}", kAdvice);
+    return result;
+  }
+  if (!best->ladder.problem.empty()) {
+    result.problem =
+        fmt::format("{} outline(s) were found, but none holds the pattern; of the best: {}. {}",
+                    frames.size(), best->ladder.problem, kAdvice);
+    return result;
+  }
+  result.corners = best->view.corners;
+  for (vision::PointPx& p : result.corners) {
+    p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
+  }
+  result.picture = std::move(best->view.picture);
+  result.contrast = std::move(best->view.contrast);
+  result.ladder = std::move(best->ladder);
+  return result;
+}
+
+std::size_t PlacesOf(const vision::Ladder& ladder) {
+  std::size_t places = ladder.rungs.empty() ? 0 : 1;
+  for (const int step : ladder.steps) places += static_cast<std::size_t>(step);
+  return places;
+}
+
+namespace {
+
+std::string DescribeCount(const vision::Ladder& ladder, std::size_t wanted) {
+  const std::size_t missing = PlacesOf(ladder) - ladder.rungs.size();
+  return fmt::format(
+      "found {} lines{}, the PA list has {} values: give the list of the lines in the photo, or "
+      "take a photo that shows all of them",
+      ladder.rungs.size(),
+      missing > 0 ? fmt::format(" and {} empty places between them", missing) : "", wanted);
+}
+
+// Whether the list jumps where rungs are missing, and only there.
+bool JumpsAlike(const std::vector<int>& steps, const std::vector<double>& list) {
+  std::vector<double> unit;
+  for (std::size_t i = 0; i < steps.size(); ++i) unit.push_back((list[i + 1] - list[i]) / steps[i]);
+  const double typical = Median(unit);
+  constexpr double kUneven = 0.25;  // a list need not be quite even; a missing value doubles a step
+  return std::all_of(unit.begin(), unit.end(),
+                     [&](double u) { return typical != 0 && std::abs(u / typical - 1) < kUneven; });
+}
+
+}  // namespace
+
+LineNames NameLines(const vision::Ladder& ladder, const std::vector<double>& list,
+                    bool first_at_bottom) {
+  LineNames names;
+  const std::size_t found = ladder.rungs.size();
+  const std::size_t places = PlacesOf(ladder);
+  std::vector<int> steps = ladder.steps;
+  if (first_at_bottom) std::reverse(steps.begin(), steps.end());
+  if (places == list.size()) {
+    std::size_t place = 0;
+    for (std::size_t i = 0; i < found; ++i) {
+      names.pressure_advance_s.push_back(list[place]);
+      if (i < steps.size()) place += static_cast<std::size_t>(steps[i]);
+    }
+    if (places > found) {
+      names.notice = fmt::format(
+          "{} of {} lines are not in the photo; the others were named by their "
+          "places",
+          places - found, places);
+    }
+  } else if (found == list.size() && JumpsAlike(steps, list)) {
+    names.pressure_advance_s = list;
+  } else {
+    names.refusal = DescribeCount(ladder, list.size());
+    if (found == list.size()) {
+      names.refusal = fmt::format(
+          "{} lines with {} empty places between them do not fit the {} values "
+          "of the PA list, whose steps are wide elsewhere: check the list",
+          found, places - found, list.size());
+    }
+  }
+  return names;
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,151 @@
+#include "pressure_advance/photo/photo_segments.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/check.h"
+#include "base/statistics.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+double UsualWidth(const LineProfile& profile) {
+  std::vector<double> widths;
+  for (const ProfileSample& sample : profile.samples) {
+    if (sample.width.seen()) widths.push_back(sample.width.value);
+  }
+  return widths.size() < profile.samples.size() / 4 + 1 ? 0 : Median(widths);
+}
+
+struct Extreme {
+  double position = 0;
+  double size = 0;
+};
+
+// The largest sign * slope within reach of a place; its position is the lobe's centre of gravity
+// above half of its peak.
+Extreme LargestNear(const WidthTrend& trend, double place, double reach, double sign) {
+  Extreme extreme{place, 0};
+  std::size_t top = trend.slope.size();
+  for (std::size_t i = 0; i < trend.slope.size(); ++i) {
+    if (std::abs(trend.position[i] - place) > reach) continue;
+    if (sign * trend.slope[i] > extreme.size) {
+      extreme.size = sign * trend.slope[i];
+      top = i;
+    }
+  }
+  if (top == trend.slope.size()) return extreme;
+  std::size_t a = top, b = top;
+  while (a > 0 && sign * trend.slope[a - 1] > extreme.size / 2) --a;
+  while (b + 1 < trend.slope.size() && sign * trend.slope[b + 1] > extreme.size / 2) ++b;
+  double weights = 0, moment = 0;
+  for (std::size_t i = a; i <= b; ++i) {
+    const double weight = sign * trend.slope[i] - extreme.size / 2;
+    weights += weight;
+    moment += weight * trend.position[i];
+  }
+  extreme.position = weights > 0 ? moment / weights : trend.position[top];
+  return extreme;
+}
+
+struct Hypothesis {
+  bool reversed = false;
+  bool upside_down = false;
+  Extreme acceleration, deceleration;
+
+  [[nodiscard]] double score() const { return acceleration.size + deceleration.size; }
+};
+
+}  // namespace
+
+WidthTrend MeasureWidthTrend(const std::vector<LineProfile>& profiles) {
+  WidthTrend trend;
+  std::vector<double> usual;
+  std::vector<double> values;
+  for (const LineProfile& profile : profiles) {
+    TRAMMEL_CHECK(profile.samples.size() == profiles.front().samples.size(), "{} and {} samples",
+                  profile.samples.size(), profiles.front().samples.size());
+    usual.push_back(profile.unusable.empty() ? UsualWidth(profile) : 0);
+    if (usual.back() > 0) values.push_back(profile.pressure_advance_s);
+  }
+  if (values.size() < 4) return trend;
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const double range = *most - *least;
+  if (!(range > 0)) return trend;
+  std::vector<double> raw, errors;
+  for (std::size_t i = 0; i < profiles.front().samples.size(); ++i) {
+    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
+    for (std::size_t line = 0; line < profiles.size(); ++line) {
+      const ProfileSample& sample = profiles[line].samples[i];
+      if (!(usual[line] > 0) || !sample.width.seen()) continue;
+      const double x = profiles[line].pressure_advance_s / range;
+      const double y = std::clamp(sample.width.value / usual[line], 0.0, 2.0);
+      n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y, syy += y * y;
+    }
+    const double spread = n * sxx - sx * sx;
+    raw.push_back(n >= 4 && spread > 0 ? (n * sxy - sx * sy) / spread : 0);
+    if (n >= 4 && spread > 0) {
+      const double rest = (syy - sy * sy / n) - raw.back() * (sxy - sx * sy / n);
+      errors.push_back(std::sqrt(std::max(0.0, rest) / (n - 2) * n / spread));
+    }
+    trend.position.push_back(profiles.front().samples[i].position);
+  }
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    const std::size_t half = std::max<std::size_t>(1, raw.size() / 100);
+    const std::size_t a = i < half ? 0 : i - half, b = std::min(raw.size(), i + half + 1);
+    double sum = 0;
+    for (std::size_t k = a; k < b; ++k) sum += raw[k];
+    trend.slope.push_back(sum / static_cast<double>(b - a));
+  }
+  // What the lines scatter by, and what the trend itself wanders by in its quieter half: light and
+  // plate are no noise, but no answer to PA either.
+  if (errors.empty()) return {};
+  constexpr double kFloor = 0.01;
+  std::vector<double> sizes;
+  for (const double slope : trend.slope) sizes.push_back(std::abs(slope));
+  trend.scatter = std::max({kFloor, Median(errors), Quantile(sizes, 0.4)});
+  return trend;
+}
+
+TrendReading ReadTrend(const WidthTrend& trend, double slow_before, double slow_after,
+                       std::optional<bool> reversed) {
+  TrendReading reading;
+  if (trend.slope.empty()) return reading;
+  constexpr double kReach = 0.08;  // line lengths: what frames hide, and how far a bulge is carried
+  std::vector<Hypothesis> hypotheses;
+  for (const bool from_end : {false, true}) {
+    if (reversed && *reversed != from_end) continue;
+    for (const bool upside_down : {false, true}) {
+      const double sign = upside_down ? -1 : 1;
+      Hypothesis h{from_end, upside_down, {}, {}};
+      h.acceleration = LargestNear(trend, from_end ? 1 - slow_before : slow_before, kReach, sign);
+      h.deceleration = LargestNear(trend, from_end ? slow_after : 1 - slow_after, kReach, -sign);
+      hypotheses.push_back(h);
+    }
+  }
+  // A plan whose two ends are alike looks the same turned round with the order reversed; the order
+  // is then taken on trust, as are ends that differ by less than a bulge is carried.
+  const bool ends_alike = std::abs(slow_before - slow_after) < kReach;
+  if (ends_alike && !reversed) {
+    std::erase_if(hypotheses, [](const Hypothesis& h) { return h.upside_down; });
+  }
+  std::stable_sort(hypotheses.begin(), hypotheses.end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.score() > b.score(); });
+  const Hypothesis& best = hypotheses.front();
+  reading.reversed = best.reversed;
+  reading.upside_down = best.upside_down;
+  reading.significance = best.score() / trend.scatter;
+  reading.lead = (best.score() - hypotheses[1].score()) / trend.scatter;
+  const double weaker = std::min(best.acceleration.size, best.deceleration.size) / trend.scatter;
+  constexpr double kLeastSignificance = 6;
+  if (weaker >= kLeastSignificance) {
+    const auto from_start = [&](double p) { return best.reversed ? 1 - p : p; };
+    constexpr double kLobe = 0.02;  // a bead's footprint and the smoothing of the trend
+    reading.segments = FoundSegments{from_start(best.acceleration.position),
+                                     from_start(best.deceleration.position), kLobe, weaker};
+  }
+  return reading;
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,34 @@
+// Setting a pressure advance on the printer.
+#pragma once
+
+#include <optional>
+
+#include "base/result.h"
+#include "pressure_advance/pattern/pattern_config.h"
+#include "session/session.h"
+
+namespace trammel::procedure {
+
+struct ApplyOptions {
+  double limit_s = 0.2;  ///< more is refused unless forced; see ApplyLimit_s
+  bool force = false;
+  bool dry_run = false;  ///< everything is looked at and nothing is set
+};
+
+struct PressureAdvanceChange {
+  std::optional<double> before_s;  ///< absent where the printer does not tell
+  double after_s = 0;
+};
+
+/// What is applied unasked: pressure_advance_limit of the settings, or the highest value of their
+/// pattern where that is more.
+[[nodiscard]] double ApplyLimit_s(const pressure_advance::PatternConfig& settings);
+
+/// Sets pressure advance until the printer's next restart, and looks whether it did.
+/// Errors: kInput outside 0 … 10 s, which nothing forces; kSafety above the limit; kMachine, also
+/// while the printer prints or is paused, and where it reports another value afterwards.
+[[nodiscard]] Result<PressureAdvanceChange> ApplyPressureAdvance(const Session& session,
+                                                                 double pressure_advance_s,
+                                                                 const ApplyOptions& options);
+
+}  // namespace trammel::procedure

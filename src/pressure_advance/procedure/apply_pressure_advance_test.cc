@@ -1,0 +1,111 @@
+#include "pressure_advance/procedure/apply_pressure_advance.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "session/fake_printer.h"
+
+namespace trammel::procedure {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class Obedient : public testing::FakePrinter {
+ public:
+  Result<void> Run(std::string_view script, const machine::WaitLimit& limit) override {
+    auto done = FakePrinter::Run(script, limit);
+    double value = 0;
+    if (std::sscanf(std::string(script).c_str(), "SET_PRESSURE_ADVANCE ADVANCE=%lf", &value) == 1) {
+      state.pressure_advance_s = value;
+    }
+    return done;
+  }
+};
+
+TEST(ApplyPressureAdvance, SetsReadsBackAndTellsOldAndNew) {
+  Obedient printer;
+  const auto change = ApplyPressureAdvance({printer, {}, {}}, 0.0421, {});
+  ASSERT_TRUE(change) << change.error().message;
+  EXPECT_EQ(change->before_s, 0.031);
+  EXPECT_EQ(change->after_s, 0.0421);
+  EXPECT_THAT(printer.scripts, ElementsAre("SET_PRESSURE_ADVANCE ADVANCE=0.0421", "M400"));
+}
+
+TEST(ApplyPressureAdvance, LeavesAPrintAndAPausedPrintAloneAndSendsNothing) {
+  for (const char* print_state : {"printing", "paused"}) {
+    Obedient printer;
+    printer.state.print_state = print_state;
+    printer.state.print_file = "vase.gcode";
+    ApplyOptions forced;
+    forced.force = true;
+    const auto refused = ApplyPressureAdvance({printer, {}, {}}, 0.04, forced);
+    ASSERT_FALSE(refused) << print_state;
+    EXPECT_EQ(refused.error().kind, ErrorKind::kMachine);
+    EXPECT_THAT(refused.error().message, HasSubstr("vase.gcode"));
+    EXPECT_THAT(printer.scripts, IsEmpty());
+  }
+}
+
+TEST(ApplyPressureAdvance, NineSecondsAreNotTakenUnasked) {
+  Obedient printer;
+  const auto refused = ApplyPressureAdvance({printer, {}, {}}, 9, {});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(refused.error().message, HasSubstr("above 0.2 s"));
+  EXPECT_THAT(refused.error().message, HasSubstr("Bowden"));
+  EXPECT_THAT(refused.error().message, HasSubstr("--force"));
+  EXPECT_THAT(printer.scripts, IsEmpty());
+  ApplyOptions forced;
+  forced.force = true;
+  EXPECT_TRUE(ApplyPressureAdvance({printer, {}, {}}, 9, forced));
+}
+
+TEST(ApplyPressureAdvance, NothingForcesWhatIsNoPressureAdvance) {
+  Obedient printer;
+  ApplyOptions forced;
+  forced.force = true;
+  for (const double value_s : {-0.01, 10.5, std::nan(""), HUGE_VAL}) {
+    const auto refused = ApplyPressureAdvance({printer, {}, {}}, value_s, forced);
+    ASSERT_FALSE(refused) << value_s;
+    EXPECT_EQ(refused.error().kind, ErrorKind::kInput);
+  }
+  EXPECT_THAT(printer.scripts, IsEmpty());
+}
+
+TEST(ApplyPressureAdvance, ADryRunLooksAtEverythingAndSetsNothing) {
+  Obedient printer;
+  ApplyOptions dry;
+  dry.dry_run = true;
+  const auto change = ApplyPressureAdvance({printer, {}, {}}, 0.05, dry);
+  ASSERT_TRUE(change);
+  EXPECT_EQ(change->before_s, 0.031);
+  EXPECT_THAT(printer.scripts, IsEmpty());
+  printer.state.print_state = "printing";
+  EXPECT_FALSE(ApplyPressureAdvance({printer, {}, {}}, 0.05, dry));
+}
+
+TEST(ApplyPressureAdvance, AValueThatDoesNotComeBackIsAnError) {
+  testing::FakePrinter deaf;
+  const auto set = ApplyPressureAdvance({deaf, {}, {}}, 0.0421, {});
+  ASSERT_FALSE(set);
+  EXPECT_THAT(set.error().message, HasSubstr("reports 0.0310 s"));
+}
+
+TEST(ApplyPressureAdvance, APatternForABowdenTubeRaisesTheLimitToItsOwnRange) {
+  pressure_advance::PatternConfig settings;
+  EXPECT_EQ(ApplyLimit_s(settings), 0.2);
+  settings.pressure_advance_end_s = 1;
+  EXPECT_EQ(ApplyLimit_s(settings), 1);
+  settings.pressure_advances_s = {0, 0.3, 0.6};
+  EXPECT_EQ(ApplyLimit_s(settings), 0.6);
+  settings.pressure_advance_limit_s = 1.5;
+  EXPECT_EQ(ApplyLimit_s(settings), 1.5);
+}
+
+}  // namespace
+}  // namespace trammel::procedure

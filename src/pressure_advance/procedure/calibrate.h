@@ -1,0 +1,52 @@
+// Pressure advance on a real printer: check, print, cool, scan; analysis and verdict follow.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/camera/camera.h"
+#include "pressure_advance/pattern/pattern_config.h"
+#include "pressure_advance/pattern/pattern_plan.h"
+#include "session/session.h"
+#include "settings/scan_settings.h"
+
+namespace trammel::procedure {
+
+struct CalibrationRequest {
+  pressure_advance::PatternConfig pattern;
+  settings::ScanSettings settings;
+  std::filesystem::path folder;        ///< is there and empty; receives everything that is recorded
+  std::string started;                 ///< date and time, for the recording
+  std::string run;                     ///< unique; as files::IsRunName wants it
+  std::filesystem::path state_folder;  ///< of journals and locks; empty: files::StateFolder()
+  bool print = true;
+  bool scan = true;
+  /// What lies on the plate, or what `gcode` prints there; absent: what `pattern` describes.
+  std::optional<pressure_advance::PatternPlan> plan;
+  std::string gcode;        ///< printed instead of the pattern; heats by itself. REQUIRES a plan
+  std::optional<int> only;  ///< of the plan's patterns; absent: all of them are scanned
+};
+
+struct CalibrationOutcome {
+  Result<void> done;                    ///< good: `folder` holds a whole recording
+  std::vector<std::string> unrestored;  ///< what could not be brought back to how it was
+  double bed_c =
+      0;  ///< at which the bed is kept, because the pattern lies on it and is not scanned
+};
+
+/// Runs the steps that the request names. Nothing moves before every check has passed and the
+/// camera has sent a picture. Whatever happens, laser, lights, pressure advance, limits, heater
+/// targets and G-code state come back (PrinterStateGuard), and what was recorded stays in the
+/// folder. Only a pattern that was printed and not scanned keeps the bed warm, which holds it.
+[[nodiscard]] CalibrationOutcome Calibrate(const Session& session,
+                                           const CalibrationRequest& request);
+
+/// The camera that the settings name, or the webcam that the printer's server lists.
+[[nodiscard]] Result<std::unique_ptr<machine::FrameSource>> OpenCamera(
+    const Session& session, const settings::ScanSettings& settings);
+
+}  // namespace trammel::procedure

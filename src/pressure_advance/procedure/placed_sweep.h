@@ -1,0 +1,38 @@
+// From what was recorded of a sweep to frames with positions along the line.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/camera/camera.h"
+#include "machine/moonraker/printer.h"
+#include "pressure_advance/procedure/sweep_plan.h"
+#include "pressure_advance/recording/scan.h"
+#include "pressure_advance/timing/sweep_timing.h"
+
+namespace trammel::procedure {
+
+/// The moves of the head as positions of the laser along a sweep's line, on the host's clock.
+/// @param gcode_origin_mm  where G-code's origin lies in the toolhead's coordinates, in which the
+///                         moves are (SET_GCODE_OFFSET): lines were printed and swept in G-code's.
+[[nodiscard]] std::vector<pressure_advance::LineMove> AlongLine(
+    std::span<const machine::TrapezoidMove> moves, const Sweep& sweep,
+    const machine::ClockRelation& clock, const std::array<double, 4>& gcode_origin_mm);
+
+/// How frames and motion are compared: when each frame came, and how much it differs from the one
+/// before. Decodes every frame.
+[[nodiscard]] Result<pressure_advance::SweepObservation> Observe(
+    std::span<const machine::CapturedFrame> frames, std::vector<pressure_advance::LineMove> motion);
+
+/// Positions for scan.json: those of frames that certainly moved at the sweep's speed.
+[[nodiscard]] std::vector<std::optional<double>> ScoredPositions(
+    const pressure_advance::SweepTiming& timing);
+
+/// What fraction of the pixels became at least 30 levels redder.
+[[nodiscard]] Result<double> Reddened(const machine::CapturedFrame& before,
+                                      const machine::CapturedFrame& after);
+
+}  // namespace trammel::procedure

@@ -1,0 +1,66 @@
+#include "pressure_advance/procedure/placed_sweep.h"
+
+#include <gtest/gtest.h>
+
+namespace trammel::procedure {
+namespace {
+
+constexpr double kExact = 1e-9;
+
+TEST(PlacedSweep, MovesBecomePositionsOfTheLaserOnTheHostsClock) {
+  Sweep sweep;
+  sweep.along_x = -1;  // printed towards -x
+  sweep.along_y = 0;
+  sweep.origin_mm = -100;  // the laser stands at the line's start where the nozzle is at x = 100
+  machine::ClockRelation clock;
+  clock.print_from_host = {1000, 50, 1, 0, 0};  // print time 50 is 1000 s of ours
+  const std::vector<machine::TrapezoidMove> moves = {
+      {52, 0.5, 4, 10, {98, 20, 17.86}, {-1, 0, 0}},
+      {53, 0.5, 5, 0, {98, 20, 17.86}, {0, 0, 1}},   // in z: nothing along the line
+      {54, 0.0, 5, 0, {98, 20, 17.86}, {-1, 0, 0}},  // without duration
+  };
+  const auto along = AlongLine(moves, sweep, clock, {});
+  ASSERT_EQ(along.size(), 1u);
+  EXPECT_NEAR(along[0].start_s, 1002, kExact);
+  EXPECT_NEAR(along[0].start_mm, 2, kExact);
+  EXPECT_NEAR(along[0].start_speed_mm_s, 4, kExact);
+  EXPECT_NEAR(along[0].acceleration_mm_s2, 10, kExact);
+}
+
+// A line was printed in G-code's coordinates and is swept in them; the firmware tells its own.
+TEST(PlacedSweep, AGcodeOffsetIsNotTakenForAPlaceOnTheLine) {
+  Sweep sweep;
+  machine::ClockRelation clock;
+  const std::vector<machine::TrapezoidMove> moves = {{1, 0.5, 4, 0, {12.3, 7, 0}, {1, 0, 0}}};
+  const auto along = AlongLine(moves, sweep, clock, {0.3, -0.1, 0.02});
+  ASSERT_EQ(along.size(), 1u);
+  EXPECT_NEAR(along[0].start_mm, 12, kExact);
+}
+
+TEST(PlacedSweep, OnlySteadyFramesAreScored) {
+  using pressure_advance::FrameMotion;
+  pressure_advance::SweepTiming timing;
+  for (const auto motion :
+       {FrameMotion::kStanding, FrameMotion::kRamp, FrameMotion::kSteady, FrameMotion::kUnplaced}) {
+    pressure_advance::FrameTiming frame;
+    frame.position_mm = 5;
+    frame.motion = motion;
+    timing.frames.push_back(frame);
+  }
+  const auto positions = ScoredPositions(timing);
+  ASSERT_EQ(positions.size(), 4u);
+  EXPECT_FALSE(positions[0].has_value());
+  EXPECT_FALSE(positions[1].has_value());
+  EXPECT_EQ(positions[2], 5.0);
+  EXPECT_FALSE(positions[3].has_value());
+}
+
+TEST(PlacedSweep, APictureThatIsNoneIsAnErrorAndNotABlackFrame) {
+  machine::CapturedFrame frame;
+  frame.image = {1, 2, 3};
+  EXPECT_FALSE(Observe(std::vector{frame}, {}).has_value());
+  EXPECT_FALSE(Reddened(frame, frame).has_value());
+}
+
+}  // namespace
+}  // namespace trammel::procedure

@@ -1,0 +1,198 @@
+#include "pressure_advance/procedure/scan.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "machine/net/host_clock.h"
+#include "pressure_advance/procedure/laser_check.h"
+#include "pressure_advance/procedure/placed_sweep.h"
+#include "pressure_advance/procedure/scan_recording.h"
+
+namespace trammel::procedure {
+namespace {
+
+using settings::ScanSettings;
+
+constexpr double kMove_s = 60;
+constexpr double kFrame_s = 5;
+constexpr double kClock_s = 0.002;  // at 7 mm/s 0.013 mm
+// Frames of a standing head before and after a sweep: those that its timing wants, and some more
+// for what a camera drops.
+constexpr std::size_t kStandingFrames = 8;
+
+AxisDirection DirectionOf(const Sweep& sweep) {
+  if (std::abs(sweep.along_x) >= std::abs(sweep.along_y)) {
+    return sweep.along_x > 0 ? AxisDirection::kPlusX : AxisDirection::kMinusX;
+  }
+  return sweep.along_y > 0 ? AxisDirection::kPlusY : AxisDirection::kMinusY;
+}
+
+Result<void> Go(const Session& session, const std::string& gcode) {
+  if (auto done = session.printer.Run(gcode, session.Within(kMove_s)); !done) return done;
+  return session.printer.FinishMoves(session.Within(kMove_s));
+}
+
+Result<void> Stand(const Session& session, double time_s) {
+  if (Pause(time_s, session.stop)) return CheckStillHomed(session);
+  return Fail("stopped during the scan", ErrorKind::kInterrupted);
+}
+
+// What a sweep needs beside its own place.
+struct Sweeping {
+  const Session& session;
+  FrameRecorder& recorder;
+  const ScanRequest& request;
+  std::array<double, 4> gcode_origin_mm{};  // of G-code's coordinates in the toolhead's
+};
+
+// The motion between two moments of the host's clock, along the line.
+Result<void> AskMotion(const Sweeping& sweeping, const Sweep& sweep, double from_s, double to_s,
+                       RecordedSweep& recorded) {
+  machine::Printer& printer = sweeping.session.printer;
+  const auto clock = printer.Clock(kClock_s, sweeping.session.Within(kFrame_s));
+  if (!clock) return tl::unexpected(clock.error());
+  recorded.clock_sigma_s = clock->PrintTimeBound(to_s) / std::sqrt(3.0);
+  const auto moves = printer.Moves(clock->PrintTimeOf(from_s), clock->PrintTimeOf(to_s),
+                                   sweeping.session.Within(kFrame_s));
+  if (!moves) return tl::unexpected(moves.error());
+  recorded.motion = AlongLine(*moves, sweep, *clock, sweeping.gcode_origin_mm);
+  if (!recorded.motion.empty()) return {};
+  if (auto homed = CheckStillHomed(sweeping.session); !homed) return homed;
+  return Fail("the printer told of no motion during a sweep: does its firmware have motion_report?",
+              ErrorKind::kMeasurement);
+}
+
+// Sweeps one line with the camera recording.
+// @returns when the head stood for it, so that no end of the travel passes for the sweep's begin.
+Result<double> RecordSweep(const Sweeping& sweeping, const Sweep& sweep, double speed_mm_s,
+                           RecordedSweep& recorded) {
+  const Session& session = sweeping.session;
+  const ScanSettings& settings = sweeping.request.settings;
+  auto begun =
+      sweeping.recorder.Begin(sweeping.request.folder / recorded.video, settings.frames_per_s);
+  if (!begun) return tl::unexpected(begun.error());
+  const auto stand = [&] {  // now it does
+    const double now_s = machine::HostNow();
+    const Result<void> stood = Stand(session, settings.settle_s);
+    if (!stood) return stood;
+    sweeping.recorder.WaitForFrames(kStandingFrames, now_s, kFrame_s, session.stop);
+    return CheckStillHomed(session);
+  };
+  Result<void> swept = stand();
+  const double stood_s = machine::HostNow();
+  if (swept) swept = Go(session, SweepGcode(sweep, speed_mm_s));
+  if (swept) swept = stand();
+  auto frames = sweeping.recorder.End();
+  if (!swept) return tl::unexpected(swept.error());
+  if (!frames) return tl::unexpected(frames.error());
+  recorded.frames = std::move(*frames);
+  return stood_s;
+}
+
+Result<RecordedSweep> SweepLine(const Sweeping& sweeping, const Sweep& sweep, std::string video,
+                                double speed_mm_s) {
+  const Session& session = sweeping.session;
+  RecordedSweep recorded;
+  recorded.pressure_advance_s = sweep.pressure_advance_s;
+  recorded.print_direction = DirectionOf(sweep);
+  recorded.video = std::move(video);
+  auto ready = CheckStillFree(session);
+  if (ready) ready = Go(session, TravelGcode(sweep, sweeping.request.travel_speed_mm_s));
+  if (ready) ready = KeepAlive(session);
+  // Again for each line: the printer's own limit switches a forgotten laser off.
+  if (ready) ready = Go(session, sweeping.request.settings.laser_on_gcode);
+  if (!ready) return tl::unexpected(ready.error());
+  const auto from_s = RecordSweep(sweeping, sweep, speed_mm_s, recorded);
+  if (!from_s) return tl::unexpected(from_s.error());
+  auto asked = AskMotion(sweeping, sweep, *from_s, machine::HostNow(), recorded);
+  if (!asked) return tl::unexpected(asked.error());
+  return recorded;
+}
+
+// Lights off, camera at its focus height above the first line, laser seen.
+Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
+  const Session& session = sweeping.session;
+  const ScanRequest& request = sweeping.request;
+  if (auto free = CheckStillFree(session); !free) return free;
+  if (auto done = session.printer.RecordMoves(session.Within(kMove_s)); !done) return done;
+  if (!request.settings.lights_off_gcode.empty()) {
+    if (auto dark = Go(session, request.settings.lights_off_gcode); !dark) return dark;
+  }
+  session.Say("moving the camera to its focus height");
+  auto there =
+      Go(session, fmt::format("G90\nG1 Z{:.3f} F{:.0f}", sweeps.z_mm, 60 * request.z_speed_mm_s));
+  if (there) there = Go(session, TravelGcode(sweeps.sweeps.front(), request.travel_speed_mm_s));
+  if (there) there = CheckLaser(session, sweeping.recorder, request.settings);
+  return there;
+}
+
+// How often lines that could not be placed are swept again.
+constexpr int kMostSweepsOfALine = 3;
+constexpr std::size_t kHopeless = 3;  // lines, without one of them in its place
+
+// Sweeps one line until its frames can be placed, a few times at most: what kept a busy computer
+// from its work has mostly gone by then. What cannot be placed in the end is left out.
+Result<void> ScanLine(const Sweeping& sweeping, const SweepPlan& sweeps, std::size_t line,
+                      std::size_t& repeats_left, ScanRecording& recording) {
+  for (int attempt = 1;; ++attempt) {
+    std::string video = attempt == 1 ? fmt::format("line{}.avi", line)
+                                     : fmt::format("line{}-{}.avi", line, attempt);
+    auto swept = SweepLine(sweeping, sweeps.sweeps[line], std::move(video), sweeps.speed_mm_s);
+    if (!swept) return tl::unexpected(swept.error());
+    if (auto kept = recording.Add(std::move(*swept)); !kept) return kept;
+    if (!recording.trouble()) return {};
+    if (attempt == kMostSweepsOfALine || repeats_left == 0) return {};
+    --repeats_left;
+    sweeping.session.Say(fmt::format("scanning line {} again: {}", line + 1, *recording.trouble()));
+    if (auto aside = recording.SetLastAside(); !aside) return aside;
+  }
+}
+
+// Says what is safe in spite of an error.
+Result<void> WithWhatIsSafe(Result<void> failed, const ScanRecording& recording,
+                            const std::filesystem::path& folder) {
+  constexpr std::size_t kFewest = 2;  // lines that an analysis can do with
+  if (failed || recording.safe() < kFewest) return failed;
+  return Fail(fmt::format("{}; {} lines are safe: trammel pa analyze {}", failed.error().message,
+                          recording.safe(), folder.string()),
+              failed.error().kind);
+}
+
+Result<void> ScanAll(const Sweeping& sweeping, const SweepPlan& sweeps, ScanRecording& recording) {
+  const std::size_t lines = sweeps.sweeps.size();
+  std::size_t repeats_left = 1 + lines / 2;
+  const double begin_s = machine::HostNow();
+  for (std::size_t i = 0; i < lines; ++i) {
+    // Travels and waits are known once there was one.
+    const double each_s =
+        i == 0 ? sweeps.sweep_time_s : (machine::HostNow() - begin_s) / static_cast<double>(i);
+    sweeping.session.Say(fmt::format("scanning line {} of {}", i + 1, lines),
+                         each_s * static_cast<double>(lines - i));
+    auto scanned = ScanLine(sweeping, sweeps, i, repeats_left, recording);
+    if (!scanned) return WithWhatIsSafe(scanned, recording, sweeping.request.folder);
+    if (i + 1 >= kHopeless && recording.placed() == 0 && recording.trouble()) break;
+  }
+  for (const std::string& line : recording.LeftOut()) sweeping.session.Say(line);
+  return recording.Finish();
+}
+
+}  // namespace
+
+Result<void> ScanLines(const Session& session, FrameRecorder& recorder, const SweepPlan& sweeps,
+                       const ScanRequest& request) {
+  const auto state = session.printer.State(session.Within(kFrame_s));
+  if (!state) return tl::unexpected(state.error());
+  const Sweeping sweeping{session, recorder, request, state->gcode.homing_origin_mm};
+  if (auto ready = Prepare(sweeping, sweeps); !ready) return ready;
+  if (const ThreadPriority priority = recorder.priority(); !priority.raised) {
+    session.Say("frames are fetched at the usual priority: " + priority.text);
+  }
+  ScanRecording recording(request);
+  if (auto begun = recording.Begin(); !begun) return begun;
+  return ScanAll(sweeping, sweeps, recording);
+}
+
+}  // namespace trammel::procedure

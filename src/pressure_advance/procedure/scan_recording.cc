@@ -1,0 +1,295 @@
+#include "pressure_advance/procedure/scan_recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "files/new_file.h"
+#include "pressure_advance/files/recording.h"
+#include "pressure_advance/procedure/placed_sweep.h"
+#include "pressure_advance/response/unseen_stretch.h"
+#include "pressure_advance/timing/lateness.h"
+
+namespace trammel::procedure {
+namespace {
+
+using nlohmann::json;
+using pressure_advance::ClockOffset;
+using pressure_advance::Scan;
+using pressure_advance::ScanLine;
+using pressure_advance::SessionTiming;
+using settings::ScanSettings;
+
+Scan DescribeScan(const ScanRequest& request) {
+  const ScanSettings& settings = request.settings;
+  Scan scan;
+  scan.frames_per_s = settings.frames_per_s;
+  scan.scan_speed_mm_s = settings.scan_speed_mm_s;
+  scan.px_per_mm = settings.px_per_mm;
+  scan.laser_angle_rad = settings.laser_angle_deg * std::numbers::pi / 180;
+  scan.height_direction = settings.height_direction;
+  if (settings.crop_px.size() == 4) {
+    const auto whole = [&](std::size_t i) { return static_cast<int>(settings.crop_px[i]); };
+    scan.crop = PixelRect{whole(0), whole(1), whole(2), whole(3)};
+  }
+  scan.line_start_mm = settings.skip_mm;
+  scan.motion.segments = request.plan.segments;
+  scan.motion.length_mm = request.plan.line_length_mm;
+  scan.motion.acceleration_mm_s2 = request.plan.acceleration_mm_s2;
+  return scan;
+}
+
+Result<pressure_advance::TransitionPlan> PlanLines(const ScanRequest& request) {
+  double longest_s = 0;
+  for (const pressure_advance::PlanLine& line : request.plan.lines) {
+    longest_s = std::max(longest_s, line.pressure_advance_s);
+  }
+  return pressure_advance::PlanTransitions(DescribeScan(request).motion,
+                                           pressure_advance::PositionUnit::kMillimetre, longest_s);
+}
+
+json DescribeSweep(const RecordedSweep& sweep) {
+  json motion = json::array();
+  for (const pressure_advance::LineMove& move : sweep.motion) {
+    motion.push_back({{"start_s", move.start_s},
+                      {"duration_s", move.duration_s},
+                      {"start_mm", move.start_mm},
+                      {"start_speed_mm_s", move.start_speed_mm_s},
+                      {"acceleration_mm_s2", move.acceleration_mm_s2}});
+  }
+  return {{"pressure_advance_s", sweep.pressure_advance_s},
+          {"video", sweep.video},
+          {"print_direction", ToString(sweep.print_direction)},
+          {"clock_sigma_s", sweep.clock_sigma_s},
+          {"motion", std::move(motion)}};
+}
+
+template <class NotPlaced>
+json ListOf(const std::vector<NotPlaced>& all) {
+  json list = json::array();
+  for (const NotPlaced& one : all) {
+    list.push_back(
+        {{"video", one.video}, {"pressure_advance_s", one.pressure_advance_s}, {"why", one.why}});
+  }
+  return list;
+}
+
+bool CanBeScored(const std::vector<std::optional<double>>& positions) {
+  return std::count_if(positions.begin(), positions.end(),
+                       [](const auto& position) { return position.has_value(); }) >= 2;
+}
+
+std::string WhyNot(const pressure_advance::SweepTiming& sweep) {
+  for (const pressure_advance::FrameTiming& frame : sweep.frames) {
+    if (!frame.note.empty()) return frame.note;
+  }
+  return "no frame was certainly taken at the sweep's speed";
+}
+
+}  // namespace
+
+ScanRecording::ScanRecording(const ScanRequest& request)
+    : request_(request), transitions_(PlanLines(request)) {}
+
+Result<void> ScanRecording::Begin() { return WriteSweeps(); }
+
+Result<void> ScanRecording::Add(RecordedSweep sweep) {
+  our_clock_ = our_clock_ && std::all_of(sweep.frames.begin(), sweep.frames.end(), OnOurClock);
+  auto seen = Observe(sweep.frames, sweep.motion);
+  if (!seen) return tl::unexpected(seen.error());
+  sweep.frames = {};
+  const ClockOffset clock{0, sweep.clock_sigma_s};
+  seen->arrival_offset = clock;
+  recorded_.push_back(std::move(sweep));
+  seen_.push_back(std::move(*seen));
+  return Write();
+}
+
+Result<void> ScanRecording::SetLastAside() {
+  const RecordedSweep& last = recorded_.back();
+  set_aside_.push_back({last.video, last.pressure_advance_s, trouble_.value_or("")});
+  recorded_.pop_back();
+  seen_.pop_back();
+  return Write();
+}
+
+Result<void> ScanRecording::Finish() const {
+  if (placed() >= 2 && 3 * placed() > 2 * recorded_.size()) return {};
+  const std::string why = not_placed_.empty()
+                              ? std::string("nothing was recorded")
+                              : not_placed_.back().video + ": " + not_placed_.back().why;
+  return Fail(
+      fmt::format("{} of {} lines' frames cannot be tied to the motion: {}; the pictures "
+                  "are kept in {}",
+                  recorded_.size() - placed(), recorded_.size(), why, request_.folder.string()),
+      ErrorKind::kMeasurement);
+}
+
+// What is to be written is known before the first byte is, so that a full disk leaves both files as
+// they were.
+Result<void> ScanRecording::Write() {
+  PlaceAll();
+  if (auto kept = WriteSweeps(); !kept) return kept;
+  return WriteScan();
+}
+
+Result<void> ScanRecording::WriteSweeps() const {
+  json planned = json::array();
+  for (const pressure_advance::PlanLine& line : request_.plan.lines) {
+    if (line.pattern == 0) planned.push_back(line.pressure_advance_s);
+  }
+  json sweeps = json::array();
+  for (std::size_t i = 0; i < recorded_.size(); ++i) {
+    sweeps.push_back(DescribeSweep(recorded_[i]));
+    const auto lateness =
+        pressure_advance::MeasureLateness(seen_[i], request_.settings.frames_per_s);
+    sweeps.back()["late_s"] = lateness.late_s;
+    sweeps.back()["lost_frames"] = lateness.lost;
+  }
+  const json text = {{"format", 1},
+                     {"kind", "laser_sweeps"},
+                     {"started", request_.started},
+                     {"camera", request_.camera},
+                     {"frames_per_s", request_.settings.frames_per_s},
+                     {"scan_speed_mm_s", request_.settings.scan_speed_mm_s},
+                     {"planned_pressure_advances_s", std::move(planned)},
+                     {"sweeps", std::move(sweeps)},
+                     {"not_placed", ListOf(not_placed_)},
+                     {"swept_again", ListOf(set_aside_)}};
+  return files::WriteWholeFile(request_.folder / "sweeps.json",
+                               text.dump(1, ' ', false, json::error_handler_t::replace) + "\n",
+                               files::IfThere::kReplace);
+}
+
+SessionTiming ScanRecording::Match(const std::vector<std::size_t>& sweeps) const {
+  pressure_advance::SweepTimingOptions options;
+  options.nominal_frames_per_s = request_.settings.frames_per_s;
+  std::vector<pressure_advance::SweepObservation> chosen;
+  for (const std::size_t i : sweeps) {
+    chosen.push_back(seen_[i]);
+    if (our_clock_) chosen.back().captured_offset = chosen.back().arrival_offset;
+  }
+  return pressure_advance::MatchSweeps(chosen, options);
+}
+
+// One broken sweep need not spoil all: those that cannot be placed by themselves are left out.
+ScanRecording::Placed ScanRecording::Place() const {
+  constexpr double kRoughestClock_s = 0.03;  // as much as a frame's period
+  Placed placed;
+  for (std::size_t i = 0; i < recorded_.size(); ++i) {
+    if (recorded_[i].clock_sigma_s <= kRoughestClock_s) {
+      placed.used.push_back(i);
+      continue;
+    }
+    placed.left_out.emplace_back(
+        i,
+        fmt::format("the printer's clock was told to {:.0f} ms only (standard uncertainty): this "
+                    "computer, or the printer's, is too busy",
+                    1e3 * recorded_[i].clock_sigma_s));
+  }
+  if (placed.used.empty()) return placed;
+  placed.timing = Match(placed.used);
+  if (placed.timing.latency_s.verdict() != Verdict::kRefused) return placed;
+  std::erase_if(placed.used, [&](std::size_t i) {
+    const SessionTiming alone = Match({i});
+    const bool broken = alone.latency_s.verdict() == Verdict::kRefused;
+    if (broken) placed.left_out.emplace_back(i, alone.latency_s.reason());
+    return broken;
+  });
+  if (!placed.used.empty()) placed.timing = Match(placed.used);
+  return placed;
+}
+
+// The true cause first, where it is one that the pictures cannot tell.
+std::string ScanRecording::WithBusyComputer(const std::vector<std::size_t>& sweeps,
+                                            const std::string& reason) const {
+  pressure_advance::Lateness worst;
+  for (const std::size_t i : sweeps) {
+    const auto one = pressure_advance::MeasureLateness(seen_[i], request_.settings.frames_per_s);
+    if (one.late_s > worst.late_s || one.lost > worst.lost) worst = one;
+  }
+  const std::string busy = NameBusyComputer(worst);
+  return busy.empty() ? reason : fmt::format("{} ({})", busy, reason);
+}
+
+// A line with a gap stays: what reads heights only can do with it.
+void ScanRecording::NameGap(std::size_t sweep, const pressure_advance::ScanLine& line) {
+  if (!transitions_) return;
+  const std::string gap =
+      pressure_advance::NameUnseenStretch(line.frame_positions_mm, *transitions_);
+  if (gap.empty()) return;
+  const std::string why = WithBusyComputer({sweep}, gap);
+  left_out_.push_back(fmt::format("the line of pressure advance {:g} cannot be read: {}: {}",
+                                  line.pressure_advance_s, line.video, why));
+  if (sweep + 1 == recorded_.size()) trouble_ = why;
+}
+
+void ScanRecording::PlaceAll() {
+  Placed placed = Place();
+  timing_ = std::move(placed.timing);
+  scan_ = DescribeScan(request_);
+  not_placed_.clear();
+  left_out_.clear();
+  trouble_.reset();
+  for (std::size_t k = 0; k < timing_.sweeps.size(); ++k) {
+    const RecordedSweep& recorded = recorded_[placed.used[k]];
+    ScanLine line;
+    line.pressure_advance_s = recorded.pressure_advance_s;
+    line.print_direction = recorded.print_direction;
+    line.video = recorded.video;
+    line.frame_positions_mm = ScoredPositions(timing_.sweeps[k]);
+    if (CanBeScored(line.frame_positions_mm)) {
+      NameGap(placed.used[k], line);
+      scan_.lines.push_back(std::move(line));
+    } else {
+      placed.left_out.emplace_back(placed.used[k], WhyNot(timing_.sweeps[k]));
+    }
+  }
+  if (timing_.sweeps.empty() && !placed.used.empty()) {  // they contradict each other
+    for (const std::size_t i : placed.used) {
+      placed.left_out.emplace_back(i, timing_.latency_s.reason());
+    }
+  }
+  std::vector<std::size_t> all(recorded_.size());
+  std::iota(all.begin(), all.end(), 0U);
+  std::sort(placed.left_out.begin(), placed.left_out.end());
+  for (const auto& [i, reason] : placed.left_out) {
+    const RecordedSweep& recorded = recorded_[i];
+    const std::string why = WithBusyComputer(timing_.sweeps.empty() ? all : std::vector{i}, reason);
+    not_placed_.push_back({recorded.video, recorded.pressure_advance_s, why});
+    left_out_.push_back(fmt::format("the line of pressure advance {:g} is left out: {}: {}",
+                                    recorded.pressure_advance_s, recorded.video, why));
+    // What one line is too little to tell, more lines will.
+    const bool too_few = timing_.latency_s.verdict() == Verdict::kCannotTell;
+    if (i + 1 == recorded_.size() && !too_few) trouble_ = why;
+  }
+}
+
+// scan.json holds the lines whose frames could be placed; a reader can score no others.
+Result<void> ScanRecording::WriteScan() {
+  const std::filesystem::path file = request_.folder / "scan.json";
+  if (scan_.lines.empty()) {
+    std::error_code ignored;  // what was placed before is contradicted by now
+    std::filesystem::remove(file, ignored);
+    safe_ = 0;
+    return {};
+  }
+  const json extra = {{"x_started", request_.started},
+                      {"x_camera", request_.camera},
+                      {"x_latency_s", timing_.latency_s.quantity().value},
+                      {"x_latency_sigma_s", timing_.latency_s.quantity().standard_uncertainty},
+                      {"x_not_placed", ListOf(not_placed_)},
+                      {"x_notices", timing_.notices}};
+  auto written =
+      files::WriteWholeFile(file, files::FormatScan(scan_, extra), files::IfThere::kReplace);
+  if (written) safe_ = scan_.lines.size();
+  return written;
+}
+
+}  // namespace trammel::procedure

@@ -1,0 +1,61 @@
+#include "pressure_advance/procedure/screen.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace trammel::procedure {
+namespace {
+
+constexpr const char* kEcho = "M118 trammel: {}";
+
+}  // namespace
+
+std::string Screen::Plain(std::string_view text) {
+  constexpr std::size_t kMost = 240;
+  std::string plain;
+  for (const char c : text.substr(0, text.find('\n'))) {
+    const bool printable = c > ' ' && c <= '~';
+    const bool special = c == '"' || c == '\\' || c == ';' || c == '#' || c == '*';
+    if (printable && !special) {
+      plain += c;
+    } else if (!plain.empty() && plain.back() != ' ') {
+      plain += ' ';
+    }
+    if (plain.size() == kMost) return plain.replace(kMost - 3, 3, "...");
+  }
+  return plain;
+}
+
+void Screen::LearnCommands(const machine::WaitLimit& limit) {
+  if (learnt_) return;
+  say_.clear();
+  bool told = true;
+  const auto has = [&](const char* command) {
+    const auto known = printer_.HasCommand(command, limit);
+    told = told && known.has_value();
+    return known && *known;
+  };
+  for (const auto& [command, call] :
+       {std::pair{"TRAMMEL_SAY", "TRAMMEL_SAY MSG=\"{}\""},
+        std::pair{"RESPOND", "RESPOND TYPE=echo MSG=\"trammel: {}\""}, std::pair{"M118", kEcho}}) {
+    if (say_.empty() && has(command)) say_ = call;
+  }
+  has_display_ = has("M117");
+  // A server that does not tell is asked again, and spoken to in the commonest way meanwhile.
+  if (!told && say_.empty()) say_ = kEcho;
+  learnt_ = told;
+}
+
+Result<void> Screen::Show(std::string_view text, const machine::WaitLimit& limit) {
+  LearnCommands(limit);
+  const std::string plain = Plain(text);
+  std::string script = say_.empty() ? "" : fmt::format(fmt::runtime(say_), plain);
+  if (has_display_) script += (script.empty() ? "" : "\n") + ("M117 " + plain);
+  if (script.empty()) return {};
+  auto shown = printer_.Run(script, limit);
+  if (!shown) learnt_ = false;  // another configuration may have come with a restart
+  return shown;
+}
+
+}  // namespace trammel::procedure

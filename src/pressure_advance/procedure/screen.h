@@ -1,0 +1,36 @@
+// Words on the printer's own screen and console.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "machine/moonraker/printer.h"
+
+namespace trammel::procedure {
+
+/// Says things where the printer's user looks: in the console by the first of TRAMMEL_SAY
+/// (klipper/trammel.cfg), RESPOND and M118 that the printer knows, and on the display by M117 where
+/// it has one. Not thread-safe. The printer must outlive it.
+class Screen {
+ public:
+  explicit Screen(machine::Printer& printer) : printer_(printer) {}
+
+  /// One line. Errors: those of the printer; none where it has no way to say anything.
+  [[nodiscard]] Result<void> Show(std::string_view text, const machine::WaitLimit& limit);
+
+  /// The first line of the text as a G-code argument in quotation marks may carry it: printable
+  /// ASCII without what begins a comment or ends the quotation, cut at 240 characters.
+  [[nodiscard]] static std::string Plain(std::string_view text);
+
+ private:
+  void LearnCommands(const machine::WaitLimit& limit);
+
+  machine::Printer& printer_;
+  bool learnt_ = false;
+  std::string say_;  // "RESPOND MSG=\"{}\"" and so on, with the text's place; empty: no way
+  bool has_display_ = false;
+};
+
+}  // namespace trammel::procedure

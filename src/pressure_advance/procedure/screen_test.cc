@@ -1,0 +1,56 @@
+#include "pressure_advance/procedure/screen.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "session/fake_printer.h"
+
+namespace trammel::procedure {
+namespace {
+
+using ::testing::ElementsAre;
+using testing::FakePrinter;
+
+TEST(Screen, SpeaksInTheConsoleAndOnTheDisplay) {
+  FakePrinter printer;
+  Screen screen(printer);
+  ASSERT_TRUE(screen.Show("scanning line 1 of 10", {1}));
+  EXPECT_THAT(printer.scripts, ElementsAre("TRAMMEL_SAY MSG=\"scanning line 1 of 10\"\n"
+                                           "M117 scanning line 1 of 10"));
+}
+
+TEST(Screen, UsesWhatThePrinterHas) {
+  FakePrinter printer;
+  printer.unknown = {{"TRAMMEL_SAY", true}, {"M117", true}};
+  Screen with_respond(printer);
+  ASSERT_TRUE(with_respond.Show("a", {1}));
+  printer.unknown["RESPOND"] = true;
+  Screen with_m118(printer);
+  ASSERT_TRUE(with_m118.Show("b", {1}));
+  printer.unknown["M118"] = true;
+  Screen mute(printer);
+  ASSERT_TRUE(mute.Show("c", {1}));
+  EXPECT_THAT(printer.scripts,
+              ElementsAre("RESPOND TYPE=echo MSG=\"trammel: a\"", "M118 trammel: b"));
+}
+
+TEST(Screen, LooksAgainAfterAFailure) {
+  FakePrinter printer;
+  printer.unknown = {{"RESPOND", true}, {"M118", true}, {"M117", true}};
+  printer.refused["TRAMMEL_SAY MSG=\"a\""] = "Unknown command";
+  Screen screen(printer);
+  EXPECT_FALSE(screen.Show("a", {1}));
+  printer.unknown = {{"TRAMMEL_SAY", true}, {"M117", true}};
+  EXPECT_TRUE(screen.Show("a", {1}));
+  EXPECT_EQ(printer.scripts.back(), "RESPOND TYPE=echo MSG=\"trammel: a\"");
+}
+
+TEST(Screen, NothingThatIsSaidCanBecomeACommand) {
+  EXPECT_EQ(Screen::Plain("a\" ;b #c*d\\e 60 °C\nG28"), "a b c d e 60 C");
+  EXPECT_EQ(Screen::Plain(std::string(300, 'x')), fmt::format("{:x>237}...", ""));
+  EXPECT_EQ(Screen::Plain(""), "");
+}
+
+}  // namespace
+}  // namespace trammel::procedure

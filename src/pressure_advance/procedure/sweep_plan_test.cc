@@ -1,0 +1,88 @@
+#include "pressure_advance/procedure/sweep_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "pressure_advance/pattern/pattern.h"
+
+namespace trammel::procedure {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr double kExact_mm = 1e-9;
+
+pressure_advance::PatternPlan OneLine(double start_x, double start_y, double end_x, double end_y) {
+  pressure_advance::PatternPlan plan;
+  plan.line_length_mm = 30;
+  plan.lines = {{0, 0.02, start_x, start_y, end_x, end_y}};
+  return plan;
+}
+
+const Reach kReach{{0, 0, 0}, {250, 250, 250}};
+
+TEST(SweepPlan, TheLaserRunsAlongTheLineFromRunUpToRunUp) {
+  // The laser meets the plate at nozzle + (28, 50.2); 4 mm are skipped and 1 mm is run-up.
+  const auto plan = PlanSweeps(OneLine(100, 120, 130, 120), 0, {}, kReach);
+  ASSERT_TRUE(plan.has_value()) << plan.error().message;
+  const Sweep& sweep = plan->sweeps.front();
+  EXPECT_NEAR(sweep.start_x_mm, 100 + 3 - 28, kExact_mm);
+  EXPECT_NEAR(sweep.end_x_mm, 130 - 3 - 28, kExact_mm);
+  EXPECT_NEAR(sweep.start_y_mm, 120 - 50.2, kExact_mm);
+  EXPECT_NEAR(sweep.PositionOf(sweep.start_x_mm, sweep.start_y_mm), 3, kExact_mm);
+  EXPECT_NEAR(sweep.PositionOf(sweep.end_x_mm, sweep.end_y_mm), 27, kExact_mm);
+}
+
+TEST(SweepPlan, FollowsLinesPrintedTheOtherWayAndAcross) {
+  for (const auto& line : {OneLine(130, 120, 100, 120), OneLine(100, 120, 100, 150)}) {
+    const auto plan = PlanSweeps(line, 0, {}, kReach);
+    ASSERT_TRUE(plan.has_value()) << plan.error().message;
+    const Sweep& sweep = plan->sweeps.front();
+    EXPECT_NEAR(sweep.PositionOf(sweep.start_x_mm, sweep.start_y_mm), 3, kExact_mm);
+    EXPECT_NEAR(sweep.PositionOf(sweep.end_x_mm, sweep.end_y_mm), 27, kExact_mm);
+  }
+}
+
+TEST(SweepPlan, RefusesToLeaveTheBedAndNamesLineAxisAndBound) {
+  const auto plan = PlanSweeps(OneLine(10, 120, 40, 120), 0, {}, kReach);
+  ASSERT_FALSE(plan.has_value());
+  EXPECT_EQ(plan.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(plan.error().message, HasSubstr("X = -15.00 mm"));
+  EXPECT_THAT(plan.error().message, HasSubstr("0.00 ... 250.00 mm"));
+}
+
+TEST(SweepPlan, RefusesAFocusHeightThatTheHeadCannotReach) {
+  settings::ScanSettings settings;
+  settings.focus_height_mm = 300;
+  const auto plan = PlanSweeps(OneLine(100, 120, 130, 120), 0, settings, kReach);
+  ASSERT_FALSE(plan.has_value());
+  EXPECT_EQ(plan.error().kind, ErrorKind::kSafety);
+}
+
+TEST(SweepPlan, RefusesASkipThatLeavesNothing) {
+  settings::ScanSettings settings;
+  settings.skip_mm = 15;
+  const auto plan = PlanSweeps(OneLine(100, 120, 130, 120), 0, settings, kReach);
+  ASSERT_FALSE(plan.has_value());
+  EXPECT_EQ(plan.error().kind, ErrorKind::kInput);
+}
+
+TEST(SweepPlan, TheDefaultPatternFitsADefaultBed) {
+  const pressure_advance::PatternConfig config;
+  const auto plan = MakePlan(LayOut(config), config, "pattern.gcode");
+  const auto sweeps = PlanSweeps(plan, 0, {}, kReach);
+  ASSERT_TRUE(sweeps.has_value()) << sweeps.error().message;
+  EXPECT_EQ(sweeps->sweeps.size(), 10u);
+}
+
+TEST(SweepPlan, TheDryRunSwitchesTheLaserOffAtTheEnd) {
+  const auto plan = PlanSweeps(OneLine(100, 120, 130, 120), 0, {}, kReach);
+  ASSERT_TRUE(plan.has_value());
+  const std::string text = DescribeSweeps(*plan, {}, 150);
+  EXPECT_THAT(text.substr(text.size() - 10), HasSubstr("LASER_OFF"));
+  EXPECT_THAT(text, Not(HasSubstr("nan")));
+}
+
+}  // namespace
+}  // namespace trammel::procedure

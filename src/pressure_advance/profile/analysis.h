@@ -1,0 +1,61 @@
+// The result of a pressure-advance analysis: what the report draws and --json prints.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/measured.h"
+#include "pressure_advance/profile/line_motion.h"
+#include "pressure_advance/profile/line_profile.h"
+
+namespace trammel::pressure_advance {
+
+/// `deviation`: the paper's score and its cubic.
+struct DeviationResult {
+  std::vector<std::optional<double>> score_px;  ///< per line, in the order of the lines; absent
+                                                ///< where a line has no score
+  std::optional<double> best_s;                 ///< tested value with the lowest score
+  std::optional<double> cubic_minimum_s;        ///< minimum of the cubic within the tested range
+  std::optional<double> r_squared;
+  std::vector<double> cubic;  ///< score = c0 + c1 p + c2 p^2 + c3 p^3, p in s; empty without a fit
+};
+
+/// One transition's part in the response fit.
+struct TransitionResult {
+  Measured pressure_advance;  ///< s
+  double window_begin = 0;    ///< positions along the line, in the profiles' PositionUnit
+  double window_end = 0;
+  std::vector<double> excess_s;  ///< per line: surplus filament / speed change, signed so that
+                                 ///< it falls through 0 where the pressure advance is right
+  std::vector<double> sigma_s;   ///< 1 sigma of each; 0: this line was not used
+  std::vector<double> fitted_s;  ///< the fitted response at each line's pressure advance
+};
+
+struct ResponseResult {
+  Measured pressure_advance;  ///< s
+  TransitionResult acceleration;
+  TransitionResult deceleration;
+};
+
+/// Everything known about one printed line.
+struct LineResult {
+  double pressure_advance_s = 0;
+  bool used = false;
+  std::string reason;  ///< why it was not used
+};
+
+enum class Method { kResponse, kDeviation };
+
+struct Analysis {
+  Method method = Method::kResponse;
+  Measured pressure_advance;  ///< s, by `method`
+  std::vector<LineResult> lines;
+  LineMotion motion;
+  std::vector<LineProfile> profiles;  ///< same order as lines
+  ResponseResult response;
+  DeviationResult deviation;
+  std::vector<std::string> notices;  ///< what a user should know although the verdict stands
+};
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,151 @@
+#include "pressure_advance/recording/scan.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+namespace trammel::pressure_advance {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+struct Bounds {
+  double lo;
+  double hi;
+  bool above_lo = false;  ///< lo itself is out of bounds
+};
+
+/// Keeps the first thing that is wrong.
+class Checker {
+ public:
+  void Number(const std::string& key, double value, const Bounds& bounds) {
+    if (!std::isfinite(value) || value > bounds.hi || value < bounds.lo ||
+        (bounds.above_lo && value == bounds.lo)) {
+      Say(fmt::format("{} is {}; it must be {}{} … {}", key, value, bounds.above_lo ? "above " : "",
+                      bounds.lo, bounds.hi));
+    }
+  }
+  void Say(std::string fault) {
+    if (fault_.empty()) {
+      fault_ = std::move(fault);
+    }
+  }
+  [[nodiscard]] Result<void> result() const {
+    if (!fault_.empty()) {
+      return Fail(fault_);
+    }
+    return {};
+  }
+
+ private:
+  std::string fault_;
+};
+
+void CheckMotion(const LineMotion& motion, Checker& check) {
+  if (!motion.length_mm || !motion.acceleration_mm_s2) {
+    check.Say("line_length_mm and acceleration_mm_s2 must be known in a scan");
+    return;
+  }
+  check.Number("line_length_mm", *motion.length_mm, {0, 2000, true});
+  check.Number("acceleration_mm_s2", *motion.acceleration_mm_s2, {0, 1e6, true});
+  if (motion.segments.empty() || motion.segments.size() > 100) {
+    check.Say(fmt::format("segments has {} entries; it must have 1 … 100", motion.segments.size()));
+  }
+  double sum = 0;
+  for (std::size_t i = 0; i < motion.segments.size(); ++i) {
+    const Segment& segment = motion.segments[i];
+    check.Number(fmt::format("segments[{}].fraction", i), segment.fraction, {0, 1, true});
+    check.Number(fmt::format("segments[{}].speed_mm_s", i), segment.speed_mm_s, {0, 2000, true});
+    sum += segment.fraction;
+  }
+  // 1e-3: three fractions written as 0.333 are meant to sum to 1.
+  if (!(std::abs(sum - 1) <= 1e-3 + 1e-12)) {
+    check.Say(fmt::format("the fractions of segments sum to {}; they must sum to 1", sum));
+  }
+}
+
+void CheckPositions(const ScanLine& line, const std::string& at, Checker& check) {
+  const auto& positions = line.frame_positions_mm;
+  if (positions.empty()) return;
+  const auto& times = line.frame_times_s;
+  if (!times.empty() && times.size() != positions.size()) {
+    check.Say(
+        fmt::format("{}frame_positions_mm has {} entries, frame_times_s {}; each has one per "
+                    "frame",
+                    at, positions.size(), times.size()));
+  }
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (!positions[i]) continue;
+    const std::string key = fmt::format("{}frame_positions_mm[{}]", at, i);
+    check.Number(key, *positions[i], {-2000, 2000});
+    numbers.push_back(*positions[i]);
+    if (numbers.size() < 2) continue;
+    const double before = numbers[numbers.size() - 2];
+    const bool rises = numbers[1] > numbers[0];
+    if (!(rises ? numbers.back() > before : numbers.back() < before)) {
+      check.Say(fmt::format("{} is {} after {}; the positions must all rise or all fall", key,
+                            numbers.back(), before));
+    }
+  }
+  if (numbers.size() < 2) {
+    check.Say(fmt::format("{}frame_positions_mm has {} number(s); it must have at least 2", at,
+                          numbers.size()));
+  }
+}
+
+void CheckLine(const ScanLine& line, std::size_t index, Checker& check) {
+  const std::string at = fmt::format("lines[{}].", index);
+  check.Number(at + "pressure_advance_s", line.pressure_advance_s, {0, 10});
+  if (line.video.empty()) {
+    check.Say(at + "video is empty; it must name a file in the recording's folder");
+  }
+  const auto print = line.print_direction.value_or(AxisDirection::kPlusX);
+  const auto sweep = line.sweep_direction.value_or(print);
+  if (AlongX(print) != AlongX(sweep)) {
+    check.Say(at +
+              "sweep_direction is across print_direction; it must be the same or the opposite");
+  }
+  const auto& times = line.frame_times_s;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    check.Number(fmt::format("{}frame_times_s[{}]", at, i), times[i], {-1e12, 1e12});
+    if (i > 0 && !(times[i] > times[i - 1])) {
+      check.Say(fmt::format("{}frame_times_s[{}] is {} after {}; the times must increase", at, i,
+                            times[i], times[i - 1]));
+    }
+  }
+  CheckPositions(line, at, check);
+}
+
+}  // namespace
+
+Result<void> Validate(const Scan& scan) {
+  Checker check;
+  if (scan.lines.empty() || scan.lines.size() > 1000) {
+    check.Say(fmt::format("lines has {} entries; it must have 1 … 1000", scan.lines.size()));
+  }
+  check.Number("frames_per_s", scan.frames_per_s, {1, 1000});
+  check.Number("scan_speed_mm_s", scan.scan_speed_mm_s, {0, 1000, true});
+  if (scan.px_per_mm) {
+    check.Number("px_per_mm", *scan.px_per_mm, {1, 10000});
+  }
+  // The bounds are in degrees; a rounding step of the conversion must not put 85 outside.
+  check.Number("laser_angle_deg", std::round(scan.laser_angle_rad / kDegree * 1e9) / 1e9, {5, 85});
+  if (scan.crop) {
+    check.Number("crop_px.x", scan.crop->x, {0, 1e6});
+    check.Number("crop_px.y", scan.crop->y, {0, 1e6});
+    check.Number("crop_px.width", scan.crop->width, {8, 1e6});
+    check.Number("crop_px.height", scan.crop->height, {8, 1e6});
+  }
+  CheckMotion(scan.motion, check);
+  check.Number("line_start_mm", scan.line_start_mm, {0, scan.motion.length_mm.value_or(2000)});
+  for (std::size_t i = 0; i < scan.lines.size(); ++i) {
+    CheckLine(scan.lines[i], i, check);
+  }
+  return check.result();
+}
+
+}  // namespace trammel::pressure_advance

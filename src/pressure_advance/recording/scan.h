@@ -1,0 +1,45 @@
+// What a recorded laser scan says of itself (scan.json), as plain values.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/axis_direction.h"
+#include "base/frame.h"
+#include "base/result.h"
+#include "pressure_advance/profile/line_motion.h"
+
+namespace trammel::pressure_advance {
+
+struct ScanLine {
+  double pressure_advance_s = 0;                 ///< >= 0
+  std::string video;                             ///< file name, relative to the recording's folder
+  std::optional<AxisDirection> print_direction;  ///< on the bed; default +x
+  std::optional<AxisDirection> sweep_direction;  ///< on the bed; default: print_direction
+  std::vector<double> frame_times_s;             ///< capture times, increasing; empty: frames_per_s
+  /// One entry per frame: where the laser stood, mm from the printed start; absent for a frame that
+  /// must not be scored (the head stands or accelerates, the picture is damaged, its time is
+  /// unknown). The numbers rise or fall strictly. Not empty: positions come from here, not from
+  /// times, speed, sweep_direction and line_start_mm.
+  std::vector<std::optional<double>> frame_positions_mm;
+};
+
+/// Format 1 of scan.json; docs/formats.md has every key with its bounds.
+struct Scan {
+  std::vector<ScanLine> lines;
+  double frames_per_s = 30;
+  double scan_speed_mm_s = 0;       ///< speed of the sweep along the line
+  std::optional<double> px_per_mm;  ///< on the plate; absent: results stay in pixels
+  double laser_angle_rad =
+      0.785398163397448;  ///< between sheet and camera axis: shift = height tan
+  AxisDirection height_direction = AxisDirection::kMinusX;  ///< image direction of a rising surface
+  std::optional<PixelRect> crop;                            ///< absent: found from the frames
+  double line_start_mm = 0;  ///< laser in the first scored frame, from the printed start
+  LineMotion motion;         ///< length and acceleration are present in a scan
+};
+
+/// Names the key, the value and the bound of the first thing that cannot be.
+[[nodiscard]] Result<void> Validate(const Scan& scan);
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,91 @@
+#include "pressure_advance/report/analysis_json.h"
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+
+#include "document/json_number.h"
+
+namespace trammel::report {
+namespace {
+
+namespace pa = pressure_advance;
+using Json = nlohmann::ordered_json;
+
+constexpr int kFormat = 1;
+constexpr int kIndent = 2;
+
+/// Adds the five keys that every measured value has.
+void AddMeasured(const Measured& measured, Json& object) {
+  object["verdict"] = ToString(measured.verdict());
+  object["reason"] = measured.reason();
+  object["pressure_advance_s"] = nullptr;
+  object["standard_uncertainty_s"] = nullptr;
+  object["interval95_s"] = nullptr;
+  if (!measured.good()) {
+    return;
+  }
+  const Quantity& quantity = measured.quantity();
+  object["pressure_advance_s"] = Number(quantity.value);
+  object["standard_uncertainty_s"] = Number(quantity.standard_uncertainty);
+  object["interval95_s"] = {Number(quantity.interval95.lo), Number(quantity.interval95.hi)};
+}
+
+Json Transition(const pa::TransitionResult& transition, std::size_t lines) {
+  Json object = Json::object();
+  AddMeasured(transition.pressure_advance, object);
+  Json excess = Json::array();
+  for (std::size_t i = 0; i < lines; ++i) {
+    const bool used = i < transition.excess_s.size() && i < transition.sigma_s.size() &&
+                      transition.sigma_s[i] > 0;
+    excess.push_back(used ? Number(transition.excess_s[i]) : Json(nullptr));
+  }
+  object["excess_s"] = std::move(excess);
+  return object;
+}
+
+Json Lines(const pa::Analysis& analysis) {
+  Json lines = Json::array();
+  for (std::size_t i = 0; i < analysis.lines.size(); ++i) {
+    const pa::LineResult& line = analysis.lines[i];
+    Json object = Json::object();
+    object["pressure_advance_s"] = Number(line.pressure_advance_s);
+    object["used"] = line.used;
+    object["reason"] = line.reason;
+    object["deviation_px"] = i < analysis.deviation.score_px.size()
+                                 ? Number(analysis.deviation.score_px[i])
+                                 : Json(nullptr);
+    lines.push_back(std::move(object));
+  }
+  return lines;
+}
+
+Json Deviation(const pa::DeviationResult& deviation) {
+  Json object = Json::object();
+  object["best_s"] = Number(deviation.best_s);
+  object["cubic_minimum_s"] = Number(deviation.cubic_minimum_s);
+  object["r_squared"] = Number(deviation.r_squared);
+  Json cubic = Json::array();
+  for (const double coefficient : deviation.cubic) {
+    cubic.push_back(Number(coefficient));
+  }
+  object["cubic"] = std::move(cubic);
+  return object;
+}
+
+}  // namespace
+
+std::string ToJson(const pa::Analysis& analysis, const std::optional<std::string>& report_path) {
+  Json root = Json::object();
+  root["format"] = kFormat;
+  root["method"] = analysis.method == pa::Method::kDeviation ? "deviation" : "response";
+  AddMeasured(analysis.pressure_advance, root);
+  root["acceleration"] = Transition(analysis.response.acceleration, analysis.lines.size());
+  root["deceleration"] = Transition(analysis.response.deceleration, analysis.lines.size());
+  root["lines"] = Lines(analysis);
+  root["deviation"] = Deviation(analysis.deviation);
+  root["notices"] = analysis.notices;
+  root["report"] = report_path ? Json(*report_path) : Json(nullptr);
+  return root.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace trammel::report

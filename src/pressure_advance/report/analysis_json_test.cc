@@ -1,0 +1,116 @@
+#include "pressure_advance/report/analysis_json.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+
+#include "pressure_advance/report/made_up_test_support.h"
+
+namespace trammel::report {
+namespace {
+
+constexpr std::uint64_t kSeed = 7;
+
+using nlohmann::json;
+
+pressure_advance::Analysis Good() { return test::MakeAnalysis({}, Random(kSeed)); }
+
+std::set<std::string> Keys(const json& object) {
+  std::set<std::string> keys;
+  for (const auto& item : object.items()) {
+    keys.insert(item.key());
+  }
+  return keys;
+}
+
+const std::set<std::string> kMeasuredKeys = {"verdict", "reason", "pressure_advance_s",
+                                             "standard_uncertainty_s", "interval95_s"};
+
+TEST(AnalysisJson, HasExactlyTheKeysOfTheFormatsDocument) {
+  const json root = json::parse(ToJson(Good()));
+  std::set<std::string> expected = kMeasuredKeys;
+  expected.insert({"format", "method", "acceleration", "deceleration", "lines", "deviation",
+                   "notices", "report"});
+  EXPECT_EQ(Keys(root), expected);
+  std::set<std::string> transition = kMeasuredKeys;
+  transition.insert("excess_s");
+  EXPECT_EQ(Keys(root["acceleration"]), transition);
+  EXPECT_EQ(Keys(root["deceleration"]), transition);
+  EXPECT_EQ(Keys(root["lines"][0]),
+            (std::set<std::string>{"pressure_advance_s", "used", "reason", "deviation_px"}));
+  EXPECT_EQ(Keys(root["deviation"]),
+            (std::set<std::string>{"best_s", "cubic_minimum_s", "r_squared", "cubic"}));
+}
+
+TEST(AnalysisJson, GivesTheValuesOfAGoodAnalysisUnrounded) {
+  const auto analysis = Good();
+  const json root = json::parse(ToJson(analysis, "out/report.html"));
+  EXPECT_EQ(root["format"], 1);
+  EXPECT_EQ(root["method"], "response");
+  EXPECT_EQ(root["verdict"], "good");
+  EXPECT_EQ(root["reason"], "");
+  const Quantity& quantity = analysis.pressure_advance.quantity();
+  EXPECT_EQ(root["pressure_advance_s"].get<double>(), quantity.value);
+  EXPECT_EQ(root["standard_uncertainty_s"].get<double>(), quantity.standard_uncertainty);
+  EXPECT_EQ(root["interval95_s"][0].get<double>(), quantity.interval95.lo);
+  EXPECT_EQ(root["interval95_s"][1].get<double>(), quantity.interval95.hi);
+  EXPECT_EQ(root["report"], "out/report.html");
+  EXPECT_EQ(root["lines"].size(), analysis.lines.size());
+  EXPECT_EQ(root["lines"][1]["deviation_px"].get<double>(), *analysis.deviation.score_px[1]);
+}
+
+TEST(AnalysisJson, ValueUncertaintyAndIntervalAreNullUnlessGood) {
+  auto analysis = Good();
+  for (const Measured& bad : {Measured::CannotTell("flat"), Measured::Refused("no laser line")}) {
+    analysis.pressure_advance = bad;
+    analysis.response.deceleration.pressure_advance = bad;
+    const json root = json::parse(ToJson(analysis));
+    for (const json* object : {&root, &root["deceleration"]}) {
+      EXPECT_EQ((*object)["verdict"], ToString(bad.verdict()));
+      EXPECT_EQ((*object)["reason"], bad.reason());
+      EXPECT_TRUE((*object)["pressure_advance_s"].is_null());
+      EXPECT_TRUE((*object)["standard_uncertainty_s"].is_null());
+      EXPECT_TRUE((*object)["interval95_s"].is_null());
+    }
+  }
+}
+
+TEST(AnalysisJson, UnusedLinesAndMissingScoresAreNull) {
+  auto analysis = Good();
+  analysis.deviation.score_px[1].reset();
+  analysis.deviation.r_squared.reset();
+  analysis.response.acceleration.excess_s.resize(5);  // shorter than the lines: the rest is unknown
+  const json root = json::parse(ToJson(analysis));
+  EXPECT_TRUE(root["acceleration"]["excess_s"][2].is_null());
+  EXPECT_TRUE(root["acceleration"]["excess_s"][3].is_number());
+  EXPECT_TRUE(root["acceleration"]["excess_s"][9].is_null());
+  EXPECT_EQ(root["acceleration"]["excess_s"].size(), analysis.lines.size());
+  EXPECT_TRUE(root["lines"][1]["deviation_px"].is_null());
+  EXPECT_TRUE(root["deviation"]["r_squared"].is_null());
+  EXPECT_TRUE(root["report"].is_null());
+}
+
+TEST(AnalysisJson, SurvivesNonFiniteNumbersAndBytesThatAreNotUtf8) {
+  auto analysis = Good();
+  analysis.deviation.score_px[0] = std::numeric_limits<double>::quiet_NaN();
+  analysis.deviation.cubic[0] = std::numeric_limits<double>::infinity();
+  analysis.notices = {"video \xff\xfe\"<b>"};
+  const json root = json::parse(ToJson(analysis));
+  EXPECT_TRUE(root["lines"][0]["deviation_px"].is_null());
+  EXPECT_TRUE(root["deviation"]["cubic"][0].is_null());
+  EXPECT_EQ(root["notices"][0], "video \xEF\xBF\xBD\xEF\xBF\xBD\"<b>");
+}
+
+TEST(AnalysisJson, WritesAnEmptyAnalysis) {
+  const json root = json::parse(ToJson({}));
+  EXPECT_EQ(root["verdict"], "refused");
+  EXPECT_TRUE(root["lines"].is_array());
+  EXPECT_TRUE(root["lines"].empty());
+  EXPECT_TRUE(root["acceleration"]["excess_s"].empty());
+}
+
+}  // namespace
+}  // namespace trammel::report

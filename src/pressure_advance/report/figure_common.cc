@@ -1,0 +1,111 @@
+#include "pressure_advance/report/figure_common.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/statistics.h"
+
+namespace trammel::report {
+
+namespace pa = pressure_advance;
+
+std::string PressureAdvanceText(double seconds) {
+  std::string text = fmt::format("{:.4f}", seconds);
+  if (text.back() == '0') {
+    text.pop_back();
+  }
+  return text;
+}
+
+std::vector<std::size_t> LinesByPressureAdvance(const pa::Analysis& analysis, std::size_t most) {
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < analysis.lines.size(); ++i) {
+    if (std::isfinite(analysis.lines[i].pressure_advance_s)) {
+      order.push_back(i);
+    }
+  }
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return analysis.lines[a].pressure_advance_s < analysis.lines[b].pressure_advance_s;
+  });
+  if (order.size() <= most || most < 2) {
+    return order;
+  }
+  std::vector<std::size_t> picked;
+  for (std::size_t i = 0; i < most; ++i) {
+    picked.push_back(order[i * (order.size() - 1) / (most - 1)]);
+  }
+  return picked;
+}
+
+std::vector<std::size_t> TellingLines(const pa::Analysis& analysis) {
+  const std::vector<std::size_t> order =
+      LinesByPressureAdvance(analysis, std::numeric_limits<std::size_t>::max());
+  if (order.size() <= 3) {
+    return order;
+  }
+  std::size_t middle = order.size() / 2;
+  if (analysis.pressure_advance.good()) {
+    const double answer = analysis.pressure_advance.quantity().value;
+    const auto distance = [&](std::size_t i) {
+      return std::abs(analysis.lines[order[i]].pressure_advance_s - answer);
+    };
+    for (std::size_t i = 1; i + 1 < order.size(); ++i) {
+      middle = distance(i) < distance(middle) ? i : middle;
+    }
+  }
+  return {order.front(), order[middle], order.back()};
+}
+
+const std::vector<pa::HeightMap>* ShownHeights(const ReportInput& input) {
+  if (input.scan == nullptr) {
+    return nullptr;
+  }
+  const auto& maps = input.scan->heights.empty() ? input.scan->paper_heights : input.scan->heights;
+  return maps.empty() ? nullptr : &maps;
+}
+
+Grid HeightGrid(const pa::HeightMap& map) {
+  if (map.frames == 0 || map.rows == 0 || map.height_px.size() != map.frames * map.rows ||
+      map.sigma_px.size() != map.height_px.size()) {
+    return {};
+  }
+  Grid grid{map.frames, map.rows, std::vector<double>(map.height_px.size())};
+  for (std::size_t row = 0; row < map.rows; ++row) {
+    for (std::size_t frame = 0; frame < map.frames; ++frame) {
+      const std::size_t at = map.index(frame, row);
+      grid.values[row * map.frames + frame] = map.sigma_px[at] > 0
+                                                  ? static_cast<double>(map.height_px[at])
+                                                  : std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  return grid;
+}
+
+Range HeightRange(const std::vector<pa::HeightMap>& maps) {
+  std::vector<double> seen;
+  for (const pa::HeightMap& map : maps) {
+    for (const double height : HeightGrid(map).values) {
+      if (std::isfinite(height)) {
+        seen.push_back(height);
+      }
+    }
+  }
+  if (seen.empty()) {
+    return {0, 1};
+  }
+  const double ends[] = {Quantile(seen, 0.01), Quantile(seen, 0.99)};
+  return RangeOf(ends);
+}
+
+MapExtent ExtentOf(const pa::HeightMap& map) {
+  if (map.position_mm.size() == map.frames && map.frames >= 2) {
+    const Range range = RangeOf(map.position_mm);
+    return {range, "position along the line (mm)"};
+  }
+  return {{0, static_cast<double>(std::max<std::size_t>(1, map.frames))}, "frame"};
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,44 @@
+// What the figures of a pressure-advance analysis share.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "document/plot.h"
+#include "pressure_advance/laser/height_map.h"
+#include "pressure_advance/report/pressure_advance_figures.h"
+
+namespace trammel::report {
+
+/// "0.036", "0.0125": seconds with three or four decimals.
+[[nodiscard]] std::string PressureAdvanceText(double seconds);
+
+/// Indices of the lines by rising pressure advance; values that are not finite are left out. At
+/// most `most` of them, evenly picked with the first and the last.
+[[nodiscard]] std::vector<std::size_t> LinesByPressureAdvance(
+    const pressure_advance::Analysis& analysis, std::size_t most);
+
+/// Up to three lines: the lowest pressure advance, the one nearest to the answer (or the middle
+/// one without an answer) and the highest.
+[[nodiscard]] std::vector<std::size_t> TellingLines(const pressure_advance::Analysis& analysis);
+
+/// The maps to show: of the response eye, or of the paper's method where there are none.
+[[nodiscard]] const std::vector<pressure_advance::HeightMap>* ShownHeights(
+    const ReportInput& input);
+
+/// One image row per row and one column per frame; NaN where no laser line was found. Empty where
+/// the map's sizes do not fit its values.
+[[nodiscard]] Grid HeightGrid(const pressure_advance::HeightMap& map);
+
+/// From the 1st to the 99th percentile of all maps, so that single outliers do not take the scale.
+[[nodiscard]] Range HeightRange(const std::vector<pressure_advance::HeightMap>& maps);
+
+/// The extent of a map along the line: positions in mm where known, else frame numbers.
+struct MapExtent {
+  Range range;
+  std::string label;
+};
+[[nodiscard]] MapExtent ExtentOf(const pressure_advance::HeightMap& map);
+
+}  // namespace trammel::report

@@ -1,0 +1,201 @@
+// Height maps from above: all lines (figures 7 to 9), and three beside their outline (figure 14).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "pressure_advance/report/figure_common.h"
+
+namespace trammel::report {
+namespace {
+
+namespace pa = pressure_advance;
+
+constexpr std::size_t kMostMaps = 24;
+constexpr double kBarRoomPx = 78;
+constexpr double kAxisPx = 44;
+
+void DrawMap(Canvas& canvas, const RectPx& inner, const pa::HeightMap& map, const Range& heights,
+             bool with_axis, const std::string& title) {
+  const MapExtent extent = ExtentOf(map);
+  (void)Plot::Around(canvas, inner,
+                     {.label = with_axis ? extent.label : "",
+                      .range = extent.range,
+                      .ticks = canvas.width_px() < kFigureWidthPx ? 4 : 6,
+                      .shown = with_axis},
+                     {.label = "", .range = {0, 1}, .shown = false}, title);
+  canvas.Image(ColorGrid(HeightGrid(map), heights).view(), inner);
+  canvas.StrokeRect(inner, {.color = kMuted, .width_px = 1});
+}
+
+std::string MapTitle(const pa::Analysis& analysis, std::size_t line) {
+  std::string title = "PA " + PressureAdvanceText(analysis.lines[line].pressure_advance_s) + " s";
+  const auto& scores = analysis.deviation.score_px;
+  if (line < scores.size() && scores[line] && std::isfinite(*scores[line])) {
+    title += fmt::format(" · deviation {:.1f} px", *scores[line]);
+  }
+  return title;
+}
+
+std::string Titles(const pa::Analysis& analysis, const std::vector<std::size_t>& lines) {
+  std::string text;
+  for (const std::size_t line : lines) {
+    text += (text.empty() ? "" : "; ") + MapTitle(analysis, line);
+  }
+  return text;
+}
+
+/// Of the chosen lines, those that have a map.
+std::vector<std::size_t> WithMap(const std::vector<std::size_t>& lines,
+                                 const std::vector<pa::HeightMap>& maps) {
+  std::vector<std::size_t> kept;
+  for (const std::size_t line : lines) {
+    if (line < maps.size() && !HeightGrid(maps[line]).values.empty()) {
+      kept.push_back(line);
+    }
+  }
+  return kept;
+}
+
+/// The outline of the bead from above, broken at gaps. Half widths in the profile's own unit.
+void DrawOutline(Canvas& canvas, Plot& plot, const pa::LineProfile& profile) {
+  std::vector<PointPx> left;
+  std::vector<PointPx> right;
+  const auto flush = [&] {
+    std::vector<PointPx> outline = left;
+    outline.insert(outline.end(), right.rbegin(), right.rend());
+    if (left.size() > 1) {
+      canvas.Polygon(outline, kGrey, Stroke{.width_px = 0.8});
+    }
+    left.clear();
+    right.clear();
+  };
+  canvas.Clip(plot.inner());
+  for (const pa::ProfileSample& sample : profile.samples) {
+    const double half = sample.width.value / 2;
+    if (sample.gap || !sample.width.seen() || !std::isfinite(half) || half <= 0) {
+      flush();
+      continue;
+    }
+    left.push_back(plot.At({sample.position, half}));
+    right.push_back(plot.At({sample.position, -half}));
+  }
+  flush();
+  canvas.Unclip();
+}
+
+double WidestHalf(const pa::Analysis& analysis, const std::vector<std::size_t>& lines) {
+  std::vector<double> halves = {0};
+  for (const std::size_t line : lines) {
+    if (line < analysis.profiles.size()) {
+      for (const pa::ProfileSample& sample : analysis.profiles[line].samples) {
+        if (sample.width.seen()) {
+          halves.push_back(sample.width.value / 2);
+        }
+      }
+    }
+  }
+  return RangeOf(halves).hi;
+}
+
+/// In two columns, or in one where there is no room.
+Canvas DrawMaps(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& maps,
+                const std::vector<std::size_t>& lines, double width_px) {
+  constexpr double kPitchPx = 96;
+  constexpr double kTitlePx = 24;
+  const std::size_t columns = width_px < kFigureWidthPx ? 1 : 2;
+  const Range heights = HeightRange(maps);
+  const std::size_t rows = (lines.size() + columns - 1) / columns;
+  Canvas canvas(width_px, kPitchPx * static_cast<double>(rows) + kAxisPx);
+  const double width = (width_px - kBarRoomPx) / static_cast<double>(columns);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::size_t row = i % rows;  // down the first column, then down the second
+    const std::size_t column = i / rows;
+    const bool lowest = row + 1 == rows || i + 1 == lines.size();
+    const RectPx inner{static_cast<double>(column) * width + 10,
+                       static_cast<double>(row) * kPitchPx + kTitlePx, width - 24,
+                       kPitchPx - kTitlePx - 6};
+    DrawMap(canvas, inner, maps[lines[i]], heights, lowest, MapTitle(analysis, lines[i]));
+  }
+  DrawColorBar(
+      canvas,
+      {width_px - kBarRoomPx + 4, 26, 14, std::min(220.0, canvas.height_px() - kAxisPx - 30)},
+      heights, "height (px)");
+  return canvas;
+}
+
+/// Each line's outline over its map.
+Canvas DrawOutlines(const pa::Analysis& analysis, const std::vector<pa::HeightMap>& maps,
+                    const std::vector<std::size_t>& lines, double width_px) {
+  constexpr double kOutlinePx = 62;
+  constexpr double kMapPx = 86;
+  constexpr double kTitlePx = 26;
+  constexpr double kBlockPx = kTitlePx + kOutlinePx + kMapPx + kAxisPx + 4;
+  const Range heights = HeightRange(maps);
+  const double half = WidestHalf(analysis, lines) * 1.15;
+  Canvas canvas(width_px, kBlockPx * static_cast<double>(lines.size()));
+  const double width = width_px - kBarRoomPx - 18;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const double top = kBlockPx * static_cast<double>(i) + kTitlePx;
+    const pa::HeightMap& map = maps[lines[i]];
+    Plot outline = Plot::Around(canvas, {10, top, width, kOutlinePx},
+                                {.label = "", .range = ExtentOf(map).range, .shown = false},
+                                {.label = "", .range = {-half, half}, .shown = false},
+                                MapTitle(analysis, lines[i]));
+    DrawOutline(canvas, outline, analysis.profiles[lines[i]]);
+    DrawMap(canvas, {10, top + kOutlinePx, width, kMapPx}, map, heights, true, "");
+  }
+  DrawColorBar(canvas, {width_px - kBarRoomPx + 10, kTitlePx, 14, kOutlinePx + kMapPx}, heights,
+               "height (px)");
+  return canvas;
+}
+
+}  // namespace
+
+std::optional<Figure> HeightMapsFigure(const ReportInput& input) {
+  const std::vector<pa::HeightMap>* maps = ShownHeights(input);
+  if (maps == nullptr) {
+    return std::nullopt;
+  }
+  const pa::Analysis& analysis = *input.analysis;
+  const auto lines = WithMap(LinesByPressureAdvance(analysis, kMostMaps), *maps);
+  if (lines.empty()) {
+    return std::nullopt;
+  }
+  return Figure{"height_maps",
+                "Every line from above, as the laser saw it: bright is high. Look for an even "
+                "ridge. A ridge that thins or breaks after the speed-up and swells at the "
+                "slow-down was printed with too little pressure advance; the other way round, with "
+                "too much. Grey: no laser line found.",
+                DrawMaps(analysis, *maps, lines, kFigureWidthPx),
+                2,
+                "Height maps of " + Titles(analysis, lines) + ".",
+                DrawMaps(analysis, *maps, lines, kNarrowWidthPx)};
+}
+
+std::optional<Figure> LineAndMapFigure(const ReportInput& input) {
+  const std::vector<pa::HeightMap>* maps = ShownHeights(input);
+  if (maps == nullptr) {
+    return std::nullopt;
+  }
+  const pa::Analysis& analysis = *input.analysis;
+  std::vector<std::size_t> lines = WithMap(TellingLines(analysis), *maps);
+  std::erase_if(lines, [&](std::size_t line) {
+    return line >= analysis.profiles.size() || (*maps)[line].position_mm.size() < 2;
+  });
+  if (lines.empty()) {
+    return std::nullopt;
+  }
+  return Figure{
+      "line_and_map",
+      "Three lines, each as its outline from above (the bead's width as measured) over "
+      "its height map: the lowest tested pressure advance, the line nearest to the answer "
+      "(or in the middle, without one) and the highest. Outline and map come from the "
+      "same sweep and should swell and thin together.",
+      DrawOutlines(analysis, *maps, lines, kFigureWidthPx),
+      2,
+      "Outline and height map of " + Titles(analysis, lines) + ".",
+      DrawOutlines(analysis, *maps, lines, kNarrowWidthPx)};
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,31 @@
+// Made-up analyses for the tests of the report: plausible shapes, no claim about any estimator.
+#pragma once
+
+#include <cstddef>
+
+#include "base/random.h"
+#include "pressure_advance/laser/height_map.h"
+#include "pressure_advance/profile/analysis.h"
+#include "pressure_advance/report/pressure_advance_figures.h"
+
+namespace trammel::report::test {
+
+struct MadeUp {
+  std::size_t lines = 10;
+  double highest_pressure_advance_s = 0.06;
+  double truth_s = 0.0362;
+  std::size_t frames = 100;  ///< samples along each line
+  std::size_t rows = 60;     ///< of each height map
+  bool photo = false;        ///< positions in line lengths, widths in px, no scores, no heights
+};
+
+/// A good analysis with one unused line (where there are more than four) and one notice.
+[[nodiscard]] pressure_advance::Analysis MakeAnalysis(const MadeUp& made_up, Random random);
+
+/// The same lines as a laser scan would show them, and one frame's steps.
+[[nodiscard]] pressure_advance::LaserScanView MakeScanView(const MadeUp& made_up, Random random);
+
+/// A rectified picture of the lines with their edges traced.
+[[nodiscard]] PhotoView MakePhotoView(const MadeUp& made_up, Random random);
+
+}  // namespace trammel::report::test

@@ -1,0 +1,206 @@
+#include "pressure_advance/report/pressure_advance_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "base/check.h"
+#include "document/html.h"
+#include "document/interval_text.h"
+#include "document/page.h"
+
+namespace trammel::report {
+namespace {
+
+namespace pa = pressure_advance;
+
+constexpr double kMsPerS = 1000;
+
+std::string Facts(const ReportOptions& options) {
+  std::string out = "<p class=\"facts\">";
+  out += EscapeHtml(options.source);
+  for (const auto& [name, value] : options.facts) {
+    out += fmt::format(" · {}: {}", EscapeHtml(name), EscapeHtml(value));
+  }
+  return out + "</p>\n";
+}
+
+std::string Head(const pa::Analysis& analysis) {
+  const Measured& answer = analysis.pressure_advance;
+  if (answer.good()) {
+    const Quantity& quantity = answer.quantity();
+    return HeadCard(
+        Verdict::kGood,
+        AnswerLine(ValueText(quantity.value, quantity.interval95, kSeconds),
+                   IntervalText(quantity.interval95, kSeconds)) +
+            fmt::format("<p class=\"quiet\">The true value lies in this interval 95 times in 100. "
+                        "Method: {}.</p>\n",
+                        analysis.method == pa::Method::kResponse ? "response of all lines"
+                                                                 : "deviation (Abbott's paper)"));
+  }
+  std::string body = "<p class=\"value\">No value</p>\n";
+  body += fmt::format("<p class=\"reason\">{}</p>\n", EscapeHtml(answer.reason()));
+  body += answer.verdict() == Verdict::kCannotTell
+              ? "<p class=\"quiet\">The recording is sound, but it does not determine the pressure "
+                "advance. A guess would be worse than the value in use.</p>\n"
+              : "<p class=\"quiet\">What was recorded is not fit to be measured.</p>\n";
+  return HeadCard(answer.verdict(), body);
+}
+
+std::string Next(const Measured& answer, bool has_figures) {
+  if (!answer.good()) {
+    return Card("What to do next",
+                fmt::format("<p>Keep the pressure advance that is in use. Follow the advice above, "
+                            "then print or record again{}.</p>\n",
+                            has_figures ? "; the figures below show what was seen" : ""));
+  }
+  const std::string value =
+      SecondsText(answer.quantity().value, answer.quantity().standard_uncertainty);
+  return Card(
+      "What to do next",
+      fmt::format(
+          "<p>Try it at once (Klipper):</p>\n<pre>SET_PRESSURE_ADVANCE ADVANCE={0}</pre>\n"
+          "<p>Keep it, in <code>printer.cfg</code>:</p>\n"
+          "<pre>[extruder]\npressure_advance: {0}</pre>\n"
+          "<p class=\"quiet\">Marlin: <code>M900 K{0}</code> · RepRapFirmware: <code>M572 D0 "
+          "S{0}</code>. It holds for this filament, nozzle and temperature. A slicer that sets "
+          "pressure advance itself overwrites it: set the same value there.</p>\n",
+          value));
+}
+
+void AddPart(Table& table, const char* name, const Measured& part, bool answer_good) {
+  // A part that is sound is still no answer where the whole is not.
+  if (part.good() && answer_good) {
+    const Quantity& quantity = part.quantity();
+    table.Row({name, ValueText(quantity.value, quantity.interval95, kSeconds),
+               IntervalText(quantity.interval95, kSeconds), ""});
+  } else if (part.good()) {
+    table.Row({name, "not shown", "", "readable alone, but the whole is not to be trusted"});
+  } else {
+    table.Row({name, VerdictWords(part.verdict()), "", EscapeHtml(part.reason())});
+  }
+}
+
+double Width(const Measured& measured) {
+  const Interval& interval = measured.quantity().interval95;
+  return interval.hi - interval.lo;
+}
+
+/// Why the whole may be known better, or worse, than its parts.
+std::string WhyTogether(const pa::Analysis& analysis) {
+  const Measured& both = analysis.pressure_advance;
+  const Measured& a = analysis.response.acceleration.pressure_advance;
+  const Measured& d = analysis.response.deceleration.pressure_advance;
+  if (!both.good() || !a.good() || !d.good() || analysis.method != pa::Method::kResponse) return "";
+  if (Width(both) < std::min(Width(a), Width(d))) {
+    return "<p class=\"quiet\">Both together are known better than each alone: filament that slips "
+           "at speed moves the two values in opposite directions, so that it nearly cancels in "
+           "their combination.</p>\n";
+  }
+  return "<p class=\"quiet\">Both together are known no better than the better one alone: the two "
+         "come from the same lines, and where they disagree the answer's interval holds "
+         "both readings.</p>\n";
+}
+
+std::string Parts(const pa::Analysis& analysis) {
+  const bool good = analysis.pressure_advance.good();
+  Table table({{""}, {"pressure advance"}, {"interval"}, {"", true}});
+  AddPart(table, "speeding up", analysis.response.acceleration.pressure_advance, good);
+  AddPart(table, "slowing down", analysis.response.deceleration.pressure_advance, good);
+  std::string body = table.Html() + WhyTogether(analysis);
+  const pa::DeviationResult& deviation = analysis.deviation;
+  if (good && deviation.best_s && std::isfinite(*deviation.best_s)) {
+    body += fmt::format(
+        "<p class=\"quiet\">For comparison, the score of Abbott's paper is lowest "
+        "at {:.4f} s",
+        *deviation.best_s);
+    if (deviation.cubic_minimum_s && std::isfinite(*deviation.cubic_minimum_s)) {
+      body += fmt::format("; its cubic has its minimum at {:.4f} s", *deviation.cubic_minimum_s);
+    }
+    if (deviation.r_squared && std::isfinite(*deviation.r_squared)) {
+      body += fmt::format(" (R² = {:.2f})", *deviation.r_squared);
+    }
+    body += ".</p>\n";
+  }
+  return Card("Each speed change alone", body);
+}
+
+std::string ExcessCell(const pa::TransitionResult& result, std::size_t line) {
+  if (line >= result.excess_s.size() || line >= result.sigma_s.size() ||
+      !(result.sigma_s[line] > 0) || !std::isfinite(result.excess_s[line]) ||
+      !std::isfinite(result.sigma_s[line])) {
+    return "–";
+  }
+  const double value = result.excess_s[line] * kMsPerS;
+  const Interval interval = NormalInterval95(value, result.sigma_s[line] * kMsPerS);
+  return fmt::format("{:+.1f} ({:+.1f} to {:+.1f})", value, interval.lo, interval.hi);
+}
+
+std::string Lines(const pa::Analysis& analysis) {
+  if (analysis.lines.empty()) return "";
+  const auto& scores = analysis.deviation.score_px;
+  const bool scored = std::any_of(scores.begin(), scores.end(),
+                                  [](const auto& score) { return score && std::isfinite(*score); });
+  std::vector<Table::Column> columns = {
+      {"printed with (s)"}, {"speeding up (ms)"}, {"slowing down (ms)"}};
+  if (scored) columns.push_back({"deviation (px)"});
+  columns.push_back({"", true});
+  Table table(columns);
+  for (std::size_t i = 0; i < analysis.lines.size(); ++i) {
+    const pa::LineResult& line = analysis.lines[i];
+    std::vector<std::string> cells = {
+        fmt::format("{:.4f}", std::isfinite(line.pressure_advance_s) ? line.pressure_advance_s : 0),
+        ExcessCell(analysis.response.acceleration, i),
+        ExcessCell(analysis.response.deceleration, i)};
+    if (scored) {
+      const bool has = i < scores.size() && scores[i] && std::isfinite(*scores[i]);
+      cells.push_back(has ? fmt::format("{:.1f}", *scores[i]) : "–");
+    }
+    cells.push_back(line.used ? EscapeHtml(line.reason) : "not used: " + EscapeHtml(line.reason));
+    table.Row(cells, !line.used);
+  }
+  return Card("Line by line",
+              "<p class=\"quiet\">By how much the line's pressure advance was too low (negative: "
+              "too high), in ms, with the 95 % interval of the reading.</p>\n" +
+                  table.Html());
+}
+
+std::string PageOf(const ReportInput& input, const std::vector<Figure>& figures,
+                   const ReportOptions& options, const PhotoDetail& detail) {
+  const pa::Analysis& analysis = *input.analysis;
+  std::string page = PageBegin("Pressure advance", "Pressure advance");
+  page += Facts(options);
+  page += Head(analysis);
+  page += Next(analysis.pressure_advance, !figures.empty());
+  page += ListCard("Worth knowing", analysis.notices);
+  page += Parts(analysis);
+  for (const Figure& figure : figures) page += Card("", FigureHtml(figure, detail));
+  page += Lines(analysis);
+  return page + PageEnd();
+}
+
+}  // namespace
+
+std::string SecondsText(double seconds, double standard_uncertainty_s) {
+  int decimals = 4;
+  if (standard_uncertainty_s > 0 && standard_uncertainty_s < 0.95e-4) {
+    decimals = std::min(6, static_cast<int>(std::ceil(-std::log10(standard_uncertainty_s))));
+  }
+  return fmt::format("{:.{}f}", seconds, decimals);
+}
+
+std::string PressureAdvanceReport(const ReportInput& input, const std::vector<Figure>& figures,
+                                  const ReportOptions& options) {
+  TRAMMEL_CHECK(input.analysis != nullptr, "no analysis");
+  return FittingPage(
+      [&](std::size_t step) { return PageOf(input, figures, options, kPhotoSteps[step]); });
+}
+
+std::string PressureAdvanceReport(const ReportInput& input, const ReportOptions& options) {
+  return PressureAdvanceReport(input, PressureAdvanceFigures(input), options);
+}
+
+}  // namespace trammel::report

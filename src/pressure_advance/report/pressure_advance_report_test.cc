@@ -1,0 +1,166 @@
+#include "pressure_advance/report/pressure_advance_report.h"
+
+#include <gtest/gtest.h>
+
+#include <ctime>
+#include <string>
+
+#include "document/html.h"
+#include "document/parsers_test_support.h"
+#include "pressure_advance/report/made_up_test_support.h"
+
+namespace trammel::report {
+namespace {
+
+namespace pa = pressure_advance;
+
+constexpr std::uint64_t kSeed = 7;
+
+test::MadeUp Small() {
+  test::MadeUp made_up;
+  made_up.frames = 40;
+  made_up.rows = 24;
+  return made_up;
+}
+
+/// The page without its style and its pictures: what a reader reads.
+std::string Text(const std::string& page) {
+  std::string text = page;
+  const auto cut = [&](const std::string& begin, const std::string& end) {
+    for (std::size_t at = text.find(begin); at != std::string::npos; at = text.find(begin)) {
+      text.erase(at, text.find(end, at + begin.size()) - at);
+    }
+  };
+  cut("<path", "/>");
+  cut("<image", "/>");
+  cut("<style>", "</style>");
+  return text;
+}
+
+bool Has(const std::string& text, const std::string& what) {
+  return text.find(what) != std::string::npos;
+}
+
+TEST(PressureAdvanceReport, LeadsWithValueUncertaintyIntervalAndWhatToDo) {
+  const auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  const auto scan = test::MakeScanView(Small(), Random(kSeed));
+  const std::string page =
+      PressureAdvanceReport({&analysis, &scan, nullptr}, {"recordings/a", {{"printer", "Voron"}}});
+  EXPECT_EQ(test::XmlProblem(page), "");
+  const std::string text = Text(page);
+  EXPECT_TRUE(Has(text, "0.0362 s"));
+  EXPECT_TRUE(Has(text, "95 %: 0.0347 to 0.0377 s"));
+  EXPECT_TRUE(Has(text, "SET_PRESSURE_ADVANCE ADVANCE=0.0362"));
+  EXPECT_TRUE(Has(text, "pressure_advance: 0.0362"));
+  EXPECT_TRUE(Has(text, "M900 K0.0362"));
+  EXPECT_TRUE(Has(text, ">0.0368 s<"));  // the acceleration alone
+  EXPECT_TRUE(Has(text, ">0.0393 s<"));  // the deceleration alone
+  EXPECT_TRUE(Has(text, "Both together are known"));
+  EXPECT_TRUE(Has(text, analysis.lines[2].reason));
+  EXPECT_TRUE(Has(text, analysis.notices[0]));
+  EXPECT_TRUE(Has(text, "printer: Voron"));
+  EXPECT_TRUE(Has(text, "<figcaption>"));
+}
+
+TEST(PressureAdvanceReport, NamesNoAnswerUnlessGoodHoweverGoodTheParts) {
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  const auto scan = test::MakeScanView(Small(), Random(kSeed));
+  analysis.notices.clear();
+  analysis.deviation.best_s = 0.0123;
+  for (const Measured& bad :
+       {Measured::CannotTell("the lines are flat"), Measured::Refused("no laser line")}) {
+    analysis.pressure_advance = bad;
+    const std::string text = Text(PressureAdvanceReport({&analysis, &scan, nullptr}));
+    EXPECT_TRUE(Has(text, bad.reason()));
+    EXPECT_TRUE(Has(text, "No value"));
+    for (const char* number : {"0.0362", "0.0368", "0.0393", "0.0123", "0.0380",
+                               "SET_PRESSURE_ADVANCE", "M900", "M572", "printer.cfg"}) {
+      EXPECT_FALSE(Has(text, number)) << number;
+    }
+  }
+}
+
+TEST(PressureAdvanceReport, HostileTextStaysText) {
+  auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  const std::string hostile = "<script>alert('1')</script>\" onload=\"x & \xff\xfe\x01";
+  analysis.lines[0].reason = hostile;
+  analysis.notices = {hostile};
+  analysis.response.acceleration.pressure_advance = Measured::Refused(hostile);
+  for (const Measured& answer : {analysis.pressure_advance, Measured::Refused(hostile)}) {
+    analysis.pressure_advance = answer;
+    const std::string page =
+        PressureAdvanceReport({&analysis, nullptr, nullptr}, {hostile, {{hostile, hostile}}});
+    EXPECT_EQ(test::XmlProblem(page), "");
+    EXPECT_FALSE(Has(page, "<script"));
+    EXPECT_FALSE(Has(page, "\" onload"));
+    EXPECT_TRUE(Has(page, "&lt;script&gt;alert(&#39;1&#39;)"));
+  }
+}
+
+TEST(PressureAdvanceReport, LoadsNothingFromElsewhere) {
+  const auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  const auto scan = test::MakeScanView(Small(), Random(kSeed));
+  const std::string page = PressureAdvanceReport({&analysis, &scan, nullptr});
+  EXPECT_FALSE(Has(page, "http://"));
+  EXPECT_FALSE(Has(page, "https://"));
+  EXPECT_FALSE(Has(page, "<script"));
+  EXPECT_FALSE(Has(page, "<link"));
+  EXPECT_FALSE(Has(page, "@import"));
+}
+
+TEST(PressureAdvanceReport, EqualInputGivesEqualBytes) {
+  const auto analysis = test::MakeAnalysis(Small(), Random(kSeed));
+  const auto scan = test::MakeScanView(Small(), Random(kSeed));
+  EXPECT_EQ(PressureAdvanceReport({&analysis, &scan, nullptr}),
+            PressureAdvanceReport({&analysis, &scan, nullptr}));
+}
+
+TEST(PressureAdvanceReport, TakesLessThanTwoSecondsForAPaperSizedScan) {
+  const auto analysis = test::MakeAnalysis({}, Random(kSeed));
+  const auto scan = test::MakeScanView({}, Random(kSeed));
+#ifdef NDEBUG
+  constexpr double kMostS = 4;  // twice the contract: a busy machine stretches processor time, too
+#else
+  constexpr double kMostS = 20;  // unoptimised or under a sanitizer
+#endif
+  const std::clock_t start = std::clock();  // processor time: the machine may be busy
+  const std::string page = PressureAdvanceReport({&analysis, &scan, nullptr});
+  const double taken_s = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  RecordProperty("seconds", std::to_string(taken_s));
+  EXPECT_LT(taken_s, kMostS);
+  EXPECT_LT(page.size(), 1'500'000U);
+}
+
+TEST(PressureAdvanceReport, AnEmptyAnalysisIsARefusedPage) {
+  const pa::Analysis analysis;
+  const std::string page = PressureAdvanceReport({&analysis, nullptr, nullptr});
+  EXPECT_EQ(test::XmlProblem(page), "");
+  EXPECT_TRUE(Has(page, "refused"));
+  EXPECT_TRUE(Has(page, "nothing was measured"));
+  EXPECT_FALSE(Has(page, "<svg"));
+}
+
+TEST(SecondsText, ShowsAsManyDecimalsAsTheUncertaintyMakesMeaningful) {
+  EXPECT_EQ(SecondsText(0.0362, 0.0007), "0.0362");
+  EXPECT_EQ(SecondsText(0.51234, 0.02), "0.5123");
+  EXPECT_EQ(SecondsText(0.036214, 0.00003), "0.03621");
+  EXPECT_EQ(SecondsText(0.036214, 0.0), "0.0362");
+  EXPECT_EQ(SecondsText(0.036214, 1e-9), "0.036214");
+}
+
+TEST(EscapeHtml, LeavesNothingThatHtmlWouldRead) {
+  EXPECT_EQ(EscapeHtml("<a href=\"x\">&'"), "&lt;a href=&quot;x&quot;&gt;&amp;&#39;");
+  EXPECT_EQ(EscapeHtml("µ \xff"), "µ \xEF\xBF\xBD");
+}
+
+TEST(Base64, MatchesTheVectorsOfRfc4648) {
+  EXPECT_EQ(Base64(""), "");
+  EXPECT_EQ(Base64("f"), "Zg==");
+  EXPECT_EQ(Base64("fo"), "Zm8=");
+  EXPECT_EQ(Base64("foo"), "Zm9v");
+  EXPECT_EQ(Base64("foobar"), "Zm9vYmFy");
+  EXPECT_EQ(Base64("\xff\xfe"), "//4=");
+}
+
+}  // namespace
+}  // namespace trammel::report

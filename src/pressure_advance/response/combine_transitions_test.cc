@@ -1,0 +1,92 @@
+#include "pressure_advance/response/combine_transitions.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/random.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+// Ten lines that answer with slope 1 and cross zero at `zero_s`, with noise of 1 ms a line.
+TransitionSeries Series(double zero_s, std::uint64_t seed,
+                        const signal::ZeroCrossingOptions& options, double slope = 1) {
+  Random random(seed);
+  TransitionSeries series;
+  for (int i = 0; i < 10; ++i) {
+    const double pa = 0.06 * i / 9;
+    series.pa_s.push_back(pa);
+    series.excess_s.push_back(slope * (zero_s - pa) + 0.001 * random.Normal());
+    series.sigma_s.push_back(0);
+  }
+  series.crossing = *signal::FitZeroCrossing(series.pa_s, series.excess_s, series.sigma_s, options);
+  return series;
+}
+
+struct Both {
+  ResponseOptions options;
+  TransitionSeries acceleration;
+  TransitionSeries deceleration;
+
+  Both(double zero_a_s, double zero_d_s)
+      : acceleration(Series(zero_a_s, 11, options.acceleration)),
+        deceleration(Series(zero_d_s, 12, options.deceleration)) {}
+  [[nodiscard]] CombinedTransitions Combine() const {
+    return CombineTransitions(acceleration, deceleration, true, options);
+  }
+};
+
+double Uncertainty(const Measured& measured) { return measured.quantity().standard_uncertainty; }
+
+TEST(CombineTransitions, SlipCancelsInTheMeanOfTheTwo) {
+  // 2.5 % of slip over 80 ms moves each crossing by 2 ms, in opposite directions.
+  Both world(0.03, 0.03);
+  const double without = Uncertainty(world.Combine().both);
+  world.acceleration.slip_excess_s = world.deceleration.slip_excess_s = 0.08;
+  const CombinedTransitions combined = world.Combine();
+  EXPECT_GT(Uncertainty(combined.acceleration), 0.0019);
+  EXPECT_GT(Uncertainty(combined.deceleration), 0.0019);
+  EXPECT_LT(Uncertainty(combined.both), without + 0.0002);
+}
+
+TEST(CombineTransitions, UnreadFilamentMovesBothAlikeAndDoesNotAverageOut) {
+  Both world(0.03, 0.03);
+  world.options.slip_sigma = world.options.lag_form_sigma = world.options.lag_tail_sigma = 0;
+  world.acceleration = Series(0.03, 11, world.options.acceleration, 0.5);
+  world.deceleration = Series(0.03, 12, world.options.deceleration, 0.5);
+  const double unread_s = world.options.unread_sigma * (world.options.full_slope - 0.5) * 0.03;
+  EXPECT_GT(Uncertainty(world.Combine().both), 0.9 * unread_s);
+}
+
+TEST(CombineTransitions, WidensWhereTheTwoDisagree) {
+  const double agreed = Uncertainty(Both(0.03, 0.03).Combine().both);
+  const CombinedTransitions apart = Both(0.0275, 0.0325).Combine();
+  ASSERT_TRUE(apart.both.good()) << apart.both.reason();
+  EXPECT_GT(Uncertainty(apart.both), 1.5 * agreed);
+  EXPECT_EQ(apart.notices.size(), 1u);
+}
+
+TEST(CombineTransitions, ATransitionThatDoesNotAnswerLeavesTheOther) {
+  Both world(0.03, 0.03);
+  world.deceleration = Series(0.03, 12, world.options.deceleration, 0);
+  const CombinedTransitions combined = world.Combine();
+  EXPECT_EQ(combined.deceleration.verdict(), Verdict::kCannotTell);
+  ASSERT_TRUE(combined.both.good()) << combined.both.reason();
+  EXPECT_EQ(combined.both.quantity().value, combined.acceleration.quantity().value);
+}
+
+TEST(CombineTransitions, ATransitionTheWrongWayRoundLeavesNothing) {
+  Both world(0.03, 0.03);
+  world.deceleration = Series(0.03, 12, world.options.deceleration, -1);
+  EXPECT_EQ(world.Combine().both.verdict(), Verdict::kCannotTell);
+}
+
+TEST(CombineTransitions, AnAnswerBeyondTheTestedRangeIsNoNumber) {
+  const CombinedTransitions combined = Both(0.07, 0.07).Combine();
+  EXPECT_EQ(combined.both.verdict(), Verdict::kCannotTell);
+  EXPECT_NE(combined.both.reason().find("above the tested range"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,241 @@
+#include "pressure_advance/response/excess.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/statistics.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+const Seen& Read(const ProfileSample& sample, Reading reading) {
+  return reading == Reading::kArea ? sample.area : sample.width;
+}
+
+struct Point {
+  double position = 0;
+  double value = 0;
+  double sigma = 0;
+};
+
+bool Inside(double position, const Interval& span) {
+  return position >= span.lo && position <= span.hi;
+}
+
+// One line's readings, and those of its slow stretches.
+struct LinePoints {
+  std::vector<Point> all;
+  std::vector<std::vector<Point>> slow;  // per reference stretch
+  std::vector<double> cut_off;           // positions where the bead is larger than the picture
+};
+
+// A line's level, with the drift along it that all lines share.
+struct Reference {
+  double level = 0;
+  double drift = 0;  // relative, per unit of position
+  double centre = 0;
+  double sigma_relative = 0;
+
+  [[nodiscard]] double at(double position) const {
+    return level * (1 + drift * (position - centre));
+  }
+};
+
+LinePoints Sort(const LineProfile& profile, Reading reading, const TransitionPlan& plan) {
+  LinePoints points;
+  points.slow.resize(plan.reference.size());
+  for (const ProfileSample& sample : profile.samples) {
+    if (sample.cut_off) points.cut_off.push_back(sample.position);
+    const Seen& seen = Read(sample, reading);
+    if (!seen.seen() || sample.gap) continue;
+    points.all.push_back({sample.position, seen.value, seen.sigma});
+    for (std::size_t i = 0; i < plan.reference.size(); ++i) {
+      if (Inside(sample.position, plan.reference[i])) points.slow[i].push_back(points.all.back());
+    }
+  }
+  return points;
+}
+
+double MedianValue(const std::vector<Point>& points) {
+  std::vector<double> values;
+  for (const Point& point : points) values.push_back(point.value);
+  return Median(values);
+}
+
+constexpr std::size_t kFewestReadings = 4;
+
+// The relative change from the first slow stretch to the last, as the median over all lines.
+double CommonDrift(const std::vector<LinePoints>& lines, const TransitionPlan& plan) {
+  const Interval& first = plan.reference.front();
+  const Interval& last = plan.reference.back();
+  const double apart = (last.lo + last.hi - first.lo - first.hi) / 2;
+  std::vector<double> drifts;
+  for (const LinePoints& line : lines) {
+    if (line.slow.front().size() < kFewestReadings || line.slow.back().size() < kFewestReadings) {
+      continue;
+    }
+    const double before = MedianValue(line.slow.front());
+    const double after = MedianValue(line.slow.back());
+    if (before + after > 0) drifts.push_back(2 * (after - before) / (after + before) / apart);
+  }
+  return drifts.size() >= 3 && apart > 0 ? Median(drifts) : 0;
+}
+
+// Why a line has no reference.
+std::string NoReference(const LinePoints& line, const TransitionPlan& plan) {
+  std::size_t count = 0;
+  for (const std::vector<Point>& stretch : line.slow) count += stretch.size();
+  if (count < kFewestReadings) {
+    return fmt::format(
+        "only {} readings from {:.3g} to {:.3g} and from {:.3g} to {:.3g} along the line, where it "
+        "is "
+        "compared with itself (at least {}): scan more of the line, or check where the scan begins",
+        count, plan.reference.front().lo, plan.reference.front().hi, plan.reference.back().lo,
+        plan.reference.back().hi, kFewestReadings);
+  }
+  return "its slow stretches are empty, torn or unlike the other lines': nothing to compare with";
+}
+
+// Tukey location of the slow readings, started from what all lines have in common: a gap that fills
+// most of one line's slow stretch must not become that line's reference.
+std::optional<Reference> FitReference(const LinePoints& line, double drift, double centre,
+                                      double common_level) {
+  std::vector<double> level;
+  for (const std::vector<Point>& stretch : line.slow) {
+    for (const Point& point : stretch) {
+      level.push_back(point.value / (1 + drift * (point.position - centre)));
+    }
+  }
+  if (level.size() < kFewestReadings) return std::nullopt;
+  constexpr double kNarrowest = 0.04;  // relative; flow differs by a few per cent between lines
+  const double scale = std::max(kNarrowest * common_level, RobustStandardDeviation(level));
+  Reference reference{common_level, drift, centre, 0};
+  double weights = 0, squares = 0;
+  for (int iteration = 0; iteration < 10; ++iteration) {
+    double sum = 0;
+    weights = squares = 0;
+    for (const double value : level) {
+      const double ratio = (value - reference.level) / (5 * scale);
+      if (std::abs(ratio) >= 1) continue;
+      const double weight = (1 - ratio * ratio) * (1 - ratio * ratio);
+      sum += weight * value;
+      weights += weight;
+      squares += weight * (value - reference.level) * (value - reference.level);
+    }
+    if (weights < 0.25 * static_cast<double>(level.size())) return std::nullopt;
+    reference.level = sum / weights;
+  }
+  // Neighbouring readings share flow noise: half of them count.
+  reference.sigma_relative =
+      std::sqrt(squares / weights / std::max(1.0, weights / 2)) / reference.level;
+  return reference;
+}
+
+struct Integral {
+  double value = 0;
+  double variance = 0;
+  double length = 0;
+  double unread = 0;   // largest stretch without a reading, over the window's length
+  double cut_off = 0;  // what bridges stand for across beads larger than the picture
+};
+
+// Trapezoids over the samples inside the window, carried to its edges.
+Integral IntegrateDeviation(const LinePoints& line, const Reference& reference,
+                            const Interval& span) {
+  const std::vector<Point>& points = line.all;
+  Integral integral;
+  integral.length = span.hi - span.lo;
+  double previous = span.lo;
+  double held = 0;
+  double unread = 0;
+  bool first = true;
+  const auto add = [&](double to, double deviation) {
+    const double area = (to - previous) * deviation;
+    integral.value += area;
+    const auto cut = std::upper_bound(line.cut_off.begin(), line.cut_off.end(), previous);
+    if (cut != line.cut_off.end() && *cut < to) integral.cut_off += std::abs(area);
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!Inside(points[i].position, span)) continue;
+    const double level = reference.at(points[i].position);
+    const double deviation = points[i].value / level - 1;
+    const double step = points[i].position - previous;
+    add(points[i].position, first ? deviation : 0.5 * (deviation + held));
+    const double next = i + 1 < points.size() ? std::min(points[i + 1].position, span.hi) : span.hi;
+    const double reach = 0.5 * (step + next - points[i].position);
+    integral.variance += std::pow(reach * points[i].sigma / level, 2);
+    unread = std::max(unread, step);
+    previous = points[i].position;
+    held = deviation;
+    first = false;
+  }
+  add(span.hi, held);
+  integral.unread = std::max(unread, span.hi - previous) / integral.length;
+  if (first) integral.unread = 1;
+  return integral;
+}
+
+}  // namespace
+
+std::optional<Reading> ChooseReading(const std::vector<LineProfile>& profiles) {
+  std::size_t area = 0;
+  std::size_t width = 0;
+  for (const LineProfile& profile : profiles) {
+    for (const ProfileSample& sample : profile.samples) {
+      area += sample.area.seen();
+      width += sample.width.seen();
+    }
+  }
+  if (area == 0 && width == 0) return std::nullopt;
+  return 2 * area >= width ? Reading::kArea : Reading::kWidth;
+}
+
+std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, Reading reading,
+                                      const TransitionPlan& plan) {
+  std::vector<LinePoints> lines;
+  std::vector<double> levels;
+  for (const LineProfile& profile : profiles) {
+    lines.push_back(profile.unusable.empty() ? Sort(profile, reading, plan)
+                                             : LinePoints{{}, {{}, {}}, {}});
+    std::vector<Point> slow;
+    for (const auto& stretch : lines.back().slow)
+      slow.insert(slow.end(), stretch.begin(), stretch.end());
+    if (slow.size() >= kFewestReadings) levels.push_back(MedianValue(slow));
+  }
+  const double drift = CommonDrift(lines, plan);
+  const double centre = (plan.reference.front().lo + plan.reference.back().hi) / 2;
+  const double common_level = levels.empty() ? 0 : Median(levels);
+
+  std::vector<LineExcess> results(profiles.size());
+  for (std::size_t i = 0; i < profiles.size(); ++i) {
+    LineExcess& result = results[i];
+    result.unusable = profiles[i].unusable;
+    if (!result.unusable.empty()) continue;
+    const std::optional<Reference> reference =
+        common_level > 0 ? FitReference(lines[i], drift, centre, common_level) : std::nullopt;
+    if (!reference || !(reference->at(plan.acceleration.span.lo) > 0) ||
+        !(reference->at(plan.deceleration.span.hi) > 0)) {
+      result.unusable = NoReference(lines[i], plan);
+      continue;
+    }
+    const auto measure = [&](const TransitionWindow& window, double sign, Excess& excess) {
+      const Integral integral = IntegrateDeviation(lines[i], *reference, window.span);
+      excess.value = sign * integral.value;
+      excess.sigma = std::hypot(std::sqrt(integral.variance),
+                                integral.length * reference->sigma_relative, integral.cut_off);
+      if (integral.unread > kMostUnread) {
+        result.unusable = fmt::format(
+            "{:.0f} % of the stretch from {:.3g} to {:.3g} could not be read in one piece",
+            100 * integral.unread, window.span.lo, window.span.hi);
+      }
+    };
+    measure(plan.acceleration, -1, result.acceleration);
+    measure(plan.deceleration, 1, result.deceleration);
+  }
+  return results;
+}
+
+}  // namespace trammel::pressure_advance

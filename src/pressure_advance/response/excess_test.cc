@@ -1,0 +1,179 @@
+#include "pressure_advance/response/excess.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/random.h"
+#include "base/statistics.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kStep_mm = 0.1;
+constexpr double kArea_mm2 = 0.11;
+constexpr double kSigma = 0.0011;  // of one reading: 1 % of the area
+
+// Two windows between two slow stretches.
+TransitionPlan Plan() {
+  TransitionPlan plan;
+  plan.reference = {{1, 7}, {24, 29}};
+  plan.acceleration = {{7, 17}, 7.5, 145, 9.5};
+  plan.deceleration = {{17, 24}, 22.5, -145, 5.5};
+  return plan;
+}
+
+// A steady line with a bump of `missing_mm` less (of nominal bead) after the acceleration and
+// `left_over_mm` more after the deceleration.
+LineProfile Line(double missing_mm, double left_over_mm, double drift_per_mm = 0) {
+  LineProfile profile;
+  const auto bump = [](double position, double at) {  // 4 mm wide, integral 1
+    const double u = (position - at) / 2;
+    return std::abs(u) < 1 ? 0.25 * (1 + std::cos(3.141592653589793 * u)) : 0;
+  };
+  for (int i = 0; i <= 300; ++i) {
+    ProfileSample sample;
+    sample.position = kStep_mm * i;
+    const double relative =
+        1 - missing_mm * bump(sample.position, 11) + left_over_mm * bump(sample.position, 20.5);
+    sample.area = {kArea_mm2 * relative * (1 + drift_per_mm * (sample.position - 15)), kSigma};
+    profile.samples.push_back(sample);
+  }
+  return profile;
+}
+
+std::vector<LineExcess> Measure(const std::vector<LineProfile>& profiles) {
+  return MeasureExcess(profiles, Reading::kArea, Plan());
+}
+
+// Trapezoids of a smooth bump that ends on samples: off by the step's fourth power over the bump's.
+constexpr double kExact_mm = 1e-4;
+
+TEST(Excess, IsTheSurplusWithTheSignOfTooLittlePressureAdvance) {
+  const auto excess = Measure({Line(0.8, 0.5), Line(-0.3, -0.2), Line(0, 0)});
+  EXPECT_NEAR(excess[0].acceleration.value, 0.8, kExact_mm);
+  EXPECT_NEAR(excess[0].deceleration.value, 0.5, kExact_mm);
+  EXPECT_NEAR(excess[1].acceleration.value, -0.3, kExact_mm);
+  EXPECT_NEAR(excess[1].deceleration.value, -0.2, kExact_mm);
+  EXPECT_NEAR(excess[2].acceleration.value, 0, kExact_mm);
+  EXPECT_NEAR(excess[2].deceleration.value, 0, kExact_mm);
+}
+
+TEST(Excess, DoesNotChangeWithTheScaleOfTheReading) {
+  std::vector<LineProfile> scaled = {Line(0.8, 0.5), Line(0.1, 0.1)};
+  const auto before = Measure(scaled);
+  for (LineProfile& line : scaled) {
+    for (ProfileSample& sample : line.samples) {
+      sample.area.value *= 7;
+      sample.area.sigma *= 7;
+    }
+  }
+  const auto after = Measure(scaled);
+  constexpr double kRounding = 1e-12;
+  EXPECT_NEAR(after[0].acceleration.value, before[0].acceleration.value, kRounding);
+  EXPECT_NEAR(after[0].deceleration.sigma, before[0].deceleration.sigma, kRounding);
+}
+
+TEST(Excess, TakesADriftThatAllLinesShareForNoTransition) {
+  constexpr double kDrift_per_mm = 0.002;  // 6 % over the line
+  std::vector<LineProfile> lines;
+  for (const double missing_mm : {0.8, 0.4, 0.0, -0.4}) {
+    lines.push_back(Line(missing_mm, missing_mm / 2, kDrift_per_mm));
+  }
+  const auto excess = Measure(lines);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const double missing_mm = 0.8 - 0.4 * static_cast<double>(i);
+    // The drift multiplies the bump, too: 0.2 % per mm over the 4 mm from the middle.
+    EXPECT_NEAR(excess[i].acceleration.value, missing_mm, 0.01) << i;
+    EXPECT_NEAR(excess[i].deceleration.value, missing_mm / 2, 0.01) << i;
+  }
+}
+
+TEST(Excess, BridgesWhatTheEyeDidNotReadAndIgnoresWhatStandsThere) {
+  std::vector<LineProfile> lines = {Line(0.8, 0.5), Line(0, 0)};
+  const auto whole = Measure(lines);
+  for (std::size_t i = 105; i < 110; ++i) {  // half a millimetre of the bump
+    lines[0].samples[i].area = {1e6, 0};
+    lines[0].samples[i].gap = true;
+  }
+  const auto bridged = Measure(lines);
+  ASSERT_EQ(bridged[0].unusable, "");
+  // A straight bridge over 0.6 mm of a bump 4 mm wide: its sagitta is h^2 / 8 of the curvature
+  // 0.8 * 0.25 * (pi / 2)^2 = 0.5 per mm^2, two thirds of it over the gap.
+  constexpr double kSagitta_mm = 0.6 * 2 / 3.0 * 0.6 * 0.6 / 8 * 0.5;
+  EXPECT_NEAR(bridged[0].acceleration.value, whole[0].acceleration.value, kSagitta_mm);
+  EXPECT_EQ(bridged[0].deceleration.value, whole[0].deceleration.value);
+}
+
+TEST(Excess, IsNotMeasuredWhereAQuarterOfAWindowIsUnread) {
+  std::vector<LineProfile> lines = {Line(0.8, 0.5), Line(0, 0)};
+  for (std::size_t i = 90; i < 120; ++i) lines[0].samples[i].gap = true;  // 3 of 10 mm
+  const auto excess = Measure(lines);
+  EXPECT_THAT(excess[0].unusable, HasSubstr("could not be read"));
+  EXPECT_EQ(excess[1].unusable, "");
+}
+
+TEST(Excess, TakesABridgeAcrossABeadLargerThanThePictureForTheLeastOfIt) {
+  const std::vector<LineProfile> whole = {Line(0.8, 0.5), Line(0, 0)};
+  std::vector<LineProfile> gap = whole;
+  for (std::size_t i = 105; i < 110; ++i) gap[0].samples[i].gap = true;
+  std::vector<LineProfile> cut_off = gap;
+  for (std::size_t i = 105; i < 110; ++i) cut_off[0].samples[i].cut_off = true;
+  const LineExcess bridged = Measure(gap)[0];
+  const LineExcess least = Measure(cut_off)[0];
+  ASSERT_EQ(least.unusable, "");
+  EXPECT_EQ(least.acceleration.value, bridged.acceleration.value);
+  // 0.6 mm of a bump that is 0.4 deep in its middle and at least three quarters of that here.
+  EXPECT_GT(least.acceleration.sigma, 0.6 * 0.3);
+  EXPECT_LT(least.acceleration.sigma, 0.6 * 0.4);
+  EXPECT_LT(bridged.acceleration.sigma, 0.05);
+  EXPECT_EQ(least.deceleration.sigma, bridged.deceleration.sigma);
+}
+
+TEST(Excess, StatesTheScatterThatNoiseMakes) {
+  constexpr int kRepeats = 400;
+  std::vector<double> pulls;
+  Random random(3);
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    std::vector<LineProfile> lines;
+    for (int i = 0; i < 4; ++i) {
+      lines.push_back(Line(0.5, 0.3));
+      for (ProfileSample& sample : lines.back().samples) {
+        sample.area.value += kSigma * random.Normal();
+      }
+    }
+    const auto excess = Measure(lines);
+    pulls.push_back((excess[0].acceleration.value - 0.5) / excess[0].acceleration.sigma);
+  }
+  // Known to 1 / sqrt(800) = 3.5 %. The reference counts only every second reading, since real
+  // readings share flow noise: with independent ones its part of the sigma is 1.4 times too wide.
+  EXPECT_GT(StandardDeviation(pulls), 0.65) << "seed 3";
+  EXPECT_LT(StandardDeviation(pulls), 1.1) << "seed 3";
+  EXPECT_NEAR(Mean(pulls), 0, 4 / std::sqrt(static_cast<double>(kRepeats))) << "seed 3";
+}
+
+TEST(Excess, ReadsAreaBeforeWidthAndNothingFromNothing) {
+  EXPECT_EQ(ChooseReading({Line(0, 0)}), Reading::kArea);
+  LineProfile wide = Line(0, 0);
+  for (ProfileSample& sample : wide.samples) {
+    sample.width = {0.5, 0.01};
+    sample.area = {};
+  }
+  EXPECT_EQ(ChooseReading({wide}), Reading::kWidth);
+  EXPECT_FALSE(ChooseReading({}));
+  EXPECT_FALSE(ChooseReading({LineProfile{}}));
+}
+
+TEST(Excess, KeepsTheReasonOfALineThatIsUnusableAlready) {
+  LineProfile bad = Line(0, 0);
+  bad.unusable = "no laser line";
+  const auto excess = Measure({bad, Line(0, 0)});
+  EXPECT_EQ(excess[0].unusable, "no laser line");
+  EXPECT_EQ(excess[1].unusable, "");
+}
+
+}  // namespace
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,157 @@
+#include "pressure_advance/response/improvement.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/random.h"
+#include "support/lag_line.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kCalibrated_s = 0.036;
+
+LineMotion PaperMotion() { return {{{0.25, 5}, {0.5, 150}, {0.25, 5}}, 30, 3000}; }
+
+// A line as a laser would see it, printed by an extruder with a lag of kCalibrated_s.
+LineProfile Printed(double pressure_advance_s, double noise, Random& random) {
+  constexpr double kArea_mm2 = 0.11;
+  const testing::LagLine line;
+  const std::vector<double> area =
+      testing::PrintLagLine(line, {.linear_s = kCalibrated_s}, pressure_advance_s);
+  LineProfile profile;
+  profile.pressure_advance_s = pressure_advance_s;
+  for (std::size_t i = 0; i < area.size(); ++i) {
+    const double position_mm = line.step_mm * static_cast<double>(i);
+    if (position_mm < 4 || position_mm > line.length_mm - 4) continue;
+    ProfileSample sample;
+    sample.position = position_mm;
+    sample.area = {kArea_mm2 * (area[i] + noise * random.Normal()), kArea_mm2 * (noise + 1e-6)};
+    profile.samples.push_back(sample);
+  }
+  return profile;
+}
+
+struct Recorded {
+  std::vector<LineProfile> profiles;
+  std::vector<std::optional<double>> score_px;
+};
+
+// `lines` of either kind, in turn.
+Recorded Record(int lines, double calibrated_s, double noise, std::uint64_t seed) {
+  Random random(seed);
+  Recorded recorded;
+  for (int i = 0; i < lines; ++i) {
+    for (const double value_s : {0.0, calibrated_s}) {
+      recorded.profiles.push_back(Printed(value_s, noise, random));
+      recorded.score_px.emplace_back(value_s == 0 ? 100 : 20);
+    }
+  }
+  return recorded;
+}
+
+TEST(Improvement, IsThePartByWhichTheMeanDeviationFell) {
+  const Recorded recorded = Record(5, kCalibrated_s, 0, 1);
+  const Improvement improvement =
+      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion());
+  ASSERT_TRUE(improvement.deviation.good()) << improvement.deviation.reason();
+  EXPECT_DOUBLE_EQ(improvement.deviation.quantity().value, 0.8);
+  EXPECT_EQ(improvement.control.deviation_px, 100);
+  EXPECT_EQ(improvement.calibrated.deviation_px, 20);
+  EXPECT_EQ(improvement.control.lines, 5);
+}
+
+TEST(Improvement, NothingIsLeftWhereTheAdvanceEqualsTheLag) {
+  const Recorded recorded = Record(5, kCalibrated_s, 0.01, 2);
+  const Improvement improvement =
+      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion());
+  ASSERT_TRUE(improvement.acceleration_left.good()) << improvement.acceleration_left.reason();
+  ASSERT_TRUE(improvement.deceleration_left.good()) << improvement.deceleration_left.reason();
+  // The tail of the lag that the windows do not hold, some per cent of the control's.
+  constexpr double kTail = 0.05;
+  EXPECT_NEAR(improvement.acceleration_left.quantity().value, 0, kTail);
+  EXPECT_NEAR(improvement.deceleration_left.quantity().value, 0, kTail);
+}
+
+TEST(Improvement, HalfTheAdvanceLeavesAboutHalfTheSurplus) {
+  const Recorded recorded = Record(5, kCalibrated_s / 2, 0.01, 3);
+  const Improvement improvement =
+      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion());
+  ASSERT_TRUE(improvement.acceleration_left.good()) << improvement.acceleration_left.reason();
+  ASSERT_TRUE(improvement.deceleration_left.good()) << improvement.deceleration_left.reason();
+  constexpr double kTail = 0.05;
+  EXPECT_NEAR(improvement.acceleration_left.quantity().value, 0.5, kTail);
+  EXPECT_NEAR(improvement.deceleration_left.quantity().value, 0.5, kTail);
+}
+
+TEST(Improvement, ItsIntervalHoldsTheTruth) {
+  // 95 % of 1000 within 3 sigma of the count, and a little more for the first-order propagation.
+  constexpr int kRepeats = 1000;
+  constexpr double kTruth = 1 - 20.0 / 100;
+  constexpr std::uint64_t kSeed = 4;
+  Random random(kSeed);
+  const Recorded recorded = Record(5, kCalibrated_s, 0, 1);
+  int held = 0;
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    std::vector<std::optional<double>> score_px;
+    for (const auto& mean : recorded.score_px) {
+      score_px.emplace_back(*mean * (1 + 0.15 * random.Normal()));
+    }
+    const Measured measured =
+        CompareWithControl(recorded.profiles, score_px, PaperMotion()).deviation;
+    ASSERT_TRUE(measured.good()) << measured.reason();
+    const Interval interval = measured.quantity().interval95;
+    held += interval.lo <= kTruth && kTruth <= interval.hi;
+  }
+  EXPECT_GE(held, 925) << "seed " << kSeed;
+  EXPECT_LE(held, 980) << "seed " << kSeed;
+}
+
+TEST(Improvement, IsNegativeWhereTheLinesBecameWorse) {
+  Recorded recorded = Record(4, kCalibrated_s, 0, 5);
+  for (std::size_t i = 1; i < recorded.score_px.size(); i += 2) recorded.score_px[i] = 150;
+  const Measured measured =
+      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion()).deviation;
+  ASSERT_TRUE(measured.good());
+  EXPECT_DOUBLE_EQ(measured.quantity().value, -0.5);
+}
+
+TEST(Improvement, RefusesTooFewLinesAndQuotesTheReasonOfOne) {
+  Recorded recorded = Record(3, kCalibrated_s, 0, 6);
+  recorded.profiles[2].unusable = "no laser in 40 of 80 frames";
+  const Improvement improvement =
+      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion());
+  for (const Measured* measured :
+       {&improvement.deviation, &improvement.acceleration_left, &improvement.deceleration_left}) {
+    EXPECT_EQ(measured->verdict(), Verdict::kRefused);
+    EXPECT_THAT(measured->reason(), HasSubstr("2 control and 3 calibrated"));
+    EXPECT_THAT(measured->reason(), HasSubstr("no laser in 40 of 80 frames"));
+  }
+}
+
+TEST(Improvement, RefusesARecordingThatIsNoComparison) {
+  Random random(7);
+  for (const auto& values_s : {std::vector{0.0, 0.0}, std::vector{0.0, 0.02, 0.04}}) {
+    std::vector<LineProfile> profiles;
+    for (const double value_s : values_s) profiles.push_back(Printed(value_s, 0, random));
+    const std::vector<std::optional<double>> score_px(values_s.size(), 10.0);
+    const Improvement improvement = CompareWithControl(profiles, score_px, PaperMotion());
+    EXPECT_EQ(improvement.deviation.verdict(), Verdict::kRefused);
+    EXPECT_THAT(improvement.deviation.reason(), HasSubstr("two"));
+  }
+}
+
+TEST(Improvement, CannotTellWhereTheLinesScatterTooMuch) {
+  Recorded recorded = Record(3, kCalibrated_s, 0, 8);
+  recorded.score_px = {20, 10, 100, 80, 180, 170};
+  EXPECT_EQ(
+      CompareWithControl(recorded.profiles, recorded.score_px, PaperMotion()).deviation.verdict(),
+      Verdict::kCannotTell);
+}
+
+}  // namespace
+}  // namespace trammel::pressure_advance

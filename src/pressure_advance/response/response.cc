@@ -1,0 +1,173 @@
+#include "pressure_advance/response/response.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "base/check.h"
+#include "pressure_advance/response/combine_transitions.h"
+#include "pressure_advance/response/excess.h"
+#include "pressure_advance/response/responding_stretch.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+struct Prepared {
+  TransitionPlan plan;
+  std::vector<std::size_t> line;  // index of each usable line
+  TransitionSeries acceleration;
+  TransitionSeries deceleration;
+  double unit_mm = 1;            // one unit of the profiles' positions; 1 where no length is known
+  bool slope_has_scale = false;  // area over a known length: the slope is then near 1
+};
+
+// Excess of all lines in seconds: divided by the speed change. Where the line's length is unknown
+// the scale is arbitrary until the slope is known.
+Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& motion,
+                 Reading reading, const TransitionPlan& plan, std::vector<LineResult>& lines) {
+  Prepared prepared;
+  prepared.plan = plan;
+  const bool in_mm = profiles.front().position_unit == PositionUnit::kMillimetre;
+  prepared.slope_has_scale = reading == Reading::kArea && (in_mm || motion.length_mm);
+  prepared.unit_mm = in_mm ? 1.0 : motion.length_mm.value_or(1.0);
+  const std::vector<LineExcess> measured_lines = MeasureExcess(profiles, reading, plan);
+  for (std::size_t i = 0; i < profiles.size(); ++i) {
+    const LineExcess& excess = measured_lines[i];
+    if (!excess.unusable.empty()) {
+      lines[i].reason = excess.unusable;
+      continue;
+    }
+    lines[i].used = true;
+    prepared.line.push_back(i);
+    const auto add = [&](TransitionSeries& series, const Excess& measured,
+                         const TransitionWindow& window) {
+      const double seconds = prepared.unit_mm / std::abs(window.speed_change_mm_s);
+      series.pa_s.push_back(profiles[i].pressure_advance_s);
+      series.excess_s.push_back(measured.value * seconds);
+      series.sigma_s.push_back(measured.sigma * seconds);
+    };
+    add(prepared.acceleration, excess.acceleration, plan.acceleration);
+    add(prepared.deceleration, excess.deceleration, plan.deceleration);
+  }
+  return prepared;
+}
+
+// Where the fast segment has a steady middle, both windows are as wide as can be; only the stretch
+// that answers to PA is kept. On a short line the whole window answers.
+TransitionPlan NarrowWindows(const std::vector<LineProfile>& profiles, Reading reading,
+                             const TransitionPlan& wide) {
+  if (!wide.steady_middle) return wide;
+  TransitionPlan plan = wide;
+  const auto narrow = [&](TransitionWindow& window, bool rising) {
+    const auto stretch = RespondingStretch(profiles, reading, window.span, rising);
+    if (!stretch) return;
+    const double fast_lo = rising ? std::max(window.boundary, stretch->lo) : stretch->lo;
+    const double fast_hi = rising ? stretch->hi : std::min(window.boundary, stretch->hi);
+    window.span = *stretch;
+    window.fast_length = std::max(0.0, fast_hi - fast_lo);
+  };
+  narrow(plan.acceleration, true);
+  narrow(plan.deceleration, false);
+  return plan;
+}
+
+void Describe(const Prepared& prepared, const TransitionSeries& series,
+              const TransitionWindow& window, std::size_t lines, TransitionResult& result) {
+  const signal::ZeroCrossing& fit = series.crossing;
+  result.window_begin = window.span.lo;
+  result.window_end = window.span.hi;
+  result.excess_s.assign(lines, 0);
+  result.sigma_s.assign(lines, 0);
+  result.fitted_s.assign(lines, 0);
+  // Without a length the scale is free: the slope is made 1, so that excess reads as error in PA.
+  const double unit = prepared.slope_has_scale || fit.slope == 0 ? 1 : 1 / std::abs(fit.slope);
+  constexpr double kIgnored = 0.05;
+  for (std::size_t k = 0; k < series.pa_s.size(); ++k) {
+    const std::size_t i = prepared.line[k];
+    result.excess_s[i] = series.excess_s[k] * unit;
+    result.fitted_s[i] = fit.fitted[k] * unit;
+    if (fit.weight[k] > kIgnored) {
+      result.sigma_s[i] = std::hypot(series.sigma_s[k], fit.residual_scale) * unit;
+    }
+  }
+}
+
+// REQUIRES a series with at least three different PA.
+void FitTransition(const TransitionWindow& window, double unit_mm,
+                   const signal::ZeroCrossingOptions& options, TransitionSeries& series) {
+  auto crossing = signal::FitZeroCrossing(series.pa_s, series.excess_s, series.sigma_s, options);
+  TRAMMEL_CHECK(crossing.has_value(), "{} lines", series.pa_s.size());
+  series.crossing = *std::move(crossing);
+  series.slip_excess_s = window.fast_length * unit_mm / std::abs(window.speed_change_mm_s);
+}
+
+}  // namespace
+
+ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMotion& motion,
+                        const ResponseOptions& options) {
+  ResponseFit fit;
+  fit.lines.resize(profiles.size());
+  for (std::size_t i = 0; i < profiles.size(); ++i) {
+    fit.lines[i].pressure_advance_s = profiles[i].pressure_advance_s;
+    fit.lines[i].reason = profiles[i].unusable;
+  }
+  const auto refuse = [&fit](const std::string& reason) {
+    fit.result.pressure_advance = Measured::Refused(reason);
+    fit.result.acceleration.pressure_advance = Measured::Refused(reason);
+    fit.result.deceleration.pressure_advance = Measured::Refused(reason);
+    return fit;
+  };
+  const std::optional<Reading> reading = ChooseReading(profiles);
+  if (!reading) {
+    std::string why = profiles.empty() ? "there are none" : profiles.front().unusable;
+    return refuse(fmt::format("no line could be measured: {}", why));
+  }
+  double longest = 0;
+  for (const LineProfile& profile : profiles)
+    longest = std::max(longest, profile.pressure_advance_s);
+  const Result<TransitionPlan> plan =
+      PlanTransitions(motion, profiles.front().position_unit, longest, options.transitions);
+  if (!plan) return refuse(plan.error().message);
+
+  Prepared prepared =
+      Prepare(profiles, motion, *reading, NarrowWindows(profiles, *reading, *plan), fit.lines);
+  const std::set<double> values(prepared.acceleration.pa_s.begin(),
+                                prepared.acceleration.pa_s.end());
+  if (static_cast<int>(values.size()) < options.fewest_lines) {
+    std::string why;
+    for (const LineResult& line : fit.lines) {
+      if (!line.used && why.empty()) {
+        why = fmt::format("; the line at {:.4g} s: {}", line.pressure_advance_s, line.reason);
+      }
+    }
+    return refuse(fmt::format(
+        "{} of {} lines can be used with different pressure advance, at least {} are needed{}",
+        values.size(), profiles.size(), options.fewest_lines, why));
+  }
+  FitTransition(prepared.plan.acceleration, prepared.unit_mm, options.acceleration,
+                prepared.acceleration);
+  FitTransition(prepared.plan.deceleration, prepared.unit_mm, options.deceleration,
+                prepared.deceleration);
+  Describe(prepared, prepared.acceleration, prepared.plan.acceleration, profiles.size(),
+           fit.result.acceleration);
+  Describe(prepared, prepared.deceleration, prepared.plan.deceleration, profiles.size(),
+           fit.result.deceleration);
+  for (std::size_t i = 0; i < profiles.size(); ++i) {
+    if (fit.lines[i].used && fit.result.acceleration.sigma_s[i] == 0 &&
+        fit.result.deceleration.sigma_s[i] == 0) {
+      fit.lines[i].used = false;
+      fit.lines[i].reason = "does not follow the other lines";
+    }
+  }
+  CombinedTransitions combined = CombineTransitions(prepared.acceleration, prepared.deceleration,
+                                                    prepared.slope_has_scale, options);
+  fit.result.acceleration.pressure_advance = combined.acceleration;
+  fit.result.deceleration.pressure_advance = combined.deceleration;
+  fit.result.pressure_advance = combined.both;
+  fit.notices = std::move(combined.notices);
+  return fit;
+}
+
+}  // namespace trammel::pressure_advance

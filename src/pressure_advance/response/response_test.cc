@@ -1,0 +1,324 @@
+#include "pressure_advance/response/response.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "base/random.h"
+#include "base/statistics.h"
+#include "support/lag_line.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+using testing::LagLaw;
+using testing::LagLine;
+using testing::PrintLagLine;
+
+struct World {
+  LagLine line;
+  LagLaw law;
+  double lag_scatter = 0;   // of single lines, relative
+  double flow_scatter = 0;  // of single lines, relative
+  double noise = 0;         // of single readings, relative
+  std::vector<double> pa;
+};
+
+std::vector<double> Range(double lo, double hi, int count) {
+  std::vector<double> values(count);
+  for (int i = 0; i < count; ++i) values[i] = lo + (hi - lo) * i / (count - 1);
+  return values;
+}
+
+LineMotion MotionOf(const LagLine& line) {
+  LineMotion motion;
+  motion.segments = {{line.slow_before, line.slow_mm_s},
+                     {1 - line.slow_before - line.slow_after, line.fast_mm_s},
+                     {line.slow_after, line.slow_mm_s}};
+  motion.length_mm = line.length_mm;
+  motion.acceleration_mm_s2 = line.acceleration_mm_s2;
+  return motion;
+}
+
+// Printed lines as a laser would see them: the first and last 4 mm skipped, one reading every 0.2
+// mm.
+std::vector<LineProfile> Measure(const World& world, Random& random) {
+  std::vector<LineProfile> profiles;
+  for (const double pa : world.pa) {
+    LagLaw law = world.law;
+    const double lag = 1 + world.lag_scatter * random.Normal();
+    law.linear_s *= lag;
+    law.power *= lag;
+    const double flow = 0.11 * (1 + world.flow_scatter * random.Normal());
+    const std::vector<double> area = PrintLagLine(world.line, law, pa);
+    LineProfile profile;
+    profile.pressure_advance_s = pa;
+    for (std::size_t i = 0; i < area.size(); ++i) {
+      const double position = world.line.step_mm * static_cast<double>(i);
+      if (position < 4 || position > world.line.length_mm - 4) continue;
+      ProfileSample sample;
+      sample.position = position;
+      const double sigma = 0.11 * std::max(world.noise, 1e-6);
+      sample.area = {flow * area[i] + sigma * random.Normal(), sigma};
+      profile.samples.push_back(sample);
+    }
+    profiles.push_back(profile);
+  }
+  return profiles;
+}
+
+World PaperWorld(double lag_s) {
+  World world;
+  world.law.linear_s = lag_s;
+  world.pa = Range(0, 0.06, 10);
+  return world;
+}
+
+// Positions as fractions and widths instead of areas: what a photo gives.
+std::vector<LineProfile> AsPhoto(std::vector<LineProfile> profiles, double length_mm) {
+  for (LineProfile& profile : profiles) {
+    profile.position_unit = PositionUnit::kLineLength;
+    profile.cross_section_unit = CrossSectionUnit::kPixel;
+    for (ProfileSample& sample : profile.samples) {
+      sample.position /= length_mm;
+      sample.width = {sample.area.value * 200 + 3, sample.area.sigma * 200};
+      sample.area = {};
+    }
+  }
+  return profiles;
+}
+
+TEST(Response, FindsALinearLagWithin400MicrosecondsOnNoiseFreeLines) {
+  // The smoothing of the firmware and the finite windows are all that is left at the acceleration;
+  // at the deceleration gaps bend the response within one step of the tested values.
+  constexpr double kAcceleration_s = 0.00015;
+  constexpr double kBound_s = 0.0004;
+  for (const double lag_s : {0.017, 0.0302, 0.0441}) {
+    Random random(1);
+    const World world = PaperWorld(lag_s);
+    const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line));
+    ASSERT_TRUE(fit.result.pressure_advance.good()) << fit.result.pressure_advance.reason();
+    EXPECT_NEAR(fit.result.pressure_advance.quantity().value, lag_s, kBound_s);
+    EXPECT_NEAR(fit.result.acceleration.pressure_advance.quantity().value, lag_s, kAcceleration_s);
+  }
+}
+
+TEST(Response, FindsTheSecantOfOtherLagLawsWithin1Millisecond) {
+  for (const double exponent : {0.3, 0.5, 0.8}) {
+    for (const bool lost : {false, true}) {
+      World world = PaperWorld(0.005);
+      world.law.exponent = exponent;
+      world.law.power = 0.03 * 145 / (std::pow(150, exponent) - std::pow(5, exponent));
+      world.line.negative_flow_is_lost = lost;
+      Random random(2);
+      const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line));
+      ASSERT_TRUE(fit.result.pressure_advance.good()) << fit.result.pressure_advance.reason();
+      EXPECT_NEAR(fit.result.pressure_advance.quantity().value, world.law.Secant(5, 150), 0.001)
+          << "exponent " << exponent << ", lost " << lost;
+    }
+  }
+}
+
+TEST(Response, HoldsTheSlowTailOfAShearThinningDeceleration) {
+  // Under shear thinning the surplus behind a deceleration drains several times slower than it
+  // built up: what a window cuts off is missing from the deceleration's answer alone.
+  constexpr double kBound_s = 0.0015;
+  World world = PaperWorld(0);
+  world.law.exponent = 0.3;
+  world.law.power = 0.04 * 145 / (std::pow(150, 0.3) - std::pow(5, 0.3));
+  const auto error_s = [&world](const ResponseOptions& options) {
+    Random random(4);
+    const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line), options);
+    const Measured& answer = fit.result.deceleration.pressure_advance;
+    return answer.good() ? answer.quantity().value - 0.04 : std::nan("");
+  };
+  ResponseOptions short_window;
+  short_window.transitions.after = 0.06;
+  EXPECT_LT(std::abs(error_s({})), kBound_s);
+  EXPECT_GT(std::abs(error_s(short_window)), 1.5 * kBound_s);
+}
+
+TEST(Response, AGapThatIsNotRefilledMovesTheDecelerationByLessThan1Millisecond) {
+  World world = PaperWorld(0.0333);
+  world.line.negative_flow_is_lost = true;
+  Random random(3);
+  const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line));
+  ASSERT_TRUE(fit.result.deceleration.pressure_advance.good());
+  EXPECT_NEAR(fit.result.deceleration.pressure_advance.quantity().value, 0.0333, 0.001);
+}
+
+TEST(Response, CoversTheTruthUnderScatterAndNoise) {
+  // 300 worlds: a 95 % interval must hold the truth in at least 91 % (3.2 standard errors below 95
+  // %).
+  constexpr int kWorlds = 300;
+  int good = 0, covered = 0, close = 0;
+  std::vector<double> pull;
+  for (int seed = 0; seed < kWorlds; ++seed) {
+    Random random(500 + seed);
+    World world = PaperWorld(random.Uniform(0.015, 0.045));
+    world.lag_scatter = 0.05;
+    world.flow_scatter = 0.02;
+    world.noise = 0.04;
+    world.line.negative_flow_is_lost = seed % 2 == 0;
+    world.line.flow_loss_when_fast = 0.01 * random.Uniform();
+    const ResponseFit fit = FitResponse(Measure(world, random), MotionOf(world.line));
+    if (!fit.result.pressure_advance.good()) continue;
+    ++good;
+    const Quantity& q = fit.result.pressure_advance.quantity();
+    covered += q.interval95.lo <= world.law.linear_s && world.law.linear_s <= q.interval95.hi;
+    close += std::abs(q.value - world.law.linear_s) <= 0.002;
+    pull.push_back((q.value - world.law.linear_s) / q.standard_uncertainty);
+  }
+  EXPECT_GE(good, 0.98 * kWorlds);
+  EXPECT_GE(covered, 0.91 * good);
+  EXPECT_GE(close, 0.95 * good);
+  EXPECT_GT(StandardDeviation(pull), 0.6) << "the stated uncertainty is far too large";
+  RecordProperty("good", good);
+  RecordProperty("covered", covered);
+  RecordProperty("close", close);
+}
+
+TEST(Response, OneBadLineMovesTheAnswerByLessThan1Millisecond) {
+  Random random(7);
+  World world = PaperWorld(0.031);
+  world.lag_scatter = 0.02;
+  const std::vector<LineProfile> clean = Measure(world, random);
+  const double answer =
+      FitResponse(clean, MotionOf(world.line)).result.pressure_advance.quantity().value;
+  for (std::size_t bad = 0; bad < clean.size(); ++bad) {
+    std::vector<LineProfile> profiles = clean;
+    for (ProfileSample& sample : profiles[bad].samples) {
+      if (sample.position > 10 && sample.position < 14) sample.area.value *= 3;  // a blob
+    }
+    const ResponseFit fit = FitResponse(profiles, MotionOf(world.line));
+    ASSERT_TRUE(fit.result.pressure_advance.good()) << fit.result.pressure_advance.reason();
+    EXPECT_NEAR(fit.result.pressure_advance.quantity().value, answer, 0.001) << "line " << bad;
+  }
+}
+
+TEST(Response, PoisonInUnseenSamplesChangesNothing) {
+  Random random(8);
+  const World world = PaperWorld(0.031);
+  std::vector<LineProfile> profiles = Measure(world, random);
+  for (LineProfile& profile : profiles) profile.samples[40].area.sigma = 0;
+  const double answer =
+      FitResponse(profiles, MotionOf(world.line)).result.pressure_advance.quantity().value;
+  for (LineProfile& profile : profiles) profile.samples[40].area.value = 1e30;
+  EXPECT_EQ(FitResponse(profiles, MotionOf(world.line)).result.pressure_advance.quantity().value,
+            answer);
+}
+
+TEST(Response, FollowsTheLabels) {
+  Random random(9);
+  World world = PaperWorld(0.031);
+  world.lag_scatter = 0.05;
+  const std::vector<LineProfile> photo = AsPhoto(Measure(world, random), world.line.length_mm);
+  LineMotion motion = MotionOf(world.line);
+  motion.length_mm.reset();
+  motion.acceleration_mm_s2.reset();
+  const Quantity plain = FitResponse(photo, motion).result.pressure_advance.quantity();
+  EXPECT_NEAR(plain.value, 0.031, 0.0025);
+  std::vector<LineProfile> moved = photo;
+  for (LineProfile& profile : moved) {
+    profile.pressure_advance_s = 2 * profile.pressure_advance_s + 0.01;
+  }
+  const Quantity other = FitResponse(moved, motion).result.pressure_advance.quantity();
+  EXPECT_NEAR(other.value, 2 * plain.value + 0.01, 1e-6);
+  EXPECT_NEAR(other.standard_uncertainty, 2 * plain.standard_uncertainty,
+              0.1 * other.standard_uncertainty);
+}
+
+TEST(Response, SaysWhyItCannotTell) {
+  Random random(10);
+  const World world = PaperWorld(0.031);
+  const LineMotion motion = MotionOf(world.line);
+
+  World low = world;
+  low.pa = Range(0, 0.02, 10);
+  const Measured outside = FitResponse(Measure(low, random), motion).result.pressure_advance;
+  EXPECT_EQ(outside.verdict(), Verdict::kCannotTell);
+  EXPECT_NE(outside.reason().find("above the tested range"), std::string::npos) << outside.reason();
+
+  std::vector<LineProfile> reversed = Measure(world, random);
+  for (std::size_t i = 0; i < reversed.size(); ++i)
+    reversed[i].pressure_advance_s = world.pa[9 - i];
+  const Measured wrong = FitResponse(reversed, motion).result.pressure_advance;
+  EXPECT_EQ(wrong.verdict(), Verdict::kCannotTell);
+  EXPECT_NE(wrong.reason().find("wrong way round"), std::string::npos) << wrong.reason();
+
+  World same = world;
+  same.noise = 0.05;
+  same.pa.assign(10, 0.031);
+  std::vector<LineProfile> flat = Measure(same, random);
+  for (std::size_t i = 0; i < flat.size(); ++i) flat[i].pressure_advance_s = world.pa[i];
+  const Measured deaf = FitResponse(flat, motion).result.pressure_advance;
+  EXPECT_EQ(deaf.verdict(), Verdict::kCannotTell);
+  EXPECT_NE(deaf.reason().find("do not answer"), std::string::npos) << deaf.reason();
+
+  std::vector<LineProfile> shuffled = Measure(world, random);
+  const std::vector<int> order = {4, 9, 1, 7, 0, 3, 8, 2, 6, 5};
+  for (std::size_t i = 0; i < 10; ++i) shuffled[i].pressure_advance_s = world.pa[order[i]];
+  EXPECT_EQ(FitResponse(shuffled, motion).result.pressure_advance.verdict(), Verdict::kCannotTell);
+}
+
+TEST(Response, OneTransitionTheWrongWayRoundContradictsTheOther) {
+  Random random(14);
+  const World world = PaperWorld(0.031);
+  std::vector<LineProfile> profiles = Measure(world, random);
+  for (LineProfile& profile : profiles) {
+    for (ProfileSample& sample : profile.samples) {
+      if (sample.position > 19 && sample.position < 24) {
+        sample.area.value = std::max(0.0, 0.22 - sample.area.value);  // surplus becomes lack
+      }
+    }
+  }
+  const Measured measured = FitResponse(profiles, MotionOf(world.line)).result.pressure_advance;
+  EXPECT_EQ(measured.verdict(), Verdict::kCannotTell);
+  EXPECT_NE(measured.reason().find("wrong way round"), std::string::npos) << measured.reason();
+}
+
+TEST(Response, RefusesASpeedThatTheLinesCannotReach) {
+  Random random(12);
+  const World world = PaperWorld(0.031);
+  LineMotion motion = MotionOf(world.line);
+  motion.acceleration_mm_s2 = 500;  // 150 mm/s then takes 22.5 mm each way; the fast segment has 15
+  const Measured slow = FitResponse(Measure(world, random), motion).result.pressure_advance;
+  EXPECT_EQ(slow.verdict(), Verdict::kRefused);
+  EXPECT_NE(slow.reason().find("too short"), std::string::npos) << slow.reason();
+}
+
+TEST(Response, SaysWhichStretchesAScanDidNotCover) {
+  Random random(13);
+  const World world = PaperWorld(0.031);
+  std::vector<LineProfile> profiles = Measure(world, random);
+  for (LineProfile& profile : profiles) {
+    std::erase_if(profile.samples, [](const ProfileSample& sample) {
+      return sample.position < 8 || sample.position > 22;
+    });
+  }
+  const Measured measured = FitResponse(profiles, MotionOf(world.line)).result.pressure_advance;
+  EXPECT_EQ(measured.verdict(), Verdict::kRefused);
+  EXPECT_NE(measured.reason().find("scan more of the line"), std::string::npos)
+      << measured.reason();
+}
+
+TEST(Response, RefusesTooFewLinesAndOtherSegments) {
+  Random random(11);
+  World world = PaperWorld(0.031);
+  world.pa = {0, 0.06};
+  const Measured two =
+      FitResponse(Measure(world, random), MotionOf(world.line)).result.pressure_advance;
+  EXPECT_EQ(two.verdict(), Verdict::kRefused);
+  EXPECT_NE(two.reason().find("at least 4"), std::string::npos) << two.reason();
+  world.pa = Range(0, 0.06, 10);
+  LineMotion motion = MotionOf(world.line);
+  motion.segments = {{0.5, 100}, {0.5, 5}};
+  EXPECT_EQ(FitResponse(Measure(world, random), motion).result.pressure_advance.verdict(),
+            Verdict::kRefused);
+  EXPECT_EQ(FitResponse({}, motion).result.pressure_advance.verdict(), Verdict::kRefused);
+}
+
+}  // namespace
+}  // namespace trammel::pressure_advance

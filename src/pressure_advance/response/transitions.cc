@@ -1,0 +1,99 @@
+#include "pressure_advance/response/transitions.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "base/check.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+std::string Describe(const LineMotion& motion) {
+  std::vector<std::string> parts;
+  for (const Segment& segment : motion.segments) {
+    parts.push_back(fmt::format("{}:{}", segment.fraction, segment.speed_mm_s));
+  }
+  return fmt::format("{}", fmt::join(parts, ","));
+}
+
+// Whether the fast segment is long enough for the acceleration's lag to pass and leave a steady
+// middle.
+bool HasSteadyMiddle(const LineMotion& motion, double longest_lag_s,
+                     const TransitionOptions& options) {
+  if (!motion.length_mm) return true;
+  const Segment& fast = motion.segments[1];
+  const double slow_mm_s = motion.segments[0].speed_mm_s;
+  const double ramp_mm = motion.acceleration_mm_s2
+                             ? (fast.speed_mm_s * fast.speed_mm_s - slow_mm_s * slow_mm_s) /
+                                   (2 * *motion.acceleration_mm_s2)
+                             : 0;
+  const double middle_mm = options.plateau_begin * fast.fraction * *motion.length_mm;
+  return middle_mm >= ramp_mm + 4 * longest_lag_s * fast.speed_mm_s;
+}
+
+}  // namespace
+
+Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit unit,
+                                       double longest_lag_s, const TransitionOptions& options) {
+  const std::vector<Segment>& segments = motion.segments;
+  if (segments.size() != 3 || segments[1].speed_mm_s <= segments[0].speed_mm_s ||
+      segments[1].speed_mm_s <= segments[2].speed_mm_s) {
+    return Fail(
+        fmt::format("segments {}: the response needs a slow, a fast and a slow one, for example "
+                    "0.25:5,0.5:150,0.25:5",
+                    Describe(motion)));
+  }
+  if (motion.length_mm && motion.acceleration_mm_s2) {
+    const auto ramp_mm = [&](double slow_mm_s) {
+      const double fast_mm_s = segments[1].speed_mm_s;
+      return (fast_mm_s * fast_mm_s - slow_mm_s * slow_mm_s) / (2 * *motion.acceleration_mm_s2);
+    };
+    const double needed_mm = ramp_mm(segments[0].speed_mm_s) + ramp_mm(segments[2].speed_mm_s);
+    const double fast_mm = segments[1].fraction * *motion.length_mm;
+    if (needed_mm > fast_mm) {
+      return Fail(
+          fmt::format("the fast segment of {:.3g} mm is too short: speeding up to {:.4g} mm/s and "
+                      "slowing down at "
+                      "{:.4g} mm/s^2 takes {:.3g} mm; print longer lines or a lower fast speed",
+                      fast_mm, segments[1].speed_mm_s, *motion.acceleration_mm_s2, needed_mm));
+    }
+  }
+  TRAMMEL_CHECK(unit == PositionUnit::kLineLength || motion.length_mm.has_value(),
+                "positions in mm need the line's length");
+  const double length = unit == PositionUnit::kLineLength ? 1.0 : *motion.length_mm;
+  const double rise = segments[0].fraction * length;
+  const double fall = rise + segments[1].fraction * length;
+  const double slow_after = length - fall;
+
+  const double before = std::min(options.before * length, rise / 4);
+  double after = options.after * length;
+  if (motion.length_mm) {
+    const double lag_mm = 4 * longest_lag_s * segments[2].speed_mm_s;
+    after = std::max(after, lag_mm * length / *motion.length_mm);
+  }
+  after = std::min(after, 0.6 * slow_after);
+  const double margin = options.end_margin * length;
+  const double fast = fall - rise;
+  const bool middle = HasSteadyMiddle(motion, longest_lag_s, options);
+  const double first_end = rise + (middle ? options.plateau_begin : options.split) * fast;
+  const double second_begin = rise + (middle ? options.plateau_end : options.split) * fast;
+
+  TransitionPlan plan;
+  plan.steady_middle = middle;
+  plan.acceleration = {{rise - before, first_end},
+                       rise,
+                       segments[1].speed_mm_s - segments[0].speed_mm_s,
+                       first_end - rise};
+  plan.deceleration = {{second_begin, fall + after},
+                       fall,
+                       segments[2].speed_mm_s - segments[1].speed_mm_s,
+                       fall - second_begin};
+  const Interval last{fall + after, length - margin};
+  plan.reference = {middle ? Interval{first_end, second_begin} : Interval{margin, rise - before},
+                    last};
+  return plan;
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,116 @@
+#include "pressure_advance/timing/sweep_positions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+
+#include "base/check.h"
+#include "base/statistics.h"
+
+namespace trammel::pressure_advance {
+namespace {
+
+/// Mean absolute difference of two frames, grey levels.
+double Difference(const Frame& a, const Frame& b) {
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < a.bgr.size(); ++i) {
+    sum += static_cast<std::uint64_t>(std::abs(int{a.bgr[i]} - int{b.bgr[i]}));
+  }
+  return static_cast<double>(sum) / static_cast<double>(std::max<std::size_t>(1, a.bgr.size()));
+}
+
+/// How many leading pairs are still: the longest run whose largest difference is below half of what
+/// nine in ten of the pairs after it have. Never more than half of the sweep.
+std::size_t StillRun(std::span<const double> differences) {
+  std::size_t still = 0;
+  double largest = 0;
+  for (std::size_t run = 1; run <= differences.size() / 2; ++run) {
+    largest = std::max(largest, differences[run - 1]);
+    if (largest < 0.5 * Quantile(differences.subspan(run), 0.1)) {
+      still = run;
+    }
+  }
+  return still;
+}
+
+double OnLine(const std::vector<double>& positions, double length_mm) {
+  const auto on = std::count_if(positions.begin(), positions.end(),
+                                [&](double p) { return p >= -1e-9 && p <= length_mm + 1e-9; });
+  return static_cast<double>(on);
+}
+
+}  // namespace
+
+StillFrames FindStillFrames(std::span<const Frame> frames, std::span<const std::size_t> order) {
+  StillFrames still;
+  if (order.size() < 2) {
+    return still;
+  }
+  std::vector<double> differences;
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    differences.push_back(Difference(frames[order[i - 1]], frames[order[i]]));
+  }
+  still.all = *std::max_element(differences.begin(), differences.end()) == 0;
+  if (still.all) {
+    return still;
+  }
+  still.first = StillRun(differences);
+  std::vector<double> backwards(differences.rbegin(), differences.rend());
+  backwards.resize(backwards.size() - still.first);
+  still.last = StillRun(backwards);
+  // With the tail's still pairs out of the way the head may show more clearly.
+  differences.resize(differences.size() - still.last);
+  still.first = std::max(still.first, StillRun(differences));
+  return still;
+}
+
+std::vector<std::size_t> PlacedFrames(const ScanLine& line, std::size_t frame_count) {
+  const auto& positions = line.frame_positions_mm;
+  TRAMMEL_CHECK(positions.empty() || positions.size() == frame_count, "{} positions for {} frames",
+                positions.size(), frame_count);
+  std::vector<std::size_t> placed;
+  for (std::size_t i = 0; i < frame_count; ++i) {
+    if (positions.empty() || positions[i]) {
+      placed.push_back(i);
+    }
+  }
+  return placed;
+}
+
+bool SweepsBackwards(const ScanLine& line) {
+  if (const auto& positions = line.frame_positions_mm; !positions.empty()) {
+    const std::vector<std::size_t> placed = PlacedFrames(line, positions.size());
+    return !placed.empty() && *positions[placed.back()] < *positions[placed.front()];
+  }
+  const AxisDirection print = line.print_direction.value_or(AxisDirection::kPlusX);
+  return line.sweep_direction.value_or(print) != print;
+}
+
+std::vector<double> SweepPositions(const Scan& scan, const ScanLine& line, std::size_t frame_count,
+                                   std::size_t begin) {
+  TRAMMEL_CHECK(line.frame_times_s.empty() || line.frame_times_s.size() == frame_count,
+                "{} times for {} frames", line.frame_times_s.size(), frame_count);
+  TRAMMEL_CHECK(begin < frame_count, "begin = {}, {} frames", begin, frame_count);
+  const double sign = SweepsBackwards(line) ? -1 : 1;
+  const auto positions = [&](double start_mm) {
+    std::vector<double> result;
+    for (std::size_t i = 0; i < frame_count; ++i) {
+      const double elapsed_s =
+          line.frame_times_s.empty()
+              ? (static_cast<double>(i) - static_cast<double>(begin)) / scan.frames_per_s
+              : line.frame_times_s[i] - line.frame_times_s[begin];
+      result.push_back(start_mm + sign * scan.scan_speed_mm_s * elapsed_s);
+    }
+    return result;
+  };
+  std::vector<double> from_start = positions(scan.line_start_mm);
+  if (sign > 0) {
+    return from_start;
+  }
+  const double length_mm = scan.motion.length_mm.value_or(0);
+  std::vector<double> from_end = positions(length_mm - scan.line_start_mm);
+  return OnLine(from_end, length_mm) > OnLine(from_start, length_mm) ? from_end : from_start;
+}
+
+}  // namespace trammel::pressure_advance

@@ -1,0 +1,293 @@
+#include "session/dead_run.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "files/file_lock.h"
+#include "machine/moonraker/moonraker_address.h"
+
+namespace trammel::procedure {
+namespace {
+
+namespace fs = std::filesystem;
+using files::RunJournal;
+
+constexpr double kScript_s = 60;
+constexpr double kAsk_s = 10;
+
+struct DeadRun {
+  fs::path path;
+  RunJournal journal;
+};
+
+Result<void> Remove(const fs::path& path) {
+  std::error_code error;
+  fs::remove(path, error);
+  if (!error) return {};
+  return Fail(fmt::format("{}: cannot be removed: {}", path.string(), error.message()));
+}
+
+// The run's part of what OwnerAtPrinter says.
+std::string RunOf(const std::string& owner) { return owner.substr(owner.rfind('.') + 1); }
+
+Result<void> RunAll(const Session& session, const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) {
+    if (line.empty()) continue;
+    if (auto done = session.printer.Run(line, session.Within(kScript_s)); !done) return done;
+  }
+  return {};
+}
+
+Result<void> HeatersOff(const Session& session, const std::string& why) {
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  const std::string on = HeatersOn(*state);
+  if (on.empty()) return {};
+  std::vector<std::string> lines;
+  for (const auto& [name, heater] : state->heaters) {
+    if (heater.target_c > 0) lines.push_back(TargetLine(name, 0));
+  }
+  auto off = RunAll(session, lines);
+  if (off) session.Say(fmt::format("switched off what {} left on: {}", why, on));
+  return off;
+}
+
+// @returns whether the run's session of Klipper still lasts.
+Result<bool> BringBack(const Session& session, const settings::ScanSettings& settings,
+                       const RunJournal& journal) {
+  const std::string restore =
+      fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", GcodeStateName(journal.run));
+  const auto restored = session.printer.Run(restore, session.Within(kScript_s));
+  if (!restored && SaysUnknownState(restored.error().message, journal.run)) return false;
+  if (!restored) return tl::unexpected(restored.error());
+  std::vector<std::string> lines = {settings.laser_off_gcode, settings.lights_on_gcode};
+  for (std::string& line : SettingLines(journal)) lines.push_back(std::move(line));
+  if (auto done = RunAll(session, lines); !done) return tl::unexpected(done.error());
+  session.Say(fmt::format("the run of {} died here: brought back {}", journal.started,
+                          DescribeSettings(journal)));
+  if (auto off = HeatersOff(session, "it"); !off) return tl::unexpected(off.error());
+  return true;
+}
+
+Result<void> Finish(const Session& session, const settings::ScanSettings& settings,
+                    const DeadRun& dead, const std::string& owner) {
+  const RunJournal& journal = dead.journal;
+  const auto brought = BringBack(session, settings, journal);
+  if (!brought) {
+    return Fail(fmt::format("what the run of {}, which died, left on the printer could not be "
+                            "brought back: {}",
+                            journal.started, brought.error().message),
+                brought.error().kind);
+  }
+  if (!*brought) {
+    session.Say(fmt::format("the run of {} died here, and nothing of it is left on the printer",
+                            journal.started));
+  }
+  // A print that had ended by itself leaves its file; there may be none.
+  if (!journal.upload.empty()) {
+    (void)session.printer.DeleteFile(journal.upload, session.Within(kAsk_s));
+  }
+  if (!owner.empty() && RunOf(owner) == journal.run) {
+    const std::string release = fmt::format("{} OWNER={}", kRelease, owner);
+    auto released = session.printer.Run(release, session.Within(kScript_s));
+    if (!released) return released;
+  }
+  return Remove(dead.path);
+}
+
+// A journal that says nothing may stand for anything: in doubt the heaters go off.
+Result<void> GiveUp(const Session& session, const fs::path& path, const Error& error) {
+  session.Say(
+      fmt::format("a run died here, and what has to come back cannot be read: look whether "
+                  "pressure advance and limits are right ({})",
+                  error.message));
+  if (auto off = HeatersOff(session, "it or somebody else"); !off) return off;
+  return Remove(path);
+}
+
+// Of other ways to write this printer's address: known by the run that the printer names.
+std::optional<DeadRun> RunNamed(const fs::path& state_folder, const std::string& run) {
+  for (auto& [path, journal] : files::ReadAllJournals(state_folder)) {
+    if (journal.run == run) return DeadRun{path, std::move(journal)};
+  }
+  return {};
+}
+
+Error Taken(const std::string& owner) {
+  return {
+      ErrorKind::kMachine,
+      fmt::format("another trammel has this printer: {} (computer.run); wait for its end. Where "
+                  "it is dead, look to laser and heaters, then call {} in the printer's "
+                  "console; its limit ends by itself, too",
+                  owner, kRelease)};
+}
+
+}  // namespace
+
+std::string PlainAddress(const std::string& address) {
+  auto parsed = machine::ParseMoonrakerAddress(address);
+  if (!parsed) return address;
+  if (parsed->host == "127.0.0.1" || parsed->host == "::1") parsed->host = "localhost";
+  return parsed->WebSocketUrl();
+}
+
+std::string GcodeStateName(const std::string& run) { return "trammel_" + run; }
+
+bool SaysUnknownState(const std::string& message, const std::string& run) {
+  return message.find("Unknown g-code state: " + GcodeStateName(run)) != std::string::npos;
+}
+
+RunJournal JournalOf(const machine::PrinterState& state) {
+  RunJournal journal;
+  const machine::VelocityLimits& limits = state.limits;
+  if (limits.max_velocity_mm_s > 0) {
+    journal.max_velocity_mm_s = limits.max_velocity_mm_s;
+    journal.max_accel_mm_s2 = limits.max_accel_mm_s2;
+    journal.square_corner_velocity_mm_s = limits.square_corner_velocity_mm_s;
+    journal.minimum_cruise_ratio = limits.minimum_cruise_ratio;
+  }
+  journal.pressure_advance_s = state.pressure_advance_s;
+  if (state.pressure_advance_s) journal.smooth_time_s = state.smooth_time_s;
+  for (const auto& [name, heater] : state.heaters) journal.targets_c[name] = heater.target_c;
+  return journal;
+}
+
+std::vector<std::string> SettingLines(const RunJournal& before) {
+  std::vector<std::string> lines;
+  const auto add =
+      [&lines](const char* command,
+               std::initializer_list<std::pair<const char*, std::optional<double>>> parameters) {
+        std::string line = command;
+        for (const auto& [key, value] : parameters) {
+          if (value) line += fmt::format(" {}={}", key, *value);
+        }
+        if (line != command) lines.push_back(std::move(line));
+      };
+  add("SET_VELOCITY_LIMIT", {{"VELOCITY", before.max_velocity_mm_s},
+                             {"ACCEL", before.max_accel_mm_s2},
+                             {"SQUARE_CORNER_VELOCITY", before.square_corner_velocity_mm_s},
+                             {"MINIMUM_CRUISE_RATIO", before.minimum_cruise_ratio}});
+  add("SET_PRESSURE_ADVANCE",
+      {{"ADVANCE", before.pressure_advance_s}, {"SMOOTH_TIME", before.smooth_time_s}});
+  return lines;
+}
+
+std::string DescribeSettings(const RunJournal& before) {
+  std::string text;
+  if (before.pressure_advance_s) {
+    text += fmt::format("pressure advance {:.4g} s", *before.pressure_advance_s);
+  }
+  if (before.max_velocity_mm_s && before.max_accel_mm_s2) {
+    text += fmt::format("{}limits {:.4g} mm/s and {:.4g} mm/s2", text.empty() ? "" : ", ",
+                        *before.max_velocity_mm_s, *before.max_accel_mm_s2);
+  }
+  return text.empty() ? "its G-code state" : text;
+}
+
+std::string TargetLine(const std::string& heater, double target_c) {
+  return fmt::format("SET_HEATER_TEMPERATURE HEATER={} TARGET={}",
+                     heater.substr(heater.rfind(' ') + 1), target_c);
+}
+
+std::string HeatersOn(const machine::PrinterState& state) {
+  std::string text;
+  for (const auto& [name, heater] : state.heaters) {
+    if (heater.target_c > 0) {
+      text += fmt::format("{}{} {:.0f} degC", text.empty() ? "" : ", ", name, heater.target_c);
+    }
+  }
+  return text;
+}
+
+Result<std::string> OwnerAtPrinter(const Session& session) {
+  constexpr std::size_t kMost = 200;
+  const auto status =
+      session.printer.Query({{"gcode_macro _TRAMMEL_RUN", {"owner"}}}, session.Within(kAsk_s));
+  if (!status) return tl::unexpected(status.error());
+  const auto macro = status->find("gcode_macro _TRAMMEL_RUN");
+  if (macro == status->end() || !macro->is_object()) return std::string();
+  const auto owner = macro->find("owner");
+  if (owner == macro->end() || !owner->is_string()) return std::string();
+  std::string text = owner->get<std::string>().substr(0, kMost);
+  // It goes back to the printer, and to the terminal.
+  std::erase_if(text, [](char c) { return c <= ' ' || c > '~' || c == ';' || c == '#'; });
+  return text;
+}
+
+Result<void> FinishDeadRuns(const Session& session, const settings::ScanSettings& settings,
+                            const fs::path& state_folder, const std::string& address) {
+  const auto owner = OwnerAtPrinter(session);
+  if (!owner) return tl::unexpected(owner.error());
+  const fs::path path = files::JournalPath(state_folder, address);
+  const auto journal = files::ReadJournal(path);
+  const bool ours = journal && *journal && RunOf(*owner) == (*journal)->run;
+  // The printer's owner first: while another run has it, nothing of an older one is brought back.
+  if (!owner->empty() && !ours) {
+    const auto other = RunNamed(state_folder, RunOf(*owner));
+    if (!other || other->path == path) return tl::unexpected(Taken(*owner));
+    const auto lock = files::FileLock::Take(files::LockPath(state_folder, other->journal.address),
+                                            "a look whether it is alive");
+    if (!lock) return tl::unexpected(Taken(*owner));
+    if (auto done = Finish(session, settings, *other, *owner); !done) return done;
+  }
+  if (!journal) return GiveUp(session, path, journal.error());
+  if (!*journal) return {};
+  return Finish(session, settings, {path, **journal}, *owner);
+}
+
+void FinishDeadRunsWhereFree(const Session& session, const settings::ScanSettings& settings,
+                             const fs::path& state_folder) {
+  const std::string address = PlainAddress(settings.address);
+  const fs::path path = files::JournalPath(state_folder, address);
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return;
+  const auto lock = files::FileLock::Take(files::LockPath(state_folder, address), "a start");
+  if (!lock || !CheckStillFree(session)) return;
+  const auto finished = FinishDeadRuns(session, settings, state_folder, address);
+  if (!finished) session.Say(finished.error().message);
+}
+
+Result<void> EndDeadPrint(const Session& session, const fs::path& state_folder,
+                          const std::string& address, const ParkPlace& park) {
+  const std::string plain = PlainAddress(address);
+  const auto lock = files::FileLock::Take(files::LockPath(state_folder, plain), "a start");
+  const auto journal = files::ReadJournal(files::JournalPath(state_folder, plain));
+  if (!lock || !journal || !*journal || (*journal)->upload.empty()) return {};
+  const auto now = session.printer.State(session.Within(kAsk_s));
+  if (!now) return tl::unexpected(now.error());
+  Session dead = session;
+  dead.own_file = (*journal)->upload;
+  if (now->print_file != dead.own_file || OthersJob(*now, "").empty()) return {};
+  session.Say(fmt::format("the run of {} died here, and its print is still under way",
+                          (*journal)->started));
+  const EndedPrint ended = EndOwnPrint(dead, *now, park);
+  for (const std::string& left : ended.lost) session.Say(left);
+  if (ended.failed.empty()) return {};
+  return Fail(ended.failed.front(), ErrorKind::kMachine);
+}
+
+std::string DescribeDeadRun(const Session& session, const fs::path& state_folder,
+                            const std::string& address) {
+  const auto owner = OwnerAtPrinter(session);
+  const auto journal = files::ReadJournal(files::JournalPath(state_folder, address));
+  if (!journal || *journal) {
+    const auto lock = files::FileLock::Take(files::LockPath(state_folder, address), "doctor");
+    if (!lock) return "another trammel is at work with it: " + lock.error().message;
+  }
+  if (!journal)
+    return "a run died here, and its journal cannot be read: " + journal.error().message;
+  if (*journal) {
+    const auto state = session.printer.LastState();
+    const std::string on = HeatersOn(state);
+    return fmt::format("the run of {} died here: the next run brings back {}{}",
+                       (*journal)->started, DescribeSettings(**journal),
+                       on.empty() ? "" : " and switches off what is on: " + on);
+  }
+  return owner && !owner->empty() ? Taken(*owner).message : "";
+}
+
+}  // namespace trammel::procedure

@@ -1,0 +1,75 @@
+// What a run that died has left on a printer, and how it is brought back.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/moonraker/printer_state.h"
+#include "session/own_print.h"
+#include "session/run_journal.h"
+#include "session/session.h"
+#include "settings/scan_settings.h"
+
+namespace trammel::procedure {
+
+/// The address by which journal and lock of a printer are named: the same for all ways of writing
+/// it.
+[[nodiscard]] std::string PlainAddress(const std::string& address);
+
+/// The name of the G-code state that a run saves. Klipper forgets it with a restart, and with
+/// nothing else.
+[[nodiscard]] std::string GcodeStateName(const std::string& run);
+
+/// Whether Klipper's refusal to restore the run's G-code state says that it does not know it.
+[[nodiscard]] bool SaysUnknownState(const std::string& message, const std::string& run);
+
+/// How the printer is now, to be brought back later.
+[[nodiscard]] files::RunJournal JournalOf(const machine::PrinterState& state);
+
+/// The commands that set limits and pressure advance as they were.
+[[nodiscard]] std::vector<std::string> SettingLines(const files::RunJournal& before);
+
+/// "pressure advance 0.031 s, limits 300 mm/s and 5000 mm/s2": the same for people.
+[[nodiscard]] std::string DescribeSettings(const files::RunJournal& before);
+
+/// SET_HEATER_TEMPERATURE for a heater as the status names it.
+[[nodiscard]] std::string TargetLine(const std::string& heater, double target_c);
+
+/// "extruder 205 degC, heater_bed 60 degC": the heaters that are on.
+[[nodiscard]] std::string HeatersOn(const machine::PrinterState& state);
+
+/// The run by whose name the printer's own limit is armed (klipper/trammel.cfg); empty: none.
+[[nodiscard]] Result<std::string> OwnerAtPrinter(const Session& session);
+
+/// Ends what runs left that died with this printer, by their journals: laser off, lights on, G-code
+/// state, limits and pressure advance as before, heaters off, their limit released, their file
+/// deleted. Tells what it did. Nothing where there is none.
+/// REQUIRES an idle printer whose lock on this computer is held.
+/// Errors: kMachine where it could not be brought back, or where the printer belongs to a run that
+/// may be alive; kInput where a journal cannot be removed.
+[[nodiscard]] Result<void> FinishDeadRuns(const Session& session,
+                                          const settings::ScanSettings& settings,
+                                          const std::filesystem::path& state_folder,
+                                          const std::string& address);
+
+/// The same at a program's start: takes the lock itself, and leaves a printer alone that is not
+/// ready, not idle, or another trammel's. Failures are told.
+void FinishDeadRunsWhereFree(const Session& session, const settings::ScanSettings& settings,
+                             const std::filesystem::path& state_folder);
+
+/// Cancels the print of a run that died with this printer, where it is still under way, and lifts
+/// and parks its nozzle: known by the name of its file, which no other run has, while nobody holds
+/// the printer's lock. To be called where another print is about to be made; FinishDeadRuns brings
+/// back the rest. Tells what it did. Errors: kMachine where the print could not be ended.
+[[nodiscard]] Result<void> EndDeadPrint(const Session& session,
+                                        const std::filesystem::path& state_folder,
+                                        const std::string& address, const ParkPlace& park);
+
+/// What FinishDeadRuns would find, for people; empty where there is nothing. Changes nothing.
+[[nodiscard]] std::string DescribeDeadRun(const Session& session,
+                                          const std::filesystem::path& state_folder,
+                                          const std::string& address);
+
+}  // namespace trammel::procedure

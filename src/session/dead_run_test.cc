@@ -1,0 +1,138 @@
+#include "session/dead_run.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "session/guarded_printer_test_support.h"
+
+namespace trammel::procedure {
+namespace {
+
+using procedure::testing::GuardedPrinter;
+using procedure::testing::kMark;
+using procedure::testing::kNozzleOff;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class DeadRunTest : public GuardedPrinter {
+ protected:
+  // As if the process had ended here.
+  void Die() {
+    const auto path = files::JournalPath(folder_.path(), PlainAddress(address_));
+    {
+      PrinterStateGuard guard = Begun();
+      kept_ = test::ReadWhole(path);
+    }
+    test::WriteWhole(path, kept_);
+    printer_.scripts.clear();
+    said_.clear();
+  }
+
+ private:
+  std::string kept_;
+};
+
+TEST_F(DeadRunTest, WhatADeadRunLeftIsBroughtBackAndNotTakenForBefore) {
+  printer_.state.heaters["extruder"].target_c = 0;
+  printer_.state.heaters["heater_bed"].target_c = 0;
+  Die();
+  printer_.state.pressure_advance_s = 0.09;
+  printer_.state.heaters["extruder"].target_c = 190;
+  const auto guard = Take("run-2");
+  ASSERT_TRUE(guard);
+  EXPECT_EQ(printer_.scripts.front(), kMark);
+  EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
+  EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04"));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("ACCEL=5000")));
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(said_, Contains(HasSubstr("died here: brought back pressure advance 0.031 s")));
+  EXPECT_THAT(said_, Contains(HasSubstr("switched off what it left on: extruder 190 degC")));
+  EXPECT_THAT(printer_.deleted, Contains("trammel_run-1.gcode"));
+}
+
+TEST_F(DeadRunTest, OfADeadRunBeforeARestartNothingIsBroughtBack) {
+  Die();
+  printer_.refused[kMark] = "!! Unknown g-code state: trammel_run-1";
+  const auto guard = Take("run-2");
+  ASSERT_TRUE(guard);
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_PRESSURE_ADVANCE"))));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_HEATER"))));
+  EXPECT_THAT(said_, Contains(HasSubstr("nothing of it is left")));
+}
+
+TEST_F(DeadRunTest, AnotherPrintersJournalIsLeftAlone) {
+  Die();
+  const auto guard =
+      PrinterStateGuard::Take(session_, settings_, {"run-2", "now", "other.local", folder_.path()});
+  ASSERT_TRUE(guard);
+  EXPECT_THAT(printer_.scripts, Not(Contains(kMark)));
+  EXPECT_EQ(Journals(), 2U);
+}
+
+TEST_F(DeadRunTest, ADeadRunIsKnownByThePrintersOwnWordUnderAnotherAddress) {
+  Die();
+  printer_.told = {{"gcode_macro _TRAMMEL_RUN", {{"owner", session_.owner}}}};
+  const auto guard =
+      PrinterStateGuard::Take(session_, settings_, {"run-2", "now", "192.168.1.7", folder_.path()});
+  ASSERT_TRUE(guard);
+  EXPECT_THAT(printer_.scripts, Contains(kMark));
+  EXPECT_EQ(Journals(), 1U);
+}
+
+TEST_F(DeadRunTest, AJournalThatCannotBeReadSwitchesTheHeatersOff) {
+  Die();
+  test::WriteWhole(files::JournalPath(folder_.path(), PlainAddress(address_)), "{\"format\": 1");
+  const auto guard = Take("run-2");
+  ASSERT_TRUE(guard);
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(said_, Contains(HasSubstr("cannot be read")));
+}
+
+TEST_F(DeadRunTest, WhereADeadRunCannotBeFinishedNothingIsBegun) {
+  Die();
+  printer_.refused["LASER_OFF"] = "unknown command";
+  const auto guard = Take("run-2");
+  ASSERT_FALSE(guard);
+  EXPECT_THAT(guard.error().message, HasSubstr("unknown command"));
+  EXPECT_EQ(Journals(), 1U);
+}
+
+TEST_F(DeadRunTest, ItsPrintThatIsStillUnderWayIsEnded) {
+  Die();
+  printer_.state.print_file = "trammel_run-1.gcode";
+  printer_.state.print_state = "printing";
+  ASSERT_TRUE(EndDeadPrint(session_, folder_.path(), address_, {.lift_mm = 5}));
+  EXPECT_THAT(printer_.scripts, Contains("CANCEL_PRINT"));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("G1 Z5.000")));
+  EXPECT_THAT(said_, Contains(HasSubstr("its print is still under way")));
+}
+
+TEST_F(DeadRunTest, NoOtherPrintIsEnded) {
+  const auto expect_left_alone = [this] {
+    ASSERT_TRUE(EndDeadPrint(session_, folder_.path(), address_, {.lift_mm = 5}));
+    EXPECT_THAT(printer_.scripts, ::testing::IsEmpty());
+  };
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "trammel_run-1.gcode";
+  expect_left_alone();  // no run died here
+  printer_.state.print_state = "standby";
+  Die();
+  expect_left_alone();
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "vase.gcode";
+  expect_left_alone();
+  printer_.state.print_file = "trammel_run-1.gcode";
+  const auto alive = files::FileLock::Take(files::LockPath(folder_.path(), PlainAddress(address_)),
+                                           "a run that is alive");
+  expect_left_alone();
+}
+
+TEST_F(DeadRunTest, TheSamePrinterHasOneAddressHoweverItIsWritten) {
+  EXPECT_EQ(PlainAddress("localhost"), PlainAddress("http://127.0.0.1:7125/"));
+  EXPECT_EQ(PlainAddress("voron.local"), PlainAddress("ws://voron.local:7125/websocket"));
+  EXPECT_NE(PlainAddress("localhost:7125"), PlainAddress("localhost:7126"));
+}
+
+}  // namespace
+}  // namespace trammel::procedure

@@ -1,0 +1,111 @@
+// For tests: a printer in memory that notes what it is told and fails where it is asked to.
+#pragma once
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "machine/moonraker/printer.h"
+
+namespace trammel::procedure::testing {
+
+class FakePrinter : public machine::Printer {
+ public:
+  machine::PrinterState state;
+  std::vector<std::string> scripts;                ///< everything that was run, in order
+  std::map<std::string, std::string> refused;      ///< script -> what the printer answers
+  std::map<std::string, bool> unknown;             ///< commands that it does not have
+  bool stopped = false;                            ///< by EmergencyStop
+  bool comes_back = true;                          ///< whether WaitUntilReady succeeds
+  std::vector<std::string> deleted;                ///< files, in order
+  nlohmann::json told = nlohmann::json::object();  ///< what Query answers
+  std::string lost_at;                             ///< the script during which the link goes, once
+
+  FakePrinter() {
+    state.readiness = machine::PrinterReadiness::kReady;
+    state.homed_axes = "xyz";
+    state.axis_maximum_mm = {250, 250, 250};
+    state.limits = {300, 5000, 0.5, 5};
+    state.active_extruder = "extruder";
+    state.pressure_advance_s = 0.031;
+    state.smooth_time_s = 0.04;
+    state.heaters["extruder"] = {205, 205, true};
+    state.heaters["heater_bed"] = {60, 60, {}};
+    state.print_state = "standby";
+  }
+
+  Result<void> Run(std::string_view script, const machine::WaitLimit&) override {
+    scripts.emplace_back(script);
+    if (state.readiness != machine::PrinterReadiness::kReady) {
+      return Fail("not ready", ErrorKind::kMachine);
+    }
+    if (scripts.back() == lost_at) {
+      lost_at.clear();
+      state.readiness = machine::PrinterReadiness::kDisconnected;
+      return Fail("the link is gone", ErrorKind::kMachine);
+    }
+    const auto refusal = refused.find(scripts.back());
+    if (refusal != refused.end()) return Fail(refusal->second, ErrorKind::kMachine);
+    return {};
+  }
+  Result<void> FinishMoves(const machine::WaitLimit& limit) override { return Run("M400", limit); }
+  Result<void> EmergencyStop(const machine::WaitLimit&) override {
+    stopped = true;
+    state.readiness = machine::PrinterReadiness::kShutdown;
+    return {};
+  }
+  Result<void> Restart(const machine::WaitLimit&) override { return {}; }
+  Result<machine::PrinterState> State(const machine::WaitLimit&) override { return state; }
+  machine::PrinterState LastState() const override { return state; }
+  Result<machine::PrinterState> WaitUntil(
+      const std::function<bool(const machine::PrinterState&)>& done, std::string_view what,
+      const machine::WaitLimit&) override {
+    if (done(state)) return state;
+    return Fail("waited for " + std::string(what), ErrorKind::kMachine);
+  }
+  Result<void> WaitUntilReady(const machine::WaitLimit&) override {
+    if (!comes_back) return Fail("it stays away", ErrorKind::kMachine);
+    state.readiness = machine::PrinterReadiness::kReady;
+    return {};
+  }
+  Result<nlohmann::json> Query(const std::vector<machine::ObjectFields>&,
+                               const machine::WaitLimit&) override {
+    return told;
+  }
+  Result<bool> HasCommand(std::string_view name, const machine::WaitLimit&) override {
+    return unknown.count(std::string(name)) == 0;
+  }
+  Result<void> Upload(const std::string&, std::string_view, const machine::WaitLimit&) override {
+    return {};
+  }
+  Result<void> DeleteFile(const std::string& name, const machine::WaitLimit&) override {
+    deleted.push_back(name);
+    return {};
+  }
+  Result<void> StartPrint(const std::string&, const machine::WaitLimit&) override { return {}; }
+  Result<void> CancelPrint(const machine::WaitLimit&) override {
+    scripts.emplace_back("CANCEL_PRINT");
+    state.print_state = "cancelled";
+    return {};
+  }
+  Result<std::vector<machine::Webcam>> Webcams(const machine::WaitLimit&) override {
+    return std::vector<machine::Webcam>{};
+  }
+  Result<void> RegisterRemoteMethod(const std::string&, std::function<void(const nlohmann::json&)>,
+                                    const machine::WaitLimit&) override {
+    return {};
+  }
+  void OnMessage(std::function<void(const std::string&)>) override {}
+  Result<machine::ClockRelation> Clock(double, const machine::WaitLimit&) override {
+    return machine::ClockRelation{};
+  }
+  Result<void> RecordMoves(const machine::WaitLimit&) override { return {}; }
+  Result<std::vector<machine::TrapezoidMove>> Moves(double, double,
+                                                    const machine::WaitLimit&) override {
+    return std::vector<machine::TrapezoidMove>{};
+  }
+  std::vector<std::string> RecentMessages() const override { return {}; }
+};
+
+}  // namespace trammel::procedure::testing

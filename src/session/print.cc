@@ -1,0 +1,153 @@
+#include "session/print.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+namespace trammel::procedure {
+namespace {
+
+using machine::PrinterState;
+
+constexpr double kCommand_s = 30;
+constexpr double kUpload_s = 120;
+constexpr double kReturn_s = 60;  // of a lost connection; the guard waits for it once more
+constexpr double kNearTarget_c = 3;
+
+double Temperature(const PrinterState& state, const std::string& heater) {
+  const auto found = state.heaters.find(heater);
+  return found == state.heaters.end() ? std::nan("") : found->second.temperature_c;
+}
+
+// Says something now and then while a state is waited for.
+class Repeatedly {
+ public:
+  bool Due() {
+    constexpr std::chrono::seconds kEvery{10};
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < kEvery) return false;
+    last_ = now;
+    return true;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+Result<void> Settle(const Session& session, const std::string& heater, const std::string& what,
+                    double time_limit_s, const std::function<bool(double)>& settled) {
+  if (session.printer.LastState().heaters.count(heater) == 0) {
+    return Fail(fmt::format("the printer has no heater {}", heater), ErrorKind::kMachine);
+  }
+  Repeatedly repeatedly;
+  auto reached = session.printer.WaitUntil(
+      [&](const PrinterState& state) {
+        const double now_c = Temperature(state, heater);
+        if (repeatedly.Due()) session.Say(fmt::format("  {} is at {:.0f} degC", heater, now_c));
+        return settled(now_c) || !OthersJob(state, session.own_file).empty();
+      },
+      what, session.Within(time_limit_s));
+  if (reached) return CheckStillFree(session);
+  return Fail(fmt::format("{} (it is at {:.1f} degC)", reached.error().message,
+                          Temperature(session.printer.LastState(), heater)),
+              reached.error().kind);
+}
+
+// Until the file is no longer being printed. A print goes on without us: a lost connection is
+// waited for.
+Result<PrinterState> WatchPrint(const Session& session, double limit_s) {
+  Repeatedly repeatedly;
+  const auto ended = [&](const PrinterState& state) {
+    if (repeatedly.Due()) {
+      session.Say(fmt::format("  {:.0f} % of the file read", 100 * state.print_progress));
+    }
+    return state.print_state != "printing" || state.print_file != session.own_file;
+  };
+  for (;;) {
+    auto done =
+        session.printer.WaitUntil(ended, "the pattern to be printed", session.Within(limit_s));
+    const bool lost =
+        !done && done.error().kind == ErrorKind::kMachine &&
+        session.printer.LastState().readiness == machine::PrinterReadiness::kDisconnected;
+    if (!lost) return done;
+    session.Say("the connection is lost; waiting for it while the print goes on");
+    auto back = session.printer.WaitUntilReady(session.Within(kReturn_s));
+    if (!back) return tl::unexpected(back.error());
+  }
+}
+
+Result<void> WaitForPrint(const Session& session, const PrintOptions& options) {
+  // What was printed before may still stand there as complete.
+  auto begun = session.printer.WaitUntil(
+      [&](const PrinterState& state) {
+        const bool ours = state.print_file == session.own_file && state.print_state != "standby";
+        return ours || !OthersJob(state, session.own_file).empty();
+      },
+      "the print to begin", session.Within(kCommand_s));
+  if (!begun) return tl::unexpected(begun.error());
+  const double limit_s = 3 * options.print_time_s + 2 * options.heat_time_limit_s + 120;
+  const auto done = WatchPrint(session, limit_s);
+  if (!done) return tl::unexpected(done.error());
+  if (!OthersJob(*done, session.own_file).empty()) return CheckStillFree(session);
+  if (done->print_state == "complete") return {};
+  if (done->print_state == "standby") {
+    return Fail("the printer was restarted while it printed the pattern", ErrorKind::kMachine);
+  }
+  return Fail(
+      fmt::format("the print of {} ended as \"{}\"{}{}", session.own_file, done->print_state,
+                  done->print_message.empty() ? "" : ": ", done->print_message),
+      ErrorKind::kMachine);
+}
+
+}  // namespace
+
+Result<void> SetTarget(const Session& session, const std::string& heater, double target_c) {
+  if (auto free = CheckStillFree(session); !free) return free;
+  return session.printer.Run(
+      fmt::format("SET_HEATER_TEMPERATURE HEATER={} TARGET={}", heater, target_c),
+      session.Within(kCommand_s));
+}
+
+Result<void> HeatAndWait(const Session& session, const std::string& heater, double target_c,
+                         double time_limit_s) {
+  if (auto told = KeepAlive(session); !told) return told;
+  if (auto set = SetTarget(session, heater, target_c); !set) return set;
+  session.Say(fmt::format("heating {} to {:.0f} degC", heater, target_c));
+  return Settle(session, heater, fmt::format("{} to reach {:.0f} degC", heater, target_c),
+                time_limit_s, [=](double now_c) { return now_c >= target_c - kNearTarget_c; });
+}
+
+Result<void> CoolAndWait(const Session& session, const std::string& heater, double target_c,
+                         double time_limit_s) {
+  if (auto told = KeepAlive(session); !told) return told;
+  if (auto set = SetTarget(session, heater, target_c); !set) return set;
+  session.Say(fmt::format("letting {} cool to {:.0f} degC", heater, target_c));
+  return Settle(session, heater, fmt::format("{} to cool to {:.0f} degC", heater, target_c),
+                time_limit_s, [=](double now_c) { return now_c <= target_c + kNearTarget_c; });
+}
+
+Result<void> Print(const Session& session, std::string_view gcode, const PrintOptions& options) {
+  session.Say("uploading the pattern");
+  const std::string& name = session.own_file;
+  if (auto up = session.printer.Upload(name, gcode, session.Within(kUpload_s)); !up) {
+    return up;
+  }
+  if (options.bed_temperature_c > 0) {
+    auto hot =
+        HeatAndWait(session, "heater_bed", options.bed_temperature_c, options.heat_time_limit_s);
+    if (!hot) return hot;
+  }
+  if (options.nozzle_temperature_c > 0) {
+    auto hot = HeatAndWait(session, session.printer.LastState().active_extruder,
+                           options.nozzle_temperature_c, options.heat_time_limit_s);
+    if (!hot) return hot;
+  }
+  session.Say("printing the pattern", options.print_time_s);
+  if (auto told = KeepAlive(session); !told) return told;
+  if (auto free = CheckStillFree(session); !free) return free;
+  auto started = session.printer.StartPrint(name, session.Within(kCommand_s));
+  return started ? WaitForPrint(session, options) : started;
+}
+
+}  // namespace trammel::procedure

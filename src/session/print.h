@@ -1,0 +1,42 @@
+// Prints a G-code file on the printer and waits until it is done.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "session/session.h"
+
+namespace trammel::procedure {
+
+struct PrintOptions {
+  double nozzle_temperature_c = 0;  ///< 0: the file heats by itself
+  double bed_temperature_c = 0;
+  double heat_time_limit_s = 900;  ///< of each heater
+  double print_time_s = 0;         ///< expected, without heating
+};
+
+/// Uploads the file under the session's own_file, heats, prints, and waits for the end. Heating is
+/// waited for here rather than in the file, because a file that waits for heat cannot be cancelled.
+/// A connection that is lost meanwhile is waited for. When stopped, or when anything else fails,
+/// the print goes on: the caller's PrinterStateGuard cancels it. Errors: kMachine, also where the
+/// print is paused or cancelled by somebody else, or where somebody else's job begins;
+/// kInterrupted.
+[[nodiscard]] Result<void> Print(const Session& session, std::string_view gcode,
+                                 const PrintOptions& options);
+
+/// Sets a heater's target, where the printer is free; waits for nothing. @param heater  as of
+/// HeatAndWait.
+[[nodiscard]] Result<void> SetTarget(const Session& session, const std::string& heater,
+                                     double target_c);
+
+/// Sets a heater's target and waits until it is within 3 degC of it (or below, where it cools).
+/// @param heater  "extruder", "heater_bed", …
+[[nodiscard]] Result<void> HeatAndWait(const Session& session, const std::string& heater,
+                                       double target_c, double time_limit_s);
+
+/// Waits until a heater is no warmer than this; sets its target to it.
+[[nodiscard]] Result<void> CoolAndWait(const Session& session, const std::string& heater,
+                                       double target_c, double time_limit_s);
+
+}  // namespace trammel::procedure

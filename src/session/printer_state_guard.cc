@@ -1,0 +1,402 @@
+#include "session/printer_state_guard.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "base/bug_note.h"
+#include "base/check.h"
+#include "session/dead_run.h"
+#include "session/laser_off.h"
+
+namespace trammel::procedure {
+namespace {
+
+// A script waits behind what is still queued: about 2 s of motion, or a slow sweep.
+constexpr double kScript_s = 60;
+constexpr double kAsk_s = 10;
+constexpr std::chrono::milliseconds kAgain{500};
+
+using Clock = std::chrono::steady_clock;
+
+// Whether the printer is somewhere from where it may come back by itself.
+bool IsAway(machine::PrinterReadiness readiness) {
+  return readiness == machine::PrinterReadiness::kDisconnected ||
+         readiness == machine::PrinterReadiness::kStartup;
+}
+
+// Asked anew: what the printer last told by itself may be older than what just failed.
+machine::PrinterReadiness ReadinessNow(machine::Printer& printer) {
+  const auto state = printer.State({kAsk_s});
+  return state ? state->readiness : machine::PrinterReadiness::kDisconnected;
+}
+
+std::string ComputerName() {
+  std::array<char, 256> name{};
+  if (::gethostname(name.data(), name.size() - 1) != 0) return "unnamed";
+  std::string plain(name.data());
+  std::erase_if(plain,
+                [](unsigned char c) { return c >= 0x80 || (std::isalnum(c) == 0 && c != '-'); });
+  return plain.empty() ? "unnamed" : plain.substr(0, 60);
+}
+
+bool IsHomed(const machine::PrinterState& state) {
+  return std::all_of("xyz", "xyz" + 3,
+                     [&](char axis) { return state.homed_axes.find(axis) != std::string::npos; });
+}
+
+std::string Joined(const std::vector<std::string>& parts) {
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
+  return text;
+}
+
+// "pressure advance 0.06 (was 0.031)" for each setting that is not as it was.
+std::vector<std::string> Differences(const machine::PrinterState& before,
+                                     const machine::PrinterState& now) {
+  std::vector<std::string> parts;
+  const auto compare = [&parts](const std::string& name, double was, double is) {
+    constexpr double kShare = 1e-6;  // of rounding in the status
+    if (std::abs(was - is) > kShare * std::max(1.0, std::abs(was))) {
+      parts.push_back(fmt::format("{} {:.4g} (was {:.4g})", name, is, was));
+    }
+  };
+  compare("pressure advance", before.pressure_advance_s.value_or(0),
+          now.pressure_advance_s.value_or(0));
+  compare("velocity limit", before.limits.max_velocity_mm_s, now.limits.max_velocity_mm_s);
+  compare("acceleration limit", before.limits.max_accel_mm_s2, now.limits.max_accel_mm_s2);
+  for (const auto& [name, heater] : now.heaters) {
+    const auto was = before.heaters.find(name);
+    compare(name + " target", was == before.heaters.end() ? 0 : was->second.target_c,
+            heater.target_c);
+  }
+  return parts;
+}
+
+}  // namespace
+
+Result<PrinterStateGuard> PrinterStateGuard::Take(Session& session,
+                                                  const settings::ScanSettings& settings,
+                                                  const RunIdentity& identity) {
+  TRAMMEL_CHECK(files::IsRunName(identity.run), "run '{}' has no name that can be used",
+                identity.run);
+  const std::string address = PlainAddress(identity.address);
+  auto lock = files::FileLock::Take(
+      files::LockPath(identity.state_folder, address),
+      fmt::format("process {}, since {},", static_cast<long>(::getpid()), identity.started));
+  if (!lock && lock.error().kind == ErrorKind::kMachine) {
+    return Fail(
+        "another trammel on this computer is at work with this printer; wait for its end: " +
+            lock.error().message,
+        ErrorKind::kMachine);
+  }
+  if (!lock) return tl::unexpected(lock.error());
+  if (auto free = CheckStillFree(session); !free) return tl::unexpected(free.error());
+  auto finished = FinishDeadRuns(session, settings, identity.state_folder, address);
+  if (!finished) return tl::unexpected(finished.error());
+  session.owner = fmt::format("{}.{}", ComputerName(), identity.run);
+  session.own_file = fmt::format("trammel_{}.gcode", identity.run);
+  const auto limit = session.printer.HasCommand(kKeepAlive, session.Within(kAsk_s));
+  if (!limit) return tl::unexpected(limit.error());
+  session.has_limit = *limit;
+  PrinterStateGuard guard(session, settings, identity, std::move(*lock));
+  Result<void> taken = guard.Note(session);
+  if (taken) taken = guard.Claim(session);
+  if (taken) return guard;
+  guard.printer_ = nullptr;  // nothing was changed, and it may be another's
+  return tl::unexpected(taken.error());
+}
+
+PrinterStateGuard::PrinterStateGuard(const Session& session, const settings::ScanSettings& settings,
+                                     const RunIdentity& identity, files::FileLock lock)
+    : printer_(&session.printer),
+      tell_(session.tell),
+      laser_off_gcode_(settings.laser_off_gcode),
+      lights_on_gcode_(settings.lights_on_gcode),
+      owner_(session.owner),
+      own_file_(session.own_file),
+      has_limit_(session.has_limit),
+      prints_(identity.prints),
+      journal_path_(files::JournalPath(identity.state_folder, PlainAddress(identity.address))),
+      lock_(std::move(lock)) {
+  journal_.run = identity.run;
+  journal_.address = PlainAddress(identity.address);
+  journal_.started = identity.started;
+}
+
+PrinterStateGuard::PrinterStateGuard(PrinterStateGuard&& other) noexcept
+    : printer_(std::exchange(other.printer_, nullptr)),
+      tell_(std::move(other.tell_)),
+      laser_off_gcode_(std::move(other.laser_off_gcode_)),
+      lights_on_gcode_(std::move(other.lights_on_gcode_)),
+      owner_(std::move(other.owner_)),
+      own_file_(std::move(other.own_file_)),
+      has_limit_(other.has_limit_),
+      prints_(other.prints_),
+      begun_(other.begun_),
+      laser_lit_(other.laser_lit_),
+      restarted_(other.restarted_),
+      park_(other.park_),
+      before_(std::move(other.before_)),
+      journal_(std::move(other.journal_)),
+      journal_path_(std::move(other.journal_path_)),
+      lock_(std::move(other.lock_)) {}
+
+PrinterStateGuard::~PrinterStateGuard() {
+  if (printer_ == nullptr) return;
+  // What is thrown here would end the process.
+  (void)NoteBug([this] {
+    for (const std::string& failure : Restore()) Say(failure, 0);
+  });
+}
+
+void PrinterStateGuard::Say(std::string text, double remaining_s) const {
+  if (!tell_) return;
+  // Words that cannot be said keep nothing from coming back.
+  (void)NoteBug([&] {
+    tell_({std::move(text), remaining_s > 0 ? std::optional(remaining_s) : std::nullopt});
+  });
+}
+
+// Before anything is changed: what is not on the disk now is not known to the next run.
+Result<void> PrinterStateGuard::Note(const Session& session) {
+  auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  before_ = std::move(*state);
+  files::RunJournal journal = JournalOf(before_);
+  journal.run = journal_.run;
+  journal.address = journal_.address;
+  journal.started = journal_.started;
+  if (prints_) journal.upload = own_file_;
+  journal_ = std::move(journal);
+  if (auto noted = files::WriteJournal(journal_path_, journal_); !noted) return noted;
+  const auto read = files::ReadJournal(journal_path_);
+  if (read && *read) return {};
+  std::error_code ignored;
+  std::filesystem::remove(journal_path_, ignored);
+  return Fail(fmt::format("what the printer tells of itself cannot be brought back later: {}",
+                          read ? "the note is gone" : read.error().message),
+              ErrorKind::kMachine);
+}
+
+Result<void> PrinterStateGuard::Claim(const Session& session) {
+  auto claimed = KeepAlive(session);
+  if (claimed) return {};
+  // Where only the answer was lost, the printer will be ours; of another's this frees nothing.
+  if (has_limit_ && printer_->LastState().abandoned_scripts > 0)
+    (void)printer_->Run(fmt::format("{} OWNER={}", kRelease, owner_), {kScript_s});
+  std::error_code ignored;
+  std::filesystem::remove(journal_path_, ignored);
+  return Fail("the printer cannot be taken for this run: " + claimed.error().message,
+              claimed.error().kind);
+}
+
+Result<void> PrinterStateGuard::Begin(const Session& session) {
+  auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  before_.homed_axes = state->homed_axes;
+  before_.gcode = state->gcode;
+  begun_ = true;  // where the answer is lost, it may be saved all the same
+  return session.printer.Run("SAVE_GCODE_STATE NAME=" + GcodeStateName(journal_.run),
+                             session.Within(kScript_s));
+}
+
+bool PrinterStateGuard::RunOne(const std::string& line) {
+  const auto done = printer_->Run(line, {kScript_s});
+  if (!done) failed_.push_back(fmt::format("{} failed: {}", line, done.error().message));
+  return done.has_value();
+}
+
+// Its heaters, its pressure advance and its limits are that job's own affair now.
+void PrinterStateGuard::LeaveToOthers(const std::string& job) {
+  const auto now = printer_->State({kAsk_s});
+  const auto differences = now ? Differences(before_, *now) : std::vector<std::string>();
+  lost_.push_back(
+      fmt::format("somebody else's job has the printer now ({}): nothing of it was "
+                  "touched, and the rest is left to it{}{}",
+                  job, differences.empty() ? "" : ": ", Joined(differences)));
+}
+
+// By the names that they had at the beginning, where the printer does not tell them.
+// @returns which of them had been on, in words.
+std::string PrinterStateGuard::HeatersOff() {
+  std::vector<std::string> on;
+  for (const auto& [name, before_c] : journal_.targets_c) {
+    (void)RunOne(TargetLine(name, 0));
+    if (before_c > 0) on.push_back(fmt::format("{} {:.0f} degC", name, before_c));
+  }
+  return on.empty() ? "" : "; before, these were on: " + Joined(on);
+}
+
+// It was free of others' jobs a moment ago, and is not known to be so now: nothing is set and
+// nothing stays hot.
+void PrinterStateGuard::LeaveInDoubt(const std::string& why) {
+  if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
+  const std::string were_on = HeatersOff();
+  failed_.push_back(
+      fmt::format("whose the printer is now cannot be asked: in doubt its heaters were switched "
+                  "off{}; nothing else was brought back ({}), which the next run does: {}",
+                  were_on, DescribeSettings(journal_), why));
+}
+
+void PrinterStateGuard::BringBackSettings() {
+  if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
+  for (const std::string& line : SettingLines(journal_)) (void)RunOne(line);
+}
+
+// @param in_doubt  whether this is still the session of Klipper in which they were set is not known
+void PrinterStateGuard::BringBackHeaters(bool in_doubt) {
+  const auto now = printer_->State({kAsk_s});
+  if (!now) {
+    const std::string were_on = HeatersOff();
+    return failed_.push_back(
+        fmt::format("the heaters cannot be looked at, and were switched off in doubt{}: {}",
+                    were_on, now.error().message));
+  }
+  if (const std::string job = OthersJob(*now, own_file_); !job.empty()) return LeaveToOthers(job);
+  std::vector<std::string> left_on, left_off;
+  for (const auto& [name, heater] : now->heaters) {
+    const auto noted = journal_.targets_c.find(name);
+    const double before_c = noted == journal_.targets_c.end() ? 0 : noted->second;
+    const std::string figure = fmt::format("{} {:.0f} degC", name, before_c);
+    if (before_c > 0) (in_doubt ? left_off : left_on).push_back(figure);
+    if (!RunOne(TargetLine(name, in_doubt ? 0 : before_c)) && before_c > 0) {
+      (void)RunOne(TargetLine(name, 0));
+    }
+  }
+  if (!left_on.empty())
+    Say("these heaters are left on, as they were before: " + Joined(left_on), 0);
+  if (restarted_) {
+    lost_.push_back(fmt::format(
+        "the printer was restarted meanwhile: it is not homed, its G-code state is as after a "
+        "start, and its heaters stay off{}{}",
+        left_off.empty() ? "" : "; before, these were on: ", Joined(left_off)));
+  } else if (!left_off.empty()) {
+    lost_.push_back("in doubt these heaters were switched off: " + Joined(left_off));
+  } else if (IsHomed(before_) && !IsHomed(*now)) {
+    lost_.push_back(
+        "the axes are no longer homed: somebody switched the motors off meanwhile; home before "
+        "anything moves");
+  }
+}
+
+void PrinterStateGuard::DeleteUpload() {
+  if (!prints_) return;
+  const auto now = printer_->LastState();
+  auto deleted = printer_->DeleteFile(own_file_, {kAsk_s});
+  // Where nothing was printed there is no file.
+  if (!deleted && now.print_file == own_file_) {
+    Say(fmt::format("{} stays among the printer's files: {}", own_file_, deleted.error().message),
+        0);
+  }
+}
+
+// Without a stop: what was begun is ended however often that is asked for.
+Session PrinterStateGuard::AsSession() const {
+  const auto tell = [this](const Progress& progress) {
+    Say(progress.text, progress.remaining_s.value_or(0));
+  };
+  return {*printer_, {}, tell, has_limit_, owner_, own_file_};
+}
+
+// The limit clears the owner of a run that was away for long: another may have come since.
+std::string PrinterStateGuard::AnotherOwner() const {
+  if (!has_limit_) return "";
+  const auto owner = OwnerAtPrinter(AsSession());
+  return owner && *owner != owner_ ? *owner : "";
+}
+
+void PrinterStateGuard::Release() {
+  if (!has_limit_) return;
+  if (failed_.empty()) {
+    (void)RunOne(fmt::format("{} OWNER={}", kRelease, owner_));
+  } else {
+    Say("the printer's own limit for laser and heaters stays armed", 0);
+  }
+}
+
+void PrinterStateGuard::BringBack() {
+  failed_.clear();
+  lost_.clear();
+  if (!begun_) return Release();
+  if (const std::string owner = AnotherOwner(); !owner.empty()) {
+    return LeaveToOthers("trammel, as " + owner);
+  }
+  failed_ = SwitchLaserOff(AsSession(), laser_off_gcode_, laser_lit_);
+  if (!failed_.empty()) return;
+  const auto now = printer_->State({kAsk_s});
+  if (!now && was_free_) return LeaveInDoubt(now.error().message);
+  if (!now) {
+    return failed_.push_back("whose the printer is now cannot be asked: " + now.error().message);
+  }
+  std::string job = OthersJob(*now, own_file_);
+  was_free_ = job.empty();
+  if (job.empty()) {
+    EndedPrint ended = EndOwnPrint(AsSession(), *now, park_);
+    failed_ = std::move(ended.failed);
+    lost_ = std::move(ended.lost);
+    const auto then = printer_->State({kAsk_s});
+    if (!then) return LeaveInDoubt(then.error().message);
+    job = OthersJob(*then, own_file_);
+    was_free_ = job.empty();
+  }
+  if (!job.empty()) {
+    if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
+    LeaveToOthers(job);
+  } else {
+    const std::string restore =
+        fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", GcodeStateName(journal_.run));
+    const auto restored = printer_->Run(restore, {kScript_s});
+    restarted_ = !restored && SaysUnknownState(restored.error().message, journal_.run);
+    if (!restored && !restarted_) {
+      failed_.push_back(fmt::format("{} failed: {}", restore, restored.error().message));
+    }
+    BringBackSettings();
+    BringBackHeaters(!restored);
+  }
+  DeleteUpload();
+  Release();
+}
+
+std::vector<std::string> PrinterStateGuard::Restore() {
+  if (printer_ == nullptr) return {};
+  const auto until = Clock::now() + std::chrono::duration<double>(kReturn_s);
+  for (bool away = IsAway(printer_->LastState().readiness);;) {
+    const double left_s = std::chrono::duration<double>(until - Clock::now()).count();
+    if (away) {
+      Say("waiting for the printer to come back, to leave it safe", left_s);
+      if (auto ready = printer_->WaitUntilReady({left_s}); !ready) {
+        lost_.clear();
+        failed_ = {
+            fmt::format("the printer did not come back within {} s: make sure that laser "
+                        "and heaters are off; the next run brings the rest back: {}",
+                        kReturn_s, ready.error().message)};
+        break;
+      }
+    }
+    BringBack();
+    if (failed_.empty() || Clock::now() >= until) break;
+    away = IsAway(ReadinessNow(*printer_));
+    if (!away) break;
+    std::this_thread::sleep_for(kAgain);  // it may be there, and tell nothing of itself
+  }
+  printer_ = nullptr;
+  std::vector<std::string> all = failed_;
+  all.insert(all.end(), lost_.begin(), lost_.end());
+  std::error_code error;
+  if (failed_.empty()) std::filesystem::remove(journal_path_, error);
+  if (error) {
+    all.push_back(
+        fmt::format("{}: cannot be removed: {}", journal_path_.string(), error.message()));
+  }
+  return all;
+}
+
+}  // namespace trammel::procedure

@@ -1,0 +1,112 @@
+// Has the printer to itself, and leaves it as it was found, whatever happens in between.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "files/file_lock.h"
+#include "machine/moonraker/printer.h"
+#include "session/own_print.h"
+#include "session/run_journal.h"
+#include "session/session.h"
+#include "settings/scan_settings.h"
+
+namespace trammel::procedure {
+
+/// What a run is called, and where its journal goes.
+struct RunIdentity {
+  std::string run;      ///< unique; as files::IsRunName wants it
+  std::string started;  ///< date and time, for people
+  std::string address;  ///< the printer's, as in the settings
+  std::filesystem::path state_folder;
+  bool prints = true;  ///< a file of the run's own is uploaded
+};
+
+/// Notes pressure advance, velocity limits, heater targets and G-code state on disk before anything
+/// is changed, and brings them back: on purpose by Restore(), or by the destructor where something
+/// went wrong before. The laser goes off first. The note stays until all has come back, so that the
+/// next run does it where this one dies.
+class PrinterStateGuard {
+ public:
+  /// Takes the printer for this run: on this computer by a lock, at the printer by its name
+  /// (TRAMMEL_KEEP_ALIVE OWNER=…), which arms the printer's own limit. Finishes what a run left
+  /// that died here. Sets the session's has_limit, owner and own_file. Errors: kMachine where the
+  /// printer is busy, or another trammel has it; kInput where the note cannot be written.
+  [[nodiscard]] static Result<PrinterStateGuard> Take(Session& session,
+                                                      const settings::ScanSettings& settings,
+                                                      const RunIdentity& identity);
+
+  PrinterStateGuard(PrinterStateGuard&& other) noexcept;
+  PrinterStateGuard& operator=(PrinterStateGuard&&) = delete;
+  ~PrinterStateGuard();
+
+  /// Saves the G-code state under the run's name, once the printer is homed. Nothing else is
+  /// brought back before this.
+  [[nodiscard]] Result<void> Begin(const Session& session);
+
+  /// From now on the laser may be on: where it cannot be switched off, the printer is stopped.
+  void ExpectLaser() { laser_lit_ = true; }
+
+  /// From now on a print that was not finished is left with the nozzle there.
+  void ParkAt(const ParkPlace& place) { park_ = place; }
+
+  /// Cancels the run's own print, lifts and parks its nozzle, and brings everything back once; a
+  /// second call does nothing. Ignores the session's stop: a stopped calibration ends safe too.
+  /// Waits `kReturn_s` for a lost connection, and begins anew where it is lost again meanwhile. A
+  /// printer that was restarted keeps its heaters off; another's job is left alone with all that it
+  /// may use. Where the laser cannot be switched off, the printer is stopped.
+  /// @returns one sentence for each thing that was not brought back; empty: all is as it was.
+  [[nodiscard]] std::vector<std::string> Restore();
+
+  [[nodiscard]] const machine::PrinterState& before() const { return before_; }
+  /// Known after Restore: Klipper has forgotten the run's G-code state.
+  [[nodiscard]] bool restarted() const { return restarted_; }
+
+  /// How long a lost connection or a restart may take to come back.
+  static constexpr double kReturn_s = 120;
+
+ private:
+  PrinterStateGuard(const Session& session, const settings::ScanSettings& settings,
+                    const RunIdentity& identity, files::FileLock lock);
+
+  [[nodiscard]] Result<void> Note(const Session& session);
+  [[nodiscard]] Result<void> Claim(const Session& session);
+  void BringBack();
+  void LeaveToOthers(const std::string& job);
+  void LeaveInDoubt(const std::string& why);
+  [[nodiscard]] std::string HeatersOff();
+  void BringBackSettings();
+  void BringBackHeaters(bool in_doubt);
+  void DeleteUpload();
+  [[nodiscard]] Session AsSession() const;
+  [[nodiscard]] std::string AnotherOwner() const;
+  void Release();
+  [[nodiscard]] bool RunOne(const std::string& line);
+  void Say(std::string text, double remaining_s) const;
+
+  machine::Printer* printer_;  // nullptr once restored
+  std::function<void(const Progress&)> tell_;
+  std::string laser_off_gcode_;
+  std::string lights_on_gcode_;
+  std::string owner_;
+  std::string own_file_;
+  bool has_limit_ = false;
+  bool prints_ = true;
+  bool begun_ = false;
+  bool laser_lit_ = false;
+  bool restarted_ = false;
+  bool was_free_ = false;  ///< of others' jobs, when that was last told in Restore
+  std::optional<ParkPlace> park_;
+  machine::PrinterState before_;
+  files::RunJournal journal_;
+  std::filesystem::path journal_path_;
+  files::FileLock lock_;
+  std::vector<std::string> failed_;  ///< commands of the last attempt: another may bring them back
+  std::vector<std::string> lost_;    ///< what cannot come back, or must not
+};
+
+}  // namespace trammel::procedure

@@ -1,0 +1,356 @@
+#include "session/printer_state_guard.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "base/bug_note.h"
+#include "base/check.h"
+#include "session/guarded_printer_test_support.h"
+
+namespace trammel::procedure {
+namespace {
+
+using procedure::testing::GuardedPrinter;
+using procedure::testing::kMark;
+using procedure::testing::kNozzleOff;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+class PrinterStateGuardTest : public GuardedPrinter {};
+
+TEST_F(PrinterStateGuardTest, SwitchesTheLaserOffBeforeAnythingElse) {
+  PrinterStateGuard guard = Begun();
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  ASSERT_THAT(printer_.scripts, Not(IsEmpty()));
+  EXPECT_EQ(printer_.scripts.front(), "LASER_OFF");
+}
+
+TEST_F(PrinterStateGuardTest, BringsBackWhatWasSet) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.pressure_advance_s = 0.06;
+  printer_.state.limits.max_accel_mm_s2 = 100;
+  printer_.state.heaters["extruder"].target_c = 150;
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_THAT(printer_.scripts, Contains("LIGHTS_ON"));
+  EXPECT_THAT(printer_.scripts, Contains("SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04"));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("ACCEL=5000")));
+  EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=205"));
+  EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=60"));
+  EXPECT_THAT(printer_.scripts, Contains(kMark));
+}
+
+TEST_F(PrinterStateGuardTest, SaysWhichHeatersItLeavesOn) {
+  PrinterStateGuard guard = Begun();
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_THAT(said_, Contains(HasSubstr("left on, as they were before: extruder 205 degC")));
+}
+
+TEST_F(PrinterStateGuardTest, TheDestructorRestoresWhatWasForgotten) {
+  { const PrinterStateGuard guard = Begun(); }
+  EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
+}
+
+TEST_F(PrinterStateGuardTest, ABugInWhatListensKeepsNothingFromComingBack) {
+  bool broken = false;
+  session_.tell = [&broken](const Progress& progress) {
+    if (broken) throw Bug(progress.text);
+  };
+  {
+    const PrinterStateGuard guard = Begun();
+    printer_.refused["LASER_OFF"] = "no";  // so that there is something to say
+    broken = true;
+  }
+  EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
+  EXPECT_TRUE(printer_.stopped);
+  EXPECT_TRUE(NotedBug());
+}
+
+TEST_F(PrinterStateGuardTest, RestoresOnceOnly) {
+  {
+    PrinterStateGuard guard = Begun();
+    EXPECT_THAT(guard.Restore(), IsEmpty());
+    printer_.scripts.clear();
+    EXPECT_THAT(guard.Restore(), IsEmpty());
+  }
+  EXPECT_THAT(printer_.scripts, IsEmpty());
+}
+
+TEST_F(PrinterStateGuardTest, OneRefusalDoesNotKeepTheRestFromComingBack) {
+  PrinterStateGuard guard = Begun();
+  printer_.refused["LIGHTS_ON"] = "unknown command";
+  const auto failures = guard.Restore();
+  ASSERT_THAT(failures, SizeIs(1));
+  EXPECT_THAT(failures.front(), HasSubstr("LIGHTS_ON"));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("SET_PRESSURE_ADVANCE")));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TRAMMEL_RELEASE"))));
+  EXPECT_EQ(Journals(), 1U) << "the next run brings it back";
+}
+
+TEST_F(PrinterStateGuardTest, StopsThePrinterWhereTheLaserCannotBeSwitchedOff) {
+  PrinterStateGuard guard = Begun();
+  printer_.refused["LASER_OFF"] = "unknown command";
+  const auto failures = guard.Restore();
+  EXPECT_TRUE(printer_.stopped);
+  ASSERT_THAT(failures, SizeIs(1));
+  EXPECT_THAT(failures.front(), HasSubstr("FIRMWARE_RESTART"));
+}
+
+TEST_F(PrinterStateGuardTest, APrinterWhoseLaserWasNeverLitIsNotStoppedForIt) {
+  auto guard = Take();
+  ASSERT_TRUE(guard);
+  ASSERT_TRUE(guard->Begin(session_));
+  printer_.refused["LASER_OFF"] = "waited 60 s behind another's M190";
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "somebody_elses.gcode";
+  const auto failures = guard->Restore();
+  EXPECT_FALSE(printer_.stopped);
+  ASSERT_FALSE(failures.empty());
+  EXPECT_THAT(failures.front(), HasSubstr("somebody_elses.gcode"));
+}
+
+TEST_F(PrinterStateGuardTest, ARefusedLaserMacroIsToldThoughTheLaserWasNeverLit) {
+  auto guard = Take();
+  ASSERT_TRUE(guard);
+  ASSERT_TRUE(guard->Begin(session_));
+  printer_.refused["LASER_OFF"] = "Unknown command: LASER_OFF";
+  EXPECT_THAT(guard->Restore(), IsEmpty());
+  EXPECT_FALSE(printer_.stopped);
+  EXPECT_THAT(said_, Contains(AllOf(HasSubstr("Unknown command: LASER_OFF"),
+                                    HasSubstr("this run had not lit the laser"))));
+}
+
+TEST_F(PrinterStateGuardTest, AnEmergencyStopForTheLaserNamesTheJobThatItEnds) {
+  PrinterStateGuard guard = Begun();
+  printer_.refused["LASER_OFF"] = "waited 60 s behind another's M190";
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "somebody_elses.gcode";
+  const auto failures = guard.Restore();
+  EXPECT_TRUE(printer_.stopped);
+  ASSERT_THAT(failures, SizeIs(1));
+  EXPECT_THAT(failures.front(),
+              AllOf(HasSubstr("somebody_elses.gcode is printing"), HasSubstr("FIRMWARE_RESTART")));
+}
+
+TEST_F(PrinterStateGuardTest, APrinterThatTellsNothingIsStoppedForALaserThatWasLit) {
+  PrinterStateGuard guard = Begun();
+  printer_.refused["LASER_OFF"] = "unknown command";
+  printer_.deaf_after = "LASER_OFF";
+  EXPECT_THAT(guard.Restore(), ElementsAre(HasSubstr("stopped instead")));
+  EXPECT_TRUE(printer_.stopped);
+}
+
+TEST_F(PrinterStateGuardTest, HeatsNothingAfterARestartAndSaysSo) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.homed_axes = "";
+  printer_.refused[kMark] = "!! Unknown g-code state: trammel_run-1";
+  EXPECT_THAT(guard.Restore(),
+              ElementsAre(AllOf(HasSubstr("restarted"), HasSubstr("extruder 205"))));
+  EXPECT_TRUE(guard.restarted());
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
+  EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
+  EXPECT_EQ(Journals(), 0U);
+}
+
+TEST_F(PrinterStateGuardTest, ARestartDuringALostLinkIsKnownFromTheForgottenState) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.readiness = machine::PrinterReadiness::kDisconnected;
+  // Homed again by somebody, before the link is back.
+  printer_.refused[kMark] = "!! Unknown g-code state: trammel_run-1";
+  EXPECT_THAT(guard.Restore(), ElementsAre(HasSubstr("restarted")));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
+}
+
+TEST_F(PrinterStateGuardTest, MotorsThatWereSwitchedOffAreNoRestart) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.homed_axes = "";
+  printer_.state.heaters["extruder"].target_c = 150;
+  EXPECT_THAT(guard.Restore(), ElementsAre(HasSubstr("motors")));
+  EXPECT_FALSE(guard.restarted());
+  EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=extruder TARGET=205"));
+}
+
+TEST_F(PrinterStateGuardTest, InDoubtWhetherItWasRestartedTheHeatersGoOff) {
+  PrinterStateGuard guard = Begun();
+  printer_.refused[kMark] = "internal error";
+  EXPECT_THAT(guard.Restore(), Contains(HasSubstr("in doubt these heaters were switched off")));
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
+}
+
+TEST_F(PrinterStateGuardTest, WaitsForALostPrinterAndThenRestores) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.readiness = machine::PrinterReadiness::kDisconnected;
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_THAT(printer_.scripts, Contains("LASER_OFF"));
+}
+
+TEST_F(PrinterStateGuardTest, BeginsAnewWhereTheLinkIsLostInTheMiddle) {
+  PrinterStateGuard guard = Begun();
+  printer_.lost_at = kMark;
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_EQ(std::count(printer_.scripts.begin(), printer_.scripts.end(), "LASER_OFF"), 2);
+}
+
+TEST_F(PrinterStateGuardTest, DoesNotStopAPrinterThatIsOnlyAway) {
+  PrinterStateGuard guard = Begun();
+  printer_.lost_at = "LASER_OFF";
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_FALSE(printer_.stopped);
+}
+
+TEST_F(PrinterStateGuardTest, EndsThePrintersOwnLimitAtTheVeryEnd) {
+  PrinterStateGuard guard = Begun();
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_EQ(printer_.scripts.back(), "TRAMMEL_RELEASE OWNER=" + session_.owner);
+}
+
+TEST_F(PrinterStateGuardTest, CancelsItsOwnPrintAndLiftsTheNozzleOffIt) {
+  PrinterStateGuard guard = Begun();
+  guard.ParkAt({20, 5, 6, 5, 150});
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "trammel_run-1.gcode";
+  printer_.state.position_mm = {100, 120, 0.2, 7};
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_EQ(printer_.state.print_state, "cancelled");
+  const auto lift = std::find(printer_.scripts.begin(), printer_.scripts.end(),
+                              "G91\nG1 Z20.000 F300\nG1 X-95.000 Y-114.000 F9000\nG90\nM400");
+  const auto mark = std::find(printer_.scripts.begin(), printer_.scripts.end(), kMark);
+  ASSERT_NE(lift, printer_.scripts.end());
+  EXPECT_LT(lift, mark);
+}
+
+TEST_F(PrinterStateGuardTest, InDoubtWhoseThePrinterIsTheHeatersGoOffAndWhatStaysIsSaid) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "trammel_run-1.gcode";
+  printer_.deaf_after = "CANCEL_PRINT";
+  EXPECT_THAT(guard.Restore(),
+              ElementsAre(AllOf(HasSubstr("no answer within 10 s"),
+                                HasSubstr("extruder 205 degC, heater_bed 60 degC"),
+                                HasSubstr("pressure advance 0.031 s"), HasSubstr("5000 mm/s2"))));
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=0"));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_PRESSURE_ADVANCE"))));
+  EXPECT_THAT(printer_.scripts, Not(Contains(kMark)));
+  EXPECT_THAT(printer_.scripts, Contains("LIGHTS_ON"));
+  EXPECT_EQ(Journals(), 1U) << "the next run brings it back";
+}
+
+TEST_F(PrinterStateGuardTest, HeatersThatCannotBeLookedAtGoOff) {
+  PrinterStateGuard guard = Begun();
+  printer_.deaf_after = "SET_PRESSURE_ADVANCE ADVANCE=0.031 SMOOTH_TIME=0.04";
+  EXPECT_THAT(guard.Restore(),
+              ElementsAre(AllOf(HasSubstr("cannot be looked at"), HasSubstr("extruder 205 degC"))));
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TARGET=205"))));
+}
+
+TEST_F(PrinterStateGuardTest, AnothersJobIsNeitherCancelledNorCooled) {
+  PrinterStateGuard guard = Begun();
+  guard.ParkAt({20, 5, 6, 5, 150});
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "vase.gcode";
+  printer_.state.heaters["extruder"].target_c = 240;
+  const auto failures = guard.Restore();
+  EXPECT_THAT(failures, ElementsAre(AllOf(HasSubstr("vase.gcode is printing"),
+                                          HasSubstr("extruder target 240 (was 205)"))));
+  EXPECT_EQ(printer_.state.print_state, "printing");
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_HEATER"))));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("G91"))));
+  EXPECT_EQ(printer_.scripts.front(), "LASER_OFF");
+}
+
+TEST_F(PrinterStateGuardTest, AJobOfAnEarlierRunOfOursIsAnothers) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.print_state = "paused";
+  printer_.state.print_file = "trammel_run-0.gcode";
+  EXPECT_THAT(guard.Restore(), SizeIs(1));
+  EXPECT_EQ(printer_.state.print_state, "paused");
+}
+
+TEST_F(PrinterStateGuardTest, DeletesItsUploadedFile) {
+  PrinterStateGuard guard = Begun();
+  EXPECT_THAT(guard.Restore(), IsEmpty());
+  EXPECT_THAT(printer_.deleted, ElementsAre("trammel_run-1.gcode"));
+}
+
+TEST_F(PrinterStateGuardTest, SaysSoWhereThePrinterStaysAway) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.readiness = machine::PrinterReadiness::kDisconnected;
+  printer_.comes_back = false;
+  const auto failures = guard.Restore();
+  ASSERT_THAT(failures, SizeIs(1));
+  EXPECT_THAT(failures.front(), HasSubstr("make sure that laser and heaters are off"));
+  EXPECT_EQ(Journals(), 1U);
+}
+
+TEST_F(PrinterStateGuardTest, AShutDownPrinterIsLeftToItsOwnShutdownValues) {
+  PrinterStateGuard guard = Begun();
+  printer_.state.readiness = machine::PrinterReadiness::kShutdown;
+  printer_.refused["LASER_OFF"] = "Shutdown due to webhooks request";
+  const auto failures = guard.Restore();
+  EXPECT_FALSE(printer_.stopped);
+  ASSERT_THAT(failures, SizeIs(1));
+  EXPECT_THAT(failures.front(), HasSubstr("shut down"));
+}
+
+TEST_F(PrinterStateGuardTest, NotesOnDiskBeforeThePrinterIsToldAnything) {
+  const auto guard = PrinterStateGuard::Take(
+      session_, settings_, {"run-1", "now", address_, folder_.path() / "missing"});
+  ASSERT_FALSE(guard);
+  EXPECT_THAT(printer_.scripts, IsEmpty());
+}
+
+TEST_F(PrinterStateGuardTest, ASecondRunOnThisComputerIsRefusedByName) {
+  const auto first = Take();
+  ASSERT_TRUE(first);
+  const auto second = Take("run-2");
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(second.error().message, HasSubstr("another trammel on this computer"));
+}
+
+TEST_F(PrinterStateGuardTest, APrinterThatAnotherComputersRunHasIsNotTaken) {
+  printer_.told = {{"gcode_macro _TRAMMEL_RUN", {{"owner", "laptop.run-7"}}}};
+  const auto guard = Take();
+  ASSERT_FALSE(guard);
+  EXPECT_THAT(guard.error().message, HasSubstr("laptop.run-7"));
+  EXPECT_THAT(printer_.scripts, IsEmpty());
+  EXPECT_EQ(Journals(), 0U);
+}
+
+TEST_F(PrinterStateGuardTest, ARefusedClaimLeavesNothingBehind) {
+  session_.owner = "";
+  const auto first = Take();
+  ASSERT_TRUE(first);
+  const std::string claim = printer_.scripts.back();
+  EXPECT_THAT(claim, HasSubstr("TRAMMEL_KEEP_ALIVE OWNER="));
+  printer_.refused[claim] = "laptop.run-7 has this printer";
+  printer_.scripts.clear();
+  const auto second =
+      PrinterStateGuard::Take(session_, settings_, {"run-1", "now", "other.local", folder_.path()});
+  ASSERT_FALSE(second);
+  EXPECT_THAT(second.error().message, HasSubstr("laptop.run-7"));
+  EXPECT_THAT(printer_.scripts, ElementsAre(claim));
+  EXPECT_EQ(Journals(), 1U) << "the first one's alone";
+}
+
+TEST_F(PrinterStateGuardTest, NothingIsTakenWhileSomebodyPrints) {
+  printer_.state.print_state = "printing";
+  printer_.state.print_file = "vase.gcode";
+  EXPECT_FALSE(Take());
+  EXPECT_THAT(printer_.scripts, IsEmpty());
+}
+
+}  // namespace
+}  // namespace trammel::procedure

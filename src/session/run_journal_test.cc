@@ -1,0 +1,129 @@
+#include "session/run_journal.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+
+#include "files/file_lock.h"
+#include "support/temporary_folder.h"
+
+namespace trammel::files {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+class RunJournalTest : public ::testing::Test {
+ protected:
+  test::TemporaryFolder folder_;
+  const std::filesystem::path path_ = JournalPath(folder_.path(), "ws://pi:7125/websocket");
+
+  static RunJournal Full() {
+    RunJournal journal;
+    journal.run = "20261122-1a-9";
+    journal.address = "ws://pi:7125/websocket";
+    journal.started = "2026-11-22T10:00:00";
+    journal.upload = "t.gcode";
+    journal.max_velocity_mm_s = 300;
+    journal.max_accel_mm_s2 = 5000;
+    journal.square_corner_velocity_mm_s = 5;
+    journal.minimum_cruise_ratio = 0.5;
+    journal.pressure_advance_s = 0.031;
+    journal.smooth_time_s = 0.04;
+    journal.targets_c = {{"extruder", 0}, {"heater_generic chamber", 45.5}};
+    return journal;
+  }
+  std::string FaultOf(const std::string& from, const std::string& to) {
+    EXPECT_TRUE(WriteJournal(path_, Full()));
+    std::string text = test::ReadWhole(path_);
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    test::WriteWhole(path_, text.replace(at, from.size(), to));
+    const auto read = ReadJournal(path_);
+    return read ? "no fault" : read.error().message;
+  }
+};
+
+TEST_F(RunJournalTest, ReadsWhatWasWritten) {
+  ASSERT_TRUE(WriteJournal(path_, Full()));
+  const auto read = ReadJournal(path_);
+  ASSERT_TRUE(read && *read);
+  EXPECT_EQ((*read)->run, "20261122-1a-9");
+  EXPECT_EQ((*read)->upload, "t.gcode");
+  EXPECT_EQ((*read)->max_accel_mm_s2, 5000);
+  EXPECT_EQ((*read)->pressure_advance_s, 0.031);
+  EXPECT_EQ((*read)->targets_c.at("heater_generic chamber"), 45.5);
+  EXPECT_THAT(ReadAllJournals(folder_.path()), SizeIs(1));
+}
+
+TEST_F(RunJournalTest, NoFileIsNoJournal) {
+  const auto read = ReadJournal(path_);
+  ASSERT_TRUE(read.has_value());
+  EXPECT_FALSE(read->has_value());
+  EXPECT_THAT(ReadAllJournals(folder_.path()), IsEmpty());
+}
+
+TEST_F(RunJournalTest, WhatNoRunWritesIsNamedAndNeverReachesThePrinter) {
+  EXPECT_THAT(FaultOf("0.031", "9e99"), HasSubstr("pressure_advance_s"));
+  EXPECT_THAT(FaultOf("5000", "-1"), HasSubstr("max_accel_mm_s2"));
+  EXPECT_THAT(FaultOf("45.5", "4550"), HasSubstr("target_c"));
+  EXPECT_THAT(FaultOf("\"extruder\"", "\"extruder\\nM112\""), HasSubstr("heater's name"));
+  EXPECT_THAT(FaultOf("20261122-1a-9", "a b"), HasSubstr("run's name"));
+  EXPECT_THAT(FaultOf("t.gcode", "../t.gcode"), HasSubstr("upload"));
+  EXPECT_THAT(FaultOf("{", "["), HasSubstr("JSON"));
+}
+
+TEST_F(RunJournalTest, WhatCannotBeNotedIsNotBegun) {
+  const auto kept = WriteJournal("/dev/full/journal.json", Full());
+  ASSERT_FALSE(kept);
+  EXPECT_THAT(kept.error().message, HasSubstr("nothing is begun"));
+}
+
+TEST_F(RunJournalTest, PrintersHaveFilesOfTheirOwn) {
+  EXPECT_NE(JournalPath(folder_.path(), "a:1"), JournalPath(folder_.path(), "a_1"));
+  EXPECT_EQ(JournalPath(folder_.path(), "../../etc/x").parent_path(), folder_.path());
+}
+
+TEST_F(RunJournalTest, TheStateFolderIsForItsUserAlone) {
+  setenv("XDG_STATE_HOME", folder_.path().c_str(), 1);
+  const auto folder = StateFolder();
+  unsetenv("XDG_STATE_HOME");
+  ASSERT_TRUE(folder);
+  EXPECT_EQ(*folder, folder_.path() / "trammel");
+  struct stat status {};
+  ASSERT_EQ(stat(folder->c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777U, 0700U);
+}
+
+TEST_F(RunJournalTest, ALockHasOneHolderAndNamesIt) {
+  const auto path = LockPath(folder_.path(), "a:1");
+  {
+    const auto first = FileLock::Take(path, "process 17");
+    ASSERT_TRUE(first);
+    const auto second = FileLock::Take(path, "process 18");
+    ASSERT_FALSE(second);
+    EXPECT_EQ(second.error().kind, ErrorKind::kMachine);
+    EXPECT_THAT(second.error().message, HasSubstr("process 17"));
+  }
+  EXPECT_TRUE(FileLock::Take(path, "process 18"));
+  EXPECT_FALSE(std::filesystem::exists(path)) << "left behind";
+}
+
+TEST_F(RunJournalTest, AFileThatADeadProcessLeftIsNoLock) {
+  const auto path = LockPath(folder_.path(), "a:1");
+  test::WriteWhole(path, "process 17");
+  EXPECT_TRUE(FileLock::Take(path, "process 18"));
+}
+
+TEST_F(RunJournalTest, ALockFollowsNoLink) {
+  const auto path = LockPath(folder_.path(), "a:1");
+  std::filesystem::create_symlink(folder_.path() / "elsewhere", path);
+  EXPECT_FALSE(FileLock::Take(path, "process 17"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "elsewhere"));
+}
+
+}  // namespace
+}  // namespace trammel::files

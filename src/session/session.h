@@ -1,0 +1,64 @@
+// What every procedure is given: the printer, a way to be stopped, and somebody to tell.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "machine/moonraker/printer.h"
+
+namespace trammel::procedure {
+
+/// What is happening now, for a person who watches.
+struct Progress {
+  std::string text;                   ///< one line, without a full stop
+  std::optional<double> remaining_s;  ///< about how long this step takes from now on
+};
+
+/// The printer must outlive the session. `stop` is the user's Ctrl-C.
+struct Session {
+  machine::Printer& printer;
+  std::stop_token stop;
+  std::function<void(const Progress&)> tell;  ///< may be empty
+  /// The printer switches laser and heaters off by itself unless KeepAlive is called in time.
+  bool has_limit = false;
+  std::string owner = {};     ///< by which the printer knows this run; empty: it is not told
+  std::string own_file = {};  ///< among the printer's files; a job of any other is somebody else's
+
+  void Say(std::string text, std::optional<double> remaining_s = {}) const {
+    if (tell) tell({std::move(text), remaining_s});
+  }
+  [[nodiscard]] machine::WaitLimit Within(double time_limit_s) const {
+    return {time_limit_s, stop};
+  }
+};
+
+/// The macro by which the printer's own limit for laser and heaters begins anew, and the one that
+/// ends it (klipper/trammel.cfg).
+inline constexpr const char* kKeepAlive = "TRAMMEL_KEEP_ALIVE";
+inline constexpr const char* kRelease = "TRAMMEL_RELEASE";
+
+/// Tells the printer that somebody still looks after it. Nothing where it has no limit.
+/// Errors: kMachine, also where the printer belongs to another trammel by now.
+[[nodiscard]] Result<void> KeepAlive(const Session& session);
+
+/// Somebody else's job, printing or paused, in words; empty where there is none.
+[[nodiscard]] std::string OthersJob(const machine::PrinterState& state,
+                                    const std::string& own_file);
+
+/// Asks the printer whether it is ready and free of others' jobs; to be called right before each
+/// command that moves or heats. Errors: kMachine, kInterrupted.
+[[nodiscard]] Result<void> CheckStillFree(const Session& session);
+
+/// Whether the printer is ready, by what it last told. Errors: kMachine.
+[[nodiscard]] Result<void> CheckStillReady(const Session& session);
+
+/// Whether the printer is ready and homed, by what it last told; to be called after each wait in
+/// which nothing else would notice an emergency stop or a restart. Errors: kMachine.
+[[nodiscard]] Result<void> CheckStillHomed(const Session& session);
+
+/// Waits; false where the session was stopped meanwhile.
+[[nodiscard]] bool Pause(double time_s, const std::stop_token& stop);
+
+}  // namespace trammel::procedure

@@ -1,0 +1,120 @@
+#include "session/session.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "session/fake_printer.h"
+#include "session/print.h"
+
+namespace trammel::procedure {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+// Somebody presses "print" when a certain command has been run.
+class SharedPrinter : public testing::FakePrinter {
+ public:
+  std::string when;
+
+  Result<void> Run(std::string_view script, const machine::WaitLimit& limit) override {
+    auto done = FakePrinter::Run(script, limit);
+    if (scripts.back() == when) {
+      state.print_state = "printing";
+      state.print_file = "vase.gcode";
+    }
+    return done;
+  }
+};
+
+TEST(Session, AHeatingEndsWhereAnothersJobBegins) {
+  SharedPrinter printer;
+  printer.when = "SET_HEATER_TEMPERATURE HEATER=extruder TARGET=240";
+  const Session session{printer, {}, {}};
+  const auto heated = HeatAndWait(session, "extruder", 240, 10);
+  ASSERT_FALSE(heated);
+  EXPECT_EQ(heated.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(heated.error().message, HasSubstr("vase.gcode is printing"));
+}
+
+TEST(Session, NothingIsHeatedInAnothersJob) {
+  testing::FakePrinter printer;
+  printer.state.print_state = "paused";
+  printer.state.print_file = "vase.gcode";
+  const Session session{printer, {}, {}};
+  EXPECT_FALSE(HeatAndWait(session, "extruder", 240, 10));
+  EXPECT_FALSE(CoolAndWait(session, "extruder", 60, 10));
+  EXPECT_FALSE(SetTarget(session, "heater_bed", 60));
+  EXPECT_THAT(printer.scripts, IsEmpty());
+}
+
+TEST(Session, NothingIsPrintedIntoAnothersJob) {
+  SharedPrinter printer;
+  printer.when = "SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=60";
+  Session session{printer, {}, {}};
+  session.own_file = "trammel_run-1.gcode";
+  PrintOptions options;
+  options.bed_temperature_c = 60;
+  options.nozzle_temperature_c = 205;
+  EXPECT_FALSE(Print(session, "G28", options));
+  EXPECT_THAT(printer.scripts, Not(Contains(HasSubstr("extruder"))));
+  EXPECT_EQ(printer.state.print_file, "vase.gcode");
+}
+
+TEST(Session, TheRunsOwnPrintIsNobodyElses) {
+  testing::FakePrinter printer;
+  printer.state.print_state = "printing";
+  printer.state.print_file = "trammel_run-1.gcode";
+  EXPECT_EQ(OthersJob(printer.state, "trammel_run-1.gcode"), "");
+  EXPECT_NE(OthersJob(printer.state, "trammel_run-2.gcode"), "");
+  EXPECT_NE(OthersJob(printer.state, ""), "");
+}
+
+TEST(Session, AFinishedJobIsNoJobAndAPauseWithoutOneIs) {
+  testing::FakePrinter printer;
+  printer.state.print_file = "vase.gcode";
+  for (const char* ended : {"complete", "cancelled", "error", "standby", ""}) {
+    printer.state.print_state = ended;
+    EXPECT_EQ(OthersJob(printer.state, ""), "") << ended;
+  }
+  printer.state.paused = true;
+  EXPECT_NE(OthersJob(printer.state, ""), "");
+}
+
+TEST(Session, AnEmergencyStopIsSeenAfterAWaitWithoutAskingAnything) {
+  testing::FakePrinter printer;
+  const Session session{printer, {}, {}};
+  EXPECT_TRUE(CheckStillHomed(session));
+  printer.state.readiness = machine::PrinterReadiness::kShutdown;
+  printer.state.message = "Shutdown due to webhooks request";
+  const auto stopped = CheckStillHomed(session);
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(stopped.error().message, HasSubstr("webhooks request"));
+  EXPECT_FALSE(CheckStillReady(session));
+}
+
+TEST(Session, LostHomingIsSeenAfterAWait) {
+  testing::FakePrinter printer;
+  printer.state.homed_axes = "xy";
+  const Session session{printer, {}, {}};
+  const auto lost = CheckStillHomed(session);
+  ASSERT_FALSE(lost);
+  EXPECT_EQ(lost.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(lost.error().message, HasSubstr("z axis"));
+}
+
+TEST(Session, ThePrinterIsToldWhoseRunItIs) {
+  testing::FakePrinter printer;
+  Session session{printer, {}, {}};
+  session.has_limit = true;
+  session.owner = "pi.run-1";
+  EXPECT_TRUE(KeepAlive(session));
+  EXPECT_THAT(printer.scripts, ElementsAre("TRAMMEL_KEEP_ALIVE OWNER=pi.run-1"));
+}
+
+}  // namespace
+}  // namespace trammel::procedure

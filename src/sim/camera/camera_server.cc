@@ -1,0 +1,290 @@
+#include "sim/camera/camera_server.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <cstring>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include "base/bug_note.h"
+#include "base/thread_priority.h"
+#include "sim/camera/jpeg.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr double kMostBehindS = 0.3;  // drawing may fall behind by this before frames are lost
+constexpr std::size_t kStillFrames = 8;
+
+// Frames that differ by noise alone, for while nothing happens: drawing more of them would only
+// warm the machine.
+class StillFrames {
+ public:
+  using Jpeg = std::shared_ptr<const std::vector<std::uint8_t>>;
+
+  /// A stored frame other than the one before, once there are enough.
+  [[nodiscard]] Jpeg Take(const CameraMoment& moment, Random& random) {
+    if (!last_ || !LookAlike(*last_, moment)) {
+      last_ = moment;
+      frames_.clear();
+    }
+    if (frames_.size() < kStillFrames) return nullptr;
+    shown_ = (shown_ + 1 + random.Below(kStillFrames - 1)) % kStillFrames;
+    return frames_[shown_];
+  }
+  void Keep(const Jpeg& jpeg) {
+    if (frames_.size() < kStillFrames) frames_.push_back(jpeg);
+    shown_ = frames_.size() - 1;
+  }
+  void Forget() { last_.reset(); }
+
+ private:
+  std::optional<CameraMoment> last_;
+  std::vector<Jpeg> frames_;
+  std::size_t shown_ = 0;
+};
+
+// The frame in the middle of a larger or smaller one.
+Frame Resized(const Frame& frame, int width, int height) {
+  Frame out(width, height);
+  const int columns = std::min(width, frame.width);
+  const int rows = std::min(height, frame.height);
+  for (int row = 0; row < rows; ++row) {
+    const std::uint8_t* from = frame.view().row(row + (frame.height - rows) / 2) +
+                               std::ptrdiff_t{3} * ((frame.width - columns) / 2);
+    std::memcpy(out.row(row + (height - rows) / 2) + std::ptrdiff_t{3} * ((width - columns) / 2),
+                from, static_cast<std::size_t>(columns) * 3);
+  }
+  return out;
+}
+
+class Running final : public CameraServer {
+ public:
+  Running(const CameraServerOptions& options, std::shared_ptr<const MachineSource> machine,
+          const Random& eye)
+      : options_(options),
+        machine_(std::move(machine)),
+        eye_(DrawHeadEye(options.condition, eye)),
+        view_(eye_, options.view, eye.Fork(1)),
+        random_(eye.Fork(2)),
+        started_s_(MonotonicNow()) {
+    for (const CameraFault& fault : options.faults) faults_.Add(fault);
+  }
+  ~Running() override {
+    {
+      const std::lock_guard lock(mutex_);
+      stopping_ = true;
+    }
+    changed_.notify_all();
+    if (thread_.joinable()) thread_.join();
+    http_.reset();  // its thread calls Sent()
+  }
+
+  Result<void> Start() {
+    if (!options_.truth_file.empty()) {
+      if (const Result<void> opened = log_.WriteTo(options_.truth_file); !opened) return opened;
+    }
+    auto http = CameraHttp::Listen(
+        options_.port, options_.headers,
+        [this](const CameraPart& part, double sent_s) { Sent(part.frame, sent_s); });
+    if (!http) return tl::unexpected<Error>(http.error());
+    http_ = std::move(*http);
+    thread_ = std::thread([this] { (void)NoteBug([this] { Run(); }); });
+    return {};
+  }
+
+  int port() const override { return http_->port(); }
+  void Inject(const CameraFault& fault) override {
+    const std::lock_guard lock(mutex_);
+    CameraFault later = fault;
+    later.at_s += MonotonicNow() - started_s_;
+    faults_.Add(later);
+  }
+  std::vector<CameraTruth> truth() const override { return log_.rows(); }
+  CameraCounts counts() const override {
+    const std::lock_guard lock(mutex_);
+    CameraCounts counts = counts_;
+    counts.dropped = http_->dropped();
+    return counts;
+  }
+  const HeadEye& eye() const override { return eye_; }
+
+ private:
+  void Run() {
+    RaiseThisThread(ThreadUrgency::kWorking);  // a camera has a processor of its own
+    const double jitter_s = eye_.dark.frame_jitter_s / options_.machine_time_scale;
+    const double half_s = view_.exposure_s() / 2 / options_.machine_time_scale;
+    const double most_s = 0.4 / options_.frames_per_s;
+    for (std::int64_t frame = 0;; ++frame) {
+      const double capture_s = started_s_ + static_cast<double>(frame + 1) / options_.frames_per_s +
+                               std::clamp(random_.Normal(0, jitter_s), -most_s, most_s);
+      if (!WaitUntil(capture_s + half_s)) return;
+      (void)NoteBug([&] { Capture(frame, capture_s); });  // that frame is lost
+    }
+  }
+
+  // False when the server shall end.
+  bool WaitUntil(double time_s) {
+    std::unique_lock lock(mutex_);
+    const std::chrono::duration<double> left(time_s - MonotonicNow());
+    return !changed_.wait_for(lock, std::max(left, left.zero()), [&] { return stopping_; });
+  }
+
+  ActiveFaults FaultsAt(std::int64_t frame, double capture_s) {
+    const std::lock_guard lock(mutex_);
+    return faults_.At(frame, capture_s - started_s_);
+  }
+
+  void Capture(std::int64_t frame, double capture_s) {
+    const ActiveFaults faults = FaultsAt(frame, capture_s);
+    const double delay_s = options_.latency_s + random_.Uniform(0, 1) * options_.latency_jitter_s;
+    const bool lost = random_.Uniform() < faults.drop_fraction;
+    if (open_ == faults.close) {
+      open_ = !faults.close;
+      http_->SetOpen(open_);
+    }
+    if (faults.stall || lost || !open_ || !http_->wanted()) return;
+    const double begin_s = MonotonicNow();
+    if (begin_s - capture_s > kMostBehindS) {
+      const std::lock_guard lock(mutex_);
+      ++counts_.late;
+      return;
+    }
+    CameraTruth truth;
+    CameraPart part = Draw(capture_s, faults, truth);
+    part.frame = truth.frame = frame;
+    truth.capture_s = capture_s;
+    const double stamp_s = capture_s + options_.stamp_after_s;
+    const double step_s = options_.stamp_resolution_s;
+    part.stamp_s = (step_s > 0 ? std::floor(stamp_s / step_s) * step_s : stamp_s) + faults.jump_s;
+    truth.stamp_s = part.stamp_s;
+    part.grab_end_s = begin_s;
+    part.encode_begin_s = begin_s;
+    part.encode_end_s = MonotonicNow();
+    part.half = truth.half = faults.half_jpeg;
+    due_s_ = std::max({due_s_, capture_s + delay_s, part.encode_end_s});
+    {
+      const std::lock_guard lock(mutex_);
+      ++counts_.drawn;
+      counts_.drawing_s += part.encode_end_s - begin_s;
+      unsent_.push_back(truth);
+      // What no client took never comes up in Sent().
+      while (unsent_.size() > 1000) unsent_.pop_front();
+    }
+    http_->Publish(std::move(part), due_s_);
+  }
+
+  CameraPart Draw(double capture_s, const ActiveFaults& faults, CameraTruth& truth) {
+    CameraMoment moment = view_.MomentAt(*machine_, capture_s, options_.machine_time_scale);
+    truth.machine = moment.machine;
+    truth.spot = view_.LaserSpot(moment.machine);
+    truth.shown_black = faults.black;
+    truth.laser_hidden = faults.laser_absent;
+    if (faults.laser_absent) moment.machine.laser_on = false;
+    CameraPart part;
+    const bool altered = faults.black || faults.size;
+    if (!altered) part.jpeg = still_.Take(moment, random_);
+    if (part.jpeg == nullptr) {
+      if (faults.black) {
+        frame_ = Frame(options_.view.frame_width_px, options_.view.frame_height_px);
+      } else {
+        view_.Render(moment, frame_);
+      }
+      if (faults.size) frame_ = Resized(frame_, faults.size->width_px, faults.size->height_px);
+      auto jpeg = std::make_shared<std::vector<std::uint8_t>>();
+      EncodeJpeg(frame_.view(), options_.jpeg_quality, *jpeg);
+      part.jpeg = std::move(jpeg);
+      if (altered) {
+        still_.Forget();
+      } else {
+        still_.Keep(part.jpeg);
+      }
+    }
+    part.width_px = faults.size ? faults.size->width_px : options_.view.frame_width_px;
+    part.height_px = faults.size ? faults.size->height_px : options_.view.frame_height_px;
+    return part;
+  }
+
+  void Sent(std::int64_t frame, double sent_s) {
+    std::unique_lock lock(mutex_);
+    while (!unsent_.empty() && unsent_.front().frame < frame) unsent_.pop_front();
+    if (unsent_.empty() || unsent_.front().frame != frame) return;
+    CameraTruth truth = unsent_.front();
+    unsent_.pop_front();
+    lock.unlock();
+    truth.sent_s = sent_s;
+    log_.Add(truth);
+  }
+
+  CameraServerOptions options_;
+  std::shared_ptr<const MachineSource> machine_;
+  HeadEye eye_;
+  CameraView view_;
+  Random random_;
+  double started_s_ = 0;
+  // The drawing thread's own.
+  StillFrames still_;
+  Frame frame_;
+  double due_s_ = 0;
+  bool open_ = true;
+  // Shared between threads.
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool stopping_ = false;
+  CameraFaults faults_;
+  CameraCounts counts_;
+  std::deque<CameraTruth> unsent_;
+  CameraTruthLog log_;
+  std::unique_ptr<CameraHttp> http_;
+  std::thread thread_;
+};
+
+Result<void> Within(std::string_view field, double value, double lo, double hi) {
+  if (value >= lo && value <= hi) return {};
+  return Fail(
+      fmt::format("the virtual camera's {} is {}; it must lie in {} … {}", field, value, lo, hi));
+}
+
+}  // namespace
+
+Result<void> CameraServerOptions::Validate() const {
+  const Result<void> checks[] = {
+      Within("port", port, 0, 65535),
+      Within("frame width", view.frame_width_px, 64, kSensorWidthPx),
+      Within("frame height", view.frame_height_px, 64, kSensorHeightPx),
+      Within("frames per second", frames_per_s, 1, 1000),
+      Within("machine time scale", machine_time_scale, 0.1, 1000),
+      Within("stamp after mid-exposure, s,", stamp_after_s, -0.1, 0.1),
+      Within("stamp resolution, s,", stamp_resolution_s, 0, 0.01),
+      Within("latency, s,", latency_s, 0, 2),
+      Within("latency jitter, s,", latency_jitter_s, 0, 2),
+      Within("JPEG quality", jpeg_quality, 1, 100),
+  };
+  for (const Result<void>& check : checks) {
+    if (!check) return check;
+  }
+  return {};
+}
+
+Result<std::unique_ptr<CameraServer>> CameraServer::Start(
+    const CameraServerOptions& options, std::shared_ptr<const MachineSource> machine,
+    const Random& eye) {
+  if (const Result<void> valid = options.Validate(); !valid) {
+    return tl::unexpected<Error>(valid.error());
+  }
+  auto server = std::make_unique<Running>(options, std::move(machine), eye);
+  if (const Result<void> started = server->Start(); !started) {
+    return tl::unexpected<Error>(started.error());
+  }
+  return server;
+}
+
+}  // namespace trammel::sim

@@ -1,0 +1,71 @@
+// The virtual machine in the host's time, for the server and the camera at once.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "base/result.h"
+#include "sim/camera/machine_view.h"
+#include "sim/klipper/config.h"
+#include "sim/klipper/machine.h"
+#include "sim/klipper/machine_clock.h"
+
+namespace trammel::sim {
+
+struct MachineOptions {
+  KlipperConfig klipper = DefaultKlipperConfig();
+  KlipperFaults faults;
+  std::uint64_t seed = 0;  ///< names the printer and its print
+  std::optional<double>
+      pressure_advance_s;  ///< the truth, 0.0001 … 10; drawn from the seed if absent
+  double speed = 1;        ///< machine seconds per second of the host, > 0 … 1000
+  /// The same while the laser has been off for 10 s, so that scans keep their speed, > 0 … 1000;
+  /// absent: `speed`.
+  std::optional<double> hurry;
+};
+
+/// Thread-safe. All times of its interface are the host's, in seconds; the machine starts at
+/// `start_s`.
+class MachineHost final : public MachineSource {
+ public:
+  MachineHost(MachineOptions options, double start_s);
+  ~MachineHost() override;
+
+  /// Lets the machine live up to that moment first: what was seen once stays so, however late the
+  /// server comes to its next command.
+  [[nodiscard]] MachineView At(double monotonic_s) const override;
+  /// Rebuilt where beads were finished, at most every two seconds while more are being laid.
+  /// Starting to print a file cleans the plate.
+  [[nodiscard]] std::shared_ptr<const Bed> bed(double monotonic_s) const override;
+
+  [[nodiscard]] double MachineTime(double monotonic_s) const;
+  /// Runs a function with the machine to itself.
+  void With(const std::function<void(VirtualKlipper&)>& function) const;
+  /// K*: what a calibration should find.
+  [[nodiscard]] double true_pressure_advance_s() const { return truth_s_; }
+
+ private:
+  /// REQUIRES the machine's lock.
+  void SetClock() const;
+
+  MachineOptions options_;
+  mutable MachineClock clock_;
+  mutable double last_laser_s_ = -1e9;  ///< machine time
+  double truth_s_;
+  mutable std::mutex mutex_;
+  std::unique_ptr<VirtualKlipper> klipper_;
+  // The bed, behind a lock of its own: printing takes long.
+  mutable std::mutex bed_mutex_;
+  mutable std::shared_ptr<const Bed> bed_;
+  mutable std::size_t bed_beads_ = 0;
+  mutable double bed_cleaned_s_ = 0;
+  mutable double bed_built_s_ = -1e9;
+};
+
+/// CLOCK_MONOTONIC_RAW less CLOCK_MONOTONIC, s: Klipper tells the former, cameras the latter.
+[[nodiscard]] double RawLessMonotonic();
+
+}  // namespace trammel::sim

@@ -1,0 +1,176 @@
+#include "sim/camera/scan_recorder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "sim/camera/jpeg.h"
+#include "sim/camera/mjpeg_writer.h"
+#include "sim/laser/eye_test_support.h"
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+}
+
+namespace trammel::sim {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct VideoFacts {
+  int frames = 0;
+  int width = 0;
+  int height = 0;
+  AVCodecID codec = AV_CODEC_ID_NONE;
+  double frames_per_s = 0;
+};
+
+VideoFacts ProbeVideo(const std::filesystem::path& path) {
+  VideoFacts facts;
+  AVFormatContext* format = nullptr;
+  if (avformat_open_input(&format, path.c_str(), nullptr, nullptr) < 0) return facts;
+  avformat_find_stream_info(format, nullptr);
+  const AVStream* stream = format->streams[0];
+  facts.width = stream->codecpar->width;
+  facts.height = stream->codecpar->height;
+  facts.codec = stream->codecpar->codec_id;
+  facts.frames_per_s = av_q2d(stream->avg_frame_rate);
+  AVPacket* packet = av_packet_alloc();
+  while (av_read_frame(format, packet) >= 0) {
+    ++facts.frames;
+    av_packet_unref(packet);
+  }
+  av_packet_free(&packet);
+  avformat_close_input(&format);
+  return facts;
+}
+
+Plan TwoLines(double length_mm) {
+  Plan plan;
+  plan.line_length_mm = length_mm;
+  plan.acceleration_mm_s2 = 3000;
+  plan.segments = {{0.25, 5}, {0.5, 150}, {0.25, 5}};
+  plan.lines = {{0, 0.0, 100, 100, 100 + length_mm, 100},
+                {0, 0.05, 100 + length_mm, 104, 100, 104},
+                {1, 0.05, 50, 20, 50, 20 + length_mm}};
+  return plan;
+}
+
+ScanOptions SmallFrames() {
+  ScanOptions options;
+  options.frame_width_px = 160;
+  options.frame_height_px = 120;
+  return options;
+}
+
+Result<void> Record(const Plan& plan, const ScanOptions& options, std::uint64_t seed,
+                    const std::filesystem::path& folder) {
+  Random random(seed);
+  const Condition condition;
+  const LaserTraits eye = DrawLaserTraits(condition, random);
+  return RecordScan(StraightBead(100, 100 + plan.line_length_mm, 100, 0.5, 0.25), plan, condition,
+                    eye, options, random, folder);
+}
+
+TEST(ScanRecorder, WritesTheVideosAndTheDescriptionThatTheFormatAsksFor) {
+  const ScratchFolder scratch;
+  const auto folder = scratch.path() / "scan";
+  const Result<void> done = Record(TwoLines(30), SmallFrames(), 1, folder);
+  ASSERT_TRUE(done) << done.error().message;
+  const auto scan = nlohmann::json::parse(ReadBytes(folder / "scan.json"));
+  EXPECT_EQ(scan["format"], 1);
+  EXPECT_EQ(scan["eye"], "laser");
+  ASSERT_EQ(scan["lines"].size(), 2);
+  EXPECT_EQ(scan["lines"][1]["print_direction"], "-x");
+  EXPECT_EQ(scan["lines"][1]["sweep_direction"], "-x");
+  for (int i = 0; i < 2; ++i) {
+    const auto& line = scan["lines"][i];
+    const VideoFacts video = ProbeVideo(folder / line["video"].get<std::string>());
+    // 22 mm at 400 mm/min and 30 frames/s.
+    EXPECT_EQ(video.frames, 99);
+    EXPECT_EQ(video.codec, AV_CODEC_ID_MJPEG);
+    EXPECT_EQ(video.width, 160);
+    EXPECT_EQ(video.height, 120);
+    EXPECT_NEAR(video.frames_per_s, 30, 0.01);
+    const auto times = line["frame_times_s"].get<std::vector<double>>();
+    ASSERT_EQ(times.size(), 99);
+    for (std::size_t k = 1; k < times.size(); ++k) EXPECT_GT(times[k], times[k - 1]);
+  }
+}
+
+TEST(ScanRecorder, EqualSeedsWriteEqualBytes) {
+  const ScratchFolder scratch;
+  const Plan plan = TwoLines(10);
+  ASSERT_TRUE(Record(plan, SmallFrames(), 4, scratch.path() / "a"));
+  ASSERT_TRUE(Record(plan, SmallFrames(), 4, scratch.path() / "b"));
+  ASSERT_TRUE(Record(plan, SmallFrames(), 5, scratch.path() / "c"));
+  for (const char* name : {"scan.json", "line0.avi", "line1.avi"}) {
+    EXPECT_EQ(ReadBytes(scratch.path() / "a" / name), ReadBytes(scratch.path() / "b" / name));
+  }
+  EXPECT_NE(ReadBytes(scratch.path() / "a/line0.avi"), ReadBytes(scratch.path() / "c/line0.avi"));
+}
+
+TEST(ScanRecorder, LinesAlongYAreScannedWithTheEyeTurned) {
+  const ScratchFolder scratch;
+  ScanOptions options = SmallFrames();
+  options.pattern = 1;
+  ASSERT_TRUE(Record(TwoLines(10), options, 4, scratch.path() / "y"));
+  const auto scan = nlohmann::json::parse(ReadBytes(scratch.path() / "y/scan.json"));
+  ASSERT_EQ(scan["lines"].size(), 1);
+  EXPECT_EQ(scan["lines"][0]["print_direction"], "+y");
+}
+
+TEST(ScanRecorder, RefusesWhatItCannotDo) {
+  const ScratchFolder scratch;
+  Result<void> done = Record(TwoLines(30), SmallFrames(), 1, scratch.path());
+  ASSERT_FALSE(done);
+  EXPECT_THAT(done.error().message, HasSubstr("exists already"));
+  done = Record(TwoLines(8.1), SmallFrames(), 1, scratch.path() / "short");
+  ASSERT_FALSE(done);
+  EXPECT_THAT(done.error().message, HasSubstr("8.1 mm are too short"));
+  ScanOptions options = SmallFrames();
+  options.pattern = 9;
+  done = Record(TwoLines(30), options, 1, scratch.path() / "none");
+  ASSERT_FALSE(done);
+  EXPECT_THAT(done.error().message, HasSubstr("no line of pattern 9"));
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() / "none"));
+  done = Record(TwoLines(30), SmallFrames(), 1, "/proc/trammel/scan");
+  ASSERT_FALSE(done);
+  EXPECT_THAT(done.error().message, HasSubstr("cannot be created"));
+}
+
+TEST(ScanRecorder, TruthNamesTheWorld) {
+  const ScratchFolder scratch;
+  ASSERT_TRUE(WriteTruth(scratch.path(), {0.0361}, 1007, "matte-black-dark"));
+  const auto truth = nlohmann::json::parse(ReadBytes(scratch.path() / "truth.json"));
+  EXPECT_EQ(truth, nlohmann::json::parse(R"({"format": 1, "pressure_advance_s": 0.0361,
+                                             "seed": 1007, "condition": "matte-black-dark"})"));
+}
+
+TEST(MjpegWriter, RefusesToOverwriteAndNamesTheFile) {
+  const ScratchFolder scratch;
+  const auto path = scratch.path() / "a.avi";
+  Result<MjpegWriter> first = MjpegWriter::Create(path, 8, 8, 30);
+  ASSERT_TRUE(first);
+  ASSERT_TRUE(first->Finish());
+  const Result<MjpegWriter> second = MjpegWriter::Create(path, 8, 8, 30);
+  ASSERT_FALSE(second);
+  EXPECT_THAT(second.error().message, HasSubstr("a.avi exists already"));
+}
+
+TEST(Conditions, NamesReadBackAndOthersAreRefused) {
+  for (const Condition& condition : AllConditions()) {
+    const Result<Condition> again = ParseCondition(ToString(condition));
+    ASSERT_TRUE(again);
+    EXPECT_EQ(ToString(*again), ToString(condition));
+  }
+  const Result<Condition> wrong = ParseCondition("matte-pink-dark");
+  ASSERT_FALSE(wrong);
+  EXPECT_THAT(wrong.error().message, HasSubstr("matte-black-dark"));
+}
+
+}  // namespace
+}  // namespace trammel::sim

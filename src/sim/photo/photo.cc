@@ -1,0 +1,335 @@
+#include "sim/photo/photo.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string_view>
+#include <vector>
+
+#include "files/new_file.h"
+#include "sim/camera/jpeg.h"
+#include "sim/print/noise_field.h"
+
+namespace trammel::sim {
+namespace {
+
+using Bgr = std::array<double, 3>;  // of full scale
+
+constexpr int kSamples = 2;      // per pixel, each way
+constexpr double kMarginMm = 2;  // of relief around the print, for shadows
+constexpr double kFinestCellMm = 0.025;
+constexpr double kMostCells = 20e6;
+constexpr double kBlockMm = 1;  // resolution at which bare plate is told apart quickly
+constexpr double kTextureCellMm = 0.035;
+
+// What things look like in even light of full strength.
+struct Materials {
+  Bgr plate;
+  double plate_relief = 0;  // contrast that the plate's texture throws
+  Bgr filament;
+  double depth_mm = 0.1;  // to which one sees into the filament
+  double gloss = 0;
+};
+
+Materials MaterialsOf(PhotoScene scene) {
+  switch (scene) {
+    case PhotoScene::kNaturalOnGold:
+      return {{0.24, 0.38, 0.44}, 0.36, {0.86, 0.82, 0.78}, 0.09, 0.35};
+    case PhotoScene::kNaturalOnDark:
+      return {{0.15, 0.16, 0.16}, 0.45, {0.82, 0.80, 0.78}, 0.09, 0.35};
+    case PhotoScene::kBlackOnLight:
+      return {{0.72, 0.76, 0.78}, 0.05, {0.07, 0.07, 0.07}, 0.01, 0.25};
+  }
+  return {};
+}
+
+class Scene {
+ public:
+  Scene(const Bed& bed, const BedRegion& print, const PhotoTraits& traits, Random& random)
+      : traits_(traits),
+        camera_(traits, print),
+        materials_(MaterialsOf(traits.scene)),
+        bed_x_mm_(bed.size_x_mm),
+        bed_y_mm_(bed.size_y_mm),
+        bumps_(SmoothNoise(1024, 2.2, random)),
+        glints_(SmoothNoise(1024, 1.5, random)) {
+    const BedRegion region{print.min_x_mm - kMarginMm, print.min_y_mm - kMarginMm,
+                           print.max_x_mm + kMarginMm, print.max_y_mm + kMarginMm};
+    const double area = (region.max_x_mm - region.min_x_mm) * (region.max_y_mm - region.min_y_mm);
+    relief_ = RasterizeBed(bed, region, std::max(kFinestCellMm, std::sqrt(area / kMostCells)));
+    MarkBlocks();
+    light_ = {std::cos(traits.light_elevation_rad) * std::cos(traits.light_azimuth_rad),
+              std::cos(traits.light_elevation_rad) * std::sin(traits.light_azimuth_rad),
+              std::sin(traits.light_elevation_rad)};
+  }
+
+  /// The light that arrives along one ray, of full scale.
+  [[nodiscard]] Bgr See(double x_px, double y_px) const {
+    const Vector3 ray = camera_.Ray(x_px, y_px);
+    const Vector3& eye = camera_.position();
+    double x = eye.x + ray.x * eye.z;
+    double y = eye.y + ray.y * eye.z;
+    Bgr colour;
+    if (!(x >= 0 && y >= 0 && x <= bed_x_mm_ && y <= bed_y_mm_)) {
+      colour = {0.02, 0.02, 0.02};  // beyond the plate
+    } else if (!Near(x, y)) {
+      colour = PlateAt(x, y, x_px, y_px, 1);
+    } else {
+      const double z = Meet(ray, x, y);
+      colour =
+          z > 0 ? FilamentAt(x, y, z, x_px, y_px, ray) : PlateAt(x, y, x_px, y_px, ShadowAt(x, y));
+    }
+    const double light = Illumination(x_px, y_px);
+    for (double& value : colour) value *= light;
+    return colour;
+  }
+
+ private:
+  void MarkBlocks() {
+    block_columns_ = static_cast<int>(relief_.columns * relief_.cell_mm / kBlockMm) + 1;
+    block_rows_ = static_cast<int>(relief_.rows * relief_.cell_mm / kBlockMm) + 1;
+    blocks_.assign(static_cast<std::size_t>(block_columns_ * block_rows_), 0);
+    for (int row = 0; row < relief_.rows; ++row) {
+      const int below = static_cast<int>(row * relief_.cell_mm / kBlockMm);
+      for (int column = 0; column < relief_.columns; ++column) {
+        if (relief_.row(row)[column] <= 0) continue;
+        top_mm_ = std::max(top_mm_, static_cast<double>(relief_.row(row)[column]));
+        const int left = static_cast<int>(column * relief_.cell_mm / kBlockMm);
+        for (int i = std::max(0, below - 1); i <= std::min(block_rows_ - 1, below + 1); ++i) {
+          for (int k = std::max(0, left - 1); k <= std::min(block_columns_ - 1, left + 1); ++k) {
+            blocks_[static_cast<std::size_t>(i * block_columns_ + k)] = 1;
+          }
+        }
+      }
+    }
+  }
+
+  // Whether there is filament within a block's width.
+  [[nodiscard]] bool Near(double x, double y) const {
+    const double column = (x - relief_.origin_x_mm) / kBlockMm;
+    const double row = (y - relief_.origin_y_mm) / kBlockMm;
+    if (!(column >= 0 && row >= 0 && column < block_columns_ && row < block_rows_)) return false;
+    return blocks_[static_cast<std::size_t>(static_cast<int>(row) * block_columns_ +
+                                            static_cast<int>(column))] != 0;
+  }
+
+  // Moves (x, y) from where the ray would meet the plate to where it meets the surface.
+  double Meet(const Vector3& ray, double& x, double& y) const {
+    constexpr int kSteps = 10;
+    const auto gap = [&](double z) { return z - relief_.HeightAt(x - ray.x * z, y - ray.y * z); };
+    double z = top_mm_;
+    double clear = gap(z);
+    for (int i = kSteps - 1; i >= 0; --i) {
+      const double next = top_mm_ * i / kSteps;
+      const double below = gap(next);
+      if (below < 0 || (i == 0 && below <= 0)) {
+        z = clear > below ? next + (z - next) * -below / (clear - below) : next;
+        break;
+      }
+      z = next;
+      clear = below;
+    }
+    x -= ray.x * z;
+    y -= ray.y * z;
+    return z;
+  }
+
+  // 1 in the light, less where a bead stands between plate and lamp.
+  [[nodiscard]] double ShadowAt(double x, double y) const {
+    double deepest = 0;
+    for (int i = 1; i <= 5; ++i) {
+      const double z = top_mm_ * (i - 0.5) / 5;
+      const double towards_x = x + light_.x / light_.z * z;
+      const double towards_y = y + light_.y / light_.z * z;
+      if (!relief_.CoveredAt(towards_x, towards_y)) continue;
+      deepest = std::max(deepest, relief_.HeightAt(towards_x, towards_y) - z);
+    }
+    return 1 - 0.5 * std::clamp(deepest / 0.08, 0.0, 1.0);
+  }
+
+  [[nodiscard]] Bgr PlateAt(double x, double y, double x_px, double y_px, double lit) const {
+    const int column = static_cast<int>(std::floor(x / kTextureCellMm));
+    const int row = static_cast<int>(std::floor(y / kTextureCellMm));
+    const double fx = x / kTextureCellMm - column;
+    const double fy = y / kTextureCellMm - row;
+    const double here = static_cast<double>(bumps_.At(column, row));
+    const double right = static_cast<double>(bumps_.At(column + 1, row));
+    const double above = static_cast<double>(bumps_.At(column, row + 1));
+    // Lit from the lamp's side, as a relief; and winding crests stand out.
+    const double emboss = (here - right) * light_.x + (here - above) * light_.y;
+    const double level = here + fx * (right - here) + fy * (above - here);
+    const double crest = 2.2 * std::exp(-3 * level * level) - 1;
+    const double shade = std::max(0.1, 1 + materials_.plate_relief * (1.6 * emboss + 0.45 * crest));
+    Bgr colour = materials_.plate;
+    for (double& value : colour) value *= shade * lit;
+    const double facet =
+        std::pow(std::max(0.0, static_cast<double>(glints_.At(column, row)) - 0.2), 2);
+    for (const Reflection& patch : traits_.reflections) {
+      const double weight = Fade(patch, x_px, y_px);
+      if (weight < 0.002) continue;
+      const double amount =
+          lit * weight * (patch.sheen * (0.6 + 0.5 * shade) + patch.glints * facet);
+      for (std::size_t i = 0; i < 3; ++i) colour[i] += amount * patch.bgr[i];
+    }
+    return colour;
+  }
+
+  [[nodiscard]] Bgr FilamentAt(double x, double y, double z, double x_px, double y_px,
+                               const Vector3& ray) const {
+    const double step = relief_.cell_mm;
+    const double slope_x =
+        (relief_.HeightAt(x + step, y) - relief_.HeightAt(x - step, y)) / (2 * step);
+    const double slope_y =
+        (relief_.HeightAt(x, y + step) - relief_.HeightAt(x, y - step)) / (2 * step);
+    const double norm = 1 / std::sqrt(1 + slope_x * slope_x + slope_y * slope_y);
+    const double facing = norm * (light_.z - slope_x * light_.x - slope_y * light_.y) - light_.z;
+    // Half-way vector between lamp and camera, for gloss.
+    const double length = std::sqrt(1 + ray.x * ray.x + ray.y * ray.y);
+    const Vector3 half{light_.x - ray.x / length, light_.y - ray.y / length, light_.z + 1 / length};
+    const double half_length = std::sqrt(half.x * half.x + half.y * half.y + half.z * half.z);
+    const double mirror =
+        std::max(0.0, norm * (half.z - slope_x * half.x - slope_y * half.y) / half_length);
+    const double gloss = materials_.gloss * std::pow(mirror, 40);
+
+    const double height = relief_.HeightAt(x, y);
+    const double cover = 1 - std::exp(-std::max(height, z) / materials_.depth_mm);
+    const Bgr below = PlateAt(x, y, x_px, y_px, 0.8);
+    const double grain =
+        1 + 0.025 * static_cast<double>(glints_.At(static_cast<int>(x / kTextureCellMm),
+                                                   static_cast<int>(y / kTextureCellMm)));
+    Bgr colour;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double body = materials_.filament[i] * grain * (1 + 0.45 * facing);
+      double own = body + gloss;
+      for (const Reflection& patch : traits_.reflections) {
+        own += 0.25 * patch.sheen * patch.bgr[i] * Fade(patch, x_px, y_px);
+      }
+      colour[i] = cover * own + (1 - cover) * below[i];
+    }
+    return colour;
+  }
+
+  [[nodiscard]] double Fade(const Reflection& patch, double x_px, double y_px) const {
+    const double x = (x_px - 0.5 * traits_.width_px) / traits_.height_px - patch.x;
+    const double y = (y_px - 0.5 * traits_.height_px) / traits_.height_px - patch.y;
+    return std::exp(-0.5 * (x * x + y * y) / (patch.radius * patch.radius));
+  }
+
+  [[nodiscard]] double Illumination(double x_px, double y_px) const {
+    const double x = 2 * x_px / traits_.width_px - 1;
+    const double y = 2 * y_px / traits_.height_px - 1;
+    const double slope =
+        x * std::cos(traits_.unevenness_azimuth_rad) + y * std::sin(traits_.unevenness_azimuth_rad);
+    const double corner = 1 - traits_.vignetting * (x * x + y * y) / 2;
+    return traits_.exposure * corner * std::max(0.1, 1 + 0.7 * traits_.unevenness * slope);
+  }
+
+  const PhotoTraits& traits_;
+  PhotoCamera camera_;
+  Materials materials_;
+  double bed_x_mm_;
+  double bed_y_mm_;
+  Tile bumps_;
+  Tile glints_;
+  Relief relief_;
+  double top_mm_ = 0;
+  Vector3 light_;
+  int block_columns_ = 0;
+  int block_rows_ = 0;
+  std::vector<std::uint8_t> blocks_;
+};
+
+// Lens blur, the camera's sharpening and its noise.
+void Develop(const PhotoTraits& traits, Random& random, cv::Mat& light, Frame& frame) {
+  if (traits.blur_sigma_px > 0) cv::GaussianBlur(light, light, {}, traits.blur_sigma_px);
+  if (traits.sharpening > 0) {
+    cv::Mat soft;
+    cv::GaussianBlur(light, soft, {}, 1.6);
+    light += traits.sharpening * (light - soft);
+  }
+  const Tile noise = SmoothNoise(512, 0.5, random);
+  for (int y = 0; y < frame.height; ++y) {
+    const auto* in = light.ptr<float>(y);
+    std::uint8_t* out = frame.row(y);
+    const int shift = static_cast<int>(random.Below(512));
+    const int jump = static_cast<int>(random.Below(512));
+    for (int x = 0; x < frame.width; ++x) {
+      const auto common = static_cast<double>(noise.At(x + shift, y + jump));
+      for (int i = 0; i < 3; ++i) {
+        const auto own = static_cast<double>(noise.At(x + 171 * (i + 1), y + jump));
+        const double value = std::clamp(static_cast<double>(in[3 * x + i]), 0.0, 1.0);
+        const double sigma = traits.noise * std::sqrt(0.3 + 1.4 * value);
+        out[3 * x + i] = static_cast<std::uint8_t>(
+            std::clamp(255 * value + sigma * (0.8 * common + 0.5 * own), 0.0, 255.0) + 0.5);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Result<BedRegion> PrintedRegion(const Bed& bed) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  BedRegion region{kInfinity, kInfinity, -kInfinity, -kInfinity};
+  for (const Strand& strand : bed.strands) {
+    for (const BeadSample& sample : strand.samples) {
+      if (sample.width_mm <= 0) continue;
+      const double half = sample.width_mm / 2;
+      region.min_x_mm = std::min(region.min_x_mm, sample.x_mm - half);
+      region.min_y_mm = std::min(region.min_y_mm, sample.y_mm - half);
+      region.max_x_mm = std::max(region.max_x_mm, sample.x_mm + half);
+      region.max_y_mm = std::max(region.max_y_mm, sample.y_mm + half);
+    }
+  }
+  if (region.min_x_mm > region.max_x_mm) {
+    return Fail("there is no filament on the virtual bed; print something first");
+  }
+  return region;
+}
+
+Result<Frame> RenderPhoto(const Bed& bed, const PhotoTraits& traits, Random random) {
+  const std::int64_t pixels = std::int64_t{traits.width_px} * traits.height_px;
+  if (traits.width_px < 64 || traits.height_px < 64 || traits.width_px > 20000 ||
+      traits.height_px > 20000 || pixels > 100'000'000) {
+    return Fail(fmt::format(
+        "a photo of {} x {} px: each side must be 64 ... 20000 and all at most 100 million",
+        traits.width_px, traits.height_px));
+  }
+  const Result<BedRegion> print = PrintedRegion(bed);
+  if (!print) return tl::unexpected<Error>(print.error());
+  const Scene scene(bed, *print, traits, random);
+  cv::Mat light(traits.height_px, traits.width_px, CV_32FC3);
+  for (int y = 0; y < traits.height_px; ++y) {
+    auto* out = light.ptr<float>(y);
+    for (int x = 0; x < traits.width_px; ++x) {
+      Bgr sum{};
+      for (int i = 0; i < kSamples * kSamples; ++i) {
+        const double dx = (i % kSamples + 0.5) / kSamples - 0.5;
+        const double dy = (i / kSamples + 0.5) / kSamples - 0.5;
+        const Bgr seen = scene.See(x + dx, y + dy);
+        for (std::size_t k = 0; k < 3; ++k) sum[k] += std::min(seen[k], 1.5);
+      }
+      for (std::size_t k = 0; k < 3; ++k) {
+        out[3 * static_cast<std::size_t>(x) + k] =
+            static_cast<float>(sum[k] / (kSamples * kSamples));
+      }
+    }
+  }
+  Frame frame(traits.width_px, traits.height_px);
+  Develop(traits, random, light, frame);
+  return frame;
+}
+
+Result<void> WriteJpegFile(const Frame& frame, int quality, const std::filesystem::path& path) {
+  std::vector<std::uint8_t> jpeg;
+  EncodeJpeg(frame.view(), quality, jpeg);
+  const std::string_view bytes(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
+  return files::WriteWholeFile(path, bytes, files::IfThere::kRefuse);
+}
+
+}  // namespace trammel::sim

@@ -1,0 +1,184 @@
+#include "sim/photo/photo.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include "sim/laser/eye_test_support.h"
+
+namespace trammel::sim {
+namespace {
+
+using ::testing::HasSubstr;
+
+PhotoTraits SmallPhoto() {
+  PhotoTraits traits;
+  traits.scene = PhotoScene::kBlackOnLight;
+  traits.width_px = 300;
+  traits.height_px = 400;
+  return traits;
+}
+
+Bed ThreeBeads() {
+  Bed bed = StraightBead(100, 120, 100, 0.8, 0.3);
+  for (const double y : {110.0, 125.0}) {
+    bed.strands.push_back(StraightBead(100, 120, y, 0.8, 0.3).strands[0]);
+  }
+  return bed;
+}
+
+// First and last dark pixel's edges of a black bead in a column, to sub-pixel, near a row.
+std::pair<double, double> DarkEdges(const Frame& frame, int column, double near_row) {
+  const auto grey = [&](int row) {
+    const std::uint8_t* p = frame.view().row(row) + std::ptrdiff_t{3} * column;
+    return (p[0] + p[1] + p[2]) / 3.0;
+  };
+  const int centre = static_cast<int>(std::lround(near_row));
+  double dark = grey(centre);  // the top shines: the flanks tell how dark the filament is
+  for (int row = centre - 6; row <= centre + 6; ++row) dark = std::min(dark, grey(row));
+  const double bright = grey(centre - 14);
+  const double half = (dark + bright) / 2;
+  int up = centre;
+  while (up > 0 && grey(up) < half) --up;
+  int down = centre;
+  while (down < frame.height - 1 && grey(down) < half) ++down;
+  const double first = up + (grey(up) - half) / (grey(up) - grey(up + 1));
+  const double last = down - (grey(down) - half) / (grey(down) - grey(down - 1));
+  return {first, last};
+}
+
+TEST(PhotoCamera, RayAndProjectionAreInverse) {
+  Random random(3);
+  for (int i = 0; i < 50; ++i) {
+    const PhotoTraits traits = DrawPhotoTraits(PhotoScene::kNaturalOnDark, random);
+    const PhotoCamera camera(traits, {100, 80, 130, 140});
+    const double x = random.Uniform(0, traits.width_px);
+    const double y = random.Uniform(0, traits.height_px);
+    const Vector3 ray = camera.Ray(x, y);
+    const double fall = camera.position().z - 0.2;
+    const ImagePoint seen = camera.Project(
+        {camera.position().x + ray.x * fall, camera.position().y + ray.y * fall, 0.2});
+    EXPECT_NEAR(seen.x_px, x, 1e-5);
+    EXPECT_NEAR(seen.y_px, y, 1e-5);
+  }
+}
+
+TEST(PhotoCamera, FillsThePictureAsWanted) {
+  for (const double tilt : {0.0, 0.3}) {
+    PhotoTraits traits;
+    traits.fill = 0.7;
+    traits.tilt_rad = tilt;
+    traits.tilt_towards_rad = -1.2;
+    const PhotoCamera camera(traits, {100, 80, 130, 140});
+    double widest = 0;
+    for (const double x : {100.0, 130.0}) {
+      for (const double y : {80.0, 140.0}) {
+        const ImagePoint seen = camera.Project({x, y, 0});
+        widest = std::max(
+            {widest, std::abs(2 * seen.x_px / 1079 - 1), std::abs(2 * seen.y_px / 1919 - 1)});
+      }
+    }
+    EXPECT_NEAR(widest, 0.7, 0.002);
+  }
+}
+
+TEST(PhotoCamera, LooksUprightAndFurtherAwayIsSmaller) {
+  PhotoTraits traits;
+  traits.tilt_rad = 0.3;
+  traits.tilt_towards_rad = -1.5707963267949;  // the camera stands on the near side
+  const PhotoCamera camera(traits, {100, 80, 130, 140});
+  const auto width = [&](double y) {
+    return camera.Project({130, y, 0}).x_px - camera.Project({100, y, 0}).x_px;
+  };
+  EXPECT_GT(width(80), 1.05 * width(140));
+  EXPECT_LT(width(140) > 0 ? camera.Project({115, 140, 0}).y_px : 1e9,
+            camera.Project({115, 80, 0}).y_px);
+}
+
+TEST(Photo, BeadEdgesLieWhereTheCameraProjectsThem) {
+  PhotoTraits traits = SmallPhoto();
+  traits.roll_rad = 0.01;
+  traits.light_elevation_rad = 1.5;  // no shadow beside the bead
+  traits.focal_heights = 5;          // from afar, so that a bead's flank hides nothing
+  const Bed bed = ThreeBeads();
+  const Result<Frame> photo = RenderPhoto(bed, traits, Random(1));
+  ASSERT_TRUE(photo) << photo.error().message;
+  const PhotoCamera camera(traits, *PrintedRegion(bed));
+  // The contract of RenderPhoto.
+  constexpr double kTolerancePx = 0.25;
+  for (const double y : {100.0, 110.0, 125.0}) {
+    const ImagePoint upper = camera.Project({110, y + 0.4, 0});
+    const ImagePoint lower = camera.Project({110, y - 0.4, 0});
+    const int column = static_cast<int>(std::lround(upper.x_px));
+    const double sway = 0.01 * (column - upper.x_px);
+    const auto [first, last] = DarkEdges(*photo, column, (upper.y_px + lower.y_px) / 2);
+    EXPECT_NEAR(first, upper.y_px - sway, kTolerancePx) << y;
+    EXPECT_NEAR(last, lower.y_px - sway, kTolerancePx) << y;
+  }
+}
+
+TEST(Photo, NaturalFilamentIsBrighterThanADarkPlate) {
+  PhotoTraits traits = SmallPhoto();
+  traits.scene = PhotoScene::kNaturalOnDark;
+  const Bed bed = ThreeBeads();
+  const Result<Frame> photo = RenderPhoto(bed, traits, Random(1));
+  ASSERT_TRUE(photo);
+  const PhotoCamera camera(traits, *PrintedRegion(bed));
+  const auto green = [&](const Vector3& at) {
+    const ImagePoint seen = camera.Project(at);
+    return int{photo->view().row(static_cast<int>(
+        std::lround(seen.y_px)))[3 * static_cast<int>(std::lround(seen.x_px)) + 1]};
+  };
+  EXPECT_GT(green({110, 110, 0.3}), green({110, 105, 0}) + 60);
+}
+
+TEST(Photo, EqualSeedsGiveEqualPicturesAndOthersDiffer) {
+  const auto render = [](std::uint64_t seed) {
+    Random random(seed);
+    PhotoTraits traits = DrawPhotoTraits(PhotoScene::kNaturalOnGold, random);
+    traits.width_px = 120;
+    traits.height_px = 200;
+    return RenderPhoto(ThreeBeads(), traits, random)->bgr;
+  };
+  EXPECT_EQ(render(11), render(11));
+  EXPECT_NE(render(11), render(12));
+}
+
+TEST(Photo, RefusesAnEmptyBedAndAnAbsurdSize) {
+  const Result<Frame> empty = RenderPhoto(Bed{250, 250, {}}, SmallPhoto(), Random(1));
+  ASSERT_FALSE(empty);
+  EXPECT_THAT(empty.error().message, HasSubstr("no filament"));
+  PhotoTraits traits = SmallPhoto();
+  traits.width_px = 30000;
+  const Result<Frame> huge = RenderPhoto(ThreeBeads(), traits, Random(1));
+  ASSERT_FALSE(huge);
+  EXPECT_THAT(huge.error().message, HasSubstr("30000 x 400"));
+}
+
+TEST(Photo, WritesAJpegAndOverwritesNothing) {
+  const ScratchFolder scratch;
+  const Frame frame(64, 64);
+  ASSERT_TRUE(WriteJpegFile(frame, 90, scratch.path() / "a.jpg"));
+  EXPECT_EQ(ReadBytes(scratch.path() / "a.jpg").substr(0, 2), "\xff\xd8");
+  const Result<void> again = WriteJpegFile(frame, 90, scratch.path() / "a.jpg");
+  ASSERT_FALSE(again);
+  EXPECT_THAT(again.error().message, HasSubstr("a.jpg: is there already"));
+  EXPECT_FALSE(WriteJpegFile(frame, 90, "/nowhere/a.jpg"));
+}
+
+TEST(PhotoScene, NamesReadBackAndOthersAreRefused) {
+  for (const char* name : {"natural-on-gold", "natural-on-dark", "black-on-light"}) {
+    const Result<PhotoScene> scene = ParsePhotoScene(name);
+    ASSERT_TRUE(scene);
+    EXPECT_EQ(ToString(*scene), name);
+  }
+  EXPECT_THAT(ParsePhotoScene("pink").error().message, HasSubstr("natural-on-gold"));
+}
+
+}  // namespace
+}  // namespace trammel::sim

@@ -1,0 +1,394 @@
+#include "sim/print/gcode_interpreter.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "sim/print/gcode_words.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr Bound kPositionMm{-1e4, 1e4};
+constexpr Bound kFilamentMm{-1e6, 1e6};
+constexpr Bound kFeedMmMin{1e-3, 6e6};
+constexpr Bound kVelocityMmS{1e-3, 1e5};
+constexpr Bound kAccelerationMmS2{1, 1e6};
+constexpr Bound kCornerMmS{0, 1e3};
+constexpr Bound kRatio{0, 0.999};
+constexpr Bound kPressureAdvanceS{0, 10};
+constexpr Bound kSmoothTimeS{0, 0.2};
+constexpr Bound kPercent{1, 1e4};
+constexpr Bound kDwellMs{0, 1e9};
+constexpr Bound kTemperatureC{-300, 2000};
+constexpr std::size_t kMostMoves = 1'000'000;
+constexpr std::size_t kMostIgnoredNames = 200;
+constexpr std::size_t kMostSavedStates = 100;
+
+using Axes = std::array<double, 4>;  // x, y, z, e
+
+// What SAVE_GCODE_STATE keeps. A logical coordinate plus `base` is the machine's.
+struct State {
+  bool absolute = true;
+  bool absolute_filament = true;
+  Axes base{};
+  Axes machine{};
+  double feed_mm_s = 25;  // Klipper's, before any F
+  double speed_factor = 1;
+  double extrude_factor = 1;
+};
+
+class Interpreter {
+ public:
+  explicit Interpreter(const InterpreterDefaults& defaults)
+      : max_velocity_mm_s_(defaults.max_velocity_mm_s) {
+    next_.acceleration_mm_s2 = defaults.acceleration_mm_s2;
+    next_.corner_velocity_mm_s = defaults.corner_velocity_mm_s;
+    next_.minimum_cruise_ratio = defaults.minimum_cruise_ratio;
+    next_.smooth_time_s = defaults.smooth_time_s;
+  }
+
+  Result<void> Run(const Command& command);
+  Program Take() { return std::move(program_); }
+
+ private:
+  // Reads a parameter into `target`, scaled; leaves it where the parameter is absent.
+  Result<bool> Read(const Command& command, const std::string& key, const Bound& bound,
+                    double& target, double factor = 1);
+  Result<void> Linear(const Command& command);
+  Result<void> GoTo(const Axes& target, int line);
+  Result<void> Dwell(const Command& command);
+  void Home(const Command& command);
+  Result<void> SetPosition(const Command& command);
+  Result<void> SetOffset(const Command& command);
+  Result<void> SetAcceleration(const Command& command);
+  Result<void> SetVelocityLimit(const Command& command);
+  Result<void> SetPressureAdvance(const Command& command, const std::string& key, bool smoothed);
+  Result<void> SetTemperature(const Command& command, const std::string& key);
+  Result<void> SaveState(const Command& command);
+  Result<void> RestoreState(const Command& command);
+  Result<bool> RunModal(const Command& command);
+  Result<bool> RunSetting(const Command& command);
+
+  Program program_;
+  State state_;
+  std::map<std::string, State> saved_;
+  Axes offset_{};  // SET_GCODE_OFFSET's part of the base
+  Move next_;      // the template of the next move: limits and pressure advance in force
+  double max_velocity_mm_s_;
+};
+
+Result<bool> Interpreter::Read(const Command& command, const std::string& key, const Bound& bound,
+                               double& target, double factor) {
+  const auto number = NumberOf(command, key, bound);
+  if (!number) {
+    return tl::unexpected(number.error());
+  }
+  if (number->has_value()) {
+    target = **number * factor;
+  }
+  return number->has_value();
+}
+
+Result<void> Interpreter::GoTo(const Axes& target, int line) {
+  static constexpr const char* kNames[] = {"X", "Y", "Z", "E"};
+  for (std::size_t axis = 0; axis < 4; ++axis) {
+    const Bound& bound = axis < 3 ? kPositionMm : kFilamentMm;
+    if (!(target[axis] >= bound.lo && target[axis] <= bound.hi)) {
+      return Fail(fmt::format("G-code line {}: {} goes to {} mm; it must lie within {} … {}", line,
+                              kNames[axis], target[axis], bound.lo, bound.hi));
+    }
+  }
+  if (program_.moves.size() >= kMostMoves) {
+    return Fail(
+        fmt::format("G-code line {}: more than {} moves; print a shorter file", line, kMostMoves));
+  }
+  const Axes& now = state_.machine;
+  if (now != target) {
+    Move move = next_;
+    move.from = {now[0], now[1], now[2]};
+    move.to = {target[0], target[1], target[2]};
+    move.e_mm = target[3] - now[3];
+    move.feed_mm_s = std::min(max_velocity_mm_s_, state_.feed_mm_s * state_.speed_factor);
+    program_.moves.push_back(move);
+    next_.stop_before = false;
+    next_.dwell_before_s = 0;
+    state_.machine = target;
+  }
+  return {};
+}
+
+Result<void> Interpreter::Linear(const Command& command) {
+  Axes target = state_.machine;
+  static constexpr const char* kKeys[] = {"X", "Y", "Z"};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto number = NumberOf(command, kKeys[axis], kPositionMm);
+    if (!number) return tl::unexpected(number.error());
+    if (number->has_value()) {
+      target[axis] = **number + (state_.absolute ? state_.base[axis] : target[axis]);
+    }
+  }
+  const auto filament = NumberOf(command, "E", kFilamentMm);
+  if (!filament) return tl::unexpected(filament.error());
+  if (filament->has_value()) {
+    const double scaled = **filament * state_.extrude_factor;
+    const bool absolute = state_.absolute && state_.absolute_filament;
+    target[3] = scaled + (absolute ? state_.base[3] : target[3]);
+  }
+  const auto feed = Read(command, "F", kFeedMmMin, state_.feed_mm_s, 1.0 / 60);
+  if (!feed) return tl::unexpected(feed.error());
+  return GoTo(target, command.line);
+}
+
+Result<void> Interpreter::Dwell(const Command& command) {
+  double seconds = 0;
+  const auto milliseconds = Read(command, "P", kDwellMs, seconds, 1e-3);
+  if (!milliseconds) return tl::unexpected(milliseconds.error());
+  if (!*milliseconds) {
+    const auto whole = Read(command, "S", kDwellMs, seconds);
+    if (!whole) return tl::unexpected(whole.error());
+  }
+  next_.stop_before = true;
+  next_.dwell_before_s += seconds;
+  return {};
+}
+
+void Interpreter::Home(const Command& command) {
+  static constexpr const char* kKeys[] = {"X", "Y", "Z"};
+  const bool all = !command.has("X") && !command.has("Y") && !command.has("Z");
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (all || command.has(kKeys[axis])) {
+      state_.machine[axis] = 0;
+      state_.base[axis] = 0;
+    }
+  }
+  next_.stop_before = true;
+}
+
+Result<void> Interpreter::SetPosition(const Command& command) {
+  static constexpr const char* kKeys[] = {"X", "Y", "Z", "E"};
+  const bool all = command.parameters.empty();
+  for (std::size_t axis = 0; axis < 4; ++axis) {
+    const auto number = NumberOf(command, kKeys[axis], axis < 3 ? kPositionMm : kFilamentMm);
+    if (!number) return tl::unexpected(number.error());
+    if (number->has_value()) {
+      const double factor = axis == 3 ? state_.extrude_factor : 1;
+      state_.base[axis] = state_.machine[axis] - **number * factor;
+    } else if (all) {
+      state_.base[axis] = state_.machine[axis];
+    }
+  }
+  return {};
+}
+
+// SET_GCODE_OFFSET shifts every later coordinate; its own MOVE=1 moves at once.
+Result<void> Interpreter::SetOffset(const Command& command) {
+  static constexpr const char* kKeys[] = {"X", "Y", "Z"};
+  Axes target = state_.machine;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto set = NumberOf(command, kKeys[axis], kPositionMm);
+    if (!set) return tl::unexpected(set.error());
+    const auto adjust = NumberOf(command, std::string(kKeys[axis]) + "_ADJUST", kPositionMm);
+    if (!adjust) return tl::unexpected(adjust.error());
+    // An absolute offset replaces what this command gave before; G92 shifts are rare beside it.
+    const double shift = set->has_value() ? **set - offset_[axis] : adjust->value_or(0);
+    offset_[axis] += shift;
+    state_.base[axis] += shift;
+    target[axis] += shift;
+  }
+  const auto found = command.parameters.find("MOVE");
+  return found != command.parameters.end() && found->second == "1" ? GoTo(target, command.line)
+                                                                   : Result<void>{};
+}
+
+Result<void> Interpreter::SetAcceleration(const Command& command) {
+  double print = 0;
+  double travel = 0;
+  const auto both = Read(command, "S", kAccelerationMmS2, next_.acceleration_mm_s2);
+  if (!both) return tl::unexpected(both.error());
+  const auto p = Read(command, "P", kAccelerationMmS2, print);
+  if (!p) return tl::unexpected(p.error());
+  const auto t = Read(command, "T", kAccelerationMmS2, travel);
+  if (!t) return tl::unexpected(t.error());
+  if (!*both && *p) {
+    next_.acceleration_mm_s2 = *t ? std::min(print, travel) : print;
+  }
+  return {};
+}
+
+Result<void> Interpreter::SetVelocityLimit(const Command& command) {
+  auto done = Read(command, "VELOCITY", kVelocityMmS, max_velocity_mm_s_);
+  if (done) done = Read(command, "ACCEL", kAccelerationMmS2, next_.acceleration_mm_s2);
+  if (done) done = Read(command, "SQUARE_CORNER_VELOCITY", kCornerMmS, next_.corner_velocity_mm_s);
+  double accel_to_decel = 0;
+  if (done) done = Read(command, "ACCEL_TO_DECEL", kAccelerationMmS2, accel_to_decel);
+  if (done && *done) {
+    next_.minimum_cruise_ratio =
+        std::clamp(1 - accel_to_decel / next_.acceleration_mm_s2, kRatio.lo, kRatio.hi);
+  }
+  if (done) done = Read(command, "MINIMUM_CRUISE_RATIO", kRatio, next_.minimum_cruise_ratio);
+  if (!done) return tl::unexpected(done.error());
+  return {};
+}
+
+Result<void> Interpreter::SetPressureAdvance(const Command& command, const std::string& key,
+                                             bool smoothed) {
+  const auto advance = Read(command, key, kPressureAdvanceS, next_.pressure_advance_s);
+  if (!advance) return tl::unexpected(advance.error());
+  if (smoothed) {
+    const auto time = Read(command, "SMOOTH_TIME", kSmoothTimeS, next_.smooth_time_s);
+    if (!time) return tl::unexpected(time.error());
+  } else {
+    next_.smooth_time_s = 0;
+  }
+  next_.stop_before = true;
+  return {};
+}
+
+Result<void> Interpreter::SetTemperature(const Command& command, const std::string& key) {
+  double target_c = 0;
+  const auto read = Read(command, key, kTemperatureC, target_c);
+  if (!read) return tl::unexpected(read.error());
+  if (command.name == "M104" || command.name == "M109" ||
+      command.name == "SET_HEATER_TEMPERATURE") {
+    program_.hottest_nozzle_c = std::max(program_.hottest_nozzle_c, target_c);
+  }
+  return {};
+}
+
+Result<void> Interpreter::SaveState(const Command& command) {
+  const auto found = command.parameters.find("NAME");
+  const std::string name = found == command.parameters.end() ? "default" : found->second;
+  if (saved_.size() >= kMostSavedStates && saved_.count(name) == 0) {
+    return Fail(
+        fmt::format("G-code line {}: more than {} saved states", command.line, kMostSavedStates));
+  }
+  saved_[name] = state_;
+  return {};
+}
+
+Result<void> Interpreter::RestoreState(const Command& command) {
+  const auto found = command.parameters.find("NAME");
+  const std::string name = found == command.parameters.end() ? "default" : found->second;
+  const auto kept = saved_.find(name);
+  if (kept == saved_.end()) {
+    return Fail(fmt::format("G-code line {}: RESTORE_GCODE_STATE without a saved state of its name",
+                            command.line));
+  }
+  const Axes here = state_.machine;
+  state_ = kept->second;
+  const Axes then = state_.machine;
+  state_.machine = here;
+  // The filament's logical position is as saved although the machine has moved on.
+  state_.base[3] += here[3] - then[3];
+  const auto move = command.parameters.find("MOVE");
+  if (move == command.parameters.end() || move->second != "1") {
+    return {};
+  }
+  const double feed = state_.feed_mm_s;
+  const auto speed = Read(command, "MOVE_SPEED", kVelocityMmS, state_.feed_mm_s);
+  if (!speed) return tl::unexpected(speed.error());
+  auto went = GoTo({then[0], then[1], then[2], here[3]}, command.line);
+  state_.feed_mm_s = feed;
+  return went;
+}
+
+// Modes and moves. False: not one of these.
+Result<bool> Interpreter::RunModal(const Command& command) {
+  const std::string& name = command.name;
+  Result<void> done;
+  if (name == "G0" || name == "G1") {
+    done = Linear(command);
+  } else if (name == "G4") {
+    done = Dwell(command);
+  } else if (name == "G28") {
+    Home(command);
+  } else if (name == "G90" || name == "G91") {
+    state_.absolute = name == "G90";
+  } else if (name == "M82" || name == "M83") {
+    state_.absolute_filament = name == "M82";
+  } else if (name == "G92") {
+    done = SetPosition(command);
+  } else if (name == "M400") {
+    next_.stop_before = true;
+  } else if (name == "SAVE_GCODE_STATE" || name == "M120") {
+    done = SaveState(command);
+  } else if (name == "RESTORE_GCODE_STATE" || name == "M121") {
+    done = RestoreState(command);
+  } else if (name == "SET_GCODE_OFFSET") {
+    done = SetOffset(command);
+  } else {
+    return false;
+  }
+  if (!done) return tl::unexpected(done.error());
+  return true;
+}
+
+// Limits, pressure advance and temperatures. False: not one of these.
+Result<bool> Interpreter::RunSetting(const Command& command) {
+  static constexpr const char* kSilent[] = {"M106", "M107", "M84", "M18", "M117", "M118", "G21"};
+  const std::string& name = command.name;
+  Result<void> done;
+  if (name == "SET_VELOCITY_LIMIT") {
+    done = SetVelocityLimit(command);
+  } else if (name == "M204") {
+    done = SetAcceleration(command);
+  } else if (name == "SET_PRESSURE_ADVANCE") {
+    done = SetPressureAdvance(command, "ADVANCE", true);
+  } else if (name == "M900") {
+    done = SetPressureAdvance(command, "K", false);
+  } else if (name == "M572") {
+    done = SetPressureAdvance(command, "S", false);
+  } else if (name == "M220" || name == "M221") {
+    double& factor = name == "M220" ? state_.speed_factor : state_.extrude_factor;
+    const auto read = Read(command, "S", kPercent, factor, 0.01);
+    if (!read) return tl::unexpected(read.error());
+  } else if (name == "M104" || name == "M109" || name == "M140" || name == "M190") {
+    done = SetTemperature(command, "S");
+  } else if (name == "SET_HEATER_TEMPERATURE") {
+    done = SetTemperature(command, "TARGET");
+  } else if (std::find(std::begin(kSilent), std::end(kSilent), name) == std::end(kSilent)) {
+    return false;
+  }
+  if (!done) return tl::unexpected(done.error());
+  return true;
+}
+
+Result<void> Interpreter::Run(const Command& command) {
+  if (command.name.empty()) {
+    return {};
+  }
+  auto known = RunModal(command);
+  if (known && !*known) {
+    known = RunSetting(command);
+  }
+  if (!known) return tl::unexpected(known.error());
+  if (!*known) {
+    const std::string name = command.name.substr(0, 40);
+    if (program_.ignored.size() < kMostIgnoredNames || program_.ignored.count(name) > 0) {
+      ++program_.ignored[name];
+    } else {
+      ++program_.ignored["others"];
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Program> InterpretGcode(std::string_view text, const InterpreterDefaults& defaults) {
+  Interpreter interpreter(defaults);
+  int line_number = 0;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.size(), text.find('\n'));
+    const auto done = interpreter.Run(ParseCommand(text.substr(0, end), ++line_number));
+    if (!done) return tl::unexpected(done.error());
+    text.remove_prefix(std::min(text.size(), end + 1));
+  }
+  return interpreter.Take();
+}
+
+}  // namespace trammel::sim

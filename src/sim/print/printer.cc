@@ -1,0 +1,269 @@
+#include "sim/print/printer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <span>
+#include <utility>
+
+#include "base/statistics.h"
+#include "sim/print/bead.h"
+#include "sim/print/defects.h"
+#include "sim/print/extruder.h"
+#include "sim/print/gcode_interpreter.h"
+#include "sim/print/planner.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr double kSpacingMm = 0.04;
+constexpr double kLongestPrintS = 3600;
+constexpr double kLongestLineMm = 100e3;
+constexpr double kColdNozzleC = 170;  // Klipper's min_extrude_temp
+constexpr double kLeastGapMm = 0.03;  // a nozzle pressed onto the plate still leaves a film
+constexpr double kSlipReferenceMm3S = 15;
+
+double FilamentArea(const PrinterTraits& traits) {
+  return std::numbers::pi / 4 * traits.filament_diameter_mm * traits.filament_diameter_mm;
+}
+
+double CruiseFlow(const TimedMove& timed) {
+  return timed.cruise_v_mm_s * timed.move.e_mm / timed.length_mm;
+}
+
+// Whether one stroke goes straight on into the next.
+bool Straight(const Move& a, const Move& b) {
+  const double ax = a.to.x_mm - a.from.x_mm;
+  const double ay = a.to.y_mm - a.from.y_mm;
+  const double bx = b.to.x_mm - b.from.x_mm;
+  const double by = b.to.y_mm - b.from.y_mm;
+  return ax * bx + ay * by > 0.9999 * std::hypot(ax, ay) * std::hypot(bx, by);
+}
+
+struct LineFlows {
+  double slow_mm_s = 0;
+  double fast_mm_s = 0;
+  bool change = false;  ///< found from speed changes within straight strokes
+};
+
+LineFlows FindLineFlows(std::span<const TimedMove> plan, std::span<const Stroke> strokes) {
+  constexpr double kLeastChange = 0.05;
+  std::vector<double> slow;
+  std::vector<double> fast;
+  std::map<double, double> length_by_flow;
+  for (const Stroke& stroke : strokes) {
+    for (std::size_t i = stroke.first; i <= stroke.last; ++i) {
+      const double flow = CruiseFlow(plan[i]);
+      length_by_flow[flow] += plan[i].length_mm;
+      if (i == stroke.first || !Straight(plan[i - 1].move, plan[i].move)) {
+        continue;
+      }
+      const double before = CruiseFlow(plan[i - 1]);
+      if (std::abs(flow - before) > kLeastChange * std::max(flow, before)) {
+        slow.push_back(std::min(flow, before));
+        fast.push_back(std::max(flow, before));
+      }
+    }
+  }
+  if (!slow.empty()) {
+    return {Median(slow), Median(fast), true};
+  }
+  const auto most =
+      std::max_element(length_by_flow.begin(), length_by_flow.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  return {0, most->first, false};
+}
+
+// Draws what each stroke is like.
+std::vector<StrokeFlow> DrawFlows(std::span<const Stroke> strokes, const StorageLaw& law,
+                                  const PrinterTraits& traits, Random& random) {
+  constexpr double kLeastFactor = 0.2;
+  std::vector<StrokeFlow> flows;
+  for (std::size_t k = 0; k < strokes.size(); ++k) {
+    StrokeFlow flow;
+    flow.law = law;
+    flow.law.scale_s *=
+        std::max(kLeastFactor, 1 + random.Normal(0, traits.lag_scatter_s) / traits.k_star_s);
+    flow.factor = std::max(kLeastFactor, 1 + random.Normal(0, traits.flow_scatter));
+    flow.start_loss_mm = traits.start_loss_mm + random.Normal(0, traits.start_loss_scatter_mm);
+    flows.push_back(flow);
+  }
+  return flows;
+}
+
+// The nozzle's places along a stroke, for rising distances.
+class StrokePath {
+ public:
+  StrokePath(std::span<const TimedMove> plan, const Stroke& stroke)
+      : plan_(plan), move_(stroke.first), last_(stroke.last) {}
+
+  Position At(double distance_mm) {
+    while (move_ < last_ && distance_mm > passed_mm_ + plan_[move_].length_mm) {
+      passed_mm_ += plan_[move_].length_mm;
+      ++move_;
+    }
+    const TimedMove& timed = plan_[move_];
+    const double share = std::clamp((distance_mm - passed_mm_) / timed.length_mm, 0.0, 1.0);
+    const Position& a = timed.move.from;
+    const Position& b = timed.move.to;
+    return {std::lerp(a.x_mm, b.x_mm, share), std::lerp(a.y_mm, b.y_mm, share),
+            std::lerp(a.z_mm, b.z_mm, share)};
+  }
+
+ private:
+  std::span<const TimedMove> plan_;
+  std::size_t move_;
+  std::size_t last_;
+  double passed_mm_ = 0;
+};
+
+double GapAt(const Position& nozzle, const PrinterTraits& traits) {
+  const double plate_mm = traits.plate_tilt_x * (nozzle.x_mm - 0.5 * traits.bed_size_x_mm) +
+                          traits.plate_tilt_y * (nozzle.y_mm - 0.5 * traits.bed_size_y_mm);
+  return std::max(kLeastGapMm, nozzle.z_mm - plate_mm);
+}
+
+Strand LayStrand(std::span<const TimedMove> plan, const Stroke& stroke,
+                 const StrokeDeposit& deposit, const PrinterTraits& traits, Random& random) {
+  const std::size_t count = deposit.filament_mm.size();
+  const double spacing_mm = deposit.spacing_mm;
+  const BeadOptions options{traits.nozzle_diameter_mm, traits.smear_mm, traits.break_area_mm2};
+  StrokePath path(plan, stroke);
+  std::vector<Position> nozzle(count);
+  std::vector<double> full(count);
+  std::vector<double> area(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    nozzle[i] = path.At(static_cast<double>(i) * spacing_mm);
+    full[i] = FullArea(GapAt(nozzle[i], traits), options);
+    const double length_mm = (i == 0 || i + 1 == count ? 0.5 : 1.0) * spacing_mm;
+    area[i] = deposit.filament_mm[i] * FilamentArea(traits) / length_mm;
+  }
+  AddFlowNoise(area, spacing_mm, traits.flow_noise, traits.flow_noise_length_mm, random);
+  AddBlobs(area, spacing_mm, traits.blobs_per_m, random);
+  Smear(area, spacing_mm, traits.smear_mm);
+  SpreadSurplus(area, full, spacing_mm);
+  CutGaps(area, spacing_mm, traits.gaps_per_m, random);
+  BreakUp(area, spacing_mm, traits.break_area_mm2, random);
+  Strand strand;
+  strand.samples.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const BeadShape shape = ShapeOf(area[i], GapAt(nozzle[i], traits), options);
+    strand.samples.push_back(
+        {nozzle[i].x_mm, nozzle[i].y_mm, area[i], shape.width_mm, shape.height_mm});
+  }
+  return strand;
+}
+
+void AddStrings(const Strand& strand, const StrokeDeposit& deposit, const PrinterTraits& traits,
+                Random& random, std::vector<Strand>& strands) {
+  const double length_mm = deposit.spacing_mm * static_cast<double>(deposit.filament_mm.size() - 1);
+  const int count = DrawCount(traits.strings_per_m, length_mm, random);
+  for (int i = 0; i < count; ++i) {
+    const BeadSample& from = strand.samples[random.Below(strand.samples.size())];
+    strands.push_back(DrawString(from.x_mm, from.y_mm, kSpacingMm, random));
+  }
+}
+
+std::vector<std::string> NotesOf(const Program& program, const LineFlows& flows, const Bed& bed) {
+  std::vector<std::string> notes;
+  for (const auto& [name, count] : program.ignored) {
+    notes.push_back(fmt::format("ignored {} unknown command(s) {}", count, name));
+  }
+  if (program.hottest_nozzle_c < kColdNozzleC) {
+    notes.push_back(
+        fmt::format("no command heats the nozzle to {} °C or more; a real printer "
+                    "refuses to extrude",
+                    kColdNozzleC));
+  }
+  if (!flows.change) {
+    notes.push_back(
+        "no straight stroke changes its speed; the truth holds between standstill and the most "
+        "used flow");
+  }
+  std::size_t off = 0;
+  for (const Strand& strand : bed.strands) {
+    off += std::any_of(strand.samples.begin(), strand.samples.end(), [&](const BeadSample& s) {
+      return s.x_mm < 0 || s.y_mm < 0 || s.x_mm > bed.size_x_mm || s.y_mm > bed.size_y_mm;
+    });
+  }
+  if (off > 0) {
+    notes.push_back(
+        fmt::format("{} strand(s) leave the bed of {} x {} mm", off, bed.size_x_mm, bed.size_y_mm));
+  }
+  return notes;
+}
+
+Result<void> CheckExtent(std::span<const TimedMove> plan, std::span<const Stroke> strokes) {
+  if (strokes.empty()) {
+    return Fail(
+        "the G-code prints nothing: no move in x or y pushes filament; check that the "
+        "file is a whole pattern and that its E values rise (or that M83 stands in it)");
+  }
+  if (plan.back().end_s() > kLongestPrintS) {
+    return Fail(
+        fmt::format("the G-code would print for {:.0f} s; the virtual printer takes at "
+                    "most {:.0f} s: print fewer lines or faster ones",
+                    plan.back().end_s(), kLongestPrintS));
+  }
+  double length_mm = 0;
+  for (const Stroke& stroke : strokes) length_mm += stroke.length_mm;
+  if (length_mm > kLongestLineMm) {
+    return Fail(
+        fmt::format("the G-code prints {:.0f} mm of line; the virtual printer takes at "
+                    "most {:.0f} mm: print fewer lines",
+                    length_mm, kLongestLineMm));
+  }
+  return {};
+}
+
+ExtruderOptions DrawExtruder(const PrinterTraits& traits, Random& random) {
+  ExtruderOptions options;
+  options.starvation = traits.starvation;
+  options.slip = traits.slip;
+  options.slip_reference_mm_s = kSlipReferenceMm3S / FilamentArea(traits);
+  options.drift = traits.flow_drift;
+  options.drift_phase_rad = random.Uniform(0, 2 * std::numbers::pi);
+  options.drift_period_s = random.Uniform(20, 120);
+  return options;
+}
+
+}  // namespace
+
+Result<Print> PrintGcode(std::string_view gcode, const PrinterTraits& traits, Random& random) {
+  if (const auto valid = Validate(traits); !valid) {
+    return tl::unexpected(valid.error());
+  }
+  const auto program =
+      InterpretGcode(gcode, {traits.max_velocity_mm_s, traits.max_acceleration_mm_s2,
+                             traits.square_corner_velocity_mm_s, traits.minimum_cruise_ratio,
+                             traits.smooth_time_s});
+  if (!program) {
+    return tl::unexpected(program.error());
+  }
+  const std::vector<TimedMove> plan = PlanMotion(program->moves);
+  const std::vector<Stroke> strokes = FindStrokes(plan);
+  if (const auto fits = CheckExtent(plan, strokes); !fits) {
+    return tl::unexpected(fits.error());
+  }
+  const LineFlows lines = FindLineFlows(plan, strokes);
+  const StorageLaw law = ScaledTo(traits.law, traits.k_star_s, lines.slow_mm_s, lines.fast_mm_s);
+  const std::vector<StrokeFlow> flows = DrawFlows(strokes, law, traits, random);
+  const Extrusion extrusion =
+      Extrude(plan, strokes, DrivenFilament(plan), flows, DrawExtruder(traits, random), kSpacingMm);
+  Print print;
+  print.bed.size_x_mm = traits.bed_size_x_mm;
+  print.bed.size_y_mm = traits.bed_size_y_mm;
+  for (std::size_t k = 0; k < strokes.size(); ++k) {
+    Strand strand = LayStrand(plan, strokes[k], extrusion.strokes[k], traits, random);
+    AddStrings(strand, extrusion.strokes[k], traits, random, print.bed.strands);
+    print.bed.strands.push_back(std::move(strand));
+  }
+  print.truth.pressure_advance_s = IdealPressureAdvance(law, lines.slow_mm_s, lines.fast_mm_s);
+  print.notes = NotesOf(*program, lines, print.bed);
+  return print;
+}
+
+}  // namespace trammel::sim

@@ -1,0 +1,67 @@
+// What one virtual printer with one filament is like.
+#pragma once
+
+#include "base/random.h"
+#include "base/result.h"
+#include "sim/print/storage_law.h"
+
+namespace trammel::sim {
+
+/// What happens where the filament driven falls short of the filament delivered.
+enum class Starvation {
+  kRefill,  ///< The melt draws back from the orifice and must be refilled: filament is conserved.
+  kClip,  ///< Air is drawn in while printing and leaves no debt: the outflow is only clipped at 0.
+};
+
+/// One printer with one filament. All scatter is drawn anew for each print from its Random.
+/// The defaults are an ideal printer: linear, without scatter and without defects.
+struct PrinterTraits {
+  double bed_size_x_mm = 250;          ///< > 0 … 2000
+  double bed_size_y_mm = 250;          ///< > 0 … 2000
+  double filament_diameter_mm = 1.75;  ///< 0.5 … 5
+  double nozzle_diameter_mm = 0.4;     ///< 0.1 … 2
+
+  /// Motion limits that a printer.cfg holds; G-code can set acceleration and corner velocity.
+  double max_velocity_mm_s = 500;          ///< > 0
+  double max_acceleration_mm_s2 = 3000;    ///< > 0, until the G-code sets it
+  double square_corner_velocity_mm_s = 5;  ///< >= 0, Klipper's default
+  double minimum_cruise_ratio = 0.5;       ///< 0 … 1 (exclusive), Klipper's default
+  double smooth_time_s = 0.040;            ///< 0 … 0.2; width of the kernel, Klipper's default
+
+  /// The lag. The law's scale is not used: each print scales the law to k_star_s at its own speeds.
+  double k_star_s = 0.036;  ///< the truth, 0.0001 … 10
+  StorageLaw law;
+  Starvation starvation = Starvation::kRefill;
+  double lag_scatter_s = 0;  ///< 1 sigma of one line's K* about the mean, 0 … 0.1
+
+  /// Flow, as shares of the commanded flow.
+  double flow_scatter = 0;          ///< 1 sigma line to line, 0 … 0.2
+  double flow_drift = 0;            ///< amplitude of a slow wander over the print, 0 … 0.2
+  double flow_noise = 0;            ///< 1 sigma along a line, 0 … 0.2
+  double flow_noise_length_mm = 1;  ///< correlation length of flow_noise, 0.1 … 100
+  double slip = 0;  ///< share lost at 15 mm^3/s, growing with the square of flow, 0 … 0.3
+
+  /// Starts of lines: filament missing (> 0) or in surplus (< 0) after an un-retraction.
+  double start_loss_mm = 0;          ///< mean, mm of filament, -0.2 … 0.2
+  double start_loss_scatter_mm = 0;  ///< 1 sigma, 0 … 0.2
+
+  /// The bead.
+  double smear_mm = 0.3;          ///< length over which the melt levels along the path, 0 … 2
+  double break_area_mm2 = 0.012;  ///< below it a bead parts into droplets, 0 … 1
+  double plate_tilt_x = 0;        ///< rise of the plate per mm in x, about the bed's centre, +-0.01
+  double plate_tilt_y = 0;        ///< the same in y
+
+  /// Defects per metre of printed line, 0 … 1000.
+  double blobs_per_m = 0;
+  double gaps_per_m = 0;
+  double strings_per_m = 0;
+};
+
+/// Names the field, the value and the bound of the first trait that cannot be.
+[[nodiscard]] Result<void> Validate(const PrinterTraits& traits);
+
+/// A plausible printer whose truth is k_star_s: law, exponent (0.4 … 1), scatter of lag (1 … 2 ms)
+/// and flow (1 … 2 %), starts and rare defects are drawn. REQUIRES 0.0001 <= k_star_s <= 10.
+[[nodiscard]] PrinterTraits DrawTraits(double k_star_s, Random& random);
+
+}  // namespace trammel::sim

@@ -1,0 +1,169 @@
+#include "sim/print/surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/check.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr double kLowestFill = 0.5;     // of the superellipse with exponent 1
+constexpr double kHighestFill = 0.989;  // exponent 12
+
+double Superellipse(double exponent, double t) {
+  return std::pow(std::max(0.0, 1 - std::pow(t, exponent)), 1 / exponent);
+}
+
+// Share of the enclosing rectangle that the superellipse fills.
+double FillOf(double exponent) {
+  return std::exp(2 * std::lgamma(1 + 1 / exponent) - std::lgamma(1 + 2 / exponent));
+}
+
+// Height over half-width, tabulated for all fills: evaluating two powers per cell would be most of
+// the rasteriser's time.
+class SectionTable {
+ public:
+  SectionTable() {
+    for (int fill = 0; fill < kFills; ++fill) {
+      const double wanted = kLowestFill + (kHighestFill - kLowestFill) * fill / (kFills - 1);
+      double lo = 1;
+      double hi = 12.2;
+      for (int i = 0; i < 40; ++i) {
+        const double middle = (lo + hi) / 2;
+        (FillOf(middle) < wanted ? lo : hi) = middle;
+      }
+      for (int i = 0; i <= kSteps; ++i) {
+        table_[static_cast<std::size_t>(fill)][static_cast<std::size_t>(i)] =
+            static_cast<float>(Superellipse(lo, static_cast<double>(i) / kSteps));
+      }
+    }
+  }
+
+  /// Height relative to the top at 0 <= t <= 1 of the half-width.
+  [[nodiscard]] double At(double fill, double t) const {
+    const double scaled = (fill - kLowestFill) / (kHighestFill - kLowestFill) * (kFills - 1);
+    const auto row = static_cast<std::size_t>(std::lround(std::clamp(scaled, 0.0, kFills - 1.0)));
+    const double at = std::min(t, 1.0) * kSteps;
+    const auto left = std::min(static_cast<std::size_t>(at), std::size_t{kSteps - 1});
+    const double share = at - static_cast<double>(left);
+    return (1 - share) * static_cast<double>(table_[row][left]) +
+           share * static_cast<double>(table_[row][left + 1]);
+  }
+
+ private:
+  static constexpr int kFills = 128;
+  static constexpr int kSteps = 256;
+  std::array<std::array<float, kSteps + 1>, kFills> table_{};
+};
+
+bool Present(const BeadSample& sample) { return sample.width_mm > 0 && sample.height_mm > 0; }
+
+// Raises the relief to the bead between two samples. The stretch reaches `overlap_mm` beyond its
+// ends, so that no node falls between two stretches; a rounded end reaches half a width.
+void Stamp(Relief& relief, const SectionTable& shape, const BeadSample& a, const BeadSample& b,
+           bool round_a, bool round_b) {
+  const double reach = std::max(a.width_mm, b.width_mm) / 2;
+  const double cell = relief.cell_mm;
+  const double dx = b.x_mm - a.x_mm;
+  const double dy = b.y_mm - a.y_mm;
+  const double length = std::hypot(dx, dy);
+  const auto first = [&](double lo, double origin) {
+    return static_cast<int>(std::max(0.0, std::ceil((lo - reach - origin) / cell)));
+  };
+  const auto last = [&](double hi, double origin, int count) {
+    return static_cast<int>(std::min(count - 1.0, std::floor((hi + reach - origin) / cell)));
+  };
+  const int column_end = last(std::max(a.x_mm, b.x_mm), relief.origin_x_mm, relief.columns);
+  const int row_end = last(std::max(a.y_mm, b.y_mm), relief.origin_y_mm, relief.rows);
+  for (int row = first(std::min(a.y_mm, b.y_mm), relief.origin_y_mm); row <= row_end; ++row) {
+    float* heights = relief.height_mm.data() +
+                     static_cast<std::size_t>(row) * static_cast<std::size_t>(relief.columns);
+    const double y = relief.origin_y_mm + row * cell - a.y_mm;
+    for (int column = first(std::min(a.x_mm, b.x_mm), relief.origin_x_mm); column <= column_end;
+         ++column) {
+      const double x = relief.origin_x_mm + column * cell - a.x_mm;
+      const double along = length > 0 ? (x * dx + y * dy) / length : 0;
+      const double beyond = std::max(-along, along - length);
+      if (beyond > 0.6 * cell && !(along < 0 ? round_a : round_b)) continue;
+      const double t = length > 0 ? std::clamp(along / length, 0.0, 1.0) : 0;
+      const double width = a.width_mm + t * (b.width_mm - a.width_mm);
+      const double height = a.height_mm + t * (b.height_mm - a.height_mm);
+      const double off = std::hypot(x - t * dx, y - t * dy);
+      if (2 * off >= width || height <= 0) continue;
+      const double area = a.area_mm2 + t * (b.area_mm2 - a.area_mm2);
+      const double z = height * shape.At(area / (width * height), 2 * off / width);
+      heights[column] = std::max(heights[column], static_cast<float>(z));
+    }
+  }
+}
+
+}  // namespace
+
+double Relief::HeightAt(double x_mm, double y_mm) const {
+  const double x = (x_mm - origin_x_mm) / cell_mm;
+  const double y = (y_mm - origin_y_mm) / cell_mm;
+  if (!(x >= 0 && y >= 0 && x < columns - 1 && y < rows - 1)) return 0;
+  const int column = static_cast<int>(x);
+  const int below = static_cast<int>(y);
+  const double fx = x - column;
+  const double fy = y - below;
+  const float* p = row(below) + column;
+  const float* q = p + columns;
+  return (1 - fy) * ((1 - fx) * static_cast<double>(p[0]) + fx * static_cast<double>(p[1])) +
+         fy * ((1 - fx) * static_cast<double>(q[0]) + fx * static_cast<double>(q[1]));
+}
+
+bool Relief::CoveredAt(double x_mm, double y_mm) const {
+  const double x = std::round((x_mm - origin_x_mm) / cell_mm);
+  const double y = std::round((y_mm - origin_y_mm) / cell_mm);
+  return x >= 0 && y >= 0 && x < columns && y < rows &&
+         row(static_cast<int>(y))[static_cast<int>(x)] > 0;
+}
+
+double Relief::TopBetween(double y_lo_mm, double y_hi_mm) const {
+  const double lo = std::floor((y_lo_mm - origin_y_mm) / cell_mm);
+  const double hi = std::ceil((y_hi_mm - origin_y_mm) / cell_mm);
+  float top = 0;
+  for (double row = std::max(lo, 0.0); row <= std::min(hi, rows - 1.0); row += 1) {
+    top = std::max(top, row_top_mm[static_cast<std::size_t>(row)]);
+  }
+  return static_cast<double>(top);
+}
+
+void UpdateRowTops(Relief& relief) {
+  relief.row_top_mm.resize(static_cast<std::size_t>(relief.rows));
+  for (int row = 0; row < relief.rows; ++row) {
+    const float* heights = relief.row(row);
+    relief.row_top_mm[static_cast<std::size_t>(row)] =
+        *std::max_element(heights, heights + relief.columns);
+  }
+}
+
+Relief RasterizeBed(const Bed& bed, const BedRegion& region, double cell_mm) {
+  // Nodes stand at whole multiples of the cell, so that overlapping regions agree on every node.
+  const double x0 = std::floor(region.min_x_mm / cell_mm) * cell_mm;
+  const double y0 = std::floor(region.min_y_mm / cell_mm) * cell_mm;
+  const double columns = std::ceil((region.max_x_mm - x0) / cell_mm) + 1;
+  const double rows = std::ceil((region.max_y_mm - y0) / cell_mm) + 1;
+  TRAMMEL_CHECK(
+      cell_mm >= 0.002 && cell_mm <= 1 && columns >= 2 && rows >= 2 && columns * rows <= 40e6,
+      "cell = {} mm, {} x {} cells", cell_mm, columns, rows);
+  Relief relief{x0, y0, cell_mm, static_cast<int>(columns), static_cast<int>(rows), {}, {}};
+  relief.height_mm.assign(static_cast<std::size_t>(columns * rows), 0.0F);
+  const SectionTable shape;
+  for (const Strand& strand : bed.strands) {
+    const std::size_t count = strand.samples.size();
+    for (std::size_t i = 0; i + 1 < count; ++i) {
+      const BeadSample& a = strand.samples[i];
+      const BeadSample& b = strand.samples[i + 1];
+      if (!Present(a) && !Present(b)) continue;
+      Stamp(relief, shape, a, b, i == 0, i + 2 == count);
+    }
+  }
+  UpdateRowTops(relief);
+  return relief;
+}
+
+}  // namespace trammel::sim

@@ -1,0 +1,31 @@
+#include "sim/print/test_pattern.h"
+
+#include <fmt/format.h>
+
+namespace trammel::sim {
+
+std::string WriteTestPattern(const TestPattern& p) {
+  std::string text = fmt::format(
+      "; a test pattern\nG28\nG90\nM83\nM109 S255\nSET_VELOCITY_LIMIT ACCEL={}\nG1 Z0.25 F600\n"
+      "G1 E-0.5 F2100\n",
+      p.acceleration_mm_s2);
+  for (int i = 0; i < p.lines; ++i) {
+    const double advance_s = p.lines > 1 ? p.last_advance_s * i / (p.lines - 1) : p.last_advance_s;
+    const double x0_mm = 100;
+    const double x1_mm = x0_mm + p.slow_fraction * p.length_mm;
+    const double x2_mm = x0_mm + (1 - p.slow_fraction) * p.length_mm;
+    const double x3_mm = x0_mm + p.length_mm;
+    text += fmt::format("SET_PRESSURE_ADVANCE ADVANCE={} SMOOTH_TIME={}\nM117 PA {}\n", advance_s,
+                        p.smooth_time_s, advance_s);
+    text += fmt::format("G1 X{} Y{} F12000\nG1 E0.5 F2100\n", x0_mm, 100 + 4 * i);
+    text += fmt::format("G1 X{} E{} F{}\n", x1_mm, (x1_mm - x0_mm) * p.filament_per_mm,
+                        p.slow_mm_s * 60);
+    text += fmt::format("G1 X{} E{} F{}\n", x2_mm, (x2_mm - x1_mm) * p.filament_per_mm,
+                        p.fast_mm_s * 60);
+    text += fmt::format("G1 X{} E{} F{}\nG1 E-0.5 F2100\n", x3_mm,
+                        (x3_mm - x2_mm) * p.filament_per_mm, p.slow_mm_s * 60);
+  }
+  return text + "M104 S0\nM84\n";
+}
+
+}  // namespace trammel::sim

@@ -1,0 +1,26 @@
+// Files as scanning programs write them, with their resolution right, wrong or missing.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "base/random.h"
+#include "base/result.h"
+#include "sim/scanner/scanner_page.h"
+
+namespace trammel::sim {
+
+struct PageFileOptions {
+  std::optional<double> dpi;  ///< what the file says, whatever is true; absent: says nothing
+  int jpeg_quality = 90;      ///< 1 … 100
+};
+
+/// Scans into a file; its name says what kind: .png, .jpg or .jpeg (8 bit only), .tif or .tiff
+/// (uncompressed), .pgm or .ppm or .pnm (these never say a resolution). All but JPEG are written
+/// row by row. Overwrites. What could not be finished is removed. Errors (kInput): another name, 16
+/// bit JPEG, a TIFF of 4 GB or more, a file that cannot be written.
+[[nodiscard]] Result<void> WriteScan(const SheetScan& scan, const Random& random,
+                                     const PageFileOptions& options,
+                                     const std::filesystem::path& path);
+
+}  // namespace trammel::sim

@@ -1,0 +1,213 @@
+// Tool changes and tool offsets.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "sim/sheet/sheet_interpreter.h"
+
+namespace trammel::sim::sheet {
+namespace {
+
+constexpr Bound kOffsetMm{-1e3, 1e3};
+
+// "T1" and "tool T1".
+Result<int> ToolNamed(const std::string& name, int line) {
+  const std::string upper = Upper(name);
+  const std::size_t size = upper.size();
+  if (size >= 2 && upper[size - 2] == 'T' && upper[size - 1] >= '0' &&
+      upper[size - 1] < '0' + kMostSheetTools) {
+    return upper[size - 1] - '0';
+  }
+  return Fail(fmt::format("G-code line {}: there is no tool '{}'; give T=0 … {} or TOOL=T0 …", line,
+                          name.substr(0, 40), kMostSheetTools - 1));
+}
+
+}  // namespace
+
+Result<void> Interpreter::SetGcodeOffset(const Command& command) {
+  Axes target = state_.machine;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string key = kAxisKeys[axis];
+    const auto set = NumberOf(command, key, kOffsetMm);
+    if (!set) return tl::unexpected(set.error());
+    const auto adjust = NumberOf(command, key + "_ADJUST", kOffsetMm);
+    if (!adjust) return tl::unexpected(adjust.error());
+    const double before = ShiftOf(axis);
+    if (set->has_value()) {
+      offsets_.SetGcodeOffset(static_cast<int>(axis), **set);
+    } else {
+      offsets_.AdjustGcodeOffset(static_cast<int>(axis), adjust->value_or(0));
+    }
+    target[axis] += ShiftOf(axis) - before;
+  }
+  const auto found = command.parameters.find("MOVE");
+  const bool go = found != command.parameters.end() && found->second == "1";
+  return go ? GoTo(target, command.line) : Result<void>{};
+}
+
+// SET_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset VALUE=0.1, and SET_TOOL_OFFSET T=1 X=0.1.
+Result<void> Interpreter::SetToolParameter(const Command& command) {
+  const auto tool = NumberOf(command, "T", kToolNumber);
+  if (!tool) return tl::unexpected(tool.error());
+  int number = tool->has_value() ? static_cast<int>(**tool) : tool_;
+  if (const auto name = command.parameters.find("TOOL"); name != command.parameters.end()) {
+    const auto named = ToolNamed(name->second, command.line);
+    if (!named) return tl::unexpected(named.error());
+    number = *named;
+  }
+  const auto parameter = command.parameters.find("PARAMETER");
+  for (int axis = 0; axis < 2; ++axis) {
+    const std::string long_name = axis == 0 ? "GCODE_X_OFFSET" : "GCODE_Y_OFFSET";
+    const bool meant =
+        parameter != command.parameters.end() && Upper(parameter->second) == long_name;
+    const auto value = NumberOf(command, meant ? "VALUE" : kAxisKeys[axis], kOffsetMm);
+    if (!value) return tl::unexpected(value.error());
+    if (value->has_value()) offsets_.Store(number, axis, **value);
+  }
+  return {};
+}
+
+// M218 T1 X0.1 Y0.2; without T, of the tool in use.
+Result<void> Interpreter::SetHotendOffset(const Command& command) {
+  if (setup_.firmware != SheetFirmware::kMarlin) {
+    Ignore(command.name);
+    return {};
+  }
+  const auto tool = NumberOf(command, "T", kToolNumber);
+  if (!tool) return tl::unexpected(tool.error());
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto value = NumberOf(command, kAxisKeys[axis], kOffsetMm);
+    if (!value) return tl::unexpected(value.error());
+    if (value->has_value()) {
+      offsets_.Store(tool->has_value() ? static_cast<int>(**tool) : tool_, axis, **value);
+    }
+  }
+  return {};
+}
+
+// G10 P1 X0.1 Y0.2, or with L1; without P and L it is a retraction, as it is on Marlin.
+Result<void> Interpreter::SetToolOffset(const Command& command) {
+  const bool offsets = command.has("P") || command.has("L");
+  if (setup_.firmware != SheetFirmware::kRepRapFirmware || !offsets) {
+    Ignore(command.name);
+    return {};
+  }
+  const auto list = NumberOf(command, "L", {1, 1});
+  if (!list) return tl::unexpected(list.error());
+  const auto tool = NumberOf(command, "P", kToolNumber);
+  if (!tool) return tl::unexpected(tool.error());
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto value = NumberOf(command, kAxisKeys[axis], kOffsetMm);
+    if (!value) return tl::unexpected(value.error());
+    if (value->has_value()) {
+      offsets_.Store(tool->has_value() ? static_cast<int>(**tool) : tool_, axis, **value);
+    }
+  }
+  return {};
+}
+
+Result<void> Interpreter::ChangeTool(const Command& command, int tool, bool by_changer) {
+  if (tool < 0 || tool >= kMostSheetTools) {
+    return Fail(fmt::format("G-code line {}: there is no tool {}; the virtual machine has 0 … {}",
+                            command.line, tool, kMostSheetTools - 1));
+  }
+  if (tool != tool_ || !tool_in_use_) ++pick_up_;
+  tool_in_use_ = true;
+  tool_ = tool;
+  if (!has_carriages_) extruder_ = tool;
+  Axes target = state_.machine;
+  for (std::size_t axis = 0; axis < 3; ++axis) target[axis] -= ShiftOf(axis);
+  offsets_.Select(tool, by_changer);
+  for (std::size_t axis = 0; axis < 3; ++axis) target[axis] += ShiftOf(axis);
+  // Marlin brings the new nozzle to where the old one was.
+  const bool moves = setup_.firmware == SheetFirmware::kMarlin && !command.has("S");
+  return moves ? GoTo(target, command.line) : Result<void>{};
+}
+
+Result<void> Interpreter::ActivateExtruder(const Command& command) {
+  const auto found = command.parameters.find("EXTRUDER");
+  const std::string name =
+      found == command.parameters.end() ? "" : Upper(found->second).substr(0, 40);
+  const std::string_view digits =
+      std::string_view(name).substr(std::min<std::size_t>(8, name.size()));
+  const bool known = name.substr(0, 8) == "EXTRUDER" && digits.size() <= 1 &&
+                     (digits.empty() || (digits[0] >= '1' && digits[0] <= '7'));
+  if (!known) {
+    return Fail(
+        fmt::format("G-code line {}: there is no extruder '{}'; the virtual machine has "
+                    "extruder, extruder1 … extruder7",
+                    command.line, name));
+  }
+  extruder_ = digits.empty() ? 0 : digits[0] - '0';
+  state_.origin[3] = state_.machine[3];
+  state_.extrude_factor = 1;
+  return has_carriages_ ? Result<void>{} : ChangeTool(command, extruder_, false);
+}
+
+Result<void> Interpreter::SetDualCarriage(const Command& command) {
+  const auto found = command.parameters.find("MODE");
+  if (found != command.parameters.end() && Upper(found->second) != "PRIMARY") {
+    return Fail(
+        fmt::format("G-code line {}: SET_DUAL_CARRIAGE MODE={} is not understood by the "
+                    "virtual machine; use PRIMARY",
+                    command.line, found->second.substr(0, 20)));
+  }
+  const auto carriage = NumberOf(command, "CARRIAGE", {0, 1});
+  if (!carriage) return tl::unexpected(carriage.error());
+  if (!carriage->has_value()) {
+    return Fail(
+        fmt::format("G-code line {}: SET_DUAL_CARRIAGE needs CARRIAGE=0 or 1", command.line));
+  }
+  const auto next = static_cast<std::size_t>(**carriage);
+  const auto before = static_cast<std::size_t>(tool_);  // a third tool rides on neither carriage
+  if (!has_carriages_) parked_x_mm_.fill(state_.machine[0]);
+  if (before < parked_x_mm_.size()) parked_x_mm_[before] = state_.machine[0];
+  has_carriages_ = true;
+  const auto changed = ChangeTool(command, static_cast<int>(next), false);
+  state_.machine[0] = parked_x_mm_[next];
+  return changed;
+}
+
+Result<void> Interpreter::SelectTool(const Command& command) {
+  const auto by_number = NumberOf(command, "T", kToolNumber);
+  if (!by_number) return tl::unexpected(by_number.error());
+  if (by_number->has_value()) return ChangeTool(command, static_cast<int>(**by_number), true);
+  const auto name = command.parameters.find("TOOL");
+  const auto named = ToolNamed(name == command.parameters.end() ? "" : name->second, command.line);
+  return named ? ChangeTool(command, *named, true) : tl::unexpected(named.error());
+}
+
+// T0 … T7, T-1 and the templates of the setup. False: not one of these.
+Result<bool> Interpreter::RunToolCommand(const Command& command, std::string_view line) {
+  const std::string text = Upper(line.substr(0, std::min(line.size(), line.find(';'))));
+  const std::size_t last = text.find_last_not_of(" \t\r");
+  for (const std::string& pattern : setup_.tool_commands) {
+    for (int tool = 0; tool < kMostSheetTools; ++tool) {
+      const std::size_t at = pattern.find("{tool}");
+      if (at == std::string::npos) break;
+      const std::string wanted =
+          fmt::format("{}{}{}", pattern.substr(0, at), tool, pattern.substr(at + 6));
+      if (last == std::string::npos || text.substr(0, last + 1) != Upper(wanted)) continue;
+      const auto changed = ChangeTool(command, tool, true);
+      if (!changed) return tl::unexpected(changed.error());
+      return true;
+    }
+  }
+  const std::string& name = command.name;
+  if (name == "T-1") {
+    tool_in_use_ = false;
+    return true;
+  }
+  const bool digits =
+      name.size() >= 2 && name[0] == 'T' && std::all_of(name.begin() + 1, name.end(), [](char c) {
+        return std::isdigit(static_cast<unsigned char>(c)) != 0;
+      });
+  if (!digits) return false;
+  const int tool = name.size() > 4 ? 999 : std::stoi(name.substr(1));
+  const auto changed = ChangeTool(command, tool, true);
+  if (!changed) return tl::unexpected(changed.error());
+  return true;
+}
+
+}  // namespace trammel::sim::sheet

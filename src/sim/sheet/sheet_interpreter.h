@@ -1,0 +1,91 @@
+// The state machine behind InterpretSheet; its own header because two files share the work.
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "sim/print/gcode_words.h"
+#include "sim/sheet/sheet_gcode.h"
+#include "sim/sheet/sheet_tool_offsets.h"
+
+namespace trammel::sim::sheet {
+
+inline constexpr Bound kToolNumber{0, kMostSheetTools - 1};
+inline constexpr const char* kAxisKeys[] = {"X", "Y", "Z"};
+
+using Axes = std::array<double, 4>;  // x, y, z, e
+
+struct Modes {
+  bool absolute = true;
+  bool absolute_filament = true;
+};
+
+// What Klipper's SAVE_GCODE_STATE keeps.
+struct State {
+  Modes modes;
+  Axes origin{};  // G92: machine = command + origin + shift
+  Axes machine{};
+  double extrude_factor = 1;
+  SheetToolOffsets::Shift shift{};
+};
+
+[[nodiscard]] std::string Upper(std::string_view text);
+
+class Interpreter {
+ public:
+  explicit Interpreter(const SheetSetup& setup) : setup_(setup), offsets_(setup) {
+    for (std::size_t axis = 0; axis < 3; ++axis) state_.machine[axis] = offsets_.shift()[axis];
+  }
+
+  Result<void> Run(std::string_view line, int number, int depth);
+  SheetProgram Take() { return std::move(program_); }
+
+ private:
+  using Handler = Result<void> (Interpreter::*)(const Command&);
+  static const std::map<std::string, Handler, std::less<>>& Handlers();
+
+  bool klipper() const { return setup_.firmware == SheetFirmware::kKlipper; }
+  double ShiftOf(std::size_t axis) const { return axis < 3 ? offsets_.shift()[axis] : 0; }
+
+  Result<void> RunMacro(const std::string& text, int number, int depth);
+  Result<bool> RunToolCommand(const Command& command, std::string_view line);
+  Result<void> ChangeTool(const Command& command, int tool, bool by_changer);
+  Result<void> GoTo(const Axes& target, int line);
+  void Ignore(const std::string& name);
+
+  Result<void> Linear(const Command& command);
+  Result<void> Refuse(const Command& command);
+  Result<void> Home(const Command& command);
+  Result<void> SetPosition(const Command& command);
+  Result<void> SetModes(const Command& command);
+  Result<void> SetExtrudeFactor(const Command& command);
+  Result<void> SetVolumetric(const Command& command);
+  Result<void> SaveState(const Command& command);
+  Result<void> RestoreState(const Command& command);
+  Result<void> Pause(const Command& command);
+  Result<void> SetGcodeOffset(const Command& command);
+  Result<void> SetToolParameter(const Command& command);
+  Result<void> SetHotendOffset(const Command& command);
+  Result<void> SetToolOffset(const Command& command);
+  Result<void> ActivateExtruder(const Command& command);
+  Result<void> SetDualCarriage(const Command& command);
+  Result<void> SelectTool(const Command& command);
+
+  const SheetSetup& setup_;
+  SheetProgram program_;
+  SheetToolOffsets offsets_;
+  State state_;
+  std::map<std::string, State> saved_;
+  bool tool_in_use_ = true;
+  int tool_ = 0;
+  int extruder_ = 0;
+  bool has_carriages_ = false;
+  std::array<double, 2> parked_x_mm_{};  // of the two carriages
+  int pick_up_ = 0;
+  int commands_ = 0;
+};
+
+}  // namespace trammel::sim::sheet

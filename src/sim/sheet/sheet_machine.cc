@@ -1,0 +1,125 @@
+#include "sim/sheet/sheet_machine.h"
+
+#include <fmt/format.h>
+
+#include <numbers>
+#include <string>
+
+#include "sim/print/field_bound.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr std::array kScenes = {SheetScene::kBlackOnWhite, SheetScene::kWhiteOnBlack,
+                                SheetScene::kColoursOnWhite};
+
+// Filaments that a flatbed tells from white paper in at least one channel.
+constexpr std::array<LinearRgb, kMostSheetTools> kFilaments = {{{0.02, 0.02, 0.02},
+                                                                {0.55, 0.03, 0.03},
+                                                                {0.03, 0.08, 0.45},
+                                                                {0.03, 0.30, 0.06},
+                                                                {0.60, 0.16, 0.02},
+                                                                {0.20, 0.03, 0.25},
+                                                                {0.15, 0.15, 0.15},
+                                                                {0.02, 0.30, 0.40}}};
+
+Result<void> Validate(const SheetTool& tool) {
+  return CheckBounds("sheet tool", {{"offset_mm.x", tool.offset_mm.x_mm, -25, 25},
+                                    {"offset_mm.y", tool.offset_mm.y_mm, -25, 25},
+                                    {"ink red", tool.ink[0], 0, 1},
+                                    {"ink green", tool.ink[1], 0, 1},
+                                    {"ink blue", tool.ink[2], 0, 1},
+                                    {"width_factor", tool.width_factor, 0.3, 3},
+                                    {"opacity", tool.opacity, 0.01, 1},
+                                    {"missing_share", tool.missing_share, 0, 1},
+                                    {"broken_share", tool.broken_share, 0, 1},
+                                    {"string_share", tool.string_share, 0, 1}});
+}
+
+Result<void> Validate(const PeriodicError& error) {
+  return CheckBounds("periodic error", {{"amplitude_mm", error.amplitude_mm, 0, 0.2},
+                                        {"period_mm", error.period_mm, 0.05, 500},
+                                        {"phase_rad", error.phase_rad, -100, 100}});
+}
+
+LinearRgb InkOf(SheetScene scene, std::size_t tool, Random& random) {
+  const double tone = random.Uniform(0.8, 1.2);
+  LinearRgb ink = kFilaments[scene == SheetScene::kColoursOnWhite ? tool : 0];
+  if (scene == SheetScene::kWhiteOnBlack) ink = {0.72, 0.72, 0.70};
+  for (double& value : ink) value *= tone;
+  return ink;
+}
+
+}  // namespace
+
+Result<void> Validate(const SheetMachine& machine) {
+  for (const SheetTool& tool : machine.tools) {
+    if (const auto valid = Validate(tool); !valid) return valid;
+  }
+  for (const auto& errors : {machine.motor, machine.pulley}) {
+    for (const PeriodicError& error : errors) {
+      if (const auto valid = Validate(error); !valid) return valid;
+    }
+  }
+  return CheckBounds("sheet machine",
+                     {{"backlash_mm.x", machine.backlash_mm[0], 0, 1},
+                      {"backlash_mm.y", machine.backlash_mm[1], 0, 1},
+                      {"coupling_mm", machine.coupling_mm, 0, 0.5},
+                      {"leg_placement_mm", machine.leg_placement_mm, 0, 0.1},
+                      {"leg_width_mm", machine.leg_width_mm, 0, 0.1},
+                      {"edge_roughness_mm", machine.edge_roughness_mm, 0, 0.1},
+                      {"edge_correlation_mm", machine.edge_correlation_mm, 0.05, 2},
+                      {"start_bulge_mm", machine.start_bulge_mm, -0.3, 0.5},
+                      {"end_bulge_mm", machine.end_bulge_mm, -0.3, 0.5},
+                      {"bead_height_mm", machine.bead_height_mm, 0.05, 1},
+                      {"filament_diameter_mm", machine.filament_diameter_mm, 0.5, 5}});
+}
+
+std::string_view ToString(SheetScene scene) {
+  switch (scene) {
+    case SheetScene::kBlackOnWhite:
+      return "black-on-white";
+    case SheetScene::kWhiteOnBlack:
+      return "white-on-black";
+    case SheetScene::kColoursOnWhite:
+      return "colours-on-white";
+  }
+  return "black-on-white";
+}
+
+Result<SheetScene> ParseSheetScene(std::string_view name) {
+  std::string known;
+  for (const SheetScene scene : kScenes) {
+    if (ToString(scene) == name) return scene;
+    known += (known.empty() ? "" : ", ") + std::string(ToString(scene));
+  }
+  return Fail(
+      fmt::format("there is no sheet scene \"{}\"; choose one of {}", name.substr(0, 60), known));
+}
+
+SheetMachine DrawSheetMachine(SheetScene scene, Random& random) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  SheetMachine machine;
+  for (std::size_t i = 0; i < machine.tools.size(); ++i) {
+    SheetTool& tool = machine.tools[i];
+    tool.offset_mm = {random.Uniform(-0.6, 0.6), random.Uniform(-0.6, 0.6)};
+    if (i == 0) tool.offset_mm = {};
+    tool.ink = InkOf(scene, i, random);
+    tool.width_factor = random.Uniform(0.95, 1.05);
+  }
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    machine.backlash_mm[axis] = random.Uniform(0, 0.080);
+    // A 1.8 degree motor with a pulley of 20 teeth: four full steps are 0.8 mm, a turn is 40.
+    machine.motor[axis] = {random.Uniform(0, 0.003), 0.8, random.Uniform(0, kTurn)};
+    machine.pulley[axis] = {random.Uniform(0, 0.010), 40, random.Uniform(0, kTurn)};
+  }
+  machine.leg_placement_mm = 0.005;
+  machine.leg_width_mm = 0.010;
+  machine.edge_roughness_mm = 0.020;
+  machine.edge_correlation_mm = random.Uniform(0.1, 0.5);
+  machine.start_bulge_mm = random.Uniform(-0.05, 0.12);
+  machine.end_bulge_mm = random.Uniform(-0.05, 0.12);
+  return machine;
+}
+
+}  // namespace trammel::sim

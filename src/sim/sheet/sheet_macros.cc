@@ -1,0 +1,105 @@
+#include "sim/sheet/sheet_macros.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <optional>
+
+namespace trammel::sim {
+namespace {
+
+std::string_view Trim(std::string_view text) {
+  const auto space = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
+  while (!text.empty() && space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+std::string Upper(std::string_view text) {
+  std::string upper(text);
+  std::transform(upper.begin(), upper.end(), upper.begin(), [](char c) {
+    return static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  });
+  return upper;
+}
+
+// The name in "[gcode_macro NAME]"; nothing for other lines.
+std::optional<std::string> MacroName(std::string_view line) {
+  constexpr std::string_view kStart = "[gcode_macro ";
+  if (line.substr(0, kStart.size()) != kStart || line.back() != ']') return std::nullopt;
+  return Upper(Trim(line.substr(kStart.size(), line.size() - kStart.size() - 1)));
+}
+
+class Reader {
+ public:
+  Result<void> Line(std::string_view raw, int number);
+  Result<SheetMacros> Take();
+
+ private:
+  Result<void> End();
+
+  SheetMacros macros_;
+  std::optional<std::string> name_;
+  std::optional<std::string> gcode_;
+};
+
+Result<void> Reader::End() {
+  if (name_ && !gcode_) {
+    return Fail(fmt::format("macro {} has no gcode:", name_->substr(0, 40)));
+  }
+  if (name_) macros_[*name_] = *gcode_;
+  name_.reset();
+  gcode_.reset();
+  return {};
+}
+
+Result<void> Reader::Line(std::string_view raw, int number) {
+  const std::string_view line = Trim(raw.substr(0, std::min(raw.size(), raw.find('#'))));
+  if (line.empty()) return {};
+  if (line.front() == '[') {
+    if (const auto ended = End(); !ended) return ended;
+    name_ = MacroName(line);
+    if (name_ && macros_.count(*name_) > 0) {
+      return Fail(fmt::format("line {}: macro {} is given twice", number, name_->substr(0, 40)));
+    }
+    return {};
+  }
+  if (!name_) return {};
+  const bool indented = std::isspace(static_cast<unsigned char>(raw.front())) != 0;
+  if (!indented) {
+    if (line.substr(0, 6) == "gcode:") gcode_ = std::string(Trim(line.substr(6))) + "\n";
+    return {};
+  }
+  if (!gcode_) return {};
+  if (line.find('{') != std::string_view::npos) {
+    return Fail(
+        fmt::format("line {}: macro {} uses a template; the virtual machine reads plain G-code "
+                    "only: write the values out",
+                    number, name_->substr(0, 40)));
+  }
+  *gcode_ += std::string(line) + "\n";
+  return {};
+}
+
+Result<SheetMacros> Reader::Take() {
+  if (const auto ended = End(); !ended) return tl::unexpected(ended.error());
+  return std::move(macros_);
+}
+
+}  // namespace
+
+Result<SheetMacros> ParseSheetMacros(std::string_view config) {
+  Reader reader;
+  int number = 0;
+  while (!config.empty()) {
+    const std::size_t end = std::min(config.size(), config.find('\n'));
+    if (const auto read = reader.Line(config.substr(0, end), ++number); !read) {
+      return tl::unexpected(read.error());
+    }
+    config.remove_prefix(std::min(config.size(), end + 1));
+  }
+  return reader.Take();
+}
+
+}  // namespace trammel::sim

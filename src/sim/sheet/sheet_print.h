@@ -1,0 +1,65 @@
+// Prints a sheet: from where the nozzles are sent to the ink that lies on the flat paper.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "base/result.h"
+#include "sim/sheet/sheet_gcode.h"
+#include "sim/sheet/sheet_machine.h"
+#include "sim/sheet/sheet_paper.h"
+
+namespace trammel::sim {
+
+constexpr int kDirtInk = kMostSheetTools;
+constexpr int kInkCount = kMostSheetTools + 1;
+
+/// A place on a line's way and the line's edges beside it.
+struct StrokePoint {
+  PlaneMm centre;
+  double left_mm = 0;   ///< to the left edge, seen along the line
+  double right_mm = 0;  ///< to the right edge; left + right > 0
+};
+
+/// One line of ink. Coordinates are the bed's, as the paper lies flat.
+struct InkStroke {
+  int ink = 0;                      ///< tool, or kDirtInk
+  double opacity = 1;               ///< 0 … 1
+  bool raised = true;               ///< throws a shadow
+  PlaneMm along;                    ///< unit vector from its start to its end
+  std::vector<StrokePoint> points;  ///< at least 2; 0.05 mm apart or less
+};
+
+/// What a tool's lines really do on this sheet.
+struct SheetToolTruth {
+  int tool = 0;
+  /// Landing of its lines for a command, without play, noise and paper, minus the same of a tool
+  /// without any offset. The offset that calibrations look for is the difference of two of these.
+  PlaneMm offset_mm;
+  bool printed = true;  ///< whether any ink came out
+};
+
+struct PrintedSheet {
+  std::vector<InkStroke> strokes;
+  std::array<LinearRgb, kInkCount> inks{};
+  LinearRgb paper{};
+  std::vector<SheetToolTruth> tools;  ///< those the file draws with, ascending
+  std::array<double, 2> backlash_mm{};
+  std::vector<std::string> notes;  ///< what in the file cannot have been meant, for people
+};
+
+/// Draws with a real hysteresis: each axis keeps where its play stands, along drawn lines and
+/// travels alike. A line's width follows from its filament. What was retracted has to be primed
+/// again before ink flows; above 1 mm nothing reaches the paper.
+/// Each line's noise has a generator of its own: a change in one does not touch the others.
+/// Errors (kInput): Validate's; a file that draws nothing.
+[[nodiscard]] Result<PrintedSheet> PrintSheet(const SheetProgram& program,
+                                              const SheetMachine& machine, const SheetPaper& paper,
+                                              const Random& random);
+
+/// The landing offset of a tool minus that of the reference, or nothing where either drew nothing.
+[[nodiscard]] std::optional<PlaneMm> OffsetOf(const PrintedSheet& sheet, int tool, int reference);
+
+}  // namespace trammel::sim

@@ -1,0 +1,269 @@
+#include "sim/spindle/spindle_camera.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "sim/spindle/spindle_clutter.h"
+
+namespace trammel::sim {
+namespace {
+
+struct Box {
+  int left = 0;
+  int top = 0;
+  int right = 0;  ///< one beyond
+  int bottom = 0;
+};
+
+/// Places of the picture in the plane of one target.
+class TargetPlane {
+ public:
+  TargetPlane(const SpindleLens& lens, const Place& camera_from_target)
+      : lens_(lens),
+        eye_(camera_from_target.In({0, 0, 0})),
+        target_from_camera_(Back(camera_from_target.turn)) {}
+
+  [[nodiscard]] bool FromTheFront() const { return eye_[2] > 0; }
+  [[nodiscard]] std::array<double, 2> At(double column, double row) const {
+    const auto sight = SightOf(lens_, {column, row});
+    const Triple along = target_from_camera_ * Triple{sight[0], sight[1], 1};
+    const double t = -eye_[2] / along[2];
+    return {eye_[0] + t * along[0], eye_[1] + t * along[1]};
+  }
+
+ private:
+  SpindleLens lens_;
+  Triple eye_;
+  Turn target_from_camera_;
+};
+
+// The part of the picture that a target covers, from points of its outline; empty out of sight.
+Box BoxOf(const SpindleLens& lens, const PlacedTarget& target) {
+  constexpr int kPoints = 32;
+  constexpr double kRoom_px = 3;
+  double left = 1e9;
+  double right = -1e9;
+  double top = 1e9;
+  double bottom = -1e9;
+  for (int i = 0; i < kPoints; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kPoints;
+    // An outline of 32 corners stays inside by 0.5 %: 2 % more covers it.
+    const double r = 1.02 * target.pattern.ground_radius_mm;
+    const auto seen =
+        SeenAt(lens, target.camera_from_target.Out({r * std::cos(angle), r * std::sin(angle), 0}));
+    if (!seen) return {};
+    left = std::min(left, (*seen)[0]);
+    right = std::max(right, (*seen)[0]);
+    top = std::min(top, (*seen)[1]);
+    bottom = std::max(bottom, (*seen)[1]);
+  }
+  const auto whole = [](double value, int size) {
+    return static_cast<int>(std::clamp(std::floor(value), 0.0, static_cast<double>(size)));
+  };
+  return {whole(left - kRoom_px, lens.width_px), whole(top - kRoom_px, lens.height_px),
+          whole(right + kRoom_px + 1, lens.width_px), whole(bottom + kRoom_px + 1, lens.height_px)};
+}
+
+void DrawTarget(const SpindleLens& lens, const SpindleLight& light, const PlacedTarget& target,
+                cv::Mat& grey) {
+  const TargetPlane plane(lens, target.camera_from_target);
+  if (!plane.FromTheFront()) return;
+  const Box box = BoxOf(lens, target);
+  const double reach_mm = 1.1 * target.pattern.ground_radius_mm;
+  for (int y = box.top; y < box.bottom; ++y) {
+    auto* row = grey.ptr<float>(y);
+    auto left = plane.At(box.left - 1, y);
+    auto here = plane.At(box.left, y);
+    for (int x = box.left; x < box.right; ++x) {
+      const auto right = plane.At(x + 1, y);
+      if (std::hypot(here[0], here[1]) < reach_mm) {
+        const auto above = plane.At(x, y - 0.5);
+        const auto below = plane.At(x, y + 0.5);
+        PixelOnTarget pixel;
+        pixel.at_mm = here;
+        for (std::size_t i = 0; i < 2; ++i) {
+          pixel.by_pixel[i] = {0.5 * (right[i] - left[i]), below[i] - above[i]};
+        }
+        const TargetCover cover = CoverOf(target.pattern, target.hidden, pixel);
+        const double bare = light.dark + (light.white - light.dark) * cover.white;
+        const double seen = bare + (light.hidden - bare) * cover.hidden;
+        row[x] += static_cast<float>(cover.target * (seen - static_cast<double>(row[x])));
+      }
+      left = std::exchange(here, right);
+    }
+  }
+}
+
+void Shade(const SpindleLight& light, cv::Mat& grey) {
+  if (light.vignetting == 0 && light.gradient == 0) return;
+  const double middle_x = 0.5 * (grey.cols - 1);
+  const double middle_y = 0.5 * (grey.rows - 1);
+  const double corner2 = middle_x * middle_x + middle_y * middle_y;
+  const double by_x = light.gradient * std::cos(light.gradient_rad) / grey.cols;
+  const double by_y = light.gradient * std::sin(light.gradient_rad) / grey.cols;
+  for (int y = 0; y < grey.rows; ++y) {
+    auto* row = grey.ptr<float>(y);
+    const double dy = y - middle_y;
+    for (int x = 0; x < grey.cols; ++x) {
+      const double dx = x - middle_x;
+      const double loss = light.vignetting * (dx * dx + dy * dy) / corner2;
+      row[x] *= static_cast<float>((1 - loss) * std::max(0.0, 1 + by_x * dx + by_y * dy));
+    }
+  }
+}
+
+// A straight way of `length` px: even along it, smeared to the neighbouring pixels by tent weights.
+cv::Mat MotionKernel(double length_px, double angle_rad) {
+  const int half = static_cast<int>(std::ceil(0.5 * length_px)) + 1;
+  cv::Mat kernel(2 * half + 1, 2 * half + 1, CV_32F, cv::Scalar(0));
+  const int steps = std::max(1, static_cast<int>(std::ceil(8 * length_px)));
+  for (int i = 0; i < steps; ++i) {
+    const double along = length_px * ((i + 0.5) / steps - 0.5);
+    const double x = half + along * std::cos(angle_rad);
+    const double y = half + along * std::sin(angle_rad);
+    const int x0 = static_cast<int>(std::floor(x));
+    const int y0 = static_cast<int>(std::floor(y));
+    for (int k = 0; k < 4; ++k) {
+      const int px = x0 + k % 2;
+      const int py = y0 + k / 2;
+      const double weight = (1 - std::abs(x - px)) * (1 - std::abs(y - py));
+      kernel.at<float>(py, px) += static_cast<float>(weight / steps);
+    }
+  }
+  return kernel;
+}
+
+void Smear(const SpindleEye& eye, cv::Mat& grey) {
+  if (eye.blur_px > 0) {
+    const int taps = 2 * static_cast<int>(std::ceil(4 * eye.blur_px)) + 1;
+    cv::GaussianBlur(grey, grey, {taps, taps}, eye.blur_px, eye.blur_px, cv::BORDER_REPLICATE);
+  }
+  if (eye.motion_px > 0) {
+    cv::filter2D(grey, grey, CV_32F, MotionKernel(eye.motion_px, eye.motion_rad), {-1, -1}, 0,
+                 cv::BORDER_REPLICATE);
+  }
+}
+
+Page Expose(const SpindleEye& eye, const cv::Mat& grey, Random& random) {
+  Page page;
+  page.width = grey.cols;
+  page.height = grey.rows;
+  page.samples.resize(static_cast<std::size_t>(grey.cols) * static_cast<std::size_t>(grey.rows));
+  const bool noisy = eye.read_noise > 0 || eye.shot_noise > 0;
+  const double read2 = eye.read_noise * eye.read_noise;
+  for (int y = 0; y < grey.rows; ++y) {
+    const auto* row = grey.ptr<float>(y);
+    std::uint8_t* out = page.row(y);
+    for (int x = 0; x < grey.cols; ++x) {
+      double value = row[x];
+      if (noisy) {
+        value += std::sqrt(read2 + eye.shot_noise * std::max(0.0, value)) * random.Normal();
+      }
+      out[x] = static_cast<std::uint8_t>(std::clamp(value + 0.5, 0.0, 255.0));
+    }
+  }
+  return page;
+}
+
+Result<void> Check(const char* name, double value, double lo, double hi) {
+  if (value >= lo && value <= hi) return {};
+  return Fail(fmt::format("{} is {}: must be within {} … {}", name, value, lo, hi));
+}
+
+Result<void> CheckPattern(const RingPattern& pattern) {
+  const bool rises = pattern.bits == 0 ? pattern.ground_radius_mm >= pattern.dot_radius_mm
+                                       : pattern.ring_inner_mm >= pattern.dot_radius_mm &&
+                                             pattern.ring_outer_mm >= pattern.ring_inner_mm &&
+                                             pattern.ground_radius_mm >= pattern.ring_outer_mm;
+  if (!(pattern.dot_radius_mm > 0) || !rises || !(pattern.ground_radius_mm < 1e4)) {
+    return Fail(fmt::format("a target's radii are {}, {}, {}, {} mm: they must rise",
+                            pattern.dot_radius_mm, pattern.ring_inner_mm, pattern.ring_outer_mm,
+                            pattern.ground_radius_mm));
+  }
+  if (pattern.bits == 0 || (pattern.bits >= 3 && pattern.bits <= 31)) return {};
+  return Fail(
+      fmt::format("a target's ring has {} segments: must be 3 … 31, or 0 for none", pattern.bits));
+}
+
+}  // namespace
+
+SpindleLight RetroLight() {
+  SpindleLight light;
+  light.white = 215;
+  light.dark = 6;
+  light.surface = 10;
+  light.hidden = 8;
+  return light;
+}
+
+SpindleClutter ShopClutter() {
+  SpindleClutter clutter;
+  clutter.grain = 0.05;
+  clutter.edges = 4;
+  clutter.scratches = 60;
+  clutter.chips = 60;
+  clutter.holes = 25;
+  clutter.words = 12;
+  return clutter;
+}
+
+Result<void> Validate(const SpindlePicture& picture) {
+  constexpr double kMost = 10000;  // things of one kind
+  const SpindleEye& eye = picture.eye;
+  const SpindleLight& light = picture.light;
+  const SpindleClutter& clutter = picture.clutter;
+  const Result<void> checks[] = {
+      Validate(picture.lens),
+      Check("blur_px", eye.blur_px, 0, 20),
+      Check("motion_px", eye.motion_px, 0, 50),
+      Check("motion_rad", eye.motion_rad, -10, 10),
+      Check("read_noise", eye.read_noise, 0, 50),
+      Check("shot_noise", eye.shot_noise, 0, 10),
+      Check("white", light.white, 0, 1000),
+      Check("dark", light.dark, 0, 1000),
+      Check("surface", light.surface, 0, 255),
+      Check("hidden", light.hidden, 0, 1000),
+      Check("vignetting", light.vignetting, 0, 0.9),
+      Check("gradient", light.gradient, -1, 1),
+      Check("gradient_rad", light.gradient_rad, -10, 10),
+      Check("grain", clutter.grain, 0, 0.5),
+      Check("edges", clutter.edges, 0, kMost),
+      Check("scratches", clutter.scratches, 0, kMost),
+      Check("chips", clutter.chips, 0, kMost),
+      Check("holes", clutter.holes, 0, kMost),
+      Check("words", clutter.words, 0, kMost),
+  };
+  for (const Result<void>& result : checks) {
+    if (!result) return result;
+  }
+  for (const PlacedTarget& target : picture.targets) {
+    if (const auto checked = CheckPattern(target.pattern); !checked) return checked;
+    for (const HiddenWedge& wedge : target.hidden) {
+      const auto checked = Check("a wedge's extent_rad", wedge.extent_rad, 1e-6, 3.14);
+      if (!checked) return checked;
+    }
+  }
+  return {};
+}
+
+Result<Page> TakePicture(const SpindlePicture& picture, const Random& random) {
+  if (const auto valid = Validate(picture); !valid) return tl::unexpected(valid.error());
+  Random surface = random.Fork(1);
+  Random litter = random.Fork(2);
+  Random noise = random.Fork(3);
+  cv::Mat grey = SurfaceOf(picture, surface);
+  for (const PlacedTarget& target : picture.targets) {
+    DrawTarget(picture.lens, picture.light, target, grey);
+  }
+  Litter(picture.clutter, picture.light.surface, litter, grey);
+  Shade(picture.light, grey);
+  Smear(picture.eye, grey);
+  return Expose(picture.eye, grey, noise);
+}
+
+}  // namespace trammel::sim

@@ -1,0 +1,74 @@
+// Pictures of the virtual spindle's camera.
+#pragma once
+
+#include <vector>
+
+#include "base/page.h"
+#include "base/random.h"
+#include "base/result.h"
+#include "sim/spindle/spindle_lens.h"
+#include "sim/spindle/spindle_ring.h"
+
+namespace trammel::sim {
+
+/// A target in front of the camera. Its plane is its frame's x and y, its z faces the camera.
+struct PlacedTarget {
+  Place camera_from_target;
+  RingPattern pattern;
+  std::vector<HiddenWedge> hidden;
+};
+
+/// Grey levels are those of an evenly lit picture; 0 … 255 can be shown.
+struct SpindleLight {
+  double white = 200;       ///< of a target's white
+  double dark = 25;         ///< of its ground
+  double surface = 90;      ///< of the part around it
+  double hidden = 60;       ///< of what lies on a target
+  double vignetting = 0;    ///< loss of light at the corners, 0 … 0.9
+  double gradient = 0;      ///< relative change across the picture's width, -1 … 1
+  double gradient_rad = 0;  ///< its direction: 0 brighter to the right, pi / 2 downwards
+};
+
+/// LEDs beside the lens and retroreflecting targets: white shines, all else is nearly black.
+[[nodiscard]] SpindleLight RetroLight();
+
+/// What else is on the part. Counts are for the whole picture; 0 leaves the surface plain.
+struct SpindleClutter {
+  double grain = 0;  ///< of the surface, relative, 1 sigma, 0 … 0.5
+  int edges = 0;     ///< straight borders between lighter and darker parts of the surface
+  int scratches = 0;
+  int chips = 0;
+  int holes = 0;              ///< round, with rims: what resembles a target most
+  int words = 0;              ///< of letters and digits
+  bool over_targets = false;  ///< scratches and chips lie on the targets too
+};
+/// A machined surface with all of that, over no target.
+[[nodiscard]] SpindleClutter ShopClutter();
+
+struct SpindleEye {
+  double blur_px = 0.6;      ///< of the optics (defocus too), Gaussian, 1 sigma, 0 … 20
+  double motion_px = 0;      ///< length of the way during the exposure, 0 … 50
+  double motion_rad = 0;     ///< its direction in the picture
+  double read_noise = 1;     ///< grey levels, 1 sigma, 0 … 50
+  double shot_noise = 0.01;  ///< grey levels² per grey level: 255 / full well in electrons
+};
+
+struct SpindlePicture {
+  SpindleLens lens;
+  std::vector<PlacedTarget> targets;
+  SpindleLight light;
+  SpindleClutter clutter;
+  SpindleEye eye;
+};
+
+/// Errors (kInput): the lens's; a field out of its range; a pattern whose radii do not rise, with
+/// more than 31 segments or fewer than 3 but not 0; a wedge that is none.
+[[nodiscard]] Result<void> Validate(const SpindlePicture& picture);
+
+/// 8-bit grey. Every pixel's line of sight meets the target's plane (no approximation by an
+/// ellipse), edges are averaged over the pixel's area, then light, blur, noise and rounding.
+/// A target behind the camera or seen from its back is not drawn.
+/// Cost: below 1 s for 5 megapixels.
+[[nodiscard]] Result<Page> TakePicture(const SpindlePicture& picture, const Random& random);
+
+}  // namespace trammel::sim

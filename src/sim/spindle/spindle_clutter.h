@@ -1,0 +1,17 @@
+// What lies about on a machined surface.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+#include "base/random.h"
+#include "sim/spindle/spindle_camera.h"
+
+namespace trammel::sim {
+
+/// The bare surface with edges, holes and words, CV_32F in grey levels.
+[[nodiscard]] cv::Mat SurfaceOf(const SpindlePicture& picture, Random& random);
+
+/// Scratches and chips on top of what is there. `grey` is CV_32F.
+void Litter(const SpindleClutter& clutter, double surface_grey, Random& random, cv::Mat& grey);
+
+}  // namespace trammel::sim

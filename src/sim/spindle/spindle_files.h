@@ -1,0 +1,36 @@
+// What `trammel sim spindle` leaves behind: pictures, what is stated of them, and the truth.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/spindle/spindle_camera.h"
+#include "sim/spindle/spindle_world.h"
+
+namespace trammel::sim {
+
+/// What a stop's picture shows: each target of the part with its pattern. The picture's lens is the
+/// camera's; light, clutter and eye are those of `like`.
+/// REQUIRES one pattern and one list of wedges (or none at all) per target of the part.
+[[nodiscard]] SpindlePicture PictureAt(const SpindleWorld& world, std::size_t stop,
+                                       const std::vector<RingPattern>& patterns,
+                                       const std::vector<std::vector<HiddenWedge>>& hidden,
+                                       const SpindlePicture& like);
+
+/// "view-01.png" for the first stop.
+[[nodiscard]] std::string PictureName(std::size_t stop);
+
+/// The file of observations ("format": 1) that `trammel align solve` reads: stated camera, ideal
+/// places, stated stops, and the noisy centres of the targets at least `margin_px` from the edge.
+[[nodiscard]] std::string ObservationsJson(const SpindleWorld& world, const SpindleName& name,
+                                           double margin_px);
+
+/// The same with the name of each view's picture in place of its observations.
+[[nodiscard]] std::string ViewsJson(const SpindleWorld& world);
+
+/// Where the part lies, how the camera is clamped, where spindle and targets really were, and the
+/// exact images of the centres.
+[[nodiscard]] std::string SpindleTruthJson(const SpindleWorld& world, const SpindleName& name,
+                                           double margin_px);
+
+}  // namespace trammel::sim

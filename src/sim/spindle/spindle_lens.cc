@@ -1,0 +1,111 @@
+#include "sim/spindle/spindle_lens.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace trammel::sim {
+namespace {
+
+struct Bent {
+  PixelPlace ideal;
+  std::array<std::array<double, 2>, 2> by_measured;
+};
+
+// The polynomial and its derivative at a measured place about the principal point.
+Bent Bend(const SpindleLens& lens, double x, double y) {
+  const double r2 = x * x + y * y;
+  const double radial = 1 + lens.k1 * r2 + lens.k2 * r2 * r2;
+  const double slope = 2 * (lens.k1 + 2 * lens.k2 * r2);  // d(radial) = slope · (x dx + y dy)
+  Bent bent;
+  bent.ideal = {x * radial + lens.p1 * (r2 + 2 * x * x) + 2 * lens.p2 * x * y,
+                y * radial + lens.p2 * (r2 + 2 * y * y) + 2 * lens.p1 * x * y};
+  bent.by_measured[0][0] = radial + slope * x * x + 6 * lens.p1 * x + 2 * lens.p2 * y;
+  bent.by_measured[0][1] = slope * x * y + 2 * lens.p1 * y + 2 * lens.p2 * x;
+  bent.by_measured[1][0] = slope * x * y + 2 * lens.p2 * x + 2 * lens.p1 * y;
+  bent.by_measured[1][1] = radial + slope * y * y + 6 * lens.p2 * y + 2 * lens.p1 * x;
+  return bent;
+}
+
+}  // namespace
+
+SpindleLens AsRealCamera(const SpindleLens& lens) {
+  SpindleLens real = lens;
+  if (lens.along_plus_z) return real;
+  // Rz Ry Rx(alpha) · Rx(pi): the half turn comes first, so it adds to alpha.
+  real.angles_rad[0] = std::remainder(lens.angles_rad[0] + std::numbers::pi, 2 * std::numbers::pi);
+  real.along_plus_z = true;
+  return real;
+}
+
+Result<void> Validate(const SpindleLens& lens) {
+  const auto check = [](const char* name, double value, double lo, double hi) -> Result<void> {
+    if (value >= lo && value <= hi) return {};
+    return Fail(fmt::format("the camera's {} is {}: must be within {} … {}", name, value, lo, hi));
+  };
+  const Result<void> checks[] = {
+      check("width_px", lens.width_px, 16, 20000),
+      check("height_px", lens.height_px, 16, 20000),
+      check("pixel_pitch_mm", lens.pixel_pitch_mm, 1e-4, 0.1),
+      check("focal_length_mm", lens.focal_length_mm, 0.5, 1000),
+      check("k1", lens.k1, -1e-6, 1e-6),
+      check("k2", lens.k2, -1e-12, 1e-12),
+      check("p1", lens.p1, -1e-5, 1e-5),
+      check("p2", lens.p2, -1e-5, 1e-5),
+  };
+  for (const Result<void>& result : checks) {
+    if (!result) return result;
+  }
+  return {};
+}
+
+double FocalPx(const SpindleLens& lens) { return lens.focal_length_mm / lens.pixel_pitch_mm; }
+
+PixelPlace PrincipalPx(const SpindleLens& lens) {
+  return {(lens.width_px - 1) / 2.0 + lens.principal_offset_px[0],
+          (lens.height_px - 1) / 2.0 + lens.principal_offset_px[1]};
+}
+
+std::array<double, 2> SightOf(const SpindleLens& lens, const PixelPlace& pixel) {
+  const PixelPlace principal = PrincipalPx(lens);
+  const PixelPlace ideal = Bend(lens, pixel[0] - principal[0], pixel[1] - principal[1]).ideal;
+  return {ideal[0] / FocalPx(lens), ideal[1] / FocalPx(lens)};
+}
+
+std::optional<PixelPlace> SeenAt(const SpindleLens& lens, const Triple& camera_mm) {
+  constexpr int kSteps = 50;
+  constexpr double kDone_px = 1e-12;
+  constexpr double kRounding_px = 1e-9;  // coordinates of 1e4 px are not finer than 2e-12
+  const double ahead_mm = lens.along_plus_z ? camera_mm[2] : -camera_mm[2];
+  if (!(ahead_mm > 1e-6)) return std::nullopt;
+  const double x = FocalPx(lens) * camera_mm[0] / camera_mm[2];
+  const double y = FocalPx(lens) * camera_mm[1] / camera_mm[2];
+  double at_x = x;
+  double at_y = y;
+  double size = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const Bent bent = Bend(lens, at_x, at_y);
+    const auto& d = bent.by_measured;
+    const double determinant = d[0][0] * d[1][1] - d[0][1] * d[1][0];
+    if (!(determinant > 0.05)) return std::nullopt;  // it folds at 0
+    const double miss_x = x - bent.ideal[0];
+    const double miss_y = y - bent.ideal[1];
+    const double step_x = (d[1][1] * miss_x - d[0][1] * miss_y) / determinant;
+    const double step_y = (d[0][0] * miss_y - d[1][0] * miss_x) / determinant;
+    at_x += step_x;
+    at_y += step_y;
+    size = std::hypot(step_x, step_y);
+    if (size < kDone_px) break;
+  }
+  if (!(size < kRounding_px)) return std::nullopt;
+  const PixelPlace principal = PrincipalPx(lens);
+  return PixelPlace{principal[0] + at_x, principal[1] + at_y};
+}
+
+bool InPicture(const SpindleLens& lens, const PixelPlace& pixel, double margin_px) {
+  return pixel[0] >= margin_px && pixel[0] <= lens.width_px - 1 - margin_px &&
+         pixel[1] >= margin_px && pixel[1] <= lens.height_px - 1 - margin_px;
+}
+
+}  // namespace trammel::sim

@@ -1,0 +1,164 @@
+#include "sim/spindle/spindle_world.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace trammel::sim {
+namespace {
+
+constexpr std::uint64_t kPart = 1;
+constexpr std::uint64_t kOutOfMachine = 2;
+constexpr std::uint64_t kClampings = 100'000;  // then one generator per clamping
+constexpr std::uint64_t kHold = 1;
+constexpr std::uint64_t kApproach = 2;
+constexpr std::uint64_t kSights = 3;
+constexpr std::uint64_t kPictures = 4;
+constexpr double kReference_c = 20;
+
+Random ClampingOf(const SpindleName& name) {
+  return Random(name.seed).Fork(kClampings + name.clamping);
+}
+
+Triple Within(double half_width, Random& random) {
+  Triple drawn;
+  for (double& value : drawn) value = random.Uniform(-half_width, half_width);
+  return drawn;
+}
+
+// The order of the draws is part of what a seed means.
+Triple Scattered(double sigma, Random& random) {
+  Triple drawn;
+  for (double& value : drawn) value = random.Normal(0, sigma);
+  return drawn;
+}
+
+Triple ActualOf(const SpindleMachine& machine, const Triple& stated_mm, Random& random) {
+  const Triple& s = stated_mm;
+  const Triple bent = {
+      s[0] * (1 + machine.scale[0]) + machine.square_xy_rad * s[1] + machine.square_xz_rad * s[2],
+      s[1] * (1 + machine.scale[1]) + machine.square_yz_rad * s[2], s[2] * (1 + machine.scale[2])};
+  return bent + Scattered(machine.repeatability_mm, random);
+}
+
+SpindleClamping Clamp(const ClampingSpread& spread, Random random) {
+  SpindleClamping clamping;
+  clamping.angle_rad = random.Uniform(-spread.angle_rad, spread.angle_rad);
+  for (double& value : clamping.eccentricity_mm) value = random.Normal(0, spread.eccentricity_mm);
+  for (double& value : clamping.tilt_rad) value = random.Normal(0, spread.tilt_rad);
+  return clamping;
+}
+
+Result<void> CheckStops(const SpindleSetup& setup) {
+  for (std::size_t i = 0; i < setup.stops.size(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double at = setup.stops[i].stated_mm[axis];
+      const double lo = setup.machine.travel_low_mm[axis];
+      const double hi = setup.machine.travel_high_mm[axis];
+      if (at >= lo && at <= hi) continue;
+      return Fail(fmt::format("stop {} has {} {} mm: the machine travels {} … {}", i + 1,
+                              "XYZ"[axis], at, lo, hi));
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> Validate(const SpindleSetup& setup) {
+  const auto check = [](const char* name, double value, double lo, double hi) -> Result<void> {
+    if (value >= lo && value <= hi) return {};
+    return Fail(fmt::format("{} is {}: must be within {} … {}", name, value, lo, hi));
+  };
+  const SpindleMachine& machine = setup.machine;
+  const Result<void> checks[] = {
+      Validate(setup.lens),
+      Validate(setup.stated_lens),
+      check("sigma_px", setup.sigma_px, 0, 10),
+      check("the machine's repeatability_mm", machine.repeatability_mm, 0, 1),
+      check("the machine's scale of X", machine.scale[0], -0.01, 0.01),
+      check("the machine's scale of Y", machine.scale[1], -0.01, 0.01),
+      check("the machine's scale of Z", machine.scale[2], -0.01, 0.01),
+      check("the machine's square_xy_rad", machine.square_xy_rad, -0.01, 0.01),
+      check("the machine's square_xz_rad", machine.square_xz_rad, -0.01, 0.01),
+      check("the machine's square_yz_rad", machine.square_yz_rad, -0.01, 0.01),
+      check("the clamping's angle_rad", setup.spread.angle_rad, 0, 0.5),
+      check("the clamping's eccentricity_mm", setup.spread.eccentricity_mm, 0, 5),
+      check("the clamping's tilt_rad", setup.spread.tilt_rad, 0, 0.1),
+      check("the part's misplaced_mm", setup.part.misplaced_mm, 0, 100),
+      check("the part's misplaced_rad", setup.part.misplaced_rad, 0, 0.5),
+      check("the part's temperature_c", setup.part.temperature_c, -50, 150),
+      check("the part's expansion_per_k", setup.part.expansion_per_k, 0, 1e-4),
+      check("the part's out_of_machine_mm", setup.part.out_of_machine_mm, 0, 10),
+      check("the part's out_of_machine_scale", setup.part.out_of_machine_scale, -0.01, 0.01),
+      CheckStops(setup),
+  };
+  for (const Result<void>& result : checks) {
+    if (!result) return result;
+  }
+  return {};
+}
+
+SpindleWorld DrawSpindleWorld(const SpindleSetup& setup, const SpindleName& name) {
+  SpindleWorld world;
+  world.setup = setup;
+  const SpindlePart& part = setup.part;
+  Random lies = Random(name.seed).Fork(kPart);
+  world.machine_from_part.origin_mm = part.origin_mm + Within(part.misplaced_mm, lies);
+  world.part_angles_rad = part.angles_rad + Within(part.misplaced_rad, lies);
+  world.machine_from_part.turn = TurnOf(world.part_angles_rad);
+
+  Random measured = Random(name.seed).Fork(kOutOfMachine);
+  const double warm = 1 + part.expansion_per_k * (part.temperature_c - kReference_c);
+  for (const SpindleTarget& target : part.targets) {
+    // The stated ideal place is true plus error; so the true one is stated less error.
+    const Triple error =
+        part.out_of_machine_scale * target.ideal_mm + Scattered(part.out_of_machine_mm, measured);
+    world.targets_mm.push_back(warm * (target.ideal_mm - error));
+  }
+  world.clamping = Clamp(setup.spread, ClampingOf(name).Fork(kHold));
+  Random approach = ClampingOf(name).Fork(kApproach);
+  for (const SpindleStop& stop : setup.stops) {
+    world.actual_mm.push_back(ActualOf(setup.machine, stop.stated_mm, approach));
+  }
+  return world;
+}
+
+Turn SpindleTurn(const SpindleMachine& machine, double c_rad) {
+  return machine.along_y ? TurnX(std::numbers::pi / 2) * TurnZ(c_rad) : TurnZ(c_rad);
+}
+
+Place MachineFromCamera(const SpindleWorld& world, std::size_t stop) {
+  const SpindleClamping& held = world.clamping;
+  const Place machine_from_spindle = {
+      world.actual_mm.at(stop), SpindleTurn(world.setup.machine, world.setup.stops.at(stop).c_rad)};
+  const Place spindle_from_taper = {
+      {held.eccentricity_mm[0], held.eccentricity_mm[1], 0},
+      TurnZ(-held.angle_rad) * TurnX(held.tilt_rad[0]) * TurnY(held.tilt_rad[1])};
+  const Place taper_from_camera = {world.setup.lens.offset_mm, TurnOf(world.setup.lens.angles_rad)};
+  return machine_from_spindle * spindle_from_taper * taper_from_camera;
+}
+
+std::vector<SpindleSighting> Look(const SpindleWorld& world, std::size_t stop, double margin_px,
+                                  Random& random) {
+  std::vector<SpindleSighting> seen;
+  const Place machine_from_camera = MachineFromCamera(world, stop);
+  for (std::size_t i = 0; i < world.targets_mm.size(); ++i) {
+    const double column_noise = random.Normal(0, world.setup.sigma_px);
+    const double row_noise = random.Normal(0, world.setup.sigma_px);
+    const Triple at = world.machine_from_part.Out(world.targets_mm[i]);
+    const Triple facing = world.machine_from_part.turn * world.setup.part.targets[i].facing;
+    if (!(Dot(facing, machine_from_camera.origin_mm - at) > 0)) continue;
+    const auto pixel = SeenAt(world.setup.lens, machine_from_camera.In(at));
+    if (!pixel || !InPicture(world.setup.lens, *pixel, margin_px)) continue;
+    seen.push_back({i, *pixel, {(*pixel)[0] + column_noise, (*pixel)[1] + row_noise}});
+  }
+  return seen;
+}
+
+Random SightNoiseOf(const SpindleName& name) { return ClampingOf(name).Fork(kSights); }
+
+Random PicturesOf(const SpindleName& name) { return ClampingOf(name).Fork(kPictures); }
+
+}  // namespace trammel::sim

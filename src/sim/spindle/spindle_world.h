@@ -1,0 +1,122 @@
+// The virtual spindle: a machine that carries a clamped camera past the targets of a part.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "base/random.h"
+#include "base/result.h"
+#include "sim/spindle/spindle_frame.h"
+#include "sim/spindle/spindle_lens.h"
+
+namespace trammel::sim {
+
+/// Actual place = stated place, skewed and stretched about the machine's zero, plus an error of
+/// each approach. The defaults are a machine without errors.
+struct SpindleMachine {
+  bool along_y = false;  ///< the camera looks along +Y (a horizontal spindle), else along -Z
+  Triple travel_low_mm = {0, 0, 0};
+  Triple travel_high_mm = {3000, 2000, 1500};
+  double repeatability_mm = 0;  ///< 1 sigma per axis, 0 … 1
+  Triple scale = {};            ///< relative, per axis, +-0.01
+  double square_xy_rad = 0;     ///< x gains square_xy * y; +-0.01
+  double square_xz_rad = 0;     ///< x gains square_xz * z
+  double square_yz_rad = 0;     ///< y gains square_yz * z
+};
+
+/// How far one clamping may be from the last. The defaults are the paper's coupling.
+struct ClampingSpread {
+  double angle_rad = 3.3e-3;       ///< uniform within +-this: half the backlash, 0 … 0.5
+  double eccentricity_mm = 0.015;  ///< 1 sigma per axis, 0 … 5
+  double tilt_rad = 0;             ///< 1 sigma per axis, 0 … 0.1
+};
+
+/// spindle = Rz(-angle) · Rx(tilt[0]) · Ry(tilt[1]) · taper + (eccentricity, 0): eq. 22.
+struct SpindleClamping {
+  double angle_rad = 0;
+  std::array<double, 2> eccentricity_mm = {};
+  std::array<double, 2> tilt_rad = {};
+};
+
+/// A target where the ideal part has it. `facing` is its normal, `turn_rad` its turn about that.
+struct SpindleTarget {
+  int id = 0;
+  Triple ideal_mm = {};
+  Triple facing = {0, 0, 1};
+  double turn_rad = 0;
+};
+
+struct SpindlePart {
+  Triple origin_mm = {};        ///< where it is meant to lie, in the machine
+  Triple angles_rad = {};       ///< (alpha, beta, gamma) of eq. 2
+  double misplaced_mm = 2;      ///< uniform within +-this per axis, by the seed
+  double misplaced_rad = 2e-3;  ///< the same for the angles
+  std::vector<SpindleTarget> targets;
+  double temperature_c = 20;        ///< the ideal places hold at 20
+  double expansion_per_k = 11e-6;   ///< about the part's origin
+  double out_of_machine_mm = 0;     ///< error of each ideal coordinate, 1 sigma
+  double out_of_machine_scale = 0;  ///< of all of them: a wrong scale bar
+};
+
+/// Where the programme sends the spindle.
+struct SpindleStop {
+  Triple stated_mm = {};
+  double c_rad = 0;  ///< orientation of the spindle about its axis
+};
+
+struct SpindleSetup {
+  SpindleLens lens;         ///< the camera as it is
+  SpindleLens stated_lens;  ///< as its calibration has it
+  SpindleMachine machine;
+  ClampingSpread spread;
+  SpindlePart part;
+  std::vector<SpindleStop> stops;
+  double sigma_px = 0.03;  ///< noise of a centre per axis, 1 sigma, 0 … 10
+};
+
+/// Error (kInput): names the field, the value and the bound; a stop outside the travel.
+[[nodiscard]] Result<void> Validate(const SpindleSetup& setup);
+
+/// A seed names part and machine, `clamping` what one clamping and its pictures add.
+struct SpindleName {
+  std::uint64_t seed = 0;
+  std::uint64_t clamping = 0;
+};
+
+/// What is true, drawn from a setup.
+struct SpindleWorld {
+  SpindleSetup setup;
+  Place machine_from_part;
+  Triple part_angles_rad = {};
+  std::vector<Triple> targets_mm;  ///< in the part frame, where they really are, warm
+  SpindleClamping clamping;
+  std::vector<Triple> actual_mm;  ///< of the spindle at each stop
+};
+
+/// REQUIRES a valid setup.
+[[nodiscard]] SpindleWorld DrawSpindleWorld(const SpindleSetup& setup, const SpindleName& name);
+
+/// Orientation of the spindle frame in the machine (R_cnc): z points from the tool to the spindle.
+[[nodiscard]] Turn SpindleTurn(const SpindleMachine& machine, double c_rad);
+
+/// Eq. 21 with eccentricity and tilt: where the camera really is at a stop.
+[[nodiscard]] Place MachineFromCamera(const SpindleWorld& world, std::size_t stop);
+
+struct SpindleSighting {
+  std::size_t target = 0;    ///< index into the part's targets
+  PixelPlace exact_px = {};  ///< image of the target's centre
+  PixelPlace noisy_px = {};  ///< with the noise of sigma_px
+};
+
+/// The targets whose centres are in the picture, at least `margin_px` from its edge, and which face
+/// the camera. Two normal numbers are drawn for every target of the part, seen or not.
+[[nodiscard]] std::vector<SpindleSighting> Look(const SpindleWorld& world, std::size_t stop,
+                                                double margin_px, Random& random);
+
+/// The generator of the noise of a clamping's sightings.
+[[nodiscard]] Random SightNoiseOf(const SpindleName& name);
+/// The generator of a clamping's pictures.
+[[nodiscard]] Random PicturesOf(const SpindleName& name);
+
+}  // namespace trammel::sim

@@ -1,0 +1,89 @@
+#include "tap/analyse/analyse.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tap/contact/contact.h"
+#include "tap/judge/quality_checks.h"
+#include "tap/samples/check_input.h"
+#include "tap/samples/corruption.h"
+#include "tap/samples/finding.h"
+#include "tap/two_line/two_line.h"
+
+namespace trammel::tap {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+TapAnalysis Refused(Method method, const Finding& reason) {
+  TapAnalysis result;
+  result.method = method;
+  result.verdict = Verdict::kRefused;
+  result.reason = reason;
+  result.quality = result.noise_g = kNone;
+  return result;
+}
+
+/// Both methods are asked the same of a tap first; what that refuses, no method may answer.
+void Judge(const TapView& tap, const TapMotion& motion, const TapOptions& options,
+           Workspace& workspace, TapAnalysis& result) {
+  const CleanTap clean = CleanSamples(tap, motion, workspace);
+  if (!clean.memory_suffices) {
+    result.reason = {FindingCode::kSmallWorkspace, static_cast<double>(workspace.Left()),
+                     static_cast<double>(WorkspaceBytes(tap.time_s.size()))};
+    return;
+  }
+  // What is asked of a tap does not depend on how the other method was set.
+  const bool by_lines = options.method == Method::kTwoLine;
+  const TapLines lines =
+      FindTapLines(clean, motion, by_lines ? options.two_line : TwoLineOptions{});
+  const CheckOptions checks = {options.nozzle_temperature_c, options.trigger_force_g,
+                               options.decompression_angle_rad};
+  const Finding refusal = CheckTap(clean, motion, lines, checks, result);
+  if (by_lines) {
+    JudgeTwoLine(tap.moves, clean, motion, lines, options, result);
+  } else {
+    AnalyseContact(clean, motion, options, workspace, result);
+  }
+  if (refusal.code != FindingCode::kNone) {
+    result.verdict = Verdict::kRefused;
+    result.reason = refusal;
+  }
+}
+
+/// Value and uncertainty exist only with a good verdict.
+void HideUnlessGood(TapAnalysis& result) {
+  if (result.verdict != Verdict::kGood) {
+    result.contact_z_mm = result.contact_time_s = result.standard_uncertainty_mm = kNone;
+    result.interval95_mm = {kNone, kNone};
+  }
+}
+
+}  // namespace
+
+std::size_t WorkspaceBytes(std::size_t samples) {
+  return CleanWorkspaceBytes(samples) + ContactWorkspaceBytes(samples);
+}
+
+TapAnalysis AnalyseTap(const TapView& tap, const TapOptions& options, Workspace& workspace) {
+  TapMotion motion;
+  TapAnalysis result = Refused(options.method, CheckInput(tap, motion));
+  if (result.reason.code == FindingCode::kNone) {
+    Judge(tap, motion, options, workspace, result);
+  }
+  HideUnlessGood(result);
+  return result;
+}
+
+TapAnalysis TapAnalyser::Analyse(const TapView& tap) {
+  // More samples than CheckInput admits need no memory to be refused.
+  const std::size_t samples = std::min(tap.time_s.size(), kMostSamples);
+  if (const std::size_t bytes = WorkspaceBytes(samples); memory_.size() < bytes) {
+    memory_.resize(bytes);
+  }
+  Workspace workspace(memory_);
+  return AnalyseTap(tap, options_, workspace);
+}
+
+}  // namespace trammel::tap

@@ -1,0 +1,195 @@
+// trammel tap … as a user runs it.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "support/drawn_tap_json.h"
+#include "support/run_trammel.h"
+
+namespace trammel::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::StartsWith;
+
+/// The real taps, or empty.
+std::string RealTaps() {
+  const char* data = std::getenv("TRAMMEL_TEST_DATA");
+  return data == nullptr ? "" : (fs::path(data) / "tap").string();
+}
+
+class TapCommand : public testing::Test {
+ protected:
+  CommandResult Run(const std::string& arguments) { return RunTrammel(arguments, folder_.path()); }
+  void Write(const std::string& name, const std::string& text) {
+    WriteWhole(folder_.path() / name, text);
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(TapCommand, OneTapIsOneObjectAndItsContactIsThatWhichWasDrawn) {
+  Write("a.json", DrawnTap(-0.01).dump());
+  const CommandResult result = Run("tap analyze a.json --json");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  const json tap = json::parse(result.standard_output);
+  EXPECT_EQ(tap["verdict"], "good");
+  // The head was 0.00015 mm lower than the drawn samples say while it accelerated, and no more.
+  EXPECT_NEAR(tap["contact_z_mm"].get<double>(), -0.01, 0.001);
+  EXPECT_EQ(tap["x_mm"], 10);
+}
+
+TEST_F(TapCommand, SeveralTapsAreAListInTheirOrderAndText) {
+  Write("a.json", DrawnTap(-0.01).dump());
+  Write("b.jsonl", DrawnTap(0.02).dump() + "\n" + DrawnTap(0.03).dump() + "\n");
+  const json list = json::parse(Run("tap analyze b.jsonl a.json --json").standard_output);
+  ASSERT_EQ(list.size(), 3u);
+  EXPECT_EQ(list[0]["source"], "b.jsonl tap 1");
+  EXPECT_NEAR(list[1]["contact_z_mm"].get<double>(), 0.03, 0.001);
+  EXPECT_NEAR(list[2]["contact_z_mm"].get<double>(), -0.01, 0.001);
+  const json both = json::parse(Run("tap analyze b.jsonl a.json --json --summary").standard_output);
+  EXPECT_EQ(both["taps"], list);
+  EXPECT_EQ(both["ensemble"]["taps"], 3);
+  EXPECT_THAT(Run("tap analyze b.jsonl a.json").standard_output,
+              AllOf(HasSubstr("taps              3"), HasSubstr("mean step")));
+}
+
+TEST_F(TapCommand, RefusedTapsHaveAReasonAndNoHeight) {
+  json tap = DrawnTap(0);
+  for (json& force : tap["force"]) force = 5;
+  Write("flat.json", tap.dump());
+  Write("none.json", R"({"time":[],"force":[]})");
+  Write("one.json", R"({"time":[1],"force":[1],"moves":[]})");
+  for (const char* file : {"flat.json", "none.json", "one.json"}) {
+    const CommandResult result = Run(fmt::format("tap analyze {} --json", file));
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    const json refused = json::parse(result.standard_output);
+    EXPECT_NE(refused["verdict"], "good");
+    EXPECT_TRUE(refused["contact_z_mm"].is_null());
+    EXPECT_THAT(refused["reason"].get<std::string>(), Not(IsEmpty()));
+    EXPECT_THAT(Run(fmt::format("tap analyze {}", file)).standard_output,
+                AllOf(HasSubstr("because"), Not(HasSubstr("contact z"))));
+  }
+}
+
+TEST_F(TapCommand, FilesThatCannotBeReadAreNamedAndTheOthersAnalysed) {
+  Write("good.json", DrawnTap(0).dump());
+  Write("cut.json", DrawnTap(0).dump().substr(0, 500));
+  const CommandResult alone = Run("tap analyze cut.json --json");
+  EXPECT_EQ(alone.exit_code, 1);
+  EXPECT_THAT(alone.standard_output, IsEmpty());
+  EXPECT_THAT(alone.standard_error, AllOf(HasSubstr("cut.json"), HasSubstr("cut off")));
+  const CommandResult both = Run("tap analyze cut.json good.json --json");
+  EXPECT_EQ(both.exit_code, 1);
+  const json list = json::parse(both.standard_output);
+  ASSERT_EQ(list.size(), 2u);
+  EXPECT_EQ(list[0]["reason_code"], "unread");
+  EXPECT_EQ(list[1]["verdict"], "good");
+  EXPECT_EQ(Run("tap analyze missing.json").exit_code, 1);
+}
+
+TEST_F(TapCommand, OptionsOutOfBoundsAreNamed) {
+  Write("a.json", DrawnTap(0).dump());
+  for (const std::string option : {"--method best", "--latency-ms -201", "--latency-ms nan",
+                                   "--latency-uncertainty-ms 1e9", "--nozzle-temperature 2000"}) {
+    const CommandResult result = Run("tap analyze a.json " + option);
+    EXPECT_EQ(result.exit_code, 1) << option;
+    EXPECT_THAT(result.standard_error, HasSubstr(option.substr(0, option.find(' ')))) << option;
+  }
+}
+
+TEST_F(TapCommand, PlotsAPageAndPictures) {
+  Write("a.jsonl", DrawnTap(0).dump() + "\n" + DrawnTap(0.002).dump() + "\n");
+  for (const std::string file :
+       {"p.html", "p.svg", "p.png", "tap.png --figure tap", "ba.svg --figure before-after"}) {
+    const CommandResult result = Run("tap plot a.jsonl --out " + file);
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    EXPECT_GT(fs::file_size(folder_.path() / file.substr(0, file.find(' '))), 2000u) << file;
+  }
+  EXPECT_EQ(Run("tap plot a.jsonl --out p.pdf").exit_code, 1);
+  EXPECT_THAT(Run("tap plot a.jsonl --out p.png --figure cake").standard_error,
+              HasSubstr("series, tap"));
+}
+
+TEST_F(TapCommand, PlotOverwritesNothingUnasked) {
+  Write("a.json", DrawnTap(0).dump());
+  Write("p.svg", "precious");
+  const CommandResult refused = Run("tap plot a.json --out p.svg");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.standard_error, AllOf(HasSubstr("p.svg"), HasSubstr("--force")));
+  EXPECT_EQ(ReadWhole(folder_.path() / "p.svg"), "precious");
+  EXPECT_EQ(Run("tap plot a.json --out p.svg --force").exit_code, 0);
+  EXPECT_THAT(ReadWhole(folder_.path() / "p.svg"), HasSubstr("<svg"));
+  // What a hostile neighbour laid out.
+  Write("anothers", "precious");
+  fs::create_symlink(folder_.path() / "anothers", folder_.path() / "q.svg.part");
+  fs::create_symlink(folder_.path() / "anothers", folder_.path() / "r.svg");
+  EXPECT_EQ(Run("tap plot a.json --out q.svg").exit_code, 0);
+  const CommandResult link = Run("tap plot a.json --out r.svg --force");
+  EXPECT_EQ(link.exit_code, 1);
+  EXPECT_THAT(link.standard_error, HasSubstr("r.svg: is a link"));
+  EXPECT_EQ(ReadWhole(folder_.path() / "anothers"), "precious");
+}
+
+TEST_F(TapCommand, TuneSaysItsAdviceFirstAndWhatTheTrialGave) {
+  Write("a.json", DrawnTap(0).dump());
+  const CommandResult result = Run("tap tune a.json");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_THAT(result.standard_output, StartsWith("advice"));
+  EXPECT_THAT(result.standard_output,
+              AllOf(HasSubstr("pull-back speed"), HasSubstr("320 samples/s"), HasSubstr("\ntrial"),
+                    HasSubstr("of 200 good, 95 %: within "), HasSubstr("noise")));
+}
+
+TEST_F(TapCommand, TunePrintsTheSameAsJson) {
+  Write("a.json", DrawnTap(0).dump());
+  const CommandResult result = Run("tap tune a.json --json");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  const json tuning = json::parse(result.standard_output);
+  EXPECT_EQ(tuning["verdict"], "good");
+  EXPECT_EQ(tuning["settings"].size(), 5u);
+  EXPECT_EQ(tuning["settings"][1]["setting"], "pull-back speed");
+  EXPECT_EQ(tuning["trial"]["present"]["taps"], 200);
+  EXPECT_GT(tuning["trial"]["present"]["standard_uncertainty_mm"], 0);
+  EXPECT_EQ(tuning["scatter"]["cause"], "too_few");
+}
+
+TEST_F(TapCommand, TuneWithoutAGoodTapSaysWhatToDo) {
+  json tap = DrawnTap(0);
+  for (json& force : tap["force"]) force = 0.0;
+  Write("a.json", tap.dump());
+  const CommandResult result = Run("tap tune a.json");
+  EXPECT_EQ(result.exit_code, 2) << result.output;
+  EXPECT_THAT(result.standard_output, StartsWith("advice                none: none of 1 taps"));
+  const CommandResult as_json = Run("tap tune a.json --json");
+  EXPECT_EQ(as_json.exit_code, 2);
+  const json tuning = json::parse(as_json.standard_output);
+  EXPECT_EQ(tuning["verdict"], "refused");
+  EXPECT_THAT(tuning["reason"].get<std::string>(), HasSubstr("none of 1 taps"));
+  EXPECT_TRUE(tuning["trial"]["present"].is_null());
+  EXPECT_TRUE(tuning["traits"].is_null());
+}
+
+TEST_F(TapCommand, ReadsEveryRealTapWithBothMethods) {
+  const std::string taps = RealTaps();
+  if (taps.empty()) GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with tap/";
+  for (const char* method : {"contact", "two-line"}) {
+    const CommandResult result =
+        Run(fmt::format("tap analyze {}/*.json --json --method {}", taps, method));
+    const json list = json::parse(result.standard_output);
+    EXPECT_GE(list.size(), 8u);
+    for (const json& tap : list) EXPECT_EQ(tap["method"], method);
+  }
+}
+
+}  // namespace
+}  // namespace trammel::test

@@ -1,0 +1,139 @@
+#include "tap/commands/tap_run.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "app/commands.h"
+#include "tap/files/tap_file.h"
+
+namespace trammel::app {
+namespace {
+
+constexpr double kMsPerS = 1000;
+
+Result<void> CheckRange(const char* option, double value, double lo, double hi, const char* unit) {
+  if (value >= lo && value <= hi) return {};
+  return Fail(fmt::format("{} {}: must be {} … {} {}", option, value, lo, hi, unit));
+}
+
+}  // namespace
+
+void AddTapOptions(CLI::App& command, TapArguments& arguments) {
+  command.add_option("--method", arguments.method, "contact, or two-line (as published)")
+      ->capture_default_str();
+  AddTapMeasuring(command, arguments);
+}
+
+void AddTapMeasuring(CLI::App& command, TapArguments& arguments) {
+  command.add_option(
+      "--latency-ms", arguments.latency_ms,
+      "by which samples are dated after their force acted, in ms; else from the approach");
+  command
+      .add_option("--latency-uncertainty-ms", arguments.latency_uncertainty_ms,
+                  "standard uncertainty of the stated latency, in ms")
+      ->capture_default_str();
+  command.add_option("--nozzle-temperature", arguments.nozzle_temperature_c,
+                     "of the nozzle when it tapped, in degrees C: hot plastic oozes");
+}
+
+void AddTapFiles(CLI::App& command, TapArguments& arguments) {
+  command
+      .add_option("files", arguments.files,
+                  "taps: what load_cell_probe/dump_taps sends, as JSON, JSON lines or CSV "
+                  "(docs/formats.md)")
+      ->required();
+}
+
+Result<tap::TapOptions> TapOptionsOf(const TapArguments& arguments) {
+  tap::TapOptions options;
+  if (arguments.method == tap::ToString(tap::Method::kTwoLine)) {
+    options.method = tap::Method::kTwoLine;
+  } else if (arguments.method != tap::ToString(tap::Method::kContact)) {
+    return Fail(fmt::format("--method {}: must be contact or two-line", arguments.method));
+  }
+  // A converter at 10 samples per second is the slowest there is.
+  constexpr double kMostLatency_ms = 200;
+  for (const auto& [option, value, least] :
+       {std::tuple{"--latency-ms", arguments.latency_ms.value_or(0), -kMostLatency_ms},
+        std::tuple{"--latency-uncertainty-ms", arguments.latency_uncertainty_ms, 0.0}}) {
+    if (auto within = CheckRange(option, value, least, kMostLatency_ms, "ms"); !within) {
+      return tl::unexpected(within.error());
+    }
+  }
+  if (arguments.latency_ms) {
+    options.latency_s = *arguments.latency_ms / kMsPerS;
+  }
+  options.latency_uncertainty_s = arguments.latency_uncertainty_ms / kMsPerS;
+  if (arguments.nozzle_temperature_c) {
+    if (auto within = CheckRange("--nozzle-temperature", *arguments.nozzle_temperature_c, -50, 600,
+                                 "degrees C");
+        !within) {
+      return tl::unexpected(within.error());
+    }
+    options.nozzle_temperature_c = *arguments.nozzle_temperature_c;
+  }
+  return options;
+}
+
+tap::TapAnalysis AnalyseRecorded(const tap::Recording& recording, const tap::TapOptions& options,
+                                 tap::TapAnalyser& analyser) {
+  if (!std::isfinite(recording.nozzle_temperature_c)) return analyser.Analyse(recording.View());
+  tap::TapOptions own = options;
+  own.nozzle_temperature_c = recording.nozzle_temperature_c;
+  return tap::TapAnalyser(own).Analyse(recording.View());
+}
+
+TapRun AnalyseFiles(const TapArguments& arguments, const tap::TapOptions& options) {
+  TapRun run;
+  tap::TapAnalyser analyser(options);
+  for (const std::string& file : arguments.files) {
+    auto taps = files::ReadTaps(file);
+    if (!taps) {
+      report::AnalysedTap& unread = run.taps.emplace_back();
+      unread.recording.name = file;
+      unread.unread = taps.error().message;
+      unread.analysis.method = options.method;
+      unread.analysis.quality = unread.analysis.noise_g = tap::Recording::kUnknown;
+      run.failed.push_back(taps.error());
+      continue;
+    }
+    for (tap::Recording& recording : *taps) {
+      const tap::TapAnalysis analysis = AnalyseRecorded(recording, options, analyser);
+      run.taps.push_back({std::move(recording), analysis, {}});
+    }
+  }
+  return run;
+}
+
+std::vector<tap::TapResult> ResultsOf(std::span<const report::AnalysedTap> taps) {
+  std::vector<tap::TapResult> results;
+  for (const auto& [recording, analysis, unread] : taps) {
+    results.push_back({analysis.verdict == Verdict::kGood, analysis.contact_z_mm,
+                       analysis.standard_uncertainty_mm, analysis.contact_time_s,
+                       recording.nozzle_temperature_c, recording.x_mm, recording.y_mm});
+  }
+  return results;
+}
+
+std::vector<tap::TuningTap> TuningTapsOf(std::span<const report::AnalysedTap> taps) {
+  std::vector<tap::TuningTap> tuning;
+  for (const auto& [recording, analysis, unread] : taps) {
+    tuning.push_back({recording.View(), &analysis, recording.nozzle_temperature_c, recording.x_mm,
+                      recording.y_mm});
+  }
+  return tuning;
+}
+
+int ExitCodeOf(std::span<const report::AnalysedTap> taps) {
+  const bool good = std::all_of(taps.begin(), taps.end(), [](const report::AnalysedTap& tap) {
+    return tap.analysis.verdict == Verdict::kGood;
+  });
+  return good ? kExitGood : kExitNotTrusted;
+}
+
+}  // namespace trammel::app

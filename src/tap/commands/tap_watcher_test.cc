@@ -1,0 +1,180 @@
+// trammel tap watch against a scripted Moonraker over a real socket.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "support/drawn_tap_json.h"
+#include "support/ready_moonraker.h"
+#include "support/scripted_moonraker.h"
+#include "support/trammel_process.h"
+
+namespace trammel::test {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class TapWatch : public testing::Test {
+ protected:
+  void Start(const std::vector<std::string>& more) {
+    AnswerLikeMoonraker(server_);
+    server_.Answer("connection.register_remote_method", "ok");
+    server_.Answer("printer.objects.list",
+                   {{"objects", {"toolhead", "load_cell_probe", "probe", "extruder"}}});
+    for (const char* method : {"printer.load_cell_probe.dump_taps", "printer.load_cell.dump_force",
+                               "printer.motion_report.dump_trapq"}) {
+      server_.Answer(method, {{"header", json::array()}});
+    }
+    std::vector<std::string> arguments = {"tap",       "watch",
+                                          "--printer", fmt::format("127.0.0.1:{}", server_.port()),
+                                          "--out",     "taps.jsonl"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    process_ = std::make_unique<TrammelProcess>(arguments, folder_.path());
+    const json request = server_.WaitForRequest("printer.load_cell_probe.dump_taps");
+    ASSERT_FALSE(request.is_null());
+    taps_method_ = request["params"]["response_template"]["method"];
+    // Subscriptions are answered in order, so that all are in place behind the last.
+    (void)server_.WaitForRequest("printer.objects.subscribe");
+  }
+
+  void Push(const std::string& method, const json& params) {
+    server_.Push({{"jsonrpc", "2.0"}, {"method", method}, {"params", params}});
+  }
+  void PushTap(const json& tap) { Push(taps_method_, {{"tap", tap}}); }
+
+  /// The n-th answer to a macro.
+  std::string Answer(int n) {
+    const json request = server_.WaitForRequest("printer.gcode.script", n);
+    return request.is_null() ? "" : request["params"]["script"].get<std::string>();
+  }
+
+  TemporaryFolder folder_;
+  ScriptedMoonraker server_;
+  std::unique_ptr<TrammelProcess> process_;
+  std::string taps_method_;
+};
+
+TEST_F(TapWatch, ShowsTapsBesideThePrintersOwnResultAndKeepsThem) {
+  Start({"--count", "2"});
+  PushTap(DrawnTap(-0.01));
+  server_.Push(GcodeResponse("// probe at 10.000,20.000 is z=-0.008000"));
+  PushTap(DrawnTap(-0.0101));
+  server_.Push(GcodeResponse("// probe at 10.000,20.000 is z=-0.007000"));
+  const ProcessEnd end = process_->Wait(30);
+  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(end.standard_output,
+              AllOf(HasSubstr("printer's own z -0.0080 mm"), HasSubstr("mm over 2 taps"),
+                    HasSubstr("printer minus ours"), HasSubstr("taps              2, 2 good")));
+  const std::string kept = ReadWhole(folder_.path() / "taps.jsonl");
+  const json first = json::parse(kept.substr(0, kept.find('\n')));
+  EXPECT_EQ(first["x_firmware_z_mm"], -0.008);
+  EXPECT_EQ(first["time"].size(), DrawnTap(0)["time"].size());
+}
+
+TEST_F(TapWatch, HandsTheContactBackToTheMacroThatAsks) {
+  Start({"--answer", "--count", "1"});
+  PushTap(DrawnTap(-0.01));
+  Push("trammel_tap", {{"id", "bed 1\nG28"}});
+  const std::string answer = Answer(1);
+  EXPECT_THAT(answer, AllOf(HasSubstr("TRAMMEL_TAP_RESULT VERDICT=good Z=-0.0"),
+                            HasSubstr(" U=0.00"), HasSubstr(" ID=bed1G28")));
+  EXPECT_THAT(answer, Not(HasSubstr("\n"))) << "no macro's word becomes a command";
+  EXPECT_EQ(process_->Wait(30).exit_code, 0);
+}
+
+TEST(TapWatchOfKlipper, AnswersOverItsOwnSocketToo) {
+  const TemporaryFolder folder;
+  ServerOptions options;
+  options.unix_path = (folder.path() / "klippy.sock").string();
+  ScriptedMoonraker server(options);
+  server.Answer("info", {{"state", "ready"}});
+  server.Answer("objects/list", {{"objects", {"toolhead", "load_cell_probe", "extruder"}}});
+  server.Answer("objects/subscribe", {{"status", {{"extruder", {{"temperature", 140.0}}}}}});
+  for (const char* method :
+       {"load_cell_probe/dump_taps", "load_cell/dump_force", "motion_report/dump_trapq",
+        "gcode/subscribe_output", "register_remote_method", "gcode/script"}) {
+    server.Answer(method, json::object());
+  }
+  TrammelProcess process({"tap", "watch", "--printer", "klipper:" + options.unix_path, "--out",
+                          "taps.jsonl", "--answer", "--count", "1"},
+                         folder.path());
+  const auto push = [&server](const json& request, const json& params) {
+    ASSERT_FALSE(request.is_null());
+    json message = request["params"]["response_template"];
+    message["params"] = params;
+    server.Push(message);
+  };
+  push(server.WaitForRequest("load_cell_probe/dump_taps"), {{"tap", DrawnTap(-0.01)}});
+  push(server.WaitForRequest("gcode/subscribe_output"),
+       {{"response", "// probe at 10.000,20.000 is z=-0.008000\n"}});
+  const json call = server.WaitForRequest("register_remote_method");
+  EXPECT_EQ(call["params"]["remote_method"], "trammel_tap");
+  push(call, {{"id", "bed"}});
+  const json answer = server.WaitForRequest("gcode/script");
+  ASSERT_FALSE(answer.is_null()) << process.StandardErrorSoFar();
+  EXPECT_THAT(answer["params"]["script"].get<std::string>(),
+              AllOf(HasSubstr("TRAMMEL_TAP_RESULT VERDICT=good Z=-0.0"), HasSubstr(" ID=bed")));
+  const ProcessEnd end = process.Wait(30);
+  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(end.standard_output,
+              AllOf(HasSubstr("printer's own z -0.0080 mm"), HasSubstr("over 1 tap\n"),
+                    Not(HasSubstr("95 %: +0.0000"))));
+}
+
+TEST_F(TapWatch, HandsARefusalBackAndNoSubstitute) {
+  Start({"--answer", "--count", "2"});
+  PushTap(DrawnTap(-0.01));
+  Push("trammel_tap", json::object());
+  EXPECT_THAT(Answer(1), HasSubstr("VERDICT=good"));
+  json flat = DrawnTap(0);
+  for (json& force : flat["force"]) force = 5;
+  PushTap(flat);
+  server_.Push(GcodeResponse("// probe at 10.000,20.000 is z=-0.008000"));
+  Push("trammel_tap", json::object());
+  EXPECT_THAT(Answer(2),
+              AllOf(Not(HasSubstr("VERDICT=good")), HasSubstr(" REASON="), Not(HasSubstr(" Z="))));
+  EXPECT_EQ(process_->Wait(30).exit_code, 2);
+}
+
+TEST_F(TapWatch, AnOldTapIsNoAnswerAndTheMacroIsToldInTime) {
+  Start({"--answer", "--answer-within", "0.5"});
+  PushTap(DrawnTap(-0.01));
+  Push("trammel_tap", json::object());
+  EXPECT_THAT(Answer(1), HasSubstr("VERDICT=good"));
+  Push("trammel_tap", json::object());  // without a tap of its own
+  EXPECT_THAT(Answer(2), HasSubstr("VERDICT=refused REASON=no_tap"));
+  process_->Send(SIGINT);
+  EXPECT_EQ(process_->Wait(30).exit_code, 0);
+}
+
+TEST_F(TapWatch, TheTapOfBeforeTheMacroIsNotTakenForItsOwn) {
+  Start({"--answer", "--count", "2"});
+  json before = DrawnTap(-0.5);
+  before["x_rise_print_time_s"] = 100.0;
+  PushTap(before);
+  Push("trammel_tap", {{"since", 101.5}});  // its own tap is still being put together
+  json own = DrawnTap(-0.01);
+  own["x_rise_print_time_s"] = 102.0;
+  PushTap(own);
+  EXPECT_THAT(Answer(1), HasSubstr("VERDICT=good Z=-0.0"));
+  EXPECT_EQ(process_->Wait(30).exit_code, 0);
+}
+
+TEST_F(TapWatch, NonsenseFromThePrinterIsNamedAndWatchingGoesOn) {
+  Start({"--count", "1"});
+  Push(taps_method_, {{"tap", {{"time", "now"}, {"force", 3}, {"moves", {1}}}}});
+  Push(taps_method_, json::array());
+  Push("notify_status_update", json::array({{{"probe", {{"last_z_result", "high"}}}}, 1}));
+  PushTap(DrawnTap(0));
+  const ProcessEnd end = process_->Wait(30);
+  EXPECT_EQ(end.exit_code, 0);
+  EXPECT_THAT(end.standard_error, HasSubstr("cannot be read"));
+}
+
+}  // namespace
+}  // namespace trammel::test

@@ -1,0 +1,92 @@
+// Where the press ends: a point, and the interval of all that the data and the form of the press
+// leave open.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "tap/contact/break_models.h"
+#include "tap/contact/press_profile.h"
+#include "tap/samples/workspace.h"
+
+namespace trammel::tap {
+
+/// The press that explains the samples best, in the units of BreakSamples: c1 d + c2 d^2 + c3 d^3,
+/// or a power of the depth d below t, or two zones with a kink between them.
+struct PressShape {
+  double t = 0;
+  std::array<double, 3> c{};
+  double power_c = 0;
+  double power = 1;
+  double kink_t = 0;
+  double added_slope = 0;
+  double added_curve = 0;
+
+  /// Force at a height, without the baseline; 0 above t.
+  [[nodiscard]] double At(double y) const;
+  /// Its derivative by y, <= 0 for a press; that of a power below 1 is bounded near t.
+  [[nodiscard]] double Slope(double y) const;
+  /// Mean slope over the last quarter of the depth.
+  [[nodiscard]] double OuterSlope() const;
+};
+
+/// The break in the units of BreakSamples.
+struct BreakEstimate {
+  enum class Outcome : std::uint8_t {
+    kFound,
+    kTooFew,   ///< Samples, or the workspace was too small.
+    kNoPress,  ///< No break point leaves a press that grows with depth.
+    kAtEdge,   ///< The interval runs into the edge of the samples.
+  };
+  Outcome outcome = Outcome::kTooFew;
+  double t = 0;
+  double standard_uncertainty = 0;  ///< Of t; with what the form of the press leaves open.
+  double lo = 0;                    ///< 95 % interval.
+  double hi = 0;
+  double noise = 0;        ///< Standard deviation of a sample about the model that fits best.
+  std::size_t below = 0;   ///< Samples in the press.
+  std::size_t order = 2;   ///< Of the press to be drawn: 2, or 3 where the samples demand it.
+  double quadratic_t = 0;  ///< The answers of the models,
+  double cubic_t = 0;      ///< of this one NaN where it is out of the question,
+  double power_t = 0;      ///< and of this one.
+  double outer_ratio =
+      1;  ///< Slope of an outer zone over the inner one's, where the press has two.
+  bool deep_kink =
+      false;         ///< The press bends at once, far down: the drive may not yet follow there.
+  PressShape shape;  ///< Of the press that explains the samples best.
+  Candidates candidates;  ///< The models' answers, for a BreakTask.
+};
+
+struct BreakTask {
+  double inflation = 1;  ///< By which correlation of the noise raises the variance of means; >= 1.
+  /// Without it the point is not held inside the interval, and one at the samples' edge is found
+  /// too: for a fit whose residuals alone are of interest.
+  bool interval = true;
+  /// Without them the polynomial presses alone answer: as good for residuals in which hum is
+  /// sought.
+  bool neighbours = true;
+  /// Answers of the models for the same samples, where they are known; the inflation may differ.
+  const Candidates* known = nullptr;
+};
+
+/// Models. The quadratic press answers. Its neighbours are the straight one, the cubic one and a
+/// power law; the first is contained in it, the others cannot be told from it by a single tap until
+/// they err by several of its standard deviations.
+///
+/// Point: the quadratic press's answer, moved towards a neighbour's by its Akaike weight (Burnham &
+/// Anderson 2002, section 2.9), where cubic and power law must explain the samples much better
+/// (kCubicPoint, kPowerPoint) because their answers scatter more.
+///
+/// Interval: all break points whose sum of squares, under any model, lies within the square of
+/// Student's quantile of the least one: the profile likelihood interval of the discrete profiling
+/// method (Dauncey, Kenzie, Wardle & Davies 2015, JINST 10 P04015), with a penalty per model. It is
+/// read off the profile itself, so that a skewed profile gives a skewed interval. Where one model
+/// holds, its own part of the interval covers 95 %; a neighbour can only add on one side, which
+/// bounds the excess at 2.5 %.
+///
+/// @param task  What is asked of it.
+[[nodiscard]] BreakEstimate EstimateBreak(const PressProfile& profile, const BreakTask& task,
+                                          Workspace& workspace);
+
+}  // namespace trammel::tap

@@ -1,0 +1,178 @@
+#include "tap/contact/break_interval.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trammel::tap {
+namespace {
+
+// Added to the sum of squares in units of the noise variance; relative to the quadratic press.
+// Tuned on 1000 taps each of linear, stiffening, softening, d^1.25, d^1.5 and cubic presses at 1 to
+// 8 gf and 80 to 2000 samples/s so that intervals cover 95 to 97 % where the press is linear or
+// quadratic and at least 90 % elsewhere; the results change little between half and twice these.
+constexpr double kCubic1 = 0.5;    // one coefficient more
+constexpr double kHertz = -1;      // as many, and physics is on its side
+constexpr double kYielding = 0.5;  // a power below 1: something yields under the nozzle
+// A kink anywhere, of any size; nothing where smooth presses show a toe.
+constexpr double kZones = 5.2;
+// What smooth neighbours cost beside the press in two zones, which looks like them while it is
+// narrow or soft.
+constexpr double kCubicBeside = 1;
+constexpr double kPowerBeside = 0.5;
+// By which a neighbour may beat the quadratic press before the interval of the latter shrinks.
+constexpr double kCredit = 1.5;
+// Where another form explains the samples much better than the quadratic press, the true one
+// differs from both, and remains so far from it: this share of the gain, beyond what noise makes of
+// it and up to a limit.
+constexpr double kMisfit = 0.15;
+constexpr double kExplainedByNoise = 5;
+constexpr double kMostExplained = 12;
+// By which correlation may raise the variance of means before the noise is white no more.
+constexpr double kWhite = 1.2;
+// Where the outer zone is so much softer, both readings are of interest: where the nozzle lets go,
+// and where an eye sees the press itself end.
+constexpr double kElbow = 0.6;
+
+// A soft zone that starts flat, as a parabola, ends farther out than the straight line that goes
+// best with it, by so much of the latter's width where it is much softer than the inner zone, and
+// less where it is not: plastic that thins out.
+constexpr double kFlatEnd = 0.8;
+
+}  // namespace
+
+BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& candidates,
+                             double reach)
+    : profile_(profile),
+      candidates_(candidates),
+      power_penalty_(candidates.power.p < 1 ? kYielding : kHertz),
+      zones_penalty_(candidates.toe ? 0 : kZones) {
+  const double quadratic = candidates.Cost(kQuadratic);
+  const double cubic = candidates.Cost(kCubic);
+  const double power = candidates.Cost(kPower);
+  const double zones = candidates.Cost(kTwoZones);
+  const double neighbours =
+      std::min({cubic + kCubic1, power + power_penalty_, zones + zones_penalty_});
+  // Where the noise is not white, what looks like a form may be the noise's.
+  const bool white = candidates.variance <= kWhite * candidates.noise_variance;
+  if (white) {
+    const double explained = quadratic - std::min({cubic, power, zones}) - kExplainedByNoise;
+    reach += kMisfit * std::clamp(explained, 0.0, kMostExplained);
+  }
+  level_ = std::min(quadratic, neighbours) + reach;
+  zones_ =
+      std::min({quadratic, cubic + kCubicBeside, power + kPowerBeside, zones + zones_penalty_}) +
+      reach;
+  const double credited = candidates.flat_start || !white ? quadratic : neighbours + kCredit;
+  quadratic_ = std::max(std::min(quadratic, credited) + reach, level_);
+}
+
+bool BreakInterval::Find(Scan scan) {
+  Seed();
+  const bool zones = candidates_.Cost(kTwoZones) + zones_penalty_ <= zones_;
+  if (lo_ <= hi_ && !Search(scan, false)) {
+    return false;
+  }
+  if (zones && !Search(scan, true)) {
+    return false;
+  }
+  AddPower();
+  if (zones) {
+    AddElbow();
+  }
+  return lo_ <= hi_;
+}
+
+// The minima of polynomial presses that belong to the interval.
+void BreakInterval::Seed() {
+  if (candidates_.Cost(kQuadratic) <= quadratic_) {
+    lo_ = hi_ = candidates_.model[kQuadratic].t;
+  }
+  if (candidates_.Cost(kCubic) + kCubic1 <= level_) {
+    lo_ = std::min(lo_, candidates_.model[kCubic].t);
+    hi_ = std::max(hi_, candidates_.model[kCubic].t);
+  }
+}
+
+// Positive inside, by the polynomial press that gives most room.
+double BreakInterval::Margin(const PressProfile::At& at) const {
+  const double quadratic = quadratic_ * candidates_.variance - SumSquares(at, kQuadratic);
+  const bool ask_cubic = candidates_.model[kCubic].sum_squares < kNever && candidates_.Near(at.t);
+  const double cubic =
+      ask_cubic ? (level_ - kCubic1) * candidates_.variance - SumSquares(at, kCubic) : -kNever;
+  return std::max(quadratic, cubic);
+}
+
+double BreakInterval::ZonesMargin(double t) const {
+  // So far out that the price alone is too high, unless they explained the samples much better
+  // there than where they do best.
+  constexpr double kBetter = 3;
+  const ZonesPrice& price = candidates_.price;
+  const Minimum& best = candidates_.model[kTwoZones];
+  const double allowed = (zones_ - zones_penalty_) * candidates_.variance;
+  const double least = best.sum_squares - price.Far(best.t);
+  const double room = allowed - price.Far(t) - least + kBetter * candidates_.variance;
+  return room < 0 ? room : price.Margin(profile_, t, candidates_.kinks, allowed);
+}
+
+// From the outermost point of the scan that holds, or from the minimum, to the next that does not.
+bool BreakInterval::Search(Scan scan, bool zones) {
+  const auto margin = [&](double t) {
+    return zones ? ZonesMargin(t) : Margin(profile_.Evaluate(t));
+  };
+  const auto holds = [&](const PressProfile::At& at) {
+    return zones ? ZonesMargin(at.t) >= 0 : Margin(at) >= 0;
+  };
+  double lo = zones ? candidates_.model[kTwoZones].t : lo_;
+  double hi = zones ? candidates_.model[kTwoZones].t : hi_;
+  std::size_t first = 0;
+  std::size_t last = scan.size();
+  while (zones && first < scan.size() && scan[first].t < kZonesFrom * candidates_.price.smooth_t) {
+    ++first;
+  }
+  // What the interval holds already need not be asked.
+  const double from = std::min(lo, lo_);
+  const double to = std::max(hi, hi_);
+  while (first < scan.size() && scan[first].t < from && !holds(scan[first])) {
+    ++first;
+  }
+  while (last > 0 && scan[last - 1].t > to && !holds(scan[last - 1])) {
+    --last;
+  }
+  if (first == 0 || last == scan.size()) {
+    return false;
+  }
+  // Neither loop passes a minimum: where no point holds, the neighbours of the minima are left.
+  lo = std::min(lo, scan[std::min(first, scan.size() - 1)].t);
+  hi = std::max(hi, scan[last - 1].t);
+  const double scale = BreakScale(scan[first], profile_.Below(scan[first].t), candidates_.variance);
+  const double below = scan[first - 1].t;
+  const double above = scan[last].t;
+  if (below < lo_ && (lo <= lo_ || margin(lo_) >= 0)) {
+    lo_ = std::min(lo_, FindBorder(std::min(lo, lo_), below, scale, margin));
+  }
+  if (above > hi_ && (hi >= hi_ || margin(hi_) >= 0)) {
+    hi_ = std::max(hi_, FindBorder(std::max(hi, hi_), above, scale, margin));
+  }
+  return true;
+}
+
+void BreakInterval::AddPower() {
+  const double left = level_ - candidates_.Cost(kPower) - power_penalty_;
+  if (left > 0) {
+    const PowerPress& power = candidates_.power;
+    const double half = power.standard_deviation * std::sqrt(candidates_.variance * left);
+    lo_ = std::min(lo_, power.t - half);
+    hi_ = std::max(hi_, power.t + half);
+  }
+}
+
+void BreakInterval::AddElbow() {
+  const TwoZonePress& zones = candidates_.zones;
+  const double ratio = candidates_.OuterRatio();
+  if (ratio < kElbow) {
+    lo_ = std::min(lo_, zones.Elbow());
+    hi_ = std::max(hi_, zones.t + kFlatEnd * (1 - ratio) * (zones.t - zones.s));
+  }
+}
+
+}  // namespace trammel::tap

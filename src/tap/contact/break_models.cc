@@ -1,0 +1,175 @@
+#include "tap/contact/break_models.h"
+
+#include <algorithm>
+
+namespace trammel::tap {
+namespace {
+
+constexpr double kUnknowns = 5;       // of the quadratic press, with the break
+constexpr double kZonesUnknowns = 2;  // of the press in two zones beyond these
+// Prices of the press in two zones, in variances of the noise.
+constexpr double kZonesCurve = 1.5;
+constexpr double kZonesFar = 10;
+// By which they must explain the samples better than the smooth ones at a quick look, so that a
+// fine search can matter: nearly the interval's reach less than its price.
+constexpr double kPromise = 1.1;
+// Of the press's depth, by which a neighbour's answer may differ. Noise-free d^1.25 to d^1.5 and
+// cubic presses differ by 0.03 to 0.08; farther off lies what a kink in the noise pretends.
+constexpr double kMostShift = 0.3;
+// Of the press's mean slope, below which the cubic press starts flat: it would rather pull.
+constexpr double kFlatStart = 0.25;
+// By which the cubic press must then explain the samples better than the other smooth ones, in
+// variances of the noise, to show a toe.
+constexpr double kToe = 6;
+
+// The best break of the press in two zones, where a quick look promises anything or smooth presses
+// show a toe. `least` is that of the smooth presses.
+void FindZones(const PressProfile& profile, Scan scan, double least, Candidates& found) {
+  const double unit = least / found.freedom;
+  const TwoZonePress guess = GuessTwoZones(profile, found.price.smooth_t);
+  const bool promises = found.price.Cost(guess) < least - kPromise * unit;
+  if (!(promises || (found.toe && guess.found))) {
+    return;
+  }
+  // The rounding that explains the samples best at the guess is followed along the break.
+  const auto fit = [&](double t, double near_s, std::size_t rounding) {
+    return FitTwoZones(profile, t, near_s, kNever, kRoundings[rounding]);
+  };
+  double least_at_guess = kNever;
+  for (std::size_t i = 0; i < kRoundings.size(); ++i) {
+    const TwoZonePress press = fit(guess.t, guess.s, i);
+    found.kinks.s[i] = press.s;
+    if (found.price.Cost(press) < least_at_guess) {
+      least_at_guess = found.price.Cost(press);
+      found.kinks.best = i;
+    }
+  }
+  const std::size_t followed = found.kinks.best;
+  const auto cost = [&](double t) { return found.price.Cost(fit(t, guess.s, followed)); };
+  const PressProfile::At near = profile.Evaluate(guess.t);
+  const double scale = BreakScale(near, profile.Below(guess.t), unit);
+  const Minimum middle = {guess.t, least_at_guess};
+  // Outwards until it costs more; beyond the scan there is nothing.
+  std::array<Minimum, 2> sides;
+  constexpr std::array<double, 2> kWays = {-1, 1};
+  for (std::size_t side = 0; side < sides.size(); ++side) {
+    const double most = side == 0 ? guess.t - scan.front().t : scan.back().t - guess.t;
+    double step = scale;
+    do {
+      step = std::min(2 * step, most);
+      const double t = guess.t + kWays[side] * step;
+      sides[side] = {t, cost(t)};
+    } while (sides[side].sum_squares <= middle.sum_squares && step < most);
+  }
+  found.model[kTwoZones] = FindMinimum(sides[0], middle, sides[1], cost, [&](double lowest) {
+    return 3 * kEnoughOfScale * BreakScale(near, profile.Below(near.t), lowest / found.freedom);
+  });
+  Minimum& zones = found.model[kTwoZones];
+  if (!found.toe && zones.sum_squares > least) {
+    zones = {};
+    return;
+  }
+  // With this kink as a start, the interval finds no less of a likelihood at its middle than the
+  // search did.
+  found.kinks.s[followed] = fit(zones.t, guess.s, followed).s;
+  found.zones = fit(zones.t, guess.s, 0);
+}
+
+}  // namespace
+
+double ZonesPrice::Cost(const TwoZonePress& press) const {
+  return press.found ? std::min(press.sum_squares, press.sum_squares_curved + curve) + Far(press.t)
+                     : kNever;
+}
+
+double ZonesPrice::Cost(const PressProfile& profile, double t, const Kinks& near) const {
+  double least = kNever;
+  for (std::size_t i = 0; i < kRoundings.size(); ++i) {
+    least = std::min(least, Cost(FitTwoZones(profile, t, near.s[i], kNever, kRoundings[i])));
+  }
+  return least;
+}
+
+double ZonesPrice::Margin(const PressProfile& profile, double t, const Kinks& near,
+                          double allowed) const {
+  double margin = -kNever;
+  for (std::size_t i = 0; i < kRoundings.size() && margin < 0; ++i) {
+    const std::size_t k = (near.best + i) % kRoundings.size();
+    margin = std::max(margin, allowed - Cost(FitTwoZones(profile, t, near.s[k], allowed - Far(t),
+                                                         kRoundings[k])));
+  }
+  return margin;
+}
+
+double Candidates::OuterRatio() const {
+  constexpr double kMuch = 10;  // of twice the logarithm of the likelihoods' ratio
+  constexpr double kAtStart =
+      0.4;  // of the force in the outer zone: a kink deeper down is another's
+  const double smooth = std::min({Cost(kQuadratic), Cost(kCubic), Cost(kPower)});
+  const double kinked = price.Cost(zones) / variance;
+  // The noise's variance is known from the samples only, and their number is that of independent
+  // ones.
+  const double independent = freedom * noise_variance / variance;
+  if (!zones.found || !(independent * std::log(smooth / kinked) > kMuch)) {
+    return 1;
+  }
+  const double outer = zones.outer_slope * (zones.t - zones.s);
+  const double inner = zones.s * (zones.inner_slope + zones.s * zones.inner_curve);
+  return outer < kAtStart * (outer + inner) ? zones.outer_slope / zones.inner_slope : 1;
+}
+
+bool Candidates::Near(double t) const {
+  return std::abs(t - model[kQuadratic].t) <= kMostShift * model[kQuadratic].t;
+}
+
+Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflation,
+                          bool neighbours) {
+  Candidates found;
+  for (const std::size_t m : {kLinear, kQuadratic, kCubic}) {
+    found.model[m] = FindMinimum(profile, scan, m);
+  }
+  const Minimum& quadratic = found.model[kQuadratic];
+  if (quadratic.sum_squares == kNever) {
+    return found;
+  }
+  if (neighbours) {
+    found.power = FitPowerPress(profile, quadratic.t);
+  }
+  if (found.power.found) {
+    found.model[kPower] = {found.power.t, found.power.sum_squares};
+  }
+  const double cubic_t = found.model[kCubic].t;
+  const PressProfile::Coefficients c = profile.Fit(cubic_t, PressProfile::kOrders);
+  const double mean_slope = c.c[0] + cubic_t * (c.c[1] + cubic_t * c.c[2]);
+  found.flat_start = c.c[0] < kFlatStart * mean_slope;
+  for (const std::size_t m : {kCubic, kPower}) {
+    if (!found.Near(found.model[m].t)) {
+      found.model[m] = {};
+    }
+  }
+  found.freedom = std::max(1.0, profile.Totals()[0] - kUnknowns);
+  const double freedom = found.freedom;
+  const double smooth =
+      std::min({quadratic.sum_squares, found.model[kCubic].sum_squares * freedom / (freedom - 1),
+                found.model[kPower].sum_squares});
+  const double unit = smooth / freedom;
+  found.toe =
+      found.flat_start && found.model[kCubic].sum_squares + kToe * unit <
+                              std::min(quadratic.sum_squares, found.model[kPower].sum_squares);
+  found.price = {kZonesCurve * unit, found.toe ? 0 : kZonesFar * unit, quadratic.t};
+  if (neighbours) {
+    FindZones(profile, scan, smooth, found);
+  }
+  found.least = smooth;
+  if (freedom > 2 * kZonesUnknowns) {
+    found.least =
+        std::min(smooth, found.model[kTwoZones].sum_squares * freedom / (freedom - kZonesUnknowns));
+  }
+  // Noise-free samples leave rounding only; the floor keeps quotients finite.
+  const double floor = 1e-24 * profile.Totals()[5] / freedom;
+  found.noise_variance = std::max(found.least / freedom, floor);
+  found.variance = inflation * found.noise_variance;
+  return found;
+}
+
+}  // namespace trammel::tap

@@ -1,0 +1,204 @@
+#include "tap/contact/contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tap/contact/approach_contact.h"
+#include "tap/contact/cruise_fit.h"
+#include "tap/contact/latency.h"
+#include "tap/samples/finding.h"
+
+namespace trammel::tap {
+namespace {
+
+constexpr double kLeastStandOut = 5;  // of the press's force over the noise of one sample
+constexpr double kLeastLeft = 0.2;    // of the force at rest, at the cruise's start
+constexpr double kVague_mm = 0.012;   // a break that is not known to this is of no use
+// A sheet that lies hollow, a toe of plastic: the readings of its end and of the bed's are so far
+// apart, and it starts with less than so much of the slope below the kink.
+constexpr double kMostApart_mm = 0.012;
+constexpr double kLeastSlope = 0.4;
+constexpr double kNormal95 = 1.959964;
+
+// What a converter's steps may shift all samples by, gf: half of one, where no noise blurs them
+// (Widrow & Kollar 2008, section 4: noise of s leaves exp(-2 pi^2 s^2 / step^2) of it).
+double Coarseness(const CleanTap& clean, const BreakEstimate& e) {
+  if (!(clean.step_g > 0)) {
+    return 0;
+  }
+  const double noises = std::min(clean.noise_g, e.noise) / clean.step_g;
+  return 0.5 * clean.step_g * std::exp(-2 * std::numbers::pi * std::numbers::pi * noises * noises);
+}
+
+void Report(const CleanTap& clean, const PressStretch& stretch, const CruiseFit& fit,
+            const TapMotion& motion, const TapOptions& options, TapAnalysis& result) {
+  const BreakEstimate& e = fit.estimate;
+  const double latency_mm = options.latency_uncertainty_s * motion.pull_back_speed_mm_s;
+  const double z = stretch.Z(e.t);
+  // Times that scatter may all be late, or early, by half of their range; a value that was held is
+  // older than it looks. Which side of a clock's step the moves' clock is on, nothing tells.
+  const double jitter_mm = 0.5 * clean.jitter_s * motion.pull_back_speed_mm_s;
+  const double held_mm = clean.held_s * motion.pull_back_speed_mm_s;
+  const double coarse_mm = Coarseness(clean, e) / e.shape.OuterSlope() * stretch.span_mm;
+  const double ahead_mm = clean.clock_steps.forward_s * motion.pull_back_speed_mm_s;
+  const double behind_mm = clean.clock_steps.backward_s * motion.pull_back_speed_mm_s;
+  const double down = std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm, coarse_mm) +
+                      jitter_mm + held_mm + behind_mm;
+  const double up =
+      std::hypot(stretch.Z(e.hi) - z, kNormal95 * latency_mm, coarse_mm) + jitter_mm + ahead_mm;
+  result.noise_g = e.noise;
+  result.contact_z_mm = z;
+  result.contact_time_s = motion.CruiseTime(z) + options.latency_s;
+  // As far below the half-width as for the break alone, by Student's quantile.
+  const double width = e.hi - e.lo;
+  const double quantile = width > 0 ? 0.5 * width / e.standard_uncertainty : kNormal95;
+  result.standard_uncertainty_mm = 0.5 * (down + up) / quantile;
+  result.interval95_mm = {z - down, z + up};
+
+  // Back to gf and mm: force = sign f + mean, d in mm.
+  const auto& [a, b, c] = fit.coefficients;
+  const double span = stretch.span_mm;
+  result.force = {true,
+                  stretch.z0_mm,
+                  stretch.z0_mm + span,
+                  z,
+                  stretch.sign * a + stretch.mean_g,
+                  stretch.sign * b / span,
+                  {stretch.sign * c[0] / span, stretch.sign * c[1] / (span * span),
+                   stretch.sign * c[2] / (span * span * span), 0}};
+  const double half = 0.5 * (down + up);
+  double apart = 0;
+  for (const double t : {e.cubic_t, e.power_t}) {
+    apart = std::isnan(t) ? apart : std::max(apart, span * std::abs(t - e.quadratic_t));
+  }
+  if (apart > half) {
+    result.Notice({FindingCode::kFormLeftOpen, apart, half});
+  }
+  const double apart_mm = span * (e.hi - e.lo);
+  if (e.outer_ratio < kLeastSlope && apart_mm > kMostApart_mm) {
+    result.verdict = Verdict::kRefused;
+    result.reason = {FindingCode::kLooseSheet, 100 * e.outer_ratio, 100 * kLeastSlope};
+    return;
+  }
+  if (half > kVague_mm) {
+    result.verdict = Verdict::kCannotTell;
+    result.reason = {FindingCode::kVagueBreak, half, kVague_mm};
+    return;
+  }
+  result.verdict = Verdict::kGood;
+  result.reason = {};
+}
+
+// Corners of the curve that the fit knows of, in order of time.
+void AddPoints(const TapMotion& motion, const TapOptions& options, TapAnalysis& result) {
+  const FittedForce& force = result.force;
+  const auto at = [&](Corner corner, double z_mm) {
+    const double d = std::max(0.0, force.break_z_mm - z_mm);
+    const double g = force.baseline_g + force.baseline_slope_g_mm * (z_mm - force.break_z_mm) +
+                     d * (force.press_g[0] + d * (force.press_g[1] + d * force.press_g[2]));
+    result.points[result.point_count++] = {corner, motion.CruiseTime(z_mm) + options.latency_s,
+                                           z_mm, g};
+  };
+  at(Corner::kDwellEnd, force.from_z_mm);
+  at(Corner::kBreak, force.break_z_mm);
+  at(Corner::kPullBackEnd, force.to_z_mm);
+}
+
+SeenPress SeenOf(const PressStretch& stretch, const CruiseFit& fit, const TapOptions& options) {
+  return {fit.estimate.shape, stretch.z0_mm,     stretch.span_mm,
+          stretch.sign,       options.latency_s, fit.estimate.noise};
+}
+
+Finding WhyNot(const CruiseFit& fit, std::size_t samples) {
+  switch (fit.estimate.outcome) {
+    case BreakEstimate::Outcome::kTooFew:
+      return {FindingCode::kFewSamplesInCruise, static_cast<double>(samples), kLeastInCruise};
+    case BreakEstimate::Outcome::kAtEdge:
+      return {FindingCode::kBreakAtEdge, 0, 5};
+    default:
+      return {FindingCode::kNoBreak, 0, kLeastStandOut * fit.estimate.noise};
+  }
+}
+
+// The fit of the cruise for one latency; where there is none, the reason is in the result.
+CruiseFit ReadBreak(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
+                    PressStretch& stretch, Workspace& workspace, TapAnalysis& result) {
+  result.verdict = Verdict::kCannotTell;
+  stretch = {};
+  if (!SelectCruise(clean, motion, options.latency_s, workspace, stretch)) {
+    result.reason = {FindingCode::kFewSamplesInCruise, static_cast<double>(stretch.y.size()),
+                     kLeastInCruise};
+    return {};
+  }
+  CropBaseline(stretch, workspace);
+  CruiseFit fit = FitCruise(clean, motion, options, stretch, workspace, result);
+  result.noise_g = fit.estimate.noise;
+  if (!fit.Found()) {
+    result.reason = WhyNot(fit, stretch.y.size());
+    return fit;
+  }
+  const double t = fit.estimate.t;
+  const auto& c = fit.coefficients.c;
+  const double added_g = t * (c[0] + t * (c[1] + t * c[2]));
+  // A press makes the force fall. Where a steep baseline makes up for it, noise was fitted; where
+  // little is left of the force at rest, the nozzle let go before the cruise.
+  const double press_g = std::min(added_g, added_g - t * fit.coefficients.b);
+  const double rest_g = std::abs(clean.dwell_g - clean.departure_g);
+  const double least_g =
+      std::max(kLeastStandOut * fit.estimate.noise, rest_g > 0 ? kLeastLeft * rest_g : 0);
+  if (!(press_g > least_g)) {
+    result.reason = {FindingCode::kNoBreak, press_g, least_g};
+    fit.estimate.outcome = BreakEstimate::Outcome::kNoPress;
+  }
+  return fit;
+}
+
+}  // namespace
+
+std::size_t ContactWorkspaceBytes(std::size_t samples) {
+  constexpr std::size_t kArrays = 14;  // of double: PressStretch for two latencies, TrimPress
+  constexpr std::size_t kBookkeeping = 2048;                        // alignment of every piece
+  return kBookkeeping + samples * (kArrays * sizeof(double) +       //
+                                   PressProfile::kBytesPerSample +  //
+                                   sizeof(PressProfile::At));
+}
+
+void AnalyseContact(const CleanTap& clean, const TapMotion& motion, const TapOptions& options,
+                    Workspace& workspace, TapAnalysis& result) {
+  const Workspace::Scope scope(workspace);
+  TapOptions known = options;
+  const bool estimated = std::isnan(options.latency_s);
+  if (estimated) {
+    known.latency_s = known.latency_uncertainty_s = 0;
+  }
+  PressStretch stretch;
+  const TapAnalysis before = result;
+  CruiseFit fit = ReadBreak(clean, motion, known, stretch, workspace, result);
+  if (!fit.Found()) {
+    return;
+  }
+  if (estimated) {
+    LatencyEstimate latency = EstimateLatency(clean, motion, SeenOf(stretch, fit, known));
+    constexpr double kMuch = 2;  // samples: the cruise is that of others, then
+    if (std::abs(latency.latency_s) > kMuch * clean.period_s) {
+      result = before;
+      known.latency_s = latency.latency_s;
+      fit = ReadBreak(clean, motion, known, stretch, workspace, result);
+      if (!fit.Found()) {
+        return;
+      }
+      latency = EstimateLatency(clean, motion, SeenOf(stretch, fit, known));
+    }
+    stretch.z0_mm -= motion.pull_back_speed_mm_s * (latency.latency_s - known.latency_s);
+    known.latency_s = latency.latency_s;
+    known.latency_uncertainty_s = latency.uncertainty_s;
+  }
+  result.latency_s = known.latency_s;
+  result.latency_uncertainty_s = known.latency_uncertainty_s;
+  Report(clean, stretch, fit, motion, known, result);
+  AddPoints(motion, known, result);
+  CheckApproach(clean, motion, known, workspace, result);
+}
+
+}  // namespace trammel::tap

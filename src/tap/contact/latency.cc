@@ -1,0 +1,273 @@
+#include "tap/contact/latency.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+namespace trammel::tap {
+namespace {
+
+constexpr double kMostPeriods = 2;  // of samples: what a converter's filter takes
+constexpr double kTransport_s = 0.005;
+constexpr double kOffset_mm = 0.006;
+constexpr double kScale = 0.1;
+// Play and bending that differ between the two ways in other forms than these: 1.5 um, seen at both
+// speeds.
+constexpr double kPlay_mm = 0.0015;
+constexpr double kRest_mm = 0.002;       // of a press that is flat at its deepest end
+constexpr std::size_t kLeastBefore = 8;  // samples before the touch, for the base
+constexpr double kRest_s = 0.02;         // of the halt, before creep tells
+constexpr std::size_t kLeastRest = 4;
+constexpr std::size_t kMostSamples = 96;
+constexpr int kMostSteps = 8;
+
+// Base, scale, latency, offset, force at rest; the force last.
+constexpr std::size_t kUnknowns = 5;
+using Normal = std::array<std::array<double, kUnknowns + 1>, kUnknowns + 1>;
+
+struct State {
+  double scale = 1;
+  double latency_s = 0;
+  double offset_mm = 0;
+  double rest_g = 0;
+};
+
+struct Range {
+  std::size_t first = 0;
+  std::size_t end = 0;
+};
+
+// From before the earliest touch to some samples after the halt.
+Range Approach(const CleanTap& clean, const TapMotion& motion, const SeenPress& press,
+               double most_s) {
+  const auto& times = clean.samples.time_s;
+  const double break_mm = press.z0_mm + press.shape.t * press.span_mm;
+  const double depth_s = std::max(0.0, break_mm - motion.halt_z_mm) / motion.approach_speed_mm_s;
+  const double halt_s = motion.approach_end_s - clean.origin_s;
+  const std::size_t touch = IndexAt(times, halt_s - 1.5 * depth_s);
+  const double rest_s = std::max(kRest_s, kLeastRest * clean.period_s);
+  Range range;
+  const auto before =
+      std::max(kLeastBefore, static_cast<std::size_t>(0.5 * depth_s / clean.period_s));
+  range.first = touch - std::min(touch, before);
+  range.end = IndexAt(times, std::min(halt_s + most_s + rest_s, 0.0));
+  range.end = std::min(range.end, range.first + kMostSamples);
+  return range;
+}
+
+class Fit {
+ public:
+  Fit(const CleanTap& clean, const TapMotion& motion, const SeenPress& press, const Range& range,
+      double prior_s)
+      : clean_(clean), motion_(motion), press_(press), range_(range), prior_s_(prior_s) {}
+
+  // The normal equations at a state, in units of the variance, priors included.
+  [[nodiscard]] Normal Sum(const State& state, double variance) const {
+    Normal m{};
+    const double first_g = clean_.samples.force_g[range_.first];
+    Resting resting;
+    for (std::size_t i = range_.first; i < range_.end; ++i) {
+      const double y = Y(i, state);
+      const double g = press_.sign * (clean_.samples.force_g[i] - first_g);
+      if (!(y < press_.shape.t)) {  // no press: the sample tells of the base alone
+        m[0][0] += 1;
+        m[0][kUnknowns] += g;
+        m[kUnknowns][kUnknowns] += g * g;
+        continue;
+      }
+      const bool rests = !(Time(i, state) < motion_.approach_end_s);
+      if (rests && (resting.count == 0 || y == resting.y)) {
+        resting.Add(y, g);
+        continue;
+      }
+      AddRow(RowOf(y, rests, g, state), 1, m);
+    }
+    if (resting.count > 0) {
+      AddRow(RowOf(resting.y, true, resting.Mean(), state), resting.count, m);
+      m[kUnknowns][kUnknowns] += resting.Scatter();
+    }
+    const double weight = 1 / variance;
+    for (auto& row : m) {
+      for (double& value : row) {
+        value *= weight;
+      }
+    }
+    const auto prior = [&m](std::size_t k, double off, double deviation) {
+      m[k][k] += 1 / (deviation * deviation);
+      m[k][kUnknowns] += off / (deviation * deviation);
+      m[kUnknowns][kUnknowns] += off * off / (deviation * deviation);
+    };
+    prior(1, 1 - state.scale, kScale);
+    prior(2, prior_s_ - state.latency_s, prior_s_);
+    prior(3, -state.offset_mm, kOffset_mm);
+    prior(4, -state.rest_g, RestDeviation());
+    return m;
+  }
+
+  // By which what is left raises the variance, where neighbours err together: as of a first-order
+  // regression (Bartlett 1946).
+  [[nodiscard]] double Inflation(const State& state) const {
+    constexpr double kMost = 0.9;
+    std::array<double, kMostSamples> left;
+    const std::size_t n = range_.end - range_.first;
+    double base = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      left[i] = Left(range_.first + i, state);
+      base += left[i] / static_cast<double>(n);
+    }
+    double squares = 0;
+    double products = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      squares += (left[i] - base) * (left[i] - base);
+      products += i > 0 ? (left[i] - base) * (left[i - 1] - base) : 0;
+    }
+    const double r = squares > 0 ? std::clamp(products / squares, 0.0, kMost) : 0;
+    return (1 + r) / (1 - r);
+  }
+
+ private:
+  using Row = std::array<double, kUnknowns + 1>;
+
+  // Samples at rest: at one height, they are as good as their mean.
+  struct Resting {
+    double y = 0;
+    double first_g = 0;
+    double count = 0;
+    double sum_g = 0;       // from the first
+    double squares_g2 = 0;  // likewise
+
+    void Add(double at, double g) {
+      if (count == 0) {
+        y = at;
+        first_g = g;
+      }
+      count += 1;
+      sum_g += g - first_g;
+      squares_g2 += (g - first_g) * (g - first_g);
+    }
+    [[nodiscard]] double Mean() const { return first_g + sum_g / count; }
+    [[nodiscard]] double Scatter() const {
+      return std::max(0.0, squares_g2 - sum_g * sum_g / count);
+    }
+  };
+
+  // Derivatives of a pressed sample's force, and what the state leaves of it.
+  [[nodiscard]] Row RowOf(double y, bool rests, double g, const State& state) const {
+    const double p = press_.shape.At(y);
+    const double by_offset = state.scale * press_.shape.Slope(y) / press_.span_mm;
+    const double speed = rests ? 0 : motion_.approach_speed_mm_s;
+    return {1,
+            p,
+            by_offset * (speed + motion_.pull_back_speed_mm_s),
+            by_offset,
+            rests ? 1.0 : 0.0,
+            g - state.scale * p - (rests ? state.rest_g : 0)};
+  }
+  static void AddRow(const Row& row, double weight, Normal& m) {
+#pragma GCC unroll 6
+    for (std::size_t a = 0; a <= kUnknowns; ++a) {
+      const double weighted = weight * row[a];
+#pragma GCC unroll 6
+      for (std::size_t b = a; b <= kUnknowns; ++b) {
+        m[a][b] += weighted * row[b];
+      }
+    }
+  }
+  [[nodiscard]] double Left(std::size_t i, const State& state) const {
+    const bool rests = !(Time(i, state) < motion_.approach_end_s);
+    return press_.sign * clean_.samples.force_g[i] - state.scale * press_.shape.At(Y(i, state)) -
+           (rests ? state.rest_g : 0);
+  }
+  // A press that is flat at its deepest end, beyond what a sound one softens by, may be a drive
+  // that does not yet follow: at rest, on the other side of its play, the force is less known then.
+  [[nodiscard]] double RestDeviation() const {
+    constexpr double kSoft = 0.4;     // of the slope at the break
+    constexpr double kLeast = 0.001;  // keeps the prior finite
+    const double outer = press_.shape.OuterSlope();
+    const double flat = std::min(1.0, 1 + press_.shape.Slope(0) / (kSoft * outer));
+    return kRest_mm * std::max(kLeast, flat) * outer / press_.span_mm;
+  }
+  [[nodiscard]] double Time(std::size_t i, const State& state) const {
+    return clean_.origin_s + clean_.samples.time_s[i] - state.latency_s;
+  }
+  // Where the head was when the force acted, as the pull-back's stretch has heights.
+  [[nodiscard]] double Y(std::size_t i, const State& state) const {
+    const double z_mm = motion_.Z(Time(i, state)) + state.offset_mm +
+                        motion_.pull_back_speed_mm_s * (state.latency_s - press_.latency_s);
+    return (z_mm - press_.z0_mm) / press_.span_mm;
+  }
+
+  const CleanTap& clean_;
+  const TapMotion& motion_;
+  const SeenPress& press_;
+  Range range_;
+  double prior_s_;
+};
+
+// Solves in place, rows divided by their pivots, which stay on the diagonal.
+bool Eliminate(Normal& m) {
+  for (std::size_t k = 0; k < kUnknowns; ++k) {
+    if (!(m[k][k] > 0)) {
+      return false;
+    }
+    for (std::size_t i = k + 1; i <= kUnknowns; ++i) {
+      const double factor = m[k][i] / m[k][k];
+      for (std::size_t j = i; j <= kUnknowns; ++j) {
+        m[i][j] -= factor * m[k][j];
+      }
+    }
+    for (std::size_t j = k + 1; j <= kUnknowns; ++j) {
+      m[k][j] /= m[k][k];
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
+                                const SeenPress& press) {
+  // Half of the range, and as much for its standard deviation: 0 and all of it lie within one.
+  const double prior_s = 0.5 * (kMostPeriods * clean.period_s + kTransport_s);
+  const LatencyEstimate unknown = {prior_s, prior_s};
+  if (!motion.has_approach) {
+    return unknown;
+  }
+  const Range range = Approach(clean, motion, press, 4 * prior_s);
+  if (range.end < range.first + kLeastBefore + kLeastRest) {
+    return unknown;
+  }
+  const Fit fit(clean, motion, press, range, prior_s);
+  State state{1, prior_s, 0};
+  double variance = press.noise_g * press.noise_g;
+  double deviation_s = prior_s;
+  const double samples = static_cast<double>(range.end - range.first);
+  for (int step = 0; step < kMostSteps; ++step) {
+    Normal m = fit.Sum(state, variance);
+    if (!Eliminate(m)) {
+      return unknown;
+    }
+    const double rest = m[4][5];
+    const double offset = m[3][5] - m[3][4] * rest;
+    const double latency = m[2][5] - m[2][3] * offset - m[2][4] * rest;
+    const double scale = m[1][5] - m[1][2] * latency - m[1][3] * offset - m[1][4] * rest;
+    const double by_rest = m[2][3] * m[3][4] - m[2][4];
+    deviation_s =
+        std::sqrt(1 / m[2][2] + m[2][3] * m[2][3] / m[3][3] + by_rest * by_rest / m[4][4]);
+    state.rest_g += rest;
+    state.scale = std::clamp(state.scale + scale, 0.3, 3.0);
+    state.latency_s += std::clamp(latency, -prior_s, prior_s);
+    state.offset_mm += std::clamp(offset, -kOffset_mm, kOffset_mm);
+    // What the fit leaves is its noise, where it is more than the pull-back's.
+    const double left = m[kUnknowns][kUnknowns] * variance / std::max(1.0, samples - 1);
+    variance = std::max(press.noise_g * press.noise_g, left);
+    if (std::abs(latency) < 0.05 * deviation_s && step > 0) {
+      break;
+    }
+  }
+  const double play_s = kPlay_mm / (motion.approach_speed_mm_s + motion.pull_back_speed_mm_s);
+  return {state.latency_s, std::hypot(deviation_s * std::sqrt(fit.Inflation(state)), play_s)};
+}
+
+}  // namespace trammel::tap

@@ -1,0 +1,150 @@
+// What the contact method makes of presses in two zones, and of those that only look like one.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tap/analyse/analyse.h"
+#include "tap/contact/press_test_support.h"
+#include "tap/samples/finding.h"
+
+namespace trammel::tap {
+namespace {
+
+constexpr int kTaps = 200;
+// At most 2 % of good taps may be refused.
+constexpr int kMostMistaken = kTaps / 50;
+
+int CountLoose(const test::PressWorld& world) {
+  TapAnalyser analyser({});
+  int count = 0;
+  for (int i = 0; i < kTaps; ++i) {
+    const test::PressTap tap = test::MakePressTap(world, 1000 + i);
+    const TapAnalysis analysis = analyser.Analyse(tap.View());
+    count +=
+        analysis.verdict == Verdict::kRefused && analysis.reason.code == FindingCode::kLooseSheet;
+  }
+  return count;
+}
+
+TEST(LooseSheet, OneThatGivesWayUntilItLiesIsRefused) {
+  // Its end and the bed's are 22 um apart.
+  test::PressWorld world;
+  constexpr double kLies = 0.45;  // of the depth, from the break
+  world.depth_mm = 0.06;
+  world.law = [](double u) { return u < kLies ? 0.2 * u : 0.2 * kLies + (u - kLies); };
+  EXPECT_GE(CountLoose(world), kTaps - kMostMistaken);
+}
+
+TEST(LooseSheet, AToeOfPlasticIsRefusedOrHeldByTheInterval) {
+  // Its end and the bed's are 5 um apart: the interval holds both.
+  constexpr double kToe_mm = 0.006;
+  test::PressWorld world;
+  world.depth_mm = 0.051;
+  world.noise_g = 0.5;
+  world.law = [&](double u) {
+    const double d_mm = u * world.depth_mm;
+    const double straight_mm = 0.2 * std::min(d_mm, kToe_mm) + std::max(0.0, d_mm - kToe_mm);
+    return straight_mm / world.depth_mm;
+  };
+  TapAnalyser analyser({});
+  int good = 0;
+  int both = 0;
+  for (int i = 0; i < kTaps; ++i) {
+    const test::PressTap tap = test::MakePressTap(world, 1000 + i);
+    const TapAnalysis analysis = analyser.Analyse(tap.View());
+    if (analysis.verdict == Verdict::kGood) {
+      ++good;
+      both += analysis.interval95_mm.hi >= tap.contact_z_mm &&
+                      analysis.interval95_mm.lo <= tap.contact_z_mm - 0.8 * kToe_mm + 0.001
+                  ? 1
+                  : 0;
+    }
+  }
+  EXPECT_GT(good, kTaps / 2);
+  EXPECT_GE(both, 0.93 * good);
+}
+
+TEST(LooseSheet, ARoundedToeIsHeldByTheInterval) {
+  // Its stiffness grows from half of the press's own at 3.75 um to all of it at 11.25 um.
+  constexpr double kFrom_mm = 0.00375;
+  constexpr double kTo_mm = 0.01125;
+  test::PressWorld world;
+  world.noise_g = 0.5;
+  world.law = [&](double u) {
+    const double d_mm = u * world.depth_mm;
+    const double into_mm = std::clamp(d_mm - kFrom_mm, 0.0, kTo_mm - kFrom_mm);
+    const double grown_mm = 0.25 * into_mm * into_mm / (kTo_mm - kFrom_mm);
+    const double straight_mm = 0.5 * std::min(d_mm, kTo_mm) + std::max(0.0, d_mm - kTo_mm);
+    return (straight_mm + grown_mm) / world.depth_mm;
+  };
+  TapAnalyser analyser({});
+  int good = 0;
+  int held = 0;
+  for (int i = 0; i < kTaps; ++i) {
+    const test::PressTap tap = test::MakePressTap(world, 1000 + i);
+    const TapAnalysis analysis = analyser.Analyse(tap.View());
+    if (analysis.verdict == Verdict::kGood) {
+      ++good;
+      held += analysis.interval95_mm.lo <= tap.contact_z_mm &&
+              tap.contact_z_mm <= analysis.interval95_mm.hi;
+    }
+  }
+  EXPECT_GT(good, kTaps / 2);
+  EXPECT_GE(held, 0.93 * good);
+}
+
+TEST(LooseSheet, AStraightPressIsNotMistaken) {
+  for (const double noise_g : {0.0, 2.0, 8.0}) {
+    test::PressWorld world;
+    world.noise_g = noise_g;
+    EXPECT_LE(CountLoose(world), kMostMistaken) << noise_g << " gf";
+  }
+}
+
+TEST(LooseSheet, ARoundTipIsNotMistaken) {
+  for (const double exponent : {1.25, 1.5}) {
+    for (const double noise_g : {0.8, 2.0, 4.0}) {
+      test::PressWorld world;
+      world.noise_g = noise_g;
+      world.law = [exponent](double u) { return std::pow(u, exponent); };
+      EXPECT_LE(CountLoose(world), kMostMistaken) << "d^" << exponent << ", " << noise_g << " gf";
+    }
+  }
+}
+
+TEST(LooseSheet, SlowNoiseIsSeldomMistaken) {
+  // Noise that wanders over a good part of the press may bend it like a sheet: of the slowest, one
+  // tap in twenty is refused for the wrong reason.
+  constexpr int kMostOfSlow = kTaps / 20;
+  for (const double memory : {0.5, 0.8, 0.95}) {
+    test::PressWorld world;
+    world.memory = memory;
+    EXPECT_LE(CountLoose(world), memory > 0.5 ? kMostOfSlow : kMostMistaken) << memory;
+  }
+}
+
+TEST(LooseSheet, ADriveThatLagsIsNotMistaken) {
+  for (const double lag_mm : {0.002, 0.004, 0.008}) {
+    test::PressWorld world;
+    world.onset_lag_mm = lag_mm;
+    EXPECT_LE(CountLoose(world), kMostMistaken) << lag_mm;
+  }
+}
+
+TEST(LooseSheet, HumIsNotMistaken) {
+  for (const double hum_g : {2.0, 5.0, 10.0}) {
+    test::PressWorld world;
+    world.hum_g = hum_g;
+    EXPECT_LE(CountLoose(world), kMostMistaken) << hum_g;
+  }
+}
+
+TEST(LooseSheet, AStiffeningPressIsNotMistaken) {
+  test::PressWorld world;
+  world.law = [](double u) { return u * (1 + 0.5 * u); };
+  EXPECT_LE(CountLoose(world), kMostMistaken);
+}
+
+}  // namespace
+}  // namespace trammel::tap

@@ -1,0 +1,173 @@
+#include "tap/contact/press_profile.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "base/random.h"
+
+namespace trammel::tap {
+namespace {
+
+struct World {
+  std::vector<double> y;
+  std::vector<double> force;
+  std::vector<double> weight;
+};
+
+World MakeWorld(std::uint64_t seed, bool weighted) {
+  Random random(seed);
+  World world;
+  constexpr int kSamples = 80;
+  for (int i = 0; i < kSamples; ++i) {
+    const double y = static_cast<double>(i) / (kSamples - 1);
+    const double d = std::max(0.0, 0.45 - y);
+    world.y.push_back(y);
+    world.force.push_back(20 * y + 200 * d + 150 * d * d + random.Normal(0, 3));
+    if (weighted) {
+      world.weight.push_back(random.Uniform());
+    }
+  }
+  return world;
+}
+
+// Independent of the code under test: the columns written out, orthogonalised one after the other
+// (modified Gram-Schmidt), no moments, no normal equations.
+double SumSquaresByColumns(const World& world, double t, std::size_t order) {
+  const std::size_t n = world.y.size();
+  std::vector<std::vector<double>> columns(2 + order, std::vector<double>(n));
+  std::vector<double> rest(n);
+  for (std::size_t s = 0; s < n; ++s) {
+    const double root = world.weight.empty() ? 1 : std::sqrt(world.weight[s]);
+    columns[0][s] = root;
+    columns[1][s] = root * world.y[s];
+    for (std::size_t i = 0; i < order; ++i) {
+      columns[2 + i][s] =
+          root * std::pow(std::max(0.0, t - world.y[s]), static_cast<double>(i + 1));
+    }
+    rest[s] = root * world.force[s];
+  }
+  const auto remove = [n](const std::vector<double>& from_unit, std::vector<double>& of) {
+    double product = 0;
+    for (std::size_t s = 0; s < n; ++s) {
+      product += from_unit[s] * of[s];
+    }
+    for (std::size_t s = 0; s < n; ++s) {
+      of[s] -= product * from_unit[s];
+    }
+  };
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    double length = 0;
+    for (const double value : columns[k]) {
+      length += value * value;
+    }
+    for (double& value : columns[k]) {
+      value /= std::sqrt(length);
+    }
+    for (std::size_t j = k + 1; j < columns.size(); ++j) {
+      remove(columns[k], columns[j]);
+    }
+    remove(columns[k], rest);
+  }
+  double sum = 0;
+  for (const double value : rest) {
+    sum += value * value;
+  }
+  return sum;
+}
+
+// Sums of 10^6 gf^2 in double, through a third-order elimination: eight digits are left of them.
+constexpr double kRounding_g2 = 1e-3;
+
+TEST(PressProfile, IsTheLeastSquaresOfEachOrderAtAnyBreak) {
+  for (const bool weighted : {false, true}) {
+    const World world = MakeWorld(1000, weighted);
+    std::vector<std::byte> memory(1 << 16);
+    Workspace workspace(memory);
+    const PressProfile profile({world.y, world.force, world.weight}, workspace);
+    ASSERT_TRUE(profile.Ready());
+    Random random(1001);
+    for (int i = 0; i < 200; ++i) {
+      const double t = random.Uniform(0.1, 0.95);
+      const PressProfile::At at = profile.Evaluate(t);
+      for (std::size_t order = 1; order <= PressProfile::kOrders; ++order) {
+        EXPECT_NEAR(at.sum_squares[order - 1], SumSquaresByColumns(world, t, order), kRounding_g2)
+            << "t = " << t << ", order " << order;
+      }
+    }
+  }
+}
+
+TEST(PressProfile, SamplesTwoAtATimeAreEachAsIfAlone) {
+  const World world = MakeWorld(1005, true);
+  std::vector<std::byte> memory(1 << 16);
+  Workspace workspace(memory);
+  const PressProfile profile({world.y, world.force, world.weight}, workspace);
+  for (const std::size_t count : {1, 2, 7, 24}) {
+    for (std::size_t orders = 1; orders <= PressProfile::kOrders; ++orders) {
+      std::vector<PressProfile::At> at(count);
+      profile.EvaluateSamples(orders, 5, 3, at);
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::size_t sample = 5 + 3 * i;
+        const PressProfile::At alone = profile.EvaluateUpTo(orders, world.y[sample], sample);
+        EXPECT_EQ(at[i].t, alone.t);
+        for (std::size_t order = 0; order < orders; ++order) {
+          EXPECT_EQ(at[i].sum_squares[order], alone.sum_squares[order]);
+          EXPECT_EQ(at[i].start_slope[order], alone.start_slope[order]);
+        }
+        for (std::size_t order = orders; order < PressProfile::kOrders; ++order) {
+          EXPECT_TRUE(std::isnan(at[i].start_slope[order]));
+        }
+      }
+    }
+  }
+}
+
+TEST(PressProfile, CoefficientsLeaveThatSumOfSquares) {
+  const World world = MakeWorld(1002, true);
+  std::vector<std::byte> memory(1 << 16);
+  Workspace workspace(memory);
+  const PressProfile profile({world.y, world.force, world.weight}, workspace);
+  for (std::size_t order = 1; order <= PressProfile::kOrders; ++order) {
+    const double t = 0.437;
+    const auto [a, b, c] = profile.Fit(t, order);
+    const PressProfile::At at = profile.Evaluate(t);
+    double sum = 0;
+    for (std::size_t s = 0; s < world.y.size(); ++s) {
+      const double d = std::max(0.0, t - world.y[s]);
+      const double r =
+          world.force[s] - a - b * (world.y[s] - t) - d * (c[0] + d * (c[1] + d * c[2]));
+      sum += world.weight[s] * r * r;
+    }
+    EXPECT_NEAR(sum, at.sum_squares[order - 1], kRounding_g2);
+    EXPECT_NEAR(c[0], at.start_slope[order - 1], 1e-6 * std::abs(c[0]));
+  }
+}
+
+TEST(PressProfile, SamplesOfNoWeightChangeNothing) {
+  World world = MakeWorld(1003, true);
+  std::vector<double> values;
+  for (const double poison : {0.0, 1e6}) {
+    world.weight[30] = 0;
+    world.force[30] = poison;
+    std::vector<std::byte> memory(1 << 16);
+    Workspace workspace(memory);
+    const PressProfile profile({world.y, world.force, world.weight}, workspace);
+    values.push_back(profile.Evaluate(0.4).sum_squares[1]);
+  }
+  EXPECT_DOUBLE_EQ(values[0], values[1]);
+}
+
+TEST(PressProfile, AWorkspaceTooSmallIsSaid) {
+  const World world = MakeWorld(1004, false);
+  std::vector<std::byte> memory(100);
+  Workspace workspace(memory);
+  EXPECT_FALSE(PressProfile({world.y, world.force, world.weight}, workspace).Ready());
+}
+
+}  // namespace
+}  // namespace trammel::tap

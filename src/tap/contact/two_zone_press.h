@@ -1,0 +1,46 @@
+// The neighbour of the smooth presses that changes its stiffness at once, or over a short way:
+// something soft (plastic, a sheet that lies hollow) or something stiffer is met before the bed
+// itself.
+#pragma once
+
+#include "tap/contact/break_search.h"
+#include "tap/contact/press_profile.h"
+
+namespace trammel::tap {
+
+/// force = a + b y + c max(0, t - y) + k e (+ q e^2), e = max(0, s - y), s < t: an outer zone that
+/// is straight, and below the kink s a press that is straight or quadratic. PressProfile says what
+/// a rounded kink is; s is its middle then.
+struct TwoZonePress {
+  double t = 0;                   ///< The break,
+  double s = 0;                   ///< and below it the kink.
+  double outer_slope = 0;         ///< Of the press between them,
+  double inner_slope = 0;         ///< and just below the kink,
+  double inner_curve = 0;         ///< and the curve of the inner zone.
+  double sum_squares = 0;         ///< With the inner press straight,
+  double sum_squares_curved = 0;  ///< and with it quadratic.
+  bool found = false;
+
+  /// Where the inner press would have ended, had it gone on as it is at the kink: what an eye sees
+  /// that extrapolates the last samples of the bed itself.
+  [[nodiscard]] double Elbow() const { return s + outer_slope / inner_slope * (t - s); }
+};
+
+/// The best kink for a break at t. Both zones must press: the outer one by at least 8 % of
+/// the inner one's slope, for less cannot be told from none.
+/// @param near_s  The best kink for a break close by, from where a better one is looked for; where
+///                it is none for t, or 0, zones of several widths are tried first.
+/// @param of_interest  A sum of squares, with the inner press quadratic: where no lower one is to
+///                     be expected, the search ends early.
+/// @param rounding     Part of the outer zone, 0 to 1, over which to either side of the kink the
+///                     slope changes evenly and not at once: a film that is pressed flat, a round
+///                     tip in plastic.
+/// Cost: half a microsecond, whatever the number of samples; half of it from a kink close by.
+[[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s = 0,
+                                       double of_interest = kNever, double rounding = 0);
+
+/// A quick look for break and kink around the break of a smooth press: zones of several widths that
+/// such a press would average, and some steps from the best of them.
+[[nodiscard]] TwoZonePress GuessTwoZones(const PressProfile& profile, double smooth_t);
+
+}  // namespace trammel::tap

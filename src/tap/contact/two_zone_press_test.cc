@@ -1,0 +1,284 @@
+#include "tap/contact/two_zone_press.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "base/random.h"
+#include "tap/contact/break_search.h"
+
+namespace trammel::tap {
+namespace {
+
+struct Hollow {
+  double t = 0.437;
+  double s = 0.213;
+  double outer = 60;
+  double inner = 300;
+  double curve = 0;  // of the inner zone
+  double baseline = 15;
+  double noise_g = 0;
+};
+
+struct World {
+  std::vector<double> y;
+  std::vector<double> force;
+};
+
+World MakeWorld(const Hollow& hollow, std::uint64_t seed, int samples = 120) {
+  Random random(seed);
+  World world;
+  for (int i = 0; i < samples; ++i) {
+    const double y = static_cast<double>(i) / (samples - 1);
+    world.y.push_back(y);
+    world.force.push_back(5 + hollow.baseline * y + hollow.outer * std::max(0.0, hollow.t - y) +
+                          (hollow.inner - hollow.outer) * std::max(0.0, hollow.s - y) +
+                          hollow.curve * std::pow(std::max(0.0, hollow.s - y), 2) +
+                          random.Normal(0, hollow.noise_g));
+  }
+  return world;
+}
+
+TwoZonePress Fit(const World& world, double t) {
+  std::vector<std::byte> memory(1 << 16);
+  Workspace workspace(memory);
+  const PressProfile profile({world.y, world.force, {}}, workspace);
+  EXPECT_TRUE(profile.Ready());
+  return FitTwoZones(profile, t);
+}
+
+// What no combination of the columns explains of the force (modified Gram-Schmidt).
+double Unexplained(std::vector<std::vector<double>> columns, std::vector<double> rest) {
+  const auto product = [](const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      sum += a[i] * b[i];
+    }
+    return sum;
+  };
+  const auto take_out = [&](const std::vector<double>& column, std::vector<double>& from) {
+    const double share = product(column, from) / product(column, column);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      from[i] -= share * column[i];
+    }
+  };
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    for (std::size_t j = k + 1; j < columns.size(); ++j) {
+      take_out(columns[k], columns[j]);
+    }
+    take_out(columns[k], rest);
+  }
+  return product(rest, rest);
+}
+
+TEST(TwoZonePress, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
+  Hollow hollow;
+  hollow.noise_g = 3;
+  const World world = MakeWorld(hollow, 1000);
+  std::vector<std::byte> memory(1 << 16);
+  Workspace workspace(memory);
+  const PressProfile profile({world.y, world.force, {}}, workspace);
+  for (const auto& [t, s] : {std::pair{0.437, 0.213}, {0.6, 0.55}, {0.3, 0.1}}) {
+    std::vector<std::vector<double>> columns(5);
+    for (const double y : world.y) {
+      const double e = std::max(0.0, s - y);
+      columns[0].push_back(1);
+      columns[1].push_back(y);
+      columns[2].push_back(std::max(0.0, t - y));
+      columns[3].push_back(e);
+      columns[4].push_back(e * e);
+    }
+    const PressProfile::OuterZone outer = profile.Outer(t, profile.Below(t));
+    const double other = 0.5 * s;  // works beside it and leaves it alone
+    const PressProfile::TwoZones at = profile.EvaluateTwoZones(
+        {&outer, &outer}, {other, s}, {profile.Below(other), profile.Below(s)});
+    constexpr double kRounding = 1e-6;  // of sums of 10^5 gf^2 in moments of the sixth power
+    EXPECT_NEAR(at.sum_squares_curved[1], Unexplained(columns, world.force), kRounding);
+    columns.pop_back();
+    EXPECT_NEAR(at.sum_squares[1], Unexplained(columns, world.force), kRounding);
+  }
+}
+
+TEST(TwoZonePress, FindsTheKinkOfAHollowSheet) {
+  constexpr double kSearched = 4e-3;  // to which the kink is searched, and what slopes make of it
+  for (const double inner : {200.0, 300.0, 550.0}) {
+    for (const double curve : {0.0, 150.0}) {
+      Hollow hollow;
+      hollow.inner = inner;
+      hollow.curve = curve;
+      const TwoZonePress press = Fit(MakeWorld(hollow, 0), hollow.t);
+      ASSERT_TRUE(press.found);
+      EXPECT_NEAR(press.s, hollow.s, kSearched);
+      EXPECT_NEAR(press.outer_slope, hollow.outer, 0.03 * hollow.outer);
+      EXPECT_NEAR(press.inner_slope, inner, 0.03 * inner);
+    }
+  }
+}
+
+TEST(TwoZonePress, FindsTheSameFromAKinkCloseBy) {
+  constexpr double kNoise_g = 3;
+  constexpr double kSame = 0.3;  // of the noise variance: moves a border by 0.08 deviations
+  constexpr int kTaps = 100;
+  int same = 0;
+  for (int seed = 1000; seed < 1000 + kTaps; ++seed) {
+    Hollow hollow;
+    hollow.noise_g = kNoise_g;
+    const World world = MakeWorld(hollow, static_cast<std::uint64_t>(seed));
+    std::vector<std::byte> memory(1 << 16);
+    Workspace workspace(memory);
+    const PressProfile profile({world.y, world.force, {}}, workspace);
+    const TwoZonePress searched = FitTwoZones(profile, hollow.t);
+    const TwoZonePress near = FitTwoZones(profile, hollow.t, hollow.s + 0.02);
+    ASSERT_TRUE(near.found);
+    same += std::abs(near.sum_squares_curved - searched.sum_squares_curved) <
+            kSame * kNoise_g * kNoise_g;
+  }
+  EXPECT_GE(same, 0.9 * kTaps);  // noise makes other leasts beside it
+}
+
+TEST(TwoZonePress, WhatIsOfNoInterestIsNotSearchedToTheEnd) {
+  Hollow hollow;
+  hollow.noise_g = 3;
+  const World world = MakeWorld(hollow, 1000);
+  std::vector<std::byte> memory(1 << 16);
+  Workspace workspace(memory);
+  const PressProfile profile({world.y, world.force, {}}, workspace);
+  const double t = 0.55;
+  const double least = FitTwoZones(profile, t, hollow.s).sum_squares_curved;
+  // Never on the wrong side of the limit, near it or far from it.
+  for (const double of_interest : {0.2 * least, 0.99 * least, 1.01 * least, 5 * least}) {
+    const TwoZonePress found = FitTwoZones(profile, t, hollow.s, of_interest);
+    EXPECT_EQ(found.sum_squares_curved < of_interest, least < of_interest);
+  }
+  EXPECT_GT(FitTwoZones(profile, t, hollow.s + 0.1, 0.01 * least).sum_squares_curved, least);
+}
+
+TEST(TwoZonePress, AKinkBeyondTheBreakIsNoStart) {
+  const World world = MakeWorld({}, 1000);
+  std::vector<std::byte> memory(1 << 16);
+  Workspace workspace(memory);
+  const PressProfile profile({world.y, world.force, {}}, workspace);
+  EXPECT_EQ(FitTwoZones(profile, 0.437, 0.5).s, FitTwoZones(profile, 0.437).s);
+}
+
+TEST(TwoZonePress, ReachesTheNarrowestZoneWhereThatIsBest) {
+  // A quadratic press, taken too short: the nearer the kink lies to the break, the better.
+  World world = MakeWorld({.t = 0.437, .s = 0.437, .outer = 300, .inner = 300, .curve = 300}, 1000);
+  std::vector<std::byte> memory(1 << 16);
+  Workspace workspace(memory);
+  const PressProfile profile({world.y, world.force, {}}, workspace);
+  const double t = 0.415;
+  const TwoZonePress found = FitTwoZones(profile, t);
+  ASSERT_TRUE(found.found);
+  const PressProfile::OuterZone outer = profile.Outer(t, profile.Below(t));
+  const double narrowest = world.y[profile.Below(t) - 3];
+  const PressProfile::TwoZones edge =
+      profile.EvaluateTwoZones({&outer, &outer}, {narrowest, narrowest},
+                               {profile.Below(narrowest), profile.Below(narrowest)});
+  EXPECT_LT(found.sum_squares_curved, 1.01 * edge.sum_squares_curved[0]);
+}
+
+TEST(TwoZonePress, FindsAPressThatGivesWayAtDepthToo) {
+  Hollow hollow;
+  hollow.outer = 300;
+  hollow.inner = 90;
+  const TwoZonePress press = Fit(MakeWorld(hollow, 0), hollow.t);
+  ASSERT_TRUE(press.found);
+  EXPECT_GT(press.outer_slope, 2 * press.inner_slope);
+}
+
+TEST(TwoZonePress, TheElbowIsWhereTheInnerPressWouldHaveEnded) {
+  const Hollow hollow;
+  const TwoZonePress press = Fit(MakeWorld(hollow, 0), hollow.t);
+  const double force_at_kink = hollow.outer * (hollow.t - hollow.s);
+  EXPECT_NEAR(press.Elbow(), hollow.s + force_at_kink / hollow.inner, 2e-3);
+}
+
+TEST(TwoZonePress, BothZonesPress) {
+  for (const double outer : {-300.0, -60.0, 10.0, 60.0}) {
+    for (const double inner : {-300.0, -60.0, 60.0}) {
+      Hollow hollow;
+      hollow.outer = outer;
+      hollow.inner = inner;
+      hollow.noise_g = 2;
+      const TwoZonePress press = Fit(MakeWorld(hollow, 1000), hollow.t);
+      EXPECT_TRUE(!press.found ||
+                  (press.inner_slope > 0 && press.outer_slope >= 0.08 * press.inner_slope))
+          << outer << ", " << inner;
+    }
+  }
+}
+
+// The force of a slope that grows from 0 to 1 evenly between u and v.
+double Ramp(double y, double u, double v) {
+  const double h = std::max(0.0, u - y);
+  const double e = std::max(0.0, v - y);
+  return (h * h - e * e) / (2 * (u - v));
+}
+
+TEST(RoundedKink, ItsSumsOfSquaresAreThoseOfPlainLeastSquares) {
+  const World world = MakeWorld({.noise_g = 3}, 1000);
+  std::vector<std::byte> memory(1 << 16);
+  Workspace workspace(memory);
+  const PressProfile profile({world.y, world.force, {}}, workspace);
+  const double t = 0.437;
+  const std::array<double, 2> u = {0.41, t};
+  const std::array<double, 2> v = {0.12, -0.1};  // from within the samples, and from beyond
+  const PressProfile::OuterZone outer = profile.Outer(t, profile.Below(t));
+  const PressProfile::TwoZones at = profile.EvaluateRounded({&outer, &outer}, u, v);
+  constexpr double kRounding = 1e-6;
+  for (std::size_t side = 0; side < u.size(); ++side) {
+    std::vector<std::vector<double>> columns(4);
+    std::vector<double> curve;
+    for (const double y : world.y) {
+      const double e = std::max(0.0, v[side] - y);
+      const double values[] = {1, y, std::max(0.0, t - y), Ramp(y, u[side], v[side])};
+      for (std::size_t i = 0; i < columns.size(); ++i) {
+        columns[i].push_back(values[i]);
+      }
+      curve.push_back(e * e);
+    }
+    EXPECT_NEAR(at.sum_squares[side], Unexplained(columns, world.force), kRounding);
+    if (v[side] > 0) {
+      columns.push_back(curve);
+      EXPECT_NEAR(at.sum_squares_curved[side], Unexplained(columns, world.force), kRounding);
+    } else {
+      EXPECT_EQ(at.sum_squares_curved[side], at.sum_squares[side]);
+    }
+  }
+}
+
+TEST(RoundedKink, ExplainsASlopeThatGrowsOverTheOuterZone) {
+  constexpr double kSearched = 0.5;  // gf^2 of 120 samples: the width is searched to a thousandth
+  World world = MakeWorld({}, 0);
+  std::vector<std::byte> memory(1 << 16);
+  for (const double rounding : {0.5, 1.0}) {
+    const Hollow place;
+    const double half = rounding * (place.t - 0.3);
+    for (std::size_t i = 0; i < world.y.size(); ++i) {
+      const double y = world.y[i];
+      world.force[i] =
+          7 + 15 * y + 40 * std::max(0.0, place.t - y) + 260 * Ramp(y, 0.3 + half, 0.3 - half);
+    }
+    Workspace workspace(memory);
+    const PressProfile profile({world.y, world.force, {}}, workspace);
+    const TwoZonePress rounded = FitTwoZones(profile, place.t, 0, kNever, rounding);
+    ASSERT_TRUE(rounded.found);
+    EXPECT_LT(rounded.sum_squares, kSearched);
+    EXPECT_GT(FitTwoZones(profile, place.t).sum_squares, 10 * kSearched);
+    EXPECT_NEAR(rounded.s, 0.3, 4e-3);
+    EXPECT_NEAR(rounded.outer_slope, 40, 1.2);
+    EXPECT_NEAR(rounded.inner_slope, 300, 9);
+  }
+}
+
+TEST(TwoZonePress, TooFewSamplesForTwoZonesAreNone) {
+  EXPECT_FALSE(Fit(MakeWorld({}, 0, 9), 0.437).found);
+  EXPECT_TRUE(Fit(MakeWorld({}, 0, 40), 0.437).found);
+}
+
+}  // namespace
+}  // namespace trammel::tap

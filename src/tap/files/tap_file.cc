@@ -1,0 +1,300 @@
+#include "tap/files/tap_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "files/json_object.h"
+#include "files/whole_file.h"
+#include "tap/files/moves_from_z.h"
+#include "tap/files/tap_csv.h"
+
+namespace trammel::files {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+using tap::Move;
+using tap::Recording;
+
+/// Ten thousand taps of a thousand samples stay below this. A number of two bytes becomes one of
+/// eight.
+constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
+/// What one JSON value may take: it needs up to eight times as much memory while it is read. More
+/// taps than fit are written as JSON lines.
+constexpr std::size_t kMaxJsonBytes = std::size_t{64} << 20;
+constexpr std::size_t kMostMoves = 1000;
+constexpr std::size_t kMostTaps = 100'000;
+
+std::string_view Trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(kBlank);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
+}
+
+/// Numbers; null stands for a sample without one.
+std::vector<double> Samples(JsonObject& object, const char* key) {
+  std::vector<double> samples;
+  for (const auto& value : object.OptionalNumbers(key, 0, kMostTapSamples)) {
+    samples.push_back(value.value_or(Recording::kUnknown));
+  }
+  return samples;
+}
+
+Result<Move> ReadMove(JsonObject object, Recording& recording) {
+  const Move move{object.Number("print_time"), object.Number("move_t"),  object.Number("start_v"),
+                  object.Number("accel"),      object.Number("start_z"), object.Number("z_r")};
+  recording.x_mm = object.OptionalNumber("start_x").value_or(recording.x_mm);
+  recording.y_mm = object.OptionalNumber("start_y").value_or(recording.y_mm);
+  if (auto read = object.Faults(); !read) return tl::unexpected(read.error());
+  return move;
+}
+
+/// The printer's own result, where it found one: the last of tap_pos = [x, y, z].
+std::optional<double> FirmwareZ(const json& object) {
+  if (object.contains("x_firmware_z_mm") && object.at("x_firmware_z_mm").is_number()) {
+    return object.at("x_firmware_z_mm").get<double>();
+  }
+  if (object.contains("is_valid") && object.at("is_valid") == json(false)) return std::nullopt;
+  if (!object.contains("tap_pos")) return std::nullopt;
+  const json& position = object.at("tap_pos");
+  if (!position.is_array() || position.size() != 3 || !position[2].is_number()) return std::nullopt;
+  return position[2].get<double>();
+}
+
+Result<Recording> ReadTap(const json& json_tap, const std::string& name, const std::string& path) {
+  JsonObject object(json_tap, name, path);
+  Recording recording;
+  for (const char* key : {"time", "force"}) {
+    if (!object.has(key)) object.Fault(key, "is missing; a tap has the lists time and force");
+  }
+  recording.time_s = Samples(object, "time");
+  recording.force_g = Samples(object, "force");
+  recording.z_mm = Samples(object, "z");
+  for (const auto& [key, values] :
+       {std::pair{"force", &recording.force_g}, std::pair{"z", &recording.z_mm}}) {
+    const bool absent = values == &recording.z_mm && values->empty();
+    if (!absent && values->size() != recording.time_s.size()) {
+      object.Fault(key, fmt::format("has {} entries and time has {}; every sample needs both",
+                                    values->size(), recording.time_s.size()));
+    }
+  }
+  const json* moves = object.OptionalList("moves", 0, kMostMoves);
+  if (auto read = object.Faults(); !read) return tl::unexpected(read.error());
+  for (std::size_t i = 0; moves != nullptr && i < moves->size(); ++i) {
+    auto move = ReadMove(object.Inner((*moves)[i], fmt::format("moves[{}]", i)), recording);
+    if (!move) return tl::unexpected(move.error());
+    recording.moves.push_back(*move);
+  }
+  recording.nozzle_temperature_c =
+      object.OptionalNumber("x_nozzle_temperature_c").value_or(Recording::kUnknown);
+  recording.firmware_z_mm = FirmwareZ(json_tap);
+  if (auto read = object.Faults(); !read) return tl::unexpected(read.error());
+  return recording;
+}
+
+/// Goes to the taps within lists and notifications, in order.
+class TapFinder {
+ public:
+  TapFinder(std::string name, std::vector<Recording>& taps) : name_(std::move(name)), taps_(taps) {}
+
+  Result<void> Find(const json& value, const std::string& path) {
+    if (value.is_array()) {
+      for (std::size_t i = 0; i < value.size(); ++i) {
+        if (auto found = Find(value[i], fmt::format("{}[{}]", path, i)); !found) return found;
+      }
+      return {};
+    }
+    if (!value.is_object()) {
+      return Fail(fmt::format("{}: {} is {}; a tap is an object with time and force", name_,
+                              path.empty() ? "the file's content" : path, Show(value)));
+    }
+    for (const char* inner : {"params", "tap", "taps"}) {
+      if (value.contains(inner)) {
+        return Find(value.at(inner), path.empty() ? inner : path + "." + inner);
+      }
+    }
+    return Add(value, path);
+  }
+
+ private:
+  Result<void> Add(const json& value, const std::string& path) {
+    // What a printer answers to a subscription stands before the taps.
+    if (!value.contains("time") && !value.contains("force") &&
+        (value.contains("result") || value.contains("header"))) {
+      return {};
+    }
+    if (taps_.size() >= kMostTaps) {
+      return Fail(fmt::format("{}: has more than {} taps; split it", name_, kMostTaps));
+    }
+    auto tap = ReadTap(value, name_, path);
+    if (!tap) return tl::unexpected(tap.error());
+    taps_.push_back(std::move(*tap));
+    return {};
+  }
+
+  std::string name_;
+  std::vector<Recording>& taps_;
+};
+
+Result<void> CheckPiece(std::uintmax_t bytes, const std::string& name) {
+  if (bytes <= kMaxJsonBytes) return {};
+  return Fail(
+      fmt::format("{}: is {} MB of JSON in one piece and at most {} MB are read; write "
+                  "one tap per line (JSON lines)",
+                  name, bytes >> 20, kMaxJsonBytes >> 20));
+}
+
+Result<void> ParseValue(std::string_view text, const std::string& name,
+                        std::vector<Recording>& taps) {
+  if (auto fits = CheckPiece(text.size(), name); !fits) return fits;
+  const auto root = ParseJson(text, name);
+  if (!root) {
+    return Fail(fmt::format("{}. Was the file cut off, or does it hold NaN, which is not JSON?",
+                            root.error().message));
+  }
+  return TapFinder(name, taps).Find(*root, "");
+}
+
+/// Whether the first line is a value of its own and others follow.
+bool IsJsonLines(std::string_view text) {
+  const std::size_t end = text.find('\n');
+  if (end == std::string_view::npos || end > kMaxJsonBytes) return false;
+  return json::accept(text.substr(0, end));
+}
+
+Result<void> ParseLines(std::string_view text, const std::string& name,
+                        std::vector<Recording>& taps) {
+  std::size_t line = 0;
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    const std::string_view piece = Trimmed(text.substr(0, end));
+    text = end == std::string_view::npos ? std::string_view{} : text.substr(end + 1);
+    ++line;
+    if (piece.empty()) continue;
+    if (auto read = ParseValue(piece, fmt::format("{} line {}", name, line), taps); !read) {
+      return read;
+    }
+  }
+  return {};
+}
+
+/// What can be said of a tap before it is analysed.
+void Complete(Recording& recording) {
+  if (recording.moves.empty() && !recording.z_mm.empty()) {
+    recording.moves = MovesFromZ(recording.time_s, recording.z_mm);
+    recording.notices.push_back(
+        recording.moves.empty()
+            ? "moves are missing and z does not show one descent, a rest and one rise"
+            : "moves were derived from z; when the head accelerated is known to one sample");
+  }
+}
+
+void Name(std::vector<Recording>& taps, const std::string& name) {
+  for (std::size_t i = 0; i < taps.size(); ++i) {
+    taps[i].name = taps.size() == 1 ? name : fmt::format("{} tap {}", name, i + 1);
+    Complete(taps[i]);
+  }
+}
+
+Result<std::vector<Recording>> ReadCsv(const std::filesystem::path& file, std::string_view text) {
+  auto recording = ParseTapCsv(text, file.string());
+  if (!recording) return tl::unexpected(recording.error());
+  std::filesystem::path moves = file;
+  moves.replace_extension(".moves.csv");
+  std::error_code ignored;
+  if (std::filesystem::exists(moves, ignored)) {
+    const auto table = ReadNamedFile(moves, kMaxJsonBytes);
+    if (!table) return tl::unexpected(table.error());
+    if (auto read = ParseMovesCsv(*table, moves.string(), *recording); !read) {
+      return tl::unexpected(read.error());
+    }
+  }
+  std::vector<Recording> taps;
+  taps.push_back(std::move(*recording));
+  Name(taps, file.string());
+  return taps;
+}
+
+bool IsJson(std::string_view text, const std::filesystem::path& file) {
+  const std::string_view start = Trimmed(text.substr(0, 4096));
+  const std::size_t mark = start.starts_with("\xEF\xBB\xBF") ? 3 : 0;
+  const bool begins = start.size() > mark && (start[mark] == '{' || start[mark] == '[');
+  return begins || file.extension() == ".json" || file.extension() == ".jsonl";
+}
+
+/// Refuses JSON in one piece that is too large by its beginning, before the rest is read.
+Result<void> CheckSize(const std::filesystem::path& file) {
+  std::error_code unknown;
+  const std::uintmax_t size = std::filesystem::file_size(file, unknown);
+  if (unknown || size <= kMaxJsonBytes) return {};
+  std::ifstream stream(file, std::ios::binary);
+  std::string head(kMaxJsonBytes, '\0');
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(stream.gcount()));
+  const std::string_view start = Trimmed(head);
+  if (!IsJson(start, file) || IsJsonLines(start)) return {};
+  return CheckPiece(size, file.string());
+}
+
+ordered_json Numbers(const std::vector<double>& values) {
+  ordered_json list = ordered_json::array();
+  for (const double value : values) {
+    list.push_back(std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr));
+  }
+  return list;
+}
+
+}  // namespace
+
+Result<std::vector<Recording>> ParseTaps(std::string_view text, const std::string& name) {
+  text = Trimmed(text);
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  std::vector<Recording> taps;
+  auto read = IsJsonLines(text) ? ParseLines(text, name, taps) : ParseValue(text, name, taps);
+  if (!read) return tl::unexpected(read.error());
+  if (taps.empty()) {
+    return Fail(
+        fmt::format("{}: holds no tap; a tap is an object with time, force and moves", name));
+  }
+  Name(taps, name);
+  return taps;
+}
+
+Result<std::vector<Recording>> ReadTaps(const std::filesystem::path& file) {
+  if (auto fits = CheckSize(file); !fits) return tl::unexpected(fits.error());
+  const auto text = ReadWholeFile(file, kMaxBytes);
+  if (!text) return tl::unexpected(text.error());
+  if (Trimmed(std::string_view(*text).substr(0, 4096)).empty()) {
+    return Fail(
+        fmt::format("{}: is empty; it must hold taps as JSON, JSON lines or CSV", file.string()));
+  }
+  if (IsJson(*text, file)) return ParseTaps(*text, file.string());
+  return ReadCsv(file, *text);
+}
+
+std::string FormatTap(const Recording& recording) {
+  ordered_json object{{"time", Numbers(recording.time_s)}, {"force", Numbers(recording.force_g)}};
+  if (!recording.z_mm.empty()) object["z"] = Numbers(recording.z_mm);
+  ordered_json& moves = object["moves"] = ordered_json::array();
+  for (const Move& move : recording.moves) {
+    ordered_json entry{{"print_time", move.start_time_s},     {"move_t", move.duration_s},
+                       {"start_v", move.start_velocity_mm_s}, {"accel", move.acceleration_mm_s2},
+                       {"start_z", move.start_z_mm},          {"z_r", move.z_direction}};
+    if (std::isfinite(recording.x_mm)) entry["start_x"] = recording.x_mm;
+    if (std::isfinite(recording.y_mm)) entry["start_y"] = recording.y_mm;
+    moves.push_back(std::move(entry));
+  }
+  if (recording.firmware_z_mm) object["x_firmware_z_mm"] = *recording.firmware_z_mm;
+  if (std::isfinite(recording.nozzle_temperature_c)) {
+    object["x_nozzle_temperature_c"] = recording.nozzle_temperature_c;
+  }
+  return object.dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace trammel::files

@@ -1,0 +1,195 @@
+#include "tap/judge/quality.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trammel::tap {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kAngleScale_s_g = 0.1 / 25;  // 25 gf = 0.1 s: as published
+constexpr double kMostApproach = 0.5;
+constexpr double kMostDeparture = 0.25;
+constexpr double kMostBaseline = 0.25;
+constexpr double kMostDwell = 0.75;
+// A pull shows in means over this part of the pull-back: short beside what ooze takes to let go
+// (tens of um), long beside a sample.
+constexpr double kPullMean = 0.04;
+constexpr std::size_t kLeastOfMean = 3;
+// Of the press, between the first and the last sample of the line found for the compression; also
+// so many deviations of noise. Two samples of a press of five show a fifth.
+constexpr double kResolvedRise = 0.15;
+constexpr double kResolvedNoise = 4;
+// Scatter about that line, of its rise: 0.07 for a parabola, 0.4 and more for a step at its end.
+constexpr double kResolvedScatter = 0.25;
+// Samples before the halt that may have been pressed already, where no line shows it.
+constexpr std::size_t kMaybePressed = 4;
+
+void MeasureBaselines(const TapLines& lines, TapShape& shape) {
+  const double difference_g = lines.let_go.force_g - lines.touch.force_g;
+  // Drift explains what both baselines do, no more than the slower of them.
+  const double slow = std::abs(lines.approach.slope_g_s) < std::abs(lines.departure.slope_g_s)
+                          ? lines.approach.slope_g_s
+                          : lines.departure.slope_g_s;
+  const bool same_way = lines.approach.slope_g_s * lines.departure.slope_g_s > 0;
+  const double drifted_g = same_way ? slow * (lines.let_go.time_s - lines.touch.time_s) : 0;
+  const bool explains = drifted_g * difference_g > 0;
+  const double rest_g = std::abs(difference_g) - (explains ? std::abs(drifted_g) : 0);
+  shape.unexplained_baseline_g = std::max(0.0, rest_g);
+  shape.baseline_ratio = std::abs(difference_g) / shape.compression_g;
+}
+
+// Against a line through the last half of what follows the break, where the nozzle hangs free: a
+// line, so that drift does not pass for a pull. How much a mean scatters is taken from the means of
+// that half themselves, for noise is seldom white.
+void MeasurePull(const CleanTap& clean, const TapLines& lines, double width_s, TapShape& shape) {
+  const Samples& samples = clean.samples;
+  const std::size_t n = samples.size();
+  // From the middle of the press on: ooze may put the elbow behind its own pull.
+  const std::size_t first = (lines.decompression_first + lines.break_at) / 2;
+  if (!(clean.period_s > 0) || n < lines.break_at) {
+    return;
+  }
+  const auto length =
+      std::max(kLeastOfMean, static_cast<std::size_t>(kPullMean * width_s / clean.period_s));
+  if (n < lines.break_at + 6 * length) {
+    return;
+  }
+  const std::size_t free_first = n - (n - lines.break_at) / 2;
+  const LineFit free = FitLine(samples, free_first, n);
+  const auto missing_g = [&](std::size_t i) {
+    return lines.press_sign * (free.Force(samples.time_s[i]) - samples.force_g[i]);
+  };
+  const auto mean_of = static_cast<double>(length);
+  double sum = 0;
+  std::size_t i = first;
+  for (; i < first + length; ++i) {
+    sum += missing_g(i);
+  }
+  double most = std::max(0.0, sum);
+  for (; i + 1 < free_first + length; ++i) {
+    sum += missing_g(i) - missing_g(i - length);
+    most = std::max(most, sum);
+  }
+  double squares = 0;
+  for (; i < n; ++i) {
+    sum += missing_g(i) - missing_g(i - length);
+    squares += sum * sum;
+  }
+  shape.pull_g = most / mean_of;
+  const auto means = static_cast<double>(n - free_first - length + 1);
+  const double reach_s = lines.let_go.time_s - free.mean_time_s;
+  const double of_line_g =
+      free.Noise() * std::sqrt(1 / static_cast<double>(free.count) +
+                               reach_s * reach_s / std::max(free.time_spread_s2, 1e-12));
+  const double of_mean_g =
+      std::max(std::sqrt(squares / means) / mean_of, free.Noise() / std::sqrt(mean_of));
+  shape.pull_noise_g = std::hypot(of_line_g, of_mean_g);
+}
+
+// On a fast approach or with a slow converter the press happens between two samples, and no line
+// runs through it: what is found for one is flat.
+bool IsCollisionResolved(const CleanTap& clean, const TapLines& lines) {
+  if (!lines.has_collision || lines.compression.count < 2) {
+    return false;
+  }
+  const auto& times = clean.samples.time_s;
+  const double risen_g = lines.press_sign * (lines.compression.Force(times[lines.dwell_first - 1]) -
+                                             lines.compression.Force(times[lines.collision]));
+  return risen_g > kResolvedRise * std::abs(clean.dwell_g - clean.departure_g) &&
+         risen_g > kResolvedNoise * clean.noise_g &&
+         lines.compression.Noise() < kResolvedScatter * risen_g &&
+         lines.touch.time_s > times[lines.approach_first] &&
+         lines.touch.time_s < lines.press_end.time_s;
+}
+
+// The score then takes the halt for the collision, with all samples before and after it.
+void TakeHaltForCollision(const CleanTap& clean, const TapMotion& motion, TapLines& lines) {
+  const double halt_s = motion.approach_end_s - clean.origin_s;
+  const std::size_t halt = IndexAt(clean.samples.time_s, halt_s);
+  const std::size_t before = std::max(lines.approach_first + kMaybePressed, halt) - kMaybePressed;
+  lines.approach = FitLine(clean.samples, lines.approach_first, before);
+  lines.dwell = FitLine(clean.samples, std::min(halt + 1, lines.pull_back), lines.pull_back);
+  lines.touch = {halt_s, lines.approach.Force(halt_s), 0};
+  lines.press_end = {halt_s, lines.dwell.Force(halt_s), 0};
+  lines.dwell_end = Intersect(lines.dwell, lines.upper);
+}
+
+// A line through a force that decays misses its peak. Means of three samples, so that one stray
+// sample makes no peak.
+double LostAtRest(const CleanTap& clean, const TapLines& lines) {
+  const auto& force_g = clean.samples.force_g;
+  if (lines.pull_back < lines.collision + kLeastOfMean + 1) {
+    return kNone;
+  }
+  const auto sign = static_cast<float>(lines.press_sign);
+  const auto sum_of_three = [&](std::size_t i) {
+    return sign * (force_g[i - 1] + force_g[i] + force_g[i + 1]);
+  };
+  const auto above_g = [&](float sum) { return sum / 3.0 - lines.press_sign * clean.approach_g; };
+  const std::size_t last = lines.pull_back - 2;
+  float peak = sum_of_three(last);
+  for (std::size_t i = std::max<std::size_t>(lines.collision, 1); i < last; ++i) {
+    peak = std::max(peak, sum_of_three(i));
+  }
+  return 1 - above_g(sum_of_three(last)) / std::max(0.0, above_g(peak));
+}
+
+double Ratio(double value, double most) {
+  const double size = std::abs(value);
+  return size <= most ? size : 1;  // NaN counts as beyond
+}
+
+}  // namespace
+
+TapShape MeasureShape(const CleanTap& clean, const TapMotion& motion, const TapLines& found) {
+  TapLines lines = found;
+  const bool resolved = IsCollisionResolved(clean, lines);
+  if (lines.has_collision && !resolved) {
+    TakeHaltForCollision(clean, motion, lines);
+  }
+  TapShape shape;
+  shape.approach_ratio = shape.departure_ratio = shape.baseline_ratio = shape.dwell_ratio = kNone;
+  shape.lost_ratio = shape.compression_g = shape.decompression_g = shape.decompression_rad = kNone;
+  shape.unexplained_baseline_g = shape.press_depth_mm = shape.touch_depth_mm = kNone;
+  if (!lines.has_break) {
+    return shape;
+  }
+  const double width_s = motion.pull_back_end_s - motion.pull_back_start_s;
+  shape.decompression_rad = std::atan(std::abs(lines.whole.slope_g_s) * kAngleScale_s_g);
+  shape.press_depth_mm = motion.Z(clean.origin_s + lines.let_go.time_s) - motion.halt_z_mm;
+  MeasurePull(clean, lines, width_s, shape);
+  if (!lines.has_collision) {
+    return shape;
+  }
+  const double start_s = clean.samples.time_s[lines.approach_first];
+  shape.compression_g = std::abs(lines.press_end.force_g - lines.touch.force_g);
+  shape.decompression_g = std::abs(lines.dwell_end.force_g - lines.let_go.force_g);
+  shape.approach_ratio =
+      std::abs(lines.touch.force_g - lines.approach.Force(start_s)) / shape.compression_g;
+  shape.departure_ratio =
+      std::abs(lines.departure.Force(width_s) - lines.let_go.force_g) / shape.compression_g;
+  shape.dwell_ratio =
+      std::abs(lines.press_end.force_g - lines.dwell_end.force_g) / shape.compression_g;
+  MeasureBaselines(lines, shape);
+  shape.lost_ratio = LostAtRest(clean, lines);
+  if (resolved) {
+    shape.touch_depth_mm = motion.Z(clean.origin_s + lines.touch.time_s) - motion.halt_z_mm;
+  }
+  return shape;
+}
+
+double Score(const TapShape& shape, double calibrated_angle_rad) {
+  if (std::isnan(shape.compression_g)) {
+    return kNone;
+  }
+  const double angle = std::isnan(calibrated_angle_rad)
+                           ? 0
+                           : std::abs(shape.decompression_rad / calibrated_angle_rad - 1);
+  return 100 * (1 - Ratio(shape.approach_ratio, kMostApproach)) *
+         (1 - Ratio(shape.departure_ratio, kMostDeparture)) *
+         (1 - Ratio(shape.baseline_ratio, kMostBaseline)) *
+         (1 - Ratio(shape.dwell_ratio, kMostDwell)) * std::max(0.0, 1 - angle);
+}
+
+}  // namespace trammel::tap

@@ -1,0 +1,56 @@
+// The figures of taps, after the plots of the write-up (docs/tap.md): the published decomposition
+// in orange, trammel's contact in green.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "document/figure.h"
+#include "tap/ensemble/ensemble.h"
+#include "tap/report/tap_json.h"
+#include "tap/samples/noise_spectrum.h"
+
+namespace trammel::report {
+
+/// The published method with one root cause of bad taps switched back on (tap::TwoLineOptions).
+struct RootCause {
+  std::string name;
+  tap::TapAnalysis analysis;
+};
+
+/// One tap as both methods read it.
+struct PlottedTap {
+  tap::Recording recording;
+  tap::TapAnalysis contact;
+  tap::TapAnalysis two_line;
+  double latency_s = 0;                     ///< That both took into account.
+  std::vector<RootCause> root_causes = {};  ///< For BeforeAfterFigure; may be empty.
+};
+
+// None names an answer unless its verdict is good. No input makes them fail: no samples, unsorted
+// times, values that are not finite and absurd moves are shown as far as they go.
+
+/// "tap": force against time with the points and lines of both methods; force against height around
+/// the break with the fit and its interval, whole and enlarged; what the fit leaves.
+[[nodiscard]] Figure TapFigure(const PlottedTap& tap);
+
+/// "before-after": the published method with and without each root cause, a row of panels each.
+/// Nothing without moves or root causes.
+[[nodiscard]] std::optional<Figure> BeforeAfterFigure(const PlottedTap& tap);
+
+/// "series": contact height tap after tap, with the intervals, outliers, drift and, where it is
+/// known, the printer's own result. Nothing without two good taps.
+[[nodiscard]] std::optional<Figure> SeriesFigure(std::span<const PlottedTap> taps,
+                                                 const tap::Ensemble& ensemble);
+
+/// "mesh": heights over the bed, and where every tap was refused. Nothing with fewer than three
+/// places that have a height.
+[[nodiscard]] std::optional<Figure> MeshFigure(std::span<const PlottedTap> taps,
+                                               const tap::Ensemble& ensemble);
+
+/// "noise": amplitude against frequency, with its lines named. Nothing without frequencies.
+[[nodiscard]] std::optional<Figure> NoiseFigure(const tap::NoiseSpectrum& spectrum);
+
+}  // namespace trammel::report

@@ -1,0 +1,124 @@
+#include "tap/report/tap_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include "document/json_number.h"
+#include "tap/samples/finding.h"
+#include "tap/two_line/corner_name.h"
+
+namespace trammel::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kFormat = 1;
+constexpr int kIndent = 2;
+
+Json Points(const tap::TapAnalysis& analysis) {
+  Json points = Json::array();
+  for (const tap::Point& point : analysis.Points()) {
+    points.push_back({{"corner", tap::Name(point.corner)},
+                      {"time_s", Number(point.time_s)},
+                      {"z_mm", Number(point.z_mm)},
+                      {"force_g", Number(point.force_g)}});
+  }
+  return points;
+}
+
+std::string Reason(const AnalysedTap& tap) {
+  if (!tap.unread.empty()) return tap.unread;
+  return tap.analysis.verdict == Verdict::kGood ? "" : tap::Explain(tap.analysis.reason);
+}
+
+Json Object(const AnalysedTap& tap) {
+  const tap::TapAnalysis& analysis = tap.analysis;
+  const bool good = analysis.verdict == Verdict::kGood;
+  const auto if_good = [&](double value) { return good ? Number(value) : Json(nullptr); };
+  Json notices = Json::array();
+  Json codes = Json::array();
+  for (const tap::Finding& notice : analysis.Notices()) {
+    notices.push_back(tap::Explain(notice));
+    codes.push_back(tap::Name(notice.code));
+  }
+  for (const std::string& notice : tap.recording.notices) notices.push_back(notice);
+  Json object = Json::object();
+  object["format"] = kFormat;
+  object["source"] = tap.recording.name;
+  object["verdict"] = ToString(analysis.verdict);
+  object["reason"] = Reason(tap);
+  object["reason_code"] = good                 ? Json(nullptr)
+                          : tap.unread.empty() ? Json(tap::Name(analysis.reason.code))
+                                               : Json("unread");
+  object["contact_z_mm"] = if_good(analysis.contact_z_mm);
+  object["standard_uncertainty_mm"] = if_good(analysis.standard_uncertainty_mm);
+  object["interval95_mm"] =
+      good ? Json{Number(analysis.interval95_mm.lo), Number(analysis.interval95_mm.hi)}
+           : Json(nullptr);
+  object["contact_time_s"] = if_good(analysis.contact_time_s);
+  object["latency_s"] = if_good(analysis.latency_s);
+  object["latency_uncertainty_s"] = if_good(analysis.latency_uncertainty_s);
+  object["method"] = tap::ToString(analysis.method);
+  object["quality"] = Number(analysis.quality);
+  object["noise_g"] = Number(analysis.noise_g);
+  object["x_mm"] = Number(tap.recording.x_mm);
+  object["y_mm"] = Number(tap.recording.y_mm);
+  object["firmware_z_mm"] =
+      tap.recording.firmware_z_mm ? Number(*tap.recording.firmware_z_mm) : Json(nullptr);
+  object["points"] = Points(analysis);
+  object["notices"] = std::move(notices);
+  object["notice_codes"] = std::move(codes);
+  return object;
+}
+
+Json List(std::span<const AnalysedTap> taps) {
+  Json list = Json::array();
+  for (const AnalysedTap& tap : taps) list.push_back(Object(tap));
+  return list;
+}
+
+Json Trend(const std::optional<tap::Trend>& trend, const char* unit) {
+  if (!trend) return nullptr;
+  return {{"unit", unit},
+          {"slope", Number(trend->slope)},
+          {"standard_uncertainty", Number(trend->standard_uncertainty)},
+          {"interval95", {Number(trend->interval95.lo), Number(trend->interval95.hi)}},
+          {"significant", trend->significant}};
+}
+
+Json Object(const tap::Ensemble& ensemble) {
+  Json places = Json::array();
+  for (const tap::Place& place : ensemble.places) {
+    places.push_back({{"x_mm", Number(place.x_mm)},
+                      {"y_mm", Number(place.y_mm)},
+                      {"taps", place.taps},
+                      {"z_mm", Number(place.z_mm)},
+                      {"standard_uncertainty_mm", Number(place.standard_uncertainty_mm)}});
+  }
+  return {{"taps", ensemble.taps},
+          {"good", ensemble.good},
+          {"used", ensemble.used},
+          {"outliers", ensemble.outliers},
+          {"range_mm", Number(ensemble.range_mm)},
+          {"standard_deviation_mm", Number(ensemble.standard_deviation_mm)},
+          {"mean_step_mm", Number(ensemble.mean_step_mm)},
+          {"predicted_deviation_mm", Number(ensemble.predicted_deviation_mm)},
+          {"drift_with_time", Trend(ensemble.with_time, "mm/s")},
+          {"drift_with_temperature", Trend(ensemble.with_temperature, "mm/degC")},
+          {"places", std::move(places)}};
+}
+
+std::string Text(const Json& json) {
+  return json.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::string ToJson(const AnalysedTap& tap) { return Text(Object(tap)); }
+
+std::string ToJson(std::span<const AnalysedTap> taps) { return Text(List(taps)); }
+
+std::string ToJson(std::span<const AnalysedTap> taps, const tap::Ensemble& ensemble) {
+  return Text({{"format", kFormat}, {"taps", List(taps)}, {"ensemble", Object(ensemble)}});
+}
+
+}  // namespace trammel::report

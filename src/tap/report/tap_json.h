@@ -1,0 +1,30 @@
+// What was found in taps, as JSON.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "tap/ensemble/ensemble.h"
+#include "tap/samples/recording.h"
+#include "tap/samples/tap.h"
+
+namespace trammel::report {
+
+/// A tap as recorded, with what was found in it.
+struct AnalysedTap {
+  tap::Recording recording;
+  tap::TapAnalysis analysis;
+  std::string unread;  ///< Why the file could not be read, in its place in a list; else empty.
+};
+
+/// One object (docs/formats.md), ended by a newline. Its three numbers are null unless the verdict
+/// is good.
+[[nodiscard]] std::string ToJson(const AnalysedTap& tap);
+
+/// A list of such objects, in the same order.
+[[nodiscard]] std::string ToJson(std::span<const AnalysedTap> taps);
+
+/// One object: `taps`, that list, and `ensemble`, what they say together.
+[[nodiscard]] std::string ToJson(std::span<const AnalysedTap> taps, const tap::Ensemble& ensemble);
+
+}  // namespace trammel::report

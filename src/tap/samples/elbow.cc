@@ -1,0 +1,205 @@
+#include "tap/samples/elbow.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace trammel::tap {
+namespace {
+
+/// Sums over a stretch, of times and forces from its own middle.
+struct Sums {
+  double n = 0, t = 0, tt = 0, f = 0, tf = 0, ff = 0;
+};
+
+// Runs over a stretch in the frame of its own middle, where little cancels.
+struct Frame {
+  double time_s;
+  double force_g;
+};
+
+Frame MiddleOf(const Samples& samples, std::size_t first, std::size_t end) {
+  const std::size_t middle = (first + end) / 2;
+  return {samples.time_s[middle], samples.force_g[middle]};
+}
+
+void Add(Sums& sums, double t, double f) {
+  sums.n += 1;
+  sums.t += t;
+  sums.tt += t * t;
+  sums.f += f;
+  sums.tf += t * f;
+  sums.ff += f * f;
+}
+
+Sums Total(const Samples& samples, std::size_t first, std::size_t end, const Frame& frame) {
+  // Four runs side by side: one addition need not wait for the one before it, and the processor
+  // takes several in one instruction.
+  constexpr std::size_t kRuns = 4;
+  std::array<double, kRuns> t{};
+  std::array<double, kRuns> tt{};
+  std::array<double, kRuns> f{};
+  std::array<double, kRuns> tf{};
+  std::array<double, kRuns> ff{};
+  std::size_t i = first;
+  for (; i + kRuns <= end; i += kRuns) {
+    const float* const times = samples.time_s.data() + i;
+    const float* const forces = samples.force_g.data() + i;
+    for (std::size_t k = 0; k < kRuns; ++k) {
+      const double time = times[k] - frame.time_s;
+      const double force = forces[k] - frame.force_g;
+      t[k] += time;
+      tt[k] += time * time;
+      f[k] += force;
+      tf[k] += time * force;
+      ff[k] += force * force;
+    }
+  }
+  Sums sum;
+  for (std::size_t k = 0; k < kRuns; ++k) {
+    sum.t += t[k], sum.tt += tt[k], sum.f += f[k], sum.tf += tf[k], sum.ff += ff[k];
+  }
+  sum.n = static_cast<double>(i - first);
+  for (; i < end; ++i) {
+    Add(sum, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
+  }
+  return sum;
+}
+
+// Below what any two times differ by in single precision; repeated times leave no spread, a cross
+// sum of rounding only, and so a level without slope.
+constexpr double kLeastSpread_s2 = 1e-18;
+// Splits are judged a block at a time, so that the processor takes several in one instruction.
+constexpr std::size_t kBlock = 16;
+
+struct LeftSums {
+  std::array<double, kBlock> n{}, t{}, tt{}, f{}, tf{};
+};
+
+struct Whole {
+  double n, tt, tf;
+};
+
+// What two lines explain of the force's sum of squares at each split: the largest leaves the least.
+// A line explains (f^2 + (n tf - t f)^2 / (n tt - t^2)) / n; both together over one divisor.
+void Explain(const LeftSums& left, const Whole& whole, std::array<double, kBlock>& explained) {
+  for (std::size_t k = 0; k < kBlock; ++k) {
+    const double n = left.n[k];
+    const double m = whole.n - n;
+    const double tt = left.t[k] * left.t[k];
+    const double tf = left.t[k] * left.f[k];
+    const double ff = left.f[k] * left.f[k];
+    const double left_spread = n * left.tt[k] - tt;
+    const double right_spread = m * (whole.tt - left.tt[k]) - tt;
+    const double left_cross = n * left.tf[k] - tf;
+    const double right_cross = m * (whole.tf - left.tf[k]) - tf;
+    const double a = left_spread > kLeastSpread_s2 ? left_spread : kLeastSpread_s2;
+    const double b = right_spread > kLeastSpread_s2 ? right_spread : kLeastSpread_s2;
+    const double p = left_cross * left_cross;
+    const double q = right_cross * right_cross;
+    const double na = n * a;
+    const double mb = m * b;
+    explained[k] = (p * mb + q * na + ff * whole.n * (a * b)) / (na * mb);
+  }
+}
+
+}  // namespace
+
+std::size_t IndexAt(std::span<const float> time_s, double at_s) {
+  if (time_s.empty()) {
+    return 0;
+  }
+  // Halves the stretch without branches: which half it is nobody can predict.
+  const auto at = static_cast<float>(at_s);
+  const float* from = time_s.data();
+  std::size_t left = time_s.size();
+  while (left > 1) {
+    const std::size_t half = left / 2;
+    from += from[half - 1] < at ? half : 0;
+    left -= half;
+  }
+  return static_cast<std::size_t>(from - time_s.data()) + (*from < at ? 1 : 0);
+}
+
+double LineFit::Noise() const {
+  return count > 2 ? std::sqrt(residual_g2 / static_cast<double>(count - 2)) : 0;
+}
+
+LineFit FitLine(const Samples& samples, std::size_t first, std::size_t end) {
+  LineFit line;
+  if (first >= end) {
+    return line;
+  }
+  const Frame frame = MiddleOf(samples, first, end);
+  const Sums sum = Total(samples, first, end, frame);
+  line.count = end - first;
+  line.mean_time_s = frame.time_s + sum.t / sum.n;
+  line.mean_force_g = frame.force_g + sum.f / sum.n;
+  line.time_spread_s2 = std::max(0.0, sum.tt - sum.t * sum.t / sum.n);
+  // What rounding leaves of equal times must not pass for a spread.
+  const bool has_slope = line.time_spread_s2 > 1e-12 * sum.tt && line.time_spread_s2 > 0;
+  const double cross = sum.tf - sum.t * sum.f / sum.n;
+  line.slope_g_s = has_slope ? cross / line.time_spread_s2 : 0;
+  line.residual_g2 = std::max(0.0, sum.ff - sum.f * sum.f / sum.n - line.slope_g_s * cross);
+  return line;
+}
+
+std::size_t FindElbow(const Samples& samples, std::size_t first, std::size_t end,
+                      std::size_t least) {
+  if (end < first + 2 * least) {
+    return end;
+  }
+  Frame frame = MiddleOf(samples, first, end);
+  const Sums raw = Total(samples, first, end, frame);
+  frame.time_s += raw.t / raw.n;
+  frame.force_g += raw.f / raw.n;
+  // About their means, where the sums of times and of forces are 0 and those of the right line are
+  // the negatives of the left one's.
+  const Whole whole = {raw.n, raw.tt - raw.t * raw.t / raw.n, raw.tf - raw.t * raw.f / raw.n};
+  Sums left;
+  std::size_t i = first;
+  for (; i + 1 < first + least; ++i) {
+    Add(left, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
+  }
+  std::size_t elbow = end;
+  double most = -1;
+  LeftSums lefts;
+  std::array<double, kBlock> explained;
+  while (i + least < end) {
+    const std::size_t count = std::min(kBlock, end - least - i);
+    for (std::size_t k = 0; k < count; ++k, ++i) {
+      Add(left, samples.time_s[i] - frame.time_s, samples.force_g[i] - frame.force_g);
+      lefts.n[k] = left.n, lefts.t[k] = left.t, lefts.tt[k] = left.tt;
+      lefts.f[k] = left.f, lefts.tf[k] = left.tf;
+    }
+    Explain(lefts, whole, explained);  // beyond count: of what was there before, not looked at
+    for (std::size_t k = 0; k < count; ++k) {
+      if (explained[k] > most) {
+        most = explained[k];
+        elbow = i - count + k + 1;
+      }
+    }
+  }
+  return elbow;
+}
+
+Crossing Intersect(const LineFit& left, const LineFit& right) {
+  const double slope = left.slope_g_s - right.slope_g_s;
+  // From the middle between both centroids, where differences are small.
+  const double origin = 0.5 * (left.mean_time_s + right.mean_time_s);
+  Crossing crossing;
+  crossing.time_s = origin + (right.Force(origin) - left.Force(origin)) / slope;
+  crossing.force_g = right.Force(crossing.time_s);
+  double variance_g2 = 0;
+  for (const LineFit* line : {&left, &right}) {
+    const double reach = crossing.time_s - line->mean_time_s;
+    const double noise = line->Noise();
+    variance_g2 += noise * noise *
+                   (1.0 / static_cast<double>(std::max<std::size_t>(line->count, 1)) +
+                    (line->time_spread_s2 > 0 ? reach * reach / line->time_spread_s2 : 0));
+  }
+  crossing.standard_uncertainty_s = std::sqrt(variance_g2) / std::abs(slope);
+  return crossing;
+}
+
+}  // namespace trammel::tap

@@ -1,0 +1,143 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "tap/analyse/analyse.h"
+#include "tap/samples/finding.h"
+
+namespace trammel::tap {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+struct Recording {
+  std::vector<double> time_s;
+  std::vector<double> force_g;
+  std::vector<Move> moves;
+  [[nodiscard]] TapView View() const { return {time_s, force_g, moves}; }
+};
+
+// Approach from 1 mm at 2 mm/s to -45 um, dwell, pull-back at 0.32 mm/s; 3500 gf/mm below 0.
+Recording CleanTap() {
+  Recording tap;
+  tap.moves = {{0, 0.5225, 2, 0, 1, -1},
+               {0.5225, 0, 0, 0, -0.045, 0},
+               {0.9, 0.001, 0, 320, -0.045, 1},
+               {0.901, 0.3, 0.32, 0, -0.04484, 1},
+               {1.201, 0.001, 0.32, -320, 0.05116, 1}};
+  for (int i = 0; i < 416; ++i) {
+    const double time_s = 0.1 + i / 320.0;
+    const double z = time_s < 0.5225  ? 1 - 2 * time_s
+                     : time_s < 0.901 ? -0.045
+                     : time_s < 1.201 ? -0.04484 + 0.32 * (time_s - 0.901)
+                                      : 0.0513;
+    tap.time_s.push_back(time_s);
+    tap.force_g.push_back(100 + 3500 * std::max(0.0, -z));
+  }
+  return tap;
+}
+
+FindingCode ReasonFor(const Recording& tap) {
+  TapAnalyser analyser({});
+  const TapAnalysis analysis = analyser.Analyse(tap.View());
+  EXPECT_FALSE(Explain(analysis.reason).empty());
+  if (analysis.verdict != Verdict::kGood) {
+    EXPECT_TRUE(std::isnan(analysis.contact_z_mm));
+    EXPECT_TRUE(std::isnan(analysis.interval95_mm.lo));
+  }
+  return analysis.reason.code;
+}
+
+TEST(TapInput, ACleanTapHasItsContact) {
+  const Recording tap = CleanTap();
+  TapAnalyser analyser({});
+  const TapAnalysis analysis = analyser.Analyse(tap.View());
+  ASSERT_EQ(analysis.verdict, Verdict::kGood);
+  EXPECT_NEAR(analysis.contact_z_mm, 0, 1e-5);
+}
+
+TEST(TapInput, NothingAndNextToNothingIsRefused) {
+  Recording tap = CleanTap();
+  tap.time_s.clear();
+  tap.force_g.clear();
+  EXPECT_EQ(ReasonFor(tap), FindingCode::kNoSamples);
+  tap.time_s = {0.1};
+  tap.force_g = {1};
+  EXPECT_EQ(ReasonFor(tap), FindingCode::kNoSamples);
+  EXPECT_EQ(ReasonFor({}), FindingCode::kNoSamples);
+}
+
+TEST(TapInput, TimesAndForcesOfDifferentNumberAreRefused) {
+  Recording tap = CleanTap();
+  tap.force_g.resize(10);
+  EXPECT_EQ(ReasonFor(tap), FindingCode::kNoSamples);
+}
+
+TEST(TapInput, TimesOutOfOrderAreRefused) {
+  Recording tap = CleanTap();
+  std::swap(tap.time_s[200], tap.time_s[201]);
+  EXPECT_EQ(ReasonFor(tap), FindingCode::kUnsortedTimes);
+}
+
+TEST(TapInput, RepeatedTimesAreBorne) {
+  Recording tap = CleanTap();
+  std::fill(tap.time_s.begin(), tap.time_s.end(), tap.time_s[250]);
+  EXPECT_NE(ReasonFor(tap), FindingCode::kNone);
+}
+
+TEST(TapInput, NumbersThatAreNoneAreRefused) {
+  for (const double bad : {kNan, std::numeric_limits<double>::infinity(), 1e300}) {
+    Recording tap = CleanTap();
+    tap.force_g[300] = bad;
+    EXPECT_EQ(ReasonFor(tap), FindingCode::kNotFinite);
+    tap = CleanTap();
+    tap.time_s[300] = bad;
+    EXPECT_EQ(ReasonFor(tap), FindingCode::kNotFinite);
+  }
+}
+
+TEST(TapInput, MissingMovesAreRefused) {
+  Recording tap = CleanTap();
+  tap.moves.clear();
+  EXPECT_EQ(ReasonFor(tap), FindingCode::kMissingMoves);
+  tap = CleanTap();
+  tap.moves.resize(2);
+  EXPECT_EQ(ReasonFor(tap), FindingCode::kMissingMoves);
+}
+
+TEST(TapInput, MovesOutsideTheSamplesAreRefused) {
+  Recording tap = CleanTap();
+  for (Move& move : tap.moves) {
+    move.start_time_s += 1000;
+  }
+  EXPECT_EQ(ReasonFor(tap), FindingCode::kMovesOutside);
+}
+
+TEST(TapInput, MovesOfNoPrinterAreRefused) {
+  for (const double bad : {kNan, 1e300, -1e300, std::numeric_limits<double>::infinity()}) {
+    for (double Move::*field : {&Move::start_time_s, &Move::duration_s, &Move::start_velocity_mm_s,
+                                &Move::acceleration_mm_s2, &Move::start_z_mm, &Move::z_direction}) {
+      Recording tap = CleanTap();
+      tap.moves[3].*field = bad;
+      EXPECT_EQ(ReasonFor(tap), FindingCode::kAbsurdMoves);
+    }
+  }
+}
+
+TEST(TapInput, TenMillionSamplesAreRefusedBeforeAnyIsRead) {
+  Recording tap = CleanTap();
+  tap.time_s.assign(10'000'000, 0);
+  tap.force_g.assign(10'000'000, 0);
+  EXPECT_EQ(ReasonFor(tap), FindingCode::kTooManySamples);
+}
+
+TEST(TapInput, AnApproachThatWasQueuedFartherEndsAtTheHalt) {
+  Recording tap = CleanTap();
+  tap.moves[0].duration_s = 40;
+  EXPECT_EQ(ReasonFor(tap), FindingCode::kNone);
+}
+
+}  // namespace
+}  // namespace trammel::tap

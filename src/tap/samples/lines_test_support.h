@@ -1,0 +1,35 @@
+// Drawn taps (tests/support) as this room takes them.
+#pragma once
+
+#include <vector>
+
+#include "support/drawn_tap.h"
+#include "tap/analyse/analyse.h"
+
+namespace trammel::tap {
+
+/// A drawn tap that owns what a view of it shows; members may be changed before viewing.
+struct RecordedTap {
+  test_support::DrawnTap drawn;
+  std::vector<Move> moves;
+
+  [[nodiscard]] TapView View() const { return {drawn.time_s, drawn.force_g, moves}; }
+};
+
+inline RecordedTap Record(const test_support::TapDrawing& drawing, std::uint64_t seed) {
+  RecordedTap tap{test_support::DrawTap(drawing, seed), {}};
+  for (const auto& move : tap.drawn.moves) {
+    tap.moves.push_back({move.start_time_s, move.duration_s, move.start_velocity_mm_s,
+                         move.acceleration_mm_s2, move.start_z_mm, move.z_direction});
+  }
+  return tap;
+}
+
+inline TapAnalysis AnalyseTwoLine(const TapView& tap, const TwoLineOptions& two_line = {}) {
+  TapOptions options;
+  options.method = Method::kTwoLine;
+  options.two_line = two_line;
+  return TapAnalyser(options).Analyse(tap);
+}
+
+}  // namespace trammel::tap

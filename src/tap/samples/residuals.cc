@@ -1,0 +1,250 @@
+#include "tap/samples/residuals.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+
+namespace trammel::tap {
+namespace {
+
+constexpr double kMedianOfNormal = 0.6745;
+// A line's power over that of white noise is exponential with mean 1; six lines are looked at, and
+// only when the residuals are not white: one false line in 30,000 taps.
+constexpr double kLeastLinePower = 12;
+
+struct Line {
+  double cosine = 0;
+  double sine = 0;
+};
+using Lines = std::array<Line, MainsHum::kLines>;
+
+// A phasor that turns with time: by multiplication from sample to sample, since they are nearly
+// evenly spaced; anew after gaps.
+class Phasor {
+ public:
+  Phasor(std::span<const double> time_s, double omega) : omega_(omega), start_s_(time_s.front()) {
+    const auto steps = static_cast<double>(std::max<std::size_t>(time_s.size(), 2) - 1);
+    even_s_ = (time_s.back() - time_s.front()) / steps;
+    even_cosine_ = std::cos(omega * even_s_);
+    even_sine_ = std::sin(omega * even_s_);
+  }
+  [[nodiscard]] double cosine() const { return cosine_; }
+  [[nodiscard]] double sine() const { return sine_; }
+  void Turn(double from_s, double to_s) {
+    constexpr double kSmall = 0.1;  // rad: the series end at 10^-9 of it
+    const double rest = omega_ * (to_s - from_s - even_s_);
+    if (std::abs(rest) > kSmall) {
+      cosine_ = std::cos(omega_ * (to_s - start_s_));
+      sine_ = std::sin(omega_ * (to_s - start_s_));
+      return;
+    }
+    const double square = rest * rest;
+    const double c = 1 - square * (1.0 / 2 - square / 24);
+    const double s = rest * (1 - square * (1.0 / 6 - square / 120));
+    const double step_c = even_cosine_ * c - even_sine_ * s;
+    const double step_s = even_sine_ * c + even_cosine_ * s;
+    const double turned = cosine_ * step_c - sine_ * step_s;
+    sine_ = sine_ * step_c + cosine_ * step_s;
+    cosine_ = turned;
+  }
+
+ private:
+  double omega_;
+  double start_s_;
+  double even_s_ = 0;
+  double even_cosine_ = 1;
+  double even_sine_ = 0;
+  double cosine_ = 1;
+  double sine_ = 0;
+};
+
+// Calls visit(i, k, cosine, sine) for every sample and the first `count` harmonics of a frequency.
+template <class Visit>
+void ForHarmonics(std::span<const double> time_s, double frequency_hz, std::size_t count,
+                  const Visit& visit) {
+  if (time_s.empty()) {
+    return;
+  }
+  Phasor first(time_s, 2 * std::numbers::pi * frequency_hz);
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    if (i > 0) {
+      first.Turn(time_s[i - 1], time_s[i]);
+    }
+    double c = first.cosine();
+    double s = first.sine();
+    for (std::size_t k = 0; k < count; ++k) {
+      visit(i, k, c, s);
+      const double next = c * first.cosine() - s * first.sine();
+      s = s * first.cosine() + c * first.sine();
+      c = next;
+    }
+  }
+}
+
+// Amplitudes of a frequency's harmonics by projection: the samples hold several periods, over which
+// cosine and sine are nearly orthogonal.
+Lines Project(std::span<const double> time_s, std::span<const double> r, double frequency_hz,
+              std::size_t count) {
+  Lines lines;
+  const double scale = 2 / static_cast<double>(r.size());
+  ForHarmonics(time_s.first(r.size()), frequency_hz, count,
+               [&](std::size_t i, std::size_t k, double c, double s) {
+                 lines[k].cosine += scale * r[i] * c;
+                 lines[k].sine += scale * r[i] * s;
+               });
+  return lines;
+}
+
+using OfLags = std::array<double, kLags + 1>;
+
+// Adds r_i r_(i-k) for i = first … end - 1, all lags side by side.
+void Correlate(std::span<const double> r, std::size_t first, std::size_t end, OfLags& sum) {
+  std::size_t i = first;
+  for (; i < std::min<std::size_t>(kLags, end); ++i) {
+    for (std::size_t lag = 0; lag <= i; ++lag) {
+      sum[lag] += r[i] * r[i - lag];
+    }
+  }
+  OfLags sums = sum;
+  for (; i < end; ++i) {
+    const double* const last = &r[i];
+    for (std::ptrdiff_t lag = 0; lag <= kLags; ++lag) {
+      sums[static_cast<std::size_t>(lag)] += *last * last[-lag];
+    }
+  }
+  sum = sums;
+}
+
+// 1 + 2 sum of rho_k up to the first that is not significant.
+double SumCorrelation(const OfLags& sum, std::size_t n) {
+  const double significant = 1.5 / std::sqrt(static_cast<double>(n));
+  double factor = 1;
+  for (std::size_t lag = 1; lag <= kLags && sum[lag] > significant * sum[0]; ++lag) {
+    factor += 2 * sum[lag] / sum[0];
+  }
+  return factor;
+}
+
+double BoxPierce(const OfLags& sum, std::size_t n) {
+  double squares = 0;
+  for (std::size_t lag = 1; lag <= kLags; ++lag) {
+    squares += static_cast<double>(n) * sum[lag] * sum[lag] / (sum[0] * sum[0]);
+  }
+  return squares;
+}
+
+}  // namespace
+
+bool ResidualTraits::White() const {
+  constexpr double kMostExcess = 3.5;  // standard deviations
+  return portmanteau < kPortmanteauLimit && press_excess < kMostExcess;
+}
+
+double ResidualTraits::Inflation() const {
+  constexpr double kDoubtful = 15.5;  // of the portmanteau: white noise reaches it in 5 %
+  const double noise = portmanteau > kDoubtful ? correlation : 1;
+  const double misfit = White() ? 1 : press_ratio * press_correlation;
+  return std::max({1.0, noise, misfit});
+}
+
+ResidualTraits Examine(std::span<const double> r, std::size_t below, std::span<double> scratch) {
+  ResidualTraits traits;
+  const std::size_t n = r.size();
+  constexpr std::size_t kLeastInPress = 5;
+  if (n <= kLags || below < kLeastInPress || below + kLeastInPress > n) {
+    return traits;
+  }
+  OfLags press{};
+  Correlate(r, 0, below, press);
+  OfLags all = press;
+  Correlate(r, below, n, all);
+  for (const double value : r) {
+    traits.largest = std::max(traits.largest, std::abs(value));
+  }
+  constexpr double kLeastOfRms = 0.75;
+  const double rms = std::sqrt(all[0] / static_cast<double>(n));
+  traits.robust_deviation = kLeastOfRms * rms;
+  constexpr double kOfInterest = 3;  // no median is asked for where nothing lies far off
+  if (traits.largest > kOfInterest * rms) {
+    std::transform(r.begin(), r.end(), scratch.begin(), [](double v) { return std::abs(v); });
+    const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(n / 2);
+    std::nth_element(scratch.begin(), middle, scratch.begin() + static_cast<std::ptrdiff_t>(n));
+    traits.robust_deviation = std::max(*middle / kMedianOfNormal, kLeastOfRms * rms);
+  }
+  const double beyond = all[0] - press[0];
+  if (!(press[0] > 0) || !(beyond > 0)) {
+    return traits;
+  }
+  constexpr double kPressUnknowns = 3;
+  constexpr double kBaselineUnknowns = 2;
+  const double n_press = static_cast<double>(below) - kPressUnknowns;
+  const double n_beyond = static_cast<double>(n - below) - kBaselineUnknowns;
+  traits.press_ratio = press[0] / n_press * (n_press + n_beyond) / all[0];
+  traits.press_excess =
+      std::log(press[0] / n_press * n_beyond / beyond) / std::sqrt(2 / n_press + 2 / n_beyond);
+  traits.portmanteau = BoxPierce(all, n);
+  traits.correlation = SumCorrelation(all, n);
+  traits.press_correlation = SumCorrelation(press, below);
+  return traits;
+}
+
+std::size_t WeighOutliers(std::span<const double> r, double deviation, std::span<double> weight) {
+  constexpr double kFar = 3;   // deviations
+  constexpr double kGone = 6;  // deviations
+  std::size_t forgotten = 0;
+  for (std::size_t i = 0; i < r.size(); ++i) {
+    const double before = i > 0 ? std::abs(r[i - 1]) : 0;
+    const double after = i + 1 < r.size() ? std::abs(r[i + 1]) : 0;
+    const bool alone = std::max(before, after) < kFar * deviation;
+    const double beyond =
+        alone ? std::clamp((std::abs(r[i]) / deviation - kFar) / (kGone - kFar), 0.0, 1.0) : 0;
+    weight[i] = (1 - beyond * beyond) * (1 - beyond * beyond);
+    forgotten += weight[i] < 0.5 ? 1 : 0;
+  }
+  return forgotten;
+}
+
+MainsHum FindMainsHum(std::span<const double> time_s, std::span<const double> r, double deviation) {
+  MainsHum hum;
+  double best = kLeastLinePower;
+  for (const double frequency_hz : {50.0, 60.0}) {
+    const Lines lines = Project(time_s, r, frequency_hz, MainsHum::kLines);
+    const double unit = static_cast<double>(r.size()) / (4 * deviation * deviation);
+    std::array<double, MainsHum::kLines> power{};
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      power[k] = unit * (lines[k].cosine * lines[k].cosine + lines[k].sine * lines[k].sine);
+    }
+    const double strongest = *std::max_element(power.begin(), power.end());
+    if (strongest > best) {
+      best = strongest;
+      hum.frequency_hz = frequency_hz;
+      hum.amplitude_g = std::sqrt(strongest / unit);
+      for (std::size_t k = 0; k < power.size(); ++k) {
+        hum.present[k] = power[k] > kLeastLinePower;
+      }
+    }
+  }
+  return hum;
+}
+
+void RemoveMainsHum(const MainsHum& hum, std::span<const double> time_s, std::span<double> r,
+                    std::span<double> force) {
+  std::size_t count = hum.present.size();
+  while (count > 0 && !hum.present[count - 1]) {
+    --count;
+  }
+  Lines lines = Project(time_s, r, hum.frequency_hz, count);
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    lines[k] = hum.present[k] ? lines[k] : Line{};
+  }
+  ForHarmonics(time_s.first(r.size()), hum.frequency_hz, count,
+               [&](std::size_t i, std::size_t k, double c, double s) {
+                 const double wave = lines[k].cosine * c + lines[k].sine * s;
+                 r[i] -= wave;
+                 force[i] -= wave;
+               });
+}
+
+}  // namespace trammel::tap

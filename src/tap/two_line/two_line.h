@@ -1,0 +1,27 @@
+// The decomposition of a tap into straight lines, as published.
+#pragma once
+
+#include "tap/samples/motion.h"
+#include "tap/samples/tap_options.h"
+#include "tap/samples/workspace.h"
+#include "tap/two_line/two_line_fit.h"
+
+namespace trammel::tap {
+
+/// Reads the height at which decompression and departure cross.
+///
+/// The uncertainty comes from the scatter about the two lines. It does not know the form of the
+/// press: on a press that stiffens or softens the crossing is off by microns that no scatter shows
+/// (docs/tap.md has figures); the contact method exists for that.
+/// @param lines   Of clean, found with the same motion.
+/// @param result  Verdict, reason, contact, uncertainty, noise and points are set; a skipped split
+/// is
+///                added as a notice.
+void JudgeTwoLine(std::span<const Move> moves, const CleanTap& clean, const TapMotion& motion,
+                  const TapLines& lines, const TapOptions& options, TapAnalysis& result);
+
+/// The corners of the force curve, as lines cross, those that were found.
+void SetPoints(const CleanTap& clean, const TapMotion& motion, const TapLines& lines,
+               TapAnalysis& result);
+
+}  // namespace trammel::tap

@@ -1,0 +1,192 @@
+// trammel offset analyze: scans of the printed sheet in, every tool's offset out.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/number_range.h"
+#include "app/output_files.h"
+#include "files/whole_file.h"
+#include "machine/page/page_file.h"
+#include "tool_offset/commands/offset_commands.h"
+#include "tool_offset/commands/offset_output.h"
+#include "tool_offset/offset/analyse.h"
+#include "tool_offset/report/offset_json.h"
+#include "tool_offset/report/offset_text.h"
+#include "tool_offset/sheet/sheet_file.h"
+
+namespace trammel::app {
+namespace {
+
+struct AnalyzeArguments {
+  std::vector<std::string> scans;
+  std::string pattern;
+  std::vector<double> dpi;
+  double most_megapixels = 400;
+  bool json = false;
+  OffsetOutput output;
+};
+
+constexpr const char* kNextSheet = "+";
+
+Result<tool_offset::SheetPlan> PlanOf(const std::string& path) {
+  constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
+  const auto gcode = files::ReadWholeFile(path, kMostBytes);
+  if (!gcode) return tl::unexpected(gcode.error());
+  const auto settings = tool_offset::ReadSheetFile(*gcode);
+  if (!settings) {
+    return tl::unexpected(Error{settings.error().kind,
+                                fmt::format("--pattern {}: {}", path, settings.error().message)});
+  }
+  return tool_offset::PlanSheet(*settings);
+}
+
+struct ReadScan {
+  report::OffsetScan scan;
+  report::OffsetScanPictures pictures;  ///< empty where none are wanted
+};
+
+Result<ReadScan> AnalysePage(const Page& page, const std::string& path, int number, int sheet,
+                             const tool_offset::SheetPlan& plan,
+                             const AnalyzeArguments& arguments) {
+  tool_offset::AnalyseOptions options{page.dpi_x, page.dpi_y};
+  if (!arguments.dpi.empty()) {
+    options.dpi_x = arguments.dpi.front();
+    options.dpi_y = arguments.dpi.back();
+  }
+  auto result = tool_offset::AnalyseSheet(page.view(), plan, options);
+  if (!result) {
+    const std::string where = number > 1 ? fmt::format(", page {}", number) : "";
+    return tl::unexpected(Error{result.error().kind,
+                                fmt::format("scan {}{}: {}", path, where, result.error().message)});
+  }
+  ReadScan read;
+  if (arguments.output.has_pictures()) {
+    read.pictures = report::DrawOffsetScan(page.view(), plan, *result);
+  }
+  read.scan = {path, number, sheet, std::move(*result)};
+  return read;
+}
+
+// Every page of one file; pages are large, and each is gone when it has been read and drawn.
+Result<std::vector<ReadScan>> AnalyseFile(const std::string& path, int sheet,
+                                          const tool_offset::SheetPlan& plan,
+                                          const AnalyzeArguments& arguments) {
+  machine::PageReadOptions limits;
+  limits.most_pixels = static_cast<std::int64_t>(1e6 * arguments.most_megapixels);
+  std::vector<ReadScan> scans;
+  const auto read = machine::ForEachPage(path, limits, [&](const Page& page) -> Result<void> {
+    const int number = static_cast<int>(scans.size()) + 1;
+    auto scan = AnalysePage(page, path, number, sheet, plan, arguments);
+    if (!scan) return tl::unexpected(scan.error());
+    scans.push_back(std::move(*scan));
+    return {};
+  });
+  if (!read) return tl::unexpected(read.error());
+  return scans;
+}
+
+tool_offset::CombinedResult CombineScans(const std::vector<report::OffsetScan>& scans) {
+  std::vector<std::vector<tool_offset::SheetResult>> sheets;
+  int sheet = 0;
+  for (const report::OffsetScan& scan : scans) {
+    if (scan.sheet != sheet) sheets.emplace_back();
+    sheet = scan.sheet;
+    sheets.back().push_back(scan.result);
+  }
+  return tool_offset::Combine(sheets);
+}
+
+int Run(const AnalyzeArguments& arguments) {
+  if (auto may = CheckOutputs({.report = arguments.output.report,
+                               .figures = arguments.output.figures,
+                               .force = arguments.output.force});
+      !may) {
+    return Report(may.error());
+  }
+  const auto plan = PlanOf(arguments.pattern);
+  if (!plan) return Report(plan.error());
+  report::OffsetAnalysis analysis{*plan, {}, {}, {}};
+  report::OffsetReportInput input{&analysis, {}, {}};
+  std::optional<int> failed;
+  bool unreadable = false;
+  int sheet = 1;
+  for (const std::string& path : arguments.scans) {
+    if (path == kNextSheet) {
+      ++sheet;
+      continue;
+    }
+    auto scans = AnalyseFile(path, sheet, *plan, arguments);
+    if (!scans) {
+      failed = Report(scans.error());
+      input.failed.push_back(scans.error().message);
+      unreadable = unreadable || scans.error().kind != ErrorKind::kMeasurement;
+      analysis.refused.push_back({path, scans.error().message});
+      continue;
+    }
+    for (ReadScan& read : *scans) {
+      analysis.scans.push_back(std::move(read.scan));
+      input.pictures.push_back(std::move(read.pictures));
+    }
+  }
+  if (analysis.scans.empty()) {
+    // Only a sheet that was seen is a measurement to refuse.
+    if (arguments.json && failed && !unreadable) {
+      std::fputs(report::RefusalJson(analysis).c_str(), stdout);
+    }
+    return failed ? *failed : Report({ErrorKind::kInput, "SCAN: there is none between the +"});
+  }
+  analysis.combined = CombineScans(analysis.scans);
+  // The answer is printed whatever becomes of the files.
+  const auto written = WriteOffsetOutput(arguments.output, input);
+  const std::string report = written ? arguments.output.report : "";
+  std::fputs(
+      (arguments.json ? report::ToJson(analysis, report) : report::OffsetText(analysis, report))
+          .c_str(),
+      stdout);
+  if (!written) return Report(written.error());
+  if (failed) return *failed;
+  return report::VerdictOf(analysis) == Verdict::kGood ? kExitGood : kExitNotTrusted;
+}
+
+}  // namespace
+
+void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command =
+      parent.add_subcommand("analyze", "offsets of the tools, and backlash, from scanned sheets");
+  const auto arguments = std::make_shared<AnalyzeArguments>();
+  command
+      ->add_option("SCAN", arguments->scans,
+                   "TIFF, PNG, JPEG, PNM or PDF: scans of one sheet, however it lay on the glass; "
+                   "behind a + those of the next sheet, printed anew")
+      ->required();
+  command
+      ->add_option("--pattern", arguments->pattern,
+                   "the G-code that was printed: it carries all that is known of the sheet")
+      ->required();
+  command
+      ->add_option("--dpi", arguments->dpi,
+                   "of the scan, or along a row and down the page; else as the file says. Only "
+                   "compared with what the sheet shows")
+      ->expected(1, 2)
+      ->check(NumberIn(20.0, 20000.0));
+  command->add_option("--most-megapixels", arguments->most_megapixels, "of a page")
+      ->check(NumberIn(1.0, 100000.0))
+      ->capture_default_str();
+  command->add_flag("--json", arguments->json, "one JSON object");
+  command->add_option("--report", arguments->output.report,
+                      "write a one-page report with every step drawn on the scan (HTML)");
+  command->add_option("--figures", arguments->output.figures,
+                      "write each figure as SVG into this folder");
+  command->add_flag("--force", arguments->output.force, "overwrite the report and the figures");
+  command->add_option("--history", arguments->output.history,
+                      "add what was measured to this file of JSON lines");
+  command->callback([arguments, &exit_code] { exit_code = Run(*arguments); });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,315 @@
+// The whole way of a sheet: drawn as G-code, printed and scanned by the virtual machine, read.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "machine/page/page_file.h"
+#include "machine/page/page_writer.h"
+#include "support/run_trammel.h"
+#include "tool_offset/sheet/sheet_gcode.h"
+
+namespace trammel::test {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr int kSeed = 31;
+// T1 as drawn by hand, so that both signs and both axes are told apart.
+constexpr double kDx_mm = 0.31;
+constexpr double kDy_mm = -0.17;
+
+// Printed and scanned once for all.
+class OffsetAnalyze : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    WritePattern("p.gcode", OfPla());
+    ASSERT_EQ(Scan("a.png", "--truth truth.json").exit_code, 0);
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static tool_offset::SheetSettings OfPla() {
+    tool_offset::SheetSettings settings;
+    settings.filament.material = "pla";
+    return settings;
+  }
+  static void WritePattern(const std::string& name, const tool_offset::SheetSettings& settings) {
+    WriteWhole(Path(name), tool_offset::WriteSheetGcode(tool_offset::PlanSheet(settings)).text);
+  }
+  static CommandResult Trammel(const std::string& arguments) {
+    return RunTrammel(arguments, folder_->path());
+  }
+  static CommandResult Scan(const std::string& out, const std::string& more) {
+    return Trammel(fmt::format("sim sheet p.gcode --seed {} --offset 1:{},{} --out {} {}", kSeed,
+                               kDx_mm, kDy_mm, out, more));
+  }
+  static CommandResult Analyze(const std::string& arguments) {
+    return Trammel("offset analyze --pattern p.gcode " + arguments);
+  }
+  static std::filesystem::path Path(const std::string& name) { return folder_->path() / name; }
+
+  static std::unique_ptr<TemporaryFolder> folder_;
+};
+std::unique_ptr<TemporaryFolder> OffsetAnalyze::folder_;
+
+// 95 % intervals of one sheet each, with room for the one in twenty that lies outside.
+void ExpectNear(const json& value, const json& interval, double truth) {
+  const double half = (interval[1].get<double>() - interval[0].get<double>()) / 2;
+  EXPECT_LT(std::abs(value.get<double>() - truth), 2 * half);
+  constexpr double kWorst_mm = 0.02;  // the seed's claim is 0.03
+  EXPECT_LT(std::abs(value.get<double>() - truth), kWorst_mm);
+  EXPECT_GT(half, 0);
+}
+
+TEST_F(OffsetAnalyze, RecoversOffsetsAndPlayOfAVirtualMachine) {
+  const CommandResult result = Analyze("a.png --json");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const json found = json::parse(result.standard_output);
+  const json truth = json::parse(ReadWhole(Path("truth.json")));
+  EXPECT_EQ(found["format"], 1);
+  EXPECT_EQ(found["reference_tool"], 0);
+  ASSERT_EQ(found["tools"].size(), 1U);
+  const json& tool = found["tools"][0];
+  EXPECT_EQ(tool["tool"], 1);
+  EXPECT_EQ(tool["verdict"], "good");
+  EXPECT_EQ(tool["reason"], "");
+  ExpectNear(tool["dx_mm"], tool["interval95_mm"]["dx"], kDx_mm);
+  ExpectNear(tool["dy_mm"], tool["interval95_mm"]["dy"], kDy_mm);
+  EXPECT_GT(tool["standard_uncertainty_mm"]["dx"], 0.0);
+  for (const char* axis : {"x", "y"}) {
+    ExpectNear(found["backlash_mm"][axis], found["backlash_interval95_mm"][axis],
+               truth["backlash_mm"][axis]);
+    EXPECT_TRUE(found["control_bias_mm"][axis].is_number());
+    constexpr double kPixelsPerMm = 600 / 25.4;
+    EXPECT_NEAR(found["scale"][axis].get<double>(), kPixelsPerMm, 0.01 * kPixelsPerMm);
+  }
+  const json& scan = found["scans"][0];
+  EXPECT_EQ(scan["source"], "a.png");
+  EXPECT_EQ(scan["structures"].size(), 12U);
+  EXPECT_EQ(scan["structures"][0]["residuals"].size(), 34U);
+}
+
+TEST_F(OffsetAnalyze, RefusesFilesThatAskForMoreThanTheyHold) {
+  const char* data = std::getenv("TRAMMEL_TEST_DATA");
+  const std::filesystem::path bombs =
+      std::filesystem::path(data != nullptr ? data : "") / "hostile" / "bombs";
+  if (data == nullptr || !std::filesystem::is_directory(bombs)) {
+    GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with hostile/bombs/";
+  }
+  for (const auto& entry : std::filesystem::directory_iterator(bombs)) {
+    if (entry.path().extension() == ".gcode") continue;
+    const CommandResult result =
+        RunTrammel(fmt::format("offset analyze --pattern '{}' '{}'", (bombs / "o.gcode").string(),
+                               entry.path().string()),
+                   folder_->path(), {.memory_kb = 1'000'000});
+    EXPECT_EQ(result.exit_code, 1) << result.output;
+    EXPECT_THAT(result.standard_error,
+                AllOf(HasSubstr(entry.path().filename().string()), Not(HasSubstr("fit into"))));
+  }
+}
+
+TEST_F(OffsetAnalyze, SaysItInWordsWithWhatToDoNext) {
+  const CommandResult result = Analyze("a.png");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_THAT(result.standard_output, AllOf(HasSubstr("T1 "), HasSubstr("+0.3"), HasSubstr("-0.1"),
+                                            HasSubstr("backlash"), HasSubstr("offset apply")));
+}
+
+TEST_F(OffsetAnalyze, SheetsBehindAPlusMakeTheValueMoreCertain) {
+  ASSERT_EQ(Scan("b.png", "--sheet 1").exit_code, 0);
+  const json one = json::parse(Analyze("a.png --json").standard_output);
+  const json two = json::parse(Analyze("a.png + b.png --json").standard_output);
+  EXPECT_EQ(two["tools"][0]["sheets"], 2);
+  EXPECT_EQ(two["scans"][1]["sheet"], 2);
+  EXPECT_LT(two["tools"][0]["standard_uncertainty_mm"]["dx"],
+            one["tools"][0]["standard_uncertainty_mm"]["dx"]);
+  // Twice the same scan is no second sheet.
+  const json again = json::parse(Analyze("a.png a.png --json").standard_output);
+  EXPECT_EQ(again["tools"][0]["sheets"], 1);
+  EXPECT_NEAR(again["tools"][0]["standard_uncertainty_mm"]["dx"],
+              one["tools"][0]["standard_uncertainty_mm"]["dx"].get<double>(), 1e-9);
+}
+
+TEST_F(OffsetAnalyze, AToolThatDidNotPrintIsRefusedByNameAndHasNoNumbers) {
+  ASSERT_EQ(Scan("silent.png", "--dpi 300 --missing 1").exit_code, 0);
+  const CommandResult result = Analyze("silent.png --json");
+  EXPECT_EQ(result.exit_code, 2);
+  const json tool = json::parse(result.standard_output)["tools"][0];
+  EXPECT_EQ(tool["verdict"], "refused");
+  EXPECT_THAT(tool["reason"].get<std::string>(), HasSubstr("T1"));
+  for (const char* key : {"dx_mm", "dy_mm", "standard_uncertainty_mm", "interval95_mm"}) {
+    EXPECT_TRUE(tool[key].is_null()) << key;
+  }
+}
+
+TEST_F(OffsetAnalyze, ARefusedSheetIsJsonWithAVerdictThatApplyReads) {
+  const CommandResult good = Analyze("a.png --json");
+  EXPECT_EQ(json::parse(good.standard_output)["verdict"], "good");
+  EXPECT_EQ(json::parse(good.standard_output)["reason"], "");
+  ASSERT_EQ(Scan("cut.png", "--dpi 300 --set crop-left-mm=60").exit_code, 0);
+  const CommandResult refused = Analyze("cut.png --json");
+  EXPECT_EQ(refused.exit_code, 2);
+  const json whole = json::parse(refused.standard_output);
+  EXPECT_EQ(whole["verdict"], "refused");
+  EXPECT_THAT(whole["reason"].get<std::string>(), HasSubstr("cut.png"));
+  EXPECT_EQ(whole["refused_scans"][0]["source"], "cut.png");
+  EXPECT_TRUE(whole["tools"][0]["dx_mm"].is_null());
+  EXPECT_EQ(whole["tools"][0]["verdict"], "refused");
+  EXPECT_TRUE(whole["backlash_mm"]["x"].is_null());
+  WriteWhole(Path("refused.json"), refused.standard_output);
+  const CommandResult apply = Trammel("offset apply refused.json --for marlin --now 1:0,0");
+  EXPECT_EQ(apply.exit_code, 2) << apply.output;
+  EXPECT_THAT(apply.output, HasSubstr("refused"));
+  // Beside a good scan the refused one is named.
+  const json both = json::parse(Analyze("a.png cut.png --json").standard_output);
+  EXPECT_EQ(both["verdict"], "good");
+  EXPECT_EQ(both["refused_scans"].size(), 1U);
+}
+
+TEST_F(OffsetAnalyze, AFileThatCannotBeReadIsNoMeasurement) {
+  const CommandResult result = Analyze("nowhere.png --json");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(result.standard_output, "");
+}
+
+TEST_F(OffsetAnalyze, WritesAReportAndFiguresAndAHistory) {
+  const CommandResult result =
+      Analyze("a.png --json --report r.html --figures figures/sheet --history h/offsets.jsonl");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_EQ(json::parse(result.standard_output)["report"], "r.html");
+  EXPECT_THAT(ReadWhole(Path("r.html")), AllOf(HasSubstr("<h1>Tool offsets"), HasSubstr("T1 X+")));
+  for (const char* name : {"tools.svg", "axes.svg", "scan1-page.svg", "scan1-code.svg",
+                           "scan1-structure-t1-x-plus.svg"}) {
+    EXPECT_TRUE(std::filesystem::exists(Path("figures/sheet") / name)) << name;
+  }
+  const json line = json::parse(ReadWhole(Path("h/offsets.jsonl")));
+  EXPECT_EQ(line["kind"], "analysed");
+  EXPECT_EQ(line["tools"][0]["dx_mm"], json::parse(result.standard_output)["tools"][0]["dx_mm"]);
+}
+
+TEST_F(OffsetAnalyze, AReportThatCannotBeWrittenIsNamedBeforeAnythingIsRead) {
+  const CommandResult folder = Analyze("a.png --report missing/r.html");
+  EXPECT_EQ(folder.exit_code, 1);
+  EXPECT_EQ(folder.standard_output, "");
+  EXPECT_THAT(folder.standard_error, HasSubstr("--report missing/r.html"));
+  EXPECT_THAT(Analyze("a.png --report .").standard_error, HasSubstr("is a folder"));
+  EXPECT_THAT(Analyze("a.png --figures p.gcode/x").standard_error, HasSubstr("--figures"));
+}
+
+TEST_F(OffsetAnalyze, ReadsAPoorJpegOfADiscolouredPage) {
+  ASSERT_EQ(Scan("poor.jpg", "--jpeg-quality 20 --colour --set cast-red=0.6 --set cast-blue=1.2")
+                .exit_code,
+            0);
+  const CommandResult result = Analyze("poor.jpg --json");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const json tool = json::parse(result.standard_output)["tools"][0];
+  ExpectNear(tool["dx_mm"], tool["interval95_mm"]["dx"], kDx_mm);
+  ExpectNear(tool["dy_mm"], tool["interval95_mm"]["dy"], kDy_mm);
+}
+
+TEST_F(OffsetAnalyze, APictureOfThePlanIsNoScan) {
+  ASSERT_EQ(Trammel("offset pattern --material pla -o plan.gcode").exit_code, 0);
+  const CommandResult result = Trammel("offset analyze plan.png --pattern plan.gcode");
+  EXPECT_EQ(result.exit_code, 2) << result.output;
+  EXPECT_EQ(result.standard_output, "");
+}
+
+TEST_F(OffsetAnalyze, AnIdexHasItsOwnChangesOfToolAndItsOwnLines) {
+  ASSERT_EQ(Trammel("offset pattern --material pla --tool-change idex -o idex.gcode").exit_code, 0);
+  ASSERT_EQ(
+      Trammel(fmt::format(
+                  "sim sheet idex.gcode --dpi 300 --seed {} --offset 1:{},{} --out carriage.png",
+                  kSeed, kDx_mm, kDy_mm))
+          .exit_code,
+      0);
+  const CommandResult read =
+      Trammel("offset analyze carriage.png --pattern idex.gcode --json > idex.json");
+  ASSERT_EQ(read.exit_code, 0) << read.output;
+  const json tool = json::parse(ReadWhole(Path("idex.json")))["tools"][0];
+  ExpectNear(tool["dx_mm"], tool["interval95_mm"]["dx"], kDx_mm);
+  const CommandResult lines =
+      Trammel("offset apply idex.json --for klipper-gcode-offset --now 1:0.5,0");
+  EXPECT_EQ(lines.exit_code, 0) << lines.output;
+  // 0.5 - 0.31 and 0 + 0.17, to the hundredths that the sheet is good for.
+  EXPECT_THAT(lines.standard_output,
+              testing::ContainsRegex("SET_GCODE_OFFSET X=0\\.(18|19)[0-9] Y=0\\.1(6|7)[0-9]"));
+  EXPECT_THAT(lines.standard_output, HasSubstr("[gcode_macro T1]"));
+}
+
+TEST_F(OffsetAnalyze, ASelfTestTellsHowEachProgrammedOffsetCameBack) {
+  ASSERT_EQ(Trammel("offset pattern --material pla --self-test -o self.gcode").exit_code, 0);
+  ASSERT_EQ(
+      Trammel(fmt::format("sim sheet self.gcode --dpi 300 --seed {} --out printed.png", kSeed))
+          .exit_code,
+      0);
+  const CommandResult result = Trammel("offset analyze printed.png --pattern self.gcode --json");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const json tests = json::parse(result.standard_output)["self_tests"];
+  EXPECT_EQ(tests.size(), 16U);
+  for (const json& test : tests) {
+    ExpectNear(test["recovered_mm"], test["interval95_mm"], test["programmed_mm"]);
+  }
+}
+
+TEST_F(OffsetAnalyze, ThePartOfASheetIsNoSheet) {
+  ASSERT_EQ(Scan("half.png", "--dpi 300 --set crop-left-mm=120").exit_code, 0);
+  const CommandResult half = Analyze("half.png");
+  EXPECT_EQ(half.exit_code, 2);
+  EXPECT_THAT(half.standard_error, AllOf(HasSubstr("half.png"), HasSubstr("part of a box")));
+}
+
+TEST_F(OffsetAnalyze, APageThatIsNoScanOfThisSheetIsAnErrorThatSaysSo) {
+  Page blank;
+  blank.width = 2480;
+  blank.height = 3508;
+  blank.samples.assign(std::size_t{2480} * 3508, 240);
+  ASSERT_TRUE(machine::WritePage(blank, Path("blank.png")));
+  const CommandResult none = Analyze("blank.png --json");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_EQ(json::parse(none.standard_output)["verdict"], "refused");
+  EXPECT_THAT(none.standard_error, HasSubstr("blank.png"));
+
+  ASSERT_EQ(Scan("mirrored.png", "--dpi 300 --mirrored").exit_code, 0);
+  const CommandResult mirrored = Analyze("mirrored.png");
+  EXPECT_EQ(mirrored.exit_code, 2);
+  EXPECT_THAT(mirrored.standard_error, AllOf(HasSubstr("mirrored.png"), HasSubstr("mirror")));
+
+  tool_offset::SheetSettings settings = OfPla();
+  settings.pitch_mm = 3.9;
+  WritePattern("other.gcode", settings);
+  const CommandResult other = Trammel("offset analyze --pattern other.gcode a.png");
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.standard_error, HasSubstr("a.png"));
+}
+
+TEST_F(OffsetAnalyze, FilesThatCannotBeReadAreNamed) {
+  const std::string whole = ReadWhole(Path("a.png"));
+  WriteWhole(Path("cut.png"), whole.substr(0, whole.size() / 2));
+  const CommandResult cut = Analyze("cut.png --json");
+  EXPECT_EQ(cut.exit_code, 1);
+  EXPECT_THAT(cut.standard_error, HasSubstr("cut.png"));
+  EXPECT_EQ(Analyze("nowhere.png").exit_code, 1);
+  EXPECT_EQ(Analyze("+ +").exit_code, 1);
+  const CommandResult large = Analyze("a.png --most-megapixels 1");
+  EXPECT_EQ(large.exit_code, 1);
+  EXPECT_THAT(large.standard_error, HasSubstr("1 megapixels"));
+  const CommandResult pattern = Trammel("offset analyze --pattern a.png a.png");
+  EXPECT_EQ(pattern.exit_code, 1);
+  EXPECT_THAT(pattern.standard_error, HasSubstr("--pattern a.png"));
+  // What could be read is still told.
+  const CommandResult some = Analyze("a.png cut.png");
+  EXPECT_EQ(some.exit_code, 1);
+  EXPECT_THAT(some.standard_output, HasSubstr("T1 "));
+}
+
+}  // namespace
+}  // namespace trammel::test

@@ -1,0 +1,19 @@
+// The commands below `trammel offset`.
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace trammel::app {
+
+/// The whole group, below the program; each command stores its exit code (app/commands.h).
+void AddOffsetCommands(CLI::App& cli, int& exit_code);
+
+/// Each hangs its command below `parent`.
+void AddOffsetPatternCommand(CLI::App& parent, int& exit_code);
+void AddOffsetApplyCommand(CLI::App& parent, int& exit_code);
+void AddOffsetScanCommand(CLI::App& parent, int& exit_code);
+void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code);
+
+}  // namespace trammel::app

@@ -1,0 +1,69 @@
+#include "tool_offset/commands/offset_output.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <system_error>
+
+#include "app/output_files.h"
+#include "app/printer_session.h"
+#include "tool_offset/files/offset_history.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<void> WriteFigures(const std::string& figures, const report::OffsetReportInput& input,
+                          bool force) {
+  const fs::path folder = figures;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    return Fail(fmt::format("--figures {}: cannot make the folder: {}", figures, error.message()));
+  }
+  std::vector<OutputFile> files;
+  const auto add = [&](const std::string& prefix, const report::DrawnFigure& figure) {
+    files.push_back({folder / (prefix + figure.name + ".svg"), figure.svg});
+  };
+  for (const report::DrawnFigure& figure : report::OffsetValueFigures(*input.analysis)) {
+    add("", figure);
+  }
+  for (std::size_t i = 0; i < input.pictures.size(); ++i) {
+    const std::string prefix = fmt::format("scan{}-", i + 1);
+    for (const auto* list : {&input.pictures[i].page, &input.pictures[i].structures}) {
+      for (const report::DrawnFigure& figure : *list) add(prefix, figure);
+    }
+  }
+  return WriteOutputs(files, force);
+}
+
+Result<void> NoteReading(const std::string& history, const report::OffsetAnalysis& analysis) {
+  files::OffsetReading reading;
+  reading.time = Now("{:%FT%T%z}");
+  reading.sheet_id = analysis.plan.sheet_id;
+  reading.reference_tool = analysis.plan.settings.reference_tool;
+  for (const report::OffsetScan& scan : analysis.scans) reading.scans.push_back(scan.source);
+  for (const tool_offset::CombinedTool& tool : analysis.combined.tools) {
+    reading.tools.push_back({tool.tool, tool.dx_mm, tool.dy_mm, report::ReasonOf(tool)});
+  }
+  reading.backlash_x_mm = analysis.combined.backlash_mm.x;
+  reading.backlash_y_mm = analysis.combined.backlash_mm.y;
+  return files::AppendToHistory(history, reading);
+}
+
+}  // namespace
+
+Result<void> WriteOffsetOutput(const OffsetOutput& output, const report::OffsetReportInput& input) {
+  if (!output.history.empty()) {
+    if (auto done = NoteReading(output.history, *input.analysis); !done) return done;
+  }
+  if (!output.report.empty()) {
+    auto done = WriteOutputs({{output.report, report::OffsetReport(input)}}, output.force);
+    if (!done) return done;
+  }
+  if (!output.figures.empty()) return WriteFigures(output.figures, input, output.force);
+  return {};
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,24 @@
+// What a finished reading of sheets leaves on disk.
+#pragma once
+
+#include <string>
+
+#include "base/result.h"
+#include "tool_offset/report/offset_report.h"
+
+namespace trammel::app {
+
+struct OffsetOutput {
+  std::string report;   ///< HTML file to write; empty: none
+  std::string figures;  ///< folder for each figure as SVG; empty: none
+  std::string history;  ///< file to which a line is added; empty: none
+  bool force = false;   ///< overwrite report and figures
+
+  [[nodiscard]] bool has_pictures() const { return !report.empty() || !figures.empty(); }
+};
+
+/// Writes what is wanted; errors name the option or the file.
+[[nodiscard]] Result<void> WriteOffsetOutput(const OffsetOutput& output,
+                                             const report::OffsetReportInput& input);
+
+}  // namespace trammel::app

@@ -1,0 +1,119 @@
+// trammel offset scan: the sheet on the flatbed's glass into a file.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/number_range.h"
+#include "machine/page/page_writer.h"
+#include "machine/scanner/scanner.h"
+#include "tool_offset/commands/offset_commands.h"
+
+namespace trammel::app {
+namespace {
+
+struct ScanArguments {
+  bool list = false;
+  std::string out;
+  machine::ScanRequest request;
+  std::vector<double> area_mm;
+  std::vector<std::string> options;
+  double most_megapixels = 4000;
+};
+
+int List() {
+  const auto scanners = machine::ListScanners();
+  if (!scanners) return Report(scanners.error());
+  for (const machine::ScannerInfo& scanner : *scanners) {
+    fmt::print("{}\n    {} {}, {}\n", scanner.name, scanner.vendor, scanner.model, scanner.kind);
+  }
+  if (!scanners->empty()) return kExitGood;
+  fmt::print(stderr,
+             "no scanner was found: switch it on, look at cable or network, and whether "
+             "scanimage -L finds it\n");
+  return kExitMachine;
+}
+
+Result<machine::ScanRequest> RequestOf(const ScanArguments& arguments) {
+  machine::ScanRequest request = arguments.request;
+  if (!arguments.area_mm.empty()) {
+    request.area = {arguments.area_mm[0], arguments.area_mm[1], arguments.area_mm[2],
+                    arguments.area_mm[3]};
+    if (!(request.area->width_mm > 0 && request.area->height_mm > 0)) {
+      return Fail(fmt::format("--area: {} x {} mm is no area; give X Y WIDTH HEIGHT in mm",
+                              request.area->width_mm, request.area->height_mm));
+    }
+  }
+  for (const std::string& option : arguments.options) {
+    const std::size_t equals = option.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      return Fail(fmt::format("--option {}: write NAME=VALUE, as in source=Flatbed", option));
+    }
+    request.options.emplace_back(option.substr(0, equals), option.substr(equals + 1));
+  }
+  return request;
+}
+
+int Run(const ScanArguments& arguments) {
+  if (arguments.list) return List();
+  if (arguments.out.empty()) {
+    return Report({ErrorKind::kInput, "--out is missing: FILE.png or FILE.tiff, or use --list"});
+  }
+  // Before minutes of scanning.
+  if (auto checked = machine::CheckPagePath(arguments.out); !checked) {
+    return Report(checked.error());
+  }
+  const Interrupt interrupt;
+  const auto request = RequestOf(arguments);
+  if (!request) return Report(request.error());
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  int shown = -1;
+  const auto progress = [&](double share) {
+    constexpr int kStep = 10;
+    const int percent = static_cast<int>(100 * share) / kStep * kStep;
+    if (terminal && percent != shown) fmt::print(stderr, "  scanning {:3} %\n", percent);
+    shown = percent;
+  };
+  machine::PageReadOptions limits;
+  limits.most_pixels = static_cast<std::int64_t>(1e6 * arguments.most_megapixels);
+  const auto page = machine::ScanPage(*request, limits, progress, interrupt.token());
+  if (!page) return Report(page.error());
+  if (auto written = machine::WritePage(*page, arguments.out); !written) {
+    return Report(written.error());
+  }
+  fmt::print("{}: {} x {} px, {}, {:g} dpi\n", arguments.out, page->width, page->height,
+             page->channels == 1 ? "grey" : "colour", *page->dpi_x);
+  return kExitGood;
+}
+
+}  // namespace
+
+void AddOffsetScanCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand("scan", "scan the printed sheet on a flatbed");
+  const auto arguments = std::make_shared<ScanArguments>();
+  command->add_flag("--list", arguments->list, "name the scanners that there are");
+  command->add_option("-o,--out", arguments->out, "new file: .png, .tif or .tiff");
+  command->add_option("--device", arguments->request.device,
+                      "the scanner, as --list names it; left out: the only one");
+  command->add_option("--dpi", arguments->request.dpi, "resolution; more than 600 gains nothing")
+      ->check(NumberIn(50.0, 9600.0))
+      ->capture_default_str();
+  command->add_flag("--color", arguments->request.color,
+                    "in colour: for filaments that are no darker than the paper");
+  command->add_option("--area", arguments->area_mm, "X Y WIDTH HEIGHT on the glass, in mm")
+      ->expected(4);
+  command->add_option("--option", arguments->options,
+                      "one of SANE's own options: NAME=VALUE; may be repeated");
+  command->add_option("--most-megapixels", arguments->most_megapixels, "of the page")
+      ->check(NumberIn(1.0, 100000.0))
+      ->capture_default_str();
+  command->callback([arguments, &exit_code] { exit_code = Run(*arguments); });
+}
+
+}  // namespace trammel::app

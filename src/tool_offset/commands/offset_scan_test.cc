@@ -1,0 +1,230 @@
+// trammel offset scan against SANE's backends that need no scanner, under a configuration of the
+// test's own.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <string>
+
+#include "machine/page/page_file.h"
+#include "machine/page/page_writer.h"
+#include "support/run_trammel.h"
+#include "support/scripted_http.h"
+
+namespace trammel::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+class OffsetScan : public testing::Test {
+ protected:
+  OffsetScan() {
+    std::filesystem::create_directory(config());
+    WriteWhole(config() / "dll.conf", "test\npnm\n");
+    WriteWhole(config() / "test.conf", "number_of_devices 1\n");
+    setenv("SANE_CONFIG_DIR", config().c_str(), 1);
+  }
+  ~OffsetScan() override { unsetenv("SANE_CONFIG_DIR"); }
+
+  [[nodiscard]] std::filesystem::path config() const { return folder_.path() / "sane"; }
+  [[nodiscard]] std::filesystem::path Path(const std::string& name) const {
+    return folder_.path() / name;
+  }
+  [[nodiscard]] CommandResult Scan(const std::string& arguments) const {
+    return RunTrammel("offset scan " + arguments, folder_.path());
+  }
+  // What the test backend says when it is read from.
+  [[nodiscard]] CommandResult ScanWithStatus(const std::string& status) const {
+    return Scan("--device test:0 -o a.png --option read-return-value=SANE_STATUS_" + status);
+  }
+  [[nodiscard]] Page Read(const std::string& name) const {
+    auto pages = machine::ReadPages(Path(name));
+    EXPECT_TRUE(pages) << pages.error().message;
+    return pages ? std::move(pages->front()) : Page{};
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(OffsetScan, ListsTheScannersAndRefusesToGuessBetweenThem) {
+  const CommandResult list = Scan("--list");
+  EXPECT_EQ(list.exit_code, 0);
+  EXPECT_THAT(list.standard_output,
+              AllOf(HasSubstr("test:0"), HasSubstr("virtual device"), HasSubstr("pnm:0")));
+  const CommandResult guess = Scan("-o a.png");
+  EXPECT_EQ(guess.exit_code, 1);
+  EXPECT_THAT(guess.standard_error, AllOf(HasSubstr("--device"), HasSubstr("test:0")));
+}
+
+TEST_F(OffsetScan, TakesTheOnlyScannerThereIs) {
+  WriteWhole(config() / "dll.conf", "test\n");
+  EXPECT_EQ(Scan("-o a.png --dpi 100").exit_code, 0);
+  WriteWhole(config() / "dll.conf", "");
+  const CommandResult none = Scan("-o b.png");
+  EXPECT_EQ(none.exit_code, 3);
+  EXPECT_THAT(none.standard_error, HasSubstr("no scanner was found"));
+}
+
+TEST_F(OffsetScan, KeepsResolutionAndAreaInTheFile) {
+  const CommandResult scan =
+      Scan("--device test:0 -o a.tiff --dpi 600 --area 10 10 50 20 --option test-picture=Grid");
+  ASSERT_EQ(scan.exit_code, 0) << scan.standard_error;
+  const Page page = Read("a.tiff");
+  constexpr double kInch_mm = 25.4;
+  EXPECT_NEAR(page.width, 50 * 600 / kInch_mm, 2);
+  EXPECT_NEAR(page.height, 20 * 600 / kInch_mm, 2);
+  EXPECT_EQ(page.channels, 1);
+  ASSERT_TRUE(page.dpi_x && page.dpi_y);
+  EXPECT_NEAR(*page.dpi_x, 600, 0.01);
+  EXPECT_NEAR(*page.dpi_y, 600, 0.01);
+}
+
+TEST_F(OffsetScan, ColoursComeInOnePassOrInThree) {
+  const std::string pattern =
+      " --device test:0 --color --dpi 75 --option test-picture='Color pattern'";
+  ASSERT_EQ(Scan("-o one.png" + pattern).exit_code, 0);
+  ASSERT_EQ(Scan("-o three.png --option three-pass=yes" + pattern).exit_code, 0);
+  const Page one = Read("one.png");
+  EXPECT_EQ(one.channels, 3);
+  EXPECT_EQ(one.samples, Read("three.png").samples);
+}
+
+TEST_F(OffsetScan, AScannerThatDoesNotKnowItsLengthIsReadToTheEnd) {
+  const CommandResult scan = Scan("--device test:0 -o a.png --dpi 75 --option hand-scanner=yes");
+  ASSERT_EQ(scan.exit_code, 0) << scan.standard_error;
+  EXPECT_GT(Read("a.png").height, 100);
+}
+
+TEST_F(OffsetScan, NamesWhatKeepsAScannerFromScanning) {
+  struct Case {
+    const char* status;
+    const char* advice;
+  };
+  for (const Case& c : {Case{"JAMMED", "take the paper out"}, Case{"COVER_OPEN", "close it"},
+                        Case{"DEVICE_BUSY", "another program"}, Case{"NO_DOCS", "on the glass"},
+                        Case{"IO_ERROR", "cable"}, Case{"ACCESS_DENIED", "group 'scanner'"}}) {
+    SCOPED_TRACE(c.status);
+    const CommandResult scan = ScanWithStatus(c.status);
+    EXPECT_EQ(scan.exit_code, 3);
+    EXPECT_THAT(scan.standard_error, HasSubstr(c.advice));
+    EXPECT_FALSE(std::filesystem::exists(Path("a.png")));
+  }
+}
+
+TEST_F(OffsetScan, WhatTheScannerHasNotIsNamedWithWhatItHas) {
+  EXPECT_THAT(Scan("--device test:0 -o a.png --dpi 2400").standard_error,
+              AllOf(HasSubstr("no resolution of 2400"), HasSubstr("1200")));
+  EXPECT_THAT(Scan("--device test:0 -o a.png --option lamp=on").standard_error,
+              HasSubstr("no option 'lamp'"));
+  EXPECT_THAT(Scan("--device test:0 -o a.png --option mode=Sepia").standard_error,
+              AllOf(HasSubstr("no mode 'Sepia'"), HasSubstr("Gray, Color")));
+  EXPECT_THAT(Scan("--device test:0 -o a.png --area 10 10 -5 5").standard_error,
+              HasSubstr("is no area"));
+  EXPECT_EQ(Scan("--device nowhere -o a.png").exit_code, 3);
+  EXPECT_THAT(Scan("--device test:0 -o a.bmp --dpi 75").standard_error, HasSubstr(".png, .tif"));
+  EXPECT_THAT(Scan("--device test:0 -o a.png --dpi 1200 --most-megapixels 1").standard_error,
+              HasSubstr("1 megapixels"));
+}
+
+TEST_F(OffsetScan, TheGivenPageComesBackBitForBit) {
+  Page page;
+  page.width = 120;
+  page.height = 80;
+  page.samples.resize(9600);
+  std::string pgm = "P5\n120 80\n255\n";
+  for (std::size_t i = 0; i < page.samples.size(); ++i) {
+    page.samples[i] = static_cast<std::uint8_t>(i * 7919U % 251U);
+    pgm.push_back(static_cast<char>(page.samples[i]));
+  }
+  WriteWhole(Path("in.pgm"), pgm);
+  // The backend counts in pixels and calls everything 75 dpi, whatever it is.
+  const CommandResult scan =
+      Scan("--device pnm:0 -o out.png --dpi 75 --option filename=" + Path("in.pgm").string());
+  ASSERT_EQ(scan.exit_code, 0) << scan.standard_error;
+  EXPECT_EQ(Read("out.png").samples, page.samples);
+}
+
+// A glass of one inch by one inch at 600 dpi, as a network scanner describes it (eSCL).
+constexpr const char* kCapabilities =
+    R"(<?xml version="1.0" encoding="UTF-8"?>
+<scan:ScannerCapabilities xmlns:scan="http://schemas.hp.com/imaging/escl/2011/05/03"
+    xmlns:pwg="http://www.pwg.org/schemas/2010/12/sm">
+  <pwg:Version>2.6</pwg:Version><pwg:MakeAndModel>Test Glass</pwg:MakeAndModel>
+  <scan:Platen><scan:PlatenInputCaps>
+    <scan:MinWidth>16</scan:MinWidth><scan:MaxWidth>300</scan:MaxWidth>
+    <scan:MinHeight>16</scan:MinHeight><scan:MaxHeight>300</scan:MaxHeight>
+    <scan:SettingProfiles><scan:SettingProfile>
+      <scan:ColorModes><scan:ColorMode>Grayscale8</scan:ColorMode></scan:ColorModes>
+      <scan:DocumentFormats><pwg:DocumentFormat>image/png</pwg:DocumentFormat>
+        <scan:DocumentFormatExt>image/png</scan:DocumentFormatExt></scan:DocumentFormats>
+      <scan:SupportedResolutions><scan:DiscreteResolutions><scan:DiscreteResolution>
+        <scan:XResolution>600</scan:XResolution><scan:YResolution>600</scan:YResolution>
+      </scan:DiscreteResolution></scan:DiscreteResolutions></scan:SupportedResolutions>
+    </scan:SettingProfile></scan:SettingProfiles>
+  </scan:PlatenInputCaps></scan:Platen>
+</scan:ScannerCapabilities>
+)";
+
+constexpr const char* kIdle =
+    R"(<?xml version="1.0" encoding="UTF-8"?>
+<scan:ScannerStatus xmlns:scan="http://schemas.hp.com/imaging/escl/2011/05/03"
+    xmlns:pwg="http://www.pwg.org/schemas/2010/12/sm">
+  <pwg:Version>2.6</pwg:Version><pwg:State>Idle</pwg:State>
+</scan:ScannerStatus>
+)";
+
+std::string Answer(const std::string& status, const std::string& type, const std::string& body,
+                   const std::string& more = "") {
+  return "HTTP/1.1 " + status + "\r\nContent-Type: " + type +
+         "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n" + more +
+         "Connection: close\r\n\r\n" + body;
+}
+
+TEST_F(OffsetScan, ANetworkScannersPageComesBackBitForBit) {
+  Page page;
+  page.width = 600;
+  page.height = 600;
+  page.samples.resize(360000);
+  for (std::size_t i = 0; i < page.samples.size(); ++i) {
+    page.samples[i] = static_cast<std::uint8_t>(i * 7919U % 251U);
+  }
+  ASSERT_TRUE(machine::WritePage(page, Path("glass.png")));
+  const std::string png = ReadWhole(Path("glass.png"));
+  std::atomic<int> pages = 0;
+  const ScriptedHttp scanner([&](const std::string& request, HttpPeer& peer) {
+    if (request.starts_with("GET /eSCL/ScannerCapabilities")) {
+      peer.Send(Answer("200 OK", "text/xml", kCapabilities));
+    } else if (request.starts_with("GET /eSCL/ScannerStatus")) {
+      peer.Send(Answer("200 OK", "text/xml", kIdle));
+    } else if (request.starts_with("POST /eSCL/ScanJobs")) {
+      peer.Send(Answer("201 Created", "text/plain", "", "Location: /eSCL/ScanJobs/1\r\n"));
+    } else if (request.starts_with("GET /eSCL/ScanJobs/1/NextDocument") && pages++ == 0) {
+      peer.Send(Answer("200 OK", "image/png", png));
+    } else {
+      peer.Send(Answer("404 Not Found", "text/plain", ""));
+    }
+    peer.WaitForClose();
+  });
+  WriteWhole(config() / "dll.conf", "airscan\n");
+  WriteWhole(config() / "airscan.conf", "[devices]\nglass = " + scanner.Url("/eSCL/") +
+                                            ", eSCL\n[options]\ndiscovery = disable\n");
+  const CommandResult scan = Scan("-o out.png --dpi 600");
+  ASSERT_EQ(scan.exit_code, 0) << scan.standard_error;
+  const Page out = Read("out.png");
+  EXPECT_EQ(out.width, 600);
+  EXPECT_EQ(out.samples, page.samples);
+  ASSERT_TRUE(out.dpi_x);
+  EXPECT_NEAR(*out.dpi_x, 600, 0.01);
+}
+
+TEST_F(OffsetScan, NothingIsOverwritten) {
+  WriteWhole(Path("a.png"), "mine");
+  EXPECT_THAT(Scan("--device test:0 -o a.png --dpi 75").standard_error,
+              HasSubstr("is there already"));
+  EXPECT_EQ(ReadWhole(Path("a.png")), "mine");
+}
+
+}  // namespace
+}  // namespace trammel::test

@@ -1,0 +1,30 @@
+// Measured tool offsets, as `trammel offset analyze --json` writes them.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/measured.h"
+#include "base/result.h"
+
+namespace trammel::files {
+
+struct MeasuredOffset {
+  int tool = 0;
+  double dx_mm = 0;  ///< where its line lands minus where the reference tool's would
+  double dy_mm = 0;
+  std::optional<Interval> dx95_mm = {};  ///< absent where the file does not say
+  std::optional<Interval> dy95_mm = {};
+};
+
+struct OffsetFile {
+  std::vector<MeasuredOffset> good;  ///< tools whose verdict is good
+  std::vector<std::string> refused;  ///< a line for each of the others, with its reason
+};
+
+/// Errors (kInput): not there, not JSON, a tool twice, an offset beyond 50 mm.
+[[nodiscard]] Result<OffsetFile> ReadOffsetFile(const std::filesystem::path& path);
+
+}  // namespace trammel::files

@@ -1,0 +1,219 @@
+#include "tool_offset/offset/analyse.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "base/statistics.h"
+#include "tool_offset/offset/offset_estimate.h"
+#include "tool_offset/reading/comb_fit.h"
+#include "tool_offset/reading/foreign_ink.h"
+#include "tool_offset/reading/parallel.h"
+#include "tool_offset/reading/structure_reader.h"
+#include "tool_offset/reading/tool_search.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+/// What is known of each tool before its combs are read.
+struct KnownTool {
+  bool usable = false;
+  std::string why_not;
+  InkColour ink;
+  SheetPoint shift;
+};
+using KnownTools = std::map<int, KnownTool>;
+
+/// What the reference tool has surely drawn alone.
+std::vector<Leg> CodeLegs(const SheetPlan& plan) {
+  std::vector<Leg> legs;
+  for (const CodeCell& cell : plan.code) {
+    if (cell.dark) legs.push_back(CodeLeg(plan, cell));
+  }
+  return legs;
+}
+
+/// Whether in some structure most lines of the reference tool are not where the map puts them.
+bool ReferenceLiesElsewhere(const SheetPlan& plan, const InkRaster& raster) {
+  constexpr double kFaint = 0.5;  // of where the lines are seen best
+  std::vector<double> strength;
+  for (const Structure& structure : plan.structures) {
+    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+      if (structure.combs[comb].tool != plan.settings.reference_tool) continue;
+      std::vector<Leg> legs;
+      for (int finger = 0; finger < plan.settings.teeth; ++finger) {
+        const auto of_finger = FingerLegs(plan, structure, comb, finger);
+        legs.insert(legs.end(), of_finger.begin(), of_finger.end());
+      }
+      strength.push_back(MedianStrength(raster, legs));
+    }
+  }
+  const auto [least, most] = std::minmax_element(strength.begin(), strength.end());
+  return *least < std::max(raster.FaintestInk(), kFaint * *most);
+}
+
+std::vector<ToolReading> PlaceTools(const PageView& page, const SheetPlan& plan, const PageMap& map,
+                                    const InkRaster& raster, const InkColour& reference) {
+  std::vector<int> numbers = plan.settings.tools;
+  std::erase(numbers, plan.settings.reference_tool);
+  const std::vector<CoarseReading> readings =
+      ReadCoarsely(page, map, plan, raster, reference, numbers);
+  std::vector<ToolReading> tools(numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    tools[i].tool = numbers[i];
+    tools[i].mark = readings[i];
+    for (const CoarseMark& mark : plan.coarse_marks) {
+      if (mark.tool != numbers[i]) continue;
+      tools[i].coarse_place = map.ToPage(
+          {mark.middle.u_mm + readings[i].shift.u_mm, mark.middle.v_mm + readings[i].shift.v_mm});
+    }
+  }
+  return tools;
+}
+
+KnownTools KnowTools(const SheetPlan& plan, const InkColour& reference,
+                     const std::vector<ToolReading>& tools) {
+  KnownTools known;
+  known[plan.settings.reference_tool] = {true, {}, reference, {}};
+  const double reach_mm = FineReach_mm(plan.settings);
+  for (const ToolReading& tool : tools) {
+    KnownTool& entry = known[tool.tool];
+    entry.ink = tool.mark.ink;
+    entry.shift = tool.mark.shift;
+    const SheetPoint& apart = tool.mark.from_reference;
+    const double far_mm = std::max(std::abs(apart.u_mm), std::abs(apart.v_mm));
+    if (!tool.mark.found) {
+      entry.why_not = fmt::format("T{} was not found", tool.tool);
+    } else if (far_mm > reach_mm) {
+      entry.why_not =
+          fmt::format("T{} is {:.2f} mm off: beyond {:.2f} mm its teeth come too near those of T{}",
+                      tool.tool, far_mm, reach_mm, plan.settings.reference_tool);
+    } else {
+      entry.usable = true;
+    }
+  }
+  return known;
+}
+
+/// What lies in structures without being theirs.
+struct OtherInk {
+  std::vector<ForeignLeg> foreign;
+  std::vector<double> stray;  ///< for each structure, part of its white
+};
+
+OtherInk FindOtherInk(const SheetPlan& plan, const InkRaster& raster, const InkColour& reference,
+                      const std::vector<ToolReading>& tools) {
+  std::map<int, SheetPoint> shift{{plan.settings.reference_tool, SheetPoint{}}};
+  for (const ToolReading& tool : tools) {
+    if (tool.mark.found) shift[tool.tool] = tool.mark.shift;
+  }
+  return {ForeignLegs(plan, shift, FineReach_mm(plan.settings)),
+          StrayInk(raster, plan, shift, Strength(reference))};
+}
+
+StructureReading ReadOne(const PageView& page, const SheetPlan& plan, const PageMap& map,
+                         const KnownTools& known, const OtherInk& other, std::size_t index) {
+  const Structure& structure = plan.structures[index];
+  StructureReading reading;
+  reading.structure = index;
+  reading.name = structure.name;
+  std::array<const KnownTool*, 2> tools{};
+  for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+    const auto found = known.find(structure.combs[comb].tool);
+    if (found == known.end() || !found->second.usable) {
+      reading.offset_mm = Measured::Refused(
+          found == known.end() ? fmt::format("T{} is not on the sheet", structure.combs[comb].tool)
+                               : found->second.why_not);
+      return reading;
+    }
+    tools[comb] = &found->second;
+  }
+  const ChannelChoice choice = ChooseChannels(tools[0]->ink, tools[1]->ink);
+  std::array<CombExpectation, 2> expected;
+  for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+    expected[comb] = {choice.mix[comb], tools[comb]->shift,
+                      fmt::format("T{}", structure.combs[comb].tool)};
+    reading.channel[comb] = InkChannelName(choice.channel[comb], page.channels);
+    reading.mix[comb] = choice.mix[comb];
+    reading.shift_mm[comb] = tools[comb]->shift;
+  }
+  constexpr double kMostStray = 0.05;
+  if (other.stray[index] > kMostStray) {
+    reading.offset_mm = Measured::Refused(fmt::format(
+        "ink that belongs to no line of the sheet lies in {:.0f} % of its white: another tool's, "
+        "a hair's or a stain's",
+        100 * other.stray[index]));
+    return reading;
+  }
+  auto fingers = ReadStructure(page, map, plan, structure, expected, other.foreign);
+  if (!fingers) {
+    reading.offset_mm = Measured::Refused(fingers.error().message);
+    return reading;
+  }
+  reading.fingers = std::move(*fingers);
+  FitCombs(plan.settings, reading);
+  return reading;
+}
+
+void CompareResolution(const AnalyseOptions& options, SheetResult& result) {
+  constexpr double kWrong = 0.02;
+  const PageMap& map = result.sheet.map;
+  result.page_dpi_x = 25.4 * std::hypot(map.u_px_mm.x_px, map.v_px_mm.x_px);
+  result.page_dpi_y = 25.4 * std::hypot(map.u_px_mm.y_px, map.v_px_mm.y_px);
+  const auto differs = [](const std::optional<double>& stated, double found) {
+    return stated && !(std::abs(*stated / found - 1) < kWrong);
+  };
+  if (!differs(options.dpi_x, result.page_dpi_x) && !differs(options.dpi_y, result.page_dpi_y)) {
+    return;
+  }
+  result.notices.push_back(fmt::format(
+      "the scan is said to have {:.0f} x {:.0f} dpi, but its box has {:.0f} x {:.0f} dpi; the box "
+      "counts",
+      options.dpi_x.value_or(result.page_dpi_x), options.dpi_y.value_or(result.page_dpi_y),
+      result.page_dpi_x, result.page_dpi_y));
+}
+
+}  // namespace
+
+Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
+                                 const AnalyseOptions& options) {
+  /// Beside the box: how far a tool is looked for, and half of a leg more.
+  constexpr double kAround_mm = kSearch_mm + 5;
+  auto sheet = FindSheet(page, plan);
+  if (!sheet) return tl::unexpected(sheet.error());
+  SheetResult result;
+  result.sheet = std::move(*sheet);
+  const PageMap& map = result.sheet.map;
+  const std::vector<Leg> code_legs = CodeLegs(plan);
+  const InkColour reference = SampleInk(page, map, plan.settings, code_legs);
+  const InkRaster raster = TakeInkRaster(page, map, kAround_mm);
+  if (result.sheet.box_lacks_line && ReferenceLiesElsewhere(plan, raster)) {
+    return Fail(fmt::format("a side of the box has lost one of its {} lines, and lines of T{} are "
+                            "not where the others put them: look why its lines do not stick or "
+                            "break off (nozzle height, flow, clean paper), and print the sheet "
+                            "again",
+                            plan.box_insets_mm.size(), plan.settings.reference_tool),
+                ErrorKind::kMeasurement);
+  }
+  if (!IsReadable(reference)) {
+    return Fail(fmt::format("T{}, the reference tool: {}", plan.settings.reference_tool,
+                            WhyUnreadable(reference, MedianStrength(raster, code_legs))),
+                ErrorKind::kMeasurement);
+  }
+  result.reference_strength = Strength(reference);
+  result.tools = PlaceTools(page, plan, map, raster, reference);
+  const KnownTools known = KnowTools(plan, reference, result.tools);
+  const OtherInk other = FindOtherInk(plan, raster, reference, result.tools);
+  result.structures.resize(plan.structures.size());
+  ParallelFor(static_cast<int>(plan.structures.size()), [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    result.structures[index] = ReadOne(page, plan, map, known, other, index);
+  });
+  EstimateOffsets(plan, result);
+  CompareResolution(options, result);
+  return result;
+}
+
+}  // namespace trammel::tool_offset

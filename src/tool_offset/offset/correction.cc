@@ -1,0 +1,94 @@
+#include "tool_offset/offset/correction.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "base/check.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+using enum OffsetKeeper;
+
+constexpr std::array<std::pair<OffsetKeeper, std::string_view>, 4> kNames = {{
+    {kKlipperTool, "klipper-tool"},
+    {kKlipperGcodeOffset, "klipper-gcode-offset"},
+    {kMarlin, "marlin"},
+    {kRepRapFirmware, "reprapfirmware"},
+}};
+
+// Micrometres; no "-0.000".
+std::string Number(double value_mm) {
+  const double rounded = std::round(1000 * value_mm) / 1000;
+  return fmt::format("{:.3f}", rounded == 0 ? 0.0 : rounded);
+}
+
+}  // namespace
+
+std::string_view ToString(OffsetKeeper keeper) {
+  for (const auto& [value, name] : kNames) {
+    if (value == keeper) return name;
+  }
+  return "";
+}
+
+std::optional<OffsetKeeper> ParseOffsetKeeper(std::string_view name) {
+  for (const auto& [value, known] : kNames) {
+    if (known == name) return value;
+  }
+  return std::nullopt;
+}
+
+KeptOffset Corrected(OffsetKeeper keeper, const KeptOffset& now, double dx_mm, double dy_mm) {
+  const bool klipper = keeper == kKlipperTool || keeper == kKlipperGcodeOffset;
+  const double sign = klipper ? -1 : 1;
+  return {now.x_mm + sign * dx_mm, now.y_mm + sign * dy_mm};
+}
+
+std::vector<std::string> SetCommands(OffsetKeeper keeper, int tool, const KeptOffset& offset) {
+  TRAMMEL_CHECK(tool >= 0 && tool <= 99 && std::isfinite(offset.x_mm) && std::isfinite(offset.y_mm),
+                "tool {}, {}, {}", tool, offset.x_mm, offset.y_mm);
+  const std::string x = Number(offset.x_mm);
+  const std::string y = Number(offset.y_mm);
+  switch (keeper) {
+    case kKlipperTool:
+      return {fmt::format("SET_TOOL_PARAMETER T={} PARAMETER=gcode_x_offset VALUE={}", tool, x),
+              fmt::format("SET_TOOL_PARAMETER T={} PARAMETER=gcode_y_offset VALUE={}", tool, y)};
+    case kKlipperGcodeOffset:
+      return {fmt::format("SET_GCODE_OFFSET X={} Y={}", x, y)};
+    case kMarlin:
+      return {fmt::format("M218 T{} X{} Y{}", tool, x, y)};
+    case kRepRapFirmware:
+      return {fmt::format("G10 P{} X{} Y{}", tool, x, y)};
+  }
+  return {};
+}
+
+std::vector<std::string> SaveCommands(OffsetKeeper keeper, int tool) {
+  switch (keeper) {
+    case kKlipperTool:
+      return {fmt::format("SAVE_TOOL_PARAMETER T={} PARAMETER=gcode_x_offset", tool),
+              fmt::format("SAVE_TOOL_PARAMETER T={} PARAMETER=gcode_y_offset", tool)};
+    case kMarlin:
+      return {"M500"};
+    case kRepRapFirmware:
+      return {"M500 P10"};
+    case kKlipperGcodeOffset:
+      break;
+  }
+  return {};
+}
+
+std::string SaveAdvice(OffsetKeeper keeper, int tool, const KeptOffset& offset) {
+  if (keeper == kKlipperTool) {
+    return "then SAVE_CONFIG, which writes what is pending to printer.cfg and restarts Klipper";
+  }
+  if (keeper != kKlipperGcodeOffset) return {};
+  return fmt::format("in [gcode_macro T{}] of printer.cfg:  {}", tool,
+                     SetCommands(keeper, tool, offset).front());
+}
+
+}  // namespace trammel::tool_offset

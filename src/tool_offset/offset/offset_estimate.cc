@@ -1,0 +1,298 @@
+#include "tool_offset/offset/offset_estimate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/statistics.h"
+#include "tool_offset/offset/sheet_model.h"
+#include "tool_offset/reading/structure_reader.h"
+#include "tool_offset/reading/tool_search.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+/// A bed axis in the sheet's axes.
+struct Turn {
+  double c = 1;
+  double s = 0;
+
+  explicit Turn(const SheetPlan& plan)
+      : c(std::cos(plan.settings.tilt_deg * std::numbers::pi / 180)),
+        s(std::sin(plan.settings.tilt_deg * std::numbers::pi / 180)) {}
+  /// bed = c u - s v, s u + c v
+  [[nodiscard]] SheetPoint x() const { return {c, -s}; }
+  [[nodiscard]] SheetPoint y() const { return {s, c}; }
+  [[nodiscard]] SheetPoint Bed(SheetPoint sheet) const {
+    return {c * sheet.u_mm - s * sheet.v_mm, s * sheet.u_mm + c * sheet.v_mm};
+  }
+};
+
+Measured Answer(const std::optional<Quantity>& quantity, const std::string& why_not) {
+  return quantity ? Measured::Good(*quantity) : Measured::CannotTell(why_not);
+}
+
+/// Why structures with this tool could not be read: the first reason.
+std::string FirstReason(const SheetPlan& plan, const SheetResult& result, int tool) {
+  for (const StructureReading& reading : result.structures) {
+    const Structure& structure = plan.structures[reading.structure];
+    if (reading.offset_mm.good() || structure.purpose != Purpose::kTool) continue;
+    if (structure.combs[0].tool != tool && structure.combs[1].tool != tool) continue;
+    return fmt::format("{}: {}", reading.name, reading.offset_mm.reason());
+  }
+  return "too few of its structures could be read";
+}
+
+Measured CoarseAnswer(double value_mm, double standard_uncertainty_mm) {
+  Quantity quantity;
+  quantity.value = value_mm;
+  quantity.standard_uncertainty = standard_uncertainty_mm;
+  const double half = 2 * standard_uncertainty_mm;
+  quantity.interval95 = {value_mm - half, value_mm + half};
+  return Measured::Good(quantity);
+}
+
+void Refuse(const std::string& reason, ToolReading& tool) {
+  tool.dx_mm = tool.dy_mm = Measured::Refused(reason);
+}
+
+/// A tool whose teeth touch, or lie among others: what its combs say roughly, and what to do.
+void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
+  const double most_mm = std::max(std::abs(tool.coarse_mm.u_mm), std::abs(tool.coarse_mm.v_mm));
+  if (most_mm > kCoarseReach_mm) {
+    return Refuse(
+        fmt::format("T{} is about {:+.1f} / {:+.1f} mm off, more than the {:.0f} mm that a sheet "
+                    "answers: set its offset roughly first, then print the sheet again",
+                    tool.tool, tool.coarse_mm.u_mm, tool.coarse_mm.v_mm, kCoarseReach_mm),
+        tool);
+  }
+  // Fingers are looked for within 0.3 mm; on flat paper they lie within 0.04 mm of each other.
+  constexpr double kMostSpread_mm = 0.12;
+  if (tool.mark.spread_mm > kMostSpread_mm) {
+    return Refuse(
+        fmt::format(
+            "T{}: the fingers of its combs lie unevenly, by {:.2f} mm: the paper was folded "
+            "or moved; print on a flat sheet, taped down along all edges",
+            tool.tool, tool.mark.spread_mm),
+        tool);
+  }
+  tool.coarse = true;
+  tool.dx_mm = CoarseAnswer(tool.coarse_mm.u_mm, tool.mark.standard_uncertainty_mm);
+  tool.dy_mm = CoarseAnswer(tool.coarse_mm.v_mm, tool.mark.standard_uncertainty_mm);
+  tool.notice = fmt::format(
+      "T{} is {:+.2f} / {:+.2f} mm off, too far for its combs (up to {:.2f} mm): apply this coarse "
+      "value, then print and scan the sheet again",
+      tool.tool, tool.coarse_mm.u_mm, tool.coarse_mm.v_mm, FineReach_mm(plan.settings));
+}
+
+/// Why a tool could not be found.
+std::string NotFound(const ToolReading& tool) {
+  const CoarseReading& mark = tool.mark;
+  constexpr double kMostPrinted = 0.8;  // of lines; more seem to be there
+  if (mark.beside >= 0 && mark.legs_share > kMostPrinted) {
+    return fmt::format(
+        "T{}: cannot tell where it prints: T{} prints over its lines; set the offset of both "
+        "roughly first, or print the sheet with one of them only",
+        tool.tool, mark.beside);
+  }
+  if (mark.ambiguous) {
+    return fmt::format(
+        "T{}: cannot tell where it prints: its lines seem to be at two places; look "
+        "for what covers them, or set its offset roughly first",
+        tool.tool);
+  }
+  if (mark.ink.channels > 0 && !IsReadable(mark.ink)) {
+    return fmt::format("T{}: {}", tool.tool, WhyUnreadable(mark.ink, mark.strength));
+  }
+  return fmt::format(
+      "T{}: at no place within {:.0f} mm of its own more than {:.0f} % of its lines are there: it "
+      "did not print, breaks off, is too faint on this paper, or is further off; check that it "
+      "extrudes and sticks, use a colour that stands out, or set its offset roughly first",
+      tool.tool, kSearch_mm, 100 * mark.legs_share);
+}
+
+/// What a scanner's one-sided light does to a faint line and not to a dark one: the shadow beside a
+/// line shifts the place that halves its ink by the shadow's ink over the line's. Shadows of
+/// flatbeds take up to half of the light over up to 0.2 mm beside a line.
+double ShadowUncertainty_mm(double reference, double tool) {
+  constexpr double kFaintest_mm = 0.008;  // standard uncertainty against a line of no contrast
+  const double ratio = std::min(reference, tool) / std::max({reference, tool, 1e-9});
+  // Tones of one filament differ by some per cent.
+  return ratio > 0.9 ? 0 : kFaintest_mm * (1 - ratio);
+}
+
+Quantity Widened(const Quantity& quantity, double by_mm) {
+  constexpr double kNormal95 = 1.96;
+  const double half =
+      std::hypot((quantity.interval95.hi - quantity.interval95.lo) / 2, kNormal95 * by_mm);
+  Quantity wide = quantity;
+  wide.standard_uncertainty = std::hypot(quantity.standard_uncertainty, by_mm);
+  wide.interval95 = {quantity.value - half, quantity.value + half};
+  return wide;
+}
+
+void AnswerFinely(const SheetPlan& plan, const SheetModel& model, const SheetResult& result,
+                  ToolReading& tool) {
+  constexpr double kAgree_mm = 0.25;  // the finder's reach is 0.45 mm
+  const Turn turn(plan);
+  Combination dx;
+  Combination dy;
+  dx.tool[tool.tool] = turn.x();
+  dy.tool[tool.tool] = turn.y();
+  const auto x = model.Estimate(dx);
+  const auto y = model.Estimate(dy);
+  if (!x || !y) {
+    return Refuse(fmt::format("T{}: {}", tool.tool, FirstReason(plan, result, tool.tool)), tool);
+  }
+  const SheetPoint& coarse = tool.coarse_mm;
+  const double apart_mm = std::hypot(x->value - coarse.u_mm, y->value - coarse.v_mm);
+  if (apart_mm > kAgree_mm) {
+    return Refuse(fmt::format("T{}: its teeth say {:+.3f} / {:+.3f} mm, but its combs as a whole "
+                              "{:+.2f} / {:+.2f} mm: something else lies among them; print the "
+                              "sheet again",
+                              tool.tool, x->value, y->value, coarse.u_mm, coarse.v_mm),
+                  tool);
+  }
+  const double shadow_mm = ShadowUncertainty_mm(result.reference_strength, Strength(tool.mark.ink));
+  tool.dx_mm = Measured::Good(Widened(*x, shadow_mm));
+  tool.dy_mm = Measured::Good(Widened(*y, shadow_mm));
+}
+
+void AnswerTools(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
+  const Turn turn(plan);
+  const double reach_mm = FineReach_mm(plan.settings);
+  for (ToolReading& tool : result.tools) {
+    if (!tool.mark.found) {
+      Refuse(NotFound(tool), tool);
+      continue;
+    }
+    const SheetPoint& apart = tool.mark.from_reference;
+    tool.coarse_mm = turn.Bed(apart);
+    if (std::max(std::abs(apart.u_mm), std::abs(apart.v_mm)) > reach_mm) {
+      AnswerCoarsely(plan, tool);
+    } else {
+      AnswerFinely(plan, model, result, tool);
+    }
+  }
+}
+
+void AnswerAxes(const SheetModel& model, SheetResult& result) {
+  const std::string unread = "too few structures of the reference tool could be read";
+  Combination weight;
+  weight.play = {1, 0};
+  result.backlash_mm.x = Answer(model.Estimate(weight), unread);
+  weight.play = {0, 1};
+  result.backlash_mm.y = Answer(model.Estimate(weight), unread);
+  weight.play = {};
+  weight.bias = {SheetPoint{0.5, 0}, SheetPoint{0.5, 0}};
+  result.control_bias_mm.x = Answer(model.Estimate(weight), unread);
+  weight.bias = {SheetPoint{0, 0.5}, SheetPoint{0, 0.5}};
+  result.control_bias_mm.y = Answer(model.Estimate(weight), unread);
+}
+
+void AnswerScale(const SheetPlan& plan, SheetResult& result) {
+  for (const Axis axis : {Axis::kX, Axis::kY}) {
+    std::vector<double> scale;
+    for (const StructureReading& reading : result.structures) {
+      const Structure& structure = plan.structures[reading.structure];
+      if (structure.axis != axis || !reading.offset_mm.good()) continue;
+      const LocalMap local = result.sheet.map.Near(structure.middle);
+      scale.push_back(Length(axis == Axis::kX ? local.u_px_mm : local.v_px_mm) *
+                      (1 + reading.stretch));
+    }
+    Measured& answer = axis == Axis::kX ? result.px_per_mm.x : result.px_per_mm.y;
+    if (scale.size() < 2) {
+      answer = Measured::CannotTell("fewer than two structures along this axis could be read");
+      continue;
+    }
+    Quantity quantity;
+    const auto count = static_cast<double>(scale.size());
+    quantity.value = Mean(scale);
+    quantity.standard_uncertainty = StandardDeviation(scale) / std::sqrt(count);
+    const double half = StudentT95(count - 1) * quantity.standard_uncertainty;
+    quantity.interval95 = {quantity.value - half, quantity.value + half};
+    answer = Measured::Good(quantity);
+  }
+}
+
+void AnswerPickUps(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
+  const Turn turn(plan);
+  for (const int tool : plan.settings.tools) {
+    for (int pick_up = 1; pick_up <= plan.settings.pick_ups; ++pick_up) {
+      const std::string unread =
+          fmt::format("T{}: its structures of pick-up {} could not be read", tool, pick_up);
+      Combination x;
+      Combination y;
+      x.pick_up[{tool, pick_up}] = turn.x();
+      y.pick_up[{tool, pick_up}] = turn.y();
+      result.pick_ups.push_back(
+          {tool, pick_up, Answer(model.Estimate(x), unread), Answer(model.Estimate(y), unread)});
+    }
+  }
+}
+
+void ExpectStructures(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
+  for (StructureReading& reading : result.structures) {
+    const Structure& structure = plan.structures[reading.structure];
+    const auto expected = model.Estimate(StructureEquation(plan, structure));
+    if (expected) reading.expected_mm = expected->value + Programmed_mm(structure);
+  }
+}
+
+void AnswerSelfTest(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
+  for (const StructureReading& reading : result.structures) {
+    const Structure& structure = plan.structures[reading.structure];
+    if (structure.purpose != Purpose::kSelfTest) continue;
+    const std::string why_not =
+        reading.offset_mm.good() ? "the method's bias is not known" : reading.offset_mm.reason();
+    result.self_tests.push_back({reading.name, Programmed_mm(structure),
+                                 Answer(model.WithoutBias(plan, reading), why_not)});
+  }
+}
+
+void Notify(const SheetModel& model, SheetResult& result) {
+  constexpr double kWorse =
+      2;  // times the sheet's scatter; chance does not make it with 24 fingers
+  constexpr double kLeast_mm = 0.003;
+  result.finger_scatter_mm = model.pooled_scatter_mm();
+  result.chi_square_per_freedom = model.freedom() > 0 ? model.chi_square() / model.freedom() : 1;
+  if (model.bias_by_direction()) {
+    result.notices.push_back(
+        "the control structures drawn one way disagree with those drawn the other way beyond their "
+        "scatter: a bias for each way is fitted, and the intervals are wider");
+  }
+  if (model.widened()) {
+    result.notices.push_back(fmt::format(
+        "the structures contradict each other by {:.1f} times what the scatter of their fingers "
+        "explains: all intervals are wider by that much",
+        std::sqrt(result.chi_square_per_freedom)));
+  }
+  for (const StructureReading& reading : result.structures) {
+    const double scatter_mm = reading.residual_rms_mm;
+    if (!reading.offset_mm.good() ||
+        scatter_mm < std::max(kLeast_mm, kWorse * result.finger_scatter_mm)) {
+      continue;
+    }
+    result.notices.push_back(fmt::format(
+        "the fingers of {} scatter by {:.1f} um, those of the whole sheet by {:.1f} um: look there "
+        "for dirt, a loose sheet or a clogged nozzle",
+        reading.name, 1e3 * scatter_mm, 1e3 * result.finger_scatter_mm));
+  }
+}
+
+}  // namespace
+
+void EstimateOffsets(const SheetPlan& plan, SheetResult& result) {
+  const SheetModel model(plan, result.structures);
+  AnswerTools(plan, model, result);
+  AnswerAxes(model, result);
+  AnswerScale(plan, result);
+  AnswerPickUps(plan, model, result);
+  AnswerSelfTest(plan, model, result);
+  ExpectStructures(plan, model, result);
+  Notify(model, result);
+}
+
+}  // namespace trammel::tool_offset

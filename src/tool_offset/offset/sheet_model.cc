@@ -1,0 +1,318 @@
+#include "tool_offset/offset/sheet_model.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/chi_square.h"
+#include "base/statistics.h"
+#include "geometry/decompositions.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+/// Less likely than this by chance: a contradiction, which widens the intervals.
+constexpr double kContradiction = 0.01;
+/// The same of controls drawn + and -. It moves the answers, and nothing known makes the method's
+/// bias depend on the way that a leg was drawn: chance must be out of the question.
+constexpr double kBiasByDirection = 0.001;
+
+/// Pooled scatter of a tool's fingers.
+struct ToolScatter {
+  double squares_mm2 = 0;
+  double freedom = 0;
+  [[nodiscard]] double variance_mm2() const { return squares_mm2 / std::max(1e-9, freedom); }
+};
+
+/// A readable structure as one equation.
+struct Equation {
+  Combination combination;
+  double value_mm = 0;
+  double variance_mm2 = 0;
+  std::array<double, 2> share_mm2{};  ///< of the variance, by comb
+  std::array<int, 2> tool{};
+  Purpose purpose = Purpose::kTool;
+  Axis axis = Axis::kX;
+  int direction = 1;
+};
+
+/// Where each unknown stands in the vector of all.
+struct Columns {
+  std::map<int, int> tool;
+  std::map<std::pair<int, int>, int> pick_up;
+  int play = 0;
+  int bias = 0;
+  bool by_direction = false;
+  int count = 0;
+
+  Columns(const std::vector<Equation>& equations, bool bias_by_direction)
+      : by_direction(bias_by_direction) {
+    for (const Equation& equation : equations) {
+      for (const auto& [number, weight] : equation.combination.tool) Add(tool, number);
+      for (const auto& [number, weight] : equation.combination.pick_up) Add(pick_up, number);
+    }
+    play = count;
+    bias = count + 2;
+    count += by_direction ? 6 : 4;
+  }
+
+  /// False where the combination asks for something that no equation has.
+  bool Row(const Combination& c, Eigen::Ref<Eigen::VectorXd> row) const {
+    row.setZero();
+    const auto add = [&](int column, SheetPoint weight) {
+      row[column] += weight.u_mm;
+      row[column + 1] += weight.v_mm;
+    };
+    for (const auto& [number, weight] : c.tool) {
+      const auto found = tool.find(number);
+      if (found == tool.end()) return false;
+      add(found->second, weight);
+    }
+    for (const auto& [number, weight] : c.pick_up) {
+      const auto found = pick_up.find(number);
+      if (found == pick_up.end()) return false;
+      add(found->second, weight);
+    }
+    add(play, c.play);
+    add(bias, c.bias[0]);
+    add(by_direction ? bias + 2 : bias, c.bias[1]);
+    return true;
+  }
+
+ private:
+  template <class Key>
+  void Add(std::map<Key, int>& columns, const Key& key) {
+    if (columns.emplace(key, count).second) count += 2;
+  }
+};
+
+/// How the nozzle lags while a comb's legs are drawn, along the sheet's axis, per mm of each play.
+SheetPoint PlayAlong(const SheetPlan& plan, const Structure& structure, std::size_t comb) {
+  const double tilt_rad = plan.settings.tilt_deg * std::numbers::pi / 180;
+  const double c = std::cos(tilt_rad);
+  const double s = std::sin(tilt_rad);
+  const Leg leg = FingerLegs(plan, structure, comb, 0)[0];
+  const double du = leg.end.u_mm - leg.start.u_mm;
+  const double dv = leg.end.v_mm - leg.start.v_mm;
+  const double lag_x = -std::copysign(0.5, du * c - dv * s);
+  const double lag_y = -std::copysign(0.5, du * s + dv * c);
+  return structure.axis == Axis::kX ? SheetPoint{lag_x * c, lag_y * s}
+                                    : SheetPoint{-lag_x * s, lag_y * c};
+}
+
+}  // namespace
+
+double Programmed_mm(const Structure& structure) {
+  const SheetPoint& first = structure.combs[0].programmed;
+  const SheetPoint& second = structure.combs[1].programmed;
+  return structure.axis == Axis::kX ? second.u_mm - first.u_mm : second.v_mm - first.v_mm;
+}
+
+struct SheetModel::Solution {
+  std::map<int, ToolScatter> scatter;
+  std::vector<Equation> equations;
+  std::optional<Columns> columns;
+  Eigen::VectorXd unknowns;
+  Eigen::MatrixXd influence;   ///< of each equation on each unknown
+  Eigen::MatrixXd unknowable;  ///< directions that no equation determines, one per column
+  double chi_square = 0;
+  int freedom = 0;
+  double widening = 1;  ///< of all variances
+
+  void Pool(const SheetPlan& plan, const std::vector<StructureReading>& structures);
+  void Collect(const SheetPlan& plan, const std::vector<StructureReading>& structures);
+  void Solve(bool bias_by_direction);
+  [[nodiscard]] bool ControlsDisagree() const;
+  [[nodiscard]] Quantity Spread(double value_mm, const Eigen::VectorXd& gain) const;
+};
+
+Combination StructureEquation(const SheetPlan& plan, const Structure& structure) {
+  Combination combination;
+  const bool is_x = structure.axis == Axis::kX;
+  const auto unit = [&](double sign) { return is_x ? SheetPoint{sign, 0} : SheetPoint{0, sign}; };
+  const auto add = [](SheetPoint& to, SheetPoint what) {
+    to.u_mm += what.u_mm;
+    to.v_mm += what.v_mm;
+  };
+  for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+    const Comb& drawn = structure.combs[comb];
+    const double sign = comb == 1 ? 1 : -1;
+    if (drawn.tool != plan.settings.reference_tool) {
+      add(combination.tool[drawn.tool], unit(sign));
+    }
+    if (drawn.pick_up > 0) add(combination.pick_up[{drawn.tool, drawn.pick_up}], unit(sign));
+    const SheetPoint play = PlayAlong(plan, structure, comb);
+    add(combination.play, {sign * play.u_mm, sign * play.v_mm});
+    add(combination.bias[drawn.direction > 0 ? 0 : 1], unit(0.5));
+  }
+  return combination;
+}
+
+void SheetModel::Solution::Pool(const SheetPlan& plan,
+                                const std::vector<StructureReading>& structures) {
+  for (const StructureReading& reading : structures) {
+    if (!reading.offset_mm.good()) continue;
+    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+      ToolScatter& tool = scatter[plan.structures[reading.structure].combs[comb].tool];
+      tool.squares_mm2 += reading.comb_squares_mm2[comb];
+      tool.freedom += reading.comb_freedom[comb];
+    }
+  }
+}
+
+void SheetModel::Solution::Collect(const SheetPlan& plan,
+                                   const std::vector<StructureReading>& structures) {
+  /// A structure this much worse than its tools elsewhere stands for itself.
+  constexpr double kWorse = 2.5;
+  constexpr double kLeast_mm2 = 1e-12;  // 1 nm: a drawn page without noise
+  for (const StructureReading& reading : structures) {
+    if (!reading.offset_mm.good()) continue;
+    const Structure& structure = plan.structures[reading.structure];
+    if (structure.purpose == Purpose::kSelfTest) continue;
+    Equation equation;
+    equation.combination = StructureEquation(plan, structure);
+    equation.value_mm = reading.offset_mm.quantity().value - Programmed_mm(structure);
+    equation.purpose = structure.purpose;
+    equation.axis = structure.axis;
+    equation.direction = structure.combs[0].direction;
+    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+      equation.tool[comb] = structure.combs[comb].tool;
+      const double pooled_mm2 = scatter[equation.tool[comb]].variance_mm2();
+      const double own_mm2 =
+          reading.comb_squares_mm2[comb] / std::max(1e-9, reading.comb_freedom[comb]);
+      equation.share_mm2[comb] =
+          std::max(kLeast_mm2, own_mm2 > kWorse * pooled_mm2 ? own_mm2 : pooled_mm2) *
+          reading.gain[comb] * reading.gain[comb];
+    }
+    equation.variance_mm2 = equation.share_mm2[0] + equation.share_mm2[1];
+    equations.push_back(equation);
+  }
+}
+
+void SheetModel::Solution::Solve(bool bias_by_direction) {
+  columns.emplace(equations, bias_by_direction);
+  const auto rows = static_cast<Eigen::Index>(equations.size());
+  Eigen::MatrixXd design(rows, columns->count);
+  Eigen::VectorXd y(rows);
+  Eigen::VectorXd root(rows);  // of each weight
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const Equation& equation = equations[static_cast<std::size_t>(i)];
+    Eigen::VectorXd row(columns->count);
+    columns->Row(equation.combination, row);
+    design.row(i) = row.transpose();
+    y[i] = equation.value_mm;
+    root[i] = 1 / std::sqrt(equation.variance_mm2);
+  }
+  const double scale = rows > 0 ? root.maxCoeff() : 1;
+  const Eigen::MatrixXd weighted = (root / scale).asDiagonal() * design;
+  const geometry::SingularValues of = geometry::DecomposeSingular(weighted.transpose() * weighted);
+  const double smallest = 1e-9 * std::max(1e-300, of.values.maxCoeff());
+  const auto rank = (of.values.array() > smallest).count();
+  const Eigen::MatrixXd known = of.v.leftCols(rank);
+  unknowable = of.v.rightCols(columns->count - rank);
+  influence = known * of.values.head(rank).cwiseInverse().asDiagonal() * known.transpose() *
+              weighted.transpose() * (root / scale).asDiagonal();
+  unknowns = influence * y;
+  chi_square = root.cwiseProduct(y - design * unknowns).squaredNorm();
+  freedom = static_cast<int>(rows - rank);
+}
+
+bool SheetModel::Solution::ControlsDisagree() const {
+  double sum = 0;
+  int tests = 0;
+  for (const Axis axis : {Axis::kX, Axis::kY}) {
+    std::array<double, 2> weight{};
+    std::array<double, 2> mean_mm{};
+    for (const Equation& equation : equations) {
+      if (equation.purpose != Purpose::kControl || equation.axis != axis) continue;
+      const std::size_t way = equation.direction > 0 ? 0 : 1;
+      weight[way] += 1 / equation.variance_mm2;
+      mean_mm[way] += equation.value_mm / equation.variance_mm2;
+    }
+    if (weight[0] == 0 || weight[1] == 0) continue;
+    const double apart_mm = mean_mm[0] / weight[0] - mean_mm[1] / weight[1];
+    sum += apart_mm * apart_mm / (1 / weight[0] + 1 / weight[1]);
+    ++tests;
+  }
+  return ChiSquareTail(sum, tests) < kBiasByDirection;
+}
+
+/// Value ± what the fingers' scatter makes of it; degrees of freedom after Welch and Satterthwaite.
+Quantity SheetModel::Solution::Spread(double value_mm, const Eigen::VectorXd& gain) const {
+  std::map<int, double> share_mm2;
+  for (std::size_t i = 0; i < equations.size(); ++i) {
+    const double squared = gain[static_cast<Eigen::Index>(i)] * gain[static_cast<Eigen::Index>(i)];
+    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+      share_mm2[equations[i].tool[comb]] += squared * equations[i].share_mm2[comb];
+    }
+  }
+  double variance_mm2 = 0;
+  double fourth = 0;
+  for (const auto& [tool, share] : share_mm2) {
+    variance_mm2 += share;
+    fourth += share * share / std::max(1.0, scatter.at(tool).freedom);
+  }
+  double degrees = fourth > 0 ? variance_mm2 * variance_mm2 / fourth : 1e6;
+  if (widening > 1) degrees = std::min(degrees, std::max(1.0, static_cast<double>(freedom)));
+  Quantity quantity;
+  quantity.value = value_mm;
+  quantity.standard_uncertainty = std::sqrt(variance_mm2 * widening);
+  const double half = StudentT95(degrees) * quantity.standard_uncertainty;
+  quantity.interval95 = {value_mm - half, value_mm + half};
+  return quantity;
+}
+
+SheetModel::SheetModel(const SheetPlan& plan, const std::vector<StructureReading>& structures)
+    : solution_(std::make_unique<Solution>()) {
+  solution_->Pool(plan, structures);
+  solution_->Collect(plan, structures);
+  solution_->Solve(solution_->ControlsDisagree());
+  if (ChiSquareTail(solution_->chi_square, solution_->freedom) < kContradiction) {
+    solution_->widening = solution_->chi_square / solution_->freedom;
+  }
+}
+
+SheetModel::~SheetModel() = default;
+
+std::optional<Quantity> SheetModel::Estimate(const Combination& combination) const {
+  constexpr double kDetermined = 1e-6;
+  Eigen::VectorXd row(solution_->columns->count);
+  if (!solution_->columns->Row(combination, row)) return std::nullopt;
+  if ((solution_->unknowable.transpose() * row).norm() > kDetermined) return std::nullopt;
+  return solution_->Spread(row.dot(solution_->unknowns), solution_->influence.transpose() * row);
+}
+
+std::optional<Quantity> SheetModel::WithoutBias(const SheetPlan& plan,
+                                                const StructureReading& reading) const {
+  if (!reading.offset_mm.good()) return std::nullopt;
+  Combination bias;
+  bias.bias = StructureEquation(plan, plan.structures[reading.structure]).bias;
+  const auto known = Estimate(bias);
+  if (!known) return std::nullopt;
+  Quantity quantity = reading.offset_mm.quantity();
+  const double widest =
+      StudentT95(std::max(1.0, reading.comb_freedom[0] + reading.comb_freedom[1]));
+  quantity.value -= known->value;
+  quantity.standard_uncertainty =
+      std::hypot(quantity.standard_uncertainty, known->standard_uncertainty);
+  const double half = widest * quantity.standard_uncertainty;
+  quantity.interval95 = {quantity.value - half, quantity.value + half};
+  return quantity;
+}
+
+double SheetModel::chi_square() const { return solution_->chi_square; }
+int SheetModel::freedom() const { return solution_->freedom; }
+bool SheetModel::bias_by_direction() const { return solution_->columns->by_direction; }
+bool SheetModel::widened() const { return solution_->widening > 1; }
+
+double SheetModel::pooled_scatter_mm() const {
+  ToolScatter all;
+  for (const auto& [tool, scatter] : solution_->scatter) {
+    all.squares_mm2 += scatter.squares_mm2;
+    all.freedom += scatter.freedom;
+  }
+  return std::sqrt(all.variance_mm2());
+}
+
+}  // namespace trammel::tool_offset

@@ -1,0 +1,64 @@
+// All structures of a sheet together: offsets of the tools, play of the axes, bias of the method.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/measured.h"
+#include "tool_offset/reading/sheet_result.h"
+
+namespace trammel::tool_offset {
+
+/// A weighted sum of the sheet's unknowns, in mm. Weights in the sheet's or the bed's axes, as
+/// named.
+struct Combination {
+  std::map<int, SheetPoint> tool;                     ///< of a tool's offset, sheet axes
+  std::map<std::pair<int, int>, SheetPoint> pick_up;  ///< of (tool, pick-up), sheet axes
+  SheetPoint play;                                    ///< of the play along x (u_mm) and y (v_mm)
+  /// Of the method's bias along u (u_mm) and v (v_mm), for legs drawn + and for legs drawn -.
+  std::array<SheetPoint, 2> bias;
+};
+
+/// What a structure's offset is made of, but for its programmed one:
+///   o = (offset of comb 1's tool - offset of comb 0's tool + play of 1 - play of 0) along its axis
+///       + bias of that axis.
+/// While an axis moves up the nozzle is half of its play behind, down half ahead; a leg along u or
+/// v of the tilted sheet moves both axes.
+[[nodiscard]] Combination StructureEquation(const SheetPlan& plan, const Structure& structure);
+
+/// By how much comb 1 was moved against comb 0 on purpose, along the measured axis.
+[[nodiscard]] double Programmed_mm(const Structure& structure);
+
+/// Least squares over all structures that could be read, weighted by the scatter of their fingers,
+/// pooled by tool.
+///
+/// The bias is one per axis; where the controls say that it differs between + and - legs
+/// (chi-square, 0.1 %), it is one per direction, which costs precision. Where the structures
+/// contradict each other beyond their scatter (chi-square, 1 %), all uncertainties grow by the
+/// square root of the ratio.
+class SheetModel {
+ public:
+  SheetModel(const SheetPlan& plan, const std::vector<StructureReading>& structures);
+  ~SheetModel();
+
+  /// The combination's value; nothing where the readable structures do not determine it.
+  [[nodiscard]] std::optional<Quantity> Estimate(const Combination& combination) const;
+  /// The offset of a structure outside the model (self-test) without the method's bias.
+  [[nodiscard]] std::optional<Quantity> WithoutBias(const SheetPlan& plan,
+                                                    const StructureReading& reading) const;
+
+  [[nodiscard]] double chi_square() const;
+  [[nodiscard]] int freedom() const;
+  [[nodiscard]] bool bias_by_direction() const;
+  [[nodiscard]] bool widened() const;
+  [[nodiscard]] double pooled_scatter_mm() const;  ///< of a finger
+
+ private:
+  struct Solution;
+  std::unique_ptr<Solution> solution_;
+};
+
+}  // namespace trammel::tool_offset

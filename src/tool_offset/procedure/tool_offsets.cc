@@ -1,0 +1,163 @@
+#include "tool_offset/procedure/tool_offsets.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "session/idle.h"
+
+namespace trammel::procedure {
+namespace {
+
+using tool_offset::KeptOffset;
+using tool_offset::OffsetKeeper;
+
+constexpr double kAsk_s = 10;
+
+/// Klipper's name of the [tool] with this number.
+Result<std::string> ObjectOf(const Session& session, int tool) {
+  const auto status = session.printer.Query({{"toolchanger", {"tool_numbers", "tool_names"}}},
+                                            session.Within(kAsk_s));
+  if (!status) return tl::unexpected(status.error());
+  const nlohmann::json none = nlohmann::json::array();
+  const auto list = [&](const char* key) -> const nlohmann::json& {
+    const auto object = status->find("toolchanger");
+    if (object == status->end() || !object->is_object()) return none;
+    const auto found = object->find(key);
+    return found != object->end() && found->is_array() ? *found : none;
+  };
+  const nlohmann::json& numbers = list("tool_numbers");
+  const nlohmann::json& names = list("tool_names");
+  for (std::size_t i = 0; i < std::min(numbers.size(), names.size()); ++i) {
+    if (numbers[i] == tool && names[i].is_string()) return names[i].get<std::string>();
+  }
+  return Fail(
+      numbers.empty()
+          ? fmt::format("the printer has no tools of klipper-toolchanger; give the offset of tool "
+                        "{0} by hand with --now {0}:X,Y",
+                        tool)
+          : fmt::format("the printer has no tool {}: its toolchanger has {}", tool,
+                        numbers.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)),
+      ErrorKind::kMachine);
+}
+
+Result<double> NumberIn(const nlohmann::json& object, const char* key, int tool) {
+  constexpr double kFarthest_mm = 1000;  // no head carries two tools so far from each other
+  const auto value = object.find(key);
+  if (value != object.end() && value->is_number()) {
+    const double offset_mm = value->get<double>();
+    if (std::abs(offset_mm) <= kFarthest_mm) return offset_mm;
+    return Fail(
+        fmt::format("the printer says that {} of tool {} is {:g} mm, which no tool has; see "
+                    "its configuration, or give its offset by hand with --now {}:X,Y",
+                    key, tool, offset_mm, tool),
+        ErrorKind::kMachine);
+  }
+  return Fail(fmt::format("the printer tells no {} of tool {}; give its offset by hand with --now "
+                          "{}:X,Y",
+                          key, tool, tool),
+              ErrorKind::kMachine);
+}
+
+Result<void> RunAll(const Session& session, const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) {
+    if (auto done = session.printer.Run(line, session.Within(kAsk_s)); !done) return done;
+  }
+  return {};
+}
+
+Result<void> Compare(const Session& session, int tool, const KeptOffset& offset) {
+  const auto now = ReadToolOffset(session, tool);
+  if (!now) return tl::unexpected(now.error());
+  constexpr double kRounding_mm = 0.00051;  // commands carry micrometres
+  if (std::abs(now->x_mm - offset.x_mm) <= kRounding_mm &&
+      std::abs(now->y_mm - offset.y_mm) <= kRounding_mm) {
+    return {};
+  }
+  return Fail(fmt::format("the printer was told an offset of {:.3f}, {:.3f} mm for tool {} and "
+                          "reports {:.3f}, {:.3f} mm",
+                          offset.x_mm, offset.y_mm, tool, now->x_mm, now->y_mm),
+              ErrorKind::kMachine);
+}
+
+/// Whether SAVE_CONFIG has something left to do.
+Result<bool> IsPending(const Session& session) {
+  const auto status =
+      session.printer.Query({{"configfile", {"save_config_pending"}}}, session.Within(kAsk_s));
+  if (!status) return tl::unexpected(status.error());
+  const auto object = status->find("configfile");
+  if (object == status->end() || !object->is_object()) return false;
+  const auto pending = object->find("save_config_pending");
+  return pending != object->end() && pending->is_boolean() && pending->get<bool>();
+}
+
+/// The restart may cut the command's own answer off, and questions behind it: what counts is that
+/// nothing is left pending once Klipper is there again.
+Result<void> SaveConfig(const Session& session) {
+  constexpr double kRestart_s = 120;
+  constexpr double kStep_s = 0.2;
+  constexpr double kBegins_s = 2;  // a restart that was promised
+  const auto ran = session.printer.Run("SAVE_CONFIG", session.Within(kAsk_s));
+  for (double waited_s = 0; waited_s < (ran ? kRestart_s : kBegins_s); waited_s += kStep_s) {
+    if (!Pause(kStep_s, session.stop)) {
+      return Fail("stopped while Klipper restarts: look whether the offsets were kept",
+                  ErrorKind::kInterrupted);
+    }
+    if (auto ready = session.printer.WaitUntilReady(session.Within(kRestart_s)); !ready) {
+      return ready;
+    }
+    const auto pending = IsPending(session);
+    if (pending && !*pending) return {};
+  }
+  return Fail(fmt::format("the offsets are set, but SAVE_CONFIG did not keep them beyond a restart"
+                          "{}; write them into the [tool] sections yourself, where an included "
+                          "file has them",
+                          ran ? "" : ": " + ran.error().message),
+              ErrorKind::kMachine);
+}
+
+}  // namespace
+
+Result<KeptOffset> ReadToolOffset(const Session& session, int tool) {
+  const auto name = ObjectOf(session, tool);
+  if (!name) return tl::unexpected(name.error());
+  const auto status = session.printer.Query({{*name, {"gcode_x_offset", "gcode_y_offset"}}},
+                                            session.Within(kAsk_s));
+  if (!status) return tl::unexpected(status.error());
+  const auto found = status->find(*name);
+  const nlohmann::json object =
+      found != status->end() && found->is_object() ? *found : nlohmann::json::object();
+  const auto x = NumberIn(object, "gcode_x_offset", tool);
+  if (!x) return tl::unexpected(x.error());
+  const auto y = NumberIn(object, "gcode_y_offset", tool);
+  if (!y) return tl::unexpected(y.error());
+  return KeptOffset{*x, *y};
+}
+
+Result<void> SetToolOffset(const Session& session, int tool, const KeptOffset& offset) {
+  if (auto may = RefuseWhilePrinting(session, "the offset"); !may) return may;
+  if (auto set = RunAll(session, SetCommands(OffsetKeeper::kKlipperTool, tool, offset)); !set) {
+    return set;
+  }
+  return Compare(session, tool, offset);
+}
+
+Result<void> KeepToolOffsets(const Session& session, const std::map<int, KeptOffset>& offsets) {
+  if (auto may = RefuseWhilePrinting(session, "the offset"); !may) return may;
+  for (const auto& [tool, offset] : offsets) {
+    if (auto kept = RunAll(session, SaveCommands(OffsetKeeper::kKlipperTool, tool)); !kept) {
+      return kept;
+    }
+  }
+  if (auto saved = SaveConfig(session); !saved) return saved;
+  for (const auto& [tool, offset] : offsets) {
+    if (auto same = Compare(session, tool, offset); !same) return same;
+  }
+  return {};
+}
+
+}  // namespace trammel::procedure

@@ -1,0 +1,129 @@
+#include "tool_offset/procedure/tool_offsets.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include "session/fake_printer.h"
+
+namespace trammel::procedure {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using tool_offset::KeptOffset;
+
+// Keeps the offset of tool 1 alone, which has a name of its own.
+class ToolPrinter : public testing::FakePrinter {
+ public:
+  nlohmann::json tool = {{"gcode_x_offset", 0.25}, {"gcode_y_offset", -0.5}};
+  bool deaf = false;      // takes commands and does nothing
+  bool included = false;  // SAVE_CONFIG cannot write the section
+  bool pending = false;
+  bool changer = true;
+
+  Result<void> Run(std::string_view script, const machine::WaitLimit& limit) override {
+    const auto done = FakePrinter::Run(script, limit);
+    char axis = 0;
+    double value = 0;
+    if (!deaf && std::sscanf(std::string(script).c_str(),
+                             "SET_TOOL_PARAMETER T=1 PARAMETER=gcode_%c_offset VALUE=%lf", &axis,
+                             &value) == 2) {
+      tool[axis == 'x' ? "gcode_x_offset" : "gcode_y_offset"] = value;
+    }
+    if (script.starts_with("SAVE_TOOL_PARAMETER")) pending = true;
+    if (script == "SAVE_CONFIG") {
+      if (included) return Fail("conflicts with included value", ErrorKind::kMachine);
+      pending = false;
+    }
+    return done;
+  }
+  Result<nlohmann::json> Query(const std::vector<machine::ObjectFields>& objects,
+                               const machine::WaitLimit&) override {
+    nlohmann::json status = nlohmann::json::object();
+    for (const machine::ObjectFields& asked : objects) {
+      status[asked.object] = nlohmann::json::object();
+      if (asked.object == "tool left") status[asked.object] = tool;
+      if (asked.object == "configfile") status[asked.object]["save_config_pending"] = pending;
+      if (asked.object == "toolchanger" && changer) {
+        status[asked.object] = {{"tool_numbers", {0, 1}}, {"tool_names", {"tool T0", "tool left"}}};
+      }
+    }
+    return status;
+  }
+};
+
+TEST(ToolOffsets, AnOffsetThatNoToolHasIsThePrintersFault) {
+  ToolPrinter printer;
+  printer.tool["gcode_y_offset"] = 1e308;
+  const auto offset = ReadToolOffset({printer, {}, {}}, 1);
+  ASSERT_FALSE(offset);
+  EXPECT_THAT(offset.error().message, HasSubstr("gcode_y_offset of tool 1 is 1e+308 mm"));
+}
+
+TEST(ToolOffsets, AreReadSetAndReadBackUnderTheNameThatTheChangerTells) {
+  ToolPrinter printer;
+  const Session session{printer, {}, {}};
+  const auto before = ReadToolOffset(session, 1);
+  ASSERT_TRUE(before) << before.error().message;
+  EXPECT_EQ(before->x_mm, 0.25);
+  EXPECT_EQ(before->y_mm, -0.5);
+  ASSERT_TRUE(SetToolOffset(session, 1, {0.1, 0.2}));
+  EXPECT_THAT(printer.scripts,
+              ElementsAre("SET_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset VALUE=0.100",
+                          "SET_TOOL_PARAMETER T=1 PARAMETER=gcode_y_offset VALUE=0.200"));
+}
+
+TEST(ToolOffsets, AreKeptByOneSaveConfigBehindAllTools) {
+  ToolPrinter printer;
+  const Session session{printer, {}, {}};
+  ASSERT_TRUE(SetToolOffset(session, 1, {0.1, 0.2}));
+  printer.scripts.clear();
+  const auto kept = KeepToolOffsets(session, {{1, {0.1, 0.2}}});
+  ASSERT_TRUE(kept) << kept.error().message;
+  EXPECT_THAT(printer.scripts,
+              ElementsAre("SAVE_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset",
+                          "SAVE_TOOL_PARAMETER T=1 PARAMETER=gcode_y_offset", "SAVE_CONFIG"));
+}
+
+TEST(ToolOffsets, WhatSaveConfigCannotWriteIsAnErrorThatSaysWhatToDo) {
+  ToolPrinter printer;
+  printer.included = true;
+  const Session session{printer, {}, {}};
+  ASSERT_TRUE(SetToolOffset(session, 1, {0.1, 0.2}));
+  const auto kept = KeepToolOffsets(session, {{1, {0.1, 0.2}}});
+  ASSERT_FALSE(kept);
+  EXPECT_THAT(kept.error().message, HasSubstr("included"));
+  EXPECT_THAT(kept.error().message, HasSubstr("[tool]"));
+}
+
+TEST(ToolOffsets, AValueThatDoesNotComeBackIsAnError) {
+  ToolPrinter printer;
+  printer.deaf = true;
+  const auto set = SetToolOffset({printer, {}, {}}, 1, {0.1, 0.2});
+  ASSERT_FALSE(set);
+  EXPECT_THAT(set.error().message, HasSubstr("reports 0.250, -0.500 mm"));
+}
+
+TEST(ToolOffsets, APrintIsNotDisturbed) {
+  ToolPrinter printer;
+  printer.state.print_state = "printing";
+  EXPECT_FALSE(SetToolOffset({printer, {}, {}}, 1, {0.1, 0.2}));
+  EXPECT_FALSE(KeepToolOffsets({printer, {}, {}}, {{1, {0.1, 0.2}}}));
+  EXPECT_TRUE(printer.scripts.empty());
+}
+
+TEST(ToolOffsets, AToolThatThePrinterHasNotIsNamedWithThoseThatItHas) {
+  ToolPrinter printer;
+  const auto none = ReadToolOffset({printer, {}, {}}, 2);
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().message, HasSubstr("no tool 2: its toolchanger has [0,1]"));
+  printer.changer = false;
+  const auto plain = ReadToolOffset({printer, {}, {}}, 1);
+  ASSERT_FALSE(plain);
+  EXPECT_THAT(plain.error().message, HasSubstr("--now 1:X,Y"));
+}
+
+}  // namespace
+}  // namespace trammel::procedure

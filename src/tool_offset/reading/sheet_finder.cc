@@ -1,0 +1,384 @@
+#include "tool_offset/reading/sheet_finder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "tool_offset/reading/box_candidates.h"
+#include "tool_offset/reading/line_spacing.h"
+#include "tool_offset/reading/small_page.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+/// How far apart a scanner's two axes may be in scale.
+constexpr double kAnisotropy = 0.04;
+/// A part of each side where the box's lines must be found.
+constexpr double kSideFound = 0.6;
+
+/// What a rectangle of lines turned out to be, in the order of how much it says.
+enum class Finding { kNothing, kPart, kUnreadable, kBroken, kMerged, kOther, kMirrored, kSheet };
+
+struct Attempt {
+  Finding finding = Finding::kNothing;
+  SheetOnPage sheet;
+  std::uint16_t other_id = 0;
+  double line_width_mm = 0;  ///< where the box's lines have merged
+  int missing_cells = 0;     ///< where the code has lost lines
+};
+
+/// Strength that only ink and edges have: the 99.7 % point, or what stands out of noise.
+int InkStrength(const SmallPage& small) {
+  constexpr double kPart = 0.003;
+  constexpr int kFaintest = 12;
+  std::array<std::int64_t, 256> histogram{};
+  for (const std::uint8_t value : small.strength) ++histogram[value];
+  const auto wanted = static_cast<std::int64_t>(kPart * static_cast<double>(small.strength.size()));
+  std::int64_t above = 0;
+  int level = 255;
+  while (level > kFaintest && (above += histogram[static_cast<std::size_t>(level)]) < wanted) {
+    --level;
+  }
+  return level;
+}
+
+/// Weights that give the ink along the candidate's sides the value 1 above the paper.
+ChannelMix MixOfSides(const SmallPage& small, const BoxCandidate& candidate, int threshold) {
+  std::array<double, 3> difference{};
+  int count = 0;
+  for (std::size_t side = 0; side < 4; ++side) {
+    const PagePoint from = candidate.corners[side];
+    const PagePoint to = candidate.corners[(side + 1) % 4];
+    const int steps = static_cast<int>(Length(to - from));
+    for (int i = 0; i < steps; ++i) {
+      const PagePoint at = from + (static_cast<double>(i) / steps) * (to - from);
+      for (int dy = -2; dy <= 2; ++dy) {
+        for (int dx = -2; dx <= 2; ++dx) {
+          const int x = static_cast<int>(std::lround(at.x_px)) + dx;
+          const int y = static_cast<int>(std::lround(at.y_px)) + dy;
+          if (x < 0 || y < 0 || x >= small.width || y >= small.height) continue;
+          if (small.strength[small.at(x, y)] < threshold) continue;
+          ++count;
+          for (int c = 0; c < small.channels; ++c) {
+            const std::size_t k = small.at(x, y) * static_cast<std::size_t>(small.channels) +
+                                  static_cast<std::size_t>(c);
+            difference[static_cast<std::size_t>(c)] +=
+                static_cast<double>(small.pixels[k]) - static_cast<double>(small.background[k]);
+          }
+        }
+      }
+    }
+  }
+  double squares = 0;
+  for (double& value : difference) {
+    value /= std::max(1, count);
+    squares += value * value;
+  }
+  ChannelMix mix{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    mix[c] = static_cast<float>(difference[c] / std::max(1.0, squares));
+  }
+  return mix;
+}
+
+/// The map that lays the sheet's u axis along side `side` of the candidate.
+std::optional<PageMap> StartMap(const SmallPage& small, const BoxCandidate& candidate,
+                                std::size_t side, const SheetPlan& plan) {
+  std::array<PagePoint, 4> corners;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const PagePoint corner = candidate.corners[(i + side) % 4];
+    corners[i] = small.OnPage(corner.x_px, corner.y_px);
+  }
+  // Counter-clockwise on the sheet is clockwise on the page, whose y runs down.
+  const PagePoint first = corners[1] - corners[0];
+  const PagePoint last = corners[3] - corners[0];
+  if (first.x_px * last.y_px - first.y_px * last.x_px > 0) {
+    std::swap(corners[0], corners[3]);
+    std::swap(corners[1], corners[2]);
+  }
+  return MapOfCorners(corners, plan.width_mm, plan.height_mm);
+}
+
+/// The same lines with the axes the other way round.
+PageMap Turned(const PageMap& map, bool flip_u, bool flip_v) {
+  PageMap turned = map;
+  const auto reverse = [](std::array<double, 4>& cubic) {
+    cubic[1] = -cubic[1];
+    cubic[3] = -cubic[3];
+  };
+  const auto negate = [](std::array<double, 4>& cubic) {
+    for (double& value : cubic) value = -value;
+  };
+  if (flip_u) {
+    turned.lean_per_mm.u_mm = -turned.lean_per_mm.u_mm;
+    turned.u_px_mm = -1.0 * turned.u_px_mm;
+    std::swap(turned.bend_mm[kLeft], turned.bend_mm[kRight]);
+    negate(turned.bend_mm[kLeft]);
+    negate(turned.bend_mm[kRight]);
+    reverse(turned.bend_mm[kBottom]);
+    reverse(turned.bend_mm[kTop]);
+  }
+  if (flip_v) {
+    turned.lean_per_mm.v_mm = -turned.lean_per_mm.v_mm;
+    turned.v_px_mm = -1.0 * turned.v_px_mm;
+    std::swap(turned.bend_mm[kBottom], turned.bend_mm[kTop]);
+    negate(turned.bend_mm[kBottom]);
+    negate(turned.bend_mm[kTop]);
+    reverse(turned.bend_mm[kLeft]);
+    reverse(turned.bend_mm[kRight]);
+  }
+  return turned;
+}
+
+void Describe(SheetOnPage& sheet) {
+  const PagePoint u = sheet.map.u_px_mm;
+  sheet.angle_rad = std::atan2(-u.y_px, u.x_px);
+  sheet.quarter_turns =
+      (static_cast<int>(std::lround(sheet.angle_rad / (std::numbers::pi / 2))) + 4) % 4;
+  sheet.px_per_mm_u = Length(u);
+  sheet.px_per_mm_v = Length(sheet.map.v_px_mm);
+}
+
+/// Reads the code all four ways round that a found box allows.
+Attempt ReadBox(const PageView& page, const SheetPlan& plan, const BoxFit& box,
+                const ChannelMix& mix) {
+  constexpr double kFaintestCode = 0.3;
+  Attempt best;
+  best.finding = Finding::kUnreadable;
+  int fewest_wrong = static_cast<int>(plan.code.size());
+  for (const bool flip_u : {false, true}) {
+    for (const bool flip_v : {false, true}) {
+      SheetOnPage sheet;
+      sheet.map = Turned(box.map, flip_u, flip_v);
+      sheet.box_places = box.places;
+      sheet.box_rms_mm = box.rms_mm;
+      sheet.box_lacks_line = *std::min_element(box.whole.begin(), box.whole.end()) < 0.5;
+      sheet.reference_mix = mix;
+      sheet.code = ReadCode(page, mix, plan, sheet.map);
+      if (sheet.code.contrast < kFaintestCode) continue;
+      const bool mirrored = sheet.map.mirrored();
+      if (sheet.code.sheet_id && *sheet.code.sheet_id != plan.sheet_id) {
+        if (best.finding > Finding::kOther) continue;
+        best.finding = mirrored ? Finding::kMirrored : Finding::kOther;
+        best.other_id = *sheet.code.sheet_id;
+      } else if (IsThisCode(sheet.code, plan) && sheet.code.wrong_cells < fewest_wrong) {
+        fewest_wrong = sheet.code.wrong_cells;
+        best.finding = mirrored ? Finding::kMirrored : Finding::kSheet;
+        best.sheet = sheet;
+      } else if (IsBrokenCode(sheet.code, plan) && best.finding < Finding::kBroken) {
+        best.finding = Finding::kBroken;
+        best.missing_cells = sheet.code.wrong_cells;
+      }
+    }
+  }
+  if (best.finding == Finding::kSheet) Describe(best.sheet);
+  return best;
+}
+
+/// The plan as far as a sheet of unknown size has it: its box, and the code in the same corner.
+/// @param width_mm, height_mm  of the box.
+SheetPlan PlanOfSize(const SheetPlan& plan, double width_mm, double height_mm) {
+  SheetPlan other;
+  other.settings = plan.settings;
+  other.box_insets_mm = plan.box_insets_mm;
+  other.code = plan.code;
+  other.sheet_id = plan.sheet_id;
+  other.width_mm = width_mm;
+  other.height_mm = height_mm;
+  for (CodeCell& cell : other.code) {
+    cell.middle.u_mm -= (width_mm - plan.width_mm) / 2;
+    cell.middle.v_mm -= (height_mm - plan.height_mm) / 2;
+  }
+  return other;
+}
+
+/// Reads the code in a box that is not this plan's; the distance of the box's lines gives the
+/// scale.
+Attempt TryOtherSheet(const PageView& page, const SmallPage& small, const SheetPlan& plan,
+                      const BoxCandidate& candidate, const ChannelMix& mix) {
+  constexpr double kShortest_mm = 40;  // sides that a sheet may have
+  constexpr double kLongest_mm = 500;
+  Attempt best;
+  if (plan.box_insets_mm.size() < 2) return best;
+  std::array<PagePoint, 4> corners;
+  for (std::size_t i = 0; i < 4; ++i) {
+    corners[i] = small.OnPage(candidate.corners[i].x_px, candidate.corners[i].y_px);
+  }
+  const double length_px = candidate.length() * small.factor;
+  const double width_px = candidate.width() * small.factor;
+  const double spacing_mm = plan.box_insets_mm[1];
+  const auto spacing_px = LineSpacing_px(page, mix, corners, 3.0 * small.factor,
+                                         spacing_mm * std::max(length_px, width_px) / kLongest_mm,
+                                         spacing_mm * std::min(length_px, width_px) / kShortest_mm);
+  if (!spacing_px) return best;
+  const double px_per_mm = *spacing_px / spacing_mm;
+  for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
+    const SheetPlan other = PlanOfSize(plan, (side == 0 ? length_px : width_px) / px_per_mm,
+                                       (side == 0 ? width_px : length_px) / px_per_mm);
+    const auto start = StartMap(small, candidate, side, other);
+    if (!start) continue;
+    const BoxFit box = FitBox(page, mix, other, *start);
+    if (*std::min_element(box.support.begin(), box.support.end()) < kSideFound) continue;
+    Attempt attempt = ReadBox(page, other, box, mix);
+    // Of this plan it has no more than the size of its cells.
+    if (attempt.finding == Finding::kBroken || attempt.finding == Finding::kSheet) continue;
+    if (attempt.finding > best.finding) best = std::move(attempt);
+  }
+  return best;
+}
+
+Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPlan& plan,
+                     const BoxCandidate& candidate, int threshold) {
+  Attempt best;
+  const ChannelMix mix = MixOfSides(small, candidate, threshold);
+  for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
+    const auto start = StartMap(small, candidate, side, plan);
+    if (!start) continue;
+    const double ratio = Length(start->u_px_mm) / Length(start->v_px_mm);
+    if (std::abs(std::log(ratio)) > kAnisotropy) continue;
+    const BoxFit box = FitBox(page, mix, plan, *start);
+    const bool found = *std::min_element(box.support.begin(), box.support.end()) >= kSideFound;
+    Attempt attempt = found ? ReadBox(page, plan, box, mix) : Attempt{};
+    if (attempt.finding <= Finding::kBroken) {
+      if (const auto merged = MergedLineWidth_mm(page, mix, plan, *start)) {
+        attempt.finding = Finding::kMerged;
+        attempt.line_width_mm = *merged;
+      }
+    }
+    if (attempt.finding <= best.finding) continue;
+    best = std::move(attempt);
+    for (std::size_t i = 0; i < 4; ++i) {
+      best.sheet.corners[i] = small.OnPage(candidate.corners[i].x_px, candidate.corners[i].y_px);
+    }
+    best.sheet.ink_is_darker = mix[0] + mix[1] + mix[2] < 0;
+  }
+  if (best.finding <= Finding::kMerged) {
+    Attempt other = TryOtherSheet(page, small, plan, candidate, mix);
+    if (other.finding > best.finding) best = std::move(other);
+  }
+  return best;
+}
+
+/// Everything that one threshold shows.
+struct Search {
+  Attempt best;
+  int sheets = 0;  ///< that could be read, this one or another
+};
+
+Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& plan, int threshold,
+                bool widened) {
+  constexpr double kPart = 0.25;  // of the page's longer side, for a box that is cut off
+  constexpr int kMostTried = 20;  // a page full of frames is no sheet
+  Search search;
+  int tried = 0;
+  std::vector<BoxCandidate> read;
+  for (const BoxCandidate& candidate : FindBoxCandidates(small, threshold, widened)) {
+    const bool known = std::any_of(read.begin(), read.end(), [&](const BoxCandidate& outer) {
+      return Overlap(candidate, outer);
+    });
+    if (known) continue;
+    Attempt attempt;
+    if (candidate.sides() == 4 && ++tried <= kMostTried) {
+      attempt = TryCandidate(page, small, plan, candidate, threshold);
+      if (attempt.finding >= Finding::kOther) {
+        ++search.sheets;
+        read.push_back(candidate);
+      }
+    }
+    const bool whole = candidate.sides() == 4 && !candidate.straightened;
+    const bool large = std::max(candidate.length(), candidate.width()) >
+                       kPart * std::max(small.width, small.height);
+    if (attempt.finding == Finding::kNothing && !whole && candidate.sides() >= 2 && large) {
+      attempt.finding = Finding::kPart;
+    }
+    if (attempt.finding > search.best.finding) search.best = std::move(attempt);
+  }
+  return search;
+}
+
+std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan) {
+  switch (attempt.finding) {
+    case Finding::kMirrored:
+      return "the scan is mirrored: the sheet's code reads only from behind. Switch off mirroring "
+             "in "
+             "the scanner's driver, or scan the printed side; a mirrored picture would turn the "
+             "signs of the offsets round";
+    case Finding::kOther:
+      return fmt::format(
+          "the page shows sheet {}, but the pattern file describes sheet {}: give the pattern file "
+          "that this sheet was printed from",
+          attempt.other_id, plan.sheet_id);
+    case Finding::kUnreadable:
+      return fmt::format(
+          "a box was found, but no code of {} cells inside it could be read: check that the sheet "
+          "was printed from this pattern file (sheet {}), that its lines stuck, and that nothing "
+          "covers its corner",
+          plan.code.size(), plan.sheet_id);
+    case Finding::kMerged:
+      return fmt::format(
+          "the lines of the box have run together: they are about {:.2f} mm wide, {} mm were "
+          "planned. Lower the flow or raise the nozzle (paper_thickness), and print the sheet "
+          "again",
+          attempt.line_width_mm, plan.settings.line_width_mm);
+    case Finding::kBroken:
+      return fmt::format(
+          "{} lines of the sheet's code are missing, too many to tell its number: look why its "
+          "lines do not stick or break off (nozzle height, flow, clean paper), and print it again",
+          attempt.missing_cells);
+    case Finding::kPart:
+      return fmt::format(
+          "only a part of a box was found: the whole sheet, {:.0f} x {:.0f} mm with all four sides "
+          "of its box, must be on the scan, unbroken and seen from straight above",
+          plan.width_mm, plan.height_mm);
+    case Finding::kNothing:
+    case Finding::kSheet:
+      break;
+  }
+  return fmt::format(
+      "no printed sheet was found on the page: no closed box of {:.0f} x {:.0f} mm. Put the sheet "
+      "on the glass with its printed side down and scan at 300 dpi or more",
+      plan.width_mm, plan.height_mm);
+}
+
+}  // namespace
+
+Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan) {
+  constexpr std::array<double, 3> kThresholds{0.45, 0.25, 0.12};  // of ink's strength
+  constexpr int kLowest = 8;
+  constexpr int kFaint = 16;
+  if (const auto usable = CheckPage(page); !usable) return tl::unexpected(usable.error());
+  const SmallPage small = Shrink(page);
+  const int strength = InkStrength(small);
+  Attempt best;
+  for (const bool widened : {false, true}) {
+    int last_threshold = 256;
+    for (const double part : kThresholds) {
+      const int threshold = std::max(kLowest, static_cast<int>(part * strength));
+      if (threshold >= last_threshold || best.finding >= Finding::kOther) break;
+      last_threshold = threshold;
+      Search search = SearchAt(page, small, plan, threshold, widened);
+      if (search.sheets > 1) {
+        return Fail(
+            fmt::format("{} sheets were found on the page: scan one at a time", search.sheets),
+            ErrorKind::kMeasurement);
+      }
+      if (search.best.finding > best.finding) best = std::move(search.best);
+    }
+  }
+  if (best.finding == Finding::kSheet) return std::move(best.sheet);
+  if (best.finding == Finding::kNothing && strength <= kFaint) {
+    return Fail(
+        fmt::format("no printed sheet was found: nothing on the page stands out by more than {} of "
+                    "255 levels: "
+                    "the page is empty, or the print too faint; use a colour that stands out",
+                    strength),
+        ErrorKind::kMeasurement);
+  }
+  return Fail(WhatToDo(best, plan), ErrorKind::kMeasurement);
+}
+
+}  // namespace trammel::tool_offset

@@ -1,0 +1,252 @@
+#include "tool_offset/reading/structure_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/statistics.h"
+#include "geometry/robust_line.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+double Along(Axis axis, SheetPoint point) { return axis == Axis::kX ? point.u_mm : point.v_mm; }
+double Across(Axis axis, SheetPoint point) { return axis == Axis::kX ? point.v_mm : point.u_mm; }
+
+/// One comb, and where it was found to lie.
+struct CombSites {
+  std::vector<FingerSite> sites;  ///< where planned, with the expected shift
+  std::vector<double> shift_mm;   ///< of each finger against its site, from the comb's line
+  std::vector<bool> seen;
+};
+
+/// The part of a comb's legs to use, from the structure's middle along the legs, and the part of it
+/// where the other comb does not reach.
+void SetRows(const SheetSettings& settings, std::size_t comb, double own_shift_mm,
+             double other_shift_mm, FingerSite& site) {
+  const double inner_mm = settings.overlap_mm / 2;
+  const double outer_mm = settings.leg_length_mm - inner_mm;
+  const double side = comb == 0 ? 1 : -1;  // comb 0 comes from below
+  // In a coordinate that rises towards the other comb.
+  const double start_mm = -outer_mm + side * own_shift_mm + kLegEnd_mm;
+  const double end_mm = inner_mm + side * own_shift_mm - kLegEnd_mm;
+  const double other_mm = -inner_mm + side * other_shift_mm - kLegEnd_mm;
+  const double clear_mm = std::clamp(other_mm, start_mm + 0.2, end_mm);
+  site.low_mm = comb == 0 ? start_mm : -end_mm;
+  site.high_mm = comb == 0 ? end_mm : -start_mm;
+  site.clear_low_mm = comb == 0 ? start_mm : -clear_mm;
+  site.clear_high_mm = comb == 0 ? clear_mm : -start_mm;
+}
+
+double ExpectedShift_mm(const Structure& structure, std::size_t comb,
+                        const CombExpectation& expected) {
+  return Along(structure.axis, expected.shift) +
+         Along(structure.axis, structure.combs[comb].programmed);
+}
+
+CombSites PlanSites(const SheetPlan& plan, const Structure& structure, std::size_t comb,
+                    const std::array<CombExpectation, 2>& expected) {
+  CombSites planned;
+  const Axis axis = structure.axis;
+  const auto across_shift_mm = [&](std::size_t i) {
+    return Across(axis, expected[i].shift) + Across(axis, structure.combs[i].programmed);
+  };
+  for (int finger = 0; finger < plan.settings.teeth; ++finger) {
+    FingerSite site;
+    site.axis = axis;
+    const double along_mm = FingerPosition_mm(plan, structure, comb, finger) +
+                            ExpectedShift_mm(structure, comb, expected[comb]);
+    const double across_mm = Across(axis, structure.middle);
+    site.middle =
+        axis == Axis::kX ? SheetPoint{along_mm, across_mm} : SheetPoint{across_mm, along_mm};
+    SetRows(plan.settings, comb, across_shift_mm(comb), across_shift_mm(1 - comb), site);
+    planned.sites.push_back(site);
+  }
+  return planned;
+}
+
+/// Finds the comb's fingers one by one, and the line on which their shifts lie.
+bool LocateComb(const PageView& page, const PageMap& map, const SheetPlan& plan,
+                const ChannelMix& mix, CombSites& comb, ReaderWorkspace& workspace) {
+  constexpr double kReach_mm = 0.45;
+  constexpr double kOffLine_mm = 0.15;
+  std::vector<double> number;
+  std::vector<double> shift_mm;
+  for (std::size_t i = 0; i < comb.sites.size(); ++i) {
+    const auto found =
+        LocateFinger(page, mix, map, plan.settings, comb.sites[i], kReach_mm, workspace);
+    comb.seen.push_back(found.has_value());
+    if (!found) continue;
+    number.push_back(static_cast<double>(i));
+    shift_mm.push_back(*found);
+  }
+  if (2 * number.size() <= comb.sites.size() || number.size() < 3) return false;
+  const geometry::RobustLine line = geometry::FitRobustLine(number, shift_mm, workspace.scratch);
+  std::size_t on_line = 0;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < comb.sites.size(); ++i) {
+    const double at_mm = line.at(static_cast<double>(i));
+    const double found_mm = comb.seen[i] ? shift_mm[next++] : at_mm;
+    const bool near = std::abs(found_mm - at_mm) < kOffLine_mm;
+    comb.shift_mm.push_back(near ? found_mm : at_mm);
+    if (comb.seen[i] && near) ++on_line;
+  }
+  return 2 * on_line > comb.sites.size();
+}
+
+/// How far out from a leg's middle what counts for it reaches when the next finger's middle is
+/// `apart_mm` from its own: half-way to the next ink.
+double Free_mm(const SheetSettings& settings, double apart_mm) {
+  const double gap_mm = apart_mm - settings.leg_spacing_mm - settings.line_width_mm;
+  const double half_line_mm = settings.line_width_mm / 2;
+  return std::clamp(half_line_mm + gap_mm / 2, 1.1 * half_line_mm, settings.leg_spacing_mm / 2);
+}
+
+/// @param ahead_mm  the other comb's shift minus this one's.
+void SetNeighbours(const SheetSettings& settings, std::size_t comb, int finger, double ahead_mm,
+                   FingerSite& site) {
+  const double half_mm = settings.leg_spacing_mm / 2;
+  const bool first = comb == 0 && finger == 0;
+  const bool last = comb == 1 && finger == settings.teeth - 1;
+  site.free_low_mm = first ? half_mm : Free_mm(settings, settings.pitch_mm / 2 - ahead_mm);
+  site.free_high_mm = last ? half_mm : Free_mm(settings, settings.pitch_mm / 2 + ahead_mm);
+}
+
+/// Why a finger cannot count; empty if it can.
+std::string Fault(const SheetSettings& settings, const FingerReading& finger, double comb_ink_mm) {
+  constexpr double kThin = 0.6;  // of what the comb's legs have
+  constexpr double kThick = 1.5;
+  constexpr double kApart_mm = 0.15;
+  for (const LegReading& leg : finger.legs) {
+    if (leg.rows_used == 0) return "no ink found";
+    if (leg.ink_mm < kThin * comb_ink_mm) return "too little ink";
+    if (leg.ink_mm > kThick * comb_ink_mm) return "too much ink: merged or blotted";
+    if (2 * leg.rows_used < leg.rows) return "broken: less than half of a leg can be read";
+  }
+  const double apart_mm = finger.legs[1].position_mm - finger.legs[0].position_mm;
+  if (std::abs(apart_mm - settings.leg_spacing_mm) > kApart_mm) {
+    return fmt::format("its legs are {:.2f} mm apart", apart_mm);
+  }
+  return {};
+}
+
+/// Reads the comb's fingers where they were located.
+std::vector<FingerReading> ReadComb(const PageView& page, const PageMap& map, const SheetPlan& plan,
+                                    const Structure& structure, std::size_t comb,
+                                    const CombExpectation& expected, const CombSites& located,
+                                    double ahead_mm, ReaderWorkspace& workspace) {
+  std::vector<FingerReading> fingers;
+  std::vector<double> ink_mm;
+  for (std::size_t i = 0; i < located.sites.size(); ++i) {
+    FingerSite site = located.sites[i];
+    SetNeighbours(plan.settings, comb, static_cast<int>(i), ahead_mm, site);
+    (site.axis == Axis::kX ? site.middle.u_mm : site.middle.v_mm) += located.shift_mm[i];
+    FingerReading finger;
+    finger.comb = comb;
+    finger.finger = static_cast<int>(i);
+    finger.planned_mm = FingerPosition_mm(plan, structure, comb, finger.finger) -
+                        Along(site.axis, structure.middle);
+    const auto legs = ReadLegs(page, expected.mix, map, plan.settings, site, workspace);
+    if (!legs) {
+      finger.left_out = "beside the page";
+    } else {
+      finger.legs = *legs;
+      const double middle_mm = ((*legs)[0].position_mm + (*legs)[1].position_mm) / 2;
+      finger.position_mm =
+          ExpectedShift_mm(structure, comb, expected) + located.shift_mm[i] + middle_mm;
+      const LocalMap local = map.Near(site.middle);
+      finger.place =
+          site.axis == Axis::kX ? local.ToPage(middle_mm, 0) : local.ToPage(0, middle_mm);
+      for (const LegReading& leg : *legs) ink_mm.push_back(leg.ink_mm);
+    }
+    fingers.push_back(finger);
+  }
+  const double comb_ink_mm = ink_mm.empty() ? 0 : Median(ink_mm);
+  for (FingerReading& finger : fingers) {
+    if (finger.left_out.empty()) finger.left_out = Fault(plan.settings, finger, comb_ink_mm);
+  }
+  return fingers;
+}
+
+/// Median of a comb's legs.
+double LegWidth_mm(const std::vector<FingerReading>& fingers, std::size_t comb) {
+  std::vector<double> ink_mm;
+  for (const FingerReading& finger : fingers) {
+    if (finger.comb != comb || !finger.left_out.empty()) continue;
+    for (const LegReading& leg : finger.legs) ink_mm.push_back(leg.ink_mm);
+  }
+  return ink_mm.empty() ? 0 : Median(ink_mm);
+}
+
+/// Leaves out the fingers that lines of a tool far off come near to.
+void LeaveOutForeign(const SheetSettings& settings, std::span<const ForeignLeg> foreign,
+                     const Structure& structure, std::vector<FingerReading>& fingers,
+                     const std::array<CombExpectation, 2>& expected) {
+  /// From a leg's edge to where its paper is read.
+  constexpr double kClear_mm = 0.5;
+  for (FingerReading& finger : fingers) {
+    const double at_mm = Along(structure.axis, structure.middle) + finger.planned_mm +
+                         ExpectedShift_mm(structure, finger.comb, expected[finger.comb]);
+    const double side = finger.comb == 0 ? -1 : 1;
+    const double across_mm = Across(structure.axis, structure.middle) +
+                             Across(structure.axis, expected[finger.comb].shift) +
+                             side * (settings.leg_length_mm - settings.overlap_mm) / 2;
+    const double half_mm = settings.leg_spacing_mm / 2 + settings.line_width_mm;
+    const double half_leg_mm = settings.leg_length_mm / 2;
+    const auto point = [&](double along, double across) {
+      return structure.axis == Axis::kX ? SheetPoint{along, across} : SheetPoint{across, along};
+    };
+    const int tool = ForeignTool(foreign, point(at_mm - half_mm, across_mm - half_leg_mm),
+                                 point(at_mm + half_mm, across_mm + half_leg_mm), kClear_mm);
+    if (tool >= 0) finger.left_out = fmt::format("T{}, far off, has printed across it", tool);
+  }
+}
+
+}  // namespace
+
+double FineReach_mm(const SheetSettings& settings) {
+  constexpr double kMargin_mm = 0.1;
+  return std::max(
+      0.0, settings.pitch_mm / 2 - settings.leg_spacing_mm - settings.line_width_mm - kMargin_mm);
+}
+
+Result<std::vector<FingerReading>> ReadStructure(const PageView& page, const PageMap& map,
+                                                 const SheetPlan& plan, const Structure& structure,
+                                                 const std::array<CombExpectation, 2>& expected,
+                                                 std::span<const ForeignLeg> foreign) {
+  ReaderWorkspace workspace;
+  std::array<CombSites, 2> combs;
+  std::array<double, 2> shift_mm{};
+  for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+    combs[comb] = PlanSites(plan, structure, comb, expected);
+    if (!LocateComb(page, map, plan, expected[comb].mix, combs[comb], workspace)) {
+      return Fail(fmt::format("{} of {}: less than half of its fingers were found", structure.name,
+                              expected[comb].tool),
+                  ErrorKind::kMeasurement);
+    }
+    shift_mm[comb] =
+        ExpectedShift_mm(structure, comb, expected[comb]) + Median(combs[comb].shift_mm);
+  }
+  // Legs that nearly touch lose the white between them, and with it their places.
+  constexpr double kWidest = 1;  // of their distance
+  const double ahead_mm = shift_mm[1] - shift_mm[0];
+  std::vector<FingerReading> fingers =
+      ReadComb(page, map, plan, structure, 0, expected[0], combs[0], ahead_mm, workspace);
+  const std::vector<FingerReading> second =
+      ReadComb(page, map, plan, structure, 1, expected[1], combs[1], -ahead_mm, workspace);
+  fingers.insert(fingers.end(), second.begin(), second.end());
+  for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+    const double width_mm = LegWidth_mm(fingers, comb);
+    if (width_mm < kWidest * plan.settings.leg_spacing_mm) continue;
+    return Fail(
+        fmt::format("the lines of {} are {:.2f} mm wide, {} mm were planned: the two legs of "
+                    "its fingers run together; lower its flow or raise the nozzle",
+                    expected[comb].tool, width_mm, plan.settings.line_width_mm),
+        ErrorKind::kMeasurement);
+  }
+  LeaveOutForeign(plan.settings, foreign, structure, fingers, expected);
+  return fingers;
+}
+
+}  // namespace trammel::tool_offset

@@ -1,0 +1,281 @@
+#include "tool_offset/reading/tool_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "tool_offset/reading/leg_marks.h"
+#include "tool_offset/reading/leg_reader.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+/// Cells along a leg from one row that is claimed to the next.
+constexpr int kClaimStep = 3;
+
+/// How many cells a tool's legs would ink, of those that are claimed, by axis.
+std::array<double, 2> WholeClaim(const SheetPlan& plan, int tool) {
+  const double leg_cells = (plan.settings.leg_length_mm - 2 * kLegEnd_mm) / kInkCell_mm /
+                           kClaimStep * plan.settings.line_width_mm / kInkCell_mm;
+  std::array<double, 2> whole{};
+  for (const Structure& structure : plan.structures) {
+    for (const Comb& comb : structure.combs) {
+      if (comb.tool != tool) continue;
+      whole[structure.axis == Axis::kX ? 0 : 1] += 2 * plan.settings.teeth * leg_cells;
+    }
+  }
+  return whole;
+}
+
+/// Whether a place stands out from all others, and the tool's own ink shows it along both axes.
+/// @param share  of the legs that are there.
+/// @param left   cells of ink in the box that no tool explains whose place stands out.
+bool IsSure(const PlaceChoice& choice, const std::array<double, 2>& whole, double share,
+            double left) {
+  /// Of all its ink: other ink makes half of a tool's legs at most.
+  constexpr double kLeastLead = 0.15;
+  constexpr double kLeastLeadOfPart = 0.3;
+  constexpr double kLeastOwn = 0.2;
+  constexpr double kLeastOwnOfAxis = 0.1;
+  constexpr double kNearlyAll = 0.93;
+  constexpr double kMostLeft = 0.5;
+  const double all = whole[0] + whole[1];
+  const bool part = share < kNearlyAll;
+  // Ink enough for its lines elsewhere, perhaps further off than it is looked for, leaves only what
+  // fits nearly wholly.
+  if (part && left >= kMostLeft * all) return false;
+  return choice.lead >= (part ? kLeastLeadOfPart : kLeastLead) * all &&
+         choice.own[0] + choice.own[1] >= kLeastOwn * all &&
+         choice.own[0] >= kLeastOwnOfAxis * whole[0] && choice.own[1] >= kLeastOwnOfAxis * whole[1];
+}
+
+}  // namespace
+
+ToolSearch::ToolSearch(const InkRaster& raster, const SheetPlan& plan, double ink_strength)
+    : raster_(raster),
+      plan_(plan),
+      ink_strength_(ink_strength),
+      explained_(raster.strength.size(), 0) {
+  Explain(plan.settings.reference_tool, {}, explained_);
+  const double half_mm = plan.settings.line_width_mm / 2 + kInkCell_mm;
+  for (const CodeCell& cell : plan.code) {
+    if (cell.dark) PaintLeg(raster, CodeLeg(plan, cell), half_mm, explained_);
+  }
+  for (const double inset_mm : plan.box_insets_mm) {
+    const double u_mm = plan.width_mm / 2 - inset_mm;
+    const double v_mm = plan.height_mm / 2 - inset_mm;
+    for (const double sign : {-1.0, 1.0}) {
+      PaintLeg(raster, {{-u_mm, sign * v_mm}, {u_mm, sign * v_mm}}, half_mm, explained_);
+      PaintLeg(raster, {{sign * u_mm, -v_mm}, {sign * u_mm, v_mm}}, half_mm, explained_);
+    }
+  }
+}
+
+void ToolSearch::Explain(int tool, SheetPoint shift, std::vector<std::uint8_t>& explained) const {
+  const double half_mm = plan_.settings.line_width_mm / 2 + kInkCell_mm;
+  for (const Leg& leg : LegsOfTool(plan_, tool)) {
+    PaintLeg(raster_, Shifted(leg, shift), half_mm, explained);
+  }
+}
+
+PlaceClaim ToolSearch::Claim(int tool, SheetPoint shift, double threshold) const {
+  constexpr int kAside = 2;  // cells by which paper lies elsewhere under one comb than another
+  const int half_leg =
+      static_cast<int>((plan_.settings.leg_length_mm / 2 - kLegEnd_mm) / kInkCell_mm);
+  const double line_cells = plan_.settings.line_width_mm / kInkCell_mm;
+  const int half_line = static_cast<int>(std::lround(line_cells / 2)) + 1;
+  PlaceClaim claim;
+  for (std::size_t i = 0; i < plan_.structures.size(); ++i) {
+    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+      if (plan_.structures[i].combs[comb].tool != tool) continue;
+      const CombCells cells = CellsOf(raster_, plan_, {i, comb}, shift);
+      const std::size_t axis = cells.along_v ? 0 : 1;
+      // Cells at a distance from the middle lines, in the rows across the legs that all claims
+      // share.
+      const auto for_each = [&](int aside, const auto& visit) {
+        for (const auto& [column, row] : cells.middle) {
+          const int middle = cells.along_v ? row : column;
+          const int across = (cells.along_v ? column : row) + aside;
+          const int last_across = (cells.along_v ? raster_.columns : raster_.rows) - 1;
+          const int last_along = (cells.along_v ? raster_.rows : raster_.columns) - 1;
+          if (across < 0 || across > last_across) continue;
+          const int low = std::max(0, middle - half_leg);
+          for (int along = (low + kClaimStep - 1) / kClaimStep * kClaimStep;
+               along <= std::min(last_along, middle + half_leg); along += kClaimStep) {
+            const std::size_t cell =
+                cells.along_v ? raster_.at(across, along) : raster_.at(along, across);
+            if (explained_[cell] == 0) visit(cell);
+          }
+        }
+      };
+      int best_aside = 0;
+      int least = -1;
+      for (const int aside : {0, -1, 1, -kAside, kAside}) {
+        int missing = 0;
+        for_each(aside,
+                 [&](std::size_t cell) { missing += raster_.strength[cell] < threshold ? 1 : 0; });
+        if (least >= 0 && missing >= least) continue;
+        least = missing;
+        best_aside = aside;
+      }
+      claim.missing[axis] += least * line_cells;
+      for (int by = -half_line; by <= half_line; ++by) {
+        for_each(best_aside + by, [&](std::size_t cell) {
+          if (raster_.strength[cell] < threshold) return;
+          claim.ink[axis].push_back(static_cast<std::uint32_t>(cell));
+        });
+      }
+    }
+  }
+  // Legs that stand near each other share cells.
+  for (auto& ink : claim.ink) {
+    std::sort(ink.begin(), ink.end());
+    ink.erase(std::unique(ink.begin(), ink.end()), ink.end());
+  }
+  return claim;
+}
+
+double ToolSearch::InkLeft(const std::vector<std::uint8_t>& explained, double threshold) const {
+  const int first_column = std::max(0, raster_.Column(-plan_.width_mm / 2));
+  const int last_column = std::min(raster_.columns - 1, raster_.Column(plan_.width_mm / 2));
+  const int last_row = std::min(raster_.rows - 1, raster_.Row(plan_.height_mm / 2));
+  std::ptrdiff_t cells = 0;
+  for (int row = std::max(0, raster_.Row(-plan_.height_mm / 2)); row <= last_row; ++row) {
+    for (int column = first_column; column <= last_column; ++column) {
+      const std::size_t cell = raster_.at(column, row);
+      cells += explained[cell] == 0 && raster_.strength[cell] >= threshold ? 1 : 0;
+    }
+  }
+  return static_cast<double>(cells) / kClaimStep;
+}
+
+ToolSearch::LegContrast ToolSearch::Contrast(const ToolComb& comb, SheetPoint shift,
+                                             const std::vector<std::uint8_t>& explained) const {
+  const Structure& structure = plan_.structures[comb.structure];
+  const bool along_v = structure.axis == Axis::kX;
+  const int aside = static_cast<int>(std::lround(plan_.settings.leg_spacing_mm / 2 / kInkCell_mm));
+  const int half = static_cast<int>((plan_.settings.leg_length_mm / 2 - kLegEnd_mm) / kInkCell_mm);
+  // Of the line and of the paper on both sides, where no known ink lies.
+  std::array<double, 2> sum{};
+  std::array<double, 2> cells{};
+  for (const auto& [column, row] : CellsOf(raster_, plan_, comb, shift).middle) {
+    for (int along = -half; along <= half; ++along) {
+      for (const int across : {-aside, -1, 0, 1, aside}) {
+        const int x = column + (along_v ? across : along);
+        const int y = row + (along_v ? along : across);
+        if (x < 0 || y < 0 || x >= raster_.columns || y >= raster_.rows) continue;
+        const std::size_t cell = raster_.at(x, y);
+        if (explained[cell] != 0) continue;
+        const std::size_t which = std::abs(across) == aside ? 1 : 0;
+        sum[which] += raster_.strength[cell];
+        cells[which] += 1;
+      }
+    }
+  }
+  return {sum[0] / std::max(1.0, cells[0]), sum[1] / std::max(1.0, cells[1]), cells[0]};
+}
+
+SheetPoint ToolSearch::Refine(int tool, SheetPoint shift,
+                              const std::vector<std::uint8_t>& explained) const {
+  constexpr int kPlateau = 6;  // cells: of the search, and its steps
+  // Beyond, where one leg stood on the other's place.
+  const int reach =
+      kPlateau + static_cast<int>(std::lround(plan_.settings.leg_spacing_mm / kInkCell_mm));
+  for (int pass = 0; pass < 2; ++pass) {
+    std::array<double, 2> most_open{};
+    SheetPoint refined = shift;
+    for (const ToolComb& comb : CombsOf(plan_, tool)) {
+      const bool is_x = plan_.structures[comb.structure].axis == Axis::kX;
+      double best = -1e9;
+      double best_open = 0;
+      double best_mm = 0;
+      for (int i = -reach; i <= reach; ++i) {
+        const double by_mm = i * kInkCell_mm;
+        const SheetPoint at{shift.u_mm + (is_x ? by_mm : 0), shift.v_mm + (is_x ? 0 : by_mm)};
+        const LegContrast legs = Contrast(comb, at, explained);
+        if (legs.contrast() <= best || (std::abs(i) > kPlateau && !legs.clear())) continue;
+        best = legs.contrast();
+        best_open = legs.open_cells;
+        best_mm = by_mm;
+      }
+      // Of the combs of an axis, the one that known ink hides least.
+      double& most = most_open[is_x ? 0 : 1];
+      if (best_open <= most) continue;
+      most = best_open;
+      (is_x ? refined.u_mm : refined.v_mm) = (is_x ? shift.u_mm : shift.v_mm) + best_mm;
+    }
+    shift = refined;
+  }
+  return shift;
+}
+
+bool ToolSearch::LookOnce(const std::vector<int>& tools, double threshold,
+                          std::vector<ToolPlace>& places) {
+  const LegMarks legs = {JudgeLegs(raster_, explained_, plan_.settings, true, threshold),
+                         JudgeLegs(raster_, explained_, plan_.settings, false, threshold)};
+  std::vector<std::size_t> open;
+  std::vector<std::vector<Candidate>> candidates;
+  std::vector<std::vector<PlaceClaim>> claims;
+  for (std::size_t i = 0; i < tools.size(); ++i) {
+    if (places[i].found) continue;
+    open.push_back(i);
+    candidates.push_back(FindCandidates(raster_, plan_, legs, tools[i]));
+    claims.emplace_back();
+    for (const Candidate& candidate : candidates.back()) {
+      claims.back().push_back(Claim(tools[i], candidate.shift, threshold));
+    }
+    places[i] = {};
+    if (!candidates.back().empty()) places[i].share = candidates.back().front().share;
+  }
+  const std::vector<PlaceChoice> choices = ChoosePlaces(std::move(claims));
+  std::vector<std::uint8_t> others = explained_;
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    if (choices[k].place < 0) continue;
+    const Candidate& candidate = candidates[k][static_cast<std::size_t>(choices[k].place)];
+    if (!IsSure(choices[k], WholeClaim(plan_, tools[open[k]]), candidate.share, 0)) continue;
+    Explain(tools[open[k]], candidate.shift, others);
+  }
+  const double left = InkLeft(others, threshold);
+  bool more = false;
+  for (std::size_t k = 0; k < open.size(); ++k) {
+    const PlaceChoice& choice = choices[k];
+    const int tool = tools[open[k]];
+    ToolPlace& place = places[open[k]];
+    place.beside = choice.beside < 0 ? -1 : tools[open[static_cast<std::size_t>(choice.beside)]];
+    if (choice.place < 0) continue;
+    const Candidate& candidate = candidates[k][static_cast<std::size_t>(choice.place)];
+    place.shift = candidate.shift;
+    place.share = candidate.share;
+    place.found = IsSure(choice, WholeClaim(plan_, tool), candidate.share, left);
+    place.ambiguous = !place.found;
+    if (!place.found) continue;
+    more = true;
+    others = explained_;
+    for (std::size_t m = 0; m < open.size(); ++m) {
+      if (m == k || choices[m].place < 0) continue;
+      Explain(tools[open[m]], candidates[m][static_cast<std::size_t>(choices[m].place)].shift,
+              others);
+    }
+    place.shift = Refine(tool, candidate.shift, others);
+  }
+  for (const std::size_t i : open) {
+    if (places[i].found) Explain(tools[i], places[i].shift, explained_);
+  }
+  return more;
+}
+
+std::vector<ToolPlace> ToolSearch::Find(const std::vector<int>& tools) {
+  const double faint = raster_.FaintestInk();
+  std::vector<ToolPlace> places(tools.size());
+  for (const double threshold : {std::max(faint, 0.35 * ink_strength_), faint}) {
+    // What was found explains ink, which may show where the others are.
+    for (bool more = true; more;) {
+      if (std::all_of(places.begin(), places.end(), [](const auto& p) { return p.found; })) break;
+      more = LookOnce(tools, threshold, places);
+    }
+  }
+  return places;
+}
+
+}  // namespace trammel::tool_offset

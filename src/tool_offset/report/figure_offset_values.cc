@@ -1,0 +1,260 @@
+// Values with their intervals, a row each.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "document/interval_text.h"
+#include "document/page.h"
+#include "document/plot.h"
+#include "tool_offset/report/offset_figures.h"
+#include "tool_offset/report/offset_style.h"
+
+namespace trammel::report {
+namespace {
+
+namespace to = tool_offset;
+
+/// A value and its interval, from the row's zero.
+struct Row {
+  std::string label;
+  std::string words;    ///< at the right; or why there is no value
+  Measured value;       ///< mm
+  double zero_mm = 0;   ///< that it is shown against
+  bool strong = false;  ///< an answer, not a part of one
+};
+
+constexpr double kLabelPx = 150;
+constexpr double kWordsPx = 292;
+constexpr double kRowPx = 23;
+constexpr double kNarrowRowPx = 40;  // words above the bar
+
+Range Reach(const std::vector<Row>& rows) {
+  std::vector<double> values{-1, 1};
+  for (const Row& row : rows) {
+    if (!row.value.good()) continue;
+    const Interval& interval = row.value.quantity().interval95;
+    values.push_back((interval.lo - row.zero_mm) * kUmPerMm);
+    values.push_back((interval.hi - row.zero_mm) * kUmPerMm);
+  }
+  return Padded(RangeOf(values), 0.06);
+}
+
+/// @param y  of the row's middle.
+void DrawWords(Canvas& canvas, const Row& row, double y) {
+  const bool broad = canvas.width_px() >= kFigureWidthPx;
+  const TextStyle label{.size_px = broad ? 12.5 : 11.5,
+                        .align = broad ? Align::kEnd : Align::kStart,
+                        .bold = row.strong};
+  const bool good = row.value.good();
+  const TextStyle words{
+      .size_px = broad ? 12.0 : 10.5, .color = good ? kInk : kVermilion, .bold = !good};
+  if (broad) {
+    canvas.Text({kLabelPx - 8, y + 4.5}, row.label, label);
+    canvas.Text({canvas.width_px() - kWordsPx + 10, y + 4.5}, row.words,
+                Fitted(canvas, row.words, words, kWordsPx - 14));
+  } else {
+    const double label_px = canvas.TextWidth(row.label, label);
+    TextStyle right = Fitted(canvas, row.words, words, canvas.width_px() - label_px - 24);
+    right.align = Align::kEnd;
+    const double words_px = canvas.TextWidth(row.words, right);
+    canvas.FillRect({6, y - 17, label_px + 5, 15}, kPaper);
+    canvas.FillRect({canvas.width_px() - 10 - words_px, y - 17, words_px + 4, 15}, kPaper);
+    canvas.Text({8, y - 6}, row.label, label);
+    canvas.Text({canvas.width_px() - 8, y - 6}, row.words, right);
+  }
+}
+
+void DrawRow(Canvas& canvas, const Plot& plot, const Row& row, double middle_y) {
+  const Color color = row.strong ? kVermilion : kBlue;
+  DrawWords(canvas, row, middle_y);
+  const double y = canvas.width_px() >= kFigureWidthPx ? middle_y : middle_y + 8;
+  if (!row.value.good()) return;
+  const Quantity& quantity = row.value.quantity();
+  const auto x = [&](double value_mm) { return plot.X((value_mm - row.zero_mm) * kUmPerMm); };
+  const Stroke stroke{.color = color, .width_px = row.strong ? 2.4 : 1.6};
+  const double lo = x(quantity.interval95.lo);
+  const double hi = x(quantity.interval95.hi);
+  const PointPx bar[] = {{lo, y}, {hi, y}};
+  canvas.Polyline(bar, stroke);
+  for (const double end : {lo, hi}) {
+    const PointPx cap[] = {{end, y - 5}, {end, y + 5}};
+    canvas.Polyline(cap, stroke);
+  }
+  const PointPx middle{x(quantity.value), y};
+  if (row.strong) {
+    canvas.FillRect({middle.x - 4, y - 4, 8, 8}, color);
+  } else {
+    canvas.Circle(middle, 4, kPaper, stroke);
+  }
+}
+
+/// What fits into a picture: answers before their parts, the first ones before the others.
+std::vector<Row> Fitting(std::vector<Row> rows, std::string& title) {
+  constexpr std::size_t kMost = 200;
+  if (rows.size() <= kMost) return rows;
+  std::stable_partition(rows.begin(), rows.end(), [](const Row& row) { return row.strong; });
+  title += fmt::format(" (the first {} of {}; all are in the JSON)", kMost, rows.size());
+  rows.resize(kMost);
+  return rows;
+}
+
+Canvas DrawTable(const std::vector<Row>& rows, const std::string& title, const std::string& axis,
+                 double width_px) {
+  constexpr double kTopPx = 30;
+  constexpr double kBottomPx = 44;
+  const bool broad = width_px >= kFigureWidthPx;
+  const double row_px = broad ? kRowPx : kNarrowRowPx;
+  const double height = static_cast<double>(rows.size()) * row_px;
+  Canvas canvas(width_px, kTopPx + height + kBottomPx);
+  const RectPx inner = broad ? RectPx{kLabelPx, kTopPx, width_px - kLabelPx - kWordsPx, height}
+                             : RectPx{14, kTopPx, width_px - 28, height};
+  Plot plot = Plot::Around(canvas, inner, {axis, Reach(rows), 6}, {"", {0, 1}, 2, false});
+  canvas.Text({12, 18}, title,
+              Fitted(canvas, title, {.size_px = kTitleTextPx, .bold = true}, width_px - 24));
+  plot.VerticalLine(0, {.color = kMuted, .width_px = 1.2});
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    DrawRow(canvas, plot, rows[i], kTopPx + (static_cast<double>(i) + 0.5) * row_px);
+  }
+  return canvas;
+}
+
+Figure FigureOf(std::string name, std::string caption, std::vector<Row> all, std::string title,
+                const std::string& axis) {
+  const std::vector<Row> rows = Fitting(std::move(all), title);
+  Figure figure{std::move(name), std::move(caption), DrawTable(rows, title, axis, kFigureWidthPx)};
+  figure.seen = title + ".";
+  for (const Row& row : rows) figure.seen += fmt::format(" {}: {}.", row.label, row.words);
+  figure.narrow = DrawTable(rows, title, axis, kNarrowWidthPx);
+  return figure;
+}
+
+double Zero(const Measured& measured) { return measured.good() ? measured.quantity().value : 0; }
+
+std::string ScanName(const OffsetAnalysis& analysis, const OffsetScan& scan) {
+  const auto number = &scan - analysis.scans.data() + 1;
+  return fmt::format("sheet {}, scan {}", scan.sheet, number);
+}
+
+void AddTool(const OffsetAnalysis& analysis, const to::CombinedTool& tool, std::vector<Row>& rows) {
+  for (const bool is_x : {true, false}) {
+    const Measured& answer = is_x ? tool.dx_mm : tool.dy_mm;
+    // A tool with one bad axis has no answer.
+    const bool good = VerdictOf(tool) == Verdict::kGood;
+    rows.push_back({fmt::format("T{} {}", tool.tool, is_x ? "dx" : "dy"),
+                    good ? OffsetWords(answer) : VerdictWords(VerdictOf(tool)),
+                    good ? answer : Measured::Refused(ReasonOf(tool)), Zero(answer), true});
+    if (analysis.scans.size() < 2 || !good) continue;
+    for (const OffsetScan& scan : analysis.scans) {
+      for (const to::ToolReading& reading : scan.result.tools) {
+        if (reading.tool != tool.tool) continue;
+        const Measured& value = is_x ? reading.dx_mm : reading.dy_mm;
+        rows.push_back({ScanName(analysis, scan), OffsetWords(value), value, Zero(answer), false});
+      }
+    }
+  }
+}
+
+bool IsControl(const OffsetAnalysis& analysis, const to::StructureReading& reading) {
+  return reading.structure < analysis.plan.structures.size() &&
+         analysis.plan.structures[reading.structure].purpose == to::Purpose::kControl;
+}
+
+}  // namespace
+
+std::optional<Figure> ToolScansFigure(const OffsetAnalysis& analysis) {
+  if (analysis.combined.tools.empty() || analysis.scans.size() < 2) return std::nullopt;
+  std::vector<Row> rows;
+  for (const to::CombinedTool& tool : analysis.combined.tools) AddTool(analysis, tool, rows);
+  return FigureOf("scans",
+                  "What each scan says of each tool by itself, against the answer of all, which "
+                  "stands at zero. Bars are 95 % intervals; those of one tool should overlap.",
+                  rows, "Each scan by itself", "from the tool's answer (µm)");
+}
+
+Figure StructureOffsetsFigure(const OffsetScan& scan) {
+  std::vector<Row> rows;
+  for (const to::StructureReading& reading : scan.result.structures) {
+    const bool shown = reading.offset_mm.good() && reading.expected_mm.has_value();
+    rows.push_back({reading.name, OffsetWords(reading.offset_mm),
+                    shown ? reading.offset_mm : Measured::Refused("no value to compare"),
+                    reading.expected_mm.value_or(0), false});
+  }
+  return FigureOf(
+      "structures",
+      fmt::format(
+          "What each structure says by itself, against what all of them together say of it (zero): "
+          "offsets of the tools, play and bias. The bar is the 95 % interval from the scatter of "
+          "its own teeth; about one in twenty may miss zero. Chi-square per degree of freedom "
+          "{:.2f} "
+          "(near 1 where scatter explains all).",
+          scan.result.chi_square_per_freedom),
+      rows, "Structures against the fit of the whole sheet", "measured minus fitted (µm)");
+}
+
+Figure AxesFigure(const OffsetAnalysis& analysis) {
+  std::vector<Row> rows;
+  const auto add = [&](const std::string& label, const Measured& value, bool strong) {
+    rows.push_back({label, OffsetWords(value), value, 0, strong});
+  };
+  add("play of x", analysis.combined.backlash_mm.x, true);
+  add("play of y", analysis.combined.backlash_mm.y, true);
+  add("bias along u", analysis.combined.control_bias_mm.x, true);
+  add("bias along v", analysis.combined.control_bias_mm.y, true);
+  for (const OffsetScan& scan : analysis.scans) {
+    for (const to::StructureReading& reading : scan.result.structures) {
+      if (!IsControl(analysis, reading)) continue;
+      const bool several = analysis.scans.size() > 1;
+      add(several ? fmt::format("{}, scan {}", reading.name, &scan - analysis.scans.data() + 1)
+                  : reading.name,
+          reading.offset_mm, false);
+    }
+  }
+  return FigureOf(
+      "axes",
+      "Play (backlash) of the bed's axes; the method's own bias along the sheet's axes, "
+      "which is taken off; and what the controls read, whose true offset is zero. Bars "
+      "are 95 % intervals.",
+      rows, "Play, bias and controls", "µm");
+}
+
+std::optional<Figure> SelfTestFigure(const OffsetAnalysis& analysis) {
+  std::vector<Row> rows;
+  constexpr std::string_view kPrefix = "self-test ";  // the title says so
+  for (const OffsetScan& scan : analysis.scans) {
+    for (const to::SelfTestReading& reading : scan.result.self_tests) {
+      const bool prefixed = reading.name.starts_with(kPrefix);
+      rows.push_back(
+          {fmt::format("{}, {:+.2f} mm", reading.name.substr(prefixed ? kPrefix.size() : 0),
+                       reading.programmed_mm),
+           OffsetWords(reading.recovered_mm), reading.recovered_mm, reading.programmed_mm, false});
+    }
+  }
+  if (rows.empty()) return std::nullopt;
+  return FigureOf("self-test",
+                  "Offsets that were printed on purpose, as they came back: recovered minus "
+                  "programmed, with the 95 % interval; about one in twenty may miss zero.",
+                  rows, "Self-test", "recovered minus programmed (µm)");
+}
+
+std::optional<Figure> PickUpsFigure(const OffsetAnalysis& analysis) {
+  std::vector<Row> rows;
+  for (const OffsetScan& scan : analysis.scans) {
+    for (const to::PickUpReading& reading : scan.result.pick_ups) {
+      for (const bool is_x : {true, false}) {
+        const Measured& value = is_x ? reading.dx_mm : reading.dy_mm;
+        rows.push_back({fmt::format("T{}, {}. time, {}", reading.tool, reading.pick_up + 1,
+                                    is_x ? "dx" : "dy"),
+                        OffsetWords(value), value, 0, false});
+      }
+    }
+  }
+  if (rows.empty()) return std::nullopt;
+  return FigureOf(
+      "pick-ups",
+      "Where a tool's lines land after it was put back and picked up again, minus where "
+      "they landed before; its coupling's repeatability.",
+      rows, "Picked up again", "against the first time (µm)");
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,240 @@
+// Reports on sheets that are drawn and scanned here; no claim about the estimator.
+#include "tool_offset/report/offset_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "document/parsers_test_support.h"
+#include "tool_offset/offset/analyse.h"
+#include "tool_offset/reading/sheet_scene_test_support.h"
+#include "tool_offset/report/sheet_picture.h"
+
+namespace trammel::report {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+namespace to = tool_offset;
+
+struct Drawn {
+  OffsetAnalysis analysis;
+  OffsetReportInput input;
+};
+
+// A small sheet of three tools, the last of which printed nothing.
+to::SheetSettings Settings() {
+  to::SheetSettings settings;
+  settings.tools = {0, 1, 2};
+  settings.teeth = 7;
+  // With coarse marks: all pictures that there are.
+  settings.layout = 1;
+  settings.paper = "any";
+  return settings;
+}
+
+to::ScannedScene ScanOf(const to::SheetPlan& plan, double angle_rad) {
+  to::SheetScene scene;
+  scene.angle_rad = angle_rad;
+  scene.paper.dpi_x = scene.paper.dpi_y = 300;
+  scene.offset_mm[1] = {0.2, -0.1};
+  scene.silent_tools = {2};
+  scene.placement_mm = 0.003;
+  Random random(7);
+  return to::Scan(plan, scene, random);
+}
+
+// Drawn and read once for all.
+const Drawn& Sheet() {
+  static const Drawn* drawn = [] {
+    auto* made = new Drawn;
+    made->analysis.plan = to::PlanSheet(Settings());
+    const to::ScannedScene scan = ScanOf(made->analysis.plan, 0.1);
+    auto result = to::AnalyseSheet(scan.view(), made->analysis.plan);
+    if (!result) ADD_FAILURE() << result.error().message;
+    if (result) {
+      made->input.pictures.push_back(DrawOffsetScan(scan.view(), made->analysis.plan, *result));
+      made->analysis.scans.push_back({"a & b <\xff>.png", 1, 1, std::move(*result)});
+      const std::vector<std::vector<to::SheetResult>> sheets = {{made->analysis.scans[0].result}};
+      made->analysis.combined = to::Combine(sheets);
+    }
+    made->input.analysis = &made->analysis;
+    made->input.failed = {"scan c.png: <no sheet> & nothing"};
+    return made;
+  }();
+  return *drawn;
+}
+
+TEST(OffsetReport, IsAWholePageThatLoadsNothingAndEscapesNames) {
+  const std::string page = OffsetReport(Sheet().input);
+  EXPECT_EQ(test::XmlProblem(page), "");
+  EXPECT_THAT(page, AllOf(HasSubstr("default-src 'none'"), HasSubstr("a &amp; b &lt;"),
+                          HasSubstr("&lt;no sheet&gt; &amp; nothing")));
+  EXPECT_THAT(page, AllOf(Not(HasSubstr("http://")), Not(HasSubstr("https://")),
+                          Not(HasSubstr("<script"))));
+}
+
+TEST(OffsetReport, ShowsAToolThatIsRefusedWithItsReasonAndWithoutANumber) {
+  const std::string page = OffsetReport(Sheet().input);
+  EXPECT_THAT(page, HasSubstr("class=\"card head refused\""));
+  EXPECT_THAT(page, HasSubstr("colspan=\"4\">T2: at no place"));
+  EXPECT_THAT(page, HasSubstr("T2: at no place within"));
+  EXPECT_THAT(page, HasSubstr("1 of 2 tools have an offset"));
+  EXPECT_THAT(page, HasSubstr(">T1</td><td data-name=\"dx\"><span>+0.19"));
+  EXPECT_THAT(page, HasSubstr("95 %: +0.19"));
+}
+
+TEST(OffsetReport, HasTheLinesToPasteWithEachFirmwaresSign) {
+  const std::string page = OffsetReport(Sheet().input);
+  // T1 lands 0.2 mm to the right and 0.1 mm to the front.
+  EXPECT_THAT(page, AllOf(HasSubstr("PARAMETER=gcode_x_offset VALUE=-0.199"),
+                          HasSubstr("SET_GCODE_OFFSET X=-0.199 Y=0.100"),
+                          HasSubstr("M218 T1 X0.199 Y-0.100"), HasSubstr("G10 P1 X0.199 Y-0.100")));
+  EXPECT_THAT(page, Not(HasSubstr("M218 T2")));
+  EXPECT_LT(page.find("M218 T1"), page.find("<svg"));
+}
+
+TEST(OffsetReport, TheLineThatSavesStandsBehindThoseOfAllTools) {
+  OffsetAnalysis analysis = Sheet().analysis;
+  ASSERT_EQ(analysis.combined.tools.size(), 2U);
+  to::CombinedTool& second = analysis.combined.tools[1];
+  second = analysis.combined.tools[0];
+  second.tool = 2;
+  OffsetReportInput input = Sheet().input;
+  input.analysis = &analysis;
+  const std::string page = OffsetReport(input);
+  ASSERT_THAT(page, AllOf(HasSubstr("M218 T2"), HasSubstr("G10 P2")));
+  EXPECT_LT(page.find("M218 T2"), page.find("M500\n"));
+  EXPECT_LT(page.find("G10 P2"), page.find("M500 P10\n"));
+}
+
+TEST(OffsetReport, DrawsAnArrowFromTheReferenceToolToEachThatHasAnOffset) {
+  const auto figure = ToolArrowsFigure(Sheet().analysis);
+  ASSERT_TRUE(figure);
+  EXPECT_THAT(figure->seen, HasSubstr("T1 lands 0.199 mm to the right and 0.100 mm to the front"));
+  EXPECT_THAT(figure->canvas.ToSvg(), AllOf(HasSubstr(">T0</text>"), HasSubstr(">T1: +0.199, -0.100"
+                                                                               " mm</text>")));
+  OffsetAnalysis none = Sheet().analysis;
+  none.combined.tools.clear();
+  EXPECT_FALSE(ToolArrowsFigure(none));
+}
+
+TEST(OffsetReport, HasAPictureOfEveryStepThatCanBeRead) {
+  const Drawn& sheet = Sheet();
+  ASSERT_EQ(sheet.input.pictures.size(), 1U);
+  const OffsetScanPictures& pictures = sheet.input.pictures[0];
+  ASSERT_EQ(pictures.page.size(), 3U);
+  EXPECT_EQ(pictures.page[0].name, "page");
+  EXPECT_EQ(pictures.page[1].name, "code");
+  EXPECT_EQ(pictures.page[2].name, "marks");
+  EXPECT_EQ(pictures.structures.size(), sheet.analysis.plan.structures.size());
+  const auto pictured =
+      std::count_if(pictures.structures.begin(), pictures.structures.end(),
+                    [](const DrawnFigure& figure) { return !figure.html[0].empty(); });
+  EXPECT_EQ(pictured, 8) << "of " << pictures.structures.size();
+  for (const auto* list : {&pictures.page, &pictures.structures}) {
+    for (const DrawnFigure& figure : *list) {
+      EXPECT_EQ(test::XmlProblem(figure.svg), "") << figure.name;
+      EXPECT_THAT(figure.svg, HasSubstr("data:image/jpeg;base64,")) << figure.name;
+      if (figure.html[0].empty()) continue;
+      EXPECT_THAT(figure.html[0], AllOf(HasSubstr("<figcaption>"), HasSubstr("class=\"narrow\"")))
+          << figure.name;
+      EXPECT_LT(figure.html.back().size(), figure.html.front().size()) << figure.name;
+    }
+  }
+  for (const DrawnFigure& figure : OffsetValueFigures(sheet.analysis)) {
+    EXPECT_EQ(test::XmlProblem(figure.svg), "") << figure.name;
+  }
+}
+
+TEST(OffsetReport, TakesValuesThatAreNotFiniteAndStructuresWithoutFingers) {
+  Drawn sheet;
+  sheet.analysis = Sheet().analysis;
+  sheet.input.analysis = &sheet.analysis;
+  to::SheetResult& result = sheet.analysis.scans[0].result;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (to::FingerReading& finger : result.structures[0].fingers) {
+    finger.residual_mm = finger.position_mm = finger.place.x_px = nan;
+  }
+  result.structures[1].fingers.clear();
+  result.structures[1].offset_mm = Measured::Refused("gone");
+  result.chi_square_per_freedom = nan;
+  const to::ScannedScene scan = ScanOf(sheet.analysis.plan, 0.1);
+  sheet.input.pictures.push_back(DrawOffsetScan(scan.view(), sheet.analysis.plan, result));
+  EXPECT_EQ(test::XmlProblem(OffsetReport(sheet.input)), "");
+}
+
+TEST(OffsetReport, ShowsSelfTestsAndPickUpsWhereThereAreAny) {
+  OffsetAnalysis analysis = Sheet().analysis;
+  EXPECT_EQ(OffsetValueFigures(analysis).size(), 2U);
+  Quantity quantity;
+  quantity.value = 0.1;
+  quantity.interval95 = {0.09, 0.11};
+  to::SheetResult& result = analysis.scans[0].result;
+  result.self_tests = {{"self-test X 1", 0.1, Measured::Good(quantity)},
+                       {"self-test X 2", 0.2, Measured::Refused("torn")}};
+  result.pick_ups = {{1, 1, Measured::Good(quantity), Measured::CannotTell("torn")}};
+  const std::vector<DrawnFigure> figures = OffsetValueFigures(analysis);
+  ASSERT_EQ(figures.size(), 4U);
+  EXPECT_EQ(figures[1].name, "self-test");
+  EXPECT_EQ(figures[2].name, "pick-ups");
+  for (const DrawnFigure& figure : figures) EXPECT_EQ(test::XmlProblem(figure.svg), "");
+}
+
+TEST(OffsetReport, APageOfManyScansStaysSmallEnoughToBeSent) {
+  Drawn many;
+  many.analysis = Sheet().analysis;
+  many.input = Sheet().input;
+  many.input.analysis = &many.analysis;
+  for (int i = 1; i < 20; ++i) {
+    many.analysis.scans.push_back(many.analysis.scans.front());
+    many.input.pictures.push_back(many.input.pictures.front());
+  }
+  const std::string page = OffsetReport(many.input);
+  EXPECT_LE(page.size(), kMostPageBytes);
+  EXPECT_EQ(test::XmlProblem(page), "");
+  EXPECT_THAT(page, AllOf(HasSubstr("Scan 20 (sheet 1)"), HasSubstr("data:image/jpeg")));
+}
+
+TEST(OffsetReport, AnyNumberOfScansAndAnySizeOfStructuresFitTheirPictures) {
+  OffsetAnalysis analysis = Sheet().analysis;
+  for (int i = 0; i < 300; ++i) analysis.scans.push_back(analysis.scans.front());
+  for (const DrawnFigure& figure : OffsetValueFigures(analysis)) {
+    EXPECT_EQ(test::XmlProblem(figure.svg), "") << figure.name;
+  }
+  to::SheetPlan plan;
+  plan.settings.teeth = 60;
+  plan.settings.pitch_mm = 10;
+  plan.settings.leg_length_mm = 20;
+  plan.settings.overlap_mm = 1;
+  plan.structures.resize(1);
+  to::SheetResult result;
+  result.sheet.map.u_px_mm = {1, 0};
+  result.sheet.map.v_px_mm = {0, -1};
+  result.structures.resize(1);
+  const std::vector<std::uint8_t> pixels(std::size_t{300} * 300, 200);
+  const PageView page{pixels.data(), 300, 300, 1, 300};
+  EXPECT_GT(StructureFigure(page, plan, result, result.structures[0]).canvas.height_px(), 500);
+}
+
+TEST(SheetPicture, PlacesOnThePageAreFoundAgainOnTheCanvasAtAnyAngle) {
+  const Drawn& sheet = Sheet();
+  const to::PageMap& map = sheet.analysis.scans[0].result.sheet.map;
+  for (const to::Structure& structure : sheet.analysis.plan.structures) {
+    const PageWindow window = AlongStructure(map, structure, -10, 10, {5, 7, 400, 200});
+    const PointPx middle = window.At(map.ToPage(structure.middle));
+    EXPECT_NEAR(middle.x, 205, 1);
+    EXPECT_NEAR(middle.y, 107, 1);
+    const bool is_x = structure.axis == to::Axis::kX;
+    const PointPx right = window.At(map.ToPage(
+        {structure.middle.u_mm + (is_x ? 5 : 0), structure.middle.v_mm + (is_x ? 0 : 5)}));
+    EXPECT_NEAR(right.x - middle.x, 100, 1);  // 20 px per mm
+    EXPECT_NEAR(right.y, middle.y, 1);
+  }
+}
+
+}  // namespace
+}  // namespace trammel::report

@@ -1,0 +1,217 @@
+#include "tool_offset/report/sheet_preview.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/check.h"
+#include "document/bed_plot.h"
+#include "tool_offset/sheet/sheet_bed.h"
+#include "tool_offset/sheet/sheet_layout.h"
+#include "tool_offset/sheet/sheet_temperatures.h"
+
+namespace trammel::report {
+namespace {
+
+namespace to = tool_offset;
+
+constexpr double kWidthPx = 1200;
+constexpr double kHeightPx = 760;
+
+/// The reference tool is ink; the others are told apart by hue and by lightness.
+Color ToolColor(const to::SheetSettings& settings, int tool) {
+  if (tool == settings.reference_tool) return kInk;
+  constexpr std::array<Color, 7> kColors{kVermilion,    kBlue,         Rgb(0x1b8a6b), Rgb(0xb04a9a),
+                                         Rgb(0xb98a00), Rgb(0x3fa0d8), Rgb(0x8a5a3c)};
+  std::size_t tested = 0;
+  for (const int other : settings.tools) {
+    if (other == tool) break;
+    if (other != settings.reference_tool) ++tested;
+  }
+  return kColors[tested % kColors.size()];
+}
+
+/// Something drawn: by which tool, from where to where.
+using LegVisitor = std::function<void(int tool, const to::Leg& leg)>;
+
+void VisitStructure(const to::SheetPlan& plan, const to::Structure& structure,
+                    const LegVisitor& visit) {
+  for (std::size_t comb = 0; comb < 2; ++comb) {
+    for (int finger = 0; finger < plan.settings.teeth; ++finger) {
+      for (const to::Leg& leg : to::FingerLegs(plan, structure, comb, finger)) {
+        visit(structure.combs[comb].tool, leg);
+      }
+    }
+  }
+}
+
+void VisitBox(const to::SheetPlan& plan, const LegVisitor& visit) {
+  for (const double inset_mm : plan.box_insets_mm) {
+    const double u_mm = plan.width_mm / 2 - inset_mm;
+    const double v_mm = plan.height_mm / 2 - inset_mm;
+    const std::array<to::SheetPoint, 4> corners{
+        {{-u_mm, -v_mm}, {u_mm, -v_mm}, {u_mm, v_mm}, {-u_mm, v_mm}}};
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      visit(plan.settings.reference_tool, {corners[i], corners[(i + 1) % corners.size()]});
+    }
+  }
+}
+
+void VisitAll(const to::SheetPlan& plan, const LegVisitor& visit) {
+  VisitBox(plan, visit);
+  for (const to::Structure& structure : plan.structures) VisitStructure(plan, structure, visit);
+  for (const to::CoarseMark& mark : plan.coarse_marks) {
+    for (const to::Leg& leg : to::CoarseLegs(plan, mark)) visit(mark.tool, leg);
+  }
+  for (const to::PrimeLine& line : plan.prime_lines) visit(line.tool, line.leg);
+}
+
+void DrawLeg(Canvas& canvas, const to::SheetPlan& plan, int tool, const PointPx& from,
+             const PointPx& to, double px_per_mm, double least_px) {
+  const PointPx path[] = {from, to};
+  canvas.Polyline(path, {.color = ToolColor(plan.settings, tool),
+                         .width_px = std::max(least_px, plan.settings.line_width_mm * px_per_mm),
+                         .round_ends = true});
+}
+
+/// The sheet of paper, where it has to lie; it may reach beyond the bed.
+void DrawPaper(Canvas& canvas, const Plot& plot, const to::SheetPlan& plan) {
+  const auto paper = to::PaperAround(plan);
+  if (!paper) return;
+  const PointPx low = plot.At({paper->bounds.min_x_mm, paper->bounds.min_y_mm});
+  const PointPx high = plot.At({paper->bounds.max_x_mm, paper->bounds.max_y_mm});
+  const PointPx outline[] = {low, {high.x, low.y}, high, {low.x, high.y}};
+  canvas.Clip(plot.inner());
+  canvas.Polygon(outline, kPaper, Stroke{.color = kInk, .width_px = 0.8});
+  canvas.Text({std::max(low.x, plot.inner().x) + 4, std::max(high.y, plot.inner().y) + 12},
+              paper->name + " paper", {.size_px = 10});
+  canvas.Unclip();
+}
+
+void DrawOnBed(Canvas& canvas, const RectPx& room, const to::SheetPlan& plan) {
+  const Plot plot = BedPlot(canvas, room, plan.settings.printer);
+  DrawPaper(canvas, plot, plan);
+  const double px_per_mm = plot.X(1) - plot.X(0);
+  const auto at = [&](const to::SheetPoint& point) {
+    const to::BedPoint on_bed = to::OnBed(plan, point);
+    return plot.At({on_bed.x_mm, on_bed.y_mm});
+  };
+  VisitAll(plan, [&](int tool, const to::Leg& leg) {
+    DrawLeg(canvas, plan, tool, at(leg.start), at(leg.end), px_per_mm, 0.4);
+  });
+}
+
+void DrawDirection(Canvas& canvas, const PointPx& from, const PointPx& to) {
+  constexpr double kSizePx = 4;
+  const double length = std::hypot(to.x - from.x, to.y - from.y);
+  const double x = (to.x - from.x) / length * kSizePx;
+  const double y = (to.y - from.y) / length * kSizePx;
+  const PointPx head[] = {
+      to, {to.x - x * 2 - y, to.y - y * 2 + x}, {to.x - x * 2 + y, to.y - y * 2 - x}};
+  canvas.Polygon(head, kPaper, Stroke{.color = kInk, .width_px = 0.6});
+}
+
+/// A few fingers of the first structure that two tools share, or of the first of all.
+void DrawCloseUp(Canvas& canvas, const RectPx& room, const to::SheetPlan& plan) {
+  const auto shared =
+      std::find_if(plan.structures.begin(), plan.structures.end(),
+                   [](const to::Structure& s) { return s.combs[0].tool != s.combs[1].tool; });
+  const to::Structure& structure =
+      shared == plan.structures.end() ? plan.structures.front() : *shared;
+  constexpr double kFingers = 5.5;
+  const double half_u_mm = kFingers / 2 * plan.settings.pitch_mm;
+  const double half_v_mm = plan.settings.leg_length_mm - plan.settings.overlap_mm / 2 + 1;
+  const to::SheetPoint& middle = structure.middle;
+  const Plot plot =
+      EvenPlot(canvas, room, {"u (mm)", {middle.u_mm - half_u_mm, middle.u_mm + half_u_mm}, 6},
+               {"v (mm)", {middle.v_mm - half_v_mm, middle.v_mm + half_v_mm}, 4},
+               fmt::format("Middle of {}: the way each leg is drawn", structure.name));
+  canvas.FillRect(plot.inner(), kPlate);
+  const double px_per_mm = plot.X(1) - plot.X(0);
+  const auto at = [&](const to::SheetPoint& point) { return plot.At({point.u_mm, point.v_mm}); };
+  canvas.Clip(plot.inner());
+  VisitStructure(plan, structure, [&](int tool, const to::Leg& leg) {
+    DrawLeg(canvas, plan, tool, at(leg.start), at(leg.end), px_per_mm, 0.4);
+    DrawDirection(canvas, at(leg.start), at(leg.end));
+  });
+  canvas.Unclip();
+}
+
+void DrawNames(Canvas& canvas, const Plot& plot, const to::SheetPlan& plan) {
+  for (const to::Structure& structure : plan.structures) {
+    const PointPx at = plot.At({structure.middle.u_mm, structure.middle.v_mm});
+    const bool across = structure.axis == to::Axis::kY;
+    const TextStyle style{.size_px = 10,
+                          .color = kInk,
+                          .align = Align::kMiddle,
+                          .bold = true,
+                          .angle_rad = across ? -std::acos(0.0) : 0};
+    const double width = canvas.TextWidth(structure.name, style) + 6;
+    const double height = 13;
+    canvas.FillRect({at.x - (across ? height : width) / 2, at.y - (across ? width : height) / 2,
+                     across ? height : width, across ? width : height},
+                    WithAlpha(kPaper, 0.85));
+    canvas.Text(across ? PointPx{at.x + 3.5, at.y} : PointPx{at.x, at.y + 3.5}, structure.name,
+                style);
+  }
+}
+
+void DrawSheet(Canvas& canvas, const RectPx& room, const to::SheetPlan& plan) {
+  constexpr double kMargin_mm = 3;
+  double lowest_mm = -plan.height_mm / 2;
+  for (const to::PrimeLine& line : plan.prime_lines) {
+    lowest_mm = std::min(lowest_mm, line.leg.start.v_mm);
+  }
+  const Plot plot =
+      EvenPlot(canvas, room,
+               {"u (mm)", {-plan.width_mm / 2 - kMargin_mm, plan.width_mm / 2 + kMargin_mm}, 6},
+               {"v (mm)", {lowest_mm - kMargin_mm, plan.height_mm / 2 + kMargin_mm}, 6},
+               fmt::format("Sheet {}: {:.1f} × {:.1f} mm, turned by {:.4g}°", plan.sheet_id,
+                           plan.width_mm, plan.height_mm, plan.settings.tilt_deg));
+  canvas.FillRect(plot.inner(), kPlate);
+  const double px_per_mm = plot.X(1) - plot.X(0);
+  const auto at = [&](const to::SheetPoint& point) { return plot.At({point.u_mm, point.v_mm}); };
+  VisitAll(plan, [&](int tool, const to::Leg& leg) {
+    DrawLeg(canvas, plan, tool, at(leg.start), at(leg.end), px_per_mm, 0.4);
+  });
+  // Dark cells as a whole, not as the lines that are printed: a picture of the plan must never pass
+  // for a scan of the sheet, whose tools would all be right.
+  for (const to::CodeCell& cell : plan.code) {
+    const PointPx low =
+        at({cell.middle.u_mm - to::kCodeCell_mm / 2, cell.middle.v_mm + to::kCodeLeg_mm / 2});
+    const RectPx rect{low.x, low.y, to::kCodeCell_mm * px_per_mm, to::kCodeLeg_mm * px_per_mm};
+    if (cell.dark) canvas.FillRect(rect, ToolColor(plan.settings, plan.settings.reference_tool));
+  }
+  DrawNames(canvas, plot, plan);
+}
+
+}  // namespace
+
+Canvas SheetPreview(const to::SheetPlan& plan) {
+  TRAMMEL_CHECK(!plan.structures.empty(), "{} structures", plan.structures.size());
+  Canvas canvas(kWidthPx, kHeightPx);
+  DrawOnBed(canvas, {70, 40, 370, 370}, plan);
+  DrawCloseUp(canvas, {70, 490, 370, 160}, plan);
+  DrawSheet(canvas, {540, 40, 620, 600}, plan);
+  if (!to::FindTemperatureProblem(plan.settings)) {
+    canvas.Text({24, kHeightPx - 52},
+                "Heated to " + SpelledOut(to::DescribeTemperatures(plan.settings)),
+                {.size_px = kLabelTextPx});
+  }
+  std::vector<LegendEntry> entries;
+  for (const int tool : plan.settings.tools) {
+    entries.push_back(
+        {fmt::format("T{}{}", tool, tool == plan.settings.reference_tool ? " (reference)" : ""),
+         LegendEntry::Mark::kPatch,
+         {.color = ToolColor(plan.settings, tool)}});
+  }
+  DrawLegend(canvas, {24, kHeightPx - 24}, kWidthPx - 48, entries);
+  return canvas;
+}
+
+}  // namespace trammel::report

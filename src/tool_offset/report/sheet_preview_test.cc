@@ -1,0 +1,39 @@
+#include "tool_offset/report/sheet_preview.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/check.h"
+#include "document/parsers_test_support.h"
+
+namespace trammel::report {
+namespace {
+
+TEST(SheetPreview, DrawsTheSheetWithEveryStructuresName) {
+  const tool_offset::SheetPlan plan = tool_offset::PlanSheet({});
+  const Canvas canvas = SheetPreview(plan);
+  EXPECT_TRUE(test::DecodePng(canvas.ToPng(1)));
+  const std::string svg = canvas.ToSvg();
+  EXPECT_EQ(test::XmlProblem(svg), "");
+  EXPECT_EQ(svg, SheetPreview(plan).ToSvg());
+}
+
+TEST(SheetPreview, DrawsEightToolsOnARoundBedAndASelfTest) {
+  tool_offset::SheetSettings settings;
+  settings.tools = {7, 6, 5, 4, 3, 2, 1, 0};
+  settings.tilt_deg = -20;
+  settings.pick_ups = 1;
+  settings.printer.bed_shape = settings::BedShape::kEllipse;
+  settings.printer.bed_size_x_mm = 500;
+  settings.printer.bed_size_y_mm = 500;
+  EXPECT_EQ(test::XmlProblem(SheetPreview(tool_offset::PlanSheet(settings)).ToSvg()), "");
+  settings.tools = {0};
+  settings.pick_ups = 0;
+  settings.self_test = true;
+  EXPECT_EQ(test::XmlProblem(SheetPreview(tool_offset::PlanSheet(settings)).ToSvg()), "");
+}
+
+TEST(SheetPreview, RequiresAPlan) { EXPECT_THROW((void)SheetPreview({}), Bug); }
+
+}  // namespace
+}  // namespace trammel::report

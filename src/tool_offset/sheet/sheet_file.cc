@@ -1,0 +1,190 @@
+#include "tool_offset/sheet/sheet_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <span>
+
+#include "tool_offset/sheet/sheet_fields.h"
+#include "tool_offset/sheet/sheet_value.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+constexpr std::string_view kPrefix = "; trammel sheet: ";
+constexpr std::string_view kFormatKey = "format";
+constexpr std::string_view kIdKey = "sheet_id";
+constexpr std::string_view kEnd = "end";
+/// What a scan is not read with, and files of the first format do not have.
+constexpr std::array<std::string_view, 3> kSinceFormat2{
+    "filament.material", "tool_offset_pattern.start_gcode", "tool_offset_pattern.paper_clearance"};
+
+/// Files of older formats are of the first layout, on whatever paper took them.
+constexpr std::string_view kPaperKey = "tool_offset_pattern.paper";
+constexpr int kSinceLayout2 = 3;
+
+bool IsNew(std::string_view key) {
+  return std::find(kSinceFormat2.begin(), kSinceFormat2.end(), key) != kSinceFormat2.end();
+}
+
+struct Entry {
+  std::string key;  ///< with its section
+  settings::SettingRange range;
+  SheetValue value;
+};
+
+/// Every setting with where it lives.
+std::vector<Entry> Entries(SheetSettings& settings) {
+  std::vector<Entry> entries;
+  const auto bind = [&](const auto& fields, auto& owner) {
+    for (const auto& field : fields) {
+      std::visit(
+          [&](auto member) {
+            entries.push_back(
+                {fmt::format("{}.{}", field.section, field.key), field.range(), &(owner.*member)});
+          },
+          field.member);
+    }
+  };
+  bind(SheetFields(), settings);
+  bind(settings::PrinterFields(), settings.printer);
+  bind(settings::FilamentFields(), settings.filament);
+  return entries;
+}
+
+tl::unexpected<Error> FailAt(long line, const std::string& what) {
+  return Fail(fmt::format("line {}: {}", line, what));
+}
+
+/// The comments of one file, read line by line.
+class Reader {
+ public:
+  /// @returns Whether this was the last of them.
+  Result<bool> Take(long line, std::string_view comment) {
+    if (comment == kEnd) return true;
+    const std::size_t equals = comment.find(" = ");
+    if (equals == std::string_view::npos) {
+      return FailAt(line, fmt::format("\"{}\" is not key = value", Shortened(comment)));
+    }
+    const std::string key(comment.substr(0, equals));
+    const std::string_view value = comment.substr(equals + 3);
+    if (!seen_.insert(key).second) return FailAt(line, fmt::format("{} stands twice", key));
+    if (seen_.size() == 1 && key != kFormatKey) {
+      return FailAt(line, fmt::format("the first key is {}, not {}", Shortened(key), kFormatKey));
+    }
+    if (key == kFormatKey) return TakeFormat(line, value);
+    if (key == kIdKey) return TakeNumber(line, key, value, sheet_id_);
+    const auto entry = std::find_if(entries_.begin(), entries_.end(),
+                                    [&](const Entry& e) { return e.key == key; });
+    if (entry == entries_.end()) {
+      return FailAt(line, fmt::format("there is no setting {}", Shortened(key)));
+    }
+    if (const auto fault = ParseSheetValue(value, entry->range, entry->value)) {
+      return FailAt(line, fmt::format("{}: {}", key, *fault));
+    }
+    return false;
+  }
+
+  /// REQUIRES that the last comment was taken.
+  Result<SheetSettings> Finish() {
+    for (const Entry& entry : entries_) {
+      const bool later = IsNew(entry.key) || (format_ < kSinceLayout2 && entry.key == kPaperKey);
+      if (!seen_.contains(entry.key) && !later &&
+          !std::holds_alternative<std::optional<double>*>(entry.value)) {
+        return Fail(fmt::format("the sheet's comments have no {}: the file is damaged", entry.key));
+      }
+    }
+    if (!seen_.contains(std::string(kIdKey))) {
+      return Fail(fmt::format("the sheet's comments have no {}: the file is damaged", kIdKey));
+    }
+    if (format_ < kSinceLayout2) {
+      settings_.layout = 1;
+      settings_.paper = "any";
+    }
+    if (auto valid = Validate(settings_); !valid) return tl::unexpected(valid.error());
+    if (const int made = PlanSheet(settings_).sheet_id; made != sheet_id_) {
+      return Fail(
+          fmt::format("its settings make sheet {}, but it says {}: the file was changed, or "
+                      "made by another version of trammel; make it anew and print that",
+                      made, sheet_id_));
+    }
+    return settings_;
+  }
+
+ private:
+  static std::string Shortened(std::string_view text) {
+    constexpr std::size_t kLongest = 60;
+    return std::string(text.substr(0, kLongest));
+  }
+
+  static Result<bool> TakeNumber(long line, const std::string& key, std::string_view value,
+                                 int& number) {
+    if (const auto fault = ParseSheetValue(value, {"", 0, 65535}, &number)) {
+      return FailAt(line, fmt::format("{}: {}", key, *fault));
+    }
+    return false;
+  }
+
+  Result<bool> TakeFormat(long line, std::string_view value) {
+    const Result<bool> taken = TakeNumber(line, std::string(kFormatKey), value, format_);
+    if (taken && (format_ < 1 || format_ > kSheetFormat)) {
+      return FailAt(
+          line, fmt::format("format {} is none of 1 ... {}, those that this trammel reads", format_,
+                            kSheetFormat));
+    }
+    return taken;
+  }
+
+  SheetSettings settings_;
+  std::vector<Entry> entries_ = Entries(settings_);
+  std::set<std::string> seen_;
+  int format_ = kSheetFormat;
+  int sheet_id_ = -1;
+};
+
+}  // namespace
+
+std::string FormatSheetComments(const SheetPlan& plan) {
+  const bool first_layout = plan.settings.layout == 1;
+  std::string out =
+      fmt::format("{}{} = {}\n{}{} = {}\n", kPrefix, kFormatKey,
+                  first_layout ? kSinceLayout2 - 1 : kSheetFormat, kPrefix, kIdKey, plan.sheet_id);
+  SheetSettings settings = plan.settings;
+  for (const Entry& entry : Entries(settings)) {
+    if (first_layout && entry.key == kPaperKey) continue;
+    if (const auto value = FormatSheetValue(entry.value)) {
+      out += fmt::format("{}{} = {}\n", kPrefix, entry.key, *value);
+    }
+  }
+  return out + fmt::format("{}{}\n", kPrefix, kEnd);
+}
+
+Result<SheetSettings> ReadSheetFile(std::string_view gcode) {
+  Reader reader;
+  long line = 0;
+  bool any = false;
+  while (!gcode.empty()) {
+    ++line;
+    const std::size_t end = std::min(gcode.find('\n'), gcode.size());
+    std::string_view text = gcode.substr(0, end);
+    gcode.remove_prefix(std::min(end + 1, gcode.size()));
+    if (text.ends_with('\r')) text.remove_suffix(1);
+    if (!text.starts_with(kPrefix)) continue;
+    any = true;
+    const Result<bool> last = reader.Take(line, text.substr(kPrefix.size()));
+    if (!last) return tl::unexpected(last.error());
+    if (*last) return reader.Finish();
+  }
+  if (any) {
+    return Fail(
+        fmt::format("ends at line {} amid the sheet's comments: the file is cut off", line));
+  }
+  return Fail(
+      fmt::format("has no line that begins with \"{}\": it is not a pattern of trammel "
+                  "offset pattern",
+                  kPrefix));
+}
+
+}  // namespace trammel::tool_offset

@@ -1,0 +1,172 @@
+#include "tool_offset/sheet/sheet_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include "base/random.h"
+#include "tool_offset/sheet/sheet_gcode.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+SheetSettings Unusual() {
+  SheetSettings settings;
+  settings.tools = {4, 0, 7};
+  settings.reference_tool = 7;
+  settings.controls = 4;
+  settings.pick_ups = 1;
+  settings.pitch_mm = 4.19 + 1.0 / 3;
+  settings.tilt_deg = -12.5;
+  settings.nozzle_temperatures_c = {200.5, 250, 1e3 / 4};
+  settings.tool_change_gcode = "; trammel sheet: end\nT{tool} ; \"quoted\" \\ back\tslash\r\n";
+  settings.position_x_mm = 141.25;
+  settings.printer.dialect = gcode::Dialect::kRepRapFirmware;
+  settings.printer.bed_size_x_mm = 300;
+  settings.printer.bed_size_y_mm = 300;
+  settings.printer.start_gcode = "G28\nM140 S{bed_temperature_c}\n; µ\n";
+  settings.filament.bed_temperature_c = 51.5;
+  return settings;
+}
+
+TEST(SheetFile, SettingsReadBackAsTheyWere) {
+  SheetSettings plain;
+  plain.filament.material = "pla";
+  for (const SheetSettings& settings : {plain, Unusual()}) {
+    ASSERT_EQ(FindProblem(settings).has_value(), false);
+    const SheetPlan plan = PlanSheet(settings);
+    const Result<SheetSettings> read = ReadSheetFile(WriteSheetGcode(plan).text);
+    ASSERT_TRUE(read) << read.error().message;
+    // What is written of both is the same, bit for bit, and so is the plan.
+    EXPECT_EQ(FormatSheetComments(PlanSheet(*read)), FormatSheetComments(plan));
+    EXPECT_EQ(read->pitch_mm, settings.pitch_mm);
+    EXPECT_EQ(read->tools, settings.tools);
+    EXPECT_EQ(read->tool_change_gcode, settings.tool_change_gcode);
+    EXPECT_EQ(read->position_x_mm, settings.position_x_mm);
+    EXPECT_EQ(read->position_y_mm, settings.position_y_mm);
+    EXPECT_EQ(read->printer.dialect, settings.printer.dialect);
+    EXPECT_EQ(read->printer.start_gcode, settings.printer.start_gcode);
+    EXPECT_EQ(read->start_gcode, settings.start_gcode);
+    EXPECT_EQ(read->filament.material, settings.filament.material);
+    EXPECT_EQ(WriteSheetGcode(PlanSheet(*read)).text, WriteSheetGcode(plan).text);
+  }
+}
+
+// What format 1 does not have, a scan is not read with.
+TEST(SheetFile, OfTheFirstFormatIsReadAsWell) {
+  SheetSettings first = Unusual();
+  first.layout = 1;
+  first.paper = "any";
+  std::string old;
+  std::istringstream now(FormatSheetComments(PlanSheet(first)));
+  for (std::string line; std::getline(now, line);) {
+    if (line == "; trammel sheet: format = 2") line.back() = '1';
+    const bool is_new = line.find("filament.material") != std::string::npos ||
+                        line.find("tool_offset_pattern.start_gcode") != std::string::npos ||
+                        line.find("tool_offset_pattern.paper_clearance") != std::string::npos;
+    if (!is_new) old += line + "\n";
+  }
+  const Result<SheetSettings> read = ReadSheetFile(old);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(PlanSheet(*read).sheet_id, PlanSheet(first).sheet_id);
+}
+
+// The numbers are those that sheets of the first layout had when they were printed.
+TEST(SheetFile, OfTheFirstLayoutDescribesTheSheetThatWasPrinted) {
+  SheetSettings first;
+  first.layout = 1;
+  first.paper = "any";
+  const SheetPlan two = PlanSheet(first);
+  EXPECT_EQ(two.sheet_id, 10322);
+  const std::string text = FormatSheetComments(two);
+  EXPECT_THAT(text, HasSubstr("format = 2\n"));
+  EXPECT_THAT(text, Not(HasSubstr("tool_offset_pattern.paper = ")));
+  const Result<SheetSettings> read = ReadSheetFile(text);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->layout, 1);
+  EXPECT_EQ(PlanSheet(*read).coarse_marks.size(), 1U);
+  EXPECT_NE(PlanSheet({}).sheet_id, two.sheet_id);
+}
+
+TEST(SheetFile, LineEndsOfWindowsAndLinesInFrontDoNoHarm) {
+  std::string text = "; uploaded by somebody\n" + FormatSheetComments(PlanSheet({}));
+  for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) {
+    text.replace(at, 1, "\r\n");
+  }
+  EXPECT_TRUE(ReadSheetFile(text));
+}
+
+std::string Changed(const std::string& from, const std::string& to) {
+  std::string text = FormatSheetComments(PlanSheet({}));
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+std::string Fault(const std::string& text) {
+  const Result<SheetSettings> read = ReadSheetFile(text);
+  return read ? "no error" : read.error().message;
+}
+
+TEST(SheetFile, WhatIsNotAPatternIsSaidToBeNone) {
+  EXPECT_THAT(Fault(""), HasSubstr("not a pattern"));
+  EXPECT_THAT(Fault("G28\nG1 X5\n"), HasSubstr("not a pattern"));
+  EXPECT_THAT(Fault(std::string(100000, '\0')), HasSubstr("not a pattern"));
+}
+
+TEST(SheetFile, EachFaultIsNamedWithItsLine) {
+  const std::string pitch = "tool_offset_pattern.pitch = 4.19";
+  EXPECT_THAT(Fault(Changed("format = 3", "format = 4")), HasSubstr("line 1: format 4"));
+  EXPECT_THAT(Fault(Changed("format = 3", "format = 0")), HasSubstr("line 1: format 0"));
+  EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = nan")), HasSubstr("pitch: nan mm"));
+  EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = 4.19 ")),
+              HasSubstr("must be a number"));
+  EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pitch = 1e999")),
+              HasSubstr("must be a number"));
+  EXPECT_THAT(Fault(Changed(pitch, "tool_offset_pattern.pich = 4.19")),
+              HasSubstr("no setting tool_offset_pattern.pich"));
+  EXPECT_THAT(Fault(Changed(pitch, pitch + "\n; trammel sheet: " + pitch)),
+              HasSubstr("pitch stands twice"));
+  EXPECT_THAT(Fault(Changed("; trammel sheet: " + pitch + "\n", "")),
+              HasSubstr("no tool_offset_pattern.pitch"));
+  EXPECT_THAT(Fault(Changed("tools = [0, 1]", "tools = [0, 0]")), HasSubstr("0 stands twice"));
+  EXPECT_THAT(Fault(Changed("tools = [0, 1]", "tools = [0, 2]")),
+              HasSubstr("the file was changed"));
+  EXPECT_THAT(Fault(Changed("tools = [0, 1]", "tools = 0, 1")), HasSubstr("list in brackets"));
+  EXPECT_THAT(Fault(Changed("tools = [0, 1]", "tools = [0, 99999999999]")),
+              HasSubstr("whole number"));
+  EXPECT_THAT(Fault(Changed("\"T{tool}\"", "\"T{tool}")), HasSubstr("text in quotes"));
+  EXPECT_THAT(Fault(Changed("\"T{tool}\"", "\"T{tool}\\q\"")), HasSubstr("backslash"));
+  EXPECT_THAT(Fault(Changed("pause = true", "pause = yes")), HasSubstr("true or false"));
+  EXPECT_THAT(Fault(Changed("= klipper", "= clipper")), HasSubstr("there is no clipper"));
+  const std::string whole = FormatSheetComments(PlanSheet({}));
+  EXPECT_THAT(Fault(whole.substr(0, whole.size() / 2)), HasSubstr("line"));
+  EXPECT_THAT(Fault("; trammel sheet: pitch = 4\n"), HasSubstr("the first key is pitch"));
+}
+
+TEST(SheetFile, NoBytesMakeItFallOver) {
+  constexpr std::uint64_t kSeed = 77;
+  Random random(kSeed);
+  const std::string whole = FormatSheetComments(PlanSheet({}));
+  int errors = 0;
+  constexpr int kRepeats = 3000;
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    std::string text = whole;
+    for (std::uint64_t i = 1 + random.Below(3); i-- > 0;) {
+      text[random.Below(text.size())] = static_cast<char>(random.Below(256));
+    }
+    if (random.Below(4) == 0) text.resize(random.Below(text.size()));
+    errors += ReadSheetFile(text) ? 0 : 1;
+  }
+  // Changes of the heads of lines, of texts or of speeds may go unnoticed.
+  EXPECT_GT(errors, kRepeats / 2) << "seed " << kSeed;
+}
+
+}  // namespace
+}  // namespace trammel::tool_offset

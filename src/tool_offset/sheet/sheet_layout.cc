@@ -1,0 +1,176 @@
+#include "tool_offset/sheet/sheet_layout.h"
+
+#include <algorithm>
+#include <limits>
+#include <tuple>
+
+#include "base/check.h"
+#include "tool_offset/sheet/paper_size.h"
+#include "tool_offset/sheet/sheet_bed.h"
+#include "tool_offset/sheet/sheet_code.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+/// White that has to stay between two things when both move by the reach of the coarse marks.
+constexpr double kClear_mm = 1;
+
+enum Kind : std::size_t { kX, kY, kMarks, kCode, kKinds };
+
+/// Some of the blocks, put together without gaps (each cell has its margin inside).
+struct Packing {
+  double width_mm = 0;
+  double height_mm = 0;
+  std::array<Grid, kKinds> grids;  ///< those that are not in it have cells of no size
+};
+using Packings = std::vector<Packing>;
+
+/// Every way to stand `count` equal cells in a rectangle that wastes no whole column or row.
+Packings Shapes(Kind kind, int count, double cell_width_mm, double cell_height_mm) {
+  Packings shapes;
+  for (int columns = 1; columns <= count; ++columns) {
+    const int rows = (count + columns - 1) / columns;
+    if ((columns - 1) * rows >= count) continue;
+    Packing shape;
+    shape.width_mm = columns * cell_width_mm;
+    shape.height_mm = rows * cell_height_mm;
+    shape.grids[kind] = {0, 0, cell_width_mm, cell_height_mm, columns, rows};
+    shapes.push_back(shape);
+  }
+  return shapes;
+}
+
+Packing Join(const Packing& first, const Packing& second, bool side_by_side) {
+  Packing joined = first;
+  for (std::size_t kind = 0; kind < kKinds; ++kind) {
+    if (second.grids[kind].cell_width_mm == 0) continue;
+    joined.grids[kind] = second.grids[kind];
+    (side_by_side ? joined.grids[kind].left_mm : joined.grids[kind].bottom_mm) +=
+        side_by_side ? first.width_mm : first.height_mm;
+  }
+  joined.width_mm =
+      side_by_side ? first.width_mm + second.width_mm : std::max(first.width_mm, second.width_mm);
+  joined.height_mm = side_by_side ? std::max(first.height_mm, second.height_mm)
+                                  : first.height_mm + second.height_mm;
+  return joined;
+}
+
+/// Drops what another packing beats in both sizes: whatever is asked of the outline grows with
+/// them.
+Packings Smallest(Packings packings) {
+  std::stable_sort(packings.begin(), packings.end(), [](const Packing& a, const Packing& b) {
+    return std::tie(a.width_mm, a.height_mm) < std::tie(b.width_mm, b.height_mm);
+  });
+  Packings kept;
+  double lowest_mm = std::numeric_limits<double>::infinity();
+  for (const Packing& packing : packings) {
+    if (packing.height_mm >= lowest_mm) continue;
+    lowest_mm = packing.height_mm;
+    kept.push_back(packing);
+  }
+  return kept;
+}
+
+/// `below` and `above` one over the other.
+Packings Stack(const Packings& below, const Packings& above) {
+  Packings all;
+  for (const Packing& lower : below) {
+    for (const Packing& upper : above) all.push_back(Join(lower, upper, false));
+  }
+  return Smallest(std::move(all));
+}
+
+Packings StackOrStandBeside(const Packings& a, const Packings& b) {
+  Packings all;
+  for (const Packing& first : a) {
+    for (const Packing& second : b) {
+      all.push_back(Join(first, second, false));
+      all.push_back(Join(first, second, true));
+    }
+  }
+  return Smallest(std::move(all));
+}
+
+void Append(const Packings& more, Packings& all) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
+Packings AllPackings(const SheetSettings& settings, const LayoutCounts& counts) {
+  const double gap_mm = settings.structure_gap_mm;
+  const double length_mm = StructureLength_mm(settings) + gap_mm;
+  const double thickness_mm = StructureThickness_mm(settings) + gap_mm;
+  const Packings x = Shapes(kX, counts.x_structures, length_mm, thickness_mm);
+  const Packings y = Shapes(kY, counts.y_structures, thickness_mm, length_mm);
+  // Half of what two marks keep between them, which both may move; the structures' own margin
+  // makes up for the rest towards them.
+  const double mark_margin_mm =
+      std::max(kMarkReach_mm + kClear_mm / 2, 2 * kMarkReach_mm + kClear_mm - gap_mm / 2);
+  const double mark_mm = kCoarseLegStart_mm + kCoarseLeg_mm + settings.leg_spacing_mm / 2 +
+                         settings.line_width_mm + 2 * mark_margin_mm;
+  const Packings marks = Shapes(kMarks, counts.coarse_marks, mark_mm, mark_mm);
+  const double code_margin_mm =
+      settings.layout == 1 ? 2 * (kMarkReach_mm + kClear_mm) : settings.structure_gap_mm;
+  const Packings code = Shapes(kCode, 1, kCodeCells * kCodeCell_mm + code_margin_mm,
+                               kCodeLeg_mm + settings.line_width_mm + code_margin_mm);
+
+  const Packings structures = StackOrStandBeside(x, y);
+  if (marks.empty()) return Stack(code, structures);
+  Packings all;
+  Packings strip;
+  for (const Packing& mark : marks) strip.push_back(Join(code.front(), mark, true));
+  Append(Stack(strip, structures), all);
+  Append(Stack(code, StackOrStandBeside(structures, marks)), all);
+  Append(Stack(code, StackOrStandBeside(StackOrStandBeside(x, marks), y)), all);
+  Append(Stack(code, StackOrStandBeside(x, StackOrStandBeside(y, marks))), all);
+  return Smallest(std::move(all));
+}
+
+/// 0 for the smallest paper that takes the turned outline, lying or standing.
+int PaperClass(double width_mm, double height_mm) {
+  int rank = 0;
+  for (const PaperSize& paper : PaperSizes()) {
+    if (paper.name == "letter") continue;  // as large as A4
+    if (FitsPaper(paper, width_mm, height_mm)) break;
+    ++rank;
+  }
+  return rank;
+}
+
+}  // namespace
+
+double PrimeDepth_mm(const SheetSettings& settings) {
+  return kPrimeGap_mm + settings.pick_ups * kPrimeRow_mm;
+}
+
+double StructureLength_mm(const SheetSettings& settings) {
+  return (settings.teeth - 0.5) * settings.pitch_mm + settings.leg_spacing_mm +
+         settings.line_width_mm;
+}
+
+double StructureThickness_mm(const SheetSettings& settings) {
+  return 2 * settings.leg_length_mm - settings.overlap_mm + settings.line_width_mm;
+}
+
+Layout ArrangeSheet(const SheetSettings& settings, const LayoutCounts& counts, double border_mm) {
+  const Packings packings = AllPackings(settings, counts);
+  TRAMMEL_CHECK(!packings.empty(), "{} X and {} Y structures", counts.x_structures,
+                counts.y_structures);
+  const std::optional<PaperSize> asked_for = FindPaper(settings.paper);
+  const auto cost = [&](const Packing& packing) {
+    const double width_mm = packing.width_mm + 2 * border_mm;
+    const double height_mm = packing.height_mm + 2 * border_mm;
+    const BedBounds bounds = SheetBounds(settings, width_mm, height_mm);
+    const double x_mm = bounds.max_x_mm - bounds.min_x_mm;
+    const double y_mm = bounds.max_y_mm - bounds.min_y_mm;
+    const bool off_paper = asked_for && !FitsPaper(*asked_for, x_mm, y_mm);
+    return std::tuple(SheetReach(settings, width_mm, height_mm) > 1, off_paper,
+                      PaperClass(x_mm, y_mm), x_mm * y_mm);
+  };
+  const Packing& best =
+      *std::min_element(packings.begin(), packings.end(),
+                        [&](const Packing& a, const Packing& b) { return cost(a) < cost(b); });
+  return {best.width_mm,  best.height_mm,     best.grids[kX],
+          best.grids[kY], best.grids[kMarks], best.grids[kCode]};
+}
+
+}  // namespace trammel::tool_offset

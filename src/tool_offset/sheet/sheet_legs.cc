@@ -1,0 +1,102 @@
+// Where each leg of the sheet runs, and which way.
+#include <cmath>
+
+#include "base/check.h"
+#include "tool_offset/sheet/sheet_layout.h"
+#include "tool_offset/sheet/sheet_plan.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+/// Which way along its own line a leg runs so that the bed axis that it measures moves by
+/// `direction`. With a positive tilt +v moves the bed's x down and +u moves its y up.
+bool TowardsHigherCoordinate(Axis axis, int direction, double tilt_deg) {
+  const int sign = tilt_deg > 0 ? direction : -direction;
+  return axis == Axis::kX ? sign < 0 : sign > 0;
+}
+
+/// A leg across `axis` at `position_mm`, from `low_mm` to `high_mm` or back.
+Leg AcrossLeg(Axis axis, double position_mm, double low_mm, double high_mm, bool upwards) {
+  const double start_mm = upwards ? low_mm : high_mm;
+  const double end_mm = upwards ? high_mm : low_mm;
+  if (axis == Axis::kX) return {{position_mm, start_mm}, {position_mm, end_mm}};
+  return {{start_mm, position_mm}, {end_mm, position_mm}};
+}
+
+}  // namespace
+
+Leg Shifted(const Leg& leg, const SheetPoint& by) {
+  return {{leg.start.u_mm + by.u_mm, leg.start.v_mm + by.v_mm},
+          {leg.end.u_mm + by.u_mm, leg.end.v_mm + by.v_mm}};
+}
+
+std::vector<Leg> LegsOfTool(const SheetPlan& plan, int tool) {
+  std::vector<Leg> legs;
+  for (const Structure& structure : plan.structures) {
+    for (std::size_t comb = 0; comb < 2; ++comb) {
+      if (structure.combs[comb].tool != tool) continue;
+      for (int finger = 0; finger < plan.settings.teeth; ++finger) {
+        for (const Leg& leg : FingerLegs(plan, structure, comb, finger)) legs.push_back(leg);
+      }
+    }
+  }
+  for (const CoarseMark& mark : plan.coarse_marks) {
+    if (mark.tool != tool) continue;
+    for (const Leg& leg : CoarseLegs(plan, mark)) legs.push_back(leg);
+  }
+  for (const PrimeLine& line : plan.prime_lines) {
+    if (line.tool == tool) legs.push_back(line.leg);
+  }
+  return legs;
+}
+
+double FingerPosition_mm(const SheetPlan& plan, const Structure& structure, std::size_t comb,
+                         int finger) {
+  const SheetSettings& settings = plan.settings;
+  TRAMMEL_CHECK(comb < 2 && finger >= 0 && finger < settings.teeth, "comb {}, finger {} of {}",
+                comb, finger, settings.teeth);
+  const double middle_mm =
+      structure.axis == Axis::kX ? structure.middle.u_mm : structure.middle.v_mm;
+  const double from_middle = finger - (settings.teeth - 1) / 2.0 + (comb == 0 ? -0.25 : 0.25);
+  return middle_mm + from_middle * settings.pitch_mm;
+}
+
+std::array<Leg, 2> FingerLegs(const SheetPlan& plan, const Structure& structure, std::size_t comb,
+                              int finger) {
+  const SheetSettings& settings = plan.settings;
+  const double position_mm = FingerPosition_mm(plan, structure, comb, finger);
+  const double across_mm =
+      structure.axis == Axis::kX ? structure.middle.v_mm : structure.middle.u_mm;
+  const double inner_mm = settings.overlap_mm / 2;
+  const double outer_mm = settings.leg_length_mm - inner_mm;
+  const double low_mm = across_mm - (comb == 0 ? outer_mm : inner_mm);
+  const double high_mm = across_mm + (comb == 0 ? inner_mm : outer_mm);
+  const Comb& drawn = structure.combs[comb];
+  const bool upwards = TowardsHigherCoordinate(structure.axis, drawn.direction, settings.tilt_deg);
+  const double half_mm = settings.leg_spacing_mm / 2;
+  return {Shifted(AcrossLeg(structure.axis, position_mm - half_mm, low_mm, high_mm, upwards),
+                  drawn.programmed),
+          Shifted(AcrossLeg(structure.axis, position_mm + half_mm, low_mm, high_mm, upwards),
+                  drawn.programmed)};
+}
+
+std::array<Leg, 4> CoarseLegs(const SheetPlan& plan, const CoarseMark& mark) {
+  const double half_mm = plan.settings.leg_spacing_mm / 2;
+  const double tilt_deg = plan.settings.tilt_deg;
+  const auto leg = [&](Axis axis, double position_mm, double across_mm) {
+    return AcrossLeg(axis, position_mm, across_mm + kCoarseLegStart_mm,
+                     across_mm + kCoarseLegStart_mm + kCoarseLeg_mm,
+                     TowardsHigherCoordinate(axis, 1, tilt_deg));
+  };
+  const SheetPoint& at = mark.middle;
+  return {leg(Axis::kY, at.v_mm - half_mm, at.u_mm), leg(Axis::kY, at.v_mm + half_mm, at.u_mm),
+          leg(Axis::kX, at.u_mm - half_mm, at.v_mm), leg(Axis::kX, at.u_mm + half_mm, at.v_mm)};
+}
+
+Leg CodeLeg(const SheetPlan& plan, const CodeCell& cell) {
+  return AcrossLeg(Axis::kX, cell.middle.u_mm, cell.middle.v_mm - kCodeLeg_mm / 2,
+                   cell.middle.v_mm + kCodeLeg_mm / 2,
+                   TowardsHigherCoordinate(Axis::kX, 1, plan.settings.tilt_deg));
+}
+
+}  // namespace trammel::tool_offset

@@ -1,0 +1,126 @@
+// What is drawn where on the sheet of paper: the one thing that the pattern's writer and the reader
+// of its scan agree on.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tool_offset/sheet/sheet_settings.h"
+
+namespace trammel::tool_offset {
+
+/// On the sheet: u to the right, v away from the user, (0, 0) in the middle of the outer box. The
+/// bed's coordinates are the sheet's, turned counter-clockwise by the tilt about the middle.
+struct SheetPoint {
+  double u_mm = 0;
+  double v_mm = 0;
+};
+
+/// A line, drawn from start to end.
+struct Leg {
+  SheetPoint start;
+  SheetPoint end;
+};
+
+/// Along which sheet axis the combs step, and which bed axis it stands for: kX along u, kY along v.
+enum class Axis { kX, kY };
+
+enum class Purpose {
+  kTool,      ///< Reference tool against a tested one, equal directions.
+  kControl,   ///< Reference tool against itself, equal directions: truly zero.
+  kBacklash,  ///< Reference tool, + legs against - legs.
+  kPickUp,    ///< A tool against itself after it was put back and picked up again.
+  kSelfTest,  ///< Reference tool against itself, moved by a programmed offset.
+};
+
+/// One comb: `teeth` fingers, each of two parallel legs drawn the same way, without the piece that
+/// would join them.
+struct Comb {
+  int tool = 0;
+  /// +1 or -1: which way the bed axis that the structure measures moves while a leg is drawn.
+  int direction = 1;
+  int pick_up = 0;        ///< How often the tool has been put back before it draws this.
+  SheetPoint programmed;  ///< Added to every leg on purpose (self-test); zero otherwise.
+};
+
+/// Two interlocked combs of equal pitch, shifted by half a pitch. Comb 0 reaches from the low side
+/// of the other sheet coordinate into the overlap, comb 1 from the high side.
+struct Structure {
+  std::string name;  ///< Unmistakable on a sheet: "T1 X+", "control Y-", "backlash X 1".
+  Purpose purpose = Purpose::kTool;
+  Axis axis = Axis::kX;
+  SheetPoint middle;
+  std::array<Comb, 2> combs;
+};
+
+/// Legs of a tested tool alone, far from everything else: two along u, two along v, whose middle
+/// lines cross at `middle`; the legs begin beside it, towards higher u and v, and touch nothing.
+/// Sheets of the first layout have them.
+struct CoarseMark {
+  int tool = 0;
+  SheetPoint middle;
+};
+/// The most that a tool may be off along each of the bed's axes and still be answered.
+inline constexpr double kCoarseReach_mm = 10;
+
+/// The sheet's number in print, by the reference tool: cells along a row below everything else,
+/// from low to high u (sheet_code.h); a dark cell holds one leg along v, a light one stays empty.
+struct CodeCell {
+  SheetPoint middle;
+  bool dark = false;
+};
+
+/// Drawn outside the box, below it, each time that a tool was picked up.
+struct PrimeLine {
+  int tool = 0;
+  int pick_up = 0;
+  Leg leg;
+};
+
+struct SheetPlan {
+  SheetSettings settings;
+  double width_mm = 0;   ///< Of the outermost box line's middle, along u
+  double height_mm = 0;  ///< and along v.
+  std::vector<double>
+      box_insets_mm;  ///< Of each nested box's middle line from the outermost; 0 first.
+  std::vector<Structure> structures;
+  std::vector<CoarseMark> coarse_marks;
+  std::vector<CodeCell> code;
+  std::vector<PrimeLine> prime_lines;
+  std::uint16_t sheet_id = 0;  ///< What the code says: a check sum of all that is measured against.
+};
+
+/// Plans with as many teeth as fit the paper, down to kFewestTeethToFit: the plan's own settings
+/// have their number. REQUIRES settings without a problem. Deterministic: the same settings give
+/// the same sheet, and so do the plan's own.
+[[nodiscard]] SheetPlan PlanSheet(const SheetSettings& settings);
+
+/// Whether all that is printed fits the paper of the settings, with its margin.
+[[nodiscard]] bool FitsItsPaper(const SheetPlan& plan);
+
+/// Where a finger's middle line crosses the structure's middle, along the measured axis, without
+/// the programmed offset. In mm on the sheet.
+/// @param finger  0 … teeth - 1, in order of the coordinate.
+[[nodiscard]] double FingerPosition_mm(const SheetPlan& plan, const Structure& structure,
+                                       std::size_t comb, int finger);
+
+/// Both legs of a finger, the one with the lower coordinate first; with the programmed offset.
+[[nodiscard]] std::array<Leg, 2> FingerLegs(const SheetPlan& plan, const Structure& structure,
+                                            std::size_t comb, int finger);
+
+/// Legs of a mark: two along u (lower v first), then two along v (lower u first).
+[[nodiscard]] std::array<Leg, 4> CoarseLegs(const SheetPlan& plan, const CoarseMark& mark);
+
+/// Everything that a tool draws in the structures, beside them and outside the box, but for box and
+/// code.
+[[nodiscard]] std::vector<Leg> LegsOfTool(const SheetPlan& plan, int tool);
+
+/// A leg somewhere else.
+[[nodiscard]] Leg Shifted(const Leg& leg, const SheetPoint& by);
+
+/// The leg of a dark cell, along v.
+[[nodiscard]] Leg CodeLeg(const SheetPlan& plan, const CodeCell& cell);
+
+}  // namespace trammel::tool_offset

@@ -1,0 +1,223 @@
+#include "tool_offset/sheet/sheet_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+#include <string>
+
+#include "tool_offset/sheet/sheet_plan_test_support.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+constexpr double kRounding_mm = 1e-9;
+
+struct Point {
+  double x_mm = 0;
+  double y_mm = 0;
+};
+
+/// The sheet's point turned onto the bed, told anew here: counter-clockwise by the tilt.
+Point OnBed(const SheetPoint& point, double tilt_deg) {
+  const double t = tilt_deg * std::numbers::pi / 180;
+  return {point.u_mm * std::cos(t) - point.v_mm * std::sin(t),
+          point.u_mm * std::sin(t) + point.v_mm * std::cos(t)};
+}
+
+TEST(SheetPlan, EachToolHasItsFourStructuresAndTheReferenceItsControlsAndBacklash) {
+  const SheetPlan plan = PlanSheet(WithTools(3));
+  std::set<std::string> names;
+  for (const Structure& structure : plan.structures) names.insert(structure.name);
+  EXPECT_EQ(names, (std::set<std::string>{"T1 X+", "T1 X-", "T1 Y+", "T1 Y-", "T2 X+", "T2 X-",
+                                          "T2 Y+", "T2 Y-", "control X+", "control X-",
+                                          "control Y+", "control Y-", "backlash X 1",
+                                          "backlash X 2", "backlash Y 1", "backlash Y 2"}));
+  EXPECT_EQ(names.size(), plan.structures.size());
+  EXPECT_EQ(plan.coarse_marks.size(), 0u);
+  SheetSettings first = WithTools(3);
+  first.layout = 1;
+  EXPECT_EQ(PlanSheet(first).coarse_marks.size(), 2u);
+}
+
+TEST(SheetPlan, MinusStructuresSwapTheRolesOfTheTools) {
+  const SheetPlan plan = PlanSheet(WithTools(2));
+  const Structure& plus = Named(plan, "T1 X+");
+  EXPECT_EQ(plus.combs[0].tool, 0);
+  EXPECT_EQ(plus.combs[1].tool, 1);
+  EXPECT_EQ(plus.combs[0].direction, 1);
+  EXPECT_EQ(plus.combs[1].direction, 1);
+  const Structure& minus = Named(plan, "T1 X-");
+  EXPECT_EQ(minus.combs[0].tool, 1);
+  EXPECT_EQ(minus.combs[1].tool, 0);
+  EXPECT_EQ(minus.combs[0].direction, -1);
+  EXPECT_EQ(minus.combs[1].direction, -1);
+  const Structure& backlash = Named(plan, "backlash Y 2");
+  EXPECT_EQ(backlash.combs[0].direction, -1);
+  EXPECT_EQ(backlash.combs[1].direction, 1);
+}
+
+TEST(SheetPlan, EveryLegMovesTheBedAxisThatItMeasuresInTheCombsDirection) {
+  for (const double tilt_deg : {15.0, -15.0, 5.0, 40.0}) {
+    SheetSettings settings = WithTools(2);
+    settings.tilt_deg = tilt_deg;
+    const SheetPlan plan = PlanSheet(settings);
+    for (const Structure& structure : plan.structures) {
+      for (std::size_t comb = 0; comb < 2; ++comb) {
+        for (const Leg& leg : FingerLegs(plan, structure, comb, 3)) {
+          const Point start = OnBed(leg.start, tilt_deg);
+          const Point end = OnBed(leg.end, tilt_deg);
+          const double moved_mm =
+              structure.axis == Axis::kX ? end.x_mm - start.x_mm : end.y_mm - start.y_mm;
+          // sin 5° of 6 mm.
+          EXPECT_GT(moved_mm * structure.combs[comb].direction, 0.5)
+              << structure.name << " at " << tilt_deg;
+        }
+      }
+    }
+  }
+}
+
+/// Where play of 60 µm in x and 40 µm in y moves a leg, along the axis that it measures.
+double ShiftByPlay_mm(const Leg& leg, Axis axis, double tilt_deg) {
+  const Point start = OnBed(leg.start, tilt_deg);
+  const Point end = OnBed(leg.end, tilt_deg);
+  const double x_mm = end.x_mm > start.x_mm ? -0.030 : 0.030;
+  const double y_mm = end.y_mm > start.y_mm ? -0.020 : 0.020;
+  const double t = tilt_deg * std::numbers::pi / 180;
+  return axis == Axis::kX ? x_mm * std::cos(t) + y_mm * std::sin(t)
+                          : -x_mm * std::sin(t) + y_mm * std::cos(t);
+}
+
+TEST(SheetPlan, PlayOf60And40MicronsMovesTheCombsBy23Point8AsTheFactsSay) {
+  const SheetPlan plan = PlanSheet(WithTools(2));
+  const Structure& x = Named(plan, "backlash X 1");
+  const double low_mm = ShiftByPlay_mm(FingerLegs(plan, x, 0, 0)[0], x.axis, 15);
+  const double high_mm = ShiftByPlay_mm(FingerLegs(plan, x, 1, 0)[0], x.axis, 15);
+  EXPECT_NEAR(low_mm, -0.0238, 5e-6);
+  EXPECT_NEAR(high_mm, 0.0238, 5e-6);
+  // Equal directions: both combs move together and nothing is seen.
+  const Structure& control = Named(plan, "control X+");
+  EXPECT_EQ(ShiftByPlay_mm(FingerLegs(plan, control, 0, 0)[0], x.axis, 15),
+            ShiftByPlay_mm(FingerLegs(plan, control, 1, 0)[0], x.axis, 15));
+}
+
+TEST(SheetPlan, CombsHaveOnePitchAndStandHalfAPitchApart) {
+  const SheetPlan plan = PlanSheet(WithTools(2));
+  for (const Structure& structure : plan.structures) {
+    for (int finger = 0; finger < plan.settings.teeth; ++finger) {
+      const double low_mm = FingerPosition_mm(plan, structure, 0, finger);
+      EXPECT_NEAR(FingerPosition_mm(plan, structure, 1, finger) - low_mm,
+                  plan.settings.pitch_mm / 2, kRounding_mm);
+      const auto legs = FingerLegs(plan, structure, 0, finger);
+      const bool x = structure.axis == Axis::kX;
+      const double first_mm = x ? legs[0].start.u_mm : legs[0].start.v_mm;
+      const double second_mm = x ? legs[1].start.u_mm : legs[1].start.v_mm;
+      EXPECT_NEAR((first_mm + second_mm) / 2, low_mm, kRounding_mm);
+      EXPECT_NEAR(second_mm - first_mm, plan.settings.leg_spacing_mm, kRounding_mm);
+    }
+    const double across_mm =
+        structure.axis == Axis::kX ? structure.middle.u_mm : structure.middle.v_mm;
+    const int last = plan.settings.teeth - 1;
+    EXPECT_NEAR(
+        (FingerPosition_mm(plan, structure, 0, 0) + FingerPosition_mm(plan, structure, 1, last)) /
+            2,
+        across_mm, kRounding_mm);
+  }
+}
+
+TEST(SheetPlan, OuterPiecesHoldOneCombAlone) {
+  const SheetPlan plan = PlanSheet(WithTools(2));
+  const Structure& structure = Named(plan, "T1 X+");
+  const Leg low = FingerLegs(plan, structure, 0, 0)[0];
+  const Leg high = FingerLegs(plan, structure, 1, 0)[0];
+  const double v_mm = structure.middle.v_mm;
+  EXPECT_NEAR(std::min(low.start.v_mm, low.end.v_mm), v_mm - 4, kRounding_mm);
+  EXPECT_NEAR(std::max(low.start.v_mm, low.end.v_mm), v_mm + 2, kRounding_mm);
+  EXPECT_NEAR(std::min(high.start.v_mm, high.end.v_mm), v_mm - 2, kRounding_mm);
+  EXPECT_NEAR(std::max(high.start.v_mm, high.end.v_mm), v_mm + 4, kRounding_mm);
+}
+
+TEST(SheetPlan, SelfTestsMoveEachStructureByAnOffsetOfItsOwn) {
+  SheetSettings settings;
+  settings.tools = {0};
+  settings.self_test = true;
+  const SheetPlan plan = PlanSheet(settings);
+  std::map<Axis, std::set<double>> offsets_mm;
+  for (const Structure& structure : plan.structures) {
+    if (structure.purpose != Purpose::kSelfTest) continue;
+    const SheetPoint& low = structure.combs[0].programmed;
+    const SheetPoint& high = structure.combs[1].programmed;
+    const bool x = structure.axis == Axis::kX;
+    const double moved_mm = x ? high.u_mm - low.u_mm : high.v_mm - low.v_mm;
+    EXPECT_EQ(x ? high.v_mm - low.v_mm : high.u_mm - low.u_mm, 0);
+    EXPECT_LE(std::abs(moved_mm), 0.5);
+    EXPECT_NE(moved_mm, 0);
+    EXPECT_TRUE(offsets_mm[structure.axis].insert(moved_mm).second) << structure.name;
+    const std::size_t comb = structure.combs[0].direction > 0 ? 1 : 0;
+    const Leg leg = FingerLegs(plan, structure, comb, 0)[0];
+    const Comb& drawn = structure.combs[comb];
+    EXPECT_NEAR((x ? leg.start.u_mm : leg.start.v_mm) + plan.settings.leg_spacing_mm / 2 -
+                    FingerPosition_mm(plan, structure, comb, 0),
+                x ? drawn.programmed.u_mm : drawn.programmed.v_mm, kRounding_mm);
+  }
+  EXPECT_EQ(offsets_mm[Axis::kX].size(), 8u);
+  EXPECT_EQ(offsets_mm[Axis::kY].size(), 8u);
+  EXPECT_TRUE(plan.coarse_marks.empty());
+}
+
+TEST(SheetPlan, EachToolIsSetAgainstItselfAfterEachPickUp) {
+  SheetSettings settings = WithTools(2);
+  settings.pick_ups = 2;
+  const SheetPlan plan = PlanSheet(settings);
+  for (const char* name :
+       {"T0 X pick-up 1", "T1 X pick-up 2", "T0 Y pick-up 2", "T1 Y pick-up 1"}) {
+    const Structure& structure = Named(plan, name);
+    EXPECT_EQ(structure.combs[0].tool, structure.combs[1].tool);
+    EXPECT_EQ(structure.combs[0].pick_up, 0);
+    EXPECT_EQ(structure.combs[1].pick_up, name[std::string(name).size() - 1] - '0');
+  }
+}
+
+TEST(SheetPlan, TheCodeLiesWhereNoTurnedOrMirroredSheetHasOne) {
+  const SheetPlan plan = PlanSheet(WithTools(5));
+  // Below the middle by more than a structure: turned round or mirrored in v it is elsewhere, and
+  // mirrored in u it reads backwards.
+  for (const CodeCell& cell : plan.code) {
+    EXPECT_LT(cell.middle.v_mm, -plan.height_mm / 4);
+    EXPECT_EQ(cell.middle.v_mm, plan.code.front().middle.v_mm);
+  }
+}
+
+TEST(SheetPlan, TheNumberChangesWithAllThatIsMeasured) {
+  std::set<std::uint32_t> ids{PlanSheet(SheetSettings{}).sheet_id};
+  const auto expect_another = [&](const SheetSettings& settings, const char* what) {
+    EXPECT_TRUE(ids.insert(PlanSheet(settings).sheet_id).second) << what;
+  };
+  SheetSettings settings;
+  settings.pitch_mm = 3.71;
+  expect_another(settings, "pitch");
+  settings = {};
+  settings.teeth = 16;
+  expect_another(settings, "teeth");
+  settings = {};
+  settings.tilt_deg = -15;
+  expect_another(settings, "tilt");
+  settings = {};
+  settings.tools = {0, 2};
+  expect_another(settings, "tools");
+  settings = {};
+  settings.tools = {1, 0};
+  settings.reference_tool = 1;
+  expect_another(settings, "reference");
+  settings = {};
+  settings.overlap_mm = 3;
+  expect_another(settings, "overlap");
+  EXPECT_EQ(PlanSheet(SheetSettings{}).sheet_id, PlanSheet(SheetSettings{}).sheet_id);
+}
+
+}  // namespace
+}  // namespace trammel::tool_offset

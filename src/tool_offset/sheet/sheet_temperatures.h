@@ -1,0 +1,35 @@
+// What the tools and the bed are heated to on paper.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "settings/setting_problem.h"
+#include "tool_offset/sheet/sheet_settings.h"
+
+namespace trammel::tool_offset {
+
+/// A bed and a nozzle that hands may touch: ISO 13732-1 has burns of the first minute begin at
+/// 51 °C on bare metal.
+inline constexpr double kTouchableBed_c = 40;
+inline constexpr double kTouchableNozzle_c = 50;
+
+/// The filament as it is printed on paper: with the reference tool's nozzle temperature, and a bed
+/// no warmer than kWarmestPaper_c.
+[[nodiscard]] settings::FilamentSettings OnPaper(const SheetSettings& settings);
+
+/// A temperature that neither a material nor a setting tells. REQUIRES settings without another
+/// problem.
+[[nodiscard]] std::optional<settings::SettingProblem> FindTemperatureProblem(
+    const SheetSettings& settings);
+
+/// Of a tool, given by its place in `tools`. REQUIRES no FindTemperatureProblem.
+[[nodiscard]] double ToolTemperature_c(const SheetSettings& settings, std::size_t place);
+[[nodiscard]] double ToolIdleTemperature_c(const SheetSettings& settings, std::size_t place);
+
+/// For people: "pla: nozzle 215, bed 60 degC"; each tool's where they are listed, and what the bed
+/// would have without paper. REQUIRES as above.
+[[nodiscard]] std::string DescribeTemperatures(const SheetSettings& settings);
+
+}  // namespace trammel::tool_offset

@@ -1,0 +1,303 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "gcode/placeholders.h"
+#include "settings/material.h"
+#include "tool_offset/sheet/paper_size.h"
+#include "tool_offset/sheet/sheet_bed.h"
+#include "tool_offset/sheet/sheet_fields.h"
+#include "tool_offset/sheet/sheet_pitch.h"
+#include "tool_offset/sheet/sheet_placeholders.h"
+#include "tool_offset/sheet/sheet_plan.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+using Problem = std::optional<settings::SettingProblem>;
+
+/// Play of an axis that has to be taken up before a leg begins: twice what worn belts have.
+constexpr double kMostPlay_mm = 0.2;
+/// White between a finger and the next that a reader needs: 6 px at 300 dpi.
+constexpr double kLeastGap_mm = 0.5;
+
+Problem InSheet(const char* key, std::string message) {
+  return settings::SettingProblem{std::string(kSheetSection), key, std::move(message)};
+}
+
+Problem CheckFields(const SheetSettings& settings) {
+  if (Problem problem = settings::FindFieldProblems(settings.printer, settings::PrinterFields())) {
+    return problem;
+  }
+  if (Problem problem =
+          settings::FindFieldProblems(settings.filament, settings::FilamentFields())) {
+    return problem;
+  }
+  if (Problem problem = settings::FindMaterialProblem(settings.filament)) return problem;
+  return settings::FindFieldProblems(settings, SheetFields());
+}
+
+Problem CheckTools(const SheetSettings& settings) {
+  constexpr std::size_t kMostTools = 8;
+  const std::vector<int>& tools = settings.tools;
+  if (settings.self_test && tools.size() != 1) {
+    return InSheet("tools", fmt::format("{} tools; a self-test has one", tools.size()));
+  }
+  if (!settings.self_test && (tools.size() < 2 || tools.size() > kMostTools)) {
+    return InSheet("tools", fmt::format("{} tool(s); a sheet has 2 ... {}, the reference among "
+                                        "them (one alone: self_test = true)",
+                                        tools.size(), kMostTools));
+  }
+  std::set<int> seen;
+  for (const int tool : tools) {
+    if (!seen.insert(tool).second) {
+      return InSheet("tools", fmt::format("{} stands twice; name each tool once", tool));
+    }
+  }
+  if (!seen.contains(settings.reference_tool)) {
+    return InSheet("reference_tool",
+                   fmt::format("{} is not among tools = [{}]; add it or choose one of them",
+                               settings.reference_tool, fmt::join(tools, ", ")));
+  }
+  if (settings.self_test && settings.pick_ups > 0) {
+    return InSheet("pick_ups", fmt::format("{} in a self-test: one tool is never put back; "
+                                           "leave one of the two out",
+                                           settings.pick_ups));
+  }
+  const auto check_list = [&](const char* key, const std::vector<double>& list) -> Problem {
+    if (list.empty() || list.size() == tools.size()) return std::nullopt;
+    return InSheet(key, fmt::format("{} value(s) for {} tool(s); give one for each, or none",
+                                    list.size(), tools.size()));
+  };
+  if (auto problem = check_list("nozzle_temperatures", settings.nozzle_temperatures_c)) {
+    return problem;
+  }
+  if (auto problem = check_list("retract_lengths", settings.retract_lengths_mm)) return problem;
+  return check_list("flows", settings.flows);
+}
+
+double UpToHundredths(double value) { return std::ceil(value * 100 - 1e-6) / 100; }
+
+Problem CheckCombs(const SheetSettings& settings) {
+  constexpr double kLeastAlone_mm = 1;  // of a leg, where its comb stands alone
+  constexpr double kLargestSelfTest_mm = 0.5;
+  constexpr double kLeastTilt_deg = 5;
+  if (settings.controls % 2 != 0) {
+    return InSheet("controls", fmt::format("{} cannot be halved between both directions; take {}",
+                                           settings.controls, settings.controls + 1));
+  }
+  if (std::abs(settings.tilt_deg) < kLeastTilt_deg) {
+    return InSheet("tilt", fmt::format("{}° is less than {}° either way: legs would run along one "
+                                       "axis and leave the other's belt slack",
+                                       settings.tilt_deg, kLeastTilt_deg));
+  }
+  if (settings.overlap_mm > settings.leg_length_mm - kLeastAlone_mm) {
+    return InSheet("overlap",
+                   fmt::format("{} mm is above {} mm: of leg_length = {} mm at least {} "
+                               "mm have to stand alone",
+                               settings.overlap_mm, settings.leg_length_mm - kLeastAlone_mm,
+                               settings.leg_length_mm, kLeastAlone_mm));
+  }
+  if (settings.leg_spacing_mm < settings.line_width_mm) {
+    return InSheet(
+        "leg_spacing",
+        fmt::format("{} mm is below line_width = {} mm: the legs of a finger would merge",
+                    settings.leg_spacing_mm, settings.line_width_mm));
+  }
+  const double gap_mm = settings.pitch_mm / 2 - settings.leg_spacing_mm - settings.line_width_mm;
+  const double least_mm = kLeastGap_mm + (settings.self_test ? kLargestSelfTest_mm / 2 : 0);
+  constexpr double kRounding_mm = 1e-9;
+  if (gap_mm < least_mm - kRounding_mm) {
+    return InSheet("pitch",
+                   fmt::format("{} mm leaves {:.3f} mm between fingers of both combs, at least {} "
+                               "mm; take {:.4g} mm or more, or narrower fingers",
+                               settings.pitch_mm, gap_mm, least_mm,
+                               UpToHundredths(settings.pitch_mm + 2 * (least_mm - gap_mm))));
+  }
+  const double run_in_mm =
+      kMostPlay_mm / std::sin(std::abs(settings.tilt_deg) * std::numbers::pi / 180);
+  if (settings.run_in_mm < run_in_mm) {
+    return InSheet("run_in", fmt::format("{} mm is below {:.4g} mm: turned by {}°, less does not "
+                                         "take up {} mm of play in both axes",
+                                         settings.run_in_mm, UpToHundredths(run_in_mm),
+                                         settings.tilt_deg, kMostPlay_mm));
+  }
+  return std::nullopt;
+}
+
+Problem CheckPrinter(const SheetSettings& settings) {
+  constexpr double kLeastHop_mm = 0.2;
+  if (Problem problem = settings::FindBeadProblem(
+          settings.printer, kSheetSection, settings.layer_height_mm, settings.line_width_mm)) {
+    return problem;
+  }
+  if (settings.printer.z_hop_mm < kLeastHop_mm) {
+    return settings::SettingProblem{
+        "printer", "z_hop",
+        fmt::format("{} mm is below {} mm: the nozzle would drag through lines and paper",
+                    settings.printer.z_hop_mm, kLeastHop_mm)};
+  }
+  return settings::FindParkProblem(settings.printer);
+}
+
+Problem CheckPaper(const SheetSettings& settings) {
+  if (settings.paper == "any" || FindPaper(settings.paper)) return std::nullopt;
+  std::string known;
+  for (const PaperSize& paper : PaperSizes()) known += std::string(paper.name) + ", ";
+  return InSheet("paper", fmt::format("there is no \"{}\"; it must be one of {}or any",
+                                      settings.paper.substr(0, 40), known));
+}
+
+bool Fits(const SheetSettings& settings) {
+  constexpr double kRounding = 1e-9;
+  const SheetPlan plan = PlanSheet(settings);
+  return FitsItsPaper(plan) && SheetReach(settings, plan.width_mm, plan.height_mm) <= 1 + kRounding;
+}
+
+/// The smallest paper that would take the sheet as it is.
+std::optional<PaperSize> LargerPaper(SheetSettings settings) {
+  for (const PaperSize& paper : PaperSizes()) {
+    settings.paper = paper.name;
+    if (Fits(settings)) return paper;
+  }
+  return std::nullopt;
+}
+
+/// A sheet that the paper does not take, however few teeth it has.
+Problem CheckFitsPaper(const SheetSettings& settings) {
+  const SheetPlan plan = PlanSheet(settings);
+  if (FitsItsPaper(plan)) return std::nullopt;
+  const PaperSize paper = *FindPaper(settings.paper);
+  const BedBounds bounds = SheetBounds(settings, plan.width_mm, plan.height_mm);
+  const auto larger = LargerPaper(settings);
+  std::string remedy = larger ? fmt::format("paper = {} would take it", larger->name) : "";
+  for (SheetSettings fewer = settings; fewer.tools.size() > 2;) {
+    const bool last_is_reference = fewer.tools.back() == fewer.reference_tool;
+    fewer.tools.erase(fewer.tools.end() - (last_is_reference ? 2 : 1));
+    if (!Fits(fewer)) continue;
+    remedy += fmt::format("{}{} tools would fit: print several sheets, each with the reference",
+                          remedy.empty() ? "" : ", or ", fewer.tools.size());
+    break;
+  }
+  if (remedy.empty()) remedy = "take fewer teeth, a smaller pitch or fewer controls";
+  return InSheet(
+      "paper",
+      fmt::format("the sheet for {} tool(s) with {} teeth takes {:.0f} x {:.0f} mm of the bed, but "
+                  "{} less {} mm on each side is {:.0f} x {:.0f} mm; {}",
+                  settings.tools.size(), plan.settings.teeth, bounds.max_x_mm - bounds.min_x_mm,
+                  bounds.max_y_mm - bounds.min_y_mm, paper.name, kPaperMargin_mm,
+                  paper.short_mm - 2 * kPaperMargin_mm, paper.long_mm - 2 * kPaperMargin_mm,
+                  remedy));
+}
+
+/// What to leave out so that the sheet fits the bed.
+std::string Remedy(SheetSettings settings) {
+  if (settings.position_x_mm || settings.position_y_mm) {
+    settings.position_x_mm.reset();
+    settings.position_y_mm.reset();
+    if (Fits(settings)) return "it fits without position_x and position_y, centred";
+  }
+  for (SheetSettings fewer = settings; fewer.teeth > kFewestTeethToFit;) {
+    --fewer.teeth;
+    if (Fits(fewer)) return fmt::format("teeth = {} would fit", fewer.teeth);
+  }
+  for (SheetSettings fewer = settings; fewer.tools.size() > 2;) {
+    const bool last_is_reference = fewer.tools.back() == fewer.reference_tool;
+    fewer.tools.erase(fewer.tools.end() - (last_is_reference ? 2 : 1));
+    if (Fits(fewer)) {
+      return fmt::format("{} tools would fit: print several sheets, each with the reference",
+                         fewer.tools.size());
+    }
+  }
+  return "take fewer teeth, a smaller pitch or fewer controls";
+}
+
+Problem CheckFit(const SheetSettings& settings) {
+  const SheetPlan plan = PlanSheet(settings);
+  if (Fits(settings)) return std::nullopt;
+  const BedBounds bounds = SheetBounds(settings, plan.width_mm, plan.height_mm);
+  const settings::PrinterSettings& printer = settings.printer;
+  const char* key = settings.position_x_mm   ? "position_x"
+                    : settings.position_y_mm ? "position_y"
+                                             : "tools";
+  return InSheet(
+      key, fmt::format("the sheet for {} tool(s), {:.1f} x {:.1f} mm turned by {}°, reaches x = "
+                       "{:.1f} ... {:.1f} mm, y = {:.1f} ... {:.1f} mm, but the {} bed less "
+                       "bed_margin = {} mm is {} ... {} mm, {} ... {} mm; {}",
+                       settings.tools.size(), plan.width_mm, plan.height_mm, settings.tilt_deg,
+                       bounds.min_x_mm, bounds.max_x_mm, bounds.min_y_mm, bounds.max_y_mm,
+                       ToString(printer.bed_shape), printer.bed_margin_mm,
+                       printer.bed_origin_x_mm + printer.bed_margin_mm,
+                       printer.bed_origin_x_mm + printer.bed_size_x_mm - printer.bed_margin_mm,
+                       printer.bed_origin_y_mm + printer.bed_margin_mm,
+                       printer.bed_origin_y_mm + printer.bed_size_y_mm - printer.bed_margin_mm,
+                       Remedy(settings)));
+}
+
+Problem CheckUserGcode(const SheetSettings& settings) {
+  const SheetPlan plan = PlanSheet(settings);
+  const std::vector<gcode::Placeholder> known = SheetPlaceholders(plan);
+  if (const auto expanded = gcode::ExpandPlaceholders(settings.printer.end_gcode, known);
+      !expanded) {
+    return settings::SettingProblem{"printer", "end_gcode", expanded.error().message};
+  }
+  if (const auto expanded = gcode::ExpandPlaceholders(settings.start_gcode, known); !expanded) {
+    return InSheet("start_gcode", expanded.error().message);
+  }
+  const std::vector<gcode::Placeholder> of_tool = ToolPlaceholders(plan, 0, 0);
+  for (const auto& [key, text] : {std::pair{"tool_change_gcode", &settings.tool_change_gcode},
+                                  std::pair{"prime_gcode", &settings.prime_gcode},
+                                  std::pair{"wipe_gcode", &settings.wipe_gcode},
+                                  std::pair{"pause_gcode", &settings.pause_gcode}}) {
+    if (const auto expanded = gcode::ExpandPlaceholders(*text, of_tool); !expanded) {
+      return InSheet(key, expanded.error().message);
+    }
+  }
+  const std::string& change = settings.tool_change_gcode;
+  if (settings.tools.size() > 1 && change.find("{tool}") == std::string::npos &&
+      change.find("{extruder}") == std::string::npos) {
+    return InSheet("tool_change_gcode",
+                   fmt::format("\"{}\" names neither {{tool}} nor {{extruder}}: every tool would "
+                               "be the same",
+                               change.substr(0, 40)));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<settings::SettingProblem> FindProblem(const SheetSettings& settings) {
+  // Ranges first: what follows divides and multiplies.
+  for (auto check : {CheckFields, CheckTools, CheckCombs, CheckPrinter, CheckPaper, CheckFitsPaper,
+                     CheckFit, CheckUserGcode}) {
+    if (Problem problem = check(settings)) return problem;
+  }
+  return std::nullopt;
+}
+
+Result<void> Validate(const SheetSettings& settings) {
+  if (const Problem problem = FindProblem(settings)) {
+    return Fail(fmt::format("[{}] {}: {}", problem->section, problem->key, problem->message));
+  }
+  return {};
+}
+
+std::vector<std::string> FindWarnings(const SheetSettings& settings) {
+  std::vector<std::string> warnings;
+  const double share = MotorErrorShare(settings.pitch_mm, settings.teeth, settings.tilt_deg);
+  if (share >= kGoodMotorErrorShare) {
+    const double better_mm =
+        NearestGoodPitch_mm(settings.pitch_mm, settings.teeth, settings.tilt_deg);
+    warnings.push_back(fmt::format(
+        "pitch = {} mm locks to a motor cycle: with {} teeth at {}° it leaves {:.0f} % of a "
+        "periodic error of the motors; {:.2f} mm leaves {:.0f} %",
+        settings.pitch_mm, settings.teeth, settings.tilt_deg, 100 * share, better_mm,
+        100 * MotorErrorShare(better_mm, settings.teeth, settings.tilt_deg)));
+  }
+  return warnings;
+}
+
+}  // namespace trammel::tool_offset
