@@ -23,3 +23,18 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/klipper ${PROJECT_SOURCE_DIR}/examples D
         PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+# The manual page and the completion, made by the program itself.
+foreach(text "manual" "completion bash" "completion zsh")
+  separate_arguments(words UNIX_COMMAND ${text})
+  string(REPLACE " " "_" name ${text})
+  add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/${name} DEPENDS trammel VERBATIM
+                     COMMAND sh -c "\"$@\" > ${PROJECT_BINARY_DIR}/${name}" trammel $<TARGET_FILE:trammel> ${words})
+  list(APPEND trammel_texts ${PROJECT_BINARY_DIR}/${name})
+endforeach()
+add_custom_target(trammel_texts ALL DEPENDS ${trammel_texts})
+install(FILES ${PROJECT_BINARY_DIR}/manual DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 RENAME trammel.1)
+install(FILES ${PROJECT_BINARY_DIR}/completion_bash RENAME trammel
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+install(FILES ${PROJECT_BINARY_DIR}/completion_zsh RENAME _trammel
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)

@@ -11,6 +11,7 @@
 #include "app/commands.h"
 #include "app/config_command.h"
 #include "app/console.h"
+#include "app/help_commands.h"
 #include "app/mistyped.h"
 #include "app/shop/sim_commands.h"
 #include "part_alignment/commands/align_commands.h"
@@ -41,6 +42,7 @@ constexpr std::array kCommands = {
     trammel::app::AddConfigCommand,
     trammel::app::AddDoctorCommand,
     trammel::app::AddSimCommand,
+    trammel::app::AddHelpCommands,
 };
 
 }  // namespace
@@ -48,6 +50,7 @@ constexpr std::array kCommands = {
 int main(int argc, char** argv) {
   trammel::app::GuardConsole();
   CLI::App cli{"trammel: machines that measure what they make and correct themselves"};
+  cli.name("trammel");
   cli.require_subcommand(1);
   cli.set_version_flag("--version", "trammel " TRAMMEL_VERSION, "says which trammel this is");
   int exit_code = trammel::app::kExitGood;

@@ -23,6 +23,20 @@ cmake --build "$folder/consumer" >> "$folder/log" || { cat "$folder/log"; exit 1
 # The extra finds the library that was installed with it.
 found=$(PYTHONPATH="$folder/moved/share/trammel/klipper" python3 -B -c 'from trammel_tap.library import library_path; print(library_path())')
 [[ $found == "$folder/moved/lib/"*libtrammel_tap.so.1 ]] || { echo "library_path() says: $found"; exit 1; }
+
+# A shell completes commands and options by it; man has every command.
+grep -q '^\.SS .*trammel pa analyze' "$folder/moved/share/man/man1/trammel.1"
+source "$folder/moved/share/bash-completion/completions/trammel"
+completed() {
+  COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
+  _trammel
+  echo "${COMPREPLY[*]}"
+}
+[[ $(completed trammel pa ana) == analyze ]]
+[[ $(completed trammel --) == *--version* ]]
+[[ $(completed trammel pa analyze some/folder --figu) == --figures ]]
+[[ -z $(completed trammel pa analyze some/fo) ]]
+
 for file in klipper/trammel.cfg klipper/trammel_tap/__init__.py examples/alignment/scene.json; do
   cmp "$source/$file" "$folder/moved/share/trammel/$file"
 done

@@ -1,0 +1,149 @@
+#include "app/command_tree.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <vector>
+
+namespace trammel::app {
+namespace {
+
+std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+/// Visits a command and all below it; `path` is how it is called.
+void ForEachCommand(const CLI::App& app, const std::string& path,
+                    const std::function<void(const CLI::App&, const std::string&)>& visit) {
+  visit(app, path);
+  for (const CLI::App* command : CommandsOf(app)) {
+    ForEachCommand(*command, path + " " + command->get_name(), visit);
+  }
+}
+
+std::vector<std::string> OptionsOf(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+  }
+  return names;
+}
+
+std::vector<std::string> NamesOfCommands(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : CommandsOf(app)) names.push_back(command->get_name());
+  return names;
+}
+
+/// A text as troff prints it: no line is a request, no hyphen becomes a dash.
+std::string Escaped(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    const bool at_line = escaped.empty() || escaped.back() == '\n';
+    if (at_line && (c == '.' || c == '\'')) escaped += "\\&";
+    if (c == '\\') {
+      escaped += "\\e";
+    } else if (c == '-') {
+      escaped += "\\-";
+    } else {
+      escaped += c;
+    }
+  }
+  return escaped;
+}
+
+std::string Synopsis(const CLI::App& app, const std::string& path) {
+  std::string line = "\\fB" + Escaped(path) + "\\fR";
+  if (!CommandsOf(app).empty()) return line + " \\fICOMMAND\\fR";
+  line += " [\\fIOPTIONS\\fR]";
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->nonpositional()) continue;
+    const std::string name = "\\fI" + Escaped(option->get_name(true)) + "\\fR";
+    line += option->get_required() ? " " + name : " [" + name + "]";
+  }
+  return line;
+}
+
+std::string OptionEntry(const CLI::Option& option) {
+  const std::string value =
+      option.get_type_size() == 0 ? "" : " \\fI" + option.get_type_name() + "\\fR";
+  const std::string standard =
+      option.get_default_str().empty() ? "" : fmt::format(" ({})", option.get_default_str());
+  return fmt::format(".TP\n\\fB{}\\fR{}\n{}\n", Escaped(option.get_name(true, true)), value,
+                     Escaped(option.get_description() + standard));
+}
+
+}  // namespace
+
+std::string BashCompletion(const CLI::App& program) {
+  std::string cases;
+  ForEachCommand(program, program.get_name(), [&](const CLI::App& app, const std::string& path) {
+    cases += fmt::format("    '{}') commands='{}' options='{}' ;;\n", path,
+                         fmt::join(NamesOfCommands(app), " "), fmt::join(OptionsOf(app), " "));
+  });
+  return fmt::format(R"(# bash completion for {0}, made by `{0} completion bash`.
+_{0}_of() {{
+  case $1 in
+{1}    *) commands='' options='' ;;
+  esac
+}}
+_{0}() {{
+  local word commands options path={0} current=${{COMP_WORDS[COMP_CWORD]}}
+  _{0}_of "$path"
+  for word in "${{COMP_WORDS[@]:1:COMP_CWORD-1}}"; do
+    if [[ " $commands " == *" $word "* ]]; then
+      path+=" $word"
+      _{0}_of "$path"
+    fi
+  done
+  if [[ $current == -* ]]; then
+    mapfile -t COMPREPLY < <(compgen -W "$options" -- "$current")
+  elif [[ -n $commands ]]; then
+    mapfile -t COMPREPLY < <(compgen -W "$commands" -- "$current")
+  else
+    compopt -o default 2> /dev/null
+    COMPREPLY=()
+  fi
+}}
+complete -F _{0} {0}
+)",
+                     program.get_name(), cases);
+}
+
+std::string ZshCompletion(const CLI::App& program) {
+  return fmt::format("#compdef {}\nautoload -U +X bashcompinit && bashcompinit\n{}",
+                     program.get_name(), BashCompletion(program));
+}
+
+std::string ManualPage(const CLI::App& program) {
+  std::string page = fmt::format(
+      ".TH {0} 1 \"\" \"{1}\"\n.SH NAME\n{0} \\- {2}\n.SH SYNOPSIS\n\\fB{0}\\fR "
+      "\\fICOMMAND\\fR [\\fIOPTIONS\\fR]\n.SH COMMANDS\n",
+      program.get_name(), program.version(), Escaped(program.get_description()));
+  ForEachCommand(program, program.get_name(), [&](const CLI::App& app, const std::string& path) {
+    if (&app == &program || !CommandsOf(app).empty()) return;
+    page += fmt::format(".SS {}\n{}\n", Synopsis(app, path), Escaped(app.get_description()));
+    for (const CLI::Option* option : app.get_options()) {
+      if (option->get_name() != "--help,-h" && option->get_name() != "-h,--help") {
+        page += OptionEntry(*option);
+      }
+    }
+  });
+  page +=
+      ".SH EXIT STATUS\n"
+      ".TP\n0\na good answer\n"
+      ".TP\n1\nthe command, a file or a setting cannot be used\n"
+      ".TP\n2\nthe measurement cannot be trusted: refused, or it cannot tell\n"
+      ".TP\n3\nthe machine failed or was not ready\n"
+      ".TP\n4\nthe command would have been unsafe; nothing was done\n"
+      ".TP\n70\na fault of the program itself\n"
+      ".TP\n130\nstopped by its user\n"
+      ".SH FILES\n.TP\n\\fBtrammel.toml\\fR\nsettings of this folder's printer; "
+      "\\fBtrammel config keys\\fR prints all of them\n";
+  return page;
+}
+
+}  // namespace trammel::app

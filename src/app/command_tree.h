@@ -1,0 +1,21 @@
+// The tree of commands as text for shells and for man, made from what --help is made from.
+#pragma once
+
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace trammel::app {
+
+/// A script for bash that completes commands, options and, where neither is meant, files.
+[[nodiscard]] std::string BashCompletion(const CLI::App& program);
+
+/// The same for zsh, which takes bash's scripts through bashcompinit.
+[[nodiscard]] std::string ZshCompletion(const CLI::App& program);
+
+/// A manual page (man-pages(7), troff) with every command and option.
+[[nodiscard]] std::string ManualPage(const CLI::App& program);
+
+}  // namespace trammel::app
