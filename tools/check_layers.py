@@ -14,6 +14,7 @@ COMMON = {
     "image": {"base"},
     "files": {"base"},
     "settings": {"base", "gcode"},
+    "measurement": {"base", "files"},
     "document": {"base", "image", "settings"},
     "machine": {"base", "files", "geometry", "image"},
     "session": {"base", "files", "machine", "settings"},
@@ -58,11 +59,11 @@ INSTRUMENTS = {
 # The rooms in which an instrument meets the world: what each may include of the common rooms, and of
 # its own instrument's rooms besides the pure ones.
 ASPECTS = {
-    "files": (PURE | {"files"}, set()),
+    "files": (PURE | {"files", "measurement"}, set()),
     "report": (PURE | {"document", "image"}, set()),
     "procedure": (PURE | {"files", "machine", "session"}, {"files"}),
     "commands": (
-        PURE | {"app", "document", "files", "image", "machine", "session"},
+        PURE | {"app", "document", "files", "image", "machine", "measurement", "session"},
         {"files", "report", "procedure"},
     ),
 }
@@ -93,7 +94,7 @@ INNER = {
 }
 # app: what all commands share; trammel.toml is put together from the tables of the instruments, the
 # virtual shop's commands draw what they print from the instruments' artefacts, and main is a table.
-APP_SHARED = {"base", "files", "machine", "session", "settings"}
+APP_SHARED = {"base", "files", "machine", "measurement", "session", "settings"}
 APP_CONFIG = {"base", "files", "settings", "pressure_advance/pattern", "tool_offset/sheet"}
 APP_SHOP = {"base", "files", "machine", "sim", "part_alignment/targets"}
 MAIN = {f"{name}/commands" for name in INSTRUMENTS}

@@ -68,12 +68,19 @@ std::string Synopsis(const CLI::App& app, const std::string& path) {
 }
 
 std::string OptionEntry(const CLI::Option& option) {
-  const std::string value =
-      option.get_type_size() == 0 ? "" : " \\fI" + option.get_type_name() + "\\fR";
+  const std::string type = option.get_type_size() == 0 ? "" : option.get_type_name();
+  const std::string value = type.empty() ? "" : " \\fI" + Escaped(type) + "\\fR";
   const std::string standard =
       option.get_default_str().empty() ? "" : fmt::format(" ({})", option.get_default_str());
   return fmt::format(".TP\n\\fB{}\\fR{}\n{}\n", Escaped(option.get_name(true, true)), value,
                      Escaped(option.get_description() + standard));
+}
+
+/// What the program is, without its name in front.
+std::string DescriptionOf(const CLI::App& program) {
+  const std::string text = program.get_description();
+  const std::string name = program.get_name() + ": ";
+  return text.starts_with(name) ? text.substr(name.size()) : text;
 }
 
 }  // namespace
@@ -122,14 +129,12 @@ std::string ManualPage(const CLI::App& program) {
   std::string page = fmt::format(
       ".TH {0} 1 \"\" \"{1}\"\n.SH NAME\n{0} \\- {2}\n.SH SYNOPSIS\n\\fB{0}\\fR "
       "\\fICOMMAND\\fR [\\fIOPTIONS\\fR]\n.SH COMMANDS\n",
-      program.get_name(), program.version(), Escaped(program.get_description()));
+      program.get_name(), program.version(), Escaped(DescriptionOf(program)));
   ForEachCommand(program, program.get_name(), [&](const CLI::App& app, const std::string& path) {
     if (&app == &program || !CommandsOf(app).empty()) return;
     page += fmt::format(".SS {}\n{}\n", Synopsis(app, path), Escaped(app.get_description()));
     for (const CLI::Option* option : app.get_options()) {
-      if (option->get_name() != "--help,-h" && option->get_name() != "-h,--help") {
-        page += OptionEntry(*option);
-      }
+      if (option != app.get_help_ptr()) page += OptionEntry(*option);
     }
   });
   page +=

@@ -26,7 +26,7 @@ class CommandTree : public ::testing::Test {
     analyze->add_flag("--json", json_, "one object");
   }
 
-  CLI::App program_{"a gauge for truing"};
+  CLI::App program_{"gauge: trues machines"};
   std::string path_;
   bool json_ = false;
 };
@@ -44,6 +44,8 @@ TEST_F(CommandTree, TheCompletionKnowsEveryCommandAndOption) {
 TEST_F(CommandTree, TheManualHasEveryCommandWithItsOptionsAndNoRequestFromOutside) {
   const std::string page = ManualPage(program_);
   EXPECT_THAT(page, StartsWith(".TH gauge 1 \"\" \"gauge 1.2.3\"\n"));
+  EXPECT_THAT(page, HasSubstr("gauge \\- trues machines\n"));
+  EXPECT_THAT(page, Not(HasSubstr("help")));
   EXPECT_THAT(page, HasSubstr(".SS \\fBgauge pa analyze\\fR [\\fIOPTIONS\\fR] \\fIpath\\fR\n"));
   EXPECT_THAT(page, HasSubstr("\\fB\\-\\-json\\fR\none object\n"));
   EXPECT_THAT(page, HasSubstr("response or .deviation\nof 2"));

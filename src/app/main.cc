@@ -13,6 +13,7 @@
 #include "app/console.h"
 #include "app/help_commands.h"
 #include "app/mistyped.h"
+#include "app/provenance.h"
 #include "app/shop/sim_commands.h"
 #include "part_alignment/commands/align_commands.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
@@ -52,7 +53,8 @@ int main(int argc, char** argv) {
   CLI::App cli{"trammel: machines that measure what they make and correct themselves"};
   cli.name("trammel");
   cli.require_subcommand(1);
-  cli.set_version_flag("--version", "trammel " TRAMMEL_VERSION, "says which trammel this is");
+  cli.set_version_flag("--version", std::string(trammel::app::ProgramVersion()),
+                       "says which trammel this is");
   int exit_code = trammel::app::kExitGood;
   for (const auto& add : kCommands) add(cli, exit_code);
 

@@ -4,6 +4,7 @@
 
 #include <set>
 #include <system_error>
+#include <utility>
 
 #include "files/new_file.h"
 
@@ -39,18 +40,20 @@ Result<void> WriteOutputs(const std::vector<OutputFile>& outputs, bool force) {
 
 Result<void> CheckOutputs(const ReportFiles& files) {
   std::error_code ignored;
-  const fs::path report = files.report;
-  const fs::path folder = report.parent_path();
-  if (!folder.empty() && !fs::is_directory(folder, ignored)) {
-    return Fail(fmt::format("--report {}: there is no folder {}; make it first", report.string(),
-                            folder.string()));
-  }
-  if (!report.empty() && fs::is_directory(report, ignored)) {
-    return Fail(fmt::format("--report {}: is a folder; name a file", report.string()));
-  }
-  if (!report.empty()) {
-    if (auto free = RefuseToOverwrite({report}, files.force); !free) {
-      return Fail("--report " + free.error().message);
+  for (const auto& [option, name] :
+       {std::pair{"--report", &files.report}, std::pair{"--result", &files.result}}) {
+    if (name->empty()) continue;
+    const fs::path path = *name;
+    const fs::path folder = path.parent_path();
+    if (!folder.empty() && !fs::is_directory(folder, ignored)) {
+      return Fail(fmt::format("{} {}: there is no folder {}; make it first", option, *name,
+                              folder.string()));
+    }
+    if (fs::is_directory(path, ignored)) {
+      return Fail(fmt::format("{} {}: is a folder; name a file", option, *name));
+    }
+    if (auto free = RefuseToOverwrite({path}, files.force); !free) {
+      return Fail(fmt::format("{} {}", option, free.error().message));
     }
   }
   // The folder of the figures is made with all above it; none of them may be something else.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/config_text.h"
+#include "app/provenance.h"
 #include "app/secrets.h"
 #include "machine/moonraker/moonraker_printer.h"
 #include "session/name_stop.h"
@@ -81,7 +82,9 @@ std::string Now(const char* format) {
 
 Result<fs::path> MakeFolder(const fs::path& asked_for) {
   const fs::path folder =
-      asked_for.empty() ? fs::path("recordings") / Now("pa-{:%Y%m%d-%H%M%S}") : asked_for;
+      asked_for.empty()
+          ? fs::path("recordings") / RecordingName(measurement::Instrument::kPressureAdvance)
+          : asked_for;
   std::error_code error;
   if (fs::exists(folder, error) && !fs::is_empty(folder, error)) {
     return Fail(

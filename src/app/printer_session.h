@@ -46,7 +46,8 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 /// Local time, in fmt's format, for example "{:%H:%M}".
 [[nodiscard]] std::string Now(const char* format);
 
-/// A new folder for a recording: the one that was asked for, else recordings/pa-<now>.
+/// A new folder for a recording: the one that was asked for, else
+/// recordings/pressure_advance-<UTC>.
 /// Errors: it is there and not empty; it cannot be made.
 [[nodiscard]] Result<std::filesystem::path> MakeFolder(const std::filesystem::path& asked_for);
 

@@ -13,12 +13,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!fuzz::Good(packets) || *packets == nullptr) return 0;
   std::size_t bytes = 0;
   double last_s = -1;
-  for (;;) {
-    const auto packet = (*packets)->Next();
-    if (!fuzz::Good(packet) || !*packet) return 0;
-    bytes += (*packet)->bytes.size();
-    fuzz::Require(!(*packet)->bytes.empty() && bytes <= size, "each byte is part of one frame");
-    const double time_s = (*packet)->time_s.value_or(last_s + 1);
+  for (machine::VideoPacket packet;;) {
+    const auto next = (*packets)->Next(packet);
+    if (!fuzz::Good(next) || !*next) return 0;
+    bytes += packet.bytes.size();
+    fuzz::Require(!packet.bytes.empty() && bytes <= size, "each byte is part of one frame");
+    const double time_s = packet.time_s.value_or(last_s + 1);
     fuzz::Require(time_s > last_s, "times ascend");
     last_s = time_s;
   }

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -11,6 +12,8 @@
 #include "app/commands.h"
 #include "app/output_files.h"
 #include "document/interval_text.h"
+#include "measurement/outcome_file.h"
+#include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/report/analysis_json.h"
 #include "pressure_advance/report/pressure_advance_report.h"
 
@@ -56,13 +59,21 @@ struct Written {
 Written WriteFiles(const AnalysisRun& run, const std::string& source,
                    const AnalysisOutput& output) {
   Written written;
+  if (!output.files.result.empty()) {
+    const std::string text =
+        files::ToJson(OutcomeOf(run.analysis, {source}),
+                      nlohmann::ordered_json::parse(report::ToJson(run.analysis)));
+    if (auto done = WriteOutputs({{output.files.result, text}}, output.files.force); !done) {
+      written.failed = done.error();
+    }
+  }
   if (output.files.report.empty() && output.files.figures.empty()) return written;
   const report::ReportInput input = run.report_input();
   const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
   if (auto done = WriteReport(output.files.report, source, input, figures, output.files.force);
       done) {
     written.report = output.files.report;
-  } else {
+  } else if (!written.failed) {
     written.failed = done.error();
   }
   auto done = WriteFigures(output.files.figures, figures, output.files.force);

@@ -161,6 +161,8 @@ void AddAnalyzeCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--report", arguments->output.files.report, "write a one-page report (HTML)");
   command->add_option("--figures", arguments->output.files.figures,
                       "write each figure as PNG and SVG here");
+  command->add_option("--result", arguments->output.files.result,
+                      "keep the answer as JSON here, for pa apply");
   command->add_flag("--force", arguments->output.files.force, "overwrite files");
   CLI::Option* plan = command->add_option(
       "--plan", arguments->plan,

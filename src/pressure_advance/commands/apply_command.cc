@@ -12,7 +12,9 @@
 #include "app/interrupt.h"
 #include "app/printer_session.h"
 #include "document/interval_text.h"
+#include "measurement/outcome_file.h"
 #include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/calibrate.h"
@@ -29,7 +31,15 @@ struct ApplyArguments {
   bool dry_run = false;
 };
 
+Result<ChosenValue> Kept(const fs::path& path) {
+  const auto quantity = KeptPressureAdvance(path);
+  if (!quantity) return tl::unexpected(quantity.error());
+  return ChosenValue{quantity->value, *quantity};
+}
+
 Result<ChosenValue> Answer(const fs::path& folder) {
+  std::error_code ignored;
+  if (fs::exists(folder / files::kResultFile, ignored)) return Kept(folder);
   const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
   if (!run) return tl::unexpected(run.error());
   const Measured& measured = run->analysis.pressure_advance;
@@ -43,7 +53,8 @@ Result<ChosenValue> ParseValue(const std::string& text) {
   const auto values = ParsePressureAdvances(text);
   if (!values) return Fail(values.error().message);
   if (values->size() == 1) return ChosenValue{values->front()};
-  return Fail(fmt::format("{}: must be one pressure advance in s, or a recording's folder", text));
+  return Fail(fmt::format(
+      "{}: must be one pressure advance in s, a recording's folder or a result.json", text));
 }
 
 int RunApply(const ApplyArguments& arguments) {
@@ -70,7 +81,8 @@ int RunApply(const ApplyArguments& arguments) {
 
 Result<ChosenValue> ValueFrom(const std::string& text) {
   std::error_code ignored;
-  return fs::is_directory(text, ignored) ? Answer(text) : ParseValue(text);
+  if (fs::is_directory(text, ignored)) return Answer(text);
+  return fs::path(text).extension() == ".json" ? Kept(text) : ParseValue(text);
 }
 
 Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
@@ -101,7 +113,8 @@ void ExplainKeeping(double pressure_advance_s) {
 void AddApplyCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand("apply", "set a pressure advance on the printer");
   const auto arguments = std::make_shared<ApplyArguments>();
-  command->add_option("value", arguments->value, "seconds, or a recording's folder")->required();
+  command->add_option("value", arguments->value, "seconds, a recording's folder or its result.json")
+      ->required();
   AddPrinterOptions(*command, arguments->printer);
   command->add_flag("--force", arguments->force, "set it beyond pressure_advance_limit, too");
   command->add_flag("--dry-run", arguments->dry_run, "say what would change, and change nothing");

@@ -22,7 +22,8 @@ struct ChosenValue {
   std::optional<Quantity> measured = {};
 };
 
-/// The value that a user means: a number in s, or a recording's folder, which is analysed.
+/// The value that a user means: a number in s, a result.json, or a recording's folder, which is
+/// analysed where it keeps no result.
 /// Errors: kInput; kMeasurement where the recording's verdict is not good.
 [[nodiscard]] Result<ChosenValue> ValueFrom(const std::string& text);
 

@@ -18,6 +18,7 @@
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/apply_command.h"
 #include "pressure_advance/commands/calibration_run.h"
+#include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/commands/validation.h"
 #include "pressure_advance/files/plan_file.h"
@@ -120,6 +121,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   output.files.report = (folder / "report.html").string();
   output.json = arguments.json;
   int code = PrintAnalysis(*run, folder.string(), output);
+  if (auto kept = KeepResult(run->analysis, folder); !kept) return Report(kept.error());
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
   std::fflush(stdout);  // the answer, before minutes of validation

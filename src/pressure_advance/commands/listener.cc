@@ -7,11 +7,13 @@
 #include <utility>
 
 #include "app/new_folder.h"
+#include "app/provenance.h"
 #include "base/bug_note.h"
 #include "document/interval_text.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/calibration_run.h"
+#include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/procedure/apply_pressure_advance.h"
 #include "settings/material.h"
 
@@ -109,8 +111,10 @@ std::string Listener::RunCalibration() {
       config = tl::unexpected(told.error());
     }
   }
-  const auto folder = config ? NewFolder::Make(recordings_ / Now("pa-{:%Y%m%d-%H%M%S}"))
-                             : Result<NewFolder>(tl::unexpected(config.error()));
+  const auto folder =
+      config
+          ? NewFolder::Make(recordings_ / RecordingName(measurement::Instrument::kPressureAdvance))
+          : Result<NewFolder>(tl::unexpected(config.error()));
   CalibrationRun run;
   if (folder) {
     const procedure::Session session{
@@ -137,6 +141,9 @@ std::string Listener::Propose(const fs::path& folder) {
   AnalysisOutput output;
   output.files.report = (folder / "report.html").string();
   (void)PrintAnalysis(*run, folder.string(), output);  // for the log; a failed report says so there
+  if (auto kept = KeepResult(run->analysis, folder); !kept) {
+    fmt::print(stderr, "trammel: {}\n", kept.error().message);
+  }
   std::fflush(stdout);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) {

@@ -4,13 +4,20 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "app/commands.h"
+#include "app/output_files.h"
+#include "app/provenance.h"
+#include "measurement/outcome_file.h"
 #include "tap/commands/tap_commands.h"
 #include "tap/commands/tap_run.h"
 #include "tap/report/tap_json.h"
 #include "tap/report/tap_text.h"
+#include "tap/samples/finding.h"
 
 namespace trammel::app {
 namespace {
@@ -19,6 +26,7 @@ struct AnalyzeTapArguments {
   TapArguments tap;
   bool json = false;
   bool summary = false;
+  ReportFiles files;
 };
 
 std::string JsonOf(const TapRun& run, const AnalyzeTapArguments& arguments) {
@@ -34,13 +42,50 @@ std::string TextOf(const TapRun& run) {
   return text + "\n" + report::EnsembleText(tap::Summarise(ResultsOf(run.taps)), run.taps);
 }
 
+Measured ContactOf(const report::AnalysedTap& tap) {
+  const tap::TapAnalysis& analysis = tap.analysis;
+  if (!tap.unread.empty()) return Measured::Refused(tap.unread);
+  if (analysis.verdict == Verdict::kCannotTell) {
+    return Measured::CannotTell(tap::Explain(analysis.reason));
+  }
+  if (analysis.verdict == Verdict::kRefused)
+    return Measured::Refused(tap::Explain(analysis.reason));
+  return Measured::Good(
+      {analysis.contact_z_mm, analysis.standard_uncertainty_mm, analysis.interval95_mm});
+}
+
+measurement::Outcome OutcomeOf(const std::vector<report::AnalysedTap>& taps) {
+  measurement::Outcome outcome;
+  std::vector<std::string> sources;
+  for (const report::AnalysedTap& tap : taps) {
+    sources.push_back(tap.recording.name);
+    const std::string name =
+        taps.size() == 1 ? "contact_height" : fmt::format("tap_{}_contact_height", sources.size());
+    outcome.answers.push_back({name, "mm", ContactOf(tap)});
+    for (const tap::Finding& notice : tap.analysis.Notices()) {
+      outcome.notices.push_back(fmt::format("{}: {}", sources.back(), tap::Explain(notice)));
+    }
+  }
+  outcome.provenance = ProvenanceOf(measurement::Instrument::kTap, std::move(sources));
+  return outcome;
+}
+
+Result<void> WriteResult(const TapRun& run, const AnalyzeTapArguments& arguments) {
+  if (arguments.files.result.empty()) return {};
+  const auto details = nlohmann::ordered_json::parse(JsonOf(run, arguments));
+  return WriteOutputs({{arguments.files.result, files::ToJson(OutcomeOf(run.taps), details)}},
+                      arguments.files.force);
+}
+
 int RunAnalyze(const AnalyzeTapArguments& arguments) {
+  if (auto may = CheckOutputs(arguments.files); !may) return Report(may.error());
   const auto options = TapOptionsOf(arguments.tap);
   if (!options) return Report(options.error());
   const TapRun run = AnalyseFiles(arguments.tap, *options);
   // A file alone that cannot be read is an error and no measurement.
   if (run.taps.size() > run.failed.size()) {
     std::fputs((arguments.json ? JsonOf(run, arguments) : TextOf(run)).c_str(), stdout);
+    if (auto done = WriteResult(run, arguments); !done) return Report(done.error());
   }
   int exit_code = ExitCodeOf(run.taps);
   for (const Error& error : run.failed) exit_code = Report(error);
@@ -61,6 +106,8 @@ void AddTapAnalyzeCommand(CLI::App& parent, int& exit_code) {
       ->add_flag("--summary", arguments->summary,
                  "JSON: one object with the taps and what they say together")
       ->needs(json);
+  command->add_option("--result", arguments->files.result, "keep the answer as JSON here");
+  command->add_flag("--force", arguments->files.force, "overwrite that file");
   command->callback([arguments, &exit_code] { exit_code = RunAnalyze(*arguments); });
 }
 

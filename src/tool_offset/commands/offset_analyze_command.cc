@@ -105,6 +105,7 @@ tool_offset::CombinedResult CombineScans(const std::vector<report::OffsetScan>& 
 int Run(const AnalyzeArguments& arguments) {
   if (auto may = CheckOutputs({.report = arguments.output.report,
                                .figures = arguments.output.figures,
+                               .result = arguments.output.result,
                                .force = arguments.output.force});
       !may) {
     return Report(may.error());
@@ -184,6 +185,8 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--figures", arguments->output.figures,
                       "write each figure as SVG into this folder");
   command->add_flag("--force", arguments->output.force, "overwrite the report and the figures");
+  command->add_option("--result", arguments->output.result,
+                      "keep the answer as JSON here, for offset apply");
   command->add_option("--history", arguments->output.history,
                       "add what was measured to this file of JSON lines");
   command->callback([arguments, &exit_code] { exit_code = Run(*arguments); });

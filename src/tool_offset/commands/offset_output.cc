@@ -3,11 +3,16 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <system_error>
+#include <utility>
 
 #include "app/output_files.h"
 #include "app/printer_session.h"
+#include "app/provenance.h"
+#include "measurement/outcome_file.h"
 #include "tool_offset/files/offset_history.h"
+#include "tool_offset/report/offset_json.h"
 
 namespace trammel::app {
 namespace {
@@ -52,11 +57,31 @@ Result<void> NoteReading(const std::string& history, const report::OffsetAnalysi
   return files::AppendToHistory(history, reading);
 }
 
+measurement::Outcome OutcomeOf(const report::OffsetAnalysis& analysis) {
+  measurement::Outcome outcome;
+  std::vector<std::string> sources;
+  for (const report::OffsetScan& scan : analysis.scans) sources.push_back(scan.source);
+  for (const tool_offset::CombinedTool& tool : analysis.combined.tools) {
+    outcome.answers.push_back({fmt::format("tool_{}_dx", tool.tool), "mm", tool.dx_mm});
+    outcome.answers.push_back({fmt::format("tool_{}_dy", tool.tool), "mm", tool.dy_mm});
+  }
+  outcome.answers.push_back({"backlash_x", "mm", analysis.combined.backlash_mm.x});
+  outcome.answers.push_back({"backlash_y", "mm", analysis.combined.backlash_mm.y});
+  outcome.provenance = ProvenanceOf(measurement::Instrument::kToolOffset, std::move(sources));
+  return outcome;
+}
+
 }  // namespace
 
 Result<void> WriteOffsetOutput(const OffsetOutput& output, const report::OffsetReportInput& input) {
   if (!output.history.empty()) {
     if (auto done = NoteReading(output.history, *input.analysis); !done) return done;
+  }
+  if (!output.result.empty()) {
+    const auto details = nlohmann::ordered_json::parse(report::ToJson(*input.analysis));
+    auto done = WriteOutputs({{output.result, files::ToJson(OutcomeOf(*input.analysis), details)}},
+                             output.force);
+    if (!done) return done;
   }
   if (!output.report.empty()) {
     auto done = WriteOutputs({{output.report, report::OffsetReport(input)}}, output.force);

@@ -11,8 +11,9 @@ namespace trammel::app {
 struct OffsetOutput {
   std::string report;   ///< HTML file to write; empty: none
   std::string figures;  ///< folder for each figure as SVG; empty: none
+  std::string result;   ///< result.json to write; empty: none
   std::string history;  ///< file to which a line is added; empty: none
-  bool force = false;   ///< overwrite report and figures
+  bool force = false;   ///< overwrite report, figures and result
 
   [[nodiscard]] bool has_pictures() const { return !report.empty() || !figures.empty(); }
 };

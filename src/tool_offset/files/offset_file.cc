@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "files/json_object.h"
+#include "measurement/outcome_file.h"
 
 namespace trammel::files {
 namespace {
@@ -47,12 +49,45 @@ void ReadTool(JsonObject& tool, OffsetFile& offsets) {
       {number, dx_mm, dy_mm, Interval95(tool, "dx", dx_mm), Interval95(tool, "dy", dy_mm)});
 }
 
+/// The tools of a kept result: tool_N_dx beside tool_N_dy.
+Result<OffsetFile> OffsetsOf(const measurement::Outcome& outcome, const std::string& file) {
+  OffsetFile offsets;
+  for (int number = 0; number <= kMostTool; ++number) {
+    const measurement::Answer* const dx = outcome.Find(fmt::format("tool_{}_dx", number));
+    const measurement::Answer* const dy = outcome.Find(fmt::format("tool_{}_dy", number));
+    if (dx == nullptr || dy == nullptr) continue;
+    const Measured& worse = dx->value.verdict() < dy->value.verdict() ? dy->value : dx->value;
+    if (!worse.good()) {
+      offsets.refused.push_back(
+          fmt::format("tool {}: {}: {}", number, ToString(worse.verdict()), worse.reason()));
+      continue;
+    }
+    const Quantity& x = dx->value.quantity();
+    const Quantity& y = dy->value.quantity();
+    if (dx->unit != "mm" || dy->unit != "mm" || std::abs(x.value) > kMost_mm ||
+        std::abs(y.value) > kMost_mm) {
+      return Fail(fmt::format("{}: tool_{}: {} {}, {} {} must be in mm, within +-{}", file, number,
+                              x.value, dx->unit, y.value, dy->unit, kMost_mm));
+    }
+    offsets.good.push_back({number, x.value, y.value, x.interval95, y.interval95});
+  }
+  if (!offsets.good.empty() || !offsets.refused.empty()) return offsets;
+  return Fail(file + ": holds no offsets of tools");
+}
+
 }  // namespace
 
 Result<OffsetFile> ReadOffsetFile(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return ReadOffsetFile(path / kResultFile);
   const auto json = ReadJsonFile(path, kMostBytes);
   if (!json) return tl::unexpected(json.error());
   JsonObject root(*json, path.string());
+  if (root.has("instrument")) {
+    const auto outcome = ReadOutcome(path, measurement::Instrument::kToolOffset);
+    if (!outcome) return tl::unexpected(outcome.error());
+    return OffsetsOf(*outcome, path.string());
+  }
   if (root.has("format")) (void)root.Integer("format", {1, 1});
   constexpr std::size_t kMostTools = 100;
   const nlohmann::json& tools = root.List("tools", 1, kMostTools);

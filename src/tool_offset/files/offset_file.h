@@ -1,4 +1,4 @@
-// Measured tool offsets, as `trammel offset analyze --json` writes them.
+// Measured tool offsets, as `trammel offset analyze` writes them with --json and --result.
 #pragma once
 
 #include <filesystem>
@@ -24,7 +24,8 @@ struct OffsetFile {
   std::vector<std::string> refused;  ///< a line for each of the others, with its reason
 };
 
-/// Errors (kInput): not there, not JSON, a tool twice, an offset beyond 50 mm.
+/// A folder's result.json, a kept result, or the output of --json. Errors (kInput): not there, not
+/// JSON, a tool twice, an offset beyond 50 mm.
 [[nodiscard]] Result<OffsetFile> ReadOffsetFile(const std::filesystem::path& path);
 
 }  // namespace trammel::files

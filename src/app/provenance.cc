@@ -1,0 +1,23 @@
+#include "app/provenance.h"
+
+#include <fmt/chrono.h>
+
+#include <ctime>
+#include <utility>
+
+namespace trammel::app {
+
+std::string_view ProgramVersion() { return "trammel " TRAMMEL_VERSION; }
+
+measurement::Provenance ProvenanceOf(measurement::Instrument instrument,
+                                     std::vector<std::string> sources) {
+  return {instrument, std::string(ProgramVersion()),
+          fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))),
+          std::move(sources)};
+}
+
+std::string RecordingName(measurement::Instrument instrument) {
+  return fmt::format("{}-{:%Y%m%dT%H%M%SZ}", ToString(instrument), fmt::gmtime(std::time(nullptr)));
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,22 @@
+// Which program found a result, and when.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "measurement/outcome.h"
+
+namespace trammel::app {
+
+/// "trammel 0.1.0".
+[[nodiscard]] std::string_view ProgramVersion();
+
+/// This program, now, from those sources.
+[[nodiscard]] measurement::Provenance ProvenanceOf(measurement::Instrument instrument,
+                                                   std::vector<std::string> sources);
+
+/// A folder for what an instrument records, now: "tap-20260102T030405Z".
+[[nodiscard]] std::string RecordingName(measurement::Instrument instrument);
+
+}  // namespace trammel::app

@@ -1,0 +1,48 @@
+// What any instrument found, where it comes from, and what may be thought of it.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/measured.h"
+
+namespace trammel::measurement {
+
+enum class Instrument { kPressureAdvance, kTap, kToolOffset, kPartAlignment };
+
+/// As files and folders spell it: "pressure_advance", "tap", "tool_offset", "part_alignment".
+[[nodiscard]] std::string_view ToString(Instrument instrument);
+
+/// As people read it: "pressure advance", "taps", "tool offsets", "part alignment".
+[[nodiscard]] std::string_view WordsOf(Instrument instrument);
+
+/// Where a result comes from.
+struct Provenance {
+  Instrument instrument = Instrument::kPressureAdvance;
+  std::string program;               ///< with its version: "trammel 0.1.0"
+  std::string utc;                   ///< ISO 8601 to the second, ending in Z
+  std::vector<std::string> sources;  ///< recordings, photos, scans: paths as they were given
+};
+
+/// One quantity of an answer.
+struct Answer {
+  std::string name;  ///< as in JSON, [a-z0-9_]+: "pressure_advance", "tool_1_dx"
+  std::string unit;  ///< of the value: "s", "mm", "rad"
+  Measured value;
+};
+
+struct Outcome {
+  Provenance provenance;
+  std::vector<Answer> answers;
+  std::vector<std::string> notices;
+
+  /// The worst of the answers'; refused where there is none.
+  [[nodiscard]] Verdict verdict() const;
+  /// Why the verdict is what it is, each reason once; empty when good.
+  [[nodiscard]] std::string reason() const;
+  /// The answer of that name, or nullptr.
+  [[nodiscard]] const Answer* Find(std::string_view name) const;
+};
+
+}  // namespace trammel::measurement

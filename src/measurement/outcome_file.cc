@@ -1,0 +1,169 @@
+#include "measurement/outcome_file.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "files/json_object.h"
+#include "files/whole_file.h"
+
+namespace trammel::files {
+namespace {
+
+using measurement::Answer;
+using measurement::Instrument;
+using measurement::Outcome;
+using nlohmann::ordered_json;
+
+constexpr std::size_t kMostAnswers = 1000;
+constexpr std::size_t kMostTexts = 1000;
+constexpr std::array kInstruments = {Instrument::kPressureAdvance, Instrument::kTap,
+                                     Instrument::kToolOffset, Instrument::kPartAlignment};
+
+ordered_json AnswerJson(const Answer& answer) {
+  ordered_json json = {{"name", answer.name},
+                       {"unit", answer.unit},
+                       {"verdict", ToString(answer.value.verdict())},
+                       {"reason", answer.value.reason()},
+                       {"value", nullptr},
+                       {"standard_uncertainty", nullptr},
+                       {"interval95", nullptr}};
+  if (answer.value.good()) {
+    const Quantity& quantity = answer.value.quantity();
+    json["value"] = quantity.value;
+    json["standard_uncertainty"] = quantity.standard_uncertainty;
+    json["interval95"] = {quantity.interval95.lo, quantity.interval95.hi};
+  }
+  return json;
+}
+
+ordered_json OutcomeJson(const Outcome& outcome) {
+  ordered_json json = {{"format", 1},
+                       {"instrument", ToString(outcome.provenance.instrument)},
+                       {"program", outcome.provenance.program},
+                       {"utc", outcome.provenance.utc},
+                       {"sources", outcome.provenance.sources},
+                       {"verdict", ToString(outcome.verdict())},
+                       {"reason", outcome.reason()},
+                       {"answers", ordered_json::array()},
+                       {"notices", outcome.notices}};
+  for (const Answer& answer : outcome.answers) json["answers"].push_back(AnswerJson(answer));
+  return json;
+}
+
+/// A value with its uncertainty where the verdict is good, and none where it is not.
+Measured ReadMeasured(JsonObject& object) {
+  const std::string verdict = object.Choice("verdict", {"good", "cannot_tell", "refused"});
+  std::string reason = object.Text("reason");
+  for (const char* key : {"value", "standard_uncertainty", "interval95"}) {
+    const nlohmann::json* const value = object.Find(key);
+    const bool there = value != nullptr && !value->is_null();
+    if (there != (verdict == "good") && !object.failed()) {
+      object.Fault(key, there ? "stands beside a verdict that is not good"
+                              : "is missing beside the verdict good");
+    }
+  }
+  if (object.failed()) return {};
+  if (verdict == "cannot_tell") return Measured::CannotTell(std::move(reason));
+  if (verdict == "refused") return Measured::Refused(std::move(reason));
+  const Quantity quantity{object.Number("value"), object.Number("standard_uncertainty", {0}), {}};
+  const std::vector<double> ends = object.Numbers("interval95", 2, 2);
+  if (object.failed()) return {};
+  if (!(ends[0] <= quantity.value && quantity.value <= ends[1])) {
+    object.Fault("interval95", "does not hold the value");
+    return {};
+  }
+  return Measured::Good({quantity.value, quantity.standard_uncertainty, {ends[0], ends[1]}});
+}
+
+std::vector<std::string> ReadTexts(JsonObject& object, const char* key) {
+  std::vector<std::string> texts;
+  for (const nlohmann::json& entry : object.List(key, 0, kMostTexts)) {
+    if (!entry.is_string()) {
+      object.Fault(key, fmt::format("has {}; it must hold texts", Show(entry)));
+      return {};
+    }
+    texts.push_back(entry.get<std::string>());
+  }
+  return texts;
+}
+
+Result<Instrument> InstrumentOf(const std::string& name) {
+  for (const Instrument instrument : kInstruments) {
+    if (measurement::ToString(instrument) == name) return instrument;
+  }
+  return Fail("no instrument of that name");
+}
+
+}  // namespace
+
+std::string ToJson(const Outcome& outcome, const ordered_json& details) {
+  ordered_json json = OutcomeJson(outcome);
+  if (!details.is_null()) json["details"] = details;
+  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+Result<Outcome> ParseOutcome(std::string_view text, const std::string& file) {
+  const auto json = ParseJson(text, file);
+  if (!json) return tl::unexpected(json.error());
+  JsonObject object(*json, file);
+  object.Integer("format", {1, 1});
+  Outcome outcome;
+  const auto instrument = InstrumentOf(
+      object.Choice("instrument", {"pressure_advance", "tap", "tool_offset", "part_alignment"}));
+  if (instrument) outcome.provenance.instrument = *instrument;
+  outcome.provenance.program = object.Text("program");
+  outcome.provenance.utc = object.Text("utc");
+  outcome.provenance.sources = ReadTexts(object, "sources");
+  object.Choice("verdict", {"good", "cannot_tell", "refused"});
+  object.Text("reason");
+  std::size_t i = 0;
+  for (const nlohmann::json& entry : object.List("answers", 0, kMostAnswers)) {
+    JsonObject inner = object.Inner(entry, fmt::format("answers[{}]", i++));
+    Answer answer{inner.Text("name"), inner.Text("unit"), ReadMeasured(inner)};
+    if (const auto read = inner.Finish(); !read) return tl::unexpected(read.error());
+    outcome.answers.push_back(std::move(answer));
+  }
+  outcome.notices = ReadTexts(object, "notices");
+  object.Find("details");
+  if (const auto read = object.Finish(); !read) return tl::unexpected(read.error());
+  return outcome;
+}
+
+Result<Outcome> ReadOutcome(const std::filesystem::path& path, Instrument instrument) {
+  std::error_code ignored;
+  const std::filesystem::path file =
+      std::filesystem::is_directory(path, ignored) ? path / kResultFile : path;
+  const auto text = ReadWholeFile(file, kMaxResultBytes);
+  if (!text) return tl::unexpected(text.error());
+  auto outcome = ParseOutcome(*text, file.string());
+  if (!outcome) return outcome;
+  const Instrument found = outcome->provenance.instrument;
+  if (found == instrument) return outcome;
+  return Fail(fmt::format("{} is a result of {}, not of {}: name one of those", file.string(),
+                          measurement::WordsOf(found), measurement::WordsOf(instrument)));
+}
+
+Result<void> KeepOutcome(const std::filesystem::path& folder, const Outcome& outcome,
+                         const ordered_json& details) {
+  const std::filesystem::path path = folder / kResultFile;
+  std::error_code ignored;
+  if (std::filesystem::exists(path, ignored)) {
+    const auto earlier = ReadOutcome(path, outcome.provenance.instrument);
+    if (!earlier) {
+      return Fail(earlier.error().message + "; nothing was written over it");
+    }
+  }
+  return WriteWholeFile(path, ToJson(outcome, details), IfThere::kReplace);
+}
+
+std::string HistoryLine(const Outcome& outcome, const std::filesystem::path& folder) {
+  ordered_json json = OutcomeJson(outcome);
+  json["folder"] = folder.string();
+  return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+}  // namespace trammel::files

@@ -1,0 +1,124 @@
+#include "measurement/outcome_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/temporary_folder.h"
+
+namespace trammel::files {
+namespace {
+
+using measurement::Answer;
+using measurement::Instrument;
+using measurement::Outcome;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+Outcome GoodOutcome() {
+  Outcome outcome;
+  outcome.provenance = {
+      Instrument::kToolOffset, "trammel 9.8.7", "2026-01-02T03:04:05Z", {"a.png", "b.png"}};
+  outcome.answers = {{"tool_1_dx", "mm", Measured::Good({0.125, 0.001, {0.123, 0.1271}})},
+                     {"tool_1_dy", "mm", Measured::Good({-1e-7, 0, {-1e-7, -1e-7}})}};
+  outcome.notices = {"the sheet shrank"};
+  return outcome;
+}
+
+std::string FaultOf(const nlohmann::json& json) {
+  const auto read = ParseOutcome(json.dump(), "r.json");
+  return read ? "" : read.error().message;
+}
+
+TEST(OutcomeFile, GivesBackWhatWasWrittenToTheLastBit) {
+  const Outcome outcome = GoodOutcome();
+  const auto read = ParseOutcome(ToJson(outcome, {{"teeth", 7}}), "r.json");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->provenance.instrument, Instrument::kToolOffset);
+  EXPECT_EQ(read->provenance.program, "trammel 9.8.7");
+  EXPECT_EQ(read->provenance.utc, "2026-01-02T03:04:05Z");
+  EXPECT_THAT(read->provenance.sources, ElementsAre("a.png", "b.png"));
+  EXPECT_THAT(read->notices, ElementsAre("the sheet shrank"));
+  ASSERT_EQ(read->answers.size(), 2u);
+  const Quantity& quantity = read->Find("tool_1_dx")->value.quantity();
+  EXPECT_EQ(quantity.value, 0.125);
+  EXPECT_EQ(quantity.standard_uncertainty, 0.001);
+  EXPECT_EQ(quantity.interval95.hi, 0.1271);
+  EXPECT_EQ(read->Find("tool_1_dy")->value.quantity().value, -1e-7);
+  EXPECT_EQ(read->Find("tool_2_dx"), nullptr);
+  EXPECT_EQ(read->verdict(), Verdict::kGood);
+}
+
+TEST(OutcomeFile, TheWorstAnswerIsTheVerdictAndEachReasonIsSaidOnce) {
+  Outcome outcome = GoodOutcome();
+  outcome.answers.push_back({"a", "mm", Measured::CannotTell("too few lines")});
+  outcome.answers.push_back({"b", "mm", Measured::CannotTell("too few lines")});
+  EXPECT_EQ(outcome.verdict(), Verdict::kCannotTell);
+  outcome.answers.push_back({"c", "mm", Measured::Refused("torn")});
+  const auto read = ParseOutcome(ToJson(outcome), "r.json");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->verdict(), Verdict::kRefused);
+  EXPECT_EQ(read->reason(), "too few lines; torn");
+  EXPECT_EQ(Outcome{}.verdict(), Verdict::kRefused);
+  EXPECT_EQ(Outcome{}.reason(), "nothing was measured");
+}
+
+TEST(OutcomeFile, NoValueStandsBesideAVerdictThatIsNotGoodAndNoneIsMissing) {
+  const auto good = nlohmann::json::parse(ToJson(GoodOutcome()));
+  EXPECT_EQ(FaultOf(good), "");
+  auto json = good;
+  json["answers"][0]["verdict"] = "cannot_tell";
+  EXPECT_THAT(FaultOf(json),
+              AllOf(HasSubstr("r.json"), HasSubstr("answers[0].value"), HasSubstr("not good")));
+  json = good;
+  json["answers"][1]["standard_uncertainty"] = nullptr;
+  EXPECT_THAT(FaultOf(json), HasSubstr("answers[1].standard_uncertainty is missing"));
+  json = good;
+  json["answers"][0]["interval95"] = {0.2, 0.3};
+  EXPECT_THAT(FaultOf(json), HasSubstr("does not hold the value"));
+  json = good;
+  json["answers"][0]["standard_uncertainty"] = -0.1;
+  EXPECT_THAT(FaultOf(json), HasSubstr("standard_uncertainty"));
+  json = good;
+  json["instrument"] = "sundial";
+  EXPECT_THAT(FaultOf(json), HasSubstr("instrument"));
+  json = good;
+  json["sources"] = {1};
+  EXPECT_THAT(FaultOf(json), HasSubstr("sources"));
+  json = good;
+  json["format"] = 2;
+  EXPECT_THAT(FaultOf(json), HasSubstr("format"));
+}
+
+TEST(OutcomeFile, AnotherInstrumentsResultIsNamedAndNothingForeignIsReplaced) {
+  const test::TemporaryFolder folder;
+  ASSERT_TRUE(KeepOutcome(folder.path(), GoodOutcome()));
+  ASSERT_TRUE(KeepOutcome(folder.path(), GoodOutcome()));  // the same recording once more
+  ASSERT_TRUE(ReadOutcome(folder.path(), Instrument::kToolOffset));
+  ASSERT_TRUE(ReadOutcome(folder.path() / kResultFile, Instrument::kToolOffset));
+  const auto other = ReadOutcome(folder.path(), Instrument::kPressureAdvance);
+  ASSERT_FALSE(other);
+  EXPECT_THAT(other.error().message,
+              HasSubstr("is a result of tool offsets, not of pressure advance"));
+  Outcome tap = GoodOutcome();
+  tap.provenance.instrument = Instrument::kTap;
+  EXPECT_FALSE(KeepOutcome(folder.path(), tap));
+  test::WriteWhole(folder.path() / kResultFile, "my own notes");
+  const auto refused = KeepOutcome(folder.path(), GoodOutcome());
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("nothing was written over it"));
+  EXPECT_EQ(test::ReadWhole(folder.path() / kResultFile), "my own notes");
+}
+
+TEST(OutcomeFile, ALineOfHistoryIsOneLineThatIsAResultWithItsFolder) {
+  Outcome outcome = GoodOutcome();
+  outcome.notices = {"two\nlines, and no UTF-8: \xff"};
+  const std::string line = HistoryLine(outcome, "recordings/x");
+  EXPECT_EQ(line.find('\n'), std::string::npos);
+  EXPECT_EQ(nlohmann::json::parse(line)["folder"], "recordings/x");
+}
+
+}  // namespace
+}  // namespace trammel::files

@@ -1,0 +1,68 @@
+#include "pressure_advance/commands/kept_result.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "measurement/outcome_file.h"
+#include "pressure_advance/commands/apply_command.h"
+#include "support/temporary_folder.h"
+
+namespace trammel::app {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+pressure_advance::Analysis AnalysisOf(const Measured& answer) {
+  pressure_advance::Analysis analysis;
+  analysis.pressure_advance = answer;
+  analysis.notices = {"one line is torn"};
+  return analysis;
+}
+
+TEST(KeptResult, IsWhatApplyTakesWithoutLookingAtTheRecordingAgain) {
+  const test::TemporaryFolder folder;
+  const auto recording = folder.path() / "pressure_advance-20260102T030405Z";
+  std::filesystem::create_directory(recording);
+  const auto analysis = AnalysisOf(Measured::Good({0.036, 0.0005, {0.035, 0.0371}}));
+  ASSERT_TRUE(KeepResult(analysis, recording));
+  for (const auto& path : {recording, recording / "result.json"}) {
+    const auto value = ValueFrom(path.string());  // there is no scan.json in the folder
+    ASSERT_TRUE(value) << value.error().message;
+    EXPECT_EQ(value->value_s, 0.036);
+    ASSERT_TRUE(value->measured);
+    EXPECT_EQ(value->measured->interval95.hi, 0.0371);
+  }
+  ASSERT_TRUE(KeepResult(analysis, recording));
+  const std::string history = test::ReadWhole(folder.path() / files::kHistoryFile);
+  EXPECT_EQ(std::ranges::count(history, '\n'), 2);
+  EXPECT_THAT(history,
+              AllOf(HasSubstr("pressure_advance-20260102T030405Z"), HasSubstr("one line is torn")));
+}
+
+TEST(KeptResult, WithoutAGoodVerdictGivesNothingToApply) {
+  const test::TemporaryFolder folder;
+  ASSERT_TRUE(
+      KeepResult(AnalysisOf(Measured::CannotTell("the lines are too alike")), folder.path() / "."));
+  const auto value = ValueFrom(folder.path().string());
+  ASSERT_FALSE(value);
+  EXPECT_EQ(value.error().kind, ErrorKind::kMeasurement);
+  EXPECT_THAT(value.error().message,
+              AllOf(HasSubstr("cannot tell"), HasSubstr("the lines are too alike")));
+}
+
+TEST(KeptResult, OfAnotherInstrumentIsNamed) {
+  const test::TemporaryFolder folder;
+  measurement::Outcome outcome;
+  outcome.provenance.instrument = measurement::Instrument::kTap;
+  outcome.answers = {{"contact_height", "mm", Measured::Good({0.1, 0.01, {0.08, 0.12}})}};
+  ASSERT_TRUE(files::KeepOutcome(folder.path(), outcome));
+  const auto value = ValueFrom(folder.path().string());
+  ASSERT_FALSE(value);
+  EXPECT_THAT(value.error().message, HasSubstr("a result of taps, not of pressure advance"));
+}
+
+}  // namespace
+}  // namespace trammel::app
