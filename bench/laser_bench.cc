@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "pressure_advance/commands/laser_recording.h"
 #include "image/jpeg_reader.h"
 #include "machine/video/video_file.h"
+#include "pressure_advance/commands/laser_recording.h"
 #include "pressure_advance/laser/deviation.h"
 #include "support/laser_world.h"
 #include "vision/laser_line.h"

@@ -19,7 +19,7 @@ enum ExitCode {
 };
 
 /// Prints the message to standard error and gives the exit code of its kind.
-int Report(const Error& error);
+int PrintError(const Error& error);
 
 /// Runs a command. What it throws, or was noted on a thread meanwhile (base/bug_note.h), is a bug:
 /// printed, with an exit code of its own; the machine was restored on the way.

@@ -36,7 +36,7 @@ void AddConfigCommand(CLI::App& parent, int& exit_code) {
   check->add_option("FILE", *file, "settings")->capture_default_str();
   check->callback([file, &exit_code] {
     const Result<void> done = Check(*file);
-    if (!done) exit_code = Report(done.error());
+    if (!done) exit_code = PrintError(done.error());
   });
 
   CLI::App* keys = group->add_subcommand(

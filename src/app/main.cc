@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
     return static_cast<trammel::app::ExitCode>(exit_code);
   });
   if (const auto said = trammel::app::FinishConsole(); !said) {
-    const int lost = trammel::app::Report(said.error());
+    const int lost = trammel::app::PrintError(said.error());
     if (code == trammel::app::kExitGood) code = lost;
   }
   return code;

@@ -7,7 +7,7 @@
 
 namespace trammel::app {
 
-int Report(const Error& error) {
+int PrintError(const Error& error) {
   fmt::print(stderr, "trammel: {}\n", error.message);
   switch (error.kind) {
     case ErrorKind::kInput:

@@ -36,16 +36,16 @@ struct Strip {
   }
 };
 
-Strip Straighten(const GrayImage& image, const Ladder& ladder, std::size_t rung,
+Strip Straighten(const GrayImage& image, const LinePattern& line_pattern, std::size_t rung,
                  std::size_t places) {
-  const Curve& track = ladder.rungs[rung];
+  const Curve& track = line_pattern.rungs[rung];
   const double middle_y = track(image.width / 2.0);
-  const double left = ladder.left_inner(track(ladder.left_inner(middle_y)));
-  const double right = ladder.right_inner(track(ladder.right_inner(middle_y)));
+  const double left = line_pattern.left_inner(track(line_pattern.left_inner(middle_y)));
+  const double right = line_pattern.right_inner(track(line_pattern.right_inner(middle_y)));
   const double cell = (right - left) / static_cast<double>(places);
   const int inside = std::max(1, static_cast<int>(std::ceil(cell)));
   Strip strip;
-  strip.half = std::max(3, static_cast<int>(std::lround(0.62 * ladder.pitch_px)));
+  strip.half = std::max(3, static_cast<int>(std::lround(0.62 * line_pattern.pitch_px)));
   strip.places = places;
   strip.value.assign(static_cast<std::size_t>(2 * strip.half + 1) * places, 0.0);
   for (std::size_t place = 0; place < places; ++place) {
@@ -220,15 +220,16 @@ void RaiseSigmaToScatter(std::vector<BeadReading>& line) {
 
 }  // namespace
 
-BeadWidths MeasureBeadWidths(const GrayImage& contrast, const Ladder& ladder,
+BeadWidths MeasureBeadWidths(const GrayImage& contrast, const LinePattern& line_pattern,
                              const BeadWidthOptions& options) {
-  TRAMMEL_CHECK(ladder.problem.empty() && ladder.rungs.size() >= 2 && options.places >= 10,
-                "{} rungs, {} places, {}", ladder.rungs.size(), options.places, ladder.problem);
+  TRAMMEL_CHECK(
+      line_pattern.problem.empty() && line_pattern.rungs.size() >= 2 && options.places >= 10,
+      "{} rungs, {} places, {}", line_pattern.rungs.size(), options.places, line_pattern.problem);
   std::vector<Strip> strips;
   std::vector<std::vector<Level>> levels;
-  for (std::size_t rung = 0; rung < ladder.rungs.size(); ++rung) {
-    strips.push_back(Straighten(contrast, ladder, rung, options.places));
-    levels.push_back(ZoneLevels(strips.back(), ladder.pitch_px, ladder.bead_px));
+  for (std::size_t rung = 0; rung < line_pattern.rungs.size(); ++rung) {
+    strips.push_back(Straighten(contrast, line_pattern, rung, options.places));
+    levels.push_back(ZoneLevels(strips.back(), line_pattern.pitch_px, line_pattern.bead_px));
   }
   ShareFilamentLevels(levels);
   BeadWidths widths;
@@ -237,8 +238,9 @@ BeadWidths MeasureBeadWidths(const GrayImage& contrast, const Ladder& ladder,
     const Strip& strip = strips[rung];
     std::vector<BeadReading> line;
     for (std::size_t place = 0; place < strip.places; ++place) {
-      line.push_back(Read(strip, place, LevelAt(levels[rung], place, strip.places), ladder.bead_px,
-                          ladder.rungs[rung](strip.x_px[place]), options));
+      line.push_back(Read(strip, place, LevelAt(levels[rung], place, strip.places),
+                          line_pattern.bead_px, line_pattern.rungs[rung](strip.x_px[place]),
+                          options));
     }
     RaiseSigmaToScatter(line);
     widths.lines.push_back(std::move(line));

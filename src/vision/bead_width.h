@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "vision/image.h"
-#include "vision/ladder.h"
+#include "vision/line_pattern.h"
 
 namespace trammel::vision {
 
@@ -33,8 +33,9 @@ struct BeadWidthOptions {
 /// lines, the filament's on the lines' middle, as a median over neighbouring lines, so that neither
 /// a break nor a shadow in one line sets it.
 /// @param contrast  filament higher than plate.
-/// @param ladder    REQUIRES an empty problem and at least 2 rungs.
-[[nodiscard]] BeadWidths MeasureBeadWidths(const GrayImage& contrast, const Ladder& ladder,
+/// @param line_pattern    REQUIRES an empty problem and at least 2 rungs.
+[[nodiscard]] BeadWidths MeasureBeadWidths(const GrayImage& contrast,
+                                           const LinePattern& line_pattern,
                                            const BeadWidthOptions& options = {});
 
 }  // namespace trammel::vision

@@ -21,7 +21,7 @@ constexpr double kFilament = 120;
 // Level rungs as bright bars, blurred as a lens does; the first one is broken in its middle.
 struct Drawn {
   GrayImage contrast;
-  Ladder ladder;
+  LinePattern line_pattern;
 };
 
 Curve Constant(double value) { return {.c0 = value}; }
@@ -33,20 +33,20 @@ Drawn Draw(const std::vector<double>& bead_px, double blur_px, double noise, boo
   drawn.contrast = GrayImage(kWidth_px, height);
   for (std::size_t i = 0; i < bead_px.size(); ++i) {
     // Off the grid, so that rounding to rows would show.
-    drawn.ladder.rungs.push_back(Constant(kPitch_px * (static_cast<double>(i) + 1) + 0.37));
+    drawn.line_pattern.rungs.push_back(Constant(kPitch_px * (static_cast<double>(i) + 1) + 0.37));
   }
-  drawn.ladder.steps.assign(bead_px.size() - 1, 1);
-  drawn.ladder.pitch_px = kPitch_px;
-  drawn.ladder.bead_px = kBead_px;
-  drawn.ladder.left_inner = Constant(20);
-  drawn.ladder.right_inner = Constant(kWidth_px - 20);
+  drawn.line_pattern.steps.assign(bead_px.size() - 1, 1);
+  drawn.line_pattern.pitch_px = kPitch_px;
+  drawn.line_pattern.bead_px = kBead_px;
+  drawn.line_pattern.left_inner = Constant(20);
+  drawn.line_pattern.right_inner = Constant(kWidth_px - 20);
   const auto step = [&](double d) { return 0.5 * (1 + std::erf(d / (blur_px * std::sqrt(2.0)))); };
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < kWidth_px; ++x) {
       double cover = 0;
       for (std::size_t i = 0; i < bead_px.size(); ++i) {
         if (broken && i == 0 && x > 180 && x < 220) continue;
-        const double off = std::abs(y - drawn.ladder.rungs[i].c0);
+        const double off = std::abs(y - drawn.line_pattern.rungs[i].c0);
         cover += step(bead_px[i] / 2 - off) - step(-bead_px[i] / 2 - off);
       }
       drawn.contrast.row(y)[x] =
@@ -71,7 +71,7 @@ TEST(BeadWidth, IsTheDrawnOneWhateverTheBlur) {
   Random random(1);
   for (const double blur_px : {0.7, 1.2, 2.0}) {
     const Drawn drawn = Draw({8, 8, 8, 8, 8}, blur_px, 0, false, random);
-    const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.ladder);
+    const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.line_pattern);
     ASSERT_EQ(widths.lines.size(), 5u);
     for (const auto& line : widths.lines) {
       ASSERT_EQ(line.size(), 200u);
@@ -83,7 +83,7 @@ TEST(BeadWidth, IsTheDrawnOneWhateverTheBlur) {
 TEST(BeadWidth, TellsALineThatIsTenPercentWider) {
   Random random(2);
   const Drawn drawn = Draw({8, 8, 8.8, 8, 8}, 1.2, 0, false, random);
-  const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.ladder);
+  const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.line_pattern);
   const double usual = Median(WidthsOf(widths.lines[1]));
   const double wider = Median(WidthsOf(widths.lines[2]));
   constexpr double kTolerance_px = 0.1;  // an eighth of the difference
@@ -93,7 +93,7 @@ TEST(BeadWidth, TellsALineThatIsTenPercentWider) {
 TEST(BeadWidth, IsNoneWhereTheFilamentBroke) {
   Random random(3);
   const Drawn drawn = Draw({8, 8, 8, 8, 8}, 1.0, 0, true, random);
-  const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.ladder);
+  const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.line_pattern);
   constexpr double kNothing_px = 0.2;  // as above: what levels and pixels leave
   for (const BeadReading& reading : widths.lines[0]) {
     if (reading.x_px > 185 && reading.x_px < 215) {
@@ -105,7 +105,7 @@ TEST(BeadWidth, IsNoneWhereTheFilamentBroke) {
 TEST(BeadWidth, StatesTheScatterThatNoiseMakes) {
   Random random(4);
   const Drawn drawn = Draw({8, 8, 8, 8, 8}, 1.2, 6, false, random);
-  const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.ladder);
+  const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.line_pattern);
   std::vector<double> pulls;
   for (const auto& line : widths.lines) {
     const double typical = Median(WidthsOf(line));
@@ -125,7 +125,7 @@ TEST(BeadWidth, MeasuresNothingInGlare) {
   Random random(5);
   Drawn drawn = Draw({8, 8, 8, 8, 8}, 1.2, 3, false, random);
   for (float& value : drawn.contrast.value) value = static_cast<float>(kPlate + random.Normal());
-  const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.ladder);
+  const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.line_pattern);
   for (const auto& line : widths.lines) {
     for (const BeadReading& reading : line) EXPECT_EQ(reading.sigma_px, 0);
   }

@@ -171,10 +171,11 @@ part_alignment::PartFitInput TrueCasting() {
     casting.surfaces.push_back({id, part_alignment::SurfaceKind::kPlane, middle, outward, 0, 4.0});
     for (int i = -1; i <= 1; ++i) {
       for (int k = -1; k <= 1; ++k) {
-        const double overstock_mm = 4 + 0.5 * std::sin(3.0 * i + 2.0 * k + outward.dot(middle));
+        const double stock_allowance_mm =
+            4 + 0.5 * std::sin(3.0 * i + 2.0 * k + outward.dot(middle));
         casting.points.push_back({std::string(id) + std::to_string(3 * i + k),
-                                  middle + overstock_mm * outward + i * along + k * across, 0.04,
-                                  id});
+                                  middle + stock_allowance_mm * outward + i * along + k * across,
+                                  0.04, id});
       }
     }
   };

@@ -23,14 +23,14 @@ namespace trammel {
 namespace {
 
 using tool_offset::KeptOffset;
-using tool_offset::OffsetKeeper;
+using tool_offset::OffsetFirmware;
 
 // Twice what 95 % of single readings err by at most (offset_study): two sheets differ by more than
 // one errs.
 constexpr double kGone_mm = 0.005;
 
 struct Firmware {
-  OffsetKeeper keeper;
+  OffsetFirmware firmware;
   gcode::Dialect dialect;
   sim::SheetFirmware machine;
 };
@@ -43,7 +43,7 @@ class RoundTrip : public testing::TestWithParam<Firmware> {
         fmt::format("[gcode_macro T0]\ngcode:\n  ACTIVATE_EXTRUDER EXTRUDER=extruder\n"
                     "  SET_GCODE_OFFSET X=0 Y=0\n"
                     "[gcode_macro T1]\ngcode:\n  ACTIVATE_EXTRUDER EXTRUDER=extruder1\n  {}\n",
-                    SetCommands(OffsetKeeper::kKlipperGcodeOffset, 1, kept).front()));
+                    SetCommands(OffsetFirmware::kKlipperGcodeOffset, 1, kept).front()));
     if (!macros) throw std::runtime_error(macros.error().message);
     return *macros;
   }
@@ -56,11 +56,11 @@ class RoundTrip : public testing::TestWithParam<Firmware> {
     const tool_offset::SheetPlan plan = tool_offset::PlanSheet(settings);
     sim::SheetSetup setup;
     setup.firmware = GetParam().machine;
-    if (GetParam().keeper == OffsetKeeper::kKlipperGcodeOffset) {
+    if (GetParam().firmware == OffsetFirmware::kKlipperGcodeOffset) {
       setup.macros = Macros(kept);
     } else {
-      if (GetParam().keeper == OffsetKeeper::kKlipperTool) setup.stored[1] = sim::PlaneMm{};
-      for (const std::string& line : SetCommands(GetParam().keeper, 1, kept)) {
+      if (GetParam().firmware == OffsetFirmware::kKlipperTool) setup.stored[1] = sim::PlaneMm{};
+      for (const std::string& line : SetCommands(GetParam().firmware, 1, kept)) {
         setup.before += line + "\n";
       }
     }
@@ -92,7 +92,7 @@ TEST_P(RoundTrip, TheOffsetIsGoneOnTheNextSheet) {
   const double dy_mm = first.dy_mm.quantity().value;
   EXPECT_GT(std::hypot(dx_mm, dy_mm), 10 * kGone_mm);  // something to take out
   const tool_offset::ToolReading second =
-      Read(Corrected(GetParam().keeper, before, dx_mm, dy_mm), 1);
+      Read(Corrected(GetParam().firmware, before, dx_mm, dy_mm), 1);
   ASSERT_TRUE(second.dx_mm.good()) << second.dx_mm.reason();
   ASSERT_TRUE(second.dy_mm.good()) << second.dy_mm.reason();
   EXPECT_NEAR(second.dx_mm.quantity().value, 0, kGone_mm) << "after " << dx_mm;
@@ -105,7 +105,7 @@ TEST_P(RoundTrip, AToolUpToTenMillimetresOffIsGoneOnTheThirdSheet) {
   ASSERT_TRUE(first.dx_mm.good()) << first.dx_mm.reason();
   ASSERT_TRUE(first.dy_mm.good()) << first.dy_mm.reason();
   EXPECT_TRUE(first.coarse);
-  const KeptOffset roughly = Corrected(GetParam().keeper, before, first.dx_mm.quantity().value,
+  const KeptOffset roughly = Corrected(GetParam().firmware, before, first.dx_mm.quantity().value,
                                        first.dy_mm.quantity().value);
   const tool_offset::ToolReading second = Read(roughly, 3);
   ASSERT_TRUE(second.dx_mm.good()) << second.dx_mm.reason();
@@ -114,7 +114,7 @@ TEST_P(RoundTrip, AToolUpToTenMillimetresOffIsGoneOnTheThirdSheet) {
   EXPECT_NEAR(second.dx_mm.quantity().value, 0, kCoarse_mm);
   EXPECT_NEAR(second.dy_mm.quantity().value, 0, kCoarse_mm);
   const tool_offset::ToolReading third =
-      Read(Corrected(GetParam().keeper, roughly, second.dx_mm.quantity().value,
+      Read(Corrected(GetParam().firmware, roughly, second.dx_mm.quantity().value,
                      second.dy_mm.quantity().value),
            4);
   ASSERT_TRUE(third.dx_mm.good()) << third.dx_mm.reason();
@@ -124,16 +124,16 @@ TEST_P(RoundTrip, AToolUpToTenMillimetresOffIsGoneOnTheThirdSheet) {
 
 INSTANTIATE_TEST_SUITE_P(
     Firmwares, RoundTrip,
-    testing::Values(Firmware{OffsetKeeper::kKlipperTool, gcode::Dialect::kKlipper,
+    testing::Values(Firmware{OffsetFirmware::kKlipperTool, gcode::Dialect::kKlipper,
                              sim::SheetFirmware::kKlipper},
-                    Firmware{OffsetKeeper::kKlipperGcodeOffset, gcode::Dialect::kKlipper,
+                    Firmware{OffsetFirmware::kKlipperGcodeOffset, gcode::Dialect::kKlipper,
                              sim::SheetFirmware::kKlipper},
-                    Firmware{OffsetKeeper::kMarlin, gcode::Dialect::kMarlin,
+                    Firmware{OffsetFirmware::kMarlin, gcode::Dialect::kMarlin,
                              sim::SheetFirmware::kMarlin},
-                    Firmware{OffsetKeeper::kRepRapFirmware, gcode::Dialect::kRepRapFirmware,
+                    Firmware{OffsetFirmware::kRepRapFirmware, gcode::Dialect::kRepRapFirmware,
                              sim::SheetFirmware::kRepRapFirmware}),
     [](const auto& tested) {
-      std::string name(ToString(tested.param.keeper));
+      std::string name(ToString(tested.param.firmware));
       std::replace(name.begin(), name.end(), '-', '_');
       return name;
     });

@@ -103,7 +103,7 @@ void AddSimCamera(CLI::App& parent, int& exit_code) {
       ->check(NumberIn(0.0, 1e6));
   camera->callback([arguments, &exit_code] {
     const Result<void> done = ServeCamera(*arguments);
-    exit_code = done ? kExitGood : Report(done.error());
+    exit_code = done ? kExitGood : PrintError(done.error());
   });
 }
 

@@ -129,7 +129,7 @@ void AddScan(CLI::App& parent, int& exit_code) {
   scan->add_option("--out", arguments->out, "new folder for the recording")->required();
   scan->callback([arguments, &exit_code] {
     const Result<void> done = RecordConditions(*arguments);
-    exit_code = done ? kExitGood : Report(done.error());
+    exit_code = done ? kExitGood : PrintError(done.error());
   });
 }
 
@@ -192,7 +192,7 @@ void AddPhoto(CLI::App& parent, int& exit_code) {
   photo->add_option("--out", arguments->out, "new JPEG file")->required();
   photo->callback([arguments, &exit_code] {
     const Result<void> done = TakePhoto(*arguments);
-    exit_code = done ? kExitGood : Report(done.error());
+    exit_code = done ? kExitGood : PrintError(done.error());
   });
 }
 

@@ -220,7 +220,7 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
                       "given again");
   printer->callback([arguments, &exit_code] {
     const Result<void> done = ServePrinter(*arguments);
-    exit_code = done ? kExitGood : Report(done.error());
+    exit_code = done ? kExitGood : PrintError(done.error());
   });
 }
 

@@ -265,7 +265,7 @@ void AddSimSheet(CLI::App& parent, int& exit_code) {
                     "NAME=NUMBER, may be given again; names: " + SheetTraitNames());
   sheet->callback([arguments, &exit_code] {
     const Result<void> done = SimulateSheet(*arguments);
-    exit_code = done ? kExitGood : Report(done.error());
+    exit_code = done ? kExitGood : PrintError(done.error());
   });
 }
 

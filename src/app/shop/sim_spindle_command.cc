@@ -243,7 +243,7 @@ void AddSimSpindle(CLI::App& parent, int& exit_code) {
                       "NAME=NUMBER, may be given again; names: " + SpindleTraitNames());
   spindle->callback([arguments, &exit_code] {
     const Result<void> done = SimulateSpindle(*arguments);
-    exit_code = done ? kExitGood : Report(done.error());
+    exit_code = done ? kExitGood : PrintError(done.error());
   });
 }
 

@@ -132,17 +132,17 @@ Result<std::string> TakeRepeats(const BudgetArguments& arguments,
 
 int RunBudget(const BudgetArguments& arguments) {
   auto file = files::ReadBudgetFile(arguments.scene);
-  if (!file) return Report(file.error());
+  if (!file) return PrintError(file.error());
   std::string repeats;
   if (!arguments.cameras.empty() || !arguments.observations.empty()) {
     const auto taken = TakeRepeats(arguments, file->scene);
-    if (!taken) return Report(taken.error());
+    if (!taken) return PrintError(taken.error());
     repeats = *taken;
   }
   Random random(arguments.seed);
   const auto budget = part_alignment::MakeBudget(file->scene, arguments.trials, random);
   if (!budget) {
-    return Report(
+    return PrintError(
         {budget.error().kind, fmt::format("{}: {}", arguments.scene, budget.error().message)});
   }
   std::string text = repeats + report::BudgetText(*budget);
@@ -173,7 +173,7 @@ Result<std::string> GaugingLine(const char* name, const part_alignment::GaugingS
 int RunStudy(const StudyArguments& arguments) {
   Random random(arguments.seed);
   const auto tables = part_alignment::BudgetTables(arguments.trials, random);
-  if (!tables) return Report(tables.error());
+  if (!tables) return PrintError(tables.error());
   fmt::print("{}", report::StudyText(*tables));
   fmt::print("Gauging: 10 targets in each of 10 measurements, {} times (median, 95 % of them)\n",
              arguments.repeats);
@@ -195,7 +195,7 @@ int RunStudy(const StudyArguments& arguments) {
                                        "0.34 mm, ±0.50 mm", arguments, random),
                            GaugingLine("the same with the laboratory's angles", turning,
                                        kIndustry_mm, "0.34 mm, ±0.50 mm", arguments, random)}) {
-    if (!line) return Report(line.error());
+    if (!line) return PrintError(line.error());
     fmt::print("{}", *line);
   }
   fmt::print(

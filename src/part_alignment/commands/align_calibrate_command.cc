@@ -36,14 +36,14 @@ struct CalibrateArguments {
 
 int RunCalibrate(const CalibrateArguments& arguments) {
   if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
-    return Report(free.error());
+    return PrintError(free.error());
   }
   const auto file = files::ReadCalibrationGrid(arguments.grid);
-  if (!file) return Report(file.error());
+  if (!file) return PrintError(file.error());
   const auto calibration = part_alignment::CalibrateCamera(file->grid, {});
   if (!calibration) {
-    return Report({calibration.error().kind,
-                   fmt::format("{}: {}", arguments.grid, calibration.error().message)});
+    return PrintError({calibration.error().kind,
+                       fmt::format("{}: {}", arguments.grid, calibration.error().message)});
   }
   PrintAnswer(arguments.json, report::ToJson(*calibration), report::CalibrationText(*calibration));
   const bool good = calibration->verdict == Verdict::kGood;
@@ -53,14 +53,14 @@ int RunCalibrate(const CalibrateArguments& arguments) {
     const auto written = WriteMetrologyReport(
         arguments.report, report::CalibrationPage(file->date, *calibration, figures), figures,
         arguments.force);
-    if (!written) return Report(written.error());
+    if (!written) return PrintError(written.error());
   }
   if (!good) return kExitNotTrusted;
   if (!arguments.out.empty()) {
     const auto written =
         files::WriteWholeFile(arguments.out, files::CalibratedCameraText(*calibration, file->date),
                               files::ReplaceIf(arguments.force));
-    if (!written) return Report(written.error());
+    if (!written) return PrintError(written.error());
   }
   return kExitGood;
 }
@@ -120,13 +120,13 @@ Result<part_alignment::ConvertedCamera> Converted(
 int RunCamera(const CameraArguments& arguments) {
   if (!arguments.out.empty()) {
     const auto free = RefuseToOverwrite({arguments.out}, arguments.force);
-    if (!free) return Report(free.error());
+    if (!free) return PrintError(free.error());
   }
   std::optional<part_alignment::CalibrationRecord> calibration;
   const auto converted = Converted(arguments, calibration);
   if (!converted) {
-    return Report({converted.error().kind,
-                   fmt::format("camera {}: {}", arguments.file, converted.error().message)});
+    return PrintError({converted.error().kind,
+                       fmt::format("camera {}: {}", arguments.file, converted.error().message)});
   }
   fmt::print(stderr,
              "the two cameras differ by at most {:.2g} px over the sensor ({:.2g} px root mean "
@@ -139,7 +139,7 @@ int RunCamera(const CameraArguments& arguments) {
   }
   const auto written =
       files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force));
-  return written ? static_cast<int>(kExitGood) : Report(written.error());
+  return written ? static_cast<int>(kExitGood) : PrintError(written.error());
 }
 
 }  // namespace

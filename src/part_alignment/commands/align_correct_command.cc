@@ -77,16 +77,16 @@ Result<void> CorrectAtControl(const CorrectArguments& arguments, report::Correct
 int Write(const CorrectArguments& arguments, const report::CorrectionOutput& output) {
   const Interrupt interrupt;
   const auto options = ParseLinuxCnc(arguments.linuxcnc);
-  if (!options) return Report(options.error());
+  if (!options) return PrintError(options.error());
   auto machine = machine::LinuxCnc::Connect(*options, interrupt.token());
-  if (!machine) return Report(machine.error());
+  if (!machine) return PrintError(machine.error());
   const part_alignment::WorkOffset& offset = output.offset.offset;
   const auto before = (*machine)->ReadOffsets(output.slot.number, interrupt.token());
-  if (!before) return Report(before.error());
+  if (!before) return PrintError(before.error());
   const auto written = (*machine)->WriteOffset(
       output.slot.number, {offset.origin_mm, offset.rotation_z_rad * 180 / std::numbers::pi},
       interrupt.token());
-  if (!written) return Report(written.error());
+  if (!written) return PrintError(written.error());
   const Eigen::Vector3d& was = before->offset.origin_mm;
   const Eigen::Vector3d& is = offset.origin_mm;
   fmt::print(
@@ -102,22 +102,23 @@ int Write(const CorrectArguments& arguments, const report::CorrectionOutput& out
 
 int RunCorrect(const CorrectArguments& arguments) {
   if (!arguments.linuxcnc.address.empty() && arguments.control != "linuxcnc") {
-    return Report({ErrorKind::kInput,
-                   "--write needs --control linuxcnc: take the lines to other "
-                   "controls yourself"});
+    return PrintError({ErrorKind::kInput,
+                       "--write needs --control linuxcnc: take the lines to other "
+                       "controls yourself"});
   }
   if (arguments.after_shims && arguments.supports.empty()) {
-    return Report({ErrorKind::kInput, "--after-shims needs --supports FILE"});
+    return PrintError({ErrorKind::kInput, "--after-shims needs --supports FILE"});
   }
   auto result = files::ReadAlignmentResult(arguments.file);
-  if (!result) return Report(result.error());
+  if (!result) return PrintError(result.error());
   report::CorrectionOutput output;
   output.measured = result->machine_from_part;
   output.standard_uncertainty = result->standard_uncertainty;
   output.points = std::move(result->targets);
   output.notices = std::move(result->notices);
-  if (auto done = CorrectAtFixture(arguments, *result, output); !done) return Report(done.error());
-  if (auto done = CorrectAtControl(arguments, output); !done) return Report(done.error());
+  if (auto done = CorrectAtFixture(arguments, *result, output); !done)
+    return PrintError(done.error());
+  if (auto done = CorrectAtControl(arguments, output); !done) return PrintError(done.error());
   std::fputs((arguments.json ? report::ToJson(output) : report::CorrectionText(output)).c_str(),
              stdout);
   if (!arguments.linuxcnc.address.empty()) return Write(arguments, output);

@@ -32,33 +32,34 @@ struct FitArguments {
 
 int RunFit(const FitArguments& arguments) {
   if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
-    return Report(free.error());
+    return PrintError(free.error());
   }
   auto points = files::ReadPointTable(arguments.points);
-  if (!points) return Report(points.error());
+  if (!points) return PrintError(points.error());
   auto part = files::ReadPartFile(arguments.part);
-  if (!part) return Report(part.error());
+  if (!part) return PrintError(part.error());
   const part_alignment::PartFitInput input{std::move(*points), std::move(part->surfaces),
                                            std::move(part->bars), part->start};
   const auto fit = part_alignment::FitPart(input, part->options);
   if (!fit) {
-    return Report({fit.error().kind, fmt::format("{} with {}: {}", arguments.points, arguments.part,
-                                                 fit.error().message)});
+    return PrintError({fit.error().kind, fmt::format("{} with {}: {}", arguments.points,
+                                                     arguments.part, fit.error().message)});
   }
   const std::string json = report::ToJson(input, *fit);
   PrintAnswer(arguments.json, json, report::PartFitText(input, *fit));
   if (!arguments.report.empty()) {
     std::vector<report::Figure> figures;
-    if (!fit->overstocks.empty()) figures.push_back(report::OverstockFigure(input, *fit));
+    if (!fit->stock_allowances.empty())
+      figures.push_back(report::StockAllowanceFigure(input, *fit));
     const auto written = WriteMetrologyReport(
         arguments.report, report::PartFitPage(input, *fit, figures), figures, arguments.force);
-    if (!written) return Report(written.error());
+    if (!written) return PrintError(written.error());
   }
   if (fit->verdict != Verdict::kGood) return kExitNotTrusted;
   if (!arguments.out.empty()) {
     const auto written =
         files::WriteWholeFile(arguments.out, json, files::ReplaceIf(arguments.force));
-    if (!written) return Report(written.error());
+    if (!written) return PrintError(written.error());
   }
   return kExitGood;
 }

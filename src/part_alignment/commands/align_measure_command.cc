@@ -71,17 +71,18 @@ int Finish(const MeasureArguments& arguments, files::AlignmentInput input,
            const MeasureOutcome& outcome, AlignmentRecord& record) {
   input.measurement = outcome.measurement;
   auto alignment = SolveOutcome(arguments, outcome, input);
-  if (!alignment) return Report(record.Stopped(alignment.error(), outcome.notices));
+  if (!alignment) return PrintError(record.Stopped(alignment.error(), outcome.notices));
   alignment->notices.insert(alignment->notices.end(), outcome.notices.begin(),
                             outcome.notices.end());
   const auto missing = procedure::MissingTargets(outcome, *alignment);
   alignment->notices.insert(alignment->notices.end(), missing.begin(), missing.end());
   // Once more, where the centres have been corrected since.
-  if (auto kept = record.KeepObservations(input.measurement); !kept) return Report(kept.error());
+  if (auto kept = record.KeepObservations(input.measurement); !kept)
+    return PrintError(kept.error());
   const report::AlignmentOutput output = OutputOf(input, std::move(*alignment));
   if (auto written = WriteAlignmentReport(record.folder(), output, record.pictures(), false);
       !written) {
-    return Report(written.error());
+    return PrintError(written.error());
   }
   std::fputs(report::ToJson(output).c_str(), stdout);
   if (!arguments.json) {
@@ -161,23 +162,23 @@ int RunMeasure(MeasureArguments arguments) {
   const Interrupt interrupt;
   const std::stop_token stop = interrupt.token();
   auto plan = files::ReadAlignmentFile(arguments.plan);
-  if (!plan) return Report(plan.error());
-  if (auto books = ReadBooks(arguments); !books) return Report(books.error());
+  if (!plan) return PrintError(plan.error());
+  if (auto books = ReadBooks(arguments); !books) return PrintError(books.error());
   if (auto read = ReadBoxes(plan->measurement.camera, arguments); !read) {
-    return Report(read.error());
+    return PrintError(read.error());
   }
-  if (auto sound = CheckNormal(arguments.normal); !sound) return Report(sound.error());
+  if (auto sound = CheckNormal(arguments.normal); !sound) return PrintError(sound.error());
   AlignmentRecord record(arguments.out, *plan);
-  if (auto fit = record.CheckPlace(); !fit) return Report(fit.error());
+  if (auto fit = record.CheckPlace(); !fit) return PrintError(fit.error());
   machine::CameraOptions camera;
   camera.width_px = plan->measurement.camera.width_px;
   camera.height_px = plan->measurement.camera.height_px;
   const auto address = CameraAddressOf("--source", arguments.source);
-  if (!address) return Report(address.error());
+  if (!address) return PrintError(address.error());
   const auto source = machine::OpenCamera(*address, camera, stop);
-  if (!source) return Report(procedure::NameStop(stop, source.error()));
+  if (!source) return PrintError(procedure::NameStop(stop, source.error()));
   procedure::StillPictures pictures(**source, arguments.settle_s);
-  procedure::MeasureShop shop;
+  procedure::MeasurementHooks shop;
   shop.take_picture = [&] { return pictures.Take(stop); };
   shop.keep_picture = [&](std::size_t view, const machine::CapturedFrame& picture) {
     return record.KeepPicture(view, picture);
@@ -189,7 +190,7 @@ int RunMeasure(MeasureArguments arguments) {
   std::unique_ptr<machine::LinuxCnc> linuxcnc;
   if (!arguments.linuxcnc.address.empty()) {
     auto connected = ConnectMachine(arguments, stop);
-    if (!connected) return Report(procedure::NameStop(stop, connected.error()));
+    if (!connected) return PrintError(procedure::NameStop(stop, connected.error()));
     linuxcnc = std::move(*connected);
     shop.move_to = [&](const Eigen::Vector3d& mm) {
       return linuxcnc->MoveTo(mm, arguments.feed_mm_min, stop);
@@ -200,7 +201,7 @@ int RunMeasure(MeasureArguments arguments) {
   }
   auto outcome = procedure::MeasurePart(plan->measurement, arguments.options, shop);
   if (!outcome) {
-    return Report(record.Stopped(procedure::NameStop(stop, outcome.error()), {}));
+    return PrintError(record.Stopped(procedure::NameStop(stop, outcome.error()), {}));
   }
   if (linuxcnc && arguments.options.route.obstacles.empty()) {
     outcome->notices.push_back(

@@ -104,7 +104,7 @@ class AlignMeasure : public testing::Test {
     EXPECT_EQ(made.exit_code, 0) << made.output;
     return folder_.path() / "other";
   }
-  [[nodiscard]] fs::path Report() const {
+  [[nodiscard]] fs::path PrintError() const {
     for (const fs::directory_entry& entry : fs::directory_iterator(folder_.path())) {
       if (entry.path().filename().string().starts_with("align-")) return entry.path();
     }
@@ -125,7 +125,7 @@ TEST_F(AlignMeasure, FindsThePartInPicturesAndLeavesADatedReport) {
     EXPECT_NEAR(result["part_mm"][i], double(truth["part_mm"][i]), 0.02) << i;
     EXPECT_NEAR(result["part_angles_rad"][i], double(truth["part_angles_rad"][i]), 2e-5) << i;
   }
-  const fs::path report = Report();
+  const fs::path report = PrintError();
   ASSERT_FALSE(report.empty());
   EXPECT_EQ(ReadWhole(report / "result.json"), measured.standard_output);
   for (const char* name :
@@ -183,7 +183,7 @@ TEST_F(AlignMeasure, RefusesObstaclesAndTheEndOfTravelBeforeAnythingMoves) {
   EXPECT_EQ(Measure(Machine(server) + " --normal nan,0,1").exit_code, 1);
   EXPECT_THAT(server.requests(), Each(Not(HasSubstr("G53"))));
   EXPECT_EQ(Measure(Machine(server) + " --obstacle 1,2,3").exit_code, 1);
-  EXPECT_TRUE(Report().empty());
+  EXPECT_TRUE(PrintError().empty());
 }
 
 TEST_F(AlignMeasure, RefusesASpindleThatTurnsIsNotHeldOrNotOriented) {
@@ -210,7 +210,7 @@ TEST_F(AlignMeasure, CtrlCLeavesNoMotionRunningAndWhatWasTaken) {
   server.SetHurry(20);
   test::BackgroundTrammel measuring(Arguments(Machine(server)), folder_.path());
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  const auto kept = [this] { return fs::exists(Report() / "observations.json"); };
+  const auto kept = [this] { return fs::exists(PrintError() / "observations.json"); };
   while (!kept() && std::chrono::steady_clock::now() < end) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
@@ -224,11 +224,11 @@ TEST_F(AlignMeasure, CtrlCLeavesNoMotionRunningAndWhatWasTaken) {
   EXPECT_FALSE(server.moving());
   EXPECT_THAT(measuring.standard_error(),
               AllOf(HasSubstr("the machine stands at"), HasSubstr("are kept in")));
-  const json seen = json::parse(ReadWhole(Report() / "observations.json"));
+  const json seen = json::parse(ReadWhole(PrintError() / "observations.json"));
   ASSERT_GE(seen["views"].size(), 1U);
   EXPECT_GE(seen["views"][0]["observations"].size(), 1U);
-  EXPECT_TRUE(fs::exists(Report() / std::string(seen["views"][0]["picture"])));
-  EXPECT_TRUE(fs::exists(Report() / "stopped.txt"));
+  EXPECT_TRUE(fs::exists(PrintError() / std::string(seen["views"][0]["picture"])));
+  EXPECT_TRUE(fs::exists(PrintError() / "stopped.txt"));
 }
 
 TEST_F(AlignMeasure, ALineThatBreaksDuringAMoveEndsTheMotionAndKeepsWhatWasTaken) {
@@ -236,7 +236,7 @@ TEST_F(AlignMeasure, ALineThatBreaksDuringAMoveEndsTheMotionAndKeepsWhatWasTaken
   Step step = Step::kWait;
   ScriptedLinuxCnc server([&](const std::string& request) {
     if (step == Step::kWait && request.find("G53 G1") != std::string::npos &&
-        fs::exists(Report() / "view-02.png")) {
+        fs::exists(PrintError() / "view-02.png")) {
       step = Step::kMoves;
     } else if (step == Step::kMoves) {
       step = Step::kDropped;
@@ -253,13 +253,13 @@ TEST_F(AlignMeasure, ALineThatBreaksDuringAMoveEndsTheMotionAndKeepsWhatWasTaken
                     HasSubstr("taken (2)")));
   EXPECT_THAT(server.requests(), testing::Contains("set abort"));  // over a second connection
   EXPECT_FALSE(server.moving());
-  EXPECT_EQ(json::parse(ReadWhole(Report() / "observations.json"))["views"].size(), 2U);
+  EXPECT_EQ(json::parse(ReadWhole(PrintError() / "observations.json"))["views"].size(), 2U);
 }
 
 TEST_F(AlignMeasure, ARefusedMoveEndsTheMotionAndKeepsWhatWasTaken) {
   ScriptedLinuxCnc server([this](const std::string& request) {
     const bool refuse =
-        request.find("G53 G1") != std::string::npos && fs::exists(Report() / "view-02.png");
+        request.find("G53 G1") != std::string::npos && fs::exists(PrintError() / "view-02.png");
     return refuse ? ScriptedLinuxCnc::Fault::kRefuse : ScriptedLinuxCnc::Fault::kNone;
   });
   server.SetHurry(20);
@@ -269,7 +269,7 @@ TEST_F(AlignMeasure, ARefusedMoveEndsTheMotionAndKeepsWhatWasTaken) {
               AllOf(HasSubstr("refused by the script"), HasSubstr("the machine stands at"),
                     HasSubstr("taken (2)")));
   EXPECT_FALSE(server.moving());
-  EXPECT_EQ(json::parse(ReadWhole(Report() / "observations.json"))["views"].size(), 2U);
+  EXPECT_EQ(json::parse(ReadWhole(PrintError() / "observations.json"))["views"].size(), 2U);
 }
 
 TEST_F(AlignMeasure, ASoftLimitIsSaidInTheControllersWords) {
@@ -287,8 +287,8 @@ TEST_F(AlignMeasure, CentresAreCorrectedByHowLargeTheDiscsLook) {
   const auto column_px = [&](const std::string& more) {
     const CommandResult measured = MeasureBy(plan, Some(), more);
     EXPECT_EQ(measured.exit_code, 0) << measured.output;
-    const json kept = json::parse(ReadWhole(Report() / "observations.json"));
-    fs::remove_all(Report());
+    const json kept = json::parse(ReadWhole(PrintError() / "observations.json"));
+    fs::remove_all(PrintError());
     return double(kept["views"][0]["observations"][0]["column_px"]);
   };
   const double found_px = column_px("--no-correction");
@@ -357,7 +357,7 @@ TEST_F(AlignMeasure, IdsThatNoCodeHasAreNamedBeforeAnythingMoves) {
   const CommandResult wrong = MeasureBy(plan, At("pictures"));
   EXPECT_EQ(wrong.exit_code, 1);
   EXPECT_THAT(wrong.standard_error, HasSubstr("target 46 of the plan is none of the 14-bit book"));
-  EXPECT_TRUE(Report().empty());
+  EXPECT_TRUE(PrintError().empty());
   // Another code than the part has: its target is not found, and what is there is named.
   plan = FirstViews(6);
   plan["targets"][2]["id"] = 44;
@@ -405,7 +405,7 @@ TEST_F(AlignMeasure, BlurredPicturesAreAnErrorAndAreKept) {
   const CommandResult measured = MeasureBy(Plan(), Photographed("--set blur-px=12"));
   EXPECT_EQ(measured.exit_code, 2) << measured.output;
   EXPECT_THAT(measured.standard_error, AllOf(HasSubstr("look at focus"), HasSubstr("taken (8)")));
-  EXPECT_TRUE(fs::exists(Report() / "view-08.png"));
+  EXPECT_TRUE(fs::exists(PrintError() / "view-08.png"));
 }
 
 }  // namespace

@@ -51,13 +51,13 @@ int RunPlan(PlanArguments arguments) {
   constexpr double kRadPerMmPerM = 1e-3;
   if (!arguments.out.empty()) {
     if (auto may = RefuseToOverwrite({arguments.out}, arguments.force); !may) {
-      return Report(may.error());
+      return PrintError(may.error());
     }
   }
   auto input = files::ReadAlignmentFile(arguments.file, 0);
-  if (!input) return Report(input.error());
+  if (!input) return PrintError(input.error());
   auto obstacles = ObstaclesOf(arguments.boxes);
-  if (!obstacles) return Report(obstacles.error());
+  if (!obstacles) return PrintError(obstacles.error());
   part_alignment::ViewPlanOptions& options = arguments.options;
   options.unknowns = input->unknowns;
   options.travel = TravelOf(arguments.boxes);
@@ -71,7 +71,7 @@ int RunPlan(PlanArguments arguments) {
       {turn[0] * kRadPerMmPerM, turn[1] * kRadPerMmPerM, turn[2] * kRadPerMmPerM}};
   const auto plan = part_alignment::PlanViews(input->measurement.camera, input->measurement.targets,
                                               rough, options);
-  if (!plan) return Report(plan.error());
+  if (!plan) return PrintError(plan.error());
   input->measurement.views.clear();
   input->pictures.clear();
   for (const part_alignment::PlannedView& view : plan->views) {
@@ -86,7 +86,7 @@ int RunPlan(PlanArguments arguments) {
   } else if (auto written =
                  files::WriteWholeFile(arguments.out, text, files::ReplaceIf(arguments.force));
              !written) {
-    return Report(written.error());
+    return PrintError(written.error());
   }
   return kExitGood;
 }

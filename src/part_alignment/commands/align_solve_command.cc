@@ -86,13 +86,13 @@ CLI::Validator NumberOfTrials() {
 
 int RunSolve(const SolveArguments& arguments) {
   if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
-    return Report(free.error());
+    return PrintError(free.error());
   }
   auto input = files::ReadAlignmentFile(arguments.file);
-  if (!input) return Report(input.error());
+  if (!input) return PrintError(input.error());
   if (!arguments.unknowns.empty()) {
     const auto unknowns = files::ParseUnknowns(arguments.unknowns);
-    if (!unknowns) return Report({ErrorKind::kInput, "--unknowns " + unknowns.error().message});
+    if (!unknowns) return PrintError({ErrorKind::kInput, "--unknowns " + unknowns.error().message});
     input->unknowns = *unknowns;
   }
   part_alignment::SolveOptions options = SolveOptionsOf(*input);
@@ -101,7 +101,7 @@ int RunSolve(const SolveArguments& arguments) {
                                                       : part_alignment::SolveMethod::kCeres;
   auto alignment = part_alignment::Solve(input->measurement, options);
   if (!alignment) {
-    return Report({alignment.error().kind, arguments.file + ": " + alignment.error().message});
+    return PrintError({alignment.error().kind, arguments.file + ": " + alignment.error().message});
   }
   auto simulated = Simulate(arguments, *input, options, *alignment);
   report::AlignmentOutput output = OutputOf(*input, std::move(*alignment));
@@ -111,13 +111,13 @@ int RunSolve(const SolveArguments& arguments) {
     if (auto written =
             files::WriteWholeFile(arguments.out, json, files::ReplaceIf(arguments.force));
         !written) {
-      return Report(written.error());
+      return PrintError(written.error());
     }
   }
   if (!arguments.report.empty()) {
     auto written = WriteAlignmentReport(arguments.report, output,
                                         PicturesOf(*input, arguments.file), arguments.force);
-    if (!written) return Report(written.error());
+    if (!written) return PrintError(written.error());
   }
   std::fputs(json.c_str(), stdout);
   if (!arguments.json) std::fputs(report::AlignmentText(output).c_str(), stderr);

@@ -208,7 +208,7 @@ void AddAlignTargetsCommand(CLI::App& parent, int& exit_code) {
   command->callback([arguments, command, &exit_code] {
     Result<void> done = CheckOptions(*command, arguments->kind);
     if (done) done = RunAlignTargets(*arguments);
-    if (!done) exit_code = Report(done.error());
+    if (!done) exit_code = PrintError(done.error());
   });
 }
 

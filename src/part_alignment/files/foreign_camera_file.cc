@@ -10,8 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "files/foreign_text.h"
 #include "files/json_object.h"
-#include "files/loose_text.h"
 #include "files/whole_file.h"
 
 namespace trammel::files {

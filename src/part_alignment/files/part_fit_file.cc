@@ -49,7 +49,7 @@ Result<void> ReadSurfaces(JsonObject& root, PartFile& part) {
     surface.direction = Three(object, "direction", {-kMost_mm, kMost_mm});
     if (surface.kind != SurfaceKind::kPlane)
       surface.radius_mm = object.Number("radius_mm", {0, kMost_mm});
-    surface.overstock_mm = object.Number("overstock_mm", {-kMost_mm, kMost_mm});
+    surface.stock_allowance_mm = object.Number("overstock_mm", {-kMost_mm, kMost_mm});
     if (auto read = object.Finish(); !read) return read;
     part.surfaces.push_back(std::move(surface));
   }
@@ -166,7 +166,7 @@ Result<PartFile> ReadPartFile(const std::filesystem::path& path) {
   JsonObject root(*json, path.string());
   root.Integer("format", {1, 1});
   PartFile part;
-  part.options.least_overstock_mm = root.Number("least_overstock_mm", {-1000, 1000}, 0.0);
+  part.options.least_stock_allowance_mm = root.Number("least_overstock_mm", {-1000, 1000}, 0.0);
   part.options.guard_sigmas = root.Number("guard_sigmas", {0, 10}, 2.0);
   if (auto read = ReadSurfaces(root, part); !read) return tl::unexpected(read.error());
   if (auto read = ReadBars(root, part); !read) return tl::unexpected(read.error());

@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// The step towards even overstock that leaves `least` everywhere; absent where none does.
+// The step towards even stock allowance that leaves `least` everywhere; absent where none does.
 struct Step {
   Vector6 motion = Vector6::Zero();
   std::vector<Index> binding;
@@ -34,11 +34,11 @@ std::optional<Step> EvenStep(const Problem& problem, const Linear& linear, const
   const MatrixXd weighted = weights.asDiagonal() * linear.by_motion;
   const Matrix6 normal = linear.by_motion.transpose() * weighted;
   const Eigen::LLT<Matrix6> root(normal);
-  const Vector6 gradient = weighted.transpose() * (linear.overstock_mm - Wanted(problem));
+  const Vector6 gradient = weighted.transpose() * (linear.stock_allowance_mm - Wanted(problem));
   const Vector6 q = root.matrixL().solve(gradient);
   // With z = Lᵀ y + q the sum of squares is |z|² and a constant.
   const MatrixXd rows = root.matrixL().solve(linear.by_motion.transpose()).transpose();
-  const VectorXd right = least - linear.overstock_mm + rows * q;
+  const VectorXd right = least - linear.stock_allowance_mm + rows * q;
   const auto nearest = SolveLeastDistance(rows, right);
   if (!nearest) return std::nullopt;
   const Vector6 z = nearest->point;
@@ -53,7 +53,7 @@ Motion FitSurfaces(const Problem& problem, Motion motion) {
   const VectorXd weights = Weights(problem);
   const VectorXd wanted = Wanted(problem);
   const auto cost = [&](const Linear& linear) {
-    return (linear.overstock_mm - wanted).cwiseAbs2().dot(weights);
+    return (linear.stock_allowance_mm - wanted).cwiseAbs2().dot(weights);
   };
   Linear linear = Linearise(problem, motion);
   double damping = 1e-3;
@@ -62,7 +62,7 @@ Motion FitSurfaces(const Problem& problem, Motion motion) {
     Matrix6 normal = linear.by_motion.transpose() * weighted;
     normal.diagonal().array() += damping * normal.trace() / 6;
     const Vector6 step =
-        -normal.ldlt().solve(Vector6(weighted.transpose() * (linear.overstock_mm - wanted)));
+        -normal.ldlt().solve(Vector6(weighted.transpose() * (linear.stock_allowance_mm - wanted)));
     const Motion trial = Moved(motion, linear, step, problem.size_mm);
     const Linear there = Linearise(problem, trial);
     if (cost(there) <= cost(linear)) {
@@ -77,13 +77,13 @@ Motion FitSurfaces(const Problem& problem, Motion motion) {
   return motion;
 }
 
-// The placement whose worst point has the most overstock, by bisection on how much that is.
+// The placement whose worst point has the most stock allowance, by bisection on how much that is.
 Motion BestEffort(const Problem& problem, Motion motion, double& missing_mm) {
   for (int round = 0; round < 10; ++round) {
     const Linear linear = Linearise(problem, motion);
     const VectorXd least = Least(problem);
     double unreachable = 0;
-    double reachable = (linear.overstock_mm - least).minCoeff() - 1e-6;
+    double reachable = (linear.stock_allowance_mm - least).minCoeff() - 1e-6;
     std::optional<Step> step;
     for (int cut = 0; cut < 40; ++cut) {
       const double shift = (unreachable + reachable) / 2;
@@ -133,7 +133,7 @@ std::optional<Motion> StartFromMiddles(const Problem& problem) {
   return motion;
 }
 
-// A motion that changes no overstock, in words; empty where there is none.
+// A motion that changes no stock allowance, in words; empty where there is none.
 std::string FreeMotion(const Problem& problem, const Linear& linear) {
   if (problem.touches.empty()) return "everything";
   const Matrix6 normal = linear.by_motion.transpose() * linear.by_motion;
@@ -152,22 +152,22 @@ std::string FreeMotion(const Problem& problem, const Linear& linear) {
   return words;
 }
 
-void NoteOverstocks(const PartFitInput& input, const Problem& problem, const Motion& motion,
-                    const std::vector<Index>& binding, PartFit& fit) {
+void NoteStockAllowances(const PartFitInput& input, const Problem& problem, const Motion& motion,
+                         const std::vector<Index>& binding, PartFit& fit) {
   const Linear linear = Linearise(problem, motion);
   fit.ideal_from_measured = {motion.translation_mm, geometry::AnglesFromRotation(motion.rotation)};
-  fit.overstocks.clear();
+  fit.stock_allowances.clear();
   for (std::size_t i = 0; i < problem.touches.size(); ++i) {
     const Touch& touch = problem.touches[i];
-    fit.overstocks.push_back({touch.point, linear.overstock_mm[static_cast<Index>(i)],
-                              touch.surface->overstock_mm, touch.least_mm, false});
+    fit.stock_allowances.push_back({touch.point, linear.stock_allowance_mm[static_cast<Index>(i)],
+                                    touch.surface->stock_allowance_mm, touch.least_mm, false});
   }
-  for (const Index i : binding) fit.overstocks[static_cast<std::size_t>(i)].binding = true;
-  fit.least_mm = linear.overstock_mm.minCoeff();
-  fit.mean_mm = linear.overstock_mm.mean();
+  for (const Index i : binding) fit.stock_allowances[static_cast<std::size_t>(i)].binding = true;
+  fit.least_mm = linear.stock_allowance_mm.minCoeff();
+  fit.mean_mm = linear.stock_allowance_mm.mean();
   const VectorXd weights = Weights(problem);
-  fit.uneven_mm =
-      std::sqrt((linear.overstock_mm - Wanted(problem)).cwiseAbs2().dot(weights) / weights.sum());
+  fit.uneven_mm = std::sqrt((linear.stock_allowance_mm - Wanted(problem)).cwiseAbs2().dot(weights) /
+                            weights.sum());
   for (const MeasuredPoint& point : input.points) {
     if (!point.surface.empty()) continue;
     fit.targets.push_back({point.id, motion(fit.scale * point.at_mm)});
@@ -230,15 +230,15 @@ PartFit Refuse(const PartFitInput& input, const Problem& problem, const Motion& 
                PartFit fit) {
   double missing_mm = 0;
   const Motion best = BestEffort(problem, start, missing_mm);
-  NoteOverstocks(input, problem, best, {}, fit);
+  NoteStockAllowances(input, problem, best, {}, fit);
   fit.targets.clear();
   std::string where;
   constexpr double kNearlyWorst_mm = 1e-3;
-  for (const PointOverstock& at : fit.overstocks) {
-    if (at.overstock_mm - at.least_mm > -missing_mm + kNearlyWorst_mm) continue;
+  for (const PointStockAllowance& at : fit.stock_allowances) {
+    if (at.stock_allowance_mm - at.least_mm > -missing_mm + kNearlyWorst_mm) continue;
     const MeasuredPoint& point = input.points[at.point];
     where += fmt::format("{}{} ({}, {:+.3f} mm)", where.empty() ? "" : ", ", point.id,
-                         point.surface, at.overstock_mm);
+                         point.surface, at.stock_allowance_mm);
   }
   fit.verdict = Verdict::kRefused;
   fit.reason = fmt::format(
@@ -299,7 +299,7 @@ Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options
     if (step->motion.norm() < kStill_mm) break;
   }
   fit.verdict = Verdict::kGood;
-  NoteOverstocks(input, problem, *motion, binding, fit);
+  NoteStockAllowances(input, problem, *motion, binding, fit);
   NoteCovariance(input, problem, *motion, binding, fit);
   return fit;
 }

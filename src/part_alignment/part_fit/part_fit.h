@@ -1,4 +1,4 @@
-// Where the ideal part lies in a raw one: overstock everywhere, and as even as can be.
+// Where the ideal part lies in a raw one: stock allowance everywhere, and as even as can be.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,8 +32,8 @@ struct IdealSurface {
   Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();
   /// A plane's outward normal, a cylinder's axis; of any length.
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
-  double radius_mm = 0;     ///< of shaft and bore
-  double overstock_mm = 0;  ///< wanted
+  double radius_mm = 0;           ///< of shaft and bore
+  double stock_allowance_mm = 0;  ///< wanted
 };
 
 /// Two points whose distance is calibrated.
@@ -53,16 +53,16 @@ struct PartFitInput {
 };
 
 struct PartFitOptions {
-  double least_overstock_mm = 0;
-  /// Overstock must exceed the least by so many of the point's sigmas.
+  double least_stock_allowance_mm = 0;
+  /// StockAllowance must exceed the least by so many of the point's sigmas.
   double guard_sigmas = 2;
   /// Scales farther from 1 are no matter of scale.
   double most_scale_change = 1e-3;
 };
 
-struct PointOverstock {
+struct PointStockAllowance {
   std::size_t point = 0;  ///< index into the input
-  double overstock_mm = 0;
+  double stock_allowance_mm = 0;
   double wanted_mm = 0;
   double least_mm = 0;   ///< with the guard
   bool binding = false;  ///< the placement rests on it
@@ -73,31 +73,32 @@ struct FittedTarget {
   Eigen::Vector3d ideal_mm = Eigen::Vector3d::Zero();
 };
 
-/// Everything but overstocks is meant only with verdict good.
+/// Everything but stock allowances is meant only with verdict good.
 struct PartFit {
   Verdict verdict = Verdict::kRefused;
   std::string reason;
   geometry::Pose ideal_from_measured;  ///< after the scale
   double scale = 1;
   double scale_sigma = 0;
-  std::vector<PointOverstock> overstocks;  ///< of points with a surface; best placement if refused
+  std::vector<PointStockAllowance>
+      stock_allowances;  ///< of points with a surface; best placement if refused
   double least_mm = 0;
   double mean_mm = 0;
-  double uneven_mm = 0;  ///< root mean square of overstock less wanted, each surface alike
+  double uneven_mm = 0;  ///< root mean square of stock allowance less wanted, each surface alike
   std::vector<FittedTarget> targets;  ///< points without a surface
   /// (3 · targets)², mm²: their own uncertainty, the scale's and the placement's.
   Eigen::MatrixXd covariance;
   std::vector<std::string> notices;
 };
 
-/// Among all placements that leave at least the least overstock at every point, the one whose
-/// overstock differs least from what is wanted (least squares; each surface weighs the same however
-/// many points it has). Convex for small motions: a least-distance problem (Lawson & Hanson 1974),
-/// repeated until the placement rests.
-/// Verdicts other than good: no placement leaves material everywhere (refused; says how much is
-/// missing at best, and where), surfaces that leave a motion free (cannot_tell), scale bars that
-/// contradict one another or ask for too large a scale (refused).
-/// Errors (kInput): ids twice or unknown, numbers that cannot be, a surface without points.
+/// Among all placements that leave at least the least stock allowance at every point, the one whose
+/// stock allowance differs least from what is wanted (least squares; each surface weighs the same
+/// however many points it has). Convex for small motions: a least-distance problem (Lawson & Hanson
+/// 1974), repeated until the placement rests. Verdicts other than good: no placement leaves
+/// material everywhere (refused; says how much is missing at best, and where), surfaces that leave
+/// a motion free (cannot_tell), scale bars that contradict one another or ask for too large a scale
+/// (refused). Errors (kInput): ids twice or unknown, numbers that cannot be, a surface without
+/// points.
 [[nodiscard]] Result<PartFit> FitPart(const PartFitInput& input, const PartFitOptions& options);
 
 }  // namespace trammel::part_alignment

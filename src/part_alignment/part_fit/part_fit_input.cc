@@ -31,8 +31,9 @@ Result<std::set<std::string>> CheckSurfaces(PartFitInput& input) {
       return Fail(fmt::format("surface {}: radius_mm is {}; it must be above 0", surface.id,
                               surface.radius_mm));
     }
-    if (!(std::abs(surface.overstock_mm) < kMost_mm)) {
-      return Fail(fmt::format("surface {}: overstock_mm is {}", surface.id, surface.overstock_mm));
+    if (!(std::abs(surface.stock_allowance_mm) < kMost_mm)) {
+      return Fail(
+          fmt::format("surface {}: overstock_mm is {}", surface.id, surface.stock_allowance_mm));
     }
   }
   return ids;
@@ -83,13 +84,13 @@ Result<std::set<std::string>> CheckPoints(const PartFitInput& input,
 
 Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOptions& options) {
   PartFitInput checked = input;
-  if (!std::isfinite(options.least_overstock_mm) ||
+  if (!std::isfinite(options.least_stock_allowance_mm) ||
       !(options.guard_sigmas >= 0 && options.guard_sigmas <= 10) ||
       !(options.most_scale_change >= 0 && options.most_scale_change <= 0.1)) {
-    return Fail(
-        fmt::format("least overstock {} mm, guard {} sigmas (0 … 10), scale change {} "
-                    "(0 … 0.1)",
-                    options.least_overstock_mm, options.guard_sigmas, options.most_scale_change));
+    return Fail(fmt::format(
+        "least overstock {} mm, guard {} sigmas (0 … 10), scale change {} "
+        "(0 … 0.1)",
+        options.least_stock_allowance_mm, options.guard_sigmas, options.most_scale_change));
   }
   const auto surfaces = CheckSurfaces(checked);
   if (!surfaces) return tl::unexpected(surfaces.error());

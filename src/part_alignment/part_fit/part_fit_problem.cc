@@ -15,12 +15,12 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 // How far a point stands out of the ideal part, and in which direction that grows.
-struct Overstock {
+struct StockAllowance {
   double mm = 0;
   Vector3d outward;
 };
 
-Overstock OverstockAt(const IdealSurface& surface, const Vector3d& ideal_mm) {
+StockAllowance StockAllowanceAt(const IdealSurface& surface, const Vector3d& ideal_mm) {
   const Vector3d from_middle = ideal_mm - surface.middle_mm;
   if (surface.kind == SurfaceKind::kPlane) {
     return {surface.direction.dot(from_middle), surface.direction};
@@ -44,10 +44,10 @@ Linear Linearise(const Problem& problem, const Motion& motion) {
   for (Index i = 0; i < n; ++i) {
     const Touch& touch = problem.touches[static_cast<std::size_t>(i)];
     const Vector3d ideal_mm = motion(touch.at_mm);
-    const Overstock overstock = OverstockAt(*touch.surface, ideal_mm);
-    linear.overstock_mm[i] = overstock.mm;
-    linear.by_motion.row(i) << overstock.outward.transpose(),
-        (ideal_mm - linear.middle_mm).cross(overstock.outward).transpose() / problem.size_mm;
+    const StockAllowance stock_allowance = StockAllowanceAt(*touch.surface, ideal_mm);
+    linear.stock_allowance_mm[i] = stock_allowance.mm;
+    linear.by_motion.row(i) << stock_allowance.outward.transpose(),
+        (ideal_mm - linear.middle_mm).cross(stock_allowance.outward).transpose() / problem.size_mm;
   }
   return linear;
 }
@@ -61,7 +61,7 @@ Motion Moved(const Motion& motion, const Linear& linear, const Vector6& step, do
 VectorXd Wanted(const Problem& problem) {
   VectorXd wanted(std::ssize(problem.touches));
   for (Index i = 0; i < wanted.size(); ++i) {
-    wanted[i] = problem.touches[static_cast<std::size_t>(i)].surface->overstock_mm;
+    wanted[i] = problem.touches[static_cast<std::size_t>(i)].surface->stock_allowance_mm;
   }
   return wanted;
 }
@@ -91,9 +91,10 @@ Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options, doub
     const MeasuredPoint& point = input.points[i];
     if (point.surface.empty()) continue;
     ++counts[point.surface];
-    problem.touches.push_back({i, surfaces[point.surface], scale * point.at_mm,
-                               options.least_overstock_mm + options.guard_sigmas * point.sigma_mm,
-                               point.sigma_mm, 1});
+    problem.touches.push_back(
+        {i, surfaces[point.surface], scale * point.at_mm,
+         options.least_stock_allowance_mm + options.guard_sigmas * point.sigma_mm, point.sigma_mm,
+         1});
   }
   Vector3d middle = Vector3d::Zero();
   const auto n = static_cast<double>(problem.touches.size());

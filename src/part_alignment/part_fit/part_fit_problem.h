@@ -37,10 +37,10 @@ struct Problem {
   double size_mm = 1;  ///< turns are measured by what they do to points so far from the middle
 };
 
-/// The problem for small motions about a placement: overstock, and its derivative by the motion
-/// (mm, and turns about the points' middle in units of 1 / size).
+/// The problem for small motions about a placement: stock allowance, and its derivative by the
+/// motion (mm, and turns about the points' middle in units of 1 / size).
 struct Linear {
-  Eigen::VectorXd overstock_mm;
+  Eigen::VectorXd stock_allowance_mm;
   Eigen::MatrixXd by_motion;
   Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();
 };
@@ -51,7 +51,8 @@ struct Linear {
 [[nodiscard]] Motion Moved(const Motion& motion, const Linear& linear, const Vector6& step,
                            double size_mm);
 
-/// Of every touch: its surface's wanted overstock, its weight, the least overstock with its guard.
+/// Of every touch: its surface's wanted stock allowance, its weight, the least stock allowance with
+/// its guard.
 [[nodiscard]] Eigen::VectorXd Wanted(const Problem& problem);
 [[nodiscard]] Eigen::VectorXd Weights(const Problem& problem);
 [[nodiscard]] Eigen::VectorXd Least(const Problem& problem);

@@ -33,9 +33,9 @@ Vector3d InMeasurement(const Vector3d& ideal_mm) {
 
 std::string FaceName(int axis, int side) { return std::string(side > 0 ? "+" : "-") + "xyz"[axis]; }
 
-// A block with points on its six faces, each `overstock` (by face) proud of the ideal one, and
-// four targets on its top.
-PartFitInput Block(const std::array<double, 6>& overstock_mm) {
+// A block with points on its six faces, each `stock_allowance` (by face) proud of the ideal one,
+// and four targets on its top.
+PartFitInput Block(const std::array<double, 6>& stock_allowance_mm) {
   PartFitInput input;
   for (int axis = 0; axis < 3; ++axis) {
     for (const int side : {-1, 1}) {
@@ -43,7 +43,8 @@ PartFitInput Block(const std::array<double, 6>& overstock_mm) {
       const Vector3d normal = side * Vector3d::Unit(axis);
       const Vector3d middle_mm = normal * kHalf_mm[axis];
       input.surfaces.push_back({name, SurfaceKind::kPlane, middle_mm, 2 * normal, 0, kWanted_mm});
-      const double proud_mm = overstock_mm[static_cast<std::size_t>(2 * axis + (side > 0 ? 1 : 0))];
+      const double proud_mm =
+          stock_allowance_mm[static_cast<std::size_t>(2 * axis + (side > 0 ? 1 : 0))];
       const int u = (axis + 1) % 3;
       const int v = (axis + 2) % 3;
       int number = 0;
@@ -82,16 +83,16 @@ TEST(PartFit, AnEvenBlockIsPlacedExactlyFromAnywhere) {
   ASSERT_EQ(fit->targets.size(), 4U);
   EXPECT_LT((fit->targets[0].ideal_mm - Vector3d(-350, -200, 160)).norm(), 1e-9);
   EXPECT_LT((fit->targets[2].ideal_mm - Vector3d(350, 200, 160)).norm(), 1e-9);
-  EXPECT_EQ(fit->overstocks.size(), 54U);
+  EXPECT_EQ(fit->stock_allowances.size(), 54U);
 }
 
 TEST(PartFit, UnequalSidesAreEvenedOut) {
   const auto fit = FitPart(Block({1, 5, 2, 2, 6, 4}), {});
   ASSERT_TRUE(fit);
   ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
-  for (const PointOverstock& at : fit->overstocks) {
+  for (const PointStockAllowance& at : fit->stock_allowances) {
     const double sum_of_sides[] = {6, 4, 10};
-    EXPECT_NEAR(at.overstock_mm, sum_of_sides[at.point / 18] / 2, 1e-9);
+    EXPECT_NEAR(at.stock_allowance_mm, sum_of_sides[at.point / 18] / 2, 1e-9);
   }
 }
 
@@ -103,8 +104,8 @@ TEST(PartFit, ADentIsCoveredAndThePlacementRestsOnIt) {
   ASSERT_EQ(fit->verdict, Verdict::kGood) << fit->reason;
   EXPECT_NEAR(fit->least_mm, 2 * kSigma_mm, 1e-7) << "the guard of two sigmas, and no more";
   int binding = 0;
-  for (const PointOverstock& at : fit->overstocks) {
-    EXPECT_GE(at.overstock_mm, at.least_mm - 1e-7);
+  for (const PointStockAllowance& at : fit->stock_allowances) {
+    EXPECT_GE(at.stock_allowance_mm, at.least_mm - 1e-7);
     if (!at.binding) continue;
     ++binding;
     EXPECT_EQ(input.points[at.point].id, "+x4");
@@ -133,7 +134,7 @@ TEST(PartFit, NoNearbyPlacementIsBothSafeAndMoreEven) {
     const Eigen::Matrix3d moved = geometry::RotationFromAngles(turn) * r;
     double sum = 0;
     bool covered = true;
-    for (const PointOverstock& at : fit->overstocks) {
+    for (const PointStockAllowance& at : fit->stock_allowances) {
       const IdealSurface& face = input.surfaces[at.point / 9];
       const Vector3d ideal =
           moved * input.points[at.point].at_mm + fit->ideal_from_measured.translation_mm + shift;
@@ -157,7 +158,7 @@ TEST(PartFit, ARawPartThatIsTooSmallIsRefusedWithWhatIsMissing) {
   EXPECT_THAT(fit->reason, HasSubstr("+y"));
   EXPECT_THAT(fit->reason, HasSubstr("-y"));
   EXPECT_TRUE(fit->targets.empty());
-  EXPECT_EQ(fit->overstocks.size(), 54U) << "the map shows where";
+  EXPECT_EQ(fit->stock_allowances.size(), 54U) << "the map shows where";
 }
 
 TEST(PartFit, AMotionThatNoSurfaceStopsIsNamed) {

@@ -110,7 +110,7 @@ Fit FitFrom(const PoseProblem& problem, SolveMethod method,
   return fit;
 }
 
-Fit FitFromNothing(const PoseProblem& problem, SolveMethod method) {
+Fit SolveWithoutInitialGuess(const PoseProblem& problem, SolveMethod method) {
   const Fit near = FitFrom(problem, method, {0});
   if (!problem.unknowns.clamp_angle ||
       (near.found && near.chi_square <= ChiSquareHigh(DegreesOfFreedom(problem)))) {

@@ -34,6 +34,6 @@ struct Fit {
                           const std::vector<double>& clamp_angles_rad);
 
 /// FitFrom clamp angle 0, and from all around where nothing fits there.
-[[nodiscard]] Fit FitFromNothing(const PoseProblem& problem, SolveMethod method);
+[[nodiscard]] Fit SolveWithoutInitialGuess(const PoseProblem& problem, SolveMethod method);
 
 }  // namespace trammel::part_alignment

@@ -76,7 +76,7 @@ InputErrors ErrorsOf(const InputUncertainty& inputs, const Unknowns& unknowns,
   return errors;
 }
 
-void WidenSigmas(const Theta& theta, PoseProblem& problem) {
+void InflateSigmas(const Theta& theta, PoseProblem& problem) {
   const InputErrors& errors = problem.errors;
   const Chain chain(problem, theta, true);
   Vector2d residual_px;

@@ -31,7 +31,7 @@ namespace trammel::part_alignment {
 
 /// The sights' sigmas with the share of machine and targets at their distance, by which they weigh
 /// in the search for the pose; Sight::pixel_sigma_px keeps the stated one.
-void WidenSigmas(const Theta& theta, PoseProblem& problem);
+void InflateSigmas(const Theta& theta, PoseProblem& problem);
 
 /// geometry::CovarianceRoot, but for what is solved for of the camera: that does not count.
 [[nodiscard]] CameraCovariance CountingRoot(const Unknowns& unknowns,

@@ -20,7 +20,7 @@ Result<PoseSolver> PoseSolver::Make(const Measurement& measurement, const SolveO
   if (!solver.state_.allFinite()) {
     return Fail("the pose or the clamping to begin at is not finite");
   }
-  WidenSigmas(solver.state_, solver.own_);
+  InflateSigmas(solver.state_, solver.own_);
   solver.gain_ = FitJointly(solver.own_, solver.state_).gain;
   solver.frame_ =
       MiddleFrameOf(solver.own_, geometry::RotationFromAngles(machine_from_part.angles_rad));

@@ -9,10 +9,10 @@
 #include "part_alignment/pose/input_effect.h"
 #include "part_alignment/pose/joint_fit.h"
 #include "part_alignment/pose/observability.h"
+#include "part_alignment/pose/outliers.h"
 #include "part_alignment/pose/repeatability.h"
 #include "part_alignment/pose/solve_input.h"
 #include "part_alignment/pose/view_advice.h"
-#include "part_alignment/pose/wrong_sights.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -194,7 +194,7 @@ bool Fits(const PoseProblem& problem, const Fit& fit) {
 /// Gives the machine the repeatability that the residuals ask for, and fits again by it.
 Fit FitByRepeatability(const Fit& fit, SolveMethod method, PoseProblem& problem) {
   problem.errors.machine_mm = RepeatabilityByResiduals(problem, fit.theta);
-  WidenSigmas(fit.theta, problem);
+  InflateSigmas(fit.theta, problem);
   const Descent descent = Refine(problem, fit.theta, method);
   return {true, descent.converged, descent.theta, descent.chi_square, fit.steps, fit.other};
 }
@@ -213,14 +213,14 @@ Answer ByAllSights(const PoseProblem& problem, const Fit& fit, const SolveOption
   return scattered.fits ? scattered : answer;
 }
 
-Answer WithoutWrong(const PoseProblem& problem, const WrongSights& wrong,
+Answer WithoutWrong(const PoseProblem& problem, const Outliers& wrong,
                     const SolveOptions& options) {
   Answer answer{problem, wrong.sights, wrong.fit, wrong.what, {}, true};
   if (options.inputs.machine_mm) return answer;
   PoseProblem kept = Without(problem, wrong.sights);
   answer.fit = FitByRepeatability(wrong.fit, options.method, kept);
   answer.problem.errors = kept.errors;
-  WidenSigmas(answer.fit.theta, answer.problem);
+  InflateSigmas(answer.fit.theta, answer.problem);
   return answer;
 }
 
@@ -229,9 +229,9 @@ Fit FirstFit(const SolveOptions& options, PoseProblem& problem) {
   // A machine of which nothing is known may be as bad as machines are.
   PoseProblem rough = problem;
   if (!options.inputs.machine_mm) rough.errors.machine_mm = kWorstRepeatability_mm;
-  const Fit fit = FitFromNothing(rough, SolveMethod::kGaussNewton);
-  if (fit.found) WidenSigmas(fit.theta, problem);
-  if (!Fits(rough, fit)) return FitFromNothing(problem, options.method);
+  const Fit fit = SolveWithoutInitialGuess(rough, SolveMethod::kGaussNewton);
+  if (fit.found) InflateSigmas(fit.theta, problem);
+  if (!Fits(rough, fit)) return SolveWithoutInitialGuess(problem, options.method);
   // Below full rank there is no answer, only a valley that Levenberg's growing steps would run
   // along.
   const SolveMethod method =
@@ -249,7 +249,7 @@ Answer FindAnswer(PoseProblem problem, const std::vector<std::string>& labels,
   const Fit fit = FirstFit(options, problem);
   Answer all = ByAllSights(problem, fit, options);
   if (Fits(problem, fit) || !options.robust) return all;
-  const WrongSights wrong = FindWrongSights(problem, fit, labels, options.method);
+  const Outliers wrong = FindOutliers(problem, fit, labels, options.method);
   all.doubt = wrong.doubt;
   if (wrong.sights.empty()) return all;
   Answer rest = WithoutWrong(problem, wrong, options);

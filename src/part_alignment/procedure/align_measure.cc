@@ -153,7 +153,7 @@ void AddObservations(const FoundTargets& found, const std::set<std::string>& ids
 
 class Measuring {
  public:
-  Measuring(const Measurement& plan, const MeasureOptions& options, const MeasureShop& shop)
+  Measuring(const Measurement& plan, const MeasureOptions& options, const MeasurementHooks& shop)
       : plan_(plan), options_(options), shop_(shop) {}
 
   Result<MeasureOutcome> Run() {
@@ -239,7 +239,7 @@ class Measuring {
 
   const Measurement& plan_;
   const MeasureOptions& options_;
-  const MeasureShop& shop_;
+  const MeasurementHooks& shop_;
   std::set<std::string> ids_;
   Workspaces workspaces_;
   MeasureOutcome outcome_;
@@ -249,7 +249,7 @@ class Measuring {
 }  // namespace
 
 Result<MeasureOutcome> MeasurePart(const Measurement& plan, const MeasureOptions& options,
-                                   const MeasureShop& shop) {
+                                   const MeasurementHooks& shop) {
   return Measuring(plan, options, shop).Run();
 }
 

@@ -20,7 +20,7 @@ namespace trammel::procedure {
 
 /// The outside: each may fail, which ends the measurement. `move_to` must leave no motion running
 /// when it fails (machine/linuxcnc/linuxcnc.h does).
-struct MeasureShop {
+struct MeasurementHooks {
   /// Empty: the pictures were taken before, one for each view in the order of the plan.
   std::function<Result<void>(const Eigen::Vector3d& spindle_mm)> move_to;
   /// Where the spindle stands; an error unless it is stopped and oriented. With `move_to`.
@@ -65,6 +65,6 @@ struct MeasureOutcome {
 /// than the camera's, and where no picture shows a target of the plan.
 [[nodiscard]] Result<MeasureOutcome> MeasurePart(const part_alignment::Measurement& plan,
                                                  const MeasureOptions& options,
-                                                 const MeasureShop& shop);
+                                                 const MeasurementHooks& shop);
 
 }  // namespace trammel::procedure

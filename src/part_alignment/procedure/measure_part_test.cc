@@ -45,7 +45,7 @@ struct Shop {
 
   Measurement plan;
   MeasureOptions options;
-  MeasureShop shop;
+  MeasurementHooks shop;
   Vector3d at_mm = {0, 0, 700};
   std::vector<std::size_t> kept;
 };

@@ -100,7 +100,7 @@ struct Shop {
   Measurement plan;
   geometry::Pose truth;
   MeasureOptions options;
-  MeasureShop shop;
+  MeasurementHooks shop;
   Random noise{kSeed};
   std::size_t next = 0;
 };

@@ -19,8 +19,8 @@ namespace trammel::report {
 
 /// "overstock": every point with its surplus over what is wanted, on the side of the part that its
 /// surface faces there; sides without points are left out. What the placement rests on is named.
-/// REQUIRES overstocks of this input.
-[[nodiscard]] Figure OverstockFigure(const part_alignment::PartFitInput& input,
-                                     const part_alignment::PartFit& fit);
+/// REQUIRES stock allowances of this input.
+[[nodiscard]] Figure StockAllowanceFigure(const part_alignment::PartFitInput& input,
+                                          const part_alignment::PartFit& fit);
 
 }  // namespace trammel::report

@@ -78,11 +78,11 @@ std::string FitHead(const PartFitInput& input, const PartFit& fit) {
       "<p class=\"value\">{:.3f} mm <small>overstock at least</small></p>\n", fit.least_mm);
   body += Quiet(fmt::format("Mean {:.3f} mm; uneven by {:.3f} mm (root mean square).", fit.mean_mm,
                             fit.uneven_mm));
-  for (const auto& overstock : fit.overstocks) {
-    if (!overstock.binding) continue;
-    const auto& point = input.points[overstock.point];
+  for (const auto& stock_allowance : fit.stock_allowances) {
+    if (!stock_allowance.binding) continue;
+    const auto& point = input.points[stock_allowance.point];
     body += Quiet(fmt::format("The placement rests on {} ({}): {:.3f} mm.", point.id, point.surface,
-                              overstock.overstock_mm));
+                              stock_allowance.stock_allowance_mm));
   }
   if (fit.scale_sigma > 0) body += Quiet("Scale of the points: " + ScaleWords(fit) + ".");
   return HeadCard(Verdict::kGood, body);

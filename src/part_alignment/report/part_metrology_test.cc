@@ -61,26 +61,26 @@ TEST(PartMetrology, WhatIsNotGoodHasNoNumbers) {
   EXPECT_TRUE(fit["least_overstock_mm"].is_null());
 }
 
-TEST(PartMetrology, AnOverstockMapOfOnePointIsDrawn) {
+TEST(PartMetrology, AStockAllowanceMapOfOnePointIsDrawn) {
   part_alignment::PartFitInput input;
   input.points = {{"p<1>", {10, 20, 30}, 0.05, "top"}};
   part_alignment::PartFit fit;
-  fit.overstocks = {{0, -0.2, 3, 0.1, false}};
-  EXPECT_EQ(test::XmlProblem(OverstockFigure(input, fit).canvas.ToSvg()), "");
+  fit.stock_allowances = {{0, -0.2, 3, 0.1, false}};
+  EXPECT_EQ(test::XmlProblem(StockAllowanceFigure(input, fit).canvas.ToSvg()), "");
 }
 
-TEST(PartMetrology, AnOverstockMapHasAPlotForEachSideThatSurfacesFace) {
+TEST(PartMetrology, AStockAllowanceMapHasAPlotForEachSideThatSurfacesFace) {
   const auto height_px = [](const std::vector<part_alignment::IdealSurface>& surfaces) {
     part_alignment::PartFitInput input;
     input.surfaces = surfaces;
     part_alignment::PartFit fit;
     for (const auto& surface : surfaces) {
-      const std::size_t number = fit.overstocks.size();
+      const std::size_t number = fit.stock_allowances.size();
       const Eigen::Vector3d at_mm = surface.middle_mm + Eigen::Vector3d(10, 0, 0);
       input.points.push_back({surface.id, at_mm, 0.05, surface.id});
-      fit.overstocks.push_back({number, 0.5, 3, 0.1, true});
+      fit.stock_allowances.push_back({number, 0.5, 3, 0.1, true});
     }
-    const Figure figure = OverstockFigure(input, fit);
+    const Figure figure = StockAllowanceFigure(input, fit);
     EXPECT_EQ(test::XmlProblem(figure.canvas.ToSvg()), "");
     return figure.canvas.height_px();
   };
@@ -133,7 +133,7 @@ TEST(PartMetrology, ThePageOfAFitHasEachTargetWithItsInterval) {
   part_alignment::PartFit fit;
   fit.verdict = Verdict::kGood;
   fit.least_mm = 0.58;
-  fit.overstocks = {{0, 0.58, 3, 0.1, true}};
+  fit.stock_allowances = {{0, 0.58, 3, 0.1, true}};
   fit.targets = {{"T<1>", {1, -2, 3}}};
   fit.covariance = 1e-4 * Eigen::Matrix3d::Identity();
   const std::string page = PartFitPage(input, fit, {});

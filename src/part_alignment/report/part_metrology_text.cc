@@ -97,15 +97,15 @@ std::string ToJson(const CameraCalibration& calibration) {
 
 std::string ToJson(const PartFitInput& input, const PartFit& fit) {
   const bool good = fit.verdict == Verdict::kGood;
-  Json overstocks = Json::array();
-  for (const auto& overstock : fit.overstocks) {
-    const auto& point = input.points[overstock.point];
-    overstocks.push_back({{"point", point.id},
-                          {"surface", point.surface},
-                          {"overstock_mm", Number(overstock.overstock_mm)},
-                          {"wanted_mm", Number(overstock.wanted_mm)},
-                          {"least_mm", Number(overstock.least_mm)},
-                          {"binding", overstock.binding}});
+  Json stock_allowances = Json::array();
+  for (const auto& stock_allowance : fit.stock_allowances) {
+    const auto& point = input.points[stock_allowance.point];
+    stock_allowances.push_back({{"point", point.id},
+                                {"surface", point.surface},
+                                {"overstock_mm", Number(stock_allowance.stock_allowance_mm)},
+                                {"wanted_mm", Number(stock_allowance.wanted_mm)},
+                                {"least_mm", Number(stock_allowance.least_mm)},
+                                {"binding", stock_allowance.binding}});
   }
   Json targets = Json::array();
   for (const auto& target : fit.targets) {
@@ -128,7 +128,7 @@ std::string ToJson(const PartFitInput& input, const PartFit& fit) {
                 {"least_overstock_mm", good ? Number(fit.least_mm) : Json(nullptr)},
                 {"mean_overstock_mm", good ? Number(fit.mean_mm) : Json(nullptr)},
                 {"uneven_mm", good ? Number(fit.uneven_mm) : Json(nullptr)},
-                {"overstocks", overstocks},
+                {"overstocks", stock_allowances},
                 {"notices", fit.notices}});
 }
 
@@ -190,11 +190,11 @@ std::string PartFitText(const PartFitInput& input, const PartFit& fit) {
     text += fmt::format(
         "overstock least {:.3f} mm, mean {:.3f} mm, uneven by {:.3f} mm (root mean square)\n",
         fit.least_mm, fit.mean_mm, fit.uneven_mm);
-    for (const auto& overstock : fit.overstocks) {
-      if (!overstock.binding) continue;
-      const auto& point = input.points[overstock.point];
+    for (const auto& stock_allowance : fit.stock_allowances) {
+      if (!stock_allowance.binding) continue;
+      const auto& point = input.points[stock_allowance.point];
       text += fmt::format("rests on  {} ({}): {:.3f} mm\n", point.id, point.surface,
-                          overstock.overstock_mm);
+                          stock_allowance.stock_allowance_mm);
     }
     if (fit.scale_sigma > 0) {
       constexpr int kDecimals = 7;

@@ -135,7 +135,7 @@ int PrintAnalysis(const AnalysisRun& run, const std::string& source, const Analy
   } else {
     PrintText(run.analysis, written.report);
   }
-  if (written.failed) return Report(*written.failed);
+  if (written.failed) return PrintError(*written.failed);
   return run.analysis.pressure_advance.good() ? kExitGood : kExitNotTrusted;
 }
 

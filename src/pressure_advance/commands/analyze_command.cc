@@ -142,9 +142,9 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
 
 int RunAnalyze(const AnalyzeArguments& arguments) {
   if (auto possible = CheckOutputs(arguments.output.files); !possible)
-    return Report(possible.error());
+    return PrintError(possible.error());
   const Result<AnalysisRun> run = RunEye(arguments);
-  if (!run) return Report(run.error());
+  if (!run) return PrintError(run.error());
   return PrintAnalysis(*run, arguments.path, arguments.output);
 }
 

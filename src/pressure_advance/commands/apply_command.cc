@@ -60,11 +60,11 @@ Result<ChosenValue> ParseValue(const std::string& text) {
 int RunApply(const ApplyArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
-  if (!config) return Report(config.error());
+  if (!config) return PrintError(config.error());
   const Result<ChosenValue> value = ValueFrom(arguments.value);
-  if (!value) return Report(value.error());
+  if (!value) return PrintError(value.error());
   const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return Report(printer.error());
+  if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
   procedure::ApplyOptions options;
   options.limit_s = procedure::ApplyLimit_s(config->pattern);
@@ -74,7 +74,7 @@ int RunApply(const ApplyArguments& arguments) {
     fmt::print("measured          {}\n", report::WithInterval(*value->measured, report::kSeconds));
   }
   const auto done = Apply(session, value->value_s, options, false);
-  return done ? static_cast<int>(kExitGood) : Report(done.error());
+  return done ? static_cast<int>(kExitGood) : PrintError(done.error());
 }
 
 }  // namespace

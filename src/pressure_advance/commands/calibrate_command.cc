@@ -116,12 +116,12 @@ Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Sess
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
              const files::Config& config, const fs::path& folder) {
   const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
-  if (!run) return Report(run.error());
+  if (!run) return PrintError(run.error());
   AnalysisOutput output;
   output.files.report = (folder / "report.html").string();
   output.json = arguments.json;
   int code = PrintAnalysis(*run, folder.string(), output);
-  if (auto kept = KeepResult(run->analysis, folder); !kept) return Report(kept.error());
+  if (auto kept = KeepResult(run->analysis, folder); !kept) return PrintError(kept.error());
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
   std::fflush(stdout);  // the answer, before minutes of validation
@@ -129,14 +129,14 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   bool worth_applying = true;
   if (arguments.validate) {
     const auto validated = Validate(arguments, session, config, folder, value_s, code);
-    if (!validated) return Report(validated.error());
+    if (!validated) return PrintError(validated.error());
     worth_applying = *validated;
   }
   if (arguments.apply && worth_applying) {
     procedure::ApplyOptions options;
     options.limit_s = procedure::ApplyLimit_s(config.pattern);
     const auto done = Apply(session, value_s, options, arguments.json);
-    return done ? code : Report(done.error());
+    return done ? code : PrintError(done.error());
   }
   if (!arguments.json) {
     fmt::print("nothing applied   {}trammel pa apply {}\n",
@@ -169,25 +169,25 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
 int RunCalibration(const CalibrateArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
-  if (!config) return Report(config.error());
+  if (!config) return PrintError(config.error());
   if (arguments.dry_run) {
     const auto done = PrintDryRun(config->pattern, config->scan, {arguments.print, arguments.scan});
-    return done ? static_cast<int>(kExitGood) : Report(done.error());
+    return done ? static_cast<int>(kExitGood) : PrintError(done.error());
   }
   auto request = RequestFor(*config, {});
   request.print = arguments.print;
   request.scan = arguments.scan;
-  if (auto read = ReadFiles(arguments, request); !read) return Report(read.error());
+  if (auto read = ReadFiles(arguments, request); !read) return PrintError(read.error());
   if (arguments.print && request.gcode.empty()) {
     auto told = settings::ValidateTemperatures(config->pattern);
-    if (!told) return Report(told.error());
+    if (!told) return PrintError(told.error());
   }
   const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return Report(printer.error());
+  if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
   if (!arguments.print && !request.plan) SayWhatIsAssumed(config->pattern);
   const auto ran = Run(arguments, session, std::move(request), *config);
-  if (!ran) return Report(ran.error());
+  if (!ran) return PrintError(ran.error());
   if (arguments.scan) return Conclude(arguments, session, *config, ran->folder);
   fmt::print(
       "printed           {}\n"

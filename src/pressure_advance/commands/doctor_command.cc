@@ -98,9 +98,9 @@ std::vector<Check> CheckSecrets(const PrinterOptions& options, const settings::S
 int RunDoctor(const DoctorOptions& options) {
   const Interrupt interrupt;
   const auto config = LoadSettings(options.printer);
-  if (!config) return Report(config.error());
+  if (!config) return PrintError(config.error());
   const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return Report(printer.error());
+  if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
   auto checks = CheckPrinter(session, config->pattern, config->scan);
   const bool ready = FirstFailure(checks, ErrorKind::kMachine).has_value();

@@ -11,9 +11,9 @@
 
 #include "base/parallel.h"
 #include "machine/video/video_file.h"
+#include "pressure_advance/files/recording.h"
 #include "pressure_advance/laser/laser_crop.h"
 #include "pressure_advance/laser/laser_eye.h"
-#include "pressure_advance/files/recording.h"
 
 namespace trammel::app {
 namespace {

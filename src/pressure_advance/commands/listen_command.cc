@@ -43,7 +43,7 @@ Result<std::unique_ptr<machine::Printer>> ConnectPatiently(const settings::ScanS
 int RunListen(const ListenArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
-  if (!config) return Report(config.error());
+  if (!config) return PrintError(config.error());
   // The file may be edited meanwhile: each calibration looks again, and is refused without one.
   if (auto told = settings::ValidateTemperatures(config->pattern); told) {
     fmt::print(stderr, "calibrations are heated to {}\n",
@@ -52,14 +52,14 @@ int RunListen(const ListenArguments& arguments) {
     fmt::print(stderr, "trammel: no calibration as things are: {}\n", told.error().message);
   }
   const auto printer = ConnectPatiently(config->scan, interrupt.token());
-  if (!printer) return Report(printer.error());
+  if (!printer) return PrintError(printer.error());
   // A service that died is started again: its heaters are not left to the printer's own limit.
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
   if (const auto state_folder = files::StateFolder()) {
     procedure::FinishDeadRunsWhereFree(session, config->scan, *state_folder);
   }
   Listener listener(**printer, arguments.printer, arguments.out, interrupt.token());
-  if (auto registered = listener.Register(); !registered) return Report(registered.error());
+  if (auto registered = listener.Register(); !registered) return PrintError(registered.error());
   fmt::print(stderr, "listening for TRAMMEL_CALIBRATE_PRESSURE_ADVANCE and TRAMMEL_APPLY at {}\n",
              config->scan.address);
   return listener.Serve() ? kExitInterrupted : kExitGood;

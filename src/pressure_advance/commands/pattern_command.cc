@@ -164,7 +164,7 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
   command->add_flag("--force", arguments->force, "overwrite files");
   command->callback([arguments, &exit_code] {
     const Result<void> done = RunPattern(*arguments);
-    if (!done) exit_code = Report(done.error());
+    if (!done) exit_code = PrintError(done.error());
   });
 }
 

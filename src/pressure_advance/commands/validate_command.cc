@@ -28,7 +28,7 @@ struct ValidateArguments {
 
 int Evaluate(const ValidateArguments& arguments) {
   const auto improvement = EvaluateComparison(arguments.recording);
-  if (!improvement) return Report(improvement.error());
+  if (!improvement) return PrintError(improvement.error());
   return PrintImprovement(*improvement, arguments.recording, arguments.json);
 }
 
@@ -38,31 +38,31 @@ int RunValidate(const ValidateArguments& arguments) {
     const Result<void> missing = Fail(
         "name the pressure advance to validate, in s or as a recording's folder, or a "
         "recorded comparison with --recording");
-    return Report(missing.error());
+    return PrintError(missing.error());
   }
   const Interrupt interrupt;
   auto config = LoadSettings(arguments.printer);
-  if (!config) return Report(config.error());
+  if (!config) return PrintError(config.error());
   const auto value = ValueFrom(arguments.value);
-  if (!value) return Report(value.error());
+  if (!value) return PrintError(value.error());
   auto pattern = procedure::ComparisonPattern(config->pattern, value->value_s);
-  if (!pattern) return Report(pattern.error());
+  if (!pattern) return PrintError(pattern.error());
   config->pattern = std::move(*pattern);
-  if (auto valid = Validate(config->pattern); !valid) return Report(valid.error());
+  if (auto valid = Validate(config->pattern); !valid) return PrintError(valid.error());
   if (auto told = settings::ValidateTemperatures(config->pattern); !told) {
-    return Report(told.error());
+    return PrintError(told.error());
   }
   if (arguments.dry_run) {
     const auto done = PrintDryRun(config->pattern, config->scan);
-    return done ? static_cast<int>(kExitGood) : Report(done.error());
+    return done ? static_cast<int>(kExitGood) : PrintError(done.error());
   }
   const auto printer = Connect(config->scan, interrupt.token());
-  if (!printer) return Report(printer.error());
+  if (!printer) return PrintError(printer.error());
   const auto folder = NewFolder::Make(arguments.out);
-  if (!folder) return Report(folder.error());
+  if (!folder) return PrintError(folder.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
   const auto improvement = RunComparison(session, RequestFor(*config, folder->path()));
-  if (!improvement) return Report(improvement.error());
+  if (!improvement) return PrintError(improvement.error());
   return PrintImprovement(*improvement, folder->path(), arguments.json);
 }
 

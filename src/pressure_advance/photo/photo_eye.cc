@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "pressure_advance/photo/photo_ladder.h"
+#include "pressure_advance/photo/photo_lines.h"
 #include "vision/bead_width.h"
 #include "vision/rectify.h"
 
@@ -200,28 +200,28 @@ std::vector<TracedLine> Traces(const vision::BeadWidths& widths, const Frame& pi
   return traces;
 }
 
-std::string CheckSharpness(const vision::Ladder& ladder, double blur_px) {
+std::string CheckSharpness(const vision::LinePattern& line_pattern, double blur_px) {
   constexpr double kSmallestBead_px = 3;
-  if (ladder.bead_px < kSmallestBead_px) {
+  if (line_pattern.bead_px < kSmallestBead_px) {
     return fmt::format(
         "the lines are {:.1f} px wide in the photo; at least {} px are needed: go nearer or use a "
         "sharper camera",
-        ladder.bead_px, kSmallestBead_px);
+        line_pattern.bead_px, kSmallestBead_px);
   }
   // Sigma over the bead's width, both as seen: a bead 4.5 sigma wide. Beyond, the ratio stays about
   // 0.25, since a wider blur also widens what is seen of the bead.
   constexpr double kMostBlur = 0.22;
-  if (blur_px > kMostBlur * ladder.bead_px) {
+  if (blur_px > kMostBlur * line_pattern.bead_px) {
     return fmt::format(
         "the photo is blurred: edges are {:.1f} px wide (1 sigma) on lines of {:.1f} px, at most "
         "{} of a line's width can be read",
-        blur_px, ladder.bead_px, kMostBlur);
+        blur_px, line_pattern.bead_px, kMostBlur);
   }
   return {};
 }
 
 // From the frame and its rungs to profiles in the order of the PA list.
-void MeasureLines(PhotoLadder& seen, const PhotoOptions& options, PhotoMeasurement& measurement) {
+void MeasureLines(PhotoLines& seen, const PhotoOptions& options, PhotoMeasurement& measurement) {
   const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
   const Heading down = HeadingBetween(c[0], c[1], c[3], c[2]);
   const Heading right = HeadingBetween(c[0], c[3], c[1], c[2]);
@@ -233,12 +233,12 @@ void MeasureLines(PhotoLadder& seen, const PhotoOptions& options, PhotoMeasureme
     return;
   }
   const bool first_at_bottom = towards_first > 0;
-  const LineNames names = NameLines(seen.ladder, options.pressure_advance_s, first_at_bottom);
+  const LineNames names = NameLines(seen.line_pattern, options.pressure_advance_s, first_at_bottom);
   measurement.refusal = names.refusal;
   if (!measurement.refusal.empty()) return;
   if (!names.notice.empty()) measurement.notices.push_back(names.notice);
-  vision::BeadWidths widths = vision::MeasureBeadWidths(seen.contrast, seen.ladder);
-  measurement.refusal = CheckSharpness(seen.ladder, widths.blur_px);
+  vision::BeadWidths widths = vision::MeasureBeadWidths(seen.contrast, seen.line_pattern);
+  measurement.refusal = CheckSharpness(seen.line_pattern, widths.blur_px);
   if (!measurement.refusal.empty()) return;
   if (first_at_bottom) std::reverse(widths.lines.begin(), widths.lines.end());
   std::vector<LineProfile> profiles = Profiles(widths, names.pressure_advance_s);
@@ -281,7 +281,7 @@ PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options)
   measurement.refusal = CheckOptions(options);
   if (measurement.refusal.empty()) measurement.refusal = CheckPhoto(photo);
   if (!measurement.refusal.empty()) return measurement;
-  PhotoLadder seen = FindPhotoLadder(photo, options.pressure_advance_s.size());
+  PhotoLines seen = FindPhotoLines(photo, options.pressure_advance_s.size());
   if (!seen.problem.empty()) {
     measurement.refusal = std::move(seen.problem);
     return measurement;

@@ -78,17 +78,17 @@ Result<void> WriteResult(const TapRun& run, const AnalyzeTapArguments& arguments
 }
 
 int RunAnalyze(const AnalyzeTapArguments& arguments) {
-  if (auto may = CheckOutputs(arguments.files); !may) return Report(may.error());
+  if (auto may = CheckOutputs(arguments.files); !may) return PrintError(may.error());
   const auto options = TapOptionsOf(arguments.tap);
-  if (!options) return Report(options.error());
+  if (!options) return PrintError(options.error());
   const TapRun run = AnalyseFiles(arguments.tap, *options);
   // A file alone that cannot be read is an error and no measurement.
   if (run.taps.size() > run.failed.size()) {
     std::fputs((arguments.json ? JsonOf(run, arguments) : TextOf(run)).c_str(), stdout);
-    if (auto done = WriteResult(run, arguments); !done) return Report(done.error());
+    if (auto done = WriteResult(run, arguments); !done) return PrintError(done.error());
   }
   int exit_code = ExitCodeOf(run.taps);
-  for (const Error& error : run.failed) exit_code = Report(error);
+  for (const Error& error : run.failed) exit_code = PrintError(error);
   return exit_code;
 }
 

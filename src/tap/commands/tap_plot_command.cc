@@ -113,17 +113,17 @@ Result<std::string> BytesOf(const PlotArguments& arguments, const tap::TapOption
 
 int RunPlot(const PlotArguments& arguments) {
   const auto options = TapOptionsOf(arguments.tap);
-  if (!options) return Report(options.error());
+  if (!options) return PrintError(options.error());
   const TapRun run = AnalyseFiles(arguments.tap, *options);
-  for (const Error& error : run.failed) return Report(error);
+  for (const Error& error : run.failed) return PrintError(error);
   std::vector<report::PlottedTap> taps = PlottedOf(run, *options);
   if (taps.size() == 1 || (!taps.empty() && arguments.figure == "before-after")) {
     taps.front().root_causes = RootCausesOf(taps.front().recording, *options);
   }
   const auto bytes = BytesOf(arguments, *options, taps);
-  if (!bytes) return Report(bytes.error());
+  if (!bytes) return PrintError(bytes.error());
   if (auto written = WriteOutputs({{arguments.out, *bytes}}, arguments.force); !written) {
-    return Report(written.error());
+    return PrintError(written.error());
   }
   fmt::print("{} of {} taps good; written to {}\n",
              std::count_if(taps.begin(), taps.end(),

@@ -23,14 +23,14 @@ struct TuneArguments {
 
 int RunTune(const TuneArguments& arguments) {
   const auto options = TapOptionsOf(arguments.tap);
-  if (!options) return Report(options.error());
+  if (!options) return PrintError(options.error());
   if (!(arguments.wanted_um > 0 && arguments.wanted_um <= 1000)) {
-    return Report(
+    return PrintError(
         Fail(fmt::format("--uncertainty-um {}: must be above 0, at most 1000", arguments.wanted_um))
             .value());
   }
   const TapRun run = AnalyseFiles(arguments.tap, *options);
-  for (const Error& error : run.failed) return Report(error);
+  for (const Error& error : run.failed) return PrintError(error);
   std::vector<tap::TapView> views;
   for (const report::AnalysedTap& tap : run.taps) views.push_back(tap.recording.View());
   constexpr double kMmPerUm = 1e-3;

@@ -62,9 +62,9 @@ Result<WatchOptions> OptionsOf(const WatchArguments& arguments) {
 int RunWatch(const WatchArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
-  if (!config) return Report(config.error());
+  if (!config) return PrintError(config.error());
   const auto options = OptionsOf(arguments);
-  if (!options) return Report(options.error());
+  if (!options) return PrintError(options.error());
   machine::TapStreamOptions stream_options;
   stream_options.moonraker.address = config->scan.address;
   stream_options.moonraker.api_key = config->scan.api_key;
@@ -76,7 +76,7 @@ int RunWatch(const WatchArguments& arguments) {
   const auto stream =
       machine::OpenTapStream(stream_options, watcher.Events(),
                              {stream_options.moonraker.connect_time_limit_s, interrupt.token()});
-  if (!stream) return Report(procedure::NameStop(interrupt.token(), stream.error()));
+  if (!stream) return PrintError(procedure::NameStop(interrupt.token(), stream.error()));
   fmt::print(stderr, "watching for taps at {}{}; recording to {}\n", config->scan.address,
              arguments.answer ? ", answering TRAMMEL_TAP" : "", options->recording.string());
   return watcher.Serve(**stream, interrupt.token());

@@ -108,10 +108,10 @@ int Run(const AnalyzeArguments& arguments) {
                                .result = arguments.output.result,
                                .force = arguments.output.force});
       !may) {
-    return Report(may.error());
+    return PrintError(may.error());
   }
   const auto plan = PlanOf(arguments.pattern);
-  if (!plan) return Report(plan.error());
+  if (!plan) return PrintError(plan.error());
   report::OffsetAnalysis analysis{*plan, {}, {}, {}};
   report::OffsetReportInput input{&analysis, {}, {}};
   std::optional<int> failed;
@@ -124,7 +124,7 @@ int Run(const AnalyzeArguments& arguments) {
     }
     auto scans = AnalyseFile(path, sheet, *plan, arguments);
     if (!scans) {
-      failed = Report(scans.error());
+      failed = PrintError(scans.error());
       input.failed.push_back(scans.error().message);
       unreadable = unreadable || scans.error().kind != ErrorKind::kMeasurement;
       analysis.refused.push_back({path, scans.error().message});
@@ -140,7 +140,7 @@ int Run(const AnalyzeArguments& arguments) {
     if (arguments.json && failed && !unreadable) {
       std::fputs(report::RefusalJson(analysis).c_str(), stdout);
     }
-    return failed ? *failed : Report({ErrorKind::kInput, "SCAN: there is none between the +"});
+    return failed ? *failed : PrintError({ErrorKind::kInput, "SCAN: there is none between the +"});
   }
   analysis.combined = CombineScans(analysis.scans);
   // The answer is printed whatever becomes of the files.
@@ -150,7 +150,7 @@ int Run(const AnalyzeArguments& arguments) {
       (arguments.json ? report::ToJson(analysis, report) : report::OffsetText(analysis, report))
           .c_str(),
       stdout);
-  if (!written) return Report(written.error());
+  if (!written) return PrintError(written.error());
   if (failed) return *failed;
   return report::VerdictOf(analysis) == Verdict::kGood ? kExitGood : kExitNotTrusted;
 }

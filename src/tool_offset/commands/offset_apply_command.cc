@@ -28,11 +28,11 @@ namespace trammel::app {
 namespace {
 
 using tool_offset::KeptOffset;
-using tool_offset::OffsetKeeper;
+using tool_offset::OffsetFirmware;
 
 struct OffsetApplyArguments {
   std::string file;
-  std::string keeper = "klipper-tool";
+  std::string firmware = "klipper-tool";
   std::vector<std::string> now;
   std::vector<int> tools;
   bool apply = false;
@@ -81,7 +81,7 @@ Result<std::vector<files::MeasuredOffset>> Chosen(const files::OffsetFile& file,
   return chosen;
 }
 
-Result<KeptOffset> NowOf(int tool, OffsetKeeper keeper, const Known& known,
+Result<KeptOffset> NowOf(int tool, OffsetFirmware firmware, const Known& known,
                          const procedure::Session* session) {
   const auto found = known.find(tool);
   if (found != known.end()) return found->second;
@@ -89,7 +89,7 @@ Result<KeptOffset> NowOf(int tool, OffsetKeeper keeper, const Known& known,
   return Fail(fmt::format(
       "the offset that the firmware keeps now for tool {0} is not known, and the new one follows "
       "from it: give --now {0}:X,Y{1}",
-      tool, keeper == OffsetKeeper::kKlipperTool ? ", or --printer ADDRESS" : ""));
+      tool, firmware == OffsetFirmware::kKlipperTool ? ", or --printer ADDRESS" : ""));
 }
 
 // To micrometres, as the firmware is told; never "-0.000".
@@ -98,7 +98,7 @@ double Micrometres(double value_mm) {
   return std::round(value_mm * kPerMm) / kPerMm + 0.0;
 }
 
-void Show(const Change& change, OffsetKeeper keeper) {
+void Show(const Change& change, OffsetFirmware firmware) {
   fmt::print("tool {}    lands {:+.3f}, {:+.3f} mm beside the reference tool\n", change.tool,
              Micrometres(change.measured.dx_mm), Micrometres(change.measured.dy_mm));
   for (const auto& [axis, interval95_mm] :
@@ -111,13 +111,13 @@ void Show(const Change& change, OffsetKeeper keeper) {
              Micrometres(change.next.x_mm));
   fmt::print("          Y offset  {:.3f}  ->  {:.3f} mm\n", Micrometres(change.now.y_mm),
              Micrometres(change.next.y_mm));
-  for (const std::string& line : SetCommands(keeper, change.tool, change.next)) {
+  for (const std::string& line : SetCommands(firmware, change.tool, change.next)) {
     fmt::print("              {}\n", line);
   }
-  for (const std::string& line : SaveCommands(keeper, change.tool)) {
+  for (const std::string& line : SaveCommands(firmware, change.tool)) {
     fmt::print("              {}\n", line);
   }
-  const std::string advice = SaveAdvice(keeper, change.tool, change.next);
+  const std::string advice = SaveAdvice(firmware, change.tool, change.next);
   if (!advice.empty()) fmt::print("          {}\n", advice);
 }
 
@@ -203,48 +203,50 @@ Result<void> Set(const std::vector<Change>& changes, const OffsetApplyArguments&
 
 int RunApply(const OffsetApplyArguments& arguments) {
   const Interrupt interrupt;
-  const OffsetKeeper keeper = *tool_offset::ParseOffsetKeeper(arguments.keeper);
+  const OffsetFirmware firmware = *tool_offset::ParseOffsetFirmware(arguments.firmware);
   const bool asks_printer = arguments.apply || !arguments.printer.address.empty();
-  if (asks_printer && keeper != OffsetKeeper::kKlipperTool) {
-    return Report({ErrorKind::kInput,
-                   "--apply and --printer need --for klipper-tool: tell other firmwares' offsets "
-                   "with --now, and send them the lines yourself"});
+  if (asks_printer && firmware != OffsetFirmware::kKlipperTool) {
+    return PrintError(
+        {ErrorKind::kInput,
+         "--apply and --printer need --for klipper-tool: tell other firmwares' offsets "
+         "with --now, and send them the lines yourself"});
   }
   if (arguments.apply && !arguments.now.empty()) {
-    return Report({ErrorKind::kInput,
-                   "--now: with --apply the printer itself tells what it has now; leave it out"});
+    return PrintError(
+        {ErrorKind::kInput,
+         "--now: with --apply the printer itself tells what it has now; leave it out"});
   }
   const auto file = files::ReadOffsetFile(arguments.file);
-  if (!file) return Report(file.error());
+  if (!file) return PrintError(file.error());
   for (const std::string& line : file->refused) fmt::print(stderr, "{}\n", line);
   const auto chosen = Chosen(*file, arguments.tools);
-  if (!chosen) return Report(chosen.error());
+  if (!chosen) return PrintError(chosen.error());
   const auto known = ParseNow(arguments.now);
-  if (!known) return Report(known.error());
+  if (!known) return PrintError(known.error());
   std::string address;
   std::unique_ptr<machine::Printer> printer;
   std::optional<procedure::Session> session;
   if (asks_printer) {
     const auto config = LoadSettings(arguments.printer);
-    if (!config) return Report(config.error());
+    if (!config) return PrintError(config.error());
     address = config->scan.address;
     auto connected = Connect(config->scan, interrupt.token());
-    if (!connected) return Report(connected.error());
+    if (!connected) return PrintError(connected.error());
     printer = std::move(*connected);
     session.emplace(procedure::Session{*printer, interrupt.token(), TellOnTerminal});
   }
   std::vector<Change> changes;
   for (const files::MeasuredOffset& measured : *chosen) {
-    const auto now = NowOf(measured.tool, keeper, *known, session ? &*session : nullptr);
-    if (!now) return Report(now.error());
+    const auto now = NowOf(measured.tool, firmware, *known, session ? &*session : nullptr);
+    if (!now) return PrintError(now.error());
     changes.push_back(
-        {measured.tool, measured, *now, Corrected(keeper, *now, measured.dx_mm, measured.dy_mm)});
-    Show(changes.back(), keeper);
+        {measured.tool, measured, *now, Corrected(firmware, *now, measured.dx_mm, measured.dy_mm)});
+    Show(changes.back(), firmware);
   }
   if (changes.empty()) return kExitNotTrusted;
   if (arguments.apply) {
     const auto set = Set(changes, arguments, address, *session);
-    return set ? kExitGood : Report(set.error());
+    return set ? kExitGood : PrintError(set.error());
   }
   fmt::print("nothing was changed\n");
   return kExitGood;
@@ -257,7 +259,7 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
       parent.add_subcommand("apply", "the lines that take measured offsets out; --apply sets them");
   const auto arguments = std::make_shared<OffsetApplyArguments>();
   command->add_option("file", arguments->file, "what offset analyze --json printed")->required();
-  command->add_option("--for", arguments->keeper, "who keeps the tools' offsets")
+  command->add_option("--for", arguments->firmware, "who keeps the tools' offsets")
       ->check(CLI::IsMember(std::vector<std::string>{"klipper-tool", "klipper-gcode-offset",
                                                      "marlin", "reprapfirmware"}))
       ->capture_default_str();

@@ -29,7 +29,7 @@ struct ScanArguments {
 
 int List() {
   const auto scanners = machine::ListScanners();
-  if (!scanners) return Report(scanners.error());
+  if (!scanners) return PrintError(scanners.error());
   for (const machine::ScannerInfo& scanner : *scanners) {
     fmt::print("{}\n    {} {}, {}\n", scanner.name, scanner.vendor, scanner.model, scanner.kind);
   }
@@ -63,15 +63,16 @@ Result<machine::ScanRequest> RequestOf(const ScanArguments& arguments) {
 int Run(const ScanArguments& arguments) {
   if (arguments.list) return List();
   if (arguments.out.empty()) {
-    return Report({ErrorKind::kInput, "--out is missing: FILE.png or FILE.tiff, or use --list"});
+    return PrintError(
+        {ErrorKind::kInput, "--out is missing: FILE.png or FILE.tiff, or use --list"});
   }
   // Before minutes of scanning.
   if (auto checked = machine::CheckPagePath(arguments.out); !checked) {
-    return Report(checked.error());
+    return PrintError(checked.error());
   }
   const Interrupt interrupt;
   const auto request = RequestOf(arguments);
-  if (!request) return Report(request.error());
+  if (!request) return PrintError(request.error());
   const bool terminal = isatty(STDERR_FILENO) != 0;
   int shown = -1;
   const auto progress = [&](double share) {
@@ -83,9 +84,9 @@ int Run(const ScanArguments& arguments) {
   machine::PageReadOptions limits;
   limits.most_pixels = static_cast<std::int64_t>(1e6 * arguments.most_megapixels);
   const auto page = machine::ScanPage(*request, limits, progress, interrupt.token());
-  if (!page) return Report(page.error());
+  if (!page) return PrintError(page.error());
   if (auto written = machine::WritePage(*page, arguments.out); !written) {
-    return Report(written.error());
+    return PrintError(written.error());
   }
   fmt::print("{}: {} x {} px, {}, {:g} dpi\n", arguments.out, page->width, page->height,
              page->channels == 1 ? "grey" : "colour", *page->dpi_x);

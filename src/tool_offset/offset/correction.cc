@@ -11,9 +11,9 @@
 namespace trammel::tool_offset {
 namespace {
 
-using enum OffsetKeeper;
+using enum OffsetFirmware;
 
-constexpr std::array<std::pair<OffsetKeeper, std::string_view>, 4> kNames = {{
+constexpr std::array<std::pair<OffsetFirmware, std::string_view>, 4> kNames = {{
     {kKlipperTool, "klipper-tool"},
     {kKlipperGcodeOffset, "klipper-gcode-offset"},
     {kMarlin, "marlin"},
@@ -28,32 +28,32 @@ std::string Number(double value_mm) {
 
 }  // namespace
 
-std::string_view ToString(OffsetKeeper keeper) {
+std::string_view ToString(OffsetFirmware firmware) {
   for (const auto& [value, name] : kNames) {
-    if (value == keeper) return name;
+    if (value == firmware) return name;
   }
   return "";
 }
 
-std::optional<OffsetKeeper> ParseOffsetKeeper(std::string_view name) {
+std::optional<OffsetFirmware> ParseOffsetFirmware(std::string_view name) {
   for (const auto& [value, known] : kNames) {
     if (known == name) return value;
   }
   return std::nullopt;
 }
 
-KeptOffset Corrected(OffsetKeeper keeper, const KeptOffset& now, double dx_mm, double dy_mm) {
-  const bool klipper = keeper == kKlipperTool || keeper == kKlipperGcodeOffset;
+KeptOffset Corrected(OffsetFirmware firmware, const KeptOffset& now, double dx_mm, double dy_mm) {
+  const bool klipper = firmware == kKlipperTool || firmware == kKlipperGcodeOffset;
   const double sign = klipper ? -1 : 1;
   return {now.x_mm + sign * dx_mm, now.y_mm + sign * dy_mm};
 }
 
-std::vector<std::string> SetCommands(OffsetKeeper keeper, int tool, const KeptOffset& offset) {
+std::vector<std::string> SetCommands(OffsetFirmware firmware, int tool, const KeptOffset& offset) {
   TRAMMEL_CHECK(tool >= 0 && tool <= 99 && std::isfinite(offset.x_mm) && std::isfinite(offset.y_mm),
                 "tool {}, {}, {}", tool, offset.x_mm, offset.y_mm);
   const std::string x = Number(offset.x_mm);
   const std::string y = Number(offset.y_mm);
-  switch (keeper) {
+  switch (firmware) {
     case kKlipperTool:
       return {fmt::format("SET_TOOL_PARAMETER T={} PARAMETER=gcode_x_offset VALUE={}", tool, x),
               fmt::format("SET_TOOL_PARAMETER T={} PARAMETER=gcode_y_offset VALUE={}", tool, y)};
@@ -67,8 +67,8 @@ std::vector<std::string> SetCommands(OffsetKeeper keeper, int tool, const KeptOf
   return {};
 }
 
-std::vector<std::string> SaveCommands(OffsetKeeper keeper, int tool) {
-  switch (keeper) {
+std::vector<std::string> SaveCommands(OffsetFirmware firmware, int tool) {
+  switch (firmware) {
     case kKlipperTool:
       return {fmt::format("SAVE_TOOL_PARAMETER T={} PARAMETER=gcode_x_offset", tool),
               fmt::format("SAVE_TOOL_PARAMETER T={} PARAMETER=gcode_y_offset", tool)};
@@ -82,13 +82,13 @@ std::vector<std::string> SaveCommands(OffsetKeeper keeper, int tool) {
   return {};
 }
 
-std::string SaveAdvice(OffsetKeeper keeper, int tool, const KeptOffset& offset) {
-  if (keeper == kKlipperTool) {
+std::string SaveAdvice(OffsetFirmware firmware, int tool, const KeptOffset& offset) {
+  if (firmware == kKlipperTool) {
     return "then SAVE_CONFIG, which writes what is pending to printer.cfg and restarts Klipper";
   }
-  if (keeper != kKlipperGcodeOffset) return {};
+  if (firmware != kKlipperGcodeOffset) return {};
   return fmt::format("in [gcode_macro T{}] of printer.cfg:  {}", tool,
-                     SetCommands(keeper, tool, offset).front());
+                     SetCommands(firmware, tool, offset).front());
 }
 
 }  // namespace trammel::tool_offset

@@ -9,12 +9,12 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using enum OffsetKeeper;
+using enum OffsetFirmware;
 
 // Where a line lands for the command (0, 0), by each firmware's own arithmetic: `nozzle` is where
 // the tool's nozzle truly sits against the reference tool's.
-double Lands(OffsetKeeper keeper, double nozzle_mm, double kept_mm) {
-  switch (keeper) {
+double Lands(OffsetFirmware firmware, double nozzle_mm, double kept_mm) {
+  switch (firmware) {
     case kKlipperTool:
     case kKlipperGcodeOffset:
       return nozzle_mm + kept_mm;  // gcode_position + offset is where the head goes
@@ -26,16 +26,17 @@ double Lands(OffsetKeeper keeper, double nozzle_mm, double kept_mm) {
 }
 
 TEST(Correction, TakesTheMeasuredOffsetOutInEveryFirmware) {
-  for (const OffsetKeeper keeper : {kKlipperTool, kKlipperGcodeOffset, kMarlin, kRepRapFirmware}) {
-    SCOPED_TRACE(ToString(keeper));
+  for (const OffsetFirmware firmware :
+       {kKlipperTool, kKlipperGcodeOffset, kMarlin, kRepRapFirmware}) {
+    SCOPED_TRACE(ToString(firmware));
     const double nozzle_mm = 0.321;
     const KeptOffset now = {-0.2, 0.7};
-    const double dx_mm = Lands(keeper, nozzle_mm, now.x_mm);
-    const double dy_mm = Lands(keeper, nozzle_mm, now.y_mm);
-    const KeptOffset next = Corrected(keeper, now, dx_mm, dy_mm);
+    const double dx_mm = Lands(firmware, nozzle_mm, now.x_mm);
+    const double dy_mm = Lands(firmware, nozzle_mm, now.y_mm);
+    const KeptOffset next = Corrected(firmware, now, dx_mm, dy_mm);
     constexpr double kRounding_mm = 1e-12;
-    EXPECT_NEAR(Lands(keeper, nozzle_mm, next.x_mm), 0, kRounding_mm);
-    EXPECT_NEAR(Lands(keeper, nozzle_mm, next.y_mm), 0, kRounding_mm);
+    EXPECT_NEAR(Lands(firmware, nozzle_mm, next.x_mm), 0, kRounding_mm);
+    EXPECT_NEAR(Lands(firmware, nozzle_mm, next.y_mm), 0, kRounding_mm);
   }
 }
 
@@ -64,10 +65,11 @@ TEST(Correction, SaysHowItIsKept) {
 }
 
 TEST(Correction, NamesAreReadBack) {
-  for (const OffsetKeeper keeper : {kKlipperTool, kKlipperGcodeOffset, kMarlin, kRepRapFirmware}) {
-    EXPECT_EQ(ParseOffsetKeeper(ToString(keeper)), keeper);
+  for (const OffsetFirmware firmware :
+       {kKlipperTool, kKlipperGcodeOffset, kMarlin, kRepRapFirmware}) {
+    EXPECT_EQ(ParseOffsetFirmware(ToString(firmware)), firmware);
   }
-  EXPECT_FALSE(ParseOffsetKeeper("Klipper"));
+  EXPECT_FALSE(ParseOffsetFirmware("Klipper"));
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace trammel::procedure {
 namespace {
 
 using tool_offset::KeptOffset;
-using tool_offset::OffsetKeeper;
+using tool_offset::OffsetFirmware;
 
 constexpr double kAsk_s = 10;
 
@@ -140,7 +140,7 @@ Result<KeptOffset> ReadToolOffset(const Session& session, int tool) {
 
 Result<void> SetToolOffset(const Session& session, int tool, const KeptOffset& offset) {
   if (auto may = RefuseWhilePrinting(session, "the offset"); !may) return may;
-  if (auto set = RunAll(session, SetCommands(OffsetKeeper::kKlipperTool, tool, offset)); !set) {
+  if (auto set = RunAll(session, SetCommands(OffsetFirmware::kKlipperTool, tool, offset)); !set) {
     return set;
   }
   return Compare(session, tool, offset);
@@ -149,7 +149,7 @@ Result<void> SetToolOffset(const Session& session, int tool, const KeptOffset& o
 Result<void> KeepToolOffsets(const Session& session, const std::map<int, KeptOffset>& offsets) {
   if (auto may = RefuseWhilePrinting(session, "the offset"); !may) return may;
   for (const auto& [tool, offset] : offsets) {
-    if (auto kept = RunAll(session, SaveCommands(OffsetKeeper::kKlipperTool, tool)); !kept) {
+    if (auto kept = RunAll(session, SaveCommands(OffsetFirmware::kKlipperTool, tool)); !kept) {
       return kept;
     }
   }

@@ -71,21 +71,21 @@ std::string AxesCard(const OffsetAnalysis& analysis) {
   return Card("Play and bias", table.Html() + FigureHtml(AxesFigure(analysis)));
 }
 
-struct KeeperWords {
-  to::OffsetKeeper keeper;
+struct FirmwareWords {
+  to::OffsetFirmware firmware;
   const char* name;
 };
-constexpr KeeperWords kKeepers[] = {
-    {to::OffsetKeeper::kKlipperTool, "Klipper with klipper-toolchanger"},
-    {to::OffsetKeeper::kKlipperGcodeOffset, "Klipper with macros of its own (IDEX, changers)"},
-    {to::OffsetKeeper::kMarlin, "Marlin"},
-    {to::OffsetKeeper::kRepRapFirmware, "RepRapFirmware"}};
+constexpr FirmwareWords kFirmwares[] = {
+    {to::OffsetFirmware::kKlipperTool, "Klipper with klipper-toolchanger"},
+    {to::OffsetFirmware::kKlipperGcodeOffset, "Klipper with macros of its own (IDEX, changers)"},
+    {to::OffsetFirmware::kMarlin, "Marlin"},
+    {to::OffsetFirmware::kRepRapFirmware, "RepRapFirmware"}};
 
-bool Speaks(to::OffsetKeeper keeper, gcode::Dialect dialect) {
-  switch (keeper) {
-    case to::OffsetKeeper::kMarlin:
+bool Speaks(to::OffsetFirmware firmware, gcode::Dialect dialect) {
+  switch (firmware) {
+    case to::OffsetFirmware::kMarlin:
       return dialect == gcode::Dialect::kMarlin;
-    case to::OffsetKeeper::kRepRapFirmware:
+    case to::OffsetFirmware::kRepRapFirmware:
       return dialect == gcode::Dialect::kRepRapFirmware;
     default:
       return dialect == gcode::Dialect::kKlipper;
@@ -93,7 +93,7 @@ bool Speaks(to::OffsetKeeper keeper, gcode::Dialect dialect) {
 }
 
 /// For a firmware that keeps 0 of every tool; and what each is to grow by, where it keeps more.
-std::string LinesFor(const OffsetAnalysis& analysis, const KeeperWords& words) {
+std::string LinesFor(const OffsetAnalysis& analysis, const FirmwareWords& words) {
   std::string lines;
   std::string saves;  // behind all tools' lines: one M500 is for all of them
   std::string growth;
@@ -101,16 +101,16 @@ std::string LinesFor(const OffsetAnalysis& analysis, const KeeperWords& words) {
   for (const to::CombinedTool& tool : analysis.combined.tools) {
     if (VerdictOf(tool) != Verdict::kGood) continue;
     const to::KeptOffset next =
-        to::Corrected(words.keeper, {}, tool.dx_mm.quantity().value, tool.dy_mm.quantity().value);
-    const bool by_macro = words.keeper == to::OffsetKeeper::kKlipperGcodeOffset;
-    for (const std::string& line : to::SetCommands(words.keeper, tool.tool, next)) {
+        to::Corrected(words.firmware, {}, tool.dx_mm.quantity().value, tool.dy_mm.quantity().value);
+    const bool by_macro = words.firmware == to::OffsetFirmware::kKlipperGcodeOffset;
+    for (const std::string& line : to::SetCommands(words.firmware, tool.tool, next)) {
       lines += by_macro ? fmt::format("[gcode_macro T{}]  {}\n", tool.tool, line) : line + "\n";
     }
     if (!by_macro) {
-      for (const std::string& line : to::SaveCommands(words.keeper, tool.tool)) {
+      for (const std::string& line : to::SaveCommands(words.firmware, tool.tool)) {
         if (saves.find(line + "\n") == std::string::npos) saves += line + "\n";
       }
-      advice = to::SaveAdvice(words.keeper, tool.tool, next);
+      advice = to::SaveAdvice(words.firmware, tool.tool, next);
     }
     growth += fmt::format("{}T{} X {:+.3f}, Y {:+.3f} mm", growth.empty() ? "" : "; ", tool.tool,
                           next.x_mm, next.y_mm);
@@ -121,7 +121,7 @@ std::string LinesFor(const OffsetAnalysis& analysis, const KeeperWords& words) {
       "<code>--json &gt; result.json</code>, <code>trammel offset apply result.json --for {} --now "
       "TOOL:X,Y</code> does the sum.</p>\n",
       EscapeHtml(lines + saves), advice.empty() ? "" : EscapeHtml(advice) + ". ",
-      EscapeHtml(growth), to::ToString(words.keeper));
+      EscapeHtml(growth), to::ToString(words.firmware));
 }
 
 /// The lines to paste, for the sheet's own firmware first; the others open on a click.
@@ -136,9 +136,9 @@ std::string Next(const OffsetAnalysis& analysis) {
   }
   std::string body;
   std::string others;
-  for (const KeeperWords& words : kKeepers) {
+  for (const FirmwareWords& words : kFirmwares) {
     const std::string lines = LinesFor(analysis, words);
-    if (Speaks(words.keeper, analysis.plan.settings.printer.dialect)) {
+    if (Speaks(words.firmware, analysis.plan.settings.printer.dialect)) {
       body += fmt::format("<p><b>{}</b></p>\n{}", words.name, lines);
     } else {
       others += fmt::format("<details>\n<summary>{}</summary>\n{}</details>\n", words.name, lines);

@@ -1,5 +1,5 @@
 // Python's literals, plain YAML and plain XML, as other programs write cameras.
-#include "files/loose_text.h"
+#include "files/foreign_text.h"
 
 #include "fuzz.h"
 

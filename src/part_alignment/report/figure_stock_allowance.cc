@@ -17,7 +17,7 @@ namespace {
 using part_alignment::IdealSurface;
 using part_alignment::PartFit;
 using part_alignment::PartFitInput;
-using part_alignment::PointOverstock;
+using part_alignment::PointStockAllowance;
 using part_alignment::SurfaceKind;
 
 // Seen from outside, with `right` to the right, where `mirrored` is not set; else drawn as if seen
@@ -71,14 +71,14 @@ std::vector<PlacedPoint> Placed(const PartFitInput& input, const PartFit& fit) {
   constexpr double kMissing_mm = 1e-6;  // below the least by less is the optimum's own rounding
   const Eigen::Matrix3d rotation = geometry::RotationFromAngles(fit.ideal_from_measured.angles_rad);
   std::vector<PlacedPoint> placed;
-  for (const PointOverstock& overstock : fit.overstocks) {
-    const part_alignment::MeasuredPoint& point = input.points[overstock.point];
+  for (const PointStockAllowance& stock_allowance : fit.stock_allowances) {
+    const part_alignment::MeasuredPoint& point = input.points[stock_allowance.point];
     const Eigen::Vector3d at_mm =
         rotation * (fit.scale * point.at_mm) + fit.ideal_from_measured.translation_mm;
-    placed.push_back(
-        {point.id, at_mm, SideOf(input, point.surface, at_mm),
-         overstock.overstock_mm - overstock.wanted_mm,
-         overstock.binding || overstock.overstock_mm < overstock.least_mm - kMissing_mm});
+    placed.push_back({point.id, at_mm, SideOf(input, point.surface, at_mm),
+                      stock_allowance.stock_allowance_mm - stock_allowance.wanted_mm,
+                      stock_allowance.binding || stock_allowance.stock_allowance_mm <
+                                                     stock_allowance.least_mm - kMissing_mm});
   }
   return placed;
 }
@@ -214,7 +214,7 @@ Canvas Draw(const std::vector<PlacedPoint>& placed, double width_px) {
 
 }  // namespace
 
-Figure OverstockFigure(const PartFitInput& input, const PartFit& fit) {
+Figure StockAllowanceFigure(const PartFitInput& input, const PartFit& fit) {
   const std::vector<PlacedPoint> placed = Placed(input, fit);
   return {
       "overstock",

@@ -8,7 +8,7 @@
 
 namespace trammel::part_alignment {
 
-struct WrongSights {
+struct Outliers {
   std::vector<std::size_t> sights;  ///< left out; empty: nothing explains the residuals
   std::string what;                 ///< "target 7 in view 2"
   Fit fit;                          ///< of the others
@@ -22,8 +22,7 @@ struct WrongSights {
 /// as well.
 /// @param all     the fit of all sights, which does not fit.
 /// @param labels  the targets' ids, by Sight::target.
-[[nodiscard]] WrongSights FindWrongSights(const PoseProblem& problem, const Fit& all,
-                                          const std::vector<std::string>& labels,
-                                          SolveMethod method);
+[[nodiscard]] Outliers FindOutliers(const PoseProblem& problem, const Fit& all,
+                                    const std::vector<std::string>& labels, SolveMethod method);
 
 }  // namespace trammel::part_alignment

@@ -1,4 +1,4 @@
-#include "files/loose_text.h"
+#include "files/foreign_text.h"
 
 #include <fmt/format.h>
 

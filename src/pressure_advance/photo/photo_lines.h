@@ -6,28 +6,28 @@
 #include "base/frame.h"
 #include "vision/homography.h"
 #include "vision/image.h"
-#include "vision/ladder.h"
+#include "vision/line_pattern.h"
 
 namespace trammel::pressure_advance {
 
-struct PhotoLadder {
+struct PhotoLines {
   std::string problem;   ///< why there is no pattern, and what to do; empty where there is one
   vision::Quad corners;  ///< outer corners of the frame in px of the photo: top left, top
                          ///< right, bottom right, bottom left of `picture`
   Frame picture;         ///< the pattern straight from above with some plate around, lines
                          ///< along the rows; never mirrored
-  vision::GrayImage contrast;  ///< same size: filament higher than plate
-  vision::Ladder ladder;       ///< in px of `picture`
+  vision::GrayImage contrast;        ///< same size: filament higher than plate
+  vision::LinePattern line_pattern;  ///< in px of `picture`
 };
 
 /// Looks at each outline of filament straight from above, and keeps the one whose inside is most of
-/// a ladder: as many rungs as wanted first, then the strongest contrast of rows over columns.
+/// a line pattern: as many rungs as wanted first, then the strongest contrast of rows over columns.
 /// @param wanted  number of lines expected, >= 2; another number is found and reported as well.
 /// REQUIRES a photo of at least 16 px each way.
-[[nodiscard]] PhotoLadder FindPhotoLadder(const BgrView& photo, std::size_t wanted);
+[[nodiscard]] PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted);
 
-/// How many lines a ladder has room for: its rungs and the empty places between them.
-[[nodiscard]] std::size_t PlacesOf(const vision::Ladder& ladder);
+/// How many lines a line pattern has room for: its rungs and the empty places between them.
+[[nodiscard]] std::size_t PlacesOf(const vision::LinePattern& line_pattern);
 
 /// The pressure advance of each rung, from the first value's side on.
 struct LineNames {
@@ -39,7 +39,7 @@ struct LineNames {
 /// Names the lines by the list: one value per place, or one per line where the list jumps just
 /// where lines are missing. Anything else is refused, because a line that was missed beside a
 /// stripe that is none would shift all names between them.
-[[nodiscard]] LineNames NameLines(const vision::Ladder& ladder, const std::vector<double>& list,
-                                  bool first_at_bottom);
+[[nodiscard]] LineNames NameLines(const vision::LinePattern& line_pattern,
+                                  const std::vector<double>& list, bool first_at_bottom);
 
 }  // namespace trammel::pressure_advance

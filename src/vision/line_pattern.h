@@ -26,8 +26,8 @@ struct Curve {
 [[nodiscard]] Curve FitCurve(const std::vector<double>& s, const std::vector<double>& value,
                              double centre, double half_span);
 
-struct Ladder {
-  std::string problem;       ///< why this is no ladder, with figures; empty where it is one
+struct LinePattern {
+  std::string problem;       ///< why this is no line pattern, with figures; empty where it is one
   std::vector<Curve> rungs;  ///< y_px of each line's middle over x_px, top to bottom
   std::vector<int> steps;  ///< pitches between neighbouring rungs, whole; above 1 rungs are missing
   double pitch_px = 0;     ///< between neighbouring rungs
@@ -45,6 +45,7 @@ struct Ladder {
 /// @param contrast     filament higher than the plate beside it; light may be uneven.
 /// @param margin_px    how far the frame's outer edges lie inside the picture.
 /// @param rungs_hint   expected number, for the scale only: another number is found as well.
-[[nodiscard]] Ladder FindLadder(const GrayImage& contrast, int margin_px, std::size_t rungs_hint);
+[[nodiscard]] LinePattern FindLinePattern(const GrayImage& contrast, int margin_px,
+                                          std::size_t rungs_hint);
 
 }  // namespace trammel::vision

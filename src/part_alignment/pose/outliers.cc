@@ -1,4 +1,4 @@
-#include "part_alignment/pose/wrong_sights.h"
+#include "part_alignment/pose/outliers.h"
 
 #include <fmt/format.h>
 
@@ -91,9 +91,9 @@ bool Fits(const PoseProblem& problem, const Fit& fit) {
 }
 
 /// Those of `kind` that make the rest fit, without those that hold another one.
-std::vector<WrongSights> Explanations(const PoseProblem& problem, const Fit& all,
-                                      const std::vector<Suspicion>& kind, SolveMethod method) {
-  std::vector<WrongSights> explanations;
+std::vector<Outliers> Explanations(const PoseProblem& problem, const Fit& all,
+                                   const std::vector<Suspicion>& kind, SolveMethod method) {
+  std::vector<Outliers> explanations;
   const std::vector<double> starts = ClampStarts(problem, all);
   for (const Suspicion& suspicion : kind) {
     if (suspicion.swapped) {
@@ -113,17 +113,17 @@ std::vector<WrongSights> Explanations(const PoseProblem& problem, const Fit& all
       explanations.push_back({suspicion.sights, suspicion.what, fit, {}});
     }
   }
-  const auto holds_another = [&](const WrongSights& one) {
-    return std::any_of(explanations.begin(), explanations.end(), [&](const WrongSights& other) {
+  const auto holds_another = [&](const Outliers& one) {
+    return std::any_of(explanations.begin(), explanations.end(), [&](const Outliers& other) {
       return &one != &other && other.sights.size() <= one.sights.size() &&
              (other.sights != one.sights || &other < &one) &&
              std::includes(one.sights.begin(), one.sights.end(), other.sights.begin(),
                            other.sights.end());
     });
   };
-  std::vector<WrongSights> least;
+  std::vector<Outliers> least;
   std::copy_if(explanations.begin(), explanations.end(), std::back_inserter(least),
-               [&](const WrongSights& one) { return !holds_another(one); });
+               [&](const Outliers& one) { return !holds_another(one); });
   if (least.size() == 1 && method == SolveMethod::kCeres) {
     least[0].fit = FitFrom(Without(problem, least[0].sights), method, starts);
   }
@@ -131,11 +131,11 @@ std::vector<WrongSights> Explanations(const PoseProblem& problem, const Fit& all
 }
 
 /// For many sights: what a Cauchy loss leaves far off, again and again.
-WrongSights ByRobustLoss(const PoseProblem& problem, const Fit& all,
-                         const std::vector<std::string>& labels, SolveMethod method) {
+Outliers ByRobustLoss(const PoseProblem& problem, const Fit& all,
+                      const std::vector<std::string>& labels, SolveMethod method) {
   constexpr double kLoss_sigma = 2;
   constexpr double kFar2 = 25;  // 5 sigma: 4e-6 per sight by chance
-  WrongSights none;
+  Outliers none;
   none.doubt = "no target, view or pair of observations alone explains it";
   if (!all.found) {
     return none;
@@ -145,7 +145,7 @@ WrongSights ByRobustLoss(const PoseProblem& problem, const Fit& all,
   const Descent robust =
       DescendByCeres(InMiddleFrame(problem, frame), ToMiddleFrame(frame, all.theta), kLoss_sigma);
   const Chain chain(problem, FromMiddleFrame(frame, robust.theta), false);
-  WrongSights wrong;
+  Outliers wrong;
   for (std::size_t i = 0; i < problem.sights.size(); ++i) {
     Eigen::Vector2d residual_px;
     const double sigma_px = problem.sights[i].sigma_px;
@@ -166,8 +166,8 @@ WrongSights ByRobustLoss(const PoseProblem& problem, const Fit& all,
 
 }  // namespace
 
-WrongSights FindWrongSights(const PoseProblem& problem, const Fit& all,
-                            const std::vector<std::string>& labels, SolveMethod method) {
+Outliers FindOutliers(const PoseProblem& problem, const Fit& all,
+                      const std::vector<std::string>& labels, SolveMethod method) {
   constexpr std::size_t kMostOneByOne = 60;
   constexpr std::size_t kMostForPairs = 20;
   const std::size_t count = problem.sights.size();
@@ -178,12 +178,12 @@ WrongSights FindWrongSights(const PoseProblem& problem, const Fit& all,
       kinds.push_back(Pairs(problem, labels));
     }
     for (const std::vector<Suspicion>& kind : kinds) {
-      const std::vector<WrongSights> found = Explanations(problem, all, kind, method);
+      const std::vector<Outliers> found = Explanations(problem, all, kind, method);
       if (found.size() == 1) {
         return found[0];
       }
       if (found.size() > 1) {
-        WrongSights doubtful;
+        Outliers doubtful;
         doubtful.doubt = fmt::format("either {} or {} is wrong and the views cannot tell which",
                                      found[0].what, found[1].what);
         return doubtful;

@@ -1,4 +1,4 @@
-#include "pressure_advance/photo/photo_ladder.h"
+#include "pressure_advance/photo/photo_lines.h"
 
 #include <fmt/format.h>
 
@@ -72,7 +72,7 @@ vision::Quad Turned(const vision::Quad& quad, std::size_t turns) {
 
 struct Candidate {
   View view;
-  vision::Ladder ladder;
+  vision::LinePattern line_pattern;
   double strength = 0;
 };
 
@@ -80,21 +80,23 @@ struct Candidate {
 // that follows a shadow or the plate's edge on one side makes that bar seem wide.
 double BarMismatch(const Candidate& candidate) {
   const double middle = candidate.view.picture.height / 2.0;
-  const double left = candidate.ladder.left_inner(middle) - candidate.view.margin;
+  const double left = candidate.line_pattern.left_inner(middle) - candidate.view.margin;
   const double width = candidate.view.picture.width - 1 - 2.0 * candidate.view.margin;
-  const double right = candidate.view.margin + width - candidate.ladder.right_inner(middle);
+  const double right = candidate.view.margin + width - candidate.line_pattern.right_inner(middle);
   return std::abs(left - right) / width;
 }
 
 constexpr double kRightCount = 1000;
 constexpr double kClear = 3;  // rows over columns
 
-// Higher is better: a ladder at all, the right number of rungs, the clearer rungs
+// Higher is better: a line pattern at all, the right number of rungs, the clearer rungs
 // between bars that are alike.
 double Rank(const Candidate& candidate, std::size_t wanted) {
-  if (!candidate.ladder.problem.empty()) return -1;
+  if (!candidate.line_pattern.problem.empty()) return -1;
   const double right =
-      candidate.ladder.rungs.size() == wanted || PlacesOf(candidate.ladder) == wanted ? 1 : 0;
+      candidate.line_pattern.rungs.size() == wanted || PlacesOf(candidate.line_pattern) == wanted
+          ? 1
+          : 0;
   constexpr double kMostMismatch = 0.1;
   const double alike = std::max(0.0, 1 - BarMismatch(candidate) / kMostMismatch);
   return kRightCount * right + alike * std::min(candidate.strength, kRightCount - 1);
@@ -115,14 +117,15 @@ std::optional<Candidate> Judge(const Frame& photo, const vision::FoundFrame& fra
     if (best && best->strength >= strength) continue;
     best = Candidate{std::move(*view), {}, strength};
   }
-  if (best) best->ladder = vision::FindLadder(best->view.contrast, best->view.margin, wanted);
+  if (best)
+    best->line_pattern = vision::FindLinePattern(best->view.contrast, best->view.margin, wanted);
   return best;
 }
 
 }  // namespace
 
-PhotoLadder FindPhotoLadder(const BgrView& photo, std::size_t wanted) {
-  PhotoLadder result;
+PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
+  PhotoLines result;
   double scale = 1;
   const Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMostMeasured_px, scale);
   constexpr int kSmallest_px = 16;
@@ -139,7 +142,8 @@ PhotoLadder FindPhotoLadder(const BgrView& photo, std::size_t wanted) {
     if (candidate && (!best || Rank(*candidate, wanted) > Rank(*best, wanted))) {
       best = std::move(candidate);
     }
-    // Frames come best first; a clear ladder with the right number of rungs is not there twice.
+    // Frames come best first; a clear line pattern with the right number of rungs is not there
+    // twice.
     if (best && Rank(*best, wanted) > kRightCount + kClear) break;
   }
   constexpr const char* kAdvice =
@@ -148,10 +152,10 @@ PhotoLadder FindPhotoLadder(const BgrView& photo, std::size_t wanted) {
     result.problem = fmt::format("no printed frame is seen in the photo. {}", kAdvice);
     return result;
   }
-  if (!best->ladder.problem.empty()) {
+  if (!best->line_pattern.problem.empty()) {
     result.problem =
         fmt::format("{} outline(s) were found, but none holds the pattern; of the best: {}. {}",
-                    frames.size(), best->ladder.problem, kAdvice);
+                    frames.size(), best->line_pattern.problem, kAdvice);
     return result;
   }
   result.corners = best->view.corners;
@@ -160,24 +164,24 @@ PhotoLadder FindPhotoLadder(const BgrView& photo, std::size_t wanted) {
   }
   result.picture = std::move(best->view.picture);
   result.contrast = std::move(best->view.contrast);
-  result.ladder = std::move(best->ladder);
+  result.line_pattern = std::move(best->line_pattern);
   return result;
 }
 
-std::size_t PlacesOf(const vision::Ladder& ladder) {
-  std::size_t places = ladder.rungs.empty() ? 0 : 1;
-  for (const int step : ladder.steps) places += static_cast<std::size_t>(step);
+std::size_t PlacesOf(const vision::LinePattern& line_pattern) {
+  std::size_t places = line_pattern.rungs.empty() ? 0 : 1;
+  for (const int step : line_pattern.steps) places += static_cast<std::size_t>(step);
   return places;
 }
 
 namespace {
 
-std::string DescribeCount(const vision::Ladder& ladder, std::size_t wanted) {
-  const std::size_t missing = PlacesOf(ladder) - ladder.rungs.size();
+std::string DescribeCount(const vision::LinePattern& line_pattern, std::size_t wanted) {
+  const std::size_t missing = PlacesOf(line_pattern) - line_pattern.rungs.size();
   return fmt::format(
       "found {} lines{}, the PA list has {} values: give the list of the lines in the photo, or "
       "take a photo that shows all of them",
-      ladder.rungs.size(),
+      line_pattern.rungs.size(),
       missing > 0 ? fmt::format(" and {} empty places between them", missing) : "", wanted);
 }
 
@@ -193,12 +197,12 @@ bool JumpsAlike(const std::vector<int>& steps, const std::vector<double>& list) 
 
 }  // namespace
 
-LineNames NameLines(const vision::Ladder& ladder, const std::vector<double>& list,
+LineNames NameLines(const vision::LinePattern& line_pattern, const std::vector<double>& list,
                     bool first_at_bottom) {
   LineNames names;
-  const std::size_t found = ladder.rungs.size();
-  const std::size_t places = PlacesOf(ladder);
-  std::vector<int> steps = ladder.steps;
+  const std::size_t found = line_pattern.rungs.size();
+  const std::size_t places = PlacesOf(line_pattern);
+  std::vector<int> steps = line_pattern.steps;
   if (first_at_bottom) std::reverse(steps.begin(), steps.end());
   if (places == list.size()) {
     std::size_t place = 0;
@@ -215,7 +219,7 @@ LineNames NameLines(const vision::Ladder& ladder, const std::vector<double>& lis
   } else if (found == list.size() && JumpsAlike(steps, list)) {
     names.pressure_advance_s = list;
   } else {
-    names.refusal = DescribeCount(ladder, list.size());
+    names.refusal = DescribeCount(line_pattern, list.size());
     if (found == list.size()) {
       names.refusal = fmt::format(
           "{} lines with {} empty places between them do not fit the {} values "

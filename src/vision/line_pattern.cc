@@ -1,4 +1,4 @@
-#include "vision/ladder.h"
+#include "vision/line_pattern.h"
 
 #include <fmt/format.h>
 
@@ -129,26 +129,26 @@ void DropUnlikeTheRest(std::vector<Run>& runs) {
 }
 
 // Checks that the runs stand in equal steps, and notes where one step is missing.
-void CheckSteps(const std::vector<Run>& runs, Ladder& ladder) {
+void CheckSteps(const std::vector<Run>& runs, LinePattern& line_pattern) {
   std::vector<double> steps, widths;
   for (std::size_t i = 0; i + 1 < runs.size(); ++i) {
     steps.push_back(runs[i + 1].centre() - runs[i].centre());
   }
   for (const Run& run : runs) widths.push_back(run.width());
-  ladder.pitch_px = Median(steps);
-  ladder.bead_px = Median(widths);
+  line_pattern.pitch_px = Median(steps);
+  line_pattern.bead_px = Median(widths);
   constexpr double kLargestIrregularity = 0.3;  // pitches
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    const double pitches = steps[i] / ladder.pitch_px;
+    const double pitches = steps[i] / line_pattern.pitch_px;
     const double whole = std::max(1.0, std::round(pitches));
-    ladder.irregularity = std::max(ladder.irregularity, std::abs(pitches - whole));
-    ladder.steps.push_back(static_cast<int>(whole));
+    line_pattern.irregularity = std::max(line_pattern.irregularity, std::abs(pitches - whole));
+    line_pattern.steps.push_back(static_cast<int>(whole));
   }
-  if (ladder.irregularity > kLargestIrregularity) {
-    ladder.problem = fmt::format(
+  if (line_pattern.irregularity > kLargestIrregularity) {
+    line_pattern.problem = fmt::format(
         "the {} stripes inside the outline are not equally spaced (a spacing is off by {:.2f} of "
         "the usual {:.1f} px)",
-        runs.size(), ladder.irregularity, ladder.pitch_px);
+        runs.size(), line_pattern.irregularity, line_pattern.pitch_px);
   }
 }
 
@@ -182,7 +182,8 @@ std::optional<double> Middle(const GrayImage& image, int x_begin, int x_end, dou
   return weights > 0 ? std::optional(a + moment / weights) : std::nullopt;
 }
 
-void TraceRungs(const GrayImage& image, int margin, const std::vector<Run>& runs, Ladder& ladder) {
+void TraceRungs(const GrayImage& image, int margin, const std::vector<Run>& runs,
+                LinePattern& line_pattern) {
   constexpr int kZones = 30;
   const double inner = image.width - 2.0 * margin;
   for (const Run& run : runs) {
@@ -194,9 +195,9 @@ void TraceRungs(const GrayImage& image, int margin, const std::vector<Run>& runs
            zone += direction) {
         const int x0 = margin + static_cast<int>(inner * zone / kZones);
         const int x1 = margin + static_cast<int>(inner * (zone + 1) / kZones);
-        const std::optional<double> middle =
-            Middle(image, x0, std::max(x0 + 1, x1), near, ladder.pitch_px, 0.35 * run.strength);
-        if (!middle || std::abs(*middle - near) > 0.25 * ladder.pitch_px) continue;
+        const std::optional<double> middle = Middle(image, x0, std::max(x0 + 1, x1), near,
+                                                    line_pattern.pitch_px, 0.35 * run.strength);
+        if (!middle || std::abs(*middle - near) > 0.25 * line_pattern.pitch_px) continue;
         near = *middle;
         x_px.push_back((x0 + x1 - 1) / 2.0);
         y_px.push_back(*middle);
@@ -206,7 +207,7 @@ void TraceRungs(const GrayImage& image, int margin, const std::vector<Run>& runs
       x_px.push_back(image.width / 2.0);
       y_px.push_back(run.centre());
     }
-    ladder.rungs.push_back(FitCurve(x_px, y_px, image.width / 2.0, inner / 2));
+    line_pattern.rungs.push_back(FitCurve(x_px, y_px, image.width / 2.0, inner / 2));
   }
 }
 
@@ -247,36 +248,36 @@ std::optional<double> RailEdge(const std::vector<double>& values, int margin, do
   return std::nullopt;
 }
 
-void FindRails(const GrayImage& image, int margin, Ladder& ladder) {
+void FindRails(const GrayImage& image, int margin, LinePattern& line_pattern) {
   std::vector<double> left_x, left_y, right_x, right_y;
-  for (std::size_t i = 0; i + 1 < ladder.rungs.size(); ++i) {
-    const Curve& above = ladder.rungs[i];
-    const Curve& below = ladder.rungs[i + 1];
-    std::vector<double> values = BetweenRungs(image, above, below, ladder.pitch_px);
-    if (const auto edge = RailEdge(values, margin, ladder.bead_px)) {
+  for (std::size_t i = 0; i + 1 < line_pattern.rungs.size(); ++i) {
+    const Curve& above = line_pattern.rungs[i];
+    const Curve& below = line_pattern.rungs[i + 1];
+    std::vector<double> values = BetweenRungs(image, above, below, line_pattern.pitch_px);
+    if (const auto edge = RailEdge(values, margin, line_pattern.bead_px)) {
       left_x.push_back(*edge);
       left_y.push_back((above(*edge) + below(*edge)) / 2);
     }
     std::reverse(values.begin(), values.end());
-    if (const auto edge = RailEdge(values, margin, ladder.bead_px)) {
+    if (const auto edge = RailEdge(values, margin, line_pattern.bead_px)) {
       const double x = image.width - 1 - *edge;
       right_x.push_back(x);
       right_y.push_back((above(x) + below(x)) / 2);
     }
   }
-  const std::size_t fewest = (ladder.rungs.size() - 1 + 1) / 2;
+  const std::size_t fewest = (line_pattern.rungs.size() - 1 + 1) / 2;
   if (left_x.size() < fewest || right_x.size() < fewest) {
-    ladder.problem = fmt::format(
+    line_pattern.problem = fmt::format(
         "the frame's two bars across the lines' ends are seen beside {} and {} of {} spaces "
         "between "
         "lines",
-        left_x.size(), right_x.size(), ladder.rungs.size() - 1);
+        left_x.size(), right_x.size(), line_pattern.rungs.size() - 1);
     return;
   }
   const double centre = image.height / 2.0;
   const double half = centre - margin;
-  ladder.left_inner = FitCurve(left_y, left_x, centre, half);
-  ladder.right_inner = FitCurve(right_y, right_x, centre, half);
+  line_pattern.left_inner = FitCurve(left_y, left_x, centre, half);
+  line_pattern.right_inner = FitCurve(right_y, right_x, centre, half);
 }
 
 }  // namespace
@@ -326,10 +327,10 @@ double RowsOverColumns(const GrayImage& contrast, int margin_px) {
   return rows / std::max(columns, 1e-9);
 }
 
-Ladder FindLadder(const GrayImage& contrast, int margin_px, std::size_t rungs_hint) {
+LinePattern FindLinePattern(const GrayImage& contrast, int margin_px, std::size_t rungs_hint) {
   TRAMMEL_CHECK(contrast.width - 2 * margin_px >= 40 && contrast.height - 2 * margin_px >= 40,
                 "{} x {}, margin {}", contrast.width, contrast.height, margin_px);
-  Ladder ladder;
+  LinePattern line_pattern;
   const double inner = contrast.height - 2.0 * margin_px;
   const int begin = margin_px + static_cast<int>(0.3 * (contrast.width - 2 * margin_px));
   const int end = margin_px + static_cast<int>(0.7 * (contrast.width - 2 * margin_px));
@@ -337,18 +338,18 @@ Ladder FindLadder(const GrayImage& contrast, int margin_px, std::size_t rungs_hi
       BoxMean(RowMedians(contrast, begin, end), static_cast<int>(inner / 1500));
   const double pitch_hint = inner / static_cast<double>(rungs_hint + 1);
   std::vector<Run> runs = BetweenBars(Runs(rows, std::max(3, static_cast<int>(0.75 * pitch_hint))),
-                                      margin_px, contrast.height, ladder.problem);
-  if (!ladder.problem.empty()) return ladder;
+                                      margin_px, contrast.height, line_pattern.problem);
+  if (!line_pattern.problem.empty()) return line_pattern;
   if (runs.size() >= 3) DropUnlikeTheRest(runs);
   if (runs.size() < 2) {
-    ladder.problem = fmt::format("{} lines lie inside the outline", runs.size());
-    return ladder;
+    line_pattern.problem = fmt::format("{} lines lie inside the outline", runs.size());
+    return line_pattern;
   }
-  CheckSteps(runs, ladder);
-  if (!ladder.problem.empty()) return ladder;
-  TraceRungs(contrast, margin_px, runs, ladder);
-  FindRails(contrast, margin_px, ladder);
-  return ladder;
+  CheckSteps(runs, line_pattern);
+  if (!line_pattern.problem.empty()) return line_pattern;
+  TraceRungs(contrast, margin_px, runs, line_pattern);
+  FindRails(contrast, margin_px, line_pattern);
+  return line_pattern;
 }
 
 }  // namespace trammel::vision
