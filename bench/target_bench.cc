@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "part_alignment/targets/ring_finder.h"
 #include "part_alignment/targets/square_finder.h"
-#include "part_alignment/targets/target_finder.h"
 #include "support/target_picture.h"
 
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "base/check.h"
-#include "vision/stripe_path.h"
+#include "vision/stripe_search.h"
 
 namespace trammel::vision {
 namespace {

@@ -10,7 +10,7 @@
 #include "base/statistics.h"
 #include "geometry/robust_line.h"
 #include "vision/laser_line.h"
-#include "vision/stripe_path.h"
+#include "vision/stripe_search.h"
 
 namespace trammel::vision {
 namespace {

@@ -8,7 +8,7 @@
 #include "pressure_advance/pattern/pattern.h"
 #include "settings/material.h"
 #include "sim/print/plan_file.h"
-#include "tool_offset/sheet/sheet_file.h"
+#include "tool_offset/sheet/sheet_comments.h"
 #include "tool_offset/sheet/sheet_gcode.h"
 #include "tool_offset/sheet/sheet_temperatures.h"
 

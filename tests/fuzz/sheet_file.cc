@@ -1,9 +1,8 @@
 // The settings of a sheet, read back from its G-code.
-#include "tool_offset/sheet/sheet_file.h"
-
 #include <string>
 
 #include "fuzz.h"
+#include "tool_offset/sheet/sheet_comments.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;

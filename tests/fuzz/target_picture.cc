@@ -3,8 +3,8 @@
 
 #include "base/page.h"
 #include "fuzz.h"
+#include "part_alignment/targets/ring_finder.h"
 #include "part_alignment/targets/square_finder.h"
-#include "part_alignment/targets/target_finder.h"
 
 namespace {
 

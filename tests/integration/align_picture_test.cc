@@ -11,7 +11,7 @@
 #include "align_scene.h"
 #include "part_alignment/pose/solve.h"
 #include "part_alignment/targets/eccentricity.h"
-#include "part_alignment/targets/target_finder.h"
+#include "part_alignment/targets/ring_finder.h"
 #include "sim/spindle/spindle_files.h"
 #include "sim/spindle/spindle_scene.h"
 

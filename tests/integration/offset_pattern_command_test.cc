@@ -5,7 +5,7 @@
 #include <string>
 
 #include "support/run_trammel.h"
-#include "tool_offset/sheet/sheet_file.h"
+#include "tool_offset/sheet/sheet_comments.h"
 
 namespace trammel {
 namespace {

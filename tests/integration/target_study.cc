@@ -12,7 +12,7 @@
 #include <numbers>
 #include <string>
 
-#include "part_alignment/targets/target_finder.h"
+#include "part_alignment/targets/ring_finder.h"
 #include "support/target_picture.h"
 
 namespace trammel {

@@ -13,8 +13,8 @@
 #include "part_alignment/pose/measurement.h"
 #include "part_alignment/procedure/align_route.h"
 #include "part_alignment/targets/code_book.h"
+#include "part_alignment/targets/ring_finder.h"
 #include "part_alignment/targets/square_finder.h"
-#include "part_alignment/targets/target_finder.h"
 
 namespace trammel::procedure {
 

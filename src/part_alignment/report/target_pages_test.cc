@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "part_alignment/targets/ring_finder.h"
 #include "part_alignment/targets/square_finder.h"
-#include "part_alignment/targets/target_finder.h"
 
 namespace trammel::report {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "part_alignment/targets/target_finder.h"
+#include "part_alignment/targets/ring_finder.h"
 #include "support/target_picture.h"
 
 namespace trammel::part_alignment {

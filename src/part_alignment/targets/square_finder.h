@@ -5,7 +5,7 @@
 #include "base/result.h"
 #include "part_alignment/targets/square_code.h"
 #include "part_alignment/targets/square_search.h"
-#include "part_alignment/targets/target_finder.h"
+#include "part_alignment/targets/target.h"
 
 namespace trammel::part_alignment {
 
@@ -13,7 +13,7 @@ struct SquareFinderOptions {
   double min_side_px = 24;    ///< of the shortest side, 14 … 5000; smaller ones are rejected
   double max_side_px = 1000;  ///< of the longest, min_side_px … 5000; larger ones are not seen
   double min_contrast = 20;   ///< between border and surroundings, grey levels, 8 … 255
-  bool mirrored = false;      ///< as FinderOptions::mirrored
+  bool mirrored = false;      ///< as FinderOptions::mirrored (ring_finder.h)
 };
 
 /// Memory of FindSquares, to be used again for the next picture.

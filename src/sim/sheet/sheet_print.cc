@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "sim/sheet/sheet_dirt.h"
 #include "sim/sheet/sheet_nozzle.h"
 #include "sim/sheet/sheet_stroke.h"
 

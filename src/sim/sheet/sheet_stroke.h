@@ -29,8 +29,4 @@ void AddStrokes(const DrawnLine& line, const SheetMachine& machine, const SheetP
 void AddString(int tool, const PlaneMm& from, const PlaneMm& to, const SheetPaper& paper,
                Random random, std::vector<InkStroke>& strokes);
 
-/// Appends paper.dirt_count specks over and around the strokes, hairs across them, and the folds'
-/// creases.
-void AddDirt(const SheetPaper& paper, Random random, std::vector<InkStroke>& strokes);
-
 }  // namespace trammel::sim

@@ -18,7 +18,7 @@
 #include "tool_offset/offset/analyse.h"
 #include "tool_offset/report/offset_json.h"
 #include "tool_offset/report/offset_text.h"
-#include "tool_offset/sheet/sheet_file.h"
+#include "tool_offset/sheet/sheet_comments.h"
 
 namespace trammel::app {
 namespace {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <map>
 
+#include "base/parallel.h"
 #include "base/statistics.h"
 #include "tool_offset/offset/offset_estimate.h"
 #include "tool_offset/reading/comb_fit.h"
 #include "tool_offset/reading/foreign_ink.h"
-#include "tool_offset/reading/parallel.h"
 #include "tool_offset/reading/structure_reader.h"
 #include "tool_offset/reading/tool_search.h"
 

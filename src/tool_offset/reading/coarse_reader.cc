@@ -8,10 +8,10 @@
 #include <span>
 
 #include "base/measured.h"
+#include "base/parallel.h"
 #include "base/statistics.h"
 #include "tool_offset/reading/foreign_ink.h"
 #include "tool_offset/reading/leg_reader.h"
-#include "tool_offset/reading/parallel.h"
 #include "tool_offset/reading/structure_reader.h"
 #include "tool_offset/reading/tool_search.h"
 

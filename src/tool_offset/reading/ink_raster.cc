@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "base/parallel.h"
 #include "base/statistics.h"
-#include "tool_offset/reading/parallel.h"
 
 namespace trammel::tool_offset {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.h"
 #include "tool_offset/reading/leg_reader.h"
-#include "tool_offset/reading/parallel.h"
 
 namespace trammel::tool_offset {
 namespace {

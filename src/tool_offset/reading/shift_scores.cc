@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/parallel.h"
 #include "tool_offset/reading/leg_marks.h"
-#include "tool_offset/reading/parallel.h"
 
 namespace trammel::tool_offset {
 namespace {

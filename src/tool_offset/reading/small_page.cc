@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "tool_offset/reading/parallel.h"
+#include "base/parallel.h"
 
 namespace trammel::tool_offset {
 namespace {

@@ -12,7 +12,7 @@
 #include "gcode/placeholders.h"
 #include "gcode/tool_commands.h"
 #include "settings/material.h"
-#include "tool_offset/sheet/sheet_file.h"
+#include "tool_offset/sheet/sheet_comments.h"
 #include "tool_offset/sheet/sheet_pen.h"
 #include "tool_offset/sheet/sheet_placeholders.h"
 #include "tool_offset/sheet/sheet_temperatures.h"

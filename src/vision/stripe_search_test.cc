@@ -1,4 +1,4 @@
-#include "vision/stripe_path.h"
+#include "vision/stripe_search.h"
 
 #include <gtest/gtest.h>
 

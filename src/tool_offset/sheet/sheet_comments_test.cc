@@ -1,4 +1,4 @@
-#include "tool_offset/sheet/sheet_file.h"
+#include "tool_offset/sheet/sheet_comments.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "part_alignment/targets/target_finder.h"
+#include "part_alignment/targets/ring_finder.h"
 
 #include <fmt/format.h>
 
