@@ -97,32 +97,37 @@ _{0}_of() {{
 {1}    *) commands='' options='' ;;
   esac
 }}
-_{0}() {{
-  local word commands options path={0} current=${{COMP_WORDS[COMP_CWORD]}}
-  _{0}_of "$path"
-  for word in "${{COMP_WORDS[@]:1:COMP_CWORD-1}}"; do
-    if [[ " $commands " == *" $word "* ]]; then
-      path+=" $word"
-      _{0}_of "$path"
+_{0}_words() {{
+  local word commands options current='' command={0} i=0
+  _{0}_of "$command"
+  for word in "${{COMP_WORDS[@]}}"; do
+    if [[ $i -eq $COMP_CWORD ]]; then
+      current=$word
+      break
+    elif [[ $i -gt 0 && -n $word && " $commands " == *" $word "* ]]; then
+      command="$command $word"
+      _{0}_of "$command"
     fi
+    i=$((i + 1))
   done
   if [[ $current == -* ]]; then
-    mapfile -t COMPREPLY < <(compgen -W "$options" -- "$current")
+    COMPREPLY=($(compgen -W "$options" -- "$current"))
   elif [[ -n $commands ]]; then
-    mapfile -t COMPREPLY < <(compgen -W "$commands" -- "$current")
+    COMPREPLY=($(compgen -W "$commands" -- "$current"))
   else
-    compopt -o default 2> /dev/null
     COMPREPLY=()
   fi
 }}
-complete -F _{0} {0}
+complete -o default -F _{0}_words {0}
 )",
                      program.get_name(), cases);
 }
 
 std::string ZshCompletion(const CLI::App& program) {
-  return fmt::format("#compdef {}\nautoload -U +X bashcompinit && bashcompinit\n{}",
-                     program.get_name(), BashCompletion(program));
+  return fmt::format(
+      "#compdef {0}\nautoload -U +X bashcompinit && bashcompinit\n{1}_bash_complete -o default -F "
+      "_{0}_words\n",
+      program.get_name(), BashCompletion(program));
 }
 
 std::string ManualPage(const CLI::App& program) {

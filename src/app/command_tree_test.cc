@@ -37,8 +37,8 @@ TEST_F(CommandTree, TheCompletionKnowsEveryCommandAndOption) {
   EXPECT_THAT(script, HasSubstr("'gauge pa') commands='analyze' "));
   EXPECT_THAT(script, HasSubstr("'gauge pa analyze') commands='' "));
   EXPECT_THAT(script, AllOf(HasSubstr("--method"), HasSubstr("--json")));
-  EXPECT_THAT(script, EndsWith("complete -F _gauge gauge\n"));
-  EXPECT_THAT(ZshCompletion(program_), AllOf(StartsWith("#compdef gauge\n"), EndsWith(script)));
+  EXPECT_THAT(script, EndsWith("complete -o default -F _gauge_words gauge\n"));
+  EXPECT_THAT(ZshCompletion(program_), AllOf(StartsWith("#compdef gauge\n"), HasSubstr(script)));
 }
 
 TEST_F(CommandTree, TheManualHasEveryCommandWithItsOptionsAndNoRequestFromOutside) {

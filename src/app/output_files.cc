@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "files/new_file.h"
+#include "files/whole_file.h"
+#include "measurement/outcome_file.h"
 
 namespace trammel::app {
 
@@ -38,10 +40,10 @@ Result<void> WriteOutputs(const std::vector<OutputFile>& outputs, bool force) {
   return {};
 }
 
-Result<void> CheckOutputs(const ReportFiles& files) {
+Result<void> CheckOutputs(const ReportFiles& outputs) {
   std::error_code ignored;
   for (const auto& [option, name] :
-       {std::pair{"--report", &files.report}, std::pair{"--result", &files.result}}) {
+       {std::pair{"--report", &outputs.report}, std::pair{"--result", &outputs.result}}) {
     if (name->empty()) continue;
     const fs::path path = *name;
     const fs::path folder = path.parent_path();
@@ -52,16 +54,30 @@ Result<void> CheckOutputs(const ReportFiles& files) {
     if (fs::is_directory(path, ignored)) {
       return Fail(fmt::format("{} {}: is a folder; name a file", option, *name));
     }
-    if (auto free = RefuseToOverwrite({path}, files.force); !free) {
+    if (auto free = RefuseToOverwrite({path}, outputs.force); !free) {
       return Fail(fmt::format("{} {}", option, free.error().message));
     }
   }
+  if (!outputs.report.empty() && !outputs.result.empty() &&
+      fs::absolute(outputs.report).lexically_normal() ==
+          fs::absolute(outputs.result).lexically_normal()) {
+    return Fail(fmt::format("--report and --result both name {}", outputs.result));
+  }
+  if (fs::exists(outputs.result, ignored)) {
+    const auto text = files::ReadNamedFile(outputs.result, files::kMaxResultBytes);
+    if (!text || !files::ParseOutcome(*text, outputs.result)) {
+      return Fail(fmt::format(
+          "--result {}: is there and holds no result, so --force does not replace it; choose "
+          "another name",
+          outputs.result));
+    }
+  }
   // The folder of the figures is made with all above it; none of them may be something else.
-  for (fs::path part = files.figures; !part.empty(); part = part.parent_path()) {
+  for (fs::path part = outputs.figures; !part.empty(); part = part.parent_path()) {
     if (fs::is_directory(part, ignored)) break;
     if (fs::exists(part, ignored)) {
       return Fail(fmt::format("--figures {}: {} is a file, not a folder; choose another name",
-                              files.figures, part.string()));
+                              outputs.figures, part.string()));
     }
   }
   return {};

@@ -24,8 +24,9 @@ struct ReportFiles {
 };
 
 /// Whether the files can be written, asked before the work rather than behind it: minutes of it
-/// need not go without their report. Errors name the option.
-[[nodiscard]] Result<void> CheckOutputs(const ReportFiles& files);
+/// need not go without their report. A result replaces nothing but a result, even with `force`.
+/// Errors name the option.
+[[nodiscard]] Result<void> CheckOutputs(const ReportFiles& outputs);
 
 struct OutputFile {
   std::filesystem::path path;

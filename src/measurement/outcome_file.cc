@@ -118,14 +118,21 @@ Result<Outcome> ParseOutcome(std::string_view text, const std::string& file) {
   outcome.provenance.program = object.Text("program");
   outcome.provenance.utc = object.Text("utc");
   outcome.provenance.sources = ReadTexts(object, "sources");
-  object.Choice("verdict", {"good", "cannot_tell", "refused"});
+  const std::string verdict = object.Choice("verdict", {"good", "cannot_tell", "refused"});
   object.Text("reason");
   std::size_t i = 0;
   for (const nlohmann::json& entry : object.List("answers", 0, kMostAnswers)) {
     JsonObject inner = object.Inner(entry, fmt::format("answers[{}]", i++));
     Answer answer{inner.Text("name"), inner.Text("unit"), ReadMeasured(inner)};
+    if (outcome.Find(answer.name) != nullptr) {
+      inner.Fault("name", fmt::format("{} stands there twice", answer.name));
+    }
     if (const auto read = inner.Finish(); !read) return tl::unexpected(read.error());
     outcome.answers.push_back(std::move(answer));
+  }
+  if (verdict != ToString(outcome.verdict())) {
+    object.Fault("verdict", fmt::format("is {}, but that of the answers is {}", verdict,
+                                        ToString(outcome.verdict())));
   }
   outcome.notices = ReadTexts(object, "notices");
   object.Find("details");
@@ -137,7 +144,7 @@ Result<Outcome> ReadOutcome(const std::filesystem::path& path, Instrument instru
   std::error_code ignored;
   const std::filesystem::path file =
       std::filesystem::is_directory(path, ignored) ? path / kResultFile : path;
-  const auto text = ReadWholeFile(file, kMaxResultBytes);
+  const auto text = ReadNamedFile(file, kMaxResultBytes);
   if (!text) return tl::unexpected(text.error());
   auto outcome = ParseOutcome(*text, file.string());
   if (!outcome) return outcome;

@@ -82,6 +82,12 @@ TEST(OutcomeFile, NoValueStandsBesideAVerdictThatIsNotGoodAndNoneIsMissing) {
   json["answers"][0]["standard_uncertainty"] = -0.1;
   EXPECT_THAT(FaultOf(json), HasSubstr("standard_uncertainty"));
   json = good;
+  json["answers"][1]["name"] = "tool_1_dx";
+  EXPECT_THAT(FaultOf(json), HasSubstr("tool_1_dx stands there twice"));
+  json = good;
+  json["verdict"] = "refused";
+  EXPECT_THAT(FaultOf(json), HasSubstr("verdict is refused, but that of the answers is good"));
+  json = good;
   json["instrument"] = "sundial";
   EXPECT_THAT(FaultOf(json), HasSubstr("instrument"));
   json = good;

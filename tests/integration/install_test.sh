@@ -29,7 +29,7 @@ grep -q '^\.SS .*trammel pa analyze' "$folder/moved/share/man/man1/trammel.1"
 source "$folder/moved/share/bash-completion/completions/trammel"
 completed() {
   COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
-  _trammel
+  _trammel_words
   echo "${COMPREPLY[*]}"
 }
 [[ $(completed trammel pa ana) == analyze ]]

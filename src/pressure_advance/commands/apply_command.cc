@@ -34,12 +34,30 @@ struct ApplyArguments {
 Result<ChosenValue> Kept(const fs::path& path) {
   const auto quantity = KeptPressureAdvance(path);
   if (!quantity) return tl::unexpected(quantity.error());
+  fmt::print("kept answer       {}\n", path.string());
   return ChosenValue{quantity->value, *quantity};
+}
+
+/// A file of the recording that was written after its result.
+std::optional<fs::path> ChangedSince(const fs::path& result, const fs::path& folder) {
+  std::error_code ignored;
+  const auto kept = fs::last_write_time(result, ignored);
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const fs::path name = entry.path().filename();
+    const bool recorded = name == "scan.json" || name.extension() == ".avi";
+    if (recorded && entry.last_write_time(ignored) > kept) return entry.path();
+  }
+  return std::nullopt;
 }
 
 Result<ChosenValue> Answer(const fs::path& folder) {
   std::error_code ignored;
-  if (fs::exists(folder / files::kResultFile, ignored)) return Kept(folder);
+  const fs::path result = folder / files::kResultFile;
+  if (fs::exists(result, ignored)) {
+    const auto newer = ChangedSince(result, folder);
+    if (!newer) return Kept(result);
+    fmt::print("analysed again    {} is newer than {}\n", newer->string(), result.string());
+  }
   const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
   if (!run) return tl::unexpected(run.error());
   const Measured& measured = run->analysis.pressure_advance;

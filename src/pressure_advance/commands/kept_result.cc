@@ -28,7 +28,9 @@ Result<void> KeepResult(const pressure_advance::Analysis& analysis,
   const measurement::Outcome outcome = OutcomeOf(analysis, {folder.string()});
   const auto details = nlohmann::ordered_json::parse(report::ToJson(analysis));
   if (auto kept = files::KeepOutcome(folder, outcome, details); !kept) return kept;
-  const auto recordings = std::filesystem::absolute(folder).lexically_normal().parent_path();
+  auto whole = std::filesystem::absolute(folder).lexically_normal();
+  if (!whole.has_filename()) whole = whole.parent_path();  // "folder/" and "."
+  const auto recordings = whole.parent_path();
   return files::AppendLine(recordings / files::kHistoryFile, files::HistoryLine(outcome, folder));
 }
 

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <filesystem>
 
 #include "measurement/outcome_file.h"
 #include "pressure_advance/commands/apply_command.h"
@@ -42,10 +44,25 @@ TEST(KeptResult, IsWhatApplyTakesWithoutLookingAtTheRecordingAgain) {
               AllOf(HasSubstr("pressure_advance-20260102T030405Z"), HasSubstr("one line is torn")));
 }
 
+TEST(KeptResult, ThatIsOlderThanItsRecordingIsNotTaken) {
+  const test::TemporaryFolder folder;
+  const auto recording = folder.path() / "r/";  // the history lies beside it all the same
+  std::filesystem::create_directory(recording);
+  ASSERT_TRUE(KeepResult(AnalysisOf(Measured::Good({0.036, 0.0005, {0.035, 0.0371}})), recording));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / files::kHistoryFile));
+  test::WriteWhole(recording / "scan.json", "{}");
+  std::filesystem::last_write_time(
+      recording / "scan.json",
+      std::filesystem::last_write_time(recording / "result.json") + std::chrono::seconds(2));
+  const auto value = ValueFrom(recording.string());
+  ASSERT_FALSE(value);
+  EXPECT_THAT(value.error().message, HasSubstr("scan.json"));
+}
+
 TEST(KeptResult, WithoutAGoodVerdictGivesNothingToApply) {
   const test::TemporaryFolder folder;
   ASSERT_TRUE(
-      KeepResult(AnalysisOf(Measured::CannotTell("the lines are too alike")), folder.path() / "."));
+      KeepResult(AnalysisOf(Measured::CannotTell("the lines are too alike")), folder.path()));
   const auto value = ValueFrom(folder.path().string());
   ASSERT_FALSE(value);
   EXPECT_EQ(value.error().kind, ErrorKind::kMeasurement);

@@ -258,7 +258,9 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command =
       parent.add_subcommand("apply", "the lines that take measured offsets out; --apply sets them");
   const auto arguments = std::make_shared<OffsetApplyArguments>();
-  command->add_option("file", arguments->file, "what offset analyze --json printed")->required();
+  command
+      ->add_option("file", arguments->file, "what offset analyze --result kept, or --json printed")
+      ->required();
   command->add_option("--for", arguments->firmware, "who keeps the tools' offsets")
       ->check(CLI::IsMember(std::vector<std::string>{"klipper-tool", "klipper-gcode-offset",
                                                      "marlin", "reprapfirmware"}))

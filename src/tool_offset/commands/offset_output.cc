@@ -67,6 +67,14 @@ measurement::Outcome OutcomeOf(const report::OffsetAnalysis& analysis) {
   }
   outcome.answers.push_back({"backlash_x", "mm", analysis.combined.backlash_mm.x});
   outcome.answers.push_back({"backlash_y", "mm", analysis.combined.backlash_mm.y});
+  const Verdict verdict = report::VerdictOf(analysis);
+  if (verdict != Verdict::kGood && outcome.verdict() == Verdict::kGood) {
+    constexpr const char* kWhy = "a self-test of the sheet is not good";
+    outcome.answers.push_back(
+        {"self_tests", "",
+         verdict == Verdict::kRefused ? Measured::Refused(kWhy) : Measured::CannotTell(kWhy)});
+  }
+  outcome.notices = report::NoticesOf(analysis);
   outcome.provenance = ProvenanceOf(measurement::Instrument::kToolOffset, std::move(sources));
   return outcome;
 }

@@ -55,7 +55,10 @@ Result<OffsetFile> OffsetsOf(const measurement::Outcome& outcome, const std::str
   for (int number = 0; number <= kMostTool; ++number) {
     const measurement::Answer* const dx = outcome.Find(fmt::format("tool_{}_dx", number));
     const measurement::Answer* const dy = outcome.Find(fmt::format("tool_{}_dy", number));
-    if (dx == nullptr || dy == nullptr) continue;
+    if (dx == nullptr && dy == nullptr) continue;
+    if (dx == nullptr || dy == nullptr) {
+      return Fail(fmt::format("{}: tool_{} has one of dx and dy alone", file, number));
+    }
     const Measured& worse = dx->value.verdict() < dy->value.verdict() ? dy->value : dx->value;
     if (!worse.good()) {
       offsets.refused.push_back(

@@ -83,6 +83,10 @@ TEST(KeptOffsets, AreReadFromAFolderAsFromTheFileAndOtherInstrumentsAreNamed) {
                      {"tool_1_dy", "mm", Measured::Good({0, 1, {-2, 2}})}};
   ASSERT_TRUE(KeepOutcome(folder.path(), outcome));
   EXPECT_THAT(ReadOffsetFile(folder.path()).error().message, HasSubstr("tool_1: 90 mm"));
+  outcome.answers.pop_back();
+  ASSERT_TRUE(KeepOutcome(folder.path(), outcome));
+  EXPECT_THAT(ReadOffsetFile(folder.path()).error().message,
+              HasSubstr("tool_1 has one of dx and dy alone"));
   outcome.provenance.instrument = measurement::Instrument::kPartAlignment;
   test::WriteWhole(folder.path() / kResultFile, ToJson(outcome));
   EXPECT_THAT(ReadOffsetFile(folder.path()).error().message,

@@ -118,7 +118,7 @@ std::string LinesFor(const OffsetAnalysis& analysis, const FirmwareWords& words)
   return fmt::format(
       "<p>Where the firmware keeps 0 for these tools now:</p>\n<pre>{}</pre>\n"
       "<p class=\"quiet\">{}Where it keeps another offset, add to it: {}. With "
-      "<code>--json &gt; result.json</code>, <code>trammel offset apply result.json --for {} --now "
+      "<code>--result result.json</code>, <code>trammel offset apply result.json --for {} --now "
       "TOOL:X,Y</code> does the sum.</p>\n",
       EscapeHtml(lines + saves), advice.empty() ? "" : EscapeHtml(advice) + ". ",
       EscapeHtml(growth), to::ToString(words.firmware));

@@ -60,8 +60,8 @@ std::string Next(const OffsetAnalysis& analysis) {
   std::string text;
   if (!analysis.combined.tools.empty()) {
     text = fmt::format(
-        "next         dx and dy are where a tool's lines land minus where T{}'s would: with --json "
-        "> FILE,\n"
+        "next         dx and dy are where a tool's lines land minus where T{}'s would: with "
+        "--result FILE,\n"
         "             trammel offset apply FILE shows the commands that take them out.\n"
         "             Then print another sheet and look for zero.\n",
         analysis.plan.settings.reference_tool);
