@@ -5,14 +5,9 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
-#include <vector>
 
 namespace trammel::app {
 namespace {
-
-std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App*) { return true; });
-}
 
 /// Visits a command and all below it; `path` is how it is called.
 void ForEachCommand(const CLI::App& app, const std::string& path,
@@ -29,12 +24,6 @@ std::vector<std::string> OptionsOf(const CLI::App& app) {
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
     for (const std::string& name : option->get_snames()) names.push_back("-" + name);
   }
-  return names;
-}
-
-std::vector<std::string> NamesOfCommands(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const CLI::App* command : CommandsOf(app)) names.push_back(command->get_name());
   return names;
 }
 
@@ -84,6 +73,16 @@ std::string DescriptionOf(const CLI::App& program) {
 }
 
 }  // namespace
+
+std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+std::vector<std::string> NamesOfCommands(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : CommandsOf(app)) names.push_back(command->get_name());
+  return names;
+}
 
 std::string BashCompletion(const CLI::App& program) {
   std::string cases;

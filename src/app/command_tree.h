@@ -2,12 +2,17 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace CLI {
 class App;
 }
 
 namespace trammel::app {
+
+/// The commands below one, all of them.
+[[nodiscard]] std::vector<const CLI::App*> CommandsOf(const CLI::App& app);
+[[nodiscard]] std::vector<std::string> NamesOfCommands(const CLI::App& app);
 
 /// A script for bash that completes commands, options and, where neither is meant, files.
 [[nodiscard]] std::string BashCompletion(const CLI::App& program);

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/command_tree.h"
 #include "base/utf8.h"
 #include "files/suggest.h"
 
@@ -21,10 +22,6 @@ std::string Quoted(const std::string& word) {
   return fmt::format("'{}'", EscapedForTerminal(line));
 }
 
-std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App*) { return true; });
-}
-
 const CLI::App* CommandOf(const CLI::App& app, std::string_view word) {
   for (const CLI::App* command : CommandsOf(app)) {
     if (command->get_name() == word) return command;
@@ -36,12 +33,6 @@ std::string MeantFor(std::string_view word, const std::vector<std::string>& know
   const std::vector<std::string_view> names(known.begin(), known.end());
   const auto near = files::Nearest(word, names);
   return near ? fmt::format("; did you mean {}?", *near) : "";
-}
-
-std::vector<std::string> NamesOfCommands(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const CLI::App* command : CommandsOf(app)) names.push_back(command->get_name());
-  return names;
 }
 
 std::vector<std::string> NamesOfOptions(const CLI::App& app) {

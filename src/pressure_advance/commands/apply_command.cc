@@ -34,7 +34,7 @@ struct ApplyArguments {
 Result<ChosenValue> Kept(const fs::path& path) {
   const auto quantity = KeptPressureAdvance(path);
   if (!quantity) return tl::unexpected(quantity.error());
-  fmt::print("kept answer       {}\n", path.string());
+  fmt::print(stderr, "  the answer kept in {}\n", path.string());
   return ChosenValue{quantity->value, *quantity};
 }
 
@@ -44,8 +44,10 @@ std::optional<fs::path> ChangedSince(const fs::path& result, const fs::path& fol
   const auto kept = fs::last_write_time(result, ignored);
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     const fs::path name = entry.path().filename();
-    const bool recorded = name == "scan.json" || name.extension() == ".avi";
-    if (recorded && entry.last_write_time(ignored) > kept) return entry.path();
+    const bool ours = name == files::kResultFile || name == "report.html";
+    if (!ours && entry.is_regular_file(ignored) && entry.last_write_time(ignored) > kept) {
+      return entry.path();
+    }
   }
   return std::nullopt;
 }
@@ -56,7 +58,8 @@ Result<ChosenValue> Answer(const fs::path& folder) {
   if (fs::exists(result, ignored)) {
     const auto newer = ChangedSince(result, folder);
     if (!newer) return Kept(result);
-    fmt::print("analysed again    {} is newer than {}\n", newer->string(), result.string());
+    fmt::print(stderr, "  {} is newer than {}: analysing again\n", newer->string(),
+               result.string());
   }
   const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
   if (!run) return tl::unexpected(run.error());

@@ -31,7 +31,9 @@ TEST(KeptResult, IsWhatApplyTakesWithoutLookingAtTheRecordingAgain) {
   const auto analysis = AnalysisOf(Measured::Good({0.036, 0.0005, {0.035, 0.0371}}));
   ASSERT_TRUE(KeepResult(analysis, recording));
   for (const auto& path : {recording, recording / "result.json"}) {
+    ::testing::internal::CaptureStdout();         // which may hold one JSON object and nothing else
     const auto value = ValueFrom(path.string());  // there is no scan.json in the folder
+    EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
     ASSERT_TRUE(value) << value.error().message;
     EXPECT_EQ(value->value_s, 0.036);
     ASSERT_TRUE(value->measured);
