@@ -17,10 +17,10 @@ namespace trammel::app {
 
 /// Where a report is to go.
 struct ReportFiles {
-  std::string report;   ///< HTML file to write; empty: none
-  std::string figures;  ///< folder for each figure as PNG and SVG; empty: none
-  std::string result;   ///< result.json to write; empty: none
-  bool force = false;   ///< overwrite files
+  std::string report = {};   ///< HTML file to write; empty: none
+  std::string figures = {};  ///< folder for each figure as PNG and SVG; empty: none
+  std::string result = {};   ///< result.json to write; empty: none
+  bool force = false;        ///< overwrite files
 };
 
 /// Whether the files can be written, asked before the work rather than behind it: minutes of it

@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/json_text.h"
 #include "files/json_object.h"
 #include "files/whole_file.h"
 
@@ -103,7 +104,7 @@ Result<Instrument> InstrumentOf(const std::string& name) {
 std::string ToJson(const Outcome& outcome, const ordered_json& details) {
   ordered_json json = OutcomeJson(outcome);
   if (!details.is_null()) json["details"] = details;
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return JsonText(json);
 }
 
 Result<Outcome> ParseOutcome(std::string_view text, const std::string& file) {

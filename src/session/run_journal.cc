@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/json_text.h"
 #include "files/json_object.h"
 #include "files/new_file.h"
 
@@ -113,7 +114,7 @@ Result<void> WriteJournal(const fs::path& path, const RunJournal& journal) {
   for (const auto& [name, target_c] : journal.targets_c) {
     json["heaters"].push_back({{"name", name}, {"target_c", target_c}});
   }
-  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::string text = JsonText(json);
   const auto kept = files::WriteWholeFile(path, text, files::IfThere::kReplace);
   if (kept) return {};
   return Fail(

@@ -254,6 +254,56 @@ TEST_F(AlignCommand, CorrectWritesTheWordsOfEveryControl) {
   }
 }
 
+TEST_F(AlignCommand, KeepsItsAnswerAsEveryInstrumentDoesAndCorrectsByIt) {
+  ASSERT_EQ(Align("solve seen.json --out printed.json --result kept.json").exit_code, 0);
+  const json kept = json::parse(test::ReadWhole(folder_.path() / "kept.json"));
+  const json printed = json::parse(test::ReadWhole(folder_.path() / "printed.json"));
+  EXPECT_EQ(kept["instrument"], "part_alignment");
+  EXPECT_EQ(kept["sources"], json({"seen.json"}));
+  EXPECT_EQ(kept["details"], printed);
+  ASSERT_EQ(kept["answers"].size(), 7u);  // the pose and the clamp angle
+  const json& y = kept["answers"][1];
+  EXPECT_EQ(y["name"], "part_y");
+  EXPECT_EQ(y["unit"], "mm");
+  EXPECT_EQ(y["value"], printed["part_mm"][1]);
+  EXPECT_EQ(y["standard_uncertainty"], printed["standard_uncertainty"]["y_mm"]);
+  EXPECT_EQ(kept["answers"][6]["name"], "clamp_angle");
+  EXPECT_EQ(kept["answers"][6]["unit"], "rad");
+  EXPECT_EQ(Align("correct kept.json --json").standard_output,
+            Align("correct printed.json --json").standard_output);
+  EXPECT_EQ(Align("solve seen.json --result kept.json").exit_code, 1);  // is there already
+  EXPECT_EQ(Align("solve seen.json --result kept.json --force").exit_code, 0);
+}
+
+TEST_F(AlignCommand, CorrectsByNoKeptAnswerThatIsNotGoodOrNotItsOwn) {
+  ASSERT_EQ(Align("solve seen.json --result kept.json").exit_code, 0);
+  const json kept = json::parse(test::ReadWhole(folder_.path() / "kept.json"));
+  const auto corrected = [&](const json& changed) {
+    Write("changed.json", changed.dump());
+    return Align("correct changed.json");
+  };
+  json bad = kept;
+  bad["verdict"] = "cannot_tell";
+  bad["answers"][2] = {{"name", "part_z"},
+                       {"unit", "mm"},
+                       {"verdict", "cannot_tell"},
+                       {"reason", "one height only"}};
+  CommandResult refused = corrected(bad);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.standard_error, HasSubstr("cannot_tell: one height only"));
+  bad = kept;
+  bad["answers"][0]["unit"] = "m";
+  EXPECT_THAT(corrected(bad).standard_error, HasSubstr("holds no part_x in mm"));
+  bad = kept;
+  bad["answers"][3]["value"] = bad["answers"][3]["interval95"][1] = 7;
+  EXPECT_THAT(corrected(bad).standard_error, HasSubstr("part_alpha is 7 rad"));
+  bad = kept;
+  bad["instrument"] = "tap";
+  refused = corrected(bad);
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.standard_error, HasSubstr("a result of taps, not of part alignment"));
+}
+
 TEST_F(AlignCommand, WhatNobodyStatedIsInOneFigureFromSolveToCorrect) {
   const CommandResult solved = Align("solve seen.json --out result.json");
   const json result = json::parse(solved.standard_output);

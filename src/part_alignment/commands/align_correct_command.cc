@@ -131,7 +131,10 @@ void AddAlignCorrectCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
       "correct", "shims for the fixture, the work offset for the control, and what is left over");
   const auto arguments = std::make_shared<CorrectArguments>();
-  command->add_option("file", arguments->file, "what align solve printed")->required();
+  command
+      ->add_option("file", arguments->file,
+                   "what align solve --result kept or printed, or a measurement's folder")
+      ->required();
   command->add_option("--control", arguments->control)
       ->check(CLI::IsMember(std::vector<std::string>{"linuxcnc", "siemens", "heidenhain", "fanuc"}))
       ->capture_default_str();

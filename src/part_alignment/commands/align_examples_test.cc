@@ -110,13 +110,13 @@ TEST_F(AlignExamples, TheGridGivesTheCameraThatItWasDrawnWith) {
 TEST_F(AlignExamples, TheChainEndsWhereThePartIsWithinWhatItStates) {
   ASSERT_EQ(Align("calibrate grid.json --out camera.json").exit_code, 0);
   ASSERT_EQ(Align("fit points.csv --part part.json --out targets.json").exit_code, 0);
-  const auto solved = Align("solve observations.json --out result.json");
+  const auto solved = Align("solve observations.json --result result.json");
   ASSERT_EQ(solved.exit_code, 0) << solved.output;
   const auto drawn =
       test::RunTrammel("sim spindle --out shop --seed 11 --no-pictures", folder_.path());
   ASSERT_EQ(drawn.exit_code, 0) << drawn.output;
   const json truth = Read("shop/truth.json");
-  const json result = Read("result.json");
+  const json result = Read("result.json")["details"];
   constexpr double kFactor = 2;  // one drawn part: each of six figures within k = 2
   const json& sigma = result["standard_uncertainty"];
   for (const auto& [i, name] : {std::pair{0, "x_mm"}, std::pair{1, "y_mm"}, std::pair{2, "z_mm"}}) {

@@ -15,7 +15,9 @@
 #include "app/interrupt.h"
 #include "app/number_range.h"
 #include "app/secrets.h"
+#include "base/json_text.h"
 #include "part_alignment/commands/align_commands.h"
+#include "part_alignment/commands/align_outcome.h"
 #include "part_alignment/commands/align_record.h"
 #include "part_alignment/commands/align_report.h"
 #include "part_alignment/commands/linuxcnc_options.h"
@@ -80,15 +82,18 @@ int Finish(const MeasureArguments& arguments, files::AlignmentInput input,
   if (auto kept = record.KeepObservations(input.measurement); !kept)
     return PrintError(kept.error());
   const report::AlignmentOutput output = OutputOf(input, std::move(*alignment));
-  if (auto written = WriteAlignmentReport(record.folder(), output, record.pictures(), false);
-      !written) {
-    return PrintError(written.error());
+  // The answer is printed whatever becomes of the files.
+  const ResultFile result = ResultOf(output, record.folder().string());
+  auto written = KeepInRecording(record.folder(), result);
+  if (written) {
+    written = WriteAlignmentReport(record.folder(), output, nullptr, record.pictures(), false);
   }
-  std::fputs(report::ToJson(output).c_str(), stdout);
+  std::fputs(JsonText(result.details).c_str(), stdout);
   if (!arguments.json) {
     fmt::print(stderr, "{}report     {}\n", report::AlignmentText(output),
                record.folder().string());
   }
+  if (!written) return PrintError(written.error());
   return output.alignment.verdict == Verdict::kGood ? kExitGood : kExitNotTrusted;
 }
 

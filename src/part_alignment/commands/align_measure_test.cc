@@ -127,7 +127,11 @@ TEST_F(AlignMeasure, FindsThePartInPicturesAndLeavesADatedReport) {
   }
   const fs::path report = PrintError();
   ASSERT_FALSE(report.empty());
-  EXPECT_EQ(ReadWhole(report / "result.json"), measured.standard_output);
+  const json kept_result = json::parse(ReadWhole(report / "result.json"));
+  EXPECT_EQ(kept_result["instrument"], "part_alignment");
+  EXPECT_EQ(kept_result["details"], result);
+  const std::string history = ReadWhole(report.parent_path() / "history.jsonl");
+  EXPECT_EQ(json::parse(history)["answers"], kept_result["answers"]);
   for (const char* name :
        {"report.txt", "report.html", "view-01_residuals.png", "view-08_residuals.png"}) {
     EXPECT_TRUE(fs::exists(report / name)) << name;

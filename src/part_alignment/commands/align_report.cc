@@ -14,6 +14,7 @@
 #include "app/output_files.h"
 #include "app/today.h"
 #include "machine/camera/image_file.h"
+#include "measurement/outcome_file.h"
 #include "part_alignment/pose/caveats.h"
 #include "part_alignment/pose/solution.h"
 #include "part_alignment/report/alignment_page.h"
@@ -129,9 +130,10 @@ report::AlignmentOutput OutputOf(const files::AlignmentInput& input,
 }
 
 Result<void> WriteAlignmentReport(const fs::path& folder, const report::AlignmentOutput& output,
-                                  const std::vector<fs::path>& pictures, bool force) {
-  std::vector<OutputFile> files = {{folder / "result.json", report::ToJson(output)},
-                                   {folder / "report.txt", report::AlignmentText(output)}};
+                                  const ResultFile* result, const std::vector<fs::path>& pictures,
+                                  bool force) {
+  std::vector<OutputFile> files = {{folder / "report.txt", report::AlignmentText(output)}};
+  if (result != nullptr) files.push_back(OutputOf(folder / files::kResultFile, *result));
   const std::set<std::size_t> shown = ShownViews(output.alignment, pictures);
   std::vector<report::Figure> views;
   for (std::size_t i = 0; i < output.measurement.views.size(); ++i) {

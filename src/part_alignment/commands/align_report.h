@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "app/result_file.h"
 #include "base/result.h"
 #include "part_alignment/files/alignment_file.h"
 #include "part_alignment/pose/solve.h"
@@ -22,11 +23,13 @@ namespace trammel::app {
 /// Writes result.json, report.txt, report.html and view-01_residuals.png … (what was found,
 /// projected and left over in each) into a folder, which is made if need be. The page holds the
 /// pictures of the six views with the largest residuals.
+/// @param result  of the same output; absent: no result.json.
 /// @param pictures  of the views; an empty path, or none, draws the targets on a grey ground.
 /// Errors name the file: one that cannot be written or, unless `force`, is there already, a picture
 /// that cannot be read or is not of the camera's size.
 [[nodiscard]] Result<void> WriteAlignmentReport(const std::filesystem::path& folder,
                                                 const report::AlignmentOutput& output,
+                                                const ResultFile* result,
                                                 const std::vector<std::filesystem::path>& pictures,
                                                 bool force);
 

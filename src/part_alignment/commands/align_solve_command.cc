@@ -14,9 +14,11 @@
 
 #include "app/commands.h"
 #include "app/number_range.h"
+#include "app/output_files.h"
+#include "base/json_text.h"
 #include "base/random.h"
-#include "files/new_file.h"
 #include "part_alignment/commands/align_commands.h"
+#include "part_alignment/commands/align_outcome.h"
 #include "part_alignment/commands/align_outputs.h"
 #include "part_alignment/commands/align_report.h"
 #include "part_alignment/files/alignment_file.h"
@@ -38,6 +40,7 @@ struct SolveArguments {
   bool force = false;
   bool json = false;
   std::string out;
+  std::string result;
   std::string report;
 };
 
@@ -84,9 +87,24 @@ CLI::Validator NumberOfTrials() {
       "INT");
 }
 
+Result<void> Write(const SolveArguments& arguments, const files::AlignmentInput& input,
+                   const report::AlignmentOutput& output, const ResultFile& result,
+                   const std::string& json) {
+  std::vector<OutputFile> files;
+  if (!arguments.out.empty()) files.push_back({arguments.out, json});
+  if (!arguments.result.empty()) files.push_back(OutputOf(arguments.result, result));
+  if (auto written = WriteOutputs(files, arguments.force); !written) return written;
+  if (arguments.report.empty()) return {};
+  return WriteAlignmentReport(arguments.report, output, &result, PicturesOf(input, arguments.file),
+                              arguments.force);
+}
+
 int RunSolve(const SolveArguments& arguments) {
   if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
     return PrintError(free.error());
+  }
+  if (auto may = CheckOutputs({.result = arguments.result, .force = arguments.force}); !may) {
+    return PrintError(may.error());
   }
   auto input = files::ReadAlignmentFile(arguments.file);
   if (!input) return PrintError(input.error());
@@ -106,21 +124,13 @@ int RunSolve(const SolveArguments& arguments) {
   auto simulated = Simulate(arguments, *input, options, *alignment);
   report::AlignmentOutput output = OutputOf(*input, std::move(*alignment));
   output.simulated = std::move(simulated);
-  const std::string json = report::ToJson(output);
-  if (!arguments.out.empty()) {
-    if (auto written =
-            files::WriteWholeFile(arguments.out, json, files::ReplaceIf(arguments.force));
-        !written) {
-      return PrintError(written.error());
-    }
-  }
-  if (!arguments.report.empty()) {
-    auto written = WriteAlignmentReport(arguments.report, output,
-                                        PicturesOf(*input, arguments.file), arguments.force);
-    if (!written) return PrintError(written.error());
-  }
+  // The answer is printed whatever becomes of the files.
+  const ResultFile result = ResultOf(output, arguments.file);
+  const std::string json = JsonText(result.details);
+  const auto written = Write(arguments, *input, output, result, json);
   std::fputs(json.c_str(), stdout);
   if (!arguments.json) std::fputs(report::AlignmentText(output).c_str(), stderr);
+  if (!written) return PrintError(written.error());
   return output.alignment.verdict == Verdict::kGood ? kExitGood : kExitNotTrusted;
 }
 
@@ -151,7 +161,9 @@ void AddAlignSolveCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "no words on standard error beside the JSON");
   command->add_option("--out", arguments->out, "write the JSON to this file, too");
-  command->add_flag("--force", arguments->force, "overwrite that file, and the page");
+  command->add_option("--result", arguments->result,
+                      "keep the answer as JSON here, for align correct");
+  command->add_flag("--force", arguments->force, "overwrite those files, and the page");
   command->add_option("--report", arguments->report,
                       "a folder for a page with every view: what was found, projected and left "
                       "over, on the pictures that the file names");

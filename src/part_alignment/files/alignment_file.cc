@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/json_text.h"
 #include "part_alignment/files/target_file.h"
 
 namespace trammel::files {
@@ -351,7 +352,7 @@ std::string AlignmentFileText(const AlignmentInput& input) {
     const std::optional<double>& stated = input.inputs.*named.member;
     if (stated) json[kInputsKey][named.name] = *stated;
   }
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonText(json);
 }
 
 }  // namespace trammel::files

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "files/json_object.h"
+#include "measurement/outcome_file.h"
 
 namespace trammel::files {
 namespace {
@@ -54,22 +55,72 @@ void ReadUncertainty(JsonObject& root, AlignmentResult& result) {
   result.standard_uncertainty = sigma;
 }
 
-}  // namespace
+Error NotGood(const std::string& file, std::string_view verdict, const std::string& reason) {
+  return {ErrorKind::kMeasurement,
+          fmt::format("{}: nothing is corrected by a result whose verdict is {}: {}", file, verdict,
+                      reason)};
+}
 
-Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path) {
-  const auto parsed = ReadJsonFile(path, kMostBytes);
-  if (!parsed) return tl::unexpected(parsed.error());
-  JsonObject root(*parsed, path.string());
+Result<std::vector<part_alignment::PartTarget>> ReadTargets(JsonObject& owner) {
+  std::vector<part_alignment::PartTarget> targets;
+  const json* list = owner.OptionalList("targets", 0, 10'000);
+  if (auto read = owner.Faults(); !read) return tl::unexpected(read.error());
+  for (const json& entry : list != nullptr ? *list : json::array()) {
+    JsonObject object = owner.Inner(entry, fmt::format("targets[{}]", targets.size()));
+    part_alignment::PartTarget target{Id(object), Three(object, "ideal_mm", kMost_mm)};
+    if (auto read = object.Faults(); !read) return tl::unexpected(read.error());
+    targets.push_back(std::move(target));
+  }
+  return targets;
+}
+
+/// The pose from the answers; of the details only the targets, which are no answer.
+Result<AlignmentResult> FromKept(const measurement::Outcome& outcome, JsonObject& root,
+                                 const std::string& file) {
+  if (outcome.verdict() != Verdict::kGood) {
+    return tl::unexpected(NotGood(file, ToString(outcome.verdict()), outcome.reason()));
+  }
+  Eigen::Matrix<double, 6, 1> pose;
+  Eigen::Matrix<double, 6, 1> sigma;
+  for (std::size_t i = 0; i < kPoseAnswers.size(); ++i) {
+    const bool angle = i >= 3;
+    const std::string_view unit = angle ? "rad" : "mm";
+    const double most = angle ? kMost_rad : kMost_mm;
+    const measurement::Answer* const answer = outcome.Find(kPoseAnswers.at(i));
+    if (answer == nullptr || answer->unit != unit) {
+      return Fail(fmt::format("{}: holds no {} in {}", file, kPoseAnswers.at(i), unit));
+    }
+    const Quantity& quantity = answer->value.quantity();
+    if (std::abs(quantity.value) > most) {
+      return Fail(fmt::format("{}: {} is {} {}; it must be within +-{}", file, answer->name,
+                              quantity.value, unit, most));
+    }
+    pose(static_cast<Eigen::Index>(i)) = quantity.value;
+    sigma(static_cast<Eigen::Index>(i)) = quantity.standard_uncertainty;
+  }
+  AlignmentResult result;
+  result.machine_from_part = {pose.head<3>(), pose.tail<3>()};
+  result.standard_uncertainty = sigma;
+  result.notices = outcome.notices;
+  if (const json* const found = root.Find("details"); found != nullptr) {
+    JsonObject details = root.Inner(*found, "details");
+    auto targets = ReadTargets(details);
+    if (!targets) return tl::unexpected(targets.error());
+    result.targets = std::move(*targets);
+  }
+  return result;
+}
+
+/// What `align solve` prints.
+Result<AlignmentResult> FromPrinted(JsonObject& root, const std::string& file) {
   root.Integer("format", {1, 1});
   const std::string verdict = root.Choice("verdict", {"good", "cannot_tell", "refused"});
   if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
   if (verdict != "good") {
     const json* reason = root.Find("reason");
-    return Fail(fmt::format("{}: nothing is corrected by a result whose verdict is {}: {}",
-                            path.string(), verdict,
-                            reason != nullptr && reason->is_string() ? reason->get<std::string>()
-                                                                     : "no reason given"),
-                ErrorKind::kMeasurement);
+    const bool said = reason != nullptr && reason->is_string();
+    return tl::unexpected(
+        NotGood(file, verdict, said ? reason->get<std::string>() : "no reason given"));
   }
   AlignmentResult result;
   result.machine_from_part = {Three(root, "part_mm", kMost_mm),
@@ -79,15 +130,24 @@ Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path) {
   for (const json& notice : notices != nullptr ? *notices : json::array()) {
     if (notice.is_string()) result.notices.push_back(notice.get<std::string>());
   }
-  const json* targets = root.OptionalList("targets", 0, 10'000);
-  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
-  for (const json& entry : targets != nullptr ? *targets : json::array()) {
-    JsonObject object = root.Inner(entry, fmt::format("targets[{}]", result.targets.size()));
-    part_alignment::PartTarget target{Id(object), Three(object, "ideal_mm", kMost_mm)};
-    if (auto read = object.Faults(); !read) return tl::unexpected(read.error());
-    result.targets.push_back(std::move(target));
-  }
+  auto targets = ReadTargets(root);
+  if (!targets) return tl::unexpected(targets.error());
+  result.targets = std::move(*targets);
   return result;
+}
+
+}  // namespace
+
+Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return ReadAlignmentResult(path / kResultFile);
+  const auto parsed = ReadJsonFile(path, kMostBytes);
+  if (!parsed) return tl::unexpected(parsed.error());
+  JsonObject root(*parsed, path.string());
+  if (!root.has("instrument")) return FromPrinted(root, path.string());
+  const auto outcome = ReadOutcome(path, measurement::Instrument::kPartAlignment);
+  if (!outcome) return tl::unexpected(outcome.error());
+  return FromKept(*outcome, root, path.string());
 }
 
 Result<SupportsFile> ReadSupportsFile(const std::filesystem::path& path) {

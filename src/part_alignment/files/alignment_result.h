@@ -2,9 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
@@ -12,6 +14,10 @@
 #include "part_alignment/pose/measurement.h"
 
 namespace trammel::files {
+
+/// Where the part is, among the answers of a kept result: mm, mm, mm, rad, rad, rad.
+inline constexpr std::array<std::string_view, 6> kPoseAnswers = {
+    "part_x", "part_y", "part_z", "part_alpha", "part_beta", "part_gamma"};
 
 struct AlignmentResult {
   geometry::Pose machine_from_part;
@@ -21,7 +27,8 @@ struct AlignmentResult {
   std::vector<std::string> notices;
 };
 
-/// Errors: kInput as for every file; kMeasurement where the verdict is not good, with its reason.
+/// A folder's result.json, a kept result, or what `align solve` printed. Errors: kInput as for
+/// every file; kMeasurement where the verdict is not good, with its reason.
 [[nodiscard]] Result<AlignmentResult> ReadAlignmentResult(const std::filesystem::path& path);
 
 struct SupportsFile {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "base/json_text.h"
 #include "files/json_object.h"
 #include "part_alignment/files/camera_file.h"
 
@@ -124,7 +125,7 @@ std::string CalibratedCameraText(const part_alignment::CameraCalibration& calibr
       date, calibration.nearest_mm, calibration.farthest_mm, calibration.covariance};
   Json json = Json::parse(CameraFileText(file));
   json["calibration"]["x_residual_rms_px"] = calibration.residual_rms_px;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonText(json);
 }
 
 }  // namespace trammel::files

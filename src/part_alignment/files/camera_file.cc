@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "base/json_text.h"
 #include "files/whole_file.h"
 
 namespace trammel::files {
@@ -200,7 +201,7 @@ Result<CameraFile> ReadCameraFile(const std::filesystem::path& path) {
 std::string CameraFileText(const CameraFile& file) {
   Json json = {{"format", 1}, {"camera", CameraJson(file.camera)}};
   if (file.calibration) json["calibration"] = CalibrationJson(*file.calibration);
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonText(json);
 }
 
 }  // namespace trammel::files

@@ -14,7 +14,6 @@ using part_alignment::AlignmentResidual;
 using part_alignment::Observability;
 
 constexpr int kFormat = 1;
-constexpr int kIndent = 2;
 constexpr double kPerMille = 1e3;  // mm/m are 1e-3 rad
 
 template <class Vector>
@@ -121,7 +120,7 @@ Json Residuals(const AlignmentOutput& output) {
 
 }  // namespace
 
-std::string ToJson(const AlignmentOutput& output) {
+Json JsonOf(const AlignmentOutput& output) {
   const Alignment& alignment = output.alignment;
   Json json = {{"format", kFormat},
                {"verdict", ToString(alignment.verdict)},
@@ -141,7 +140,7 @@ std::string ToJson(const AlignmentOutput& output) {
   for (const part_alignment::PartTarget& target : output.measurement.targets) {
     json["targets"].push_back({{"id", Id(output, target.id)}, {"ideal_mm", List(target.ideal_mm)}});
   }
-  return json.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json;
 }
 
 }  // namespace trammel::report

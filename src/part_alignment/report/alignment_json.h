@@ -1,6 +1,7 @@
 // Where a part is, as JSON.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -23,8 +24,8 @@ struct AlignmentOutput {
   std::vector<part_alignment::Contribution> contributions = {};         ///< for people alone
 };
 
-/// One object (docs/formats.md), ended by a newline. Values and covariance are null unless the
+/// One object (docs/formats.md). Values and covariance are null unless the
 /// verdict is good; so is what was not an unknown.
-[[nodiscard]] std::string ToJson(const AlignmentOutput& output);
+[[nodiscard]] nlohmann::ordered_json JsonOf(const AlignmentOutput& output);
 
 }  // namespace trammel::report

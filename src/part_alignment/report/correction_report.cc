@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/json_text.h"
 #include "document/interval_text.h"
 
 namespace trammel::report {
@@ -18,7 +19,6 @@ using part_alignment::RemainderAt;
 using part_alignment::SupportMove;
 
 constexpr int kFormat = 1;
-constexpr int kIndent = 2;
 constexpr double kPerMilleOf = 1e3;
 
 Json List(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
@@ -120,7 +120,7 @@ std::string ToJson(const CorrectionOutput& output) {
                        {"largest_mm", offset.largest_remainder_mm},
                        {"points", std::move(points)}};
   json["notices"] = output.notices;
-  return json.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonText(json);
 }
 
 std::string CorrectionText(const CorrectionOutput& output) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/json_text.h"
 #include "document/interval_text.h"
 #include "document/json_number.h"
 
@@ -34,9 +35,7 @@ Json Matrix(const Eigen::MatrixXd& m) {
   return rows;
 }
 
-std::string Ended(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+std::string Ended(const Json& json) { return JsonText(json); }
 
 const char* ParameterName(int i) {
   return part_alignment::kCameraParameterNames[static_cast<std::size_t>(i)];

@@ -11,8 +11,8 @@
 
 #include "app/commands.h"
 #include "app/output_files.h"
+#include "base/json_text.h"
 #include "document/interval_text.h"
-#include "measurement/outcome_file.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/report/analysis_json.h"
 #include "pressure_advance/report/pressure_advance_report.h"
@@ -50,6 +50,17 @@ Result<void> WriteFigures(const std::string& figures_folder,
   return WriteOutputs(files, force);
 }
 
+Result<void> WriteResult(const Analysis& analysis, const std::string& source,
+                         const AnalysisOutput& output) {
+  if (output.files.result.empty() && !output.keep_in_recording) return {};
+  const ResultFile result = ResultOf(analysis, source);
+  if (output.keep_in_recording) {
+    if (auto kept = KeepInRecording(source, result); !kept) return kept;
+  }
+  if (output.files.result.empty()) return {};
+  return WriteOutputs({OutputOf(output.files.result, result)}, output.files.force);
+}
+
 /// What became of the files beside the answer.
 struct Written {
   std::string report;           ///< its path; empty where there is none
@@ -59,14 +70,7 @@ struct Written {
 Written WriteFiles(const AnalysisRun& run, const std::string& source,
                    const AnalysisOutput& output) {
   Written written;
-  if (!output.files.result.empty()) {
-    const std::string text =
-        files::ToJson(OutcomeOf(run.analysis, {source}),
-                      nlohmann::ordered_json::parse(report::ToJson(run.analysis)));
-    if (auto done = WriteOutputs({{output.files.result, text}}, output.files.force); !done) {
-      written.failed = done.error();
-    }
-  }
+  if (auto done = WriteResult(run.analysis, source, output); !done) written.failed = done.error();
   if (output.files.report.empty() && output.files.figures.empty()) return written;
   const report::ReportInput input = run.report_input();
   const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
@@ -131,7 +135,7 @@ int PrintAnalysis(const AnalysisRun& run, const std::string& source, const Analy
   if (output.json) {
     std::optional<std::string> report_path;
     if (!written.report.empty()) report_path = written.report;
-    std::fputs(report::ToJson(run.analysis, report_path).c_str(), stdout);
+    std::fputs(JsonText(report::JsonOf(run.analysis, report_path)).c_str(), stdout);
   } else {
     PrintText(run.analysis, written.report);
   }

@@ -9,7 +9,8 @@
 namespace trammel::app {
 
 struct AnalysisOutput {
-  bool json = false;  ///< one JSON object instead of text
+  bool json = false;               ///< one JSON object instead of text
+  bool keep_in_recording = false;  ///< in the source, which is a recording's folder
   ReportFiles files;
 };
 

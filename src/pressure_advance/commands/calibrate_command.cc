@@ -120,11 +120,8 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   AnalysisOutput output;
   output.files.report = (folder / "report.html").string();
   output.json = arguments.json;
+  output.keep_in_recording = true;
   int code = PrintAnalysis(*run, folder.string(), output);
-  if (auto kept = KeepResult(run->analysis, folder); !kept) {
-    const int lost = PrintError(kept.error());  // the printer waits for the answer all the same
-    if (code == kExitGood) code = lost;
-  }
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
   std::fflush(stdout);  // the answer, before minutes of validation

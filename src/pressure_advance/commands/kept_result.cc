@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "app/provenance.h"
@@ -16,22 +15,11 @@ constexpr std::string_view kQuantity = "pressure_advance";
 
 }  // namespace
 
-measurement::Outcome OutcomeOf(const pressure_advance::Analysis& analysis,
-                               std::vector<std::string> sources) {
-  return {ProvenanceOf(measurement::Instrument::kPressureAdvance, std::move(sources)),
-          {{std::string(kQuantity), "s", analysis.pressure_advance}},
-          analysis.notices};
-}
-
-Result<void> KeepResult(const pressure_advance::Analysis& analysis,
-                        const std::filesystem::path& folder) {
-  const measurement::Outcome outcome = OutcomeOf(analysis, {folder.string()});
-  const auto details = nlohmann::ordered_json::parse(report::ToJson(analysis));
-  if (auto kept = files::KeepOutcome(folder, outcome, details); !kept) return kept;
-  auto whole = std::filesystem::absolute(folder).lexically_normal();
-  if (!whole.has_filename()) whole = whole.parent_path();  // "folder/" and "."
-  const auto recordings = whole.parent_path();
-  return files::AppendLine(recordings / files::kHistoryFile, files::HistoryLine(outcome, folder));
+ResultFile ResultOf(const pressure_advance::Analysis& analysis, std::string source) {
+  return {{ProvenanceOf(measurement::Instrument::kPressureAdvance, {std::move(source)}),
+           {{std::string(kQuantity), "s", analysis.pressure_advance}},
+           analysis.notices},
+          report::JsonOf(analysis)};
 }
 
 Result<Quantity> KeptPressureAdvance(const std::filesystem::path& path) {

@@ -24,12 +24,16 @@ pressure_advance::Analysis AnalysisOf(const Measured& answer) {
   return analysis;
 }
 
+Result<void> Keep(const pressure_advance::Analysis& analysis, const std::filesystem::path& folder) {
+  return KeepInRecording(folder, ResultOf(analysis, folder));
+}
+
 TEST(KeptResult, IsWhatApplyTakesWithoutLookingAtTheRecordingAgain) {
   const test::TemporaryFolder folder;
   const auto recording = folder.path() / "pressure_advance-20260102T030405Z";
   std::filesystem::create_directory(recording);
   const auto analysis = AnalysisOf(Measured::Good({0.036, 0.0005, {0.035, 0.0371}}));
-  ASSERT_TRUE(KeepResult(analysis, recording));
+  ASSERT_TRUE(Keep(analysis, recording));
   for (const auto& path : {recording, recording / "result.json"}) {
     ::testing::internal::CaptureStdout();         // which may hold one JSON object and nothing else
     const auto value = ValueFrom(path.string());  // there is no scan.json in the folder
@@ -39,7 +43,7 @@ TEST(KeptResult, IsWhatApplyTakesWithoutLookingAtTheRecordingAgain) {
     ASSERT_TRUE(value->measured);
     EXPECT_EQ(value->measured->interval95.hi, 0.0371);
   }
-  ASSERT_TRUE(KeepResult(analysis, recording));
+  ASSERT_TRUE(Keep(analysis, recording));
   const std::string history = test::ReadWhole(folder.path() / files::kHistoryFile);
   EXPECT_EQ(std::ranges::count(history, '\n'), 2);
   EXPECT_THAT(history,
@@ -50,7 +54,7 @@ TEST(KeptResult, ThatIsOlderThanItsRecordingIsNotTaken) {
   const test::TemporaryFolder folder;
   const auto recording = folder.path() / "r/";  // the history lies beside it all the same
   std::filesystem::create_directory(recording);
-  ASSERT_TRUE(KeepResult(AnalysisOf(Measured::Good({0.036, 0.0005, {0.035, 0.0371}})), recording));
+  ASSERT_TRUE(Keep(AnalysisOf(Measured::Good({0.036, 0.0005, {0.035, 0.0371}})), recording));
   EXPECT_TRUE(std::filesystem::exists(folder.path() / files::kHistoryFile));
   test::WriteWhole(recording / "scan.json", "{}");
   std::filesystem::last_write_time(
@@ -63,8 +67,7 @@ TEST(KeptResult, ThatIsOlderThanItsRecordingIsNotTaken) {
 
 TEST(KeptResult, WithoutAGoodVerdictGivesNothingToApply) {
   const test::TemporaryFolder folder;
-  ASSERT_TRUE(
-      KeepResult(AnalysisOf(Measured::CannotTell("the lines are too alike")), folder.path()));
+  ASSERT_TRUE(Keep(AnalysisOf(Measured::CannotTell("the lines are too alike")), folder.path()));
   const auto value = ValueFrom(folder.path().string());
   ASSERT_FALSE(value);
   EXPECT_EQ(value.error().kind, ErrorKind::kMeasurement);

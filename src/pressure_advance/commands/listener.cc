@@ -140,10 +140,8 @@ std::string Listener::Propose(const fs::path& folder) {
   if (!run) return "no answer: " + run.error().message;
   AnalysisOutput output;
   output.files.report = (folder / "report.html").string();
-  (void)PrintAnalysis(*run, folder.string(), output);  // for the log; a failed report says so there
-  if (auto kept = KeepResult(run->analysis, folder); !kept) {
-    fmt::print(stderr, "trammel: {}\n", kept.error().message);
-  }
+  output.keep_in_recording = true;
+  (void)PrintAnalysis(*run, folder.string(), output);  // for the log; a failed file says so there
   std::fflush(stdout);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) {

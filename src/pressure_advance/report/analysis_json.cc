@@ -12,7 +12,6 @@ namespace pa = pressure_advance;
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
-constexpr int kIndent = 2;
 
 /// Adds the five keys that every measured value has.
 void AddMeasured(const Measured& measured, Json& object) {
@@ -74,7 +73,7 @@ Json Deviation(const pa::DeviationResult& deviation) {
 
 }  // namespace
 
-std::string ToJson(const pa::Analysis& analysis, const std::optional<std::string>& report_path) {
+Json JsonOf(const pa::Analysis& analysis, const std::optional<std::string>& report_path) {
   Json root = Json::object();
   root["format"] = kFormat;
   root["method"] = analysis.method == pa::Method::kDeviation ? "deviation" : "response";
@@ -85,7 +84,7 @@ std::string ToJson(const pa::Analysis& analysis, const std::optional<std::string
   root["deviation"] = Deviation(analysis.deviation);
   root["notices"] = analysis.notices;
   root["report"] = report_path ? Json(*report_path) : Json(nullptr);
-  return root.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
+  return root;
 }
 
 }  // namespace trammel::report

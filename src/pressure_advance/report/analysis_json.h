@@ -1,6 +1,7 @@
 // A pressure-advance analysis as JSON, format 1 (docs/formats.md).
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -8,12 +9,13 @@
 
 namespace trammel::report {
 
-/// One JSON object, indented by two spaces, ending in a newline; keys in the order of
-/// docs/formats.md, so that equal analyses give equal bytes.
+/// One object with its keys in the order of docs/formats.md, so that equal analyses give equal
+/// bytes.
 /// @param report_path  of the report that was written; absent: `null`.
 /// Value, uncertainty and interval are `null` unless the verdict is good, and so is any number that
-/// is not finite. Bytes that are not UTF-8 (in a hostile file name) become U+FFFD.
-[[nodiscard]] std::string ToJson(const pressure_advance::Analysis& analysis,
-                                 const std::optional<std::string>& report_path = std::nullopt);
+/// is not finite.
+[[nodiscard]] nlohmann::ordered_json JsonOf(
+    const pressure_advance::Analysis& analysis,
+    const std::optional<std::string>& report_path = std::nullopt);
 
 }  // namespace trammel::report

@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 
+#include "base/json_text.h"
 #include "pressure_advance/report/made_up_test_support.h"
 
 namespace trammel::report {
@@ -30,7 +31,7 @@ const std::set<std::string> kMeasuredKeys = {"verdict", "reason", "pressure_adva
                                              "standard_uncertainty_s", "interval95_s"};
 
 TEST(AnalysisJson, HasExactlyTheKeysOfTheFormatsDocument) {
-  const json root = json::parse(ToJson(Good()));
+  const json root = JsonOf(Good());
   std::set<std::string> expected = kMeasuredKeys;
   expected.insert({"format", "method", "acceleration", "deceleration", "lines", "deviation",
                    "notices", "report"});
@@ -47,7 +48,7 @@ TEST(AnalysisJson, HasExactlyTheKeysOfTheFormatsDocument) {
 
 TEST(AnalysisJson, GivesTheValuesOfAGoodAnalysisUnrounded) {
   const auto analysis = Good();
-  const json root = json::parse(ToJson(analysis, "out/report.html"));
+  const json root = JsonOf(analysis, "out/report.html");
   EXPECT_EQ(root["format"], 1);
   EXPECT_EQ(root["method"], "response");
   EXPECT_EQ(root["verdict"], "good");
@@ -67,7 +68,7 @@ TEST(AnalysisJson, ValueUncertaintyAndIntervalAreNullUnlessGood) {
   for (const Measured& bad : {Measured::CannotTell("flat"), Measured::Refused("no laser line")}) {
     analysis.pressure_advance = bad;
     analysis.response.deceleration.pressure_advance = bad;
-    const json root = json::parse(ToJson(analysis));
+    const json root = JsonOf(analysis);
     for (const json* object : {&root, &root["deceleration"]}) {
       EXPECT_EQ((*object)["verdict"], ToString(bad.verdict()));
       EXPECT_EQ((*object)["reason"], bad.reason());
@@ -83,7 +84,7 @@ TEST(AnalysisJson, UnusedLinesAndMissingScoresAreNull) {
   analysis.deviation.score_px[1].reset();
   analysis.deviation.r_squared.reset();
   analysis.response.acceleration.excess_s.resize(5);  // shorter than the lines: the rest is unknown
-  const json root = json::parse(ToJson(analysis));
+  const json root = JsonOf(analysis);
   EXPECT_TRUE(root["acceleration"]["excess_s"][2].is_null());
   EXPECT_TRUE(root["acceleration"]["excess_s"][3].is_number());
   EXPECT_TRUE(root["acceleration"]["excess_s"][9].is_null());
@@ -98,14 +99,14 @@ TEST(AnalysisJson, SurvivesNonFiniteNumbersAndBytesThatAreNotUtf8) {
   analysis.deviation.score_px[0] = std::numeric_limits<double>::quiet_NaN();
   analysis.deviation.cubic[0] = std::numeric_limits<double>::infinity();
   analysis.notices = {"video \xff\xfe\"<b>"};
-  const json root = json::parse(ToJson(analysis));
+  const json root = json::parse(JsonText(JsonOf(analysis)));
   EXPECT_TRUE(root["lines"][0]["deviation_px"].is_null());
   EXPECT_TRUE(root["deviation"]["cubic"][0].is_null());
   EXPECT_EQ(root["notices"][0], "video \xEF\xBF\xBD\xEF\xBF\xBD\"<b>");
 }
 
 TEST(AnalysisJson, WritesAnEmptyAnalysis) {
-  const json root = json::parse(ToJson({}));
+  const json root = JsonOf({});
   EXPECT_EQ(root["verdict"], "refused");
   EXPECT_TRUE(root["lines"].is_array());
   EXPECT_TRUE(root["lines"].empty());

@@ -2,13 +2,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
+
 namespace trammel::report {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
-constexpr int kIndent = 2;
 
 Json MeasuredObject(const Measured& measured) {
   Json object = {{"verdict", ToString(measured.verdict())},
@@ -40,7 +41,7 @@ std::string ToJson(const pressure_advance::Improvement& improvement) {
                        {"improvement", MeasuredObject(improvement.deviation)},
                        {"acceleration_left", MeasuredObject(improvement.acceleration_left)},
                        {"deceleration_left", MeasuredObject(improvement.deceleration_left)}};
-  return object.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonText(object);
 }
 
 }  // namespace trammel::report

@@ -12,7 +12,8 @@
 #include "app/commands.h"
 #include "app/output_files.h"
 #include "app/provenance.h"
-#include "measurement/outcome_file.h"
+#include "app/result_file.h"
+#include "base/json_text.h"
 #include "tap/commands/tap_commands.h"
 #include "tap/commands/tap_run.h"
 #include "tap/report/tap_json.h"
@@ -29,10 +30,10 @@ struct AnalyzeTapArguments {
   ReportFiles files;
 };
 
-std::string JsonOf(const TapRun& run, const AnalyzeTapArguments& arguments) {
-  if (arguments.summary) return report::ToJson(run.taps, tap::Summarise(ResultsOf(run.taps)));
+nlohmann::ordered_json JsonOf(const TapRun& run, const AnalyzeTapArguments& arguments) {
+  if (arguments.summary) return report::JsonOf(run.taps, tap::Summarise(ResultsOf(run.taps)));
   const bool one = run.taps.size() == 1 && arguments.tap.files.size() == 1;
-  return one ? report::ToJson(run.taps.front()) : report::ToJson(run.taps);
+  return one ? report::JsonOf(run.taps.front()) : report::JsonOf(run.taps);
 }
 
 std::string TextOf(const TapRun& run) {
@@ -72,9 +73,8 @@ measurement::Outcome OutcomeOf(const std::vector<report::AnalysedTap>& taps) {
 
 Result<void> WriteResult(const TapRun& run, const AnalyzeTapArguments& arguments) {
   if (arguments.files.result.empty()) return {};
-  const auto details = nlohmann::ordered_json::parse(JsonOf(run, arguments));
-  return WriteOutputs({{arguments.files.result, files::ToJson(OutcomeOf(run.taps), details)}},
-                      arguments.files.force);
+  const ResultFile result{OutcomeOf(run.taps), JsonOf(run, arguments)};
+  return WriteOutputs({OutputOf(arguments.files.result, result)}, arguments.files.force);
 }
 
 int RunAnalyze(const AnalyzeTapArguments& arguments) {
@@ -84,7 +84,7 @@ int RunAnalyze(const AnalyzeTapArguments& arguments) {
   const TapRun run = AnalyseFiles(arguments.tap, *options);
   // A file alone that cannot be read is an error and no measurement.
   if (run.taps.size() > run.failed.size()) {
-    std::fputs((arguments.json ? JsonOf(run, arguments) : TextOf(run)).c_str(), stdout);
+    std::fputs((arguments.json ? JsonText(JsonOf(run, arguments)) : TextOf(run)).c_str(), stdout);
     if (auto done = WriteResult(run, arguments); !done) return PrintError(done.error());
   }
   int exit_code = ExitCodeOf(run.taps);

@@ -12,7 +12,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
-constexpr int kIndent = 2;
 
 Json Points(const tap::TapAnalysis& analysis) {
   Json points = Json::array();
@@ -107,18 +106,14 @@ Json Object(const tap::Ensemble& ensemble) {
           {"places", std::move(places)}};
 }
 
-std::string Text(const Json& json) {
-  return json.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
 }  // namespace
 
-std::string ToJson(const AnalysedTap& tap) { return Text(Object(tap)); }
+Json JsonOf(const AnalysedTap& tap) { return Object(tap); }
 
-std::string ToJson(std::span<const AnalysedTap> taps) { return Text(List(taps)); }
+Json JsonOf(std::span<const AnalysedTap> taps) { return List(taps); }
 
-std::string ToJson(std::span<const AnalysedTap> taps, const tap::Ensemble& ensemble) {
-  return Text({{"format", kFormat}, {"taps", List(taps)}, {"ensemble", Object(ensemble)}});
+Json JsonOf(std::span<const AnalysedTap> taps, const tap::Ensemble& ensemble) {
+  return {{"format", kFormat}, {"taps", List(taps)}, {"ensemble", Object(ensemble)}};
 }
 
 }  // namespace trammel::report

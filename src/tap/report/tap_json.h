@@ -1,6 +1,7 @@
 // What was found in taps, as JSON.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 
@@ -17,14 +18,15 @@ struct AnalysedTap {
   std::string unread;  ///< Why the file could not be read, in its place in a list; else empty.
 };
 
-/// One object (docs/formats.md), ended by a newline. Its three numbers are null unless the verdict
+/// One object (docs/formats.md). Its three numbers are null unless the verdict
 /// is good.
-[[nodiscard]] std::string ToJson(const AnalysedTap& tap);
+[[nodiscard]] nlohmann::ordered_json JsonOf(const AnalysedTap& tap);
 
 /// A list of such objects, in the same order.
-[[nodiscard]] std::string ToJson(std::span<const AnalysedTap> taps);
+[[nodiscard]] nlohmann::ordered_json JsonOf(std::span<const AnalysedTap> taps);
 
 /// One object: `taps`, that list, and `ensemble`, what they say together.
-[[nodiscard]] std::string ToJson(std::span<const AnalysedTap> taps, const tap::Ensemble& ensemble);
+[[nodiscard]] nlohmann::ordered_json JsonOf(std::span<const AnalysedTap> taps,
+                                            const tap::Ensemble& ensemble);
 
 }  // namespace trammel::report

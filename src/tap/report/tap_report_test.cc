@@ -61,13 +61,13 @@ TapReportInput InputOf(std::span<const PlottedTap> taps) {
 TEST(TapJson, HasTheKeysThatAreDocumentedAndNullWhereRefused) {
   Random random(1);
   const PlottedTap tap = MakeTap(-0.005, random);
-  const json good = json::parse(ToJson(AnalysedTap{tap.recording, tap.contact, {}}));
+  const json good = JsonOf(AnalysedTap{tap.recording, tap.contact, {}});
   EXPECT_EQ(good["verdict"], "good");
   EXPECT_EQ(good["reason"], "");
   EXPECT_EQ(good["contact_z_mm"], -0.005);
   EXPECT_EQ(good["interval95_mm"].size(), 2u);
   EXPECT_EQ(good["method"], "contact");
-  const json refused = json::parse(ToJson(AnalysedTap{tap.recording, tap.two_line, {}}));
+  const json refused = JsonOf(AnalysedTap{tap.recording, tap.two_line, {}});
   EXPECT_EQ(refused["verdict"], "refused");
   EXPECT_EQ(refused["reason_code"], "no_samples");
   for (const char* key :
@@ -83,11 +83,11 @@ TEST(TapJson, AListKeepsTheOrderAndThePlaceOfAFileThatCannotBeRead) {
   Random random(1);
   const PlottedTap tap = MakeTap(-0.005, random);
   std::vector<AnalysedTap> taps = {{tap.recording, tap.contact, {}}, {{}, {}, "cut off"}};
-  const json list = json::parse(ToJson(taps));
+  const json list = JsonOf(taps);
   ASSERT_EQ(list.size(), 2u);
   EXPECT_EQ(list[1]["verdict"], "refused");
   EXPECT_EQ(list[1]["reason"], "cut off");
-  const json summary = json::parse(ToJson(taps, tap::Ensemble{}));
+  const json summary = JsonOf(taps, tap::Ensemble{});
   EXPECT_EQ(summary["taps"], list);
   EXPECT_TRUE(summary["ensemble"]["drift_with_time"].is_null());
 }

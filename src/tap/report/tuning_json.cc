@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/json_text.h"
 #include "document/json_number.h"
 #include "tap/samples/finding.h"
 
@@ -11,7 +12,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
-constexpr int kIndent = 2;
 
 Verdict VerdictOf(const tap::Tuning& tuning) {
   if (tuning.end != tap::TuningEnd::kNone) return Verdict::kGood;
@@ -102,7 +102,7 @@ std::string ToJson(const tap::Tuning& tuning, const tap::NoiseSpectrum& noise) {
   object["noise"] = {{"noise_g", noise.stretches > 0 ? Number(noise.noise_g) : Json(nullptr)},
                      {"lines", Lines(noise)}};
   // Names come from files of others and may hold any bytes.
-  return object.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonText(object);
 }
 
 }  // namespace trammel::report

@@ -11,6 +11,7 @@
 #include "app/commands.h"
 #include "app/number_range.h"
 #include "app/output_files.h"
+#include "base/json_text.h"
 #include "files/whole_file.h"
 #include "machine/page/page_file.h"
 #include "tool_offset/commands/offset_commands.h"
@@ -138,7 +139,7 @@ int Run(const AnalyzeArguments& arguments) {
   if (analysis.scans.empty()) {
     // Only a sheet that was seen is a measurement to refuse.
     if (arguments.json && failed && !unreadable) {
-      std::fputs(report::RefusalJson(analysis).c_str(), stdout);
+      std::fputs(JsonText(report::RefusalJson(analysis)).c_str(), stdout);
     }
     return failed ? *failed : PrintError({ErrorKind::kInput, "SCAN: there is none between the +"});
   }
@@ -146,10 +147,10 @@ int Run(const AnalyzeArguments& arguments) {
   // The answer is printed whatever becomes of the files.
   const auto written = WriteOffsetOutput(arguments.output, input);
   const std::string report = written ? arguments.output.report : "";
-  std::fputs(
-      (arguments.json ? report::ToJson(analysis, report) : report::OffsetText(analysis, report))
-          .c_str(),
-      stdout);
+  std::fputs((arguments.json ? JsonText(report::JsonOf(analysis, report))
+                             : report::OffsetText(analysis, report))
+                 .c_str(),
+             stdout);
   if (!written) return PrintError(written.error());
   if (failed) return *failed;
   return report::VerdictOf(analysis) == Verdict::kGood ? kExitGood : kExitNotTrusted;

@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
 #include "app/output_files.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
-#include "measurement/outcome_file.h"
+#include "app/result_file.h"
 #include "tool_offset/files/offset_history.h"
 #include "tool_offset/report/offset_json.h"
 
@@ -86,9 +85,8 @@ Result<void> WriteOffsetOutput(const OffsetOutput& output, const report::OffsetR
     if (auto done = NoteReading(output.history, *input.analysis); !done) return done;
   }
   if (!output.result.empty()) {
-    const auto details = nlohmann::ordered_json::parse(report::ToJson(*input.analysis));
-    auto done = WriteOutputs({{output.result, files::ToJson(OutcomeOf(*input.analysis), details)}},
-                             output.force);
+    const ResultFile result{OutcomeOf(*input.analysis), report::JsonOf(*input.analysis)};
+    auto done = WriteOutputs({OutputOf(output.result, result)}, output.force);
     if (!done) return done;
   }
   if (!output.report.empty()) {

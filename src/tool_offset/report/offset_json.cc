@@ -20,7 +20,6 @@ using tool_offset::StructureReading;
 using tool_offset::ToolReading;
 
 constexpr int kFormat = 1;
-constexpr int kIndent = 2;
 
 Json Value(const Measured& measured) {
   return measured.good() ? Number(measured.quantity().value) : Json(nullptr);
@@ -225,7 +224,7 @@ std::vector<std::string> NoticesOf(const OffsetAnalysis& analysis) {
   return notices;
 }
 
-std::string ToJson(const OffsetAnalysis& analysis, const std::string& report) {
+Json JsonOf(const OffsetAnalysis& analysis, const std::string& report) {
   const tool_offset::CombinedResult& combined = analysis.combined;
   Json json = Json::object();
   json["format"] = kFormat;
@@ -248,10 +247,10 @@ std::string ToJson(const OffsetAnalysis& analysis, const std::string& report) {
   for (const OffsetScan& scan : analysis.scans) json["scans"].push_back(Scan(scan));
   json["refused_scans"] = RefusedScans(analysis);
   json["report"] = report.empty() ? Json(nullptr) : Json(report);
-  return json.dump(kIndent, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json;
 }
 
-std::string RefusalJson(const OffsetAnalysis& analysis) {
+Json RefusalJson(const OffsetAnalysis& analysis) {
   const std::string reason = WhyNotGood(analysis);
   OffsetAnalysis refused{analysis.plan, {}, {}, analysis.refused};
   const Measured nothing = Measured::Refused(reason);
@@ -262,7 +261,7 @@ std::string RefusalJson(const OffsetAnalysis& analysis) {
   const AxisPair none{nothing, nothing};
   refused.combined.backlash_mm = refused.combined.control_bias_mm = none;
   refused.combined.px_per_mm = none;
-  return ToJson(refused);
+  return JsonOf(refused);
 }
 
 }  // namespace trammel::report

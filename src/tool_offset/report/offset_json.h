@@ -1,6 +1,7 @@
 // What was read on scanned sheets, as JSON.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -43,13 +44,14 @@ struct OffsetAnalysis {
 /// What the scans have to say about themselves, each once.
 [[nodiscard]] std::vector<std::string> NoticesOf(const OffsetAnalysis& analysis);
 
-/// One object (docs/formats.md), ended by a newline. A tool's numbers are null unless its verdict
+/// One object (docs/formats.md). A tool's numbers are null unless its verdict
 /// is good, and so is every other value that could not be measured.
 /// @param report  path of the report that was written; empty where there is none.
-[[nodiscard]] std::string ToJson(const OffsetAnalysis& analysis, const std::string& report = "");
+[[nodiscard]] nlohmann::ordered_json JsonOf(const OffsetAnalysis& analysis,
+                                            const std::string& report = "");
 
 /// The same where no scan could be used: every tool is refused, with the scans' reasons.
 /// REQUIRES at least one refused scan and no other.
-[[nodiscard]] std::string RefusalJson(const OffsetAnalysis& analysis);
+[[nodiscard]] nlohmann::ordered_json RefusalJson(const OffsetAnalysis& analysis);
 
 }  // namespace trammel::report
