@@ -37,6 +37,10 @@ constexpr double kElbow = 0.6;
 // best with it, by so much of the latter's width where it is much softer than the inner zone, and
 // less where it is not: plastic that thins out.
 constexpr double kFlatEnd = 0.8;
+// Twice the interval's reach: a break that two zones explain so many variances worse than is
+// allowed ends the search on its side. One of 31,000 virtual taps has a part of the interval behind
+// it.
+constexpr double kBarrier = 8;
 
 }  // namespace
 
@@ -114,30 +118,55 @@ double BreakInterval::ZonesMargin(double t) const {
   return room < 0 ? room : price.Margin(profile_, t, candidates_.kinks, allowed);
 }
 
+// Looks from the ends of the scan inwards for the outermost points that hold.
+BreakInterval::Part BreakInterval::PolynomialPart(Scan scan) const {
+  Part part = {0, scan.size()};
+  while (part.first < scan.size() && scan[part.first].t < lo_ && !(Margin(scan[part.first]) >= 0)) {
+    ++part.first;
+  }
+  while (part.last > 0 && scan[part.last - 1].t > hi_ && !(Margin(scan[part.last - 1]) >= 0)) {
+    --part.last;
+  }
+  return part;
+}
+
+// Looks outwards from what the interval holds already, for two zones cost more to fit.
+BreakInterval::Part BreakInterval::ZonesPart(Scan scan, double from, double to) const {
+  const double least = -kBarrier * candidates_.variance;
+  std::size_t at = 0;
+  while (at < scan.size() && scan[at].t < from) {
+    ++at;
+  }
+  Part part = {at, at};
+  while (at > 0 && !(scan[at - 1].t < kZonesFrom * candidates_.price.smooth_t)) {
+    const double margin = ZonesMargin(scan[--at].t);
+    part.first = margin >= 0 ? at : part.first;
+    if (margin < least) {
+      break;
+    }
+  }
+  while (part.last < scan.size() && !(scan[part.last].t > to)) {
+    ++part.last;
+  }
+  for (at = part.last; at < scan.size(); ++at) {
+    const double margin = ZonesMargin(scan[at].t);
+    part.last = margin >= 0 ? at + 1 : part.last;
+    if (margin < least) {
+      break;
+    }
+  }
+  return part;
+}
+
 // From the outermost point of the scan that holds, or from the minimum, to the next that does not.
 bool BreakInterval::Search(Scan scan, bool zones) {
   const auto margin = [&](double t) {
     return zones ? ZonesMargin(t) : Margin(profile_.Evaluate(t));
   };
-  const auto holds = [&](const PressProfile::At& at) {
-    return zones ? ZonesMargin(at.t) >= 0 : Margin(at) >= 0;
-  };
   double lo = zones ? candidates_.model[kTwoZones].t : lo_;
   double hi = zones ? candidates_.model[kTwoZones].t : hi_;
-  std::size_t first = 0;
-  std::size_t last = scan.size();
-  while (zones && first < scan.size() && scan[first].t < kZonesFrom * candidates_.price.smooth_t) {
-    ++first;
-  }
-  // What the interval holds already need not be asked.
-  const double from = std::min(lo, lo_);
-  const double to = std::max(hi, hi_);
-  while (first < scan.size() && scan[first].t < from && !holds(scan[first])) {
-    ++first;
-  }
-  while (last > 0 && scan[last - 1].t > to && !holds(scan[last - 1])) {
-    --last;
-  }
+  const auto [first, last] =
+      zones ? ZonesPart(scan, std::min(lo, lo_), std::max(hi, hi_)) : PolynomialPart(scan);
   if (first == 0 || last == scan.size()) {
     return false;
   }

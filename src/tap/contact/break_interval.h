@@ -20,6 +20,13 @@ class BreakInterval {
   void Seed();
   [[nodiscard]] double Margin(const PressProfile::At& at) const;
   [[nodiscard]] double ZonesMargin(double t) const;
+  // Points of a scan, from the first to before the last.
+  struct Part {
+    std::size_t first;
+    std::size_t last;
+  };
+  [[nodiscard]] Part PolynomialPart(Scan scan) const;
+  [[nodiscard]] Part ZonesPart(Scan scan, double from, double to) const;
   [[nodiscard]] bool Search(Scan scan, bool zones);
   void AddPower();
   void AddElbow();

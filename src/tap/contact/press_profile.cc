@@ -95,11 +95,8 @@ std::array<double, 6> PressProfile::Totals() const {
   return {all.y[0], all.y[1], all.y[2], all.force[0], all.force[1], force_squares_};
 }
 
-std::size_t PressProfile::Below(double t) const {
+std::size_t PressProfile::BelowNear(double t, std::size_t at) const {
   const std::span<const double> y = samples_.y;
-  // Samples are nearly evenly spaced, so that the place is where it would be if they were.
-  const double guess = y.empty() ? 0 : (t - y.front()) * samples_per_y_ + 1;
-  std::size_t at = guess > 0 ? std::min(y.size(), static_cast<std::size_t>(guess)) : 0;
   constexpr int kNear = 12;
   for (int step = 0; step < kNear; ++step) {
     if (at > 0 && !(y[at - 1] < t)) {

@@ -1,6 +1,7 @@
 // The exact profile over the break: least squares of every polynomial press at any break point.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -89,7 +90,16 @@ class PressProfile {
                                          const std::array<double, 2>& u,
                                          const std::array<double, 2>& v) const;
   [[nodiscard]] Coefficients Fit(double t, std::size_t order) const;
-  [[nodiscard]] std::size_t Below(double t) const;
+  [[nodiscard]] std::size_t Below(double t) const {
+    const std::span<const double> y = samples_.y;
+    // Samples are nearly evenly spaced: the place is where it would be if they were, or next to it.
+    const double guess = y.empty() ? 0 : (t - y.front()) * samples_per_y_ + 1;
+    const std::size_t at = guess > 0 ? static_cast<std::size_t>(static_cast<std::ptrdiff_t>(
+                                           std::min(guess, static_cast<double>(y.size()))))
+                                     : 0;
+    const bool placed = (at == 0 || y[at - 1] < t) && (at == y.size() || !(y[at] < t));
+    return placed ? at : BelowNear(t, at);
+  }
   [[nodiscard]] const BreakSamples& samples() const { return samples_; }
   /// Weighted sums over all samples: 1, y, y^2, force, force y, force^2.
   [[nodiscard]] std::array<double, 6> Totals() const;
@@ -97,6 +107,8 @@ class PressProfile {
   static constexpr std::size_t kBytesPerSample = 11 * sizeof(double);
 
  private:
+  [[nodiscard]] std::size_t BelowNear(double t, std::size_t at) const;
+
   struct Moments {
     // Without values to begin with: thousands of them are written anew for every tap.
     std::array<double, 7> y;      // sum of weight y^i
