@@ -16,6 +16,10 @@ Result<std::string> ReadWholeFile(const fs::path& path, std::size_t max_bytes) {
   std::error_code code;
   const fs::file_status status = fs::status(path, code);
   if (!fs::exists(status)) {
+    if (fs::is_symlink(fs::symlink_status(path, code))) {
+      return Fail(fmt::format("{}: is a link to {}, which is not there", path.string(),
+                              fs::read_symlink(path, code).string()));
+    }
     return Fail(fmt::format("{}: there is no such file; check the path", path.string()));
   }
   if (fs::is_directory(status)) {

@@ -55,6 +55,14 @@ ordered_json OutcomeJson(const Outcome& outcome) {
   return json;
 }
 
+/// Whether a 95 % interval may belong to a standard uncertainty: half of it is 1.96 of them for a
+/// normal distribution, 12.7 for Student's with one degree of freedom.
+bool Plausible(double standard_uncertainty, double width) {
+  constexpr double kLeast = 1;
+  constexpr double kMost = 100;
+  return kLeast * standard_uncertainty <= width / 2 && width / 2 <= kMost * standard_uncertainty;
+}
+
 /// A value with its uncertainty where the verdict is good, and none where it is not.
 Measured ReadMeasured(JsonObject& object) {
   const std::string verdict = object.Choice("verdict", {"good", "cannot_tell", "refused"});
@@ -75,6 +83,11 @@ Measured ReadMeasured(JsonObject& object) {
   if (object.failed()) return {};
   if (!(ends[0] <= quantity.value && quantity.value <= ends[1])) {
     object.Fault("interval95", "does not hold the value");
+    return {};
+  }
+  if (!Plausible(quantity.standard_uncertainty, ends[1] - ends[0])) {
+    object.Fault("interval95", fmt::format("is {} wide, which no standard uncertainty of {} gives",
+                                           ends[1] - ends[0], quantity.standard_uncertainty));
     return {};
   }
   return Measured::Good({quantity.value, quantity.standard_uncertainty, {ends[0], ends[1]}});
@@ -111,6 +124,11 @@ Result<Outcome> ParseOutcome(std::string_view text, const std::string& file) {
   const auto json = ParseJson(text, file);
   if (!json) return tl::unexpected(json.error());
   JsonObject object(*json, file);
+  if (json->is_object() && !json->contains("instrument") && json->contains("verdict")) {
+    return Fail(file +
+                ": is no kept result, but looks like what --json printed: give the file that "
+                "--result wrote, or the folder of the recording");
+  }
   object.Integer("format", {1, 1});
   Outcome outcome;
   const auto instrument = InstrumentOf(

@@ -26,8 +26,9 @@ inline constexpr std::size_t kMaxResultBytes = 64u << 20;  // with every finger 
                                  const nlohmann::ordered_json& details = nullptr);
 
 /// Reads a result. Errors (kInput) name the file, the key, the value and the bound; a value without
-/// its uncertainty, or beside a verdict that is not good, is one, so are two answers of one name
-/// and a verdict that is not the worst of the answers'. Details are passed over.
+/// its uncertainty, or beside a verdict that is not good, is one, so are an interval that no such
+/// uncertainty gives, two answers of one name and a verdict that is not the worst of the answers'.
+/// Details are passed over.
 [[nodiscard]] Result<measurement::Outcome> ParseOutcome(std::string_view text,
                                                         const std::string& file);
 

@@ -98,6 +98,24 @@ TEST(OutcomeFile, NoValueStandsBesideAVerdictThatIsNotGoodAndNoneIsMissing) {
   EXPECT_THAT(FaultOf(json), HasSubstr("format"));
 }
 
+TEST(OutcomeFile, AnIntervalThatItsUncertaintyCannotGiveIsRefused) {
+  auto json = nlohmann::json::parse(ToJson(GoodOutcome()));
+  json["answers"][0]["interval95"] = {-7, 7};
+  EXPECT_THAT(FaultOf(json), HasSubstr("answers[0].interval95 is 14 wide"));
+  json["answers"][0]["interval95"] = {0.125, 0.125};
+  EXPECT_THAT(FaultOf(json), HasSubstr("no standard uncertainty of 0.001"));
+  json["answers"][0]["interval95"] = {0.125 - 0.0127, 0.125 + 0.0127};  // one degree of freedom
+  EXPECT_EQ(FaultOf(json), "");
+  json["answers"][0]["standard_uncertainty"] = 0;
+  EXPECT_THAT(FaultOf(json), HasSubstr("no standard uncertainty of 0"));
+}
+
+TEST(OutcomeFile, WhatJsonPrintedIsCalledByItsName) {
+  EXPECT_THAT(FaultOf({{"format", 1}, {"verdict", "good"}, {"pressure_advance_s", 0.04}}),
+              AllOf(HasSubstr("r.json"), HasSubstr("--json printed"), HasSubstr("--result")));
+  EXPECT_THAT(FaultOf({{"format", 1}}), HasSubstr("instrument is missing"));
+}
+
 TEST(OutcomeFile, AnotherInstrumentsResultIsNamedAndNothingForeignIsReplaced) {
   const test::TemporaryFolder folder;
   ASSERT_TRUE(KeepOutcome(folder.path(), GoodOutcome()));

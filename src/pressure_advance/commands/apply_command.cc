@@ -32,10 +32,11 @@ struct ApplyArguments {
 };
 
 Result<ChosenValue> Kept(const fs::path& path) {
-  const auto quantity = KeptPressureAdvance(path);
-  if (!quantity) return tl::unexpected(quantity.error());
+  auto kept = KeptPressureAdvance(path);
+  if (!kept) return tl::unexpected(kept.error());
   fmt::print(stderr, "  the answer kept in {}\n", path.string());
-  return ChosenValue{quantity->value, *quantity};
+  const Quantity& quantity = kept->pressure_advance_s;
+  return ChosenValue{quantity.value, quantity, std::move(kept->notices)};
 }
 
 /// A file of the recording that was written after its result.
@@ -61,10 +62,16 @@ Result<ChosenValue> Answer(const fs::path& folder) {
     fmt::print(stderr, "  {} is newer than {}: analysing again\n", newer->string(),
                result.string());
   }
+  if (!fs::exists(folder / "scan.json", ignored)) {
+    return Fail(fmt::format("{}: is no recording: there is neither {} nor scan.json in it",
+                            folder.string(), files::kResultFile));
+  }
   const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
   if (!run) return tl::unexpected(run.error());
   const Measured& measured = run->analysis.pressure_advance;
-  if (measured.good()) return ChosenValue{measured.quantity().value, measured.quantity()};
+  if (measured.good()) {
+    return ChosenValue{measured.quantity().value, measured.quantity(), run->analysis.notices};
+  }
   return Fail(fmt::format("{}: it gives no value, because the verdict is {}: {}", folder.string(),
                           VerdictWords(measured.verdict()), measured.reason()),
               ErrorKind::kMeasurement);
@@ -72,10 +79,11 @@ Result<ChosenValue> Answer(const fs::path& folder) {
 
 Result<ChosenValue> ParseValue(const std::string& text) {
   const auto values = ParsePressureAdvances(text);
-  if (!values) return Fail(values.error().message);
-  if (values->size() == 1) return ChosenValue{values->front()};
+  if (values && values->size() == 1) return ChosenValue{values->front()};
   return Fail(fmt::format(
-      "{}: must be one pressure advance in s, a recording's folder or a result.json", text));
+      "{}: is neither one pressure advance in 0 ... 10 s, nor a recording's folder, nor a kept "
+      "result that is there",
+      text));
 }
 
 int RunApply(const ApplyArguments& arguments) {
@@ -94,6 +102,7 @@ int RunApply(const ApplyArguments& arguments) {
   if (value->measured) {
     fmt::print("measured          {}\n", report::WithInterval(*value->measured, report::kSeconds));
   }
+  for (const std::string& notice : value->notices) fmt::print("notice            {}\n", notice);
   const auto done = Apply(session, value->value_s, options, false);
   return done ? static_cast<int>(kExitGood) : PrintError(done.error());
 }
@@ -103,7 +112,9 @@ int RunApply(const ApplyArguments& arguments) {
 Result<ChosenValue> ValueFrom(const std::string& text) {
   std::error_code ignored;
   if (fs::is_directory(text, ignored)) return Answer(text);
-  return fs::path(text).extension() == ".json" ? Kept(text) : ParseValue(text);
+  const bool file =
+      fs::path(text).extension() == ".json" || fs::exists(fs::symlink_status(text, ignored));
+  return file ? Kept(text) : ParseValue(text);
 }
 
 Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
@@ -134,7 +145,7 @@ void ExplainKeeping(double pressure_advance_s) {
 void AddApplyCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand("apply", "set a pressure advance on the printer");
   const auto arguments = std::make_shared<ApplyArguments>();
-  command->add_option("value", arguments->value, "seconds, a recording's folder or its result.json")
+  command->add_option("value", arguments->value, "seconds, a recording's folder or a kept result")
       ->required();
   AddPrinterOptions(*command, arguments->printer);
   command->add_flag("--force", arguments->force, "set it beyond pressure_advance_limit, too");

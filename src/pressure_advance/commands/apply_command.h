@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/measured.h"
 #include "base/result.h"
@@ -20,11 +21,13 @@ namespace trammel::app {
 struct ChosenValue {
   double value_s = 0;
   std::optional<Quantity> measured = {};
+  std::vector<std::string> notices = {};  ///< of the measurement
 };
 
-/// The value that a user means: a number in s, a result.json, or a recording's folder, which is
+/// The value that a user means: a number in s, a kept result, or a recording's folder, which is
 /// analysed where it keeps no result.
-/// Errors: kInput; kMeasurement where the recording's verdict is not good.
+/// Errors: kInput: none of these, a file that holds no result; kMeasurement where the recording's
+/// verdict is not good.
 [[nodiscard]] Result<ChosenValue> ValueFrom(const std::string& text);
 
 /// How a value survives the printer's next restart.

@@ -12,6 +12,7 @@ namespace trammel::app {
 namespace {
 
 constexpr std::string_view kQuantity = "pressure_advance";
+constexpr double kMost_s = 10;  // as pa apply takes it
 
 }  // namespace
 
@@ -22,17 +23,27 @@ ResultFile ResultOf(const pressure_advance::Analysis& analysis, std::string sour
           report::JsonOf(analysis)};
 }
 
-Result<Quantity> KeptPressureAdvance(const std::filesystem::path& path) {
-  const auto outcome = files::ReadOutcome(path, measurement::Instrument::kPressureAdvance);
+Result<KeptAnswer> KeptPressureAdvance(const std::filesystem::path& path) {
+  auto outcome = files::ReadOutcome(path, measurement::Instrument::kPressureAdvance);
   if (!outcome) return tl::unexpected(outcome.error());
   const measurement::Answer* const answer = outcome->Find(kQuantity);
   if (answer == nullptr || answer->unit != "s") {
     return Fail(fmt::format("{}: holds no {} in s", path.string(), kQuantity));
   }
-  if (answer->value.good()) return answer->value.quantity();
-  return Fail(fmt::format("{}: it gives no value, because the verdict is {}: {}", path.string(),
-                          VerdictWords(answer->value.verdict()), answer->value.reason()),
-              ErrorKind::kMeasurement);
+  if (!answer->value.good()) {
+    return Fail(fmt::format("{}: it gives no value, because the verdict is {}: {}", path.string(),
+                            VerdictWords(answer->value.verdict()), answer->value.reason()),
+                ErrorKind::kMeasurement);
+  }
+  const Quantity& quantity = answer->value.quantity();
+  const Interval& interval95 = quantity.interval95;
+  if (quantity.value < 0 || interval95.lo < -kMost_s || interval95.hi > kMost_s) {
+    return Fail(fmt::format(
+        "{}: {} is {} s, 95 %: {} to {} s; it must lie within 0 ... {} s, and its interval within "
+        "+-{} s",
+        path.string(), kQuantity, quantity.value, interval95.lo, interval95.hi, kMost_s, kMost_s));
+  }
+  return KeptAnswer{quantity, std::move(outcome->notices)};
 }
 
 }  // namespace trammel::app

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "app/result_file.h"
 #include "base/measured.h"
@@ -14,8 +15,15 @@ namespace trammel::app {
 /// The analysis of a recording or photo as a result of this program, now.
 [[nodiscard]] ResultFile ResultOf(const pressure_advance::Analysis& analysis, std::string source);
 
+/// A pressure advance with what there is to say about it.
+struct KeptAnswer {
+  Quantity pressure_advance_s;
+  std::vector<std::string> notices;
+};
+
 /// The pressure advance of a kept result, a file or a folder's. Errors: those of
-/// files::ReadOutcome; it holds no pressure advance; kMeasurement where the verdict is not good.
-[[nodiscard]] Result<Quantity> KeptPressureAdvance(const std::filesystem::path& path);
+/// files::ReadOutcome; it holds none, or one beyond what a printer takes; kMeasurement where the
+/// verdict is not good.
+[[nodiscard]] Result<KeptAnswer> KeptPressureAdvance(const std::filesystem::path& path);
 
 }  // namespace trammel::app
