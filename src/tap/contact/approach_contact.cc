@@ -1,6 +1,7 @@
 #include "tap/contact/approach_contact.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -57,10 +58,12 @@ void CheckApproach(const CleanTap& clean, const TapMotion& motion, const TapOpti
   best.sum_squares[0] = std::numeric_limits<double>::infinity();
   constexpr std::size_t kMostTried = 20;  // break points; the check needs no more
   const std::size_t step = 1 + n / kMostTried;
-  for (std::size_t i = kLeastPressed; i + kLeastFree < n; i += step) {
-    const PressProfile::At at = profile.Evaluate(y[i], i);
-    if (at.start_slope[0] > 0 && at.sum_squares[0] < best.sum_squares[0]) {
-      best = at;
+  std::array<PressProfile::At, kMostTried> tried;
+  const std::size_t count = (n - kLeastPressed - kLeastFree + step - 1) / step;
+  profile.EvaluateSamples(1, kLeastPressed, step, std::span(tried).first(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    if (tried[i].start_slope[0] > 0 && tried[i].sum_squares[0] < best.sum_squares[0]) {
+      best = tried[i];
     }
   }
   if (!std::isfinite(best.sum_squares[0])) {

@@ -56,7 +56,7 @@ ClockSteps TakeOutClockSteps(std::span<float> time_s, double period_s) {
   }
   const float least = (1 - kOff) * period;
   const float most = (1 + kOff) * period;
-  if (CountPairs(time_s, [=](float a, float b) { return b - a < least || b - a > most; }) == 0) {
+  if (CountPairs(time_s, [=](float a, float b) { return (b - a < least) | (b - a > most); }) == 0) {
     return steps;
   }
   std::array<std::size_t, kMostIrregular> irregular{};

@@ -65,6 +65,9 @@ bool AreHeld(std::span<const float> time_s, std::span<const float> force_g) {
   if (force_g.size() < 2) {
     return false;
   }
+  if (CountPairs(force_g, [](float a, float b) { return a == b; }) < kLeastTies) {
+    return false;
+  }
   // At an extreme the range of the converter makes equal ones.
   const auto [lowest, highest] = std::minmax_element(force_g.begin(), force_g.end());
   float least = std::numeric_limits<float>::infinity();
@@ -132,15 +135,13 @@ void FindGaps(std::span<const float> time_s, Stretch cruise, CleanTap& clean) {
                    [](float a, float b) { return !(b > a); });
   }
   // Evenly spread delays of range J scatter the distances by J / sqrt(6).
-  double squares = 0;
-  double even = 1;
-  for (std::size_t i = 1; i < time_s.size(); ++i) {
-    const float step = time_s[i] - time_s[i - 1];
-    const double off = step > 0 && step < limit ? step - clean.period_s : 0;
-    squares += off * off;
-    even += step < limit ? 1 : 0;
-  }
-  clean.jitter_s = clean.held > 0 ? 0 : std::sqrt(6 * squares / even);
+  const double squares = SumPairs(time_s, [limit, period_s = clean.period_s](float a, float b) {
+    const float step = b - a;
+    const double off = step - period_s;
+    return (step > 0) & (step < limit) ? off * off : 0;
+  });
+  const std::size_t even = CountPairs(time_s, [limit](float a, float b) { return b - a < limit; });
+  clean.jitter_s = clean.held > 0 ? 0 : std::sqrt(6 * squares / static_cast<double>(even + 1));
   const std::size_t gaps = CountPairs(time_s, [limit](float a, float b) { return b - a > limit; });
   for (std::size_t i = 1; i < time_s.size() && gaps > 0 && clean.period_s > 0; ++i) {
     const float gap = time_s[i] - time_s[i - 1];
@@ -334,11 +335,7 @@ CleanTap CleanSamples(const TapView& tap, const TapMotion& motion, Workspace& wo
   MarkSpikes(force_g, moving_g, {halt - std::min(halt, around), halt + around}, cruise, clean);
   const std::size_t kept = clean.spikes + clean.duplicated > 0 ? Compact(time_s, force_g) : n;
   clean.samples = {time_s.first(kept), force_g.first(kept)};
-  float least = std::numeric_limits<float>::infinity();
-  for (std::size_t i = 1; i < kept; ++i) {
-    const float change = std::abs(force_g[i] - force_g[i - 1]);
-    least = change > 0 && change < least ? change : least;
-  }
+  const float least = LeastChange(force_g.first(kept));
   clean.step_g = least < std::numeric_limits<float>::infinity() ? least : 0;
   if (kept > 0) {
     FindTies(force_g.first(kept), kept < n ? CruiseOf(clean.samples.time_s, motion) : cruise,

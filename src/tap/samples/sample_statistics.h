@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -64,6 +65,48 @@ template <class Holds>
     count += holds(at[i - 1], at[i]) ? 1 : 0;
   }
   return count;
+}
+
+/// Sums a number over neighbours, in runs side by side: one addition need not wait for the one
+/// before it.
+template <class Value>
+[[nodiscard]] double SumPairs(std::span<const float> values, const Value& value) {
+  constexpr std::size_t kRuns = 4;
+  std::array<double, kRuns> sums{};
+  const float* const at = values.data();
+  std::size_t i = 1;
+  for (; i + kRuns <= values.size(); i += kRuns) {
+    for (std::size_t k = 0; k < kRuns; ++k) {
+      sums[k] += value(at[i + k - 1], at[i + k]);
+    }
+  }
+  for (; i < values.size(); ++i) {
+    sums[0] += value(at[i - 1], at[i]);
+  }
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
+
+/// The least distance of neighbours that differ; infinity where none do.
+[[nodiscard]] inline float LeastChange(std::span<const float> values) {
+  constexpr std::size_t kRuns = 8;
+  constexpr float kNone = std::numeric_limits<float>::infinity();
+  std::array<float, kRuns> least;
+  least.fill(kNone);
+  const auto take = [&](std::size_t i, std::size_t run) {
+    const float change = std::abs(values[i] - values[i - 1]);
+    const float counted = change > 0 ? change : kNone;
+    least[run] = counted < least[run] ? counted : least[run];
+  };
+  std::size_t i = 1;
+  for (; i + kRuns <= values.size(); i += kRuns) {
+    for (std::size_t k = 0; k < kRuns; ++k) {
+      take(i + k, k);
+    }
+  }
+  for (; i < values.size(); ++i) {
+    take(i, 0);
+  }
+  return *std::min_element(least.begin(), least.end());
 }
 
 }  // namespace trammel::tap
