@@ -94,7 +94,7 @@ INNER = {
 }
 # app: what all commands share; trammel.toml is put together from the tables of the instruments, the
 # virtual shop's commands draw what they print from the instruments' artefacts, and main is a table.
-APP_SHARED = {"base", "files", "machine", "measurement", "session", "settings"}
+APP_SHARED = {"base", "document", "files", "machine", "measurement", "session", "settings"}
 APP_CONFIG = {"base", "files", "settings", "pressure_advance/pattern", "tool_offset/sheet"}
 APP_SHOP = {"base", "files", "machine", "sim", "part_alignment/targets"}
 MAIN = {f"{name}/commands" for name in INSTRUMENTS}

@@ -12,6 +12,7 @@
 #include "app/config_command.h"
 #include "app/console.h"
 #include "app/help_commands.h"
+#include "app/history_command.h"
 #include "app/mistyped.h"
 #include "app/provenance.h"
 #include "app/shop/sim_commands.h"
@@ -40,6 +41,7 @@ constexpr std::array kCommands = {
     trammel::app::AddTapCommands,
     trammel::app::AddOffsetCommands,
     trammel::app::AddAlignCommands,
+    trammel::app::AddHistoryCommand,
     trammel::app::AddConfigCommand,
     trammel::app::AddDoctorCommand,
     trammel::app::AddSimCommand,

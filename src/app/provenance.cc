@@ -9,11 +9,13 @@ namespace trammel::app {
 
 std::string_view ProgramVersion() { return "trammel " TRAMMEL_VERSION; }
 
+std::string UtcNow() {
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+}
+
 measurement::Provenance ProvenanceOf(measurement::Instrument instrument,
                                      std::vector<std::string> sources) {
-  return {instrument, std::string(ProgramVersion()),
-          fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))),
-          std::move(sources)};
+  return {instrument, std::string(ProgramVersion()), UtcNow(), std::move(sources)};
 }
 
 std::string RecordingName(measurement::Instrument instrument) {

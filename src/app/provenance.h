@@ -12,6 +12,9 @@ namespace trammel::app {
 /// "trammel 0.1.0".
 [[nodiscard]] std::string_view ProgramVersion();
 
+/// Now, ISO 8601 to the second: "2026-01-02T03:04:05Z".
+[[nodiscard]] std::string UtcNow();
+
 /// This program, now, from those sources.
 [[nodiscard]] measurement::Provenance ProvenanceOf(measurement::Instrument instrument,
                                                    std::vector<std::string> sources);

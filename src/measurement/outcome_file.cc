@@ -41,20 +41,6 @@ ordered_json AnswerJson(const Answer& answer) {
   return json;
 }
 
-ordered_json OutcomeJson(const Outcome& outcome) {
-  ordered_json json = {{"format", 1},
-                       {"instrument", ToString(outcome.provenance.instrument)},
-                       {"program", outcome.provenance.program},
-                       {"utc", outcome.provenance.utc},
-                       {"sources", outcome.provenance.sources},
-                       {"verdict", ToString(outcome.verdict())},
-                       {"reason", outcome.reason()},
-                       {"answers", ordered_json::array()},
-                       {"notices", outcome.notices}};
-  for (const Answer& answer : outcome.answers) json["answers"].push_back(AnswerJson(answer));
-  return json;
-}
-
 /// Whether a 95 % interval may belong to a standard uncertainty: half of it is 1.96 of them for a
 /// normal distribution, 12.7 for Student's with one degree of freedom.
 bool Plausible(double standard_uncertainty, double width) {
@@ -112,23 +98,8 @@ Result<Instrument> InstrumentOf(const std::string& name) {
   return Fail("no instrument of that name");
 }
 
-}  // namespace
-
-std::string ToJson(const Outcome& outcome, const ordered_json& details) {
-  ordered_json json = OutcomeJson(outcome);
-  if (!details.is_null()) json["details"] = details;
-  return JsonText(json);
-}
-
-Result<Outcome> ParseOutcome(std::string_view text, const std::string& file) {
-  const auto json = ParseJson(text, file);
-  if (!json) return tl::unexpected(json.error());
-  JsonObject object(*json, file);
-  if (json->is_object() && !json->contains("instrument") && json->contains("verdict")) {
-    return Fail(file +
-                ": is no kept result, but looks like what --json printed: give the file that "
-                "--result wrote, or the folder of the recording");
-  }
+/// All keys of a result but its details; ask Finish() before use.
+Outcome ReadKeys(JsonObject& object) {
   object.Integer("format", {1, 1});
   Outcome outcome;
   const auto instrument = InstrumentOf(
@@ -146,7 +117,7 @@ Result<Outcome> ParseOutcome(std::string_view text, const std::string& file) {
     if (outcome.Find(answer.name) != nullptr) {
       inner.Fault("name", fmt::format("{} stands there twice", answer.name));
     }
-    if (const auto read = inner.Finish(); !read) return tl::unexpected(read.error());
+    if (const auto read = inner.Finish(); !read) object.Adopt(read.error());
     outcome.answers.push_back(std::move(answer));
   }
   if (verdict != ToString(outcome.verdict())) {
@@ -154,6 +125,41 @@ Result<Outcome> ParseOutcome(std::string_view text, const std::string& file) {
                                         ToString(outcome.verdict())));
   }
   outcome.notices = ReadTexts(object, "notices");
+  return outcome;
+}
+
+}  // namespace
+
+ordered_json JsonOf(const Outcome& outcome) {
+  ordered_json json = {{"format", 1},
+                       {"instrument", ToString(outcome.provenance.instrument)},
+                       {"program", outcome.provenance.program},
+                       {"utc", outcome.provenance.utc},
+                       {"sources", outcome.provenance.sources},
+                       {"verdict", ToString(outcome.verdict())},
+                       {"reason", outcome.reason()},
+                       {"answers", ordered_json::array()},
+                       {"notices", outcome.notices}};
+  for (const Answer& answer : outcome.answers) json["answers"].push_back(AnswerJson(answer));
+  return json;
+}
+
+std::string ToJson(const Outcome& outcome, const ordered_json& details) {
+  ordered_json json = JsonOf(outcome);
+  if (!details.is_null()) json["details"] = details;
+  return JsonText(json);
+}
+
+Result<Outcome> ParseOutcome(std::string_view text, const std::string& file) {
+  const auto json = ParseJson(text, file);
+  if (!json) return tl::unexpected(json.error());
+  JsonObject object(*json, file);
+  if (json->is_object() && !json->contains("instrument") && json->contains("verdict")) {
+    return Fail(file +
+                ": is no kept result, but looks like what --json printed: give the file that "
+                "--result wrote, or the folder of the recording");
+  }
+  Outcome outcome = ReadKeys(object);
   object.Find("details");
   if (const auto read = object.Finish(); !read) return tl::unexpected(read.error());
   return outcome;
@@ -187,9 +193,20 @@ Result<void> KeepOutcome(const std::filesystem::path& folder, const Outcome& out
 }
 
 std::string HistoryLine(const Outcome& outcome, const std::filesystem::path& folder) {
-  ordered_json json = OutcomeJson(outcome);
+  ordered_json json = JsonOf(outcome);
   json["folder"] = folder.string();
   return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+Result<std::pair<Outcome, std::string>> ParseHistoryLine(std::string_view line,
+                                                         const std::string& where) {
+  const auto json = ParseJson(line, where);
+  if (!json) return tl::unexpected(json.error());
+  JsonObject object(*json, where);
+  Outcome outcome = ReadKeys(object);
+  std::string folder = object.Text("folder");
+  if (const auto read = object.Finish(); !read) return tl::unexpected(read.error());
+  return std::pair(std::move(outcome), std::move(folder));
 }
 
 }  // namespace trammel::files

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "base/result.h"
 #include "files/new_file.h"
@@ -21,7 +22,10 @@ inline constexpr std::string_view kHistoryFile = "history.jsonl";
 /// The largest result that is read.
 inline constexpr std::size_t kMaxResultBytes = 64u << 20;  // with every finger of every sheet
 
-/// Format 1. `details` are the instrument's own, under that key; null: none.
+/// The result as JSON, format 1, without details.
+[[nodiscard]] nlohmann::ordered_json JsonOf(const measurement::Outcome& outcome);
+
+/// The same as a text. `details` are the instrument's own, under that key; null: none.
 [[nodiscard]] std::string ToJson(const measurement::Outcome& outcome,
                                  const nlohmann::ordered_json& details = nullptr);
 
@@ -46,5 +50,9 @@ inline constexpr std::size_t kMaxResultBytes = 64u << 20;  // with every finger 
 /// One line of history.jsonl: ToJson without details, with `folder`, where the recording is.
 [[nodiscard]] std::string HistoryLine(const measurement::Outcome& outcome,
                                       const std::filesystem::path& folder);
+
+/// Reads such a line: the result, and the folder. Errors: those of ParseOutcome.
+[[nodiscard]] Result<std::pair<measurement::Outcome, std::string>> ParseHistoryLine(
+    std::string_view line, const std::string& where);
 
 }  // namespace trammel::files

@@ -295,7 +295,9 @@ TEST_F(AlignCommand, CorrectsByNoKeptAnswerThatIsNotGoodOrNotItsOwn) {
   bad["answers"][0]["unit"] = "m";
   EXPECT_THAT(corrected(bad).standard_error, HasSubstr("holds no part_x in mm"));
   bad = kept;
-  bad["answers"][3]["value"] = bad["answers"][3]["interval95"][1] = 7;
+  bad["answers"][3]["value"] = 7;
+  bad["answers"][3]["standard_uncertainty"] = 1;
+  bad["answers"][3]["interval95"] = {5, 9};
   EXPECT_THAT(corrected(bad).standard_error, HasSubstr("part_alpha is 7 rad"));
   bad = kept;
   bad["instrument"] = "tap";

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/applied_result.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "part_alignment/commands/align_commands.h"
@@ -121,8 +122,12 @@ int RunCorrect(const CorrectArguments& arguments) {
   if (auto done = CorrectAtControl(arguments, output); !done) return PrintError(done.error());
   std::fputs((arguments.json ? report::ToJson(output) : report::CorrectionText(output)).c_str(),
              stdout);
-  if (!arguments.linuxcnc.address.empty()) return Write(arguments, output);
-  return kExitGood;
+  if (arguments.linuxcnc.address.empty()) return kExitGood;
+  const int code = Write(arguments, output);
+  if (code == kExitGood && result->result) {
+    NoteApplied(*result->result, arguments.linuxcnc.address);
+  }
+  return code;
 }
 
 }  // namespace

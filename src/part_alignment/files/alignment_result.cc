@@ -102,6 +102,7 @@ Result<AlignmentResult> FromKept(const measurement::Outcome& outcome, JsonObject
   result.machine_from_part = {pose.head<3>(), pose.tail<3>()};
   result.standard_uncertainty = sigma;
   result.notices = outcome.notices;
+  result.result = outcome;
   if (const json* const found = root.Find("details"); found != nullptr) {
     JsonObject details = root.Inner(*found, "details");
     auto targets = ReadTargets(details);

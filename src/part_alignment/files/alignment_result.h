@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "measurement/outcome.h"
 #include "part_alignment/correction/part_correction.h"
 #include "part_alignment/pose/measurement.h"
 
@@ -25,6 +26,7 @@ struct AlignmentResult {
   /// k = 1, of x, y, z (mm), alpha, beta, gamma (rad).
   std::optional<Eigen::Matrix<double, 6, 1>> standard_uncertainty;
   std::vector<std::string> notices;
+  std::optional<measurement::Outcome> result = {};  ///< absent: what `align solve` printed
 };
 
 /// A folder's result.json, a kept result, or what `align solve` printed. Errors: kInput as for

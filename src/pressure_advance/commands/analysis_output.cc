@@ -13,7 +13,6 @@
 #include "app/output_files.h"
 #include "base/json_text.h"
 #include "document/interval_text.h"
-#include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/report/analysis_json.h"
 #include "pressure_advance/report/pressure_advance_report.h"
 
@@ -50,12 +49,14 @@ Result<void> WriteFigures(const std::string& figures_folder,
   return WriteOutputs(files, force);
 }
 
-Result<void> WriteResult(const Analysis& analysis, const std::string& source,
-                         const AnalysisOutput& output) {
-  if (output.files.result.empty() && !output.keep_in_recording) return {};
-  const ResultFile result = ResultOf(analysis, source);
+/// The recording or photo.
+const std::string& SourceOf(const ResultFile& result) {
+  return result.outcome.provenance.sources.front();
+}
+
+Result<void> WriteResult(const ResultFile& result, const AnalysisOutput& output) {
   if (output.keep_in_recording) {
-    if (auto kept = KeepInRecording(source, result); !kept) return kept;
+    if (auto kept = KeepInRecording(SourceOf(result), result); !kept) return kept;
   }
   if (output.files.result.empty()) return {};
   return WriteOutputs({OutputOf(output.files.result, result)}, output.files.force);
@@ -67,14 +68,14 @@ struct Written {
   std::optional<Error> failed;  ///< the first file that could not be written
 };
 
-Written WriteFiles(const AnalysisRun& run, const std::string& source,
-                   const AnalysisOutput& output) {
+Written WriteFiles(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
   Written written;
-  if (auto done = WriteResult(run.analysis, source, output); !done) written.failed = done.error();
+  if (auto done = WriteResult(result, output); !done) written.failed = done.error();
   if (output.files.report.empty() && output.files.figures.empty()) return written;
   const report::ReportInput input = run.report_input();
   const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
-  if (auto done = WriteReport(output.files.report, source, input, figures, output.files.force);
+  if (auto done =
+          WriteReport(output.files.report, SourceOf(result), input, figures, output.files.force);
       done) {
     written.report = output.files.report;
   } else if (!written.failed) {
@@ -129,9 +130,9 @@ void PrintText(const Analysis& analysis, const std::string& report_path) {
 
 }  // namespace
 
-int PrintAnalysis(const AnalysisRun& run, const std::string& source, const AnalysisOutput& output) {
+int PrintAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
   // The answer is printed whatever became of the files: it must not get lost for a full disk.
-  const Written written = WriteFiles(run, source, output);
+  const Written written = WriteFiles(run, result, output);
   if (output.json) {
     std::optional<std::string> report_path;
     if (!written.report.empty()) report_path = written.report;

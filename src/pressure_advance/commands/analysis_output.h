@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/output_files.h"
+#include "app/result_file.h"
 #include "pressure_advance/commands/analysis_run.h"
 
 namespace trammel::app {
@@ -15,8 +16,8 @@ struct AnalysisOutput {
 };
 
 /// Prints the answer on standard output and writes the files.
-/// @param source  path of the recording or photo, for the report.
+/// @param result  of the run, its source the recording or photo.
 /// @returns the exit code: that of the verdict, or of a file that could not be written.
-int PrintAnalysis(const AnalysisRun& run, const std::string& source, const AnalysisOutput& output);
+int PrintAnalysis(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output);
 
 }  // namespace trammel::app

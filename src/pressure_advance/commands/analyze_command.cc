@@ -14,6 +14,7 @@
 #include "app/commands.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
@@ -145,7 +146,7 @@ int RunAnalyze(const AnalyzeArguments& arguments) {
     return PrintError(possible.error());
   const Result<AnalysisRun> run = RunEye(arguments);
   if (!run) return PrintError(run.error());
-  return PrintAnalysis(*run, arguments.path, arguments.output);
+  return PrintAnalysis(*run, ResultOf(run->analysis, arguments.path), arguments.output);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "app/applied_result.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/printer_session.h"
@@ -36,7 +37,7 @@ Result<ChosenValue> Kept(const fs::path& path) {
   if (!kept) return tl::unexpected(kept.error());
   fmt::print(stderr, "  the answer kept in {}\n", path.string());
   const Quantity& quantity = kept->pressure_advance_s;
-  return ChosenValue{quantity.value, quantity, std::move(kept->notices)};
+  return ChosenValue{quantity.value, quantity, std::move(kept->outcome)};
 }
 
 /// A file of the recording that was written after its result.
@@ -70,7 +71,8 @@ Result<ChosenValue> Answer(const fs::path& folder) {
   if (!run) return tl::unexpected(run.error());
   const Measured& measured = run->analysis.pressure_advance;
   if (measured.good()) {
-    return ChosenValue{measured.quantity().value, measured.quantity(), run->analysis.notices};
+    return ChosenValue{measured.quantity().value, measured.quantity(),
+                       ResultOf(run->analysis, folder.string()).outcome};
   }
   return Fail(fmt::format("{}: it gives no value, because the verdict is {}: {}", folder.string(),
                           VerdictWords(measured.verdict()), measured.reason()),
@@ -102,9 +104,15 @@ int RunApply(const ApplyArguments& arguments) {
   if (value->measured) {
     fmt::print("measured          {}\n", report::WithInterval(*value->measured, report::kSeconds));
   }
-  for (const std::string& notice : value->notices) fmt::print("notice            {}\n", notice);
+  if (value->result) {
+    for (const std::string& notice : value->result->notices) {
+      fmt::print("notice            {}\n", notice);
+    }
+  }
   const auto done = Apply(session, value->value_s, options, false);
-  return done ? static_cast<int>(kExitGood) : PrintError(done.error());
+  if (!done) return PrintError(done.error());
+  if (value->result && !options.dry_run) NoteApplied(*value->result, config->scan.address);
+  return kExitGood;
 }
 
 }  // namespace

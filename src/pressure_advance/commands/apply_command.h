@@ -3,10 +3,10 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "base/measured.h"
 #include "base/result.h"
+#include "measurement/outcome.h"
 #include "pressure_advance/procedure/apply_pressure_advance.h"
 #include "session/session.h"
 
@@ -17,11 +17,11 @@ namespace trammel::app {
 [[nodiscard]] Result<void> Apply(const procedure::Session& session, double pressure_advance_s,
                                  const procedure::ApplyOptions& options, bool quiet);
 
-/// A value to be set, and what it was measured as where it comes from a recording.
+/// A value to be set, and what it was measured as where it comes from a result.
 struct ChosenValue {
   double value_s = 0;
   std::optional<Quantity> measured = {};
-  std::vector<std::string> notices = {};  ///< of the measurement
+  std::optional<measurement::Outcome> result = {};  ///< that it stands in
 };
 
 /// The value that a user means: a number in s, a kept result, or a recording's folder, which is

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "app/applied_result.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/new_folder.h"
@@ -121,7 +122,8 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   output.files.report = (folder / "report.html").string();
   output.json = arguments.json;
   output.keep_in_recording = true;
-  int code = PrintAnalysis(*run, folder.string(), output);
+  const ResultFile result = ResultOf(run->analysis, folder.string());
+  int code = PrintAnalysis(*run, result, output);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
   std::fflush(stdout);  // the answer, before minutes of validation
@@ -136,7 +138,9 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     procedure::ApplyOptions options;
     options.limit_s = procedure::ApplyLimit_s(config.pattern);
     const auto done = Apply(session, value_s, options, arguments.json);
-    return done ? code : PrintError(done.error());
+    if (!done) return PrintError(done.error());
+    NoteApplied(result.outcome, config.scan.address);
+    return code;
   }
   if (!arguments.json) {
     fmt::print("nothing applied   {}trammel pa apply {}\n",

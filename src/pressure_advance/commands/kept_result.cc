@@ -35,7 +35,7 @@ Result<KeptAnswer> KeptPressureAdvance(const std::filesystem::path& path) {
                             VerdictWords(answer->value.verdict()), answer->value.reason()),
                 ErrorKind::kMeasurement);
   }
-  const Quantity& quantity = answer->value.quantity();
+  const Quantity quantity = answer->value.quantity();
   const Interval& interval95 = quantity.interval95;
   if (quantity.value < 0 || interval95.lo < -kMost_s || interval95.hi > kMost_s) {
     return Fail(fmt::format(
@@ -43,7 +43,7 @@ Result<KeptAnswer> KeptPressureAdvance(const std::filesystem::path& path) {
         "+-{} s",
         path.string(), kQuantity, quantity.value, interval95.lo, interval95.hi, kMost_s, kMost_s));
   }
-  return KeptAnswer{quantity, std::move(outcome->notices)};
+  return KeptAnswer{quantity, std::move(*outcome)};
 }
 
 }  // namespace trammel::app

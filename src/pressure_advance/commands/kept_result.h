@@ -3,11 +3,11 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "app/result_file.h"
 #include "base/measured.h"
 #include "base/result.h"
+#include "measurement/outcome.h"
 #include "pressure_advance/profile/analysis.h"
 
 namespace trammel::app {
@@ -15,10 +15,10 @@ namespace trammel::app {
 /// The analysis of a recording or photo as a result of this program, now.
 [[nodiscard]] ResultFile ResultOf(const pressure_advance::Analysis& analysis, std::string source);
 
-/// A pressure advance with what there is to say about it.
+/// A pressure advance with the result that it stands in.
 struct KeptAnswer {
   Quantity pressure_advance_s;
-  std::vector<std::string> notices;
+  measurement::Outcome outcome;
 };
 
 /// The pressure advance of a kept result, a file or a folder's. Errors: those of

@@ -43,7 +43,8 @@ TEST(KeptResult, IsWhatApplyTakesWithoutLookingAtTheRecordingAgain) {
     EXPECT_EQ(value->value_s, 0.036);
     ASSERT_TRUE(value->measured);
     EXPECT_EQ(value->measured->interval95.hi, 0.0371);
-    EXPECT_THAT(value->notices, ElementsAre("one line is torn"));
+    ASSERT_TRUE(value->result);
+    EXPECT_THAT(value->result->notices, ElementsAre("one line is torn"));
   }
   ASSERT_TRUE(Keep(analysis, recording));
   const std::string history = test::ReadWhole(folder.path() / files::kHistoryFile);

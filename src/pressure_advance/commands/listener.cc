@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/applied_result.h"
 #include "app/new_folder.h"
 #include "app/provenance.h"
 #include "base/bug_note.h"
@@ -13,7 +14,6 @@
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/calibration_run.h"
-#include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/procedure/apply_pressure_advance.h"
 #include "settings/material.h"
 
@@ -141,7 +141,8 @@ std::string Listener::Propose(const fs::path& folder) {
   AnalysisOutput output;
   output.files.report = (folder / "report.html").string();
   output.keep_in_recording = true;
-  (void)PrintAnalysis(*run, folder.string(), output);  // for the log; a failed file says so there
+  ResultFile result = ResultOf(run->analysis, folder.string());
+  (void)PrintAnalysis(*run, result, output);  // for the log; a failed file says so there
   std::fflush(stdout);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) {
@@ -150,7 +151,7 @@ std::string Listener::Propose(const fs::path& folder) {
   const Quantity& quantity = measured.quantity();
   {
     const std::lock_guard lock(mutex_);
-    proposal_ = quantity.value;
+    proposal_ = KeptAnswer{quantity, std::move(result.outcome)};
   }
   const auto now_s = printer_.LastState().pressure_advance_s;
   return fmt::format("pressure advance {}{}. Nothing applied: TRAMMEL_APPLY sets it",
@@ -159,23 +160,25 @@ std::string Listener::Propose(const fs::path& folder) {
 }
 
 std::string Listener::Apply() {
-  std::optional<double> value_s;
+  std::optional<KeptAnswer> answer;
   {
     const std::lock_guard lock(mutex_);
-    value_s = proposal_;
+    answer = proposal_;
   }
-  if (!value_s) return "nothing to apply: there is no good answer yet, calibrate first";
+  if (!answer) return "nothing to apply: there is no good answer yet, calibrate first";
   const auto config = LoadSettings(options_);
   if (!config) return "not applied: " + config.error().message;
   const procedure::Session session{printer_, stop_, {}};
   procedure::ApplyOptions options;
   options.limit_s = procedure::ApplyLimit_s(config->pattern);
-  const auto change = procedure::ApplyPressureAdvance(session, *value_s, options);
+  const double value_s = answer->pressure_advance_s.value;
+  const auto change = procedure::ApplyPressureAdvance(session, value_s, options);
   if (!change) return "not applied: " + change.error().message;
+  NoteApplied(answer->outcome, config->scan.address);
   return fmt::format(
       "pressure advance {}{:.4f} until the next restart. To keep it: pressure_advance: {:.4f} in "
       "[extruder] of printer.cfg",
-      change->before_s ? fmt::format("{:.4f} -> ", *change->before_s) : "", *value_s, *value_s);
+      change->before_s ? fmt::format("{:.4f} -> ", *change->before_s) : "", value_s, value_s);
 }
 
 void Listener::Tell(std::string text) {

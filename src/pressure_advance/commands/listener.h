@@ -15,6 +15,7 @@
 #include "app/printer_session.h"
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
+#include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/procedure/screen.h"
 
 namespace trammel::app {
@@ -70,9 +71,9 @@ class Listener {
   procedure::Screen screen_;  // only Serve's thread speaks
   std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
   std::mutex mutex_;
-  bool working_ = false;            // guarded by mutex_
-  std::optional<double> proposal_;  // guarded by mutex_: the last good answer, in s
-  std::jthread worker_;             // last: it uses everything above
+  bool working_ = false;                // guarded by mutex_
+  std::optional<KeptAnswer> proposal_;  // guarded by mutex_: the last good answer
+  std::jthread worker_;                 // last: it uses everything above
 };
 
 }  // namespace trammel::app

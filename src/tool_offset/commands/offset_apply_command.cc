@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,11 +13,13 @@
 #include <utility>
 #include <vector>
 
+#include "app/applied_result.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/option_values.h"
 #include "app/printer_session.h"
 #include "document/interval_text.h"
+#include "session/run_journal.h"
 #include "tool_offset/commands/offset_commands.h"
 #include "tool_offset/files/offset_file.h"
 #include "tool_offset/files/offset_history.h"
@@ -39,7 +42,7 @@ struct OffsetApplyArguments {
   bool save = false;
   bool force = false;
   bool dry_run = false;
-  std::string history = "recordings/offset-history.jsonl";
+  std::string history;  ///< empty: that of the state folder
   PrinterOptions printer;
 };
 
@@ -121,37 +124,52 @@ void Show(const Change& change, OffsetFirmware firmware) {
   if (!advice.empty()) fmt::print("          {}\n", advice);
 }
 
+bool SamePlace(const KeptOffset& a, const KeptOffset& b) {
+  constexpr double kSame_mm = 0.00051;  // firmwares are told micrometres
+  return std::abs(a.x_mm - b.x_mm) <= kSame_mm && std::abs(a.y_mm - b.y_mm) <= kSame_mm;
+}
+
+/// Whether a measurement was taken out before and did not get lost since, as by a restart: only
+/// from the offset under which the sheet was printed may it be taken out.
+bool IsDone(const files::OffsetChange& before, const Change& change) {
+  if (before.tool != change.tool || before.dx_mm != change.measured.dx_mm ||
+      before.dy_mm != change.measured.dy_mm) {
+    return false;
+  }
+  // Begun and cut off: set where the printer has the new offset.
+  if (before.stage == files::OffsetStage::kBegun) return SamePlace(before.new_offset, change.now);
+  return !SamePlace(before.old_offset, change.now);
+}
+
 // Taking the same measurement out twice would move the tool by it again.
 Result<void> RefuseTwice(const std::vector<Change>& changes,
                          const OffsetApplyArguments& arguments) {
-  constexpr double kSame_mm = 0.00051;  // firmwares are told micrometres
-  const auto near = [](double a, double b) { return std::abs(a - b) <= kSame_mm; };
   if (arguments.force) return {};
   const auto history = files::ReadOffsetChanges(arguments.history);
   if (!history) return tl::unexpected(history.error());
   for (const Change& change : changes) {
     for (const files::OffsetChange& before : *history) {
-      if (before.stage == files::OffsetStage::kBegun || before.tool != change.tool ||
-          before.dx_mm != change.measured.dx_mm || before.dy_mm != change.measured.dy_mm ||
-          !near(before.new_offset.x_mm, change.now.x_mm) ||
-          !near(before.new_offset.y_mm, change.now.y_mm)) {
-        continue;
-      }
+      if (!IsDone(before, change)) continue;
       return Fail(
-          fmt::format("{} was applied to tool {} at {}, and the printer has that offset "
-                      "now: taking it out twice would move the tool by as much again. Print "
-                      "and scan another sheet, or say --force",
-                      arguments.file, change.tool, before.time),
+          fmt::format("{} was applied to tool {} at {} on {}, from {}: taking it out twice would "
+                      "move the tool by as much again. Print and scan another sheet, or say "
+                      "--force",
+                      arguments.file, change.tool, before.time, before.printer, before.source),
           ErrorKind::kSafety);
     }
   }
   return {};
 }
 
+// Tells the file wherever it is looked for from.
+std::string Whole(const std::string& file) {
+  return std::filesystem::absolute(file).lexically_normal().string();
+}
+
 Result<void> Note(const OffsetApplyArguments& arguments, const std::string& printer,
                   const Change& change, files::OffsetStage stage) {
   return files::AppendToHistory(
-      arguments.history, {stage, Now("{:%FT%T%z}"), printer, arguments.file, change.tool,
+      arguments.history, {stage, Now("{:%FT%T%z}"), printer, Whole(arguments.file), change.tool,
                           change.measured.dx_mm, change.measured.dy_mm, change.now, change.next});
 }
 
@@ -201,7 +219,15 @@ Result<void> Set(const std::vector<Change>& changes, const OffsetApplyArguments&
   return {};
 }
 
-int RunApply(const OffsetApplyArguments& arguments) {
+Result<void> FindHistory(OffsetApplyArguments& arguments) {
+  if (!arguments.apply || !arguments.history.empty()) return {};
+  const auto folder = files::StateFolder();
+  if (!folder) return tl::unexpected(folder.error());
+  arguments.history = (*folder / files::kOffsetHistoryFile).string();
+  return {};
+}
+
+int RunApply(OffsetApplyArguments arguments) {
   const Interrupt interrupt;
   const OffsetFirmware firmware = *tool_offset::ParseOffsetFirmware(arguments.firmware);
   const bool asks_printer = arguments.apply || !arguments.printer.address.empty();
@@ -216,6 +242,7 @@ int RunApply(const OffsetApplyArguments& arguments) {
         {ErrorKind::kInput,
          "--now: with --apply the printer itself tells what it has now; leave it out"});
   }
+  if (auto found = FindHistory(arguments); !found) return PrintError(found.error());
   const auto file = files::ReadOffsetFile(arguments.file);
   if (!file) return PrintError(file.error());
   for (const std::string& line : file->refused) fmt::print(stderr, "{}\n", line);
@@ -246,7 +273,9 @@ int RunApply(const OffsetApplyArguments& arguments) {
   if (changes.empty()) return kExitNotTrusted;
   if (arguments.apply) {
     const auto set = Set(changes, arguments, address, *session);
-    return set ? kExitGood : PrintError(set.error());
+    if (!set) return PrintError(set.error());
+    if (file->result) NoteApplied(*file->result, address);
+    return kExitGood;
   }
   fmt::print("nothing was changed\n");
   return kExitGood;
@@ -286,8 +315,8 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
       ->group("Printer");
   command
       ->add_option("--history", arguments->history,
-                   "JSON lines to which every change is added, the old value first")
-      ->capture_default_str()
+                   "JSON lines to which every change is added, the old value first; left out: "
+                   "offset-history.jsonl in the state folder, whatever the working folder")
       ->group("Printer");
   AddPrinterOptions(*command, arguments->printer);
   command->callback([arguments, &exit_code] { exit_code = RunApply(*arguments); });

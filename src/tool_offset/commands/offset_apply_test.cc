@@ -20,7 +20,7 @@ constexpr const char* kResult = R"({"format": 1, "tools": [
   {"tool": 1, "verdict": "good", "dx_mm": 0.1234, "dy_mm": -0.0456,
    "interval95_mm": {"dx": [0.1214, 0.1254], "dy": [-0.0476, -0.0436]}},
   {"tool": 2, "verdict": "refused", "reason": "it did not print"}]})";
-constexpr const char* kHistory = "recordings/offset-history.jsonl";
+constexpr const char* kHistory = "state/trammel/offset-history.jsonl";
 
 class OffsetApply : public testing::Test {
  protected:
@@ -81,6 +81,62 @@ TEST_F(OffsetApply, TheSameMeasurementIsNotTakenOutTwice) {
   EXPECT_THAT(twice.standard_error, AllOf(HasSubstr("twice"), HasSubstr("--force")));
   EXPECT_EQ(History(), before);
   EXPECT_EQ(Apply("--apply --force").exit_code, 0);
+}
+
+TEST_F(OffsetApply, TheSameMeasurementIsKnownFromEveryFolderAndUnderEveryName) {
+  Serve();
+  ASSERT_EQ(Apply("--apply").exit_code, 0);
+  const auto other = folder_.path() / "other";
+  std::filesystem::create_directory(other);
+  WriteWhole(other / "copy.json", kResult);
+  std::filesystem::create_directory_symlink(folder_.path() / "state", other / "state");
+  const CommandResult twice =
+      RunTrammel(fmt::format("offset apply copy.json --printer {} --apply", address_), other);
+  EXPECT_EQ(twice.exit_code, 4);
+  EXPECT_THAT(twice.standard_error, HasSubstr((folder_.path() / "result.json").string()));
+}
+
+TEST_F(OffsetApply, AMeasurementOfAnEarlierOffsetIsNotTakenOutOfAnother) {
+  Serve();
+  ASSERT_EQ(Apply("--apply").exit_code, 0);
+  WriteWhole(
+      folder_.path() / "next.json",
+      R"({"format": 1, "tools": [{"tool": 1, "verdict": "good", "dx_mm": 0.01, "dy_mm": 0}]})");
+  const auto next =
+      RunTrammel("offset apply next.json --apply --printer " + address_, folder_.path());
+  ASSERT_EQ(next.exit_code, 0) << next.output;
+  EXPECT_EQ(Apply("--apply").exit_code, 4);  // the first sheet again
+}
+
+TEST_F(OffsetApply, WhatWasCutOffAfterItWasSetCountsAsSet) {
+  Serve();
+  ASSERT_EQ(Apply("--apply").exit_code, 0);
+  const std::string history = History();
+  WriteWhole(folder_.path() / kHistory, history.substr(0, history.find('\n') + 1));
+  EXPECT_EQ(Apply("--apply").exit_code, 4);
+}
+
+TEST_F(OffsetApply, WhatARestartLostMayBeSetAgain) {
+  Serve();
+  ASSERT_EQ(Apply("--apply").exit_code, 0);
+  Serve();  // another start of the printer, as its configuration has it
+  EXPECT_EQ(Apply("--apply").exit_code, 0);
+}
+
+TEST_F(OffsetApply, AKeptResultIsNotedAsApplied) {
+  Serve();
+  WriteWhole(folder_.path() / "result.json",
+             R"({"format": 1, "instrument": "tool_offset", "program": "trammel 9", "utc": "2026",
+    "sources": [], "verdict": "good", "reason": "", "notices": [], "answers": [
+    {"name": "tool_1_dx", "unit": "mm", "verdict": "good", "reason": "", "value": 0.1,
+     "standard_uncertainty": 0.01, "interval95": [0.08, 0.12]},
+    {"name": "tool_1_dy", "unit": "mm", "verdict": "good", "reason": "", "value": 0.1,
+     "standard_uncertainty": 0.01, "interval95": [0.08, 0.12]}]})");
+  ASSERT_EQ(Apply("").exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "state/trammel/applied.jsonl"));
+  ASSERT_EQ(Apply("--apply").exit_code, 0);
+  EXPECT_THAT(ReadWhole(folder_.path() / "state/trammel/applied.jsonl"),
+              AllOf(HasSubstr("tool_offset"), HasSubstr(address_)));
 }
 
 TEST_F(OffsetApply, MoreThanASheetCanShowIsNotSetUnforced) {

@@ -89,7 +89,9 @@ Result<OffsetFile> ReadOffsetFile(const std::filesystem::path& path) {
   if (root.has("instrument")) {
     const auto outcome = ReadOutcome(path, measurement::Instrument::kToolOffset);
     if (!outcome) return tl::unexpected(outcome.error());
-    return OffsetsOf(*outcome, path.string());
+    auto offsets = OffsetsOf(*outcome, path.string());
+    if (offsets) offsets->result = *outcome;
+    return offsets;
   }
   if (root.has("format")) (void)root.Integer("format", {1, 1});
   constexpr std::size_t kMostTools = 100;

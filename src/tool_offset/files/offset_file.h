@@ -8,6 +8,7 @@
 
 #include "base/measured.h"
 #include "base/result.h"
+#include "measurement/outcome.h"
 
 namespace trammel::files {
 
@@ -22,6 +23,7 @@ struct MeasuredOffset {
 struct OffsetFile {
   std::vector<MeasuredOffset> good;  ///< tools whose verdict is good
   std::vector<std::string> refused;  ///< a line for each of the others, with its reason
+  std::optional<measurement::Outcome> result = {};  ///< absent: what --json printed
 };
 
 /// A folder's result.json, a kept result, or the output of --json. Errors (kInput): not there, not

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/measured.h"
@@ -12,6 +13,9 @@
 #include "tool_offset/offset/correction.h"
 
 namespace trammel::files {
+
+/// In the state folder: what is applied on any printer, from whatever folder.
+inline constexpr std::string_view kOffsetHistoryFile = "offset-history.jsonl";
 
 enum class OffsetStage {
   kBegun,    ///< about to be set: the old value is safe from here on
@@ -24,7 +28,7 @@ struct OffsetChange {
   OffsetStage stage = OffsetStage::kBegun;
   std::string time;     ///< ISO 8601 with its zone
   std::string printer;  ///< address
-  std::string source;   ///< the file with the measured offset
+  std::string source;   ///< the file with the measured offset, from the root
   int tool = 0;
   double dx_mm = 0;  ///< that was measured, and is taken out
   double dy_mm = 0;

@@ -1,0 +1,184 @@
+#include "app/history_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "app/commands.h"
+#include "base/json_text.h"
+#include "document/interval_text.h"
+#include "measurement/history.h"
+#include "measurement/outcome_file.h"
+#include "session/run_journal.h"
+
+namespace trammel::app {
+namespace {
+
+using files::HistoryEntry;
+using measurement::Answer;
+using measurement::Instrument;
+using nlohmann::ordered_json;
+
+constexpr std::array kInstruments = {Instrument::kPressureAdvance, Instrument::kTap,
+                                     Instrument::kToolOffset, Instrument::kPartAlignment};
+constexpr std::size_t kMost = 10'000;
+
+struct HistoryArguments {
+  std::string path = "recordings";
+  std::string instrument;
+  std::size_t last = 20;
+  std::size_t number = 1;
+  bool json = false;
+};
+
+std::string AnswerText(const Answer& answer) {
+  if (!answer.value.good()) {
+    return fmt::format("{}: {}", VerdictWords(answer.value.verdict()), answer.value.reason());
+  }
+  report::IntervalStyle style;
+  style.unit = answer.unit;
+  return report::WithInterval(answer.value.quantity(),
+                              answer.unit == "rad" ? report::kPerMille : style);
+}
+
+std::string AppliedText(const HistoryEntry& entry) {
+  if (entry.applied.empty()) return "not applied";
+  const files::Application& last = entry.applied.back();
+  return fmt::format("applied {} to {}", last.utc, last.machine);
+}
+
+/// A result with at most `most` of its answers.
+std::string EntryText(std::size_t number, const HistoryEntry& entry, std::size_t most) {
+  const std::vector<Answer>& answers = entry.outcome.answers;
+  std::string text = fmt::format("{:<4} {}  {}  {}  {}\n", number, entry.outcome.provenance.utc,
+                                 WordsOf(entry.outcome.provenance.instrument),
+                                 VerdictWords(entry.outcome.verdict()), AppliedText(entry));
+  for (const Answer& answer : std::span(answers).first(std::min(most, answers.size()))) {
+    text += fmt::format("     {}  {}\n", answer.name, AnswerText(answer));
+  }
+  if (answers.size() > most) {
+    text +=
+        fmt::format("     and {} more: trammel history show {}\n", answers.size() - most, number);
+  }
+  return text + fmt::format("     {}\n", entry.folder);
+}
+
+ordered_json EntryJson(std::size_t number, const HistoryEntry& entry) {
+  ordered_json json = files::JsonOf(entry.outcome);
+  json["folder"] = entry.folder;
+  json["number"] = number;
+  json["applied"] = ordered_json::array();
+  for (const files::Application& application : entry.applied) {
+    json["applied"].push_back({{"utc", application.utc}, {"machine", application.machine}});
+  }
+  return json;
+}
+
+/// The newest, with what was applied of them; says on standard error which lines are no results.
+Result<files::History> Read(const HistoryArguments& arguments, std::size_t last) {
+  files::HistoryQuery query{last};
+  for (const Instrument instrument : kInstruments) {
+    if (arguments.instrument == ToString(instrument)) query.instrument = instrument;
+  }
+  std::filesystem::path path = arguments.path;
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) path /= files::kHistoryFile;
+  auto history = files::ReadHistory(path, query);
+  if (!history) return history;
+  for (const std::string& why : history->skipped) fmt::print(stderr, "passed over: {}\n", why);
+  if (history->skipped_lines > history->skipped.size()) {
+    fmt::print(stderr, "passed over: {} more lines\n",
+               history->skipped_lines - history->skipped.size());
+  }
+  const auto state = files::StateFolder();
+  if (!state) return tl::unexpected(state.error());
+  if (auto added = files::AddApplications(*state / files::kAppliedFile, *history); !added) {
+    return tl::unexpected(added.error());
+  }
+  return history;
+}
+
+int RunList(const HistoryArguments& arguments) {
+  const auto history = Read(arguments, arguments.last);
+  if (!history) return PrintError(history.error());
+  constexpr std::size_t kShown = 3;
+  ordered_json list = ordered_json::array();
+  for (std::size_t i = 0; i < history->entries.size(); ++i) {
+    const HistoryEntry& entry = history->entries[i];
+    if (arguments.json) {
+      list.push_back(EntryJson(i + 1, entry));
+    } else {
+      fmt::print("{}", EntryText(i + 1, entry, kShown));
+    }
+  }
+  if (arguments.json) std::fputs(JsonText(list).c_str(), stdout);
+  return kExitGood;
+}
+
+int RunShow(const HistoryArguments& arguments) {
+  const auto history = Read(arguments, arguments.number);
+  if (!history) return PrintError(history.error());
+  if (history->entries.size() < arguments.number) {
+    return PrintError({ErrorKind::kInput, fmt::format("there is no result {}: {} of them are kept",
+                                                      arguments.number, history->entries.size())});
+  }
+  const HistoryEntry& entry = history->entries.back();
+  if (arguments.json) {
+    std::fputs(JsonText(EntryJson(arguments.number, entry)).c_str(), stdout);
+    return kExitGood;
+  }
+  fmt::print("{}", EntryText(arguments.number, entry, entry.outcome.answers.size()));
+  for (const std::string& source : entry.outcome.provenance.sources) {
+    fmt::print("     from {}\n", source);
+  }
+  fmt::print("     by {}\n", entry.outcome.provenance.program);
+  for (const files::Application& application : entry.applied) {
+    fmt::print("     applied {} to {}\n", application.utc, application.machine);
+  }
+  for (const std::string& notice : entry.outcome.notices) fmt::print("     notice: {}\n", notice);
+  return kExitGood;
+}
+
+void AddCommon(CLI::App& command, HistoryArguments& arguments) {
+  command.add_option("--in", arguments.path, "history.jsonl, or the folder of the recordings")
+      ->capture_default_str();
+  command.add_option("--instrument", arguments.instrument, "only its results; left out: of all")
+      ->check(CLI::IsMember(
+          std::vector<std::string>{"pressure_advance", "tap", "tool_offset", "part_alignment"}));
+  command.add_flag("--json", arguments.json, "as JSON");
+}
+
+}  // namespace
+
+void AddHistoryCommand(CLI::App& cli, int& exit_code) {
+  CLI::App* group =
+      cli.add_subcommand("history", "what recordings gave, and what was applied of it")
+          ->require_subcommand(1);
+  const auto listed = std::make_shared<HistoryArguments>();
+  CLI::App* list = group->add_subcommand("list", "the kept results, the newest first");
+  AddCommon(*list, *listed);
+  list->add_option("--last", listed->last, "at most so many")
+      ->check(CLI::Range(std::size_t{1}, kMost))
+      ->capture_default_str();
+  list->callback([listed, &exit_code] { exit_code = RunList(*listed); });
+
+  const auto shown = std::make_shared<HistoryArguments>();
+  CLI::App* show = group->add_subcommand("show", "one of them, with all that is known of it");
+  show->add_option("NUMBER", shown->number, "as history list counts them: 1 is the newest")
+      ->check(CLI::Range(std::size_t{1}, kMost))
+      ->capture_default_str();
+  AddCommon(*show, *shown);
+  show->callback([shown, &exit_code] { exit_code = RunShow(*shown); });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,107 @@
+// trammel history over results as recordings keep them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "files/new_file.h"
+#include "measurement/history.h"
+#include "measurement/outcome_file.h"
+#include "support/run_trammel.h"
+
+namespace trammel::test {
+namespace {
+
+using measurement::Instrument;
+using measurement::Outcome;
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class HistoryCommand : public testing::Test {
+ protected:
+  HistoryCommand() { std::filesystem::create_directory(folder_.path() / "recordings"); }
+
+  static Outcome PressureAdvance() {
+    Outcome outcome;
+    outcome.provenance = {
+        Instrument::kPressureAdvance, "trammel 9.8.7", "2026-01-02T03:04:05Z", {"scan"}};
+    outcome.answers = {
+        {"pressure_advance", "s", Measured::Good({0.036, 0.0006, {0.0348, 0.0372}})}};
+    outcome.notices = {"one line is torn\x1b[2J"};
+    return outcome;
+  }
+  static Outcome Alignment() {
+    Outcome outcome;
+    outcome.provenance = {Instrument::kPartAlignment, "trammel 9.8.7", "2026-01-03T03:04:05Z", {}};
+    for (const char* name : {"part_x", "part_y", "part_z", "part_alpha"}) {
+      const bool angle = name == std::string("part_alpha");
+      outcome.answers.push_back(
+          {name, angle ? "rad" : "mm", Measured::Good({0.002, 0.001, {0, 0.004}})});
+    }
+    return outcome;
+  }
+  void Keep(const std::string& line) const {
+    ASSERT_TRUE(files::AppendLine(folder_.path() / "recordings/history.jsonl", line));
+  }
+  [[nodiscard]] CommandResult History(const std::string& words) const {
+    return RunTrammel("history " + words, folder_.path());
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(HistoryCommand, ListsTheNewestFirstWithIntervalUnitAndWhatWasApplied) {
+  Keep(files::HistoryLine(PressureAdvance(), "recordings/a"));
+  Keep("no line of a history");
+  Keep(files::HistoryLine(Alignment(), "b"));
+  std::filesystem::create_directories(folder_.path() / "state/trammel");
+  ASSERT_TRUE(files::NoteApplication(folder_.path() / "state/trammel/applied.jsonl",
+                                     PressureAdvance(), {"2026-02-02T00:00:00Z", "printer.local"}));
+  const CommandResult list = History("list");
+  EXPECT_EQ(list.exit_code, 0) << list.output;
+  EXPECT_THAT(list.standard_error, HasSubstr("history.jsonl, line 2"));
+  EXPECT_EQ(list.standard_output,
+            "1    2026-01-03T03:04:05Z  part alignment  good  not applied\n"
+            "     part_x  0.0020 mm (95 %: 0.0000 to 0.0040 mm)\n"
+            "     part_y  0.0020 mm (95 %: 0.0000 to 0.0040 mm)\n"
+            "     part_z  0.0020 mm (95 %: 0.0000 to 0.0040 mm)\n"
+            "     and 1 more: trammel history show 1\n"
+            "     b\n"
+            "2    2026-01-02T03:04:05Z  pressure advance  good  applied 2026-02-02T00:00:00Z to "
+            "printer.local\n"
+            "     pressure_advance  0.0360 s (95 %: 0.0348 to 0.0372 s)\n"
+            "     recordings/a\n");
+  EXPECT_THAT(History("list --last 1").standard_output, Not(HasSubstr("recordings/a")));
+  EXPECT_THAT(History("list --instrument pressure_advance").standard_output,
+              AllOf(HasSubstr("1    2026-01-02"), Not(HasSubstr("alignment"))));
+  const json all = json::parse(History("list --json").standard_output);
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[1]["applied"][0]["machine"], "printer.local");
+  EXPECT_EQ(all[1]["answers"][0]["value"], 0.036);
+  EXPECT_EQ(all[0]["folder"], "b");
+}
+
+TEST_F(HistoryCommand, ShowsAllOfOneAndNoControlCharacters) {
+  Keep(files::HistoryLine(PressureAdvance(), "recordings/a"));
+  Keep(files::HistoryLine(Alignment(), "b"));
+  EXPECT_THAT(History("show").standard_output,
+              HasSubstr("part_alpha  2.0000 mm/m (95 %: 0.0000 to 4.0000 mm/m)"));
+  EXPECT_THAT(History("show 2 --in recordings/history.jsonl").standard_output,
+              AllOf(HasSubstr("from scan"), HasSubstr("by trammel 9.8.7"),
+                    HasSubstr("one line is torn"), Not(HasSubstr("\x1b"))));
+  EXPECT_EQ(json::parse(History("show 2 --json").standard_output)["number"], 2);
+}
+
+TEST_F(HistoryCommand, WhatIsNotThereIsAnError) {
+  EXPECT_THAT(History("list").standard_error, HasSubstr("history.jsonl: there is no such file"));
+  Keep(files::HistoryLine(Alignment(), "b"));
+  EXPECT_EQ(History("show 2").exit_code, 1);
+  EXPECT_THAT(History("show 2").standard_error, HasSubstr("there is no result 2"));
+  EXPECT_EQ(History("list --last 0").exit_code, 1);
+  EXPECT_EQ(History("list --instrument sundial").exit_code, 1);
+}
+
+}  // namespace
+}  // namespace trammel::test

@@ -1,0 +1,59 @@
+// What was measured over time, and what was applied of it: files of JSON lines that only grow.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "measurement/outcome.h"
+
+namespace trammel::files {
+
+/// In the state folder: a line of each result that was set on a machine.
+inline constexpr std::string_view kAppliedFile = "applied.jsonl";
+
+/// A result was set on a machine.
+struct Application {
+  std::string utc;      ///< ISO 8601, ending in Z
+  std::string machine;  ///< its address
+};
+
+/// A result as history.jsonl has it.
+struct HistoryEntry {
+  measurement::Outcome outcome;
+  std::string folder;                     ///< of its recording, as it was given
+  std::vector<Application> applied = {};  ///< oldest first
+};
+
+/// Which results are read.
+struct HistoryQuery {
+  std::size_t last = 20;                                   ///< at most so many, the newest
+  std::optional<measurement::Instrument> instrument = {};  ///< absent: of all
+};
+
+struct History {
+  std::vector<HistoryEntry> entries;  ///< the newest first
+  std::vector<std::string> skipped;   ///< what is wrong with lines that are no result, at most 10
+  std::size_t skipped_lines = 0;
+};
+
+/// Reads history.jsonl. Lines that are no result are passed over, and named.
+/// Memory: a line of at most 1 MiB and 64 MiB of results, however large the file; the oldest of
+/// more go. Errors (kInput): not there, not an ordinary file, not readable.
+[[nodiscard]] Result<History> ReadHistory(const std::filesystem::path& path,
+                                          const HistoryQuery& query);
+
+/// Adds a line about a result to applied.jsonl. Errors: those of AppendLine.
+[[nodiscard]] Result<void> NoteApplication(const std::filesystem::path& path,
+                                           const measurement::Outcome& outcome,
+                                           const Application& application);
+
+/// Puts what applied.jsonl says about the entries beside them: of each the last 100. Other lines
+/// are passed over. Errors: those of ReadHistory; a file that is not there says nothing.
+[[nodiscard]] Result<void> AddApplications(const std::filesystem::path& path, History& history);
+
+}  // namespace trammel::files

@@ -1,0 +1,110 @@
+#include "measurement/history.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "files/new_file.h"
+#include "measurement/outcome_file.h"
+#include "support/temporary_folder.h"
+
+namespace trammel::files {
+namespace {
+
+using measurement::Instrument;
+using measurement::Outcome;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class ResultHistory : public ::testing::Test {
+ protected:
+  static Outcome Found(double value_s, Instrument instrument = Instrument::kPressureAdvance) {
+    Outcome outcome;
+    outcome.provenance = {instrument, "trammel 9", "2026-01-02T03:04:05Z", {"scan"}};
+    outcome.answers = {
+        {"value", "s", Measured::Good({value_s, 0.001, {value_s - 0.002, value_s + 0.002}})}};
+    outcome.notices = {"not UTF-8: \xff"};
+    return outcome;
+  }
+  void Add(const std::string& line) const { ASSERT_TRUE(AppendLine(path_, line)); }
+  [[nodiscard]] std::vector<double> Values(const HistoryQuery& query = {}) const {
+    std::vector<double> values;
+    const auto history = ReadHistory(path_, query);
+    if (!history) return values;
+    for (const HistoryEntry& entry : history->entries) {
+      values.push_back(entry.outcome.answers.front().value.quantity().value);
+    }
+    return values;
+  }
+
+  test::TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_.path() / "history.jsonl";
+};
+
+TEST_F(ResultHistory, GivesTheNewestFirstAndNoMoreThanIsAskedFor) {
+  for (int i = 1; i <= 5; ++i) Add(HistoryLine(Found(i), fmt::format("recordings/{}", i)));
+  Add(HistoryLine(Found(6, Instrument::kPartAlignment), "align"));
+  EXPECT_THAT(Values(), ElementsAre(6, 5, 4, 3, 2, 1));
+  EXPECT_THAT(Values({.last = 2}), ElementsAre(6, 5));
+  EXPECT_THAT(Values({.last = 2, .instrument = Instrument::kPressureAdvance}), ElementsAre(5, 4));
+  EXPECT_THAT(Values({.last = 0}), IsEmpty());
+  EXPECT_EQ(ReadHistory(path_, {})->entries[1].folder, "recordings/5");
+}
+
+TEST_F(ResultHistory, NamesAndPassesOverWhatIsNoResult) {
+  Add(HistoryLine(Found(1), "r"));
+  std::string contradicting = HistoryLine(Found(2), "r");
+  contradicting.replace(contradicting.find("good"), 4, "refused");
+  for (const std::string& bad :
+       {std::string("{\"format\": 1"), std::string("[]"), contradicting, ToJson(Found(3)),
+        std::string("\x1b[2J\0\xff", 6), std::string(2 << 20, 'x'), std::string(100'000, '[')}) {
+    std::string line = bad;
+    std::erase(line, '\n');
+    Add(line);
+  }
+  Add(HistoryLine(Found(9), "r"));
+  const auto history = ReadHistory(path_, {});
+  ASSERT_TRUE(history) << history.error().message;
+  EXPECT_THAT(Values(), ElementsAre(9, 1));
+  EXPECT_EQ(history->skipped_lines, 7u);
+  ASSERT_EQ(history->skipped.size(), 7u);
+  EXPECT_THAT(history->skipped[0], HasSubstr("history.jsonl, line 2"));
+  EXPECT_THAT(history->skipped[3], HasSubstr("folder is missing"));
+  EXPECT_THAT(history->skipped[5], HasSubstr("line 7: is longer than"));
+  for (int i = 0; i < 100; ++i) Add("{}");
+  EXPECT_EQ(ReadHistory(path_, {})->skipped.size(), 10u);
+  EXPECT_EQ(ReadHistory(path_, {})->skipped_lines, 107u);
+}
+
+TEST_F(ResultHistory, AFileThatIsNoneIsAnError) {
+  EXPECT_THAT(ReadHistory(path_, {}).error().message, HasSubstr("there is no such file"));
+  EXPECT_THAT(ReadHistory(folder_.path(), {}).error().message, HasSubstr("not an ordinary file"));
+  EXPECT_THAT(ReadHistory("/dev/zero", {}).error().message, HasSubstr("not an ordinary file"));
+  test::WriteWhole(path_, "");
+  EXPECT_THAT(Values(), IsEmpty());
+}
+
+TEST_F(ResultHistory, KnowsWhichOfTheResultsWereApplied) {
+  const auto applied = folder_.path() / "applied.jsonl";
+  Add(HistoryLine(Found(1), "r"));
+  Add(HistoryLine(Found(2), "r"));
+  auto history = *ReadHistory(path_, {});
+  ASSERT_TRUE(AddApplications(applied, history));  // not there: nothing was applied
+  EXPECT_THAT(history.entries[0].applied, IsEmpty());
+  // What is applied is read from result.json, or was just found.
+  const auto read = ParseOutcome(ToJson(Found(2)), "r");
+  ASSERT_TRUE(NoteApplication(applied, *read, {"2026-01-03T00:00:00Z", "printer.local"}));
+  ASSERT_TRUE(AppendLine(applied, "torn {"));
+  ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-04T00:00:00Z", "printer.local"}));
+  ASSERT_TRUE(NoteApplication(applied, Found(3), {"2026-01-04T00:00:00Z", "printer.local"}));
+  history = *ReadHistory(path_, {});
+  ASSERT_TRUE(AddApplications(applied, history));
+  ASSERT_EQ(history.entries[0].applied.size(), 2u);
+  EXPECT_EQ(history.entries[0].applied[1].utc, "2026-01-04T00:00:00Z");
+  EXPECT_EQ(history.entries[0].applied[0].machine, "printer.local");
+  EXPECT_THAT(history.entries[1].applied, IsEmpty());
+}
+
+}  // namespace
+}  // namespace trammel::files
