@@ -76,16 +76,6 @@ PressShape BestShape(const PressProfile& profile, const Candidates& candidates, 
 
 }  // namespace
 
-double PressShape::At(double y) const {
-  const double d = t - y;
-  if (!(d > 0)) {
-    return 0;
-  }
-  const double e = std::max(0.0, kink_t - y);
-  const double by_power = power_c != 0 ? power_c * std::pow(d, power) : 0;
-  return d * (c[0] + d * (c[1] + d * c[2])) + by_power + e * (added_slope + e * added_curve);
-}
-
 double PressShape::Slope(double y) const {
   constexpr double kNear = 0.02;
   const double d = t - y;

@@ -2,7 +2,9 @@
 // leave open.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -24,7 +26,15 @@ struct PressShape {
   double added_curve = 0;
 
   /// Force at a height, without the baseline; 0 above t.
-  [[nodiscard]] double At(double y) const;
+  [[nodiscard]] double At(double y) const {
+    const double d = t - y;
+    if (!(d > 0)) {
+      return 0;
+    }
+    const double e = std::max(0.0, kink_t - y);
+    const double by_power = power_c != 0 ? power_c * std::pow(d, power) : 0;
+    return d * (c[0] + d * (c[1] + d * c[2])) + by_power + e * (added_slope + e * added_curve);
+  }
   /// Its derivative by y, <= 0 for a press; that of a power below 1 is bounded near t.
   [[nodiscard]] double Slope(double y) const;
   /// Mean slope over the last quarter of the depth.
