@@ -64,6 +64,18 @@ TEST(ContactLaw, AToeIsSoftFirstAndLeavesTheLawBehindIt) {
   EXPECT_NEAR(ContactDepth(law, ContactForce(law, 0.012)), 0.012, 2e-9);
 }
 
+TEST(ContactLaw, AnExponentialToeStiffensFromItsShareToTheLawBehindIt) {
+  ContactLaw law;
+  law.toe_kind = ToeKind::kExponential;
+  law.toe_mm = 0.01;
+  law.toe_share = 0.2;
+  EXPECT_NEAR(ContactForce(law, 1e-6), 0.2 * 3500 * 1e-6, 1e-6);
+  // Where the bed has given way by 4 um, the film of 8 um has by 1 - exp(-2) of that.
+  EXPECT_NEAR(ContactForce(law, 0.004 + 0.008 * (1 - std::exp(-2))), 3500 * 0.004, 1e-6);
+  EXPECT_NEAR(ContactForce(law, 0.1), 3500 * (0.1 - 0.008), 1e-4);
+  EXPECT_NEAR(ContactDepth(law, ContactForce(law, 0.012)), 0.012, 2e-9);
+}
+
 TEST(ContactLaw, TwoSlopesMeetAtTheKneeAndAYieldingPressTendsToItsForce) {
   ContactLaw law;
   law.kind = ContactKind::kTwoSlope;

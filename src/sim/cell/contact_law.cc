@@ -39,8 +39,29 @@ double BedForce(const ContactLaw& law, double depth_mm) {
   return law.stiffness_g_mm * law.reference_mm * (at.force + at.slope * beyond);
 }
 
+// Solves d = x + (1 - s) T (1 - exp(-x / (s T))) for x by Newton's method, which from 0 rises to
+// the root without passing it, as the right side is concave.
+double BehindExponentialToe(const ContactLaw& law, double depth_mm) {
+  constexpr double kToMm = 1e-12;
+  constexpr int kMostSteps = 100;
+  const double film_mm = (1 - law.toe_share) * law.toe_mm;
+  const double packed_mm = law.toe_share * law.toe_mm;
+  double x_mm = 0;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double left = std::exp(-x_mm / packed_mm);
+    const double step_mm =
+        (depth_mm - x_mm - film_mm * (1 - left)) / (1 + film_mm / packed_mm * left);
+    x_mm += step_mm;
+    if (!(step_mm > kToMm)) break;
+  }
+  return x_mm;
+}
+
 // Depth that the law sees behind the toe: the integral of the share of its stiffness that is there.
 double BehindToe(const ContactLaw& law, double depth_mm) {
+  if (law.toe_kind == ToeKind::kExponential && law.toe_mm > 0) {
+    return BehindExponentialToe(law, depth_mm);
+  }
   const double from_mm = law.toe_mm * (1 - law.toe_rounding);
   const double to_mm = law.toe_mm * (1 + law.toe_rounding);
   double soft_mm = std::min(depth_mm, law.toe_mm);

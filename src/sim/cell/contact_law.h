@@ -16,6 +16,12 @@ enum class ContactKind {
 
 [[nodiscard]] std::string_view ToString(ContactKind kind);
 
+/// How the stiffness grows behind the toe, at the end to that of the bed alone.
+enum class ToeKind {
+  kRounded,      ///< evenly with depth, or at once: a film that is pressed flat
+  kExponential,  ///< a film in series whose compliance falls exponentially with force: it is packed
+};
+
 /// Force against the depth by which the carriage is below the height of first touch. What gives way
 /// is all of it at once: bed, nozzle, cell and frame. Beyond D the law goes on along its tangent.
 struct ContactLaw {
@@ -27,8 +33,10 @@ struct ContactLaw {
   double exponent = 1;  ///< n of kPower, 0.4 … 3
   double knee = 0.5;    ///< of kTwoSlope and kYielding, as a share of D, 0.05 … 20
   /// A soft film, burr or washer in front of all this: the stiffness is only toe_share of the law's
-  /// over the first toe_mm, and rises to it between toe_mm (1 - toe_rounding) and
-  /// toe_mm (1 + toe_rounding).
+  /// at first. kRounded: it rises to it between toe_mm (1 - toe_rounding) and
+  /// toe_mm (1 + toe_rounding). kExponential: d = x + (1 - s) T (1 - exp(-x / (s T))), with x the
+  /// depth that the law sees, T toe_mm and s toe_share; far below, both are equally deep.
+  ToeKind toe_kind = ToeKind::kRounded;
   double toe_mm = 0;                ///< 0 … 0.2
   double toe_share = 1;             ///< 0.02 … 1
   double toe_rounding = 0;          ///< 0 … 1
