@@ -153,14 +153,17 @@ AveragedBreaks FitAveraging(const CleanTap& clean, const TapMotion& motion,
   double unit = fit.estimate.candidates.noise_variance;
   orders[0] = {SmoothShape(fit), CostOf(fit.estimate.candidates, kKink * unit)};
   CruiseFit attempt = fit;
+  // Without the kink, which may be made of averaging of a higher order than the next.
+  double smooth = CostOf(fit.estimate.candidates, kNever);
   for (std::size_t order = 1; order <= kMostOrder && attempt.Found(); ++order) {
     orders[order] = Try(order, averaging, stretch, attempt, workspace);
     const double noise_variance = attempt.estimate.candidates.noise_variance;
     if (Best(orders) == order) {
       unit = noise_variance;
-    } else if (orders[order].cost > orders[Best(orders)].cost + kReach * unit) {
+    } else if (orders[order].cost > smooth + kReach * unit) {
       break;
     }
+    smooth = std::min(smooth, orders[order].cost);
   }
   const std::size_t best = Best(orders);
   // A toe may look like averaging: its kink keeps the sharp press in question at no price.
