@@ -36,8 +36,10 @@ void FindZones(const PressProfile& profile, Scan scan, double least, Candidates&
     return FitTwoZones(profile, t, near_s, kNever, kRoundings[rounding]);
   };
   double least_at_guess = kNever;
+  const double far = found.price.Far(guess.t);
   for (std::size_t i = 0; i < kRoundings.size(); ++i) {
-    const TwoZonePress press = fit(guess.t, guess.s, i);
+    const TwoZonePress press =
+        FitTwoZones(profile, guess.t, guess.s, least_at_guess - far, kRoundings[i]);
     found.kinks.s[i] = press.s;
     if (found.price.Cost(press) < least_at_guess) {
       least_at_guess = found.price.Cost(press);
@@ -92,11 +94,22 @@ double ZonesPrice::Cost(const PressProfile& profile, double t, const Kinks& near
 
 double ZonesPrice::Margin(const PressProfile& profile, double t, const Kinks& near,
                           double allowed) const {
-  double margin = -kNever;
-  for (std::size_t i = 0; i < kRoundings.size() && margin < 0; ++i) {
-    const std::size_t k = (near.best + i) % kRoundings.size();
-    margin = std::max(margin, allowed - Cost(FitTwoZones(profile, t, near.s[k], allowed - Far(t),
-                                                         kRoundings[k])));
+  const auto left = [&](std::size_t k) {
+    return allowed - Cost(FitTwoZones(profile, t, near.s[k], allowed - Far(t), kRoundings[k]));
+  };
+  const double of_best = left(near.best);
+  double margin = of_best;
+  // To less and to more rounding, as far as each explains the samples better than the one before.
+  for (const int way : {-1, 1}) {
+    double last = of_best;
+    for (std::size_t k = near.best + way; margin < 0 && k < kRoundings.size(); k += way) {
+      const double next = left(k);
+      if (!(next > last)) {
+        break;
+      }
+      margin = std::max(margin, next);
+      last = next;
+    }
   }
   return margin;
 }

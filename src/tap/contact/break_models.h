@@ -19,8 +19,8 @@ enum Model : std::size_t { kLinear, kQuadratic, kCubic, kPower, kTwoZones, kMode
 /// From where, of the quadratic press's break, the press in two zones is looked for.
 inline constexpr double kZonesFrom = 0.7;
 
-/// Of the kinks that are tried: sharp, and rounded over half of the outer zone and all of it.
-inline constexpr std::array<double, 3> kRoundings = {0, 0.5, 1};
+/// Of the kinks that are tried: sharp, and rounded over a fifth of the outer zone up to all of it.
+inline constexpr std::array<double, 6> kRoundings = {0, 0.2, 0.4, 0.6, 0.8, 1};
 
 /// The best kinks for one break.
 struct Kinks {

@@ -73,6 +73,9 @@ TEST(TapTemplate, OfATapThatIsNotGoodThereIsNone) {
 }
 
 TEST(TuningTrial, PresentSettingsGiveTheUncertaintyOfTheRecordings) {
+  // At 6 gf and 0.5 mm/s one tap of a hundred is refused: 4 of 400, and three deviations of that.
+  constexpr int kTaps = 400;
+  constexpr int kFewestGood = kTaps - 10;
   int worlds = 0;
   for (const double noise_g : {0.5, 2.0, 6.0}) {
     for (const double speed_mm_s : {0.15, 0.5}) {
@@ -84,11 +87,11 @@ TEST(TuningTrial, PresentSettingsGiveTheUncertaintyOfTheRecordings) {
       const TrialWorld world = WorldOf(recorded, noise_g);
       const double force = MedianOf(world, [](const auto& t) { return t.press_force_g; });
       const TrialOutcome trial =
-          RunTrial(world, {force, speed_mm_s, drawing.pull_back_mm}, {}, 80, 1);
-      const DrawnOutcome truth = OutcomeOf(Record(printer, 80, 11));
-      EXPECT_EQ(trial.good, 80u);
-      EXPECT_EQ(truth.good, 80);
-      // Medians of 80 differ by some 8 %; the press and its form were read through noise.
+          RunTrial(world, {force, speed_mm_s, drawing.pull_back_mm}, {}, kTaps, 1);
+      const DrawnOutcome truth = OutcomeOf(Record(printer, kTaps, 11));
+      EXPECT_GE(trial.good, kFewestGood);
+      EXPECT_GE(truth.good, kFewestGood);
+      // Medians of 400 differ by some 4 %; the press and its form were read through noise.
       EXPECT_NEAR(trial.uncertainty_mm / truth.uncertainty_mm, 1, 0.5) << noise_g << speed_mm_s;
       ++worlds;
     }
