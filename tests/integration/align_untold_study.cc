@@ -1,7 +1,9 @@
 // Whether the stated 95 % regions hold in machines and clampings of which nothing was told: the
-// defaults against eccentricities and repeatabilities drawn anew in every clamping.
+// defaults against eccentricities, repeatabilities and errors of the targets drawn anew in every
+// clamping.
 //
-// TRAMMEL_CLAMPINGS: per row, 1000 without it. TRAMMEL_CLAMPINGS_SEED: the seed of the part.
+// TRAMMEL_CLAMPINGS: per row, 1000 without it. TRAMMEL_CLAMPINGS_SEED: the seed of the part, or of
+// the first where each clamping has a part with its own errors.
 // Reported figures are those of 500000; development uses seeds below 1000.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -28,6 +30,7 @@ constexpr double kReportedClampings = 1000;
 struct Spread {
   double eccentricity_mm;
   double repeatability_mm;
+  double target_mm = 0;
   bool uniform = false;  ///< each clamping has its own spreads, uniform from 0
   bool beyond = false;   ///< beyond what the usual sizes are made for: printed, not judged
 };
@@ -37,11 +40,18 @@ constexpr Spread kSpreads[] = {
     {0.015, 0.004},
     {0.015, 0.010},
     {0.020, 0.010},
-    {0.020, 0.010, true},
-    {0.040, 0.010, true, true},
-    {0.030, 0.004, false, true},
-    {0.040, 0.004, false, true},
-    {0.015, 0.015, false, true},
+    {0.020, 0.010, 0, true},
+    {0.015, 0.004, 0.020},
+    {0.015, 0.004, 0.035},
+    {0.020, 0.010, 0.035},
+    {0.020, 0.010, 0.035, true},
+    {0.040, 0.010, 0, true, true},
+    {0.030, 0.004, 0, false, true},
+    {0.040, 0.004, 0, false, true},
+    {0.015, 0.015, 0, false, true},
+    {0.015, 0.004, 0.050, false, true},
+    {0.015, 0.004, 0.070, false, true},
+    {0.015, 0.004, 0.100, false, true},
 };
 
 struct Row {
@@ -77,6 +87,7 @@ void Count(const part_alignment::Alignment& solved, const Eigen::VectorXd& truth
 Row Clamp(sim::SpindleSetup setup, const Spread& spread, bool eccentricity_unknown) {
   setup.spread.eccentricity_mm = spread.eccentricity_mm;
   setup.machine.repeatability_mm = spread.repeatability_mm;
+  setup.part.out_of_machine_mm = spread.target_mm;
   Random spreads(test::ClampingsSeed());
   part_alignment::SolveOptions options;
   options.unknowns.clamp_eccentricity = eccentricity_unknown;
@@ -85,8 +96,9 @@ Row Clamp(sim::SpindleSetup setup, const Spread& spread, bool eccentricity_unkno
     if (spread.uniform) {
       setup.spread.eccentricity_mm = spreads.Uniform(0, spread.eccentricity_mm);
       setup.machine.repeatability_mm = spreads.Uniform(0, spread.repeatability_mm);
+      setup.part.out_of_machine_mm = spreads.Uniform(0, spread.target_mm);
     }
-    const sim::SpindleName name = {test::ClampingsSeed(), i};
+    const sim::SpindleName name = {test::ClampingsSeed() + (spread.target_mm > 0 ? i : 0), i};
     const sim::SpindleWorld world = sim::DrawSpindleWorld(setup, name);
     const auto solved =
         part_alignment::Solve(test::MeasurementOf(world, name, setup.sigma_px), options);
@@ -104,9 +116,10 @@ void Print(const Spread& spread, const Row& row) {
   const double n = std::max(1, row.good);
   const char* to = spread.uniform ? "0 … " : "";
   fmt::print(
-      "| {}{:.0f} | {}{:.0f} | {:.1f} | {:.1f} {:.1f} {:.1f} | {:.1f} {:.1f} {:.1f} | {} | {} |\n",
-      to, 1000 * spread.eccentricity_mm, to, 1000 * spread.repeatability_mm, 100 * row.region / n,
-      100 * row.axis[0] / n, 100 * row.axis[1] / n, 100 * row.axis[2] / n,
+      "| {0}{1:.0f} | {0}{2:.0f} | {0}{3:.0f} | {4:.1f} | {5:.1f} {6:.1f} {7:.1f} | {8:.1f} "
+      "{9:.1f} {10:.1f} | {11} | {12} |\n",
+      to, 1000 * spread.eccentricity_mm, 1000 * spread.repeatability_mm, 1000 * spread.target_mm,
+      100 * row.region / n, 100 * row.axis[0] / n, 100 * row.axis[1] / n, 100 * row.axis[2] / n,
       1000 * row.stated_mm[0] / n, 1000 * row.stated_mm[1] / n, 1000 * row.stated_mm[2] / n,
       row.cannot_tell, row.refused);
   std::fflush(stdout);
@@ -116,9 +129,8 @@ void CheckPlan(const std::string& title, const sim::SpindleSetup& setup,
                bool eccentricity_unknown = false) {
   fmt::print(
       "\n{}; seed {}, {} clampings a row, nothing stated but {} px\n"
-      "| eccentricity um | repeatability um | region % | X Y Z % | 95 % of X Y Z um | cannot tell "
-      "| "
-      "refused |\n|---|---|---|---|---|---|---|\n",
+      "| eccentricity um | repeatability um | targets um | region % | X Y Z % | 95 % of X Y Z um | "
+      "cannot tell | refused |\n|---|---|---|---|---|---|---|---|\n",
       title, test::ClampingsSeed(), test::Clampings(1000), setup.sigma_px);
   for (const Spread& spread : kSpreads) {
     const Row row = Clamp(setup, spread, eccentricity_unknown);

@@ -200,7 +200,7 @@ TEST_F(AlignCommand, BadObservationsAreNamedAndExitWithOne) {
   EXPECT_EQ(Align("solve nowhere.json").exit_code, 1);
 }
 
-TEST_F(AlignCommand, TargetsKnownToFortyMicronsAreRefusedUnlessThatIsSaid) {
+TEST_F(AlignCommand, TargetsKnownToFortyMicronsAreRefusedOnlyIfTheyAreSaidToBeExact) {
   constexpr double kScatter_mm = 0.04;
   const auto scatter = [](json& seen) {
     Random random(7);
@@ -208,19 +208,26 @@ TEST_F(AlignCommand, TargetsKnownToFortyMicronsAreRefusedUnlessThatIsSaid) {
       for (json& mm : target["ideal_mm"]) mm = double(mm) + kScatter_mm * random.Normal();
     }
   };
+  const auto stated = [&](double target_mm) {
+    return SolveChanged([&](json& seen) {
+      scatter(seen);
+      seen["input_uncertainty"]["target_mm"] = target_mm;
+    });
+  };
+  const CommandResult exact = stated(0);
+  EXPECT_EQ(exact.exit_code, 2) << exact.output;
+  EXPECT_THAT(exact.standard_error, HasSubstr("the residuals contradict their sigmas"));
   const CommandResult unsaid = SolveChanged(scatter);
-  EXPECT_EQ(unsaid.exit_code, 2) << unsaid.output;
-  EXPECT_THAT(unsaid.standard_error, HasSubstr("the residuals contradict their sigmas"));
-  const CommandResult said = SolveChanged([&](json& seen) {
-    scatter(seen);
-    seen["input_uncertainty"]["target_mm"] = kScatter_mm;
-  });
-  ASSERT_EQ(said.exit_code, 0) << said.output;
-  const json result = json::parse(said.standard_output);
-  for (const auto& [i, name] : {std::pair{0, "x_mm"}, std::pair{1, "y_mm"}, std::pair{2, "z_mm"}}) {
-    const double sigma_mm = result["standard_uncertainty"][name];
-    EXPECT_GT(sigma_mm, kScatter_mm / 10);
-    EXPECT_NEAR(result["part_mm"][i], world_.machine_from_part.translation_mm[i], 4 * sigma_mm);
+  EXPECT_THAT(unsaid.standard_error, HasSubstr("targets' places 0.0351 mm"));
+  for (const CommandResult& answered : {unsaid, stated(kScatter_mm)}) {
+    ASSERT_EQ(answered.exit_code, 0) << answered.output;
+    const json result = json::parse(answered.standard_output);
+    for (const auto& [i, name] :
+         {std::pair{0, "x_mm"}, std::pair{1, "y_mm"}, std::pair{2, "z_mm"}}) {
+      const double sigma_mm = result["standard_uncertainty"][name];
+      EXPECT_GT(sigma_mm, kScatter_mm / 10);
+      EXPECT_NEAR(result["part_mm"][i], world_.machine_from_part.translation_mm[i], 4 * sigma_mm);
+    }
   }
 }
 
@@ -312,7 +319,7 @@ TEST_F(AlignCommand, WhatNobodyStatedIsInOneFigureFromSolveToCorrect) {
   EXPECT_EQ(result["input_uncertainty"]["clamp_eccentricity_mm"],
             part_alignment::kUsualEccentricity_mm);
   EXPECT_EQ(result["input_uncertainty"]["not_stated"],
-            json({"machine_mm", "clamp_eccentricity_mm", "camera_offset_mm"}));
+            json({"machine_mm", "target_mm", "clamp_eccentricity_mm", "camera_offset_mm"}));
   const double sigma_mm = result["standard_uncertainty"]["x_mm"];
   EXPECT_GT(sigma_mm, part_alignment::kUsualEccentricity_mm);
   EXPECT_EQ(result["notices"], json::array());
@@ -321,7 +328,7 @@ TEST_F(AlignCommand, WhatNobodyStatedIsInOneFigureFromSolveToCorrect) {
             result["notices"]);
   const CommandResult stated = SolveChanged([](json& seen) {
     seen["input_uncertainty"] = {
-        {"machine_mm", 0}, {"clamp_eccentricity_mm", 0}, {"camera_offset_mm", 0}};
+        {"machine_mm", 0}, {"target_mm", 0}, {"clamp_eccentricity_mm", 0}, {"camera_offset_mm", 0}};
   });
   const double exact_mm = json::parse(stated.standard_output)["standard_uncertainty"]["x_mm"];
   EXPECT_LT(exact_mm, sigma_mm / 4);

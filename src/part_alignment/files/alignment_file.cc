@@ -48,8 +48,7 @@ struct NamedInput {
   const char* name;
   double InputUncertainty::*member;
 };
-constexpr std::array<NamedInput, 4> kInputs = {{
-    {"target_mm", &InputUncertainty::target_mm},
+constexpr std::array<NamedInput, 3> kInputs = {{
     {"clamp_angle_rad", &InputUncertainty::clamp_angle_rad},
     {"clamp_tilt_rad", &InputUncertainty::clamp_tilt_rad},
     {"focal_length_mm", &InputUncertainty::focal_length_mm},
@@ -59,8 +58,9 @@ struct NamedUsualInput {
   const char* name;
   std::optional<double> InputUncertainty::*member;
 };
-constexpr std::array<NamedUsualInput, 3> kUsualInputs = {{
+constexpr std::array<NamedUsualInput, 4> kUsualInputs = {{
     {"machine_mm", &InputUncertainty::machine_mm},
+    {"target_mm", &InputUncertainty::target_mm},
     {"clamp_eccentricity_mm", &InputUncertainty::clamp_eccentricity_mm},
     {"camera_offset_mm", &InputUncertainty::camera_offset_mm},
 }};

@@ -99,7 +99,7 @@ TEST_F(AlignmentFileTest, UnknownsArePoseAndClampAngleWhereNoneAreNamed) {
 TEST_F(AlignmentFileTest, WhatIsUncertainBesideThePixelsAndThePicturesAreKept) {
   const auto exact = Read(Text());
   ASSERT_TRUE(exact);
-  EXPECT_EQ(exact->inputs.target_mm, 0);
+  EXPECT_FALSE(exact->inputs.target_mm);
   EXPECT_EQ(AlignmentFileText(*exact).find("input_uncertainty"), std::string::npos);
   EXPECT_THAT(exact->pictures, ElementsAre("", "b.png"));
   const auto input = Read(Text(R"("x_note")", R"("input_uncertainty": {"machine_mm": 0.005,

@@ -39,11 +39,11 @@ std::vector<Input> InputsOf(const SolveOptions& options) {
   const InputUncertainty& in = options.inputs;
   const Unknowns& unknowns = options.unknowns;
   const double machine = in.machine_mm.value_or(0);
+  const double target = in.target_mm.value_or(0);
   const double eccentricity = in.clamp_eccentricity_mm.value_or(0);
   const double camera_offset = in.camera_offset_mm.value_or(0);
   return {{"machine_mm", machine, machine > 0, [](SolveOptions& o) { o.inputs.machine_mm = 0; }},
-          {"target_mm", in.target_mm, in.target_mm > 0,
-           [](SolveOptions& o) { o.inputs.target_mm = 0; }},
+          {"target_mm", target, target > 0, [](SolveOptions& o) { o.inputs.target_mm = 0; }},
           {"clamp_angle_rad", in.clamp_angle_rad, in.clamp_angle_rad > 0 && !unknowns.clamp_angle,
            [](SolveOptions& o) { o.inputs.clamp_angle_rad = 0; }},
           {"clamp_eccentricity_mm", eccentricity, eccentricity > 0 && !unknowns.clamp_eccentricity,

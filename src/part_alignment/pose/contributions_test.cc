@@ -38,8 +38,8 @@ struct Bench {
 
 TEST(Contributions, AreTheStatedFigureFirstThenWhatWouldHelpMostThenThePicturesAlone) {
   const Bench bench({});
-  EXPECT_THAT(bench.Names(), ElementsAre("all", "clamp_eccentricity_mm", "camera_offset_mm",
-                                         "machine_mm", "pixels"));
+  EXPECT_THAT(bench.Names(), ElementsAre("all", "clamp_eccentricity_mm", "target_mm",
+                                         "camera_offset_mm", "machine_mm", "pixels"));
   for (int axis = 0; axis < 3; ++axis) {
     EXPECT_NEAR(bench.parts.front().sigma_mm(axis),
                 std::sqrt(bench.alignment.covariance(axis, axis)),
@@ -51,6 +51,7 @@ TEST(Contributions, AreTheStatedFigureFirstThenWhatWouldHelpMostThenThePicturesA
   }
   EXPECT_TRUE(bench.parts[1].usual);
   EXPECT_EQ(bench.parts[1].size, kUsualEccentricity_mm);
+  EXPECT_TRUE(bench.parts[2].usual);
 }
 
 TEST(Contributions, OfOneInputAreItsOwnSquareLessThePictures) {

@@ -65,12 +65,12 @@ InputErrors ErrorsOf(const InputUncertainty& inputs, const Unknowns& unknowns,
                      const std::optional<CameraCovariance>& camera) {
   InputErrors errors{inputs.machine_mm.value(), CommonSigmas(inputs, unknowns), {}, {}};
   const auto rows = 3 * static_cast<Index>(target_count);
-  const double alone_mm2 = inputs.target_mm * inputs.target_mm;
+  const double alone_mm = inputs.target_mm.value();
   if (targets) {
     errors.targets =
-        geometry::CovarianceRoot(*targets + alone_mm2 * MatrixXd::Identity(rows, rows));
-  } else if (inputs.target_mm > 0) {
-    errors.targets = inputs.target_mm * MatrixXd::Identity(rows, rows);
+        geometry::CovarianceRoot(*targets + alone_mm * alone_mm * MatrixXd::Identity(rows, rows));
+  } else if (alone_mm > 0) {
+    errors.targets = alone_mm * MatrixXd::Identity(rows, rows);
   }
   if (camera) errors.camera = CountingRoot(unknowns, *camera);
   return errors;

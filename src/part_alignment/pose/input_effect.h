@@ -23,7 +23,7 @@ namespace trammel::part_alignment {
 [[nodiscard]] Theta CommonSigmas(const InputUncertainty& inputs, const Unknowns& unknowns);
 
 /// What counts as uncertain in a problem. REQUIRES inputs with all sizes (WithUsualSizes).
-/// @param targets  of their coordinates, (3 · targets)², mm²; absent: exact but for target_mm
+/// @param targets  of their coordinates, (3 · targets)², mm²; absent: independent, by target_mm
 [[nodiscard]] InputErrors ErrorsOf(const InputUncertainty& inputs, const Unknowns& unknowns,
                                    std::size_t target_count,
                                    const std::optional<Eigen::MatrixXd>& targets,

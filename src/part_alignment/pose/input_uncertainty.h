@@ -20,6 +20,11 @@ constexpr double kUsualRepeatability_mm = 0.004;
 /// Of the camera's place in its taper, X, Y and Z each, where its file brings no covariance: what
 /// probing the taper, or touching a mark on the machine, leaves.
 constexpr double kUsualCameraOffset_mm = 0.010;
+/// Of each coordinate of a target where neither size nor covariance is stated: a length between
+/// targets is wrong by up to 50 µm + 20 µm/m, as is typical of portable photogrammetry (Luhmann et
+/// al. 2011, the budget's default), rectangular; each of its ends has a root of two less.
+/// @param extent_mm  the diagonal of the box about all targets
+[[nodiscard]] double UsualTarget_mm(double extent_mm);
 
 /// Standard uncertainties (k = 1) of what goes into a measurement beside the pixels' own sigmas;
 /// all normal, 0: exact. What is absent counts with its usual size, never as 0.
@@ -27,7 +32,9 @@ struct InputUncertainty {
   /// Each axis of each view's spindle position, independent. Absent: kUsualRepeatability_mm, and
   /// what the residuals tell of it (repeatability.h).
   std::optional<double> machine_mm;
-  double target_mm = 0;  ///< each coordinate of each target, the same in all views
+  /// Each coordinate of each target, the same in all views. Absent: UsualTarget_mm, 0 beside a
+  /// covariance of the targets.
+  std::optional<double> target_mm;
   // One value for the whole measurement; counts only where it is not among the unknowns.
   double clamp_angle_rad = 0;
   std::optional<double> clamp_eccentricity_mm;  ///< X and Y each; absent: kUsualEccentricity_mm
@@ -40,9 +47,16 @@ struct InputUncertainty {
 /// Pixels alone: nothing else is uncertain.
 [[nodiscard]] InputUncertainty ExactInputs();
 
+/// What is stated elsewhere, and so is in no usual size.
+struct OtherwiseStated {
+  bool camera = false;   ///< by a covariance of its calibration
+  bool targets = false;  ///< by a covariance of their coordinates
+};
+
 /// With the usual sizes in place of what is absent.
+/// @param extent_mm  as of UsualTarget_mm
 [[nodiscard]] InputUncertainty WithUsualSizes(const InputUncertainty& inputs,
-                                              bool camera_has_covariance);
+                                              OtherwiseStated otherwise, double extent_mm);
 
 /// Errors (kInput) name the field that is negative, not finite or beyond 1000.
 [[nodiscard]] Result<void> Validate(const InputUncertainty& inputs);

@@ -1,5 +1,6 @@
 #include "part_alignment/pose/pose_uncertainty.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -235,13 +236,15 @@ TEST(PoseUncertainty, EccentricClampingGoesIntoThePartsXAndYWhole) {
 // What the views show of it they take out: with C at 0 and 180 degrees nothing of it is left.
 TEST(PoseUncertainty, ViewsWithTheSpindleTurnedTakeTheUsualEccentricityOut) {
   Bench bench = PaperBench();
-  const auto constant = PropagateLinearly(bench.measurement, {}, bench.state);
+  SolveOptions options;
+  options.inputs.target_mm = 0;
+  const auto constant = PropagateLinearly(bench.measurement, options, bench.state);
   const std::vector<View> views = bench.measurement.views;
   for (View view : views) {
     view.spindle_rotation = geometry::RotationFromAngles({0, 0, std::numbers::pi});
     bench.measurement.views.push_back(view);
   }
-  const auto turned = PropagateLinearly(bench.measurement, {}, bench.state);
+  const auto turned = PropagateLinearly(bench.measurement, options, bench.state);
   ASSERT_TRUE(constant && turned);
   for (const int axis : {0, 1}) {
     EXPECT_GT(std::sqrt(constant->covariance(axis, axis)), kUsualEccentricity_mm);
@@ -249,6 +252,40 @@ TEST(PoseUncertainty, ViewsWithTheSpindleTurnedTakeTheUsualEccentricityOut) {
   }
   // The camera's place along the taper is not seen from anywhere.
   EXPECT_GT(std::sqrt(turned->covariance(2, 2)), kUsualCameraOffset_mm);
+}
+
+// The paper's targets stand at the corners of 1.5 x 1 m: 1.803 m may be wrong by 0.0861 mm, so each
+// end by 0.0351 mm, 1 sigma, and the middle of four by half of it, in whichever way the part lies.
+TEST(PoseUncertainty, TargetsOfWhichNothingIsStatedMoveThePartByHalfOfTheirUsualSize) {
+  EXPECT_NEAR(UsualTarget_mm(1802.8), 0.0351, 5e-5);
+  EXPECT_NEAR(UsualTarget_mm(0), 0.0204, 5e-5);
+  const Bench bench = PaperBench();
+  SolveOptions nothing;
+  SolveOptions exact;
+  exact.inputs.target_mm = 0;
+  SolveOptions covariance;
+  covariance.target_covariance = Eigen::MatrixXd::Zero(12, 12);
+  const auto usual = PropagateLinearly(bench.measurement, nothing, bench.state);
+  const auto without = PropagateLinearly(bench.measurement, exact, bench.state);
+  const auto known = PropagateLinearly(bench.measurement, covariance, bench.state);
+  ASSERT_TRUE(usual && without && known);
+  const Eigen::Vector3d added_mm =
+      (usual->covariance - without->covariance).diagonal().head<3>().cwiseMax(0).cwiseSqrt();
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(added_mm(axis), UsualTarget_mm(1802.8) / 2, 1e-3) << axis;
+    EXPECT_NEAR(known->covariance(axis, axis), without->covariance(axis, axis), 1e-9) << axis;
+  }
+}
+
+TEST(PoseUncertainty, TooManyTargetsOfWhichNothingIsStatedAreRefusedWithWhatToState) {
+  Bench bench = PaperBench();
+  for (int i = 0; i < 300; ++i) {
+    bench.measurement.targets.push_back({fmt::format("more {}", i), {1.0 * i, 0, 0}});
+  }
+  const auto many = PropagateLinearly(bench.measurement, {}, bench.state);
+  ASSERT_FALSE(many);
+  EXPECT_THAT(many.error().message, HasSubstr("state target_mm: 0 if they are exact"));
+  EXPECT_TRUE(PropagateLinearly(bench.measurement, Exact(), bench.state));
 }
 
 // A clamp angle that is only stated to be uncertain is taken out by the views that show it, as one

@@ -52,8 +52,8 @@ void FillValues(const PoseProblem& problem, const Theta& theta, Alignment& align
   }
 }
 
-void FillChiSquare(const PoseProblem& problem, const Fit& fit, bool machine_stated,
-                   Alignment& alignment) {
+/// @param stated  all that residuals show, none of it with a usual size
+void FillChiSquare(const PoseProblem& problem, const Fit& fit, bool stated, Alignment& alignment) {
   const int freedom = std::max(0, DegreesOfFreedom(problem));
   alignment.chi_square = fit.chi_square;
   alignment.degrees_of_freedom = freedom;
@@ -63,7 +63,7 @@ void FillChiSquare(const PoseProblem& problem, const Fit& fit, bool machine_stat
   if (freedom == 0) {
     alignment.notices.push_back(
         "no more measured numbers than unknowns: nothing checks the answer, add a view");
-  } else if (machine_stated && fit.chi_square < alignment.chi_square_low) {
+  } else if (stated && fit.chi_square < alignment.chi_square_low) {
     alignment.notices.push_back(fmt::format(
         "the residuals are smaller than their sigmas allow (chi-square {:.3g}, at least {:.3g} "
         "expected with {} degrees of freedom): the stated sigmas are too large",
@@ -91,17 +91,26 @@ Alignment Refuse(Alignment alignment, Verdict verdict, std::string reason) {
   return alignment;
 }
 
+/// Weighs the sights by pixels and machine: a target's error is the same in all views, so that none
+/// of them tells it, and only widens the answer.
+PoseProblem ByViews(PoseProblem problem, const Theta& theta) {
+  problem.errors.targets.resize(0, 0);
+  InflateSigmas(theta, problem);
+  return problem;
+}
+
 /// Observability, and what else can keep a fit from being an answer.
 Alignment Judge(const PoseProblem& problem, const Fit& fit, const std::vector<PartTarget>& targets,
                 const SolveOptions& options, Alignment alignment) {
   constexpr double kGimbalLock = 1e-6;
   const MiddleFrame frame =
       MiddleFrameOf(problem, geometry::RotationFromAngles(fit.theta.segment<3>(3)));
-  alignment.observability = Observe(InMiddleFrame(problem, frame), ToMiddleFrame(frame, fit.theta),
+  const PoseProblem views = ByViews(problem, fit.theta);
+  alignment.observability = Observe(InMiddleFrame(views, frame), ToMiddleFrame(frame, fit.theta),
                                     options.weakest_limit_mm);
   if (!alignment.observability.words.empty()) {
     alignment.observability.advice =
-        AdviseViews(problem, fit.theta, targets, options.weakest_limit_mm);
+        AdviseViews(views, fit.theta, targets, options.weakest_limit_mm);
     return Refuse(std::move(alignment), Verdict::kCannotTell, alignment.observability.words);
   }
   if (fit.other) {
@@ -262,6 +271,7 @@ std::vector<std::string> UsualInputs(const SolveOptions& options) {
   std::vector<std::string> usual;
   const InputUncertainty& inputs = options.inputs;
   if (!inputs.machine_mm) usual.emplace_back("machine_mm");
+  if (!inputs.target_mm && !options.target_covariance) usual.emplace_back("target_mm");
   if (!inputs.clamp_eccentricity_mm && !options.unknowns.clamp_eccentricity) {
     usual.emplace_back("clamp_eccentricity_mm");
   }
@@ -272,19 +282,20 @@ std::vector<std::string> UsualInputs(const SolveOptions& options) {
 }
 
 Alignment Fill(const Answer& answer, const SettledFit& settled, const SolveOptions& options,
-               const std::vector<std::string>& labels) {
+               const InputUncertainty& inputs, const std::vector<std::string>& labels) {
   const PoseProblem& all = answer.problem;
   Alignment alignment;
   alignment.parameters = ParameterNames(all.unknowns);
   alignment.iterations = settled.fit.steps;
-  alignment.inputs = WithUsualSizes(options.inputs, options.camera_covariance.has_value());
+  alignment.inputs = inputs;
   alignment.inputs.machine_mm = all.errors.machine_mm;
   alignment.usual_inputs = UsualInputs(options);
   NoticeLookingBack(all.camera, alignment);
   FillValues(all, settled.fit.theta, alignment);
   FillResiduals(all, settled.fit.theta, settled.common, answer.left_out, labels, alignment);
-  FillChiSquare(Without(all, answer.left_out), settled.fit, options.inputs.machine_mm.has_value(),
-                alignment);
+  const bool usual_targets = !options.inputs.target_mm && !options.target_covariance;
+  FillChiSquare(Without(all, answer.left_out), settled.fit,
+                options.inputs.machine_mm && !usual_targets, alignment);
   return alignment;
 }
 
@@ -315,7 +326,7 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
   }
   const PoseProblem kept = Without(answer.problem, answer.left_out);
   const SettledFit settled = Settle(kept, answer.fit);
-  Alignment alignment = Fill(answer, settled, options, labels);
+  Alignment alignment = Fill(answer, settled, options, CountedInputs(measurement, options), labels);
   if (!answer.fits) {
     std::string reason = TooLarge(alignment);
     if (!answer.doubt.empty()) reason += "; " + answer.doubt;

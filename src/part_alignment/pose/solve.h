@@ -33,7 +33,7 @@ struct SolveOptions {
   /// (weight 0) and named, if leaving it out, and nothing else, puts things right.
   bool robust = true;
   /// The most that the weakest direction may be uncertain by (k = 1), 0.001 ... 100 mm, moving the
-  /// targets, by what pixels, machine and targets leave; beyond it the verdict is cannot_tell.
+  /// targets, by what pixels and machine leave; beyond it the verdict is cannot_tell.
   /// Default: a quarter of a tight allowance of a raw part (+-1 mm), at k = 2.
   double weakest_limit_mm = 0.25;
   /// What is uncertain beside the pixels, each as what it is: one error for each view, each target,
@@ -41,7 +41,7 @@ struct SolveOptions {
   /// what is not stated counts with its usual size.
   InputUncertainty inputs;
   /// Of the targets' coordinates together, mm², three rows for each in the order of the
-  /// measurement's; inputs.target_mm comes on top. Absent: exact but for that.
+  /// measurement's; inputs.target_mm comes on top. Absent: as that says.
   std::optional<Eigen::MatrixXd> target_covariance;
   /// Of the camera's parameters by its calibration, k = 1; absent: exact but for the place in its
   /// taper (InputUncertainty). What is solved for of the camera does not count.

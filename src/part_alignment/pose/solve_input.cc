@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <map>
 #include <set>
@@ -147,17 +148,20 @@ Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& 
 
 namespace {
 
-Result<void> ValidateInputs(const SolveOptions& options, std::size_t target_count) {
+Result<void> ValidateInputs(const SolveOptions& options, double target_mm,
+                            std::size_t target_count) {
   if (auto valid = Validate(options.inputs); !valid) {
     return valid;
   }
   constexpr std::size_t kMostUncertain = 300;  // 900 errors that sights share
-  if ((options.target_covariance || options.inputs.target_mm > 0) &&
-      target_count > kMostUncertain) {
+  if ((options.target_covariance || target_mm > 0) && target_count > kMostUncertain) {
     return Fail(
         fmt::format("{} targets are uncertain, at most {} can be counted: leave out what "
-                    "is not seen",
-                    target_count, kMostUncertain));
+                    "is not seen{}",
+                    target_count, kMostUncertain,
+                    options.inputs.target_mm || options.target_covariance
+                        ? ""
+                        : ", or state target_mm: 0 if they are exact"));
   }
   if (auto valid = options.target_covariance
                        ? ValidateTargetCovariance(*options.target_covariance, target_count)
@@ -170,15 +174,25 @@ Result<void> ValidateInputs(const SolveOptions& options, std::size_t target_coun
 
 }  // namespace
 
+InputUncertainty CountedInputs(const Measurement& measurement, const SolveOptions& options) {
+  Eigen::AlignedBox3d box;
+  for (const PartTarget& target : measurement.targets) box.extend(target.ideal_mm);
+  return WithUsualSizes(
+      options.inputs,
+      {options.camera_covariance.has_value(), options.target_covariance.has_value()},
+      box.isEmpty() ? 0 : box.diagonal().norm());
+}
+
 Result<PoseProblem> MakeProblem(const Measurement& measurement, const SolveOptions& options) {
-  if (const auto valid = ValidateInputs(options, measurement.targets.size()); !valid) {
+  const InputUncertainty inputs = CountedInputs(measurement, options);
+  const auto valid = ValidateInputs(options, inputs.target_mm.value(), measurement.targets.size());
+  if (!valid) {
     return tl::unexpected(valid.error());
   }
   auto problem = MakeProblem(measurement, options.unknowns);
   if (problem) {
-    problem->errors = ErrorsOf(
-        WithUsualSizes(options.inputs, options.camera_covariance.has_value()), options.unknowns,
-        measurement.targets.size(), options.target_covariance, options.camera_covariance);
+    problem->errors = ErrorsOf(inputs, options.unknowns, measurement.targets.size(),
+                               options.target_covariance, options.camera_covariance);
   }
   return problem;
 }

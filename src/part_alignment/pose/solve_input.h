@@ -13,6 +13,10 @@ namespace trammel::part_alignment {
 [[nodiscard]] Result<void> ValidateTargetCovariance(const Eigen::MatrixXd& covariance,
                                                     std::size_t target_count);
 
+/// The options' inputs as they count for a measurement: usual sizes in place of what is not stated.
+[[nodiscard]] InputUncertainty CountedInputs(const Measurement& measurement,
+                                             const SolveOptions& options);
+
 /// With the errors of the inputs, usual sizes in place of what is not stated. The errors are those
 /// of Solve, as below.
 [[nodiscard]] Result<PoseProblem> MakeProblem(const Measurement& measurement,

@@ -88,7 +88,7 @@ void AddValues(const AlignmentOutput& output, Json& json) {
 Json Inputs(const Alignment& alignment) {
   const part_alignment::InputUncertainty& inputs = alignment.inputs;
   return {{"machine_mm", Number(inputs.machine_mm.value_or(0))},
-          {"target_mm", Number(inputs.target_mm)},
+          {"target_mm", Number(inputs.target_mm.value_or(0))},
           {"clamp_angle_rad", Number(inputs.clamp_angle_rad)},
           {"clamp_eccentricity_mm", Number(inputs.clamp_eccentricity_mm.value_or(0))},
           {"clamp_tilt_rad", Number(inputs.clamp_tilt_rad)},

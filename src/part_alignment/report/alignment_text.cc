@@ -82,6 +82,7 @@ std::string UsualInputs(const Alignment& alignment) {
       text += fmt::format("{}{} {:.4f} mm", text.empty() ? "" : ", ", words, size_mm);
     };
     if (name == "machine_mm") add("machine's repeatability", inputs.machine_mm.value_or(0));
+    if (name == "target_mm") add("targets' places", inputs.target_mm.value_or(0));
     if (name == "clamp_eccentricity_mm") {
       add("clamp eccentricity", inputs.clamp_eccentricity_mm.value_or(0));
     }
