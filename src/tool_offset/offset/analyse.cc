@@ -54,6 +54,25 @@ bool ReferenceLiesElsewhere(const SheetPlan& plan, const InkRaster& raster) {
   return *least < std::max(raster.FaintestInk(), kFaint * *most);
 }
 
+/// Whether a side of the box was found along one of its lines in part and along the next in part:
+/// no paper bends as far within a side.
+bool SideChangesLine(const SheetPlan& plan, const PageMap& map) {
+  if (plan.box_insets_mm.size() < 2) return false;
+  const double most_mm = 0.5 * (plan.box_insets_mm[1] - plan.box_insets_mm[0]);
+  return std::any_of(map.bend_mm.begin(), map.bend_mm.end(), [&](const auto& cubic) {
+    constexpr int kSteps = 10;
+    double low_mm = cubic[0];
+    double high_mm = cubic[0];
+    for (int i = -kSteps; i <= kSteps; ++i) {
+      const double t = static_cast<double>(i) / kSteps;
+      const double mm = cubic[0] + t * (cubic[1] + t * (cubic[2] + t * cubic[3]));
+      low_mm = std::min(low_mm, mm);
+      high_mm = std::max(high_mm, mm);
+    }
+    return high_mm - low_mm > most_mm;
+  });
+}
+
 std::vector<ToolReading> PlaceTools(const PageView& page, const SheetPlan& plan, const PageMap& map,
                                     const InkRaster& raster, const InkColour& reference) {
   std::vector<int> numbers = plan.settings.tools;
@@ -189,9 +208,10 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
   const std::vector<Leg> code_legs = CodeLegs(plan);
   const InkColour reference = SampleInk(page, map, plan.settings, code_legs);
   const InkRaster raster = TakeInkRaster(page, map, kAround_mm);
-  if (result.sheet.box_lacks_line && ReferenceLiesElsewhere(plan, raster)) {
-    return Fail(fmt::format("a side of the box has lost one of its {} lines, and lines of T{} are "
-                            "not where the others put them: look why its lines do not stick or "
+  if (result.sheet.box_lacks_line &&
+      (SideChangesLine(plan, map) || ReferenceLiesElsewhere(plan, raster))) {
+    return Fail(fmt::format("a side of the box has lost one of its {} lines, and the others do not "
+                            "tell where the sheet lies: look why lines of T{} do not stick or "
                             "break off (nozzle height, flow, clean paper), and print the sheet "
                             "again",
                             plan.box_insets_mm.size(), plan.settings.reference_tool),
