@@ -123,7 +123,8 @@ Result<std::string> TakeRepeats(const BudgetArguments& arguments,
   const Eigen::Vector3d single_um = report::kUmPerMm * repeated->single_mm;
   const Eigen::Vector3d joint_um = report::kUmPerMm * repeated->joint_mm;
   return fmt::format(
-      "targets   one calibration and one measurement scatter by {:.1f}, {:.1f}, {:.1f} µm (k = 1); "
+      "targets   one calibration and one measurement scatter by {:.1f}, {:.1f}, {:.1f} µm "
+      "(standard deviations); "
       "all "
       "{} x {} values by {:.1f}, {:.1f}, {:.1f} µm\n",
       single_um.x(), single_um.y(), single_um.z(), cameras.size(), measurements.size(),

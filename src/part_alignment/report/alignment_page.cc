@@ -134,7 +134,7 @@ std::string SizeOf(const pa::Contribution& part) {
 
 std::string BudgetCard(const AlignmentOutput& output) {
   if (output.contributions.empty()) return "";
-  Table table({{"were this exact"}, {"its size, 1 σ"}, {"X"}, {"Y"}, {"Z"}});
+  Table table({{"were this exact"}, {"its size (standard uncertainty)"}, {"X"}, {"Y"}, {"Z"}});
   for (const pa::Contribution& part : output.contributions) {
     std::vector<std::string> cells = {WordsOf(part.input), SizeOf(part)};
     for (const double sigma : {part.sigma_mm.x(), part.sigma_mm.y(), part.sigma_mm.z()}) {
@@ -155,14 +155,14 @@ std::string CovarianceCard(const pa::Alignment& alignment) {
   if (alignment.verdict != Verdict::kGood || count == 0 || count > alignment.parameters.size()) {
     return "";
   }
-  std::vector<Table::Column> columns = {{""}, {"1 σ"}};
+  std::vector<Table::Column> columns = {{""}, {"95 % within"}};
   for (std::size_t i = 0; i < count; ++i) columns.push_back({NameOf(alignment.parameters[i])});
   Table table(columns);
   for (std::size_t i = 0; i < count; ++i) {
     const bool angle = alignment.parameters[i].ends_with("_rad");
     std::vector<std::string> cells = {
         NameOf(alignment.parameters[i]),
-        fmt::format("{:.4f} {}", Sigma(alignment, i) * (angle ? kPerMille.scale : 1),
+        fmt::format("{:.4f} {}", kNormal95 * Sigma(alignment, i) * (angle ? kPerMille.scale : 1),
                     angle ? "mm/m" : "mm")};
     for (std::size_t k = 0; k < count; ++k) {
       const double both = Sigma(alignment, i) * Sigma(alignment, k);
@@ -172,16 +172,22 @@ std::string CovarianceCard(const pa::Alignment& alignment) {
     }
     table.Row(cells);
   }
-  return Card("Covariance",
-              "<p class=\"quiet\">Standard uncertainties, and how the errors of two values go "
-              "together (correlation, -1 to 1). result.json has the covariance itself.</p>\n" +
-                  table.Html());
+  return Card(
+      "Covariance",
+      "<p class=\"quiet\">Half of each value's 95 % interval, and how the errors of two values go "
+      "together (correlation, -1 to 1). result.json has the covariance itself.</p>\n" +
+          table.Html());
 }
 
 std::string ResidualCard(const AlignmentOutput& output) {
   const auto& residuals = output.alignment.residuals;
   if (residuals.empty()) return "";
-  Table table({{"view"}, {"target"}, {"column (px)"}, {"row (px)"}, {"1 σ (px)"}, {"", true}});
+  Table table({{"view"},
+               {"target"},
+               {"column (px)"},
+               {"row (px)"},
+               {"standard uncertainty (px)"},
+               {"", true}});
   for (std::size_t i = 0; i < std::min(kMostRows, residuals.size()); ++i) {
     const pa::AlignmentResidual& residual = residuals[i];
     table.Row({fmt::format("{}", residual.view + 1), EscapeHtml(residual.target),

@@ -56,7 +56,7 @@ TEST(AlignmentPage, ShowsWhatTheUncertaintyIsMadeOfAndItsCovariance) {
   const std::string page = AlignmentPage(Made(), {});
   EXPECT_THAT(page, AllOf(HasSubstr("eccentricity of the clamping"), HasSubstr("0.0210 mm, usual"),
                           HasSubstr("the pictures alone"), HasSubstr(">0.0392<"),
-                          HasSubstr("0.0200 mm</td>"), HasSubstr("left out"),
+                          HasSubstr("0.0392 mm</td>"), HasSubstr("left out"),
                           HasSubstr(">+0.000</td>"), Not(HasSubstr(">-0.000"))));
 }
 

@@ -68,7 +68,8 @@ void DrawResidual(const DrawnTarget& target, const PointPx& at, const Drawing& d
 std::string ResidualText(const DrawnTarget& target) {
   const Eigen::Vector2d residual_px = *target.found_px - *target.projected_px;
   return fmt::format("  {:+.2g}, {:+.2g} px", residual_px.x(), residual_px.y()) +
-         (target.sigma_px > 0 ? fmt::format(" (1 σ: {:.2g})", target.sigma_px) : "");
+         (target.sigma_px > 0 ? fmt::format(" (standard uncertainty {:.2g})", target.sigma_px)
+                              : "");
 }
 
 void DrawTarget(const DrawnTarget& target, const Drawing& drawing, Canvas& canvas) {
@@ -132,7 +133,7 @@ void DrawKey(std::size_t view, double top, const Drawing& drawing, Canvas& canva
   ring.dash_px = {3, 2};
   canvas.Circle({x + 7, baseline - 4}, 7, std::nullopt, ring);
   x += 20;
-  words("1 σ of it", style);
+  words("its standard uncertainty", style);
 }
 
 Canvas Draw(std::size_t view, const BgrView& picture, int width_px, int height_px,

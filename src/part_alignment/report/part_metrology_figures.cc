@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "document/interval_text.h"
 #include "document/plot.h"
 #include "document/scale_key.h"
 #include "part_alignment/camera/calibrate_uncertainty.h"
@@ -16,15 +17,23 @@ using part_alignment::CameraCalibration;
 using part_alignment::GridMeasurement;
 using part_alignment::SensorUncertainty;
 
+/// Half of the 95 % interval of a foretold pixel, over the sensor.
+std::vector<double> Within95_px(const CameraCalibration& calibration, double distance_mm,
+                                int columns, int rows) {
+  SensorUncertainty map = part_alignment::UncertaintyOverSensor(
+      calibration.camera, calibration.covariance, distance_mm, columns, rows);
+  for (double& px : map.sigma_px) px *= kNormal95;
+  return map.sigma_px;
+}
+
 Canvas DrawMap(const CameraCalibration& calibration, double distance_mm, double width_px) {
   constexpr int kColumns = 54;
   constexpr int kRows = 40;
   const bool broad = width_px >= kFigureWidthPx;
   const double tall_px = broad ? 500 : 320;
-  const SensorUncertainty map = part_alignment::UncertaintyOverSensor(
-      calibration.camera, calibration.covariance, distance_mm, kColumns, kRows);
-  const Grid grid{kColumns, kRows, map.sigma_px};
-  const Range range = RangeOf(map.sigma_px);
+  const std::vector<double> within_px = Within95_px(calibration, distance_mm, kColumns, kRows);
+  const Grid grid{kColumns, kRows, within_px};
+  const Range range = RangeOf(within_px);
   Canvas canvas(width_px, tall_px);
   const part_alignment::Camera& camera = calibration.camera;
   const double columns_px = camera.width_px - 1;
@@ -37,16 +46,16 @@ Canvas DrawMap(const CameraCalibration& calibration, double distance_mm, double 
             fmt::format("Projection uncertainty at {:.0f} mm", distance_mm));
   canvas.Image(ColorGrid(grid, range).view(), plot.inner());
   const RectPx& inner = plot.inner();
-  DrawColorBar(canvas, {inner.right() + 24, inner.y, 18, inner.height}, range, "1 σ (px)");
+  DrawColorBar(canvas, {inner.right() + 24, inner.y, 18, inner.height}, range, "95 % (px)");
   return canvas;
 }
 
 Figure MapFigure(const CameraCalibration& calibration, double distance_mm) {
   Figure figure{
       "projection-uncertainty",
-      "How far off the calibration may foretell a pixel, along the worse direction (k = 1), for "
-      "points at this distance from the camera. First row on top. Where it is larger than the "
-      "sigma of a target's centre, the calibration limits the measurement.",
+      "How far off the calibration may foretell a pixel, along the worse direction (95 %), for "
+      "points at this distance from the camera. First row on top. Where it is larger than the 95 % "
+      "of a target's centre, the calibration limits the measurement.",
       DrawMap(calibration, distance_mm, kFigureWidthPx)};
   figure.seen = fmt::format(
       "Map over the sensor of the uncertainty of a foretold pixel, {:.0f} mm from the camera.",
@@ -65,11 +74,10 @@ Canvas DrawDistance(const CameraCalibration& calibration, double width_px) {
   double top_px = 0;
   for (int i = 0; i <= kSteps; ++i) {
     const double distance_mm = near_mm * std::pow(far_mm / near_mm, i / double{kSteps});
-    const SensorUncertainty map = part_alignment::UncertaintyOverSensor(
-        calibration.camera, calibration.covariance, distance_mm, 3, 3);
+    const std::vector<double> within_px = Within95_px(calibration, distance_mm, 3, 3);
     double worst_px = 0;
-    for (const std::size_t at : {0U, 2U, 6U, 8U}) worst_px = std::fmax(worst_px, map.sigma_px[at]);
-    middle.push_back({distance_mm, map.sigma_px[4]});
+    for (const std::size_t at : {0U, 2U, 6U, 8U}) worst_px = std::fmax(worst_px, within_px[at]);
+    middle.push_back({distance_mm, within_px[4]});
     corner.push_back({distance_mm, worst_px});
     if (distance_mm > 0.6 * calibration.nearest_mm) top_px = std::max(top_px, worst_px);
   }
@@ -83,7 +91,7 @@ Canvas DrawDistance(const CameraCalibration& calibration, double width_px) {
   const Axis distance{
       "distance from the camera (mm)", {0, far_mm}, width_px < kFigureWidthPx ? 4 : 8};
   Plot upper(canvas, {6, top, width_px - 12, half - 12}, distance,
-             {"1 σ (px)", {0, 1.1 * top_px + 1e-12}}, "Projection uncertainty");
+             {"95 % within (px)", {0, 1.1 * top_px + 1e-12}}, "Projection uncertainty");
   upper.ShadeX({calibration.nearest_mm, calibration.farthest_mm}, kGrid);
   upper.Line(corner, {.color = kVermilion});
   upper.Line(middle, {.color = kBlue});
