@@ -4,7 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <functional>
+#include <iterator>
 
 namespace trammel::app {
 namespace {
@@ -18,13 +20,30 @@ void ForEachCommand(const CLI::App& app, const std::string& path,
   }
 }
 
+std::vector<std::string> NamesOf(const CLI::Option& option) {
+  std::vector<std::string> names;
+  for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
+  for (const std::string& name : option.get_snames()) names.push_back("-" + name);
+  return names;
+}
+
 std::vector<std::string> OptionsOf(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options()) {
-    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-    for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+    std::ranges::copy(NamesOf(*option), std::back_inserter(names));
   }
   return names;
+}
+
+/// The program's options that every command takes, too: all but --help and --version.
+std::vector<const CLI::Option*> SharedOptions(const CLI::App& program) {
+  std::vector<const CLI::Option*> shared;
+  for (const CLI::Option* option : program.get_options()) {
+    if (option != program.get_help_ptr() && !option->check_lname("version")) {
+      shared.push_back(option);
+    }
+  }
+  return shared;
 }
 
 /// A text as troff prints it: no line is a request, no hyphen becomes a dash.
@@ -86,9 +105,15 @@ std::vector<std::string> NamesOfCommands(const CLI::App& app) {
 
 std::string BashCompletion(const CLI::App& program) {
   std::string cases;
+  std::vector<std::string> shared;
+  for (const CLI::Option* option : SharedOptions(program)) {
+    std::ranges::copy(NamesOf(*option), std::back_inserter(shared));
+  }
   ForEachCommand(program, program.get_name(), [&](const CLI::App& app, const std::string& path) {
+    std::vector<std::string> options = OptionsOf(app);
+    if (&app != &program) std::ranges::copy(shared, std::back_inserter(options));
     cases += fmt::format("    '{}') commands='{}' options='{}' ;;\n", path,
-                         fmt::join(NamesOfCommands(app), " "), fmt::join(OptionsOf(app), " "));
+                         fmt::join(NamesOfCommands(app), " "), fmt::join(options, " "));
   });
   return fmt::format(R"(# bash completion for {0}, made by `{0} completion bash`.
 _{0}_of() {{
@@ -141,6 +166,9 @@ std::string ManualPage(const CLI::App& program) {
       if (option != app.get_help_ptr()) page += OptionEntry(*option);
     }
   });
+  const std::vector<const CLI::Option*> shared = SharedOptions(program);
+  if (!shared.empty()) page += ".SH OPTIONS OF EVERY COMMAND\n";
+  for (const CLI::Option* option : shared) page += OptionEntry(*option);
   page +=
       ".SH EXIT STATUS\n"
       ".TP\n0\na good answer\n"

@@ -14,7 +14,8 @@ namespace trammel::app {
 [[nodiscard]] std::vector<const CLI::App*> CommandsOf(const CLI::App& app);
 [[nodiscard]] std::vector<std::string> NamesOfCommands(const CLI::App& app);
 
-/// A script for bash that completes commands, options and, where neither is meant, files.
+/// A script for bash that completes commands, options and, where neither is meant, files. Options
+/// of the program but --help and --version are taken to be every command's (CLI::App::fallthrough).
 [[nodiscard]] std::string BashCompletion(const CLI::App& program);
 
 /// The same for zsh, which takes bash's scripts through bashcompinit.

@@ -41,6 +41,19 @@ TEST_F(CommandTree, TheCompletionKnowsEveryCommandAndOption) {
   EXPECT_THAT(ZshCompletion(program_), AllOf(StartsWith("#compdef gauge\n"), HasSubstr(script)));
 }
 
+TEST_F(CommandTree, WhatEveryCommandTakesIsCompletedEverywhereAndDescribedOnce) {
+  CLI::App program{"gauge: trues machines"};
+  program.name("gauge");
+  program.add_flag("-q,--quiet", json_, "errors alone");
+  program.add_subcommand("pa", "pressure advance")->add_flag("--json", json_, "one object");
+  EXPECT_THAT(BashCompletion(program),
+              AllOf(HasSubstr("'gauge') commands='pa' options='--help -h --quiet -q' "),
+                    HasSubstr("'gauge pa') commands='' options='--help -h --json --quiet -q' ")));
+  const std::string page = ManualPage(program);
+  EXPECT_THAT(page, HasSubstr(".SH OPTIONS OF EVERY COMMAND\n.TP\n\\fB\\-q,\\-\\-quiet\\fR"));
+  EXPECT_EQ(page.find("errors alone"), page.rfind("errors alone"));
+}
+
 TEST_F(CommandTree, TheManualHasEveryCommandWithItsOptionsAndNoRequestFromOutside) {
   const std::string page = ManualPage(program_);
   EXPECT_THAT(page, StartsWith(".TH gauge 1 \"\" \"gauge 1.2.3\"\n"));

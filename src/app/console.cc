@@ -10,11 +10,14 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "app/verdict_colour.h"
 #include "base/utf8.h"
 
 namespace trammel::app {
@@ -24,6 +27,7 @@ constexpr std::size_t kMostKept = 1'000'000;
 // A pipe that is ready to be written to takes as much without waiting.
 constexpr std::size_t kPiece = 512;
 constexpr int kLook_ms = 100;
+constexpr std::string_view kErrorBegins = "trammel: ";  // as app/commands.h has it
 
 std::atomic<bool> asked_to_end = false;
 
@@ -54,12 +58,16 @@ class Stream {
     if (own >= 0) fd_ = own;
   }
 
+  void SetErrorsOnly() { errors_only_ = true; }
+  void SetColours(bool colours) { colours_ = colours; }
+  [[nodiscard]] bool IsTerminal() const { return isatty(fd_) != 0; }
+
   void Take(std::string_view bytes) {
     const std::lock_guard lock(mutex_);
-    if (error_ != 0) return;
+    if (error_ != 0 || (errors_only_ && !bytes.starts_with(kErrorBegins))) return;
     incomplete_ += bytes;
     const std::size_t whole = incomplete_.size() - IncompleteUtf8(incomplete_);
-    Keep(EscapedForTerminal(std::string_view(incomplete_).substr(0, whole)));
+    Keep(Dressed(std::string_view(incomplete_).substr(0, whole)));
     incomplete_.erase(0, whole);
     WriteKept(waits_forbidden == 0);
   }
@@ -67,13 +75,20 @@ class Stream {
   /// 0, or why something was lost.
   int Finish() {
     const std::lock_guard lock(mutex_);
-    Keep(EscapedForTerminal(incomplete_));
+    Keep(Dressed(incomplete_));
     incomplete_.clear();
     WriteKept(true, kLook_ms);
     return error_;
   }
 
  private:
+  /// Escaped, with its verdicts in colour where they are wanted.
+  std::string Dressed(std::string_view text) {
+    std::string escaped = EscapedForTerminal(text);
+    const bool at_line_start = std::exchange(at_line_start_, escaped.ends_with('\n'));
+    return colours_ ? WithColouredVerdicts(escaped, at_line_start) : escaped;
+  }
+
   void Keep(std::string_view text) {
     if (kept_.size() + text.size() <= kMostKept || waits_forbidden == 0) {
       kept_ += text;
@@ -112,6 +127,9 @@ class Stream {
   std::string incomplete_;  // the first bytes of a character
   std::string kept_;
   bool cut_ = false;
+  bool errors_only_ = false;
+  bool colours_ = false;
+  bool at_line_start_ = true;
   int error_ = 0;
 };
 
@@ -157,6 +175,19 @@ void GuardConsole() {
   Errors().NeverWaitInATerminal();
   if (std::FILE* output = FileOf(Output(), _IOLBF)) stdout = output;
   if (std::FILE* errors = FileOf(Errors(), _IONBF)) stderr = errors;
+}
+
+void SayErrorsOnly() { Errors().SetErrorsOnly(); }
+
+void ColourVerdicts(Colour when) {
+  const char* const none = std::getenv("NO_COLOR");
+  const char* const terminal = std::getenv("TERM");
+  const bool unwanted = (none != nullptr && *none != '\0') ||
+                        (terminal != nullptr && std::string_view(terminal) == "dumb");
+  for (Stream* stream : {&Output(), &Errors()}) {
+    stream->SetColours(when == Colour::kAlways ||
+                       (when == Colour::kAuto && !unwanted && stream->IsTerminal()));
+  }
 }
 
 void WaitForNoReaderAnyMore() { asked_to_end = true; }

@@ -13,6 +13,15 @@ namespace trammel::app {
 /// It also lets a file that would grow too large be an error of writing.
 void GuardConsole();
 
+/// Lets standard error take errors alone, from now on: what begins with "trammel: ".
+void SayErrorsOnly();
+
+enum class Colour { kAuto, kAlways, kNever };
+
+/// Colours verdicts (app/verdict_colour.h), from now on and on either stream: with kAuto on
+/// terminals, unless NO_COLOR is set (no-color.org) or TERM is dumb.
+void ColourVerdicts(Colour when);
+
 /// While it lives, nothing waits for whoever reads: what a pipe or a stopped terminal does not take
 /// at once is kept for later, at most a megabyte.
 class ConsoleDoesNotWait {

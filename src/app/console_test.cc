@@ -8,12 +8,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <functional>
 #include <string>
+#include <utility>
 
 #include "support/temporary_folder.h"
 
@@ -179,6 +181,76 @@ TEST(GuardedConsole, LetsNoFileTakeThePlaceOfAClosedStream) {
             }),
             kAsItShould);
   EXPECT_EQ(test::ReadWhole(path), "");
+}
+
+/// What a process leaves on its two streams.
+std::pair<std::string, std::string> StreamsOf(const std::function<void()>& work) {
+  const test::TemporaryFolder folder;
+  const auto path = [&](const char* name) { return (folder.path() / name).string(); };
+  const int code = InAProcess([&] {
+    dup2(open(path("out").c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
+    dup2(open(path("err").c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
+    GuardConsole();
+    work();
+    return FinishConsole() ? kAsItShould : kOtherwise;
+  });
+  EXPECT_EQ(code, kAsItShould);
+  return {test::ReadWhole(path("out")), test::ReadWhole(path("err"))};
+}
+
+TEST(GuardedConsole, SaysErrorsAndTheAnswerOnlyWhenQuiet) {
+  const auto say = [] {
+    fmt::print("answer\n");
+    fmt::print(stderr, "  heating (about {} s)\n", 30);
+    fmt::print(stderr, "trammel: {}\n", "no such file");
+    fmt::print(stderr, "note: {}\n", "trammel: no error");
+  };
+  const auto [answer, errors] = StreamsOf([&] {
+    SayErrorsOnly();
+    say();
+  });
+  EXPECT_EQ(answer, "answer\n");
+  EXPECT_EQ(errors, "trammel: no such file\n");
+  EXPECT_NE(StreamsOf(say).second.find("heating"), std::string::npos);
+}
+
+TEST(GuardedConsole, ColoursVerdictsOnTerminalsAndWhereItIsToldTo) {
+  const auto said = [](Colour when) {
+    return StreamsOf([when] {
+             ColourVerdicts(when);
+             fmt::print("verdict  good\n");
+           })
+        .first;
+  };
+  EXPECT_EQ(said(Colour::kAlways), "verdict  \x1b[32mgood\x1b[0m\n");
+  EXPECT_EQ(said(Colour::kNever), "verdict  good\n");
+  EXPECT_EQ(said(Colour::kAuto), "verdict  good\n");  // a file
+  for (const bool unwanted : {false, true}) {
+    const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+    ASSERT_TRUE(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
+    const std::string name = ptsname(terminal);
+    const int held = open(name.c_str(), O_RDWR | O_NOCTTY);
+    ASSERT_GE(held, 0);
+    EXPECT_EQ(InAProcess([&] {
+                dup2(held, STDOUT_FILENO);
+                setenv("TERM", "xterm", 1);
+                if (unwanted) {
+                  setenv("NO_COLOR", "1", 1);
+                } else {
+                  unsetenv("NO_COLOR");
+                }
+                GuardConsole();
+                ColourVerdicts(Colour::kAuto);
+                fmt::print("verdict  good\n");
+                return FinishConsole() ? kAsItShould : kOtherwise;
+              }),
+              kAsItShould);
+    std::string shown(100, '\0');
+    shown.resize(static_cast<std::size_t>(std::max<ssize_t>(0, read(terminal, shown.data(), 100))));
+    EXPECT_EQ(shown.find("\x1b[32mgood") == std::string::npos, unwanted) << shown;
+    close(held);
+    close(terminal);
+  }
 }
 
 TEST(GuardedConsole, ShowsWhatATerminalWouldObey) {

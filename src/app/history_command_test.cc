@@ -73,6 +73,10 @@ TEST_F(HistoryCommand, ListsTheNewestFirstWithIntervalUnitAndWhatWasApplied) {
             "printer.local\n"
             "     pressure_advance  0.0360 s (95 %: 0.0348 to 0.0372 s)\n"
             "     recordings/a\n");
+  const CommandResult quiet = History("list -q --color always");
+  EXPECT_EQ(quiet.standard_error, "");
+  EXPECT_EQ(quiet.standard_output, list.standard_output);
+  EXPECT_THAT(History("list -q --in nowhere").standard_error, HasSubstr("trammel: nowhere"));
   EXPECT_THAT(History("list --last 1").standard_output, Not(HasSubstr("recordings/a")));
   EXPECT_THAT(History("list --instrument pressure_advance").standard_output,
               AllOf(HasSubstr("1    2026-01-02"), Not(HasSubstr("alignment"))));

@@ -57,7 +57,22 @@ int main(int argc, char** argv) {
   cli.require_subcommand(1);
   cli.set_version_flag("--version", std::string(trammel::app::ProgramVersion()),
                        "says which trammel this is");
+  // Taken below every command, too.
+  cli.fallthrough();
+  cli.footer("--quiet and --color WHEN: trammel --help");
+  cli.add_flag_callback("-q,--quiet", trammel::app::SayErrorsOnly,
+                        "errors and the answer, no progress and no remarks");
+  std::string colour = "auto";
+  cli.add_option("--color", colour, "verdicts in colour: on terminals, always or never")
+      ->check(CLI::IsMember(std::vector<std::string>{"auto", "always", "never"}))
+      ->capture_default_str();
   int exit_code = trammel::app::kExitGood;
+  cli.parse_complete_callback([&colour] {
+    using trammel::app::Colour;
+    trammel::app::ColourVerdicts(colour == "always"  ? Colour::kAlways
+                                 : colour == "never" ? Colour::kNever
+                                                     : Colour::kAuto);
+  });
   for (const auto& add : kCommands) add(cli, exit_code);
 
   int code = trammel::app::ExitCodeOf([&] {

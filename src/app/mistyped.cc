@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "app/command_tree.h"
@@ -48,11 +49,18 @@ std::vector<std::string> NamesOfOptions(const CLI::App& app) {
 std::optional<std::string> Mistyped(const CLI::App& program, std::span<const std::string> words) {
   const CLI::App* app = &program;
   std::string path = "trammel";
+  bool is_value = false;
   for (const std::string& word : words) {
+    if (std::exchange(is_value, false)) continue;
     if (word == "--") break;
     const std::string name = word.substr(0, word.find('='));
     if (name.starts_with("--")) {
-      if (app->get_option_no_throw(name) != nullptr) continue;
+      const bool own = app != &program && app->get_option_no_throw(name) != nullptr;
+      if (own) continue;
+      if (const CLI::Option* option = program.get_option_no_throw(name)) {
+        is_value = option->get_type_size() > 0 && name == word;
+        continue;
+      }
       return fmt::format("{} has no option {}{}", path, Quoted(name),
                          MeantFor(name, NamesOfOptions(*app)));
     }

@@ -30,7 +30,6 @@ class MistypedTest : public testing::Test {
     return Mistyped(program_, words);
   }
 
- private:
   CLI::App program_;
 };
 
@@ -54,6 +53,13 @@ TEST_F(MistypedTest, NamesAnUnknownOptionAndTheOneThatWasMeant) {
       Optional(std::string("trammel pa analyze has no option '--confg'; did you mean --config?")));
   EXPECT_THAT(Of({"--config", "x", "pa", "analyze"}),
               Optional(HasSubstr("trammel has no option '--config'")));
+}
+
+TEST_F(MistypedTest, KnowsTheProgramsOptionsBelowEveryCommand) {
+  program_.add_option("--color");
+  EXPECT_THAT(Of({"--color", "never", "pa", "analize"}), Optional(HasSubstr("'analize'")));
+  EXPECT_EQ(Of({"pa", "analyze", "--color", "never"}), std::nullopt);
+  EXPECT_THAT(Of({"pa", "analyze", "--colour"}), Optional(HasSubstr("'--colour'")));
 }
 
 TEST_F(MistypedTest, IsSilentWhereEveryWordIsKnown) {

@@ -245,7 +245,7 @@ int RunApply(OffsetApplyArguments arguments) {
   if (auto found = FindHistory(arguments); !found) return PrintError(found.error());
   const auto file = files::ReadOffsetFile(arguments.file);
   if (!file) return PrintError(file.error());
-  for (const std::string& line : file->refused) fmt::print(stderr, "{}\n", line);
+  for (const std::string& line : file->refused) fmt::print(stderr, "trammel: {}\n", line);
   const auto chosen = Chosen(*file, arguments.tools);
   if (!chosen) return PrintError(chosen.error());
   const auto known = ParseNow(arguments.now);
