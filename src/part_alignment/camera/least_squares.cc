@@ -73,7 +73,6 @@ ScaledInverse InvertNormal(const Eigen::MatrixXd& jacobian) {
   const Eigen::VectorXd& singular = of.values;
   const Eigen::Index last = singular.size() - 1;
   ScaledInverse inverse;
-  inverse.smallest_singular = singular[last];
   inverse.weakest = of.v.col(last);
   constexpr double kZero = 1e-150;  // its inverse square is still a number
   const Eigen::VectorXd inverse_singular = singular.cwiseMax(kZero).cwiseInverse();

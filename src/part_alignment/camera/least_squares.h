@@ -29,10 +29,8 @@ struct LeastSquaresFit {
 /// where the residuals are in units of their standard deviation.
 struct ScaledInverse {
   Eigen::MatrixXd covariance;
-  /// Smallest singular value of the Jacobian with its columns scaled to length 1: 0 where a
-  /// combination of the parameters is not determined at all.
-  double smallest_singular = 0;
-  /// That combination, in the same scaling, of length 1.
+  /// The combination of the parameters that is determined least, with the Jacobian's columns scaled
+  /// to length 1, of length 1.
   Eigen::VectorXd weakest;
 };
 [[nodiscard]] ScaledInverse InvertNormal(const Eigen::MatrixXd& jacobian);

@@ -82,7 +82,7 @@ std::vector<ToolReading> PlaceTools(const PageView& page, const SheetPlan& plan,
   std::vector<ToolReading> tools(numbers.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     tools[i].tool = numbers[i];
-    tools[i].mark = readings[i];
+    tools[i].coarse_reading = readings[i];
     for (const CoarseMark& mark : plan.coarse_marks) {
       if (mark.tool != numbers[i]) continue;
       tools[i].coarse_place = map.ToPage(
@@ -99,11 +99,11 @@ KnownTools KnowTools(const SheetPlan& plan, const InkColour& reference,
   const double reach_mm = FineReach_mm(plan.settings);
   for (const ToolReading& tool : tools) {
     KnownTool& entry = known[tool.tool];
-    entry.ink = tool.mark.ink;
-    entry.shift = tool.mark.shift;
-    const SheetPoint& apart = tool.mark.from_reference;
+    entry.ink = tool.coarse_reading.ink;
+    entry.shift = tool.coarse_reading.shift;
+    const SheetPoint& apart = tool.coarse_reading.from_reference;
     const double far_mm = std::max(std::abs(apart.u_mm), std::abs(apart.v_mm));
-    if (!tool.mark.found) {
+    if (!tool.coarse_reading.found) {
       entry.why_not = fmt::format("T{} was not found", tool.tool);
     } else if (far_mm > reach_mm) {
       entry.why_not =
@@ -126,7 +126,7 @@ OtherInk FindOtherInk(const SheetPlan& plan, const InkRaster& raster, const InkC
                       const std::vector<ToolReading>& tools) {
   std::map<int, SheetPoint> shift{{plan.settings.reference_tool, SheetPoint{}}};
   for (const ToolReading& tool : tools) {
-    if (tool.mark.found) shift[tool.tool] = tool.mark.shift;
+    if (tool.coarse_reading.found) shift[tool.tool] = tool.coarse_reading.shift;
   }
   return {ForeignLegs(plan, shift, FineReach_mm(plan.settings)),
           StrayInk(raster, plan, shift, Strength(reference))};

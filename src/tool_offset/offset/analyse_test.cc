@@ -234,26 +234,6 @@ TEST(AnalyseSheet, SaysThatAToolsLinesHaveRunTogetherAndNotThatItsInkIsFaint) {
               testing::AllOf(HasSubstr("T1"), HasSubstr("run together")));
 }
 
-/// The scene with one line of one side of the box covered by paper, and T1 off by (0.2, 0.1).
-SheetScene WithoutLine(const SheetPlan& plan, Side side, double inset_mm) {
-  SheetScene scene = QuickScene();
-  scene.offset_mm[1] = {0.2, 0.1};
-  constexpr double kCorner_mm = 0.3;  // of the lines that end there
-  const double u_mm = plan.width_mm / 2 - inset_mm;
-  const double v_mm = plan.height_mm / 2 - inset_mm;
-  const double sign = side == kRight || side == kTop ? 1 : -1;
-  const bool upright = side == kLeft || side == kRight;
-  const auto end = [&](double along) {
-    return OnPaper_mm(plan, scene,
-                      upright ? SheetPoint{sign * u_mm, along * (v_mm - kCorner_mm)}
-                              : SheetPoint{along * (u_mm - kCorner_mm), sign * v_mm});
-  };
-  const auto a = end(-1);
-  const auto b = end(1);
-  scene.more.push_back({a[0], a[1], b[0], b[1], 0.55, scene.paper.paper});
-  return scene;
-}
-
 // The box fits as well one line further in, where half of the sheet's lines are not in their
 // places, or does so along a part of the side.
 TEST(AnalyseSheet, SaysThatASideOfTheBoxHasLostALineUnlessItIsReadAllTheSame) {
@@ -261,8 +241,11 @@ TEST(AnalyseSheet, SaysThatASideOfTheBoxHasLostALineUnlessItIsReadAllTheSame) {
   for (const Side side : {kLeft, kRight, kBottom, kTop}) {
     for (const double inset_mm : plan.box_insets_mm) {
       SCOPED_TRACE(fmt::format("side {}, {} mm inside", static_cast<int>(side), inset_mm));
+      SheetScene scene = QuickScene();
+      scene.offset_mm[1] = {0.2, 0.1};
+      scene.more.push_back(PaperOverBoxLine(plan, scene, side, inset_mm));
       Random random(8);
-      const ScannedScene scan = Scan(plan, WithoutLine(plan, side, inset_mm), random);
+      const ScannedScene scan = Scan(plan, scene, random);
       const auto result = AnalyseSheet(scan.view(), plan);
       if (!result) {
         EXPECT_THAT(result.error().message, HasSubstr("lost one of its 3 lines"));

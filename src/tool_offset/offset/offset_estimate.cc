@@ -70,17 +70,17 @@ void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
   }
   // Fingers are looked for within 0.3 mm; on flat paper they lie within 0.04 mm of each other.
   constexpr double kMostSpread_mm = 0.12;
-  if (tool.mark.spread_mm > kMostSpread_mm) {
+  if (tool.coarse_reading.spread_mm > kMostSpread_mm) {
     return Refuse(
         fmt::format(
             "T{}: the fingers of its combs lie unevenly, by {:.2f} mm: the paper was folded "
             "or moved; print on a flat sheet, taped down along all edges",
-            tool.tool, tool.mark.spread_mm),
+            tool.tool, tool.coarse_reading.spread_mm),
         tool);
   }
   tool.coarse = true;
-  tool.dx_mm = CoarseAnswer(tool.coarse_mm.u_mm, tool.mark.standard_uncertainty_mm);
-  tool.dy_mm = CoarseAnswer(tool.coarse_mm.v_mm, tool.mark.standard_uncertainty_mm);
+  tool.dx_mm = CoarseAnswer(tool.coarse_mm.u_mm, tool.coarse_reading.standard_uncertainty_mm);
+  tool.dy_mm = CoarseAnswer(tool.coarse_mm.v_mm, tool.coarse_reading.standard_uncertainty_mm);
   tool.notice = fmt::format(
       "T{} is {:+.2f} / {:+.2f} mm off, too far for its combs (up to {:.2f} mm): apply this coarse "
       "value, then print and scan the sheet again",
@@ -89,28 +89,28 @@ void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
 
 /// Why a tool could not be found.
 std::string NotFound(const ToolReading& tool) {
-  const CoarseReading& mark = tool.mark;
+  const CoarseReading& coarse = tool.coarse_reading;
   constexpr double kMostPrinted = 0.8;  // of lines; more seem to be there
-  if (mark.beside >= 0 && mark.legs_share > kMostPrinted) {
+  if (coarse.beside >= 0 && coarse.legs_share > kMostPrinted) {
     return fmt::format(
         "T{}: cannot tell where it prints: T{} prints over its lines; set the offset of both "
         "roughly first, or print the sheet with one of them only",
-        tool.tool, mark.beside);
+        tool.tool, coarse.beside);
   }
-  if (mark.ambiguous) {
+  if (coarse.ambiguous) {
     return fmt::format(
         "T{}: cannot tell where it prints: its lines seem to be at two places; look "
         "for what covers them, or set its offset roughly first",
         tool.tool);
   }
-  if (mark.ink.channels > 0 && !IsReadable(mark.ink)) {
-    return fmt::format("T{}: {}", tool.tool, WhyUnreadable(mark.ink, mark.strength));
+  if (coarse.ink.channels > 0 && !IsReadable(coarse.ink)) {
+    return fmt::format("T{}: {}", tool.tool, WhyUnreadable(coarse.ink, coarse.strength));
   }
   return fmt::format(
       "T{}: at no place within {:.0f} mm of its own more than {:.0f} % of its lines are there: it "
       "did not print, breaks off, is too faint on this paper, or is further off; check that it "
       "extrudes and sticks, use a colour that stands out, or set its offset roughly first",
-      tool.tool, kSearch_mm, 100 * mark.legs_share);
+      tool.tool, kSearch_mm, 100 * coarse.legs_share);
 }
 
 /// What a scanner's one-sided light does to a faint line and not to a dark one: the shadow beside a
@@ -155,7 +155,8 @@ void AnswerFinely(const SheetPlan& plan, const SheetModel& model, const SheetRes
                               tool.tool, x->value, y->value, coarse.u_mm, coarse.v_mm),
                   tool);
   }
-  const double shadow_mm = ShadowUncertainty_mm(result.reference_strength, Strength(tool.mark.ink));
+  const double shadow_mm =
+      ShadowUncertainty_mm(result.reference_strength, Strength(tool.coarse_reading.ink));
   tool.dx_mm = Measured::Good(Widened(*x, shadow_mm));
   tool.dy_mm = Measured::Good(Widened(*y, shadow_mm));
 }
@@ -164,11 +165,11 @@ void AnswerTools(const SheetPlan& plan, const SheetModel& model, SheetResult& re
   const Turn turn(plan);
   const double reach_mm = FineReach_mm(plan.settings);
   for (ToolReading& tool : result.tools) {
-    if (!tool.mark.found) {
+    if (!tool.coarse_reading.found) {
       Refuse(NotFound(tool), tool);
       continue;
     }
-    const SheetPoint& apart = tool.mark.from_reference;
+    const SheetPoint& apart = tool.coarse_reading.from_reference;
     tool.coarse_mm = turn.Bed(apart);
     if (std::max(std::abs(apart.u_mm), std::abs(apart.v_mm)) > reach_mm) {
       AnswerCoarsely(plan, tool);

@@ -139,8 +139,6 @@ void Describe(SheetOnPage& sheet) {
   sheet.angle_rad = std::atan2(-u.y_px, u.x_px);
   sheet.quarter_turns =
       (static_cast<int>(std::lround(sheet.angle_rad / (std::numbers::pi / 2))) + 4) % 4;
-  sheet.px_per_mm_u = Length(u);
-  sheet.px_per_mm_v = Length(sheet.map.v_px_mm);
 }
 
 /// Reads the code all four ways round that a found box allows.

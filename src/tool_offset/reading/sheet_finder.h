@@ -26,8 +26,6 @@ struct SheetOnPage {
   bool ink_is_darker = true;   ///< than the paper
   double angle_rad = 0;        ///< of the sheet's u axis on the page, counter-clockwise
   int quarter_turns = 0;       ///< the same to the nearest quarter turn, 0 … 3
-  double px_per_mm_u = 0;      ///< from the box alone
-  double px_per_mm_v = 0;
 };
 
 /// Finds the box, its lines and the code.

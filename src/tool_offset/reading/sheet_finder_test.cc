@@ -61,7 +61,7 @@ TEST_P(SheetFinderAtEveryAngle, PutsEveryPlaceOfTheSheetWithinThirtyMicrons) {
   EXPECT_LT(MapError_mm(plan, scene, *sheet), kMapTolerance_mm);
   EXPECT_TRUE(sheet->ink_is_darker);
   EXPECT_EQ(sheet->code.sheet_id, plan.sheet_id);
-  EXPECT_NEAR(sheet->px_per_mm_u, GetParam().dpi / 25.4, 0.01 * GetParam().dpi / 25.4);
+  EXPECT_NEAR(Length(sheet->map.u_px_mm), GetParam().dpi / 25.4, 0.01 * GetParam().dpi / 25.4);
 }
 
 INSTANTIATE_TEST_SUITE_P(Angles, SheetFinderAtEveryAngle,

@@ -51,11 +51,11 @@ struct ToolReading {
   int tool = 0;
   Measured dx_mm;  ///< where its line lands minus where the reference tool's would, bed axes
   Measured dy_mm;
-  bool coarse = false;     ///< too far off for its teeth: read from its combs as a whole
-  std::string notice;      ///< advice that goes with a value
-  SheetPoint coarse_mm;    ///< from the combs as a whole, bed axes (u is dx, v is dy)
-  PagePoint coarse_place;  ///< of the coarse mark's middle, on sheets that have them
-  CoarseReading mark;      ///< where it prints roughly
+  bool coarse = false;           ///< too far off for its teeth: read from its combs as a whole
+  std::string notice;            ///< advice that goes with a value
+  SheetPoint coarse_mm;          ///< from the combs as a whole, bed axes (u is dx, v is dy)
+  PagePoint coarse_place;        ///< of the coarse mark's middle, on sheets that have them
+  CoarseReading coarse_reading;  ///< where it prints roughly
 };
 
 /// A tool that was put back and picked up again, against itself before.

@@ -123,6 +123,23 @@ std::array<double, 2> OnPaper_mm(const SheetPlan& plan, const SheetScene& scene,
   return {size_mm[0] / 2 + u * c - v * s, size_mm[1] / 2 - (u * s + v * c)};
 }
 
+support::PaperStroke PaperOverBoxLine(const SheetPlan& plan, const SheetScene& scene, Side side,
+                                      double inset_mm) {
+  constexpr double kCorner_mm = 0.3;  // of the lines that end there
+  const double u_mm = plan.width_mm / 2 - inset_mm;
+  const double v_mm = plan.height_mm / 2 - inset_mm;
+  const double sign = side == kRight || side == kTop ? 1 : -1;
+  const bool upright = side == kLeft || side == kRight;
+  const auto end = [&](double along) {
+    return OnPaper_mm(plan, scene,
+                      upright ? SheetPoint{sign * u_mm, along * (v_mm - kCorner_mm)}
+                              : SheetPoint{along * (u_mm - kCorner_mm), sign * v_mm});
+  };
+  const auto a = end(-1);
+  const auto b = end(1);
+  return {a[0], a[1], b[0], b[1], 0.55, scene.paper.paper};
+}
+
 ScannedScene Scan(const SheetPlan& plan, SheetScene scene, Random& random) {
   const auto size_mm = PaperSize_mm(plan, scene);
   scene.paper.width_mm = size_mm[0];

@@ -9,6 +9,7 @@
 #include "base/random.h"
 #include "support/paper_sheet.h"
 #include "tool_offset/reading/page.h"
+#include "tool_offset/reading/page_map.h"
 #include "tool_offset/sheet/sheet_plan.h"
 
 namespace trammel::tool_offset {
@@ -43,6 +44,10 @@ struct ScannedScene {
 /// A scene's page coordinates of a place on the sheet, mm.
 [[nodiscard]] std::array<double, 2> OnPaper_mm(const SheetPlan& plan, const SheetScene& scene,
                                                SheetPoint point);
+
+/// Covers one line of one side of the box, but for its ends.
+[[nodiscard]] support::PaperStroke PaperOverBoxLine(const SheetPlan& plan, const SheetScene& scene,
+                                                    Side side, double inset_mm);
 
 [[nodiscard]] ScannedScene Scan(const SheetPlan& plan, SheetScene scene, Random& random);
 

@@ -194,7 +194,7 @@ SheetPoint ToolSearch::Refine(int tool, SheetPoint shift,
         const double by_mm = i * kInkCell_mm;
         const SheetPoint at{shift.u_mm + (is_x ? by_mm : 0), shift.v_mm + (is_x ? 0 : by_mm)};
         const LegContrast legs = Contrast(comb, at, explained);
-        if (legs.contrast() <= best || (std::abs(i) > kPlateau && !legs.clear())) continue;
+        if (legs.contrast() <= best || (std::abs(i) > kPlateau && !legs.paper_is_clean())) continue;
         best = legs.contrast();
         best_open = legs.open_cells;
         best_mm = by_mm;

@@ -56,7 +56,7 @@ class ToolSearch {
     double open_cells = 0;  ///< of the lines
     [[nodiscard]] double contrast() const { return line - paper; }
     /// Whether the paper has next to no ink: both legs of the fingers are in their places.
-    [[nodiscard]] bool clear() const { return paper < 0.3 * line; }
+    [[nodiscard]] bool paper_is_clean() const { return paper < 0.3 * line; }
   };
   [[nodiscard]] LegContrast Contrast(const ToolComb& comb, SheetPoint shift,
                                      const std::vector<std::uint8_t>& explained) const;

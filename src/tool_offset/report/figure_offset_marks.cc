@@ -46,7 +46,7 @@ void DrawMarkLegs(Canvas& canvas, const PageWindow& window, const to::SheetPlan&
 }
 
 std::string MarkWords(const to::ToolReading& tool) {
-  if (!tool.mark.found) return fmt::format("T{}: no mark found", tool.tool);
+  if (!tool.coarse_reading.found) return fmt::format("T{}: no mark found", tool.tool);
   return fmt::format("T{}: dx {:+.2f}, dy {:+.2f} mm", tool.tool, tool.coarse_mm.u_mm,
                      tool.coarse_mm.v_mm);
 }
@@ -115,16 +115,16 @@ Canvas DrawMarks(const PageView& page, const to::SheetPlan& plan, const to::Shee
     canvas.Clip(panel);
     DrawMarkLegs(canvas, window, plan, result.sheet.map, mark, {},
                  {.color = kBlue, .width_px = 1.5, .dash_px = {4, 3}});
-    if (tool.mark.found) {
-      DrawMarkLegs(canvas, window, plan, result.sheet.map, mark, tool.mark.shift,
+    if (tool.coarse_reading.found) {
+      DrawMarkLegs(canvas, window, plan, result.sheet.map, mark, tool.coarse_reading.shift,
                    {.color = kVermilion, .width_px = 1.5});
     }
     canvas.Unclip();
     canvas.Text({panel.x + panel.width / 2, panel.bottom() + 16}, MarkWords(tool),
                 {.size_px = broad ? 12.0 : 10.5,
-                 .color = tool.mark.found ? kInk : kVermilion,
+                 .color = tool.coarse_reading.found ? kInk : kVermilion,
                  .align = Align::kMiddle,
-                 .bold = !tool.mark.found});
+                 .bold = !tool.coarse_reading.found});
   }
   return canvas;
 }

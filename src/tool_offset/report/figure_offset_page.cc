@@ -128,13 +128,16 @@ void DrawMarks(Canvas& canvas, const PageWindow& window, const to::SheetPlan& pl
     const to::CoarseMark& mark = plan.coarse_marks[i];
     const to::ToolReading& tool = result.tools[i];
     HaloLine(canvas, Outline(window, map, mark.middle, to::kMarkReach_mm, to::kMarkReach_mm),
-             {.color = tool.mark.found ? kBlue : kVermilion, .width_px = 1, .dash_px = {3, 2}});
-    if (tool.mark.found) {
+             {.color = tool.coarse_reading.found ? kBlue : kVermilion,
+              .width_px = 1,
+              .dash_px = {3, 2}});
+    if (tool.coarse_reading.found) {
       Cross(canvas, window.At(tool.coarse_place), 5, {.color = kVermilion, .width_px = 2});
     }
     const PointPx below =
         window.At(map.ToPage({mark.middle.u_mm, mark.middle.v_mm - to::kMarkReach_mm - 2}));
-    TagText(canvas, below, fmt::format("T{}{}", mark.tool, tool.mark.found ? "" : ": no mark"),
+    TagText(canvas, below,
+            fmt::format("T{}{}", mark.tool, tool.coarse_reading.found ? "" : ": no mark"),
             {.size_px = TagPx(canvas), .bold = true});
   }
 }
