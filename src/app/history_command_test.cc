@@ -15,9 +15,9 @@ namespace {
 using measurement::Instrument;
 using measurement::Outcome;
 using nlohmann::json;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 class HistoryCommand : public testing::Test {
  protected:

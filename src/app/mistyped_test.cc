@@ -10,10 +10,10 @@
 namespace trammel::app {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
-using testing::Optional;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::Optional;
 
 class MistypedTest : public testing::Test {
  protected:

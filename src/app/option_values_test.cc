@@ -8,8 +8,8 @@
 namespace trammel::app {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 TEST(WholePair, ReadsTwoNumbersAndNothingElse) {
   ASSERT_TRUE(ParseWholePair("1280x720"));

@@ -12,9 +12,9 @@
 namespace trammel::report {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 Frame Noise() {
   Frame noise(300, 200);

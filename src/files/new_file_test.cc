@@ -18,9 +18,9 @@ namespace trammel::files {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 std::vector<std::string> NamesIn(const fs::path& folder) {
   std::vector<std::string> names;

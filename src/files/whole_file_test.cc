@@ -11,7 +11,7 @@ namespace trammel::files {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 TEST(WholeFile, ReadsEveryByte) {
   const test::TemporaryFolder folder;

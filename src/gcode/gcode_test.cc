@@ -14,9 +14,9 @@
 namespace trammel::gcode {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 TEST(GcodeNumber, HasNoDigitThatSaysNothing) {
   EXPECT_EQ(FormatNumber(1.5, 3), "1.5");

@@ -21,8 +21,8 @@ namespace {
 
 using machine::CapturedFrame;
 using machine::FrameFault;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 /// A live camera whose every picture has the same fault.
 class FaultyCamera final : public machine::FrameSource {

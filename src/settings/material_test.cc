@@ -8,7 +8,7 @@
 namespace trammel::settings {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 TEST(Material, GivesBothTemperaturesAndTheDensity) {
   FilamentSettings filament;

@@ -184,17 +184,17 @@ std::optional<double> Middle(const GrayImage& image, int x_begin, int x_end, dou
 
 void TraceRungs(const GrayImage& image, int margin, const std::vector<Run>& runs,
                 LinePattern& line_pattern) {
-  constexpr int kZones = 30;
+  constexpr int kTraceZones = 30;
   const double inner = image.width - 2.0 * margin;
   for (const Run& run : runs) {
     std::vector<double> x_px, y_px;
     // From the middle outwards both ways, each zone starting where the last one was found.
     for (const int direction : {1, -1}) {
       double near = run.centre();
-      for (int zone = direction > 0 ? kZones / 2 : kZones / 2 - 1; zone >= 2 && zone < kZones - 2;
-           zone += direction) {
-        const int x0 = margin + static_cast<int>(inner * zone / kZones);
-        const int x1 = margin + static_cast<int>(inner * (zone + 1) / kZones);
+      for (int zone = direction > 0 ? kTraceZones / 2 : kTraceZones / 2 - 1;
+           zone >= 2 && zone < kTraceZones - 2; zone += direction) {
+        const int x0 = margin + static_cast<int>(inner * zone / kTraceZones);
+        const int x1 = margin + static_cast<int>(inner * (zone + 1) / kTraceZones);
         const std::optional<double> middle = Middle(image, x0, std::max(x0 + 1, x1), near,
                                                     line_pattern.pitch_px, 0.35 * run.strength);
         if (!middle || std::abs(*middle - near) > 0.25 * line_pattern.pitch_px) continue;

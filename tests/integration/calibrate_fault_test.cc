@@ -20,11 +20,11 @@ namespace {
 using sim::CameraFault;
 using sim::CameraFaultKind;
 using sim::VirtualKlipper;
-using testing::AllOf;
-using testing::AnyOf;
-using testing::Eq;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::AllOf;
+using ::testing::AnyOf;
+using ::testing::Eq;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 constexpr int kWidth = 4;  // at a time; each takes a fifth of a core
 constexpr int kUsage = 1, kNotTrusted = 2, kMachine = 3, kUnsafe = 4, kInterrupted = 130;

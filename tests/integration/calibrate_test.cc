@@ -15,7 +15,7 @@
 namespace trammel::test {
 namespace {
 
-using testing::IsEmpty;
+using ::testing::IsEmpty;
 
 constexpr double kEnough_s = 120;  // a quick calibration takes some 25 s
 

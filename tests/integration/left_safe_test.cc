@@ -15,10 +15,10 @@ namespace trammel::test {
 namespace {
 
 using sim::VirtualKlipper;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
 
 constexpr double kEnough_s = 120;
 constexpr int kMachine = 3, kInterrupted = 130;

@@ -29,8 +29,8 @@ using machine::LinuxCncOptions;
 using machine::LinuxCncShell;
 using part_alignment::MachineFromPart;
 using test::RealLinuxCnc;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 constexpr double kMicron_mm = 1e-3;
 

@@ -12,8 +12,8 @@
 namespace trammel::test {
 namespace {
 
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 constexpr double kEnough_s = 120;  // a quick calibration takes some 25 s
 constexpr const char* kCalibrate = "TRAMMEL_CALIBRATE_PRESSURE_ADVANCE";

@@ -15,9 +15,9 @@ using test::ReadWhole;
 using test::RunTrammel;
 using test::TemporaryFolder;
 using test::WriteWhole;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::StartsWith;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 TEST(OffsetPatternCommand, WritesGcodeThatCarriesItsSettingsAndPreviews) {
   const TemporaryFolder folder;

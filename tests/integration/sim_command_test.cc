@@ -18,7 +18,7 @@ using test::ReadWhole;
 using test::RunTrammel;
 using test::TemporaryFolder;
 using test::WriteWhole;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr const char* kScan =
     "sim scan pattern.gcode --plan pattern.plan.json --frame 64x64 --seed 7 --out scan";

@@ -16,7 +16,7 @@ namespace {
 using test::BackgroundTrammel;
 using test::CommandResult;
 using test::RunTrammel;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr const char* kPrinter = "sim printer --port 0 --machine-socket machine --seed 7";
 constexpr const char* kCamera = "sim camera --machine machine --port 0 --frame 160x120";

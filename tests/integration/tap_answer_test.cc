@@ -17,7 +17,7 @@
 namespace trammel::test {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr double kMacroWaits_s = 5;    // tap_answer_seconds of klipper/trammel.cfg
 constexpr double kAnswerWithin_s = 3;  // tap watch's own limit

@@ -20,7 +20,7 @@ namespace {
 
 using pressure_advance::PatternConfig;
 using settings::ScanSettings;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 TEST(ConfigKeys, EachHasItsOwnNameADescriptionAndItsDefaultWithinItsRange) {
   std::set<std::pair<std::string_view, std::string_view>> names;

@@ -18,7 +18,7 @@ using test::ReadWhole;
 using test::RunTrammel;
 using test::TemporaryFolder;
 using test::WriteWhole;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 // Two lines by each of two tools.
 constexpr const char* kGcode =

@@ -17,7 +17,7 @@ using test::CommandResult;
 using test::ReadWhole;
 using test::RunTrammel;
 using test::TemporaryFolder;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 class SimSpindleCommand : public testing::Test {
  protected:

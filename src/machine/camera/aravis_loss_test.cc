@@ -9,8 +9,8 @@
 namespace trammel::machine {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 TEST(AravisLoss, ACameraWhoseCableIsPulledIsLost) {
   ArvGvFakeCamera* device = arv_gv_fake_camera_new("127.0.0.1", "GV78");

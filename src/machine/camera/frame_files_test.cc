@@ -11,7 +11,7 @@
 namespace trammel::machine {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 class FrameFilesTest : public testing::Test {
  protected:

@@ -23,8 +23,8 @@ using test::HttpPeer;
 using test::MjpegHead;
 using test::MjpegPart;
 using test::ScriptedHttp;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 constexpr double kPatience_s = 5;  // for what comes at once; never waited for in a passing test
 constexpr double kImpatience_s = 0.05;

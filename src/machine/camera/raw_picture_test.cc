@@ -15,8 +15,8 @@
 namespace trammel::machine {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 constexpr std::uint32_t kMono8 = 0x01080001;
 constexpr std::uint32_t kRgb8 = 0x02180014;

@@ -18,8 +18,8 @@
 namespace trammel::machine {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 /// A camera as its driver shows itself. Its descriptor is ready while it has frames.
 class FakeDevice final : public DeviceCalls {

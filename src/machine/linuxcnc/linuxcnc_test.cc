@@ -16,10 +16,10 @@ namespace trammel::machine {
 namespace {
 
 using test::ScriptedLinuxCnc;
-using testing::AllOf;
-using testing::Each;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::Each;
+using ::testing::HasSubstr;
+using ::testing::Not;
 using Fault = ScriptedLinuxCnc::Fault;
 
 LinuxCncOptions Options(const ScriptedLinuxCnc& server) {

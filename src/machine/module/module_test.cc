@@ -12,8 +12,8 @@
 namespace trammel::machine {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 constexpr ModuleName kNone = {"trammel-none", "reading tea leaves", "libtea1 libleaf2"};
 

@@ -15,8 +15,8 @@
 namespace trammel::machine {
 namespace {
 
-using testing::IsEmpty;
-using testing::SizeIs;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 TEST(TapBuilder, CutsATapOutOfForcesAndMoves) {
   TapBuilder builder;

@@ -12,9 +12,9 @@
 namespace trammel::machine {
 namespace {
 
-using testing::Contains;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 class TapStreamAgainTest : public TapStreamTest {
  protected:

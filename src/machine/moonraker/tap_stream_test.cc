@@ -18,7 +18,7 @@
 namespace trammel::machine {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 TEST(ProbeResult, ReadsWhatKlipperSaysOfAProbe) {
   const auto older = ProbeResult("// probe at 150.000,150.000 is z=0.041963");

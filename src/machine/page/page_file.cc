@@ -44,7 +44,7 @@ constexpr std::size_t kSignature = 8;
 
 Result<void> Read(const std::filesystem::path& path, const PageReadOptions& options,
                   const PageSink& sink) {
-  constexpr std::int64_t kMostBytes = 4'000'000'000;
+  constexpr std::int64_t kMostPageBytes = 4'000'000'000;
   const auto start = ReadFileStart(path, kSignature);
   if (!start) return tl::unexpected(start.error());
   const PageFormat format = FormatOf(*start);
@@ -54,7 +54,7 @@ Result<void> Read(const std::filesystem::path& path, const PageReadOptions& opti
   }
   if (format == PageFormat::kTiff) return ReadTiff(path, options, sink);
   if (format == PageFormat::kPdf) return ReadPdf(path, options, sink);
-  const auto bytes = ReadFileBytes(path, kMostBytes);
+  const auto bytes = ReadFileBytes(path, kMostPageBytes);
   if (!bytes) return tl::unexpected(bytes.error());
   if (format == PageFormat::kPng) return One(DecodePng(*bytes, options), sink);
   if (format == PageFormat::kJpeg) return One(DecodeJpeg(*bytes, options), sink);

@@ -17,8 +17,8 @@
 namespace trammel::machine {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 constexpr int kWidth = 37;  // no multiple of eight: rows of bits end within a byte
 constexpr int kHeight = 23;

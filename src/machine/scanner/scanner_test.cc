@@ -16,8 +16,8 @@
 namespace trammel::machine {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 class Scanner : public testing::Test {
  protected:

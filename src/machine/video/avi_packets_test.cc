@@ -13,8 +13,8 @@
 namespace trammel::machine {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 constexpr std::size_t kMostBytes = 1 << 20;
 

@@ -15,8 +15,8 @@
 namespace trammel::machine {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 Frame Ramp(int width, int height, int phase) {
   Frame frame(width, height);

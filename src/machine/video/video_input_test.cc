@@ -24,9 +24,9 @@ extern "C" {
 namespace trammel::machine {
 namespace {
 
-using testing::AllOf;
-using testing::AnyOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
 
 /// The words with which a file is refused, from opening to its last frame; else how many it had.
 std::string Outcome(const std::filesystem::path& path, const VideoLimits& limits = {}) {

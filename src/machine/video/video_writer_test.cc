@@ -17,8 +17,8 @@
 namespace trammel::machine {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 CapturedFrame FrameOf(int phase, int width = 64, int height = 48) {
   const std::string jpeg = test::JpegOf(test::TestPicture(width, height, phase));

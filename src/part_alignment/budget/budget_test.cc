@@ -10,8 +10,8 @@ namespace trammel::part_alignment {
 namespace {
 
 using Eigen::Vector3d;
-using testing::Each;
-using testing::HasSubstr;
+using ::testing::Each;
+using ::testing::HasSubstr;
 
 // The laboratory part of the literature: four targets at the corners of 1.5 x 1 m.
 BudgetScene Laboratory() {

@@ -10,7 +10,7 @@ namespace trammel::part_alignment {
 namespace {
 
 using Eigen::Vector3d;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr double kSigmaPx = 0.03;
 

@@ -16,8 +16,8 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using testing::Contains;
-using testing::HasSubstr;
+using ::testing::Contains;
+using ::testing::HasSubstr;
 
 constexpr double kSigmaPx = 0.02;
 

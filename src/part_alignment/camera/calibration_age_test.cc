@@ -6,7 +6,7 @@
 namespace trammel::part_alignment {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 TEST(CalibrationAge, AYearIsTrustedAndADayMoreIsNot) {
   EXPECT_FALSE(NoticeOfAge("2025-11-22", "2026-11-22"));

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 // Pixels of about 2000 are known to 5e-13 in double; the lens is inverted to a little more.
 constexpr double kSamePx = 1e-9;

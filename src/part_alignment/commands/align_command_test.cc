@@ -19,9 +19,9 @@ namespace {
 using nlohmann::json;
 using test::CommandResult;
 using test::WriteWhole;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr double kExact_mm = 1e-8;  // the numbers pass through text
 constexpr double kExact_rad = 1e-11;

@@ -18,8 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 using nlohmann::json;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 class AlignExamples : public testing::Test {
  protected:

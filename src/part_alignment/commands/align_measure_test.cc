@@ -26,10 +26,10 @@ using nlohmann::json;
 using test::CommandResult;
 using test::ReadWhole;
 using test::ScriptedLinuxCnc;
-using testing::AllOf;
-using testing::Each;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::Each;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 class AlignMeasure : public testing::Test {
  protected:

@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using testing::HasSubstr;
-using testing::StartsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 class AlignMetrology : public testing::Test {
  protected:

@@ -10,8 +10,8 @@ namespace trammel::test {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 class AlignTargets : public testing::Test {
  protected:

@@ -18,8 +18,8 @@ namespace {
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 using geometry::Pose;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 // The texts' own rounding: 1e-6 mm each and 1e-9 degrees at 5 m.
 constexpr double kTextRounding_mm = 1.5e-6;

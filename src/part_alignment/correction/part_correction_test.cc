@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 using geometry::Pose;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr double kRounding_mm = 1e-9;  // metres in double precision, a few operations
 

@@ -15,10 +15,10 @@ namespace {
 using part_alignment::CameraConvention;
 using part_alignment::LooksAlong;
 using test::TemporaryFolder;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::UnorderedElementsAre;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 
 constexpr const char* kCamera = R"({"model": "brown_measured_to_ideal", "image_px": [2592, 1944],
   "pixel_pitch_mm": 0.0022, "focal_length_mm": 6.189, "principal_point_offset_px": [-8.732, 27.52],

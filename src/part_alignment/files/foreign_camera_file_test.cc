@@ -7,7 +7,7 @@ namespace trammel::files {
 namespace {
 
 using part_alignment::OpenCvCamera;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 // The same camera as each program would write it.
 constexpr const char* kYaml = R"(%YAML:1.0

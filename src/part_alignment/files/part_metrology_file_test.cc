@@ -14,7 +14,7 @@
 namespace trammel::files {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 class PartMetrologyFile : public testing::Test {
  protected:

@@ -16,8 +16,8 @@ namespace trammel::part_alignment {
 namespace {
 
 using Eigen::Vector3d;
-using testing::Contains;
-using testing::HasSubstr;
+using ::testing::Contains;
+using ::testing::HasSubstr;
 
 constexpr double kSigma_mm = 0.05;
 constexpr double kWanted_mm = 3;

@@ -12,8 +12,8 @@
 namespace trammel::part_alignment {
 namespace {
 
-using testing::ElementsAre;
-using testing::IsEmpty;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 
 struct Bench {
   explicit Bench(const SolveOptions& stated) : options(stated) {

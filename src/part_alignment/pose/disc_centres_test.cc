@@ -16,7 +16,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using test_support::AlignmentWorld;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr double kSigma_px = 0.02;
 

@@ -17,8 +17,8 @@ using Eigen::Vector3d;
 using machine::CapturedFrame;
 using machine::HostNow;
 using part_alignment::Measurement;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 // Two views of one target, by a machine that goes where it is told.
 struct Shop {

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 using machine::CapturedFrame;
 using part_alignment::Camera;
 using part_alignment::Measurement;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr std::uint64_t kSeed = 31;
 constexpr std::uint32_t kMono8 = 0x01080001;  // PFNC

@@ -12,9 +12,9 @@
 namespace trammel::report {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 namespace pa = part_alignment;
 
 AlignmentOutput Made() {

@@ -13,8 +13,8 @@
 namespace trammel::report {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 part_alignment::CameraCalibration SomeCalibration(part_alignment::GridMeasurement& grid) {
   part_alignment::CameraCalibration calibration;

@@ -131,7 +131,7 @@ void DrawTarget(cairo_t* context, const pa::TargetSheet& sheet, const pa::Placed
 
 void DrawScaleBar(cairo_t* context, const pa::TargetSheet& sheet, int page) {
   constexpr double kTick_mm = 3;
-  const pa::ScaleBar& bar = sheet.scale_bar;
+  const pa::PrintedScaleBar& bar = sheet.scale_bar;
   Grey(context, 0);
   const double end = bar.x_mm + bar.length_mm;
   Line(context, bar.x_mm, bar.y_mm, end, bar.y_mm, kFineLine_mm);

@@ -16,8 +16,8 @@ using part_alignment::PlacedTarget;
 using part_alignment::PlanTargetSheet;
 using part_alignment::SheetRequest;
 using part_alignment::TargetSheet;
-using testing::HasSubstr;
-using testing::StartsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 TargetSheet Plan(const SheetRequest& request) {
   auto sheet = PlanTargetSheet(request);

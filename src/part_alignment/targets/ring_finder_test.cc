@@ -20,8 +20,8 @@ using test::DrawnTarget;
 using test::Expose;
 using test::GreyImage;
 using test::Look;
-using testing::HasSubstr;
-using testing::SizeIs;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
 
 constexpr double kTilt30 = std::numbers::pi / 6;
 constexpr double kTurn = 2 * std::numbers::pi;

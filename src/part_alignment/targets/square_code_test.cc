@@ -10,8 +10,8 @@
 namespace trammel::part_alignment {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 /// "#" is white, rows from the top.
 std::uint32_t Drawn(const std::array<const char*, 5>& rows) {

@@ -21,8 +21,8 @@ using test::Expose;
 using test::GreyImage;
 using test::Look;
 using test::SquareTarget;
-using testing::HasSubstr;
-using testing::SizeIs;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kDegree = std::numbers::pi / 180;

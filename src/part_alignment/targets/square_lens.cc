@@ -31,7 +31,7 @@ std::optional<ImagePoint> Seen(const Camera& camera, const ImagePoint& ideal, do
   return ImagePoint{pixel->x(), pixel->y()};
 }
 
-ImagePoint Between(const ImagePoint& a, const ImagePoint& b, double share) {
+ImagePoint PointBetween(const ImagePoint& a, const ImagePoint& b, double share) {
   return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y)};
 }
 
@@ -45,7 +45,7 @@ std::optional<IdealLine> StraightenedEdge(const Camera& camera, const ImagePoint
   ImagePoint mean;
   for (int i = 0; i < kPoints; ++i) {
     const double share = 0.5 + kFitted * (i + 0.5 - 0.5 * kPoints) / kPoints;
-    const auto ideal = Ideal(camera, Between(from, to, share));
+    const auto ideal = Ideal(camera, PointBetween(from, to, share));
     if (!ideal) return std::nullopt;
     points[static_cast<std::size_t>(i)] = ideal->at;
     mean.x += ideal->at.x / kPoints;
@@ -72,7 +72,7 @@ std::optional<double> LensBow(const Camera& camera, const ImagePoint& from, cons
                               const ImagePoint& centre, double side) {
   const auto a = Seen(camera, from, side);
   const auto b = Seen(camera, to, side);
-  const auto middle = Seen(camera, Between(from, to, 0.5), side);
+  const auto middle = Seen(camera, PointBetween(from, to, 0.5), side);
   if (!a || !b || !middle) return std::nullopt;
   const auto off = [&](const ImagePoint& p) {
     const ImagePoint span{b->x - a->x, b->y - a->y};

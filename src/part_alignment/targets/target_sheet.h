@@ -33,7 +33,7 @@ struct PlacedTarget {
 };
 
 /// A line of known length on every page, between two ticks.
-struct ScaleBar {
+struct PrintedScaleBar {
   double x_mm = 0;  ///< of the first tick
   double y_mm = 0;
   double length_mm = 0;
@@ -46,7 +46,7 @@ struct TargetSheet {
   /// one of its modules is white all around.
   double square_mm = 0;
   double label_mm = 0;  ///< height of the number's letters below the square
-  ScaleBar scale_bar;
+  PrintedScaleBar scale_bar;
   std::vector<PlacedTarget> targets;
 };
 

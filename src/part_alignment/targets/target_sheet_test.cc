@@ -11,7 +11,7 @@
 namespace trammel::part_alignment {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 TEST(TargetSheet, KeepsTargetsApartAndOnThePage) {
   for (const double radius_mm : {1.0, 5.0, 20.0}) {

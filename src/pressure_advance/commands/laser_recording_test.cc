@@ -16,8 +16,8 @@ namespace {
 
 using nlohmann::json;
 using test::LaserWorld;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 constexpr int kFrames = 60;
 

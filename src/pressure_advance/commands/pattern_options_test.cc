@@ -8,8 +8,8 @@
 namespace trammel::app {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 TEST(PressureAdvances, ReadsListsStepsAndCounts) {
   EXPECT_THAT(*ParsePressureAdvances("0,0.01, 0.5"), ElementsAre(0, 0.01, 0.5));

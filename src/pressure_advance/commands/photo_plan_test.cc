@@ -12,9 +12,9 @@ namespace {
 
 using pressure_advance::PatternConfig;
 using pressure_advance::PatternPlan;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 PatternPlan PlanOf(PatternConfig config) {
   config.pressure_advances_s = {0.01, 0.02, 0.04};

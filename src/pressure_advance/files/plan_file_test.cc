@@ -16,8 +16,8 @@ namespace {
 using nlohmann::json;
 using pressure_advance::PatternConfig;
 using pressure_advance::PatternPlan;
-using testing::HasSubstr;
-using testing::StartsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 PatternPlan PlanOf(const PatternConfig& config) {
   return MakePlan(LayOut(config), config, "pattern.gcode");

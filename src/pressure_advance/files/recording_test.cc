@@ -15,8 +15,8 @@ namespace trammel::files {
 namespace {
 
 using nlohmann::json;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 json Valid() {
   return json::parse(R"({"format": 1, "eye": "laser", "scan_speed_mm_s": 6.667, "px_per_mm": 44.0,

@@ -14,7 +14,7 @@
 namespace trammel::pressure_advance {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 TEST(FindCrop, RefusesAPictureThatIsTooSmallForALaserLineByItsSize) {
   vision::LaserLineWorkspace workspace;

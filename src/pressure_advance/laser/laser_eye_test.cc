@@ -16,7 +16,7 @@ namespace {
 
 using test::DrawLaserFrame;
 using test::LaserWorld;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 Scan PaperScan() {
   Scan scan;

@@ -12,7 +12,7 @@
 namespace trammel::pressure_advance {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 struct Refusal {
   const char* claim;

@@ -20,12 +20,12 @@ namespace {
 using machine::CameraClock;
 using machine::CameraTime;
 using machine::CapturedFrame;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Lines of a pattern swept under a camera whose pictures show where it is.
-class ScanRecordingTest : public testing::Test {
+class ScanRecordingTest : public ::testing::Test {
  protected:
   ScanRecordingTest() {
     world_.still_s = 0.5;

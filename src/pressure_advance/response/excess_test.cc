@@ -11,7 +11,7 @@
 namespace trammel::pressure_advance {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr double kStep_mm = 0.1;
 constexpr double kArea_mm2 = 0.11;

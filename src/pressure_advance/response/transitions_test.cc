@@ -6,7 +6,7 @@
 namespace trammel::pressure_advance {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr double kRounding = 1e-12;
 

@@ -22,8 +22,8 @@ namespace {
 
 using test::Delivery;
 using test::SweepWorld;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 /// What the client knows of a sweep's times.
 enum class Known { kCaptureAndOffset, kCaptureOnly, kArrivals };

@@ -261,7 +261,7 @@ TEST(SpindleCamera, OneSeedIsOnePicture) {
 }
 
 TEST(SpindleCamera, RefusesByName) {
-  using testing::HasSubstr;
+  using ::testing::HasSubstr;
   const auto why = [](const SpindlePicture& picture) {
     const auto page = TakePicture(picture, Random(1));
     return page ? std::string() : page.error().message;

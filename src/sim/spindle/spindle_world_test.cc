@@ -228,7 +228,7 @@ TEST(SpindleScene, EveryStopSeesItsOwnTargetWithRoomForItsRing) {
 }
 
 TEST(SpindleSetup, IsRefusedByName) {
-  using testing::HasSubstr;
+  using ::testing::HasSubstr;
   SpindleSetup setup = LaboratoryScene(300);
   setup.stops[2].stated_mm[2] = 2000;
   EXPECT_THAT(Validate(setup).error().message, HasSubstr("stop 3 has Z 2000 mm"));

@@ -11,9 +11,9 @@
 namespace trammel::tap {
 namespace {
 
-using testing::ElementsAre;
-using testing::IsEmpty;
-using testing::SizeIs;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 std::vector<TapResult> Taps(std::size_t count, double sigma_mm, Random& random) {
   std::vector<TapResult> taps;

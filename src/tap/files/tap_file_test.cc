@@ -22,9 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using tap::Recording;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::SizeIs;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
 
 constexpr const char* kMoves =
     R"([{"print_time":1,"move_t":2,"start_v":3,"accel":4,"start_x":7,"start_y":8,"start_z":5,"x_r":0,"y_r":0,"z_r":-1}])";

@@ -17,8 +17,8 @@ namespace trammel::report {
 namespace {
 
 using nlohmann::json;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 PlottedTap MakeTap(double z_mm, Random& random) {
   PlottedTap tap;

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kFrequencies = 512;
 constexpr std::size_t kLeastSamples = 32;
-constexpr std::size_t kMostSamples = 1024;
+constexpr std::size_t kMostSpectrumSamples = 1024;
 constexpr std::size_t kMostStretches = 200;
 constexpr std::size_t kMostLines = 12;
 /// Between lines nearer than this many bins of 1 / duration a Hann window cannot tell.
@@ -35,7 +35,7 @@ struct Stretch {
 void Collect(const TapView& tap, double from_s, double to_s, std::vector<Stretch>& stretches) {
   Stretch stretch;
   const std::size_t count = std::min(tap.time_s.size(), tap.force_g.size());
-  for (std::size_t i = 0; i < count && stretch.time_s.size() < kMostSamples; ++i) {
+  for (std::size_t i = 0; i < count && stretch.time_s.size() < kMostSpectrumSamples; ++i) {
     const double time = tap.time_s[i];
     if (!(time >= from_s && time <= to_s) || !std::isfinite(tap.force_g[i])) continue;
     if (!stretch.time_s.empty() && time <= stretch.time_s.back()) continue;

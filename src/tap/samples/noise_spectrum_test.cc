@@ -11,7 +11,7 @@
 namespace trammel::tap {
 namespace {
 
-using testing::IsEmpty;
+using ::testing::IsEmpty;
 
 struct Sine {
   double frequency_hz = 0;

@@ -14,7 +14,7 @@ constexpr std::size_t kTrialTaps = 200;
 constexpr std::size_t kLeastTrialTaps = 60;  // all of which must be good to show 95 %
 constexpr std::size_t kQuickTaps = 24;
 constexpr double kQuickShare = 0.9;
-constexpr double kMostSamples = 4e6;
+constexpr double kMostTrialSamples = 4e6;
 constexpr double kSamplesPerTrial = 1.2e6;
 constexpr double kEnough = 0.95;
 constexpr double kMostShallow = 0.05;
@@ -95,7 +95,7 @@ class Trials {
     return RunTrial(world_, settings, options_.analysis, taps, options_.seed);
   }
   [[nodiscard]] bool MayRun(const TrialSettings& settings, std::size_t taps) const {
-    return samples_ + Samples(settings, taps) <= kMostSamples;
+    return samples_ + Samples(settings, taps) <= kMostTrialSamples;
   }
 
  private:

@@ -13,7 +13,7 @@ namespace trammel::tap {
 namespace {
 
 using test_support::TapDrawing;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr double kStiffness_g_mm = 3500;
 constexpr double kNoise_g = 8;

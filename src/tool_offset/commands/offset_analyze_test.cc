@@ -18,9 +18,9 @@ namespace trammel::test {
 namespace {
 
 using nlohmann::json;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr int kSeed = 31;
 // T1 as drawn by hand, so that both signs and both axes are told apart.

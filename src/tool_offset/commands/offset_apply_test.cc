@@ -11,9 +11,9 @@
 namespace trammel::test {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 // T1 keeps 0.25, -0.5 and lands 0.1234, -0.0456 beside: it shall keep 0.1266, -0.4544.
 constexpr const char* kResult = R"({"format": 1, "tools": [

@@ -15,8 +15,8 @@
 namespace trammel::test {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
 class OffsetScan : public testing::Test {
  protected:

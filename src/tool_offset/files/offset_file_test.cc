@@ -9,8 +9,8 @@
 namespace trammel::files {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 class OffsetFileTest : public testing::Test {
  protected:

@@ -10,8 +10,8 @@
 namespace trammel::files {
 namespace {
 
-using testing::HasSubstr;
-using testing::SizeIs;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
 
 OffsetChange Change(OffsetStage stage, int tool) {
   OffsetChange change;

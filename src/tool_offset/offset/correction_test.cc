@@ -6,9 +6,9 @@
 namespace trammel::tool_offset {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using enum OffsetFirmware;
 
 // Where a line lands for the command (0, 0), by each firmware's own arithmetic: `nozzle` is where

@@ -15,9 +15,9 @@
 namespace trammel::report {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
 namespace to = tool_offset;
 
 struct Drawn {

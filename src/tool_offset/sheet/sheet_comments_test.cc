@@ -13,8 +13,8 @@
 namespace trammel::tool_offset {
 namespace {
 
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 SheetSettings Unusual() {
   SheetSettings settings;

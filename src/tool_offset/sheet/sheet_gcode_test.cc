@@ -17,8 +17,8 @@ namespace trammel::tool_offset {
 namespace {
 
 using gcode::Dialect;
-using testing::HasSubstr;
-using testing::Not;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// Positions are written to 0.1 µm.
 constexpr double kWritten_mm = 1e-4;

@@ -14,7 +14,7 @@ namespace trammel::tool_offset {
 namespace {
 
 using gcode::Dialect;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 SheetSettings OfAbs() {
   SheetSettings settings;

@@ -15,8 +15,8 @@
 namespace trammel::tool_offset {
 namespace {
 
-using testing::HasSubstr;
-using testing::IsEmpty;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 std::string ProblemAfter(const std::function<void(SheetSettings&)>& change) {
   SheetSettings settings;
