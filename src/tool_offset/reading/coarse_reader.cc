@@ -203,19 +203,19 @@ void ReadCombs(const PageView& page, const PageMap& map, const SheetPlan& plan,
   }
   reading.found = !axes[0].absolute_mm.empty() && !axes[1].absolute_mm.empty();
   if (!reading.found) return;
-  // A place one leg further on fits the fingers of a single structure as well.
-  const auto few = [](const AxisPlaces& axis) {
-    return axis.searched || axis.absolute_mm.size() < 2;
-  };
-  if (few(axes[0]) && few(axes[1]) && (axes[0].searched || axes[1].searched)) {
-    reading.found = false;
-    reading.beside = plan.settings.reference_tool;
-    return;
-  }
   reading.beside = -1;
   reading.shift = {Mean(axes[0].absolute_mm), Mean(axes[1].absolute_mm)};
   reading.from_reference = {Mean(axes[0].relative_mm), Mean(axes[1].relative_mm)};
   reading.standard_uncertainty_mm = std::max(axes[0].uncertainty_mm(), axes[1].uncertainty_mm());
+  // A place one leg further on fits the fingers of a single structure as well: the interval holds
+  // both.
+  const auto few = [](const AxisPlaces& axis) {
+    return axis.searched || axis.absolute_mm.size() < 2;
+  };
+  if (few(axes[0]) && few(axes[1]) && (axes[0].searched || axes[1].searched)) {
+    reading.standard_uncertainty_mm =
+        std::hypot(reading.standard_uncertainty_mm, plan.settings.leg_spacing_mm / 2);
+  }
 }
 
 }  // namespace
