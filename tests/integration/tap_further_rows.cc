@@ -197,6 +197,33 @@ void PushPresses(Rows& rows) {
   }
 }
 
+// Toes that stiffen otherwise than those above: at once, over other parts of their depth, or
+// exponentially.
+void PushToes(Rows& rows) {
+  const auto push = [&](const std::string& kind, double um, double share, double noise_g) {
+    TapRow& row = Push(rows, fmt::format("{} {} um at {} of k, {} gf", kind, um, share, noise_g));
+    row.cell.disturbance.noise_g = noise_g;
+    row.cell.press.law.toe_mm = um * kMm;
+    row.cell.press.law.toe_share = share;
+    return &row.cell.press.law;
+  };
+  const auto push_rounded = [&](double rounding, double um, double share, double noise_g) {
+    push(fmt::format("toe rounded over {},", rounding), um, share, noise_g)->toe_rounding =
+        rounding;
+  };
+  const auto push_exponential = [&](double um, double share, double noise_g) {
+    push("exponential toe of", um, share, noise_g)->toe_kind = sim::ToeKind::kExponential;
+  };
+  for (const double um : {5.0, 10.0}) {
+    for (const double rounding : {0.0, 0.25, 0.75, 1.0}) {
+      push_rounded(rounding, um, 0.1, 0.5);
+    }
+    push_exponential(um, 0.1, 0.5);
+  }
+  push_rounded(0.75, 10, 0.2, 2);
+  push_exponential(10, 0.2, 2);
+}
+
 void PushStructure(Rows& rows) {
   for (const double hz : {5.0, 8.0, 12.0, 20.0, 40.0}) {
     for (const double share : {0.03, 0.12, 0.3}) {
@@ -278,6 +305,7 @@ std::vector<TapRow> FurtherRows() {
   PushRates(rows);
   PushStamps(rows);
   PushPresses(rows);
+  PushToes(rows);
   PushStructure(rows);
   PushStrands(rows);
   return rows;

@@ -46,6 +46,20 @@ double MissBound::LeastMissed(double least_held) const {
   return ShareBelow(limit, -0.5, distance);
 }
 
+double MissBound::LeastHolding(double held_here) const {
+  constexpr double kReach = 1e3;
+  if (distance.empty()) return 0;
+  const double missed = 1 - held_here;
+  const double limit =
+      Solve(missed, kReach, [&](double at) { return ShareBelow(at, -0.5, distance); });
+  return 1 - ShareBelow(limit, 0.5, distance);
+}
+
+double MissBound::LeastWidening_um(double held_here) const {
+  const double more = std::max(0.0, LeastHolding(held_here) - (1 - left_out));
+  return 0.5 * more * std::max(0.0, apart_um - half_width_um);
+}
+
 namespace {
 
 // Analyses a row's tap as it would be with a smooth press.
@@ -53,6 +67,7 @@ void AddSmooth(const TapRow& row, sim::SimulatedTap tap, const QuietTap& quiet,
                const SmoothPress& smooth, MissBound& bound, TapAnswers& answers) {
   constexpr double kLeastDistance = 1e-3;
   bound.distance.push_back(std::max(smooth.misfit, kLeastDistance));
+  bound.apart_um += kUmPerMm * std::abs(smooth.shift_mm);
   for (std::size_t s = 0; s < smooth.force_g.size(); ++s) {
     tap.force_g[quiet.first + s] += smooth.force_g[s] - quiet.tap.force_g[quiet.first + s];
   }
@@ -92,6 +107,7 @@ MissBound BoundMisses(TapRow row, int taps, std::uint64_t first_seed, double lea
   for (std::size_t k = 0; k < std::size(kExcess); ++k) {
     MissBound& bound = bounds[k];
     bound.left_out /= taps;
+    bound.apart_um /= std::max<double>(1, static_cast<double>(bound.distance.size()));
     bound.held = answers[k].Coverage();
     bound.half_width_um = answers[k].half_width_um.empty() ? 0 : Mean(answers[k].half_width_um);
     if (bound.LeastMissed(least_held) > most->LeastMissed(least_held)) most = &bound;

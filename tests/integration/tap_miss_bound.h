@@ -24,12 +24,20 @@ struct MissBound {
                                  ///< row's contact, as a share of all.
   double held = 0;               ///< Intervals of these that hold the smooth press's own contact.
   double half_width_um = 0;      ///< Of these, on average.
+  double apart_um = 0;           ///< Between the contacts of the two presses, on average.
 
   /// Of the row's taps: at least so many are good and miss. p counts as kMostLeftOut at most: an
   /// interval that is surer than this of a smooth press is too narrow, and excused for no more. 0
   /// where intervals on the smooth press hold its own contact in less than `least_held`, for then
   /// they are too narrow, too.
   [[nodiscard]] double LeastMissed(double least_held) const;
+  /// Of the smooth press's taps: at least so many have an interval that holds the row's contact,
+  /// too, where the share `held_here` of the row's have one. The same lemma, the other way round.
+  [[nodiscard]] double LeastHolding(double held_here) const;
+  /// By how much more the intervals on the smooth press are then wide, half of it, on average: of
+  /// those that have to hold the row's contact beyond what they do now, the way there from an end
+  /// a half-width away from their own. 0 where they hold it often enough.
+  [[nodiscard]] double LeastWidening_um(double held_here) const;
 };
 
 inline constexpr double kMostLeftOut = 0.95;

@@ -186,6 +186,22 @@ TEST(TapStudy, TheMissBoundExcusesNoIntervalThatIsTooNarrow) {
   EXPECT_EQ(bound.LeastMissed(0.93), 0);
 }
 
+TEST(TapStudy, TheMissBoundTellsWhatHoldingTheRowsContactCosts) {
+  // One press 1.5 deviations and 3 um away: what holds it in 90 % of its taps holds it in
+  // Phi(1.282 - 1.5) of the other's, of which 5 % do so now, from an end that is 1 um away.
+  MissBound bound;
+  bound.distance = {1.5};
+  bound.held = 0.95;
+  bound.left_out = 0.95;
+  bound.half_width_um = 1;
+  bound.apart_um = 3;
+  EXPECT_NEAR(bound.LeastHolding(0.9), 0.4136, 1e-3);
+  EXPECT_NEAR(bound.LeastWidening_um(0.9), 0.5 * (0.4136 - 0.05) * 2, 1e-3);
+  // What misses as seldom as noise allows needs no wider interval.
+  EXPECT_NEAR(bound.LeastHolding(1 - bound.LeastMissed(0.9)), 0.05, 1e-3);
+  EXPECT_NEAR(bound.LeastWidening_um(1 - bound.LeastMissed(0.9)), 0, 1e-3);
+}
+
 TEST(TapStudy, TheMissBoundFindsAnHonestIntervalOnTheNearestSmoothPress) {
   constexpr int kTaps = 60;
   TapRow toe;
