@@ -14,7 +14,6 @@ using part_alignment::AlignmentResidual;
 using part_alignment::Observability;
 
 constexpr int kFormat = 1;
-constexpr double kPerMilleOf = 1e3;  // mm/m are 1e-3 rad
 
 template <class Vector>
 Json List(const Vector& values) {
@@ -70,7 +69,7 @@ void AddValues(const AlignmentOutput& output, Json& json) {
   const part_alignment::Unknowns& solved = output.solved;
   json["part_mm"] = if_told(true, List(alignment.machine_from_part.translation_mm));
   json["part_angles_rad"] = if_told(true, List(angles_rad));
-  json["part_angles_mm_per_m"] = if_told(true, List(Eigen::Vector3d(angles_rad * kPerMilleOf)));
+  json["part_angles_mm_per_m"] = if_told(true, List(Eigen::Vector3d(angles_rad * kPerMille.scale)));
   json["clamp_angle_rad"] = if_told(solved.clamp_angle, Number(clamping.angle_rad));
   json["clamp_eccentricity_mm"] =
       if_told(solved.clamp_eccentricity, List(clamping.eccentricity_mm));

@@ -19,14 +19,13 @@ using part_alignment::RemainderAt;
 using part_alignment::SupportMove;
 
 constexpr int kFormat = 1;
-constexpr double kPerMilleOf = 1e3;
 
 Json List(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
 Json PoseJson(const geometry::Pose& pose) {
   return {{"part_mm", List(pose.translation_mm)},
           {"part_angles_rad", List(pose.angles_rad)},
-          {"part_angles_mm_per_m", List(pose.angles_rad * kPerMilleOf)}};
+          {"part_angles_mm_per_m", List(pose.angles_rad * kPerMille.scale)}};
 }
 
 Json FixtureJson(const FixtureCorrection& fixture) {
@@ -36,7 +35,7 @@ Json FixtureJson(const FixtureCorrection& fixture) {
                         {"shim_mm", move.shim_mm},
                         {"displacement_mm", List(move.displacement_mm)}});
   }
-  return {{"rotation_mm_per_m", List(fixture.rotation_rad * kPerMilleOf)},
+  return {{"rotation_mm_per_m", List(fixture.rotation_rad * kPerMille.scale)},
           {"supports", std::move(supports)},
           {"freedoms_held", fixture.rank},
           {"after", PoseJson(fixture.machine_from_part)}};
@@ -51,7 +50,7 @@ std::string Signed(const Eigen::Vector3d& v, int decimals) {
 std::string FixtureText(const FixtureCorrection& fixture) {
   std::string text =
       fmt::format("fixture    turn the part by {} mm/m about the machine's X, Y, Z\n",
-                  Signed(fixture.rotation_rad * kPerMilleOf, 4));
+                  Signed(fixture.rotation_rad * kPerMille.scale, 4));
   for (const SupportMove& move : fixture.moves) {
     text += fmt::format("  support {:<18} shim {} mm   (its point is to move {} mm)\n", move.id,
                         NumberText(move.shim_mm, 3, true), Signed(move.displacement_mm, 3));
@@ -115,8 +114,8 @@ std::string ToJson(const CorrectionOutput& output) {
                          {"set", output.text.set},
                          {"use", output.text.use},
                          {"notes", output.text.notes}};
-  json["remainder"] = {{"tilt_mm_per_m", Json::array({offset.tilt_rad.x() * kPerMilleOf,
-                                                      offset.tilt_rad.y() * kPerMilleOf})},
+  json["remainder"] = {{"tilt_mm_per_m", Json::array({offset.tilt_rad.x() * kPerMille.scale,
+                                                      offset.tilt_rad.y() * kPerMille.scale})},
                        {"largest_mm", offset.largest_remainder_mm},
                        {"points", std::move(points)}};
   json["notices"] = output.notices;
@@ -135,7 +134,7 @@ std::string CorrectionText(const CorrectionOutput& output) {
   text += fmt::format(
       "remainder  tilts of {:+.4f} (about x) and {:+.4f} mm/m (about y): {:.4f} mm at most over "
       "the {} points{}; of each, where the offset puts it less where it is:\n",
-      offset.tilt_rad.x() * kPerMilleOf, offset.tilt_rad.y() * kPerMilleOf,
+      offset.tilt_rad.x() * kPerMille.scale, offset.tilt_rad.y() * kPerMille.scale,
       offset.largest_remainder_mm, offset.remainder.size(),
       output.tilts ? " if the control did not take them" : "");
   for (const RemainderAt& at : offset.remainder) {

@@ -35,8 +35,6 @@ Json Matrix(const Eigen::MatrixXd& m) {
   return rows;
 }
 
-std::string Ended(const Json& json) { return JsonText(json); }
-
 const char* ParameterName(int i) {
   return part_alignment::kCameraParameterNames[static_cast<std::size_t>(i)];
 }
@@ -78,20 +76,20 @@ std::string ToJson(const CameraCalibration& calibration) {
                          {"sigma_px", Number(residual.sigma_px)},
                          {"used", residual.used}});
   }
-  return Ended({{"format", 1},
-                {"verdict", ToString(calibration.verdict)},
-                {"reason", calibration.reason},
-                {"parameters", parameters},
-                {"covariance", good ? Matrix(calibration.covariance) : Json(nullptr)},
-                {"residual_rms_px", Number(calibration.residual_rms_px)},
-                {"residual_rms_sigma", Number(calibration.residual_rms_sigma)},
-                {"degrees_of_freedom", calibration.degrees_of_freedom},
-                {"distance_mm", good ? Json::array({Number(calibration.nearest_mm),
-                                                    Number(calibration.farthest_mm)})
-                                     : Json(nullptr)},
-                {"cross_validation", planes},
-                {"residuals", residuals},
-                {"notices", calibration.notices}});
+  return JsonText({{"format", 1},
+                   {"verdict", ToString(calibration.verdict)},
+                   {"reason", calibration.reason},
+                   {"parameters", parameters},
+                   {"covariance", good ? Matrix(calibration.covariance) : Json(nullptr)},
+                   {"residual_rms_px", Number(calibration.residual_rms_px)},
+                   {"residual_rms_sigma", Number(calibration.residual_rms_sigma)},
+                   {"degrees_of_freedom", calibration.degrees_of_freedom},
+                   {"distance_mm", good ? Json::array({Number(calibration.nearest_mm),
+                                                       Number(calibration.farthest_mm)})
+                                        : Json(nullptr)},
+                   {"cross_validation", planes},
+                   {"residuals", residuals},
+                   {"notices", calibration.notices}});
 }
 
 std::string ToJson(const PartFitInput& input, const PartFit& fit) {
@@ -113,22 +111,23 @@ std::string ToJson(const PartFitInput& input, const PartFit& fit) {
   std::set<std::string> bar_ends;
   for (const part_alignment::ScaleBar& bar : input.bars) bar_ends.insert({bar.from, bar.to});
   const geometry::Pose& pose = fit.ideal_from_measured;
-  return Ended({{"format", 1},
-                {"verdict", ToString(fit.verdict)},
-                {"reason", fit.reason},
-                {"targets", good ? targets : Json(nullptr)},
-                {"targets_covariance_mm2", good ? Matrix(fit.covariance) : Json(nullptr)},
-                {"bar_ends", bar_ends},
-                {"ideal_from_measured", good ? Json{{"translation_mm", List(pose.translation_mm)},
-                                                    {"angles_rad", List(pose.angles_rad)}}
-                                             : Json(nullptr)},
-                {"scale", good ? Number(fit.scale) : Json(nullptr)},
-                {"scale_standard_uncertainty", good ? Number(fit.scale_sigma) : Json(nullptr)},
-                {"least_overstock_mm", good ? Number(fit.least_mm) : Json(nullptr)},
-                {"mean_overstock_mm", good ? Number(fit.mean_mm) : Json(nullptr)},
-                {"uneven_mm", good ? Number(fit.uneven_mm) : Json(nullptr)},
-                {"overstocks", stock_allowances},
-                {"notices", fit.notices}});
+  return JsonText(
+      {{"format", 1},
+       {"verdict", ToString(fit.verdict)},
+       {"reason", fit.reason},
+       {"targets", good ? targets : Json(nullptr)},
+       {"targets_covariance_mm2", good ? Matrix(fit.covariance) : Json(nullptr)},
+       {"bar_ends", bar_ends},
+       {"ideal_from_measured", good ? Json{{"translation_mm", List(pose.translation_mm)},
+                                           {"angles_rad", List(pose.angles_rad)}}
+                                    : Json(nullptr)},
+       {"scale", good ? Number(fit.scale) : Json(nullptr)},
+       {"scale_standard_uncertainty", good ? Number(fit.scale_sigma) : Json(nullptr)},
+       {"least_overstock_mm", good ? Number(fit.least_mm) : Json(nullptr)},
+       {"mean_overstock_mm", good ? Number(fit.mean_mm) : Json(nullptr)},
+       {"uneven_mm", good ? Number(fit.uneven_mm) : Json(nullptr)},
+       {"overstocks", stock_allowances},
+       {"notices", fit.notices}});
 }
 
 std::string ToJson(const Budget& budget) {
@@ -148,7 +147,7 @@ std::string ToJson(const Budget& budget) {
         {"simulated_expanded_mm",
          budget.trials > 0 ? Number(axis.simulated_expanded_mm) : Json(nullptr)}};
   }
-  return Ended({{"format", 1}, {"trials", budget.trials}, {"axes", axes}});
+  return JsonText({{"format", 1}, {"trials", budget.trials}, {"axes", axes}});
 }
 
 std::vector<ParameterWords> CalibratedParameters(const CameraCalibration& calibration) {
