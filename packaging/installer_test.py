@@ -1,0 +1,299 @@
+#!/usr/bin/env python3
+"""The installer, on homes as printers have them: what it installs, and that it takes exactly that back."""
+import json
+import os
+import pathlib
+import shutil
+import stat
+import sys
+import tempfile
+import unittest
+import unittest.mock
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from installer import InstallError, edits, install, printers, unit  # noqa: E402
+
+SOURCE = pathlib.Path(__file__).resolve().parent.parent
+RELEASE = {"project_owner": "maker", "project_name": "trammel", "asset_name": "trammel-amd64.zip", "version": "v1.0.0"}
+LINK = "http://printer.local:7130/"
+MOONRAKER = b"[server]\nhost: 0.0.0.0\nport: 7126\n\n[update_manager]\nchannel: dev\n"
+NAVIGATION = b'[\n  {"title": "KlipperFleet", "href": ":8321", "position": 86}\n]\n'
+# What a caller sees of a process that died of itself, without any handler of Python's.
+DIED = 9
+
+
+def snapshot(folder):
+    """Every folder, and every file with its mode and bytes."""
+    return {str(path.relative_to(folder)): (stat.S_IMODE(path.stat().st_mode), path.read_bytes() if path.is_file() else None)
+            for path in sorted(folder.rglob("*"))}
+
+
+class Home(unittest.TestCase):
+    def setUp(self):
+        self.root = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.root)
+        # The test kills processes, not the computer: nothing has to wait for the disk.
+        patch = unittest.mock.patch("os.fsync")
+        patch.start()
+        self.addCleanup(patch.stop)
+        self.home = self.root / "home"
+        self.units = self.root / "units"
+        self.units.mkdir()
+        self.program = self.root / "trammel"
+        shutil.copytree(SOURCE / "klipper", self.program / "share/trammel/klipper")
+        self.commands = []
+        self.printer("printer_data")
+
+    def printer(self, name, moonraker=MOONRAKER, allowed=b"klipper_mcu\nmoonraker\n", navigation=NAVIGATION):
+        data = self.home / name
+        (data / "config").mkdir(parents=True)
+        (data / "config/moonraker.conf").write_bytes(moonraker)
+        (data / "moonraker.asvc").write_bytes(allowed)
+        if navigation is not None:
+            (data / "config/.theme").mkdir()
+            (data / "config/.theme/navi.json").write_bytes(navigation)
+        return data
+
+    def run_as_root(self, words):
+        """Stands in for sudo: does what touches files, and notes the rest."""
+        self.assertEqual(words[0], "sudo")
+        if words[1] == "install":
+            shutil.copyfile(words[4], words[5])
+        elif words[1] == "rm":
+            os.unlink(words[2])
+        else:
+            self.commands.append(" ".join(words[1:]))
+
+    def install(self, **changed):
+        arguments = {"units": self.units, "link": LINK} | changed
+        found = printers.find_printers(self.home)
+        return install.install(self.home, self.program, found, user="pi", release=RELEASE, run=self.run_as_root, **arguments)
+
+    def uninstall(self):
+        return install.uninstall(self.home, self.run_as_root)
+
+    def check_round_trip(self):
+        """Installs, checks that anything was, uninstalls, and compares byte for byte."""
+        before = snapshot(self.root)
+        self.install()
+        installed = snapshot(self.root)
+        self.assertNotEqual(before, installed)
+        # To run it again is to have run it once.
+        self.install()
+        self.assertEqual(installed, snapshot(self.root))
+        self.assertEqual(self.uninstall(), [])
+        self.assertEqual(before, snapshot(self.root))
+
+    def read(self, path):
+        return (self.home / "printer_data" / path).read_text()
+
+
+class InstallTest(Home):
+    def test_a_printer_gets_macros_settings_section_permission_link_and_service(self):
+        self.assertEqual(self.install(), [])
+        self.assertEqual(self.read("config/trammel.cfg"), (SOURCE / "klipper/trammel.cfg").read_text())
+        self.assertIn('address = "localhost:7126"', self.read("config/trammel.toml"))
+        self.assertEqual(self.read("config/moonraker.conf"), MOONRAKER.decode() + f"""
+[update_manager trammel]
+type: zip
+channel: stable
+repo: maker/trammel
+path: {self.program}
+managed_services: trammel
+""")
+        self.assertEqual(self.read("moonraker.asvc"), "klipper_mcu\nmoonraker\ntrammel\n")
+        links = json.loads(self.read("config/.theme/navi.json"))
+        self.assertEqual([link["title"] for link in links], ["KlipperFleet", "trammel"])
+        self.assertEqual(links[1]["href"], LINK)
+        service = (self.units / "trammel.service").read_text()
+        self.assertIn("User=pi\n", service)
+        self.assertIn(f"ExecStart={self.program}/bin/trammel pa listen --config {self.home}/printer_data/config/trammel.toml"
+                      f" --out {self.home}/printer_data/trammel/recordings\n", service)
+        self.assertNotIn("%", service)
+        self.assertEqual(self.commands, ["systemctl daemon-reload", "systemctl enable --now trammel"])
+
+    def test_uninstalling_leaves_a_home_byte_for_byte_as_it_was(self):
+        self.check_round_trip()
+        self.assertEqual(self.commands[-2:], ["systemctl disable --now trammel", "systemctl daemon-reload"])
+
+    def test_files_without_a_final_newline_come_back_without_one(self):
+        self.printer("printer_2_data", moonraker=b"[server]\nport: 7127", allowed=b"klipper", navigation=b"[]")
+        self.printer("printer_3_data", moonraker=b"", allowed=b"", navigation=None)
+        self.check_round_trip()
+        self.install()
+        self.assertEqual((self.home / "printer_2_data/moonraker.asvc").read_bytes(), b"klipper\ntrammel\n")
+        self.assertEqual((self.home / "printer_3_data/moonraker.asvc").read_bytes(), b"trammel\n")
+
+    def test_two_printers_have_a_service_each_and_both_restart_with_the_first(self):
+        self.printer("printer_1_data", moonraker=b"[server]\nport = 7200\n")
+        self.check_round_trip()
+        self.install()
+        self.assertEqual(sorted(path.name for path in self.units.iterdir()),
+                         ["trammel-printer_1_data.service", "trammel.service"])
+        second = (self.units / "trammel-printer_1_data.service").read_text()
+        self.assertIn("PartOf=trammel.service\n", second)
+        self.assertIn("/printer_1_data/config/trammel.toml", second)
+        self.assertIn('"localhost:7200"', (self.home / "printer_1_data/config/trammel.toml").read_text())
+
+    def test_sections_and_files_of_that_name_that_are_there_stay(self):
+        config = self.home / "printer_data/config"
+        (config / "trammel.cfg").write_text("# mine\n")
+        (config / "trammel.toml").write_text("# mine\n")
+        (config / "update.conf").write_text("[update_manager trammel]\ntype: git_repo\n")
+        (self.home / "printer_data/moonraker.asvc").write_text("trammel\nklipper\n")
+        (self.units / "trammel.service").write_text("# mine\n")
+        before = snapshot(self.root)
+        remarks = self.install(link="")
+        after = snapshot(self.root)
+        del after["home/.trammel-installed.json"]
+        self.assertEqual(before, after)
+        for word in ("trammel.cfg", "update_manager trammel", "trammel.service"):
+            self.assertTrue(any(word in remark for remark in remarks), remarks)
+
+    def test_a_navigation_that_is_no_array_is_left_and_named(self):
+        for navigation in (b'{"title": 1}\n', b"[{]", b"\xff\xfe", b""):
+            path = self.home / "printer_data/config/.theme/navi.json"
+            path.write_bytes(navigation)
+            remarks = self.install()
+            self.assertEqual(path.read_bytes(), navigation)
+            self.assertTrue(any("navi.json is no JSON array" in remark for remark in remarks), remarks)
+            self.uninstall()
+
+    def test_a_link_is_taken_out_of_a_navigation_that_others_wrote_anew(self):
+        self.install()
+        path = self.home / "printer_data/config/.theme/navi.json"
+        links = json.loads(path.read_bytes())
+        path.write_text(json.dumps(links + [{"title": "later"}]))
+        self.assertEqual(self.uninstall(), [])
+        self.assertEqual([link["title"] for link in json.loads(path.read_bytes())], ["KlipperFleet", "later"])
+
+    def test_what_others_appended_below_stays(self):
+        (self.home / "printer_data/moonraker.asvc").write_bytes(b"klipper")
+        self.install()
+        with open(self.home / "printer_data/moonraker.asvc", "ab") as allowed:
+            allowed.write(b"mytrammel\n")
+        with open(self.home / "printer_data/config/moonraker.conf", "ab") as moonraker:
+            moonraker.write(b"\n[octoprint_compat]\n")
+        self.assertEqual(self.uninstall(), [])
+        self.assertEqual(self.read("moonraker.asvc"), "klipper\nmytrammel\n")
+        self.assertEqual(self.read("config/moonraker.conf"), MOONRAKER.decode() + "\n[octoprint_compat]\n")
+
+    def test_what_the_owner_changed_is_left_and_named(self):
+        self.install()
+        settings = self.home / "printer_data/config/trammel.toml"
+        settings.write_text('[filament]\nmaterial = "pla"\n')
+        moonraker = self.home / "printer_data/config/moonraker.conf"
+        moonraker.write_text(moonraker.read_text().replace("channel: stable", "channel: beta"))
+        remarks = self.uninstall()
+        self.assertEqual(len(remarks), 2)
+        self.assertTrue(any("trammel.toml was changed" in remark for remark in remarks), remarks)
+        self.assertTrue(any("moonraker.conf was changed" in remark for remark in remarks), remarks)
+        self.assertIn("pla", settings.read_text())
+
+    def test_a_read_only_file_is_refused_before_anything_is_changed(self):
+        for name in ("config/moonraker.conf", "moonraker.asvc", "config/.theme/navi.json", "config", "."):
+            path = self.home / "printer_data" / name
+            mode = stat.S_IMODE(path.stat().st_mode)
+            path.chmod(mode & ~0o222)
+            before = snapshot(self.root)
+            with self.assertRaisesRegex(InstallError, "read-only"):
+                self.install()
+            self.assertEqual(before, snapshot(self.root), name)
+            path.chmod(mode)
+        self.assertEqual(self.commands, [])
+
+    def test_a_configuration_behind_a_link_is_edited_where_it_lies(self):
+        config = self.home / "printer_data/config"
+        real = self.home / "dotfiles/moonraker.conf"
+        real.parent.mkdir()
+        (config / "moonraker.conf").rename(real)
+        (config / "moonraker.conf").symlink_to(real)
+        self.check_round_trip()
+        self.assertTrue((config / "moonraker.conf").is_symlink())
+
+    def test_the_mode_of_a_file_stays(self):
+        moonraker = self.home / "printer_data/config/moonraker.conf"
+        moonraker.chmod(0o640)
+        self.install()
+        self.assertEqual(stat.S_IMODE(moonraker.stat().st_mode), 0o640)
+        settings = self.home / "printer_data/config/trammel.toml"
+        self.assertEqual(stat.S_IMODE(settings.stat().st_mode), 0o600)
+
+    def test_without_a_printer_the_folder_is_asked_for(self):
+        shutil.rmtree(self.home / "printer_data")
+        with self.assertRaisesRegex(InstallError, "--printer"):
+            self.install()
+
+    def test_a_path_that_systemd_would_read_otherwise_is_refused(self):
+        for name in ("my printer", "100%", 'a"b', "a$b"):
+            with self.assertRaisesRegex(InstallError, "--no-unit"):
+                unit.unit_text("[Unit]\n[Service]\n", "trammel", "pi", self.home, self.program, self.home / name)
+
+    def test_an_archive_for_another_processor_is_refused(self):
+        (self.program / "release_info.json").write_text(json.dumps(RELEASE))
+        self.assertEqual(printers.release_of(self.program, "x86_64"), RELEASE)
+        with self.assertRaisesRegex(InstallError, "trammel-arm64.zip"):
+            printers.release_of(self.program, "aarch64")
+        (self.program / "release_info.json").write_text("{")
+        with self.assertRaisesRegex(InstallError, "unpack"):
+            printers.release_of(self.program, "x86_64")
+
+
+class DeathTest(Home):
+    """The installer dies before each thing that it asks the system for, and is run again, or taken out."""
+
+    def die_at(self, count, work):
+        """Runs `work` in a process that dies before its count-th call of the system. @returns whether it died."""
+        child = os.fork()
+        if child == 0:
+            left = count
+
+            def hook(event, _arguments):
+                nonlocal left
+                if event in ("open", "os.rename", "os.mkdir", "os.remove", "os.rmdir", "os.chmod", "shutil.copyfile"):
+                    left -= 1
+                    if left < 0:
+                        os._exit(DIED)
+
+            sys.addaudithook(hook)
+            try:
+                work()
+            except BaseException:  # pylint: disable=broad-except
+                os._exit(1)
+            os._exit(0)
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        self.assertIn(status, (0, DIED))
+        return status == DIED
+
+    def check_deaths(self, work, prepare=lambda: None):
+        before = snapshot(self.root)
+        for after_death in (self.install, self.uninstall):
+            count = 0
+            while True:
+                prepare()
+                died = self.die_at(count, work)
+                self.assertEqual(after_death() or [], [], count)
+                self.assertEqual(self.uninstall(), [], count)
+                self.assertEqual(before, snapshot(self.root), f"{after_death.__name__} after death {count}")
+                if not died:
+                    break
+                count += 1
+            self.assertGreater(count, 10)
+
+    def test_death_while_installing_leaves_nothing_that_the_next_run_does_not_mend(self):
+        self.printer("printer_1_data", moonraker=b"[server]", allowed=b"klipper", navigation=None)
+        self.check_deaths(self.install)
+
+    def test_death_while_uninstalling_too(self):
+        self.check_deaths(self.uninstall, prepare=self.install)
+
+
+class EditsTest(unittest.TestCase):
+    def test_a_block_is_found_at_the_start_of_a_line_alone(self):
+        record = {"text": "trammel\n", "glued": False}
+        self.assertEqual(edits.without_block(b"mytrammel\ntrammel\nother\n", record), b"mytrammel\nother\n")
+        self.assertIsNone(edits.without_block(b"mytrammel\n", record))
+
+
+if __name__ == "__main__":
+    unittest.main()
