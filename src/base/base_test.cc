@@ -76,7 +76,19 @@ TEST(Statistics, StudentTMatchesThePublishedTable) {
   EXPECT_NEAR(StudentT95(1), 12.706, 1e-3);
   EXPECT_NEAR(StudentT95(5), 2.571, 1e-3);
   EXPECT_NEAR(StudentT95(30), 2.042, 1e-3);
+  EXPECT_NEAR(StudentT95(120), 1.9799, 1e-4);
   EXPECT_NEAR(StudentT95(1e7), 1.960, 1e-3);
+}
+
+TEST(Statistics, StudentTFallsToTheNormalQuantileWithoutABreak) {
+  double last = StudentT95(1);
+  for (double freedom = 1.1; freedom < 1e12; freedom *= 1.1) {
+    const double t = StudentT95(freedom);
+    EXPECT_LE(t, last + 1e-12) << freedom;
+    EXPECT_GE(t, 1.9599639) << freedom;
+    last = t;
+  }
+  EXPECT_NEAR(StudentT95(100), StudentT95(100.0001), 2e-7);
 }
 
 TEST(Frame, CropLooksIntoTheSamePixelsAndStaysInside) {

@@ -30,6 +30,9 @@ struct Problem {
   double penalty = 0;  // of (b - bend_mean * a)^2
 };
 
+// A side that saturates still falls: its slope is a ninth of the other's at the least.
+constexpr double kMostBend = 0.8;
+
 double Predict(const Trial& trial, double x) {
   if (x > trial.cut) return trial.floor;
   const double u = trial.zero - x;
@@ -63,6 +66,12 @@ Trial SolveAt(const Problem& problem, double zero) {
   if (determinant > 0) {
     trial.a = (uy * vv - vy * uv) / determinant;
     trial.b = (vy * uu - uy * uv) / determinant;
+  }
+  if (std::abs(trial.b) > kMostBend * std::abs(trial.a)) {
+    const double bend = std::copysign(kMostBend, trial.a * trial.b);
+    const double square = uu + 2 * bend * uv + bend * bend * vv;
+    trial.a = square > 0 ? (uy + bend * vy) / square : 0;
+    trial.b = bend * trial.a;
   }
   for (std::size_t i = 0; i < problem.x.size(); ++i) {
     const double residual = problem.y[i] - Predict(trial, problem.x[i]);
@@ -234,6 +243,10 @@ void AddScatter(std::span<const double> x, const WeightedFit& fit, double scale_
 
 }  // namespace
 
+double ResponseAt(const ZeroCrossing& fit, double x) {
+  return Predict({fit.zero, fit.cut, fit.floor, fit.slope, fit.slope * fit.bend, 0}, x);
+}
+
 std::optional<ZeroCrossing> FitZeroCrossing(std::span<const double> x, std::span<const double> y,
                                             std::span<const double> sigma,
                                             const ZeroCrossingOptions& options) {
@@ -246,6 +259,8 @@ std::optional<ZeroCrossing> FitZeroCrossing(std::span<const double> x, std::span
   result.zero = fit.best.zero;
   result.slope = fit.best.a;
   result.bend = fit.best.a != 0 ? fit.best.b / fit.best.a : 0;
+  result.cut = fit.best.cut;
+  result.floor = fit.best.floor;
   AddScatter(x, fit, options.scale_floor, result);
   for (const double at : x) result.fitted.push_back(Predict(fit.best, at));
   result.weight = std::move(fit.robust_weight);

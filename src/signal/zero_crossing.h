@@ -13,7 +13,7 @@ namespace trammel::signal {
 /// signed response does when one of its sides saturates (a gap cannot get emptier than empty)
 /// without letting that side move the crossing.
 struct ZeroCrossingOptions {
-  double bend_mean = 0;  ///< prior mean of the bend, within (-1, 1)
+  double bend_mean = 0;  ///< prior mean of the bend, within (-0.8, 0.8), as the bend itself
   /// Prior standard deviation of the bend, > 0. 0.06: the slopes before and after the answer,
   /// 1 - bend and 1 + bend, differ by about 12 % (1 sigma).
   double bend_sigma = 0.06;
@@ -31,6 +31,8 @@ struct ZeroCrossing {
   double zero = 0;
   double slope = 0;  ///< > 0 for a falling response
   double bend = 0;
+  double cut = 0;              ///< beyond it the response is constant; infinite where nowhere
+  double floor = 0;            ///< that constant
   std::size_t saturated = 0;   ///< how many points lie on the constant part
   double residual_scale = 0;   ///< robust standard deviation of y about the fit
   double points = 0;           ///< how many of the heaviest point the weighted data are worth
@@ -38,6 +40,9 @@ struct ZeroCrossing {
   std::vector<double> fitted;  ///< at each x
   std::vector<double> weight;  ///< robust weight in [0, 1] of each point
 };
+
+/// The fitted response at x.
+[[nodiscard]] double ResponseAt(const ZeroCrossing& fit, double x);
 
 /// Fits the two half-lines by iteratively reweighted least squares (Huber, then Tukey's biweight),
 /// with the crossing found by an exhaustive search over the range of x and half of it on either

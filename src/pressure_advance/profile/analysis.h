@@ -33,7 +33,8 @@ struct TransitionResult {
 };
 
 struct ResponseResult {
-  Measured pressure_advance;  ///< s
+  Measured pressure_advance;             ///< s
+  std::optional<Interval> print_next_s;  ///< range to print where it may lie beyond the tested one
   TransitionResult acceleration;
   TransitionResult deceleration;
 };
@@ -50,6 +51,9 @@ enum class Method { kResponse, kDeviation };
 struct Analysis {
   Method method = Method::kResponse;
   Measured pressure_advance;  ///< s, by `method`
+  /// Range of pressure advances to print next; present only where the answer may lie beyond the
+  /// tested one. 0 <= lo < hi.
+  std::optional<Interval> print_next_s;
   std::vector<LineResult> lines;
   LineMotion motion;
   std::vector<LineProfile> profiles;  ///< same order as lines

@@ -78,6 +78,9 @@ Json JsonOf(const pa::Analysis& analysis, const std::optional<std::string>& repo
   root["format"] = kFormat;
   root["method"] = analysis.method == pa::Method::kDeviation ? "deviation" : "response";
   AddMeasured(analysis.pressure_advance, root);
+  root["print_next_s"] = analysis.print_next_s ? Json{Number(analysis.print_next_s->lo),
+                                                      Number(analysis.print_next_s->hi)}
+                                               : Json(nullptr);
   root["acceleration"] = Transition(analysis.response.acceleration, analysis.lines.size());
   root["deceleration"] = Transition(analysis.response.deceleration, analysis.lines.size());
   root["lines"] = Lines(analysis);

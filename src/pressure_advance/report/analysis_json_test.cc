@@ -33,8 +33,8 @@ const std::set<std::string> kMeasuredKeys = {"verdict", "reason", "pressure_adva
 TEST(AnalysisJson, HasExactlyTheKeysOfTheFormatsDocument) {
   const json root = JsonOf(Good());
   std::set<std::string> expected = kMeasuredKeys;
-  expected.insert({"format", "method", "acceleration", "deceleration", "lines", "deviation",
-                   "notices", "report"});
+  expected.insert({"format", "method", "print_next_s", "acceleration", "deceleration", "lines",
+                   "deviation", "notices", "report"});
   EXPECT_EQ(Keys(root), expected);
   std::set<std::string> transition = kMeasuredKeys;
   transition.insert("excess_s");
@@ -58,6 +58,7 @@ TEST(AnalysisJson, GivesTheValuesOfAGoodAnalysisUnrounded) {
   EXPECT_EQ(root["standard_uncertainty_s"].get<double>(), quantity.standard_uncertainty);
   EXPECT_EQ(root["interval95_s"][0].get<double>(), quantity.interval95.lo);
   EXPECT_EQ(root["interval95_s"][1].get<double>(), quantity.interval95.hi);
+  EXPECT_TRUE(root["print_next_s"].is_null());
   EXPECT_EQ(root["report"], "out/report.html");
   EXPECT_EQ(root["lines"].size(), analysis.lines.size());
   EXPECT_EQ(root["lines"][1]["deviation_px"].get<double>(), *analysis.deviation.score_px[1]);

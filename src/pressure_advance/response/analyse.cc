@@ -11,8 +11,33 @@
 
 namespace trammel::pressure_advance {
 
-Measured JudgeDeviation(const DeviationResult& deviation,
-                        const std::vector<double>& pressure_advance_s) {
+namespace {
+
+RangedAnswer WithoutNumber(Measured why) { return {std::move(why), std::nullopt}; }
+
+// Where a cubic without a minimum inside falls to.
+RangedAnswer NoMinimum(const std::vector<double>& cubic, const Interval& tested) {
+  const auto score = [&cubic](double p) {
+    return cubic[0] + p * (cubic[1] + p * (cubic[2] + p * cubic[3]));
+  };
+  const std::string why =
+      fmt::format("the cubic has no minimum between {:.4g} and {:.4g} s", tested.lo, tested.hi);
+  const bool above = score(tested.hi) < score(tested.lo);
+  if (!above && tested.lo <= 0) {
+    return WithoutNumber(
+        Measured::CannotTell(why + " and is lowest at 0, below which nothing can be printed"));
+  }
+  const Interval next = PrintNext(above ? tested.hi : tested.lo, tested);
+  return {Measured::CannotTell(fmt::format("{} and falls towards {} ones: print a pattern from "
+                                           "{:.3g} to {:.3g} s",
+                                           why, above ? "higher" : "lower", next.lo, next.hi)),
+          next};
+}
+
+}  // namespace
+
+RangedAnswer JudgeDeviation(const DeviationResult& deviation,
+                            const std::vector<double>& pressure_advance_s) {
   std::vector<double> pa, score;
   for (std::size_t i = 0; i < deviation.score_px.size(); ++i) {
     if (!deviation.score_px[i]) continue;
@@ -20,48 +45,47 @@ Measured JudgeDeviation(const DeviationResult& deviation,
     score.push_back(*deviation.score_px[i]);
   }
   if (pa.size() < 5 || deviation.cubic.size() != 4) {
-    return Measured::Refused(
-        fmt::format("{} lines have a score; a cubic with something left over needs 5", pa.size()));
+    return WithoutNumber(Measured::Refused(
+        fmt::format("{} lines have a score; a cubic with something left over needs 5", pa.size())));
   }
-  const auto [lo, hi] = std::minmax_element(pa.begin(), pa.end());
-  if (!deviation.cubic_minimum_s) {
-    return Measured::CannotTell(fmt::format(
-        "the cubic has no minimum between {:.4g} and {:.4g} s: test another range", *lo, *hi));
-  }
+  const Interval tested = RangeOf(pa);
+  if (!deviation.cubic_minimum_s) return NoMinimum(deviation.cubic, tested);
   constexpr double kLeastRSquared = 0.5;  // the worst of the paper's twelve conditions has 0.54
   if (deviation.r_squared.value_or(0) < kLeastRSquared) {
-    return Measured::CannotTell(
+    return WithoutNumber(Measured::CannotTell(
         fmt::format("the scores do not follow a curve (R squared {:.2f}, {:.1f} is needed): clean "
-                    "the plate and "
-                    "scan again",
-                    deviation.r_squared.value_or(0), kLeastRSquared));
+                    "the plate and scan again",
+                    deviation.r_squared.value_or(0), kLeastRSquared)));
   }
   // Var(minimum) = Var(f'(minimum)) / f''(minimum)^2, with x scaled to the range for conditioning.
-  const double range = *hi - *lo;
+  const double range = tested.hi - tested.lo;
   const auto n = static_cast<Eigen::Index>(pa.size());
   Eigen::MatrixXd design(n, 4);
   double squares = 0;
   for (Eigen::Index i = 0; i < n; ++i) {
     const double p = pa[static_cast<std::size_t>(i)];
-    const double x = (p - *lo) / range;
+    const double x = (p - tested.lo) / range;
     design.row(i) << 1, x, x * x, x * x * x;
     const auto& c = deviation.cubic;
     const double fitted = c[0] + p * (c[1] + p * (c[2] + p * c[3]));
     squares += std::pow(score[static_cast<std::size_t>(i)] - fitted, 2);
   }
   const double at = *deviation.cubic_minimum_s;
-  const double x = (at - *lo) / range;
+  const double x = (at - tested.lo) / range;
   const Eigen::Vector4d slope(0, 1, 2 * x, 3 * x * x);
   const Eigen::Vector4d solved = (design.transpose() * design).ldlt().solve(slope);
   const double freedom = static_cast<double>(n) - 4;
   const double slope_sigma = std::sqrt(squares / freedom * slope.dot(solved));
   const double curvature =
       std::abs(2 * deviation.cubic[2] + 6 * deviation.cubic[3] * at) * range * range;
-  if (!(curvature > 0)) return Measured::CannotTell("the score curve is flat at its minimum");
+  if (!(curvature > 0)) {
+    return WithoutNumber(Measured::CannotTell("the score curve is flat at its minimum"));
+  }
   const double step = range / (static_cast<double>(n) - 1);
   const double u = std::hypot(slope_sigma / curvature * range, step / std::sqrt(12.0));
-  const double half = StudentT95(freedom) * u;
-  return Measured::Good({at, u, {at - half, at + half}});
+  constexpr double kAnyWidth = 1;  // of the tested range: what is wider reaches past an edge
+  return JudgeInRange(at, u, StudentT95(freedom) * u, tested, kAnyWidth,
+                      "the score curve is flat about its minimum");
 }
 
 Analysis Analyse(std::vector<LineProfile> profiles, const LineMotion& motion,
@@ -75,13 +99,16 @@ Analysis Analyse(std::vector<LineProfile> profiles, const LineMotion& motion,
   analysis.notices = std::move(fit.notices);
   if (method == Method::kResponse) {
     analysis.pressure_advance = analysis.response.pressure_advance;
+    analysis.print_next_s = analysis.response.print_next_s;
   } else if (deviation.score_px.empty()) {
     analysis.pressure_advance = Measured::Refused(
         "the deviation needs heights, which a photo does not have: use the response");
   } else {
     std::vector<double> pa;
     for (const LineProfile& profile : profiles) pa.push_back(profile.pressure_advance_s);
-    analysis.pressure_advance = JudgeDeviation(deviation, pa);
+    RangedAnswer judged = JudgeDeviation(deviation, pa);
+    analysis.pressure_advance = std::move(judged.pressure_advance);
+    analysis.print_next_s = judged.print_next_s;
   }
   analysis.profiles = std::move(profiles);
   analysis.deviation = std::move(deviation);

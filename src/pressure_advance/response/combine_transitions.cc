@@ -14,16 +14,14 @@ namespace {
 
 double Square(double x) { return x * x; }
 
-std::optional<double> CrossingWithout(const TransitionSeries& series, std::size_t left_out,
-                                      const signal::ZeroCrossingOptions& options) {
-  const auto without = [left_out](std::vector<double> values) {
+TransitionSeries Without(TransitionSeries series, std::size_t left_out) {
+  const auto drop = [left_out](std::vector<double>& values) {
     values.erase(values.begin() + static_cast<std::ptrdiff_t>(left_out));
-    return values;
   };
-  const auto fit = signal::FitZeroCrossing(without(series.pa_s), without(series.excess_s),
-                                           without(series.sigma_s), options);
-  if (!fit) return std::nullopt;
-  return fit->zero;
+  drop(series.pa_s);
+  drop(series.excess_s);
+  drop(series.sigma_s);
+  return series;
 }
 
 // Of the two crossings, from the scatter of the lines.
@@ -37,11 +35,10 @@ Covariance Jackknife(const TransitionSeries& acceleration, const TransitionSerie
                      const ResponseOptions& options) {
   std::vector<double> a, d;
   for (std::size_t i = 0; i < acceleration.pa_s.size(); ++i) {
-    const auto zero_a = CrossingWithout(acceleration, i, options.acceleration);
-    const auto zero_d = CrossingWithout(deceleration, i, options.deceleration);
-    if (!zero_a || !zero_d) continue;
-    a.push_back(*zero_a);
-    d.push_back(*zero_d);
+    const auto fit = FitTransitions(Without(acceleration, i), Without(deceleration, i), options);
+    if (!fit) continue;
+    a.push_back(fit->acceleration.zero);
+    d.push_back(fit->deceleration.zero);
   }
   Covariance covariance;
   if (a.size() < 2) return covariance;
@@ -71,9 +68,8 @@ struct Common {
   double form = 0;    // of the lag's law, as far as the window leaves it open
 };
 
-Common CommonShifts(const TransitionSeries& series, bool slope_has_scale,
-                    const ResponseOptions& options) {
-  const signal::ZeroCrossing& fit = series.crossing;
+Common CommonShifts(const TransitionSeries& series, const signal::ZeroCrossing& fit,
+                    bool slope_has_scale, const ResponseOptions& options) {
   Common common;
   common.slip = options.slip_sigma * series.slip_excess_s / fit.slope;
   const double missing = slope_has_scale ? std::max(0.0, options.full_slope - fit.slope) : 0;
@@ -84,27 +80,42 @@ Common CommonShifts(const TransitionSeries& series, bool slope_has_scale,
   return common;
 }
 
-Measured Judge(double value, double lines_variance, double common_variance, double freedom,
-               const Interval& tested, const ResponseOptions& options) {
-  if (value < tested.lo || value > tested.hi) {
-    return Measured::CannotTell(fmt::format(
-        "the answer lies {} the tested range {:.4g} to {:.4g} s (about {:.3g} s): print again with "
-        "a range around it",
-        value < tested.lo ? "below" : "above", tested.lo, tested.hi, value));
-  }
+RangedAnswer Judge(double value, double lines_variance, double common_variance, double freedom,
+                   const Interval& tested, const ResponseOptions& options) {
   const double u = std::sqrt(lines_variance + common_variance);
   // Welch and Satterthwaite: only the lines' part has few degrees of freedom.
   const double ratio = lines_variance > 0 ? u * u / lines_variance : 1e6;
   const double half = StudentT95(std::max(1.0, freedom) * ratio * ratio) * u;
-  const double range = tested.hi - tested.lo;
-  if (!(half <= options.widest_interval * range)) {
-    return Measured::CannotTell(
-        fmt::format("the lines scatter too much: the 95 % interval would reach {:.2g} s to either "
-                    "side on a tested range of "
-                    "{:.2g} s; print more lines, or clean the plate and scan again",
-                    half, range));
+  const std::string too_wide = fmt::format(
+      "the lines scatter too much: the 95 % interval would reach {:.2g} s to either side on a "
+      "tested range of {:.2g} s; print more lines, or clean the plate and scan again",
+      half, tested.hi - tested.lo);
+  return JudgeInRange(value, u, half, tested, options.widest_interval, too_wide);
+}
+
+// Where lines that do not answer clearly may do so because the answer is far outside: all of them
+// too low, or all too high, at both transitions.
+std::optional<RangedAnswer> AllOnOneSide(const TransitionSeries& a, const TransitionSeries& d,
+                                         const Interval& tested) {
+  bool above = true, below = tested.lo > 0;
+  for (const TransitionSeries* series : {&a, &d}) {
+    for (std::size_t i = 0; i < series->pa_s.size(); ++i) {
+      above &= series->excess_s[i] > 2 * series->sigma_s[i];
+      below &= series->excess_s[i] < -2 * series->sigma_s[i];
+    }
   }
-  return Measured::Good({value, u, {value - half, value + half}});
+  if (!above && !below) return std::nullopt;
+  const double range = tested.hi - tested.lo;
+  const Interval next = PrintNext(above ? tested.hi + range : tested.lo - range, tested);
+  return RangedAnswer{
+      Measured::CannotTell(fmt::format("the answer lies {} the tested range {:.4g} to {:.4g} s: on "
+                                       "all {} lines filament {} where "
+                                       "the nozzle speeds up and {} where it slows down; print a "
+                                       "pattern from {:.3g} to {:.3g} s",
+                                       above ? "above" : "below", tested.lo, tested.hi,
+                                       a.pa_s.size(), above ? "is missing" : "is left over",
+                                       above ? "is left over" : "is missing", next.lo, next.hi)),
+      next};
 }
 
 bool AnswersBackwards(const signal::ZeroCrossing& fit, const ResponseOptions& options) {
@@ -149,8 +160,8 @@ struct Pair {
   Common common_d;
 };
 
-Measured WeighedMean(const Pair& pair, double freedom, const Interval& tested,
-                     const ResponseOptions& options, std::vector<std::string>& notices) {
+RangedAnswer WeighedMean(const Pair& pair, double freedom, const Interval& tested,
+                         const ResponseOptions& options, std::vector<std::string>& notices) {
   const auto& [a, d, lines, ca, cd] = pair;
   const double aa = lines.aa + Square(ca.slip) + Square(ca.unread);
   const double dd = lines.dd + Square(cd.slip) + Square(cd.unread);
@@ -181,20 +192,20 @@ Measured WeighedMean(const Pair& pair, double freedom, const Interval& tested,
 }  // namespace
 
 CombinedTransitions CombineTransitions(const TransitionSeries& acceleration,
-                                       const TransitionSeries& deceleration, bool slope_has_scale,
+                                       const TransitionSeries& deceleration,
+                                       const TransitionCrossings& crossings, bool slope_has_scale,
                                        const ResponseOptions& options) {
   const std::size_t count = acceleration.pa_s.size();
   TRAMMEL_CHECK(count == deceleration.pa_s.size() && count >= 2, "{} and {} lines", count,
                 deceleration.pa_s.size());
-  const auto [lo, hi] = std::minmax_element(acceleration.pa_s.begin(), acceleration.pa_s.end());
-  const Interval tested{*lo, *hi};
+  const Interval tested = RangeOf(acceleration.pa_s);
   // A crossing, a slope and a bend are fitted.
   const double freedom = static_cast<double>(count) - 3;
 
-  Pair pair{acceleration.crossing, deceleration.crossing,
+  Pair pair{crossings.acceleration, crossings.deceleration,
             Jackknife(acceleration, deceleration, options),
-            CommonShifts(acceleration, slope_has_scale, options),
-            CommonShifts(deceleration, slope_has_scale, options)};
+            CommonShifts(acceleration, crossings.acceleration, slope_has_scale, options),
+            CommonShifts(deceleration, crossings.deceleration, slope_has_scale, options)};
   pair.lines.aa = std::max(pair.lines.aa, Floor(pair.a));
   pair.lines.dd = std::max(pair.lines.dd, Floor(pair.d));
 
@@ -202,22 +213,30 @@ CombinedTransitions CombineTransitions(const TransitionSeries& acceleration,
   const std::string doubt_d = Doubt(pair.d, slope_has_scale, options);
   const auto alone = [&](const std::string& doubt, const signal::ZeroCrossing& fit, double lines,
                          const Common& common) {
-    if (!doubt.empty()) return Measured::CannotTell(doubt);
+    if (!doubt.empty()) return RangedAnswer{Measured::CannotTell(doubt), std::nullopt};
     return Judge(fit.zero, lines, Square(common.slip) + Square(common.unread) + Square(common.form),
                  freedom, tested, options);
   };
+  const RangedAnswer alone_a = alone(doubt_a, pair.a, pair.lines.aa, pair.common_a);
+  const RangedAnswer alone_d = alone(doubt_d, pair.d, pair.lines.dd, pair.common_d);
   CombinedTransitions result;
-  result.acceleration = alone(doubt_a, pair.a, pair.lines.aa, pair.common_a);
-  result.deceleration = alone(doubt_d, pair.d, pair.lines.dd, pair.common_d);
+  result.acceleration = alone_a.pressure_advance;
+  result.deceleration = alone_d.pressure_advance;
 
   // One transition that does not answer leaves the other; one that answers the wrong way round says
   // that the lines are not what they are taken for.
-  if (AnswersBackwards(pair.d, options) || (!doubt_a.empty() && !doubt_d.empty())) {
-    result.both = Measured::CannotTell(AnswersBackwards(pair.d, options) ? doubt_d : doubt_a);
+  const bool backwards = AnswersBackwards(pair.a, options) || AnswersBackwards(pair.d, options);
+  const bool doubtful = !doubt_a.empty() || !doubt_d.empty();
+  const auto one_side =
+      doubtful && !backwards ? AllOnOneSide(acceleration, deceleration, tested) : std::nullopt;
+  if (one_side) {
+    result.both = *one_side;
+  } else if (AnswersBackwards(pair.d, options) || (!doubt_a.empty() && !doubt_d.empty())) {
+    result.both = AnswersBackwards(pair.d, options) ? alone_d : alone_a;
   } else if (AnswersBackwards(pair.a, options)) {
-    result.both = Measured::CannotTell(doubt_a);
-  } else if (!doubt_a.empty() || !doubt_d.empty()) {
-    result.both = doubt_a.empty() ? result.acceleration : result.deceleration;
+    result.both = alone_a;
+  } else if (doubtful) {
+    result.both = doubt_a.empty() ? alone_a : alone_d;
     result.notices.push_back(fmt::format("only the {} counts: at the other transition {}",
                                          doubt_a.empty() ? "acceleration" : "deceleration",
                                          doubt_a.empty() ? doubt_d : doubt_a));

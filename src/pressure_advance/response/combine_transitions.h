@@ -5,25 +5,16 @@
 #include <vector>
 
 #include "base/measured.h"
+#include "pressure_advance/response/fit_transitions.h"
 #include "pressure_advance/response/response_options.h"
-#include "signal/zero_crossing.h"
+#include "pressure_advance/response/tested_range.h"
 
 namespace trammel::pressure_advance {
-
-/// One transition of all usable lines, shape (lines) each, and the crossing fitted to it.
-struct TransitionSeries {
-  std::vector<double> pa_s;
-  std::vector<double> excess_s;  ///< surplus filament over the speed change
-  std::vector<double> sigma_s;   ///< 1 sigma of each
-  /// How far a flow loss of 1 in the fast segment moves the excess: s.
-  double slip_excess_s = 0;
-  signal::ZeroCrossing crossing;
-};
 
 struct CombinedTransitions {
   Measured acceleration;  ///< s, by itself
   Measured deceleration;  ///< s, by itself
-  Measured both;          ///< s
+  RangedAnswer both;
   std::vector<std::string> notices;
 };
 
@@ -34,12 +25,13 @@ struct CombinedTransitions {
 /// filament that was not read and the form of the lag, which pull both the same way; and where the
 /// two differ by more than twice what that explains, a rectangular distribution over the rest.
 /// @param slope_has_scale  whether a slope of 1 means that all filament was seen.
-/// @returns cannot-tell where a transition does not answer to PA, answers the wrong way round, lies
-///   outside the tested range, or is too uncertain; a transition that merely does not answer leaves
-///   the other one to count alone, with a notice.
+/// @returns cannot-tell where a transition does not answer to PA, answers the wrong way round, may
+///   lie outside the tested range, or is too uncertain; a transition that merely does not answer
+///   leaves the other one to count alone, with a notice.
 /// REQUIRES the same lines, at least two, in both series.
 [[nodiscard]] CombinedTransitions CombineTransitions(const TransitionSeries& acceleration,
                                                      const TransitionSeries& deceleration,
+                                                     const TransitionCrossings& crossings,
                                                      bool slope_has_scale,
                                                      const ResponseOptions& options);
 

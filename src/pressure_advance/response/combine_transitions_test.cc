@@ -10,8 +10,7 @@ namespace trammel::pressure_advance {
 namespace {
 
 // Ten lines that answer with slope 1 and cross zero at `zero_s`, with noise of 1 ms a line.
-TransitionSeries Series(double zero_s, std::uint64_t seed,
-                        const signal::ZeroCrossingOptions& options, double slope = 1) {
+TransitionSeries Series(double zero_s, std::uint64_t seed, double slope = 1) {
   Random random(seed);
   TransitionSeries series;
   for (int i = 0; i < 10; ++i) {
@@ -20,7 +19,6 @@ TransitionSeries Series(double zero_s, std::uint64_t seed,
     series.excess_s.push_back(slope * (zero_s - pa) + 0.001 * random.Normal());
     series.sigma_s.push_back(0);
   }
-  series.crossing = *signal::FitZeroCrossing(series.pa_s, series.excess_s, series.sigma_s, options);
   return series;
 }
 
@@ -30,10 +28,10 @@ struct Both {
   TransitionSeries deceleration;
 
   Both(double zero_a_s, double zero_d_s)
-      : acceleration(Series(zero_a_s, 11, options.acceleration)),
-        deceleration(Series(zero_d_s, 12, options.deceleration)) {}
+      : acceleration(Series(zero_a_s, 11)), deceleration(Series(zero_d_s, 12)) {}
   [[nodiscard]] CombinedTransitions Combine() const {
-    return CombineTransitions(acceleration, deceleration, true, options);
+    return CombineTransitions(acceleration, deceleration,
+                              *FitTransitions(acceleration, deceleration, options), true, options);
   }
 };
 
@@ -42,50 +40,70 @@ double Uncertainty(const Measured& measured) { return measured.quantity().standa
 TEST(CombineTransitions, SlipCancelsInTheMeanOfTheTwo) {
   // 2.5 % of slip over 80 ms moves each crossing by 2 ms, in opposite directions.
   Both world(0.03, 0.03);
-  const double without = Uncertainty(world.Combine().both);
+  const double without = Uncertainty(world.Combine().both.pressure_advance);
   world.acceleration.slip_excess_s = world.deceleration.slip_excess_s = 0.08;
   const CombinedTransitions combined = world.Combine();
   EXPECT_GT(Uncertainty(combined.acceleration), 0.0019);
   EXPECT_GT(Uncertainty(combined.deceleration), 0.0019);
-  EXPECT_LT(Uncertainty(combined.both), without + 0.0002);
+  EXPECT_LT(Uncertainty(combined.both.pressure_advance), without + 0.0002);
 }
 
 TEST(CombineTransitions, UnreadFilamentMovesBothAlikeAndDoesNotAverageOut) {
   Both world(0.03, 0.03);
   world.options.slip_sigma = world.options.lag_form_sigma = world.options.lag_tail_sigma = 0;
-  world.acceleration = Series(0.03, 11, world.options.acceleration, 0.5);
-  world.deceleration = Series(0.03, 12, world.options.deceleration, 0.5);
+  world.acceleration = Series(0.03, 11, 0.5);
+  world.deceleration = Series(0.03, 12, 0.5);
   const double unread_s = world.options.unread_sigma * (world.options.full_slope - 0.5) * 0.03;
-  EXPECT_GT(Uncertainty(world.Combine().both), 0.9 * unread_s);
+  EXPECT_GT(Uncertainty(world.Combine().both.pressure_advance), 0.9 * unread_s);
 }
 
 TEST(CombineTransitions, WidensWhereTheTwoDisagree) {
-  const double agreed = Uncertainty(Both(0.03, 0.03).Combine().both);
+  const double agreed = Uncertainty(Both(0.03, 0.03).Combine().both.pressure_advance);
   const CombinedTransitions apart = Both(0.0275, 0.0325).Combine();
-  ASSERT_TRUE(apart.both.good()) << apart.both.reason();
-  EXPECT_GT(Uncertainty(apart.both), 1.5 * agreed);
+  const Measured& both = apart.both.pressure_advance;
+  ASSERT_TRUE(both.good()) << both.reason();
+  EXPECT_GT(Uncertainty(both), 1.5 * agreed);
   EXPECT_EQ(apart.notices.size(), 1u);
 }
 
 TEST(CombineTransitions, ATransitionThatDoesNotAnswerLeavesTheOther) {
   Both world(0.03, 0.03);
-  world.deceleration = Series(0.03, 12, world.options.deceleration, 0);
+  world.deceleration = Series(0.03, 12, 0);
   const CombinedTransitions combined = world.Combine();
   EXPECT_EQ(combined.deceleration.verdict(), Verdict::kCannotTell);
-  ASSERT_TRUE(combined.both.good()) << combined.both.reason();
-  EXPECT_EQ(combined.both.quantity().value, combined.acceleration.quantity().value);
+  const Measured& both = combined.both.pressure_advance;
+  ASSERT_TRUE(both.good()) << both.reason();
+  EXPECT_EQ(both.quantity().value, combined.acceleration.quantity().value);
 }
 
 TEST(CombineTransitions, ATransitionTheWrongWayRoundLeavesNothing) {
   Both world(0.03, 0.03);
-  world.deceleration = Series(0.03, 12, world.options.deceleration, -1);
-  EXPECT_EQ(world.Combine().both.verdict(), Verdict::kCannotTell);
+  world.deceleration = Series(0.03, 12, -1);
+  EXPECT_EQ(world.Combine().both.pressure_advance.verdict(), Verdict::kCannotTell);
 }
 
 TEST(CombineTransitions, AnAnswerBeyondTheTestedRangeIsNoNumber) {
   const CombinedTransitions combined = Both(0.07, 0.07).Combine();
-  EXPECT_EQ(combined.both.verdict(), Verdict::kCannotTell);
-  EXPECT_NE(combined.both.reason().find("above the tested range"), std::string::npos);
+  const Measured& both = combined.both.pressure_advance;
+  EXPECT_EQ(both.verdict(), Verdict::kCannotTell);
+  EXPECT_NE(both.reason().find("above the tested range"), std::string::npos) << both.reason();
+  ASSERT_TRUE(combined.both.print_next_s);
+  EXPECT_LT(combined.both.print_next_s->lo, 0.07);
+  EXPECT_GT(combined.both.print_next_s->hi, 0.07);
+}
+
+TEST(CombineTransitions, LinesOnOneSideAreNamedWhereTheyDoNotAnswerClearly) {
+  Both world(0.2, 0.2);
+  for (TransitionSeries* series : {&world.acceleration, &world.deceleration}) {
+    for (std::size_t i = 0; i < series->excess_s.size(); ++i) {
+      series->excess_s[i] = 0.05 + (i % 2 == 0 ? 0.01 : -0.01);  // full up: the slope is gone
+    }
+  }
+  const RangedAnswer both = world.Combine().both;
+  EXPECT_NE(both.pressure_advance.reason().find("above the tested range"), std::string::npos)
+      << both.pressure_advance.reason();
+  ASSERT_TRUE(both.print_next_s);
+  EXPECT_GT(both.print_next_s->hi, 0.12);
 }
 
 }  // namespace

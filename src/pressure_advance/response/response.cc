@@ -51,6 +51,11 @@ Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& mot
     add(prepared.acceleration, excess.acceleration, plan.acceleration);
     add(prepared.deceleration, excess.deceleration, plan.deceleration);
   }
+  const auto slip_excess_s = [&](const TransitionWindow& window) {
+    return window.fast_length * prepared.unit_mm / std::abs(window.speed_change_mm_s);
+  };
+  prepared.acceleration.slip_excess_s = slip_excess_s(plan.acceleration);
+  prepared.deceleration.slip_excess_s = slip_excess_s(plan.deceleration);
   return prepared;
 }
 
@@ -74,8 +79,8 @@ TransitionPlan NarrowWindows(const std::vector<LineProfile>& profiles, Reading r
 }
 
 void Describe(const Prepared& prepared, const TransitionSeries& series,
-              const TransitionWindow& window, std::size_t lines, TransitionResult& result) {
-  const signal::ZeroCrossing& fit = series.crossing;
+              const signal::ZeroCrossing& fit, const TransitionWindow& window, std::size_t lines,
+              TransitionResult& result) {
   result.window_begin = window.span.lo;
   result.window_end = window.span.hi;
   result.excess_s.assign(lines, 0);
@@ -87,20 +92,11 @@ void Describe(const Prepared& prepared, const TransitionSeries& series,
   for (std::size_t k = 0; k < series.pa_s.size(); ++k) {
     const std::size_t i = prepared.line[k];
     result.excess_s[i] = series.excess_s[k] * unit;
-    result.fitted_s[i] = fit.fitted[k] * unit;
+    result.fitted_s[i] = signal::ResponseAt(fit, series.pa_s[k]) * unit;
     if (fit.weight[k] > kIgnored) {
       result.sigma_s[i] = std::hypot(series.sigma_s[k], fit.residual_scale) * unit;
     }
   }
-}
-
-// REQUIRES a series with at least three different PA.
-void FitTransition(const TransitionWindow& window, double unit_mm,
-                   const signal::ZeroCrossingOptions& options, TransitionSeries& series) {
-  auto crossing = signal::FitZeroCrossing(series.pa_s, series.excess_s, series.sigma_s, options);
-  TRAMMEL_CHECK(crossing.has_value(), "{} lines", series.pa_s.size());
-  series.crossing = *std::move(crossing);
-  series.slip_excess_s = window.fast_length * unit_mm / std::abs(window.speed_change_mm_s);
 }
 
 }  // namespace
@@ -146,14 +142,13 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
         "{} of {} lines can be used with different pressure advance, at least {} are needed{}",
         values.size(), profiles.size(), options.fewest_lines, why));
   }
-  FitTransition(prepared.plan.acceleration, prepared.unit_mm, options.acceleration,
-                prepared.acceleration);
-  FitTransition(prepared.plan.deceleration, prepared.unit_mm, options.deceleration,
-                prepared.deceleration);
-  Describe(prepared, prepared.acceleration, prepared.plan.acceleration, profiles.size(),
-           fit.result.acceleration);
-  Describe(prepared, prepared.deceleration, prepared.plan.deceleration, profiles.size(),
-           fit.result.deceleration);
+  const std::optional<TransitionCrossings> crossings =
+      FitTransitions(prepared.acceleration, prepared.deceleration, options);
+  TRAMMEL_CHECK(crossings.has_value(), "{} lines", prepared.line.size());
+  Describe(prepared, prepared.acceleration, crossings->acceleration, prepared.plan.acceleration,
+           profiles.size(), fit.result.acceleration);
+  Describe(prepared, prepared.deceleration, crossings->deceleration, prepared.plan.deceleration,
+           profiles.size(), fit.result.deceleration);
   for (std::size_t i = 0; i < profiles.size(); ++i) {
     if (fit.lines[i].used && fit.result.acceleration.sigma_s[i] == 0 &&
         fit.result.deceleration.sigma_s[i] == 0) {
@@ -162,10 +157,11 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
     }
   }
   CombinedTransitions combined = CombineTransitions(prepared.acceleration, prepared.deceleration,
-                                                    prepared.slope_has_scale, options);
+                                                    *crossings, prepared.slope_has_scale, options);
   fit.result.acceleration.pressure_advance = combined.acceleration;
   fit.result.deceleration.pressure_advance = combined.deceleration;
-  fit.result.pressure_advance = combined.both;
+  fit.result.pressure_advance = combined.both.pressure_advance;
+  fit.result.print_next_s = combined.both.print_next_s;
   fit.notices = std::move(combined.notices);
   return fit;
 }

@@ -1,0 +1,39 @@
+// Zero crossings of both transitions of the same lines, fitted jointly.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "pressure_advance/response/response_options.h"
+#include "signal/zero_crossing.h"
+
+namespace trammel::pressure_advance {
+
+/// One transition of all usable lines, shape (lines) each.
+struct TransitionSeries {
+  std::vector<double> pa_s;
+  std::vector<double> excess_s;  ///< surplus filament over the speed change
+  std::vector<double> sigma_s;   ///< 1 sigma of each
+  /// How far a flow loss of 1 in the fast segment moves the excess: s.
+  double slip_excess_s = 0;
+};
+
+struct TransitionCrossings {
+  signal::ZeroCrossing acceleration;
+  signal::ZeroCrossing deceleration;
+};
+
+/// Fits the acceleration's crossing, then the deceleration's with each line's own lag taken out.
+///
+/// A line whose lag is off by d answers like one printed with a pressure advance lower by d, at
+/// both transitions. The acceleration's residual shows d; the deceleration is fitted over the
+/// pressure advance less all, half or nothing of d, whichever leaves the smallest scatter. What is
+/// left is reading noise, so that the bend, where gaps begin, is learnt from the lines rather than
+/// taken from its prior.
+/// @returns nothing where fewer than three lines have different pressure advance.
+/// REQUIRES the same lines in both series.
+[[nodiscard]] std::optional<TransitionCrossings> FitTransitions(
+    const TransitionSeries& acceleration, const TransitionSeries& deceleration,
+    const ResponseOptions& options);
+
+}  // namespace trammel::pressure_advance
