@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "document/interval_text.h"
 #include "document/json_number.h"
 
 namespace trammel::report {
