@@ -1,9 +1,10 @@
-// How long an alignment takes: 4 targets, 8 pictures, 7 unknowns.
+// How long an alignment takes (4 targets, 8 pictures, 7 unknowns), and a survey.
 #include <benchmark/benchmark.h>
 
 #include "part_alignment/pose/alignment_test_support.h"
 #include "part_alignment/pose/pose_solver.h"
 #include "part_alignment/pose/pose_uncertainty.h"
+#include "part_alignment/survey/survey_world_test_support.h"
 
 namespace {
 
@@ -65,5 +66,13 @@ void SolveFromNothing(benchmark::State& state) {
   }
 }
 BENCHMARK(SolveFromNothing)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
+
+/// 64 codes in 100 pictures of 12 MP, from nothing: at most 10 s.
+void SurveyFromNothing(benchmark::State& state) {
+  const test::SurveyWorld world = test::MakeSurveyWorld({}, 1);
+  const SurveyInput input = test::Photograph(world, 1);
+  for (auto _ : state) benchmark::DoNotOptimize(SolveSurvey(input, {}));
+}
+BENCHMARK(SurveyFromNothing)->Unit(benchmark::kMillisecond);
 
 }  // namespace

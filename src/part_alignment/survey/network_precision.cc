@@ -1,0 +1,131 @@
+#include "part_alignment/survey/network_precision.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kUnchecked = 0.02;  // a redundancy below which a residual tells nothing
+
+// The inverse within the datum: bordered by the motions it leaves free.
+MatrixXd InverseInDatum(MatrixXd matrix, const MatrixXd& motions, Index points) {
+  const Index size = matrix.rows();
+  const double scale = matrix.diagonal().head(points).mean();
+  matrix += scale * motions * motions.transpose();
+  // Lens and points differ by orders: a unit diagonal keeps the factor well-conditioned.
+  const VectorXd root = matrix.diagonal().cwiseSqrt().cwiseInverse();
+  const MatrixXd scaled = root.asDiagonal() * matrix * root.asDiagonal();
+  MatrixXd inverse = scaled.ldlt().solve(MatrixXd::Identity(size, size));
+  inverse = root.asDiagonal() * inverse * root.asDiagonal();
+  inverse -= motions * motions.transpose() / scale;
+  return 0.5 * (inverse + inverse.transpose());
+}
+
+// J Q J^T of one whitened sight, its station eliminated.
+Eigen::Matrix2d CovarianceOfFitted(const SightPartials& partials,
+                                   const ReducedNormal::Eliminated& station, Index point_row,
+                                   const ReducedNormal& normal, const MatrixXd& within,
+                                   const Eigen::Matrix<double, 6, 6>& block_inverse) {
+  MatrixXd row = -partials.by_station * block_inverse * station.coupling.transpose();
+  const auto column_of = [&](Index unknown) {
+    return std::lower_bound(station.unknowns.begin(), station.unknowns.end(), unknown) -
+           station.unknowns.begin();
+  };
+  row.middleCols<3>(column_of(point_row)) += partials.by_point;
+  for (Index i = 0; i < kLensParameters; ++i) {
+    const Index unknown = normal.index_of_lens[static_cast<std::size_t>(i)];
+    if (unknown >= 0) row.col(column_of(unknown)) += partials.by_lens.col(i);
+  }
+  return row * within * row.transpose() +
+         partials.by_station * block_inverse * partials.by_station.transpose();
+}
+
+void CheckSights(const Network& network, const ReducedNormal& normal, const MatrixXd& inverse,
+                 NetworkPrecision& precision) {
+  std::vector<std::vector<std::size_t>> of_station(network.stations.size());
+  for (std::size_t i = 0; i < network.sights.size(); ++i) {
+    if (TakesPart(network, network.sights[i])) of_station[network.sights[i].station].push_back(i);
+  }
+  for (const auto& station : normal.stations) {
+    const MatrixXd within = inverse(station.unknowns, station.unknowns);
+    const Eigen::Matrix<double, 6, 6> block_inverse =
+        station.block.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
+    for (const std::size_t i : of_station[station.station]) {
+      const NetworkSight& sight = network.sights[i];
+      const SightPartials partials = PartialsOf(network, sight);
+      const Eigen::Matrix2d left =
+          Eigen::Matrix2d::Identity() - CovarianceOfFitted(partials, station,
+                                                           normal.first_of_point[sight.point],
+                                                           normal, within, block_inverse);
+      auto& check = precision.sights[i];
+      check.redundancy = 0.5 * left.trace();
+      precision.sight_redundancy += left.trace();
+      precision.sight_chi_square += partials.residual.squaredNorm();
+      const double least =
+          check.redundancy - std::hypot(0.5 * (left(0, 0) - left(1, 1)), left(0, 1));
+      if (least > kUnchecked) {
+        check.test = partials.residual.dot(left.ldlt().solve(partials.residual));
+      }
+    }
+  }
+}
+
+void CheckBars(const Network& network, const ReducedNormal& normal, const MatrixXd& inverse,
+               NetworkPrecision& precision) {
+  for (std::size_t i = 0; i < network.bars.size(); ++i) {
+    const NetworkBar& bar = network.bars[i];
+    if (!TakesPart(network, bar)) continue;
+    const Eigen::Vector3d along = network.points[bar.to].at - network.points[bar.from].at;
+    const Eigen::Vector3d unit = along.normalized();
+    const Index from = normal.first_of_point[bar.from];
+    const Index to = normal.first_of_point[bar.to];
+    const Eigen::Matrix3d of_difference =
+        inverse.block<3, 3>(from, from) + inverse.block<3, 3>(to, to) -
+        inverse.block<3, 3>(from, to) - inverse.block<3, 3>(to, from);
+    const double variance = unit.dot(of_difference * unit);
+    auto& check = precision.bars[i];
+    check.misfit = along.norm() - bar.length;
+    check.redundancy = 1 - variance / (bar.sigma * bar.sigma);
+    constexpr double kSole = 1e-6;  // rounding: one bar alone sets the scale and checks nothing
+    if (check.redundancy > kSole) {
+      check.test = check.misfit / (bar.sigma * std::sqrt(check.redundancy));
+    }
+  }
+}
+
+}  // namespace
+
+NetworkPrecision PrecisionOf(const Network& network, const FreeLens& free, bool bars) {
+  BundleOptions options;
+  options.free = free;
+  options.bars = bars;
+  const ReducedNormal normal = NormalOf(network, options);
+  VectorXd right;
+  const Index points = normal.right.size() - std::count(free.begin(), free.end(), true);
+  const MatrixXd inverse =
+      InverseInDatum(Reduce(normal, 0, right), DatumMotions(network, normal, bars), points);
+  NetworkPrecision precision;
+  precision.sights.resize(network.sights.size());
+  precision.bars.resize(network.bars.size());
+  precision.points = inverse.topLeftCorner(points, points);
+  for (std::size_t i = 0; i < kLensParameters; ++i) {
+    for (std::size_t j = 0; j < kLensParameters; ++j) {
+      const Index a = normal.index_of_lens[i];
+      const Index b = normal.index_of_lens[j];
+      if (a >= 0 && b >= 0) {
+        precision.lens(static_cast<Index>(i), static_cast<Index>(j)) = inverse(a, b);
+      }
+    }
+  }
+  CheckSights(network, normal, inverse, precision);
+  if (bars) CheckBars(network, normal, inverse, precision);
+  return precision;
+}
+
+}  // namespace trammel::part_alignment

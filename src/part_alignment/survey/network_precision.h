@@ -1,0 +1,42 @@
+// What a bundle adjustment determines, and what its observations check of one another.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "part_alignment/survey/bundle.h"
+
+namespace trammel::part_alignment {
+
+/// The stated sigmas are taken as they are; nothing is scaled by the residuals.
+struct NetworkPrecision {
+  /// Of the placed points' coordinates, in the datum of inner constraints over all of them: least
+  /// trace, singular by six (seven without bars).
+  Eigen::MatrixXd points;
+  /// Of the lens; rows of parameters that were not free are 0.
+  Eigen::Matrix<double, kLensParameters, kLensParameters> lens =
+      Eigen::Matrix<double, kLensParameters, kLensParameters>::Zero();
+  /// One for each of network.sights; 0 where it takes no part.
+  struct SightCheck {
+    /// Mean of both coordinates: the share of an error that its residual shows, 0 … 1.
+    double redundancy = 0;
+    /// v^T Qvv^-1 v: chi-square of two degrees where the sight is right (Baarda's test of both
+    /// coordinates together). 0 where redundancy is too small to tell.
+    double test = 0;
+  };
+  std::vector<SightCheck> sights;
+  /// One for each of network.bars.
+  struct BarCheck {
+    double misfit = 0;  ///< adjusted less calibrated length
+    double test = 0;    ///< misfit in units of its standard deviation; 0 if not checked at all
+    double redundancy = 0;
+  };
+  std::vector<BarCheck> bars;
+  double sight_chi_square = 0;
+  double sight_redundancy = 0;  ///< sum over all coordinates
+};
+
+/// REQUIRES a network at its least squares.
+[[nodiscard]] NetworkPrecision PrecisionOf(const Network& network, const FreeLens& free, bool bars);
+
+}  // namespace trammel::part_alignment

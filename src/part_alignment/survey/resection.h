@@ -1,0 +1,47 @@
+// Where a camera stood, from points that are known already.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/random.h"
+#include "part_alignment/survey/network.h"
+
+namespace trammel::part_alignment {
+
+/// The stations that see three points along three unit lines: at most four (Grunert 1841, as of
+/// Haralick et al. 1994).
+[[nodiscard]] std::vector<Station> ThreePointStations(std::span<const Eigen::Vector3d, 3> object,
+                                                      std::span<const Eigen::Vector3d, 3> lines);
+
+struct Resection {
+  Station station;
+  std::size_t sights = 0;    ///< to placed points
+  std::size_t agreeing = 0;  ///< within the tolerance
+};
+
+/// Draws threes among the sights (indices into network.sights, all of one station) of placed
+/// points, keeps the station with which most of them agree, and refines it by those. Absent with
+/// fewer than four.
+[[nodiscard]] std::optional<Resection> Resect(const Network& network,
+                                              std::span<const std::size_t> sights,
+                                              double tolerance_px, Random& random);
+
+/// Least squares of one station (Cauchy's loss of `loss_sigma`, 0: none), its points fixed.
+struct StationFit {
+  Station station;
+  double focal_px = 0;
+  double focal_sigma_px = 0;  ///< k = 1, with the stated sigmas
+  std::size_t sights = 0;
+};
+/// @param free_focal  solves for the focal length too, of this picture alone.
+[[nodiscard]] std::optional<StationFit> FitStation(const Network& network,
+                                                   std::span<const std::size_t> sights,
+                                                   const Station& start, double loss_sigma,
+                                                   bool free_focal);
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,237 @@
+#include "part_alignment/survey/snooping.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/statistics.h"
+#include "part_alignment/survey/network_start.h"
+#include "part_alignment/survey/resection.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kMedianChiSquare2 = 1.3862943611198906;  // of two degrees of freedom: 2 ln 2
+constexpr double kLossWidth = 3;                          // sigmas, of Cauchy's loss
+
+// Below these an end is no longer determined.
+constexpr int kLeastOfStation = 3;
+constexpr int kLeastOfPoint = 2;
+
+// Of the sights that one station or point has.
+struct Worst {
+  double test = 0;
+  int sights = 0;
+  void Add(double of_sight) {
+    test = std::max(test, of_sight);
+    ++sights;
+  }
+};
+
+double Cauchy(double s, double width2) { return width2 * std::log1p(s / width2); }
+
+struct PointFit {
+  Vector3d at = Vector3d::Zero();
+  double cost = 0;
+};
+
+// One point alone, stations and lens fixed, Cauchy's loss.
+std::optional<PointFit> FitPoint(const Network& network, const std::vector<std::size_t>& sights,
+                                 const Vector3d& start, double scatter) {
+  const double width2 = kLossWidth * kLossWidth;
+  PointFit fit{start, std::numeric_limits<double>::infinity()};
+  Vector3d at = start;
+  constexpr int kMostSteps = 20;
+  double damping = 1e-6;
+  for (int step = 0; step < kMostSteps; ++step) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Vector3d right = Vector3d::Zero();
+    double cost = 0;
+    for (const std::size_t i : sights) {
+      const NetworkSight& sight = network.sights[i];
+      const Station& station = network.stations[sight.station];
+      const auto projection = ProjectLens(network.lens, station.FromObject(at));
+      if (!projection) return std::nullopt;
+      const double weight = 1 / (scatter * sight.sigma_px);
+      const Eigen::Vector2d residual = weight * (projection->pixel - sight.pixel);
+      const Eigen::Matrix<double, 2, 3> row = weight * projection->by_point * station.rotation;
+      const double s = residual.squaredNorm();
+      cost += Cauchy(s, width2);
+      normal += row.transpose() * row / (1 + s / width2);
+      right += row.transpose() * residual / (1 + s / width2);
+    }
+    if (cost < fit.cost) {
+      const bool done = fit.cost - cost < 1e-6;
+      fit = {at, cost};
+      if (done) break;
+      damping *= 0.1;
+    } else {
+      damping *= 100;
+    }
+    normal.diagonal() *= 1 + damping;
+    at = fit.at - normal.ldlt().solve(right);
+  }
+  return fit;
+}
+
+std::vector<std::vector<std::size_t>> SightsByPoint(const Network& network) {
+  std::vector<std::vector<std::size_t>> sights(network.points.size());
+  for (std::size_t i = 0; i < network.sights.size(); ++i) {
+    const NetworkSight& sight = network.sights[i];
+    if (network.stations[sight.station].placed && network.points[sight.point].placed)
+      sights[sight.point].push_back(i);
+  }
+  for (auto& of_point : sights) {
+    std::stable_sort(of_point.begin(), of_point.end(), [&](std::size_t a, std::size_t b) {
+      return network.sights[a].station < network.sights[b].station;
+    });
+  }
+  return sights;
+}
+
+}  // namespace
+
+double RobustScatter(const Network& network) {
+  std::vector<double> squares;
+  for (const NetworkSight& sight : network.sights) {
+    if (!TakesPart(network, sight)) continue;
+    if (const auto misclosure = Misclosure(network, sight)) {
+      squares.push_back(misclosure->squaredNorm() / (sight.sigma_px * sight.sigma_px));
+    }
+  }
+  return squares.empty() ? 0 : std::sqrt(Median(squares) / kMedianChiSquare2);
+}
+
+NetworkPrecision SnoopSights(const BundleOptions& options, double false_alarm, Network& network) {
+  constexpr double kLeastScatter = 1e-6;  // of noise-free sights, where nothing contradicts
+  while (true) {
+    (void)AdjustBundle(options, network);
+    NetworkPrecision precision = PrecisionOf(network, options.free, options.bars);
+    std::vector<double> tests;
+    for (const auto& check : precision.sights) {
+      if (check.test > 0) tests.push_back(check.test);
+    }
+    if (tests.empty()) return precision;
+    const double scatter2 = std::max(Median(tests) / kMedianChiSquare2, kLeastScatter);
+    // Bonferroni: chi-square of two degrees exceeds x with probability exp(-x / 2).
+    const double limit = -2 * std::log(false_alarm / static_cast<double>(tests.size())) * scatter2;
+    std::vector<Worst> of_station(network.stations.size());
+    std::vector<Worst> of_point(network.points.size());
+    for (std::size_t i = 0; i < network.sights.size(); ++i) {
+      const NetworkSight& sight = network.sights[i];
+      if (!TakesPart(network, sight)) continue;
+      of_station[sight.station].Add(precision.sights[i].test);
+      of_point[sight.point].Add(precision.sights[i].test);
+    }
+    bool left_out = false;
+    for (std::size_t i = 0; i < network.sights.size(); ++i) {
+      NetworkSight& sight = network.sights[i];
+      const double test = precision.sights[i].test;
+      const Worst& station = of_station[sight.station];
+      const Worst& point = of_point[sight.point];
+      if (test > limit && test >= station.test && test >= point.test &&
+          station.sights > kLeastOfStation && point.sights > kLeastOfPoint) {
+        sight.used = false;
+        left_out = true;
+      }
+    }
+    if (!left_out) return precision;
+  }
+}
+
+std::vector<MovedPoint> FindMovedPoints(const Network& network) {
+  constexpr std::size_t kLeastSights = 3;  // on either side
+  constexpr double kLeastGain = 60;        // of cost: far beyond what the choice of a split gains
+  constexpr double kMostCostOfSight = 5;   // of the two that are left, in the mean: 2 expected
+  const double scatter = std::max(RobustScatter(network), 1e-6);
+  const auto by_point = SightsByPoint(network);
+  std::vector<MovedPoint> moved;
+  for (std::size_t p = 0; p < by_point.size(); ++p) {
+    const std::vector<std::size_t>& sights = by_point[p];
+    if (sights.size() < 2 * kLeastSights) continue;
+    const auto one = FitPoint(network, sights, network.points[p].at, scatter);
+    if (!one || one->cost < kLeastGain) continue;
+    double best = one->cost;
+    MovedPoint candidate;
+    for (std::size_t k = kLeastSights; k + kLeastSights <= sights.size(); ++k) {
+      const auto middle = sights.begin() + static_cast<std::ptrdiff_t>(k);
+      const auto before = FitPoint(network, {sights.begin(), middle}, one->at, scatter);
+      const auto after = FitPoint(network, {middle, sights.end()}, one->at, scatter);
+      if (!before || !after || before->cost + after->cost >= best) continue;
+      best = before->cost + after->cost;
+      candidate = {p, network.sights[*middle].station, (after->at - before->at).norm()};
+    }
+    if (one->cost - best > kLeastGain &&
+        best < kMostCostOfSight * static_cast<double>(sights.size())) {
+      moved.push_back(candidate);
+    }
+  }
+  return moved;
+}
+
+namespace {
+
+// A station with a focal length of its own, by all of its sights: the loss narrows, so that no
+// start is too far off.
+std::optional<StationFit> FitWithFocal(Network network, const std::vector<std::size_t>& sights,
+                                       Station station, double scatter) {
+  for (const std::size_t i : sights) network.sights[i].used = true;
+  std::optional<StationFit> fit;
+  for (const double width : {1000.0, 30.0, 1.0}) {
+    fit = FitStation(network, sights, station, width * kLossWidth * scatter, true);
+    if (!fit) return std::nullopt;
+    network.lens[kFocal] = fit->focal_px;
+    station = fit->station;
+  }
+  return fit;
+}
+
+}  // namespace
+
+std::optional<FocalStep> FindFocalStep(const Network& network) {
+  constexpr std::size_t kLeastStations = 2;  // on either side
+  constexpr std::size_t kLeastSights = 6;
+  constexpr double kLeastGain = 60;
+  const double scatter = std::max(RobustScatter(network), 1e-6);
+  const auto sights = SightsByStation(network);
+  std::vector<std::pair<std::size_t, double>> focals;
+  std::vector<double> weights;
+  for (std::size_t s = 0; s < sights.size(); ++s) {
+    if (!network.stations[s].placed || sights[s].size() < kLeastSights) continue;
+    const auto fit = FitWithFocal(network, sights[s], network.stations[s], scatter);
+    if (!fit || fit->sights < kLeastSights) continue;
+    focals.emplace_back(s, fit->focal_px);
+    weights.push_back(1 / std::pow(scatter * fit->focal_sigma_px, 2));
+  }
+  // Sums before and after each station give the gain of two means over one.
+  double all = 0;
+  double all_weight = 0;
+  for (std::size_t i = 0; i < focals.size(); ++i) {
+    all += weights[i] * focals[i].second;
+    all_weight += weights[i];
+  }
+  double sum = 0;
+  double weight = 0;
+  double best = kLeastGain;
+  std::optional<FocalStep> step;
+  for (std::size_t i = 0; i + kLeastStations < focals.size(); ++i) {
+    sum += weights[i] * focals[i].second;
+    weight += weights[i];
+    if (i + 1 < kLeastStations) continue;
+    const double before = sum / weight;
+    const double after = (all - sum) / (all_weight - weight);
+    const double gain =
+        weight * (all_weight - weight) / all_weight * (after - before) * (after - before);
+    if (gain > best) {
+      best = gain;
+      step = FocalStep{focals[i + 1].first, before, after};
+    }
+  }
+  return step;
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,45 @@
+// Outliers of a network: single sights by data snooping, and what makes many of them at once.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "part_alignment/survey/bundle.h"
+#include "part_alignment/survey/network_precision.h"
+
+namespace trammel::part_alignment {
+
+/// Scatter of the used sights in their stated sigmas, from the median of their residuals: outliers
+/// do not count.
+[[nodiscard]] double RobustScatter(const Network& network);
+
+/// Leaves out, round by round, the sight that contradicts the others most in both its picture and
+/// its point, adjusting anew each time, until none exceeds what chance lets expect of all of them
+/// together with this probability. Leaves each station three sights and each point two.
+/// REQUIRES those to begin with.
+/// @returns the precision of what is left, by least squares.
+[[nodiscard]] NetworkPrecision SnoopSights(const BundleOptions& options, double false_alarm,
+                                           Network& network);
+
+/// A point that was elsewhere from one station on.
+struct MovedPoint {
+  std::size_t point = 0;
+  std::size_t first_after = 0;  ///< station
+  double by = 0;                ///< length of the motion
+};
+/// Points whose sights contradict one another as one point, and agree as two, before and after one
+/// station (stations in the order of time). Looks at all sights of placed points and stations, the
+/// unused ones too.
+[[nodiscard]] std::vector<MovedPoint> FindMovedPoints(const Network& network);
+
+/// A change of the focal length between two stations.
+struct FocalStep {
+  std::size_t first_after = 0;  ///< station
+  double before_px = 0;
+  double after_px = 0;
+};
+/// Solves each station with a focal length of its own, and looks for one step in time.
+[[nodiscard]] std::optional<FocalStep> FindFocalStep(const Network& network);
+
+}  // namespace trammel::part_alignment

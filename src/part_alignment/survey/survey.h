@@ -1,0 +1,120 @@
+// A part's targets from pictures by a camera in hand: photogrammetry with coded targets and scale
+// bars.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/measured.h"
+#include "base/result.h"
+#include "part_alignment/part_fit/part_fit.h"
+#include "part_alignment/pose/measurement.h"
+#include "part_alignment/survey/lens.h"
+
+namespace trammel::part_alignment {
+
+/// What one picture shows of coded targets.
+struct SurveyPicture {
+  std::string name;
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<Observation> sights;  ///< each target once
+};
+
+struct SurveyInput {
+  std::vector<SurveyPicture> pictures;  ///< in the order in which they were taken
+  std::vector<ScaleBar> bars;
+  /// Roughly, from EXIF or the lens: px. Absent: it is searched for from half the picture's longer
+  /// side to three times that.
+  std::optional<double> focal_length_px;
+  /// A calibrated lens, which is then not solved for.
+  std::optional<Lens> lens;
+};
+
+struct SurveyOptions {
+  /// A target needs so many sights to be given, 3 or more: with two an error of one goes unnoticed.
+  int least_sights = 3;
+  /// And two lines of sight so far apart.
+  double least_angle_rad = 0.26;  // 15 degrees
+  /// Probability that data snooping leaves out anything of sound data.
+  double false_alarm = 0.05;
+  /// Sights that scatter by so many of their stated sigmas refuse the survey.
+  double most_variance_root = 5;
+  /// Of the random draws with which starting values are found.
+  std::uint64_t seed = 1;
+};
+
+struct SurveyedTarget {
+  std::string id;
+  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sigma_mm = Eigen::Vector3d::Zero();  ///< k = 1: the covariance's diagonal
+  int sights = 0;
+  double widest_angle_rad = 0;  ///< between two of its lines of sight, up to 90 degrees
+  /// Unit vector towards the stations that see it, in the mean.
+  Eigen::Vector3d seen_from = Eigen::Vector3d::UnitZ();
+  double rms_px = 0;  ///< per axis
+  /// The least share of an error that a residual of it would show, 0 … 1.
+  double least_redundancy = 0;
+};
+
+struct SurveyStation {
+  std::string picture;
+  bool used = false;
+  std::string reason;  ///< why not
+  Eigen::Vector3d place_mm = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d camera_from_survey = Eigen::Matrix3d::Identity();
+  int sights = 0;
+  double rms_px = 0;  ///< per axis
+};
+
+/// A sight that contradicts the others and was left out.
+struct SurveyOutlier {
+  std::string picture;
+  std::string target;
+  double error_px = 0;     ///< from where the others put it
+  std::string seen_there;  ///< the target that the others put at its place; mostly none
+};
+
+struct SurveyedBar {
+  ScaleBar bar;
+  bool used = false;
+  double misfit_mm = 0;  ///< adjusted less calibrated
+  double test = 0;       ///< in its standard deviations; 0 for the only bar
+};
+
+/// Targets, covariance, lens are meant only with verdict good.
+struct Survey {
+  Verdict verdict = Verdict::kRefused;
+  std::string reason;
+  std::vector<SurveyedTarget> targets;  ///< by id: numbers ascending, then texts
+  /// (3 · targets)², mm², k = 1: x, y, z of each target in turn; singular by six. Datum: free
+  /// network, inner constraints over all targets; origin in their centroid, x along their largest
+  /// extent, z along the least one and to the cameras' side. Scale: the bars, as observations.
+  Eigen::MatrixXd covariance;
+  std::vector<SurveyStation> stations;  ///< one for each picture
+  std::vector<SurveyOutlier> outliers;
+  std::vector<SurveyedBar> bars;
+  Lens lens = Lens::Zero();
+  Lens lens_sigma = Lens::Zero();  ///< k = 1; 0 where it was given
+  /// What the sights scatter by, in their stated sigmas. The covariance has it in.
+  double variance_root = 0;
+  int sights = 0;
+  int redundancy = 0;
+  std::vector<std::string> notices;
+};
+
+/// Starting values from codes alone; then a bundle adjustment of stations, targets and lens.
+/// Outliers are found by data snooping (Baarda), one at a time in each picture and target; a moved
+/// target, exchanged codes, a picture of something else, a change of focal length and bars that
+/// disagree are told apart and named.
+/// Verdicts other than good: pictures of different sizes, a focal length that changed, bars that
+/// contradict one another, residuals beyond reason (refused); pictures that do not hang together,
+/// no bar (cannot_tell).
+/// Errors (kInput): numbers that cannot be, a target twice in a picture, a bar between a target and
+/// itself.
+/// Accuracy and cost: survey_study.
+[[nodiscard]] Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& options);
+
+}  // namespace trammel::part_alignment

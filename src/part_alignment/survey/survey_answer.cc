@@ -1,0 +1,352 @@
+#include "part_alignment/survey/survey_answer.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "geometry/decompositions.h"
+#include "part_alignment/survey/network_start.h"
+#include "part_alignment/survey/resection.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// Sums of the squared misclosures of what takes part, by a key of the sight.
+struct Squares {
+  double sum_px2 = 0;
+  int sights = 0;
+  [[nodiscard]] double Rms() const { return sights > 0 ? std::sqrt(sum_px2 / (2 * sights)) : 0; }
+};
+
+template <class Key>
+std::vector<Squares> SquaresBy(const Network& network, std::size_t count, Key key) {
+  std::vector<Squares> squares(count);
+  for (const NetworkSight& sight : network.sights) {
+    if (!TakesPart(network, sight)) continue;
+    Squares& of = squares[key(sight)];
+    const auto misclosure = Misclosure(network, sight);
+    if (misclosure) of.sum_px2 += misclosure->squaredNorm();
+    ++of.sights;
+  }
+  return squares;
+}
+
+// The point, other than its own, that the network puts where a sight is.
+std::optional<std::size_t> PointAt(const Network& network, const NetworkSight& sight) {
+  constexpr double kThere = 20;  // sigmas
+  for (std::size_t p = 0; p < network.points.size(); ++p) {
+    if (p == sight.point || !network.points[p].placed) continue;
+    NetworkSight other = sight;
+    other.point = p;
+    const auto misclosure = Misclosure(network, other);
+    if (misclosure && misclosure->norm() < std::max(1.0, kThere * sight.sigma_px)) return p;
+  }
+  return std::nullopt;
+}
+
+// The focal length with which a picture fits the placed points, if there is one.
+std::optional<double> OtherFocal(Network network, const std::vector<std::size_t>& sights,
+                                 double tolerance_px, Random& random) {
+  constexpr double kLeastShare = 0.8;
+  constexpr std::size_t kLeast = 6;
+  const double focal = network.lens[kFocal];
+  for (const double factor : {0.9, 1.1, 0.8, 1.25, 0.65, 1.55}) {
+    network.lens[kFocal] = factor * focal;
+    const auto resection = Resect(network, sights, 10 * tolerance_px, random);
+    if (!resection || resection->agreeing < kLeast) continue;
+    const double loss = 10 * tolerance_px / network.sights[sights.front()].sigma_px;
+    const auto fit = FitStation(network, sights, resection->station, 0.1 * loss, true);
+    if (!fit) continue;
+    network.lens[kFocal] = fit->focal_px;
+    std::size_t agreeing = 0;
+    for (const std::size_t i : sights) {
+      const NetworkSight& sight = network.sights[i];
+      if (!network.points[sight.point].placed) continue;
+      const auto there =
+          ProjectLens(network.lens, fit->station.FromObject(network.points[sight.point].at));
+      if (there && (there->pixel - sight.pixel).norm() < tolerance_px) ++agreeing;
+    }
+    if (static_cast<double>(agreeing) >= kLeastShare * static_cast<double>(resection->sights)) {
+      return fit->focal_px;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<PointSupport> SupportOf(const Network& network) {
+  std::vector<std::vector<Vector3d>> lines(network.points.size());
+  for (const NetworkSight& sight : network.sights) {
+    if (!TakesPart(network, sight)) continue;
+    lines[sight.point].push_back(
+        (network.points[sight.point].at - network.stations[sight.station].place).normalized());
+  }
+  std::vector<PointSupport> support(network.points.size());
+  for (std::size_t p = 0; p < lines.size(); ++p) {
+    support[p].sights = static_cast<int>(lines[p].size());
+    Vector3d sum = Vector3d::Zero();
+    for (const Vector3d& line : lines[p]) sum -= line;
+    if (sum.norm() > 0) support[p].seen_from = sum.normalized();
+    double least_cosine = 1;
+    for (std::size_t i = 0; i < lines[p].size(); ++i) {
+      for (std::size_t j = i + 1; j < lines[p].size(); ++j) {
+        least_cosine = std::min(least_cosine, std::abs(lines[p][i].dot(lines[p][j])));
+      }
+    }
+    support[p].widest_angle_rad = std::acos(least_cosine);
+  }
+  return support;
+}
+
+std::optional<double> ScaleOf(const Network& network) {
+  double sum = 0;
+  double weight = 0;
+  for (const NetworkBar& bar : network.bars) {
+    if (!TakesPart(network, bar)) continue;
+    const double found = (network.points[bar.to].at - network.points[bar.from].at).norm();
+    const double of_bar = std::pow(bar.length / bar.sigma, 2);
+    sum += of_bar * bar.length / found;
+    weight += of_bar;
+  }
+  return weight > 0 ? std::optional(sum / weight) : std::nullopt;
+}
+
+void LayDatum(Network& network) {
+  Vector3d centroid = Vector3d::Zero();
+  double count = 0;
+  for (const NetworkPoint& point : network.points) {
+    if (!point.placed) continue;
+    centroid += point.at;
+    ++count;
+  }
+  centroid /= count;
+  Matrix3d spread = Matrix3d::Zero();
+  Vector3d first = Vector3d::Zero();
+  for (const NetworkPoint& point : network.points) {
+    if (!point.placed) continue;
+    if (first.isZero()) first = point.at - centroid;
+    spread += (point.at - centroid) * (point.at - centroid).transpose();
+  }
+  Vector3d stations = Vector3d::Zero();
+  for (const Station& station : network.stations) {
+    if (station.placed) stations += station.place - centroid;
+  }
+  const auto eigen = geometry::DecomposeSymmetric(spread);
+  Vector3d z = eigen.vectors.col(0);
+  Vector3d x = eigen.vectors.col(2);
+  if (z.dot(stations) < 0) z = -z;
+  if (x.dot(first) < 0) x = -x;
+  Matrix3d rotation;
+  rotation.row(0) = x.transpose();
+  rotation.row(1) = z.cross(x).transpose();
+  rotation.row(2) = z.transpose();
+  Transform(rotation, centroid, 1, network);
+}
+
+void NoteInput(const SurveyInput& input, const IndexedSurvey& indexed, Survey& survey) {
+  for (const SurveyPicture& picture : input.pictures) {
+    SurveyStation& station = survey.stations.emplace_back();
+    station.picture = picture.name;
+    if (picture.sights.empty()) station.reason = "shows no coded target";
+  }
+  for (std::size_t b = 0; b < input.bars.size(); ++b) {
+    survey.bars.push_back({input.bars[b], false, 0, 0});
+    const auto& known = indexed.bar_of;
+    if (std::find(known.begin(), known.end(), b) != known.end()) continue;
+    survey.notices.push_back(fmt::format("the scale bar {}-{} is not used: no picture shows {}",
+                                         input.bars[b].from, input.bars[b].to, "both of its ends"));
+  }
+}
+
+std::optional<std::string> NoteUnplaced(const SurveyInput& input, const Network& network,
+                                        int longer_side_px, Random& random, Survey& survey) {
+  constexpr double kTolerance = 1e-3;  // of the side
+  const auto sights = SightsByStation(network);
+  std::vector<std::string> other_focal;
+  double last_focal_px = 0;
+  for (std::size_t s = 0; s < sights.size(); ++s) {
+    std::string& reason = survey.stations[s].reason;
+    if (network.stations[s].placed || !reason.empty()) continue;
+    const auto known = std::count_if(sights[s].begin(), sights[s].end(), [&](std::size_t i) {
+      return network.points[network.sights[i].point].placed;
+    });
+    if (known < 4) {
+      reason = fmt::format("shows {} of the targets that the others show; four are needed", known);
+      continue;
+    }
+    Network all = network;
+    for (const std::size_t i : sights[s]) all.sights[i].used = true;
+    const auto focal = OtherFocal(all, sights[s], kTolerance * longer_side_px, random);
+    if (focal) {
+      reason = fmt::format("was taken with a focal length of {:.0f} px, the others with {:.0f}",
+                           *focal, network.lens[kFocal]);
+      other_focal.push_back(input.pictures[s].name);
+      last_focal_px = *focal;
+    } else {
+      reason = fmt::format(
+          "contradicts the others: its {} targets stand otherwise in them (another part, or one "
+          "that was moved)",
+          known);
+    }
+  }
+  if (other_focal.size() < 3) return std::nullopt;
+  return fmt::format(
+      "{} pictures, {} … {}, were taken with another focal length (about {:.0f} px, the others "
+      "with {:.0f}): zoom and focus must stay as they are; survey them apart",
+      other_focal.size(), other_focal.front(), other_focal.back(), last_focal_px,
+      network.lens[kFocal]);
+}
+
+void NoteUnplacedTargets(const IndexedSurvey& indexed, Survey& survey) {
+  const Network& network = indexed.network;
+  std::vector<int> seen(network.points.size());
+  for (const NetworkSight& sight : network.sights) {
+    if (network.stations[sight.station].placed) ++seen[sight.point];
+  }
+  for (std::size_t p = 0; p < network.points.size(); ++p) {
+    if (network.points[p].placed) continue;
+    survey.notices.push_back(fmt::format(
+        "target {} is not given: {} of the pictures used {} it, and no two agree on its place from "
+        "sides far enough apart",
+        indexed.ids[p], seen[p], seen[p] == 1 ? "shows" : "show"));
+  }
+}
+
+std::optional<std::string> FallsApart(const SurveyInput& input, const Survey& survey,
+                                      const Network& network) {
+  std::size_t with_targets = 0;
+  std::size_t placed = 0;
+  std::string first;
+  for (std::size_t s = 0; s < network.stations.size(); ++s) {
+    if (input.pictures[s].sights.empty()) continue;
+    ++with_targets;
+    if (network.stations[s].placed) {
+      ++placed;
+    } else if (first.empty()) {
+      first = fmt::format("; {} {}", survey.stations[s].picture, survey.stations[s].reason);
+    }
+  }
+  constexpr double kLeastShare = 2.0 / 3;
+  if (static_cast<double>(placed) >= kLeastShare * static_cast<double>(with_targets)) {
+    return std::nullopt;
+  }
+  return fmt::format(
+      "only {} of {} pictures hang together{}: neighbouring pictures must share six targets",
+      placed, with_targets, first);
+}
+
+void NoteOutliers(const SurveyInput& input, const IndexedSurvey& indexed, const Network& network,
+                  Survey& survey) {
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t>
+      read_as;  // station, point: stands there
+  for (const NetworkSight& sight : network.sights) {
+    if (sight.used || !network.stations[sight.station].placed ||
+        !network.points[sight.point].placed) {
+      continue;
+    }
+    const auto misclosure = Misclosure(network, sight);
+    SurveyOutlier outlier;
+    outlier.picture = input.pictures[sight.station].name;
+    outlier.target = indexed.ids[sight.point];
+    outlier.error_px = misclosure ? misclosure->norm() : INFINITY;
+    if (const auto there = PointAt(network, sight)) {
+      outlier.seen_there = indexed.ids[*there];
+      read_as[{sight.station, sight.point}] = *there;
+    }
+    survey.outliers.push_back(std::move(outlier));
+  }
+  for (const auto& [from, there] : read_as) {
+    const auto back = read_as.find({from.first, there});
+    if (back == read_as.end() || back->second != from.second || there < from.second) continue;
+    survey.notices.push_back(fmt::format("in {} the targets {} and {} are exchanged",
+                                         input.pictures[from.first].name, indexed.ids[from.second],
+                                         indexed.ids[there]));
+  }
+}
+
+void NoteBars(const SurveyInput& input, const IndexedSurvey& indexed,
+              const NetworkPrecision& precision, const Network& network, Survey& survey) {
+  std::size_t used = 0;
+  for (std::size_t b = 0; b < network.bars.size(); ++b) {
+    SurveyedBar& bar = survey.bars[indexed.bar_of[b]];
+    bar.bar = input.bars[indexed.bar_of[b]];
+    const bool was = bar.used;
+    bar.used = TakesPart(network, network.bars[b]);
+    if (!bar.used && was) continue;  // what was left out keeps its misfit
+    bar.misfit_mm = precision.bars[b].misfit;
+    bar.test = precision.bars[b].test;
+    if (bar.used) ++used;
+  }
+  const std::string one = "one scale bar alone: nothing checks its length; add a second";
+  const bool noted =
+      std::find(survey.notices.begin(), survey.notices.end(), one) != survey.notices.end();
+  if (used == 1 && !noted) survey.notices.push_back(one);
+}
+
+void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
+                const NetworkPrecision& precision, Survey& survey) {
+  const Network& network = indexed.network;
+  const auto support = SupportOf(network);
+  const auto by_point = SquaresBy(network, network.points.size(),
+                                  [](const NetworkSight& sight) { return sight.point; });
+  const auto by_station = SquaresBy(network, network.stations.size(),
+                                    [](const NetworkSight& sight) { return sight.station; });
+  std::vector<double> least(network.points.size(), 1);
+  for (std::size_t i = 0; i < network.sights.size(); ++i) {
+    if (!TakesPart(network, network.sights[i])) continue;
+    double& of_point = least[network.sights[i].point];
+    of_point = std::min(of_point, precision.sights[i].redundancy);
+    ++survey.sights;
+  }
+  survey.covariance = precision.points;
+  Index row = 0;
+  for (std::size_t p = 0; p < network.points.size(); ++p) {
+    if (!network.points[p].placed) continue;
+    SurveyedTarget target;
+    target.id = indexed.ids[p];
+    target.at_mm = network.points[p].at;
+    target.sigma_mm = precision.points.diagonal().segment<3>(row).cwiseMax(0.0).cwiseSqrt();
+    target.sights = support[p].sights;
+    target.widest_angle_rad = support[p].widest_angle_rad;
+    target.seen_from = support[p].seen_from;
+    target.rms_px = by_point[p].Rms();
+    target.least_redundancy = least[p];
+    survey.targets.push_back(std::move(target));
+    row += 3;
+  }
+  for (std::size_t s = 0; s < network.stations.size(); ++s) {
+    SurveyStation& station = survey.stations[s];
+    station.used = network.stations[s].placed;
+    station.place_mm = network.stations[s].place;
+    station.camera_from_survey = network.stations[s].rotation;
+    station.sights = by_station[s].sights;
+    station.rms_px = by_station[s].Rms();
+    if (!station.used) {
+      survey.notices.push_back(
+          fmt::format("{} is left out: it {}", input.pictures[s].name, station.reason));
+    }
+  }
+  survey.lens = network.lens;
+  survey.lens_sigma = precision.lens.diagonal().cwiseMax(0.0).cwiseSqrt();
+  survey.redundancy = static_cast<int>(std::lround(precision.sight_redundancy));
+}
+
+std::optional<std::string> WeakLens(const Survey& survey) {
+  constexpr double kMostShare = 5e-3;
+  if (survey.lens_sigma[kFocal] <= kMostShare * survey.lens[kFocal]) return std::nullopt;
+  return fmt::format(
+      "the focal length is known to {:.1f} of {:.0f} px only: photograph the part obliquely from "
+      "all sides, some pictures with the camera rolled by 90 degrees",
+      survey.lens_sigma[kFocal], survey.lens[kFocal]);
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,63 @@
+// What a survey says of its network: supports, outliers, stations, targets.
+#pragma once
+
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "part_alignment/survey/network_precision.h"
+#include "part_alignment/survey/survey.h"
+#include "part_alignment/survey/survey_input.h"
+
+namespace trammel::part_alignment {
+
+[[nodiscard]] constexpr double Degrees(double rad) { return rad * 180 / std::numbers::pi; }
+
+/// Of a point: its sights that take part and the widest angle between two of their lines.
+struct PointSupport {
+  int sights = 0;
+  double widest_angle_rad = 0;  ///< up to 90 degrees
+  Eigen::Vector3d seen_from = Eigen::Vector3d::UnitZ();
+};
+[[nodiscard]] std::vector<PointSupport> SupportOf(const Network& network);
+
+/// By what the network has to be enlarged for its bars to fit; absent without any.
+[[nodiscard]] std::optional<double> ScaleOf(const Network& network);
+
+/// Origin in the points' centroid, x along their largest extent (towards the first point), z along
+/// the least one, to the stations' side.
+void LayDatum(Network& network);
+
+/// Pictures without targets and bars without ends, by name.
+void NoteInput(const SurveyInput& input, const IndexedSurvey& indexed, Survey& survey);
+
+/// Says of each picture that is not placed why. @returns the reason to refuse where several of them
+/// fit with another focal length.
+[[nodiscard]] std::optional<std::string> NoteUnplaced(const SurveyInput& input,
+                                                      const Network& network, int longer_side_px,
+                                                      Random& random, Survey& survey);
+
+/// Names the targets that could not be intersected.
+void NoteUnplacedTargets(const IndexedSurvey& indexed, Survey& survey);
+
+/// Where too many pictures stay out.
+[[nodiscard]] std::optional<std::string> FallsApart(const SurveyInput& input, const Survey& survey,
+                                                    const Network& network);
+
+/// Sights left out of the network, with what stands at their place instead.
+void NoteOutliers(const SurveyInput& input, const IndexedSurvey& indexed, const Network& network,
+                  Survey& survey);
+
+void NoteBars(const SurveyInput& input, const IndexedSurvey& indexed,
+              const NetworkPrecision& precision, const Network& network, Survey& survey);
+
+/// Targets, stations, lens and covariance of the adjusted network.
+void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
+                const NetworkPrecision& precision, Survey& survey);
+
+/// A focal length that the pictures do not determine.
+[[nodiscard]] std::optional<std::string> WeakLens(const Survey& survey);
+
+}  // namespace trammel::part_alignment

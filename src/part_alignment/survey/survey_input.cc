@@ -1,0 +1,143 @@
+#include "part_alignment/survey/survey_input.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace trammel::part_alignment {
+namespace {
+
+constexpr int kMostPixels = 100'000;
+
+// Numbers before texts, by value.
+bool BeforeInOrder(const std::string& a, const std::string& b) {
+  const auto key = [](const std::string& id) {
+    long long value = 0;
+    const auto read = std::from_chars(id.data(), id.data() + id.size(), value);
+    const bool number = read.ec == std::errc{} && read.ptr == id.data() + id.size();
+    return std::pair(number ? 0 : 1, number ? value : 0LL);
+  };
+  const auto key_a = key(a);
+  const auto key_b = key(b);
+  return key_a != key_b ? key_a < key_b : a < b;
+}
+
+Result<void> CheckPicture(const SurveyPicture& picture) {
+  if (picture.width_px < 2 || picture.width_px > kMostPixels || picture.height_px < 2 ||
+      picture.height_px > kMostPixels) {
+    return Fail(fmt::format("{}: {} x {} px; 2 … {} are possible", picture.name, picture.width_px,
+                            picture.height_px, kMostPixels));
+  }
+  std::set<std::string> ids;
+  for (const Observation& sight : picture.sights) {
+    if (!std::isfinite(sight.column_px) || !std::isfinite(sight.row_px) ||
+        !(sight.sigma_px > 0 && sight.sigma_px < 1e3)) {
+      return Fail(
+          fmt::format("{}: target {} at column {}, row {}, sigma {} px: numbers must be finite, "
+                      "sigma above 0",
+                      picture.name, sight.target, sight.column_px, sight.row_px, sight.sigma_px));
+    }
+    if (!ids.insert(sight.target).second) {
+      return Fail(fmt::format("{}: target {} stands twice in it", picture.name, sight.target));
+    }
+  }
+  return {};
+}
+
+Result<void> CheckBar(const ScaleBar& bar) {
+  if (bar.from == bar.to) {
+    return Fail(fmt::format("the scale bar from {} to {} has one end", bar.from, bar.to));
+  }
+  if (!(bar.length_mm > 0 && bar.length_mm < 1e6) ||
+      !(bar.sigma_mm > 0 && bar.sigma_mm < bar.length_mm)) {
+    return Fail(fmt::format(
+        "the scale bar {}-{}: length {} mm, sigma {} mm; both must be above 0, sigma below the "
+        "length",
+        bar.from, bar.to, bar.length_mm, bar.sigma_mm));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> CheckSurvey(const SurveyInput& input, const SurveyOptions& options) {
+  for (const SurveyPicture& picture : input.pictures) {
+    if (auto checked = CheckPicture(picture); !checked) return checked;
+  }
+  for (const ScaleBar& bar : input.bars) {
+    if (auto checked = CheckBar(bar); !checked) return checked;
+  }
+  if (input.focal_length_px && !(*input.focal_length_px > 0 && *input.focal_length_px < 1e6)) {
+    return Fail(fmt::format("focal length {} px; above 0 it must be", *input.focal_length_px));
+  }
+  if (input.lens && !(input.lens->allFinite() && (*input.lens)[kFocal] > 0)) {
+    return Fail("the lens has a number that is not finite, or a focal length that is not above 0");
+  }
+  if (options.least_sights < 3 || !(options.least_angle_rad > 0) ||
+      !(options.false_alarm > 0 && options.false_alarm < 1) || !(options.most_variance_root > 0)) {
+    return Fail(fmt::format(
+        "least_sights {} (3 or more), least_angle_rad {} (above 0), false_alarm {} (0 … 1), "
+        "most_variance_root {} (above 0)",
+        options.least_sights, options.least_angle_rad, options.false_alarm,
+        options.most_variance_root));
+  }
+  return {};
+}
+
+std::optional<std::string> MixedPictures(const SurveyInput& input) {
+  for (const SurveyPicture& picture : input.pictures) {
+    const SurveyPicture& first = input.pictures.front();
+    if (picture.width_px != first.width_px || picture.height_px != first.height_px) {
+      return fmt::format("{} has {} x {} px, {} has {} x {} px", first.name, first.width_px,
+                         first.height_px, picture.name, picture.width_px, picture.height_px);
+    }
+  }
+  return std::nullopt;
+}
+
+IndexedSurvey IndexSurvey(const SurveyInput& input) {
+  IndexedSurvey indexed;
+  std::set<std::string, decltype(&BeforeInOrder)> ids(&BeforeInOrder);
+  for (const SurveyPicture& picture : input.pictures) {
+    for (const Observation& sight : picture.sights) ids.insert(sight.target);
+  }
+  std::map<std::string, std::size_t> index;
+  for (const std::string& id : ids) {
+    index[id] = indexed.ids.size();
+    indexed.ids.push_back(id);
+  }
+  Network& network = indexed.network;
+  network.points.resize(indexed.ids.size());
+  network.stations.resize(input.pictures.size());
+  for (std::size_t s = 0; s < input.pictures.size(); ++s) {
+    const auto& sights = input.pictures[s].sights;
+    for (std::size_t k = 0; k < sights.size(); ++k) {
+      network.sights.push_back({s,
+                                index[sights[k].target],
+                                {sights[k].column_px, sights[k].row_px},
+                                sights[k].sigma_px,
+                                true});
+      indexed.sight_of.push_back(k);
+    }
+  }
+  for (std::size_t b = 0; b < input.bars.size(); ++b) {
+    const ScaleBar& bar = input.bars[b];
+    if (!index.contains(bar.from) || !index.contains(bar.to)) continue;
+    network.bars.push_back({index[bar.from], index[bar.to], bar.length_mm, bar.sigma_mm, true});
+    indexed.bar_of.push_back(b);
+  }
+  if (!input.pictures.empty()) {
+    const SurveyPicture& first = input.pictures.front();
+    indexed.longer_side_px = std::max(first.width_px, first.height_px);
+    const double focal = input.focal_length_px.value_or(indexed.longer_side_px);
+    network.lens = input.lens.value_or(PlainLens(focal, first.width_px, first.height_px));
+  }
+  return indexed;
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,326 @@
+#include "part_alignment/survey/survey.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/chi_square.h"
+#include "part_alignment/survey/survey_world_test_support.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+test::SurveyScene SmallScene() {
+  test::SurveyScene scene;
+  scene.codes = 40;
+  scene.pictures = 40;
+  return scene;
+}
+
+Survey Solved(const SurveyInput& input) {
+  const auto survey = SolveSurvey(input, {});
+  EXPECT_TRUE(survey) << survey.error().message;
+  return survey ? *survey : Survey{};
+}
+
+std::string Notices(const Survey& survey) {
+  std::string all;
+  for (const std::string& notice : survey.notices) all += notice + "\n";
+  return all;
+}
+
+/// Targets that are named as seen too little.
+std::size_t NotGiven(const Survey& survey) {
+  return static_cast<std::size_t>(std::count_if(
+      survey.notices.begin(), survey.notices.end(),
+      [](const std::string& notice) { return notice.find("is not given") != std::string::npos; }));
+}
+
+/// Targets that any picture shows.
+std::size_t Shown(const SurveyInput& input) {
+  std::set<std::string> ids;
+  for (const auto& picture : input.pictures) {
+    for (const auto& sight : picture.sights) ids.insert(sight.target);
+  }
+  return ids.size();
+}
+
+bool Gives(const Survey& survey, const std::string& id) {
+  return std::any_of(survey.targets.begin(), survey.targets.end(),
+                     [&](const SurveyedTarget& target) { return target.id == id; });
+}
+
+std::vector<SurveyPicture>::iterator PictureWith(SurveyInput& input,
+                                                 const std::vector<std::string>& ids) {
+  return std::find_if(input.pictures.begin(), input.pictures.end(), [&](const auto& picture) {
+    return std::all_of(ids.begin(), ids.end(), [&](const std::string& id) {
+      return std::any_of(picture.sights.begin(), picture.sights.end(),
+                         [&](const Observation& sight) { return sight.target == id; });
+    });
+  });
+}
+
+Observation& SightOf(SurveyPicture& picture, const std::string& id) {
+  return *std::find_if(picture.sights.begin(), picture.sights.end(),
+                       [&](const Observation& sight) { return sight.target == id; });
+}
+
+// Unlikely by 1e-5 either way.
+void ExpectConsistent(const test::SurveyWorld& world, const Survey& survey) {
+  ASSERT_EQ(survey.verdict, Verdict::kGood) << survey.reason;
+  const auto errors = test::ErrorsOf(world, survey);
+  EXPECT_LT(errors.nees, ChiSquareQuantile(1 - 1e-5, errors.freedom));
+  EXPECT_GT(errors.nees, ChiSquareQuantile(1e-5, errors.freedom));
+}
+
+TEST(Survey, FindsAllTargetsWithinItsCovariance) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    SCOPED_TRACE(seed);
+    const test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), seed);
+    const SurveyInput input = test::Photograph(world, seed);
+    const Survey survey = Solved(input);
+    EXPECT_EQ(survey.targets.size() + NotGiven(survey), Shown(input));
+    EXPECT_GE(survey.targets.size(), 36U);
+    EXPECT_NEAR(survey.variance_root, 1, 0.1);
+    EXPECT_NEAR(survey.lens[kFocal], 2773, 5 * survey.lens_sigma[kFocal]);
+    ExpectConsistent(world, survey);
+  }
+}
+
+TEST(Survey, IsExactWithoutNoise) {
+  test::SurveyScene scene = SmallScene();
+  scene.bar_sigma_mm = 1e-9;
+  test::SurveyWorld world = test::MakeSurveyWorld(scene, 1);
+  world.scene.sigma_px = 1e-9;
+  SurveyInput input = test::Photograph(world, 1);
+  for (auto& picture : input.pictures) {
+    for (auto& sight : picture.sights) sight.sigma_px = 0.03;
+  }
+  const Survey survey = Solved(input);
+  ASSERT_EQ(survey.verdict, Verdict::kGood) << survey.reason;
+  constexpr double kExact_mm = 1e-5;  // the adjustment ends where nothing is gained
+  EXPECT_LT(test::ErrorsOf(world, survey).coordinates.cwiseAbs().maxCoeff(), kExact_mm);
+}
+
+TEST(Survey, SolvesAFlatPartWithoutAFocalLength) {
+  test::SurveyScene scene = SmallScene();
+  scene.flat = true;
+  for (const std::uint64_t seed : {1, 2}) {
+    for (const double focal : {2000.0, 7500.0}) {
+      SCOPED_TRACE(testing::Message() << "seed " << seed << ", focal length " << focal);
+      scene.focal_px = focal;
+      scene.distance_mm = 2500 * focal / 2773;
+      const test::SurveyWorld world = test::MakeSurveyWorld(scene, seed);
+      ExpectConsistent(world, Solved(test::Photograph(world, seed)));
+    }
+  }
+}
+
+TEST(Survey, SolvesWhereManyPicturesShowFewTargets) {
+  test::SurveyScene scene = SmallScene();
+  const test::SurveyWorld world = test::MakeSurveyWorld(scene, 4);
+  SurveyInput input = test::Photograph(world, 4);
+  for (std::size_t s = 0; s < input.pictures.size(); s += 3) {
+    auto& sights = input.pictures[s].sights;
+    if (sights.size() > 5) sights.resize(5);
+  }
+  ExpectConsistent(world, Solved(input));
+}
+
+TEST(Survey, TakesAGivenLens) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 5);
+  SurveyInput input = test::Photograph(world, 5);
+  const test::SurveyScene& scene = world.scene;
+  input.lens = PlainLens(scene.focal_px, scene.width_px, scene.height_px);
+  *input.lens += (Lens() << 0, scene.column_off_px, scene.row_off_px, scene.k1, scene.k2, scene.k3,
+                  scene.p1, scene.p2)
+                     .finished();
+  const Survey survey = Solved(input);
+  ExpectConsistent(world, survey);
+  EXPECT_TRUE(survey.lens_sigma.isZero());
+}
+
+TEST(Survey, NamesExchangedCodes) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 6);
+  SurveyInput input = test::Photograph(world, 6);
+  const auto picture = PictureWith(input, {"1", "8"});
+  ASSERT_NE(picture, input.pictures.end());
+  std::swap(SightOf(*picture, "1").target, SightOf(*picture, "8").target);
+  const Survey survey = Solved(input);
+  EXPECT_THAT(Notices(survey),
+              HasSubstr("in " + picture->name + " the targets 1 and 8 are exchanged"));
+  ExpectConsistent(world, survey);
+}
+
+TEST(Survey, NamesWhatAMisreadCodeStandsOn) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 7);
+  SurveyInput input = test::Photograph(world, 7);
+  const auto picture = PictureWith(input, {"1", "8"});
+  ASSERT_NE(picture, input.pictures.end());
+  auto& sights = picture->sights;
+  SightOf(*picture, "8").target = "dropped";
+  std::erase_if(sights, [](const Observation& sight) { return sight.target == "1"; });
+  SightOf(*picture, "dropped").target = "1";
+  const Survey survey = Solved(input);
+  ASSERT_EQ(survey.outliers.size(), 1U);
+  EXPECT_EQ(survey.outliers[0].picture, picture->name);
+  EXPECT_EQ(survey.outliers[0].target, "1");
+  EXPECT_EQ(survey.outliers[0].seen_there, "8");
+  ExpectConsistent(world, survey);
+}
+
+TEST(Survey, LeavesOutSingleErrorsOfHalfAPixel) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 8);
+  SurveyInput input = test::Photograph(world, 8);
+  for (const std::string id : {"1", "2", "7", "8", "13"}) {
+    SightOf(*PictureWith(input, {id}), id).row_px += 0.5;
+  }
+  const Survey survey = Solved(input);
+  EXPECT_EQ(survey.outliers.size(), 5U);
+  ExpectConsistent(world, survey);
+}
+
+TEST(Survey, NamesAMovedTarget) {
+  for (const double by_mm : {0.4, 5.0, 300.0}) {
+    SCOPED_TRACE(by_mm);
+    test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 9);
+    for (std::size_t s = 22; s < world.shots.size(); ++s) {
+      world.shots[s].displaced_mm["8"] = {0, 0.6 * by_mm, 0.8 * by_mm};
+    }
+    const SurveyInput input = test::Photograph(world, 9);
+    const Survey survey = Solved(input);
+    EXPECT_THAT(Notices(survey), HasSubstr("target 8 moved by"));
+    EXPECT_FALSE(Gives(survey, "8"));
+    EXPECT_EQ(survey.targets.size() + NotGiven(survey), Shown(input) - 1);
+    ExpectConsistent(world, survey);
+  }
+}
+
+TEST(Survey, RefusesTwoBarsThatDisagree) {
+  test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 10);
+  world.bars[1].length_mm += 0.2;
+  const Survey survey = Solved(test::Photograph(world, 10));
+  EXPECT_EQ(survey.verdict, Verdict::kRefused);
+  EXPECT_THAT(survey.reason, HasSubstr("901-902 and 903-904 contradict"));
+}
+
+TEST(Survey, NamesTheOneOfThreeBarsThatIsWrong) {
+  test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 11);
+  const double third_mm = (world.targets["1"].at_mm - world.targets["2"].at_mm).norm();
+  world.bars.push_back({"1", "2", third_mm, 0.01});
+  world.bars[1].length_mm -= 0.2;
+  const Survey survey = Solved(test::Photograph(world, 11));
+  EXPECT_THAT(Notices(survey), HasSubstr("scale bar 903-904 is 0.191 mm shorter"));
+  EXPECT_FALSE(survey.bars[1].used);
+  ExpectConsistent(world, survey);
+}
+
+TEST(Survey, NamesAChangeOfTheFocalLength) {
+  for (const double factor : {1.0005, 1.01, 1.1, 0.7}) {
+    SCOPED_TRACE(factor);
+    test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 12);
+    for (std::size_t s = 20; s < world.shots.size(); ++s) world.shots[s].focal_px *= factor;
+    const Survey survey = Solved(test::Photograph(world, 12));
+    EXPECT_EQ(survey.verdict, Verdict::kRefused) << Notices(survey);
+    EXPECT_THAT(survey.reason, HasSubstr("focal length"));
+  }
+}
+
+TEST(Survey, LeavesOutAPictureOfAnotherPart) {
+  const test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 13);
+  const test::SurveyWorld other = test::MakeSurveyWorld(SmallScene(), 1013);
+  SurveyInput input = test::Photograph(world, 13);
+  input.pictures[17] = test::Photograph(other, 14).pictures[3];
+  input.pictures[17].name = "stray";
+  const Survey survey = Solved(input);
+  EXPECT_THAT(Notices(survey), HasSubstr("stray is left out"));
+  EXPECT_FALSE(survey.stations[17].used);
+  ExpectConsistent(world, survey);
+}
+
+TEST(Survey, RefusesPicturesOfDifferentSizes) {
+  SurveyInput input = test::Photograph(test::MakeSurveyWorld(SmallScene(), 15), 15);
+  std::swap(input.pictures[4].width_px, input.pictures[4].height_px);
+  const Survey survey = Solved(input);
+  EXPECT_EQ(survey.verdict, Verdict::kRefused);
+  EXPECT_THAT(survey.reason, HasSubstr("p5 has 3000 x 4000 px"));
+}
+
+TEST(Survey, CannotTellLengthsWithoutABar) {
+  test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 16);
+  world.bars.clear();
+  const Survey survey = Solved(test::Photograph(world, 16));
+  EXPECT_EQ(survey.verdict, Verdict::kCannotTell);
+  EXPECT_THAT(survey.reason, HasSubstr("no scale bar"));
+  EXPECT_THAT(survey.targets, IsEmpty());
+}
+
+TEST(Survey, SaysThatOneBarIsNotChecked) {
+  test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 17);
+  world.bars.pop_back();
+  const Survey survey = Solved(test::Photograph(world, 17));
+  EXPECT_THAT(Notices(survey), HasSubstr("one scale bar alone"));
+  ExpectConsistent(world, survey);
+}
+
+TEST(Survey, CannotTellFromTooFewPictures) {
+  test::SurveyScene scene = SmallScene();
+  for (const int pictures : {0, 1, 5}) {
+    SCOPED_TRACE(pictures);
+    scene.pictures = pictures;
+    const Survey survey = Solved(test::Photograph(test::MakeSurveyWorld(scene, 18), 18));
+    EXPECT_EQ(survey.verdict, Verdict::kCannotTell);
+    EXPECT_THAT(survey.reason, HasSubstr("pictures show four coded targets or more"));
+  }
+  scene.pictures = 40;
+  SurveyInput input = test::Photograph(test::MakeSurveyWorld(scene, 18), 18);
+  for (auto& picture : input.pictures) picture.sights.clear();
+  EXPECT_THAT(Solved(input).reason, HasSubstr("0 of 40 pictures show four"));
+}
+
+TEST(Survey, CannotTellFromTwoPartsThatHangTogetherNowhere) {
+  test::SurveyScene scene = SmallScene();
+  SurveyInput input = test::Photograph(test::MakeSurveyWorld(scene, 19), 19);
+  SurveyInput other = test::Photograph(test::MakeSurveyWorld(scene, 1019), 20);
+  for (std::size_t s = 0; s < 20; ++s) {
+    input.pictures[s] = other.pictures[s];
+    for (auto& sight : input.pictures[s].sights) sight.target = "other " + sight.target;
+  }
+  const Survey survey = Solved(input);
+  EXPECT_EQ(survey.verdict, Verdict::kCannotTell);
+  EXPECT_THAT(survey.reason, HasSubstr("hang together"));
+}
+
+TEST(Survey, RefusesNumbersThatCannotBe) {
+  const SurveyInput sound = test::Photograph(test::MakeSurveyWorld(SmallScene(), 21), 21);
+  const auto message = [](const SurveyInput& input) {
+    const auto survey = SolveSurvey(input, {});
+    return survey ? std::string() : survey.error().message;
+  };
+  SurveyInput input = sound;
+  input.pictures[3].sights[0].row_px = NAN;
+  EXPECT_THAT(message(input), HasSubstr("p4: target"));
+  input = sound;
+  input.pictures[3].sights[0].sigma_px = 0;
+  EXPECT_THAT(message(input), HasSubstr("sigma above 0"));
+  input = sound;
+  input.pictures[3].sights.push_back(input.pictures[3].sights[0]);
+  EXPECT_THAT(message(input), HasSubstr("stands twice"));
+  input = sound;
+  input.bars[0].to = input.bars[0].from;
+  EXPECT_THAT(message(input), HasSubstr("has one end"));
+  input = sound;
+  input.bars[0].sigma_mm = -1;
+  EXPECT_THAT(message(input), HasSubstr("above 0"));
+}
+
+}  // namespace
+}  // namespace trammel::part_alignment
