@@ -24,8 +24,8 @@ tl::unexpected<Error> NotThere(const ModuleName& name, std::span<const fs::path>
   }
   return Fail(
       fmt::format("{} needs the module {}.so, which this trammel came without (looked for in "
-                  "{}); install all of trammel, or build it with that module",
-                  name.purpose, name.file, looked));
+                  "{}); install the package {}, or build trammel with that module",
+                  name.purpose, name.file, looked, name.package));
 }
 
 /// Whether nobody but the program's owner and root can have written the file: a folder above the
@@ -40,10 +40,12 @@ bool IsTrusted(const fs::path& path) {
 
 }  // namespace
 
-const ModuleName kVideoModule = {"trammel-video", "reading a video", TRAMMEL_VIDEO_PACKAGES};
-const ModuleName kScannerModule = {"trammel-scanner", "scanning from a flatbed", "libsane1"};
+const ModuleName kVideoModule = {"trammel-video", "reading a video", "trammel-video",
+                                 TRAMMEL_VIDEO_PACKAGES};
+const ModuleName kScannerModule = {"trammel-scanner", "scanning from a flatbed", "trammel-scanners",
+                                   "libsane1"};
 const ModuleName kAravisModule = {"trammel-aravis", "a GigE Vision or USB3 Vision camera",
-                                  "libaravis-0.8-0"};
+                                  "trammel-machine-vision", "libaravis-0.8-0"};
 
 std::vector<fs::path> ModuleFolders() {
   std::error_code error;

@@ -13,6 +13,7 @@ namespace trammel::machine {
 struct ModuleName {
   std::string_view file;      ///< without its ending: "trammel-video"
   std::string_view purpose;   ///< of whoever asks, which begins every message: "reading this video"
+  std::string_view package;   ///< of trammel's own, in which it comes: "trammel-video"
   std::string_view packages;  ///< of Debian, in which its libraries come
 };
 

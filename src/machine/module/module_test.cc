@@ -15,7 +15,8 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-constexpr ModuleName kNone = {"trammel-none", "reading tea leaves", "libtea1 libleaf2"};
+constexpr ModuleName kNone = {"trammel-none", "reading tea leaves", "trammel-leaves",
+                              "libtea1 libleaf2"};
 
 TEST(Module, NamesWhereItLookedForOneThatIsNotThere) {
   const std::array<std::filesystem::path, 2> folders = {"/nowhere/a", "/nowhere/b"};
@@ -23,7 +24,8 @@ TEST(Module, NamesWhereItLookedForOneThatIsNotThere) {
   ASSERT_FALSE(module);
   EXPECT_THAT(module.error().message,
               AllOf(HasSubstr("reading tea leaves needs the module trammel-none.so"),
-                    HasSubstr("/nowhere/a and /nowhere/b")));
+                    HasSubstr("/nowhere/a and /nowhere/b"),
+                    HasSubstr("install the package trammel-leaves")));
 }
 
 TEST(Module, NamesThePackagesWhereItCannotBeLoaded) {
