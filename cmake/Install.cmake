@@ -1,5 +1,5 @@
-# cmake --install: the program with its modules, libtrammel_tap with its header and CMake's config, what goes
-# onto the printer, and the manual.
+# cmake --install: the program with its modules, libtrammel_tap with its header and what CMake and pkg-config ask for, what
+# goes onto the printer, and the manual.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -18,6 +18,10 @@ set_target_properties(trammel_tap_shared PROPERTIES EXPORT_NAME tap)
 install(EXPORT trammel NAMESPACE trammel:: DESTINATION ${trammel_cmake} FILE trammelConfig.cmake)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/trammelConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/trammelConfigVersion.cmake DESTINATION ${trammel_cmake})
+# ${pcfiledir} in place of CMAKE_INSTALL_PREFIX: cmake --install --prefix may name another folder, and a tree may be moved.
+file(RELATIVE_PATH trammel_prefix /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+configure_file(cmake/trammel-tap.pc.in trammel-tap.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/trammel-tap.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/klipper ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/trammel
         PATTERN __pycache__ EXCLUDE)

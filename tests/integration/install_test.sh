@@ -20,6 +20,13 @@ cmake -S "$source/tests/integration/installed" -B "$folder/consumer" -DCMAKE_PRE
   -DEXAMPLE="$source/examples/tap/tap.c" > "$folder/log"
 cmake --build "$folder/consumer" >> "$folder/log" || { cat "$folder/log"; exit 1; }
 "$folder/consumer/tap" /nonexistent > "$folder/answer" 2>&1 && exit 1
+# So do those that ask pkg-config.
+PKG_CONFIG_PATH=$(dirname "$(find "$folder/moved" -name trammel-tap.pc)")
+export PKG_CONFIG_PATH
+[[ $(pkg-config --modversion trammel-tap) == "$version" ]]
+read -ra flags < <(pkg-config --cflags --libs trammel-tap)
+cc -o "$folder/by_pkg_config" "$source/examples/tap/tap.c" "${flags[@]}"
+LD_LIBRARY_PATH=$(pkg-config --variable=libdir trammel-tap) "$folder/by_pkg_config" /nonexistent > "$folder/answer" 2>&1 && exit 1
 # The extra finds the library that was installed with it.
 found=$(PYTHONPATH="$folder/moved/share/trammel/klipper" python3 -B -c 'from trammel_tap.library import library_path; print(library_path())')
 [[ $found == "$folder/moved/lib/"*libtrammel_tap.so.1 ]] || { echo "library_path() says: $found"; exit 1; }
