@@ -17,3 +17,5 @@ said=$(systemd-analyze verify "$unit" 2>&1) || true
 # The thread that fetches frames is to raise itself (base/thread_priority.h), whatever else the unit forbids.
 grep -qx 'LimitRTPRIO=1' "$unit"
 if grep -E '^(RestrictRealtime=(yes|true|1)|SystemCallFilter=~.*@resources)' "$unit"; then exit 1; fi
+# A folder that is not there yet must not keep the service from the command that makes it.
+if grep '^ReadWritePaths=' "$unit" | cut -d= -f2 | tr ' ' '\n' | grep -v '^-'; then exit 1; fi
