@@ -92,7 +92,7 @@ class InstallTest(Home):
     def test_a_printer_gets_macros_settings_section_permission_link_and_service(self):
         self.assertEqual(self.install(), [])
         self.assertEqual(self.read("config/trammel.cfg"), (SOURCE / "klipper/trammel.cfg").read_text())
-        self.assertIn('address = "localhost:7126"', self.read("config/trammel.toml"))
+        self.assertIn('address = "127.0.0.1:7126"', self.read("config/trammel.toml"))
         self.assertEqual(self.read("config/moonraker.conf"), MOONRAKER.decode() + f"""
 [update_manager trammel]
 type: zip
@@ -133,7 +133,7 @@ managed_services: trammel
         second = (self.units / "trammel-printer_1_data.service").read_text()
         self.assertIn("PartOf=trammel.service\n", second)
         self.assertIn("/printer_1_data/config/trammel.toml", second)
-        self.assertIn('"localhost:7200"', (self.home / "printer_1_data/config/trammel.toml").read_text())
+        self.assertIn('"127.0.0.1:7200"', (self.home / "printer_1_data/config/trammel.toml").read_text())
 
     def test_sections_and_files_of_that_name_that_are_there_stay(self):
         config = self.home / "printer_data/config"

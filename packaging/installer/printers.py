@@ -9,7 +9,7 @@ SECTION = "[update_manager trammel]"
 SETTINGS = """\
 # What trammel is to know of this printer. trammel config keys prints every key.
 [moonraker]
-address = "localhost:{port}"
+address = "127.0.0.1:{port}"
 
 [filament]
 # Nothing is heated on a guess. What is loaded: pla, petg, abs, asa, tpu, pc or pa.
