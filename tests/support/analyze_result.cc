@@ -40,7 +40,8 @@ void ExpectFormat(const json& answer) {
   ExpectKeys(
       answer,
       {"format", "method", "verdict", "reason", "pressure_advance_s", "standard_uncertainty_s",
-       "interval95_s", "acceleration", "deceleration", "lines", "deviation", "notices", "report"},
+       "interval95_s", "print_next_s", "acceleration", "deceleration", "lines", "deviation",
+       "notices", "report"},
       "");
   EXPECT_EQ(answer.at("format"), 1);
   ExpectMeasured(answer, "");
