@@ -1,5 +1,6 @@
 // trammel pa calibrate against the virtual printer, over real sockets: what it answers and how it
 // leaves the machine when nothing goes wrong.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,6 +16,7 @@
 namespace trammel::test {
 namespace {
 
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr double kEnough_s = 120;  // a quick calibration takes some 25 s
@@ -69,9 +71,15 @@ TEST(Calibrate, AppliesOnlyWhatItIsToldToApply) {
   wanted.settings["pressure advance"] = shop.Look().settings.at("pressure advance");
   EXPECT_THAT(shop.Faulty(wanted), IsEmpty());
   shop.Script("SET_PRESSURE_ADVANCE ADVANCE=0.077");
-  const ProcessEnd applied = shop.Run({"pa", "apply", "rec", "--printer", shop.address()});
+  const ProcessEnd applied =
+      shop.Run({"pa", "apply", "rec", "--filament", "Generic PLA", "--printer", shop.address()});
   EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
   EXPECT_NEAR(shop.Look().settings.at("pressure advance"), answer_s, kDigits_s);
+  EXPECT_THAT(applied.standard_output, HasSubstr("TRAMMEL_FILAMENT FILAMENT=\"generic_pla\""));
+  shop.With([&](sim::VirtualKlipper& klipper) {
+    EXPECT_THAT(klipper.saved_variables["trammel_pa"],
+                HasSubstr(fmt::format("\"generic_pla\":{{\"extruder/0.40\":{:.4f}", answer_s)));
+  });
 }
 
 // Whoever wrote it, and whatever the settings would have the bed at.

@@ -21,8 +21,6 @@ constexpr const char* kCalibrate = "TRAMMEL_CALIBRATE_PRESSURE_ADVANCE";
 ShopOptions WithMacros() {
   ShopOptions options;
   auto& macros = options.klipper.macros;
-  macros[kCalibrate].remote_method = "trammel_pressure_advance";
-  macros["TRAMMEL_APPLY"].remote_method = "trammel_apply";
   macros["TRAMMEL_KEEP_ALIVE"].lines = {"LIGHTS_ON"};  // anything: that it was called counts
   macros["TRAMMEL_RELEASE"].lines = {"LASER_OFF"};
   return options;
@@ -85,7 +83,7 @@ class Listen : public testing::Test {
   }
 
   static constexpr const char* kAnswer = "TRAMMEL_APPLY sets it";
-  static constexpr const char* kNoAnswer = "no answer";
+  static constexpr const char* kNoAnswer = "TRAMMEL_ASK BUTTONS=close";
 
   std::unique_ptr<MachineShop> shop_;
   PrinterLook before_;
@@ -95,7 +93,9 @@ class Listen : public testing::Test {
 TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
   Start(WithMacros());
   Ask("TRAMMEL_APPLY", "nothing to apply");
-  Ask(kCalibrate, "TRAMMEL_KEEP_ALIVE");
+  Ask("TRAMMEL_PA FILAMENT=\"PLA+ 50%\"", "TRAMMEL_ASK BUTTONS=start FILAMENT=pla__2b_50__25 ");
+  const std::string calibrate = std::string(kCalibrate) + " FILAMENT=pla__2b_50__25";
+  Ask(calibrate, "TRAMMEL_KEEP_ALIVE");
   WaitToHear("heating");
   Ask(kCalibrate, "already at work");
   Ask("TRAMMEL_APPLY", "still calibrating");
@@ -105,11 +105,16 @@ TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
   while (!HasAnswer()) {
     ASSERT_LT(asked, kMostTimes) << process_->StandardErrorSoFar();
     Ask("TRAMMEL_APPLY", "nothing to apply");
-    Ask(kCalibrate, "TRAMMEL_KEEP_ALIVE");
+    Ask(calibrate, "TRAMMEL_KEEP_ALIVE");
     ++asked;
   }
   EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
-  Ask("TRAMMEL_APPLY", "until the next restart");
+  WaitToHear("TRAMMEL_ASK BUTTONS=use MSG=\"pressure_advance = 0.0");
+  Ask("TRAMMEL_APPLY", "kept for pla__2b_50__25 on extruder/0.40");
+  shop_->With([](sim::VirtualKlipper& klipper) {
+    EXPECT_THAT(klipper.saved_variables["trammel_pa"],
+                HasSubstr("{\"pla__2b_50__25\":{\"extruder/0.40\":0.0"));
+  });
   // Four times the uncertainty that a quick calibration states.
   EXPECT_NEAR(shop_->Look().settings.at("pressure advance"), 0.03, 0.008);
   process_->Send(SIGTERM);
@@ -121,6 +126,13 @@ TEST_F(Listen, CalibratesWhenAskedAndAppliesOnlyWhenTold) {
     reports += entry.path().filename() == "report.html";
   }
   EXPECT_EQ(reports, asked);
+}
+
+TEST_F(Listen, OffersNothingForANameThatIsNone) {
+  Start(WithMacros());
+  Ask("TRAMMEL_PA FILAMENT=\" \"", "TRAMMEL_ASK BUTTONS=close");
+  Ask("TRAMMEL_DISMISS", "nothing to drop");
+  Ask("TRAMMEL_PA", "TRAMMEL_ASK BUTTONS=start MSG=");
 }
 
 TEST_F(Listen, SaysWhyThereIsNoAnswerAndListensOnThroughARestart) {

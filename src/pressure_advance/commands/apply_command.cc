@@ -19,6 +19,7 @@
 #include "pressure_advance/commands/pattern_options.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/calibrate.h"
+#include "pressure_advance/procedure/filament_memory.h"
 
 namespace trammel::app {
 namespace {
@@ -28,6 +29,7 @@ namespace fs = std::filesystem;
 struct ApplyArguments {
   PrinterOptions printer;
   std::string value;
+  std::string filament;
   bool force = false;
   bool dry_run = false;
 };
@@ -92,6 +94,9 @@ int RunApply(const ApplyArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
+  if (!arguments.filament.empty()) {
+    if (auto key = procedure::FilamentKey(arguments.filament); !key) return PrintError(key.error());
+  }
   const Result<ChosenValue> value = ValueFrom(arguments.value);
   if (!value) return PrintError(value.error());
   const auto printer = Connect(config->scan, interrupt.token());
@@ -111,7 +116,16 @@ int RunApply(const ApplyArguments& arguments) {
   }
   const auto done = Apply(session, value->value_s, options, false);
   if (!done) return PrintError(done.error());
-  if (value->result && !options.dry_run) NoteApplied(*value->result, config->scan.address);
+  if (options.dry_run) return kExitGood;
+  if (value->result) NoteApplied(*value->result, config->scan.address);
+  if (arguments.filament.empty()) return kExitGood;
+  const auto kept = procedure::KeepForFilament(session, arguments.filament, value->value_s);
+  if (!kept) {
+    fmt::print("kept for          nothing: the value is set, and not kept for the filament\n");
+    return PrintError(kept.error());
+  }
+  fmt::print("kept for          {} on {}: TRAMMEL_FILAMENT FILAMENT=\"{}\" sets it\n",
+             kept->filament, kept->nozzle, kept->filament);
   return kExitGood;
 }
 
@@ -156,6 +170,8 @@ void AddApplyCommand(CLI::App& parent, int& exit_code) {
   command->add_option("value", arguments->value, "seconds, a recording's folder or a kept result")
       ->required();
   AddPrinterOptions(*command, arguments->printer);
+  command->add_option("--filament", arguments->filament,
+                      "keep it for this filament, too, in the printer's [save_variables]");
   command->add_flag("--force", arguments->force, "set it beyond pressure_advance_limit, too");
   command->add_flag("--dry-run", arguments->dry_run, "say what would change, and change nothing");
   command->callback([arguments, &exit_code] { exit_code = RunApply(*arguments); });

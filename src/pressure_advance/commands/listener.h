@@ -20,11 +20,13 @@
 
 namespace trammel::app {
 
-/// Waits for the remote methods `trammel_pressure_advance` and `trammel_apply`, which
-/// klipper/trammel.cfg's macros call. One calibration at a time; whoever asks meanwhile is told so.
-/// Nothing is applied before `trammel_apply`, and then only the last good answer. Progress, answers
-/// and failures go to the printer's screen and to standard error. Survives what happens to the
-/// printer and to the connection, as far as machine::Printer does.
+/// Waits for the remote methods that klipper/trammel.cfg's macros call: `trammel_offer` asks on the
+/// screen whether to calibrate, `trammel_pressure_advance` calibrates, `trammel_apply` sets the
+/// last good answer and `trammel_dismiss` drops it. The first two take `filament`, a name: what is
+/// applied is then kept for it, too. One calibration at a time; whoever asks meanwhile is told so.
+/// Nothing is applied before `trammel_apply`. Progress, answers and failures go to the printer's
+/// screen and to standard error, answers with buttons. Survives what happens to the printer and to
+/// the connection, as far as machine::Printer does.
 class Listener {
  public:
   /// @param options     read anew for each calibration, so that an edited file is taken up
@@ -43,24 +45,44 @@ class Listener {
   [[nodiscard]] bool Serve();
 
  private:
-  enum class Call { kCalibrate, kApply };
+  enum class Method { kOffer, kCalibrate, kApply, kDismiss };
+
+  struct Call {
+    Method method = Method::kCalibrate;
+    std::string filament;  ///< a name, or empty
+  };
+
+  // What is said on the screen, with buttons or without.
+  struct Words {
+    std::string text;
+    std::optional<procedure::Buttons> buttons = {};
+    std::string filament = {};  ///< the start button's: a key
+  };
+
+  // The last good answer, and which filament it was made with.
+  struct Proposal {
+    KeptAnswer answer;
+    std::string filament;
+  };
 
   // Shared with the printer's callbacks, which may outlive the listener.
   struct Inbox {
     std::mutex mutex;
     std::condition_variable_any called;
     std::deque<Call> calls;
-    std::deque<std::string> words;  ///< of the calibration, for the screen
+    std::deque<Words> words;  ///< of the calibration, for the screen
   };
 
-  void Answer(Call call);
-  void Calibrate();
+  void Answer(const Call& call);
+  void Calibrate(const std::string& filament);
   // Each gives a sentence for the screen: the answer, or why there is none.
-  [[nodiscard]] std::string RunCalibration();
-  [[nodiscard]] std::string Propose(const std::filesystem::path& folder);
+  [[nodiscard]] Words RunCalibration(const std::string& filament);
+  [[nodiscard]] Words Propose(const std::filesystem::path& folder, const std::string& filament);
+  [[nodiscard]] Words Offer(const std::string& filament) const;
   [[nodiscard]] std::string Apply();
-  void Tell(std::string text);  // from the worker: written down now, shown by Serve
-  void Show(std::string_view text);
+  [[nodiscard]] std::string Dismiss();
+  void Tell(Words words);  // from the worker: written down now, shown by Serve
+  void Show(const Words& words);
   void ShowAll();  // what the worker told so far
 
   machine::Printer& printer_;
@@ -71,9 +93,9 @@ class Listener {
   procedure::Screen screen_;  // only Serve's thread speaks
   std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
   std::mutex mutex_;
-  bool working_ = false;                // guarded by mutex_
-  std::optional<KeptAnswer> proposal_;  // guarded by mutex_: the last good answer
-  std::jthread worker_;                 // last: it uses everything above
+  bool working_ = false;              // guarded by mutex_
+  std::optional<Proposal> proposal_;  // guarded by mutex_
+  std::jthread worker_;               // last: it uses everything above
 };
 
 }  // namespace trammel::app

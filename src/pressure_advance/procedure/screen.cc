@@ -2,12 +2,25 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace trammel::procedure {
 namespace {
 
 constexpr const char* kEcho = "M118 trammel: {}";
+
+const char* NameOf(Buttons buttons) {
+  switch (buttons) {
+    case Buttons::kStart:
+      return "start";
+    case Buttons::kUse:
+      return "use";
+    case Buttons::kClose:
+      break;
+  }
+  return "close";
+}
 
 }  // namespace
 
@@ -42,6 +55,7 @@ void Screen::LearnCommands(const machine::WaitLimit& limit) {
     if (say_.empty() && has(command)) say_ = call;
   }
   has_display_ = has("M117");
+  has_dialogs_ = has("TRAMMEL_ASK");
   // A server that does not tell is asked again, and spoken to in the commonest way meanwhile.
   if (!told && say_.empty()) say_ = kEcho;
   learnt_ = told;
@@ -56,6 +70,19 @@ Result<void> Screen::Show(std::string_view text, const machine::WaitLimit& limit
   auto shown = printer_.Run(script, limit);
   if (!shown) learnt_ = false;  // another configuration may have come with a restart
   return shown;
+}
+
+Result<void> Screen::Ask(std::string_view text, Buttons buttons, std::string_view filament,
+                         const machine::WaitLimit& limit) {
+  LearnCommands(limit);
+  if (!has_dialogs_) return {};
+  std::string plain = Plain(text);
+  std::replace(plain.begin(), plain.end(), '|', ' ');  // begins a button's G-code
+  auto asked = printer_.Run(fmt::format("TRAMMEL_ASK BUTTONS={}{}{} MSG=\"{}\"", NameOf(buttons),
+                                        filament.empty() ? "" : " FILAMENT=", filament, plain),
+                            limit);
+  if (!asked) learnt_ = false;
+  return asked;
 }
 
 }  // namespace trammel::procedure

@@ -10,6 +10,13 @@
 
 namespace trammel::procedure {
 
+/// Which buttons a dialog has.
+enum class Buttons {
+  kStart,  ///< calibrate, or not
+  kUse,    ///< apply the answer, or keep the old value
+  kClose
+};
+
 /// Says things where the printer's user looks: in the console by the first of TRAMMEL_SAY
 /// (klipper/trammel.cfg), RESPOND and M118 that the printer knows, and on the display by M117 where
 /// it has one. Not thread-safe. The printer must outlive it.
@@ -19,6 +26,12 @@ class Screen {
 
   /// One line. Errors: those of the printer; none where it has no way to say anything.
   [[nodiscard]] Result<void> Show(std::string_view text, const machine::WaitLimit& limit);
+
+  /// A dialog of one line with buttons, by TRAMMEL_ASK (klipper/trammel.cfg), which front ends and
+  /// touch screens show. Where the printer has no such macro there is none, and no error.
+  /// @param filament  a key (FilamentKey) that the start button hands on, or empty.
+  [[nodiscard]] Result<void> Ask(std::string_view text, Buttons buttons, std::string_view filament,
+                                 const machine::WaitLimit& limit);
 
   /// The first line of the text as a G-code argument in quotation marks may carry it: printable
   /// ASCII without what begins a comment or ends the quotation, cut at 240 characters.
@@ -31,6 +44,7 @@ class Screen {
   bool learnt_ = false;
   std::string say_;  // "RESPOND MSG=\"{}\"" and so on, with the text's place; empty: no way
   bool has_display_ = false;
+  bool has_dialogs_ = false;
 };
 
 }  // namespace trammel::procedure

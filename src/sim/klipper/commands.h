@@ -33,6 +33,7 @@ using Handler = Result<Outcome> (*)(VirtualKlipper&, const CommandLine&);
 [[nodiscard]] const std::map<std::string, Handler>& SettingCommands();
 [[nodiscard]] const std::map<std::string, Handler>& HeatCommands();
 [[nodiscard]] const std::map<std::string, Handler>& HostCommands();
+[[nodiscard]] const std::map<std::string, Handler>& VariableCommands();
 /// Only where there is a load cell.
 [[nodiscard]] const std::map<std::string, Handler>& ProbeCommands();
 /// Only where there are tools.

@@ -260,28 +260,6 @@ std::vector<std::string> LinesWith(const VirtualKlipper& machine, const MacroCon
   return lines;
 }
 
-// Texts alone: a Python literal in quotes.
-Result<Outcome> SetVariable(VirtualKlipper& machine, const CommandLine& line) {
-  const auto macro = RequiredText(line, "MACRO");
-  if (!macro) return tl::unexpected(macro.error());
-  const auto name = RequiredText(line, "VARIABLE");
-  if (!name) return tl::unexpected(name.error());
-  const auto value = RequiredText(line, "VALUE");
-  if (!value) return tl::unexpected(value.error());
-  const auto found = machine.config().macros.find(UpperCase(*macro));
-  if (found == machine.config().macros.end()) {
-    return Fail(fmt::format("The value '{}' is not valid for MACRO", *macro));
-  }
-  if (found->second.variables.count(*name) == 0) {
-    return Fail(fmt::format("Unknown gcode_macro variable '{}'", *name));
-  }
-  if (value->size() < 2 || value->front() != '\'' || value->back() != '\'') {
-    return Fail(fmt::format("Unable to parse '{}' as a literal", *value));
-  }
-  machine.kept[found->first][*name] = value->substr(1, value->size() - 2);
-  return Outcome{};
-}
-
 // @returns whether the macro's lines are to be run.
 Result<bool> MindOwner(VirtualKlipper& machine, OwnerRule rule, const CommandLine& line) {
   if (rule == OwnerRule::kNone) return true;
@@ -351,7 +329,6 @@ const std::map<std::string, Handler>& HostCommands() {
       {"SAVE_CONFIG", SaveConfig},
       {"M112", Stop},
       {"UPDATE_DELAYED_GCODE", DelayGcode},
-      {"SET_GCODE_VARIABLE", SetVariable},
       {"SET_IDLE_TIMEOUT", IdleTimeout},
       {"SDCARD_PRINT_FILE", PrintFile},
       {"SDCARD_RESET_FILE", ResetFile},
@@ -369,7 +346,7 @@ const std::map<std::string, Handler>& HostCommands() {
 
 std::vector<const std::map<std::string, Handler>*> CommandTables(const VirtualKlipper& machine) {
   std::vector<const std::map<std::string, Handler>*> tables = {
-      &MotionCommands(), &SettingCommands(), &HeatCommands(), &HostCommands()};
+      &MotionCommands(), &SettingCommands(), &VariableCommands(), &HeatCommands(), &HostCommands()};
   if (machine.cell() != nullptr) tables.push_back(&ProbeCommands());
   if (!machine.tools.empty()) tables.push_back(&ToolCommands());
   return tables;

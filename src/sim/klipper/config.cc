@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 namespace trammel::sim {
 
 KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) {
@@ -20,8 +22,17 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
                                             "UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
   config.macros["TRAMMEL_RELEASE"].owner = OwnerRule::kGive;
   config.macros["_TRAMMEL_RUN"].variables["owner"] = "";
-  config.macros["TRAMMEL_CALIBRATE_PRESSURE_ADVANCE"].remote_method = "trammel_pressure_advance";
+  for (const auto& [macro, method] :
+       {std::pair{"TRAMMEL_PA", "trammel_offer"},
+        std::pair{"TRAMMEL_CALIBRATE_PRESSURE_ADVANCE", "trammel_pressure_advance"}}) {
+    config.macros[macro].remote_method = method;
+    config.macros[macro].remote_arguments = {{"filament", "FILAMENT", "", false}};
+  }
   config.macros["TRAMMEL_APPLY"].remote_method = "trammel_apply";
+  config.macros["TRAMMEL_DISMISS"].remote_method = "trammel_dismiss";
+  config.macros["TRAMMEL_ASK"].lines = {"RESPOND TYPE=command MSG=\"action:prompt_begin trammel\"",
+                                        "RESPOND TYPE=command MSG=\"action:prompt_text {MSG|}\"",
+                                        "RESPOND TYPE=command MSG=\"action:prompt_show\""};
   MacroConfig& agent = config.macros["CALL_AGENT"];
   agent.remote_method = "calib_agent_event";
   agent.remote_arguments = {{"what", "WHAT", "ping", false}, {"t", "T", "0", true}};

@@ -188,6 +188,7 @@ class VirtualKlipper {
   std::map<int, ToolState> tools;  ///< by number
   double last_probe_z_mm = 0;
   std::map<std::string, std::map<std::string, std::string>> kept;  ///< by macros; upper case
+  std::map<std::string, std::string> saved_variables;  ///< [save_variables]: JSON; restarts keep it
   double plate_cleaned_s = 0;  ///< nothing printed before lies on the plate any more
   int xy_moves = 0;
   int laser_moves = 0;

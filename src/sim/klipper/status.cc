@@ -326,6 +326,12 @@ const std::map<std::string, Teller>& Tellers() {
          return Json{{"speed", m.fan_speed}, {"rpm", nullptr}};
        }},
       {"gcode_move", GcodeMove},
+      {"save_variables",
+       [](const VirtualKlipper& m) {
+         Json variables = Json::object();
+         for (const auto& [name, value] : m.saved_variables) variables[name] = Json::parse(value);
+         return Json{{"variables", variables}};
+       }},
       {"print_stats", PrintStats},
       {"virtual_sdcard", VirtualSdcard},
       {"pause_resume",
