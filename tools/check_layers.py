@@ -54,7 +54,7 @@ INSTRUMENTS = {
         "budget": {"camera", "pose"},
         "correction": {"camera", "pose"},
         "part_fit": set(),
-        "survey": {"camera", "pose", "part_fit"},
+        "survey": {"camera", "targets", "pose", "part_fit"},
     },
 }
 # The rooms in which an instrument meets the world: what each may include of the common rooms, and of

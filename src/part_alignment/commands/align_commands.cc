@@ -12,6 +12,7 @@ void AddAlignCommands(CLI::App& cli, int& exit_code) {
   AddAlignCameraCommand(*align, exit_code);
   AddAlignFitCommand(*align, exit_code);
   AddAlignStudyCommand(*align, exit_code);
+  AddAlignSurveyCommand(*align, exit_code);
   AddAlignTargetsCommand(*align, exit_code);
   AddAlignCorrectCommand(*align, exit_code);
   AddAlignMeasureCommand(*align, exit_code);

@@ -16,6 +16,7 @@ void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code);
 void AddAlignCameraCommand(CLI::App& parent, int& exit_code);
 void AddAlignFitCommand(CLI::App& parent, int& exit_code);
 void AddAlignStudyCommand(CLI::App& parent, int& exit_code);
+void AddAlignSurveyCommand(CLI::App& parent, int& exit_code);
 void AddAlignTargetsCommand(CLI::App& parent, int& exit_code);
 void AddAlignCorrectCommand(CLI::App& parent, int& exit_code);
 void AddAlignMeasureCommand(CLI::App& parent, int& exit_code);

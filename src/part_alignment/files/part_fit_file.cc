@@ -7,6 +7,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <utility>
 
 #include "files/json_object.h"
 #include "files/whole_file.h"
@@ -52,22 +53,6 @@ Result<void> ReadSurfaces(JsonObject& root, PartFile& part) {
     surface.stock_allowance_mm = object.Number("overstock_mm", {-kMost_mm, kMost_mm});
     if (auto read = object.Finish(); !read) return read;
     part.surfaces.push_back(std::move(surface));
-  }
-  return root.Faults();
-}
-
-Result<void> ReadBars(JsonObject& root, PartFile& part) {
-  const nlohmann::json* bars = root.OptionalList("scale_bars", 0, 1000);
-  if (bars == nullptr) return root.Faults();
-  for (const nlohmann::json& entry : *bars) {
-    JsonObject object = root.Inner(entry, fmt::format("scale_bars[{}]", part.bars.size()));
-    part_alignment::ScaleBar bar;
-    bar.from = Id(object, "from");
-    bar.to = Id(object, "to");
-    bar.length_mm = object.Number("length_mm", {0, kMost_mm});
-    bar.sigma_mm = object.Number("sigma_mm", {0, kMost_mm});
-    if (auto read = object.Finish(); !read) return read;
-    part.bars.push_back(std::move(bar));
   }
   return root.Faults();
 }
@@ -160,6 +145,23 @@ Result<std::vector<MeasuredPoint>> PointsFromJson(std::string_view text, const s
 
 }  // namespace
 
+Result<std::vector<part_alignment::ScaleBar>> ReadScaleBars(JsonObject& root) {
+  std::vector<part_alignment::ScaleBar> read_bars;
+  const nlohmann::json* bars = root.OptionalList("scale_bars", 0, 1000);
+  for (const nlohmann::json& entry : bars != nullptr ? *bars : nlohmann::json::array()) {
+    JsonObject object = root.Inner(entry, fmt::format("scale_bars[{}]", read_bars.size()));
+    part_alignment::ScaleBar bar;
+    bar.from = Id(object, "from");
+    bar.to = Id(object, "to");
+    bar.length_mm = object.Number("length_mm", {0, kMost_mm});
+    bar.sigma_mm = object.Number("sigma_mm", {0, kMost_mm});
+    if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
+    read_bars.push_back(std::move(bar));
+  }
+  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
+  return read_bars;
+}
+
 Result<PartFile> ReadPartFile(const std::filesystem::path& path) {
   const auto json = ReadJsonFile(path, kMostBytes);
   if (!json) return tl::unexpected(json.error());
@@ -169,7 +171,9 @@ Result<PartFile> ReadPartFile(const std::filesystem::path& path) {
   part.options.least_stock_allowance_mm = root.Number("least_overstock_mm", {-1000, 1000}, 0.0);
   part.options.guard_sigmas = root.Number("guard_sigmas", {0, 10}, 2.0);
   if (auto read = ReadSurfaces(root, part); !read) return tl::unexpected(read.error());
-  if (auto read = ReadBars(root, part); !read) return tl::unexpected(read.error());
+  auto bars = ReadScaleBars(root);
+  if (!bars) return tl::unexpected(bars.error());
+  part.bars = std::move(*bars);
   if (const nlohmann::json* start = root.Find("start")) {
     JsonObject object = root.Inner(*start, "start");
     geometry::Pose pose;

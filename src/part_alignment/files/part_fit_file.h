@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "files/json_object.h"
 #include "part_alignment/part_fit/part_fit.h"
 
 namespace trammel::files {
@@ -20,6 +21,10 @@ struct PartFile {
 
 /// PART.json (docs/formats.md). Errors (kInput) name file and place.
 [[nodiscard]] Result<PartFile> ReadPartFile(const std::filesystem::path& path);
+
+/// The list `scale_bars` of an object; none where the key is absent. Errors (kInput) name the
+/// place.
+[[nodiscard]] Result<std::vector<part_alignment::ScaleBar>> ReadScaleBars(JsonObject& root);
 
 /// A table with the columns id, x_mm, y_mm, z_mm, sigma_mm and surface in any order, named in its
 /// first line; cells parted by commas, semicolons or tabs. Or JSON: {"format": 1, "points": [{"id",

@@ -9,6 +9,7 @@
 
 #include "base/frame.h"
 #include "base/page.h"
+#include "part_alignment/procedure/grey_picture.h"
 #include "part_alignment/targets/reject_words.h"
 #include "part_alignment/targets/square_lens.h"
 
@@ -25,18 +26,6 @@ using part_alignment::View;
 
 // What an axis at rest may wander; ten times what it has to arrive within.
 constexpr double kStands_mm = 0.01;
-
-// Luma of BT.601 in 256ths; a grey camera's three equal channels come out as they were.
-Page Grey(const Frame& frame) {
-  Page page{frame.width, frame.height, 1, {}, {}, {}};
-  page.samples.resize(frame.bgr.size() / 3);
-  for (std::size_t i = 0; i < page.samples.size(); ++i) {
-    const std::uint8_t* pixel = &frame.bgr[3 * i];
-    page.samples[i] =
-        static_cast<std::uint8_t>((29 * pixel[0] + 150 * pixel[1] + 77 * pixel[2] + 128) >> 8U);
-  }
-  return page;
-}
 
 std::string IdOf(int number, const MeasureOptions& options) {
   return options.id_prefix + std::to_string(number);
@@ -108,7 +97,7 @@ Result<FoundTargets> Read(const machine::CapturedFrame& picture, const Measureme
                     frame->height, plan.camera.width_px, plan.camera.height_px),
         ErrorKind::kMeasurement);
   }
-  const Page grey = Grey(*frame);
+  const Page grey = GreyPicture(frame->width, frame->height, frame->bgr);
   if (!options.squares.ids.empty()) {
     return ReadSquares(grey.view(), plan.camera, options, workspaces.squares);
   }

@@ -217,6 +217,23 @@ TEST(AdjustBundle, TakesNoNoticeOfWhatIsNotPlacedOrUsed) {
   EXPECT_EQ(network.lens, poisoned.lens);
 }
 
+TEST(PrecisionOf, SaysWherePointsOnALineLeaveTheStationsFree) {
+  Network network = NetworkAtTruth(8).network;
+  (void)AdjustBundle({}, network);
+  EXPECT_TRUE(PrecisionOf(network, kLensFree, true).determined);
+  for (std::size_t p = 0; p < network.points.size(); ++p) {
+    const auto along = static_cast<double>(p) - 10;
+    network.points[p].at = along * Vector3d(50, 20, 10);
+  }
+  for (NetworkSight& sight : network.sights) {
+    const Station& station = network.stations[sight.station];
+    const auto seen = ProjectLens(network.lens, station.FromObject(network.points[sight.point].at));
+    sight.used = seen.has_value();
+    if (seen) sight.pixel = seen->pixel;
+  }
+  EXPECT_FALSE(PrecisionOf(network, kLensFree, true).determined);
+}
+
 TEST(PrecisionOf, HasARedundancyOfObservationsLessUnknowns) {
   Network network = NetworkAtTruth(6).network;
   (void)AdjustBundle({}, network);

@@ -13,17 +13,26 @@ using Eigen::VectorXd;
 
 constexpr double kUnchecked = 0.02;  // a redundancy below which a residual tells nothing
 
-// The inverse within the datum: bordered by the motions it leaves free.
-MatrixXd InverseInDatum(MatrixXd matrix, const MatrixXd& motions, Index points) {
-  const Index size = matrix.rows();
-  const double scale = matrix.diagonal().head(points).mean();
-  matrix += scale * motions * motions.transpose();
-  // Lens and points differ by orders: a unit diagonal keeps the factor well-conditioned.
+// Of a matrix with unit diagonal: what rounding leaves of a direction that nothing determines.
+constexpr double kSingular = 1e-11;
+
+// The inverse of a positive matrix whose rows differ in unit, scaled to a unit diagonal meanwhile;
+// `determined` becomes false where it has none.
+MatrixXd ScaledInverse(const MatrixXd& matrix, bool& determined) {
   const VectorXd root = matrix.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = root.asDiagonal() * matrix * root.asDiagonal();
-  MatrixXd inverse = scaled.ldlt().solve(MatrixXd::Identity(size, size));
-  inverse = root.asDiagonal() * inverse * root.asDiagonal();
-  inverse -= motions * motions.transpose() / scale;
+  const Eigen::LDLT<MatrixXd> factor(scaled);
+  if (!scaled.allFinite() || !(factor.vectorD().minCoeff() > kSingular)) determined = false;
+  const MatrixXd inverse = factor.solve(MatrixXd::Identity(matrix.rows(), matrix.cols()));
+  return root.asDiagonal() * inverse * root.asDiagonal();
+}
+
+// The inverse within the datum: bordered by the motions it leaves free.
+MatrixXd InverseInDatum(MatrixXd matrix, const MatrixXd& motions, Index points, bool& determined) {
+  const double scale = matrix.diagonal().head(points).mean();
+  matrix += scale * motions * motions.transpose();
+  const MatrixXd inverse =
+      ScaledInverse(matrix, determined) - motions * motions.transpose() / scale;
   return 0.5 * (inverse + inverse.transpose());
 }
 
@@ -55,7 +64,7 @@ void CheckSights(const Network& network, const ReducedNormal& normal, const Matr
   for (const auto& station : normal.stations) {
     const MatrixXd within = inverse(station.unknowns, station.unknowns);
     const Eigen::Matrix<double, 6, 6> block_inverse =
-        station.block.ldlt().solve(Eigen::Matrix<double, 6, 6>::Identity());
+        ScaledInverse(station.block, precision.determined);
     for (const std::size_t i : of_station[station.station]) {
       const NetworkSight& sight = network.sights[i];
       const SightPartials partials = PartialsOf(network, sight);
@@ -108,9 +117,10 @@ NetworkPrecision PrecisionOf(const Network& network, const FreeLens& free, bool 
   const ReducedNormal normal = NormalOf(network, options);
   VectorXd right;
   const Index points = normal.right.size() - std::count(free.begin(), free.end(), true);
-  const MatrixXd inverse =
-      InverseInDatum(Reduce(normal, 0, right), DatumMotions(network, normal, bars), points);
   NetworkPrecision precision;
+  precision.determined = true;
+  const MatrixXd inverse = InverseInDatum(
+      Reduce(normal, 0, right), DatumMotions(network, normal, bars), points, precision.determined);
   precision.sights.resize(network.sights.size());
   precision.bars.resize(network.bars.size());
   precision.points = inverse.topLeftCorner(points, points);

@@ -10,6 +10,8 @@ namespace trammel::part_alignment {
 
 /// The stated sigmas are taken as they are; nothing is scaled by the residuals.
 struct NetworkPrecision {
+  /// Whether the sights determine all unknowns but the datum. Nothing else is meant if not.
+  bool determined = false;
   /// Of the placed points' coordinates, in the datum of inner constraints over all of them: least
   /// trace, singular by six (seven without bars).
   Eigen::MatrixXd points;

@@ -12,6 +12,7 @@
 #include "part_alignment/survey/network_start.h"
 #include "part_alignment/survey/snooping.h"
 #include "part_alignment/survey/survey_answer.h"
+#include "part_alignment/survey/survey_discs.h"
 #include "part_alignment/survey/survey_input.h"
 
 namespace trammel::part_alignment {
@@ -236,6 +237,7 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
                  "degrees around the part from picture to picture, most targets in each");
   }
   Settle(start, FreeLensOf(input), network, random);
+  CorrectDiscs(indexed.discs, network);
   const auto other_focals = NoteUnplaced(input, network, indexed.longer_side_px, random, survey);
   if (const auto focal = FocalReason(input, network)) {
     return Ended(survey, Verdict::kRefused, *focal);
@@ -265,6 +267,11 @@ Result<Survey> SolveSurvey(const SurveyInput& input, const SurveyOptions& option
   }
   LayDatum(network);
   adjusted.precision = PrecisionOf(network, FreeLensOf(input), true);
+  if (!adjusted.precision.determined) {
+    return Ended(survey, Verdict::kCannotTell,
+                 "the pictures do not determine where all of this is: the targets lie along one "
+                 "line, or the pictures are all from one place; take them from all around");
+  }
   FillAnswer(input, indexed, adjusted.precision, survey);
   survey.variance_root = adjusted.scatter;
   if (adjusted.scatter > options.most_variance_root) {

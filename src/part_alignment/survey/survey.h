@@ -12,6 +12,7 @@
 #include "part_alignment/part_fit/part_fit.h"
 #include "part_alignment/pose/measurement.h"
 #include "part_alignment/survey/lens.h"
+#include "part_alignment/targets/image_ellipse.h"
 
 namespace trammel::part_alignment {
 
@@ -21,6 +22,9 @@ struct SurveyPicture {
   int width_px = 0;
   int height_px = 0;
   std::vector<Observation> sights;  ///< each target once
+  /// Images of the discs whose centres the sights are, one for each: perspective is then taken out.
+  /// None: the sights are taken for the images of the centres themselves.
+  std::vector<ImageEllipse> discs = {};
 };
 
 struct SurveyInput {

@@ -193,8 +193,8 @@ std::optional<std::string> NoteUnplaced(const SurveyInput& input, const Network&
       last_focal_px = *focal;
     } else {
       reason = fmt::format(
-          "contradicts the others: its {} targets stand otherwise in them (another part, or one "
-          "that was moved)",
+          "contradicts the others: its {} targets stand otherwise in them (another part, a moved "
+          "one, or exchanged codes)",
           known);
     }
   }
@@ -215,9 +215,9 @@ void NoteUnplacedTargets(const IndexedSurvey& indexed, Survey& survey) {
   for (std::size_t p = 0; p < network.points.size(); ++p) {
     if (network.points[p].placed) continue;
     survey.notices.push_back(fmt::format(
-        "target {} is not given: {} of the pictures used {} it, and no two agree on its place from "
-        "sides far enough apart",
-        indexed.ids[p], seen[p], seen[p] == 1 ? "shows" : "show"));
+        "target {} is not given: {} of the pictures used {} it{}; photograph it from more sides",
+        indexed.ids[p], seen[p], seen[p] == 1 ? "shows" : "show",
+        seen[p] < 2 ? "" : ", and no two agree on its place from sides far enough apart"));
   }
 }
 

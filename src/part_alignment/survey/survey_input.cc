@@ -33,6 +33,19 @@ Result<void> CheckPicture(const SurveyPicture& picture) {
     return Fail(fmt::format("{}: {} x {} px; 2 … {} are possible", picture.name, picture.width_px,
                             picture.height_px, kMostPixels));
   }
+  if (!picture.discs.empty() && picture.discs.size() != picture.sights.size()) {
+    return Fail(fmt::format("{}: {} discs of {} sights; all of them or none", picture.name,
+                            picture.discs.size(), picture.sights.size()));
+  }
+  for (const ImageEllipse& disc : picture.discs) {
+    if (!(disc.semi_minor_px > 0 && disc.semi_minor_px <= disc.semi_major_px &&
+          disc.semi_major_px < kMostPixels && std::isfinite(disc.angle_rad))) {
+      return Fail(
+          fmt::format("{}: a disc of {} by {} px at {} rad; the first must be the longer, "
+                      "both above 0",
+                      picture.name, disc.semi_major_px, disc.semi_minor_px, disc.angle_rad));
+    }
+  }
   std::set<std::string> ids;
   for (const Observation& sight : picture.sights) {
     if (!std::isfinite(sight.column_px) || !std::isfinite(sight.row_px) ||
@@ -53,11 +66,12 @@ Result<void> CheckBar(const ScaleBar& bar) {
   if (bar.from == bar.to) {
     return Fail(fmt::format("the scale bar from {} to {} has one end", bar.from, bar.to));
   }
+  constexpr double kLeastShare = 1e-7;  // of the length: 0.1 um of a metre, better than any bar
   if (!(bar.length_mm > 0 && bar.length_mm < 1e6) ||
-      !(bar.sigma_mm > 0 && bar.sigma_mm < bar.length_mm)) {
+      !(bar.sigma_mm >= kLeastShare * bar.length_mm && bar.sigma_mm < bar.length_mm)) {
     return Fail(fmt::format(
-        "the scale bar {}-{}: length {} mm, sigma {} mm; both must be above 0, sigma below the "
-        "length",
+        "the scale bar {}-{}: length {} mm, sigma {} mm; the length must be above 0, sigma from "
+        "1e-7 of it up to it",
         bar.from, bar.to, bar.length_mm, bar.sigma_mm));
   }
   return {};
@@ -122,7 +136,8 @@ IndexedSurvey IndexSurvey(const SurveyInput& input) {
                                 {sights[k].column_px, sights[k].row_px},
                                 sights[k].sigma_px,
                                 true});
-      indexed.sight_of.push_back(k);
+      const auto& discs = input.pictures[s].discs;
+      indexed.discs.push_back(discs.empty() ? std::nullopt : std::optional(discs[k]));
     }
   }
   for (std::size_t b = 0; b < input.bars.size(); ++b) {

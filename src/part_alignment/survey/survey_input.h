@@ -18,10 +18,11 @@ namespace trammel::part_alignment {
 [[nodiscard]] std::optional<std::string> MixedPictures(const SurveyInput& input);
 
 struct IndexedSurvey {
-  Network network;                    ///< stations as the pictures, bars that are used
-  std::vector<std::string> ids;       ///< of the points; numbers ascending, then texts
-  std::vector<std::size_t> bar_of;    ///< index into the input's bars of each of the network's
-  std::vector<std::size_t> sight_of;  ///< index within its picture, for each of network.sights
+  Network network;                  ///< stations as the pictures, bars that are used
+  std::vector<std::string> ids;     ///< of the points; numbers ascending, then texts
+  std::vector<std::size_t> bar_of;  ///< index into the input's bars of each of the network's
+  /// Of each of network.sights, where its picture has discs.
+  std::vector<std::optional<ImageEllipse>> discs;
   int longer_side_px = 0;
 };
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/chi_square.h"
+#include "base/random.h"
 #include "part_alignment/survey/survey_world_test_support.h"
 
 namespace trammel::part_alignment {
@@ -104,6 +105,7 @@ TEST(Survey, IsExactWithoutNoise) {
   for (auto& picture : input.pictures) {
     for (auto& sight : picture.sights) sight.sigma_px = 0.03;
   }
+  for (ScaleBar& bar : input.bars) bar.sigma_mm = 0.01;
   const Survey survey = Solved(input);
   ASSERT_EQ(survey.verdict, Verdict::kGood) << survey.reason;
   constexpr double kExact_mm = 1e-5;  // the adjustment ends where nothing is gained
@@ -299,6 +301,30 @@ TEST(Survey, CannotTellFromTwoPartsThatHangTogetherNowhere) {
   EXPECT_THAT(survey.reason, HasSubstr("hang together"));
 }
 
+// Whatever the pictures show: an answer that is not good.
+TEST(Survey, HasNoCoordinatesOfNonsense) {
+  Random random(22);
+  for (const int kind : {0, 1, 2, 3, 4}) {
+    SCOPED_TRACE(kind);
+    SurveyInput input;
+    for (int s = 0; s < 12; ++s) {
+      SurveyPicture& picture = input.pictures.emplace_back();
+      picture = {"p" + std::to_string(s + 1), 4000, 3000, {}, {}};
+      for (int i = 0; i < 15; ++i) {
+        Eigen::Vector2d pixel(random.Uniform(0, 3999), random.Uniform(0, 2999));
+        if (kind == 1) pixel.setConstant(1000);    // all in one place
+        if (kind == 2) pixel = {250.0 * i, 1500};  // on one line, nothing moves
+        if (kind == 3)
+          pixel = {250.0 * i, 100.0 * ((7 * i) % 15)};  // the same picture twelve times
+        if (kind == 4) pixel = {1e5 * random.Normal(), 1e5 * random.Normal()};
+        picture.sights.push_back({std::to_string(i), pixel.x(), pixel.y(), 0.03});
+      }
+    }
+    input.bars = {{"0", "1", 1000, 0.01}, {"2", "3", 1000, 0.01}};
+    EXPECT_NE(Solved(input).verdict, Verdict::kGood);
+  }
+}
+
 TEST(Survey, RefusesNumbersThatCannotBe) {
   const SurveyInput sound = test::Photograph(test::MakeSurveyWorld(SmallScene(), 21), 21);
   const auto message = [](const SurveyInput& input) {
@@ -319,7 +345,9 @@ TEST(Survey, RefusesNumbersThatCannotBe) {
   EXPECT_THAT(message(input), HasSubstr("has one end"));
   input = sound;
   input.bars[0].sigma_mm = -1;
-  EXPECT_THAT(message(input), HasSubstr("above 0"));
+  EXPECT_THAT(message(input), HasSubstr("sigma -1 mm"));
+  input.bars[0].sigma_mm = 1e-6;
+  EXPECT_THAT(message(input), HasSubstr("sigma 1e-06 mm"));
 }
 
 }  // namespace

@@ -1,0 +1,182 @@
+// trammel align survey: pictures of a part by a camera in hand in, its targets' coordinates out.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/number_range.h"
+#include "app/output_files.h"
+#include "app/today.h"
+#include "part_alignment/commands/align_commands.h"
+#include "part_alignment/commands/align_outputs.h"
+#include "part_alignment/files/survey_file.h"
+#include "part_alignment/procedure/survey_pictures.h"
+#include "part_alignment/report/survey_report.h"
+#include "part_alignment/survey/survey.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SurveyArguments {
+  std::vector<std::string> pictures;
+  std::string scale_bars;
+  std::string sights;
+  std::optional<double> focal_length_px;
+  int bits = 14;
+  double extra_sigma_px = 0.005;
+  std::string keep_sights;
+  std::string out;
+  std::string points;
+  std::string report;
+  bool json = false;
+  bool force = false;
+};
+
+bool IsPicture(const fs::path& path) {
+  constexpr std::array<const char*, 8> kEndings = {".jpg",  ".jpeg", ".png", ".tif",
+                                                   ".tiff", ".pgm",  ".ppm", ".pnm"};
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+}
+
+// Files as they come; of a folder its pictures, by name.
+Result<std::vector<fs::path>> PicturesOf(const std::vector<std::string>& names) {
+  std::vector<fs::path> pictures;
+  for (const std::string& name : names) {
+    std::error_code error;
+    if (!fs::is_directory(name, error)) {
+      pictures.emplace_back(name);
+      continue;
+    }
+    std::vector<fs::path> of_folder;
+    for (const auto& entry : fs::directory_iterator(name, error)) {
+      if (entry.is_regular_file(error) && IsPicture(entry.path()))
+        of_folder.push_back(entry.path());
+    }
+    if (of_folder.empty()) {
+      return Fail(fmt::format("{}: no picture (JPEG, PNG, TIFF, PNM) is in this folder", name));
+    }
+    std::sort(of_folder.begin(), of_folder.end());
+    pictures.insert(pictures.end(), of_folder.begin(), of_folder.end());
+  }
+  return pictures;
+}
+
+Result<procedure::SurveyReading> ReadSights(const SurveyArguments& arguments) {
+  if (arguments.sights.empty() == arguments.pictures.empty()) {
+    return Fail("align survey takes either pictures or --sights FILE");
+  }
+  if (!arguments.sights.empty()) {
+    auto pictures = files::ReadSurveyFile(arguments.sights);
+    if (!pictures) return tl::unexpected(pictures.error());
+    return procedure::SurveyReading{std::move(*pictures), {}};
+  }
+  procedure::SurveyReadOptions options;
+  auto book = part_alignment::MakeCodeBook(arguments.bits);
+  if (!book) return tl::unexpected(book.error());
+  options.book = std::move(*book);
+  options.extra_sigma_px = arguments.extra_sigma_px;
+  const auto paths = PicturesOf(arguments.pictures);
+  if (!paths) return tl::unexpected(paths.error());
+  return procedure::ReadSurveyPictures(
+      *paths, options, [](const std::string& line) { fmt::print(stderr, "{}\n", line); });
+}
+
+Result<void> Write(const SurveyArguments& arguments, const part_alignment::Survey& survey,
+                   const std::string& json) {
+  if (!arguments.report.empty()) {
+    const auto written = WriteMetrologyReport(arguments.report, report::SurveyPage(Today(), survey),
+                                              {}, arguments.force);
+    if (!written) return written;
+  }
+  if (survey.verdict != Verdict::kGood) return {};
+  std::vector<OutputFile> files;
+  if (!arguments.out.empty()) files.push_back({arguments.out, json});
+  if (!arguments.points.empty()) files.push_back({arguments.points, report::SurveyPoints(survey)});
+  return WriteOutputs(files, arguments.force);
+}
+
+Result<void> CheckPlaces(const SurveyArguments& arguments) {
+  if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) return free;
+  std::vector<fs::path> others;
+  if (!arguments.points.empty()) others.emplace_back(arguments.points);
+  if (!arguments.keep_sights.empty()) others.emplace_back(arguments.keep_sights);
+  return RefuseToOverwrite(others, arguments.force);
+}
+
+int RunSurvey(const SurveyArguments& arguments) {
+  if (auto free = CheckPlaces(arguments); !free) return PrintError(free.error());
+  part_alignment::SurveyInput input;
+  input.focal_length_px = arguments.focal_length_px;
+  if (!arguments.scale_bars.empty()) {
+    auto bars = files::ReadScaleBarFile(arguments.scale_bars);
+    if (!bars) return PrintError(bars.error());
+    input.bars = std::move(*bars);
+  }
+  auto reading = ReadSights(arguments);
+  if (!reading) return PrintError(reading.error());
+  input.pictures = std::move(reading->pictures);
+  if (!arguments.keep_sights.empty()) {
+    const auto kept = WriteOutputs({{arguments.keep_sights, files::SurveyFileText(input.pictures)}},
+                                   arguments.force);
+    if (!kept) return PrintError(kept.error());
+  }
+  auto survey = part_alignment::SolveSurvey(input, {});
+  if (!survey) return PrintError(survey.error());
+  survey->notices.insert(survey->notices.end(), reading->notices.begin(), reading->notices.end());
+  const std::string json = report::ToJson(*survey);
+  PrintAnswer(arguments.json, json, report::SurveyText(*survey));
+  if (auto written = Write(arguments, *survey, json); !written) return PrintError(written.error());
+  return survey->verdict == Verdict::kGood ? kExitGood : kExitNotTrusted;
+}
+
+}  // namespace
+
+void AddAlignSurveyCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand(
+      "survey", "coordinates of a part's coded targets, from pictures by a camera in hand");
+  const auto arguments = std::make_shared<SurveyArguments>();
+  command->add_option("pictures", arguments->pictures,
+                      "picture files or folders, in the order in which they were taken");
+  command->add_option("--sights", arguments->sights,
+                      "instead of pictures: what --keep-sights, or another program, found in them");
+  command->add_option("--scale-bars", arguments->scale_bars,
+                      "JSON with scale_bars: from, to, length_mm, sigma_mm; PART.json will do");
+  command
+      ->add_option("--focal-length", arguments->focal_length_px,
+                   "roughly, px; without it, it is searched for")
+      ->check(NumberIn(1, 1e6));
+  command
+      ->add_option("--bits", arguments->bits, "of the code: 12 (16 targets), 14 (44) or 20 (1022)")
+      ->check(CLI::IsMember(std::vector<int>{12, 14, 20}))
+      ->capture_default_str();
+  command
+      ->add_option("--extra-sigma-px", arguments->extra_sigma_px,
+                   "of each centre beside the detector's own: lens, vibration")
+      ->check(NumberIn(0, 10))
+      ->capture_default_str();
+  command->add_option("--keep-sights", arguments->keep_sights, "file for what the pictures show");
+  command->add_option("--out", arguments->out, "file for the targets, if the verdict is good");
+  command->add_option("--points", arguments->points,
+                      "table of points for align fit, if the verdict is good");
+  command->add_option("--report", arguments->report, "folder for report.html");
+  command->add_flag("--json", arguments->json, "one JSON object instead of text");
+  command->add_flag("--force", arguments->force, "overwrite files");
+  command->callback([arguments, &exit_code] { exit_code = RunSurvey(*arguments); });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,216 @@
+// trammel align survey: from pictures, and from what was seen in them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "part_alignment/files/part_fit_file.h"
+#include "part_alignment/files/survey_file.h"
+#include "part_alignment/files/target_file.h"
+#include "part_alignment/survey/survey_world_test_support.h"
+#include "part_alignment/targets/code_book.h"
+#include "support/run_trammel.h"
+#include "support/target_picture.h"
+
+namespace trammel {
+namespace {
+
+namespace fs = std::filesystem;
+
+using nlohmann::json;
+using part_alignment::Survey;
+using part_alignment::test::SurveyScene;
+using part_alignment::test::SurveyWorld;
+using ::testing::HasSubstr;
+
+class AlignSurvey : public testing::Test {
+ protected:
+  [[nodiscard]] test::CommandResult Run(const std::string& arguments) const {
+    return test::RunTrammel("align survey " + arguments, folder_.path());
+  }
+  [[nodiscard]] fs::path At(const std::string& name) const { return folder_.path() / name; }
+  void Write(const std::string& name, const std::string& bytes) const {
+    std::ofstream(At(name), std::ios::binary) << bytes;
+  }
+  void WriteBars(const std::vector<part_alignment::ScaleBar>& bars) const {
+    json list = json::array();
+    for (const auto& bar : bars) {
+      list.push_back({{"from", bar.from},
+                      {"to", bar.to},
+                      {"length_mm", bar.length_mm},
+                      {"sigma_mm", bar.sigma_mm}});
+    }
+    Write("bars.json", json({{"format", 1}, {"scale_bars", list}}).dump());
+  }
+  /// A survey's sights and bars as files, and the world that they are of.
+  SurveyWorld WriteSights() const {
+    SurveyScene scene;
+    scene.codes = 40;
+    scene.pictures = 40;
+    SurveyWorld world = part_alignment::test::MakeSurveyWorld(scene, 31);
+    const auto input = part_alignment::test::Photograph(world, 31);
+    Write("sights.json", files::SurveyFileText(input.pictures));
+    WriteBars(input.bars);
+    return world;
+  }
+
+  test::TemporaryFolder folder_;
+};
+
+/// Targets and covariance as --json has them.
+Survey SurveyOf(const json& answer) {
+  Survey survey;
+  for (const json& entry : answer.at("targets")) {
+    const auto at = entry.at("ideal_mm").get<std::vector<double>>();
+    survey.targets.push_back({});
+    survey.targets.back().id = entry.at("id").get<std::string>();
+    survey.targets.back().at_mm = {at[0], at[1], at[2]};
+  }
+  const auto rows = answer.at("targets_covariance_mm2").get<std::vector<std::vector<double>>>();
+  survey.covariance.resize(static_cast<Eigen::Index>(rows.size()),
+                           static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      survey.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) = rows[i][k];
+    }
+  }
+  return survey;
+}
+
+TEST_F(AlignSurvey, LeavesTargetsThatSolveAndFitTake) {
+  WriteSights();
+  const auto run =
+      Run("--sights sights.json --scale-bars bars.json --out targets.json --points points.csv "
+          "--report report");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.standard_output, HasSubstr("verdict   good"));
+  EXPECT_THAT(run.standard_output, HasSubstr("datum     free network"));
+  const auto targets = files::ReadTargetFile(At("targets.json"));
+  ASSERT_TRUE(targets) << targets.error().message;
+  ASSERT_TRUE(targets->covariance);
+  EXPECT_EQ(targets->covariance->rows(), 3 * static_cast<Eigen::Index>(targets->targets.size()));
+  EXPECT_TRUE(targets->bar_ends.contains("901"));
+  const auto points = files::ReadPointTable(At("points.csv"));
+  ASSERT_TRUE(points) << points.error().message;
+  ASSERT_EQ(points->size(), targets->targets.size());
+  EXPECT_LT(((*points)[5].at_mm - targets->targets[5].ideal_mm).norm(), 1e-5);
+  EXPECT_THAT(test::ReadWhole(At("report/report.html")), HasSubstr("within"));
+}
+
+TEST_F(AlignSurvey, SaysWhatIsMissingAndWritesNoTargets) {
+  WriteSights();
+  const auto run = Run("--sights sights.json --out targets.json --json");
+  EXPECT_EQ(run.exit_code, 2) << run.output;
+  const json answer = json::parse(run.standard_output);
+  EXPECT_EQ(answer.at("verdict"), "cannot_tell");
+  EXPECT_THAT(answer.at("reason").get<std::string>(), HasSubstr("no scale bar"));
+  EXPECT_TRUE(answer.at("targets").is_null());
+  EXPECT_FALSE(fs::exists(At("targets.json")));
+}
+
+TEST_F(AlignSurvey, RefusesWhatCannotBeByName) {
+  EXPECT_THAT(Run("").standard_error, HasSubstr("either pictures or --sights"));
+  fs::create_directory(At("empty"));
+  EXPECT_THAT(Run("empty").standard_error, HasSubstr("empty: no picture"));
+  EXPECT_THAT(Run("none.jpg").standard_error, HasSubstr("none.jpg"));
+  EXPECT_THAT(Run("--sights none.json").standard_error, HasSubstr("none.json"));
+  Write("bars.json", R"({"format": 1, "bars": []})");
+  const auto run = Run("--scale-bars bars.json --sights none.json");
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.standard_error, HasSubstr("bars.json: scale_bars is missing"));
+  Write("sights.json",
+        R"({"format": 1, "pictures": [{"name": "a", "image_px": [4000, 3000], "sights":
+            [{"target": 1, "column_px": 3, "row_px": 4, "sigma_px": -1}]}]})");
+  EXPECT_THAT(Run("--sights sights.json").standard_error,
+              HasSubstr("pictures[0].sights[0].sigma_px"));
+}
+
+/// One picture of the world's targets by a lens that bends nothing, as PGM.
+std::string Picture(const SurveyWorld& world, const part_alignment::test::WorldShot& shot,
+                    const part_alignment::CodeBook& book, Random& random) {
+  constexpr double kRadius_mm = 13;
+  const SurveyScene& scene = world.scene;
+  std::vector<test::DrawnTarget> drawn;
+  for (const auto& [id, target] : world.targets) {
+    const Eigen::Vector3d ray = target.at_mm - shot.place_mm;
+    if (-ray.normalized().dot(target.normal) < std::cos(scene.steepest_incidence_rad)) continue;
+    const auto from_world = [&](const Eigen::Vector3d& v) {
+      return Eigen::Vector3d(v.dot(shot.right), v.dot(shot.down), v.dot(shot.ahead));
+    };
+    const Eigen::Vector3d along = target.normal.unitOrthogonal();
+    Eigen::Matrix3d h;
+    h << kRadius_mm * from_world(along), kRadius_mm * from_world(along.cross(target.normal)),
+        from_world(ray);
+    Eigen::Matrix3d camera;
+    camera << shot.focal_px, 0, 0.5 * (scene.width_px - 1), 0, shot.focal_px,
+        0.5 * (scene.height_px - 1), 0, 0, 1;
+    h = camera * h;
+    const Eigen::Vector2d centre = h.col(2).hnormalized();
+    constexpr double kMargin_px = 40;
+    if (h(2, 2) < 100 || centre.x() < kMargin_px || centre.y() < kMargin_px ||
+        centre.x() > scene.width_px - kMargin_px || centre.y() > scene.height_px - kMargin_px) {
+      continue;
+    }
+    test::DrawnTarget one;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) one.h[r][c] = h(r, c) / h(2, 2);
+    }
+    one.bits = book.bits;
+    one.word = book.words.at(std::stoul(id) - 1);
+    drawn.push_back(one);
+  }
+  const Page page =
+      test::Expose(test::Draw(scene.width_px, scene.height_px, drawn, {}), 1.0, random);
+  return "P5\n" + std::to_string(page.width) + " " + std::to_string(page.height) + "\n255\n" +
+         std::string(page.samples.begin(), page.samples.end());
+}
+
+TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {
+  SurveyScene scene;
+  scene.codes = 24;
+  scene.pictures = 24;
+  scene.width_px = 1600;
+  scene.height_px = 1200;
+  scene.focal_px = 1109;
+  SurveyWorld world = part_alignment::test::MakeSurveyWorld(scene, 32);
+  // Numbers of the 14-bit book.
+  for (auto& bar : world.bars) {
+    for (std::string* end : {&bar.from, &bar.to}) {
+      const std::string number = "4" + end->substr(2);
+      world.targets[number] = world.targets.at(*end);
+      world.targets.erase(*end);
+      *end = number;
+    }
+  }
+  const auto book = part_alignment::MakeCodeBook(14);
+  ASSERT_TRUE(book);
+  fs::create_directory(At("pictures"));
+  Random random(32);
+  for (std::size_t s = 0; s < world.shots.size(); ++s) {
+    Write("pictures/" + std::to_string(100 + s) + ".pgm",
+          Picture(world, world.shots[s], *book, random));
+  }
+  WriteBars(world.bars);
+  const auto run = Run("pictures --scale-bars bars.json --keep-sights sights.json --json");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  const Survey survey = SurveyOf(json::parse(run.standard_output));
+  EXPECT_GE(survey.targets.size(), 12U);
+  const auto errors = part_alignment::test::ErrorsOf(world, survey);
+  constexpr double kFiveSigma = 5;
+  for (Eigen::Index i = 0; i < errors.coordinates.size(); ++i) {
+    EXPECT_LT(std::abs(errors.coordinates[i]), kFiveSigma * std::sqrt(survey.covariance(i, i)));
+  }
+  EXPECT_LT(errors.coordinates.cwiseAbs().maxCoeff(), 0.5);
+  // What was kept gives the same answer.
+  const auto again = Run("--sights sights.json --scale-bars bars.json --json");
+  EXPECT_EQ(json::parse(again.standard_output).at("targets"),
+            json::parse(run.standard_output).at("targets"));
+}
+
+}  // namespace
+}  // namespace trammel

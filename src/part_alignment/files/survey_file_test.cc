@@ -1,0 +1,82 @@
+#include "part_alignment/files/survey_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/temporary_folder.h"
+
+namespace trammel::files {
+namespace {
+
+using ::testing::HasSubstr;
+
+class SurveyFile : public testing::Test {
+ protected:
+  [[nodiscard]] std::filesystem::path File(const std::string& text) const {
+    const auto path = folder_.path() / "file";
+    test::WriteWhole(path, text);
+    return path;
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(SurveyFile, GivesEveryNumberBack) {
+  std::vector<part_alignment::SurveyPicture> pictures = {
+      {"a.jpg", 4000, 3000, {{"7", 1.0 / 3, 2.0 / 7, 0.03}, {"T8", 3999, 2999, 0.1}}, {}},
+      {"b \"c\".jpg", 4000, 3000, {}, {}}};
+  pictures[0].discs = {{1.0 / 3, 2.0 / 7, 6.1, 5.9, 0.7}, {3999, 2999, 8, 7, -0.3}};
+  const auto read = ReadSurveyFile(File(SurveyFileText(pictures)));
+  ASSERT_TRUE(read) << read.error().message;
+  ASSERT_EQ(read->size(), 2U);
+  EXPECT_EQ((*read)[1].name, pictures[1].name);
+  EXPECT_TRUE((*read)[1].sights.empty());
+  EXPECT_EQ((*read)[0].width_px, 4000);
+  EXPECT_EQ((*read)[0].height_px, 3000);
+  ASSERT_EQ((*read)[0].sights.size(), 2U);
+  EXPECT_EQ((*read)[0].sights[1].target, "T8");
+  EXPECT_EQ((*read)[0].sights[0].column_px, 1.0 / 3);
+  EXPECT_EQ((*read)[0].sights[0].row_px, 2.0 / 7);
+  EXPECT_EQ((*read)[0].sights[0].sigma_px, 0.03);
+  ASSERT_EQ((*read)[0].discs.size(), 2U);
+  EXPECT_EQ((*read)[0].discs[0].semi_minor_px, 5.9);
+  EXPECT_EQ((*read)[0].discs[1].angle_rad, -0.3);
+  EXPECT_TRUE((*read)[1].discs.empty());
+}
+
+TEST_F(SurveyFile, TakesNumbersForTargets) {
+  const auto read = ReadSurveyFile(
+      File(R"({"format": 1, "pictures": [{"name": "a", "image_px": [40, 30], "sights":
+           [{"target": 7, "column_px": 3, "row_px": 4, "sigma_px": 0.1}]}]})"));
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ((*read)[0].sights[0].target, "7");
+}
+
+TEST_F(SurveyFile, NamesThePlaceOfAFault) {
+  const auto message = [this](const std::string& text) {
+    const auto read = ReadSurveyFile(File(text));
+    return read ? std::string() : read.error().message;
+  };
+  EXPECT_THAT(message(R"({"format": 1, "pictures": []})"), HasSubstr("pictures"));
+  EXPECT_THAT(
+      message(R"({"format": 1, "pictures": [{"name": "a", "image_px": [40], "sights": []}]})"),
+      HasSubstr("pictures[0].image_px"));
+  EXPECT_THAT(message(R"({"format": 1, "pictures": [{"name": "a", "image_px": [40, 30], "sights":
+           [{"target": 7, "column_px": 3, "row_px": 4, "sigma_px": 0.1, "x": 1}]}]})"),
+              HasSubstr("sights[0]"));
+}
+
+TEST_F(SurveyFile, ReadsScaleBarsOfAnyObject) {
+  const auto bars = ReadScaleBarFile(File(
+      R"({"format": 1, "surfaces": [], "scale_bars":
+          [{"from": 41, "to": "42", "length_mm": 1000.1, "sigma_mm": 0.01}]})"));
+  ASSERT_TRUE(bars) << bars.error().message;
+  ASSERT_EQ(bars->size(), 1U);
+  EXPECT_EQ((*bars)[0].from, "41");
+  EXPECT_EQ((*bars)[0].length_mm, 1000.1);
+  const auto none = ReadScaleBarFile(File(R"({"format": 1})"));
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().message, HasSubstr("scale_bars is missing"));
+}
+
+}  // namespace
+}  // namespace trammel::files

@@ -1,0 +1,91 @@
+#include "part_alignment/procedure/survey_pictures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "machine/page/page_file.h"
+#include "part_alignment/procedure/grey_picture.h"
+#include "part_alignment/targets/reject_words.h"
+
+namespace trammel::procedure {
+namespace {
+
+using part_alignment::FoundTarget;
+using part_alignment::FoundTargets;
+using part_alignment::RejectedTarget;
+using part_alignment::RejectReason;
+using part_alignment::SurveyPicture;
+
+// The other reasons are said of scratches and stains as well.
+void NoteRejected(const FoundTargets& found, const std::string& name,
+                  std::vector<std::string>& notices) {
+  for (const RejectedTarget& rejected : found.rejected) {
+    if (rejected.reason != RejectReason::kDoubled && rejected.reason != RejectReason::kMirrored) {
+      continue;
+    }
+    notices.push_back(fmt::format(
+        "{}: what looks like a target{} at column {:.0f}, row {:.0f} was "
+        "rejected, because {}",
+        name, rejected.number ? fmt::format(" {}", *rejected.number) : "", rejected.column_px,
+        rejected.row_px, part_alignment::WordsFor(rejected.reason)));
+  }
+}
+
+Result<Page> ReadPicture(const std::filesystem::path& path) {
+  auto pages = machine::ReadPages(path);
+  if (!pages) return tl::unexpected(pages.error());
+  if (pages->size() != 1) {
+    return Fail(
+        fmt::format("{}: {} pictures in one file; one is needed", path.string(), pages->size()));
+  }
+  Page page = std::move(pages->front());
+  if (page.channels == 1) return page;
+  return GreyPicture(page.width, page.height, page.samples);
+}
+
+}  // namespace
+
+Result<SurveyReading> ReadSurveyPictures(const std::vector<std::filesystem::path>& paths,
+                                         const SurveyReadOptions& options,
+                                         const std::function<void(const std::string&)>& tell) {
+  SurveyReading reading;
+  part_alignment::FinderWorkspace workspace;
+  std::set<std::string> names;
+  for (const std::filesystem::path& path : paths) {
+    const std::string name = path.filename().string();
+    if (!names.insert(name).second) {
+      return Fail(
+          fmt::format("{}: a picture of this name came before: the same twice tells nothing "
+                      "new; give each its own name",
+                      path.string()));
+    }
+    const auto grey = ReadPicture(path);
+    if (!grey) return tl::unexpected(grey.error());
+    const auto found =
+        part_alignment::FindTargets(grey->view(), options.book, options.finder, workspace);
+    if (!found) {
+      return Fail(fmt::format("{}: {}", path.string(), found.error().message), found.error().kind);
+    }
+    SurveyPicture& picture = reading.pictures.emplace_back();
+    picture.name = name;
+    picture.width_px = grey->width;
+    picture.height_px = grey->height;
+    for (const FoundTarget& target : found->targets) {
+      if (!target.number) continue;
+      const double sigma_px =
+          std::hypot(std::max(target.sigma_column_px, target.sigma_row_px), options.extra_sigma_px);
+      picture.sights.push_back(
+          {std::to_string(*target.number), target.disc.column_px, target.disc.row_px, sigma_px});
+      picture.discs.push_back(target.disc);
+    }
+    NoteRejected(*found, name, reading.notices);
+    tell(fmt::format("{}: {} coded targets", name, picture.sights.size()));
+  }
+  return reading;
+}
+
+}  // namespace trammel::procedure

@@ -1,0 +1,35 @@
+// Coded targets in the pictures of a survey.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "part_alignment/survey/survey.h"
+#include "part_alignment/targets/code_book.h"
+#include "part_alignment/targets/ring_finder.h"
+
+namespace trammel::procedure {
+
+struct SurveyReadOptions {
+  part_alignment::CodeBook book;
+  part_alignment::FinderOptions finder;
+  /// Added to the detector's own, in quadrature: what it cannot know of (lens, vibration). >= 0
+  double extra_sigma_px = 0.005;
+};
+
+struct SurveyReading {
+  std::vector<part_alignment::SurveyPicture> pictures;  ///< named by their files
+  std::vector<std::string> notices;
+};
+
+/// Reads each picture as it is stored (EXIF turns nothing) and finds the targets in it.
+/// @param tell  progress, a line for each picture.
+/// Errors: a file that cannot be read, that is no picture or comes twice.
+[[nodiscard]] Result<SurveyReading> ReadSurveyPictures(
+    const std::vector<std::filesystem::path>& paths, const SurveyReadOptions& options,
+    const std::function<void(const std::string&)>& tell);
+
+}  // namespace trammel::procedure

@@ -1,0 +1,303 @@
+#include "part_alignment/report/survey_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "base/json_text.h"
+#include "document/html.h"
+#include "document/interval_text.h"
+#include "document/json_number.h"
+#include "document/page.h"
+#include "part_alignment/survey/survey_advice.h"
+
+namespace trammel::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using part_alignment::kLensParameters;
+using part_alignment::Survey;
+using part_alignment::SurveyedBar;
+using part_alignment::SurveyedTarget;
+using part_alignment::SurveyOutlier;
+using part_alignment::SurveyStation;
+
+constexpr const char* kDatum =
+    "free network: inner constraints over all targets; origin in their centroid, x along their "
+    "largest extent, z along the least one and to the cameras' side; scale from the bars";
+
+Json List(const Eigen::Vector3d& v) {
+  return Json::array({Number(v.x()), Number(v.y()), Number(v.z())});
+}
+
+Json Matrix(const Eigen::MatrixXd& m) {
+  Json rows = Json::array();
+  for (const auto& row : m.rowwise()) {
+    Json numbers = Json::array();
+    for (const double number : row) numbers.push_back(Number(number));
+    rows.push_back(std::move(numbers));
+  }
+  return rows;
+}
+
+Json StationsJson(const Survey& survey) {
+  Json stations = Json::array();
+  for (const SurveyStation& station : survey.stations) {
+    Json entry = {{"picture", station.picture}, {"used", station.used}};
+    if (station.used) {
+      entry["place_mm"] = List(station.place_mm);
+      entry["camera_from_survey"] = Matrix(station.camera_from_survey);
+      entry["sights"] = station.sights;
+      entry["rms_px"] = Number(station.rms_px);
+    } else {
+      entry["reason"] = station.reason;
+    }
+    stations.push_back(std::move(entry));
+  }
+  return stations;
+}
+
+Json LensJson(const Survey& survey) {
+  Json lens = Json::object();
+  for (int i = 0; i < kLensParameters; ++i) {
+    lens[part_alignment::kLensParameterNames.at(static_cast<std::size_t>(i))] = {
+        {"value", Number(survey.lens[i])}, {"standard_uncertainty", Number(survey.lens_sigma[i])}};
+  }
+  return lens;
+}
+
+Json OutliersJson(const Survey& survey) {
+  Json outliers = Json::array();
+  for (const SurveyOutlier& outlier : survey.outliers) {
+    outliers.push_back(
+        {{"picture", outlier.picture},
+         {"target", outlier.target},
+         {"error_px", Number(outlier.error_px)},
+         {"seen_there", outlier.seen_there.empty() ? Json(nullptr) : Json(outlier.seen_there)}});
+  }
+  return outliers;
+}
+
+Json BarsJson(const Survey& survey) {
+  Json bars = Json::array();
+  for (const SurveyedBar& bar : survey.bars) {
+    bars.push_back({{"from", bar.bar.from},
+                    {"to", bar.bar.to},
+                    {"length_mm", Number(bar.bar.length_mm)},
+                    {"sigma_mm", Number(bar.bar.sigma_mm)},
+                    {"used", bar.used},
+                    {"misfit_mm", Number(bar.misfit_mm)},
+                    {"test_sigmas", Number(bar.test)}});
+  }
+  return bars;
+}
+
+// Root of the mean variance of a target's coordinates.
+double SigmaOf(const SurveyedTarget& target) { return target.sigma_mm.norm() / std::sqrt(3.0); }
+
+std::string OutlierWords(const SurveyOutlier& outlier) {
+  return fmt::format(
+      "target {} in {} is {:.2f} px from where the others put it{}, and was left out",
+      outlier.target, outlier.picture, outlier.error_px,
+      outlier.seen_there.empty() ? ""
+                                 : fmt::format(", at the place of target {}", outlier.seen_there));
+}
+
+std::string BarWords(const SurveyedBar& bar) {
+  return fmt::format("{}-{}: {:.4f} mm adjusted to {:+.4f} mm of it, {:.1f} sigmas{}", bar.bar.from,
+                     bar.bar.to, bar.bar.length_mm, bar.misfit_mm, std::abs(bar.test),
+                     bar.used ? "" : "; not used");
+}
+
+std::vector<std::string> Advice(const Survey& survey) {
+  return survey.verdict == Verdict::kGood ? part_alignment::AdvisePictures(survey)
+                                          : std::vector<std::string>{};
+}
+
+std::size_t UsedStations(const Survey& survey) {
+  return static_cast<std::size_t>(std::count_if(survey.stations.begin(), survey.stations.end(),
+                                                [](const auto& station) { return station.used; }));
+}
+
+std::string TargetsCard(const Survey& survey) {
+  Table table({{"target"},
+               {"x"},
+               {"y"},
+               {"z"},
+               {"sights"},
+               {"widest angle"},
+               {"residual"},
+               {"checked to"}});
+  for (const SurveyedTarget& target : survey.targets) {
+    std::vector<std::string> cells = {EscapeHtml(target.id)};
+    for (int axis = 0; axis < 3; ++axis) {
+      const Interval interval = NormalInterval95(target.at_mm[axis], target.sigma_mm[axis]);
+      cells.push_back(ValueCell(ValueText(target.at_mm[axis], interval, kMillimetres),
+                                IntervalText(interval, kMillimetres)));
+    }
+    cells.push_back(fmt::format("{}", target.sights));
+    cells.push_back(fmt::format("{:.0f}°", target.widest_angle_rad * 57.29577951308232));
+    cells.push_back(fmt::format("{:.3f} px", target.rms_px));
+    cells.push_back(fmt::format("{:.0f} %", 100 * target.least_redundancy));
+    table.Row(cells);
+  }
+  return Card("Targets", table.Html());
+}
+
+std::string StationsCard(const Survey& survey) {
+  Table table({{"picture"}, {"x"}, {"y"}, {"z"}, {"targets"}, {"residual"}, {"", true}});
+  for (const SurveyStation& station : survey.stations) {
+    if (!station.used) {
+      table.Row({EscapeHtml(station.picture), "", "", "", "", "", EscapeHtml(station.reason)},
+                true);
+      continue;
+    }
+    const Eigen::Vector3d& at = station.place_mm;
+    table.Row({EscapeHtml(station.picture), fmt::format("{:.0f} mm", at.x()),
+               fmt::format("{:.0f} mm", at.y()), fmt::format("{:.0f} mm", at.z()),
+               fmt::format("{}", station.sights), fmt::format("{:.3f} px", station.rms_px), ""});
+  }
+  return Card("Pictures", table.Html());
+}
+
+std::string LensCard(const Survey& survey) {
+  Table table({{""}, {"value"}, {"interval"}});
+  for (int i = 0; i < kLensParameters; ++i) {
+    const Interval interval = NormalInterval95(survey.lens[i], survey.lens_sigma[i]);
+    table.Row({part_alignment::kLensParameterNames.at(static_cast<std::size_t>(i)),
+               fmt::format("{:.8g}", survey.lens[i]),
+               fmt::format("95 %: {:.8g} to {:.8g}", interval.lo, interval.hi)});
+  }
+  return Card("The lens, calibrated along", table.Html());
+}
+
+std::string Head(const Survey& survey) {
+  if (survey.verdict != Verdict::kGood) {
+    return HeadCard(
+        survey.verdict,
+        fmt::format("<p class=\"value\">No coordinates</p>\n<p class=\"reason\">{}</p>\n",
+                    EscapeHtml(survey.reason)));
+  }
+  double worst_mm = 0;
+  for (const SurveyedTarget& target : survey.targets) {
+    worst_mm = std::max(worst_mm, target.sigma_mm.maxCoeff());
+  }
+  return HeadCard(
+      Verdict::kGood,
+      fmt::format("<p class=\"value\">{} targets <small>each coordinate within {:.3f} mm, "
+                  "95 %</small></p>\n<p class=\"quiet\">{} of {} pictures, {} sights, {} left out. "
+                  "Datum: {}.</p>\n",
+                  survey.targets.size(), kNormal95 * worst_mm, UsedStations(survey),
+                  survey.stations.size(), survey.sights, survey.outliers.size(), kDatum));
+}
+
+}  // namespace
+
+std::string ToJson(const Survey& survey) {
+  const bool good = survey.verdict == Verdict::kGood;
+  Json targets = Json::array();
+  Json precision = Json::array();
+  for (const SurveyedTarget& target : survey.targets) {
+    targets.push_back({{"id", target.id}, {"ideal_mm", List(target.at_mm)}});
+    precision.push_back({{"id", target.id},
+                         {"standard_uncertainty_mm", List(target.sigma_mm)},
+                         {"sights", target.sights},
+                         {"widest_angle_rad", Number(target.widest_angle_rad)},
+                         {"rms_px", Number(target.rms_px)},
+                         {"least_redundancy", Number(target.least_redundancy)}});
+  }
+  Json bar_ends = Json::array();
+  for (const SurveyedBar& bar : survey.bars) {
+    bar_ends.push_back(bar.bar.from);
+    bar_ends.push_back(bar.bar.to);
+  }
+  return JsonText({{"format", 1},
+                   {"verdict", ToString(survey.verdict)},
+                   {"reason", survey.reason},
+                   {"datum", kDatum},
+                   {"targets", good ? targets : Json(nullptr)},
+                   {"targets_covariance_mm2", good ? Matrix(survey.covariance) : Json(nullptr)},
+                   {"bar_ends", std::move(bar_ends)},
+                   {"precision", good ? precision : Json(nullptr)},
+                   {"lens", good ? LensJson(survey) : Json(nullptr)},
+                   {"variance_root", good ? Number(survey.variance_root) : Json(nullptr)},
+                   {"sights", survey.sights},
+                   {"redundancy", survey.redundancy},
+                   {"stations", StationsJson(survey)},
+                   {"outliers", OutliersJson(survey)},
+                   {"scale_bars", BarsJson(survey)},
+                   {"advice", Advice(survey)},
+                   {"notices", survey.notices}});
+}
+
+std::string SurveyText(const Survey& survey) {
+  std::string text = fmt::format("verdict   {}{}{}\n", VerdictWords(survey.verdict),
+                                 survey.reason.empty() ? "" : ": ", survey.reason);
+  if (survey.verdict == Verdict::kGood) {
+    text += fmt::format(
+        "pictures  {} of {}, {} sights; centres scatter by {:.2f} of what was stated of them\n"
+        "datum     {}\n"
+        "lens      focal length {}\n",
+        UsedStations(survey), survey.stations.size(), survey.sights, survey.variance_root, kDatum,
+        WithInterval(survey.lens[part_alignment::kFocal],
+                     NormalInterval95(survey.lens[part_alignment::kFocal],
+                                      survey.lens_sigma[part_alignment::kFocal]),
+                     {.unit = "px"}));
+  }
+  for (const SurveyedBar& bar : survey.bars) {
+    if (survey.verdict == Verdict::kGood) text += fmt::format("bar       {}\n", BarWords(bar));
+  }
+  for (const SurveyedTarget& target : survey.targets) {
+    if (survey.verdict != Verdict::kGood) break;
+    const Eigen::Vector3d half = kNormal95 * target.sigma_mm;
+    text += fmt::format("target    {:<8} {:>11.4f} {:>11.4f} {:>11.4f} mm ({}), {} sights\n",
+                        target.id, target.at_mm.x(), target.at_mm.y(), target.at_mm.z(),
+                        WithinText({half.data(), 3}, kMillimetres), target.sights);
+  }
+  for (const SurveyOutlier& outlier : survey.outliers) {
+    text += fmt::format("notice    {}\n", OutlierWords(outlier));
+  }
+  for (const std::string& notice : survey.notices) text += fmt::format("notice    {}\n", notice);
+  for (const std::string& line : Advice(survey)) text += fmt::format("next      {}\n", line);
+  return text;
+}
+
+std::string SurveyPoints(const Survey& survey) {
+  std::string text = "id,x_mm,y_mm,z_mm,sigma_mm,surface\n";
+  for (const SurveyedTarget& target : survey.targets) {
+    text += fmt::format("{},{:.6f},{:.6f},{:.6f},{:.6f},\n", target.id, target.at_mm.x(),
+                        target.at_mm.y(), target.at_mm.z(), SigmaOf(target));
+  }
+  return text;
+}
+
+std::string SurveyPage(const std::string& date, const Survey& survey) {
+  const std::string title = "Survey of " + date;
+  std::vector<std::string> outliers;
+  for (const SurveyOutlier& outlier : survey.outliers) outliers.push_back(OutlierWords(outlier));
+  std::string html = PageBegin(title, title) + Head(survey);
+  const std::vector<std::string> advice = Advice(survey);
+  if (survey.verdict != Verdict::kGood) {
+    html += Card("What to do next",
+                 "<p>Follow the advice above and photograph anew. No targets were written.</p>\n");
+  } else if (advice.empty()) {
+    html +=
+        Card("What to do next",
+             "<p>Name the file of <code>--out</code> as <code>targets</code> of the "
+             "observations, or fit the ideal part to the points of <code>--points</code>.</p>\n");
+  } else {
+    html += ListCard("What to photograph next", advice);
+  }
+  html += ListCard("Worth knowing", survey.notices) + ListCard("Left out", outliers);
+  if (survey.verdict == Verdict::kGood) {
+    std::vector<std::string> bars;
+    for (const SurveyedBar& bar : survey.bars) bars.push_back(BarWords(bar));
+    html += ListCard("Scale bars", bars) + TargetsCard(survey) + LensCard(survey);
+  }
+  return html + StationsCard(survey) + PageEnd();
+}
+
+}  // namespace trammel::report

@@ -1,0 +1,14 @@
+// The sights of a survey and its scale bars.
+#include "part_alignment/files/survey_file.h"
+
+#include "fuzz.h"
+#include "memory_file.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trammel;
+  static const fuzz::MemoryFile file("file.json");
+  file.Write(fuzz::Text(data, size));
+  (void)fuzz::Good(files::ReadSurveyFile(file.path()));
+  (void)fuzz::Good(files::ReadScaleBarFile(file.path()));
+  return 0;
+}
