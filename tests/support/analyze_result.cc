@@ -37,12 +37,11 @@ void ExpectKeys(const json& object, const std::vector<std::string>& keys,
 
 // docs/formats.md, key by key.
 void ExpectFormat(const json& answer) {
-  ExpectKeys(
-      answer,
-      {"format", "method", "verdict", "reason", "pressure_advance_s", "standard_uncertainty_s",
-       "interval95_s", "print_next_s", "acceleration", "deceleration", "lines", "deviation",
-       "notices", "report"},
-      "");
+  ExpectKeys(answer,
+             {"format", "method", "verdict", "reason", "pressure_advance_s",
+              "standard_uncertainty_s", "interval95_s", "print_next_s", "acceleration",
+              "deceleration", "lines", "deviation", "notices", "report"},
+             "");
   EXPECT_EQ(answer.at("format"), 1);
   ExpectMeasured(answer, "");
   for (const char* transition : {"acceleration", "deceleration"}) {

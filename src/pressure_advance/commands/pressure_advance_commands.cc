@@ -10,6 +10,7 @@ void AddPressureAdvanceCommands(CLI::App& cli, int& exit_code) {
   AddPatternCommand(*pa, exit_code);
   AddCalibrateCommands(*pa, exit_code);
   AddApplyCommand(*pa, exit_code);
+  AddExportCommand(*pa, exit_code);
   AddValidateCommand(*pa, exit_code);
   AddListenCommand(*pa, exit_code);
 }

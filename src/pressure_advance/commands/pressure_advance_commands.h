@@ -16,6 +16,7 @@ void AddPatternCommand(CLI::App& parent, int& exit_code);
 /// `calibrate`, `print` and `scan`.
 void AddCalibrateCommands(CLI::App& parent, int& exit_code);
 void AddApplyCommand(CLI::App& parent, int& exit_code);
+void AddExportCommand(CLI::App& parent, int& exit_code);
 void AddValidateCommand(CLI::App& parent, int& exit_code);
 void AddListenCommand(CLI::App& parent, int& exit_code);
 /// `trammel doctor`, below the program.

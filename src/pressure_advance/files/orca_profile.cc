@@ -1,0 +1,75 @@
+#include "pressure_advance/files/orca_profile.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/json_text.h"
+#include "files/json_object.h"
+
+namespace trammel::files {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostExtruders = 16;
+
+bool IsList(const Json& value) {
+  if (!value.is_array() || value.empty() || value.size() > kMostExtruders) return false;
+  for (const Json& entry : value) {
+    if (!entry.is_string()) return false;
+  }
+  return true;
+}
+
+bool IsOn(const Json& value) {
+  for (const Json& entry : value.is_array() ? value : Json::array({value})) {
+    if (entry.is_string() && entry != "0" && !entry.get<std::string>().empty()) return true;
+  }
+  return false;
+}
+
+// As many entries as the profile has for that key, at least one.
+Json Entries(const Json& profile, const char* key, const std::string& entry) {
+  const std::size_t size = profile.contains(key) ? profile[key].size() : 1;
+  return std::vector<std::string>(size, entry);
+}
+
+}  // namespace
+
+Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::string& file,
+                                        double pressure_advance_s) {
+  constexpr double kMost_s = 2;
+  if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMost_s)) {  // false for NaN
+    return Fail(fmt::format("pressure advance {} s: OrcaSlicer takes 0 ... {}", pressure_advance_s,
+                            kMost_s));
+  }
+  if (const auto sane = ParseJson(profile, file); !sane) return tl::unexpected(sane.error());
+  Json json = Json::parse(profile, nullptr, false);
+  if (!json.is_object() || !json.contains("filament_settings_id")) {
+    return Fail(
+        fmt::format("{}: is no filament profile of OrcaSlicer (it has no "
+                    "filament_settings_id); export your filament there and give that file",
+                    file));
+  }
+  for (const char* key : {"enable_pressure_advance", "pressure_advance"}) {
+    if (json.contains(key) && !IsList(json[key])) {
+      return Fail(fmt::format("{}: {} must be a list of 1 ... {} texts; export the profile anew",
+                              file, key, kMostExtruders));
+    }
+  }
+  OrcaProfile made;
+  json["enable_pressure_advance"] = Entries(json, "enable_pressure_advance", "1");
+  json["pressure_advance"] =
+      Entries(json, "pressure_advance", fmt::format("{:.4f}", pressure_advance_s));
+  const char* adaptive = "adaptive_pressure_advance";
+  if (json.contains(adaptive) && IsOn(json[adaptive])) {
+    json[adaptive] = Entries(json, adaptive, "0");
+    made.notices.emplace_back(
+        "adaptive pressure advance is switched off: it would override the value");
+  }
+  made.text = json.dump(4, ' ', false, Json::error_handler_t::replace) + '\n';
+  return made;
+}
+
+}  // namespace trammel::files
