@@ -139,6 +139,11 @@ TEST_P(RealPhotosWithFewerLines, AnswerStaysWithoutAnyThreeLines) {
     }
     const Measured answer = Again(analysis, profiles);
     const std::string dropped = ::testing::PrintToString(triple);
+    // Where an accepted line is the first that is left, the answer may lie below.
+    if (!answer.good() && FromAccepted(GetParam(), profiles.front().pressure_advance_s) < 1e-9) {
+      EXPECT_THAT(answer.reason(), ::testing::HasSubstr("may lie below the tested range"));
+      continue;
+    }
     ASSERT_TRUE(answer.good()) << "without " << dropped << ": " << answer.reason();
     EXPECT_LE(FromAccepted(GetParam(), answer.quantity().value), kHalfStep_s)
         << "without " << dropped << ": " << answer.quantity().value;

@@ -1,4 +1,4 @@
-// Zero crossings of both transitions of the same lines, fitted jointly.
+// Zero crossings of both transitions of the same lines.
 #pragma once
 
 #include <optional>
@@ -23,13 +23,7 @@ struct TransitionCrossings {
   signal::ZeroCrossing deceleration;
 };
 
-/// Fits the acceleration's crossing, then the deceleration's with each line's own lag taken out.
-///
-/// A line whose lag is off by d answers like one printed with a pressure advance lower by d, at
-/// both transitions. The acceleration's residual shows d; the deceleration is fitted over the
-/// pressure advance less all, half or nothing of d, whichever leaves the smallest scatter. What is
-/// left is reading noise, so that the bend, where gaps begin, is learnt from the lines rather than
-/// taken from its prior.
+/// Fits each transition's crossing by itself.
 /// @returns nothing where fewer than three lines have different pressure advance.
 /// REQUIRES the same lines in both series.
 [[nodiscard]] std::optional<TransitionCrossings> FitTransitions(

@@ -15,7 +15,7 @@ struct ResponseOptions {
   /// Beyond the answer a deceleration leaves a gap, and a gap cannot get emptier than empty: the
   /// response is flatter there by an amount that depends on the lag, hence the wide prior.
   signal::ZeroCrossingOptions deceleration{
-      .bend_mean = -0.15, .bend_sigma = 0.3, .distance_sigma = 0.15, .may_saturate = true};
+      .bend_mean = -0.1, .bend_sigma = 0.15, .distance_sigma = 0.15, .may_saturate = true};
   /// Fewest usable lines with different PA: a crossing, a slope and a bend leave nothing over from
   /// three.
   int fewest_lines = 4;
