@@ -107,8 +107,11 @@ TEST_F(AnalyzeRecording, ReadsWhatTheVirtualPrintShopWrites) {
   const json truth = json::parse(test::ReadWhole(rec() / "truth.json"));
   const json answer = Analyze();
   ASSERT_EQ(answer.at("verdict"), "good") << answer.at("reason");
-  EXPECT_NEAR(answer.at("pressure_advance_s").get<double>(),
-              truth.at("pressure_advance_s").get<double>(), kTolerance_s);
+  // What is promised of each pattern: pressure_advance_study says how many are within 2 ms.
+  const double truth_s = truth.at("pressure_advance_s");
+  EXPECT_GT(truth_s, answer.at("interval95_s")[0].get<double>());
+  EXPECT_LT(truth_s, answer.at("interval95_s")[1].get<double>());
+  EXPECT_LT(answer.at("standard_uncertainty_s").get<double>(), kTolerance_s);
 }
 
 TEST_F(AnalyzeRecording, AnswersTheSameWithoutScaleAndWithCaptureTimes) {

@@ -8,90 +8,13 @@
 
 #include "base/check.h"
 #include "base/statistics.h"
+#include "pressure_advance/response/crossing_pair.h"
+#include "pressure_advance/response/uncertainty_budget.h"
 
 namespace trammel::pressure_advance {
 namespace {
 
 double Square(double x) { return x * x; }
-
-TransitionSeries Without(TransitionSeries series, std::size_t left_out) {
-  const auto drop = [left_out](std::vector<double>& values) {
-    values.erase(values.begin() + static_cast<std::ptrdiff_t>(left_out));
-  };
-  drop(series.pa_s);
-  drop(series.excess_s);
-  drop(series.sigma_s);
-  return series;
-}
-
-// Of the two crossings, from the scatter of the lines.
-struct Covariance {
-  double aa = 0;
-  double ad = 0;
-  double dd = 0;
-};
-
-Covariance Jackknife(const TransitionSeries& acceleration, const TransitionSeries& deceleration,
-                     const ResponseOptions& options) {
-  std::vector<double> a, d;
-  for (std::size_t i = 0; i < acceleration.pa_s.size(); ++i) {
-    const auto fit = FitTransitions(Without(acceleration, i), Without(deceleration, i), options);
-    if (!fit) continue;
-    a.push_back(fit->acceleration.zero);
-    d.push_back(fit->deceleration.zero);
-  }
-  Covariance covariance;
-  if (a.size() < 2) return covariance;
-  const double mean_a = Mean(a);
-  const double mean_d = Mean(d);
-  const double factor = (static_cast<double>(a.size()) - 1) / static_cast<double>(a.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    covariance.aa += factor * (a[i] - mean_a) * (a[i] - mean_a);
-    covariance.ad += factor * (a[i] - mean_a) * (d[i] - mean_d);
-    covariance.dd += factor * (d[i] - mean_d) * (d[i] - mean_d);
-  }
-  return covariance;
-}
-
-// A jackknife over few lines is itself uncertain, and can come out far too small by chance: the
-// fit's own standard error is its floor.
-double Floor(const signal::ZeroCrossing& fit) {
-  const double plain = fit.residual_scale / std::max(std::abs(fit.slope), 1e-12);
-  return plain * plain / std::max(1.0, fit.points);
-}
-
-// What every line shares, so that leaving lines out does not show it. Each is the shift of the
-// crossing by one standard deviation; s.
-struct Common {
-  double slip = 0;    // opposite for the two transitions
-  double unread = 0;  // filament beside what the eye reads
-  double form = 0;    // of the lag's law, as far as the window leaves it open
-};
-
-Common CommonShifts(const TransitionSeries& series, const signal::ZeroCrossing& fit,
-                    bool slope_has_scale, const ResponseOptions& options) {
-  Common common;
-  common.slip = options.slip_sigma * series.slip_excess_s / fit.slope;
-  const double missing = slope_has_scale ? std::max(0.0, options.full_slope - fit.slope) : 0;
-  common.unread = options.unread_sigma * std::min(1.0, missing) * std::abs(fit.zero);
-  const double outside = slope_has_scale ? std::clamp(1 - fit.slope, 0.0, 1.0) : 0;
-  common.form =
-      std::max(options.lag_form_sigma, options.lag_tail_sigma * outside) * std::abs(fit.zero);
-  return common;
-}
-
-RangedAnswer Judge(double value, double lines_variance, double common_variance, double freedom,
-                   const Interval& tested, const ResponseOptions& options) {
-  const double u = std::sqrt(lines_variance + common_variance);
-  // Welch and Satterthwaite: only the lines' part has few degrees of freedom.
-  const double ratio = lines_variance > 0 ? u * u / lines_variance : 1e6;
-  const double half = StudentT95(std::max(1.0, freedom) * ratio * ratio) * u;
-  const std::string too_wide = fmt::format(
-      "the lines scatter too much: the 95 % interval would reach {:.2g} s to either side on a "
-      "tested range of {:.2g} s; print more lines, or clean the plate and scan again",
-      half, tested.hi - tested.lo);
-  return JudgeInRange(value, u, half, tested, options.widest_interval, too_wide);
-}
 
 // Where lines that do not answer clearly may do so because the answer is far outside: all of them
 // too low, or all too high, at both transitions.
@@ -151,89 +74,153 @@ std::string Doubt(const signal::ZeroCrossing& fit, bool slope_has_scale,
   return {};
 }
 
-// A pair of crossings whose covariance is known.
-struct Pair {
-  const signal::ZeroCrossing& a;
-  const signal::ZeroCrossing& d;
-  Covariance lines;
-  Common common_a;
-  Common common_d;
+// Slip as the crossings' difference shows it, in units of slip_sigma.
+struct Slip {
+  double mean = 0;
+  double variance = 1;
 };
 
-RangedAnswer WeighedMean(const Pair& pair, double freedom, const Interval& tested,
-                         const ResponseOptions& options, std::vector<std::string>& notices) {
-  const auto& [a, d, lines, ca, cd] = pair;
-  const double aa = lines.aa + Square(ca.slip) + Square(ca.unread);
-  const double dd = lines.dd + Square(cd.slip) + Square(cd.unread);
-  const double ad = lines.ad - ca.slip * cd.slip + ca.unread * cd.unread;
+Slip EstimateSlip(const CrossingPair& pair) {
+  const CorrectedCrossing& a = pair.acceleration;
+  const CorrectedCrossing& d = pair.deceleration;
+  const double apart = a.common.slip + d.common.slip;
+  const double noise = std::max(0.0, a.variance + d.variance - 2 * pair.covariance) +
+                       Square(a.common.form - d.common.form);
+  const double total = apart * apart + noise;
+  if (!(total > 0)) return {};
+  return {apart * (a.zero_s - d.zero_s) / total, noise / total};
+}
+
+// What a lag that drifts over the pattern leaves open: the crossing is the lag of the line that was
+// printed there, the mean line's lies elsewhere. The answer stands half way between the two.
+struct Drift {
+  double shift_s = 0;
+  double variance = 0;
+};
+
+Drift EstimateDrift(const Transitions& transitions, const signal::ZeroCrossing& fit, double tail_s,
+                    double slip, const ResponseOptions& options) {
+  const double off_centre_s = fit.zero - Mean(transitions.acceleration.pa_s);
+  // Slip grows with the flow: it takes more of what pressure advance adds than of the rest.
+  constexpr double kSlipOfTheSlope = 1.3;
+  const double slip_slope = 1 - kSlipOfTheSlope * std::max(0.0, slip);
+  LagDrift drift{0, options.drift.unseen_sigma};
+  if (transitions.ramp_s > 0 && fit.zero > 0 && fit.slope > 0) {
+    const double gain =
+        slip_slope * GainOfALinearLag(fit.zero, transitions.ramp_s, transitions.drain_s);
+    drift = EstimateLagDrift(fit.slope, fit.slope_sigma, gain, tail_s / fit.zero, options.drift);
+  }
+  return {-drift.mean / 2 * off_centre_s,
+          Square(off_centre_s) * (Square(drift.mean / 2) + Square(drift.sigma))};
+}
+
+// What holds for both transitions and for their mean.
+struct Shared {
+  Drift drift;
+  double slip_form_s = 0;
+  double freedom = 0;
+  Interval tested;
+  double widest = 0;  // half width of an interval, as a part of the tested range
+};
+
+RangedAnswer WeighedMean(const CrossingPair& pair, const Shared& shared,
+                         std::vector<std::string>& notices) {
+  const CommonShifts& ca = pair.acceleration.common;
+  const CommonShifts& cd = pair.deceleration.common;
+  const double lines_aa = pair.acceleration.variance;
+  const double lines_dd = pair.deceleration.variance;
+  const double aa = lines_aa + Square(ca.slip) + Square(ca.unread);
+  const double dd = lines_dd + Square(cd.slip) + Square(cd.unread);
+  const double ad = pair.covariance - ca.slip * cd.slip + ca.unread * cd.unread;
   const double apart = aa + dd - 2 * ad;
   const double w = apart > 0 ? std::clamp((dd - ad) / apart, 0.0, 1.0) : 0.5;
   const double v = 1 - w;
 
-  double lines_variance = w * w * lines.aa + v * v * lines.dd + 2 * w * v * lines.ad;
+  UncertaintyBudget budget;
   // Two transitions of the same lines never halve the standard deviation of the better one.
-  lines_variance = std::max(lines_variance, 0.25 * std::min(lines.aa, lines.dd));
-  double common_variance = Square(w * ca.slip - v * cd.slip) +
-                           Square(w * ca.unread + v * cd.unread) +
-                           Square(w * ca.form + v * cd.form);
+  budget.lines = std::max(w * w * lines_aa + v * v * lines_dd + 2 * w * v * pair.covariance,
+                          0.25 * std::min(lines_aa, lines_dd));
+  budget.slip = Square(w * ca.slip - v * cd.slip) + Square(shared.slip_form_s);
+  budget.unread = Square(w * ca.unread + v * cd.unread);
+  budget.form = Square(w * ca.form + v * cd.form);
+  budget.drift = shared.drift.variance;
 
-  const double difference = a.zero - d.zero;
+  const double a_s = pair.acceleration.zero_s;
+  const double d_s = pair.deceleration.zero_s;
   const double explained = 4 * std::max(apart, 1e-18);
-  if (difference * difference > explained) {
-    common_variance += (difference * difference - explained) / 12;
+  if (Square(a_s - d_s) > explained) {
+    budget.apart = (Square(a_s - d_s) - explained) / 12;
     notices.push_back(fmt::format(
         "the acceleration ({:.4f} s) and the deceleration ({:.4f} s) suggest values that differ by "
         "{:.1f} standard uncertainties; the answer's uncertainty was widened for it",
-        a.zero, d.zero, std::abs(difference) / std::sqrt(std::max(apart, 1e-18))));
+        a_s, d_s, std::abs(a_s - d_s) / std::sqrt(std::max(apart, 1e-18))));
   }
-  return Judge(w * a.zero + v * d.zero, lines_variance, common_variance, freedom, tested, options);
+  return JudgeByBudget(w * a_s + v * d_s + shared.drift.shift_s, budget, shared.freedom,
+                       shared.tested, shared.widest);
 }
 
 }  // namespace
 
-CombinedTransitions CombineTransitions(const TransitionSeries& acceleration,
-                                       const TransitionSeries& deceleration,
+CombinedTransitions CombineTransitions(const Transitions& transitions,
                                        const TransitionCrossings& crossings, bool slope_has_scale,
                                        const ResponseOptions& options) {
+  const TransitionSeries& acceleration = transitions.acceleration;
+  const TransitionSeries& deceleration = transitions.deceleration;
   const std::size_t count = acceleration.pa_s.size();
   TRAMMEL_CHECK(count == deceleration.pa_s.size() && count >= 2, "{} and {} lines", count,
                 deceleration.pa_s.size());
   const Interval tested = RangeOf(acceleration.pa_s);
+
+  const CrossingPair pair = CorrectCrossings(transitions, crossings, slope_has_scale, options);
+  const std::string doubt_a = Doubt(crossings.acceleration, slope_has_scale, options);
+  const std::string doubt_d = Doubt(crossings.deceleration, slope_has_scale, options);
+  const bool doubtful = !doubt_a.empty() || !doubt_d.empty();
+  const Slip slip = doubtful ? Slip{} : EstimateSlip(pair);
+  const double slip_share = slip.mean * options.slip_sigma;
   // A crossing, a slope and a bend are fitted.
-  const double freedom = static_cast<double>(count) - 3;
+  const Shared shared{
+      .drift = EstimateDrift(transitions, crossings.acceleration, pair.tail_s, slip_share, options),
+      .slip_form_s =
+          options.slip_form_sigma * std::max(0.0, slip_share) * std::abs(pair.acceleration.zero_s),
+      .freedom = std::max(1.0, static_cast<double>(count) - 3),
+      .tested = tested,
+      .widest = std::max(options.widest_interval, 0.5 / (static_cast<double>(count) - 1))};
 
-  Pair pair{crossings.acceleration, crossings.deceleration,
-            Jackknife(acceleration, deceleration, options),
-            CommonShifts(acceleration, crossings.acceleration, slope_has_scale, options),
-            CommonShifts(deceleration, crossings.deceleration, slope_has_scale, options)};
-  pair.lines.aa = std::max(pair.lines.aa, Floor(pair.a));
-  pair.lines.dd = std::max(pair.lines.dd, Floor(pair.d));
-
-  const std::string doubt_a = Doubt(pair.a, slope_has_scale, options);
-  const std::string doubt_d = Doubt(pair.d, slope_has_scale, options);
-  const auto alone = [&](const std::string& doubt, const signal::ZeroCrossing& fit, double lines,
-                         const Common& common) {
+  const auto alone = [&](const std::string& doubt, double value_s,
+                         const CorrectedCrossing& crossing) {
     if (!doubt.empty()) return RangedAnswer{Measured::CannotTell(doubt), std::nullopt};
-    return Judge(fit.zero, lines, Square(common.slip) + Square(common.unread) + Square(common.form),
-                 freedom, tested, options);
+    const UncertaintyBudget budget{
+        .lines = crossing.variance,
+        .slip = Square(crossing.common.slip) * slip.variance + Square(shared.slip_form_s),
+        .unread = Square(crossing.common.unread),
+        .form = Square(crossing.common.form),
+        .drift = shared.drift.variance};
+    return JudgeByBudget(value_s, budget, shared.freedom, tested, shared.widest);
   };
-  const RangedAnswer alone_a = alone(doubt_a, pair.a, pair.lines.aa, pair.common_a);
-  const RangedAnswer alone_d = alone(doubt_d, pair.d, pair.lines.dd, pair.common_d);
   CombinedTransitions result;
+  const double value_a_s =
+      pair.acceleration.zero_s - slip.mean * pair.acceleration.common.slip + shared.drift.shift_s;
+  const double value_d_s =
+      pair.deceleration.zero_s + slip.mean * pair.deceleration.common.slip + shared.drift.shift_s;
+  const RangedAnswer alone_a = alone(doubt_a, value_a_s, pair.acceleration);
+  const RangedAnswer alone_d = alone(doubt_d, value_d_s, pair.deceleration);
   result.acceleration = alone_a.pressure_advance;
   result.deceleration = alone_d.pressure_advance;
+  result.acceleration_shift_s = value_a_s - crossings.acceleration.zero;
+  result.deceleration_shift_s = value_d_s - crossings.deceleration.zero;
 
   // One transition that does not answer leaves the other; one that answers the wrong way round says
   // that the lines are not what they are taken for.
-  const bool backwards = AnswersBackwards(pair.a, options) || AnswersBackwards(pair.d, options);
-  const bool doubtful = !doubt_a.empty() || !doubt_d.empty();
-  const auto one_side =
-      doubtful && !backwards ? AllOnOneSide(acceleration, deceleration, tested) : std::nullopt;
+  const bool backwards_a = AnswersBackwards(crossings.acceleration, options);
+  const bool backwards_d = AnswersBackwards(crossings.deceleration, options);
+  const auto one_side = doubtful && !backwards_a && !backwards_d
+                            ? AllOnOneSide(acceleration, deceleration, tested)
+                            : std::nullopt;
   if (one_side) {
     result.both = *one_side;
-  } else if (AnswersBackwards(pair.d, options) || (!doubt_a.empty() && !doubt_d.empty())) {
-    result.both = AnswersBackwards(pair.d, options) ? alone_d : alone_a;
-  } else if (AnswersBackwards(pair.a, options)) {
+  } else if (backwards_d || (!doubt_a.empty() && !doubt_d.empty())) {
+    result.both = backwards_d ? alone_d : alone_a;
+  } else if (backwards_a) {
     result.both = alone_a;
   } else if (doubtful) {
     result.both = doubt_a.empty() ? alone_a : alone_d;
@@ -241,7 +228,7 @@ CombinedTransitions CombineTransitions(const TransitionSeries& acceleration,
                                          doubt_a.empty() ? "acceleration" : "deceleration",
                                          doubt_a.empty() ? doubt_d : doubt_a));
   } else {
-    result.both = WeighedMean(pair, freedom, tested, options, result.notices);
+    result.both = WeighedMean(pair, shared, result.notices);
   }
   return result;
 }

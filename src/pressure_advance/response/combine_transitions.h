@@ -12,25 +12,26 @@
 namespace trammel::pressure_advance {
 
 struct CombinedTransitions {
-  Measured acceleration;  ///< s, by itself
-  Measured deceleration;  ///< s, by itself
+  Measured acceleration;            ///< s, its crossing less slip, the window's tail and drift
+  Measured deceleration;            ///< s, in the same way
+  double acceleration_shift_s = 0;  ///< its value less its crossing
+  double deceleration_shift_s = 0;
   RangedAnswer both;
   std::vector<std::string> notices;
 };
 
 /// Weighs the two crossings by their covariance.
 ///
-/// Uncertainty: the scatter of the lines by leaving out one at a time (the two transitions share
-/// the lines, and with them each line's own lag); slip, which pulls the two in opposite directions;
-/// filament that was not read and the form of the lag, which pull both the same way; and where the
-/// two differ by more than twice what that explains, a rectangular distribution over the rest.
+/// Slip pulls the two in opposite directions: their difference shows it. Filament that was not
+/// read, the form of the lag and its drift pull both the same way; and where the two differ by more
+/// than twice what the lines' scatter and slip explain, a rectangular distribution over the rest is
+/// added.
 /// @param slope_has_scale  whether a slope of 1 means that all filament was seen.
 /// @returns cannot-tell where a transition does not answer to PA, answers the wrong way round, may
 ///   lie outside the tested range, or is too uncertain; a transition that merely does not answer
 ///   leaves the other one to count alone, with a notice.
-/// REQUIRES the same lines, at least two, in both series.
-[[nodiscard]] CombinedTransitions CombineTransitions(const TransitionSeries& acceleration,
-                                                     const TransitionSeries& deceleration,
+/// REQUIRES the same lines, at least two, in all series, and crossings of these transitions.
+[[nodiscard]] CombinedTransitions CombineTransitions(const Transitions& transitions,
                                                      const TransitionCrossings& crossings,
                                                      bool slope_has_scale,
                                                      const ResponseOptions& options);

@@ -4,16 +4,17 @@
 
 namespace trammel::pressure_advance {
 
-std::optional<TransitionCrossings> FitTransitions(const TransitionSeries& acceleration,
-                                                  const TransitionSeries& deceleration,
+std::optional<TransitionCrossings> FitTransitions(const Transitions& transitions,
                                                   const ResponseOptions& options) {
   const auto fit = [](const TransitionSeries& series, const signal::ZeroCrossingOptions& form) {
     return signal::FitZeroCrossing(series.pa_s, series.excess_s, series.sigma_s, form);
   };
-  auto first = fit(acceleration, options.acceleration);
-  auto second = fit(deceleration, options.deceleration);
-  if (!first || !second) return std::nullopt;
-  return TransitionCrossings{*std::move(first), *std::move(second)};
+  auto acceleration = fit(transitions.acceleration, options.acceleration);
+  auto deceleration = fit(transitions.deceleration, options.deceleration);
+  if (!acceleration || !deceleration) return std::nullopt;
+  TransitionCrossings crossings{*std::move(acceleration), *std::move(deceleration), std::nullopt};
+  if (transitions.early) crossings.early = fit(*transitions.early, options.acceleration);
+  return crossings;
 }
 
 }  // namespace trammel::pressure_advance

@@ -18,16 +18,30 @@ struct TransitionSeries {
   double slip_excess_s = 0;
 };
 
+/// Both transitions of the same lines.
+struct Transitions {
+  TransitionSeries acceleration;
+  TransitionSeries deceleration;
+  /// The acceleration over a window that ends earlier; nothing where the tail has passed by then.
+  std::optional<TransitionSeries> early;
+  double ramp_s = 0;   ///< duration of the acceleration; 0 where unknown
+  double drain_s = 0;  ///< from its end to its window's, at the fast speed
+};
+
 struct TransitionCrossings {
   signal::ZeroCrossing acceleration;
   signal::ZeroCrossing deceleration;
+  std::optional<signal::ZeroCrossing> early;
+
+  /// Crossing of the early window less that of the whole one: what is still to come of it tells how
+  /// far the window's end moved both crossings. 0 without an early window.
+  [[nodiscard]] double tail_s() const { return early ? early->zero - acceleration.zero : 0; }
 };
 
 /// Fits each transition's crossing by itself.
 /// @returns nothing where fewer than three lines have different pressure advance.
-/// REQUIRES the same lines in both series.
-[[nodiscard]] std::optional<TransitionCrossings> FitTransitions(
-    const TransitionSeries& acceleration, const TransitionSeries& deceleration,
-    const ResponseOptions& options);
+/// REQUIRES the same lines in all series.
+[[nodiscard]] std::optional<TransitionCrossings> FitTransitions(const Transitions& transitions,
+                                                                const ResponseOptions& options);
 
 }  // namespace trammel::pressure_advance

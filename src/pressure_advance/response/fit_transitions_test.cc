@@ -16,16 +16,18 @@ TransitionSeries Line(double zero_s, double slope) {
 }
 
 TEST(FitTransitions, FitsEachByItself) {
-  const auto crossings = FitTransitions(Line(0.03, 1), Line(0.02, 0.8), {});
+  const auto crossings =
+      FitTransitions({Line(0.03, 1), Line(0.02, 0.8), Line(0.031, 0.9), 0, 0}, {});
   ASSERT_TRUE(crossings);
   EXPECT_NEAR(crossings->acceleration.zero, 0.03, 0.001);
   EXPECT_NEAR(crossings->deceleration.zero, 0.02, 0.001);
+  EXPECT_NEAR(crossings->tail_s(), 0.001, 0.0001);
 }
 
 TEST(FitTransitions, NeedsThreeDifferentPressureAdvances) {
   TransitionSeries two = Line(0.03, 1);
   for (double& pa_s : two.pa_s) pa_s = pa_s > 0.03 ? 0.06 : 0;
-  EXPECT_FALSE(FitTransitions(two, two, {}));
+  EXPECT_FALSE(FitTransitions({two, two, std::nullopt, 0, 0}, {}));
 }
 
 }  // namespace

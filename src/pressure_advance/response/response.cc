@@ -17,8 +17,7 @@ namespace {
 struct Prepared {
   TransitionPlan plan;
   std::vector<std::size_t> line;  // index of each usable line
-  TransitionSeries acceleration;
-  TransitionSeries deceleration;
+  Transitions transitions;
   double unit_mm = 1;            // one unit of the profiles' positions; 1 where no length is known
   bool slope_has_scale = false;  // area over a known length: the slope is then near 1
 };
@@ -33,6 +32,15 @@ Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& mot
   prepared.slope_has_scale = reading == Reading::kArea && (in_mm || motion.length_mm);
   prepared.unit_mm = in_mm ? 1.0 : motion.length_mm.value_or(1.0);
   const std::vector<LineExcess> measured_lines = MeasureExcess(profiles, reading, plan);
+  Transitions& transitions = prepared.transitions;
+  const double rise_s = prepared.unit_mm / plan.acceleration.speed_change_mm_s;
+  std::vector<LineExcess> early_lines;
+  if (plan.early.hi > plan.early.lo) {
+    TransitionPlan early = plan;
+    early.acceleration.span = plan.early;
+    early_lines = MeasureExcess(profiles, reading, early);
+    transitions.early.emplace();
+  }
   for (std::size_t i = 0; i < profiles.size(); ++i) {
     const LineExcess& excess = measured_lines[i];
     if (!excess.unusable.empty()) {
@@ -41,21 +49,34 @@ Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& mot
     }
     lines[i].used = true;
     prepared.line.push_back(i);
-    const auto add = [&](TransitionSeries& series, const Excess& measured,
-                         const TransitionWindow& window) {
-      const double seconds = prepared.unit_mm / std::abs(window.speed_change_mm_s);
+    const auto add = [&](TransitionSeries& series, const Excess& measured, double per_unit_s) {
       series.pa_s.push_back(profiles[i].pressure_advance_s);
-      series.excess_s.push_back(measured.value * seconds);
-      series.sigma_s.push_back(measured.sigma * seconds);
+      series.excess_s.push_back(measured.value * per_unit_s);
+      series.sigma_s.push_back(measured.sigma * per_unit_s);
     };
-    add(prepared.acceleration, excess.acceleration, plan.acceleration);
-    add(prepared.deceleration, excess.deceleration, plan.deceleration);
+    add(transitions.acceleration, excess.acceleration, rise_s);
+    add(transitions.deceleration, excess.deceleration,
+        prepared.unit_mm / std::abs(plan.deceleration.speed_change_mm_s));
+    if (transitions.early) add(*transitions.early, early_lines[i].acceleration, rise_s);
   }
-  const auto slip_excess_s = [&](const TransitionWindow& window) {
-    return window.fast_length * prepared.unit_mm / std::abs(window.speed_change_mm_s);
+  // Slip grows with the square of the flow, which rises along a ramp as the way does.
+  const auto slip_excess_s = [&](const TransitionWindow& window, double fast_length) {
+    const double slipping = std::max(0.0, fast_length - window.ramp_length / 2);
+    return slipping * prepared.unit_mm / std::abs(window.speed_change_mm_s);
   };
-  prepared.acceleration.slip_excess_s = slip_excess_s(plan.acceleration);
-  prepared.deceleration.slip_excess_s = slip_excess_s(plan.deceleration);
+  const TransitionWindow& rise = plan.acceleration;
+  transitions.acceleration.slip_excess_s = slip_excess_s(rise, rise.fast_length);
+  transitions.deceleration.slip_excess_s =
+      slip_excess_s(plan.deceleration, plan.deceleration.fast_length);
+  if (transitions.early) {
+    transitions.early->slip_excess_s =
+        slip_excess_s(rise, std::max(0.0, plan.early.hi - rise.boundary));
+    if (motion.acceleration_mm_s2 && prepared.slope_has_scale) {
+      transitions.ramp_s = rise.speed_change_mm_s / *motion.acceleration_mm_s2;
+      transitions.drain_s = std::max(0.0, rise.fast_length - rise.ramp_length) * prepared.unit_mm /
+                            motion.segments[1].speed_mm_s;
+    }
+  }
   return prepared;
 }
 
@@ -79,8 +100,8 @@ TransitionPlan NarrowWindows(const std::vector<LineProfile>& profiles, Reading r
 }
 
 void Describe(const Prepared& prepared, const TransitionSeries& series,
-              const signal::ZeroCrossing& fit, const TransitionWindow& window, std::size_t lines,
-              TransitionResult& result) {
+              const signal::ZeroCrossing& fit, double shift_s, const TransitionWindow& window,
+              std::size_t lines, TransitionResult& result) {
   result.window_begin = window.span.lo;
   result.window_end = window.span.hi;
   result.excess_s.assign(lines, 0);
@@ -89,10 +110,12 @@ void Describe(const Prepared& prepared, const TransitionSeries& series,
   // Without a length the scale is free: the slope is made 1, so that excess reads as error in PA.
   const double unit = prepared.slope_has_scale || fit.slope == 0 ? 1 : 1 / std::abs(fit.slope);
   constexpr double kIgnored = 0.05;
+  // Points and curve fall through zero at the transition's value.
+  const double put_in_s = fit.slope * shift_s;
   for (std::size_t k = 0; k < series.pa_s.size(); ++k) {
     const std::size_t i = prepared.line[k];
-    result.excess_s[i] = series.excess_s[k] * unit;
-    result.fitted_s[i] = signal::ResponseAt(fit, series.pa_s[k]) * unit;
+    result.excess_s[i] = (series.excess_s[k] + put_in_s) * unit;
+    result.fitted_s[i] = (signal::ResponseAt(fit, series.pa_s[k]) + put_in_s) * unit;
     if (fit.weight[k] > kIgnored) {
       result.sigma_s[i] = std::hypot(series.sigma_s[k], fit.residual_scale) * unit;
     }
@@ -129,8 +152,8 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
 
   Prepared prepared =
       Prepare(profiles, motion, *reading, NarrowWindows(profiles, *reading, *plan), fit.lines);
-  const std::set<double> values(prepared.acceleration.pa_s.begin(),
-                                prepared.acceleration.pa_s.end());
+  const std::set<double> values(prepared.transitions.acceleration.pa_s.begin(),
+                                prepared.transitions.acceleration.pa_s.end());
   if (static_cast<int>(values.size()) < options.fewest_lines) {
     std::string why;
     for (const LineResult& line : fit.lines) {
@@ -142,13 +165,17 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
         "{} of {} lines can be used with different pressure advance, at least {} are needed{}",
         values.size(), profiles.size(), options.fewest_lines, why));
   }
-  const std::optional<TransitionCrossings> crossings =
-      FitTransitions(prepared.acceleration, prepared.deceleration, options);
+  const Transitions& transitions = prepared.transitions;
+  const std::optional<TransitionCrossings> crossings = FitTransitions(transitions, options);
   TRAMMEL_CHECK(crossings.has_value(), "{} lines", prepared.line.size());
-  Describe(prepared, prepared.acceleration, crossings->acceleration, prepared.plan.acceleration,
-           profiles.size(), fit.result.acceleration);
-  Describe(prepared, prepared.deceleration, crossings->deceleration, prepared.plan.deceleration,
-           profiles.size(), fit.result.deceleration);
+  CombinedTransitions combined =
+      CombineTransitions(transitions, *crossings, prepared.slope_has_scale, options);
+  Describe(prepared, transitions.acceleration, crossings->acceleration,
+           combined.acceleration_shift_s, prepared.plan.acceleration, profiles.size(),
+           fit.result.acceleration);
+  Describe(prepared, transitions.deceleration, crossings->deceleration,
+           combined.deceleration_shift_s, prepared.plan.deceleration, profiles.size(),
+           fit.result.deceleration);
   for (std::size_t i = 0; i < profiles.size(); ++i) {
     if (fit.lines[i].used && fit.result.acceleration.sigma_s[i] == 0 &&
         fit.result.deceleration.sigma_s[i] == 0) {
@@ -156,8 +183,6 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
       fit.lines[i].reason = "does not follow the other lines";
     }
   }
-  CombinedTransitions combined = CombineTransitions(prepared.acceleration, prepared.deceleration,
-                                                    *crossings, prepared.slope_has_scale, options);
   fit.result.acceleration.pressure_advance = combined.acceleration;
   fit.result.deceleration.pressure_advance = combined.deceleration;
   fit.result.pressure_advance = combined.both.pressure_advance;

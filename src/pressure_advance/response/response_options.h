@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/measured.h"
+#include "pressure_advance/response/lag_drift.h"
 #include "pressure_advance/response/transitions.h"
 #include "signal/zero_crossing.h"
 
@@ -23,18 +24,31 @@ struct ResponseOptions {
   /// on the interval, none of 3000 sets of noise at any of 4 to 20 lines is taken for an answer.
   double least_significance = 5;
   /// Largest half width of the 95 % interval, as a part of the tested range: about one step of ten
-  /// lines. What is wider says less than looking at the lines would.
+  /// lines, and half a step where there are fewer than six. What is wider says less than looking at
+  /// the lines would.
   double widest_interval = 0.1;
-  /// Standard deviation of the flow lost at the fast speed (slip), as a part of the flow; assumed.
-  /// It pulls the acceleration's and the deceleration's answer apart, in opposite directions.
-  double slip_sigma = 0.025;
+  /// Standard deviation of the flow lost at the fast speed (slip), as a part of the flow, before
+  /// the transitions' difference shows it; assumed. It pulls their crossings apart, in opposite
+  /// directions.
+  double slip_sigma = 0.04;
+  /// What slip leaves open of the answer, as a part of slip times the answer: whether pressure
+  /// advance's own filament slips as the rest does; assumed.
+  double slip_form_sigma = 0.3;
+  /// Standard deviation of the crossing's tail (Transitions::early) as a part of the answer, before
+  /// it is seen: power laws with exponents of 0.3 to 1 have 0 to 0.05, two stages up to 0.1.
+  double tail_sigma = 0.05;
+  /// By how much a window's end moves both crossings, over the tail: between 0.43 and 0.87 for
+  /// power laws of 0.3 to 1, saturating ones, and two stages, at lags of 15 to 54 ms.
+  double tail_share = 0.5;
+  double tail_share_sigma = 0.12;
+  LagDriftOptions drift;
   /// What the finite windows leave open about the form of the lag, as a part of the answer: laws
   /// from linear to strongly shear-thinning moved it by 0 to 1.2 %.
   double lag_form_sigma = 0.01;
   /// The same for the part of the lag's tail that the windows do not hold (1 - slope), where that
   /// is known; set so that virtual prints with linear and with thinning laws lie inside their
   /// intervals.
-  double lag_tail_sigma = 0.06;
+  double lag_tail_sigma = 0.04;
   /// Slope of the area's excess over PA where (nearly) all filament lands in the window and is
   /// read. Below it part of it was not read, and where that part was is unknown: unread_sigma *
   /// (full_slope - slope) * answer. Set in the same way.

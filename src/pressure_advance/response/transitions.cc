@@ -45,11 +45,13 @@ Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit un
                     "0.25:5,0.5:150,0.25:5",
                     Describe(motion)));
   }
+  const auto ramp_mm = [&](double slow_mm_s) {
+    const double fast_mm_s = segments[1].speed_mm_s;
+    return motion.acceleration_mm_s2
+               ? (fast_mm_s * fast_mm_s - slow_mm_s * slow_mm_s) / (2 * *motion.acceleration_mm_s2)
+               : 0;
+  };
   if (motion.length_mm && motion.acceleration_mm_s2) {
-    const auto ramp_mm = [&](double slow_mm_s) {
-      const double fast_mm_s = segments[1].speed_mm_s;
-      return (fast_mm_s * fast_mm_s - slow_mm_s * slow_mm_s) / (2 * *motion.acceleration_mm_s2);
-    };
     const double needed_mm = ramp_mm(segments[0].speed_mm_s) + ramp_mm(segments[2].speed_mm_s);
     const double fast_mm = segments[1].fraction * *motion.length_mm;
     if (needed_mm > fast_mm) {
@@ -80,16 +82,24 @@ Result<TransitionPlan> PlanTransitions(const LineMotion& motion, PositionUnit un
   const double first_end = rise + (middle ? options.plateau_begin : options.split) * fast;
   const double second_begin = rise + (middle ? options.plateau_end : options.split) * fast;
 
+  const auto ramp = [&](double slow_mm_s) {
+    return motion.length_mm ? ramp_mm(slow_mm_s) * length / *motion.length_mm : 0;
+  };
   TransitionPlan plan;
   plan.steady_middle = middle;
   plan.acceleration = {{rise - before, first_end},
                        rise,
                        segments[1].speed_mm_s - segments[0].speed_mm_s,
-                       first_end - rise};
+                       first_end - rise,
+                       ramp(segments[0].speed_mm_s)};
   plan.deceleration = {{second_begin, fall + after},
                        fall,
                        segments[2].speed_mm_s - segments[1].speed_mm_s,
-                       fall - second_begin};
+                       fall - second_begin,
+                       ramp(segments[2].speed_mm_s)};
+  if (!middle && first_end <= fall - plan.deceleration.ramp_length) {
+    plan.early = {plan.acceleration.span.lo, rise + options.early_end * (first_end - rise)};
+  }
   const Interval last{fall + after, length - margin};
   plan.reference = {middle ? Interval{first_end, second_begin} : Interval{margin, rise - before},
                     last};

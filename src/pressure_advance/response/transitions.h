@@ -18,6 +18,7 @@ struct TransitionWindow {
   double boundary = 0;           ///< where the commanded speed changes
   double speed_change_mm_s = 0;  ///< > 0 for the acceleration, < 0 for the deceleration
   double fast_length = 0;        ///< part of span that was printed in the fast segment
+  double ramp_length = 0;        ///< part of that on which the speed changes; 0 where unknown
 };
 
 struct TransitionPlan {
@@ -25,6 +26,10 @@ struct TransitionPlan {
   TransitionWindow acceleration;
   TransitionWindow deceleration;
   bool steady_middle = false;  ///< whether the fast segment's middle is a reference
+  /// Where the acceleration's tail is judged from: its window, ending earlier. Empty (lo == hi)
+  /// with a steady middle, where the tail has passed, and where the window reaches into the next
+  /// ramp.
+  Interval early;
 };
 
 /// Fractions that set the windows apart. The defaults suit lines of 20 mm and more; they were
@@ -35,6 +40,7 @@ struct TransitionOptions {
   /// flow, which is several times the mean lag where the melt thins under shear: at 0.06 laws with
   /// an exponent of 0.3 came out 2 ms low, from 0.1 on no law does.
   double after = 0.10;
+  double early_end = 0.62;      ///< of the acceleration's fast stretch: the early window ends here
   double split = 0.65;          ///< of the fast segment: the acceleration's window ends here
   double plateau_begin = 0.35;  ///< of the fast segment: a steady middle begins …
   double plateau_end = 0.65;    ///< … and ends here, where the line is long enough to have one

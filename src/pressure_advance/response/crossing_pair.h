@@ -1,0 +1,43 @@
+// The two crossings of the same lines, less what the windows' end moved them, with their
+// covariance.
+#pragma once
+
+#include "pressure_advance/response/fit_transitions.h"
+#include "pressure_advance/response/response_options.h"
+
+namespace trammel::pressure_advance {
+
+/// Shifts of a crossing by what every line shares, so that leaving lines out does not show it: by
+/// one standard deviation each, s.
+struct CommonShifts {
+  double slip = 0;    ///< opposite for the two transitions
+  double unread = 0;  ///< filament beside what was read
+  double form = 0;    ///< of the lag's law, as far as the window leaves it open
+};
+
+/// One transition's crossing.
+struct CorrectedCrossing {
+  double zero_s = 0;
+  double variance = 0;  ///< from the scatter of the lines, s^2
+  CommonShifts common;
+};
+
+struct CrossingPair {
+  CorrectedCrossing acceleration;
+  CorrectedCrossing deceleration;
+  double covariance = 0;  ///< of the two, from the scatter of the lines, s^2
+  double tail_s = 0;      ///< of the acceleration, weighed against what is known of it beforehand
+};
+
+/// Takes the window's tail out of both crossings (ResponseOptions::tail_share of it), and finds
+/// their covariance by leaving out one line at a time: the two transitions share the lines, and
+/// with them each line's own lag.
+///
+/// The tail is weighed against its prior, so that a noisy one moves and widens nothing.
+/// @param slope_has_scale  whether a slope of 1 means that all filament was seen
+/// REQUIRES crossings of these transitions.
+[[nodiscard]] CrossingPair CorrectCrossings(const Transitions& transitions,
+                                            const TransitionCrossings& crossings,
+                                            bool slope_has_scale, const ResponseOptions& options);
+
+}  // namespace trammel::pressure_advance
