@@ -13,7 +13,7 @@ namespace trammel::part_alignment {
 struct Contribution {
   std::string input;   ///< of InputUncertainty, "targets", "camera", "all" or "pixels"
   double size = 0;     ///< k = 1, mm or rad; 0 where it is a covariance, or none of its own
-  bool usual = false;  ///< counts with its usual size, because nobody stated one
+  bool usual = false;  ///< nobody stated its size
   /// k = 1 of the part's x, y, z in the machine: of "all" as stated, of "pixels" were all else
   /// exact, of any other were this one exact.
   Eigen::Vector3d sigma_mm = Eigen::Vector3d::Zero();

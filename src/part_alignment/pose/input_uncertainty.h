@@ -32,8 +32,8 @@ struct InputUncertainty {
   /// Each axis of each view's spindle position, independent. Absent: kUsualRepeatability_mm, and
   /// what the residuals tell of it (repeatability.h).
   std::optional<double> machine_mm;
-  /// Each coordinate of each target, the same in all views. Absent: UsualTarget_mm, 0 beside a
-  /// covariance of the targets.
+  /// Each coordinate of each target, the same in all views. Absent: UsualTarget_mm, or more where
+  /// the residuals ask for it (target_errors.h); 0 beside a covariance of the targets.
   std::optional<double> target_mm;
   // One value for the whole measurement; counts only where it is not among the unknowns.
   double clamp_angle_rad = 0;

@@ -129,16 +129,19 @@ struct Reduced {
   MatrixXd left;       ///< of by_error
   VectorXd remaining;  ///< of the residuals
   Eigen::LLT<MatrixXd> stiffness;
-  VectorXd draws;  ///< the likeliest errors
+  VectorXd draws;     ///< the likeliest errors
+  bool seen = false;  ///< all targets are; nothing else is meant without
   bool full_rank = false;
   double chi_square = std::numeric_limits<double>::infinity();
 };
 
-Reduced Reduce(const PoseProblem& problem, const Theta& theta) {
+/// Takes out of residuals and errors what theta takes up; the errors count for nothing yet.
+Reduced TakeOutTheta(const PoseProblem& problem, const Theta& theta) {
   constexpr double kSingular = 1e-9;
   Reduced reduced;
   Rows& rows = reduced.rows;
-  if (!FillRows(problem, theta, rows)) return reduced;
+  reduced.seen = FillRows(problem, theta, rows);
+  if (!reduced.seen) return reduced;
   reduced.scale = rows.by_theta.colwise().norm().cwiseMax(1e-300).cwiseInverse();
   reduced.of = geometry::DecomposeSingular(rows.by_theta * reduced.scale.asDiagonal());
   const VectorXd& values = reduced.of.values;
@@ -147,8 +150,13 @@ Reduced Reduce(const PoseProblem& problem, const Theta& theta) {
   const auto taken_up = reduced.of.u.leftCols(rank);
   reduced.remaining = rows.residuals - taken_up * (taken_up.transpose() * rows.residuals);
   reduced.chi_square = reduced.remaining.squaredNorm();
-  if (rows.by_error.cols() == 0) return reduced;
   reduced.left = rows.by_error - taken_up * (taken_up.transpose() * rows.by_error);
+  return reduced;
+}
+
+Reduced Reduce(const PoseProblem& problem, const Theta& theta) {
+  Reduced reduced = TakeOutTheta(problem, theta);
+  if (!reduced.seen || reduced.left.cols() == 0) return reduced;
   const MatrixXd stiffness = MatrixXd::Identity(reduced.left.cols(), reduced.left.cols()) +
                              reduced.left.transpose() * reduced.left;
   reduced.stiffness.compute(stiffness);
@@ -199,6 +207,32 @@ JointFit FitJointly(const PoseProblem& problem, const Theta& theta) {
 
 double JointChiSquare(const PoseProblem& problem, const Theta& theta) {
   return Reduce(problem, theta).chi_square;
+}
+
+TargetDirections DirectionsOfTargets(const PoseProblem& problem, const Theta& theta) {
+  constexpr double kReached = 1e-6;
+  const Index count = problem.errors.targets.cols();
+  Reduced reduced = TakeOutTheta(problem, theta);
+  if (!reduced.seen || count == 0) return {};
+  const Index camera_count = problem.errors.camera ? kCameraParameters : 0;
+  const Index first = reduced.left.cols() - camera_count - count;
+  MatrixXd by_target = reduced.left.middleCols(first, count);
+  MatrixXd shared(by_target.rows(), first + camera_count);
+  shared << reduced.left.leftCols(first), reduced.left.rightCols(camera_count);
+  if (shared.cols() > 0) {
+    const Whitener whitener(shared);
+    whitener.FromLeft(by_target);
+    whitener.FromLeft(reduced.remaining);
+  }
+  const geometry::SymmetricEigen of =
+      geometry::DecomposeSymmetric(by_target.transpose() * by_target);
+  const Index reached = (of.values.array() > kReached).count();
+  TargetDirections directions;
+  directions.reach = of.values.tail(reached).cwiseSqrt();
+  directions.residual =
+      (of.vectors.rightCols(reached).transpose() * (by_target.transpose() * reduced.remaining))
+          .cwiseQuotient(directions.reach);
+  return directions;
 }
 
 }  // namespace trammel::part_alignment

@@ -27,4 +27,15 @@ struct JointFit {
 /// The same, its chi-square alone.
 [[nodiscard]] double JointChiSquare(const PoseProblem& problem, const Theta& theta);
 
+/// The directions of the residuals that targets' errors reach and no unknown takes up, those of the
+/// other inputs whitened away.
+struct TargetDirections {
+  Eigen::VectorXd reach;  ///< σ by which errors of their stated size move the residuals along each
+  Eigen::VectorXd residual;  ///< σ along each, the targets' own share not counted as noise
+};
+
+/// Of the errors in PoseProblem::errors.targets; empty without any, or where a target is not seen.
+/// Chi-square along them is Σ residual² / (1 + reach²). Cost: O((3 · targets)³).
+[[nodiscard]] TargetDirections DirectionsOfTargets(const PoseProblem& problem, const Theta& theta);
+
 }  // namespace trammel::part_alignment

@@ -167,7 +167,7 @@ TEST(Repeatability, IsThatOfUsualMachinesUnlessManyResidualsSayOtherwise) {
   const Bench exact(options);
   Bench few = exact;
   few.problem.sights.resize(3);
-  EXPECT_GT(RepeatabilityByResiduals(few.problem, few.theta), kUsualRepeatability_mm);
+  EXPECT_GT(RepeatabilityByResiduals(few.problem, few.theta, true), kUsualRepeatability_mm);
   constexpr double kBad_mm = 0.012;
   Random random(9);
   Bench bad = exact;
@@ -181,8 +181,8 @@ TEST(Repeatability, IsThatOfUsualMachinesUnlessManyResidualsSayOtherwise) {
       bad.problem.sights.push_back(sight);
     }
   }
-  EXPECT_NEAR(RepeatabilityByResiduals(bad.problem, bad.theta), kBad_mm, 0.2 * kBad_mm);
-  EXPECT_LT(RepeatabilityByResiduals(good.problem, good.theta), kUsualRepeatability_mm / 2);
+  EXPECT_NEAR(RepeatabilityByResiduals(bad.problem, bad.theta, true), kBad_mm, 0.2 * kBad_mm);
+  EXPECT_LT(RepeatabilityByResiduals(good.problem, good.theta, true), kUsualRepeatability_mm / 2);
 }
 
 }  // namespace

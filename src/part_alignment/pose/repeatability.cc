@@ -9,13 +9,21 @@
 
 namespace trammel::part_alignment {
 
-double RepeatabilityByResiduals(const PoseProblem& problem, const Theta& theta) {
+double RepeatabilityByResiduals(const PoseProblem& problem, const Theta& theta,
+                                bool targets_known) {
   constexpr int kTrialRuns = 4;
   constexpr double kOneInTen = 0.1;
   constexpr double kNear = 1.01;
-  const double wanted =
-      ChiSquareQuantile(kOneInTen, std::max(0, DegreesOfFreedom(problem)) + kTrialRuns);
   PoseProblem tried = problem;
+  int freedom = DegreesOfFreedom(problem);
+  if (!targets_known) {
+    constexpr double kAnyTimes = 1000;
+    constexpr double kExplained_sigma = 30;
+    tried.errors.targets *= kAnyTimes;
+    const Eigen::VectorXd reach = DirectionsOfTargets(tried, theta).reach;
+    freedom -= static_cast<int>((reach.array() > kExplained_sigma).count());
+  }
+  const double wanted = ChiSquareQuantile(kOneInTen, std::max(0, freedom) + kTrialRuns);
   const auto too_small = [&](double machine_mm) {
     const double share = kUsualRepeatability_mm / machine_mm;
     tried.errors.machine_mm = machine_mm;

@@ -15,6 +15,9 @@ constexpr double kWorstRepeatability_mm = 0.010;
 /// of freedom a scatter is badly known, and a region stated by it would hold too little; so it is
 /// taken as large as puts chi-square, trial runs and all, to what one in ten falls below. At most
 /// twice kWorstRepeatability_mm. Of PoseProblem::errors all but the machine's counts.
-[[nodiscard]] double RepeatabilityByResiduals(const PoseProblem& problem, const Theta& theta);
+/// @param targets_known  false: the targets' errors are of no known size, so that residuals which
+///                       they can explain tell nothing of the machine
+[[nodiscard]] double RepeatabilityByResiduals(const PoseProblem& problem, const Theta& theta,
+                                              bool targets_known);
 
 }  // namespace trammel::part_alignment

@@ -12,6 +12,7 @@
 #include "part_alignment/pose/outliers.h"
 #include "part_alignment/pose/repeatability.h"
 #include "part_alignment/pose/solve_input.h"
+#include "part_alignment/pose/target_errors.h"
 #include "part_alignment/pose/view_advice.h"
 
 namespace trammel::part_alignment {
@@ -99,8 +100,34 @@ PoseProblem ByViews(PoseProblem problem, const Theta& theta) {
   return problem;
 }
 
+bool TargetsStated(const SolveOptions& options) {
+  return options.inputs.target_mm || options.target_covariance;
+}
+
+/// Says that targets of which nothing is stated are worse than usual; where they leave the part's
+/// place less certain than the weakest direction may be, that is the verdict.
+Alignment JudgeTargets(const Measurement& measurement, const SolveOptions& options,
+                       Alignment alignment) {
+  constexpr double kMuchMore = 2;
+  if (TargetsStated(options) || alignment.verdict != Verdict::kGood) return alignment;
+  const double usual_mm = *CountedInputs(measurement, options).target_mm;
+  const double counted_mm = *alignment.inputs.target_mm;
+  if (counted_mm <= kMuchMore * usual_mm) return alignment;
+  std::string words = fmt::format(
+      "the residuals ask for targets that are off by {:.2g} mm per coordinate (k = 1), where "
+      "{:.2g} "
+      "mm is usual and nothing is stated of them: measure them on the part (align survey, align "
+      "fit) or state target_mm",
+      counted_mm, usual_mm);
+  if (counted_mm > options.weakest_limit_mm) {
+    return Refuse(std::move(alignment), Verdict::kCannotTell, std::move(words));
+  }
+  alignment.notices.push_back(std::move(words));
+  return alignment;
+}
+
 /// Observability, and what else can keep a fit from being an answer.
-Alignment Judge(const PoseProblem& problem, const Fit& fit, const std::vector<PartTarget>& targets,
+Alignment Judge(const PoseProblem& problem, const Fit& fit, const Measurement& measurement,
                 const SolveOptions& options, Alignment alignment) {
   constexpr double kGimbalLock = 1e-6;
   const MiddleFrame frame =
@@ -110,7 +137,7 @@ Alignment Judge(const PoseProblem& problem, const Fit& fit, const std::vector<Pa
                                     options.weakest_limit_mm);
   if (!alignment.observability.words.empty()) {
     alignment.observability.advice =
-        AdviseViews(views, fit.theta, targets, options.weakest_limit_mm);
+        AdviseViews(views, fit.theta, measurement.targets, options.weakest_limit_mm);
     return Refuse(std::move(alignment), Verdict::kCannotTell, alignment.observability.words);
   }
   if (fit.other) {
@@ -136,7 +163,7 @@ Alignment Judge(const PoseProblem& problem, const Fit& fit, const std::vector<Pa
                   "angles cannot be told apart: give it an origin nearer to them");
   }
   alignment.verdict = Verdict::kGood;
-  return alignment;
+  return JudgeTargets(measurement, options, std::move(alignment));
 }
 
 /// A camera held out in front of its taper cannot look back at it; its file may mean the other
@@ -187,7 +214,8 @@ SettledFit Settle(const PoseProblem& problem, Fit fit) {
 
 /// A problem with its answer, or without.
 struct Answer {
-  PoseProblem problem;  ///< of all sights, the machine's repeatability settled
+  PoseProblem problem;      ///< of all sights, with the errors of `inputs`
+  InputUncertainty inputs;  ///< as they count: what nobody stated by the residuals
   std::vector<std::size_t> left_out;
   Fit fit;
   std::string what_is_wrong;  ///< of left_out, for people
@@ -200,34 +228,54 @@ bool Fits(const PoseProblem& problem, const Fit& fit) {
   return fit.found && (freedom <= 0 || fit.chi_square <= ChiSquareHigh(freedom));
 }
 
-/// Gives the machine the repeatability that the residuals ask for, and fits again by it.
-Fit FitByRepeatability(const Fit& fit, SolveMethod method, PoseProblem& problem) {
-  problem.errors.machine_mm = RepeatabilityByResiduals(problem, fit.theta);
+/// Gives machine and targets, where nobody stated them, the errors that the residuals ask for, and
+/// fits again by them.
+/// @param share  as of TargetErrorByResiduals
+Fit FitByResiduals(const Fit& fit, const SolveOptions& options, double share, PoseProblem& problem,
+                   InputUncertainty& inputs) {
+  if (!TargetsStated(options)) {
+    const double usual_mm = *inputs.target_mm;
+    inputs.target_mm = TargetErrorByResiduals(problem, fit.theta, usual_mm, share);
+    problem.errors.targets *= *inputs.target_mm / usual_mm;
+  }
+  if (!options.inputs.machine_mm) {
+    inputs.machine_mm = RepeatabilityByResiduals(problem, fit.theta, TargetsStated(options));
+    problem.errors.machine_mm = *inputs.machine_mm;
+  }
   InflateSigmas(fit.theta, problem);
-  const Descent descent = Refine(problem, fit.theta, method);
+  const Descent descent = Refine(problem, fit.theta, options.method);
   return {true, descent.converged, descent.theta, descent.chi_square, fit.steps, fit.other};
 }
 
-/// The answer of all sights, if the repeatability may be larger than usual to make it fit.
-Answer ByAllSights(const PoseProblem& problem, const Fit& fit, const SolveOptions& options) {
-  Answer answer{problem, {}, fit, {}, {}, Fits(problem, fit)};
-  if (options.inputs.machine_mm || !fit.found) return answer;
-  Answer scattered = answer;
-  scattered.fit = FitByRepeatability(fit, options.method, scattered.problem);
+/// What falls below so much of a scatter in one of five samples.
+constexpr double kOneInFive = 0.2;
+
+/// The answer of all sights, if machine and targets may be worse than usual to make it fit.
+Answer ByAllSights(const Answer& usual, const SolveOptions& options) {
+  if (!usual.fit.found || (options.inputs.machine_mm && TargetsStated(options))) return usual;
+  Answer scattered = usual;
+  scattered.fit =
+      FitByResiduals(usual.fit, options, kOneInFive, scattered.problem, scattered.inputs);
   PoseProblem worst = scattered.problem;
   worst.errors.machine_mm = std::min(worst.errors.machine_mm, kWorstRepeatability_mm);
   Fit judged = scattered.fit;
   judged.chi_square = JointChiSquare(worst, judged.theta);
   scattered.fits = Fits(worst, judged);
-  return scattered.fits ? scattered : answer;
+  if (!scattered.fits) return usual;
+  if (!usual.fits) {  // what larger errors let fit, they may let fit elsewhere too
+    scattered.fit.other =
+        SolveWithoutInitialGuess(scattered.problem, SolveMethod::kGaussNewton).other;
+  }
+  return scattered;
 }
 
-Answer WithoutWrong(const PoseProblem& problem, const Outliers& wrong,
-                    const SolveOptions& options) {
-  Answer answer{problem, wrong.sights, wrong.fit, wrong.what, {}, true};
-  if (options.inputs.machine_mm) return answer;
-  PoseProblem kept = Without(problem, wrong.sights);
-  answer.fit = FitByRepeatability(wrong.fit, options.method, kept);
+Answer WithoutWrong(const Answer& usual, const Outliers& wrong, const SolveOptions& options) {
+  Answer answer{usual.problem, usual.inputs, wrong.sights, wrong.fit, wrong.what, {}, true};
+  PoseProblem kept = Without(usual.problem, wrong.sights);
+  // The best of as many remainders as there are targets scatters less than one.
+  const double share =
+      kOneInFive / static_cast<double>(std::max<Eigen::Index>(1, kept.errors.targets.rows() / 3));
+  answer.fit = FitByResiduals(wrong.fit, options, share, kept, answer.inputs);
   answer.problem.errors = kept.errors;
   InflateSigmas(answer.fit.theta, answer.problem);
   return answer;
@@ -250,19 +298,21 @@ Fit FirstFit(const SolveOptions& options, PoseProblem& problem) {
           fit.other};
 }
 
-Answer FindAnswer(PoseProblem problem, const std::vector<std::string>& labels,
-                  const SolveOptions& options) {
-  // Leaving a sight out explains residuals better than a machine that repeats badly where the rest
-  // says that it repeats three times as well.
+Answer FindAnswer(PoseProblem problem, const InputUncertainty& inputs,
+                  const std::vector<std::string>& labels, const SolveOptions& options) {
+  // Leaving a sight out explains residuals better than a machine, or targets, of large errors where
+  // the rest says that they are three times as good.
   constexpr double kBetter = 3;
   const Fit fit = FirstFit(options, problem);
-  Answer all = ByAllSights(problem, fit, options);
-  if (Fits(problem, fit) || !options.robust) return all;
+  const Answer usual{problem, inputs, {}, fit, {}, {}, Fits(problem, fit)};
+  Answer all = ByAllSights(usual, options);
+  if (usual.fits || !options.robust) return all;
   const Outliers wrong = FindOutliers(problem, fit, labels, options.method);
   all.doubt = wrong.doubt;
   if (wrong.sights.empty()) return all;
-  Answer rest = WithoutWrong(problem, wrong, options);
-  const bool better = kBetter * rest.problem.errors.machine_mm <= all.problem.errors.machine_mm;
+  Answer rest = WithoutWrong(usual, wrong, options);
+  const bool better = kBetter * *rest.inputs.machine_mm < *all.inputs.machine_mm ||
+                      kBetter * *rest.inputs.target_mm < *all.inputs.target_mm;
   return all.fits && !better ? all : rest;
 }
 
@@ -271,7 +321,7 @@ std::vector<std::string> UsualInputs(const SolveOptions& options) {
   std::vector<std::string> usual;
   const InputUncertainty& inputs = options.inputs;
   if (!inputs.machine_mm) usual.emplace_back("machine_mm");
-  if (!inputs.target_mm && !options.target_covariance) usual.emplace_back("target_mm");
+  if (!TargetsStated(options)) usual.emplace_back("target_mm");
   if (!inputs.clamp_eccentricity_mm && !options.unknowns.clamp_eccentricity) {
     usual.emplace_back("clamp_eccentricity_mm");
   }
@@ -282,20 +332,18 @@ std::vector<std::string> UsualInputs(const SolveOptions& options) {
 }
 
 Alignment Fill(const Answer& answer, const SettledFit& settled, const SolveOptions& options,
-               const InputUncertainty& inputs, const std::vector<std::string>& labels) {
+               const std::vector<std::string>& labels) {
   const PoseProblem& all = answer.problem;
   Alignment alignment;
   alignment.parameters = ParameterNames(all.unknowns);
   alignment.iterations = settled.fit.steps;
-  alignment.inputs = inputs;
-  alignment.inputs.machine_mm = all.errors.machine_mm;
+  alignment.inputs = answer.inputs;
   alignment.usual_inputs = UsualInputs(options);
   NoticeLookingBack(all.camera, alignment);
   FillValues(all, settled.fit.theta, alignment);
   FillResiduals(all, settled.fit.theta, settled.common, answer.left_out, labels, alignment);
-  const bool usual_targets = !options.inputs.target_mm && !options.target_covariance;
   FillChiSquare(Without(all, answer.left_out), settled.fit,
-                options.inputs.machine_mm && !usual_targets, alignment);
+                options.inputs.machine_mm && TargetsStated(options), alignment);
   return alignment;
 }
 
@@ -315,7 +363,8 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
   auto problem = MakeProblem(measurement, options);
   if (!problem) return tl::unexpected(problem.error());
   const std::vector<std::string> labels = LabelsOf(measurement.targets);
-  const Answer answer = FindAnswer(std::move(*problem), labels, options);
+  const Answer answer =
+      FindAnswer(std::move(*problem), CountedInputs(measurement, options), labels, options);
   if (!answer.fit.found) {
     Alignment alignment;
     alignment.parameters = ParameterNames(options.unknowns);
@@ -326,18 +375,18 @@ Result<Alignment> Solve(const Measurement& measurement, const SolveOptions& opti
   }
   const PoseProblem kept = Without(answer.problem, answer.left_out);
   const SettledFit settled = Settle(kept, answer.fit);
-  Alignment alignment = Fill(answer, settled, options, CountedInputs(measurement, options), labels);
+  Alignment alignment = Fill(answer, settled, options, labels);
   if (!answer.fits) {
     std::string reason = TooLarge(alignment);
     if (!answer.doubt.empty()) reason += "; " + answer.doubt;
     return Refuse(std::move(alignment), Verdict::kRefused, std::move(reason));
   }
   if (answer.left_out.empty()) {
-    return Judge(kept, settled.fit, measurement.targets, options, std::move(alignment));
+    return Judge(kept, settled.fit, measurement, options, std::move(alignment));
   }
   alignment.notices.push_back(fmt::format("left out: {}{}", answer.what_is_wrong,
                                           FarthestOff(alignment.residuals, answer.left_out)));
-  alignment = Judge(kept, settled.fit, measurement.targets, options, std::move(alignment));
+  alignment = Judge(kept, settled.fit, measurement, options, std::move(alignment));
   if (alignment.verdict != Verdict::kGood) {
     alignment.verdict = Verdict::kRefused;
     alignment.reason =

@@ -38,7 +38,7 @@ struct SolveOptions {
   double weakest_limit_mm = 0.25;
   /// What is uncertain beside the pixels, each as what it is: one error for each view, each target,
   /// the whole measurement. All of it counts in the answer, in chi-square and in the covariance;
-  /// what is not stated counts with its usual size.
+  /// what is not stated counts with its usual size, machine and targets as the residuals ask for.
   InputUncertainty inputs;
   /// Of the targets' coordinates together, mm², three rows for each in the order of the
   /// measurement's; inputs.target_mm comes on top. Absent: as that says.
@@ -84,7 +84,7 @@ struct Alignment {
   /// never scaled by the residuals, which are judged instead.
   std::vector<std::string> parameters;
   Eigen::MatrixXd covariance;
-  InputUncertainty inputs;  ///< as they counted: with the usual sizes of what was not stated
+  InputUncertainty inputs;                ///< as they counted, all sizes present
   std::vector<std::string> usual_inputs;  ///< fields of `inputs` that count and were not stated
   std::vector<AlignmentResidual> residuals;
   double residual_rms_sigma = 0;  ///< per degree of freedom: 1 where the stated sigmas hold

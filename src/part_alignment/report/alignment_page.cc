@@ -129,7 +129,7 @@ std::string SizeOf(const pa::Contribution& part) {
   if (!(part.size > 0)) return "";
   const bool angle = part.input.ends_with("_rad");
   return fmt::format("{:.4f} {}{}", part.size * (angle ? kPerMille.scale : 1),
-                     angle ? "mm/m" : "mm", part.usual ? ", usual" : "");
+                     angle ? "mm/m" : "mm", part.usual ? ", not stated" : "");
 }
 
 std::string BudgetCard(const AlignmentOutput& output) {
@@ -142,12 +142,14 @@ std::string BudgetCard(const AlignmentOutput& output) {
     }
     table.Row(cells);
   }
-  return Card("What the uncertainty is made of",
-              "<p class=\"quiet\">95 % within so many mm of the stated X, Y, Z: as stated in the "
-              "first row, then if one contributor were exact; the one that helps most is on top. "
-              "\"Usual\" counts with a size that nobody stated: state your own in "
-              "<code>input_uncertainty</code>.</p>\n" +
-                  table.Html());
+  return Card(
+      "What the uncertainty is made of",
+      "<p class=\"quiet\">95 % within so many mm of the stated X, Y, Z: as stated in the "
+      "first row, then if one contributor were exact; the one that helps most is on top. "
+      "\"Not stated\" counts with its usual size, machine and targets with what the residuals "
+      "ask for: state your own in "
+      "<code>input_uncertainty</code>.</p>\n" +
+          table.Html());
 }
 
 std::string CovarianceCard(const pa::Alignment& alignment) {

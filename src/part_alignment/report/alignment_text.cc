@@ -89,8 +89,10 @@ std::string UsualInputs(const Alignment& alignment) {
     if (name == "camera_offset_mm") add("camera in its taper", inputs.camera_offset_mm.value_or(0));
   }
   if (text.empty()) return {};
-  return fmt::format("not stated {} (standard uncertainties): usual sizes, in the figures above\n",
-                     text);
+  return fmt::format(
+      "not stated {} (standard uncertainties): usual sizes, or what the residuals ask for; in the "
+      "figures above\n",
+      text);
 }
 
 std::string Residuals(const Alignment& alignment) {
