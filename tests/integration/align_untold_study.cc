@@ -12,11 +12,9 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "align_scene.h"
-#include "part_alignment/part_fit/part_fit.h"
 #include "part_alignment/pose/solve.h"
 #include "sim/spindle/spindle_scene.h"
 
@@ -183,85 +181,6 @@ TEST(AlignUntoldStudy, TheSpindleTurnedByHalfCoversAndTellsMore) {
   const sim::SpindleSetup setup = test::HalfTurned(test::Probed(sim::LaboratoryScene(300)));
   CheckPlan("1.5 x 1 m at 300 mm, C at 0 and 180 degrees, seven unknowns", setup);
   CheckPlan("the same, the eccentricity solved for", setup, true);
-}
-
-/// The block of examples/alignment as it is: five planes with its targets and two scale bars.
-part_alignment::PartFitInput TrueCasting() {
-  part_alignment::PartFitInput casting;
-  const auto surface = [&](const char* id, Eigen::Vector3d middle, Eigen::Vector3d outward,
-                           Eigen::Vector3d along, Eigen::Vector3d across) {
-    casting.surfaces.push_back({id, part_alignment::SurfaceKind::kPlane, middle, outward, 0, 4.0});
-    for (int i = -1; i <= 1; ++i) {
-      for (int k = -1; k <= 1; ++k) {
-        const double stock_allowance_mm =
-            4 + 0.5 * std::sin(3.0 * i + 2.0 * k + outward.dot(middle));
-        casting.points.push_back({std::string(id) + std::to_string(3 * i + k),
-                                  middle + stock_allowance_mm * outward + i * along + k * across,
-                                  0.04, id});
-      }
-    }
-  };
-  using Eigen::Vector3d;
-  surface("top", {0, 0, -4}, Vector3d::UnitZ(), {700, 0, 0}, {0, 450, 0});
-  surface("front", {0, -550, -120}, -Vector3d::UnitY(), {700, 0, 0}, {0, 0, 80});
-  surface("back", {0, 550, -120}, Vector3d::UnitY(), {700, 0, 0}, {0, 0, 80});
-  surface("left", {-800, 0, -120}, -Vector3d::UnitX(), {0, 450, 0}, {0, 0, 80});
-  surface("right", {800, 0, -120}, Vector3d::UnitX(), {0, 450, 0}, {0, 0, 80});
-  const std::pair<const char*, Vector3d> plain[] = {{"1", {-750, -500, 0}}, {"2", {750, -500, 0}},
-                                                    {"3", {750, 500, 0}},   {"4", {-750, 500, 0}},
-                                                    {"A", {-900, -600, 0}}, {"B", {900, -600, 0}}};
-  for (const auto& [id, at_mm] : plain) casting.points.push_back({id, at_mm, 0.025, ""});
-  casting.bars.push_back({"A", "B", 1800, 0.01});
-  return casting;
-}
-
-// Photogrammetry of the casting, the fit, the pictures, the answer: each drawn anew, and each
-// knowing of the last only what it stated.
-TEST(AlignUntoldStudy, TheChainFromCastingToOffsetCovers) {
-  const part_alignment::PartFitInput casting = TrueCasting();
-  const part_alignment::PartFitOptions fit_options;
-  const auto exact = part_alignment::FitPart(casting, fit_options);
-  ASSERT_TRUE(exact && exact->verdict == Verdict::kGood);
-  sim::SpindleSetup setup = test::Probed(sim::LaboratoryScene(300));
-  for (std::size_t i = 0; i < 4; ++i) {
-    const Eigen::Vector3d& at = exact->targets[i].ideal_mm;
-    setup.part.targets[i].ideal_mm = {at.x(), at.y(), at.z()};
-  }
-  setup.machine.repeatability_mm = 0.003;
-  Random random(test::ClampingsSeed());
-  const std::uint64_t count = test::Clampings(1000);
-  Row row;
-  int alone = 0;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    part_alignment::PartFitInput seen = casting;
-    for (auto& point : seen.points) {
-      for (double& mm : point.at_mm) mm += point.sigma_mm * random.Normal();
-    }
-    seen.bars[0].length_mm += seen.bars[0].sigma_mm * random.Normal();
-    const auto fit = part_alignment::FitPart(seen, fit_options);
-    ASSERT_TRUE(fit && fit->verdict == Verdict::kGood);
-    const sim::SpindleName name = {test::ClampingsSeed(), i};
-    const sim::SpindleWorld world = sim::DrawSpindleWorld(setup, name);
-    auto measurement = test::MeasurementOf(world, name, setup.sigma_px);
-    for (std::size_t k = 0; k < 4; ++k) {
-      measurement.targets[k].ideal_mm = fit->targets[k].ideal_mm;
-    }
-    part_alignment::SolveOptions options;
-    const auto without = part_alignment::Solve(measurement, options);
-    alone += without && without->verdict == Verdict::kGood ? 1 : 0;
-    options.target_covariance = fit->covariance.topLeftCorner(12, 12);
-    const auto solved = part_alignment::Solve(measurement, options);
-    ASSERT_TRUE(solved);
-    row.refused += solved->verdict == Verdict::kRefused ? 1 : 0;
-    if (solved->verdict != Verdict::kGood) continue;
-    Count(*solved, test::TruthOf(world), kSeven, row);
-  }
-  fmt::print("\nfrom casting to offset, {} castings; without the targets' covariance {} are good\n",
-             count, alone);
-  Print({0.015, 0.003}, row);
-  const double n = row.good;
-  EXPECT_GE(n, 0.99 * static_cast<double>(count));
-  EXPECT_GE(row.region / n, kLeastCovered - 3 * std::sqrt(0.05 * 0.95 / n));
 }
 
 }  // namespace

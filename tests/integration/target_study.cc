@@ -1,5 +1,5 @@
-// Rings seen obliquely, from near and far, glossy, shaded, faint, noisy, blurred, covered, cut off
-// and mirrored: how many of twelve are read, how far off, and whether what is not read is named.
+// Rings seen obliquely, from near and far, glossy, shaded, faint, noisy, blurred, covered and
+// cut off: how many of twelve are read, how far off, and whether what is not read is named.
 //
 // TRAMMEL_TARGETS: pictures of each target, 4 without it. TRAMMEL_TARGETS_SEED: reported figures
 // are those of 600000; development uses seeds below 1000.
@@ -197,8 +197,8 @@ void Head(const std::string& title) {
 TEST(TargetStudy, ObliqueAndNear) {
   constexpr double kMostOfBound = 1.5;
   Head("Tilt and distance, radius 5 mm, f = 2813 px (1400 px to 300 mm)");
-  for (const double distance : {150.0, 300.0, 600.0, 1500.0}) {
-    for (const double tilt_deg : {0.0, 20.0, 40.0, 50.0, 60.0, 65.0, 70.0}) {
+  for (const double distance : {150.0, 300.0, 450.0, 600.0, 1500.0}) {
+    for (const double tilt_deg : {0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 65.0, 70.0}) {
       Condition condition;
       condition.view.distance = distance;
       if (distance <= 300) condition.view.focal_px = 1400;  // of a smaller picture, as steep
@@ -308,39 +308,6 @@ TEST(TargetStudy, CoverAndBorder) {
     Condition cut = condition;
     cut.border_radii = radii;
     Row(fmt::format("border {} radii away", radii), cut);
-  }
-}
-
-// Every word of every book, in a mirror.
-TEST(TargetStudy, MirroredRingsAreNotRead) {
-  for (const int bits : {12, 14, 20}) {
-    const CodeBook book = part_alignment::MakeCodeBook(bits).value();
-    part_alignment::FinderWorkspace workspace;
-    Random random(Seed());
-    int read = 0;
-    int said = 0;
-    int count = 0;
-    const std::size_t step = bits == 20 ? 16 : 1;
-    for (std::size_t i = 0; i < book.words.size(); i += step) {
-      PinholeView view;
-      view.radius = 1.2;
-      view.mirrored = true;
-      view.tilt_rad = random.Uniform(0, 0.7);
-      view.tilt_towards_rad = random.Uniform(0, kTurn);
-      view.turn_rad = random.Uniform(0, kTurn);
-      DrawnTarget target = test::PinholeTarget(50, 50, view);
-      target.bits = bits;
-      target.word = book.words[i];
-      const auto page = test::Expose(test::Draw(100, 100, {target}, {}), 1, random);
-      const auto found = part_alignment::FindTargets(page.view(), book, {}, workspace);
-      ASSERT_TRUE(found);
-      ++count;
-      read += static_cast<int>(found->targets.size());
-      said += found->rejected.empty() ? 0 : 1;
-    }
-    fmt::print("{} bits, mirrored: {} of {} read, {} named\n", bits, read, count, said);
-    EXPECT_EQ(read, 0);
-    EXPECT_EQ(said, count);
   }
 }
 

@@ -219,6 +219,12 @@ RingReading ReadRing(const PageView& picture, const DiscModel& disc, int bits) {
     reading.state = RingState::kNone;
     return reading;
   }
+  if (gap == 0 && quiet == 0 && *low > kLeastHigh && *high - *low < kLeastSpan) {
+    // A closed ring: ink all around, which is no book's word.
+    reading.state = RingState::kClear;
+    reading.word = (1U << bits) - 1;
+    return reading;
+  }
   const double phase = Phase(circles);
   std::vector<double> shades(static_cast<std::size_t>(bits));
   for (int k = 0; k < bits; ++k) {
