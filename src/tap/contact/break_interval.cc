@@ -13,8 +13,10 @@ namespace {
 constexpr double kCubic1 = 0.5;    // one coefficient more
 constexpr double kHertz = -1;      // as many, and physics is on its side
 constexpr double kYielding = 0.5;  // a power below 1: something yields under the nozzle
-// A kink anywhere, of any size; nothing where smooth presses show a toe.
-constexpr double kZones = 5.2;
+// A kink anywhere, of any size; less where the press bends and starts flat, as a toe makes it, and
+// nothing where smooth presses show a toe.
+constexpr double kZones = 5.4;
+constexpr double kZonesOfFlat = 1;
 // What smooth neighbours cost beside the press in two zones, which looks like them while it is
 // narrow or soft.
 constexpr double kCubicBeside = 1;
@@ -42,6 +44,13 @@ constexpr double kFlatEnd = 0.8;
 // the interval behind it, and of one the contact.
 constexpr double kBarrier = 8;
 
+double ZonesPenalty(const Candidates& candidates) {
+  if (candidates.toe) {
+    return 0;
+  }
+  return candidates.bends && candidates.flat_start ? kZonesOfFlat : kZones;
+}
+
 }  // namespace
 
 BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& candidates,
@@ -49,7 +58,7 @@ BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& cand
     : profile_(profile),
       candidates_(candidates),
       power_penalty_(candidates.power.p < 1 ? kYielding : kHertz),
-      zones_penalty_(candidates.toe ? 0 : kZones) {
+      zones_penalty_(ZonesPenalty(candidates)) {
   const double quadratic = candidates.Cost(kQuadratic);
   const double cubic = candidates.Cost(kCubic);
   const double power = candidates.Cost(kPower);
@@ -73,11 +82,14 @@ BreakInterval::BreakInterval(const PressProfile& profile, const Candidates& cand
 bool BreakInterval::Find(Scan scan) {
   Seed();
   const bool zones = candidates_.Cost(kTwoZones) + zones_penalty_ <= zones_;
-  if (lo_ <= hi_ && !Search(scan, false)) {
+  if (lo_ <= hi_ && !Search(scan, nullptr)) {
     return false;
   }
-  if (zones && !Search(scan, true)) {
-    return false;
+  for (const ZonesMode& mode : candidates_.modes) {
+    const bool holds = mode.least.sum_squares <= (zones_ - zones_penalty_) * candidates_.variance;
+    if (holds && !Search(scan, &mode)) {
+      return false;
+    }
   }
   AddPower();
   if (zones) {
@@ -106,16 +118,15 @@ double BreakInterval::Margin(const PressProfile::At& at) const {
   return std::max(quadratic, cubic);
 }
 
-double BreakInterval::ZonesMargin(double t) const {
+double BreakInterval::ZonesMargin(const ZonesMode& mode, double t) const {
   // So far out that the price alone is too high, unless they explained the samples much better
   // there than where they do best.
   constexpr double kBetter = 3;
   const ZonesPrice& price = candidates_.price;
-  const Minimum& best = candidates_.model[kTwoZones];
   const double allowed = (zones_ - zones_penalty_) * candidates_.variance;
-  const double least = best.sum_squares - price.Far(best.t);
+  const double least = mode.least.sum_squares - price.Far(mode.least.t);
   const double room = allowed - price.Far(t) - least + kBetter * candidates_.variance;
-  return room < 0 ? room : price.Margin(profile_, t, candidates_.kinks, allowed);
+  return room < 0 ? room : price.Margin(profile_, t, mode.kinks, allowed);
 }
 
 // Looks from the ends of the scan inwards for the outermost points that hold.
@@ -131,7 +142,8 @@ BreakInterval::Part BreakInterval::PolynomialPart(Scan scan) const {
 }
 
 // Looks outwards from what the interval holds already, for two zones cost more to fit.
-BreakInterval::Part BreakInterval::ZonesPart(Scan scan, double from, double to) const {
+BreakInterval::Part BreakInterval::ZonesPart(Scan scan, const ZonesMode& mode, double from,
+                                             double to) const {
   const double least = -kBarrier * candidates_.variance;
   std::size_t at = 0;
   while (at < scan.size() && scan[at].t < from) {
@@ -139,7 +151,7 @@ BreakInterval::Part BreakInterval::ZonesPart(Scan scan, double from, double to) 
   }
   Part part = {at, at};
   while (at > 0 && !(scan[at - 1].t < kZonesFrom * candidates_.price.smooth_t)) {
-    const double margin = ZonesMargin(scan[--at].t);
+    const double margin = ZonesMargin(mode, scan[--at].t);
     part.first = margin >= 0 ? at : part.first;
     if (margin < least) {
       break;
@@ -149,7 +161,7 @@ BreakInterval::Part BreakInterval::ZonesPart(Scan scan, double from, double to) 
     ++part.last;
   }
   for (at = part.last; at < scan.size(); ++at) {
-    const double margin = ZonesMargin(scan[at].t);
+    const double margin = ZonesMargin(mode, scan[at].t);
     part.last = margin >= 0 ? at + 1 : part.last;
     if (margin < least) {
       break;
@@ -159,14 +171,15 @@ BreakInterval::Part BreakInterval::ZonesPart(Scan scan, double from, double to) 
 }
 
 // From the outermost point of the scan that holds, or from the minimum, to the next that does not.
-bool BreakInterval::Search(Scan scan, bool zones) {
+bool BreakInterval::Search(Scan scan, const ZonesMode* zones) {
   const auto margin = [&](double t) {
-    return zones ? ZonesMargin(t) : Margin(profile_.Evaluate(t));
+    return zones != nullptr ? ZonesMargin(*zones, t) : Margin(profile_.Evaluate(t));
   };
-  double lo = zones ? candidates_.model[kTwoZones].t : lo_;
-  double hi = zones ? candidates_.model[kTwoZones].t : hi_;
-  const auto [first, last] =
-      zones ? ZonesPart(scan, std::min(lo, lo_), std::max(hi, hi_)) : PolynomialPart(scan);
+  double lo = zones != nullptr ? zones->least.t : lo_;
+  double hi = zones != nullptr ? zones->least.t : hi_;
+  const auto [first, last] = zones != nullptr
+                                 ? ZonesPart(scan, *zones, std::min(lo, lo_), std::max(hi, hi_))
+                                 : PolynomialPart(scan);
   if (first == 0 || last == scan.size()) {
     return false;
   }

@@ -19,15 +19,15 @@ class BreakInterval {
  private:
   void Seed();
   [[nodiscard]] double Margin(const PressProfile::At& at) const;
-  [[nodiscard]] double ZonesMargin(double t) const;
+  [[nodiscard]] double ZonesMargin(const ZonesMode& mode, double t) const;
   // Points of a scan, from the first to before the last.
   struct Part {
     std::size_t first;
     std::size_t last;
   };
   [[nodiscard]] Part PolynomialPart(Scan scan) const;
-  [[nodiscard]] Part ZonesPart(Scan scan, double from, double to) const;
-  [[nodiscard]] bool Search(Scan scan, bool zones);
+  [[nodiscard]] Part ZonesPart(Scan scan, const ZonesMode& mode, double from, double to) const;
+  [[nodiscard]] bool Search(Scan scan, const ZonesMode* zones);
   void AddPower();
   void AddElbow();
 

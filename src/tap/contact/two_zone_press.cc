@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "tap/contact/break_search.h"
 
@@ -10,7 +11,7 @@ namespace trammel::tap {
 namespace {
 
 constexpr std::size_t kLeastPart = 3;  // samples of each zone
-constexpr double kLeastRatio = 0.08;   // of the outer slope to the inner one
+constexpr double kLeastRatio = 0.05;   // of the outer slope to the inner one
 // Widths of the outer zone that are tried, of the depth; steps around the best, of its width, and
 // by what they shrink where they lead nowhere.
 constexpr std::array<double, 8> kWidths = {0.025, 0.05, 0.09, 0.15, 0.24, 0.36, 0.55, 0.8};
@@ -227,25 +228,26 @@ TwoZonePress Improve(const PressProfile& profile, TwoZonePress best) {
 
 }  // namespace
 
-TwoZonePress GuessTwoZones(const PressProfile& profile, double smooth_t) {
-  // By how much of its width a zone ends beyond the smooth break: a stiff or a wide one near it, a
-  // soft one behind.
-  constexpr std::array<std::array<double, 2>, 2> kBeyond = {{{-0.15, 0}, {0.3, 0.8}}};
-  TwoZonePress best;
-  for (const std::array<double, 2>& kind : kBeyond) {
-    TwoZonePress start;
-    for (const double width : kWidths) {
-      const Break first(profile, smooth_t * (1 + kind[0] * width));
-      const Break second(profile, smooth_t * (1 + kind[1] * width));
-      TryTwo(profile, {&first, &second},
-             {first.outer.t * (1 - width), second.outer.t * (1 - width)}, start);
-    }
-    const TwoZonePress improved = Improve(profile, start);
-    if (improved.found && (!best.found || improved.sum_squares_curved < best.sum_squares_curved)) {
-      best = improved;
-    }
+TwoZonePress GuessTwoZones(const PressProfile& profile, double smooth_t, ZonesStart start) {
+  constexpr std::size_t kNarrowWidths = 3;
+  // By how much of its width a zone ends beyond the smooth break.
+  constexpr std::array<double, 2> kStiffEnds = {-0.15, 0};
+  constexpr std::array<double, 2> kSoftEnds = {0.3, 0.8};
+  const std::array<double, 2>& ends = start == ZonesStart::kClose ? kStiffEnds : kSoftEnds;
+  std::span<const double> widths = kWidths;
+  if (start == ZonesStart::kNarrow) {
+    widths = widths.first(kNarrowWidths);
+  } else if (start == ZonesStart::kBeyond) {
+    widths = widths.subspan(kNarrowWidths);
   }
-  return best;
+  TwoZonePress best;
+  for (const double width : widths) {
+    const Break first(profile, smooth_t * (1 + ends[0] * width));
+    const Break second(profile, smooth_t * (1 + ends[1] * width));
+    TryTwo(profile, {&first, &second}, {first.outer.t * (1 - width), second.outer.t * (1 - width)},
+           best);
+  }
+  return Improve(profile, best);
 }
 
 }  // namespace trammel::tap

@@ -3,6 +3,8 @@
 // itself.
 #pragma once
 
+#include <array>
+
 #include "tap/contact/break_search.h"
 #include "tap/contact/press_profile.h"
 
@@ -26,7 +28,7 @@ struct TwoZonePress {
   [[nodiscard]] double Elbow() const { return s + outer_slope / inner_slope * (t - s); }
 };
 
-/// The best kink for a break at t. Both zones must press: the outer one by at least 8 % of
+/// The best kink for a break at t. Both zones must press: the outer one by at least 5 % of
 /// the inner one's slope, for less cannot be told from none.
 /// @param near_s  The best kink for a break close by, from where a better one is looked for; where
 ///                it is none for t, or 0, zones of several widths are tried first.
@@ -39,8 +41,18 @@ struct TwoZonePress {
 [[nodiscard]] TwoZonePress FitTwoZones(const PressProfile& profile, double t, double near_s = 0,
                                        double of_interest = kNever, double rounding = 0);
 
-/// A quick look for break and kink around the break of a smooth press: zones of several widths that
-/// such a press would average, and some steps from the best of them.
-[[nodiscard]] TwoZonePress GuessTwoZones(const PressProfile& profile, double smooth_t);
+/// Where the search for a press in two zones begins.
+enum class ZonesStart : std::size_t {
+  kClose,   ///< Close to the break of the smooth press: a stiff outer zone, or a wide one,
+  kBeyond,  ///< beyond it: a soft one of more than a tenth of the depth,
+  kNarrow,  ///< and one of less.
+};
+inline constexpr std::array kZonesStarts = {ZonesStart::kClose, ZonesStart::kBeyond,
+                                            ZonesStart::kNarrow};
+
+/// Looks quickly for break and kink around the break of a smooth press: zones of several widths
+/// that such a press would average, and some steps from the best of them.
+[[nodiscard]] TwoZonePress GuessTwoZones(const PressProfile& profile, double smooth_t,
+                                         ZonesStart start);
 
 }  // namespace trammel::tap
