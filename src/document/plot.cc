@@ -89,12 +89,15 @@ std::pair<Range, Range> WithOneScale(const Range& x, const Range& y, double widt
 std::vector<double> NiceTicks(const Range& range, int wanted) {
   TRAMMEL_CHECK(range.lo < range.hi && std::isfinite(range.hi - range.lo) && wanted >= 1,
                 "range = [{}, {}], wanted = {}", range.lo, range.hi, wanted);
-  const double step = Step(range, wanted);
+  constexpr std::size_t kLeast = 2;  // one alone gives no scale
+  constexpr int kFinest = 10;
   const double slack = 1e-6;
   std::vector<double> ticks;
-  const double last = std::floor(range.hi / step + slack);
-  for (double i = std::ceil(range.lo / step - slack); i <= last; ++i) {
-    ticks.push_back(i * step);
+  for (int finer = wanted; ticks.size() < kLeast && finer <= kFinest * wanted; ++finer) {
+    const double step = Step(range, finer);
+    const double last = std::floor(range.hi / step + slack);
+    ticks.clear();
+    for (double i = std::ceil(range.lo / step - slack); i <= last; ++i) ticks.push_back(i * step);
   }
   return ticks;
 }

@@ -99,7 +99,9 @@ TEST_F(AlignSurvey, LeavesTargetsThatSolveAndFitTake) {
   ASSERT_TRUE(points) << points.error().message;
   ASSERT_EQ(points->size(), targets->targets.size());
   EXPECT_LT(((*points)[5].at_mm - targets->targets[5].ideal_mm).norm(), 1e-5);
-  EXPECT_THAT(test::ReadWhole(At("report/report.html")), HasSubstr("within"));
+  const std::string page = test::ReadWhole(At("report/report.html"));
+  EXPECT_THAT(page, HasSubstr("within"));
+  EXPECT_THAT(page, HasSubstr("How each target is seen"));
 }
 
 TEST_F(AlignSurvey, SaysWhatIsMissingAndWritesNoTargets) {

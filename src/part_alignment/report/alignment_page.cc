@@ -54,7 +54,7 @@ std::string Head(const AlignmentOutput& output) {
   const Eigen::Vector3d& mm = alignment.machine_from_part.translation_mm;
   const Eigen::Vector3d& rad = alignment.machine_from_part.angles_rad;
   std::string body = fmt::format(
-      "<p class=\"value\">X {:.3f}, Y {:.3f}, Z {:.3f} mm</p>\n"
+      "<p class=\"value\">X\u00a0{:.3f}, Y\u00a0{:.3f}, Z\u00a0{:.3f}\u00a0mm</p>\n"
       "<p class=\"quiet\">Where the part's origin is in the machine; angles are turns "
       "about the machine's axes, in mm per m.</p>\n",
       mm.x(), mm.y(), mm.z());

@@ -46,7 +46,7 @@ AlignmentOutput Made() {
 TEST(AlignmentPage, LeadsWithThePlaceItsIntervalsAndTheLinesForTheControl) {
   const std::string page = AlignmentPage(Made(), {});
   EXPECT_EQ(test::XmlProblem(page), "");
-  EXPECT_THAT(page, AllOf(HasSubstr("X 1400.000, Y 1000.000, Z 250.000 mm"),
+  EXPECT_THAT(page, AllOf(HasSubstr("X\u00a01400.000, Y\u00a01000.000, Z\u00a0250.000\u00a0mm"),
                           HasSubstr("95 %: 1399.9608 to 1400.0392 mm"),
                           HasSubstr("G10 L2 P1 X1400.000000"), HasSubstr("&lt;b&gt;mind")));
   EXPECT_LT(page.find("G10 L2"), page.find("<svg"));

@@ -123,14 +123,8 @@ std::size_t UsedStations(const Survey& survey) {
 }
 
 std::string TargetsCard(const Survey& survey) {
-  Table table({{"target"},
-               {"x"},
-               {"y"},
-               {"z"},
-               {"sights"},
-               {"widest angle"},
-               {"residual"},
-               {"checked to"}});
+  Table places({{"target"}, {"x"}, {"y"}, {"z"}});
+  Table checks({{"target"}, {"sights"}, {"widest angle"}, {"residual"}, {"checked to"}});
   for (const SurveyedTarget& target : survey.targets) {
     std::vector<std::string> cells = {EscapeHtml(target.id)};
     for (int axis = 0; axis < 3; ++axis) {
@@ -138,13 +132,13 @@ std::string TargetsCard(const Survey& survey) {
       cells.push_back(ValueCell(ValueText(target.at_mm[axis], interval, kMillimetres),
                                 IntervalText(interval, kMillimetres)));
     }
-    cells.push_back(fmt::format("{}", target.sights));
-    cells.push_back(fmt::format("{:.0f}°", target.widest_angle_rad * 57.29577951308232));
-    cells.push_back(fmt::format("{:.3f} px", target.rms_px));
-    cells.push_back(fmt::format("{:.0f} %", 100 * target.least_redundancy));
-    table.Row(cells);
+    places.Row(cells);
+    checks.Row({EscapeHtml(target.id), fmt::format("{}", target.sights),
+                fmt::format("{:.0f}°", target.widest_angle_rad * 57.29577951308232),
+                fmt::format("{:.3f} px", target.rms_px),
+                fmt::format("{:.0f} %", 100 * target.least_redundancy)});
   }
-  return Card("Targets", table.Html());
+  return Card("Targets", places.Html()) + Card("How each target is seen", checks.Html());
 }
 
 std::string StationsCard(const Survey& survey) {

@@ -232,8 +232,24 @@ RectPx BedRect(const RectPx& room, const Range& x, const Range& y) {
   return {room.x, room.y, scale * (x.hi - x.lo), scale * (y.hi - y.lo)};
 }
 
+std::string HeightText(double height_um) { return fmt::format("{:+.1f}", height_um); }
+
+/// The size at which all heights fit into tiles of this width; 0 where they would be too small.
+double HeightTextPx(const Canvas& canvas, const std::vector<double>& heights_um, double tile_px) {
+  constexpr double kMostPx = 12;
+  constexpr double kLeastPx = 7;
+  double size_px = kMostPx;
+  for (const double height_um : heights_um) {
+    const TextStyle style{.size_px = kMostPx};
+    size_px = std::min(
+        size_px, Fitted(canvas, HeightText(height_um), style, std::max(1.0, tile_px - 4)).size_px);
+  }
+  return size_px >= kLeastPx ? size_px : 0;
+}
+
+/// @param text_px  0: no text
 void DrawTile(Canvas& canvas, const Plot& plot, const tap::Place& place, double half_mm,
-              const Range& heights, double mean_mm) {
+              const Range& heights, double mean_mm, double text_px) {
   const double height_um = (place.z_mm - mean_mm) * kUmPerMm;
   const Color color = MapColor((height_um - heights.lo) / (heights.hi - heights.lo));
   const double left = plot.X(place.x_mm - half_mm);
@@ -241,12 +257,11 @@ void DrawTile(Canvas& canvas, const Plot& plot, const tap::Place& place, double 
   const double top = plot.Y(place.y_mm + half_mm);
   const double bottom = plot.Y(place.y_mm - half_mm);
   canvas.FillRect({left, top, right - left, bottom - top}, color);
-  const std::string text = fmt::format("{:+.1f}", height_um);
-  const TextStyle style{
-      .size_px = 12, .color = Lightness(color) > 55 ? kOnLight : kOnDark, .align = Align::kMiddle};
-  if (canvas.TextWidth(text, style) < right - left - 4) {
-    canvas.Text({(left + right) / 2, (top + bottom) / 2 + 4}, text, style);
-  }
+  if (text_px <= 0) return;
+  canvas.Text({(left + right) / 2, (top + bottom) / 2 + text_px / 3}, HeightText(height_um),
+              {.size_px = text_px,
+               .color = Lightness(color) > 55 ? kOnLight : kOnDark,
+               .align = Align::kMiddle});
 }
 
 /// Where taps were, and none has a height.
@@ -306,17 +321,20 @@ Canvas DrawMesh(std::span<const PlottedTap> taps, const std::vector<tap::Place>&
   const Range x = Spread(all, &tap::Place::x_mm, tile * 0.6);
   const Range y = Spread(all, &tap::Place::y_mm, tile * 0.6);
   const bool broad = width_px >= kFigureWidthPx;
-  const RectPx bed =
-      BedRect({70, 34, width_px - (broad ? 220 : 170), (broad ? kMeshPx : kSeriesPx) - 90}, x, y);
+  const RectPx bed = BedRect(broad ? RectPx{70, 34, width_px - 220, kMeshPx - 90}
+                                   : RectPx{54, 52, width_px - 148, kSeriesPx - 108},
+                             x, y);
   Canvas canvas(width_px, bed.bottom() + 56);
   Plot plot = Plot::Around(canvas, bed, {"x (mm)", x, broad ? 6 : 4}, {"y (mm)", y});
-  const std::string text =
-      fmt::format("Contact height over the bed, from {:.4f} mm (µm); range {:.1f} µm", mean_mm,
-                  height.hi - height.lo);
-  canvas.Text({12, 20}, text,
-              Fitted(canvas, text, {.size_px = kTitleTextPx, .bold = true}, width_px - 24));
+  const std::string title = "Contact height over the bed";
+  const std::string scale =
+      fmt::format("from {:.4f} mm (µm); range {:.1f} µm", mean_mm, height.hi - height.lo);
+  const TextStyle bold{.size_px = kTitleTextPx, .bold = true};
+  canvas.Text({12, 20}, broad ? title + ", " + scale : title, bold);
+  if (!broad) canvas.Text({12, 38}, scale, Fitted(canvas, scale, bold, width_px - 24));
+  const double text_px = HeightTextPx(canvas, heights, plot.X(tile) - plot.X(0));
   for (const tap::Place& place : places) {
-    DrawTile(canvas, plot, place, tile / 2, height, mean_mm);
+    DrawTile(canvas, plot, place, tile / 2, height, mean_mm, text_px);
   }
   for (const tap::Place& place : refused) DrawRefusedTile(canvas, plot, place, tile / 2);
   DrawColorBar(canvas, {bed.right() + 24, bed.y, 18, bed.height}, height, "height (µm)");

@@ -1,6 +1,7 @@
 // Reports on taps of which everything is made up; no claim about any method.
 #include "tap/report/tap_report.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -137,6 +138,25 @@ TEST(TapReport, AMeshShowsWhereEveryTapWasRefused) {
   taps.back().recording.x_mm = again.recording.x_mm;
   taps.back().recording.y_mm = again.recording.y_mm;
   EXPECT_NE(refused(), one_refused) << "one good tap makes a height";
+}
+
+TEST(TapReport, ANarrowMeshSaysTheHeightOfEveryPlace) {
+  Random random(5);
+  std::vector<PlottedTap> taps;
+  for (int i = 0; i < 25; ++i) {
+    taps.push_back(MakeTap(-0.03 + 0.0025 * i, random));
+    taps.back().recording.x_mm = 20 + 50.0 * (i % 5);
+    taps.back().recording.y_mm = 20 + 45.0 * (i / 5);
+  }
+  const tap::Ensemble ensemble = InputOf(taps).ensemble;
+  const auto figure = MeshFigure(taps, ensemble);
+  ASSERT_TRUE(figure && figure->narrow);
+  const std::string svg = figure->narrow->ToSvg();
+  double mean_mm = 0;
+  for (const tap::Place& place : ensemble.places) mean_mm += place.z_mm / 25;
+  for (const tap::Place& place : ensemble.places) {
+    EXPECT_THAT(svg, HasSubstr(fmt::format(">{:+.1f}<", 1000 * (place.z_mm - mean_mm))));
+  }
 }
 
 TEST(TapReport, DrawsEachRootCauseBesideThePublishedMethodAndNothingWithoutMoves) {
