@@ -60,6 +60,10 @@ double MissBound::LeastWidening_um(double held_here) const {
   return 0.5 * more * std::max(0.0, apart_um - half_width_um);
 }
 
+bool MissBound::HiddenByNoise(double least_held, double held_here) const {
+  return held >= least_held && LeastWidening_um(held_here) > kMostWidening * half_width_um;
+}
+
 namespace {
 
 // Analyses a row's tap as it would be with a smooth press.

@@ -38,9 +38,14 @@ struct MissBound {
   /// those that have to hold the row's contact beyond what they do now, the way there from an end
   /// a half-width away from their own. 0 where they hold it often enough.
   [[nodiscard]] double LeastWidening_um(double held_here) const;
+  /// Whether that is more of the half-width on the smooth press than kMostWidening, where these
+  /// intervals hold their own contact in `least_held`: noise stands in the way, not the reader.
+  [[nodiscard]] bool HiddenByNoise(double least_held, double held_here) const;
 };
 
 inline constexpr double kMostLeftOut = 0.95;
+/// By which intervals on a smooth press may lengthen for one kind of toe.
+inline constexpr double kMostWidening = 0.06;
 
 /// Share of a standard normal distribution below so many deviations, and its inverse for shares
 /// between 1e-9 and 1 - 1e-9.

@@ -197,6 +197,12 @@ TEST(TapStudy, TheMissBoundTellsWhatHoldingTheRowsContactCosts) {
   bound.apart_um = 3;
   EXPECT_NEAR(bound.LeastHolding(0.9), 0.4136, 1e-3);
   EXPECT_NEAR(bound.LeastWidening_um(0.9), 0.5 * (0.4136 - 0.05) * 2, 1e-3);
+  EXPECT_TRUE(bound.HiddenByNoise(0.93, 0.9));
+  // Of an interval that is too narrow itself, noise is no excuse; nor where 2 % more suffice.
+  EXPECT_FALSE(bound.HiddenByNoise(0.96, 0.9));
+  MissBound close = bound;
+  close.apart_um = 1.1;
+  EXPECT_FALSE(close.HiddenByNoise(0.93, 0.9));
   // What misses as seldom as noise allows needs no wider interval.
   EXPECT_NEAR(bound.LeastHolding(1 - bound.LeastMissed(0.9)), 0.05, 1e-3);
   EXPECT_NEAR(bound.LeastWidening_um(1 - bound.LeastMissed(0.9)), 0, 1e-3);
