@@ -1,8 +1,7 @@
-# Every library trammel stands on, as a target. packages.txt names the Debian package and the reason.
+# Every library trammel stands on, as a target. packages.txt and packages-whole.txt name the Debian package and the reason.
 find_package(PkgConfig REQUIRED)
 find_package(fmt REQUIRED)
 find_package(Eigen3 REQUIRED NO_MODULE)
-find_package(Ceres REQUIRED)
 find_package(tl-expected REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(tomlplusplus REQUIRED)
@@ -12,9 +11,16 @@ find_package(OpenSSL REQUIRED)
 find_package(Boost 1.81 REQUIRED)
 find_package(JPEG REQUIRED)
 pkg_check_modules(png REQUIRED IMPORTED_TARGET libpng)
-pkg_check_modules(tiff REQUIRED IMPORTED_TARGET libtiff-4)
-pkg_check_modules(qpdf REQUIRED IMPORTED_TARGET libqpdf)
 pkg_check_modules(cairo REQUIRED IMPORTED_TARGET cairo)
+
+# Those of single instruments.
+if(TRAMMEL_PART_ALIGNMENT)
+  find_package(Ceres REQUIRED)
+endif()
+if(TRAMMEL_TOOL_OFFSET OR TRAMMEL_PART_ALIGNMENT)
+  pkg_check_modules(tiff REQUIRED IMPORTED_TARGET libtiff-4)
+  pkg_check_modules(qpdf REQUIRED IMPORTED_TARGET libqpdf)
+endif()
 
 # Those of modules that are loaded on demand, and the packages to name where they are not installed.
 set(TRAMMEL_VIDEO_PACKAGES "")

@@ -16,10 +16,18 @@
 #include "app/mistyped.h"
 #include "app/provenance.h"
 #include "app/shop/sim_commands.h"
+#ifdef TRAMMEL_PART_ALIGNMENT
 #include "part_alignment/commands/align_commands.h"
+#endif
+#ifdef TRAMMEL_PRESSURE_ADVANCE
 #include "pressure_advance/commands/pressure_advance_commands.h"
+#endif
+#ifdef TRAMMEL_TAP
 #include "tap/commands/tap_commands.h"
+#endif
+#ifdef TRAMMEL_TOOL_OFFSET
 #include "tool_offset/commands/offset_commands.h"
+#endif
 
 namespace {
 
@@ -35,15 +43,25 @@ int Answer(const CLI::App& cli, const CLI::ParseError& error,
   return code == 0 ? trammel::app::kExitGood : trammel::app::kExitUsage;
 }
 
-// In the order of the help.
+// In the order of the help; an instrument may be left out of a build (TRAMMEL_INSTRUMENTS).
 constexpr std::array kCommands = {
+#ifdef TRAMMEL_PRESSURE_ADVANCE
     trammel::app::AddPressureAdvanceCommands,
+#endif
+#ifdef TRAMMEL_TAP
     trammel::app::AddTapCommands,
+#endif
+#ifdef TRAMMEL_TOOL_OFFSET
     trammel::app::AddOffsetCommands,
+#endif
+#ifdef TRAMMEL_PART_ALIGNMENT
     trammel::app::AddAlignCommands,
+#endif
     trammel::app::AddHistoryCommand,
     trammel::app::AddConfigCommand,
+#ifdef TRAMMEL_PRESSURE_ADVANCE
     trammel::app::AddDoctorCommand,
+#endif
     trammel::app::AddSimCommand,
     trammel::app::AddHelpCommands,
 };

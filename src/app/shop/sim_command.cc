@@ -206,8 +206,12 @@ void AddSimCommand(CLI::App& parent, int& exit_code) {
   AddPhoto(*group, exit_code);
   AddSimPrinter(*group, exit_code);
   AddSimCamera(*group, exit_code);
+#ifdef TRAMMEL_TOOL_OFFSET
   AddSimSheet(*group, exit_code);
+#endif
+#ifdef TRAMMEL_PART_ALIGNMENT
   AddSimSpindle(*group, exit_code);
+#endif
 }
 
 }  // namespace trammel::app
