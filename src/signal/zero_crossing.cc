@@ -1,5 +1,7 @@
 #include "signal/zero_crossing.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +12,8 @@
 
 namespace trammel::signal {
 namespace {
+
+double Square(double x) { return x * x; }
 
 // The fit at one trial crossing: linear in a = slope and b = slope * bend.
 struct Trial {
@@ -215,6 +219,40 @@ WeightedFit Iterate(std::span<const double> x, std::span<const double> y,
   return fit;
 }
 
+// What the points' scatter and the prior of the bend leave open of the crossing: the normal
+// equations of crossing, slope and slope * bend, linearised at the fit.
+void AddUncertainty(std::span<const double> x, const WeightedFit& fit,
+                    const ZeroCrossingOptions& options, ZeroCrossing& result) {
+  const Trial& best = fit.best;
+  result.influence.assign(x.size(), 0);
+  const auto gradient = [&best](double at) {
+    const double u = best.zero - at;
+    return Eigen::Vector3d(best.a - std::copysign(best.b, u), u, -std::abs(u));
+  };
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  double heaviest = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (x[i] > best.cut) continue;
+    information += fit.weight[i] * gradient(x[i]) * gradient(x[i]).transpose();
+    heaviest = std::max(heaviest, fit.weight[i]);
+  }
+  // Weights by the residuals as they are, in place of as they were expected.
+  const double expected = std::max(heaviest * Square(result.residual_scale), 1e-300);
+  information /= expected;
+  const double bend_sigma = options.bend_sigma * std::max(std::abs(best.a), 1e-12);
+  const Eigen::Vector3d prior(0, -options.bend_mean, 1);
+  const Eigen::LDLT<Eigen::Matrix3d> solver(information +
+                                            prior * prior.transpose() / Square(bend_sigma));
+  if (solver.info() != Eigen::Success || !solver.isPositive()) return;
+  const Eigen::Vector3d row = solver.solve(Eigen::Vector3d::UnitX());
+  result.zero_sigma = std::sqrt(std::max(0.0, row.dot(information * row)));
+  result.bend_shift = std::abs(row.dot(prior)) / bend_sigma;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (x[i] > best.cut) continue;
+    result.influence[i] = fit.weight[i] / expected * row.dot(gradient(x[i]));
+  }
+}
+
 // How many points the data are worth, their scatter, and what it makes of the slope.
 void AddScatter(std::span<const double> x, const WeightedFit& fit, double scale_floor,
                 ZeroCrossing& result) {
@@ -262,6 +300,7 @@ std::optional<ZeroCrossing> FitZeroCrossing(std::span<const double> x, std::span
   result.cut = fit.best.cut;
   result.floor = fit.best.floor;
   AddScatter(x, fit, options.scale_floor, result);
+  AddUncertainty(x, fit, options, result);
   for (const double at : x) result.fitted.push_back(Predict(fit.best, at));
   result.weight = std::move(fit.robust_weight);
   return result;

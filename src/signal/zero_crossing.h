@@ -31,14 +31,17 @@ struct ZeroCrossing {
   double zero = 0;
   double slope = 0;  ///< > 0 for a falling response
   double bend = 0;
-  double cut = 0;              ///< beyond it the response is constant; infinite where nowhere
-  double floor = 0;            ///< that constant
-  std::size_t saturated = 0;   ///< how many points lie on the constant part
-  double residual_scale = 0;   ///< robust standard deviation of y about the fit
-  double points = 0;           ///< how many of the heaviest point the weighted data are worth
-  double slope_sigma = 0;      ///< 1 sigma of slope from the residuals
-  std::vector<double> fitted;  ///< at each x
-  std::vector<double> weight;  ///< robust weight in [0, 1] of each point
+  double cut = 0;                 ///< beyond it the response is constant; infinite where nowhere
+  double floor = 0;               ///< that constant
+  std::size_t saturated = 0;      ///< how many points lie on the constant part
+  double residual_scale = 0;      ///< robust standard deviation of y about the fit
+  double points = 0;              ///< how many of the heaviest point the weighted data are worth
+  double slope_sigma = 0;         ///< 1 sigma of slope from the residuals
+  double zero_sigma = 0;          ///< 1 sigma of zero from the residuals
+  double bend_shift = 0;          ///< the same from what the prior leaves open of the bend
+  std::vector<double> fitted;     ///< at each x
+  std::vector<double> weight;     ///< robust weight in [0, 1] of each point
+  std::vector<double> influence;  ///< d zero / d y of each point, at these weights
 };
 
 /// The fitted response at x.

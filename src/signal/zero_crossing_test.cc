@@ -79,6 +79,59 @@ TEST(ZeroCrossing, IsUnbiasedAndNearlyAsGoodAsAStraightLineUnderNoise) {
   EXPECT_NEAR(Mean(error), 0, 4 * kNoise / std::sqrt(10.0 * 400));
 }
 
+TEST(ZeroCrossing, StatesItsScatter) {
+  constexpr int kRuns = 400;
+  constexpr double kNoise = 0.001;
+  const std::vector<double> x = Range(0, 0.06, 12);
+  const std::vector<double> sigma(x.size(), 0.0);
+  Random random(5);
+  std::vector<double> zeros, variances;
+  for (int run = 0; run < kRuns; ++run) {
+    std::vector<double> y;
+    for (const double p : x) y.push_back(Response(p, 0.027, 0.85, 0) + kNoise * random.Normal());
+    const auto fit = FitZeroCrossing(x, y, sigma, {});
+    ASSERT_TRUE(fit);
+    zeros.push_back(fit->zero);
+    variances.push_back(fit->zero_sigma * fit->zero_sigma);
+  }
+  // The bend, whose prior is given, is 0 in all runs: it adds nothing to their scatter.
+  const double ratio = StandardDeviation(zeros) / std::sqrt(Mean(variances));
+  EXPECT_GT(ratio, 0.8);
+  EXPECT_LT(ratio, 1.15);
+}
+
+TEST(ZeroCrossing, MovesWithEachPointAsItsInfluenceSays) {
+  constexpr double kStep = 2e-5;
+  const std::vector<double> x = Range(0, 0.06, 12);
+  const std::vector<double> sigma(x.size(), 0.0);
+  Random random(6);
+  std::vector<double> y;
+  for (const double p : x) y.push_back(Response(p, 0.03, 0.85, 0.05) + 0.001 * random.Normal());
+  const auto fit = FitZeroCrossing(x, y, sigma, {});
+  ASSERT_TRUE(fit);
+  double together = 0;
+  for (const double influence : fit->influence) together += influence;
+  std::vector<double> up(y), down(y);
+  for (double& value : up) value += kStep;
+  for (double& value : down) value -= kStep;
+  const double moved =
+      FitZeroCrossing(x, up, sigma, {})->zero - FitZeroCrossing(x, down, sigma, {})->zero;
+  EXPECT_NEAR(together, moved / (2 * kStep), 0.1 * together);
+}
+
+TEST(ZeroCrossing, AWiderPriorOfTheBendLeavesMoreOpen) {
+  const std::vector<double> x = Range(0, 0.06, 12);
+  const std::vector<double> sigma(x.size(), 0.0);
+  Random random(7);
+  std::vector<double> y;
+  for (const double p : x) y.push_back(Response(p, 0.03, 0.85, 0) + 0.001 * random.Normal());
+  const auto narrow = FitZeroCrossing(x, y, sigma, {.bend_sigma = 0.001});
+  const auto wide = FitZeroCrossing(x, y, sigma, {.bend_sigma = 0.2});
+  EXPECT_LT(narrow->bend_shift, 0.05 * narrow->zero_sigma);
+  EXPECT_GT(std::hypot(wide->zero_sigma, wide->bend_shift),
+            std::hypot(narrow->zero_sigma, narrow->bend_shift));
+}
+
 TEST(ZeroCrossing, MovesWithItsAxes) {
   Random random(5);
   const std::vector<double> x = Range(0, 0.1, 21);

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include "base/statistics.h"
 #include "pressure_advance/response/lag_drift.h"
 
 namespace trammel::pressure_advance {
@@ -13,55 +12,39 @@ namespace {
 
 double Square(double x) { return x * x; }
 
-TransitionSeries Without(TransitionSeries series, std::size_t left_out) {
-  const auto drop = [left_out](std::vector<double>& values) {
-    values.erase(values.begin() + static_cast<std::ptrdiff_t>(left_out));
-  };
-  drop(series.pa_s);
-  drop(series.excess_s);
-  drop(series.sigma_s);
-  return series;
-}
-
-Transitions Without(Transitions transitions, std::size_t left_out) {
-  transitions.acceleration = Without(std::move(transitions.acceleration), left_out);
-  transitions.deceleration = Without(std::move(transitions.deceleration), left_out);
-  if (transitions.early) transitions.early = Without(*std::move(transitions.early), left_out);
-  return transitions;
-}
-
 // Covariance of acceleration, deceleration and tail, in this order; s^2.
 using Covariance = std::array<std::array<double, 3>, 3>;
 
-Covariance Jackknife(const Transitions& transitions, const ResponseOptions& options) {
-  std::array<std::vector<double>, 3> values;
-  for (std::size_t i = 0; i < transitions.acceleration.pa_s.size(); ++i) {
-    const auto fit = FitTransitions(Without(transitions, i), options);
-    if (!fit) continue;
-    values[0].push_back(fit->acceleration.zero);
-    values[1].push_back(fit->deceleration.zero);
-    values[2].push_back(fit->tail_s());
-  }
+// By how far each line's residuals moved the three. The two transitions share the lines, and with
+// them each line's own lag.
+Covariance ScatterOfTheLines(const Transitions& transitions, const TransitionCrossings& crossings) {
+  const std::size_t count = transitions.acceleration.pa_s.size();
+  const auto moved_s = [](const TransitionSeries& series, const signal::ZeroCrossing& fit,
+                          std::size_t i) {
+    return fit.influence[i] * (series.excess_s[i] - fit.fitted[i]);
+  };
   Covariance covariance{};
-  const std::size_t count = values[0].size();
-  if (count < 2) return covariance;
-  const double factor = (static_cast<double>(count) - 1) / static_cast<double>(count);
-  const std::array<double, 3> mean{Mean(values[0]), Mean(values[1]), Mean(values[2])};
-  for (std::size_t j = 0; j < 3; ++j) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      for (std::size_t i = 0; i < count; ++i) {
-        covariance[j][k] += factor * (values[j][i] - mean[j]) * (values[k][i] - mean[k]);
-      }
+  for (std::size_t i = 0; i < count; ++i) {
+    const double a_s = moved_s(transitions.acceleration, crossings.acceleration, i);
+    const double d_s = moved_s(transitions.deceleration, crossings.deceleration, i);
+    const double early_s = crossings.early ? moved_s(*transitions.early, *crossings.early, i) : a_s;
+    const std::array<double, 3> line{a_s, d_s, early_s - a_s};
+    for (std::size_t j = 0; j < 3; ++j) {
+      for (std::size_t k = 0; k < 3; ++k) covariance[j][k] += line[j] * line[k];
     }
   }
+  // Each fit's own error knows how much of the scatter the fit took out.
+  const auto scale = [](double sigma, double variance) {
+    return variance > 0 ? sigma / std::sqrt(variance) : 1;
+  };
+  const double n = static_cast<double>(count);
+  const std::array<double, 3> scales{scale(crossings.acceleration.zero_sigma, covariance[0][0]),
+                                     scale(crossings.deceleration.zero_sigma, covariance[1][1]),
+                                     std::sqrt(n / std::max(1.0, n - 3))};
+  for (std::size_t j = 0; j < 3; ++j) {
+    for (std::size_t k = 0; k < 3; ++k) covariance[j][k] *= scales[j] * scales[k];
+  }
   return covariance;
-}
-
-// A jackknife over few lines is itself uncertain, and can come out far too small by chance: the
-// fit's own standard error is its floor.
-double Floor(const signal::ZeroCrossing& fit) {
-  const double plain = fit.residual_scale / std::max(std::abs(fit.slope), 1e-12);
-  return plain * plain / std::max(1.0, fit.points);
 }
 
 }  // namespace
@@ -70,7 +53,7 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
                               bool slope_has_scale, const ResponseOptions& options) {
   const signal::ZeroCrossing& a = crossings.acceleration;
   const signal::ZeroCrossing& d = crossings.deceleration;
-  const Covariance lines = Jackknife(transitions, options);
+  const Covariance lines = ScatterOfTheLines(transitions, crossings);
 
   const double prior = crossings.early ? Square(options.tail_sigma * a.zero) : 0;
   const double seen = prior > 0 ? prior / (prior + lines[2][2]) : 0;
@@ -97,8 +80,8 @@ CrossingPair CorrectCrossings(const Transitions& transitions, const TransitionCr
   const auto correct = [&](const signal::ZeroCrossing& fit, std::size_t j, double slip_s) {
     CorrectedCrossing corrected;
     corrected.zero_s = fit.zero - share * crossings.tail_s();
-    corrected.variance =
-        std::max(lines[j][j] - 2 * share * lines[j][2] + share * share * lines[2][2], Floor(fit));
+    corrected.variance = Square(fit.zero_sigma) + Square(fit.bend_shift) - 2 * share * lines[j][2] +
+                         share * share * lines[2][2];
     corrected.common.slip = options.slip_sigma * slip_s;
     const double missing = slope_has_scale ? std::max(0.0, full_slope - fit.slope) : 0;
     corrected.common.unread = options.unread_sigma * std::min(1.0, missing) * std::abs(fit.zero);

@@ -18,7 +18,7 @@ struct CommonShifts {
 /// One transition's crossing.
 struct CorrectedCrossing {
   double zero_s = 0;
-  double variance = 0;  ///< from the scatter of the lines, s^2
+  double variance = 0;  ///< from the scatter of the lines and the bend of the response, s^2
   CommonShifts common;
 };
 
