@@ -88,6 +88,19 @@ TEST(TargetErrors, OfWhichNothingIsStatedWidenTheAnswer) {
   EXPECT_TRUE(usual->notices.empty());
 }
 
+TEST(TargetErrors, OneWrongTargetAmongSoundOnesIsNamedAllTheSame) {
+  AlignmentWorld world = Pictured(BenchWorld(300), 0.03, 7);
+  world.targets_mm[1] += Eigen::Vector3d(0.6, -0.5, 0);
+  const auto alignment = Solve(MeasurementOf(world, 0.03), {});
+  ASSERT_TRUE(alignment);
+  ASSERT_EQ(alignment->verdict, Verdict::kGood) << alignment->reason;
+  EXPECT_THAT(alignment->notices, Contains(HasSubstr("left out: target T2")));
+  EXPECT_LT(*alignment->inputs.target_mm, 0.1);
+  EXPECT_LT(
+      (alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm).norm(),
+      0.1);
+}
+
 TEST(TargetErrors, BeyondWhatTheAnswerMayBeUncertainByTellNothing) {
   const auto alignment = Solve(MeasurementOf(WithTargetsOff(0.6, 5), 0.03), {});
   ASSERT_TRUE(alignment);
