@@ -32,16 +32,18 @@ struct Answers {
   Tally coarse;
   int values = 0;  ///< that a sheet without a fault would have
   int refused = 0;
-  int without_sheet = 0;
-  int wrong = 0;  ///< off by more than kAlias_mm
+  int without_sheet = 0;  ///< values of sheets that were refused as a whole
+  int wrong = 0;          ///< off by more than kAlias_mm
   std::map<std::string, int> reasons;
 
   std::uint64_t seed = 0;  ///< of the sheet that is being added
 
   void Add(const SeenSheet& seen) {
-    for (const sim::SheetToolTruth& tool : seen.sheet.tools) values += tool.tool != 0 ? 2 : 0;
+    int own = 0;
+    for (const sim::SheetToolTruth& tool : seen.sheet.tools) own += tool.tool != 0 ? 2 : 0;
+    values += own;
     if (!seen.result) {
-      ++without_sheet;
+      without_sheet += own;
       ++reasons["sheet: " + seen.result.error().message.substr(0, 60)];
       return;
     }
@@ -74,7 +76,7 @@ struct Answers {
   }
   void Print(const std::string& name) const {
     fmt::print("| {} | {} | {} | {} | {} | {} | {} |\n", name, values, Cell(fine), Cell(coarse),
-               refused, 2 * without_sheet, wrong);
+               refused, without_sheet, wrong);
     if (FromEnvironment("TRAMMEL_SHEETS_WHY", 0) != 0) {
       for (const auto& [reason, count] : reasons) fmt::print("    {} x {}\n", count, reason);
     }
