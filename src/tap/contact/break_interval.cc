@@ -15,7 +15,7 @@ constexpr double kHertz = -1;      // as many, and physics is on its side
 constexpr double kYielding = 0.5;  // a power below 1: something yields under the nozzle
 // A kink anywhere, of any size; less where the press bends and starts flat, as a toe makes it, and
 // nothing where smooth presses show a toe.
-constexpr double kZones = 5.4;
+constexpr double kZones = 6;
 constexpr double kZonesOfFlat = 1;
 // What smooth neighbours cost beside the press in two zones, which looks like them while it is
 // narrow or soft.
