@@ -140,7 +140,7 @@ TEST_F(AnalyzePhoto, PrintsTheAnswerAlsoWhereItsFilesCannotBeWritten) {
   EXPECT_FALSE(fs::is_empty(folder() / "figures"));
 }
 
-TEST_F(AnalyzePhoto, UpsideDownIsNoticedAndFromTheTopItIsTheSame) {
+TEST_F(AnalyzePhoto, UpsideDownIsTheSameUnlessToldOtherwise) {
   const cv::Mat upright = ToMat(Draw(drawn_));
   Write(upright);
   const json reference = Analyze();
@@ -148,12 +148,15 @@ TEST_F(AnalyzePhoto, UpsideDownIsNoticedAndFromTheTopItIsTheSame) {
   cv::Mat turned;
   cv::rotate(upright, turned, cv::ROTATE_180);
   Write(turned);
-  ExpectRefused("photo.jpg " + std::string(kPa), folder(), {"photo.jpg", "upside down", "bottom"});
-  const json answer = Analyze("--from top");
-  ASSERT_EQ(answer.at("verdict"), "good") << answer.at("reason");
-  EXPECT_NEAR(answer.at("pressure_advance_s").get<double>(),
-              reference.at("pressure_advance_s").get<double>(),
-              reference.at("standard_uncertainty_s").get<double>());
+  ExpectRefused("photo.jpg --from bottom " + std::string(kPa), folder(),
+                {"photo.jpg", "upside down", "bottom"});
+  for (const char* options : {"", "--from top"}) {
+    const json answer = Analyze(options);
+    ASSERT_EQ(answer.at("verdict"), "good") << answer.at("reason");
+    EXPECT_NEAR(answer.at("pressure_advance_s").get<double>(),
+                reference.at("pressure_advance_s").get<double>(),
+                reference.at("standard_uncertainty_s").get<double>());
+  }
 }
 
 TEST_F(AnalyzePhoto, RefusesPicturesWithoutAPattern) {

@@ -106,6 +106,10 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
     return RefusedRun(method, fmt::format("{}: {}", file.string(), seen.refusal));
   }
   std::vector<std::string> notices = seen.notices;
+  if (!plan.from && seen.first_line != pressure_advance::PhotoSide::kBottom) {
+    notices.push_back(fmt::format("the first line lies at the {} of the photo, as the lines say",
+                                  ToString(seen.first_line)));
+  }
   const LineMotion motion = MotionSeen(plan, seen, notices);
   AnalysisRun run;
   run.photo = ViewOf(seen);

@@ -34,8 +34,8 @@ struct AnalysisRun {
 
 /// What a photo cannot tell of itself.
 struct PhotoPlan {
-  std::vector<double> pressure_advance_s;  ///< of the lines, from the side `from` on
-  pressure_advance::PhotoSide from = pressure_advance::PhotoSide::kBottom;
+  std::vector<double> pressure_advance_s;            ///< of the lines, from the first one's side on
+  std::optional<pressure_advance::PhotoSide> from;   ///< absent: found
   std::optional<pressure_advance::PhotoSide> start;  ///< where printing began; absent: found
   std::vector<pressure_advance::Segment> segments = {{0.1, 10}, {0.6, 100}, {0.3, 10}};
 };

@@ -28,7 +28,6 @@ using pressure_advance::Method;
 using pressure_advance::PhotoSide;
 
 constexpr const char* kDefaultPhotoPa = "0:0.1:0.005";
-constexpr const char* kDefaultFrom = "bottom";
 
 struct AnalyzeArguments {
   std::string path;
@@ -81,9 +80,11 @@ Result<PhotoPlan> PlanOf(const AnalyzeArguments& arguments) {
       !distinct) {
     return tl::unexpected(distinct.error());
   }
-  const auto from = ParseSide("--from", arguments.from.empty() ? kDefaultFrom : arguments.from);
-  if (!from) return tl::unexpected(from.error());
-  plan->from = *from;
+  if (!arguments.from.empty()) {
+    const auto from = ParseSide("--from", arguments.from);
+    if (!from) return tl::unexpected(from.error());
+    plan->from = *from;
+  }
   if (!arguments.start.empty()) {
     const auto start = ParseSide("--start", arguments.start);
     if (!start) return tl::unexpected(start.error());
@@ -135,8 +136,8 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
     run->analysis.notices.push_back("no --segments were given: 0.1:10,0.6:100,0.3:10 was taken");
   }
   if (arguments.pa.empty()) {
-    run->analysis.notices.push_back(fmt::format("no --pa was given: {} from the {} was taken",
-                                                kDefaultPhotoPa, ToString(plan->from)));
+    run->analysis.notices.push_back(
+        fmt::format("no --pa was given: {} was taken", kDefaultPhotoPa));
   }
   return run;
 }
@@ -173,9 +174,8 @@ void AddAnalyzeCommand(CLI::App& parent, int& exit_code) {
                    fmt::format("photo: PA of the lines in s, START:END:STEP or a,b,c (default {})",
                                kDefaultPhotoPa))
       ->excludes(plan);
-  command->add_option(
-      "--from", arguments->from,
-      fmt::format("photo: side at which the first line lies (default {})", kDefaultFrom));
+  command->add_option("--from", arguments->from,
+                      "photo: side at which the first line lies; found where the slow ends differ");
   command->add_option(
       "--start", arguments->start,
       "photo: side at which the lines were begun; found where the slow ends differ");

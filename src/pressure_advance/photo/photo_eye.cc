@@ -129,15 +129,33 @@ std::string SidesAlong(const Heading& heading) {
   return sides;
 }
 
-// Which end of the lines is their printed start; sets `reversed` where it is the right one.
-std::string ChooseDirection(const std::vector<LineProfile>& profiles, const PhotoOptions& options,
-                            const Heading& along, bool& reversed, PhotoMeasurement& measurement) {
+// How the lines lie in the rectified picture.
+struct Orientation {
+  bool first_at_bottom = true;
+  bool reversed = false;  // printed from right to left
+};
+
+// What the lines say of an orientation that is taken for the right one.
+struct OrientationReading {
+  std::string refusal;
+  bool reversed = false;
+  bool upside_down = false;  // the first line lies at the other side, for sure
+  std::optional<FoundSegments> segments;
+};
+
+// Which end of the lines is their printed start, and whether the order is the other way round.
+OrientationReading ReadOrientation(const std::vector<LineProfile>& profiles,
+                                   const PhotoOptions& options, const Heading& along,
+                                   PhotoSide from, bool order_on_trust) {
+  OrientationReading result;
   std::optional<bool> known;
   if (options.start) {
     const double towards = Towards(along, *options.start);
     if (std::abs(towards) < kLeastAlong) {
-      return fmt::format("the lines run from {} in this photo, so they cannot start at the {}",
-                         SidesAlong(along), ToString(*options.start));
+      result.refusal =
+          fmt::format("the lines run from {} in this photo, so they cannot start at the {}",
+                      SidesAlong(along), ToString(*options.start));
+      return result;
     }
     known = towards > 0;
   }
@@ -147,23 +165,28 @@ std::string ChooseDirection(const std::vector<LineProfile>& profiles, const Phot
   // by 1 to 2 scatters.
   constexpr double kLeastLead = 6;
   const bool sure = reading.lead >= kLeastLead;
-  if (sure && reading.upside_down) {
-    return fmt::format(
+  result.upside_down = sure && reading.upside_down;
+  if (result.upside_down && options.from) {
+    result.refusal = fmt::format(
         "the lines say that the PA list runs the other way: they grow thinner with rising PA where "
         "they should grow wider ({:.0f} times the scatter). The photo may be upside down: give the "
-        "side at which the first line lies (now: {}), or the other start",
-        reading.significance, ToString(options.from));
-  }
-  if (!known && !sure) {
-    return fmt::format(
+        "side at which the first line lies (now: {}) or none, or the other start",
+        reading.significance, ToString(from));
+  } else if (!known && !sure) {
+    result.refusal = fmt::format(
         "the lines do not show at which end they were printed first (widths change with PA by "
         "{:.1f} times the scatter, {:.1f} ahead of the other reading; {:.0f} ahead are needed); "
         "give the side at which they start (--start left, right, top or bottom)",
         reading.significance, reading.lead, kLeastLead);
+  } else if (!order_on_trust && !(sure && reading.order_compared)) {
+    result.refusal = fmt::format(
+        "the lines do not show which of them is the first; give the side at which it lies "
+        "(--from {})",
+        ToString(from));
   }
-  reversed = known.value_or(reading.reversed);
-  measurement.segments = reading.segments;
-  return {};
+  result.reversed = known.value_or(reading.reversed);
+  result.segments = reading.segments;
+  return result;
 }
 
 void FlipPicture(Frame& picture, bool left_right, bool top_bottom) {
@@ -220,44 +243,94 @@ std::string CheckSharpness(const vision::LinePattern& line_pattern, double blur_
   return {};
 }
 
+// The side at which the first line is taken to lie where none is given.
+PhotoSide UsualSide(const Heading& down) {
+  if (std::abs(Towards(down, PhotoSide::kBottom)) >= kLeastAlong) return PhotoSide::kBottom;
+  return PhotoSide::kLeft;
+}
+
+PhotoSide Opposite(PhotoSide side) {
+  switch (side) {
+    case PhotoSide::kBottom:
+      return PhotoSide::kTop;
+    case PhotoSide::kTop:
+      return PhotoSide::kBottom;
+    case PhotoSide::kLeft:
+      return PhotoSide::kRight;
+    case PhotoSide::kRight:
+      return PhotoSide::kLeft;
+  }
+  return side;
+}
+
+// Writes what was measured, in the order of the list and with the print direction to the right.
+void Deliver(PhotoLines& seen, const vision::BeadWidths& widths, const Orientation& lie,
+             PhotoMeasurement& measurement) {
+  const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
+  if (lie.reversed) Reverse(measurement.profiles);
+  measurement.traces = Traces(widths, seen.picture, lie.reversed, !lie.first_at_bottom);
+  FlipPicture(seen.picture, lie.reversed, !lie.first_at_bottom);
+  const auto point = [&](std::size_t i) { return PhotoPoint{c[i].x, c[i].y}; };
+  // Index of each corner by (at bottom, at right).
+  const auto corner = [&](bool first_line, bool line_start) {
+    const bool bottom = first_line == lie.first_at_bottom;
+    const bool at_right = line_start == lie.reversed;
+    return point(bottom ? (at_right ? 2 : 3) : (at_right ? 1 : 0));
+  };
+  measurement.frame_corners = {corner(true, true), corner(true, false), corner(false, false),
+                               corner(false, true)};
+}
+
 // From the frame and its rungs to profiles in the order of the PA list.
 void MeasureLines(PhotoLines& seen, const PhotoOptions& options, PhotoMeasurement& measurement) {
   const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
   const Heading down = HeadingBetween(c[0], c[1], c[3], c[2]);
   const Heading right = HeadingBetween(c[0], c[3], c[1], c[2]);
-  const double towards_first = Towards(down, options.from);
-  if (std::abs(towards_first) < kLeastAlong) {
+  const PhotoSide usual = options.from.value_or(UsualSide(down));
+  if (std::abs(Towards(down, usual)) < kLeastAlong) {
     measurement.refusal = fmt::format(
         "the lines follow each other towards {} in this photo, so the first cannot lie at the {}",
-        SidesAlong(down), ToString(options.from));
+        SidesAlong(down), ToString(usual));
     return;
   }
-  const bool first_at_bottom = towards_first > 0;
-  const LineNames names = NameLines(seen.line_pattern, options.pressure_advance_s, first_at_bottom);
-  measurement.refusal = names.refusal;
-  if (!measurement.refusal.empty()) return;
-  if (!names.notice.empty()) measurement.notices.push_back(names.notice);
+  const bool order_on_trust = options.from || usual == PhotoSide::kBottom;
   vision::BeadWidths widths = vision::MeasureBeadWidths(seen.contrast, seen.line_pattern);
-  measurement.refusal = CheckSharpness(seen.line_pattern, widths.blur_px);
-  if (!measurement.refusal.empty()) return;
-  if (first_at_bottom) std::reverse(widths.lines.begin(), widths.lines.end());
-  std::vector<LineProfile> profiles = Profiles(widths, names.pressure_advance_s);
-  bool reversed = false;
-  measurement.refusal = ChooseDirection(profiles, options, right, reversed, measurement);
-  if (!measurement.refusal.empty()) return;
-  if (reversed) Reverse(profiles);
-  measurement.profiles = std::move(profiles);
-  measurement.traces = Traces(widths, seen.picture, reversed, !first_at_bottom);
-  FlipPicture(seen.picture, reversed, !first_at_bottom);
-  const auto point = [&](std::size_t i) { return PhotoPoint{c[i].x, c[i].y}; };
-  // Index of each corner by (at bottom, at right).
-  const auto corner = [&](bool first_line, bool line_start) {
-    const bool bottom = first_line == first_at_bottom;
-    const bool at_right = line_start == reversed;
-    return point(bottom ? (at_right ? 2 : 3) : (at_right ? 1 : 0));
-  };
-  measurement.frame_corners = {corner(true, true), corner(true, false), corner(false, false),
-                               corner(false, true)};
+  const std::string blurred = CheckSharpness(seen.line_pattern, widths.blur_px);
+  std::vector<PhotoSide> sides{usual};
+  if (!options.from) sides.push_back(Opposite(usual));
+  for (const PhotoSide from : sides) {
+    const Orientation lie{Towards(down, from) > 0, false};
+    const LineNames names =
+        NameLines(seen.line_pattern, options.pressure_advance_s, lie.first_at_bottom);
+    std::string refusal = names.refusal.empty() ? blurred : names.refusal;
+    OrientationReading reading;
+    if (refusal.empty()) {
+      vision::BeadWidths ordered = widths;
+      if (lie.first_at_bottom) std::reverse(ordered.lines.begin(), ordered.lines.end());
+      measurement.profiles = Profiles(ordered, names.pressure_advance_s);
+      reading = ReadOrientation(measurement.profiles, options, right, from,
+                                order_on_trust && from == usual);
+      refusal = reading.refusal;
+      if (refusal.empty() && !reading.upside_down) {
+        if (!names.notice.empty()) measurement.notices.push_back(names.notice);
+        measurement.refusal.clear();
+        measurement.segments = reading.segments;
+        measurement.first_line = from;
+        Deliver(seen, ordered, {lie.first_at_bottom, reading.reversed}, measurement);
+        return;
+      }
+      measurement.profiles.clear();
+    }
+    if (measurement.refusal.empty()) measurement.refusal = refusal;
+    // Only what the lines say, or places that do not fit, makes the other side worth a look.
+    if (!reading.upside_down && names.refusal.empty()) return;
+  }
+  if (measurement.refusal.empty()) {
+    measurement.refusal = fmt::format(
+        "the lines contradict either order of the PA list; give the side at which the first one "
+        "lies (--from {} or {})",
+        ToString(usual), ToString(Opposite(usual)));
+  }
 }
 
 }  // namespace

@@ -21,8 +21,10 @@ struct PhotoOptions {
   /// s, in the order of the lines as they lie on the plate; as many as there are lines, at least 2.
   std::vector<double> pressure_advance_s;
   /// The side of the picture at which the first value's line lies. Must be one of the two sides
-  /// that the lines follow each other towards; the other two are refused.
-  PhotoSide from = PhotoSide::kBottom;
+  /// that the lines follow each other towards; the other two are refused. Absent: found from how
+  /// widths go with PA; where they do not show it the bottom, as long as lines follow each other
+  /// towards it.
+  std::optional<PhotoSide> from;
   /// The side of the picture at which all lines' printed starts lie (patterns printed in
   /// alternating directions are not read); absent: found from how widths go with PA, and refused
   /// where they do not show it.
@@ -58,6 +60,7 @@ struct PhotoMeasurement {
   Frame rectified;                 ///< the pattern seen straight from above, print direction to the
                                    ///< right, first line at the bottom; 0 x 0 where none was found
   std::vector<TracedLine> traces;  ///< per profile, in px of `rectified`
+  PhotoSide first_line = PhotoSide::kBottom;  ///< side of the photo at which it lies
   std::vector<std::string> notices;  ///< what a user should know although the photo is used
 };
 

@@ -175,6 +175,44 @@ TEST(PhotoEye, TurningAndMirroringChangeNothing) {
   }
 }
 
+TEST(PhotoEye, FindsTheFirstLineHoweverThePhotoIsHeld) {
+  const DrawnPhoto drawn = Usual();
+  const cv::Mat upright = ToMat(Draw(drawn));
+  PhotoOptions options = OptionsFor(drawn);
+  const PhotoMeasurement reference = MeasurePhoto(View(upright), options);
+  ASSERT_EQ(reference.refusal, "");
+  options.from.reset();
+  const auto compare = [&](const cv::Mat& held, PhotoSide first_line) {
+    const PhotoMeasurement measured = MeasurePhoto(View(held), options);
+    ASSERT_EQ(measured.refusal, "") << ToString(first_line);
+    EXPECT_EQ(measured.first_line, first_line);
+    EXPECT_LT(Difference(reference, measured), 0.03) << ToString(first_line);
+  };
+  compare(upright, PhotoSide::kBottom);
+  for (const auto& [code, first_line] :
+       {std::pair{cv::ROTATE_90_CLOCKWISE, PhotoSide::kLeft},
+        std::pair{cv::ROTATE_180, PhotoSide::kTop},
+        std::pair{cv::ROTATE_90_COUNTERCLOCKWISE, PhotoSide::kRight}}) {
+    cv::Mat held;
+    cv::rotate(upright, held, code);
+    compare(held, first_line);
+    cv::flip(held, held, code == cv::ROTATE_180 ? 1 : 0);
+    compare(held, first_line);
+  }
+}
+
+TEST(PhotoEye, AsksForTheFirstLineWhereNothingShowsIt) {
+  DrawnPhoto drawn = Usual();
+  drawn.slow_before = drawn.slow_after = 0.25;  // the same turned round with the order reversed
+  PhotoOptions options = OptionsFor(drawn);
+  options.from.reset();
+  cv::Mat held;
+  cv::rotate(ToMat(Draw(drawn)), held, cv::ROTATE_90_CLOCKWISE);
+  EXPECT_THAT(MeasurePhoto(View(held), options).refusal, HasSubstr("--from"));
+  options.from = PhotoSide::kLeft;
+  EXPECT_EQ(MeasurePhoto(View(held), options).refusal, "");
+}
+
 TEST(PhotoEye, SaysThatTheOrderRunsTheOtherWay) {
   const DrawnPhoto drawn = Usual();
   PhotoOptions options = OptionsFor(drawn);

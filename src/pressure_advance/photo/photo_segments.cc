@@ -127,7 +127,8 @@ TrendReading ReadTrend(const WidthTrend& trend, double slow_before, double slow_
   // A plan whose two ends are alike looks the same turned round with the order reversed; the order
   // is then taken on trust, as are ends that differ by less than a bulge is carried.
   const bool ends_alike = std::abs(slow_before - slow_after) < kReach;
-  if (ends_alike && !reversed) {
+  reading.order_compared = !ends_alike || reversed;
+  if (!reading.order_compared) {
     std::erase_if(hypotheses, [](const Hypothesis& h) { return h.upside_down; });
   }
   std::stable_sort(hypotheses.begin(), hypotheses.end(),

@@ -34,8 +34,9 @@ struct TrendReading {
   bool reversed = false;     ///< the lines' printed starts lie at position 1
   bool upside_down = false;  ///< the PA list runs the other way: the first value's line is the last
   double significance = 0;   ///< of the best reading, over the scatter
-  double lead = 0;           ///< of the best reading over the best with the other direction or
-                             ///< order, same scale; 0 where the plan cannot tell them apart
+  bool order_compared = false;  ///< whether the other order was among the readings
+  double lead = 0;              ///< of the best reading over the best with the other direction or
+                                ///< order, same scale; 0 where the plan cannot tell them apart
   std::optional<FoundSegments> segments;  ///< as the best reading sees them, from the printed start
 };
 
