@@ -8,12 +8,11 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/square.h"
 #include "base/statistics.h"
 
 namespace trammel::signal {
 namespace {
-
-double Square(double x) { return x * x; }
 
 // The fit at one trial crossing: linear in a = slope and b = slope * bend.
 struct Trial {

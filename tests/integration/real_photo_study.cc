@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "pressure_advance/commands/analysis_run.h"
+#include "support/real_photos.h"
 #include "support/temporary_folder.h"
 
 namespace trammel {
@@ -23,20 +24,12 @@ namespace {
 namespace fs = std::filesystem;
 namespace pa = pressure_advance;
 
-// Half a step between the lines: nearer than that, a person would name the same line.
-constexpr double kHalfStep_s = 0.0025;
-constexpr double kStep_s = 0.005;
-constexpr int kLines = 21;
-
-struct Photo {
-  const char* name;
-  double accepted_s[2];
-};
-
-constexpr Photo kPhotos[] = {{"black45_lines4-5", {0.015, 0.020}},
-                             {"gold50_lines4-5", {0.015, 0.020}},
-                             {"gray45_lines5-6", {0.020, 0.025}},
-                             {"gray60_lines5-6", {0.020, 0.025}}};
+using test::FromAccepted;
+using test::kHalfStep_s;
+using test::kLines;
+using test::kPhotos;
+using test::kStep_s;
+using test::RealPhoto;
 
 struct Distortion {
   std::string name;
@@ -164,12 +157,12 @@ TEST(RealPhotoStudy, DistortedPhotosAreAnsweredOrRefusedNeverWrong) {
 
   int asked = 0, right = 0, off = 0, wrong = 0;
   fmt::print("\nvalue and u (ms) of each photo as distorted\n{:32}", "");
-  for (const Photo& photo : kPhotos) fmt::print(" | {:18}", photo.name);
+  for (const RealPhoto& photo : kPhotos) fmt::print(" | {:18}", photo.name);
   fmt::print("\n");
   std::string reasons;
   for (const Distortion& distortion : Distortions()) {
     fmt::print("{:32}", distortion.name);
-    for (const Photo& photo : kPhotos) {
+    for (const RealPhoto& photo : kPhotos) {
       const fs::path file =
           fs::path(data) / "pressure_advance_photos" / (std::string(photo.name) + ".jpg");
       const cv::Mat picture = cv::imread(file.string(), cv::IMREAD_COLOR);
@@ -185,9 +178,7 @@ TEST(RealPhotoStudy, DistortedPhotosAreAnsweredOrRefusedNeverWrong) {
         continue;
       }
       const Quantity quantity = run->analysis.pressure_advance.quantity();
-      const double from = std::min(std::abs(quantity.value - photo.accepted_s[0]),
-                                   std::abs(quantity.value - photo.accepted_s[1]));
-      const bool near = from <= kHalfStep_s;
+      const bool near = FromAccepted(photo, quantity.value) <= kHalfStep_s;
       right += near;
       const auto held = [&](double value_s) {
         return quantity.interval95.lo <= value_s && value_s <= quantity.interval95.hi;

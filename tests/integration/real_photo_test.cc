@@ -20,6 +20,7 @@
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/response/analyse.h"
 #include "support/analyze_result.h"
+#include "support/real_photos.h"
 
 namespace trammel {
 namespace {
@@ -28,28 +29,12 @@ namespace fs = std::filesystem;
 namespace pa = pressure_advance;
 
 using nlohmann::json;
-
-// Half a step between the lines: nearer than that, a person would name the same line.
-constexpr double kHalfStep_s = 0.0025;
-constexpr double kStep_s = 0.005;
-constexpr int kLines = 21;
-
-struct RealPhoto {
-  const char* name;
-  double accepted_s[2];  // the lines that a person accepted, from SOURCES.md
-};
-
-constexpr RealPhoto kPhotos[] = {{"black45_lines4-5", {0.015, 0.020}},
-                                 {"gold50_lines4-5", {0.015, 0.020}},
-                                 {"gray45_lines5-6", {0.020, 0.025}},
-                                 {"gray60_lines5-6", {0.020, 0.025}}};
-
-void PrintTo(const RealPhoto& photo, std::ostream* out) { *out << photo.name; }
-
-double FromAccepted(const RealPhoto& photo, double answer_s) {
-  return std::min(std::abs(answer_s - photo.accepted_s[0]),
-                  std::abs(answer_s - photo.accepted_s[1]));
-}
+using test::FromAccepted;
+using test::kHalfStep_s;
+using test::kLines;
+using test::kPhotos;
+using test::kStep_s;
+using test::RealPhoto;
 
 class RealPhotos : public ::testing::TestWithParam<RealPhoto> {
  protected:

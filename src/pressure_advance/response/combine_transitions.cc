@@ -7,14 +7,13 @@
 #include <optional>
 
 #include "base/check.h"
+#include "base/square.h"
 #include "base/statistics.h"
 #include "pressure_advance/response/crossing_pair.h"
 #include "pressure_advance/response/uncertainty_budget.h"
 
 namespace trammel::pressure_advance {
 namespace {
-
-double Square(double x) { return x * x; }
 
 // Where lines that do not answer clearly may do so because the answer is far outside: all of them
 // too low, or all too high, at both transitions.

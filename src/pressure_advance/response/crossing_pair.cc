@@ -5,12 +5,11 @@
 #include <cmath>
 #include <vector>
 
+#include "base/square.h"
 #include "pressure_advance/response/lag_drift.h"
 
 namespace trammel::pressure_advance {
 namespace {
-
-double Square(double x) { return x * x; }
 
 // Covariance of acceleration, deceleration and tail, in this order; s^2.
 using Covariance = std::array<std::array<double, 3>, 3>;
