@@ -115,8 +115,8 @@ Alignment JudgeTargets(const Measurement& measurement, const SolveOptions& optio
   if (counted_mm <= kMuchMore * usual_mm) return alignment;
   std::string words = fmt::format(
       "the residuals ask for targets that are off by {:.2g} mm per coordinate (k = 1), where "
-      "{:.2g} "
-      "mm is usual and nothing is stated of them: measure them on the part (align survey, align "
+      "{:.2g} mm is usual and nothing is stated of them: measure them on the part (align survey, "
+      "align "
       "fit) or state target_mm",
       counted_mm, usual_mm);
   if (counted_mm > options.weakest_limit_mm) {

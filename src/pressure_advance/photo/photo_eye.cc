@@ -281,11 +281,47 @@ void Deliver(PhotoLines& seen, const vision::BeadWidths& widths, const Orientati
                                corner(false, true)};
 }
 
+// The lines as they are read with the first one at one side.
+struct SideReading {
+  LineNames names;
+  Orientation lie;
+  vision::BeadWidths widths;  // in the order of the list
+  std::vector<LineProfile> profiles;
+  OrientationReading orientation;
+
+  // Empty where the lines can be used so, unless they lie upside down.
+  [[nodiscard]] const std::string& refusal() const {
+    return names.refusal.empty() ? orientation.refusal : names.refusal;
+  }
+  [[nodiscard]] bool usable() const { return refusal().empty() && !orientation.upside_down; }
+  // Only what the lines say, or places that do not fit, makes the other side worth a look.
+  [[nodiscard]] bool other_side_may_do() const {
+    return orientation.upside_down || !names.refusal.empty();
+  }
+};
+
+SideReading ReadFrom(PhotoSide from, const PhotoLines& seen, const vision::BeadWidths& widths,
+                     const PhotoOptions& options, bool order_on_trust) {
+  const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
+  SideReading side;
+  side.lie.first_at_bottom = Towards(HeadingBetween(c[0], c[1], c[3], c[2]), from) > 0;
+  side.names = NameLines(seen.line_pattern, options.pressure_advance_s, side.lie.first_at_bottom);
+  if (!side.names.refusal.empty()) return side;
+  side.widths = widths;
+  if (side.lie.first_at_bottom) {
+    std::reverse(side.widths.lines.begin(), side.widths.lines.end());
+  }
+  side.profiles = Profiles(side.widths, side.names.pressure_advance_s);
+  side.orientation = ReadOrientation(side.profiles, options, HeadingBetween(c[0], c[3], c[1], c[2]),
+                                     from, order_on_trust);
+  side.lie.reversed = side.orientation.reversed;
+  return side;
+}
+
 // From the frame and its rungs to profiles in the order of the PA list.
 void MeasureLines(PhotoLines& seen, const PhotoOptions& options, PhotoMeasurement& measurement) {
   const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
   const Heading down = HeadingBetween(c[0], c[1], c[3], c[2]);
-  const Heading right = HeadingBetween(c[0], c[3], c[1], c[2]);
   const PhotoSide usual = options.from.value_or(UsualSide(down));
   if (std::abs(Towards(down, usual)) < kLeastAlong) {
     measurement.refusal = fmt::format(
@@ -293,44 +329,34 @@ void MeasureLines(PhotoLines& seen, const PhotoOptions& options, PhotoMeasuremen
         SidesAlong(down), ToString(usual));
     return;
   }
-  const bool order_on_trust = options.from || usual == PhotoSide::kBottom;
-  vision::BeadWidths widths = vision::MeasureBeadWidths(seen.contrast, seen.line_pattern);
-  const std::string blurred = CheckSharpness(seen.line_pattern, widths.blur_px);
-  std::vector<PhotoSide> sides{usual};
-  if (!options.from) sides.push_back(Opposite(usual));
-  for (const PhotoSide from : sides) {
-    const Orientation lie{Towards(down, from) > 0, false};
-    const LineNames names =
-        NameLines(seen.line_pattern, options.pressure_advance_s, lie.first_at_bottom);
-    std::string refusal = names.refusal.empty() ? blurred : names.refusal;
-    OrientationReading reading;
-    if (refusal.empty()) {
-      vision::BeadWidths ordered = widths;
-      if (lie.first_at_bottom) std::reverse(ordered.lines.begin(), ordered.lines.end());
-      measurement.profiles = Profiles(ordered, names.pressure_advance_s);
-      reading = ReadOrientation(measurement.profiles, options, right, from,
-                                order_on_trust && from == usual);
-      refusal = reading.refusal;
-      if (refusal.empty() && !reading.upside_down) {
-        if (!names.notice.empty()) measurement.notices.push_back(names.notice);
-        measurement.refusal.clear();
-        measurement.segments = reading.segments;
-        measurement.first_line = from;
-        Deliver(seen, ordered, {lie.first_at_bottom, reading.reversed}, measurement);
-        return;
-      }
-      measurement.profiles.clear();
+  const vision::BeadWidths widths = vision::MeasureBeadWidths(seen.contrast, seen.line_pattern);
+  const bool usual_on_trust = options.from || usual == PhotoSide::kBottom;
+  PhotoSide from = usual;
+  SideReading side = ReadFrom(from, seen, widths, options, usual_on_trust);
+  const std::string first_refusal = side.refusal();
+  if (!options.from && side.other_side_may_do()) {
+    from = Opposite(usual);
+    side = ReadFrom(from, seen, widths, options, false);
+  }
+  if (side.names.refusal.empty()) {
+    measurement.refusal = CheckSharpness(seen.line_pattern, widths.blur_px);
+    if (!measurement.refusal.empty()) return;
+  }
+  if (!side.usable()) {
+    measurement.refusal = !first_refusal.empty() ? first_refusal : side.refusal();
+    if (measurement.refusal.empty()) {
+      measurement.refusal = fmt::format(
+          "the lines contradict either order of the PA list; give the side at which the first one "
+          "lies (--from {} or {})",
+          ToString(usual), ToString(Opposite(usual)));
     }
-    if (measurement.refusal.empty()) measurement.refusal = refusal;
-    // Only what the lines say, or places that do not fit, makes the other side worth a look.
-    if (!reading.upside_down && names.refusal.empty()) return;
+    return;
   }
-  if (measurement.refusal.empty()) {
-    measurement.refusal = fmt::format(
-        "the lines contradict either order of the PA list; give the side at which the first one "
-        "lies (--from {} or {})",
-        ToString(usual), ToString(Opposite(usual)));
-  }
+  if (!side.names.notice.empty()) measurement.notices.push_back(side.names.notice);
+  measurement.profiles = std::move(side.profiles);
+  measurement.segments = side.orientation.segments;
+  measurement.first_line = from;
+  Deliver(seen, side.widths, side.lie, measurement);
 }
 
 }  // namespace
