@@ -27,6 +27,53 @@ struct SymmetricEigen {
 /// Its values alone, at less than half the work.
 [[nodiscard]] Eigen::VectorXd SymmetricEigenvalues(const Eigen::MatrixXd& matrix);
 
+/// matrix · vectors = vectors · diag(values) for any square matrix, in no order; complex pairs are
+/// conjugate.
+struct GeneralEigen {
+  Eigen::VectorXcd values;
+  Eigen::MatrixXcd vectors;  ///< columns of length 1
+};
+
+/// REQUIRES a square matrix with finite entries.
+[[nodiscard]] GeneralEigen DecomposeGeneral(const Eigen::MatrixXd& matrix);
+
+/// x of matrix · x = right by pivoted LDLᵀ, one column each. REQUIRES a symmetric semi-definite
+/// matrix, whose lower triangle is read.
+[[nodiscard]] Eigen::MatrixXd SolveSymmetric(const Eigen::MatrixXd& matrix,
+                                             const Eigen::MatrixXd& right);
+
+/// errorᵀ · covariance⁻¹ · error: chi-square distributed where the covariance is the error's.
+/// REQUIRES a regular covariance.
+[[nodiscard]] double SquaredMahalanobisDistance(const Eigen::MatrixXd& covariance,
+                                                const Eigen::VectorXd& error);
+
+/// x of matrix · x = right by LU with complete pivoting. REQUIRES a square matrix.
+[[nodiscard]] Eigen::MatrixXd SolveSquare(const Eigen::MatrixXd& matrix,
+                                          const Eigen::MatrixXd& right);
+
+/// The shortest x of those that bring matrix · x nearest to right, of any shape and rank, by a
+/// complete orthogonal decomposition.
+[[nodiscard]] Eigen::MatrixXd SolveLeastSquares(const Eigen::MatrixXd& matrix,
+                                                const Eigen::MatrixXd& right);
+
+/// As SolveSquare. REQUIRES a square, regular matrix.
+[[nodiscard]] Eigen::MatrixXd Inverse(const Eigen::MatrixXd& matrix);
+
+/// The lower triangle L with L · Lᵀ = matrix. REQUIRES a symmetric positive definite matrix.
+[[nodiscard]] Eigen::MatrixXd CholeskyRoot(const Eigen::MatrixXd& matrix);
+
+/// x of lower · x = right. REQUIRES a regular lower triangle; what is above it is not read.
+[[nodiscard]] Eigen::MatrixXd SolveLower(const Eigen::MatrixXd& lower,
+                                         const Eigen::MatrixXd& right);
+
+/// x of upper · x = right. REQUIRES a regular upper triangle; what is below it is not read.
+[[nodiscard]] Eigen::MatrixXd SolveUpper(const Eigen::MatrixXd& upper,
+                                         const Eigen::MatrixXd& right);
+
+/// An orthogonal matrix of which the last columns are orthogonal to all columns of the given one
+/// (its Q in QR, all of it). REQUIRES independent columns, no more than rows.
+[[nodiscard]] Eigen::MatrixXd OrthogonalCompletion(const Eigen::MatrixXd& columns);
+
 /// A matrix that gives the covariance, times its own transpose: it makes independent draws of unit
 /// variance the covariance's. Whatever the units of its rows; what is below 0 in it by chance is
 /// left out. REQUIRES a square matrix.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "geometry/euler.h"
+
 namespace trammel::geometry {
 namespace {
 
@@ -67,6 +69,66 @@ TEST(Decompositions, ACovariancesRootLeavesOutWhatIsBelowZeroByChance) {
   const Eigen::MatrixXd again = root * root.transpose();
   EXPECT_LT((again - Eigen::MatrixXd(Eigen::Vector3d(4, 0, 9).asDiagonal())).norm(),
             kRounding * 10);
+}
+
+TEST(Decompositions, EigenvectorsOfAnyMatrixAreTurnedIntoTheirMultiples) {
+  const Eigen::MatrixXd matrix = Numbers(5, 5);
+  const GeneralEigen of = DecomposeGeneral(matrix);
+  EXPECT_LT((matrix * of.vectors - of.vectors * of.values.asDiagonal()).norm(), 10 * kRounding);
+  EXPECT_LT(std::abs(of.values.sum() - matrix.trace()), 10 * kRounding);
+}
+
+TEST(Decompositions, SolutionsMeetTheirRightSides) {
+  const Eigen::MatrixXd numbers = Numbers(5, 5) + Eigen::MatrixXd::Identity(5, 5);
+  const Eigen::MatrixXd positive = numbers * numbers.transpose();
+  const Eigen::MatrixXd right = Numbers(5, 2);
+  constexpr double kConditioned = 1e-9;  // rounding times the condition of `positive`
+  EXPECT_LT((positive * SolveSymmetric(positive, right) - right).norm(), kConditioned);
+  EXPECT_LT((numbers * SolveSquare(numbers, right) - right).norm(), kConditioned);
+  EXPECT_LT((numbers * Inverse(numbers) - Eigen::MatrixXd::Identity(5, 5)).norm(), kConditioned);
+  const Eigen::MatrixXd root = CholeskyRoot(positive);
+  EXPECT_LT((root * root.transpose() - positive).norm(), 10 * kRounding);
+  EXPECT_EQ(root(0, 4), 0);
+  EXPECT_LT((root * SolveLower(root, right) - right).norm(), kConditioned);
+  EXPECT_LT((root.transpose() * SolveUpper(root.transpose(), right) - right).norm(), kConditioned);
+}
+
+TEST(Decompositions, AnErrorIsCountedInTheSigmasOfItsDirection) {
+  const Eigen::Matrix3d turn = RotationFromVector({0.3, -0.8, 0.5});
+  const Eigen::Vector3d sigmas(1e-3, 2, 50);
+  const Eigen::MatrixXd covariance = turn * sigmas.cwiseAbs2().asDiagonal() * turn.transpose();
+  const Eigen::VectorXd error = turn * Eigen::Vector3d(3e-3, 2, 100);
+  EXPECT_NEAR(SquaredMahalanobisDistance(covariance, error), 9 + 1 + 4, 1e-5);
+}
+
+TEST(Decompositions, OneTriangleOfASymmetricMatrixIsEnough) {
+  const Eigen::MatrixXd numbers = Numbers(4, 4) + Eigen::MatrixXd::Identity(4, 4);
+  const Eigen::MatrixXd positive = numbers * numbers.transpose();
+  const Eigen::MatrixXd right = Numbers(4, 1);
+  Eigen::MatrixXd half = positive;
+  half.triangularView<Eigen::StrictlyUpper>().setConstant(7);
+  EXPECT_EQ(SolveSymmetric(half, right), SolveSymmetric(positive, right));
+  Eigen::MatrixXd lower = CholeskyRoot(positive);
+  const Eigen::MatrixXd solved = SolveLower(lower, right);
+  lower.triangularView<Eigen::StrictlyUpper>().setConstant(7);
+  EXPECT_EQ(SolveLower(lower, right), solved);
+}
+
+TEST(Decompositions, LeastSquaresLeaveWhatIsAcrossAndTakeTheShortest) {
+  Eigen::MatrixXd matrix = Numbers(7, 3) + Eigen::MatrixXd::Identity(7, 3);
+  const Eigen::MatrixXd right = Numbers(7, 1);
+  const Eigen::MatrixXd best = SolveLeastSquares(matrix, right);
+  EXPECT_LT((matrix.transpose() * (right - matrix * best)).norm(), 100 * kRounding);
+  matrix.col(2) = matrix.col(1);  // which of the two is not told: half each
+  const Eigen::MatrixXd shortest = SolveLeastSquares(matrix, right);
+  EXPECT_NEAR(shortest(1, 0), shortest(2, 0), 100 * kRounding);
+}
+
+TEST(Decompositions, ACompletionIsOrthogonalToTheColumns) {
+  const Eigen::MatrixXd columns = Numbers(6, 4) + Eigen::MatrixXd::Identity(6, 4);
+  const Eigen::MatrixXd q = OrthogonalCompletion(columns);
+  ExpectIdentity(q.transpose() * q);
+  EXPECT_LT((columns.transpose() * q.rightCols(2)).norm(), 10 * kRounding);
 }
 
 }  // namespace

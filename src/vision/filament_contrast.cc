@@ -1,10 +1,12 @@
 #include "vision/filament_contrast.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <cstddef>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include "geometry/decompositions.h"
 
 namespace trammel::vision {
 namespace {
@@ -54,7 +56,7 @@ std::optional<ColourWeights> FindContrast(const BgrView& picture, const GrayImag
   constexpr double kRidge = 0.05;  // JPEG halves the resolution of colour: do not rely on it alone
   Eigen::Matrix3d spread = on.Covariance() + off.Covariance();
   spread += (kRidge * spread.trace() + kRounding) * Eigen::Matrix3d::Identity();
-  const Eigen::Vector3d direction = spread.ldlt().solve(difference);
+  const Eigen::Vector3d direction = geometry::SolveSymmetric(spread, difference);
   const double contrast = direction.dot(difference);
   constexpr double kLeastLevels = 1.0;
   if (!(difference.norm() > kLeastLevels) || !(contrast > 0)) return std::nullopt;

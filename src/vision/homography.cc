@@ -1,8 +1,10 @@
 #include "vision/homography.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+
+#include "geometry/decompositions.h"
 
 namespace trammel::vision {
 namespace {
@@ -42,7 +44,7 @@ std::optional<Homography> TargetFromSource(const Quad& target, const Quad& sourc
     b(2 * i) = t.x;
     b(2 * i + 1) = t.y;
   }
-  const Eigen::Matrix<double, 8, 1> h = a.fullPivLu().solve(b);
+  const Eigen::Matrix<double, 8, 1> h = geometry::SolveSquare(a, b);
   if (!h.allFinite()) return std::nullopt;
   Homography homography;
   for (int i = 0; i < 8; ++i) homography.m[static_cast<std::size_t>(i)] = h(i);

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "align_scene.h"
+#include "geometry/decompositions.h"
 #include "part_alignment/correction/part_correction.h"
 #include "part_alignment/part_fit/part_fit.h"
 #include "part_alignment/pose/solve.h"
@@ -158,7 +158,7 @@ void Count(const part_alignment::Alignment& solved, const sim::SpindleWorld& wor
       solved.clamping.angle_rad;
   const Eigen::VectorXd truth = test::TruthOf(world);
   const Eigen::VectorXd error = found - truth.head(7);
-  chain.region += error.dot(solved.covariance.ldlt().solve(error)) <= kSeven ? 1 : 0;
+  chain.region += geometry::SquaredMahalanobisDistance(solved.covariance, error) <= kSeven ? 1 : 0;
   for (Index k = 0; k < 3; ++k) {
     chain.half_mm[k] += 1.959964 * std::sqrt(solved.covariance(k, k));
   }
@@ -170,7 +170,8 @@ void Count(const part_alignment::Alignment& solved, const sim::SpindleWorld& wor
     const Eigen::Matrix3d covariance =
         by_pose * solved.covariance.topLeftCorner<6, 6>() * by_pose.transpose();
     ++chain.corners;
-    chain.corners_inside += missed_mm.dot(covariance.ldlt().solve(missed_mm)) <= kThree ? 1 : 0;
+    chain.corners_inside +=
+        geometry::SquaredMahalanobisDistance(covariance, missed_mm) <= kThree ? 1 : 0;
     chain.largest_mm = std::max(chain.largest_mm, missed_mm.norm());
   }
 }

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -17,6 +16,7 @@
 
 #include "align_scene.h"
 #include "base/statistics.h"
+#include "geometry/decompositions.h"
 #include "part_alignment/pose/solve.h"
 #include "sim/spindle/spindle_scene.h"
 
@@ -88,7 +88,7 @@ Runs Repeat(const sim::SpindleSetup& setup, Model model, std::uint64_t clampings
     runs.found_angle.push_back(1000 * solved->clamping.angle_rad);
     runs.covariance += solved->covariance;
     const Eigen::VectorXd part = error.head(size);
-    runs.mahalanobis2.push_back(part.dot(solved->covariance.ldlt().solve(part)));
+    runs.mahalanobis2.push_back(geometry::SquaredMahalanobisDistance(solved->covariance, part));
   }
   runs.covariance /= static_cast<double>(runs.mahalanobis2.size());
   return runs;

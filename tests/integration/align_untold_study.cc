@@ -8,13 +8,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "align_scene.h"
+#include "geometry/decompositions.h"
 #include "part_alignment/pose/solve.h"
 #include "sim/spindle/spindle_scene.h"
 
@@ -77,7 +77,7 @@ void Count(const part_alignment::Alignment& solved, const Eigen::VectorXd& truth
   found << solved.machine_from_part.translation_mm, solved.machine_from_part.angles_rad,
       solved.clamping.angle_rad, solved.clamping.eccentricity_mm;
   const Eigen::VectorXd error = (found - truth).head(solved.covariance.rows());
-  row.region += error.dot(solved.covariance.ldlt().solve(error)) <= region95 ? 1 : 0;
+  row.region += geometry::SquaredMahalanobisDistance(solved.covariance, error) <= region95 ? 1 : 0;
   for (Eigen::Index k = 0; k < 3; ++k) {
     const double half_mm = kHalfWidth95 * std::sqrt(solved.covariance(k, k));
     row.axis[k] += std::abs(error[k]) <= half_mm ? 1 : 0;

@@ -80,7 +80,7 @@ Result<BudgetTerms> TermsOf(const BudgetScene& scene) {
   constexpr double kRank = 1e-10;
   if (!(geometry::SymmetricEigenvalues(scaled)[0] > kRank)) return Fail(kInLine);
   const Eigen::Matrix<double, 6, 6> inverse =
-      unscale.asDiagonal() * scaled.inverse() * unscale.asDiagonal();
+      unscale.asDiagonal() * geometry::Inverse(scaled) * unscale.asDiagonal();
   BudgetTerms terms;
   terms.motion_from_targets = inverse * right;
   terms.motion_covariance = inverse;

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "geometry/decompositions.h"
 #include "part_alignment/camera/calibrate_start.h"
 #include "part_alignment/camera/calibrate_uncertainty.h"
 #include "part_alignment/camera/least_squares.h"
@@ -35,8 +36,7 @@ struct Sample {
 };
 
 Matrix2d Whitening(const Matrix2d& covariance) {
-  const Matrix2d lower = covariance.llt().matrixL();
-  return lower.inverse();
+  return geometry::SolveLower(geometry::CholeskyRoot(covariance), Matrix2d::Identity());
 }
 
 std::optional<std::string> FaultOfGrid(const GridMeasurement& grid) {
@@ -206,7 +206,7 @@ std::vector<HeldOutPlane> CrossValidate(const Camera& camera, const std::vector<
           projected->by_parameter * covariance * projected->by_parameter.transpose();
       result.distance_mm += AlongAxis(other, samples[i].taper_mm);
       sum_px += error_px.squaredNorm();
-      sum_sigma += error_px.dot(expected.ldlt().solve(error_px));
+      sum_sigma += geometry::SquaredMahalanobisDistance(expected, error_px);
       ++result.views;
     }
     if (result.views == 0) continue;

@@ -3,11 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cmath>
 #include <limits>
 
 #include "base/random.h"
+#include "geometry/decompositions.h"
 #include "part_alignment/camera/calibrate_uncertainty.h"
 #include "part_alignment/camera/camera_convert.h"
 
@@ -120,7 +121,8 @@ TEST(CameraCalibration, CovarianceIsWhatRepeatedCalibrationsScatterBy) {
     ASSERT_EQ(result->verdict, Verdict::kGood) << result->reason;
     const CameraVector error = ParametersOf(result->camera) - truth;
     const double widened = std::max(1.0, result->residual_rms_sigma);
-    distance += widened * widened * error.dot(result->scatter.ldlt().solve(error)) / kRepeats;
+    distance +=
+        widened * widened * geometry::SquaredMahalanobisDistance(result->scatter, error) / kRepeats;
     for (const HeldOutPlane& plane : result->cross_validation) {
       held_out += plane.rms_sigma * plane.rms_sigma / (5.0 * kRepeats);
     }

@@ -1,6 +1,5 @@
 #include "part_alignment/camera/least_squares.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "geometry/decompositions.h"
@@ -40,7 +39,7 @@ LeastSquaresFit FitLeastSquares(const ResidualFunction& function, Eigen::VectorX
     while (!accepted && damping < kStuckDamping) {
       Eigen::MatrixXd damped = normal;
       damped.diagonal().array() += damping;
-      const Eigen::VectorXd step = -damped.ldlt().solve(gradient);
+      const Eigen::VectorXd step = -geometry::SolveSymmetric(damped, gradient);
       length = step.norm();
       const Eigen::VectorXd trial = fit.x + step.cwiseQuotient(scale);
       const bool there = function(trial, trial_residuals, nullptr);

@@ -1,8 +1,9 @@
 #include "part_alignment/part_fit/least_distance.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -16,7 +17,7 @@ VectorXd SolveFor(const MatrixXd& e, const VectorXd& f, const std::vector<Index>
   for (std::size_t k = 0; k < columns.size(); ++k) {
     picked.col(static_cast<Index>(k)) = e.col(columns[k]);
   }
-  return picked.colPivHouseholderQr().solve(f);
+  return geometry::SolveLeastSquares(picked, f);
 }
 
 // min |e u - f|, u >= 0: variables enter one by one and leave where they would become negative.

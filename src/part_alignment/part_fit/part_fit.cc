@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -33,16 +33,16 @@ std::optional<Step> EvenStep(const Problem& problem, const Linear& linear, const
   const VectorXd weights = Weights(problem);
   const MatrixXd weighted = weights.asDiagonal() * linear.by_motion;
   const Matrix6 normal = linear.by_motion.transpose() * weighted;
-  const Eigen::LLT<Matrix6> root(normal);
+  const MatrixXd root = geometry::CholeskyRoot(normal);
   const Vector6 gradient = weighted.transpose() * (linear.stock_allowance_mm - Wanted(problem));
-  const Vector6 q = root.matrixL().solve(gradient);
+  const Vector6 q = geometry::SolveLower(root, gradient);
   // With z = Lᵀ y + q the sum of squares is |z|² and a constant.
-  const MatrixXd rows = root.matrixL().solve(linear.by_motion.transpose()).transpose();
+  const MatrixXd rows = geometry::SolveLower(root, linear.by_motion.transpose()).transpose();
   const VectorXd right = least - linear.stock_allowance_mm + rows * q;
   const auto nearest = SolveLeastDistance(rows, right);
   if (!nearest) return std::nullopt;
   const Vector6 z = nearest->point;
-  return Step{root.matrixU().solve(z - q), nearest->binding};
+  return Step{geometry::SolveUpper(root.transpose(), z - q), nearest->binding};
 }
 
 constexpr int kMostRounds = 60;
@@ -61,8 +61,8 @@ Motion FitSurfaces(const Problem& problem, Motion motion) {
     const MatrixXd weighted = weights.asDiagonal() * linear.by_motion;
     Matrix6 normal = linear.by_motion.transpose() * weighted;
     normal.diagonal().array() += damping * normal.trace() / 6;
-    const Vector6 step =
-        -normal.ldlt().solve(Vector6(weighted.transpose() * (linear.stock_allowance_mm - wanted)));
+    const Vector6 step = -geometry::SolveSymmetric(
+        normal, weighted.transpose() * (linear.stock_allowance_mm - wanted));
     const Motion trial = Moved(motion, linear, step, problem.size_mm);
     const Linear there = Linearise(problem, trial);
     if (cost(there) <= cost(linear)) {
@@ -191,8 +191,7 @@ Matrix6 PlacementCovariance(const Problem& problem, const Linear& linear,
     system.block<6, 1>(0, 6 + k) = linear.by_motion.row(i).transpose();
     right(6 + k, i) = -1;
   }
-  const MatrixXd by_error =
-      MatrixXd(system.completeOrthogonalDecomposition().solve(right)).topRows(6);
+  const MatrixXd by_error = geometry::SolveLeastSquares(system, right).topRows(6);
   VectorXd variance(n);
   for (Index i = 0; i < n; ++i) {
     const double sigma_mm = problem.touches[static_cast<std::size_t>(i)].sigma_mm;
@@ -283,7 +282,8 @@ Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options
   if (!free.empty()) {
     fit.verdict = Verdict::kCannotTell;
     fit.reason = fmt::format(
-        "the measured surfaces leave the part free: {} changes no overstock; measure a surface "
+        "the measured surfaces leave the part free: {} changes no stock allowance; measure a "
+        "surface "
         "that "
         "stops it",
         free);

@@ -1,8 +1,9 @@
 #include "part_alignment/pose/descend.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
+
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -44,7 +45,8 @@ Theta Step(const Normal& normal, double damping) {
   ThetaMatrix scaled = scale.asDiagonal() * normal.matrix * scale.asDiagonal();
   scaled.diagonal().array() += kRidge + damping;
   const Theta right = scale.cwiseProduct(normal.right);
-  return scale.cwiseProduct(scaled.ldlt().solve(right));
+  const Theta step = geometry::SolveSymmetric(scaled, right);
+  return scale.cwiseProduct(step);
 }
 
 }  // namespace

@@ -3,11 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
+#include "geometry/decompositions.h"
 #include "part_alignment/pose/alignment_test_support.h"
 
 namespace trammel::part_alignment {
@@ -31,14 +31,15 @@ ImageEllipse Through(const std::vector<Vector2d>& pixels) {
         p.y();
   }
   const Eigen::VectorXd conic =
-      terms.householderQr().solve(Eigen::VectorXd::Ones(terms.rows())).eval();
+      geometry::SolveLeastSquares(terms, Eigen::VectorXd::Ones(terms.rows()));
   Eigen::Matrix2d form;
   form << conic[0], conic[1] / 2, conic[1] / 2, conic[2];
   const Vector2d centre = -0.5 * form.inverse() * conic.tail<2>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(form / (1 + centre.dot(form * centre)));
-  const Vector2d along = axes.eigenvectors().col(0);
-  return {mean.x() + centre.x(), mean.y() + centre.y(), 1 / std::sqrt(axes.eigenvalues()[0]),
-          1 / std::sqrt(axes.eigenvalues()[1]), std::atan2(along.y(), along.x())};
+  const geometry::SymmetricEigen axes =
+      geometry::DecomposeSymmetric(form / (1 + centre.dot(form * centre)));
+  const Vector2d along = axes.vectors.col(0);
+  return {mean.x() + centre.x(), mean.y() + centre.y(), 1 / std::sqrt(axes.values[0]),
+          1 / std::sqrt(axes.values[1]), std::atan2(along.y(), along.x())};
 }
 
 // Discs on a part, by the world's own equations.

@@ -1,10 +1,11 @@
 #include "part_alignment/pose/first_guess.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "geometry/decompositions.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -80,10 +81,9 @@ LineEnergy EnergyOf(const std::vector<Line>& lines) {
     dd += pull;
     d += aim;
   }
-  const Eigen::LDLT<Matrix3d> solver(dd);
   LineEnergy energy;
-  energy.shift = solver.solve(d);
-  energy.shift_by_rotation = solver.solve(dr);
+  energy.shift = geometry::SolveSymmetric(dd, d);
+  energy.shift_by_rotation = geometry::SolveSymmetric(dd, dr);
   energy.quadratic = rr - dr.transpose() * energy.shift_by_rotation;
   energy.linear = r - dr.transpose() * energy.shift;
   return energy;
@@ -113,7 +113,7 @@ Matrix3d DescendRotation(const LineEnergy& energy, Matrix3d rotation) {
         by_turn.transpose() * (energy.linear - energy.quadratic * Entries(rotation));
     Matrix3d curvature = by_turn.transpose() * energy.quadratic * by_turn;
     curvature.diagonal().array() += damping * (curvature.trace() + 1e-12);
-    const Vector3d turn = curvature.ldlt().solve(down);
+    const Vector3d turn = geometry::SolveSymmetric(curvature, down);
     if (!(turn.norm() > 1e-7)) {
       break;
     }

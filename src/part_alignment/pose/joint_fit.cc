@@ -1,6 +1,5 @@
 #include "part_alignment/pose/joint_fit.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -126,11 +125,11 @@ struct Reduced {
   Rows rows;
   geometry::SingularValues of;  ///< of by_theta, its columns scaled to 1
   VectorXd scale;
-  MatrixXd left;       ///< of by_error
-  VectorXd remaining;  ///< of the residuals
-  Eigen::LLT<MatrixXd> stiffness;
-  VectorXd draws;     ///< the likeliest errors
-  bool seen = false;  ///< all targets are; nothing else is meant without
+  MatrixXd left;            ///< of by_error
+  VectorXd remaining;       ///< of the residuals
+  MatrixXd stiffness_root;  ///< lower
+  VectorXd draws;           ///< the likeliest errors
+  bool seen = false;        ///< all targets are; nothing else is meant without
   bool full_rank = false;
   double chi_square = std::numeric_limits<double>::infinity();
 };
@@ -159,10 +158,11 @@ Reduced Reduce(const PoseProblem& problem, const Theta& theta) {
   if (!reduced.seen || reduced.left.cols() == 0) return reduced;
   const MatrixXd stiffness = MatrixXd::Identity(reduced.left.cols(), reduced.left.cols()) +
                              reduced.left.transpose() * reduced.left;
-  reduced.stiffness.compute(stiffness);
-  const VectorXd pull = reduced.left.transpose() * reduced.remaining;
-  reduced.draws = reduced.stiffness.solve(pull);
-  reduced.chi_square -= pull.dot(reduced.draws);
+  reduced.stiffness_root = geometry::CholeskyRoot(stiffness);
+  const VectorXd pull =
+      geometry::SolveLower(reduced.stiffness_root, reduced.left.transpose() * reduced.remaining);
+  reduced.draws = geometry::SolveUpper(reduced.stiffness_root.transpose(), pull);
+  reduced.chi_square -= pull.squaredNorm();
   return reduced;
 }
 
@@ -173,9 +173,11 @@ void FillEstimate(const PoseProblem& problem, const Reduced& reduced, JointFit& 
   fit.covariance = inverse * inverse.transpose();
   fit.gain = inverse;
   if (rows.by_error.cols() > 0) {
-    const MatrixXd moved = inverse * rows.by_error;
-    fit.covariance += moved * reduced.stiffness.solve(moved.transpose());
-    fit.gain -= moved * reduced.stiffness.solve(reduced.left.transpose());
+    const MatrixXd& root = reduced.stiffness_root;
+    const MatrixXd moved =
+        geometry::SolveLower(root, (inverse * rows.by_error).transpose()).transpose();
+    fit.covariance += moved * moved.transpose();
+    fit.gain -= moved * geometry::SolveLower(root, reduced.left.transpose());
     const Index common = fit.common.size() - 6;
     if (!problem.errors.common.isZero(0)) {
       fit.common.tail(common) =

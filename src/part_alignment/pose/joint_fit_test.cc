@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/LU>
 #include <numbers>
 
+#include "geometry/decompositions.h"
 #include "part_alignment/pose/alignment_test_support.h"
 #include "part_alignment/pose/input_effect.h"
 #include "part_alignment/pose/repeatability.h"
@@ -122,8 +122,8 @@ TEST(JointFit, IsGeneralisedLeastSquaresByTheResidualsWholeCovariance) {
     ASSERT_TRUE(chain.Residual(alone.sights[i], one));
     residuals.segment<2>(2 * static_cast<Index>(i)) = one;
   }
-  const MatrixXd inverse = CovarianceOfResiduals(bench.problem, bench.theta).inverse();
-  const MatrixXd covariance = (jacobian.transpose() * inverse * jacobian).inverse();
+  const MatrixXd inverse = geometry::Inverse(CovarianceOfResiduals(bench.problem, bench.theta));
+  const MatrixXd covariance = geometry::Inverse(jacobian.transpose() * inverse * jacobian);
   const VectorXd step = covariance * jacobian.transpose() * inverse * residuals;
   const VectorXd left = residuals - jacobian * step;
 
@@ -146,7 +146,7 @@ TEST(JointFit, OfExactInputsIsPlainLeastSquares) {
   options.inputs = ExactInputs();
   const Bench bench(options);
   const MatrixXd jacobian = WeightedJacobian(bench.problem, bench.theta);
-  const MatrixXd plain = (jacobian.transpose() * jacobian).inverse();
+  const MatrixXd plain = geometry::Inverse(jacobian.transpose() * jacobian);
   const JointFit fit = FitJointly(bench.problem, bench.theta);
   for (Index i = 0; i < plain.rows(); ++i) {
     EXPECT_NEAR(fit.covariance(i, i) / plain(i, i), 1, 1e-6);

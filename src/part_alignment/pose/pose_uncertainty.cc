@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "base/chi_square.h"
+#include "geometry/decompositions.h"
 #include "part_alignment/pose/input_effect.h"
 #include "part_alignment/pose/joint_fit.h"
 #include "part_alignment/pose/pose_solver.h"
@@ -145,7 +145,7 @@ void Summarise(const MatrixXd& errors, const MatrixXd& linear, MonteCarloUncerta
   const Eigen::VectorXd scale = linear.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd correlation = scale.asDiagonal() * linear * scale.asDiagonal();
   const MatrixXd scaled = scale.asDiagonal() * errors;
-  const MatrixXd solved = correlation.ldlt().solve(scaled);
+  const MatrixXd solved = geometry::SolveSymmetric(correlation, scaled);
   const auto distances2 = scaled.cwiseProduct(solved).colwise().sum();
   result.inside95 = static_cast<double>((distances2.array() <= radius2).count()) / count;
 }

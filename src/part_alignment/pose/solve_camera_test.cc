@@ -1,8 +1,6 @@
 // A camera that is known only as well as its calibration.
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
-
 #include "geometry/decompositions.h"
 #include "part_alignment/pose/solve_test_support.h"
 
@@ -67,7 +65,7 @@ Scatter ScatterOf(const AlignmentWorld& world, double sigma_px) {
     error << alignment->machine_from_part.translation_mm - world.machine_from_part.translation_mm,
         alignment->machine_from_part.angles_rad - world.machine_from_part.angles_rad;
     const Eigen::MatrixXd part = alignment->covariance.topLeftCorner<6, 6>();
-    scatter.mahalanobis2 += error.dot(part.ldlt().solve(error)) / kWorlds;
+    scatter.mahalanobis2 += geometry::SquaredMahalanobisDistance(part, error) / kWorlds;
     scatter.chi_square += alignment->chi_square / alignment->degrees_of_freedom / kWorlds;
     for (const AlignmentResidual& residual : alignment->residuals) {
       const double size_px = std::hypot(residual.column_px, residual.row_px);

@@ -1,12 +1,12 @@
 #include "part_alignment/survey/bundle.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "base/check.h"
+#include "geometry/decompositions.h"
 #include "geometry/euler.h"
 
 namespace trammel::part_alignment {
@@ -68,13 +68,13 @@ Step Solve(const ReducedNormal& normal, const MatrixXd& motions, double damping)
   MatrixXd matrix = Reduce(normal, damping, right);
   const double scale = std::max(matrix.diagonal().mean(), std::numeric_limits<double>::min());
   matrix += scale * motions * motions.transpose();
-  step.reduced = -matrix.ldlt().solve(right);
+  step.reduced = -geometry::SolveSymmetric(matrix, right);
   for (const auto& station : normal.stations) {
     Eigen::Matrix<double, 6, 6> block = station.block;
     block.diagonal() *= 1 + damping;
     const VectorXd part = step.reduced(station.unknowns);
     step.stations.push_back(
-        -block.ldlt().solve(station.right + station.coupling.transpose() * part));
+        -geometry::SolveSymmetric(block, station.right + station.coupling.transpose() * part));
   }
   return step;
 }
@@ -205,7 +205,7 @@ MatrixXd Reduce(const ReducedNormal& normal, double damping, VectorXd& right) {
   for (const auto& station : normal.stations) {
     Eigen::Matrix<double, 6, 6> block = station.block;
     block.diagonal() *= 1 + damping;
-    const MatrixXd solved = block.ldlt().solve(station.coupling.transpose());
+    const MatrixXd solved = geometry::SolveSymmetric(block, station.coupling.transpose());
     matrix(station.unknowns, station.unknowns) -= station.coupling * solved;
     right(station.unknowns) -= solved.transpose() * station.right;
   }
@@ -237,8 +237,7 @@ MatrixXd DatumMotions(const Network& network, const ReducedNormal& normal, bool 
     if (!bars) motions.block<3, 1>(first, 6) = about;
   }
   const MatrixXd gram = motions.transpose() * motions;
-  const MatrixXd upper = gram.llt().matrixU();
-  return upper.transpose().triangularView<Eigen::Lower>().solve(motions.transpose()).transpose();
+  return geometry::SolveLower(geometry::CholeskyRoot(gram), motions.transpose()).transpose();
 }
 
 BundleFit AdjustBundle(const BundleOptions& options, Network& network) {

@@ -6,7 +6,6 @@
 #include <ceres/solver.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "base/random.h"
+#include "geometry/decompositions.h"
 #include "geometry/euler.h"
 #include "part_alignment/survey/network_precision.h"
 #include "part_alignment/survey/survey_world_test_support.h"
@@ -272,8 +272,8 @@ TEST(PrecisionOf, IsTheInverseOfTheNormalMatrixForWhatNoDatumChanges) {
   const Eigen::Index points = precision.points.rows();
   const Eigen::MatrixXd of_lens = reduced.bottomRightCorner(kLensParameters, kLensParameters);
   const Eigen::MatrixXd to_lens = reduced.topRightCorner(points, kLensParameters);
-  const Eigen::MatrixXd n =
-      reduced.topLeftCorner(points, points) - to_lens * of_lens.ldlt().solve(to_lens.transpose());
+  const Eigen::MatrixXd n = reduced.topLeftCorner(points, points) -
+                            to_lens * geometry::SolveSymmetric(of_lens, to_lens.transpose());
   const Eigen::MatrixXd twice = precision.points * n * precision.points;
   EXPECT_LT((twice - precision.points).cwiseAbs().maxCoeff(),
             1e-5 * precision.points.diagonal().maxCoeff());

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/decompositions.h"
+
 namespace trammel::part_alignment {
 namespace {
 
@@ -79,7 +81,7 @@ void CheckSights(const Network& network, const ReducedNormal& normal, const Matr
       const double least =
           check.redundancy - std::hypot(0.5 * (left(0, 0) - left(1, 1)), left(0, 1));
       if (least > kUnchecked) {
-        check.test = partials.residual.dot(left.ldlt().solve(partials.residual));
+        check.test = geometry::SquaredMahalanobisDistance(left, partials.residual);
       }
     }
   }

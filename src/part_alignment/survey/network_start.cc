@@ -1,7 +1,6 @@
 #include "part_alignment/survey/network_start.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "base/statistics.h"
+#include "geometry/decompositions.h"
 #include "part_alignment/survey/relative_orientation.h"
 #include "part_alignment/survey/resection.h"
 
@@ -59,7 +59,7 @@ double AffineMisfit(const Network& network,
     from.row(i) << network.sights[a].pixel.transpose(), 1;
     to.row(i) = network.sights[b].pixel.transpose();
   }
-  const Eigen::MatrixXd map = from.householderQr().solve(to);
+  const Eigen::MatrixXd map = geometry::SolveLeastSquares(from, to);
   return std::sqrt((to - from * map).squaredNorm() / static_cast<double>(count));
 }
 

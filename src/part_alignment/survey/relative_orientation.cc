@@ -1,9 +1,7 @@
 #include "part_alignment/survey/relative_orientation.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -119,7 +117,7 @@ Eigen::Matrix<double, 10, kMonomials> ConstraintsOn(const PolynomialMatrix& esse
 Eigen::Matrix<double, kBasis, kBasis> ActionMatrix(
     const Eigen::Matrix<double, 10, kMonomials>& constraints) {
   const Eigen::Matrix<double, 10, 10> cubic =
-      constraints.leftCols<10>().fullPivLu().solve(constraints.rightCols<kBasis>());
+      geometry::SolveSquare(constraints.leftCols<10>(), constraints.rightCols<kBasis>());
   Eigen::Matrix<double, kBasis, kBasis> action = Eigen::Matrix<double, kBasis, kBasis>::Zero();
   for (std::size_t i = 0; i < kBasis; ++i) {
     std::array<int, 3> exponents = kExponents[kBasis + i];
@@ -194,7 +192,7 @@ std::vector<Matrix3d> FivePointEssentials(std::span<const Vector3d, 5> first,
     const Matrix3d outer = second[i] * first[i].transpose();
     equations.col(static_cast<Index>(i)) = outer.reshaped();
   }
-  const Eigen::Matrix<double, 9, 9> q = equations.householderQr().householderQ();
+  const Eigen::Matrix<double, 9, 9> q = geometry::OrthogonalCompletion(equations);
   std::array<Matrix3d, 4> space;
   for (std::size_t k = 0; k < 4; ++k) {
     space[k] = q.col(static_cast<Index>(5 + k)).reshaped(3, 3);
@@ -202,10 +200,10 @@ std::vector<Matrix3d> FivePointEssentials(std::span<const Vector3d, 5> first,
   const auto action = ActionMatrix(ConstraintsOn(CombinationOf(space)));
   std::vector<Matrix3d> essentials;
   if (!action.allFinite()) return essentials;
-  const Eigen::EigenSolver<Eigen::Matrix<double, kBasis, kBasis>> solver(action);
+  const geometry::GeneralEigen of = geometry::DecomposeGeneral(action);
   for (Index i = 0; i < kBasis; ++i) {
-    if (solver.eigenvalues()[i].imag() != 0) continue;
-    const Eigen::Matrix<double, kBasis, 1> basis = solver.eigenvectors().col(i).real();
+    if (of.values[i].imag() != 0) continue;
+    const Eigen::Matrix<double, kBasis, 1> basis = of.vectors.col(i).real();
     if (basis[kBasis - 1] == 0) continue;
     const Vector3d xyz = basis.segment<3>(6) / basis[kBasis - 1];
     const Matrix3d essential =

@@ -1,13 +1,12 @@
 #include "part_alignment/survey/resection.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "geometry/decompositions.h"
 #include "geometry/euler.h"
 #include "part_alignment/survey/bundle.h"
 
@@ -26,7 +25,7 @@ std::vector<double> QuarticRoots(const std::array<double, 5>& rising) {
   }
   std::vector<double> roots;
   if (!companion.allFinite()) return roots;
-  const Eigen::Vector4cd values = companion.eigenvalues();
+  const Eigen::VectorXcd values = geometry::DecomposeGeneral(companion).values;
   constexpr double kReal = 1e-4;  // double roots part by the root of rounding and noise
   for (const auto& value : values) {
     if (std::abs(value.imag()) < kReal * (1 + std::abs(value.real())))
@@ -166,7 +165,7 @@ std::optional<StationFit> FitStation(const Network& network, std::span<const std
     normal = NormalOfStation(alone, width2, unknowns);
     Eigen::MatrixXd damped = normal.matrix;
     damped.diagonal() *= 1 + damping;
-    const Eigen::VectorXd change = -damped.ldlt().solve(normal.right);
+    const Eigen::VectorXd change = -geometry::SolveSymmetric(damped, normal.right);
     Network trial = alone;
     trial.stations[0].place += change.head<3>();
     trial.stations[0].rotation =
@@ -189,7 +188,7 @@ std::optional<StationFit> FitStation(const Network& network, std::span<const std
   fit.sights = placed.size();
   if (free_focal) {
     const Eigen::VectorXd focal = Eigen::VectorXd::Unit(unknowns, 6);
-    const double variance = normal.matrix.ldlt().solve(focal)[6];
+    const double variance = geometry::SolveSymmetric(normal.matrix, focal)(6, 0);
     if (!(variance > 0)) return std::nullopt;
     fit.focal_sigma_px = std::sqrt(variance);
   }

@@ -1,12 +1,12 @@
 #include "part_alignment/survey/snooping.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "base/statistics.h"
+#include "geometry/decompositions.h"
 #include "part_alignment/survey/network_start.h"
 #include "part_alignment/survey/resection.h"
 
@@ -73,7 +73,7 @@ std::optional<PointFit> FitPoint(const Network& network, const std::vector<std::
       damping *= 100;
     }
     normal.diagonal() *= 1 + damping;
-    at = fit.at - normal.ldlt().solve(right);
+    at = fit.at - geometry::SolveSymmetric(normal, right);
   }
   return fit;
 }

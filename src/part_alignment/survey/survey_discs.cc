@@ -1,6 +1,5 @@
 #include "part_alignment/survey/survey_discs.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -88,7 +87,7 @@ std::optional<ObjectDisc> FitDisc(const Network& network,
     ++images;
   }
   if (images < kLeastImages) return std::nullopt;
-  const Eigen::Matrix<double, 6, 1> p = normal.ldlt().solve(right);
+  const Eigen::Matrix<double, 6, 1> p = geometry::SolveSymmetric(normal, right);
   if (!p.allFinite()) return std::nullopt;
   Matrix3d matrix;
   matrix << p[0], p[3], p[4], p[3], p[1], p[5], p[4], p[5], p[2];

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/check.h"
+#include "geometry/decompositions.h"
 
 namespace trammel::pressure_advance {
 namespace {
@@ -64,7 +65,7 @@ void FitCubic(const std::vector<double>& p, const std::vector<double>& score,
     powers.row(i) << 1, u, u * u, u * u * u;
     y[i] = score[static_cast<std::size_t>(i)];
   }
-  const Eigen::VectorXd d = powers.colPivHouseholderQr().solve(y);
+  const Eigen::VectorXd d = geometry::SolveLeastSquares(powers, y);
   const double residual = (y - powers * d).squaredNorm();
   const double total = (y.array() - y.mean()).matrix().squaredNorm();
   const double a = 1 / half;

@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "base/statistics.h"
+#include "geometry/decompositions.h"
 
 namespace trammel::pressure_advance {
 
@@ -73,7 +74,7 @@ RangedAnswer JudgeDeviation(const DeviationResult& deviation,
   const double at = *deviation.cubic_minimum_s;
   const double x = (at - tested.lo) / range;
   const Eigen::Vector4d slope(0, 1, 2 * x, 3 * x * x);
-  const Eigen::Vector4d solved = (design.transpose() * design).ldlt().solve(slope);
+  const Eigen::Vector4d solved = geometry::SolveSymmetric(design.transpose() * design, slope);
   const double freedom = static_cast<double>(n) - 4;
   const double slope_sigma = std::sqrt(squares / freedom * slope.dot(solved));
   const double curvature =
