@@ -3,8 +3,8 @@
 # a build from nothing takes 16 minutes instead of 28; the presets of the sanitizers and of the fuzz targets
 # compile each file by itself, which finds a missing #include.
 #
-# No two sources of a batch declare one name at file scope: unnamed namespaces would meet in it. Such names are
-# read from the sources when CMake runs; after a new one that clashes ("redefinition of ..."), run cmake again.
+# No two sources of a batch declare one name at file scope, nor does one declare what another brings in by
+# "using": unnamed namespaces would meet in it. Such names are read from the sources when CMake runs; after a new one that clashes ("redefinition of ..."), run cmake again.
 # A source with options of its own is compiled by itself, as is one whose names clash with those of a header
 # that only another source reads: mark it with trammel_by_itself(FILE ...).
 set(TRAMMEL_BATCH_SIZE 8)
@@ -13,8 +13,9 @@ function(trammel_by_itself)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
-# Sets NAMES to what the file SOURCE declares in its first column: constants, types, functions.
-function(trammel_declared_names source names)
+# Sets NAMES to what the file SOURCE declares in its first column (constants, types, functions), and USED to what
+# it brings in by "using a::Name".
+function(trammel_declared_names source names used)
   file(READ ${source} text)
   string(REGEX REPLACE "[][;]" "=" text "${text}")
   string(REGEX MATCHALL "\n[a-zA-Z][a-zA-Z0-9_:<>,&* ]*[ &*][a-zA-Z_][a-zA-Z0-9_]*( *[{(=]| : )" lines "${text}")
@@ -28,17 +29,26 @@ function(trammel_declared_names source names)
   endforeach()
   list(REMOVE_DUPLICATES found)
   set(${names} "${found}" PARENT_SCOPE)
+  string(REGEX MATCHALL "\nusing [a-zA-Z0-9_:]*::[a-zA-Z0-9_]+=" lines "${text}")
+  string(REGEX REPLACE "\nusing [a-zA-Z0-9_:]*::|=" "" lines "${lines}")
+  set(${used} "${lines}" PARENT_SCOPE)
 endfunction()
 
-# Sets FITS to whether BATCH has room for a source that declares NAMES: it is not full and declares none of them.
-function(trammel_fits batch names fits)
+# Sets FITS to whether BATCH has room for a source that declares NAMES and brings in USED: it is not full, and
+# no name means two things there.
+function(trammel_fits batch names used fits)
   set(${fits} FALSE PARENT_SCOPE)
   list(LENGTH sources_${batch} size)
   if(size GREATER_EQUAL TRAMMEL_BATCH_SIZE)
     return()
   endif()
-  foreach(name IN LISTS names)
+  foreach(name IN LISTS names used)
     if(name IN_LIST declared_${batch})
+      return()
+    endif()
+  endforeach()
+  foreach(name IN LISTS names)
+    if(name IN_LIST used_${batch})
       return()
     endif()
   endforeach()
@@ -58,15 +68,16 @@ function(trammel_batch target)
       continue()
     endif()
     get_filename_component(path ${source} ABSOLUTE)
-    trammel_declared_names(${path} names)
+    trammel_declared_names(${path} names used)
     set(batch 0)
-    trammel_fits(${batch} "${names}" fits)
+    trammel_fits(${batch} "${names}" "${used}" fits)
     while(NOT fits)
       math(EXPR batch "${batch} + 1")
-      trammel_fits(${batch} "${names}" fits)
+      trammel_fits(${batch} "${names}" "${used}" fits)
     endwhile()
     list(APPEND sources_${batch} ${source})
     list(APPEND declared_${batch} ${names})
+    list(APPEND used_${batch} ${used})
     set_source_files_properties(${source} PROPERTIES UNITY_GROUP batch_${batch})
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
