@@ -94,7 +94,7 @@ std::string DescriptionOf(const CLI::App& program) {
 }  // namespace
 
 std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App*) { return true; });
+  return app.get_subcommands([](const CLI::App* command) { return !command->get_group().empty(); });
 }
 
 std::vector<std::string> NamesOfCommands(const CLI::App& app) {

@@ -10,7 +10,7 @@ class App;
 
 namespace trammel::app {
 
-/// The commands below one, all of them.
+/// The commands below one, but for those that its help does not name (of an empty group).
 [[nodiscard]] std::vector<const CLI::App*> CommandsOf(const CLI::App& app);
 [[nodiscard]] std::vector<std::string> NamesOfCommands(const CLI::App& app);
 

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <cstdio>
 #include <sstream>
 #include <string>
@@ -13,6 +12,7 @@
 #include "app/console.h"
 #include "app/help_commands.h"
 #include "app/history_command.h"
+#include "app/left_out.h"
 #include "app/mistyped.h"
 #include "app/provenance.h"
 #include "app/shop/sim_commands.h"
@@ -43,19 +43,32 @@ int Answer(const CLI::App& cli, const CLI::ParseError& error,
   return code == 0 ? trammel::app::kExitGood : trammel::app::kExitUsage;
 }
 
+// Hangs a command, or a group of them, below the program.
+using AddCommands = void (*)(CLI::App& cli, int& exit_code);
+
 // In the order of the help; an instrument may be left out of a build (TRAMMEL_INSTRUMENTS).
-constexpr std::array kCommands = {
+constexpr AddCommands kCommands[] = {
 #ifdef TRAMMEL_PRESSURE_ADVANCE
     trammel::app::AddPressureAdvanceCommands,
+#else
+    [](CLI::App& cli, int& exit_code) { trammel::app::AddLeftOutCommand(cli, exit_code, "pa"); },
 #endif
 #ifdef TRAMMEL_TAP
     trammel::app::AddTapCommands,
+#else
+    [](CLI::App& cli, int& exit_code) { trammel::app::AddLeftOutCommand(cli, exit_code, "tap"); },
 #endif
 #ifdef TRAMMEL_TOOL_OFFSET
     trammel::app::AddOffsetCommands,
+#else
+    [](CLI::App& cli, int& exit_code) {
+      trammel::app::AddLeftOutCommand(cli, exit_code, "offset");
+    },
 #endif
 #ifdef TRAMMEL_PART_ALIGNMENT
     trammel::app::AddAlignCommands,
+#else
+    [](CLI::App& cli, int& exit_code) { trammel::app::AddLeftOutCommand(cli, exit_code, "align"); },
 #endif
     trammel::app::AddHistoryCommand,
     trammel::app::AddConfigCommand,
