@@ -94,7 +94,7 @@ TEST_F(AlignExamples, EveryCommandOfTheirPageRunsInItsOrder) {
     const auto run = test::RunTrammel(command, folder_.path());
     EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.output;
   }
-  for (const char* left : {"calibration/residuals.png", "fit/overstock.png",
+  for (const char* left : {"calibration/residuals.png", "fit/stock-allowance.png",
                            "alignment/report.html", "alignment/view-08_residuals.png"}) {
     EXPECT_TRUE(Exists(left)) << left;
   }

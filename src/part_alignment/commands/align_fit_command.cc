@@ -68,14 +68,14 @@ int RunFit(const FitArguments& arguments) {
 
 void AddAlignFitCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
-      "fit", "the ideal part in a raw one: overstock everywhere, as even as can be");
+      "fit", "the ideal part in a raw one: stock allowance everywhere, as even as can be");
   const auto arguments = std::make_shared<FitArguments>();
   command->add_option("points", arguments->points, "measured points, CSV or JSON")->required();
   command->add_option("--part", arguments->part, "PART.json: the ideal part's surfaces, scale bars")
       ->required();
   command->add_option("--out", arguments->out, "file for the targets, if the verdict is good");
   command->add_option("--report", arguments->report,
-                      "folder for report.html and the overstock map");
+                      "folder for report.html and the map of stock allowances");
   command->add_flag("--json", arguments->json, "one JSON object instead of text");
   command->add_flag("--force", arguments->force, "overwrite files");
   command->callback([arguments, &exit_code] { exit_code = RunFit(*arguments); });

@@ -160,7 +160,7 @@ TEST_F(AlignMetrology, AFitLeavesTargetsAndAMapOrTheReason) {
   EXPECT_EQ(targets["targets"][2]["id"], "T3");
   EXPECT_NEAR(double(targets["targets"][2]["ideal_mm"][0]), 300, 1e-6);
   EXPECT_EQ(targets["targets_covariance_mm2"].size(), 9U);
-  EXPECT_GT(fs::file_size(At("report/overstock.png")), 1000U);
+  EXPECT_GT(fs::file_size(At("report/stock-allowance.png")), 1000U);
   WriteBlock(90);
   const auto refused = Run("fit points.csv --part part.json --out never.json");
   EXPECT_EQ(refused.exit_code, 2);

@@ -88,7 +88,7 @@ Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOpti
       !(options.guard_sigmas >= 0 && options.guard_sigmas <= 10) ||
       !(options.most_scale_change >= 0 && options.most_scale_change <= 0.1)) {
     return Fail(fmt::format(
-        "least overstock {} mm, guard {} sigmas (0 … 10), scale change {} "
+        "least stock allowance {} mm, guard {} sigmas (0 … 10), scale change {} "
         "(0 … 0.1)",
         options.least_stock_allowance_mm, options.guard_sigmas, options.most_scale_change));
   }

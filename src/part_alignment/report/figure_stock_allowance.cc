@@ -208,7 +208,7 @@ Canvas Draw(const std::vector<PlacedPoint>& placed, double width_px) {
     DrawSide(canvas, room, placed, sides[i], extent, colours);
   }
   DrawColorBar(canvas, {width_px - bar_px + 12, kTopPx, 18, height - kTopPx - kBelowPx}, colours,
-               "overstock less wanted (mm)");
+               "stock allowance less wanted (mm)");
   return canvas;
 }
 
@@ -217,14 +217,15 @@ Canvas Draw(const std::vector<PlacedPoint>& placed, double width_px) {
 Figure StockAllowanceFigure(const PartFitInput& input, const PartFit& fit) {
   const std::vector<PlacedPoint> placed = Placed(input, fit);
   return {
-      "overstock",
+      "stock-allowance",
       "Each point of the raw part on the side that its surface faces. Ringed in orange and named: "
       "the points that the placement rests on, or where material is missing.",
       Draw(placed, kFigureWidthPx),
       2,
-      fmt::format("{} points of the raw part by side, coloured by overstock less what is wanted; "
-                  "least {:.3f} mm.",
-                  placed.size(), fit.least_mm),
+      fmt::format(
+          "{} points of the raw part by side, coloured by stock allowance less what is wanted; "
+          "least {:.3f} mm.",
+          placed.size(), fit.least_mm),
       Draw(placed, kNarrowWidthPx)};
 }
 

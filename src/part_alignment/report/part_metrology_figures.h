@@ -17,9 +17,9 @@ namespace trammel::report {
     const part_alignment::GridMeasurement& grid,
     const part_alignment::CameraCalibration& calibration);
 
-/// "overstock": every point with its surplus over what is wanted, on the side of the part that its
-/// surface faces there; sides without points are left out. What the placement rests on is named.
-/// REQUIRES stock allowances of this input.
+/// "stock-allowance": every point with its surplus over what is wanted, on the side of the part
+/// that its surface faces there; sides without points are left out. What the placement rests on is
+/// named. REQUIRES stock allowances of this input.
 [[nodiscard]] Figure StockAllowanceFigure(const part_alignment::PartFitInput& input,
                                           const part_alignment::PartFit& fit);
 

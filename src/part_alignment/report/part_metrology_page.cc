@@ -75,7 +75,7 @@ std::string FitHead(const PartFitInput& input, const PartFit& fit) {
     return HeadWithout(fit.verdict, "No place for the ideal part", fit.reason);
   }
   std::string body = fmt::format(
-      "<p class=\"value\">{:.3f} mm <small>overstock at least</small></p>\n", fit.least_mm);
+      "<p class=\"value\">{:.3f} mm <small>stock allowance at least</small></p>\n", fit.least_mm);
   body += Quiet(fmt::format("Mean {:.3f} mm; uneven by {:.3f} mm (root mean square).", fit.mean_mm,
                             fit.uneven_mm));
   for (const auto& stock_allowance : fit.stock_allowances) {

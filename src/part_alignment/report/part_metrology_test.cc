@@ -138,7 +138,7 @@ TEST(PartMetrology, ThePageOfAFitHasEachTargetWithItsInterval) {
   fit.covariance = 1e-4 * Eigen::Matrix3d::Identity();
   const std::string page = PartFitPage(input, fit, {});
   EXPECT_EQ(test::XmlProblem(page), "");
-  EXPECT_THAT(page, HasSubstr("0.580 mm <small>overstock at least"));
+  EXPECT_THAT(page, HasSubstr("0.580 mm <small>stock allowance at least"));
   EXPECT_THAT(page, HasSubstr("rests on p1 (top)"));
   EXPECT_THAT(page, HasSubstr("T&lt;1&gt;</td>"));
   EXPECT_THAT(page, HasSubstr("-2.0000 mm <small>95 %: -2.0196 to -1.9804 mm"));
