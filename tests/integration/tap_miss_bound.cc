@@ -7,6 +7,7 @@
 #include <span>
 
 #include "base/statistics.h"
+#include "tap_length_bound.h"
 
 namespace trammel {
 namespace {
@@ -64,6 +65,10 @@ bool MissBound::HiddenByNoise(double least_held, double held_here) const {
   return held >= least_held && LeastWidening_um(held_here) > kMostWidening * half_width_um;
 }
 
+bool MissBound::HiddenAmongOthers() const {
+  return joint.least_um > (1 + kMostWidening) * joint.read_um;
+}
+
 namespace {
 
 // Analyses a row's tap as it would be with a smooth press.
@@ -87,6 +92,26 @@ void AddSmooth(const TapRow& row, sim::SimulatedTap tap, const QuietTap& quiet,
       (analysis.interval95_mm.lo > contact_z_mm || analysis.interval95_mm.hi < contact_z_mm);
 }
 
+SmoothPress SmoothPressOf(const QuietTap& quiet, const SmoothPress& nearest, double excess) {
+  return excess > 0 ? SmoothPressBeyond(quiet.Press(), nearest, excess) : nearest;
+}
+
+// On average over some phases of the sampling.
+double JointHalfWidthUm(const TapRow& row, std::uint64_t first_seed, double excess,
+                        double refused) {
+  constexpr int kPhases = 2;
+  std::vector<double> half_width_um;
+  for (int i = 0; i < kPhases; ++i) {
+    const QuietTap quiet = TakeQuietTap(row, first_seed + static_cast<std::uint64_t>(i));
+    if (quiet.height_mm.empty()) continue;
+    const SmoothPress smooth = SmoothPressOf(quiet, NearestSmoothPress(quiet.Press()), excess);
+    if (smooth.force_g.empty()) continue;
+    half_width_um.push_back(
+        LeastHalfWidthUm({quiet.height_mm, smooth.force_g, quiet.noise_g}, kHeldJointly, refused));
+  }
+  return half_width_um.empty() ? 0 : Mean(half_width_um);
+}
+
 }  // namespace
 
 MissBound BoundMisses(TapRow row, int taps, std::uint64_t first_seed, double least_held) {
@@ -102,21 +127,31 @@ MissBound BoundMisses(TapRow row, int taps, std::uint64_t first_seed, double lea
     const SmoothPress nearest = NearestSmoothPress(quiet.Press());
     if (nearest.force_g.empty()) continue;
     for (std::size_t k = 0; k < std::size(kExcess); ++k) {
-      const SmoothPress smooth =
-          kExcess[k] > 0 ? SmoothPressBeyond(quiet.Press(), nearest, kExcess[k]) : nearest;
-      AddSmooth(row, tap, quiet, smooth, bounds[k], answers[k]);
+      AddSmooth(row, tap, quiet, SmoothPressOf(quiet, nearest, kExcess[k]), bounds[k], answers[k]);
     }
   }
-  MissBound* most = bounds;
+  std::size_t most = 0;
+  double longest = 0;
   for (std::size_t k = 0; k < std::size(kExcess); ++k) {
     MissBound& bound = bounds[k];
     bound.left_out /= taps;
     bound.apart_um /= std::max<double>(1, static_cast<double>(bound.distance.size()));
     bound.held = answers[k].Coverage();
     bound.half_width_um = answers[k].half_width_um.empty() ? 0 : Mean(answers[k].half_width_um);
-    if (bound.LeastMissed(least_held) > most->LeastMissed(least_held)) most = &bound;
+    if (bound.LeastMissed(least_held) > bounds[most].LeastMissed(least_held)) most = k;
   }
-  return *most;
+  MissBound of_most = bounds[most];
+  for (std::size_t k = 0; k < std::size(kExcess); ++k) {
+    const MissBound& bound = bounds[k];
+    if (bound.held < least_held) continue;
+    const double joint_um =
+        JointHalfWidthUm(row, first_seed, kExcess[k], answers[k].RefusedShare());
+    if (joint_um > longest * bound.half_width_um) {
+      longest = joint_um / bound.half_width_um;
+      of_most.joint = {joint_um, bound.half_width_um};
+    }
+  }
+  return of_most;
 }
 
 }  // namespace trammel

@@ -8,6 +8,15 @@
 
 namespace trammel {
 
+inline constexpr double kHeldJointly = 0.93;
+
+/// Half-widths of intervals on a smooth press that hold its own contact, on average.
+struct JointHalfWidth {
+  double least_um = 0;  ///< Of those that hold the contacts of smooth presses and of soft toes of
+                        ///< any width in kHeldJointly (tap_length_bound.h), at least;
+  double read_um = 0;   ///< as the reader has them. 0 where neither was asked for.
+};
+
 /// The error of the second kind of a test between two taps, by the lemma of Neyman and Pearson
 /// (1933, Philosophical Transactions of the Royal Society A 231, 289-337).
 ///
@@ -25,6 +34,7 @@ struct MissBound {
   double held = 0;               ///< Intervals of these that hold the smooth press's own contact.
   double half_width_um = 0;      ///< Of these, on average.
   double apart_um = 0;           ///< Between the contacts of the two presses, on average.
+  JointHalfWidth joint;          ///< Of the smooth press where most is missing.
 
   /// Of the row's taps: at least so many are good and miss. p counts as kMostLeftOut at most: an
   /// interval that is surer than this of a smooth press is too narrow, and excused for no more. 0
@@ -41,10 +51,13 @@ struct MissBound {
   /// Whether that is more of the half-width on the smooth press than kMostWidening, where these
   /// intervals hold their own contact in `least_held`: noise stands in the way, not the reader.
   [[nodiscard]] bool HiddenByNoise(double least_held, double held_here) const;
+  /// Whether holding all toes lengthens intervals by more than that: some have to be missed, and
+  /// which ones is the reader's choice.
+  [[nodiscard]] bool HiddenAmongOthers() const;
 };
 
 inline constexpr double kMostLeftOut = 0.95;
-/// By which intervals on a smooth press may lengthen for one kind of toe.
+/// By which intervals on a smooth press may lengthen for toes.
 inline constexpr double kMostWidening = 0.06;
 
 /// Share of a standard normal distribution below so many deviations, and its inverse for shares

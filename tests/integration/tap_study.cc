@@ -9,11 +9,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "base/statistics.h"
 #include "tap_bound.h"
+#include "tap_length_bound.h"
 #include "tap_miss_bound.h"
 #include "tap_study_answers.h"
 
@@ -207,6 +209,41 @@ TEST(TapStudy, TheMissBoundTellsWhatHoldingTheRowsContactCosts) {
   // What misses as seldom as noise allows needs no wider interval.
   EXPECT_NEAR(bound.LeastHolding(1 - bound.LeastMissed(0.9)), 0.05, 1e-3);
   EXPECT_NEAR(bound.LeastWidening_um(1 - bound.LeastMissed(0.9)), 0, 1e-3);
+}
+
+TEST(TapStudy, TheLengthBoundIsAtLeastPrattsOfAStraightPress) {
+  // The break of a straight press alone is a normal mean with the bound's deviation s, whose
+  // interval is at least 2 s (z Phi(z) + phi(z)) long, z = Phi^-1(held). Other presses add to it.
+  QuietTap quiet;
+  for (int i = -45; i < 55; ++i) quiet.height_mm.push_back((i + 0.5) * 1e-3);
+  quiet.noise_g = 2;
+  for (const double height : quiet.height_mm) {
+    quiet.tap.force_g.push_back(3500 * std::max(0.0, -height));
+  }
+  const double sd_um = kUmPerMm * ContactBound(quiet.height_mm, 2, {}, {true, 1});
+  const double z = NormalQuantile(0.93);
+  const double density = std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi);
+  const double of_straight_um = sd_um * (z * NormalShare(z) + density);
+  const double joint_um = LeastHalfWidthUm(quiet.Press(), 0.93, 0);
+  fmt::print("Straight press at 2 gf: half-width at least {:.2f} um where all toes are kept.\n",
+             joint_um);
+  EXPECT_GT(joint_um, of_straight_um);
+  EXPECT_LT(joint_um, 12);  // where an interval is of no use
+  // What holds more is longer, and what is refused instead need not be held.
+  EXPECT_GT(LeastHalfWidthUm(quiet.Press(), 0.95, 0), joint_um);
+  EXPECT_LT(LeastHalfWidthUm(quiet.Press(), 0.93, 0.02), joint_um);
+  // All lengths go with the noise, where the toes that it hides are narrower, too.
+  quiet.noise_g = 0.02;
+  EXPECT_LT(LeastHalfWidthUm(quiet.Press(), 0.93, 0), 0.05 * joint_um);
+}
+
+TEST(TapStudy, AToeIsHiddenAmongOthersWhereIntervalsWouldLengthen) {
+  MissBound bound;
+  EXPECT_FALSE(bound.HiddenAmongOthers());
+  bound.joint = {1.05, 1};
+  EXPECT_FALSE(bound.HiddenAmongOthers());
+  bound.joint = {1.07, 1};
+  EXPECT_TRUE(bound.HiddenAmongOthers());
 }
 
 TEST(TapStudy, TheMissBoundFindsAnHonestIntervalOnTheNearestSmoothPress) {

@@ -15,7 +15,7 @@ constexpr double kHertz = -1;      // as many, and physics is on its side
 constexpr double kYielding = 0.5;  // a power below 1: something yields under the nozzle
 // A kink anywhere, of any size; less where the press bends and starts flat, as a toe makes it, and
 // nothing where smooth presses show a toe.
-constexpr double kZones = 6;
+constexpr double kZones = 6.1;
 constexpr double kZonesOfFlat = 1;
 // What smooth neighbours cost beside the press in two zones, which looks like them while it is
 // narrow or soft.
@@ -86,8 +86,7 @@ bool BreakInterval::Find(Scan scan) {
     return false;
   }
   for (const ZonesMode& mode : candidates_.modes) {
-    const bool holds = mode.least.sum_squares <= (zones_ - zones_penalty_) * candidates_.variance;
-    if (holds && !Search(scan, &mode)) {
+    if (Holds(mode) && !Search(scan, &mode)) {
       return false;
     }
   }
@@ -127,6 +126,11 @@ double BreakInterval::ZonesMargin(const ZonesMode& mode, double t) const {
   const double least = mode.least.sum_squares - price.Far(mode.least.t);
   const double room = allowed - price.Far(t) - least + kBetter * candidates_.variance;
   return room < 0 ? room : price.Margin(profile_, t, mode.kinks, allowed);
+}
+
+bool BreakInterval::Holds(const ZonesMode& mode) const {
+  const double left = (zones_ - zones_penalty_) * candidates_.variance - mode.least.sum_squares;
+  return left >= 0 || (left + candidates_.price.stiff >= 0 && ZonesMargin(mode, mode.least.t) >= 0);
 }
 
 // Looks from the ends of the scan inwards for the outermost points that hold.

@@ -20,6 +20,7 @@ class BreakInterval {
   void Seed();
   [[nodiscard]] double Margin(const PressProfile::At& at) const;
   [[nodiscard]] double ZonesMargin(const ZonesMode& mode, double t) const;
+  [[nodiscard]] bool Holds(const ZonesMode& mode) const;
   // Points of a scan, from the first to before the last.
   struct Part {
     std::size_t first;

@@ -11,6 +11,11 @@ constexpr double kZonesUnknowns = 2;  // of the press in two zones beyond these
 constexpr double kZonesCurve = 1.5;
 constexpr double kZonesFar = 10;
 constexpr double kZonesFarOfBent = 3;  // where the smooth presses show that something bends
+// Less of the price of a kink, in variances of the noise, where the outer zone has half of the
+// inner one's slope or more; nothing where it has less than the other share, or is stiffer.
+constexpr double kStiff = 1.5;
+constexpr double kStiffRatio = 0.5;
+constexpr double kSoftRatio = 0.35;
 // Of the press's depth, by which a neighbour's answer may differ. Noise-free d^1.25 to d^1.5 and
 // cubic presses differ by 0.03 to 0.08; farther off lies what a kink in the noise pretends.
 constexpr double kMostShift = 0.3;
@@ -113,22 +118,32 @@ double ZonesPrice::Cost(const PressProfile& profile, double t, const Kinks& near
   return least;
 }
 
+double ZonesPrice::Allowance(const TwoZonePress& press) const {
+  const double ratio = press.outer_slope / press.inner_slope;
+  return press.found && ratio < 1
+             ? stiff * std::clamp((ratio - kSoftRatio) / (kStiffRatio - kSoftRatio), 0.0, 1.0)
+             : 0;
+}
+
 double ZonesPrice::Margin(const PressProfile& profile, double t, const Kinks& near,
                           double allowed) const {
-  const auto left = [&](std::size_t k) {
-    return allowed - Cost(FitTwoZones(profile, t, near.s[k], allowed - Far(t), kRoundings[k]));
+  double margin = -kNever;
+  const auto cost = [&](std::size_t k) {
+    const TwoZonePress press =
+        FitTwoZones(profile, t, near.s[k], allowed + stiff - Far(t), kRoundings[k]);
+    const double of_press = Cost(press);
+    margin = std::max(margin, allowed + Allowance(press) - of_press);
+    return of_press;
   };
-  const double of_best = left(near.best);
-  double margin = of_best;
+  const double of_best = cost(near.best);
   // To less and to more rounding, as far as each explains the samples better than the one before.
   for (const int way : {-1, 1}) {
     double last = of_best;
     for (std::size_t k = near.best + way; margin < 0 && k < kRoundings.size(); k += way) {
-      const double next = left(k);
-      if (!(next > last)) {
+      const double next = cost(k);
+      if (!(next < last)) {
         break;
       }
-      margin = std::max(margin, next);
       last = next;
     }
   }
@@ -191,7 +206,7 @@ Candidates FindCandidates(const PressProfile& profile, Scan scan, double inflati
   found.bends = at_least < quadratic.sum_squares;
   found.toe = found.bends && found.flat_start && at_least < found.model[kPower].sum_squares;
   const double far = found.toe ? 0 : found.bends ? kZonesFarOfBent : kZonesFar;
-  found.price = {kZonesCurve * unit, far * unit, quadratic.t};
+  found.price = {kZonesCurve * unit, far * unit, quadratic.t, kStiff * unit};
   if (neighbours) {
     for (const ZonesStart start : kZonesStarts) {
       FindZones(profile, scan, start, smooth, found);

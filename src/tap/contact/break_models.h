@@ -40,12 +40,16 @@ struct ZonesPrice {
   double curve = 0;     ///< A curve of the inner zone,
   double far = 0;       ///< a break so far beyond that of the quadratic press, per its depth,
   double smooth_t = 0;  ///< which is this.
+  double stiff = 0;  ///< So much less for an outer zone that is hardly softer than the inner one.
 
   [[nodiscard]] double Far(double t) const { return far * std::max(0.0, t / smooth_t - 1); }
   [[nodiscard]] double Cost(const TwoZonePress& press) const;
   /// Of the best one with its break at t.
   /// @param near  Kinks for a break close by.
   [[nodiscard]] double Cost(const PressProfile& profile, double t, const Kinks& near) const;
+  /// What an interval allows the press beyond others: it looks the more like a smooth one, the
+  /// stiffer its outer zone.
+  [[nodiscard]] double Allowance(const TwoZonePress& press) const;
   /// By how much that one costs less than is allowed; negative where it costs more. Where it costs
   /// less, the margin may be that of a worse one.
   [[nodiscard]] double Margin(const PressProfile& profile, double t, const Kinks& near,

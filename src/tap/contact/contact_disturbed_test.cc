@@ -55,6 +55,17 @@ TEST(TapContact, IntervalsHoldWhereAForceGoesJustAfterTheBreak) {
   }
 }
 
+TEST(TapContact, IntervalsHoldWhereTheStructureRingsOnceDuringThePress) {
+  // Whichever way it swings at the break, by twice the noise and more: what it bends there looks
+  // like another form of press.
+  for (const double hz : {6.0, 8.0, 10.0}) {
+    for (const double ring_g : {-6.0, -4.0, 4.0, 6.0}) {
+      const Answers answers = Ask({.ring_g = ring_g, .ring_hz = hz});
+      EXPECT_GE(answers.covered, kLeastCovered * answers.good) << ring_g << " gf";
+    }
+  }
+}
+
 TEST(TapContact, IntervalsHoldWhereAQuietConverterAverages) {
   for (const double rate_hz : {80.0, 320.0}) {
     for (const int averages : {1, 2, 4}) {

@@ -36,6 +36,8 @@ struct PressWorld {
   double backlash_mm = 0;    ///< By which the nozzle is above the drive until it rises.
   double slip_g = 0;         ///< Force that goes once the nozzle has risen …
   double slip_mm = 0;        ///< … so far above the break.
+  double ring_g = 0;         ///< By which a structure swings from the pull-back's start on,
+  double ring_hz = 8;        ///< and how often.
   int averages = 0;          ///< Over one sampling interval, one after the other, about its middle.
   double onset_lag_mm = 0;   ///< By which the nozzle lags behind the drive at first, …
   double onset_fade_mm = 0.004;  ///< … and the way on which that falls to 1 / e.
@@ -117,6 +119,9 @@ inline PressTap MakePressTap(const PressWorld& world, std::uint64_t seed) {
     noise = world.memory * noise + std::sqrt(1 - world.memory * world.memory) * random.Normal();
     double force = press_g + world.noise_g * noise + world.drift_g_s * (t - start_s) +
                    world.hum_g * std::sin(6.283185307 * world.hum_hz * t + hum_phase);
+    if (acted_s > back_s) {
+      force += world.ring_g * std::sin(6.283185307 * world.ring_hz * (acted_s - back_s));
+    }
     if (acted_s > back_s && height(acted_s) > tap.contact_z_mm + world.slip_mm) {
       force -= world.slip_g;
     }
