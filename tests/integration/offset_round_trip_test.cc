@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/page.h"
+#include "base/random.h"
 #include "offset_world.h"
 #include "sim/scanner/scanner_page.h"
 #include "sim/scanner/sheet_world.h"
@@ -167,6 +168,50 @@ TEST(OffsetSheet, EightToolsOnA4AreAllReadToTheirIntervals) {
     EXPECT_NEAR(tool.dx_mm.quantity().value, truth->x_mm, half(tool.dx_mm)) << tool.tool;
     EXPECT_NEAR(tool.dy_mm.quantity().value, truth->y_mm, half(tool.dy_mm)) << tool.tool;
   }
+}
+
+// Reads a sheet of seven tools that print up to 12 mm off, drawn as offset_neighbourhood_study
+// draws it, and counts the tools that are answered: each has to be right.
+int CountRightAnswers(std::uint64_t seed) {
+  tool_offset::SheetSettings settings;
+  settings.tools = {0, 1, 2, 3, 4, 5, 6};
+  settings.filament.material = "pla";
+  settings.printer.bed_size_x_mm = settings.printer.bed_size_y_mm = 300;
+  Random random = Random(seed).Fork(7'000'000);
+  const SeenSheet seen =
+      SeeSheet(WritePattern(settings), {seed, 0, 0},
+               [&](sim::SheetMachine& machine, sim::SheetPaper&) {
+                 for (std::size_t tool = 1; tool < settings.tools.size(); ++tool) {
+                   const double far_mm = random.Uniform(0, 12);
+                   const double other_mm = random.Uniform(-far_mm, far_mm);
+                   const double sign = random.Below(2) == 0 ? 1 : -1;
+                   machine.tools[tool].offset_mm = random.Below(2) == 0
+                                                       ? sim::PlaneMm{sign * far_mm, other_mm}
+                                                       : sim::PlaneMm{other_mm, sign * far_mm};
+                 }
+               },
+               {});
+  if (!seen.result) return 0;
+  constexpr double kRight_mm = 0.1;
+  int answered = 0;
+  for (const tool_offset::ToolReading& tool : seen.result->tools) {
+    const auto truth = sim::OffsetOf(seen.sheet, tool.tool, 0);
+    if (!truth || !tool.dx_mm.good() || !tool.dy_mm.good()) continue;
+    EXPECT_NEAR(tool.dx_mm.quantity().value, truth->x_mm, kRight_mm) << "T" << tool.tool;
+    EXPECT_NEAR(tool.dy_mm.quantity().value, truth->y_mm, kRight_mm) << "T" << tool.tool;
+    ++answered;
+  }
+  return answered;
+}
+
+// Lines of two tools together have all legs of one at a third place, where one comb is too faint.
+TEST(OffsetSheet, ATooFaintCombTellsThatLinesAreAnotherTools) {
+  EXPECT_GE(CountRightAnswers(621084), 3);
+}
+
+// Two tools hide each other's fingers, and lie over those of a third.
+TEST(OffsetSheet, LinesOfToolsThatCannotBeReadSpoilNoOthers) {
+  EXPECT_GE(CountRightAnswers(621092), 3);
 }
 
 TEST(OffsetPattern, OnAKlipperWithoutPauseResumeEndsColdInsteadOfRunningOn) {

@@ -126,7 +126,7 @@ OtherInk FindOtherInk(const SheetPlan& plan, const InkRaster& raster, const InkC
                       const std::vector<ToolReading>& tools) {
   std::map<int, SheetPoint> shift{{plan.settings.reference_tool, SheetPoint{}}};
   for (const ToolReading& tool : tools) {
-    if (tool.coarse_reading.found) shift[tool.tool] = tool.coarse_reading.shift;
+    if (tool.coarse_reading.placed) shift[tool.tool] = tool.coarse_reading.shift;
   }
   return {ForeignLegs(plan, shift, FineReach_mm(plan.settings)),
           StrayInk(raster, plan, shift, Strength(reference))};

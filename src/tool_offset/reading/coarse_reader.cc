@@ -237,6 +237,7 @@ std::vector<CoarseReading> ReadCoarsely(const PageView& page, const PageMap& map
     reading.beside = places[k].beside;
     if (!places[k].found) return;
     reading.beside = -1;
+    reading.placed = true;
     reading.shift = places[k].shift;
     const std::vector<Leg> legs = LegsAt(plan, tools[k], reading.shift);
     reading.ink = SampleInk(page, map, plan.settings, legs);

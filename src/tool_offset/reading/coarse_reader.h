@@ -14,6 +14,7 @@ namespace trammel::tool_offset {
 
 struct CoarseReading {
   bool found = false;
+  bool placed = false;  ///< `shift` says where its lines lie, if only to 0.2 mm where not found
   /// Where the tool's lines lie minus where they were planned, on the sheet and by its map.
   SheetPoint shift;
   /// The same minus the reference tool's, each in the structures that both share: free of the

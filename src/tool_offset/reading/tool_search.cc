@@ -176,6 +176,31 @@ ToolSearch::LegContrast ToolSearch::Contrast(const ToolComb& comb, SheetPoint sh
   return {sum[0] / std::max(1.0, cells[0]), sum[1] / std::max(1.0, cells[1]), cells[0]};
 }
 
+bool ToolSearch::IsEven(int tool, SheetPoint shift,
+                        const std::vector<std::uint8_t>& explained) const {
+  constexpr double kLeastShare = 0.82;  // of the darkest comb; a tool's own differ by 0.14 at most
+  constexpr double kLeastOpen = 0.3;    // of a comb's cells: less are the rims of known lines
+  constexpr int kApart = 3;             // cells by which combs lie unlike each other
+  const double whole_cells = 3.0 * 2 * plan_.settings.teeth *
+                             (plan_.settings.leg_length_mm - 2 * kLegEnd_mm) / kInkCell_mm;
+  double least = 1e9;
+  double most = 0;
+  for (const ToolComb& comb : CombsOf(plan_, tool)) {
+    const bool is_x = plan_.structures[comb.structure].axis == Axis::kX;
+    LegContrast darkest;
+    for (int i = -kApart; i <= kApart; ++i) {
+      const double by_mm = i * kInkCell_mm;
+      const LegContrast legs = Contrast(
+          comb, {shift.u_mm + (is_x ? by_mm : 0), shift.v_mm + (is_x ? 0 : by_mm)}, explained);
+      if (legs.contrast() > darkest.contrast()) darkest = legs;
+    }
+    if (darkest.open_cells < kLeastOpen * whole_cells) continue;
+    least = std::min(least, darkest.contrast());
+    most = std::max(most, darkest.contrast());
+  }
+  return least >= kLeastShare * most;
+}
+
 SheetPoint ToolSearch::Refine(int tool, SheetPoint shift,
                               const std::vector<std::uint8_t>& explained) const {
   constexpr int kPlateau = 6;  // cells: of the search, and its steps
@@ -250,7 +275,6 @@ bool ToolSearch::LookOnce(const std::vector<int>& tools, double threshold,
     place.found = IsSure(choice, WholeClaim(plan_, tool), candidate.share, left);
     place.ambiguous = !place.found;
     if (!place.found) continue;
-    more = true;
     others = explained_;
     for (std::size_t m = 0; m < open.size(); ++m) {
       if (m == k || choices[m].place < 0) continue;
@@ -258,6 +282,9 @@ bool ToolSearch::LookOnce(const std::vector<int>& tools, double threshold,
               others);
     }
     place.shift = Refine(tool, candidate.shift, others);
+    place.found = place.beside < 0 || IsEven(tool, place.shift, others);
+    place.ambiguous = !place.found;
+    more |= place.found;
   }
   for (const std::size_t i : open) {
     if (places[i].found) Explain(tools[i], places[i].shift, explained_);

@@ -60,6 +60,10 @@ class ToolSearch {
   };
   [[nodiscard]] LegContrast Contrast(const ToolComb& comb, SheetPoint shift,
                                      const std::vector<std::uint8_t>& explained) const;
+  /// Whether all of a tool's combs that can be seen are as dark as each other: other tools' ink,
+  /// taken for its own, covers some of them in part.
+  [[nodiscard]] bool IsEven(int tool, SheetPoint shift,
+                            const std::vector<std::uint8_t>& explained) const;
   /// To a cell: where the contrast is highest, for each axis along it.
   [[nodiscard]] SheetPoint Refine(int tool, SheetPoint shift,
                                   const std::vector<std::uint8_t>& explained) const;
