@@ -5,8 +5,12 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
 
+#include "base/frame.h"
+#include "image/jpeg_cutter.h"
+#include "image/jpeg_reader.h"
 #include "machine/camera/image_file.h"
 #include "machine/camera/raw_picture.h"
 
@@ -90,6 +94,53 @@ void WriteByOpenCv(benchmark::State& state, int jpeg_quality) {
   state.counters["bytes"] = static_cast<double>(bytes.size());
 }
 
+// The paper's crop, at the same place of every size.
+PixelRect CropOf(const benchmark::State& state) {
+  return {static_cast<int>(state.range(0) * 837 / 1280),
+          static_cast<int>(state.range(1) * 341 / 720), 45, 60};
+}
+
+void SetFrames(benchmark::State& state) {
+  state.counters["frames/s"] =
+      benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
+}
+
+void CutJpeg(benchmark::State& state) {
+  const Bytes bytes = Encoded(state, ".jpg");
+  Bytes cut;
+  for (auto _ : state) {
+    auto done = image::CutJpeg(bytes, CropOf(state), cut);
+    if (!done) state.SkipWithError(done.error().message.c_str());
+  }
+  SetFrames(state);
+  state.counters["bytes"] = static_cast<double>(bytes.size());
+  state.counters["cut bytes"] = static_cast<double>(cut.size());
+}
+
+void ReadPart(benchmark::State& state, bool of_cut) {
+  Bytes bytes = Encoded(state, ".jpg");
+  PixelRect part = CropOf(state);
+  if (of_cut) {
+    Bytes cut;
+    if (auto done = image::CutJpeg(bytes, part, cut); !done) {
+      return state.SkipWithError(done.error().message.c_str());
+    }
+    bytes = std::move(cut);
+    const auto reader = image::JpegReader::Open(bytes, image::JpegDamage::kRefuse);
+    part.x -= reader->header().place->x;
+    part.y -= reader->header().place->y;
+  }
+  std::vector<std::uint8_t> row(static_cast<std::size_t>(3 * part.width));
+  for (auto _ : state) {
+    auto reader = image::JpegReader::Open(bytes, image::JpegDamage::kRefuse);
+    auto read = reader->StartPart(image::JpegPixels::kBgr, part);
+    for (int y = 0; read && y < part.height; ++y) read = reader->ReadRow(row.data());
+    if (read) read = reader->ReadRest();
+    if (!read) state.SkipWithError(read.error().message.c_str());
+  }
+  SetFrames(state);
+}
+
 void Sizes(benchmark::internal::Benchmark* bench) {
   bench->Args({1280, 720})->Args({4000, 3000})->Unit(benchmark::kMillisecond);
 }
@@ -98,6 +149,9 @@ BENCHMARK_CAPTURE(Read, jpeg, ".jpg")->Apply(Sizes);
 BENCHMARK_CAPTURE(ReadByOpenCv, jpeg, ".jpg")->Apply(Sizes);
 BENCHMARK_CAPTURE(Read, png, ".png")->Apply(Sizes);
 BENCHMARK_CAPTURE(ReadByOpenCv, png, ".png")->Apply(Sizes);
+BENCHMARK_CAPTURE(ReadPart, of_the_whole, false)->Apply(Sizes);
+BENCHMARK_CAPTURE(ReadPart, of_a_cut, true)->Apply(Sizes);
+BENCHMARK(CutJpeg)->Apply(Sizes);
 BENCHMARK_CAPTURE(Write, jpeg, 95)->Apply(Sizes);
 BENCHMARK_CAPTURE(WriteByOpenCv, jpeg, 95)->Apply(Sizes);
 BENCHMARK_CAPTURE(Write, png, 0)->Apply(Sizes);

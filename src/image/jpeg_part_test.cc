@@ -1,33 +1,10 @@
 // A part of a JPEG, beside the same pixels of the whole.
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <string>
-#include <vector>
-
-// After cstdio: it wants FILE declared before it.
-#include <jpeglib.h>
-
-#include "base/random.h"
-#include "image/jpeg_reader.h"
+#include "image/jpeg_kinds_test_support.h"
 
 namespace trammel::image {
 namespace {
-
-using Bytes = std::vector<std::uint8_t>;
-
-struct Kind {
-  std::string name;
-  int components = 3;
-  int across = 1;  // of luma for one of chroma
-  int down = 1;
-  int restart_rows = 0;  // of MCUs; 0: none
-  int restart_mcus = 0;
-  bool progressive = false;
-  bool huffman_tables = true;
-};
 
 const std::vector<Kind> kKinds = {
     {.name = "4:4:4"},
@@ -43,82 +20,6 @@ const std::vector<Kind> kKinds = {
     {.name = "standard tables left out", .across = 2, .huffman_tables = false},
 };
 
-Bytes WithoutHuffmanTables(const Bytes& jpeg) {
-  constexpr std::uint8_t kTables = 0xC4;
-  constexpr std::uint8_t kStartOfScan = 0xDA;
-  Bytes stripped(jpeg.begin(), jpeg.begin() + 2);
-  std::size_t at = 2;
-  for (std::uint8_t marker = 0; marker != kStartOfScan;) {
-    marker = jpeg[at + 1];
-    const std::size_t end = at + 2 + jpeg[at + 2] * std::size_t{256} + jpeg[at + 3];
-    if (marker != kTables) {
-      stripped.insert(stripped.end(), jpeg.begin() + static_cast<std::ptrdiff_t>(at),
-                      jpeg.begin() + static_cast<std::ptrdiff_t>(end));
-    }
-    at = end;
-  }
-  stripped.insert(stripped.end(), jpeg.begin() + static_cast<std::ptrdiff_t>(at), jpeg.end());
-  return stripped;
-}
-
-// Slopes, strong colours that change from block to block, and noise.
-Bytes Encode(const Kind& kind, int width, int height, Random& random) {
-  jpeg_compress_struct jpeg{};
-  jpeg_error_mgr errors{};
-  jpeg.err = jpeg_std_error(&errors);
-  jpeg_create_compress(&jpeg);
-  unsigned char* bytes = nullptr;
-  unsigned long size = 0;
-  jpeg_mem_dest(&jpeg, &bytes, &size);
-  jpeg.image_width = static_cast<JDIMENSION>(width);
-  jpeg.image_height = static_cast<JDIMENSION>(height);
-  jpeg.input_components = kind.components;
-  jpeg.in_color_space = kind.components == 1   ? JCS_GRAYSCALE
-                        : kind.components == 3 ? JCS_RGB
-                                               : JCS_CMYK;
-  jpeg_set_defaults(&jpeg);
-  jpeg_set_quality(&jpeg, 85, TRUE);
-  jpeg.comp_info[0].h_samp_factor = kind.across;
-  jpeg.comp_info[0].v_samp_factor = kind.down;
-  jpeg.restart_in_rows = kind.restart_rows;
-  jpeg.restart_interval = static_cast<unsigned>(kind.restart_mcus);
-  if (kind.progressive) jpeg_simple_progression(&jpeg);
-  jpeg_start_compress(&jpeg, TRUE);
-  std::vector<std::uint8_t> row(static_cast<std::size_t>(kind.components * width));
-  for (int y = 0; y < height; ++y) {
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const int x = static_cast<int>(i) / kind.components;
-      const int c = static_cast<int>(i) % kind.components;
-      const double level = 128 + 90 * std::sin(0.3 * x * (c + 1) + 0.21 * y) + 12 * random.Normal();
-      row[i] = static_cast<std::uint8_t>(std::clamp(level, 0.0, 255.0));
-    }
-    JSAMPROW at = row.data();
-    jpeg_write_scanlines(&jpeg, &at, 1);
-  }
-  jpeg_finish_compress(&jpeg);
-  jpeg_destroy_compress(&jpeg);
-  Bytes written(bytes, bytes + size);
-  std::free(bytes);
-  return kind.huffman_tables ? written : WithoutHuffmanTables(written);
-}
-
-Result<Bytes> ReadRows(JpegReader& reader, std::size_t samples) {
-  const std::size_t row_bytes = samples * static_cast<std::size_t>(reader.row_px());
-  Bytes pixels(row_bytes * static_cast<std::size_t>(reader.rows()));
-  for (int y = 0; y < reader.rows(); ++y) {
-    auto read = reader.ReadRow(pixels.data() + static_cast<std::size_t>(y) * row_bytes);
-    if (!read) return tl::unexpected(read.error());
-  }
-  return pixels;
-}
-
-Result<Bytes> ReadWhole(const Bytes& jpeg, JpegPixels pixels) {
-  auto reader = JpegReader::Open(jpeg, JpegDamage::kRefuse);
-  if (!reader) return tl::unexpected(reader.error());
-  if (auto started = reader->Start(pixels); !started) return tl::unexpected(started.error());
-  return ReadRows(*reader, pixels == JpegPixels::kGrey ? 1 : 3);
-}
-
 Result<Bytes> ReadPart(const Bytes& jpeg, JpegPixels pixels, const PixelRect& part) {
   auto reader = JpegReader::Open(jpeg, JpegDamage::kRefuse);
   if (!reader) return tl::unexpected(reader.error());
@@ -133,47 +34,21 @@ Result<Bytes> ReadPart(const Bytes& jpeg, JpegPixels pixels, const PixelRect& pa
   return read;
 }
 
-Bytes Cut(const Bytes& whole, int width, std::size_t samples, const PixelRect& part) {
-  Bytes cut;
-  for (int y = part.y; y < part.y + part.height; ++y) {
-    const auto at = whole.begin() + static_cast<std::ptrdiff_t>(samples) * (y * width + part.x);
-    cut.insert(cut.end(), at, at + static_cast<std::ptrdiff_t>(samples) * part.width);
-  }
-  return cut;
-}
-
-/// Corners, edges, single pixels, the whole, and some anywhere.
-std::vector<PixelRect> PartsOf(int width, int height, Random& random) {
-  std::vector<PixelRect> parts = {{0, 0, width, height},         {0, 0, 1, 1},
-                                  {width - 1, 0, 1, 1},          {0, height - 1, 1, 1},
-                                  {width - 1, height - 1, 1, 1}, {0, height / 2, width, 1},
-                                  {width / 2, 0, 1, height}};
-  const auto within = [&](int count) {
-    return std::min(count - 1, static_cast<int>(random.Uniform() * count));
-  };
-  for (int i = 0; i < 60; ++i) {
-    const int x = within(width);
-    const int y = within(height);
-    parts.push_back({x, y, 1 + within(width - x), 1 + within(height - y)});
-  }
-  return parts;
-}
-
 TEST(JpegPart, IsTheSameToTheBitAsThatPartOfTheWhole) {
   Random random(11);
   for (const Kind& kind : kKinds) {
     for (const auto& [width, height] :
          {std::pair(1, 1), {16, 16}, {67, 33}, {131, 90}, {160, 121}}) {
-      const Bytes jpeg = Encode(kind, width, height, random);
+      const Bytes jpeg = EncodeKind(kind, width, height, random);
       for (const JpegPixels pixels : {JpegPixels::kBgr, JpegPixels::kGrey}) {
         if (kind.components == 4 && pixels == JpegPixels::kGrey) continue;  // inks come as BGR
         const std::size_t samples = pixels == JpegPixels::kGrey ? 1 : 3;
         const auto whole = ReadWhole(jpeg, pixels);
         ASSERT_TRUE(whole) << kind.name << ": " << whole.error().message;
-        for (const PixelRect& part : PartsOf(width, height, random)) {
+        for (const PixelRect& part : PartsOf(width, height, 60, random)) {
           const auto read = ReadPart(jpeg, pixels, part);
           ASSERT_TRUE(read) << kind.name << ": " << read.error().message;
-          EXPECT_EQ(*read, Cut(*whole, width, samples, part))
+          EXPECT_EQ(*read, PartOf(*whole, width, samples, part))
               << kind.name << ", " << part.width << "x" << part.height << " at (" << part.x << ", "
               << part.y << ") of " << width << "x" << height;
         }
@@ -185,7 +60,7 @@ TEST(JpegPart, IsTheSameToTheBitAsThatPartOfTheWhole) {
 // Behind the loss the picture has moved, which nothing in the part itself tells.
 TEST(JpegPart, FindsBytesLostBeforeItAtTheEndOfTheData) {
   Random random(12);
-  const Bytes jpeg = Encode({.name = "4:2:2", .across = 2}, 320, 240, random);
+  const Bytes jpeg = EncodeKind({.name = "4:2:2", .across = 2}, 320, 240, random);
   const PixelRect part{150, 150, 45, 60};
   int found = 0;
   constexpr int kLosses = 40;
@@ -202,7 +77,7 @@ TEST(JpegPart, FindsBytesLostBeforeItAtTheEndOfTheData) {
 
 TEST(JpegPart, RefusesDataThatEndsBehindIt) {
   Random random(13);
-  Bytes jpeg = Encode({.name = "4:2:0", .across = 2, .down = 2}, 320, 240, random);
+  Bytes jpeg = EncodeKind({.name = "4:2:0", .across = 2, .down = 2}, 320, 240, random);
   jpeg.resize(jpeg.size() * 9 / 10);
   EXPECT_FALSE(ReadPart(jpeg, JpegPixels::kBgr, {10, 10, 40, 40}));
 }

@@ -78,6 +78,15 @@ std::span<const std::uint8_t> ExifOf(const jpeg_decompress_struct& reader) {
   return {};
 }
 
+/// Where it was cut from a larger picture; absent where it is whole.
+std::optional<JpegPlace> PlaceOf(const jpeg_decompress_struct& reader) {
+  for (jpeg_saved_marker_ptr at = reader.marker_list; at != nullptr; at = at->next) {
+    if (at->marker != kPlaceMarker || at->original_length != at->data_length) continue;
+    if (auto place = ParsePlace({at->data, at->data_length})) return place;
+  }
+  return std::nullopt;
+}
+
 /// Prints four inks on white. Adobe's files store 255 for no ink.
 void PrintOnWhite(std::span<const std::uint8_t> cmyk, bool inverted, std::uint8_t* bgr) {
   const unsigned flip = inverted ? 0U : 255U;
@@ -100,6 +109,7 @@ bool JpegReader::State::Begin(std::span<const std::uint8_t> bytes) {
   jpeg_create_decompress(&reader);  // keeps err and client_data
   created = true;
   jpeg_save_markers(&reader, kExif, 0xFFFF);
+  jpeg_save_markers(&reader, kPlaceMarker, kPlaceBytes);
   jpeg_mem_src(&reader, bytes.data(), bytes.size());
   jpeg_read_header(&reader, TRUE);
   return true;
@@ -113,6 +123,9 @@ void JpegReader::State::TakeHeader() {
   header.components = reader.num_components;
   header.multiple_scans = jpeg_has_multiple_scans(&reader) != 0;
   header.orientation = ExifOrientation(ExifOf(reader));
+  header.mcu_width_px = reader.max_h_samp_factor * DCTSIZE;
+  header.mcu_height_px = reader.max_v_samp_factor * DCTSIZE;
+  header.place = PlaceOf(reader);
   const int unit = reader.density_unit;
   if (reader.saw_JFIF_marker && (unit == kPerInch || unit == kPerCentimetre) &&
       reader.X_density > 0 && reader.Y_density > 0) {
@@ -167,6 +180,11 @@ Result<JpegReader> JpegReader::Open(std::span<const std::uint8_t> bytes, JpegDam
   state->fill_in = damage == JpegDamage::kFillIn;
   if (!state->Begin(bytes)) return state->Rejected();
   state->TakeHeader();
+  if (const auto& place = state->header.place; place && !Fits(*place, state->header.grid())) {
+    return Fail(fmt::format("it says that it is {}x{} px at ({}, {}) of {}x{}, which cannot be",
+                            state->header.width_px, state->header.height_px, place->x, place->y,
+                            place->whole_width, place->whole_height));
+  }
   return JpegReader(std::move(state));
 }
 

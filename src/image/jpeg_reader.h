@@ -8,6 +8,7 @@
 
 #include "base/frame.h"
 #include "base/result.h"
+#include "image/jpeg_place.h"
 
 namespace trammel::image {
 
@@ -19,6 +20,11 @@ struct JpegHeader {
   int orientation = 1;          ///< 1 … 8, of EXIF
   std::optional<double> dpi_x;  ///< of JFIF; absent where it does not say
   std::optional<double> dpi_y;
+  int mcu_width_px = 8;            ///< of the pixels that are coded together
+  int mcu_height_px = 8;           ///< likewise
+  std::optional<JpegPlace> place;  ///< in the picture that it was cut from; absent: it is whole
+
+  [[nodiscard]] JpegGrid grid() const { return {width_px, height_px, mcu_width_px, mcu_height_px}; }
 };
 
 /// Decides on entropy-coded data that is damaged, for which the decoder makes up grey.
@@ -31,6 +37,7 @@ enum class JpegPixels { kGrey, kBgr };  ///< 8 bits a sample, interleaved
 class JpegReader {
  public:
   /// Reads the header. REQUIRES that `bytes` live as long as the reader.
+  /// Errors (kInput): whatever the decoder rejects; a place in another picture that cannot be.
   [[nodiscard]] static Result<JpegReader> Open(std::span<const std::uint8_t> bytes,
                                                JpegDamage damage);
   JpegReader(JpegReader&&) noexcept;

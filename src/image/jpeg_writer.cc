@@ -2,85 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
-#include <csetjmp>
-#include <cstdio>
-#include <new>
-
-// After cstdio: they want FILE declared before them.
-#include <jerror.h>
-#include <jpeglib.h>
 
 #include "base/check.h"
+#include "image/jpeg_compressor.h"
 
 namespace trammel::image {
 namespace {
 
-// libjpeg's errors jump: nothing with a destructor may live in the functions that they jump out of.
-struct Writer {
-  jpeg_compress_struct jpeg{};
-  jpeg_error_mgr errors{};
-  jpeg_destination_mgr destination{};
-  std::jmp_buf back{};
-  char said[JMSG_LENGTH_MAX] = {};
-  std::array<JOCTET, 1 << 14> chunk{};
-  std::vector<std::uint8_t>& bytes;
-
-  explicit Writer(std::vector<std::uint8_t>& to) : bytes(to) { bytes.clear(); }
-  Writer(const Writer&) = delete;
-  Writer& operator=(const Writer&) = delete;
-  ~Writer() { jpeg_destroy_compress(&jpeg); }  // does nothing where it was not created
-
-  bool Append(std::size_t count) {
-    try {
-      bytes.insert(bytes.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(count));
-      return true;
-    } catch (const std::bad_alloc&) {
-      return false;
-    }
-  }
-};
-
-Writer& WriterOf(void* client_data) { return *static_cast<Writer*>(client_data); }
-
-void Complain(j_common_ptr jpeg) {
-  Writer& writer = WriterOf(jpeg->client_data);
-  jpeg->err->format_message(jpeg, writer.said);
-  std::longjmp(writer.back, 1);
-}
-
-void BeginChunk(j_compress_ptr jpeg) {
-  Writer& writer = WriterOf(jpeg->client_data);
-  writer.destination.next_output_byte = writer.chunk.data();
-  writer.destination.free_in_buffer = writer.chunk.size();
-}
-
-boolean TakeChunk(j_compress_ptr jpeg) {
-  Writer& writer = WriterOf(jpeg->client_data);
-  if (!writer.Append(writer.chunk.size())) ERREXIT1(jpeg, JERR_OUT_OF_MEMORY, 0);
-  BeginChunk(jpeg);
-  return TRUE;
-}
-
-void TakeRest(j_compress_ptr jpeg) {
-  Writer& writer = WriterOf(jpeg->client_data);
-  if (!writer.Append(writer.chunk.size() - writer.destination.free_in_buffer)) {
-    ERREXIT1(jpeg, JERR_OUT_OF_MEMORY, 0);
-  }
-}
-
-bool Compress(const PageView& pixels, const JpegOptions& options, int dpi, Writer& writer) {
-  jpeg_compress_struct& jpeg = writer.jpeg;
-  jpeg.err = jpeg_std_error(&writer.errors);
-  writer.errors.error_exit = Complain;
+bool Compress(const PageView& pixels, const JpegOptions& options, int dpi, JpegCompressor& writer) {
   if (setjmp(writer.back) != 0) return false;
-  jpeg.client_data = &writer;
-  jpeg_create_compress(&jpeg);  // keeps err and client_data
-  writer.destination.init_destination = BeginChunk;
-  writer.destination.empty_output_buffer = TakeChunk;
-  writer.destination.term_destination = TakeRest;
-  jpeg.dest = &writer.destination;
+  writer.Create();
+  jpeg_compress_struct& jpeg = writer.jpeg;
   jpeg.image_width = static_cast<JDIMENSION>(pixels.width);
   jpeg.image_height = static_cast<JDIMENSION>(pixels.height);
   jpeg.input_components = pixels.channels;
@@ -116,7 +49,7 @@ Result<void> EncodeJpeg(const PageView& pixels, const JpegOptions& options,
     return Fail(fmt::format("a JPEG of {} x {} px; 1 to {} px a side can be written", pixels.width,
                             pixels.height, JPEG_MAX_DIMENSION));
   }
-  Writer writer(jpeg);
+  JpegCompressor writer(jpeg);
   if (!Compress(pixels, options, static_cast<int>(dpi), writer)) {
     return Fail(fmt::format("a JPEG of {} x {} px could not be encoded ({})", pixels.width,
                             pixels.height, writer.said));

@@ -6,8 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "fault_scenario.h"
 #include "frame_truth.h"
@@ -80,6 +83,40 @@ TEST(Calibrate, AppliesOnlyWhatItIsToldToApply) {
     EXPECT_THAT(klipper.saved_variables["trammel_pa"],
                 HasSubstr(fmt::format("\"generic_pla\":{{\"extruder/0.40\":{:.4f}", answer_s)));
   });
+}
+
+std::uintmax_t BytesOfVideos(const std::filesystem::path& recording) {
+  std::uintmax_t bytes = 0;
+  for (const auto& file : std::filesystem::directory_iterator(recording)) {
+    if (file.path().extension() == ".avi") bytes += file.file_size();
+  }
+  return bytes;
+}
+
+TEST(Calibrate, CutsItsRecordingWithoutChangingABitOfTheAnswer) {
+  std::uintmax_t bytes[2] = {};
+  for (const bool keep_full : {false, true}) {
+    ShopOptions options;
+    options.camera.view.frame_width_px = 480;
+    options.camera.view.frame_height_px = 360;
+    MachineShop shop(options);
+    std::vector<std::string> arguments = {"--json"};
+    if (keep_full) arguments.emplace_back("--keep-full");
+    const ProcessEnd end = shop.Calibrate(arguments)->Wait(kEnough_s);
+    ASSERT_EQ(end.exit_code, 0) << end.standard_error;
+    EXPECT_EQ(end.standard_error.find("keeps its whole frames"), std::string::npos)
+        << end.standard_error;
+    // The answer is of videos that were cut meanwhile, the other one of cut videos alone.
+    auto answer = nlohmann::json::parse(end.standard_output);
+    auto again = AnalyzeToJson("rec", shop.folder());
+    answer.erase("report");
+    again.erase("report");
+    EXPECT_EQ(again, answer);
+    bytes[keep_full ? 1 : 0] = BytesOfVideos(shop.folder() / "rec");
+  }
+  EXPECT_LT(bytes[0], bytes[1] / 4);
+  std::printf("%.2f MB of videos, whole %.2f MB\n", 1e-6 * static_cast<double>(bytes[0]),
+              1e-6 * static_cast<double>(bytes[1]));
 }
 
 // Whoever wrote it, and whatever the settings would have the bed at.

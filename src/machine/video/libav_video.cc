@@ -236,7 +236,8 @@ Result<bool> LibavVideo::Advance() {
     if (budget_.frames() == 0) return Fault("holds no frames; record the line again");
     return false;
   }
-  if (auto added = budget_.AddFrame(decoded_->width, decoded_->height); !added) {
+  const double pixels = static_cast<double>(decoded_->width) * decoded_->height;
+  if (auto added = budget_.AddFrame(decoded_->width, decoded_->height, pixels); !added) {
     return Fault(added.error().message);
   }
   return true;

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "base/pixel_rects.h"
 #include "image/jpeg_reader.h"
 #include "machine/video/video_budget.h"
 
@@ -24,8 +25,11 @@ class MjpegVideo final : public VideoDecoder {
         budget_(limits, packets_->file_bytes()) {}
 
   Result<bool> Advance() override;
-  [[nodiscard]] int width_px() const override { return reader_->header().width_px; }
-  [[nodiscard]] int height_px() const override { return reader_->header().height_px; }
+  [[nodiscard]] int width_px() const override { return place_.whole_width; }
+  [[nodiscard]] int height_px() const override { return place_.whole_height; }
+  [[nodiscard]] PixelRect readable() const override {
+    return image::ExactPart(place_, reader_->header().grid());
+  }
   Result<const Frame*> Decode(const PixelRect& part) override;
 
  private:
@@ -44,6 +48,7 @@ class MjpegVideo final : public VideoDecoder {
   VideoBudget budget_;
   VideoPacket packet_;
   std::optional<image::JpegReader> reader_;  // of packet_
+  image::JpegPlace place_;                   // of what is stored in the frame
   Frame frame_;
 };
 
@@ -56,13 +61,24 @@ Result<void> MjpegVideo::OpenFrame() {
   auto reader = image::JpegReader::Open(packet_.bytes, image::JpegDamage::kRefuse);
   if (!reader) return Damaged(number, reader.error());
   reader_ = std::move(*reader);
-  return budget_.AddFrame(reader_->header().width_px, reader_->header().height_px);
+  const image::JpegHeader& header = reader_->header();
+  place_ = header.place.value_or(image::JpegPlace{0, 0, header.width_px, header.height_px});
+  return budget_.AddFrame(place_.whole_width, place_.whole_height,
+                          static_cast<double>(header.width_px) * header.height_px);
 }
 
 /// Fills `frame_`.
 Result<void> MjpegVideo::DecodeFrame(const PixelRect& part) {
   const std::size_t number = budget_.frames();
-  if (auto started = reader_->StartPart(image::JpegPixels::kBgr, part); !started) {
+  const PixelRect held = readable();
+  if (!Contains(held, part)) {
+    return Fail(fmt::format(
+        "frame {} was cut: {}x{} px at ({}, {}) of it can be read, not {}x{} "
+        "at ({}, {})",
+        number, held.width, held.height, held.x, held.y, part.width, part.height, part.x, part.y));
+  }
+  const PixelRect stored{part.x - place_.x, part.y - place_.y, part.width, part.height};
+  if (auto started = reader_->StartPart(image::JpegPixels::kBgr, stored); !started) {
     return Damaged(number, started.error());
   }
   if (frame_.width != part.width || frame_.height != part.height) {

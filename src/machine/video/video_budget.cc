@@ -16,12 +16,12 @@ tl::unexpected<Error> Beyond(std::string what) {
 
 }  // namespace
 
-Result<void> VideoBudget::AddFrame(int width_px, int height_px) {
+Result<void> VideoBudget::AddFrame(int width_px, int height_px, double stored_pixels) {
   if (frames_ == limits_.max_frames) {
     return Beyond(
         fmt::format("more than {} frames; record one sweep per file", limits_.max_frames));
   }
-  pixels_ += static_cast<double>(width_px) * height_px;
+  pixels_ += stored_pixels;
   if (pixels_ > limits_.max_pixels_in_all) {
     return Beyond(
         fmt::format("its first {} frames have more than {:.0f} megapixels in all; record "

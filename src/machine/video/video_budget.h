@@ -19,7 +19,8 @@ class VideoBudget {
 
   /// Accepts the next frame's size, or says what is wrong: too many frames, too large a one, one of
   /// another size than the first, too many pixels in all or for the file's bytes.
-  [[nodiscard]] Result<void> AddFrame(int width_px, int height_px);
+  /// @param stored_pixels  that the file has of the frame: all of them, but of a cut one.
+  [[nodiscard]] Result<void> AddFrame(int width_px, int height_px, double stored_pixels);
 
   /// Adds to the time that decoding took.
   [[nodiscard]] Result<void> AddTime(std::chrono::steady_clock::duration time);

@@ -29,6 +29,7 @@ Result<VideoFile> VideoFile::Open(const std::filesystem::path& path, const Video
 Result<bool> VideoFile::Advance() { return decoder_->Advance(); }
 int VideoFile::width_px() const { return decoder_->width_px(); }
 int VideoFile::height_px() const { return decoder_->height_px(); }
+PixelRect VideoFile::readable() const { return decoder_->readable(); }
 Result<const Frame*> VideoFile::Decode(const PixelRect& part) { return decoder_->Decode(part); }
 
 Result<const Frame*> VideoFile::Next() {

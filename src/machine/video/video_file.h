@@ -52,11 +52,15 @@ class VideoFile {
   [[nodiscard]] int width_px() const;
   [[nodiscard]] int height_px() const;
 
+  /// The part of the frame that the file still has: all of it, unless the frame was cut to a part
+  /// of itself (video_cutter.h); it may be empty. REQUIRES that Advance() said true.
+  [[nodiscard]] PixelRect readable() const;
+
   /// Decodes a part of the frame that Advance() went to, to the same bits as in the whole frame;
   /// its memory is reused by the next call. Frame::time_s is the container's presentation time,
   /// absent where it has none. REQUIRES that Advance() said true, no call for this frame before,
-  /// and that `part` lies within the frame. Fails with kMeasurement on a damaged frame, wherever
-  /// its damage lies.
+  /// and that `part` lies within the frame. Fails with kMeasurement where `part` reaches out of
+  /// readable(), and on a damaged frame, wherever its damage lies.
   [[nodiscard]] Result<const Frame*> Decode(const PixelRect& part);
 
   /// Both for the whole of the next frame: nullptr after the last.

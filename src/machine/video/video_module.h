@@ -46,6 +46,7 @@ class VideoDecoder {
   [[nodiscard]] virtual Result<bool> Advance() = 0;
   [[nodiscard]] virtual int width_px() const = 0;
   [[nodiscard]] virtual int height_px() const = 0;
+  [[nodiscard]] virtual PixelRect readable() const { return {0, 0, width_px(), height_px()}; }
   [[nodiscard]] virtual Result<const Frame*> Decode(const PixelRect& part) = 0;
 };
 

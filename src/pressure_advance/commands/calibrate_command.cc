@@ -47,6 +47,7 @@ struct CalibrateArguments {
   bool validate = false;
   bool dry_run = false;
   bool json = false;
+  bool keep_full = false;
 };
 
 // What lies on the plate, or is to be printed, where files say it rather than the settings.
@@ -99,9 +100,10 @@ Result<procedure::CalibrationRequest> PlanComparison(const procedure::Session& s
 // @returns whether the value is worth applying; prints what was found.
 Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Session& session,
                       const files::Config& config, const fs::path& folder, double value_s,
-                      int& code) {
+                      procedure::RecordingCutter* cutter, int& code) {
   auto request = PlanComparison(session, config, value_s);
   if (!request) return tl::unexpected(request.error());
+  request->cutter = cutter;
   const auto own_folder = NewFolder::Make(folder / "validation");
   if (!own_folder) return tl::unexpected(own_folder.error());
   request->folder = own_folder->path();
@@ -115,7 +117,8 @@ Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Sess
 
 // Analyses, reports, validates and applies where asked to.
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
-             const files::Config& config, const fs::path& folder) {
+             const files::Config& config, const fs::path& folder,
+             procedure::RecordingCutter* cutter) {
   const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
   if (!run) return PrintError(run.error());
   AnalysisOutput output;
@@ -130,7 +133,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   const double value_s = measured.quantity().value;
   bool worth_applying = true;
   if (arguments.validate) {
-    const auto validated = Validate(arguments, session, config, folder, value_s, code);
+    const auto validated = Validate(arguments, session, config, folder, value_s, cutter, code);
     if (!validated) return PrintError(validated.error());
     worth_applying = *validated;
   }
@@ -190,9 +193,15 @@ int RunCalibration(const CalibrateArguments& arguments) {
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
   if (!arguments.print && !request.plan) SayWhatIsAssumed(config->pattern);
-  const auto ran = Run(arguments, session, std::move(request), *config);
+  procedure::RecordingCutter cutter;
+  if (!arguments.keep_full) request.cutter = &cutter;
+  const auto ran = Run(arguments, session, request, *config);
   if (!ran) return PrintError(ran.error());
-  if (arguments.scan) return Conclude(arguments, session, *config, ran->folder);
+  if (arguments.scan) {
+    const int code = Conclude(arguments, session, *config, ran->folder, request.cutter);
+    FinishCutting(cutter, interrupt.token());
+    return code;
+  }
   fmt::print(
       "printed           {}\n"
       "to scan it        trammel pa scan --plan {}\n",
@@ -211,6 +220,7 @@ CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char
     AddCameraOption(*command, arguments->printer);
     command->add_flag("--json", arguments->json, "print the answer as one JSON object");
     command->add_flag("--apply", arguments->apply, "set the answer on the printer if it is good");
+    AddKeepFullOption(*command, arguments->keep_full);
   }
   command->callback([arguments, &exit_code] { exit_code = RunCalibration(*arguments); });
   return command;

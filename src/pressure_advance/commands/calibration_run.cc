@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <random>
@@ -25,6 +26,11 @@ std::string RunName() {
 }
 
 }  // namespace
+
+void AddKeepFullOption(CLI::App& command, bool& keep_full) {
+  command.add_flag("--keep-full", keep_full,
+                   "keep every frame of the recording whole, some 150 MB instead of 5");
+}
 
 procedure::CalibrationRequest RequestFor(const files::Config& config,
                                          std::filesystem::path folder) {
@@ -55,6 +61,13 @@ CalibrationRun CalibrateInto(const procedure::Session& session,
     run.done = Fail("the printer is not as it was: " + unrestored, ErrorKind::kMachine);
   }
   return run;
+}
+
+void FinishCutting(procedure::RecordingCutter& cutter, const std::stop_token& stop) {
+  std::fflush(stdout);
+  for (const std::string& line : cutter.Finish(stop)) {
+    fmt::print(stderr, "trammel: {}\n", line);
+  }
 }
 
 Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,

@@ -2,13 +2,22 @@
 #pragma once
 
 #include <filesystem>
+#include <stop_token>
 
 #include "app/config/config_file.h"
 #include "base/result.h"
 #include "pressure_advance/procedure/calibrate.h"
+#include "pressure_advance/procedure/recording_cutter.h"
 #include "session/session.h"
 
+namespace CLI {
+class App;
+}
+
 namespace trammel::app {
+
+/// --keep-full, of what scans.
+void AddKeepFullOption(CLI::App& command, bool& keep_full);
 
 /// A run of `config` into `folder`, starting now.
 [[nodiscard]] procedure::CalibrationRequest RequestFor(const files::Config& config,
@@ -24,6 +33,10 @@ struct CalibrationRun {
 /// so far lies.
 [[nodiscard]] CalibrationRun CalibrateInto(const procedure::Session& session,
                                            const procedure::CalibrationRequest& request);
+
+/// Waits until the recording is cut to what was read of it, and says on standard error which lines
+/// keep their whole frames, and why. What was said before is on its way by then.
+void FinishCutting(procedure::RecordingCutter& cutter, const std::stop_token& stop);
 
 /// What a dry run shows.
 struct DryRun {

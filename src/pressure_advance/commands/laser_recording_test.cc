@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "machine/video/video_cutter.h"
 #include "support/laser_world.h"
 
 namespace trammel::app {
@@ -187,6 +188,55 @@ TEST_F(MeasureRecordingTest, JunkFramesWithoutAPositionChangeNeitherProfilesNorS
   scan_["lines"][2]["frame_positions_mm"].push_back(nullptr);
   EXPECT_THAT(Fault(ErrorKind::kMeasurement),
               AllOf(HasSubstr("line2.avi"), HasSubstr("96 frames"), HasSubstr("97 entries")));
+}
+
+TEST_F(MeasureRecordingTest, FramesCutToTheCropReadToTheBitAsWholeOnes) {
+  Random random(34);
+  world_.width = 320;
+  world_.height = 240;
+  world_.plate_column_px = 180;
+  world_.bead_row_px = 120;
+  for (int line = 0; line < 6; ++line) {
+    std::vector<Frame> frames;
+    for (int f = 0; f < kFrames; ++f) {
+      frames.push_back(test::DrawLaserFrame(world_, AreaAt(f, 0.01 * line), random));
+    }
+    test::WriteAvi(folder_.path() / ("line" + std::to_string(line) + ".avi"), frames, 0);
+  }
+  const auto whole = Measure();
+  ASSERT_TRUE(whole) << whole.error().message;
+  const PixelRect crop = *whole->scan.crop;
+  const auto keys = [](const PixelRect& rect) {
+    return json{{"x", rect.x}, {"y", rect.y}, {"width", rect.width}, {"height", rect.height}};
+  };
+  scan_["found_crop_px"] = keys(crop);
+  for (int line = 0; line < 6; ++line) {
+    if (line == 4) continue;  // a recording may have both
+    const auto video = folder_.path() / ("line" + std::to_string(line) + ".avi");
+    const auto bytes = std::filesystem::file_size(video);
+    auto cut = machine::CutVideo::Write(video, {crop, 25, 30}, {});
+    ASSERT_TRUE(cut && cut->TakePlace());
+    EXPECT_LT(std::filesystem::file_size(video), bytes / 2);
+  }
+  const auto cut = Measure();
+  ASSERT_TRUE(cut) << cut.error().message;
+  EXPECT_EQ(cut->notices, whole->notices);
+  EXPECT_EQ(cut->deviation.score_px, whole->deviation.score_px);
+  EXPECT_EQ(cut->view.steps->crop.bgr, whole->view.steps->crop.bgr);
+  for (std::size_t line = 0; line < 6; ++line) {
+    ASSERT_EQ(cut->profiles[line].samples.size(), whole->profiles[line].samples.size());
+    for (std::size_t i = 0; i < whole->profiles[line].samples.size(); ++i) {
+      EXPECT_EQ(cut->profiles[line].samples[i].area.value,
+                whole->profiles[line].samples[i].area.value);
+    }
+  }
+  // The whole frames give another crop, of which the cut ones hold too little.
+  scan_.erase("found_crop_px");
+  EXPECT_THAT(Fault(ErrorKind::kMeasurement), HasSubstr("'line0.avi' was cut"));
+  scan_["crop_px"] = keys({0, 0, 45, 60});
+  EXPECT_THAT(Fault(ErrorKind::kMeasurement),
+              AllOf(HasSubstr("crop_px is 45x60 at (0, 0)"), HasSubstr("line0.avi' was cut"),
+                    HasSubstr("--keep-full")));
 }
 
 TEST_F(MeasureRecordingTest, ALineWithoutLaserIsUnusableButNoError) {

@@ -10,6 +10,7 @@
 #include "app/commands.h"
 #include "app/interrupt.h"
 #include "app/printer_session.h"
+#include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/listener.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "session/dead_run.h"
@@ -22,6 +23,7 @@ namespace {
 struct ListenArguments {
   PrinterOptions printer;
   std::string out = "recordings";
+  bool keep_full = false;
 };
 
 // At start the printer's computer may not be up yet, nor its Moonraker.
@@ -58,7 +60,8 @@ int RunListen(const ListenArguments& arguments) {
   if (const auto state_folder = files::StateFolder()) {
     procedure::FinishDeadRunsWhereFree(session, config->scan, *state_folder);
   }
-  Listener listener(**printer, arguments.printer, arguments.out, interrupt.token());
+  Listener listener(**printer, arguments.printer, arguments.out, arguments.keep_full,
+                    interrupt.token());
   if (auto registered = listener.Register(); !registered) return PrintError(registered.error());
   fmt::print(stderr, "listening for TRAMMEL_CALIBRATE_PRESSURE_ADVANCE and TRAMMEL_APPLY at {}\n",
              config->scan.address);
@@ -76,6 +79,7 @@ void AddListenCommand(CLI::App& parent, int& exit_code) {
   AddMaterialOption(*command, arguments->printer.material);
   command->add_option("--out", arguments->out, "folder in which each calibration gets its own")
       ->capture_default_str();
+  AddKeepFullOption(*command, arguments->keep_full);
   command->callback([arguments, &exit_code] { exit_code = RunListen(*arguments); });
 }
 

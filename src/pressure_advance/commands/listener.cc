@@ -37,10 +37,11 @@ std::string FilamentOf(const nlohmann::json& arguments) {
 }  // namespace
 
 Listener::Listener(machine::Printer& printer, PrinterOptions options, fs::path recordings,
-                   std::stop_token stop)
+                   bool keep_full, std::stop_token stop)
     : printer_(printer),
       options_(std::move(options)),
       recordings_(std::move(recordings)),
+      keep_full_(keep_full),
       stop_(std::move(stop)),
       screen_(printer) {}
 
@@ -131,12 +132,17 @@ Listener::Words Listener::Offer(const std::string& filament) const {
 void Listener::Calibrate(const std::string& filament) {
   // The macro that asked waits for a word, and says that nobody answered where none comes.
   Tell({"at work"});
-  Tell(RunCalibration(filament));
-  const std::lock_guard lock(mutex_);
-  working_ = false;
+  procedure::RecordingCutter cutter;
+  Tell(RunCalibration(filament, keep_full_ ? nullptr : &cutter));
+  {
+    const std::lock_guard lock(mutex_);
+    working_ = false;  // the answer can be applied from now on
+  }
+  FinishCutting(cutter, stop_);
 }
 
-Listener::Words Listener::RunCalibration(const std::string& filament) {
+Listener::Words Listener::RunCalibration(const std::string& filament,
+                                         procedure::RecordingCutter* cutter) {
   auto config = LoadSettings(options_);
   if (config && !filament.empty()) {
     if (auto key = procedure::FilamentKey(filament); !key) config = tl::unexpected(key.error());
@@ -158,7 +164,9 @@ Listener::Words Listener::RunCalibration(const std::string& filament) {
                     ? fmt::format("{}, about {:.0f} s", progress.text, *progress.remaining_s)
                     : progress.text});
         }};
-    run = CalibrateInto(session, RequestFor(*config, folder->path()));
+    auto request = RequestFor(*config, folder->path());
+    request.cutter = cutter;
+    run = CalibrateInto(session, request);
   } else {
     run.done = tl::unexpected(folder.error());
   }

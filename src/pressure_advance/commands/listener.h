@@ -16,6 +16,7 @@
 #include "base/result.h"
 #include "machine/moonraker/printer.h"
 #include "pressure_advance/commands/kept_result.h"
+#include "pressure_advance/procedure/recording_cutter.h"
 #include "pressure_advance/procedure/screen.h"
 
 namespace trammel::app {
@@ -31,8 +32,9 @@ class Listener {
  public:
   /// @param options     read anew for each calibration, so that an edited file is taken up
   /// @param recordings  each calibration gets a folder of its own in here
+  /// @param keep_full   frames stay whole
   Listener(machine::Printer& printer, PrinterOptions options, std::filesystem::path recordings,
-           std::stop_token stop);
+           bool keep_full, std::stop_token stop);
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
   ~Listener() = default;
@@ -76,7 +78,8 @@ class Listener {
   void Answer(const Call& call);
   void Calibrate(const std::string& filament);
   // Each gives a sentence for the screen: the answer, or why there is none.
-  [[nodiscard]] Words RunCalibration(const std::string& filament);
+  [[nodiscard]] Words RunCalibration(const std::string& filament,
+                                     procedure::RecordingCutter* cutter);
   [[nodiscard]] Words Propose(const std::filesystem::path& folder, const std::string& filament);
   [[nodiscard]] Words Offer(const std::string& filament) const;
   [[nodiscard]] std::string Apply();
@@ -88,6 +91,7 @@ class Listener {
   machine::Printer& printer_;
   PrinterOptions options_;
   std::filesystem::path recordings_;
+  bool keep_full_;
   std::stop_token stop_;
 
   procedure::Screen screen_;  // only Serve's thread speaks

@@ -50,7 +50,7 @@ TEST(Listener, ABugInACalibrationIsSaidAndEndsNeitherTheListenerNorTheProcess) {
   const test::TemporaryFolder recordings;
   PrinterOptions options;
   options.material = "pla";
-  Listener listener(printer, options, recordings.path(), stop.get_token());
+  Listener listener(printer, options, recordings.path(), false, stop.get_token());
   ASSERT_TRUE(listener.Register());
   printer.methods.at("trammel_pressure_advance")(nullptr);
   (void)listener.Serve();

@@ -24,6 +24,7 @@ struct ValidateArguments {
   std::string out;
   bool dry_run = false;
   bool json = false;
+  bool keep_full = false;
 };
 
 int Evaluate(const ValidateArguments& arguments) {
@@ -61,9 +62,14 @@ int RunValidate(const ValidateArguments& arguments) {
   const auto folder = NewFolder::Make(arguments.out);
   if (!folder) return PrintError(folder.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  const auto improvement = RunComparison(session, RequestFor(*config, folder->path()));
+  auto request = RequestFor(*config, folder->path());
+  procedure::RecordingCutter cutter;
+  if (!arguments.keep_full) request.cutter = &cutter;
+  const auto improvement = RunComparison(session, request);
   if (!improvement) return PrintError(improvement.error());
-  return PrintImprovement(*improvement, folder->path(), arguments.json);
+  const int code = PrintImprovement(*improvement, folder->path(), arguments.json);
+  FinishCutting(cutter, interrupt.token());
+  return code;
 }
 
 }  // namespace
@@ -81,6 +87,7 @@ void AddValidateCommand(CLI::App& parent, int& exit_code) {
   command->add_option("--out", arguments->out, "new folder for everything that is recorded");
   command->add_flag("--dry-run", arguments->dry_run, "print the G-code and the sweeps, do nothing");
   command->add_flag("--json", arguments->json, "print the result as one JSON object");
+  AddKeepFullOption(*command, arguments->keep_full);
   command->callback([arguments, &exit_code] { exit_code = RunValidate(*arguments); });
 }
 

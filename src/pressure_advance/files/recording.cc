@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 #include <system_error>
+#include <tuple>
 #include <vector>
 
 #include "base/check.h"
@@ -88,6 +89,7 @@ struct ScanParts {
   const json* lines = nullptr;
   const json* segments = nullptr;  ///< or nullptr
   const json* crop = nullptr;      ///< or nullptr
+  const json* found = nullptr;     ///< or nullptr
 };
 
 /// Everything but the objects within.
@@ -105,6 +107,7 @@ Result<ScanParts> ReadHead(JsonObject& object, Scan& scan) {
   scan.laser_angle_rad = object.Number("laser_angle_deg", {}, 45) * std::numbers::pi / 180;
   scan.height_direction = Direction(object, "height_direction").value_or(AxisDirection::kMinusX);
   parts.crop = object.Find("crop_px");
+  parts.found = object.Find("found_crop_px");
   scan.line_start_mm = object.Number("line_start_mm", {}, 4);
   scan.motion.length_mm = object.Number("line_length_mm", {}, 30);
   scan.motion.acceleration_mm_s2 = object.Number("acceleration_mm_s2", {}, 3000);
@@ -117,10 +120,12 @@ Result<Scan> ReadObject(JsonObject object) {
   Scan scan;
   const Result<ScanParts> parts = ReadHead(object, scan);
   if (!parts) return tl::unexpected(parts.error());
-  if (parts->crop != nullptr) {
-    auto crop = ReadCrop(object.Inner(*parts->crop, "crop_px"));
-    if (!crop) return tl::unexpected(crop.error());
-    scan.crop = *crop;
+  for (const auto& [key, value, crop] : {std::tuple("crop_px", parts->crop, &scan.crop),
+                                         {"found_crop_px", parts->found, &scan.found_crop}}) {
+    if (value == nullptr) continue;
+    const auto read = ReadCrop(object.Inner(*value, key));
+    if (!read) return tl::unexpected(read.error());
+    *crop = *read;
   }
   if (parts->segments == nullptr) scan.motion.segments = {{0.25, 5}, {0.5, 150}, {0.25, 5}};
   for (std::size_t i = 0; parts->segments != nullptr && i < parts->segments->size(); ++i) {
@@ -156,6 +161,10 @@ double Degrees(double angle_rad) {
   return std::round(angle_rad * 180 / std::numbers::pi * kSteps) / kSteps;
 }
 
+ordered_json FormatCrop(const PixelRect& crop) {
+  return {{"x", crop.x}, {"y", crop.y}, {"width", crop.width}, {"height", crop.height}};
+}
+
 ordered_json FormatHead(const Scan& scan) {
   ordered_json head{{"format", 1},
                     {"eye", "laser"},
@@ -164,12 +173,8 @@ ordered_json FormatHead(const Scan& scan) {
   if (scan.px_per_mm) head["px_per_mm"] = *scan.px_per_mm;
   head["laser_angle_deg"] = Degrees(scan.laser_angle_rad);
   head["height_direction"] = ToString(scan.height_direction);
-  if (scan.crop) {
-    head["crop_px"] = {{"x", scan.crop->x},
-                       {"y", scan.crop->y},
-                       {"width", scan.crop->width},
-                       {"height", scan.crop->height}};
-  }
+  if (scan.crop) head["crop_px"] = FormatCrop(*scan.crop);
+  if (scan.found_crop) head["found_crop_px"] = FormatCrop(*scan.found_crop);
   head["line_start_mm"] = scan.line_start_mm;
   head["line_length_mm"] = scan.motion.length_mm.value_or(30);
   ordered_json& segments = head["segments"] = ordered_json::array();

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "base/check.h"
+#include "base/pixel_rects.h"
 #include "support/laser_world.h"
 #include "support/temporary_folder.h"
 
@@ -143,6 +144,10 @@ TEST(ReadScan, NamesThePathTheValueAndTheBound) {
       {"/laser_angle_deg", 90, "laser_angle_deg", "85"},
       {"/height_direction", "-z", "height_direction", "-z"},
       {"/crop_px/x", -1, "crop_px.x", "-1"},
+      {"/found_crop_px",
+       {{"x", 0}, {"y", 0}, {"width", 7}, {"height", 9}},
+       "found_crop_px.width",
+       "7"},
       {"/crop_px/width", 45.5, "crop_px.width", "whole"},
       {"/crop_px/width", 1e300, "crop_px.width", "whole"},
       {"/line_start_mm", 31, "line_start_mm", "30"},
@@ -213,6 +218,7 @@ pressure_advance::Scan FullScan() {
   scan.laser_angle_rad = 40 * std::numbers::pi / 180;
   scan.height_direction = AxisDirection::kPlusY;
   scan.crop = PixelRect{837, 341, 45, 60};
+  scan.found_crop = PixelRect{820, 315, 83, 114};
   scan.line_start_mm = 0.1;
   scan.motion = {.segments = {{1.0 / 3, 5}, {1.0 / 3, 150}, {1.0 / 3, 7.5}},
                  .length_mm = 40,
@@ -234,12 +240,11 @@ void ExpectSame(const pressure_advance::Scan& a, const pressure_advance::Scan& b
   EXPECT_EQ(a.px_per_mm, b.px_per_mm);
   EXPECT_NEAR(a.laser_angle_rad, b.laser_angle_rad, 1e-10);
   EXPECT_EQ(a.height_direction, b.height_direction);
-  ASSERT_EQ(a.crop.has_value(), b.crop.has_value());
-  if (a.crop) {
-    EXPECT_EQ(a.crop->x, b.crop->x);
-    EXPECT_EQ(a.crop->y, b.crop->y);
-    EXPECT_EQ(a.crop->width, b.crop->width);
-    EXPECT_EQ(a.crop->height, b.crop->height);
+  for (const auto& [one, other] :
+       {std::pair(a.crop, b.crop), std::pair(a.found_crop, b.found_crop)}) {
+    ASSERT_EQ(one.has_value(), other.has_value());
+    if (!one) continue;
+    EXPECT_TRUE(Contains(*one, *other) && Contains(*other, *one));
   }
   EXPECT_EQ(a.line_start_mm, b.line_start_mm);
   EXPECT_EQ(a.motion.length_mm, b.motion.length_mm);
@@ -264,6 +269,7 @@ TEST(FormatScan, ReadsBackAsTheSameScanWithOrWithoutKeysOfOnesOwn) {
   pressure_advance::Scan sparse = FullScan();
   sparse.px_per_mm.reset();
   sparse.crop.reset();
+  sparse.found_crop.reset();
   sparse.lines.resize(1);
   for (const auto& scan : {FullScan(), sparse}) {
     for (const json& extra : {json(), json::object(),

@@ -81,9 +81,10 @@ Result<void> PrintPattern(const Session& session, const CalibrationRequest& requ
   return Print(session, gcode, options);
 }
 
-Result<void> Scan(const Session& session, const CalibrationRequest& request,
-                  const PatternConfig& config, const PatternPlan& plan, FrameRecorder& recorder,
-                  const std::string& camera, PrinterStateGuard& guard) {
+Result<void> SweepLines(const Session& session, const CalibrationRequest& request,
+                        const PatternConfig& config, const PatternPlan& plan,
+                        FrameRecorder& recorder, const std::string& camera,
+                        PrinterStateGuard& guard) {
   // What was printed may have taken longer than the printer's own limit.
   if (auto told = KeepAlive(session); !told) return told;
   const auto state = session.printer.State(session.Within(kAsk_s));
@@ -107,6 +108,7 @@ Result<void> Scan(const Session& session, const CalibrationRequest& request,
   scan.folder = request.folder;
   scan.started = request.started;
   scan.camera = camera;
+  scan.cutter = request.cutter;
   guard.ExpectLaser();
   return ScanLines(session, recorder, *sweeps, scan);
 }
@@ -203,7 +205,7 @@ Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
     if (auto printed = PrintPattern(session, request, config, plan); !printed) return printed;
   }
   if (recorder == nullptr) return {};
-  return Scan(session, request, config, plan, *recorder, camera, guard);
+  return SweepLines(session, request, config, plan, *recorder, camera, guard);
 }
 
 }  // namespace

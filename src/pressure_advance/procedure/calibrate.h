@@ -11,6 +11,7 @@
 #include "machine/camera/camera.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/procedure/recording_cutter.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
 
@@ -29,6 +30,7 @@ struct CalibrationRequest {
   std::optional<pressure_advance::PatternPlan> plan;
   std::string gcode;        ///< printed instead of the pattern; heats by itself. REQUIRES a plan
   std::optional<int> only;  ///< of the plan's patterns; absent: all of them are scanned
+  RecordingCutter* cutter = nullptr;  ///< cuts the videos, and outlives the run; null: they stay
 };
 
 struct CalibrationOutcome {

@@ -2,6 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+#include "base/parallel.h"
 #include "vision/frame_change.h"
 
 namespace trammel::procedure {
@@ -11,6 +16,34 @@ using pressure_advance::FrameMotion;
 using pressure_advance::FrameObservation;
 using pressure_advance::LineMove;
 using pressure_advance::SweepObservation;
+
+namespace {
+
+/// Observes frames `first` to `end`, and decodes the one before them.
+Result<void> ObserveChunk(std::span<const CapturedFrame> frames, std::size_t first, std::size_t end,
+                          std::span<FrameObservation> observed) {
+  const vision::FrameChangeOptions options;
+  vision::FrameSketch sketch, before;
+  std::vector<float> scratch;
+  for (std::size_t i = first == 0 ? 0 : first - 1; i < end; ++i) {
+    const CapturedFrame& frame = frames[i];
+    const auto picture = machine::DecodeFrame(frame);
+    if (!picture) return tl::unexpected(picture.error());
+    std::swap(sketch, before);
+    vision::SketchFrame(picture->view(), options, sketch);
+    if (i < first) continue;
+    FrameObservation& seen = observed[i];
+    seen.arrival_s = frame.arrival_s;
+    if (frame.captured) seen.captured_s = frame.captured->time_s;
+    seen.sequence = frame.sequence;
+    if (before.width == sketch.width && before.height == sketch.height) {
+      seen.change = vision::FrameChange(before, sketch, options, scratch);
+    }
+  }
+  return {};
+}
+
+}  // namespace
 
 std::vector<LineMove> AlongLine(std::span<const machine::TrapezoidMove> moves, const Sweep& sweep,
                                 const machine::ClockRelation& clock,
@@ -29,24 +62,18 @@ std::vector<LineMove> AlongLine(std::span<const machine::TrapezoidMove> moves, c
 
 Result<SweepObservation> Observe(std::span<const CapturedFrame> frames,
                                  std::vector<LineMove> motion) {
+  constexpr std::size_t kChunk = 32;
   SweepObservation sweep;
   sweep.motion = std::move(motion);
-  const vision::FrameChangeOptions options;
-  vision::FrameSketch sketch, before;
-  std::vector<float> scratch;
-  for (const CapturedFrame& frame : frames) {
-    FrameObservation seen;
-    seen.arrival_s = frame.arrival_s;
-    if (frame.captured) seen.captured_s = frame.captured->time_s;
-    seen.sequence = frame.sequence;
-    const auto picture = machine::DecodeFrame(frame);
-    if (!picture) return tl::unexpected(picture.error());
-    std::swap(sketch, before);
-    vision::SketchFrame(picture->view(), options, sketch);
-    if (before.width == sketch.width && before.height == sketch.height) {
-      seen.change = vision::FrameChange(before, sketch, options, scratch);
-    }
-    sweep.frames.push_back(seen);
+  sweep.frames.resize(frames.size());
+  std::vector<Result<void>> done((frames.size() + kChunk - 1) / kChunk);
+  ParallelFor(static_cast<int>(done.size()), [&](int chunk) {
+    const std::size_t first = kChunk * static_cast<std::size_t>(chunk);
+    const std::size_t end = std::min(first + kChunk, frames.size());
+    done[static_cast<std::size_t>(chunk)] = ObserveChunk(frames, first, end, sweep.frames);
+  });
+  for (const Result<void>& chunk : done) {
+    if (!chunk) return tl::unexpected(chunk.error());
   }
   return sweep;
 }

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
+#include "support/test_pictures.h"
+
 namespace trammel::procedure {
 namespace {
 
@@ -53,6 +58,26 @@ TEST(PlacedSweep, OnlySteadyFramesAreScored) {
   EXPECT_FALSE(positions[1].has_value());
   EXPECT_EQ(positions[2], 5.0);
   EXPECT_FALSE(positions[3].has_value());
+}
+
+TEST(PlacedSweep, EachFrameIsComparedWithTheOneBeforeHoweverManyThereAre) {
+  std::vector<machine::CapturedFrame> frames;
+  for (int i = 0; i < 100; ++i) {
+    machine::CapturedFrame& frame = frames.emplace_back();
+    const std::string jpeg = test::JpegOf(test::TestPicture(48, 32, i * i));
+    frame.image.assign(jpeg.begin(), jpeg.end());
+    frame.arrival_s = i;
+  }
+  const auto all = Observe(frames, {});
+  ASSERT_TRUE(all);
+  ASSERT_EQ(all->frames.size(), frames.size());
+  EXPECT_FALSE(all->frames[0].change);
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    const auto pair = Observe(std::span(frames).subspan(i - 1, 2), {});
+    ASSERT_TRUE(pair);
+    EXPECT_EQ(all->frames[i].arrival_s, static_cast<double>(i));
+    EXPECT_EQ(all->frames[i].change, pair->frames[1].change) << i;
+  }
 }
 
 TEST(PlacedSweep, APictureThatIsNoneIsAnErrorAndNotABlackFrame) {

@@ -135,8 +135,8 @@ constexpr std::size_t kHopeless = 3;  // lines, without one of them in its place
 
 // Sweeps one line until its frames can be placed, a few times at most: what kept a busy computer
 // from its work has mostly gone by then. What cannot be placed in the end is left out.
-Result<void> ScanLine(const Sweeping& sweeping, const SweepPlan& sweeps, std::size_t line,
-                      std::size_t& repeats_left, ScanRecording& recording) {
+Result<void> SweepLineAndAgain(const Sweeping& sweeping, const SweepPlan& sweeps, std::size_t line,
+                               std::size_t& repeats_left, ScanRecording& recording) {
   for (int attempt = 1;; ++attempt) {
     std::string video = attempt == 1 ? fmt::format("line{}.avi", line)
                                      : fmt::format("line{}-{}.avi", line, attempt);
@@ -171,7 +171,7 @@ Result<void> ScanAll(const Sweeping& sweeping, const SweepPlan& sweeps, ScanReco
         i == 0 ? sweeps.sweep_time_s : (machine::HostNow() - begin_s) / static_cast<double>(i);
     sweeping.session.Say(fmt::format("scanning line {} of {}", i + 1, lines),
                          each_s * static_cast<double>(lines - i));
-    auto scanned = ScanLine(sweeping, sweeps, i, repeats_left, recording);
+    auto scanned = SweepLineAndAgain(sweeping, sweeps, i, repeats_left, recording);
     if (!scanned) return WithWhatIsSafe(scanned, recording, sweeping.request.folder);
     if (i + 1 >= kHopeless && recording.placed() == 0 && recording.trouble()) break;
   }
@@ -190,7 +190,7 @@ Result<void> ScanLines(const Session& session, FrameRecorder& recorder, const Sw
   if (const ThreadPriority priority = recorder.priority(); !priority.raised) {
     session.Say("frames are fetched at the usual priority: " + priority.text);
   }
-  ScanRecording recording(request);
+  ScanRecording recording(request, sweeps.sweeps.size());
   if (auto begun = recording.Begin(); !begun) return begun;
   return ScanAll(sweeping, sweeps, recording);
 }

@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "pressure_advance/pattern/pattern_plan.h"
+#include "pressure_advance/procedure/recording_cutter.h"
 #include "pressure_advance/procedure/sweep_plan.h"
 #include "session/frame_recorder.h"
 #include "session/session.h"
@@ -20,20 +21,21 @@ struct ScanRequest {
   settings::ScanSettings settings;
   double travel_speed_mm_s = 150;
   double z_speed_mm_s = 5;
-  std::filesystem::path folder;  ///< is there; holds no scan.json yet
-  std::string started;           ///< date and time, for the recording
-  std::string camera;            ///< what the camera says it is
+  std::filesystem::path folder;       ///< is there; holds no scan.json yet
+  std::string started;                ///< date and time, for the recording
+  std::string camera;                 ///< what the camera says it is
+  RecordingCutter* cutter = nullptr;  ///< outlives the scan; null: videos stay whole
 };
 
 /// Sweeps every line of the plan: laser on at each line, a pause standing still, the sweep at one
 /// speed, a pause. Each sweep's frames go to `folder`/lineN.avi as they come, and after each line
 /// scan.json is written anew with the lines whose frames could be placed, so that whatever happens
-/// the recording so far can be analysed. A line whose frames cannot be placed is swept again, twice
-/// at most, into lineN-2.avi and lineN-3.avi, and half of the lines and one more in all. Moves are
-/// absolute; the head stands at `sweeps.z_mm` after the first one. Leaves the laser on: the
-/// caller's PrinterStateGuard switches it off. REQUIRES a homed printer with a PrinterStateGuard.
-/// Errors: kMachine (printer, camera, disk, no laser to be seen), kMeasurement where frames and
-/// motion do not go together, kInterrupted.
+/// the recording so far can be analysed, and its videos go to the cutter. A line whose frames
+/// cannot be placed is swept again, twice at most, into lineN-2.avi and lineN-3.avi, and half of
+/// the lines and one more in all. Moves are absolute; the head stands at `sweeps.z_mm` after the
+/// first one. Leaves the laser on: the caller's PrinterStateGuard switches it off. REQUIRES a homed
+/// printer with a PrinterStateGuard. Errors: kMachine (printer, camera, disk, no laser to be seen),
+/// kMeasurement where frames and motion do not go together, kInterrupted.
 [[nodiscard]] Result<void> ScanLines(const Session& session, FrameRecorder& recorder,
                                      const SweepPlan& sweeps, const ScanRequest& request);
 

@@ -13,6 +13,7 @@
 #include "files/new_file.h"
 #include "pressure_advance/files/recording.h"
 #include "pressure_advance/procedure/placed_sweep.h"
+#include "pressure_advance/procedure/recorded_frames.h"
 #include "pressure_advance/response/unseen_stretch.h"
 #include "pressure_advance/timing/lateness.h"
 
@@ -94,8 +95,8 @@ std::string WhyNot(const pressure_advance::SweepTiming& sweep) {
 
 }  // namespace
 
-ScanRecording::ScanRecording(const ScanRequest& request)
-    : request_(request), transitions_(PlanLines(request)) {}
+ScanRecording::ScanRecording(const ScanRequest& request, std::size_t lines)
+    : request_(request), lines_(lines), transitions_(PlanLines(request)) {}
 
 Result<void> ScanRecording::Begin() { return WriteSweeps(); }
 
@@ -135,8 +136,33 @@ Result<void> ScanRecording::Finish() const {
 // they were.
 Result<void> ScanRecording::Write() {
   PlaceAll();
+  FindCrop();
   if (auto kept = WriteSweeps(); !kept) return kept;
-  return WriteScan();
+  if (auto kept = WriteScan(); !kept) return kept;
+  CutNewLines();
+  return {};
+}
+
+// Once, in the line in which an analysis of the whole recording would look for it.
+void ScanRecording::FindCrop() {
+  if (!scan_.crop && !crop_sought_ && scan_.lines.size() > lines_ / 2) {
+    crop_sought_ = true;
+    const auto found = FindCropIn(request_.folder, scan_, scan_.lines[lines_ / 2]);
+    if (found) found_crop_ = found->crop;
+  }
+  scan_.found_crop = found_crop_;
+}
+
+// The crop is in scan.json before the first video loses what it was found in.
+void ScanRecording::CutNewLines() {
+  Scan one = scan_;
+  if (!one.crop) one.crop = found_crop_;
+  if (request_.cutter == nullptr || !one.crop) return;
+  for (const ScanLine& line : scan_.lines) {
+    if (!given_to_cutter_.insert(line.video).second) continue;
+    one.lines = {line};
+    request_.cutter->Add(request_.folder, one);
+  }
 }
 
 Result<void> ScanRecording::WriteSweeps() const {
@@ -147,6 +173,10 @@ Result<void> ScanRecording::WriteSweeps() const {
   json sweeps = json::array();
   for (std::size_t i = 0; i < recorded_.size(); ++i) {
     sweeps.push_back(DescribeSweep(recorded_[i]));
+    json& changes = sweeps.back()["frame_changes"] = json::array();
+    for (const pressure_advance::FrameObservation& frame : seen_[i].frames) {
+      changes.push_back(frame.change ? json(*frame.change) : json(nullptr));
+    }
     const auto lateness =
         pressure_advance::MeasureLateness(seen_[i], request_.settings.frames_per_s);
     sweeps.back()["late_s"] = lateness.late_s;

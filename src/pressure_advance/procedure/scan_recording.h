@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,7 +31,8 @@ struct RecordedSweep {
 class ScanRecording {
  public:
   /// The request outlives the recording.
-  explicit ScanRecording(const ScanRequest& request);
+  /// @param lines  that are to be swept.
+  ScanRecording(const ScanRequest& request, std::size_t lines);
 
   /// Writes sweeps.json, which says what is going to be recorded. Errors: the disk's.
   [[nodiscard]] Result<void> Begin();
@@ -73,6 +75,8 @@ class ScanRecording {
   [[nodiscard]] Result<void> WriteSweeps() const;
   [[nodiscard]] Result<void> WriteScan();
   void PlaceAll();
+  void FindCrop();
+  void CutNewLines();
   void NameGap(std::size_t sweep, const pressure_advance::ScanLine& line);
   [[nodiscard]] Placed Place() const;
   [[nodiscard]] pressure_advance::SessionTiming Match(const std::vector<std::size_t>& sweeps) const;
@@ -80,13 +84,17 @@ class ScanRecording {
                                              const std::string& reason) const;
 
   const ScanRequest& request_;
+  std::size_t lines_;
   const Result<pressure_advance::TransitionPlan> transitions_;  // of every line
   std::vector<RecordedSweep> recorded_;                         // without their frames
   std::vector<pressure_advance::SweepObservation> seen_;        // one for each
   bool our_clock_ = true;                   // capture times are on a clock of ours
   pressure_advance::SessionTiming timing_;  // of the lines in scan_
   pressure_advance::Scan scan_;             // for scan.json
-  std::size_t safe_ = 0;                    // lines that scan.json has
+  bool crop_sought_ = false;                // where the settings name none
+  std::optional<PixelRect> found_crop_;
+  std::set<std::string> given_to_cutter_;  // videos
+  std::size_t safe_ = 0;                   // lines that scan.json has
   std::vector<NotPlaced> not_placed_;
   std::vector<NotPlaced> set_aside_;
   std::optional<std::string> trouble_;

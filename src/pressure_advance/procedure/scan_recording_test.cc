@@ -76,7 +76,7 @@ class ScanRecordingTest : public ::testing::Test {
 };
 
 TEST_F(ScanRecordingTest, ASweepThatABusyComputerBrokeIsNamedAndCanBeSweptAgain) {
-  ScanRecording recording(request_);
+  ScanRecording recording(request_, request_.plan.lines.size());
   ASSERT_TRUE(recording.Begin());
   for (const std::size_t number : {0, 1}) {
     ASSERT_TRUE(recording.Add(Sweep(number)));
@@ -121,7 +121,7 @@ TEST_F(ScanRecordingTest, ASweepThatABusyComputerBrokeIsNamedAndCanBeSweptAgain)
 }
 
 TEST_F(ScanRecordingTest, ALineWithAGapInATransitionIsNamedAndCanBeSweptAgain) {
-  ScanRecording recording(request_);
+  ScanRecording recording(request_, request_.plan.lines.size());
   ASSERT_TRUE(recording.Begin());
   for (const std::size_t number : {0, 1}) ASSERT_TRUE(recording.Add(Sweep(number)));
   // For 5 mm of the deceleration no frame came; all others did, and in time.
@@ -150,7 +150,7 @@ TEST_F(ScanRecordingTest, ALineWithAGapInATransitionIsNamedAndCanBeSweptAgain) {
 }
 
 TEST_F(ScanRecordingTest, AClockThatIsHardlyKnownIsNamedAndPlacesNothing) {
-  ScanRecording recording(request_);
+  ScanRecording recording(request_, request_.plan.lines.size());
   RecordedSweep sweep = Sweep(0);
   sweep.clock_sigma_s = 0.05;
   ASSERT_TRUE(recording.Add(std::move(sweep)));
@@ -161,7 +161,7 @@ TEST_F(ScanRecordingTest, AClockThatIsHardlyKnownIsNamedAndPlacesNothing) {
 }
 
 TEST_F(ScanRecordingTest, RefusesWithTheReasonAndNeverBlamesTheRecording) {
-  ScanRecording recording(request_);
+  ScanRecording recording(request_, request_.plan.lines.size());
   for (const std::size_t number : {0, 1, 2}) {
     RecordedSweep sweep = Sweep(number);
     for (auto& move : sweep.motion) move.start_s += 0.3;

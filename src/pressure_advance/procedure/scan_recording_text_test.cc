@@ -13,7 +13,7 @@ TEST(ScanRecording, TakesACameraWhoseNameIsNotUtf8) {
   ScanRequest request;
   request.folder = folder.path();
   request.camera = "MJPEG stream http://camera/?at=\xFF";
-  ScanRecording recording(request);
+  ScanRecording recording(request, request.plan.lines.size());
   ASSERT_TRUE(recording.Begin());
   const auto sweeps = nlohmann::json::parse(test::ReadWhole(folder.path() / "sweeps.json"));
   EXPECT_EQ(sweeps["camera"], "MJPEG stream http://camera/?at=\xEF\xBF\xBD");

@@ -44,6 +44,14 @@ class Checker {
   std::string fault_;
 };
 
+void CheckCrop(const std::string& key, const std::optional<PixelRect>& crop, Checker& check) {
+  if (!crop) return;
+  check.Number(key + ".x", crop->x, {0, 1e6});
+  check.Number(key + ".y", crop->y, {0, 1e6});
+  check.Number(key + ".width", crop->width, {8, 1e6});
+  check.Number(key + ".height", crop->height, {8, 1e6});
+}
+
 void CheckMotion(const LineMotion& motion, Checker& check) {
   if (!motion.length_mm || !motion.acceleration_mm_s2) {
     check.Say("line_length_mm and acceleration_mm_s2 must be known in a scan");
@@ -134,12 +142,8 @@ Result<void> Validate(const Scan& scan) {
   }
   // The bounds are in degrees; a rounding step of the conversion must not put 85 outside.
   check.Number("laser_angle_deg", std::round(scan.laser_angle_rad / kDegree * 1e9) / 1e9, {5, 85});
-  if (scan.crop) {
-    check.Number("crop_px.x", scan.crop->x, {0, 1e6});
-    check.Number("crop_px.y", scan.crop->y, {0, 1e6});
-    check.Number("crop_px.width", scan.crop->width, {8, 1e6});
-    check.Number("crop_px.height", scan.crop->height, {8, 1e6});
-  }
+  CheckCrop("crop_px", scan.crop, check);
+  CheckCrop("found_crop_px", scan.found_crop, check);
   CheckMotion(scan.motion, check);
   check.Number("line_start_mm", scan.line_start_mm, {0, scan.motion.length_mm.value_or(2000)});
   for (std::size_t i = 0; i < scan.lines.size(); ++i) {

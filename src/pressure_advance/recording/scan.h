@@ -35,8 +35,9 @@ struct Scan {
       0.785398163397448;  ///< between sheet and camera axis: shift = height tan
   AxisDirection height_direction = AxisDirection::kMinusX;  ///< image direction of a rising surface
   std::optional<PixelRect> crop;                            ///< absent: found from the frames
-  double line_start_mm = 0;  ///< laser in the first scored frame, from the printed start
-  LineMotion motion;         ///< length and acceleration are present in a scan
+  std::optional<PixelRect> found_crop;  ///< used without `crop`: found while it was recorded
+  double line_start_mm = 0;             ///< laser in the first scored frame, from the printed start
+  LineMotion motion;                    ///< length and acceleration are present in a scan
 };
 
 /// Names the key, the value and the bound of the first thing that cannot be.

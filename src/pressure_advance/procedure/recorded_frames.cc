@@ -1,0 +1,196 @@
+#include "pressure_advance/procedure/recorded_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "base/pixel_rects.h"
+#include "machine/video/video_file.h"
+#include "pressure_advance/laser/laser_eye.h"
+
+namespace trammel::procedure {
+namespace {
+
+using pressure_advance::Scan;
+using pressure_advance::ScanLine;
+
+Result<void> CheckCrop(const PixelRect& crop, const machine::VideoFile& frame,
+                       const std::string& video) {
+  if (!Contains({0, 0, frame.width_px(), frame.height_px()}, crop)) {
+    return Fail(
+        fmt::format("crop_px is {}x{} at ({}, {}), but the frames have {}x{} px; it must "
+                    "lie within the frame",
+                    crop.width, crop.height, crop.x, crop.y, frame.width_px(), frame.height_px()));
+  }
+  const PixelRect held = frame.readable();
+  if (Contains(held, crop)) return {};
+  return Fail(fmt::format("crop_px is {}x{} at ({}, {}), but '{}' was cut: {}x{} px at ({}, {}) of "
+                          "its frames can be read; scan again with --keep-full, or leave crop_px "
+                          "as it was found",
+                          crop.width, crop.height, crop.x, crop.y, video, held.width, held.height,
+                          held.x, held.y),
+              ErrorKind::kMeasurement);
+}
+
+Result<void> CheckSize(const ScanLine& line, const machine::VideoFile& frame,
+                       const FrameSize& size) {
+  if (frame.width_px() != size.width || frame.height_px() != size.height) {
+    return Fail(fmt::format("video '{}' has frames of {}x{} px, '{}' of {}x{}; record all lines "
+                            "with one camera mode",
+                            line.video, frame.width_px(), frame.height_px(), size.video, size.width,
+                            size.height),
+                ErrorKind::kMeasurement);
+  }
+  return {};
+}
+
+/// That a video has as many frames as scan.json says of it.
+Result<void> CheckCount(const ScanLine& line, std::size_t frames) {
+  const auto wrong = [&](const char* key, const char* what, std::size_t entries) {
+    return Fail(fmt::format("video '{}' has {} frames, its {} {} {}; record the line again or "
+                            "leave {} out",
+                            line.video, frames, key, entries, what, key),
+                ErrorKind::kMeasurement);
+  };
+  if (!line.frame_times_s.empty() && line.frame_times_s.size() != frames) {
+    return wrong("frame_times_s", "times", line.frame_times_s.size());
+  }
+  if (!line.frame_positions_mm.empty() && line.frame_positions_mm.size() != frames) {
+    return wrong("frame_positions_mm", "entries", line.frame_positions_mm.size());
+  }
+  return {};
+}
+
+/// Whether a frame may be looked at.
+bool IsPlaced(const ScanLine& line, std::size_t frame) {
+  const auto& positions = line.frame_positions_mm;
+  return positions.empty() || (frame < positions.size() && positions[frame].has_value());
+}
+
+/// Up to 16 whole frames (4 of large ones) spread evenly over those of a sweep that may be looked
+/// at and were not cut, upright.
+Result<std::vector<Frame>> SampleFrames(const std::filesystem::path& folder, const Scan& scan,
+                                        const ScanLine& line) {
+  constexpr std::size_t kMostFrames = 16;
+  constexpr std::size_t kFewestFrames = 4;
+  const auto path = VideoOf(folder, line);
+  if (!path) return tl::unexpected(path.error());
+  auto video = machine::VideoFile::Open(*path);
+  if (!video) {
+    return tl::unexpected(video.error());
+  }
+  std::vector<Frame> frames;
+  std::size_t stride = 1;
+  std::size_t placed = 0;
+  for (std::size_t frame = 0;; ++frame) {
+    const auto more = video->Advance();
+    if (!more) return tl::unexpected(more.error());
+    if (!*more) return frames;
+    if (!IsPlaced(line, frame)) continue;
+    const PixelRect whole{0, 0, video->width_px(), video->height_px()};
+    if (!Contains(video->readable(), whole)) continue;
+    const std::size_t i = placed++;
+    if (i % stride != 0) continue;
+    const auto pixels =
+        static_cast<std::size_t>(whole.width) * static_cast<std::size_t>(whole.height);
+    const bool large = 3 * pixels * kMostFrames > kMaxSweepBytes / 2;
+    const std::size_t most = large ? kFewestFrames : kMostFrames;
+    if (frames.size() >= most) {  // every second one makes room for the rest
+      for (std::size_t k = 1; k < most / 2; ++k) {
+        frames[k] = std::move(frames[2 * k]);
+      }
+      frames.resize(most / 2);
+      stride *= 2;
+      if (i % stride != 0) continue;
+    }
+    const auto decoded = video->Decode(whole);
+    if (!decoded) return tl::unexpected(decoded.error());
+    frames.emplace_back();
+    pressure_advance::TurnUpright((*decoded)->view(), scan.height_direction, frames.back());
+  }
+}
+
+}  // namespace
+
+Result<std::filesystem::path> VideoOf(const std::filesystem::path& folder, const ScanLine& line) {
+  const std::filesystem::path path = folder / line.video;
+  std::error_code missing;  // said by whoever opens it
+  const auto real = std::filesystem::canonical(path, missing);
+  if (missing) return path;
+  const auto home = std::filesystem::canonical(folder, missing);
+  if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end()) {
+    return Fail(fmt::format("video '{}': it is a link out of the recording's folder; copy the file",
+                            path.string()),
+                ErrorKind::kMeasurement);
+  }
+  return path;
+}
+
+Result<FrameSize> SizeOf(const std::filesystem::path& folder, const Scan& scan) {
+  for (const ScanLine& line : scan.lines) {
+    const auto path = VideoOf(folder, line);
+    if (!path) return tl::unexpected(path.error());
+    auto video = machine::VideoFile::Open(*path);
+    if (!video) return tl::unexpected(video.error());
+    for (std::size_t frame = 0;; ++frame) {
+      const auto more = video->Advance();
+      if (!more) return tl::unexpected(more.error());
+      if (!*more) break;
+      if (IsPlaced(line, frame))
+        return FrameSize{video->width_px(), video->height_px(), line.video};
+    }
+  }
+  return FrameSize{};
+}
+
+Result<std::vector<Frame>> ReadFrames(const std::filesystem::path& path, const Scan& scan,
+                                      const ScanLine& line, const FrameSize& size) {
+  const PixelRect& crop = *scan.crop;
+  auto video = machine::VideoFile::Open(path);
+  if (!video) {
+    return tl::unexpected(video.error());
+  }
+  std::vector<Frame> frames;
+  std::size_t bytes = 0;
+  for (;;) {
+    const auto more = video->Advance();
+    if (!more) return tl::unexpected(more.error());
+    if (!*more) break;
+    frames.emplace_back();
+    if (!IsPlaced(line, frames.size() - 1)) continue;  // keeps its number; nobody may look at it
+    if (auto fits = CheckSize(line, *video, size); !fits) return tl::unexpected(fits.error());
+    if (auto fits = CheckCrop(crop, *video, line.video); !fits) return tl::unexpected(fits.error());
+    const auto cropped = video->Decode(crop);
+    if (!cropped) return tl::unexpected(cropped.error());
+    pressure_advance::TurnUpright((*cropped)->view(), scan.height_direction, frames.back());
+    bytes += frames.back().bgr.size();
+    if (bytes > kMaxSweepBytes) {
+      return Fail(
+          fmt::format("video '{}': {} frames of {}x{} px are more than {} MB; make crop_px "
+                      "smaller or record one sweep per file",
+                      line.video, frames.size(), crop.width, crop.height, kMaxSweepBytes >> 20),
+          ErrorKind::kMeasurement);
+    }
+  }
+  if (auto fits = CheckCount(line, frames.size()); !fits) {
+    return tl::unexpected(fits.error());
+  }
+  return frames;
+}
+
+Result<pressure_advance::FoundCrop> FindCropIn(const std::filesystem::path& folder,
+                                               const Scan& scan, const ScanLine& line) {
+  const auto frames = SampleFrames(folder, scan, line);
+  if (!frames) return tl::unexpected(frames.error());
+  if (frames->empty()) {
+    return pressure_advance::FoundCrop{std::nullopt, "its frames were cut, and none is whole"};
+  }
+  vision::LaserLineWorkspace workspace;
+  return pressure_advance::FindCrop(*frames, scan.height_direction, workspace);
+}
+
+}  // namespace trammel::procedure

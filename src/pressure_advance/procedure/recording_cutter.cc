@@ -1,0 +1,116 @@
+#include "pressure_advance/procedure/recording_cutter.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/bug_note.h"
+#include "base/check.h"
+#include "base/thread_priority.h"
+#include "machine/video/video_cutter.h"
+#include "pressure_advance/laser/laser_eye.h"
+#include "pressure_advance/procedure/recorded_frames.h"
+
+namespace trammel::procedure {
+namespace {
+
+using pressure_advance::Scan;
+using pressure_advance::ScanLine;
+
+constexpr double kWholeEvery_s = 6;
+
+Result<void> CheckReadable(const std::vector<Frame>& frames, const Scan& scan,
+                           const ScanLine& line) {
+  vision::LaserLineWorkspace workspace;
+  const auto reading = ReadSweep(frames, scan, line, {}, workspace);
+  if (!reading.profile.unusable.empty()) {
+    return Fail(reading.profile.unusable, ErrorKind::kMeasurement);
+  }
+  if (reading.cut_off_frames == 0) return {};
+  return Fail(fmt::format("the bead reaches out of the crop in {} frames", reading.cut_off_frames),
+              ErrorKind::kMeasurement);
+}
+
+bool SamePixels(const std::vector<Frame>& one, const std::vector<Frame>& other) {
+  return std::equal(one.begin(), one.end(), other.begin(), other.end(),
+                    [](const Frame& a, const Frame& b) { return a.bgr == b.bgr; });
+}
+
+}  // namespace
+
+Result<void> CutLine(const std::filesystem::path& folder, const Scan& scan,
+                     const std::stop_token& stop) {
+  TRAMMEL_CHECK(scan.crop && scan.lines.size() == 1, "a crop: {}, {} lines", scan.crop.has_value(),
+                scan.lines.size());
+  const ScanLine& line = scan.lines.front();
+  const auto video = VideoOf(folder, line);
+  if (!video) return tl::unexpected(video.error());
+  const auto size = SizeOf(folder, scan);
+  if (!size) return tl::unexpected(size.error());
+  ScanLine all = line;  // frames that have no place now may get one from the lines to come
+  all.frame_positions_mm.clear();
+  const auto whole = ReadFrames(*video, scan, all, *size);
+  if (!whole) return tl::unexpected(whole.error());
+  if (auto readable = CheckReadable(*whole, scan, line); !readable) return readable;
+  const double whole_every = std::max(1.0, std::round(kWholeEvery_s * scan.frames_per_s));
+  auto cut = machine::CutVideo::Write(
+      *video, {*scan.crop, static_cast<std::size_t>(whole_every), scan.frames_per_s}, stop);
+  if (!cut) return tl::unexpected(cut.error());
+  const auto again = ReadFrames(cut->path(), scan, all, *size);
+  if (!again) return tl::unexpected(again.error());
+  if (!SamePixels(*whole, *again)) {
+    return Fail("its cut does not read as the whole does", ErrorKind::kMeasurement);
+  }
+  return cut->TakePlace();
+}
+
+RecordingCutter::RecordingCutter()
+    : worker_([this](const std::stop_token& stop) { (void)NoteBug([&] { Work(stop); }); }) {}
+
+RecordingCutter::~RecordingCutter() = default;
+
+void RecordingCutter::Add(std::filesystem::path folder, Scan scan) {
+  const std::lock_guard lock(mutex_);
+  waiting_.push_back({std::move(folder), std::move(scan)});
+  changed_.notify_all();
+}
+
+std::vector<std::string> RecordingCutter::Finish(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (!waiting_.empty() && !stop.stop_requested()) CutNext(lock, stop);
+  changed_.wait(lock, stop, [this] { return waiting_.empty() && busy_ == 0; });
+  return std::exchange(whole_, {});
+}
+
+void RecordingCutter::Work(const std::stop_token& stop) {
+  LowerThisThread();
+  std::unique_lock lock(mutex_);
+  while (changed_.wait(lock, stop, [this] { return !waiting_.empty(); }) &&
+         !stop.stop_requested()) {
+    CutNext(lock, stop);
+  }
+}
+
+/// Cuts the first that waits, with the lock released meanwhile. REQUIRES that one waits.
+void RecordingCutter::CutNext(std::unique_lock<std::mutex>& lock, const std::stop_token& stop) {
+  const Line line = std::move(waiting_.front());
+  waiting_.pop_front();
+  ++busy_;
+  lock.unlock();
+  std::string why;
+  const auto bug = NoteBug([&] {
+    if (auto cut = CutLine(line.folder, line.scan, stop); !cut) why = cut.error().message;
+  });
+  if (bug) why = "a bug in trammel: " + *bug;
+  lock.lock();
+  --busy_;
+  if (!why.empty()) {
+    whole_.push_back(
+        fmt::format("{} keeps its whole frames: {}", line.scan.lines.front().video, why));
+  }
+  changed_.notify_all();
+}
+
+}  // namespace trammel::procedure
