@@ -30,6 +30,7 @@ struct Strip {
   std::size_t places = 0;
   std::vector<double> value;  // [row][place]
   std::vector<double> x_px;
+  std::vector<bool> seen;  // per place: the photo shows it
 
   [[nodiscard]] double at(int offset, std::size_t place) const {
     return value[static_cast<std::size_t>(offset + half) * places + place];
@@ -50,6 +51,8 @@ Strip Straighten(const GrayImage& image, const LinePattern& line_pattern, std::s
   strip.value.assign(static_cast<std::size_t>(2 * strip.half + 1) * places, 0.0);
   for (std::size_t place = 0; place < places; ++place) {
     strip.x_px.push_back(left + cell * (static_cast<double>(place) + 0.5));
+    strip.seen.push_back(line_pattern.seen.empty() ||
+                         line_pattern.seen[rung].Hold(strip.x_px.back()));
     for (int k = 0; k < inside; ++k) {
       const double x = left + cell * (static_cast<double>(place) + (k + 0.5) / inside);
       const double y = track(x);
@@ -67,6 +70,7 @@ struct Level {
   double plate = 0;     // mean
   double grain = 0;     // standard deviation of one cell of plate
   double filament = 0;  // above the plate
+  bool seen = true;
 };
 
 // Mean without the extremes: a mean, not a median, because the integral across a bead adds the
@@ -91,6 +95,7 @@ std::vector<Level> ZoneLevels(const Strip& strip, double pitch, double bead) {
     std::vector<double> plate, filament;
     // Overlapping zones: the levels change slowly, the readings are grainy.
     for (std::size_t place = edge(zone - 1.0); place < edge(zone + 2.0); ++place) {
+      if (!strip.seen[place]) continue;
       for (int offset = plate_from; offset <= strip.half; ++offset) {
         plate.push_back(strip.at(offset, place));
         plate.push_back(strip.at(-offset, place));
@@ -100,6 +105,11 @@ std::vector<Level> ZoneLevels(const Strip& strip, double pitch, double bead) {
       }
     }
     Level level;
+    level.seen = !plate.empty();
+    if (!level.seen) {
+      levels.push_back(level);
+      continue;
+    }
     level.plate = TrimmedMean(plate);
     level.grain = RobustStandardDeviation(plate);
     // A stretch may be broken for a good part; above the median there is filament.
@@ -107,6 +117,19 @@ std::vector<Level> ZoneLevels(const Strip& strip, double pitch, double bead) {
     levels.push_back(level);
   }
   return levels;
+}
+
+// Gives stretches that the photo does not show the levels of the nearest that it does.
+void FillUnseen(std::vector<Level>& levels) {
+  const std::vector<Level> own = levels;
+  const auto zones = static_cast<std::ptrdiff_t>(own.size());
+  for (std::ptrdiff_t zone = 0; zone < zones; ++zone) {
+    for (std::ptrdiff_t away = 0; away < zones && !levels[zone].seen; ++away) {
+      for (const std::ptrdiff_t near : {zone - away, zone + away}) {
+        if (near >= 0 && near < zones && own[near].seen) levels[zone] = own[near];
+      }
+    }
+  }
 }
 
 // Filament's contrast as a median over a line and its neighbours, for each zone.
@@ -118,10 +141,12 @@ void ShareFilamentLevels(std::vector<std::vector<Level>>& levels) {
       std::vector<double> near;
       for (std::ptrdiff_t i = line - 2; i <= line + 2; ++i) {
         for (std::ptrdiff_t k = zone - 1; k <= zone + 1; ++k) {
-          if (i >= 0 && i < lines && k >= 0 && k < kZones) near.push_back(own[i][k].filament);
+          if (i >= 0 && i < lines && k >= 0 && k < kZones && own[i][k].seen) {
+            near.push_back(own[i][k].filament);
+          }
         }
       }
-      levels[line][zone].filament = Median(near);
+      if (!near.empty()) levels[line][zone].filament = Median(near);
     }
   }
 }
@@ -133,7 +158,7 @@ Level LevelAt(const std::vector<Level>& levels, std::size_t place, std::size_t p
   const double f = clamped - static_cast<double>(i);
   const auto mix = [f](double a, double b) { return (1 - f) * a + f * b; };
   const Level &a = levels[i], &b = levels[i + 1];
-  return {mix(a.plate, b.plate), mix(a.grain, b.grain), mix(a.filament, b.filament)};
+  return {mix(a.plate, b.plate), mix(a.grain, b.grain), mix(a.filament, b.filament), a.seen};
 }
 
 // The part of the strip's rows that belongs to the bead: from half contrast outwards by the blur.
@@ -162,6 +187,8 @@ BeadReading Read(const Strip& strip, std::size_t place, const Level& level, doub
   BeadReading reading;
   reading.x_px = strip.x_px[place];
   reading.centre_px = track_y;
+  reading.seen = strip.seen[place];
+  if (!reading.seen || !level.seen) return reading;
   if (level.filament < options.least_contrast * level.grain || level.filament <= 0) return reading;
   const int skirt = std::max(2, static_cast<int>(std::lround(0.2 * bead)));
   const Span span = BeadSpan(strip, place, level, bead, skirt);
@@ -182,13 +209,16 @@ BeadReading Read(const Strip& strip, std::size_t place, const Level& level, doub
 double EdgeBlur(const std::vector<Strip>& strips) {
   std::vector<double> blurs;
   for (const Strip& strip : strips) {
+    std::vector<std::size_t> middle;
+    for (std::size_t place = strip.places / 3; place < 2 * strip.places / 3; ++place) {
+      if (strip.seen[place]) middle.push_back(place);
+    }
+    if (middle.empty()) continue;
     std::vector<double> profile;
     for (int offset = -strip.half; offset <= strip.half; ++offset) {
       double sum = 0;
-      for (std::size_t place = strip.places / 3; place < 2 * strip.places / 3; ++place) {
-        sum += strip.at(offset, place);
-      }
-      profile.push_back(sum / static_cast<double>(2 * strip.places / 3 - strip.places / 3));
+      for (const std::size_t place : middle) sum += strip.at(offset, place);
+      profile.push_back(sum / static_cast<double>(middle.size()));
     }
     double steepest = 0;
     for (std::size_t i = 0; i + 2 < profile.size(); ++i) {
@@ -232,6 +262,7 @@ BeadWidths MeasureBeadWidths(const GrayImage& contrast, const LinePattern& line_
     levels.push_back(ZoneLevels(strips.back(), line_pattern.pitch_px, line_pattern.bead_px));
   }
   ShareFilamentLevels(levels);
+  for (std::vector<Level>& line : levels) FillUnseen(line);
   BeadWidths widths;
   widths.blur_px = EdgeBlur(strips);
   for (std::size_t rung = 0; rung < strips.size(); ++rung) {

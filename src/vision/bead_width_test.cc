@@ -131,5 +131,30 @@ TEST(BeadWidth, MeasuresNothingInGlare) {
   }
 }
 
+// Beyond the photo's border there is whatever the picture was filled up with.
+TEST(BeadWidth, MeasuresNothingBeyondThePhoto) {
+  Random random(6);
+  const std::vector<double> bead_px(5, kBead_px);
+  Drawn drawn = Draw(bead_px, 1.2, 3, false, random);
+  const BeadWidths whole = MeasureBeadWidths(drawn.contrast, drawn.line_pattern);
+  constexpr int kBorder_px = 250;
+  drawn.line_pattern.seen.assign(bead_px.size(), {0, kBorder_px});
+  for (int y = 0; y < drawn.contrast.height; ++y) {
+    for (int x = kBorder_px + 1; x < kWidth_px; ++x) drawn.contrast.row(y)[x] = 1e6F;
+  }
+  const BeadWidths cut = MeasureBeadWidths(drawn.contrast, drawn.line_pattern);
+  for (std::size_t line = 0; line < cut.lines.size(); ++line) {
+    for (std::size_t place = 0; place < cut.lines[line].size(); ++place) {
+      const BeadReading& reading = cut.lines[line][place];
+      EXPECT_EQ(reading.seen, reading.x_px <= kBorder_px);
+      if (!reading.seen) {
+        EXPECT_EQ(reading.sigma_px, 0);
+      } else if (reading.x_px < kBorder_px - 5) {
+        EXPECT_NEAR(reading.width_px, whole.lines[line][place].width_px, 0.05 * kBead_px);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace trammel::vision

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "vision/local_contrast.h"
 #include "vision/quad_fit.h"
 #include "vision/rectify.h"
 
@@ -18,33 +19,6 @@ struct Look {
   double window = 0.1;   // of the longest side: the surroundings
   int open_px = 0;       // thinner things are cut off
 };
-
-// Brightness, blue, red and the two opponent colours: filament and plate differ in at least one.
-std::vector<cv::Mat> Channels(const cv::Mat& bgr) {
-  cv::Mat lab, gray;
-  cv::cvtColor(bgr, lab, cv::COLOR_BGR2Lab);
-  cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
-  std::vector<cv::Mat> channels{gray, {}, {}, {}, {}};
-  cv::extractChannel(bgr, channels[1], 0);
-  cv::extractChannel(bgr, channels[2], 2);
-  cv::extractChannel(lab, channels[3], 1);
-  cv::extractChannel(lab, channels[4], 2);
-  return channels;
-}
-
-// Difference from the surroundings, in units of its own spread there.
-cv::Mat Contrast(const cv::Mat& channel, double smooth_px, int window_px) {
-  cv::Mat value, smooth, mean, spread;
-  channel.convertTo(value, CV_32F);
-  cv::GaussianBlur(value, smooth, {}, smooth_px);
-  const cv::Size window(window_px, window_px);
-  cv::blur(smooth, mean, window, {-1, -1}, cv::BORDER_REFLECT);
-  const cv::Mat difference = smooth - mean;
-  cv::blur(difference.mul(difference), spread, window, {-1, -1}, cv::BORDER_REFLECT);
-  cv::sqrt(spread, spread);
-  constexpr double kGrain = 1.0;  // levels: below it there is nothing but rounding
-  return difference / cv::max(spread, kGrain);
-}
 
 std::vector<PointPx> ConvexOutline(const std::vector<cv::Point>& contour) {
   std::vector<cv::Point> hull, simple;
@@ -148,16 +122,16 @@ std::vector<FoundFrame> FindPrintedFrames(const BgrView& photo, const FrameFinde
   Frame small = ShrinkToFit(photo, options.longest_side_px, 1e18, scale);
   const cv::Mat bgr(small.height, small.width, CV_8UC3, small.bgr.data());
   const int longest = std::max(small.width, small.height);
-  const std::vector<cv::Mat> channels = Channels(bgr);
-  constexpr double kBegin = 0.25;  // spreads above the surroundings
+  const std::vector<cv::Mat> channels = ColourChannels(bgr);
   std::vector<FoundFrame> found;
   for (const cv::Mat& channel : channels) {
     for (const Look& look : {Look{1.0, 0.06, 3}, Look{1.0, 0.12, 5}, Look{2.0, 0.12, 5},
                              Look{2.0, 0.25, 5}, Look{3.0, 0.12, 7}, Look{0.7, 0.06, 0}}) {
       const int window = static_cast<int>(look.window * longest) | 1;
-      const cv::Mat contrast = Contrast(channel, look.smooth_px, window);
+      const cv::Mat contrast = LocalContrast(channel, look.smooth_px, window);
       for (const bool lighter : {true, false}) {
-        cv::Mat mask = lighter ? cv::Mat(contrast > kBegin) : cv::Mat(contrast < -kBegin);
+        cv::Mat mask =
+            lighter ? cv::Mat(contrast > kFilamentBegins) : cv::Mat(contrast < -kFilamentBegins);
         if (look.open_px > 0) {
           cv::morphologyEx(
               mask, mask, cv::MORPH_OPEN,

@@ -9,6 +9,7 @@
 
 #include "base/check.h"
 #include "base/statistics.h"
+#include "vision/rung_trace.h"
 
 namespace trammel::vision {
 namespace {
@@ -34,17 +35,6 @@ std::vector<double> ColumnMedians(const GrayImage& image, int y_begin, int y_end
     medians.push_back(Median(column));
   }
   return medians;
-}
-
-std::vector<double> BoxMean(const std::vector<double>& values, int half) {
-  const int n = static_cast<int>(values.size());
-  std::vector<double> sums(values.size() + 1, 0.0), means(values.size());
-  for (int i = 0; i < n; ++i) sums[i + 1] = sums[i] + values[i];
-  for (int i = 0; i < n; ++i) {
-    const int a = std::max(0, i - half), b = std::min(n, i + half + 1);
-    means[i] = (sums[b] - sums[a]) / (b - a);
-  }
-  return means;
 }
 
 double Wobble(const std::vector<double>& values, int begin, int end) {
@@ -152,36 +142,6 @@ void CheckSteps(const std::vector<Run>& runs, LinePattern& line_pattern) {
   }
 }
 
-// Mean over some columns around a rung; returns the bead's middle, or nothing where it is broken.
-std::optional<double> Middle(const GrayImage& image, int x_begin, int x_end, double y_near,
-                             double pitch, double least_contrast) {
-  const int a = std::max(0, static_cast<int>(y_near - 0.55 * pitch));
-  const int b = std::min(image.height - 1, static_cast<int>(y_near + 0.55 * pitch));
-  if (b - a < 4) return std::nullopt;
-  std::vector<double> profile;
-  for (int y = a; y <= b; ++y) {
-    double sum = 0;
-    for (int x = x_begin; x < x_end; ++x) sum += image.row(y)[x];
-    profile.push_back(sum / (x_end - x_begin));
-  }
-  const int n = static_cast<int>(profile.size());
-  const auto quarter = profile.begin() + n / 4;
-  const auto peak = std::max_element(quarter, profile.end() - n / 4);
-  const double low = Quantile(profile, 0.15);
-  const double half = (*peak + low) / 2;
-  if (*peak - low < least_contrast) return std::nullopt;
-  const int top = static_cast<int>(peak - profile.begin());
-  int i = top, k = top;
-  while (i > 0 && profile[i - 1] > half) --i;
-  while (k + 1 < n && profile[k + 1] > half) ++k;
-  double weights = 0, moment = 0;
-  for (int y = i; y <= k; ++y) {
-    weights += profile[y] - half;
-    moment += (profile[y] - half) * y;
-  }
-  return weights > 0 ? std::optional(a + moment / weights) : std::nullopt;
-}
-
 void TraceRungs(const GrayImage& image, int margin, const std::vector<Run>& runs,
                 LinePattern& line_pattern) {
   constexpr int kTraceZones = 30;
@@ -195,12 +155,15 @@ void TraceRungs(const GrayImage& image, int margin, const std::vector<Run>& runs
            zone >= 2 && zone < kTraceZones - 2; zone += direction) {
         const int x0 = margin + static_cast<int>(inner * zone / kTraceZones);
         const int x1 = margin + static_cast<int>(inner * (zone + 1) / kTraceZones);
-        const std::optional<double> middle = Middle(image, x0, std::max(x0 + 1, x1), near,
-                                                    line_pattern.pitch_px, 0.35 * run.strength);
-        if (!middle || std::abs(*middle - near) > 0.25 * line_pattern.pitch_px) continue;
-        near = *middle;
+        const std::optional<RungSection> section =
+            SectionOfRung(image, x0, std::max(x0 + 1, x1), near, line_pattern.pitch_px);
+        if (!section || section->height < 0.35 * run.strength ||
+            std::abs(section->middle_px - near) > 0.25 * line_pattern.pitch_px) {
+          continue;
+        }
+        near = section->middle_px;
         x_px.push_back((x0 + x1 - 1) / 2.0);
-        y_px.push_back(*middle);
+        y_px.push_back(near);
       }
     }
     if (x_px.empty()) {
@@ -209,22 +172,6 @@ void TraceRungs(const GrayImage& image, int margin, const std::vector<Run>& runs
     }
     line_pattern.rungs.push_back(FitCurve(x_px, y_px, image.width / 2.0, inner / 2));
   }
-}
-
-// Mean brightness along the middle between two rungs.
-std::vector<double> BetweenRungs(const GrayImage& image, const Curve& above, const Curve& below,
-                                 double pitch) {
-  std::vector<double> values(static_cast<std::size_t>(image.width));
-  const int half = std::max(0, static_cast<int>(0.12 * pitch));
-  for (int x = 0; x < image.width; ++x) {
-    const int middle = static_cast<int>(std::lround((above(x) + below(x)) / 2));
-    double sum = 0;
-    for (int y = middle - half; y <= middle + half; ++y) {
-      sum += image.row(std::clamp(y, 0, image.height - 1))[x];
-    }
-    values[x] = sum / (2 * half + 1);
-  }
-  return values;
 }
 
 // Where, going left from inside the frame, the rail begins; values run from the picture's left.

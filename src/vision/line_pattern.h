@@ -26,6 +26,14 @@ struct Curve {
 [[nodiscard]] Curve FitCurve(const std::vector<double>& s, const std::vector<double>& value,
                              double centre, double half_span);
 
+/// A part of the columns, both ends included.
+struct Columns {
+  int from_px = 0;
+  int to_px = -1;
+
+  [[nodiscard]] bool Hold(double x_px) const { return x_px >= from_px && x_px <= to_px; }
+};
+
 struct LinePattern {
   std::string problem;       ///< why this is no line pattern, with figures; empty where it is one
   std::vector<Curve> rungs;  ///< y_px of each line's middle over x_px, top to bottom
@@ -34,7 +42,15 @@ struct LinePattern {
   double bead_px = 0;      ///< median width of the rungs at half contrast
   Curve left_inner;        ///< x_px over y_px: where the left rail ends
   Curve right_inner;       ///< x_px over y_px: where the right rail begins
-  double irregularity = 0;  ///< largest deviation of a spacing from whole pitches, in pitches
+  bool left_seen =
+      true;  ///< the rail; where it is not, `left_inner` is where lines leave the photo
+  bool right_seen = true;  ///< likewise
+  bool first_cut = false;  ///< the photo ends before the place above the first rung
+  bool last_cut = false;   ///< likewise below the last rung
+  int doubtful = 0;  ///< outer stripes left out though they may be lines: the photo does not show
+                     ///< whether they are bars of the frame
+  std::vector<Columns> seen;  ///< per rung, what the photo shows of it; empty: all of every rung
+  double irregularity = 0;    ///< largest deviation of a spacing from whole pitches, in pitches
 };
 
 /// How much more a picture changes from row to row than from column to column: above 1 where the

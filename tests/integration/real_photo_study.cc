@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
@@ -53,6 +54,30 @@ cv::Mat Turned(const cv::Mat& picture, double degrees, bool grown) {
   return turned;
 }
 
+constexpr const char* kSides[] = {"left", "right", "top", "bottom"};
+
+cv::Mat Cropped(const cv::Mat& picture, int side, int percent) {
+  const int dx = picture.cols * percent / 100, dy = picture.rows * percent / 100;
+  cv::Rect keep(0, 0, picture.cols, picture.rows);
+  if (side == 0) keep.x = dx;
+  if (side < 2) keep.width -= dx;
+  if (side == 2) keep.y = dy;
+  if (side >= 2) keep.height -= dy;
+  return picture(keep).clone();
+}
+
+cv::Mat Blurred(const cv::Mat& picture, double sigma_px) {
+  cv::Mat out;
+  cv::GaussianBlur(picture, out, {}, sigma_px);
+  return out;
+}
+
+cv::Mat Resized(const cv::Mat& picture, double factor) {
+  cv::Mat out;
+  cv::resize(picture, out, {}, factor, factor, factor < 1 ? cv::INTER_AREA : cv::INTER_CUBIC);
+  return out;
+}
+
 cv::Mat Keystone(const cv::Mat& picture, double part) {
   const float w = static_cast<float>(picture.cols), h = static_cast<float>(picture.rows);
   const float in = static_cast<float>(part / 2) * w;
@@ -96,27 +121,16 @@ std::vector<Distortion> Distortions() {
            return out;
          }});
   }
-  const char* sides[] = {"left", "right", "top", "bottom"};
   for (int side = 0; side < 4; ++side) {
-    all.push_back({fmt::format("8 % cropped, {}", sides[side]), [=](const cv::Mat& in) {
-                     const int dx = in.cols * 8 / 100, dy = in.rows * 8 / 100;
-                     cv::Rect keep(0, 0, in.cols, in.rows);
-                     if (side == 0) keep.x = dx;
-                     if (side < 2) keep.width -= dx;
-                     if (side == 2) keep.y = dy;
-                     if (side >= 2) keep.height -= dy;
-                     return in(keep).clone();
-                   }});
+    all.push_back({fmt::format("8 % cropped, {}", kSides[side]),
+                   [=](const cv::Mat& in) { return Cropped(in, side, 8); }});
   }
   all.push_back({"perspective 10 %", [](const cv::Mat& in) { return Keystone(in, 0.1); }});
   all.push_back({"perspective 20 %", [](const cv::Mat& in) { return Keystone(in, 0.2); }});
   all.push_back({"shadow", Shaded});
   for (const double sigma_px : {1.0, 2.0}) {
-    all.push_back({fmt::format("blur {:.0f} px", sigma_px), [=](const cv::Mat& in) {
-                     cv::Mat out;
-                     cv::GaussianBlur(in, out, {}, sigma_px);
-                     return out;
-                   }});
+    all.push_back({fmt::format("blur {:.0f} px", sigma_px),
+                   [=](const cv::Mat& in) { return Blurred(in, sigma_px); }});
   }
   all.push_back({"noise 10", [](const cv::Mat& in) {
                    cv::Mat noise(in.size(), CV_32FC3), out;
@@ -138,15 +152,41 @@ std::vector<Distortion> Distortions() {
                    cv::cvtColor(grey, out, cv::COLOR_GRAY2BGR);
                    return out;
                  }});
-  all.push_back({"half the size", [](const cv::Mat& in) {
-                   cv::Mat out;
-                   cv::resize(in, out, {}, 0.5, 0.5, cv::INTER_AREA);
-                   return out;
-                 }});
+  all.push_back({"half the size", [](const cv::Mat& in) { return Resized(in, 0.5); }});
   return all;
 }
 
-TEST(RealPhotoStudy, DistortedPhotosAreAnsweredOrRefusedNeverWrong) {
+// Past both ends of what can be read: most of these have to be refused.
+std::vector<Distortion> Sweeps() {
+  std::vector<Distortion> all;
+  for (int degrees = -165; degrees <= 180; degrees += 30) {
+    all.push_back({fmt::format("turned {:+d} deg, in place", degrees),
+                   [=](const cv::Mat& in) { return Turned(in, degrees, false); }});
+  }
+  for (int side = 0; side < 4; ++side) {
+    for (const int percent : {4, 12, 16, 20, 25, 30}) {
+      all.push_back({fmt::format("{} % cropped, {}", percent, kSides[side]),
+                     [=](const cv::Mat& in) { return Cropped(in, side, percent); }});
+    }
+  }
+  for (const double sigma_px : {3.0, 4.0, 5.0, 6.0, 8.0}) {
+    all.push_back({fmt::format("blur {:.0f} px", sigma_px),
+                   [=](const cv::Mat& in) { return Blurred(in, sigma_px); }});
+  }
+  for (const double factor : {0.1, 0.15, 0.2, 0.25, 0.35, 0.7, 1.5, 2.4}) {
+    all.push_back({fmt::format("{} times the size", factor),
+                   [=](const cv::Mat& in) { return Resized(in, factor); }});
+  }
+  return all;
+}
+
+struct Tally {
+  int asked = 0, right = 0, off = 0, wrong = 0;
+  std::string reasons;
+};
+
+// Asks each photo under each distortion, and prints values and standard uncertainties.
+void Ask(const std::vector<Distortion>& distortions, Tally& tally) {
   const char* data = std::getenv("TRAMMEL_TEST_DATA");
   if (data == nullptr)
     GTEST_SKIP() << "set TRAMMEL_TEST_DATA to the folder with pressure_advance_photos/";
@@ -154,13 +194,12 @@ TEST(RealPhotoStudy, DistortedPhotosAreAnsweredOrRefusedNeverWrong) {
   const fs::path changed = folder.path() / "changed.png";
   app::PhotoPlan plan;
   for (int i = 0; i < kLines; ++i) plan.pressure_advance_s.push_back(kStep_s * i);
-
-  int asked = 0, right = 0, off = 0, wrong = 0;
   fmt::print("\nvalue and u (ms) of each photo as distorted\n{:32}", "");
   for (const RealPhoto& photo : kPhotos) fmt::print(" | {:18}", photo.name);
   fmt::print("\n");
-  std::string reasons;
-  for (const Distortion& distortion : Distortions()) {
+  const char* only = std::getenv("TRAMMEL_STUDY_ROW");
+  for (const Distortion& distortion : distortions) {
+    if (only != nullptr && distortion.name.find(only) == std::string::npos) continue;
     fmt::print("{:32}", distortion.name);
     for (const RealPhoto& photo : kPhotos) {
       const fs::path file =
@@ -170,23 +209,24 @@ TEST(RealPhotoStudy, DistortedPhotosAreAnsweredOrRefusedNeverWrong) {
       ASSERT_TRUE(cv::imwrite(changed.string(), distortion.apply(picture),
                               {cv::IMWRITE_PNG_COMPRESSION, 1}));
       const auto run = app::AnalysePhoto(changed, plan, pa::Method::kResponse);
-      ++asked;
+      ++tally.asked;
       if (!run || !run->analysis.pressure_advance.good()) {
         fmt::print(" | {:18}", "-");
-        reasons += fmt::format("{}, {}: {}\n", distortion.name, photo.name,
-                               run ? run->analysis.pressure_advance.reason() : run.error().message);
+        tally.reasons +=
+            fmt::format("{}, {}: {}\n", distortion.name, photo.name,
+                        run ? run->analysis.pressure_advance.reason() : run.error().message);
         continue;
       }
       const Quantity quantity = run->analysis.pressure_advance.quantity();
       const bool near = FromAccepted(photo, quantity.value) <= kHalfStep_s;
-      right += near;
+      tally.right += near;
       const auto held = [&](double value_s) {
         return quantity.interval95.lo <= value_s && value_s <= quantity.interval95.hi;
       };
       // Off by more than half a step, while the interval holds what a person accepted.
       const bool holds = held(photo.accepted_s[0]) || held(photo.accepted_s[1]);
-      off += !near && holds;
-      wrong += !near && !holds;
+      tally.off += !near && holds;
+      tally.wrong += !near && !holds;
       fmt::print(" | {:6.2f} {:5.2f} {:5}", 1e3 * quantity.value,
                  1e3 * quantity.standard_uncertainty,
                  near    ? ""
@@ -194,10 +234,22 @@ TEST(RealPhotoStudy, DistortedPhotosAreAnsweredOrRefusedNeverWrong) {
                          : "WRONG");
     }
     fmt::print("\n");
+    std::fflush(stdout);
   }
-  fmt::print("{} of {} right, {} off within their intervals, {} wrong; refused:\n{}", right, asked,
-             off, wrong, reasons);
-  EXPECT_EQ(wrong, 0);
+  fmt::print("{} of {} right, {} off within their intervals, {} wrong; refused:\n{}", tally.right,
+             tally.asked, tally.off, tally.wrong, tally.reasons);
+}
+
+TEST(RealPhotoStudy, DistortedPhotosAreAnsweredOrRefusedNeverWrong) {
+  Tally tally;
+  Ask(Distortions(), tally);
+  EXPECT_EQ(tally.wrong, 0);
+}
+
+TEST(RealPhotoStudy, PhotosBeyondWhatCanBeReadAreNeverWrong) {
+  Tally tally;
+  Ask(Sweeps(), tally);
+  EXPECT_EQ(tally.wrong, 0);
 }
 
 }  // namespace

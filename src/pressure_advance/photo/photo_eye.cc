@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "pressure_advance/photo/photo_lines.h"
+#include "pressure_advance/photo/photo_orientation.h"
 #include "vision/bead_width.h"
 #include "vision/rectify.h"
 
@@ -51,36 +53,6 @@ std::string CheckPhoto(const BgrView& photo) {
   return {};
 }
 
-// The direction from one end of the pattern to another, in the photo.
-struct Heading {
-  double x = 0, y = 0;  // unit vector
-};
-
-Heading HeadingBetween(const vision::PointPx& a1, const vision::PointPx& a2,
-                       const vision::PointPx& b1, const vision::PointPx& b2) {
-  const double x = b1.x + b2.x - a1.x - a2.x, y = b1.y + b2.y - a1.y - a2.y;
-  const double length = std::hypot(x, y);
-  return {x / length, y / length};
-}
-
-// How far a heading goes towards a side of the picture, -1 … 1.
-double Towards(const Heading& heading, PhotoSide side) {
-  switch (side) {
-    case PhotoSide::kBottom:
-      return heading.y;
-    case PhotoSide::kTop:
-      return -heading.y;
-    case PhotoSide::kLeft:
-      return -heading.x;
-    case PhotoSide::kRight:
-      return heading.x;
-  }
-  return 0;
-}
-
-// Below this a side is across the heading rather than along it: about 15 degrees.
-constexpr double kLeastAlong = 0.26;
-
 std::vector<LineProfile> Profiles(const vision::BeadWidths& widths,
                                   const std::vector<double>& pressure_advance_s) {
   std::vector<LineProfile> profiles;
@@ -90,22 +62,23 @@ std::vector<LineProfile> Profiles(const vision::BeadWidths& widths,
     profile.cross_section_unit = CrossSectionUnit::kPixel;
     profile.position_unit = PositionUnit::kLineLength;
     const std::vector<vision::BeadReading>& readings = widths.lines[line];
-    std::size_t gaps = 0;
+    std::size_t gaps = 0, seen = 0;
     for (std::size_t i = 0; i < readings.size(); ++i) {
       ProfileSample sample;
       sample.position = (static_cast<double>(i) + 0.5) / static_cast<double>(readings.size());
       sample.gap = !(readings[i].sigma_px > 0);
-      gaps += sample.gap;
+      gaps += readings[i].seen && sample.gap;
+      seen += readings[i].seen;
       if (!sample.gap) {
         sample.width = {std::max(0.0, readings[i].width_px), readings[i].sigma_px};
       }
       profile.samples.push_back(sample);
     }
     constexpr double kMostGaps = 0.5;
-    if (static_cast<double>(gaps) > kMostGaps * static_cast<double>(readings.size())) {
+    if (static_cast<double>(gaps) > kMostGaps * static_cast<double>(seen)) {
       profile.unusable = fmt::format(
           "filament and plate look alike along {} of {} places of this line: glare or shadow", gaps,
-          readings.size());
+          seen);
     }
     profiles.push_back(std::move(profile));
   }
@@ -119,75 +92,11 @@ void Reverse(std::vector<LineProfile>& profiles) {
   }
 }
 
-std::string SidesAlong(const Heading& heading) {
-  std::string sides;
-  for (const PhotoSide side :
-       {PhotoSide::kBottom, PhotoSide::kTop, PhotoSide::kLeft, PhotoSide::kRight}) {
-    if (std::abs(Towards(heading, side)) < kLeastAlong) continue;
-    sides += (sides.empty() ? "" : " or ") + ToString(side);
-  }
-  return sides;
-}
-
 // How the lines lie in the rectified picture.
 struct Orientation {
   bool first_at_bottom = true;
   bool reversed = false;  // printed from right to left
 };
-
-// What the lines say of an orientation that is taken for the right one.
-struct OrientationReading {
-  std::string refusal;
-  bool reversed = false;
-  bool upside_down = false;  // the first line lies at the other side, for sure
-  std::optional<FoundSegments> segments;
-};
-
-// Which end of the lines is their printed start, and whether the order is the other way round.
-OrientationReading ReadOrientation(const std::vector<LineProfile>& profiles,
-                                   const PhotoOptions& options, const Heading& along,
-                                   PhotoSide from, bool order_on_trust) {
-  OrientationReading result;
-  std::optional<bool> known;
-  if (options.start) {
-    const double towards = Towards(along, *options.start);
-    if (std::abs(towards) < kLeastAlong) {
-      result.refusal =
-          fmt::format("the lines run from {} in this photo, so they cannot start at the {}",
-                      SidesAlong(along), ToString(*options.start));
-      return result;
-    }
-    known = towards > 0;
-  }
-  const TrendReading reading =
-      ReadTrend(MeasureWidthTrend(profiles), options.slow_before, options.slow_after, known);
-  // Each reading is the sum of two largest of a few independent slopes: of noise alone two differ
-  // by 1 to 2 scatters.
-  constexpr double kLeastLead = 6;
-  const bool sure = reading.lead >= kLeastLead;
-  result.upside_down = sure && reading.upside_down;
-  if (result.upside_down && options.from) {
-    result.refusal = fmt::format(
-        "the lines say that the PA list runs the other way: they grow thinner with rising PA where "
-        "they should grow wider ({:.0f} times the scatter). The photo may be upside down: give the "
-        "side at which the first line lies (now: {}) or none, or the other start",
-        reading.significance, ToString(from));
-  } else if (!known && !sure) {
-    result.refusal = fmt::format(
-        "the lines do not show at which end they were printed first (widths change with PA by "
-        "{:.1f} times the scatter, {:.1f} ahead of the other reading; {:.0f} ahead are needed); "
-        "give the side at which they start (--start left, right, top or bottom)",
-        reading.significance, reading.lead, kLeastLead);
-  } else if (!order_on_trust && !(sure && reading.order_compared)) {
-    result.refusal = fmt::format(
-        "the lines do not show which of them is the first; give the side at which it lies "
-        "(--from {})",
-        ToString(from));
-  }
-  result.reversed = known.value_or(reading.reversed);
-  result.segments = reading.segments;
-  return result;
-}
 
 void FlipPicture(Frame& picture, bool left_right, bool top_bottom) {
   Frame flipped(picture.width, picture.height);
@@ -243,26 +152,6 @@ std::string CheckSharpness(const vision::LinePattern& line_pattern, double blur_
   return {};
 }
 
-// The side at which the first line is taken to lie where none is given.
-PhotoSide UsualSide(const Heading& down) {
-  if (std::abs(Towards(down, PhotoSide::kBottom)) >= kLeastAlong) return PhotoSide::kBottom;
-  return PhotoSide::kLeft;
-}
-
-PhotoSide Opposite(PhotoSide side) {
-  switch (side) {
-    case PhotoSide::kBottom:
-      return PhotoSide::kTop;
-    case PhotoSide::kTop:
-      return PhotoSide::kBottom;
-    case PhotoSide::kLeft:
-      return PhotoSide::kRight;
-    case PhotoSide::kRight:
-      return PhotoSide::kLeft;
-  }
-  return side;
-}
-
 // Writes what was measured, in the order of the list and with the print direction to the right.
 void Deliver(PhotoLines& seen, const vision::BeadWidths& widths, const Orientation& lie,
              PhotoMeasurement& measurement) {
@@ -271,6 +160,7 @@ void Deliver(PhotoLines& seen, const vision::BeadWidths& widths, const Orientati
   measurement.traces = Traces(widths, seen.picture, lie.reversed, !lie.first_at_bottom);
   FlipPicture(seen.picture, lie.reversed, !lie.first_at_bottom);
   const auto point = [&](std::size_t i) { return PhotoPoint{c[i].x, c[i].y}; };
+  if (!seen.frame_seen) return;
   // Index of each corner by (at bottom, at right).
   const auto corner = [&](bool first_line, bool line_start) {
     const bool bottom = first_line == lie.first_at_bottom;
@@ -301,7 +191,8 @@ struct SideReading {
 };
 
 SideReading ReadFrom(PhotoSide from, const PhotoLines& seen, const vision::BeadWidths& widths,
-                     const PhotoOptions& options, bool order_on_trust) {
+                     const PhotoOptions& options, bool order_on_trust,
+                     std::span<const ShownPart> parts) {
   const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
   SideReading side;
   side.lie.first_at_bottom = Towards(HeadingBetween(c[0], c[1], c[3], c[2]), from) > 0;
@@ -313,9 +204,48 @@ SideReading ReadFrom(PhotoSide from, const PhotoLines& seen, const vision::BeadW
   }
   side.profiles = Profiles(side.widths, side.names.pressure_advance_s);
   side.orientation = ReadOrientation(side.profiles, options, HeadingBetween(c[0], c[3], c[1], c[2]),
-                                     from, order_on_trust);
+                                     from, order_on_trust, parts);
   side.lie.reversed = side.orientation.reversed;
   return side;
+}
+
+// Marks lines that leave the photo too near to their speed changes: what follows the deceleration
+// is what its widths are compared with.
+void DropCutLines(const SideReading& side, const PhotoOptions& options,
+                  std::vector<LineProfile>& profiles) {
+  constexpr double kBefore = 0.03;     // line lengths: half of a bulge
+  constexpr double kShareAfter = 0.7;  // of the slow part behind the deceleration
+  const auto& segments = side.orientation.segments;
+  const double rise = segments ? segments->fast_begin : options.slow_before;
+  const double fall = segments ? segments->fast_end : 1 - options.slow_after;
+  for (std::size_t line = 0; line < profiles.size(); ++line) {
+    const std::vector<vision::BeadReading>& readings = side.widths.lines[line];
+    const auto is_seen = [](const vision::BeadReading& reading) { return reading.seen; };
+    const auto n = static_cast<double>(readings.size());
+    const auto hidden_left = static_cast<double>(
+        std::find_if(readings.begin(), readings.end(), is_seen) - readings.begin());
+    const auto hidden_right = static_cast<double>(
+        std::find_if(readings.rbegin(), readings.rend(), is_seen) - readings.rbegin());
+    const double begin = (side.lie.reversed ? hidden_right : hidden_left) / n;
+    const double end = 1 - (side.lie.reversed ? hidden_left : hidden_right) / n;
+    const bool cut = (begin > 0 && begin > rise - kBefore) ||
+                     (end < 1 && end < fall + kShareAfter * options.slow_after);
+    if (cut && profiles[line].unusable.empty()) {
+      profiles[line].unusable = fmt::format(
+          "the photo shows this line from {:.2f} to {:.2f} of its length, too little around its "
+          "speed changes",
+          begin, end);
+    }
+  }
+}
+
+// Moves the ends of lines that leave the photo to where the speed changes have them.
+void PlaceUnseenEnds(const ShownPart& shown, vision::LinePattern& line_pattern) {
+  const double middle = line_pattern.left_inner.centre;
+  const double length = line_pattern.right_inner(middle) - line_pattern.left_inner(middle);
+  const double per_line = length / (shown.end - shown.begin);
+  line_pattern.left_inner.c0 -= shown.begin * per_line;
+  line_pattern.right_inner.c0 += (1 - shown.end) * per_line;
 }
 
 // From the frame and its rungs to profiles in the order of the PA list.
@@ -323,20 +253,31 @@ void MeasureLines(PhotoLines& seen, const PhotoOptions& options, PhotoMeasuremen
   const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
   const Heading down = HeadingBetween(c[0], c[1], c[3], c[2]);
   const PhotoSide usual = options.from.value_or(UsualSide(down));
-  if (std::abs(Towards(down, usual)) < kLeastAlong) {
+  if (!IsAlong(down, usual)) {
     measurement.refusal = fmt::format(
         "the lines follow each other towards {} in this photo, so the first cannot lie at the {}",
         SidesAlong(down), ToString(usual));
     return;
   }
-  const vision::BeadWidths widths = vision::MeasureBeadWidths(seen.contrast, seen.line_pattern);
   const bool usual_on_trust = options.from || usual == PhotoSide::kBottom;
   PhotoSide from = usual;
-  SideReading side = ReadFrom(from, seen, widths, options, usual_on_trust);
-  const std::string first_refusal = side.refusal();
-  if (!options.from && side.other_side_may_do()) {
-    from = Opposite(usual);
-    side = ReadFrom(from, seen, widths, options, false);
+  SideReading side;
+  std::string first_refusal;
+  vision::BeadWidths widths;
+  std::vector<ShownPart> parts =
+      PossibleParts(seen.line_pattern.left_seen, seen.line_pattern.right_seen);
+  for (const bool placed : {false, true}) {
+    widths = vision::MeasureBeadWidths(seen.contrast, seen.line_pattern);
+    from = usual;
+    side = ReadFrom(from, seen, widths, options, usual_on_trust, parts);
+    first_refusal = side.refusal();
+    if (!options.from && side.other_side_may_do()) {
+      from = Opposite(usual);
+      side = ReadFrom(from, seen, widths, options, false, parts);
+    }
+    if (placed || parts.size() == 1 || !side.usable()) break;
+    PlaceUnseenEnds(side.orientation.shown, seen.line_pattern);
+    parts = {{}};
   }
   if (side.names.refusal.empty()) {
     measurement.refusal = CheckSharpness(seen.line_pattern, widths.blur_px);
@@ -353,6 +294,7 @@ void MeasureLines(PhotoLines& seen, const PhotoOptions& options, PhotoMeasuremen
     return;
   }
   if (!side.names.notice.empty()) measurement.notices.push_back(side.names.notice);
+  DropCutLines(side, options, side.profiles);
   measurement.profiles = std::move(side.profiles);
   measurement.segments = side.orientation.segments;
   measurement.first_line = from;
@@ -360,20 +302,6 @@ void MeasureLines(PhotoLines& seen, const PhotoOptions& options, PhotoMeasuremen
 }
 
 }  // namespace
-
-std::string ToString(PhotoSide side) {
-  switch (side) {
-    case PhotoSide::kBottom:
-      return "bottom";
-    case PhotoSide::kTop:
-      return "top";
-    case PhotoSide::kLeft:
-      return "left";
-    case PhotoSide::kRight:
-      return "right";
-  }
-  return "bottom";
-}
 
 PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options) {
   PhotoMeasurement measurement;

@@ -54,9 +54,10 @@ struct PhotoMeasurement {
                                       ///< inner edge of the frame at the printed start
   std::optional<FoundSegments> segments;  ///< where the speed changes, found from the lines; absent
                                           ///< where they do not show it
-  std::vector<PhotoPoint> frame_corners;  ///< outer corners of the printed frame in the photo:
-                                          ///< first line's start, first line's end, last line's
-                                          ///< end, last line's start; empty where none was found
+  std::vector<PhotoPoint>
+      frame_corners;               ///< outer corners of the printed frame in the photo:
+                                   ///< first line's start, first line's end, last line's
+                                   ///< end, last line's start; empty where it is not seen whole
   Frame rectified;                 ///< the pattern seen straight from above, print direction to the
                                    ///< right, first line at the bottom; 0 x 0 where none was found
   std::vector<TracedLine> traces;  ///< per profile, in px of `rectified`
@@ -67,17 +68,20 @@ struct PhotoMeasurement {
 /// Largest photo that is measured, in pixels: at twice a 100-megapixel camera.
 inline constexpr long long kLargestPhotoPx = 200'000'000;
 
-/// Finds the printed frame and its lines, looks at them straight from above, and measures how wide
-/// each line is all along.
+/// Finds the printed lines, looks at them straight from above, and measures how wide each is all
+/// along.
 ///
 /// Assumes a rectangular printed frame whose two long bars the lines connect, lines of equal
 /// spacing between two further bars, and filament that differs from the plate in colour or
-/// brightness. The frame may be turned, tilted and mirrored in any way.
+/// brightness. The pattern may be turned, tilted and mirrored in any way. The frame may leave the
+/// photo, and so may the lines' ends, as long as one of the two long bars is seen beside some of
+/// the lines and both speed changes in enough of them.
 /// @param photo    8-bit BGR, shape (height, width, 3). May be empty or without a pattern: refused.
 /// @param options  Checked; what cannot be is refused with the field, the value and the bound.
-/// Accuracy: photo_eye_test has the bounds on drawn patterns.
-/// Cost: about 1 s of one core for 2 megapixels, 5 s for 100; about 40 bytes of memory per pixel,
-/// and no more than 0.5 GB beside the photo, since larger ones are shrunk to 12 megapixels.
+/// Accuracy: photo_eye_test and photo_comb_test have the bounds on drawn patterns.
+/// Cost: about 1 s of one core for 2 megapixels, 5 s for 100, twice as much without a whole frame;
+/// about 40 bytes of memory per pixel, and no more than 0.5 GB beside the photo, since larger ones
+/// are shrunk to 12 megapixels.
 [[nodiscard]] PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options);
 
 }  // namespace trammel::pressure_advance

@@ -1,14 +1,18 @@
 #include "pressure_advance/photo/photo_lines.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "base/statistics.h"
+#include "pressure_advance/photo/photo_comb.h"
+#include "vision/comb_finder.h"
 #include "vision/filament_contrast.h"
 #include "vision/frame_finder.h"
 #include "vision/rectify.h"
@@ -16,10 +20,12 @@
 namespace trammel::pressure_advance {
 namespace {
 
+constexpr const char* kAdvice =
+    "All lines with some plate around them must be in the picture, sharp and without glare";
+
 // Measuring needs no more: lines of 20 px are read to a percent of their width.
 constexpr double kMostMeasured_px = 12e6;
 constexpr int kLongestMeasured_px = 6000;
-constexpr double kLongestRectified_px = 3000;
 
 struct View {
   vision::Quad corners;  // of the frame in the picture, turned so that rungs lie along the rows
@@ -30,7 +36,7 @@ struct View {
 
 // The frame seen straight from above, as large as it is in the photo.
 std::optional<View> LookAt(const Frame& photo, const vision::FoundFrame& frame,
-                           const vision::Quad& corners, double scale, std::size_t wanted) {
+                           const vision::Quad& corners, std::size_t wanted) {
   using vision::Distance_px;
   double width = std::max(Distance_px(corners[0], corners[1]), Distance_px(corners[3], corners[2]));
   double height =
@@ -49,7 +55,7 @@ std::optional<View> LookAt(const Frame& photo, const vision::FoundFrame& frame,
   const auto photo_from_view = vision::TargetFromSource(corners, target);
   vision::Quad in_mask;
   for (std::size_t i = 0; i < 4; ++i) {
-    const double to_mask = frame.filament_scale / scale;
+    const double to_mask = frame.filament_scale;
     in_mask[i] = {(corners[i].x + 0.5) * to_mask - 0.5, (corners[i].y + 0.5) * to_mask - 0.5};
   }
   const auto mask_from_view = vision::TargetFromSource(in_mask, target);
@@ -86,6 +92,10 @@ double BarMismatch(const Candidate& candidate) {
   return std::abs(left - right) / width;
 }
 
+bool HasPlaces(const vision::LinePattern& line_pattern, std::size_t wanted) {
+  return line_pattern.rungs.size() == wanted || PlacesOf(line_pattern) == wanted;
+}
+
 constexpr double kRightCount = 1000;
 constexpr double kClear = 3;  // rows over columns
 
@@ -93,25 +103,18 @@ constexpr double kClear = 3;  // rows over columns
 // between bars that are alike.
 double Rank(const Candidate& candidate, std::size_t wanted) {
   if (!candidate.line_pattern.problem.empty()) return -1;
-  const double right =
-      candidate.line_pattern.rungs.size() == wanted || PlacesOf(candidate.line_pattern) == wanted
-          ? 1
-          : 0;
+  const double right = HasPlaces(candidate.line_pattern, wanted) ? 1 : 0;
   constexpr double kMostMismatch = 0.1;
   const double alike = std::max(0.0, 1 - BarMismatch(candidate) / kMostMismatch);
   return kRightCount * right + alike * std::min(candidate.strength, kRightCount - 1);
 }
 
 // The view of a frame with the rungs along the rows.
-std::optional<Candidate> Judge(const Frame& photo, const vision::FoundFrame& frame, double scale,
+std::optional<Candidate> Judge(const Frame& photo, const vision::FoundFrame& frame,
                                std::size_t wanted) {
-  vision::Quad corners = frame.outer;
-  for (vision::PointPx& p : corners) {
-    p = {(p.x + 0.5) * scale - 0.5, (p.y + 0.5) * scale - 0.5};
-  }
   std::optional<Candidate> best;
   for (const std::size_t turns : {0, 1}) {
-    std::optional<View> view = LookAt(photo, frame, Turned(corners, turns), scale, wanted);
+    std::optional<View> view = LookAt(photo, frame, Turned(frame.outer, turns), wanted);
     if (!view) continue;
     const double strength = vision::RowsOverColumns(view->contrast, view->margin);
     if (best && best->strength >= strength) continue;
@@ -122,23 +125,11 @@ std::optional<Candidate> Judge(const Frame& photo, const vision::FoundFrame& fra
   return best;
 }
 
-}  // namespace
-
-PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
-  PhotoLines result;
-  double scale = 1;
-  const Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMostMeasured_px, scale);
-  constexpr int kSmallest_px = 16;
-  std::vector<vision::FoundFrame> frames;
-  if (std::min(measured.width, measured.height) >= kSmallest_px) {
-    frames = vision::FindPrintedFrames(measured.view());
-  }
+PhotoLines LinesInFrame(const Frame& measured, std::size_t wanted) {
+  const std::vector<vision::FoundFrame> frames = vision::FindPrintedFrames(measured.view());
   std::optional<Candidate> best;
-  for (vision::FoundFrame& frame : frames) {
-    for (vision::PointPx& p : frame.outer)
-      p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
-    frame.filament_scale *= scale;
-    std::optional<Candidate> candidate = Judge(measured, frame, scale, wanted);
+  for (const vision::FoundFrame& frame : frames) {
+    std::optional<Candidate> candidate = Judge(measured, frame, wanted);
     if (candidate && (!best || Rank(*candidate, wanted) > Rank(*best, wanted))) {
       best = std::move(candidate);
     }
@@ -146,8 +137,7 @@ PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
     // twice.
     if (best && Rank(*best, wanted) > kRightCount + kClear) break;
   }
-  constexpr const char* kAdvice =
-      "The whole frame with some plate around it must be in the picture, sharp and without glare";
+  PhotoLines result;
   if (!best) {
     result.problem = fmt::format("no printed frame is seen in the photo. {}", kAdvice);
     return result;
@@ -159,12 +149,76 @@ PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
     return result;
   }
   result.corners = best->view.corners;
-  for (vision::PointPx& p : result.corners) {
-    p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
-  }
   result.picture = std::move(best->view.picture);
   result.contrast = std::move(best->view.contrast);
   result.line_pattern = std::move(best->line_pattern);
+  return result;
+}
+
+// Of several views of the lines, some of which miss an outer line or take a shadow for one, those
+// count that agree on how many places there are; the list does not, or it would choose its own
+// error.
+PhotoLines LinesOfComb(const Frame& measured) {
+  struct Seen {
+    double sum = 0;  // of strength, over all views with this number of places
+    std::optional<CombView> clearest;
+    double strength = 0;  // rows over columns of the clearest
+  };
+  std::map<std::size_t, Seen> by_places;
+  std::string problem;
+  for (const vision::FoundComb& comb : vision::FindCombs(measured.view())) {
+    std::optional<CombView> view = LookAtComb(measured.view(), comb);
+    if (!view) continue;
+    if (!view->line_pattern.problem.empty()) {
+      if (problem.empty()) problem = view->line_pattern.problem;
+      continue;
+    }
+    Seen& seen = by_places[PlacesOf(view->line_pattern)];
+    const double strength = vision::RowsOverColumns(view->contrast, 0);
+    seen.sum += strength;
+    if (strength <= seen.strength) continue;
+    seen.strength = strength;
+    seen.clearest = std::move(view);
+  }
+  const auto most =
+      std::max_element(by_places.begin(), by_places.end(),
+                       [](const auto& a, const auto& b) { return a.second.sum < b.second.sum; });
+  PhotoLines result;
+  result.frame_seen = false;
+  if (most == by_places.end()) {
+    result.problem = problem.empty() ? "no equally spaced lines are seen" : problem;
+    return result;
+  }
+  CombView& best = *most->second.clearest;
+  result.corners = best.corners;
+  result.picture = std::move(best.picture);
+  result.contrast = std::move(best.contrast);
+  result.line_pattern = std::move(best.line_pattern);
+  return result;
+}
+
+}  // namespace
+
+PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
+  double scale = 1;
+  const Frame measured = vision::ShrinkToFit(photo, kLongestMeasured_px, kMostMeasured_px, scale);
+  constexpr int kSmallest_px = 16;
+  PhotoLines result;
+  if (std::min(measured.width, measured.height) < kSmallest_px) {
+    result.problem = fmt::format("the photo has {} x {} px", photo.width, photo.height);
+    return result;
+  }
+  result = LinesInFrame(measured, wanted);
+  if (!result.problem.empty() || !HasPlaces(result.line_pattern, wanted)) {
+    PhotoLines comb = LinesOfComb(measured);
+    if (comb.problem.empty() && (!result.problem.empty() || comb.line_pattern.rungs.size() >
+                                                                result.line_pattern.rungs.size())) {
+      result = std::move(comb);
+    }
+  }
+  for (vision::PointPx& p : result.corners) {
+    p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
+  }
   return result;
 }
 
@@ -177,12 +231,20 @@ std::size_t PlacesOf(const vision::LinePattern& line_pattern) {
 namespace {
 
 std::string DescribeCount(const vision::LinePattern& line_pattern, std::size_t wanted) {
-  const std::size_t missing = PlacesOf(line_pattern) - line_pattern.rungs.size();
-  return fmt::format(
-      "found {} lines{}, the PA list has {} values: give the list of the lines in the photo, or "
-      "take a photo that shows all of them",
-      line_pattern.rungs.size(),
+  const std::size_t places = PlacesOf(line_pattern);
+  const std::size_t missing = places - line_pattern.rungs.size();
+  const std::string found = fmt::format(
+      "found {} lines{}, the PA list has {} values", line_pattern.rungs.size(),
       missing > 0 ? fmt::format(" and {} empty places between them", missing) : "", wanted);
+  if (places < wanted && (line_pattern.first_cut || line_pattern.last_cut)) {
+    return fmt::format(
+        "{}: the other {} lie outside the photo, which ends beside the {} line that it shows. Take "
+        "a photo that shows all of them",
+        found, wanted - places,
+        line_pattern.first_cut && line_pattern.last_cut ? "first and the last" : "outer");
+  }
+  return fmt::format(
+      "{}: give the list of the lines in the photo, or take a photo that shows all of them", found);
 }
 
 // Whether the list jumps where rungs are missing, and only there.
@@ -204,17 +266,24 @@ LineNames NameLines(const vision::LinePattern& line_pattern, const std::vector<d
   const std::size_t places = PlacesOf(line_pattern);
   std::vector<int> steps = line_pattern.steps;
   if (first_at_bottom) std::reverse(steps.begin(), steps.end());
-  if (places == list.size()) {
+  if (line_pattern.doubtful > 0) {
+    names.refusal = fmt::format(
+        "{} lines are seen, and {} more at the photo's border that may be lines or bars of the "
+        "frame. {}",
+        found, line_pattern.doubtful, kAdvice);
+  } else if (places == list.size()) {
     std::size_t place = 0;
+    std::vector<double> missing;
     for (std::size_t i = 0; i < found; ++i) {
       names.pressure_advance_s.push_back(list[place]);
-      if (i < steps.size()) place += static_cast<std::size_t>(steps[i]);
+      const std::size_t next = place + (i < steps.size() ? static_cast<std::size_t>(steps[i]) : 1);
+      for (++place; place < next; ++place) missing.push_back(list[place]);
     }
     if (places > found) {
       names.notice = fmt::format(
-          "{} of {} lines are not in the photo; the others were named by their "
+          "{} of {} lines are not in the photo (those at {} s); the others were named by their "
           "places",
-          places - found, places);
+          places - found, places, fmt::join(missing, ", "));
     }
   } else if (found == list.size() && JumpsAlike(steps, list)) {
     names.pressure_advance_s = list;

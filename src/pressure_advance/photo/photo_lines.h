@@ -11,9 +11,10 @@
 namespace trammel::pressure_advance {
 
 struct PhotoLines {
-  std::string problem;   ///< why there is no pattern, and what to do; empty where there is one
-  vision::Quad corners;  ///< outer corners of the frame in px of the photo: top left, top
-                         ///< right, bottom right, bottom left of `picture`
+  std::string problem;     ///< why there is no pattern, and what to do; empty where there is one
+  bool frame_seen = true;  ///< all of it; otherwise the lines were found without it
+  vision::Quad corners;  ///< in px of the photo, top left, top right, bottom right, bottom left of
+                         ///< `picture`: outer corners of the frame, or of the lines' surroundings
   Frame picture;         ///< the pattern straight from above with some plate around, lines
                          ///< along the rows; never mirrored
   vision::GrayImage contrast;        ///< same size: filament higher than plate
@@ -22,6 +23,8 @@ struct PhotoLines {
 
 /// Looks at each outline of filament straight from above, and keeps the one whose inside is most of
 /// a line pattern: as many rungs as wanted first, then the strongest contrast of rows over columns.
+/// Where none holds as many as wanted, looks for equally spaced lines by themselves, and keeps
+/// these where they are more.
 /// @param wanted  number of lines expected, >= 2; another number is found and reported as well.
 /// REQUIRES a photo of at least 16 px each way.
 [[nodiscard]] PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted);

@@ -24,12 +24,13 @@ struct Extreme {
 };
 
 // The largest sign * slope within reach of a place; its position is the lobe's centre of gravity
-// above half of its peak.
-Extreme LargestNear(const WidthTrend& trend, double place, double reach, double sign) {
+// above half of its peak. Positions in line lengths.
+Extreme LargestNear(const WidthTrend& trend, const ShownPart& part, double place, double reach,
+                    double sign) {
   Extreme extreme{place, 0};
   std::size_t top = trend.slope.size();
   for (std::size_t i = 0; i < trend.slope.size(); ++i) {
-    if (std::abs(trend.position[i] - place) > reach) continue;
+    if (std::abs(part.InLine(trend.position[i]) - place) > reach) continue;
     if (sign * trend.slope[i] > extreme.size) {
       extreme.size = sign * trend.slope[i];
       top = i;
@@ -45,7 +46,7 @@ Extreme LargestNear(const WidthTrend& trend, double place, double reach, double 
     weights += weight;
     moment += weight * trend.position[i];
   }
-  extreme.position = weights > 0 ? moment / weights : trend.position[top];
+  extreme.position = part.InLine(weights > 0 ? moment / weights : trend.position[top]);
   return extreme;
 }
 
@@ -53,9 +54,39 @@ struct Hypothesis {
   bool reversed = false;
   bool upside_down = false;
   Extreme acceleration, deceleration;
+  ShownPart shown;
+  double misfit = 0;  // of both places from the plan's, line lengths
 
   [[nodiscard]] double score() const { return acceleration.size + deceleration.size; }
 };
+
+constexpr double kReach = 0.08;  // line lengths: what frames hide, and how far a bulge is carried
+
+// A reading with the part of the lines that suits it best: among those that give it nearly the
+// largest score, the one that brings both places nearest to the plan.
+Hypothesis BestPart(const WidthTrend& trend, double slow_before, double slow_after, bool reversed,
+                    bool upside_down, std::span<const ShownPart> parts) {
+  const double sign = upside_down ? -1 : 1;
+  const double rise = reversed ? 1 - slow_before : slow_before;
+  const double fall = reversed ? slow_after : 1 - slow_after;
+  std::vector<Hypothesis> fits;
+  double best_score = 0;
+  for (const ShownPart& part : parts) {
+    Hypothesis h{reversed, upside_down, {}, {}, part, 0};
+    h.acceleration = LargestNear(trend, part, rise, kReach, sign);
+    h.deceleration = LargestNear(trend, part, fall, kReach, -sign);
+    h.misfit = std::abs(h.acceleration.position - rise) + std::abs(h.deceleration.position - fall);
+    best_score = std::max(best_score, h.score());
+    fits.push_back(h);
+  }
+  constexpr double kNearly = 0.98;
+  const Hypothesis* best = nullptr;
+  for (const Hypothesis& h : fits) {
+    if (h.score() < kNearly * best_score) continue;
+    if (best == nullptr || h.misfit < best->misfit) best = &h;
+  }
+  return *best;
+}
 
 }  // namespace
 
@@ -69,10 +100,15 @@ WidthTrend MeasureWidthTrend(const std::vector<LineProfile>& profiles) {
     usual.push_back(profile.unusable.empty() ? UsualWidth(profile) : 0);
     if (usual.back() > 0) values.push_back(profile.pressure_advance_s);
   }
-  if (values.size() < 4) return trend;
+  constexpr std::size_t kFewestLines = 4;
+  if (values.size() < kFewestLines) return trend;
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   const double range = *most - *least;
   if (!(range > 0)) return trend;
+  // Of places that few lines show the slope would be mostly noise.
+  constexpr double kLeastShown = 0.4;
+  const double fewest =
+      std::max(static_cast<double>(kFewestLines), kLeastShown * static_cast<double>(values.size()));
   std::vector<double> raw, errors;
   for (std::size_t i = 0; i < profiles.front().samples.size(); ++i) {
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
@@ -84,8 +120,8 @@ WidthTrend MeasureWidthTrend(const std::vector<LineProfile>& profiles) {
       n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y, syy += y * y;
     }
     const double spread = n * sxx - sx * sx;
-    raw.push_back(n >= 4 && spread > 0 ? (n * sxy - sx * sy) / spread : 0);
-    if (n >= 4 && spread > 0) {
+    raw.push_back(n >= fewest && spread > 0 ? (n * sxy - sx * sy) / spread : 0);
+    if (n >= fewest && spread > 0) {
       const double rest = (syy - sy * sy / n) - raw.back() * (sxy - sx * sy / n);
       errors.push_back(std::sqrt(std::max(0.0, rest) / (n - 2) * n / spread));
     }
@@ -109,19 +145,15 @@ WidthTrend MeasureWidthTrend(const std::vector<LineProfile>& profiles) {
 }
 
 TrendReading ReadTrend(const WidthTrend& trend, double slow_before, double slow_after,
-                       std::optional<bool> reversed) {
+                       std::optional<bool> reversed, std::span<const ShownPart> parts) {
+  TRAMMEL_CHECK(!parts.empty(), "no part of the lines can be shown");
   TrendReading reading;
   if (trend.slope.empty()) return reading;
-  constexpr double kReach = 0.08;  // line lengths: what frames hide, and how far a bulge is carried
   std::vector<Hypothesis> hypotheses;
   for (const bool from_end : {false, true}) {
     if (reversed && *reversed != from_end) continue;
     for (const bool upside_down : {false, true}) {
-      const double sign = upside_down ? -1 : 1;
-      Hypothesis h{from_end, upside_down, {}, {}};
-      h.acceleration = LargestNear(trend, from_end ? 1 - slow_before : slow_before, kReach, sign);
-      h.deceleration = LargestNear(trend, from_end ? slow_after : 1 - slow_after, kReach, -sign);
-      hypotheses.push_back(h);
+      hypotheses.push_back(BestPart(trend, slow_before, slow_after, from_end, upside_down, parts));
     }
   }
   // A plan whose two ends are alike looks the same turned round with the order reversed; the order
@@ -136,6 +168,7 @@ TrendReading ReadTrend(const WidthTrend& trend, double slow_before, double slow_
   const Hypothesis& best = hypotheses.front();
   reading.reversed = best.reversed;
   reading.upside_down = best.upside_down;
+  reading.shown = best.shown;
   reading.significance = best.score() / trend.scatter;
   reading.lead = (best.score() - hypotheses[1].score()) / trend.scatter;
   const double weaker = std::min(best.acceleration.size, best.deceleration.size) / trend.scatter;
@@ -147,6 +180,17 @@ TrendReading ReadTrend(const WidthTrend& trend, double slow_before, double slow_
                                      from_start(best.deceleration.position), kLobe, weaker};
   }
   return reading;
+}
+
+std::vector<ShownPart> PossibleParts(bool first_end_seen, bool last_end_seen) {
+  constexpr double kMostHidden = 0.4, kStep = 0.01;
+  std::vector<ShownPart> parts;
+  const double most_first = first_end_seen ? 0 : kMostHidden;
+  const double most_last = last_end_seen ? 0 : kMostHidden;
+  for (double first = 0; first <= most_first; first += kStep) {
+    for (double last = 0; last <= most_last; last += kStep) parts.push_back({first, 1 - last});
+  }
+  return parts;
 }
 
 }  // namespace trammel::pressure_advance

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "pressure_advance/profile/line_profile.h"
@@ -29,6 +30,14 @@ struct WidthTrend {
 /// different PA are usable. REQUIRES profiles with the same positions.
 [[nodiscard]] WidthTrend MeasureWidthTrend(const std::vector<LineProfile>& profiles);
 
+/// The part of the lines that the trend's positions 0 … 1 are, in line lengths. Beyond the ends of
+/// the lines where it is larger.
+struct ShownPart {
+  double begin = 0, end = 1;
+
+  [[nodiscard]] double InLine(double position) const { return begin + position * (end - begin); }
+};
+
 /// What the trend says about the lines' direction and order.
 struct TrendReading {
   bool reversed = false;     ///< the lines' printed starts lie at position 1
@@ -38,13 +47,21 @@ struct TrendReading {
   double lead = 0;              ///< of the best reading over the best with the other direction or
                                 ///< order, same scale; 0 where the plan cannot tell them apart
   std::optional<FoundSegments> segments;  ///< as the best reading sees them, from the printed start
+  ShownPart shown;                        ///< with which the plan fits the best reading best
 };
 
 /// Reads direction and order from physics and plan: with rising PA a line grows wider where it
 /// accelerates and thinner where it decelerates, and these two places lie behind `slow_before` and
 /// before `slow_after` of the line.
 /// @param reversed  given where the direction is known; then only the order is judged.
+/// @param parts     what the trend may show of the lines; not empty. Each reading has the part that
+///                  suits it best, so that its lead holds whichever is right.
 [[nodiscard]] TrendReading ReadTrend(const WidthTrend& trend, double slow_before, double slow_after,
-                                     std::optional<bool> reversed);
+                                     std::optional<bool> reversed,
+                                     std::span<const ShownPart> parts);
+
+/// What a trend may show of lines one end of which, or neither, is seen: up to two fifths of a line
+/// may be missing. The only one is the whole line where both ends are seen.
+[[nodiscard]] std::vector<ShownPart> PossibleParts(bool first_end_seen, bool last_end_seen);
 
 }  // namespace trammel::pressure_advance

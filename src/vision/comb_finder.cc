@@ -1,0 +1,370 @@
+#include "vision/comb_finder.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <utility>
+
+#include "base/statistics.h"
+#include "vision/comb_strokes.h"
+#include "vision/line_pencil.h"
+#include "vision/local_contrast.h"
+#include "vision/rectify.h"
+
+namespace trammel::vision {
+namespace {
+
+// What one look at the picture depends on.
+struct Look {
+  double smooth_px = 1;  // sigma before comparing with the surroundings
+  double window = 0.1;   // of the longest side: the surroundings
+};
+
+// The directions along which most edges run, strongest first; rad from +x towards +y, [0, pi).
+std::vector<double> EdgeDirections(const cv::Mat& channel) {
+  cv::Mat smooth, dx, dy;
+  channel.convertTo(smooth, CV_32F);
+  cv::GaussianBlur(smooth, smooth, {}, 2.0);
+  cv::Sobel(smooth, dx, CV_32F, 1, 0);
+  cv::Sobel(smooth, dy, CV_32F, 0, 1);
+  constexpr int kBins = 180;
+  std::array<double, kBins> bins{};
+  for (int y = 0; y < dx.rows; ++y) {
+    for (int x = 0; x < dx.cols; ++x) {
+      const double gx = dx.at<float>(y, x), gy = dy.at<float>(y, x);
+      const double along = std::atan2(gx, -gy) / std::numbers::pi;  // across the gradient
+      const int bin = static_cast<int>(std::floor((along - std::floor(along)) * kBins)) % kBins;
+      bins[static_cast<std::size_t>(bin)] += std::hypot(gx, gy);
+    }
+  }
+  std::array<double, kBins> sums{};
+  constexpr int kHalf = 3;  // perspective fans parallel lines out over a few degrees
+  for (int i = 0; i < kBins; ++i) {
+    for (int k = -kHalf; k <= kHalf; ++k) sums[i] += bins[(i + k + kBins) % kBins];
+  }
+  constexpr std::size_t kMostDirections = 4;
+  constexpr int kApart = 12;
+  std::vector<double> directions;
+  while (directions.size() < kMostDirections) {
+    const auto top = std::max_element(sums.begin(), sums.end());
+    if (!(*top > 0)) break;
+    const int at = static_cast<int>(top - sums.begin());
+    directions.push_back((at + 0.5) * std::numbers::pi / kBins);
+    for (int k = -kApart; k <= kApart; ++k) sums[(at + k + kBins) % kBins] = 0;
+  }
+  return directions;
+}
+
+// The picture turned so that a direction runs along the rows.
+struct TurnedPicture {
+  cv::Mat contrast;
+  cv::Mat seen;
+  cv::Matx23d from_turned;  // picture px of turned px
+};
+
+TurnedPicture Turn(const cv::Mat& contrast, double direction_rad) {
+  const double c = std::cos(direction_rad), s = std::sin(direction_rad);
+  const double w = contrast.cols, h = contrast.rows;
+  const int width = static_cast<int>(std::abs(w * c) + std::abs(h * s)) + 1;
+  const int height = static_cast<int>(std::abs(w * s) + std::abs(h * c)) + 1;
+  TurnedPicture turned;
+  const double x0 = (width - 1) / 2.0, y0 = (height - 1) / 2.0;
+  turned.from_turned = {c, -s, (w - 1) / 2 - c * x0 + s * y0, s, c, (h - 1) / 2 - s * x0 - c * y0};
+  const int flags = cv::INTER_LINEAR | cv::WARP_INVERSE_MAP;
+  cv::warpAffine(contrast, turned.contrast, turned.from_turned, {width, height}, flags);
+  const cv::Mat all(contrast.size(), CV_8U, cv::Scalar(255));
+  cv::warpAffine(all, turned.seen, turned.from_turned, {width, height},
+                 cv::INTER_NEAREST | cv::WARP_INVERSE_MAP);
+  return turned;
+}
+
+// Strokes on whole places of a pencil.
+struct Family {
+  LinePencil pencil;
+  std::map<int, double> strength;  // length seen times contrast, by place
+  double left_px = 0, right_px = 0;
+  double irregularity = 0;  // rms deviation from whole places
+  double weight = 0;        // lengths times contrast, less where irregular
+};
+
+// Noise that happens to lie near whole places scatters evenly within the tolerance of 0.2: by
+// 0.115.
+constexpr double kOffPencil = 0.2;
+constexpr double kNoiseIrregularity = 0.115;
+
+using Places = std::map<std::size_t, int>;  // of strokes, by index
+
+double YNear(const Stroke& stroke, double x) {
+  const auto after = std::lower_bound(stroke.points.begin(), stroke.points.end(), x,
+                                      [](const PointPx& p, double at) { return p.x < at; });
+  return after == stroke.points.end() ? stroke.points.back().y : after->y;
+}
+
+// Strokes that cross a column, by y.
+std::vector<std::pair<double, std::size_t>> Crossing(const std::vector<Stroke>& strokes, double x) {
+  std::vector<std::pair<double, std::size_t>> crossing;
+  for (std::size_t i = 0; i < strokes.size(); ++i) {
+    const std::vector<PointPx>& p = strokes[i].points;
+    if (p.front().x <= x && x <= p.back().x) crossing.emplace_back(YNear(strokes[i], x), i);
+  }
+  std::sort(crossing.begin(), crossing.end());
+  return crossing;
+}
+
+// From two neighbours on, the strokes that follow in steps that change slowly; upwards and
+// downwards.
+Places Walk(const std::vector<std::pair<double, std::size_t>>& crossing, std::size_t start) {
+  constexpr double kOff = 0.22;  // of a step
+  constexpr int kMostEmpty = 3;
+  Places places{{crossing[start].second, 0}, {crossing[start + 1].second, 1}};
+  const double first_step = crossing[start + 1].first - crossing[start].first;
+  for (const int direction : {1, -1}) {
+    double step = first_step;
+    std::size_t at = direction > 0 ? start + 1 : start;
+    int place = direction > 0 ? 1 : 0;
+    double y = crossing[at].first;
+    for (std::size_t next = at + 1; direction > 0 ? next < crossing.size() : at > 0;) {
+      const std::size_t i = direction > 0 ? next++ : --at;
+      const double steps = std::abs(crossing[i].first - y) / step;
+      const double whole = std::max(1.0, std::round(steps));
+      if (whole > kMostEmpty) break;
+      if (std::abs(steps - whole) > kOff) continue;
+      place += direction * static_cast<int>(whole);
+      places[crossing[i].second] = place;
+      step = 0.6 * step + 0.4 * std::abs(crossing[i].first - y) / whole;
+      y = crossing[i].first;
+    }
+  }
+  return places;
+}
+
+std::vector<PencilPoint> PointsOf(const std::vector<Stroke>& strokes, const Places& places) {
+  std::vector<PencilPoint> points;
+  for (const auto& [index, place] : places) {
+    const std::vector<PointPx>& p = strokes[index].points;
+    constexpr std::size_t kPerStroke = 8;
+    const std::size_t step = std::max<std::size_t>(1, p.size() / kPerStroke);
+    for (std::size_t i = 0; i < p.size(); i += step) points.push_back({p[i], double(place)});
+  }
+  return points;
+}
+
+// All strokes that lie on whole places of a pencil, wherever they are.
+Places OnPencil(const std::vector<Stroke>& strokes, const LinePencil& pencil) {
+  Places places;
+  for (std::size_t i = 0; i < strokes.size(); ++i) {
+    const std::vector<PointPx>& p = strokes[i].points;
+    const double place = std::round(pencil.PlaceOf(p[p.size() / 2]));
+    if (!(std::abs(place) < 1000)) continue;
+    const bool on = std::all_of(p.begin(), p.end(), [&](const PointPx& point) {
+      return std::abs(pencil.PlaceOf(point) - place) < kOffPencil;
+    });
+    if (on) places[i] = static_cast<int>(place);
+  }
+  return places;
+}
+
+Family Describe(const std::vector<Stroke>& strokes, const Places& places,
+                const LinePencil& pencil) {
+  Family family;
+  family.pencil = pencil;
+  std::vector<double> lefts, rights;
+  double squares = 0;
+  std::size_t points = 0;
+  for (const auto& [index, place] : places) {
+    family.strength[place] += strokes[index].length_px() * strokes[index].height;
+    lefts.push_back(strokes[index].points.front().x);
+    rights.push_back(strokes[index].points.back().x);
+    family.weight += strokes[index].length_px() * strokes[index].height * strokes[index].height;
+    points += strokes[index].points.size();
+    for (const PointPx& point : strokes[index].points) {
+      squares += std::pow(pencil.PlaceOf(point) - place, 2);
+    }
+  }
+  // Outer places at which little is seen beside the rest are the plate's texture.
+  std::vector<double> strengths;
+  for (const auto& [place, strength] : family.strength) strengths.push_back(strength);
+  const double usual = Quantile(strengths, 0.6);
+  constexpr double kLeastStrength = 0.2;
+  const auto too_weak = [&](const auto& entry) { return entry->second < kLeastStrength * usual; };
+  while (!family.strength.empty() && too_weak(family.strength.begin())) {
+    family.strength.erase(family.strength.begin());
+  }
+  while (!family.strength.empty() && too_weak(std::prev(family.strength.end()))) {
+    family.strength.erase(std::prev(family.strength.end()));
+  }
+  family.left_px = Quantile(lefts, 0.05);
+  family.right_px = Quantile(rights, 0.95);
+  family.irregularity = std::sqrt(squares / static_cast<double>(points));
+  family.weight *= std::max(0.0, 1 - family.irregularity / kNoiseIrregularity);
+  return family;
+}
+
+std::optional<Family> Grow(const std::vector<Stroke>& strokes, Places places, int fewest) {
+  std::optional<LinePencil> pencil;
+  constexpr int kRounds = 4;
+  for (int round = 0; round < kRounds; ++round) {
+    if (places.size() < static_cast<std::size_t>(fewest)) return std::nullopt;
+    pencil = FitPencil(PointsOf(strokes, places));
+    if (!pencil) return std::nullopt;
+    places = OnPencil(strokes, *pencil);
+  }
+  if (places.empty()) return std::nullopt;
+  Family family = Describe(strokes, places, *pencil);
+  constexpr double kMostIrregular = 0.7 * kNoiseIrregularity;
+  if (family.strength.size() < static_cast<std::size_t>(fewest) ||
+      family.irregularity > kMostIrregular) {
+    return std::nullopt;
+  }
+  return family;
+}
+
+std::optional<Family> LargestFamily(const std::vector<Stroke>& strokes, double width, int fewest) {
+  std::optional<Family> best;
+  for (const double share : {0.5, 0.35, 0.65, 0.25, 0.75}) {
+    const auto crossing = Crossing(strokes, share * width);
+    std::optional<Places> most;
+    for (std::size_t start = 0; start + 1 < crossing.size(); ++start) {
+      Places places = Walk(crossing, start);
+      if (!most || places.size() > most->size()) most = std::move(places);
+    }
+    if (!most) continue;
+    std::optional<Family> family = Grow(strokes, *most, fewest);
+    if (family && (!best || family->weight > best->weight)) best = std::move(family);
+  }
+  return best;
+}
+
+// The point where a side of the family meets the line of a place. Sides run towards the vanishing
+// point of what is square to the strokes at the family's middle, as far as the picture tells.
+std::optional<PointPx> OnSide(const Family& family, double x_side, double place) {
+  const double first = family.strength.begin()->first, last = family.strength.rbegin()->first;
+  const std::array<double, 3>& horizon = family.pencil.step;
+  const double x_middle = (family.left_px + family.right_px) / 2;
+  const double half = (family.right_px - family.left_px) / 2;
+  const auto middle = [&](double x) { return family.pencil.Y_px((first + last) / 2, x); };
+  const double y_middle = middle(x_middle), y_side = middle(x_side);
+  const double slope = (middle(x_middle + half) - middle(x_middle - half)) / (2 * half);
+  // On the horizon, at middle + t (-slope, 1); homogeneous, so that it may lie at infinity.
+  const double towards = horizon[1] - slope * horizon[0];
+  const double at = horizon[0] * x_middle + horizon[1] * y_middle + horizon[2];
+  const double vx = x_middle * towards + slope * at, vy = y_middle * towards - at;
+  // The line through the side's point (x_side, y_side, 1) and (vx, vy, towards).
+  const double a = y_side * towards - vy, b = vx - x_side * towards, c = x_side * vy - y_side * vx;
+  std::array<double, 3> line{};
+  for (std::size_t i = 0; i < 3; ++i) line[i] = family.pencil.first[i] + place * horizon[i];
+  const double w = a * line[1] - b * line[0];
+  const PointPx point{(b * line[2] - c * line[1]) / w, (c * line[0] - a * line[2]) / w};
+  if (!std::isfinite(point.x) || !std::isfinite(point.y)) return std::nullopt;
+  return point;
+}
+
+std::optional<FoundComb> ToComb(const Family& family, const TurnedPicture& turned,
+                                const CombFinderOptions& options) {
+  const int first = family.strength.begin()->first, last = family.strength.rbegin()->first;
+  const double reach = options.beside * (family.right_px - family.left_px);
+  const double left = family.left_px - reach, right = family.right_px + reach;
+  const double top = first - options.around, bottom = last + options.around;
+  if (!family.pencil.Sees(top, bottom, left, right)) return std::nullopt;
+  FoundComb comb;
+  comb.places = last - first + 1;
+  comb.around = options.around;
+  comb.weight = family.weight;
+  const std::array<std::pair<double, double>, 4> sides{
+      {{left, top}, {right, top}, {right, bottom}, {left, bottom}}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::optional<PointPx> point = OnSide(family, sides[i].first, sides[i].second);
+    if (!point) return std::nullopt;
+    const cv::Matx23d& m = turned.from_turned;
+    comb.corners[i] = {m(0, 0) * point->x + m(0, 1) * point->y + m(0, 2),
+                       m(1, 0) * point->x + m(1, 1) * point->y + m(1, 2)};
+  }
+  if (!IsConvex(comb.corners)) return std::nullopt;
+  return comb;
+}
+
+GrayImage Mask(const cv::Mat& contrast) {
+  GrayImage image(contrast.cols, contrast.rows);
+  for (int y = 0; y < contrast.rows; ++y) {
+    const float* from = contrast.ptr<float>(y);
+    for (int x = 0; x < contrast.cols; ++x) image.row(y)[x] = from[x] > kFilamentBegins ? 1.0F : 0;
+  }
+  return image;
+}
+
+double Apart_px(const Quad& a, const Quad& b) {
+  double apart = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    apart = std::max(apart, std::min(Distance_px(a[i], b[i]), Distance_px(a[i], b[(i + 2) % 4])));
+  }
+  return apart;
+}
+
+// Adds a comb unless it was found before and clearer; the clearest first.
+void KeepBest(std::vector<FoundComb>& found, FoundComb comb, std::size_t most) {
+  constexpr double kSame = 0.25;  // of a place
+  const double place_px =
+      Distance_px(comb.corners[1], comb.corners[2]) / (comb.places - 1 + 2 * comb.around);
+  for (FoundComb& other : found) {
+    if (other.places != comb.places) continue;
+    if (Apart_px(other.corners, comb.corners) > kSame * place_px * comb.places) continue;
+    const double middle =
+        std::hypot(
+            other.corners[0].x + other.corners[2].x - comb.corners[0].x - comb.corners[2].x,
+            other.corners[0].y + other.corners[2].y - comb.corners[0].y - comb.corners[2].y) /
+        2;
+    if (middle > kSame * place_px) continue;  // the spaces between the strokes, perhaps
+    if (comb.weight > other.weight) other = std::move(comb);
+    comb.places = 0;
+    break;
+  }
+  if (comb.places > 0) found.push_back(std::move(comb));
+  std::stable_sort(found.begin(), found.end(),
+                   [](const FoundComb& a, const FoundComb& b) { return a.weight > b.weight; });
+  if (found.size() > most) found.resize(most);
+}
+
+}  // namespace
+
+std::vector<FoundComb> FindCombs(const BgrView& photo, const CombFinderOptions& options) {
+  TRAMMEL_CHECK(photo.width >= 16 && photo.height >= 16, "{} x {}", photo.width, photo.height);
+  double scale = 1;
+  Frame small = ShrinkToFit(photo, options.longest_side_px, 1e18, scale);
+  const cv::Mat bgr(small.height, small.width, CV_8UC3, small.bgr.data());
+  const int longest = std::max(small.width, small.height);
+  std::vector<FoundComb> found;
+  for (const cv::Mat& channel : ColourChannels(bgr)) {
+    const std::vector<double> directions = EdgeDirections(channel);
+    for (const Look& look : {Look{1.0, 0.12}, Look{1.0, 0.06}, Look{2.0, 0.25}}) {
+      const int window = static_cast<int>(look.window * longest) | 1;
+      const cv::Mat contrast = LocalContrast(channel, look.smooth_px, window);
+      for (const double direction : directions) {
+        TurnedPicture turned = Turn(contrast, direction);
+        for (const bool lighter : {true, false}) {
+          if (!lighter) turned.contrast = -turned.contrast;
+          const std::vector<Stroke> strokes = TraceStrokes(turned.contrast, turned.seen);
+          const auto family = LargestFamily(strokes, turned.contrast.cols, options.fewest_strokes);
+          if (!family) continue;
+          std::optional<FoundComb> comb = ToComb(*family, turned, options);
+          if (!comb) continue;
+          if (found.size() == options.most_found && comb->weight < found.back().weight) continue;
+          comb->filament = Mask(lighter ? contrast : cv::Mat(-contrast));
+          KeepBest(found, std::move(*comb), options.most_found);
+        }
+      }
+    }
+  }
+  for (FoundComb& comb : found) {
+    comb.filament_scale = scale;
+    // Pixel centres have whole coordinates, so that a scale acts about (-0.5, -0.5).
+    for (PointPx& p : comb.corners) p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
+  }
+  return found;
+}
+
+}  // namespace trammel::vision

@@ -1,0 +1,386 @@
+#include "vision/comb_pattern.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+
+#include "base/check.h"
+#include "base/statistics.h"
+#include "vision/rung_trace.h"
+
+namespace trammel::vision {
+namespace {
+
+constexpr int kZones = 40;  // across the picture
+
+bool IsSeen(const GrayImage& seen, double x, double y) {
+  const int column = static_cast<int>(std::lround(x)), row = static_cast<int>(std::lround(y));
+  return column >= 0 && row >= 0 && column < seen.width && row < seen.height &&
+         seen.row(row)[column] > 0.5F;
+}
+
+// What is traced of one place.
+struct Rung {
+  int place = 0;
+  Curve track;
+  Columns seen;                      // with the plate on both sides
+  int found = 0;                     // zones in which something stands out
+  int zones = 0;                     // zones seen
+  double height = 0;                 // median
+  double width_px = 0;               // median
+  double left_px = 0, right_px = 0;  // outer zones in which something stands out
+  double roughness_px = 0;           // median deviation from the track
+};
+
+// The longest stretch of columns in which a track and the plate beside it are seen.
+Columns SeenAlong(const GrayImage& seen, const Curve& track, double pitch_px) {
+  Columns longest, stretch;
+  const double reach = 0.6 * pitch_px;
+  for (int x = 0; x < seen.width; ++x) {
+    const double y = track(x);
+    if (!IsSeen(seen, x, y - reach) || !IsSeen(seen, x, y + reach)) {
+      stretch = {x + 1, x};
+      continue;
+    }
+    stretch.to_px = x;
+    if (stretch.to_px - stretch.from_px > longest.to_px - longest.from_px) longest = stretch;
+  }
+  return longest;
+}
+
+Rung TraceRung(const GrayImage& contrast, const GrayImage& seen, int place, double y_px,
+               double pitch_px, double least_height) {
+  constexpr double kOff = 0.28;  // pitches: what a lens bends
+  Rung rung;
+  rung.place = place;
+  std::vector<double> x_px, y_found, heights, widths;
+  for (int zone = 0; zone < kZones; ++zone) {
+    const int x0 = contrast.width * zone / kZones, x1 = contrast.width * (zone + 1) / kZones;
+    const double x = (x0 + x1 - 1) / 2.0;
+    if (x1 <= x0 || !IsSeen(seen, x, y_px - 0.6 * pitch_px) ||
+        !IsSeen(seen, x, y_px + 0.6 * pitch_px)) {
+      continue;
+    }
+    ++rung.zones;
+    const auto section = SectionOfRung(contrast, x0, x1, y_px, pitch_px);
+    // Something as wide as the pitch is a rail, not a line.
+    if (!section || section->height < least_height || section->width_px > 0.7 * pitch_px ||
+        std::abs(section->middle_px - y_px) > kOff * pitch_px) {
+      continue;
+    }
+    x_px.push_back(x);
+    y_found.push_back(section->middle_px);
+    heights.push_back(section->height);
+    widths.push_back(section->width_px);
+  }
+  rung.found = static_cast<int>(x_px.size());
+  if (x_px.empty()) return rung;
+  rung.track = FitCurve(x_px, y_found, contrast.width / 2.0, contrast.width / 2.0);
+  std::vector<double> off;
+  for (std::size_t i = 0; i < x_px.size(); ++i)
+    off.push_back(std::abs(y_found[i] - rung.track(x_px[i])));
+  rung.roughness_px = Median(off);
+  rung.height = Median(heights);
+  rung.width_px = Median(widths);
+  rung.left_px = x_px.front();
+  rung.right_px = x_px.back();
+  rung.seen = SeenAlong(seen, rung.track, pitch_px);
+  return rung;
+}
+
+// What is usual among the places that were found.
+struct UsualRung {
+  double height = 0, width_px = 0, share = 0;
+};
+
+// Texture of the plate is lower, thinner, rougher, or broken more often.
+bool IsLine(const Rung& rung, const UsualRung& usual, double pitch_px) {
+  constexpr int kFewestZones = 4;
+  constexpr double kLeast = 0.35, kLeastShare = 0.6, kRoughest = 0.07;
+  return rung.found >= kFewestZones && rung.found >= kLeastShare * usual.share * rung.zones &&
+         rung.height > kLeast * usual.height && rung.width_px > kLeast * usual.width_px &&
+         rung.roughness_px < kRoughest * pitch_px;
+}
+
+std::vector<Rung> TraceRungs(const GrayImage& contrast, const GrayImage& seen,
+                             const CombPlaces& places) {
+  std::vector<Rung> rungs;
+  std::vector<double> heights, widths, shares;
+  const auto y_of = [&](int place) { return places.first_y_px + place * places.pitch_px; };
+  for (int place = 0; place < places.count; ++place) {
+    const Rung rung = TraceRung(contrast, seen, place, y_of(place), places.pitch_px, 0);
+    if (rung.found == 0) continue;
+    heights.push_back(rung.height);
+    widths.push_back(rung.width_px);
+    shares.push_back(static_cast<double>(rung.found) / rung.zones);
+  }
+  if (heights.empty()) return {};
+  const UsualRung usual{Median(heights), Median(widths), Median(shares)};
+  constexpr int kBeyond = 2;
+  for (int place = -kBeyond; place < places.count + kBeyond; ++place) {
+    Rung rung = TraceRung(contrast, seen, place, y_of(place), places.pitch_px, 0.35 * usual.height);
+    if (IsLine(rung, usual, places.pitch_px)) rungs.push_back(rung);
+  }
+  return rungs;
+}
+
+// Where, going from inside the comb towards one side, what lies between two lines becomes as bright
+// as they are.
+std::optional<double> RailEdge(const std::vector<double>& values, const Columns& seen, int from,
+                               int direction, double half, double bead_px) {
+  const int least = std::max(2, static_cast<int>(0.5 * bead_px));
+  for (int x = from; seen.Hold(x + direction * least); x += direction) {
+    const double a = values[static_cast<std::size_t>(x)];
+    const double b = values[static_cast<std::size_t>(x + direction)];
+    if (!(a <= half && b > half)) continue;
+    bool follows = true;
+    for (int k = 1; k <= least; ++k) {
+      follows &= values[static_cast<std::size_t>(x + direction * k)] > half;
+    }
+    if (follows) return x + direction * (half - a) / (b - a);
+  }
+  return std::nullopt;
+}
+
+// A rail's inner edge as seen between the lines.
+struct Rail {
+  std::vector<double> x_px, y_px;
+  std::vector<double> unseen_from_px;  // where a space without an edge leaves the photo
+};
+
+struct Rails {
+  Rail left, right;
+};
+
+Rails LookForRails(const GrayImage& contrast, const std::vector<Rung>& rungs, double pitch_px,
+                   double height, double bead_px) {
+  Rails rails;
+  for (std::size_t i = 0; i + 1 < rungs.size(); ++i) {
+    const Rung &above = rungs[i], &below = rungs[i + 1];
+    if (below.place - above.place != 1) continue;
+    const Columns seen{std::max(above.seen.from_px, below.seen.from_px),
+                       std::min(above.seen.to_px, below.seen.to_px)};
+    const int left = static_cast<int>(std::max(above.left_px, below.left_px));
+    const int right = static_cast<int>(std::min(above.right_px, below.right_px));
+    if (right - left < 4 || !seen.Hold(left) || !seen.Hold(right)) continue;
+    const std::vector<double> values =
+        BoxMean(BetweenRungs(contrast, above.track, below.track, pitch_px),
+                std::max(1, static_cast<int>(bead_px / 6)));
+    const double plate =
+        Quantile(std::vector<double>(values.begin() + left, values.begin() + right), 0.4);
+    const double half = plate + height / 2;
+    // From a good way inside: the lines' ends may be hidden by the rail's fillets.
+    const int inside = std::max(1, (right - left) / 4);
+    for (const int direction : {-1, 1}) {
+      Rail& rail = direction < 0 ? rails.left : rails.right;
+      const int from = direction < 0 ? left + inside : right - inside;
+      const auto edge = RailEdge(values, seen, from, direction, half, bead_px);
+      if (edge) {
+        rail.x_px.push_back(*edge);
+        rail.y_px.push_back((above.track(*edge) + below.track(*edge)) / 2);
+      } else {
+        rail.unseen_from_px.push_back(direction < 0 ? seen.from_px : seen.to_px);
+      }
+    }
+  }
+  return rails;
+}
+
+// Straight line through most of a rail's edges; nothing where they do not lie on one, or where
+// several spaces show plate on the far side of it.
+std::optional<Curve> FitRail(const Rail& rail, int direction, double height_px, double pitch_px,
+                             double bead_px) {
+  constexpr std::size_t kFewest = 3;
+  const std::size_t n = rail.x_px.size();
+  if (n < kFewest) return std::nullopt;
+  // Repeated medians: half of the edges may be wrong.
+  std::vector<double> slopes;
+  for (std::size_t i = 0; i < n; ++i) {
+    std::vector<double> of_one;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double apart = rail.y_px[k] - rail.y_px[i];
+      if (std::abs(apart) > 0.5 * pitch_px) {
+        of_one.push_back((rail.x_px[k] - rail.x_px[i]) / apart);
+      }
+    }
+    if (!of_one.empty()) slopes.push_back(Median(of_one));
+  }
+  if (slopes.empty()) return std::nullopt;
+  const double slope = Median(slopes), centre = height_px / 2;
+  std::vector<double> offsets;
+  for (std::size_t i = 0; i < n; ++i) {
+    offsets.push_back(rail.x_px[i] - slope * (rail.y_px[i] - centre));
+  }
+  const double offset = Median(offsets);
+  std::vector<double> x_on, y_on;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (std::abs(offsets[i] - offset) > 0.6 * bead_px) continue;
+    x_on.push_back(rail.x_px[i]);
+    y_on.push_back(rail.y_px[i]);
+  }
+  std::size_t passed = 0;  // spaces that reach beyond the rail and do not show it
+  for (const double x : rail.unseen_from_px) passed += direction * (x - offset) > bead_px;
+  if (x_on.size() < kFewest || x_on.size() < (n + passed) / 2) return std::nullopt;
+  constexpr std::size_t kEnoughForBow = 8;
+  if (x_on.size() >= kEnoughForBow) return FitCurve(y_on, x_on, centre, centre);
+  return Curve{centre, centre, offset, slope * centre, 0};
+}
+
+// The plate's level between two lines.
+double PlateBetween(const GrayImage& contrast, const Rung& above, const Rung& below,
+                    double pitch_px) {
+  const std::vector<double> values = BetweenRungs(contrast, above.track, below.track, pitch_px);
+  const auto left = static_cast<std::ptrdiff_t>(std::min(above.left_px, below.left_px));
+  const auto right = static_cast<std::ptrdiff_t>(std::max(above.right_px, below.right_px));
+  return Median(std::vector<double>(values.begin() + left, values.begin() + right + 1));
+}
+
+// Whether most lines reach a rail. What lies between the lines does not: there the frame's bar is
+// in between, and what was taken for a rail is the plate outside.
+bool LinesReach(const GrayImage& contrast, const std::vector<Rung>& rungs, const Curve& inner,
+                int direction, double pitch_px, double bead_px, double height) {
+  int reaching = 0, looked_at = 0;
+  for (std::size_t i = 0; i < rungs.size(); ++i) {
+    const double rail = inner(rungs[i].track(inner(contrast.height / 2.0)));
+    const double half =
+        PlateBetween(contrast, rungs[i > 0 ? i - 1 : 1], rungs[i], pitch_px) + height / 2;
+    double sum = 0;
+    int count = 0;
+    for (double in = 0.2 * bead_px; in <= 0.9 * bead_px; in += 1) {
+      const double x = rail - direction * in, y = rungs[i].track(x);
+      if (!rungs[i].seen.Hold(x) || y < 0 || y > contrast.height - 1) continue;
+      sum += contrast.row(static_cast<int>(std::lround(y)))[std::lround(x)];
+      ++count;
+    }
+    if (count == 0) continue;
+    ++looked_at;
+    reaching += sum / count > half;
+  }
+  constexpr double kLeastShare = 0.6;
+  return looked_at > 0 && reaching >= kLeastShare * looked_at;
+}
+
+// Whether a rail goes on beside a place; nothing where the photo does not show it.
+std::optional<bool> RailGoesOn(const GrayImage& contrast, const GrayImage& seen, const Curve& inner,
+                               int direction, double y_from, double y_to, double bead_px,
+                               double half) {
+  double sum = 0;
+  int count = 0, places = 0;
+  for (double y = std::min(y_from, y_to); y <= std::max(y_from, y_to); y += 1) {
+    for (double out = 0.2 * bead_px; out <= 0.8 * bead_px; out += 1) {
+      ++places;
+      const double x = inner(y) + direction * out;
+      if (!IsSeen(seen, x, y)) continue;
+      sum += contrast.row(static_cast<int>(std::lround(y)))[std::lround(x)];
+      ++count;
+    }
+  }
+  if (count <= places / 2) return std::nullopt;
+  return sum / count > half;
+}
+
+// Drops outer lines beyond which no rail is seen to go on: a bar of the frame and what lies outside
+// of it. A bar that is taken for a line would shift the names of all.
+// @returns how many of them may be lines: the photo does not show the rails there.
+int DropBars(const GrayImage& contrast, const GrayImage& seen, const std::optional<Curve>& left,
+             const std::optional<Curve>& right, double pitch_px, double bead_px, double height,
+             std::vector<Rung>& rungs) {
+  int doubtful = 0;
+  for (const bool at_top : {true, false}) {
+    while (rungs.size() >= 3) {
+      const Rung& outer = at_top ? rungs.front() : rungs.back();
+      const Rung& next = at_top ? rungs[1] : rungs[rungs.size() - 2];
+      const double away = at_top ? -1 : 1;
+      const double half = PlateBetween(contrast, outer, next, pitch_px) + height / 2;
+      bool goes_on = false, shown = false;
+      for (const int direction : {-1, 1}) {
+        const std::optional<Curve>& rail = direction < 0 ? left : right;
+        if (!rail) continue;
+        const double y = outer.track((*rail)(outer.track(contrast.width / 2.0)));
+        const auto on = RailGoesOn(contrast, seen, *rail, direction, y + away * 0.45 * pitch_px,
+                                   y + away * 0.7 * pitch_px, bead_px, half);
+        shown |= on.has_value();
+        goes_on |= on.value_or(false);
+      }
+      if (goes_on) break;
+      // Beyond an empty place it is a bar, or a line that the count shows to be one too many.
+      doubtful += !shown && std::abs(outer.place - next.place) == 1;
+      rungs.erase(at_top ? rungs.begin() : std::prev(rungs.end()));
+    }
+  }
+  return doubtful;
+}
+
+// Whether the photo ends before the place next to an outer line.
+bool CutBeside(const GrayImage& seen, const Rung& outer, double away_px) {
+  int shown = 0, columns = 0;
+  for (double x = outer.left_px; x <= outer.right_px; x += 1) {
+    ++columns;
+    shown += IsSeen(seen, x, outer.track(x) + away_px);
+  }
+  return 2 * shown < columns;
+}
+
+// A rail that is not seen, as the other one shifted to where the lines leave the photo.
+Curve BesideLines(const Curve& other, const std::vector<Rung>& rungs, int direction) {
+  double shift = 0;
+  for (const Rung& rung : rungs) {
+    const double end = direction < 0 ? rung.seen.from_px : rung.seen.to_px;
+    shift = std::max(shift, direction * (end - other(rung.track(end))));
+  }
+  Curve curve = other;
+  curve.c0 += direction * shift;
+  return curve;
+}
+
+}  // namespace
+
+LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen, const CombPlaces& places) {
+  TRAMMEL_CHECK(contrast.width == seen.width && contrast.height == seen.height &&
+                    places.pitch_px > 0 && places.count >= 2 && contrast.width >= kZones,
+                "{} x {} and {} x {}, {} places {} px apart", contrast.width, contrast.height,
+                seen.width, seen.height, places.count, places.pitch_px);
+  LinePattern pattern;
+  std::vector<Rung> rungs = TraceRungs(contrast, seen, places);
+  if (rungs.size() < 3) {
+    pattern.problem = fmt::format("{} equally spaced lines can be traced", rungs.size());
+    return pattern;
+  }
+  std::vector<double> heights, widths;
+  for (const Rung& rung : rungs) {
+    heights.push_back(rung.height);
+    widths.push_back(rung.width_px);
+  }
+  const double height = Median(heights), bead_px = Median(widths), pitch_px = places.pitch_px;
+  const Rails rails = LookForRails(contrast, rungs, pitch_px, height, bead_px);
+  auto left = FitRail(rails.left, -1, contrast.height, pitch_px, bead_px);
+  auto right = FitRail(rails.right, 1, contrast.height, pitch_px, bead_px);
+  if (left && !LinesReach(contrast, rungs, *left, -1, pitch_px, bead_px, height)) left.reset();
+  if (right && !LinesReach(contrast, rungs, *right, 1, pitch_px, bead_px, height)) right.reset();
+  if (!left && !right) {
+    pattern.problem = fmt::format(
+        "{} equally spaced lines are seen, but neither of the frame's bars across their ends",
+        rungs.size());
+    return pattern;
+  }
+  pattern.doubtful = DropBars(contrast, seen, left, right, pitch_px, bead_px, height, rungs);
+  pattern.pitch_px = pitch_px;
+  pattern.bead_px = bead_px;
+  for (std::size_t i = 0; i < rungs.size(); ++i) {
+    pattern.rungs.push_back(rungs[i].track);
+    pattern.seen.push_back(rungs[i].seen);
+    if (i > 0) pattern.steps.push_back(rungs[i].place - rungs[i - 1].place);
+  }
+  pattern.first_cut = CutBeside(seen, rungs.front(), -pitch_px);
+  pattern.last_cut = CutBeside(seen, rungs.back(), pitch_px);
+  pattern.left_seen = left.has_value();
+  pattern.right_seen = right.has_value();
+  pattern.left_inner = left ? *left : BesideLines(*right, rungs, -1);
+  pattern.right_inner = right ? *right : BesideLines(*left, rungs, 1);
+  return pattern;
+}
+
+}  // namespace trammel::vision

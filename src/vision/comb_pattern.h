@@ -1,0 +1,24 @@
+// The printed lines in a rectified picture of a comb, of which the photo may show a part only.
+#pragma once
+
+#include "vision/image.h"
+#include "vision/line_pattern.h"
+
+namespace trammel::vision {
+
+/// Where the comb lies in a rectified picture: its places follow each other in equal steps.
+struct CombPlaces {
+  double first_y_px = 0;  ///< of the first place
+  double pitch_px = 0;
+  int count = 0;  ///< places that were found; up to two more on either side are looked at
+};
+
+/// Traces a line on each place, finds the rails where there are any, and drops the frame's bars, at
+/// which the rails end.
+/// @param contrast  filament higher than the plate beside it.
+/// @param seen      of the same size: above 0.5 where the photo shows the plane.
+/// @returns at least one rail, or a problem.
+[[nodiscard]] LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen,
+                                    const CombPlaces& places);
+
+}  // namespace trammel::vision

@@ -1,0 +1,135 @@
+#include "vision/comb_strokes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <utility>
+
+#include "base/statistics.h"
+
+namespace trammel::vision {
+namespace {
+
+// A stretch of one strip that stands out.
+struct Peak {
+  double middle = 0;
+  double width = 0;
+  double height = 0;
+};
+
+// Mean over the columns x_begin … x_end of each row; NaN where less than most of them were seen.
+std::vector<float> StripMeans(const cv::Mat& contrast, const cv::Mat& seen, int x_begin,
+                              int x_end) {
+  std::vector<float> means(static_cast<std::size_t>(contrast.rows));
+  for (int y = 0; y < contrast.rows; ++y) {
+    const float* value = contrast.ptr<float>(y);
+    const std::uint8_t* is_seen = seen.ptr<std::uint8_t>(y);
+    float sum = 0;
+    int count = 0;
+    for (int x = x_begin; x < x_end; ++x) {
+      if (is_seen[x] == 0) continue;
+      sum += value[x];
+      ++count;
+    }
+    means[static_cast<std::size_t>(y)] = 10 * count >= 7 * (x_end - x_begin)
+                                             ? sum / static_cast<float>(count)
+                                             : std::numeric_limits<float>::quiet_NaN();
+  }
+  return means;
+}
+
+std::vector<Peak> Peaks(const std::vector<float>& means) {
+  constexpr float kBegin = 0.1F, kPeak = 0.35F;  // spreads above the surroundings
+  constexpr double kNarrowest_px = 1.5;
+  std::vector<Peak> peaks;
+  const int n = static_cast<int>(means.size());
+  for (int y = 1; y < n; ++y) {
+    if (!(means[y] > kBegin) || means[y - 1] > kBegin) continue;
+    const bool whole_begin = !std::isnan(means[y - 1]);
+    float highest = 0;
+    double weights = 0, moment = 0;
+    int end = y;
+    for (; end < n && means[end] > kBegin; ++end) {
+      const double weight = means[end] - kBegin;
+      highest = std::max(highest, means[end]);
+      weights += weight;
+      moment += weight * end;
+    }
+    const bool whole = whole_begin && end < n && !std::isnan(means[end]);
+    if (whole && highest > kPeak && end - y >= kNarrowest_px) {
+      peaks.push_back({moment / weights, double(end - y), highest});
+    }
+    y = end;
+  }
+  return peaks;
+}
+
+// A stroke that may go on.
+struct Growing {
+  Stroke stroke;
+  std::vector<double> widths, heights;
+  int last_strip = 0;
+
+  // Where it is expected at another place: straight on, from its last points.
+  [[nodiscard]] double Expected(double x) const {
+    const std::vector<PointPx>& p = stroke.points;
+    constexpr std::size_t kReach = 8;
+    if (p.size() < 4) return p.back().y;
+    const PointPx& a = p[p.size() > kReach ? p.size() - 1 - kReach : 0];
+    const double slope = (p.back().y - a.y) / (p.back().x - a.x);
+    return p.back().y + slope * (x - p.back().x);
+  }
+};
+
+void Link(const std::vector<Peak>& peaks, int strip, double x, std::vector<Growing>& growing) {
+  constexpr int kLongestBreak = 4;  // strips
+  constexpr double kReach = 0.4;    // of a stroke's width
+  std::vector<bool> taken(growing.size(), false);
+  std::vector<Growing> fresh;
+  for (const Peak& peak : peaks) {
+    std::size_t nearest = growing.size();
+    double least = std::max(1.5, kReach * peak.width);
+    for (std::size_t i = 0; i < growing.size(); ++i) {
+      if (taken[i] || strip - growing[i].last_strip > kLongestBreak) continue;
+      const double away = std::abs(growing[i].Expected(x) - peak.middle);
+      if (away >= least) continue;
+      least = away;
+      nearest = i;
+    }
+    if (nearest == growing.size()) {
+      fresh.push_back({{{{x, peak.middle}}, 0, 0}, {peak.width}, {peak.height}, strip});
+      continue;
+    }
+    taken[nearest] = true;
+    growing[nearest].stroke.points.push_back({x, peak.middle});
+    growing[nearest].widths.push_back(peak.width);
+    growing[nearest].heights.push_back(peak.height);
+    growing[nearest].last_strip = strip;
+  }
+  for (Growing& stroke : fresh) growing.push_back(std::move(stroke));
+}
+
+}  // namespace
+
+std::vector<Stroke> TraceStrokes(const cv::Mat& contrast, const cv::Mat& seen) {
+  constexpr int kStrips = 90;
+  constexpr std::size_t kFewestPoints = 6;
+  const int width = std::max(2, contrast.cols / kStrips);
+  std::vector<Growing> growing;
+  int strip = 0;
+  for (int x = 0; x + width <= contrast.cols; x += width, ++strip) {
+    Link(Peaks(StripMeans(contrast, seen, x, x + width)), strip, x + (width - 1) / 2.0, growing);
+  }
+  std::vector<Stroke> strokes;
+  for (Growing& grown : growing) {
+    if (grown.stroke.points.size() < kFewestPoints) continue;
+    grown.stroke.width_px = Median(grown.widths);
+    grown.stroke.height = Median(grown.heights);
+    strokes.push_back(std::move(grown.stroke));
+  }
+  return strokes;
+}
+
+}  // namespace trammel::vision
