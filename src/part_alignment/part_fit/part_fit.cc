@@ -283,9 +283,7 @@ Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options
     fit.verdict = Verdict::kCannotTell;
     fit.reason = fmt::format(
         "the measured surfaces leave the part free: {} changes no stock allowance; measure a "
-        "surface "
-        "that "
-        "stops it",
+        "surface that stops it",
         free);
     return fit;
   }

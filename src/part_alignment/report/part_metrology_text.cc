@@ -186,8 +186,7 @@ std::string PartFitText(const PartFitInput& input, const PartFit& fit) {
   std::string text = Verdicts(fit.verdict, fit.reason);
   if (fit.verdict == Verdict::kGood) {
     text += fmt::format(
-        "stock     allowance least {:.3f} mm, mean {:.3f} mm, uneven by {:.3f} mm (root mean "
-        "square)\n",
+        "allowance at least {:.3f} mm, mean {:.3f} mm, uneven by {:.3f} mm (root mean square)\n",
         fit.least_mm, fit.mean_mm, fit.uneven_mm);
     for (const auto& stock_allowance : fit.stock_allowances) {
       if (!stock_allowance.binding) continue;
