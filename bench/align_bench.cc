@@ -28,7 +28,7 @@ Bench PaperBench() {
   bench.state.machine_from_part = world.machine_from_part;
   bench.state.clamping.angle_rad = world.clamping.angle_rad;
   for (const test_support::WorldView& view : world.views) {
-    bench.pixels.push_back(view.sights[0].pixel);
+    bench.pixels.push_back(view.observations[0].pixel);
   }
   return bench;
 }

@@ -1,4 +1,4 @@
-// The sights of a survey and its scale bars.
+// The observations of a survey and its scale bars.
 #include "part_alignment/files/survey_file.h"
 
 #include "fuzz.h"

@@ -36,7 +36,7 @@ part_alignment::Measurement MeasurementOf(const sim::SpindleWorld& world,
   for (const sim::SpindleTarget& target : world.setup.part.targets) {
     measurement.targets.push_back({std::to_string(target.id), VectorOf(target.ideal_mm)});
   }
-  Random noise = sim::SightNoiseOf(name);
+  Random noise = sim::ObservationNoiseOf(name);
   for (std::size_t stop = 0; stop < world.setup.stops.size(); ++stop) {
     part_alignment::View view;
     view.spindle_mm = VectorOf(world.setup.stops[stop].stated_mm);
@@ -44,7 +44,7 @@ part_alignment::Measurement MeasurementOf(const sim::SpindleWorld& world,
     for (int i = 0; i < 3; ++i) {
       view.spindle_rotation.row(i) = VectorOf(turn[static_cast<std::size_t>(i)]).transpose();
     }
-    for (const sim::SpindleSighting& seen : sim::Look(world, stop, kMargin_px, noise)) {
+    for (const sim::SpindleObservation& seen : sim::Look(world, stop, kMargin_px, noise)) {
       const sim::PixelPlace at = exact ? seen.exact_px : seen.noisy_px;
       view.observations.push_back({measurement.targets[seen.target].id, at[0], at[1], sigma_px});
     }

@@ -190,7 +190,7 @@ TEST(AlignStudy, From150MillimetresToo) {
 }
 
 TEST(AlignStudy, TenMetresAlongYToo) {
-  // Y is the direction of sight: its column is the paper's Z. Of the angles the text gives one
+  // Y is the line of sight: its column is the paper's Z. Of the angles the text gives one
   // bound.
   constexpr double kAngles = 0.005;
   const Row limit = {kTable3[0], kTable3[2], kTable3[1], kAngles, kAngles, kAngles, 0};

@@ -194,10 +194,11 @@ std::vector<Fault> Faults() {
   };
   const auto bar = [](test::SurveyWorld& world, Random&) { world.bars[0].length_mm += 0.2; };
   const auto exchange = [](SurveyInput& input, Random& random) {
-    auto& sights = input.pictures[random.Below(input.pictures.size())].sights;
-    const std::size_t first = random.Below(sights.size());
-    const std::size_t second = (first + 1 + random.Below(sights.size() - 1)) % sights.size();
-    std::swap(sights[first].target, sights[second].target);
+    auto& observations = input.pictures[random.Below(input.pictures.size())].observations;
+    const std::size_t first = random.Below(observations.size());
+    const std::size_t second =
+        (first + 1 + random.Below(observations.size() - 1)) % observations.size();
+    std::swap(observations[first].target, observations[second].target);
   };
   const auto stray = [](SurveyInput& input, Random& random) {
     const auto other = test::MakeSurveyWorld({}, random.Bits());

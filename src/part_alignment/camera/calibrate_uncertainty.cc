@@ -69,8 +69,8 @@ SensorUncertainty UncertaintyOverSensor(const Camera& camera, const CameraCovari
       const Vector2d pixel((camera.width_px - 1.0) * column / (columns - 1),
                            (camera.height_px - 1.0) * row / (rows - 1));
       double sigma_px = std::numeric_limits<double>::quiet_NaN();
-      if (const auto sight = LineOfSight(camera, pixel)) {
-        const Vector3d camera_mm = *sight * (distance_mm / std::abs(sight->z()));
+      if (const auto observation = LineOfSight(camera, pixel)) {
+        const Vector3d camera_mm = *observation * (distance_mm / std::abs(observation->z()));
         const auto projected = ProjectFromTaper(camera, rotation * camera_mm + pose.translation_mm);
         if (projected) {
           const Matrix2d of_pixel =

@@ -18,21 +18,21 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // A line of sight, and the pixel that the camera to be matched sees it at.
-struct Sight {
+struct MatchedDirection {
   Vector3d direction;
   Vector2d pixel;
 };
 
-constexpr int kSightsAcross = 31;
-constexpr int kSightsDown = 25;
+constexpr int kDirectionsAcross = 31;
+constexpr int kDirectionsDown = 25;
 
 // Pixels in even steps over the sensor, its edges and corners among them.
 std::vector<Vector2d> SensorPixels(int width_px, int height_px) {
   std::vector<Vector2d> pixels;
-  for (int row = 0; row < kSightsDown; ++row) {
-    for (int column = 0; column < kSightsAcross; ++column) {
-      pixels.emplace_back((width_px - 1.0) * column / (kSightsAcross - 1),
-                          (height_px - 1.0) * row / (kSightsDown - 1));
+  for (int row = 0; row < kDirectionsDown; ++row) {
+    for (int column = 0; column < kDirectionsAcross; ++column) {
+      pixels.emplace_back((width_px - 1.0) * column / (kDirectionsAcross - 1),
+                          (height_px - 1.0) * row / (kDirectionsDown - 1));
     }
   }
   return pixels;
@@ -46,7 +46,7 @@ tl::unexpected<Error> Folds(const Vector2d& pixel) {
 }
 
 // The direction that OpenCV's camera sees at a pixel: Newton's method from the middle outwards.
-std::optional<Vector3d> OpenCvSight(const OpenCvCamera& camera, const Vector2d& pixel) {
+std::optional<Vector3d> OpenCvDirection(const OpenCvCamera& camera, const Vector2d& pixel) {
   constexpr int kRounds = 60;
   constexpr double kEnough_px = 1e-11;
   constexpr double kStep = 1e-6;
@@ -69,21 +69,22 @@ std::optional<Vector3d> OpenCvSight(const OpenCvCamera& camera, const Vector2d& 
   return std::nullopt;
 }
 
-void MeasureErrors(const std::vector<Sight>& sights, ConvertedCamera& converted) {
+void MeasureErrors(const std::vector<MatchedDirection>& observations, ConvertedCamera& converted) {
   double sum = 0;
-  for (const Sight& sight : sights) {
-    const auto pixel = Project(converted.camera, sight.direction);
-    const double error_px = pixel ? (*pixel - sight.pixel).norm() : INFINITY;
+  for (const MatchedDirection& observation : observations) {
+    const auto pixel = Project(converted.camera, observation.direction);
+    const double error_px = pixel ? (*pixel - observation.pixel).norm() : INFINITY;
     converted.largest_error_px = std::max(converted.largest_error_px, error_px);
     sum += error_px * error_px;
   }
-  converted.rms_error_px = std::sqrt(sum / static_cast<double>(sights.size()));
+  converted.rms_error_px = std::sqrt(sum / static_cast<double>(observations.size()));
 }
 
-// Intrinsic parameters of `start` that see `sights` where they are.
-Result<ConvertedCamera> FitSights(const Camera& start, const std::vector<Sight>& sights,
-                                  double most_error_px) {
-  Camera frame = start;  // the sights are in the camera's frame
+// Intrinsic parameters of `start` that see `observations` where they are.
+Result<ConvertedCamera> FitObservations(const Camera& start,
+                                        const std::vector<MatchedDirection>& observations,
+                                        double most_error_px) {
+  Camera frame = start;  // the observations are in the camera's frame
   frame.taper_from_camera = {};
   const auto with = [&frame](const Eigen::VectorXd& intrinsics) {
     CameraVector parameters = ParametersOf(frame);
@@ -93,14 +94,14 @@ Result<ConvertedCamera> FitSights(const Camera& start, const std::vector<Sight>&
   const auto residuals = [&](const Eigen::VectorXd& x, Eigen::VectorXd& r, Eigen::MatrixXd* j) {
     const Camera camera = with(x);
     if (!(camera.focal_length_mm > 0)) return false;
-    const auto rows = static_cast<Eigen::Index>(2 * sights.size());
+    const auto rows = static_cast<Eigen::Index>(2 * observations.size());
     r.resize(rows);
     if (j != nullptr) j->resize(rows, kIntrinsics);
-    for (std::size_t i = 0; i < sights.size(); ++i) {
-      const auto projected = ProjectFromTaper(camera, sights[i].direction);
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      const auto projected = ProjectFromTaper(camera, observations[i].direction);
       if (!projected) return false;
       const auto row = static_cast<Eigen::Index>(2 * i);
-      r.segment<2>(row) = projected->pixel - sights[i].pixel;
+      r.segment<2>(row) = projected->pixel - observations[i].pixel;
       if (j != nullptr) j->middleRows<2>(row) = projected->by_parameter.leftCols<kIntrinsics>();
     }
     return true;
@@ -110,7 +111,7 @@ Result<ConvertedCamera> FitSights(const Camera& start, const std::vector<Sight>&
   ConvertedCamera converted;
   converted.camera = with(fit.x);
   converted.camera.taper_from_camera = start.taper_from_camera;
-  MeasureErrors(sights, converted);
+  MeasureErrors(observations, converted);
   if (!(converted.largest_error_px <= most_error_px)) {
     return Fail(fmt::format(
         "the nearest camera of the wanted convention (two radial and two tangential coefficients) "
@@ -208,30 +209,31 @@ Result<ConvertedCamera> FromOpenCv(const OpenCvCamera& camera, double pixel_pitc
         "aspect ratio (OpenCV: CALIB_FIX_ASPECT_RATIO)",
         camera.fx_px, camera.fy_px, unequal_px, options.most_error_px));
   }
-  std::vector<Sight> sights;
+  std::vector<MatchedDirection> observations;
   for (const Vector2d& pixel : SensorPixels(camera.width_px, camera.height_px)) {
-    const auto direction = OpenCvSight(camera, pixel);
+    const auto direction = OpenCvDirection(camera, pixel);
     if (!direction) return Folds(pixel);
-    sights.push_back({*direction, pixel});
+    observations.push_back({*direction, pixel});
   }
   const bool exact = camera.fx_px == camera.fy_px && camera.k3 == 0 && camera.k4 == 0 &&
                      camera.k5 == 0 && camera.k6 == 0 && options.convention == plain.convention;
-  if (!exact) return FitSights(Turned(plain, options.convention), sights, options.most_error_px);
+  if (!exact)
+    return FitObservations(Turned(plain, options.convention), observations, options.most_error_px);
   ConvertedCamera converted{plain};
-  MeasureErrors(sights, converted);
+  MeasureErrors(observations, converted);
   return converted;
 }
 
 Result<ConvertedCamera> ConvertConvention(const Camera& camera, const ConvertOptions& options) {
   if (const auto fault = FaultOf(camera)) return Fail(*fault);
   if (camera.convention == options.convention) return ConvertedCamera{camera};
-  std::vector<Sight> sights;
+  std::vector<MatchedDirection> observations;
   for (const Vector2d& pixel : SensorPixels(camera.width_px, camera.height_px)) {
     const auto direction = LineOfSight(camera, pixel);
     if (!direction) return Folds(pixel);
-    sights.push_back({*direction, pixel});
+    observations.push_back({*direction, pixel});
   }
-  return FitSights(Turned(camera, options.convention), sights, options.most_error_px);
+  return FitObservations(Turned(camera, options.convention), observations, options.most_error_px);
 }
 
 Camera TableOneCamera() {

@@ -80,7 +80,7 @@ TEST(CameraConvert, EightCoefficientsAreFittedAndTheErrorIsSaid) {
   EXPECT_GT(converted->largest_error_px, 0);
   for (const Seen& seen : apart) {
     EXPECT_LE((*ProjectOpenCv(camera, seen.camera_mm) - seen.pixel).norm(), kSamePx);
-    // Between the sights of the fit it may be a little worse than on them.
+    // Between the observations of the fit it may be a little worse than on them.
     EXPECT_LE((*Project(converted->camera, seen.camera_mm) - seen.pixel).norm(),
               1.1 * converted->largest_error_px + kSamePx);
   }

@@ -166,8 +166,8 @@ TEST_F(AlignCommand, TargetsKeepTheKindOfTheirIds) {
       if (target["id"] == "T1") target["id"] = 1;
     }
     for (json& view : seen["views"]) {
-      for (json& sight : view["observations"]) {
-        if (sight["target"] == "T1") sight["target"] = 1;
+      for (json& observation : view["observations"]) {
+        if (observation["target"] == "T1") observation["target"] = 1;
       }
     }
   });

@@ -32,11 +32,11 @@ namespace fs = std::filesystem;
 struct SurveyArguments {
   std::vector<std::string> pictures;
   std::string scale_bars;
-  std::string sights;
+  std::string observations;
   std::optional<double> focal_length_px;
   int bits = 14;
   double extra_sigma_px = 0.005;
-  std::string keep_sights;
+  std::string keep_observations;
   std::string out;
   std::string points;
   std::string report;
@@ -76,12 +76,12 @@ Result<std::vector<fs::path>> PicturesOf(const std::vector<std::string>& names) 
   return pictures;
 }
 
-Result<procedure::SurveyReading> ReadSights(const SurveyArguments& arguments) {
-  if (arguments.sights.empty() == arguments.pictures.empty()) {
-    return Fail("align survey takes either pictures or --sights FILE");
+Result<procedure::SurveyReading> ReadObservations(const SurveyArguments& arguments) {
+  if (arguments.observations.empty() == arguments.pictures.empty()) {
+    return Fail("align survey takes either pictures or --observations FILE");
   }
-  if (!arguments.sights.empty()) {
-    auto pictures = files::ReadSurveyFile(arguments.sights);
+  if (!arguments.observations.empty()) {
+    auto pictures = files::ReadSurveyFile(arguments.observations);
     if (!pictures) return tl::unexpected(pictures.error());
     return procedure::SurveyReading{std::move(*pictures), {}};
   }
@@ -114,7 +114,7 @@ Result<void> CheckPlaces(const SurveyArguments& arguments) {
   if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) return free;
   std::vector<fs::path> others;
   if (!arguments.points.empty()) others.emplace_back(arguments.points);
-  if (!arguments.keep_sights.empty()) others.emplace_back(arguments.keep_sights);
+  if (!arguments.keep_observations.empty()) others.emplace_back(arguments.keep_observations);
   return RefuseToOverwrite(others, arguments.force);
 }
 
@@ -127,12 +127,12 @@ int RunSurvey(const SurveyArguments& arguments) {
     if (!bars) return PrintError(bars.error());
     input.bars = std::move(*bars);
   }
-  auto reading = ReadSights(arguments);
+  auto reading = ReadObservations(arguments);
   if (!reading) return PrintError(reading.error());
   input.pictures = std::move(reading->pictures);
-  if (!arguments.keep_sights.empty()) {
-    const auto kept = WriteOutputs({{arguments.keep_sights, files::SurveyFileText(input.pictures)}},
-                                   arguments.force);
+  if (!arguments.keep_observations.empty()) {
+    const auto kept = WriteOutputs(
+        {{arguments.keep_observations, files::SurveyFileText(input.pictures)}}, arguments.force);
     if (!kept) return PrintError(kept.error());
   }
   auto survey = part_alignment::SolveSurvey(input, {});
@@ -152,8 +152,9 @@ void AddAlignSurveyCommand(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<SurveyArguments>();
   command->add_option("pictures", arguments->pictures,
                       "picture files or folders, in the order in which they were taken");
-  command->add_option("--sights", arguments->sights,
-                      "instead of pictures: what --keep-sights, or another program, found in them");
+  command->add_option(
+      "--observations", arguments->observations,
+      "instead of pictures: what --keep-observations, or another program, found in them");
   command->add_option("--scale-bars", arguments->scale_bars,
                       "JSON with scale_bars: from, to, length_mm, sigma_mm; PART.json will do");
   command
@@ -169,7 +170,8 @@ void AddAlignSurveyCommand(CLI::App& parent, int& exit_code) {
                    "of each centre beside the detector's own: lens, vibration")
       ->check(NumberIn(0, 10))
       ->capture_default_str();
-  command->add_option("--keep-sights", arguments->keep_sights, "file for what the pictures show");
+  command->add_option("--keep-observations", arguments->keep_observations,
+                      "file for what the pictures show");
   command->add_option("--out", arguments->out, "file for the targets, if the verdict is good");
   command->add_option("--points", arguments->points,
                       "table of points for align fit, if the verdict is good");

@@ -47,14 +47,14 @@ class AlignSurvey : public testing::Test {
     }
     Write("bars.json", json({{"format", 1}, {"scale_bars", list}}).dump());
   }
-  /// A survey's sights and bars as files, and the world that they are of.
-  SurveyWorld WriteSights() const {
+  /// A survey's observations and bars as files, and the world that they are of.
+  SurveyWorld WriteObservations() const {
     SurveyScene scene;
     scene.codes = 40;
     scene.pictures = 40;
     SurveyWorld world = part_alignment::test::MakeSurveyWorld(scene, 31);
     const auto input = part_alignment::test::Photograph(world, 31);
-    Write("sights.json", files::SurveyFileText(input.pictures));
+    Write("observations.json", files::SurveyFileText(input.pictures));
     WriteBars(input.bars);
     return world;
   }
@@ -83,9 +83,10 @@ Survey SurveyOf(const json& answer) {
 }
 
 TEST_F(AlignSurvey, LeavesTargetsThatSolveAndFitTake) {
-  WriteSights();
+  WriteObservations();
   const auto run =
-      Run("--sights sights.json --scale-bars bars.json --out targets.json --points points.csv "
+      Run("--observations observations.json --scale-bars bars.json --out targets.json --points "
+          "points.csv "
           "--report report");
   ASSERT_EQ(run.exit_code, 0) << run.output;
   EXPECT_THAT(run.standard_output, HasSubstr("verdict   good"));
@@ -105,8 +106,8 @@ TEST_F(AlignSurvey, LeavesTargetsThatSolveAndFitTake) {
 }
 
 TEST_F(AlignSurvey, SaysWhatIsMissingAndWritesNoTargets) {
-  WriteSights();
-  const auto run = Run("--sights sights.json --out targets.json --json");
+  WriteObservations();
+  const auto run = Run("--observations observations.json --out targets.json --json");
   EXPECT_EQ(run.exit_code, 2) << run.output;
   const json answer = json::parse(run.standard_output);
   EXPECT_EQ(answer.at("verdict"), "cannot_tell");
@@ -116,20 +117,20 @@ TEST_F(AlignSurvey, SaysWhatIsMissingAndWritesNoTargets) {
 }
 
 TEST_F(AlignSurvey, RefusesWhatCannotBeByName) {
-  EXPECT_THAT(Run("").standard_error, HasSubstr("either pictures or --sights"));
+  EXPECT_THAT(Run("").standard_error, HasSubstr("either pictures or --observations"));
   fs::create_directory(At("empty"));
   EXPECT_THAT(Run("empty").standard_error, HasSubstr("empty: no picture"));
   EXPECT_THAT(Run("none.jpg").standard_error, HasSubstr("none.jpg"));
-  EXPECT_THAT(Run("--sights none.json").standard_error, HasSubstr("none.json"));
+  EXPECT_THAT(Run("--observations none.json").standard_error, HasSubstr("none.json"));
   Write("bars.json", R"({"format": 1, "bars": []})");
-  const auto run = Run("--scale-bars bars.json --sights none.json");
+  const auto run = Run("--scale-bars bars.json --observations none.json");
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_THAT(run.standard_error, HasSubstr("bars.json: scale_bars is missing"));
-  Write("sights.json",
-        R"({"format": 1, "pictures": [{"name": "a", "image_px": [4000, 3000], "sights":
+  Write("observations.json",
+        R"({"format": 1, "pictures": [{"name": "a", "image_px": [4000, 3000], "observations":
             [{"target": 1, "column_px": 3, "row_px": 4, "sigma_px": -1}]}]})");
-  EXPECT_THAT(Run("--sights sights.json").standard_error,
-              HasSubstr("pictures[0].sights[0].sigma_px"));
+  EXPECT_THAT(Run("--observations observations.json").standard_error,
+              HasSubstr("pictures[0].observations[0].sigma_px"));
 }
 
 /// One picture of the world's targets by a lens that bends nothing, as PGM.
@@ -198,7 +199,8 @@ TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {
           Picture(world, world.shots[s], *book, random));
   }
   WriteBars(world.bars);
-  const auto run = Run("pictures --scale-bars bars.json --keep-sights sights.json --json");
+  const auto run =
+      Run("pictures --scale-bars bars.json --keep-observations observations.json --json");
   ASSERT_EQ(run.exit_code, 0) << run.output;
   const Survey survey = SurveyOf(json::parse(run.standard_output));
   EXPECT_GE(survey.targets.size(), 12U);
@@ -209,7 +211,7 @@ TEST_F(AlignSurvey, MeasuresAPartFromItsPictures) {
   }
   EXPECT_LT(errors.coordinates.cwiseAbs().maxCoeff(), 0.5);
   // What was kept gives the same answer.
-  const auto again = Run("--sights sights.json --scale-bars bars.json --json");
+  const auto again = Run("--observations observations.json --scale-bars bars.json --json");
   EXPECT_EQ(json::parse(again.standard_output).at("targets"),
             json::parse(run.standard_output).at("targets"));
 }

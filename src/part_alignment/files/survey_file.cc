@@ -18,7 +18,7 @@ using part_alignment::SurveyPicture;
 
 constexpr std::size_t kMostBytes = 100'000'000;
 constexpr std::size_t kMostPictures = 10'000;
-constexpr std::size_t kMostSights = 10'000;  // of a picture
+constexpr std::size_t kMostObservations = 10'000;  // of a picture
 constexpr double kMost_px = 1e6;
 constexpr double kMostTurn = 7;  // rad: a full one and a little
 
@@ -30,22 +30,24 @@ Result<SurveyPicture> ReadPicture(JsonObject object) {
     picture.width_px = static_cast<int>(size[0]);
     picture.height_px = static_cast<int>(size[1]);
   }
-  for (const nlohmann::json& entry : object.List("sights", 0, kMostSights)) {
-    JsonObject inner = object.Inner(entry, fmt::format("sights[{}]", picture.sights.size()));
-    Observation sight;
-    sight.target = ReadTargetId(inner, "target", nullptr);
-    sight.column_px = inner.Number("column_px", {-kMost_px, kMost_px});
-    sight.row_px = inner.Number("row_px", {-kMost_px, kMost_px});
-    sight.sigma_px = inner.Number("sigma_px", {1e-6, 1e3});
+  for (const nlohmann::json& entry : object.List("observations", 0, kMostObservations)) {
+    JsonObject inner =
+        object.Inner(entry, fmt::format("observations[{}]", picture.observations.size()));
+    Observation observation;
+    observation.target = ReadTargetId(inner, "target", nullptr);
+    observation.column_px = inner.Number("column_px", {-kMost_px, kMost_px});
+    observation.row_px = inner.Number("row_px", {-kMost_px, kMost_px});
+    observation.sigma_px = inner.Number("sigma_px", {1e-6, 1e3});
     if (inner.has("disc_px")) {
       const auto axes = inner.Numbers("disc_px", 2, 2, {0, kMost_px});
       const double angle_rad = inner.Number("disc_angle_rad", {-kMostTurn, kMostTurn});
       if (axes.size() == 2) {
-        picture.discs.push_back({sight.column_px, sight.row_px, axes[0], axes[1], angle_rad});
+        picture.discs.push_back(
+            {observation.column_px, observation.row_px, axes[0], axes[1], angle_rad});
       }
     }
     if (auto read = inner.Finish(); !read) return tl::unexpected(read.error());
-    picture.sights.push_back(std::move(sight));
+    picture.observations.push_back(std::move(observation));
   }
   if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
   return picture;
@@ -71,22 +73,22 @@ Result<std::vector<SurveyPicture>> ReadSurveyFile(const std::filesystem::path& p
 std::string SurveyFileText(const std::vector<SurveyPicture>& pictures) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const SurveyPicture& picture : pictures) {
-    nlohmann::ordered_json sights = nlohmann::ordered_json::array();
-    for (std::size_t i = 0; i < picture.sights.size(); ++i) {
-      const Observation& sight = picture.sights[i];
-      nlohmann::ordered_json entry = {{"target", sight.target},
-                                      {"column_px", sight.column_px},
-                                      {"row_px", sight.row_px},
-                                      {"sigma_px", sight.sigma_px}};
+    nlohmann::ordered_json observations = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; i < picture.observations.size(); ++i) {
+      const Observation& observation = picture.observations[i];
+      nlohmann::ordered_json entry = {{"target", observation.target},
+                                      {"column_px", observation.column_px},
+                                      {"row_px", observation.row_px},
+                                      {"sigma_px", observation.sigma_px}};
       if (i < picture.discs.size()) {
         entry["disc_px"] = {picture.discs[i].semi_major_px, picture.discs[i].semi_minor_px};
         entry["disc_angle_rad"] = picture.discs[i].angle_rad;
       }
-      sights.push_back(std::move(entry));
+      observations.push_back(std::move(entry));
     }
     list.push_back({{"name", picture.name},
                     {"image_px", {picture.width_px, picture.height_px}},
-                    {"sights", std::move(sights)}});
+                    {"observations", std::move(observations)}});
   }
   return JsonText({{"format", 1}, {"pictures", std::move(list)}});
 }

@@ -11,9 +11,9 @@
 
 namespace trammel::files {
 
-/// `{"format": 1, "pictures": [{"name", "image_px", "sights": [{"target", "column_px", "row_px",
-/// "sigma_px", and if need be "disc_px" (semi-axes), "disc_angle_rad"}]}]}` (docs/formats.md).
-/// Errors (kInput) name file and place.
+/// `{"format": 1, "pictures": [{"name", "image_px", "observations": [{"target", "column_px",
+/// "row_px", "sigma_px", and if need be "disc_px" (semi-axes), "disc_angle_rad"}]}]}`
+/// (docs/formats.md). Errors (kInput) name file and place.
 [[nodiscard]] Result<std::vector<part_alignment::SurveyPicture>> ReadSurveyFile(
     const std::filesystem::path& path);
 

@@ -29,14 +29,14 @@ TEST_F(SurveyFile, GivesEveryNumberBack) {
   ASSERT_TRUE(read) << read.error().message;
   ASSERT_EQ(read->size(), 2U);
   EXPECT_EQ((*read)[1].name, pictures[1].name);
-  EXPECT_TRUE((*read)[1].sights.empty());
+  EXPECT_TRUE((*read)[1].observations.empty());
   EXPECT_EQ((*read)[0].width_px, 4000);
   EXPECT_EQ((*read)[0].height_px, 3000);
-  ASSERT_EQ((*read)[0].sights.size(), 2U);
-  EXPECT_EQ((*read)[0].sights[1].target, "T8");
-  EXPECT_EQ((*read)[0].sights[0].column_px, 1.0 / 3);
-  EXPECT_EQ((*read)[0].sights[0].row_px, 2.0 / 7);
-  EXPECT_EQ((*read)[0].sights[0].sigma_px, 0.03);
+  ASSERT_EQ((*read)[0].observations.size(), 2U);
+  EXPECT_EQ((*read)[0].observations[1].target, "T8");
+  EXPECT_EQ((*read)[0].observations[0].column_px, 1.0 / 3);
+  EXPECT_EQ((*read)[0].observations[0].row_px, 2.0 / 7);
+  EXPECT_EQ((*read)[0].observations[0].sigma_px, 0.03);
   ASSERT_EQ((*read)[0].discs.size(), 2U);
   EXPECT_EQ((*read)[0].discs[0].semi_minor_px, 5.9);
   EXPECT_EQ((*read)[0].discs[1].angle_rad, -0.3);
@@ -45,10 +45,10 @@ TEST_F(SurveyFile, GivesEveryNumberBack) {
 
 TEST_F(SurveyFile, TakesNumbersForTargets) {
   const auto read = ReadSurveyFile(
-      File(R"({"format": 1, "pictures": [{"name": "a", "image_px": [40, 30], "sights":
+      File(R"({"format": 1, "pictures": [{"name": "a", "image_px": [40, 30], "observations":
            [{"target": 7, "column_px": 3, "row_px": 4, "sigma_px": 0.1}]}]})"));
   ASSERT_TRUE(read) << read.error().message;
-  EXPECT_EQ((*read)[0].sights[0].target, "7");
+  EXPECT_EQ((*read)[0].observations[0].target, "7");
 }
 
 TEST_F(SurveyFile, NamesThePlaceOfAFault) {
@@ -58,11 +58,13 @@ TEST_F(SurveyFile, NamesThePlaceOfAFault) {
   };
   EXPECT_THAT(message(R"({"format": 1, "pictures": []})"), HasSubstr("pictures"));
   EXPECT_THAT(
-      message(R"({"format": 1, "pictures": [{"name": "a", "image_px": [40], "sights": []}]})"),
+      message(
+          R"({"format": 1, "pictures": [{"name": "a", "image_px": [40], "observations": []}]})"),
       HasSubstr("pictures[0].image_px"));
-  EXPECT_THAT(message(R"({"format": 1, "pictures": [{"name": "a", "image_px": [40, 30], "sights":
+  EXPECT_THAT(
+      message(R"({"format": 1, "pictures": [{"name": "a", "image_px": [40, 30], "observations":
            [{"target": 7, "column_px": 3, "row_px": 4, "sigma_px": 0.1, "x": 1}]}]})"),
-              HasSubstr("sights[0]"));
+      HasSubstr("observations[0]"));
 }
 
 TEST_F(SurveyFile, ReadsScaleBarsOfAnyObject) {

@@ -102,9 +102,9 @@ Motion BestEffort(const Problem& problem, Motion motion, double& missing_mm) {
 // Kabsch's rotation between the middles of the surfaces and of their points.
 std::optional<Motion> StartFromMiddles(const Problem& problem) {
   std::map<const IdealSurface*, std::pair<Vector3d, int>> sums;
-  for (const Touch& touch : problem.touches) {
-    auto& [sum, count] = sums.try_emplace(touch.surface, Vector3d::Zero(), 0).first->second;
-    sum += touch.at_mm;
+  for (const SurfaceContact& contact : problem.contacts) {
+    auto& [sum, count] = sums.try_emplace(contact.surface, Vector3d::Zero(), 0).first->second;
+    sum += contact.at_mm;
     ++count;
   }
   if (sums.size() < 3) return std::nullopt;
@@ -135,7 +135,7 @@ std::optional<Motion> StartFromMiddles(const Problem& problem) {
 
 // A motion that changes no stock allowance, in words; empty where there is none.
 std::string FreeMotion(const Problem& problem, const Linear& linear) {
-  if (problem.touches.empty()) return "everything";
+  if (problem.contacts.empty()) return "everything";
   const Matrix6 normal = linear.by_motion.transpose() * linear.by_motion;
   const geometry::SymmetricEigen of = geometry::DecomposeSymmetric(normal);
   constexpr double kFree = 1e-8;
@@ -157,10 +157,10 @@ void NoteStockAllowances(const PartFitInput& input, const Problem& problem, cons
   const Linear linear = Linearise(problem, motion);
   fit.ideal_from_measured = {motion.translation_mm, geometry::AnglesFromRotation(motion.rotation)};
   fit.stock_allowances.clear();
-  for (std::size_t i = 0; i < problem.touches.size(); ++i) {
-    const Touch& touch = problem.touches[i];
-    fit.stock_allowances.push_back({touch.point, linear.stock_allowance_mm[static_cast<Index>(i)],
-                                    touch.surface->stock_allowance_mm, touch.least_mm, false});
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+    const SurfaceContact& contact = problem.contacts[i];
+    fit.stock_allowances.push_back({contact.point, linear.stock_allowance_mm[static_cast<Index>(i)],
+                                    contact.surface->stock_allowance_mm, contact.least_mm, false});
   }
   for (const Index i : binding) fit.stock_allowances[static_cast<std::size_t>(i)].binding = true;
   fit.least_mm = linear.stock_allowance_mm.minCoeff();
@@ -178,7 +178,7 @@ void NoteStockAllowances(const PartFitInput& input, const Problem& problem, cons
 // with the same points binding (Karush, Kuhn and Tucker), differentiated.
 Matrix6 PlacementCovariance(const Problem& problem, const Linear& linear,
                             const std::vector<Index>& binding) {
-  const auto n = std::ssize(problem.touches);
+  const auto n = std::ssize(problem.contacts);
   const auto active = std::ssize(binding);
   const MatrixXd weighted = Weights(problem).asDiagonal() * linear.by_motion;
   MatrixXd system = MatrixXd::Zero(6 + active, 6 + active);
@@ -194,7 +194,7 @@ Matrix6 PlacementCovariance(const Problem& problem, const Linear& linear,
   const MatrixXd by_error = geometry::SolveLeastSquares(system, right).topRows(6);
   VectorXd variance(n);
   for (Index i = 0; i < n; ++i) {
-    const double sigma_mm = problem.touches[static_cast<std::size_t>(i)].sigma_mm;
+    const double sigma_mm = problem.contacts[static_cast<std::size_t>(i)].sigma_mm;
     variance[i] = sigma_mm * sigma_mm;
   }
   return by_error * variance.asDiagonal() * by_error.transpose();

@@ -36,15 +36,15 @@ StockAllowance StockAllowanceAt(const IdealSurface& surface, const Vector3d& ide
 }  // namespace
 
 Linear Linearise(const Problem& problem, const Motion& motion) {
-  const auto n = std::ssize(problem.touches);
+  const auto n = std::ssize(problem.contacts);
   Linear linear{VectorXd(n), Eigen::MatrixXd(n, 6)};
-  for (const Touch& touch : problem.touches) {
-    linear.middle_mm += motion(touch.at_mm) / static_cast<double>(n);
+  for (const SurfaceContact& contact : problem.contacts) {
+    linear.middle_mm += motion(contact.at_mm) / static_cast<double>(n);
   }
   for (Index i = 0; i < n; ++i) {
-    const Touch& touch = problem.touches[static_cast<std::size_t>(i)];
-    const Vector3d ideal_mm = motion(touch.at_mm);
-    const StockAllowance stock_allowance = StockAllowanceAt(*touch.surface, ideal_mm);
+    const SurfaceContact& contact = problem.contacts[static_cast<std::size_t>(i)];
+    const Vector3d ideal_mm = motion(contact.at_mm);
+    const StockAllowance stock_allowance = StockAllowanceAt(*contact.surface, ideal_mm);
     linear.stock_allowance_mm[i] = stock_allowance.mm;
     linear.by_motion.row(i) << stock_allowance.outward.transpose(),
         (ideal_mm - linear.middle_mm).cross(stock_allowance.outward).transpose() / problem.size_mm;
@@ -59,25 +59,25 @@ Motion Moved(const Motion& motion, const Linear& linear, const Vector6& step, do
 }
 
 VectorXd Wanted(const Problem& problem) {
-  VectorXd wanted(std::ssize(problem.touches));
+  VectorXd wanted(std::ssize(problem.contacts));
   for (Index i = 0; i < wanted.size(); ++i) {
-    wanted[i] = problem.touches[static_cast<std::size_t>(i)].surface->stock_allowance_mm;
+    wanted[i] = problem.contacts[static_cast<std::size_t>(i)].surface->stock_allowance_mm;
   }
   return wanted;
 }
 
 VectorXd Weights(const Problem& problem) {
-  VectorXd weights(std::ssize(problem.touches));
+  VectorXd weights(std::ssize(problem.contacts));
   for (Index i = 0; i < weights.size(); ++i) {
-    weights[i] = problem.touches[static_cast<std::size_t>(i)].weight;
+    weights[i] = problem.contacts[static_cast<std::size_t>(i)].weight;
   }
   return weights;
 }
 
 VectorXd Least(const Problem& problem) {
-  VectorXd least(std::ssize(problem.touches));
+  VectorXd least(std::ssize(problem.contacts));
   for (Index i = 0; i < least.size(); ++i) {
-    least[i] = problem.touches[static_cast<std::size_t>(i)].least_mm;
+    least[i] = problem.contacts[static_cast<std::size_t>(i)].least_mm;
   }
   return least;
 }
@@ -91,19 +91,20 @@ Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options, doub
     const MeasuredPoint& point = input.points[i];
     if (point.surface.empty()) continue;
     ++counts[point.surface];
-    problem.touches.push_back(
+    problem.contacts.push_back(
         {i, surfaces[point.surface], scale * point.at_mm,
          options.least_stock_allowance_mm + options.guard_sigmas * point.sigma_mm, point.sigma_mm,
          1});
   }
   Vector3d middle = Vector3d::Zero();
-  const auto n = static_cast<double>(problem.touches.size());
-  for (Touch& touch : problem.touches) {
-    touch.weight = 1.0 / counts[touch.surface->id];
-    middle += touch.at_mm / n;
+  const auto n = static_cast<double>(problem.contacts.size());
+  for (SurfaceContact& contact : problem.contacts) {
+    contact.weight = 1.0 / counts[contact.surface->id];
+    middle += contact.at_mm / n;
   }
   double square = 0;
-  for (const Touch& touch : problem.touches) square += (touch.at_mm - middle).squaredNorm() / n;
+  for (const SurfaceContact& contact : problem.contacts)
+    square += (contact.at_mm - middle).squaredNorm() / n;
   problem.size_mm = std::max(1.0, std::sqrt(square));
   return problem;
 }

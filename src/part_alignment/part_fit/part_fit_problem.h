@@ -1,4 +1,4 @@
-// A part fit as the solver sees it: points that touch surfaces, and small motions.
+// A part fit as the solver sees it: points on surfaces, and small motions.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ struct Motion {
 };
 
 /// A point of a surface, as the fit sees it.
-struct Touch {
+struct SurfaceContact {
   std::size_t point = 0;
   const IdealSurface* surface = nullptr;
   Eigen::Vector3d at_mm;  ///< scaled
@@ -31,9 +31,9 @@ struct Touch {
   double weight = 1;
 };
 
-/// Touches of surfaces that must outlive it.
+/// Contacts with surfaces that must outlive it.
 struct Problem {
-  std::vector<Touch> touches;
+  std::vector<SurfaceContact> contacts;
   double size_mm = 1;  ///< turns are measured by what they do to points so far from the middle
 };
 
@@ -51,8 +51,8 @@ struct Linear {
 [[nodiscard]] Motion Moved(const Motion& motion, const Linear& linear, const Vector6& step,
                            double size_mm);
 
-/// Of every touch: its surface's wanted stock allowance, its weight, the least stock allowance with
-/// its guard.
+/// Of every contact: its surface's wanted stock allowance, its weight, the least stock allowance
+/// with its guard.
 [[nodiscard]] Eigen::VectorXd Wanted(const Problem& problem);
 [[nodiscard]] Eigen::VectorXd Weights(const Problem& problem);
 [[nodiscard]] Eigen::VectorXd Least(const Problem& problem);

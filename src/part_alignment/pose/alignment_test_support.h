@@ -36,9 +36,9 @@ inline Measurement MeasurementOf(const test_support::AlignmentWorld& world, doub
   }
   for (const test_support::WorldView& from : world.views) {
     View view{from.spindle_mm, from.spindle_rotation, {}};
-    for (const test_support::WorldSight& sight : from.sights) {
+    for (const test_support::WorldObservation& observation : from.observations) {
       view.observations.push_back(
-          {TargetId(sight.target), sight.pixel.x(), sight.pixel.y(), sigma_px});
+          {TargetId(observation.target), observation.pixel.x(), observation.pixel.y(), sigma_px});
     }
     measurement.views.push_back(view);
   }

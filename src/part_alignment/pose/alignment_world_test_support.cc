@@ -91,21 +91,21 @@ WorldView ViewOf(const AlignmentWorld& world, int target, const Matrix3d& spindl
   view.spindle_rotation = spindle_rotation;
   view.spindle_mm = InMachine(world, target) -
                     spindle_rotation * (mounting.rotation * seen_mm + mounting.origin_mm);
-  view.sights = {{target, Vector2d::Zero()}};
+  view.observations = {{target, Vector2d::Zero()}};
   return view;
 }
 
 void TakePictures(AlignmentWorld& world, double sigma_px, Random& random) {
   for (WorldView& view : world.views) {
-    std::vector<WorldSight> seen;
-    for (WorldSight sight : view.sights) {
-      if (const auto pixel = WorldPixel(world, view, InMachine(world, sight.target))) {
+    std::vector<WorldObservation> seen;
+    for (WorldObservation observation : view.observations) {
+      if (const auto pixel = WorldPixel(world, view, InMachine(world, observation.target))) {
         const double column_px = sigma_px * random.Normal();
-        sight.pixel = *pixel + Vector2d(column_px, sigma_px * random.Normal());
-        seen.push_back(sight);
+        observation.pixel = *pixel + Vector2d(column_px, sigma_px * random.Normal());
+        seen.push_back(observation);
       }
     }
-    view.sights = seen;
+    view.observations = seen;
   }
 }
 

@@ -32,7 +32,7 @@ struct WorldClamping {
   Eigen::Vector2d tilt_rad = Eigen::Vector2d::Zero();
 };
 
-struct WorldSight {
+struct WorldObservation {
   int target = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
@@ -40,7 +40,7 @@ struct WorldSight {
 struct WorldView {
   Eigen::Vector3d spindle_mm = Eigen::Vector3d::Zero();
   Eigen::Matrix3d spindle_rotation = Eigen::Matrix3d::Identity();
-  std::vector<WorldSight> sights;
+  std::vector<WorldObservation> observations;
 };
 
 struct AlignmentWorld {
@@ -61,7 +61,7 @@ struct AlignmentWorld {
                                const Eigen::Matrix3d& spindle_rotation, double distance_mm,
                                const Eigen::Vector2d& across_mm);
 
-/// Fills the sights of all views with the targets named; drops what lies outside the picture.
+/// Fills the observations of all views with the targets named; drops what lies outside the picture.
 /// Normal noise of `sigma_px` per axis.
 void TakePictures(AlignmentWorld& world, double sigma_px, Random& random);
 

@@ -64,19 +64,19 @@ void Inform(const Chain& chain, const Camera& camera, const Theta& units,
             const std::vector<Vector3d>& targets_mm, const CandidateOptions& options,
             CandidateView& view) {
   view.information.setZero(units.size(), units.size());
-  Sight sight;
-  sight.spindle_from_machine = view.spindle_rotation.transpose();
-  sight.spindle_mm = view.spindle_mm;
-  SightDerivative derivative;
+  WeightedObservation observation;
+  observation.spindle_from_machine = view.spindle_rotation.transpose();
+  observation.spindle_mm = view.spindle_mm;
+  ObservationDerivative derivative;
   for (std::size_t i = 0; i < targets_mm.size(); ++i) {
-    sight.part_mm = targets_mm[i];
+    observation.part_mm = targets_mm[i];
     Vector2d minus_pixel;
-    if (!chain.ResidualAndDerivative(sight, minus_pixel, derivative) ||
+    if (!chain.ResidualAndDerivative(observation, minus_pixel, derivative) ||
         !InField(camera, -minus_pixel, options.field_share)) {
       continue;
     }
     view.seen.push_back(i);
-    const SightDerivative scaled = derivative * units.asDiagonal() / options.sigma_px;
+    const ObservationDerivative scaled = derivative * units.asDiagonal() / options.sigma_px;
     view.information.noalias() += scaled.transpose().lazyProduct(scaled);
   }
 }

@@ -26,7 +26,7 @@ struct CandidateOptions {
 
 /// Candidates for all targets, all orientations and nine places of the target in the picture: its
 /// centre, the sides and the corners of the field.
-/// @param problem  camera and unknowns; its sights give nothing but the unknowns' units.
+/// @param problem  camera and unknowns; its observations give nothing but the unknowns' units.
 /// @param theta    of the problem, as are the targets' coordinates (the same frame).
 /// @param units    UnitsPerMillimetre.
 [[nodiscard]] std::vector<CandidateView> CandidateViews(

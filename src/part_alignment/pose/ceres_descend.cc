@@ -10,11 +10,11 @@
 namespace trammel::part_alignment {
 namespace {
 
-/// One sight's residual in sigmas.
-class SightCost final : public ceres::CostFunction {
+/// One observation's residual in sigmas.
+class ObservationCost final : public ceres::CostFunction {
  public:
-  SightCost(const PoseProblem& problem, const Sight& sight, int unknowns)
-      : problem_(problem), sight_(sight), unknowns_(unknowns) {
+  ObservationCost(const PoseProblem& problem, const WeightedObservation& observation, int unknowns)
+      : problem_(problem), observation_(observation), unknowns_(unknowns) {
     set_num_residuals(2);
     mutable_parameter_block_sizes()->push_back(unknowns);
   }
@@ -25,22 +25,22 @@ class SightCost final : public ceres::CostFunction {
     const bool derive = jacobians != nullptr && jacobians[0] != nullptr;
     const Chain chain(problem_, theta, derive);
     Eigen::Vector2d residual_px;
-    SightDerivative derivative;
-    if (derive ? !chain.ResidualAndDerivative(sight_, residual_px, derivative)
-               : !chain.Residual(sight_, residual_px)) {
+    ObservationDerivative derivative;
+    if (derive ? !chain.ResidualAndDerivative(observation_, residual_px, derivative)
+               : !chain.Residual(observation_, residual_px)) {
       return false;
     }
-    Eigen::Map<Eigen::Vector2d>{residuals} = residual_px / sight_.sigma_px;
+    Eigen::Map<Eigen::Vector2d>{residuals} = residual_px / observation_.sigma_px;
     if (derive) {
       using RowMajor = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
-      Eigen::Map<RowMajor>(jacobians[0], 2, unknowns_) = -derivative / sight_.sigma_px;
+      Eigen::Map<RowMajor>(jacobians[0], 2, unknowns_) = -derivative / observation_.sigma_px;
     }
     return true;
   }
 
  private:
   const PoseProblem& problem_;
-  const Sight& sight_;
+  const WeightedObservation& observation_;
   int unknowns_;
 };
 
@@ -53,10 +53,10 @@ Descent DescendByCeres(const PoseProblem& problem, const Theta& start, double lo
   }
   const int unknowns = static_cast<int>(start.size());
   ceres::Problem ceres_problem;
-  for (const Sight& sight : problem.sights) {
+  for (const WeightedObservation& observation : problem.observations) {
     ceres::LossFunction* loss = loss_sigma > 0 ? new ceres::CauchyLoss(loss_sigma) : nullptr;
     // Ceres owns cost and loss.
-    ceres_problem.AddResidualBlock(new SightCost(problem, sight, unknowns), loss,
+    ceres_problem.AddResidualBlock(new ObservationCost(problem, observation, unknowns), loss,
                                    descent.theta.data());
   }
   ceres::Solver::Options options;

@@ -21,13 +21,13 @@ bool Build(const PoseProblem& problem, const Theta& theta, Normal& normal) {
   normal.right.setZero(theta.size());
   normal.chi_square = 0;
   Eigen::Vector2d residual_px;
-  SightDerivative derivative;
-  for (const Sight& sight : problem.sights) {
-    if (!chain.ResidualAndDerivative(sight, residual_px, derivative)) {
+  ObservationDerivative derivative;
+  for (const WeightedObservation& observation : problem.observations) {
+    if (!chain.ResidualAndDerivative(observation, residual_px, derivative)) {
       normal.chi_square = std::numeric_limits<double>::infinity();
       return false;
     }
-    const double weight = 1 / (sight.sigma_px * sight.sigma_px);
+    const double weight = 1 / (observation.sigma_px * observation.sigma_px);
     normal.matrix.noalias() += weight * derivative.transpose().lazyProduct(derivative);
     normal.right.noalias() += weight * derivative.transpose().lazyProduct(residual_px);
     normal.chi_square += weight * residual_px.squaredNorm();

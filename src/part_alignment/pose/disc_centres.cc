@@ -16,7 +16,7 @@ namespace trammel::part_alignment {
 namespace {
 
 /// One observation beside what the first answer expects of its disc.
-struct Sighting {
+struct DiscObservation {
   Observation* observation = nullptr;
   ImageEllipse seen;
   std::optional<ImageEllipse> expected;  ///< of a disc with radius 1 mm
@@ -24,10 +24,10 @@ struct Sighting {
   Eigen::Vector3d normal;
 };
 
-std::vector<Sighting> Sightings(const Alignment& alignment, const TargetDisc& disc,
-                                const SeenDiscs& seen, Measurement& measurement) {
+std::vector<DiscObservation> DiscObservations(const Alignment& alignment, const TargetDisc& disc,
+                                              const SeenDiscs& seen, Measurement& measurement) {
   const Camera camera = SolvedCamera(measurement, alignment);
-  std::vector<Sighting> sightings;
+  std::vector<DiscObservation> observations;
   for (std::size_t i = 0; i < measurement.views.size(); ++i) {
     View& view = measurement.views[i];
     for (std::size_t k = 0; k < view.observations.size(); ++k) {
@@ -40,11 +40,11 @@ std::vector<Sighting> Sightings(const Alignment& alignment, const TargetDisc& di
       const Eigen::Vector3d centre_mm = in_camera(target->ideal_mm);
       const Eigen::Vector3d normal =
           in_camera(target->ideal_mm + disc.normal.normalized()) - centre_mm;
-      sightings.push_back({&view.observations[k], seen[i][k],
-                           ImageOfDisc(camera, centre_mm, normal, 1.0), centre_mm, normal});
+      observations.push_back({&view.observations[k], seen[i][k],
+                              ImageOfDisc(camera, centre_mm, normal, 1.0), centre_mm, normal});
     }
   }
-  return sightings;
+  return observations;
 }
 
 double MeanRadius(const ImageEllipse& ellipse) {
@@ -59,28 +59,29 @@ Eigen::Matrix2d Shape(const ImageEllipse& ellipse) {
 }
 
 /// The middle one of how far the axes' ratios are off; 1 where no rim can be seen.
-double ShapeError(const std::vector<Sighting>& sightings) {
+double ShapeError(const std::vector<DiscObservation>& observations) {
   std::vector<double> errors;
-  for (const Sighting& one : sightings) {
+  for (const DiscObservation& one : observations) {
     errors.push_back(one.expected ? std::sqrt(2.0) * (Shape(one.seen) - Shape(*one.expected)).norm()
                                   : 1.0);
   }
   return Median(errors);
 }
 
-double LooksLike_mm(const std::vector<Sighting>& sightings) {
+double LooksLike_mm(const std::vector<DiscObservation>& observations) {
   std::vector<double> radii_mm;
-  for (const Sighting& one : sightings) {
+  for (const DiscObservation& one : observations) {
     if (one.expected) radii_mm.push_back(MeanRadius(one.seen) / MeanRadius(*one.expected));
   }
   return Median(radii_mm);
 }
 
 /// Why the discs cannot be what they are said to be; empty where they can.
-std::string Contradiction(const std::vector<Sighting>& sightings, const TargetDisc& disc) {
+std::string Contradiction(const std::vector<DiscObservation>& observations,
+                          const TargetDisc& disc) {
   constexpr double kMostShapeError = 0.02;  // 1 - cos(11 degrees)
   constexpr double kMostRadiusError = 0.1;  // a fifth of the correction
-  const double shape_error = ShapeError(sightings);
+  const double shape_error = ShapeError(observations);
   if (shape_error > kMostShapeError) {
     return fmt::format(
         "the discs do not look as discs with the normal ({:.3g}, {:.3g}, {:.3g}) would (their axes "
@@ -88,7 +89,7 @@ std::string Contradiction(const std::vector<Sighting>& sightings, const TargetDi
         "uncorrected",
         disc.normal.x(), disc.normal.y(), disc.normal.z(), 100 * shape_error);
   }
-  const double seen_mm = LooksLike_mm(sightings);
+  const double seen_mm = LooksLike_mm(observations);
   if (disc.radius_mm > 0 && std::abs(seen_mm - disc.radius_mm) > kMostRadiusError * seen_mm) {
     return fmt::format(
         "the discs look as if their radius were {:.2f} mm, {:.2f} is stated: state the true one or "
@@ -99,9 +100,10 @@ std::string Contradiction(const std::vector<Sighting>& sightings, const TargetDi
 }
 
 /// Returns how many could not be corrected.
-std::size_t Correct(const Camera& camera, double radius_mm, std::vector<Sighting>& sightings) {
+std::size_t Correct(const Camera& camera, double radius_mm,
+                    std::vector<DiscObservation>& observations) {
   std::size_t uncorrected = 0;
-  for (Sighting& one : sightings) {
+  for (DiscObservation& one : observations) {
     const auto off = Eccentricity(camera, one.centre_mm, one.normal, radius_mm);
     if (!off) {
       ++uncorrected;
@@ -134,20 +136,21 @@ Result<Alignment> SolveByDiscs(const SolveOptions& options, const TargetDisc& di
                 measurement.views.size());
   auto first = Solve(measurement, options);
   if (!first || first->verdict != Verdict::kGood) return first;
-  std::vector<Sighting> sightings = Sightings(*first, disc, seen, measurement);
-  if (std::string reason = Contradiction(sightings, disc); !reason.empty()) {
+  std::vector<DiscObservation> observations = DiscObservations(*first, disc, seen, measurement);
+  if (std::string reason = Contradiction(observations, disc); !reason.empty()) {
     first->verdict = Verdict::kRefused;
     first->reason = std::move(reason);
     return first;
   }
-  const double radius_mm = disc.radius_mm > 0 ? disc.radius_mm : LooksLike_mm(sightings);
-  const std::size_t uncorrected = Correct(SolvedCamera(measurement, *first), radius_mm, sightings);
+  const double radius_mm = disc.radius_mm > 0 ? disc.radius_mm : LooksLike_mm(observations);
+  const std::size_t uncorrected =
+      Correct(SolvedCamera(measurement, *first), radius_mm, observations);
   auto second = Solve(measurement, options);
   if (second && uncorrected > 0) {
     second->notices.push_back(fmt::format(
         "{} of {} centres could not be corrected for perspective: their discs' rims cannot be seen "
         "whole by this answer",
-        uncorrected, sightings.size()));
+        uncorrected, observations.size()));
   }
   return second;
 }

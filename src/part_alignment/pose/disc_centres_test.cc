@@ -54,9 +54,9 @@ struct Discs {
     const Vector3d v = normal.normalized().cross(u);
     for (std::size_t i = 0; i < world.views.size(); ++i) {
       seen.emplace_back();
-      for (std::size_t k = 0; k < world.views[i].sights.size(); ++k) {
+      for (std::size_t k = 0; k < world.views[i].observations.size(); ++k) {
         const Vector3d& target_mm =
-            world.targets_mm[static_cast<std::size_t>(world.views[i].sights[k].target)];
+            world.targets_mm[static_cast<std::size_t>(world.views[i].observations[k].target)];
         std::vector<Vector2d> rim;
         for (double angle = 0; angle < 6.2; angle += 2 * std::numbers::pi / 36) {
           const Vector3d part_mm = target_mm + std::cos(angle) * u + std::sin(angle) * v;

@@ -30,15 +30,15 @@ std::vector<Line> MachineLines(const PoseProblem& problem, double clamp_angle_ra
   const Matrix3d turn = geometry::RotationFromAngles({0, 0, -clamp_angle_rad});
   const Matrix3d spindle_from_camera = turn * geometry::RotationFromAngles(taper.angles_rad);
   std::vector<Line> lines;
-  for (const Sight& sight : problem.sights) {
-    const auto direction = LineOfSight(problem.camera, sight.pixel);
+  for (const WeightedObservation& observation : problem.observations) {
+    const auto direction = LineOfSight(problem.camera, observation.pixel);
     if (!direction) {
       return {};
     }
-    const Matrix3d machine_from_spindle = sight.spindle_from_machine.transpose();
-    lines.push_back({machine_from_spindle * (turn * taper.translation_mm) + sight.spindle_mm,
+    const Matrix3d machine_from_spindle = observation.spindle_from_machine.transpose();
+    lines.push_back({machine_from_spindle * (turn * taper.translation_mm) + observation.spindle_mm,
                      machine_from_spindle * (spindle_from_camera * *direction),
-                     sight.part_mm - middle_mm});
+                     observation.part_mm - middle_mm});
   }
   return lines;
 }

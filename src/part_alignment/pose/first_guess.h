@@ -13,7 +13,7 @@ namespace trammel::part_alignment {
 /// For a clamp angle the sum of squared distances of targets from lines is quadratic in the
 /// rotation matrix once the translation is eliminated (as for generalised cameras, Schweighofer &
 /// Pinz 2008); it is descended on the rotations from 48 starts all over them. Empty: no rotation
-/// brings the targets to the visible side. REQUIRES at least one sight.
+/// brings the targets to the visible side. REQUIRES at least one observation.
 [[nodiscard]] std::vector<Theta> FirstGuesses(const PoseProblem& problem, double clamp_angle_rad,
                                               std::size_t most);
 

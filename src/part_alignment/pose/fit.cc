@@ -32,7 +32,7 @@ bool Differ(const PoseProblem& problem, const Theta& a, const Theta& b) {
 }  // namespace
 
 int DegreesOfFreedom(const PoseProblem& problem) {
-  return 2 * static_cast<int>(problem.sights.size()) - LayoutOf(problem.unknowns).size;
+  return 2 * static_cast<int>(problem.observations.size()) - LayoutOf(problem.unknowns).size;
 }
 
 bool FullRank(const PoseProblem& problem, const Theta& theta) {

@@ -1,4 +1,4 @@
-// The best pose for a set of sights, from nothing.
+// The best pose for a set of observations, from nothing.
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@ struct Fit {
 [[nodiscard]] double ChiSquareLow(int degrees_of_freedom);
 [[nodiscard]] int DegreesOfFreedom(const PoseProblem& problem);
 
-/// Whether the sights tell every unknown at all (observability.h).
+/// Whether the observations tell every unknown at all (observability.h).
 [[nodiscard]] bool FullRank(const PoseProblem& problem, const Theta& theta);
 
 /// One descent from a guess, in the guess's middle frame: pose and clamp angle first, then the

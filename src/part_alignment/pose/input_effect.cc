@@ -80,17 +80,19 @@ void InflateSigmas(const Theta& theta, PoseProblem& problem) {
   const InputErrors& errors = problem.errors;
   const Chain chain(problem, theta, true);
   Vector2d residual_px;
-  SightDerivative derivative;
-  for (Sight& sight : problem.sights) {
-    sight.sigma_px = sight.pixel_sigma_px;
+  ObservationDerivative derivative;
+  for (WeightedObservation& observation : problem.observations) {
+    observation.sigma_px = observation.pixel_sigma_px;
     double squares_mm2 = errors.machine_mm * errors.machine_mm;
     if (errors.targets.size() > 0) {
       squares_mm2 +=
-          errors.targets.middleRows<3>(3 * static_cast<Index>(sight.target)).squaredNorm() / 3;
+          errors.targets.middleRows<3>(3 * static_cast<Index>(observation.target)).squaredNorm() /
+          3;
     }
-    if (squares_mm2 > 0 && chain.ResidualAndDerivative(sight, residual_px, derivative)) {
+    if (squares_mm2 > 0 && chain.ResidualAndDerivative(observation, residual_px, derivative)) {
       const double px_per_mm = derivative.leftCols<3>().norm() / std::sqrt(2.0);
-      sight.sigma_px = std::hypot(sight.pixel_sigma_px, px_per_mm * std::sqrt(squares_mm2));
+      observation.sigma_px =
+          std::hypot(observation.pixel_sigma_px, px_per_mm * std::sqrt(squares_mm2));
     }
   }
 }
@@ -109,10 +111,10 @@ std::vector<CameraMove> CameraMoves(const PoseProblem& problem, const Theta& the
       geometry::RotationFromAngles(camera.taper_from_camera.angles_rad);
   const Clamping clamping = ClampingOf(layout, theta);
   std::vector<CameraMove> moves;
-  for (const Sight& sight : problem.sights) {
-    const View view{sight.spindle_mm, sight.spindle_from_machine.transpose(), {}};
+  for (const WeightedObservation& observation : problem.observations) {
+    const View view{observation.spindle_mm, observation.spindle_from_machine.transpose(), {}};
     const Eigen::Vector3d taper_mm =
-        rotation * CameraFromPart(camera, clamping, view, PoseOf(theta), sight.part_mm) +
+        rotation * CameraFromPart(camera, clamping, view, PoseOf(theta), observation.part_mm) +
         camera.taper_from_camera.translation_mm;
     const auto projected = ProjectFromTaper(camera, taper_mm);
     moves.push_back(projected ? CameraMove(projected->by_parameter * root) : CameraMove::Zero());

@@ -29,19 +29,19 @@ namespace trammel::part_alignment {
                                    const std::optional<Eigen::MatrixXd>& targets,
                                    const std::optional<CameraCovariance>& camera);
 
-/// The sights' sigmas with the share of machine and targets at their distance, by which they weigh
-/// in the search for the pose; Sight::pixel_sigma_px keeps the stated one.
+/// The observations' sigmas with the share of machine and targets at their distance, by which they
+/// weigh in the search for the pose; WeightedObservation::pixel_sigma_px keeps the stated one.
 void InflateSigmas(const Theta& theta, PoseProblem& problem);
 
 /// geometry::CovarianceRoot, but for what is solved for of the camera: that does not count.
 [[nodiscard]] CameraCovariance CountingRoot(const Unknowns& unknowns,
                                             const CameraCovariance& covariance);
 
-/// How a sight's projected place moves, px, with each of the independent draws of unit variance
-/// that make up an uncertain calibration: the same draws for all sights.
+/// How an observation's projected place moves, px, with each of the independent draws of unit
+/// variance that make up an uncertain calibration: the same draws for all observations.
 using CameraMove = Eigen::Matrix<double, 2, kCameraParameters>;
 
-/// One for each sight, of a camera with this root at theta; 0 where a target is not seen.
+/// One for each observation, of a camera with this root at theta; 0 where a target is not seen.
 [[nodiscard]] std::vector<CameraMove> CameraMoves(const PoseProblem& problem, const Theta& theta,
                                                   const CameraCovariance& root);
 

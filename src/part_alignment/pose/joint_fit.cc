@@ -46,13 +46,13 @@ struct Rows {
   std::vector<Whitener> whiteners;  ///< one for each view's block of rows; empty: nothing whitened
 };
 
-/// Calls `use` with the first row and the count of rows of each view's sights, which are
+/// Calls `use` with the first row and the count of rows of each view's observations, which are
 /// neighbours.
 template <class Use>
-void ForEachView(const std::vector<Sight>& sights, Use use) {
-  for (std::size_t first = 0; first < sights.size();) {
+void ForEachView(const std::vector<WeightedObservation>& observations, Use use) {
+  for (std::size_t first = 0; first < observations.size();) {
     std::size_t end = first;
-    while (end < sights.size() && sights[end].view == sights[first].view) ++end;
+    while (end < observations.size() && observations[end].view == observations[first].view) ++end;
     use(2 * static_cast<Index>(first), 2 * static_cast<Index>(end - first));
     first = end;
   }
@@ -61,24 +61,24 @@ void ForEachView(const std::vector<Sight>& sights, Use use) {
 void AddTargetErrors(const PoseProblem& problem, const Theta& theta, Index first, Rows& rows) {
   const MatrixXd& root = problem.errors.targets;
   const Eigen::Matrix3d turn = geometry::RotationFromAngles(theta.segment<3>(3));
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     const Index row = 2 * static_cast<Index>(i);
     rows.by_error.block(row, first, 2, root.cols()) =
         rows.by_theta.block<2, 3>(row, 0) * turn *
-        root.middleRows<3>(3 * static_cast<Index>(problem.sights[i].target));
+        root.middleRows<3>(3 * static_cast<Index>(problem.observations[i].target));
   }
 }
 
 void AddCameraErrors(const PoseProblem& problem, const Theta& theta, Index first, Rows& rows) {
   const std::vector<CameraMove> moves = CameraMoves(problem, theta, *problem.errors.camera);
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     rows.by_error.block<2, kCameraParameters>(2 * static_cast<Index>(i), first) =
-        moves[i] / problem.sights[i].pixel_sigma_px;
+        moves[i] / problem.observations[i].pixel_sigma_px;
   }
 }
 
 void Whiten(const PoseProblem& problem, Rows& rows) {
-  ForEachView(problem.sights, [&](Index first, Index count) {
+  ForEachView(problem.observations, [&](Index first, Index count) {
     const Whitener whitener(problem.errors.machine_mm * rows.by_theta.block(first, 0, count, 3));
     whitener.FromLeft(rows.by_theta.middleRows(first, count));
     whitener.FromLeft(rows.by_error.middleRows(first, count));
@@ -90,7 +90,8 @@ void Whiten(const PoseProblem& problem, Rows& rows) {
 /// False where a target is not seen.
 bool FillRows(const PoseProblem& problem, const Theta& theta, Rows& rows) {
   PoseProblem alone = problem;
-  for (Sight& sight : alone.sights) sight.sigma_px = sight.pixel_sigma_px;
+  for (WeightedObservation& observation : alone.observations)
+    observation.sigma_px = observation.pixel_sigma_px;
   rows.by_theta = WeightedJacobian(alone, theta);
   if (rows.by_theta.size() == 0) return false;
   const InputErrors& errors = problem.errors;
@@ -101,11 +102,11 @@ bool FillRows(const PoseProblem& problem, const Theta& theta, Rows& rows) {
   rows.by_error.resize(count, common_count + errors.targets.cols() + camera_count);
   rows.residuals.resize(count);
   const Chain chain(problem, theta, false);
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     Eigen::Vector2d residual_px;
-    if (!chain.Residual(problem.sights[i], residual_px)) return false;
+    if (!chain.Residual(problem.observations[i], residual_px)) return false;
     rows.residuals.segment<2>(2 * static_cast<Index>(i)) =
-        residual_px / problem.sights[i].pixel_sigma_px;
+        residual_px / problem.observations[i].pixel_sigma_px;
   }
   if (common) {
     const MatrixXd all = WeightedJacobian(WithEverything(alone), EverythingAt(problem, theta));
@@ -187,12 +188,12 @@ void FillEstimate(const PoseProblem& problem, const Reduced& reduced, JointFit& 
   fit.step = fit.gain * rows.residuals;
   if (!rows.whiteners.empty()) {
     auto whitener = rows.whiteners.begin();
-    ForEachView(problem.sights, [&](Index first, Index count) {
+    ForEachView(problem.observations, [&](Index first, Index count) {
       (whitener++)->FromRight(fit.gain.middleCols(first, count));
     });
   }
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    fit.gain.middleCols<2>(2 * static_cast<Index>(i)) /= problem.sights[i].pixel_sigma_px;
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    fit.gain.middleCols<2>(2 * static_cast<Index>(i)) /= problem.observations[i].pixel_sigma_px;
   }
 }
 

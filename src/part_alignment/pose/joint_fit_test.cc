@@ -28,7 +28,7 @@ struct Bench {
     world.targets_mm.push_back(world.targets_mm[0] + Eigen::Vector3d(20, 10, 0));
     world.views.push_back(test_support::ViewOf(
         world, 0, geometry::RotationFromAngles({0, 0, std::numbers::pi}), 300, {10, 20}));
-    world.views.back().sights.push_back({4, Eigen::Vector2d::Zero()});
+    world.views.back().observations.push_back({4, Eigen::Vector2d::Zero()});
     Random random(5);
     test_support::TakePictures(world, kSigma_px, random);
     problem = MakeProblem(MeasurementOf(world, kSigma_px), options).value();
@@ -53,13 +53,13 @@ SolveOptions EverythingUncertain() {
 
 /// Covariance of all residuals, px², by finite differences of what each input moves.
 MatrixXd CovarianceOfResiduals(const PoseProblem& problem, const Theta& theta) {
-  const auto count = 2 * static_cast<Index>(problem.sights.size());
+  const auto count = 2 * static_cast<Index>(problem.observations.size());
   const auto residuals = [&](const PoseProblem& moved, const Theta& everything) {
     const Chain chain(moved, everything, false);
     VectorXd all(count);
-    for (std::size_t i = 0; i < moved.sights.size(); ++i) {
+    for (std::size_t i = 0; i < moved.observations.size(); ++i) {
       Eigen::Vector2d one;
-      EXPECT_TRUE(chain.Residual(moved.sights[i], one));
+      EXPECT_TRUE(chain.Residual(moved.observations[i], one));
       all.segment<2>(2 * static_cast<Index>(i)) = one;
     }
     return all;
@@ -78,20 +78,20 @@ MatrixXd CovarianceOfResiduals(const PoseProblem& problem, const Theta& theta) {
     moved[i] += kStep;
     add(all, moved, kStep, problem.errors.common[i]);
   }
-  for (std::size_t view = 0; view <= problem.sights.back().view; ++view) {
+  for (std::size_t view = 0; view <= problem.observations.back().view; ++view) {
     for (int axis = 0; axis < 3; ++axis) {
       PoseProblem moved = all;
-      for (Sight& sight : moved.sights) {
-        if (sight.view == view) sight.spindle_mm[axis] += kStep;
+      for (WeightedObservation& observation : moved.observations) {
+        if (observation.view == view) observation.spindle_mm[axis] += kStep;
       }
       add(moved, at, kStep, problem.errors.machine_mm);
     }
   }
   for (Index draw = 0; draw < problem.errors.targets.cols(); ++draw) {
     PoseProblem moved = all;
-    for (Sight& sight : moved.sights) {
-      sight.part_mm +=
-          kStep * problem.errors.targets.block<3, 1>(3 * static_cast<Index>(sight.target), draw);
+    for (WeightedObservation& observation : moved.observations) {
+      observation.part_mm += kStep * problem.errors.targets.block<3, 1>(
+                                         3 * static_cast<Index>(observation.target), draw);
     }
     add(moved, at, kStep, 1);
   }
@@ -113,13 +113,13 @@ MatrixXd CovarianceOfResiduals(const PoseProblem& problem, const Theta& theta) {
 TEST(JointFit, IsGeneralisedLeastSquaresByTheResidualsWholeCovariance) {
   const Bench bench(EverythingUncertain());
   PoseProblem alone = bench.problem;
-  for (Sight& sight : alone.sights) sight.sigma_px = 1;
+  for (WeightedObservation& observation : alone.observations) observation.sigma_px = 1;
   const MatrixXd jacobian = WeightedJacobian(alone, bench.theta);
   VectorXd residuals(jacobian.rows());
   const Chain chain(bench.problem, bench.theta, false);
-  for (std::size_t i = 0; i < alone.sights.size(); ++i) {
+  for (std::size_t i = 0; i < alone.observations.size(); ++i) {
     Eigen::Vector2d one;
-    ASSERT_TRUE(chain.Residual(alone.sights[i], one));
+    ASSERT_TRUE(chain.Residual(alone.observations[i], one));
     residuals.segment<2>(2 * static_cast<Index>(i)) = one;
   }
   const MatrixXd inverse = geometry::Inverse(CovarianceOfResiduals(bench.problem, bench.theta));
@@ -155,7 +155,7 @@ TEST(JointFit, OfExactInputsIsPlainLeastSquares) {
 
 TEST(JointFit, BelowFullRankThereIsNoEstimate) {
   Bench bench(EverythingUncertain());
-  bench.problem.sights.resize(3);
+  bench.problem.observations.resize(3);
   const JointFit fit = FitJointly(bench.problem, bench.theta);
   EXPECT_EQ(fit.covariance.size(), 0);
   EXPECT_EQ(fit.step.size(), 0);
@@ -166,19 +166,19 @@ TEST(Repeatability, IsThatOfUsualMachinesUnlessManyResidualsSayOtherwise) {
   SolveOptions options;
   const Bench exact(options);
   Bench few = exact;
-  few.problem.sights.resize(3);
+  few.problem.observations.resize(3);
   EXPECT_GT(RepeatabilityByResiduals(few.problem, few.theta, true), kUsualRepeatability_mm);
   constexpr double kBad_mm = 0.012;
   Random random(9);
   Bench bad = exact;
   Bench good = exact;
   for (int again = 0; again < 20; ++again) {
-    for (Sight sight : exact.problem.sights) {
-      if (sight.target == 4) continue;  // in a view with another one: they share its error
-      sight.view += 100 * static_cast<std::size_t>(again + 1);
-      good.problem.sights.push_back(sight);
-      for (double& mm : sight.spindle_mm) mm += random.Normal(0, kBad_mm);
-      bad.problem.sights.push_back(sight);
+    for (WeightedObservation observation : exact.problem.observations) {
+      if (observation.target == 4) continue;  // in a view with another one: they share its error
+      observation.view += 100 * static_cast<std::size_t>(again + 1);
+      good.problem.observations.push_back(observation);
+      for (double& mm : observation.spindle_mm) mm += random.Normal(0, kBad_mm);
+      bad.problem.observations.push_back(observation);
     }
   }
   EXPECT_NEAR(RepeatabilityByResiduals(bad.problem, bad.theta, true), kBad_mm, 0.2 * kBad_mm);

@@ -26,20 +26,21 @@ std::string Join(const std::vector<std::string>& names) {
   return text;
 }
 
-/// Where a sight's target lies from the spindle's axis and nose, spindle frame and machine frame.
+/// Where an observation's target lies from the spindle's axis and nose, spindle frame and machine
+/// frame.
 struct Lever {
   Vector3d spindle_mm;
   Vector3d machine_mm;
 };
 
-Lever LeverOf(const Sight& sight, const Theta& theta) {
+Lever LeverOf(const WeightedObservation& observation, const Theta& theta) {
   const geometry::Pose pose = PoseOf(theta);
-  const Vector3d machine_mm = geometry::RotationFromAngles(pose.angles_rad) * sight.part_mm +
-                              pose.translation_mm - sight.spindle_mm;
-  Vector3d spindle_mm = sight.spindle_from_machine * machine_mm;
+  const Vector3d machine_mm = geometry::RotationFromAngles(pose.angles_rad) * observation.part_mm +
+                              pose.translation_mm - observation.spindle_mm;
+  Vector3d spindle_mm = observation.spindle_from_machine * machine_mm;
   Vector3d across = spindle_mm;
   across.z() = 0;
-  return {spindle_mm, sight.spindle_from_machine.transpose() * across};
+  return {spindle_mm, observation.spindle_from_machine.transpose() * across};
 }
 
 double Rms(double sum, std::size_t count) { return std::sqrt(sum / static_cast<double>(count)); }
@@ -49,9 +50,9 @@ std::string WhyNoClampAngle(const PoseProblem& problem, const Theta& theta) {
   constexpr double kSameLever_mm = 1;
   std::map<std::size_t, std::vector<Vector3d>> levers;
   double longest_mm = 0;
-  for (const Sight& sight : problem.sights) {
-    const Vector3d lever = LeverOf(sight, theta).machine_mm;
-    levers[sight.target].push_back(lever);
+  for (const WeightedObservation& observation : problem.observations) {
+    const Vector3d lever = LeverOf(observation, theta).machine_mm;
+    levers[observation.target].push_back(lever);
     longest_mm = std::max(longest_mm, lever.norm());
   }
   double spread_mm = 0;
@@ -73,17 +74,18 @@ std::string WhyNoClampAngle(const PoseProblem& problem, const Theta& theta) {
 }
 
 bool SpindleTurns(const PoseProblem& problem) {
-  const Eigen::Matrix3d& first = problem.sights.front().spindle_from_machine;
-  return std::any_of(problem.sights.begin(), problem.sights.end(), [&](const Sight& sight) {
-    return (sight.spindle_from_machine - first).norm() > 0.1;
-  });
+  const Eigen::Matrix3d& first = problem.observations.front().spindle_from_machine;
+  return std::any_of(problem.observations.begin(), problem.observations.end(),
+                     [&](const WeightedObservation& observation) {
+                       return (observation.spindle_from_machine - first).norm() > 0.1;
+                     });
 }
 
 /// Twice the largest distance from the targets' best line.
 double Breadth(const PoseProblem& problem) {
-  Eigen::Matrix3Xd points(3, static_cast<Index>(problem.sights.size()));
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    points.col(static_cast<Index>(i)) = problem.sights[i].part_mm;
+  Eigen::Matrix3Xd points(3, static_cast<Index>(problem.observations.size()));
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    points.col(static_cast<Index>(i)) = problem.observations[i].part_mm;
   }
   points.colwise() -= points.rowwise().mean().eval();
   const Eigen::VectorXd lengths = geometry::DecomposeSingular(points).values;
@@ -94,8 +96,8 @@ double Breadth(const PoseProblem& problem) {
 double DistanceSpread(const PoseProblem& problem, const Theta& theta) {
   double least_mm = std::numeric_limits<double>::infinity();
   double most_mm = 0;
-  for (const Sight& sight : problem.sights) {
-    const double away_mm = LeverOf(sight, theta).spindle_mm.norm();
+  for (const WeightedObservation& observation : problem.observations) {
+    const double away_mm = LeverOf(observation, theta).spindle_mm.norm();
     least_mm = std::min(least_mm, away_mm);
     most_mm = std::max(most_mm, away_mm);
   }
@@ -108,17 +110,17 @@ std::string Why(const PoseProblem& problem, const Theta& theta, const std::vecto
   const int lines_needed = (layout.size + 1) / 2;
   std::set<std::size_t> targets;
   std::set<std::size_t> views;
-  for (const Sight& sight : problem.sights) {
-    targets.insert(sight.target);
-    views.insert(sight.view);
+  for (const WeightedObservation& observation : problem.observations) {
+    targets.insert(observation.target);
+    views.insert(observation.view);
   }
   const auto part_of = [&](int first, int count) {
     return first >= 0 && std::any_of(involved.begin() + first, involved.begin() + first + count,
                                      [](bool yes) { return yes; });
   };
-  if (static_cast<int>(problem.sights.size()) < lines_needed) {
+  if (static_cast<int>(problem.observations.size()) < lines_needed) {
     return fmt::format("{} unknowns need at least {} lines of sight, there are {}", layout.size,
-                       lines_needed, problem.sights.size());
+                       lines_needed, problem.observations.size());
   }
   if (targets.size() < 3) {
     return fmt::format("a part needs three targets, {} {} seen", targets.size(),
@@ -247,13 +249,14 @@ std::vector<std::string> UnknownNames(const Unknowns& unknowns) {
 Theta UnitsPerMillimetre(const PoseProblem& middle_problem, const Theta& theta) {
   constexpr double kShortest_mm = 10;  // below it a lever counts as this long
   const Layout layout = LayoutOf(middle_problem.unknowns);
-  const std::size_t count = middle_problem.sights.size();
+  const std::size_t count = middle_problem.observations.size();
   Vector3d around = Vector3d::Zero();
   double across2 = 0;
   double along2 = 0;
-  for (const Sight& sight : middle_problem.sights) {
-    around += Vector3d::Constant(sight.part_mm.squaredNorm()) - sight.part_mm.cwiseAbs2();
-    const Vector3d spindle_mm = LeverOf(sight, theta).spindle_mm;
+  for (const WeightedObservation& observation : middle_problem.observations) {
+    around +=
+        Vector3d::Constant(observation.part_mm.squaredNorm()) - observation.part_mm.cwiseAbs2();
+    const Vector3d spindle_mm = LeverOf(observation, theta).spindle_mm;
     across2 += spindle_mm.head<2>().squaredNorm();
     along2 += spindle_mm.squaredNorm();
   }

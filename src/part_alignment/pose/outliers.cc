@@ -14,52 +14,53 @@ namespace {
 using Indices = std::vector<std::size_t>;
 
 struct Suspicion {
-  Indices sights;
+  Indices observations;
   std::string what;
-  bool swapped = false;  ///< two sights whose targets are exchanged
+  bool swapped = false;  ///< two observations whose targets are exchanged
 };
 
 std::string NameOf(const PoseProblem& problem, const std::vector<std::string>& labels,
                    std::size_t i) {
-  return fmt::format("target {} in view {}", labels[problem.sights[i].target],
-                     problem.sights[i].view + 1);
+  return fmt::format("target {} in view {}", labels[problem.observations[i].target],
+                     problem.observations[i].view + 1);
 }
 
-std::vector<Suspicion> SingleSights(const PoseProblem& problem,
-                                    const std::vector<std::string>& labels) {
+std::vector<Suspicion> SingleObservations(const PoseProblem& problem,
+                                          const std::vector<std::string>& labels) {
   std::vector<Suspicion> suspicions;
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     suspicions.push_back({{i}, NameOf(problem, labels, i)});
   }
   return suspicions;
 }
 
-/// Whole targets and whole views of at least two sights, and exchanged ids.
+/// Whole targets and whole views of at least two observations, and exchanged ids.
 std::vector<Suspicion> Groups(const PoseProblem& problem, const std::vector<std::string>& labels) {
   std::map<std::size_t, Indices> by_target;
   std::map<std::size_t, Indices> by_view;
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    by_target[problem.sights[i].target].push_back(i);
-    by_view[problem.sights[i].view].push_back(i);
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    by_target[problem.observations[i].target].push_back(i);
+    by_view[problem.observations[i].view].push_back(i);
   }
   std::vector<Suspicion> suspicions;
-  for (const auto& [target, sights] : by_target) {
-    if (sights.size() > 1) {
-      suspicions.push_back({sights, fmt::format("target {}", labels[target])});
+  for (const auto& [target, observations] : by_target) {
+    if (observations.size() > 1) {
+      suspicions.push_back({observations, fmt::format("target {}", labels[target])});
     }
   }
-  for (const auto& [view, sights] : by_view) {
-    for (std::size_t a = 0; a < sights.size(); ++a) {
-      for (std::size_t b = a + 1; b < sights.size(); ++b) {
-        suspicions.push_back({{sights[a], sights[b]},
-                              fmt::format("targets {} and {} in view {}, which look exchanged",
-                                          labels[problem.sights[sights[a]].target],
-                                          labels[problem.sights[sights[b]].target], view + 1),
-                              true});
+  for (const auto& [view, observations] : by_view) {
+    for (std::size_t a = 0; a < observations.size(); ++a) {
+      for (std::size_t b = a + 1; b < observations.size(); ++b) {
+        suspicions.push_back(
+            {{observations[a], observations[b]},
+             fmt::format("targets {} and {} in view {}, which look exchanged",
+                         labels[problem.observations[observations[a]].target],
+                         labels[problem.observations[observations[b]].target], view + 1),
+             true});
       }
     }
-    if (sights.size() > 1) {
-      suspicions.push_back({sights, fmt::format("view {}", view + 1)});
+    if (observations.size() > 1) {
+      suspicions.push_back({observations, fmt::format("view {}", view + 1)});
     }
   }
   return suspicions;
@@ -67,8 +68,8 @@ std::vector<Suspicion> Groups(const PoseProblem& problem, const std::vector<std:
 
 std::vector<Suspicion> Pairs(const PoseProblem& problem, const std::vector<std::string>& labels) {
   std::vector<Suspicion> suspicions;
-  for (std::size_t a = 0; a < problem.sights.size(); ++a) {
-    for (std::size_t b = a + 1; b < problem.sights.size(); ++b) {
+  for (std::size_t a = 0; a < problem.observations.size(); ++a) {
+    for (std::size_t b = a + 1; b < problem.observations.size(); ++b) {
       suspicions.push_back(
           {{a, b},
            fmt::format("{} and {}", NameOf(problem, labels, a), NameOf(problem, labels, b))});
@@ -77,7 +78,8 @@ std::vector<Suspicion> Pairs(const PoseProblem& problem, const std::vector<std::
   return suspicions;
 }
 
-/// The clamp angles to begin at: a wrong sight hardly moves the clamp angle by a quarter turn.
+/// The clamp angles to begin at: a wrong observation hardly moves the clamp angle by a quarter
+/// turn.
 std::vector<double> ClampStarts(const PoseProblem& problem, const Fit& all) {
   const Layout layout = LayoutOf(problem.unknowns);
   if (layout.clamp_angle < 0 || !all.found) {
@@ -98,43 +100,43 @@ std::vector<Outliers> Explanations(const PoseProblem& problem, const Fit& all,
   for (const Suspicion& suspicion : kind) {
     if (suspicion.swapped) {
       PoseProblem exchanged = problem;
-      std::swap(exchanged.sights[suspicion.sights[0]].part_mm,
-                exchanged.sights[suspicion.sights[1]].part_mm);
+      std::swap(exchanged.observations[suspicion.observations[0]].part_mm,
+                exchanged.observations[suspicion.observations[1]].part_mm);
       if (!Fits(exchanged, FitFrom(exchanged, SolveMethod::kGaussNewton, starts))) {
         continue;
       }
     }
-    const PoseProblem rest = Without(problem, suspicion.sights);
+    const PoseProblem rest = Without(problem, suspicion.observations);
     if (DegreesOfFreedom(rest) < 1) {
       continue;
     }
     const Fit fit = FitFrom(rest, SolveMethod::kGaussNewton, starts);
     if (Fits(rest, fit)) {
-      explanations.push_back({suspicion.sights, suspicion.what, fit, {}});
+      explanations.push_back({suspicion.observations, suspicion.what, fit, {}});
     }
   }
   const auto holds_another = [&](const Outliers& one) {
     return std::any_of(explanations.begin(), explanations.end(), [&](const Outliers& other) {
-      return &one != &other && other.sights.size() <= one.sights.size() &&
-             (other.sights != one.sights || &other < &one) &&
-             std::includes(one.sights.begin(), one.sights.end(), other.sights.begin(),
-                           other.sights.end());
+      return &one != &other && other.observations.size() <= one.observations.size() &&
+             (other.observations != one.observations || &other < &one) &&
+             std::includes(one.observations.begin(), one.observations.end(),
+                           other.observations.begin(), other.observations.end());
     });
   };
   std::vector<Outliers> least;
   std::copy_if(explanations.begin(), explanations.end(), std::back_inserter(least),
                [&](const Outliers& one) { return !holds_another(one); });
   if (least.size() == 1 && method == SolveMethod::kCeres) {
-    least[0].fit = FitFrom(Without(problem, least[0].sights), method, starts);
+    least[0].fit = FitFrom(Without(problem, least[0].observations), method, starts);
   }
   return least;
 }
 
-/// For many sights: what a Cauchy loss leaves far off, again and again.
+/// For many observations: what a Cauchy loss leaves far off, again and again.
 Outliers ByRobustLoss(const PoseProblem& problem, const Fit& all,
                       const std::vector<std::string>& labels, SolveMethod method) {
   constexpr double kLoss_sigma = 2;
-  constexpr double kFar2 = 25;  // 5 sigma: 4e-6 per sight by chance
+  constexpr double kFar2 = 25;  // 5 sigma: 4e-6 per observation by chance
   Outliers none;
   none.doubt = "no target, view or pair of observations alone explains it";
   if (!all.found) {
@@ -146,17 +148,17 @@ Outliers ByRobustLoss(const PoseProblem& problem, const Fit& all,
       DescendByCeres(InMiddleFrame(problem, frame), ToMiddleFrame(frame, all.theta), kLoss_sigma);
   const Chain chain(problem, FromMiddleFrame(frame, robust.theta), false);
   Outliers wrong;
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     Eigen::Vector2d residual_px;
-    const double sigma_px = problem.sights[i].sigma_px;
-    if (!chain.Residual(problem.sights[i], residual_px) ||
+    const double sigma_px = problem.observations[i].sigma_px;
+    if (!chain.Residual(problem.observations[i], residual_px) ||
         residual_px.squaredNorm() > kFar2 * sigma_px * sigma_px) {
-      wrong.sights.push_back(i);
+      wrong.observations.push_back(i);
       wrong.what += (wrong.what.empty() ? "" : ", ") + NameOf(problem, labels, i);
     }
   }
-  const PoseProblem rest = Without(problem, wrong.sights);
-  if (wrong.sights.empty() || 4 * wrong.sights.size() > problem.sights.size() ||
+  const PoseProblem rest = Without(problem, wrong.observations);
+  if (wrong.observations.empty() || 4 * wrong.observations.size() > problem.observations.size() ||
       DegreesOfFreedom(rest) < 1) {
     return none;
   }
@@ -170,9 +172,9 @@ Outliers FindOutliers(const PoseProblem& problem, const Fit& all,
                       const std::vector<std::string>& labels, SolveMethod method) {
   constexpr std::size_t kMostOneByOne = 60;
   constexpr std::size_t kMostForPairs = 20;
-  const std::size_t count = problem.sights.size();
+  const std::size_t count = problem.observations.size();
   if (count <= kMostOneByOne) {
-    std::vector<std::vector<Suspicion>> kinds{SingleSights(problem, labels),
+    std::vector<std::vector<Suspicion>> kinds{SingleObservations(problem, labels),
                                               Groups(problem, labels)};
     if (count <= kMostForPairs) {
       kinds.push_back(Pairs(problem, labels));

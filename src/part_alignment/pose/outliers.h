@@ -9,19 +9,19 @@
 namespace trammel::part_alignment {
 
 struct Outliers {
-  std::vector<std::size_t> sights;  ///< left out; empty: nothing explains the residuals
-  std::string what;                 ///< "target 7 in view 2"
-  Fit fit;                          ///< of the others
-  std::string doubt;                ///< not empty: more than one explanation, or none
+  std::vector<std::size_t> observations;  ///< left out; empty: nothing explains the residuals
+  std::string what;                       ///< "target 7 in view 2"
+  Fit fit;                                ///< of the others
+  std::string doubt;                      ///< not empty: more than one explanation, or none
 };
 
 /// Looks for the least that, left out, makes the rest fit its sigmas: one observation; a target or
 /// a view altogether or two targets of a view with one another's ids; two observations. Of many
-/// sights (more than 60) those that a Cauchy loss leaves far off, at most a quarter.
+/// observations (more than 60) those that a Cauchy loss leaves far off, at most a quarter.
 /// An explanation counts only if the rest has redundancy to check it and no other of its kind does
 /// as well.
-/// @param all     the fit of all sights, which does not fit.
-/// @param labels  the targets' ids, by Sight::target.
+/// @param all     the fit of all observations, which does not fit.
+/// @param labels  the targets' ids, by WeightedObservation::target.
 [[nodiscard]] Outliers FindOutliers(const PoseProblem& problem, const Fit& all,
                                     const std::vector<std::string>& labels, SolveMethod method);
 

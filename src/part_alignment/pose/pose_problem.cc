@@ -117,40 +117,41 @@ Chain::Chain(const PoseProblem& problem, const Theta& theta, bool with_derivativ
   by_tilt_[1] = camera_from_taper_ * (turn * tilt_x * RotationDerivative(about_y, 1)).transpose();
 }
 
-Vector3d Chain::SpindlePoint(const Sight& sight) const {
-  Vector3d spindle_mm = sight.spindle_from_machine *
-                        (machine_from_part_ * sight.part_mm + translation_mm_ - sight.spindle_mm);
+Vector3d Chain::SpindlePoint(const WeightedObservation& observation) const {
+  Vector3d spindle_mm =
+      observation.spindle_from_machine *
+      (machine_from_part_ * observation.part_mm + translation_mm_ - observation.spindle_mm);
   spindle_mm.head<2>() -= eccentricity_mm_;
   return spindle_mm;
 }
 
-bool Chain::Residual(const Sight& sight, Vector2d& residual_px) const {
+bool Chain::Residual(const WeightedObservation& observation, Vector2d& residual_px) const {
   const Vector3d offset_mm = camera_.taper_from_camera.translation_mm;
-  const auto pixel =
-      Project(camera_, camera_from_spindle_ * SpindlePoint(sight) - camera_from_taper_ * offset_mm);
+  const auto pixel = Project(
+      camera_, camera_from_spindle_ * SpindlePoint(observation) - camera_from_taper_ * offset_mm);
   if (!pixel) {
     return false;
   }
-  residual_px = sight.pixel - *pixel;
+  residual_px = observation.pixel - *pixel;
   return true;
 }
 
-bool Chain::ResidualAndDerivative(const Sight& sight, Vector2d& residual_px,
-                                  SightDerivative& derivative) const {
-  const Vector3d spindle_mm = SpindlePoint(sight);
+bool Chain::ResidualAndDerivative(const WeightedObservation& observation, Vector2d& residual_px,
+                                  ObservationDerivative& derivative) const {
+  const Vector3d spindle_mm = SpindlePoint(observation);
   const Vector3d offset_mm = camera_.taper_from_camera.translation_mm;
   const auto projection = ProjectWithDerivative(
       camera_, camera_from_spindle_ * spindle_mm - camera_from_taper_ * offset_mm);
   if (!projection) {
     return false;
   }
-  residual_px = sight.pixel - projection->pixel;
+  residual_px = observation.pixel - projection->pixel;
   derivative.resize(2, layout_.size);
   const Eigen::Matrix<double, 2, 3> by_spindle = projection->by_point * camera_from_spindle_;
-  const Eigen::Matrix<double, 2, 3> by_machine = by_spindle * sight.spindle_from_machine;
+  const Eigen::Matrix<double, 2, 3> by_machine = by_spindle * observation.spindle_from_machine;
   derivative.leftCols<3>() = by_machine;
   for (int i = 0; i < 3; ++i) {
-    derivative.col(3 + i) = by_machine * (by_part_angle_[i] * sight.part_mm);
+    derivative.col(3 + i) = by_machine * (by_part_angle_[i] * observation.part_mm);
   }
   if (layout_.clamp_angle >= 0) {
     derivative.col(layout_.clamp_angle) = projection->by_point * (by_clamp_angle_ * spindle_mm);
@@ -174,15 +175,15 @@ bool Chain::ResidualAndDerivative(const Sight& sight, Vector2d& residual_px,
 
 Eigen::MatrixXd WeightedJacobian(const PoseProblem& problem, const Theta& theta) {
   const Chain chain(problem, theta, true);
-  Eigen::MatrixXd jacobian(2 * problem.sights.size(), theta.size());
+  Eigen::MatrixXd jacobian(2 * problem.observations.size(), theta.size());
   Vector2d residual_px;
-  SightDerivative derivative;
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    if (!chain.ResidualAndDerivative(problem.sights[i], residual_px, derivative)) {
+  ObservationDerivative derivative;
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    if (!chain.ResidualAndDerivative(problem.observations[i], residual_px, derivative)) {
       return {};
     }
     jacobian.middleRows<2>(2 * static_cast<Eigen::Index>(i)) =
-        derivative / problem.sights[i].sigma_px;
+        derivative / problem.observations[i].sigma_px;
   }
   return jacobian;
 }
@@ -191,30 +192,30 @@ double ChiSquare(const PoseProblem& problem, const Theta& theta) {
   const Chain chain(problem, theta, false);
   double sum = 0;
   Vector2d residual_px;
-  for (const Sight& sight : problem.sights) {
-    if (!chain.Residual(sight, residual_px)) {
+  for (const WeightedObservation& observation : problem.observations) {
+    if (!chain.Residual(observation, residual_px)) {
       return std::numeric_limits<double>::infinity();
     }
-    sum += residual_px.squaredNorm() / (sight.sigma_px * sight.sigma_px);
+    sum += residual_px.squaredNorm() / (observation.sigma_px * observation.sigma_px);
   }
   return sum;
 }
 
 PoseProblem Without(const PoseProblem& problem, const std::vector<std::size_t>& left_out) {
   PoseProblem rest{problem.camera, problem.unknowns, {}, problem.errors};
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     if (std::find(left_out.begin(), left_out.end(), i) != left_out.end()) {
       continue;
     }
-    rest.sights.push_back(problem.sights[i]);
+    rest.observations.push_back(problem.observations[i]);
   }
   return rest;
 }
 
 PoseProblem InMiddleFrame(const PoseProblem& problem, const MiddleFrame& frame) {
   PoseProblem moved = problem;
-  for (Sight& sight : moved.sights) {
-    sight.part_mm = frame.turned * (sight.part_mm - frame.middle_mm);
+  for (WeightedObservation& observation : moved.observations) {
+    observation.part_mm = frame.turned * (observation.part_mm - frame.middle_mm);
   }
   return moved;
 }
@@ -238,8 +239,8 @@ Theta ToMiddleFrame(const MiddleFrame& frame, const Theta& theta) {
 MiddleFrame MiddleFrameOf(const PoseProblem& problem, const Matrix3d& machine_from_part) {
   MiddleFrame frame;
   frame.turned = machine_from_part;
-  for (const Sight& sight : problem.sights) {
-    frame.middle_mm += sight.part_mm / static_cast<double>(problem.sights.size());
+  for (const WeightedObservation& observation : problem.observations) {
+    frame.middle_mm += observation.part_mm / static_cast<double>(problem.observations.size());
   }
   return frame;
 }

@@ -20,7 +20,7 @@ constexpr int kMostUnknowns = 15;
 using Theta = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnknowns, 1>;
 using ThetaMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnknowns, kMostUnknowns>;
-using SightDerivative = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostUnknowns>;
+using ObservationDerivative = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostUnknowns>;
 
 /// Where each unknown stands in Theta; -1: not asked for.
 struct Layout {
@@ -37,7 +37,7 @@ struct Layout {
 [[nodiscard]] std::vector<std::string> ParameterNames(const Unknowns& unknowns);
 
 /// One line of sight: a target seen in a view.
-struct Sight {
+struct WeightedObservation {
   Eigen::Vector3d part_mm = Eigen::Vector3d::Zero();
   Eigen::Matrix3d spindle_from_machine = Eigen::Matrix3d::Identity();  ///< R_cnc^T
   Eigen::Vector3d spindle_mm = Eigen::Vector3d::Zero();                ///< d_cnc
@@ -60,28 +60,30 @@ struct InputErrors {
 struct PoseProblem {
   Camera camera;
   Unknowns unknowns;
-  std::vector<Sight> sights;  ///< those of a view are neighbours
+  std::vector<WeightedObservation> observations;  ///< those of a view are neighbours
   InputErrors errors = {};
 };
 
-/// The problem without some of its sights.
+/// The problem without some of its observations.
 [[nodiscard]] PoseProblem Without(const PoseProblem& problem,
                                   const std::vector<std::size_t>& left_out);
 
-/// What does not change from sight to sight at one theta.
+/// What does not change from observation to observation at one theta.
 class Chain {
  public:
   Chain(const PoseProblem& problem, const Theta& theta, bool with_derivatives);
 
   /// Measured minus projected, px. False where the camera cannot see the target.
-  [[nodiscard]] bool Residual(const Sight& sight, Eigen::Vector2d& residual_px) const;
+  [[nodiscard]] bool Residual(const WeightedObservation& observation,
+                              Eigen::Vector2d& residual_px) const;
   /// The same with the derivative of the *projected* place by theta (minus that of the residual).
   /// REQUIRES with_derivatives.
-  [[nodiscard]] bool ResidualAndDerivative(const Sight& sight, Eigen::Vector2d& residual_px,
-                                           SightDerivative& derivative) const;
+  [[nodiscard]] bool ResidualAndDerivative(const WeightedObservation& observation,
+                                           Eigen::Vector2d& residual_px,
+                                           ObservationDerivative& derivative) const;
 
  private:
-  Eigen::Vector3d SpindlePoint(const Sight& sight) const;
+  Eigen::Vector3d SpindlePoint(const WeightedObservation& observation) const;
 
   Layout layout_;
   Camera camera_;
@@ -101,7 +103,7 @@ class Chain {
 [[nodiscard]] geometry::Pose PoseOf(const Theta& theta);
 [[nodiscard]] Clamping ClampingOf(const Layout& layout, const Theta& theta);
 
-/// The whole Jacobian of the projected places, each row divided by its sigma: (2 · sights,
+/// The whole Jacobian of the projected places, each row divided by its sigma: (2 · observations,
 /// unknowns). Empty where a target cannot be seen.
 [[nodiscard]] Eigen::MatrixXd WeightedJacobian(const PoseProblem& problem, const Theta& theta);
 
@@ -118,7 +120,7 @@ struct MiddleFrame {
 /// Theta of the problem in its own frame, from theta in the middle frame; and back.
 [[nodiscard]] Theta FromMiddleFrame(const MiddleFrame& frame, const Theta& theta);
 [[nodiscard]] Theta ToMiddleFrame(const MiddleFrame& frame, const Theta& theta);
-/// Middle of the sights' targets, turned as in `machine_from_part`.
+/// Middle of the observations' targets, turned as in `machine_from_part`.
 [[nodiscard]] MiddleFrame MiddleFrameOf(const PoseProblem& problem,
                                         const Eigen::Matrix3d& machine_from_part);
 

@@ -27,16 +27,16 @@ Theta SomewhereNear(const PoseProblem& problem, const AlignmentWorld& world) {
 Eigen::MatrixXd Numeric(const PoseProblem& problem, const Theta& theta) {
   const auto places = [&](const Theta& there) {
     const Chain chain(problem, there, false);
-    Eigen::VectorXd all(2 * problem.sights.size());
-    for (std::size_t i = 0; i < problem.sights.size(); ++i) {
+    Eigen::VectorXd all(2 * problem.observations.size());
+    for (std::size_t i = 0; i < problem.observations.size(); ++i) {
       Eigen::Vector2d residual;
-      EXPECT_TRUE(chain.Residual(problem.sights[i], residual));
+      EXPECT_TRUE(chain.Residual(problem.observations[i], residual));
       all.segment<2>(2 * static_cast<Eigen::Index>(i)) =
-          (problem.sights[i].pixel - residual) / problem.sights[i].sigma_px;
+          (problem.observations[i].pixel - residual) / problem.observations[i].sigma_px;
     }
     return all;
   };
-  Eigen::MatrixXd jacobian(2 * problem.sights.size(), theta.size());
+  Eigen::MatrixXd jacobian(2 * problem.observations.size(), theta.size());
   for (Eigen::Index k = 0; k < theta.size(); ++k) {
     const bool angle = (k >= 3 && k <= 6) || k == 9 || k == 10;
     const double step = angle ? 1e-5 : 1e-3;
@@ -94,7 +94,7 @@ TEST(PoseProblem, TheMiddleFrameIsTheSameProblem) {
   AlignmentWorld world = BenchWorld();
   world.machine_from_part.angles_rad = {0.4, 1.2, -2.5};
   for (auto& view : world.views) {
-    view = ViewOf(world, view.sights[0].target, Eigen::Matrix3d::Identity(), 300, {20, 10});
+    view = ViewOf(world, view.observations[0].target, Eigen::Matrix3d::Identity(), 300, {20, 10});
   }
   Random random(3);
   TakePictures(world, 0, random);

@@ -34,10 +34,10 @@ void PoseSolver::AddErrorsOfInputs(std::span<const Eigen::Vector2d> pixels, Thet
   const Chain chain(own_, theta, false);
   const Theta found = theta;
   for (std::size_t i = 0; i < pixels.size() && gain_.size() > 0; ++i) {
-    Sight sight = own_.sights[i];
-    sight.pixel = pixels[i];
+    WeightedObservation observation = own_.observations[i];
+    observation.pixel = pixels[i];
     Eigen::Vector2d residual_px;
-    if (!chain.Residual(sight, residual_px)) {
+    if (!chain.Residual(observation, residual_px)) {
       theta = found;
       return;
     }
@@ -46,10 +46,10 @@ void PoseSolver::AddErrorsOfInputs(std::span<const Eigen::Vector2d> pixels, Thet
 }
 
 Descent PoseSolver::SolvePixels(std::span<const Eigen::Vector2d> pixels) {
-  TRAMMEL_CHECK(pixels.size() == middle_.sights.size(), "{} pixels for {} sights", pixels.size(),
-                middle_.sights.size());
+  TRAMMEL_CHECK(pixels.size() == middle_.observations.size(), "{} pixels for {} observations",
+                pixels.size(), middle_.observations.size());
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    middle_.sights[i].pixel = pixels[i];
+    middle_.observations[i].pixel = pixels[i];
   }
   Descent descent = Descend(middle_, middle_state_);
   descent.theta = FromMiddleFrame(frame_, descent.theta);

@@ -19,7 +19,7 @@ class PoseSolver {
                                                const geometry::Pose& machine_from_part,
                                                const Clamping& clamping);
 
-  /// The sights in the order of views and observations; REQUIRES one pixel for each.
+  /// The observations in the order of views and observations; REQUIRES one pixel for each.
   /// theta as in Alignment::parameters; chi_square infinite where a target is not seen.
   [[nodiscard]] Descent SolvePixels(std::span<const Eigen::Vector2d> pixels);
 

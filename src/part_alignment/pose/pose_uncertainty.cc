@@ -53,9 +53,9 @@ class Drawer {
         everything_(everything),
         errors_(problem.errors),
         camera_(ParametersOf(problem.camera)) {
-    for (const Sight& sight : all_.sights) {
-      views_ = std::max(views_, sight.view + 1);
-      targets_ = std::max(targets_, sight.target + 1);
+    for (const WeightedObservation& observation : all_.observations) {
+      views_ = std::max(views_, observation.view + 1);
+      targets_ = std::max(targets_, observation.target + 1);
     }
     view_mm_.resize(views_);
     target_mm_.assign(targets_, Vector3d::Zero());
@@ -78,17 +78,17 @@ class Drawer {
       DrawCamera(random, theta);
     }
     const Chain chain(all_, theta, false);
-    for (std::size_t i = 0; i < all_.sights.size(); ++i) {
-      Sight sight = all_.sights[i];
-      sight.spindle_mm += view_mm_[sight.view];
-      sight.part_mm += target_mm_[sight.target];
-      sight.pixel.setZero();
+    for (std::size_t i = 0; i < all_.observations.size(); ++i) {
+      WeightedObservation observation = all_.observations[i];
+      observation.spindle_mm += view_mm_[observation.view];
+      observation.part_mm += target_mm_[observation.target];
+      observation.pixel.setZero();
       Vector2d residual_px;
-      if (!chain.Residual(sight, residual_px)) {
+      if (!chain.Residual(observation, residual_px)) {
         return false;
       }
-      const double column_px = sight.pixel_sigma_px * random.Normal();
-      pixels[i] = -residual_px + Vector2d(column_px, sight.pixel_sigma_px * random.Normal());
+      const double column_px = observation.pixel_sigma_px * random.Normal();
+      pixels[i] = -residual_px + Vector2d(column_px, observation.pixel_sigma_px * random.Normal());
     }
     return true;
   }
@@ -189,7 +189,7 @@ Result<MonteCarloUncertainty> SimulateMeasurements(const Measurement& measuremen
   Drawer drawer(problem, EverythingAt(problem, solver->state()));
   MonteCarloUncertainty result;
   result.parameters = linear->parameters;
-  std::vector<Vector2d> pixels(problem.sights.size());
+  std::vector<Vector2d> pixels(problem.observations.size());
   MatrixXd errors(solver->state().size(), trials);
   for (int trial = 0; trial < trials; ++trial) {
     if (!drawer.Draw(random, pixels)) {

@@ -45,7 +45,7 @@ struct MonteCarloUncertainty {
 
 /// GUM supplement 1: draws every input `trials` times, takes the pictures anew and solves each of
 /// them fully (from the state, so it tells nothing of first guesses or wrong targets). Angles'
-/// errors are taken around the truth. Cost: some 20 us a trial of 8 sights. Errors as of
+/// errors are taken around the truth. Cost: some 20 us a trial of 8 observations. Errors as of
 /// PropagateLinearly; trials must lie in 100 ... 1,000,000.
 [[nodiscard]] Result<MonteCarloUncertainty> SimulateMeasurements(const Measurement& measurement,
                                                                  const SolveOptions& options,

@@ -181,8 +181,9 @@ TEST(PoseUncertainty, AMachinesScatterIsJudgedByWhatIsStated) {
   Random random(kSeed);
   AlignmentWorld world = BenchWorld(150);
   for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Eigen::Matrix3d::Identity(),
-                            150, {i % 2 == 0 ? -25.0 : 25.0, i % 4 < 2 ? 10.0 : -10.0});
+    world.views[i] =
+        ViewOf(world, world.views[i].observations[0].target, Eigen::Matrix3d::Identity(), 150,
+               {i % 2 == 0 ? -25.0 : 25.0, i % 4 < 2 ? 10.0 : -10.0});
   }
   SolveOptions told = Exact();
   told.inputs.machine_mm = kMachine_mm;
@@ -294,8 +295,8 @@ TEST(PoseUncertainty, AStatedClampAngleIsTakenOutAsASolvedOneIs) {
   AlignmentWorld world = BenchWorld();
   world.clamping.angle_rad = 0;
   for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Eigen::Matrix3d::Identity(),
-                            300, {i % 2 == 0 ? 60.0 : -16.0, 0});
+    world.views[i] = ViewOf(world, world.views[i].observations[0].target,
+                            Eigen::Matrix3d::Identity(), 300, {i % 2 == 0 ? 60.0 : -16.0, 0});
   }
   Random random(kSeed);
   TakePictures(world, 0, random);

@@ -20,24 +20,24 @@ namespace {
 
 using Eigen::Vector2d;
 
-/// The residuals of all sights; those left out have weight 0.
+/// The residuals of all observations; those left out have weight 0.
 /// @param common  what is estimated of clamping and camera beside the unknowns
 void FillResiduals(const PoseProblem& problem, const Theta& theta, const Theta& common,
                    const std::vector<std::size_t>& left_out, const std::vector<std::string>& labels,
                    Alignment& alignment) {
   const Chain chain(WithEverything(problem), EverythingAt(problem, theta) + common, false);
-  for (std::size_t i = 0; i < problem.sights.size(); ++i) {
-    const Sight& sight = problem.sights[i];
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    const WeightedObservation& observation = problem.observations[i];
     Vector2d residual_px = Vector2d::Zero();
-    const bool seen = chain.Residual(sight, residual_px);
+    const bool seen = chain.Residual(observation, residual_px);
     const bool wrong = std::find(left_out.begin(), left_out.end(), i) != left_out.end();
     if (!seen) {
       alignment.notices.push_back(
           fmt::format("target {} in view {} cannot be projected: it would lie behind the camera",
-                      labels[sight.target], sight.view + 1));
+                      labels[observation.target], observation.view + 1));
     }
-    alignment.residuals.push_back({sight.view, labels[sight.target], residual_px.x(),
-                                   residual_px.y(), sight.sigma_px, wrong ? 0.0 : 1.0});
+    alignment.residuals.push_back({observation.view, labels[observation.target], residual_px.x(),
+                                   residual_px.y(), observation.sigma_px, wrong ? 0.0 : 1.0});
   }
 }
 
@@ -92,8 +92,8 @@ Alignment Refuse(Alignment alignment, Verdict verdict, std::string reason) {
   return alignment;
 }
 
-/// Weighs the sights by pixels and machine: a target's error is the same in all views, so that none
-/// of them tells it, and only widens the answer.
+/// Weighs the observations by pixels and machine: a target's error is the same in all views, so
+/// that none of them tells it, and only widens the answer.
 PoseProblem ByViews(PoseProblem problem, const Theta& theta) {
   problem.errors.targets.resize(0, 0);
   InflateSigmas(theta, problem);
@@ -183,9 +183,9 @@ void NoticeLookingBack(const Camera& camera, Alignment& alignment) {
 
 /// By how much the worst of what was left out is off; nothing where none of it can be projected.
 std::string FarthestOff(const std::vector<AlignmentResidual>& residuals,
-                        const std::vector<std::size_t>& sights) {
+                        const std::vector<std::size_t>& observations) {
   double farthest_px = 0;
-  for (const std::size_t i : sights) {
+  for (const std::size_t i : observations) {
     farthest_px = std::max(farthest_px, std::hypot(residuals[i].column_px, residuals[i].row_px));
   }
   return farthest_px > 0 ? fmt::format(", {:.3g} px beside where the others put it", farthest_px)
@@ -214,7 +214,7 @@ SettledFit Settle(const PoseProblem& problem, Fit fit) {
 
 /// A problem with its answer, or without.
 struct Answer {
-  PoseProblem problem;      ///< of all sights, with the errors of `inputs`
+  PoseProblem problem;      ///< of all observations, with the errors of `inputs`
   InputUncertainty inputs;  ///< as they count: what nobody stated by the residuals
   std::vector<std::size_t> left_out;
   Fit fit;
@@ -250,8 +250,8 @@ Fit FitByResiduals(const Fit& fit, const SolveOptions& options, double share, Po
 /// What falls below so much of a scatter in one of five samples.
 constexpr double kOneInFive = 0.2;
 
-/// The answer of all sights, if machine and targets may be worse than usual to make it fit.
-Answer ByAllSights(const Answer& usual, const SolveOptions& options) {
+/// The answer of all observations, if machine and targets may be worse than usual to make it fit.
+Answer ByAllObservations(const Answer& usual, const SolveOptions& options) {
   if (!usual.fit.found || (options.inputs.machine_mm && TargetsStated(options))) return usual;
   Answer scattered = usual;
   scattered.fit =
@@ -270,8 +270,8 @@ Answer ByAllSights(const Answer& usual, const SolveOptions& options) {
 }
 
 Answer WithoutWrong(const Answer& usual, const Outliers& wrong, const SolveOptions& options) {
-  Answer answer{usual.problem, usual.inputs, wrong.sights, wrong.fit, wrong.what, {}, true};
-  PoseProblem kept = Without(usual.problem, wrong.sights);
+  Answer answer{usual.problem, usual.inputs, wrong.observations, wrong.fit, wrong.what, {}, true};
+  PoseProblem kept = Without(usual.problem, wrong.observations);
   // The best of as many remainders as there are targets scatters less than one.
   const double share =
       kOneInFive / static_cast<double>(std::max<Eigen::Index>(1, kept.errors.targets.rows() / 3));
@@ -300,16 +300,16 @@ Fit FirstFit(const SolveOptions& options, PoseProblem& problem) {
 
 Answer FindAnswer(PoseProblem problem, const InputUncertainty& inputs,
                   const std::vector<std::string>& labels, const SolveOptions& options) {
-  // Leaving a sight out explains residuals better than a machine, or targets, of large errors where
-  // the rest says that they are three times as good.
+  // Leaving an observation out explains residuals better than a machine, or targets, of large
+  // errors where the rest says that they are three times as good.
   constexpr double kBetter = 3;
   const Fit fit = FirstFit(options, problem);
   const Answer usual{problem, inputs, {}, fit, {}, {}, Fits(problem, fit)};
-  Answer all = ByAllSights(usual, options);
+  Answer all = ByAllObservations(usual, options);
   if (usual.fits || !options.robust) return all;
   const Outliers wrong = FindOutliers(problem, fit, labels, options.method);
   all.doubt = wrong.doubt;
-  if (wrong.sights.empty()) return all;
+  if (wrong.observations.empty()) return all;
   Answer rest = WithoutWrong(usual, wrong, options);
   const bool better = kBetter * *rest.inputs.machine_mm < *all.inputs.machine_mm ||
                       kBetter * *rest.inputs.target_mm < *all.inputs.target_mm;

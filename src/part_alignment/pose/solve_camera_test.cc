@@ -85,12 +85,12 @@ TEST(Solve, AnUncertainCameraCountsAsItScatters) {
   EXPECT_NEAR(scatter.chi_square, 1, 0.13);
 }
 
-// Errors that all sights share are many sigmas of a fine detector, and no contradiction.
+// Errors that all observations share are many sigmas of a fine detector, and no contradiction.
 TEST(Solve, AnUncertainCameraIsNoContradictionToAFineDetector) {
   constexpr double kFine_px = 0.006;
   AlignmentWorld world = BenchWorld();
   for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
+    world.views[i] = ViewOf(world, world.views[i].observations[0].target, Matrix3d::Identity(), 300,
                             {i % 2 == 0 ? -110.0 : 110.0, i % 4 < 2 ? 75.0 : -75.0});
   }
   const Scatter scatter = ScatterOf(world, kFine_px);

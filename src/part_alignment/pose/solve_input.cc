@@ -125,22 +125,22 @@ Result<PoseProblem> MakeProblem(const Measurement& measurement, const Unknowns& 
       if (const auto valid = CheckObservation(measurement.camera, seen, number); !valid) {
         return tl::unexpected(valid.error());
       }
-      problem.sights.push_back({measurement.targets[found->second].ideal_mm,
-                                view.spindle_rotation.transpose(),
-                                view.spindle_mm,
-                                {seen.column_px, seen.row_px},
-                                seen.sigma_px,
-                                seen.sigma_px,
-                                number,
-                                found->second});
+      problem.observations.push_back({measurement.targets[found->second].ideal_mm,
+                                      view.spindle_rotation.transpose(),
+                                      view.spindle_mm,
+                                      {seen.column_px, seen.row_px},
+                                      seen.sigma_px,
+                                      seen.sigma_px,
+                                      number,
+                                      found->second});
     }
   }
-  constexpr std::size_t kMostSights = 20000;
-  if (problem.sights.size() > kMostSights) {
+  constexpr std::size_t kMostObservations = 20000;
+  if (problem.observations.size() > kMostObservations) {
     return Fail(fmt::format("{} observations, at most {} can be solved for at once",
-                            problem.sights.size(), kMostSights));
+                            problem.observations.size(), kMostObservations));
   }
-  if (problem.sights.empty()) {
+  if (problem.observations.empty()) {
     return Fail("no view has an observation: take pictures with targets in them");
   }
   return problem;
@@ -153,7 +153,7 @@ Result<void> ValidateInputs(const SolveOptions& options, double target_mm,
   if (auto valid = Validate(options.inputs); !valid) {
     return valid;
   }
-  constexpr std::size_t kMostUncertain = 300;  // 900 errors that sights share
+  constexpr std::size_t kMostUncertain = 300;  // 900 errors that observations share
   if ((options.target_covariance || target_mm > 0) && target_count > kMostUncertain) {
     return Fail(
         fmt::format("{} targets are uncertain, at most {} can be counted: leave out what "

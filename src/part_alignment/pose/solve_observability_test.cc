@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 TEST(Solve, IdenticalLeversAreToldWithTheDirection) {
   AlignmentWorld world = BenchWorld();
   for (auto& view : world.views) {
-    view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {30, 0});
+    view = ViewOf(world, view.observations[0].target, Matrix3d::Identity(), 300, {30, 0});
   }
   const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
@@ -34,7 +34,7 @@ TEST(Solve, TargetsOnTheAxisAreTold) {
   world.clamping = {};
   for (std::size_t i = 0; i < world.views.size(); ++i) {
     const Matrix3d turned = geometry::RotationFromAngles({0, 0, i % 2 == 0 ? 0 : std::numbers::pi});
-    world.views[i] = ViewOf(world, world.views[i].sights[0].target, turned, 300, {0, 0});
+    world.views[i] = ViewOf(world, world.views[i].observations[0].target, turned, 300, {0, 0});
   }
   const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
   EXPECT_EQ(alignment.verdict, Verdict::kCannotTell);
@@ -60,7 +60,7 @@ TEST(Solve, RadialLeversAliasWithThePartsRotation) {
 TEST(Solve, NearlyUnobservablePlansAreJudgedByTheirUncertainty) {
   AlignmentWorld world = BenchWorld();
   for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
+    world.views[i] = ViewOf(world, world.views[i].observations[0].target, Matrix3d::Identity(), 300,
                             {i % 2 == 0 ? 30 : 30.3, 0});
   }
   const Alignment alignment = Solved(Pictured(world, kSigma_px, 2), Exact());
@@ -83,7 +83,7 @@ TEST(Solve, EccentricityAtOneOrientationIsToldFromNothing) {
 TEST(Solve, TheAdvisedViewsMakeTheAnswerGood) {
   AlignmentWorld world = BenchWorld();
   for (auto& view : world.views) {
-    view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {30, 5});
+    view = ViewOf(world, view.observations[0].target, Matrix3d::Identity(), 300, {30, 5});
   }
   const Alignment before = Solved(Pictured(world, kSigma_px, 2), Exact());
   ASSERT_EQ(before.verdict, Verdict::kCannotTell);
@@ -97,7 +97,7 @@ TEST(Solve, TheAdvisedViewsMakeTheAnswerGood) {
                           &view.spindle_mm.x(), &view.spindle_mm.y(), &view.spindle_mm.z()),
               4)
         << advice;
-    view.sights = {{target - 1, {}}};
+    view.observations = {{target - 1, {}}};
     world.views.push_back(view);
     ++added;
   }

@@ -62,7 +62,7 @@ TEST(Solve, NeverNamesTheWrongObservation) {
       named += 1;
     }
   }
-  // Seven of eight sights leave seven degrees of freedom, enough to settle which.
+  // Seven of eight observations leave seven degrees of freedom, enough to settle which.
   EXPECT_GE(named, kWorlds * 95 / 100);
 }
 
@@ -87,7 +87,7 @@ TEST(Solve, ExchangedIdsAreNamed) {
   for (const Vector2d& across :
        {Vector2d(-25, -10), Vector2d(30, 15), Vector2d(0, -30), Vector2d(0, 30)}) {
     test_support::WorldView view = ViewOf(world, 4, Matrix3d::Identity(), 300, across);
-    view.sights = {{0, {}}, {1, {}}, {2, {}}, {3, {}}, {4, {}}};
+    view.observations = {{0, {}}, {1, {}}, {2, {}}, {3, {}}, {4, {}}};
     world.views.push_back(view);
   }
   world = Pictured(world, kSigma_px, 4);

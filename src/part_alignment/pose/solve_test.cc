@@ -48,8 +48,8 @@ TEST(Solve, WithoutNoiseReturnsTheTruthInEveryConventionByEitherMethod) {
         world.camera.looks_along_plus_z = plus_z;
         for (std::size_t i = 0; i < world.views.size(); ++i) {
           const double side = i % 2 == 0 ? -35 : 35;
-          world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
-                                  {side, 0.5 * side});
+          world.views[i] = ViewOf(world, world.views[i].observations[0].target,
+                                  Matrix3d::Identity(), 300, {side, 0.5 * side});
         }
         SolveOptions options = Exact();
         options.method = method;
@@ -64,7 +64,7 @@ TEST(Solve, SpeaksOfACameraThatLooksBackAtItsSpindle) {
     AlignmentWorld world = BenchWorld();
     world.camera.looks_along_plus_z = plus_z;
     for (auto& view : world.views) {
-      view = ViewOf(world, view.sights[0].target, Matrix3d::Identity(), 300, {35, 0});
+      view = ViewOf(world, view.observations[0].target, Matrix3d::Identity(), 300, {35, 0});
     }
     const Alignment alignment = Solved(Pictured(world), Exact());
     const bool spoken = std::any_of(
@@ -111,8 +111,8 @@ TEST(Solve, FindsAnyTurnOfThePartWithoutAGuess) {
     for (std::size_t k = 0; k < world.views.size(); ++k) {
       const double angle = random.Uniform(0, std::numbers::pi);
       const double side = k % 2 == 0 ? -35 : 35;
-      world.views[k] = ViewOf(world, world.views[k].sights[0].target, Matrix3d::Identity(), 300,
-                              side * Vector2d(std::cos(angle), std::sin(angle)));
+      world.views[k] = ViewOf(world, world.views[k].observations[0].target, Matrix3d::Identity(),
+                              300, side * Vector2d(std::cos(angle), std::sin(angle)));
     }
     const Alignment alignment = Solved(Pictured(world, kSigma_px, kSeed + i), Exact());
     const Vector3d off_mm =
@@ -128,8 +128,8 @@ TEST(Solve, FindsACameraClampedTheWrongWayRound) {
     AlignmentWorld world = BenchWorld();
     world.clamping.angle_rad = angle_rad;
     for (std::size_t i = 0; i < world.views.size(); ++i) {
-      world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
-                              {i % 2 == 0 ? -30.0 : 30.0, 10});
+      world.views[i] = ViewOf(world, world.views[i].observations[0].target, Matrix3d::Identity(),
+                              300, {i % 2 == 0 ? -30.0 : 30.0, 10});
     }
     ExpectTruth(world, Solved(Pictured(world), Exact()));
   }
@@ -189,7 +189,7 @@ TEST(Solve, GaussNewtonAndCeresGiveTheSame) {
 TEST(Solve, AWrongDistortionDirectionHidesInASymmetricPlan) {
   AlignmentWorld world = BenchWorld();
   for (std::size_t i = 0; i < world.views.size(); ++i) {
-    world.views[i] = ViewOf(world, world.views[i].sights[0].target, Matrix3d::Identity(), 300,
+    world.views[i] = ViewOf(world, world.views[i].observations[0].target, Matrix3d::Identity(), 300,
                             {i % 2 == 0 ? -38.0 : 38.0, 0});
   }
   world = Pictured(world);

@@ -72,7 +72,7 @@ TEST(TargetErrors, AreNeverBelowTheUsual) {
   const Bench exact(WithTargetsOff(0, 3));
   EXPECT_EQ(TargetErrorByResiduals(exact.problem, exact.theta, kUsual_mm, kMiddle), kUsual_mm);
   Bench few(WithTargetsOff(0.5, 3));
-  few.problem.sights.resize(3);  // fewer numbers than unknowns: no residual shows anything
+  few.problem.observations.resize(3);  // fewer numbers than unknowns: no residual shows anything
   EXPECT_EQ(TargetErrorByResiduals(few.problem, few.theta, kUsual_mm, kMiddle), kUsual_mm);
 }
 

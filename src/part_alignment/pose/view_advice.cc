@@ -21,10 +21,10 @@ double UsualDistance(const PoseProblem& problem, const Theta& theta) {
   constexpr double kFarthest_mm = 10000;
   const Clamping clamping = ClampingOf(LayoutOf(problem.unknowns), theta);
   std::vector<double> distances_mm;
-  for (const Sight& sight : problem.sights) {
-    const View view{sight.spindle_mm, sight.spindle_from_machine.transpose(), {}};
-    distances_mm.push_back(
-        std::abs(CameraFromPart(problem.camera, clamping, view, PoseOf(theta), sight.part_mm).z()));
+  for (const WeightedObservation& observation : problem.observations) {
+    const View view{observation.spindle_mm, observation.spindle_from_machine.transpose(), {}};
+    distances_mm.push_back(std::abs(
+        CameraFromPart(problem.camera, clamping, view, PoseOf(theta), observation.part_mm).z()));
   }
   auto middle = distances_mm.begin() + static_cast<std::ptrdiff_t>(distances_mm.size() / 2);
   std::nth_element(distances_mm.begin(), middle, distances_mm.end());
@@ -35,8 +35,8 @@ std::vector<Matrix3d> UsedOrientations(const PoseProblem& problem) {
   constexpr double kSame = 1e-3;
   constexpr std::size_t kMost = 6;
   std::vector<Matrix3d> orientations;
-  for (const Sight& sight : problem.sights) {
-    const Matrix3d orientation = sight.spindle_from_machine.transpose();
+  for (const WeightedObservation& observation : problem.observations) {
+    const Matrix3d orientation = observation.spindle_from_machine.transpose();
     const bool known =
         std::any_of(orientations.begin(), orientations.end(),
                     [&](const Matrix3d& other) { return (other - orientation).norm() < kSame; });
@@ -101,7 +101,7 @@ std::string AdviseViews(const PoseProblem& problem, const Theta& theta,
   const std::vector<Matrix3d> used = UsedOrientations(problem);
   CandidateOptions options;
   options.distance_mm = UsualDistance(problem, theta);
-  options.sigma_px = problem.sights.front().sigma_px;
+  options.sigma_px = problem.observations.front().sigma_px;
   options.orientations = used;
   if (layout.clamp_eccentricity >= 0 || layout.camera_offset >= 0) {
     for (const Matrix3d& orientation : used) {

@@ -11,7 +11,7 @@ namespace trammel::part_alignment {
 /// Up to four views, each the one that improves the weakest direction most, until it is known
 /// within `limit_mm`; at the distances used so far, in the orientations used so far and, for what
 /// needs it, turned about the spindle's axis or farther away. In words, with spindle positions.
-/// @param theta  where the sights' solution stands, however little they determine it.
+/// @param theta  where the observations' solution stands, however little they determine it.
 [[nodiscard]] std::string AdviseViews(const PoseProblem& problem, const Theta& theta,
                                       const std::vector<PartTarget>& targets, double limit_mm);
 

@@ -78,12 +78,12 @@ Result<SurveyReading> ReadSurveyPictures(const std::vector<std::filesystem::path
       if (!target.number) continue;
       const double sigma_px =
           std::hypot(std::max(target.sigma_column_px, target.sigma_row_px), options.extra_sigma_px);
-      picture.sights.push_back(
+      picture.observations.push_back(
           {std::to_string(*target.number), target.disc.column_px, target.disc.row_px, sigma_px});
       picture.discs.push_back(target.disc);
     }
     NoteRejected(*found, name, reading.notices);
-    tell(fmt::format("{}: {} coded targets", name, picture.sights.size()));
+    tell(fmt::format("{}: {} coded targets", name, picture.observations.size()));
   }
   return reading;
 }

@@ -128,8 +128,9 @@ void DrawViews(Canvas& canvas, const Plot& plot, const AlignmentOutput& output,
     for (const pa::Observation& seen : view.observations) {
       for (const Placed& target : scene.targets) {
         if (target.id != seen.target) continue;
-        const PointPx sight[] = {spindle, plot.At({target.at_mm.x(), target.at_mm.y()})};
-        canvas.Polyline(sight, {.color = WithAlpha(kBlue, 0.55), .width_px = 1, .dash_px = {3, 3}});
+        const PointPx observation[] = {spindle, plot.At({target.at_mm.x(), target.at_mm.y()})};
+        canvas.Polyline(observation,
+                        {.color = WithAlpha(kBlue, 0.55), .width_px = 1, .dash_px = {3, 3}});
       }
     }
     canvas.FillRect({spindle.x - 3.5, spindle.y - 3.5, 7, 7}, kBlue);

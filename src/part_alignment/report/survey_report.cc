@@ -50,7 +50,7 @@ Json StationsJson(const Survey& survey) {
     if (station.used) {
       entry["place_mm"] = List(station.place_mm);
       entry["camera_from_survey"] = Matrix(station.camera_from_survey);
-      entry["sights"] = station.sights;
+      entry["observations"] = station.observations;
       entry["rms_px"] = Number(station.rms_px);
     } else {
       entry["reason"] = station.reason;
@@ -124,7 +124,7 @@ std::size_t UsedStations(const Survey& survey) {
 
 std::string TargetsCard(const Survey& survey) {
   Table places({{"target"}, {"x"}, {"y"}, {"z"}});
-  Table checks({{"target"}, {"sights"}, {"widest angle"}, {"residual"}, {"checked to"}});
+  Table checks({{"target"}, {"observations"}, {"widest angle"}, {"residual"}, {"checked to"}});
   for (const SurveyedTarget& target : survey.targets) {
     std::vector<std::string> cells = {EscapeHtml(target.id)};
     for (int axis = 0; axis < 3; ++axis) {
@@ -133,7 +133,7 @@ std::string TargetsCard(const Survey& survey) {
                                 IntervalText(interval, kMillimetres)));
     }
     places.Row(cells);
-    checks.Row({EscapeHtml(target.id), fmt::format("{}", target.sights),
+    checks.Row({EscapeHtml(target.id), fmt::format("{}", target.observations),
                 fmt::format("{:.0f}°", target.widest_angle_rad * 57.29577951308232),
                 fmt::format("{:.3f} px", target.rms_px),
                 fmt::format("{:.0f} %", 100 * target.least_redundancy)});
@@ -152,7 +152,8 @@ std::string StationsCard(const Survey& survey) {
     const Eigen::Vector3d& at = station.place_mm;
     table.Row({EscapeHtml(station.picture), fmt::format("{:.0f} mm", at.x()),
                fmt::format("{:.0f} mm", at.y()), fmt::format("{:.0f} mm", at.z()),
-               fmt::format("{}", station.sights), fmt::format("{:.3f} px", station.rms_px), ""});
+               fmt::format("{}", station.observations), fmt::format("{:.3f} px", station.rms_px),
+               ""});
   }
   return Card("Pictures", table.Html());
 }
@@ -181,11 +182,12 @@ std::string Head(const Survey& survey) {
   }
   return HeadCard(
       Verdict::kGood,
-      fmt::format("<p class=\"value\">{} targets <small>each coordinate within {:.3f} mm, "
-                  "95 %</small></p>\n<p class=\"quiet\">{} of {} pictures, {} sights, {} left out. "
-                  "Datum: {}.</p>\n",
-                  survey.targets.size(), kNormal95 * worst_mm, UsedStations(survey),
-                  survey.stations.size(), survey.sights, survey.outliers.size(), kDatum));
+      fmt::format(
+          "<p class=\"value\">{} targets <small>each coordinate within {:.3f} mm, "
+          "95 %</small></p>\n<p class=\"quiet\">{} of {} pictures, {} observations, {} left out. "
+          "Datum: {}.</p>\n",
+          survey.targets.size(), kNormal95 * worst_mm, UsedStations(survey), survey.stations.size(),
+          survey.observations, survey.outliers.size(), kDatum));
 }
 
 }  // namespace
@@ -198,7 +200,7 @@ std::string ToJson(const Survey& survey) {
     targets.push_back({{"id", target.id}, {"ideal_mm", List(target.at_mm)}});
     precision.push_back({{"id", target.id},
                          {"standard_uncertainty_mm", List(target.sigma_mm)},
-                         {"sights", target.sights},
+                         {"observations", target.observations},
                          {"widest_angle_rad", Number(target.widest_angle_rad)},
                          {"rms_px", Number(target.rms_px)},
                          {"least_redundancy", Number(target.least_redundancy)}});
@@ -218,7 +220,7 @@ std::string ToJson(const Survey& survey) {
                    {"precision", good ? precision : Json(nullptr)},
                    {"lens", good ? LensJson(survey) : Json(nullptr)},
                    {"variance_root", good ? Number(survey.variance_root) : Json(nullptr)},
-                   {"sights", survey.sights},
+                   {"observations", survey.observations},
                    {"redundancy", survey.redundancy},
                    {"stations", StationsJson(survey)},
                    {"outliers", OutliersJson(survey)},
@@ -232,10 +234,12 @@ std::string SurveyText(const Survey& survey) {
                                  survey.reason.empty() ? "" : ": ", survey.reason);
   if (survey.verdict == Verdict::kGood) {
     text += fmt::format(
-        "pictures  {} of {}, {} sights; centres scatter by {:.2f} of what was stated of them\n"
+        "pictures  {} of {}, {} observations; centres scatter by {:.2f} of what was stated of "
+        "them\n"
         "datum     {}\n"
         "lens      focal length {}\n",
-        UsedStations(survey), survey.stations.size(), survey.sights, survey.variance_root, kDatum,
+        UsedStations(survey), survey.stations.size(), survey.observations, survey.variance_root,
+        kDatum,
         WithInterval(survey.lens[part_alignment::kFocal],
                      NormalInterval95(survey.lens[part_alignment::kFocal],
                                       survey.lens_sigma[part_alignment::kFocal]),
@@ -247,9 +251,9 @@ std::string SurveyText(const Survey& survey) {
   for (const SurveyedTarget& target : survey.targets) {
     if (survey.verdict != Verdict::kGood) break;
     const Eigen::Vector3d half = kNormal95 * target.sigma_mm;
-    text += fmt::format("target    {:<8} {:>11.4f} {:>11.4f} {:>11.4f} mm ({}), {} sights\n",
+    text += fmt::format("target    {:<8} {:>11.4f} {:>11.4f} {:>11.4f} mm ({}), {} observations\n",
                         target.id, target.at_mm.x(), target.at_mm.y(), target.at_mm.z(),
-                        WithinText({half.data(), 3}, kMillimetres), target.sights);
+                        WithinText({half.data(), 3}, kMillimetres), target.observations);
   }
   for (const SurveyOutlier& outlier : survey.outliers) {
     text += fmt::format("notice    {}\n", OutlierWords(outlier));

@@ -42,11 +42,11 @@ Loss LossOf(const BundleOptions& options) { return {options.loss_sigma * options
 double CostOf(const Network& network, const BundleOptions& options) {
   const Loss loss = LossOf(options);
   double cost = 0;
-  for (const NetworkSight& sight : network.sights) {
-    if (!TakesPart(network, sight)) continue;
-    const auto misclosure = Misclosure(network, sight);
+  for (const NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation)) continue;
+    const auto misclosure = Misclosure(network, observation);
     if (!misclosure) return std::numeric_limits<double>::infinity();
-    cost += loss.Cost(misclosure->squaredNorm() / (sight.sigma_px * sight.sigma_px));
+    cost += loss.Cost(misclosure->squaredNorm() / (observation.sigma_px * observation.sigma_px));
   }
   for (const NetworkBar& bar : network.bars) {
     if (!options.bars || !TakesPart(network, bar)) continue;
@@ -127,8 +127,8 @@ Index IndexUnknowns(const Network& network, const FreeLens& free, ReducedNormal&
   return unknowns;
 }
 
-std::vector<Index> UnknownsOf(const NetworkSight& sight, const ReducedNormal& normal) {
-  const Index first = normal.first_of_point[sight.point];
+std::vector<Index> UnknownsOf(const NetworkObservation& observation, const ReducedNormal& normal) {
+  const Index first = normal.first_of_point[observation.point];
   std::vector<Index> unknowns = {first, first + 1, first + 2};
   for (const Index i : normal.index_of_lens) {
     if (i >= 0) unknowns.push_back(i);
@@ -138,15 +138,15 @@ std::vector<Index> UnknownsOf(const NetworkSight& sight, const ReducedNormal& no
 
 }  // namespace
 
-SightPartials PartialsOf(const Network& network, const NetworkSight& sight) {
-  const Station& station = network.stations[sight.station];
-  const Vector3d camera = station.FromObject(network.points[sight.point].at);
+ObservationPartials PartialsOf(const Network& network, const NetworkObservation& observation) {
+  const Station& station = network.stations[observation.station];
+  const Vector3d camera = station.FromObject(network.points[observation.point].at);
   const auto projection = ProjectLens(network.lens, camera);
-  TRAMMEL_CHECK(projection.has_value(), "point {} is not before station {}", sight.point,
-                sight.station);
-  const double weight = 1 / sight.sigma_px;
-  SightPartials partials;
-  partials.residual = weight * (projection->pixel - sight.pixel);
+  TRAMMEL_CHECK(projection.has_value(), "point {} is not before station {}", observation.point,
+                observation.station);
+  const double weight = 1 / observation.sigma_px;
+  ObservationPartials partials;
+  partials.residual = weight * (projection->pixel - observation.pixel);
   partials.by_point = weight * projection->by_point * station.rotation;
   partials.by_station.leftCols<3>() = -partials.by_point;
   partials.by_station.rightCols<3>() = -weight * projection->by_point * CrossMatrix(camera);
@@ -159,9 +159,9 @@ ReducedNormal NormalOf(const Network& network, const BundleOptions& options) {
   const Index size = IndexUnknowns(network, options.free, normal);
   normal.matrix = MatrixXd::Zero(size, size);
   normal.right = VectorXd::Zero(size);
-  std::vector<std::vector<const NetworkSight*>> of_station(network.stations.size());
-  for (const NetworkSight& sight : network.sights) {
-    if (TakesPart(network, sight)) of_station[sight.station].push_back(&sight);
+  std::vector<std::vector<const NetworkObservation*>> of_station(network.stations.size());
+  for (const NetworkObservation& observation : network.observations) {
+    if (TakesPart(network, observation)) of_station[observation.station].push_back(&observation);
   }
   const Loss loss = LossOf(options);
   MatrixXd row(2, 3 + kLensParameters);
@@ -172,10 +172,10 @@ ReducedNormal NormalOf(const Network& network, const BundleOptions& options) {
     out.block.setZero();
     out.right.setZero();
     MatrixXd coupling = MatrixXd::Zero(size, 6);
-    for (const NetworkSight* sight : of_station[s]) {
-      const SightPartials partials = PartialsOf(network, *sight);
+    for (const NetworkObservation* observation : of_station[s]) {
+      const ObservationPartials partials = PartialsOf(network, *observation);
       const double weight = loss.Weight(partials.residual.squaredNorm());
-      const auto unknowns = UnknownsOf(*sight, normal);
+      const auto unknowns = UnknownsOf(*observation, normal);
       const auto columns = static_cast<Index>(unknowns.size());
       row.leftCols<3>() = partials.by_point;
       Index at = 3;

@@ -1,4 +1,4 @@
-// Bundle adjustment: stations, points and lens from all sights and bars together.
+// Bundle adjustment: stations, points and lens from all observations and bars together.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,7 +38,7 @@ struct ReducedNormal {
   /// What one station had before it was eliminated.
   struct Eliminated {
     std::size_t station = 0;
-    std::vector<Eigen::Index> unknowns;  ///< that its sights meet
+    std::vector<Eigen::Index> unknowns;  ///< that its observations meet
     Eigen::MatrixXd coupling;            ///< unknowns × 6: place, then rotation
     Eigen::Matrix<double, 6, 6> block;
     Eigen::Matrix<double, 6, 1> right;
@@ -50,15 +50,16 @@ struct ReducedNormal {
   std::vector<Eigen::Index> index_of_lens;   ///< -1 of a parameter that is not free
 };
 
-/// One sight's part in the adjustment, whitened by its sigma.
-struct SightPartials {
+/// One observation's part in the adjustment, whitened by its sigma.
+struct ObservationPartials {
   Eigen::Vector2d residual;
   Eigen::Matrix<double, 2, 6> by_station;  ///< place, then a turn before the camera
   Eigen::Matrix<double, 2, 3> by_point;
   Eigen::Matrix<double, 2, kLensParameters> by_lens;
 };
 /// REQUIRES the point before the camera.
-[[nodiscard]] SightPartials PartialsOf(const Network& network, const NetworkSight& sight);
+[[nodiscard]] ObservationPartials PartialsOf(const Network& network,
+                                             const NetworkObservation& observation);
 
 /// Weights: the stated sigmas', less Cauchy's where the options have a loss.
 [[nodiscard]] ReducedNormal NormalOf(const Network& network, const BundleOptions& options);

@@ -24,7 +24,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A network at the world's truth, its sights noisy.
+/// A network at the world's truth, its observations noisy.
 struct NetworkWorld {
   Network network;
   test::SurveyWorld world;
@@ -54,9 +54,12 @@ NetworkWorld NetworkAtTruth(std::uint64_t seed) {
     station.place = shot.place_mm;
     station.placed = true;
     network.stations.push_back(station);
-    for (const Observation& sight : input.pictures[s].sights) {
-      network.sights.push_back(
-          {s, index[sight.target], {sight.column_px, sight.row_px}, sight.sigma_px, true});
+    for (const Observation& observation : input.pictures[s].observations) {
+      network.observations.push_back({s,
+                                      index[observation.target],
+                                      {observation.column_px, observation.row_px},
+                                      observation.sigma_px,
+                                      true});
     }
   }
   for (const ScaleBar& bar : made.world.bars) {
@@ -64,11 +67,11 @@ NetworkWorld NetworkAtTruth(std::uint64_t seed) {
   }
   // What is left is determined: ten targets seen by a station, three rays a target.
   std::vector<int> targets(network.stations.size());
-  for (const NetworkSight& sight : network.sights) ++targets[sight.station];
+  for (const NetworkObservation& observation : network.observations) ++targets[observation.station];
   for (std::size_t s = 0; s < targets.size(); ++s) network.stations[s].placed = targets[s] >= 10;
   std::vector<int> rays(network.points.size());
-  for (const NetworkSight& sight : network.sights) {
-    if (network.stations[sight.station].placed) ++rays[sight.point];
+  for (const NetworkObservation& observation : network.observations) {
+    if (network.stations[observation.station].placed) ++rays[observation.point];
   }
   for (std::size_t p = 0; p < rays.size(); ++p) network.points[p].placed = rays[p] >= 3;
   return made;
@@ -88,7 +91,7 @@ void Disturb(Network& network, Random& random) {
 }
 
 // The same model for Ceres: written anew, differentiated by itself.
-struct SightModel {
+struct ObservationModel {
   Eigen::Vector2d pixel;
   double sigma_px;
   template <class T>
@@ -132,12 +135,13 @@ std::vector<Vector3d> ByCeres(const Network& network, double& cost) {
                         station.place.z()});
   }
   ceres::Problem problem;
-  for (const NetworkSight& sight : network.sights) {
-    if (!TakesPart(network, sight)) continue;
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<SightModel, 2, kLensParameters, 6, 3>(
-                                 new SightModel{sight.pixel, sight.sigma_px}),
-                             nullptr, lens.data(), stations[sight.station].data(),
-                             points[sight.point].data());
+  for (const NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation)) continue;
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<ObservationModel, 2, kLensParameters, 6, 3>(
+            new ObservationModel{observation.pixel, observation.sigma_px}),
+        nullptr, lens.data(), stations[observation.station].data(),
+        points[observation.point].data());
   }
   for (const NetworkBar& bar : network.bars) {
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<BarModel, 1, 3, 3>(new BarModel{bar}),
@@ -203,11 +207,11 @@ TEST(AdjustBundle, TakesNoNoticeOfWhatIsNotPlacedOrUsed) {
   for (Network* of : {&network, &poisoned}) {
     of->points[point].placed = false;
     of->stations[3].placed = false;
-    of->sights[10].used = false;
+    of->observations[10].used = false;
   }
   poisoned.points[point].at.setConstant(1e9);
   poisoned.stations[3].place.setConstant(-1e9);
-  poisoned.sights[10].pixel.setConstant(1e6);
+  poisoned.observations[10].pixel.setConstant(1e6);
   (void)AdjustBundle({}, network);
   (void)AdjustBundle({}, poisoned);
   for (std::size_t p = 0; p < network.points.size(); ++p) {
@@ -225,11 +229,12 @@ TEST(PrecisionOf, SaysWherePointsOnALineLeaveTheStationsFree) {
     const auto along = static_cast<double>(p) - 10;
     network.points[p].at = along * Vector3d(50, 20, 10);
   }
-  for (NetworkSight& sight : network.sights) {
-    const Station& station = network.stations[sight.station];
-    const auto seen = ProjectLens(network.lens, station.FromObject(network.points[sight.point].at));
-    sight.used = seen.has_value();
-    if (seen) sight.pixel = seen->pixel;
+  for (NetworkObservation& observation : network.observations) {
+    const Station& station = network.stations[observation.station];
+    const auto seen =
+        ProjectLens(network.lens, station.FromObject(network.points[observation.point].at));
+    observation.used = seen.has_value();
+    if (seen) observation.pixel = seen->pixel;
   }
   EXPECT_FALSE(PrecisionOf(network, kLensFree, true).determined);
 }
@@ -239,9 +244,9 @@ TEST(PrecisionOf, HasARedundancyOfObservationsLessUnknowns) {
   (void)AdjustBundle({}, network);
   const NetworkPrecision precision = PrecisionOf(network, kLensFree, true);
   double observations = 0;
-  double redundancy = precision.sight_redundancy;
-  for (const NetworkSight& sight : network.sights) {
-    if (TakesPart(network, sight)) observations += 2;
+  double redundancy = precision.observation_redundancy;
+  for (const NetworkObservation& observation : network.observations) {
+    if (TakesPart(network, observation)) observations += 2;
   }
   for (const auto& bar : precision.bars) {
     redundancy += bar.redundancy;

@@ -72,7 +72,7 @@ std::optional<LensProjection> ProjectLens(const Lens& lens, const Vector3d& came
   return projection;
 }
 
-std::optional<Vector3d> SightLine(const Lens& lens, const Vector2d& pixel) {
+std::optional<Vector3d> ObservationLine(const Lens& lens, const Vector2d& pixel) {
   const Vector2d place = (pixel - Vector2d(lens[kColumn], lens[kRow])) / lens[kFocal];
   Vector2d slope = place;
   constexpr int kMostSteps = 50;

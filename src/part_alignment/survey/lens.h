@@ -33,7 +33,7 @@ struct LensProjection {
                                                         const Eigen::Vector3d& camera);
 
 /// The unit line of sight of a pixel. Absent where the distortion cannot be inverted.
-[[nodiscard]] std::optional<Eigen::Vector3d> SightLine(const Lens& lens,
-                                                       const Eigen::Vector2d& pixel);
+[[nodiscard]] std::optional<Eigen::Vector3d> ObservationLine(const Lens& lens,
+                                                             const Eigen::Vector2d& pixel);
 
 }  // namespace trammel::part_alignment

@@ -49,10 +49,10 @@ TEST(Lens, DerivativesAreThoseOfFiniteDifferences) {
   }
 }
 
-TEST(Lens, SightLineGoesThroughWhatIsProjected) {
+TEST(Lens, ObservationLineGoesThroughWhatIsProjected) {
   const Lens lens = Bent();
   const Eigen::Vector3d at(0.6, -0.4, 1.1);
-  const auto line = SightLine(lens, ProjectLens(lens, at)->pixel);
+  const auto line = ObservationLine(lens, ProjectLens(lens, at)->pixel);
   ASSERT_TRUE(line);
   EXPECT_LT((*line - at.normalized()).norm(), 1e-12);
 }
@@ -63,7 +63,7 @@ TEST(Lens, HasNoPixelBehindTheCameraAndNoLineBeyondAFold) {
   EXPECT_FALSE(ProjectLens(Bent(), {10, 0, 1}));
   Lens folded = PlainLens(1000, 4000, 3000);
   folded[kK1] = -1;  // the picture ends at r = 0.38 focal lengths
-  EXPECT_FALSE(SightLine(folded, {3999, 1500}));
+  EXPECT_FALSE(ObservationLine(folded, {3999, 1500}));
 }
 
 }  // namespace

@@ -4,19 +4,22 @@
 
 namespace trammel::part_alignment {
 
-bool TakesPart(const Network& network, const NetworkSight& sight) {
-  return sight.used && network.stations[sight.station].placed && network.points[sight.point].placed;
+bool TakesPart(const Network& network, const NetworkObservation& observation) {
+  return observation.used && network.stations[observation.station].placed &&
+         network.points[observation.point].placed;
 }
 
 bool TakesPart(const Network& network, const NetworkBar& bar) {
   return bar.used && network.points[bar.from].placed && network.points[bar.to].placed;
 }
 
-std::optional<Eigen::Vector2d> Misclosure(const Network& network, const NetworkSight& sight) {
+std::optional<Eigen::Vector2d> Misclosure(const Network& network,
+                                          const NetworkObservation& observation) {
   const auto projection = ProjectLens(
-      network.lens, network.stations[sight.station].FromObject(network.points[sight.point].at));
+      network.lens,
+      network.stations[observation.station].FromObject(network.points[observation.point].at));
   if (!projection) return std::nullopt;
-  return projection->pixel - sight.pixel;
+  return projection->pixel - observation.pixel;
 }
 
 std::optional<Eigen::Vector3d> Intersect(const std::vector<Eigen::Vector3d>& places,

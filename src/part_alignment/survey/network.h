@@ -1,4 +1,5 @@
-// A photogrammetric network: stations of one camera, points, sights between them and scale bars.
+// A photogrammetric network: stations of one camera, points, observations between them and scale
+// bars.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +27,7 @@ struct NetworkPoint {
   bool placed = false;
 };
 
-struct NetworkSight {
+struct NetworkObservation {
   std::size_t station = 0;
   std::size_t point = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< column, row
@@ -47,18 +48,18 @@ struct Network {
   Lens lens = Lens::Zero();
   std::vector<Station> stations;
   std::vector<NetworkPoint> points;
-  std::vector<NetworkSight> sights;
+  std::vector<NetworkObservation> observations;
   std::vector<NetworkBar> bars;
 };
 
-/// Whether a sight is used and both of its ends are placed.
-[[nodiscard]] bool TakesPart(const Network& network, const NetworkSight& sight);
+/// Whether an observation is used and both of its ends are placed.
+[[nodiscard]] bool TakesPart(const Network& network, const NetworkObservation& observation);
 /// The same of a bar.
 [[nodiscard]] bool TakesPart(const Network& network, const NetworkBar& bar);
 
 /// Projected less seen, px; absent where the point is not before the camera.
 [[nodiscard]] std::optional<Eigen::Vector2d> Misclosure(const Network& network,
-                                                        const NetworkSight& sight);
+                                                        const NetworkObservation& observation);
 
 /// Where lines (places and unit directions) come closest together; absent for parallel ones.
 [[nodiscard]] std::optional<Eigen::Vector3d> Intersect(

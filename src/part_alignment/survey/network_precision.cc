@@ -38,8 +38,8 @@ MatrixXd InverseInDatum(MatrixXd matrix, const MatrixXd& motions, Index points, 
   return 0.5 * (inverse + inverse.transpose());
 }
 
-// J Q J^T of one whitened sight, its station eliminated.
-Eigen::Matrix2d CovarianceOfFitted(const SightPartials& partials,
+// J Q J^T of one whitened observation, its station eliminated.
+Eigen::Matrix2d CovarianceOfFitted(const ObservationPartials& partials,
                                    const ReducedNormal::Eliminated& station, Index point_row,
                                    const ReducedNormal& normal, const MatrixXd& within,
                                    const Eigen::Matrix<double, 6, 6>& block_inverse) {
@@ -57,27 +57,28 @@ Eigen::Matrix2d CovarianceOfFitted(const SightPartials& partials,
          partials.by_station * block_inverse * partials.by_station.transpose();
 }
 
-void CheckSights(const Network& network, const ReducedNormal& normal, const MatrixXd& inverse,
-                 NetworkPrecision& precision) {
+void CheckObservations(const Network& network, const ReducedNormal& normal, const MatrixXd& inverse,
+                       NetworkPrecision& precision) {
   std::vector<std::vector<std::size_t>> of_station(network.stations.size());
-  for (std::size_t i = 0; i < network.sights.size(); ++i) {
-    if (TakesPart(network, network.sights[i])) of_station[network.sights[i].station].push_back(i);
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    if (TakesPart(network, network.observations[i]))
+      of_station[network.observations[i].station].push_back(i);
   }
   for (const auto& station : normal.stations) {
     const MatrixXd within = inverse(station.unknowns, station.unknowns);
     const Eigen::Matrix<double, 6, 6> block_inverse =
         ScaledInverse(station.block, precision.determined);
     for (const std::size_t i : of_station[station.station]) {
-      const NetworkSight& sight = network.sights[i];
-      const SightPartials partials = PartialsOf(network, sight);
+      const NetworkObservation& observation = network.observations[i];
+      const ObservationPartials partials = PartialsOf(network, observation);
       const Eigen::Matrix2d left =
           Eigen::Matrix2d::Identity() - CovarianceOfFitted(partials, station,
-                                                           normal.first_of_point[sight.point],
+                                                           normal.first_of_point[observation.point],
                                                            normal, within, block_inverse);
-      auto& check = precision.sights[i];
+      auto& check = precision.observations[i];
       check.redundancy = 0.5 * left.trace();
-      precision.sight_redundancy += left.trace();
-      precision.sight_chi_square += partials.residual.squaredNorm();
+      precision.observation_redundancy += left.trace();
+      precision.observation_chi_square += partials.residual.squaredNorm();
       const double least =
           check.redundancy - std::hypot(0.5 * (left(0, 0) - left(1, 1)), left(0, 1));
       if (least > kUnchecked) {
@@ -123,7 +124,7 @@ NetworkPrecision PrecisionOf(const Network& network, const FreeLens& free, bool 
   precision.determined = true;
   const MatrixXd inverse = InverseInDatum(
       Reduce(normal, 0, right), DatumMotions(network, normal, bars), points, precision.determined);
-  precision.sights.resize(network.sights.size());
+  precision.observations.resize(network.observations.size());
   precision.bars.resize(network.bars.size());
   precision.points = inverse.topLeftCorner(points, points);
   for (std::size_t i = 0; i < kLensParameters; ++i) {
@@ -135,7 +136,7 @@ NetworkPrecision PrecisionOf(const Network& network, const FreeLens& free, bool 
       }
     }
   }
-  CheckSights(network, normal, inverse, precision);
+  CheckObservations(network, normal, inverse, precision);
   if (bars) CheckBars(network, normal, inverse, precision);
   return precision;
 }

@@ -10,7 +10,7 @@ namespace trammel::part_alignment {
 
 /// The stated sigmas are taken as they are; nothing is scaled by the residuals.
 struct NetworkPrecision {
-  /// Whether the sights determine all unknowns but the datum. Nothing else is meant if not.
+  /// Whether the observations determine all unknowns but the datum. Nothing else is meant if not.
   bool determined = false;
   /// Of the placed points' coordinates, in the datum of inner constraints over all of them: least
   /// trace, singular by six (seven without bars).
@@ -18,15 +18,15 @@ struct NetworkPrecision {
   /// Of the lens; rows of parameters that were not free are 0.
   Eigen::Matrix<double, kLensParameters, kLensParameters> lens =
       Eigen::Matrix<double, kLensParameters, kLensParameters>::Zero();
-  /// One for each of network.sights; 0 where it takes no part.
-  struct SightCheck {
+  /// One for each of network.observations; 0 where it takes no part.
+  struct ObservationCheck {
     /// Mean of both coordinates: the share of an error that its residual shows, 0 … 1.
     double redundancy = 0;
-    /// v^T Qvv^-1 v: chi-square of two degrees where the sight is right (Baarda's test of both
-    /// coordinates together). 0 where redundancy is too small to tell.
+    /// v^T Qvv^-1 v: chi-square of two degrees where the observation is right (Baarda's test of
+    /// both coordinates together). 0 where redundancy is too small to tell.
     double test = 0;
   };
-  std::vector<SightCheck> sights;
+  std::vector<ObservationCheck> observations;
   /// One for each of network.bars.
   struct BarCheck {
     double misfit = 0;  ///< adjusted less calibrated length
@@ -34,8 +34,8 @@ struct NetworkPrecision {
     double redundancy = 0;
   };
   std::vector<BarCheck> bars;
-  double sight_chi_square = 0;
-  double sight_redundancy = 0;  ///< sum over all coordinates
+  double observation_chi_square = 0;
+  double observation_redundancy = 0;  ///< sum over all coordinates
 };
 
 /// REQUIRES a network at its least squares.

@@ -26,24 +26,24 @@ constexpr std::size_t kSeedStations = 8;
 constexpr std::size_t kLensStations = 8;  // from which the whole lens is solved for
 constexpr double kLeastAngle = 0.1;       // rad, between two lines that place a point
 
-using Sights = std::vector<std::vector<std::size_t>>;
+using Observations = std::vector<std::vector<std::size_t>>;
 
 struct Pair {
   std::size_t first = 0;
   std::size_t second = 0;
-  std::vector<std::pair<std::size_t, std::size_t>> shared;  ///< sights
+  std::vector<std::pair<std::size_t, std::size_t>> shared;  ///< observations
   double score = 0;
 };
 
 std::vector<std::pair<std::size_t, std::size_t>> Shared(const Network& network,
                                                         const std::vector<std::size_t>& first,
                                                         const std::vector<std::size_t>& second) {
-  std::vector<std::size_t> of_point(network.points.size(), network.sights.size());
-  for (const std::size_t i : first) of_point[network.sights[i].point] = i;
+  std::vector<std::size_t> of_point(network.points.size(), network.observations.size());
+  for (const std::size_t i : first) of_point[network.observations[i].point] = i;
   std::vector<std::pair<std::size_t, std::size_t>> shared;
   for (const std::size_t i : second) {
-    const std::size_t other = of_point[network.sights[i].point];
-    if (other < network.sights.size()) shared.emplace_back(other, i);
+    const std::size_t other = of_point[network.observations[i].point];
+    if (other < network.observations.size()) shared.emplace_back(other, i);
   }
   return shared;
 }
@@ -56,21 +56,21 @@ double AffineMisfit(const Network& network,
   Eigen::MatrixXd to(count, 2);
   for (Index i = 0; i < count; ++i) {
     const auto& [a, b] = shared[static_cast<std::size_t>(i)];
-    from.row(i) << network.sights[a].pixel.transpose(), 1;
-    to.row(i) = network.sights[b].pixel.transpose();
+    from.row(i) << network.observations[a].pixel.transpose(), 1;
+    to.row(i) = network.observations[b].pixel.transpose();
   }
   const Eigen::MatrixXd map = geometry::SolveLeastSquares(from, to);
   return std::sqrt((to - from * map).squaredNorm() / static_cast<double>(count));
 }
 
-std::vector<Pair> BestPairs(const Network& network, const Sights& sights, int side_px) {
+std::vector<Pair> BestPairs(const Network& network, const Observations& observations, int side_px) {
   constexpr std::size_t kLeastShared = 6;
   constexpr double kEnoughMisfit = 0.01;  // of the side
   constexpr double kEnoughShared = 20;
   std::vector<Pair> pairs;
-  for (std::size_t i = 0; i < sights.size(); ++i) {
-    for (std::size_t j = i + 1; j < sights.size(); ++j) {
-      Pair pair{i, j, Shared(network, sights[i], sights[j]), 0};
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    for (std::size_t j = i + 1; j < observations.size(); ++j) {
+      Pair pair{i, j, Shared(network, observations[i], observations[j]), 0};
       if (pair.shared.size() < kLeastShared) continue;
       const double count = std::min(static_cast<double>(pair.shared.size()), kEnoughShared);
       pair.score =
@@ -85,38 +85,38 @@ std::vector<Pair> BestPairs(const Network& network, const Sights& sights, int si
   return pairs;
 }
 
-double ErrorOf(const Network& network, const NetworkSight& sight) {
-  const auto misclosure = Misclosure(network, sight);
+double ErrorOf(const Network& network, const NetworkObservation& observation) {
+  const auto misclosure = Misclosure(network, observation);
   return misclosure ? misclosure->norm() : std::numeric_limits<double>::infinity();
 }
 
 // Takes what is within the tolerance, leaves the rest.
 void Gate(double tolerance_px, Network& network) {
-  for (NetworkSight& sight : network.sights) {
-    if (network.stations[sight.station].placed && network.points[sight.point].placed)
-      sight.used = ErrorOf(network, sight) < tolerance_px;
+  for (NetworkObservation& observation : network.observations) {
+    if (network.stations[observation.station].placed && network.points[observation.point].placed)
+      observation.used = ErrorOf(network, observation) < tolerance_px;
   }
 }
 
 std::vector<double> Errors(const Network& network) {
   std::vector<double> errors;
-  for (const NetworkSight& sight : network.sights) {
-    if (TakesPart(network, sight)) errors.push_back(ErrorOf(network, sight));
+  for (const NetworkObservation& observation : network.observations) {
+    if (TakesPart(network, observation)) errors.push_back(ErrorOf(network, observation));
   }
   return errors;
 }
 
-// The point on which most of its sights agree; absent with fewer than two.
-std::optional<Vector3d> IntersectSights(const Network& network,
-                                        const std::vector<std::size_t>& sights,
-                                        double tolerance_px) {
+// The point on which most of its observations agree; absent with fewer than two.
+std::optional<Vector3d> IntersectObservations(const Network& network,
+                                              const std::vector<std::size_t>& observations,
+                                              double tolerance_px) {
   constexpr std::size_t kMostLines = 12;
   std::vector<std::size_t> seen;
   std::vector<Vector3d> places;
   std::vector<Vector3d> lines;
-  for (const std::size_t i : sights) {
-    const Station& station = network.stations[network.sights[i].station];
-    const auto line = SightLine(network.lens, network.sights[i].pixel);
+  for (const std::size_t i : observations) {
+    const Station& station = network.stations[network.observations[i].station];
+    const auto line = ObservationLine(network.lens, network.observations[i].pixel);
     if (!station.placed || !line) continue;
     seen.push_back(i);
     places.push_back(station.place);
@@ -125,10 +125,11 @@ std::optional<Vector3d> IntersectSights(const Network& network,
   const auto agreeing = [&](const Vector3d& at) {
     std::vector<std::size_t> agree;
     for (std::size_t k = 0; k < seen.size(); ++k) {
-      const NetworkSight& sight = network.sights[seen[k]];
+      const NetworkObservation& observation = network.observations[seen[k]];
       const auto projection =
-          ProjectLens(network.lens, network.stations[sight.station].FromObject(at));
-      if (projection && (projection->pixel - sight.pixel).norm() < tolerance_px) agree.push_back(k);
+          ProjectLens(network.lens, network.stations[observation.station].FromObject(at));
+      if (projection && (projection->pixel - observation.pixel).norm() < tolerance_px)
+        agree.push_back(k);
     }
     return agree;
   };
@@ -156,43 +157,46 @@ std::optional<Vector3d> IntersectSights(const Network& network,
 
 void PlacePoints(double tolerance_px, Network& network) {
   std::vector<std::vector<std::size_t>> of_point(network.points.size());
-  for (std::size_t i = 0; i < network.sights.size(); ++i) {
-    of_point[network.sights[i].point].push_back(i);
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    of_point[network.observations[i].point].push_back(i);
   }
   for (std::size_t p = 0; p < network.points.size(); ++p) {
     if (network.points[p].placed) continue;
-    if (const auto at = IntersectSights(network, of_point[p], tolerance_px)) {
+    if (const auto at = IntersectObservations(network, of_point[p], tolerance_px)) {
       network.points[p] = {*at, true};
     }
   }
 }
 
-std::size_t KnownSights(const Network& network, const std::vector<std::size_t>& sights) {
-  return static_cast<std::size_t>(std::count_if(sights.begin(), sights.end(), [&](std::size_t i) {
-    return network.points[network.sights[i].point].placed;
-  }));
+std::size_t KnownObservations(const Network& network,
+                              const std::vector<std::size_t>& observations) {
+  return static_cast<std::size_t>(std::count_if(
+      observations.begin(), observations.end(),
+      [&](std::size_t i) { return network.points[network.observations[i].point].placed; }));
 }
 
 // Stations not yet placed that see at least `least` placed points, most first.
-std::vector<std::size_t> NextStations(const Network& network, const Sights& sights,
+std::vector<std::size_t> NextStations(const Network& network, const Observations& observations,
                                       std::size_t least) {
   std::vector<std::size_t> next;
-  for (std::size_t s = 0; s < sights.size(); ++s) {
-    if (!network.stations[s].placed && KnownSights(network, sights[s]) >= least) next.push_back(s);
+  for (std::size_t s = 0; s < observations.size(); ++s) {
+    if (!network.stations[s].placed && KnownObservations(network, observations[s]) >= least)
+      next.push_back(s);
   }
   std::stable_sort(next.begin(), next.end(), [&](std::size_t a, std::size_t b) {
-    return KnownSights(network, sights[a]) > KnownSights(network, sights[b]);
+    return KnownObservations(network, observations[a]) >
+           KnownObservations(network, observations[b]);
   });
   return next;
 }
 
-bool PlaceStation(std::size_t station, const Sights& sights, double tolerance_px, Network& network,
-                  Random& random) {
+bool PlaceStation(std::size_t station, const Observations& observations, double tolerance_px,
+                  Network& network, Random& random) {
   constexpr double kLeastShare = 0.6;
-  for (const std::size_t i : sights[station]) network.sights[i].used = true;
-  const auto resection = Resect(network, sights[station], tolerance_px, random);
+  for (const std::size_t i : observations[station]) network.observations[i].used = true;
+  const auto resection = Resect(network, observations[station], tolerance_px, random);
   if (!resection || static_cast<double>(resection->agreeing) <
-                        kLeastShare * static_cast<double>(resection->sights)) {
+                        kLeastShare * static_cast<double>(resection->observations)) {
     return false;
   }
   network.stations[station] = resection->station;
@@ -202,7 +206,8 @@ bool PlaceStation(std::size_t station, const Sights& sights, double tolerance_px
 void Adjust(const FreeLens& free, double loss_px, Network& network) {
   if (Errors(network).empty()) return;
   std::vector<double> sigmas;
-  for (const NetworkSight& sight : network.sights) sigmas.push_back(sight.sigma_px);
+  for (const NetworkObservation& observation : network.observations)
+    sigmas.push_back(observation.sigma_px);
   BundleOptions options;
   options.free = free;
   options.loss_sigma = loss_px / Median(sigmas);
@@ -223,7 +228,7 @@ std::size_t Placed(const Network& network) {
 }
 
 // Lets further pictures judge an oriented pair.
-std::optional<Seed> TrySeed(const NetworkStartOptions& options, const Sights& sights,
+std::optional<Seed> TrySeed(const NetworkStartOptions& options, const Observations& observations,
                             const Pair& pair, const RelativeOrientation& orientation,
                             Network network, Random& random) {
   const double wide_px = kWide * options.longer_side_px;
@@ -231,16 +236,16 @@ std::optional<Seed> TrySeed(const NetworkStartOptions& options, const Sights& si
   network.stations[pair.second] = {orientation.rotation, orientation.place, true};
   PlacePoints(wide_px, network);
   const bool known = options.focal_guesses_px.empty();
-  for (const std::size_t station : NextStations(network, sights, 6)) {
+  for (const std::size_t station : NextStations(network, observations, 6)) {
     if (Placed(network) >= kSeedStations) break;
-    if (PlaceStation(station, sights, wide_px, network, random)) {
+    if (PlaceStation(station, observations, wide_px, network, random)) {
       PlacePoints(wide_px, network);
     }
   }
   constexpr double kLossShare = 0.2;
   for (const double tolerance_px : {wide_px, 0.5 * wide_px}) {
     Gate(tolerance_px, network);
-    if (Errors(network).size() < 2 * sights.size() && Errors(network).size() < 12)
+    if (Errors(network).size() < 2 * observations.size() && Errors(network).size() < 12)
       return std::nullopt;
     Adjust(known ? kLensFixed : kFocalAndRadialFree, kLossShare * tolerance_px, network);
   }
@@ -250,34 +255,34 @@ std::optional<Seed> TrySeed(const NetworkStartOptions& options, const Sights& si
   return Seed{std::move(network), errors.size(), Median(errors)};
 }
 
-// Whether a seed explains the pictures better: how many sights, weighed by how well.
+// Whether a seed explains the pictures better: how many observations, weighed by how well.
 double WorthOf(const Seed& seed, double side_px) {
   constexpr double kFine = 5e-4;  // of the side: 2 px of 4000
   return static_cast<double>(seed.used) / (1 + seed.median_px / (kFine * side_px));
 }
 
-std::optional<Seed> BestSeed(const NetworkStartOptions& options, const Sights& sights,
+std::optional<Seed> BestSeed(const NetworkStartOptions& options, const Observations& observations,
                              const Network& network, Random& random) {
   constexpr double kGoodEnough = 1e-4;  // of the side
   const double side_px = options.longer_side_px;
   std::vector<double> focals = options.focal_guesses_px;
   if (focals.empty()) focals = {network.lens[kFocal]};
   std::optional<Seed> best;
-  for (const Pair& pair : BestPairs(network, sights, options.longer_side_px)) {
+  for (const Pair& pair : BestPairs(network, observations, options.longer_side_px)) {
     for (const double focal : focals) {
       Network start = network;
       start.lens[kFocal] = focal;
       std::vector<Vector3d> first;
       std::vector<Vector3d> second;
       for (const auto& [a, b] : pair.shared) {
-        const auto line1 = SightLine(start.lens, start.sights[a].pixel);
-        const auto line2 = SightLine(start.lens, start.sights[b].pixel);
+        const auto line1 = ObservationLine(start.lens, start.observations[a].pixel);
+        const auto line2 = ObservationLine(start.lens, start.observations[b].pixel);
         if (!line1 || !line2) continue;
         first.push_back(*line1);
         second.push_back(*line2);
       }
       for (const RelativeOrientation& orientation : OrientPair(first, second, 2, random)) {
-        auto seed = TrySeed(options, sights, pair, orientation, start, random);
+        auto seed = TrySeed(options, observations, pair, orientation, start, random);
         if (seed && (!best || WorthOf(*seed, side_px) > WorthOf(*best, side_px)))
           best = std::move(seed);
       }
@@ -289,28 +294,28 @@ std::optional<Seed> BestSeed(const NetworkStartOptions& options, const Sights& s
 
 }  // namespace
 
-Sights SightsByStation(const Network& network) {
-  Sights sights(network.stations.size());
-  for (std::size_t i = 0; i < network.sights.size(); ++i) {
-    sights[network.sights[i].station].push_back(i);
+Observations ObservationsByStation(const Network& network) {
+  Observations observations(network.stations.size());
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    observations[network.observations[i].station].push_back(i);
   }
-  return sights;
+  return observations;
 }
 
 void GrowNetwork(const NetworkStartOptions& options, Network& network, Random& random) {
-  const Sights sights = SightsByStation(network);
+  const Observations observations = ObservationsByStation(network);
   const bool known = options.focal_guesses_px.empty();
   const double side_px = options.longer_side_px;
   double tolerance_px = kWide * side_px;
-  constexpr double kSpread = 10;  // medians within which a sight is taken
+  constexpr double kSpread = 10;  // medians within which an observation is taken
   while (true) {
     const std::size_t before = Placed(network);
-    std::vector<std::size_t> next = NextStations(network, sights, 6);
-    if (next.empty()) next = NextStations(network, sights, 4);
+    std::vector<std::size_t> next = NextStations(network, observations, 6);
+    if (next.empty()) next = NextStations(network, observations, 4);
     const std::size_t most = std::max<std::size_t>(4, before / 2);
     for (const std::size_t station : next) {
       if (Placed(network) >= before + most) break;
-      (void)PlaceStation(station, sights, tolerance_px, network, random);
+      (void)PlaceStation(station, observations, tolerance_px, network, random);
     }
     PlacePoints(tolerance_px, network);
     Gate(tolerance_px, network);
@@ -331,8 +336,8 @@ void GrowNetwork(const NetworkStartOptions& options, Network& network, Random& r
 }
 
 bool StartNetwork(const NetworkStartOptions& options, Network& network, Random& random) {
-  const Sights sights = SightsByStation(network);
-  auto seed = BestSeed(options, sights, network, random);
+  const Observations observations = ObservationsByStation(network);
+  auto seed = BestSeed(options, observations, network, random);
   if (!seed) return false;
   network = std::move(seed->network);
   GrowNetwork(options, network, random);

@@ -18,8 +18,8 @@ struct NetworkStartOptions {
 /// Orients one pair of pictures (five points, both solutions of a flat part, every focal length),
 /// lets further pictures decide among the candidates, then resects picture by picture and
 /// intersects targets, with bundle adjustments in between (Cauchy's loss). Stations and points that
-/// stay unplaced do not fit the others; sights far off are not `used`. Sizes are in no unit.
-/// @param network  sights; and the lens, whose principal point is taken as it is at first.
+/// stay unplaced do not fit the others; observations far off are not `used`. Sizes are in no unit.
+/// @param network  observations; and the lens, whose principal point is taken as it is at first.
 /// @returns false where no pair of pictures could be oriented.
 [[nodiscard]] bool StartNetwork(const NetworkStartOptions& options, Network& network,
                                 Random& random);
@@ -28,7 +28,7 @@ struct NetworkStartOptions {
 /// stands, with adjustments in between.
 void GrowNetwork(const NetworkStartOptions& options, Network& network, Random& random);
 
-/// Indices into network.sights, station by station.
-[[nodiscard]] std::vector<std::vector<std::size_t>> SightsByStation(const Network& network);
+/// Indices into network.observations, station by station.
+[[nodiscard]] std::vector<std::vector<std::size_t>> ObservationsByStation(const Network& network);
 
 }  // namespace trammel::part_alignment

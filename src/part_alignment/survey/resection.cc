@@ -44,49 +44,52 @@ Matrix3d FrameOn(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
 }
 
 std::size_t CountAgreeing(const Network& network, const Station& station,
-                          std::span<const std::size_t> sights, double tolerance_px, double& total) {
+                          std::span<const std::size_t> observations, double tolerance_px,
+                          double& total) {
   std::size_t agreeing = 0;
   total = 0;
-  for (const std::size_t i : sights) {
-    const NetworkSight& sight = network.sights[i];
+  for (const std::size_t i : observations) {
+    const NetworkObservation& observation = network.observations[i];
     const auto projection =
-        ProjectLens(network.lens, station.FromObject(network.points[sight.point].at));
-    const double error = projection ? (projection->pixel - sight.pixel).norm() : INFINITY;
+        ProjectLens(network.lens, station.FromObject(network.points[observation.point].at));
+    const double error = projection ? (projection->pixel - observation.pixel).norm() : INFINITY;
     if (error < tolerance_px) ++agreeing;
     total += std::min(error, tolerance_px);
   }
   return agreeing;
 }
 
-std::vector<std::size_t> Placed(const Network& network, std::span<const std::size_t> sights) {
+std::vector<std::size_t> Placed(const Network& network, std::span<const std::size_t> observations) {
   std::vector<std::size_t> placed;
-  std::copy_if(sights.begin(), sights.end(), std::back_inserter(placed), [&](std::size_t i) {
-    return network.sights[i].used && network.points[network.sights[i].point].placed;
-  });
+  std::copy_if(
+      observations.begin(), observations.end(), std::back_inserter(placed), [&](std::size_t i) {
+        return network.observations[i].used && network.points[network.observations[i].point].placed;
+      });
   return placed;
 }
 
 // The bundle's model with one station, and the points that it sees.
-Network StationAlone(const Network& network, const std::vector<std::size_t>& sights,
+Network StationAlone(const Network& network, const std::vector<std::size_t>& observations,
                      const Station& start) {
   Network alone;
   alone.lens = network.lens;
   alone.stations = {start};
   alone.stations[0].placed = true;
-  for (const std::size_t i : sights) {
-    const NetworkSight& sight = network.sights[i];
-    alone.sights.push_back({0, alone.points.size(), sight.pixel, sight.sigma_px, true});
-    alone.points.push_back(network.points[sight.point]);
+  for (const std::size_t i : observations) {
+    const NetworkObservation& observation = network.observations[i];
+    alone.observations.push_back(
+        {0, alone.points.size(), observation.pixel, observation.sigma_px, true});
+    alone.points.push_back(network.points[observation.point]);
   }
   return alone;
 }
 
 double CostOfStation(const Network& alone, double width2) {
   double cost = 0;
-  for (const NetworkSight& sight : alone.sights) {
-    const auto misclosure = Misclosure(alone, sight);
+  for (const NetworkObservation& observation : alone.observations) {
+    const auto misclosure = Misclosure(alone, observation);
     if (!misclosure) return std::numeric_limits<double>::infinity();
-    const double s = misclosure->squaredNorm() / (sight.sigma_px * sight.sigma_px);
+    const double s = misclosure->squaredNorm() / (observation.sigma_px * observation.sigma_px);
     cost += width2 > 0 ? width2 * std::log1p(s / width2) : s;
   }
   return cost;
@@ -100,8 +103,8 @@ struct StationNormal {
 StationNormal NormalOfStation(const Network& alone, double width2, Index unknowns) {
   StationNormal normal{Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns)};
   Eigen::MatrixXd row(2, unknowns);
-  for (const NetworkSight& sight : alone.sights) {
-    const SightPartials partials = PartialsOf(alone, sight);
+  for (const NetworkObservation& observation : alone.observations) {
+    const ObservationPartials partials = PartialsOf(alone, observation);
     row.leftCols<6>() = partials.by_station;
     if (unknowns == 7) row.col(6) = partials.by_lens.col(kFocal);
     const double s = partials.residual.squaredNorm();
@@ -148,9 +151,10 @@ std::vector<Station> ThreePointStations(std::span<const Vector3d, 3> object,
   return stations;
 }
 
-std::optional<StationFit> FitStation(const Network& network, std::span<const std::size_t> sights,
+std::optional<StationFit> FitStation(const Network& network,
+                                     std::span<const std::size_t> observations,
                                      const Station& start, double loss_sigma, bool free_focal) {
-  const std::vector<std::size_t> placed = Placed(network, sights);
+  const std::vector<std::size_t> placed = Placed(network, observations);
   const Index unknowns = free_focal ? 7 : 6;
   if (static_cast<Index>(2 * placed.size()) <= unknowns) return std::nullopt;
   Network alone = StationAlone(network, placed, start);
@@ -185,7 +189,7 @@ std::optional<StationFit> FitStation(const Network& network, std::span<const std
   StationFit fit;
   fit.station = alone.stations[0];
   fit.focal_px = alone.lens[kFocal];
-  fit.sights = placed.size();
+  fit.observations = placed.size();
   if (free_focal) {
     const Eigen::VectorXd focal = Eigen::VectorXd::Unit(unknowns, 6);
     const double variance = geometry::SolveSymmetric(normal.matrix, focal)(6, 0);
@@ -195,17 +199,17 @@ std::optional<StationFit> FitStation(const Network& network, std::span<const std
   return fit;
 }
 
-std::optional<Resection> Resect(const Network& network, std::span<const std::size_t> sights,
+std::optional<Resection> Resect(const Network& network, std::span<const std::size_t> observations,
                                 double tolerance_px, Random& random) {
-  const std::vector<std::size_t> placed = Placed(network, sights);
+  const std::vector<std::size_t> placed = Placed(network, observations);
   if (placed.size() < 4) return std::nullopt;
   std::vector<std::optional<Vector3d>> lines;
   for (const std::size_t i : placed) {
-    lines.push_back(SightLine(network.lens, network.sights[i].pixel));
+    lines.push_back(ObservationLine(network.lens, network.observations[i].pixel));
   }
   constexpr int kDraws = 60;
   Resection best;
-  best.sights = placed.size();
+  best.observations = placed.size();
   double best_total = INFINITY;
   for (int draw = 0; draw < kDraws; ++draw) {
     std::array<std::size_t, 3> three{};
@@ -218,7 +222,7 @@ std::optional<Resection> Resect(const Network& network, std::span<const std::siz
       whole = whole && lines[three[k]].has_value();
       if (!whole) break;
       seen[k] = *lines[three[k]];
-      object[k] = network.points[network.sights[placed[three[k]]].point].at;
+      object[k] = network.points[network.observations[placed[three[k]]].point].at;
     }
     if (!whole) continue;
     for (const Station& station : ThreePointStations(object, seen)) {
@@ -239,7 +243,7 @@ std::optional<Resection> Resect(const Network& network, std::span<const std::siz
       agreed.push_back(i);
   }
   constexpr double kWidth = 0.2;  // of the tolerance
-  const double sigma_px = network.sights[placed[0]].sigma_px;
+  const double sigma_px = network.observations[placed[0]].sigma_px;
   const auto fit =
       FitStation(network, agreed, best.station, kWidth * tolerance_px / sigma_px, false);
   if (!fit) return std::nullopt;

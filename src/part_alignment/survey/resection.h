@@ -20,15 +20,15 @@ namespace trammel::part_alignment {
 
 struct Resection {
   Station station;
-  std::size_t sights = 0;    ///< to placed points
-  std::size_t agreeing = 0;  ///< within the tolerance
+  std::size_t observations = 0;  ///< to placed points
+  std::size_t agreeing = 0;      ///< within the tolerance
 };
 
-/// Draws threes among the sights (indices into network.sights, all of one station) of placed
-/// points, keeps the station with which most of them agree, and refines it by those. Absent with
-/// fewer than four.
+/// Draws threes among the observations (indices into network.observations, all of one station) of
+/// placed points, keeps the station with which most of them agree, and refines it by those. Absent
+/// with fewer than four.
 [[nodiscard]] std::optional<Resection> Resect(const Network& network,
-                                              std::span<const std::size_t> sights,
+                                              std::span<const std::size_t> observations,
                                               double tolerance_px, Random& random);
 
 /// Least squares of one station (Cauchy's loss of `loss_sigma`, 0: none), its points fixed.
@@ -36,11 +36,11 @@ struct StationFit {
   Station station;
   double focal_px = 0;
   double focal_sigma_px = 0;  ///< k = 1, with the stated sigmas
-  std::size_t sights = 0;
+  std::size_t observations = 0;
 };
 /// @param free_focal  solves for the focal length too, of this picture alone.
 [[nodiscard]] std::optional<StationFit> FitStation(const Network& network,
-                                                   std::span<const std::size_t> sights,
+                                                   std::span<const std::size_t> observations,
                                                    const Station& start, double loss_sigma,
                                                    bool free_focal);
 

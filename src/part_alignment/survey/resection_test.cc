@@ -114,27 +114,27 @@ Network PointsSeenFrom(const Station& truth, Random& random) {
   for (std::size_t i = 0; i < 20; ++i) {
     const Vector3d at = Somewhere(random, 0.5);
     network.points.push_back({at, true});
-    network.sights.push_back(
+    network.observations.push_back(
         {0, i, ProjectLens(network.lens, truth.FromObject(at))->pixel, 0.03, true});
   }
   return network;
 }
 
 std::vector<std::size_t> AllOf(const Network& network) {
-  std::vector<std::size_t> all(network.sights.size());
+  std::vector<std::size_t> all(network.observations.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
   return all;
 }
 
-TEST(Resect, FindsTheStationAmongWrongSights) {
+TEST(Resect, FindsTheStationAmongWrongObservations) {
   Random random(7);
   for (int trial = 0; trial < 20; ++trial) {
     const Station truth = Anywhere(random);
     Network network = PointsSeenFrom(truth, random);
-    for (std::size_t i = 0; i < 6; ++i) network.sights[i].pixel.x() += 300;
+    for (std::size_t i = 0; i < 6; ++i) network.observations[i].pixel.x() += 300;
     const auto found = Resect(network, AllOf(network), 3, random);
     ASSERT_TRUE(found);
-    EXPECT_EQ(found->sights, 20U);
+    EXPECT_EQ(found->observations, 20U);
     EXPECT_EQ(found->agreeing, 14U);
     EXPECT_LT((found->station.place - truth.place).norm(), 1e-6);
     EXPECT_LT(TurnBetween(found->station.rotation, truth.rotation), 1e-6);

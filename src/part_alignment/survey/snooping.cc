@@ -22,13 +22,13 @@ constexpr double kLossWidth = 3;                          // sigmas, of Cauchy's
 constexpr int kLeastOfStation = 3;
 constexpr int kLeastOfPoint = 2;
 
-// Of the sights that one station or point has.
+// Of the observations that one station or point has.
 struct Worst {
   double test = 0;
-  int sights = 0;
+  int observations = 0;
   void Add(double of_sight) {
     test = std::max(test, of_sight);
-    ++sights;
+    ++observations;
   }
 };
 
@@ -40,7 +40,8 @@ struct PointFit {
 };
 
 // One point alone, stations and lens fixed, Cauchy's loss.
-std::optional<PointFit> FitPoint(const Network& network, const std::vector<std::size_t>& sights,
+std::optional<PointFit> FitPoint(const Network& network,
+                                 const std::vector<std::size_t>& observations,
                                  const Vector3d& start, double scatter) {
   const double width2 = kLossWidth * kLossWidth;
   PointFit fit{start, std::numeric_limits<double>::infinity()};
@@ -51,13 +52,13 @@ std::optional<PointFit> FitPoint(const Network& network, const std::vector<std::
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Vector3d right = Vector3d::Zero();
     double cost = 0;
-    for (const std::size_t i : sights) {
-      const NetworkSight& sight = network.sights[i];
-      const Station& station = network.stations[sight.station];
+    for (const std::size_t i : observations) {
+      const NetworkObservation& observation = network.observations[i];
+      const Station& station = network.stations[observation.station];
       const auto projection = ProjectLens(network.lens, station.FromObject(at));
       if (!projection) return std::nullopt;
-      const double weight = 1 / (scatter * sight.sigma_px);
-      const Eigen::Vector2d residual = weight * (projection->pixel - sight.pixel);
+      const double weight = 1 / (scatter * observation.sigma_px);
+      const Eigen::Vector2d residual = weight * (projection->pixel - observation.pixel);
       const Eigen::Matrix<double, 2, 3> row = weight * projection->by_point * station.rotation;
       const double s = residual.squaredNorm();
       cost += Cauchy(s, width2);
@@ -78,41 +79,42 @@ std::optional<PointFit> FitPoint(const Network& network, const std::vector<std::
   return fit;
 }
 
-std::vector<std::vector<std::size_t>> SightsByPoint(const Network& network) {
-  std::vector<std::vector<std::size_t>> sights(network.points.size());
-  for (std::size_t i = 0; i < network.sights.size(); ++i) {
-    const NetworkSight& sight = network.sights[i];
-    if (network.stations[sight.station].placed && network.points[sight.point].placed)
-      sights[sight.point].push_back(i);
+std::vector<std::vector<std::size_t>> ObservationsByPoint(const Network& network) {
+  std::vector<std::vector<std::size_t>> observations(network.points.size());
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    const NetworkObservation& observation = network.observations[i];
+    if (network.stations[observation.station].placed && network.points[observation.point].placed)
+      observations[observation.point].push_back(i);
   }
-  for (auto& of_point : sights) {
+  for (auto& of_point : observations) {
     std::stable_sort(of_point.begin(), of_point.end(), [&](std::size_t a, std::size_t b) {
-      return network.sights[a].station < network.sights[b].station;
+      return network.observations[a].station < network.observations[b].station;
     });
   }
-  return sights;
+  return observations;
 }
 
 }  // namespace
 
 double RobustScatter(const Network& network) {
   std::vector<double> squares;
-  for (const NetworkSight& sight : network.sights) {
-    if (!TakesPart(network, sight)) continue;
-    if (const auto misclosure = Misclosure(network, sight)) {
-      squares.push_back(misclosure->squaredNorm() / (sight.sigma_px * sight.sigma_px));
+  for (const NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation)) continue;
+    if (const auto misclosure = Misclosure(network, observation)) {
+      squares.push_back(misclosure->squaredNorm() / (observation.sigma_px * observation.sigma_px));
     }
   }
   return squares.empty() ? 0 : std::sqrt(Median(squares) / kMedianChiSquare2);
 }
 
-NetworkPrecision SnoopSights(const BundleOptions& options, double false_alarm, Network& network) {
-  constexpr double kLeastScatter = 1e-6;  // of noise-free sights, where nothing contradicts
+NetworkPrecision SnoopObservations(const BundleOptions& options, double false_alarm,
+                                   Network& network) {
+  constexpr double kLeastScatter = 1e-6;  // of noise-free observations, where nothing contradicts
   while (true) {
     (void)AdjustBundle(options, network);
     NetworkPrecision precision = PrecisionOf(network, options.free, options.bars);
     std::vector<double> tests;
-    for (const auto& check : precision.sights) {
+    for (const auto& check : precision.observations) {
       if (check.test > 0) tests.push_back(check.test);
     }
     if (tests.empty()) return precision;
@@ -121,21 +123,21 @@ NetworkPrecision SnoopSights(const BundleOptions& options, double false_alarm, N
     const double limit = -2 * std::log(false_alarm / static_cast<double>(tests.size())) * scatter2;
     std::vector<Worst> of_station(network.stations.size());
     std::vector<Worst> of_point(network.points.size());
-    for (std::size_t i = 0; i < network.sights.size(); ++i) {
-      const NetworkSight& sight = network.sights[i];
-      if (!TakesPart(network, sight)) continue;
-      of_station[sight.station].Add(precision.sights[i].test);
-      of_point[sight.point].Add(precision.sights[i].test);
+    for (std::size_t i = 0; i < network.observations.size(); ++i) {
+      const NetworkObservation& observation = network.observations[i];
+      if (!TakesPart(network, observation)) continue;
+      of_station[observation.station].Add(precision.observations[i].test);
+      of_point[observation.point].Add(precision.observations[i].test);
     }
     bool left_out = false;
-    for (std::size_t i = 0; i < network.sights.size(); ++i) {
-      NetworkSight& sight = network.sights[i];
-      const double test = precision.sights[i].test;
-      const Worst& station = of_station[sight.station];
-      const Worst& point = of_point[sight.point];
+    for (std::size_t i = 0; i < network.observations.size(); ++i) {
+      NetworkObservation& observation = network.observations[i];
+      const double test = precision.observations[i].test;
+      const Worst& station = of_station[observation.station];
+      const Worst& point = of_point[observation.point];
       if (test > limit && test >= station.test && test >= point.test &&
-          station.sights > kLeastOfStation && point.sights > kLeastOfPoint) {
-        sight.used = false;
+          station.observations > kLeastOfStation && point.observations > kLeastOfPoint) {
+        observation.used = false;
         left_out = true;
       }
     }
@@ -144,29 +146,29 @@ NetworkPrecision SnoopSights(const BundleOptions& options, double false_alarm, N
 }
 
 std::vector<MovedPoint> FindMovedPoints(const Network& network) {
-  constexpr std::size_t kLeastSights = 3;  // on either side
-  constexpr double kLeastGain = 60;        // of cost: far beyond what the choice of a split gains
-  constexpr double kMostCostOfSight = 5;   // of the two that are left, in the mean: 2 expected
+  constexpr std::size_t kLeastObservations = 3;  // on either side
+  constexpr double kLeastGain = 60;  // of cost: far beyond what the choice of a split gains
+  constexpr double kMostCostOfObservation = 5;  // of the two that are left, in the mean: 2 expected
   const double scatter = std::max(RobustScatter(network), 1e-6);
-  const auto by_point = SightsByPoint(network);
+  const auto by_point = ObservationsByPoint(network);
   std::vector<MovedPoint> moved;
   for (std::size_t p = 0; p < by_point.size(); ++p) {
-    const std::vector<std::size_t>& sights = by_point[p];
-    if (sights.size() < 2 * kLeastSights) continue;
-    const auto one = FitPoint(network, sights, network.points[p].at, scatter);
+    const std::vector<std::size_t>& observations = by_point[p];
+    if (observations.size() < 2 * kLeastObservations) continue;
+    const auto one = FitPoint(network, observations, network.points[p].at, scatter);
     if (!one || one->cost < kLeastGain) continue;
     double best = one->cost;
     MovedPoint candidate;
-    for (std::size_t k = kLeastSights; k + kLeastSights <= sights.size(); ++k) {
-      const auto middle = sights.begin() + static_cast<std::ptrdiff_t>(k);
-      const auto before = FitPoint(network, {sights.begin(), middle}, one->at, scatter);
-      const auto after = FitPoint(network, {middle, sights.end()}, one->at, scatter);
+    for (std::size_t k = kLeastObservations; k + kLeastObservations <= observations.size(); ++k) {
+      const auto middle = observations.begin() + static_cast<std::ptrdiff_t>(k);
+      const auto before = FitPoint(network, {observations.begin(), middle}, one->at, scatter);
+      const auto after = FitPoint(network, {middle, observations.end()}, one->at, scatter);
       if (!before || !after || before->cost + after->cost >= best) continue;
       best = before->cost + after->cost;
-      candidate = {p, network.sights[*middle].station, (after->at - before->at).norm()};
+      candidate = {p, network.observations[*middle].station, (after->at - before->at).norm()};
     }
     if (one->cost - best > kLeastGain &&
-        best < kMostCostOfSight * static_cast<double>(sights.size())) {
+        best < kMostCostOfObservation * static_cast<double>(observations.size())) {
       moved.push_back(candidate);
     }
   }
@@ -175,14 +177,15 @@ std::vector<MovedPoint> FindMovedPoints(const Network& network) {
 
 namespace {
 
-// A station with a focal length of its own, by all of its sights: the loss narrows, so that no
-// start is too far off.
-std::optional<StationFit> FitWithFocal(Network network, const std::vector<std::size_t>& sights,
+// A station with a focal length of its own, by all of its observations: the loss narrows, so that
+// no start is too far off.
+std::optional<StationFit> FitWithFocal(Network network,
+                                       const std::vector<std::size_t>& observations,
                                        Station station, double scatter) {
-  for (const std::size_t i : sights) network.sights[i].used = true;
+  for (const std::size_t i : observations) network.observations[i].used = true;
   std::optional<StationFit> fit;
   for (const double width : {1000.0, 30.0, 1.0}) {
-    fit = FitStation(network, sights, station, width * kLossWidth * scatter, true);
+    fit = FitStation(network, observations, station, width * kLossWidth * scatter, true);
     if (!fit) return std::nullopt;
     network.lens[kFocal] = fit->focal_px;
     station = fit->station;
@@ -194,16 +197,16 @@ std::optional<StationFit> FitWithFocal(Network network, const std::vector<std::s
 
 std::optional<FocalStep> FindFocalStep(const Network& network) {
   constexpr std::size_t kLeastStations = 2;  // on either side
-  constexpr std::size_t kLeastSights = 6;
+  constexpr std::size_t kLeastObservations = 6;
   constexpr double kLeastGain = 60;
   const double scatter = std::max(RobustScatter(network), 1e-6);
-  const auto sights = SightsByStation(network);
+  const auto observations = ObservationsByStation(network);
   std::vector<std::pair<std::size_t, double>> focals;
   std::vector<double> weights;
-  for (std::size_t s = 0; s < sights.size(); ++s) {
-    if (!network.stations[s].placed || sights[s].size() < kLeastSights) continue;
-    const auto fit = FitWithFocal(network, sights[s], network.stations[s], scatter);
-    if (!fit || fit->sights < kLeastSights) continue;
+  for (std::size_t s = 0; s < observations.size(); ++s) {
+    if (!network.stations[s].placed || observations[s].size() < kLeastObservations) continue;
+    const auto fit = FitWithFocal(network, observations[s], network.stations[s], scatter);
+    if (!fit || fit->observations < kLeastObservations) continue;
     focals.emplace_back(s, fit->focal_px);
     weights.push_back(1 / std::pow(scatter * fit->focal_sigma_px, 2));
   }

@@ -1,4 +1,4 @@
-// Outliers of a network: single sights by data snooping, and what makes many of them at once.
+// Outliers of a network: single observations by data snooping, and what makes many of them at once.
 #pragma once
 
 #include <cstddef>
@@ -10,17 +10,17 @@
 
 namespace trammel::part_alignment {
 
-/// Scatter of the used sights in their stated sigmas, from the median of their residuals: outliers
-/// do not count.
+/// Scatter of the used observations in their stated sigmas, from the median of their residuals:
+/// outliers do not count.
 [[nodiscard]] double RobustScatter(const Network& network);
 
-/// Leaves out, round by round, the sight that contradicts the others most in both its picture and
-/// its point, adjusting anew each time, until none exceeds what chance lets expect of all of them
-/// together with this probability. Leaves each station three sights and each point two.
+/// Leaves out, round by round, the observation that contradicts the others most in both its picture
+/// and its point, adjusting anew each time, until none exceeds what chance lets expect of all of
+/// them together with this probability. Leaves each station three observations and each point two.
 /// REQUIRES those to begin with.
 /// @returns the precision of what is left, by least squares.
-[[nodiscard]] NetworkPrecision SnoopSights(const BundleOptions& options, double false_alarm,
-                                           Network& network);
+[[nodiscard]] NetworkPrecision SnoopObservations(const BundleOptions& options, double false_alarm,
+                                                 Network& network);
 
 /// A point that was elsewhere from one station on.
 struct MovedPoint {
@@ -28,9 +28,9 @@ struct MovedPoint {
   std::size_t first_after = 0;  ///< station
   double by = 0;                ///< length of the motion
 };
-/// Points whose sights contradict one another as one point, and agree as two, before and after one
-/// station (stations in the order of time). Looks at all sights of placed points and stations, the
-/// unused ones too.
+/// Points whose observations contradict one another as one point, and agree as two, before and
+/// after one station (stations in the order of time). Looks at all observations of placed points
+/// and stations, the unused ones too.
 [[nodiscard]] std::vector<MovedPoint> FindMovedPoints(const Network& network);
 
 /// A change of the focal length between two stations.

@@ -19,7 +19,7 @@ namespace trammel::part_alignment {
 namespace {
 
 constexpr double kLossWidth = 3;    // sigmas, of Cauchy's loss
-constexpr double kGrossSigma = 30;  // beyond it a sight is wrong before any test of it
+constexpr double kGrossSigma = 30;  // beyond it an observation is wrong before any test of it
 constexpr double kBarLimit = 3.29;  // sigmas: 0.1 %
 constexpr double kLeastScatter =
     0.2;  // stated sigmas may be too large by that, no more is believed
@@ -46,7 +46,7 @@ NetworkStartOptions StartOptionsOf(const SurveyInput& input, int side_px) {
 
 FreeLens FreeLensOf(const SurveyInput& input) { return input.lens ? kLensFixed : kLensFree; }
 
-// Brings the network to rest with Cauchy's loss, all sights that are not gross taking part.
+// Brings the network to rest with Cauchy's loss, all observations that are not gross taking part.
 void Settle(const NetworkStartOptions& start, const FreeLens& free, Network& network,
             Random& random) {
   constexpr int kRounds = 3;
@@ -57,10 +57,12 @@ void Settle(const NetworkStartOptions& start, const FreeLens& free, Network& net
     options.loss_sigma = kLossWidth * std::max(RobustScatter(network), kLeastScatter);
     (void)AdjustBundle(options, network);
     const double gross = kGrossSigma * std::max(RobustScatter(network), kLeastScatter);
-    for (NetworkSight& sight : network.sights) {
-      if (!network.stations[sight.station].placed || !network.points[sight.point].placed) continue;
-      const auto misclosure = Misclosure(network, sight);
-      sight.used = misclosure && misclosure->norm() < gross * sight.sigma_px;
+    for (NetworkObservation& observation : network.observations) {
+      if (!network.stations[observation.station].placed ||
+          !network.points[observation.point].placed)
+        continue;
+      const auto misclosure = Misclosure(network, observation);
+      observation.used = misclosure && misclosure->norm() < gross * observation.sigma_px;
     }
     if (round == 0) GrowNetwork(start, network, random);
   }
@@ -74,21 +76,22 @@ bool DropWeak(const SurveyOptions& options, const std::vector<std::string>& ids,
   for (std::size_t p = 0; p < network.points.size(); ++p) {
     if (!network.points[p].placed) continue;
     const PointSupport& of = support[p];
-    if (of.sights >= options.least_sights && of.widest_angle_rad >= options.least_angle_rad) {
+    if (of.observations >= options.least_observations &&
+        of.widest_angle_rad >= options.least_angle_rad) {
       continue;
     }
     network.points[p].placed = false;
     dropped = true;
     survey.notices.push_back(fmt::format(
-        "target {} is not given: {} sights, at most {:.0f} degrees apart; {} and {:.0f} are "
+        "target {} is not given: {} observations, at most {:.0f} degrees apart; {} and {:.0f} are "
         "needed: photograph it from more sides",
-        ids[p], of.sights, Degrees(of.widest_angle_rad), options.least_sights,
+        ids[p], of.observations, Degrees(of.widest_angle_rad), options.least_observations,
         Degrees(options.least_angle_rad)));
   }
   constexpr int kLeastOfStation = 4;  // 8 equations for 6 numbers
   std::vector<int> of_station(network.stations.size());
-  for (const NetworkSight& sight : network.sights) {
-    if (TakesPart(network, sight)) ++of_station[sight.station];
+  for (const NetworkObservation& observation : network.observations) {
+    if (TakesPart(network, observation)) ++of_station[observation.station];
   }
   for (std::size_t s = 0; s < network.stations.size(); ++s) {
     if (!network.stations[s].placed || of_station[s] >= kLeastOfStation) continue;
@@ -118,18 +121,18 @@ struct Adjusted {
   double scatter = 1;
 };
 
-// Least squares with data snooping; the sights' sigmas then are what they scatter by.
+// Least squares with data snooping; the observations' sigmas then are what they scatter by.
 Adjusted Adjust(const BundleOptions& bundle, const SurveyOptions& options,
                 const std::vector<std::string>& ids, Survey& survey, Network& network) {
   NetworkPrecision precision;
   (void)DropWeak(options, ids, survey, network);
   do {
-    precision = SnoopSights(bundle, options.false_alarm, network);
+    precision = SnoopObservations(bundle, options.false_alarm, network);
   } while (DropWeak(options, ids, survey, network));
-  const double scatter =
-      std::max(std::sqrt(precision.sight_chi_square / std::max(precision.sight_redundancy, 1.0)),
-               kLeastScatter);
-  for (NetworkSight& sight : network.sights) sight.sigma_px *= scatter;
+  const double scatter = std::max(
+      std::sqrt(precision.observation_chi_square / std::max(precision.observation_redundancy, 1.0)),
+      kLeastScatter);
+  for (NetworkObservation& observation : network.observations) observation.sigma_px *= scatter;
   (void)AdjustBundle(bundle, network);
   return {PrecisionOf(network, bundle.free, bundle.bars), scatter};
 }
@@ -159,10 +162,10 @@ std::optional<std::string> AdjustWithBars(const SurveyInput& input, const Survey
                                           Network& network, Adjusted& adjusted) {
   BundleOptions bundle;
   bundle.free = FreeLensOf(input);
-  const std::vector<NetworkSight> as_stated = network.sights;
+  const std::vector<NetworkObservation> as_stated = network.observations;
   while (true) {
     for (std::size_t i = 0; i < as_stated.size(); ++i) {
-      network.sights[i].sigma_px = as_stated[i].sigma_px;
+      network.observations[i].sigma_px = as_stated[i].sigma_px;
     }
     adjusted = Adjust(bundle, options, indexed.ids, survey, network);
     NoteBars(input, indexed, adjusted.precision, network, survey);
@@ -202,7 +205,7 @@ std::optional<std::string> FocalReason(const SurveyInput& input, const Network& 
 std::optional<std::string> TooFew(const SurveyInput& input, const Network& network) {
   std::size_t with_targets = 0;
   for (const SurveyPicture& picture : input.pictures) {
-    if (picture.sights.size() >= 4) ++with_targets;
+    if (picture.observations.size() >= 4) ++with_targets;
   }
   const std::size_t least = input.lens ? 3 : 6;
   if (with_targets >= least) return std::nullopt;

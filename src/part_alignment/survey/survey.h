@@ -21,9 +21,9 @@ struct SurveyPicture {
   std::string name;
   int width_px = 0;
   int height_px = 0;
-  std::vector<Observation> sights;  ///< each target once
-  /// Images of the discs whose centres the sights are, one for each: perspective is then taken out.
-  /// None: the sights are taken for the images of the centres themselves.
+  std::vector<Observation> observations;  ///< each target once
+  /// Images of the discs whose centres the observations are, one for each: perspective is then
+  /// taken out. None: the observations are taken for the images of the centres themselves.
   std::vector<ImageEllipse> discs = {};
 };
 
@@ -38,13 +38,14 @@ struct SurveyInput {
 };
 
 struct SurveyOptions {
-  /// A target needs so many sights to be given, 3 or more: with two an error of one goes unnoticed.
-  int least_sights = 3;
+  /// A target needs so many observations to be given, 3 or more: with two an error of one goes
+  /// unnoticed.
+  int least_observations = 3;
   /// And two lines of sight so far apart.
   double least_angle_rad = 0.26;  // 15 degrees
   /// Probability that data snooping leaves out anything of sound data.
   double false_alarm = 0.05;
-  /// Sights that scatter by so many of their stated sigmas refuse the survey.
+  /// Observations that scatter by so many of their stated sigmas refuse the survey.
   double most_variance_root = 5;
   /// Of the random draws with which starting values are found.
   std::uint64_t seed = 1;
@@ -54,7 +55,7 @@ struct SurveyedTarget {
   std::string id;
   Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d sigma_mm = Eigen::Vector3d::Zero();  ///< k = 1: the covariance's diagonal
-  int sights = 0;
+  int observations = 0;
   double widest_angle_rad = 0;  ///< between two of its lines of sight, up to 90 degrees
   /// Unit vector towards the stations that see it, in the mean.
   Eigen::Vector3d seen_from = Eigen::Vector3d::UnitZ();
@@ -69,11 +70,11 @@ struct SurveyStation {
   std::string reason;  ///< why not
   Eigen::Vector3d place_mm = Eigen::Vector3d::Zero();
   Eigen::Matrix3d camera_from_survey = Eigen::Matrix3d::Identity();
-  int sights = 0;
+  int observations = 0;
   double rms_px = 0;  ///< per axis
 };
 
-/// A sight that contradicts the others and was left out.
+/// An observation that contradicts the others and was left out.
 struct SurveyOutlier {
   std::string picture;
   std::string target;
@@ -102,9 +103,9 @@ struct Survey {
   std::vector<SurveyedBar> bars;
   Lens lens = Lens::Zero();
   Lens lens_sigma = Lens::Zero();  ///< k = 1; 0 where it was given
-  /// What the sights scatter by, in their stated sigmas. The covariance has it in.
+  /// What the observations scatter by, in their stated sigmas. The covariance has it in.
   double variance_root = 0;
-  int sights = 0;
+  int observations = 0;
   int redundancy = 0;
   std::vector<std::string> notices;
 };

@@ -21,7 +21,7 @@ std::string SideOf(const Eigen::Vector3d& direction) {
 }  // namespace
 
 std::vector<std::string> AdvisePictures(const Survey& survey) {
-  constexpr int kFewSights = 6;
+  constexpr int kFewObservations = 6;
   constexpr double kMuchWorse = 2;  // than the median target
   std::vector<double> sigmas_mm;
   for (const SurveyedTarget& target : survey.targets) sigmas_mm.push_back(target.sigma_mm.norm());
@@ -35,9 +35,10 @@ std::vector<std::string> AdvisePictures(const Survey& survey) {
   std::map<std::string, Weak> weak_from;
   for (std::size_t i = 0; i < survey.targets.size(); ++i) {
     const SurveyedTarget& target = survey.targets[i];
-    if (target.sights >= kFewSights && sigmas_mm[i] < kMuchWorse * usual_mm) continue;
+    if (target.observations >= kFewObservations && sigmas_mm[i] < kMuchWorse * usual_mm) continue;
     Weak& weak = weak_from[SideOf(target.seen_from)];
-    weak.fewest = weak.ids.empty() ? target.sights : std::min(weak.fewest, target.sights);
+    weak.fewest =
+        weak.ids.empty() ? target.observations : std::min(weak.fewest, target.observations);
     weak.ids += (weak.ids.empty() ? "" : ", ") + target.id;
     weak.worst_mm = std::max(weak.worst_mm, sigmas_mm[i] / std::sqrt(3.0));
   }

@@ -19,62 +19,65 @@ using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Sums of the squared misclosures of what takes part, by a key of the sight.
+// Sums of the squared misclosures of what takes part, by a key of the observation.
 struct Squares {
   double sum_px2 = 0;
-  int sights = 0;
-  [[nodiscard]] double Rms() const { return sights > 0 ? std::sqrt(sum_px2 / (2 * sights)) : 0; }
+  int observations = 0;
+  [[nodiscard]] double Rms() const {
+    return observations > 0 ? std::sqrt(sum_px2 / (2 * observations)) : 0;
+  }
 };
 
 template <class Key>
 std::vector<Squares> SquaresBy(const Network& network, std::size_t count, Key key) {
   std::vector<Squares> squares(count);
-  for (const NetworkSight& sight : network.sights) {
-    if (!TakesPart(network, sight)) continue;
-    Squares& of = squares[key(sight)];
-    const auto misclosure = Misclosure(network, sight);
+  for (const NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation)) continue;
+    Squares& of = squares[key(observation)];
+    const auto misclosure = Misclosure(network, observation);
     if (misclosure) of.sum_px2 += misclosure->squaredNorm();
-    ++of.sights;
+    ++of.observations;
   }
   return squares;
 }
 
-// The point, other than its own, that the network puts where a sight is.
-std::optional<std::size_t> PointAt(const Network& network, const NetworkSight& sight) {
+// The point, other than its own, that the network puts where an observation is.
+std::optional<std::size_t> PointAt(const Network& network, const NetworkObservation& observation) {
   constexpr double kThere = 20;  // sigmas
   for (std::size_t p = 0; p < network.points.size(); ++p) {
-    if (p == sight.point || !network.points[p].placed) continue;
-    NetworkSight other = sight;
+    if (p == observation.point || !network.points[p].placed) continue;
+    NetworkObservation other = observation;
     other.point = p;
     const auto misclosure = Misclosure(network, other);
-    if (misclosure && misclosure->norm() < std::max(1.0, kThere * sight.sigma_px)) return p;
+    if (misclosure && misclosure->norm() < std::max(1.0, kThere * observation.sigma_px)) return p;
   }
   return std::nullopt;
 }
 
 // The focal length with which a picture fits the placed points, if there is one.
-std::optional<double> OtherFocal(Network network, const std::vector<std::size_t>& sights,
+std::optional<double> OtherFocal(Network network, const std::vector<std::size_t>& observations,
                                  double tolerance_px, Random& random) {
   constexpr double kLeastShare = 0.8;
   constexpr std::size_t kLeast = 6;
   const double focal = network.lens[kFocal];
   for (const double factor : {0.9, 1.1, 0.8, 1.25, 0.65, 1.55}) {
     network.lens[kFocal] = factor * focal;
-    const auto resection = Resect(network, sights, 10 * tolerance_px, random);
+    const auto resection = Resect(network, observations, 10 * tolerance_px, random);
     if (!resection || resection->agreeing < kLeast) continue;
-    const double loss = 10 * tolerance_px / network.sights[sights.front()].sigma_px;
-    const auto fit = FitStation(network, sights, resection->station, 0.1 * loss, true);
+    const double loss = 10 * tolerance_px / network.observations[observations.front()].sigma_px;
+    const auto fit = FitStation(network, observations, resection->station, 0.1 * loss, true);
     if (!fit) continue;
     network.lens[kFocal] = fit->focal_px;
     std::size_t agreeing = 0;
-    for (const std::size_t i : sights) {
-      const NetworkSight& sight = network.sights[i];
-      if (!network.points[sight.point].placed) continue;
+    for (const std::size_t i : observations) {
+      const NetworkObservation& observation = network.observations[i];
+      if (!network.points[observation.point].placed) continue;
       const auto there =
-          ProjectLens(network.lens, fit->station.FromObject(network.points[sight.point].at));
-      if (there && (there->pixel - sight.pixel).norm() < tolerance_px) ++agreeing;
+          ProjectLens(network.lens, fit->station.FromObject(network.points[observation.point].at));
+      if (there && (there->pixel - observation.pixel).norm() < tolerance_px) ++agreeing;
     }
-    if (static_cast<double>(agreeing) >= kLeastShare * static_cast<double>(resection->sights)) {
+    if (static_cast<double>(agreeing) >=
+        kLeastShare * static_cast<double>(resection->observations)) {
       return fit->focal_px;
     }
   }
@@ -85,14 +88,15 @@ std::optional<double> OtherFocal(Network network, const std::vector<std::size_t>
 
 std::vector<PointSupport> SupportOf(const Network& network) {
   std::vector<std::vector<Vector3d>> lines(network.points.size());
-  for (const NetworkSight& sight : network.sights) {
-    if (!TakesPart(network, sight)) continue;
-    lines[sight.point].push_back(
-        (network.points[sight.point].at - network.stations[sight.station].place).normalized());
+  for (const NetworkObservation& observation : network.observations) {
+    if (!TakesPart(network, observation)) continue;
+    lines[observation.point].push_back(
+        (network.points[observation.point].at - network.stations[observation.station].place)
+            .normalized());
   }
   std::vector<PointSupport> support(network.points.size());
   for (std::size_t p = 0; p < lines.size(); ++p) {
-    support[p].sights = static_cast<int>(lines[p].size());
+    support[p].observations = static_cast<int>(lines[p].size());
     Vector3d sum = Vector3d::Zero();
     for (const Vector3d& line : lines[p]) sum -= line;
     if (sum.norm() > 0) support[p].seen_from = sum.normalized();
@@ -156,7 +160,7 @@ void NoteInput(const SurveyInput& input, const IndexedSurvey& indexed, Survey& s
   for (const SurveyPicture& picture : input.pictures) {
     SurveyStation& station = survey.stations.emplace_back();
     station.picture = picture.name;
-    if (picture.sights.empty()) station.reason = "shows no coded target";
+    if (picture.observations.empty()) station.reason = "shows no coded target";
   }
   for (std::size_t b = 0; b < input.bars.size(); ++b) {
     survey.bars.push_back({input.bars[b], false, 0, 0});
@@ -170,22 +174,22 @@ void NoteInput(const SurveyInput& input, const IndexedSurvey& indexed, Survey& s
 std::optional<std::string> NoteUnplaced(const SurveyInput& input, const Network& network,
                                         int longer_side_px, Random& random, Survey& survey) {
   constexpr double kTolerance = 1e-3;  // of the side
-  const auto sights = SightsByStation(network);
+  const auto observations = ObservationsByStation(network);
   std::vector<std::string> other_focal;
   double last_focal_px = 0;
-  for (std::size_t s = 0; s < sights.size(); ++s) {
+  for (std::size_t s = 0; s < observations.size(); ++s) {
     std::string& reason = survey.stations[s].reason;
     if (network.stations[s].placed || !reason.empty()) continue;
-    const auto known = std::count_if(sights[s].begin(), sights[s].end(), [&](std::size_t i) {
-      return network.points[network.sights[i].point].placed;
-    });
+    const auto known = std::count_if(
+        observations[s].begin(), observations[s].end(),
+        [&](std::size_t i) { return network.points[network.observations[i].point].placed; });
     if (known < 4) {
       reason = fmt::format("shows {} of the targets that the others show; four are needed", known);
       continue;
     }
     Network all = network;
-    for (const std::size_t i : sights[s]) all.sights[i].used = true;
-    const auto focal = OtherFocal(all, sights[s], kTolerance * longer_side_px, random);
+    for (const std::size_t i : observations[s]) all.observations[i].used = true;
+    const auto focal = OtherFocal(all, observations[s], kTolerance * longer_side_px, random);
     if (focal) {
       reason = fmt::format("was taken with a focal length of {:.0f} px, the others with {:.0f}",
                            *focal, network.lens[kFocal]);
@@ -209,8 +213,8 @@ std::optional<std::string> NoteUnplaced(const SurveyInput& input, const Network&
 void NoteUnplacedTargets(const IndexedSurvey& indexed, Survey& survey) {
   const Network& network = indexed.network;
   std::vector<int> seen(network.points.size());
-  for (const NetworkSight& sight : network.sights) {
-    if (network.stations[sight.station].placed) ++seen[sight.point];
+  for (const NetworkObservation& observation : network.observations) {
+    if (network.stations[observation.station].placed) ++seen[observation.point];
   }
   for (std::size_t p = 0; p < network.points.size(); ++p) {
     if (network.points[p].placed) continue;
@@ -227,7 +231,7 @@ std::optional<std::string> FallsApart(const SurveyInput& input, const Survey& su
   std::size_t placed = 0;
   std::string first;
   for (std::size_t s = 0; s < network.stations.size(); ++s) {
-    if (input.pictures[s].sights.empty()) continue;
+    if (input.pictures[s].observations.empty()) continue;
     ++with_targets;
     if (network.stations[s].placed) {
       ++placed;
@@ -248,19 +252,19 @@ void NoteOutliers(const SurveyInput& input, const IndexedSurvey& indexed, const 
                   Survey& survey) {
   std::map<std::pair<std::size_t, std::size_t>, std::size_t>
       read_as;  // station, point: stands there
-  for (const NetworkSight& sight : network.sights) {
-    if (sight.used || !network.stations[sight.station].placed ||
-        !network.points[sight.point].placed) {
+  for (const NetworkObservation& observation : network.observations) {
+    if (observation.used || !network.stations[observation.station].placed ||
+        !network.points[observation.point].placed) {
       continue;
     }
-    const auto misclosure = Misclosure(network, sight);
+    const auto misclosure = Misclosure(network, observation);
     SurveyOutlier outlier;
-    outlier.picture = input.pictures[sight.station].name;
-    outlier.target = indexed.ids[sight.point];
+    outlier.picture = input.pictures[observation.station].name;
+    outlier.target = indexed.ids[observation.point];
     outlier.error_px = misclosure ? misclosure->norm() : INFINITY;
-    if (const auto there = PointAt(network, sight)) {
+    if (const auto there = PointAt(network, observation)) {
       outlier.seen_there = indexed.ids[*there];
-      read_as[{sight.station, sight.point}] = *there;
+      read_as[{observation.station, observation.point}] = *there;
     }
     survey.outliers.push_back(std::move(outlier));
   }
@@ -296,16 +300,18 @@ void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
                 const NetworkPrecision& precision, Survey& survey) {
   const Network& network = indexed.network;
   const auto support = SupportOf(network);
-  const auto by_point = SquaresBy(network, network.points.size(),
-                                  [](const NetworkSight& sight) { return sight.point; });
-  const auto by_station = SquaresBy(network, network.stations.size(),
-                                    [](const NetworkSight& sight) { return sight.station; });
+  const auto by_point =
+      SquaresBy(network, network.points.size(),
+                [](const NetworkObservation& observation) { return observation.point; });
+  const auto by_station =
+      SquaresBy(network, network.stations.size(),
+                [](const NetworkObservation& observation) { return observation.station; });
   std::vector<double> least(network.points.size(), 1);
-  for (std::size_t i = 0; i < network.sights.size(); ++i) {
-    if (!TakesPart(network, network.sights[i])) continue;
-    double& of_point = least[network.sights[i].point];
-    of_point = std::min(of_point, precision.sights[i].redundancy);
-    ++survey.sights;
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    if (!TakesPart(network, network.observations[i])) continue;
+    double& of_point = least[network.observations[i].point];
+    of_point = std::min(of_point, precision.observations[i].redundancy);
+    ++survey.observations;
   }
   survey.covariance = precision.points;
   Index row = 0;
@@ -315,7 +321,7 @@ void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
     target.id = indexed.ids[p];
     target.at_mm = network.points[p].at;
     target.sigma_mm = precision.points.diagonal().segment<3>(row).cwiseMax(0.0).cwiseSqrt();
-    target.sights = support[p].sights;
+    target.observations = support[p].observations;
     target.widest_angle_rad = support[p].widest_angle_rad;
     target.seen_from = support[p].seen_from;
     target.rms_px = by_point[p].Rms();
@@ -328,7 +334,7 @@ void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
     station.used = network.stations[s].placed;
     station.place_mm = network.stations[s].place;
     station.camera_from_survey = network.stations[s].rotation;
-    station.sights = by_station[s].sights;
+    station.observations = by_station[s].observations;
     station.rms_px = by_station[s].Rms();
     if (!station.used) {
       survey.notices.push_back(
@@ -337,7 +343,7 @@ void FillAnswer(const SurveyInput& input, const IndexedSurvey& indexed,
   }
   survey.lens = network.lens;
   survey.lens_sigma = precision.lens.diagonal().cwiseMax(0.0).cwiseSqrt();
-  survey.redundancy = static_cast<int>(std::lround(precision.sight_redundancy));
+  survey.redundancy = static_cast<int>(std::lround(precision.observation_redundancy));
 }
 
 std::optional<std::string> WeakLens(const Survey& survey) {

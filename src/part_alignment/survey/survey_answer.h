@@ -15,9 +15,9 @@ namespace trammel::part_alignment {
 
 [[nodiscard]] constexpr double Degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
-/// Of a point: its sights that take part and the widest angle between two of their lines.
+/// Of a point: its observations that take part and the widest angle between two of their lines.
 struct PointSupport {
-  int sights = 0;
+  int observations = 0;
   double widest_angle_rad = 0;  ///< up to 90 degrees
   Eigen::Vector3d seen_from = Eigen::Vector3d::UnitZ();
 };
@@ -46,7 +46,7 @@ void NoteUnplacedTargets(const IndexedSurvey& indexed, Survey& survey);
 [[nodiscard]] std::optional<std::string> FallsApart(const SurveyInput& input, const Survey& survey,
                                                     const Network& network);
 
-/// Sights left out of the network, with what stands at their place instead.
+/// Observations left out of the network, with what stands at their place instead.
 void NoteOutliers(const SurveyInput& input, const IndexedSurvey& indexed, const Network& network,
                   Survey& survey);
 

@@ -63,19 +63,19 @@ Eigen::Matrix<double, 3, 6> MomentsByP(const Eigen::Matrix<double, 2, 3>& j) {
 
 std::optional<ObjectDisc> FitDisc(const Network& network,
                                   const std::vector<std::optional<ImageEllipse>>& discs,
-                                  const std::vector<std::size_t>& sights) {
+                                  const std::vector<std::size_t>& observations) {
   constexpr int kLeastImages = 3;
   constexpr double kThin = 0.3;   // of a disc's least moment against the middle one: 0 expected
   constexpr double kRound = 1.7;  // of the largest against the middle one: 1 expected
   Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
   int images = 0;
-  for (const std::size_t i : sights) {
-    const NetworkSight& sight = network.sights[i];
-    if (!sight.used || !discs[i]) continue;
-    const Station& station = network.stations[sight.station];
+  for (const std::size_t i : observations) {
+    const NetworkObservation& observation = network.observations[i];
+    if (!observation.used || !discs[i]) continue;
+    const Station& station = network.stations[observation.station];
     const auto projection =
-        ProjectLens(network.lens, station.FromObject(network.points[sight.point].at));
+        ProjectLens(network.lens, station.FromObject(network.points[observation.point].at));
     if (!projection) continue;
     const double size2 = discs[i]->semi_major_px * discs[i]->semi_major_px;
     const Eigen::Matrix<double, 3, 6> rows =
@@ -112,26 +112,26 @@ void CorrectDiscs(const std::vector<std::optional<ImageEllipse>>& discs, Network
   constexpr double kLeft = 0.1;  // of a correction, by a normal that is 2 degrees off
   const Camera camera = CameraOf(network.lens);
   std::vector<std::vector<std::size_t>> of_point(network.points.size());
-  for (std::size_t i = 0; i < network.sights.size(); ++i) {
-    const NetworkSight& sight = network.sights[i];
-    if (network.stations[sight.station].placed && network.points[sight.point].placed)
-      of_point[sight.point].push_back(i);
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    const NetworkObservation& observation = network.observations[i];
+    if (network.stations[observation.station].placed && network.points[observation.point].placed)
+      of_point[observation.point].push_back(i);
   }
   for (std::size_t p = 0; p < of_point.size(); ++p) {
     const auto disc = FitDisc(network, discs, of_point[p]);
     for (const std::size_t i : of_point[p]) {
       if (!discs[i]) continue;
-      NetworkSight& sight = network.sights[i];
-      const Station& station = network.stations[sight.station];
+      NetworkObservation& observation = network.observations[i];
+      const Station& station = network.stations[observation.station];
       std::optional<Eigen::Vector2d> off_px;
       if (disc) {
         off_px = Eccentricity(camera, station.FromObject(network.points[p].at),
                               station.rotation * disc->normal, disc->radius);
       }
-      if (off_px) sight.pixel -= *off_px;
+      if (off_px) observation.pixel -= *off_px;
       const double left_px =
           off_px ? kLeft * off_px->norm() : MostEccentricity(*discs[i], network.lens[kFocal]);
-      sight.sigma_px = std::hypot(sight.sigma_px, left_px);
+      observation.sigma_px = std::hypot(observation.sigma_px, left_px);
     }
   }
 }

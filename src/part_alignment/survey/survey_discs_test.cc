@@ -53,7 +53,8 @@ Discs SeeDisc(int stations) {
     EXPECT_TRUE(disc);
     seen.discs.push_back(disc);
     seen.centres.push_back(*Project(camera, at));
-    network.sights.push_back({std::size_t(i), 0, {disc->column_px, disc->row_px}, 0.01, true});
+    network.observations.push_back(
+        {std::size_t(i), 0, {disc->column_px, disc->row_px}, 0.01, true});
   }
   return seen;
 }
@@ -62,15 +63,16 @@ TEST(CorrectDiscs, GivesTheImagesOfTheCentres) {
   Discs seen = SeeDisc(12);
   double before_px = 0;
   for (std::size_t i = 0; i < seen.centres.size(); ++i) {
-    before_px = std::max(before_px, (seen.network.sights[i].pixel - seen.centres[i]).norm());
+    before_px = std::max(before_px, (seen.network.observations[i].pixel - seen.centres[i]).norm());
   }
   EXPECT_GT(before_px, 0.05);
   CorrectDiscs(seen.discs, seen.network);
   constexpr double kShare = 0.02;  // first order in the disc's size against its distance
   for (std::size_t i = 0; i < seen.centres.size(); ++i) {
-    EXPECT_LT((seen.network.sights[i].pixel - seen.centres[i]).norm(), kShare * before_px) << i;
-    EXPECT_GT(seen.network.sights[i].sigma_px, 0.01);
-    EXPECT_LT(seen.network.sights[i].sigma_px, 0.01 + 0.1 * before_px);
+    EXPECT_LT((seen.network.observations[i].pixel - seen.centres[i]).norm(), kShare * before_px)
+        << i;
+    EXPECT_GT(seen.network.observations[i].sigma_px, 0.01);
+    EXPECT_LT(seen.network.observations[i].sigma_px, 0.01 + 0.1 * before_px);
   }
 }
 
@@ -79,20 +81,20 @@ TEST(CorrectDiscs, WidensTheSigmaWhereTooFewImagesTellTheNormal) {
   const Network before = seen.network;
   CorrectDiscs(seen.discs, seen.network);
   for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_EQ(seen.network.sights[i].pixel, before.sights[i].pixel);
-    EXPECT_GT(seen.network.sights[i].sigma_px,
-              (seen.network.sights[i].pixel - seen.centres[i]).norm());
+    EXPECT_EQ(seen.network.observations[i].pixel, before.observations[i].pixel);
+    EXPECT_GT(seen.network.observations[i].sigma_px,
+              (seen.network.observations[i].pixel - seen.centres[i]).norm());
   }
 }
 
-TEST(CorrectDiscs, LeavesSightsWithoutShapes) {
+TEST(CorrectDiscs, LeavesObservationsWithoutShapes) {
   Discs seen = SeeDisc(12);
   const Network before = seen.network;
   for (auto& disc : seen.discs) disc.reset();
   CorrectDiscs(seen.discs, seen.network);
   for (std::size_t i = 0; i < 12; ++i) {
-    EXPECT_EQ(seen.network.sights[i].pixel, before.sights[i].pixel);
-    EXPECT_EQ(seen.network.sights[i].sigma_px, before.sights[i].sigma_px);
+    EXPECT_EQ(seen.network.observations[i].pixel, before.observations[i].pixel);
+    EXPECT_EQ(seen.network.observations[i].sigma_px, before.observations[i].sigma_px);
   }
 }
 

@@ -33,9 +33,9 @@ Result<void> CheckPicture(const SurveyPicture& picture) {
     return Fail(fmt::format("{}: {} x {} px; 2 … {} are possible", picture.name, picture.width_px,
                             picture.height_px, kMostPixels));
   }
-  if (!picture.discs.empty() && picture.discs.size() != picture.sights.size()) {
-    return Fail(fmt::format("{}: {} discs of {} sights; all of them or none", picture.name,
-                            picture.discs.size(), picture.sights.size()));
+  if (!picture.discs.empty() && picture.discs.size() != picture.observations.size()) {
+    return Fail(fmt::format("{}: {} discs of {} observations; all of them or none", picture.name,
+                            picture.discs.size(), picture.observations.size()));
   }
   for (const ImageEllipse& disc : picture.discs) {
     if (!(disc.semi_minor_px > 0 && disc.semi_minor_px <= disc.semi_major_px &&
@@ -47,16 +47,18 @@ Result<void> CheckPicture(const SurveyPicture& picture) {
     }
   }
   std::set<std::string> ids;
-  for (const Observation& sight : picture.sights) {
-    if (!std::isfinite(sight.column_px) || !std::isfinite(sight.row_px) ||
-        !(sight.sigma_px > 0 && sight.sigma_px < 1e3)) {
+  for (const Observation& observation : picture.observations) {
+    if (!std::isfinite(observation.column_px) || !std::isfinite(observation.row_px) ||
+        !(observation.sigma_px > 0 && observation.sigma_px < 1e3)) {
       return Fail(
           fmt::format("{}: target {} at column {}, row {}, sigma {} px: numbers must be finite, "
                       "sigma above 0",
-                      picture.name, sight.target, sight.column_px, sight.row_px, sight.sigma_px));
+                      picture.name, observation.target, observation.column_px, observation.row_px,
+                      observation.sigma_px));
     }
-    if (!ids.insert(sight.target).second) {
-      return Fail(fmt::format("{}: target {} stands twice in it", picture.name, sight.target));
+    if (!ids.insert(observation.target).second) {
+      return Fail(
+          fmt::format("{}: target {} stands twice in it", picture.name, observation.target));
     }
   }
   return {};
@@ -92,12 +94,12 @@ Result<void> CheckSurvey(const SurveyInput& input, const SurveyOptions& options)
   if (input.lens && !(input.lens->allFinite() && (*input.lens)[kFocal] > 0)) {
     return Fail("the lens has a number that is not finite, or a focal length that is not above 0");
   }
-  if (options.least_sights < 3 || !(options.least_angle_rad > 0) ||
+  if (options.least_observations < 3 || !(options.least_angle_rad > 0) ||
       !(options.false_alarm > 0 && options.false_alarm < 1) || !(options.most_variance_root > 0)) {
     return Fail(fmt::format(
-        "least_sights {} (3 or more), least_angle_rad {} (above 0), false_alarm {} (0 … 1), "
+        "least_observations {} (3 or more), least_angle_rad {} (above 0), false_alarm {} (0 … 1), "
         "most_variance_root {} (above 0)",
-        options.least_sights, options.least_angle_rad, options.false_alarm,
+        options.least_observations, options.least_angle_rad, options.false_alarm,
         options.most_variance_root));
   }
   return {};
@@ -118,7 +120,7 @@ IndexedSurvey IndexSurvey(const SurveyInput& input) {
   IndexedSurvey indexed;
   std::set<std::string, decltype(&BeforeInOrder)> ids(&BeforeInOrder);
   for (const SurveyPicture& picture : input.pictures) {
-    for (const Observation& sight : picture.sights) ids.insert(sight.target);
+    for (const Observation& observation : picture.observations) ids.insert(observation.target);
   }
   std::map<std::string, std::size_t> index;
   for (const std::string& id : ids) {
@@ -129,13 +131,13 @@ IndexedSurvey IndexSurvey(const SurveyInput& input) {
   network.points.resize(indexed.ids.size());
   network.stations.resize(input.pictures.size());
   for (std::size_t s = 0; s < input.pictures.size(); ++s) {
-    const auto& sights = input.pictures[s].sights;
-    for (std::size_t k = 0; k < sights.size(); ++k) {
-      network.sights.push_back({s,
-                                index[sights[k].target],
-                                {sights[k].column_px, sights[k].row_px},
-                                sights[k].sigma_px,
-                                true});
+    const auto& observations = input.pictures[s].observations;
+    for (std::size_t k = 0; k < observations.size(); ++k) {
+      network.observations.push_back({s,
+                                      index[observations[k].target],
+                                      {observations[k].column_px, observations[k].row_px},
+                                      observations[k].sigma_px,
+                                      true});
       const auto& discs = input.pictures[s].discs;
       indexed.discs.push_back(discs.empty() ? std::nullopt : std::optional(discs[k]));
     }

@@ -21,7 +21,7 @@ struct IndexedSurvey {
   Network network;                  ///< stations as the pictures, bars that are used
   std::vector<std::string> ids;     ///< of the points; numbers ascending, then texts
   std::vector<std::size_t> bar_of;  ///< index into the input's bars of each of the network's
-  /// Of each of network.sights, where its picture has discs.
+  /// Of each of network.observations, where its picture has discs.
   std::vector<std::optional<ImageEllipse>> discs;
   int longer_side_px = 0;
 };

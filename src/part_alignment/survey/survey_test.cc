@@ -49,7 +49,7 @@ std::size_t NotGiven(const Survey& survey) {
 std::size_t Shown(const SurveyInput& input) {
   std::set<std::string> ids;
   for (const auto& picture : input.pictures) {
-    for (const auto& sight : picture.sights) ids.insert(sight.target);
+    for (const auto& observation : picture.observations) ids.insert(observation.target);
   }
   return ids.size();
 }
@@ -63,15 +63,15 @@ std::vector<SurveyPicture>::iterator PictureWith(SurveyInput& input,
                                                  const std::vector<std::string>& ids) {
   return std::find_if(input.pictures.begin(), input.pictures.end(), [&](const auto& picture) {
     return std::all_of(ids.begin(), ids.end(), [&](const std::string& id) {
-      return std::any_of(picture.sights.begin(), picture.sights.end(),
-                         [&](const Observation& sight) { return sight.target == id; });
+      return std::any_of(picture.observations.begin(), picture.observations.end(),
+                         [&](const Observation& observation) { return observation.target == id; });
     });
   });
 }
 
-Observation& SightOf(SurveyPicture& picture, const std::string& id) {
-  return *std::find_if(picture.sights.begin(), picture.sights.end(),
-                       [&](const Observation& sight) { return sight.target == id; });
+Observation& ObservationOf(SurveyPicture& picture, const std::string& id) {
+  return *std::find_if(picture.observations.begin(), picture.observations.end(),
+                       [&](const Observation& observation) { return observation.target == id; });
 }
 
 // Unlikely by 1e-5 either way.
@@ -103,7 +103,7 @@ TEST(Survey, IsExactWithoutNoise) {
   world.scene.sigma_px = 1e-9;
   SurveyInput input = test::Photograph(world, 1);
   for (auto& picture : input.pictures) {
-    for (auto& sight : picture.sights) sight.sigma_px = 0.03;
+    for (auto& observation : picture.observations) observation.sigma_px = 0.03;
   }
   for (ScaleBar& bar : input.bars) bar.sigma_mm = 0.01;
   const Survey survey = Solved(input);
@@ -131,8 +131,8 @@ TEST(Survey, SolvesWhereManyPicturesShowFewTargets) {
   const test::SurveyWorld world = test::MakeSurveyWorld(scene, 4);
   SurveyInput input = test::Photograph(world, 4);
   for (std::size_t s = 0; s < input.pictures.size(); s += 3) {
-    auto& sights = input.pictures[s].sights;
-    if (sights.size() > 5) sights.resize(5);
+    auto& observations = input.pictures[s].observations;
+    if (observations.size() > 5) observations.resize(5);
   }
   ExpectConsistent(world, Solved(input));
 }
@@ -155,7 +155,7 @@ TEST(Survey, NamesExchangedCodes) {
   SurveyInput input = test::Photograph(world, 6);
   const auto picture = PictureWith(input, {"1", "8"});
   ASSERT_NE(picture, input.pictures.end());
-  std::swap(SightOf(*picture, "1").target, SightOf(*picture, "8").target);
+  std::swap(ObservationOf(*picture, "1").target, ObservationOf(*picture, "8").target);
   const Survey survey = Solved(input);
   EXPECT_THAT(Notices(survey),
               HasSubstr("in " + picture->name + " the targets 1 and 8 are exchanged"));
@@ -167,10 +167,11 @@ TEST(Survey, NamesWhatAMisreadCodeStandsOn) {
   SurveyInput input = test::Photograph(world, 7);
   const auto picture = PictureWith(input, {"1", "8"});
   ASSERT_NE(picture, input.pictures.end());
-  auto& sights = picture->sights;
-  SightOf(*picture, "8").target = "dropped";
-  std::erase_if(sights, [](const Observation& sight) { return sight.target == "1"; });
-  SightOf(*picture, "dropped").target = "1";
+  auto& observations = picture->observations;
+  ObservationOf(*picture, "8").target = "dropped";
+  std::erase_if(observations,
+                [](const Observation& observation) { return observation.target == "1"; });
+  ObservationOf(*picture, "dropped").target = "1";
   const Survey survey = Solved(input);
   ASSERT_EQ(survey.outliers.size(), 1U);
   EXPECT_EQ(survey.outliers[0].picture, picture->name);
@@ -183,7 +184,7 @@ TEST(Survey, LeavesOutSingleErrorsOfHalfAPixel) {
   const test::SurveyWorld world = test::MakeSurveyWorld(SmallScene(), 8);
   SurveyInput input = test::Photograph(world, 8);
   for (const std::string id : {"1", "2", "7", "8", "13"}) {
-    SightOf(*PictureWith(input, {id}), id).row_px += 0.5;
+    ObservationOf(*PictureWith(input, {id}), id).row_px += 0.5;
   }
   const Survey survey = Solved(input);
   EXPECT_EQ(survey.outliers.size(), 5U);
@@ -284,7 +285,7 @@ TEST(Survey, CannotTellFromTooFewPictures) {
   }
   scene.pictures = 40;
   SurveyInput input = test::Photograph(test::MakeSurveyWorld(scene, 18), 18);
-  for (auto& picture : input.pictures) picture.sights.clear();
+  for (auto& picture : input.pictures) picture.observations.clear();
   EXPECT_THAT(Solved(input).reason, HasSubstr("0 of 40 pictures show four"));
 }
 
@@ -294,7 +295,8 @@ TEST(Survey, CannotTellFromTwoPartsThatHangTogetherNowhere) {
   SurveyInput other = test::Photograph(test::MakeSurveyWorld(scene, 1019), 20);
   for (std::size_t s = 0; s < 20; ++s) {
     input.pictures[s] = other.pictures[s];
-    for (auto& sight : input.pictures[s].sights) sight.target = "other " + sight.target;
+    for (auto& observation : input.pictures[s].observations)
+      observation.target = "other " + observation.target;
   }
   const Survey survey = Solved(input);
   EXPECT_EQ(survey.verdict, Verdict::kCannotTell);
@@ -317,7 +319,7 @@ TEST(Survey, HasNoCoordinatesOfNonsense) {
         if (kind == 3)
           pixel = {250.0 * i, 100.0 * ((7 * i) % 15)};  // the same picture twelve times
         if (kind == 4) pixel = {1e5 * random.Normal(), 1e5 * random.Normal()};
-        picture.sights.push_back({std::to_string(i), pixel.x(), pixel.y(), 0.03});
+        picture.observations.push_back({std::to_string(i), pixel.x(), pixel.y(), 0.03});
       }
     }
     input.bars = {{"0", "1", 1000, 0.01}, {"2", "3", 1000, 0.01}};
@@ -332,13 +334,13 @@ TEST(Survey, RefusesNumbersThatCannotBe) {
     return survey ? std::string() : survey.error().message;
   };
   SurveyInput input = sound;
-  input.pictures[3].sights[0].row_px = NAN;
+  input.pictures[3].observations[0].row_px = NAN;
   EXPECT_THAT(message(input), HasSubstr("p4: target"));
   input = sound;
-  input.pictures[3].sights[0].sigma_px = 0;
+  input.pictures[3].observations[0].sigma_px = 0;
   EXPECT_THAT(message(input), HasSubstr("sigma above 0"));
   input = sound;
-  input.pictures[3].sights.push_back(input.pictures[3].sights[0]);
+  input.pictures[3].observations.push_back(input.pictures[3].observations[0]);
   EXPECT_THAT(message(input), HasSubstr("stands twice"));
   input = sound;
   input.bars[0].to = input.bars[0].from;

@@ -119,7 +119,7 @@ SurveyInput Photograph(const SurveyWorld& world, std::uint64_t seed) {
           column > scene.width_px - kMargin_px || row > scene.height_px - kMargin_px) {
         continue;
       }
-      picture.sights.push_back({id, column, row, scene.sigma_px});
+      picture.observations.push_back({id, column, row, scene.sigma_px});
     }
   }
   return input;

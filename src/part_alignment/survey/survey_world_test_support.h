@@ -28,7 +28,7 @@ struct SurveyScene {
   double row_off_px = -9.7;
   double distance_mm = 2500;
   double sigma_px = 0.03;
-  double hidden = 0.1;  ///< share of sights that something covers
+  double hidden = 0.1;  ///< share of observations that something covers
   double bar_sigma_mm = 0.01;
   bool rolled = true;                     ///< a quarter turn in every other picture
   bool flat = false;                      ///< all codes on top, no depth at all

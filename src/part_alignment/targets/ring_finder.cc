@@ -9,13 +9,13 @@
 #include <string>
 #include <utility>
 
+#include "part_alignment/targets/disc_by_rays.h"
 #include "part_alignment/targets/disc_fit.h"
 #include "part_alignment/targets/disc_search.h"
-#include "part_alignment/targets/disc_sighting.h"
 #include "part_alignment/targets/picture_check.h"
 #include "part_alignment/targets/quieten.h"
+#include "part_alignment/targets/ring_evidence.h"
 #include "part_alignment/targets/ring_reader.h"
-#include "part_alignment/targets/ring_sighting.h"
 #include "part_alignment/targets/row_runs.h"
 #include "part_alignment/targets/seen_cells.h"
 #include "part_alignment/targets/soft_grey.h"
@@ -33,7 +33,7 @@ constexpr double kSmall_px = 6;  ///< below it, less noise would blur the ring t
 constexpr std::uint8_t kTries = 31;  ///< of Examine
 constexpr std::uint8_t kLookedForBright = 32;
 constexpr std::uint8_t kLookedForDark = 64;
-constexpr std::uint8_t kSighted = 128;  ///< something with a ring, in the middle of which it lies
+constexpr std::uint8_t kRingSeen = 128;  ///< something with a ring, in the middle of which it lies
 
 std::optional<std::string> FindProblem(const PageView& picture, const FinderOptions& options) {
   if (auto problem = PictureProblem(picture)) return problem;
@@ -110,7 +110,7 @@ class Search {
     }
     // What was read is known by now, and is no part of what is not.
     for (const part_alignment::Run& run : workspace_.left_over) LookAgain(run);
-    RejectSighted();
+    RejectUnread();
     RejectDoubled();
     std::sort(found_.targets.begin(), found_.targets.end(),
               [](const FoundTarget& a, const FoundTarget& b) {
@@ -136,10 +136,10 @@ class Search {
     std::uint8_t& seen = seen_.At(middle->column_px, middle->row_px);
     // A row close to a disc's rim may mislead; what misleads three rows is no disc.
     constexpr int kMostTries = 3;
-    if ((seen & kTries) >= kMostTries) return (seen & kSighted) != 0;
+    if ((seen & kTries) >= kMostTries) return (seen & kRingSeen) != 0;
     ++seen;
     const std::optional<DiscModel> disc = RoughDisc(quiet_, *middle, run.dark, kFaintest);
-    if (!disc) return Sight(ModelOf(*middle, run.dark), RejectReason::kDamaged);
+    if (!disc) return WeightedObservation(ModelOf(*middle, run.dark), RejectReason::kDamaged);
     const double radius = MeanRadius(*disc);
     constexpr double kRoughError_px = 0.2;
     if (radius < kSmallestSeen_px - kRoughError_px || radius > options_.max_radius_px) return false;
@@ -154,9 +154,10 @@ class Search {
     const std::uint8_t looked = run.dark ? kLookedForDark : kLookedForBright;
     if (seen == SeenCells::kDone || (seen & looked) != 0) return;
     seen |= looked;
-    const SightingRules rules{noise_, kSmallestSeen_px, options_.max_radius_px};
-    const std::optional<DiscModel> disc = SightDisc(picture_, run, rules);
-    if (disc && !seen_.IsDone(disc->column_px, disc->row_px)) Sight(*disc, RejectReason::kHidden);
+    const DiscByRaysRules rules{noise_, kSmallestSeen_px, options_.max_radius_px};
+    const std::optional<DiscModel> disc = FindDiscByRays(picture_, run, rules);
+    if (disc && !seen_.IsDone(disc->column_px, disc->row_px))
+      WeightedObservation(*disc, RejectReason::kHidden);
   }
 
   /// With the threshold between the shades of disc and surroundings; where a shadow's edge is near,
@@ -186,22 +187,22 @@ class Search {
   }
 
   /// Notes what has ink in pieces about it, to be named once all is known; whether it has.
-  bool Sight(const DiscModel& disc, RejectReason reason) {
+  bool WeightedObservation(const DiscModel& disc, RejectReason reason) {
     std::uint8_t& seen = seen_.At(disc.column_px, disc.row_px);
-    if ((seen & kSighted) != 0) return true;
-    const std::optional<RingSighting> ring = SightRing(picture_, disc, noise_);
+    if ((seen & kRingSeen) != 0) return true;
+    const std::optional<RingEvidence> ring = FindRingEvidence(picture_, disc, noise_);
     if (!ring) return false;
-    sighted_.push_back({disc, *ring, reason});
-    seen |= kSighted;
+    unread_.push_back({disc, *ring, reason});
+    seen |= kRingSeen;
     return true;
   }
 
-  void RejectSighted() {
-    std::erase_if(sighted_, [this](const SightedTarget& one) {
+  void RejectUnread() {
+    std::erase_if(unread_, [this](const UnreadTarget& one) {
       return seen_.IsDone(one.disc.column_px, one.disc.row_px);
     });
-    LeaveOutParts(sighted_);
-    for (const SightedTarget& one : sighted_) {
+    LeaveOutParts(unread_);
+    for (const UnreadTarget& one : unread_) {
       const bool faint = std::abs(one.ring.contrast) < options_.min_contrast;
       Reject(one.ring.uneven ? RejectReason::kUneven
              : faint         ? RejectReason::kFaint
@@ -247,7 +248,7 @@ class Search {
     double done_radii = kOfDisc;
     switch (ring.state) {
       case RingState::kClutter:
-        return Sight(disc, RejectReason::kHidden);
+        return WeightedObservation(disc, RejectReason::kHidden);
       case RingState::kNone:
         if (!options_.plain_discs || IsFaint(disc)) return false;
         Measure(disc, ring, std::nullopt);
@@ -342,7 +343,7 @@ class Search {
   const FinderOptions& options_;
   FinderWorkspace& workspace_;
   SeenCells seen_;
-  std::vector<SightedTarget> sighted_;
+  std::vector<UnreadTarget> unread_;
   PageView quiet_;  ///< the picture where it is little noisy, else with less noise
   double noise_ = 0;
   int edge_step_ = 0;

@@ -19,10 +19,10 @@ struct IdealPoint {
 };
 
 std::optional<IdealPoint> Ideal(const Camera& camera, const ImagePoint& pixel) {
-  const auto sight = LineOfSight(camera, {pixel.x, pixel.y});
-  if (!sight) return std::nullopt;
-  return IdealPoint{{sight->x() / sight->z(), sight->y() / sight->z()},
-                    sight->z() > 0 ? 1.0 : -1.0};
+  const auto observation = LineOfSight(camera, {pixel.x, pixel.y});
+  if (!observation) return std::nullopt;
+  return IdealPoint{{observation->x() / observation->z(), observation->y() / observation->z()},
+                    observation->z() > 0 ? 1.0 : -1.0};
 }
 
 std::optional<ImagePoint> Seen(const Camera& camera, const ImagePoint& ideal, double side) {

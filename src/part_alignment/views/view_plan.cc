@@ -39,15 +39,16 @@ Result<void> CheckNumbers(const ViewPlanOptions& options) {
     double low;
     double high;
   };
-  const std::array fields{Field{"working_distance_mm", options.working_distance_mm, 20, 10000},
-                          Field{"field_share", options.field_share, 0.1, 1},
-                          Field{"sigma_px", options.sigma_px, 1e-6, 100},
-                          Field{"clearance_mm", options.clearance_mm, 0, 1000},
-                          Field{"tool_length_mm", options.tool_length_mm, 0, 10000},
-                          Field{"tool_radius_mm", options.tool_radius_mm, 0, 10000},
-                          Field{"sights_per_target", double(options.sights_per_target), 1, 10},
-                          Field{"weakest_goal_mm", options.weakest_goal_mm, 1e-4, 10},
-                          Field{"most_views", double(options.most_views), 1, 200}};
+  const std::array fields{
+      Field{"working_distance_mm", options.working_distance_mm, 20, 10000},
+      Field{"field_share", options.field_share, 0.1, 1},
+      Field{"sigma_px", options.sigma_px, 1e-6, 100},
+      Field{"clearance_mm", options.clearance_mm, 0, 1000},
+      Field{"tool_length_mm", options.tool_length_mm, 0, 10000},
+      Field{"tool_radius_mm", options.tool_radius_mm, 0, 10000},
+      Field{"observations_per_target", double(options.observations_per_target), 1, 10},
+      Field{"weakest_goal_mm", options.weakest_goal_mm, 1e-4, 10},
+      Field{"most_views", double(options.most_views), 1, 200}};
   for (const Field& field : fields) {
     if (!(field.value >= field.low && field.value <= field.high)) {
       return Fail(fmt::format("plan: {} is {}, it must lie in {} ... {}", field.name, field.value,
@@ -116,25 +117,25 @@ Result<void> Check(const Camera& camera, const std::vector<PartTarget>& targets,
 
 /// What the choice works on: the part in its middle frame, the candidates that the machine allows.
 struct Choosing {
-  PoseProblem problem;  ///< its sights: what the chosen views see
+  PoseProblem problem;  ///< its observations: what the chosen views see
   Theta theta;
   Theta units;
   std::vector<Vector3d> targets_mm;
   std::vector<CandidateView> candidates;
   std::size_t before_room = 0;  ///< candidates before travel and obstacles
   ThetaMatrix information;
-  std::vector<int> sights;  ///< so far, by target
+  std::vector<int> observations;  ///< so far, by target
 };
 
-Sight SightOf(const CandidateView& view, std::size_t target, const Vector3d& part_mm,
-              double sigma_px) {
-  Sight sight;
-  sight.part_mm = part_mm;
-  sight.spindle_from_machine = view.spindle_rotation.transpose();
-  sight.spindle_mm = view.spindle_mm;
-  sight.sigma_px = sigma_px;
-  sight.target = target;
-  return sight;
+WeightedObservation ObservationOf(const CandidateView& view, std::size_t target,
+                                  const Vector3d& part_mm, double sigma_px) {
+  WeightedObservation observation;
+  observation.part_mm = part_mm;
+  observation.spindle_from_machine = view.spindle_rotation.transpose();
+  observation.spindle_mm = view.spindle_mm;
+  observation.sigma_px = sigma_px;
+  observation.target = target;
+  return observation;
 }
 
 Choosing Prepare(const Camera& camera, const std::vector<PartTarget>& targets,
@@ -157,10 +158,10 @@ Choosing Prepare(const Camera& camera, const std::vector<PartTarget>& targets,
   for (const CandidateView& view :
        CandidateViews(all, choosing.theta, Theta::Ones(choosing.theta.size()), choosing.targets_mm,
                       candidate_options)) {
-    all.sights.push_back(
-        SightOf(view, view.aimed_at, choosing.targets_mm[view.aimed_at], options.sigma_px));
+    all.observations.push_back(
+        ObservationOf(view, view.aimed_at, choosing.targets_mm[view.aimed_at], options.sigma_px));
   }
-  if (all.sights.empty()) {
+  if (all.observations.empty()) {
     return choosing;
   }
   choosing.units = UnitsPerMillimetre(all, choosing.theta);
@@ -173,7 +174,7 @@ Choosing Prepare(const Camera& camera, const std::vector<PartTarget>& targets,
            !ClearOfObstacles(options, tool_mm, view.spindle_mm, view.spindle_rotation);
   });
   choosing.information = ThetaMatrix::Zero(choosing.theta.size(), choosing.theta.size());
-  choosing.sights.assign(targets.size(), 0);
+  choosing.observations.assign(targets.size(), 0);
   return choosing;
 }
 
@@ -220,9 +221,10 @@ void Take(std::size_t index, const std::string& purpose, const std::vector<PartT
   const double after_mm = WeakestSigma(choosing.information);
   PlannedView planned{view.spindle_mm, view.spindle_rotation, {targets[view.aimed_at].id}, {}};
   for (const std::size_t target : view.seen) {
-    ++choosing.sights[target];
-    choosing.problem.sights.push_back(SightOf(view, target, choosing.targets_mm[target], sigma_px));
-    choosing.problem.sights.back().view = plan.views.size();
+    ++choosing.observations[target];
+    choosing.problem.observations.push_back(
+        ObservationOf(view, target, choosing.targets_mm[target], sigma_px));
+    choosing.problem.observations.back().view = plan.views.size();
     if (target != view.aimed_at) {
       planned.targets.push_back(targets[target].id);
     }
@@ -236,11 +238,11 @@ void Take(std::size_t index, const std::string& purpose, const std::vector<PartT
 std::string Choose(const std::vector<PartTarget>& targets, const ViewPlanOptions& options,
                    Choosing& choosing, ViewPlan& plan) {
   const auto full = [&] { return static_cast<int>(plan.views.size()) >= options.most_views; };
-  for (int round = 1; round <= options.sights_per_target; ++round) {
+  for (int round = 1; round <= options.observations_per_target; ++round) {
     for (;;) {
       std::vector<bool> wanted(targets.size());
       for (std::size_t i = 0; i < targets.size(); ++i) {
-        wanted[i] = choosing.sights[i] < round;
+        wanted[i] = choosing.observations[i] < round;
       }
       const auto short_of = std::find(wanted.begin(), wanted.end(), true);
       if (short_of == wanted.end()) {
@@ -250,7 +252,7 @@ std::string Choose(const std::vector<PartTarget>& targets, const ViewPlanOptions
       const std::size_t best = full() ? choosing.candidates.size() : Best(choosing, wanted);
       if (best == choosing.candidates.size()) {
         return full() ? fmt::format("{} views are not enough to see each target {} times",
-                                    options.most_views, options.sights_per_target)
+                                    options.most_views, options.observations_per_target)
                       : fmt::format(
                             "target {} cannot be seen from within the travel, clear of the "
                             "obstacles",
@@ -258,7 +260,8 @@ std::string Choose(const std::vector<PartTarget>& targets, const ViewPlanOptions
       }
       const std::string& aimed = targets[choosing.candidates[best].aimed_at].id;
       Take(best,
-           fmt::format("sight {} of {} of target {}", round, options.sights_per_target, aimed),
+           fmt::format("observation {} of {} of target {}", round, options.observations_per_target,
+                       aimed),
            targets, options.sigma_px, choosing, plan);
     }
   }

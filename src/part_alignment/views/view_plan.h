@@ -34,7 +34,7 @@ struct ViewPlanOptions {
   /// eccentricity and camera offset.
   std::vector<Eigen::Matrix3d> orientations = {Eigen::Matrix3d::Identity()};
   /// Each target is seen at least so often, so that a wrong one can be told, 1 ... 10.
-  int sights_per_target = 2;
+  int observations_per_target = 2;
   /// Wanted along the weakest direction (k = 1), 0.0001 ... 10 mm.
   double weakest_goal_mm = 0.02;
   int most_views = 40;  ///< 1 ... 200
@@ -60,8 +60,8 @@ struct ViewPlan {
 };
 
 /// Greedy: first whatever tells most (determinant of the information) until each target is seen
-/// sights_per_target times, then until the weakest direction is known to weakest_goal_mm. A view
-/// counts only if the spindle's place lies within the travel, its target within the field, and
+/// observations_per_target times, then until the weakest direction is known to weakest_goal_mm. A
+/// view counts only if the spindle's place lies within the travel, its target within the field, and
 /// camera and tool keep clear of the obstacles, as does the whole way. Whether an obstacle hides a
 /// target from the camera is not looked at.
 ///

@@ -48,7 +48,7 @@ Alignment Taken(const Scene& scene, const ViewPlan& plan) {
   for (const PlannedView& planned : plan.views) {
     test_support::WorldView view{planned.spindle_mm, planned.spindle_rotation, {}};
     for (const std::string& id : planned.targets) {
-      view.sights.push_back({std::stoi(id.substr(1)) - 1, Eigen::Vector2d::Zero()});
+      view.observations.push_back({std::stoi(id.substr(1)) - 1, Eigen::Vector2d::Zero()});
     }
     world.views.push_back(view);
   }

@@ -30,8 +30,8 @@ class TargetPlane {
 
   [[nodiscard]] bool FromTheFront() const { return eye_[2] > 0; }
   [[nodiscard]] std::array<double, 2> At(double column, double row) const {
-    const auto sight = SightOf(lens_, {column, row});
-    const Triple along = target_from_camera_ * Triple{sight[0], sight[1], 1};
+    const auto direction = DirectionOf(lens_, {column, row});
+    const Triple along = target_from_camera_ * Triple{direction[0], direction[1], 1};
     const double t = -eye_[2] / along[2];
     return {eye_[0] + t * along[0], eye_[1] + t * along[1]};
   }
@@ -42,7 +42,7 @@ class TargetPlane {
   Turn target_from_camera_;
 };
 
-// The part of the picture that a target covers, from points of its outline; empty out of sight.
+// The part of the picture that a target covers, from points of its outline; empty out of view.
 Box BoxOf(const SpindleLens& lens, const PlacedTarget& target) {
   constexpr int kPoints = 32;
   constexpr double kRoom_px = 3;

@@ -82,11 +82,11 @@ std::string PictureName(std::size_t stop) { return fmt::format("view-{:02}.png",
 
 std::string ObservationsJson(const SpindleWorld& world, const SpindleName& name, double margin_px) {
   Json json = Stated(world);
-  Random noise = SightNoiseOf(name);
+  Random noise = ObservationNoiseOf(name);
   for (std::size_t stop = 0; stop < world.setup.stops.size(); ++stop) {
     Json view = ViewJson(world, stop);
     view["observations"] = Json::array();
-    for (const SpindleSighting& seen : Look(world, stop, margin_px, noise)) {
+    for (const SpindleObservation& seen : Look(world, stop, margin_px, noise)) {
       // Without noise a sigma of 0 would weigh without bound.
       const double sigma_px = world.setup.sigma_px > 0 ? world.setup.sigma_px : 1e-3;
       view["observations"].push_back({{"target", world.setup.part.targets[seen.target].id},
@@ -122,10 +122,10 @@ std::string SpindleTruthJson(const SpindleWorld& world, const SpindleName& name,
   Random unused(0);
   for (std::size_t stop = 0; stop < world.setup.stops.size(); ++stop) {
     Json seen = Json::array();
-    for (const SpindleSighting& sighting : Look(world, stop, margin_px, unused)) {
-      seen.push_back({{"target", world.setup.part.targets[sighting.target].id},
-                      {"column_px", sighting.exact_px[0]},
-                      {"row_px", sighting.exact_px[1]}});
+    for (const SpindleObservation& observation : Look(world, stop, margin_px, unused)) {
+      seen.push_back({{"target", world.setup.part.targets[observation.target].id},
+                      {"column_px", observation.exact_px[0]},
+                      {"row_px", observation.exact_px[1]}});
     }
     views.push_back({{"spindle_mm", world.actual_mm[stop]}, {"targets", seen}});
   }

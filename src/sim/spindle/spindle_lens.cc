@@ -67,7 +67,7 @@ PixelPlace PrincipalPx(const SpindleLens& lens) {
           (lens.height_px - 1) / 2.0 + lens.principal_offset_px[1]};
 }
 
-std::array<double, 2> SightOf(const SpindleLens& lens, const PixelPlace& pixel) {
+std::array<double, 2> DirectionOf(const SpindleLens& lens, const PixelPlace& pixel) {
   const PixelPlace principal = PrincipalPx(lens);
   const PixelPlace ideal = Bend(lens, pixel[0] - principal[0], pixel[1] - principal[1]).ideal;
   return {ideal[0] / FocalPx(lens), ideal[1] / FocalPx(lens)};

@@ -46,10 +46,10 @@ struct SpindleLens {
 [[nodiscard]] PixelPlace PrincipalPx(const SpindleLens& lens);
 
 /// The line of sight of a pixel: (x, y) of the point (x, y, 1) · w, any w, in the camera frame.
-[[nodiscard]] std::array<double, 2> SightOf(const SpindleLens& lens, const PixelPlace& pixel);
+[[nodiscard]] std::array<double, 2> DirectionOf(const SpindleLens& lens, const PixelPlace& pixel);
 
-/// Where a point of the camera frame is seen, found by inverting SightOf to 1e-12 px. Absent behind
-/// the camera and where the lens folds. May lie outside the picture.
+/// Where a point of the camera frame is seen, found by inverting DirectionOf to 1e-12 px. Absent
+/// behind the camera and where the lens folds. May lie outside the picture.
 [[nodiscard]] std::optional<PixelPlace> SeenAt(const SpindleLens& lens, const Triple& camera_mm);
 
 [[nodiscard]] bool InPicture(const SpindleLens& lens, const PixelPlace& pixel, double margin_px);

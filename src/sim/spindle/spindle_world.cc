@@ -13,7 +13,7 @@ constexpr std::uint64_t kOutOfMachine = 2;
 constexpr std::uint64_t kClampings = 100'000;  // then one generator per clamping
 constexpr std::uint64_t kHold = 1;
 constexpr std::uint64_t kApproach = 2;
-constexpr std::uint64_t kSights = 3;
+constexpr std::uint64_t kObservations = 3;
 constexpr std::uint64_t kPictures = 4;
 constexpr double kReference_c = 20;
 
@@ -140,9 +140,9 @@ Place MachineFromCamera(const SpindleWorld& world, std::size_t stop) {
   return machine_from_spindle * spindle_from_taper * taper_from_camera;
 }
 
-std::vector<SpindleSighting> Look(const SpindleWorld& world, std::size_t stop, double margin_px,
-                                  Random& random) {
-  std::vector<SpindleSighting> seen;
+std::vector<SpindleObservation> Look(const SpindleWorld& world, std::size_t stop, double margin_px,
+                                     Random& random) {
+  std::vector<SpindleObservation> seen;
   const Place machine_from_camera = MachineFromCamera(world, stop);
   for (std::size_t i = 0; i < world.targets_mm.size(); ++i) {
     const double column_noise = random.Normal(0, world.setup.sigma_px);
@@ -157,7 +157,7 @@ std::vector<SpindleSighting> Look(const SpindleWorld& world, std::size_t stop, d
   return seen;
 }
 
-Random SightNoiseOf(const SpindleName& name) { return ClampingOf(name).Fork(kSights); }
+Random ObservationNoiseOf(const SpindleName& name) { return ClampingOf(name).Fork(kObservations); }
 
 Random PicturesOf(const SpindleName& name) { return ClampingOf(name).Fork(kPictures); }
 

@@ -103,7 +103,7 @@ struct SpindleWorld {
 /// Eq. 21 with eccentricity and tilt: where the camera really is at a stop.
 [[nodiscard]] Place MachineFromCamera(const SpindleWorld& world, std::size_t stop);
 
-struct SpindleSighting {
+struct SpindleObservation {
   std::size_t target = 0;    ///< index into the part's targets
   PixelPlace exact_px = {};  ///< image of the target's centre
   PixelPlace noisy_px = {};  ///< with the noise of sigma_px
@@ -111,11 +111,11 @@ struct SpindleSighting {
 
 /// The targets whose centres are in the picture, at least `margin_px` from its edge, and which face
 /// the camera. Two normal numbers are drawn for every target of the part, seen or not.
-[[nodiscard]] std::vector<SpindleSighting> Look(const SpindleWorld& world, std::size_t stop,
-                                                double margin_px, Random& random);
+[[nodiscard]] std::vector<SpindleObservation> Look(const SpindleWorld& world, std::size_t stop,
+                                                   double margin_px, Random& random);
 
-/// The generator of the noise of a clamping's sightings.
-[[nodiscard]] Random SightNoiseOf(const SpindleName& name);
+/// The generator of the noise of a clamping's observations.
+[[nodiscard]] Random ObservationNoiseOf(const SpindleName& name);
 /// The generator of a clamping's pictures.
 [[nodiscard]] Random PicturesOf(const SpindleName& name);
 

@@ -46,24 +46,24 @@ TEST(SpindleLens, BendsAsTheWrittenOutPolynomial) {
   EXPECT_DOUBLE_EQ(middle[0], 1295.5 - 8.732);
   EXPECT_DOUBLE_EQ(middle[1], 971.5 + 27.52);
   // The polynomial at (1000, -700), worked out apart from this code.
-  const auto sight = SightOf(lens, {middle[0] + 1000, middle[1] - 700});
-  EXPECT_NEAR(sight[0] * 2813.181818181818, 1039.6618851, 1e-6);
-  EXPECT_NEAR(sight[1] * 2813.181818181818, -727.32006841, 1e-6);
+  const auto direction = DirectionOf(lens, {middle[0] + 1000, middle[1] - 700});
+  EXPECT_NEAR(direction[0] * 2813.181818181818, 1039.6618851, 1e-6);
+  EXPECT_NEAR(direction[1] * 2813.181818181818, -727.32006841, 1e-6);
 }
 
-TEST(SpindleLens, SeesEveryPixelWhereItsSightSays) {
+TEST(SpindleLens, SeesEveryPixelWhereItsObservationSays) {
   SpindleLens lens;
   for (const bool along_plus_z : {false, true}) {
     lens.along_plus_z = along_plus_z;
     for (double column = 0; column < lens.width_px; column += 323.7) {
       for (double row = 0; row < lens.height_px; row += 277.3) {
-        const auto sight = SightOf(lens, {column, row});
+        const auto direction = DirectionOf(lens, {column, row});
         const double w = along_plus_z ? 240 : -240;
-        const auto pixel = SeenAt(lens, {sight[0] * w, sight[1] * w, w});
+        const auto pixel = SeenAt(lens, {direction[0] * w, direction[1] * w, w});
         ASSERT_TRUE(pixel);
         EXPECT_NEAR((*pixel)[0], column, kRounding_px);
         EXPECT_NEAR((*pixel)[1], row, kRounding_px);
-        EXPECT_FALSE(SeenAt(lens, {-sight[0] * w, -sight[1] * w, -w})) << "behind";
+        EXPECT_FALSE(SeenAt(lens, {-direction[0] * w, -direction[1] * w, -w})) << "behind";
       }
     }
   }

@@ -10,7 +10,7 @@
 
 namespace trammel::part_alignment {
 
-struct SightingRules {
+struct DiscByRaysRules {
   double noise = 0;  ///< of the picture's pixels, grey levels
   double min_radius_px = 3;
   double max_radius_px = 150;
@@ -20,7 +20,7 @@ struct SightingRules {
 /// of half of the rays at least, so that light may differ from side to side and a part be covered.
 /// Its contrast has the sign of the disc's and no size; blur and background are not set. Absent
 /// where there is no such ellipse.
-[[nodiscard]] std::optional<DiscModel> SightDisc(const PageView& picture, const Run& run,
-                                                 const SightingRules& rules);
+[[nodiscard]] std::optional<DiscModel> FindDiscByRays(const PageView& picture, const Run& run,
+                                                      const DiscByRaysRules& rules);
 
 }  // namespace trammel::part_alignment

@@ -1,4 +1,4 @@
-#include "part_alignment/targets/disc_sighting.h"
+#include "part_alignment/targets/disc_by_rays.h"
 
 #include <algorithm>
 #include <array>
@@ -79,7 +79,7 @@ struct Start {
 /// Whether the chords through a run's middle, ended by steps outwards, may be a disc's, with its
 /// surroundings beyond them. Little is looked at: most runs are dismissed here.
 std::optional<Start> StartWithin(const PageView& picture, const Run& run, int least_step,
-                                 const SightingRules& rules) {
+                                 const DiscByRaysRules& rules) {
   const int length = run.last - run.first;
   const int most =
       std::min(static_cast<int>(2 * rules.max_radius_px), static_cast<int>(kMostRatio * length)) +
@@ -261,7 +261,7 @@ Common CommonEllipse(const Rim& rim, double tolerance_px) {
   return best;
 }
 
-bool IsDisc(const DiscModel& disc, const SightingRules& rules) {
+bool IsDisc(const DiscModel& disc, const DiscByRaysRules& rules) {
   constexpr double kLeastRatio = 0.24;  // of the axes: tilted by 76 degrees
   constexpr double kSlack = 0.8;
   const double mean = 0.5 * (disc.wxx + disc.wyy);
@@ -279,8 +279,8 @@ double PaceFor(double radius_px) {
 
 }  // namespace
 
-std::optional<DiscModel> SightDisc(const PageView& picture, const Run& run,
-                                   const SightingRules& rules) {
+std::optional<DiscModel> FindDiscByRays(const PageView& picture, const Run& run,
+                                        const DiscByRaysRules& rules) {
   const int least_step = LeastStep(rules.noise);
   const std::optional<Start> within = StartWithin(picture, run, least_step, rules);
   if (!within) return std::nullopt;

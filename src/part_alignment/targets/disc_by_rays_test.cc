@@ -1,4 +1,4 @@
-#include "part_alignment/targets/disc_sighting.h"
+#include "part_alignment/targets/disc_by_rays.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "part_alignment/targets/code_book.h"
-#include "part_alignment/targets/ring_sighting.h"
+#include "part_alignment/targets/ring_evidence.h"
 #include "part_alignment/targets/row_runs.h"
 #include "support/target_picture.h"
 
@@ -39,39 +39,39 @@ Run Across(int row, int first, int last) {
 }
 
 // Ink in the light is brighter than paper in the shade. The run is its lit part.
-TEST(DiscSighting, FindsTheRimWithinATenthWhereAShadowsEdgeCrossesTheDisc) {
+TEST(DiscByRays, FindsTheRimWithinATenthWhereAShadowsEdgeCrossesTheDisc) {
   Look look;
   look.shadow = {kMiddle_px, kMiddle_px, 0, 1, 0.1};
   const Page page = OneTarget(look, 1);
-  const auto disc = SightDisc(page.view(), Across(90, 75, 90), {.noise = 1});
+  const auto disc = FindDiscByRays(page.view(), Across(90, 75, 90), {.noise = 1});
   ASSERT_TRUE(disc);
   constexpr double kTenth_px = 0.1 * kRadius_px;
   EXPECT_NEAR(disc->column_px, kMiddle_px, kTenth_px);
   EXPECT_NEAR(disc->row_px, kMiddle_px, kTenth_px);
   EXPECT_NEAR(MeanRadius(*disc), kRadius_px * std::sqrt(std::cos(0.5)), kTenth_px);
-  const auto ring = SightRing(page.view(), *disc, 1);
+  const auto ring = FindRingEvidence(page.view(), *disc, 1);
   ASSERT_TRUE(ring);
   EXPECT_TRUE(ring->uneven);
 }
 
-TEST(DiscSighting, SeesARingOnlyWhereThereIsOne) {
+TEST(DiscByRays, SeesARingOnlyWhereThereIsOne) {
   const Look look;
   const Page with = OneTarget(look, 1);
   const Page without = OneTarget(look, 1, 0);
   const auto run = Across(90, 76, 104);
-  const auto disc = SightDisc(with.view(), run, {.noise = 1});
-  const auto alone = SightDisc(without.view(), run, {.noise = 1});
+  const auto disc = FindDiscByRays(with.view(), run, {.noise = 1});
+  const auto alone = FindDiscByRays(without.view(), run, {.noise = 1});
   ASSERT_TRUE(disc && alone);
-  const auto ring = SightRing(with.view(), *disc, 1);
+  const auto ring = FindRingEvidence(with.view(), *disc, 1);
   ASSERT_TRUE(ring);
   EXPECT_FALSE(ring->uneven);
   EXPECT_NEAR(ring->contrast, -150, 5);
-  EXPECT_FALSE(SightRing(without.view(), *alone, 1));
+  EXPECT_FALSE(FindRingEvidence(without.view(), *alone, 1));
 }
 
 // Takes a view of half a target, which is enough of its ring to be seen. The rows above the view
 // are in memory: a ring is seen where they are read.
-TEST(DiscSighting, SeesNoRingAboutAMiddleBeyondThePicture) {
+TEST(DiscByRays, SeesNoRingAboutAMiddleBeyondThePicture) {
   constexpr int kCentre_px = 120;
   DrawnTarget target = test::AffineTarget(kCentre_px, kCentre_px, 40, 1, 1);
   target.bits = 14;
@@ -79,7 +79,7 @@ TEST(DiscSighting, SeesNoRingAboutAMiddleBeyondThePicture) {
   Random random(4);
   const Page page =
       test::Expose(test::Draw(2 * kCentre_px, 2 * kCentre_px, {target}, {}), 1, random);
-  const auto disc = SightDisc(page.view(), Across(kCentre_px, 96, 144), {.noise = 1});
+  const auto disc = FindDiscByRays(page.view(), Across(kCentre_px, 96, 144), {.noise = 1});
   ASSERT_TRUE(disc);
   const auto seen_from_row = [&](int row) {
     PageView part = page.view();
@@ -87,27 +87,27 @@ TEST(DiscSighting, SeesNoRingAboutAMiddleBeyondThePicture) {
     part.height -= row;
     DiscModel moved = *disc;
     moved.row_px -= row;
-    return SightRing(part, moved, 1).has_value();
+    return FindRingEvidence(part, moved, 1).has_value();
   };
   EXPECT_TRUE(seen_from_row(kCentre_px - 1));
   EXPECT_FALSE(seen_from_row(kCentre_px + 1));
 }
 
-TEST(DiscSighting, SeesNothingInNoise) {
+TEST(DiscByRays, SeesNothingInNoise) {
   Random random(5);
   const test::GreyImage grey{180, 180, std::vector<double>(180 * 180, 128)};
   for (const double noise : {0.0, 1.0, 8.0}) {
     const Page page = test::Expose(grey, noise, random);
     for (int row = 10; row < 170; row += 8) {
       const auto run = Across(row, row - 5, row + 5);
-      const auto disc = SightDisc(page.view(), run, {.noise = noise});
-      EXPECT_FALSE(disc && SightRing(page.view(), *disc, noise)) << noise << " row " << row;
+      const auto disc = FindDiscByRays(page.view(), run, {.noise = noise});
+      EXPECT_FALSE(disc && FindRingEvidence(page.view(), *disc, noise)) << noise << " row " << row;
     }
   }
 }
 
 // Every run of a small picture, those at its border and of its whole width too.
-TEST(DiscSighting, LooksAtNothingBeyondThePicture) {
+TEST(DiscByRays, LooksAtNothingBeyondThePicture) {
   const Page page = OneTarget({}, 1);
   PageView part = page.view();
   part.width = 40;
@@ -115,28 +115,28 @@ TEST(DiscSighting, LooksAtNothingBeyondThePicture) {
   for (int row = 0; row < part.height; ++row) {
     for (int first = 0; first < part.width; first += 3) {
       for (int last = first; last < part.width; last += 3) {
-        const auto disc = SightDisc(part, Across(row, first, last), {.noise = 1});
-        if (disc) (void)SightRing(part, *disc, 1);
+        const auto disc = FindDiscByRays(part, Across(row, first, last), {.noise = 1});
+        if (disc) (void)FindRingEvidence(part, *disc, 1);
       }
     }
   }
 }
 
-TEST(RingSighting, LeavesOutWhatIsSeenTwiceOrWithinARing) {
+TEST(RingEvidence, LeavesOutWhatIsSeenTwiceOrWithinARing) {
   const auto at = [](double column, double radius, int clear) {
-    SightedTarget one;
+    UnreadTarget one;
     one.disc.column_px = column;
     one.disc.wxx = one.disc.wyy = 1 / radius;
     one.ring.clear = clear;
     return one;
   };
   // The same disc twice, a segment of its ring, and another target beyond it.
-  std::vector<SightedTarget> sighted{at(101, 10, 30), at(100, 10, 38), at(125, 5, 35),
-                                     at(175, 10, 20)};
-  LeaveOutParts(sighted);
-  ASSERT_EQ(sighted.size(), 2U);
-  EXPECT_EQ(sighted[0].disc.column_px, 100);
-  EXPECT_EQ(sighted[1].disc.column_px, 175);
+  std::vector<UnreadTarget> unread{at(101, 10, 30), at(100, 10, 38), at(125, 5, 35),
+                                   at(175, 10, 20)};
+  LeaveOutParts(unread);
+  ASSERT_EQ(unread.size(), 2U);
+  EXPECT_EQ(unread[0].disc.column_px, 100);
+  EXPECT_EQ(unread[1].disc.column_px, 175);
 }
 
 /// A row of `values`, each as many pixels wide as stated, in a picture of rows that are all alike.

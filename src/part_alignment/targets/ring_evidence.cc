@@ -1,4 +1,4 @@
-#include "part_alignment/targets/ring_sighting.h"
+#include "part_alignment/targets/ring_evidence.h"
 
 #include <algorithm>
 #include <array>
@@ -120,8 +120,8 @@ int ClearlyInPieces(const Around& around) {
 
 }  // namespace
 
-std::optional<RingSighting> SightRing(const PageView& picture, const DiscModel& disc,
-                                      double noise) {
+std::optional<RingEvidence> FindRingEvidence(const PageView& picture, const DiscModel& disc,
+                                             double noise) {
   constexpr double kLeastContrast = 1.5;  // grey levels: rounding makes less
   constexpr double kSigmas = 3 * std::numbers::sqrt2;
   constexpr int kLeastTold = 18;
@@ -146,7 +146,7 @@ std::optional<RingSighting> SightRing(const PageView& picture, const DiscModel& 
       2 * around.crowded > told) {
     return std::nullopt;
   }
-  RingSighting ring;
+  RingEvidence ring;
   ring.clear = ClearlyInPieces(around);
   if (ring.clear == 0) return std::nullopt;
   const auto median = around.contrast.begin() + told / 2;
@@ -159,16 +159,16 @@ std::optional<RingSighting> SightRing(const PageView& picture, const DiscModel& 
   return ring;
 }
 
-void LeaveOutParts(std::vector<SightedTarget>& sighted) {
+void LeaveOutParts(std::vector<UnreadTarget>& unread) {
   constexpr double kSame = 1.2;  // radii
   constexpr double kWithin = 3.2;
   constexpr double kSmaller = 0.7;  // than the disc, what is seen within its ring
-  std::stable_sort(
-      sighted.begin(), sighted.end(),
-      [](const SightedTarget& a, const SightedTarget& b) { return a.ring.clear > b.ring.clear; });
+  std::stable_sort(unread.begin(), unread.end(), [](const UnreadTarget& a, const UnreadTarget& b) {
+    return a.ring.clear > b.ring.clear;
+  });
   std::size_t kept = 0;
-  for (const SightedTarget& one : sighted) {
-    const auto is_part_of = [&](const SightedTarget& other) {
+  for (const UnreadTarget& one : unread) {
+    const auto is_part_of = [&](const UnreadTarget& other) {
       const DiscModel& disc = other.disc;
       const double x = one.disc.column_px - disc.column_px;
       const double y = one.disc.row_px - disc.row_px;
@@ -178,10 +178,10 @@ void LeaveOutParts(std::vector<SightedTarget>& sighted) {
       return radii2 < kSame * kSame ||
              (radii2 < kWithin * kWithin && MeanRadius(one.disc) < kSmaller * MeanRadius(disc));
     };
-    const auto end = sighted.begin() + static_cast<std::ptrdiff_t>(kept);
-    if (std::none_of(sighted.begin(), end, is_part_of)) sighted[kept++] = one;
+    const auto end = unread.begin() + static_cast<std::ptrdiff_t>(kept);
+    if (std::none_of(unread.begin(), end, is_part_of)) unread[kept++] = one;
   }
-  sighted.resize(kept);
+  unread.resize(kept);
 }
 
 }  // namespace trammel::part_alignment

@@ -10,7 +10,7 @@
 
 namespace trammel::part_alignment {
 
-struct RingSighting {
+struct RingEvidence {
   double contrast = 0;  ///< grey levels, of the disc less what is about it: the median around
   bool uneven = false;  ///< whether light differs about the disc by a quarter of the contrast
   int clear = 0;        ///< directions, of 40, in which the ring is one of two shades
@@ -20,16 +20,16 @@ struct RingSighting {
 /// and half of them are enough.
 /// @param disc   the ellipse to some tenths of the radius; of its contrast only the sign counts.
 /// @param noise  of the picture's pixels, grey levels.
-[[nodiscard]] std::optional<RingSighting> SightRing(const PageView& picture, const DiscModel& disc,
-                                                    double noise);
+[[nodiscard]] std::optional<RingEvidence> FindRingEvidence(const PageView& picture,
+                                                           const DiscModel& disc, double noise);
 
-struct SightedTarget {
+struct UnreadTarget {
   DiscModel disc;
-  RingSighting ring;
+  RingEvidence ring;
   RejectReason reason = RejectReason::kHidden;  ///< where neither light nor contrast is
 };
 
 /// Leaves those out that are the same as a clearer one, or look like a disc within its ring.
-void LeaveOutParts(std::vector<SightedTarget>& sighted);
+void LeaveOutParts(std::vector<UnreadTarget>& unread);
 
 }  // namespace trammel::part_alignment
