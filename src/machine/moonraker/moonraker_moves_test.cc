@@ -166,7 +166,7 @@ TEST_F(KlippyMovesTest, ABatchThatDoesNotComeIsAskedForOverANewConnection) {
   server_.Push(StatusUpdate({{"toolhead", {{"estimated_print_time", 203.0}}}}, 3160));
   const auto moves = printer_->Moves(200, 201, kPatience);
   ASSERT_TRUE(moves) << moves.error().message;
-  EXPECT_EQ(moves->size(), 1);
+  EXPECT_EQ(moves->size(), 1) << server_.CountRequests(kOwnDump) << " requests";
 }
 
 TEST_F(MoonrakerMovesTest, AKlipperThatTellsNoMovesIsSaid) {

@@ -21,6 +21,7 @@ constexpr double kBatch_s = 0.5;       // Klipper tells moves in batches of so m
 constexpr double kAfterMoves_s = 1.0;  // a batch later, and its way
 constexpr double kFirstBatch_s = 2.0;  // a motion that is not told by then is told to nobody
 constexpr int kMostNames = 9;
+constexpr const char* kMovesMethod = "moves";  // of batches over a connection of our own
 
 constexpr double kOwnConnection_s = 5;  // before one through Moonraker is taken instead
 
@@ -71,8 +72,9 @@ Result<void> MoonrakerPrinter::StreamMoves(const WaitLimit& limit) {
   }
   auto stream = std::make_unique<KlippyStreams>(
       moonraker_.address(), options_,
-      std::vector{KlippyStream{"motion_report/dump_trapq", {{"name", "toolhead"}}, "moves"}},
-      [this](const std::string&, const json& params, double) {
+      std::vector{KlippyStream{"motion_report/dump_trapq", {{"name", "toolhead"}}, kMovesMethod}},
+      [this](const std::string& method, const json& params, double) {
+        if (method != kMovesMethod) return;
         const std::lock_guard lock(mutex_);
         TakeMoves(params);
         changed_.notify_all();
