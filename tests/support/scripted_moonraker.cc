@@ -4,7 +4,6 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/ssl/context.hpp>
 #include <chrono>
 #include <condition_variable>
 #include <list>
@@ -13,6 +12,7 @@
 #include <thread>
 
 #include "support/scripted_session.h"
+#include "support/tls_relay.h"
 
 namespace trammel::test {
 
@@ -83,7 +83,7 @@ struct ScriptedMoonraker::State {
 
   ServerOptions options;
   asio::io_context io;
-  std::unique_ptr<asio::ssl::context> tls;
+  std::unique_ptr<TlsRelay> tls;
   std::unique_ptr<tcp::acceptor> tcp_acceptor;
   std::unique_ptr<asio::local::stream_protocol::acceptor> unix_acceptor;
   std::thread thread;
@@ -110,18 +110,9 @@ void AcceptTcp(ServerState& server) {
       return;
     }
     socket.set_option(tcp::no_delay(true));
-    if (server.tls) {
-      const auto session =
-          std::make_shared<WebSession<ServerState, beast::ssl_stream<beast::tcp_stream>>>(
-              server, std::move(socket), *server.tls);
-      server.Accepted(session);
-      session->Start();
-    } else {
-      const auto session =
-          std::make_shared<WebSession<ServerState, beast::tcp_stream>>(server, std::move(socket));
-      server.Accepted(session);
-      session->Start();
-    }
+    const auto session = std::make_shared<WebSession<ServerState>>(server, std::move(socket));
+    server.Accepted(session);
+    session->Start();
     AcceptTcp(server);
   });
 }
@@ -145,16 +136,15 @@ void AcceptUnix(ServerState& server) {
 ScriptedMoonraker::ScriptedMoonraker(ServerOptions options)
     : state_(std::make_unique<ScriptedMoonraker::State>(std::move(options))) {
   auto& server = *state_;
-  if (!server.options.certificate_pem.empty()) {
-    server.tls = std::make_unique<asio::ssl::context>(asio::ssl::context::tls_server);
-    server.tls->use_certificate(asio::buffer(server.options.certificate_pem),
-                                asio::ssl::context::pem);
-    server.tls->use_private_key(asio::buffer(server.options.key_pem), asio::ssl::context::pem);
-  }
   if (server.options.unix_path.empty()) {
     server.tcp_acceptor = std::make_unique<tcp::acceptor>(
         server.io, tcp::endpoint(asio::ip::address_v4::loopback(), 0));
     AcceptTcp(server);
+    if (!server.options.certificate_pem.empty()) {
+      server.tls = std::make_unique<TlsRelay>(server.io, server.options.certificate_pem,
+                                              server.options.key_pem,
+                                              server.tcp_acceptor->local_endpoint().port());
+    }
   } else {
     server.unix_acceptor = std::make_unique<asio::local::stream_protocol::acceptor>(
         server.io, asio::local::stream_protocol::endpoint(server.options.unix_path));
@@ -173,7 +163,9 @@ ScriptedMoonraker::~ScriptedMoonraker() {
   }
 }
 
-int ScriptedMoonraker::port() const { return state_->tcp_acceptor->local_endpoint().port(); }
+int ScriptedMoonraker::port() const {
+  return state_->tls ? state_->tls->port() : state_->tcp_acceptor->local_endpoint().port();
+}
 
 void ScriptedMoonraker::Handle(const std::string& method, Handler handler) {
   const std::lock_guard lock(state_->mutex);

@@ -3,15 +3,12 @@
 
 #include <array>
 #include <boost/asio/local/stream_protocol.hpp>
-#include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http.hpp>
-#include <boost/beast/ssl/ssl_stream.hpp>
 #include <boost/beast/websocket.hpp>
-#include <boost/beast/websocket/ssl.hpp>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -36,15 +33,12 @@ class Session {
   virtual void Break() = 0;
 };
 
-/// HTTP and, after an upgrade, WebSocket; over TLS or not. ServerState is
-/// ScriptedMoonraker::State.
-template <class ServerState, class Stream>
-class WebSession : public Session,
-                   public std::enable_shared_from_this<WebSession<ServerState, Stream>> {
+/// HTTP and, after an upgrade, WebSocket. ServerState is ScriptedMoonraker::State.
+template <class ServerState>
+class WebSession : public Session, public std::enable_shared_from_this<WebSession<ServerState>> {
  public:
-  template <class... Args>
-  explicit WebSession(ServerState& server, Args&&... args)
-      : server_(server), socket_(std::forward<Args>(args)...) {}
+  WebSession(ServerState& server, asio::ip::tcp::socket socket)
+      : server_(server), socket_(std::move(socket)) {}
 
   void Start() {
     if (server_.options.silent) {
@@ -57,16 +51,7 @@ class WebSession : public Session,
                         [self = this->shared_from_this()](error_code, std::size_t) {});
       return;
     }
-    if constexpr (std::is_same_v<Stream, beast::ssl_stream<beast::tcp_stream>>) {
-      socket_.next_layer().async_handshake(asio::ssl::stream_base::server,
-                                           [self = this->shared_from_this()](error_code error) {
-                                             if (!error) {
-                                               self->ReadHttp();
-                                             }
-                                           });
-    } else {
-      ReadHttp();
-    }
+    ReadHttp();
   }
 
   void Send(std::string bytes) override {
@@ -155,7 +140,7 @@ class WebSession : public Session,
 
   ServerState& server_;
   std::shared_ptr<Session> held_;  ///< itself, where nothing else keeps the connection open
-  websocket::stream<Stream> socket_;
+  websocket::stream<beast::tcp_stream> socket_;
   beast::flat_buffer buffer_;
   beast::flat_buffer incoming_;
   http::request_parser<http::string_body> parser_;

@@ -7,17 +7,18 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/ssl/stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/ssl/ssl_stream.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/http/write.hpp>
 #include <chrono>
 #include <memory>
 #include <optional>
 
 #include "base/check.h"
 #include "machine/moonraker/net_failure.h"
+#include "machine/moonraker/net_stream.h"
 #include "machine/moonraker/tls_stream.h"
 
 namespace trammel::machine {
@@ -28,7 +29,6 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
-using TlsStream = beast::ssl_stream<beast::tcp_stream>;
 
 constexpr std::size_t kMaxAnswer = std::size_t{1} << 20;
 
@@ -71,18 +71,17 @@ std::string MultipartBody(const std::string& boundary, const std::string& name,
 }
 
 /// One request and its answer over a stream; `Finish` ends the io_context's run.
-template <class Stream>
-class Exchange : public std::enable_shared_from_this<Exchange<Stream>> {
+class Exchange : public std::enable_shared_from_this<Exchange> {
  public:
-  template <class... Args>
+  /// @param tls  null: plain
   Exchange(asio::io_context& io, const MoonrakerAddress& address, const MoonrakerOptions& options,
-           http::request<http::string_body> request, double time_limit_s, Args&... args)
+           http::request<http::string_body> request, double time_limit_s, asio::ssl::context* tls)
       : address_(address),
         options_(options),
         request_(std::move(request)),
         time_limit_s_(time_limit_s),
         resolver_(io),
-        stream_(io, args...) {
+        stream_(io, tls) {
     parser_.body_limit(kMaxAnswer);
   }
 
@@ -92,8 +91,7 @@ class Exchange : public std::enable_shared_from_this<Exchange<Stream>> {
             std::chrono::duration<double>(time_limit_s_)));
     resolver_.async_resolve(
         address_.host, address_.port,
-        [self = this->shared_from_this()](error_code error,
-                                          const tcp::resolver::results_type& found) {
+        [self = shared_from_this()](error_code error, const tcp::resolver::results_type& found) {
           if (self->Failed(NetStep::kLookUp, error)) {
             return;
           }
@@ -132,31 +130,27 @@ class Exchange : public std::enable_shared_from_this<Exchange<Stream>> {
   }
 
   void Secure() {
-    if constexpr (std::is_same_v<Stream, TlsStream>) {
-      SSL* const ssl = stream_.native_handle();
-      if (const Result<void> expected = ExpectHost(ssl, address_, options_); !expected) {
-        failure_ = expected.error();
+    SSL* const ssl = stream_.tls();
+    if (ssl == nullptr) return Send();
+    if (const Result<void> expected = ExpectHost(ssl, address_, options_); !expected) {
+      failure_ = expected.error();
+      return;
+    }
+    stream_.AsyncHandshake([self = shared_from_this(), ssl](error_code error) {
+      if (error) {
+        self->failure_ =
+            Error{ErrorKind::kMachine, TlsFailure(ssl, self->address_, error.message())};
         return;
       }
-      stream_.async_handshake(
-          asio::ssl::stream_base::client, [self = this->shared_from_this(), ssl](error_code error) {
-            if (error) {
-              self->failure_ =
-                  Error{ErrorKind::kMachine, TlsFailure(ssl, self->address_, error.message())};
-              return;
-            }
-            self->Send();
-          });
-    } else {
-      Send();
-    }
+      self->Send();
+    });
   }
 
   void Send() {
     // A server that refuses a request answers without reading all of it: the answer counts even
     // where the rest could not be written.
     http::async_write(stream_, request_,
-                      [self = this->shared_from_this()](error_code write_error, std::size_t) {
+                      [self = shared_from_this()](error_code write_error, std::size_t) {
                         http::async_read(self->stream_, self->buffer_, self->parser_,
                                          [self, write_error](error_code error, std::size_t) {
                                            self->Failed(NetStep::kTalk,
@@ -170,19 +164,18 @@ class Exchange : public std::enable_shared_from_this<Exchange<Stream>> {
   http::request<http::string_body> request_;
   const double time_limit_s_;
   tcp::resolver resolver_;
-  Stream stream_;
+  NetStream stream_;
   beast::flat_buffer buffer_;
   http::response_parser<http::string_body> parser_;
   std::optional<Error> failure_;
 };
 
-template <class Stream, class... Args>
 Result<UploadAnswer> Perform(const MoonrakerAddress& address, const MoonrakerOptions& options,
                              http::request<http::string_body> request, const WaitLimit& limit,
-                             Args&... args) {
+                             asio::ssl::context* tls) {
   asio::io_context io;
-  const auto exchange = std::make_shared<Exchange<Stream>>(io, address, options, std::move(request),
-                                                           limit.time_limit_s, args...);
+  const auto exchange =
+      std::make_shared<Exchange>(io, address, options, std::move(request), limit.time_limit_s, tls);
   const std::stop_callback on_stop(limit.stop, [&io] { io.stop(); });
   exchange->Start();
   io.run_for(std::chrono::duration_cast<std::chrono::steady_clock::duration>(
@@ -217,9 +210,9 @@ Result<UploadAnswer> PostGcode(const MoonrakerAddress& address, const MoonrakerO
     if (!context) {
       return tl::unexpected(context.error());
     }
-    return Perform<TlsStream>(address, options, std::move(request), limit, *context);
+    return Perform(address, options, std::move(request), limit, &*context);
   }
-  return Perform<beast::tcp_stream>(address, options, std::move(request), limit);
+  return Perform(address, options, std::move(request), limit, nullptr);
 }
 
 }  // namespace trammel::machine

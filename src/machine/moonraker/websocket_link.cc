@@ -4,18 +4,16 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/asio/ssl/stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
-#include <boost/beast/ssl/ssl_stream.hpp>
-#include <boost/beast/websocket.hpp>
-#include <boost/beast/websocket/ssl.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <boost/beast/websocket/stream.hpp>
 #include <chrono>
 #include <deque>
 #include <optional>
 
 #include "machine/moonraker/moonraker_link.h"
 #include "machine/moonraker/net_failure.h"
+#include "machine/moonraker/net_stream.h"
 #include "machine/moonraker/tls_stream.h"
 
 namespace trammel::machine {
@@ -26,8 +24,6 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using asio::ip::tcp;
 using boost::system::error_code;
-using PlainStream = beast::tcp_stream;
-using TlsStream = beast::ssl_stream<beast::tcp_stream>;
 
 // A peer that has been silent for this long, pings included, is gone (cable pulled, computer off).
 constexpr std::chrono::seconds kSilence{15};
@@ -37,18 +33,32 @@ std::chrono::steady_clock::duration Seconds(double time_s) {
       std::chrono::duration<double>(time_s));
 }
 
-template <class Stream>
-class WebSocketLink : public MoonrakerLink,
-                      public std::enable_shared_from_this<WebSocketLink<Stream>> {
+class WebSocketLink : public MoonrakerLink, public std::enable_shared_from_this<WebSocketLink> {
+  /// A completion handler that reports an error of its step, and goes on otherwise. Stands before
+  /// its callers, which need its type.
+  template <class Then>
+  auto Step(NetStep step, Then then) {
+    return [self = shared_from_this(), step, then](error_code error, const auto& result) {
+      if (self->closed_) {
+        return;
+      }
+      if (error) {
+        self->Down(NetFailure(step, error, self->address_, self->options_.connect_time_limit_s));
+        return;
+      }
+      then(result);
+    };
+  }
+
  public:
-  template <class... Args>
+  /// @param tls  null: plain
   WebSocketLink(MoonrakerAddress address, MoonrakerOptions options, LinkEvents events,
-                asio::io_context& io, Args&... args)
+                asio::io_context& io, asio::ssl::context* tls)
       : address_(std::move(address)),
         options_(std::move(options)),
         events_(std::move(events)),
         resolver_(io),
-        socket_(io, args...) {}
+        socket_(io, tls) {}
 
   void Open() override {
     resolver_.async_resolve(
@@ -72,10 +82,9 @@ class WebSocketLink : public MoonrakerLink,
   }
 
   void Finish() override {
-    socket_.async_close(
-        websocket::close_code::normal, [self = this->shared_from_this()](error_code) {
-          self->Down(fmt::format("closed the connection to {}", self->address_.WebSocketUrl()));
-        });
+    socket_.async_close(websocket::close_code::normal, [self = shared_from_this()](error_code) {
+      self->Down(fmt::format("closed the connection to {}", self->address_.WebSocketUrl()));
+    });
   }
 
   void Close() override {
@@ -85,21 +94,6 @@ class WebSocketLink : public MoonrakerLink,
   }
 
  private:
-  /// A completion handler that reports an error of its step, and goes on otherwise.
-  template <class Then>
-  auto Step(NetStep step, Then then) {
-    return [self = this->shared_from_this(), step, then](error_code error, const auto& result) {
-      if (self->closed_) {
-        return;
-      }
-      if (error) {
-        self->Down(NetFailure(step, error, self->address_, self->options_.connect_time_limit_s));
-        return;
-      }
-      then(result);
-    };
-  }
-
   void Down(std::string message, ErrorKind kind = ErrorKind::kMachine) {
     if (!closed_) {
       Close();
@@ -108,26 +102,22 @@ class WebSocketLink : public MoonrakerLink,
   }
 
   void Secure() {
-    if constexpr (std::is_same_v<Stream, TlsStream>) {
-      SSL* const ssl = socket_.next_layer().native_handle();
-      if (const Result<void> expected = ExpectHost(ssl, address_, options_); !expected) {
-        Down(expected.error().message, expected.error().kind);
+    SSL* const ssl = socket_.next_layer().tls();
+    if (ssl == nullptr) return Upgrade();
+    if (const Result<void> expected = ExpectHost(ssl, address_, options_); !expected) {
+      Down(expected.error().message, expected.error().kind);
+      return;
+    }
+    socket_.next_layer().AsyncHandshake([self = shared_from_this(), ssl](error_code error) {
+      if (self->closed_) {
         return;
       }
-      socket_.next_layer().async_handshake(
-          asio::ssl::stream_base::client, [self = this->shared_from_this(), ssl](error_code error) {
-            if (self->closed_) {
-              return;
-            }
-            if (error) {
-              self->Down(TlsFailure(ssl, self->address_, error.message()));
-              return;
-            }
-            self->Upgrade();
-          });
-    } else {
-      Upgrade();
-    }
+      if (error) {
+        self->Down(TlsFailure(ssl, self->address_, error.message()));
+        return;
+      }
+      self->Upgrade();
+    });
   }
 
   void Upgrade() {
@@ -149,7 +139,7 @@ class WebSocketLink : public MoonrakerLink,
       target += "?token=" + options_.one_shot_token;
     }
     socket_.async_handshake(answer_, address_.Authority(), target,
-                            [self = this->shared_from_this()](error_code error) {
+                            [self = shared_from_this()](error_code error) {
                               if (self->closed_) {
                                 return;
                               }
@@ -173,7 +163,7 @@ class WebSocketLink : public MoonrakerLink,
   }
 
   void Read() {
-    socket_.async_read(buffer_, [self = this->shared_from_this()](error_code error, std::size_t) {
+    socket_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
       if (self->closed_) {
         return;
       }
@@ -216,7 +206,7 @@ class WebSocketLink : public MoonrakerLink,
   void WriteNext() {
     socket_.text(true);
     socket_.async_write(asio::buffer(queue_.front()),
-                        [self = this->shared_from_this()](error_code error, std::size_t) {
+                        [self = shared_from_this()](error_code error, std::size_t) {
                           if (self->closed_) {
                             return;
                           }
@@ -237,43 +227,29 @@ class WebSocketLink : public MoonrakerLink,
   const LinkEvents events_;
   bool closed_ = false;
   tcp::resolver resolver_;
-  websocket::stream<Stream> socket_;
+  websocket::stream<NetStream> socket_;
   websocket::response_type answer_;
   beast::flat_buffer buffer_;
   std::deque<std::string> queue_;
 };
 
-/// A TLS link and the context that its stream refers to.
-class TlsLink : public MoonrakerLink {
+/// A link that cannot be: says why as soon as it is opened.
+class RefusedLink : public MoonrakerLink {
  public:
-  TlsLink(asio::io_context& io, const MoonrakerAddress& address, const MoonrakerOptions& options,
-          LinkEvents events)
-      : io_(io), events_(std::move(events)), context_(MakeTlsContext(options)) {
-    if (context_) {
-      link_ = std::make_shared<WebSocketLink<TlsStream>>(address, options, events_, io, *context_);
-    }
-  }
+  RefusedLink(asio::io_context& io, LinkEvents events, Error error)
+      : io_(io), events_(std::move(events)), error_(std::move(error)) {}
 
   void Open() override {
-    if (link_) {
-      link_->Open();
-    } else {
-      asio::post(io_, [on_down = events_.on_down, error = context_.error()] { on_down(error); });
-    }
+    asio::post(io_, [on_down = events_.on_down, error = error_] { on_down(error); });
   }
-  void Write(std::string message) override { link_->Write(std::move(message)); }
-  void Finish() override { link_->Finish(); }
-  void Close() override {
-    if (link_) {
-      link_->Close();
-    }
-  }
+  void Write(std::string) override {}
+  void Finish() override {}
+  void Close() override {}
 
  private:
   asio::io_context& io_;
   const LinkEvents events_;
-  Result<asio::ssl::context> context_;  // SSL objects hold a reference of their own to it
-  std::shared_ptr<WebSocketLink<TlsStream>> link_;
+  const Error error_;
 };
 
 }  // namespace
@@ -282,10 +258,14 @@ std::shared_ptr<MoonrakerLink> MakeWebSocketLink(asio::io_context& io,
                                                  const MoonrakerAddress& address,
                                                  const MoonrakerOptions& options,
                                                  LinkEvents events) {
-  if (address.transport == Transport::kTls) {
-    return std::make_shared<TlsLink>(io, address, options, std::move(events));
+  if (address.transport != Transport::kTls) {
+    return std::make_shared<WebSocketLink>(address, options, std::move(events), io, nullptr);
   }
-  return std::make_shared<WebSocketLink<PlainStream>>(address, options, std::move(events), io);
+  Result<asio::ssl::context> context = MakeTlsContext(options);
+  if (!context) {
+    return std::make_shared<RefusedLink>(io, std::move(events), context.error());
+  }
+  return std::make_shared<WebSocketLink>(address, options, std::move(events), io, &*context);
 }
 
 }  // namespace trammel::machine
