@@ -1,5 +1,5 @@
 // Eigen's costly decompositions behind plain functions: as templates they cost the compiler ten to
-// thirty seconds in every file. For matrices of up to some hundred rows.
+// thirty seconds in every file. For matrices of up to some hundred rows. Systems: linear_systems.h.
 #pragma once
 
 #include <Eigen/Core>
@@ -36,39 +36,6 @@ struct GeneralEigen {
 
 /// REQUIRES a square matrix with finite entries.
 [[nodiscard]] GeneralEigen DecomposeGeneral(const Eigen::MatrixXd& matrix);
-
-/// x of matrix · x = right by pivoted LDLᵀ, one column each. REQUIRES a symmetric semi-definite
-/// matrix, whose lower triangle is read.
-[[nodiscard]] Eigen::MatrixXd SolveSymmetric(const Eigen::MatrixXd& matrix,
-                                             const Eigen::MatrixXd& right);
-
-/// errorᵀ · covariance⁻¹ · error: chi-square distributed where the covariance is the error's.
-/// REQUIRES a regular covariance.
-[[nodiscard]] double SquaredMahalanobisDistance(const Eigen::MatrixXd& covariance,
-                                                const Eigen::VectorXd& error);
-
-/// x of matrix · x = right by LU with complete pivoting. REQUIRES a square matrix.
-[[nodiscard]] Eigen::MatrixXd SolveSquare(const Eigen::MatrixXd& matrix,
-                                          const Eigen::MatrixXd& right);
-
-/// The shortest x of those that bring matrix · x nearest to right, of any shape and rank, by a
-/// complete orthogonal decomposition.
-[[nodiscard]] Eigen::MatrixXd SolveLeastSquares(const Eigen::MatrixXd& matrix,
-                                                const Eigen::MatrixXd& right);
-
-/// As SolveSquare. REQUIRES a square, regular matrix.
-[[nodiscard]] Eigen::MatrixXd Inverse(const Eigen::MatrixXd& matrix);
-
-/// The lower triangle L with L · Lᵀ = matrix. REQUIRES a symmetric positive definite matrix.
-[[nodiscard]] Eigen::MatrixXd CholeskyRoot(const Eigen::MatrixXd& matrix);
-
-/// x of lower · x = right. REQUIRES a regular lower triangle; what is above it is not read.
-[[nodiscard]] Eigen::MatrixXd SolveLower(const Eigen::MatrixXd& lower,
-                                         const Eigen::MatrixXd& right);
-
-/// x of upper · x = right. REQUIRES a regular upper triangle; what is below it is not read.
-[[nodiscard]] Eigen::MatrixXd SolveUpper(const Eigen::MatrixXd& upper,
-                                         const Eigen::MatrixXd& right);
 
 /// An orthogonal matrix of which the last columns are orthogonal to all columns of the given one
 /// (its Q in QR, all of it). REQUIRES independent columns, no more than rows.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "geometry/euler.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::geometry {
 namespace {

@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::vision {
 namespace {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "align_scene.h"
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/correction/part_correction.h"
 #include "part_alignment/part_fit/part_fit.h"
 #include "part_alignment/pose/solve.h"

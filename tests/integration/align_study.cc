@@ -16,7 +16,7 @@
 
 #include "align_scene.h"
 #include "base/statistics.h"
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/pose/solve.h"
 #include "sim/spindle/spindle_scene.h"
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "align_scene.h"
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/pose/solve.h"
 #include "sim/spindle/spindle_scene.h"
 

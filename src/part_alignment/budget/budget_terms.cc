@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::part_alignment {
 namespace {

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/check.h"
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/camera/calibrate_start.h"
 #include "part_alignment/camera/calibrate_uncertainty.h"
 #include "part_alignment/camera/least_squares.h"

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "base/random.h"
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/camera/calibrate_uncertainty.h"
 #include "part_alignment/camera/camera_convert.h"
 

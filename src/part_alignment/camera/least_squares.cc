@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::part_alignment {
 namespace {

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/part_fit/least_distance.h"
 #include "part_alignment/part_fit/part_fit_input.h"
 #include "part_alignment/part_fit/part_fit_problem.h"

@@ -11,7 +11,7 @@
 #include <numbers>
 
 #include "base/random.h"
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::part_alignment {
 namespace {

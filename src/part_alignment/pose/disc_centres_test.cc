@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/pose/alignment_test_support.h"
 
 namespace trammel::part_alignment {

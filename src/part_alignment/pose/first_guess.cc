@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::part_alignment {
 namespace {

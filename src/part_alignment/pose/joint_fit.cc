@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/pose/input_effect.h"
 
 namespace trammel::part_alignment {

@@ -4,7 +4,7 @@
 
 #include <numbers>
 
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/pose/alignment_test_support.h"
 #include "part_alignment/pose/input_effect.h"
 #include "part_alignment/pose/repeatability.h"

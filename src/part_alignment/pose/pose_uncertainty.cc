@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "base/chi_square.h"
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/pose/input_effect.h"
 #include "part_alignment/pose/joint_fit.h"
 #include "part_alignment/pose/pose_solver.h"

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/pose/solve_test_support.h"
 
 namespace trammel::part_alignment {

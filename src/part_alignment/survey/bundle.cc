@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "base/check.h"
-#include "geometry/decompositions.h"
 #include "geometry/euler.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::part_alignment {
 namespace {

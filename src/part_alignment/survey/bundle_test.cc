@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "base/random.h"
-#include "geometry/decompositions.h"
 #include "geometry/euler.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/survey/network_precision.h"
 #include "part_alignment/survey/survey_world_test_support.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::part_alignment {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/survey/relative_orientation.h"
 #include "part_alignment/survey/resection.h"
 

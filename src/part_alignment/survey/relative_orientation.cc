@@ -9,6 +9,7 @@
 
 #include "base/statistics.h"
 #include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::part_alignment {
 namespace {

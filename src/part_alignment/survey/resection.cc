@@ -8,6 +8,7 @@
 
 #include "geometry/decompositions.h"
 #include "geometry/euler.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/survey/bundle.h"
 
 namespace trammel::part_alignment {

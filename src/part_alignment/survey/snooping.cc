@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/survey/network_start.h"
 #include "part_alignment/survey/resection.h"
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 #include "part_alignment/camera/camera.h"
 #include "part_alignment/targets/eccentricity.h"
 

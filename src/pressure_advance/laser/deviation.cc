@@ -10,7 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "base/check.h"
-#include "geometry/decompositions.h"
+#include "geometry/linear_systems.h"
 
 namespace trammel::pressure_advance {
 namespace {

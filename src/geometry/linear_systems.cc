@@ -1,0 +1,40 @@
+#include "geometry/linear_systems.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+namespace trammel::geometry {
+
+Eigen::MatrixXd SolveSymmetric(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right) {
+  return matrix.ldlt().solve(right);
+}
+
+double SquaredMahalanobisDistance(const Eigen::MatrixXd& covariance, const Eigen::VectorXd& error) {
+  const Eigen::VectorXd solved = SolveSymmetric(covariance, error);
+  return error.dot(solved);
+}
+
+Eigen::MatrixXd SolveSquare(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right) {
+  return matrix.fullPivLu().solve(right);
+}
+
+Eigen::MatrixXd SolveLeastSquares(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right) {
+  return matrix.completeOrthogonalDecomposition().solve(right);
+}
+
+Eigen::MatrixXd Inverse(const Eigen::MatrixXd& matrix) {
+  return SolveSquare(matrix, Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()));
+}
+
+Eigen::MatrixXd CholeskyRoot(const Eigen::MatrixXd& matrix) { return matrix.llt().matrixL(); }
+
+Eigen::MatrixXd SolveLower(const Eigen::MatrixXd& lower, const Eigen::MatrixXd& right) {
+  return lower.triangularView<Eigen::Lower>().solve(right);
+}
+
+Eigen::MatrixXd SolveUpper(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& right) {
+  return upper.triangularView<Eigen::Upper>().solve(right);
+}
+
+}  // namespace trammel::geometry

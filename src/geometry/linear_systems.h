@@ -1,0 +1,42 @@
+// Eigen's solutions of linear systems behind plain functions: as templates they cost the compiler
+// seconds in every file. For matrices of up to some hundred rows.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace trammel::geometry {
+
+/// x of matrix · x = right by pivoted LDLᵀ, one column each. REQUIRES a symmetric semi-definite
+/// matrix, whose lower triangle is read.
+[[nodiscard]] Eigen::MatrixXd SolveSymmetric(const Eigen::MatrixXd& matrix,
+                                             const Eigen::MatrixXd& right);
+
+/// errorᵀ · covariance⁻¹ · error: chi-square distributed where the covariance is the error's.
+/// REQUIRES a regular covariance.
+[[nodiscard]] double SquaredMahalanobisDistance(const Eigen::MatrixXd& covariance,
+                                                const Eigen::VectorXd& error);
+
+/// x of matrix · x = right by LU with complete pivoting. REQUIRES a square matrix.
+[[nodiscard]] Eigen::MatrixXd SolveSquare(const Eigen::MatrixXd& matrix,
+                                          const Eigen::MatrixXd& right);
+
+/// The shortest x of those that bring matrix · x nearest to right, of any shape and rank, by a
+/// complete orthogonal decomposition.
+[[nodiscard]] Eigen::MatrixXd SolveLeastSquares(const Eigen::MatrixXd& matrix,
+                                                const Eigen::MatrixXd& right);
+
+/// As SolveSquare. REQUIRES a square, regular matrix.
+[[nodiscard]] Eigen::MatrixXd Inverse(const Eigen::MatrixXd& matrix);
+
+/// The lower triangle L with L · Lᵀ = matrix. REQUIRES a symmetric positive definite matrix.
+[[nodiscard]] Eigen::MatrixXd CholeskyRoot(const Eigen::MatrixXd& matrix);
+
+/// x of lower · x = right. REQUIRES a regular lower triangle; what is above it is not read.
+[[nodiscard]] Eigen::MatrixXd SolveLower(const Eigen::MatrixXd& lower,
+                                         const Eigen::MatrixXd& right);
+
+/// x of upper · x = right. REQUIRES a regular upper triangle; what is below it is not read.
+[[nodiscard]] Eigen::MatrixXd SolveUpper(const Eigen::MatrixXd& upper,
+                                         const Eigen::MatrixXd& right);
+
+}  // namespace trammel::geometry
