@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tap/contact/approach_contact.h"
+#include "tap/contact/contact_interval.h"
 #include "tap/contact/cruise_fit.h"
 #include "tap/contact/latency.h"
 #include "tap/samples/finding.h"
@@ -19,42 +19,17 @@ constexpr double kVague_mm = 0.012;   // a break that is not known to this is of
 // apart, and it starts with less than so much of the slope below the kink.
 constexpr double kMostApart_mm = 0.012;
 constexpr double kLeastSlope = 0.4;
-constexpr double kNormal95 = 1.959964;
-
-// What a converter's steps may shift all samples by, gf: half of one, where no noise blurs them
-// (Widrow & Kollar 2008, section 4: noise of s leaves exp(-2 pi^2 s^2 / step^2) of it).
-double Coarseness(const CleanTap& clean, const BreakEstimate& e) {
-  if (!(clean.step_g > 0)) {
-    return 0;
-  }
-  const double noises = std::min(clean.noise_g, e.noise) / clean.step_g;
-  return 0.5 * clean.step_g * std::exp(-2 * std::numbers::pi * std::numbers::pi * noises * noises);
-}
 
 void Report(const CleanTap& clean, const PressStretch& stretch, const CruiseFit& fit,
             const TapMotion& motion, const TapOptions& options, TapAnalysis& result) {
   const BreakEstimate& e = fit.estimate;
-  const double latency_mm = options.latency_uncertainty_s * motion.pull_back_speed_mm_s;
+  const ContactInterval interval = IntervalOf(clean, stretch, e, motion, options);
   const double z = stretch.Z(e.t);
-  // Times that scatter may all be late, or early, by half of their range; a value that was held is
-  // older than it looks. Which side of a clock's step the moves' clock is on, nothing tells.
-  const double jitter_mm = 0.5 * clean.jitter_s * motion.pull_back_speed_mm_s;
-  const double held_mm = clean.held_s * motion.pull_back_speed_mm_s;
-  const double coarse_mm = Coarseness(clean, e) / e.shape.OuterSlope() * stretch.span_mm;
-  const double ahead_mm = clean.clock_steps.forward_s * motion.pull_back_speed_mm_s;
-  const double behind_mm = clean.clock_steps.backward_s * motion.pull_back_speed_mm_s;
-  const double down = std::hypot(z - stretch.Z(e.lo), kNormal95 * latency_mm, coarse_mm) +
-                      jitter_mm + held_mm + behind_mm;
-  const double up =
-      std::hypot(stretch.Z(e.hi) - z, kNormal95 * latency_mm, coarse_mm) + jitter_mm + ahead_mm;
   result.noise_g = e.noise;
   result.contact_z_mm = z;
   result.contact_time_s = motion.CruiseTime(z) + options.latency_s;
-  // As far below the half-width as for the break alone, by Student's quantile.
-  const double width = e.hi - e.lo;
-  const double quantile = width > 0 ? 0.5 * width / e.standard_uncertainty : kNormal95;
-  result.standard_uncertainty_mm = 0.5 * (down + up) / quantile;
-  result.interval95_mm = {z - down, z + up};
+  result.standard_uncertainty_mm = interval.standard_uncertainty_mm;
+  result.interval95_mm = {z - interval.below_mm, z + interval.above_mm};
 
   // Back to gf and mm: force = sign f + mean, d in mm.
   const auto& [a, b, c] = fit.coefficients;
@@ -67,7 +42,7 @@ void Report(const CleanTap& clean, const PressStretch& stretch, const CruiseFit&
                   stretch.sign * b / span,
                   {stretch.sign * c[0] / span, stretch.sign * c[1] / (span * span),
                    stretch.sign * c[2] / (span * span * span), 0}};
-  const double half = 0.5 * (down + up);
+  const double half = 0.5 * (interval.below_mm + interval.above_mm);
   double apart = 0;
   for (const double t : {e.cubic_t, e.power_t}) {
     apart = std::isnan(t) ? apart : std::max(apart, span * std::abs(t - e.quadratic_t));
