@@ -4,7 +4,7 @@
 #   traced: they take half of the time and teach nothing.
 # trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [SIDE_BY_SIDE])   a GoogleTest executable,
 #   one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long.
-#   Labels: unit (default) property sim golden fuzz slow.
+#   Labels: unit (default) property sim golden fuzz slow. What is slow is a study, built where TRAMMEL_STUDIES is on.
 # trammel_loaded(NAME SOURCES … LINK …)   lib/trammel/trammel-NAME.so, loaded on demand (machine/module/module.h)
 # With precompiled headers GCC 12 says of the string's own operator+ what is not so: no array-bounds.
 # In a batch it says so of the string's move (no stringop-overread), and takes each unnamed namespace for a header's.
@@ -121,6 +121,9 @@ function(trammel_test name)
   cmake_parse_arguments(ARG "SIDE_BY_SIDE" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
+  endif()
+  if("slow" IN_LIST ARG_LABELS AND NOT TRAMMEL_STUDIES)
+    return()
   endif()
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
