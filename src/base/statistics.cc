@@ -35,12 +35,14 @@ double StandardDeviation(std::span<const double> sample) {
 double Quantile(std::span<const double> sample, double probability) {
   TRAMMEL_CHECK(!sample.empty() && probability >= 0 && probability <= 1,
                 "{} values, probability = {}", sample.size(), probability);
-  std::vector<double> sorted(sample.begin(), sample.end());
-  std::sort(sorted.begin(), sorted.end());
-  const double rank = probability * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(rank);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  return sorted[below] + (rank - static_cast<double>(below)) * (sorted[above] - sorted[below]);
+  std::vector<double> values(sample.begin(), sample.end());
+  const double rank = probability * static_cast<double>(values.size() - 1);
+  const double whole = std::floor(rank);
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(whole);
+  std::nth_element(values.begin(), at, values.end());
+  const double below = *at;
+  const double above = at + 1 == values.end() ? below : *std::min_element(at + 1, values.end());
+  return below + (rank - whole) * (above - below);
 }
 
 double StudentT95(double degrees_of_freedom) {
