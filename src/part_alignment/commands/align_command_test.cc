@@ -21,6 +21,7 @@ using test::CommandResult;
 using test::WriteWhole;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 using ::testing::Not;
 
 constexpr double kExact_mm = 1e-8;  // the numbers pass through text
@@ -344,6 +345,8 @@ TEST_F(AlignCommand, APlanThatDoesNotReachItsGoalWritesNothing) {
               AllOf(HasSubstr("do not reach the goal"), HasSubstr("views tell 7 of 7 unknowns"),
                     testing::Not(HasSubstr("not seen"))));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "plan.json"));
+  EXPECT_THAT(Align(plan + "-q --most-views 8 --goal 0.0001").standard_error,
+              MatchesRegex("trammel: no plan is written: .* do not reach the goal: .*\n"));
   EXPECT_EQ(Align(plan).exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(folder_.path() / "plan.json"));
 }

@@ -79,7 +79,10 @@ int RunPlan(PlanArguments arguments) {
   }
   Tell(*plan);
   // Views that do not do are no plan: nothing is written that measure would drive through.
-  if (plan->verdict != Verdict::kGood) return kExitNotTrusted;
+  if (plan->verdict != Verdict::kGood) {
+    fmt::print(stderr, "trammel: no plan is written: {}\n", plan->reason);
+    return kExitNotTrusted;
+  }
   const std::string text = files::AlignmentFileText(*input);
   if (arguments.out.empty()) {
     std::fputs(text.c_str(), stdout);
