@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-struct Recording {
+struct TapInput {
   std::vector<double> time_s;
   std::vector<double> force_g;
   std::vector<Move> moves;
@@ -20,8 +20,8 @@ struct Recording {
 };
 
 // Approach from 1 mm at 2 mm/s to -45 um, dwell, pull-back at 0.32 mm/s; 3500 gf/mm below 0.
-Recording TapRecording() {
-  Recording tap;
+TapInput TapRecording() {
+  TapInput tap;
   tap.moves = {{0, 0.5225, 2, 0, 1, -1},
                {0.5225, 0, 0, 0, -0.045, 0},
                {0.9, 0.001, 0, 320, -0.045, 1},
@@ -39,7 +39,7 @@ Recording TapRecording() {
   return tap;
 }
 
-FindingCode ReasonFor(const Recording& tap) {
+FindingCode ReasonFor(const TapInput& tap) {
   TapAnalyser analyser({});
   const TapAnalysis analysis = analyser.Analyse(tap.View());
   EXPECT_FALSE(Explain(analysis.reason).empty());
@@ -51,7 +51,7 @@ FindingCode ReasonFor(const Recording& tap) {
 }
 
 TEST(TapInput, ACleanTapHasItsContact) {
-  const Recording tap = TapRecording();
+  const TapInput tap = TapRecording();
   TapAnalyser analyser({});
   const TapAnalysis analysis = analyser.Analyse(tap.View());
   ASSERT_EQ(analysis.verdict, Verdict::kGood);
@@ -59,7 +59,7 @@ TEST(TapInput, ACleanTapHasItsContact) {
 }
 
 TEST(TapInput, NothingAndNextToNothingIsRefused) {
-  Recording tap = TapRecording();
+  TapInput tap = TapRecording();
   tap.time_s.clear();
   tap.force_g.clear();
   EXPECT_EQ(ReasonFor(tap), FindingCode::kNoSamples);
@@ -70,26 +70,26 @@ TEST(TapInput, NothingAndNextToNothingIsRefused) {
 }
 
 TEST(TapInput, TimesAndForcesOfDifferentNumberAreRefused) {
-  Recording tap = TapRecording();
+  TapInput tap = TapRecording();
   tap.force_g.resize(10);
   EXPECT_EQ(ReasonFor(tap), FindingCode::kNoSamples);
 }
 
 TEST(TapInput, TimesOutOfOrderAreRefused) {
-  Recording tap = TapRecording();
+  TapInput tap = TapRecording();
   std::swap(tap.time_s[200], tap.time_s[201]);
   EXPECT_EQ(ReasonFor(tap), FindingCode::kUnsortedTimes);
 }
 
 TEST(TapInput, RepeatedTimesAreBorne) {
-  Recording tap = TapRecording();
+  TapInput tap = TapRecording();
   std::fill(tap.time_s.begin(), tap.time_s.end(), tap.time_s[250]);
   EXPECT_NE(ReasonFor(tap), FindingCode::kNone);
 }
 
 TEST(TapInput, NumbersThatAreNoneAreRefused) {
   for (const double bad : {kNan, std::numeric_limits<double>::infinity(), 1e300}) {
-    Recording tap = TapRecording();
+    TapInput tap = TapRecording();
     tap.force_g[300] = bad;
     EXPECT_EQ(ReasonFor(tap), FindingCode::kNotFinite);
     tap = TapRecording();
@@ -99,7 +99,7 @@ TEST(TapInput, NumbersThatAreNoneAreRefused) {
 }
 
 TEST(TapInput, MissingMovesAreRefused) {
-  Recording tap = TapRecording();
+  TapInput tap = TapRecording();
   tap.moves.clear();
   EXPECT_EQ(ReasonFor(tap), FindingCode::kMissingMoves);
   tap = TapRecording();
@@ -108,7 +108,7 @@ TEST(TapInput, MissingMovesAreRefused) {
 }
 
 TEST(TapInput, MovesOutsideTheSamplesAreRefused) {
-  Recording tap = TapRecording();
+  TapInput tap = TapRecording();
   for (Move& move : tap.moves) {
     move.start_time_s += 1000;
   }
@@ -119,7 +119,7 @@ TEST(TapInput, MovesOfNoPrinterAreRefused) {
   for (const double bad : {kNan, 1e300, -1e300, std::numeric_limits<double>::infinity()}) {
     for (double Move::*field : {&Move::start_time_s, &Move::duration_s, &Move::start_velocity_mm_s,
                                 &Move::acceleration_mm_s2, &Move::start_z_mm, &Move::z_direction}) {
-      Recording tap = TapRecording();
+      TapInput tap = TapRecording();
       tap.moves[3].*field = bad;
       EXPECT_EQ(ReasonFor(tap), FindingCode::kAbsurdMoves);
     }
@@ -127,14 +127,14 @@ TEST(TapInput, MovesOfNoPrinterAreRefused) {
 }
 
 TEST(TapInput, TenMillionSamplesAreRefusedBeforeAnyIsRead) {
-  Recording tap = TapRecording();
+  TapInput tap = TapRecording();
   tap.time_s.assign(10'000'000, 0);
   tap.force_g.assign(10'000'000, 0);
   EXPECT_EQ(ReasonFor(tap), FindingCode::kTooManySamples);
 }
 
 TEST(TapInput, AnApproachThatWasQueuedFartherEndsAtTheHalt) {
-  Recording tap = TapRecording();
+  TapInput tap = TapRecording();
   tap.moves[0].duration_s = 40;
   EXPECT_EQ(ReasonFor(tap), FindingCode::kNone);
 }
