@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that text from outside can break nothing on its way out (CONVENTIONS.md, Text)."""
+"""Checks that text from outside can break nothing on its way out (CONVENTIONS.md, Text), and that the settings that
+messages name are there."""
 import pathlib
 import re
 import sys
@@ -15,8 +16,32 @@ def call_at(text, opening):
     return text[opening:]
 
 
+def settings(root):
+    """The keys of trammel.toml by section, from docs/config.md, which a test holds to the program's own list."""
+    keys = {}
+    section = None
+    for line in (root / "docs/config.md").read_text().splitlines():
+        if match := re.fullmatch(r"\[(\w+)\]", line):
+            section = keys.setdefault(match[1], set())
+        elif (match := re.match(r"(?:#\s*)?(\w+) =", line)) and section is not None:
+            section.add(match[1])
+    return keys
+
+
+def unknown_settings(text, keys):
+    """Yields place and name of each `[section] a_key`, and of each `set [section] key`, that trammel.toml has not."""
+    for match in re.finditer(r"(set )?\[(\w+)\] (\w+)", text):
+        told, section, key = match.groups()
+        if section in keys and key not in keys[section] and (told or "_" in key):
+            yield match.start(), f"[{section}] {key}"
+
+
 def violations(root):
-    """Yields one line of text for each call that a byte can make throw, or that goes past the console."""
+    """Yields one line of text for each call that a byte can make throw, that goes past the console, or that names a
+    setting which is none."""
+    keys = settings(root)
+    if not keys:
+        yield "docs/config.md: no settings found"
     for path in sorted((root / "src").rglob("*.cc")):
         if path.name.endswith(("_test.cc", "test_client.cc", "test_parsers.cc")):
             continue
@@ -26,6 +51,9 @@ def violations(root):
             if "error_handler_t::replace" not in call and "kReplace" not in call:
                 line = text.count("\n", 0, match.start()) + 1
                 yield f"{path}:{line}: dump throws on bytes that are not UTF-8: give it error_handler_t::replace"
+        for start, name in unknown_settings(text, keys):
+            line = text.count("\n", 0, start) + 1
+            yield f"{path}:{line}: there is no setting {name}: docs/config.md lists what there is"
         for match in re.finditer(r"std::(?:cout|cerr|clog)\b", text):
             line = text.count("\n", 0, match.start()) + 1
             yield f"{path}:{line}: {match.group()} goes past app/console.h: use fmt::print"
@@ -36,7 +64,7 @@ def main():
     found = list(violations(root))
     for line in found:
         print(line)
-    print(f"{len(found)} way(s) for text to break something")
+    print(f"{len(found)} way(s) for text to break something or to mislead")
     return 1 if found else 0
 
 

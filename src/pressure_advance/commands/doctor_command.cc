@@ -65,10 +65,11 @@ std::vector<Check> CheckCamera(const procedure::Session& session,
       const bool fast = rate > 0.8 * settings.frames_per_s;
       std::vector<Check> checks = {
           {"camera", fast,
-           fmt::format("{}, {:.1f} frames/s{}", (*camera)->Describe(), rate,
-                       fast ? ""
-                            : fmt::format(": set [camera] frames_per_s, now {}, or the camera",
-                                          settings.frames_per_s))}};
+           fmt::format(
+               "{}, {:.1f} frames/s{}", (*camera)->Describe(), rate,
+               fast ? ""
+                    : fmt::format(": set [camera] fps to that, now {}, or the camera to its rate",
+                                  settings.frames_per_s))}};
       if (laser) checks.push_back(SeeLaser(session, recorder, settings));
       return checks;
     }

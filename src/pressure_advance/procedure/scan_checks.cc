@@ -28,13 +28,13 @@ Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings, const
   const auto layout = LayOut(pattern);
   const auto& printed = layout.printed;
   if (!reach.Contains(printed)) {
-    return Miss("bed",
-                fmt::format("the pattern covers X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm, "
-                            "the nozzle reaches X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm: "
-                            "set [printer] bed_size and bed_origin",
-                            printed.min_x_mm, printed.max_x_mm, printed.min_y_mm, printed.max_y_mm,
-                            reach.minimum_mm[0], reach.maximum_mm[0], reach.minimum_mm[1],
-                            reach.maximum_mm[1]));
+    return Miss(
+        "bed", fmt::format("the pattern covers X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm, "
+                           "the nozzle reaches X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm: "
+                           "set bed_size_x, bed_size_y, bed_origin_x and bed_origin_y of [printer]",
+                           printed.min_x_mm, printed.max_x_mm, printed.min_y_mm, printed.max_y_mm,
+                           reach.minimum_mm[0], reach.maximum_mm[0], reach.minimum_mm[1],
+                           reach.maximum_mm[1]));
   }
   return CheckSweeps(MakePlan(layout, pattern, "pattern.gcode"), settings, reach);
 }
