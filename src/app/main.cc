@@ -20,6 +20,7 @@
 #include "part_alignment/commands/align_commands.h"
 #endif
 #ifdef TRAMMEL_PRESSURE_ADVANCE
+#include "app/study/study_command.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #endif
 #ifdef TRAMMEL_TAP
@@ -50,6 +51,7 @@ using AddCommands = void (*)(CLI::App& cli, int& exit_code);
 constexpr AddCommands kCommands[] = {
 #ifdef TRAMMEL_PRESSURE_ADVANCE
     trammel::app::AddPressureAdvanceCommands,
+    trammel::app::AddPressureAdvanceStudy,
 #else
     [](CLI::App& cli, int& exit_code) { trammel::app::AddLeftOutCommand(cli, exit_code, "pa"); },
 #endif
