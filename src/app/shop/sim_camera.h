@@ -17,7 +17,12 @@ namespace trammel::app {
 
 struct CameraArguments {
   std::string frame = "1280x720";
-  double frames_per_s = 30;  ///< per second of the machine
+  double frames_per_s = 30;      ///< per second of the machine
+  bool rig_error = false;        ///< the head is built as the seed says, not as the paper draws it
+  std::vector<std::string> rig;  ///< NAME=NUMBER, after what is drawn
+  std::string rig_truth;         ///< a new file; empty: none
+
+  [[nodiscard]] bool rigged() const { return rig_error || !rig.empty() || !rig_truth.empty(); }
 };
 
 /// @param prefix  of the options' names: "--" or "--camera-".
@@ -29,7 +34,8 @@ struct CameraPlace {
   std::string truth_file;
 };
 
-/// Errors: (kInput) a frame's size that is none; and those of CameraServer::Start.
+/// Errors: (kInput) a frame's size that is none; a rig's value; a truth file that is there; and
+/// those of CameraServer::Start.
 [[nodiscard]] Result<std::unique_ptr<sim::CameraServer>> StartCamera(
     const CameraArguments& arguments, const CameraPlace& place,
     const std::vector<sim::CameraFault>& faults, const sim::MachineWorld& world,

@@ -50,6 +50,24 @@ Result<void> ServeCamera(const SimCameraArguments& arguments) {
   return link;
 }
 
+Result<sim::MountedRig> RigOf(const CameraArguments& arguments, std::uint64_t seed) {
+  constexpr std::uint64_t kRigStream = 0x726967;
+  sim::MountedRig rig;
+  if (arguments.rig_error) rig = sim::DrawHeadRig(Random(seed).Fork(kRigStream));
+  for (const std::string& text : arguments.rig) {
+    const auto parts = Split(text, '=', 2);
+    const auto value = parts.size() == 2 ? ParseNumber<double>(parts[1]) : std::nullopt;
+    if (!value) {
+      return Fail(fmt::format("--rig {}: must be NAME=NUMBER, for example camera-turn-deg=3",
+                              text.substr(0, 40)));
+    }
+    if (const Result<void> set = sim::SetHeadRig(parts[0], *value, rig); !set) {
+      return Fail("--rig " + set.error().message);
+    }
+  }
+  return rig;
+}
+
 }  // namespace
 
 void AddCameraOptions(CLI::App& command, const std::string& prefix, CameraArguments& arguments) {
@@ -59,6 +77,14 @@ void AddCameraOptions(CLI::App& command, const std::string& prefix, CameraArgume
       .add_option(prefix + "fps", arguments.frames_per_s, "frames per second of the machine's time")
       ->check(NumberIn(1.0, 240.0))
       ->capture_default_str();
+  command.add_flag("--rig-error", arguments.rig_error,
+                   "laser and camera sit on the head as the seed says: turned, shifted, out of "
+                   "focus, at another scale");
+  command.add_option("--rig", arguments.rig,
+                     "NAME=NUMBER, one of the head's true values, may be given again; names: " +
+                         sim::HeadRigNames());
+  command.add_option("--rig-truth", arguments.rig_truth,
+                     "new file for how laser and camera really sit");
 }
 
 Result<std::unique_ptr<sim::CameraServer>> StartCamera(
@@ -79,8 +105,17 @@ Result<std::unique_ptr<sim::CameraServer>> StartCamera(
   options.frames_per_s = arguments.frames_per_s * world.speed;
   options.machine_time_scale = world.speed;
   options.faults = faults;
-  return sim::CameraServer::Start(options, std::move(machine),
-                                  sim::LaserEyeOf(world.seed, world.condition));
+  const Result<sim::MountedRig> rig = RigOf(arguments, world.seed);
+  if (!rig) return tl::unexpected(rig.error());
+  options.view.mount = rig->mount;
+  options.view.rig = rig->rig;
+  const Random eye = sim::LaserEyeOf(world.seed, world.condition);
+  if (!arguments.rig_truth.empty()) {
+    const Result<void> written = sim::WriteRigTruth(
+        arguments.rig_truth, *rig, sim::DrawHeadEye(world.condition, eye), world.seed);
+    if (!written) return tl::unexpected(written.error());
+  }
+  return sim::CameraServer::Start(options, std::move(machine), eye);
 }
 
 void AddSimCamera(CLI::App& parent, int& exit_code) {

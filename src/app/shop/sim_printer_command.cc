@@ -105,6 +105,11 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
     if (!created) return tl::unexpected(created.error());
     tap_truth = std::move(*created);
   }
+  if (arguments.camera.rigged() && !arguments.camera_port) {
+    return Fail(
+        "--rig, --rig-error and --rig-truth: this printer serves no camera; give them to "
+        "sim camera, or add --camera-port");
+  }
   const EndOfServing end;
   const auto machine = std::make_shared<sim::MachineHost>(
       MachineOf(arguments, faults.klipper, *cell, *tools), sim::MonotonicNow());

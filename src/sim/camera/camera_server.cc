@@ -72,8 +72,7 @@ class Running final : public CameraServer {
           const Random& eye)
       : options_(options),
         machine_(std::move(machine)),
-        eye_(DrawHeadEye(options.condition, eye)),
-        view_(eye_, options.view, eye.Fork(1)),
+        view_(DrawHeadEye(options.condition, eye), options.view, eye.Fork(1)),
         random_(eye.Fork(2)),
         started_s_(MonotonicNow()) {
     for (const CameraFault& fault : options.faults) faults_.Add(fault);
@@ -115,12 +114,12 @@ class Running final : public CameraServer {
     counts.dropped = http_->dropped();
     return counts;
   }
-  const HeadEye& eye() const override { return eye_; }
+  const HeadEye& eye() const override { return view_.eye(); }
 
  private:
   void Run() {
     RaiseThisThread(ThreadUrgency::kWorking);  // a camera has a processor of its own
-    const double jitter_s = eye_.dark.frame_jitter_s / options_.machine_time_scale;
+    const double jitter_s = view_.eye().dark.frame_jitter_s / options_.machine_time_scale;
     const double half_s = view_.exposure_s() / 2 / options_.machine_time_scale;
     const double most_s = 0.4 / options_.frames_per_s;
     for (std::int64_t frame = 0;; ++frame) {
@@ -184,6 +183,7 @@ class Running final : public CameraServer {
 
   CameraPart Draw(double capture_s, const ActiveFaults& faults, CameraTruth& truth) {
     CameraMoment moment = view_.MomentAt(*machine_, capture_s, options_.machine_time_scale);
+    view_.Settle(moment);
     truth.machine = moment.machine;
     truth.spot = view_.LaserSpot(moment.machine);
     truth.shown_black = faults.black;
@@ -226,7 +226,6 @@ class Running final : public CameraServer {
 
   CameraServerOptions options_;
   std::shared_ptr<const MachineSource> machine_;
-  HeadEye eye_;
   CameraView view_;
   Random random_;
   double started_s_ = 0;

@@ -137,12 +137,20 @@ bool LookAlike(const CameraMoment& a, const CameraMoment& b) {
 }
 
 CameraView::CameraView(const HeadEye& eye, const CameraViewOptions& options, const Random& random)
-    : eye_(eye),
+    : eye_(MountEye(eye, options.rig)),
       mount_(options.mount),
-      camera_(eye.condition, eye.dark,
-              WindowAroundCrop(options.frame_width_px, options.frame_height_px), random.Fork(1)),
+      map_(MapOf(options.rig)),
+      picture_(WindowAroundCrop(options.frame_width_px, options.frame_height_px)),
+      upright_(map_.identity() ? picture_ : UprightWindow(map_, picture_)),
+      motion_(options.rig, random.Fork(3)),
+      camera_(eye.condition, eye_.dark, upright_, random.Fork(1)),
       random_(random.Fork(2)) {
   gain_phase_rad_ = random_.Uniform(0, 2 * std::numbers::pi);
+}
+
+void CameraView::Settle(CameraMoment& moment) {
+  motion_.Settle(moment.machine);
+  moment.bed = motion_.Lay(moment.bed);
 }
 
 double CameraView::exposure_s() const {
@@ -225,7 +233,8 @@ void CameraView::Render(const CameraMoment& moment, Frame& frame) {
   camera_.Render(*scene_,
                  {spot.x_mm, spot.y_mm, moment.travel_x_mm, moment.travel_y_mm, gain,
                   moment.machine.laser_on, SpeckleAt(spot.x_mm, spot.y_mm)},
-                 random_, frame);
+                 random_, map_.identity() ? frame : drawn_);
+  if (!map_.identity()) TurnPicture(map_, upright_, drawn_, picture_, frame);
 }
 
 }  // namespace trammel::sim

@@ -6,6 +6,7 @@
 
 #include "base/frame.h"
 #include "base/random.h"
+#include "sim/camera/head_rig.h"
 #include "sim/camera/machine_view.h"
 #include "sim/laser/laser_camera.h"
 #include "sim/laser/laser_traits.h"
@@ -13,27 +14,15 @@
 
 namespace trammel::sim {
 
-/// The laser eye as it is built onto one head: the same in the dark and with the lights on.
-struct HeadEye {
-  Condition condition;  ///< plate and filament; its light means nothing here
-  LaserTraits dark;     ///< looks and exposure with the lights off
-  LaserTraits lit;      ///< and with the lights on; REQUIRES the same geometry
-};
-
 /// One eye among those that plate and filament leave open. A generator in the same state gives
 /// RecordScan the same eye, in the dark and lit.
 [[nodiscard]] HeadEye DrawHeadEye(const Condition& condition, const Random& random);
-
-struct CameraMount {
-  double offset_x_mm = 28;         ///< from the nozzle to where the laser meets the plate at the
-  double offset_y_mm = 50.2;       ///< focus height; the paper's
-  double focus_height_mm = 17.86;  ///< of the nozzle, where the laser is sharp; the paper's
-};
 
 struct CameraViewOptions {
   CameraMount mount;
   int frame_width_px = kSensorWidthPx;    ///< 64 … 1280; smaller frames are windows of the sensor
   int frame_height_px = kSensorHeightPx;  ///< 64 … 720
+  HeadRig rig = {};                       ///< what else differs from the eye that is drawn
 };
 
 /// The traits of an eye that stands rise_mm above its focus height: its scale, where laser and
@@ -65,6 +54,13 @@ class CameraView {
   [[nodiscard]] CameraMoment MomentAt(const MachineSource& machine, double mid_exposure_s,
                                       double machine_time_scale = 1) const;
 
+  /// Puts a moment's head, and what it has printed, where backlash and a loose mount leave them.
+  /// Moments have to come in the order of their time. Nothing changes on a tight head.
+  void Settle(CameraMoment& moment);
+
+  /// The eye on this head: its traits with the rig's deviations.
+  [[nodiscard]] const HeadEye& eye() const { return eye_; }
+
   /// Longest exposure, at natural speed.
   [[nodiscard]] double exposure_s() const;
 
@@ -93,8 +89,13 @@ class CameraView {
 
   HeadEye eye_;
   CameraMount mount_;
+  PictureMap map_;
+  SensorWindow picture_;  // of the sensor, as it is read out
+  SensorWindow upright_;  // as it is drawn
+  RigMotion motion_;
   LaserCamera camera_;
   Random random_;
+  Frame drawn_;
   double gain_phase_rad_ = 0;
   double rise_mm_ = 0;
   bool lit_ = false;

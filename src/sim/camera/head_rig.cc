@@ -1,0 +1,180 @@
+#include "sim/camera/head_rig.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "base/check.h"
+
+namespace trammel::sim {
+namespace {
+
+constexpr double kMiddleColumn = kSensorWidthPx / 2.0;
+constexpr double kMiddleRow = kSensorHeightPx / 2.0;
+constexpr double kReversalMm = 0.02;  // less is the noise of a move's interpolation
+constexpr int kMarginPx = 3;          // of a cubic interpolation
+
+LaserTraits MountTraits(const LaserTraits& drawn, const HeadRig& rig) {
+  LaserTraits traits = drawn;
+  if (rig.scale != 1) {
+    traits.px_per_mm *= rig.scale;
+    traits.stripe_column_px = kMiddleColumn + (drawn.stripe_column_px - kMiddleColumn) * rig.scale;
+    traits.line_row_px = kMiddleRow + (drawn.line_row_px - kMiddleRow) * rig.scale;
+    traits.stripe_sigma_px *= rig.scale;
+  }
+  traits.laser_angle_rad += rig.laser_angle_rad;
+  traits.stripe_tilt_rad += rig.laser_turn_rad;
+  for (Sheen* sheen : {&traits.plate, &traits.filament}) {
+    sheen->peak *= rig.laser_brightness;
+    sheen->glow *= rig.laser_brightness;
+    if (rig.scale != 1) {
+      sheen->glow_sigma_px = std::clamp(sheen->glow_sigma_px * rig.scale, 4.0, 20.0);
+      sheen->glow_shift_px *= rig.scale;
+    }
+    for (double& level : sheen->ambient_bgr) level *= rig.room_brightness;
+  }
+  return traits;
+}
+
+// A slack of b: a follower keeps its place until it is b / 2 behind.
+double Follow(double follower, double leader, double slack) {
+  return std::clamp(follower, leader - slack / 2, leader + slack / 2);
+}
+
+}  // namespace
+
+HeadEye MountEye(const HeadEye& eye, const HeadRig& rig) {
+  return {eye.condition, MountTraits(eye.dark, rig), MountTraits(eye.lit, rig)};
+}
+
+PictureMap::Place PictureMap::Upright(Place picture) const {
+  const double u = picture.x_px - kMiddleColumn;
+  const double v = picture.y_px - kMiddleRow;
+  return {kMiddleColumn + xx * u + xy * v, kMiddleRow + yx * u + yy * v};
+}
+
+PictureMap::Place PictureMap::Picture(Place upright) const {
+  const double u = upright.x_px - kMiddleColumn;
+  const double v = upright.y_px - kMiddleRow;
+  // Turned and mirrored: the inverse is the transpose.
+  return {kMiddleColumn + xx * u + yx * v, kMiddleRow + xy * u + yy * v};
+}
+
+PictureMap MapOf(const HeadRig& rig) {
+  if (rig.camera_turn_rad == 0 && !rig.flip_x && !rig.flip_y) return {};
+  const double c = std::cos(rig.camera_turn_rad);
+  const double s = std::sin(rig.camera_turn_rad);
+  const double along_u = rig.flip_x ? -1 : 1;
+  const double along_v = rig.flip_y ? -1 : 1;
+  return {c * along_u, s * along_v, -s * along_u, c * along_v};
+}
+
+SensorWindow UprightWindow(const PictureMap& map, const SensorWindow& picture) {
+  double lo_x = 1e9;
+  double lo_y = 1e9;
+  double hi_x = -1e9;
+  double hi_y = -1e9;
+  for (const double x : {0, picture.width - 1}) {
+    for (const double y : {0, picture.height - 1}) {
+      const auto place = map.Upright({picture.x + x, picture.y + y});
+      lo_x = std::min(lo_x, place.x_px);
+      hi_x = std::max(hi_x, place.x_px);
+      lo_y = std::min(lo_y, place.y_px);
+      hi_y = std::max(hi_y, place.y_px);
+    }
+  }
+  const int x = static_cast<int>(std::floor(lo_x)) - kMarginPx;
+  const int y = static_cast<int>(std::floor(lo_y)) - kMarginPx;
+  return {x, y, static_cast<int>(std::ceil(hi_x)) + kMarginPx + 1 - x,
+          static_cast<int>(std::ceil(hi_y)) + kMarginPx + 1 - y};
+}
+
+void TurnPicture(const PictureMap& map, const SensorWindow& upright, const Frame& from,
+                 const SensorWindow& picture, Frame& to) {
+  if (to.width != picture.width || to.height != picture.height) {
+    to = Frame(picture.width, picture.height);
+  }
+  const auto zero = map.Upright({static_cast<double>(picture.x), static_cast<double>(picture.y)});
+  const cv::Matx23d matrix(map.xx, map.xy, zero.x_px - upright.x, map.yx, map.yy,
+                           zero.y_px - upright.y);
+  // cv::Mat has no view of constant pixels; the source is only read.
+  const cv::Mat source(from.height, from.width, CV_8UC3,
+                       const_cast<std::uint8_t*>(from.bgr.data()));
+  cv::Mat target(to.height, to.width, CV_8UC3, to.bgr.data());
+  cv::warpAffine(source, target, matrix, target.size(), cv::INTER_CUBIC | cv::WARP_INVERSE_MAP,
+                 cv::BORDER_REPLICATE);
+  to.time_s = from.time_s;
+}
+
+RigMotion::RigMotion(const HeadRig& rig, const Random& random) : rig_(rig), random_(random) {}
+
+bool RigMotion::Reverses(Axis& axis, double place_mm) {
+  const double on = place_mm - axis.extreme_mm;
+  if (axis.direction == 0) {
+    if (std::abs(on) <= kReversalMm) return false;
+    axis = {place_mm, on > 0 ? 1 : -1};
+    return false;
+  }
+  if (on * axis.direction >= 0) {
+    axis.extreme_mm = place_mm;
+    return false;
+  }
+  if (std::abs(on) <= kReversalMm) return false;
+  axis = {place_mm, -axis.direction};
+  return true;
+}
+
+void RigMotion::Settle(MachineView& machine) {
+  const std::array<double, 3> told = {machine.x_mm, machine.y_mm, machine.z_mm};
+  if (!started_) {
+    started_ = true;
+    head_mm_ = told;
+    for (std::size_t i = 0; i < 3; ++i) axes_[i].extreme_mm = told[i];
+  }
+  bool reverses = false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (rig_.backlash_mm[i] > 0) head_mm_[i] = Follow(head_mm_[i], told[i], rig_.backlash_mm[i]);
+    reverses = Reverses(axes_[i], told[i]) || reverses;
+  }
+  if (rig_.backlash_mm[0] > 0) machine.x_mm = head_mm_[0];
+  if (rig_.backlash_mm[1] > 0) machine.y_mm = head_mm_[1];
+  if (rig_.backlash_mm[2] > 0) machine.z_mm = head_mm_[2];
+  if (rig_.mount_play_mm <= 0) return;
+  if (reverses) {
+    const double radius = rig_.mount_play_mm * std::sqrt(random_.Uniform());
+    const double angle = random_.Uniform(0, 2 * std::numbers::pi);
+    shift_x_mm_ = radius * std::cos(angle);
+    shift_y_mm_ = radius * std::sin(angle);
+  }
+  machine.x_mm += shift_x_mm_;
+  machine.y_mm += shift_y_mm_;
+}
+
+std::shared_ptr<const Bed> RigMotion::Lay(const std::shared_ptr<const Bed>& bed) {
+  if (bed == nullptr || (rig_.backlash_mm[0] <= 0 && rig_.backlash_mm[1] <= 0)) return bed;
+  if (bed == told_) return laid_;
+  auto laid = std::make_shared<Bed>(*bed);
+  bool started = false;
+  double x = 0;
+  double y = 0;
+  for (Strand& strand : laid->strands) {
+    for (BeadSample& sample : strand.samples) {
+      if (!started) {
+        x = sample.x_mm;
+        y = sample.y_mm;
+        started = true;
+      }
+      x = Follow(x, sample.x_mm, rig_.backlash_mm[0]);
+      y = Follow(y, sample.y_mm, rig_.backlash_mm[1]);
+      sample.x_mm = x;
+      sample.y_mm = y;
+    }
+  }
+  told_ = bed;
+  laid_ = std::move(laid);
+  return laid_;
+}
+
+}  // namespace trammel::sim

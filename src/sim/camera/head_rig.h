@@ -1,0 +1,122 @@
+// How laser and camera really sit on the print head, where that differs from the paper's drawing.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "base/random.h"
+#include "base/result.h"
+#include "sim/camera/machine_view.h"
+#include "sim/laser/laser_camera.h"
+#include "sim/laser/laser_traits.h"
+#include "sim/print/conditions.h"
+
+namespace trammel::sim {
+
+/// The laser eye as it is built onto one head: the same in the dark and with the lights on.
+struct HeadEye {
+  Condition condition;  ///< plate and filament; its light means nothing here
+  LaserTraits dark;     ///< looks and exposure with the lights off
+  LaserTraits lit;      ///< and with the lights on; REQUIRES the same geometry
+};
+
+struct CameraMount {
+  double offset_x_mm = 28;         ///< from the nozzle to where the laser meets the plate at the
+  double offset_y_mm = 50.2;       ///< focus height; the paper's
+  double focus_height_mm = 17.86;  ///< of the nozzle, where the laser is sharp; the paper's
+};
+
+/// Deviations of one head from the eye that its world draws. The defaults change nothing.
+struct HeadRig {
+  double scale = 1;            ///< px/mm over the drawn eye's, by the focal length; 0.5 … 2
+  double camera_turn_rad = 0;  ///< of the camera alone about its axis, counter-clockwise from above
+  double laser_turn_rad = 0;   ///< of the laser's sheet about the vertical, the same way; +-0.045
+  double laser_angle_rad = 0;  ///< over the drawn eye's, +-0.35
+  double laser_brightness = 1;  ///< factor of all laser light, 0 (none) … 20 (saturated)
+  double room_brightness = 1;   ///< factor of all other light, 0 … 20
+  bool flip_x = false;          ///< the picture is mirrored left to right,
+  bool flip_y = false;          ///< top to bottom; both: the camera is mounted the other way round
+  double mount_play_mm = 0;  ///< each reversal of an axis leaves the eye within this of its place
+  std::array<double, 3> backlash_mm = {0, 0, 0};  ///< of x, y and z: the head lags by half of it
+};
+
+struct MountedRig {
+  CameraMount mount;
+  HeadRig rig;
+};
+
+/// A head as its owner may have built it: the camera turned by up to 3 degrees and the laser by 1,
+/// the offset wrong by up to 4 mm, the focus by 1 mm, the scale by 10 %, the laser's angle by 3
+/// degrees, the laser's light by a fifth.
+[[nodiscard]] MountedRig DrawHeadRig(Random random);
+
+/// Names of what can be set, separated by commas; angles end in -deg, lengths in -mm.
+[[nodiscard]] std::string HeadRigNames();
+/// Error (kInput): a name that is not there, or a number outside its bounds.
+[[nodiscard]] Result<void> SetHeadRig(std::string_view name, double value, MountedRig& rig);
+
+/// The eye with scale, angles and brightness as they are on this head.
+[[nodiscard]] HeadEye MountEye(const HeadEye& eye, const HeadRig& rig);
+
+/// Maps places in the picture to places on a sensor that is neither turned nor mirrored; both
+/// have their origin in the first pixel of the full sensor.
+struct PictureMap {
+  double xx = 1, xy = 0, yx = 0, yy = 1;  ///< about the sensor's middle
+
+  struct Place {
+    double x_px = 0;
+    double y_px = 0;
+  };
+  [[nodiscard]] bool identity() const { return xx == 1 && xy == 0 && yx == 0 && yy == 1; }
+  [[nodiscard]] Place Upright(Place picture) const;
+  [[nodiscard]] Place Picture(Place upright) const;  ///< its inverse
+};
+[[nodiscard]] PictureMap MapOf(const HeadRig& rig);
+
+/// The part of an upright sensor that a window of the picture shows, with a margin for
+/// interpolation. Reaches beyond the sensor where the camera is turned.
+[[nodiscard]] SensorWindow UprightWindow(const PictureMap& map, const SensorWindow& picture);
+
+/// Resamples an upright frame (cubic).
+void TurnPicture(const PictureMap& map, const SensorWindow& upright, const Frame& from,
+                 const SensorWindow& picture, Frame& to);
+
+/// Where the head really is: what the drive was told, through backlash and a loose mount. Follows
+/// one machine; moments are told in their order.
+class RigMotion {
+ public:
+  RigMotion(const HeadRig& rig, const Random& random);
+  void Settle(MachineView& machine);
+  /// The bed as a nozzle behind this backlash lays it. Travels between strands are taken as
+  /// straight. Keeps the last one: equal pointers, equal answers.
+  [[nodiscard]] std::shared_ptr<const Bed> Lay(const std::shared_ptr<const Bed>& bed);
+
+ private:
+  struct Axis {
+    double extreme_mm = 0;
+    int direction = 0;  // 0: has not moved yet
+  };
+  bool Reverses(Axis& axis, double place_mm);
+
+  HeadRig rig_;
+  Random random_;
+  bool started_ = false;
+  std::array<double, 3> head_mm_ = {0, 0, 0};
+  std::array<Axis, 3> axes_;
+  double shift_x_mm_ = 0;
+  double shift_y_mm_ = 0;
+  std::shared_ptr<const Bed> told_;
+  std::shared_ptr<const Bed> laid_;
+};
+
+/// Writes the truth of a head as JSON (docs/formats.md).
+/// @param eye  As drawn, before MountEye.
+/// Error (kInput): the file is there already or cannot be created.
+[[nodiscard]] Result<void> WriteRigTruth(const std::filesystem::path& path, const MountedRig& rig,
+                                         const HeadEye& eye, std::uint64_t seed);
+
+}  // namespace trammel::sim
