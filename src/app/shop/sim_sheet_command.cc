@@ -20,6 +20,7 @@
 #include "sim/print/plan_file.h"
 #include "sim/scanner/scanner_file.h"
 #include "sim/scanner/sheet_world.h"
+#include "sim/sheet/original_sheet.h"
 #include "sim/sheet/sheet_gcode.h"
 
 namespace trammel::app {
@@ -29,6 +30,11 @@ constexpr std::uintmax_t kLargestGcode = 100'000'000;
 
 struct SimSheetArguments {
   std::string gcode;
+  std::string original;  // tools of the original generator's sheet; empty: none
+  std::vector<std::string> original_offsets;
+  bool original_repaired = false;
+  std::string pattern_out;
+  std::string settings_out;
   std::string out;
   std::string truth;
   sim::SheetName name;
@@ -50,7 +56,6 @@ struct SimSheetArguments {
   bool colour = false;
   int bits = 8;
   std::string says_dpi;
-  int jpeg_quality = 90;
 };
 
 Result<std::string> ReadOptional(const std::string& path) {
@@ -112,9 +117,58 @@ Result<sim::SheetMachine> MachineOf(const SimSheetArguments& arguments, sim::She
   return machine;
 }
 
+// Draws the original generator's sheet, and writes what its owner has of it.
+Result<std::string> OriginalOf(const SimSheetArguments& arguments) {
+  sim::OriginalSheet original;
+  const auto tools = sim::ParseOriginalTools(arguments.original);
+  if (!tools) return Fail("--original " + tools.error().message);
+  original.tools = *tools;
+  original.reference = arguments.reference;
+  original.repaired = arguments.original_repaired;
+  if (!arguments.original_offsets.empty()) original.offsets.resize(tools->size());
+  for (const std::string& text : arguments.original_offsets) {
+    const auto shift = ParseToolShift("--original-offset", text, static_cast<int>(tools->size()));
+    if (!shift) return tl::unexpected(shift.error());
+    if (shift->tool < 1) {
+      return Fail(fmt::format("--original-offset {}: places in the list of --original count from 1",
+                              text.substr(0, 40)));
+    }
+    original.offsets[static_cast<std::size_t>(shift->tool) - 1] = {shift->x_mm, shift->y_mm};
+  }
+  if (const auto valid = Validate(original); !valid) return tl::unexpected(valid.error());
+  std::string gcode = OriginalGcode(original);
+  const auto write = [](const std::string& path, const std::string& text) -> Result<void> {
+    if (path.empty()) return {};
+    return files::WriteWholeFile(path, text, files::IfThere::kRefuse);
+  };
+  if (const auto written = write(arguments.pattern_out, gcode); !written) {
+    return tl::unexpected(written.error());
+  }
+  const std::string name = arguments.pattern_out.empty()
+                               ? "original.gcode"
+                               : std::filesystem::path(arguments.pattern_out).filename().string();
+  if (const auto written = write(arguments.settings_out, OriginalSettings(original, name));
+      !written) {
+    return tl::unexpected(written.error());
+  }
+  return gcode;
+}
+
+Result<std::string> GcodeOf(const SimSheetArguments& arguments) {
+  if (arguments.original.empty() == arguments.gcode.empty()) {
+    return Fail("give either a G-code file or --original with its tools");
+  }
+  if (!arguments.original.empty()) return OriginalOf(arguments);
+  if (!arguments.pattern_out.empty() || !arguments.settings_out.empty()) {
+    return Fail("--pattern-out and --settings-out: write what --original draws; they need it");
+  }
+  return sim::ReadTextFile(arguments.gcode, kLargestGcode);
+}
+
 Result<sim::PrintedSheet> Print(const SimSheetArguments& arguments, sim::SheetScene scene) {
-  const auto gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
+  const auto gcode = GcodeOf(arguments);
   if (!gcode) return tl::unexpected(gcode.error());
+  const std::string source = arguments.original.empty() ? arguments.gcode : "the original sheet";
   const auto setup = SetupOf(arguments, *gcode);
   if (!setup) return tl::unexpected(setup.error());
   auto machine = MachineOf(arguments, scene, *setup);
@@ -129,13 +183,13 @@ Result<sim::PrintedSheet> Print(const SimSheetArguments& arguments, sim::SheetSc
     if (!set) return tl::unexpected(set.error());
   }
   const auto program = sim::InterpretSheet(*gcode, *setup);
-  if (!program) return Fail(arguments.gcode + ": " + program.error().message);
+  if (!program) return Fail(source + ": " + program.error().message);
   for (const auto& [name, count] : program->ignored) {
     fmt::print(stderr, "note: skipped {} of {}, which the virtual machine does not know\n", count,
                name);
   }
   auto sheet = sim::PrintSheet(*program, *machine, paper, sim::PrintingOf(arguments.name));
-  if (!sheet) return Fail(arguments.gcode + ": " + sheet.error().message);
+  if (!sheet) return Fail(source + ": " + sheet.error().message);
   return sheet;
 }
 
@@ -180,7 +234,8 @@ Result<sim::PageFileOptions> FileOptionsOf(const SimSheetArguments& arguments) {
 Result<void> SimulateSheet(const SimSheetArguments& arguments) {
   const auto scene = sim::ParseSheetScene(arguments.scene);
   if (!scene) return Fail("--scene: " + scene.error().message);
-  for (const std::string& path : {arguments.out, arguments.truth}) {
+  for (const std::string& path :
+       {arguments.out, arguments.truth, arguments.pattern_out, arguments.settings_out}) {
     if (path.empty()) continue;
     auto free = files::CheckTarget(path, files::IfThere::kRefuse, "choose another name");
     if (!free) return free;
@@ -204,6 +259,19 @@ Result<void> SimulateSheet(const SimSheetArguments& arguments) {
       arguments.truth,
       sim::SheetTruthJson(arguments.name, *sheet, arguments.reference, *scanner, scan->format()),
       files::IfThere::kRefuse);
+}
+
+void AddOriginalOptions(CLI::App& sheet, SimSheetArguments& arguments) {
+  sheet.add_option("--original", arguments.original,
+                   "instead of a file: the sheet of the method's original generator with these "
+                   "tools, for example 1,2,3,4,5 (--reference is its reference tool)");
+  sheet.add_option("--original-offset", arguments.original_offsets,
+                   "PLACE:X,Y in mm, an offset on purpose of a place in that list, counted from "
+                   "1; as published, the last place's moves the whole print");
+  sheet.add_flag("--original-repaired", arguments.original_repaired,
+                 "such an offset moves the combs of its own place alone");
+  sheet.add_option("--pattern-out", arguments.pattern_out, "new file for the original's G-code");
+  sheet.add_option("--settings-out", arguments.settings_out, "new file for its settings");
 }
 
 void AddMachineOptions(CLI::App& sheet, SimSheetArguments& arguments) {
@@ -239,8 +307,8 @@ void AddSimSheet(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<SimSheetArguments>();
   CLI::App* sheet = parent.add_subcommand(
       "sheet", "print a comb pattern with several virtual tools and scan the paper");
-  sheet->add_option("gcode", arguments->gcode, "the file that the virtual printer prints")
-      ->required();
+  sheet->add_option("gcode", arguments->gcode, "the file that the virtual printer prints");
+  AddOriginalOptions(*sheet, *arguments);
   sheet->add_option("--out", arguments->out, "new .png, .jpg, .tif or .pnm file")->required();
   sheet->add_option("--truth", arguments->truth, "new JSON file for what is true");
   // Without the checks CLI11 takes -1 for the largest number there is.

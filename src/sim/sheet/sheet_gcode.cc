@@ -37,8 +37,8 @@ const std::map<std::string, Interpreter::Handler, std::less<>>& Interpreter::Han
   static const std::map<std::string, Handler, std::less<>> handlers = {
       {"G0", &I::Linear},
       {"G1", &I::Linear},
-      {"G2", &I::Refuse},
-      {"G3", &I::Refuse},
+      {"G2", &I::Arc},
+      {"G3", &I::Arc},
       {"G5", &I::Refuse},
       {"G20", &I::Refuse},
       {"G28", &I::Home},

@@ -58,9 +58,10 @@ struct SheetMove {
   int x_drive = 0;  ///< which carriage of a machine with two moves in x
   PlaneMm from;
   PlaneMm to;
-  double z_mm = 0;  ///< the higher end
-  double e_mm = 0;  ///< filament, positive forward
-  PlaneMm shift;    ///< firmware's part of the position: tool offsets and SET_GCODE_OFFSET
+  double z_mm = 0;   ///< the higher end
+  double e_mm = 0;   ///< filament, positive forward
+  bool arc = false;  ///< a chord of an arc
+  PlaneMm shift;     ///< firmware's part of the position: tool offsets and SET_GCODE_OFFSET
 };
 
 struct SheetProgram {
@@ -75,7 +76,8 @@ struct SheetProgram {
 /// (T, ACTIVATE_EXTRUDER, SET_DUAL_CARRIAGE, SELECT_TOOL, templates, macros), and offsets:
 /// SET_GCODE_OFFSET and SET_TOOL_PARAMETER (position = command + offset), M218 and G10
 /// (position = command - offset; M218 acts with the next tool change, G10 at once).
-/// Errors (kInput) name the line and the value: malformed numbers, positions beyond +-10 m, arcs,
+/// Errors (kInput) name the line and the value: malformed numbers, positions beyond +-10 m, arcs
+/// (RepRapFirmware alone: with I and J),
 /// inches, volumetric extrusion, copy and mirror modes, tools beyond 7, an extruder that extrudes
 /// while another carriage is active, macros nested deeper than 10, more than a million moves. Lines
 /// of setup.before are counted on their own, and errors say that it is they.

@@ -57,6 +57,7 @@ class Interpreter {
   void Ignore(const std::string& name);
 
   Result<void> Linear(const Command& command);
+  Result<void> Arc(const Command& command);
   Result<void> Refuse(const Command& command);
   Result<void> Home(const Command& command);
   Result<void> SetPosition(const Command& command);

@@ -50,6 +50,7 @@ class Press {
   std::array<double, kMostSheetTools> retracted_mm_{};
   std::array<std::optional<PlaneMm>, kMostSheetTools> offsets_{};
   DrawnLine line_;
+  bool arc_ = false;                 // the line that is being drawn is a chord of one
   std::optional<PlaneMm> line_end_;  // until the travel that leaves it
   std::uint64_t lines_ = 0;
   std::uint64_t travels_ = 0;
@@ -102,7 +103,15 @@ void Press::Draw(const SheetMove& move, double from_fraction, double length_mm) 
   const double cosine = along.x_mm * line_.along.x_mm + along.y_mm * line_.along.y_mm;
   const bool goes_on = !line_.points.empty() && line_.tool == move.tool && from_fraction == 0 &&
                        cosine > 0 && std::abs(sine) < kSameDirection;
-  if (!goes_on) EndLine();
+  if (!goes_on) {
+    const bool joins = !line_.points.empty() && line_.tool == move.tool && from_fraction == 0 &&
+                       (move.arc || arc_);
+    line_.joins_after = joins;
+    EndLine();
+    line_.joins_before = joins;
+    line_.joins_after = false;
+  }
+  arc_ = move.arc;
   line_.tool = move.tool;
   line_.along = along;
   const double width_mm = WidthOf(move, length_mm);

@@ -93,8 +93,9 @@ void AddStrokes(const DrawnLine& line, const SheetMachine& machine, const SheetP
     const double step_mm = i == 0 ? 0 : Distance(line.points[i - 1].nozzle, nozzle);
     at_mm += step_mm;
     const double half_mm =
-        (line.points[i].width_mm + wider_mm + machine.start_bulge_mm * Bell(at_mm) +
-         machine.end_bulge_mm * Bell(length_mm - at_mm)) /
+        (line.points[i].width_mm + wider_mm +
+         (line.joins_before ? 0 : machine.start_bulge_mm * Bell(at_mm)) +
+         (line.joins_after ? 0 : machine.end_bulge_mm * Bell(length_mm - at_mm))) /
         2;
     const double left_mm = std::max(kThinnestHalfMm, half_mm + left.Next(step_mm));
     const double right_mm = std::max(kThinnestHalfMm, half_mm + right.Next(step_mm));

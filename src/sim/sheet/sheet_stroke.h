@@ -19,6 +19,8 @@ struct DrawnLine {
     double width_mm = 0;
   };
   std::vector<Point> points;  ///< at least 2, in order
+  bool joins_before = false;  ///< it goes on from an arc or into one: no bulge there
+  bool joins_after = false;
 };
 
 /// Appends the line's ink; nothing where it does not stick, two strokes where it has a gap.

@@ -1,0 +1,40 @@
+// The sheet of the generator that the method was published with, drawn anew from its published
+// geometry: other combs, no code, no control, one serpentine for each comb.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "sim/sheet/sheet_gcode.h"
+
+namespace trammel::sim {
+
+/// The defaults are the published ones.
+struct OriginalSheet {
+  std::vector<int> tools = {1, 2, 3, 4, 5};  ///< one to five, 0 … 7 each, one may come again
+  int reference = 2;
+  double rotation_rad = 0.261799387799149;  ///< of the print on the bed, 15 degrees
+  PlaneMm centre;
+  /// Offsets on purpose, one for each of `tools` or none, along the print's own axes. The published
+  /// program moves the whole print by the last of them.
+  std::vector<PlaneMm> offsets;
+  bool repaired = false;  ///< each tool's own combs are moved by its own offset instead
+  double extrusion_multiplier = 1.1;
+};
+
+/// Error (kInput): names the field, the value and the bound.
+[[nodiscard]] Result<void> Validate(const OriginalSheet& sheet);
+
+/// Reads "1,2,3,4,5". Error (kInput): another form.
+[[nodiscard]] Result<std::vector<int>> ParseOriginalTools(std::string_view text);
+
+/// G-code for RepRapFirmware, arcs included. REQUIRES a valid sheet.
+[[nodiscard]] std::string OriginalGcode(const OriginalSheet& sheet);
+
+/// The settings that such a sheet is made with, one assignment a line in Python, and the call.
+[[nodiscard]] std::string OriginalSettings(const OriginalSheet& sheet, std::string_view gcode_name);
+
+}  // namespace trammel::sim
