@@ -86,6 +86,7 @@ INNER = {
         "cell": {"print"},
         "sheet": {"print"},
         "scanner": {"print", "sheet"},
+        "phone": {"camera", "sheet", "scanner"},
         "spindle": {"print"},
         "klipper": {"print", "cell"},
         "camera": {"print", "laser", "klipper"},

@@ -17,6 +17,7 @@
 #include "app/shop/sim_commands.h"
 #include "app/shop/sim_sheet_traits.h"
 #include "files/new_file.h"
+#include "sim/phone/phone_photo.h"
 #include "sim/print/plan_file.h"
 #include "sim/scanner/scanner_file.h"
 #include "sim/scanner/sheet_world.h"
@@ -56,6 +57,10 @@ struct SimSheetArguments {
   bool colour = false;
   int bits = 8;
   std::string says_dpi;
+  // A phone in its place.
+  bool photo = false;
+  std::vector<std::string> photo_settings;
+  int jpeg_quality = 90;
 };
 
 Result<std::string> ReadOptional(const std::string& path) {
@@ -231,6 +236,34 @@ Result<sim::PageFileOptions> FileOptionsOf(const SimSheetArguments& arguments) {
   return options;
 }
 
+// A phone's photo in place of a scan.
+Result<void> Photograph(const SimSheetArguments& arguments, const sim::PrintedSheet& sheet) {
+  sim::PhoneTraits phone;
+  if (!arguments.ideal) phone = sim::DrawPhone(sheet, sim::ScanningOf(arguments.name).Fork(0));
+  for (const std::string& text : arguments.photo_settings) {
+    const auto parts = Split(text, '=', 2);
+    const auto value = parts.size() == 2 ? ParseNumber<double>(parts[1]) : std::nullopt;
+    if (!value) {
+      return Fail(fmt::format("--photo-set {}: must be NAME=NUMBER, for example tilt-deg=10",
+                              text.substr(0, 40)));
+    }
+    if (const auto set = sim::SetPhoneTrait(parts[0], *value, phone); !set) {
+      return Fail("--photo-set " + set.error().message);
+    }
+  }
+  if (const auto valid = Validate(phone); !valid) return valid;
+  const auto frame = sim::PhotographSheet(sheet, phone, sim::ScanningOf(arguments.name).Fork(1));
+  if (!frame) return tl::unexpected(frame.error());
+  auto written =
+      files::WriteWholeFile(arguments.out, sim::PhoneJpeg(*frame, phone), files::IfThere::kRefuse);
+  if (!written) return written;
+  fmt::print("{}: {} x {} px\n", arguments.out, frame->width, frame->height);
+  if (arguments.truth.empty()) return {};
+  return files::WriteWholeFile(
+      arguments.truth, sim::PhoneTruthJson(arguments.name, sheet, arguments.reference, phone),
+      files::IfThere::kRefuse);
+}
+
 Result<void> SimulateSheet(const SimSheetArguments& arguments) {
   const auto scene = sim::ParseSheetScene(arguments.scene);
   if (!scene) return Fail("--scene: " + scene.error().message);
@@ -240,9 +273,20 @@ Result<void> SimulateSheet(const SimSheetArguments& arguments) {
     auto free = files::CheckTarget(path, files::IfThere::kRefuse, "choose another name");
     if (!free) return free;
   }
+  const std::string ending = std::filesystem::path(arguments.out).extension().string();
+  if (arguments.photo && ending != ".jpg" && ending != ".jpeg") {
+    return Fail(fmt::format("--out {}: a phone writes .jpg", arguments.out));
+  }
+  if (!arguments.photo && !arguments.photo_settings.empty()) {
+    return Fail("--photo-set: there is no phone without --photo");
+  }
   const auto sheet = Print(arguments, *scene);
   if (!sheet) return tl::unexpected(sheet.error());
   for (const std::string& note : sheet->notes) fmt::print(stderr, "note: {}\n", note);
+  if (arguments.photo) {
+    if (sheet->strokes.empty()) return Fail("no tool printed: there is nothing to photograph");
+    return Photograph(arguments, *sheet);
+  }
   const auto scanner = ScannerFor(arguments, *sheet);
   if (!scanner) return tl::unexpected(scanner.error());
   const auto options = FileOptionsOf(arguments);
@@ -299,6 +343,11 @@ void AddScannerOptions(CLI::App& sheet, SimSheetArguments& arguments) {
   sheet.add_flag("--mirrored", arguments.mirrored, "as by a faulty driver");
   sheet.add_option("--says-dpi", arguments.says_dpi, "what the file claims, or none");
   sheet.add_option("--jpeg-quality", arguments.jpeg_quality)->capture_default_str();
+  sheet.add_flag("--photo", arguments.photo,
+                 "a phone's photo instead of a scan (.jpg); --scan says which");
+  sheet.add_option(
+      "--photo-set", arguments.photo_settings,
+      "NAME=NUMBER of the phone, may be given again; names: " + sim::PhoneTraitNames());
 }
 
 }  // namespace
