@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -138,6 +139,35 @@ TEST_F(TapCommand, PlotOverwritesNothingUnasked) {
   EXPECT_EQ(link.exit_code, 1);
   EXPECT_THAT(link.standard_error, HasSubstr("r.svg: is a link"));
   EXPECT_EQ(ReadWhole(folder_.path() / "anothers"), "precious");
+}
+
+TEST_F(TapCommand, ComparesBothMethodsAndNeedsSeveralTaps) {
+  std::string lines;
+  for (int i = 0; i < 10; ++i) {
+    json tap = DrawnTap(0.01 + 0.0007 * ((i * 7) % 10));
+    // Swings of the samples that are another's in each tap.
+    for (std::size_t k = 0; k < tap["force"].size(); ++k) {
+      tap["force"][k] = tap["force"][k].get<double>() + 2 * std::sin(0.37 * (i + 2) * double(k));
+    }
+    lines += tap.dump() + "\n";
+  }
+  Write("ten.jsonl", lines);
+  Write("one.json", DrawnTap(0).dump());
+  const CommandResult ten = Run("tap compare ten.jsonl --json --report c.html");
+  EXPECT_EQ(ten.exit_code, 0) << ten.output;
+  const json comparison = json::parse(ten.standard_output);
+  EXPECT_EQ(comparison["used"], 10);
+  EXPECT_EQ(comparison["places"], 1);
+  // The contacts were drawn with a deviation of 2.1 um.
+  EXPECT_NEAR(comparison["contact"]["deviation_mm"]["value"].get<double>(), 0.0021, 0.0008);
+  EXPECT_THAT(ReadWhole(folder_.path() / "c.html"), HasSubstr("<svg"));
+  const CommandResult again = Run("tap compare ten.jsonl --report c.html");
+  EXPECT_EQ(again.exit_code, 1);
+  EXPECT_THAT(again.standard_error, HasSubstr("--force"));
+  const CommandResult one = Run("tap compare one.json");
+  EXPECT_EQ(one.exit_code, 2) << one.output;
+  EXPECT_THAT(one.standard_output, HasSubstr("cannot tell: 0 of 1 taps"));
+  EXPECT_EQ(Run("tap compare missing.json").exit_code, 1);
 }
 
 TEST_F(TapCommand, TuneSaysItsAdviceFirstAndWhatTheTrialGave) {
