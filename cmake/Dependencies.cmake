@@ -12,6 +12,11 @@ find_package(Boost 1.81 REQUIRED)
 find_package(JPEG REQUIRED)
 pkg_check_modules(png REQUIRED IMPORTED_TARGET libpng)
 pkg_check_modules(cairo REQUIRED IMPORTED_TARGET cairo)
+# By name: SQLiteCpp's own target brings -pthread, with which no precompiled header matches.
+pkg_check_modules(sqlite REQUIRED IMPORTED_TARGET sqlite3)
+find_library(SQLITECPP_LIBRARY SQLiteCpp REQUIRED)
+add_library(sqlite_cpp INTERFACE)
+target_link_libraries(sqlite_cpp INTERFACE ${SQLITECPP_LIBRARY} PkgConfig::sqlite)
 
 # Those of single instruments.
 if(TRAMMEL_PART_ALIGNMENT)

@@ -33,7 +33,11 @@ struct HistoryEntry {
 struct HistoryQuery {
   std::size_t last = 20;                                   ///< at most so many, the newest
   std::optional<measurement::Instrument> instrument = {};  ///< absent: of all
+  measurement::Subject subject = {};  ///< its texts that are not empty; others are any
 };
+
+/// Whether a result is one that is asked for.
+[[nodiscard]] bool Matches(const HistoryQuery& query, const measurement::Outcome& outcome);
 
 struct History {
   std::vector<HistoryEntry> entries;  ///< the newest first
@@ -46,6 +50,9 @@ struct History {
 /// more go. Errors (kInput): not there, not an ordinary file, not readable.
 [[nodiscard]] Result<History> ReadHistory(const std::filesystem::path& path,
                                           const HistoryQuery& query);
+
+/// Tells results apart: 64-bit FNV-1a of all that result.json says but the details, in hexadecimal.
+[[nodiscard]] std::string Fingerprint(const measurement::Outcome& outcome);
 
 /// Adds a line about a result to applied.jsonl. Errors: those of AppendLine.
 [[nodiscard]] Result<void> NoteApplication(const std::filesystem::path& path,

@@ -32,10 +32,20 @@ struct Answer {
   Measured value;
 };
 
+/// What was measured: the keys that results are compared under. Empty: not known.
+struct Subject {
+  std::string printer = {};   ///< its address: two printers may share a name
+  std::string nozzle = {};    ///< its diameter in mm: "0.40"
+  std::string filament = {};  ///< as its user names it
+
+  bool operator==(const Subject&) const = default;
+};
+
 struct Outcome {
   Provenance provenance;
   std::vector<Answer> answers;
   std::vector<std::string> notices;
+  Subject subject = {};
 
   /// The worst of the answers'; refused where there is none.
   [[nodiscard]] Verdict verdict() const;

@@ -98,6 +98,23 @@ Result<Instrument> InstrumentOf(const std::string& name) {
   return Fail("no instrument of that name");
 }
 
+/// What was measured; results of programs that did not note it have none.
+measurement::Subject ReadSubject(JsonObject& object) {
+  constexpr std::size_t kMostBytes = 1000;
+  const nlohmann::json* const json = object.Find("subject");
+  if (json == nullptr || object.failed()) return {};
+  JsonObject inner = object.Inner(*json, "subject");
+  measurement::Subject subject{inner.Text("printer"), inner.Text("nozzle"), inner.Text("filament")};
+  for (const std::string* text : {&subject.printer, &subject.nozzle, &subject.filament}) {
+    if (text->size() > kMostBytes) {
+      inner.Fault("filament", fmt::format("or another name has {} bytes; at most {} are kept",
+                                          text->size(), kMostBytes));
+    }
+  }
+  if (const auto read = inner.Finish(); !read) object.Adopt(read.error());
+  return subject;
+}
+
 /// All keys of a result but its details; ask Finish() before use.
 Outcome ReadKeys(JsonObject& object) {
   object.Integer("format", {1, 1});
@@ -125,6 +142,7 @@ Outcome ReadKeys(JsonObject& object) {
                                         ToString(outcome.verdict())));
   }
   outcome.notices = ReadTexts(object, "notices");
+  outcome.subject = ReadSubject(object);
   return outcome;
 }
 
@@ -141,6 +159,11 @@ ordered_json JsonOf(const Outcome& outcome) {
                        {"answers", ordered_json::array()},
                        {"notices", outcome.notices}};
   for (const Answer& answer : outcome.answers) json["answers"].push_back(AnswerJson(answer));
+  const measurement::Subject& subject = outcome.subject;
+  if (subject != measurement::Subject{}) {
+    json["subject"] = {
+        {"printer", subject.printer}, {"nozzle", subject.nozzle}, {"filament", subject.filament}};
+  }
   return json;
 }
 

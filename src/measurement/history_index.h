@@ -1,0 +1,42 @@
+// history.db: an index over history.jsonl and the results in recordings' folders, in SQLite. These
+// are the truth; the index is made anew from them whenever it is missing or damaged.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string_view>
+
+#include "base/result.h"
+#include "measurement/history.h"
+
+namespace trammel::files {
+
+/// Beside history.jsonl.
+inline constexpr std::string_view kIndexFile = "history.db";
+
+/// The newest form of the index; SQLite's user_version.
+inline constexpr int kIndexVersion = 2;
+
+/// Reads results through the index of a folder of recordings, which is made, migrated from an
+/// older form, brought up to history.jsonl's last line, or rebuilt where it is damaged or
+/// history.jsonl was changed before its end. A damaged one is kept as history.db.damaged. The
+/// newest by their time come first. What `skipped` names are lines of history.jsonl.
+/// Errors: kInput where there is neither history.jsonl nor an index, where a newer trammel wrote
+/// the index or it is another program's (it stays as it is), not writable, no space; kMachine
+/// where another process is at it. ReadHistory does without the index.
+[[nodiscard]] Result<History> ReadIndexed(const std::filesystem::path& recordings,
+                                          const HistoryQuery& query);
+
+struct RebuiltIndex {
+  std::size_t results = 0;
+  std::size_t from_folders = 0;  ///< of these: those that history.jsonl does not have
+};
+
+/// Builds the index anew from history.jsonl and the result.json of each folder.
+/// @param index  the file; empty: the folder's own, which is replaced unless a newer trammel or
+///     another program wrote it. Any other must not be there yet.
+/// Errors: as above.
+[[nodiscard]] Result<RebuiltIndex> RebuildIndex(const std::filesystem::path& recordings,
+                                                const std::filesystem::path& index = {});
+
+}  // namespace trammel::files
