@@ -15,9 +15,11 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/history_table.h"
 #include "base/json_text.h"
 #include "document/interval_text.h"
 #include "measurement/history.h"
+#include "measurement/history_index.h"
 #include "measurement/outcome_file.h"
 #include "session/run_journal.h"
 
@@ -36,6 +38,8 @@ constexpr std::size_t kMost = 10'000;
 struct HistoryArguments {
   std::string path = "recordings";
   std::string instrument;
+  measurement::Subject subject;
+  std::string out;
   std::size_t last = 20;
   std::size_t number = 1;
   bool json = false;
@@ -84,16 +88,25 @@ ordered_json EntryJson(std::size_t number, const HistoryEntry& entry) {
   return json;
 }
 
+/// Through the folder's index; from history.jsonl itself where that cannot be used, which is said.
+Result<files::History> ReadKept(const std::filesystem::path& path,
+                                const files::HistoryQuery& query) {
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(path, ignored)) return files::ReadHistory(path, query);
+  auto indexed = files::ReadIndexed(path, query);
+  if (indexed) return indexed;
+  auto read = files::ReadHistory(path / files::kHistoryFile, query);
+  if (read) fmt::print(stderr, "without the index: {}\n", indexed.error().message);
+  return read;
+}
+
 /// The newest, with what was applied of them; says on standard error which lines are no results.
 Result<files::History> Read(const HistoryArguments& arguments, std::size_t last) {
-  files::HistoryQuery query{last};
+  files::HistoryQuery query{last, {}, arguments.subject};
   for (const Instrument instrument : kInstruments) {
     if (arguments.instrument == ToString(instrument)) query.instrument = instrument;
   }
-  std::filesystem::path path = arguments.path;
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) path /= files::kHistoryFile;
-  auto history = files::ReadHistory(path, query);
+  auto history = ReadKept(arguments.path, query);
   if (!history) return history;
   for (const std::string& why : history->skipped) fmt::print(stderr, "passed over: {}\n", why);
   if (history->skipped_lines > history->skipped.size()) {
@@ -142,10 +155,31 @@ int RunShow(const HistoryArguments& arguments) {
     fmt::print("     from {}\n", source);
   }
   fmt::print("     by {}\n", entry.outcome.provenance.program);
+  const measurement::Subject& subject = entry.outcome.subject;
+  for (const auto& [name, text] :
+       {std::pair{"printer", &subject.printer}, std::pair{"nozzle", &subject.nozzle},
+        std::pair{"filament", &subject.filament}}) {
+    if (!text->empty()) fmt::print("     {} {}\n", name, *text);
+  }
   for (const files::Application& application : entry.applied) {
     fmt::print("     applied {} to {}\n", application.utc, application.machine);
   }
   for (const std::string& notice : entry.outcome.notices) fmt::print("     notice: {}\n", notice);
+  return kExitGood;
+}
+
+int RunExport(const HistoryArguments& arguments) {
+  const auto history = Read(arguments, kMost);
+  if (!history) return PrintError(history.error());
+  std::fputs(HistoryTable(history->entries).c_str(), stdout);
+  return kExitGood;
+}
+
+int RunRebuild(const HistoryArguments& arguments) {
+  const auto rebuilt = files::RebuildIndex(arguments.path, arguments.out);
+  if (!rebuilt) return PrintError(rebuilt.error());
+  fmt::print("{} results, {} of them from folders alone\n", rebuilt->results,
+             rebuilt->from_folders);
   return kExitGood;
 }
 
@@ -155,6 +189,13 @@ void AddCommon(CLI::App& command, HistoryArguments& arguments) {
   command.add_option("--instrument", arguments.instrument, "only its results; left out: of all")
       ->check(CLI::IsMember(
           std::vector<std::string>{"pressure_advance", "tap", "tool_offset", "part_alignment"}));
+  command.add_option("--filament", arguments.subject.filament, "only of this filament");
+  command.add_option("--nozzle", arguments.subject.nozzle,
+                     "only of the nozzle of this diameter in mm: 0.40");
+  command.add_option("--printer", arguments.subject.printer, "only of the printer of this address");
+}
+
+void AddJson(CLI::App& command, HistoryArguments& arguments) {
   command.add_flag("--json", arguments.json, "as JSON");
 }
 
@@ -167,6 +208,7 @@ void AddHistoryCommand(CLI::App& cli, int& exit_code) {
   const auto listed = std::make_shared<HistoryArguments>();
   CLI::App* list = group->add_subcommand("list", "the kept results, the newest first");
   AddCommon(*list, *listed);
+  AddJson(*list, *listed);
   list->add_option("--last", listed->last, "at most so many")
       ->check(CLI::Range(std::size_t{1}, kMost))
       ->capture_default_str();
@@ -178,7 +220,21 @@ void AddHistoryCommand(CLI::App& cli, int& exit_code) {
       ->check(CLI::Range(std::size_t{1}, kMost))
       ->capture_default_str();
   AddCommon(*show, *shown);
+  AddJson(*show, *shown);
   show->callback([shown, &exit_code] { exit_code = RunShow(*shown); });
+
+  const auto exported = std::make_shared<HistoryArguments>();
+  CLI::App* table = group->add_subcommand(
+      "export", "print them as a table (CSV), an answer a row; history list --json has JSON");
+  AddCommon(*table, *exported);
+  table->callback([exported, &exit_code] { exit_code = RunExport(*exported); });
+
+  const auto built = std::make_shared<HistoryArguments>();
+  CLI::App* rebuild = group->add_subcommand(
+      "rebuild", "build the index anew, from history.jsonl and the recordings' folders");
+  rebuild->add_option("--in", built->path, "the folder of the recordings")->capture_default_str();
+  rebuild->add_option("--out", built->out, "into a new file, and leave the folder's own as it is");
+  rebuild->callback([built, &exit_code] { exit_code = RunRebuild(*built); });
 }
 
 }  // namespace trammel::app

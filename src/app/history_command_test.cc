@@ -98,6 +98,36 @@ TEST_F(HistoryCommand, ShowsAllOfOneAndNoControlCharacters) {
   EXPECT_EQ(json::parse(History("show 2 --json").standard_output)["number"], 2);
 }
 
+TEST_F(HistoryCommand, FiltersAndExportsByFilamentWhateverItsName) {
+  Outcome outcome = PressureAdvance();
+  outcome.subject = {"printer.local:7125", "0.40", "=PLA \"100 %\"; x"};
+  Keep(files::HistoryLine(outcome, "recordings/a"));
+  outcome.subject.printer = "printer.local:7126";  // two printers of one name
+  Keep(files::HistoryLine(outcome, "recordings/b"));
+  Keep(files::HistoryLine(Alignment(), "c"));
+  EXPECT_THAT(History("list --printer printer.local:7126").standard_output,
+              AllOf(HasSubstr("recordings/b"), Not(HasSubstr("recordings/a"))));
+  EXPECT_EQ(History("export --printer printer.local:7125").standard_output,
+            "utc,instrument,printer,nozzle,filament,name,unit,verdict,value,standard_uncertainty,"
+            "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder\r\n"
+            "\"2026-01-02T03:04:05Z\",pressure_advance,\"printer.local:7125\",\"0.40\","
+            "\"'=PLA \"\"100 %\"\"; x\",\"pressure_advance\",\"s\",good,0.036,0.0006,0.0348,0.0372,"
+            "\"\",\"\",\"\",\"trammel 9.8.7\",\"recordings/a\"\r\n");
+  EXPECT_THAT(History("show 2").standard_output, HasSubstr("filament =PLA"));
+}
+
+TEST_F(HistoryCommand, DoesWithoutAnIndexThatItCannotUseAndRebuildsOneWhereAsked) {
+  Keep(files::HistoryLine(Alignment(), "b"));
+  std::filesystem::create_directory(folder_.path() / "recordings/history.db");
+  const CommandResult list = History("list");
+  EXPECT_EQ(list.exit_code, 0) << list.output;
+  EXPECT_THAT(list.standard_error, HasSubstr("without the index: "));
+  EXPECT_THAT(list.standard_output, HasSubstr("part_x"));
+  EXPECT_EQ(History("rebuild").exit_code, 1);
+  EXPECT_EQ(History("rebuild --out own.db").standard_output,
+            "1 results, 0 of them from folders alone\n");
+}
+
 TEST_F(HistoryCommand, WhatIsNotThereIsAnError) {
   EXPECT_THAT(History("list").standard_error, HasSubstr("history.jsonl: there is no such file"));
   Keep(files::HistoryLine(Alignment(), "b"));

@@ -14,6 +14,7 @@
 #include "app/interrupt.h"
 #include "app/new_folder.h"
 #include "app/printer_session.h"
+#include "base/url_secrets.h"
 #include "files/whole_file.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
@@ -125,7 +126,10 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   output.files.report = (folder / "report.html").string();
   output.json = arguments.json;
   output.keep_in_recording = true;
-  const ResultFile result = ResultOf(run->analysis, folder.string());
+  ResultFile result = ResultOf(run->analysis, folder.string());
+  result.outcome.subject = {WithoutSecrets(config.scan.address),
+                            fmt::format("{:.2f}", config.pattern.nozzle_diameter_mm),
+                            {}};
   int code = PrintAnalysis(*run, result, output);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;

@@ -10,6 +10,7 @@
 #include "app/new_folder.h"
 #include "app/provenance.h"
 #include "base/bug_note.h"
+#include "base/url_secrets.h"
 #include "document/interval_text.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
@@ -185,6 +186,11 @@ Listener::Words Listener::Propose(const fs::path& folder, const std::string& fil
   output.files.report = (folder / "report.html").string();
   output.keep_in_recording = true;
   ResultFile result = ResultOf(run->analysis, folder.string());
+  const auto config = LoadSettings(options_);
+  if (config) {
+    result.outcome.subject = {WithoutSecrets(config->scan.address),
+                              fmt::format("{:.2f}", config->pattern.nozzle_diameter_mm), filament};
+  }
   (void)PrintAnalysis(*run, result, output);  // for the log; a failed file says so there
   std::fflush(stdout);
   const Measured& measured = run->analysis.pressure_advance;

@@ -1,0 +1,46 @@
+#include "app/history_table.h"
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+namespace trammel::app {
+namespace {
+
+std::string Cell(std::string_view text) {
+  const bool formula =
+      !text.empty() && std::string_view("=+-@\t\r").find(text[0]) != std::string_view::npos;
+  std::string cell = formula ? "\"'" : "\"";
+  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return cell + "\"";
+}
+
+}  // namespace
+
+std::string HistoryTable(std::span<const files::HistoryEntry> entries) {
+  std::string table =
+      "utc,instrument,printer,nozzle,filament,name,unit,verdict,value,standard_uncertainty,"
+      "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder\r\n";
+  for (const files::HistoryEntry& entry : entries) {
+    const auto& [provenance, answers, notices, subject] = entry.outcome;
+    for (const measurement::Answer& answer : answers) {
+      std::string numbers = ",,,";
+      if (answer.value.good()) {
+        const Quantity& quantity = answer.value.quantity();
+        numbers = fmt::format("{},{},{},{}", quantity.value, quantity.standard_uncertainty,
+                              quantity.interval95.lo, quantity.interval95.hi);
+      }
+      const files::Application last =
+          entry.applied.empty() ? files::Application{} : entry.applied.back();
+      table += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\r\n", Cell(provenance.utc),
+                           ToString(provenance.instrument), Cell(subject.printer),
+                           Cell(subject.nozzle), Cell(subject.filament), Cell(answer.name),
+                           Cell(answer.unit), ToString(answer.value.verdict()), numbers,
+                           Cell(answer.value.reason()), Cell(last.utc), Cell(last.machine),
+                           Cell(provenance.program), Cell(entry.folder));
+    }
+  }
+  return table;
+}
+
+}  // namespace trammel::app
