@@ -109,10 +109,10 @@ TEST_F(HistoryCommand, FiltersAndExportsByFilamentWhateverItsName) {
               AllOf(HasSubstr("recordings/b"), Not(HasSubstr("recordings/a"))));
   EXPECT_EQ(History("export --printer printer.local:7125").standard_output,
             "utc,instrument,printer,nozzle,filament,name,unit,verdict,value,standard_uncertainty,"
-            "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder\r\n"
+            "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder\n"
             "\"2026-01-02T03:04:05Z\",pressure_advance,\"printer.local:7125\",\"0.40\","
             "\"'=PLA \"\"100 %\"\"; x\",\"pressure_advance\",\"s\",good,0.036,0.0006,0.0348,0.0372,"
-            "\"\",\"\",\"\",\"trammel 9.8.7\",\"recordings/a\"\r\n");
+            "\"\",\"\",\"\",\"trammel 9.8.7\",\"recordings/a\"\n");
   EXPECT_THAT(History("show 2").standard_output, HasSubstr("filament =PLA"));
 }
 

@@ -20,7 +20,7 @@ std::string Cell(std::string_view text) {
 std::string HistoryTable(std::span<const files::HistoryEntry> entries) {
   std::string table =
       "utc,instrument,printer,nozzle,filament,name,unit,verdict,value,standard_uncertainty,"
-      "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder\r\n";
+      "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder\n";
   for (const files::HistoryEntry& entry : entries) {
     const auto& [provenance, answers, notices, subject] = entry.outcome;
     for (const measurement::Answer& answer : answers) {
@@ -32,7 +32,7 @@ std::string HistoryTable(std::span<const files::HistoryEntry> entries) {
       }
       const files::Application last =
           entry.applied.empty() ? files::Application{} : entry.applied.back();
-      table += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\r\n", Cell(provenance.utc),
+      table += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", Cell(provenance.utc),
                            ToString(provenance.instrument), Cell(subject.printer),
                            Cell(subject.nozzle), Cell(subject.filament), Cell(answer.name),
                            Cell(answer.unit), ToString(answer.value.verdict()), numbers,

@@ -8,7 +8,7 @@
 
 namespace trammel::app {
 
-/// As CSV (RFC 4180), an answer a row under a line of names; numbers are empty unless the verdict
+/// As CSV, an answer a row under a line of names; numbers are empty unless the verdict
 /// is good. Texts that a spreadsheet would take for a formula get an apostrophe before them.
 [[nodiscard]] std::string HistoryTable(std::span<const files::HistoryEntry> entries);
 
