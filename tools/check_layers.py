@@ -31,6 +31,7 @@ INSTRUMENTS = {
         "laser": {"profile", "recording", "timing"},
         "photo": {"profile"},
         "response": {"profile"},
+        "setup": set(),
     },
     "tap": {
         "samples": set(),
