@@ -23,6 +23,15 @@ Eigen::MatrixXd SolveLeastSquares(const Eigen::MatrixXd& matrix, const Eigen::Ma
   return matrix.completeOrthogonalDecomposition().solve(right);
 }
 
+std::optional<Eigen::VectorXd> SolveOfFullRank(const Eigen::MatrixXd& matrix,
+                                               const Eigen::VectorXd& right) {
+  const auto decomposition = matrix.colPivHouseholderQr();
+  if (decomposition.rank() < matrix.cols()) return std::nullopt;
+  const Eigen::VectorXd solution = decomposition.solve(right);
+  if (!solution.allFinite()) return std::nullopt;
+  return solution;
+}
+
 Eigen::MatrixXd Inverse(const Eigen::MatrixXd& matrix) {
   return SolveSquare(matrix, Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()));
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 namespace trammel::geometry {
 
@@ -24,6 +25,11 @@ namespace trammel::geometry {
 /// complete orthogonal decomposition.
 [[nodiscard]] Eigen::MatrixXd SolveLeastSquares(const Eigen::MatrixXd& matrix,
                                                 const Eigen::MatrixXd& right);
+
+/// As SolveLeastSquares where the columns are independent (their rank by pivoted Householder
+/// reflections) and the solution is finite; nothing otherwise.
+[[nodiscard]] std::optional<Eigen::VectorXd> SolveOfFullRank(const Eigen::MatrixXd& matrix,
+                                                             const Eigen::VectorXd& right);
 
 /// As SolveSquare. REQUIRES a square, regular matrix.
 [[nodiscard]] Eigen::MatrixXd Inverse(const Eigen::MatrixXd& matrix);

@@ -2,13 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
 #include "base/check.h"
 #include "base/statistics.h"
+#include "geometry/linear_systems.h"
 #include "vision/rung_trace.h"
 
 namespace trammel::vision {
@@ -233,29 +235,39 @@ Curve FitCurve(const std::vector<double>& s, const std::vector<double>& value, d
                double half_span) {
   TRAMMEL_CHECK(!s.empty() && s.size() == value.size() && half_span > 0, "{} and {} points, {}",
                 s.size(), value.size(), half_span);
-  const auto n = static_cast<Eigen::Index>(s.size());
+  const std::size_t n = s.size();
   const Eigen::Index terms = n >= 6 ? 3 : n >= 3 ? 2 : 1;
-  Eigen::MatrixXd a(n, terms);
-  Eigen::VectorXd b(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double u = (s[i] - centre) / half_span;
-    for (Eigen::Index k = 0; k < terms; ++k) a(i, k) = k == 0 ? 1 : k == 1 ? u : u * u;
-    b(i) = value[i];
-  }
-  Eigen::VectorXd weight = Eigen::VectorXd::Ones(n);
-  Eigen::VectorXd c = Eigen::VectorXd::Zero(terms);
+  std::vector<double> weight(n, 1.0), rest(n);
+  Eigen::VectorXd c;
   for (int iteration = 0; iteration < 12; ++iteration) {
-    c = (a.transpose() * weight.asDiagonal() * a)
-            .ldlt()
-            .solve(a.transpose() * weight.asDiagonal() * b);
-    const Eigen::VectorXd rest = (b - a * c).cwiseAbs();
-    std::vector<double> sizes(rest.data(), rest.data() + n);
+    // The normal equations by loops: Eigen's products of matrices take the compiler seconds.
+    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(terms, terms);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(terms);
+    const auto powers = [&](std::size_t i) {
+      const double u = (s[i] - centre) / half_span;
+      return std::array<double, 3>{1, u, u * u};
+    };
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::array<double, 3> row = powers(i);
+      for (Eigen::Index k = 0; k < terms; ++k) {
+        for (Eigen::Index l = 0; l < terms; ++l) information(k, l) += weight[i] * row[k] * row[l];
+        right(k) += weight[i] * row[k] * value[i];
+      }
+    }
+    c = geometry::SolveSymmetric(information, right);
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::array<double, 3> row = powers(i);
+      double predicted = 0;
+      for (Eigen::Index k = 0; k < terms; ++k) predicted += c(k) * row[k];
+      rest[i] = std::abs(value[i] - predicted);
+    }
+    std::vector<double> sizes = rest;
     const double scale = std::max(0.05, 1.4826 * Median(sizes));
-    for (Eigen::Index i = 0; i < n; ++i) {
+    for (std::size_t i = 0; i < n; ++i) {
       // Huber first, for a start near the bulk, then Tukey, to be rid of the outliers.
-      const double ratio = rest(i) / scale;
+      const double ratio = rest[i] / scale;
       const double tukey = ratio < 4.7 ? std::pow(1 - ratio * ratio / (4.7 * 4.7), 2) : 0;
-      weight(i) = std::max(1e-9, iteration < 6 ? std::min(1.0, 1 / std::max(ratio, 1e-9)) : tukey);
+      weight[i] = std::max(1e-9, iteration < 6 ? std::min(1.0, 1 / std::max(ratio, 1e-9)) : tukey);
     }
   }
   Curve curve{centre, half_span, c(0), terms > 1 ? c(1) : 0, terms > 2 ? c(2) : 0};

@@ -1,9 +1,11 @@
 #include "vision/line_pencil.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <set>
+
+#include "geometry/linear_systems.h"
 
 namespace trammel::vision {
 
@@ -59,10 +61,9 @@ std::optional<LinePencil> FitPencil(std::span<const PencilPoint> points) {
     a.row(static_cast<Eigen::Index>(i)) << x, 1, k * x, k, k * y;
     b(static_cast<Eigen::Index>(i)) = y;
   }
-  const auto solver = a.colPivHouseholderQr();
-  if (solver.rank() < 5) return std::nullopt;
-  const Eigen::VectorXd c = solver.solve(b);
-  if (!c.allFinite()) return std::nullopt;
+  const auto solution = geometry::SolveOfFullRank(a, b);
+  if (!solution) return std::nullopt;
+  const Eigen::VectorXd& c = *solution;
   // Back to pixels: line (u, v, w) in scaled coordinates is (u, v, size w - u x0 - v y0).
   const auto unscaled = [&](double u, double v, double w) {
     return std::array<double, 3>{u, v, size * w - u * x0 - v * y0};
