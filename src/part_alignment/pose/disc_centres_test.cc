@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 using test_support::AlignmentWorld;
 using ::testing::HasSubstr;
 
-constexpr double kSigma_px = 0.02;
+constexpr double kDiscSigma_px = 0.02;
 
 // The ellipse through pixels, by the conic a x² + b xy + c y² + d x + e y = 1 about their mean.
 ImageEllipse Through(const std::vector<Vector2d>& pixels) {
@@ -49,7 +49,7 @@ struct Discs {
     world = test_support::BenchWorld();
     Random random(3);
     test_support::TakePictures(world, 0, random);
-    measurement = MeasurementOf(world, kSigma_px);
+    measurement = MeasurementOf(world, kDiscSigma_px);
     const Eigen::Matrix3d turn = geometry::RotationFromAngles(world.machine_from_part.angles_rad);
     const Vector3d u = normal.unitOrthogonal() * radius_mm;
     const Vector3d v = normal.normalized().cross(u);

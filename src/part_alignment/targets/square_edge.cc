@@ -61,9 +61,9 @@ struct Sums {
   std::array<Part, kMostParts> parts{};
 };
 
-class Fit {
+class EdgeFitter {
  public:
-  Fit(const PageView& picture, const EdgeStart& start) : picture_(picture), start_(start) {
+  EdgeFitter(const PageView& picture, const EdgeStart& start) : picture_(picture), start_(start) {
     line_ = LineThrough(start.from, start.to);
     length_ = Distance(start.from, start.to);
     neighbours_ = {LineThrough(start.before, start.from), LineThrough(start.to, start.after)};
@@ -341,7 +341,7 @@ class Fit {
 }  // namespace
 
 std::optional<EdgeFit> FitSquareEdge(const PageView& picture, const EdgeStart& start) {
-  return Fit(picture, start).Run();
+  return EdgeFitter(picture, start).Run();
 }
 
 }  // namespace trammel::part_alignment
