@@ -7,7 +7,7 @@
 # "using": unnamed namespaces would meet in it. Such names are read from the sources when CMake runs; after a new one that clashes ("redefinition of ..."), run cmake again.
 # A source with options of its own is compiled by itself, as is one whose names clash with those of a header
 # that only another source reads: mark it with trammel_by_itself(FILE ...).
-set(TRAMMEL_BATCH_SIZE 8)
+set(TRAMMEL_BATCH_SIZE 24)
 
 function(trammel_by_itself)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

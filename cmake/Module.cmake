@@ -1,5 +1,6 @@
-# trammel_module(NAME SOURCES … [LINK …] [HOT] [NUMERIC])   a library target trammel_NAME
-#   HOT: measured code, -O3 in a release; all else is compiled with -O2, which takes less time and room.
+# trammel_module(NAME SOURCES … [LINK …] [HOT] [COLD] [COMMANDS] [NUMERIC])   a library target trammel_NAME
+#   HOT: measured code, -O3 in a release. COLD: -O1, code that words, waits and calls: to optimise it takes a fifth of a
+#   build and gains nothing that can be measured. COMMANDS: COLD, and CLI11 is precompiled for it. All else is compiled with -O2.
 #   NUMERIC (and HOT): in the fuzz targets it is optimised, and its comparisons, of pixels and numbers, are not
 #   traced: they take half of the time and teach nothing.
 # trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [SIDE_BY_SIDE])   a GoogleTest executable,
@@ -20,10 +21,20 @@ function(trammel_flags target)
                          $<$<BOOL:${TRAMMEL_BATCH}>:-Wno-subobject-linkage>
                          $<$<AND:$<BOOL:${TRAMMEL_BATCH}>,$<CXX_COMPILER_ID:GNU>>:-Wno-stringop-overread>
                          $<$<BOOL:${TRAMMEL_WERROR}>:-Werror>)
+  if(TRAMMEL_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # GCC frees no memory below 800 MB: a precompiled header fills what it would keep, and it searched in vain.
+    target_compile_options(${target} PRIVATE "SHELL:--param ggc-min-heapsize=800000")
+  endif()
   if(TRAMMEL_SANITIZE)
     target_compile_options(${target} PUBLIC -fsanitize=${TRAMMEL_SANITIZE} -fno-sanitize-recover=all
                            -fno-omit-frame-pointer)
     target_link_options(${target} PUBLIC -fsanitize=${TRAMMEL_SANITIZE})
+  endif()
+endfunction()
+
+function(trammel_cold target)
+  if(NOT TRAMMEL_SANITIZE)
+    target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1>)
   endif()
 endfunction()
 
@@ -34,17 +45,24 @@ function(trammel_numeric target)
 endfunction()
 
 function(trammel_module name)
-  cmake_parse_arguments(ARG "HOT;NUMERIC" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "HOT;COLD;COMMANDS;NUMERIC" "" "SOURCES;LINK" ${ARGN})
   add_library(trammel_${name} STATIC ${ARG_SOURCES})
   trammel_flags(trammel_${name})
   target_link_libraries(trammel_${name} PUBLIC ${ARG_LINK})
   if(ARG_HOT)
     target_compile_options(trammel_${name} PRIVATE $<$<CONFIG:Release>:-O3>)
   endif()
+  if(ARG_COLD OR ARG_COMMANDS)
+    trammel_cold(trammel_${name})
+  endif()
   if(ARG_HOT OR ARG_NUMERIC)
     trammel_numeric(trammel_${name})
   endif()
-  trammel_precompile(trammel_${name})
+  if(ARG_COMMANDS)
+    trammel_precompile(trammel_${name} trammel_app <CLI/CLI.hpp>)
+  else()
+    trammel_precompile(trammel_${name} trammel_base)
+  endif()
   cmake_language(EVAL CODE "cmake_language(DEFER CALL trammel_batch trammel_${name})")
 endfunction()
 
@@ -64,18 +82,19 @@ function(trammel_loaded name)
                         LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/trammel)
 endfunction()
 
-# Headers that most files of a module read, precompiled once, in base, the first module.
+# Headers that most files of a module read, precompiled once in the first module of their kind, OWNER: in base, and with
+# CLI11's, which take three seconds of each file, in app for the commands.
 set(TRAMMEL_COMMON_HEADERS <algorithm> <chrono> <cmath> <filesystem> <functional> <map> <memory>
                            <mutex> <optional> <span> <string> <vector> <fmt/format.h>
                            <nlohmann/json.hpp> <tl/expected.hpp>)
-function(trammel_precompile target)
+function(trammel_precompile target owner)
   if(NOT TRAMMEL_PRECOMPILE)
     return()
   endif()
-  if(target STREQUAL trammel_base)
-    target_precompile_headers(${target} PRIVATE ${TRAMMEL_COMMON_HEADERS})
+  if(target STREQUAL owner)
+    target_precompile_headers(${target} PRIVATE ${TRAMMEL_COMMON_HEADERS} ${ARGN})
   else()
-    target_precompile_headers(${target} REUSE_FROM trammel_base)
+    target_precompile_headers(${target} REUSE_FROM ${owner})
   endif()
 endfunction()
 
