@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <vector>
 
+#include "base/statistics.h"
 #include "pressure_advance/setup/camera_offset.h"
 #include "pressure_advance/setup/camera_scale.h"
 #include "pressure_advance/setup/focus_height.h"
@@ -88,12 +90,14 @@ struct Tally {
   double bound;
   int good = 0, covered = 0;
   double worst = 0;
+  std::vector<double> errors = {};
   void Add(const Measured& measured, double truth) {
     if (!measured.good()) return;
     const Quantity& quantity = measured.quantity();
     ++good;
     covered += quantity.interval95.lo <= truth && truth <= quantity.interval95.hi ? 1 : 0;
     worst = std::max(worst, std::abs(quantity.value - truth));
+    errors.push_back(std::abs(quantity.value - truth));
   }
 };
 
@@ -107,6 +111,10 @@ SetupWorld Draw(std::uint64_t seed, double factor) {
   world.focus_mm += factor * random.Uniform(-1, 1);
   world.px_per_mm *= 1 + factor * random.Uniform(-0.1, 0.1);
   world.laser_angle_rad += factor * random.Uniform(-3, 3) * kRad;
+  constexpr double kAxis = 0.001;      // as SetupLimits::axis_scale_uncertainty takes it
+  constexpr double kPrincipal_px = 8;  // as FitStripeHeight takes it
+  for (double& error : world.axis_error) error = kAxis * random.Normal();
+  world.principal_px = kPrincipal_px * random.Normal();
   return world;
 }
 
@@ -119,15 +127,17 @@ void ExpectRight(double factor) {
     const Found found = Measure(world, seed + 100000);
     scale.Add(found.scale.px_per_mm, world.px_per_mm);
     turn.Add(found.scale.rotation_rad, world.turn_rad);
-    x.Add(found.offset.x_mm, world.axis_x_mm);
-    y.Add(found.offset.y_mm, world.axis_y_mm);
+    // Commanded millimetres are what moves the head there.
+    x.Add(found.offset.x_mm, world.axis_x_mm / (1 + world.axis_error[0]));
+    y.Add(found.offset.y_mm, world.axis_y_mm / (1 + world.axis_error[1]));
     focus.Add(found.focus, world.focus_mm);
     angle.Add(found.height.laser_angle_rad, world.laser_angle_rad);
     height.Add(found.height.px_per_height_mm, PxPerHeight(world));
   }
+  // The optical axis' own error is normal: no bound holds its worst.
+  angle.worst = Quantile(angle.errors, 0.95);
   scale.worst /= 40 * (1 - 0.1 * factor), height.worst /= 35 * (1 - 0.1 * factor);
-  // 95 % of 1,000: 0.7 % standard deviation, so three below; nothing above, as what no residual
-  // shows (axes' scales, the optical axis) is right by construction here.
+  // 95 % of 1,000: 0.7 % standard deviation, so three below.
   constexpr double kLeastCovered = 0.93;
   constexpr double kLeastGood = 0.999;
   for (const Tally* tally : {&scale, &turn, &x, &y, &focus, &angle, &height}) {

@@ -29,6 +29,9 @@ struct SetupWorld {
   double noise_px = 0;   // 1 sigma of a mark's or a stripe's place
   double mark_x_mm = 150;
   double mark_y_mm = 150;
+  double axis_error[3] = {0, 0, 0};  // of x, y, z: true motion over commanded, less 1
+  double principal_px =
+      0;              // of the optical axis from the picture's middle, along the stripe's normal
   double mirror = 1;  // -1: the picture's columns are reversed
 
   [[nodiscard]] double Scale(double z_mm) const {
@@ -37,7 +40,8 @@ struct SetupWorld {
   [[nodiscard]] SeenMark See(HeadPlace head, Random& random) const {
     const double x = head.x_mm + play_x_mm * head.from_x / 2 + repeat_mm * random.Normal();
     const double y = head.y_mm + play_y_mm * head.from_y / 2 + repeat_mm * random.Normal();
-    const double right_mm = mark_x_mm - x - axis_x_mm, back_mm = mark_y_mm - y - axis_y_mm;
+    const double right_mm = (mark_x_mm - x) * (1 + axis_error[0]) - axis_x_mm;
+    const double back_mm = (mark_y_mm - y) * (1 + axis_error[1]) - axis_y_mm;
     const double scale = Scale(head.z_mm);
     SeenMark mark{head, 0, 0};
     mark.column_px =
@@ -48,10 +52,11 @@ struct SetupWorld {
     return mark;
   }
   [[nodiscard]] SeenStripe SeeStripe(HeadPlace head, Random& random) const {
-    const double z = head.z_mm + play_z_mm * head.from_z / 2 + repeat_mm * random.Normal();
+    const double moved = head.z_mm + play_z_mm * head.from_z / 2 + repeat_mm * random.Normal();
+    const double z = focus_mm + (moved - focus_mm) * (1 + axis_error[2]);
     const double across_mm = spot_mm - std::tan(laser_angle_rad) * (z - focus_mm);
     const double width = std::hypot(2.5, 1.2 * (z - focus_mm));
-    return {head, Scale(z) * across_mm + noise_px * random.Normal(),
+    return {head, Scale(z) * across_mm + principal_px + noise_px * random.Normal(),
             width * (1 + 0.01 * random.Normal() * (noise_px > 0 ? 1 : 0))};
   }
   /// Sixteen places on a square of 9 mm, every other reached from the other side.
