@@ -1,6 +1,6 @@
 # trammel_batch(TARGET): compiles a target's sources in batches, each one translation unit, where TRAMMEL_BATCH
 # is on: headers are read, and templates instantiated, once a batch. A file is half a second of headers, so that
-# a build from nothing takes 16 minutes instead of 28; the presets of the sanitizers and of the fuzz targets
+# a build from nothing takes half of the time; the presets of the sanitizers and of the fuzz targets
 # compile each file by itself, which finds a missing #include.
 #
 # No two sources of a batch declare one name at file scope, nor does one declare what another brings in by
