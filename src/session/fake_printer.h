@@ -1,9 +1,11 @@
 // For tests: a printer in memory that notes what it is told and fails where it is asked to.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "machine/moonraker/printer.h"
@@ -20,7 +22,9 @@ class FakePrinter : public machine::Printer {
   bool comes_back = true;                          ///< whether WaitUntilReady succeeds
   std::vector<std::string> deleted;                ///< files, in order
   nlohmann::json told = nlohmann::json::object();  ///< what Query answers
-  std::string lost_at;                             ///< the script during which the link goes, once
+  std::map<std::string, std::function<void(const nlohmann::json&)>> methods;  ///< registered
+  std::vector<std::pair<std::string, nlohmann::json>> events;                 ///< sent, in order
+  std::string lost_at;  ///< the script during which the link goes, once
 
   FakePrinter() {
     state.readiness = machine::PrinterReadiness::kReady;
@@ -92,11 +96,17 @@ class FakePrinter : public machine::Printer {
   Result<std::vector<machine::Webcam>> Webcams(const machine::WaitLimit&) override {
     return std::vector<machine::Webcam>{};
   }
-  Result<void> RegisterRemoteMethod(const std::string&, std::function<void(const nlohmann::json&)>,
+  Result<void> RegisterRemoteMethod(const std::string& name,
+                                    std::function<void(const nlohmann::json&)> callback,
                                     const machine::WaitLimit&) override {
+    methods[name] = std::move(callback);
     return {};
   }
   void OnMessage(std::function<void(const std::string&)>) override {}
+  void OnRequest(machine::RequestHandler) override {}
+  void SendEvent(const std::string& event, nlohmann::json data) override {
+    events.emplace_back(event, std::move(data));
+  }
   Result<machine::ClockRelation> Clock(double, const machine::WaitLimit&) override {
     return machine::ClockRelation{};
   }

@@ -29,6 +29,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::SetMessages(fuzz::Text(data, size));
   machine::MoonrakerPrinter printer(*machine::ParseMoonrakerAddress("localhost"), {});
   printer.OnMessage([](const std::string&) {});
+  printer.OnRequest([](const std::string& method, const nlohmann::json& params) {
+    return method == "status" ? machine::RpcAnswer{.result = params}
+                              : machine::RpcAnswer::UnknownMethod(method);
+  });
   (void)fuzz::Good(printer.Start(Now()));
   (void)fuzz::Good(printer.RegisterRemoteMethod(
       "trammel_call", [](const nlohmann::json&) {}, Now()));

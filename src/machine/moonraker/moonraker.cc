@@ -23,7 +23,6 @@ constexpr double kRegisterAgain_s = 2;
 constexpr int kMaxAgents = 9;
 constexpr std::string_view kTaken = "already registered";
 constexpr std::size_t kNone = std::string::npos;
-constexpr std::size_t kMostQuoted = 80;  // of a name that came from outside
 
 PrinterReadiness ReadinessOf(std::string_view state) {
   for (const PrinterReadiness readiness : {PrinterReadiness::kReady, PrinterReadiness::kStartup,
@@ -91,8 +90,10 @@ void Moonraker::OnOpen() {
   const std::string name = agent_number_ == 1
                                ? options_.client_name
                                : fmt::format("{}-{}", options_.client_name, agent_number_);
-  json params = {
-      {"client_name", name}, {"version", "0.1"}, {"type", "agent"}, {"url", "http://localhost"}};
+  json params = {{"client_name", name},
+                 {"version", options_.client_version},
+                 {"type", "agent"},
+                 {"url", "http://localhost"}};
   if (!options_.api_key.empty()) {
     params["api_key"] = options_.api_key;
   }
@@ -107,7 +108,8 @@ void Moonraker::OnIdentified(const RpcAnswer& answer) {
   if (answer.kind == RpcAnswer::Kind::kError) {
     // One agent per name: another trammel, or our own lost link that the server still holds. The
     // refused connection counts as identified, so the next name needs a new one.
-    if (answer.message.find(kTaken) != kNone && agent_number_ < kMaxAgents) {
+    if (options_.other_names && answer.message.find(kTaken) != kNone &&
+        agent_number_ < kMaxAgents) {
       ++agent_number_;
       calls_.Lose("the connection had to be made anew");
       connection_.Connect();
@@ -260,26 +262,33 @@ void Moonraker::OnMessage(std::string_view text) {
 }
 
 void Moonraker::OnRequest(const std::string& method, const json& message, double received_s) {
-  // From another agent or a front end, through the server, which lets it wait for ever. What it
-  // calls must not pass for the server's own notifications.
+  // From another agent or a front end, through the server, which lets it wait for ever.
+  const json& id = message["id"];
+  const RpcAnswer said = AnswerTo(method, message, received_s);
+  json answer = {{"jsonrpc", "2.0"}, {"id", id.is_structured() ? json() : id}};
+  if (said.kind == RpcAnswer::Kind::kResult) {
+    answer["result"] = said.result;
+  } else {
+    answer["error"] = {{"code", said.code}, {"message", said.message}};
+  }
+  // A caller that cannot be answered waits on; there is nobody else to tell.
+  (void)connection_.Send(answer.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
+// What is called must not pass for the server's own notifications.
+RpcAnswer Moonraker::AnswerTo(const std::string& method, const json& message, double received_s) {
   bool ours = false;
   {
     const std::lock_guard lock(mutex_);
     ours =
         std::find(remote_methods_.begin(), remote_methods_.end(), method) != remote_methods_.end();
   }
-  const json& id = message["id"];
-  json answer = {{"jsonrpc", "2.0"}, {"id", id.is_structured() ? json() : id}};
   if (ours) {
     OnNotification(method, message, received_s);
-    answer["result"] = "ok";
-  } else {
-    answer["error"] = {
-        {"code", -32601},
-        {"message", fmt::format("trammel has no method '{}'", method.substr(0, kMostQuoted))}};
+    return {.result = "ok"};
   }
-  // A caller that cannot be answered waits on; there is nobody else to tell.
-  (void)connection_.Send(answer.dump(-1, ' ', false, json::error_handler_t::replace));
+  if (!hooks_.on_request) return RpcAnswer::UnknownMethod(method);
+  return hooks_.on_request(method, message.value("params", json::object()));
 }
 
 void Moonraker::OnNotification(const std::string& method, const json& message, double received_s) {
@@ -364,6 +373,11 @@ Result<void> Moonraker::RegisterRemoteMethod(const std::string& name, const Wait
   const std::lock_guard lock(mutex_);
   remote_methods_.push_back(name);
   return {};
+}
+
+void Moonraker::SendEvent(const std::string& event, json data) {
+  CallLater("connection.send_event", {{"event", event}, {"data", std::move(data)}},
+            [](const RpcAnswer&) {});  // nobody waits for it
 }
 
 void Moonraker::RunAfter(double delay_s, std::function<void()> function) {

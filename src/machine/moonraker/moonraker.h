@@ -29,6 +29,8 @@ struct MoonrakerHooks {
       on_notification;
   /// Also when the link is lost (kDisconnected). The message is the firmware's or the link's.
   std::function<void(PrinterReadiness readiness, const std::string& message)> on_readiness;
+  /// Requests of other clients that are no remote method's; empty: all are unknown (−32601).
+  RequestHandler on_request = {};
 };
 
 class Moonraker {
@@ -59,6 +61,10 @@ class Moonraker {
   /// that waits for an answer gets "ok" once on_notification returned.
   [[nodiscard]] Result<void> RegisterRemoteMethod(const std::string& name, const WaitLimit& limit);
 
+  /// Tells all other clients of the server, as an agent's event; where the link is down, nobody.
+  /// @param event  its name; not "connected" nor "disconnected", which are the server's.
+  void SendEvent(const std::string& event, nlohmann::json data);
+
   void RunAfter(double delay_s, std::function<void()> function);
   /// Throws Bug on the connection's own thread, where waiting would wait for itself.
   void CheckMayWait() const;
@@ -74,6 +80,8 @@ class Moonraker {
   void OnDown(const Error& error);
   void OnMessage(std::string_view text);
   void OnRequest(const std::string& method, const nlohmann::json& message, double received_s);
+  [[nodiscard]] RpcAnswer AnswerTo(const std::string& method, const nlohmann::json& message,
+                                   double received_s);
   void OnNotification(const std::string& method, const nlohmann::json& message, double received_s);
   void RegisterAgain(const std::string& method);
   void AskServerInfo(std::function<void(const RpcAnswer&)> done);

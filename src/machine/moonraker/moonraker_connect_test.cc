@@ -204,6 +204,38 @@ TEST(MoonrakerConnect, TakesAnotherNameWhereAnAgentHasIt) {
             "trammel-2");
 }
 
+TEST(MoonrakerConnect, AnAgentThatIsCalledByItsNameTakesNoOther) {
+  ScriptedMoonraker server;
+  AnswerLikeMoonraker(server);
+  int taken = 1;
+  server.Handle("server.connection.identify", [&taken](const json& request) {
+    if (taken-- > 0) {
+      return std::vector{
+          test::ErrorFor(request, 400, "Agent 'trammel' already registered and connected'")};
+    }
+    return std::vector{test::ResultFor(request, {{"connection_id", 2}})};
+  });
+  MoonrakerOptions options = OptionsFor(server);
+  options.other_names = false;
+  EXPECT_THAT(Refused(options).message, HasSubstr("already registered"));
+  const auto printer = ConnectToMoonraker(options, kPatience);
+  ASSERT_TRUE(printer) << printer.error().message;
+  // A lost link that the server still holds has the name for a while, too.
+  server.Handle("server.connection.identify", [&taken](const json& request) {
+    if (++taken == 1) {
+      return std::vector{
+          test::ErrorFor(request, 400, "Agent 'trammel' already registered and connected'")};
+    }
+    return std::vector{test::ResultFor(request, {{"connection_id", 3}})};
+  });
+  taken = 0;
+  server.BreakConnections();
+  const json again = server.WaitForRequest("server.connection.identify", 4);
+  ASSERT_FALSE(again.is_null());
+  EXPECT_EQ(again["params"]["client_name"], "trammel");
+  EXPECT_TRUE((*printer)->WaitUntilReady(kPatience));
+}
+
 TEST(MoonrakerConnect, SpeaksOverAUnixSocket) {
   const test::TemporaryFolder folder;
   const std::string path = folder.path() / "moonraker.sock";

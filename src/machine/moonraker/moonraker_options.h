@@ -20,7 +20,11 @@ struct MoonrakerOptions {
   bool accept_any_certificate =
       false;  ///< for self-signed ones; anyone could then pose as the printer
   std::string client_name = "trammel";  ///< as other clients see it; one agent per name
-  double connect_time_limit_s = 10;     ///< of one attempt, 0.1 … 600
+  std::string client_version = "0.1";   ///< likewise
+  /// Where an agent has the name: takes name-2 … name-9. Otherwise the connection fails, and is
+  /// tried again like any that is lost: for an agent that others call by its name.
+  bool other_names = true;
+  double connect_time_limit_s = 10;  ///< of one attempt, 0.1 … 600
   std::size_t max_message_bytes = std::size_t{16}
                                   << 20;  ///< of an incoming message; a long configuration has 1 MB
   std::size_t max_queued_bytes = std::size_t{16} << 20;  ///< of outgoing messages that wait

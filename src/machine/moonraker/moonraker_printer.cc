@@ -90,16 +90,17 @@ std::string NoPrinters(const std::string& fault) {
 
 MoonrakerPrinter::MoonrakerPrinter(MoonrakerAddress address, MoonrakerOptions options)
     : options_(options),
-      moonraker_(std::move(address), options,
-                 {.on_usable = [this](std::function<void()> done) { OnUsable(std::move(done)); },
-                  .on_notification =
-                      [this](const std::string& method, const json& params, double received_s) {
-                        OnNotification(method, params, received_s);
-                      },
-                  .on_readiness =
-                      [this](PrinterReadiness readiness, const std::string& message) {
-                        OnReadiness(readiness, message);
-                      }}) {}
+      moonraker_(
+          std::move(address), options,
+          {.on_usable = [this](std::function<void()> done) { OnUsable(std::move(done)); },
+           .on_notification =
+               [this](const std::string& method, const json& params, double received_s) {
+                 OnNotification(method, params, received_s);
+               },
+           .on_readiness = [this](PrinterReadiness readiness,
+                                  const std::string& message) { OnReadiness(readiness, message); },
+           .on_request = [this](const std::string& method,
+                                const json& params) { return AnswerRequest(method, params); }}) {}
 
 void MoonrakerPrinter::OnUsable(std::function<void()> done) {
   moonraker_.CallLater(

@@ -251,4 +251,22 @@ Result<void> MoonrakerPrinter::RegisterRemoteMethod(const std::string& name,
   return registered;
 }
 
+void MoonrakerPrinter::OnRequest(RequestHandler callback) {
+  const std::lock_guard lock(mutex_);
+  on_request_ = std::move(callback);
+}
+
+RpcAnswer MoonrakerPrinter::AnswerRequest(const std::string& method, const json& params) {
+  RequestHandler handler;
+  {
+    const std::lock_guard lock(mutex_);
+    handler = on_request_;
+  }
+  return handler ? handler(method, params) : RpcAnswer::UnknownMethod(method);
+}
+
+void MoonrakerPrinter::SendEvent(const std::string& event, json data) {
+  moonraker_.SendEvent(event, std::move(data));
+}
+
 }  // namespace trammel::machine

@@ -55,6 +55,8 @@ class MoonrakerPrinter : public Printer {
                                     std::function<void(const nlohmann::json&)> callback,
                                     const WaitLimit& limit) override;
   void OnMessage(std::function<void(const std::string&)> callback) override;
+  void OnRequest(RequestHandler callback) override;
+  void SendEvent(const std::string& event, nlohmann::json data) override;
   Result<ClockRelation> Clock(double wanted_uncertainty_s, const WaitLimit& limit) override;
   Result<void> RecordMoves(const WaitLimit& limit) override;
   Result<std::vector<TrapezoidMove>> Moves(double from_print_time_s, double to_print_time_s,
@@ -75,6 +77,7 @@ class MoonrakerPrinter : public Printer {
   void OnUsable(std::function<void()> done);
   void Subscribe(const std::vector<std::string>& objects, std::function<void()> done);
   void OnNotification(const std::string& method, const nlohmann::json& params, double received_s);
+  [[nodiscard]] RpcAnswer AnswerRequest(const std::string& method, const nlohmann::json& params);
   void OnResponse(const std::string& response, double received_s);
   void OnStatus(const nlohmann::json& params, double received_s);
   void OnReadiness(PrinterReadiness readiness, const std::string& message);
@@ -131,6 +134,7 @@ class MoonrakerPrinter : public Printer {
   int abandoned_scripts_ = 0;
   std::map<std::string, std::function<void(const nlohmann::json&)>> remote_methods_;
   std::function<void(const std::string&)> on_message_;
+  RequestHandler on_request_;
   PrintClock clock_;
   /// Whether moves come by themselves, since the link or Klipper began.
   struct Hearing {

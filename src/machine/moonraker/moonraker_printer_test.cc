@@ -224,6 +224,31 @@ TEST_F(MoonrakerPrinterTest, ACallerThatWaitsForAnAnswerGetsOne) {
   EXPECT_EQ(server_.WaitForAnswer(nullptr)["error"]["code"], -32601);
 }
 
+TEST_F(MoonrakerPrinterTest, ARequestOfAnotherClientGetsTheHandlersResultOrError) {
+  Connect();
+  printer_->OnRequest([](const std::string& method, const json& params) {
+    if (method == "status") return RpcAnswer{.result = {{"asked", params}}};
+    return RpcAnswer::UnknownMethod(method);
+  });
+  server_.Push({{"jsonrpc", "2.0"}, {"id", 1}, {"method", "status"}, {"params", {{"a", 1}}}});
+  EXPECT_EQ(server_.WaitForAnswer(1)["result"], (json{{"asked", {{"a", 1}}}}));
+  // Moonraker leaves empty arguments out.
+  server_.Push({{"jsonrpc", "2.0"}, {"id", 2}, {"method", "status"}});
+  EXPECT_EQ(server_.WaitForAnswer(2)["result"], (json{{"asked", json::object()}}));
+  server_.Push({{"jsonrpc", "2.0"}, {"id", 3}, {"method", "a strange one"}});
+  EXPECT_EQ(server_.WaitForAnswer(3)["error"]["code"], -32601);
+  printer_->OnRequest({});
+  server_.Push({{"jsonrpc", "2.0"}, {"id", 4}, {"method", "status"}});
+  EXPECT_EQ(server_.WaitForAnswer(4)["error"]["code"], -32601);
+}
+
+TEST_F(MoonrakerPrinterTest, AnEventGoesOutAsAnAgents) {
+  Connect();
+  printer_->SendEvent("run", {{"run", "a"}, {"complete", false}});
+  EXPECT_EQ(server_.WaitForRequest("connection.send_event")["params"],
+            (json{{"event", "run"}, {"data", {{"run", "a"}, {"complete", false}}}}));
+}
+
 TEST_F(MoonrakerPrinterTest, ARequestDoesNotPassForTheServersOwnNotification) {
   Connect();
   json sent = Notification("notify_klippy_shutdown");

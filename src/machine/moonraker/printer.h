@@ -3,7 +3,7 @@
 
 #include <array>
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +11,7 @@
 #include "base/result.h"
 #include "machine/moonraker/clock_relation.h"
 #include "machine/moonraker/printer_state.h"
+#include "machine/moonraker/rpc_calls.h"
 #include "machine/net/wait_limit.h"
 
 namespace trammel::machine {
@@ -121,6 +122,15 @@ class Printer {
   /// connection's own thread: it must return quickly and not call the printer. An empty function
   /// ends it. Replaces an earlier one.
   virtual void OnMessage(std::function<void(const std::string&)> callback) = 0;
+
+  /// Answers requests that other clients make of us through the server (server.extensions.request),
+  /// on the connection's own thread: it must return quickly and not call the printer. An empty
+  /// function ends it; all are unknown then. Replaces an earlier one.
+  virtual void OnRequest(RequestHandler callback) = 0;
+
+  /// Tells all other clients of the server something, as an agent's event (notify_agent_event).
+  /// Waits for nothing; while the link is down nobody hears it.
+  virtual void SendEvent(const std::string& event, nlohmann::json data) = 0;
 
   /// How this process's CLOCK_MONOTONIC and the printer's clocks go together now. Measured all
   /// the time; waits where that is not yet known to `wanted_uncertainty_s`, and returns the best

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/utf8.h"
 #include "machine/net/host_clock.h"
 #include "machine/net/json_field.h"
 
@@ -16,6 +17,18 @@ RpcAnswer RpcAnswer::Failed(Kind kind, std::string why) {
   answer.message = std::move(why);
   answer.received_s = HostNow();
   return answer;
+}
+
+RpcAnswer RpcAnswer::Refused(int code, std::string message) {
+  RpcAnswer answer = Failed(Kind::kError, std::move(message));
+  answer.code = code;
+  return answer;
+}
+
+RpcAnswer RpcAnswer::UnknownMethod(const std::string& method) {
+  constexpr std::size_t kMostQuoted = 80;  // of a name that came from outside
+  return Refused(kUnknownMethod,
+                 "trammel has no method '" + Utf8OrReplaced(method, kMostQuoted) + "'");
 }
 
 RpcCalls::Message RpcCalls::Begin(const std::string& method, json params, Done done) {

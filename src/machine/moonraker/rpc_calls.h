@@ -10,18 +10,28 @@
 
 namespace trammel::machine {
 
+/// JSON-RPC's code of an error: there is no such method.
+inline constexpr int kUnknownMethod = -32601;
+
 /// What came back for one call.
 struct RpcAnswer {
   /// kLost: the link broke before the answer came. kNotSent: there was none to begin with.
   enum class Kind { kResult, kError, kLost, kNotSent };
   Kind kind = Kind::kResult;
-  nlohmann::json result;  ///< with kResult
-  int code = 0;           ///< with kError: JSON-RPC's or HTTP's
-  std::string message;    ///< with kError: the server's words; otherwise how the link broke
-  double received_s = 0;  ///< host time
+  nlohmann::json result;     ///< with kResult
+  int code = 0;              ///< with kError: JSON-RPC's or HTTP's
+  std::string message = {};  ///< with kError: the server's words; otherwise how the link broke
+  double received_s = 0;     ///< host time
 
   [[nodiscard]] static RpcAnswer Failed(Kind kind, std::string why);
+  [[nodiscard]] static RpcAnswer Refused(int code, std::string message);
+  [[nodiscard]] static RpcAnswer UnknownMethod(const std::string& method);
 };
+
+/// Answers a request that another client made of us: kResult or kError, at once. A null result
+/// would pass for an error.
+using RequestHandler =
+    std::function<RpcAnswer(const std::string& method, const nlohmann::json& params)>;
 
 /// Numbers calls and gives each its answer, once. Of any thread; no lock is held in a `done`.
 class RpcCalls {

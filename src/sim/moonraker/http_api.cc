@@ -54,12 +54,25 @@ HttpResponse Success(int status, const Json& body) {
 // Paths of methods that HTTP offers: /printer/gcode/script is printer.gcode.script.
 std::string MethodOf(const std::string& path) {
   static const std::set<std::string> offered = {
-      "server.info",           "printer.info",         "printer.objects.list",
-      "printer.objects.query", "printer.gcode.script", "printer.emergency_stop",
-      "printer.restart",       "printer.print.start",  "printer.print.pause",
-      "printer.print.resume",  "printer.print.cancel", "printer.firmware_restart",
-      "server.webcams.list",   "server.files.list",    "server.files.roots",
-      "access.oneshot_token",  "printer.gcode.help",
+      "server.info",
+      "printer.info",
+      "printer.objects.list",
+      "printer.objects.query",
+      "printer.gcode.script",
+      "printer.emergency_stop",
+      "printer.restart",
+      "printer.print.start",
+      "printer.print.pause",
+      "printer.print.resume",
+      "printer.print.cancel",
+      "printer.firmware_restart",
+      "server.webcams.list",
+      "server.files.list",
+      "server.files.roots",
+      "access.oneshot_token",
+      "printer.gcode.help",
+      "server.extensions.list",
+      "server.extensions.request",
   };
   if (path == "/access/api_key") return "access.get_api_key";
   std::string method = path.empty() ? path : path.substr(1);

@@ -43,9 +43,10 @@ std::optional<std::uint64_t> Hub::Open(Peer& peer, bool authorised) {
 }
 
 void Hub::Close(std::uint64_t number) {
-  connections_.erase(number);
+  auto left = connections_.extract(number);
   std::erase_if(dumps_, [number](const Dump& dump) { return dump.owner == number; });
   std::erase_if(queries_, [number](const Query& query) { return query.connection == number; });
+  if (left) EndAgent(number, left.mapped());
 }
 
 bool Hub::KeyIsRight(const std::string& key) const {
@@ -87,6 +88,10 @@ void Hub::Receive(std::uint64_t number, std::string_view text) {
   if (!request.is_object()) return refuse(-32600, "Invalid Request", nullptr);
   const Json id = request.value("id", Json(nullptr));
   const std::optional<std::string> method = TextOf(request, "method");
+  if (TextOf(request, "jsonrpc") == "2.0" && !request.contains("method")) {
+    TakeAgentAnswer(number, request);
+    return Pump();
+  }
   if (TextOf(request, "jsonrpc") != "2.0" || !method || id.is_structured()) {
     return refuse(-32600, "Invalid Request", id.is_structured() ? Json(nullptr) : id);
   }
@@ -101,6 +106,7 @@ void Hub::Receive(std::uint64_t number, std::string_view text) {
                        : answer.error->code == 401 ? -32602
                                                    : answer.error->code;
       reply["error"] = {{"code", code}, {"message", answer.error->message}};
+      if (answer.error->data) reply["error"]["data"] = *answer.error->data;
     } else {
       reply["result"] = answer.result;
     }
@@ -119,6 +125,7 @@ void Hub::Request(const std::string& method, const Json& params, const Reply& re
 void Hub::Abandon() {
   scripts_.clear();
   queries_.clear();
+  for (auto& [number, connection] : connections_) connection.asked.clear();
 }
 
 bool Hub::silent() const {
@@ -191,8 +198,9 @@ void Hub::FaultTick(double time_s, int laser_moves) {
 void Hub::CloseAll() {
   std::vector<Peer*> peers;
   for (auto& [number, connection] : connections_) peers.push_back(connection.peer);
-  connections_.clear();
+  const auto left = std::exchange(connections_, {});
   queries_.clear();
+  for (const auto& [number, connection] : left) EndAgent(number, connection);
   for (Peer* peer : peers) peer->Close();
 }
 
@@ -331,12 +339,12 @@ void Hub::SendDump(const Dump& dump, const Json& params) {
   }
 }
 
-void Hub::Notify(const std::string& method, const Json& params) {
+void Hub::Notify(const std::string& method, const Json& params, std::uint64_t except) {
   Json message = {{"jsonrpc", "2.0"}, {"method", method}};
   if (!params.is_null()) message["params"] = params;
   const std::string text = ToText(message);
   for (const auto& [number, connection] : connections_) {
-    if (connection.authorised && !connection.through) Send(number, text);
+    if (number != except && connection.authorised && !connection.through) Send(number, text);
   }
 }
 

@@ -87,10 +87,11 @@ class Hub {
     Peer* peer = nullptr;
     bool authorised = false;
     bool through = false;        ///< to Klipper: its words, not Moonraker's
-    std::optional<Json> client;  ///< as identified
+    std::optional<Json> client;  ///< as identified: name, version, type, url
     std::set<std::string> remote_methods;
     StatusRequest subscription;
-    Json told = Json::object();  ///< the last values of what it subscribed to
+    Json told = Json::object();                ///< the last values of what it subscribed to
+    std::map<std::int64_t, Reply> asked = {};  ///< of this agent, and not answered yet
   };
   struct Query {
     std::uint64_t connection = 0;
@@ -122,6 +123,16 @@ class Hub {
                    const Reply& reply);
   Answer Identify(Connection& connection, std::uint64_t number, const Json& params);
   Answer RegisterRemote(Connection& connection, const Json& params);
+  [[nodiscard]] std::optional<std::uint64_t> AgentNumber(const std::string& name) const;
+  [[nodiscard]] Json Agents() const;
+  Answer SendAgentEvent(const Connection& connection, std::uint64_t number, const Json& params);
+  /// Passes a request on to an agent, whose answer is the reply.
+  void AskAgent(const Json& params, const Reply& reply);
+  void TakeAgentAnswer(std::uint64_t number, const Json& message);
+  /// Tells all others of an agent's event.
+  void TellAgentEvent(std::uint64_t agent, const Json& event);
+  /// Ends what others wait for of a connection that has gone.
+  void EndAgent(std::uint64_t number, const Connection& connection);
   Answer StartDump(std::uint64_t connection, const Json& params);
   Answer StartCellDump(std::uint64_t connection, const std::string& method, const Json& params);
   /// Registers a client's method for a source; an error where there are too many. As in Klipper it
@@ -140,7 +151,8 @@ class Hub {
   void DumpTick(VirtualKlipper& klipper);
   void CellTick(const VirtualKlipper& klipper);
   void FaultTick(double time_s, int laser_moves);
-  void Notify(const std::string& method, const Json& params);
+  /// @param except  a connection that is not told; 0: all are.
+  void Notify(const std::string& method, const Json& params, std::uint64_t except = 0);
   void Send(std::uint64_t connection, const std::string& text);
   void CloseAll();
   [[nodiscard]] bool silent() const;
@@ -156,6 +168,7 @@ class Hub {
   Random random_;
   std::map<std::uint64_t, Connection> connections_;
   std::uint64_t next_connection_ = 140'000'000'000'001;
+  std::int64_t next_request_ = 281'472'000'000'001;
   std::map<std::uint64_t, Reply> scripts_;
   std::vector<Query> queries_;
   std::vector<Dump> dumps_;

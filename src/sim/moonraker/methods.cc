@@ -1,9 +1,6 @@
 // The methods of the virtual Moonraker's API.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-
 #include "sim/klipper/status.h"
 #include "sim/moonraker/hub.h"
 
@@ -15,10 +12,6 @@ const char* const kVersion = "v0.10.0-virtual";
 
 Answer Missing(const char* argument) {
   return Answer::Error(400, fmt::format("Missing Argument [{}]", argument));
-}
-
-Answer NoData(const char* argument) {
-  return Answer::Error(400, fmt::format("No data for argument: {}", argument));
 }
 
 Json Folder(const char* name, const char* path, const char* permissions) {
@@ -151,67 +144,6 @@ Json Hub::Webcams() const {
                                     {"uid", "00000000-0000-5000-8000-000000000001"}}})}};
 }
 
-Answer Hub::Identify(Connection& connection, std::uint64_t number, const Json& params) {
-  if (connection.client) {
-    const auto known = [&](const char* key) {
-      return (*connection.client)[key].get<std::string>();
-    };
-    return Answer::Error(
-        400, fmt::format("Connection already identified: {{'name': '{}', 'version': '{}', 'type': "
-                         "'{}', 'url': '{}'}}",
-                         known("client_name"), known("version"), known("type"), known("url")));
-  }
-  Json client = Json::object();
-  for (const char* key : {"client_name", "version", "type", "url"}) {
-    const std::optional<std::string> value = TextOf(params, key);
-    if (!value) return NoData(key);
-    client[key] = *value;
-  }
-  if (!connection.authorised) {
-    const std::optional<std::string> key = TextOf(params, "api_key");
-    if (!key || !KeyIsRight(*key)) return Answer::Error(401, "Unauthorized");
-  }
-  constexpr std::array<const char*, 7> kTypes = {"web", "mobile", "desktop", "display",
-                                                 "bot", "agent",  "other"};
-  const std::string type = client["type"];
-  if (std::find(kTypes.begin(), kTypes.end(), type) == kTypes.end()) {
-    return Answer::Error(400, "Invalid Client Type: " + type);
-  }
-  if (type == "agent") {
-    for (const auto& [other, other_connection] : connections_) {
-      if (other != number && other_connection.client &&
-          (*other_connection.client)["type"] == "agent" &&
-          (*other_connection.client)["client_name"] == client["client_name"]) {
-        return Answer::Error(400, fmt::format("Agent '{}' already registered and connected'",
-                                              client["client_name"].get<std::string>()));
-      }
-    }
-  }
-  connection.authorised = true;
-  connection.client = client;
-  return Answer::Ok({{"connection_id", number}});
-}
-
-Answer Hub::RegisterRemote(Connection& connection, const Json& params) {
-  constexpr std::size_t kMostMethods = 100;
-  const std::optional<std::string> name = TextOf(params, "method_name");
-  if (!name) return NoData("method_name");
-  if (!connection.client || (*connection.client)["type"] != "agent") {
-    return Answer::Error(400, "Only connections of the 'agent' type can register methods");
-  }
-  for (const auto& [number, other] : connections_) {
-    if (other.remote_methods.count(*name) > 0) {
-      return Answer::Error(400, fmt::format("Remote method ({}) already registered", *name));
-    }
-  }
-  if (connection.remote_methods.size() >= kMostMethods) {
-    return Answer::Error(400, "Too many remote methods");
-  }
-  connection.remote_methods.insert(*name);
-  machine_.With([&](VirtualKlipper& klipper) { klipper.RegisterRemoteMethod(*name); });
-  return Answer::Ok();
-}
-
 bool Hub::CallServer(std::uint64_t number, const std::string& method, const Json& params,
                      const Reply& reply) {
   const auto found = connections_.find(number);
@@ -219,6 +151,12 @@ bool Hub::CallServer(std::uint64_t number, const std::string& method, const Json
     reply(Identify(found->second, number, params));
   } else if (method == "connection.register_remote_method" && found != connections_.end()) {
     reply(RegisterRemote(found->second, params));
+  } else if (method == "connection.send_event" && found != connections_.end()) {
+    reply(SendAgentEvent(found->second, number, params));
+  } else if (method == "server.extensions.list") {
+    reply(Answer::Ok(Agents()));
+  } else if (method == "server.extensions.request") {
+    AskAgent(params, reply);
   } else if (method == "server.info") {
     reply(Answer::Ok(ServerInfo()));
   } else if (method == "server.webcams.list") {

@@ -14,6 +14,7 @@ using Json = nlohmann::json;
 struct RpcError {
   int code = 400;
   std::string message;
+  std::optional<Json> data = {};  ///< an agent's own error
 };
 
 /// A result, or why there is none.
@@ -23,9 +24,14 @@ struct Answer {
 
   [[nodiscard]] static Answer Ok(Json result = "ok") { return {std::move(result), std::nullopt}; }
   [[nodiscard]] static Answer Error(int code, std::string message) {
-    return {nullptr, RpcError{code, std::move(message)}};
+    return {nullptr, RpcError{code, std::move(message), {}}};
   }
 };
+
+/// The error for an argument that is not there.
+[[nodiscard]] inline Answer NoData(const char* argument) {
+  return Answer::Error(400, std::string("No data for argument: ") + argument);
+}
 
 /// Takes the answer to one request; called once, now or later.
 using Reply = std::function<void(const Answer&)>;
