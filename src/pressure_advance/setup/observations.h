@@ -29,6 +29,16 @@ struct SeenStripe {
   double width_px = 0;   ///< 1 sigma of the stripe's profile
 };
 
+/// How the picture's scale changes with the head's height: z mm above `height_mm` it is that of
+/// `height_mm` over 1 + z · inverse_mm. 0: not at all.
+struct Perspective {
+  double height_mm = 0;
+  double inverse_mm = 0;  ///< 1 / distance from lens to plate, 1/mm
+  double inverse_uncertainty = 0;
+
+  [[nodiscard]] double Shrinks(double z_mm) const { return 1 + (z_mm - height_mm) * inverse_mm; }
+};
+
 /// What the machine's motion is trusted with.
 struct SetupLimits {
   /// Standard uncertainty of an axis' own scale: steps per mm and belts, unless calibrated.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,13 @@ struct Found {
   StripeHeight height;
 };
 
+Measured FocusOf(std::span<const SeenStripe> stripes) {
+  const double middle_mm =
+      0.5 * (stripes.front().head.z_mm + stripes[stripes.size() / 2].head.z_mm);
+  const StripeHeight way = FitStripeHeight(stripes, middle_mm, Measured(), kLimits);
+  return FitFocusHeight(stripes, way.perspective.value_or(Perspective{}));
+}
+
 // The picture's middle is the pixel asked for: its truth is the optical axis itself.
 Found Measure(const SetupWorld& world, std::uint64_t seed) {
   Random random(seed);
@@ -40,7 +48,7 @@ Found Measure(const SetupWorld& world, std::uint64_t seed) {
   found.offset = FindCameraOffset(
       found.scale, {world.mark_x_mm, world.mark_y_mm, 0.01, 640, 360, world.noise_px});
   const auto stripes = world.Stripes(kLowest_mm, kSteps, random);
-  found.focus = FitFocusHeight(stripes);
+  found.focus = FocusOf(stripes);
   found.height = FitStripeHeight(stripes, world.focus_mm, found.scale.px_per_mm, kLimits);
   return found;
 }
@@ -222,7 +230,7 @@ TEST(FocusHeight, SaysOnWhichSideToLook) {
     SetupWorld world = Usual();
     world.focus_mm = focus_mm;
     Random random(5);
-    const Measured focus = FitFocusHeight(world.Stripes(kLowest_mm, kSteps, random));
+    const Measured focus = FocusOf(world.Stripes(kLowest_mm, kSteps, random));
     EXPECT_EQ(focus.verdict(), Verdict::kCannotTell);
     EXPECT_THAT(focus.reason(), HasSubstr("look"));
   }
@@ -232,7 +240,7 @@ TEST(FocusHeight, CannotTellFromAWidthThatStays) {
   Random random(5);
   auto stripes = Usual().Stripes(kLowest_mm, kSteps, random);
   for (SeenStripe& stripe : stripes) stripe.width_px = 2.5 + 0.01 * random.Normal();
-  EXPECT_THAT(FitFocusHeight(stripes).reason(), HasSubstr("greater range"));
+  EXPECT_THAT(FitFocusHeight(stripes, {}).reason(), HasSubstr("greater range"));
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ struct SetupWorld {
     const double moved = head.z_mm + play_z_mm * head.from_z / 2 + repeat_mm * random.Normal();
     const double z = focus_mm + (moved - focus_mm) * (1 + axis_error[2]);
     const double across_mm = spot_mm - std::tan(laser_angle_rad) * (z - focus_mm);
-    const double width = std::hypot(2.5, 1.2 * (z - focus_mm));
+    const double width = Scale(z) / px_per_mm * std::hypot(2.5, 1.2 * (z - focus_mm));
     return {head, Scale(z) * across_mm + principal_px + noise_px * random.Normal(),
             width * (1 + 0.01 * random.Normal() * (noise_px > 0 ? 1 : 0))};
   }

@@ -73,6 +73,9 @@ StripeHeight FitStripeHeight(std::span<const SeenStripe> stripes, double height_
                            low.head.z_mm, high.head.z_mm, height_mm)));
   }
   const double across = fit->value[0], inverse_mm = fit->value[2];
+  found.perspective = {height_mm, inverse_mm, std::sqrt(fit->covariance(2, 2))};
+  found.across_px = across;
+  found.across_uncertainty_px = std::sqrt(fit->covariance(0, 0));
   const double slope = fit->value[1] - inverse_mm * across;  // d across / d z at the height
   Eigen::VectorXd to_slope(kValues);
   to_slope << -inverse_mm, 1, -across, 0;

@@ -1,6 +1,7 @@
 // Height per pixel and the laser's angle, from the stripe on the bare plate while the head rises.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "base/measured.h"
@@ -17,6 +18,12 @@ struct StripeHeight {
   Measured laser_angle_rad;
   Measured play_z_mm;
   double repeat_mm = 0;  ///< of height, rms
+  /// Of the picture, by the bend of the stripe's way; absent where the pictures do not determine
+  /// it.
+  std::optional<Perspective> perspective;
+  /// Where the stripe stands at the height asked for, along its normal from the picture's middle.
+  double across_px = 0;
+  double across_uncertainty_px = 0;
 };
 
 /// Model of a pinhole above a plane, z from the height asked for:
