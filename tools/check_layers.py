@@ -31,7 +31,7 @@ INSTRUMENTS = {
         "laser": {"profile", "recording", "timing"},
         "photo": {"profile"},
         "response": {"profile"},
-        "setup": set(),
+        "setup": {"pattern"},
     },
     "tap": {
         "samples": set(),

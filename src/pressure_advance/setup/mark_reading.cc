@@ -110,29 +110,32 @@ Found FindRing(const cv::Mat& gray, const MarkShape& shape) {
 }
 
 // Why a picture without a mark shows none.
-std::string NothingThere(const cv::Mat& gray, double clear) {
+MarkReading NothingThere(const cv::Mat& gray, double clear) {
   std::vector<double> levels;
   for (int y = 0; y < gray.rows; y += 4) {
     for (int x = 0; x < gray.cols; x += 4) levels.push_back(gray.at<float>(y, x));
   }
   constexpr double kDark = 6, kFull = 250;
   const double typical = Median(levels);
+  MarkReading reading;
+  reading.blind = typical < kDark || typical > kFull;
   if (typical < kDark) {
-    return fmt::format(
+    reading.fault = fmt::format(
         "the picture is too dark to show the mark (typically {:.0f} of 255 grey levels): switch "
         "on a light ([scan] lights_on_gcode) or raise the camera's exposure",
         typical);
-  }
-  if (typical > kFull) {
-    return fmt::format(
-        "the picture is overexposed (typically {:.0f} of 255 grey levels): lower "
-        "the camera's exposure",
+  } else if (typical > kFull) {
+    reading.fault = fmt::format(
+        "the picture is overexposed (typically {:.0f} of 255 grey levels): lower the camera's "
+        "exposure",
         typical);
+  } else {
+    reading.fault = fmt::format(
+        "no square mark is in the picture (typically {:.0f} grey levels, the clearest thing stands "
+        "out {:.1f} times the noise)",
+        typical, clear);
   }
-  return fmt::format(
-      "no square mark is in the picture (typically {:.0f} grey levels, the clearest thing stands "
-      "out {:.1f} times the noise)",
-      typical, clear);
+  return reading;
 }
 
 }  // namespace
@@ -148,7 +151,7 @@ MarkReading ReadMark(const BgrView& frame, const MarkShape& shape) {
   cv::transform(bgr, gray, cv::Matx13f(1.0F / 3, 1.0F / 3, 1.0F / 3));
   gray.convertTo(gray, CV_32F);
   const Found found = FindRing(gray, shape);
-  if (!found.ring) return Fault(NothingThere(gray, found.clear));
+  if (!found.ring) return NothingThere(gray, found.clear);
   const Ring& ring = *found.ring;
   if (!ring.inside) return Fault("the mark reaches out of the picture");
   cv::Point2f points[4];

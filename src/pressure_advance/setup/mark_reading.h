@@ -17,7 +17,8 @@ struct MarkShape {
 
 /// Where the mark stands in a picture. Positions exist only without a fault.
 struct MarkReading {
-  std::string fault;     ///< why there is none, with its figure and what to do
+  std::string fault;   ///< why there is none, with its figure and what to do
+  bool blind = false;  ///< the picture itself is too dark or overexposed: no use to look elsewhere
   double column_px = 0;  ///< of its middle: the mean of its corners
   double row_px = 0;
   double sigma_px = 0;  ///< 1 sigma in either direction, of what the beads' edges scatter
