@@ -1,0 +1,131 @@
+#include "machine/net/command_process.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+#include "support/temporary_folder.h"
+
+namespace trammel::machine {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+struct Heard {
+  std::vector<std::string> output;
+  std::vector<std::string> error;
+  CommandEnd end;
+};
+
+std::vector<std::string> Shell(const std::string& script) { return {"/bin/sh", "-c", script}; }
+
+Heard Follow(const std::vector<std::string>& words) {
+  Heard heard;
+  auto process = CommandProcess::Start(words);
+  EXPECT_TRUE(process) << process.error().message;
+  if (!process) return heard;
+  heard.end = (*process)->Follow([&heard](OutputStream stream, std::string_view line) {
+    (stream == OutputStream::kOutput ? heard.output : heard.error).emplace_back(line);
+  });
+  return heard;
+}
+
+void WaitForFile(const std::filesystem::path& file) {
+  constexpr int kMost = 2000;
+  for (int i = 0; i < kMost && !std::filesystem::exists(file); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_TRUE(std::filesystem::exists(file)) << file;
+}
+
+TEST(CommandProcess, HandsOnTheLinesOfBothStreamsAndTheLastWithoutALineFeed) {
+  const Heard heard = Follow(Shell("echo one; echo two; echo oh >&2; printf three; exit 7"));
+  EXPECT_THAT(heard.output, ElementsAre("one", "two", "three"));
+  EXPECT_THAT(heard.error, ElementsAre("oh"));
+  EXPECT_EQ(heard.end.exit_code, 7);
+  EXPECT_EQ(heard.end.signal, 0);
+}
+
+TEST(CommandProcess, WordsArriveAsTheyAre) {
+  const Heard heard = Follow({"/bin/sh", "-c", "printf '%s\\n' \"$@\"", "sh", "a b", "$HOME", "'"});
+  EXPECT_THAT(heard.output, ElementsAre("a b", "$HOME", "'"));
+}
+
+TEST(CommandProcess, ALineWithoutAnEndIsCutAndTheNextOneHeard) {
+  const Heard heard = Follow(Shell("head -c 100000 /dev/zero | tr '\\0' x; echo; echo next"));
+  ASSERT_EQ(heard.output.size(), 2U);
+  EXPECT_EQ(heard.output[0].size(), 4096U);
+  EXPECT_EQ(heard.output[1], "next");
+}
+
+TEST(CommandProcess, AProgramThatIsNotThereSaysSo) {
+  const Heard heard = Follow({"/no/such/program"});
+  EXPECT_EQ(heard.end.exit_code, 127);
+  ASSERT_EQ(heard.error.size(), 1U);
+  EXPECT_THAT(heard.error[0], HasSubstr("cannot be started"));
+}
+
+TEST(CommandProcess, InheritsNoOpenFile) {
+  const int fd = open("/dev/null", O_RDONLY);  // without O_CLOEXEC, as some libraries open theirs
+  ASSERT_GE(fd, 3);
+  const Heard heard = Follow(Shell("test -e /proc/$$/fd/" + std::to_string(fd) + " && echo open"));
+  EXPECT_THAT(heard.output, ElementsAre());
+  close(fd);
+}
+
+TEST(CommandProcess, EndsAsItLikesWhenAsked) {
+  const test::TemporaryFolder folder;
+  const auto ready = folder.path() / "ready";
+  auto process = CommandProcess::Start(Shell("trap 'echo safe; exit 130' TERM; : > " +
+                                             ready.string() + "; while :; do sleep 0.01; done"));
+  ASSERT_TRUE(process) << process.error().message;
+  WaitForFile(ready);
+  (*process)->AskToEnd();
+  std::string last;
+  const CommandEnd end = (*process)->Follow(
+      [&last](OutputStream, std::string_view line) { last = std::string(line); });
+  EXPECT_EQ(last, "safe");
+  EXPECT_EQ(end.exit_code, 130);
+  (*process)->AskToEnd();  // nobody any more
+}
+
+TEST(CommandProcess, ASignalIsNamed) {
+  EXPECT_THAT(Follow(Shell("kill -SEGV $$")).end.Words(), HasSubstr("signal 11"));
+}
+
+// The reader of its words is not kept by what it has left running.
+TEST(CommandProcess, EndsWithTheProcessThoughAGrandchildHoldsItsPipes) {
+  const Heard heard = Follow(Shell("sleep 30 & echo $!"));
+  ASSERT_EQ(heard.output.size(), 1U);
+  kill(std::stoi(heard.output[0]), SIGKILL);
+}
+
+TEST(CommandProcess, IsAskedToEndWhenItsParentIsKilled) {
+  const test::TemporaryFolder folder;
+  const auto ready = folder.path() / "ready";
+  const auto safe = folder.path() / "safe";
+  const pid_t parent = fork();
+  if (parent == 0) {
+    const auto process =
+        CommandProcess::Start(Shell("trap ': > " + safe.string() + "; exit' TERM; : > " +
+                                    ready.string() + "; while :; do sleep 0.01; done"));
+    if (process) (void)(*process)->Follow([](OutputStream, std::string_view) {});
+    _exit(0);
+  }
+  WaitForFile(ready);
+  kill(parent, SIGKILL);
+  waitpid(parent, nullptr, 0);
+  WaitForFile(safe);
+}
+
+}  // namespace
+}  // namespace trammel::machine
