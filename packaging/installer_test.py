@@ -107,7 +107,7 @@ managed_services: trammel
         self.assertEqual(links[1]["href"], LINK)
         service = (self.units / "trammel.service").read_text()
         self.assertIn("User=pi\n", service)
-        self.assertIn(f"ExecStart={self.program}/bin/trammel pa listen --config {self.home}/printer_data/config/trammel.toml"
+        self.assertIn(f"ExecStart={self.program}/bin/trammel serve --config {self.home}/printer_data/config/trammel.toml"
                       f" --out {self.home}/printer_data/trammel/recordings\n", service)
         self.assertNotIn("%", service)
         self.assertEqual(self.commands, ["systemctl daemon-reload", "systemctl enable --now trammel"])

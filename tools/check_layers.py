@@ -18,6 +18,7 @@ COMMON = {
     "document": {"base", "image", "settings"},
     "machine": {"base", "files", "geometry", "image"},
     "session": {"base", "files", "machine", "settings"},
+    "service": {"base", "document", "files", "machine", "measurement", "session", "settings"},
     "sim": {"base", "files", "geometry", "image"},
 }
 PURE = {"base", "geometry", "signal", "vision", "gcode", "settings"}
@@ -65,7 +66,7 @@ ASPECTS = {
     "report": (PURE | {"document", "image"}, set()),
     "procedure": (PURE | {"files", "machine", "session"}, {"files"}),
     "commands": (
-        PURE | {"app", "document", "files", "image", "machine", "measurement", "session"},
+        PURE | {"app", "document", "files", "image", "machine", "measurement", "service", "session"},
         {"files", "report", "procedure"},
     ),
 }
@@ -97,7 +98,7 @@ INNER = {
 }
 # app: what all commands share; trammel.toml is put together from the tables of the instruments, the
 # virtual shop's commands draw what they print from the instruments' artefacts, and main is a table.
-APP_SHARED = {"base", "document", "files", "machine", "measurement", "session", "settings"}
+APP_SHARED = {"base", "document", "files", "machine", "measurement", "service", "session", "settings"}
 APP_CONFIG = {"base", "files", "settings", "pressure_advance/pattern", "tool_offset/sheet"}
 APP_SHOP = {"base", "files", "machine", "sim", "part_alignment/targets"}
 # A study of an instrument hands it what sim recorded, as files: no library but this one has both.

@@ -14,7 +14,9 @@
 #include "app/history_command.h"
 #include "app/left_out.h"
 #include "app/mistyped.h"
+#include "app/printer_session.h"
 #include "app/provenance.h"
+#include "app/serve_command.h"
 #include "app/shop/sim_commands.h"
 #ifdef TRAMMEL_PART_ALIGNMENT
 #include "part_alignment/commands/align_commands.h"
@@ -22,6 +24,7 @@
 #ifdef TRAMMEL_PRESSURE_ADVANCE
 #include "app/study/study_command.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
+#include "pressure_advance/commands/pressure_advance_job.h"
 #endif
 #ifdef TRAMMEL_TAP
 #include "tap/commands/tap_commands.h"
@@ -42,6 +45,18 @@ int Answer(const CLI::App& cli, const CLI::ParseError& error,
   fmt::print("{}", output.str());
   fmt::print(stderr, "{}", mistyped ? *mistyped + "\n" : errors.str());
   return code == 0 ? trammel::app::kExitGood : trammel::app::kExitUsage;
+}
+
+// What the instruments of this build have to offer to trammel serve.
+trammel::service::Offerings Offers() {
+  trammel::service::Offerings offered;
+#ifdef TRAMMEL_PRESSURE_ADVANCE
+  offered.jobs.push_back(trammel::app::PressureAdvanceJob());
+#endif
+#ifdef TRAMMEL_TAP
+  offered.attendants.push_back({"taps", {"tap", "watch", "--answer"}});
+#endif
+  return offered;
 }
 
 // Hangs a command, or a group of them, below the program.
@@ -72,6 +87,7 @@ constexpr AddCommands kCommands[] = {
 #else
     [](CLI::App& cli, int& exit_code) { trammel::app::AddLeftOutCommand(cli, exit_code, "align"); },
 #endif
+    [](CLI::App& cli, int& exit_code) { trammel::app::AddServeCommand(cli, exit_code, Offers); },
     trammel::app::AddHistoryCommand,
     trammel::app::AddConfigCommand,
 #ifdef TRAMMEL_PRESSURE_ADVANCE
@@ -99,6 +115,14 @@ int main(int argc, char** argv) {
   cli.add_option("--color", colour, "verdicts in colour: on terminals, always or never")
       ->check(CLI::IsMember(std::vector<std::string>{"auto", "always", "never"}))
       ->capture_default_str();
+  cli.add_option_function<std::string>(
+         "--progress",
+         [](const std::string& form) {
+           if (form == "json") trammel::app::TellProgressAsJson();
+         },
+         "progress on standard error: text, or json, a line of it each, for programs")
+      ->check(CLI::IsMember(std::vector<std::string>{"text", "json"}))
+      ->default_str("text");
   int exit_code = trammel::app::kExitGood;
   cli.parse_complete_callback([&colour] {
     using trammel::app::Colour;

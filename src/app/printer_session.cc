@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <atomic>
 #include <cstdio>
 #include <ctime>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "app/secrets.h"
 #include "machine/moonraker/moonraker_printer.h"
 #include "session/name_stop.h"
+#include "session/progress_line.h"
 
 namespace trammel::app {
 
@@ -64,16 +66,40 @@ Result<files::Config> LoadSettings(const PrinterOptions& options) {
   return config;
 }
 
-Result<std::unique_ptr<machine::Printer>> Connect(const settings::ScanSettings& settings,
-                                                  const std::stop_token& stop) {
+namespace {
+
+machine::MoonrakerOptions OptionsOf(const settings::ScanSettings& settings) {
   machine::MoonrakerOptions options;
   options.address = settings.address;
   if (!settings.http_address.empty()) options.http_address = settings.http_address;
   options.api_key = settings.api_key;
   options.ca_file = settings.ca_file;
   options.accept_any_certificate = settings.accept_any_certificate;
+  return options;
+}
+
+Result<std::unique_ptr<machine::Printer>> ConnectWith(const machine::MoonrakerOptions& options,
+                                                      const std::stop_token& stop) {
   return procedure::NameStop(
       stop, machine::ConnectToMoonraker(options, {options.connect_time_limit_s, stop}));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<machine::Printer>> Connect(const settings::ScanSettings& settings,
+                                                  const std::stop_token& stop) {
+  machine::MoonrakerOptions options = OptionsOf(settings);
+  options.client_name = kCommandsAgent;
+  return ConnectWith(options, stop);
+}
+
+Result<std::unique_ptr<machine::Printer>> ConnectAsService(const settings::ScanSettings& settings,
+                                                           const std::stop_token& stop) {
+  machine::MoonrakerOptions options = OptionsOf(settings);
+  options.client_name = kServiceAgent;
+  options.client_version = ProgramVersion();
+  options.other_names = false;
+  return ConnectWith(options, stop);
 }
 
 std::string Now(const char* format) {
@@ -102,10 +128,17 @@ Result<fs::path> MakeFolder(const fs::path& asked_for) {
 
 namespace {
 
-// No two runs of all computers have the same.
+std::atomic<bool> progress_as_json = false;
+
 }  // namespace
 
+void TellProgressAsJson() { progress_as_json = true; }
+
 void TellOnTerminal(const procedure::Progress& progress) {
+  if (progress_as_json) {
+    fmt::print(stderr, "{}\n", procedure::ProgressLine(progress));
+    return;
+  }
   if (progress.remaining_s) {
     fmt::print(stderr, "  {} (about {:.0f} s)\n", progress.text, *progress.remaining_s);
   } else {

@@ -43,6 +43,10 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 [[nodiscard]] Result<std::unique_ptr<machine::Printer>> Connect(
     const settings::ScanSettings& settings, const std::stop_token& stop);
 
+/// The same as the agent "trammel", by whose name others call it.
+[[nodiscard]] Result<std::unique_ptr<machine::Printer>> ConnectAsService(
+    const settings::ScanSettings& settings, const std::stop_token& stop);
+
 /// Local time, in fmt's format, for example "{:%H:%M}".
 [[nodiscard]] std::string Now(const char* format);
 
@@ -53,5 +57,13 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 
 /// Progress on standard error: standard output holds the answer alone.
 void TellOnTerminal(const procedure::Progress& progress);
+
+/// Lets TellOnTerminal write lines of JSON (session/progress_line.h), for a program that reads
+/// them.
+void TellProgressAsJson();
+
+/// The names by which commands, and `trammel serve`, are agents of Moonraker.
+inline constexpr const char* kCommandsAgent = "trammel-run";
+inline constexpr const char* kServiceAgent = "trammel";
 
 }  // namespace trammel::app

@@ -60,7 +60,9 @@ Result<PrinterState> WatchPrint(const Session& session, double limit_s) {
   Repeatedly repeatedly;
   const auto ended = [&](const PrinterState& state) {
     if (repeatedly.Due()) {
-      session.Say(fmt::format("  {:.0f} % of the file read", 100 * state.print_progress));
+      session.Tell({.text = fmt::format("  {:.0f} % of the file read", 100 * state.print_progress),
+                    .remaining_s = {},
+                    .done = state.print_progress});
     }
     return state.print_state != "printing" || state.print_file != session.own_file;
   };
@@ -113,7 +115,9 @@ Result<void> HeatAndWait(const Session& session, const std::string& heater, doub
                          double time_limit_s) {
   if (auto told = KeepAlive(session); !told) return told;
   if (auto set = SetTarget(session, heater, target_c); !set) return set;
-  session.Say(fmt::format("heating {} to {:.0f} degC", heater, target_c));
+  session.Tell({.text = fmt::format("heating {} to {:.0f} degC", heater, target_c),
+                .remaining_s = {},
+                .phase = "heating"});
   return Settle(session, heater, fmt::format("{} to reach {:.0f} degC", heater, target_c),
                 time_limit_s, [=](double now_c) { return now_c >= target_c - kNearTarget_c; });
 }
@@ -122,13 +126,15 @@ Result<void> CoolAndWait(const Session& session, const std::string& heater, doub
                          double time_limit_s) {
   if (auto told = KeepAlive(session); !told) return told;
   if (auto set = SetTarget(session, heater, target_c); !set) return set;
-  session.Say(fmt::format("letting {} cool to {:.0f} degC", heater, target_c));
+  session.Tell({.text = fmt::format("letting {} cool to {:.0f} degC", heater, target_c),
+                .remaining_s = {},
+                .phase = "cooling"});
   return Settle(session, heater, fmt::format("{} to cool to {:.0f} degC", heater, target_c),
                 time_limit_s, [=](double now_c) { return now_c <= target_c + kNearTarget_c; });
 }
 
 Result<void> Print(const Session& session, std::string_view gcode, const PrintOptions& options) {
-  session.Say("uploading the pattern");
+  session.Tell({.text = "uploading the pattern", .remaining_s = {}, .phase = "uploading"});
   const std::string& name = session.own_file;
   if (auto up = session.printer.Upload(name, gcode, session.Within(kUpload_s)); !up) {
     return up;
@@ -143,7 +149,10 @@ Result<void> Print(const Session& session, std::string_view gcode, const PrintOp
                            options.nozzle_temperature_c, options.heat_time_limit_s);
     if (!hot) return hot;
   }
-  session.Say("printing the pattern", options.print_time_s);
+  session.Tell({.text = "printing the pattern",
+                .remaining_s = options.print_time_s,
+                .phase = "printing",
+                .done = 0});
   if (auto told = KeepAlive(session); !told) return told;
   if (auto free = CheckStillFree(session); !free) return free;
   auto started = session.printer.StartPrint(name, session.Within(kCommand_s));

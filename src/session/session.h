@@ -14,6 +14,10 @@ namespace trammel::procedure {
 struct Progress {
   std::string text;                   ///< one line, without a full stop
   std::optional<double> remaining_s;  ///< about how long this step takes from now on
+  /// The phase that begins with it, for programs: "checking", "homing", "heating", "cooling",
+  /// "uploading", "printing", "scanning", "analysing", "restoring". Empty: the same as before.
+  std::string phase = {};
+  std::optional<double> done = {};  ///< of the phase, 0 … 1
 };
 
 /// The printer must outlive the session. `stop` is the user's Ctrl-C.
@@ -27,7 +31,10 @@ struct Session {
   std::string own_file = {};  ///< among the printer's files; a job of any other is somebody else's
 
   void Say(std::string text, std::optional<double> remaining_s = {}) const {
-    if (tell) tell({std::move(text), remaining_s});
+    Tell({std::move(text), remaining_s});
+  }
+  void Tell(const Progress& progress) const {
+    if (tell) tell(progress);
   }
   [[nodiscard]] machine::WaitLimit Within(double time_limit_s) const {
     return {time_limit_s, stop};

@@ -1,4 +1,5 @@
-// trammel pa listen over real sockets: what the printer's own screen asks for, hears and gets.
+// The dialogs of trammel serve over real sockets: what the printer's own screen asks for, hears and
+// gets.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -42,10 +43,10 @@ class Listen : public testing::Test {
     shop_->Script(kWorkedWith);
     before_ = shop_->Look();
     process_ = std::make_unique<TrammelProcess>(
-        std::vector<std::string>{"pa", "listen", "--printer", shop_->address()}, shop_->folder());
+        std::vector<std::string>{"serve", "--printer", shop_->address()}, shop_->folder());
     shop_->WaitUntil(
         [this](sim::VirtualKlipper&) {
-          return process_->StandardErrorSoFar().find("listening") != std::string::npos;
+          return process_->StandardErrorSoFar().find("serving") != std::string::npos;
         },
         "it listened", *process_);
   }

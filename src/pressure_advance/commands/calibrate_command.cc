@@ -41,6 +41,7 @@ struct CalibrateArguments {
   std::string out;
   std::string gcode;  // of pa print
   std::string plan;   // of pa print and pa scan
+  std::string filament;
   std::optional<int> only;
   bool print = true;
   bool scan = true;
@@ -120,6 +121,7 @@ Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Sess
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
              const files::Config& config, const fs::path& folder,
              procedure::RecordingCutter* cutter) {
+  session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
   const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
   if (!run) return PrintError(run.error());
   AnalysisOutput output;
@@ -129,7 +131,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   ResultFile result = ResultOf(run->analysis, folder.string());
   result.outcome.subject = {WithoutSecrets(config.scan.address),
                             fmt::format("{:.2f}", config.pattern.nozzle_diameter_mm),
-                            {}};
+                            arguments.filament};
   int code = PrintAnalysis(*run, result, output);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
@@ -225,6 +227,8 @@ CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char
     command->add_flag("--json", arguments->json, "print the answer as one JSON object");
     command->add_flag("--apply", arguments->apply, "set the answer on the printer if it is good");
     AddKeepFullOption(*command, arguments->keep_full);
+    command->add_option("--filament", arguments->filament,
+                        "which filament it is: trammel history lists the result under it");
   }
   command->callback([arguments, &exit_code] { exit_code = RunCalibration(*arguments); });
   return command;

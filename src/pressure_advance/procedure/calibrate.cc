@@ -137,7 +137,7 @@ Result<void> Home(const Session& session) {
   if (!state) return tl::unexpected(state.error());
   for (const char axis : std::string("xyz")) {
     if (state->homed_axes.find(axis) == std::string::npos) {
-      session.Say("homing");
+      session.Tell({.text = "homing", .remaining_s = {}, .phase = "homing"});
       return session.printer.Run("G28", session.Within(kHome_s));
     }
   }
@@ -243,7 +243,7 @@ struct Eye {
 Result<Eye> OpenEye(const Session& session, const CalibrationRequest& request) {
   Eye eye;
   if (!request.scan) return eye;
-  session.Say("looking at the camera");
+  session.Tell({.text = "looking at the camera", .remaining_s = {}, .phase = "checking"});
   auto opened = OpenCamera(session, request.settings);
   if (!opened) return tl::unexpected(opened.error());
   eye.camera = std::move(*opened);
@@ -265,7 +265,7 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
     outcome.done = tl::unexpected(state_folder.error());
     return outcome;
   }
-  session.Say("checking the printer");
+  session.Tell({.text = "checking the printer", .remaining_s = {}, .phase = "checking"});
   if (request.print) {
     outcome.done = EndDeadPrint(session, *state_folder, request.settings.address,
                                 ParkPlaceOf(request.pattern));
@@ -293,7 +293,8 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
     auto done = RunSteps(session, request, *guard, eye->recorder.get(), camera);
     outcome.done = WithReason(session, NameStop(session.stop, std::move(done)));
     if (outcome.done && !request.scan) outcome.bed_c = BedTarget_c(session);
-    session.Say("bringing back what was set before");
+    session.Tell(
+        {.text = "bringing back what was set before", .remaining_s = {}, .phase = "restoring"});
   }
   outcome.unrestored = guard->Restore();
   outcome.done = NameRestart(std::move(outcome.done), guard->restarted());

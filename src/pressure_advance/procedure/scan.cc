@@ -121,7 +121,10 @@ Result<void> Prepare(const Sweeping& sweeping, const SweepPlan& sweeps) {
   if (!request.settings.lights_off_gcode.empty()) {
     if (auto dark = Go(session, request.settings.lights_off_gcode); !dark) return dark;
   }
-  session.Say("moving the camera to its focus height");
+  session.Tell({.text = "moving the camera to its focus height",
+                .remaining_s = {},
+                .phase = "scanning",
+                .done = 0});
   auto there =
       Go(session, fmt::format("G90\nG1 Z{:.3f} F{:.0f}", sweeps.z_mm, 60 * request.z_speed_mm_s));
   if (there) there = Go(session, TravelGcode(sweeps.sweeps.front(), request.travel_speed_mm_s));
@@ -169,8 +172,10 @@ Result<void> ScanAll(const Sweeping& sweeping, const SweepPlan& sweeps, ScanReco
     // Travels and waits are known once there was one.
     const double each_s =
         i == 0 ? sweeps.sweep_time_s : (machine::HostNow() - begin_s) / static_cast<double>(i);
-    sweeping.session.Say(fmt::format("scanning line {} of {}", i + 1, lines),
-                         each_s * static_cast<double>(lines - i));
+    sweeping.session.Tell({.text = fmt::format("scanning line {} of {}", i + 1, lines),
+                           .remaining_s = each_s * static_cast<double>(lines - i),
+                           .phase = "scanning",
+                           .done = static_cast<double>(i) / static_cast<double>(lines)});
     auto scanned = SweepLineAndAgain(sweeping, sweeps, i, repeats_left, recording);
     if (!scanned) return WithWhatIsSafe(scanned, recording, sweeping.request.folder);
     if (i + 1 >= kHopeless && recording.placed() == 0 && recording.trouble()) break;

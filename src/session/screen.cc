@@ -1,4 +1,4 @@
-#include "pressure_advance/procedure/screen.h"
+#include "session/screen.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,169 @@
+#include "app/serve_command.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/printer_session.h"
+#include "app/provenance.h"
+#include "base/bounded_json.h"
+#include "base/json_text.h"
+#include "service/local_socket.h"
+#include "service/serve.h"
+#include "session/dead_run.h"
+#include "session/run_journal.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ServeArguments {
+  std::vector<std::string> configs;
+  std::vector<std::string> addresses;
+  std::vector<std::string> set;
+  std::string camera;
+  std::string material;
+  std::string out = "recordings";
+  bool answer_taps = false;
+  std::string ask;          // a method: asked of a service that runs, in place of serving
+  std::string with = "{}";  // its arguments
+};
+
+// One printer for each --config and --printer, paired in their order where there are several of
+// both.
+Result<std::vector<service::PrinterPlace>> PlacesOf(const ServeArguments& arguments) {
+  const std::size_t configs = arguments.configs.size();
+  const std::size_t addresses = arguments.addresses.size();
+  if (configs > 1 && addresses > 1 && configs != addresses) {
+    return Fail(
+        fmt::format("--config was given {} times and --printer {} times: give each printer "
+                    "its own, in the same order, or one --config for all",
+                    configs, addresses));
+  }
+  std::vector<service::PrinterPlace> places(std::max({configs, addresses, std::size_t{1}}));
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    service::PrinterPlace& place = places[i];
+    if (configs > 0) place.config = arguments.configs[configs == 1 ? 0 : i];
+    if (addresses > 0) place.address = arguments.addresses[addresses == 1 ? 0 : i];
+    place.set = arguments.set;
+    place.camera = arguments.camera;
+    place.material = arguments.material;
+  }
+  return places;
+}
+
+Result<fs::path> OwnProgram() {
+  std::error_code error;
+  fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (!error) return program;
+  return Fail("/proc/self/exe cannot be read, so no job could be started: " + error.message());
+}
+
+Result<service::ServedPrinter> ServedAt(const service::PrinterPlace& place,
+                                        const ServeArguments& arguments,
+                                        const service::Offerings& offered) {
+  const auto config = LoadSettings(OptionsAt(place));
+  if (!config) return tl::unexpected(config.error());
+  const auto state = files::StateFolder();
+  if (!state) return tl::unexpected(state.error());
+  const auto program = OwnProgram();
+  if (!program) return tl::unexpected(program.error());
+  service::ServedPrinter served;
+  served.settings = config->scan;
+  served.desk = {place,
+                 config->scan.address,
+                 program->string(),
+                 std::string(ProgramVersion()),
+                 fs::absolute(arguments.out),
+                 *state,
+                 offered.jobs,
+                 UtcNow,
+                 [](const std::string& line) { fmt::print(stderr, "{}\n", line); }};
+  if (arguments.answer_taps) served.attendants = offered.attendants;
+  served.connect = [settings = config->scan](const std::stop_token& stop) {
+    return ConnectAsService(settings, stop);
+  };
+  return served;
+}
+
+// Prints what a service of this computer answers.
+int AskService(const ServeArguments& arguments, const service::PrinterPlace& place) {
+  const auto config = LoadSettings(OptionsAt(place));
+  if (!config) return PrintError(config.error());
+  const auto state = files::StateFolder();
+  if (!state) return PrintError(state.error());
+  const auto with = ParseBoundedJson(arguments.with, "--with");
+  if (!with) return PrintError(with.error());
+  const auto answer = service::AskLocally(
+      service::LocalSocketPath(*state, procedure::PlainAddress(config->scan.address)),
+      arguments.ask, *with);
+  if (!answer) return PrintError(answer.error());
+  fmt::print("{}", JsonText(*answer));
+  return kExitGood;
+}
+
+int RunServe(const ServeArguments& arguments, const service::Offerings& offered) {
+  const Interrupt interrupt;
+  const auto places = PlacesOf(arguments);
+  if (!places) return PrintError(places.error());
+  if (!arguments.ask.empty()) return AskService(arguments, places->front());
+  std::vector<service::ServedPrinter> printers;
+  for (const service::PrinterPlace& place : *places) {
+    auto served = ServedAt(place, arguments, offered);
+    if (!served) return PrintError(served.error());
+    printers.push_back(std::move(*served));
+  }
+  const auto was_working = service::Serve(printers, interrupt.token());
+  if (!was_working) return PrintError(was_working.error());
+  return *was_working ? kExitInterrupted : kExitGood;
+}
+
+}  // namespace
+
+PrinterOptions OptionsAt(const service::PrinterPlace& place) {
+  return {place.config, place.set, place.address, place.camera, place.material};
+}
+
+void AddServeCommand(CLI::App& parent, int& exit_code, Offers offers) {
+  CLI::App* command = parent.add_subcommand(
+      "serve",
+      "wait beside Klipper for front ends and macros, and run what they ask for (docs/serve.md)");
+  AddServeOptions(*command, exit_code, std::move(offers));
+}
+
+void AddServeOptions(CLI::App& command, int& exit_code, Offers offers) {
+  const auto arguments = std::make_shared<ServeArguments>();
+  command.add_option("--config", arguments->configs,
+                     "settings; left out: trammel.toml of this folder, if there is one; one for "
+                     "each printer, or one for all");
+  command.add_option("--set", arguments->set, "one setting: key=value; may be repeated");
+  command.add_option("--printer", arguments->addresses,
+                     "Moonraker's address: host, host:port, URL or unix:PATH; may be repeated");
+  command.add_option("--camera", arguments->camera, "as for pa calibrate");
+  AddMaterialOption(command, arguments->material);
+  command.add_option("--out", arguments->out, "folder in which each run gets its own")
+      ->capture_default_str();
+  command.add_flag("--answer-taps", arguments->answer_taps,
+                   "run trammel tap watch --answer beside it, for TRAMMEL_TAP: a process more");
+  command.add_option("--ask", arguments->ask,
+                     "ask the service that runs here: status, start, stop, result, history or "
+                     "dismiss; prints its answer as JSON");
+  command.add_option("--with", arguments->with, "the arguments of --ask, a JSON object")
+      ->needs("--ask")
+      ->capture_default_str();
+  command.callback([arguments, offers = std::move(offers), &exit_code] {
+    exit_code = RunServe(*arguments, offers());
+  });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,27 @@
+// trammel serve: one process beside Klipper, for whatever may be asked of trammel there.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "app/printer_session.h"
+#include "service/job_kind.h"
+
+namespace CLI {
+class App;
+}
+
+namespace trammel::app {
+
+/// What the command line says of a printer that is served.
+[[nodiscard]] PrinterOptions OptionsAt(const service::PrinterPlace& place);
+
+/// What is offered, asked for when the command runs. Attendants are started only where asked for.
+using Offers = std::function<service::Offerings()>;
+
+void AddServeCommand(CLI::App& parent, int& exit_code, Offers offers);
+
+/// Makes a command one that serves.
+void AddServeOptions(CLI::App& command, int& exit_code, Offers offers);
+
+}  // namespace trammel::app

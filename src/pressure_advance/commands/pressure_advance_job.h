@@ -1,0 +1,12 @@
+// What pressure advance has to offer to `trammel serve`.
+#pragma once
+
+#include "service/job_kind.h"
+
+namespace trammel::app {
+
+/// `pa calibrate` as a job, with the macros of klipper/trammel.cfg that ask for it, and `pa apply`
+/// of what it found. Heats nothing where the settings name no temperatures.
+[[nodiscard]] service::JobKind PressureAdvanceJob();
+
+}  // namespace trammel::app

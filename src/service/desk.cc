@@ -1,0 +1,309 @@
+#include "service/desk.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/bug_note.h"
+#include "document/interval_text.h"
+#include "files/file_lock.h"
+#include "files/whole_file.h"
+#include "measurement/outcome_file.h"
+#include "session/dead_run.h"
+#include "session/run_journal.h"
+
+namespace trammel::service {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostResultBytes = std::size_t{8} << 20;  // of an answer; details included
+constexpr const char* kApply = "apply";
+
+// "20260102T030405Z" of "2026-01-02T03:04:05Z".
+std::string Compact(std::string utc) {
+  std::erase_if(utc, [](char c) { return c == '-' || c == ':'; });
+  return utc;
+}
+
+// A line of an answer's table as a sentence: "pressure advance 0.0300 -> 0.0290 s".
+std::string WithoutColumns(const std::string& line) {
+  std::string text;
+  for (const char c : line) {
+    if (c != ' ' || !text.ends_with(' ')) text += c;
+  }
+  return text;
+}
+
+// One word, so that a value never passes for an option.
+void AddOption(const std::string& name, const std::string& value, std::vector<std::string>& words) {
+  if (!value.empty()) words.push_back(fmt::format("--{}={}", name, value));
+}
+
+}  // namespace
+
+std::vector<std::string> OptionWords(const PrinterPlace& place) {
+  std::vector<std::string> words;
+  AddOption("config", place.config, words);
+  for (const std::string& set : place.set) AddOption("set", set, words);
+  AddOption("printer", place.address, words);
+  return words;
+}
+
+Result<AnswerInWords> ReadAnswer(const std::string& folder, const JobKind& kind) {
+  const fs::path file = fs::path(folder) / files::kResultFile;
+  const auto text = files::ReadNamedFile(file, kMostResultBytes);
+  if (!text) return tl::unexpected(text.error());
+  const auto outcome = files::ParseOutcome(*text, file.string());
+  if (!outcome) return tl::unexpected(outcome.error());
+  const measurement::Answer* const answer = outcome->Find(kind.quantity);
+  if (answer == nullptr) return Fail(fmt::format("{}: holds no {}", file.string(), kind.quantity));
+  const Measured& measured = answer->value;
+  if (!measured.good()) {
+    return AnswerInWords{measured.verdict(), fmt::format("{}: {}", VerdictWords(measured.verdict()),
+                                                         measured.reason())};
+  }
+  return AnswerInWords{Verdict::kGood, fmt::format("{} = {}", answer->name,
+                                                   report::WithInterval(measured.quantity(),
+                                                                        {.unit = answer->unit}))};
+}
+
+Desk::Desk(DeskOptions options)
+    : options_(std::move(options)),
+      state_path_(KeptStatePath(options_.state_folder, procedure::PlainAddress(options_.address))),
+      lock_path_(
+          files::LockPath(options_.state_folder, procedure::PlainAddress(options_.address))) {
+  auto kept = ReadKeptState(state_path_);
+  if (!kept) {
+    options_.log("trammel: what was kept of the last run is left out: " + kept.error().message);
+    return;
+  }
+  run_ = std::move(kept->run);
+  const JobKind* const kind = kept->proposal ? FindJob(kept->proposal->job) : nullptr;
+  // The result itself decides whether there is anything to propose.
+  if (kind == nullptr) return;
+  const auto answer = ReadAnswer(kept->proposal->folder, *kind);
+  if (answer && answer->verdict == Verdict::kGood) proposal_ = std::move(kept->proposal);
+}
+
+const JobKind* Desk::FindJob(const std::string& name) const {
+  const auto found = std::find_if(options_.jobs.begin(), options_.jobs.end(),
+                                  [&name](const JobKind& kind) { return kind.name == name; });
+  return found == options_.jobs.end() ? nullptr : &*found;
+}
+
+std::string Desk::WhoHasThePrinter() const {
+  std::error_code ignored;
+  if (!fs::exists(lock_path_, ignored)) return {};
+  const auto lock = files::FileLock::Take(lock_path_, "trammel serve looks whether it is free");
+  return lock ? "" : lock.error().message;
+}
+
+std::string Desk::NewRunId(const std::string& job) const {
+  const std::string name = fmt::format("{}-{}", job, Compact(options_.utc_now()));
+  std::string id = name;
+  std::error_code ignored;
+  for (int number = 2; fs::exists(options_.recordings / id, ignored) || (run_ && run_->id == id);
+       ++number) {
+    id = fmt::format("{}-{}", name, number);
+  }
+  return id;
+}
+
+Result<RunRecord> Desk::Begin(Plan plan) {
+  if (const std::string holder = WhoHasThePrinter(); !holder.empty()) {
+    const std::lock_guard lock(mutex_);
+    if (!process_) return Fail("the printer is taken: " + holder, ErrorKind::kMachine);
+  }
+  std::jthread last;  // joined when the lock is free again: its last words need it
+  const std::lock_guard lock(mutex_);
+  if (process_) {
+    return Fail(fmt::format("already at work on {}: one job at a time", run_->id),
+                ErrorKind::kMachine);
+  }
+  if (ending_ || printer_ == nullptr) {
+    return Fail(ending_ ? "trammel serve is ending" : "the printer is not connected yet",
+                ErrorKind::kMachine);
+  }
+  last = std::move(worker_);
+  RunRecord run;
+  run.id = NewRunId(plan.job);
+  run.job = plan.job;
+  run.arguments = plan.arguments;
+  run.started = options_.utc_now();
+  if (plan.folder.empty()) plan.folder = (options_.recordings / run.id).string();
+  run.folder = plan.folder;
+  run_ = run;
+  process_ = std::make_shared<JobProcess>();
+  Keep();
+  worker_ = std::jthread([this, run, plan = std::move(plan), process = process_] {
+    const auto bug = NoteBug([&] { RunJob(run, plan, *process); });
+    if (!bug) return;
+    const std::string words = "this is a bug in trammel: " + *bug;
+    (void)NoteBug([&] {
+      RunRecord failed = run;
+      failed.end = RunEnd::kFailed;
+      failed.message = words;
+      EndRun(std::move(failed), {}, {words, procedure::Buttons::kClose});
+    });
+  });
+  return run;
+}
+
+void Desk::RunJob(const RunRecord& run, const Plan& plan, JobProcess& process) {
+  SendRunEvent(run);
+  // The macro that asked waits for a word, and says that nobody answered where none comes.
+  Tell({plan.applies ? "applying" : "at work"});
+  std::vector<std::string> words = {options_.program, "--progress", "json"};
+  const std::vector<std::string> own =
+      plan.applies ? plan.kind->apply(plan.folder, plan.arguments) : plan.kind->words;
+  words.insert(words.end(), own.begin(), own.end());
+  const std::vector<std::string> places = OptionWords(options_.place);
+  words.insert(words.end(), places.begin(), places.end());
+  if (!plan.applies) {
+    AddOption("camera", options_.place.camera, words);
+    if (!plan.arguments.contains("material")) {
+      AddOption("material", options_.place.material, words);
+    }
+    for (const auto& [name, value] : plan.arguments) AddOption(name, value, words);
+    AddOption("out", plan.folder, words);
+  }
+  Conclude(plan, process.Run(
+                     words, [this](const procedure::Progress& progress) { Hear(progress); },
+                     options_.log));
+}
+
+void Desk::Hear(const procedure::Progress& progress) {
+  RunRecord run;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!progress.phase.empty() && run_->phase != "stopping") {
+      run_->phase = progress.phase;
+      run_->progress.reset();
+    }
+    if (progress.done) run_->progress = progress.done;
+    run_->remaining_s = progress.remaining_s;
+    run_->message =
+        progress.text.substr(std::min(progress.text.find_first_not_of(' '), progress.text.size()));
+    run = *run_;
+  }
+  SendRunEvent(run);
+  Tell({progress.remaining_s
+            ? fmt::format("{}, about {:.0f} s", progress.text, *progress.remaining_s)
+            : progress.text});
+}
+
+void Desk::Conclude(const Plan& plan, const JobEnd& end) {
+  constexpr int kGood = 0;
+  constexpr int kNotTrusted = 2;  // CONVENTIONS.md
+  for (const std::string& unrestored : end.unrestored) Tell({unrestored});
+  RunRecord run;
+  {
+    const std::lock_guard lock(mutex_);
+    run = *run_;
+  }
+  run.message.clear();
+  const bool measured = end.exit_code == kGood || end.exit_code == kNotTrusted;
+  if (measured && !plan.applies) return ConcludeResult(plan, run);
+  Words words;
+  if (end.exit_code == kGood) {
+    run.end = RunEnd::kDone;
+    for (const std::string& line : end.output) {
+      if (!words.text.empty()) Tell(std::move(words));
+      words = {WithoutColumns(line)};
+      run.message += (run.message.empty() ? "" : "; ") + words.text;
+    }
+  } else {
+    run.end = end.stopped ? RunEnd::kStopped : RunEnd::kFailed;
+    run.message = !end.error.empty() ? end.error : fmt::format("exit code {}", end.exit_code);
+    words.text = (plan.applies ? "not applied: " : "no calibration: ") + run.message;
+    for (const std::string& unrestored : end.unrestored) {
+      if (unrestored != end.error) run.message += "; " + unrestored;
+    }
+  }
+  if (!plan.applies) words.buttons = procedure::Buttons::kClose;
+  std::optional<Proposal> proposal;
+  {
+    const std::lock_guard lock(mutex_);
+    // What is in force needs no decision any more.
+    if (!plan.applies || run.end != RunEnd::kDone) proposal = proposal_;
+  }
+  EndRun(std::move(run), std::move(proposal), std::move(words));
+}
+
+void Desk::ConcludeResult(const Plan& plan, RunRecord run) {
+  const auto answer = ReadAnswer(plan.folder, *plan.kind);
+  run.end = answer ? RunEnd::kDone : RunEnd::kFailed;
+  run.message = answer ? answer->words : answer.error().message;
+  if (answer) run.verdict = ToString(answer->verdict);
+  if (!answer || answer->verdict != Verdict::kGood) {
+    Words words{run.message, procedure::Buttons::kClose};
+    return EndRun(std::move(run), {}, std::move(words));
+  }
+  const Proposal proposal{run.id, plan.job, plan.folder, plan.arguments};
+  EndRun(std::move(run), proposal, ProposalWords(*plan.kind, answer->words));
+}
+
+Desk::Words Desk::ProposalWords(const JobKind& kind, const std::string& answer) const {
+  std::string now;
+  if (kind.in_force) {
+    const std::lock_guard lock(mutex_);
+    if (printer_ != nullptr) now = kind.in_force(printer_->LastState());
+  }
+  return {fmt::format("{}{}{}. Nothing applied: TRAMMEL_APPLY sets it", answer,
+                      now.empty() ? "" : ", now ", now),
+          procedure::Buttons::kUse};
+}
+
+void Desk::EndRun(RunRecord run, std::optional<Proposal> proposal, Words words) {
+  run.phase = "ended";
+  run.ended = options_.utc_now();
+  run.progress.reset();
+  run.remaining_s.reset();
+  {
+    const std::lock_guard lock(mutex_);
+    run_ = run;
+    proposal_ = std::move(proposal);
+    process_.reset();
+    Keep();
+  }
+  SendRunEvent(run);
+  Tell(std::move(words));
+  malloc_trim(0);  // the service waits for days with what a run needed for a moment
+}
+
+Result<Desk::Plan> Desk::PlanApply() const {
+  const std::lock_guard lock(mutex_);
+  if (!proposal_) {
+    return Fail("nothing to apply: there is no good answer yet, calibrate first",
+                ErrorKind::kMeasurement);
+  }
+  const JobKind* const kind = FindJob(proposal_->job);
+  if (kind == nullptr || !kind->apply) {
+    return Fail(fmt::format("nothing to apply: {} has nothing that can be set", proposal_->job));
+  }
+  return Plan{kApply, proposal_->arguments, proposal_->folder, kind, true};
+}
+
+bool Desk::Dismiss() {
+  const std::lock_guard lock(mutex_);
+  const bool had = proposal_.has_value();
+  proposal_.reset();
+  if (had) Keep();
+  return had;
+}
+
+void Desk::Keep() const {
+  if (auto kept = WriteKeptState(state_path_, {run_, proposal_}); !kept) {
+    options_.log("trammel: not kept over a restart of the service: " + kept.error().message);
+  }
+}
+
+void Desk::SendRunEvent(const RunRecord& run) {
+  const std::lock_guard lock(mutex_);
+  if (printer_ != nullptr) printer_->SendEvent("run", JsonOf(run));
+}
+
+}  // namespace trammel::service

@@ -1,0 +1,193 @@
+// What a desk says on the printer's own screen, and what the printer's macros ask of it.
+#include <algorithm>
+#include <utility>
+
+#include "base/url_secrets.h"
+#include "service/desk.h"
+
+namespace trammel::service {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kCommand_s = 30;
+// A button that somebody leans on; more calls than this are the same call.
+constexpr std::size_t kMostCalls = 8;
+constexpr std::size_t kMostWords = 100;  // while the printer cannot hear them
+constexpr std::size_t kLongestArgument = 200;
+
+// What a macro hands over, of what the job takes; empty texts are none.
+Arguments ArgumentsOf(const json& called, const JobKind& kind) {
+  Arguments arguments;
+  if (!called.is_object()) return arguments;
+  for (const std::string& name : kind.arguments) {
+    const auto found = called.find(name);
+    if (found == called.end() || !found->is_string()) continue;
+    const auto& text = found->get_ref<const std::string&>();
+    if (!text.empty() && text.size() <= kLongestArgument) arguments[name] = text;
+  }
+  return arguments;
+}
+
+}  // namespace
+
+Result<void> Desk::Register(const std::stop_token& stop) {
+  const auto add = [&](const std::string& method, Call::What what,
+                       const JobKind* job) -> Result<void> {
+    if (method.empty()) return {};
+    return printer_->RegisterRemoteMethod(
+        method,
+        [this, what, job](const json& called) {
+          const std::lock_guard lock(mutex_);
+          if (calls_.size() < kMostCalls) {
+            calls_.push_back({what, job, job != nullptr ? ArgumentsOf(called, *job) : Arguments()});
+          }
+          called_.notify_all();
+        },
+        {kCommand_s, stop});
+  };
+  for (const JobKind& job : options_.jobs) {
+    if (auto done = add(job.offer_method, Call::What::kOffer, &job); !done) return done;
+    if (auto done = add(job.start_method, Call::What::kStart, &job); !done) return done;
+  }
+  if (auto done = add("trammel_apply", Call::What::kApply, nullptr); !done) return done;
+  return add("trammel_dismiss", Call::What::kDismiss, nullptr);
+}
+
+Result<bool> Desk::Serve(machine::Printer& printer, const std::stop_token& stop) {
+  {
+    const std::lock_guard lock(mutex_);
+    printer_ = &printer;
+    ending_ = false;
+  }
+  screen_.emplace(printer);
+  printer.OnRequest(
+      [this](const std::string& method, const json& params) { return Answer(method, params); });
+  auto registered = Register(stop);
+  if (registered) {
+    options_.log("serving " + WithoutSecrets(options_.address));  // a macro is heard from now on
+    OfferProposalAgain();
+  }
+  while (registered) {
+    std::unique_lock lock(mutex_);
+    called_.wait(lock, stop, [this] { return !calls_.empty() || !words_.empty(); });
+    if (stop.stop_requested()) break;
+    std::optional<Call> call;
+    if (!calls_.empty()) {
+      call = std::move(calls_.front());
+      calls_.pop_front();
+    }
+    lock.unlock();
+    ShowAll(/*ending=*/false);
+    if (call) Answer(*call);
+  }
+  bool was_working = false;
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+    was_working = process_ != nullptr;
+    if (process_) process_->Stop();
+  }
+  if (worker_.joinable()) worker_.join();
+  ShowAll(/*ending=*/true);
+  printer.OnRequest({});
+  const std::lock_guard lock(mutex_);
+  printer_ = nullptr;
+  if (!registered) return tl::unexpected(registered.error());
+  return was_working;
+}
+
+void Desk::Answer(const Call& call) {
+  bool working = false;
+  {
+    const std::lock_guard lock(mutex_);
+    working = process_ != nullptr;
+  }
+  const bool about_answer = call.what == Call::What::kApply || call.what == Call::What::kDismiss;
+  if (working) {
+    return Show({about_answer ? "still calibrating: apply when there is an answer"
+                              : "already at work: one calibration at a time"},
+                false);
+  }
+  switch (call.what) {
+    case Call::What::kOffer:
+      return ShowOffer(call);
+    case Call::What::kStart:
+    case Call::What::kApply:
+      return AnswerStart(call);
+    case Call::What::kDismiss:
+      return Show({Dismiss() ? "nothing applied: the old value stays" : "nothing to drop"}, false);
+  }
+}
+
+void Desk::AnswerStart(const Call& call) {
+  if (call.what == Call::What::kApply) {
+    auto plan = PlanApply();
+    if (!plan) return Show({plan.error().message}, false);
+    const auto begun = Begin(std::move(*plan));
+    return begun ? void() : Show({"not applied: " + begun.error().message}, false);
+  }
+  const auto offer = call.job->check(options_.place, call.arguments);
+  const auto begun =
+      offer ? Begin({call.job->name, call.arguments, {}, call.job}) : tl::unexpected(offer.error());
+  if (begun) return;
+  options_.log("trammel: " + begun.error().message);
+  Show({"no calibration: " + begun.error().message, procedure::Buttons::kClose}, false);
+}
+
+void Desk::ShowOffer(const Call& call) {
+  auto offer = call.job->check(options_.place, call.arguments);
+  if (!offer) {
+    return Show({"no calibration: " + offer.error().message, procedure::Buttons::kClose}, false);
+  }
+  Show({std::move(offer->question), procedure::Buttons::kStart, std::move(offer->filament)}, false);
+}
+
+// Whoever was asked before the service ended has not answered yet.
+void Desk::OfferProposalAgain() {
+  std::optional<Proposal> proposal;
+  {
+    const std::lock_guard lock(mutex_);
+    proposal = proposal_;
+  }
+  const JobKind* const kind = proposal ? FindJob(proposal->job) : nullptr;
+  if (kind == nullptr) return;
+  const auto answer = ReadAnswer(proposal->folder, *kind);
+  if (answer && answer->verdict == Verdict::kGood) Tell(ProposalWords(*kind, answer->words));
+}
+
+void Desk::Tell(Words words) {
+  options_.log("  " + words.text);
+  if (words.text.starts_with(' ')) return;  // how far a wait has come: for the log
+  const std::lock_guard lock(mutex_);
+  if (words_.size() == kMostWords) words_.pop_front();
+  words_.push_back(std::move(words));
+  called_.notify_all();
+}
+
+void Desk::ShowAll(bool ending) {
+  for (;;) {
+    std::unique_lock lock(mutex_);
+    if (words_.empty()) return;
+    const Words words = std::move(words_.front());
+    words_.pop_front();
+    lock.unlock();
+    Show(words, ending);
+  }
+}
+
+void Desk::Show(const Words& words, bool ending) {
+  // Words wait behind whatever the printer is at, homing for example; at the end of the service not
+  // for long: the last word of a stopped calibration is worth saying, too.
+  constexpr double kPatience_s = 300;
+  constexpr double kLastPatience_s = 10;
+  const machine::WaitLimit limit{ending ? kLastPatience_s : kPatience_s};
+  auto shown = screen_->Show(words.text, limit);
+  if (shown && words.buttons)
+    shown = screen_->Ask(words.text, *words.buttons, words.filament, limit);
+  if (!shown) {
+    options_.log("trammel: not shown on the printer: " + shown.error().message);
+  }
+}
+
+}  // namespace trammel::service

@@ -1,0 +1,410 @@
+// A desk with a printer in memory and a shell script in place of trammel.
+#include "service/desk.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "base/bug_note.h"
+#include "base/check.h"
+#include "measurement/outcome_file.h"
+#include "session/fake_printer.h"
+#include "support/temporary_folder.h"
+
+namespace trammel::service {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* kUtc = "2026-01-02T03:04:05Z";
+constexpr const char* kRun = "measure-20260102T030405Z";
+
+measurement::Outcome OutcomeWith(const Measured& measured) {
+  measurement::Outcome outcome;
+  outcome.provenance = {measurement::Instrument::kPressureAdvance, "trammel 9.8.7", kUtc, {"rec"}};
+  outcome.answers = {{"pressure_advance", "s", measured}};
+  return outcome;
+}
+
+const Measured kGoodAnswer = Measured::Good({0.0172, 0.0004, {0.0164, 0.018}});
+
+class DeskTest : public ::testing::Test {
+ protected:
+  DeskTest() {
+    printer_.state.pressure_advance_s = 0.045;
+    Answers(kGoodAnswer);
+    Program("cp \"$here/result.json\" \"$folder\"\n");
+    MakeDesk();
+  }
+  ~DeskTest() override { StopServing(); }
+
+  // The script notes its words, and goes on after a file `go` has come where it is to wait.
+  void Program(const std::string& script, int exit_code = 0) {
+    const fs::path program = folder_.path() / "program";
+    test::WriteWhole(program,
+                     "#!/bin/sh\nhere='" + folder_.path().string() +
+                         "'\nfor word in \"$@\"; do echo \"$word\" >> \"$here/words\"\n"
+                         "case \"$word\" in --out=*) folder=\"${word#--out=}\";; esac; done\n"
+                         "[ -n \"$folder\" ] && mkdir -p \"$folder\"\n" +
+                         script + "exit " + std::to_string(exit_code) + "\n");
+    fs::permissions(program, fs::perms::owner_all);
+  }
+  void Answers(const Measured& measured) {
+    test::WriteWhole(folder_.path() / "result.json", files::ToJson(OutcomeWith(measured)));
+  }
+  void MakeDesk() {
+    JobKind kind;
+    kind.name = "measure";
+    kind.arguments = {"filament"};
+    kind.check = [this](const PrinterPlace&, const Arguments& arguments) -> Result<Offer> {
+      if (!blocker_.empty()) return Fail(blocker_);
+      const auto filament = arguments.find("filament");
+      return Offer{"Is the bed empty?", filament == arguments.end() ? "" : "key"};
+    };
+    kind.words = {"pa", "calibrate"};
+    kind.apply = [](const std::string& folder, const Arguments&) {
+      return std::vector<std::string>{"pa", "apply", folder};
+    };
+    kind.in_force = [this](const machine::PrinterState&) {
+      in_force_();
+      return std::string("0.0450 s");
+    };
+    kind.quantity = "pressure_advance";
+    kind.offer_method = "offer_it";
+    kind.start_method = "start_it";
+    const PrinterPlace place{
+        .config = "trammel.toml", .set = {"a=1"}, .address = "voron", .material = "pla"};
+    desk_ = std::make_unique<Desk>(DeskOptions{place,
+                                               "voron",
+                                               (folder_.path() / "program").string(),
+                                               "trammel 9.8.7",
+                                               folder_.path() / "recordings",
+                                               folder_.path(),
+                                               {kind},
+                                               [] { return std::string(kUtc); },
+                                               [](const std::string&) {}});
+  }
+
+  void Serve() {
+    server_ = std::jthread([this](const std::stop_token& stop) {
+      const auto served = desk_->Serve(printer_, stop);
+      EXPECT_TRUE(served) << served.error().message;
+      was_working_ = served && *served;
+    });
+    WaitUntil([this] { return Status()["printer"]["readiness"] == "ready"; });
+  }
+  void StopServing() {
+    if (!server_.joinable()) return;
+    server_.request_stop();
+    server_.join();
+  }
+  // Another service on the same files, as after a restart.
+  void Restart() {
+    StopServing();
+    MakeDesk();
+    printer_.scripts.clear();
+    Serve();
+  }
+
+  static void WaitUntil(const std::function<bool()>& so) {
+    constexpr int kMost = 4000;
+    for (int i = 0; i < kMost && !so(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    ASSERT_TRUE(so());
+  }
+
+  json Ask(const std::string& method, const json& params = json::object()) {
+    const machine::RpcAnswer answer = desk_->Answer(method, params);
+    EXPECT_EQ(answer.kind, machine::RpcAnswer::Kind::kResult) << answer.message;
+    return answer.result;
+  }
+  int CodeOf(const std::string& method, const json& params = json::object()) {
+    const machine::RpcAnswer answer = desk_->Answer(method, params);
+    message_ = answer.message;
+    return answer.kind == machine::RpcAnswer::Kind::kError ? answer.code : 0;
+  }
+  json Status() { return Ask("status"); }
+  std::string Start(const json& arguments = json::object()) {
+    return Ask("start", {{"job", "measure"}, {"arguments", arguments}})["run"];
+  }
+  void WaitForEnd() {
+    WaitUntil([this] { return !Status()["busy"].get<bool>(); });
+  }
+  std::vector<std::string> ProgramsWords() {
+    std::vector<std::string> words;
+    std::string text = test::ReadWhole(folder_.path() / "words");
+    for (std::size_t end = 0; (end = text.find('\n')) != std::string::npos;) {
+      words.push_back(text.substr(0, end));
+      text.erase(0, end + 1);
+    }
+    return words;
+  }
+  // A printer's macro calls us, on the connection's thread.
+  void CallMacro(const std::string& method, const json& arguments = json::object()) {
+    WaitUntil([&] { return printer_.methods.contains(method); });
+    printer_.methods[method](arguments);
+  }
+
+  test::TemporaryFolder folder_;
+  procedure::testing::FakePrinter printer_;
+  std::function<void()> in_force_ = [] {};
+  std::string blocker_;
+  std::string message_;
+  bool was_working_ = false;
+  std::unique_ptr<Desk> desk_;
+  std::jthread server_;
+};
+
+TEST_F(DeskTest, AnswersWithoutAPrinterAndStartsNothing) {
+  const json status = Status();
+  EXPECT_EQ(status["api_version"], 1);
+  EXPECT_EQ(status["version"], "trammel 9.8.7");
+  EXPECT_EQ(status["printer"]["readiness"], "disconnected");
+  EXPECT_EQ(status["jobs"][0]["job"], "measure");
+  EXPECT_THAT(status["jobs"][0]["blocker"], HasSubstr("not connected"));
+  EXPECT_EQ(status["run"], nullptr);
+  EXPECT_EQ(CodeOf("start", {{"job", "measure"}}), kBusy);
+  EXPECT_EQ(CodeOf("result"), kNothing);
+  EXPECT_EQ(Ask("history")["results"], json::array());
+}
+
+TEST_F(DeskTest, ARunIsFollowedToItsAnswerAndNothingIsApplied) {
+  Program(
+      "echo '{\"progress\":\"printing\",\"phase\":\"printing\",\"done\":0.5}' >&2\n"
+      "cp \"$here/result.json\" \"$folder\"\n");
+  Serve();
+  EXPECT_EQ(Start({{"filament", "--out=x y"}}), kRun);
+  WaitForEnd();
+  const json status = Status();
+  const json& run = status["run"];
+  EXPECT_EQ(run["run"], kRun);
+  EXPECT_EQ(run["end"], "done");
+  EXPECT_EQ(run["verdict"], "good");
+  EXPECT_THAT(run["message"], HasSubstr("pressure_advance = 0.01720 s (95 %: "));
+  EXPECT_EQ(status["proposal"]["run"], kRun);
+  const json result = Ask("result", {{"run", kRun}});
+  EXPECT_EQ(result["result"]["verdict"], "good");
+  EXPECT_EQ(result["run"]["complete"], true);
+  const std::string out = "--out=" + (folder_.path() / "recordings" / kRun).string();
+  EXPECT_THAT(ProgramsWords(), ElementsAre("--progress", "json", "pa", "calibrate",
+                                           "--config=trammel.toml", "--set=a=1", "--printer=voron",
+                                           "--material=pla", "--filament=--out=x y", out));
+  StopServing();
+  EXPECT_FALSE(was_working_);
+  std::vector<std::string> phases;
+  for (const auto& [event, data] : printer_.events) {
+    EXPECT_EQ(event, "run");
+    EXPECT_EQ(data["run"], kRun);
+    phases.push_back(data["phase"]);
+  }
+  EXPECT_THAT(phases, ElementsAre("starting", "printing", "ended"));
+  EXPECT_EQ(printer_.events[1].second["progress"], 0.5);
+  EXPECT_EQ(printer_.events.back().second["complete"], true);
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("TRAMMEL_ASK BUTTONS=use MSG=\"pressure_advance "
+                                                   "= 0.01720 s")));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("now 0.0450 s. Nothing applied")));
+}
+
+TEST_F(DeskTest, AnAnswerThatIsNotGoodIsNoProposal) {
+  Answers(Measured::CannotTell("too few lines"));
+  Program("cp \"$here/result.json\" \"$folder\"\n", 2);
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  const json status = Status();
+  EXPECT_EQ(status["run"]["verdict"], "cannot_tell");
+  EXPECT_EQ(status["run"]["message"], "cannot tell: too few lines");
+  EXPECT_EQ(status["proposal"], nullptr);
+  EXPECT_EQ(CodeOf("start", {{"job", "apply"}}), kNothing);
+}
+
+TEST_F(DeskTest, AFailureIsToldInItsLastErrorsWords) {
+  Program("echo 'trammel: the camera is away' >&2\necho '  > details' >&2\n", 3);
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_EQ(Status()["run"]["message"], "the camera is away");
+  EXPECT_EQ(Status()["run"]["verdict"], nullptr);
+  StopServing();
+  EXPECT_THAT(printer_.scripts,
+              Contains(HasSubstr("BUTTONS=close MSG=\"no calibration: the camera")));
+}
+
+TEST_F(DeskTest, AGoodExitWithoutAResultIsAFailure) {
+  Program("");
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_THAT(Status()["run"]["message"], HasSubstr("result.json"));
+}
+
+TEST_F(DeskTest, OneJobAtATimeAndStopEndsItSafely) {
+  Program(
+      "trap 'echo safe > \"$here/safe\"; exit 130' TERM\n"
+      "while :; do sleep 0.01; done\n");
+  Serve();
+  const std::string run = Start();
+  EXPECT_EQ(CodeOf("start", {{"job", "measure"}}), kBusy);
+  EXPECT_THAT(message_, HasSubstr(run));
+  EXPECT_THAT(Status()["jobs"][0]["blocker"], HasSubstr(run));
+  EXPECT_EQ(CodeOf("stop", {{"run", "measure-other"}}), kNothing);
+  WaitUntil([this] { return !ProgramsWords().empty(); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // the trap is set behind its words
+  EXPECT_EQ(Ask("stop")["run"], run);
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "stopped");
+  EXPECT_EQ(test::ReadWhole(folder_.path() / "safe"), "safe\n");
+  EXPECT_EQ(CodeOf("stop"), kNothing);
+}
+
+TEST_F(DeskTest, TheEndOfTheServiceEndsARunSafely) {
+  Program("trap 'exit 130' TERM\n: > \"$here/ready\"\nwhile :; do sleep 0.01; done\n");
+  Serve();
+  (void)Start();
+  WaitUntil([this] { return fs::exists(folder_.path() / "ready"); });
+  StopServing();
+  EXPECT_TRUE(was_working_);
+  EXPECT_EQ(Status()["run"]["end"], "stopped");
+}
+
+TEST_F(DeskTest, RequestsThatMakeNoSenseAreRefusedByName) {
+  Serve();
+  EXPECT_EQ(CodeOf("format_disk"), machine::kUnknownMethod);
+  EXPECT_EQ(CodeOf("status", json::array({1})), kInvalidParameters);
+  EXPECT_EQ(CodeOf("status", {{"a", 1}}), kInvalidParameters);
+  EXPECT_EQ(CodeOf("start", json::object()), kInvalidParameters);
+  EXPECT_EQ(CodeOf("start", {{"job", "cook"}}), kInvalidParameters);
+  EXPECT_THAT(message_, HasSubstr("measure"));
+  EXPECT_EQ(CodeOf("start", {{"job", 3}}), kInvalidParameters);
+  EXPECT_EQ(CodeOf("start", {{"job", "measure"}, {"arguments", {{"gcode", "G28"}}}}),
+            kInvalidParameters);
+  EXPECT_THAT(message_, HasSubstr("gcode"));
+  EXPECT_EQ(CodeOf("start", {{"job", "measure"}, {"arguments", {{"filament", 3}}}}),
+            kInvalidParameters);
+  EXPECT_EQ(
+      CodeOf("start", {{"job", "measure"}, {"arguments", {{"filament", std::string(300, 'a')}}}}),
+      kInvalidParameters);
+  EXPECT_EQ(CodeOf("result", {{"run", "../../etc"}}), kInvalidParameters);
+  EXPECT_EQ(CodeOf("result", {{"run", "measure-never"}}), kNothing);
+  EXPECT_EQ(CodeOf("history", {{"last", -1}}), kInvalidParameters);
+  EXPECT_EQ(CodeOf("history", {{"instrument", "spoon"}}), kInvalidParameters);
+  blocker_ = "name the material";
+  EXPECT_EQ(CodeOf("start", {{"job", "measure"}}), kRefused);
+  EXPECT_EQ(Status()["jobs"][0]["blocker"], "name the material");
+  EXPECT_THAT(ProgramsWords(), ElementsAre());
+}
+
+TEST_F(DeskTest, AProposalSurvivesARestartAndIsOfferedAgainUntilItIsDecidedOn) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  Restart();
+  EXPECT_EQ(Status()["proposal"]["run"], kRun);
+  EXPECT_EQ(Status()["run"]["end"], "done");
+  EXPECT_EQ(Ask("dismiss")["dismissed"], true);
+  EXPECT_EQ(Ask("dismiss")["dismissed"], false);
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("TRAMMEL_ASK BUTTONS=use")));
+  Restart();
+  EXPECT_EQ(Status()["proposal"], nullptr);
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("TRAMMEL_ASK"))));
+}
+
+TEST_F(DeskTest, AProposalWithoutItsResultIsNone) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  fs::remove(folder_.path() / "recordings" / kRun / "result.json");
+  Restart();
+  EXPECT_EQ(Status()["proposal"], nullptr);
+}
+
+TEST_F(DeskTest, ApplyingRunsTheCommandAndDecidesTheProposal) {
+  Serve();
+  const std::string run = Start();
+  WaitForEnd();
+  Program("echo 'pressure advance  0.0450  ->  0.0172 s'\necho 'kept for          x'\n");
+  fs::remove(folder_.path() / "words");
+  CallMacro("trammel_apply");
+  WaitUntil([this] { return Status()["run"]["job"] == "apply" && !Status()["busy"]; });
+  EXPECT_EQ(Status()["run"]["end"], "done");
+  EXPECT_EQ(Status()["run"]["message"], "pressure advance 0.0450 -> 0.0172 s; kept for x");
+  EXPECT_EQ(Status()["proposal"], nullptr);
+  EXPECT_THAT(ProgramsWords(),
+              ElementsAre("--progress", "json", "pa", "apply",
+                          (folder_.path() / "recordings" / run).string(), "--config=trammel.toml",
+                          "--set=a=1", "--printer=voron"));
+}
+
+TEST_F(DeskTest, AnApplicationThatFailsLeavesTheProposal) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  Program("echo 'trammel: the printer is printing' >&2\n", 3);
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_EQ(Status()["proposal"]["run"], kRun);
+}
+
+TEST_F(DeskTest, MacrosAskOfferStartAndDrop) {
+  Serve();
+  CallMacro("trammel_apply");
+  CallMacro("offer_it", {{"filament", "PLA+"}, {"other", 3}});
+  CallMacro("start_it", {{"filament", "PLA+"}});
+  WaitUntil([this] { return Status()["proposal"] != nullptr; });
+  EXPECT_EQ(Status()["proposal"]["arguments"], (json{{"filament", "PLA+"}}));
+  CallMacro("trammel_dismiss");
+  WaitUntil([this] { return Status()["proposal"] == nullptr; });
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("nothing to apply")));
+  EXPECT_THAT(printer_.scripts,
+              Contains("TRAMMEL_ASK BUTTONS=start FILAMENT=key MSG=\"Is the bed empty?\""));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("at work")));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("nothing applied")));
+}
+
+TEST_F(DeskTest, ABugInARunIsSaidAndEndsNeitherTheDeskNorTheProcess) {
+  in_force_ = [] { throw Bug("one is not two"); };
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_THAT(Status()["run"]["message"], HasSubstr("one is not two"));
+  EXPECT_TRUE(NotedBug());
+  in_force_ = [] {};
+  const std::string again = Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["run"], again);
+  EXPECT_EQ(Status()["run"]["end"], "done");
+}
+
+TEST_F(DeskTest, ResultsOfEarlierRunsAreInTheHistory) {
+  const fs::path recordings = folder_.path() / "recordings";
+  fs::create_directories(recordings);
+  test::WriteWhole(recordings / "history.jsonl",
+                   files::HistoryLine(OutcomeWith(kGoodAnswer), recordings / "a") + "\n");
+  const json results = Ask("history", {{"last", 5}, {"instrument", "pressure_advance"}})["results"];
+  ASSERT_EQ(results.size(), 1U);
+  EXPECT_EQ(results[0]["verdict"], "good");
+  EXPECT_EQ(results[0]["applied"], json::array());
+  EXPECT_EQ(Ask("history", {{"instrument", "tap"}})["results"], json::array());
+}
+
+}  // namespace
+}  // namespace trammel::service

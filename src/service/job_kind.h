@@ -1,0 +1,66 @@
+// What a service can be asked to do: an instrument's commands, as words for a process of their own.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/moonraker/printer_state.h"
+
+namespace trammel::service {
+
+/// A printer that is served, as the command line names one.
+struct PrinterPlace {
+  std::string config = {};            ///< file; empty: trammel.toml of the current folder
+  std::vector<std::string> set = {};  ///< key=value
+  std::string address = {};           ///< Moonraker's; empty: the settings'
+  std::string camera = {};            ///< empty: the settings'
+  std::string material = {};          ///< empty: the settings'
+};
+
+/// Of a job, by their names; checked against its kind.
+using Arguments = std::map<std::string, std::string>;
+
+/// What is put before the owner before a job is started from a dialog.
+struct Offer {
+  std::string question;
+  std::string filament = {};  ///< its key, for the start button; empty: none
+};
+
+/// A kind of job. What moves a machine is done by the command that the words are of, with all its
+/// safe ways out; the service starts and stops it, and reads what it says.
+struct JobKind {
+  std::string name;                    ///< as requests name it; also the instrument's
+  std::vector<std::string> arguments;  ///< that it takes
+  /// Looks whether it can be started, without asking the printer. Errors: why not.
+  std::function<Result<Offer>(const PrinterPlace&, const Arguments&)> check;
+  /// The command that does it; options of the printer and --out FOLDER are put behind.
+  std::vector<std::string> words;
+  /// The command that sets its answer, with the folder of the run; empty: there is none.
+  std::function<std::vector<std::string>(const std::string& folder, const Arguments&)> apply = {};
+  /// The value in force, "0.0450 s", to stand beside a proposal; may be empty, and say nothing.
+  std::function<std::string(const machine::PrinterState&)> in_force = {};
+  std::string quantity;      ///< of its answer, as result.json names it
+  std::string offer_method;  ///< that a macro calls to be asked; empty: none
+  std::string start_method;  ///< that a macro calls to start it; empty: none
+};
+
+/// A command that is to run beside the desk all the time, and is started again where it ends.
+struct Attendant {
+  std::string name;  ///< of the file that it adds to, with its time behind: "taps"
+  /// The command; options of the printer and --out FILE are put behind.
+  std::vector<std::string> words;
+};
+
+/// What the instruments of a build have to offer to a service.
+struct Offerings {
+  std::vector<JobKind> jobs = {};
+  std::vector<Attendant> attendants = {};
+};
+
+/// The options by which a command is told of the printer, one word each.
+[[nodiscard]] std::vector<std::string> OptionWords(const PrinterPlace& place);
+
+}  // namespace trammel::service

@@ -1,0 +1,44 @@
+// One run of a job as a process of its own: what it says on the way, and how it ended.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "machine/net/command_process.h"
+#include "session/session.h"
+
+namespace trammel::service {
+
+/// How a job's process ended.
+struct JobEnd {
+  bool stopped = false;                      ///< it was interrupted, and says that it ended safely
+  int exit_code = -1;                        ///< as CONVENTIONS.md has them; -1: a signal, or none
+  std::string error = {};                    ///< its last error, one line; empty: none
+  std::vector<std::string> unrestored = {};  ///< what it could not leave as it was
+  std::vector<std::string> output = {};      ///< the last lines of its answer
+};
+
+/// Starts a command of trammel, and may be asked to stop it from any thread. Once only.
+class JobProcess {
+ public:
+  using Tell = std::function<void(const procedure::Progress&)>;
+  using Log = std::function<void(const std::string&)>;
+
+  /// Runs the command to its end. The process is asked to end with this one, and with the calling
+  /// thread. @param words  the program's path and its arguments
+  /// @param tell  each progress   @param log  each other line of either stream
+  [[nodiscard]] JobEnd Run(const std::vector<std::string>& words, const Tell& tell, const Log& log);
+
+  /// Asks it to end safely, now or as soon as it has been started.
+  void Stop();
+
+ private:
+  std::mutex mutex_;
+  bool stopped_ = false;
+  machine::CommandProcess* process_ = nullptr;  // while it runs
+};
+
+}  // namespace trammel::service

@@ -1,0 +1,138 @@
+#include "service/serve.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <thread>
+
+#include "base/bug_note.h"
+#include "machine/net/host_clock.h"
+#include "service/job_process.h"
+#include "service/local_socket.h"
+#include "session/dead_run.h"
+
+namespace trammel::service {
+namespace {
+
+// How the service of one printer ended.
+struct Served {
+  bool was_working = false;
+  std::optional<Error> error = {};
+};
+
+// At start the printer's computer may not be up yet, nor its Moonraker.
+Result<std::unique_ptr<machine::Printer>> ConnectPatiently(const ServedPrinter& served,
+                                                           const std::stop_token& stop) {
+  constexpr double kAgain_s = 5;
+  std::string last;
+  for (;;) {
+    auto printer = served.connect(stop);
+    if (printer || printer.error().kind != ErrorKind::kMachine) return printer;
+    if (printer.error().message != last) {
+      last = printer.error().message;
+      served.desk.log(fmt::format("trammel: {}; trying again every {:.0f} s", last, kAgain_s));
+    }
+    if (!procedure::Pause(kAgain_s, stop)) return Fail("stopped", ErrorKind::kInterrupted);
+  }
+}
+
+Served ServeOne(const ServedPrinter& served, Desk& desk, const std::stop_token& stop) {
+  constexpr double kAgain_s = 5;
+  for (;;) {
+    const auto printer = ConnectPatiently(served, stop);
+    if (!printer) {
+      if (printer.error().kind == ErrorKind::kInterrupted) return {};
+      return {false, printer.error()};
+    }
+    // A service that died is started again: its heaters are not left to the printer's own limit.
+    const procedure::Session session{**printer, stop, [&](const procedure::Progress& progress) {
+                                       served.desk.log("  " + progress.text);
+                                     }};
+    procedure::FinishDeadRunsWhereFree(session, served.settings, served.desk.state_folder);
+    const auto done = desk.Serve(**printer, stop);
+    if (done) return {*done};
+    if (done.error().kind == ErrorKind::kInterrupted) return {};
+    // A lost link of ours, or an older service, may still have the names.
+    served.desk.log(
+        fmt::format("trammel: {}; trying again in {:.0f} s", done.error().message, kAgain_s));
+    if (!procedure::Pause(kAgain_s, stop)) return {};
+  }
+}
+
+// Runs a command all the time, with a pause that grows where it ends soon.
+void Attend(const ServedPrinter& served, const Attendant& attendant, const std::stop_token& stop) {
+  constexpr double kFirstPause_s = 5;
+  constexpr double kLongestPause_s = 120;
+  const DeskOptions& desk = served.desk;
+  double pause_s = kFirstPause_s;
+  do {
+    std::string utc = desk.utc_now();
+    std::erase_if(utc, [](char c) { return c == '-' || c == ':'; });
+    std::vector<std::string> words = {desk.program};
+    words.insert(words.end(), attendant.words.begin(), attendant.words.end());
+    const std::vector<std::string> place = OptionWords(desk.place);
+    words.insert(words.end(), place.begin(), place.end());
+    words.push_back(fmt::format(
+        "--out={}", (desk.recordings / (attendant.name + "-" + utc + ".jsonl")).string()));
+    JobProcess process;
+    const std::stop_callback asked(stop, [&process] { process.Stop(); });
+    const double begin_s = machine::HostNow();
+    const JobEnd end = process.Run(
+        words, [](const procedure::Progress&) {}, desk.log);
+    if (stop.stop_requested()) return;
+    const bool lasted = machine::HostNow() - begin_s > kLongestPause_s;
+    pause_s = lasted ? kFirstPause_s : std::min(2 * pause_s, kLongestPause_s);
+    desk.log(fmt::format("trammel: {} ended ({}); again in {:.0f} s", attendant.name,
+                         end.error.empty() ? fmt::format("exit code {}", end.exit_code) : end.error,
+                         pause_s));
+  } while (procedure::Pause(pause_s, stop));
+}
+
+// The service goes on without it: front ends and macros have another way.
+std::unique_ptr<LocalSocket> ListenLocally(const ServedPrinter& served, Desk& desk) {
+  auto listening = LocalSocket::Listen(
+      LocalSocketPath(served.desk.state_folder, procedure::PlainAddress(served.settings.address)),
+      [&desk](const std::string& method, const nlohmann::json& params) {
+        return desk.Answer(method, params);
+      });
+  if (listening) return std::move(*listening);
+  served.desk.log("trammel: " + listening.error().message);
+  return nullptr;
+}
+
+}  // namespace
+
+Result<bool> Serve(const std::vector<ServedPrinter>& printers, const std::stop_token& stop) {
+  std::stop_source all;  // one printer that can never be served ends the service, visibly
+  const std::stop_callback asked(stop, [&all] { all.request_stop(); });
+  std::vector<Served> ended(printers.size());
+  std::vector<std::unique_ptr<Desk>> desks;
+  std::vector<std::unique_ptr<LocalSocket>> sockets;  // they go before the desks do
+  for (const ServedPrinter& printer : printers) {
+    desks.push_back(std::make_unique<Desk>(printer.desk));
+    sockets.push_back(ListenLocally(printer, *desks.back()));
+  }
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t i = 0; i < printers.size(); ++i) {
+      threads.emplace_back([&, i] {
+        const auto bug =
+            NoteBug([&] { ended[i] = ServeOne(printers[i], *desks[i], all.get_token()); });
+        if (bug || ended[i].error) all.request_stop();
+      });
+      for (const Attendant& attendant : printers[i].attendants) {
+        threads.emplace_back(
+            [&, i] { (void)NoteBug([&] { Attend(printers[i], attendant, all.get_token()); }); });
+      }
+    }
+  }
+  bool was_working = false;
+  for (const Served& served : ended) {
+    if (served.error) return tl::unexpected(*served.error);
+    was_working = was_working || served.was_working;
+  }
+  return was_working;
+}
+
+}  // namespace trammel::service

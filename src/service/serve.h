@@ -1,0 +1,34 @@
+// One process beside the printers: a desk for each, over its Moonraker and a socket of this
+// computer.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "machine/moonraker/printer.h"
+#include "service/desk.h"
+#include "settings/scan_settings.h"
+
+namespace trammel::service {
+
+struct ServedPrinter {
+  DeskOptions desk;
+  std::vector<Attendant> attendants = {};
+  settings::ScanSettings settings;
+  /// Connects as the agent "trammel". Errors: kMachine: it is tried again; kInterrupted; others end
+  /// the service of this printer.
+  std::function<Result<std::unique_ptr<machine::Printer>>(const std::stop_token&)> connect;
+};
+
+/// Serves the printers until it is stopped; through restarts of Klipper and of Moonraker and lost
+/// links, and from before they are up. Runs under way are ended safely.
+/// Errors: kInput, of a printer that can never be connected to.
+/// @returns whether a run was under way.
+[[nodiscard]] Result<bool> Serve(const std::vector<ServedPrinter>& printers,
+                                 const std::stop_token& stop);
+
+}  // namespace trammel::service
