@@ -45,6 +45,7 @@ INSTRUMENTS = {
     },
     "tool_offset": {
         "sheet": set(),
+        "original": {"sheet"},
         "reading": {"sheet"},
         "offset": {"sheet", "reading"},
     },

@@ -12,21 +12,21 @@
 #include "app/number_range.h"
 #include "app/output_files.h"
 #include "base/json_text.h"
-#include "files/whole_file.h"
 #include "machine/page/page_file.h"
 #include "tool_offset/commands/offset_commands.h"
 #include "tool_offset/commands/offset_output.h"
+#include "tool_offset/commands/offset_plan.h"
 #include "tool_offset/offset/analyse.h"
+#include "tool_offset/original/original_sheet.h"
 #include "tool_offset/report/offset_json.h"
 #include "tool_offset/report/offset_text.h"
-#include "tool_offset/sheet/sheet_comments.h"
 
 namespace trammel::app {
 namespace {
 
 struct AnalyzeArguments {
   std::vector<std::string> scans;
-  std::string pattern;
+  SheetChoice sheet;
   std::vector<double> dpi;
   double most_megapixels = 400;
   bool json = false;
@@ -34,18 +34,6 @@ struct AnalyzeArguments {
 };
 
 constexpr const char* kNextSheet = "+";
-
-Result<tool_offset::SheetPlan> PlanOf(const std::string& path) {
-  constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
-  const auto gcode = files::ReadWholeFile(path, kMostBytes);
-  if (!gcode) return tl::unexpected(gcode.error());
-  const auto settings = tool_offset::ReadSheetFile(*gcode);
-  if (!settings) {
-    return tl::unexpected(Error{settings.error().kind,
-                                fmt::format("--pattern {}: {}", path, settings.error().message)});
-  }
-  return tool_offset::PlanSheet(*settings);
-}
 
 struct ReadScan {
   report::OffsetScan scan;
@@ -111,7 +99,7 @@ int Run(const AnalyzeArguments& arguments) {
       !may) {
     return PrintError(may.error());
   }
-  const auto plan = PlanOf(arguments.pattern);
+  const auto plan = PlanOf(arguments.sheet);
   if (!plan) return PrintError(plan.error());
   report::OffsetAnalysis analysis{*plan, {}, {}, {}};
   report::OffsetReportInput input{&analysis, {}, {}};
@@ -156,6 +144,27 @@ int Run(const AnalyzeArguments& arguments) {
   return report::VerdictOf(analysis) == Verdict::kGood ? kExitGood : kExitNotTrusted;
 }
 
+void AddSheetOptions(CLI::App& command, SheetChoice& sheet) {
+  command.add_option(
+      "--pattern", sheet.pattern,
+      "the G-code that was printed: it carries all that is known of the sheet. Of the "
+      "method's original generator its G-code, or the Python file with its settings");
+  command.add_option("--print", sheet.print, "which of the prints of such a settings file, from 1")
+      ->check(NumberIn(1, 20));
+  command.add_option("--original", sheet.original,
+                     "of a sheet of the original generator whose file is lost: its list of tools, "
+                     "for example 1,2,3,4,5");
+  command
+      .add_option("--reference-tool", sheet.reference_tool,
+                  "with --original: the tool that drew the box and one comb of every structure")
+      ->check(NumberIn(0, tool_offset::kHighestOriginalTool));
+  command
+      .add_option("--rotation", sheet.rotation_deg,
+                  "with --original: by how many degrees the print was turned on the bed")
+      ->check(NumberIn(5.0, 40.0))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
@@ -167,10 +176,7 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
                    "TIFF, PNG, JPEG, PNM or PDF: scans of one sheet, however it lay on the glass; "
                    "behind a + those of the next sheet, printed anew")
       ->required();
-  command
-      ->add_option("--pattern", arguments->pattern,
-                   "the G-code that was printed: it carries all that is known of the sheet")
-      ->required();
+  AddSheetOptions(*command, arguments->sheet);
   command
       ->add_option("--dpi", arguments->dpi,
                    "of the scan, or along a row and down the page; else as the file says. Only "

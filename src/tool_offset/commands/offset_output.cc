@@ -45,7 +45,7 @@ Result<void> WriteFigures(const std::string& figures, const report::OffsetReport
 Result<void> NoteReading(const std::string& history, const report::OffsetAnalysis& analysis) {
   files::OffsetReading reading;
   reading.time = Now("{:%FT%T%z}");
-  reading.sheet_id = analysis.plan.sheet_id;
+  if (!analysis.plan.original) reading.sheet_id = analysis.plan.sheet_id;
   reading.reference_tool = analysis.plan.settings.reference_tool;
   for (const report::OffsetScan& scan : analysis.scans) reading.scans.push_back(scan.source);
   for (const tool_offset::CombinedTool& tool : analysis.combined.tools) {

@@ -120,7 +120,7 @@ Result<void> AppendToHistory(const fs::path& path, const OffsetReading& reading)
                {"kind", "analysed"},
                {"time", reading.time},
                {"scans", reading.scans},
-               {"sheet_id", reading.sheet_id},
+               {"sheet_id", reading.sheet_id ? Json(*reading.sheet_id) : Json(nullptr)},
                {"reference_tool", reading.reference_tool}};
   json["tools"] = Json::array();
   for (const AnalysedTool& tool : reading.tools) json["tools"].push_back(Tool(tool));

@@ -48,7 +48,7 @@ struct AnalysedTool {
 struct OffsetReading {
   std::string time;
   std::vector<std::string> scans;
-  std::uint16_t sheet_id = 0;
+  std::optional<std::uint16_t> sheet_id;  ///< nothing of sheets that carry no number
   int reference_tool = 0;
   std::vector<AnalysedTool> tools;
   Measured backlash_x_mm;

@@ -9,8 +9,10 @@
 #include "base/parallel.h"
 #include "base/statistics.h"
 #include "tool_offset/offset/offset_estimate.h"
+#include "tool_offset/offset/original_checks.h"
 #include "tool_offset/reading/comb_fit.h"
 #include "tool_offset/reading/foreign_ink.h"
+#include "tool_offset/reading/original_finder.h"
 #include "tool_offset/reading/structure_reader.h"
 #include "tool_offset/reading/tool_search.h"
 
@@ -26,9 +28,17 @@ struct KnownTool {
 };
 using KnownTools = std::map<int, KnownTool>;
 
-/// What the reference tool has surely drawn alone.
-std::vector<Leg> CodeLegs(const SheetPlan& plan) {
+/// What the reference tool has surely drawn alone: the code, or its own combs.
+std::vector<Leg> ReferenceLegs(const SheetPlan& plan) {
   std::vector<Leg> legs;
+  for (const Structure& structure : plan.structures) {
+    if (!plan.original) break;
+    const std::size_t comb = structure.swapped ? 0 : 1;
+    for (int finger = 0; finger < plan.settings.teeth; ++finger) {
+      if (finger == structure.incomplete[comb]) continue;
+      for (const Leg& leg : FingerLegs(plan, structure, comb, finger)) legs.push_back(leg);
+    }
+  }
   for (const CodeCell& cell : plan.code) {
     if (cell.dark) legs.push_back(CodeLeg(plan, cell));
   }
@@ -200,13 +210,13 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
                                  const AnalyseOptions& options) {
   /// Beside the box: how far a tool is looked for, and half of a leg more.
   constexpr double kAround_mm = kSearch_mm + 5;
-  auto sheet = FindSheet(page, plan);
+  auto sheet = plan.original ? FindOriginalSheet(page, plan) : FindSheet(page, plan);
   if (!sheet) return tl::unexpected(sheet.error());
   SheetResult result;
   result.sheet = std::move(*sheet);
   const PageMap& map = result.sheet.map;
-  const std::vector<Leg> code_legs = CodeLegs(plan);
-  const InkColour reference = SampleInk(page, map, plan.settings, code_legs);
+  const std::vector<Leg> reference_legs = ReferenceLegs(plan);
+  const InkColour reference = SampleInk(page, map, plan.settings, reference_legs);
   const InkRaster raster = TakeInkRaster(page, map, kAround_mm);
   if (result.sheet.box_lacks_line &&
       (SideChangesLine(plan, map) || ReferenceLiesElsewhere(plan, raster))) {
@@ -219,7 +229,7 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
   }
   if (!IsReadable(reference)) {
     return Fail(fmt::format("T{}, the reference tool: {}", plan.settings.reference_tool,
-                            WhyUnreadable(reference, MedianStrength(raster, code_legs))),
+                            WhyUnreadable(reference, MedianStrength(raster, reference_legs))),
                 ErrorKind::kMeasurement);
   }
   result.reference_strength = Strength(reference);
@@ -231,7 +241,16 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
     const auto index = static_cast<std::size_t>(i);
     result.structures[index] = ReadOne(page, plan, map, known, other, index);
   });
+  result.notices = plan.notices;
+  if (plan.original && map.mirrored()) {
+    result.notices.emplace_back(
+        "the page shows the print mirrored, by the scanner's driver or because an axis of the "
+        "machine runs backwards: it is read as it was drawn, and the signs are the print's own");
+  }
   EstimateOffsets(plan, result);
+  if (plan.original) {
+    if (const auto why = CheckAgainstFile(plan, result)) return Fail(*why, ErrorKind::kMeasurement);
+  }
   CompareResolution(options, result);
   return result;
 }

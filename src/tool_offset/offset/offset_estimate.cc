@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/statistics.h"
+#include "tool_offset/offset/leg_play.h"
 #include "tool_offset/offset/sheet_model.h"
 #include "tool_offset/reading/structure_reader.h"
 #include "tool_offset/reading/tool_search.h"
@@ -61,11 +62,12 @@ void Refuse(const std::string& reason, ToolReading& tool) {
 /// A tool whose teeth touch, or lie among others: what its combs say roughly, and what to do.
 void AnswerCoarsely(const SheetPlan& plan, ToolReading& tool) {
   const double most_mm = std::max(std::abs(tool.coarse_mm.u_mm), std::abs(tool.coarse_mm.v_mm));
-  if (most_mm > kCoarseReach_mm) {
+  const double reach_mm = plan.original ? kOriginalReach_mm : kCoarseReach_mm;
+  if (most_mm > reach_mm) {
     return Refuse(
-        fmt::format("T{} is about {:+.1f} / {:+.1f} mm off, more than the {:.0f} mm that a sheet "
+        fmt::format("T{} is about {:+.1f} / {:+.1f} mm off, more than the {:.3g} mm that a sheet "
                     "answers: set its offset roughly first, then print the sheet again",
-                    tool.tool, tool.coarse_mm.u_mm, tool.coarse_mm.v_mm, kCoarseReach_mm),
+                    tool.tool, tool.coarse_mm.u_mm, tool.coarse_mm.v_mm, reach_mm),
         tool);
   }
   // Fingers are looked for within 0.3 mm; on flat paper they lie within 0.04 mm of each other.
@@ -179,14 +181,20 @@ void AnswerTools(const SheetPlan& plan, const SheetModel& model, SheetResult& re
   }
 }
 
-void AnswerAxes(const SheetModel& model, SheetResult& result) {
+void AnswerAxes(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
   const std::string unread = "too few structures of the reference tool could be read";
   Combination weight;
-  weight.play = {1, 0};
-  result.backlash_mm.x = Answer(model.Estimate(weight), unread);
-  weight.play = {0, 1};
-  result.backlash_mm.y = Answer(model.Estimate(weight), unread);
-  weight.play = {};
+  if (plan.original) {
+    const PlayOfLegs play = EstimatePlayOfLegs(plan, result.structures);
+    const std::string none = "of no tool combs that are stepped both ways could be read";
+    result.backlash_mm = {Answer(play.x_mm, none), Answer(play.y_mm, none)};
+  } else {
+    weight.play = {1, 0};
+    result.backlash_mm.x = Answer(model.Estimate(weight), unread);
+    weight.play = {0, 1};
+    result.backlash_mm.y = Answer(model.Estimate(weight), unread);
+    weight.play = {};
+  }
   weight.bias = {SheetPoint{0.5, 0}, SheetPoint{0.5, 0}};
   result.control_bias_mm.x = Answer(model.Estimate(weight), unread);
   weight.bias = {SheetPoint{0, 0.5}, SheetPoint{0, 0.5}};
@@ -253,13 +261,13 @@ void AnswerSelfTest(const SheetPlan& plan, const SheetModel& model, SheetResult&
   }
 }
 
-void Notify(const SheetModel& model, SheetResult& result) {
+void Notify(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
   constexpr double kWorse =
       2;  // times the sheet's scatter; chance does not make it with 24 fingers
   constexpr double kLeast_mm = 0.003;
   result.finger_scatter_mm = model.pooled_scatter_mm();
   result.chi_square_per_freedom = model.freedom() > 0 ? model.chi_square() / model.freedom() : 1;
-  if (model.bias_by_direction()) {
+  if (model.bias_by_direction() && !plan.original) {
     result.notices.push_back(
         "the control structures drawn one way disagree with those drawn the other way beyond their "
         "scatter: a bias for each way is fitted, and the intervals are wider");
@@ -288,12 +296,12 @@ void Notify(const SheetModel& model, SheetResult& result) {
 void EstimateOffsets(const SheetPlan& plan, SheetResult& result) {
   const SheetModel model(plan, result.structures);
   AnswerTools(plan, model, result);
-  AnswerAxes(model, result);
+  AnswerAxes(plan, model, result);
   AnswerScale(plan, result);
   AnswerPickUps(plan, model, result);
   AnswerSelfTest(plan, model, result);
   ExpectStructures(plan, model, result);
-  Notify(model, result);
+  Notify(plan, model, result);
 }
 
 }  // namespace trammel::tool_offset

@@ -87,12 +87,12 @@ struct Columns {
   }
 };
 
-/// How the nozzle lags while a comb's legs are drawn, along the sheet's axis, per mm of each play.
-SheetPoint PlayAlong(const SheetPlan& plan, const Structure& structure, std::size_t comb) {
+}  // namespace
+
+SheetPoint PlayAlong(const SheetPlan& plan, const Structure& structure, const Leg& leg) {
   const double tilt_rad = plan.settings.tilt_deg * std::numbers::pi / 180;
   const double c = std::cos(tilt_rad);
   const double s = std::sin(tilt_rad);
-  const Leg leg = FingerLegs(plan, structure, comb, 0)[0];
   const double du = leg.end.u_mm - leg.start.u_mm;
   const double dv = leg.end.v_mm - leg.start.v_mm;
   const double lag_x = -std::copysign(0.5, du * c - dv * s);
@@ -100,8 +100,6 @@ SheetPoint PlayAlong(const SheetPlan& plan, const Structure& structure, std::siz
   return structure.axis == Axis::kX ? SheetPoint{lag_x * c, lag_y * s}
                                     : SheetPoint{-lag_x * s, lag_y * c};
 }
-
-}  // namespace
 
 double Programmed_mm(const Structure& structure) {
   const SheetPoint& first = structure.combs[0].programmed;
@@ -124,6 +122,7 @@ struct SheetModel::Solution {
   void Collect(const SheetPlan& plan, const std::vector<StructureReading>& structures);
   void Solve(bool bias_by_direction);
   [[nodiscard]] bool ControlsDisagree() const;
+  [[nodiscard]] bool HasEveryControl() const;
   [[nodiscard]] Quantity Spread(double value_mm, const Eigen::VectorXd& gain) const;
 };
 
@@ -142,7 +141,11 @@ Combination StructureEquation(const SheetPlan& plan, const Structure& structure)
       add(combination.tool[drawn.tool], unit(sign));
     }
     if (drawn.pick_up > 0) add(combination.pick_up[{drawn.tool, drawn.pick_up}], unit(sign));
-    const SheetPoint play = PlayAlong(plan, structure, comb);
+    if (plan.original) {
+      add(combination.bias[structure.swapped ? 1 : 0], unit(0.5));
+      continue;
+    }
+    const SheetPoint play = PlayAlong(plan, structure, FingerLegs(plan, structure, comb, 0)[0]);
     add(combination.play, {sign * play.u_mm, sign * play.v_mm});
     add(combination.bias[drawn.direction > 0 ? 0 : 1], unit(0.5));
   }
@@ -175,7 +178,8 @@ void SheetModel::Solution::Collect(const SheetPlan& plan,
     equation.value_mm = reading.offset_mm.quantity().value - Programmed_mm(structure);
     equation.purpose = structure.purpose;
     equation.axis = structure.axis;
-    equation.direction = structure.combs[0].direction;
+    equation.direction =
+        plan.original ? (structure.swapped ? -1 : 1) : structure.combs[0].direction;
     for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
       equation.tool[comb] = structure.combs[comb].tool;
       const double pooled_mm2 = scatter[equation.tool[comb]].variance_mm2();
@@ -238,6 +242,16 @@ bool SheetModel::Solution::ControlsDisagree() const {
   return ChiSquareTail(sum, tests) < kBiasByDirection;
 }
 
+/// Whether along both axes a control of each kind could be read.
+bool SheetModel::Solution::HasEveryControl() const {
+  std::array<bool, 4> has{};
+  for (const Equation& equation : equations) {
+    if (equation.purpose != Purpose::kControl) continue;
+    has[(equation.axis == Axis::kX ? 0U : 2U) + (equation.direction > 0 ? 0U : 1U)] = true;
+  }
+  return has[0] && has[1] && has[2] && has[3];
+}
+
 /// Value ± what the fingers' scatter makes of it; degrees of freedom after Welch and Satterthwaite.
 Quantity SheetModel::Solution::Spread(double value_mm, const Eigen::VectorXd& gain) const {
   std::map<int, double> share_mm2;
@@ -267,7 +281,7 @@ SheetModel::SheetModel(const SheetPlan& plan, const std::vector<StructureReading
     : solution_(std::make_unique<Solution>()) {
   solution_->Pool(plan, structures);
   solution_->Collect(plan, structures);
-  solution_->Solve(solution_->ControlsDisagree());
+  solution_->Solve(plan.original ? solution_->HasEveryControl() : solution_->ControlsDisagree());
   if (ChiSquareTail(solution_->chi_square, solution_->freedom) < kContradiction) {
     solution_->widening = solution_->chi_square / solution_->freedom;
   }

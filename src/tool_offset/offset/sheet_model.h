@@ -25,9 +25,17 @@ struct Combination {
 /// What a structure's offset is made of, but for its programmed one:
 ///   o = (offset of comb 1's tool - offset of comb 0's tool + play of 1 - play of 0) along its axis
 ///       + bias of that axis.
+/// On an original sheet play cancels within each finger, and a bias belongs to "+" or to "-"
+/// structures: what favours a comb's order changes its sign from one to the other, what favours its
+/// side does not.
 /// While an axis moves up the nozzle is half of its play behind, down half ahead; a leg along u or
 /// v of the tilted sheet moves both axes.
 [[nodiscard]] Combination StructureEquation(const SheetPlan& plan, const Structure& structure);
+
+/// How the nozzle lags while a leg of a comb is drawn, along the structure's axis: per mm of the
+/// play along x (u_mm) and y (v_mm).
+[[nodiscard]] SheetPoint PlayAlong(const SheetPlan& plan, const Structure& structure,
+                                   const Leg& leg);
 
 /// By how much comb 1 was moved against comb 0 on purpose, along the measured axis.
 [[nodiscard]] double Programmed_mm(const Structure& structure);
@@ -36,7 +44,8 @@ struct Combination {
 /// pooled by tool.
 ///
 /// The bias is one per axis; where the controls say that it differs between + and - legs
-/// (chi-square, 0.1 %), it is one per direction, which costs precision. Where the structures
+/// (chi-square, 0.1 %), it is one per direction, which costs precision; so it always is on original
+/// sheets with a control, whose tested combs never change sides. Where the structures
 /// contradict each other beyond their scatter (chi-square, 1 %), all uncertainties grow by the
 /// square root of the ratio.
 class SheetModel {

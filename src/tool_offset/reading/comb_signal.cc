@@ -115,12 +115,14 @@ std::optional<CombSignal> ReadCombSignal(const PageView& page, const PageMap& ma
   const double inner_mm = settings.overlap_mm / 2;
   const double outer_mm = settings.leg_length_mm - inner_mm;
   const auto across = [&](std::size_t comb) { return is_x ? shift[comb].v_mm : shift[comb].u_mm; };
-  const std::array<double, 2> from_mm{-outer_mm + across(0), inner_mm + across(0)};
-  const std::array<double, 2> to_mm{-inner_mm + across(1), outer_mm + across(1)};
+  const std::size_t low = structure.FromLowSide(0) ? 0 : 1;
+  const std::array<double, 2> from_mm{-outer_mm + across(low), inner_mm + across(low)};
+  const std::array<double, 2> to_mm{-inner_mm + across(1 - low), outer_mm + across(1 - low)};
   for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+    const std::size_t side = comb == low ? 0 : 1;
     signal.comb[comb].ink =
-        MeanInk(page, mix[comb], map, structure, signal, count, from_mm[comb] + kLegEnd_mm,
-                std::max(from_mm[comb] + kLegEnd_mm + 0.2, to_mm[comb] - kLegEnd_mm));
+        MeanInk(page, mix[comb], map, structure, signal, count, from_mm[side] + kLegEnd_mm,
+                std::max(from_mm[side] + kLegEnd_mm + 0.2, to_mm[side] - kLegEnd_mm));
     if (signal.comb[comb].ink.empty()) return std::nullopt;
     Detect(settings, comb, signal);
   }

@@ -43,9 +43,14 @@ class Press {
     for (const Structure& structure : plan_.structures) {
       for (std::size_t comb = 0; comb < 2; ++comb) {
         for (int finger = 0; finger < plan_.settings.teeth; ++finger) {
-          for (const Leg& leg : FingerLegs(plan_, structure, comb, finger)) {
-            Line(leg, structure.combs[comb].tool, true);
+          const auto legs = FingerLegs(plan_, structure, comb, finger);
+          for (const std::size_t leg : {std::size_t{0}, std::size_t{1}}) {
+            if (finger == structure.incomplete[comb] && leg == Missing(structure, comb)) continue;
+            Line(legs[leg], structure.combs[comb].tool, true);
           }
+        }
+        for (const Leg& join : JoinsOfComb(plan_, structure, comb)) {
+          Line(join, structure.combs[comb].tool, false);
         }
       }
     }
@@ -56,6 +61,11 @@ class Press {
   }
 
  private:
+  /// The leg of a finger that is drawn in part which is a travel: the first.
+  static std::size_t Missing(const Structure& structure, std::size_t comb) {
+    return structure.combs[comb].direction > 0 ? 0 : 1;
+  }
+
   /// Where the pen really goes: the tool's offset and the play of the axes, in the sheet's axes.
   SheetPoint Shift(const Leg& leg, int tool, bool play) const {
     const double c = std::cos(tilt_rad_);

@@ -23,20 +23,20 @@ struct CombSites {
 
 /// The part of a comb's legs to use, from the structure's middle along the legs, and the part of it
 /// where the other comb does not reach.
-void SetRows(const SheetSettings& settings, std::size_t comb, double own_shift_mm,
-             double other_shift_mm, FingerSite& site) {
-  const double inner_mm = settings.overlap_mm / 2;
-  const double outer_mm = settings.leg_length_mm - inner_mm;
-  const double side = comb == 0 ? 1 : -1;  // comb 0 comes from below
+void SetRows(const SheetPlan& plan, bool from_low, double own_shift_mm, double other_shift_mm,
+             FingerSite& site) {
+  const double inner_mm = plan.settings.overlap_mm / 2;
+  const double outer_mm = plan.settings.leg_length_mm - inner_mm;
+  const double side = from_low ? 1 : -1;
   // In a coordinate that rises towards the other comb.
-  const double start_mm = -outer_mm + side * own_shift_mm + kLegEnd_mm;
-  const double end_mm = inner_mm + side * own_shift_mm - kLegEnd_mm;
-  const double other_mm = -inner_mm + side * other_shift_mm - kLegEnd_mm;
+  const double start_mm = -outer_mm + side * own_shift_mm + plan.leg_end_mm;
+  const double end_mm = inner_mm + side * own_shift_mm - plan.leg_end_mm;
+  const double other_mm = -inner_mm + side * other_shift_mm - kLegEnd_mm - plan.turn_mm;
   const double clear_mm = std::clamp(other_mm, start_mm + 0.2, end_mm);
-  site.low_mm = comb == 0 ? start_mm : -end_mm;
-  site.high_mm = comb == 0 ? end_mm : -start_mm;
-  site.clear_low_mm = comb == 0 ? start_mm : -clear_mm;
-  site.clear_high_mm = comb == 0 ? clear_mm : -start_mm;
+  site.low_mm = from_low ? start_mm : -end_mm;
+  site.high_mm = from_low ? end_mm : -start_mm;
+  site.clear_low_mm = from_low ? start_mm : -clear_mm;
+  site.clear_high_mm = from_low ? clear_mm : -start_mm;
 }
 
 double ExpectedShift_mm(const Structure& structure, std::size_t comb,
@@ -60,7 +60,8 @@ CombSites PlanSites(const SheetPlan& plan, const Structure& structure, std::size
     const double across_mm = Across(axis, structure.middle);
     site.middle =
         axis == Axis::kX ? SheetPoint{along_mm, across_mm} : SheetPoint{across_mm, along_mm};
-    SetRows(plan.settings, comb, across_shift_mm(comb), across_shift_mm(1 - comb), site);
+    SetRows(plan, structure.FromLowSide(comb), across_shift_mm(comb), across_shift_mm(1 - comb),
+            site);
     planned.sites.push_back(site);
   }
   return planned;
@@ -165,6 +166,9 @@ std::vector<FingerReading> ReadComb(const PageView& page, const PageMap& map, co
   const double comb_ink_mm = ink_mm.empty() ? 0 : Median(ink_mm);
   for (FingerReading& finger : fingers) {
     if (finger.left_out.empty()) finger.left_out = Fault(plan.settings, finger, comb_ink_mm);
+    if (finger.finger == structure.incomplete[comb]) {
+      finger.left_out = "its first leg is not drawn, as planned";
+    }
   }
   return fingers;
 }
@@ -188,7 +192,7 @@ void LeaveOutForeign(const SheetSettings& settings, std::span<const ForeignLeg> 
   for (FingerReading& finger : fingers) {
     const double at_mm = Along(structure.axis, structure.middle) + finger.planned_mm +
                          ExpectedShift_mm(structure, finger.comb, expected[finger.comb]);
-    const double side = finger.comb == 0 ? -1 : 1;
+    const double side = structure.FromLowSide(finger.comb) ? -1 : 1;
     const double across_mm = Across(structure.axis, structure.middle) +
                              Across(structure.axis, expected[finger.comb].shift) +
                              side * (settings.leg_length_mm - settings.overlap_mm) / 2;

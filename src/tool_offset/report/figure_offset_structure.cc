@@ -66,7 +66,8 @@ std::array<double, 2> LegEnds_mm(const Shown& shown, std::size_t comb) {
   const to::SheetPoint& shift = shown.reading.shift_mm[comb];
   const to::SheetPoint& programmed = shown.structure.combs[comb].programmed;
   const double across_mm = shown.is_x ? shift.v_mm + programmed.v_mm : shift.u_mm + programmed.u_mm;
-  if (comb == 0) return {-shown.outer_mm + across_mm, shown.inner_mm + across_mm};
+  if (shown.structure.FromLowSide(comb))
+    return {-shown.outer_mm + across_mm, shown.inner_mm + across_mm};
   return {-shown.inner_mm + across_mm, shown.outer_mm + across_mm};
 }
 
@@ -84,7 +85,8 @@ void DrawFinger(Canvas& canvas, const Shown& shown, const PageWindow& window,
               .width_px = 1.3,
               .dash_px = used ? std::vector<double>{} : std::vector<double>{3, 3}});
   }
-  const double outside_mm = finger.comb == 0 ? ends_mm[0] - 0.6 : ends_mm[1] + 0.6;
+  const double outside_mm =
+      shown.structure.FromLowSide(finger.comb) ? ends_mm[0] - 0.6 : ends_mm[1] + 0.6;
   const to::PagePoint& leg_px = shown.is_x ? local.v_px_mm : local.u_px_mm;
   const PointPx label = window.At(finger.place + outside_mm * leg_px);
   TagText(canvas, label, fmt::format("{}{}", used ? "" : "× ", finger.finger),

@@ -230,7 +230,7 @@ Json JsonOf(const OffsetAnalysis& analysis, const std::string& report) {
   json["format"] = kFormat;
   json["verdict"] = ToString(VerdictOf(analysis));
   json["reason"] = WhyNotGood(analysis);
-  json["sheet_id"] = analysis.plan.sheet_id;
+  json["sheet_id"] = analysis.plan.original ? Json(nullptr) : Json(analysis.plan.sheet_id);
   json["reference_tool"] = analysis.plan.settings.reference_tool;
   json["tools"] = Json::array();
   for (const CombinedTool& tool : combined.tools) json["tools"].push_back(Tool(analysis, tool));

@@ -52,7 +52,7 @@ OffsetScanPictures DrawOffsetScan(const PageView& page, const to::SheetPlan& pla
                                   const to::SheetResult& result) {
   OffsetScanPictures pictures;
   pictures.page.push_back(ForPage(PageFigure(page, plan, result)));
-  pictures.page.push_back(ForPage(CodeFigure(page, plan, result)));
+  if (!plan.code.empty()) pictures.page.push_back(ForPage(CodeFigure(page, plan, result)));
   if (const auto marks = MarksFigure(page, plan, result)) pictures.page.push_back(ForPage(*marks));
   const std::vector<std::size_t> ranks = Ranks(result.structures);
   for (std::size_t i = 0; i < result.structures.size(); ++i) {

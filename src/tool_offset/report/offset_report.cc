@@ -220,9 +220,10 @@ std::string ScanCards(const OffsetReportInput& input, std::size_t index, std::si
 
 std::string Opening(const OffsetAnalysis& analysis) {
   return PageBegin("Tool offsets", "Tool offsets from a scanned sheet") +
-         fmt::format("<p class=\"facts\">Sheet {}, T{} is the reference tool. Scans: {}</p>\n",
-                     analysis.plan.sheet_id, analysis.plan.settings.reference_tool,
-                     analysis.scans.size());
+         fmt::format("<p class=\"facts\">{}, T{} is the reference tool. Scans: {}</p>\n",
+                     analysis.plan.original ? "A sheet of the original generator"
+                                            : fmt::format("Sheet {}", analysis.plan.sheet_id),
+                     analysis.plan.settings.reference_tool, analysis.scans.size());
 }
 
 /// Tools, scans, self-test, pick-ups: those that there are.

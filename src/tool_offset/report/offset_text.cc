@@ -76,9 +76,11 @@ std::string Next(const OffsetAnalysis& analysis) {
 std::string OffsetText(const OffsetAnalysis& analysis, const std::string& report) {
   std::set<int> sheets;
   for (const OffsetScan& scan : analysis.scans) sheets.insert(scan.sheet);
-  std::string text = fmt::format("pattern      {}, T{} is the reference; scans: {}, sheets: {}\n",
-                                 analysis.plan.sheet_id, analysis.plan.settings.reference_tool,
-                                 analysis.scans.size(), sheets.size());
+  const std::string sheet = analysis.plan.original ? "of the original generator"
+                                                   : fmt::format("{}", analysis.plan.sheet_id);
+  std::string text =
+      fmt::format("pattern      {}, T{} is the reference; scans: {}, sheets: {}\n", sheet,
+                  analysis.plan.settings.reference_tool, analysis.scans.size(), sheets.size());
   for (const CombinedTool& tool : analysis.combined.tools) text += ToolLine(analysis, tool);
   text += SelfTests(analysis);
   text += PairLine("backlash     ", analysis.combined.backlash_mm);

@@ -38,6 +38,8 @@ std::vector<Leg> LegsOfTool(const SheetPlan& plan, int tool) {
       for (int finger = 0; finger < plan.settings.teeth; ++finger) {
         for (const Leg& leg : FingerLegs(plan, structure, comb, finger)) legs.push_back(leg);
       }
+      const std::vector<Leg> joins = JoinsOfComb(plan, structure, comb);
+      legs.insert(legs.end(), joins.begin(), joins.end());
     }
   }
   for (const CoarseMark& mark : plan.coarse_marks) {
@@ -69,15 +71,49 @@ std::array<Leg, 2> FingerLegs(const SheetPlan& plan, const Structure& structure,
       structure.axis == Axis::kX ? structure.middle.v_mm : structure.middle.u_mm;
   const double inner_mm = settings.overlap_mm / 2;
   const double outer_mm = settings.leg_length_mm - inner_mm;
-  const double low_mm = across_mm - (comb == 0 ? outer_mm : inner_mm);
-  const double high_mm = across_mm + (comb == 0 ? inner_mm : outer_mm);
+  const bool from_low = structure.FromLowSide(comb);
+  const double low_mm = across_mm - (from_low ? outer_mm : inner_mm);
+  const double high_mm = across_mm + (from_low ? inner_mm : outer_mm);
   const Comb& drawn = structure.combs[comb];
-  const bool upwards = TowardsHigherCoordinate(structure.axis, drawn.direction, settings.tilt_deg);
   const double half_mm = settings.leg_spacing_mm / 2;
-  return {Shifted(AcrossLeg(structure.axis, position_mm - half_mm, low_mm, high_mm, upwards),
-                  drawn.programmed),
-          Shifted(AcrossLeg(structure.axis, position_mm + half_mm, low_mm, high_mm, upwards),
-                  drawn.programmed)};
+  const auto leg = [&](double aside_mm, bool upwards) {
+    return Shifted(AcrossLeg(structure.axis, position_mm + aside_mm, low_mm, high_mm, upwards),
+                   drawn.programmed);
+  };
+  if (plan.original) {
+    // From the spine into the overlap, and back: the first leg is the lower one of a comb that is
+    // stepped up.
+    const bool lower_upwards = from_low == (drawn.direction > 0);
+    return {leg(-half_mm, lower_upwards), leg(half_mm, !lower_upwards)};
+  }
+  const bool upwards = TowardsHigherCoordinate(structure.axis, drawn.direction, settings.tilt_deg);
+  return {leg(-half_mm, upwards), leg(half_mm, upwards)};
+}
+
+std::vector<Leg> JoinsOfComb(const SheetPlan& plan, const Structure& structure, std::size_t comb) {
+  std::vector<Leg> joins;
+  if (!plan.original) return joins;
+  const SheetSettings& settings = plan.settings;
+  const bool is_x = structure.axis == Axis::kX;
+  const bool from_low = structure.FromLowSide(comb);
+  const double half_mm = settings.leg_spacing_mm / 2;
+  const double across_mm = is_x ? structure.middle.v_mm : structure.middle.u_mm;
+  const double reach_mm = settings.overlap_mm / 2 + half_mm;
+  const double spine_mm = settings.leg_length_mm - settings.overlap_mm / 2 + half_mm;
+  const auto join = [&](double from_mm, double to_mm, double at_mm) {
+    const Leg leg =
+        is_x ? Leg{{from_mm, at_mm}, {to_mm, at_mm}} : Leg{{at_mm, from_mm}, {at_mm, to_mm}};
+    joins.push_back(Shifted(leg, structure.combs[comb].programmed));
+  };
+  const int step = structure.combs[comb].direction;
+  for (int finger = 0; finger < settings.teeth; ++finger) {
+    const double at_mm = FingerPosition_mm(plan, structure, comb, finger);
+    join(at_mm - half_mm, at_mm + half_mm, across_mm + (from_low ? reach_mm : -reach_mm));
+    // On to the next finger; behind the last one it ends in a hook.
+    join(at_mm + step * half_mm, at_mm + step * (settings.pitch_mm - half_mm),
+         across_mm + (from_low ? -spine_mm : spine_mm));
+  }
+  return joins;
 }
 
 std::array<Leg, 4> CoarseLegs(const SheetPlan& plan, const CoarseMark& mark) {

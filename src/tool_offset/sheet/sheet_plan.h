@@ -40,6 +40,7 @@ enum class Purpose {
 struct Comb {
   int tool = 0;
   /// +1 or -1: which way the bed axis that the structure measures moves while a leg is drawn.
+  /// Of the original generator's combs: which way they are stepped (original_plan.h).
   int direction = 1;
   int pick_up = 0;        ///< How often the tool has been put back before it draws this.
   SheetPoint programmed;  ///< Added to every leg on purpose (self-test); zero otherwise.
@@ -53,6 +54,12 @@ struct Structure {
   Axis axis = Axis::kX;
   SheetPoint middle;
   std::array<Comb, 2> combs;
+  /// Whether comb 0 reaches from the high side and comb 1 from the low side instead.
+  bool swapped = false;
+  /// Of each comb the finger that lacks a leg, and is not measured; -1: all have both.
+  std::array<int, 2> incomplete{-1, -1};
+
+  [[nodiscard]] bool FromLowSide(std::size_t comb) const { return (comb == 0) != swapped; }
 };
 
 /// Legs of a tested tool alone, far from everything else: two along u, two along v, whose middle
@@ -64,6 +71,8 @@ struct CoarseMark {
 };
 /// The most that a tool may be off along each of the bed's axes and still be answered.
 inline constexpr double kCoarseReach_mm = 10;
+/// On an original sheet, whose structures stand nearer to each other.
+inline constexpr double kOriginalReach_mm = 1.5;
 
 /// The sheet's number in print, by the reference tool: cells along a row below everything else,
 /// from low to high u (sheet_code.h); a dark cell holds one leg along v, a light one stays empty.
@@ -90,6 +99,14 @@ struct SheetPlan {
   std::vector<CodeCell> code;
   std::vector<PrimeLine> prime_lines;
   std::uint16_t sheet_id = 0;  ///< What the code says: a check sum of all that is measured against.
+
+  /// Drawn by the method's original generator (original_plan.h): each comb is one stroke, a
+  /// finger's second leg runs back; there is no code, and neither id nor a structure that shows
+  /// play.
+  bool original = false;
+  double leg_end_mm = 0.4;  ///< beside a leg's end is not measured: its bead swells or starts late
+  double turn_mm = 0;       ///< how far ink reaches beyond a leg's end, where it turns
+  std::vector<std::string> notices;  ///< go with every result of such a sheet
 };
 
 /// Plans with as many teeth as fit the paper, down to kFewestTeethToFit: the plan's own settings
@@ -112,6 +129,11 @@ struct SheetPlan {
 
 /// Legs of a mark: two along u (lower v first), then two along v (lower u first).
 [[nodiscard]] std::array<Leg, 4> CoarseLegs(const SheetPlan& plan, const CoarseMark& mark);
+
+/// Straight pieces for the turns and spines that join a comb's legs; none where legs are not
+/// joined.
+[[nodiscard]] std::vector<Leg> JoinsOfComb(const SheetPlan& plan, const Structure& structure,
+                                           std::size_t comb);
 
 /// Everything that a tool draws in the structures, beside them and outside the box, but for box and
 /// code.
