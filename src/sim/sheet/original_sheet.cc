@@ -288,16 +288,19 @@ std::string OriginalSettings(const OriginalSheet& sheet, std::string_view gcode_
       "pattern.spacing_to_square = {}\npattern.square_lines = {}\npattern.pitch = 1\n",
       kWidthMm, kAloneMm, kLengthMm, kPeriodMm, kFingerMm, kSpacingMm, kToBoxMm, kBoxLines);
   text += fmt::format(
-      "gen.tools = {}\ngen.nozzle_diameters = {}\ngen.extrusion_multiplier = {}\n"
-      "gen.layer_height = {}\ngen.z_offset = {}\ngen.z_hop = {}\ngen.retraction_distance = {}\n"
-      "gen.print_speed = {}\ngen.x_center = {}\ngen.y_center = {}\ngen.rotation = {:g}\n"
-      "gen.x_offsets = [{}]\ngen.y_offsets = [{}]\n",
+      "pattern.gen.tools = {}\npattern.gen.nozzle_diameters = {}\npattern.gen.extrusion_multiplier "
+      "= {}\n"
+      "pattern.gen.layer_height = {}\npattern.gen.z_offset = {}\npattern.gen.z_hop = "
+      "{}\npattern.gen.retraction_distance = {}\n"
+      "pattern.gen.print_speed = {}\npattern.gen.x_center = {}\npattern.gen.y_center = "
+      "{}\npattern.gen.rotation = {:g}\n"
+      "pattern.gen.x_offsets = [{}]\npattern.gen.y_offsets = [{}]\n",
       tools, kNozzleMm, sheet.extrusion_multiplier, kLayerMm, kZOffsetMm, kHopMm, kRetractMm,
       kPrintMmS, sheet.centre.x_mm, sheet.centre.y_mm,
       std::round(sheet.rotation_rad * 180 / std::numbers::pi * 1e6) / 1e6, fmt::join(x_mm, ","),
       fmt::join(y_mm, ","));
-  return text + fmt::format("gen.full_interlocked_print({}, {}, \"{}\")\n", tools, sheet.reference,
-                            gcode_name);
+  return text + fmt::format("pattern.full_interlocked_print({}, {}, \"{}\")\n", tools,
+                            sheet.reference, gcode_name);
 }
 
 }  // namespace trammel::sim

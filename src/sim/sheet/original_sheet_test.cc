@@ -187,10 +187,10 @@ TEST(OriginalSheet, SettingsNameToolsReferenceAndOffsets) {
   sheet.tools = {1, 2};
   sheet.offsets = {{0.1, 0}, {-0.05, 0.2}};
   const std::string text = OriginalSettings(sheet, "a.gcode");
-  EXPECT_THAT(text, HasSubstr("gen.tools = [1,2]\n"));
-  EXPECT_THAT(text, HasSubstr("gen.x_offsets = [0.1,-0.05]\n"));
-  EXPECT_THAT(text, HasSubstr("gen.rotation = 15\n"));
-  EXPECT_THAT(text, HasSubstr("gen.full_interlocked_print([1,2], 2, \"a.gcode\")"));
+  EXPECT_THAT(text, HasSubstr("pattern.gen.tools = [1,2]\n"));
+  EXPECT_THAT(text, HasSubstr("pattern.gen.x_offsets = [0.1,-0.05]\n"));
+  EXPECT_THAT(text, HasSubstr("pattern.gen.rotation = 15\n"));
+  EXPECT_THAT(text, HasSubstr("pattern.full_interlocked_print([1,2], 2, \"a.gcode\")"));
 }
 
 TEST(OriginalSheet, ImpossibleSheetsAreRefused) {
