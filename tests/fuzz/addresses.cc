@@ -6,7 +6,7 @@
 #include "machine/camera/camera_url.h"
 #include "machine/moonraker/moonraker_address.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(addresses)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const std::string text(fuzz::Text(data, size));
   (void)machine::IsHttpUrl(text);

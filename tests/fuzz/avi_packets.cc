@@ -4,7 +4,7 @@
 #include "fuzz.h"
 #include "memory_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(avi_packets)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   constexpr std::size_t kMostBytes = 1 << 20;
   static const fuzz::MemoryFile file("line.avi");

@@ -4,7 +4,7 @@
 #include "fuzz.h"
 #include "memory_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(budget_file)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   static const fuzz::MemoryFile file("file.json");
   file.Write(fuzz::Text(data, size));

@@ -4,7 +4,7 @@
 #include "fuzz.h"
 #include "memory_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(camera_file)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   static const fuzz::MemoryFile file("camera.json");
   file.Write(fuzz::Text(data, size));

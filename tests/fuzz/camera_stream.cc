@@ -6,7 +6,7 @@
 #include "machine/camera/mjpeg_stream.h"
 #include "scripted_stream.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(camera_stream)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   if (size == 0) return 0;
   fuzz::SetStream(fuzz::Text(data + 1, size - 1), 1 + data[0]);

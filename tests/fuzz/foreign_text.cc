@@ -3,7 +3,7 @@
 
 #include "fuzz.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(foreign_text)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const std::string_view text = fuzz::Text(data, size);
   (void)fuzz::Good(files::ParseLiteral(text, "camera"));

@@ -3,7 +3,7 @@
 #include "machine/video/video_writer.h"
 #include "memory_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(frame_times)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   static const fuzz::MemoryFile file("line.times");
   file.Write(fuzz::Text(data, size));

@@ -11,10 +11,24 @@
 
 #include "base/result.h"
 
-/// Runs one input. libFuzzer calls it, or replay.cc with the corpus.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+/// Begins the target NAME, a function of one input, (const std::uint8_t* data, std::size_t size). libFuzzer drives each as
+/// a program of its own; the tests replay the corpora of all in one.
+#ifdef TRAMMEL_FUZZ
+#define TRAMMEL_FUZZ_TARGET(name) extern "C" int LLVMFuzzerTestOneInput
+#else
+#define TRAMMEL_FUZZ_TARGET(name)                                                  \
+  static int Fuzz_##name(const std::uint8_t* data, std::size_t size);              \
+  static const trammel::fuzz::RegisteredTarget registered_##name(#name, Fuzz_##name); \
+  static int Fuzz_##name
+#endif
 
 namespace trammel::fuzz {
+
+/// Makes a target known to the replay. Lives as long as the program.
+struct RegisteredTarget {
+  using Run = int (*)(const std::uint8_t* data, std::size_t size);
+  RegisteredTarget(const char* name, Run run);
+};
 
 [[nodiscard]] inline std::string_view Text(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};

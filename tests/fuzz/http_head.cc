@@ -4,7 +4,7 @@
 #include "fuzz.h"
 #include "machine/net/multipart.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(http_head)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto parts = fuzz::Parts(fuzz::Text(data, size), 2);
   if (const auto head = machine::ParseHttpHead(parts[0]); fuzz::Good(head)) {

@@ -30,7 +30,7 @@ std::vector<std::uint8_t> Pixels(std::span<const std::uint8_t> jpeg, const Pixel
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(jpeg_cut)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   std::int16_t numbers[4];
   if (size < sizeof numbers) return 0;

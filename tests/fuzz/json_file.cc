@@ -4,7 +4,7 @@
 #include "files/json_object.h"
 #include "fuzz.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(json_file)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto json = files::ParseJson(fuzz::Text(data, size), "file.json");
   if (!fuzz::Good(json)) return 0;

@@ -34,7 +34,7 @@ void FindLines(const std::vector<Frame>& frames, vision::LaserLineWorkspace& wor
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(laser_frames)(const std::uint8_t* data, std::size_t size) {
   constexpr std::size_t kFrames = 3;
   constexpr std::size_t kMostRows = 14;  // each line that is tried is judged by all of them
   if (size < 1) return 0;

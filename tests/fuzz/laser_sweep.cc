@@ -31,7 +31,7 @@ std::vector<Frame> FramesOf(const std::uint8_t* data, std::size_t size) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(laser_sweep)(const std::uint8_t* data, std::size_t size) {
   if (size <= kHead) return 0;
   const std::vector<Frame> frames = FramesOf(data, size);
   pressure_advance::Scan scan;

@@ -25,7 +25,7 @@ void RequireSense(const machine::PrinterState& state) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(moonraker_messages)(const std::uint8_t* data, std::size_t size) {
   fuzz::SetMessages(fuzz::Text(data, size));
   machine::MoonrakerPrinter printer(*machine::ParseMoonrakerAddress("localhost"), {});
   printer.OnMessage([](const std::string&) {});

@@ -9,7 +9,7 @@
 #include "machine/moonraker/printer.h"
 #include "machine/moonraker/tap_intake.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(move_log)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   constexpr std::size_t kCapacity = 50;
   machine::MoveLog log(kCapacity);

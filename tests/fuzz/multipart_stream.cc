@@ -5,7 +5,7 @@
 #include "machine/camera/mjpeg_stream.h"
 #include "machine/net/multipart.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(multipart_stream)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   if (size < 2) return 0;
   const std::size_t piece = 1 + data[0];

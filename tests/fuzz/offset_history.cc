@@ -4,7 +4,7 @@
 #include "fuzz.h"
 #include "memory_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(offset_history)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   static const fuzz::MemoryFile file("offsets.jsonl");
   file.Write(fuzz::Text(data, size));

@@ -7,7 +7,7 @@
 #include "fuzz.h"
 #include "sim/camera/own_host.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(outside_text)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const std::string_view text = fuzz::Text(data, size);
   const std::string clean = Utf8OrReplaced(text);

@@ -3,7 +3,7 @@
 #include "memory_file.h"
 #include "part_alignment/files/part_fit_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(part_file)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   static const fuzz::MemoryFile file("file.json");
   file.Write(fuzz::Text(data, size));

@@ -2,7 +2,7 @@
 #include "fuzz.h"
 #include "machine/camera/image_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(photo)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const std::span<const std::uint8_t> bytes(data, size);
   const auto header = machine::ReadImageHeader(bytes);

@@ -5,7 +5,7 @@
 
 #include "fuzz.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(placeholders)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const std::array<gcode::Placeholder, 2> known = {{{"bed", "60"}, {"a", "{bed}"}}};
   (void)fuzz::Good(gcode::ExpandPlaceholders(fuzz::Text(data, size), known));

@@ -4,7 +4,7 @@
 #include "fuzz.h"
 #include "pressure_advance/files/plan_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(plan_file)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const std::string_view text = fuzz::Text(data, size);
   (void)fuzz::Good(sim::ParsePlan(text));

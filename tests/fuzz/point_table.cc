@@ -3,7 +3,7 @@
 #include "memory_file.h"
 #include "part_alignment/files/part_fit_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(point_table)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const std::string_view text = fuzz::Text(data, size);
   (void)fuzz::Good(files::ParsePointTable(text, "points.csv"));

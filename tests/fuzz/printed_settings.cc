@@ -37,7 +37,7 @@ void PrintSheet(const tool_offset::SheetSettings& settings) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(printed_settings)(const std::uint8_t* data, std::size_t size) {
   const std::string_view text = fuzz::Text(data, size);
   const auto config = files::ParseConfig(text, "trammel.toml");
   if (!fuzz::Good(config)) return 0;

@@ -5,7 +5,7 @@
 
 #include "fuzz.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(raw_picture)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   struct Head {
     std::uint32_t pixel_format;

@@ -1,10 +1,12 @@
 // Runs a fuzz target over files, without libFuzzer: what the ordinary tests do with each corpus.
+//   fuzz_replay TARGET PLACE…   files, or folders of them
 #include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -30,23 +32,30 @@ std::string BytesOf(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-void Run(std::string_view bytes) {
+using Target = trammel::fuzz::RegisteredTarget::Run;
+
+std::map<std::string, Target>& Targets() {
+  static std::map<std::string, Target> targets;
+  return targets;
+}
+
+void Run(Target target, std::string_view bytes) {
   // A copy of exactly this size: a sanitizer sees each byte that is read beyond it.
   const std::vector<std::uint8_t> copy(bytes.begin(), bytes.end());
-  LLVMFuzzerTestOneInput(copy.data(), copy.size());
+  target(copy.data(), copy.size());
 }
 
 /// Each input, and what is left of it when a connection or a copy breaks off.
-int Replay(const fs::path& place) {
+int Replay(Target target, const fs::path& place) {
   constexpr std::size_t kCuts = 16;
   int inputs = 0;
   for (const fs::path& path : FilesOf(place)) {
     std::printf("%s\n", path.c_str());
     std::fflush(stdout);  // names the input where the next lines end the process
     const std::string bytes = BytesOf(path);
-    Run(bytes);
+    Run(target, bytes);
     for (std::size_t cut = 0; cut < kCuts; ++cut) {
-      Run(std::string_view(bytes).substr(0, bytes.size() * cut / kCuts));
+      Run(target, std::string_view(bytes).substr(0, bytes.size() * cut / kCuts));
     }
     ++inputs;
   }
@@ -55,10 +64,20 @@ int Replay(const fs::path& place) {
 
 }  // namespace
 
+trammel::fuzz::RegisteredTarget::RegisteredTarget(const char* name, Run run) {
+  Targets().emplace(name, run);
+}
+
 int main(int count, char** arguments) {
   try {
+    const auto target = Targets().find(count > 1 ? arguments[1] : "");
+    if (target == Targets().end()) {
+      std::fprintf(stderr, "usage: fuzz_replay TARGET PLACE..., TARGET one of\n");
+      for (const auto& [name, run] : Targets()) std::fprintf(stderr, "  %s\n", name.c_str());
+      return 1;
+    }
     int inputs = 0;
-    for (int i = 1; i < count; ++i) inputs += Replay(arguments[i]);
+    for (int i = 2; i < count; ++i) inputs += Replay(target->second, arguments[i]);
     std::printf("%d inputs\n", inputs);
     return inputs > 0 ? 0 : 1;
   } catch (const std::exception& error) {

@@ -2,7 +2,7 @@
 #include "fuzz.h"
 #include "measurement/outcome_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(result_file)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto outcome = files::ParseOutcome(fuzz::Text(data, size), "result.json");
   if (outcome) (void)fuzz::Good(files::ParseOutcome(files::ToJson(*outcome), "again.json"));

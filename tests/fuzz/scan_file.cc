@@ -5,7 +5,7 @@
 #include "fuzz.h"
 #include "pressure_advance/files/recording.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(scan_file)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto scan = files::ParseScan(std::string(fuzz::Text(data, size)), "scan.json");
   if (!fuzz::Good(scan)) return 0;

@@ -5,7 +5,7 @@
 #include "machine/scanner/frame_assembler.h"
 #include "machine/scanner/sane_scan.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(scanner_frames)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   machine::PageReadOptions limits;
   limits.most_pixels = 100'000;

@@ -7,7 +7,7 @@
 #include "machine/moonraker/script_watch.h"
 #include "machine/moonraker/tap_stream.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(script_answers)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto parts = fuzz::Parts(fuzz::Text(data, size), 2);
   machine::MessageLog log(3);

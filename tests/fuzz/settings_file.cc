@@ -2,7 +2,7 @@
 #include "app/config/config_file.h"
 #include "fuzz.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(settings_file)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto parts = fuzz::Parts(fuzz::Text(data, size), 2);
   auto config = files::ParseConfig(parts[0], "trammel.toml");

@@ -4,7 +4,7 @@
 #include "fuzz.h"
 #include "tool_offset/sheet/sheet_comments.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(sheet_file)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto settings = tool_offset::ReadSheetFile(fuzz::Text(data, size));
   if (!fuzz::Good(settings)) return 0;

@@ -5,7 +5,7 @@
 #include "sim/camera/camera_headers.h"
 #include "sim/moonraker/http_api.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(sim_camera_request)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const std::string text(fuzz::Text(data, size));
   (void)sim::ParseTarget(std::string_view(text));

@@ -5,7 +5,7 @@
 #include "sim/print/gcode_interpreter.h"
 #include "sim/print/planner.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(sim_gcode)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto program = sim::InterpretGcode(fuzz::Text(data, size), {});
   if (!fuzz::Good(program)) return 0;

@@ -26,7 +26,7 @@ sim::KlipperConfig Config() {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(sim_klipper)(const std::uint8_t* data, std::size_t size) {
   static const sim::KlipperConfig config = Config();
   sim::VirtualKlipper klipper(config, {});
   constexpr double kTick_s = 0.12;

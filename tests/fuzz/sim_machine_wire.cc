@@ -4,7 +4,7 @@
 #include "fuzz.h"
 #include "sim/camera/machine_wire.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(sim_machine_wire)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const std::string_view bytes = fuzz::Text(data, size);
   const auto question = sim::DecodeQuestion(bytes);

@@ -47,7 +47,7 @@ void Ask(sim::Hub& hub, std::string_view text) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(sim_moonraker)(const std::uint8_t* data, std::size_t size) {
   sim::MachineHost machine({}, 0);
   sim::HubOptions options;
   options.api_key = "key";

@@ -2,7 +2,7 @@
 #include "fuzz.h"
 #include "sim/moonraker/multipart.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(sim_multipart)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto parts = fuzz::Parts(fuzz::Text(data, size), 2);
   const auto form = sim::ParseMultipart(parts[0], parts[1]);

@@ -4,7 +4,7 @@
 #include "sim/sheet/sheet_gcode.h"
 #include "sim/sheet/sheet_macros.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(sim_sheet_gcode)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto parts = fuzz::Parts(fuzz::Text(data, size), 2);
   sim::SheetSetup setup;

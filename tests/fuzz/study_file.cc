@@ -3,7 +3,7 @@
 #include "app/study/study_summary.h"
 #include "fuzz.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(study_file)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const std::string_view text = fuzz::Text(data, size);
   (void)fuzz::Good(app::ParseStudyValidation(text, "file.json"));

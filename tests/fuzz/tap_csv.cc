@@ -4,7 +4,7 @@
 #include "fuzz.h"
 #include "tap/files/moves_from_z.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(tap_csv)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto parts = fuzz::Parts(fuzz::Text(data, size), 2);
   auto tap = files::ParseTapCsv(parts[0], "tap.csv");

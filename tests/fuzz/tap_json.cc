@@ -5,7 +5,7 @@
 #include "tap/analyse/analyse.h"
 #include "tap/files/tap_file.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(tap_json)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto taps = files::ParseTaps(fuzz::Text(data, size), "taps.json");
   if (!fuzz::Good(taps)) return 0;

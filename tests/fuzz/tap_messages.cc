@@ -7,7 +7,7 @@
 #include "machine/moonraker/tap_stream.h"
 #include "scripted_connection.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(tap_messages)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   if (size == 0) return 0;
   fuzz::SetMessages(fuzz::Text(data + 1, size - 1));

@@ -25,7 +25,7 @@ void RequireSense(const Result<part_alignment::FoundTargets>& found, const PageV
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(target_picture)(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
   PageView picture;
   picture.data = data + 1;

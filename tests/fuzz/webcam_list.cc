@@ -8,7 +8,7 @@
 #include "machine/moonraker/moonraker_address.h"
 #include "machine/moonraker/printer.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(webcam_list)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto parts = fuzz::Parts(fuzz::Text(data, size), 2);
   auto address = machine::ParseMoonrakerAddress(parts[0]);
