@@ -12,7 +12,8 @@ void AddLeftOutCommand(CLI::App& cli, int& exit_code, const std::string& name) {
   CLI::App* const command =
       cli.add_subcommand(name)->group("")->fallthrough(false)->prefix_command();
   command->set_help_flag();
-  command->callback([name, &exit_code] {
+  const std::string full = cli.get_parent() == nullptr ? name : cli.get_name() + " " + name;
+  command->callback([name = full, &exit_code] {
     exit_code = PrintError(
         {ErrorKind::kInput,
          fmt::format(

@@ -21,8 +21,10 @@
 #ifdef TRAMMEL_PART_ALIGNMENT
 #include "part_alignment/commands/align_commands.h"
 #endif
-#ifdef TRAMMEL_PRESSURE_ADVANCE
+#ifdef TRAMMEL_STUDY
 #include "app/study/study_command.h"
+#endif
+#ifdef TRAMMEL_PRESSURE_ADVANCE
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/commands/pressure_advance_job.h"
 #endif
@@ -66,7 +68,13 @@ using AddCommands = void (*)(CLI::App& cli, int& exit_code);
 constexpr AddCommands kCommands[] = {
 #ifdef TRAMMEL_PRESSURE_ADVANCE
     trammel::app::AddPressureAdvanceCommands,
+#ifdef TRAMMEL_STUDY
     trammel::app::AddPressureAdvanceStudy,
+#else
+    [](CLI::App& cli, int& exit_code) {
+      trammel::app::AddLeftOutCommand(*cli.get_subcommand("pa"), exit_code, "study");
+    },
+#endif
 #else
     [](CLI::App& cli, int& exit_code) { trammel::app::AddLeftOutCommand(cli, exit_code, "pa"); },
 #endif

@@ -48,7 +48,8 @@ std::string ComputerName() {
 }
 
 bool IsHomed(const machine::PrinterState& state) {
-  return std::all_of("xyz", "xyz" + 3,
+  constexpr std::string_view kAxes = "xyz";
+  return std::all_of(kAxes.begin(), kAxes.end(),
                      [&](char axis) { return state.homed_axes.find(axis) != std::string::npos; });
 }
 

@@ -29,7 +29,7 @@ service::DeskOptions Options() {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(serve_request)(const std::uint8_t* data, std::size_t size) {
   static service::Desk desk(Options());
   const auto parsed = ParseBoundedJson(fuzz::Text(data, size), "the request");
   if (!parsed || !parsed->is_object()) return 0;

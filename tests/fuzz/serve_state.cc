@@ -3,7 +3,7 @@
 #include "service/kept_state.h"
 #include "session/progress_line.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(serve_state)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const std::string_view text = fuzz::Text(data, size);
   if (const auto progress = procedure::ParseProgressLine(text)) {

@@ -100,7 +100,7 @@ TEST_F(MoonrakerRecordings, TheStateAfterHomingHeatingAndMovingIsTheSumOfItsUpda
   EXPECT_EQ(state->heaters.at("extruder").target_c, sum["extruder"]["target"]);
   EXPECT_EQ(state->heaters.at("extruder").temperature_c, sum["extruder"]["temperature"]);
   EXPECT_EQ(state->heaters.at("heater_bed").temperature_c, sum["heater_bed"]["temperature"]);
-  EXPECT_EQ(state->idle_state, sum["idle_timeout"]["state"]);
+  EXPECT_EQ(json(state->idle_state), sum["idle_timeout"]["state"]);
   EXPECT_EQ(state->eventtime_s, eventtime_s);
 }
 

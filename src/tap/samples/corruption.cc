@@ -138,7 +138,7 @@ void FindGaps(std::span<const float> time_s, Stretch cruise, CleanTap& clean) {
   const double squares = SumPairs(time_s, [limit, period_s = clean.period_s](float a, float b) {
     const float step = b - a;
     const double off = step - period_s;
-    return (step > 0) & (step < limit) ? off * off : 0;
+    return ((step > 0) & (step < limit)) ? off * off : 0;
   });
   const std::size_t even = CountPairs(time_s, [limit](float a, float b) { return b - a < limit; });
   clean.jitter_s = clean.held > 0 ? 0 : std::sqrt(6 * squares / static_cast<double>(even + 1));
