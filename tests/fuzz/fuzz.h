@@ -11,13 +11,13 @@
 
 #include "base/result.h"
 
-/// Begins the target NAME, a function of one input, (const std::uint8_t* data, std::size_t size). libFuzzer drives each as
-/// a program of its own; the tests replay the corpora of all in one.
+/// Begins the target NAME, a function of one input, (const std::uint8_t* data, std::size_t size).
+/// libFuzzer drives each as a program of its own; the tests replay the corpora of all in one.
 #ifdef TRAMMEL_FUZZ
 #define TRAMMEL_FUZZ_TARGET(name) extern "C" int LLVMFuzzerTestOneInput
 #else
-#define TRAMMEL_FUZZ_TARGET(name)                                                  \
-  static int Fuzz_##name(const std::uint8_t* data, std::size_t size);              \
+#define TRAMMEL_FUZZ_TARGET(name)                                                     \
+  static int Fuzz_##name(const std::uint8_t* data, std::size_t size);                 \
   static const trammel::fuzz::RegisteredTarget registered_##name(#name, Fuzz_##name); \
   static int Fuzz_##name
 #endif

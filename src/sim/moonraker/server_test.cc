@@ -447,7 +447,8 @@ TEST(PrinterServer, ItsFaultsAreWhatTheySay) {
   client.Send("printer.gcode.script", Script("G1 X50 F400\nM400"));
   while (client.Next()) {
   }
-  EXPECT_ANY_THROW((void)TestClient(bench.port()).Call("server.info")) << "90 s of the machine's time";
+  EXPECT_ANY_THROW((void)TestClient(bench.port()).Call("server.info"))
+      << "90 s of the machine's time";
   const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(10);
   while (true) {
     try {
