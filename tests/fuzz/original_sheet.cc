@@ -17,7 +17,7 @@ void CheckSheet(const trammel::tool_offset::OriginalSheet& sheet) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+TRAMMEL_FUZZ_TARGET(original_sheet)(const std::uint8_t* data, std::size_t size) {
   using namespace trammel;
   const auto text = fuzz::Text(data, size);
   const auto sheet = tool_offset::ReadOriginalGcode(text);
