@@ -86,10 +86,13 @@ std::string TooLarge(const Alignment& alignment) {
       worst->view + 1, worst->column_px, worst->row_px);
 }
 
-Alignment Refuse(Alignment alignment, Verdict verdict, std::string reason) {
-  alignment.verdict = verdict;
-  alignment.reason = std::move(reason);
-  return alignment;
+/// Takes the alignment by reference: the words of the reason may be its own, and an argument by
+/// value could be moved from before they are read.
+Alignment Refuse(Alignment&& alignment, Verdict verdict, std::string reason) {
+  Alignment refused = std::move(alignment);
+  refused.verdict = verdict;
+  refused.reason = std::move(reason);
+  return refused;
 }
 
 /// Weighs the observations by pixels and machine: a target's error is the same in all views, so
