@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
@@ -31,8 +30,6 @@ using measurement::Answer;
 using measurement::Instrument;
 using nlohmann::ordered_json;
 
-constexpr std::array kInstruments = {Instrument::kPressureAdvance, Instrument::kTap,
-                                     Instrument::kToolOffset, Instrument::kPartAlignment};
 constexpr std::size_t kMost = 10'000;
 
 struct HistoryArguments {
@@ -103,9 +100,7 @@ Result<files::History> ReadKept(const std::filesystem::path& path,
 /// The newest, with what was applied of them; says on standard error which lines are no results.
 Result<files::History> Read(const HistoryArguments& arguments, std::size_t last) {
   files::HistoryQuery query{last, {}, arguments.subject};
-  for (const Instrument instrument : kInstruments) {
-    if (arguments.instrument == ToString(instrument)) query.instrument = instrument;
-  }
+  query.instrument = measurement::InstrumentNamed(arguments.instrument);
   auto history = ReadKept(arguments.path, query);
   if (!history) return history;
   for (const std::string& why : history->skipped) fmt::print(stderr, "passed over: {}\n", why);

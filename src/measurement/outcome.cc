@@ -12,6 +12,14 @@ std::string_view ToString(Instrument instrument) {
   return kNames.at(static_cast<std::size_t>(instrument));
 }
 
+std::optional<Instrument> InstrumentNamed(std::string_view name) {
+  for (const Instrument instrument : {Instrument::kPressureAdvance, Instrument::kTap,
+                                      Instrument::kToolOffset, Instrument::kPartAlignment}) {
+    if (ToString(instrument) == name) return instrument;
+  }
+  return std::nullopt;
+}
+
 std::string_view WordsOf(Instrument instrument) {
   constexpr std::array<std::string_view, 4> kWords{"pressure advance", "taps", "tool offsets",
                                                    "part alignment"};

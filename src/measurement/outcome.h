@@ -1,6 +1,7 @@
 // What any instrument found, where it comes from, and what may be thought of it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +14,9 @@ enum class Instrument { kPressureAdvance, kTap, kToolOffset, kPartAlignment };
 
 /// As files and folders spell it: "pressure_advance", "tap", "tool_offset", "part_alignment".
 [[nodiscard]] std::string_view ToString(Instrument instrument);
+
+/// The one that ToString spells so; nothing where there is none.
+[[nodiscard]] std::optional<Instrument> InstrumentNamed(std::string_view name);
 
 /// As people read it: "pressure advance", "taps", "tool offsets", "part alignment".
 [[nodiscard]] std::string_view WordsOf(Instrument instrument);

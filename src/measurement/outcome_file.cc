@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -21,8 +20,6 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t kMostAnswers = 1000;
 constexpr std::size_t kMostTexts = 1000;
-constexpr std::array kInstruments = {Instrument::kPressureAdvance, Instrument::kTap,
-                                     Instrument::kToolOffset, Instrument::kPartAlignment};
 
 ordered_json AnswerJson(const Answer& answer) {
   ordered_json json = {{"name", answer.name},
@@ -91,13 +88,6 @@ std::vector<std::string> ReadTexts(JsonObject& object, const char* key) {
   return texts;
 }
 
-Result<Instrument> InstrumentOf(const std::string& name) {
-  for (const Instrument instrument : kInstruments) {
-    if (measurement::ToString(instrument) == name) return instrument;
-  }
-  return Fail("no instrument of that name");
-}
-
 /// What was measured; results of programs that did not note it have none.
 measurement::Subject ReadSubject(JsonObject& object) {
   constexpr std::size_t kMostBytes = 1000;
@@ -115,11 +105,16 @@ measurement::Subject ReadSubject(JsonObject& object) {
   return subject;
 }
 
+std::filesystem::path ResultIn(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored) ? path / kResultFile : path;
+}
+
 /// All keys of a result but its details; ask Finish() before use.
 Outcome ReadKeys(JsonObject& object) {
   object.Integer("format", {1, 1});
   Outcome outcome;
-  const auto instrument = InstrumentOf(
+  const auto instrument = measurement::InstrumentNamed(
       object.Choice("instrument", {"pressure_advance", "tap", "tool_offset", "part_alignment"}));
   if (instrument) outcome.provenance.instrument = *instrument;
   outcome.provenance.program = object.Text("program");
@@ -188,18 +183,21 @@ Result<Outcome> ParseOutcome(std::string_view text, const std::string& file) {
   return outcome;
 }
 
-Result<Outcome> ReadOutcome(const std::filesystem::path& path, Instrument instrument) {
-  std::error_code ignored;
-  const std::filesystem::path file =
-      std::filesystem::is_directory(path, ignored) ? path / kResultFile : path;
+Result<Outcome> ReadOutcome(const std::filesystem::path& path) {
+  const std::filesystem::path file = ResultIn(path);
   const auto text = ReadNamedFile(file, kMaxResultBytes);
   if (!text) return tl::unexpected(text.error());
-  auto outcome = ParseOutcome(*text, file.string());
+  return ParseOutcome(*text, file.string());
+}
+
+Result<Outcome> ReadOutcome(const std::filesystem::path& path, Instrument instrument) {
+  auto outcome = ReadOutcome(path);
   if (!outcome) return outcome;
   const Instrument found = outcome->provenance.instrument;
   if (found == instrument) return outcome;
-  return Fail(fmt::format("{} is a result of {}, not of {}: name one of those", file.string(),
-                          measurement::WordsOf(found), measurement::WordsOf(instrument)));
+  return Fail(fmt::format("{} is a result of {}, not of {}: name one of those",
+                          ResultIn(path).string(), measurement::WordsOf(found),
+                          measurement::WordsOf(instrument)));
 }
 
 Result<void> KeepOutcome(const std::filesystem::path& folder, const Outcome& outcome,

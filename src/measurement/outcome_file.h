@@ -37,7 +37,10 @@ inline constexpr std::size_t kMaxResultBytes = 64u << 20;  // with every finger 
                                                         const std::string& file);
 
 /// The result in a file, or in a folder's result.json. Errors: those of ParseOutcome; not readable,
-/// larger than kMaxResultBytes; another instrument's, which is named.
+/// larger than kMaxResultBytes.
+[[nodiscard]] Result<measurement::Outcome> ReadOutcome(const std::filesystem::path& path);
+
+/// The same of one instrument. Errors: another's, which is named, too.
 [[nodiscard]] Result<measurement::Outcome> ReadOutcome(const std::filesystem::path& path,
                                                        measurement::Instrument instrument);
 

@@ -9,7 +9,6 @@
 #include "base/bug_note.h"
 #include "document/interval_text.h"
 #include "files/file_lock.h"
-#include "files/whole_file.h"
 #include "measurement/outcome_file.h"
 #include "session/dead_run.h"
 #include "session/run_journal.h"
@@ -18,15 +17,6 @@ namespace trammel::service {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t kMostResultBytes = std::size_t{8} << 20;  // of an answer; details included
-constexpr const char* kApply = "apply";
-
-// "20260102T030405Z" of "2026-01-02T03:04:05Z".
-std::string Compact(std::string utc) {
-  std::erase_if(utc, [](char c) { return c == '-' || c == ':'; });
-  return utc;
-}
 
 // A line of an answer's table as a sentence: "pressure advance 0.0300 -> 0.0290 s".
 std::string WithoutColumns(const std::string& line) {
@@ -54,9 +44,7 @@ std::vector<std::string> OptionWords(const PrinterPlace& place) {
 
 Result<AnswerInWords> ReadAnswer(const std::string& folder, const JobKind& kind) {
   const fs::path file = fs::path(folder) / files::kResultFile;
-  const auto text = files::ReadNamedFile(file, kMostResultBytes);
-  if (!text) return tl::unexpected(text.error());
-  const auto outcome = files::ParseOutcome(*text, file.string());
+  const auto outcome = files::ReadOutcome(file);
   if (!outcome) return tl::unexpected(outcome.error());
   const measurement::Answer* const answer = outcome->Find(kind.quantity);
   if (answer == nullptr) return Fail(fmt::format("{}: holds no {}", file.string(), kind.quantity));
@@ -102,7 +90,7 @@ std::string Desk::WhoHasThePrinter() const {
 }
 
 std::string Desk::NewRunId(const std::string& job) const {
-  const std::string name = fmt::format("{}-{}", job, Compact(options_.utc_now()));
+  const std::string name = fmt::format("{}-{}", job, CompactUtc(options_.utc_now()));
   std::string id = name;
   std::error_code ignored;
   for (int number = 2; fs::exists(options_.recordings / id, ignored) || (run_ && run_->id == id);

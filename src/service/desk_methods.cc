@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "base/url_secrets.h"
-#include "files/whole_file.h"
 #include "measurement/history_index.h"
 #include "measurement/outcome_file.h"
 #include "service/desk.h"
@@ -18,7 +17,6 @@ namespace fs = std::filesystem;
 using machine::RpcAnswer;
 using nlohmann::json;
 
-constexpr std::size_t kMostResultBytes = std::size_t{8} << 20;
 constexpr std::size_t kMostText = 200;
 constexpr std::int64_t kMostHistory = 1000;
 
@@ -73,15 +71,6 @@ Result<Arguments> ArgumentsOf(const json& params, const JobKind& kind) {
   return arguments;
 }
 
-Result<measurement::Instrument> InstrumentOf(const std::string& name) {
-  using measurement::Instrument;
-  for (const Instrument known : {Instrument::kPressureAdvance, Instrument::kTap,
-                                 Instrument::kToolOffset, Instrument::kPartAlignment}) {
-    if (name == measurement::ToString(known)) return known;
-  }
-  return Fail(fmt::format("there is no instrument '{}'", name));
-}
-
 Result<files::HistoryQuery> QueryOf(const json& params) {
   files::HistoryQuery query;
   if (const auto last = params.find("last"); last != params.end()) {
@@ -95,9 +84,8 @@ Result<files::HistoryQuery> QueryOf(const json& params) {
   const auto instrument = TextOf(params, "instrument");
   if (!instrument) return tl::unexpected(instrument.error());
   if (!instrument->empty()) {
-    const auto known = InstrumentOf(*instrument);
-    if (!known) return tl::unexpected(known.error());
-    query.instrument = *known;
+    query.instrument = measurement::InstrumentNamed(*instrument);
+    if (!query.instrument) return Fail(fmt::format("there is no instrument '{}'", *instrument));
   }
   for (const auto& [key, text] : {std::pair{"filament", &query.subject.filament},
                                   std::pair{"nozzle", &query.subject.nozzle}}) {
@@ -208,7 +196,7 @@ RpcAnswer Desk::StartAsked(const json& params) {
   const auto job = TextOf(params, "job");
   if (!job) return Invalid(job.error().message);
   Plan plan{*job, {}};
-  if (*job == "apply") {
+  if (*job == kApply) {
     auto apply = PlanApply();
     if (!apply) return RpcAnswer::Refused(kNothing, apply.error().message);
     plan = std::move(*apply);
@@ -217,7 +205,7 @@ RpcAnswer Desk::StartAsked(const json& params) {
     if (plan.kind == nullptr) {
       std::string known;
       for (const JobKind& kind : options_.jobs) known += kind.name + ", ";
-      return Invalid(fmt::format("there is no job '{}'; there are: {}apply", *job, known));
+      return Invalid(fmt::format("there is no job '{}'; there are: {}{}", *job, known, kApply));
     }
     auto arguments = ArgumentsOf(params, *plan.kind);
     if (!arguments) return Invalid(arguments.error().message);
@@ -265,10 +253,7 @@ RpcAnswer Desk::ResultAsked(const json& params) const {
     }
   }
   if (id.empty()) return RpcAnswer::Refused(kNothing, "there was no run yet");
-  const fs::path file = fs::path(folder) / files::kResultFile;
-  const auto text = files::ReadNamedFile(file, kMostResultBytes);
-  const auto outcome =
-      text ? files::ParseOutcome(*text, file.string()) : tl::unexpected(text.error());
+  const auto outcome = files::ReadOutcome(fs::path(folder) / files::kResultFile);
   if (!outcome && run.is_null()) {
     return RpcAnswer::Refused(
         kNothing, fmt::format("there is no result of {}: {}", id, outcome.error().message));

@@ -40,6 +40,11 @@ json JsonOf(const RunRecord& run) {
           {"verdict", text(run.verdict)}};
 }
 
+std::string CompactUtc(std::string utc) {
+  std::erase_if(utc, [](char c) { return c == '-' || c == ':'; });
+  return utc;
+}
+
 bool IsRunId(std::string_view text) {
   constexpr std::size_t kMost = 64;
   const bool plain = std::all_of(text.begin(), text.end(), [](char c) {

@@ -21,6 +21,9 @@ enum class RunEnd {
 
 [[nodiscard]] std::string_view ToString(RunEnd end);
 
+/// The job that sets an answer which waits.
+inline constexpr const char* kApply = "apply";
+
 struct RunRecord {
   std::string id;   ///< names the run and its folder: letters, digits, _ and -, 1 … 64 of them
   std::string job;  ///< the kind's name, or "apply"
@@ -40,6 +43,9 @@ struct RunRecord {
 
 /// As `status` and the run's events have it.
 [[nodiscard]] nlohmann::json JsonOf(const RunRecord& run);
+
+/// "20260102T030405Z" of "2026-01-02T03:04:05Z": for names of files.
+[[nodiscard]] std::string CompactUtc(std::string utc);
 
 /// Whether a text can be a run's id.
 [[nodiscard]] bool IsRunId(std::string_view text);
