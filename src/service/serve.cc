@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "base/bug_note.h"
+#include "base/url_secrets.h"
 #include "machine/net/host_clock.h"
 #include "service/job_process.h"
 #include "service/local_socket.h"
@@ -20,6 +21,16 @@ struct Served {
   bool was_working = false;
   std::optional<Error> error = {};
 };
+
+// Temperatures are named before anybody can ask for them, and so is what is missing for a job.
+void SayWhatIsOffered(const DeskOptions& desk) {
+  for (const JobKind& kind : desk.jobs) {
+    const auto offer = kind.check(desk.place, {});
+    desk.log(fmt::format("{} at {}: {}", kind.name, WithoutSecrets(desk.address),
+                         offer ? "asked for, it begins with: " + offer->question
+                               : "not as things are: " + offer.error().message));
+  }
+}
 
 // At start the printer's computer may not be up yet, nor its Moonraker.
 Result<std::unique_ptr<machine::Printer>> ConnectPatiently(const ServedPrinter& served,
@@ -39,6 +50,7 @@ Result<std::unique_ptr<machine::Printer>> ConnectPatiently(const ServedPrinter& 
 
 Served ServeOne(const ServedPrinter& served, Desk& desk, const std::stop_token& stop) {
   constexpr double kAgain_s = 5;
+  SayWhatIsOffered(served.desk);
   for (;;) {
     const auto printer = ConnectPatiently(served, stop);
     if (!printer) {
@@ -67,14 +79,14 @@ void Attend(const ServedPrinter& served, const Attendant& attendant, const std::
   const DeskOptions& desk = served.desk;
   double pause_s = kFirstPause_s;
   do {
-    std::string utc = desk.utc_now();
-    std::erase_if(utc, [](char c) { return c == '-' || c == ':'; });
     std::vector<std::string> words = {desk.program};
     words.insert(words.end(), attendant.words.begin(), attendant.words.end());
     const std::vector<std::string> place = OptionWords(desk.place);
     words.insert(words.end(), place.begin(), place.end());
     words.push_back(fmt::format(
-        "--out={}", (desk.recordings / (attendant.name + "-" + utc + ".jsonl")).string()));
+        "--out={}",
+        (desk.recordings / (attendant.name + "-" + CompactUtc(desk.utc_now()) + ".jsonl"))
+            .string()));
     JobProcess process;
     const std::stop_callback asked(stop, [&process] { process.Stop(); });
     const double begin_s = machine::HostNow();
