@@ -102,7 +102,7 @@ INNER = {
 APP_SHARED = {"base", "document", "files", "machine", "measurement", "service", "session", "settings"}
 APP_CONFIG = {"base", "files", "settings", "pressure_advance/pattern", "tool_offset/sheet"}
 APP_SHOP = {"base", "files", "machine", "sim", "part_alignment/targets"}
-# A study of an instrument hands it what sim recorded, as files: no library but this one has both.
+# A study of an instrument hands it what sim recorded, as files.
 APP_STUDY = {"base", "document", "files", "sim", "pressure_advance"}
 MAIN = {f"{name}/commands" for name in INSTRUMENTS}
 # What tests/support may include: its worlds share no code with sim, nor with what they judge.

@@ -181,9 +181,9 @@ int RunRebuild(const HistoryArguments& arguments) {
 void AddCommon(CLI::App& command, HistoryArguments& arguments) {
   command.add_option("--in", arguments.path, "history.jsonl, or the folder of the recordings")
       ->capture_default_str();
+  const auto instruments = measurement::InstrumentNames();
   command.add_option("--instrument", arguments.instrument, "only its results; left out: of all")
-      ->check(CLI::IsMember(
-          std::vector<std::string>{"pressure_advance", "tap", "tool_offset", "part_alignment"}));
+      ->check(CLI::IsMember(std::vector<std::string>{instruments.begin(), instruments.end()}));
   command.add_option("--filament", arguments.subject.filament, "only of this filament");
   command.add_option("--nozzle", arguments.subject.nozzle,
                      "only of the nozzle of this diameter in mm: 0.40");

@@ -119,6 +119,10 @@ std::string JsonObject::Text(const char* key) {
 }
 
 std::string JsonObject::Choice(const char* key, std::initializer_list<std::string_view> choices) {
+  return Choice(key, std::span<const std::string_view>{choices.begin(), choices.size()});
+}
+
+std::string JsonObject::Choice(const char* key, std::span<const std::string_view> choices) {
   const std::string text = Text(key);
   if (failed()) return {};
   if (std::find(choices.begin(), choices.end(), text) != choices.end()) return text;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,6 +46,7 @@ class JsonObject {
   /// A required text.
   std::string Text(const char* key);
   /// A required text that must be one of `choices`; empty after a fault.
+  std::string Choice(const char* key, std::span<const std::string_view> choices);
   std::string Choice(const char* key, std::initializer_list<std::string_view> choices);
   std::optional<std::string> OptionalChoice(const char* key,
                                             std::initializer_list<std::string_view> choices);

@@ -6,23 +6,29 @@
 
 namespace trammel::measurement {
 
+namespace {
+
+// In the order of the enumeration.
+constexpr std::array<std::string_view, 4> kNames{"pressure_advance", "tap", "tool_offset",
+                                                 "part_alignment"};
+constexpr std::array<std::string_view, kNames.size()> kWords{"pressure advance", "taps",
+                                                             "tool offsets", "part alignment"};
+
+}  // namespace
+
 std::string_view ToString(Instrument instrument) {
-  constexpr std::array<std::string_view, 4> kNames{"pressure_advance", "tap", "tool_offset",
-                                                   "part_alignment"};
   return kNames.at(static_cast<std::size_t>(instrument));
 }
 
 std::optional<Instrument> InstrumentNamed(std::string_view name) {
-  for (const Instrument instrument : {Instrument::kPressureAdvance, Instrument::kTap,
-                                      Instrument::kToolOffset, Instrument::kPartAlignment}) {
-    if (ToString(instrument) == name) return instrument;
-  }
-  return std::nullopt;
+  const auto found = std::ranges::find(kNames, name);
+  if (found == kNames.end()) return std::nullopt;
+  return static_cast<Instrument>(found - kNames.begin());
 }
 
+std::span<const std::string_view> InstrumentNames() { return kNames; }
+
 std::string_view WordsOf(Instrument instrument) {
-  constexpr std::array<std::string_view, 4> kWords{"pressure advance", "taps", "tool offsets",
-                                                   "part alignment"};
   return kWords.at(static_cast<std::size_t>(instrument));
 }
 

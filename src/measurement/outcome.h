@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,9 @@ enum class Instrument { kPressureAdvance, kTap, kToolOffset, kPartAlignment };
 
 /// The one that ToString spells so; nothing where there is none.
 [[nodiscard]] std::optional<Instrument> InstrumentNamed(std::string_view name);
+
+/// What ToString can say, in the order of the enumeration.
+[[nodiscard]] std::span<const std::string_view> InstrumentNames();
 
 /// As people read it: "pressure advance", "taps", "tool offsets", "part alignment".
 [[nodiscard]] std::string_view WordsOf(Instrument instrument);

@@ -114,8 +114,8 @@ std::filesystem::path ResultIn(const std::filesystem::path& path) {
 Outcome ReadKeys(JsonObject& object) {
   object.Integer("format", {1, 1});
   Outcome outcome;
-  const auto instrument = measurement::InstrumentNamed(
-      object.Choice("instrument", {"pressure_advance", "tap", "tool_offset", "part_alignment"}));
+  const auto instrument =
+      measurement::InstrumentNamed(object.Choice("instrument", measurement::InstrumentNames()));
   if (instrument) outcome.provenance.instrument = *instrument;
   outcome.provenance.program = object.Text("program");
   outcome.provenance.utc = object.Text("utc");

@@ -3,12 +3,9 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "base/result.h"
-#include "machine/moonraker/printer_state.h"
 #include "session/own_print.h"
-#include "session/run_journal.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
 
@@ -24,21 +21,6 @@ namespace trammel::procedure {
 
 /// Whether Klipper's refusal to restore the run's G-code state says that it does not know it.
 [[nodiscard]] bool SaysUnknownState(const std::string& message, const std::string& run);
-
-/// How the printer is now, to be brought back later.
-[[nodiscard]] files::RunJournal JournalOf(const machine::PrinterState& state);
-
-/// The commands that set limits and pressure advance as they were.
-[[nodiscard]] std::vector<std::string> SettingLines(const files::RunJournal& before);
-
-/// "pressure advance 0.031 s, limits 300 mm/s and 5000 mm/s2": the same for people.
-[[nodiscard]] std::string DescribeSettings(const files::RunJournal& before);
-
-/// SET_HEATER_TEMPERATURE for a heater as the status names it.
-[[nodiscard]] std::string TargetLine(const std::string& heater, double target_c);
-
-/// "extruder 205 degC, heater_bed 60 degC": the heaters that are on.
-[[nodiscard]] std::string HeatersOn(const machine::PrinterState& state);
 
 /// The run by whose name the printer's own limit is armed (klipper/trammel.cfg); empty: none.
 [[nodiscard]] Result<std::string> OwnerAtPrinter(const Session& session);

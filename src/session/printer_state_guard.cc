@@ -15,6 +15,7 @@
 #include "base/check.h"
 #include "session/dead_run.h"
 #include "session/laser_off.h"
+#include "session/printer_settings.h"
 
 namespace trammel::procedure {
 namespace {

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "tap/samples/corruption.h"
-#include "tap/two_line/two_line_fit.h"
+#include "tap/two_line/tap_lines.h"
 
 namespace trammel::tap {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "tap/samples/clock_step.h"
-#include "tap/samples/elbow.h"
+#include "tap/samples/line_fit.h"
 #include "tap/samples/motion.h"
 #include "tap/samples/tap.h"
 #include "tap/samples/workspace.h"

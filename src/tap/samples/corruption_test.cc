@@ -8,7 +8,7 @@
 #include "tap/samples/finding.h"
 #include "tap/samples/hum.h"
 #include "tap/samples/lines_test_support.h"
-#include "tap/two_line/two_line_fit.h"
+#include "tap/two_line/tap_lines.h"
 namespace trammel::tap {
 namespace {
 

@@ -1,7 +1,7 @@
 // Mains hum on the flat part of a tap.
 #pragma once
 
-#include "tap/samples/elbow.h"
+#include "tap/samples/line_fit.h"
 
 namespace trammel::tap {
 

@@ -11,7 +11,7 @@
 #include "tap/samples/corruption.h"
 #include "tap/samples/finding.h"
 #include "tap/samples/motion.h"
-#include "tap/two_line/two_line_fit.h"
+#include "tap/two_line/tap_lines.h"
 
 namespace trammel::tap {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "tap/samples/elbow.h"
+#include "tap/samples/line_fit.h"
 
 namespace trammel::tap {
 

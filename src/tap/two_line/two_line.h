@@ -4,7 +4,7 @@
 #include "tap/samples/motion.h"
 #include "tap/samples/tap_options.h"
 #include "tap/samples/workspace.h"
-#include "tap/two_line/two_line_fit.h"
+#include "tap/two_line/tap_lines.h"
 
 namespace trammel::tap {
 

@@ -1,4 +1,4 @@
-#include "tap/two_line/two_line_fit.h"
+#include "tap/two_line/tap_lines.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tap/samples/elbow.h"
+#include "tap/samples/line_fit.h"
 
 #include <algorithm>
 #include <array>
