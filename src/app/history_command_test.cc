@@ -73,9 +73,11 @@ TEST_F(HistoryCommand, ListsTheNewestFirstWithIntervalUnitAndWhatWasApplied) {
             "printer.local\n"
             "     pressure_advance  0.0360 s (95 %: 0.0348 to 0.0372 s)\n"
             "     recordings/a\n");
-  const CommandResult quiet = History("list -q --color always");
+  const CommandResult quiet = History("list -q");
   EXPECT_EQ(quiet.standard_error, "");
   EXPECT_EQ(quiet.standard_output, list.standard_output);
+  EXPECT_THAT(History("list --color always").standard_output,
+              HasSubstr("part alignment  \x1b[32mgood\x1b[0m  not applied\n"));
   EXPECT_THAT(History("list -q --in nowhere").standard_error, HasSubstr("trammel: nowhere"));
   EXPECT_THAT(History("list --last 1").standard_output, Not(HasSubstr("recordings/a")));
   EXPECT_THAT(History("list --instrument pressure_advance").standard_output,

@@ -67,7 +67,7 @@ void ExpectFormat(const json& answer) {
 
 json AnalyzeToJson(const std::string& arguments, const std::filesystem::path& folder,
                    const RunLimits& limits) {
-  const CommandResult run = RunTrammel("pa analyze " + arguments + " --json", folder, limits);
+  const CommandResult run = RunTrammel("-q pa analyze " + arguments + " --json", folder, limits);
   json answer = json::parse(run.standard_output, nullptr, false);
   if (!answer.is_object()) {
     ADD_FAILURE() << arguments << " gave no JSON object but " << run.output;

@@ -14,6 +14,7 @@
 #include "app/number_range.h"
 #include "app/option_values.h"
 #include "app/shop/sim_commands.h"
+#include "app/slow_work.h"
 #include "sim/camera/scan_recorder.h"
 #include "sim/photo/photo.h"
 #include "sim/print/plan_file.h"
@@ -78,6 +79,7 @@ Result<void> RecordConditions(const ScanArguments& arguments) {
   if (!plan) return Fail(plan.error().message);
   const Result<std::string> gcode = sim::ReadTextFile(arguments.gcode, kLargestGcode);
   if (!gcode) return Fail(gcode.error().message);
+  const SlowWork work("printing and scanning");
   const Result<sim::Print> print = sim::PrintInWorld(
       *gcode, arguments.seed, arguments.pressure_advance_s, sim::TestedRange(*plan));
   if (!print) return Fail(arguments.gcode + ": " + print.error().message);
@@ -160,6 +162,7 @@ Result<void> TakePhoto(const PhotoArguments& arguments) {
     if (!range) return Fail(arguments.gcode + ": " + range.error().message);
     tested = *range;
   }
+  const SlowWork work("printing and taking the photo");
   const Result<sim::Print> print =
       sim::PrintInWorld(*gcode, arguments.seed, arguments.pressure_advance_s, tested);
   if (!print) return Fail(arguments.gcode + ": " + print.error().message);

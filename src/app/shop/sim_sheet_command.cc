@@ -16,6 +16,7 @@
 #include "app/option_values.h"
 #include "app/shop/sim_commands.h"
 #include "app/shop/sim_sheet_traits.h"
+#include "app/slow_work.h"
 #include "files/new_file.h"
 #include "sim/phone/phone_photo.h"
 #include "sim/print/plan_file.h"
@@ -252,6 +253,7 @@ Result<void> Photograph(const SimSheetArguments& arguments, const sim::PrintedSh
     }
   }
   if (const auto valid = Validate(phone); !valid) return valid;
+  const SlowWork work("taking the photo");
   const auto frame = sim::PhotographSheet(sheet, phone, sim::ScanningOf(arguments.name).Fork(1));
   if (!frame) return tl::unexpected(frame.error());
   auto written =
@@ -294,6 +296,7 @@ Result<void> SimulateSheet(const SimSheetArguments& arguments) {
   const auto scan = sim::SheetScan::Lay(*sheet, *scanner);
   if (!scan) return tl::unexpected(scan.error());
   if (scan->cut_off()) fmt::print(stderr, "note: part of the print lies outside the scan\n");
+  const SlowWork work("scanning the sheet");
   const auto written =
       sim::WriteScan(*scan, sim::ScanningOf(arguments.name), *options, arguments.out);
   if (!written) return written;

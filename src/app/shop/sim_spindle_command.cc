@@ -16,6 +16,7 @@
 #include "app/option_values.h"
 #include "app/shop/sim_commands.h"
 #include "app/shop/sim_spindle_traits.h"
+#include "app/slow_work.h"
 #include "files/new_file.h"
 #include "machine/page/page_writer.h"
 #include "part_alignment/targets/code_book.h"
@@ -177,6 +178,7 @@ Result<void> SimulateSpindle(const SimSpindleArguments& arguments) {
   const auto truth = sim::SpindleTruthJson(world, arguments.name, margin_px);
   if (auto done = WriteText(truth, out / "truth.json"); !done) return done;
   if (!arguments.no_pictures) {
+    const SlowWork work(fmt::format("taking {} pictures", setup->stops.size()));
     const Random noise = sim::PicturesOf(arguments.name);
     for (std::size_t stop = 0; stop < setup->stops.size(); ++stop) {
       const auto page =

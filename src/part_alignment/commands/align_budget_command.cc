@@ -14,6 +14,7 @@
 
 #include "app/commands.h"
 #include "app/number_range.h"
+#include "app/slow_work.h"
 #include "app/today.h"
 #include "document/interval_text.h"
 #include "part_alignment/budget/budget.h"
@@ -141,6 +142,7 @@ int RunBudget(const BudgetArguments& arguments) {
     repeats = *taken;
   }
   Random random(arguments.seed);
+  const SlowWork work(fmt::format("drawing {} measurements", arguments.trials));
   const auto budget = part_alignment::MakeBudget(file->scene, arguments.trials, random);
   if (!budget) {
     return PrintError(
@@ -173,6 +175,7 @@ Result<std::string> GaugingLine(const char* name, const part_alignment::GaugingS
 
 int RunStudy(const StudyArguments& arguments) {
   Random random(arguments.seed);
+  const SlowWork work(fmt::format("drawing {} measurements a table", arguments.trials));
   const auto tables = part_alignment::BudgetTables(arguments.trials, random);
   if (!tables) return PrintError(tables.error());
   fmt::print("{}", report::StudyText(*tables));

@@ -9,6 +9,7 @@
 
 #include "app/commands.h"
 #include "app/output_files.h"
+#include "app/slow_work.h"
 #include "files/new_file.h"
 #include "part_alignment/camera/calibrate.h"
 #include "part_alignment/camera/camera_convert.h"
@@ -40,6 +41,7 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   }
   const auto file = files::ReadCalibrationGrid(arguments.grid);
   if (!file) return PrintError(file.error());
+  const SlowWork work("calibrating the camera");
   const auto calibration = part_alignment::CalibrateCamera(file->grid, {});
   if (!calibration) {
     return PrintError({calibration.error().kind,

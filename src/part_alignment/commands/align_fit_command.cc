@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/slow_work.h"
 #include "files/new_file.h"
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/commands/align_outputs.h"
@@ -40,6 +41,7 @@ int RunFit(const FitArguments& arguments) {
   if (!part) return PrintError(part.error());
   const part_alignment::PartFitInput input{std::move(*points), std::move(part->surfaces),
                                            std::move(part->bars), part->start};
+  const SlowWork work("fitting the part");
   const auto fit = part_alignment::FitPart(input, part->options);
   if (!fit) {
     return PrintError({fit.error().kind, fmt::format("{} with {}: {}", arguments.points,

@@ -12,6 +12,7 @@
 #include "app/commands.h"
 #include "app/number_range.h"
 #include "app/output_files.h"
+#include "app/slow_work.h"
 #include "files/new_file.h"
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/commands/machine_boxes.h"
@@ -69,6 +70,7 @@ int RunPlan(PlanArguments arguments) {
   const geometry::Pose rough{
       {mm[0], mm[1], mm[2]},
       {turn[0] * kRadPerMmPerM, turn[1] * kRadPerMmPerM, turn[2] * kRadPerMmPerM}};
+  const SlowWork work("planning the views");
   const auto plan = part_alignment::PlanViews(input->measurement.camera, input->measurement.targets,
                                               rough, options);
   if (!plan) return PrintError(plan.error());

@@ -15,6 +15,7 @@
 #include "app/commands.h"
 #include "app/number_range.h"
 #include "app/output_files.h"
+#include "app/slow_work.h"
 #include "base/json_text.h"
 #include "base/random.h"
 #include "part_alignment/commands/align_commands.h"
@@ -117,6 +118,7 @@ int RunSolve(const SolveArguments& arguments) {
   options.robust = !arguments.not_robust;
   options.method = arguments.method == "gauss_newton" ? part_alignment::SolveMethod::kGaussNewton
                                                       : part_alignment::SolveMethod::kCeres;
+  const SlowWork work("solving the views");
   auto alignment = part_alignment::Solve(input->measurement, options);
   if (!alignment) {
     return PrintError({alignment.error().kind, arguments.file + ": " + alignment.error().message});

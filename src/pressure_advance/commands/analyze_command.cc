@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/slow_work.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/kept_result.h"
@@ -145,6 +146,7 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
 int RunAnalyze(const AnalyzeArguments& arguments) {
   if (auto possible = CheckOutputs(arguments.output.files); !possible)
     return PrintError(possible.error());
+  const SlowWork work("analysing " + arguments.path);
   const Result<AnalysisRun> run = RunEye(arguments);
   if (!run) return PrintError(run.error());
   return PrintAnalysis(*run, ResultOf(run->analysis, arguments.path), arguments.output);

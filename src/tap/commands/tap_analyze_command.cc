@@ -13,6 +13,7 @@
 #include "app/output_files.h"
 #include "app/provenance.h"
 #include "app/result_file.h"
+#include "app/slow_work.h"
 #include "base/json_text.h"
 #include "tap/commands/tap_commands.h"
 #include "tap/commands/tap_run.h"
@@ -81,6 +82,7 @@ int RunAnalyze(const AnalyzeTapArguments& arguments) {
   if (auto may = CheckOutputs(arguments.files); !may) return PrintError(may.error());
   const auto options = TapOptionsOf(arguments.tap);
   if (!options) return PrintError(options.error());
+  const SlowWork work("analysing the taps");
   const TapRun run = AnalyseFiles(arguments.tap, *options);
   // A file alone that cannot be read is an error and no measurement.
   if (run.taps.size() > run.failed.size()) {

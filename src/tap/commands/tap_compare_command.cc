@@ -10,6 +10,7 @@
 
 #include "app/commands.h"
 #include "app/output_files.h"
+#include "app/slow_work.h"
 #include "base/json_text.h"
 #include "tap/commands/tap_commands.h"
 #include "tap/commands/tap_run.h"
@@ -46,6 +47,7 @@ int RunCompare(const CompareArguments& arguments) {
   if (auto may = CheckOutputs(arguments.files); !may) return PrintError(may.error());
   const auto options = TapOptionsOf(arguments.tap);
   if (!options) return PrintError(options.error());
+  const SlowWork work("analysing the taps by both methods");
   const TapRun run = AnalyseFiles(arguments.tap, *options);
   if (!run.failed.empty()) {
     int exit_code = kExitGood;

@@ -12,6 +12,7 @@
 
 #include "app/commands.h"
 #include "app/output_files.h"
+#include "app/slow_work.h"
 #include "tap/commands/tap_commands.h"
 #include "tap/commands/tap_run.h"
 #include "tap/files/tap_file.h"
@@ -114,6 +115,7 @@ Result<std::string> BytesOf(const PlotArguments& arguments, const tap::TapOption
 int RunPlot(const PlotArguments& arguments) {
   const auto options = TapOptionsOf(arguments.tap);
   if (!options) return PrintError(options.error());
+  const SlowWork work("analysing and drawing the taps");
   const TapRun run = AnalyseFiles(arguments.tap, *options);
   for (const Error& error : run.failed) return PrintError(error);
   std::vector<report::PlottedTap> taps = PlottedOf(run, *options);

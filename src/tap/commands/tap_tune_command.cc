@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/slow_work.h"
 #include "tap/commands/tap_commands.h"
 #include "tap/commands/tap_run.h"
 #include "tap/report/tuning_json.h"
@@ -29,6 +30,7 @@ int RunTune(const TuneArguments& arguments) {
         Fail(fmt::format("--uncertainty-um {}: must be above 0, at most 1000", arguments.wanted_um))
             .value());
   }
+  const SlowWork work("trying other taps");
   const TapRun run = AnalyseFiles(arguments.tap, *options);
   for (const Error& error : run.failed) return PrintError(error);
   std::vector<tap::TapView> views;

@@ -11,6 +11,7 @@
 #include "app/commands.h"
 #include "app/number_range.h"
 #include "app/output_files.h"
+#include "app/slow_work.h"
 #include "base/json_text.h"
 #include "machine/page/page_file.h"
 #include "tool_offset/commands/offset_commands.h"
@@ -111,6 +112,7 @@ int Run(const AnalyzeArguments& arguments) {
       ++sheet;
       continue;
     }
+    const SlowWork work("reading " + path);
     auto scans = AnalyseFile(path, sheet, *plan, arguments);
     if (!scans) {
       failed = PrintError(scans.error());
