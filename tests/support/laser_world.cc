@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
+
+#include "support/test_pictures.h"
 
 namespace trammel::test {
 namespace {
@@ -77,11 +77,7 @@ void WriteAvi(const std::filesystem::path& path, const std::vector<Frame>& frame
   const std::string stream = "strl" + Chunk("strh", stream_header) + Chunk("strf", format);
   std::string movie = "movi";
   for (const Frame& frame : frames) {
-    const cv::Mat image(frame.height, frame.width, CV_8UC3,
-                        const_cast<std::uint8_t*>(frame.bgr.data()));
-    std::vector<std::uint8_t> jpeg;
-    cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, 95});
-    movie += Chunk("00dc", std::string(jpeg.begin(), jpeg.end()));
+    movie += Chunk("00dc", JpegOf(frame, 95));
   }
   const std::string list = "hdrl" + Chunk("avih", main_header) + Chunk("LIST", stream);
   const std::string file = Chunk("RIFF", "AVI " + Chunk("LIST", list) + Chunk("LIST", movie));

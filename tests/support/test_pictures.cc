@@ -1,17 +1,39 @@
 #include "support/test_pictures.h"
 
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <vector>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+
+// After stdio, which it needs and does not include.
+#include <jpeglib.h>
 
 namespace trammel::test {
 
 std::string JpegOf(const Frame& frame, int quality) {
-  const cv::Mat pixels(frame.height, frame.width, CV_8UC3,
-                       const_cast<std::uint8_t*>(frame.bgr.data()));
-  std::vector<unsigned char> bytes;
-  cv::imencode(".jpg", pixels, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
-  return {bytes.begin(), bytes.end()};
+  jpeg_compress_struct compress{};
+  jpeg_error_mgr errors{};
+  compress.err = jpeg_std_error(&errors);  // ends the test program, as is meant
+  jpeg_create_compress(&compress);
+  unsigned char* bytes = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&compress, &bytes, &size);
+  compress.image_width = static_cast<JDIMENSION>(frame.width);
+  compress.image_height = static_cast<JDIMENSION>(frame.height);
+  compress.input_components = 3;
+  compress.in_color_space = JCS_EXT_BGR;
+  jpeg_set_defaults(&compress);
+  jpeg_set_quality(&compress, quality, TRUE);
+  jpeg_start_compress(&compress, TRUE);
+  for (int y = 0; y < frame.height; ++y) {
+    auto* row =
+        const_cast<JSAMPROW>(frame.bgr.data()) + static_cast<std::size_t>(3) * y * frame.width;
+    jpeg_write_scanlines(&compress, &row, 1);
+  }
+  jpeg_finish_compress(&compress);
+  jpeg_destroy_compress(&compress);
+  std::string jpeg(reinterpret_cast<const char*>(bytes), size);
+  std::free(bytes);
+  return jpeg;
 }
 
 Frame TestPicture(int width, int height, int phase) {

@@ -83,7 +83,7 @@ TEST(Camera, LinesOfSightLeadBackToTheirPixels) {
     for (const LooksAlong side : {LooksAlong::kMinusZ, LooksAlong::kPlusZ}) {
       camera.looks_along = side;
       for (int i = 0; i < 2000; ++i) {
-        const Vector2d pixel(random.Uniform(0, 2591), random.Uniform(0, 1943));
+        const Vector2d pixel{random.Uniform(0, 2591), random.Uniform(0, 1943)};
         const auto line = LineOfSight(camera, pixel);
         ASSERT_TRUE(line) << pixel;
         EXPECT_NEAR(line->norm(), 1, 1e-15);
@@ -170,7 +170,7 @@ TEST(Camera, RandomLensesInvertToTheTwelfthDigitOrNotAtAll) {
     camera.k2 = random.Uniform(-1e-13, 1e-13);
     camera.p1 = random.Uniform(-1e-5, 1e-5);
     camera.p2 = random.Uniform(-1e-5, 1e-5);
-    const Vector3d point(random.Uniform(-120, 120), random.Uniform(-90, 90), -200);
+    const Vector3d point{random.Uniform(-120, 120), random.Uniform(-90, 90), -200};
     const auto pixel = Project(camera, point);
     if (!pixel) {
       continue;

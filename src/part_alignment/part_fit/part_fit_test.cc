@@ -270,7 +270,8 @@ TEST(PartFit, WhatCannotBeIsNamed) {
   input.surfaces[0].direction.setZero();
   EXPECT_THAT(complaint(input), HasSubstr("direction"));
   input = EvenBlock();
-  for (int i = 0; i < 1001; ++i) input.points.push_back({"n" + std::to_string(i), {}, 1, ""});
+  for (int i = 0; i < 1001; ++i)
+    input.points.push_back({"n" + std::to_string(i), Vector3d::Zero(), 1, ""});
   EXPECT_THAT(complaint(input), HasSubstr("at most 1000"));
   const auto nothing = FitPart({}, {});
   ASSERT_TRUE(nothing);

@@ -106,7 +106,7 @@ TEST(Solve, FindsAnyTurnOfThePartWithoutAGuess) {
                                           random.Uniform(-1.5, 1.5),
                                           random.Uniform(-std::numbers::pi, std::numbers::pi)};
     for (Vector3d& target : world.targets_mm) {
-      target += 100 * Vector3d(random.Normal(), random.Normal(), random.Normal());
+      target += 100 * Vector3d{random.Normal(), random.Normal(), random.Normal()};
     }
     for (std::size_t k = 0; k < world.views.size(); ++k) {
       const double angle = random.Uniform(0, std::numbers::pi);

@@ -80,7 +80,7 @@ NetworkWorld NetworkAtTruth(std::uint64_t seed) {
 // Everything off by some 2 mm and mrad.
 void Disturb(Network& network, Random& random) {
   const auto off = [&](double by) {
-    return Vector3d(by * random.Normal(), by * random.Normal(), by * random.Normal());
+    return Vector3d{by * random.Normal(), by * random.Normal(), by * random.Normal()};
   };
   for (NetworkPoint& point : network.points) point.at += off(2);
   for (Station& station : network.stations) {

@@ -21,7 +21,7 @@ Vector3d Somewhere(Random& random, double depth) {
 // Some 4 from the points, looking their way, rolled by anything.
 Station Anywhere(Random& random) {
   Station station;
-  station.place = Vector3d(random.Uniform(-2, 2), random.Uniform(-2, 2), 4);
+  station.place = Vector3d{random.Uniform(-2, 2), random.Uniform(-2, 2), 4};
   const Vector3d ahead = (0.3 * Somewhere(random, 1) - station.place).normalized();
   const Vector3d right = ahead.unitOrthogonal();
   Eigen::Matrix3d rotation;

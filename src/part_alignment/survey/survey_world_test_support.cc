@@ -55,7 +55,7 @@ WorldShot Shoot(const SurveyScene& scene, int index, Random& random) {
   WorldShot shot;
   const Vector3d towards(std::cos(azimuth) * std::cos(elevation),
                          std::sin(azimuth) * std::cos(elevation), std::sin(elevation));
-  const Vector3d aim(random.Uniform(-300, 300), random.Uniform(-200, 200), -150);
+  const Vector3d aim{random.Uniform(-300, 300), random.Uniform(-200, 200), -150};
   shot.place_mm = aim + scene.distance_mm * random.Uniform(0.9, 1.1) * towards;
   shot.ahead = (aim - shot.place_mm).normalized();
   const Vector3d level = shot.ahead.cross(Vector3d::UnitZ()).normalized();

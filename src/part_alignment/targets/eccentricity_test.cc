@@ -72,7 +72,7 @@ TEST(Eccentricity, TakenOffWhatIsFoundLeavesTheImageOfTheCentre) {
   for (const double degrees : {5.0, 15.0, 30.0}) {
     for (int i = 0; i < 3; ++i) {
       const double radius_mm = random.Uniform(1.0, 2.2);
-      const Eigen::Vector3d centre(random.Uniform(-20, 20), random.Uniform(-20, 20), 300);
+      const Eigen::Vector3d centre{random.Uniform(-20, 20), random.Uniform(-20, 20), 300};
       const Eigen::Vector3d normal = Tilted(degrees, random.Uniform(0, 6.3));
       const Eigen::Vector3d u = normal.unitOrthogonal() * radius_mm;
       const Eigen::Vector3d v = normal.cross(u);
