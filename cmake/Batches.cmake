@@ -1,10 +1,11 @@
 # trammel_batch(TARGET): compiles a target's sources in batches, each one translation unit, where TRAMMEL_BATCH
 # is on: headers are read, and templates instantiated, once a batch. A file is half a second of headers, so that
-# a build from nothing takes half of the time; the presets of the sanitizers and of the fuzz targets
-# compile each file by itself, which finds a missing #include.
+# a build from nothing takes half of the time; the presets fuzz and coverage compile each file by itself, which
+# finds a missing #include.
 #
 # No two sources of a batch declare one name at file scope, nor does one declare what another brings in by
 # "using": unnamed namespaces would meet in it. Such names are read from the sources when CMake runs; after a new one that clashes ("redefinition of ..."), run cmake again.
+# A source of two targets is in a batch of the one whose call came last.
 # A source with options of its own is compiled by itself, as is one whose names clash with those of a header
 # that only another source reads: mark it with trammel_by_itself(FILE ...).
 set(TRAMMEL_BATCH_SIZE 24)
@@ -78,7 +79,7 @@ function(trammel_batch target)
     list(APPEND sources_${batch} ${source})
     list(APPEND declared_${batch} ${names})
     list(APPEND used_${batch} ${used})
-    set_source_files_properties(${source} PROPERTIES UNITY_GROUP batch_${batch})
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${target}_${batch})
   endforeach()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endfunction()

@@ -89,3 +89,10 @@ endif()
 if(TRAMMEL_BENCH)
   find_package(benchmark REQUIRED)
 endif()
+
+# What Python has to be started with, to load a library that the address sanitizer is in.
+set(TRAMMEL_ASAN_RUNTIME libasan.so.8)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+  execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=libclang_rt.asan-x86_64.so
+                  OUTPUT_VARIABLE TRAMMEL_ASAN_RUNTIME OUTPUT_STRIP_TRAILING_WHITESPACE)
+endif()

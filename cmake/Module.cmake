@@ -1,10 +1,11 @@
 # trammel_module(NAME SOURCES … [LINK …] [HOT] [COLD] [COMMANDS] [NUMERIC])   a library target trammel_NAME
-#   HOT: measured code, -O3 in a release. COLD: -O1, code that words, waits and calls: to optimise it takes a fifth of a
-#   build and gains nothing that can be measured. COMMANDS: COLD, and CLI11 is precompiled for it. All else is compiled with -O2.
+#   HOT: measured code, -O3 in a release. COLD: -O1, and -O0 where TRAMMEL_QUICK is on, code that words, waits and calls:
+#   to optimise it takes a third of a build and gains nothing that a user can feel. COMMANDS: COLD, and CLI11 is precompiled for it. All else is compiled with -O2.
 #   NUMERIC (and HOT): in the fuzz targets it is optimised, and its comparisons, of pixels and numbers, are not
 #   traced: they take half of the time and teach nothing.
-# trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [SIDE_BY_SIDE])   a GoogleTest executable,
+# trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [BUSY] [SIDE_BY_SIDE])   a GoogleTest executable,
 #   one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long.
+#   BUSY: it computes for long, and is optimised; the linker may take its templates in place of the module's.
 #   Labels: unit (default) property sim golden fuzz slow. What is slow is a study, built where TRAMMEL_STUDIES is on.
 # trammel_loaded(NAME SOURCES … LINK …)   lib/trammel/trammel-NAME.so, loaded on demand (machine/module/module.h)
 # Warnings that a batch or a precompiled header makes false. A local name may be that of another file's constant. With
@@ -40,12 +41,19 @@ function(trammel_flags target)
     target_compile_options(${target} PUBLIC -fsanitize=${TRAMMEL_SANITIZE} -fno-sanitize-recover=all
                            -fno-omit-frame-pointer)
     target_link_options(${target} PUBLIC -fsanitize=${TRAMMEL_SANITIZE})
+    target_compile_definitions(${target} PRIVATE TRAMMEL_SANITIZED)  # handlers of its own, terabytes of addresses
   endif()
 endfunction()
 
+# How far code is optimised that words, waits and calls.
+set(TRAMMEL_COLD_LEVEL -O1)
+if(TRAMMEL_QUICK)
+  set(TRAMMEL_COLD_LEVEL -O0)
+endif()
+
 function(trammel_cold target)
   if(NOT TRAMMEL_SANITIZE)
-    target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1>)
+    target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:${TRAMMEL_COLD_LEVEL}>)
   endif()
 endfunction()
 
@@ -71,6 +79,8 @@ function(trammel_module name)
   endif()
   if(ARG_COMMANDS)
     trammel_precompile(trammel_${name} trammel_app <CLI/CLI.hpp>)
+  elseif(ARG_COLD)
+    trammel_precompile(trammel_${name} trammel_cold_headers)
   else()
     trammel_precompile(trammel_${name} trammel_base)
   endif()
@@ -91,6 +101,7 @@ function(trammel_loaded name)
   target_link_libraries(${target} PRIVATE trammel_module_parts ${ARG_LINK})
   set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME trammel-${name}
                         LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/trammel)
+  trammel_batch(${target})
 endfunction()
 
 # Headers that most files of a module read, precompiled once in the first module of their kind, OWNER: in base, and with
@@ -123,12 +134,22 @@ function(trammel_quick_to_compile)
   endif()
 endfunction()
 
+# The common headers, precompiled for the modules that are COLD: a compiler takes none of another level.
+function(trammel_cold_headers)
+  if(NOT TRAMMEL_PRECOMPILE)
+    return()
+  endif()
+  file(CONFIGURE OUTPUT cold_headers.cc CONTENT "")  # written only where it is not there
+  add_library(trammel_cold_headers OBJECT ${PROJECT_BINARY_DIR}/cold_headers.cc)
+  trammel_flags(trammel_cold_headers)
+  trammel_cold(trammel_cold_headers)
+  target_precompile_headers(trammel_cold_headers PRIVATE ${TRAMMEL_COMMON_HEADERS})
+endfunction()
+
 # What every test is compiled with. Little runs in the tests' own files: to compile them takes longer.
 function(trammel_test_options target)
   trammel_flags(${target})
-  if(NOT TRAMMEL_SANITIZE)
-    target_compile_options(${target} PRIVATE -O1)
-  endif()
+  trammel_cold(${target})
 endfunction()
 
 # GoogleTest's headers and those of base, precompiled for all tests that do not count on speed.
@@ -148,7 +169,7 @@ function(trammel_test name)
   if(NOT TRAMMEL_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "SIDE_BY_SIDE" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "BUSY;SIDE_BY_SIDE" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
@@ -161,6 +182,9 @@ function(trammel_test name)
   add_executable(${name} ${ARG_SOURCES})
   if("slow" IN_LIST ARG_LABELS)
     trammel_flags(${name})
+  elseif(ARG_BUSY)
+    trammel_flags(${name})
+    trammel_precompile(${name} trammel_base)
   else()
     trammel_test_options(${name})
     if(TRAMMEL_PRECOMPILE)

@@ -14,7 +14,7 @@ sigset_t EndingSignals() {
         SIGSTKFLT, SIGIO, SIGPWR, SIGABRT, SIGTRAP, SIGSYS, SIGTTOU}) {
     sigaddset(&signals, number);
   }
-#ifndef __SANITIZE_ADDRESS__  // which has handlers of its own for these
+#ifndef TRAMMEL_SANITIZED  // which has handlers of its own for these
   // Sent by another process. Where this one has earned them, holding them back does not hold it up.
   for (const int number : {SIGILL, SIGBUS, SIGFPE, SIGSEGV}) sigaddset(&signals, number);
 #endif

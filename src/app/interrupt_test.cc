@@ -33,7 +33,7 @@ bool Caught(int number) {
        {SIGKILL, SIGSTOP, SIGTSTP, SIGTTIN, SIGTTOU, SIGCHLD, SIGCONT, SIGURG, SIGWINCH}) {
     if (number == other) return false;
   }
-#ifdef __SANITIZE_ADDRESS__
+#ifdef TRAMMEL_SANITIZED
   for (const int fault : {SIGILL, SIGBUS, SIGFPE, SIGSEGV}) {
     if (number == fault) return false;
   }

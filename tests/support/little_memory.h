@@ -30,7 +30,7 @@ inline std::string WithLittleMemory(const std::function<std::string()>& work,
     std::FILE* const own = std::fopen("/proc/self/statm", "r");
     if (own == nullptr || std::fscanf(own, "%llu", &pages) != 1) _exit(2);
     std::fclose(own);
-#ifndef __SANITIZE_ADDRESS__
+#ifndef TRAMMEL_SANITIZED
     const rlim_t most = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + limits.bytes;
     const rlimit addresses{most, most};
     setrlimit(RLIMIT_AS, &addresses);

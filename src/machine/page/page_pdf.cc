@@ -40,7 +40,7 @@ std::uint64_t MemoryFor(std::uint64_t file_bytes) {
 void LimitTo(std::uint64_t bytes) {
   const rlimit seconds{kMostSeconds, kMostSeconds + 1};
   setrlimit(RLIMIT_CPU, &seconds);
-#ifndef __SANITIZE_ADDRESS__  // which has terabytes of addresses
+#ifndef TRAMMEL_SANITIZED  // which has terabytes of addresses
   unsigned long long pages = 0;
   std::FILE* const own = std::fopen("/proc/self/statm", "r");
   const bool known = own != nullptr && std::fscanf(own, "%llu", &pages) == 1;
