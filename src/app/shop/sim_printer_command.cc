@@ -183,7 +183,8 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   printer
       ->add_option("--hurry", arguments->hurry,
-                   "the same while the laser has been off for 10 s: scans keep their speed")
+                   "the same while it prints, moves, heats or cools and the laser has been "
+                   "off for 10 s: scans keep their speed")
       ->check(NumberIn(0.1, 1000.0));
   printer
       ->add_option("--laser-limit", arguments->laser_limit_s,

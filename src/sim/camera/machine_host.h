@@ -22,8 +22,8 @@ struct MachineOptions {
   std::optional<double>
       pressure_advance_s;  ///< the truth, 0.0001 … 10; drawn from the seed if absent
   double speed = 1;        ///< machine seconds per second of the host, > 0 … 1000
-  /// The same while the laser has been off for 10 s, so that scans keep their speed, > 0 … 1000;
-  /// absent: `speed`.
+  /// The same while it prints, moves, heats or cools down and the laser has been off for 10 s, so
+  /// that scans keep their speed and an idle machine its clock, > 0 … 1000; absent: `speed`.
   std::optional<double> hurry;
 };
 
@@ -44,6 +44,8 @@ class MachineHost final : public MachineSource {
   [[nodiscard]] double MachineTime(double monotonic_s) const;
   /// Runs a function with the machine to itself.
   void With(const std::function<void(VirtualKlipper&)>& function) const;
+  /// The latest time that At() was asked for, and moved the machine to. Only within With().
+  [[nodiscard]] double latest_view_s() const { return latest_view_s_; }
   /// K*: what a calibration should find.
   [[nodiscard]] double true_pressure_advance_s() const { return truth_s_; }
 
@@ -55,6 +57,7 @@ class MachineHost final : public MachineSource {
   mutable MachineClock clock_;
   mutable double last_laser_s_ = -1e9;  ///< machine time
   double truth_s_;
+  mutable double latest_view_s_ = -1e9;  ///< host time
   mutable std::mutex mutex_;
   std::unique_ptr<VirtualKlipper> klipper_;
   // The bed, behind a lock of its own: printing takes long.

@@ -150,18 +150,25 @@ void Hub::RunScript(const std::string& script, const Reply& reply) {
   scripts_[id] = reply;
 }
 
+void Hub::MoveOn(VirtualKlipper& klipper, double monotonic_s) {
+  monotonic_s_ = std::max(monotonic_s, machine_.latest_view_s());
+  time_s_ = machine_.MachineTime(monotonic_s_);
+  klipper.Advance(time_s_);
+}
+
 void Hub::Tick(double monotonic_s) {
-  monotonic_s_ = monotonic_s;
-  time_s_ = machine_.MachineTime(monotonic_s);
   int laser_moves = 0;
   machine_.With([&](VirtualKlipper& klipper) {
-    klipper.Advance(time_s_);
+    MoveOn(klipper, monotonic_s);
     laser_moves = klipper.laser_moves;
   });
   Pump();
   if (time_s_ >= next_status_s_) {
     next_status_s_ = time_s_ + kStatusEveryS;
-    machine_.With([&](VirtualKlipper& klipper) { StatusTick(klipper); });
+    machine_.With([&](VirtualKlipper& klipper) {
+      MoveOn(klipper, monotonic_s);
+      StatusTick(klipper);
+    });
   }
   if (time_s_ >= next_dump_s_) {
     next_dump_s_ = time_s_ + kDumpEveryS;

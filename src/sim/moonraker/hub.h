@@ -147,6 +147,9 @@ class Hub {
   void Pump();
   void TellRemote(const KlipperEvent& event);
   void Disconnected();
+  /// Moves the machine to a time, or to that where a camera has moved it meanwhile: what is told of
+  /// it then and the time that goes with it are of one moment.
+  void MoveOn(VirtualKlipper& klipper, double monotonic_s);
   void StatusTick(VirtualKlipper& klipper);
   void DumpTick(VirtualKlipper& klipper);
   void CellTick(const VirtualKlipper& klipper);
