@@ -108,7 +108,7 @@ endfunction()
 # CLI11's, which take three seconds of each file, in app for the commands.
 set(TRAMMEL_COMMON_HEADERS <algorithm> <chrono> <cmath> <filesystem> <functional> <map> <memory>
                            <mutex> <optional> <span> <string> <vector> <fmt/format.h>
-                           <nlohmann/json.hpp> <tl/expected.hpp>)
+                           ${PROJECT_SOURCE_DIR}/src/base/json_instance.h <tl/expected.hpp>)
 function(trammel_precompile target owner)
   if(NOT TRAMMEL_PRECOMPILE)
     return()

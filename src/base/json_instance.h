@@ -1,0 +1,13 @@
+// Declares JSON's class templates, which are compiled once for all (base/json_instance.cc). Part of the precompiled headers: of a template
+// that several files compile, the linker takes whichever comes first, and files that are not optimised would give theirs.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+extern template class nlohmann::basic_json<>;
+extern template class nlohmann::detail::serializer<nlohmann::json>;
+extern template class nlohmann::detail::json_sax_dom_parser<nlohmann::json>;
+extern template class nlohmann::detail::lexer<
+    nlohmann::json, nlohmann::detail::iterator_input_adapter<const char*>>;
+extern template class nlohmann::detail::parser<
+    nlohmann::json, nlohmann::detail::iterator_input_adapter<const char*>>;
