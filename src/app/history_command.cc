@@ -52,10 +52,17 @@ std::string AnswerText(const Answer& answer) {
                               answer.unit == "rad" ? report::kPerMille : style);
 }
 
+std::string ApplicationText(const files::Application& application) {
+  if (!application.begun)
+    return fmt::format("applied {} to {}", application.utc, application.machine);
+  return fmt::format("about to be applied {} to {}, and not noted whether it was", application.utc,
+                     application.machine);
+}
+
 std::string AppliedText(const HistoryEntry& entry) {
   if (entry.applied.empty()) return "not applied";
   const files::Application& last = entry.applied.back();
-  return fmt::format("applied {} to {}", last.utc, last.machine);
+  return ApplicationText(last);
 }
 
 /// A result with at most `most` of its answers.
@@ -80,7 +87,7 @@ ordered_json EntryJson(std::size_t number, const HistoryEntry& entry) {
   json["number"] = number;
   json["applied"] = ordered_json::array();
   for (const files::Application& application : entry.applied) {
-    json["applied"].push_back({{"utc", application.utc}, {"machine", application.machine}});
+    json["applied"].push_back(files::JsonOf(application));
   }
   return json;
 }
@@ -157,7 +164,8 @@ int RunShow(const HistoryArguments& arguments) {
     if (!text->empty()) fmt::print("     {} {}\n", name, *text);
   }
   for (const files::Application& application : entry.applied) {
-    fmt::print("     applied {} to {}\n", application.utc, application.machine);
+    fmt::print("     {}\n", ApplicationText(application));
+    if (application.before) fmt::print("       in force before: {:.4g}\n", *application.before);
   }
   for (const std::string& notice : entry.outcome.notices) fmt::print("     notice: {}\n", notice);
   return kExitGood;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string_view>
 
 namespace trammel::app {
@@ -30,8 +31,10 @@ std::string HistoryTable(std::span<const files::HistoryEntry> entries) {
         numbers = fmt::format("{},{},{},{}", quantity.value, quantity.standard_uncertainty,
                               quantity.interval95.lo, quantity.interval95.hi);
       }
+      const auto applied = std::find_if(entry.applied.rbegin(), entry.applied.rend(),
+                                        [](const auto& each) { return !each.begun; });
       const files::Application last =
-          entry.applied.empty() ? files::Application{} : entry.applied.back();
+          applied == entry.applied.rend() ? files::Application{} : *applied;
       table += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", Cell(provenance.utc),
                            ToString(provenance.instrument), Cell(subject.printer),
                            Cell(subject.nozzle), Cell(subject.filament), Cell(answer.name),

@@ -21,6 +21,8 @@ using nlohmann::ordered_json;
 constexpr std::size_t kMostKept = std::size_t{64} << 20;
 constexpr std::size_t kMostNamed = 10;
 constexpr std::size_t kMostApplications = 100;
+constexpr const char* kBegun = "begun";
+constexpr const char* kApplied = "applied";
 
 }  // namespace
 
@@ -70,13 +72,20 @@ Result<History> ReadHistory(const fs::path& path, const HistoryQuery& query) {
   return history;
 }
 
+ordered_json JsonOf(const Application& application) {
+  ordered_json json = {{"utc", application.utc},
+                       {"machine", application.machine},
+                       {"step", application.begun ? kBegun : kApplied}};
+  if (application.before) json["before"] = *application.before;
+  return json;
+}
+
 Result<void> NoteApplication(const fs::path& path, const Outcome& outcome,
                              const Application& application) {
-  const ordered_json json = {{"format", 1},
-                             {"utc", application.utc},
-                             {"machine", application.machine},
-                             {"instrument", ToString(outcome.provenance.instrument)},
-                             {"result", Fingerprint(outcome)}};
+  ordered_json json = {{"format", 1},
+                       {"instrument", ToString(outcome.provenance.instrument)},
+                       {"result", Fingerprint(outcome)}};
+  json.update(JsonOf(application));
   return AppendLine(path, json.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
 }
 
@@ -92,8 +101,15 @@ Result<void> AddApplications(const fs::path& path, History& history) {
     object.Integer("format", {1, 1});
     const auto found = by_fingerprint.find(object.Text("result"));
     Application application{object.Text("utc"), object.Text("machine")};
+    application.begun = object.OptionalChoice("step", {kBegun, kApplied}) == kBegun;
+    application.before = object.OptionalNumber("before");
     if (object.failed() || found == by_fingerprint.end()) return;
     std::vector<Application>& applied = found->second->applied;
+    if (!application.begun && !applied.empty() && applied.back().begun &&
+        applied.back().machine == application.machine) {
+      application.before = applied.back().before;
+      applied.pop_back();
+    }
     if (applied.size() == kMostApplications) applied.erase(applied.begin());
     applied.push_back(std::move(application));
   };

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,10 +17,13 @@ namespace trammel::files {
 /// In the state folder: a line of each result that was set on a machine.
 inline constexpr std::string_view kAppliedFile = "applied.jsonl";
 
-/// A result was set on a machine.
+/// A result was set on a machine, or was about to be.
 struct Application {
   std::string utc;      ///< ISO 8601, ending in Z
   std::string machine;  ///< its address
+  /// Noted before it was set, and nothing says that it was: the program may have died in between.
+  bool begun = false;
+  std::optional<double> before = {};  ///< what was in force, in the unit of the first answer
 };
 
 /// A result as history.jsonl has it.
@@ -54,13 +58,18 @@ struct History {
 /// Tells results apart: 64-bit FNV-1a of all that result.json says but the details, in hexadecimal.
 [[nodiscard]] std::string Fingerprint(const measurement::Outcome& outcome);
 
+/// {"utc", "machine", "step": "begun" or "applied", "before" where it is known}, as applied.jsonl
+/// and --json have it.
+[[nodiscard]] nlohmann::ordered_json JsonOf(const Application& application);
+
 /// Adds a line about a result to applied.jsonl. Errors: those of AppendLine.
 [[nodiscard]] Result<void> NoteApplication(const std::filesystem::path& path,
                                            const measurement::Outcome& outcome,
                                            const Application& application);
 
-/// Puts what applied.jsonl says about the entries beside them: of each the last 100. Other lines
-/// are passed over. Errors: those of ReadHistory; a file that is not there says nothing.
+/// Puts what applied.jsonl says about the entries beside them: of each the last 100. What was begun
+/// and then done is one application. Other lines are passed over. Errors: those of ReadHistory; a
+/// file that is not there says nothing.
 [[nodiscard]] Result<void> AddApplications(const std::filesystem::path& path, History& history);
 
 }  // namespace trammel::files

@@ -106,5 +106,28 @@ TEST_F(ResultHistory, KnowsWhichOfTheResultsWereApplied) {
   EXPECT_THAT(history.entries[1].applied, IsEmpty());
 }
 
+TEST_F(ResultHistory, WhatWasBegunIsSaidUntilItIsNotedAsDone) {
+  const auto applied = folder_.path() / "applied.jsonl";
+  const auto noted = [&] {
+    History history;
+    history.entries.push_back({Found(2), "a"});
+    EXPECT_TRUE(AddApplications(applied, history));
+    return history.entries[0].applied;
+  };
+  ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-03T00:00:00Z", "printer", true, 0.04}));
+  ASSERT_EQ(noted().size(), 1u);
+  EXPECT_TRUE(noted()[0].begun);
+  EXPECT_EQ(noted()[0].before, 0.04);
+  ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-03T00:00:01Z", "printer"}));
+  ASSERT_EQ(noted().size(), 1u);
+  EXPECT_FALSE(noted()[0].begun);
+  EXPECT_EQ(noted()[0].before, 0.04);
+  // Of another machine it says nothing.
+  ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-04T00:00:00Z", "other", true}));
+  ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-04T00:00:01Z", "printer"}));
+  ASSERT_EQ(noted().size(), 3u);
+  EXPECT_TRUE(noted()[1].begun);
+}
+
 }  // namespace
 }  // namespace trammel::files

@@ -101,7 +101,7 @@ json JsonOf(const files::HistoryEntry& entry) {
   result["folder"] = entry.folder;
   result["applied"] = json::array();
   for (const files::Application& applied : entry.applied) {
-    result["applied"].push_back({{"utc", applied.utc}, {"machine", applied.machine}});
+    result["applied"].push_back(json(files::JsonOf(applied)));
   }
   return result;
 }

@@ -75,7 +75,8 @@ Result<void> CorrectAtControl(const CorrectArguments& arguments, report::Correct
   return {};
 }
 
-int Write(const CorrectArguments& arguments, const report::CorrectionOutput& output) {
+int Write(const CorrectArguments& arguments, const report::CorrectionOutput& output,
+          const std::optional<measurement::Outcome>& result) {
   const Interrupt interrupt;
   const auto options = ParseLinuxCnc(arguments.linuxcnc);
   if (!options) return PrintError(options.error());
@@ -84,6 +85,10 @@ int Write(const CorrectArguments& arguments, const report::CorrectionOutput& out
   const part_alignment::WorkOffset& offset = output.offset.offset;
   const auto before = (*machine)->ReadOffsets(output.slot.number, interrupt.token());
   if (!before) return PrintError(before.error());
+  if (result) {
+    const auto noted = NoteBegun(*result, arguments.linuxcnc.address, std::nullopt);
+    if (!noted) return PrintError(noted.error());
+  }
   const auto written = (*machine)->WriteOffset(
       output.slot.number, {offset.origin_mm, offset.rotation_z_rad * 180 / std::numbers::pi},
       interrupt.token());
@@ -123,7 +128,7 @@ int RunCorrect(const CorrectArguments& arguments) {
   std::fputs((arguments.json ? report::ToJson(output) : report::CorrectionText(output)).c_str(),
              stdout);
   if (arguments.linuxcnc.address.empty()) return kExitGood;
-  const int code = Write(arguments, output);
+  const int code = Write(arguments, output, result->result);
   if (code == kExitGood && result->result) {
     NoteApplied(*result->result, arguments.linuxcnc.address);
   }

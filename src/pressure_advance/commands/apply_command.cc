@@ -106,6 +106,11 @@ int RunApply(const ApplyArguments& arguments) {
   options.limit_s = procedure::ApplyLimit_s(config->pattern);
   options.force = arguments.force;
   options.dry_run = arguments.dry_run;
+  if (value->result) {
+    options.before_setting = [&](std::optional<double> before_s) {
+      return NoteBegun(*value->result, config->scan.address, before_s);
+    };
+  }
   if (value->measured) {
     fmt::print("measured          {}\n", report::WithInterval(*value->measured, report::kSeconds));
   }

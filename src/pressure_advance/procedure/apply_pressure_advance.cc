@@ -52,6 +52,11 @@ Result<PressureAdvanceChange> ApplyPressureAdvance(const Session& session,
   if (!before) return tl::unexpected(before.error());
   const PressureAdvanceChange change{before->pressure_advance_s, pressure_advance_s};
   if (options.dry_run) return change;
+  if (options.before_setting) {
+    if (auto may = options.before_setting(change.before_s); !may) {
+      return tl::unexpected(may.error());
+    }
+  }
   auto set =
       session.printer.Run(fmt::format("SET_PRESSURE_ADVANCE ADVANCE={:.4f}", pressure_advance_s),
                           session.Within(kAsk_s));

@@ -1,6 +1,7 @@
 // Setting a pressure advance on the printer.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "base/result.h"
@@ -13,6 +14,8 @@ struct ApplyOptions {
   double limit_s = 0.2;  ///< more is refused unless forced; see ApplyLimit_s
   bool force = false;
   bool dry_run = false;  ///< everything is looked at and nothing is set
+  /// Called with the value in force when all else is looked at; an error of it keeps it in force.
+  std::function<Result<void>(std::optional<double> before_s)> before_setting = {};
 };
 
 struct PressureAdvanceChange {

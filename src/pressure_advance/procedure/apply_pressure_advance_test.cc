@@ -51,6 +51,20 @@ TEST(ApplyPressureAdvance, LeavesAPrintAndAPausedPrintAloneAndSendsNothing) {
   }
 }
 
+TEST(ApplyPressureAdvance, SetsNothingThatCannotBeNotedBefore) {
+  Obedient printer;
+  ApplyOptions options;
+  std::optional<double> before_s;
+  options.before_setting = [&](std::optional<double> in_force_s) -> Result<void> {
+    before_s = in_force_s;
+    return Fail("the disk is full");
+  };
+  EXPECT_THAT(ApplyPressureAdvance({printer, {}, {}}, 0.04, options).error().message,
+              HasSubstr("disk is full"));
+  EXPECT_EQ(before_s, 0.031);
+  EXPECT_THAT(printer.scripts, IsEmpty());
+}
+
 TEST(ApplyPressureAdvance, NineSecondsAreNotTakenUnasked) {
   Obedient printer;
   const auto refused = ApplyPressureAdvance({printer, {}, {}}, 9, {});
