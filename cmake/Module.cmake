@@ -143,6 +143,7 @@ function(trammel_cold_headers)
   add_library(trammel_cold_headers OBJECT ${PROJECT_BINARY_DIR}/cold_headers.cc)
   trammel_flags(trammel_cold_headers)
   trammel_cold(trammel_cold_headers)
+  target_link_libraries(trammel_cold_headers PRIVATE fmt::fmt tl::expected nlohmann_json::nlohmann_json)
   target_precompile_headers(trammel_cold_headers PRIVATE ${TRAMMEL_COMMON_HEADERS})
 endfunction()
 
