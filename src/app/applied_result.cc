@@ -10,12 +10,19 @@
 
 namespace trammel::app {
 
+namespace {
+
+Result<void> Note(const measurement::Outcome& outcome, const files::Application& application) {
+  const auto folder = files::StateFolder();
+  if (!folder) return tl::unexpected(folder.error());
+  return files::NoteApplication(*folder / files::kAppliedFile, outcome, application);
+}
+
+}  // namespace
+
 Result<void> NoteBegun(const measurement::Outcome& outcome, const std::string& machine,
                        std::optional<double> before) {
-  const auto folder = files::StateFolder();
-  const Result<void> noted = folder ? files::NoteApplication(*folder / files::kAppliedFile, outcome,
-                                                             {UtcNow(), machine, true, before})
-                                    : tl::unexpected(folder.error());
+  const auto noted = Note(outcome, {UtcNow(), machine, true, before});
   if (noted) return {};
   return Fail(fmt::format("nothing was set, as it cannot be noted for trammel history: {}",
                           noted.error().message),
@@ -23,11 +30,7 @@ Result<void> NoteBegun(const measurement::Outcome& outcome, const std::string& m
 }
 
 void NoteApplied(const measurement::Outcome& outcome, const std::string& machine) {
-  const auto folder = files::StateFolder();
-  const Result<void> noted =
-      folder ? files::NoteApplication(*folder / files::kAppliedFile, outcome, {UtcNow(), machine})
-             : tl::unexpected(folder.error());
-  if (!noted) {
+  if (const auto noted = Note(outcome, {UtcNow(), machine}); !noted) {
     fmt::print(stderr, "trammel: set, but not noted for trammel history: {}\n",
                noted.error().message);
   }

@@ -53,16 +53,16 @@ std::string AnswerText(const Answer& answer) {
 }
 
 std::string ApplicationText(const files::Application& application) {
-  if (!application.begun)
+  if (!application.begun) {
     return fmt::format("applied {} to {}", application.utc, application.machine);
+  }
   return fmt::format("about to be applied {} to {}, and not noted whether it was", application.utc,
                      application.machine);
 }
 
 std::string AppliedText(const HistoryEntry& entry) {
   if (entry.applied.empty()) return "not applied";
-  const files::Application& last = entry.applied.back();
-  return ApplicationText(last);
+  return ApplicationText(entry.applied.back());
 }
 
 /// A result with at most `most` of its answers.
