@@ -27,11 +27,11 @@ Result<void> Check(const std::string& file) {
 
 }  // namespace
 
-void AddConfigCommand(CLI::App& parent, int& exit_code) {
-  CLI::App* group = parent.add_subcommand("config", "trammel.toml")->require_subcommand(1);
+void AddConfigCommands(CLI::App& config, int& exit_code) {
+  config.require_subcommand(1);
 
   CLI::App* check =
-      group->add_subcommand("check", "say whether a file can be used, or what is wrong");
+      config.add_subcommand("check", "say whether a file can be used, or what is wrong");
   auto file = std::make_shared<std::string>("trammel.toml");
   check->add_option("FILE", *file, "settings")->capture_default_str();
   check->callback([file, &exit_code] {
@@ -39,7 +39,7 @@ void AddConfigCommand(CLI::App& parent, int& exit_code) {
     if (!done) exit_code = PrintError(done.error());
   });
 
-  CLI::App* keys = group->add_subcommand(
+  CLI::App* keys = config.add_subcommand(
       "keys", "print every key with its meaning, range and default, as a trammel.toml");
   keys->callback([] { fmt::print("{}", files::DescribeConfigKeys()); });
 }

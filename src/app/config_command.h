@@ -7,7 +7,7 @@ class App;
 
 namespace trammel::app {
 
-/// Hangs the command below the program; it stores its exit code (app/commands.h).
-void AddConfigCommand(CLI::App& cli, int& exit_code);
+/// Fills the group; each command stores its exit code (app/commands.h).
+void AddConfigCommands(CLI::App& config, int& exit_code);
 
 }  // namespace trammel::app

@@ -8,7 +8,7 @@
 
 namespace trammel::app {
 
-void AddHelpCommands(CLI::App& cli, int& /*exit_code*/) {
+void AddHelpCommands(CLI::App& cli) {
   CLI::App* completion =
       cli.add_subcommand("completion", "print a script that completes commands and options")
           ->require_subcommand(1);

@@ -8,6 +8,6 @@ class App;
 namespace trammel::app {
 
 /// Hangs both below the program.
-void AddHelpCommands(CLI::App& cli, int& exit_code);
+void AddHelpCommands(CLI::App& cli);
 
 }  // namespace trammel::app

@@ -204,12 +204,10 @@ void AddJson(CLI::App& command, HistoryArguments& arguments) {
 
 }  // namespace
 
-void AddHistoryCommand(CLI::App& cli, int& exit_code) {
-  CLI::App* group =
-      cli.add_subcommand("history", "what recordings gave, and what was applied of it")
-          ->require_subcommand(1);
+void AddHistoryCommands(CLI::App& history, int& exit_code) {
+  history.require_subcommand(1);
   const auto listed = std::make_shared<HistoryArguments>();
-  CLI::App* list = group->add_subcommand("list", "the kept results, the newest first");
+  CLI::App* list = history.add_subcommand("list", "the kept results, the newest first");
   AddCommon(*list, *listed);
   AddJson(*list, *listed);
   list->add_option("--last", listed->last, "at most so many")
@@ -218,7 +216,7 @@ void AddHistoryCommand(CLI::App& cli, int& exit_code) {
   list->callback([listed, &exit_code] { exit_code = RunList(*listed); });
 
   const auto shown = std::make_shared<HistoryArguments>();
-  CLI::App* show = group->add_subcommand("show", "one of them, with all that is known of it");
+  CLI::App* show = history.add_subcommand("show", "one of them, with all that is known of it");
   show->add_option("NUMBER", shown->number, "as history list counts them: 1 is the newest")
       ->check(CLI::Range(std::size_t{1}, kMost))
       ->capture_default_str();
@@ -227,13 +225,13 @@ void AddHistoryCommand(CLI::App& cli, int& exit_code) {
   show->callback([shown, &exit_code] { exit_code = RunShow(*shown); });
 
   const auto exported = std::make_shared<HistoryArguments>();
-  CLI::App* table = group->add_subcommand(
+  CLI::App* table = history.add_subcommand(
       "export", "print them as a table (CSV), an answer a row; history list --json has JSON");
   AddCommon(*table, *exported);
   table->callback([exported, &exit_code] { exit_code = RunExport(*exported); });
 
   const auto built = std::make_shared<HistoryArguments>();
-  CLI::App* rebuild = group->add_subcommand(
+  CLI::App* rebuild = history.add_subcommand(
       "rebuild", "build the index anew, from history.jsonl and the recordings' folders");
   rebuild->add_option("--in", built->path, "the folder of the recordings")->capture_default_str();
   rebuild->add_option("--out", built->out, "into a new file, and leave the folder's own as it is");

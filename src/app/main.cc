@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/commands.h"
@@ -61,49 +63,89 @@ trammel::service::Offerings Offers() {
   return offered;
 }
 
-// Hangs a command, or a group of them, below the program.
-using AddCommands = void (*)(CLI::App& cli, int& exit_code);
-
-// In the order of the help; an instrument may be left out of a build (TRAMMEL_INSTRUMENTS).
-constexpr AddCommands kCommands[] = {
-#ifdef TRAMMEL_PRESSURE_ADVANCE
-    trammel::app::AddPressureAdvanceCommands,
-#ifdef TRAMMEL_STUDY
-    trammel::app::AddPressureAdvanceStudy,
-#else
-    [](CLI::App& cli, int& exit_code) {
-      trammel::app::AddLeftOutCommand(*cli.get_subcommand("pa"), exit_code, "study");
-    },
-#endif
-#else
-    [](CLI::App& cli, int& exit_code) { trammel::app::AddLeftOutCommand(cli, exit_code, "pa"); },
-#endif
-#ifdef TRAMMEL_TAP
-    trammel::app::AddTapCommands,
-#else
-    [](CLI::App& cli, int& exit_code) { trammel::app::AddLeftOutCommand(cli, exit_code, "tap"); },
-#endif
-#ifdef TRAMMEL_TOOL_OFFSET
-    trammel::app::AddOffsetCommands,
-#else
-    [](CLI::App& cli, int& exit_code) {
-      trammel::app::AddLeftOutCommand(cli, exit_code, "offset");
-    },
-#endif
-#ifdef TRAMMEL_PART_ALIGNMENT
-    trammel::app::AddAlignCommands,
-#else
-    [](CLI::App& cli, int& exit_code) { trammel::app::AddLeftOutCommand(cli, exit_code, "align"); },
-#endif
-    [](CLI::App& cli, int& exit_code) { trammel::app::AddServeCommand(cli, exit_code, Offers); },
-    trammel::app::AddHistoryCommand,
-    trammel::app::AddConfigCommand,
-#ifdef TRAMMEL_PRESSURE_ADVANCE
-    trammel::app::AddDoctorCommand,
-#endif
-    trammel::app::AddSimCommand,
-    trammel::app::AddHelpCommands,
+// A command of the first level: most are groups.
+struct Command {
+  const char* name;
+  const char* text;
+  void (*fill)(CLI::App& command, int& exit_code);  // none: left out (TRAMMEL_INSTRUMENTS)
 };
+
+#ifdef TRAMMEL_PRESSURE_ADVANCE
+void FillPressureAdvance(CLI::App& pa, int& exit_code) {
+  trammel::app::AddPressureAdvanceCommands(pa, exit_code);
+#ifdef TRAMMEL_STUDY
+  trammel::app::AddPressureAdvanceStudy(pa, exit_code);
+#else
+  trammel::app::AddLeftOutCommand(pa, exit_code, "study");
+#endif
+}
+#endif
+
+// In the order of the help.
+constexpr Command kCommands[] = {
+    {"pa", "pressure advance",
+#ifdef TRAMMEL_PRESSURE_ADVANCE
+     FillPressureAdvance
+#else
+     nullptr
+#endif
+    },
+    {"tap", "contact height from a load cell",
+#ifdef TRAMMEL_TAP
+     trammel::app::AddTapCommands
+#else
+     nullptr
+#endif
+    },
+    {"offset", "XY offsets of tools, and backlash, from a scan",
+#ifdef TRAMMEL_TOOL_OFFSET
+     trammel::app::AddOffsetCommands
+#else
+     nullptr
+#endif
+    },
+    {"align", "where a part is, from a camera in the spindle",
+#ifdef TRAMMEL_PART_ALIGNMENT
+     trammel::app::AddAlignCommands
+#else
+     nullptr
+#endif
+    },
+    {"serve",
+     "wait beside Klipper for front ends and macros, and run what they ask for (docs/serve.md)",
+     [](CLI::App& serve, int& exit_code) {
+       trammel::app::AddServeOptions(serve, exit_code, Offers);
+     }},
+    {"history", "what recordings gave, and what was applied of it",
+     trammel::app::AddHistoryCommands},
+    {"config", "trammel.toml", trammel::app::AddConfigCommands},
+    {"doctor", "check the whole set-up and say what to fix",
+#ifdef TRAMMEL_PRESSURE_ADVANCE
+     trammel::app::AddDoctorCommand
+#else
+     nullptr
+#endif
+    },
+    {"sim", "virtual machines and what eyes see of their work", trammel::app::AddSimCommands},
+};
+
+// Hangs all commands below the program and fills those that the words name: all options of all of
+// them take as long as the rest of the start. What describes the whole program names none of them.
+void AddCommands(CLI::App& cli, int& exit_code, const std::vector<std::string>& words) {
+  const auto named = [&words](std::string_view word) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+  };
+  const bool whole = named("completion") || named("manual");
+  for (const Command& command : kCommands) {
+    if (command.fill == nullptr) {
+      trammel::app::AddLeftOutCommand(cli, exit_code, command.name);
+      continue;
+    }
+    CLI::App* added = cli.add_subcommand(command.name, command.text);
+    if (whole || named(command.name)) command.fill(*added, exit_code);
+  }
+  trammel::app::AddHelpCommands(cli);
+}
 
 }  // namespace
 
@@ -138,13 +180,14 @@ int main(int argc, char** argv) {
                                  : colour == "never" ? Colour::kNever
                                                      : Colour::kAuto);
   });
-  for (const auto& add : kCommands) add(cli, exit_code);
+  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  AddCommands(cli, exit_code, words);
 
   int code = trammel::app::ExitCodeOf([&] {
     try {
       cli.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      exit_code = Answer(cli, error, {argv + 1, argv + argc});
+      exit_code = Answer(cli, error, words);
     }
     return static_cast<trammel::app::ExitCode>(exit_code);
   });

@@ -134,13 +134,6 @@ PrinterOptions OptionsAt(const service::PrinterPlace& place) {
   return {place.config, place.set, place.address, place.camera, place.material};
 }
 
-void AddServeCommand(CLI::App& parent, int& exit_code, Offers offers) {
-  CLI::App* command = parent.add_subcommand(
-      "serve",
-      "wait beside Klipper for front ends and macros, and run what they ask for (docs/serve.md)");
-  AddServeOptions(*command, exit_code, std::move(offers));
-}
-
 void AddServeOptions(CLI::App& command, int& exit_code, Offers offers) {
   const auto arguments = std::make_shared<ServeArguments>();
   command.add_option("--config", arguments->configs,

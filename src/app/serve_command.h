@@ -19,8 +19,6 @@ namespace trammel::app {
 /// What is offered, asked for when the command runs. Attendants are started only where asked for.
 using Offers = std::function<service::Offerings()>;
 
-void AddServeCommand(CLI::App& parent, int& exit_code, Offers offers);
-
 /// Makes a command one that serves.
 void AddServeOptions(CLI::App& command, int& exit_code, Offers offers);
 

@@ -201,19 +201,17 @@ void AddPhoto(CLI::App& parent, int& exit_code) {
 
 }  // namespace
 
-void AddSimCommand(CLI::App& parent, int& exit_code) {
-  CLI::App* group =
-      parent.add_subcommand("sim", "virtual machines and what eyes see of their work")
-          ->require_subcommand(1);
-  AddScan(*group, exit_code);
-  AddPhoto(*group, exit_code);
-  AddSimPrinter(*group, exit_code);
-  AddSimCamera(*group, exit_code);
+void AddSimCommands(CLI::App& sim, int& exit_code) {
+  sim.require_subcommand(1);
+  AddScan(sim, exit_code);
+  AddPhoto(sim, exit_code);
+  AddSimPrinter(sim, exit_code);
+  AddSimCamera(sim, exit_code);
 #ifdef TRAMMEL_TOOL_OFFSET
-  AddSimSheet(*group, exit_code);
+  AddSimSheet(sim, exit_code);
 #endif
 #ifdef TRAMMEL_PART_ALIGNMENT
-  AddSimSpindle(*group, exit_code);
+  AddSimSpindle(sim, exit_code);
 #endif
 }
 

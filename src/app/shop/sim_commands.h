@@ -7,8 +7,8 @@ class App;
 
 namespace trammel::app {
 
-/// The whole group, below the program; each command stores its exit code (app/commands.h).
-void AddSimCommand(CLI::App& cli, int& exit_code);
+/// Fills the group; each command stores its exit code (app/commands.h).
+void AddSimCommands(CLI::App& sim, int& exit_code);
 
 /// Each hangs its command below `parent`.
 void AddSimPrinter(CLI::App& parent, int& exit_code);

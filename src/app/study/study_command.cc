@@ -170,9 +170,9 @@ Result<void> Study(const StudyArguments& arguments) {
 
 }  // namespace
 
-void AddPressureAdvanceStudy(CLI::App& cli, int& exit_code) {
+void AddPressureAdvanceStudy(CLI::App& pa, int& exit_code) {
   const auto arguments = std::make_shared<StudyArguments>();
-  CLI::App* study = cli.get_subcommand("pa")->add_subcommand(
+  CLI::App* study = pa.add_subcommand(
       "study", "run the paper's study on virtual plates: 27 patterns in each of 12 conditions");
   study->add_option("--seed", arguments->seed, "names the whole study")
       ->check(NumberIn(0, 1e9))

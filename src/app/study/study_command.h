@@ -7,7 +7,7 @@ class App;
 
 namespace trammel::app {
 
-/// Hangs `study` below `trammel pa`. REQUIRES that `cli` has the group.
-void AddPressureAdvanceStudy(CLI::App& cli, int& exit_code);
+/// Hangs `study` below `trammel pa`.
+void AddPressureAdvanceStudy(CLI::App& pa, int& exit_code);
 
 }  // namespace trammel::app

@@ -4,20 +4,19 @@
 
 namespace trammel::app {
 
-void AddAlignCommands(CLI::App& cli, int& exit_code) {
-  CLI::App* align = cli.add_subcommand("align", "where a part is, from a camera in the spindle")
-                        ->require_subcommand(1);
-  AddAlignBudgetCommand(*align, exit_code);
-  AddAlignCalibrateCommand(*align, exit_code);
-  AddAlignCameraCommand(*align, exit_code);
-  AddAlignFitCommand(*align, exit_code);
-  AddAlignStudyCommand(*align, exit_code);
-  AddAlignSurveyCommand(*align, exit_code);
-  AddAlignTargetsCommand(*align, exit_code);
-  AddAlignCorrectCommand(*align, exit_code);
-  AddAlignMeasureCommand(*align, exit_code);
-  AddAlignPlanCommand(*align, exit_code);
-  AddAlignSolveCommand(*align, exit_code);
+void AddAlignCommands(CLI::App& align, int& exit_code) {
+  align.require_subcommand(1);
+  AddAlignBudgetCommand(align, exit_code);
+  AddAlignCalibrateCommand(align, exit_code);
+  AddAlignCameraCommand(align, exit_code);
+  AddAlignFitCommand(align, exit_code);
+  AddAlignStudyCommand(align, exit_code);
+  AddAlignSurveyCommand(align, exit_code);
+  AddAlignTargetsCommand(align, exit_code);
+  AddAlignCorrectCommand(align, exit_code);
+  AddAlignMeasureCommand(align, exit_code);
+  AddAlignPlanCommand(align, exit_code);
+  AddAlignSolveCommand(align, exit_code);
 }
 
 }  // namespace trammel::app

@@ -133,17 +133,16 @@ int RunDoctor(const DoctorOptions& options) {
 
 }  // namespace
 
-void AddDoctorCommand(CLI::App& parent, int& exit_code) {
-  CLI::App* command = parent.add_subcommand("doctor", "check the whole set-up and say what to fix");
+void AddDoctorCommand(CLI::App& doctor, int& exit_code) {
   const auto options = std::make_shared<DoctorOptions>();
-  AddPrinterOptions(*command, options->printer);
-  AddCameraOption(*command, options->printer);
-  AddMaterialOption(*command, options->printer.material);
-  command->add_flag(
+  AddPrinterOptions(doctor, options->printer);
+  AddCameraOption(doctor, options->printer);
+  AddMaterialOption(doctor, options->printer.material);
+  doctor.add_flag(
       "--laser", options->laser,
       "switch the laser on for some pictures; the head must stand at the focus height, and no "
       "other trammel may have the printer");
-  command->callback([options, &exit_code] { exit_code = RunDoctor(*options); });
+  doctor.callback([options, &exit_code] { exit_code = RunDoctor(*options); });
 }
 
 }  // namespace trammel::app

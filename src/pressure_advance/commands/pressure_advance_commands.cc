@@ -4,15 +4,15 @@
 
 namespace trammel::app {
 
-void AddPressureAdvanceCommands(CLI::App& cli, int& exit_code) {
-  CLI::App* pa = cli.add_subcommand("pa", "pressure advance")->require_subcommand(1);
-  AddAnalyzeCommand(*pa, exit_code);
-  AddPatternCommand(*pa, exit_code);
-  AddCalibrateCommands(*pa, exit_code);
-  AddApplyCommand(*pa, exit_code);
-  AddExportCommand(*pa, exit_code);
-  AddValidateCommand(*pa, exit_code);
-  AddListenCommand(*pa, exit_code);
+void AddPressureAdvanceCommands(CLI::App& pa, int& exit_code) {
+  pa.require_subcommand(1);
+  AddAnalyzeCommand(pa, exit_code);
+  AddPatternCommand(pa, exit_code);
+  AddCalibrateCommands(pa, exit_code);
+  AddApplyCommand(pa, exit_code);
+  AddExportCommand(pa, exit_code);
+  AddValidateCommand(pa, exit_code);
+  AddListenCommand(pa, exit_code);
 }
 
 }  // namespace trammel::app

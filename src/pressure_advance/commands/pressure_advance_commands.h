@@ -7,8 +7,8 @@ class App;
 
 namespace trammel::app {
 
-/// The whole group, below the program; each command stores its exit code (app/commands.h).
-void AddPressureAdvanceCommands(CLI::App& cli, int& exit_code);
+/// Fills the group; each command stores its exit code (app/commands.h).
+void AddPressureAdvanceCommands(CLI::App& pa, int& exit_code);
 
 /// Each hangs its command below `parent`.
 void AddAnalyzeCommand(CLI::App& parent, int& exit_code);
@@ -19,7 +19,7 @@ void AddApplyCommand(CLI::App& parent, int& exit_code);
 void AddExportCommand(CLI::App& parent, int& exit_code);
 void AddValidateCommand(CLI::App& parent, int& exit_code);
 void AddListenCommand(CLI::App& parent, int& exit_code);
-/// `trammel doctor`, below the program.
-void AddDoctorCommand(CLI::App& parent, int& exit_code);
+/// Makes a command `trammel doctor`.
+void AddDoctorCommand(CLI::App& doctor, int& exit_code);
 
 }  // namespace trammel::app
