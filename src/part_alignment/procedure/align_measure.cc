@@ -9,7 +9,7 @@
 
 #include "base/frame.h"
 #include "base/page.h"
-#include "part_alignment/procedure/grey_picture.h"
+#include "part_alignment/targets/grey_picture.h"
 #include "part_alignment/targets/reject_words.h"
 #include "part_alignment/targets/square_lens.h"
 
@@ -97,7 +97,7 @@ Result<FoundTargets> Read(const machine::CapturedFrame& picture, const Measureme
                     frame->height, plan.camera.width_px, plan.camera.height_px),
         ErrorKind::kMeasurement);
   }
-  const Page grey = GreyPicture(frame->width, frame->height, frame->bgr);
+  const Page grey = part_alignment::GreyPicture(frame->width, frame->height, frame->bgr);
   if (!options.squares.ids.empty()) {
     return ReadSquares(grey.view(), plan.camera, options, workspaces.squares);
   }

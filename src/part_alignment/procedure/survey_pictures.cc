@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "machine/page/page_file.h"
-#include "part_alignment/procedure/grey_picture.h"
+#include "part_alignment/targets/grey_picture.h"
 #include "part_alignment/targets/reject_words.h"
 
 namespace trammel::procedure {
@@ -44,7 +44,7 @@ Result<Page> ReadPicture(const std::filesystem::path& path) {
   }
   Page page = std::move(pages->front());
   if (page.channels == 1) return page;
-  return GreyPicture(page.width, page.height, page.samples);
+  return part_alignment::GreyPicture(page.width, page.height, page.samples);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
-#include "part_alignment/procedure/grey_picture.h"
+#include "part_alignment/targets/grey_picture.h"
 
 #include "base/check.h"
 
-namespace trammel::procedure {
+namespace trammel::part_alignment {
 
 Page GreyPicture(int width, int height, std::span<const std::uint8_t> bgr) {
   Page page{width, height, 1, {}, {}, {}};
@@ -17,4 +17,4 @@ Page GreyPicture(int width, int height, std::span<const std::uint8_t> bgr) {
   return page;
 }
 
-}  // namespace trammel::procedure
+}  // namespace trammel::part_alignment
