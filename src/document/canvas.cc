@@ -4,16 +4,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "base/check.h"
 #include "base/utf8.h"
 #include "document/cairo_handles.h"
 #include "document/reduced.h"
 #include "document/svg_writer.h"
+#include "image/png_writer.h"
 
 namespace trammel::report {
 namespace {
@@ -59,10 +62,36 @@ Surface SurfaceOf(const BgrView& image) {
   return surface;
 }
 
+/// Cairo's own writer packs a photo three times as long, and no smaller by a tenth.
 std::string PngOf(cairo_surface_t* surface) {
+  cairo_surface_flush(surface);
+  image::PngForm form;
+  form.width_px = cairo_image_surface_get_width(surface);
+  form.height_px = cairo_image_surface_get_height(surface);
+  form.channels = 3;
+  form.packing = image::PngForm::Packing::kDense;
   std::string png;
-  const cairo_status_t status = cairo_surface_write_to_png_stream(surface, AppendBytes, &png);
-  TRAMMEL_CHECK(status == CAIRO_STATUS_SUCCESS, "a PNG: {}", cairo_status_to_string(status));
+  auto writer = image::PngWriter::Create(form, [&png](std::span<const std::uint8_t> bytes) {
+    png.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return Result<void>();
+  });
+  TRAMMEL_CHECK(writer.has_value(), "{}", writer.error().message);
+  std::vector<std::uint8_t> bgr(3 * static_cast<std::size_t>(form.width_px));
+  for (int y = 0; y < form.height_px; ++y) {
+    const unsigned char* pixels = cairo_image_surface_get_data(surface) +
+                                  std::ptrdiff_t{y} * cairo_image_surface_get_stride(surface);
+    for (std::size_t x = 0; x < bgr.size() / 3; ++x) {
+      std::uint32_t pixel;
+      std::memcpy(&pixel, pixels + 4 * x, sizeof pixel);
+      bgr[3 * x] = static_cast<std::uint8_t>(pixel);
+      bgr[3 * x + 1] = static_cast<std::uint8_t>(pixel >> 8U);
+      bgr[3 * x + 2] = static_cast<std::uint8_t>(pixel >> 16U);
+    }
+    const auto written = writer->WriteRow(bgr.data());
+    TRAMMEL_CHECK(written.has_value(), "{}", written.error().message);
+  }
+  const auto finished = writer->Finish();
+  TRAMMEL_CHECK(finished.has_value(), "{}", finished.error().message);
   return png;
 }
 
