@@ -40,9 +40,9 @@ bool IsSquareInked(const DrawnTarget& target, double u, double v) {
 
 bool IsInked(const DrawnTarget& target, double u, double v) {
   if (target.modules > 0) return IsSquareInked(target, u, v);
-  const double r = std::hypot(u, v);
-  if (r <= 1) return true;
-  if (target.bits == 0 || r < 2 || r > 3) return false;
+  const double square = u * u + v * v;
+  if (square <= 1) return true;
+  if (target.bits == 0 || square < 4 || square > 9) return false;
   double turns = std::atan2(v, u) / (2 * std::numbers::pi);
   turns -= std::floor(turns);
   const int k = static_cast<int>(turns * target.bits) % target.bits;
@@ -85,14 +85,25 @@ void Cover(const DrawnTarget& target, Cells& cells) {
     for (int i = 0; i < 3; ++i) p[i] = inverse[i][0] * x + inverse[i][1] * y + inverse[i][2];
     return IsInked(target, p[0] / p[2], p[1] / p[2]);
   };
-  for (int y = std::max(0, static_cast<int>(y0));
-       y <= std::min(cells.height - 1, static_cast<int>(y1)); ++y) {
-    for (int x = std::max(0, static_cast<int>(x0));
-         x <= std::min(cells.width - 1, static_cast<int>(x1)); ++x) {
-      int corners = 0;
-      for (const int corner : {0, 1, 2, 3}) {
-        corners += inked(x + (corner & 1), y + (corner >> 1)) ? 1 : 0;
-      }
+  const int first_y = std::max(0, static_cast<int>(y0));
+  const int last_y = std::min(cells.height - 1, static_cast<int>(y1));
+  const int first_x = std::max(0, static_cast<int>(x0));
+  const int last_x = std::min(cells.width - 1, static_cast<int>(x1));
+  if (first_y > last_y || first_x > last_x) return;
+  std::vector<int> above(static_cast<std::size_t>(last_x - first_x + 2));  // corners of a row
+  std::vector<int> below(above.size());
+  const auto look = [&](int y, std::vector<int>& corners) {
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      corners[i] = inked(first_x + static_cast<int>(i), y) ? 1 : 0;
+    }
+  };
+  look(first_y, below);
+  for (int y = first_y; y <= last_y; ++y) {
+    above.swap(below);
+    look(y + 1, below);
+    for (int x = first_x; x <= last_x; ++x) {
+      const auto i = static_cast<std::size_t>(x - first_x);
+      const int corners = above[i] + above[i + 1] + below[i] + below[i + 1];
       double covered = corners / 4.0;
       if (corners > 0 && corners < 4) {
         int hits = 0;
