@@ -3,9 +3,10 @@
 #   to optimise it takes a third of a build and gains nothing that a user can feel. COMMANDS: COLD, and CLI11 is precompiled for it. All else is compiled with -O2.
 #   NUMERIC (and HOT): in the fuzz targets it is optimised, and its comparisons, of pixels and numbers, are not
 #   traced: they take half of the time and teach nothing.
-# trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [BUSY] [SIDE_BY_SIDE])   a GoogleTest executable,
+# trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [BUSY] [WAITS] [SIDE_BY_SIDE])   a GoogleTest executable,
 #   one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long.
 #   BUSY: it computes for long, and is optimised; the linker may take its templates in place of the module's.
+#   WAITS: a printer's clock rules it, not the processor: it begins early, as what is SIDE_BY_SIDE, and takes half of the room.
 #   Labels: unit (default) property sim golden fuzz slow. What is slow is a study, built where TRAMMEL_STUDIES is on.
 # trammel_loaded(NAME SOURCES … LINK …)   lib/trammel/trammel-NAME.so, loaded on demand (machine/module/module.h)
 # Warnings that a batch or a precompiled header makes false. A local name may be that of another file's constant. With
@@ -106,15 +107,23 @@ endfunction()
 
 # Headers that most files of a module read, precompiled once in the first module of their kind, OWNER: in base, and with
 # CLI11's, which take three seconds of each file, in app for the commands.
-set(TRAMMEL_COMMON_HEADERS <algorithm> <chrono> <cmath> <filesystem> <functional> <map> <memory>
-                           <mutex> <optional> <span> <string> <vector> <fmt/format.h>
-                           ${PROJECT_SOURCE_DIR}/src/base/json_instance.h <tl/expected.hpp>)
+set(TRAMMEL_COMMON_HEADERS <algorithm> <array> <atomic> <chrono> <cmath> <complex> <condition_variable> <filesystem>
+                           <fstream> <functional> <map> <memory> <mutex> <numbers> <optional> <random> <set> <span>
+                           <sstream> <stop_token> <string> <thread> <variant> <vector> <Eigen/Core> <fmt/format.h>
+                           ${PROJECT_SOURCE_DIR}/src/base/json_instance.h <tl/expected.hpp>
+                           ${PROJECT_SOURCE_DIR}/src/base/check.h ${PROJECT_SOURCE_DIR}/src/base/frame.h
+                           ${PROJECT_SOURCE_DIR}/src/base/measured.h ${PROJECT_SOURCE_DIR}/src/base/result.h)
+function(trammel_precompile_in owner)
+  target_precompile_headers(${owner} PRIVATE ${TRAMMEL_COMMON_HEADERS} ${ARGN})
+  target_include_directories(
+    ${owner} SYSTEM PRIVATE $<TARGET_PROPERTY:Eigen3::Eigen,INTERFACE_INCLUDE_DIRECTORIES>)
+endfunction()
 function(trammel_precompile target owner)
   if(NOT TRAMMEL_PRECOMPILE)
     return()
   endif()
   if(target STREQUAL owner)
-    target_precompile_headers(${target} PRIVATE ${TRAMMEL_COMMON_HEADERS} ${ARGN})
+    trammel_precompile_in(${target} ${ARGN})
   else()
     target_precompile_headers(${target} REUSE_FROM ${owner})
   endif()
@@ -144,7 +153,7 @@ function(trammel_cold_headers)
   trammel_flags(trammel_cold_headers)
   trammel_cold(trammel_cold_headers)
   target_link_libraries(trammel_cold_headers PRIVATE fmt::fmt tl::expected nlohmann_json::nlohmann_json)
-  target_precompile_headers(trammel_cold_headers PRIVATE ${TRAMMEL_COMMON_HEADERS})
+  trammel_precompile_in(trammel_cold_headers)
 endfunction()
 
 # What every test is compiled with. Little runs in the tests' own files: to compile them takes longer.
@@ -162,15 +171,14 @@ function(trammel_test_headers)
   add_library(trammel_test_headers OBJECT ${PROJECT_BINARY_DIR}/test_headers.cc)
   trammel_test_options(trammel_test_headers)
   target_link_libraries(trammel_test_headers PRIVATE trammel_base GTest::gtest GTest::gmock)
-  target_precompile_headers(trammel_test_headers PRIVATE ${TRAMMEL_COMMON_HEADERS} <gmock/gmock.h>
-                            <gtest/gtest.h>)
+  trammel_precompile_in(trammel_test_headers <gmock/gmock.h> <gtest/gtest.h>)
 endfunction()
 
 function(trammel_test name)
   if(NOT TRAMMEL_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "BUSY;SIDE_BY_SIDE" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "BUSY;WAITS;SIDE_BY_SIDE" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
@@ -179,6 +187,13 @@ function(trammel_test name)
   endif()
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
+  endif()
+  set(properties LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
+  if(NOT ARG_WAITS)
+    list(APPEND properties PROCESSORS 2)
+  endif()
+  if(ARG_SIDE_BY_SIDE OR ARG_WAITS)
+    list(APPEND properties COST 30)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   if("slow" IN_LIST ARG_LABELS)
@@ -196,9 +211,8 @@ function(trammel_test name)
   cmake_language(EVAL CODE "cmake_language(DEFER CALL trammel_batch ${name})")
   if(ARG_SIDE_BY_SIDE)
     add_test(NAME ${name} COMMAND ${name})
-    set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
+    set_tests_properties(${name} PROPERTIES ${properties})
     return()
   endif()
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-                       PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
 endfunction()
