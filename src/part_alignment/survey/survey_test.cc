@@ -116,14 +116,12 @@ TEST(Survey, IsExactWithoutNoise) {
 TEST(Survey, SolvesAFlatPartWithoutAFocalLength) {
   test::SurveyScene scene = SmallScene();
   scene.flat = true;
-  for (const std::uint64_t seed : {1, 2}) {
-    for (const double focal : {2000.0, 7500.0}) {
-      SCOPED_TRACE(testing::Message() << "seed " << seed << ", focal length " << focal);
-      scene.focal_px = focal;
-      scene.distance_mm = 2500 * focal / 2773;
-      const test::SurveyWorld world = test::MakeSurveyWorld(scene, seed);
-      ExpectConsistent(world, Solved(test::Photograph(world, seed)));
-    }
+  for (const auto& [seed, focal] : {std::pair<std::uint64_t, double>{1, 2000}, {2, 7500}}) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed << ", focal length " << focal);
+    scene.focal_px = focal;
+    scene.distance_mm = 2500 * focal / 2773;
+    const test::SurveyWorld world = test::MakeSurveyWorld(scene, seed);
+    ExpectConsistent(world, Solved(test::Photograph(world, seed)));
   }
 }
 

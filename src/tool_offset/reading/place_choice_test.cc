@@ -89,7 +89,7 @@ TEST(ChoosePlaces, AgreesWithAllWaysToPutThreeTools) {
   Random random(kSeed);
   int best_missed = 0;
   int lead_too_large = 0;
-  constexpr int kRepeats = 500;
+  constexpr int kRepeats = 200;
   for (int repeat = 0; repeat < kRepeats; ++repeat) {
     Claims claims(3, std::vector<PlaceClaim>(3));
     for (auto& of_tool : claims) {
