@@ -4,7 +4,8 @@
 #   NUMERIC (and HOT): in the fuzz targets it is optimised, and its comparisons, of pixels and numbers, are not
 #   traced: they take half of the time and teach nothing.
 # trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [BUSY] [WAITS] [SIDE_BY_SIDE])   a GoogleTest executable,
-#   one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long.
+#   one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long, or where
+#   FFmpeg and imgcodecs behind them take longer to start than most of them.
 #   BUSY: it computes for long, and is optimised; the linker may take its templates in place of the module's.
 #   WAITS: a printer's clock rules it, not the processor: it begins early, as what is SIDE_BY_SIDE, and takes half of the room.
 #   Labels: unit (default) property sim golden fuzz slow. What is slow is a study, built where TRAMMEL_STUDIES is on.
