@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <deque>
 #include <map>
 #include <utility>
 
@@ -48,7 +47,7 @@ Result<History> ReadHistory(const fs::path& path, const HistoryQuery& query) {
     std::size_t bytes = 0;
   };
   History history;
-  std::deque<Kept> kept;
+  std::map<std::pair<std::string, std::size_t>, Kept> kept;  // by time, then by line, as the index
   std::size_t bytes = 0;
   const auto skip = [&](const std::string& why) {
     if (history.skipped.size() < kMostNamed) history.skipped.push_back(why);
@@ -60,15 +59,18 @@ Result<History> ReadHistory(const fs::path& path, const HistoryQuery& query) {
     auto read = ParseHistoryLine(*line, where);
     if (!read) return skip(read.error().message);
     if (!Matches(query, read->first)) return;
-    kept.push_back({{std::move(read->first), std::move(read->second)}, line->size()});
+    const std::string utc = read->first.provenance.utc;
+    kept[{utc, number}] = {{std::move(read->first), std::move(read->second)}, line->size()};
     bytes += line->size();
     while (!kept.empty() && (kept.size() > query.last || bytes > kMostKept)) {
-      bytes -= kept.front().bytes;
-      kept.pop_front();
+      bytes -= kept.begin()->second.bytes;
+      kept.erase(kept.begin());
     }
   };
   if (auto read = ForEachLine(path, {}, take); !read) return tl::unexpected(read.error());
-  for (; !kept.empty(); kept.pop_back()) history.entries.push_back(std::move(kept.back().entry));
+  for (auto it = kept.rbegin(); it != kept.rend(); ++it) {
+    history.entries.push_back(std::move(it->second.entry));
+  }
   return history;
 }
 

@@ -44,7 +44,7 @@ struct HistoryQuery {
 [[nodiscard]] bool Matches(const HistoryQuery& query, const measurement::Outcome& outcome);
 
 struct History {
-  std::vector<HistoryEntry> entries;  ///< the newest first
+  std::vector<HistoryEntry> entries;  ///< the newest first, by the time that they state
   std::vector<std::string> skipped;   ///< what is wrong with lines that are no result, at most 10
   std::size_t skipped_lines = 0;
 };

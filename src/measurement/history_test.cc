@@ -52,6 +52,19 @@ TEST_F(ResultHistory, GivesTheNewestFirstAndNoMoreThanIsAskedFor) {
   EXPECT_EQ(ReadHistory(path_, {})->entries[1].folder, "recordings/5");
 }
 
+TEST_F(ResultHistory, OrdersByTheTimeThatResultsStateAndThenByLine) {
+  const auto at = [](double value, const char* utc) {
+    Outcome outcome = Found(value);
+    outcome.provenance.utc = utc;
+    return HistoryLine(outcome, "r");
+  };
+  Add(at(1, "2026-03-01T00:00:00Z"));
+  Add(at(2, "2026-01-01T00:00:00Z"));  // a folder that came later
+  Add(at(3, "2026-01-01T00:00:00Z"));
+  EXPECT_THAT(Values(), ElementsAre(1, 3, 2));
+  EXPECT_THAT(Values({.last = 2}), ElementsAre(1, 3));
+}
+
 TEST_F(ResultHistory, NamesAndPassesOverWhatIsNoResult) {
   Add(HistoryLine(Found(1), "r"));
   std::string contradicting = HistoryLine(Found(2), "r");
