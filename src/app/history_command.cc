@@ -10,13 +10,16 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <system_error>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "app/commands.h"
 #include "app/history_table.h"
+#include "app/kept_history.h"
 #include "base/json_text.h"
 #include "document/interval_text.h"
+#include "measurement/change.h"
 #include "measurement/history.h"
 #include "measurement/history_index.h"
 #include "measurement/outcome_file.h"
@@ -39,6 +42,7 @@ struct HistoryArguments {
   std::string out;
   std::size_t last = 20;
   std::size_t number = 1;
+  std::size_t before = 2;
   bool json = false;
 };
 
@@ -92,18 +96,6 @@ ordered_json EntryJson(std::size_t number, const HistoryEntry& entry) {
   return json;
 }
 
-/// Through the folder's index; from history.jsonl itself where that cannot be used, which is said.
-Result<files::History> ReadKept(const std::filesystem::path& path,
-                                const files::HistoryQuery& query) {
-  std::error_code ignored;
-  if (!std::filesystem::is_directory(path, ignored)) return files::ReadHistory(path, query);
-  auto indexed = files::ReadIndexed(path, query);
-  if (indexed) return indexed;
-  auto read = files::ReadHistory(path / files::kHistoryFile, query);
-  if (read) fmt::print(stderr, "without the index: {}\n", indexed.error().message);
-  return read;
-}
-
 /// The newest, with what was applied of them; says on standard error which lines are no results.
 Result<files::History> Read(const HistoryArguments& arguments, std::size_t last) {
   files::HistoryQuery query{last, {}, arguments.subject};
@@ -153,6 +145,11 @@ int RunShow(const HistoryArguments& arguments) {
     return kExitGood;
   }
   fmt::print("{}", EntryText(arguments.number, entry, entry.outcome.answers.size()));
+  const auto drift = DriftOf(arguments.path, entry.outcome);
+  if (!drift) return PrintError(drift.error());
+  for (const measurement::Change& change : *drift) {
+    fmt::print("     {}: {}\n", change.name, DriftText(change));
+  }
   for (const std::string& source : entry.outcome.provenance.sources) {
     fmt::print("     from {}\n", source);
   }
@@ -171,9 +168,97 @@ int RunShow(const HistoryArguments& arguments) {
   return kExitGood;
 }
 
-int RunExport(const HistoryArguments& arguments) {
-  const auto history = Read(arguments, kMost);
+ordered_json MeasuredJson(const Measured& measured) {
+  ordered_json json = {{"verdict", ToString(measured.verdict())}, {"reason", measured.reason()}};
+  if (measured.good()) {
+    const Quantity& quantity = measured.quantity();
+    json["value"] = quantity.value;
+    json["standard_uncertainty"] = quantity.standard_uncertainty;
+    json["interval95"] = {quantity.interval95.lo, quantity.interval95.hi};
+  }
+  return json;
+}
+
+ordered_json ComparisonJson(const HistoryArguments& arguments,
+                            const std::vector<measurement::Change>& changes) {
+  ordered_json json = {{"before", arguments.before},
+                       {"after", arguments.number},
+                       {"changes", ordered_json::array()}};
+  for (const measurement::Change& change : changes) {
+    json["changes"].push_back({{"name", change.name},
+                               {"unit", change.unit},
+                               {"before", MeasuredJson(change.before)},
+                               {"after", MeasuredJson(change.after)},
+                               {"difference", MeasuredJson(change.difference)},
+                               {"differs", change.differs()}});
+  }
+  return json;
+}
+
+/// What is known to differ in what was measured.
+std::string OtherThings(const measurement::Subject& before, const measurement::Subject& after) {
+  std::string text;
+  for (const auto& [name, a, b] : {std::tuple{"printer", &before.printer, &after.printer},
+                                   std::tuple{"nozzle", &before.nozzle, &after.nozzle},
+                                   std::tuple{"filament", &before.filament, &after.filament}}) {
+    if (*a == *b) continue;
+    text += fmt::format("     another {}: {}, then {}\n", name, a->empty() ? "not noted" : *a,
+                        b->empty() ? "not noted" : *b);
+  }
+  return text;
+}
+
+int RunCompare(const HistoryArguments& arguments) {
+  const auto history = Read(arguments, std::max(arguments.before, arguments.number));
   if (!history) return PrintError(history.error());
+  for (const std::size_t number : {arguments.before, arguments.number}) {
+    if (history->entries.size() < number) {
+      return PrintError(
+          {ErrorKind::kInput, fmt::format("there is no result {}: {} of them are kept", number,
+                                          history->entries.size())});
+    }
+  }
+  const measurement::Outcome& before = history->entries[arguments.before - 1].outcome;
+  const measurement::Outcome& after = history->entries[arguments.number - 1].outcome;
+  if (before.provenance.instrument != after.provenance.instrument) {
+    return PrintError(
+        {ErrorKind::kInput, fmt::format("result {} is of {} and result {} of {}: choose with "
+                                        "--instrument, or by other numbers",
+                                        arguments.before, WordsOf(before.provenance.instrument),
+                                        arguments.number, WordsOf(after.provenance.instrument))});
+  }
+  const std::vector<measurement::Change> changes = measurement::Compare(before, after);
+  const bool told =
+      std::any_of(changes.begin(), changes.end(),
+                  [](const measurement::Change& each) { return each.difference.good(); });
+  const int code = told ? kExitGood : kExitNotTrusted;
+  if (arguments.json) {
+    std::fputs(JsonText(ComparisonJson(arguments, changes)).c_str(), stdout);
+    return code;
+  }
+  for (const auto& [number, outcome] :
+       {std::pair{arguments.before, &before}, std::pair{arguments.number, &after}}) {
+    fmt::print("{:<4} {}  {}  {}\n", number, outcome->provenance.utc,
+               WordsOf(outcome->provenance.instrument), VerdictWords(outcome->verdict()));
+  }
+  fmt::print("{}", OtherThings(before.subject, after.subject));
+  for (const measurement::Change& change : changes) {
+    fmt::print("     {}  {}\n", change.name, ChangeText(change));
+  }
+  if (changes.empty()) fmt::print("     they have no quantity in common\n");
+  return code;
+}
+
+int RunExport(const HistoryArguments& arguments) {
+  auto history = Read(arguments, kMost + 1);
+  if (!history) return PrintError(history.error());
+  if (history->entries.size() > kMost) {
+    history->entries.pop_back();
+    fmt::print(stderr,
+               "these are the newest {}: choose by --printer, --filament, --nozzle or --instrument "
+               "for what lies before\n",
+               kMost);
+  }
   std::fputs(HistoryTable(history->entries).c_str(), stdout);
   return kExitGood;
 }
@@ -223,6 +308,19 @@ void AddHistoryCommands(CLI::App& history, int& exit_code) {
   AddCommon(*show, *shown);
   AddJson(*show, *shown);
   show->callback([shown, &exit_code] { exit_code = RunShow(*shown); });
+
+  const auto compared = std::make_shared<HistoryArguments>();
+  CLI::App* compare = history.add_subcommand(
+      "compare", "how a result differs from another, with an interval: whether anything changed");
+  compare->add_option("BEFORE", compared->before, "as history list counts them")
+      ->check(CLI::Range(std::size_t{1}, kMost))
+      ->capture_default_str();
+  compare->add_option("AFTER", compared->number, "the same: 1 is the newest")
+      ->check(CLI::Range(std::size_t{1}, kMost))
+      ->capture_default_str();
+  AddCommon(*compare, *compared);
+  AddJson(*compare, *compared);
+  compare->callback([compared, &exit_code] { exit_code = RunCompare(*compared); });
 
   const auto exported = std::make_shared<HistoryArguments>();
   CLI::App* table = history.add_subcommand(

@@ -118,6 +118,46 @@ TEST_F(HistoryCommand, FiltersAndExportsByFilamentWhateverItsName) {
   EXPECT_THAT(History("show 2").standard_output, HasSubstr("filament =PLA"));
 }
 
+TEST_F(HistoryCommand, ComparesTwoResultsAndSaysWhetherAnythingChanged) {
+  Outcome outcome = PressureAdvance();
+  outcome.subject = {"printer.local", "0.40", "PLA"};
+  Keep(files::HistoryLine(outcome, "recordings/a"));
+  outcome.provenance.utc = "2026-01-03T03:04:05Z";
+  outcome.subject.nozzle = "0.60";
+  outcome.answers[0].value = Measured::Good({0.040, 0.0006, {0.0388, 0.0412}});
+  Keep(files::HistoryLine(outcome, "recordings/b"));
+  const CommandResult compared = History("compare");
+  EXPECT_EQ(compared.exit_code, 0) << compared.output;
+  EXPECT_EQ(compared.standard_output,
+            "2    2026-01-02T03:04:05Z  pressure advance  good\n"
+            "1    2026-01-03T03:04:05Z  pressure advance  good\n"
+            "     another nozzle: 0.40, then 0.60\n"
+            "     pressure_advance  +0.0040 s (95 %: +0.0023 to +0.0057 s): it has changed\n");
+  const json back = json::parse(History("compare 1 2 --json").standard_output);
+  EXPECT_NEAR(back["changes"][0]["difference"]["value"], -0.004, 1e-9);
+  EXPECT_EQ(back["changes"][0]["differs"], true);
+  EXPECT_THAT(History("compare 2 2").standard_output, HasSubstr("no change that can be told"));
+  Keep(files::HistoryLine(Alignment(), "c"));
+  EXPECT_THAT(History("compare").standard_error,
+              HasSubstr("result 2 is of pressure advance and result 1 of part alignment"));
+  EXPECT_THAT(History("compare 9").standard_error, HasSubstr("there is no result 9: 3"));
+}
+
+TEST_F(HistoryCommand, ShowsHowAResultDiffersFromEarlierOnesOfTheSameThing) {
+  Outcome outcome = PressureAdvance();
+  outcome.subject = {"printer.local", "0.40", "PLA"};
+  for (const double value : {0.036, 0.0365, 0.0355, 0.044}) {
+    outcome.provenance.utc[9] += 1;
+    outcome.answers[0].value = Measured::Good({value, 0.0006, {value - 0.0012, value + 0.0012}});
+    Keep(files::HistoryLine(outcome, "recordings/a"));
+  }
+  EXPECT_THAT(
+      History("show 1").standard_output,
+      AllOf(HasSubstr("pressure_advance: +0.0080 s (95 %: "),
+            HasSubstr("): it has changed against 0.0360 s, the mean of 3 earlier results")));
+  EXPECT_THAT(History("show 2").standard_output, Not(HasSubstr("earlier results")));
+}
+
 TEST_F(HistoryCommand, DoesWithoutAnIndexThatItCannotUseAndRebuildsOneWhereAsked) {
   Keep(files::HistoryLine(Alignment(), "b"));
   std::filesystem::create_directory(folder_.path() / "recordings/history.db");

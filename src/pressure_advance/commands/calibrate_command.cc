@@ -12,6 +12,7 @@
 #include "app/applied_result.h"
 #include "app/commands.h"
 #include "app/interrupt.h"
+#include "app/kept_history.h"
 #include "app/new_folder.h"
 #include "app/printer_session.h"
 #include "base/url_secrets.h"
@@ -117,6 +118,15 @@ Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Sess
   return WorthApplying(*improvement);
 }
 
+// Beside the earlier results of this printer, nozzle and filament. The answer stands without them.
+void PrintDrift(const fs::path& recordings, const measurement::Outcome& outcome) {
+  const auto drift = DriftOf(recordings, outcome);
+  if (!drift) return;
+  for (const measurement::Change& change : *drift) {
+    fmt::print("{:<17} {}\n", change.differs() ? "changed" : "as before", DriftText(change));
+  }
+}
+
 // Analyses, reports, validates and applies where asked to.
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
              const files::Config& config, const fs::path& folder,
@@ -135,6 +145,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   int code = PrintAnalysis(*run, result, output);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
+  if (!arguments.json) PrintDrift(fs::absolute(folder).parent_path(), result.outcome);
   std::fflush(stdout);  // the answer, before minutes of validation
   const double value_s = measured.quantity().value;
   bool worth_applying = true;

@@ -1,0 +1,129 @@
+#include "measurement/change.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+
+namespace trammel::measurement {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+Quantity Normal(double value, double u) { return {value, u, {value - 1.96 * u, value + 1.96 * u}}; }
+
+Outcome Of(const Measured& value, const std::string& unit = "s") {
+  Outcome outcome;
+  outcome.answers = {{"pressure_advance", unit, value}};
+  outcome.subject = {"printer.local", "0.40", "PLA"};
+  return outcome;
+}
+
+TEST(Compare, GivesTheDifferenceWithBothUncertainties) {
+  const auto changes =
+      Compare(Of(Measured::Good(Normal(0.030, 0.003))), Of(Measured::Good(Normal(0.040, 0.004))));
+  ASSERT_THAT(changes, SizeIs(1));
+  const Quantity& difference = changes[0].difference.quantity();
+  EXPECT_NEAR(difference.value, 0.010, 1e-12);
+  EXPECT_NEAR(difference.standard_uncertainty, 0.005, 1e-12);
+  EXPECT_NEAR(difference.interval95.lo, 0.010 - 1.96 * 0.005, 1e-12);
+  EXPECT_TRUE(changes[0].differs());
+  EXPECT_FALSE(
+      Compare(Of(Measured::Good(Normal(0.030, 0.004))), Of(Measured::Good(Normal(0.040, 0.004))))[0]
+          .differs());
+}
+
+TEST(Compare, KeepsIntervalsThatLieAslant) {
+  // The value before may be much larger, the one after much larger: each widens its own side.
+  const Measured before = Measured::Good({10, 1, {9, 14}});
+  const Measured after = Measured::Good({20, 1, {18, 23}});
+  const Quantity difference = Compare(Of(before), Of(after))[0].difference.quantity();
+  EXPECT_NEAR(difference.interval95.lo, 10 - std::hypot(2, 4), 1e-12);
+  EXPECT_NEAR(difference.interval95.hi, 10 + std::hypot(3, 1), 1e-12);
+}
+
+TEST(Compare, LeavesOutOtherUnitsAndSaysWhichValueIsNotGood) {
+  const Measured good = Measured::Good(Normal(1, 0.1));
+  EXPECT_THAT(Compare(Of(good, "s"), Of(good, "ms")), IsEmpty());
+  const auto changes = Compare(Of(Measured::Refused("no line was found")), Of(good));
+  ASSERT_THAT(changes, SizeIs(1));
+  EXPECT_FALSE(changes[0].differs());
+  EXPECT_THAT(changes[0].difference.reason(), HasSubstr("before is refused: no line was found"));
+}
+
+TEST(Drift, AsksForThreeGoodEarlierResults) {
+  const Outcome one = Of(Measured::Good(Normal(1, 0.1)));
+  EXPECT_THAT(Drift(std::vector{one, one, Of(Measured::CannotTell("too little light"))}, one),
+              IsEmpty());
+  EXPECT_THAT(Drift(std::vector{one, one, one}, one), SizeIs(1));
+  EXPECT_THAT(Drift(std::vector{one, one, one}, Of(Measured::Refused("torn"))), IsEmpty());
+}
+
+TEST(Drift, KnowsSubjectsByAllThatIsNotedOfThem) {
+  const Outcome one = Of(Measured::Good(Normal(1, 0.1)));
+  Outcome other = one;
+  EXPECT_TRUE(SameSubject(one, other));
+  other.subject.nozzle = "0.60";
+  EXPECT_FALSE(SameSubject(one, other));
+  Outcome nameless = one;
+  nameless.subject.filament.clear();
+  EXPECT_FALSE(SameSubject(nameless, nameless));
+  nameless.provenance.instrument = Instrument::kToolOffset;
+  EXPECT_TRUE(SameSubject(nameless, nameless));
+  Outcome unknown = one;
+  unknown.subject = {};
+  EXPECT_FALSE(SameSubject(unknown, unknown));
+}
+
+/// The share of results called different though nothing changed, whether results scatter by more
+/// than they state or not, and, without that, the share
+/// where the value changed by ten standard uncertainties.
+struct Called {
+  double falsely = 0;
+  double rightly = 0;
+};
+
+Called Try(std::size_t earlier, double beyond_stated, std::uint64_t seed) {
+  constexpr int kDraws = 2000;
+  constexpr double kU = 0.001;
+  Random random(seed);
+  const auto draw = [&](double truth) {
+    const double value = truth + kU * random.Normal() + beyond_stated * kU * random.Normal();
+    return Of(Measured::Good(Normal(value, kU)));
+  };
+  Called called;
+  for (int i = 0; i < kDraws; ++i) {
+    std::vector<Outcome> before;
+    for (std::size_t k = 0; k < earlier; ++k) before.push_back(draw(0.04));
+    const Outcome same = draw(0.04);
+    called.falsely += Drift(before, same)[0].differs() ? 1.0 / kDraws : 0;
+    if (beyond_stated > 0) continue;
+    called.rightly += Drift(before, draw(0.04 + 10 * kU))[0].differs() ? 1.0 / kDraws : 0;
+  }
+  return called;
+}
+
+TEST(Drift, IsCalledFalselyAtMostOnceInTwenty) {
+  // Three standard deviations of a share of 2000 draws about 0.05.
+  constexpr double kMost = 0.05 + 3 * 0.0049;
+  std::uint64_t seed = 4100;
+  for (const std::size_t earlier : {3, 10}) {
+    for (const double beyond_stated : {0.0, 1.0, 10.0}) {
+      const Called called = Try(earlier, beyond_stated, ++seed);
+      EXPECT_LE(called.falsely, kMost) << earlier << " results, scatter " << beyond_stated;
+      if (beyond_stated == 0) {
+        EXPECT_GE(called.rightly, earlier == 3 ? 0.8 : 0.99)
+            << earlier << " results, scatter " << beyond_stated;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace trammel::measurement
