@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 
 #include "app/provenance.h"
+#include "base/url_secrets.h"
 #include "measurement/history.h"
 #include "session/run_journal.h"
 
@@ -12,28 +14,70 @@ namespace trammel::app {
 
 namespace {
 
-Result<void> Note(const measurement::Outcome& outcome, const files::Application& application) {
-  const auto folder = files::StateFolder();
+using files::Application;
+using measurement::Instrument;
+
+Result<std::filesystem::path> AppliedFile() {
+  auto folder = files::StateFolder();
   if (!folder) return tl::unexpected(folder.error());
-  return files::NoteApplication(*folder / files::kAppliedFile, outcome, application);
+  return *folder / files::kAppliedFile;
 }
 
-}  // namespace
+Result<void> Note(const AppliedValue& applied, Application::Step step,
+                  std::optional<double> before) {
+  const auto path = AppliedFile();
+  if (!path) return tl::unexpected(path.error());
+  const Application application{UtcNow(), WithoutSecrets(applied.machine), step, before,
+                                applied.value};
+  if (applied.result) return files::NoteApplication(*path, *applied.result, application);
+  return files::NoteApplication(*path, applied.instrument, "", application);
+}
 
-Result<void> NoteBegun(const measurement::Outcome& outcome, const std::string& machine,
-                       std::optional<double> before) {
-  const auto noted = Note(outcome, {UtcNow(), machine, true, before});
+Result<void> OrNothingSet(const Result<void>& noted) {
   if (noted) return {};
   return Fail(fmt::format("nothing was set, as it cannot be noted for trammel history: {}",
                           noted.error().message),
               noted.error().kind);
 }
 
-void NoteApplied(const measurement::Outcome& outcome, const std::string& machine) {
-  if (const auto noted = Note(outcome, {UtcNow(), machine}); !noted) {
+}  // namespace
+
+Result<void> NoteBegun(const AppliedValue& applied, std::optional<double> before) {
+  return OrNothingSet(Note(applied, Application::Step::kBegun, before));
+}
+
+void NoteApplied(const AppliedValue& applied) {
+  if (const auto noted = Note(applied, Application::Step::kApplied, {}); !noted) {
     fmt::print(stderr, "trammel: set, but not noted for trammel history: {}\n",
                noted.error().message);
   }
+}
+
+Result<Undoing> LastToUndo(Instrument instrument, const std::string& machine) {
+  const auto path = AppliedFile();
+  if (!path) return tl::unexpected(path.error());
+  const auto last = files::LastApplication(*path, instrument, WithoutSecrets(machine));
+  if (!last) return tl::unexpected(last.error());
+  if (!*last) {
+    return Fail(fmt::format("{} notes no value that was set on {}: name the one to set",
+                            path->string(), WithoutSecrets(machine)));
+  }
+  const Application& application = (*last)->application;
+  if (!application.before) {
+    return Fail(fmt::format("what was in force on {} before {} was not told: name the value to set",
+                            WithoutSecrets(machine), application.utc));
+  }
+  return Undoing{*application.before, application.value, application.utc,
+                 application.step == Application::Step::kUndone, (*last)->fingerprint};
+}
+
+Result<void> NoteUndone(Instrument instrument, const std::string& machine, const Undoing& undoing) {
+  const auto path = AppliedFile();
+  if (!path) return tl::unexpected(path.error());
+  return OrNothingSet(
+      files::NoteApplication(*path, instrument, undoing.fingerprint,
+                             {UtcNow(), WithoutSecrets(machine), Application::Step::kUndone,
+                              undoing.before, undoing.value}));
 }
 
 }  // namespace trammel::app

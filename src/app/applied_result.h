@@ -9,15 +9,38 @@
 
 namespace trammel::app {
 
-/// Notes in the state folder, on the disk, that a result is about to be set on a machine.
-/// @param before  what is in force there, in the unit of the first answer; absent: not told.
-/// Error: it cannot be noted, with what to do; nothing must be set then.
-[[nodiscard]] Result<void> NoteBegun(const measurement::Outcome& outcome,
-                                     const std::string& machine, std::optional<double> before);
+/// A value that is set on a machine.
+struct AppliedValue {
+  measurement::Instrument instrument = measurement::Instrument::kPressureAdvance;
+  std::optional<measurement::Outcome> result = {};  ///< absent: it was typed
+  std::string machine;                              ///< its address
+  std::optional<double> value = {};  ///< in the unit of the first answer; absent: of several
+};
 
-/// Notes in the state folder that a result was set on a machine, now. Says on standard error where
+/// Notes in the state folder, on the disk, that a value is about to be set on a machine.
+/// @param before  what is in force there, in the value's unit; absent: not told.
+/// Error: it cannot be noted, with what to do; nothing must be set then.
+[[nodiscard]] Result<void> NoteBegun(const AppliedValue& applied, std::optional<double> before);
+
+/// Notes in the state folder that a value was set on a machine, now. Says on standard error where
 /// it cannot be noted: what was set stays set.
-/// @param machine  its address.
-void NoteApplied(const measurement::Outcome& outcome, const std::string& machine);
+void NoteApplied(const AppliedValue& applied);
+
+/// What was in force before the last value of an instrument was set on a machine.
+struct Undoing {
+  double before = 0;
+  std::optional<double> value = {};  ///< what was set
+  std::string utc;                   ///< when
+  bool undone = false;               ///< it was taken back, or was about to be
+  std::string fingerprint;           ///< of the result; empty: of none
+};
+
+/// Errors: kInput where nothing is noted, or not what was in force before.
+[[nodiscard]] Result<Undoing> LastToUndo(measurement::Instrument instrument,
+                                         const std::string& machine);
+
+/// Notes, on the disk, that the last value is about to be taken back. Errors: as NoteBegun.
+[[nodiscard]] Result<void> NoteUndone(measurement::Instrument instrument,
+                                      const std::string& machine, const Undoing& undoing);
 
 }  // namespace trammel::app

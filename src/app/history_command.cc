@@ -57,11 +57,16 @@ std::string AnswerText(const Answer& answer) {
 }
 
 std::string ApplicationText(const files::Application& application) {
-  if (!application.begun) {
-    return fmt::format("applied {} to {}", application.utc, application.machine);
+  switch (application.step) {
+    case files::Application::Step::kApplied:
+      return fmt::format("applied {} to {}", application.utc, application.machine);
+    case files::Application::Step::kBegun:
+      return fmt::format("about to be applied {} to {}, and not noted whether it was",
+                         application.utc, application.machine);
+    case files::Application::Step::kUndone:
+      return fmt::format("taken back {} on {}", application.utc, application.machine);
   }
-  return fmt::format("about to be applied {} to {}, and not noted whether it was", application.utc,
-                     application.machine);
+  return {};
 }
 
 std::string AppliedText(const HistoryEntry& entry) {

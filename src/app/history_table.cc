@@ -31,8 +31,9 @@ std::string HistoryTable(std::span<const files::HistoryEntry> entries) {
         numbers = fmt::format("{},{},{},{}", quantity.value, quantity.standard_uncertainty,
                               quantity.interval95.lo, quantity.interval95.hi);
       }
-      const auto applied = std::find_if(entry.applied.rbegin(), entry.applied.rend(),
-                                        [](const auto& each) { return !each.begun; });
+      const auto applied = std::find_if(
+          entry.applied.rbegin(), entry.applied.rend(),
+          [](const auto& each) { return each.step == files::Application::Step::kApplied; });
       const files::Application last =
           applied == entry.applied.rend() ? files::Application{} : *applied;
       table += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", Cell(provenance.utc),

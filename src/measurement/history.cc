@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <utility>
 
@@ -14,14 +16,15 @@ namespace trammel::files {
 namespace {
 
 namespace fs = std::filesystem;
+using measurement::Instrument;
 using measurement::Outcome;
 using nlohmann::ordered_json;
 
 constexpr std::size_t kMostKept = std::size_t{64} << 20;
 constexpr std::size_t kMostNamed = 10;
 constexpr std::size_t kMostApplications = 100;
-constexpr const char* kBegun = "begun";
-constexpr const char* kApplied = "applied";
+using Step = Application::Step;
+constexpr std::array kSteps = {"applied", "begun", "undone"};  // as Step has them
 
 }  // namespace
 
@@ -77,18 +80,88 @@ Result<History> ReadHistory(const fs::path& path, const HistoryQuery& query) {
 ordered_json JsonOf(const Application& application) {
   ordered_json json = {{"utc", application.utc},
                        {"machine", application.machine},
-                       {"step", application.begun ? kBegun : kApplied}};
+                       {"step", kSteps[static_cast<std::size_t>(application.step)]}};
   if (application.before) json["before"] = *application.before;
+  if (application.value) json["value"] = *application.value;
   return json;
+}
+
+Result<void> NoteApplication(const fs::path& path, Instrument instrument,
+                             const std::string& fingerprint, const Application& application) {
+  ordered_json json = {
+      {"format", 1}, {"instrument", ToString(instrument)}, {"result", fingerprint}};
+  json.update(JsonOf(application));
+  return AppendLine(path, json.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
 }
 
 Result<void> NoteApplication(const fs::path& path, const Outcome& outcome,
                              const Application& application) {
-  ordered_json json = {{"format", 1},
-                       {"instrument", ToString(outcome.provenance.instrument)},
-                       {"result", Fingerprint(outcome)}};
-  json.update(JsonOf(application));
-  return AppendLine(path, json.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
+  return NoteApplication(path, outcome.provenance.instrument, Fingerprint(outcome), application);
+}
+
+namespace {
+
+struct AppliedLine {
+  std::string instrument;
+  std::string fingerprint;
+  Application application;
+};
+
+std::optional<AppliedLine> ParseAppliedLine(std::optional<std::string_view> line,
+                                            const fs::path& path) {
+  const auto json = line ? ParseJson(*line, path.string()) : Fail("too long");
+  if (!json || !json->is_object()) return std::nullopt;
+  JsonObject object(*json, path.string());
+  object.Integer("format", {1, 1});
+  AppliedLine read;
+  read.instrument = object.Text("instrument");
+  read.fingerprint = object.Text("result");
+  Application& application = read.application;
+  application.utc = object.Text("utc");
+  application.machine = object.Text("machine");
+  const std::string step =
+      object.OptionalChoice("step", {kSteps[0], kSteps[1], kSteps[2]}).value_or(kSteps[0]);
+  application.step = static_cast<Application::Step>(std::find(kSteps.begin(), kSteps.end(), step) -
+                                                    kSteps.begin());
+  application.before = object.OptionalNumber("before");
+  application.value = object.OptionalNumber("value");
+  if (object.failed()) return std::nullopt;
+  return read;
+}
+
+// What was begun and then done, or done and then undone, is one; what was in force before the
+// first of them, and what it set, is what counts.
+bool Continues(const Application& before, const Application& now) {
+  if (before.machine != now.machine) return false;
+  return now.step == Step::kUndone || (now.step == Step::kApplied && before.step == Step::kBegun);
+}
+
+Application Merged(const Application& before, Application now) {
+  now.before = before.before;
+  if (before.value) now.value = before.value;
+  return now;
+}
+
+}  // namespace
+
+Result<std::optional<NotedApplication>> LastApplication(const fs::path& path, Instrument instrument,
+                                                        const std::string& machine) {
+  std::optional<NotedApplication> last;
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return last;
+  const auto take = [&](std::optional<std::string_view> line, std::size_t /*number*/) {
+    auto read = ParseAppliedLine(line, path);
+    if (!read || read->instrument != ToString(instrument) || read->application.machine != machine) {
+      return;
+    }
+    const bool same = last && last->fingerprint == read->fingerprint &&
+                      Continues(last->application, read->application);
+    last = NotedApplication{
+        same ? Merged(last->application, std::move(read->application)) : read->application,
+        read->fingerprint};
+  };
+  if (auto read = ForEachLine(path, {}, take); !read) return tl::unexpected(read.error());
+  return last;
 }
 
 Result<void> AddApplications(const fs::path& path, History& history) {
@@ -97,19 +170,14 @@ Result<void> AddApplications(const fs::path& path, History& history) {
   std::map<std::string, HistoryEntry*> by_fingerprint;
   for (HistoryEntry& entry : history.entries) by_fingerprint[Fingerprint(entry.outcome)] = &entry;
   const auto take = [&](std::optional<std::string_view> line, std::size_t /*number*/) {
-    const auto json = line ? ParseJson(*line, path.string()) : Fail("too long");
-    if (!json || !json->is_object()) return;
-    JsonObject object(*json, path.string());
-    object.Integer("format", {1, 1});
-    const auto found = by_fingerprint.find(object.Text("result"));
-    Application application{object.Text("utc"), object.Text("machine")};
-    application.begun = object.OptionalChoice("step", {kBegun, kApplied}) == kBegun;
-    application.before = object.OptionalNumber("before");
-    if (object.failed() || found == by_fingerprint.end()) return;
+    auto read = ParseAppliedLine(line, path);
+    if (!read) return;
+    const auto found = by_fingerprint.find(read->fingerprint);
+    if (found == by_fingerprint.end()) return;
     std::vector<Application>& applied = found->second->applied;
-    if (!application.begun && !applied.empty() && applied.back().begun &&
-        applied.back().machine == application.machine) {
-      application.before = applied.back().before;
+    Application application = std::move(read->application);
+    if (!applied.empty() && Continues(applied.back(), application)) {
+      application = Merged(applied.back(), std::move(application));
       applied.pop_back();
     }
     if (applied.size() == kMostApplications) applied.erase(applied.begin());

@@ -17,13 +17,18 @@ namespace trammel::files {
 /// In the state folder: a line of each result that was set on a machine.
 inline constexpr std::string_view kAppliedFile = "applied.jsonl";
 
-/// A result was set on a machine, or was about to be.
+/// A value was set on a machine, was about to be, or was taken back.
 struct Application {
+  enum class Step {
+    kApplied,
+    kBegun,   ///< noted before it is set: the program may have died before it was
+    kUndone,  ///< noted before what was in force before comes back
+  };
   std::string utc;      ///< ISO 8601, ending in Z
   std::string machine;  ///< its address
-  /// Noted before it was set, and nothing says that it was: the program may have died in between.
-  bool begun = false;
+  Step step = Step::kApplied;
   std::optional<double> before = {};  ///< what was in force, in the unit of the first answer
+  std::optional<double> value = {};   ///< what was set, in the same unit
 };
 
 /// A result as history.jsonl has it.
@@ -58,14 +63,33 @@ struct History {
 /// Tells results apart: 64-bit FNV-1a of all that result.json says but the details, in hexadecimal.
 [[nodiscard]] std::string Fingerprint(const measurement::Outcome& outcome);
 
-/// {"utc", "machine", "step": "begun" or "applied", "before" where it is known}, as applied.jsonl
-/// and --json have it.
+/// {"utc", "machine", "step": "begun", "applied" or "undone", "before" and "value" where they are
+/// known}, as applied.jsonl and --json have it.
 [[nodiscard]] nlohmann::ordered_json JsonOf(const Application& application);
 
 /// Adds a line about a result to applied.jsonl. Errors: those of AppendLine.
 [[nodiscard]] Result<void> NoteApplication(const std::filesystem::path& path,
                                            const measurement::Outcome& outcome,
                                            const Application& application);
+
+/// The same of a value that no result holds. @param fingerprint  empty: of none.
+[[nodiscard]] Result<void> NoteApplication(const std::filesystem::path& path,
+                                           measurement::Instrument instrument,
+                                           const std::string& fingerprint,
+                                           const Application& application);
+
+/// A line of applied.jsonl.
+struct NotedApplication {
+  Application application;
+  std::string fingerprint;  ///< of the result; empty: of none
+};
+
+/// Reads what applied.jsonl says last of an instrument's values on a machine; what was begun and
+/// then done, or undone, is one application. Nothing where it says nothing, or is not there.
+/// Errors: those of ReadHistory.
+[[nodiscard]] Result<std::optional<NotedApplication>> LastApplication(
+    const std::filesystem::path& path, measurement::Instrument instrument,
+    const std::string& machine);
 
 /// Puts what applied.jsonl says about the entries beside them: of each the last 100. What was begun
 /// and then done is one application. Other lines are passed over. Errors: those of ReadHistory; a

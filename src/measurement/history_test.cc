@@ -127,19 +127,46 @@ TEST_F(ResultHistory, WhatWasBegunIsSaidUntilItIsNotedAsDone) {
     EXPECT_TRUE(AddApplications(applied, history));
     return history.entries[0].applied;
   };
-  ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-03T00:00:00Z", "printer", true, 0.04}));
+  ASSERT_TRUE(
+      NoteApplication(applied, Found(2),
+                      {"2026-01-03T00:00:00Z", "printer", Application::Step::kBegun, 0.04, 0.05}));
   ASSERT_EQ(noted().size(), 1u);
-  EXPECT_TRUE(noted()[0].begun);
+  EXPECT_EQ(noted()[0].step, Application::Step::kBegun);
   EXPECT_EQ(noted()[0].before, 0.04);
   ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-03T00:00:01Z", "printer"}));
   ASSERT_EQ(noted().size(), 1u);
-  EXPECT_FALSE(noted()[0].begun);
+  EXPECT_EQ(noted()[0].step, Application::Step::kApplied);
   EXPECT_EQ(noted()[0].before, 0.04);
   // Of another machine it says nothing.
-  ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-04T00:00:00Z", "other", true}));
+  ASSERT_TRUE(NoteApplication(applied, Found(2),
+                              {"2026-01-04T00:00:00Z", "other", Application::Step::kBegun}));
   ASSERT_TRUE(NoteApplication(applied, Found(2), {"2026-01-04T00:00:01Z", "printer"}));
   ASSERT_EQ(noted().size(), 3u);
-  EXPECT_TRUE(noted()[1].begun);
+  EXPECT_EQ(noted()[1].step, Application::Step::kBegun);
+}
+
+TEST_F(ResultHistory, TheLastApplicationSaysWhatToGoBackTo) {
+  const auto applied = folder_.path() / "applied.jsonl";
+  constexpr auto kInstrument = Instrument::kPressureAdvance;
+  const auto last = [&] { return *LastApplication(applied, kInstrument, "printer"); };
+  EXPECT_FALSE(last());
+  const auto note = [&](const std::string& fingerprint, const Application& application) {
+    ASSERT_TRUE(NoteApplication(applied, kInstrument, fingerprint, application));
+  };
+  note("a", {"t1", "printer", Application::Step::kBegun, 0.03, 0.04});
+  note("a", {"t2", "printer", Application::Step::kApplied, {}, 0.04});
+  note("", {"t3", "printer", Application::Step::kBegun, 0.04, 0.05});
+  ASSERT_TRUE(NoteApplication(applied, Instrument::kTap, "x", {"t4", "printer"}));
+  note("", {"t5", "other", Application::Step::kApplied, 0.1, 0.2});
+  ASSERT_TRUE(last());  // a value that was typed, and may not have come into force
+  EXPECT_EQ(last()->application.before, 0.04);
+  EXPECT_EQ(last()->application.step, Application::Step::kBegun);
+  note("", {"t6", "printer", Application::Step::kApplied, {}, 0.05});
+  EXPECT_EQ(last()->application.before, 0.04);
+  EXPECT_EQ(last()->application.utc, "t6");
+  note("", {"t7", "printer", Application::Step::kUndone, 0.04, 0.05});
+  EXPECT_EQ(last()->application.step, Application::Step::kUndone);
+  EXPECT_EQ(last()->application.value, 0.05);
 }
 
 }  // namespace

@@ -86,7 +86,9 @@ int Write(const CorrectArguments& arguments, const report::CorrectionOutput& out
   const auto before = (*machine)->ReadOffsets(output.slot.number, interrupt.token());
   if (!before) return PrintError(before.error());
   if (result) {
-    const auto noted = NoteBegun(*result, arguments.linuxcnc.address, std::nullopt);
+    const auto noted = NoteBegun(
+        {measurement::Instrument::kPartAlignment, *result, arguments.linuxcnc.address, {}},
+        std::nullopt);
     if (!noted) return PrintError(noted.error());
   }
   const auto written = (*machine)->WriteOffset(
@@ -130,7 +132,8 @@ int RunCorrect(const CorrectArguments& arguments) {
   if (arguments.linuxcnc.address.empty()) return kExitGood;
   const int code = Write(arguments, output, result->result);
   if (code == kExitGood && result->result) {
-    NoteApplied(*result->result, arguments.linuxcnc.address);
+    NoteApplied(
+        {measurement::Instrument::kPartAlignment, *result->result, arguments.linuxcnc.address, {}});
   }
   return code;
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -30,6 +31,7 @@ struct ApplyArguments {
   PrinterOptions printer;
   std::string value;
   std::string filament;
+  bool undo = false;
   bool force = false;
   bool dry_run = false;
 };
@@ -90,6 +92,45 @@ Result<ChosenValue> ParseValue(const std::string& text) {
       text));
 }
 
+constexpr auto kInstrument = measurement::Instrument::kPressureAdvance;
+
+// Whether what the last application set is still in force: else somebody set another value since.
+Result<void> CheckInForce(const Undoing& undoing, std::optional<double> now_s, bool force) {
+  constexpr double kRounding_s = 0.0001;  // four decimals are sent
+  if (force || !undoing.value || !now_s) return {};
+  if (std::abs(*now_s - *undoing.value) <= kRounding_s) return {};
+  if (undoing.undone) {
+    return Fail(fmt::format("the value of {:.4f} s was taken back {} already: name the one to set",
+                            *undoing.value, undoing.utc));
+  }
+  return Fail(fmt::format("{:.4f} s is in force, and not the {:.4f} s that were applied {}: "
+                          "somebody set another value since; --force sets {:.4f} s all the same",
+                          *now_s, *undoing.value, undoing.utc, undoing.before),
+              ErrorKind::kSafety);
+}
+
+int RunUndo(const ApplyArguments& arguments) {
+  const Interrupt interrupt;
+  const auto config = LoadSettings(arguments.printer);
+  if (!config) return PrintError(config.error());
+  const auto undoing = LastToUndo(kInstrument, config->scan.address);
+  if (!undoing) return PrintError(undoing.error());
+  const auto printer = Connect(config->scan, interrupt.token());
+  if (!printer) return PrintError(printer.error());
+  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  procedure::ApplyOptions options;
+  options.limit_s = procedure::ApplyLimit_s(config->pattern);
+  options.force = arguments.force;
+  options.dry_run = arguments.dry_run;
+  options.before_setting = [&](std::optional<double> now_s) -> Result<void> {
+    if (auto in_force = CheckInForce(*undoing, now_s, arguments.force); !in_force) return in_force;
+    return NoteUndone(kInstrument, config->scan.address, *undoing);
+  };
+  fmt::print("before {}  {:.4f} s\n", undoing->utc, undoing->before);
+  const auto done = Apply(session, undoing->before, options, false);
+  return done ? static_cast<int>(kExitGood) : PrintError(done.error());
+}
+
 int RunApply(const ApplyArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
@@ -106,11 +147,10 @@ int RunApply(const ApplyArguments& arguments) {
   options.limit_s = procedure::ApplyLimit_s(config->pattern);
   options.force = arguments.force;
   options.dry_run = arguments.dry_run;
-  if (value->result) {
-    options.before_setting = [&](std::optional<double> before_s) {
-      return NoteBegun(*value->result, config->scan.address, before_s);
-    };
-  }
+  const AppliedValue applied{kInstrument, value->result, config->scan.address, value->value_s};
+  options.before_setting = [&](std::optional<double> before_s) {
+    return NoteBegun(applied, before_s);
+  };
   if (value->measured) {
     fmt::print("measured          {}\n", report::WithInterval(*value->measured, report::kSeconds));
   }
@@ -122,7 +162,7 @@ int RunApply(const ApplyArguments& arguments) {
   const auto done = Apply(session, value->value_s, options, false);
   if (!done) return PrintError(done.error());
   if (options.dry_run) return kExitGood;
-  if (value->result) NoteApplied(*value->result, config->scan.address);
+  NoteApplied(applied);
   if (arguments.filament.empty()) return kExitGood;
   const auto kept = procedure::KeepForFilament(session, arguments.filament, value->value_s);
   if (!kept) {
@@ -172,14 +212,21 @@ void ExplainKeeping(double pressure_advance_s) {
 void AddApplyCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand("apply", "set a pressure advance on the printer");
   const auto arguments = std::make_shared<ApplyArguments>();
-  command->add_option("value", arguments->value, "seconds, a recording's folder or a kept result")
-      ->required();
+  CLI::Option* const value = command->add_option("value", arguments->value,
+                                                 "seconds, a recording's folder or a kept result");
+  command
+      ->add_flag("--undo", arguments->undo,
+                 "instead of a value: what was in force before trammel set the last one")
+      ->excludes(value);
   AddPrinterOptions(*command, arguments->printer);
   command->add_option("--filament", arguments->filament,
                       "keep it for this filament, too, in the printer's [save_variables]");
   command->add_flag("--force", arguments->force, "set it beyond pressure_advance_limit, too");
   command->add_flag("--dry-run", arguments->dry_run, "say what would change, and change nothing");
-  command->callback([arguments, &exit_code] { exit_code = RunApply(*arguments); });
+  command->callback([arguments, &exit_code] {
+    if (!arguments->undo && arguments->value.empty()) throw CLI::RequiredError("value or --undo");
+    exit_code = arguments->undo ? RunUndo(*arguments) : RunApply(*arguments);
+  });
 }
 
 }  // namespace trammel::app

@@ -157,12 +157,14 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   if (arguments.apply && worth_applying) {
     procedure::ApplyOptions options;
     options.limit_s = procedure::ApplyLimit_s(config.pattern);
+    const AppliedValue applied{measurement::Instrument::kPressureAdvance, result.outcome,
+                               config.scan.address, value_s};
     options.before_setting = [&](std::optional<double> before_s) {
-      return NoteBegun(result.outcome, config.scan.address, before_s);
+      return NoteBegun(applied, before_s);
     };
     const auto done = Apply(session, value_s, options, arguments.json);
     if (!done) return PrintError(done.error());
-    NoteApplied(result.outcome, config.scan.address);
+    NoteApplied(applied);
     return code;
   }
   if (!arguments.json) {

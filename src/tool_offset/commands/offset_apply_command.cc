@@ -274,7 +274,8 @@ int RunApply(OffsetApplyArguments arguments) {
   if (arguments.apply) {
     const auto set = Set(changes, arguments, address, *session);
     if (!set) return PrintError(set.error());
-    if (file->result) NoteApplied(*file->result, address);
+    if (file->result)
+      NoteApplied({measurement::Instrument::kToolOffset, *file->result, address, {}});
     return kExitGood;
   }
   fmt::print("nothing was changed\n");
