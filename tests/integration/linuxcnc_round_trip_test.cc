@@ -73,14 +73,16 @@ class LinuxCncRoundTrip : public testing::Test {
     auto shell = LinuxCncShell::Connect(Options().address, {});
     ASSERT_TRUE(shell) << shell.error().message;
     shell_.emplace(std::move(*shell));
-    for (const char* line : {"estop off", "machine on"}) {
-      const auto set = shell_->Set(line, {});
-      ASSERT_TRUE(set) << set.error().message;
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    // Acknowledged is not done: on a busy computer the next one is refused for a while.
+    for (const auto& [name, state] : {std::pair{"estop", "OFF"}, std::pair{"machine", "ON"}}) {
+      WaitFor([&] {
+        (void)shell_->Set(fmt::format("{} {}", name, state), {});
+        return shell_->Get(name, {}) == state;
+      });
     }
     const auto homed = [this] { return shell_->Get("joint_homed", {}) == "YES YES YES YES NO NO"; };
     if (!homed()) {
-      ASSERT_TRUE(shell_->Set("mode manual", {}));
+      WaitFor([this] { return shell_->Set("mode manual", {}).has_value(); });
       ASSERT_TRUE(shell_->Set("home -1", {}));
       WaitFor(homed);
     }
