@@ -14,7 +14,7 @@
 #include "app/printer_session.h"
 #include "app/secrets.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
-#include "pressure_advance/procedure/calibrate.h"
+#include "pressure_advance/procedure/guarded_run.h"
 #include "pressure_advance/procedure/laser_check.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "session/checks.h"

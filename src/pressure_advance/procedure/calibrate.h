@@ -2,13 +2,11 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
-#include "machine/camera/camera.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/pattern/pattern_plan.h"
 #include "pressure_advance/procedure/recording_cutter.h"
@@ -46,9 +44,5 @@ struct CalibrationOutcome {
 /// folder. Only a pattern that was printed and not scanned keeps the bed warm, which holds it.
 [[nodiscard]] CalibrationOutcome Calibrate(const Session& session,
                                            const CalibrationRequest& request);
-
-/// The camera that the settings name, or the webcam that the printer's server lists.
-[[nodiscard]] Result<std::unique_ptr<machine::FrameSource>> OpenCamera(
-    const Session& session, const settings::ScanSettings& settings);
 
 }  // namespace trammel::procedure
