@@ -220,7 +220,7 @@ SetupResult SolveSetup(const SetupObservations& seen, const SetupLimits& limits)
     return result;
   }
   const StripeReading& shown = example->reading;
-  result.exposure = {shown.peak, shown.saturated_px, 2.355 * shown.width_px};
+  result.exposure = {shown.peak, shown.background, shown.saturated_px, 2.355 * shown.width_px};
   result.height = FitStripeHeight(sound, seen.height_mm, result.scale.px_per_mm, limits);
   result.scan_angle_rad = ScanAngle(result.height, result.scale.px_per_mm);
   result.laser_turn_rad = LaserTurn(seen.stripes, result.scale.rotation_rad);

@@ -56,6 +56,7 @@ struct SetupObservations {
 /// How well the stripe is exposed at the focus.
 struct Exposure {
   double peak = 0;          ///< grey levels over the background
+  double background = 0;    ///< grey levels beside the stripe
   double saturated_px = 0;  ///< at full scale, in the typical row
   double width_px = 0;      ///< at half height
 };
