@@ -45,9 +45,8 @@ Reach ReachOf(const machine::PrinterState& state) {
   return {state.axis_minimum_mm, state.axis_maximum_mm};
 }
 
-std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pattern,
-                                const ScanSettings& settings,
-                                const std::optional<PatternPlan>& plan) {
+std::vector<Check> CheckLaserCommands(const Session& session, const PatternConfig& pattern,
+                                      const ScanSettings& settings) {
   std::vector<Check> checks = CheckReady(session);
   if (!checks.front().passed || checks.size() < 2) return checks;
   checks.push_back(settings.laser_on_gcode.empty() || settings.laser_off_gcode.empty()
@@ -65,6 +64,14 @@ std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pat
     checks.push_back(CheckCommands(session, name, *gcode));
   }
   checks.push_back(CheckLimit(session));
+  return checks;
+}
+
+std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pattern,
+                                const ScanSettings& settings,
+                                const std::optional<PatternPlan>& plan) {
+  std::vector<Check> checks = CheckLaserCommands(session, pattern, settings);
+  if (!checks.front().passed || checks.size() < 3) return checks;
   const Reach reach = ReachOf(session.printer.LastState());
   checks.push_back(plan ? CheckSweeps(*plan, settings, reach) : CheckBed(pattern, settings, reach));
   return checks;

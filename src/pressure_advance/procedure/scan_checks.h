@@ -21,6 +21,11 @@ namespace trammel::procedure {
     const settings::ScanSettings& settings,
     const std::optional<pressure_advance::PatternPlan>& plan = {});
 
+/// The same without any place: ready, idle, and with the commands that the settings name.
+[[nodiscard]] std::vector<Check> CheckLaserCommands(const Session& session,
+                                                    const pressure_advance::PatternConfig& pattern,
+                                                    const settings::ScanSettings& settings);
+
 /// What the head can reach, from the printer's own limits.
 [[nodiscard]] Reach ReachOf(const machine::PrinterState& state);
 

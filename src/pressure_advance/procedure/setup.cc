@@ -1,0 +1,420 @@
+#include "pressure_advance/procedure/setup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "files/new_file.h"
+#include "pressure_advance/procedure/cool_for_scan.h"
+#include "pressure_advance/procedure/guarded_run.h"
+#include "pressure_advance/procedure/scan_checks.h"
+#include "pressure_advance/procedure/setup_eye.h"
+#include "pressure_advance/setup/stripe_reading.h"
+#include "session/checks.h"
+#include "session/print.h"
+#include "settings/material.h"
+#include "vision/laser_line.h"
+
+namespace trammel::procedure {
+namespace {
+
+using pressure_advance::HeadPlace;
+using pressure_advance::MarkReading;
+using pressure_advance::PlacedStripe;
+using pressure_advance::SetupResult;
+using pressure_advance::StripeSweep;
+
+constexpr double kAsk_s = 10;
+constexpr const char* kMarkGcode = "mark.gcode";
+constexpr double kWideHalf_mm = 4, kWideStep_mm = 1;  // a focus guessed by 1 mm is well inside
+constexpr double kFineHalf_mm = 3, kFineStep_mm = 0.5;
+constexpr int kMostSweeps = 4;    // in search of the focus
+constexpr double kStep_mm = 1.5;  // of the head, to learn how the mark's picture follows it
+constexpr double kStop_s = 2;     // about, from one picture to the next
+
+struct Run {
+  const SetupRequest& request;
+  SetupEye& eye;
+  SetupRecord& record;
+  vision::LaserLineWorkspace workspace;
+};
+
+void Told(const Session& session, std::string text, std::size_t pictures) {
+  session.Tell({.text = std::move(text),
+                .remaining_s = kStop_s * static_cast<double>(pictures),
+                .phase = "scanning",
+                .done = {}});
+}
+
+// The stripe at each height; which way it runs is told by the first picture that shows it.
+Result<std::vector<PlacedStripe>> SweepStripe(Run& run, const std::vector<HeadPlace>& places,
+                                              const std::string& name) {
+  std::vector<PlacedStripe> stripes;
+  std::optional<bool> down;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    auto picture =
+        run.eye.Look(places[i], SetupLight::kLaser, fmt::format("{}-{:02}", name, i + 1));
+    if (!picture) return tl::unexpected(picture.error());
+    const bool runs_down = down ? *down : pressure_advance::StripeRunsDown(picture->view());
+    auto reading = pressure_advance::ReadStripe(picture->view(), runs_down, run.workspace);
+    if (reading.fault.empty()) down = runs_down;
+    stripes.push_back({places[i], std::move(reading)});
+    run.record.seen.picture = {picture->width, picture->height};
+    if (i == places.size() / 4 || run.record.laser.bgr.empty()) {
+      run.record.laser = std::move(*picture);
+    }
+  }
+  return stripes;
+}
+
+// Every value is missing for the same reason.
+void EndWith(const Measured& why, SetupResult& result) {
+  result.focus_mm = result.scale.px_per_mm = result.scale.rotation_rad = result.scale.play_x_mm =
+      result.scale.play_y_mm = result.offset.x_mm = result.offset.y_mm = why;
+  result.height.px_per_height_mm = result.height.laser_angle_rad = result.height.play_z_mm = why;
+  result.scan_angle_rad = result.laser_turn_rad = why;
+}
+
+// Where the next sweep is to look, if this one saw the stripe become sharper towards its end.
+std::optional<double> LookFurther(const StripeSweep& sweep, double middle_mm,
+                                  const ClearHeights& clear) {
+  if (sweep.focus_mm.good() || !sweep.sharpest_mm) return std::nullopt;
+  constexpr double kLeast_mm = 1.5;
+  const double half_mm = kWideHalf_mm + kApproach_mm;
+  const double next_mm =
+      clear.high_mm - clear.low_mm < 2 * half_mm
+          ? middle_mm
+          : std::clamp(*sweep.sharpest_mm, clear.low_mm + half_mm, clear.high_mm - half_mm);
+  if (std::abs(next_mm - middle_mm) < kLeast_mm) return std::nullopt;
+  return next_mm;
+}
+
+Measured WithClearHeights(const Measured& focus, const ClearHeights& clear) {
+  if (focus.good() || focus.verdict() != Verdict::kCannotTell) return focus;
+  return Measured::CannotTell(
+      fmt::format("{}; --clear-z lets the nozzle go from {:.4g} to {:.4g} mm: name a greater range "
+                  "if there is room, or mount the camera so that it is sharp within it",
+                  focus.reason(), clear.low_mm, clear.high_mm));
+}
+
+// Looks for the focus over the empty plate. Good: a height; else the record holds the reason.
+Result<std::optional<double>> FindFocus(Run& run, HeadPlace at) {
+  const Session& session = run.eye.session();
+  Measured focus;
+  for (int sweep = 1; sweep <= kMostSweeps; ++sweep) {
+    const auto places = SweepHeights(at, kWideHalf_mm, kWideStep_mm, run.eye.clear());
+    Told(session,
+         fmt::format("looking at the laser from {:.1f} to {:.1f} mm, {} pictures",
+                     places.front().z_mm, places[places.size() / 2].z_mm, places.size()),
+         places.size());
+    auto stripes = SweepStripe(run, places, fmt::format("plate-{}", sweep));
+    if (!stripes) return tl::unexpected(stripes.error());
+    const StripeSweep solved = SolveSweep(*stripes, run.request.limits);
+    run.record.first_sweep = std::move(*stripes);
+    if (solved.focus_mm.good()) return solved.focus_mm.quantity().value;
+    focus = solved.focus_mm;
+    const auto next_mm = LookFurther(solved, at.z_mm, run.eye.clear());
+    if (!next_mm) break;
+    at.z_mm = *next_mm;
+  }
+  run.record.seen.stripes = run.record.first_sweep;
+  EndWith(WithClearHeights(focus, run.eye.clear()), run.record.result);
+  return std::nullopt;
+}
+
+Result<void> PrintMark(const Run& run, const machine::PrinterState& before) {
+  const Session& session = run.eye.session();
+  const SetupRequest& request = run.request;
+  const std::string gcode = WriteMarkGcode(run.record.mark, request.pattern);
+  auto kept = files::WriteWholeFile(request.folder / kMarkGcode, gcode, files::IfThere::kRefuse);
+  if (!kept) return kept;
+  PrintOptions options;
+  options.heat_time_limit_s = request.settings.heat_time_limit_s;
+  options.print_time_s = MarkTime_s(run.record.mark, request.pattern);
+  session.Say("to be heated to " + settings::DescribeTemperatures(request.pattern));
+  const auto temperatures = settings::TemperaturesOf(request.pattern);
+  options.nozzle_temperature_c = temperatures.nozzle_c;
+  options.bed_temperature_c = temperatures.bed_c;
+  if (auto printed = Print(session, gcode, options); !printed) return printed;
+  if (auto alive = KeepAlive(session); !alive) return alive;
+  return CoolForScan(session, before, request.settings.scan_nozzle_temperature_c,
+                     request.settings.heat_time_limit_s);
+}
+
+struct FoundMark {
+  HeadPlace head;
+  MarkReading reading;
+};
+
+Result<MarkReading> LookAtMark(Run& run, const HeadPlace& place, const std::string& name) {
+  auto picture = run.eye.Look(place, SetupLight::kRoom, name);
+  if (!picture) return tl::unexpected(picture.error());
+  auto reading = ReadMark(picture->view(), run.record.mark.shape);
+  run.record.lit = std::move(*picture);
+  return reading;
+}
+
+// Looks for the mark round where the settings expect it. Without one the record says why.
+Result<std::optional<FoundMark>> SearchMark(Run& run, const HeadPlace& expected) {
+  const auto& size = run.record.seen.picture;
+  // Two thirds of what a camera of this kind shows, so that the mark is whole in one of two looks.
+  constexpr double kPx_per_mm = 45;
+  const auto step = [](int px) { return std::clamp(0.6 * px / kPx_per_mm, 2.0, 8.0); };
+  const auto places = SearchPlaces(expected, step(size.width_px), step(size.height_px));
+  std::string first_fault;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (!CheckPlace(places[i], run.eye.clear(), run.eye.reach())) continue;
+    const auto seen = LookAtMark(run, places[i], fmt::format("search-{:02}", i + 1));
+    if (!seen) return tl::unexpected(seen.error());
+    if (seen->fault.empty()) return FoundMark{places[i], *seen};
+    if (first_fault.empty()) first_fault = seen->fault;
+    if (seen->blind) break;
+    if (i == 0) Told(run.eye.session(), "looking for the mark round about", places.size());
+  }
+  run.record.seen.mark_fault = fmt::format(
+      "the mark was not found where the camera looks, nor round about: {}; compare "
+      "the picture lit in the folder with [camera] offset_x and offset_y",
+      first_fault);
+  return std::nullopt;
+}
+
+// One step of the head, to whichever side keeps the mark in the picture.
+Result<std::optional<FoundMark>> StepAside(Run& run, const FoundMark& from, double x, double y,
+                                           const std::string& name) {
+  for (const double side : {1.0, -1.0}) {
+    HeadPlace place = from.head;
+    place.x_mm += side * x * kStep_mm;
+    place.y_mm += side * y * kStep_mm;
+    if (!CheckPlace(place, run.eye.clear(), run.eye.reach())) continue;
+    const auto seen = LookAtMark(run, place, fmt::format("{}-{}", name, side > 0 ? "up" : "down"));
+    if (!seen) return tl::unexpected(seen.error());
+    if (seen->fault.empty()) return FoundMark{place, *seen};
+  }
+  return std::nullopt;
+}
+
+// Brings the mark into the picture's middle, whichever way the camera is turned or mirrored.
+Result<std::optional<FoundMark>> CentreMark(Run& run, const FoundMark& found) {
+  const auto along_x = StepAside(run, found, 1, 0, "step-x");
+  if (!along_x) return tl::unexpected(along_x.error());
+  const auto along_y = StepAside(run, found, 0, 1, "step-y");
+  if (!along_y) return tl::unexpected(along_y.error());
+  auto& fault = run.record.seen.mark_fault;
+  if (!*along_x || !*along_y) {
+    fault = fmt::format(
+        "the mark leaves the picture when the head moves by {:.2g} mm: the camera "
+        "shows too little of the plate; move it away, or let it send larger "
+        "pictures",
+        kStep_mm);
+    return std::nullopt;
+  }
+  const double dx = (*along_x)->head.x_mm - found.head.x_mm;
+  const double dy = (*along_y)->head.y_mm - found.head.y_mm;
+  const MarkMotion motion{((*along_x)->reading.column_px - found.reading.column_px) / dx,
+                          ((*along_x)->reading.row_px - found.reading.row_px) / dx,
+                          ((*along_y)->reading.column_px - found.reading.column_px) / dy,
+                          ((*along_y)->reading.row_px - found.reading.row_px) / dy};
+  const double px_per_mm = found.reading.side_px / run.record.mark.shape.side_mm;
+  constexpr double kLeast = 0.25;  // of a picture that follows both axes by its scale
+  if (std::abs(motion.determinant()) < kLeast * px_per_mm * px_per_mm) {
+    fault = fmt::format(
+        "the mark does not follow the head: a millimetre of x moves it by ({:+.1f}, {:+.1f}) px, "
+        "one of y by ({:+.1f}, {:+.1f}) px, and the mark's own size says {:.1f} px; the camera "
+        "hangs loose, an axis does not move, or something else was taken for the mark",
+        motion.column_per_x, motion.row_per_x, motion.column_per_y, motion.row_per_y, px_per_mm);
+    return std::nullopt;
+  }
+  const auto& size = run.record.seen.picture;
+  const HeadPlace middle = BringMark(found.head, found.reading, 0.5 * (size.width_px - 1),
+                                     0.5 * (size.height_px - 1), motion);
+  const auto seen = LookAtMark(run, middle, "middle");
+  if (!seen) return tl::unexpected(seen.error());
+  if (seen->fault.empty()) {
+    return FoundMark{
+        BringMark(middle, *seen, 0.5 * (size.width_px - 1), 0.5 * (size.height_px - 1), motion),
+        *seen};
+  }
+  fault = "the mark was to come to the picture's middle, and is not there: " + seen->fault;
+  return std::nullopt;
+}
+
+// The mark from sixteen places.
+Result<void> LookFromGrid(Run& run, const FoundMark& middle) {
+  auto& seen = run.record.seen;
+  const double half_mm = GridHalf_mm(middle.reading, run.record.mark.shape, seen.picture);
+  constexpr double kLeast_mm = 1;
+  if (half_mm < kLeast_mm) {
+    seen.mark_fault = fmt::format(
+        "a picture of {}x{} px, in which a side of the mark has {:.0f} px, leaves {:.1f} mm to "
+        "move it about, {:.0f} mm are needed: let the camera send larger pictures",
+        seen.picture.width_px, seen.picture.height_px, middle.reading.side_px,
+        std::max(0.0, half_mm), kLeast_mm);
+    return {};
+  }
+  const auto places = GridPlaces(middle.head, half_mm);
+  Told(run.eye.session(), fmt::format("looking at the mark from {} places", places.size()),
+       places.size());
+  std::string fault;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto mark = LookAtMark(run, places[i], fmt::format("mark-{:02}", i + 1));
+    if (!mark) return tl::unexpected(mark.error());
+    if (mark->fault.empty()) {
+      seen.marks.push_back({places[i], mark->column_px, mark->row_px});
+    } else {
+      fault = mark->fault;
+    }
+  }
+  if (seen.marks.size() < places.size()) {
+    seen.mark_fault = fmt::format("the mark was read from {} of {} places: {}", seen.marks.size(),
+                                  places.size(), fault);
+  }
+  return {};
+}
+
+Result<void> LookAtMarks(Run& run) {
+  const auto& settings = run.request.settings;
+  HeadPlace expected;
+  expected.x_mm = run.record.mark.x_mm - settings.camera_offset_x_mm;
+  expected.y_mm = run.record.mark.y_mm - settings.camera_offset_y_mm;
+  expected.z_mm = run.record.seen.height_mm;
+  Told(run.eye.session(), "looking for the mark", 4);
+  const auto found = SearchMark(run, expected);
+  if (!found) return tl::unexpected(found.error());
+  if (!*found) return {};
+  const auto middle = CentreMark(run, **found);
+  if (!middle) return tl::unexpected(middle.error());
+  if (!*middle) return {};
+  return LookFromGrid(run, **middle);
+}
+
+// The stripe beside the mark, on the plate as it is after heating.
+Result<void> SweepBesideMark(Run& run, HeadPlace at, double focus_mm) {
+  const auto& clear = run.eye.clear();
+  const auto rounded = [](double mm) { return std::round(100 * mm) / 100; };
+  at.z_mm = rounded(focus_mm);
+  const auto places = SweepHeights(at, kFineHalf_mm, kFineStep_mm, clear);
+  Told(run.eye.session(),
+       fmt::format("looking at the laser beside the mark, {} pictures", places.size()),
+       places.size());
+  auto stripes = SweepStripe(run, places, "stripe");
+  if (!stripes) return tl::unexpected(stripes.error());
+  auto& seen = run.record.seen;
+  seen.stripes = std::move(*stripes);
+  const Measured focus = SolveSweep(seen.stripes, run.request.limits).focus_mm;
+  seen.height_mm = focus.good() ? rounded(focus.quantity().value) : at.z_mm;
+  if (!focus.good()) {
+    seen.mark_fault = "the mark was not looked at, because the laser was not: " + focus.reason();
+  }
+  return {};
+}
+
+// The mark under the laser, in both lights.
+Result<void> TryOffset(Run& run) {
+  SetupRecord& record = run.record;
+  const auto& offset = record.result.offset;
+  if (!offset.x_mm.good() || !offset.y_mm.good()) return {};
+  HeadPlace place;
+  place.x_mm = record.mark.x_mm - offset.x_mm.quantity().value;
+  place.y_mm = record.mark.y_mm - offset.y_mm.quantity().value;
+  place.z_mm = record.seen.height_mm;
+  place.from_x = place.from_y = 1;
+  Told(run.eye.session(), "bringing the mark to the laser, as a trial", 2);
+  const auto reading = LookAtMark(run, place, "lit");
+  if (!reading) return tl::unexpected(reading.error());
+  record.brought = *reading;
+  CheckSpot(record.brought, record.result);
+  auto laser = run.eye.Look(place, SetupLight::kLaser, "laser");
+  if (!laser) return tl::unexpected(laser.error());
+  record.laser = std::move(*laser);
+  return run.eye.LightRoom();
+}
+
+Result<void> RunSetup(const Session& session, const SetupRequest& request, PrinterStateGuard& guard,
+                      const Eye& opened, SetupRecord& record) {
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  record.camera = opened.Describe();
+  SetupEye eye(session, opened, request.pattern, request.settings, request.clear, ReachOf(*state),
+               request.folder);
+  Run run{request, eye, record, {}};
+  auto beside = PlaceBesideMark(record.mark, request.settings, eye.reach());
+  if (!beside) return tl::unexpected(beside.error());
+  guard.ExpectLaser();
+  const auto focus_mm = FindFocus(run, *beside);
+  if (!focus_mm) return tl::unexpected(focus_mm.error());
+  if (!*focus_mm) return {};
+  if (auto lit = eye.LightRoom(); !lit) return lit;
+  if (auto printed = PrintMark(run, *state); !printed) return printed;
+  if (auto swept = SweepBesideMark(run, *beside, **focus_mm); !swept) return swept;
+  if (record.seen.mark_fault.empty()) {
+    if (auto looked = LookAtMarks(run); !looked) return looked;
+  }
+  record.result = SolveSetup(record.seen, request.limits);
+  return TryOffset(run);
+}
+
+Result<pressure_advance::MarkPlan> MarkOf(const SetupRequest& request) {
+  return PlanMark(request.pattern, request.mark, request.settings.camera_offset_x_mm,
+                  request.settings.camera_offset_y_mm);
+}
+
+}  // namespace
+
+Result<void> CheckSetup(const Session& session, const SetupRequest& request) {
+  if (auto told = settings::ValidateTemperatures(request.pattern); !told) return told;
+  const auto mark = MarkOf(request);
+  if (!mark) return tl::unexpected(mark.error());
+  auto checks = CheckLaserCommands(session, request.pattern, request.settings);
+  if (auto printer = FirstFailure(checks, ErrorKind::kMachine); !printer) return printer;
+  auto heaters = FirstFailure({CheckTemperatures(session, request.pattern)}, ErrorKind::kSafety);
+  if (!heaters) return heaters;
+  const Reach reach = ReachOf(session.printer.LastState());
+  if (auto clear = CheckClearHeights(request.clear, request.settings, reach); !clear) return clear;
+  const auto beside = PlaceBesideMark(*mark, request.settings, reach);
+  if (!beside) return tl::unexpected(beside.error());
+  HeadPlace middle = *beside;
+  middle.y_mm = mark->y_mm - request.settings.camera_offset_y_mm;
+  for (const double side : {-1.0, 1.0}) {  // sixteen places about a camera that sits elsewhere
+    constexpr double kAbout_mm = 9;
+    HeadPlace place = middle;
+    place.x_mm += side * kAbout_mm;
+    place.y_mm += side * kAbout_mm;
+    if (auto reached = CheckPlace(place, request.clear, reach); !reached) return reached;
+  }
+  constexpr double kPictures = 100;
+  return FirstFailure({CheckDisk(request.folder, kPictures / request.settings.frames_per_s,
+                                 request.settings.frames_per_s)},
+                      ErrorKind::kInput);
+}
+
+SetupOutcome SetUpCamera(const Session& asked, const SetupRequest& request) {
+  SetupOutcome outcome;
+  Session session = asked;
+  SetupRecord& record = outcome.record;
+  EndWith(Measured::Refused("nothing was looked at"), record.result);
+  if (auto mark = MarkOf(request); mark) record.mark = *mark;
+  record.seen.mark_x_mm = record.mark.x_mm;
+  record.seen.mark_y_mm = record.mark.y_mm;
+  record.seen.line_width_mm = request.pattern.line_width_mm;
+  record.seen.layer_height_mm = request.pattern.layer_height_mm;
+  record.seen.height_mm = request.settings.focus_height_mm;
+  GuardedRun run;
+  run.pattern = &request.pattern;
+  run.settings = &request.settings;
+  run.run = request.run;
+  run.started = request.started;
+  run.state_folder = request.state_folder;
+  run.check = [&](const Session& taken) { return CheckSetup(taken, request); };
+  run.steps = [&](const Session& taken, PrinterStateGuard& guard, const Eye& eye) {
+    return RunSetup(taken, request, guard, eye, record);
+  };
+  GuardedOutcome guarded = RunGuarded(session, run);
+  outcome.done = std::move(guarded.done);
+  outcome.unrestored = std::move(guarded.unrestored);
+  return outcome;
+}
+
+}  // namespace trammel::procedure
