@@ -6,6 +6,7 @@ namespace trammel::app {
 
 void AddPressureAdvanceCommands(CLI::App& pa, int& exit_code) {
   pa.require_subcommand(1);
+  AddSetupCommand(pa, exit_code);
   AddAnalyzeCommand(pa, exit_code);
   AddPatternCommand(pa, exit_code);
   AddCalibrateCommands(pa, exit_code);

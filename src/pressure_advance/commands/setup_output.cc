@@ -1,0 +1,191 @@
+#include "pressure_advance/commands/setup_output.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/config/config_file.h"
+#include "app/output_files.h"
+#include "app/provenance.h"
+#include "base/json_text.h"
+#include "document/interval_text.h"
+#include "files/new_file.h"
+#include "files/whole_file.h"
+#include "pressure_advance/files/camera_section.h"
+#include "pressure_advance/report/setup_report.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+using procedure::SetupRecord;
+
+constexpr const char* kSection = "camera.toml";
+
+report::SetupView ViewOfSetup(const SetupRecord& record, const SetupOutput& output) {
+  report::SetupView view;
+  view.seen = &record.seen;
+  view.result = &record.result;
+  view.mark = &record.mark;
+  view.brought = &record.brought;
+  view.lit = &record.lit;
+  view.laser = &record.laser;
+  view.advice = AdviseSetup(record.result, record.seen.picture);
+  view.facts = {{"program", std::string(ProgramVersion())},
+                {"utc", UtcNow()},
+                {"printer", output.printer},
+                {"camera", record.camera}};
+  if (record.result.verdict() == Verdict::kGood) {
+    view.section = files::FormatCameraSection(record.result, record.seen.height_mm);
+  }
+  return view;
+}
+
+Result<void> WriteSetupFiles(const report::SetupView& view, const fs::path& folder) {
+  const auto figure = report::SetupFigure(view);
+  std::vector<OutputFile> outputs = {{folder / "setup.json", JsonText(JsonOfSetup(view))}};
+  if (!view.section.empty()) outputs.push_back({folder / kSection, view.section});
+  outputs.push_back({folder / "report.html", report::SetupReport(view, figure)});
+  if (figure) {
+    outputs.push_back({folder / "setup.png", figure->canvas.ToPng(figure->png_scale)});
+    outputs.push_back({folder / "setup.svg", figure->canvas.ToSvg()});
+  }
+  return WriteOutputs(outputs, false);
+}
+
+void PrintSetupText(const SetupRecord& record, const report::SetupView& view) {
+  const auto& result = record.result;
+  bool all = true;
+  for (const auto& value : report::SetupValues(result)) {
+    const Measured& measured = *value.value;
+    // The reason of all that a scan needs comes once, below.
+    if (measured.good()) {
+      fmt::print("{:<17} {}\n", value.name, WithInterval(measured.quantity(), value.style));
+    } else {
+      fmt::print("{:<17} {}\n", value.name, VerdictWords(measured.verdict()));
+      all = false;
+    }
+  }
+  if (const auto& crop = result.crop) {
+    fmt::print("crop              {}x{} px at ({}, {})\n", crop->width, crop->height, crop->x,
+               crop->y);
+  }
+  if (view.advice.threshold) {
+    fmt::print("threshold         red above {} of 255\n", *view.advice.threshold);
+  }
+  if (result.check_mm) {
+    fmt::print("trial             the mark came to {:.3f} mm from the laser\n", *result.check_mm);
+  }
+  for (const std::string& line : view.advice.lines) fmt::print("advice            {}\n", line);
+  fmt::print("verdict           {}\n", VerdictWords(result.verdict()));
+  if (!all && !result.reason().empty()) fmt::print("because           {}\n", result.reason());
+}
+
+}  // namespace
+
+Result<CameraTarget> ReadCameraTarget(const fs::path& path) {
+  if (auto free = files::CheckTarget(path, files::IfThere::kReplace); !free) {
+    return Fail(fmt::format("--write {}", free.error().message), free.error().kind);
+  }
+  CameraTarget target{path, {}};
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return target;
+  auto text = files::ReadWholeFile(path, files::kMaxConfigBytes);
+  if (!text) return tl::unexpected(text.error());
+  if (auto config = files::ParseConfig(*text, path.string()); !config) {
+    return tl::unexpected(config.error());
+  }
+  target.text = std::move(*text);
+  return target;
+}
+
+namespace {
+
+// The owner alone, where it was so before: a file may hold keys.
+files::Readable ReadableAs(const fs::path& path) {
+  std::error_code error;
+  const fs::perms perms = fs::status(path, error).permissions();
+  constexpr fs::perms kOthers = fs::perms::group_read | fs::perms::others_read;
+  return !error && (perms & kOthers) == fs::perms::none ? files::Readable::kByOwner
+                                                        : files::Readable::kByUmask;
+}
+
+bool Holds(const settings::ScanSettings& read, const pressure_advance::SetupResult& result) {
+  constexpr double kRounding = 1e-3;  // of what is written: micrometres, hundredths of a degree
+  const auto same = [](double a, double b) { return a - b < kRounding && b - a < kRounding; };
+  return same(read.camera_offset_x_mm, result.offset.x_mm.quantity().value) &&
+         same(read.camera_offset_y_mm, result.offset.y_mm.quantity().value) && read.px_per_mm &&
+         same(*read.px_per_mm, result.scale.px_per_mm.quantity().value);
+}
+
+}  // namespace
+
+Result<std::string> WriteCameraTarget(const CameraTarget& target,
+                                      const pressure_advance::SetupResult& result,
+                                      double focus_height_mm) {
+  const std::string text =
+      files::PutCameraKeys(target.text.value_or(""), files::CameraKeysOf(result, focus_height_mm));
+  const auto read = files::ParseConfig(text, target.path.string());
+  if (!read || !Holds(read->scan, result)) {
+    return Fail(
+        fmt::format("--write {}: its section [camera] is spelled in a way that is not "
+                    "understood{}; nothing was changed: copy the lines by hand",
+                    target.path.string(), read ? "" : " (" + read.error().message + ")"));
+  }
+  std::error_code ignored;
+  if (!target.text) {
+    auto written = files::WriteWholeFile(target.path, text, files::IfThere::kRefuse);
+    if (!written) return tl::unexpected(written.error());
+    return std::string();
+  }
+  const auto now = files::ReadWholeFile(target.path, files::kMaxConfigBytes);
+  if (!now || *now != *target.text) {
+    return Fail(
+        fmt::format("--write {}: the file was changed while the camera was set up; "
+                    "nothing was written: copy the lines by hand",
+                    target.path.string()));
+  }
+  const files::Readable readable = ReadableAs(target.path);
+  const std::string backup = fmt::format("{}.before-{}", target.path.string(), UtcNow());
+  auto kept = files::WriteWholeFile(backup, *target.text, files::IfThere::kRefuse, readable);
+  if (!kept) return tl::unexpected(kept.error());
+  auto written = files::WriteWholeFile(target.path, text, files::IfThere::kReplace, readable);
+  if (!written) return tl::unexpected(written.error());
+  return backup;
+}
+
+int PrintSetup(const SetupRecord& record, const SetupOutput& output) {
+  const report::SetupView view = ViewOfSetup(record, output);
+  // The answer is printed whatever becomes of the files.
+  const auto kept = WriteSetupFiles(view, output.folder);
+  const bool good = record.result.verdict() == Verdict::kGood;
+  if (output.json) {
+    std::fputs(JsonText(JsonOfSetup(view)).c_str(), stdout);
+  } else {
+    PrintSetupText(record, view);
+    fmt::print("report            {}\n", (output.folder / "report.html").string());
+    if (good) fmt::print("\n{}", view.section);
+  }
+  if (!kept) return PrintError(kept.error());
+  if (!good) return kExitNotTrusted;
+  if (!output.target) {
+    if (!output.json) {
+      fmt::print("\nnothing changed   {} has these lines; they go into trammel.toml\n",
+                 (output.folder / kSection).string());
+    }
+    return kExitGood;
+  }
+  const auto backup = WriteCameraTarget(*output.target, record.result, record.seen.height_mm);
+  if (!backup) return PrintError(backup.error());
+  if (!output.json) {
+    fmt::print("\nwritten           {}{}\n", output.target->path.string(),
+               backup->empty() ? "" : "; as it was before: " + *backup);
+  }
+  return kExitGood;
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,75 @@
+// How far trammel pa setup is off on virtual printers whose heads are built as their seeds say, and
+// how often its intervals hold the truth.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "setup_scene.h"
+
+namespace trammel::test {
+namespace {
+
+constexpr std::uint64_t kFirstSeed = 1000;
+constexpr double kEnough_s = 300;
+
+std::uint64_t Printers() {
+  const char* text = std::getenv("TRAMMEL_SETUP_STUDY_PRINTERS");
+  return text == nullptr ? 20 : std::strtoull(text, nullptr, 10);
+}
+
+TEST(SetupStudy, ErrorsStayWithinTheirBoundsAndIntervals) {
+  const std::map<std::string, double> borne = {
+      {"offset_x_mm", 0.05}, {"offset_y_mm", 0.05},   {"focus_height_mm", 0.2}, {"px_per_mm", 0.01},
+      {"rotation_deg", 0.3}, {"laser_turn_deg", 0.3}, {"laser_sheet_deg", 1.0}};
+  std::map<std::string, std::vector<SetupError>> errors;
+  int answered = 0;
+  for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + Printers(); ++seed) {
+    const sim::MountedRig rig = sim::DrawHeadRig(Random(seed).Fork(1));
+    MachineShop shop(SetupShop(seed, rig));
+    const ProcessEnd end = shop.Run(SetupArguments(shop, {"--json"}), kEnough_s);
+    if (end.exit_code != 0) {
+      std::printf("%lu: exit code %d: %s %s\n", static_cast<unsigned long>(seed), end.exit_code,
+                  end.standard_error.c_str(), end.standard_output.c_str());
+      continue;
+    }
+    ++answered;
+    std::printf("%lu:", static_cast<unsigned long>(seed));
+    for (const SetupError& error :
+         SetupErrors(nlohmann::json::parse(end.standard_output), TruthOf(seed, rig))) {
+      errors[error.name].push_back(error);
+      std::printf("  %s %+.4f%s", error.name.c_str(), error.error, error.covered ? "" : " *");
+    }
+    std::printf("\n");
+    std::fflush(stdout);
+  }
+  std::printf("%d of %lu answered\n", answered, static_cast<unsigned long>(Printers()));
+  EXPECT_EQ(static_cast<std::uint64_t>(answered), Printers());
+  for (const auto& [name, list] : errors) {
+    double worst = 0, sum = 0, uncertainty = 0;
+    int covered = 0;
+    for (const SetupError& error : list) {
+      worst = std::max(worst, std::abs(error.error));
+      sum += error.error * error.error;
+      uncertainty += error.standard_uncertainty;
+      covered += error.covered;
+    }
+    const auto count = static_cast<double>(list.size());
+    std::printf("%-16s rms %.4f, worst %.4f, mean u %.4f, %d of %zu covered\n", name.c_str(),
+                std::sqrt(sum / count), worst, uncertainty / count, covered, list.size());
+    EXPECT_LT(worst, borne.at(name)) << name;
+    constexpr double kLeastCovered = 0.8;  // of 20 at 95 %: fewer than 16 once in 400 studies
+    EXPECT_GE(covered, kLeastCovered * count) << name;
+  }
+}
+
+}  // namespace
+}  // namespace trammel::test
