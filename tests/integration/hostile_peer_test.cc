@@ -200,6 +200,7 @@ struct Command {
 std::vector<Command> Commands() {
   return {{"Doctor", {"doctor"}},
           {"Calibrate", {"pa", "calibrate", "--out", "rec"}},
+          {"Setup", {"pa", "setup", "--material", "pla", "--clear-z", "11,25", "--out", "set"}},
           {"Apply", {"pa", "apply", "0.03"}},
           {"Listen", {"pa", "listen"}, true},
           {"Watch", {"tap", "watch", "--answer"}, true}};

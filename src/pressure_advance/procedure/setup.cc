@@ -175,8 +175,9 @@ Result<std::optional<FoundMark>> SearchMark(Run& run, const HeadPlace& expected)
     if (i == 0) Told(run.eye.session(), "looking for the mark round about", places.size());
   }
   run.record.seen.mark_fault = fmt::format(
-      "the mark was not found where the camera looks, nor round about: {}; compare "
-      "the picture lit in the folder with [camera] offset_x and offset_y",
+      "the mark was not found where the camera looks, nor round about: {}; take filament of "
+      "another colour than the plate, give more light, or compare the pictures in the "
+      "folder with [camera] offset_x and offset_y",
       first_fault);
   return std::nullopt;
 }
