@@ -10,9 +10,11 @@ namespace trammel::test {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-ShopOptions SetupShop(std::uint64_t seed, const sim::MountedRig& rig) {
+ShopOptions SetupShop(std::uint64_t seed, const sim::MountedRig& rig,
+                      const sim::Condition& condition) {
   ShopOptions options;
   options.seed = seed;
+  options.camera.condition = condition;
   options.camera.view.frame_width_px = 1280;
   options.camera.view.frame_height_px = 720;
   options.camera.frames_per_s = 20;
@@ -21,8 +23,8 @@ ShopOptions SetupShop(std::uint64_t seed, const sim::MountedRig& rig) {
   return options;
 }
 
-SetupTruth TruthOf(std::uint64_t seed, const sim::MountedRig& rig) {
-  const sim::Condition condition = sim::CameraServerOptions{}.condition;
+SetupTruth TruthOf(std::uint64_t seed, const sim::MountedRig& rig,
+                   const sim::Condition& condition) {
   const sim::HeadEye drawn = sim::DrawHeadEye(condition, sim::LaserEyeOf(seed, condition));
   const sim::LaserTraits traits = sim::MountEye(drawn, rig.rig).dark;
   const auto spot = sim::MapOf(rig.rig).Picture({traits.stripe_column_px, traits.line_row_px});

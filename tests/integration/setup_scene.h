@@ -25,9 +25,11 @@ struct SetupTruth {
 };
 
 /// A shop whose camera sends whole pictures of 1280 x 720 px.
-[[nodiscard]] ShopOptions SetupShop(std::uint64_t seed, const sim::MountedRig& rig);
+[[nodiscard]] ShopOptions SetupShop(std::uint64_t seed, const sim::MountedRig& rig,
+                                    const sim::Condition& condition = {});
 
-[[nodiscard]] SetupTruth TruthOf(std::uint64_t seed, const sim::MountedRig& rig);
+[[nodiscard]] SetupTruth TruthOf(std::uint64_t seed, const sim::MountedRig& rig,
+                                 const sim::Condition& condition = {});
 
 /// `trammel pa setup --printer … --clear-z 11,25 --out set` and more.
 [[nodiscard]] std::vector<std::string> SetupArguments(const MachineShop& shop,
