@@ -18,7 +18,6 @@
 namespace trammel::test {
 namespace {
 
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -59,30 +58,6 @@ TEST(CameraSetup, FindsHowLaserAndCameraSitAndLeavesThePrinterAsItWas) {
   for (const char* name : {"setup.json", "camera.toml", "report.html", "setup.png", "lit.jpg"}) {
     EXPECT_TRUE(std::filesystem::exists(shop.folder() / "set" / name)) << name;
   }
-}
-
-TEST(CameraSetup, AMirroredPictureIsNamed) {
-  sim::MountedRig rig;
-  rig.rig.flip_x = true;
-  MachineShop shop(SetupShop(7, rig));
-  const PrinterLook before = shop.Look();
-  const ProcessEnd end = shop.Run(SetupArguments(shop), kEnough_s);
-  EXPECT_EQ(end.exit_code, 2) << end.standard_error;
-  EXPECT_THAT(end.standard_output, AllOf(HasSubstr("refused"), HasSubstr("mirrored")));
-  EXPECT_FALSE(std::filesystem::exists(shop.folder() / "set" / "camera.toml"));
-  EXPECT_THAT(shop.Faulty(before), IsEmpty());
-}
-
-TEST(CameraSetup, ALooseMountIsNamed) {
-  sim::MountedRig rig;
-  rig.rig.mount_play_mm = 0.4;
-  MachineShop shop(SetupShop(7, rig));
-  const PrinterLook before = shop.Look();
-  const ProcessEnd end = shop.Run(SetupArguments(shop), kEnough_s);
-  EXPECT_EQ(end.exit_code, 2) << end.standard_error;
-  EXPECT_THAT(end.standard_output,
-              testing::AnyOf(HasSubstr("mount"), HasSubstr("loose"), HasSubstr("hangs")));
-  EXPECT_THAT(shop.Faulty(before), IsEmpty());
 }
 
 TEST(CameraSetup, ALaserThatIsNotSeenIsNamedBeforeAnythingIsPrinted) {

@@ -153,7 +153,10 @@ TEST_F(LeftSafe, ASecondTrammelIsRefusedOnThisComputerAndFromAnother) {
       TrammelProcess({"pa", "calibrate", "--printer", shop_->address()}, elsewhere.path())
           .Wait(kEnough_s);
   EXPECT_EQ(third.exit_code, kMachine);
-  EXPECT_THAT(third.standard_error, HasSubstr("another trammel has this printer"));
+  // On a busy computer the first one may be printing by then.
+  EXPECT_THAT(third.standard_error,
+              testing::AnyOf(HasSubstr("another trammel has this printer"),
+                             HasSubstr("is printing; wait for its end or cancel it")));
   EXPECT_TRUE(first->Running()) << first->StandardErrorSoFar();
   first->Send(SIGINT);
   EXPECT_EQ(first->Wait(kEnough_s).exit_code, kInterrupted);

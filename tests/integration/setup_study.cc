@@ -1,5 +1,6 @@
 // How far trammel pa setup is off on virtual printers whose heads are built as their seeds say, and
 // how often its intervals hold the truth.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -76,6 +78,32 @@ TEST(SetupStudy, ErrorsStayWithinTheirBoundsAndIntervals) {
     constexpr double kLeastCovered = 0.8;  // of 20 at 95 %: fewer than 16 once in 400 studies
     EXPECT_GE(covered, kLeastCovered * count) << name;
   }
+}
+
+TEST(SetupStudy, AMirroredPictureIsNamed) {
+  sim::MountedRig rig;
+  rig.rig.flip_x = true;
+  MachineShop shop(SetupShop(7, rig));
+  const PrinterLook before = shop.Look();
+  const ProcessEnd end = shop.Run(SetupArguments(shop), kEnough_s);
+  EXPECT_EQ(end.exit_code, 2) << end.standard_error;
+  EXPECT_THAT(end.standard_output,
+              testing::AllOf(testing::HasSubstr("refused"), testing::HasSubstr("mirrored")));
+  EXPECT_FALSE(std::filesystem::exists(shop.folder() / "set" / "camera.toml"));
+  EXPECT_THAT(shop.Faulty(before), testing::IsEmpty());
+}
+
+TEST(SetupStudy, ALooseMountIsNamed) {
+  sim::MountedRig rig;
+  rig.rig.mount_play_mm = 0.4;
+  MachineShop shop(SetupShop(7, rig));
+  const PrinterLook before = shop.Look();
+  const ProcessEnd end = shop.Run(SetupArguments(shop), kEnough_s);
+  EXPECT_EQ(end.exit_code, 2) << end.standard_error;
+  EXPECT_THAT(end.standard_output,
+              testing::AnyOf(testing::HasSubstr("mount"), testing::HasSubstr("loose"),
+                             testing::HasSubstr("hangs")));
+  EXPECT_THAT(shop.Faulty(before), testing::IsEmpty());
 }
 
 }  // namespace
