@@ -114,6 +114,19 @@ TEST(MoonrakerConnect, AWebSocketServerThatIsNoMoonrakerIsTold) {
               HasSubstr("does not know the call server.connection.identify"));
 }
 
+// As a Moonraker does that was started before Klipper.
+TEST(MoonrakerConnect, CallsThatOnlyKlipperMakesKnownAreNoReasonToUpdateMoonraker) {
+  ScriptedMoonraker server;
+  AnswerLikeMoonraker(server, "disconnected");
+  server.AnswerError("printer.gcode.script", -32601, "Method not found");
+  const auto printer = ConnectToMoonraker(OptionsFor(server), kPatience);
+  ASSERT_TRUE(printer) << printer.error().message;
+  const auto done = (*printer)->Run("G28", kPatience);
+  ASSERT_FALSE(done);
+  EXPECT_THAT(done.error().message,
+              AllOf(HasSubstr("Klipper has not come to"), Not(HasSubstr("update Moonraker"))));
+}
+
 TEST(MoonrakerConnect, ASilentPortRunsIntoTheTimeLimit) {
   const ScriptedMoonraker server({.silent = true});
   MoonrakerOptions options = OptionsFor(server);

@@ -32,6 +32,13 @@ Error Moonraker::ToError(const std::string& method, const RpcAnswer& answer) con
         "or add this computer to trusted_clients in moonraker.conf",
         who, answer.message,
         options_.api_key.empty() ? "it wants an API key" : "the API key is wrong");
+  } else if (answer.code == kNotFound && method.starts_with("printer.") &&
+             readiness_ == PrinterReadiness::kDisconnected) {
+    // Moonraker knows the printer's calls only from Klipper, once that was there.
+    text = fmt::format(
+        "{} failed: Klipper has not come to {} since that was started; start Klipper, or look at "
+        "klippy.log",
+        method, who);
   } else if (answer.code == kNotFound) {
     text =
         fmt::format("{} does not know the call {} ({}); update Moonraker, or is it something else?",

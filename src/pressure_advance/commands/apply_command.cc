@@ -126,7 +126,7 @@ int RunUndo(const ApplyArguments& arguments) {
     if (auto in_force = CheckInForce(*undoing, now_s, arguments.force); !in_force) return in_force;
     return NoteUndone(kInstrument, config->scan.address, *undoing);
   };
-  fmt::print("before {}  {:.4f} s\n", undoing->utc, undoing->before);
+  fmt::print("in force until    {}: {:.4f} s\n", undoing->utc, undoing->before);
   const auto done = Apply(session, undoing->before, options, false);
   return done ? static_cast<int>(kExitGood) : PrintError(done.error());
 }
