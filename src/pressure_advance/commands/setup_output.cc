@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <system_error>
 #include <utility>
@@ -60,7 +61,11 @@ Result<void> WriteSetupFiles(const report::SetupView& view, const fs::path& fold
 void PrintSetupText(const SetupRecord& record, const report::SetupView& view) {
   const auto& result = record.result;
   bool all = true;
-  for (const auto& value : report::SetupValues(result)) {
+  const auto values = report::SetupValues(result);
+  const bool any = std::any_of(values.begin(), values.end(),
+                               [](const auto& value) { return value.value->good(); });
+  for (const auto& value : values) {
+    if (!any) break;  // the verdict says it once
     const Measured& measured = *value.value;
     // The reason of all that a scan needs comes once, below.
     if (measured.good()) {
@@ -82,7 +87,8 @@ void PrintSetupText(const SetupRecord& record, const report::SetupView& view) {
   }
   for (const std::string& line : view.advice.lines) fmt::print("advice            {}\n", line);
   fmt::print("verdict           {}\n", VerdictWords(result.verdict()));
-  if (!all && !result.reason().empty()) fmt::print("because           {}\n", result.reason());
+  if (!(any && all) && !result.reason().empty())
+    fmt::print("because           {}\n", result.reason());
 }
 
 }  // namespace
