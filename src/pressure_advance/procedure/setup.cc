@@ -29,9 +29,9 @@ using pressure_advance::StripeSweep;
 
 constexpr double kAsk_s = 10;
 constexpr const char* kMarkGcode = "mark.gcode";
-constexpr double kWideHalf_mm = 4, kWideStep_mm = 1;  // a focus guessed by 1 mm is well inside
-constexpr double kFineHalf_mm = 3, kFineStep_mm = 0.5;
-constexpr int kMostSweeps = 4;    // in search of the focus
+constexpr double kWideHalf_mm = 4, kWideStep_mm = 1;    // a focus guessed by 1 mm is well inside
+constexpr double kFineHalf_mm = 4, kFineStep_mm = 0.5;  // a halo hides how the width bends nearby
+constexpr int kMostSweeps = 4;                          // in search of the focus
 constexpr double kStep_mm = 1.5;  // of the head, to learn how the mark's picture follows it
 constexpr double kStop_s = 2;     // about, from one picture to the next
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,9 +31,9 @@ class SetupEye {
            const settings::ScanSettings& settings, const ClearHeights& clear, const Reach& reach,
            std::filesystem::path folder);
 
-  /// Goes there, switches the light, waits until the picture stands, and takes the mean of some
-  /// frames. The last of them is kept in the folder as NAME.jpg (or .png).
-  /// Errors: those of printer, camera and disk; kSafety outside of what is clear.
+  /// Goes there, switches the light, waits, and takes the mean of some frames that show the same.
+  /// The last of them is kept in the folder as NAME.jpg (or .png). Errors: those of printer, camera
+  /// and disk, and a picture that goes on moving; kSafety outside of what is clear.
   [[nodiscard]] Result<Frame> Look(const pressure_advance::HeadPlace& place, SetupLight light,
                                    const std::string& name);
 
@@ -46,7 +47,7 @@ class SetupEye {
  private:
   [[nodiscard]] Result<void> Switch(SetupLight light);
   [[nodiscard]] Result<void> Run(const std::string& gcode);
-  [[nodiscard]] Result<Frame> MeanPicture(const std::string& name);
+  [[nodiscard]] Result<std::optional<Frame>> MeanPicture(const std::string& name);
 
   const Session& session_;
   FrameRecorder& recorder_;

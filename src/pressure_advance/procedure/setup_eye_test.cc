@@ -23,13 +23,14 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// Sends one picture all the time.
+// Sends one picture all the time, or another one each time.
 class StillCamera final : public machine::FrameSource {
  public:
+  int step = 0;
   Result<std::optional<machine::CapturedFrame>> Next(double, std::stop_token) override {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
     machine::CapturedFrame frame;
-    const std::string jpeg = test::JpegOf(test::TestPicture(48, 32, 3));
+    const std::string jpeg = test::JpegOf(test::TestPicture(48, 32, shift_ += step));
     frame.image.assign(jpeg.begin(), jpeg.end());
     frame.width_px = 48, frame.height_px = 32;
     frame.arrival_s = machine::HostNow();
@@ -37,6 +38,9 @@ class StillCamera final : public machine::FrameSource {
   }
   [[nodiscard]] std::string Describe() const override { return "still"; }
   [[nodiscard]] bool live() const override { return true; }
+
+ private:
+  int shift_ = 3;
 };
 
 class SetupEyeTest : public ::testing::Test {
@@ -103,6 +107,19 @@ TEST_F(SetupEyeTest, NothingMovesWhileAnothersJobIsUnderWay) {
   EXPECT_EQ(picture.error().kind, ErrorKind::kMachine);
   EXPECT_THAT(picture.error().message, HasSubstr("vase.gcode"));
   EXPECT_TRUE(printer_.scripts.empty());
+}
+
+TEST_F(SetupEyeTest, APictureThatGoesOnMovingIsNoneAndNamed) {
+  opened_.recorder.reset();
+  auto camera = std::make_unique<StillCamera>();
+  camera->step = 5;
+  opened_.camera = std::move(camera);
+  opened_.recorder = std::make_unique<FrameRecorder>(*opened_.camera, 5);
+  SetupEye eye = Make();
+  const auto picture = eye.Look({100, 80, 17}, SetupLight::kLaser, "stripe-01");
+  ASSERT_FALSE(picture);
+  EXPECT_THAT(picture.error().message, HasSubstr("still moves"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "stripe-01.jpg"));
 }
 
 TEST_F(SetupEyeTest, AStopEndsItWhileThePictureIsWaitedFor) {
