@@ -18,6 +18,7 @@
 #include "app/history_table.h"
 #include "app/kept_history.h"
 #include "base/json_text.h"
+#include "base/measured_json.h"
 #include "document/interval_text.h"
 #include "measurement/change.h"
 #include "measurement/history.h"
@@ -171,17 +172,6 @@ int RunShow(const HistoryArguments& arguments) {
   }
   for (const std::string& notice : entry.outcome.notices) fmt::print("     notice: {}\n", notice);
   return kExitGood;
-}
-
-ordered_json MeasuredJson(const Measured& measured) {
-  ordered_json json = {{"verdict", ToString(measured.verdict())}, {"reason", measured.reason()}};
-  if (measured.good()) {
-    const Quantity& quantity = measured.quantity();
-    json["value"] = quantity.value;
-    json["standard_uncertainty"] = quantity.standard_uncertainty;
-    json["interval95"] = {quantity.interval95.lo, quantity.interval95.hi};
-  }
-  return json;
 }
 
 ordered_json ComparisonJson(const HistoryArguments& arguments,

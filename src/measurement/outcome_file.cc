@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/json_text.h"
+#include "base/measured_json.h"
 #include "files/json_object.h"
 #include "files/whole_file.h"
 
@@ -22,19 +23,8 @@ constexpr std::size_t kMostAnswers = 1000;
 constexpr std::size_t kMostTexts = 1000;
 
 ordered_json AnswerJson(const Answer& answer) {
-  ordered_json json = {{"name", answer.name},
-                       {"unit", answer.unit},
-                       {"verdict", ToString(answer.value.verdict())},
-                       {"reason", answer.value.reason()},
-                       {"value", nullptr},
-                       {"standard_uncertainty", nullptr},
-                       {"interval95", nullptr}};
-  if (answer.value.good()) {
-    const Quantity& quantity = answer.value.quantity();
-    json["value"] = quantity.value;
-    json["standard_uncertainty"] = quantity.standard_uncertainty;
-    json["interval95"] = {quantity.interval95.lo, quantity.interval95.hi};
-  }
+  ordered_json json = {{"name", answer.name}, {"unit", answer.unit}};
+  json.update(MeasuredJson(answer.value));
   return json;
 }
 

@@ -92,6 +92,14 @@ Result<ChosenValue> ParseValue(const std::string& text) {
       text));
 }
 
+procedure::ApplyOptions OptionsOf(const ApplyArguments& arguments, const files::Config& config) {
+  procedure::ApplyOptions options;
+  options.limit_s = procedure::ApplyLimit_s(config.pattern);
+  options.force = arguments.force;
+  options.dry_run = arguments.dry_run;
+  return options;
+}
+
 constexpr auto kInstrument = measurement::Instrument::kPressureAdvance;
 
 // Whether what the last application set is still in force: else somebody set another value since.
@@ -118,10 +126,7 @@ int RunUndo(const ApplyArguments& arguments) {
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  procedure::ApplyOptions options;
-  options.limit_s = procedure::ApplyLimit_s(config->pattern);
-  options.force = arguments.force;
-  options.dry_run = arguments.dry_run;
+  procedure::ApplyOptions options = OptionsOf(arguments, *config);
   options.before_setting = [&](std::optional<double> now_s) -> Result<void> {
     if (auto in_force = CheckInForce(*undoing, now_s, arguments.force); !in_force) return in_force;
     return NoteUndone(kInstrument, config->scan.address, *undoing);
@@ -143,10 +148,7 @@ int RunApply(const ApplyArguments& arguments) {
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  procedure::ApplyOptions options;
-  options.limit_s = procedure::ApplyLimit_s(config->pattern);
-  options.force = arguments.force;
-  options.dry_run = arguments.dry_run;
+  procedure::ApplyOptions options = OptionsOf(arguments, *config);
   const AppliedValue applied{kInstrument, value->result, config->scan.address, value->value_s};
   options.before_setting = [&](std::optional<double> before_s) {
     return NoteBegun(applied, before_s);

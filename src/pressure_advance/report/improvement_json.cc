@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
+#include "base/measured_json.h"
 
 namespace trammel::report {
 namespace {
@@ -10,20 +11,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
-
-Json MeasuredObject(const Measured& measured) {
-  Json object = {{"verdict", ToString(measured.verdict())},
-                 {"reason", measured.reason()},
-                 {"value", nullptr},
-                 {"standard_uncertainty", nullptr},
-                 {"interval95", nullptr}};
-  if (!measured.good()) return object;
-  const Quantity& quantity = measured.quantity();
-  object["value"] = quantity.value;
-  object["standard_uncertainty"] = quantity.standard_uncertainty;
-  object["interval95"] = {quantity.interval95.lo, quantity.interval95.hi};
-  return object;
-}
 
 Json GroupObject(const pressure_advance::ComparedGroup& group) {
   return {{"pressure_advance_s", group.pressure_advance_s},
@@ -38,9 +25,9 @@ std::string ToJson(const pressure_advance::Improvement& improvement) {
   const Json object = {{"format", kFormat},
                        {"control", GroupObject(improvement.control)},
                        {"calibrated", GroupObject(improvement.calibrated)},
-                       {"improvement", MeasuredObject(improvement.deviation)},
-                       {"acceleration_left", MeasuredObject(improvement.acceleration_left)},
-                       {"deceleration_left", MeasuredObject(improvement.deceleration_left)}};
+                       {"improvement", MeasuredJson(improvement.deviation)},
+                       {"acceleration_left", MeasuredJson(improvement.acceleration_left)},
+                       {"deceleration_left", MeasuredJson(improvement.deceleration_left)}};
   return JsonText(object);
 }
 

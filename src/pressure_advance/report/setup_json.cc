@@ -1,6 +1,7 @@
 #include <numbers>
 
 #include "base/axis_direction.h"
+#include "base/measured_json.h"
 #include "document/json_number.h"
 #include "pressure_advance/report/setup_report.h"
 
@@ -14,19 +15,13 @@ constexpr int kSetupFormat = 1;
 constexpr double kDegree = std::numbers::pi / 180;
 
 Json ValueObject(const SetupValue& value) {
-  const Measured& measured = *value.value;
-  Json object = {{"verdict", ToString(measured.verdict())},
-                 {"reason", measured.reason()},
-                 {"value", nullptr},
-                 {"standard_uncertainty", nullptr},
-                 {"interval95", nullptr}};
-  if (!measured.good()) return object;
-  const Quantity& quantity = measured.quantity();
-  object["value"] = Number(quantity.value * value.json_scale);
-  object["standard_uncertainty"] = Number(quantity.standard_uncertainty * value.json_scale);
-  object["interval95"] = {Number(quantity.interval95.lo * value.json_scale),
-                          Number(quantity.interval95.hi * value.json_scale)};
-  return object;
+  if (!value.value->good()) return MeasuredJson(*value.value);
+  Quantity quantity = value.value->quantity();
+  quantity.value *= value.json_scale;
+  quantity.standard_uncertainty *= value.json_scale;
+  quantity.interval95.lo *= value.json_scale;
+  quantity.interval95.hi *= value.json_scale;
+  return MeasuredJson(Measured::Good(quantity));
 }
 
 Json HeadObject(const pa::HeadPlace& head) {
