@@ -3,8 +3,8 @@
 #   to optimise it takes a third of a build and gains nothing that a user can feel. COMMANDS: COLD, and CLI11 is precompiled for it. All else is compiled with -O2.
 #   NUMERIC (and HOT): in the fuzz targets it is optimised, and its comparisons, of pixels and numbers, are not
 #   traced: they take half of the time and teach nothing.
-# trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [BUSY] [WAITS] [SIDE_BY_SIDE])   a GoogleTest executable,
-#   one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long, or where
+# trammel_test(NAME SOURCES … LINK … [LABELS …] [TIMEOUT s] [LOCK NAME] [BUSY] [WAITS] [SIDE_BY_SIDE])   a GoogleTest
+#   executable, one ctest entry per TEST; with SIDE_BY_SIDE one for all of them, where they share what takes long, or where
 #   FFmpeg and imgcodecs behind them take longer to start than most of them.
 #   BUSY: it computes for long, and is optimised; the linker may take its templates in place of the module's.
 #   WAITS: a printer's clock rules it, not the processor: it begins early, as what is SIDE_BY_SIDE, and takes half of the room.
@@ -179,7 +179,7 @@ function(trammel_test name)
   if(NOT TRAMMEL_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "BUSY;WAITS;SIDE_BY_SIDE" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "BUSY;WAITS;SIDE_BY_SIDE" "TIMEOUT;LOCK" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS unit)
   endif()
@@ -195,6 +195,9 @@ function(trammel_test name)
   endif()
   if(ARG_SIDE_BY_SIDE OR ARG_WAITS)
     list(APPEND properties COST 30)
+  endif()
+  if(ARG_LOCK)
+    list(APPEND properties RESOURCE_LOCK ${ARG_LOCK})
   endif()
   add_executable(${name} ${ARG_SOURCES})
   if("slow" IN_LIST ARG_LABELS)
