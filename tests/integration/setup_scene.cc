@@ -35,6 +35,7 @@ SetupTruth TruthOf(std::uint64_t seed, const sim::MountedRig& rig,
   truth.spot_row_px = spot.y_px;
   truth.focus_height_mm = rig.mount.focus_height_mm;
   truth.px_per_mm = traits.px_per_mm;
+  truth.distance_mm = traits.distance_mm;
   truth.rotation_deg = rig.rig.camera_turn_rad / kDegree;
   truth.laser_turn_deg = traits.stripe_tilt_rad / kDegree;
   truth.laser_sheet_deg = traits.laser_angle_rad / kDegree;
@@ -56,6 +57,8 @@ std::vector<SetupError> SetupErrors(const nlohmann::json& answer, const SetupTru
   const double up = -(answer["spot_px"][1].get<double>() - truth.spot_row_px) / truth.px_per_mm;
   const double c = std::cos(truth.rotation_deg * kDegree);
   const double s = std::sin(truth.rotation_deg * kDegree);
+  const double rise_mm = answer["seen_at_height_mm"].get<double>() - truth.focus_height_mm;
+  const double px_per_mm = truth.px_per_mm * truth.distance_mm / (truth.distance_mm + rise_mm);
   const auto compare = [&](const char* key, double true_value, double scale = 1) {
     const auto& value = answer["values"][key];
     SetupError error;
@@ -69,7 +72,7 @@ std::vector<SetupError> SetupErrors(const nlohmann::json& answer, const SetupTru
   return {compare("offset_x_mm", truth.offset_x_mm + right * c - up * s),
           compare("offset_y_mm", truth.offset_y_mm + right * s + up * c),
           compare("focus_height_mm", truth.focus_height_mm),
-          compare("px_per_mm", truth.px_per_mm, 1 / truth.px_per_mm),
+          compare("px_per_mm", px_per_mm, 1 / px_per_mm),
           compare("rotation_deg", truth.rotation_deg),
           compare("laser_turn_deg", truth.laser_turn_deg),
           compare("laser_sheet_deg", truth.laser_sheet_deg)};

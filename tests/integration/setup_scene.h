@@ -18,7 +18,8 @@ struct SetupTruth {
   double spot_column_px = 0;  ///< of that place in the whole picture
   double spot_row_px = 0;
   double focus_height_mm = 0;
-  double px_per_mm = 0;
+  double px_per_mm = 0;    ///< at that height
+  double distance_mm = 0;  ///< from the lens to the plate, at that height
   double rotation_deg = 0;
   double laser_turn_deg = 0;
   double laser_sheet_deg = 0;
@@ -44,7 +45,8 @@ struct SetupError {
 };
 
 /// Offsets, focus, scale (relative), rotation and the laser's turn and angle. The offsets count
-/// from where the command places the spot: the stripe has many places.
+/// from where the command places the spot: the stripe has many places. The scale is that of the
+/// height at which the command saw the mark.
 [[nodiscard]] std::vector<SetupError> SetupErrors(const nlohmann::json& answer,
                                                   const SetupTruth& truth);
 

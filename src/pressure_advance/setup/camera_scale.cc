@@ -91,7 +91,8 @@ std::string Fault(const CameraScale& found, const Shape& shape, const SetupLimit
 
 }  // namespace
 
-CameraScale FitCameraScale(std::span<const SeenMark> marks, const SetupLimits& limits) {
+CameraScale FitCameraScale(std::span<const SeenMark> marks, const SetupLimits& limits,
+                           double height_uncertainty) {
   CameraScale found;
   for (const SeenMark& mark : marks) {
     found.middle_x_mm += mark.head.x_mm / static_cast<double>(marks.size());
@@ -125,9 +126,9 @@ CameraScale FitCameraScale(std::span<const SeenMark> marks, const SetupLimits& l
   const Eigen::VectorXd to_scale = (shape.cosine * to_cosine + shape.sine * to_sine) / scale;
   const Eigen::VectorXd to_turn = (shape.cosine * to_sine - shape.sine * to_cosine) / Square(scale);
   // Two axes, each with an error of its own: half of their sum. They do not turn the picture.
-  const double axis = Square(limits.axis_scale_uncertainty) / 2;
-  found.px_per_mm =
-      MeasuredFrom(scale, Variance(fit, to_scale), Square(scale) * axis, fit.degrees_of_freedom);
+  const double relative = Square(limits.axis_scale_uncertainty) / 2 + Square(height_uncertainty);
+  found.px_per_mm = MeasuredFrom(scale, Variance(fit, to_scale), Square(scale) * relative,
+                                 fit.degrees_of_freedom);
   found.rotation_rad = MeasuredFrom(std::atan2(shape.sine, shape.cosine), Variance(fit, to_turn), 0,
                                     fit.degrees_of_freedom);
   return found;

@@ -31,7 +31,9 @@ struct CameraScale {
 /// borne, a mirrored picture or an axis of the wrong sign, scales of the axes that differ.
 /// @param marks  of one mark, all at one height; places some mm apart in both axes, each approached
 ///               from both sides.
-[[nodiscard]] CameraScale FitCameraScale(std::span<const SeenMark> marks,
-                                         const SetupLimits& limits);
+/// @param height_uncertainty  relative standard uncertainty of the scale, of the height between the
+///               plate and the bead's top at which the mark's edges are seen.
+[[nodiscard]] CameraScale FitCameraScale(std::span<const SeenMark> marks, const SetupLimits& limits,
+                                         double height_uncertainty = 0);
 
 }  // namespace trammel::pressure_advance

@@ -243,6 +243,31 @@ TEST(FocusHeight, SaysOnWhichSideToLook) {
   }
 }
 
+// A glossy plate: the parabola is not the widths' own law, and the narrowest stripe is what counts.
+TEST(FocusHeight, CoversWidthsThatAreNoParabola) {
+  int good = 0, covered = 0, worlds = 0;
+  for (std::uint64_t seed = 5000; seed < 5200; ++seed, ++worlds) {
+    Random random(seed);
+    SetupWorld world = Draw(seed, 1);
+    world.skew = 0.02 * random.Normal();
+    world.halo = random.Uniform(0, 0.4);
+    const double from_mm = world.focus_mm - 3 - random.Uniform(0, 1);
+    const Measured focus = FocusOf(world.Stripes(from_mm, 15, random));
+    // d/dz of (sharpest² + (spread · z)²) · exp(2 skew z) is 0.
+    constexpr double kRatio = 2.5 * 2.5 / (1.2 * 1.2);
+    const double narrowest_mm =
+        world.focus_mm -
+        2 * world.skew * kRatio / (1 + std::sqrt(1 - 4 * world.skew * world.skew * kRatio));
+    if (!focus.good()) continue;
+    ++good;
+    const auto& interval = focus.quantity().interval95;
+    covered += interval.lo <= narrowest_mm && narrowest_mm <= interval.hi ? 1 : 0;
+  }
+  EXPECT_GE(good, 0.8 * worlds);
+  EXPECT_GE(covered, 0.9 * good) << good;
+  std::printf("focus without a parabola: %d of %d covered\n", covered, good);
+}
+
 TEST(FocusHeight, CannotTellFromAWidthThatStays) {
   Random random(5);
   auto stripes = Usual().Stripes(kLowest_mm, kSteps, random);

@@ -2,6 +2,7 @@
 // the estimators: it projects points, they fit lines.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -33,6 +34,9 @@ struct SetupWorld {
   double principal_px =
       0;              // of the optical axis from the picture's middle, along the stripe's normal
   double mirror = 1;  // -1: the picture's columns are reversed
+  double skew = 0;    // of the stripe's width, relative, for each mm away from the focus
+  double halo =
+      0;  // of the stripe's width at its sharpest, that no height makes narrower, relative
 
   [[nodiscard]] double Scale(double z_mm) const {
     return px_per_mm * distance_mm / (distance_mm + z_mm - focus_mm);
@@ -55,7 +59,9 @@ struct SetupWorld {
     const double moved = head.z_mm + play_z_mm * head.from_z / 2 + repeat_mm * random.Normal();
     const double z = focus_mm + (moved - focus_mm) * (1 + axis_error[2]);
     const double across_mm = spot_mm - std::tan(laser_angle_rad) * (z - focus_mm);
-    const double width = Scale(z) / px_per_mm * std::hypot(2.5, 1.2 * (z - focus_mm));
+    const double spread = std::hypot(2.5, 1.2 * (z - focus_mm));
+    const double width =
+        Scale(z) / px_per_mm * std::max(spread, 2.5 * (1 + halo)) * std::exp(skew * (z - focus_mm));
     return {head, Scale(z) * across_mm + principal_px + noise_px * random.Normal(),
             width * (1 + 0.01 * random.Normal() * (noise_px > 0 ? 1 : 0))};
   }

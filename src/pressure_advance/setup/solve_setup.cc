@@ -50,6 +50,13 @@ Perspective PerspectiveOf(const std::vector<SeenStripe>& sound, const SetupLimit
   return way.perspective.value_or(Perspective{});
 }
 
+// Of the mark's scale, relative: its edges are seen somewhere between the plate and the beads' top.
+double MarkHeightUncertainty(const std::vector<SeenStripe>& sound, double layer_height_mm,
+                             const SetupLimits& limits) {
+  const double inverse_mm = sound.empty() ? 0 : PerspectiveOf(sound, limits).inverse_mm;
+  return std::abs(inverse_mm) * layer_height_mm / std::sqrt(3.0);
+}
+
 const PlacedStripe* NearestTo(std::span<const PlacedStripe> stripes, double height_mm) {
   const PlacedStripe* nearest = nullptr;
   for (const PlacedStripe& stripe : stripes) {
@@ -204,15 +211,16 @@ void CheckSpot(const MarkReading& mark, SetupResult& result) {
 SetupResult SolveSetup(const SetupObservations& seen, const SetupLimits& limits) {
   SetupResult result;
   result.focus_mm = SolveSweep(seen.stripes, limits).focus_mm;
+  const std::vector<SeenStripe> sound = Sound(seen.stripes);
   if (seen.marks.size() >= kFewestMarks || seen.mark_fault.empty()) {
-    result.scale = FitCameraScale(seen.marks, limits);
+    result.scale = FitCameraScale(seen.marks, limits,
+                                  MarkHeightUncertainty(sound, seen.layer_height_mm, limits));
   } else {
     const auto fault = Measured::Refused(seen.mark_fault);
     result.scale.px_per_mm = result.scale.rotation_rad = fault;
     result.scale.play_x_mm = result.scale.play_y_mm = fault;
   }
   const PlacedStripe* example = NearestTo(seen.stripes, seen.height_mm);
-  const std::vector<SeenStripe> sound = Sound(seen.stripes);
   if (example == nullptr || sound.size() < kFewestStripes) {
     result.height.px_per_height_mm = result.height.laser_angle_rad = result.height.play_z_mm =
         result.scan_angle_rad = result.laser_turn_rad = result.offset.x_mm = result.offset.y_mm =
