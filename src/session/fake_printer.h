@@ -24,6 +24,8 @@ class FakePrinter : public machine::Printer {
   nlohmann::json told = nlohmann::json::object();  ///< what Query answers
   std::map<std::string, std::function<void(const nlohmann::json&)>> methods;  ///< registered
   std::vector<std::pair<std::string, nlohmann::json>> events;                 ///< sent, in order
+  /// Answers CallServer; without it there are no such methods.
+  std::function<Result<nlohmann::json>(const std::string&, const nlohmann::json&)> server;
   std::string lost_at;  ///< the script during which the link goes, once
 
   FakePrinter() {
@@ -95,6 +97,11 @@ class FakePrinter : public machine::Printer {
   }
   Result<std::vector<machine::Webcam>> Webcams(const machine::WaitLimit&) override {
     return std::vector<machine::Webcam>{};
+  }
+  Result<nlohmann::json> CallServer(const std::string& method, nlohmann::json params,
+                                    const machine::WaitLimit&) override {
+    if (!server) return Fail("Method not found: " + method, ErrorKind::kMachine);
+    return server(method, params);
   }
   Result<void> RegisterRemoteMethod(const std::string& name,
                                     std::function<void(const nlohmann::json&)> callback,

@@ -129,6 +129,7 @@ MachineShop::MachineShop(ShopOptions options) : options_(std::move(options)) {
   server.hub.api_key = options_.api_key;
   server.hub.seed = options_.seed;
   server.hub.faults = options_.server;
+  server.hub.spoolman = options_.spoolman;
   if (options_.with_camera) {
     camera_ = ValueOr(
         sim::CameraServer::Start(options_.camera, std::make_shared<RestingBed>(machine_),

@@ -31,6 +31,7 @@ struct ShopOptions {
   sim::KlipperFaults faults;
   sim::ServerFaults server;
   std::string api_key;
+  std::shared_ptr<sim::VirtualSpoolman> spoolman;  ///< none: Moonraker knows of none
   sim::CameraServerOptions camera = QuickCamera();
   bool with_camera = true;
   /// What trammel.toml says beyond the quick calibration's settings; section -> lines.

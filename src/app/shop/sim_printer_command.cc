@@ -49,6 +49,7 @@ struct PrinterArguments {
   std::string truth;
   CellArguments cell;
   std::vector<std::string> tools;
+  std::string spool;  // empty: no Spoolman
 };
 
 // TOOL:X,Y, each named "tool T<number>" as klipper-toolchanger's users do.
@@ -125,6 +126,10 @@ Result<void> ServePrinter(const PrinterArguments& arguments) {
   server_options.hub.api_key = arguments.api_key;
   server_options.hub.seed = arguments.seed;
   server_options.hub.faults = faults.server;
+  if (!arguments.spool.empty()) {
+    server_options.hub.spoolman = std::make_shared<sim::VirtualSpoolman>();
+    server_options.hub.spoolman->AddSpool("", arguments.spool, "");
+  }
   const sim::MachineWorld world{arguments.seed, *condition, arguments.speed};
   std::unique_ptr<sim::CameraServer> camera;
   if (arguments.camera_port) {
@@ -224,6 +229,8 @@ void AddSimPrinter(CLI::App& parent, int& exit_code) {
   printer->add_option("--tool", arguments->tools,
                       "TOOL:X,Y, a tool of klipper-toolchanger with its offset in mm; may be "
                       "given again");
+  printer->add_option("--spool", arguments->spool,
+                      "Moonraker knows of a Spoolman; a spool of this filament is on the printer");
   printer->callback([arguments, &exit_code] {
     const Result<void> done = ServePrinter(*arguments);
     exit_code = done ? kExitGood : PrintError(done.error());

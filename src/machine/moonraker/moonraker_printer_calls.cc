@@ -235,6 +235,11 @@ Result<std::vector<Webcam>> MoonrakerPrinter::Webcams(const WaitLimit& limit) {
   return ReadWebcams(*answer, moonraker_.address());
 }
 
+Result<json> MoonrakerPrinter::CallServer(const std::string& method, json params,
+                                          const WaitLimit& limit) {
+  return moonraker_.Call(method, std::move(params), limit);
+}
+
 Result<void> MoonrakerPrinter::RegisterRemoteMethod(const std::string& name,
                                                     std::function<void(const json&)> callback,
                                                     const WaitLimit& limit) {

@@ -51,6 +51,8 @@ class MoonrakerPrinter : public Printer {
   Result<void> StartPrint(const std::string& name, const WaitLimit& limit) override;
   Result<void> CancelPrint(const WaitLimit& limit) override;
   Result<std::vector<Webcam>> Webcams(const WaitLimit& limit) override;
+  Result<nlohmann::json> CallServer(const std::string& method, nlohmann::json params,
+                                    const WaitLimit& limit) override;
   Result<void> RegisterRemoteMethod(const std::string& name,
                                     std::function<void(const nlohmann::json&)> callback,
                                     const WaitLimit& limit) override;

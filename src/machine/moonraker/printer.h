@@ -111,6 +111,12 @@ class Printer {
 
   [[nodiscard]] virtual Result<std::vector<Webcam>> Webcams(const WaitLimit& limit) = 0;
 
+  /// Calls a method of the server that is no printer's, such as a component's proxy. Fails where
+  /// the server has no such method, too.
+  [[nodiscard]] virtual Result<nlohmann::json> CallServer(const std::string& method,
+                                                          nlohmann::json params,
+                                                          const WaitLimit& limit) = 0;
+
   /// Lets the printer's macros call us (action_call_remote_method). `callback` gets the call's
   /// arguments as an object, on the connection's own thread: it must return quickly and not call
   /// the printer. Stays registered over restarts and reconnects. REQUIRES a name used once.

@@ -15,6 +15,7 @@
 #include "base/random.h"
 #include "sim/camera/machine_host.h"
 #include "sim/moonraker/rpc.h"
+#include "sim/moonraker/spoolman.h"
 
 namespace trammel::sim {
 
@@ -36,6 +37,7 @@ struct HubOptions {
   int webcam_frames_per_s = 30;
   std::size_t most_file_bytes = 256 << 20;  ///< of all uploads together
   ServerFaults faults;
+  std::shared_ptr<VirtualSpoolman> spoolman;  ///< none: Moonraker is not set up for one
 };
 
 /// What carries messages to one client.

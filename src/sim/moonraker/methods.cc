@@ -90,11 +90,13 @@ static Answer DeleteFile(VirtualKlipper& klipper, const Json& params) {
 
 Json Hub::ServerInfo() const {
   const KlippyState state = State();
+  Json components = {"secrets",    "klippy_connection", "jsonrpc",       "application",
+                     "websockets", "file_manager",      "authorization", "klippy_apis",
+                     "webcam",     "extensions"};
+  if (options_.spoolman) components.push_back("spoolman");
   return {{"klippy_connected", state != KlippyState::kDisconnected},
           {"klippy_state", ToString(state)},
-          {"components",
-           {"secrets", "klippy_connection", "jsonrpc", "application", "websockets", "file_manager",
-            "authorization", "klippy_apis", "webcam", "extensions"}},
+          {"components", components},
           {"failed_components", Json::array()},
           {"registered_directories", {"config", "logs", "gcodes", "config_examples", "docs"}},
           {"warnings", Json::array()},
@@ -146,6 +148,12 @@ Json Hub::Webcams() const {
 
 bool Hub::CallServer(std::uint64_t number, const std::string& method, const Json& params,
                      const Reply& reply) {
+  if (options_.spoolman) {
+    if (const auto answer = options_.spoolman->Call(method, params)) {
+      reply(*answer);
+      return true;
+    }
+  }
   const auto found = connections_.find(number);
   if (method == "server.connection.identify" && found != connections_.end()) {
     reply(Identify(found->second, number, params));

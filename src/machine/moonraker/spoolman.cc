@@ -1,0 +1,172 @@
+#include "machine/moonraker/spoolman.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/utf8.h"
+#include "machine/net/json_field.h"
+
+namespace trammel::machine {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr std::size_t kLongestName = 100;
+constexpr std::size_t kLongestMessage = 300;
+
+const char* Word(SpoolmanEntity entity) {
+  return entity == SpoolmanEntity::kFilament ? "filament" : "spool";
+}
+
+std::string Path(SpoolmanEntity entity, int id) {
+  return fmt::format("/v1/{}/{}", Word(entity), id);
+}
+
+std::optional<int> Id(const json& object, const char* name) {
+  constexpr double kMost = 2'000'000'000;
+  const auto number = Number(object, name);
+  if (!number || *number < 0 || *number > kMost || *number != std::floor(*number)) return {};
+  return static_cast<int>(*number);
+}
+
+tl::unexpected<Error> Strange(const std::string& path) {
+  return Fail(fmt::format("Spoolman's answer to {} has another form than is known: is its version "
+                          "a newer one?",
+                          path),
+              ErrorKind::kMachine);
+}
+
+// Text without control characters.
+std::string Printable(const std::string& text) {
+  std::string safe = Utf8OrReplaced(text, kLongestName);
+  std::erase_if(safe, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 0x7F; });
+  return safe;
+}
+
+std::string NameOf(const json& filament) {
+  const std::string vendor = TextOr(ObjectOr(filament, "vendor"), "name", "");
+  std::string name = TextOr(filament, "name", "");
+  if (name.empty()) name = TextOr(filament, "material", "");
+  std::string both = vendor;
+  if (!vendor.empty() && !name.empty()) both += ' ';
+  return Printable(both + name);
+}
+
+}  // namespace
+
+Result<json> Spoolman::Ask(const char* method, const std::string& path, std::optional<json> body) {
+  json params = {{"request_method", method}, {"path", path}, {"use_v2_response", true}};
+  if (body) params["body"] = std::move(*body);
+  auto answer = printer_.CallServer("server.spoolman.proxy", std::move(params), limit_);
+  if (!answer) return tl::unexpected(answer.error());
+  const json& error = ObjectOr(*answer, "error");
+  if (!error.empty()) {
+    const int status = static_cast<int>(NumberOr(error, "status_code", 0));
+    constexpr int kAway = 503;
+    const std::string said = Utf8OrReplaced(TextOr(error, "message", ""), kLongestMessage);
+    return Fail(status == kAway
+                    ? "Spoolman is away: Moonraker has no connection to it ([spoolman] server in "
+                      "moonraker.conf); start it, or leave it out"
+                    : fmt::format("Spoolman refuses {} {} ({}): {}", method, path, status, said),
+                ErrorKind::kMachine);
+  }
+  const json* response = Member(*answer, "response");
+  if (response == nullptr) return Strange(path);
+  return *response;
+}
+
+Result<bool> Spoolman::Known() {
+  const auto info = printer_.CallServer("server.info", nullptr, limit_);
+  if (!info) return tl::unexpected(info.error());
+  const json* components = Member(*info, "components");
+  return components != nullptr && components->is_array() &&
+         std::find(components->begin(), components->end(), "spoolman") != components->end();
+}
+
+Result<std::optional<Spool>> Spoolman::ActiveSpool() {
+  const auto known = Known();
+  if (!known) return tl::unexpected(known.error());
+  if (!*known) return std::nullopt;
+  const auto active = printer_.CallServer("server.spoolman.get_spool_id", nullptr, limit_);
+  if (!active) return tl::unexpected(active.error());
+  const auto id = Id(*active, "spool_id");
+  if (!id) return std::nullopt;
+  const std::string path = Path(SpoolmanEntity::kSpool, *id);
+  const auto answer = Ask("GET", path);
+  if (!answer) return tl::unexpected(answer.error());
+  const json& filament = ObjectOr(*answer, "filament");
+  const auto filament_id = Id(filament, "id");
+  if (!filament_id) return Strange(path);
+  return Spool{*id, *filament_id, NameOf(filament), Printable(TextOr(filament, "material", ""))};
+}
+
+Result<bool> Spoolman::HasField(SpoolmanEntity entity, const ExtraField& field) {
+  const std::string path = fmt::format("/v1/field/{}", Word(entity));
+  const auto answer = Ask("GET", path);
+  if (!answer) return tl::unexpected(answer.error());
+  if (!answer->is_array()) return Strange(path);
+  for (const json& one : *answer) {
+    if (TextOr(one, "key", "") != field.key) continue;
+    const std::string type = TextOr(one, "field_type", "");
+    if (type == field.type) return true;
+    return Fail(
+        fmt::format("Spoolman's field '{}' of a {} is of the type '{}', and '{}' is "
+                    "written there: a type cannot be changed; delete the field in "
+                    "Spoolman's settings, or leave Spoolman out",
+                    field.key, Word(entity), Printable(type), field.type));
+  }
+  return false;
+}
+
+Result<void> Spoolman::AddField(SpoolmanEntity entity, const ExtraField& field) {
+  json body = {{"name", field.name}, {"field_type", field.type}};
+  if (!field.unit.empty()) body["unit"] = field.unit;
+  const auto answer =
+      Ask("POST", fmt::format("/v1/field/{}/{}", Word(entity), field.key), std::move(body));
+  if (!answer) return tl::unexpected(answer.error());
+  return {};
+}
+
+Result<json> Spoolman::Extras(SpoolmanEntity entity, int id) {
+  const std::string path = Path(entity, id);
+  const auto answer = Ask("GET", path);
+  if (!answer) return tl::unexpected(answer.error());
+  if (Id(*answer, "id") != id) return Strange(path);
+  const json* extra = Member(*answer, "extra");
+  if (extra == nullptr || extra->is_null()) return json::object();
+  const bool texts = extra->is_object() && std::all_of(extra->begin(), extra->end(),
+                                                       [](const json& v) { return v.is_string(); });
+  if (!texts) return Strange(path);
+  return *extra;
+}
+
+Result<std::optional<json>> Spoolman::Extra(SpoolmanEntity entity, int id, const std::string& key) {
+  const auto extras = Extras(entity, id);
+  if (!extras) return tl::unexpected(extras.error());
+  const auto found = extras->find(key);
+  if (found == extras->end()) return std::nullopt;
+  json value = json::parse(found->get<std::string>(), nullptr, false);
+  if (value.is_discarded()) return Strange(fmt::format("'{}'", key));
+  return value;
+}
+
+Result<void> Spoolman::SetExtra(SpoolmanEntity entity, int id, const std::string& key,
+                                const json& value) {
+  auto extras = Extras(entity, id);
+  if (!extras) return tl::unexpected(extras.error());
+  (*extras)[key] = FieldText(value);
+  const auto sent = Ask("PATCH", Path(entity, id), json{{"extra", *extras}});
+  if (!sent) return tl::unexpected(sent.error());
+  const auto after = Extras(entity, id);
+  if (!after) return tl::unexpected(after.error());
+  if (*after == *extras) return {};
+  return Fail(fmt::format("the fields of {} {} read otherwise in Spoolman than they were written: "
+                          "another program wrote there at the same time; look at them",
+                          Word(entity), id),
+              ErrorKind::kMachine);
+}
+
+}  // namespace trammel::machine

@@ -1,0 +1,74 @@
+// Spoolman, the store of filaments and spools, through the proxy of a printer's server.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "base/result.h"
+#include "machine/moonraker/printer.h"
+#include "machine/net/wait_limit.h"
+
+namespace trammel::machine {
+
+/// The spool that is on the printer.
+struct Spool {
+  int id = 0;
+  int filament_id = 0;
+  std::string filament;  ///< "VENDOR NAME", what is there of both; at most 100 bytes, printable
+  std::string material;  ///< "PLA", or empty
+};
+
+/// What extra fields hang on.
+enum class SpoolmanEntity { kFilament, kSpool };
+
+/// A field that a user of Spoolman, or a program, has defined.
+struct ExtraField {
+  std::string key;   ///< [a-z0-9_]{1,64}
+  std::string name;  ///< as Spoolman's pages show it
+  std::string type;  ///< "float" or "text"
+  std::string unit;  ///< may be empty
+};
+
+/// A value as Spoolman's texts hold it: JSON on one line, bytes that are no UTF-8 replaced.
+[[nodiscard]] inline std::string FieldText(const nlohmann::json& value) {
+  return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/// Calls wait, each within the limit. Errors are kMachine: no answer, Spoolman away, an entity that
+/// is not there, an answer of another form; or kInterrupted.
+class Spoolman {
+ public:
+  /// The printer is not owned and outlives it.
+  Spoolman(Printer& printer, const WaitLimit& limit) : printer_(printer), limit_(limit) {}
+
+  /// Whether the printer's server knows of a Spoolman at all; it may be away.
+  [[nodiscard]] Result<bool> Known();
+
+  /// The active spool; absent where none is set, or Spoolman is not known.
+  [[nodiscard]] Result<std::optional<Spool>> ActiveSpool();
+
+  /// Looks for a field. Errors also where it is there with another type, which Spoolman cannot
+  /// change.
+  [[nodiscard]] Result<bool> HasField(SpoolmanEntity entity, const ExtraField& field);
+  /// Adds a field. REQUIRES that it is not there: Spoolman would redefine it.
+  [[nodiscard]] Result<void> AddField(SpoolmanEntity entity, const ExtraField& field);
+
+  /// What a field holds; absent where it holds nothing.
+  [[nodiscard]] Result<std::optional<nlohmann::json>> Extra(SpoolmanEntity entity, int id,
+                                                            const std::string& key);
+  /// Sets one field. Spoolman replaces all of them at once: the others are read, sent again, and
+  /// looked at afterwards. Errors also where one of them, or this one, reads otherwise then.
+  [[nodiscard]] Result<void> SetExtra(SpoolmanEntity entity, int id, const std::string& key,
+                                      const nlohmann::json& value);
+
+ private:
+  [[nodiscard]] Result<nlohmann::json> Ask(const char* method, const std::string& path,
+                                           std::optional<nlohmann::json> body = {});
+  [[nodiscard]] Result<nlohmann::json> Extras(SpoolmanEntity entity, int id);
+
+  Printer& printer_;
+  WaitLimit limit_;
+};
+
+}  // namespace trammel::machine
