@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -16,6 +18,7 @@
 #include "base/random.h"
 #include "machine_shop.h"
 #include "measurement/history.h"
+#include "sim/moonraker/spoolman.h"
 
 namespace trammel::test {
 namespace {
@@ -69,6 +72,86 @@ TEST_F(Apply, UndoLeavesAValueThatSomebodySetSince) {
   EXPECT_NEAR(InForce(), 0.06, 1e-6);
   EXPECT_EQ(Run({"--undo", "--force"}).exit_code, 0);
   EXPECT_NEAR(InForce(), 0.031, 1e-6);
+}
+
+class ApplyToSpool : public Apply {
+ protected:
+  // The printer of the base stands beside, unused.
+  static ShopOptions WithSpoolman(const std::shared_ptr<sim::VirtualSpoolman>& spoolman) {
+    ShopOptions options = WithoutCamera();
+    options.spoolman = spoolman;
+    return options;
+  }
+  [[nodiscard]] ProcessEnd RunThere(std::vector<std::string> words) const {
+    words.insert(words.begin(), {"pa", "apply"});
+    words.insert(words.end(), {"--spoolman", "--printer", there_.address()});
+    return there_.Run(words);
+  }
+  [[nodiscard]] double InForceThere() const {
+    return there_.Look().settings.at("pressure advance");
+  }
+
+  std::shared_ptr<sim::VirtualSpoolman> spoolman_ = std::make_shared<sim::VirtualSpoolman>();
+  MachineShop there_{WithSpoolman(spoolman_)};
+};
+
+TEST_F(ApplyToSpool, KeepsTheValueOnSpoolAndFilamentBesideWhatOthersWrote) {
+  const int spool = spoolman_->AddSpool("Prusament", "PETG \"Jet\" 50% ;", "PETG");
+  spoolman_->SetExtra("filament", spool, "note", "text", "\"mine\"");
+  spoolman_->SetExtra("spool", spool, "pressure_advance_matrix", "text",
+                      R"("{\"0.6_high_flow\":0.02}")");
+  const ProcessEnd looked = RunThere({"0.0472", "--dry-run"});
+  EXPECT_EQ(looked.exit_code, 0) << looked.standard_error;
+  EXPECT_THAT(looked.standard_output, HasSubstr("nothing was changed"));
+  EXPECT_EQ(spoolman_->Extra("filament", spool, "pressure_advance"), std::nullopt);
+  const ProcessEnd done = RunThere({"0.0472"});
+  ASSERT_EQ(done.exit_code, 0) << done.standard_error;
+  EXPECT_THAT(done.standard_output, HasSubstr("pressure_advance (none) -> 0.0472"));
+  EXPECT_THAT(done.standard_output, HasSubstr("kept in           Spoolman"));
+  EXPECT_EQ(spoolman_->Extra("filament", spool, "pressure_advance"), "0.0472");
+  EXPECT_EQ(spoolman_->Extra("filament", spool, "note"), "\"mine\"");
+  EXPECT_EQ(spoolman_->Extra("spool", spool, "pressure_advance_matrix"),
+            R"("{\"0.4_standard\":0.0472,\"0.6_high_flow\":0.02}")");
+  EXPECT_NEAR(InForceThere(), 0.0472, 1e-6);
+  const ProcessEnd again = RunThere({"0.05"});
+  EXPECT_THAT(again.standard_output, HasSubstr("pressure_advance 0.0472 -> 0.0500"));
+}
+
+// Whatever cannot be kept is said before anything is set.
+TEST_F(ApplyToSpool, SetsNothingWhereSpoolmanCannotTakeIt) {
+  const auto refused = [&](const std::string& reason) {
+    const double before_s = InForceThere();
+    const ProcessEnd end = RunThere({"0.0472"});
+    EXPECT_NE(end.exit_code, 0);
+    EXPECT_THAT(end.standard_error, HasSubstr(reason));
+    EXPECT_EQ(InForceThere(), before_s);
+  };
+  refused("no spool on this printer");
+  const int spool = spoolman_->AddSpool("", "", "PLA");
+  spoolman_->SetFault(sim::VirtualSpoolman::Fault::kAway);
+  refused("Spoolman is away");
+  spoolman_->SetFault(sim::VirtualSpoolman::Fault::kRubbish);
+  refused("another form");
+  spoolman_->SetFault(sim::VirtualSpoolman::Fault::kNone);
+  spoolman_->SetExtra("filament", spool, "pressure_advance", "text", "\"0.03\"");
+  refused("is of the type 'text'");
+  spoolman_->SetExtra("filament", spool, "pressure_advance", "float", std::nullopt);
+  spoolman_->SetExtra("spool", spool, "pressure_advance_matrix", "text", "\"0.04 by hand\"");
+  refused("no list of values by nozzle");
+  spoolman_->Activate(99);
+  refused("No spool with ID 99");
+  const ProcessEnd none = Run({"0.0472", "--spoolman"});
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.standard_error, HasSubstr("knows of no Spoolman"));
+}
+
+TEST_F(ApplyToSpool, SaysThatAnotherProgramWroteAtTheSameTime) {
+  spoolman_->AddSpool("", "PLA", "PLA");
+  spoolman_->SetFault(sim::VirtualSpoolman::Fault::kMeddled);
+  const ProcessEnd end = RunThere({"0.0472"});
+  EXPECT_EQ(end.exit_code, 3);
+  EXPECT_THAT(end.standard_error, HasSubstr("another program wrote there"));
+  EXPECT_THAT(end.standard_output, HasSubstr("not in Spoolman"));
 }
 
 // Twelve kills, or as many as TRAMMEL_APPLY_KILLS says.

@@ -21,6 +21,7 @@
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/procedure/calibrate.h"
 #include "pressure_advance/procedure/filament_memory.h"
+#include "pressure_advance/procedure/spool_memory.h"
 
 namespace trammel::app {
 namespace {
@@ -31,6 +32,7 @@ struct ApplyArguments {
   PrinterOptions printer;
   std::string value;
   std::string filament;
+  bool spoolman = false;
   bool undo = false;
   bool force = false;
   bool dry_run = false;
@@ -136,6 +138,41 @@ int RunUndo(const ApplyArguments& arguments) {
   return done ? static_cast<int>(kExitGood) : PrintError(done.error());
 }
 
+// What Spoolman has, and what it gets.
+void PrintSpoolPlace(const procedure::SpoolPlace& place, double value_s) {
+  fmt::print("Spoolman          filament {} ({}) pressure_advance {} -> {:.4f}\n",
+             place.filament_id, place.filament,
+             place.before_s ? fmt::format("{:.4f}", *place.before_s) : "(none)", value_s);
+  fmt::print("                  spool {} pressure_advance_matrix {} -> \"{}\": {:.4f}\n",
+             place.spool_id, place.matrix_before.empty() ? "(none)" : place.matrix_before,
+             place.nozzle, value_s);
+  if (place.new_fields) fmt::print("                  fields that it lacks are added\n");
+}
+
+// Whatever a value is kept for beyond the printer's next restart.
+int KeepBeyond(const ApplyArguments& arguments, const procedure::Session& session,
+               const std::optional<procedure::SpoolPlace>& spool, double value_s) {
+  int code = kExitGood;
+  if (!arguments.filament.empty()) {
+    const auto kept = procedure::KeepForFilament(session, arguments.filament, value_s);
+    if (kept) {
+      fmt::print("kept for          {} on {}: TRAMMEL_FILAMENT FILAMENT=\"{}\" sets it\n",
+                 kept->filament, kept->nozzle, kept->filament);
+    } else {
+      fmt::print("kept for          nothing: the value is set, and not kept for the filament\n");
+      code = PrintError(kept.error());
+    }
+  }
+  if (!spool) return code;
+  const auto kept = procedure::KeepOnSpool(session, *spool, value_s);
+  if (kept) {
+    fmt::print("kept in           Spoolman: read back\n");
+    return code;
+  }
+  fmt::print("kept in           not in Spoolman: the value is set all the same\n");
+  return PrintError(kept.error());
+}
+
 int RunApply(const ApplyArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
@@ -153,6 +190,12 @@ int RunApply(const ApplyArguments& arguments) {
   options.before_setting = [&](std::optional<double> before_s) {
     return NoteBegun(applied, before_s);
   };
+  std::optional<procedure::SpoolPlace> spool;
+  if (arguments.spoolman) {
+    auto place = procedure::FindSpoolPlace(session);
+    if (!place) return PrintError(place.error());
+    spool = std::move(*place);
+  }
   if (value->measured) {
     fmt::print("measured          {}\n", report::WithInterval(*value->measured, report::kSeconds));
   }
@@ -161,19 +204,12 @@ int RunApply(const ApplyArguments& arguments) {
       fmt::print("notice            {}\n", notice);
     }
   }
+  if (spool) PrintSpoolPlace(*spool, value->value_s);
   const auto done = Apply(session, value->value_s, options, false);
   if (!done) return PrintError(done.error());
   if (options.dry_run) return kExitGood;
   NoteApplied(applied);
-  if (arguments.filament.empty()) return kExitGood;
-  const auto kept = procedure::KeepForFilament(session, arguments.filament, value->value_s);
-  if (!kept) {
-    fmt::print("kept for          nothing: the value is set, and not kept for the filament\n");
-    return PrintError(kept.error());
-  }
-  fmt::print("kept for          {} on {}: TRAMMEL_FILAMENT FILAMENT=\"{}\" sets it\n",
-             kept->filament, kept->nozzle, kept->filament);
-  return kExitGood;
+  return KeepBeyond(arguments, session, spool, value->value_s);
 }
 
 }  // namespace
@@ -223,6 +259,10 @@ void AddApplyCommand(CLI::App& parent, int& exit_code) {
   AddPrinterOptions(*command, arguments->printer);
   command->add_option("--filament", arguments->filament,
                       "keep it for this filament, too, in the printer's [save_variables]");
+  command
+      ->add_flag("--spoolman", arguments->spoolman,
+                 "keep it in Spoolman, too: on the active spool, and on its filament")
+      ->excludes("--undo");
   command->add_flag("--force", arguments->force, "set it beyond pressure_advance_limit, too");
   command->add_flag("--dry-run", arguments->dry_run, "say what would change, and change nothing");
   command->callback([arguments, &exit_code] {

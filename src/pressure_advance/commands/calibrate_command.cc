@@ -27,6 +27,7 @@
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/procedure/comparison.h"
 #include "pressure_advance/procedure/scan_checks.h"
+#include "pressure_advance/procedure/spool_memory.h"
 #include "session/checks.h"
 #include "settings/material.h"
 
@@ -127,6 +128,15 @@ void PrintDrift(const fs::path& recordings, const measurement::Outcome& outcome)
   }
 }
 
+// What the result is listed under: as told, or as Spoolman has it. The answer stands without it.
+std::string FilamentOf(const CalibrateArguments& arguments, const procedure::Session& session) {
+  if (!arguments.filament.empty()) return arguments.filament;
+  const auto name = procedure::FilamentOnPrinter(session);
+  if (name) return *name;
+  fmt::print(stderr, "  the result is listed without a filament: {}\n", name.error().message);
+  return {};
+}
+
 // Analyses, reports, validates and applies where asked to.
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
              const files::Config& config, const fs::path& folder,
@@ -141,7 +151,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   ResultFile result = ResultOf(run->analysis, folder.string());
   result.outcome.subject = {WithoutSecrets(config.scan.address),
                             fmt::format("{:.2f}", config.pattern.nozzle_diameter_mm),
-                            arguments.filament};
+                            FilamentOf(arguments, session)};
   int code = PrintAnalysis(*run, result, output);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
@@ -244,7 +254,8 @@ CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char
     command->add_flag("--apply", arguments->apply, "set the answer on the printer if it is good");
     AddKeepFullOption(*command, arguments->keep_full);
     command->add_option("--filament", arguments->filament,
-                        "which filament it is: trammel history lists the result under it");
+                        "which filament it is: trammel history lists the result under it; "
+                        "without it, the one of Spoolman's active spool");
   }
   command->callback([arguments, &exit_code] { exit_code = RunCalibration(*arguments); });
   return command;

@@ -1,0 +1,140 @@
+#include "pressure_advance/procedure/spool_memory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "machine/moonraker/spoolman.h"
+
+namespace trammel::procedure {
+namespace {
+
+using Json = nlohmann::json;
+using machine::ExtraField;
+using machine::Spoolman;
+using machine::SpoolmanEntity;
+
+constexpr double kAsk_s = 10;
+constexpr double kMost_s = 10;
+
+const ExtraField kOfFilament{"pressure_advance", "Pressure advance", "float", "s"};
+const ExtraField kOfSpool{"pressure_advance_matrix", "Pressure advance by nozzle", "text", ""};
+
+// "0.4_standard": a nozzle that is not said to be of high flow.
+Result<std::string> NozzleKey(const Session& session) {
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  auto told = session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s));
+  if (!told) return tl::unexpected(told.error());
+  const auto& settings = (*told)["configfile"]["settings"];
+  const auto extruder = settings.find(state->active_extruder);
+  if (extruder == settings.end() || !extruder->is_object() ||
+      !extruder->contains("nozzle_diameter") || !(*extruder)["nozzle_diameter"].is_number()) {
+    return Fail(fmt::format("the printer tells no nozzle_diameter of its active extruder '{}'",
+                            state->active_extruder),
+                ErrorKind::kMachine);
+  }
+  const double diameter_mm = (*extruder)["nozzle_diameter"].get<double>();
+  return fmt::format("{:g}_standard", std::round(100 * diameter_mm) / 100);
+}
+
+// What the spool's field holds: a JSON object as a text. Absent where it is something else.
+std::optional<Json> Matrix(const std::optional<Json>& field) {
+  if (!field) return Json::object();
+  if (!field->is_string()) return std::nullopt;
+  const std::string text = field->get<std::string>();
+  if (text.empty()) return Json::object();
+  Json matrix = Json::parse(text, nullptr, false);
+  if (!matrix.is_object()) return std::nullopt;
+  return matrix;
+}
+
+Result<Json> ReadMatrix(Spoolman& spoolman, int spool_id) {
+  const auto field = spoolman.Extra(SpoolmanEntity::kSpool, spool_id, kOfSpool.key);
+  if (!field) return tl::unexpected(field.error());
+  auto matrix = Matrix(*field);
+  if (matrix) return *matrix;
+  return Fail(
+      fmt::format("'{}' of spool {} holds something that is no list of values by nozzle: it stays "
+                  "as it is; empty it in Spoolman, or leave Spoolman out",
+                  kOfSpool.key, spool_id));
+}
+
+}  // namespace
+
+Result<std::string> FilamentOnPrinter(const Session& session) {
+  Spoolman spoolman(session.printer, session.Within(kAsk_s));
+  auto spool = spoolman.ActiveSpool();
+  if (!spool) return tl::unexpected(spool.error());
+  return *spool ? (*spool)->filament : std::string();
+}
+
+Result<SpoolPlace> FindSpoolPlace(const Session& session) {
+  Spoolman spoolman(session.printer, session.Within(kAsk_s));
+  const auto known = spoolman.Known();
+  if (!known) return tl::unexpected(known.error());
+  if (!*known) {
+    return Fail(
+        "the printer's Moonraker knows of no Spoolman: add [spoolman] with server: "
+        "http://ADDRESS:7912 to moonraker.conf, or leave --spoolman out");
+  }
+  const auto spool = spoolman.ActiveSpool();
+  if (!spool) return tl::unexpected(spool.error());
+  if (!*spool) {
+    return Fail(
+        "Spoolman knows of no spool on this printer: choose the one that is loaded in Mainsail or "
+        "Fluidd, or leave --spoolman out");
+  }
+  SpoolPlace place;
+  place.spool_id = (*spool)->id;
+  place.filament_id = (*spool)->filament_id;
+  place.filament = (*spool)->filament;
+  const auto of_filament = spoolman.HasField(SpoolmanEntity::kFilament, kOfFilament);
+  if (!of_filament) return tl::unexpected(of_filament.error());
+  const auto of_spool = spoolman.HasField(SpoolmanEntity::kSpool, kOfSpool);
+  if (!of_spool) return tl::unexpected(of_spool.error());
+  place.new_fields = !*of_filament || !*of_spool;
+  const auto before = spoolman.Extra(SpoolmanEntity::kFilament, place.filament_id, kOfFilament.key);
+  if (!before) return tl::unexpected(before.error());
+  if (*before && (*before)->is_number()) place.before_s = (*before)->get<double>();
+  const auto matrix = ReadMatrix(spoolman, place.spool_id);
+  if (!matrix) return tl::unexpected(matrix.error());
+  if (!matrix->empty()) place.matrix_before = machine::FieldText(*matrix);
+  auto nozzle = NozzleKey(session);
+  if (!nozzle) return tl::unexpected(nozzle.error());
+  place.nozzle = std::move(*nozzle);
+  return place;
+}
+
+Result<void> KeepOnSpool(const Session& session, const SpoolPlace& place,
+                         double pressure_advance_s) {
+  if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMost_s)) {  // false for NaN
+    return Fail(fmt::format("pressure advance {} s: must lie within 0 ... {}", pressure_advance_s,
+                            kMost_s));
+  }
+  const double value_s = std::round(1e4 * pressure_advance_s) / 1e4;
+  Spoolman spoolman(session.printer, session.Within(kAsk_s));
+  for (const auto& [entity, field] : {std::pair{SpoolmanEntity::kFilament, &kOfFilament},
+                                      std::pair{SpoolmanEntity::kSpool, &kOfSpool}}) {
+    const auto there = spoolman.HasField(entity, *field);
+    if (!there) return tl::unexpected(there.error());
+    if (*there) continue;
+    if (auto added = spoolman.AddField(entity, *field); !added) return added;
+  }
+  auto matrix = ReadMatrix(spoolman, place.spool_id);
+  if (!matrix) return tl::unexpected(matrix.error());
+  (*matrix)[place.nozzle] = value_s;
+  auto filament =
+      spoolman.SetExtra(SpoolmanEntity::kFilament, place.filament_id, kOfFilament.key, value_s);
+  if (!filament) return filament;
+  auto spool = spoolman.SetExtra(SpoolmanEntity::kSpool, place.spool_id, kOfSpool.key,
+                                 machine::FieldText(*matrix));
+  if (spool) return {};
+  return Fail(fmt::format("the filament's value is kept, and the spool's is not: {}",
+                          spool.error().message),
+              spool.error().kind);
+}
+
+}  // namespace trammel::procedure
