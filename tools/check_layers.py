@@ -33,6 +33,7 @@ INSTRUMENTS = {
         "photo": {"profile"},
         "response": {"profile"},
         "setup": {"pattern"},
+        "flow": set(),
     },
     "tap": {
         "samples": set(),

@@ -11,6 +11,7 @@ void AddPressureAdvanceCommands(CLI::App& pa, int& exit_code) {
   AddPatternCommand(pa, exit_code);
   AddCalibrateCommands(pa, exit_code);
   AddApplyCommand(pa, exit_code);
+  AddTableCommand(pa, exit_code);
   AddExportCommand(pa, exit_code);
   AddValidateCommand(pa, exit_code);
   AddListenCommand(pa, exit_code);

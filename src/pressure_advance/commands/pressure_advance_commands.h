@@ -17,6 +17,7 @@ void AddPatternCommand(CLI::App& parent, int& exit_code);
 void AddCalibrateCommands(CLI::App& parent, int& exit_code);
 void AddApplyCommand(CLI::App& parent, int& exit_code);
 void AddExportCommand(CLI::App& parent, int& exit_code);
+void AddTableCommand(CLI::App& parent, int& exit_code);
 void AddValidateCommand(CLI::App& parent, int& exit_code);
 void AddListenCommand(CLI::App& parent, int& exit_code);
 void AddSetupCommand(CLI::App& parent, int& exit_code);

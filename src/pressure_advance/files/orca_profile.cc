@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/json_text.h"
@@ -35,10 +37,44 @@ Json Entries(const Json& profile, const char* key, const std::string& entry) {
   return std::vector<std::string>(size, entry);
 }
 
+// The slicer's own order: value in s, flow in mm³/s, acceleration in mm/s². It takes another one
+// without a word.
+std::string Model(std::span<const pressure_advance::FlowPoint> rows) {
+  std::string model;
+  for (const pressure_advance::FlowPoint& row : rows) {
+    model += fmt::format("{}{:.4f},{:.2f},{:.0f}", model.empty() ? "" : "\n",
+                         row.pressure_advance_s.value, row.flow_mm3_s, row.acceleration_mm_s2);
+  }
+  return model;
+}
+
+Result<void> CheckRows(std::span<const pressure_advance::FlowPoint> rows) {
+  for (const pressure_advance::FlowPoint& row : rows) {
+    const auto flows = std::ranges::count_if(rows, [&](const auto& other) {
+      return std::lround(other.acceleration_mm_s2) == std::lround(row.acceleration_mm_s2);
+    });
+    if (flows < 2) {
+      return Fail(
+          fmt::format("{:.0f} mm/s2 has one flow, {:.2f} mm3/s: OrcaSlicer drops an "
+                      "acceleration without a second one",
+                      row.acceleration_mm_s2, row.flow_mm3_s));
+    }
+    constexpr double kMost_s = 2;
+    const double value_s = row.pressure_advance_s.value;
+    if (!(value_s >= 0 && value_s <= kMost_s)) {
+      return Fail(fmt::format("pressure advance {} s at {:.2f} mm3/s: OrcaSlicer takes 0 ... {}",
+                              value_s, row.flow_mm3_s, kMost_s));
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::string& file,
-                                        double pressure_advance_s) {
+                                        double pressure_advance_s,
+                                        std::span<const pressure_advance::FlowPoint> rows) {
+  if (auto sound = CheckRows(rows); !sound) return tl::unexpected(sound.error());
   constexpr double kMost_s = 2;
   if (!(pressure_advance_s >= 0 && pressure_advance_s <= kMost_s)) {  // false for NaN
     return Fail(fmt::format("pressure advance {} s: OrcaSlicer takes 0 ... {}", pressure_advance_s,
@@ -63,7 +99,17 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
   json["pressure_advance"] =
       Entries(json, "pressure_advance", fmt::format("{:.4f}", pressure_advance_s));
   const char* adaptive = "adaptive_pressure_advance";
-  if (json.contains(adaptive) && IsOn(json[adaptive])) {
+  if (!rows.empty()) {
+    const char* model = "adaptive_pressure_advance_model";
+    for (const char* key : {adaptive, model}) {
+      if (json.contains(key) && !IsList(json[key])) {
+        return Fail(fmt::format("{}: {} must be a list of 1 ... {} texts; export the profile anew",
+                                file, key, kMostExtruders));
+      }
+    }
+    json[adaptive] = Entries(json, adaptive, "1");
+    json[model] = Entries(json, model, Model(rows));
+  } else if (json.contains(adaptive) && IsOn(json[adaptive])) {
     json[adaptive] = Entries(json, adaptive, "0");
     made.notices.emplace_back(
         "adaptive pressure advance is switched off: it would override the value");

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <span>
+#include <vector>
 
 namespace trammel::files {
 namespace {
@@ -47,6 +49,29 @@ TEST(OrcaProfile, SetsEachExtruderAndSwitchesTheTableOff) {
   EXPECT_EQ(json["enable_pressure_advance"], Json({"1", "1"}));
   EXPECT_EQ(json["adaptive_pressure_advance"], Json({"0", "0"}));
   EXPECT_THAT(made->notices, SizeIs(1));
+}
+
+// Value, flow, acceleration; the values below cannot stand in one another's column.
+TEST(OrcaProfile, WritesTheTableInTheSlicersOwnOrder) {
+  const auto row = [](double flow_mm3_s, double acceleration_mm_s2, double value_s) {
+    pressure_advance::FlowPoint point;
+    point.flow_mm3_s = flow_mm3_s;
+    point.acceleration_mm_s2 = acceleration_mm_s2;
+    point.pressure_advance_s = {value_s, 0.001, {value_s - 0.002, value_s + 0.002}};
+    return point;
+  };
+  const std::vector rows = {row(3.79, 1000, 0.075), row(15.14, 1000, 0.065), row(3.79, 4000, 0.04),
+                            row(15.14, 4000, 0.03)};
+  const auto made = WithPressureAdvance(kProfile, "pla.json", 0.0525, rows);
+  ASSERT_TRUE(made) << made.error().message;
+  const Json json = Json::parse(made->text);
+  EXPECT_EQ(json["adaptive_pressure_advance"], Json({"1"}));
+  EXPECT_EQ(json["pressure_advance"], Json({"0.0525"}));
+  EXPECT_EQ(json["adaptive_pressure_advance_model"],
+            Json({"0.0750,3.79,1000\n0.0650,15.14,1000\n0.0400,3.79,4000\n0.0300,15.14,4000"}));
+  const auto lone = WithPressureAdvance(kProfile, "pla.json", 0.05, std::span(rows).first(3));
+  ASSERT_FALSE(lone);
+  EXPECT_THAT(lone.error().message, HasSubstr("4000 mm/s2 has one flow"));
 }
 
 TEST(OrcaProfile, RefusesWhatIsNoFilamentProfile) {

@@ -1,0 +1,86 @@
+// trammel pa table, on recordings' answers and plans.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "measurement/outcome_file.h"
+#include "support/run_trammel.h"
+
+namespace trammel {
+namespace {
+
+using test::CommandResult;
+using test::ReadWhole;
+using test::RunTrammel;
+using test::TemporaryFolder;
+using test::WriteWhole;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class TableCommand : public testing::Test {
+ protected:
+  void Calibrated(const std::string& name, int speed_mm_s, int acceleration_mm_s2, double value_s,
+                  const std::string& filament = "PLA") const {
+    const auto recording = folder_.path() / name;
+    std::filesystem::create_directory(recording);
+    const CommandResult plan =
+        RunTrammel(fmt::format("pa pattern --material pla --segments 0.25:5,0.5:{},0.25:5 --set "
+                               "acceleration={} --out {}/pattern.gcode",
+                               speed_mm_s, acceleration_mm_s2, name),
+                   folder_.path());
+    ASSERT_EQ(plan.exit_code, 0) << plan.output;
+    measurement::Outcome outcome;
+    outcome.provenance = {
+        measurement::Instrument::kPressureAdvance, "trammel", "2026-01-02T03:04:05Z", {name}};
+    outcome.answers = {{"pressure_advance", "s",
+                        Measured::Good({value_s, 0.0005, {value_s - 0.00098, value_s + 0.00098}})}};
+    outcome.subject = {"printer.local", "0.40", filament};
+    ASSERT_TRUE(files::KeepOutcome(recording, outcome));
+  }
+  [[nodiscard]] CommandResult Run(const std::string& words) const {
+    return RunTrammel("pa table " + words, folder_.path());
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(TableCommand, PutsCalibrationsBesideOneAnotherAndIntoASlicersProfile) {
+  Calibrated("a", 50, 3000, 0.050);
+  Calibrated("b", 150, 3000, 0.040);
+  Calibrated("c", 150, 6000, 0.036);
+  const CommandResult run = Run("a b c");
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.output, AllOf(HasSubstr("one value         0.04200 s"),
+                                HasSubstr("misses a row's own by up to 0.0080 s"),
+                                HasSubstr("over acceleration -0.00400 s for each doubling")));
+  WriteWhole(folder_.path() / "pla.json", R"({"filament_settings_id": ["mine"]})");
+  const CommandResult exported = Run("a b c --orca pla.json -o out.json");
+  EXPECT_EQ(exported.exit_code, 0) << exported.output;
+  EXPECT_THAT(exported.output,
+              HasSubstr("2 rows of 3 (an acceleration with one flow is left out)"));
+  const auto profile = nlohmann::json::parse(ReadWhole(folder_.path() / "out.json"));
+  EXPECT_EQ(profile["adaptive_pressure_advance_model"][0], "0.0500,5.52,3000\n0.0400,16.55,3000");
+  EXPECT_EQ(Run("a b c --orca pla.json -o out.json").exit_code, 1);  // it is there
+  const CommandResult one = Run("b c --orca pla.json -o other.json");
+  EXPECT_EQ(one.exit_code, 1);
+  EXPECT_THAT(one.output, HasSubstr("two flows at least"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "other.json"));
+}
+
+TEST_F(TableCommand, RefusesWhatDoesNotBelongTogether) {
+  Calibrated("a", 50, 3000, 0.050);
+  Calibrated("b", 150, 3000, 0.040, "PETG");
+  const CommandResult mixed = Run("a b");
+  EXPECT_EQ(mixed.exit_code, 1);
+  EXPECT_THAT(mixed.output, HasSubstr("a table is of one filament"));
+  std::filesystem::remove(folder_.path() / "b" / "pattern.plan.json");
+  EXPECT_THAT(Run("b").output, HasSubstr("pattern.plan.json: there is no such file"));
+  EXPECT_THAT(Run("a --orca pla.json").output, HasSubstr("go together"));
+}
+
+}  // namespace
+}  // namespace trammel
