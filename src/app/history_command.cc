@@ -24,6 +24,7 @@
 #include "measurement/history.h"
 #include "measurement/history_index.h"
 #include "measurement/outcome_file.h"
+#include "measurement/retention.h"
 #include "session/run_journal.h"
 
 namespace trammel::app {
@@ -266,6 +267,38 @@ int RunRebuild(const HistoryArguments& arguments) {
   return kExitGood;
 }
 
+struct PruneArguments {
+  std::string path = "recordings";
+  double budget_mb = 0;
+  std::size_t keep_last = 3;
+  bool yes = false;
+};
+
+int RunPrune(const PruneArguments& arguments) {
+  constexpr double kMb = 1e6;
+  const auto plan = files::PlanPruning(
+      arguments.path, static_cast<std::uintmax_t>(arguments.budget_mb * kMb), arguments.keep_last);
+  if (!plan) return PrintError(plan.error());
+  const auto mb = [](std::uintmax_t bytes) { return static_cast<double>(bytes) / kMb; };
+  for (const files::RawData& raw : plan->gone) {
+    fmt::print("{}  {:8.1f} MB in {} files  {}\n", raw.utc, mb(raw.bytes), raw.files.size(),
+               raw.folder.string());
+  }
+  fmt::print("recordings        {:.1f} MB, {} {:.1f} MB\n", mb(plan->bytes_before),
+             arguments.yes ? "now" : "then", mb(plan->bytes_after));
+  if (mb(plan->bytes_after) > arguments.budget_mb) {
+    fmt::print("above the budget  results, reports and the newest {} recordings stay\n",
+               arguments.keep_last);
+  }
+  if (plan->gone.empty()) return kExitGood;
+  if (!arguments.yes) {
+    fmt::print("nothing removed   --yes removes this raw data for good; the results stay\n");
+    return kExitGood;
+  }
+  const auto done = files::Prune(*plan);
+  return done ? static_cast<int>(kExitGood) : PrintError(done.error());
+}
+
 void AddCommon(CLI::App& command, HistoryArguments& arguments) {
   command.add_option("--in", arguments.path, "history.jsonl, or the folder of the recordings")
       ->capture_default_str();
@@ -322,6 +355,19 @@ void AddHistoryCommands(CLI::App& history, int& exit_code) {
       "export", "print them as a table (CSV), an answer a row; history list --json has JSON");
   AddCommon(*table, *exported);
   table->callback([exported, &exit_code] { exit_code = RunExport(*exported); });
+
+  const auto pruned = std::make_shared<PruneArguments>();
+  CLI::App* prune = history.add_subcommand(
+      "prune", "the raw data of old recordings that would go for a budget; --yes removes it");
+  prune->add_option("--in", pruned->path, "the folder of the recordings")->capture_default_str();
+  prune->add_option("--budget", pruned->budget_mb, "MB that all recordings may take together")
+      ->required()
+      ->check(CLI::Range(0.0, 1e9));
+  prune->add_option("--keep-last", pruned->keep_last, "the newest so many stay whole")
+      ->check(CLI::Range(std::size_t{0}, kMost))
+      ->capture_default_str();
+  prune->add_flag("--yes", pruned->yes, "remove it");
+  prune->callback([pruned, &exit_code] { exit_code = RunPrune(*pruned); });
 
   const auto built = std::make_shared<HistoryArguments>();
   CLI::App* rebuild = history.add_subcommand(

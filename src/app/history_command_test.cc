@@ -179,5 +179,24 @@ TEST_F(HistoryCommand, WhatIsNotThereIsAnError) {
   EXPECT_EQ(History("list --instrument sundial").exit_code, 1);
 }
 
+// Nothing goes unasked.
+TEST_F(HistoryCommand, PruneSaysWhatWouldGoAndRemovesItWhereAskedTo) {
+  const auto folder = folder_.path() / "recordings/pressure_advance-20260102T030405Z";
+  std::filesystem::create_directory(folder);
+  WriteWhole(folder / "line0.avi", std::string(1'000'000, 'v'));
+  ASSERT_TRUE(files::KeepOutcome(folder, PressureAdvance()));
+  const CommandResult kept = History("prune --budget 0.5");
+  EXPECT_EQ(kept.exit_code, 0) << kept.output;
+  EXPECT_THAT(kept.output, HasSubstr("the newest 3 recordings stay"));
+  const CommandResult told = History("prune --budget 0.5 --keep-last 0");
+  EXPECT_THAT(told.output, AllOf(HasSubstr("1.0 MB in 1 files"), HasSubstr("nothing removed")));
+  EXPECT_TRUE(std::filesystem::exists(folder / "line0.avi"));
+  const CommandResult done = History("prune --budget 0.5 --keep-last 0 --yes");
+  EXPECT_EQ(done.exit_code, 0) << done.output;
+  EXPECT_FALSE(std::filesystem::exists(folder / "line0.avi"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "result.json"));
+  EXPECT_EQ(History("prune").exit_code, 1);  // without a budget
+}
+
 }  // namespace
 }  // namespace trammel::test

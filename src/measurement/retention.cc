@@ -1,0 +1,102 @@
+#include "measurement/retention.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "measurement/outcome_file.h"
+
+namespace trammel::files {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kSmall_bytes = 64 * 1024;  // not worth its going
+constexpr int kDeepest = 2;                         // validation/line0/…
+constexpr std::size_t kMostFiles = 100'000;
+
+// What tells what was done, and to redraw it.
+bool IsKept(const fs::path& file) {
+  const std::string extension = file.extension().string();
+  return extension == ".json" || extension == ".jsonl" || extension == ".html" ||
+         extension == ".gcode" || extension == ".toml" || extension == ".txt" ||
+         extension == ".log";
+}
+
+struct Recording {
+  RawData raw;
+  std::uintmax_t bytes = 0;  // with what stays
+};
+
+Result<Recording> LookInto(const fs::path& folder, std::string utc) {
+  Recording recording;
+  recording.raw.folder = folder;
+  recording.raw.utc = std::move(utc);
+  std::error_code error;
+  auto entries = fs::recursive_directory_iterator(folder, error);
+  for (; !error && entries != fs::end(entries); entries.increment(error)) {
+    if (entries.depth() >= kDeepest) entries.disable_recursion_pending();
+    std::error_code gone;  // between the listing and the look
+    if (!fs::is_regular_file(entries->symlink_status(gone)) || gone) continue;
+    const std::uintmax_t bytes = entries->file_size(gone);
+    if (gone) continue;
+    recording.bytes += bytes;
+    if (bytes < kSmall_bytes || IsKept(entries->path())) continue;
+    if (recording.raw.files.size() >= kMostFiles) break;
+    recording.raw.files.push_back(entries->path());
+    recording.raw.bytes += bytes;
+  }
+  if (error) return Fail(fmt::format("{}: {}", folder.string(), error.message()));
+  return recording;
+}
+
+}  // namespace
+
+Result<PruningPlan> PlanPruning(const fs::path& recordings, std::uintmax_t budget_bytes,
+                                std::size_t keep_last) {
+  std::error_code error;
+  if (!fs::is_directory(recordings, error)) {
+    return Fail(
+        fmt::format("{}: is no folder of recordings; name it with --in", recordings.string()));
+  }
+  std::vector<Recording> found;
+  for (auto entries = fs::directory_iterator(recordings, error);
+       !error && entries != fs::end(entries); entries.increment(error)) {
+    std::error_code gone;
+    if (!fs::is_directory(entries->symlink_status(gone)) || gone) continue;
+    const auto outcome = ReadOutcome(entries->path());
+    if (!outcome) continue;  // at work, or not ours
+    auto recording = LookInto(entries->path(), outcome->provenance.utc);
+    if (!recording) return tl::unexpected(recording.error());
+    found.push_back(std::move(*recording));
+  }
+  if (error) return Fail(fmt::format("{}: {}", recordings.string(), error.message()));
+  std::ranges::sort(found, {}, [](const Recording& r) {
+    return std::pair{r.raw.utc, r.raw.folder};
+  });
+  PruningPlan plan;
+  for (const Recording& recording : found) plan.bytes_before += recording.bytes;
+  plan.bytes_after = plan.bytes_before;
+  const std::size_t old = found.size() - std::min(keep_last, found.size());
+  for (std::size_t i = 0; i < old && plan.bytes_after > budget_bytes; ++i) {
+    if (found[i].raw.files.empty()) continue;
+    plan.bytes_after -= found[i].raw.bytes;
+    plan.gone.push_back(std::move(found[i].raw));
+  }
+  return plan;
+}
+
+Result<void> Prune(const PruningPlan& plan) {
+  for (const RawData& raw : plan.gone) {
+    for (const fs::path& file : raw.files) {
+      std::error_code error;
+      fs::remove(file, error);
+      if (error) return Fail(fmt::format("{}: {}", file.string(), error.message()));
+    }
+  }
+  return {};
+}
+
+}  // namespace trammel::files
