@@ -65,4 +65,22 @@ std::string DriftText(const measurement::Change& change) {
       ChangeText(change), report::ValueText(mean.value, mean.interval95, style), change.results);
 }
 
+void PrintDrift(const std::filesystem::path& recordings, const measurement::Outcome& now) {
+  const auto drift = DriftOf(recordings, now);
+  if (!drift || drift->empty()) return;
+  const bool one = drift->size() == 1;
+  std::size_t as_before = 0;
+  for (const measurement::Change& change : *drift) {
+    const bool changed = change.differs();
+    as_before += changed ? 0 : 1;
+    if (!changed && !one) continue;
+    fmt::print("{:<17} {}{}\n", changed ? "changed" : "as before", one ? "" : change.name + ": ",
+               DriftText(change));
+  }
+  if (one) return;
+  fmt::print(
+      "as before         {} of {} values (of unchanged ones, one in twenty is called changed)\n",
+      as_before, drift->size());
+}
+
 }  // namespace trammel::app

@@ -23,6 +23,10 @@ namespace trammel::app {
 [[nodiscard]] Result<std::vector<measurement::Change>> DriftOf(const std::filesystem::path& path,
                                                                const measurement::Outcome& now);
 
+/// Prints what DriftOf finds: the one answer, or of several those that changed. Says nothing where
+/// it cannot: the answer stands without it.
+void PrintDrift(const std::filesystem::path& recordings, const measurement::Outcome& now);
+
 /// "+0.0017 s (95 %: -0.0004 to +0.0038 s)" and whether that is a change: of Compare.
 [[nodiscard]] std::string ChangeText(const measurement::Change& change);
 

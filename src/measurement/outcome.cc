@@ -9,10 +9,10 @@ namespace trammel::measurement {
 namespace {
 
 // In the order of the enumeration.
-constexpr std::array<std::string_view, 4> kNames{"pressure_advance", "tap", "tool_offset",
-                                                 "part_alignment"};
-constexpr std::array<std::string_view, kNames.size()> kWords{"pressure advance", "taps",
-                                                             "tool offsets", "part alignment"};
+constexpr std::array<std::string_view, 5> kNames{"pressure_advance", "tap", "tool_offset",
+                                                 "part_alignment", "camera_setup"};
+constexpr std::array<std::string_view, kNames.size()> kWords{
+    "pressure advance", "taps", "tool offsets", "part alignment", "camera and laser"};
 
 }  // namespace
 

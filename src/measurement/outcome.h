@@ -11,9 +11,10 @@
 
 namespace trammel::measurement {
 
-enum class Instrument { kPressureAdvance, kTap, kToolOffset, kPartAlignment };
+enum class Instrument { kPressureAdvance, kTap, kToolOffset, kPartAlignment, kCameraSetup };
 
-/// As files and folders spell it: "pressure_advance", "tap", "tool_offset", "part_alignment".
+/// As files and folders spell it: "pressure_advance", "tap", "tool_offset", "part_alignment",
+/// "camera_setup".
 [[nodiscard]] std::string_view ToString(Instrument instrument);
 
 /// The one that ToString spells so; nothing where there is none.
@@ -22,7 +23,8 @@ enum class Instrument { kPressureAdvance, kTap, kToolOffset, kPartAlignment };
 /// What ToString can say, in the order of the enumeration.
 [[nodiscard]] std::span<const std::string_view> InstrumentNames();
 
-/// As people read it: "pressure advance", "taps", "tool offsets", "part alignment".
+/// As people read it: "pressure advance", "taps", "tool offsets", "part alignment", "camera and
+/// laser".
 [[nodiscard]] std::string_view WordsOf(Instrument instrument);
 
 /// Where a result comes from.

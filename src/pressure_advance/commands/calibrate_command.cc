@@ -119,15 +119,6 @@ Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Sess
   return WorthApplying(*improvement);
 }
 
-// Beside the earlier results of this printer, nozzle and filament. The answer stands without them.
-void PrintDrift(const fs::path& recordings, const measurement::Outcome& outcome) {
-  const auto drift = DriftOf(recordings, outcome);
-  if (!drift) return;
-  for (const measurement::Change& change : *drift) {
-    fmt::print("{:<17} {}\n", change.differs() ? "changed" : "as before", DriftText(change));
-  }
-}
-
 // What the result is listed under: as told, or as Spoolman has it. The answer stands without it.
 std::string FilamentOf(const CalibrateArguments& arguments, const procedure::Session& session) {
   if (!arguments.filament.empty()) return arguments.filament;

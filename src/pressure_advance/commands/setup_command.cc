@@ -87,14 +87,6 @@ Result<void> DoneOf(const procedure::SetupOutcome& outcome, const fs::path& fold
   return Fail("the printer is not as it was: " + unrestored, ErrorKind::kMachine);
 }
 
-Result<fs::path> FolderName(const std::string& asked_for) {
-  if (!asked_for.empty()) return fs::path(asked_for);
-  // "pressure_advance-setup-20260102T030405Z"
-  std::string name = RecordingName(measurement::Instrument::kPressureAdvance);
-  name.insert(name.find('-'), "-setup");
-  return fs::path("recordings") / name;
-}
-
 int RunSetup(const SetupArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
@@ -118,9 +110,10 @@ int RunSetup(const SetupArguments& arguments) {
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  const auto name = FolderName(arguments.out);
-  if (!name) return PrintError(name.error());
-  const auto folder = NewFolder::Make(*name);
+  const auto folder = NewFolder::Make(arguments.out.empty()
+                                          ? fs::path("recordings") /
+                                                RecordingName(measurement::Instrument::kCameraSetup)
+                                          : fs::path(arguments.out));
   if (!folder) return PrintError(folder.error());
   output.folder = request.folder = folder->path();
   const auto outcome = SetUpCamera(session, request);

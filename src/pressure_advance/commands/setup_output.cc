@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <cstdio>
 #include <system_error>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "app/commands.h"
 #include "app/config/config_file.h"
+#include "app/kept_history.h"
 #include "app/output_files.h"
 #include "app/provenance.h"
+#include "app/result_file.h"
 #include "base/json_text.h"
 #include "document/interval_text.h"
 #include "files/new_file.h"
@@ -164,15 +167,41 @@ Result<std::string> WriteCameraTarget(const CameraTarget& target,
   return backup;
 }
 
+measurement::Outcome OutcomeOfSetup(const pressure_advance::SetupResult& result,
+                                    const SetupOutput& output) {
+  measurement::Outcome outcome;
+  outcome.provenance =
+      ProvenanceOf(measurement::Instrument::kCameraSetup, {output.folder.string()});
+  outcome.subject.printer = output.printer;
+  outcome.answers = {{"offset_x", "mm", result.offset.x_mm},
+                     {"offset_y", "mm", result.offset.y_mm},
+                     {"focus_height", "mm", result.focus_mm},
+                     {"scale", "px/mm", result.scale.px_per_mm},
+                     {"height_scale", "px/mm", result.height.px_per_height_mm},
+                     {"scan_angle", "rad", result.scan_angle_rad}};
+  for (const auto& [name, unit, value] :
+       {std::tuple{"camera_rotation", "rad", &result.scale.rotation_rad},
+        std::tuple{"laser_rotation", "rad", &result.laser_turn_rad},
+        std::tuple{"play_x", "mm", &result.scale.play_x_mm},
+        std::tuple{"play_y", "mm", &result.scale.play_y_mm},
+        std::tuple{"play_z", "mm", &result.height.play_z_mm}}) {
+    if (value->good()) outcome.answers.push_back({name, unit, *value});
+  }
+  return outcome;
+}
+
 int PrintSetup(const SetupRecord& record, const SetupOutput& output) {
   const report::SetupView view = ViewOfSetup(record, output);
+  const measurement::Outcome outcome = OutcomeOfSetup(record.result, output);
   // The answer is printed whatever becomes of the files.
-  const auto kept = WriteSetupFiles(view, output.folder);
+  auto kept = WriteSetupFiles(view, output.folder);
+  if (kept) kept = KeepInRecording(output.folder, {outcome, nullptr});
   const bool good = record.result.verdict() == Verdict::kGood;
   if (output.json) {
     std::fputs(JsonText(JsonOfSetup(view)).c_str(), stdout);
   } else {
     PrintSetupText(record, view);
+    PrintDrift(fs::absolute(output.folder).parent_path(), outcome);
     fmt::print("report            {}\n", (output.folder / "report.html").string());
     if (good) fmt::print("\n{}", view.section);
   }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "measurement/outcome.h"
 #include "pressure_advance/procedure/setup.h"
 
 namespace trammel::app {
@@ -36,8 +37,13 @@ struct SetupOutput {
   bool json = false;
 };
 
-/// Prints the answer on standard output, writes setup.json, camera.toml, report.html and the figure
-/// into the folder, and changes the target where the verdict is good.
+/// The values as a result: what a scan needs, and of the others those that are good.
+[[nodiscard]] measurement::Outcome OutcomeOfSetup(const pressure_advance::SetupResult& result,
+                                                  const SetupOutput& output);
+
+/// Prints the answer on standard output, and how it differs from the earlier ones of this printer;
+/// writes result.json and a line of the history, setup.json, camera.toml, report.html and the
+/// figure into the folder, and changes the target where the verdict is good.
 /// @returns the exit code: that of the verdict, or of a file that could not be written.
 int PrintSetup(const procedure::SetupRecord& record, const SetupOutput& output);
 

@@ -105,5 +105,30 @@ TEST_F(WriteCamera, WhatIsNoSettingsFileIsRefusedBeforeAnythingIsMeasured) {
   EXPECT_FALSE(ReadCameraTarget(folder_.path()));
 }
 
+// A mount that moved shows in the history of its printer.
+TEST(PrintSetup, KeepsTheResultAndSaysWhatChanged) {
+  const test::TemporaryFolder folder;
+  procedure::SetupRecord record;
+  std::string text;
+  for (int run = 0; run < 5; ++run) {
+    record.result = Measurement();
+    if (run == 4) record.result.offset.x_mm = Known(28.6);
+    SetupOutput output;
+    output.printer = "printer.local";
+    output.folder = folder.path() / ("camera_setup-" + std::to_string(run));
+    fs::create_directory(output.folder);
+    ::testing::internal::CaptureStdout();
+    EXPECT_EQ(PrintSetup(record, output), 0);
+    text = ::testing::internal::GetCapturedStdout();
+    EXPECT_THAT(ReadWhole(output.folder / "result.json"),
+                AllOf(HasSubstr("camera_setup"), HasSubstr("offset_x")));
+    if (run == 3) {
+      EXPECT_THAT(text, HasSubstr("as before         6 of 6 values"));
+    }
+  }
+  EXPECT_THAT(text, AllOf(HasSubstr("changed           offset_x: "),
+                          HasSubstr("as before         5 of 6 values")));
+}
+
 }  // namespace
 }  // namespace trammel::app
