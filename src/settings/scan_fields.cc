@@ -33,6 +33,9 @@ constexpr auto kFields = std::to_array<ScanField>({
      "PEM file of the authority that signed the server's certificate. Empty: the system's."},
     {kMoonraker, "accept_any_certificate", &S::accept_any_certificate, "", 0, 0,
      "For self-signed certificates. Anyone in between could then pose as the printer."},
+    {kMoonraker, "keep_in_spoolman", &S::keep_in_spoolman, "", 0, 0,
+     "What is applied (pa apply, Use it in a dialog) is kept on Spoolman's active spool and its "
+     "filament, too; where that cannot be, it is said, and applied all the same."},
 
     {kCamera, "url", &S::camera, "", 0, 0,
      "The camera: http:// or https:// of an MJPEG stream, a device such as /dev/video0, or aravis: "

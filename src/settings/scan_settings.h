@@ -21,6 +21,7 @@ struct ScanSettings {
   std::string api_key_file;  ///< its first line is the key
   std::string ca_file;
   bool accept_any_certificate = false;
+  bool keep_in_spoolman = false;  ///< whatever `pa apply` sets
 
   // [camera]
   std::string camera;         ///< machine::OpenCamera's address; empty: what Moonraker lists

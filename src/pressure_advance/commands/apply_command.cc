@@ -191,10 +191,15 @@ int RunApply(const ApplyArguments& arguments) {
     return NoteBegun(applied, before_s);
   };
   std::optional<procedure::SpoolPlace> spool;
-  if (arguments.spoolman) {
+  if (arguments.spoolman || config->scan.keep_in_spoolman) {
     auto place = procedure::FindSpoolPlace(session);
-    if (!place) return PrintError(place.error());
-    spool = std::move(*place);
+    if (place) {
+      spool = std::move(*place);
+    } else if (arguments.spoolman) {
+      return PrintError(place.error());
+    } else {  // asked for in general, not for this value
+      fmt::print(stderr, "  not kept in Spoolman: {}\n", place.error().message);
+    }
   }
   if (value->measured) {
     fmt::print("measured          {}\n", report::WithInterval(*value->measured, report::kSeconds));
