@@ -38,24 +38,42 @@ class Tiff {
   bool valid_ = false;
 };
 
-}  // namespace
+constexpr std::size_t kShort = 3;
+constexpr std::size_t kLong = 4;
 
-int ExifOrientation(std::span<const std::uint8_t> tiff) {
+/// The value of a directory's first entry with this tag, if it is one number of the type; else 0.
+std::size_t Entry(const Tiff& exif, std::size_t directory, std::size_t tag, std::size_t type) {
   constexpr std::size_t kEntryBytes = 12;
-  constexpr std::size_t kOrientation = 0x0112;
-  constexpr std::size_t kShort = 3;
-  const Tiff exif(tiff);
-  if (!exif.valid()) return 1;
-  const std::size_t directory = exif.U32(4);
   const std::size_t entries = exif.U16(directory);
   for (std::size_t i = 0; i < entries; ++i) {
     const std::size_t entry = directory + 2 + i * kEntryBytes;
     if (entry >= exif.size()) break;
-    if (exif.U16(entry) != kOrientation) continue;
-    const std::size_t value = exif.U16(entry + 2) == kShort ? exif.U16(entry + 8) : 0;
-    return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+    if (exif.U16(entry) != tag) continue;
+    if (exif.U16(entry + 2) != type) return 0;
+    return type == kShort ? exif.U16(entry + 8) : exif.U32(entry + 8);
   }
-  return 1;
+  return 0;
+}
+
+}  // namespace
+
+int ExifOrientation(std::span<const std::uint8_t> tiff) {
+  constexpr std::size_t kOrientation = 0x0112;
+  const Tiff exif(tiff);
+  if (!exif.valid()) return 1;
+  const std::size_t value = Entry(exif, exif.U32(4), kOrientation, kShort);
+  return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+}
+
+std::optional<int> ExifFilmFocal_mm(std::span<const std::uint8_t> tiff) {
+  constexpr std::size_t kCamera = 0x8769;  // the camera's own directory
+  constexpr std::size_t kFocalIn35mmFilm = 0xa405;
+  const Tiff exif(tiff);
+  if (!exif.valid()) return std::nullopt;
+  const std::size_t camera = Entry(exif, exif.U32(4), kCamera, kLong);
+  const std::size_t focal_mm = camera == 0 ? 0 : Entry(exif, camera, kFocalIn35mmFilm, kShort);
+  if (focal_mm == 0) return std::nullopt;
+  return static_cast<int>(focal_mm);
 }
 
 }  // namespace trammel::image

@@ -54,5 +54,21 @@ TEST(Exif, ReadsNothingBeyondTheEnd) {
   }
 }
 
+// One entry that leads to the camera's own directory, whose only entry is the focal length.
+Bytes Camera(std::uint8_t focal_mm, std::uint8_t directory = 26, std::uint8_t type = kShort) {
+  return {'I',  'I', 42, 0,         8, 0, 0,        0, 1, 0, 0x69, 0x87, kLong, 0,    1,
+          0,    0,   0,  directory, 0, 0, 0,        0, 0, 0, 0,    1,    0,     0x05, 0xa4,
+          type, 0,   1,  0,         0, 0, focal_mm, 0, 0, 0, 0,    0,    0,     0};
+}
+
+TEST(Exif, FindsTheFocalLengthInTheCamerasOwnDirectory) {
+  EXPECT_EQ(ExifFilmFocal_mm(Camera(48)), 48);
+  EXPECT_EQ(ExifFilmFocal_mm(Camera(0)), std::nullopt);
+  EXPECT_EQ(ExifFilmFocal_mm(Camera(48, 26, kLong)), std::nullopt);
+  EXPECT_EQ(ExifFilmFocal_mm(Camera(48, 200)), std::nullopt);
+  EXPECT_EQ(ExifFilmFocal_mm(LittleEndian(6)), std::nullopt);
+  EXPECT_EQ(ExifFilmFocal_mm({}), std::nullopt);
+}
+
 }  // namespace
 }  // namespace trammel::image

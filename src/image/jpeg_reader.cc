@@ -123,6 +123,7 @@ void JpegReader::State::TakeHeader() {
   header.components = reader.num_components;
   header.multiple_scans = jpeg_has_multiple_scans(&reader) != 0;
   header.orientation = ExifOrientation(ExifOf(reader));
+  header.film_focal_mm = ExifFilmFocal_mm(ExifOf(reader));
   header.mcu_width_px = reader.max_h_samp_factor * DCTSIZE;
   header.mcu_height_px = reader.max_v_samp_factor * DCTSIZE;
   header.place = PlaceOf(reader);

@@ -36,6 +36,7 @@ Result<Page> DecodeJpeg(std::span<const std::uint8_t> bytes, const PageReadOptio
   }
   page->dpi_x = header.dpi_x;
   page->dpi_y = header.dpi_y;
+  page->film_focal_mm = header.film_focal_mm;
   const auto pixels = grey ? image::JpegPixels::kGrey : image::JpegPixels::kBgr;
   if (auto started = jpeg->Start(pixels); !started) return Damaged(started.error());
   for (int y = 0; y < page->height; ++y) {
