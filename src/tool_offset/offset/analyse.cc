@@ -143,11 +143,13 @@ OtherInk FindOtherInk(const SheetPlan& plan, const InkRaster& raster, const InkC
 }
 
 StructureReading ReadOne(const PageView& page, const SheetPlan& plan, const PageMap& map,
-                         const KnownTools& known, const OtherInk& other, std::size_t index) {
+                         const KnownTools& known, const OtherInk& other, std::size_t index,
+                         const std::optional<PhotoOnPage>& photo) {
   const Structure& structure = plan.structures[index];
   StructureReading reading;
   reading.structure = index;
   reading.name = structure.name;
+  if (photo) reading.lever = LeverAt(photo->pose, map, structure.axis, structure.middle);
   std::array<const KnownTool*, 2> tools{};
   for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
     const auto found = known.find(structure.combs[comb].tool);
@@ -210,10 +212,16 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
                                  const AnalyseOptions& options) {
   /// Beside the box: how far a tool is looked for, and half of a leg more.
   constexpr double kAround_mm = kSearch_mm + 5;
-  auto sheet = plan.original ? FindOriginalSheet(page, plan) : FindSheet(page, plan);
+  const PageKind kind = options.photo ? PageKind::kPhoto : PageKind::kScan;
+  auto sheet = plan.original ? FindOriginalSheet(page, plan) : FindSheet(page, plan, kind);
   if (!sheet) return tl::unexpected(sheet.error());
   SheetResult result;
   result.sheet = std::move(*sheet);
+  if (options.photo) {
+    auto photo = FitPhotoMap(page, plan, *options.photo, result.sheet);
+    if (!photo) return tl::unexpected(photo.error());
+    result.photo = *photo;
+  }
   const PageMap& map = result.sheet.map;
   const std::vector<Leg> reference_legs = ReferenceLegs(plan);
   const InkColour reference = SampleInk(page, map, plan.settings, reference_legs);
@@ -239,7 +247,7 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
   result.structures.resize(plan.structures.size());
   ParallelFor(static_cast<int>(plan.structures.size()), [&](int i) {
     const auto index = static_cast<std::size_t>(i);
-    result.structures[index] = ReadOne(page, plan, map, known, other, index);
+    result.structures[index] = ReadOne(page, plan, map, known, other, index, result.photo);
   });
   result.notices = plan.notices;
   if (plan.original && map.mirrored()) {

@@ -14,6 +14,8 @@ struct AnalyseOptions {
   /// Dots per inch that the file or the user states; only compared with what the sheet says.
   std::optional<double> dpi_x;
   std::optional<double> dpi_y;
+  /// Given for a camera's picture of the sheet instead of a scan.
+  std::optional<PhotoSource> photo;
 };
 
 /// Finds the sheet on the page, reads every tool's combs and fits them together.

@@ -125,6 +125,15 @@ double ShadowUncertainty_mm(double reference, double tool) {
   return ratio > 0.9 ? 0 : kFaintest_mm * (1 - ratio);
 }
 
+/// What a photo's focal length that is not known well does to lines of another height: the foot
+/// point of the lens moves with its square. Sheet axes, with signs; zero for a scan.
+SheetPoint StandUncertainty_mm(const SheetResult& result) {
+  if (!result.photo) return {};
+  const PhotoPose& pose = result.photo->pose;
+  const double factor = 2 * pose.focal_uncertainty * kHeightSpread_mm / pose.height_mm;
+  return {factor * (pose.foot.u_mm - pose.aim.u_mm), factor * (pose.foot.v_mm - pose.aim.v_mm)};
+}
+
 Quantity Widened(const Quantity& quantity, double by_mm) {
   constexpr double kNormal95 = 1.96;
   const double half =
@@ -159,8 +168,9 @@ void AnswerFinely(const SheetPlan& plan, const SheetModel& model, const SheetRes
   }
   const double shadow_mm =
       ShadowUncertainty_mm(result.reference_strength, Strength(tool.coarse_reading.ink));
-  tool.dx_mm = Measured::Good(Widened(*x, shadow_mm));
-  tool.dy_mm = Measured::Good(Widened(*y, shadow_mm));
+  const SheetPoint stand_mm = turn.Bed(StandUncertainty_mm(result));
+  tool.dx_mm = Measured::Good(Widened(*x, std::hypot(shadow_mm, stand_mm.u_mm)));
+  tool.dy_mm = Measured::Good(Widened(*y, std::hypot(shadow_mm, stand_mm.v_mm)));
 }
 
 void AnswerTools(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
@@ -245,7 +255,7 @@ void AnswerPickUps(const SheetPlan& plan, const SheetModel& model, SheetResult& 
 void ExpectStructures(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
   for (StructureReading& reading : result.structures) {
     const Structure& structure = plan.structures[reading.structure];
-    const auto expected = model.Estimate(StructureEquation(plan, structure));
+    const auto expected = model.Estimate(ReadingEquation(plan, reading));
     if (expected) reading.expected_mm = expected->value + Programmed_mm(structure);
   }
 }

@@ -17,6 +17,8 @@ constexpr double kContradiction = 0.01;
 /// The same of controls drawn + and -. It moves the answers, and nothing known makes the method's
 /// bias depend on the way that a leg was drawn: chance must be out of the question.
 constexpr double kBiasByDirection = 0.001;
+/// In the place of a tool: what was taken for granted, which no finger scatters about.
+constexpr int kAssumed = -1;
 
 /// Pooled scatter of a tool's fingers.
 struct ToolScatter {
@@ -41,6 +43,7 @@ struct Equation {
 struct Columns {
   std::map<int, int> tool;
   std::map<std::pair<int, int>, int> pick_up;
+  std::map<int, int> radial;
   int play = 0;
   int bias = 0;
   bool by_direction = false;
@@ -51,6 +54,7 @@ struct Columns {
     for (const Equation& equation : equations) {
       for (const auto& [number, weight] : equation.combination.tool) Add(tool, number);
       for (const auto& [number, weight] : equation.combination.pick_up) Add(pick_up, number);
+      for (const auto& [number, weight] : equation.combination.radial) Add(radial, number);
     }
     play = count;
     bias = count + 2;
@@ -72,6 +76,11 @@ struct Columns {
     for (const auto& [number, weight] : c.pick_up) {
       const auto found = pick_up.find(number);
       if (found == pick_up.end()) return false;
+      add(found->second, weight);
+    }
+    for (const auto& [number, weight] : c.radial) {
+      const auto found = radial.find(number);
+      if (found == radial.end()) return false;
       add(found->second, weight);
     }
     add(play, c.play);
@@ -120,6 +129,8 @@ struct SheetModel::Solution {
 
   void Pool(const SheetPlan& plan, const std::vector<StructureReading>& structures);
   void Collect(const SheetPlan& plan, const std::vector<StructureReading>& structures);
+  void CollectGrowth(const SheetPlan& plan, const StructureReading& reading);
+  void AssumeHeightAndColour();
   void Solve(bool bias_by_direction);
   [[nodiscard]] bool ControlsDisagree() const;
   [[nodiscard]] bool HasEveryControl() const;
@@ -152,6 +163,35 @@ Combination StructureEquation(const SheetPlan& plan, const Structure& structure)
   return combination;
 }
 
+namespace {
+
+/// What the tools' heights and colours do to a structure whose comb 1 alone is moved.
+std::map<int, SheetPoint> RadialOf(const SheetPlan& plan, const Structure& structure,
+                                   SheetPoint lever) {
+  std::map<int, SheetPoint> radial;
+  for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+    const int tool = structure.combs[comb].tool;
+    if (tool == plan.settings.reference_tool) continue;
+    const double sign = comb == 1 ? 1 : -1;
+    SheetPoint& weight = radial[tool];
+    weight.u_mm += sign * lever.u_mm;
+    weight.v_mm += sign * lever.v_mm;
+  }
+  return radial;
+}
+
+}  // namespace
+
+Combination ReadingEquation(const SheetPlan& plan, const StructureReading& reading) {
+  const Structure& structure = plan.structures[reading.structure];
+  Combination combination = StructureEquation(plan, structure);
+  if (reading.lever) {
+    combination.radial =
+        RadialOf(plan, structure, {reading.lever->height, reading.lever->colour_mm_px});
+  }
+  return combination;
+}
+
 void SheetModel::Solution::Pool(const SheetPlan& plan,
                                 const std::vector<StructureReading>& structures) {
   for (const StructureReading& reading : structures) {
@@ -174,7 +214,7 @@ void SheetModel::Solution::Collect(const SheetPlan& plan,
     const Structure& structure = plan.structures[reading.structure];
     if (structure.purpose == Purpose::kSelfTest) continue;
     Equation equation;
-    equation.combination = StructureEquation(plan, structure);
+    equation.combination = ReadingEquation(plan, reading);
     equation.value_mm = reading.offset_mm.quantity().value - Programmed_mm(structure);
     equation.purpose = structure.purpose;
     equation.axis = structure.axis;
@@ -191,6 +231,46 @@ void SheetModel::Solution::Collect(const SheetPlan& plan,
     }
     equation.variance_mm2 = equation.share_mm2[0] + equation.share_mm2[1];
     equations.push_back(equation);
+    if (reading.lever) CollectGrowth(plan, reading);
+  }
+  AssumeHeightAndColour();
+}
+
+/// How the displacement grows along a structure of two tools, after the structure's own equation.
+void SheetModel::Solution::CollectGrowth(const SheetPlan& plan, const StructureReading& reading) {
+  Equation equation = equations.back();
+  equation.combination = {};
+  equation.combination.radial =
+      RadialOf(plan, plan.structures[reading.structure],
+               {reading.lever->height_per_mm, reading.lever->colour_per_px});
+  if (equation.combination.radial.size() != 1 || equation.tool[0] == equation.tool[1]) return;
+  equation.purpose = Purpose::kTool;
+  equation.value_mm = reading.growth;
+  for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+    const double ratio = reading.growth_gain[comb] / reading.gain[comb];
+    equation.share_mm2[comb] *= ratio * ratio;
+  }
+  equation.variance_mm2 = equation.share_mm2[0] + equation.share_mm2[1];
+  equations.push_back(equation);
+}
+
+void SheetModel::Solution::AssumeHeightAndColour() {
+  std::map<int, bool> tools;
+  for (const Equation& equation : equations) {
+    for (const auto& [tool, weight] : equation.combination.radial) tools[tool] = true;
+  }
+  if (tools.empty()) return;
+  scatter[kAssumed].freedom = 1e9;
+  for (const auto& [tool, known] : tools) {
+    for (const bool height : {true, false}) {
+      Equation equation;
+      equation.combination.radial[tool] = {height ? 1.0 : 0.0, height ? 0.0 : 1.0};
+      const double spread = height ? kHeightSpread_mm : kColourSpread_px;
+      equation.variance_mm2 = spread * spread;
+      equation.share_mm2 = {equation.variance_mm2, 0};
+      equation.tool = {kAssumed, kAssumed};
+      equations.push_back(equation);
+    }
   }
 }
 
@@ -323,6 +403,7 @@ bool SheetModel::widened() const { return solution_->widening > 1; }
 double SheetModel::pooled_scatter_mm() const {
   ToolScatter all;
   for (const auto& [tool, scatter] : solution_->scatter) {
+    if (tool == kAssumed) continue;
     all.squares_mm2 += scatter.squares_mm2;
     all.freedom += scatter.freedom;
   }

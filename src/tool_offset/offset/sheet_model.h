@@ -17,7 +17,10 @@ namespace trammel::tool_offset {
 struct Combination {
   std::map<int, SheetPoint> tool;                     ///< of a tool's offset, sheet axes
   std::map<std::pair<int, int>, SheetPoint> pick_up;  ///< of (tool, pick-up), sheet axes
-  SheetPoint play;                                    ///< of the play along x (u_mm) and y (v_mm)
+  /// Of a photo: of the height (u_mm) of a tool's lines above the reference tool's, and of how far
+  /// their colour lies further out in the picture's corner (v_mm: per px).
+  std::map<int, SheetPoint> radial;
+  SheetPoint play;  ///< of the play along x (u_mm) and y (v_mm)
   /// Of the method's bias along u (u_mm) and v (v_mm), for legs drawn + and for legs drawn -.
   std::array<SheetPoint, 2> bias;
 };
@@ -31,6 +34,15 @@ struct Combination {
 /// While an axis moves up the nozzle is half of its play behind, down half ahead; a leg along u or
 /// v of the tilted sheet moves both axes.
 [[nodiscard]] Combination StructureEquation(const SheetPlan& plan, const Structure& structure);
+
+/// Of another tool's lines against the reference tool's, 1 sigma: what is taken for granted of a
+/// photo before it tells. Nozzles stand that evenly over the paper where each tool's Z offset was
+/// set by a probe or by eye; lateral colour of phones is up to 0.5 px in the corner.
+inline constexpr double kHeightSpread_mm = 0.045;
+inline constexpr double kColourSpread_px = 0.3;
+
+/// The same of a structure as it was read: on a photo with what height and colour do to it.
+[[nodiscard]] Combination ReadingEquation(const SheetPlan& plan, const StructureReading& reading);
 
 /// How the nozzle lags while a leg of a comb is drawn, along the structure's axis: per mm of the
 /// play along x (u_mm) and y (v_mm).
@@ -48,6 +60,11 @@ struct Combination {
 /// sheets with a control, whose tested combs never change sides. Where the structures
 /// contradict each other beyond their scatter (chi-square, 1 %), all uncertainties grow by the
 /// square root of the ratio.
+///
+/// On a photo lines of another height or colour are seen in another scale about the lens's foot
+/// point or the picture's middle. Both are unknowns of each tool, from how its structures' offsets
+/// differ and grow along them, and from what is taken for granted (kHeightSpread_mm,
+/// kColourSpread_px). What the photo cannot tell of them is in the uncertainty.
 class SheetModel {
  public:
   SheetModel(const SheetPlan& plan, const std::vector<StructureReading>& structures);

@@ -11,13 +11,6 @@
 namespace trammel::tool_offset {
 namespace {
 
-/// A place on one side of the box.
-struct SidePoint {
-  Side side = kLeft;
-  double along_mm = 0;  ///< planned, from the side's middle
-  PagePoint place;      ///< where the outermost line is
-};
-
 bool IsUpright(Side side) { return side == kLeft || side == kRight; }
 
 double Outward(Side side) { return side == kRight || side == kTop ? 1 : -1; }
@@ -286,7 +279,7 @@ BoxFit FitBox(const PageView& page, const ChannelMix& mix, const SheetPlan& plan
   for (const SidePoint& point : points) {
     const double beyond_mm = Beyond_mm(fit.map, point);
     squares += beyond_mm * beyond_mm;
-    fit.places.push_back(point.place);
+    fit.places.push_back(point);
   }
   fit.rms_mm = std::sqrt(squares / static_cast<double>(points.size()));
   return fit;

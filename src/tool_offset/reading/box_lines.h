@@ -11,12 +11,19 @@
 
 namespace trammel::tool_offset {
 
+/// A place on one side of the box.
+struct SidePoint {
+  Side side = kLeft;
+  double along_mm = 0;  ///< planned, from the side's middle
+  PagePoint place;      ///< where the outermost line is
+};
+
 struct BoxFit {
   PageMap map;
   std::array<double, kSides> support{};  ///< part of each side where its lines were found
   std::array<double, kSides> whole{};    ///< part of that where none of them is missing
   double rms_mm = 0;                     ///< of the places on the lines against the map
-  std::vector<PagePoint> places;         ///< on the outermost line, where it was found
+  std::vector<SidePoint> places;         ///< on the outermost line, where it was found
 };
 
 /// Finds the box's lines around where `start` puts them and fits the map to them.

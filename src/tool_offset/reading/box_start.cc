@@ -106,6 +106,16 @@ PageMap Turned(const PageMap& map, bool flip_u, bool flip_v) {
   return turned;
 }
 
+std::vector<SidePoint> Turned(std::vector<SidePoint> places, bool flip_u, bool flip_v) {
+  for (SidePoint& point : places) {
+    const bool upright = point.side == kLeft || point.side == kRight;
+    if (upright && flip_u) point.side = point.side == kLeft ? kRight : kLeft;
+    if (!upright && flip_v) point.side = point.side == kBottom ? kTop : kBottom;
+    if (upright ? flip_v : flip_u) point.along_mm = -point.along_mm;
+  }
+  return places;
+}
+
 void DescribeTurn(SheetOnPage& sheet) {
   const PagePoint u = sheet.map.u_px_mm;
   sheet.angle_rad = std::atan2(-u.y_px, u.x_px);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "tool_offset/reading/box_candidates.h"
 #include "tool_offset/reading/page_map.h"
@@ -13,6 +14,8 @@ namespace trammel::tool_offset {
 
 /// How far apart a scanner's two axes may be in scale.
 inline constexpr double kAnisotropy = 0.04;
+/// The same of a picture seen from aslant: 40 degrees.
+inline constexpr double kSlantedAnisotropy = 0.28;
 /// A part of each side where the box's lines must be found.
 inline constexpr double kSideFound = 0.6;
 
@@ -29,6 +32,10 @@ inline constexpr double kSideFound = 0.6;
 
 /// The same lines with the axes the other way round.
 [[nodiscard]] PageMap Turned(const PageMap& map, bool flip_u, bool flip_v);
+
+/// The places on the sides of such a turned map.
+[[nodiscard]] std::vector<SidePoint> Turned(std::vector<SidePoint> places, bool flip_u,
+                                            bool flip_v);
 
 /// Fills in how the sheet lies on the page, from its map.
 void DescribeTurn(SheetOnPage& sheet);

@@ -41,6 +41,8 @@ struct Fit {
   Eigen::VectorXd influence;  ///< of each finger on the offset
   double offset_mm = 0;
   double stretch = 0;
+  double growth = 0;  ///< of the displacement per mm, where it may grow
+  Eigen::VectorXd growth_influence;
 };
 
 Fit FitOnce(const SheetSettings& settings, StructureReading& structure) {
@@ -51,12 +53,15 @@ Fit FitOnce(const SheetSettings& settings, StructureReading& structure) {
   const auto count = static_cast<Eigen::Index>(fit.used.size());
   const int degree = Degree(settings, static_cast<int>(count));
   const double half_mm = settings.teeth * settings.pitch_mm / 2;
-  Eigen::MatrixXd design(count, degree + 2);
+  const bool grows = structure.lever.has_value();
+  const Eigen::Index last = degree + (grows ? 2 : 1);
+  Eigen::MatrixXd design(count, last + 1);
   Eigen::VectorXd y(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const FingerReading& finger = *fit.used[static_cast<std::size_t>(i)];
     design.row(i).head(degree + 1) = Legendre(finger.planned_mm / half_mm, degree);
-    design(i, degree + 1) = finger.comb == 1 ? 0.5 : -0.5;
+    design(i, last) = finger.comb == 1 ? 0.5 : -0.5;
+    if (grows) design(i, last - 1) = design(i, last) * finger.planned_mm / half_mm;
     y[i] = finger.position_mm;
   }
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(design);
@@ -65,10 +70,16 @@ Fit FitOnce(const SheetSettings& settings, StructureReading& structure) {
   fit.residual = y - design * solution;
   fit.leverage = q.rowwise().squaredNorm();
   // The offset is the last unknown: its row of the inverse of R is 1 / r in the last place.
-  fit.influence = q.col(degree + 1) / qr.matrixQR()(degree + 1, degree + 1);
-  fit.offset_mm = solution[degree + 1];
+  fit.influence = q.col(last) / qr.matrixQR()(last, last);
+  fit.offset_mm = solution[last];
+  if (grows) {
+    const auto& r = qr.matrixQR();
+    fit.growth = solution[last - 1] / half_mm;
+    fit.growth_influence =
+        (q.col(last - 1) - r(last - 1, last) * fit.influence) / (r(last - 1, last - 1) * half_mm);
+  }
   // The slope of a straight line through what the displacement leaves over.
-  const Eigen::VectorXd shared = y - fit.offset_mm * design.col(degree + 1);
+  const Eigen::VectorXd shared = y - fit.offset_mm * design.col(last);
   fit.stretch = shared.dot(q.col(1)) / qr.matrixQR()(1, 1) / half_mm;
   return fit;
 }
@@ -112,16 +123,22 @@ void Report(const Fit& fit, StructureReading& structure) {
   structure.comb_squares_mm2 = {};
   structure.comb_freedom = {};
   std::array<double, 2> influence{};
+  std::array<double, 2> growth{};
   for (Eigen::Index i = 0; i < fit.residual.size(); ++i) {
     FingerReading& finger = *fit.used[static_cast<std::size_t>(i)];
     finger.residual_mm = fit.residual[i];
     structure.comb_squares_mm2[finger.comb] += fit.residual[i] * fit.residual[i];
     structure.comb_freedom[finger.comb] += 1 - fit.leverage[i];
     influence[finger.comb] += fit.influence[i] * fit.influence[i];
+    if (structure.lever) {
+      growth[finger.comb] += fit.growth_influence[i] * fit.growth_influence[i];
+    }
   }
   const double freedom = structure.comb_freedom[0] + structure.comb_freedom[1];
   const double squares = structure.comb_squares_mm2[0] + structure.comb_squares_mm2[1];
   structure.gain = {std::sqrt(influence[0]), std::sqrt(influence[1])};
+  structure.growth = fit.growth;
+  structure.growth_gain = {std::sqrt(growth[0]), std::sqrt(growth[1])};
   structure.stretch = fit.stretch;
   structure.residual_rms_mm = std::sqrt(squares / freedom);
   Quantity offset;

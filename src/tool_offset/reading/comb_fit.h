@@ -14,6 +14,8 @@ namespace trammel::tool_offset {
 /// polynomials follow wrinkles down to 40 mm. Fingers far off are left out one by one, those
 /// already marked stay out. Assumes that fingers err independently (their two legs need not) and,
 /// of one comb, by as much.
+/// Of a photo (its lever is set) the displacement may grow along the axis, too: lines of another
+/// height are seen in another scale.
 /// @param structure  its fingers are set; everything else is filled in. Fewer than 4 fingers of a
 /// comb
 ///                   leave it refused.

@@ -18,13 +18,31 @@ double Between(double lower, double upper, double t) {
 
 }  // namespace
 
+SheetPoint CameraBend::OnPlane(SheetPoint point) const {
+  const double u = point.u_mm / reach_mm;
+  const double v = point.v_mm / reach_mm;
+  const double above_mm = bow_mm[0] * u * u + bow_mm[1] * u * v + bow_mm[2] * v * v;
+  const double outwards = above_mm / height_mm;
+  return {point.u_mm + outwards * (point.u_mm - foot.u_mm),
+          point.v_mm + outwards * (point.v_mm - foot.v_mm)};
+}
+
+PagePoint CameraBend::Seen(PagePoint straight) const {
+  const PagePoint from_centre = straight - centre;
+  const double r = Length(from_centre) / focal_px;
+  const double r2 = r * r;
+  return centre + (1 + r2 * (radial[0] + r2 * radial[1])) * from_centre;
+}
+
 PagePoint PageMap::ToPage(SheetPoint point) const {
+  if (camera) point = camera->OnPlane(point);
   const double s = point.u_mm / half_width_mm;
   const double t = point.v_mm / half_height_mm;
   const double u_mm = point.u_mm + Between(Cubic(bend_mm[kLeft], t), Cubic(bend_mm[kRight], t), s);
   const double v_mm = point.v_mm + Between(Cubic(bend_mm[kBottom], s), Cubic(bend_mm[kTop], s), t);
   const double nearness = 1 + lean_per_mm.u_mm * u_mm + lean_per_mm.v_mm * v_mm;
-  return middle + (u_mm / nearness) * u_px_mm + (v_mm / nearness) * v_px_mm;
+  const PagePoint straight = middle + (u_mm / nearness) * u_px_mm + (v_mm / nearness) * v_px_mm;
+  return camera ? camera->Seen(straight) : straight;
 }
 
 LocalMap PageMap::Near(SheetPoint point) const {

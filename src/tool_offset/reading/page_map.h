@@ -24,6 +24,22 @@ struct LocalMap {
   }
 };
 
+/// What a camera adds to the projection: its lens, and paper that is not flat.
+struct CameraBend {
+  PagePoint centre;     ///< of the lens
+  double focal_px = 1;  ///< in which radii are counted
+  /// What lies at radius r in a picture without distortion is seen at r (1 + k1 r² + k2 r⁴).
+  std::array<double, 2> radial{};
+  SheetPoint foot;       ///< the point of the paper's plane under the lens
+  double height_mm = 1;  ///< of the lens above that plane
+  double reach_mm = 1;   ///< half of the box's diagonal, in which the bow is counted
+  /// Height of the paper: factors of u², u v and v², each over reach_mm². mm.
+  std::array<double, 3> bow_mm{};
+
+  [[nodiscard]] SheetPoint OnPlane(SheetPoint point) const;
+  [[nodiscard]] PagePoint Seen(PagePoint straight) const;
+};
+
 /// A central projection (affine on a flatbed, not under a camera), and how the box's sides bend
 /// (paper on a bed and on glass is never quite flat); between opposite sides the bending changes
 /// linearly.
@@ -38,6 +54,7 @@ struct PageMap {
   /// Outward coordinate (u of left and right, v of bottom and top) that a side has beyond its
   /// planned one: a cubic in the other coordinate over its half length, lowest power first. mm.
   std::array<std::array<double, 4>, kSides> bend_mm{};
+  std::optional<CameraBend> camera;  ///< of a photo
 
   [[nodiscard]] PagePoint ToPage(SheetPoint point) const;
   [[nodiscard]] LocalMap Near(SheetPoint point) const;

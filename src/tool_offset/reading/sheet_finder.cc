@@ -37,7 +37,7 @@ Attempt ReadBox(const PageView& page, const SheetPlan& plan, const BoxFit& box,
     for (const bool flip_v : {false, true}) {
       SheetOnPage sheet;
       sheet.map = Turned(box.map, flip_u, flip_v);
-      sheet.box_places = box.places;
+      sheet.box_places = Turned(box.places, flip_u, flip_v);
       sheet.box_rms_mm = box.rms_mm;
       sheet.box_lacks_line = *std::min_element(box.whole.begin(), box.whole.end()) < 0.5;
       sheet.reference_mix = mix;
@@ -115,14 +115,15 @@ Attempt TryOtherSheet(const PageView& page, const SmallPage& small, const SheetP
 }
 
 Attempt TryCandidate(const PageView& page, const SmallPage& small, const SheetPlan& plan,
-                     const BoxCandidate& candidate, int threshold) {
+                     const BoxCandidate& candidate, int threshold, PageKind kind) {
+  const double most_ratio = kind == PageKind::kPhoto ? kSlantedAnisotropy : kAnisotropy;
   Attempt best;
   const ChannelMix mix = MixOfSides(small, candidate, threshold);
   for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
     const auto start = StartMap(small, candidate, side, plan);
     if (!start) continue;
     const double ratio = Length(start->u_px_mm) / Length(start->v_px_mm);
-    if (std::abs(std::log(ratio)) > kAnisotropy) continue;
+    if (std::abs(std::log(ratio)) > most_ratio) continue;
     const BoxFit box = FitBox(page, mix, plan, *start);
     const bool found = *std::min_element(box.support.begin(), box.support.end()) >= kSideFound;
     Attempt attempt = found ? ReadBox(page, plan, box, mix) : Attempt{};
@@ -153,7 +154,7 @@ struct Search {
 };
 
 Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& plan, int threshold,
-                bool widened) {
+                bool widened, PageKind kind) {
   constexpr double kPart = 0.25;  // of the page's longer side, for a box that is cut off
   constexpr int kMostTried = 20;  // a page full of frames is no sheet
   Search search;
@@ -166,7 +167,7 @@ Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& p
     if (known) continue;
     Attempt attempt;
     if (candidate.sides() == 4 && ++tried <= kMostTried) {
-      attempt = TryCandidate(page, small, plan, candidate, threshold);
+      attempt = TryCandidate(page, small, plan, candidate, threshold, kind);
       if (attempt.finding >= Finding::kOther) {
         ++search.sheets;
         read.push_back(candidate);
@@ -229,7 +230,7 @@ std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan) {
 
 }  // namespace
 
-Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan) {
+Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan, PageKind kind) {
   constexpr std::array<double, 3> kThresholds{0.45, 0.25, 0.12};  // of ink's strength
   constexpr int kLowest = 8;
   constexpr int kFaint = 16;
@@ -243,7 +244,7 @@ Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan) {
       const int threshold = std::max(kLowest, static_cast<int>(part * strength));
       if (threshold >= last_threshold || best.finding >= Finding::kOther) break;
       last_threshold = threshold;
-      Search search = SearchAt(page, small, plan, threshold, widened);
+      Search search = SearchAt(page, small, plan, threshold, widened, kind);
       if (search.sheets > 1) {
         return Fail(
             fmt::format("{} sheets were found on the page: scan one at a time", search.sheets),

@@ -17,7 +17,7 @@ namespace trammel::tool_offset {
 struct SheetOnPage {
   PageMap map;
   std::array<PagePoint, 4> corners;   ///< of the box as first seen, page pixels
-  std::vector<PagePoint> box_places;  ///< on the outermost line
+  std::vector<SidePoint> box_places;  ///< on the outermost line
   double box_rms_mm = 0;              ///< of those against the map
   /// Whether a side has lost one of its nested lines: the map may then be off by their distance.
   bool box_lacks_line = false;
@@ -28,11 +28,18 @@ struct SheetOnPage {
   int quarter_turns = 0;       ///< the same to the nearest quarter turn, 0 … 3
 };
 
+/// From where the page is seen.
+enum class PageKind {
+  kScan,
+  kPhoto,  ///< aslant, up to about 40 degrees
+};
+
 /// Finds the box, its lines and the code.
 ///
 /// Any resolution from about 300 dpi, any angle; dark on light, light on dark or in colour.
 /// Fails, with what to do about it, where there is no box or only a part of one, more than one
 /// sheet, another sheet, a mirrored scan, or a code that cannot be read.
-[[nodiscard]] Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan);
+[[nodiscard]] Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan,
+                                            PageKind kind = PageKind::kScan);
 
 }  // namespace trammel::tool_offset

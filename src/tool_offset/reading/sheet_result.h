@@ -9,6 +9,7 @@
 #include "base/measured.h"
 #include "tool_offset/reading/coarse_reader.h"
 #include "tool_offset/reading/leg_reader.h"
+#include "tool_offset/reading/photo_map.h"
 #include "tool_offset/reading/sheet_finder.h"
 #include "tool_offset/sheet/sheet_plan.h"
 
@@ -34,6 +35,12 @@ struct StructureReading {
   Measured offset_mm;  ///< its uncertainty: the fingers' scatter alone
   /// Of the offset, what a standard deviation of 1 of each finger of comb 0 and of comb 1 makes.
   std::array<double, 2> gain{};
+  /// Of a photo: what the height and the colour of comb 1's lines do to the offset.
+  std::optional<RadialLever> lever;
+  /// Of a photo: how the displacement of comb 1 grows per mm along the axis, and what of it a
+  /// standard deviation of 1 of each finger of comb 0 and of comb 1 makes.
+  double growth = 0;
+  std::array<double, 2> growth_gain{};
   double residual_rms_mm = 0;
   std::array<double, 2> comb_squares_mm2{};  ///< sums of squared residuals of each comb
   std::array<double, 2> comb_freedom{};      ///< and their degrees of freedom
@@ -93,6 +100,7 @@ struct SheetResult {
   double reference_strength = 0;             ///< contrast of the reference tool's ink, levels
   double finger_scatter_mm = 0;              ///< pooled over all tools
   double chi_square_per_freedom = 1;         ///< of the sheet's model, given the fingers' scatter
+  std::optional<PhotoOnPage> photo;          ///< of a photo: how it was taken
   std::vector<std::string> notices;
 };
 

@@ -60,7 +60,7 @@ void DrawBox(Canvas& canvas, const PageWindow& window, const to::SheetPlan& plan
            {.color = kBlue, .width_px = 1.4});
   const std::size_t step = std::max<std::size_t>(1, sheet.box_places.size() / kMostPlaces);
   for (std::size_t i = 0; i < sheet.box_places.size(); i += step) {
-    canvas.Circle(window.At(sheet.box_places[i]), 1.3, kVermilion);
+    canvas.Circle(window.At(sheet.box_places[i].place), 1.3, kVermilion);
   }
   for (const to::PagePoint& corner : sheet.corners) {
     canvas.Circle(window.At(corner), 7, std::nullopt, Stroke{.color = kPaper, .width_px = 4});

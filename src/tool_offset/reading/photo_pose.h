@@ -1,0 +1,51 @@
+// From where a photo of the sheet was taken, and what that does to lines that are higher than
+// others or of another colour.
+#pragma once
+
+#include <optional>
+
+#include "base/page.h"
+#include "tool_offset/reading/page_map.h"
+#include "tool_offset/sheet/sheet_plan.h"
+
+namespace trammel::tool_offset {
+
+/// What is known of the camera before the photo is read.
+struct PhotoSource {
+  /// As if on film of 35 mm (36 x 24 mm) over the diagonal of the whole picture, > 0; absent where
+  /// the file does not say: then it follows from the box, roughly.
+  std::optional<double> film_focal_mm;
+};
+
+/// The camera over the sheet.
+struct PhotoPose {
+  double focal_px = 1;
+  double focal_uncertainty = 0;  ///< standard, in parts of one
+  bool focal_stated = false;     ///< by the file or the user
+  PagePoint centre;              ///< of the picture, taken for that of the lens
+  double corner_px = 1;          ///< from there to a corner
+  SheetPoint foot;               ///< the point of the sheet's plane under the lens
+  SheetPoint aim;                ///< where the lens's axis meets that plane
+  double height_mm = 1;          ///< of the lens above it
+  double tilt_rad = 0;           ///< between the lens's axis and the plane's normal
+};
+
+/// The focal length that makes the box a rectangle of its planned proportions, where the tilt is
+/// large enough to tell, drawn to that of usual phones (26 … 50 mm on film).
+/// @param map  its projection is that of a picture without distortion.
+[[nodiscard]] PhotoPose FindPose(const PageView& page, const PageMap& map,
+                                 const PhotoSource& source);
+
+/// How far a line seems to be moved along an axis of the sheet, and how that changes along the
+/// axis.
+struct RadialLever {
+  double height = 0;         ///< mm per mm that the line is higher than the reference tool's
+  double height_per_mm = 0;  ///< the same per mm along the axis
+  double colour_mm_px = 0;   ///< mm per px that its colour lies further out, in the corner
+  double colour_per_px = 0;  ///< the same per mm along the axis
+};
+
+[[nodiscard]] RadialLever LeverAt(const PhotoPose& pose, const PageMap& map, Axis axis,
+                                  SheetPoint point);
+
+}  // namespace trammel::tool_offset
