@@ -41,6 +41,7 @@ struct OffsetPatternArguments {
   std::string tool_change;
   std::optional<int> tool;
   bool self_test = false;
+  bool for_photo = false;
   bool force = false;
 };
 
@@ -77,6 +78,7 @@ Result<void> Override(const OffsetPatternArguments& arguments, files::Config& co
         "--tool and --self-test: a self-test draws with the reference tool alone; leave "
         "one of them out");
   }
+  if (arguments.for_photo) sheet.for_photo = true;
   if (arguments.tool) sheet.tools = {sheet.reference_tool, *arguments.tool};
   if (arguments.self_test) {
     sheet.self_test = true;
@@ -197,6 +199,8 @@ void AddOffsetPatternCommand(CLI::App& parent, int& exit_code) {
                       "check this tool alone again, against the reference tool");
   command->add_flag("--self-test", arguments->self_test,
                     "the reference tool draws structures with known offsets");
+  command->add_flag("--for-photo", arguments->for_photo,
+                    "arrange the sheet for a photo by a phone, where there is no scanner");
   command->add_option(
       "--tool-change", arguments->tool_change,
       "how tools are changed: t (T0, T1, ...), activate-extruder or idex (Klipper)");

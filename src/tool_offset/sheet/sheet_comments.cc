@@ -24,9 +24,12 @@ constexpr std::array<std::string_view, 3> kSinceFormat2{
 /// Files of older formats are of the first layout, on whatever paper took them.
 constexpr std::string_view kPaperKey = "tool_offset_pattern.paper";
 constexpr int kSinceLayout2 = 3;
+/// Stands only in files of sheets that are arranged so; without it they are as they always were.
+constexpr std::string_view kForPhotoKey = "tool_offset_pattern.for_photo";
 
 bool IsNew(std::string_view key) {
-  return std::find(kSinceFormat2.begin(), kSinceFormat2.end(), key) != kSinceFormat2.end();
+  return key == kForPhotoKey ||
+         std::find(kSinceFormat2.begin(), kSinceFormat2.end(), key) != kSinceFormat2.end();
 }
 
 struct Entry {
@@ -154,6 +157,7 @@ std::string FormatSheetComments(const SheetPlan& plan) {
   SheetSettings settings = plan.settings;
   for (const Entry& entry : Entries(settings)) {
     if (first_layout && entry.key == kPaperKey) continue;
+    if (!settings.for_photo && entry.key == kForPhotoKey) continue;
     if (const auto value = FormatSheetValue(entry.value)) {
       out += fmt::format("{}{} = {}\n", kPrefix, entry.key, *value);
     }

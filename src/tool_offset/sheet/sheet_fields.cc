@@ -22,6 +22,9 @@ constexpr auto kFields = std::to_array<SheetField>({
      "Times that each tool is put back and picked up again, to see how well it comes back."},
     {kIn, "self_test", &S::self_test, "", 0, 0,
      "One tool draws structures with known offsets, to see how well they are read."},
+    {kIn, "for_photo", &S::for_photo, "", 0, 0,
+     "Arranges the sheet for a photo by a phone: what belongs to one tool at opposite places. It "
+     "takes more paper; a scanner reads it, too."},
     {kIn, "pitch", &S::pitch_mm, "mm", 2, 10,
      "From finger to finger. Should not be a whole number of motor cycles, turned by the tilt."},
     {kIn, "teeth", &S::teeth, "", 5, 60,

@@ -151,20 +151,23 @@ double StructureThickness_mm(const SheetSettings& settings) {
   return 2 * settings.leg_length_mm - settings.overlap_mm + settings.line_width_mm;
 }
 
+SheetCost CostOfSheet(const SheetSettings& settings, double width_mm, double height_mm) {
+  const std::optional<PaperSize> asked_for = FindPaper(settings.paper);
+  const BedBounds bounds = SheetBounds(settings, width_mm, height_mm);
+  const double x_mm = bounds.max_x_mm - bounds.min_x_mm;
+  const double y_mm = bounds.max_y_mm - bounds.min_y_mm;
+  const bool off_paper = asked_for && !FitsPaper(*asked_for, x_mm, y_mm);
+  return {SheetReach(settings, width_mm, height_mm) > 1, off_paper, PaperClass(x_mm, y_mm),
+          x_mm * y_mm};
+}
+
 Layout ArrangeSheet(const SheetSettings& settings, const LayoutCounts& counts, double border_mm) {
   const Packings packings = AllPackings(settings, counts);
   TRAMMEL_CHECK(!packings.empty(), "{} X and {} Y structures", counts.x_structures,
                 counts.y_structures);
-  const std::optional<PaperSize> asked_for = FindPaper(settings.paper);
   const auto cost = [&](const Packing& packing) {
-    const double width_mm = packing.width_mm + 2 * border_mm;
-    const double height_mm = packing.height_mm + 2 * border_mm;
-    const BedBounds bounds = SheetBounds(settings, width_mm, height_mm);
-    const double x_mm = bounds.max_x_mm - bounds.min_x_mm;
-    const double y_mm = bounds.max_y_mm - bounds.min_y_mm;
-    const bool off_paper = asked_for && !FitsPaper(*asked_for, x_mm, y_mm);
-    return std::tuple(SheetReach(settings, width_mm, height_mm) > 1, off_paper,
-                      PaperClass(x_mm, y_mm), x_mm * y_mm);
+    return CostOfSheet(settings, packing.width_mm + 2 * border_mm,
+                       packing.height_mm + 2 * border_mm);
   };
   const Packing& best =
       *std::min_element(packings.begin(), packings.end(),

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <tuple>
 #include <vector>
 
 #include "tool_offset/sheet/sheet_plan.h"
@@ -63,6 +64,13 @@ struct LayoutCounts {
   int y_structures = 0;
   int coarse_marks = 0;
 };
+
+/// In the order of what matters: whether it leaves the bed, and the paper of the settings; which
+/// paper takes it, the smallest first; how much of that.
+using SheetCost = std::tuple<bool, bool, int, double>;
+/// @param width_mm, height_mm  of the box.
+[[nodiscard]] SheetCost CostOfSheet(const SheetSettings& settings, double width_mm,
+                                    double height_mm);
 
 /// Of the outlines that fit the bed and the paper (of all, where none does) the one that takes the
 /// smallest sheet of paper, turned by the tilt, and of those the one with the smallest turned

@@ -5,6 +5,7 @@
 
 #include "base/check.h"
 #include "tool_offset/sheet/paper_size.h"
+#include "tool_offset/sheet/photo_layout.h"
 #include "tool_offset/sheet/sheet_bed.h"
 #include "tool_offset/sheet/sheet_code.h"
 #include "tool_offset/sheet/sheet_layout.h"
@@ -96,6 +97,61 @@ std::vector<PrimeLine> PrimeLines(const SheetPlan& plan) {
 
 namespace {
 
+/// From the layout's lower left corner to the sheet's middle.
+SheetPoint OnSheet(SheetPoint in_layout, double width_mm, double height_mm) {
+  return {in_layout.u_mm - width_mm / 2, in_layout.v_mm - height_mm / 2};
+}
+
+/// Sets the box's size and all structures and marks into it.
+/// @returns the middle of the code.
+SheetPoint Place(const std::vector<Structure>& x, const std::vector<Structure>& y, double border_mm,
+                 SheetPlan& plan) {
+  const SheetSettings& settings = plan.settings;
+  const Layout layout = ArrangeSheet(settings,
+                                     {static_cast<int>(x.size()), static_cast<int>(y.size()),
+                                      static_cast<int>(plan.coarse_marks.size())},
+                                     border_mm);
+  plan.width_mm = Rounded({layout.width_mm + 2 * border_mm, 0}).u_mm;
+  plan.height_mm = Rounded({layout.height_mm + 2 * border_mm, 0}).u_mm;
+  const auto on_sheet = [&](const SheetPoint& in_layout, double right_mm, double up_mm) {
+    return Rounded({in_layout.u_mm - layout.width_mm / 2 + right_mm,
+                    in_layout.v_mm - layout.height_mm / 2 + up_mm});
+  };
+  for (std::size_t i = 0; i < x.size() + y.size(); ++i) {
+    const bool is_x = i < x.size();
+    const std::size_t in_grid = is_x ? i : i - x.size();
+    plan.structures.push_back(is_x ? x[in_grid] : y[in_grid]);
+    const Grid& grid = is_x ? layout.x_structures : layout.y_structures;
+    plan.structures.back().middle = on_sheet(CellOf(grid, static_cast<int>(in_grid), is_x), 0, 0);
+  }
+  for (std::size_t i = 0; i < plan.coarse_marks.size(); ++i) {
+    // The legs reach to one side only: the middle of the ink belongs into the middle of the cell.
+    const double aside_mm = (kCoarseLegStart_mm + kCoarseLeg_mm - settings.leg_spacing_mm / 2) / 2;
+    plan.coarse_marks[i].middle =
+        on_sheet(CellOf(layout.coarse_marks, static_cast<int>(i), false), -aside_mm, -aside_mm);
+  }
+  return OnSheet(layout.code.CellMiddle(0, 0), layout.width_mm, layout.height_mm);
+}
+
+/// The same, arranged for a camera.
+SheetPoint PlaceForPhoto(const std::vector<Structure>& x, const std::vector<Structure>& y,
+                         double border_mm, SheetPlan& plan) {
+  const PhotoLayout layout = ArrangeForPhoto(plan.settings, x, y, border_mm);
+  plan.width_mm = Rounded({layout.width_mm + 2 * border_mm, 0}).u_mm;
+  plan.height_mm = Rounded({layout.height_mm + 2 * border_mm, 0}).u_mm;
+  const auto add = [&](const std::vector<Structure>& structures,
+                       const std::vector<SheetPoint>& middles) {
+    for (std::size_t i = 0; i < structures.size(); ++i) {
+      plan.structures.push_back(structures[i]);
+      plan.structures.back().middle =
+          Rounded(OnSheet(middles[i], layout.width_mm, layout.height_mm));
+    }
+  };
+  add(x, layout.x_structures);
+  add(y, layout.y_structures);
+  return OnSheet(layout.code, layout.width_mm, layout.height_mm);
+}
+
 /// The sheet with just so many teeth, whatever it is printed on.
 SheetPlan PlanWithTeeth(const SheetSettings& settings) {
   SheetPlan plan;
@@ -112,36 +168,14 @@ SheetPlan PlanWithTeeth(const SheetSettings& settings) {
   }
   // Cells have half of the gap inside.
   const double border_mm = plan.box_insets_mm.back() + settings.structure_gap_mm / 2;
-  const Layout layout = ArrangeSheet(settings,
-                                     {static_cast<int>(x.size()), static_cast<int>(y.size()),
-                                      static_cast<int>(plan.coarse_marks.size())},
-                                     border_mm);
-  plan.width_mm = Rounded({layout.width_mm + 2 * border_mm, 0}).u_mm;
-  plan.height_mm = Rounded({layout.height_mm + 2 * border_mm, 0}).u_mm;
-  const auto on_sheet = [&](const SheetPoint& in_layout, double right_mm, double up_mm) {
-    return Rounded({in_layout.u_mm - layout.width_mm / 2 + right_mm,
-                    in_layout.v_mm - layout.height_mm / 2 + up_mm});
-  };
-
-  for (std::size_t i = 0; i < x.size() + y.size(); ++i) {
-    const bool is_x = i < x.size();
-    const std::size_t in_grid = is_x ? i : i - x.size();
-    plan.structures.push_back(is_x ? x[in_grid] : y[in_grid]);
-    const Grid& grid = is_x ? layout.x_structures : layout.y_structures;
-    plan.structures.back().middle = on_sheet(CellOf(grid, static_cast<int>(in_grid), is_x), 0, 0);
-  }
-  for (std::size_t i = 0; i < plan.coarse_marks.size(); ++i) {
-    // The legs reach to one side only: the middle of the ink belongs into the middle of the cell.
-    const double aside_mm = (kCoarseLegStart_mm + kCoarseLeg_mm - settings.leg_spacing_mm / 2) / 2;
-    plan.coarse_marks[i].middle =
-        on_sheet(CellOf(layout.coarse_marks, static_cast<int>(i), false), -aside_mm, -aside_mm);
-  }
+  const SheetPoint code_middle =
+      settings.for_photo ? PlaceForPhoto(x, y, border_mm, plan) : Place(x, y, border_mm, plan);
   plan.sheet_id = SheetId(plan);
   const CodeCells cells = EncodeSheetId(plan.sheet_id);
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const double along = static_cast<double>(i) - (static_cast<double>(cells.size()) - 1) / 2;
     plan.code.push_back(
-        {on_sheet(layout.code.CellMiddle(0, 0), along * kCodeCell_mm, 0), cells[i]});
+        {Rounded({code_middle.u_mm + along * kCodeCell_mm, code_middle.v_mm}), cells[i]});
   }
   plan.prime_lines = PrimeLines(plan);
   return plan;

@@ -26,6 +26,9 @@ struct SheetSettings {
   int controls = 2;                 ///< [2, 8] structures per axis, half of them each way.
   int pick_ups = 0;        ///< [0, 4] times that each tool is put back and picked up again.
   bool self_test = false;  ///< One tool, structures with programmed offsets.
+  /// Arranged for a camera (photo_layout.h): larger, with the structures of a tool opposite each
+  /// other.
+  bool for_photo = false;
 
   // The combs.
   double pitch_mm = 4.19;        ///< [2, 10]; locks to no motor cycle (sheet_pitch.h).
