@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -18,6 +19,7 @@
 #include "tool_offset/commands/offset_output.h"
 #include "tool_offset/commands/offset_plan.h"
 #include "tool_offset/offset/analyse.h"
+#include "tool_offset/offset/photo_join.h"
 #include "tool_offset/original/original_sheet.h"
 #include "tool_offset/report/offset_json.h"
 #include "tool_offset/report/offset_text.h"
@@ -30,6 +32,9 @@ struct AnalyzeArguments {
   SheetChoice sheet;
   std::vector<double> dpi;
   double most_megapixels = 400;
+  bool photo = false;
+  std::optional<double> film_focal_mm;
+  tool_offset::RadialSpread spread;
   bool json = false;
   OffsetOutput output;
 };
@@ -44,16 +49,23 @@ struct ReadScan {
 Result<ReadScan> AnalysePage(const Page& page, const std::string& path, int number, int sheet,
                              const tool_offset::SheetPlan& plan,
                              const AnalyzeArguments& arguments) {
-  tool_offset::AnalyseOptions options{page.dpi_x, page.dpi_y};
+  tool_offset::AnalyseOptions options{page.dpi_x, page.dpi_y, {}};
   if (!arguments.dpi.empty()) {
     options.dpi_x = arguments.dpi.front();
     options.dpi_y = arguments.dpi.back();
   }
+  if (arguments.photo || page.film_focal_mm) {
+    options.photo = tool_offset::PhotoSource{arguments.film_focal_mm, arguments.spread};
+    if (!arguments.film_focal_mm && page.film_focal_mm) {
+      options.photo->film_focal_mm = *page.film_focal_mm;
+    }
+  }
   auto result = tool_offset::AnalyseSheet(page.view(), plan, options);
   if (!result) {
     const std::string where = number > 1 ? fmt::format(", page {}", number) : "";
-    return tl::unexpected(Error{result.error().kind,
-                                fmt::format("scan {}{}: {}", path, where, result.error().message)});
+    return tl::unexpected(
+        Error{result.error().kind, fmt::format("{} {}{}: {}", options.photo ? "photo" : "scan",
+                                               path, where, result.error().message)});
   }
   ReadScan read;
   if (arguments.output.has_pictures()) {
@@ -81,7 +93,16 @@ Result<std::vector<ReadScan>> AnalyseFile(const std::string& path, int sheet,
   return scans;
 }
 
-tool_offset::CombinedResult CombineScans(const std::vector<report::OffsetScan>& scans) {
+/// Several photos of one print answer together.
+void JoinThePhotos(const tool_offset::SheetPlan& plan,
+                   std::vector<tool_offset::SheetResult>& sheet) {
+  const bool all = std::all_of(sheet.begin(), sheet.end(),
+                               [](const auto& result) { return result.photo.has_value(); });
+  if (all && sheet.size() > 1) sheet = {tool_offset::JoinPhotos(plan, sheet)};
+}
+
+tool_offset::CombinedResult CombineScans(const tool_offset::SheetPlan& plan,
+                                         const std::vector<report::OffsetScan>& scans) {
   std::vector<std::vector<tool_offset::SheetResult>> sheets;
   int sheet = 0;
   for (const report::OffsetScan& scan : scans) {
@@ -89,6 +110,7 @@ tool_offset::CombinedResult CombineScans(const std::vector<report::OffsetScan>& 
     sheet = scan.sheet;
     sheets.back().push_back(scan.result);
   }
+  for (auto& results : sheets) JoinThePhotos(plan, results);
   return tool_offset::Combine(sheets);
 }
 
@@ -133,7 +155,7 @@ int Run(const AnalyzeArguments& arguments) {
     }
     return failed ? *failed : PrintError({ErrorKind::kInput, "SCAN: there is none between the +"});
   }
-  analysis.combined = CombineScans(analysis.scans);
+  analysis.combined = CombineScans(*plan, analysis.scans);
   // The answer is printed whatever becomes of the files.
   const auto written = WriteOffsetOutput(arguments.output, input);
   const std::string report = written ? arguments.output.report : "";
@@ -175,7 +197,7 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
   const auto arguments = std::make_shared<AnalyzeArguments>();
   command
       ->add_option("SCAN", arguments->scans,
-                   "TIFF, PNG, JPEG, PNM or PDF: scans of one sheet, however it lay on the glass; "
+                   "TIFF, PNG, JPEG, PNM or PDF: scans or photos of one sheet, however it lay; "
                    "behind a + those of the next sheet, printed anew")
       ->required();
   AddSheetOptions(*command, arguments->sheet);
@@ -185,6 +207,26 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
                    "compared with what the sheet shows")
       ->expected(1, 2)
       ->check(NumberIn(20.0, 20000.0));
+  command->add_flag("--photo", arguments->photo,
+                    "a phone's photo instead of a scan; without it, where the file states a focal "
+                    "length");
+  command
+      ->add_option("--film-focal", arguments->film_focal_mm,
+                   "of a photo: focal length in mm as if on film of 35 mm; else as the file says, "
+                   "or from the box")
+      ->check(NumberIn(5.0, 1000.0));
+  command
+      ->add_option_function<double>(
+          "--line-heights-um",
+          [arguments](const double& um) { arguments->spread.height_mm = um / 1000; },
+          "of a photo: how unlike the tools' lines are in height above the paper, 1 sigma (45)")
+      ->check(NumberIn(0.0, 1000.0));
+  command
+      ->add_option("--line-colour-px", arguments->spread.colour_px,
+                   "of a photo: how much further out another tool's colour is seen in the corner, "
+                   "1 sigma")
+      ->check(NumberIn(0.0, 10.0))
+      ->capture_default_str();
   command->add_option("--most-megapixels", arguments->most_megapixels, "of a page")
       ->check(NumberIn(1.0, 100000.0))
       ->capture_default_str();

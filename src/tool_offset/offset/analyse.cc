@@ -13,6 +13,7 @@
 #include "tool_offset/reading/comb_fit.h"
 #include "tool_offset/reading/foreign_ink.h"
 #include "tool_offset/reading/original_finder.h"
+#include "tool_offset/reading/photo_checks.h"
 #include "tool_offset/reading/structure_reader.h"
 #include "tool_offset/reading/tool_search.h"
 
@@ -130,6 +131,7 @@ KnownTools KnowTools(const SheetPlan& plan, const InkColour& reference,
 struct OtherInk {
   std::vector<ForeignLeg> foreign;
   std::vector<double> stray;  ///< for each structure, part of its white
+  std::vector<bool> glare;    ///< for each structure of a photo; empty of a scan
 };
 
 OtherInk FindOtherInk(const SheetPlan& plan, const InkRaster& raster, const InkColour& reference,
@@ -139,7 +141,8 @@ OtherInk FindOtherInk(const SheetPlan& plan, const InkRaster& raster, const InkC
     if (tool.coarse_reading.placed) shift[tool.tool] = tool.coarse_reading.shift;
   }
   return {ForeignLegs(plan, shift, FineReach_mm(plan.settings)),
-          StrayInk(raster, plan, shift, Strength(reference))};
+          StrayInk(raster, plan, shift, Strength(reference)),
+          {}};
 }
 
 StructureReading ReadOne(const PageView& page, const SheetPlan& plan, const PageMap& map,
@@ -178,6 +181,12 @@ StructureReading ReadOne(const PageView& page, const SheetPlan& plan, const Page
         100 * other.stray[index]));
     return reading;
   }
+  if (!other.glare.empty() && other.glare[index]) {
+    reading.offset_mm = Measured::Refused(
+        "a lamp's reflection drowns lines in it: take the photo again with the sheet or the lamp "
+        "turned away");
+    return reading;
+  }
   auto fingers = ReadStructure(page, map, plan, structure, expected, other.foreign);
   if (!fingers) {
     reading.offset_mm = Measured::Refused(fingers.error().message);
@@ -193,6 +202,7 @@ void CompareResolution(const AnalyseOptions& options, SheetResult& result) {
   const PageMap& map = result.sheet.map;
   result.page_dpi_x = 25.4 * std::hypot(map.u_px_mm.x_px, map.v_px_mm.x_px);
   result.page_dpi_y = 25.4 * std::hypot(map.u_px_mm.y_px, map.v_px_mm.y_px);
+  if (result.photo) return;  // what a camera's file states is of no page
   const auto differs = [](const std::optional<double>& stated, double found) {
     return stated && !(std::abs(*stated / found - 1) < kWrong);
   };
@@ -206,19 +216,37 @@ void CompareResolution(const AnalyseOptions& options, SheetResult& result) {
       result.page_dpi_x, result.page_dpi_y));
 }
 
+/// How the photo was taken, and the sheet's map.
+Result<PhotoOnPage> ReadPhoto(const PageView& page, const SheetPlan& plan,
+                              const PhotoSource& source, SheetOnPage& sheet) {
+  const double blur_px = BlurOfBox_px(page, plan, sheet);
+  auto photo = FitPhotoMap(page, plan, source, sheet);
+  if (!photo && blur_px <= kMostPhotoBlur_px) return photo;
+  PhotoOnPage seen = photo.value_or(PhotoOnPage{});
+  if (!photo) seen.px_per_mm = kLeastPhotoScale_px_mm;
+  seen.blur_px = blur_px;
+  if (const auto fault = PhotoFault(seen)) return Fail(*fault, ErrorKind::kMeasurement);
+  return seen;
+}
+
 }  // namespace
 
 Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
                                  const AnalyseOptions& options) {
   /// Beside the box: how far a tool is looked for, and half of a leg more.
   constexpr double kAround_mm = kSearch_mm + 5;
+  if (options.photo && plan.original) {
+    return Fail(
+        "a photo of a sheet of the original generator is not read: put it on a scanner, or print a "
+        "sheet with trammel offset pattern --for-photo");
+  }
   const PageKind kind = options.photo ? PageKind::kPhoto : PageKind::kScan;
   auto sheet = plan.original ? FindOriginalSheet(page, plan) : FindSheet(page, plan, kind);
   if (!sheet) return tl::unexpected(sheet.error());
   SheetResult result;
   result.sheet = std::move(*sheet);
   if (options.photo) {
-    auto photo = FitPhotoMap(page, plan, *options.photo, result.sheet);
+    auto photo = ReadPhoto(page, plan, *options.photo, result.sheet);
     if (!photo) return tl::unexpected(photo.error());
     result.photo = *photo;
   }
@@ -243,7 +271,8 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
   result.reference_strength = Strength(reference);
   result.tools = PlaceTools(page, plan, map, raster, reference);
   const KnownTools known = KnowTools(plan, reference, result.tools);
-  const OtherInk other = FindOtherInk(plan, raster, reference, result.tools);
+  OtherInk other = FindOtherInk(plan, raster, reference, result.tools);
+  if (result.photo) other.glare = GlareOver(page, plan, map);
   result.structures.resize(plan.structures.size());
   ParallelFor(static_cast<int>(plan.structures.size()), [&](int i) {
     const auto index = static_cast<std::size_t>(i);

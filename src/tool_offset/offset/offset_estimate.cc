@@ -130,7 +130,8 @@ double ShadowUncertainty_mm(double reference, double tool) {
 SheetPoint StandUncertainty_mm(const SheetResult& result) {
   if (!result.photo) return {};
   const PhotoPose& pose = result.photo->pose;
-  const double factor = 2 * pose.focal_uncertainty * kHeightSpread_mm / pose.height_mm;
+  const double factor =
+      2 * pose.focal_uncertainty * result.photo->spread.height_mm / pose.height_mm;
   return {factor * (pose.foot.u_mm - pose.aim.u_mm), factor * (pose.foot.v_mm - pose.aim.v_mm)};
 }
 
@@ -271,12 +272,23 @@ void AnswerSelfTest(const SheetPlan& plan, const SheetModel& model, SheetResult&
   }
 }
 
+/// What the intervals of a photo hold besides scatter.
+std::string PhotoNotice(const PhotoOnPage& photo) {
+  return fmt::format(
+      "a photo: the intervals allow for lines of one tool that lie {:.0f} um higher than another's "
+      "and for a colour seen {:.2g} px further out in the corner (1 sigma){}",
+      1e3 * photo.spread.height_mm, photo.spread.colour_px,
+      photo.pose.focal_stated ? ""
+                              : "; the file does not state the focal length, which widens them");
+}
+
 void Notify(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
   constexpr double kWorse =
       2;  // times the sheet's scatter; chance does not make it with 24 fingers
   constexpr double kLeast_mm = 0.003;
   result.finger_scatter_mm = model.pooled_scatter_mm();
   result.chi_square_per_freedom = model.freedom() > 0 ? model.chi_square() / model.freedom() : 1;
+  if (result.photo) result.notices.push_back(PhotoNotice(*result.photo));
   if (model.bias_by_direction() && !plan.original) {
     result.notices.push_back(
         "the control structures drawn one way disagree with those drawn the other way beyond their "
@@ -304,7 +316,13 @@ void Notify(const SheetPlan& plan, const SheetModel& model, SheetResult& result)
 }  // namespace
 
 void EstimateOffsets(const SheetPlan& plan, SheetResult& result) {
-  const SheetModel model(plan, result.structures);
+  EstimateOffsets(
+      plan,
+      SheetModel(plan, result.structures, result.photo ? result.photo->spread : RadialSpread{}),
+      result);
+}
+
+void EstimateOffsets(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
   AnswerTools(plan, model, result);
   AnswerAxes(plan, model, result);
   AnswerScale(plan, result);

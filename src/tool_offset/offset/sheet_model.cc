@@ -127,10 +127,14 @@ struct SheetModel::Solution {
   int freedom = 0;
   double widening = 1;  ///< of all variances
 
-  void Pool(const SheetPlan& plan, const std::vector<StructureReading>& structures);
-  void Collect(const SheetPlan& plan, const std::vector<StructureReading>& structures);
-  void CollectGrowth(const SheetPlan& plan, const StructureReading& reading);
-  void AssumeHeightAndColour();
+  using Photos = std::vector<const std::vector<StructureReading>*>;
+  void Pool(const SheetPlan& plan, const Photos& photos);
+  [[nodiscard]] Equation EquationOf(const SheetPlan& plan, const StructureReading& reading) const;
+  void Collect(const SheetPlan& plan, const Photos& photos);
+  /// Adds the equations of one structure, each of a photo, as their mean and their differences.
+  void AddViews(const std::vector<Equation>& views, double of_photo);
+  /// Adds what is taken for granted of each tool's height and colour.
+  void Assume(const RadialSpread& spread);
   void Solve(bool bias_by_direction);
   [[nodiscard]] bool ControlsDisagree() const;
   [[nodiscard]] bool HasEveryControl() const;
@@ -180,6 +184,81 @@ std::map<int, SheetPoint> RadialOf(const SheetPlan& plan, const Structure& struc
   return radial;
 }
 
+void AddTo(Combination& sum, const Combination& more, double factor) {
+  const auto add = [factor](SheetPoint& to, SheetPoint what) {
+    to.u_mm += factor * what.u_mm;
+    to.v_mm += factor * what.v_mm;
+  };
+  for (const auto& [tool, weight] : more.tool) add(sum.tool[tool], weight);
+  for (const auto& [key, weight] : more.pick_up) add(sum.pick_up[key], weight);
+  for (const auto& [tool, weight] : more.radial) add(sum.radial[tool], weight);
+  add(sum.play, more.play);
+  add(sum.bias[0], more.bias[0]);
+  add(sum.bias[1], more.bias[1]);
+}
+
+/// Of equations of one structure, each of a photo.
+/// @param share  of one photo's variance that the mean has.
+Equation Mean(const std::vector<Equation>& views, double share) {
+  Equation mean = views.front();
+  const double part = 1 / static_cast<double>(views.size());
+  mean.combination = {};
+  mean.value_mm = 0;
+  mean.share_mm2 = {};
+  for (const Equation& view : views) {
+    AddTo(mean.combination, view.combination, part);
+    mean.value_mm += part * view.value_mm;
+    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+      mean.share_mm2[comb] += part * share * view.share_mm2[comb];
+    }
+  }
+  mean.variance_mm2 = mean.share_mm2[0] + mean.share_mm2[1];
+  return mean;
+}
+
+/// Which part of the fingers' variance is a photo's own: from what their residuals differ by
+/// between one photo and the next.
+double PhotoShare(const std::vector<const std::vector<StructureReading>*>& photos) {
+  constexpr double kLeast = 0.02;
+  double apart = 0;
+  double both = 0;
+  for (std::size_t k = 1; k < photos.size(); ++k) {
+    for (std::size_t i = 0; i < photos[k]->size(); ++i) {
+      const StructureReading& one = (*photos[k - 1])[i];
+      const StructureReading& other = (*photos[k])[i];
+      if (!one.offset_mm.good() || !other.offset_mm.good()) continue;
+      for (std::size_t f = 0; f < std::min(one.fingers.size(), other.fingers.size()); ++f) {
+        const FingerReading& a = one.fingers[f];
+        const FingerReading& b = other.fingers[f];
+        if (!a.left_out.empty() || !b.left_out.empty()) continue;
+        apart += (a.residual_mm - b.residual_mm) * (a.residual_mm - b.residual_mm);
+        both += a.residual_mm * a.residual_mm + b.residual_mm * b.residual_mm;
+      }
+    }
+  }
+  return both > 0 ? std::clamp(apart / both, kLeast, 1.0) : 1;
+}
+
+/// How the displacement grows along a structure of two tools.
+/// @param offset  the structure's own equation.
+std::optional<Equation> GrowthOf(const SheetPlan& plan, const StructureReading& reading,
+                                 const Equation& offset) {
+  if (!reading.lever || offset.tool[0] == offset.tool[1]) return std::nullopt;
+  Equation equation = offset;
+  equation.combination = {};
+  equation.combination.radial =
+      RadialOf(plan, plan.structures[reading.structure],
+               {reading.lever->height_per_mm, reading.lever->colour_per_px});
+  equation.purpose = Purpose::kTool;
+  equation.value_mm = reading.growth;
+  for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+    const double ratio = reading.growth_gain[comb] / reading.gain[comb];
+    equation.share_mm2[comb] *= ratio * ratio;
+  }
+  equation.variance_mm2 = equation.share_mm2[0] + equation.share_mm2[1];
+  return equation;
+}
+
 }  // namespace
 
 Combination ReadingEquation(const SheetPlan& plan, const StructureReading& reading) {
@@ -192,81 +271,98 @@ Combination ReadingEquation(const SheetPlan& plan, const StructureReading& readi
   return combination;
 }
 
-void SheetModel::Solution::Pool(const SheetPlan& plan,
-                                const std::vector<StructureReading>& structures) {
-  for (const StructureReading& reading : structures) {
-    if (!reading.offset_mm.good()) continue;
-    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
-      ToolScatter& tool = scatter[plan.structures[reading.structure].combs[comb].tool];
-      tool.squares_mm2 += reading.comb_squares_mm2[comb];
-      tool.freedom += reading.comb_freedom[comb];
+void SheetModel::Solution::Pool(const SheetPlan& plan, const Photos& photos) {
+  // Photos of one print see the same scatter.
+  const auto views = static_cast<double>(photos.size());
+  for (const std::vector<StructureReading>* structures : photos) {
+    for (const StructureReading& reading : *structures) {
+      if (!reading.offset_mm.good()) continue;
+      for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+        ToolScatter& tool = scatter[plan.structures[reading.structure].combs[comb].tool];
+        tool.squares_mm2 += reading.comb_squares_mm2[comb] / views;
+        tool.freedom += reading.comb_freedom[comb] / views;
+      }
     }
   }
 }
 
-void SheetModel::Solution::Collect(const SheetPlan& plan,
-                                   const std::vector<StructureReading>& structures) {
+Equation SheetModel::Solution::EquationOf(const SheetPlan& plan,
+                                          const StructureReading& reading) const {
   /// A structure this much worse than its tools elsewhere stands for itself.
   constexpr double kWorse = 2.5;
   constexpr double kLeast_mm2 = 1e-12;  // 1 nm: a drawn page without noise
-  for (const StructureReading& reading : structures) {
-    if (!reading.offset_mm.good()) continue;
-    const Structure& structure = plan.structures[reading.structure];
-    if (structure.purpose == Purpose::kSelfTest) continue;
-    Equation equation;
-    equation.combination = ReadingEquation(plan, reading);
-    equation.value_mm = reading.offset_mm.quantity().value - Programmed_mm(structure);
-    equation.purpose = structure.purpose;
-    equation.axis = structure.axis;
-    equation.direction =
-        plan.original ? (structure.swapped ? -1 : 1) : structure.combs[0].direction;
-    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
-      equation.tool[comb] = structure.combs[comb].tool;
-      const double pooled_mm2 = scatter[equation.tool[comb]].variance_mm2();
-      const double own_mm2 =
-          reading.comb_squares_mm2[comb] / std::max(1e-9, reading.comb_freedom[comb]);
-      equation.share_mm2[comb] =
-          std::max(kLeast_mm2, own_mm2 > kWorse * pooled_mm2 ? own_mm2 : pooled_mm2) *
-          reading.gain[comb] * reading.gain[comb];
-    }
-    equation.variance_mm2 = equation.share_mm2[0] + equation.share_mm2[1];
-    equations.push_back(equation);
-    if (reading.lever) CollectGrowth(plan, reading);
-  }
-  AssumeHeightAndColour();
-}
-
-/// How the displacement grows along a structure of two tools, after the structure's own equation.
-void SheetModel::Solution::CollectGrowth(const SheetPlan& plan, const StructureReading& reading) {
-  Equation equation = equations.back();
-  equation.combination = {};
-  equation.combination.radial =
-      RadialOf(plan, plan.structures[reading.structure],
-               {reading.lever->height_per_mm, reading.lever->colour_per_px});
-  if (equation.combination.radial.size() != 1 || equation.tool[0] == equation.tool[1]) return;
-  equation.purpose = Purpose::kTool;
-  equation.value_mm = reading.growth;
+  const Structure& structure = plan.structures[reading.structure];
+  Equation equation;
+  equation.combination = ReadingEquation(plan, reading);
+  equation.value_mm = reading.offset_mm.quantity().value - Programmed_mm(structure);
+  equation.purpose = structure.purpose;
+  equation.axis = structure.axis;
+  equation.direction = plan.original ? (structure.swapped ? -1 : 1) : structure.combs[0].direction;
   for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
-    const double ratio = reading.growth_gain[comb] / reading.gain[comb];
-    equation.share_mm2[comb] *= ratio * ratio;
+    equation.tool[comb] = structure.combs[comb].tool;
+    const double pooled_mm2 = scatter.at(equation.tool[comb]).variance_mm2();
+    const double own_mm2 =
+        reading.comb_squares_mm2[comb] / std::max(1e-9, reading.comb_freedom[comb]);
+    equation.share_mm2[comb] =
+        std::max(kLeast_mm2, own_mm2 > kWorse * pooled_mm2 ? own_mm2 : pooled_mm2) *
+        reading.gain[comb] * reading.gain[comb];
   }
   equation.variance_mm2 = equation.share_mm2[0] + equation.share_mm2[1];
-  equations.push_back(equation);
+  return equation;
 }
 
-void SheetModel::Solution::AssumeHeightAndColour() {
+void SheetModel::Solution::Collect(const SheetPlan& plan, const Photos& photos) {
+  const double of_photo = PhotoShare(photos);
+  for (std::size_t i = 0; i < photos.front()->size(); ++i) {
+    std::vector<Equation> offsets;
+    std::vector<Equation> growths;
+    for (const std::vector<StructureReading>* structures : photos) {
+      const StructureReading& reading = (*structures)[i];
+      if (!reading.offset_mm.good()) continue;
+      if (plan.structures[reading.structure].purpose == Purpose::kSelfTest) continue;
+      offsets.push_back(EquationOf(plan, reading));
+      if (auto growth = GrowthOf(plan, reading, offsets.back())) growths.push_back(*growth);
+    }
+    AddViews(offsets, of_photo);
+    AddViews(growths, of_photo);
+  }
+}
+
+void SheetModel::Solution::AddViews(const std::vector<Equation>& views, double of_photo) {
+  if (views.empty()) return;
+  if (views.size() == 1) {
+    equations.push_back(views.front());
+    return;
+  }
+  const auto count = static_cast<double>(views.size());
+  equations.push_back(Mean(views, 1 - of_photo * (1 - 1 / count)));
+  // What the next one differs by from those before.
+  for (std::size_t next = 1; next < views.size(); ++next) {
+    const auto before = static_cast<double>(next);
+    Equation contrast = Mean({views.begin(), views.begin() + static_cast<std::ptrdiff_t>(next)},
+                             of_photo * (1 + 1 / before));
+    if (contrast.combination.radial.empty()) continue;
+    contrast.value_mm -= views[next].value_mm;
+    AddTo(contrast.combination, views[next].combination, -1);
+    contrast.purpose = Purpose::kTool;
+    equations.push_back(contrast);
+  }
+}
+
+void SheetModel::Solution::Assume(const RadialSpread& spread) {
   std::map<int, bool> tools;
   for (const Equation& equation : equations) {
     for (const auto& [tool, weight] : equation.combination.radial) tools[tool] = true;
   }
   if (tools.empty()) return;
+  constexpr double kLeast = 1e-6;
   scatter[kAssumed].freedom = 1e9;
   for (const auto& [tool, known] : tools) {
     for (const bool height : {true, false}) {
       Equation equation;
       equation.combination.radial[tool] = {height ? 1.0 : 0.0, height ? 0.0 : 1.0};
-      const double spread = height ? kHeightSpread_mm : kColourSpread_px;
-      equation.variance_mm2 = spread * spread;
+      const double one = std::max(kLeast, height ? spread.height_mm : spread.colour_px);
+      equation.variance_mm2 = one * one;
       equation.share_mm2 = {equation.variance_mm2, 0};
       equation.tool = {kAssumed, kAssumed};
       equations.push_back(equation);
@@ -357,10 +453,17 @@ Quantity SheetModel::Solution::Spread(double value_mm, const Eigen::VectorXd& ga
   return quantity;
 }
 
-SheetModel::SheetModel(const SheetPlan& plan, const std::vector<StructureReading>& structures)
+SheetModel::SheetModel(const SheetPlan& plan, const std::vector<StructureReading>& structures,
+                       const RadialSpread& spread)
+    : SheetModel(plan, std::vector<const std::vector<StructureReading>*>{&structures}, spread) {}
+
+SheetModel::SheetModel(const SheetPlan& plan,
+                       const std::vector<const std::vector<StructureReading>*>& photos,
+                       const RadialSpread& spread)
     : solution_(std::make_unique<Solution>()) {
-  solution_->Pool(plan, structures);
-  solution_->Collect(plan, structures);
+  solution_->Pool(plan, photos);
+  solution_->Collect(plan, photos);
+  solution_->Assume(spread);
   solution_->Solve(plan.original ? solution_->HasEveryControl() : solution_->ControlsDisagree());
   if (ChiSquareTail(solution_->chi_square, solution_->freedom) < kContradiction) {
     solution_->widening = solution_->chi_square / solution_->freedom;

@@ -35,12 +35,6 @@ struct Combination {
 /// v of the tilted sheet moves both axes.
 [[nodiscard]] Combination StructureEquation(const SheetPlan& plan, const Structure& structure);
 
-/// Of another tool's lines against the reference tool's, 1 sigma: what is taken for granted of a
-/// photo before it tells. Nozzles stand that evenly over the paper where each tool's Z offset was
-/// set by a probe or by eye; lateral colour of phones is up to 0.5 px in the corner.
-inline constexpr double kHeightSpread_mm = 0.045;
-inline constexpr double kColourSpread_px = 0.3;
-
 /// The same of a structure as it was read: on a photo with what height and colour do to it.
 [[nodiscard]] Combination ReadingEquation(const SheetPlan& plan, const StructureReading& reading);
 
@@ -63,11 +57,16 @@ inline constexpr double kColourSpread_px = 0.3;
 ///
 /// On a photo lines of another height or colour are seen in another scale about the lens's foot
 /// point or the picture's middle. Both are unknowns of each tool, from how its structures' offsets
-/// differ and grow along them, and from what is taken for granted (kHeightSpread_mm,
-/// kColourSpread_px). What the photo cannot tell of them is in the uncertainty.
+/// differ and grow along them, and from what is taken for granted (RadialSpread). What the photo
+/// cannot tell of them is in the uncertainty. Several photos of one print see the same ink, heights
+/// and colours from other places: what a structure reads differently in each tells of those alone.
 class SheetModel {
  public:
-  SheetModel(const SheetPlan& plan, const std::vector<StructureReading>& structures);
+  SheetModel(const SheetPlan& plan, const std::vector<StructureReading>& structures,
+             const RadialSpread& spread = {});
+  /// @param photos  of one print, each with all structures in the plan's order; at least one.
+  SheetModel(const SheetPlan& plan, const std::vector<const std::vector<StructureReading>*>& photos,
+             const RadialSpread& spread);
   ~SheetModel();
 
   /// The combination's value; nothing where the readable structures do not determine it.

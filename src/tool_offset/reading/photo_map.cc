@@ -150,18 +150,10 @@ void AddBox(const SheetOnPage& sheet, std::vector<Sighting>& sightings) {
 FingerSite OuterSite(const SheetPlan& plan, const Structure& structure, std::size_t comb,
                      int finger) {
   constexpr double kClear_mm = 0.3;  // of the other comb's ends, wherever its tool prints
-  const SheetSettings& settings = plan.settings;
-  const auto legs = FingerLegs(plan, structure, comb, finger);
-  const bool is_x = structure.axis == Axis::kX;
-  const double outer_mm = settings.leg_length_mm - settings.overlap_mm;
-  const double side = structure.FromLowSide(comb) ? -1 : 1;
-  const double across_mm = (is_x ? structure.middle.v_mm : structure.middle.u_mm) +
-                           side * (settings.overlap_mm + outer_mm) / 2;
-  const double along_mm = is_x ? (legs[0].start.u_mm + legs[1].start.u_mm) / 2
-                               : (legs[0].start.v_mm + legs[1].start.v_mm) / 2;
   FingerSite site;
   site.axis = structure.axis;
-  site.middle = is_x ? SheetPoint{along_mm, across_mm} : SheetPoint{across_mm, along_mm};
+  site.middle = OuterMiddle(plan, structure, comb, finger);
+  const double outer_mm = plan.settings.leg_length_mm - plan.settings.overlap_mm;
   const double half_mm = std::max(0.3, outer_mm / 2 - kClear_mm);
   site.low_mm = site.clear_low_mm = -half_mm;
   site.high_mm = site.clear_high_mm = half_mm;
@@ -205,11 +197,25 @@ double SmallestScale(const PageMap& map) {
 
 }  // namespace
 
+SheetPoint OuterMiddle(const SheetPlan& plan, const Structure& structure, std::size_t comb,
+                       int finger) {
+  const SheetSettings& settings = plan.settings;
+  const auto legs = FingerLegs(plan, structure, comb, finger);
+  const bool is_x = structure.axis == Axis::kX;
+  const double side = structure.FromLowSide(comb) ? -1 : 1;
+  const double across_mm =
+      (is_x ? structure.middle.v_mm : structure.middle.u_mm) + side * settings.leg_length_mm / 2;
+  const double along_mm = is_x ? (legs[0].start.u_mm + legs[1].start.u_mm) / 2
+                               : (legs[0].start.v_mm + legs[1].start.v_mm) / 2;
+  return is_x ? SheetPoint{along_mm, across_mm} : SheetPoint{across_mm, along_mm};
+}
+
 Result<PhotoOnPage> FitPhotoMap(const PageView& page, const SheetPlan& plan,
                                 const PhotoSource& source, SheetOnPage& sheet) {
   constexpr std::array<double, 3> kReach_mm{0.6, 0.4, 0.3};
-  constexpr double kMost_mm = 0.08;
+  constexpr double kMost_mm = 0.12;
   PhotoOnPage photo;
+  photo.spread = source.spread;
   SheetOnPage fitted = sheet;
   for (std::size_t pass = 0; pass < kReach_mm.size(); ++pass) {
     std::vector<Sighting> sightings;
@@ -217,7 +223,8 @@ Result<PhotoOnPage> FitPhotoMap(const PageView& page, const SheetPlan& plan,
     photo.fingers = static_cast<int>(sightings.size());
     if (3 * photo.fingers < fingers) {
       return Fail(fmt::format("of the {} fingers of T{}, the reference tool, only {} were found "
-                              "where box and code put them",
+                              "where box and code put them: look for what covers them; a photo "
+                              "from nearly straight above, of flat paper, shows them best",
                               fingers, plan.settings.reference_tool, photo.fingers),
                   ErrorKind::kMeasurement);
     }
@@ -238,7 +245,8 @@ Result<PhotoOnPage> FitPhotoMap(const PageView& page, const SheetPlan& plan,
   }
   if (!(photo.rms_mm < kMost_mm)) {
     return Fail(fmt::format("lines of T{} lie {:.2f} mm (1 sigma) from where lens and paper can "
-                            "have put them",
+                            "have put them: take the photo with the main or the 2x camera, not the "
+                            "ultra-wide one, and of flat paper",
                             plan.settings.reference_tool, photo.rms_mm),
                 ErrorKind::kMeasurement);
   }

@@ -10,11 +10,16 @@ namespace trammel::tool_offset {
 /// How a photo was taken, and how well that explains it.
 struct PhotoOnPage {
   PhotoPose pose;
+  RadialSpread spread;   ///< that was taken for granted
   double rms_mm = 0;     ///< of box and reference tool's fingers against the map
   int fingers = 0;       ///< of the reference tool that were found
   double px_per_mm = 0;  ///< where the sheet is seen smallest
   double blur_px = 0;    ///< 1 sigma, of the reference tool's lines
 };
+
+/// The middle of what reaches of a finger beyond the other comb.
+[[nodiscard]] SheetPoint OuterMiddle(const SheetPlan& plan, const Structure& structure,
+                                     std::size_t comb, int finger);
 
 /// Replaces the sheet's map, whose sides bend as scans do, by that of a camera, and says how the
 /// camera stood.

@@ -10,11 +10,23 @@
 
 namespace trammel::tool_offset {
 
+/// How unlike the tools' lines may be, 1 sigma of another tool's against the reference tool's: what
+/// is taken for granted of a photo before it tells.
+struct RadialSpread {
+  /// Above the paper; [0, 1]. Nozzles stand that evenly where each tool's Z offset was set with a
+  /// probe or by eye.
+  double height_mm = 0.045;
+  /// By which their colour lies further out in the picture's corner; [0, 10]. Lateral colour of
+  /// phones is up to 0.5 px between channels.
+  double colour_px = 0.3;
+};
+
 /// What is known of the camera before the photo is read.
 struct PhotoSource {
   /// As if on film of 35 mm (36 x 24 mm) over the diagonal of the whole picture, > 0; absent where
   /// the file does not say: then it follows from the box, roughly.
   std::optional<double> film_focal_mm;
+  RadialSpread spread;
 };
 
 /// The camera over the sheet.

@@ -184,7 +184,39 @@ Search SearchAt(const PageView& page, const SmallPage& small, const SheetPlan& p
   return search;
 }
 
-std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan) {
+/// Of a photo, what differs from a scan; empty where nothing does.
+std::string WhatToDoWithPhoto(const Attempt& attempt, const SheetPlan& plan) {
+  switch (attempt.finding) {
+    case Finding::kMirrored:
+      return "the photo is mirrored: the sheet's code reads only from behind. Take it with the "
+             "camera on the phone's back, of the printed side; a mirrored picture would turn the "
+             "signs of the offsets round";
+    case Finding::kMerged:
+      return "the lines of the box run together: the photo is blurred or too coarse, or they were "
+             "printed too wide. Let the sheet fill the picture, hold the phone still, and further "
+             "away if it cannot focus";
+    case Finding::kPart:
+      return fmt::format(
+          "only a part of a box was found: the whole sheet, {:.0f} x {:.0f} mm with all four sides "
+          "of its box, must be in the picture, sharp and uncovered, without a lamp's reflection, "
+          "by "
+          "the main or the 2x camera, not the ultra-wide one, which bends straight lines",
+          plan.width_mm, plan.height_mm);
+    case Finding::kNothing:
+      return fmt::format(
+          "no printed sheet was found in the photo: no closed box of {:.0f} x {:.0f} mm. Let the "
+          "whole sheet fill the picture, flat, sharp and seen from nearly straight above, by the "
+          "main or the 2x camera, not the ultra-wide one, which bends straight lines",
+          plan.width_mm, plan.height_mm);
+    default:
+      return {};
+  }
+}
+
+std::string WhatToDo(const Attempt& attempt, const SheetPlan& plan, PageKind kind) {
+  if (kind == PageKind::kPhoto) {
+    if (std::string text = WhatToDoWithPhoto(attempt, plan); !text.empty()) return text;
+  }
   switch (attempt.finding) {
     case Finding::kMirrored:
       return "the scan is mirrored: the sheet's code reads only from behind. Switch off mirroring "
@@ -262,7 +294,7 @@ Result<SheetOnPage> FindSheet(const PageView& page, const SheetPlan& plan, PageK
                     strength),
         ErrorKind::kMeasurement);
   }
-  return Fail(WhatToDo(best, plan), ErrorKind::kMeasurement);
+  return Fail(WhatToDo(best, plan, kind), ErrorKind::kMeasurement);
 }
 
 }  // namespace trammel::tool_offset

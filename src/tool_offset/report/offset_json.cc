@@ -86,6 +86,22 @@ Json Structure(const StructureReading& structure) {
           {"residuals", std::move(residuals)}};
 }
 
+/// How a photo was taken; null of a scan.
+Json Photo(const SheetResult& result) {
+  if (!result.photo) return nullptr;
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  const tool_offset::PhotoOnPage& photo = *result.photo;
+  return {{"px_per_mm", Number(photo.px_per_mm)},
+          {"blur_px", Number(photo.blur_px)},
+          {"tilt_deg", Number(photo.pose.tilt_rad * kDegrees)},
+          {"height_mm", Number(photo.pose.height_mm)},
+          {"focal_px", Number(photo.pose.focal_px)},
+          {"focal_stated", photo.pose.focal_stated},
+          {"assumed_height_mm", Number(photo.spread.height_mm)},
+          {"assumed_colour_px", Number(photo.spread.colour_px)},
+          {"rms_mm", Number(photo.rms_mm)}};
+}
+
 Json Scan(const OffsetScan& scan) {
   const SheetResult& result = scan.result;
   Json structures = Json::array();
@@ -98,6 +114,7 @@ Json Scan(const OffsetScan& scan) {
           {"sheet", scan.sheet},
           {"angle_deg", Number(result.sheet.angle_rad * kDegrees)},
           {"dpi", {{"x", Number(result.page_dpi_x)}, {"y", Number(result.page_dpi_y)}}},
+          {"photo", Photo(result)},
           {"finger_scatter_mm", Number(result.finger_scatter_mm)},
           {"chi_square_per_freedom", Number(result.chi_square_per_freedom)},
           {"notices", result.notices},

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "document/html.h"
 #include "document/interval_text.h"
@@ -177,6 +178,15 @@ std::string StructureDetails(const to::StructureReading& reading, const std::str
 constexpr std::size_t kMostDrawn = 5;
 
 std::string ScanFacts(const OffsetScan& scan) {
+  if (scan.result.photo) {
+    const tool_offset::PhotoOnPage& photo = *scan.result.photo;
+    return fmt::format(
+        "<p class=\"facts\">{}{}: a photo, {:.1f} px/mm, {:.0f}° aslant from {:.0f} mm above, "
+        "blurred by {:.1f} px, teeth scatter by {:.1f} µm</p>\n",
+        EscapeHtml(scan.source), scan.page > 1 ? fmt::format(", page {}", scan.page) : "",
+        photo.px_per_mm, photo.pose.tilt_rad * 180 / std::numbers::pi, photo.pose.height_mm,
+        photo.blur_px, scan.result.finger_scatter_mm * kUmPerMm);
+  }
   return fmt::format(
       "<p class=\"facts\">{}{}: {:.1f} × {:.1f} dpi, teeth scatter by {:.1f} µm</p>\n",
       EscapeHtml(scan.source), scan.page > 1 ? fmt::format(", page {}", scan.page) : "",

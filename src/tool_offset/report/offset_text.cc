@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <numbers>
 #include <set>
 
 #include "document/interval_text.h"
@@ -29,6 +30,21 @@ std::string ToolLine(const OffsetAnalysis& analysis, const CombinedTool& tool) {
     text += fmt::format("        notice: {}\n", notice);
   }
   return text;
+}
+
+std::string ScanLine(const OffsetScan& scan) {
+  const double scatter_um = scan.result.finger_scatter_mm * kUmPerMm;
+  if (!scan.result.photo) {
+    return fmt::format("scan         {}: {:.1f} x {:.1f} dpi, lines scatter by {:.1f} µm\n",
+                       scan.source, scan.result.page_dpi_x, scan.result.page_dpi_y, scatter_um);
+  }
+  const tool_offset::PhotoOnPage& photo = *scan.result.photo;
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  return fmt::format(
+      "photo        {}: {:.1f} px/mm, {:.0f} degrees aslant from {:.0f} mm above, blurred by "
+      "{:.1f} px, lines scatter by {:.1f} µm\n",
+      scan.source, photo.px_per_mm, photo.pose.tilt_rad * kDegrees, photo.pose.height_mm,
+      photo.blur_px, scatter_um);
 }
 
 std::string PairLine(const char* label, const AxisPair& pair) {
@@ -86,9 +102,7 @@ std::string OffsetText(const OffsetAnalysis& analysis, const std::string& report
   text += PairLine("backlash     ", analysis.combined.backlash_mm);
   text += PairLine("method bias  ", analysis.combined.control_bias_mm);
   for (const OffsetScan& scan : analysis.scans) {
-    text += fmt::format("scan         {}: {:.1f} x {:.1f} dpi, lines scatter by {:.1f} µm\n",
-                        scan.source, scan.result.page_dpi_x, scan.result.page_dpi_y,
-                        scan.result.finger_scatter_mm * kUmPerMm);
+    text += ScanLine(scan);
   }
   for (const std::string& notice : NoticesOf(analysis)) {
     text += fmt::format("notice       {}\n", notice);

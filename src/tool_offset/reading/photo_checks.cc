@@ -1,0 +1,204 @@
+#include "tool_offset/reading/photo_checks.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/statistics.h"
+
+namespace trammel::tool_offset {
+namespace {
+
+/// Mean ink across a side of the box, against the place outside the outermost line's middle.
+struct SideProfile {
+  static constexpr double kHalf_mm = 0.6;  // of paper beside the lines
+  static constexpr double kStep_mm = 0.025;
+  std::vector<double> ink;
+  double px_per_mm = 0;
+  int places = 0;
+};
+
+SideProfile ProfileOf(const PageView& page, const SheetPlan& plan, const SheetOnPage& sheet,
+                      Side side) {
+  SideProfile profile;
+  const double inside_mm = plan.box_insets_mm.back() + SideProfile::kHalf_mm;
+  const auto columns =
+      static_cast<std::size_t>((inside_mm + SideProfile::kHalf_mm) / SideProfile::kStep_mm) + 1;
+  profile.ink.assign(columns, 0);
+  const bool upright = side == kLeft || side == kRight;
+  const double outward = side == kRight || side == kTop ? 1 : -1;
+  std::vector<float> samples;
+  for (const SidePoint& point : sheet.box_places) {
+    if (point.side != side) continue;
+    const LocalMap local =
+        sheet.map.Near(upright ? SheetPoint{outward * sheet.map.half_width_mm, point.along_mm}
+                               : SheetPoint{point.along_mm, outward * sheet.map.half_height_mm});
+    const PagePoint inward = -outward * (upright ? local.u_px_mm : local.v_px_mm);
+    Strip strip;
+    strip.rows = 1;
+    strip.columns = static_cast<int>(columns);
+    strip.column_step = SideProfile::kStep_mm * inward;
+    strip.origin = point.place - SideProfile::kHalf_mm * inward;
+    if (!SampleStrip(page, sheet.reference_mix, strip, samples)) continue;
+    for (std::size_t c = 0; c < columns; ++c) profile.ink[c] += static_cast<double>(samples[c]);
+    profile.px_per_mm += Length(inward);
+    ++profile.places;
+  }
+  for (double& value : profile.ink) value /= std::max(1, profile.places);
+  profile.px_per_mm /= std::max(1, profile.places);
+  return profile;
+}
+
+/// A line of this width, blurred; 1 inside a wide one.
+double BlurredLine(double at_mm, double width_mm, double sigma_mm) {
+  const double k = 1 / (sigma_mm * std::numbers::sqrt2);
+  return (std::erf(k * (at_mm + width_mm / 2)) - std::erf(k * (at_mm - width_mm / 2))) / 2;
+}
+
+/// What the best level, slope and darkness leave of the profile.
+double Misfit(const SideProfile& profile, const SheetPlan& plan, double width_mm, double sigma_mm) {
+  const auto rows = static_cast<Eigen::Index>(profile.ink.size());
+  Eigen::MatrixXd design(rows, 3);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const double inside_mm = static_cast<double>(i) * SideProfile::kStep_mm - SideProfile::kHalf_mm;
+    double lines = 0;
+    for (const double inset_mm : plan.box_insets_mm) {
+      lines += BlurredLine(inside_mm - inset_mm, width_mm, sigma_mm);
+    }
+    design.row(i) << 1, inside_mm, lines;
+  }
+  const Eigen::Map<const Eigen::VectorXd> ink(profile.ink.data(), rows);
+  const Eigen::Vector3d fit = (design.transpose() * design).ldlt().solve(design.transpose() * ink);
+  return (ink - design * fit).squaredNorm();
+}
+
+double BlurOfSide_px(const SideProfile& profile, const SheetPlan& plan) {
+  constexpr double kFinest_px = 0.3;
+  constexpr double kCoarsest_px = 6;
+  constexpr double kStep_px = 0.1;
+  double best_px = 0;
+  double least = 1e300;
+  for (double factor = 0.6; factor < 1.6; factor += 0.05) {
+    const double width_mm = factor * plan.settings.line_width_mm;
+    for (double blur_px = kFinest_px; blur_px <= kCoarsest_px; blur_px += kStep_px) {
+      const double misfit = Misfit(profile, plan, width_mm, blur_px / profile.px_per_mm);
+      if (misfit >= least) continue;
+      least = misfit;
+      best_px = blur_px;
+    }
+  }
+  return best_px;
+}
+
+/// The reference tool's ink and paper around one of its fingers.
+struct FingerLight {
+  double paper = 0;  ///< levels of all channels, mean
+  double depth = 0;  ///< how much darker ink is, in parts of the paper
+  bool saturated = false;
+};
+
+std::optional<FingerLight> LightAt(const PageView& page, const PageMap& map, SheetPoint middle,
+                                   bool is_x) {
+  constexpr double kAcross_mm = 0.9;
+  constexpr double kAlong_mm = 0.5;
+  constexpr double kSaturated = 252;
+  const LocalMap local = map.Near(middle);
+  const PagePoint across = is_x ? local.u_px_mm : local.v_px_mm;
+  const PagePoint along = is_x ? local.v_px_mm : local.u_px_mm;
+  Strip strip;
+  strip.columns = static_cast<int>(2 * kAcross_mm * Length(across)) + 1;
+  strip.rows = static_cast<int>(2 * kAlong_mm * Length(along)) + 1;
+  strip.column_step = (1 / Length(across)) * across;
+  strip.row_step = (1 / Length(along)) * along;
+  strip.origin = local.at - kAcross_mm * across - kAlong_mm * along;
+  const ChannelMix mean =
+      page.channels == 1 ? ChannelMix{1, 0, 0} : ChannelMix{1 / 3.0F, 1 / 3.0F, 1 / 3.0F};
+  std::vector<float> samples;
+  if (!SampleStrip(page, mean, strip, samples)) return std::nullopt;
+  const auto level = [&](double part) {
+    const auto at = samples.begin() +
+                    static_cast<std::ptrdiff_t>(part * static_cast<double>(samples.size() - 1));
+    std::nth_element(samples.begin(), at, samples.end());
+    return static_cast<double>(*at);
+  };
+  const double paper = level(0.85);
+  const double ink = level(0.1);
+  return FingerLight{paper, (paper - ink) / std::max(1.0, paper), paper >= kSaturated};
+}
+
+}  // namespace
+
+double BlurOfBox_px(const PageView& page, const SheetPlan& plan, const SheetOnPage& sheet) {
+  constexpr int kFewest = 4;
+  double worst_px = 0;
+  for (const Side side : {kLeft, kRight, kBottom, kTop}) {
+    const SideProfile profile = ProfileOf(page, plan, sheet, side);
+    if (profile.places >= kFewest) worst_px = std::max(worst_px, BlurOfSide_px(profile, plan));
+  }
+  return worst_px;
+}
+
+std::optional<std::string> PhotoFault(const PhotoOnPage& photo) {
+  const double tilt_deg = photo.pose.tilt_rad * 180 / std::numbers::pi;
+  if (photo.px_per_mm < kLeastPhotoScale_px_mm) {
+    return fmt::format(
+        "the photo shows the sheet with {:.1f} px per mm, at least {:.0f} are needed: "
+        "let the sheet fill the picture, and take it with all of the camera's pixels",
+        photo.px_per_mm, kLeastPhotoScale_px_mm);
+  }
+  if (photo.blur_px > kMostPhotoBlur_px) {
+    return fmt::format(
+        "the photo is blurred by {:.1f} px (1 sigma), at most {} can be read: hold the "
+        "phone still, further away if it cannot focus, in more light",
+        photo.blur_px, kMostPhotoBlur_px);
+  }
+  if (tilt_deg > kMostPhotoTilt_deg) {
+    return fmt::format(
+        "the photo was taken {:.0f} degrees aslant, at most {:.0f} can be read: hold "
+        "the phone parallel to the sheet, above its middle",
+        tilt_deg, kMostPhotoTilt_deg);
+  }
+  return std::nullopt;
+}
+
+std::vector<bool> GlareOver(const PageView& page, const SheetPlan& plan, const PageMap& map) {
+  constexpr double kDrowned = 0.6;  // of the depth elsewhere
+  constexpr double kBrighter = 1.02;
+  constexpr int kFewest = 2;  // fingers
+  std::vector<std::vector<FingerLight>> lights(plan.structures.size());
+  std::vector<double> depths;
+  for (std::size_t i = 0; i < plan.structures.size(); ++i) {
+    const Structure& structure = plan.structures[i];
+    const bool is_x = structure.axis == Axis::kX;
+    for (const std::size_t comb : {std::size_t{0}, std::size_t{1}}) {
+      if (structure.combs[comb].tool != plan.settings.reference_tool) continue;
+      for (int finger = 0; finger < plan.settings.teeth; ++finger) {
+        const SheetPoint middle = OuterMiddle(plan, structure, comb, finger);
+        const auto light = LightAt(page, map, middle, is_x);
+        if (!light) continue;
+        lights[i].push_back(*light);
+        depths.push_back(light->depth);
+      }
+    }
+  }
+  std::vector<bool> glare(plan.structures.size(), false);
+  if (depths.empty()) return glare;
+  const double usual = Median(depths);
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    std::vector<double> paper;
+    for (const FingerLight& light : lights[i]) paper.push_back(light.paper);
+    if (paper.empty()) continue;
+    const double usual_paper = Median(paper);
+    const auto drowned = std::count_if(lights[i].begin(), lights[i].end(), [&](const auto& light) {
+      return light.depth < kDrowned * usual &&
+             (light.saturated || light.paper > kBrighter * usual_paper);
+    });
+    glare[i] = drowned >= kFewest;
+  }
+  return glare;
+}
+
+}  // namespace trammel::tool_offset
