@@ -22,6 +22,8 @@ from .library import Library, TapError, library_path
 from .load_cell_probe import LoadCellProbe
 from .tapping import Settings, Tapping
 
+LEAST_SAMPLE_RATE = 40  # per second
+
 
 def check_homing(config: Any) -> None:
     """Refuses a G28 that ends with its first contact, from which nothing can be pulled back."""
@@ -34,6 +36,14 @@ def check_homing(config: Any) -> None:
             raise config.error(
                 "trammel_tap: option 'homing_retract_dist' in section '%s' must be above 0: G28 "
                 "measures the contact of its second touch" % (name,))
+
+
+def check_sample_rate(config: Any, rate: float) -> None:
+    """Refuses a sensor with too few samples, whose times Klipper cannot tell."""
+    if rate < LEAST_SAMPLE_RATE:
+        raise config.error(
+            "trammel_tap: option 'sample_rate' in section 'load_cell_probe' must be at least %d; "
+            "it is %d" % (LEAST_SAMPLE_RATE, rate))
 
 
 def load_config(config: Any) -> Tapping:
@@ -55,6 +65,7 @@ def load_config(config: Any) -> Tapping:
     except TapError as e:
         return Tapping(printer, settings, probe, None, str(e))
     check_homing(config)
+    check_sample_rate(config, probe.sample_rate())
     return Tapping(printer, settings, probe, library)
 
 

@@ -254,6 +254,16 @@ class LoadConfigTest(unittest.TestCase):
             self.sections['stepper_z']['endstop_pin'] = 'PA1'
             self.load()
 
+    def test_a_sensor_that_is_too_slow_is_refused_by_its_option(self):
+        sensor = self.printer.objects['load_cell_probe']._load_cell.sensor
+        with mock.patch('trammel_tap.Library'):
+            for rate in (10, 20):
+                sensor.get_samples_per_second = lambda: rate
+                self.refuses("'sample_rate' in section 'load_cell_probe' must be at least 40; it is %d"
+                             % rate)
+            sensor.get_samples_per_second = lambda: 45
+            self.load()
+
     def test_a_printer_without_a_load_cell_is_refused(self):
         del self.sections['load_cell_probe']
         self.refuses('load_cell_probe')
