@@ -7,6 +7,8 @@
 import math
 import os
 import random
+import shutil
+import tempfile
 import time
 from typing import Any, NamedTuple, Optional, Sequence, Tuple
 
@@ -49,6 +51,7 @@ size_t trammel_tap_explain(const trammel_tap_finding* finding, char* text, size_
 """
 LEAST_VERSION = 2  # negative latencies
 SONAME = 'libtrammel_tap.so.1'
+MOST_NOTICES = 16  # of trammel_tap_result
 
 
 class TapError(Exception):
@@ -121,6 +124,22 @@ def library_path() -> str:
     return SONAME
 
 
+def open_copy(ffi: Any, path: str) -> Any:
+    """Loads a copy of a library's file, so that writing over the file later reaches no process.
+
+    Loads the file itself where it is not given by its path, or where a copy finds no room or may
+    not be executed. Raises OSError for a file that is no library.
+    """
+    if os.path.isfile(path):
+        try:
+            with tempfile.NamedTemporaryFile(prefix='trammel_tap-', suffix='.so') as copy:
+                shutil.copyfile(path, copy.name)
+                return ffi.dlopen(copy.name)
+        except OSError:  # the file's own error names the file
+            pass
+    return ffi.dlopen(path)
+
+
 class Library:
     """libtrammel_tap through cffi. One call at a time: they share a workspace."""
 
@@ -134,7 +153,7 @@ class Library:
             import cffi
             self._ffi = cffi.FFI()  # not Klipper's own, which all of it shares
             self._ffi.cdef(STRUCTS + FUNCTIONS)
-            self._lib = self._ffi.dlopen(path)
+            self._lib = open_copy(self._ffi, path)
             version = self._lib.trammel_tap_version()
         except (ImportError, OSError, AttributeError) as e:
             raise TapError("%s (the library must be there, and built for this computer)"
@@ -144,7 +163,10 @@ class Library:
                            % (path, version, LEAST_VERSION))
         self._workspace = self._ffi.new('char[]', 0)
         tap, contact = drawn_tap()
-        answer = self.analyse(tap, Context(latency=0.))
+        try:
+            answer = self.analyse(tap, Context(latency=0.))
+        except TapError as e:
+            raise TapError("the library %s reads a drawn tap wrongly: %s" % (path, e))
         if answer.z is None or abs(answer.z - contact) > .002:
             raise TapError("the library %s reads a drawn tap with contact at z=%.3f as %s (%s)"
                            % (path, contact, answer.z, answer.reason))
@@ -178,10 +200,15 @@ class Library:
 
     def _answer(self, result: Any, cpu_time: float) -> Answer:
         interval = (result.interval95_lo_mm, result.interval95_hi_mm)
+        if not 0 <= result.notice_count <= MOST_NOTICES:
+            raise TapError("the library's answer makes no sense: %d notices" % result.notice_count)
         names = tuple(self._string(self._lib.trammel_tap_finding_name(result.notices[i].code))
                       for i in range(result.notice_count))
-        # A height that is no number is none, whatever the verdict beside it.
-        good = result.verdict == 0 and math.isfinite(sum(interval) + result.contact_z_mm)
+        good = result.verdict == 0
+        # A height that is no number, or lies outside of its own interval, is none.
+        if good and not -math.inf < interval[0] <= result.contact_z_mm <= interval[1] < math.inf:
+            raise TapError("the library's answer makes no sense: %g in an interval of %g to %g"
+                           % ((result.contact_z_mm,) + interval))
         return Answer(
             self._string(self._lib.trammel_tap_verdict_name(result.verdict)),
             self._string(self._lib.trammel_tap_finding_name(result.reason.code)),

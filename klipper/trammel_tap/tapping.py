@@ -22,6 +22,7 @@ LONGEST_PULLBACK_S = 10.  # Klipper remembers moves for 30 s
 APPROACH_S = 3.  # looked at before the pull-back: the rest at full press (0.45 s) and the descent
 AFTER_PULLBACK_S = .05  # of free force: more than a converter is late
 SAME_PLACE_MM = 1e-6
+BESIDE_MM = .1  # what samples dated too late move a contact by, and more
 
 
 class Settings(NamedTuple):
@@ -148,6 +149,7 @@ class Tapping:
     def _tap(self, gcmd: Any, settings: Settings) -> Tuple[Sequence[float], Answer]:
         """Presses, pulls back and measures, once."""
         place, collector = self._probe.press(gcmd)
+        halt_z = self._position()[2]
         try:
             end = self._pull_back(settings)
         except Exception:
@@ -165,6 +167,11 @@ class Tapping:
             answer = self._analyser.analyse(tap, Context(
                 settings.latency, settings.latency_uncertainty, self._nozzle_temperature(),
                 self._probe.trigger_force(gcmd)))
+        # Refuses a contact that the pull-back did not pass.
+        if (answer.z is not None
+                and not -BESIDE_MM <= answer.z - halt_z <= settings.pullback_distance + BESIDE_MM):
+            raise TapError("the library's answer makes no sense: z=%.3f, pulled back from z=%.3f"
+                           % (answer.z, halt_z))
         self._answer = answer
         self._counts['taps'] += 1
         self._counts['refused'] += answer.z is None

@@ -6,7 +6,10 @@ import importlib.util
 import math
 import os
 import re
+import shutil
+import subprocess
 import sys
+import tempfile
 import unittest
 from unittest import mock
 
@@ -21,6 +24,21 @@ def structs(text):
         text = text.replace(name, value)
     return {name: [' '.join(field.split()) for field in body.split(';') if field.strip()]
             for body, name in re.findall(r'typedef struct \w+ \{(.*?)\} (\w+);', text, re.S)}
+
+
+class Spoilt:
+    """A library whose answers are changed before they are read."""
+
+    def __init__(self, lib, spoil):
+        self._lib, self._spoil = lib, spoil
+
+    def __getattr__(self, name):
+        return getattr(self._lib, name)
+
+    def trammel_tap_analyse(self, *arguments):
+        status = self._lib.trammel_tap_analyse(*arguments)
+        self._spoil(arguments[-1])
+        return status
 
 
 class LibraryTest(unittest.TestCase):
@@ -84,6 +102,30 @@ class LibraryTest(unittest.TestCase):
         for path in ('/nowhere/libtrammel_tap.so', __file__, 'libm.so.6'):
             with self.subTest(path=path), self.assertRaisesRegex(TapError, re.escape(path)):
                 Library(path)
+
+    def test_a_file_that_is_written_over_does_not_reach_the_library_in_use(self):
+        program = ("import sys\nfrom trammel_tap.library import *\nlib = Library(sys.argv[1])\n"
+                   "open(sys.argv[1], 'wb').close()\n"
+                   "print(lib.analyse(drawn_tap()[0], Context()).verdict)")
+        with tempfile.TemporaryDirectory() as folder:
+            path = shutil.copy(self.path, folder)
+            done = subprocess.run([sys.executable, '-c', program, path], stdout=subprocess.PIPE,
+                                  universal_newlines=True)
+        self.assertEqual((done.returncode, done.stdout), (0, 'good\n'))
+
+    def test_without_room_for_a_copy_the_file_itself_is_loaded(self):
+        with mock.patch('shutil.copyfile', side_effect=OSError(28, "No space left on device")):
+            self.assertEqual(Library(self.path).analyse(drawn_tap()[0], Context()).verdict, 'good')
+
+    def test_an_answer_that_makes_no_sense_is_an_error(self):
+        for field, value in (('contact_z_mm', 7.), ('contact_z_mm', math.nan),
+                             ('interval95_hi_mm', math.inf), ('interval95_lo_mm', .2),
+                             ('notice_count', 17), ('notice_count', -1)):
+            lib = Library(self.path)
+            lib._lib = Spoilt(lib._lib, lambda result: setattr(result, field, value))
+            with self.subTest(field=field, value=value):
+                with self.assertRaisesRegex(TapError, "makes no sense"):
+                    lib.analyse(drawn_tap()[0], Context())
 
     def test_an_older_library_is_refused(self):
         with mock.patch.object(library, 'LEAST_VERSION', 1000):

@@ -153,6 +153,13 @@ class TappingTest(unittest.TestCase):
         self.probe.failure = ZeroDivisionError("of the press")
         self.assertIn("of the press", self.fails())
 
+    def test_a_contact_beside_the_pull_back_is_an_error(self):
+        for z in (-.2, .4):  # the pull-back goes from 0.01 to 0.21
+            self.toolhead.position[2] = 2.
+            self.make(GOOD._replace(z=z))
+            self.assertIn("makes no sense", self.fails())
+            self.assertGreaterEqual(self.toolhead.position[2], 2.)
+
     def test_a_printer_that_shut_down_is_not_moved(self):
         self.make(GOOD)
         self.printer.shutdown = True
