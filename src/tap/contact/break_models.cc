@@ -152,8 +152,10 @@ double ZonesPrice::Margin(const PressProfile& profile, double t, const Kinks& ne
 
 double Candidates::OuterRatio() const {
   constexpr double kMuch = 10;  // of twice the logarithm of the likelihoods' ratio
-  constexpr double kAtStart =
-      0.4;  // of the force in the outer zone: a kink deeper down is another's
+  // Of the force in the outer zone: a kink deeper down may be that of a drive that catches up, but
+  // for one that is too sharp for it.
+  constexpr double kAtStart = 0.4;
+  constexpr double kAtStartOfSoft = 0.8;
   const double smooth = std::min({Cost(kQuadratic), Cost(kCubic), Cost(kPower)});
   const double kinked = price.Cost(zones) / variance;
   // The noise's variance is known from the samples only, and their number is that of independent
@@ -164,7 +166,9 @@ double Candidates::OuterRatio() const {
   }
   const double outer = zones.outer_slope * (zones.t - zones.s);
   const double inner = zones.s * (zones.inner_slope + zones.s * zones.inner_curve);
-  return outer < kAtStart * (outer + inner) ? zones.outer_slope / zones.inner_slope : 1;
+  const double ratio = zones.outer_slope / zones.inner_slope;
+  const double most = ratio < kSoftRatio ? kAtStartOfSoft : kAtStart;
+  return outer < most * (outer + inner) ? ratio : 1;
 }
 
 bool Candidates::Near(double t) const {
