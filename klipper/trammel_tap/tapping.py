@@ -20,15 +20,23 @@ SCRUB_REASONS = frozenset([
 
 LONGEST_PULLBACK_S = 10.  # Klipper remembers moves for 30 s
 APPROACH_S = 3.  # looked at before the pull-back: the rest at full press (0.45 s) and the descent
+MOST_USUAL_SPEED = .5  # mm/s: faster, little of a press is left after the acceleration
 AFTER_PULLBACK_S = .05  # of free force: more than a converter is late
 SAME_PLACE_MM = 1e-6
 BESIDE_MM = .1  # what samples dated too late move a contact by, and more
 
 
+def check_duration(distance: float, speed: float, error: Any) -> None:
+    """Raises the error for a pull-back that takes too long, or whose numbers are none."""
+    if not distance <= LONGEST_PULLBACK_S * speed:
+        raise error("trammel_tap: a pull-back of %.3f mm at %.3f mm/s takes longer than %.0f s"
+                    % (distance, speed, LONGEST_PULLBACK_S))
+
+
 class Settings(NamedTuple):
     """The options of [trammel_tap], but for the library."""
     pullback_distance: float
-    pullback_speed: Optional[float]  # None: 1 um per sample
+    pullback_speed: Optional[float]  # None: 1 um per sample, MOST_USUAL_SPEED at most
     retries: int
     latency: float  # NaN: from each tap's approach
     latency_uncertainty: Optional[float]  # None: half a sample
@@ -44,14 +52,15 @@ class Settings(NamedTuple):
         uncertainty = config.getfloat('latency_uncertainty', None, minval=0., maxval=.2)
         if latency is None and uncertainty is not None:
             raise config.error("trammel_tap: option 'latency_uncertainty' needs 'latency'")
-        return cls(config.getfloat('pullback_distance', .2, minval=.05, maxval=1.),
-                   config.getfloat('pullback_speed', None, minval=.02, maxval=2.),
-                   config.getint('retries', 3, minval=0, maxval=10),
+        distance = config.getfloat('pullback_distance', .2, minval=.05, maxval=1.)
+        speed = config.getfloat('pullback_speed', None, minval=.02, maxval=2.)
+        check_duration(distance, MOST_USUAL_SPEED if speed is None else speed, config.error)
+        return cls(distance, speed, config.getint('retries', 3, minval=0, maxval=10),
                    math.nan if latency is None else latency, uncertainty, scrub)
 
     def of_command(self, gcmd: Any, sample_rate: float) -> 'Settings':
         """Returns these with a command's parameters, complete and in range."""
-        usual = min(2., max(.02, .001 * sample_rate))
+        usual = min(MOST_USUAL_SPEED, max(.02, .001 * sample_rate))
         latency_uncertainty = self.latency_uncertainty
         if latency_uncertainty is None:
             latency_uncertainty = 0. if math.isnan(self.latency) else .5 / sample_rate
@@ -62,10 +71,7 @@ class Settings(NamedTuple):
                                           minval=.02, maxval=2.),
             retries=gcmd.get_int('TAP_RETRIES', self.retries, minval=0, maxval=10),
             latency_uncertainty=latency_uncertainty)
-        if chosen.pullback_distance > LONGEST_PULLBACK_S * chosen.pullback_speed:
-            raise gcmd.error(
-                "trammel_tap: a pull-back of %.3f mm at %.3f mm/s takes longer than %.0f s"
-                % (chosen.pullback_distance, chosen.pullback_speed, LONGEST_PULLBACK_S))
+        check_duration(chosen.pullback_distance, chosen.pullback_speed, gcmd.error)
         return chosen
 
 

@@ -124,7 +124,7 @@ class GCodeCommand:
 
     def get_float(self, name, default, minval=None, maxval=None):
         value = self.params.get(name, default)
-        if not minval <= value <= maxval:
+        if value < minval or value > maxval:  # as Klipper: nan passes
             raise CommandError("%s out of range" % name)
         return value
 

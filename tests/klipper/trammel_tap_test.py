@@ -200,6 +200,18 @@ class TappingTest(unittest.TestCase):
         self.assertIn("takes longer than 10 s", self.fails(gcmd))
         self.assertEqual((self.toolhead.moves, self.probe.collectors), ([], []))
 
+    def test_a_pull_back_whose_numbers_are_none_is_refused_before_anything_moves(self):
+        for name in ('PULLBACK_DISTANCE', 'PULLBACK_SPEED'):
+            self.make(GOOD)
+            self.assertIn("nan", self.fails(fake_klipper.GCodeCommand(**{name: math.nan})))
+            self.assertEqual((self.toolhead.moves, self.probe.collectors), ([], []))
+
+    def test_a_fast_sensor_is_not_pulled_back_faster_than_a_press_can_be_seen(self):
+        self.make(GOOD)
+        self.probe._load_cell.sensor.get_samples_per_second = lambda: 2000
+        self.run_tap()
+        self.assertAlmostEqual(self.toolhead.moves[0][1], .5)
+
     def test_the_status_is_json_whatever_came(self):
         made = self.make(refused('no_break'), GOOD)
         for _ in range(3):
@@ -290,6 +302,12 @@ class LoadConfigTest(unittest.TestCase):
             with self.subTest(option=option, value=value):
                 self.sections['trammel_tap'] = {option: value}
                 self.refuses(option)
+
+    def test_a_pull_back_that_takes_too_long_is_refused(self):
+        for options in ({'pullback_distance': 1., 'pullback_speed': .05},
+                        {'pullback_distance': math.nan}, {'pullback_speed': math.nan}):
+            self.sections['trammel_tap'] = options
+            self.refuses("takes longer than 10 s")
 
     def test_an_uncertainty_of_a_latency_that_is_not_stated_is_refused(self):
         self.sections['trammel_tap'] = {'latency_uncertainty': .001}
