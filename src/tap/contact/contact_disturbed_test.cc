@@ -89,6 +89,25 @@ TEST(TapContact, IntervalsHoldWhereBacklashHidesTheLatency) {
   }
 }
 
+TEST(TapContact, PlayOfADriveIsNotTakenForALatency) {
+  // On the way down it looks like one: the touch comes later by the play over the speed.
+  for (const double backlash_mm : {0.02, 0.05}) {
+    for (const double latency_s : {0.0, 0.006}) {
+      for (const double noise_g : {0.5, 2.0}) {
+        const Answers answers = Ask({.depth_mm = 0.035 + backlash_mm,
+                                     .noise_g = noise_g,
+                                     .pull_back_mm = 0.2,
+                                     .latency_s = latency_s,
+                                     .backlash_mm = backlash_mm},
+                                    {});
+        EXPECT_GE(answers.covered, kLeastCovered * answers.good)
+            << backlash_mm << ", " << latency_s;
+        EXPECT_LE(answers.half_width_um, 3) << backlash_mm << ", " << latency_s;
+      }
+    }
+  }
+}
+
 TEST(TapContact, IntervalsHoldWhereFrictionOfTheDriveFadesAlongThePress) {
   for (const double fade_mm : {0.004, 0.007}) {
     const Answers answers =

@@ -56,11 +56,36 @@ Range Approach(const CleanTap& clean, const TapMotion& motion, const SeenPress& 
   return range;
 }
 
+// Reads the play of the drive at rest, mm: the height at which the press has the force of rest,
+// above that of the halt. The head rises by as much before the force falls.
+double PlayAtRest(const CleanTap& clean, const TapMotion& motion, const SeenPress& press) {
+  constexpr int kHeights = 64;
+  const double halt_y = (motion.halt_z_mm - press.z0_mm) / press.span_mm;
+  const double step = (press.shape.t - halt_y) / kHeights;
+  // A drift acts as long before the rest as after it. Less the noise of a sample: a press that is
+  // flat at its deepest end never reaches it else.
+  const double free_g = 0.5 * (clean.approach_g + clean.departure_g);
+  const double rest_g = press.sign * (clean.dwell_g - free_g) - press.noise_g;
+  if (!(step > 0) || !(rest_g > 0)) {
+    return 0;
+  }
+  int i = kHeights;
+  while (i > 0 && !(press.shape.At(halt_y + i * step) >= rest_g)) {
+    --i;
+  }
+  return i * step * press.span_mm;
+}
+
 class Fit {
  public:
   Fit(const CleanTap& clean, const TapMotion& motion, const SeenPress& press, const Range& range,
-      double prior_s)
-      : clean_(clean), motion_(motion), press_(press), range_(range), prior_s_(prior_s) {}
+      double prior_s, double play_mm)
+      : clean_(clean),
+        motion_(motion),
+        press_(press),
+        range_(range),
+        prior_s_(prior_s),
+        play_mm_(play_mm) {}
 
   // The normal equations at a state, in units of the variance, priors included.
   [[nodiscard]] Normal Sum(const State& state, double variance) const {
@@ -100,7 +125,7 @@ class Fit {
     };
     prior(1, 1 - state.scale, kScale);
     prior(2, prior_s_ - state.latency_s, prior_s_);
-    prior(3, -state.offset_mm, kOffset_mm);
+    prior(3, play_mm_ - state.offset_mm, kOffset_mm);
     prior(4, -state.rest_g, RestDeviation());
     return m;
   }
@@ -203,6 +228,7 @@ class Fit {
   const SeenPress& press_;
   Range range_;
   double prior_s_;
+  double play_mm_;
 };
 
 // Solves in place, rows divided by their pivots, which stay on the diagonal.
@@ -238,8 +264,9 @@ LatencyEstimate EstimateLatency(const CleanTap& clean, const TapMotion& motion,
   if (range.end < range.first + kLeastBefore + kLeastRest) {
     return unknown;
   }
-  const Fit fit(clean, motion, press, range, prior_s);
-  State state{1, prior_s, 0};
+  const double play_mm = PlayAtRest(clean, motion, press);
+  const Fit fit(clean, motion, press, range, prior_s, play_mm);
+  State state{1, prior_s, play_mm};
   double variance = press.noise_g * press.noise_g;
   double deviation_s = prior_s;
   const double samples = static_cast<double>(range.end - range.first);
