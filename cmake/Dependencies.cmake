@@ -46,6 +46,10 @@ endif()
 if(TRAMMEL_SCANNER)
   pkg_check_modules(sane REQUIRED IMPORTED_TARGET sane-backends)
 endif()
+if(TRAMMEL_PHONE_PICTURES)
+  pkg_check_modules(webp REQUIRED IMPORTED_TARGET libwebp)
+  pkg_check_modules(heif REQUIRED IMPORTED_TARGET libheif)
+endif()
 
 # Debian puts OpenCV's CMake files into libopencv-dev, which pulls in Qt, VTK and Java; the modules in
 # use are linked by name instead. imgcodecs, which drags 134 libraries, only judges image/ in tests.

@@ -16,6 +16,7 @@
 #include "image/jpeg_reader.h"
 #include "image/png_outline.h"
 #include "image/png_reader.h"
+#include "machine/camera/picture_shape.h"
 #include "machine/net/file_bytes.h"
 
 namespace trammel::machine {
@@ -48,13 +49,6 @@ Result<ImageHeader> JpegHeader(std::span<const std::uint8_t> bytes) {
   return ImageHeader{ImageFormat::kJpeg, outline->width_px, outline->height_px};
 }
 
-int ReductionOf(std::int64_t pixels, std::int64_t enough) {
-  if (pixels <= enough) return 1;
-  if (pixels <= 4 * enough) return 2;
-  if (pixels <= 16 * enough) return 4;
-  return 8;
-}
-
 /// Whether a decoder would have to do far more for it than such a picture should cost.
 Result<void> CheckCostOf(std::span<const std::uint8_t> bytes, ImageFormat format) {
   if (format == ImageFormat::kPng) {
@@ -67,26 +61,6 @@ Result<void> CheckCostOf(std::span<const std::uint8_t> bytes, ImageFormat format
 
 cv::Mat PixelsOf(Frame& frame) { return {frame.height, frame.width, CV_8UC3, frame.bgr.data()}; }
 
-/// Shows the stored picture as EXIF's orientation asks for.
-Frame Turned(Frame frame, int orientation) {
-  if (orientation >= 5) {
-    Frame transposed(frame.height, frame.width);
-    cv::Mat to = PixelsOf(transposed);
-    cv::transpose(PixelsOf(frame), to);
-    frame = std::move(transposed);
-  }
-  const int mirrored = orientation % 4;
-  const bool left_right = mirrored == 2 || mirrored == 3;  // 2, 3, 6, 7
-  const bool up_down = mirrored == 3 || mirrored == 0;     // 3, 4, 7, 8
-  cv::Mat pixels = PixelsOf(frame);
-  if (left_right && up_down) {
-    cv::flip(pixels, pixels, -1);
-  } else if (left_right || up_down) {
-    cv::flip(pixels, pixels, left_right ? 1 : 0);
-  }
-  return frame;
-}
-
 Result<Frame> DecodeJpeg(std::span<const std::uint8_t> bytes, int reduction) {
   // Cameras leave bytes between the picture and its end, which decoders warn of.
   auto jpeg = image::JpegReader::Open(bytes, image::JpegDamage::kFillIn);
@@ -98,7 +72,7 @@ Result<Frame> DecodeJpeg(std::span<const std::uint8_t> bytes, int reduction) {
   for (int y = 0; y < frame.height; ++y) {
     if (auto read = jpeg->ReadRow(frame.row(y)); !read) return tl::unexpected(read.error());
   }
-  return Turned(std::move(frame), jpeg->header().orientation);
+  return TurnedByExif(std::move(frame), jpeg->header().orientation);
 }
 
 Result<Frame> DecodePng(std::span<const std::uint8_t> bytes, int reduction) {
@@ -117,13 +91,12 @@ Result<Frame> DecodePng(std::span<const std::uint8_t> bytes, int reduction) {
     cv::resize(PixelsOf(frame), to, to.size(), 0, 0, cv::INTER_LINEAR_EXACT);
     frame = std::move(reduced);
   }
-  return Turned(std::move(frame), png->orientation());
+  return TurnedByExif(std::move(frame), png->orientation());
 }
 
 Result<Frame> Decode(std::span<const std::uint8_t> bytes, const ImageHeader& header,
                      const ImageReadOptions& options) {
-  const std::int64_t pixels = std::int64_t{header.width_px} * header.height_px;
-  const int reduction = ReductionOf(pixels, options.reduce_above_px);
+  const int reduction = ReductionOf(header.width_px, header.height_px, options);
   auto frame = header.format == ImageFormat::kPng ? DecodePng(bytes, reduction)
                                                   : DecodeJpeg(bytes, reduction);
   if (!frame) return Fail(frame.error().message + "; copy it again");
@@ -192,12 +165,8 @@ Result<ImageHeader> ReadImageHeader(std::span<const std::uint8_t> bytes) {
 Result<Frame> DecodeImage(std::span<const std::uint8_t> bytes, const ImageReadOptions& options) {
   const Result<ImageHeader> header = ReadImageHeader(bytes);
   if (!header) return tl::unexpected(header.error());
-  const std::int64_t pixels = std::int64_t{header->width_px} * header->height_px;
-  if (pixels > options.most_pixels) {
-    return Fail(fmt::format(
-        "it has {} x {} px = {} megapixels, more than the {} that are read; "
-        "shrink it",
-        header->width_px, header->height_px, pixels / 1'000'000, options.most_pixels / 1'000'000));
+  if (auto may = CheckPixels(header->width_px, header->height_px, options); !may) {
+    return tl::unexpected(may.error());
   }
   if (EndsEarly(bytes, header->format))
     return Fail("it ends before the picture does; copy it again");

@@ -46,6 +46,10 @@ const ModuleName kScannerModule = {"trammel-scanner", "scanning from a flatbed",
                                    "libsane1"};
 const ModuleName kAravisModule = {"trammel-aravis", "a GigE Vision or USB3 Vision camera",
                                   "trammel-machine-vision", "libaravis-0.8-0"};
+const ModuleName kWebpModule = {"trammel-webp", "reading a WebP photo", "trammel-photos",
+                                "libwebp7"};
+const ModuleName kHeifModule = {"trammel-heif", "reading a HEIC photo", "trammel-photos",
+                                "libheif1"};
 
 std::vector<fs::path> ModuleFolders() {
   std::error_code error;

@@ -21,6 +21,8 @@ struct ModuleName {
 extern const ModuleName kVideoModule;    ///< video_module.h
 extern const ModuleName kScannerModule;  ///< scanner_module.h
 extern const ModuleName kAravisModule;   ///< aravis_module.h
+extern const ModuleName kWebpModule;     ///< phone_picture.h
+extern const ModuleName kHeifModule;     ///< phone_picture.h
 
 /// lib/trammel beside the folder of the program that runs, and of that folder's parent (a build
 /// tree).

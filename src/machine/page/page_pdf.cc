@@ -1,6 +1,4 @@
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -22,38 +20,19 @@
 #include <utility>
 #include <vector>
 
+#include "machine/net/child_limits.h"
 #include "machine/net/child_process.h"
 #include "machine/page/page_decoders.h"
 
 namespace trammel::machine {
 namespace {
 
-constexpr rlim_t kMostSeconds = 20;  // of computing
+constexpr int kMostSeconds = 20;  // of computing
 
 /// What the library may take for a file, bytes.
 std::uint64_t MemoryFor(std::uint64_t file_bytes) {
   constexpr std::uint64_t kAlways = std::uint64_t{256} << 20U;
   return kAlways + 4 * file_bytes;
-}
-
-/// Limits this process to so many bytes more than it has, and to a time of computing.
-void LimitTo(std::uint64_t bytes) {
-  const rlimit seconds{kMostSeconds, kMostSeconds + 1};
-  setrlimit(RLIMIT_CPU, &seconds);
-#ifndef TRAMMEL_SANITIZED  // which has terabytes of addresses
-  unsigned long long pages = 0;
-  std::FILE* const own = std::fopen("/proc/self/statm", "r");
-  const bool known = own != nullptr && std::fscanf(own, "%llu", &pages) == 1;
-  if (own != nullptr) std::fclose(own);
-  if (!known) return;
-  const rlim_t most = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + bytes;
-  rlimit addresses{};
-  getrlimit(RLIMIT_AS, &addresses);
-  addresses.rlim_cur = std::min(addresses.rlim_cur, most);
-  setrlimit(RLIMIT_AS, &addresses);
-#else
-  static_cast<void>(bytes);
-#endif
 }
 
 std::int64_t Whole(QPDFObjectHandle dictionary, const char* key, std::int64_t otherwise) {
@@ -361,7 +340,7 @@ Result<void> ReadPdf(const std::filesystem::path& path, const PageReadOptions& o
   // Nothing bounds what the library unpacks for itself (tables, objects) but the process it is in.
   auto child = ChildProcess::Start(
       [&](const ChildSender& sender) {
-        LimitTo(MemoryFor(file_bytes));
+        LimitThisProcess(MemoryFor(file_bytes), kMostSeconds);
         const auto sent = SendPages(path, file_bytes, options, sender);
         sender.Send(sent ? kFileEnds : kFault, sent ? std::string_view() : sent.error().message);
       },

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "machine/camera/image_file.h"
+#include "machine/camera/phone_picture.h"
 #include "pressure_advance/commands/laser_recording.h"
 #include "pressure_advance/response/analyse.h"
 
@@ -92,7 +92,7 @@ report::PhotoView ViewOf(pressure_advance::PhotoMeasurement& seen) {
 
 Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoPlan& plan,
                                  Method method) {
-  const Result<Frame> picture = machine::ReadImageFile(file);
+  const Result<Frame> picture = machine::ReadPhotoFile(file);
   if (!picture) return tl::unexpected(picture.error());
   pressure_advance::PhotoOptions options;
   options.pressure_advance_s = plan.pressure_advance_s;

@@ -40,8 +40,8 @@ struct PhotoPlan {
   std::vector<pressure_advance::Segment> segments = {{0.1, 10}, {0.6, 100}, {0.3, 10}};
 };
 
-/// Analyses a photo of a printed pattern (JPEG or PNG). A photo in which the pattern cannot be
-/// measured gives a refused analysis; a file that is no picture gives an error.
+/// Analyses a photo of a printed pattern (JPEG, PNG, WebP or HEIC). A photo in which the pattern
+/// cannot be measured gives a refused analysis; a file that is no picture gives an error.
 [[nodiscard]] Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file,
                                                const PhotoPlan& plan,
                                                pressure_advance::Method method);
