@@ -69,7 +69,7 @@ Strip Straighten(const GrayImage& image, const LinePattern& line_pattern, std::s
 struct Level {
   double plate = 0;     // mean
   double grain = 0;     // standard deviation of one cell of plate
-  double filament = 0;  // above the plate
+  double filament = 0;  // above the plate; below 0 where light makes the plate the brighter one
   bool seen = true;
 };
 
@@ -112,8 +112,11 @@ std::vector<Level> ZoneLevels(const Strip& strip, double pitch, double bead) {
     }
     level.plate = TrimmedMean(plate);
     level.grain = RobustStandardDeviation(plate);
-    // A stretch may be broken for a good part; above the median there is filament.
-    level.filament = Quantile(filament, 0.65) - level.plate;
+    // A stretch may be broken for a good part; beyond the median, on the side that stands further
+    // off the plate, there is filament.
+    const double above = Quantile(filament, 0.65) - level.plate;
+    const double below = Quantile(filament, 0.35) - level.plate;
+    level.filament = above >= -below ? above : below;
     levels.push_back(level);
   }
   return levels;
@@ -168,17 +171,20 @@ struct Span {
 };
 
 Span BeadSpan(const Strip& strip, std::size_t place, const Level& level, double bead, int skirt) {
-  const double half = level.plate + level.filament / 2;
+  const double half = 0.5;  // of the filament's contrast
+  const auto share = [&](int offset) {
+    return (strip.at(offset, place) - level.plate) / level.filament;
+  };
   const int reach = static_cast<int>(0.3 * bead);
   int top = 0;
   for (int offset = -reach; offset <= reach; ++offset) {
-    if (strip.at(offset, place) > strip.at(top, place)) top = offset;
+    if (share(offset) > share(top)) top = offset;
   }
   const int nominal = std::max(1, static_cast<int>(std::lround(bead / 2)));
-  if (strip.at(top, place) <= half) return {-nominal, nominal, 0};
+  if (share(top) <= half) return {-nominal, nominal, 0};
   int a = top, b = top;
-  while (a > -strip.half && strip.at(a - 1, place) > half) --a;
-  while (b < strip.half && strip.at(b + 1, place) > half) ++b;
+  while (a > -strip.half && share(a - 1) > half) --a;
+  while (b < strip.half && share(b + 1) > half) ++b;
   return {std::max(-strip.half, a - skirt), std::min(strip.half, b + skirt), (a + b) / 2.0};
 }
 
@@ -189,7 +195,8 @@ BeadReading Read(const Strip& strip, std::size_t place, const Level& level, doub
   reading.centre_px = track_y;
   reading.seen = strip.seen[place];
   if (!reading.seen || !level.seen) return reading;
-  if (level.filament < options.least_contrast * level.grain || level.filament <= 0) return reading;
+  const double contrast = std::abs(level.filament);
+  if (contrast < options.least_contrast * level.grain || contrast == 0) return reading;
   const int skirt = std::max(2, static_cast<int>(std::lround(0.2 * bead)));
   const Span span = BeadSpan(strip, place, level, bead, skirt);
   double sum = 0;
@@ -200,7 +207,7 @@ BeadReading Read(const Strip& strip, std::size_t place, const Level& level, doub
   reading.width_px = sum;
   // Texture is alike over a few rows: its noise adds over rows faster than their root.
   constexpr double kAlikeRows = 3;
-  reading.sigma_px = level.grain / level.filament * std::sqrt(kAlikeRows * 2.0 * skirt);
+  reading.sigma_px = level.grain / contrast * std::sqrt(kAlikeRows * 2.0 * skirt);
   return reading;
 }
 

@@ -32,7 +32,8 @@ struct BeadWidthOptions {
 /// the plate's. A blurred edge does not change such an integral, and the texture of a plate adds to
 /// it as noise without bias. Both levels are found locally: the plate's in the middle between the
 /// lines, the filament's on the lines' middle, as a median over neighbouring lines, so that neither
-/// a break nor a shadow in one line sets it.
+/// a break nor a shadow in one line sets it. Where light makes the plate the brighter one, the same
+/// holds with the sign turned round; between, where both look alike, nothing is measured.
 /// @param contrast  filament higher than plate.
 /// @param line_pattern    REQUIRES an empty problem and at least 2 rungs.
 [[nodiscard]] BeadWidths MeasureBeadWidths(const GrayImage& contrast,

@@ -156,5 +156,29 @@ TEST(BeadWidth, MeasuresNothingBeyondThePhoto) {
   }
 }
 
+// As a lamp does that a textured plate throws back on one side.
+TEST(BeadWidth, ReadsLinesThatAreDarkerThanThePlateOnOneSide) {
+  Random random(5);
+  const std::vector<double> bead_px(7, kBead_px);
+  Drawn drawn = Draw(bead_px, 1, 2, false, random);
+  for (int y = 0; y < drawn.contrast.height; ++y) {
+    for (int x = kWidth_px / 2; x < kWidth_px; ++x) {
+      float& value = drawn.contrast.row(y)[x];
+      value = static_cast<float>(2 * kPlate) - value;
+    }
+  }
+  const BeadWidths widths = MeasureBeadWidths(drawn.contrast, drawn.line_pattern);
+  constexpr double kNear_px = 40;  // of the change, within the levels' zones
+  for (const std::vector<BeadReading>& line : widths.lines) {
+    std::vector<double> left, right;
+    for (const BeadReading& reading : line) {
+      if (std::abs(reading.x_px - kWidth_px / 2.0) < kNear_px) continue;
+      ASSERT_GT(reading.sigma_px, 0) << reading.x_px;
+      (reading.x_px < kWidth_px / 2.0 ? left : right).push_back(reading.width_px);
+    }
+    EXPECT_NEAR(Mean(left), Mean(right), 0.1);
+  }
+}
+
 }  // namespace
 }  // namespace trammel::vision
