@@ -38,6 +38,8 @@ struct LineProfile {
   CrossSectionUnit cross_section_unit = CrossSectionUnit::kMillimetre;
   PositionUnit position_unit = PositionUnit::kMillimetre;
   std::vector<ProfileSample> samples;  ///< strictly increasing position
+  bool shows_acceleration = true;      ///< false where the picture ends beside it
+  bool shows_deceleration = true;      ///< likewise
   std::string unusable;                ///< why this line must not be used; empty where it may be
 };
 

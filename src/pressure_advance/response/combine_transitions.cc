@@ -22,6 +22,7 @@ std::optional<RangedAnswer> AllOnOneSide(const TransitionSeries& a, const Transi
   bool above = true, below = tested.lo > 0;
   for (const TransitionSeries* series : {&a, &d}) {
     for (std::size_t i = 0; i < series->pa_s.size(); ++i) {
+      if (!std::isfinite(series->sigma_s[i])) continue;
       above &= series->excess_s[i] > 2 * series->sigma_s[i];
       below &= series->excess_s[i] < -2 * series->sigma_s[i];
     }
@@ -117,6 +118,7 @@ Drift EstimateDrift(const Transitions& transitions, const signal::ZeroCrossing& 
 struct Shared {
   Drift drift;
   double slip_form_s = 0;
+  double picture_s = 0;
   double freedom = 0;
   Interval tested;
   double widest = 0;  // half width of an interval, as a part of the tested range
@@ -143,6 +145,7 @@ RangedAnswer WeighedMean(const CrossingPair& pair, const Shared& shared,
   budget.unread = Square(w * ca.unread + v * cd.unread);
   budget.form = Square(w * ca.form + v * cd.form);
   budget.drift = shared.drift.variance;
+  budget.picture = Square(shared.picture_s);
 
   const double a_s = pair.acceleration.zero_s;
   const double d_s = pair.deceleration.zero_s;
@@ -176,12 +179,15 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
   const bool doubtful = !doubt_a.empty() || !doubt_d.empty();
   const Slip slip = doubtful ? Slip{} : EstimateSlip(pair);
   const double slip_share = slip.mean * options.slip_sigma;
+  const auto shown =
+      static_cast<double>(std::min(acceleration.SeenPa_s().size(), deceleration.SeenPa_s().size()));
   // A crossing, a slope and a bend are fitted.
   const Shared shared{
       .drift = EstimateDrift(transitions, crossings.acceleration, pair.tail_s, slip_share, options),
       .slip_form_s =
           options.slip_form_sigma * std::max(0.0, slip_share) * std::abs(pair.acceleration.zero_s),
-      .freedom = std::max(1.0, static_cast<double>(count) - 3),
+      .picture_s = options.picture_sigma * (tested.hi - tested.lo),
+      .freedom = std::max(1.0, shown - 3),
       .tested = tested,
       .widest = std::max(options.widest_interval, 0.5 / (static_cast<double>(count) - 1))};
 
@@ -193,7 +199,8 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
         .slip = Square(crossing.common.slip) * slip.variance + Square(shared.slip_form_s),
         .unread = Square(crossing.common.unread),
         .form = Square(crossing.common.form),
-        .drift = shared.drift.variance};
+        .drift = shared.drift.variance,
+        .picture = Square(shared.picture_s)};
     return JudgeByBudget(value_s, budget, shared.freedom, tested, shared.widest);
   };
   CombinedTransitions result;

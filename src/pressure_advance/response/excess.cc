@@ -226,12 +226,13 @@ std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles, 
       excess.value = sign * integral.value;
       excess.sigma = std::hypot(std::sqrt(integral.variance),
                                 integral.length * reference->sigma_relative, integral.cut_off);
-      if (integral.unread > kMostUnread) {
-        result.unusable = fmt::format(
-            "{:.0f} % of the stretch from {:.3g} to {:.3g} could not be read in one piece",
-            100 * integral.unread, window.span.lo, window.span.hi);
-      }
+      if (!excess.seen || integral.unread <= kMostUnread) return;
+      result.unusable = fmt::format(
+          "{:.0f} % of the stretch from {:.3g} to {:.3g} could not be read in one piece",
+          100 * integral.unread, window.span.lo, window.span.hi);
     };
+    result.acceleration.seen = profiles[i].shows_acceleration;
+    result.deceleration.seen = profiles[i].shows_deceleration;
     measure(plan.acceleration, -1, result.acceleration);
     measure(plan.deceleration, 1, result.deceleration);
   }

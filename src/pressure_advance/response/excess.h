@@ -21,6 +21,7 @@ enum class Reading { kArea, kWidth };
 struct Excess {
   double value = 0;  ///< in the profiles' PositionUnit (mm of nominal bead, or line lengths)
   double sigma = 0;  ///< 1 sigma from the readings' noise and the reference
+  bool seen = true;  ///< false where a line that leaves the picture does not show this transition
 };
 
 struct LineExcess {
@@ -36,7 +37,8 @@ struct LineExcess {
 /// with one drift along the line common to all (light, tilt, a wandering flow), so that neither a
 /// drift nor a gap that reaches into one line's slow stretch is taken for a transition. Samples
 /// that the eye could not read are bridged by their neighbours; a line with more than
-/// kMostUnread of a window unread in one piece is unusable. Across a bead larger than the picture a
+/// kMostUnread of a window unread in one piece is unusable; what a line does not show by its own
+/// word (LineProfile::shows_acceleration) is not looked at. Across a bead larger than the picture a
 /// bridge says only what is there at least: as much again enters that transition's sigma.
 [[nodiscard]] std::vector<LineExcess> MeasureExcess(const std::vector<LineProfile>& profiles,
                                                     Reading reading, const TransitionPlan& plan);

@@ -175,5 +175,17 @@ TEST(Excess, KeepsTheReasonOfALineThatIsUnusableAlready) {
   EXPECT_EQ(excess[1].unusable, "");
 }
 
+TEST(Excess, ALineThatShowsOneTransitionIsReadThere) {
+  std::vector<LineProfile> lines{Line(0.8, 0.5), Line(0.8, 0.5), Line(0.8, 0.5)};
+  std::erase_if(lines[1].samples, [](const ProfileSample& sample) { return sample.position < 15; });
+  EXPECT_THAT(Measure(lines)[1].unusable, HasSubstr("could not be read in one piece"));
+  lines[1].shows_acceleration = false;
+  const auto excess = Measure(lines);
+  EXPECT_EQ(excess[1].unusable, "");
+  EXPECT_FALSE(excess[1].acceleration.seen);
+  EXPECT_TRUE(excess[1].deceleration.seen);
+  EXPECT_NEAR(excess[1].deceleration.value, 0.5, kExact_mm);
+}
+
 }  // namespace
 }  // namespace trammel::pressure_advance

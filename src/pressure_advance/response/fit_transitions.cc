@@ -1,19 +1,53 @@
 #include "pressure_advance/response/fit_transitions.h"
 
+#include <cmath>
 #include <utility>
 
 namespace trammel::pressure_advance {
+namespace {
+
+std::optional<signal::ZeroCrossing> FitSeen(const TransitionSeries& series,
+                                            const signal::ZeroCrossingOptions& form) {
+  std::vector<std::size_t> seen;
+  std::vector<double> pa_s, excess_s, sigma_s;
+  for (std::size_t i = 0; i < series.pa_s.size(); ++i) {
+    if (!std::isfinite(series.sigma_s[i])) continue;
+    seen.push_back(i);
+    pa_s.push_back(series.pa_s[i]);
+    excess_s.push_back(series.excess_s[i]);
+    sigma_s.push_back(series.sigma_s[i]);
+  }
+  auto fit = signal::FitZeroCrossing(pa_s, excess_s, sigma_s, form);
+  if (!fit || seen.size() == series.pa_s.size()) return fit;
+  const auto spread = [&](std::vector<double>& values) {
+    std::vector<double> all(series.pa_s.size(), 0);
+    for (std::size_t k = 0; k < seen.size(); ++k) all[seen[k]] = values[k];
+    values = std::move(all);
+  };
+  spread(fit->weight);
+  spread(fit->influence);
+  fit->fitted.clear();
+  for (const double pa : series.pa_s) fit->fitted.push_back(signal::ResponseAt(*fit, pa));
+  return fit;
+}
+
+}  // namespace
+
+std::vector<double> TransitionSeries::SeenPa_s() const {
+  std::vector<double> seen;
+  for (std::size_t i = 0; i < pa_s.size(); ++i) {
+    if (std::isfinite(sigma_s[i])) seen.push_back(pa_s[i]);
+  }
+  return seen;
+}
 
 std::optional<TransitionCrossings> FitTransitions(const Transitions& transitions,
                                                   const ResponseOptions& options) {
-  const auto fit = [](const TransitionSeries& series, const signal::ZeroCrossingOptions& form) {
-    return signal::FitZeroCrossing(series.pa_s, series.excess_s, series.sigma_s, form);
-  };
-  auto acceleration = fit(transitions.acceleration, options.acceleration);
-  auto deceleration = fit(transitions.deceleration, options.deceleration);
+  auto acceleration = FitSeen(transitions.acceleration, options.acceleration);
+  auto deceleration = FitSeen(transitions.deceleration, options.deceleration);
   if (!acceleration || !deceleration) return std::nullopt;
   TransitionCrossings crossings{*std::move(acceleration), *std::move(deceleration), std::nullopt};
-  if (transitions.early) crossings.early = fit(*transitions.early, options.acceleration);
+  if (transitions.early) crossings.early = FitSeen(*transitions.early, options.acceleration);
   return crossings;
 }
 

@@ -13,9 +13,12 @@ namespace trammel::pressure_advance {
 struct TransitionSeries {
   std::vector<double> pa_s;
   std::vector<double> excess_s;  ///< surplus filament over the speed change
-  std::vector<double> sigma_s;   ///< 1 sigma of each
+  std::vector<double> sigma_s;   ///< 1 sigma of each; infinite where a line does not show it
   /// How far a flow loss of 1 in the fast segment moves the excess: s.
   double slip_excess_s = 0;
+
+  /// Pressure advance of the lines that show it.
+  [[nodiscard]] std::vector<double> SeenPa_s() const;
 };
 
 /// Both transitions of the same lines.
@@ -39,7 +42,8 @@ struct TransitionCrossings {
 };
 
 /// Fits each transition's crossing by itself.
-/// @returns nothing where fewer than three lines have different pressure advance.
+/// Lines that do not show a transition have no weight and no influence there.
+/// @returns nothing where fewer than three lines that show it have different pressure advance.
 /// REQUIRES the same lines in all series.
 [[nodiscard]] std::optional<TransitionCrossings> FitTransitions(const Transitions& transitions,
                                                                 const ResponseOptions& options);

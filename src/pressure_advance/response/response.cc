@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "base/check.h"
@@ -51,8 +52,9 @@ Prepared Prepare(const std::vector<LineProfile>& profiles, const LineMotion& mot
     prepared.line.push_back(i);
     const auto add = [&](TransitionSeries& series, const Excess& measured, double per_unit_s) {
       series.pa_s.push_back(profiles[i].pressure_advance_s);
-      series.excess_s.push_back(measured.value * per_unit_s);
-      series.sigma_s.push_back(measured.sigma * per_unit_s);
+      series.excess_s.push_back(measured.seen ? measured.value * per_unit_s : 0);
+      series.sigma_s.push_back(measured.seen ? measured.sigma * per_unit_s
+                                             : std::numeric_limits<double>::infinity());
     };
     add(transitions.acceleration, excess.acceleration, rise_s);
     add(transitions.deceleration, excess.deceleration,
@@ -114,8 +116,11 @@ void Describe(const Prepared& prepared, const TransitionSeries& series,
   const double put_in_s = fit.slope * shift_s;
   for (std::size_t k = 0; k < series.pa_s.size(); ++k) {
     const std::size_t i = prepared.line[k];
-    result.excess_s[i] = (series.excess_s[k] + put_in_s) * unit;
-    result.fitted_s[i] = (signal::ResponseAt(fit, series.pa_s[k]) + put_in_s) * unit;
+    const double fitted_s = signal::ResponseAt(fit, series.pa_s[k]);
+    // What a line does not show lies on the curve, unused.
+    const double excess_s = std::isfinite(series.sigma_s[k]) ? series.excess_s[k] : fitted_s;
+    result.excess_s[i] = (excess_s + put_in_s) * unit;
+    result.fitted_s[i] = (fitted_s + put_in_s) * unit;
     if (fit.weight[k] > kIgnored) {
       result.sigma_s[i] = std::hypot(series.sigma_s[k], fit.residual_scale) * unit;
     }
@@ -152,10 +157,18 @@ ResponseFit FitResponse(const std::vector<LineProfile>& profiles, const LineMoti
 
   Prepared prepared =
       Prepare(profiles, motion, *reading, NarrowWindows(profiles, *reading, *plan), fit.lines);
-  const std::set<double> values(prepared.transitions.acceleration.pa_s.begin(),
-                                prepared.transitions.acceleration.pa_s.end());
+  const auto different = [](const TransitionSeries& series) {
+    const std::vector<double> seen = series.SeenPa_s();
+    return std::set<double>(seen.begin(), seen.end());
+  };
+  const std::set<double> values = std::min(
+      different(prepared.transitions.acceleration), different(prepared.transitions.deceleration),
+      [](const auto& a, const auto& b) { return a.size() < b.size(); });
   if (static_cast<int>(values.size()) < options.fewest_lines) {
-    std::string why;
+    std::string why = std::all_of(fit.lines.begin(), fit.lines.end(),
+                                  [](const LineResult& line) { return line.used; })
+                          ? "; the picture ends beside a speed change of the others"
+                          : "";
     for (const LineResult& line : fit.lines) {
       if (!line.used && why.empty()) {
         why = fmt::format("; the line at {:.4g} s: {}", line.pressure_advance_s, line.reason);

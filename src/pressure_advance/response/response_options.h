@@ -54,6 +54,8 @@ struct ResponseOptions {
   /// (full_slope - slope) * answer. Set in the same way.
   double full_slope = 0.8;
   double unread_sigma = 0.15;
+  /// What the eye leaves open, as a part of the tested range: the blur of a photo.
+  double picture_sigma = 0;
   /// Acceptable slope of the area's excess over PA, dimensionless: 1 where every bit of filament
   /// that PA moves lands inside the window.
   Interval plausible_slope{0.2, 2.0};

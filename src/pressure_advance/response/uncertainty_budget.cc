@@ -27,7 +27,8 @@ const char* Blame(const UncertaintyBudget& budget) {
        "the lag seems to drift from line to line; let the hot end settle, and print a pattern with "
        "the answer in its middle"},
       {budget.apart,
-       "the two changes of speed contradict each other; print with a lower fast speed"}};
+       "the two changes of speed contradict each other; print with a lower fast speed"},
+      {budget.picture, "the photo is too blurred or too small; take a sharp one from nearer"}};
   return std::max_element(std::begin(causes), std::end(causes),
                           [](const auto& a, const auto& b) { return a.first < b.first; })
       ->second;

@@ -8,14 +8,17 @@ namespace trammel::pressure_advance {
 
 /// Contributions to an answer's variance, s^2; each >= 0.
 struct UncertaintyBudget {
-  double lines = 0;   ///< scatter of the lines
-  double slip = 0;    ///< flow lost at the fast speed
-  double unread = 0;  ///< filament that was not read
-  double form = 0;    ///< the lag's law, as far as the windows leave it open
-  double drift = 0;   ///< a lag that changes over the pattern
-  double apart = 0;   ///< disagreement of the two transitions beyond the rest
+  double lines = 0;    ///< scatter of the lines
+  double slip = 0;     ///< flow lost at the fast speed
+  double unread = 0;   ///< filament that was not read
+  double form = 0;     ///< the lag's law, as far as the windows leave it open
+  double drift = 0;    ///< a lag that changes over the pattern
+  double apart = 0;    ///< disagreement of the two transitions beyond the rest
+  double picture = 0;  ///< blur of a photo
 
-  [[nodiscard]] double total() const { return lines + slip + unread + form + drift + apart; }
+  [[nodiscard]] double total() const {
+    return lines + slip + unread + form + drift + apart + picture;
+  }
 };
 
 /// Judges a value by its budget and the tested range (JudgeInRange), with Student's t for the part
