@@ -57,7 +57,8 @@ INSTRUMENTS = {
         "views": {"camera", "pose"},
         "budget": {"camera", "pose"},
         "correction": {"camera", "pose"},
-        "part_fit": set(),
+        "mesh": set(),
+        "part_fit": {"mesh"},
         "survey": {"camera", "targets", "pose", "part_fit"},
     },
 }
@@ -92,6 +93,7 @@ INNER = {
         "scanner": {"print", "sheet"},
         "phone": {"camera", "sheet", "scanner"},
         "spindle": {"print"},
+        "casting": set(),
         "klipper": {"print", "cell"},
         "camera": {"print", "laser", "klipper"},
         "photo": {"print", "camera"},
