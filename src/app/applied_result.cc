@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
 #include "app/provenance.h"
-#include "base/url_secrets.h"
 #include "measurement/history.h"
+#include "session/dead_run.h"
 #include "session/run_journal.h"
 
 namespace trammel::app {
@@ -27,7 +28,7 @@ Result<void> Note(const AppliedValue& applied, Application::Step step,
                   std::optional<double> before) {
   const auto path = AppliedFile();
   if (!path) return tl::unexpected(path.error());
-  const Application application{UtcNow(), WithoutSecrets(applied.machine), step, before,
+  const Application application{UtcNow(), procedure::PrinterName(applied.machine), step, before,
                                 applied.value};
   if (applied.result) return files::NoteApplication(*path, *applied.result, application);
   return files::NoteApplication(*path, applied.instrument, "", application);
@@ -53,22 +54,37 @@ void NoteApplied(const AppliedValue& applied) {
   }
 }
 
-Result<Undoing> LastToUndo(Instrument instrument, const std::string& machine) {
+Result<Undoing> LastToUndo(Instrument instrument, const std::string& machine,
+                           std::optional<double> now) {
   const auto path = AppliedFile();
   if (!path) return tl::unexpected(path.error());
-  const auto last = files::LastApplication(*path, instrument, WithoutSecrets(machine));
-  if (!last) return tl::unexpected(last.error());
-  if (!*last) {
-    return Fail(fmt::format("{} notes no value that was set on {}: name the one to set",
-                            path->string(), WithoutSecrets(machine)));
+  const std::string name = procedure::PrinterName(machine);
+  auto noted = files::Applications(*path, instrument, [&](const std::string& address) {
+    return procedure::PrinterName(address) == name;
+  });
+  if (!noted) return tl::unexpected(noted.error());
+  constexpr double kSame = 0.0001;  // values are sent with four decimals
+  const auto in_force = [&](const std::optional<double>& value) {
+    return now && value && std::abs(*now - *value) <= kSame;
+  };
+  while (!noted->empty()) {
+    const Application& last = noted->back().application;
+    const bool never_set =
+        last.step == Application::Step::kBegun && in_force(last.before) && !in_force(last.value);
+    if (!never_set) break;
+    noted->pop_back();
   }
-  const Application& application = (*last)->application;
+  if (noted->empty()) {
+    return Fail(fmt::format("{} notes no value that was set on {}: name the one to set",
+                            path->string(), name));
+  }
+  const Application& application = noted->back().application;
   if (!application.before) {
     return Fail(fmt::format("what was in force on {} before {} was not told: name the value to set",
-                            WithoutSecrets(machine), application.utc));
+                            name, application.utc));
   }
   return Undoing{*application.before, application.value, application.utc,
-                 application.step == Application::Step::kUndone, (*last)->fingerprint};
+                 application.step == Application::Step::kUndone, noted->back().fingerprint};
 }
 
 Result<void> NoteUndone(Instrument instrument, const std::string& machine, const Undoing& undoing) {
@@ -76,7 +92,7 @@ Result<void> NoteUndone(Instrument instrument, const std::string& machine, const
   if (!path) return tl::unexpected(path.error());
   return OrNothingSet(
       files::NoteApplication(*path, instrument, undoing.fingerprint,
-                             {UtcNow(), WithoutSecrets(machine), Application::Step::kUndone,
+                             {UtcNow(), procedure::PrinterName(machine), Application::Step::kUndone,
                               undoing.before, undoing.value}));
 }
 

@@ -35,9 +35,12 @@ struct Undoing {
   std::string fingerprint;           ///< of the result; empty: of none
 };
 
+/// The last value that was set. One that was about to be, and is not in force while what was before
+/// it is, was not set: the one before it counts then.
+/// @param now  in force on the machine; absent: not told
 /// Errors: kInput where nothing is noted, or not what was in force before.
 [[nodiscard]] Result<Undoing> LastToUndo(measurement::Instrument instrument,
-                                         const std::string& machine);
+                                         const std::string& machine, std::optional<double> now);
 
 /// Notes, on the disk, that the last value is about to be taken back. Errors: as NoteBegun.
 [[nodiscard]] Result<void> NoteUndone(measurement::Instrument instrument,

@@ -17,6 +17,7 @@
 #include "app/commands.h"
 #include "app/history_table.h"
 #include "app/kept_history.h"
+#include "app/number_range.h"
 #include "base/json_text.h"
 #include "base/measured_json.h"
 #include "document/interval_text.h"
@@ -122,6 +123,16 @@ Result<files::History> Read(const HistoryArguments& arguments, std::size_t last)
   return history;
 }
 
+/// A filter that leaves nothing may be a slip of the pen.
+void SayNothingMatches(const HistoryArguments& arguments) {
+  const bool chosen =
+      !arguments.instrument.empty() || !(arguments.subject == measurement::Subject{});
+  fmt::print(stderr, "{}\n",
+             chosen ? "no result is of what was chosen; names are compared to the letter: trammel "
+                      "history list without a choice shows them"
+                    : "no result is kept here");
+}
+
 int RunList(const HistoryArguments& arguments) {
   const auto history = Read(arguments, arguments.last);
   if (!history) return PrintError(history.error());
@@ -136,6 +147,7 @@ int RunList(const HistoryArguments& arguments) {
     }
   }
   if (arguments.json) std::fputs(JsonText(list).c_str(), stdout);
+  if (history->entries.empty()) SayNothingMatches(arguments);
   return kExitGood;
 }
 
@@ -281,22 +293,28 @@ int RunPrune(const PruneArguments& arguments) {
   if (!plan) return PrintError(plan.error());
   const auto mb = [](std::uintmax_t bytes) { return static_cast<double>(bytes) / kMb; };
   for (const files::RawData& raw : plan->gone) {
-    fmt::print("{}  {:8.1f} MB in {} files  {}\n", raw.utc, mb(raw.bytes), raw.files.size(),
-               raw.folder.string());
+    fmt::print("{}  {:8.1f} MB  {}\n", raw.utc, mb(raw.bytes), raw.folder.string());
+    for (const auto& file : raw.files) {
+      fmt::print("     {}\n", file.lexically_relative(raw.folder).string());
+    }
+  }
+  if (arguments.yes) {
+    if (auto done = files::Prune(*plan); !done) return PrintError(done.error());
   }
   fmt::print("recordings        {:.1f} MB, {} {:.1f} MB\n", mb(plan->bytes_before),
              arguments.yes ? "now" : "then", mb(plan->bytes_after));
+  if (plan->without_result > 0) {
+    fmt::print("left alone        {} folders without a result, which are not counted\n",
+               plan->without_result);
+  }
   if (mb(plan->bytes_after) > arguments.budget_mb) {
     fmt::print("above the budget  results, reports and the newest {} recordings stay\n",
                arguments.keep_last);
   }
-  if (plan->gone.empty()) return kExitGood;
-  if (!arguments.yes) {
-    fmt::print("nothing removed   --yes removes this raw data for good; the results stay\n");
-    return kExitGood;
+  if (!plan->gone.empty() && !arguments.yes) {
+    fmt::print("nothing removed   --yes removes these files for good; the results stay\n");
   }
-  const auto done = files::Prune(*plan);
-  return done ? static_cast<int>(kExitGood) : PrintError(done.error());
+  return kExitGood;
 }
 
 void AddCommon(CLI::App& command, HistoryArguments& arguments) {
@@ -362,7 +380,7 @@ void AddHistoryCommands(CLI::App& history, int& exit_code) {
   prune->add_option("--in", pruned->path, "the folder of the recordings")->capture_default_str();
   prune->add_option("--budget", pruned->budget_mb, "MB that all recordings may take together")
       ->required()
-      ->check(CLI::Range(0.0, 1e9));
+      ->check(NumberIn(0.0, 1e9));
   prune->add_option("--keep-last", pruned->keep_last, "the newest so many stay whole")
       ->check(CLI::Range(std::size_t{0}, kMost))
       ->capture_default_str();

@@ -19,6 +19,12 @@ Result<files::History> ReadKept(const std::filesystem::path& path,
   auto indexed = files::ReadIndexed(path, query);
   if (indexed) return indexed;
   auto read = files::ReadHistory(path / files::kHistoryFile, query);
+  if (!read && !std::filesystem::exists(path / files::kHistoryFile, ignored)) {
+    return Fail(read.error().message +
+                    "; where folders of recordings are left, trammel history "
+                    "rebuild makes the list of them",
+                read.error().kind);
+  }
   if (read) fmt::print(stderr, "without the index: {}\n", indexed.error().message);
   return read;
 }

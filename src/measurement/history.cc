@@ -132,7 +132,6 @@ std::optional<AppliedLine> ParseAppliedLine(std::optional<std::string_view> line
 // What was begun and then done, or done and then undone, is one; what was in force before the
 // first of them, and what it set, is what counts.
 bool Continues(const Application& before, const Application& now) {
-  if (before.machine != now.machine) return false;
   return now.step == Step::kUndone || (now.step == Step::kApplied && before.step == Step::kBegun);
 }
 
@@ -144,24 +143,28 @@ Application Merged(const Application& before, Application now) {
 
 }  // namespace
 
-Result<std::optional<NotedApplication>> LastApplication(const fs::path& path, Instrument instrument,
-                                                        const std::string& machine) {
-  std::optional<NotedApplication> last;
+Result<std::vector<NotedApplication>> Applications(
+    const fs::path& path, Instrument instrument,
+    const std::function<bool(const std::string& address)>& of_machine) {
+  std::vector<NotedApplication> noted;
   std::error_code ignored;
-  if (!fs::exists(path, ignored)) return last;
+  if (!fs::exists(path, ignored)) return noted;
   const auto take = [&](std::optional<std::string_view> line, std::size_t /*number*/) {
     auto read = ParseAppliedLine(line, path);
-    if (!read || read->instrument != ToString(instrument) || read->application.machine != machine) {
+    if (!read || read->instrument != ToString(instrument) ||
+        !of_machine(read->application.machine)) {
       return;
     }
-    const bool same = last && last->fingerprint == read->fingerprint &&
-                      Continues(last->application, read->application);
-    last = NotedApplication{
-        same ? Merged(last->application, std::move(read->application)) : read->application,
-        read->fingerprint};
+    if (!noted.empty() && noted.back().fingerprint == read->fingerprint &&
+        Continues(noted.back().application, read->application)) {
+      noted.back().application = Merged(noted.back().application, std::move(read->application));
+      return;
+    }
+    if (noted.size() == kMostApplications) noted.erase(noted.begin());
+    noted.push_back({std::move(read->application), std::move(read->fingerprint)});
   };
   if (auto read = ForEachLine(path, {}, take); !read) return tl::unexpected(read.error());
-  return last;
+  return noted;
 }
 
 Result<void> AddApplications(const fs::path& path, History& history) {
@@ -176,7 +179,8 @@ Result<void> AddApplications(const fs::path& path, History& history) {
     if (found == by_fingerprint.end()) return;
     std::vector<Application>& applied = found->second->applied;
     Application application = std::move(read->application);
-    if (!applied.empty() && Continues(applied.back(), application)) {
+    if (!applied.empty() && applied.back().machine == application.machine &&
+        Continues(applied.back(), application)) {
       application = Merged(applied.back(), std::move(application));
       applied.pop_back();
     }

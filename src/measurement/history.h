@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -84,12 +85,13 @@ struct NotedApplication {
   std::string fingerprint;  ///< of the result; empty: of none
 };
 
-/// Reads what applied.jsonl says last of an instrument's values on a machine; what was begun and
-/// then done, or undone, is one application. Nothing where it says nothing, or is not there.
-/// Errors: those of ReadHistory.
-[[nodiscard]] Result<std::optional<NotedApplication>> LastApplication(
+/// Reads what applied.jsonl says of an instrument's values on a machine, the last 100, oldest
+/// first; what was begun and then done, or undone, is one application. Empty where it says nothing,
+/// or is not there. Errors: those of ReadHistory.
+/// @param of_machine  whether a noted address is the machine's
+[[nodiscard]] Result<std::vector<NotedApplication>> Applications(
     const std::filesystem::path& path, measurement::Instrument instrument,
-    const std::string& machine);
+    const std::function<bool(const std::string& address)>& of_machine);
 
 /// Puts what applied.jsonl says about the entries beside them: of each the last 100. What was begun
 /// and then done is one application. Other lines are passed over. Errors: those of ReadHistory; a

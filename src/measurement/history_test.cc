@@ -148,8 +148,12 @@ TEST_F(ResultHistory, WhatWasBegunIsSaidUntilItIsNotedAsDone) {
 TEST_F(ResultHistory, TheLastApplicationSaysWhatToGoBackTo) {
   const auto applied = folder_.path() / "applied.jsonl";
   constexpr auto kInstrument = Instrument::kPressureAdvance;
-  const auto last = [&] { return *LastApplication(applied, kInstrument, "printer"); };
-  EXPECT_FALSE(last());
+  const auto all = [&] {
+    return *Applications(applied, kInstrument,
+                         [](const std::string& address) { return address == "printer"; });
+  };
+  const auto last = [&] { return std::optional(all().back()); };
+  EXPECT_TRUE(all().empty());
   const auto note = [&](const std::string& fingerprint, const Application& application) {
     ASSERT_TRUE(NoteApplication(applied, kInstrument, fingerprint, application));
   };
@@ -158,7 +162,8 @@ TEST_F(ResultHistory, TheLastApplicationSaysWhatToGoBackTo) {
   note("", {"t3", "printer", Application::Step::kBegun, 0.04, 0.05});
   ASSERT_TRUE(NoteApplication(applied, Instrument::kTap, "x", {"t4", "printer"}));
   note("", {"t5", "other", Application::Step::kApplied, 0.1, 0.2});
-  ASSERT_TRUE(last());  // a value that was typed, and may not have come into force
+  ASSERT_EQ(all().size(), 2u);  // the last was typed, and may not have come into force
+  EXPECT_EQ(all()[0].application.before, 0.03);
   EXPECT_EQ(last()->application.before, 0.04);
   EXPECT_EQ(last()->application.step, Application::Step::kBegun);
   note("", {"t6", "printer", Application::Step::kApplied, {}, 0.05});

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -17,12 +19,19 @@ constexpr std::uintmax_t kSmall_bytes = 64 * 1024;  // not worth its going
 constexpr int kDeepest = 2;                         // validation/line0/…
 constexpr std::size_t kMostFiles = 100'000;
 
-// What tells what was done, and to redraw it.
-bool IsKept(const fs::path& file) {
+// The names that recordings give to what they record: videos of lines, and pictures by their place.
+bool IsRaw(const fs::path& file) {
   const std::string extension = file.extension().string();
-  return extension == ".json" || extension == ".jsonl" || extension == ".html" ||
-         extension == ".gcode" || extension == ".toml" || extension == ".txt" ||
-         extension == ".log";
+  if (extension == ".avi") return true;
+  if (extension != ".jpg" && extension != ".png") return false;
+  static const std::array<std::string_view, 11> kPictures = {"frame",  "lit",   "laser",  "mark",
+                                                             "middle", "plate", "search", "step",
+                                                             "stripe", "view",  "still"};
+  const std::string stem = file.stem().string();
+  return std::ranges::any_of(kPictures, [&](std::string_view name) {
+    return stem.starts_with(name) &&
+           stem.find_first_not_of("-_0123456789updownxy", name.size()) == std::string::npos;
+  });
 }
 
 struct Recording {
@@ -37,13 +46,14 @@ Result<Recording> LookInto(const fs::path& folder, std::string utc) {
   std::error_code error;
   auto entries = fs::recursive_directory_iterator(folder, error);
   for (; !error && entries != fs::end(entries); entries.increment(error)) {
-    if (entries.depth() >= kDeepest) entries.disable_recursion_pending();
     std::error_code gone;  // between the listing and the look
+    const bool another = fs::exists(entries->path() / kResultFile, gone);  // a recording of its own
+    if (another || entries.depth() >= kDeepest) entries.disable_recursion_pending();
     if (!fs::is_regular_file(entries->symlink_status(gone)) || gone) continue;
     const std::uintmax_t bytes = entries->file_size(gone);
     if (gone) continue;
     recording.bytes += bytes;
-    if (bytes < kSmall_bytes || IsKept(entries->path())) continue;
+    if (bytes < kSmall_bytes || !IsRaw(entries->path())) continue;
     if (recording.raw.files.size() >= kMostFiles) break;
     recording.raw.files.push_back(entries->path());
     recording.raw.bytes += bytes;
@@ -61,13 +71,17 @@ Result<PruningPlan> PlanPruning(const fs::path& recordings, std::uintmax_t budge
     return Fail(
         fmt::format("{}: is no folder of recordings; name it with --in", recordings.string()));
   }
+  PruningPlan plan;
   std::vector<Recording> found;
   for (auto entries = fs::directory_iterator(recordings, error);
        !error && entries != fs::end(entries); entries.increment(error)) {
     std::error_code gone;
     if (!fs::is_directory(entries->symlink_status(gone)) || gone) continue;
     const auto outcome = ReadOutcome(entries->path());
-    if (!outcome) continue;  // at work, or not ours
+    if (!outcome) {  // at work, broken off, or not ours
+      ++plan.without_result;
+      continue;
+    }
     auto recording = LookInto(entries->path(), outcome->provenance.utc);
     if (!recording) return tl::unexpected(recording.error());
     found.push_back(std::move(*recording));
@@ -76,7 +90,6 @@ Result<PruningPlan> PlanPruning(const fs::path& recordings, std::uintmax_t budge
   std::ranges::sort(found, {}, [](const Recording& r) {
     return std::pair{r.raw.utc, r.raw.folder};
   });
-  PruningPlan plan;
   for (const Recording& recording : found) plan.bytes_before += recording.bytes;
   plan.bytes_after = plan.bytes_before;
   const std::size_t old = found.size() - std::min(keep_last, found.size());
@@ -89,13 +102,15 @@ Result<PruningPlan> PlanPruning(const fs::path& recordings, std::uintmax_t budge
 }
 
 Result<void> Prune(const PruningPlan& plan) {
+  std::string failed;
   for (const RawData& raw : plan.gone) {
     for (const fs::path& file : raw.files) {
       std::error_code error;
       fs::remove(file, error);
-      if (error) return Fail(fmt::format("{}: {}", file.string(), error.message()));
+      if (error && failed.empty()) failed = fmt::format("{}: {}", file.string(), error.message());
     }
   }
+  if (!failed.empty()) return Fail("not all was removed: " + failed);
   return {};
 }
 

@@ -10,8 +10,8 @@
 
 namespace trammel::files {
 
-/// The raw data of one recording: videos, frames, samples. Never its result, report, plan or
-/// settings.
+/// The raw data of one recording: videos, and pictures under the names that recordings give them.
+/// Nothing else: neither its result, report and plan, nor what somebody else put there.
 struct RawData {
   std::filesystem::path folder;
   std::string utc;  ///< of its result
@@ -23,6 +23,7 @@ struct PruningPlan {
   std::vector<RawData> gone;        ///< the oldest first
   std::uintmax_t bytes_before = 0;  ///< of all recordings that have a result
   std::uintmax_t bytes_after = 0;
+  int without_result = 0;  ///< folders that were left alone
 };
 
 /// Chooses raw data, the oldest first, until the recordings take at most `budget_bytes` together.
@@ -33,8 +34,8 @@ struct PruningPlan {
 [[nodiscard]] Result<PruningPlan> PlanPruning(const std::filesystem::path& recordings,
                                               std::uintmax_t budget_bytes, std::size_t keep_last);
 
-/// Removes what the plan names. A file that has gone by itself is no error; the first that cannot
-/// be removed is one, and those before it are gone.
+/// Removes what the plan names. A file that has gone by itself is no error; one that cannot be
+/// removed is, when all others are gone.
 [[nodiscard]] Result<void> Prune(const PruningPlan& plan);
 
 }  // namespace trammel::files

@@ -81,6 +81,13 @@ TEST_F(Retention, LeavesWhatIsNotItsOwn) {
   const fs::path linking = Recorded(2);
   fs::create_symlink(elsewhere.path() / "mine.avi", linking / "link.avi");
   fs::create_directory_symlink(elsewhere.path(), linking / "link");
+  for (const char* name : {"notes.pdf", "IMG_1.jpg", "model.3mf", "setup.png", "marking.jpg"}) {
+    test::WriteWhole(linking / name, std::string(kVideo_bytes, 'n'));
+  }
+  const fs::path inner = linking / "inner";
+  fs::create_directory(inner);
+  test::WriteWhole(inner / "line0.avi", std::string(kVideo_bytes, 'i'));
+  test::WriteWhole(inner / "result.json", "{}");
   fs::create_directory_symlink(linking, root_.path() / "again");
   test::WriteWhole(root_.path() / "loose.avi", std::string(kVideo_bytes, 'l'));
   const auto plan = PlanPruning(root_.path(), 0, 0);
@@ -92,6 +99,9 @@ TEST_F(Retention, LeavesWhatIsNotItsOwn) {
   EXPECT_TRUE(fs::exists(elsewhere.path() / "mine.avi"));
   EXPECT_TRUE(fs::exists(at_work / "line0.avi"));
   EXPECT_TRUE(fs::exists(root_.path() / "loose.avi"));
+  EXPECT_TRUE(fs::exists(linking / "IMG_1.jpg"));
+  EXPECT_TRUE(fs::exists(inner / "line0.avi"));
+  EXPECT_EQ(plan->without_result, 1);
 }
 
 TEST_F(Retention, WantsAFolder) {

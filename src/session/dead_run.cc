@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/url_secrets.h"
 #include "files/file_lock.h"
 #include "machine/moonraker/moonraker_address.h"
 #include "session/printer_settings.h"
@@ -131,11 +132,30 @@ Error Taken(const std::string& owner) {
 
 }  // namespace
 
-std::string PlainAddress(const std::string& address) {
+namespace {
+
+// The address with one name for this computer, and hosts in small letters.
+std::optional<machine::MoonrakerAddress> ParsePlain(const std::string& address) {
   auto parsed = machine::ParseMoonrakerAddress(address);
-  if (!parsed) return address;
+  if (!parsed) return std::nullopt;
+  for (char& c : parsed->host) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
   if (parsed->host == "127.0.0.1" || parsed->host == "::1") parsed->host = "localhost";
-  return parsed->WebSocketUrl();
+  return *parsed;
+}
+
+}  // namespace
+
+std::string PlainAddress(const std::string& address) {
+  const auto plain = ParsePlain(address);
+  return plain ? plain->WebSocketUrl() : address;
+}
+
+std::string PrinterName(const std::string& address) {
+  const auto plain = ParsePlain(address);
+  if (!plain || plain->transport == machine::Transport::kUnix) return WithoutSecrets(address);
+  return plain->Authority() + plain->path_prefix;
 }
 
 std::string GcodeStateName(const std::string& run) { return "trammel_" + run; }

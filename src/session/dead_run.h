@@ -15,6 +15,10 @@ namespace trammel::procedure {
 /// it.
 [[nodiscard]] std::string PlainAddress(const std::string& address);
 
+/// A printer's name in results and notes: "localhost:7125", the same for all ways of writing its
+/// address, and without secrets.
+[[nodiscard]] std::string PrinterName(const std::string& address);
+
 /// The name of the G-code state that a run saves. Klipper forgets it with a restart, and with
 /// nothing else.
 [[nodiscard]] std::string GcodeStateName(const std::string& run);

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,6 +19,7 @@
 #include "base/random.h"
 #include "machine_shop.h"
 #include "measurement/history.h"
+#include "measurement/outcome_file.h"
 #include "sim/moonraker/spoolman.h"
 
 namespace trammel::test {
@@ -72,6 +74,39 @@ TEST_F(Apply, UndoLeavesAValueThatSomebodySetSince) {
   EXPECT_NEAR(InForce(), 0.06, 1e-6);
   EXPECT_EQ(Run({"--undo", "--force"}).exit_code, 0);
   EXPECT_NEAR(InForce(), 0.031, 1e-6);
+}
+
+// A run that died, or was refused, between its note and the printer.
+TEST_F(Apply, UndoPassesOverWhatWasNeverSet) {
+  shop_.Script("SET_PRESSURE_ADVANCE ADVANCE=0.031");
+  ASSERT_EQ(Run({"0.047"}).exit_code, 0);
+  ASSERT_TRUE(files::NoteApplication(
+      shop_.folder() / "state/trammel/applied.jsonl", measurement::Instrument::kPressureAdvance, "",
+      {"2030-01-01T00:00:00Z", shop_.address(), files::Application::Step::kBegun, 0.047, 0.06}));
+  const ProcessEnd undone = shop_.Run(
+      {"pa", "apply", "--undo", "--printer", "http://" + shop_.address() + "/"});  // spelled anew
+  EXPECT_EQ(undone.exit_code, 0) << undone.standard_error;
+  EXPECT_NEAR(InForce(), 0.031, 1e-6);
+}
+
+TEST_F(Apply, AResultIsNotKeptForAnotherFilament) {
+  const auto folder = shop_.folder() / "petg";
+  std::filesystem::create_directory(folder);
+  measurement::Outcome outcome;
+  outcome.provenance = {
+      measurement::Instrument::kPressureAdvance, "trammel", "2026-01-02T03:04:05Z", {}};
+  outcome.answers = {{"pressure_advance", "s", Measured::Good({0.055, 0.001, {0.053, 0.057}})}};
+  outcome.subject = {"voron.local", "0.60", "PETG Orange"};
+  ASSERT_TRUE(files::KeepOutcome(folder, outcome));
+  const double before_s = InForce();
+  const ProcessEnd refused = Run({"petg", "--filament", "PLA"});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.standard_error, HasSubstr("is of the filament 'PETG Orange'"));
+  EXPECT_EQ(InForce(), before_s);
+  const ProcessEnd applied = Run({"petg"});
+  EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
+  EXPECT_THAT(applied.standard_output, testing::AllOf(HasSubstr("measured on voron.local"),
+                                                      HasSubstr("with a nozzle of 0.60 mm")));
 }
 
 class ApplyToSpool : public Apply {
@@ -180,12 +215,12 @@ TEST_F(Apply, KilledAtAnyMomentLeavesTheOldValueOrTheNewOneAndARecordOfIt) {
     EXPECT_TRUE(is_new || std::abs(now_s - old_s) < 1e-6) << now_s;
     if (is_new) {
       ++set;
-      const auto last =
-          files::LastApplication(shop_.folder() / "state/trammel/applied.jsonl",
-                                 measurement::Instrument::kPressureAdvance, shop_.address());
-      ASSERT_TRUE(last.has_value() && last->has_value());
-      EXPECT_NEAR((*last)->application.value.value_or(0), new_s, 1e-9);
-      EXPECT_NEAR((*last)->application.before.value_or(0), old_s, 1e-6);
+      const auto noted = files::Applications(shop_.folder() / "state/trammel/applied.jsonl",
+                                             measurement::Instrument::kPressureAdvance,
+                                             [](const std::string&) { return true; });
+      ASSERT_TRUE(noted && !noted->empty());
+      EXPECT_NEAR(noted->back().application.value.value_or(0), new_s, 1e-9);
+      EXPECT_NEAR(noted->back().application.before.value_or(0), old_s, 1e-6);
     }
     old_s = now_s;
   }

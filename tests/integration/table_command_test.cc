@@ -80,6 +80,12 @@ TEST_F(TableCommand, RefusesWhatDoesNotBelongTogether) {
   std::filesystem::remove(folder_.path() / "b" / "pattern.plan.json");
   EXPECT_THAT(Run("b").output, HasSubstr("pattern.plan.json: there is no such file"));
   EXPECT_THAT(Run("a --orca pla.json").output, HasSubstr("go together"));
+  const CommandResult twice = Run("a ./a/");
+  EXPECT_EQ(twice.exit_code, 1);
+  EXPECT_THAT(twice.output, HasSubstr("is the same calibration as a"));
+  Calibrated("unnamed", 100, 3000, 0.045, "");  // says nothing, and does not hide the others' names
+  Calibrated("c", 150, 3000, 0.040, "PETG");
+  EXPECT_THAT(Run("unnamed a c").output, HasSubstr("a table is of one filament"));
 }
 
 }  // namespace

@@ -22,6 +22,7 @@
 #include "pressure_advance/procedure/calibrate.h"
 #include "pressure_advance/procedure/filament_memory.h"
 #include "pressure_advance/procedure/spool_memory.h"
+#include "session/dead_run.h"
 
 namespace trammel::app {
 namespace {
@@ -80,14 +81,20 @@ Result<ChosenValue> Answer(const fs::path& folder) {
     return ChosenValue{measured.quantity().value, measured.quantity(),
                        ResultOf(run->analysis, folder.string()).outcome};
   }
-  return Fail(fmt::format("{}: it gives no value, because the verdict is {}: {}", folder.string(),
-                          VerdictWords(measured.verdict()), measured.reason()),
-              ErrorKind::kMeasurement);
+  const bool kept = KeptPressureAdvance(result).has_value();
+  return Fail(
+      fmt::format("{}: it gives no value, because the verdict is {}: {}{}", folder.string(),
+                  VerdictWords(measured.verdict()), measured.reason(),
+                  kept ? fmt::format("; the answer that was kept before is good: name {} to "
+                                     "take that one",
+                                     result.string())
+                       : ""),
+      ErrorKind::kMeasurement);
 }
 
 Result<ChosenValue> ParseValue(const std::string& text) {
   const auto values = ParsePressureAdvances(text);
-  if (values && values->size() == 1) return ChosenValue{values->front()};
+  if (values && values->size() == 1) return ChosenValue{values->front() + 0.0};  // no -0
   return Fail(fmt::format(
       "{}: is neither one pressure advance in 0 ... 10 s, nor a recording's folder, nor a kept "
       "result that is there",
@@ -113,21 +120,26 @@ Result<void> CheckInForce(const Undoing& undoing, std::optional<double> now_s, b
     return Fail(fmt::format("the value of {:.4f} s was taken back {} already: name the one to set",
                             *undoing.value, undoing.utc));
   }
-  return Fail(fmt::format("{:.4f} s is in force, and not the {:.4f} s that were applied {}: "
-                          "somebody set another value since; --force sets {:.4f} s all the same",
-                          *now_s, *undoing.value, undoing.utc, undoing.before),
-              ErrorKind::kSafety);
+  return Fail(
+      fmt::format("{:.4f} s is in force, and not the {:.4f} s that were applied {}: "
+                  "somebody set another value since, or the printer was restarted; --force sets "
+                  "{:.4f} s all the same",
+                  *now_s, *undoing.value, undoing.utc, undoing.before),
+      ErrorKind::kSafety);
 }
 
 int RunUndo(const ApplyArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
-  const auto undoing = LastToUndo(kInstrument, config->scan.address);
-  if (!undoing) return PrintError(undoing.error());
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  constexpr double kAsk_s = 10;
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return PrintError(state.error());
+  const auto undoing = LastToUndo(kInstrument, config->scan.address, state->pressure_advance_s);
+  if (!undoing) return PrintError(undoing.error());
   procedure::ApplyOptions options = OptionsOf(arguments, *config);
   options.before_setting = [&](std::optional<double> now_s) -> Result<void> {
     if (auto in_force = CheckInForce(*undoing, now_s, arguments.force); !in_force) return in_force;
@@ -135,7 +147,14 @@ int RunUndo(const ApplyArguments& arguments) {
   };
   fmt::print("in force until    {}: {:.4f} s\n", undoing->utc, undoing->before);
   const auto done = Apply(session, undoing->before, options, false);
-  return done ? static_cast<int>(kExitGood) : PrintError(done.error());
+  if (!done) return PrintError(done.error());
+  if (!options.dry_run) {
+    fmt::print(
+        "what was kept     for a filament (TRAMMEL_FILAMENT, Spoolman) stays there: pa apply "
+        "{:.4f} --filament NAME --spoolman keeps this one\n",
+        undoing->before);
+  }
+  return kExitGood;
 }
 
 // What Spoolman has, and what it gets.
@@ -147,6 +166,38 @@ void PrintSpoolPlace(const procedure::SpoolPlace& place, double value_s) {
              place.spool_id, place.matrix_before.empty() ? "(none)" : place.matrix_before,
              place.nozzle, value_s);
   if (place.new_fields) fmt::print("                  fields that it lacks are added\n");
+}
+
+// Whether a result may be kept for a filament: of two names one has to hold the other, as "PETG
+// Jet" and "Prusament PETG-Jet" do.
+Result<void> CheckSameFilament(const measurement::Subject& subject, const std::string& filament,
+                               bool force) {
+  if (force || subject.filament.empty() || filament.empty()) return {};
+  const auto measured = procedure::FilamentKey(subject.filament);
+  const auto kept = procedure::FilamentKey(filament);
+  const auto holds = [](const std::string& a, const std::string& b) {
+    return a.find(b) != std::string::npos;
+  };
+  if (!measured || !kept || holds(*measured, *kept) || holds(*kept, *measured)) return {};
+  return Fail(
+      fmt::format("the result is of the filament '{}', and would be kept for '{}': name "
+                  "that one, or --force",
+                  subject.filament, filament));
+}
+
+// Where the result was found under other conditions than it is set for.
+void PrintOtherSubject(const measurement::Subject& subject, const files::Config& config) {
+  const std::string printer = procedure::PrinterName(config.scan.address);
+  if (!subject.printer.empty() && procedure::PrinterName(subject.printer) != printer) {
+    fmt::print("notice            it was measured on {}, and is set on {}\n", subject.printer,
+               printer);
+  }
+  const std::string nozzle = fmt::format("{:.2f}", config.pattern.nozzle_diameter_mm);
+  if (!subject.nozzle.empty() && subject.nozzle != nozzle) {
+    fmt::print(
+        "notice            it was measured with a nozzle of {} mm, and the settings say {}\n",
+        subject.nozzle, nozzle);
+  }
 }
 
 // Whatever a value is kept for beyond the printer's next restart.
@@ -190,9 +241,17 @@ int RunApply(const ApplyArguments& arguments) {
   options.before_setting = [&](std::optional<double> before_s) {
     return NoteBegun(applied, before_s);
   };
+  const measurement::Subject subject =
+      value->result ? value->result->subject : measurement::Subject{};
+  auto same = CheckSameFilament(subject, arguments.filament, arguments.force);
+  if (!same) return PrintError(same.error());
   std::optional<procedure::SpoolPlace> spool;
   if (arguments.spoolman || config->scan.keep_in_spoolman) {
     auto place = procedure::FindSpoolPlace(session);
+    if (place) {
+      same = CheckSameFilament(subject, place->filament, arguments.force);
+      if (!same) place = tl::unexpected(same.error());
+    }
     if (place) {
       spool = std::move(*place);
     } else if (arguments.spoolman) {
@@ -209,6 +268,7 @@ int RunApply(const ApplyArguments& arguments) {
       fmt::print("notice            {}\n", notice);
     }
   }
+  PrintOtherSubject(subject, *config);
   if (spool) PrintSpoolPlace(*spool, value->value_s);
   const auto done = Apply(session, value->value_s, options, false);
   if (!done) return PrintError(done.error());
@@ -262,8 +322,10 @@ void AddApplyCommand(CLI::App& parent, int& exit_code) {
                  "instead of a value: what was in force before trammel set the last one")
       ->excludes(value);
   AddPrinterOptions(*command, arguments->printer);
-  command->add_option("--filament", arguments->filament,
-                      "keep it for this filament, too, in the printer's [save_variables]");
+  command
+      ->add_option("--filament", arguments->filament,
+                   "keep it for this filament, too, in the printer's [save_variables]")
+      ->excludes("--undo");
   command
       ->add_flag("--spoolman", arguments->spoolman,
                  "keep it in Spoolman, too: on the active spool, and on its filament")

@@ -15,7 +15,6 @@
 #include "app/kept_history.h"
 #include "app/new_folder.h"
 #include "app/printer_session.h"
-#include "base/url_secrets.h"
 #include "files/whole_file.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
@@ -26,9 +25,11 @@
 #include "pressure_advance/commands/validation.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/procedure/comparison.h"
+#include "pressure_advance/procedure/filament_memory.h"
 #include "pressure_advance/procedure/scan_checks.h"
 #include "pressure_advance/procedure/spool_memory.h"
 #include "session/checks.h"
+#include "session/dead_run.h"
 #include "settings/material.h"
 
 namespace trammel::app {
@@ -140,7 +141,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   output.json = arguments.json;
   output.keep_in_recording = true;
   ResultFile result = ResultOf(run->analysis, folder.string());
-  result.outcome.subject = {WithoutSecrets(config.scan.address),
+  result.outcome.subject = {procedure::PrinterName(config.scan.address),
                             fmt::format("{:.2f}", config.pattern.nozzle_diameter_mm),
                             FilamentOf(arguments, session)};
   int code = PrintAnalysis(*run, result, output);
@@ -200,6 +201,9 @@ int RunCalibration(const CalibrateArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
+  if (!arguments.filament.empty()) {
+    if (auto key = procedure::FilamentKey(arguments.filament); !key) return PrintError(key.error());
+  }
   if (arguments.dry_run) {
     const auto done = PrintDryRun(config->pattern, config->scan, {arguments.print, arguments.scan});
     return done ? static_cast<int>(kExitGood) : PrintError(done.error());

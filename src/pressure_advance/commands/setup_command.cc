@@ -15,12 +15,12 @@
 #include "app/new_folder.h"
 #include "app/printer_session.h"
 #include "app/provenance.h"
-#include "base/url_secrets.h"
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/commands/setup_output.h"
 #include "pressure_advance/procedure/setup.h"
 #include "pressure_advance/setup/printed_mark.h"
+#include "session/dead_run.h"
 #include "settings/material.h"
 
 namespace trammel::app {
@@ -56,6 +56,12 @@ procedure::SetupRequest SetupRequestOf(const SetupArguments& arguments,
 // The mark's G-code, and where the head goes, whatever a printer would say.
 Result<void> PrintSetupDryRun(const procedure::SetupRequest& request) {
   if (auto told = settings::ValidateTemperatures(request.pattern); !told) return told;
+  constexpr double kFar_mm = 2000;  // a printer says how far it reaches, and none is asked
+  procedure::Reach anywhere;
+  anywhere.minimum_mm.fill(-kFar_mm);
+  anywhere.maximum_mm.fill(kFar_mm);
+  auto clear = CheckClearHeights(request.clear, request.settings, anywhere);
+  if (!clear) return clear;
   const auto mark = PlanMark(request.pattern, request.mark, request.settings.camera_offset_x_mm,
                              request.settings.camera_offset_y_mm);
   if (!mark) return tl::unexpected(mark.error());
@@ -101,7 +107,7 @@ int RunSetup(const SetupArguments& arguments) {
   }
   SetupOutput output;
   output.json = arguments.json;
-  output.printer = WithoutSecrets(config->scan.address);
+  output.printer = procedure::PrinterName(config->scan.address);
   if (!arguments.write.empty()) {
     auto target = ReadCameraTarget(arguments.write);
     if (!target) return PrintError(target.error());

@@ -108,6 +108,16 @@ Result<CameraTarget> ReadCameraTarget(const fs::path& path) {
   if (auto config = files::ParseConfig(*text, path.string()); !config) {
     return tl::unexpected(config.error());
   }
+  // Whether its [camera] can be written to is tried before anything is heated.
+  constexpr double kTried_mm = 12.5;
+  const auto tried =
+      files::ParseConfig(files::PutCameraKeys(*text, {{"offset_x", "12.5"}}), path.string());
+  if (!tried || tried->scan.camera_offset_x_mm != kTried_mm) {
+    return Fail(
+        fmt::format("--write {}: its section [camera] is spelled in a way that is not "
+                    "understood: write it as [camera] with a line for each key",
+                    path.string()));
+  }
   target.text = std::move(*text);
   return target;
 }

@@ -77,9 +77,10 @@ TEST_F(WriteCamera, LeavesAFileAloneThatChangedMeanwhile) {
 TEST_F(WriteCamera, LeavesAFileAloneWhoseSectionItDoesNotUnderstand) {
   const std::string inline_table = "camera = {fps = 60, offset_x = 27}\n";
   WriteWhole(path(), inline_table);
-  const auto target = ReadCameraTarget(path());
-  ASSERT_TRUE(target) << target.error().message;
-  const auto backup = WriteCameraTarget(*target, Measurement(), kFocus_mm);
+  const auto target = ReadCameraTarget(path());  // before anything is heated
+  ASSERT_FALSE(target);
+  EXPECT_THAT(target.error().message, HasSubstr("a line for each key"));
+  const auto backup = WriteCameraTarget({path(), inline_table}, Measurement(), kFocus_mm);
   ASSERT_FALSE(backup);
   EXPECT_THAT(backup.error().message, HasSubstr("copy the lines by hand"));
   EXPECT_EQ(ReadWhole(path()), inline_table);

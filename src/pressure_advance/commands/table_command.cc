@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "document/interval_text.h"
 #include "files/whole_file.h"
 #include "gcode/bead.h"
+#include "measurement/history.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/files/orca_profile.h"
@@ -44,6 +46,7 @@ struct TableArguments {
 struct Calibration {
   FlowPoint point;
   measurement::Subject subject;
+  std::string fingerprint;
 };
 
 /// The answer of a recording, with the flows and the acceleration of its plan.
@@ -57,13 +60,19 @@ Result<Calibration> CalibrationOf(const fs::path& folder) {
   if (!plan) return tl::unexpected(plan.error());
   const auto [slow, fast] = std::ranges::minmax(
       plan->segments, {}, [](const pressure_advance::Segment& s) { return s.speed_mm_s; });
+  if (!(plan->layer_height_mm > 0 && plan->layer_height_mm <= plan->line_width_mm)) {
+    return Fail(
+        fmt::format("{}: a bead {} mm wide and {} mm high has no flow: it must be as wide as "
+                    "high at least",
+                    file.string(), plan->line_width_mm, plan->layer_height_mm));
+  }
   const double area_mm2 = gcode::BeadArea_mm2(plan->line_width_mm, plan->layer_height_mm);
   FlowPoint point;
   point.flow_mm3_s = fast.speed_mm_s * area_mm2;
   point.slow_flow_mm3_s = slow.speed_mm_s * area_mm2;
   point.acceleration_mm_s2 = plan->acceleration_mm_s2;
   point.pressure_advance_s = answer->pressure_advance_s;
-  return Calibration{point, answer->outcome.subject};
+  return Calibration{point, answer->outcome.subject, files::Fingerprint(answer->outcome)};
 }
 
 /// Whether both may be rows of one table, as far as they tell.
@@ -85,6 +94,14 @@ Result<void> CheckSameSubject(const measurement::Subject& first, const measureme
                     folder, other.nozzle, other.printer, first.nozzle, first.printer));
   }
   return {};
+}
+
+/// Takes over what is not known yet.
+void Complete(measurement::Subject& subject, const measurement::Subject& other) {
+  for (const auto field : {&measurement::Subject::printer, &measurement::Subject::nozzle,
+                           &measurement::Subject::filament}) {
+    if ((subject.*field).empty()) subject.*field = other.*field;
+  }
 }
 
 Json JsonOf(const FlowTable& table) {
@@ -163,12 +180,19 @@ int RunTable(const TableArguments& arguments) {
   }
   std::vector<FlowPoint> points;
   measurement::Subject subject;
+  std::map<std::string, std::string> taken;  // fingerprint, folder
   for (const std::string& recording : arguments.recordings) {
     const auto calibration = CalibrationOf(recording);
     if (!calibration) return PrintError(calibration.error());
-    if (points.empty()) subject = calibration->subject;
+    const auto [first, fresh] = taken.emplace(calibration->fingerprint, recording);
+    if (!fresh) {
+      return PrintError(
+          {ErrorKind::kInput, fmt::format("{}: is the same calibration as {}: name each once",
+                                          recording, first->second)});
+    }
     auto same = CheckSameSubject(subject, calibration->subject, recording);
     if (!same) return PrintError(same.error());
+    Complete(subject, calibration->subject);
     points.push_back(calibration->point);
   }
   const auto table = pressure_advance::MakeFlowTable(std::move(points));

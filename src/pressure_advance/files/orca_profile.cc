@@ -27,6 +27,7 @@ bool IsList(const Json& value) {
 bool IsOn(const Json& value) {
   for (const Json& entry : value.is_array() ? value : Json::array({value})) {
     if (entry.is_string() && entry != "0" && !entry.get<std::string>().empty()) return true;
+    if (entry.is_boolean() && entry.get<bool>()) return true;
   }
   return false;
 }
@@ -82,7 +83,9 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
   }
   if (const auto sane = ParseJson(profile, file); !sane) return tl::unexpected(sane.error());
   Json json = Json::parse(profile, nullptr, false);
-  if (!json.is_object() || !json.contains("filament_settings_id")) {
+  const bool of_filament = json.is_object() && json.contains("filament_settings_id") &&
+                           (!json.contains("type") || json["type"] == "filament");
+  if (!of_filament) {
     return Fail(
         fmt::format("{}: is no filament profile of OrcaSlicer (it has no "
                     "filament_settings_id); export your filament there and give that file",
@@ -95,9 +98,13 @@ Result<OrcaProfile> WithPressureAdvance(std::string_view profile, const std::str
     }
   }
   OrcaProfile made;
-  json["enable_pressure_advance"] = Entries(json, "enable_pressure_advance", "1");
   json["pressure_advance"] =
       Entries(json, "pressure_advance", fmt::format("{:.4f}", pressure_advance_s));
+  if (!json.contains("enable_pressure_advance") ||
+      json["enable_pressure_advance"].size() < json["pressure_advance"].size()) {
+    json["enable_pressure_advance"] = json["pressure_advance"];  // as many
+  }
+  json["enable_pressure_advance"] = Entries(json, "enable_pressure_advance", "1");
   const char* adaptive = "adaptive_pressure_advance";
   if (!rows.empty()) {
     const char* model = "adaptive_pressure_advance_model";

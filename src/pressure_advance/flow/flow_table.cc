@@ -18,6 +18,13 @@ constexpr double kNormal95 = 1.959964;
 
 bool Same(double a, double b) { return std::abs(a - b) <= kSame * std::max(a, b); }
 
+// A standard uncertainty whose normal interval is no narrower than the one that is stated: one of
+// few degrees of freedom is wider.
+double Sigma(const Quantity& quantity) {
+  const double half = 0.5 * (quantity.interval95.hi - quantity.interval95.lo);
+  return std::max(quantity.standard_uncertainty, half / kNormal95);
+}
+
 Quantity QuantityOf(double value, double u, double half) {
   return {value, u, {value - half, value + half}};
 }
@@ -27,13 +34,13 @@ Quantity Combined(const std::vector<Quantity>& values) {
   if (values.size() == 1) return values.front();
   double weights = 0, sum = 0;
   for (const Quantity& value : values) {
-    const double weight = 1 / Square(value.standard_uncertainty);
+    const double weight = 1 / Square(Sigma(value));
     weights += weight, sum += weight * value.value;
   }
   const double mean = sum / weights;
   double chi_square = 0;
   for (const Quantity& value : values) {
-    chi_square += Square((value.value - mean) / value.standard_uncertainty);
+    chi_square += Square((value.value - mean) / Sigma(value));
   }
   const double left_over = static_cast<double>(values.size()) - 1;
   const double excess = std::sqrt(chi_square / left_over);
@@ -85,11 +92,11 @@ FlowTrend CommonSlope(const std::vector<FlowPoint>& rows,
     if (members.size() < 2) continue;
     double weights = 0, sum_x = 0, sum_y = 0;
     for (const FlowPoint* row : members) {
-      const double weight = 1 / Square(row->pressure_advance_s.standard_uncertainty);
+      const double weight = 1 / Square(Sigma(row->pressure_advance_s));
       weights += weight, sum_x += weight * x(*row), sum_y += weight * row->pressure_advance_s.value;
     }
     for (const FlowPoint* row : members) {
-      const double weight = 1 / Square(row->pressure_advance_s.standard_uncertainty);
+      const double weight = 1 / Square(Sigma(row->pressure_advance_s));
       const double dx = x(*row) - sum_x / weights;
       const double dy = row->pressure_advance_s.value - sum_y / weights;
       moment += weight * dx * dy, spread += weight * dx * dx, count += 1;
@@ -106,8 +113,7 @@ FlowTrend CommonSlope(const std::vector<FlowPoint>& rows,
   const double slope = moment / spread;
   double chi_square = 0;
   for (const auto& [row, d] : used) {
-    chi_square +=
-        Square((d.second - slope * d.first) / row->pressure_advance_s.standard_uncertainty);
+    chi_square += Square((d.second - slope * d.first) / Sigma(row->pressure_advance_s));
   }
   const double left_over = count - levels - 1;
   const double excess = left_over > 0 ? std::sqrt(chi_square / left_over) : 1;
@@ -176,10 +182,12 @@ Result<FlowTable> MakeFlowTable(std::vector<FlowPoint> points) {
 std::vector<FlowPoint> AdaptiveRows(const FlowTable& table) {
   std::vector<FlowPoint> kept;
   for (const FlowPoint& row : table.rows) {
-    const auto flows = std::ranges::count_if(table.rows, [&](const FlowPoint& other) {
+    const auto alike = [&](const FlowPoint& other) {
       return Same(other.acceleration_mm_s2, row.acceleration_mm_s2);
-    });
-    if (flows >= 2) kept.push_back(row);
+    };
+    if (std::ranges::count_if(table.rows, alike) < 2) continue;
+    kept.push_back(row);  // under the first one's acceleration: the slicer takes it to the digit
+    kept.back().acceleration_mm_s2 = std::ranges::find_if(table.rows, alike)->acceleration_mm_s2;
   }
   return kept;
 }

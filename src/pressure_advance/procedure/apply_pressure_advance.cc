@@ -57,12 +57,17 @@ Result<PressureAdvanceChange> ApplyPressureAdvance(const Session& session,
       return tl::unexpected(may.error());
     }
   }
-  auto set =
-      session.printer.Run(fmt::format("SET_PRESSURE_ADVANCE ADVANCE={:.4f}", pressure_advance_s),
-                          session.Within(kAsk_s));
-  if (set) set = session.printer.FinishMoves(session.Within(kAsk_s));
+  // What is begun is seen through, also where somebody stops the program: seconds, and the answer
+  // says what is in force.
+  if (session.stop.stop_requested()) {
+    return Fail("stopped before the pressure advance was set", ErrorKind::kInterrupted);
+  }
+  const machine::WaitLimit through{kAsk_s, {}};
+  auto set = session.printer.Run(
+      fmt::format("SET_PRESSURE_ADVANCE ADVANCE={:.4f}", pressure_advance_s), through);
+  if (set) set = session.printer.FinishMoves(through);
   if (!set) return tl::unexpected(set.error());
-  const auto state = session.printer.State(session.Within(kAsk_s));
+  const auto state = session.printer.State(through);
   if (!state) return tl::unexpected(state.error());
   constexpr double kRounding_s = 0.0001;
   if (!state->pressure_advance_s ||

@@ -115,7 +115,8 @@ Result<void> KeepOnSpool(const Session& session, const SpoolPlace& place,
                             kMost_s));
   }
   const double value_s = std::round(1e4 * pressure_advance_s) / 1e4;
-  Spoolman spoolman(session.printer, session.Within(kAsk_s));
+  // Filament and spool belong together: a stop in between does not part them.
+  Spoolman spoolman(session.printer, {kAsk_s, {}});
   for (const auto& [entity, field] : {std::pair{SpoolmanEntity::kFilament, &kOfFilament},
                                       std::pair{SpoolmanEntity::kSpool, &kOfSpool}}) {
     const auto there = spoolman.HasField(entity, *field);
