@@ -279,6 +279,12 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
     result.structures[index] = ReadOne(page, plan, map, known, other, index, result.photo);
   });
   result.notices = plan.notices;
+  for (std::size_t i = 0; i < other.glare.size(); ++i) {
+    if (!other.glare[i]) continue;
+    result.notices.push_back(fmt::format(
+        "a lamp's reflection lies over {}, which does not count: the intervals are wider for it",
+        plan.structures[i].name));
+  }
   if (plan.original && map.mirrored()) {
     result.notices.emplace_back(
         "the page shows the print mirrored, by the scanner's driver or because an axis of the "

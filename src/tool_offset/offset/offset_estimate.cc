@@ -279,7 +279,7 @@ std::string PhotoNotice(const PhotoOnPage& photo) {
       "and for a colour seen {:.2g} px further out in the corner (1 sigma){}",
       1e3 * photo.spread.height_mm, photo.spread.colour_px,
       photo.pose.focal_stated ? ""
-                              : "; the file does not state the focal length, which widens them");
+                              : "; the file states no focal length, which they allow for, too");
 }
 
 void Notify(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {

@@ -145,15 +145,16 @@ std::optional<std::string> PhotoFault(const PhotoOnPage& photo) {
   const double tilt_deg = photo.pose.tilt_rad * 180 / std::numbers::pi;
   if (photo.px_per_mm < kLeastPhotoScale_px_mm) {
     return fmt::format(
-        "the photo shows the sheet with {:.1f} px per mm, at least {:.0f} are needed: "
+        "the photo shows the sheet with {:.2f} px per mm, at least {:.0f} are needed: "
         "let the sheet fill the picture, and take it with all of the camera's pixels",
         photo.px_per_mm, kLeastPhotoScale_px_mm);
   }
-  if (photo.blur_px > kMostPhotoBlur_px) {
+  const double most_blur_px = std::min(kMostPhotoBlur_px, kMostPhotoBlur_mm * photo.px_per_mm);
+  if (photo.blur_px > most_blur_px) {
     return fmt::format(
-        "the photo is blurred by {:.1f} px (1 sigma), at most {} can be read: hold the "
-        "phone still, further away if it cannot focus, in more light",
-        photo.blur_px, kMostPhotoBlur_px);
+        "the photo is blurred by {:.1f} px (1 sigma), at most {:.1f} can be read: hold the phone "
+        "still, further away if it cannot focus, in more light",
+        photo.blur_px, most_blur_px);
   }
   if (tilt_deg > kMostPhotoTilt_deg) {
     return fmt::format(

@@ -12,6 +12,7 @@ namespace trammel::tool_offset {
 /// What a photo must have at least.
 inline constexpr double kLeastPhotoScale_px_mm = 9;  // a line of 0.4 mm is 4 px wide
 inline constexpr double kMostPhotoBlur_px = 2.5;
+inline constexpr double kMostPhotoBlur_mm = 0.18;  // two legs then run together
 inline constexpr double kMostPhotoTilt_deg = 35;
 
 /// How blurred the box's lines are, 1 sigma of a Gauss curve that a line's two edges are smeared
