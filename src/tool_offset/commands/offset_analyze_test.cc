@@ -311,5 +311,39 @@ TEST_F(OffsetAnalyze, FilesThatCannotBeReadAreNamed) {
   EXPECT_THAT(some.standard_output, HasSubstr("T1 "));
 }
 
+TEST_F(OffsetAnalyze, ReadsAPhonesPhotoOfASheetLaidOutForIt) {
+  tool_offset::SheetSettings settings = OfPla();
+  settings.for_photo = true;
+  WritePattern("photo.gcode", settings);
+  const auto take = [](const std::string& out, const std::string& more) {
+    return Trammel(
+        fmt::format("sim sheet photo.gcode --photo --photo-set tilt-deg=5 --seed {} "
+                    "--offset 1:{},{} --out {} {}",
+                    kSeed, kDx_mm, kDy_mm, out, more));
+  };
+  ASSERT_EQ(take("photo.jpg", "").exit_code, 0);
+  const CommandResult result = Trammel("offset analyze photo.jpg --pattern photo.gcode --json");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const json found = json::parse(result.standard_output);
+  const json& tool = found["tools"][0];
+  ExpectNear(tool["dx_mm"], tool["interval95_mm"]["dx"], kDx_mm);
+  ExpectNear(tool["dy_mm"], tool["interval95_mm"]["dy"], kDy_mm);
+  // Told from the file alone, and what is taken for granted is said.
+  EXPECT_EQ(found["scans"][0]["photo"]["focal_stated"], true);
+  EXPECT_THAT(found["notices"][0].get<std::string>(), HasSubstr("45 um higher"));
+  const CommandResult surer = Trammel(
+      "offset analyze photo.jpg --pattern photo.gcode --line-heights-um 0 --line-colour-px 0 "
+      "--json");
+  ASSERT_EQ(surer.exit_code, 0) << surer.output;
+  const json less = json::parse(surer.standard_output);
+  EXPECT_LT(less["tools"][0]["standard_uncertainty_mm"]["dx"].get<double>(),
+            tool["standard_uncertainty_mm"]["dx"].get<double>());
+
+  ASSERT_EQ(take("blurred.jpg", "--photo-set blur-px=6").exit_code, 0);
+  const CommandResult blurred = Trammel("offset analyze blurred.jpg --pattern photo.gcode");
+  EXPECT_EQ(blurred.exit_code, 2);
+  EXPECT_THAT(blurred.standard_error, AllOf(HasSubstr("blurred.jpg"), HasSubstr("6.0 px")));
+}
+
 }  // namespace
 }  // namespace trammel::test
