@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstring>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 namespace trammel::files {
@@ -185,6 +186,19 @@ Result<void> NewFile::Commit() {
   return {};
 }
 
+namespace {
+
+// Removes the part of a line for which there was room. What another process has added since stays,
+// and the part with it: a torn line, which the next one ends.
+void TakeBack(int file, off_t size, ssize_t written) {
+  struct stat status {};
+  if (fstat(file, &status) == 0 && status.st_size == size + written) {
+    std::ignore = ftruncate(file, size);
+  }
+}
+
+}  // namespace
+
 Result<void> AppendLine(const fs::path& path, std::string_view line) {
   if (auto fit = CheckTarget(path, IfThere::kReplace); !fit) return fit;
   constexpr int kFlags = O_RDWR | O_APPEND | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
@@ -197,9 +211,11 @@ Result<void> AppendLine(const fs::path& path, std::string_view line) {
       status.st_size > 0 && pread(file.get(), &last, 1, status.st_size - 1) == 1 && last != '\n';
   const std::string bytes = fmt::format("{}{}\n", torn ? "\n" : "", line);
   const ssize_t written = write(file.get(), bytes.data(), bytes.size());
-  // A line that did not fit is a torn one, which the next ends.
   if (written < 0) return CannotWrite(path, errno);
-  if (written != static_cast<ssize_t>(bytes.size())) return CannotWrite(path, ENOSPC);
+  if (written != static_cast<ssize_t>(bytes.size())) {
+    TakeBack(file.get(), status.st_size, written);
+    return CannotWrite(path, ENOSPC);
+  }
   return Synchronised(file.get()) ? Result<void>() : CannotWrite(path, errno);
 }
 

@@ -69,9 +69,10 @@ class NewFile {
 };
 
 /// Adds a line to a file that grows, which is made where it is not there; `line` has no line feed.
-/// A last line that was cut short is ended first. One call of the system, so that two processes do
-/// not write into each other's lines; on the disk when it returns. Errors: as CheckTarget for a
-/// file that is there already, and whatever the system says.
+/// A last line that was cut short is ended first; one that finds no room leaves nothing behind. One
+/// call of the system, so that two processes do not write into each other's lines; on the disk when
+/// it returns. Errors: as CheckTarget for a file that is there already, and whatever the system
+/// says.
 [[nodiscard]] Result<void> AppendLine(const std::filesystem::path& path, std::string_view line);
 
 /// Writes a whole file. Errors (not writable, disk full, there already) name the path, what the

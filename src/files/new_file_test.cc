@@ -142,6 +142,22 @@ TEST(AppendLine, AddsWholeLinesAndEndsATornOne) {
   EXPECT_EQ(test::ReadWhole(path), "torn\nthree\n");
 }
 
+TEST(AppendLine, LeavesNothingOfALineThatFindsNoRoom) {
+  const test::TemporaryFolder folder;
+  const fs::path path = folder.path() / "log";
+  ASSERT_TRUE(AppendLine(path, "one"));
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit little{10, before.rlim_max};  // as a disk on which four more bytes find room
+  const auto old_handler = signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
+  const auto added = AppendLine(path, "two and more");
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  signal(SIGXFSZ, old_handler);
+  EXPECT_FALSE(added);
+  EXPECT_EQ(test::ReadWhole(path), "one\n");
+}
+
 TEST(AppendLine, FollowsNoLinkAndWritesToOrdinaryFilesOnly) {
   const test::TemporaryFolder folder;
   test::WriteWhole(folder.path() / "anothers", "precious");
