@@ -268,7 +268,9 @@ void TapWatcher::Close() {
 void TapWatcher::Keep(const Open& open) {
   const auto kept = files::AppendLine(
       options_.recording, open.raw.dump(-1, ' ', false, json::error_handler_t::replace));
-  if (!kept) fmt::print(stderr, "trammel: the tap is not recorded: {}\n", kept.error().message);
+  if (kept) return;
+  ++unrecorded_;
+  fmt::print(stderr, "trammel: the tap is not recorded: {}\n", kept.error().message);
 }
 
 void TapWatcher::PrintSummary() const {
@@ -279,7 +281,11 @@ void TapWatcher::PrintSummary() const {
   if (!differences_mm_.empty()) {
     fmt::print("printer minus ours {}\n", DifferenceText(differences_mm_));
   }
-  if (!taps_.empty()) fmt::print("recorded          {}\n", options_.recording.string());
+  if (taps_.empty()) return;
+  const std::string those =
+      unrecorded_ > 0 ? fmt::format("{} of {} taps: ", taps_.size() - unrecorded_, taps_.size())
+                      : "";
+  fmt::print("recorded          {}{}\n", those, options_.recording.string());
 }
 
 }  // namespace trammel::app

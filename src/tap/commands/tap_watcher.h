@@ -95,6 +95,7 @@ class TapWatcher {
   std::optional<tap::TapAnalysis> last_;
   std::optional<double> last_rise_print_time_s_;  ///< where the tap says when it rose
   std::vector<report::AnalysedTap> taps_;         ///< Without their samples.
+  std::size_t unrecorded_ = 0;                    ///< Of them, for which there was no room.
   std::vector<double> received_s_;
   std::vector<double> differences_mm_;  ///< The printer's z minus ours.
 };
