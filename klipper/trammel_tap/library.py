@@ -51,7 +51,8 @@ size_t trammel_tap_explain(const trammel_tap_finding* finding, char* text, size_
 """
 LEAST_VERSION = 2  # negative latencies
 SONAME = 'libtrammel_tap.so.1'
-MOST_NOTICES = 16  # of trammel_tap_result
+VERDICTS = (0, 1, 2)  # of trammel_tap_result: good, cannot_tell, refused
+MOST_NOTICES = 16
 
 
 class TapError(Exception):
@@ -200,11 +201,13 @@ class Library:
 
     def _answer(self, result: Any, cpu_time: float) -> Answer:
         interval = (result.interval95_lo_mm, result.interval95_hi_mm)
+        if result.verdict not in VERDICTS:
+            raise TapError("the library's answer makes no sense: verdict %d" % result.verdict)
         if not 0 <= result.notice_count <= MOST_NOTICES:
             raise TapError("the library's answer makes no sense: %d notices" % result.notice_count)
         names = tuple(self._string(self._lib.trammel_tap_finding_name(result.notices[i].code))
                       for i in range(result.notice_count))
-        good = result.verdict == 0
+        good = result.verdict == VERDICTS[0]
         # A height that is no number, or lies outside of its own interval, is none.
         if good and not -math.inf < interval[0] <= result.contact_z_mm <= interval[1] < math.inf:
             raise TapError("the library's answer makes no sense: %g in an interval of %g to %g"

@@ -120,7 +120,7 @@ class LibraryTest(unittest.TestCase):
     def test_an_answer_that_makes_no_sense_is_an_error(self):
         for field, value in (('contact_z_mm', 7.), ('contact_z_mm', math.nan),
                              ('interval95_hi_mm', math.inf), ('interval95_lo_mm', .2),
-                             ('notice_count', 17), ('notice_count', -1)):
+                             ('verdict', 99), ('notice_count', 17), ('notice_count', -1)):
             lib = Library(self.path)
             lib._lib = Spoilt(lib._lib, lambda result: setattr(result, field, value))
             with self.subTest(field=field, value=value):
