@@ -87,6 +87,8 @@ void ParseHead(JsonObject& object, PatternPlan& plan) {
   plan.line_width_mm = object.Number("line_width_mm", {0.001, 100});
   plan.line_length_mm = object.Number("line_length_mm", {0.001, 10000});
   plan.acceleration_mm_s2 = object.Number("acceleration_mm_s2", {0.001, 1e6});
+  if (object.has("corner_mark"))
+    plan.corner_mark = object.Choice("corner_mark", {"printed"}) == "printed";
 }
 
 }  // namespace
@@ -98,16 +100,17 @@ std::string FormatPlan(const PatternPlan& plan) {
   for (const Segment& segment : plan.segments) {
     segments.push_back({{"fraction", segment.fraction}, {"speed_mm_s", segment.speed_mm_s}});
   }
-  const ordered_json head{{"format", kFormat},
-                          {"kind", kKind},
-                          {"gcode", plan.gcode},
-                          {"bed_mm", {plan.bed_size_x_mm, plan.bed_size_y_mm}},
-                          {"bed_origin_mm", {plan.bed_origin_x_mm, plan.bed_origin_y_mm}},
-                          {"layer_height_mm", plan.layer_height_mm},
-                          {"line_width_mm", plan.line_width_mm},
-                          {"line_length_mm", plan.line_length_mm},
-                          {"acceleration_mm_s2", plan.acceleration_mm_s2},
-                          {"segments", std::move(segments)}};
+  ordered_json head{{"format", kFormat},
+                    {"kind", kKind},
+                    {"gcode", plan.gcode},
+                    {"bed_mm", {plan.bed_size_x_mm, plan.bed_size_y_mm}},
+                    {"bed_origin_mm", {plan.bed_origin_x_mm, plan.bed_origin_y_mm}},
+                    {"layer_height_mm", plan.layer_height_mm},
+                    {"line_width_mm", plan.line_width_mm},
+                    {"line_length_mm", plan.line_length_mm},
+                    {"acceleration_mm_s2", plan.acceleration_mm_s2}};
+  if (plan.corner_mark) head["corner_mark"] = "printed";
+  head["segments"] = std::move(segments);
   // One key and one printed line to a line of text: to be read and compared by people, too.
   std::string out = "{";
   for (const auto& [key, value] : head.items()) {

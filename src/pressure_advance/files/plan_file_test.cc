@@ -53,6 +53,15 @@ TEST(PlanFile, HasTheKeysOfTheFormatAndNoOthers) {
                                             "acceleration_mm_s2", "segments", "lines"));
 }
 
+TEST(PlanFile, SaysThatAMarkWasPrinted) {
+  PatternConfig config;
+  EXPECT_FALSE(ParsePlan(FormatPlan(PlanOf(config)), "a.plan.json")->corner_mark);
+  config.corner_mark = true;
+  const auto read = ParsePlan(FormatPlan(PlanOf(config)), "a.plan.json");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_TRUE(read->corner_mark);
+}
+
 TEST(PlanFile, WritesAFileNameOfAnyBytes) {
   PatternPlan plan = PlanOf(PatternConfig{});
   plan.gcode = "\xff.gcode";

@@ -59,12 +59,14 @@ struct PatternConfig : settings::PrinterSettings, settings::FilamentSettings {
                                    ///< Negative: a gap. The paper's is the line width.
   std::optional<double> frame_margin_mm;  ///< (0, 200] between the outermost line's and the frame's
                                           ///< centre lines; absent: the line spacing (paper)
-  double frame_speed_mm_s = 33;           ///< (0, 500]; paper: F2000
-  double frame_pressure_advance_s = 0;    ///< [0, 10]; the frame runs at one speed and needs none
-  double prime_length_mm = 0.5;           ///< [0, 50] of filament before each frame; paper
-  int columns = 1;                        ///< [1, 100] patterns side by side
-  int rows = 1;                           ///< [1, 100] patterns one behind the other
-  double pattern_gap_mm = 3;              ///< [0, 200] of free plate between two frames
+  bool corner_mark = false;      ///< the frame's corner beside the first line's start is filled, so
+                                 ///< that a photo shows which way it lies
+  double frame_speed_mm_s = 33;  ///< (0, 500]; paper: F2000
+  double frame_pressure_advance_s = 0;  ///< [0, 10]; the frame runs at one speed and needs none
+  double prime_length_mm = 0.5;         ///< [0, 50] of filament before each frame; paper
+  int columns = 1;                      ///< [1, 100] patterns side by side
+  int rows = 1;                         ///< [1, 100] patterns one behind the other
+  double pattern_gap_mm = 3;            ///< [0, 200] of free plate between two frames
 };
 
 /// The pressure advance of each line of one pattern, in s, in print order. REQUIRES a valid config.

@@ -58,6 +58,9 @@ constexpr auto kFields = std::to_array<PatternField>({
      "How far the ends of the lines run into the frame's bead; negative: a gap."},
     {kPattern, "frame_margin", &C::frame_margin_mm, "mm", 0.05, 200,
      "From the outermost lines to the frame. Left out: line_spacing."},
+    {kPattern, "corner_mark", &C::corner_mark, "", 0, 0,
+     "Fill the frame's corner beside the first line's start: a photo then shows which way it lies, "
+     "mirrored or not."},
     {kPattern, "frame_speed", &C::frame_speed_mm_s, "mm/s", 0.1, 500, "Speed of the frame."},
     {kPattern, "frame_pressure_advance", &C::frame_pressure_advance_s, "s", 0, 10,
      "Pressure advance of the frame, and after the pattern."},

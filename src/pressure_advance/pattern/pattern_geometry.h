@@ -12,6 +12,8 @@ struct PatternGeometry {
   double side_to_loop_mm = 0;  ///< from the outermost line to the innermost loop
   double inset_x_mm = 0;       ///< from the pattern's outer edge to the lines' ends
   double inset_y_mm = 0;       ///< from the pattern's outer edge to the outermost line
+  int mark_beads = 0;          ///< of the corner mark, beside the innermost loop; 0 without one
+  double mark_length_mm = 0;   ///< along the lines, from the innermost loop
   double width_mm = 0;         ///< outer edge to outer edge
   double depth_mm = 0;
 };

@@ -126,6 +126,23 @@ void DrawFrame(const PatternConfig& config, const BoundsMm& outer, Pen& pen) {
   }
 }
 
+// Fills the front left corner inside the frame, where the first line starts.
+void DrawMark(const PatternConfig& config, const BoundsMm& outer, Pen& pen) {
+  const PatternGeometry geometry = Geometry(config);
+  const double loops_mm =
+      config.line_width_mm / 2 + (config.frame_loops - 1) * geometry.loop_pitch_mm;
+  for (int bead = 1; bead <= geometry.mark_beads; ++bead) {
+    const PointMm left{outer.min_x_mm + loops_mm + geometry.loop_pitch_mm,
+                       outer.min_y_mm + loops_mm + bead * geometry.loop_pitch_mm,
+                       PrintZ_mm(config)};
+    const double length_mm = geometry.mark_length_mm - geometry.loop_pitch_mm;
+    pen.Leave();
+    pen.GoTo(left);
+    pen.Extrude(MoveKind::kFrame, {left.x_mm + length_mm, left.y_mm, left.z_mm}, length_mm,
+                config.frame_speed_mm_s, -1);
+  }
+}
+
 PatternLine LineOf(const PatternConfig& config, const BoundsMm& outer, int pattern, int index,
                    double pressure_advance_s) {
   const PatternGeometry geometry = Geometry(config);
@@ -162,6 +179,7 @@ PatternLayout LayOut(const PatternConfig& config) {
     if (pattern > 0) pen.Leave();  // under the last line's own pressure advance
     pen.Begin(pattern, -1, config.frame_pressure_advance_s);
     DrawFrame(config, outer, pen);
+    DrawMark(config, outer, pen);
     const std::vector<double> pressure_advances_s = PressureAdvances(config, pattern);
     for (std::size_t i = 0; i < pressure_advances_s.size(); ++i) {
       layout.lines.push_back(

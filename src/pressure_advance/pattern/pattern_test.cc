@@ -109,6 +109,29 @@ TEST(Pattern, LinesRunIntoTheFrameByTheOverlap) {
   EXPECT_NEAR(loop_edge_mm - reach_mm, 0.2, kRounding_mm);
 }
 
+TEST(Pattern, TheMarkFillsTheCornerOfTheFirstLinesStartAndTouchesNoLine) {
+  PatternConfig config;
+  const PatternLayout plain = LayOut(config);
+  config.corner_mark = true;
+  ASSERT_TRUE(Validate(config)) << Validate(config).error().message;
+  const PatternLayout marked = LayOut(config);
+  EXPECT_EQ(marked.printed.min_x_mm, plain.printed.min_x_mm);
+  EXPECT_EQ(marked.printed.max_y_mm, plain.printed.max_y_mm);
+  const PointMm start = marked.lines.front().start;
+  int beads = 0;
+  for (const Move& move : marked.moves) {
+    const bool of_mark = move.kind == MoveKind::kFrame && move.from.x_mm < move.to.x_mm &&
+                         move.to.x_mm < start.x_mm + config.line_length_mm / 2;
+    if (!of_mark) continue;
+    ++beads;
+    EXPECT_GT(move.to.x_mm - move.from.x_mm, 0.1 * config.line_length_mm);
+    EXPECT_LT(move.from.y_mm, start.y_mm - 2 * config.line_width_mm);
+    EXPECT_GT(move.from.y_mm, marked.printed.min_y_mm + config.line_width_mm);
+    EXPECT_EQ(move.pressure_advance_s, config.frame_pressure_advance_s);
+  }
+  EXPECT_GE(beads, 3);
+}
+
 TEST(Pattern, AControlPatternHasOneValueOnAllLines) {
   PatternConfig config;
   config.control_pressure_advance_s = 0.036;

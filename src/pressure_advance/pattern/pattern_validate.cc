@@ -153,6 +153,19 @@ Problem CheckBead(const PatternConfig& config) {
   return std::nullopt;
 }
 
+Problem CheckMark(const PatternConfig& config) {
+  constexpr int kFewestBeads = 3;  // a blob is thinner
+  if (!config.corner_mark) return std::nullopt;
+  if (config.frame_loops < 1) return InPattern("corner_mark", "needs a frame: frame_loops >= 1");
+  const PatternGeometry geometry = Geometry(config);
+  if (geometry.mark_beads >= kFewestBeads) return std::nullopt;
+  return InPattern("corner_mark",
+                   fmt::format("finds room for {} bead(s) between frame and first line, {} are "
+                               "needed: set frame_margin (now {} mm) to {:.1f} or more",
+                               geometry.mark_beads, kFewestBeads, geometry.side_to_loop_mm,
+                               std::ceil(10 * geometry.loop_pitch_mm * kFewestBeads / 0.45) / 10));
+}
+
 /// Which setting moves an edge: the position where it is given, else what makes the print wide.
 const char* Culprit(bool positioned, const char* position, int count, const char* repeat,
                     const char* size) {
@@ -229,8 +242,8 @@ Problem CheckUserGcode(const PatternConfig& config) {
 
 std::optional<settings::SettingProblem> FindProblem(const PatternConfig& config) {
   // Ranges first: what follows divides and multiplies.
-  for (auto check : {CheckFields, CheckPressureAdvances, CheckSegments, CheckBead, CheckFit,
-                     CheckPark, CheckUserGcode}) {
+  for (auto check : {CheckFields, CheckPressureAdvances, CheckSegments, CheckBead, CheckMark,
+                     CheckFit, CheckPark, CheckUserGcode}) {
     if (Problem problem = check(config)) return problem;
   }
   return std::nullopt;

@@ -49,6 +49,18 @@ TEST(PatternValidate, NamesTheSettingTheValueAndTheBound) {
          c.position_y_mm = 10;
        },
        "position_x", "round"},
+      {"no frame to mark",
+       [](auto& c) {
+         c.corner_mark = true;
+         c.frame_loops = 0;
+       },
+       "corner_mark", "frame_loops"},
+      {"no room for a mark",
+       [](auto& c) {
+         c.corner_mark = true;
+         c.line_spacing_mm = 1.5;
+       },
+       "corner_mark", "set frame_margin (now 1.5 mm) to 3.0 or more"},
       {"reversed range", [](auto& c) { c.pressure_advance_start_s = 0.1; }, "pressure_advance_end",
        "0.06 s is not above pressure_advance_start = 0.1 s"},
       {"empty range", [](auto& c) { c.pressure_advance_end_s = 0; }, "pressure_advance_end",
