@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "base/random.h"
 
@@ -109,6 +110,21 @@ TEST(CombineTransitions, LinesOnOneSideAreNamedWhereTheyDoNotAnswerClearly) {
       << both.pressure_advance.reason();
   ASSERT_TRUE(both.print_next_s);
   EXPECT_GT(both.print_next_s->hi, 0.12);
+}
+
+TEST(CombineTransitions, ThePicturesPartIsOfTheTestedRangeAndMovesNoValue) {
+  const CombinedTransitions sharp = Both(0.03, 0.03).Combine();
+  Both blurred(0.03, 0.03);
+  blurred.options.picture_sigma = 0.02;
+  const CombinedTransitions combined = blurred.Combine();
+  EXPECT_EQ(combined.both.pressure_advance.quantity().value,
+            sharp.both.pressure_advance.quantity().value);
+  constexpr double kPicture_s = 0.02 * 0.06, kRounding_s = 1e-12;
+  for (const auto& [with, without] :
+       {std::pair{combined.both.pressure_advance, sharp.both.pressure_advance},
+        std::pair{combined.acceleration, sharp.acceleration}}) {
+    EXPECT_NEAR(Uncertainty(with), std::hypot(Uncertainty(without), kPicture_s), kRounding_s);
+  }
 }
 
 }  // namespace
