@@ -111,6 +111,29 @@ TEST_F(AnalyzePhoto, TakesValuesAndSegmentsFromThePlanOfThePrint) {
   EXPECT_EQ(planned.at("lines"), told.at("lines"));
 }
 
+// Printed for a photo, photographed, and handed on mirrored and turned as chats do.
+TEST_F(AnalyzePhoto, ReadsThePatternForAPhotoAnyWayUp) {
+  ASSERT_EQ(test::RunTrammel("pa pattern --material abs --photo", folder()).exit_code, 0);
+  const auto photo = test::RunTrammel(
+      "sim photo pattern.gcode --seed 4 --size 1080x1440 --pressure-advance 0.042 --out photo.jpg",
+      folder());
+  ASSERT_EQ(photo.exit_code, 0) << photo.output;
+  const cv::Mat upright = cv::imread((folder() / "photo.jpg").string());
+  const json reference = AnalyzeToJson("photo.jpg --plan pattern.plan.json", folder());
+  ExpectAnswer(reference, 0.042);
+  for (const int code : {-1, 0, 1}) {
+    cv::Mat flipped;
+    cv::flip(upright, flipped, code);
+    Write(flipped, "flipped.png");
+    for (const char* told : {"--photo", "--plan pattern.plan.json"}) {
+      const json answer = AnalyzeToJson(std::string("flipped.png ") + told, folder());
+      ExpectAnswer(answer, 0.042);
+      EXPECT_THAT(answer.at("notices").dump(), HasSubstr("the printed mark says"));
+      EXPECT_THAT(answer.at("notices").dump(), Not(HasSubstr("was given")));
+    }
+  }
+}
+
 TEST_F(AnalyzePhoto, RejectsPlansThatCannotBe) {
   Write(cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(90)));
   ExpectRejected("photo.jpg --plan none.plan.json", folder(), {"none.plan.json", "no such file"});

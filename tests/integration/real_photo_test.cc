@@ -20,6 +20,7 @@
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/response/analyse.h"
 #include "support/analyze_result.h"
+#include "support/photo_distortions.h"
 #include "support/real_photos.h"
 
 namespace trammel {
@@ -266,6 +267,26 @@ TEST_P(RealPhotos, AnswerStaysHoweverThePhotoIsStored) {
         << changes[i].name;
     EXPECT_LE(FromAccepted(GetParam(), answer.at("pressure_advance_s")), kHalfStep_s)
         << changes[i].name;
+  }
+}
+
+// A few of real_photo_study's rows, another share for each photo.
+TEST_P(RealPhotos, AnswerIsRightHoweverThePhotoWasTaken) {
+  constexpr std::size_t kEvery = 12;
+  const cv::Mat picture = Picture();
+  const std::vector<test::Distortion> distortions = test::CommonDistortions();
+  std::size_t at = 0;
+  while (kPhotos[at].name != std::string(GetParam().name)) ++at;
+  for (at += 1; at < distortions.size(); at += kEvery) {
+    const json answer = AnalyzePicture(distortions[at].apply(picture), "");
+    if (answer.at("verdict") != "good") continue;
+    EXPECT_LE(FromAccepted(GetParam(), answer.at("pressure_advance_s")), kHalfStep_s)
+        << distortions[at].name;
+  }
+  for (const double degrees : {2.0, 180.0}) {
+    const json answer = AnalyzePicture(test::Turned(picture, degrees, false), "");
+    ASSERT_EQ(answer.at("verdict"), "good") << degrees << answer.at("reason");
+    EXPECT_LE(FromAccepted(GetParam(), answer.at("pressure_advance_s")), kHalfStep_s) << degrees;
   }
 }
 

@@ -98,6 +98,7 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
   options.pressure_advance_s = plan.pressure_advance_s;
   options.from = plan.from;
   options.start = plan.start;
+  options.corner_mark = plan.corner_mark;
   options.slow_before = plan.segments.front().fraction;
   options.slow_after = plan.segments.back().fraction;
   pressure_advance::PhotoMeasurement seen =
@@ -106,14 +107,16 @@ Result<AnalysisRun> AnalysePhoto(const std::filesystem::path& file, const PhotoP
     return RefusedRun(method, fmt::format("{}: {}", file.string(), seen.refusal));
   }
   std::vector<std::string> notices = seen.notices;
-  if (!plan.from && seen.first_line != pressure_advance::PhotoSide::kBottom) {
+  if (!plan.from && !seen.marked && seen.first_line != pressure_advance::PhotoSide::kBottom) {
     notices.push_back(fmt::format("the first line lies at the {} of the photo, as the lines say",
                                   ToString(seen.first_line)));
   }
   const LineMotion motion = MotionSeen(plan, seen, notices);
   AnalysisRun run;
   run.photo = ViewOf(seen);
-  run.analysis = pressure_advance::Analyse(std::move(seen.profiles), motion, {}, method);
+  pressure_advance::ResponseOptions response;
+  response.picture_sigma = pressure_advance::PictureSigma(seen.blur);
+  run.analysis = pressure_advance::Analyse(std::move(seen.profiles), motion, {}, method, response);
   run.analysis.notices.insert(run.analysis.notices.begin(), notices.begin(), notices.end());
   return run;
 }

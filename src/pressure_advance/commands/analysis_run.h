@@ -37,6 +37,7 @@ struct PhotoPlan {
   std::vector<double> pressure_advance_s;            ///< of the lines, from the first one's side on
   std::optional<pressure_advance::PhotoSide> from;   ///< absent: found
   std::optional<pressure_advance::PhotoSide> start;  ///< where printing began; absent: found
+  bool corner_mark = false;                          ///< PhotoOptions::corner_mark
   std::vector<pressure_advance::Segment> segments = {{0.1, 10}, {0.6, 100}, {0.3, 10}};
 };
 

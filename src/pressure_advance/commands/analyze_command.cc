@@ -39,6 +39,7 @@ struct AnalyzeArguments {
   std::string from;
   std::string start;
   std::string segments;
+  bool photo = false;
 };
 
 Result<PhotoSide> ParseSide(const std::string& option, const std::string& text) {
@@ -61,6 +62,7 @@ Result<void> CheckDuplicates(const std::string& source, std::vector<double> valu
 Result<PhotoPlan> LinesOf(const AnalyzeArguments& arguments) {
   if (!arguments.plan.empty()) return ReadPhotoPlan(arguments.plan);
   PhotoPlan plan;
+  plan.corner_mark = arguments.photo;
   auto values = ParsePressureAdvances(arguments.pa.empty() ? kDefaultPhotoPa : arguments.pa);
   if (!values) return tl::unexpected(values.error());
   plan.pressure_advance_s = std::move(*values);
@@ -127,12 +129,13 @@ Result<AnalysisRun> RunEye(const AnalyzeArguments& arguments) {
                                 option, path.string()));
       }
     }
+    if (arguments.photo) return Fail(fmt::format("--photo: {} is a recording", path.string()));
     return AnalyseRecording(path, method);
   }
   const Result<PhotoPlan> plan = PlanOf(arguments);
   if (!plan) return tl::unexpected(plan.error());
   Result<AnalysisRun> run = AnalysePhoto(path, *plan, method);
-  if (!run || !arguments.plan.empty()) return run;
+  if (!run || !arguments.plan.empty() || arguments.photo) return run;
   if (arguments.segments.empty()) {
     run->analysis.notices.push_back("no --segments were given: 0.1:10,0.6:100,0.3:10 was taken");
   }
@@ -175,6 +178,11 @@ void AddAnalyzeCommand(CLI::App& parent, int& exit_code) {
       ->add_option("--pa", arguments->pa,
                    fmt::format("photo: PA of the lines in s, START:END:STEP or a,b,c (default {})",
                                kDefaultPhotoPa))
+      ->excludes(plan);
+  command
+      ->add_flag(
+          "--photo", arguments->photo,
+          "photo: of the pattern that pa pattern --photo wrote; its values, segments and mark")
       ->excludes(plan);
   command->add_option("--from", arguments->from,
                       "photo: side at which the first line lies; found where the slow ends differ");

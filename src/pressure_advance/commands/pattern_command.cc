@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -15,6 +16,7 @@
 #include "app/output_files.h"
 #include "app/printer_session.h"
 #include "pressure_advance/commands/pattern_options.h"
+#include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/pattern/pattern.h"
@@ -40,11 +42,26 @@ struct PatternArguments {
   std::string dialect;
   std::string material;
   bool idle = false;
+  bool photo = false;
   bool force = false;
 };
 
+/// What a photo is read by without being told: the values of `pa analyze --photo`. Lines that end
+/// their fast part sooner than they begin it, two steps from the frame, and the mark.
+void SetForPhoto(PatternConfig& pattern) {
+  const PhotoPlan read = PlanOfPhotoPattern();
+  pattern.pressure_advances_s = read.pressure_advance_s;
+  pattern.segments = read.segments;
+  pattern.line_spacing_mm = 1.5;
+  pattern.frame_margin_mm = 3;
+  pattern.frame_loops = std::max(pattern.frame_loops, 1);
+  pattern.corner_mark = read.corner_mark;
+  pattern.alternate_directions = false;
+}
+
 /// The shortcuts of the command line, over what the file says.
 Result<void> Override(const PatternArguments& arguments, files::Config& config) {
+  if (arguments.photo) SetForPhoto(config.pattern);
   for (const std::string& assignment : arguments.set) {
     if (auto done = files::OverrideConfig(assignment, config); !done) return done;
   }
@@ -154,6 +171,8 @@ void AddPatternCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_option("--pa", arguments->pa,
                       "pressure advance in s: START:END:COUNT, START:END:STEP or a,b,c");
+  command->add_flag("--photo", arguments->photo,
+                    "a pattern for pa analyze --photo: 21 lines from 0 to 0.1 s, with a mark");
   command->add_option("--segments", arguments->segments,
                       "speeds along a line: FRACTION:SPEED,..., as in 0.1:10,0.6:100,0.3:10");
   command->add_option("--grid", arguments->grid, "several patterns: COLUMNSxROWS");

@@ -81,6 +81,7 @@ Result<PhotoPlan> PhotoPlanOf(const PatternPlan& plan, const std::string& file) 
   for (const PlanLine& line : plan.lines) patterns[line.pattern].push_back(line);
   PhotoPlan result;
   result.segments = plan.segments;
+  result.corner_mark = plan.corner_mark;
   for (const auto& [pattern, lines] : patterns) {
     if (const std::string fault = FaultOf(lines); !fault.empty()) {
       return Fail(fmt::format("{}: pattern {}: {}", file, pattern, fault));
@@ -95,6 +96,14 @@ Result<PhotoPlan> PhotoPlanOf(const PatternPlan& plan, const std::string& file) 
     result.pressure_advance_s = std::move(values);
   }
   return result;
+}
+
+PhotoPlan PlanOfPhotoPattern() {
+  constexpr int kLines = 21;
+  PhotoPlan plan;
+  for (int line = 0; line < kLines; ++line) plan.pressure_advance_s.push_back(0.005 * line);
+  plan.corner_mark = true;
+  return plan;
 }
 
 Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file) {

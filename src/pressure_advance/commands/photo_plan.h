@@ -18,6 +18,9 @@ namespace trammel::app {
 [[nodiscard]] Result<PhotoPlan> PhotoPlanOf(const pressure_advance::PatternPlan& plan,
                                             const std::string& file);
 
+/// That of `pa pattern --photo`, by which `pa analyze --photo` reads.
+[[nodiscard]] PhotoPlan PlanOfPhotoPattern();
+
 /// The same from a *.plan.json; also errors where there is none or it cannot be used.
 [[nodiscard]] Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file);
 

@@ -109,7 +109,7 @@ TEST(PhotoComb, ReadsLinesWhoseFrameLeavesThePhoto) {
 }
 
 // Little is left there to compare the deceleration's widths with.
-TEST(PhotoComb, UsesNoLineThatIsCutShortlyBehindItsDeceleration) {
+TEST(PhotoComb, ReadsNoDecelerationThatIsCutShortlyBehindIt) {
   const DrawnPhoto drawn = Usual();
   const cv::Mat upright = ToMat(Draw(drawn));
   for (const auto& [cropped_px, used] : {std::pair{75, true}, std::pair{130, false}}) {
@@ -117,7 +117,8 @@ TEST(PhotoComb, UsesNoLineThatIsCutShortlyBehindItsDeceleration) {
         MeasurePhoto(View(Cropped(upright, 0, 0, cropped_px, 0)), OptionsFor(drawn));
     ASSERT_EQ(measured.refusal, "") << cropped_px;
     for (const LineProfile& profile : measured.profiles) {
-      EXPECT_EQ(profile.unusable.empty(), used) << cropped_px << profile.unusable;
+      EXPECT_EQ(profile.shows_deceleration, used) << cropped_px;
+      EXPECT_TRUE(profile.shows_acceleration);
     }
   }
 }

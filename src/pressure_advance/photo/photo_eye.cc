@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "pressure_advance/photo/photo_lines.h"
+#include "pressure_advance/photo/photo_mark.h"
 #include "pressure_advance/photo/photo_orientation.h"
 #include "vision/bead_width.h"
 #include "vision/rectify.h"
@@ -209,12 +210,12 @@ SideReading ReadFrom(PhotoSide from, const PhotoLines& seen, const vision::BeadW
   return side;
 }
 
-// Marks lines that leave the photo too near to their speed changes: what follows the deceleration
-// is what its widths are compared with.
-void DropCutLines(const SideReading& side, const PhotoOptions& options,
+// Marks lines that leave the photo beside a speed change, and leaves out those that show neither.
+void MarkCutLines(const SideReading& side, const PhotoOptions& options,
                   std::vector<LineProfile>& profiles) {
   constexpr double kBefore = 0.03;     // line lengths: half of a bulge
   constexpr double kShareAfter = 0.7;  // of the slow part behind the deceleration
+  constexpr double kBeside = 0.35;     // of the fast part: what each speed change moves
   const auto& segments = side.orientation.segments;
   const double rise = segments ? segments->fast_begin : options.slow_before;
   const double fall = segments ? segments->fast_end : 1 - options.slow_after;
@@ -228,10 +229,13 @@ void DropCutLines(const SideReading& side, const PhotoOptions& options,
         std::find_if(readings.rbegin(), readings.rend(), is_seen) - readings.rbegin());
     const double begin = (side.lie.reversed ? hidden_right : hidden_left) / n;
     const double end = 1 - (side.lie.reversed ? hidden_left : hidden_right) / n;
-    const bool cut = (begin > 0 && begin > rise - kBefore) ||
-                     (end < 1 && end < fall + kShareAfter * options.slow_after);
-    if (cut && profiles[line].unusable.empty()) {
-      profiles[line].unusable = fmt::format(
+    LineProfile& profile = profiles[line];
+    const bool begins = begin == 0 || begin <= rise - kBefore;
+    const bool ends = end == 1 || end >= fall + kShareAfter * options.slow_after;
+    profile.shows_acceleration = begins && end >= rise + kBeside * (fall - rise);
+    profile.shows_deceleration = ends && begin <= fall - kBeside * (fall - rise);
+    if (!profile.shows_acceleration && !profile.shows_deceleration && profile.unusable.empty()) {
+      profile.unusable = fmt::format(
           "the photo shows this line from {:.2f} to {:.2f} of its length, too little around its "
           "speed changes",
           begin, end);
@@ -248,8 +252,31 @@ void PlaceUnseenEnds(const ShownPart& shown, vision::LinePattern& line_pattern) 
   line_pattern.right_inner.c0 += (1 - shown.end) * per_line;
 }
 
+// The options, with the sides that the printed mark tells where none are given.
+PhotoOptions WithMark(const PhotoLines& seen, const PhotoOptions& given,
+                      PhotoMeasurement& measurement) {
+  PhotoOptions options = given;
+  if (!given.corner_mark || (given.from && given.start)) return options;
+  const std::optional<MarkedCorner> mark = FindMark(seen.contrast, seen.line_pattern);
+  if (!mark) return options;
+  const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
+  const PhotoSide down = SideTowards(HeadingBetween(c[0], c[1], c[3], c[2]));
+  const PhotoSide right = SideTowards(HeadingBetween(c[0], c[3], c[1], c[2]));
+  const PhotoSide first = mark->bottom ? down : Opposite(down);
+  const PhotoSide start = mark->right ? right : Opposite(right);
+  options.from = given.from.value_or(first);
+  options.start = given.start.value_or(start);
+  measurement.marked = true;
+  measurement.notices.push_back(fmt::format(
+      "the printed mark says: the first line lies at the {} of the photo, the lines start at the "
+      "{}",
+      ToString(first), ToString(start)));
+  return options;
+}
+
 // From the frame and its rungs to profiles in the order of the PA list.
-void MeasureLines(PhotoLines& seen, const PhotoOptions& options, PhotoMeasurement& measurement) {
+void MeasureLines(PhotoLines& seen, const PhotoOptions& given, PhotoMeasurement& measurement) {
+  const PhotoOptions options = WithMark(seen, given, measurement);
   const vision::Quad& c = seen.corners;  // top left, top right, bottom right, bottom left
   const Heading down = HeadingBetween(c[0], c[1], c[3], c[2]);
   const PhotoSide usual = options.from.value_or(UsualSide(down));
@@ -279,6 +306,7 @@ void MeasureLines(PhotoLines& seen, const PhotoOptions& options, PhotoMeasuremen
     PlaceUnseenEnds(side.orientation.shown, seen.line_pattern);
     parts = {{}};
   }
+  measurement.blur = widths.blur_px / seen.line_pattern.bead_px;
   if (side.names.refusal.empty()) {
     measurement.refusal = CheckSharpness(seen.line_pattern, widths.blur_px);
     if (!measurement.refusal.empty()) return;
@@ -294,7 +322,7 @@ void MeasureLines(PhotoLines& seen, const PhotoOptions& options, PhotoMeasuremen
     return;
   }
   if (!side.names.notice.empty()) measurement.notices.push_back(side.names.notice);
-  DropCutLines(side, options, side.profiles);
+  MarkCutLines(side, options, side.profiles);
   measurement.profiles = std::move(side.profiles);
   measurement.segments = side.orientation.segments;
   measurement.first_line = from;
@@ -302,6 +330,11 @@ void MeasureLines(PhotoLines& seen, const PhotoOptions& options, PhotoMeasuremen
 }
 
 }  // namespace
+
+double PictureSigma(double blur) {
+  constexpr double kPerSquare = 0.4;
+  return kPerSquare * blur * blur;
+}
 
 PhotoMeasurement MeasurePhoto(const BgrView& photo, const PhotoOptions& options) {
   PhotoMeasurement measurement;

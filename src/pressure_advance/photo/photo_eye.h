@@ -29,6 +29,10 @@ struct PhotoOptions {
   /// alternating directions are not read); absent: found from how widths go with PA, and refused
   /// where they do not show it.
   std::optional<PhotoSide> start;
+  /// Whether the pattern was printed with a mark in the corner where the first line starts
+  /// (PatternConfig::corner_mark): it tells both sides where they are not given. Nothing is looked
+  /// for where there is none, since a blob of filament may look like one.
+  bool corner_mark = false;
   double slow_before = 0.1;  ///< planned fraction of a line before its fast segment, (0, 1)
   double slow_after = 0.3;   ///< planned fraction of a line behind its fast segment, (0, 1)
 };
@@ -61,9 +65,16 @@ struct PhotoMeasurement {
   Frame rectified;                 ///< the pattern seen straight from above, print direction to the
                                    ///< right, first line at the bottom; 0 x 0 where none was found
   std::vector<TracedLine> traces;  ///< per profile, in px of `rectified`
+  double blur = 0;                 ///< of the lines' edges (1 sigma) over the lines' width
   PhotoSide first_line = PhotoSide::kBottom;  ///< side of the photo at which it lies
+  bool marked = false;                        ///< whether the corner mark told the sides
   std::vector<std::string> notices;  ///< what a user should know although the photo is used
 };
+
+/// What the blur of a photo leaves open of an answer, as a part of the tested range. A blurred edge
+/// moves no filament, but fills necks and gaps: to second order of the blur over a line's width.
+/// Assumed, so that a copy of fewer pixels or less sharp never claims more than its original.
+[[nodiscard]] double PictureSigma(double blur);
 
 /// Largest photo that is measured, in pixels: at twice a 100-megapixel camera.
 inline constexpr long long kLargestPhotoPx = 200'000'000;

@@ -155,6 +155,31 @@ PhotoLines LinesInFrame(const Frame& measured, std::size_t wanted) {
   return result;
 }
 
+// Drops an outer stripe that stands further off than the lines from each other, where the wanted
+// number of lines in equal steps remains: a bar of the frame, whose corner the photo does not show.
+// A bar one step away looks like a line; only the rails tell.
+void DropLoneBars(vision::LinePattern& pattern, std::size_t wanted) {
+  const auto even = [](const auto begin, const auto end) {
+    return std::all_of(begin, end, [](int step) { return step == 1; });
+  };
+  for (const auto& [first, last] : {std::pair{1, 0}, std::pair{0, 1}, std::pair{1, 1}}) {
+    if (pattern.rungs.size() != wanted + static_cast<std::size_t>(first + last)) continue;
+    if ((first && pattern.steps.front() < 2) || (last && pattern.steps.back() < 2)) continue;
+    if (!even(pattern.steps.begin() + first, pattern.steps.end() - last)) continue;
+    const auto keep = [&](auto& of_rungs) {
+      if (of_rungs.empty()) return;
+      of_rungs.erase(of_rungs.end() - last, of_rungs.end());
+      of_rungs.erase(of_rungs.begin(), of_rungs.begin() + first);
+    };
+    keep(pattern.rungs);
+    keep(pattern.steps);
+    keep(pattern.seen);
+    if (first) pattern.first_cut = false;
+    if (last) pattern.last_cut = false;
+    return;
+  }
+}
+
 // Of several views of the lines, some of which miss an outer line or take a shadow for one, those
 // count that agree on how many places there are; the list does not, or it would choose its own
 // error.
@@ -211,6 +236,7 @@ PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted) {
   result = LinesInFrame(measured, wanted);
   if (!result.problem.empty() || !HasPlaces(result.line_pattern, wanted)) {
     PhotoLines comb = LinesOfComb(measured);
+    if (comb.problem.empty()) DropLoneBars(comb.line_pattern, wanted);
     if (comb.problem.empty() && (!result.problem.empty() || comb.line_pattern.rungs.size() >
                                                                 result.line_pattern.rungs.size())) {
       result = std::move(comb);

@@ -41,6 +41,12 @@ double Towards(const Heading& heading, PhotoSide side) {
   return 0;
 }
 
+PhotoSide SideTowards(const Heading& heading) {
+  const bool upright = std::abs(heading.y) >= std::abs(heading.x);
+  if (upright) return heading.y > 0 ? PhotoSide::kBottom : PhotoSide::kTop;
+  return heading.x > 0 ? PhotoSide::kRight : PhotoSide::kLeft;
+}
+
 bool IsAlong(const Heading& heading, PhotoSide side) {
   constexpr double kLeastAlong = 0.26;  // about 15 degrees
   return std::abs(Towards(heading, side)) >= kLeastAlong;
@@ -92,12 +98,21 @@ OrientationReading ReadOrientation(const std::vector<LineProfile>& profiles,
   }
   const TrendReading reading =
       ReadTrend(MeasureWidthTrend(profiles), options.slow_before, options.slow_after, known, parts);
+  const TrendReading free = known ? ReadTrend(MeasureWidthTrend(profiles), options.slow_before,
+                                              options.slow_after, std::nullopt, parts)
+                                  : reading;
   // Each reading is the sum of two largest of a few independent slopes: of noise alone two differ
   // by 1 to 2 scatters.
   constexpr double kLeastLead = 6;
   const bool sure = reading.lead >= kLeastLead;
   result.upside_down = sure && reading.upside_down;
-  if (result.upside_down && options.from) {
+  if (known && free.order_compared && free.lead >= kLeastLead && free.reversed != *known) {
+    result.refusal = fmt::format(
+        "the lines say that they start at the other end ({:.0f} times the scatter, {:.0f} ahead of "
+        "the other readings) than the {}: check the side (--start), the segments and whether the "
+        "pattern has the mark that it is said to have",
+        free.significance, free.lead, ToString(*options.start));
+  } else if (result.upside_down && options.from) {
     result.refusal = fmt::format(
         "the lines say that the PA list runs the other way: they grow thinner with rising PA where "
         "they should grow wider ({:.0f} times the scatter). The photo may be upside down: give the "

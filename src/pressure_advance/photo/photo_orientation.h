@@ -25,6 +25,9 @@ struct Heading {
 /// How far a heading goes towards a side of the picture, -1 … 1.
 [[nodiscard]] double Towards(const Heading& heading, PhotoSide side);
 
+/// The side that a heading goes towards most.
+[[nodiscard]] PhotoSide SideTowards(const Heading& heading);
+
 /// Whether a side is along a heading, one way or the other, rather than across it.
 [[nodiscard]] bool IsAlong(const Heading& heading, PhotoSide side);
 

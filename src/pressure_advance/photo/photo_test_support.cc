@@ -24,6 +24,11 @@ double Filament(const DrawnPhoto& photo, double x_mm, double y_mm) {
         std::min({x_mm, photo.length_mm - x_mm, y_mm + photo.margin_mm, top_mm - y_mm});
     share = std::min(Coverage(-in * px), Coverage((in + photo.bar_mm) * px));
   }
+  if (photo.corner_mark) {
+    const double along = std::min(x_mm, 9 - x_mm);
+    const double across = std::min(y_mm + photo.margin_mm, 3 - photo.margin_mm - y_mm);
+    share = std::max(share, Coverage(std::min(along, across) * px));
+  }
   const double nearest = std::clamp(std::round(y_mm / photo.spacing_mm), 0.0, lines - 1);
   const auto line = static_cast<std::size_t>(nearest);
   const bool printed =

@@ -20,6 +20,7 @@ struct DrawnPhoto {
   double margin_mm = 6;  ///< from the outer lines to the frame's inner edges
   double slow_before = 0.1, slow_after = 0.3;
   bool frame = true;
+  bool corner_mark = false;  ///< fills 3 mm of the frame's margin along 9 mm of the first line
   std::vector<std::size_t> left_out;  ///< lines that were not printed
 
   int width_px = 520, height_px = 540;
