@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +17,7 @@
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/commands/align_outputs.h"
 #include "part_alignment/files/part_fit_file.h"
+#include "part_alignment/files/stl_file.h"
 #include "part_alignment/part_fit/part_fit.h"
 #include "part_alignment/report/part_metrology_figures.h"
 #include "part_alignment/report/part_metrology_page.h"
@@ -27,9 +31,55 @@ struct FitArguments {
   std::string part;
   std::string out;
   std::string report;
+  std::string unit;
+  std::optional<double> stock_allowance_mm;
+  double least_stock_allowance_mm = 0;
   bool json = false;
   bool force = false;
 };
+
+bool NamesStl(const std::string& part) {
+  const std::string ending = std::filesystem::path(part).extension().string();
+  return ending == ".stl" || ending == ".STL" || ending == ".Stl";
+}
+
+/// A mesh alone is all of the ideal part: whatever points call their surface lies on it.
+Result<files::PartFile> PartOfStl(const FitArguments& arguments,
+                                  std::vector<part_alignment::MeasuredPoint>& points) {
+  if (!arguments.stock_allowance_mm) {
+    return Fail(fmt::format(
+        "{} says nothing of stock: --overstock MM is what each point is to have", arguments.part));
+  }
+  auto mesh = files::ReadMeshFile(
+      arguments.part, arguments.unit.empty() ? std::nullopt : files::LengthUnitOf(arguments.unit),
+      false);
+  if (!mesh) return tl::unexpected(mesh.error());
+  files::PartFile part;
+  part.notices = std::move(mesh->notices);
+  part.options.least_stock_allowance_mm = arguments.least_stock_allowance_mm;
+  part_alignment::IdealSurface surface;
+  surface.id = std::filesystem::path(arguments.part).filename().string();
+  surface.kind = part_alignment::SurfaceKind::kMesh;
+  surface.stock_allowance_mm = *arguments.stock_allowance_mm;
+  surface.mesh = std::move(mesh->mesh);
+  for (part_alignment::MeasuredPoint& point : points) {
+    if (!point.surface.empty()) point.surface = surface.id;
+  }
+  part.surfaces.push_back(std::move(surface));
+  return part;
+}
+
+Result<files::PartFile> ReadPart(const FitArguments& arguments,
+                                 std::vector<part_alignment::MeasuredPoint>& points) {
+  if (NamesStl(arguments.part)) return PartOfStl(arguments, points);
+  if (!arguments.unit.empty() || arguments.stock_allowance_mm) {
+    return Fail(
+        fmt::format("{}: --unit, --overstock and --least-overstock go with an STL; this "
+                    "file says so itself",
+                    arguments.part));
+  }
+  return files::ReadPartFile(arguments.part);
+}
 
 int RunFit(const FitArguments& arguments) {
   if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
@@ -37,16 +87,17 @@ int RunFit(const FitArguments& arguments) {
   }
   auto points = files::ReadPointTable(arguments.points);
   if (!points) return PrintError(points.error());
-  auto part = files::ReadPartFile(arguments.part);
+  const SlowWork work("fitting the part");
+  auto part = ReadPart(arguments, *points);
   if (!part) return PrintError(part.error());
   const part_alignment::PartFitInput input{std::move(*points), std::move(part->surfaces),
                                            std::move(part->bars), part->start};
-  const SlowWork work("fitting the part");
-  const auto fit = part_alignment::FitPart(input, part->options);
+  auto fit = part_alignment::FitPart(input, part->options);
   if (!fit) {
     return PrintError({fit.error().kind, fmt::format("{} with {}: {}", arguments.points,
                                                      arguments.part, fit.error().message)});
   }
+  fit->notices.insert(fit->notices.begin(), part->notices.begin(), part->notices.end());
   const std::string json = report::ToJson(input, *fit);
   PrintAnswer(arguments.json, json, report::PartFitText(input, *fit));
   if (!arguments.report.empty()) {
@@ -73,8 +124,17 @@ void AddAlignFitCommand(CLI::App& parent, int& exit_code) {
       "fit", "the ideal part in a raw one: stock allowance everywhere, as even as can be");
   const auto arguments = std::make_shared<FitArguments>();
   command->add_option("points", arguments->points, "measured points, CSV or JSON")->required();
-  command->add_option("--part", arguments->part, "PART.json: the ideal part's surfaces, scale bars")
+  command
+      ->add_option("--part", arguments->part,
+                   "PART.json: the ideal part's surfaces, scale bars; or its STL")
       ->required();
+  command->add_option("--unit", arguments->unit, "of an STL, which states none (default: mm)")
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(files::kLengthUnitNames),
+                                                     std::end(files::kLengthUnitNames))));
+  command->add_option("--overstock", arguments->stock_allowance_mm,
+                      "stock allowance that is wanted on an STL, mm");
+  command->add_option("--least-overstock", arguments->least_stock_allowance_mm,
+                      "on an STL, at every point, mm (default: 0)");
   command->add_option("--out", arguments->out, "file for the targets, if the verdict is good");
   command->add_option("--report", arguments->report,
                       "folder for report.html and the map of stock allowances");

@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <tuple>
 #include <utility>
 
 #include "files/json_object.h"
 #include "files/whole_file.h"
+#include "part_alignment/files/stl_file.h"
 
 namespace trammel::files {
 namespace {
@@ -37,12 +40,54 @@ std::string Id(JsonObject& object, const char* key) {
   return object.Text(key);
 }
 
-Result<void> ReadSurfaces(JsonObject& root, PartFile& part) {
+// Meshes that a part names: each is read once, however many surfaces are on it.
+struct NamedMeshes {
+  std::filesystem::path folder;
+  std::map<std::tuple<std::string, std::string, bool>, MeshFile> read;
+};
+
+Result<void> ReadMesh(JsonObject& object, NamedMeshes& meshes, IdealSurface& surface,
+                      PartFile& part) {
+  surface.kind = SurfaceKind::kMesh;
+  const std::string file = object.Text("file");
+  const auto unit = object.OptionalChoice("unit", {"mm", "cm", "m", "inch"});
+  const nlohmann::json* open = object.Find("open");
+  if (open != nullptr && !open->is_boolean()) object.Fault("open", "must be true or false");
+  surface.most_facet_error_mm = object.OptionalNumber("most_facet_error_mm", {1e-9, kMost_mm});
+  surface.stock_allowance_mm = object.Number("overstock_mm", {-kMost_mm, kMost_mm});
+  if (auto read = object.Finish(); !read) return read;
+  const bool may_be_open = open != nullptr && open->get<bool>();
+  const std::tuple key(file, unit.value_or(""), may_be_open);
+  auto found = meshes.read.find(key);
+  if (found == meshes.read.end()) {
+    constexpr std::size_t kMostMeshes = 8;  // of up to 250 MB each
+    if (meshes.read.size() == kMostMeshes) {
+      object.Fault("file",
+                   fmt::format("is one more than the {} meshes that are read", kMostMeshes));
+      return object.Faults();
+    }
+    auto mesh =
+        ReadMeshFile(meshes.folder / file, unit ? LengthUnitOf(*unit) : std::nullopt, may_be_open);
+    if (!mesh) return tl::unexpected(mesh.error());
+    part.notices.insert(part.notices.end(), mesh->notices.begin(), mesh->notices.end());
+    found = meshes.read.emplace(key, std::move(*mesh)).first;
+  }
+  surface.mesh = found->second.mesh;
+  return {};
+}
+
+Result<void> ReadSurfaces(JsonObject& root, const std::filesystem::path& folder, PartFile& part) {
+  NamedMeshes meshes{folder, {}};
   for (const nlohmann::json& entry : root.List("surfaces", 1, 10'000)) {
     JsonObject object = root.Inner(entry, fmt::format("surfaces[{}]", part.surfaces.size()));
     IdealSurface surface;
     surface.id = Id(object, "id");
-    const std::string kind = object.Choice("kind", {"plane", "shaft", "bore"});
+    const std::string kind = object.Choice("kind", {"plane", "shaft", "bore", "mesh"});
+    if (kind == "mesh") {
+      if (auto read = ReadMesh(object, meshes, surface, part); !read) return read;
+      part.surfaces.push_back(std::move(surface));
+      continue;
+    }
     surface.kind = kind == "shaft"  ? SurfaceKind::kShaft
                    : kind == "bore" ? SurfaceKind::kBore
                                     : SurfaceKind::kPlane;
@@ -170,7 +215,9 @@ Result<PartFile> ReadPartFile(const std::filesystem::path& path) {
   PartFile part;
   part.options.least_stock_allowance_mm = root.Number("least_overstock_mm", {-1000, 1000}, 0.0);
   part.options.guard_sigmas = root.Number("guard_sigmas", {0, 10}, 2.0);
-  if (auto read = ReadSurfaces(root, part); !read) return tl::unexpected(read.error());
+  part.options.most_uneven_mm = root.OptionalNumber("most_uneven_mm", {1e-9, kMost_mm});
+  if (auto read = ReadSurfaces(root, path.parent_path(), part); !read)
+    return tl::unexpected(read.error());
   auto bars = ReadScaleBars(root);
   if (!bars) return tl::unexpected(bars.error());
   part.bars = std::move(*bars);

@@ -17,9 +17,10 @@ struct PartFile {
   std::vector<part_alignment::ScaleBar> bars;
   std::optional<geometry::Pose> start;
   part_alignment::PartFitOptions options;
+  std::vector<std::string> notices;  ///< of the meshes that it names
 };
 
-/// PART.json (docs/formats.md). Errors (kInput) name file and place.
+/// PART.json (docs/formats.md), and the meshes that it names. Errors (kInput) name file and place.
 [[nodiscard]] Result<PartFile> ReadPartFile(const std::filesystem::path& path);
 
 /// The list `scale_bars` of an object; none where the key is absent. Errors (kInput) name the

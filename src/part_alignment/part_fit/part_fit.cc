@@ -5,13 +5,17 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
+#include <utility>
 
-#include "geometry/decompositions.h"
 #include "geometry/linear_systems.h"
+#include "part_alignment/part_fit/fit_freedom.h"
+#include "part_alignment/part_fit/fit_start.h"
 #include "part_alignment/part_fit/least_distance.h"
+#include "part_alignment/part_fit/mesh_doubts.h"
 #include "part_alignment/part_fit/part_fit_input.h"
 #include "part_alignment/part_fit/part_fit_problem.h"
+#include "part_alignment/part_fit/surface_descent.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -49,35 +53,6 @@ std::optional<Step> EvenStep(const Problem& problem, const Linear& linear, const
 constexpr int kMostRounds = 60;
 constexpr double kStill_mm = 1e-9;
 
-// Least squares alone, damped: from a rough start to where the surfaces are.
-Motion FitSurfaces(const Problem& problem, Motion motion) {
-  const VectorXd weights = Weights(problem);
-  const VectorXd wanted = Wanted(problem);
-  const auto cost = [&](const Linear& linear) {
-    return (linear.stock_allowance_mm - wanted).cwiseAbs2().dot(weights);
-  };
-  Linear linear = Linearise(problem, motion);
-  double damping = 1e-3;
-  for (int round = 0; round < 4 * kMostRounds && damping < 1e12; ++round) {
-    const MatrixXd weighted = weights.asDiagonal() * linear.by_motion;
-    Matrix6 normal = linear.by_motion.transpose() * weighted;
-    normal.diagonal().array() += damping * normal.trace() / 6;
-    const Vector6 step = -geometry::SolveSymmetric(
-        normal, weighted.transpose() * (linear.stock_allowance_mm - wanted));
-    const Motion trial = Moved(motion, linear, step, problem.size_mm);
-    const Linear there = Linearise(problem, trial);
-    if (cost(there) <= cost(linear)) {
-      motion = trial;
-      linear = there;
-      damping *= 0.1;
-      if (step.norm() < kStill_mm) break;
-    } else {
-      damping *= 10;
-    }
-  }
-  return motion;
-}
-
 // The placement whose worst point has the most stock allowance, by bisection on how much that is.
 Motion BestEffort(const Problem& problem, Motion motion, double& missing_mm) {
   for (int round = 0; round < 10; ++round) {
@@ -100,59 +75,6 @@ Motion BestEffort(const Problem& problem, Motion motion, double& missing_mm) {
   return motion;
 }
 
-// Kabsch's rotation between the middles of the surfaces and of their points.
-std::optional<Motion> StartFromMiddles(const Problem& problem) {
-  std::map<const IdealSurface*, std::pair<Vector3d, int>> sums;
-  for (const SurfaceContact& contact : problem.contacts) {
-    auto& [sum, count] = sums.try_emplace(contact.surface, Vector3d::Zero(), 0).first->second;
-    sum += contact.at_mm;
-    ++count;
-  }
-  if (sums.size() < 3) return std::nullopt;
-  const auto count = static_cast<double>(sums.size());
-  Vector3d ideal_mean = Vector3d::Zero();
-  Vector3d measured_mean = Vector3d::Zero();
-  for (const auto& [surface, sum] : sums) {
-    ideal_mean += surface->middle_mm / count;
-    measured_mean += sum.first / sum.second / count;
-  }
-  Matrix3d cross = Matrix3d::Zero();
-  for (const auto& [surface, sum] : sums) {
-    cross +=
-        (surface->middle_mm - ideal_mean) * (sum.first / sum.second - measured_mean).transpose();
-  }
-  const geometry::SingularValues of = geometry::DecomposeSingular(cross);
-  const Matrix3d u = of.u;
-  const Matrix3d v = of.v;
-  constexpr double kLine = 1e-3;
-  if (!(of.values[1] > kLine * of.values[0])) return std::nullopt;
-  Matrix3d flip = Matrix3d::Identity();
-  if (u.determinant() * v.determinant() < 0) flip(2, 2) = -1;
-  Motion motion;
-  motion.rotation = u * flip * v.transpose();
-  motion.translation_mm = ideal_mean - motion.rotation * measured_mean;
-  return motion;
-}
-
-// A motion that changes no stock allowance, in words; empty where there is none.
-std::string FreeMotion(const Problem& problem, const Linear& linear) {
-  if (problem.contacts.empty()) return "everything";
-  const Matrix6 normal = linear.by_motion.transpose() * linear.by_motion;
-  const geometry::SymmetricEigen of = geometry::DecomposeSymmetric(normal);
-  constexpr double kFree = 1e-8;
-  if (of.values[0] > kFree * of.values[5]) return {};
-  const Vector6 motion = of.vectors.col(0);
-  constexpr const char* kNames[] = {"a shift along x", "a shift along y", "a shift along z",
-                                    "a turn about x",  "a turn about y",  "a turn about z"};
-  std::string words;
-  constexpr double kShare = 0.3;
-  for (int i = 0; i < 6; ++i) {
-    if (std::abs(motion[i]) > kShare)
-      words += (words.empty() ? "" : " with ") + std::string(kNames[i]);
-  }
-  return words;
-}
-
 void NoteStockAllowances(const PartFitInput& input, const Problem& problem, const Motion& motion,
                          const std::vector<Index>& binding, PartFit& fit) {
   const Linear linear = Linearise(problem, motion);
@@ -161,14 +83,13 @@ void NoteStockAllowances(const PartFitInput& input, const Problem& problem, cons
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     const SurfaceContact& contact = problem.contacts[i];
     fit.stock_allowances.push_back({contact.point, linear.stock_allowance_mm[static_cast<Index>(i)],
-                                    contact.surface->stock_allowance_mm, contact.least_mm, false});
+                                    contact.surface->stock_allowance_mm, contact.least_mm, false,
+                                    linear.by_motion.row(static_cast<Index>(i)).head<3>()});
   }
   for (const Index i : binding) fit.stock_allowances[static_cast<std::size_t>(i)].binding = true;
   fit.least_mm = linear.stock_allowance_mm.minCoeff();
   fit.mean_mm = linear.stock_allowance_mm.mean();
-  const VectorXd weights = Weights(problem);
-  fit.uneven_mm = std::sqrt((linear.stock_allowance_mm - Wanted(problem)).cwiseAbs2().dot(weights) /
-                            weights.sum());
+  fit.uneven_mm = Uneven_mm(problem, linear);
   for (const MeasuredPoint& point : input.points) {
     if (!point.surface.empty()) continue;
     fit.targets.push_back({point.id, motion(fit.scale * point.at_mm)});
@@ -226,25 +147,126 @@ void NoteCovariance(const PartFitInput& input, const Problem& problem, const Mot
                    by_scale * by_scale.transpose() + MatrixXd(own.asDiagonal());
 }
 
-PartFit Refuse(const PartFitInput& input, const Problem& problem, const Motion& start,
-               PartFit fit) {
-  double missing_mm = 0;
-  const Motion best = BestEffort(problem, start, missing_mm);
+PartFit Refuse(const PartFitInput& input, const Problem& problem, const Motion& best,
+               double missing_mm, PartFit fit) {
   NoteStockAllowances(input, problem, best, {}, fit);
   fit.targets.clear();
   std::string where;
   constexpr double kNearlyWorst_mm = 1e-3;
+  constexpr int kMostNamed = 12;
+  int worst = 0;
   for (const PointStockAllowance& at : fit.stock_allowances) {
     if (at.stock_allowance_mm - at.least_mm > -missing_mm + kNearlyWorst_mm) continue;
+    if (++worst > kMostNamed) continue;
     const MeasuredPoint& point = input.points[at.point];
     where += fmt::format("{}{} ({}, {:+.3f} mm)", where.empty() ? "" : ", ", point.id,
                          point.surface, at.stock_allowance_mm);
   }
+  if (worst > kMostNamed) where += fmt::format(" and {} more", worst - kMostNamed);
   fit.verdict = Verdict::kRefused;
   fit.reason = fmt::format(
       "no placement leaves enough material everywhere: at best {:.3f} mm are missing, at {}",
       missing_mm, where.empty() ? "several points" : where);
+  constexpr double kGuard = 1.5;  // at most, GuardFacets
+  if (kGuard * fit.facet_error_mm >= missing_mm) {
+    fit.verdict = Verdict::kCannotTell;
+    fit.reason += fmt::format(
+        "; as much is kept for the triangles, which are up to {:.3f} mm off the surface that they "
+        "stand for: export the mesh with a finer deflection",
+        fit.facet_error_mm);
+  }
   return fit;
+}
+
+PartFit Without(PartFit fit, Verdict verdict, std::string reason) {
+  fit.verdict = verdict;
+  fit.reason = std::move(reason);
+  return fit;
+}
+
+// Where the descent begins, or why it cannot.
+struct Begun {
+  std::optional<Motion> motion;
+  std::vector<FoundPlacement> others;  // of a search: that come second and later
+  std::string reason;
+};
+
+Begun Begin(const PartFitInput& input, const Problem& problem) {
+  Begun begun;
+  if (input.start) {
+    begun.motion =
+        Motion{geometry::RotationFromAngles(input.start->angles_rad), input.start->translation_mm};
+  } else if (!problem.has_mesh) {
+    begun.motion = StartFromMiddles(problem);
+    if (!begun.motion) {
+      begun.reason =
+          "fewer than three surfaces, or their middles in one line: where the ideal part lies "
+          "roughly "
+          "must be given (start)";
+    }
+  }
+  if (!problem.has_mesh) return begun;
+  std::vector<FoundPlacement> found = SearchPlacements(problem);
+  if (!begun.motion) {
+    begun.motion = found.front().motion;
+    begun.others.assign(found.begin() + 1, found.end());
+    return begun;
+  }
+  *begun.motion = FitSurfaces(problem, *begun.motion);
+  const double here_mm = Scatter_mm(problem, Linearise(problem, *begun.motion));
+  if (2 * found.front().scatter_mm < here_mm &&
+      !SamePlacement(problem, *begun.motion, found.front().motion)) {
+    begun.reason = fmt::format(
+        "from the start that is given the fit ends with stock allowances uneven by {:.3f} mm; "
+        "{} they are by {:.3f} mm: correct the start, or leave it out",
+        here_mm, TurnWords(*begun.motion, found.front().motion), found.front().scatter_mm);
+  }
+  return begun;
+}
+
+// The even placement, from near it. On triangles, whose normals jump, steps may go to and fro
+// between two facets: they are halved then, and the last tenth of a nanometre is made up for.
+struct Rest {
+  Motion motion;
+  std::vector<Index> binding;
+  bool stuck = false;  // no step leaves the least everywhere
+};
+
+Rest EvenPlacement(const Problem& problem, Motion motion) {
+  Rest rest{motion, {}, false};
+  const double still_mm = problem.has_mesh ? 1e-6 : kStill_mm;
+  VectorXd least = Least(problem);
+  double share = 1;
+  double before_mm = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < kMostRounds; ++round) {
+    const Linear linear = Linearise(problem, rest.motion);
+    const auto step = EvenStep(problem, linear, least);
+    if (!step) {
+      rest.stuck = true;
+      return rest;
+    }
+    const double length_mm = step->motion.norm();
+    if (problem.has_mesh && round > 3 && length_mm > before_mm / 2)
+      share = std::max(share / 2, 1.0 / 64);
+    before_mm = length_mm;
+    rest.motion = Moved(rest.motion, linear, share * step->motion, problem.size_mm);
+    rest.binding = step->binding;
+    if (share * length_mm < still_mm) break;
+  }
+  if (!problem.has_mesh) return rest;
+  constexpr double kHolds_mm = 1e-7;
+  constexpr int kMostMends = 20;
+  for (int mend = 0; mend < kMostMends; ++mend) {
+    const Linear linear = Linearise(problem, rest.motion);
+    const double missing_mm = (Least(problem) - linear.stock_allowance_mm).maxCoeff();
+    if (missing_mm <= kHolds_mm) break;
+    least.array() += missing_mm;
+    const auto step = EvenStep(problem, linear, least);
+    if (!step) break;
+    rest.motion = Moved(rest.motion, linear, step->motion, problem.size_mm);
+    rest.binding = step->binding;
+  }
+  return rest;
 }
 
 }  // namespace
@@ -262,24 +284,19 @@ Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options
     fit.reason = bars.fault;
     return fit;
   }
-  const Problem problem = ProblemOf(input, options, fit.scale);
-  std::optional<Motion> motion;
-  if (input.start) {
-    motion =
-        Motion{geometry::RotationFromAngles(input.start->angles_rad), input.start->translation_mm};
-  } else {
-    motion = StartFromMiddles(problem);
+  Problem problem = ProblemOf(input, options, fit.scale);
+  if (problem.has_mesh) {
+    if (std::string other = OtherSize(problem); !other.empty()) {
+      return Without(std::move(fit), Verdict::kRefused, std::move(other));
+    }
   }
-  if (!motion) {
-    fit.verdict = Verdict::kCannotTell;
-    fit.reason =
-        "fewer than three surfaces, or their middles in one line: where the ideal part lies "
-        "roughly "
-        "must be given (start)";
-    return fit;
+  Begun begun = Begin(input, problem);
+  if (!begun.reason.empty()) {
+    return Without(std::move(fit), Verdict::kCannotTell, std::move(begun.reason));
   }
-  *motion = FitSurfaces(problem, *motion);
-  const std::string free = FreeMotion(problem, Linearise(problem, *motion));
+  const Motion near = FitSurfaces(problem, *begun.motion);
+  const Linear linear = Linearise(problem, near);
+  const std::string free = FreeMotions(problem, linear, near);
   if (!free.empty()) {
     fit.verdict = Verdict::kCannotTell;
     fit.reason = fmt::format(
@@ -288,18 +305,40 @@ Result<PartFit> FitPart(const PartFitInput& given, const PartFitOptions& options
         free);
     return fit;
   }
-  std::vector<Index> binding;
-  for (int round = 0; round < kMostRounds; ++round) {
-    const Linear linear = Linearise(problem, *motion);
-    const auto step = EvenStep(problem, linear, Least(problem));
-    if (!step) return Refuse(input, problem, *motion, std::move(fit));
-    *motion = Moved(*motion, linear, step->motion, problem.size_mm);
-    binding = step->binding;
-    if (step->motion.norm() < kStill_mm) break;
+  if (problem.has_mesh) {
+    if (MeshDoubt doubt = DoubtOf(input, options, problem, near, begun.others);
+        !doubt.reason.empty()) {
+      return Without(std::move(fit), doubt.verdict, std::move(doubt.reason));
+    }
+    FacetGuard guard = GuardFacets(problem, linear);
+    fit.facet_error_mm = guard.error_mm;
+    if (!guard.coarse.empty()) {
+      return Without(std::move(fit), Verdict::kCannotTell, std::move(guard.coarse));
+    }
+    if (!guard.notice.empty()) fit.notices.push_back(std::move(guard.notice));
+  }
+  Rest rest = EvenPlacement(problem, near);
+  if (rest.stuck) {
+    double missing_mm = 0;
+    const Motion best = BestEffort(problem, rest.motion, missing_mm);
+    if (missing_mm > 0) return Refuse(input, problem, best, missing_mm, std::move(fit));
+    rest = EvenPlacement(problem, best);
+  }
+  const Linear there = Linearise(problem, rest.motion);
+  constexpr double kHolds_mm = 1e-6;
+  const double missing_mm = (Least(problem) - there.stock_allowance_mm).maxCoeff();
+  if (rest.stuck || missing_mm > kHolds_mm) {
+    return Without(std::move(fit), Verdict::kCannotTell,
+                   fmt::format("the placement does not come to rest: {:.6f} mm are missing at a "
+                               "point; give another start",
+                               missing_mm));
+  }
+  if (std::string beyond = BeyondRim(input, problem, there); !beyond.empty()) {
+    return Without(std::move(fit), Verdict::kCannotTell, std::move(beyond));
   }
   fit.verdict = Verdict::kGood;
-  NoteStockAllowances(input, problem, *motion, binding, fit);
-  NoteCovariance(input, problem, *motion, binding, fit);
+  NoteStockAllowances(input, problem, rest.motion, rest.binding, fit);
+  NoteCovariance(input, problem, rest.motion, rest.binding, fit);
   return fit;
 }
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "base/measured.h"
 #include "base/result.h"
 #include "geometry/euler.h"
+#include "part_alignment/mesh/mesh_distance.h"
 
 namespace trammel::part_alignment {
 
@@ -22,7 +24,7 @@ struct MeasuredPoint {
   std::string surface;
 };
 
-enum class SurfaceKind { kPlane, kShaft, kBore };
+enum class SurfaceKind { kPlane, kShaft, kBore, kMesh };
 
 /// A surface of the ideal part, in its frame.
 struct IdealSurface {
@@ -34,6 +36,10 @@ struct IdealSurface {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
   double radius_mm = 0;           ///< of shaft and bore
   double stock_allowance_mm = 0;  ///< wanted
+  /// Of kMesh, which has neither middle nor direction.
+  std::shared_ptr<const MeshDistance> mesh = {};
+  /// Coarser triangles under the points leave the answer open, > 0.
+  std::optional<double> most_facet_error_mm = {};
 };
 
 /// Two points whose distance is calibrated.
@@ -58,6 +64,9 @@ struct PartFitOptions {
   double guard_sigmas = 2;
   /// Scales farther from 1 are no matter of scale.
   double most_scale_change = 1e-3;
+  /// Points on meshes that stand out more unevenly (root mean square) are not this part's. Absent:
+  /// the wanted stock allowance, or a fiftieth of the mesh's diameter where that is more.
+  std::optional<double> most_uneven_mm;
 };
 
 struct PointStockAllowance {
@@ -66,6 +75,8 @@ struct PointStockAllowance {
   double wanted_mm = 0;
   double least_mm = 0;   ///< with the guard
   bool binding = false;  ///< the placement rests on it
+  /// The surface's normal where the point is nearest to it, in the ideal part's frame.
+  Eigen::Vector3d outward = Eigen::Vector3d::Zero();
 };
 
 struct FittedTarget {
@@ -85,6 +96,9 @@ struct PartFit {
   double least_mm = 0;
   double mean_mm = 0;
   double uneven_mm = 0;  ///< root mean square of stock allowance less wanted, each surface alike
+  /// How far the triangles under the points may be from the surface that they stand for: the most
+  /// to either side. 0 without a mesh.
+  double facet_error_mm = 0;
   std::vector<FittedTarget> targets;  ///< points without a surface
   /// (3 · targets)², mm²: their own uncertainty, the scale's and the placement's.
   Eigen::MatrixXd covariance;
@@ -97,8 +111,14 @@ struct PartFit {
 /// 1974), repeated until the placement rests. Verdicts other than good: no placement leaves
 /// material everywhere (refused; says how much is missing at best, and where), surfaces that leave
 /// a motion free (cannot_tell), scale bars that contradict one another or ask for too large a scale
-/// (refused). Errors (kInput): ids twice or unknown, numbers that cannot be, a surface without
-/// points.
+/// (refused).
+/// Of meshes the stock allowance is the distance from the nearest triangle, and what a smooth
+/// surface may bulge out of that one (FacetErrorOf) joins the point's guard and sigma. Without
+/// `start` the placement is searched among all rotations. Verdicts besides: a mesh of another size
+/// than the points, or points that do not lie on it (refused); placements that fit alike, a start
+/// beside a better one, triangles coarser than asked for, points beyond the rim of an open shell
+/// (cannot_tell).
+/// Errors (kInput): ids twice or unknown, numbers that cannot be, a surface without points.
 [[nodiscard]] Result<PartFit> FitPart(const PartFitInput& input, const PartFitOptions& options);
 
 }  // namespace trammel::part_alignment

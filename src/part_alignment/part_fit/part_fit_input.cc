@@ -15,11 +15,28 @@ bool Sound(const Eigen::Vector3d& v) {
   return v.allFinite() && v.cwiseAbs().maxCoeff() <= kMost_mm;
 }
 
+Result<void> CheckMesh(const IdealSurface& surface) {
+  if (surface.mesh == nullptr) return Fail(fmt::format("surface {} has no mesh", surface.id));
+  if (!(std::abs(surface.stock_allowance_mm) < kMost_mm)) {
+    return Fail(
+        fmt::format("surface {}: overstock_mm is {}", surface.id, surface.stock_allowance_mm));
+  }
+  if (surface.most_facet_error_mm && !(*surface.most_facet_error_mm > 0)) {
+    return Fail(fmt::format("surface {}: most_facet_error_mm is {}; it must be above 0", surface.id,
+                            *surface.most_facet_error_mm));
+  }
+  return {};
+}
+
 Result<std::set<std::string>> CheckSurfaces(PartFitInput& input) {
   std::set<std::string> ids;
   for (IdealSurface& surface : input.surfaces) {
     if (!ids.insert(surface.id).second) {
       return Fail(fmt::format("surface {} stands there twice", surface.id));
+    }
+    if (surface.kind == SurfaceKind::kMesh) {
+      if (auto read = CheckMesh(surface); !read) return tl::unexpected(read.error());
+      continue;
     }
     const double length = surface.direction.norm();
     if (!Sound(surface.middle_mm) || !(length > 1e-9 && length < kMost_mm)) {
@@ -84,6 +101,9 @@ Result<std::set<std::string>> CheckPoints(const PartFitInput& input,
 
 Result<PartFitInput> CheckedPartFit(const PartFitInput& input, const PartFitOptions& options) {
   PartFitInput checked = input;
+  if (options.most_uneven_mm && !(*options.most_uneven_mm > 0)) {
+    return Fail(fmt::format("most_uneven_mm is {}; it must be above 0", *options.most_uneven_mm));
+  }
   if (!std::isfinite(options.least_stock_allowance_mm) ||
       !(options.guard_sigmas >= 0 && options.guard_sigmas <= 10) ||
       !(options.most_scale_change >= 0 && options.most_scale_change <= 0.1)) {

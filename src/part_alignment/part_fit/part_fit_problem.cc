@@ -4,7 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string>
+
+#include "base/parallel.h"
+#include "part_alignment/mesh/facet_error.h"
 
 namespace trammel::part_alignment {
 namespace {
@@ -18,9 +22,20 @@ using Eigen::VectorXd;
 struct StockAllowance {
   double mm = 0;
   Vector3d outward;
+  std::uint32_t triangle = 0;
+  bool at_rim = false;
 };
 
 StockAllowance StockAllowanceAt(const IdealSurface& surface, const Vector3d& ideal_mm) {
+  if (surface.kind == SurfaceKind::kMesh) {
+    const SurfaceDistance distance = surface.mesh->At(ideal_mm);
+    const SmoothLift lift = SmoothLiftAt(*surface.mesh, distance.triangle, distance.nearest_mm);
+    // Over an edge the way from it is the direction already, as smooth as the offset surface.
+    const bool over_face = distance.outward == surface.mesh->FaceNormal(distance.triangle);
+    const Vector3d outward =
+        over_face ? Vector3d((distance.outward - lift.gradient).normalized()) : distance.outward;
+    return {distance.mm - lift.mm, outward, distance.triangle, distance.at_rim};
+  }
   const Vector3d from_middle = ideal_mm - surface.middle_mm;
   if (surface.kind == SurfaceKind::kPlane) {
     return {surface.direction.dot(from_middle), surface.direction};
@@ -33,6 +48,13 @@ StockAllowance StockAllowanceAt(const IdealSurface& surface, const Vector3d& ide
   return {surface.radius_mm - radius_mm, -away};
 }
 
+// Each surface weighs 1.
+void WeighSurfacesAlike(Problem& problem) {
+  std::map<const IdealSurface*, int> counts;
+  for (const SurfaceContact& contact : problem.contacts) ++counts[contact.surface];
+  for (SurfaceContact& contact : problem.contacts) contact.weight = 1.0 / counts[contact.surface];
+}
+
 }  // namespace
 
 Linear Linearise(const Problem& problem, const Motion& motion) {
@@ -41,14 +63,27 @@ Linear Linearise(const Problem& problem, const Motion& motion) {
   for (const SurfaceContact& contact : problem.contacts) {
     linear.middle_mm += motion(contact.at_mm) / static_cast<double>(n);
   }
-  for (Index i = 0; i < n; ++i) {
-    const SurfaceContact& contact = problem.contacts[static_cast<std::size_t>(i)];
+  linear.triangles.assign(problem.contacts.size(), 0);
+  linear.at_rim.assign(problem.contacts.size(), 0);
+  const auto linearise = [&](Index i) {
+    const auto at = static_cast<std::size_t>(i);
+    const SurfaceContact& contact = problem.contacts[at];
     const Vector3d ideal_mm = motion(contact.at_mm);
     const StockAllowance stock_allowance = StockAllowanceAt(*contact.surface, ideal_mm);
     linear.stock_allowance_mm[i] = stock_allowance.mm;
     linear.by_motion.row(i) << stock_allowance.outward.transpose(),
         (ideal_mm - linear.middle_mm).cross(stock_allowance.outward).transpose() / problem.size_mm;
+    linear.triangles[at] = stock_allowance.triangle;
+    linear.at_rim[at] = stock_allowance.at_rim ? 1 : 0;
+  };
+  constexpr Index kPiece = 500;
+  if (!problem.has_mesh || n <= kPiece) {
+    for (Index i = 0; i < n; ++i) linearise(i);
+    return linear;
   }
+  ParallelFor(static_cast<int>((n + kPiece - 1) / kPiece), [&](int piece) {
+    for (Index i = piece * kPiece; i < std::min<Index>(n, (piece + 1) * kPiece); ++i) linearise(i);
+  });
   return linear;
 }
 
@@ -82,15 +117,46 @@ VectorXd Least(const Problem& problem) {
   return least;
 }
 
+double Scatter_mm(const Problem& problem, const Linear& linear) {
+  const VectorXd weights = Weights(problem) / Weights(problem).sum();
+  const VectorXd surplus = linear.stock_allowance_mm - Wanted(problem);
+  return std::sqrt((surplus.array() - surplus.dot(weights)).matrix().cwiseAbs2().dot(weights));
+}
+
+double Uneven_mm(const Problem& problem, const Linear& linear) {
+  const VectorXd weights = Weights(problem);
+  return std::sqrt((linear.stock_allowance_mm - Wanted(problem)).cwiseAbs2().dot(weights) /
+                   weights.sum());
+}
+
+Problem Thinned(const Problem& problem, std::size_t most) {
+  if (problem.contacts.size() <= most) return problem;
+  // Multiples of the golden section fall in step with no order of rows and columns.
+  constexpr double kGolden = 0.6180339887498949;
+  std::set<std::size_t> picked;
+  for (std::size_t i = 0; i < most; ++i) {
+    const double share = kGolden * static_cast<double>(i);
+    picked.insert(static_cast<std::size_t>((share - std::floor(share)) *
+                                           static_cast<double>(problem.contacts.size())));
+  }
+  Problem thinned;
+  thinned.size_mm = problem.size_mm;
+  thinned.has_mesh = problem.has_mesh;
+  for (const std::size_t i : picked) thinned.contacts.push_back(problem.contacts[i]);
+  WeighSurfacesAlike(thinned);
+  return thinned;
+}
+
 Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options, double scale) {
   Problem problem;
   std::map<std::string, const IdealSurface*> surfaces;
-  std::map<std::string, int> counts;
-  for (const IdealSurface& surface : input.surfaces) surfaces[surface.id] = &surface;
+  for (const IdealSurface& surface : input.surfaces) {
+    surfaces[surface.id] = &surface;
+    problem.has_mesh = problem.has_mesh || surface.kind == SurfaceKind::kMesh;
+  }
   for (std::size_t i = 0; i < input.points.size(); ++i) {
     const MeasuredPoint& point = input.points[i];
     if (point.surface.empty()) continue;
-    ++counts[point.surface];
     problem.contacts.push_back(
         {i, surfaces[point.surface], scale * point.at_mm,
          options.least_stock_allowance_mm + options.guard_sigmas * point.sigma_mm, point.sigma_mm,
@@ -98,14 +164,12 @@ Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options, doub
   }
   Vector3d middle = Vector3d::Zero();
   const auto n = static_cast<double>(problem.contacts.size());
-  for (SurfaceContact& contact : problem.contacts) {
-    contact.weight = 1.0 / counts[contact.surface->id];
-    middle += contact.at_mm / n;
-  }
+  for (const SurfaceContact& contact : problem.contacts) middle += contact.at_mm / n;
   double square = 0;
   for (const SurfaceContact& contact : problem.contacts)
     square += (contact.at_mm - middle).squaredNorm() / n;
   problem.size_mm = std::max(1.0, std::sqrt(square));
+  WeighSurfacesAlike(problem);
   return problem;
 }
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "part_alignment/part_fit/part_fit.h"
@@ -35,16 +36,22 @@ struct SurfaceContact {
 struct Problem {
   std::vector<SurfaceContact> contacts;
   double size_mm = 1;  ///< turns are measured by what they do to points so far from the middle
+  bool has_mesh = false;
 };
 
-/// The problem for small motions about a placement: stock allowance, and its derivative by the
-/// motion (mm, and turns about the points' middle in units of 1 / size).
+/// The problem for small motions about a placement: stock allowance (over fine triangles from the
+/// smooth surface, SmoothLiftAt), and its derivative by the motion (mm, and turns about the points'
+/// middle in units of 1 / size).
 struct Linear {
   Eigen::VectorXd stock_allowance_mm;
   Eigen::MatrixXd by_motion;
   Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();
+  /// Of contacts with a mesh: the nearest triangle, and whether its rim is nearest.
+  std::vector<std::uint32_t> triangles = {};
+  std::vector<std::uint8_t> at_rim = {};
 };
 
+/// On all processors where contacts are many.
 [[nodiscard]] Linear Linearise(const Problem& problem, const Motion& motion);
 
 /// `motion` and then a step in Linear's coordinates.
@@ -56,6 +63,15 @@ struct Linear {
 [[nodiscard]] Eigen::VectorXd Wanted(const Problem& problem);
 [[nodiscard]] Eigen::VectorXd Weights(const Problem& problem);
 [[nodiscard]] Eigen::VectorXd Least(const Problem& problem);
+
+/// Root mean square of stock allowance less wanted, each surface alike.
+[[nodiscard]] double Uneven_mm(const Problem& problem, const Linear& linear);
+
+/// The same about its mean: how well points lie on the surfaces, however much stock there is.
+[[nodiscard]] double Scatter_mm(const Problem& problem, const Linear& linear);
+
+/// At most so many of its contacts, spread over their order.
+[[nodiscard]] Problem Thinned(const Problem& problem, std::size_t most);
 
 /// REQUIRES a checked input, which must outlive the problem.
 [[nodiscard]] Problem ProblemOf(const PartFitInput& input, const PartFitOptions& options,

@@ -4,12 +4,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "document/plot.h"
 #include "part_alignment/report/part_metrology_figures.h"
+#include "part_alignment/report/part_outline.h"
 
 namespace trammel::report {
 namespace {
@@ -41,7 +46,7 @@ struct PlacedPoint {
   Eigen::Vector3d at_mm;  // in the ideal part's frame
   std::size_t side = 0;   // index into kSides
   double surplus_mm = 0;
-  bool told = false;  // the placement rests on it, or material is missing
+  bool told = false;  // the placement rests on it, it has the least, or material is missing
 };
 
 // Outward from the ideal part, at this place; not normalised.
@@ -53,12 +58,15 @@ Eigen::Vector3d Outward(const IdealSurface& surface, const Eigen::Vector3d& at_m
   return surface.kind == SurfaceKind::kShaft ? radial : Eigen::Vector3d(-radial);
 }
 
-std::size_t SideOf(const PartFitInput& input, const std::string& surface,
-                   const Eigen::Vector3d& at_mm) {
-  const auto found = std::find_if(input.surfaces.begin(), input.surfaces.end(),
-                                  [&](const IdealSurface& one) { return one.id == surface; });
-  if (found == input.surfaces.end()) return 0;
-  const Eigen::Vector3d outward = Outward(*found, at_mm);
+std::size_t SideOf(const PartFitInput& input, const PointStockAllowance& of,
+                   const std::string& surface, const Eigen::Vector3d& at_mm) {
+  Eigen::Vector3d outward = of.outward;
+  if (outward.isZero()) {
+    const auto found = std::find_if(input.surfaces.begin(), input.surfaces.end(),
+                                    [&](const IdealSurface& one) { return one.id == surface; });
+    if (found == input.surfaces.end()) return 0;
+    outward = Outward(*found, at_mm);
+  }
   std::size_t best = 0;
   for (std::size_t i = 1; i < kSides.size(); ++i) {
     const auto along = [&](const Side& side) { return side.sign * outward[side.axis]; };
@@ -71,24 +79,37 @@ std::vector<PlacedPoint> Placed(const PartFitInput& input, const PartFit& fit) {
   constexpr double kMissing_mm = 1e-6;  // below the least by less is the optimum's own rounding
   const Eigen::Matrix3d rotation = geometry::RotationFromAngles(fit.ideal_from_measured.angles_rad);
   std::vector<PlacedPoint> placed;
+  const PointStockAllowance* least = nullptr;
+  if (!fit.stock_allowances.empty()) {
+    least = &*std::min_element(fit.stock_allowances.begin(), fit.stock_allowances.end(),
+                               [](const PointStockAllowance& a, const PointStockAllowance& b) {
+                                 return a.stock_allowance_mm < b.stock_allowance_mm;
+                               });
+  }
   for (const PointStockAllowance& stock_allowance : fit.stock_allowances) {
     const part_alignment::MeasuredPoint& point = input.points[stock_allowance.point];
     const Eigen::Vector3d at_mm =
         rotation * (fit.scale * point.at_mm) + fit.ideal_from_measured.translation_mm;
-    placed.push_back({point.id, at_mm, SideOf(input, point.surface, at_mm),
-                      stock_allowance.stock_allowance_mm - stock_allowance.wanted_mm,
-                      stock_allowance.binding || stock_allowance.stock_allowance_mm <
-                                                     stock_allowance.least_mm - kMissing_mm});
+    placed.push_back(
+        {point.id, at_mm, SideOf(input, stock_allowance, point.surface, at_mm),
+         stock_allowance.stock_allowance_mm - stock_allowance.wanted_mm,
+         stock_allowance.binding || &stock_allowance == least ||
+             stock_allowance.stock_allowance_mm < stock_allowance.least_mm - kMissing_mm});
   }
   return placed;
 }
 
-std::array<Range, 3> ExtentOf(const std::vector<PlacedPoint>& placed) {
+std::array<Range, 3> ExtentOf(const std::vector<PlacedPoint>& placed,
+                              const std::vector<OutlineEdge>& outline) {
   std::array<Range, 3> extent;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::vector<double> places;
     for (const PlacedPoint& point : placed) {
       places.push_back(point.at_mm[static_cast<Eigen::Index>(axis)]);
+    }
+    for (const OutlineEdge& edge : outline) {
+      places.push_back(edge.from_mm[static_cast<Eigen::Index>(axis)]);
+      places.push_back(edge.to_mm[static_cast<Eigen::Index>(axis)]);
     }
     extent[axis] = Padded(RangeOf(places), 0.1);
   }
@@ -134,8 +155,63 @@ void DrawName(Canvas& canvas, const RectPx& inside, const PointPx& at, const std
   }
 }
 
+// Edges that run towards this side, each only where it is longer than a pixel.
+void DrawOutline(Canvas& canvas, const Plot& plot, const std::vector<OutlineEdge>& outline,
+                 const Side& side) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const auto facing = [&](const Eigen::Vector3d& normal) {
+    return side.sign * normal[side.axis] > 0;
+  };
+  const auto at = [&](const Eigen::Vector3d& mm) {
+    const PointPx px = plot.At(
+        {mm[static_cast<Eigen::Index>(side.right)], mm[static_cast<Eigen::Index>(side.up)]});
+    return PointPx{std::round(2 * px.x) / 2, std::round(2 * px.y) / 2};
+  };
+  std::set<std::array<double, 4>> drawn;
+  std::vector<PointPx> lines;
+  for (const OutlineEdge& edge : outline) {
+    const bool one = facing(edge.normal);
+    const bool other = facing(edge.other_normal);
+    if (!(edge.sharp ? one || other : one != other)) continue;
+    PointPx from = at(edge.from_mm);
+    PointPx to = at(edge.to_mm);
+    if (std::tie(to.x, to.y) < std::tie(from.x, from.y)) std::swap(from, to);
+    if (from.x == to.x && from.y == to.y) continue;
+    if (!drawn.insert({from.x, from.y, to.x, to.y}).second) continue;
+    lines.insert(lines.end(), {from, to, {kNan, kNan}});
+  }
+  canvas.Polyline(lines, {.color = kMuted, .width_px = 1});
+}
+
+// Of many points those that a dot of this radius leaves apart; of several the one with the least.
+std::vector<const PlacedPoint*> ToDraw(const std::vector<PlacedPoint>& placed, std::size_t side,
+                                       const Plot& plot, const Side& axes, double radius) {
+  constexpr std::size_t kAllOf = 150;
+  std::vector<const PlacedPoint*> all;
+  for (const PlacedPoint& point : placed) {
+    if (point.side == side) all.push_back(&point);
+  }
+  if (all.size() <= kAllOf) return all;
+  std::map<std::pair<int, int>, const PlacedPoint*> cells;
+  std::vector<const PlacedPoint*> drawn;
+  for (const PlacedPoint* point : all) {
+    if (point->told) {
+      drawn.push_back(point);
+      continue;
+    }
+    const PointPx at = plot.At({point->at_mm[static_cast<Eigen::Index>(axes.right)],
+                                point->at_mm[static_cast<Eigen::Index>(axes.up)]});
+    const PlacedPoint*& kept =
+        cells[{static_cast<int>(at.x / (2 * radius)), static_cast<int>(at.y / (2 * radius))}];
+    if (kept == nullptr || point->surplus_mm < kept->surplus_mm) kept = point;
+  }
+  for (const auto& [cell, point] : cells) drawn.push_back(point);
+  return drawn;
+}
+
 void DrawSide(Canvas& canvas, const RectPx& room, const std::vector<PlacedPoint>& placed,
-              std::size_t number, const std::array<Range, 3>& extent, const Range& colours) {
+              const std::vector<OutlineEdge>& outline, std::size_t number,
+              const std::array<Range, 3>& extent, const Range& colours) {
   constexpr std::array<const char*, 3> kLabels{"x (mm)", "y (mm)", "z (mm)"};
   const Side& side = kSides[number];
   Range right = extent[side.right];
@@ -152,14 +228,19 @@ void DrawSide(Canvas& canvas, const RectPx& room, const std::vector<PlacedPoint>
                                    [&](const PlacedPoint& point) { return point.side == number; });
   // Small enough for an even spread of as many not to touch.
   const double radius =
-      std::clamp(0.3 * std::sqrt(room.width * room.height / static_cast<double>(count)), 1.5, 4.5);
+      std::clamp(0.3 * std::sqrt(room.width * room.height / static_cast<double>(count)), 2.0, 4.5);
+  DrawOutline(canvas, plot, outline, side);
   std::vector<RectPx> taken;
+  const std::vector<const PlacedPoint*> drawn = ToDraw(placed, number, plot, side, radius);
   for (const bool told : {false, true}) {  // never hidden: what the placement rests on
-    for (const PlacedPoint& point : placed) {
-      if (point.side != number || point.told != told) continue;
+    for (const PlacedPoint* one : drawn) {
+      const PlacedPoint& point = *one;
+      if (point.told != told) continue;
       const Stroke edge{.color = told ? kVermilion : kInk, .width_px = told ? 2.5 : 0.6};
       plot.Dot(at(point), told ? radius + 1 : radius,
                MapColor((point.surplus_mm - colours.lo) / (colours.hi - colours.lo)), edge);
+      constexpr std::size_t kCrowd = 600;
+      if (!told && drawn.size() > kCrowd) continue;
       const PointPx dot = plot.At(at(point));
       taken.push_back({dot.x - radius, dot.y - radius, 2 * radius, 2 * radius});
     }
@@ -184,7 +265,8 @@ std::vector<std::size_t> SidesOf(const std::vector<PlacedPoint>& placed) {
 }
 
 /// Sides in two columns, or in one where there is no room.
-Canvas Draw(const std::vector<PlacedPoint>& placed, double width_px) {
+Canvas Draw(const std::vector<PlacedPoint>& placed, const std::vector<OutlineEdge>& outline,
+            double width_px) {
   constexpr double kLeftPx = 62;
   constexpr double kRowPx = 268;
   constexpr double kTopPx = 26;
@@ -194,7 +276,7 @@ Canvas Draw(const std::vector<PlacedPoint>& placed, double width_px) {
   std::vector<double> surplus_mm;
   for (const PlacedPoint& point : placed) surplus_mm.push_back(point.surplus_mm);
   const std::vector<std::size_t> sides = SidesOf(placed);
-  const std::array<Range, 3> extent = ExtentOf(placed);
+  const std::array<Range, 3> extent = ExtentOf(placed, outline);
   const Range colours = RangeOf(surplus_mm);
   const std::size_t columns = sides.size() > 1 && broad ? 2 : 1;
   const std::size_t rows = (sides.size() + columns - 1) / columns;
@@ -205,7 +287,7 @@ Canvas Draw(const std::vector<PlacedPoint>& placed, double width_px) {
     const RectPx room{column_px * static_cast<double>(i % columns) + kLeftPx,
                       kRowPx * static_cast<double>(i / columns) + kTopPx, column_px - kLeftPx - 10,
                       kRowPx - kTopPx - kBelowPx};
-    DrawSide(canvas, room, placed, sides[i], extent, colours);
+    DrawSide(canvas, room, placed, outline, sides[i], extent, colours);
   }
   DrawColorBar(canvas, {width_px - bar_px + 12, kTopPx, 18, height - kTopPx - kBelowPx}, colours,
                "stock allowance less wanted (mm)");
@@ -216,17 +298,20 @@ Canvas Draw(const std::vector<PlacedPoint>& placed, double width_px) {
 
 Figure StockAllowanceFigure(const PartFitInput& input, const PartFit& fit) {
   const std::vector<PlacedPoint> placed = Placed(input, fit);
+  const std::vector<OutlineEdge> outline = OutlineOf(input);
   return {
       "stock-allowance",
       "Each point of the raw part on the side that its surface faces. Ringed in orange and named: "
-      "the points that the placement rests on, or where material is missing.",
-      Draw(placed, kFigureWidthPx),
+      "the points that the placement rests on, the one with the least, or where material is "
+      "missing. Of points in one place the one with the least is drawn; grey: the edges and the "
+      "outline of the CAD part.",
+      Draw(placed, outline, kFigureWidthPx),
       2,
       fmt::format(
           "{} points of the raw part by side, coloured by stock allowance less what is wanted; "
           "least {:.3f} mm.",
           placed.size(), fit.least_mm),
-      Draw(placed, kNarrowWidthPx)};
+      Draw(placed, outline, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

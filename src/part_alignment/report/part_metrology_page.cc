@@ -78,6 +78,9 @@ std::string FitHead(const PartFitInput& input, const PartFit& fit) {
       "<p class=\"value\">{:.3f} mm <small>stock allowance at least</small></p>\n", fit.least_mm);
   body += Quiet(fmt::format("Mean {:.3f} mm; uneven by {:.3f} mm (root mean square).", fit.mean_mm,
                             fit.uneven_mm));
+  if (const std::string least = LeastWords(input, fit); !least.empty()) {
+    body += Quiet("Least at " + least + ".");
+  }
   for (const auto& stock_allowance : fit.stock_allowances) {
     if (!stock_allowance.binding) continue;
     const auto& point = input.points[stock_allowance.point];

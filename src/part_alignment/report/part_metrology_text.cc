@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -92,6 +93,19 @@ std::string ToJson(const CameraCalibration& calibration) {
                    {"notices", calibration.notices}});
 }
 
+std::string LeastWords(const PartFitInput& input, const PartFit& fit) {
+  if (fit.stock_allowances.empty()) return {};
+  const auto least = std::min_element(
+      fit.stock_allowances.begin(), fit.stock_allowances.end(),
+      [](const auto& a, const auto& b) { return a.stock_allowance_mm < b.stock_allowance_mm; });
+  const auto& point = input.points[least->point];
+  const Eigen::Vector3d at =
+      geometry::RotationFromAngles(fit.ideal_from_measured.angles_rad) * (fit.scale * point.at_mm) +
+      fit.ideal_from_measured.translation_mm;
+  return fmt::format("{} ({}), {:.3f} mm at x {:.1f}, y {:.1f}, z {:.1f} of the ideal part",
+                     point.id, point.surface, least->stock_allowance_mm, at.x(), at.y(), at.z());
+}
+
 std::string ToJson(const PartFitInput& input, const PartFit& fit) {
   const bool good = fit.verdict == Verdict::kGood;
   Json stock_allowances = Json::array();
@@ -126,6 +140,7 @@ std::string ToJson(const PartFitInput& input, const PartFit& fit) {
        {"least_overstock_mm", good ? Number(fit.least_mm) : Json(nullptr)},
        {"mean_overstock_mm", good ? Number(fit.mean_mm) : Json(nullptr)},
        {"uneven_mm", good ? Number(fit.uneven_mm) : Json(nullptr)},
+       {"facet_error_mm", good ? Number(fit.facet_error_mm) : Json(nullptr)},
        {"overstocks", stock_allowances},
        {"notices", fit.notices}});
 }
@@ -188,6 +203,7 @@ std::string PartFitText(const PartFitInput& input, const PartFit& fit) {
     text += fmt::format(
         "allowance at least {:.3f} mm, mean {:.3f} mm, uneven by {:.3f} mm (root mean square)\n",
         fit.least_mm, fit.mean_mm, fit.uneven_mm);
+    text += fmt::format("least at  {}\n", LeastWords(input, fit));
     for (const auto& stock_allowance : fit.stock_allowances) {
       if (!stock_allowance.binding) continue;
       const auto& point = input.points[stock_allowance.point];

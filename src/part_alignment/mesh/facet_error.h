@@ -1,0 +1,51 @@
+// How far a mesh may be from the smooth surface that it stands for.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstdint>
+
+#include "part_alignment/mesh/mesh_distance.h"
+
+namespace trammel::part_alignment {
+
+/// Across edges that bend by less than 30 degrees the surface is taken as smooth, sharper ones as
+/// edges of the part. Both are of first order in the bend: exact for spheres and cylinders of even
+/// triangles, within a factor of two or so elsewhere.
+struct FacetError {
+  /// The most by which the smooth surface bulges out of the triangle: what stock allowance over it
+  /// is overstated by. 0 where it is hollow.
+  double outward_mm = 0;
+  double inward_mm = 0;  ///< the same to the inside, where it is hollow
+  double tilt_rad = 0;   ///< the most by which the smooth normal leaves the triangle's
+
+  [[nodiscard]] double either_mm() const { return std::max(outward_mm, inward_mm); }
+};
+
+/// With theta the bends across the edges and h the heights over them, the quadratic surface
+/// through the corners deviates by sum(theta h) / 9 in the middle and by the sum over two edges / 8
+/// at the middle of the third.
+[[nodiscard]] FacetError FacetErrorOf(const MeshDistance& mesh, std::uint32_t triangle);
+
+/// The quadratic surface of FacetErrorOf over a place of its triangle.
+struct SmoothLift {
+  double mm = 0;             ///< above 0 outside the triangle
+  Eigen::Vector3d gradient;  ///< of it, along the triangle
+};
+
+/// Triangles that are farther off are not corrected: where flat faces of a part meet at a small
+/// angle there is no smooth surface, and this is the most that is made wrong.
+inline constexpr double kMostLift_mm = 0.02;
+
+/// None where the triangle's error is above kMostLift_mm.
+[[nodiscard]] SmoothLift SmoothLiftAt(const MeshDistance& mesh, std::uint32_t triangle,
+                                      const Eigen::Vector3d& on_triangle_mm);
+
+/// The bend across the edge from corner k to the next, above 0 where the solid is convex; 0 at a
+/// rim.
+[[nodiscard]] double EdgeBend_rad(const MeshDistance& mesh, std::uint32_t triangle, int corner);
+
+/// Sharper bends are edges of the part.
+inline constexpr double kCrease_rad = 0.5236;
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,65 @@
+// How far points stand out of a solid of triangles.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "part_alignment/mesh/box_tree.h"
+#include "part_alignment/mesh/solid_mesh.h"
+
+namespace trammel::part_alignment {
+
+struct SurfaceDistance {
+  double mm = 0;               ///< above 0 outside
+  Eigen::Vector3d outward;     ///< of length 1; the distance's gradient
+  Eigen::Vector3d nearest_mm;  ///< on the surface
+  std::uint32_t triangle = 0;
+  /// Nearest to the rim of an open shell, where no inside can be told from no outside.
+  bool at_rim = false;
+};
+
+/// Distances by a tree of boxes, with their sign from the angle-weighted pseudo-normal of the
+/// nearest face, edge or vertex (Baerentzen & Aanaes, IEEE Trans. Vis. Comput. Graph. 11, 2005),
+/// which is right everywhere for closed solids that do not cross themselves.
+class MeshDistance {
+ public:
+  explicit MeshDistance(SolidMesh solid);
+
+  /// Accuracy: 1e-12 of the coordinates' size. Cost: 10 us among a million triangles. Safe from
+  /// several threads.
+  [[nodiscard]] SurfaceDistance At(const Eigen::Vector3d& p_mm) const;
+
+  [[nodiscard]] const TriangleMesh& mesh() const { return mesh_; }
+  [[nodiscard]] bool open() const { return open_; }
+  [[nodiscard]] const std::array<std::uint32_t, 3>& NeighboursOf(std::uint32_t triangle) const {
+    return neighbours_[triangle];
+  }
+  [[nodiscard]] Eigen::Vector3d FaceNormal(std::uint32_t triangle) const {
+    return normals_[triangle];
+  }
+  /// Corners in one line to the rounding of their numbers: its own normal says nothing, the one
+  /// that it has is its neighbours'.
+  [[nodiscard]] bool IsSliver(std::uint32_t triangle) const { return sliver_[triangle]; }
+  [[nodiscard]] std::size_t slivers() const { return slivers_; }
+
+ private:
+  void FindNormals();
+  void FindVertexNormals();
+  [[nodiscard]] Eigen::Vector3d PseudoNormal(std::uint32_t triangle, int feature) const;
+  [[nodiscard]] bool AtRim(std::uint32_t triangle, int feature) const;
+
+  TriangleMesh mesh_;  // triangles in the order of the leaves
+  std::vector<std::array<std::uint32_t, 3>> neighbours_;
+  std::vector<BoxNode> nodes_;
+  std::vector<Eigen::Vector3d> normals_;         // of triangles, of length 1
+  std::vector<Eigen::Vector3d> vertex_normals_;  // not normalised
+  std::vector<bool> sliver_;
+  std::vector<bool> rim_vertex_;
+  std::size_t slivers_ = 0;
+  bool open_ = false;
+};
+
+}  // namespace trammel::part_alignment
