@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "part_alignment/mesh/mesh_topology.h"
 
@@ -49,6 +50,54 @@ Bends BendsOf(const MeshDistance& mesh, std::uint32_t triangle) {
   return bends;
 }
 
+std::size_t CornerAt(const Triangle& triangle, std::uint32_t vertex) {
+  return triangle[0] == vertex ? 0 : triangle[1] == vertex ? 1 : 2;
+}
+
+// Of the smooth surface at a vertex: the angle-weighted mean of the faces about it that no sharp
+// edge parts from this one.
+Vector3d SmoothNormal(const MeshDistance& mesh, std::uint32_t from, std::uint32_t vertex) {
+  const double sharp = std::cos(kCrease_rad);
+  const std::vector<Triangle>& triangles = mesh.mesh().triangles;
+  const auto weighted = [&](std::uint32_t t) -> Vector3d {
+    const std::size_t k = CornerAt(triangles[t], vertex);
+    const Vector3d& at = mesh.mesh().vertices_mm[vertex];
+    const Vector3d u = mesh.mesh().vertices_mm[triangles[t][(k + 1) % 3]] - at;
+    const Vector3d v = mesh.mesh().vertices_mm[triangles[t][(k + 2) % 3]] - at;
+    return std::atan2(u.cross(v).norm(), u.dot(v)) * mesh.FaceNormal(t);
+  };
+  Vector3d sum = weighted(from);
+  for (const std::size_t side : {0U, 2U}) {  // around it one way, and the other where that ends
+    std::uint32_t t = from;
+    constexpr int kMostFaces = 100;
+    for (int i = 0; i < kMostFaces; ++i) {
+      const std::size_t k = (CornerAt(triangles[t], vertex) + side) % 3;
+      const std::uint32_t other = mesh.NeighboursOf(t)[k];
+      if (other == from) return sum.normalized();
+      if (other == kNoTriangle || mesh.FaceNormal(t).dot(mesh.FaceNormal(other)) < sharp) break;
+      sum += weighted(other);
+      t = other;
+    }
+  }
+  return sum.normalized();
+}
+
+// The same from the normals at the corners: better among uneven triangles, and nonsense where a
+// flat face of a part begins; so only near what the bends say.
+void Improve(const MeshDistance& mesh, std::uint32_t triangle, Bends& bends) {
+  const Triangle& corners = mesh.mesh().triangles[triangle];
+  std::array<Vector3d, 3> normals;
+  for (std::size_t k = 0; k < 3; ++k) normals[k] = SmoothNormal(mesh, triangle, corners[k]);
+  const double near_mm = 0.7 * bends.error.either_mm();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t next = (k + 1) % 3;
+    const Vector3d along =
+        mesh.mesh().vertices_mm[corners[next]] - mesh.mesh().vertices_mm[corners[k]];
+    const double middle_mm = along.dot(normals[next] - normals[k]) / 8;
+    if (std::abs(middle_mm - bends.middle_mm[k]) < near_mm) bends.middle_mm[k] = middle_mm;
+  }
+}
+
 }  // namespace
 
 double EdgeBend_rad(const MeshDistance& mesh, std::uint32_t triangle, int corner) {
@@ -70,9 +119,10 @@ FacetError FacetErrorOf(const MeshDistance& mesh, std::uint32_t triangle) {
 
 SmoothLift SmoothLiftAt(const MeshDistance& mesh, std::uint32_t triangle, const Vector3d& at) {
   SmoothLift lift{0, Vector3d::Zero()};
-  const Bends bends = BendsOf(mesh, triangle);
+  Bends bends = BendsOf(mesh, triangle);
   const double error_mm = bends.error.either_mm();
   if (!(error_mm > 0 && error_mm <= kMostLift_mm)) return lift;
+  Improve(mesh, triangle, bends);
   const Triangle& triangle_of = mesh.mesh().triangles[triangle];
   const Vector3d area = AreaVector(mesh.mesh(), triangle_of);
   const double twice2 = area.squaredNorm();

@@ -25,6 +25,9 @@ struct MeshDoubt {
 [[nodiscard]] std::string BeyondRim(const PartFitInput& input, const Problem& problem,
                                     const Linear& linear);
 
+/// Of what coarse triangles may be off, so much joins the least stock allowance.
+inline constexpr double kFacetGuard = 1.75;
+
 struct FacetGuard {
   double error_mm = 0;  ///< the most to either side, under any point
   std::string coarse;   ///< why the answer is left open; empty where it is not

@@ -167,8 +167,7 @@ PartFit Refuse(const PartFitInput& input, const Problem& problem, const Motion& 
   fit.reason = fmt::format(
       "no placement leaves enough material everywhere: at best {:.3f} mm are missing, at {}",
       missing_mm, where.empty() ? "several points" : where);
-  constexpr double kGuard = 1.5;  // at most, GuardFacets
-  if (kGuard * fit.facet_error_mm >= missing_mm) {
+  if (kFacetGuard * fit.facet_error_mm >= missing_mm) {
     fit.verdict = Verdict::kCannotTell;
     fit.reason += fmt::format(
         "; as much is kept for the triangles, which are up to {:.3f} mm off the surface that they "
