@@ -237,10 +237,34 @@ Result<sim::PageFileOptions> FileOptionsOf(const SimSheetArguments& arguments) {
   return options;
 }
 
+// The phone that takes this photo of the print. All photos of one print show the same paper and
+// lines, and are by the same phone.
+sim::PhoneTraits PhoneFor(const sim::SheetName& name, const sim::PrintedSheet& sheet) {
+  sim::PhoneTraits phone = sim::DrawPhone(sheet, sim::ScanningOf(name).Fork(0));
+  if (name.scan == 0) return phone;
+  sim::SheetName first_name = name;
+  first_name.scan = 0;
+  const sim::PhoneTraits first = sim::DrawPhone(sheet, sim::ScanningOf(first_name).Fork(0));
+  // As large in the picture as drawn.
+  phone.distance_mm *= first.focal_px / phone.focal_px;
+  phone.focal_px = first.focal_px;
+  phone.radial = first.radial;
+  phone.tangential = first.tangential;
+  phone.centre_x_px = first.centre_x_px;
+  phone.centre_y_px = first.centre_y_px;
+  phone.bow_mm = first.bow_mm;
+  phone.bow_rad = first.bow_rad;
+  phone.wave_mm = first.wave_mm;
+  phone.extra_height_mm = first.extra_height_mm;
+  phone.colour_px = first.colour_px;
+  phone.tool_colour_px = first.tool_colour_px;
+  return phone;
+}
+
 // A phone's photo in place of a scan.
 Result<void> Photograph(const SimSheetArguments& arguments, const sim::PrintedSheet& sheet) {
   sim::PhoneTraits phone;
-  if (!arguments.ideal) phone = sim::DrawPhone(sheet, sim::ScanningOf(arguments.name).Fork(0));
+  if (!arguments.ideal) phone = PhoneFor(arguments.name, sheet);
   for (const std::string& text : arguments.photo_settings) {
     const auto parts = Split(text, '=', 2);
     const auto value = parts.size() == 2 ? ParseNumber<double>(parts[1]) : std::nullopt;
