@@ -110,6 +110,38 @@ TEST_F(AlignExamples, TheGridGivesTheCameraThatItWasDrawnWith) {
   EXPECT_EQ(Read("camera.json")["camera"]["focal_length_mm"], found["value"]);
 }
 
+// 180 facets of the bore are off by 0.02 mm, which moves nothing by more.
+TEST_F(AlignExamples, TheCadPartGivesTheTargetsOfItsPlanes) {
+  ASSERT_EQ(Align("fit points.csv --part part.json --out planes.json").exit_code, 0);
+  const auto run = Align("fit points.csv --part part-cad.json --out cad.json --report cad");
+  ASSERT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_THAT(run.output, HasSubstr("part.stl: 736 triangles, 1600 × 1100 × 236 mm, read in mm"));
+  const json planes = Read("planes.json")["targets"];
+  const json cad = Read("cad.json")["targets"];
+  ASSERT_EQ(planes.size(), cad.size());
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(planes[i]["ideal_mm"][axis], cad[i]["ideal_mm"][axis], 0.01);
+    }
+  }
+  EXPECT_TRUE(Exists("cad/stock-allowance.png"));
+}
+
+// All of the casting against the STL alone: it lies in more ways than one, whatever its unit.
+TEST_F(AlignExamples, AnStlAloneIsAPartWhoseUnitIsAsked) {
+  const auto bare = Align("fit points.csv --part part.stl");
+  EXPECT_EQ(bare.exit_code, 1);
+  EXPECT_THAT(bare.output, HasSubstr("--overstock MM"));
+  const auto mm = Align("fit points.csv --part part.stl --overstock 4");
+  EXPECT_EQ(mm.exit_code, 2) << mm.output;
+  EXPECT_THAT(mm.output, AllOf(HasSubstr("fit alike"), HasSubstr("180.0°"),
+                               HasSubstr("an STL states no unit")));
+  const auto inch = Align("fit points.csv --part part.stl --overstock 4 --unit inch");
+  EXPECT_EQ(inch.exit_code, 2);
+  EXPECT_THAT(inch.output, HasSubstr("times too large, near 25.4, an inch in mm"));
+  EXPECT_EQ(Align("fit points.csv --part part.json --overstock 4").exit_code, 1);
+}
+
 // From the casting to the offset: what each step leaves uncertain is in the next one's figures.
 TEST_F(AlignExamples, TheChainEndsWhereThePartIsWithinWhatItStates) {
   ASSERT_EQ(Align("calibrate grid.json --out camera.json").exit_code, 0);

@@ -279,7 +279,7 @@ std::string OtherSize(const Problem& problem) {
       }
     }
     return fmt::format(
-        "the mesh of {} spans {:.4g} mm, its points {:.4g} mm: {:.3g} times too {}{}", names[mesh],
+        "the mesh of {} spans {:.6g} mm, its points {:.6g} mm: {:.3g} times too {}{}", names[mesh],
         mesh_mm, measured_mm, std::max(times, 1 / times), times > 1 ? "small" : "large",
         why.empty() ? ": another part, or another unit" : why);
   }
