@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "app/provenance.h"
+#include "base/url_secrets.h"
 #include "measurement/history.h"
 #include "session/dead_run.h"
 #include "session/run_journal.h"
@@ -28,7 +29,7 @@ Result<void> Note(const AppliedValue& applied, Application::Step step,
                   std::optional<double> before) {
   const auto path = AppliedFile();
   if (!path) return tl::unexpected(path.error());
-  const Application application{UtcNow(), procedure::PrinterName(applied.machine), step, before,
+  const Application application{UtcNow(), WithoutSecrets(applied.machine), step, before,
                                 applied.value};
   if (applied.result) return files::NoteApplication(*path, *applied.result, application);
   return files::NoteApplication(*path, applied.instrument, "", application);
@@ -92,7 +93,7 @@ Result<void> NoteUndone(Instrument instrument, const std::string& machine, const
   if (!path) return tl::unexpected(path.error());
   return OrNothingSet(
       files::NoteApplication(*path, instrument, undoing.fingerprint,
-                             {UtcNow(), procedure::PrinterName(machine), Application::Step::kUndone,
+                             {UtcNow(), WithoutSecrets(machine), Application::Step::kUndone,
                               undoing.before, undoing.value}));
 }
 
