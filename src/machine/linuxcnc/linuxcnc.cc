@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -231,13 +232,22 @@ Result<void> LinuxCnc::MoveOnce(const Vector3d& machine_mm, double feed_mm_min, 
   const auto move = fmt::format("mdi G21 G90 G94 G53 G1 X{:.6f} Y{:.6f} Z{:.6f} F{:.3f}",
                                 machine_mm.x(), machine_mm.y(), machine_mm.z(), feed_mm_min);
   if (auto set = shell_.Set(move, stop); !set) return set;
-  const double deadline_s = HostNow() + time_limit_s;
+  // A machine that comes closer is on its way, however slowly: feed override, a busy computer.
+  constexpr double kPatience = 20;  // limits, for the whole move
+  const double end_s = HostNow() + kPatience * time_limit_s;
+  double deadline_s = HostNow() + time_limit_s;
+  double closest_mm = std::numeric_limits<double>::infinity();
   Vector4d position = Vector4d::Zero();
-  while (HostNow() < deadline_s) {
+  while (HostNow() < std::min(deadline_s, end_s)) {
     const auto now = Position(stop);
     if (!now) return tl::unexpected(now.error());
     position = *now;
-    if ((position.head<3>() - machine_mm).cwiseAbs().maxCoeff() < kArrived_mm) return {};
+    const double off_mm = (position.head<3>() - machine_mm).cwiseAbs().maxCoeff();
+    if (off_mm < kArrived_mm) return {};
+    if (off_mm < closest_mm - kArrived_mm) {
+      closest_mm = off_mm;
+      deadline_s = HostNow() + time_limit_s;
+    }
     const auto complaint = Complaint(stop);
     if (!complaint) return tl::unexpected(complaint.error());
     if (*complaint) {
