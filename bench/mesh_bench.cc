@@ -51,7 +51,7 @@ class StlOnDisk {
   StlOnDisk& operator=(const StlOnDisk&) = delete;
 
   [[nodiscard]] files::MeshFile Read() const {
-    return *files::ReadMeshFile(path_, files::LengthUnitOf("mm"), false);
+    return files::ReadMeshFile(path_, files::LengthUnitOf("mm"), false).value();
   }
 
  private:
@@ -68,7 +68,7 @@ BENCHMARK(ReadMesh)
     ->ArgNames({"steps", "ascii"})
     ->Args({91, 0})
     ->Args({289, 0})
-    ->Args({289, 1})
+    ->Args({91, 1})  // a million as text is more than is read
     ->Args({645, 0})
     ->Unit(benchmark::kMillisecond);
 
