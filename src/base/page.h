@@ -29,7 +29,7 @@ struct Page {
   std::optional<double> dpi_y;
   /// Of a camera's picture: its focal length as if on film of 35 mm (36 x 24 mm); absent where the
   /// file has none, as that of a scan.
-  std::optional<int> film_focal_mm;
+  std::optional<int> film_focal_mm = {};
 
   [[nodiscard]] std::ptrdiff_t stride() const { return std::ptrdiff_t{channels} * width; }
   [[nodiscard]] std::uint8_t* row(int y) { return samples.data() + y * stride(); }

@@ -18,8 +18,8 @@ struct JpegHeader {
   int components = 0;           ///< of a pixel: 1 grey, 3 YCbCr or RGB, 4 CMYK or YCCK
   bool multiple_scans = false;  ///< all of the picture is kept while decoding: 2 bytes a sample
   int orientation = 1;          ///< 1 … 8, of EXIF
-  std::optional<int> film_focal_mm;  ///< of EXIF: as if on film of 35 mm
-  std::optional<double> dpi_x;       ///< of JFIF; absent where it does not say
+  std::optional<int> film_focal_mm = {};  ///< of EXIF: as if on film of 35 mm
+  std::optional<double> dpi_x;            ///< of JFIF; absent where it does not say
   std::optional<double> dpi_y;
   int mcu_width_px = 8;            ///< of the pixels that are coded together
   int mcu_height_px = 8;           ///< likewise

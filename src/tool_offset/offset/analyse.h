@@ -15,7 +15,7 @@ struct AnalyseOptions {
   std::optional<double> dpi_x;
   std::optional<double> dpi_y;
   /// Given for a camera's picture of the sheet instead of a scan.
-  std::optional<PhotoSource> photo;
+  std::optional<PhotoSource> photo = {};
 };
 
 /// Finds the sheet on the page, reads every tool's combs and fits them together.

@@ -25,7 +25,7 @@ struct RadialSpread {
 struct PhotoSource {
   /// As if on film of 35 mm (36 x 24 mm) over the diagonal of the whole picture, > 0; absent where
   /// the file does not say: then it follows from the box, roughly.
-  std::optional<double> film_focal_mm;
+  std::optional<double> film_focal_mm = {};
   RadialSpread spread;
 };
 

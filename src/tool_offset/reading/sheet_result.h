@@ -100,7 +100,7 @@ struct SheetResult {
   double reference_strength = 0;             ///< contrast of the reference tool's ink, levels
   double finger_scatter_mm = 0;              ///< pooled over all tools
   double chi_square_per_freedom = 1;         ///< of the sheet's model, given the fingers' scatter
-  std::optional<PhotoOnPage> photo;          ///< of a photo: how it was taken
+  std::optional<PhotoOnPage> photo = {};     ///< of a photo: how it was taken
   std::vector<std::string> notices;
 };
 
