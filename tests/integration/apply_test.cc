@@ -180,6 +180,22 @@ TEST_F(ApplyToSpool, SetsNothingWhereSpoolmanCannotTakeIt) {
   EXPECT_THAT(none.standard_error, HasSubstr("knows of no Spoolman"));
 }
 
+// By the settings a store that is away does not keep the value from the printer.
+TEST_F(ApplyToSpool, TheSettingKeepsWhatItCanAndSaysWhatItCannot) {
+  const auto run = [&](const std::string& value) {
+    return there_.Run({"pa", "apply", value, "--printer", there_.address(), "--set",
+                       "moonraker.keep_in_spoolman=true"});
+  };
+  const int spool = spoolman_->AddSpool("", "PLA", "PLA");
+  EXPECT_EQ(run("0.0472").exit_code, 0);
+  EXPECT_EQ(spoolman_->Extra("filament", spool, "pressure_advance"), "0.0472");
+  spoolman_->SetFault(sim::VirtualSpoolman::Fault::kAway);
+  const ProcessEnd away = run("0.05");
+  EXPECT_EQ(away.exit_code, 0) << away.standard_error;
+  EXPECT_THAT(away.standard_error, HasSubstr("not kept in Spoolman: Spoolman is away"));
+  EXPECT_NEAR(InForceThere(), 0.05, 1e-6);
+}
+
 TEST_F(ApplyToSpool, SaysThatAnotherProgramWroteAtTheSameTime) {
   spoolman_->AddSpool("", "PLA", "PLA");
   spoolman_->SetFault(sim::VirtualSpoolman::Fault::kMeddled);

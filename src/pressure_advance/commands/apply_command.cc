@@ -185,6 +185,23 @@ Result<void> CheckSameFilament(const measurement::Subject& subject, const std::s
                   subject.filament, filament));
 }
 
+// Where Spoolman keeps the value. What the settings ask for in general (`always`) does not keep a
+// value from the printer; what was asked for this one does.
+Result<std::optional<procedure::SpoolPlace>> SpoolFor(const ApplyArguments& arguments, bool always,
+                                                      const procedure::Session& session,
+                                                      const measurement::Subject& subject) {
+  if (!arguments.spoolman && !always) return std::nullopt;
+  auto place = procedure::FindSpoolPlace(session);
+  if (place) {
+    auto same = CheckSameFilament(subject, place->filament, arguments.force);
+    if (!same) place = tl::unexpected(same.error());
+  }
+  if (place) return std::move(*place);
+  if (arguments.spoolman) return tl::unexpected(place.error());
+  fmt::print(stderr, "  not kept in Spoolman: {}\n", place.error().message);
+  return std::nullopt;
+}
+
 // Where the result was found under other conditions than it is set for.
 void PrintOtherSubject(const measurement::Subject& subject, const files::Config& config) {
   const std::string printer = procedure::PrinterName(config.scan.address);
@@ -245,21 +262,8 @@ int RunApply(const ApplyArguments& arguments) {
       value->result ? value->result->subject : measurement::Subject{};
   auto same = CheckSameFilament(subject, arguments.filament, arguments.force);
   if (!same) return PrintError(same.error());
-  std::optional<procedure::SpoolPlace> spool;
-  if (arguments.spoolman || config->scan.keep_in_spoolman) {
-    auto place = procedure::FindSpoolPlace(session);
-    if (place) {
-      same = CheckSameFilament(subject, place->filament, arguments.force);
-      if (!same) place = tl::unexpected(same.error());
-    }
-    if (place) {
-      spool = std::move(*place);
-    } else if (arguments.spoolman) {
-      return PrintError(place.error());
-    } else {  // asked for in general, not for this value
-      fmt::print(stderr, "  not kept in Spoolman: {}\n", place.error().message);
-    }
-  }
+  const auto spool = SpoolFor(arguments, config->scan.keep_in_spoolman, session, subject);
+  if (!spool) return PrintError(spool.error());
   if (value->measured) {
     fmt::print("measured          {}\n", report::WithInterval(*value->measured, report::kSeconds));
   }
@@ -269,12 +273,12 @@ int RunApply(const ApplyArguments& arguments) {
     }
   }
   PrintOtherSubject(subject, *config);
-  if (spool) PrintSpoolPlace(*spool, value->value_s);
+  if (*spool) PrintSpoolPlace(**spool, value->value_s);
   const auto done = Apply(session, value->value_s, options, false);
   if (!done) return PrintError(done.error());
   if (options.dry_run) return kExitGood;
   NoteApplied(applied);
-  return KeepBeyond(arguments, session, spool, value->value_s);
+  return KeepBeyond(arguments, session, *spool, value->value_s);
 }
 
 }  // namespace

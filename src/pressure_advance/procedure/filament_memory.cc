@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "pressure_advance/procedure/active_nozzle.h"
+
 namespace trammel::procedure {
 namespace {
 
@@ -71,21 +73,6 @@ Result<Json> Variables(const Session& session) {
   return *variables;
 }
 
-Result<std::string> ActiveNozzle(const Session& session) {
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  auto told = session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s));
-  if (!told) return tl::unexpected(told.error());
-  const std::string& extruder = state->active_extruder;
-  const auto at = Json::json_pointer("/configfile/settings/" + extruder + "/nozzle_diameter");
-  if (!IsFilament(extruder) || !told->contains(at) || !(*told)[at].is_number()) {
-    return Fail(
-        fmt::format("the printer tells no nozzle_diameter of its active extruder '{}'", extruder),
-        ErrorKind::kMachine);
-  }
-  return fmt::format("{}/{:.2f}", extruder, (*told)[at].get<double>());
-}
-
 }  // namespace
 
 Result<std::string> FilamentKey(std::string_view name) {
@@ -127,8 +114,9 @@ Result<FilamentPlace> KeepForFilament(const Session& session, std::string_view n
   }
   const auto variables = Variables(session);
   if (!variables) return tl::unexpected(variables.error());
-  const auto nozzle = ActiveNozzle(session);
-  if (!nozzle) return tl::unexpected(nozzle.error());
+  const auto active = AskActiveNozzle(session);
+  if (!active) return tl::unexpected(active.error());
+  const std::string nozzle = fmt::format("{}/{:.2f}", active->extruder, active->diameter_mm);
   const auto ours = variables->find("trammel_pa");
   auto values = ours == variables->end() ? Values{} : ValuesOf(*ours);
   if (!values) {
@@ -136,7 +124,7 @@ Result<FilamentPlace> KeepForFilament(const Session& session, std::string_view n
         "trammel_pa of the printer's variables holds something that trammel did not write; look "
         "at the file that [save_variables] names, and delete that line");
   }
-  (*values)[*key][*nozzle] = pressure_advance_s;
+  (*values)[*key][nozzle] = pressure_advance_s;
   auto saved = session.printer.Run(
       fmt::format("SAVE_VARIABLE VARIABLE=trammel_pa VALUE=\"{}\"", Literal(*values)),
       session.Within(kAsk_s));
@@ -145,14 +133,14 @@ Result<FilamentPlace> KeepForFilament(const Session& session, std::string_view n
   if (!after) return tl::unexpected(after.error());
   const auto kept = after->contains("trammel_pa") ? ValuesOf((*after)["trammel_pa"]) : std::nullopt;
   constexpr double kRounding_s = 0.0001;
-  if (!kept || kept->count(*key) == 0 || kept->at(*key).count(*nozzle) == 0 ||
-      std::abs(kept->at(*key).at(*nozzle) - pressure_advance_s) > kRounding_s) {
+  if (!kept || kept->count(*key) == 0 || kept->at(*key).count(nozzle) == 0 ||
+      std::abs(kept->at(*key).at(nozzle) - pressure_advance_s) > kRounding_s) {
     return Fail(fmt::format("the printer was told to keep a pressure advance of {:.4f} s for {} "
                             "and does not tell it again",
                             pressure_advance_s, *key),
                 ErrorKind::kMachine);
   }
-  return FilamentPlace{*key, *nozzle};
+  return FilamentPlace{*key, nozzle};
 }
 
 }  // namespace trammel::procedure

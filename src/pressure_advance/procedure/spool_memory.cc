@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "machine/moonraker/spoolman.h"
+#include "pressure_advance/procedure/active_nozzle.h"
 
 namespace trammel::procedure {
 namespace {
@@ -21,24 +22,6 @@ constexpr double kMost_s = 10;
 
 const ExtraField kOfFilament{"pressure_advance", "Pressure advance", "float", "s"};
 const ExtraField kOfSpool{"pressure_advance_matrix", "Pressure advance by nozzle", "text", ""};
-
-// "0.4_standard": a nozzle that is not said to be of high flow.
-Result<std::string> NozzleKey(const Session& session) {
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  auto told = session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s));
-  if (!told) return tl::unexpected(told.error());
-  const auto& settings = (*told)["configfile"]["settings"];
-  const auto extruder = settings.find(state->active_extruder);
-  if (extruder == settings.end() || !extruder->is_object() ||
-      !extruder->contains("nozzle_diameter") || !(*extruder)["nozzle_diameter"].is_number()) {
-    return Fail(fmt::format("the printer tells no nozzle_diameter of its active extruder '{}'",
-                            state->active_extruder),
-                ErrorKind::kMachine);
-  }
-  const double diameter_mm = (*extruder)["nozzle_diameter"].get<double>();
-  return fmt::format("{:g}_standard", std::round(100 * diameter_mm) / 100);
-}
 
 // What the spool's field holds: a JSON object as a text. Absent where it is something else.
 std::optional<Json> Matrix(const std::optional<Json>& field) {
@@ -102,9 +85,10 @@ Result<SpoolPlace> FindSpoolPlace(const Session& session) {
   const auto matrix = ReadMatrix(spoolman, place.spool_id);
   if (!matrix) return tl::unexpected(matrix.error());
   if (!matrix->empty()) place.matrix_before = machine::FieldText(*matrix);
-  auto nozzle = NozzleKey(session);
+  const auto nozzle = AskActiveNozzle(session);
   if (!nozzle) return tl::unexpected(nozzle.error());
-  place.nozzle = std::move(*nozzle);
+  // Of high flow only where somebody says so.
+  place.nozzle = fmt::format("{:g}_standard", std::round(100 * nozzle->diameter_mm) / 100);
   return place;
 }
 

@@ -1,0 +1,30 @@
+#include "pressure_advance/procedure/active_nozzle.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace trammel::procedure {
+
+Result<ActiveNozzle> AskActiveNozzle(const Session& session) {
+  constexpr double kAsk_s = 10;
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  auto told = session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s));
+  if (!told) return tl::unexpected(told.error());
+  const std::string& extruder = state->active_extruder;
+  const bool is_name = !extruder.empty() && std::ranges::all_of(extruder, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+  });
+  const auto at =
+      nlohmann::json::json_pointer("/configfile/settings/" + extruder + "/nozzle_diameter");
+  if (!is_name || !told->contains(at) || !(*told)[at].is_number()) {
+    return Fail(
+        fmt::format("the printer tells no nozzle_diameter of its active extruder '{}'", extruder),
+        ErrorKind::kMachine);
+  }
+  return ActiveNozzle{extruder, (*told)[at].get<double>()};
+}
+
+}  // namespace trammel::procedure
