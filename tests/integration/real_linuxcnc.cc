@@ -32,7 +32,7 @@ constexpr const char* kIni = R"([EMC]
 MACHINE = trammel
 VERSION = 1.1
 [DISPLAY]
-DISPLAY = linuxcncrsh --port 5007 --connectpw EMC --enablepw EMCTOO
+DISPLAY = {}
 CYCLE_TIME = 0.02
 [RS274NGC]
 PARAMETER_FILE = t.var
@@ -138,7 +138,15 @@ bool RealLinuxCnc::EnterOwnNetwork() {
 }
 
 void RealLinuxCnc::WriteConfiguration() const {
-  WriteWhole(folder_.path() / "t.ini", kIni + AxisSections());
+  // A display is started with arguments of LinuxCNC's own.
+  const fs::path screen = folder_.path() / "screen";
+  WriteWhole(screen, fmt::format("#!/bin/sh\nexec /usr/bin/python3 {} {}\n",
+                                 TRAMMEL_LINUXCNC_SCREEN, folder_.path().string()));
+  fs::permissions(screen, fs::perms::owner_all);
+  const std::string display = display_ == Display::kShell
+                                  ? "linuxcncrsh --port 5007 --connectpw EMC --enablepw EMCTOO"
+                                  : screen.string();
+  WriteWhole(folder_.path() / "t.ini", fmt::format(kIni, display) + AxisSections());
   WriteWhole(folder_.path() / "t.hal", kHal);
   WriteWhole(folder_.path() / "t.var", "");
   WriteWhole(folder_.path() / "t.tbl", "");
@@ -148,7 +156,7 @@ void RealLinuxCnc::WriteConfiguration() const {
   fs::permissions(folder_.path() / "fifo", shared);
 }
 
-RealLinuxCnc::RealLinuxCnc() {
+RealLinuxCnc::RealLinuxCnc(Display display) : display_(display) {
   WriteConfiguration();
   const std::string fifo = (folder_.path() / "fifo" / "rtapi").string();
   pid_ = fork();
@@ -173,15 +181,19 @@ RealLinuxCnc::RealLinuxCnc() {
       pid_ = -1;
       return;
     }
-    up_ = Answers();
+    up_ = display_ == Display::kShell ? Answers() : ScreenIsUp();
     Wait(kLook_s);
   }
 }
 
 RealLinuxCnc::~RealLinuxCnc() {
   if (pid_ <= 0) return;
-  // Its script waits for the shell to end, and clears up behind it.
-  Tell("hello EMC end 1.0\r\nset enable EMCTOO\r\nset machine off\r\nshutdown\r\n");
+  // Its script waits for the shell, or the screen, to end, and clears up behind it.
+  if (display_ == Display::kShell) {
+    Tell("hello EMC end 1.0\r\nset enable EMCTOO\r\nset machine off\r\nshutdown\r\n");
+  } else {
+    AskScreen("quit");
+  }
   constexpr double kLook_s = 0.1;
   constexpr double kEnd_s = 20;
   for (double waited_s = 0; waited_s < kEnd_s; waited_s += kLook_s) {
@@ -191,6 +203,29 @@ RealLinuxCnc::~RealLinuxCnc() {
   fmt::print(stderr, "LinuxCNC does not end; what is left of it, and {}, stay behind\n", kLock);
   kill(-pid_, SIGKILL);
   waitpid(pid_, nullptr, 0);
+}
+
+bool RealLinuxCnc::ScreenIsUp() const {
+  // It takes what is asked once it has found the controller.
+  const fs::path ask = folder_.path() / "ask";
+  if (!fs::exists(folder_.path() / "told") && !fs::exists(ask)) AskScreen("look");
+  return fs::exists(folder_.path() / "told");
+}
+
+void RealLinuxCnc::AskScreen(const std::string& words) const {
+  fs::remove(folder_.path() / "told");
+  WriteWhole(folder_.path() / "ask.new", words);
+  fs::rename(folder_.path() / "ask.new", folder_.path() / "ask");
+}
+
+std::string RealLinuxCnc::ScreenTells() const {
+  const fs::path told = folder_.path() / "told";
+  constexpr double kLook_s = 0.01;
+  constexpr double kLimit_s = 20;
+  for (double waited_s = 0; waited_s < kLimit_s && !fs::exists(told); waited_s += kLook_s) {
+    Wait(kLook_s);
+  }
+  return fs::exists(told) ? ReadWhole(told) : std::string();
 }
 
 std::string RealLinuxCnc::log() const { return ReadWhole(folder_.path() / "log"); }

@@ -9,10 +9,12 @@
 
 namespace trammel::test {
 
-/// One LinuxCNC with its shell on port 5007. Where the system lets us it runs in a network of its
-/// own, for the shell listens on all addresses.
+/// One LinuxCNC with its shell on port 5007, or with a screen and no shell. Where the system lets
+/// us it runs in a network of its own, for the shell listens on all addresses.
 class RealLinuxCnc {
  public:
+  enum class Display { kShell, kScreen };
+
   /// Why it cannot run here; empty where it can. Only one LinuxCNC runs on a computer at a time.
   [[nodiscard]] static std::string WhyNot();
 
@@ -20,20 +22,26 @@ class RealLinuxCnc {
   /// false where the system does not allow it. REQUIRES that no other thread has been started.
   static bool EnterOwnNetwork();
 
-  /// Starts it and waits until its shell answers; up() is false where it does not.
-  RealLinuxCnc();
+  /// Starts it and waits until its shell, or its screen, answers; up() is false where it does not.
+  explicit RealLinuxCnc(Display display = Display::kShell);
   /// Ends it and everything that it started.
   ~RealLinuxCnc();
   RealLinuxCnc(const RealLinuxCnc&) = delete;
   RealLinuxCnc& operator=(const RealLinuxCnc&) = delete;
 
   [[nodiscard]] bool up() const { return up_; }
+  /// Asks its screen (linuxcnc_screen.py) to do something, and does not wait for it.
+  void AskScreen(const std::string& words) const;
+  /// What the screen has to tell of it, in JSON; empty after twenty seconds.
+  [[nodiscard]] std::string ScreenTells() const;
   /// What it wrote to its terminal.
   [[nodiscard]] std::string log() const;
 
  private:
   void WriteConfiguration() const;
+  [[nodiscard]] bool ScreenIsUp() const;
 
+  Display display_;
   TemporaryFolder folder_;
   pid_t pid_ = -1;
   bool up_ = false;

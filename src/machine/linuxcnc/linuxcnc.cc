@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/check.h"
+#include "machine/linuxcnc/linuxcnc_shell_link.h"
 #include "machine/net/host_clock.h"
 #include "machine/net/wait_fd.h"
 
@@ -23,7 +24,6 @@ constexpr double kPoll_s = 0.02;
 constexpr double kLeash_s = 0.5;
 constexpr double kArrived_mm = 1e-3;
 constexpr double kHeld_deg = 0.01;
-constexpr const char* kSpindleOff = "0 OFF";
 // LinuxCNC shows six decimals.
 constexpr double kShown = 1.1e-6;
 constexpr int kFirstParameter = 5221;  // X of G54; C of abs_act_pos is its sixth number
@@ -38,19 +38,6 @@ tl::unexpected<Error> Broken(std::string what) {
   return Fail(std::move(what), ErrorKind::kMachine);
 }
 tl::unexpected<Error> Unsafe(std::string what) { return Fail(std::move(what), ErrorKind::kSafety); }
-
-Result<std::vector<double>> Numbers(const std::string& what, const std::string& answer,
-                                    std::size_t least) {
-  std::istringstream stream(answer);
-  std::vector<double> numbers;
-  for (double number = 0; stream >> number;) numbers.push_back(number);
-  if (numbers.size() < least ||
-      !std::all_of(numbers.begin(), numbers.end(), [](double n) { return std::isfinite(n); })) {
-    return Broken(fmt::format("LinuxCNC answers \"{}\" to \"get {}\"; {} numbers were expected",
-                              Clipped(answer), what, least));
-  }
-  return numbers;
-}
 
 std::string At(const Vector4d& position) {
   return fmt::format("X {:.3f} Y {:.3f} Z {:.3f}", position.x(), position.y(), position.z());
@@ -95,6 +82,9 @@ Result<void> CheckState(const LinuxCncState& state, const LinuxCncOptions& optio
   }
   if (!state.idle) return Unsafe("LinuxCNC runs a program or a move; wait for it or abort it");
   if (!state.spindle_stopped) return Unsafe("the spindle turns; stop it: a camera is to sit in it");
+  if (motion && state.feed_override == 0) {
+    return Unsafe("LinuxCNC's feed override stands at 0: turn it up, nothing moves there");
+  }
   if (motion && !options.c_holds_spindle && !options.spindle_locked_by_hand) {
     return Unsafe(
         "nothing says that the spindle is held in its oriented position: name its C axis, or "
@@ -105,37 +95,42 @@ Result<void> CheckState(const LinuxCncState& state, const LinuxCncOptions& optio
 
 }  // namespace
 
-LinuxCnc::LinuxCnc(LinuxCncShell shell, LinuxCncOptions options)
-    : shell_(std::move(shell)), options_(std::move(options)) {}
+LinuxCnc::LinuxCnc(std::unique_ptr<LinuxCncLink> link, LinuxCncOptions options)
+    : link_(std::move(link)), options_(std::move(options)) {}
 
 Result<std::unique_ptr<LinuxCnc>> LinuxCnc::Connect(const LinuxCncOptions& options,
                                                     const std::stop_token& stop) {
-  auto shell = LinuxCncShell::Connect(options.address, stop);
-  if (!shell) return tl::unexpected(shell.error());
-  // Else positions come in the unit of the program that ran last.
-  if (auto set = shell->Set("linear_unit_conversion mm", stop); !set) {
-    return tl::unexpected(set.error());
-  }
-  return std::unique_ptr<LinuxCnc>(new LinuxCnc(std::move(*shell), options));
+  const auto made = [&](auto link) -> Result<std::unique_ptr<LinuxCnc>> {
+    if (!link) return tl::unexpected(link.error());
+    return std::unique_ptr<LinuxCnc>(new LinuxCnc(std::move(*link), options));
+  };
+  if (options.session) return made(LinuxCncSession::Join(*options.session, stop));
+  return made(LinuxCncShellLink::Connect(options.address, stop));
 }
 
-Result<Vector4d> LinuxCnc::Position(const std::stop_token& stop) {
-  constexpr std::size_t kC = 5;
-  const auto answer = shell_.Get("abs_act_pos", stop);
-  if (!answer) return tl::unexpected(answer.error());
-  const auto numbers = Numbers("abs_act_pos", *answer, kC + 1);
-  if (!numbers) return tl::unexpected(numbers.error());
-  const Vector4d position((*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[kC]);
+Result<void> LinuxCnc::CheckMode(const std::string& mode) {
+  taken_ = taken_ || (held_ && mode != "MDI");
+  if (!taken_) return {};
+  return Unsafe(
+      fmt::format("somebody took LinuxCNC over (it is in {} mode): nothing more is sent "
+                  "to it, and whatever moves is theirs",
+                  mode));
+}
+
+Result<LinuxCncMotion> LinuxCnc::Motion(const std::stop_token& stop) {
+  auto motion = link_->Motion(stop);
+  if (!motion) return motion;
+  if (auto ours = CheckMode(motion->mode); !ours) return tl::unexpected(ours.error());
   // Before the axes are homed, their limits say nothing.
   const auto possible =
-      CheckToldPlace(position.head<3>(), travel_known_ ? travel_ : LinuxCncTravel());
+      CheckToldPlace(motion->position.head<3>(), travel_known_ ? travel_ : LinuxCncTravel());
   if (!possible) return tl::unexpected(possible.error());
-  return position;
+  return motion;
 }
 
 Result<void> LinuxCnc::LearnTravel(const std::stop_token& stop) {
   if (travel_known_) return {};
-  const auto shown = Interpreted(
+  const auto shown = link_->Interpreted(
       "#<_ini[AXIS_X]MIN_LIMIT> #<_ini[AXIS_X]MAX_LIMIT> #<_ini[AXIS_Y]MIN_LIMIT> "
       "#<_ini[AXIS_Y]MAX_LIMIT> #<_ini[AXIS_Z]MIN_LIMIT> #<_ini[AXIS_Z]MAX_LIMIT>",
       stop);
@@ -148,80 +143,42 @@ Result<void> LinuxCnc::LearnTravel(const std::stop_token& stop) {
 }
 
 Result<LinuxCncState> LinuxCnc::State(const std::stop_token& stop) {
-  LinuxCncState state;
-  std::string failed;
-  std::optional<Error> error;
-  const auto get = [&](const std::string& what) {
-    if (error) return std::string();
-    auto answer = shell_.Get(what, stop);
-    if (!answer) error = answer.error();
-    return answer.value_or("");
-  };
-  state.estop = get("estop") != "OFF";
-  state.on = get("machine") == "ON";
-  state.mode = get("mode");
-  state.spindle_stopped = get("spindle 0") == kSpindleOff;
-  state.idle = get("program_status") == "IDLE";
-  state.metric = get("user_linear_units") == "MM";
-  std::istringstream homed(get("joint_homed"));
-  if (error) return tl::unexpected(*error);
-  state.homed = true;
-  for (int joint = 0; joint < options_.joints; ++joint) {
-    std::string word;
-    homed >> word;
-    state.homed = state.homed && word == "YES";
-  }
-  const auto position = Position(stop);
-  if (!position) return tl::unexpected(position.error());
-  state.position_mm = position->head<3>();
-  state.c_deg = (*position)[3];
+  auto state = link_->State(options_.joints, stop);
+  if (!state) return state;
+  const auto possible =
+      CheckToldPlace(state->position_mm, travel_known_ ? travel_ : LinuxCncTravel());
+  if (!possible) return tl::unexpected(possible.error());
   return state;
 }
 
 Result<void> LinuxCnc::Prepare(bool motion, const std::stop_token& stop) {
   const auto state = State(stop);
   if (!state) return tl::unexpected(state.error());
+  if (auto ours = CheckMode(state->mode); !ours) return ours;
   if (auto checked = CheckState(*state, options_, motion); !checked) return checked;
-  if (state->mode == "MDI") return {};
-  if (auto set = shell_.Set("mode mdi", stop); !set) return set;
-  const double deadline_s = HostNow() + options_.address.time_limit_s;
-  while (HostNow() < deadline_s) {
-    const auto mode = shell_.Get("mode", stop);
-    if (!mode) return tl::unexpected(mode.error());
-    if (*mode == "MDI") return {};
-    if (!Pause(stop)) return Fail("stopped", ErrorKind::kInterrupted);
-  }
-  return Broken("LinuxCNC does not go into MDI mode; does another panel hold it?");
-}
-
-Result<std::optional<std::string>> LinuxCnc::Complaint(const std::stop_token& stop) {
-  const auto error = shell_.Get("error", stop);
-  if (!error) return tl::unexpected(error.error());
-  return *error == "OK" ? std::optional<std::string>() : std::optional(*error);
+  if (held_) return {};
+  if (auto taken = link_->TakeMdi(stop); !taken) return taken;
+  held_ = true;
+  return {};
 }
 
 std::string LinuxCnc::Halt() {
   constexpr double kStanding_mm = 1e-6;
   const std::stop_token never;
-  const auto aborted = shell_.Set("abort", never);
-  if (!aborted) {
-    // The line may be gone and the controller not.
-    auto again = LinuxCncShell::Connect(options_.address, never);
-    if (!again || !again->Set("abort", never)) {
-      return "the line is lost and the move could not be aborted; it ends by itself within a "
-             "second: look at the machine";
-    }
-    shell_ = std::move(*again);
+  if (const auto aborted = link_->Abort(); !aborted) {
+    if (aborted.error().kind == ErrorKind::kSafety) return "whatever moves is theirs";
+    return "the line is lost and the move could not be aborted; it ends by itself within a "
+           "second: look at the machine";
   }
   std::optional<Vector4d> last;
   const double deadline_s = HostNow() + options_.address.time_limit_s;
   while (HostNow() < deadline_s) {
-    const auto position = Position(never);
-    if (!position) break;
-    if (last && (*position - *last).norm() < kStanding_mm) {
-      return "the machine stands at " + At(*position);
+    const auto motion = Motion(never);
+    if (!motion) break;
+    if (last && (motion->position - *last).norm() < kStanding_mm) {
+      return "the machine stands at " + At(motion->position);
     }
-    last = *position;
+    last = motion->position;
     Pause(never);
   }
   return "the move was aborted, but the machine was not seen to stand: look at it";
@@ -229,33 +186,34 @@ std::string LinuxCnc::Halt() {
 
 Result<void> LinuxCnc::MoveOnce(const Vector3d& machine_mm, double feed_mm_min, double time_limit_s,
                                 const std::stop_token& stop) {
-  const auto move = fmt::format("mdi G21 G90 G94 G53 G1 X{:.6f} Y{:.6f} Z{:.6f} F{:.3f}",
+  const auto move = fmt::format("G21 G90 G94 G53 G1 X{:.6f} Y{:.6f} Z{:.6f} F{:.3f}",
                                 machine_mm.x(), machine_mm.y(), machine_mm.z(), feed_mm_min);
-  if (auto set = shell_.Set(move, stop); !set) return set;
+  if (auto set = link_->Move(move, stop); !set) return set;
   // A machine that comes closer is on its way, however slowly: feed override, a busy computer.
   constexpr double kPatience = 20;  // limits, for the whole move
   const double end_s = HostNow() + kPatience * time_limit_s;
   double deadline_s = HostNow() + time_limit_s;
   double closest_mm = std::numeric_limits<double>::infinity();
-  Vector4d position = Vector4d::Zero();
   while (HostNow() < std::min(deadline_s, end_s)) {
-    const auto now = Position(stop);
+    const auto now = Motion(stop);
     if (!now) return tl::unexpected(now.error());
-    position = *now;
-    const double off_mm = (position.head<3>() - machine_mm).cwiseAbs().maxCoeff();
-    if (off_mm < kArrived_mm) return {};
+    const double off_mm = (now->position.head<3>() - machine_mm).cwiseAbs().maxCoeff();
+    // Where the link tells, a piece has ended before the next is sent.
+    if (off_mm < kArrived_mm && (now->ended || !options_.session)) return {};
+    if (now->ended) {
+      return Broken(
+          fmt::format("the move to {} ended at {}: somebody aborted it, or LinuxCNC "
+                      "refuses it; its own screen says why",
+                      At({machine_mm.x(), machine_mm.y(), machine_mm.z(), 0}), At(now->position)));
+    }
     if (off_mm < closest_mm - kArrived_mm) {
       closest_mm = off_mm;
       deadline_s = HostNow() + time_limit_s;
     }
-    const auto complaint = Complaint(stop);
-    if (!complaint) return tl::unexpected(complaint.error());
-    if (*complaint) {
-      return Broken(fmt::format("LinuxCNC refuses the move: {}", Clipped(**complaint)));
+    if (now->complaint) {
+      return Broken(fmt::format("LinuxCNC refuses the move: {}", Clipped(*now->complaint)));
     }
-    const auto spindle = shell_.Get("spindle 0", stop);
-    if (!spindle) return tl::unexpected(spindle.error());
-    if (*spindle != kSpindleOff) return Unsafe("the spindle was started during the move");
+    if (!now->spindle_stopped) return Unsafe("the spindle was started during the move");
     if (!Pause(stop)) return Fail("stopped", ErrorKind::kInterrupted);
   }
   return Broken(fmt::format("the move to {} did not arrive within {:.1f} s",
@@ -268,12 +226,13 @@ Result<void> LinuxCnc::MoveTo(const Vector3d& machine_mm, double feed_mm_min,
   if (auto prepared = Prepare(true, stop); !prepared) return prepared;
   if (auto learned = LearnTravel(stop); !learned) return learned;
   if (auto checked = CheckTarget(machine_mm, travel_); !checked) return checked;
-  if (auto drained = ForgetComplaints(stop); !drained) return drained;
-  const auto start = Position(stop);
+  if (auto drained = link_->ForgetComplaints(stop); !drained) return drained;
+  const auto start = Motion(stop);
   if (!start) return tl::unexpected(start.error());
-  const auto moved = MoveInPieces(start->head<3>(), machine_mm, feed_mm_min, stop);
-  if (!moved) return Fail(fmt::format("{}; {}", moved.error().message, Halt()), moved.error().kind);
-  return AwaitRest((*start)[3], stop);
+  auto moved = MoveInPieces(start->position.head<3>(), machine_mm, feed_mm_min, stop);
+  if (moved) moved = AwaitRest(start->position[3], stop);
+  if (moved || taken_) return moved;
+  return Fail(fmt::format("{}; {}", moved.error().message, Halt()), moved.error().kind);
 }
 
 Result<void> LinuxCnc::MoveInPieces(const Vector3d& start_mm, const Vector3d& end_mm,
@@ -303,58 +262,30 @@ Result<void> LinuxCnc::MoveInPieces(const Vector3d& start_mm, const Vector3d& en
 Result<void> LinuxCnc::AwaitRest(double c_deg, const std::stop_token& stop) {
   const double deadline_s = HostNow() + options_.address.time_limit_s;
   while (HostNow() < deadline_s) {
-    const auto status = shell_.Get("program_status", stop);
-    if (!status) return tl::unexpected(status.error());
-    if (*status == "IDLE") {
-      const auto position = Position(stop);
-      if (!position) return tl::unexpected(position.error());
-      if (std::abs((*position)[3] - c_deg) <= kHeld_deg) return {};
+    const auto motion = Motion(stop);
+    if (!motion) return tl::unexpected(motion.error());
+    if (motion->idle) {
+      if (std::abs(motion->position[3] - c_deg) <= kHeld_deg) return {};
       return Unsafe(
           fmt::format("the spindle's axis C went from {:.4f} to {:.4f} degrees during the "
                       "move; clamp it",
-                      c_deg, (*position)[3]));
+                      c_deg, motion->position[3]));
     }
     if (!Pause(stop)) return Fail("stopped", ErrorKind::kInterrupted);
   }
-  return Broken("LinuxCNC arrived, but does not come to rest; " + Halt());
-}
-
-Result<void> LinuxCnc::ForgetComplaints(const std::stop_token& stop) {
-  constexpr int kMost = 100;
-  for (int i = 0; i < kMost; ++i) {
-    const auto old = Complaint(stop);
-    if (!old) return tl::unexpected(old.error());
-    if (!*old) return {};
-  }
-  return Broken("LinuxCNC does not stop reporting errors; look at its own screen");
+  return Broken("LinuxCNC arrived, but does not come to rest");
 }
 
 Result<LinuxCncOffsets> LinuxCnc::ReadOffsets(int slot, const std::stop_token& stop) {
   TRAMMEL_CHECK(slot >= 1 && slot <= 9, "slot = {}", slot);
   const int x = kFirstParameter + kParametersPerSlot * (slot - 1);
   if (auto prepared = Prepare(false, stop); !prepared) return tl::unexpected(prepared.error());
-  const auto shown =
-      Interpreted(fmt::format("x=#{} y=#{} z=#{} r=#{} g92=#5210 metric=#<_metric> tool=#5403", x,
-                              x + 1, x + 2, x + 9),
-                  stop);
+  const auto shown = link_->Interpreted(
+      fmt::format("x=#{} y=#{} z=#{} r=#{} g92=#5210 metric=#<_metric> tool=#5403", x, x + 1, x + 2,
+                  x + 9),
+      stop);
   if (!shown) return tl::unexpected(shown.error());
   return ParseOffsets(*shown);
-}
-
-Result<std::string> LinuxCnc::Interpreted(const std::string& text, const std::stop_token& stop) {
-  const std::string mark = fmt::format("trammel {} ", ++messages_);
-  // Only MDI shows parameters, and only in messages to the operator.
-  if (auto set = shell_.Set(fmt::format("mdi (debug,{}{})", mark, text), stop); !set) {
-    return tl::unexpected(set.error());
-  }
-  const double deadline_s = HostNow() + options_.address.time_limit_s;
-  while (HostNow() < deadline_s) {
-    const auto shown = shell_.Get("operator_display", stop);
-    if (!shown) return tl::unexpected(shown.error());
-    if (shown->starts_with(mark)) return shown->substr(mark.size());
-    if (*shown == "OK" && !Pause(stop)) return Fail("stopped", ErrorKind::kInterrupted);
-  }
-  return Broken("LinuxCNC does not show its parameters; does another panel take its messages?");
 }
 
 Result<void> LinuxCnc::WriteOffset(int slot, const LinuxCncOffset& offset,
@@ -370,11 +301,11 @@ Result<void> LinuxCnc::WriteOffset(int slot, const LinuxCncOffset& offset,
     return Unsafe("a G92 (or G52) is active and would shift the part: cancel it with G92.1");
   }
   const Vector3d& at = offset.origin_mm;
-  const auto set = fmt::format("mdi G21 G10 L2 P{} X{:.6f} Y{:.6f} Z{:.6f} R{:.9f}", slot, at.x(),
+  const auto set = fmt::format("G21 G10 L2 P{} X{:.6f} Y{:.6f} Z{:.6f} R{:.9f}", slot, at.x(),
                                at.y(), at.z(), offset.rotation_deg);
-  if (auto sent = shell_.Set(set, stop); !sent) return sent;
+  if (auto sent = link_->Mdi(set, stop); !sent) return sent;
   if (!before->metric) {
-    if (auto back = shell_.Set("mdi G20", stop); !back) return back;
+    if (auto back = link_->Mdi("G20", stop); !back) return back;
   }
   const auto after = ReadOffsets(slot, stop);
   if (!after) return tl::unexpected(after.error());
@@ -382,7 +313,7 @@ Result<void> LinuxCnc::WriteOffset(int slot, const LinuxCncOffset& offset,
   // Rotations are the same a whole turn apart.
   const double turn_deg = std::remainder(kept.rotation_deg - offset.rotation_deg, 360.0);
   if ((kept.origin_mm - at).cwiseAbs().maxCoeff() > kShown || std::abs(turn_deg) > kShown) {
-    const auto complaint = Complaint(stop);
+    const auto complaint = link_->Complaint(stop);
     const bool told = complaint && complaint->has_value();
     return Broken(fmt::format(
         "LinuxCNC keeps X {:.6f} Y {:.6f} Z {:.6f} R {:.6f} where X {:.6f} Y {:.6f} Z {:.6f} R "

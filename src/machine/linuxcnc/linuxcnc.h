@@ -10,30 +10,22 @@
 
 #include "base/result.h"
 #include "machine/linuxcnc/linuxcnc_limits.h"
+#include "machine/linuxcnc/linuxcnc_link.h"
+#include "machine/linuxcnc/linuxcnc_session.h"
 #include "machine/linuxcnc/linuxcnc_shell.h"
 
 namespace trammel::machine {
 
 struct LinuxCncOptions {
-  LinuxCncAddress address;
+  LinuxCncAddress address;  ///< of linuxcncrsh
+  /// Instead: the LinuxCNC that runs on this computer, joined beside its screen.
+  std::optional<LinuxCncSessionOptions> session;
   /// Joints 0 … joints - 1 must be homed.
   int joints = 3;
   /// C is the spindle's own axis: it holds the spindle where it is, so that the camera cannot turn.
   bool c_holds_spindle = false;
   /// Without such an axis: a person has locked the spindle in its oriented position.
   bool spindle_locked_by_hand = false;
-};
-
-struct LinuxCncState {
-  bool estop = true;
-  bool on = false;
-  bool homed = false;
-  bool spindle_stopped = false;
-  bool idle = false;    ///< no program runs or is paused
-  std::string mode;     ///< "MANUAL", "AUTO", "MDI"
-  bool metric = false;  ///< the machine's own unit is the millimetre
-  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  ///< actual, machine coordinates
-  double c_deg = 0;
 };
 
 /// A work offset as LinuxCNC keeps it: machine = origin + Rz(rotation) (program + G92) + tool.
@@ -49,14 +41,15 @@ struct LinuxCncOffsets {
   double tool_length_mm = 0;  ///< G43's, along Z
 };
 
-/// A client of linuxcncrsh that never starts the spindle. Errors: kMachine (line, refusal, time
-/// limit, an answer that no machine can give), kSafety (a condition below is not met), kInterrupted
-/// (stop).
+/// LinuxCNC as a client that never starts the spindle. Errors: kMachine (line, refusal, time limit,
+/// an answer that no machine can give), kSafety (a condition below is not met, or somebody else
+/// took the controller over), kInterrupted (stop).
 ///
 /// Motion runs on a leash: a move is sent in pieces of at most half a second, so that it ends by
 /// itself soon after the line is lost or this process dies. Every piece and the whole move have a
 /// time limit. On a stop, a refusal, or a time limit the move is aborted and the machine seen to
-/// stand before the call returns.
+/// stand before the call returns. MDI mode is taken once: when somebody else has changed the mode
+/// since, nothing is sent any more, no abort either, for what moves then is theirs.
 class LinuxCnc {
  public:
   [[nodiscard]] static Result<std::unique_ptr<LinuxCnc>> Connect(const LinuxCncOptions& options,
@@ -84,15 +77,13 @@ class LinuxCnc {
                                          const std::stop_token& stop);
 
  private:
-  LinuxCnc(LinuxCncShell shell, LinuxCncOptions options);
+  LinuxCnc(std::unique_ptr<LinuxCncLink> link, LinuxCncOptions options);
 
-  /// X, Y, Z in mm and C in degrees, within what the machine can reach.
-  [[nodiscard]] Result<Eigen::Vector4d> Position(const std::stop_token& stop);
+  /// The link's, at a place within what the machine can reach and in a mode that is still ours.
+  [[nodiscard]] Result<LinuxCncMotion> Motion(const std::stop_token& stop);
+  [[nodiscard]] Result<void> CheckMode(const std::string& mode);
   /// Asks for the limits of the axes, once.
   [[nodiscard]] Result<void> LearnTravel(const std::stop_token& stop);
-  /// What the interpreter makes of a text with parameters.
-  [[nodiscard]] Result<std::string> Interpreted(const std::string& text,
-                                                const std::stop_token& stop);
   [[nodiscard]] Result<void> MoveInPieces(const Eigen::Vector3d& start_mm,
                                           const Eigen::Vector3d& end_mm, double feed_mm_min,
                                           const std::stop_token& stop);
@@ -100,18 +91,15 @@ class LinuxCnc {
                                       double time_limit_s, const std::stop_token& stop);
   /// Until the controller is idle; C must be where it was.
   [[nodiscard]] Result<void> AwaitRest(double c_deg, const std::stop_token& stop);
-  /// What the controller had to complain of before is not about what comes now.
-  [[nodiscard]] Result<void> ForgetComplaints(const std::stop_token& stop);
-  /// The error that the controller has to tell, if any.
-  [[nodiscard]] Result<std::optional<std::string>> Complaint(const std::stop_token& stop);
-  /// Ends all motion; says where the machine stands, or that nobody knows.
+  /// Ends all motion of ours; says where the machine stands, or that nobody knows.
   [[nodiscard]] std::string Halt();
 
-  LinuxCncShell shell_;
+  std::unique_ptr<LinuxCncLink> link_;
   LinuxCncOptions options_;
   LinuxCncTravel travel_;
   bool travel_known_ = false;
-  int messages_ = 0;  ///< numbers the read-backs, so that an old one is not taken for a new one
+  bool held_ = false;   ///< MDI mode was taken
+  bool taken_ = false;  ///< by somebody else since
 };
 
 }  // namespace trammel::machine

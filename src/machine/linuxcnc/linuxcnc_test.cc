@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <thread>
+#include <vector>
 
 #include "base/check.h"
 #include "machine/net/host_clock.h"
@@ -136,6 +137,31 @@ TEST(LinuxCnc, RefusesUnlessTheMachineIsReadyAndTheSpindleHeld) {
               HasSubstr("locked by hand"));
   options.c_holds_spindle = true;
   EXPECT_TRUE(Connected(options)->MoveTo({1, 2, 3}, 6000, {}));
+}
+
+TEST(LinuxCnc, ATakeOverEndsTheMoveAndIsNotFought) {
+  ScriptedLinuxCnc* server = nullptr;
+  ScriptedLinuxCnc served([&server, moves = 0](const std::string& request) mutable {
+    if (request.find("G53") != std::string::npos && ++moves == 2) server->Answer("mode", "MANUAL");
+    return Fault::kNone;
+  });
+  server = &served;
+  const auto machine = Connected(Options(served));
+  ASSERT_TRUE(machine);
+  const auto moved = machine->MoveTo({100, 0, 0}, 1200, {});
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(moved.error().message,
+              AllOf(HasSubstr("somebody took LinuxCNC over"), HasSubstr("MANUAL mode")));
+  const auto sent = served.requests().size();
+  EXPECT_FALSE(machine->MoveTo({0, 0, 0}, 1200, {}));
+  served.Answer("mode", "MDI");  // theirs as well
+  EXPECT_FALSE(machine->WriteOffset(1, {}, {}));
+  const auto requests = served.requests();
+  const std::vector<std::string> later(requests.begin() + static_cast<std::ptrdiff_t>(sent),
+                                       requests.end());
+  EXPECT_THAT(later, Each(Not(HasSubstr("set "))));
+  EXPECT_THAT(requests, Each(Not(HasSubstr("abort"))));
 }
 
 TEST(LinuxCnc, AStopAbortsTheMoveAndSeesTheMachineStand) {

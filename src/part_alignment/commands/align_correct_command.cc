@@ -161,9 +161,11 @@ void AddAlignCorrectCommand(CLI::App& parent, int& exit_code) {
   command->add_flag("--tilts", arguments->tilts,
                     "rotations about X and Y, too (Siemens, Heidenhain)");
   command->add_flag("--json", arguments->json, "one JSON object");
-  AddLinuxCncOptions(*command, "--write",
-                     "HOST[:PORT] of linuxcncrsh: set the work offset and read it back",
-                     arguments->linuxcnc);
+  AddLinuxCncOptions(
+      *command, "--write",
+      "set the work offset and read it back: session, the LinuxCNC that runs on this "
+      "computer, or HOST[:PORT] of linuxcncrsh",
+      arguments->linuxcnc);
   command->callback([arguments, &exit_code] { exit_code = RunCorrect(*arguments); });
 }
 

@@ -306,8 +306,11 @@ void AddAlignMeasureCommand(CLI::App& parent, int& exit_code) {
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "no words on standard error at the end");
   AddReading(*command, *arguments);
-  AddLinuxCncOptions(*command, "--machine", "HOST[:PORT] of linuxcncrsh; without it nothing moves",
-                     arguments->linuxcnc);
+  AddLinuxCncOptions(
+      *command, "--machine",
+      "what moves: session, the LinuxCNC that runs on this computer, or HOST[:PORT] of "
+      "linuxcncrsh; without it nothing does",
+      arguments->linuxcnc);
   AddRoute(*command, *arguments);
   command->callback([arguments, &exit_code] { exit_code = RunMeasure(*arguments); });
 }

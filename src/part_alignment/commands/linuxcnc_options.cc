@@ -36,6 +36,10 @@ Result<machine::LinuxCncOptions> ParseLinuxCnc(const LinuxCncArguments& argument
     if (std::string given = FromEnvironment(name); !given.empty()) *password = std::move(given);
   }
   const std::string& text = arguments.address;
+  if (text == "session") {
+    options.session.emplace();
+    return options;
+  }
   const std::size_t colon = text.rfind(':');
   options.address.host = text.substr(0, colon);
   bool sound = !options.address.host.empty() && options.address.host.find(':') == std::string::npos;
@@ -45,10 +49,10 @@ Result<machine::LinuxCncOptions> ParseLinuxCnc(const LinuxCncArguments& argument
     sound = sound && read.ec == std::errc() && read.ptr == end && options.address.port != 0;
   }
   if (!sound) {
-    return Fail(
-        fmt::format("{}: the address of linuxcncrsh is HOST or HOST:PORT, such as "
-                    "127.0.0.1:5007",
-                    text));
+    return Fail(fmt::format(
+        "{}: LinuxCNC is \"session\", the one that runs on this computer, or linuxcncrsh's "
+        "HOST or HOST:PORT, such as 127.0.0.1:5007",
+        text));
   }
   return options;
 }

@@ -13,7 +13,7 @@ class App;
 namespace trammel::app {
 
 struct LinuxCncArguments {
-  std::string address;  ///< HOST or HOST:PORT; empty: no machine
+  std::string address;  ///< "session", HOST or HOST:PORT; empty: no machine
   machine::LinuxCncOptions options;
 };
 

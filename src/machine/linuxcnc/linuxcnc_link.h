@@ -1,0 +1,67 @@
+// How LinuxCNC is spoken to: the seam between what is asked of a milling machine and the two ways
+// to its controller.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "base/result.h"
+
+namespace trammel::machine {
+
+struct LinuxCncState {
+  bool estop = true;
+  bool on = false;
+  bool homed = false;
+  bool spindle_stopped = false;
+  bool idle = false;         ///< no program runs or is paused
+  std::string mode;          ///< "MANUAL", "AUTO", "MDI"
+  bool metric = false;       ///< the machine's own unit is the millimetre
+  double feed_override = 1;  ///< 0: nothing moves; 1 where the link does not tell
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  ///< actual, machine coordinates
+  double c_deg = 0;
+};
+
+/// What changes while a machine moves.
+struct LinuxCncMotion {
+  Eigen::Vector4d position = Eigen::Vector4d::Zero();  ///< X, Y, Z in mm and C in degrees, as told
+  std::string mode;
+  bool idle = false;
+  bool ended = false;  ///< the last block has surely been taken up and ended; false where the link
+                       ///< cannot know
+  bool spindle_stopped = false;
+  std::optional<std::string> complaint;  ///< what the controller has to say against it
+};
+
+/// Errors: kMachine (line, refusal, time limit, an answer that is none), kSafety (somebody else
+/// commands the controller), kInterrupted (stop). Numbers that it tells are finite.
+class LinuxCncLink {
+ public:
+  LinuxCncLink() = default;
+  LinuxCncLink(const LinuxCncLink&) = delete;
+  LinuxCncLink& operator=(const LinuxCncLink&) = delete;
+  virtual ~LinuxCncLink() = default;
+
+  /// @param joints  0 … joints - 1 must be homed for `homed`
+  [[nodiscard]] virtual Result<LinuxCncState> State(int joints, const std::stop_token& stop) = 0;
+  [[nodiscard]] virtual Result<LinuxCncMotion> Motion(const std::stop_token& stop) = 0;
+  [[nodiscard]] virtual Result<void> TakeMdi(const std::stop_token& stop) = 0;
+  /// A block that does not move the machine.
+  [[nodiscard]] virtual Result<void> Mdi(const std::string& block, const std::stop_token& stop) = 0;
+  /// Begins a move, and does not wait for its end.
+  [[nodiscard]] virtual Result<void> Move(const std::string& block,
+                                          const std::stop_token& stop) = 0;
+  /// What the interpreter makes of a text with parameters.
+  [[nodiscard]] virtual Result<std::string> Interpreted(const std::string& text,
+                                                        const std::stop_token& stop) = 0;
+  /// Drops what the controller had to complain of before: it is not about what comes now.
+  [[nodiscard]] virtual Result<void> ForgetComplaints(const std::stop_token& stop) = 0;
+  [[nodiscard]] virtual Result<std::optional<std::string>> Complaint(
+      const std::stop_token& stop) = 0;
+  /// Ends all motion, over a new line where the old one is lost.
+  [[nodiscard]] virtual Result<void> Abort() = 0;
+};
+
+}  // namespace trammel::machine

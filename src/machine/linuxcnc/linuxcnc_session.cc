@@ -1,0 +1,188 @@
+#include "machine/linuxcnc/linuxcnc_session.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+
+#include "base/bounded_json.h"
+#include "machine/linuxcnc/linuxcnc_limits.h"
+#include "machine/linuxcnc/session_script.h"
+
+namespace trammel::machine {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kJoin_s =
+    20;  // Python starts and loads LinuxCNC's libraries, on a busy computer too
+
+tl::unexpected<Error> Strange(const std::string& said) {
+  return Fail(fmt::format("LinuxCNC's helper says \"{}\", which is no answer", Clipped(said)),
+              ErrorKind::kMachine);
+}
+
+// The answer to the request of that number; absent for one to an earlier request, which was given
+// up.
+Result<std::optional<json>> Understood(const std::string& line, int id) {
+  auto answer = ParseBoundedJson(line, "LinuxCNC's helper");
+  if (!answer || !answer->is_object()) return Strange(line);
+  const auto number = answer->find("id");
+  if (number == answer->end() || !number->is_number_integer()) return Strange(line);
+  if (*number != id) return std::optional<json>();
+  const auto error = answer->find("error");
+  if (error == answer->end()) return std::optional(std::move(*answer));
+  if (!error->is_string()) return Strange(line);
+  const std::string kind = answer->value("kind", json()).dump();
+  const bool unsafe = kind == "\"taken\"" || kind == "\"safety\"";
+  return Fail(Clipped(error->get<std::string>()),
+              unsafe ? ErrorKind::kSafety : ErrorKind::kMachine);
+}
+
+// Reads members of an answer; `sound` is false once one was absent or of another kind.
+class Members {
+ public:
+  explicit Members(const json& object) : object_(object) {}
+  [[nodiscard]] bool sound() const { return sound_; }
+
+  bool Flag(const char* name) {
+    const json* member = Find(name, json::value_t::boolean);
+    return member != nullptr && member->get<bool>();
+  }
+  std::string Text(const char* name) {
+    const json* member = Find(name, json::value_t::string);
+    return member != nullptr ? member->get<std::string>() : std::string();
+  }
+  const json* List(const char* name) { return Find(name, json::value_t::array); }
+  double Number(const char* name) {
+    const auto member = object_.find(name);
+    const bool given = member != object_.end() && member->is_number();
+    sound_ = sound_ && given && std::isfinite(member->get<double>());
+    return sound_ ? member->get<double>() : 0;
+  }
+
+ private:
+  const json* Find(const char* name, json::value_t kind) {
+    const auto member = object_.find(name);
+    if (member != object_.end() && member->type() == kind) return &*member;
+    sound_ = false;
+    return nullptr;
+  }
+
+  const json& object_;
+  bool sound_ = true;
+};
+
+}  // namespace
+
+LinuxCncSession::LinuxCncSession(std::unique_ptr<DialogueProcess> helper, double time_limit_s)
+    : helper_(std::move(helper)), time_limit_s_(time_limit_s) {}
+
+Result<std::unique_ptr<LinuxCncSession>> LinuxCncSession::Join(
+    const LinuxCncSessionOptions& options, const std::stop_token& stop) {
+  auto helper = DialogueProcess::Start({options.python, "-c", kSessionScript});
+  if (!helper) return Fail("to join LinuxCNC: " + helper.error().message, helper.error().kind);
+  const auto hello = (*helper)->Hear(kJoin_s, stop);
+  if (!hello) {
+    return Fail(fmt::format("to join LinuxCNC: {}: {}", options.python, hello.error().message),
+                hello.error().kind);
+  }
+  if (const auto joined = Understood(*hello, 0); !joined) return tl::unexpected(joined.error());
+  return std::unique_ptr<LinuxCncSession>(
+      new LinuxCncSession(std::move(*helper), options.time_limit_s));
+}
+
+Result<json> LinuxCncSession::Ask(json request, const std::stop_token& stop) {
+  request["id"] = ++asked_;
+  // Each of a request's few blocks may take the helper's own five seconds.
+  constexpr double kHelper_s = 20;
+  const double limit_s = time_limit_s_ + kHelper_s;
+  auto line = helper_->Ask(request.dump(), limit_s, stop);
+  for (; line; line = helper_->Hear(limit_s, stop)) {
+    auto answer = Understood(*line, asked_);
+    if (!answer) return tl::unexpected(answer.error());
+    if (*answer) return std::move(**answer);
+  }
+  return Fail(fmt::format("LinuxCNC's helper, \"{}\": {}", request["do"].get<std::string>(),
+                          line.error().message),
+              line.error().kind);
+}
+
+Result<LinuxCncMotion> LinuxCncSession::Motion(const std::stop_token& stop) {
+  const auto answer = Ask({{"do", "look"}}, stop);
+  if (!answer) return tl::unexpected(answer.error());
+  return ParseMotion(*answer);
+}
+
+Result<LinuxCncMotion> LinuxCncSession::ParseMotion(const json& answer) {
+  Members members(answer);
+  LinuxCncMotion motion;
+  motion.mode = members.Text("mode");
+  motion.idle = members.Flag("idle");
+  motion.ended = motion.idle;
+  motion.spindle_stopped = members.Flag("spindle_stopped");
+  const json* position = members.List("position");
+  bool sound = members.sound() && position->size() == 4;
+  for (std::size_t i = 0; sound && i < 4; ++i) {
+    sound = (*position)[i].is_number() && std::isfinite((*position)[i].get<double>());
+    if (sound) motion.position[static_cast<Eigen::Index>(i)] = (*position)[i].get<double>();
+  }
+  if (!sound) return Strange(answer.dump());
+  return motion;
+}
+
+Result<LinuxCncState> LinuxCncSession::State(int joints, const std::stop_token& stop) {
+  const auto answer = Ask({{"do", "state"}}, stop);
+  if (!answer) return tl::unexpected(answer.error());
+  const auto motion = ParseMotion(*answer);
+  if (!motion) return tl::unexpected(motion.error());
+  Members members(*answer);
+  LinuxCncState state;
+  state.estop = members.Flag("estop");
+  state.on = members.Flag("on");
+  state.metric = members.Flag("metric");
+  state.feed_override = members.Number("feed_override");
+  const json* homed = members.List("homed");
+  if (!members.sound()) return Strange(answer->dump());
+  state.homed = homed->size() >= static_cast<std::size_t>(joints);
+  for (int joint = 0; state.homed && joint < joints; ++joint) {
+    state.homed = (*homed)[static_cast<std::size_t>(joint)] == 1;
+  }
+  state.mode = motion->mode;
+  state.idle = motion->idle && motion->mode != "AUTO";
+  state.spindle_stopped = motion->spindle_stopped;
+  state.position_mm = motion->position.head<3>();
+  state.c_deg = motion->position[3];
+  return state;
+}
+
+Result<void> LinuxCncSession::TakeMdi(const std::stop_token& stop) {
+  return Do({{"do", "take"}}, stop);
+}
+Result<void> LinuxCncSession::Mdi(const std::string& block, const std::stop_token& stop) {
+  return Do({{"do", "mdi"}, {"block", block}}, stop);
+}
+Result<void> LinuxCncSession::Move(const std::string& block, const std::stop_token& stop) {
+  return Do({{"do", "mdi"}, {"block", block}, {"move", true}}, stop);
+}
+Result<void> LinuxCncSession::Abort() { return Do({{"do", "abort"}}, {}); }
+
+Result<void> LinuxCncSession::Do(json request, const std::stop_token& stop) {
+  const auto answer = Ask(std::move(request), stop);
+  if (!answer) return tl::unexpected(answer.error());
+  return {};
+}
+
+Result<std::string> LinuxCncSession::Interpreted(const std::string& text,
+                                                 const std::stop_token& stop) {
+  const auto answer = Ask({{"do", "show"}, {"text", text}}, stop);
+  if (!answer) return tl::unexpected(answer.error());
+  Members members(*answer);
+  std::string shown = members.Text("shown");
+  if (!members.sound()) return Strange(answer->dump());
+  return shown;
+}
+
+}  // namespace trammel::machine

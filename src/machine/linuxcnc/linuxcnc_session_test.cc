@@ -1,0 +1,73 @@
+// What a helper may say that is not LinuxCNC's; the controller itself:
+// tests/integration/linuxcnc_session_test.cc.
+#include "machine/linuxcnc/linuxcnc_session.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "machine/linuxcnc/linuxcnc.h"
+#include "support/temporary_folder.h"
+
+namespace trammel::machine {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+// A program in Python's place that says one thing at first and another to every request.
+class LinuxCncSessionAnswers : public testing::Test {
+ protected:
+  Result<std::unique_ptr<LinuxCncSession>> Join(const std::string& hello,
+                                                const std::string& answer) const {
+    const auto python = folder_.path() / "python3";
+    test::WriteWhole(python, fmt::format("#!/bin/sh\ncat <<'E'\n{}\nE\nwhile read -r line; do cat "
+                                         "<<'E'\n{}\nE\ndone\n",
+                                         hello, answer));
+    std::filesystem::permissions(python, std::filesystem::perms::owner_all);
+    return LinuxCncSession::Join({.python = python, .time_limit_s = 5}, {});
+  }
+
+ private:
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(LinuxCncSessionAnswers, SaysWhyItCannotJoin) {
+  const auto refused = Join(R"({"id": 0, "error": "no LinuxCNC runs", "kind": "machine"})", "");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().message, "no LinuxCNC runs");
+  const auto strange = Join("Traceback (most recent call last):", "");
+  ASSERT_FALSE(strange);
+  EXPECT_THAT(strange.error().message, AllOf(HasSubstr("Traceback"), HasSubstr("no answer")));
+}
+
+TEST_F(LinuxCncSessionAnswers, WhatIsNoAnswerIsNamedAndNothingIsMadeOfIt) {
+  for (const char* answer :
+       {"[]", "{}", R"({"id": 1})", R"({"id": 1, "error": 3})",
+        R"({"id": 1, "position": [1, 2, 3], "mode": "MDI", "idle": true, "spindle_stopped": true})",
+        R"({"id": 1, "position": [1, 2, 3, "4"], "mode": "MDI", "idle": true,)"
+        R"( "spindle_stopped": true})",
+        R"({"id": 1, "position": [1, 2, 3, 4], "mode": 3, "idle": true, "spindle_stopped": true})",
+        R"({"id": 1, "position": [1, 2, 3, 1e999], "mode": "MDI", "idle": 1})"}) {
+    const auto session = Join(R"({"id": 0})", answer);
+    ASSERT_TRUE(session) << session.error().message;
+    const auto motion = (*session)->Motion({});
+    ASSERT_FALSE(motion) << answer;
+    EXPECT_EQ(motion.error().kind, ErrorKind::kMachine) << answer;
+    EXPECT_THAT(motion.error().message, HasSubstr("no answer")) << answer;
+  }
+}
+
+TEST_F(LinuxCncSessionAnswers, ATakeOverIsAMatterOfSafety) {
+  const auto session =
+      Join(R"({"id": 0})", R"({"id": 1, "error": "somebody took over", "kind": "taken"})");
+  ASSERT_TRUE(session) << session.error().message;
+  const auto moved = (*session)->Move("G53 G1 X1", {});
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
+}
+
+}  // namespace
+}  // namespace trammel::machine

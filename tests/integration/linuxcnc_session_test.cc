@@ -1,0 +1,255 @@
+// The LinuxCNC that runs beside its screen, joined through its Python module, with a screen that
+// takes over.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
+
+#include "base/random.h"
+#include "machine/linuxcnc/linuxcnc.h"
+#include "machine/net/host_clock.h"
+#include "real_linuxcnc.h"
+#include "support/run_trammel.h"
+#include "support/trammel_process.h"
+
+namespace trammel {
+namespace {
+
+using Eigen::Vector3d;
+using machine::LinuxCnc;
+using machine::LinuxCncOptions;
+using nlohmann::json;
+using test::RealLinuxCnc;
+using ::testing::HasSubstr;
+
+constexpr double kMicron_mm = 1e-3;
+
+LinuxCncOptions Options() {
+  LinuxCncOptions options;
+  options.session.emplace();
+  options.session->time_limit_s = 20;
+  options.address.time_limit_s = 20;
+  options.joints = 4;
+  options.c_holds_spindle = true;
+  return options;
+}
+
+// The ports on which somebody in this network listens.
+std::set<std::string> ListeningPorts() {
+  constexpr const char* kListen = "0A";
+  std::set<std::string> ports;
+  for (const char* table : {"/proc/net/tcp", "/proc/net/tcp6"}) {
+    std::ifstream file(table);
+    std::string line;
+    while (std::getline(file, line)) {
+      std::istringstream words(line);
+      std::string number;
+      std::string local;
+      std::string remote;
+      std::string state;
+      words >> number >> local >> remote >> state;
+      if (state == kListen) ports.insert(local);
+    }
+  }
+  return ports;
+}
+
+class LinuxCncSessionTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    (void)RealLinuxCnc::EnterOwnNetwork();
+    why_not_ = RealLinuxCnc::WhyNot();
+    if (why_not_.empty()) linuxcnc_ = new RealLinuxCnc(RealLinuxCnc::Display::kScreen);
+  }
+  static void TearDownTestSuite() {
+    delete linuxcnc_;
+    linuxcnc_ = nullptr;
+  }
+  void SetUp() override {
+    if (!why_not_.empty()) {
+      fmt::print(stderr, "\n*** SKIPPED, NOT TESTED against LinuxCNC: {}\n\n", why_not_);
+      GTEST_SKIP() << why_not_;
+    }
+    ASSERT_TRUE(linuxcnc_->up()) << linuxcnc_->log();
+    ASSERT_EQ(Screen("ready")["homed"], json({1, 1, 1, 1}));
+  }
+
+  static json Screen(const std::string& words) {
+    linuxcnc_->AskScreen(words);
+    return Told();
+  }
+  static json Told() {
+    const std::string told = linuxcnc_->ScreenTells();
+    EXPECT_FALSE(told.empty()) << linuxcnc_->log();
+    return told.empty() ? json::object() : json::parse(told);
+  }
+  static Vector3d At(const json& screen) {
+    return Vector3d(screen["at"][0], screen["at"][1], screen["at"][2]);
+  }
+  static std::unique_ptr<LinuxCnc> Joined() {
+    auto machine = LinuxCnc::Connect(Options(), {});
+    EXPECT_TRUE(machine) << machine.error().message;
+    return machine ? std::move(*machine) : nullptr;
+  }
+
+  static inline std::string why_not_;
+  static inline RealLinuxCnc* linuxcnc_ = nullptr;
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(LinuxCncSessionTest, MovesWithoutAPortAndGivesTheModeBack) {
+  const std::set<std::string> before = ListeningPorts();
+  {
+    const auto machine = Joined();
+    ASSERT_TRUE(machine);
+    const auto moved = machine->MoveTo({12.5, -40, 7}, 6000, {});
+    ASSERT_TRUE(moved) << moved.error().message;
+    EXPECT_EQ(ListeningPorts(), before);
+    EXPECT_LT((At(Screen("look")) - Vector3d(12.5, -40, 7)).norm(), kMicron_mm);
+  }
+  constexpr int kManual = 1;
+  EXPECT_EQ(Screen("look")["mode"], kManual);
+}
+
+TEST_F(LinuxCncSessionTest, WritesAndReadsAHundredOffsetsWhileTheScreenTakesEveryMessage) {
+  const auto machine = Joined();
+  ASSERT_TRUE(machine);
+  Random random(7);
+  for (int i = 0; i < 100; ++i) {
+    const machine::LinuxCncOffset offset{
+        {500 * random.Normal(), 500 * random.Normal(), 100 * random.Normal()},
+        30 * random.Normal()};
+    const int slot = 1 + i % 9;
+    const auto written = machine->WriteOffset(slot, offset, {});
+    ASSERT_TRUE(written) << i << ": " << written.error().message;
+    if (slot != 1) continue;
+    // What the screen sees of the offset in force, to the last bit that it shows.
+    const json seen = Screen("look");
+    EXPECT_NEAR(seen["rotation"], offset.rotation_deg, 1e-6);
+    EXPECT_NEAR(seen["g5x"][0], offset.origin_mm.x(), 1e-6);
+  }
+}
+
+TEST_F(LinuxCncSessionTest, NothingMovesAfterTheScreenTookOver) {
+  static std::uint64_t seed = 11;  // others when repeated
+  Random random(seed++);
+  for (int i = 0; i < 12; ++i) {
+    const auto machine = Joined();
+    ASSERT_TRUE(machine);
+    linuxcnc_->AskScreen(fmt::format("take {}", 1.2 * random.Uniform()));
+    const auto start = machine->State({});
+    ASSERT_TRUE(start);
+    const double away_mm = start->position_mm.x() > 0 ? -400 : 400;
+    const auto moved = machine->MoveTo({away_mm, 0, 0}, 6000, {});
+    ASSERT_FALSE(moved);
+    EXPECT_EQ(moved.error().kind, ErrorKind::kSafety) << moved.error().message;
+    EXPECT_THAT(moved.error().message, HasSubstr("somebody took LinuxCNC over"));
+    const auto again = machine->MoveTo({0, 0, 0}, 6000, {});
+    ASSERT_FALSE(again);
+    EXPECT_THAT(again.error().message, HasSubstr("somebody took LinuxCNC over"));
+    EXPECT_FALSE(machine->WriteOffset(1, {}, {}));
+    const json seen = Told();
+    EXPECT_EQ(seen["went_mm"], 0) << i;
+    EXPECT_EQ(seen["manual"], true) << i;
+  }
+}
+
+TEST_F(LinuxCncSessionTest, AMoveThatWasAbortedBetweenTwoLooksIsNoArrival) {
+  const auto machine = Joined();
+  ASSERT_TRUE(machine);
+  const auto start = machine->State({});
+  ASSERT_TRUE(start);
+  linuxcnc_->AskScreen("blink 0.3");
+  const double away_mm = start->position_mm.x() > 0 ? -400 : 400;
+  const auto moved = machine->MoveTo({away_mm, 0, 0}, 6000, {});
+  ASSERT_FALSE(moved);
+  // Which of the two is seen depends on the moment.
+  EXPECT_THAT(moved.error().message,
+              testing::AnyOf(HasSubstr("somebody aborted it"), HasSubstr("took LinuxCNC over")));
+  EXPECT_EQ(Told()["went_mm"], 0);
+}
+
+TEST_F(LinuxCncSessionTest, AStopAndTheEndOfTheProcessEndTheMove) {
+  std::stop_source source;
+  const auto machine = Joined();
+  ASSERT_TRUE(machine);
+  std::thread stopper([&source] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));
+    source.request_stop();
+  });
+  const auto stopped = machine->MoveTo({2500, 0, 0}, 1200, source.get_token());
+  stopper.join();
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().kind, ErrorKind::kInterrupted);
+  EXPECT_THAT(stopped.error().message, HasSubstr("the machine stands at X"));
+  EXPECT_EQ(At(Screen("look")), At(Screen("look")));
+}
+
+TEST_F(LinuxCncSessionTest, AKilledMeasurementLeavesTheMachineStandingInManual) {
+  const auto made = test::RunTrammel("sim spindle --out shop --seed 11", folder_.path());
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  // Slow: the first of its moves takes minutes.
+  test::TrammelProcess measuring(
+      {"align", "measure", "shop/views.json", "--source", "shop", "--machine", "session",
+       "--joints", "4", "--c-axis", "--safe-z", "1500", "--feed", "600"},
+      folder_.path());
+  const Vector3d start = At(Screen("look"));
+  Vector3d at = start;
+  for (int i = 0; i < 2000 && (at - start).norm() < 1; ++i) at = At(Screen("look"));
+  ASSERT_GE((at - start).norm(), 1);
+  measuring.Send(SIGKILL);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  const json seen = Screen("look");
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  EXPECT_EQ(Screen("look")["at"], seen["at"]);
+  constexpr int kManual = 1;
+  EXPECT_EQ(seen["mode"], kManual);
+}
+
+TEST_F(LinuxCncSessionTest, DoesNotJoinWhatIsInAutoAndSaysWhereNoneRuns) {
+  Screen("run");
+  const auto refused = Joined()->MoveTo({0, 0, 0}, 6000, {});
+  Screen("manual");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, ErrorKind::kSafety) << refused.error().message;
+  LinuxCncOptions options = Options();
+  options.session->python = "/nowhere/python3";
+  const auto without = LinuxCnc::Connect(options, {});
+  ASSERT_FALSE(without);
+  EXPECT_THAT(without.error().message, HasSubstr("/nowhere/python3 cannot be started"));
+}
+
+TEST_F(LinuxCncSessionTest, MeasuresAndCorrectsBesideTheScreen) {
+  const auto made = test::RunTrammel("sim spindle --out shop --seed 11", folder_.path());
+  ASSERT_EQ(made.exit_code, 0) << made.output;
+  const auto views = json::parse(test::ReadWhole(folder_.path() / "shop/views.json"))["views"];
+  double safe_z_mm = -1e9;
+  for (const auto& view : views) {
+    safe_z_mm = std::max(safe_z_mm, double(view["spindle_mm"][2]) + 50);
+  }
+  const auto measured = test::RunTrammel(
+      fmt::format("align measure shop/views.json --source shop --machine session --joints 4 "
+                  "--c-axis --safe-z {} --feed 60000",
+                  safe_z_mm),
+      folder_.path());
+  ASSERT_EQ(measured.exit_code, 0) << measured.output;
+  test::WriteWhole(folder_.path() / "result.json", measured.standard_output);
+  const auto corrected = test::RunTrammel(
+      "align correct result.json --write session --joints 4 --c-axis", folder_.path());
+  ASSERT_EQ(corrected.exit_code, 0) << corrected.output;
+  const auto result = json::parse(measured.standard_output);
+  const json seen = Screen("look");
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(seen["g5x"][axis], result["part_mm"][axis], kMicron_mm);
+  }
+}
+
+}  // namespace
+}  // namespace trammel
