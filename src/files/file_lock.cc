@@ -8,8 +8,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <string>
+#include <thread>
 #include <utility>
 
 namespace trammel::files {
@@ -72,6 +74,21 @@ Result<FileLock> FileLock::Take(const std::filesystem::path& path, std::string_v
   }
   return Fail(fmt::format("{}: others take the lock again and again", path.string()),
               ErrorKind::kMachine);
+}
+
+Result<FileLock> FileLock::TakeWithin(const std::filesystem::path& path, std::string_view holder,
+                                      double wait_s, const std::stop_token& stop) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kAgain{20};
+  const auto until = Clock::now() + std::chrono::duration<double>(wait_s);
+  for (;;) {
+    auto lock = Take(path, holder);
+    if (lock || lock.error().kind != ErrorKind::kMachine || Clock::now() >= until) return lock;
+    if (stop.stop_requested()) {
+      return Fail("stopped while waiting: " + lock.error().message, ErrorKind::kInterrupted);
+    }
+    std::this_thread::sleep_for(kAgain);
+  }
 }
 
 FileLock::FileLock(FileLock&& other) noexcept

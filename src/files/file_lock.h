@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <stop_token>
 #include <string_view>
 #include <utility>
 
@@ -18,6 +19,12 @@ class FileLock {
   /// Errors: kMachine where somebody holds it, with what is noted; kInput where it cannot be made.
   [[nodiscard]] static Result<FileLock> Take(const std::filesystem::path& path,
                                              std::string_view holder);
+
+  /// The same, and waits up to `wait_s` for whoever holds it. Errors: kInterrupted where it was
+  /// stopped meanwhile, too.
+  [[nodiscard]] static Result<FileLock> TakeWithin(const std::filesystem::path& path,
+                                                   std::string_view holder, double wait_s,
+                                                   const std::stop_token& stop = {});
 
   FileLock(FileLock&& other) noexcept;
   FileLock& operator=(FileLock&&) = delete;

@@ -1,0 +1,58 @@
+#include "files/file_lock.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <optional>
+#include <stop_token>
+#include <thread>
+
+#include "support/temporary_folder.h"
+
+namespace trammel::files {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kLong_s = 60;  // no test waits for it
+
+class FileLockWithin : public ::testing::Test {
+ protected:
+  test::TemporaryFolder folder_;
+  std::filesystem::path path_ = folder_.path() / "a.lock";
+};
+
+TEST_F(FileLockWithin, WaitsForItsHolder) {
+  auto taken = FileLock::Take(path_, "the first");
+  ASSERT_TRUE(taken);
+  std::optional<FileLock> first(std::move(*taken));
+  std::jthread holder([&first] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    first.reset();
+  });
+  EXPECT_TRUE(FileLock::TakeWithin(path_, "the second", kLong_s));
+}
+
+TEST_F(FileLockWithin, NamesAHolderThatStays) {
+  const auto first = FileLock::Take(path_, "the first");
+  ASSERT_TRUE(first);
+  const auto second = FileLock::TakeWithin(path_, "the second", 0.05);
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().kind, ErrorKind::kMachine);
+  EXPECT_THAT(second.error().message, HasSubstr("the first holds"));
+}
+
+TEST_F(FileLockWithin, IsStopped) {
+  const auto first = FileLock::Take(path_, "the first");
+  ASSERT_TRUE(first);
+  std::stop_source stop;
+  stop.request_stop();
+  const auto second = FileLock::TakeWithin(path_, "the second", kLong_s, stop.get_token());
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().kind, ErrorKind::kInterrupted);
+  EXPECT_FALSE(FileLock::TakeWithin(folder_.path() / "no/a.lock", "x", kLong_s));  // no waiting
+}
+
+}  // namespace
+}  // namespace trammel::files
