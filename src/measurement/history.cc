@@ -20,11 +20,11 @@ using measurement::Instrument;
 using measurement::Outcome;
 using nlohmann::ordered_json;
 
-constexpr std::size_t kMostKept = std::size_t{64} << 20;
 constexpr std::size_t kMostNamed = 10;
 constexpr std::size_t kMostApplications = 100;
 using Step = Application::Step;
-constexpr std::array kSteps = {"applied", "begun", "undone"};  // as Step has them
+// As Step has them.
+constexpr std::array kSteps = {"applied", "begun", "undone", "undoing", "not_in_force"};
 
 }  // namespace
 
@@ -65,16 +65,35 @@ Result<History> ReadHistory(const fs::path& path, const HistoryQuery& query) {
     const std::string utc = read->first.provenance.utc;
     kept[{utc, number}] = {{std::move(read->first), std::move(read->second)}, line->size()};
     bytes += line->size();
-    while (!kept.empty() && (kept.size() > query.last || bytes > kMostKept)) {
+    while (!kept.empty() && (kept.size() > query.last || bytes > kMostHistoryBytes)) {
+      history.cut = history.cut || kept.size() <= query.last;
       bytes -= kept.begin()->second.bytes;
       kept.erase(kept.begin());
     }
   };
-  if (auto read = ForEachLine(path, {}, take); !read) return tl::unexpected(read.error());
+  if (auto read = ForEachLine(path, take); !read) return tl::unexpected(read.error());
   for (auto it = kept.rbegin(); it != kept.rend(); ++it) {
     history.entries.push_back(std::move(it->second.entry));
   }
   return history;
+}
+
+bool IsUnfinished(const Application& application) {
+  return application.step == Step::kBegun || application.step == Step::kUndoing;
+}
+
+Result<bool> HistoryHolds(const fs::path& path, const Outcome& outcome) {
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return false;
+  const std::string own = Fingerprint(outcome);
+  bool holds = false;
+  const auto take = [&](std::optional<std::string_view> line, std::size_t /*number*/) {
+    if (holds || !line || line->find(outcome.provenance.utc) == std::string_view::npos) return;
+    const auto read = ParseHistoryLine(*line, path.string());
+    holds = read && Fingerprint(read->first) == own;
+  };
+  if (auto read = ForEachLine(path, take); !read) return tl::unexpected(read.error());
+  return holds;
 }
 
 ordered_json JsonOf(const Application& application) {
@@ -120,7 +139,8 @@ std::optional<AppliedLine> ParseAppliedLine(std::optional<std::string_view> line
   application.utc = object.Text("utc");
   application.machine = object.Text("machine");
   const std::string step =
-      object.OptionalChoice("step", {kSteps[0], kSteps[1], kSteps[2]}).value_or(kSteps[0]);
+      object.OptionalChoice("step", {kSteps[0], kSteps[1], kSteps[2], kSteps[3], kSteps[4]})
+          .value_or(kSteps[0]);
   application.step = static_cast<Application::Step>(std::find(kSteps.begin(), kSteps.end(), step) -
                                                     kSteps.begin());
   application.before = object.OptionalNumber("before");
@@ -132,7 +152,8 @@ std::optional<AppliedLine> ParseAppliedLine(std::optional<std::string_view> line
 // What was begun and then done, or done and then undone, is one; what was in force before the
 // first of them, and what it set, is what counts.
 bool Continues(const Application& before, const Application& now) {
-  return now.step == Step::kUndone || (now.step == Step::kApplied && before.step == Step::kBegun);
+  if (now.step == Step::kApplied || now.step == Step::kNotInForce) return IsUnfinished(before);
+  return now.step == Step::kUndone || now.step == Step::kUndoing;
 }
 
 Application Merged(const Application& before, Application now) {
@@ -163,21 +184,19 @@ Result<std::vector<NotedApplication>> Applications(
     if (noted.size() == kMostApplications) noted.erase(noted.begin());
     noted.push_back({std::move(read->application), std::move(read->fingerprint)});
   };
-  if (auto read = ForEachLine(path, {}, take); !read) return tl::unexpected(read.error());
+  if (auto read = ForEachLine(path, take); !read) return tl::unexpected(read.error());
   return noted;
 }
 
-Result<void> AddApplications(const fs::path& path, History& history) {
+Result<std::map<std::string, std::vector<Application>>> AllApplications(
+    const fs::path& path, const std::function<bool(const std::string&)>& wanted) {
+  std::map<std::string, std::vector<Application>> all;
   std::error_code ignored;
-  if (!fs::exists(path, ignored)) return {};
-  std::map<std::string, HistoryEntry*> by_fingerprint;
-  for (HistoryEntry& entry : history.entries) by_fingerprint[Fingerprint(entry.outcome)] = &entry;
+  if (!fs::exists(path, ignored)) return all;
   const auto take = [&](std::optional<std::string_view> line, std::size_t /*number*/) {
     auto read = ParseAppliedLine(line, path);
-    if (!read) return;
-    const auto found = by_fingerprint.find(read->fingerprint);
-    if (found == by_fingerprint.end()) return;
-    std::vector<Application>& applied = found->second->applied;
+    if (!read || read->fingerprint.empty() || (wanted && !wanted(read->fingerprint))) return;
+    std::vector<Application>& applied = all[read->fingerprint];
     Application application = std::move(read->application);
     if (!applied.empty() && applied.back().machine == application.machine &&
         Continues(applied.back(), application)) {
@@ -187,7 +206,23 @@ Result<void> AddApplications(const fs::path& path, History& history) {
     if (applied.size() == kMostApplications) applied.erase(applied.begin());
     applied.push_back(std::move(application));
   };
-  if (auto read = ForEachLine(path, {}, take); !read) return tl::unexpected(read.error());
+  if (auto read = ForEachLine(path, take); !read) return tl::unexpected(read.error());
+  return all;
+}
+
+Result<void> AddApplications(const fs::path& path, History& history) {
+  std::multimap<std::string, HistoryEntry*> by_fingerprint;
+  for (HistoryEntry& entry : history.entries) {
+    by_fingerprint.emplace(Fingerprint(entry.outcome), &entry);
+  }
+  const auto all = AllApplications(path, [&by_fingerprint](const std::string& fingerprint) {
+    return by_fingerprint.contains(fingerprint);
+  });
+  if (!all) return tl::unexpected(all.error());
+  for (const auto& [fingerprint, entry] : by_fingerprint) {
+    const auto found = all->find(fingerprint);
+    if (found != all->end()) entry->applied = found->second;
+  }
   return {};
 }
 

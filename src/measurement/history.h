@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -22,8 +23,10 @@ inline constexpr std::string_view kAppliedFile = "applied.jsonl";
 struct Application {
   enum class Step {
     kApplied,
-    kBegun,   ///< noted before it is set: the program may have died before it was
-    kUndone,  ///< noted before what was in force before comes back
+    kBegun,       ///< noted before it is set: the program may have died before it was
+    kUndone,      ///< what was in force before came back
+    kUndoing,     ///< noted before that
+    kNotInForce,  ///< the program died, or the machine refused, and later something else was there
   };
   std::string utc;      ///< ISO 8601, ending in Z
   std::string machine;  ///< its address
@@ -53,19 +56,31 @@ struct History {
   std::vector<HistoryEntry> entries;  ///< the newest first, by the time that they state
   std::vector<std::string> skipped;   ///< what is wrong with lines that are no result, at most 10
   std::size_t skipped_lines = 0;
+  bool cut = false;  ///< older ones were asked for, too, and left out: kMostHistoryBytes
 };
 
+/// The lines of results that a History holds at most.
+inline constexpr std::size_t kMostHistoryBytes = std::size_t{64} << 20;
+
 /// Reads history.jsonl. Lines that are no result are passed over, and named.
-/// Memory: a line of at most 1 MiB and 64 MiB of results, however large the file; the oldest of
-/// more go. Errors (kInput): not there, not an ordinary file, not readable.
+/// Memory: a line of at most 1 MiB and kMostHistoryBytes of results, however large the file; the
+/// oldest of more go. Errors (kInput): not there, not an ordinary file, not readable.
 [[nodiscard]] Result<History> ReadHistory(const std::filesystem::path& path,
                                           const HistoryQuery& query);
 
 /// Tells results apart: 64-bit FNV-1a of all that result.json says but the details, in hexadecimal.
 [[nodiscard]] std::string Fingerprint(const measurement::Outcome& outcome);
 
-/// {"utc", "machine", "step": "begun", "applied" or "undone", "before" and "value" where they are
-/// known}, as applied.jsonl and --json have it.
+/// Whether an application was about to be changed, and nothing says whether it was.
+[[nodiscard]] bool IsUnfinished(const Application& application);
+
+/// Whether history.jsonl has a line of this result. Errors: those of ReadHistory; a file that is
+/// not there has none.
+[[nodiscard]] Result<bool> HistoryHolds(const std::filesystem::path& path,
+                                        const measurement::Outcome& outcome);
+
+/// {"utc", "machine", "step": "begun", "applied", "undoing", "undone" or "not_in_force", "before"
+/// and "value" where they are known}, as applied.jsonl and --json have it.
 [[nodiscard]] nlohmann::ordered_json JsonOf(const Application& application);
 
 /// Adds a line about a result to applied.jsonl. Errors: those of AppendLine.
@@ -93,9 +108,15 @@ struct NotedApplication {
     const std::filesystem::path& path, measurement::Instrument instrument,
     const std::function<bool(const std::string& address)>& of_machine);
 
-/// Puts what applied.jsonl says about the entries beside them: of each the last 100. What was begun
-/// and then done is one application. Other lines are passed over. Errors: those of ReadHistory; a
-/// file that is not there says nothing.
+/// Reads what applied.jsonl says of results, by their fingerprints: of each the last 100, oldest
+/// first. What was begun and then done is one application. Other lines are passed over. Errors:
+/// those of ReadHistory; a file that is not there says nothing.
+/// @param wanted  whether a result of this fingerprint is asked for; absent: all are
+[[nodiscard]] Result<std::map<std::string, std::vector<Application>>> AllApplications(
+    const std::filesystem::path& path,
+    const std::function<bool(const std::string& fingerprint)>& wanted = {});
+
+/// The same for the entries of a history.
 [[nodiscard]] Result<void> AddApplications(const std::filesystem::path& path, History& history);
 
 }  // namespace trammel::files

@@ -3,11 +3,13 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -43,7 +45,12 @@ constexpr std::array<const char*, kIndexVersion> kMigrations = {
     "ALTER TABLE result ADD COLUMN printer TEXT NOT NULL DEFAULT '';"
     "ALTER TABLE result ADD COLUMN nozzle TEXT NOT NULL DEFAULT '';"
     "ALTER TABLE result ADD COLUMN filament TEXT NOT NULL DEFAULT '';"
-    "CREATE INDEX result_by_filament ON result (filament, nozzle, utc, id);"};
+    "CREATE INDEX result_by_filament ON result (filament, nozzle, utc, id);",
+    // The line of history.jsonl; null: of a folder alone. What was read by another hash is read
+    // anew: half lines may have been taken for whole ones.
+    "ALTER TABLE result ADD COLUMN number INTEGER;"
+    "ALTER TABLE source RENAME COLUMN tail_hash TO hash;"
+    "UPDATE source SET hash = 0;"};
 
 /// An index that does not say what was written into it.
 struct Damaged {};
@@ -128,13 +135,14 @@ SQLite::Database Open(const fs::path& index) {
   return database;
 }
 
+/// @param number  of the line in history.jsonl; absent: a folder has it, and no line
 void Insert(SQLite::Database& database, const Outcome& outcome, const std::string& folder,
-            const std::string& line) {
+            const std::string& line, std::optional<std::size_t> number) {
   SQLite::Statement insert(
       database,
       "INSERT INTO result (line, line_hash, fingerprint, utc, instrument, program, folder, verdict,"
       " name, unit, value, standard_uncertainty, interval95_lo, interval95_hi, printer, nozzle,"
-      " filament) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+      " filament, number) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
   const auto& provenance = outcome.provenance;
   const Answer none;
   const Answer& first = outcome.answers.empty() ? none : outcome.answers.front();
@@ -160,17 +168,8 @@ void Insert(SQLite::Database& database, const Outcome& outcome, const std::strin
        {&outcome.subject.printer, &outcome.subject.nozzle, &outcome.subject.filament}) {
     insert.bind(++at, *text);
   }
+  if (number) insert.bind(++at, static_cast<std::int64_t>(*number));
   insert.exec();
-}
-
-/// Tells whether the file still begins as it did: the hash of what lies before a place in it.
-std::int64_t TailHash(const fs::path& path, std::size_t end) {
-  constexpr std::size_t kTail = 4096;
-  std::string tail(std::min(kTail, end), '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.seekg(static_cast<std::streamoff>(end - tail.size()));
-  file.read(tail.data(), static_cast<std::streamsize>(tail.size()));
-  return file ? HashOf(tail) : 0;
 }
 
 std::size_t Count(SQLite::Database& database, const char* table) {
@@ -178,45 +177,90 @@ std::size_t Count(SQLite::Database& database, const char* table) {
       database.execAndGet(fmt::format("SELECT count(*) FROM {}", table)).getInt64());
 }
 
+std::int64_t Bits(std::uint64_t hash) { return static_cast<std::int64_t>(hash); }
+
+LinesRead ReadSoFar(SQLite::Database& database) {
+  SQLite::Statement source(database, "SELECT bytes, ended, hash FROM source");
+  if (!source.executeStep()) throw Damaged();
+  LinesRead read;
+  read.bytes = static_cast<std::size_t>(source.getColumn(0).getInt64());
+  read.ended = static_cast<std::size_t>(source.getColumn(1).getInt64());
+  if (read.bytes == 0) return read;  // of nothing, whichever form wrote it
+  read.hash = static_cast<std::uint64_t>(source.getColumn(2).getInt64());
+  return read;
+}
+
+/// A change of the index, begun when there is something to change.
+class Update {
+ public:
+  Update(SQLite::Database& database, const LinesRead& from) : database_(&database), from_(from) {}
+
+  void Take(const Line& line) {
+    Begin();
+    const std::string where = fmt::format("{}, line {}", kHistoryFile, line.number);
+    const auto read = line.text
+                          ? ParseHistoryLine(*line.text, where)
+                          : Fail(fmt::format("{}: is longer than {} bytes", where, kMostLineBytes));
+    if (read) {
+      // Until now it may have been known of its folder alone.
+      SQLite::Statement same(*database_,
+                             "DELETE FROM result WHERE fingerprint = ? AND number IS NULL");
+      same.bind(1, Fingerprint(read->first));
+      same.exec();
+      return Insert(*database_, read->first, read->second, std::string(*line.text), line.number);
+    }
+    SQLite::Statement skip(*database_, "INSERT INTO skipped VALUES (?, ?)");
+    skip.bind(1, static_cast<std::int64_t>(line.number));
+    skip.bind(2, line.ended ? read.error().message
+                            : read.error().message + "; it is not ended yet, and is read again");
+    skip.exec();
+  }
+
+  void Finish(const LinesRead& read) {
+    if (read == from_ && !all_ && !HasUnended()) return;
+    Begin();
+    SQLite::Statement note(*database_, "UPDATE source SET bytes = ?, ended = ?, hash = ?");
+    note.bind(1, static_cast<std::int64_t>(read.bytes));
+    note.bind(2, static_cast<std::int64_t>(read.ended));
+    note.bind(3, Bits(read.hash));
+    note.exec();
+    all_->commit();
+  }
+
+ private:
+  void Begin() {
+    if (all_) return;
+    all_.emplace(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+    // A last line without its end is read again.
+    for (const char* rows : {"result WHERE number", "skipped WHERE line"}) {
+      database_->exec(fmt::format("DELETE FROM {} > {}", rows, from_.ended));
+    }
+  }
+  [[nodiscard]] bool HasUnended() {
+    return database_
+               ->execAndGet(
+                   fmt::format("SELECT EXISTS (SELECT 1 FROM result WHERE number > {0}) OR "
+                               "EXISTS (SELECT 1 FROM skipped WHERE line > {0})",
+                               from_.ended))
+               .getInt() != 0;
+  }
+
+  SQLite::Database* database_;
+  LinesRead from_;
+  std::optional<SQLite::Transaction> all_;
+};
+
 /// Takes what history.jsonl has got since. Throws Damaged where it is not the file that was read.
 Result<void> CatchUp(SQLite::Database& database, const fs::path& history) {
   std::error_code ignored;
   if (!fs::exists(history, ignored)) return {};
-  LinesRead from;
-  {
-    SQLite::Statement source(database, "SELECT bytes, ended, tail_hash FROM source");
-    if (!source.executeStep()) throw Damaged();
-    from.bytes = static_cast<std::size_t>(source.getColumn(0).getInt64());
-    from.ended = static_cast<std::size_t>(source.getColumn(1).getInt64());
-    const std::uintmax_t size = fs::file_size(history, ignored);
-    if (size < from.bytes) throw Damaged();
-    if (from.bytes > 0 && TailHash(history, from.bytes) != source.getColumn(2).getInt64()) {
-      throw Damaged();
-    }
-    if (size == from.bytes) return {};
-    // Results of folders alone may be those of a history that is there again.
-    if (from.bytes == 0 && Count(database, "result") > 0) throw Damaged();
-  }
-  SQLite::Transaction all(database, SQLite::TransactionBehavior::IMMEDIATE);
-  const auto take = [&](std::optional<std::string_view> line, std::size_t number) {
-    const std::string where = fmt::format("{}, line {}", kHistoryFile, number);
-    const auto read = line
-                          ? ParseHistoryLine(*line, where)
-                          : Fail(fmt::format("{}: is longer than {} bytes", where, kMostLineBytes));
-    if (read) return Insert(database, read->first, read->second, std::string(*line));
-    SQLite::Statement skip(database, "INSERT INTO skipped VALUES (?, ?)");
-    skip.bind(1, static_cast<std::int64_t>(number));
-    skip.bind(2, read.error().message);
-    skip.exec();
-  };
-  const auto done = ForEachLine(history, from, take);
+  const LinesRead from = ReadSoFar(database);
+  Update update(database, from);
+  const auto done =
+      ForEachLineSince(history, from, [&update](const Line& line) { update.Take(line); });
   if (!done) return tl::unexpected(done.error());
-  SQLite::Statement note(database, "UPDATE source SET bytes = ?, ended = ?, tail_hash = ?");
-  note.bind(1, static_cast<std::int64_t>(done->bytes));
-  note.bind(2, static_cast<std::int64_t>(done->ended));
-  note.bind(3, TailHash(history, done->bytes));
-  note.exec();
-  all.commit();
+  if (!*done) throw Damaged();
+  update.Finish(**done);
   return {};
 }
 
@@ -235,7 +279,8 @@ std::size_t AddFolders(SQLite::Database& database, const fs::path& recordings) {
     SQLite::Statement known(database, "SELECT 1 FROM result WHERE fingerprint = ?");
     known.bind(1, Fingerprint(*outcome));
     if (known.executeStep()) continue;
-    Insert(database, *outcome, entry.path().string(), HistoryLine(*outcome, entry.path()));
+    Insert(database, *outcome, entry.path().string(), HistoryLine(*outcome, entry.path()),
+           std::nullopt);
     ++added;
   }
   all.commit();
@@ -274,7 +319,9 @@ Result<RebuiltIndex> Build(const fs::path& recordings, const fs::path& index) {
   return rebuilt;
 }
 
-Result<History> Select(SQLite::Database& database, const HistoryQuery& query) {
+/// Hands over the results but the first `given`. Throws Damaged.
+void Select(SQLite::Database& database, const HistoryQuery& query, std::size_t& given,
+            const TakeEntry& take) {
   std::string where = "1";
   std::vector<std::string> texts;
   const auto ask = [&](const char* column, const std::string& text) {
@@ -287,33 +334,43 @@ Result<History> Select(SQLite::Database& database, const HistoryQuery& query) {
   ask("nozzle", query.subject.nozzle);
   ask("filament", query.subject.filament);
   SQLite::Statement rows(database, "SELECT line, line_hash FROM result WHERE " + where +
-                                       " ORDER BY utc DESC, id DESC LIMIT ?");
+                                       " ORDER BY utc DESC, id DESC LIMIT ? OFFSET ?");
+  constexpr std::size_t kAll = std::numeric_limits<std::int64_t>::max();
   int at = 0;
   for (const std::string& text : texts) rows.bind(++at, text);
-  rows.bind(++at, static_cast<std::int64_t>(query.last));
-  History history;
+  rows.bind(++at,
+            static_cast<std::int64_t>(std::min(query.last - std::min(given, query.last), kAll)));
+  rows.bind(++at, static_cast<std::int64_t>(given));
   while (rows.executeStep()) {
     const std::string line = rows.getColumn(0).getString();
     auto read = HashOf(line) == rows.getColumn(1).getInt64()
                     ? ParseHistoryLine(line, std::string(kIndexFile))
                     : Fail("another text than was written");
     if (!read || !Matches(query, read->first)) throw Damaged();
-    history.entries.push_back({std::move(read->first), std::move(read->second)});
+    take({std::move(read->first), std::move(read->second)}, line.size());
+    ++given;
   }
-  SQLite::Statement skipped(database, "SELECT reason FROM skipped ORDER BY line LIMIT ?");
-  skipped.bind(1, static_cast<std::int64_t>(kMostNamed));
-  while (skipped.executeStep()) history.skipped.push_back(skipped.getColumn(0).getString());
-  history.skipped_lines = Count(database, "skipped");
-  return history;
+}
+
+SkippedLines Skipped(SQLite::Database& database) {
+  SkippedLines skipped;
+  SQLite::Statement rows(database, "SELECT reason FROM skipped ORDER BY line LIMIT ?");
+  rows.bind(1, static_cast<std::int64_t>(kMostNamed));
+  while (rows.executeStep()) skipped.named.push_back(rows.getColumn(0).getString());
+  skipped.count = Count(database, "skipped");
+  return skipped;
 }
 
 Result<FileLock> Lock(const fs::path& recordings) {
-  return FileLock::Take(recordings / fmt::format("{}.lock", kIndexFile), "trammel history");
+  constexpr double kPatience_s = 5;
+  return FileLock::TakeWithin(recordings / fmt::format("{}.lock", kIndexFile),
+                              fmt::format("trammel history, process {},", ::getpid()), kPatience_s);
 }
 
 }  // namespace
 
-Result<History> ReadIndexed(const fs::path& recordings, const HistoryQuery& query) {
+Result<SkippedLines> ForEachIndexed(const fs::path& recordings, const HistoryQuery& query,
+                                    const TakeEntry& take) {
   const fs::path index = recordings / kIndexFile;
   const fs::path history = recordings / kHistoryFile;
   std::error_code ignored;
@@ -322,6 +379,7 @@ Result<History> ReadIndexed(const fs::path& recordings, const HistoryQuery& quer
   }
   const auto lock = Lock(recordings);
   if (!lock) return tl::unexpected(lock.error());
+  std::size_t given = 0;
   for (const bool again : {false, true}) {
     const State state = StateOf(index);
     if (state == State::kNewer || state == State::kForeign) {
@@ -333,7 +391,8 @@ Result<History> ReadIndexed(const fs::path& recordings, const HistoryQuery& quer
     try {
       SQLite::Database database = Open(index);
       if (auto read = CatchUp(database, history); !read) return tl::unexpected(read.error());
-      return Select(database, query);
+      Select(database, query, given, take);
+      return Skipped(database);
     } catch (const SQLite::Exception& thrown) {
       if (again || !IsDamage(thrown)) return tl::unexpected(ErrorOf(index, thrown));
     } catch (const Damaged&) {
@@ -341,6 +400,20 @@ Result<History> ReadIndexed(const fs::path& recordings, const HistoryQuery& quer
     }
   }
   return Fail(index.string() + ": does not hold what was just written into it; check the disk");
+}
+
+Result<History> ReadIndexed(const fs::path& recordings, const HistoryQuery& query) {
+  History history;
+  std::size_t bytes = 0;
+  auto skipped = ForEachIndexed(recordings, query, [&](HistoryEntry entry, std::size_t line) {
+    bytes += line;
+    history.cut = history.cut || bytes > kMostHistoryBytes;
+    if (!history.cut) history.entries.push_back(std::move(entry));
+  });
+  if (!skipped) return tl::unexpected(skipped.error());
+  history.skipped = std::move(skipped->named);
+  history.skipped_lines = skipped->count;
+  return history;
 }
 
 Result<RebuiltIndex> RebuildIndex(const fs::path& recordings, const fs::path& index) {

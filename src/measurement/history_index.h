@@ -4,7 +4,10 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.h"
 #include "measurement/history.h"
@@ -15,15 +18,30 @@ namespace trammel::files {
 inline constexpr std::string_view kIndexFile = "history.db";
 
 /// The newest form of the index; SQLite's user_version.
-inline constexpr int kIndexVersion = 2;
+inline constexpr int kIndexVersion = 3;
 
-/// Reads results through the index of a folder of recordings, which is made, migrated from an
-/// older form, brought up to history.jsonl's last line, or rebuilt where it is damaged or
-/// history.jsonl was changed before its end. A damaged one is kept as history.db.damaged. The
-/// newest by their time come first. What `skipped` names are lines of history.jsonl.
+/// Takes a result, and how long its line is.
+using TakeEntry = std::function<void(HistoryEntry entry, std::size_t bytes)>;
+
+/// Lines of history.jsonl that are no result.
+struct SkippedLines {
+  std::vector<std::string> named;  ///< what is wrong with them, at most 10
+  std::size_t count = 0;
+};
+
+/// Hands over results through the index of a folder of recordings, the newest by their time first.
+/// The index is made, migrated from an older form, brought up to history.jsonl's last line, or
+/// rebuilt where it is damaged or history.jsonl was changed anywhere before its end. A damaged one
+/// is kept as history.db.damaged. A last line that nobody has ended yet counts as it stands, and is
+/// read again the next time. Waits some seconds for another process that is at the index.
+/// Memory: a result at a time.
 /// Errors: kInput where there is neither history.jsonl nor an index, where a newer trammel wrote
 /// the index or it is another program's (it stays as it is), not writable, no space; kMachine
-/// where another process is at it. ReadHistory does without the index.
+/// where another process stays at it. ReadHistory does without the index.
+[[nodiscard]] Result<SkippedLines> ForEachIndexed(const std::filesystem::path& recordings,
+                                                  const HistoryQuery& query, const TakeEntry& take);
+
+/// The same as a History. Memory: kMostHistoryBytes of results.
 [[nodiscard]] Result<History> ReadIndexed(const std::filesystem::path& recordings,
                                           const HistoryQuery& query);
 

@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using measurement::Instrument;
 using measurement::Outcome;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -123,6 +124,77 @@ TEST_F(HistoryIndex, AHistoryThatWasChangedBeforeItsEndIsReadAnew) {
   EXPECT_THAT(Lines(), ElementsAre(Line(2)));
 }
 
+TEST_F(HistoryIndex, AChangeFarBeforeTheEndOfTheHistoryIsSeen) {
+  constexpr int kResults = 40;  // 20 kB
+  std::string history;
+  for (int n = 0; n < kResults; ++n) history += Line(n) + "\n";
+  const fs::path path = folder_.path() / kHistoryFile;
+  test::WriteWhole(path, history);
+  ASSERT_EQ(Lines().size(), std::size_t{kResults});
+  const std::string first = Line(0);
+  const std::size_t filament = first.rfind("pla");
+  ASSERT_NE(filament, std::string::npos);
+  const auto kept = fs::last_write_time(path);
+  history.replace(filament, 3, "abs");  // as long as before, and by the clock, too
+  test::WriteWhole(path, history);
+  fs::last_write_time(path, kept);
+  EXPECT_EQ(Lines({.subject = {.filament = "abs"}}).size(), 1u);
+  EXPECT_EQ(Lines().size(), std::size_t{kResults});
+}
+
+// A writer between two writes, or one that was killed and whose line another program completed.
+TEST_F(HistoryIndex, ALineThatIsWrittenInPiecesIsReadWhenItIsWhole) {
+  Add(1);
+  const std::string line = Line(2) + "\n";
+  const fs::path path = folder_.path() / kHistoryFile;
+  const auto append = [&](const std::string& piece) {
+    std::ofstream(path, std::ios::binary | std::ios::app) << piece;
+  };
+  for (std::size_t cut = 1; cut < line.size(); cut += 37) {
+    SCOPED_TRACE(cut);
+    fs::remove(index_);
+    test::WriteWhole(path, Line(1) + "\n" + line.substr(0, cut));
+    const bool whole = cut + 1 == line.size();  // but its line feed
+    EXPECT_EQ(Lines().size(), whole ? 2u : 1u);
+    EXPECT_EQ(ReadIndexed(folder_.path(), {})->skipped_lines, whole ? 0u : 1u);
+    append(line.substr(cut));
+    EXPECT_THAT(Lines(), ElementsAre(Line(2), Line(1)));
+    EXPECT_EQ(ReadIndexed(folder_.path(), {})->skipped_lines, 0u);
+    ASSERT_TRUE(AppendLine(path, Line(3)));
+    EXPECT_THAT(Lines(), ElementsAre(Line(3), Line(2), Line(1)));
+  }
+  append("{\"half\"");
+  EXPECT_THAT(ReadIndexed(folder_.path(), {})->skipped,
+              ElementsAre(AllOf(HasSubstr("line 4"), HasSubstr("not ended yet"))));
+}
+
+TEST_F(HistoryIndex, AResultOfAFolderAloneStandsThereOnceWhenItsLineComes) {
+  Add(1);
+  const fs::path recording = folder_.path() / "r2";
+  fs::create_directory(recording);
+  ASSERT_TRUE(KeepOutcome(recording, Found(2)));
+  ASSERT_EQ(RebuildIndex(folder_.path())->from_folders, 1u);
+  EXPECT_THAT(Lines(), ElementsAre(Line(2), Line(1)));
+  ASSERT_TRUE(AppendLine(folder_.path() / kHistoryFile, Line(2)));
+  EXPECT_THAT(Lines(), ElementsAre(Line(2), Line(1)));
+}
+
+TEST_F(HistoryIndex, HandsOverEachResultOnceWhereTheIndexIsDamagedBelowThem) {
+  constexpr int kResults = 10;
+  for (int n = 0; n < kResults; ++n) Add(n);
+  ASSERT_EQ(Lines().size(), std::size_t{kResults});
+  SQLite::Database(index_.string(), SQLite::OPEN_READWRITE)
+      .exec("UPDATE result SET line = 'x' WHERE id = 4");
+  std::vector<std::string> lines;
+  const auto skipped =
+      ForEachIndexed(folder_.path(), {.last = 8}, [&](const HistoryEntry& entry, std::size_t) {
+        lines.push_back(HistoryLine(entry.outcome, entry.folder));
+      });
+  ASSERT_TRUE(skipped) << skipped.error().message;
+  EXPECT_THAT(lines,
+              ElementsAre(Line(9), Line(8), Line(7), Line(6), Line(5), Line(4), Line(3), Line(2)));
+}
+
 TEST_F(HistoryIndex, AnOlderOneIsMigratedWithAllThatItHas) {
   Add(1);
   ASSERT_EQ(Lines().size(), 1u);
@@ -131,19 +203,27 @@ TEST_F(HistoryIndex, AnOlderOneIsMigratedWithAllThatItHas) {
     database.exec(
         "DROP INDEX result_by_filament; ALTER TABLE result DROP COLUMN printer;"
         "ALTER TABLE result DROP COLUMN nozzle; ALTER TABLE result DROP COLUMN filament;"
+        "ALTER TABLE result DROP COLUMN number; ALTER TABLE source RENAME COLUMN hash TO tail_hash;"
         "UPDATE result SET program = 'by the older one'; PRAGMA user_version = 1");
   }
+  const fs::path away = folder_.path() / "away";
+  fs::rename(folder_.path() / kHistoryFile, away);
   EXPECT_THAT(Lines(), ElementsAre(Line(1)));
   SQLite::Database database(index_.string());
   EXPECT_EQ(database.execAndGet("PRAGMA user_version").getInt(), kIndexVersion);
   EXPECT_EQ(database.execAndGet("SELECT program FROM result").getString(), "by the older one");
+  // It may have taken half a line for a whole one.
+  fs::rename(away, folder_.path() / kHistoryFile);
+  EXPECT_THAT(Lines(), ElementsAre(Line(1)));
+  SQLite::Database anew(index_.string());
+  EXPECT_EQ(anew.execAndGet("SELECT program FROM result").getString(), "trammel 9");
 }
 
 TEST_F(HistoryIndex, ANewerOnesAndOtherProgramsFilesStayAsTheyAre) {
   Add(1);
   ASSERT_EQ(Lines().size(), 1u);
   for (const auto& [change, sentence] :
-       {std::pair{"PRAGMA user_version = 3", "a newer trammel wrote it"},
+       {std::pair{"PRAGMA user_version = 4", "a newer trammel wrote it"},
         std::pair{"PRAGMA application_id = 7", "another program's file"}}) {
     SQLite::Database(index_.string(), SQLite::OPEN_READWRITE).exec(change);
     const auto size = fs::file_size(index_);
