@@ -34,6 +34,12 @@ void AddMaterialOption(CLI::App& command, std::string& material) {
                      "set win");
 }
 
+void TakeMaterial(const std::string& material, files::Config& config) {
+  if (material.empty()) return;
+  config.pattern.material = material;
+  config.options["filament.material"] = "--material";
+}
+
 void AddCameraOption(CLI::App& command, PrinterOptions& options) {
   command.add_option("--camera", options.camera,
                      "stream URL, /dev/videoN, aravis:ID, video file or folder of pictures; @FILE: "
@@ -50,7 +56,7 @@ Result<files::Config> LoadSettings(const PrinterOptions& options) {
       return tl::unexpected(done.error());
     }
   }
-  if (!options.material.empty()) config->pattern.material = options.material;
+  TakeMaterial(options.material, *config);
   if (auto valid = files::ValidateConfig(*config, text->text, text->file); !valid) {
     return tl::unexpected(valid.error());
   }

@@ -34,6 +34,9 @@ void AddPrinterOptions(CLI::App& command, PrinterOptions& options);
 /// --material, for what prints.
 void AddMaterialOption(CLI::App& command, std::string& material);
 
+/// Sets the material that --material named; empty: none.
+void TakeMaterial(const std::string& material, files::Config& config);
+
 /// --camera.
 void AddCameraOption(CLI::App& command, PrinterOptions& options);
 

@@ -117,19 +117,29 @@ Result<void> ValidateConfig(const Config& config, std::string_view text, const s
   auto problem = FindProblem(config.pattern);
   if (!problem) problem = FindProblem(config.scan);
   if (!problem) return {};
-  return tl::unexpected(LocateProblem(*problem, text, file));
+  return tl::unexpected(LocateProblem(*problem, config, text, file));
 }
 
-Error LocateProblem(const settings::SettingProblem& problem, std::string_view text,
-                    const std::string& file) {
+Error LocateProblem(const settings::SettingProblem& problem, const Config& config,
+                    std::string_view text, const std::string& file) {
+  const auto said = [&problem](const std::string& where, const std::string& more) {
+    return Error{ErrorKind::kInput,
+                 fmt::format("{}{}[{}] {}: {}{}", where, where.empty() ? "" : ": ", problem.section,
+                             problem.key, problem.message, more)};
+  };
+  const auto option = config.options.find(problem.section + "." + problem.key);
+  if (option != config.options.end()) return said(option->second, "");
+  std::string others;
+  for (const auto& [key, name] : config.options) {
+    others += fmt::format("{}{}", others.empty() ? "; it goes with " : ", ", name);
+  }
   std::string where = file;
   if (const Result<toml::table> root = ParseToml(text, file)) {
     if (const toml::node* node = root->at_path(problem.section + "." + problem.key).node()) {
       where = At(file, node->source());
     }
   }
-  return {ErrorKind::kInput, fmt::format("{}{}[{}] {}: {}", where, where.empty() ? "" : ": ",
-                                         problem.section, problem.key, problem.message)};
+  return said(where, others);
 }
 
 tool_offset::SheetSettings SheetOf(const Config& config) {
@@ -182,6 +192,7 @@ Result<void> OverrideConfig(std::string_view assignment, Config& config,
   if (const auto fault = SetSetting(*setting, *table.get("value"))) {
     return Fail(fmt::format("--set {}: [{}] {}: {}", name, setting->section, key, *fault));
   }
+  config.options[fmt::format("{}.{}", setting->section, setting->key)] = "--set " + name;
   return {};
 }
 

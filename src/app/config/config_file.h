@@ -1,6 +1,7 @@
 // trammel.toml: the settings of a user's printer, read strictly.
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -17,6 +18,8 @@ struct Config {
   settings::ScanSettings scan;              ///< [moonraker], [camera], [scan]
   tool_offset::SheetSettings sheet;         ///< [tool_offset_pattern]; see SheetOf
   int keys_set = 0;                         ///< how many keys the file gave
+  /// What the command line set, by "section.key": the option, without its value.
+  std::map<std::string, std::string> options = {};
 };
 
 /// The largest configuration that is read.
@@ -28,19 +31,22 @@ inline constexpr std::size_t kMaxConfigBytes = 1u << 20;
 /// section or key is one, with the nearest that exists.
 [[nodiscard]] Result<Config> ParseConfig(std::string_view text, const std::string& file);
 
-/// FindProblem of the pattern and the scan as an error that says where in the file the setting
-/// stands. `text` and `file` are those given to ParseConfig. The sheet is not judged: a bed that is
+/// FindProblem of the pattern and the scan as LocateProblem tells it. `text` and `file` are those
+/// given to ParseConfig. The sheet is not judged: a bed that is
 /// too small for it still prints a pattern.
 [[nodiscard]] Result<void> ValidateConfig(const Config& config, std::string_view text,
                                           const std::string& file);
 
-/// A problem as an error that says where in the file the setting stands.
-[[nodiscard]] Error LocateProblem(const settings::SettingProblem& problem, std::string_view text,
-                                  const std::string& file);
+/// A problem as an error that says where the setting comes from: the option of the command line
+/// that set it, or its place in the file. Where neither did and the command line set others, these
+/// are named, too.
+[[nodiscard]] Error LocateProblem(const settings::SettingProblem& problem, const Config& config,
+                                  std::string_view text, const std::string& file);
 
 /// Sets one key from `key=value` or `section.key=value`, the value as in TOML; quotes round a text
-/// may be left out. Without its section, a key that stands in several is that of `own_section`,
-/// where it has it, or of the first of them. Errors as ParseConfig, beginning with --set.
+/// may be left out. Notes it in `options`. Without its section, a key that stands in several is
+/// that of `own_section`, where it has it, or of the first of them. Errors as ParseConfig,
+/// beginning with --set.
 [[nodiscard]] Result<void> OverrideConfig(std::string_view assignment, Config& config,
                                           std::string_view own_section = {});
 

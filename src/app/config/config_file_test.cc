@@ -20,7 +20,10 @@ namespace {
 
 using pressure_advance::PatternConfig;
 using settings::ScanSettings;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
 
 TEST(ConfigKeys, EachHasItsOwnNameADescriptionAndItsDefaultWithinItsRange) {
   std::set<std::pair<std::string_view, std::string_view>> names;
@@ -223,6 +226,25 @@ TEST(ConfigFile, SaysWhatCannotBeInAScan) {
   const auto config = ParseConfig(fine, "a.toml");
   ASSERT_TRUE(config);
   EXPECT_TRUE(ValidateConfig(*config, fine, "a.toml"));
+}
+
+TEST(ConfigFile, BlamesTheCommandLineForWhatItSet) {
+  const std::string text = "[filament]\nmaterial = \"pla\"\n[printer]\nnozzle_diameter = 0.4\n";
+  const auto problem = [&text](const std::vector<std::string>& assignments) {
+    auto config = ParseConfig(text, "a.toml");
+    EXPECT_TRUE(config);
+    for (const std::string& assignment : assignments) {
+      EXPECT_TRUE(OverrideConfig(assignment, *config)) << assignment;
+    }
+    const auto valid = ValidateConfig(*config, text, "a.toml");
+    return valid ? std::string() : valid.error().message;
+  };
+  EXPECT_EQ(problem({}), "");
+  EXPECT_THAT(problem({"material=plastic"}),
+              AllOf(StartsWith("--set material: [filament] material: \"plastic\""),
+                    Not(HasSubstr("a.toml"))));
+  // The file's own value is at fault only beside what the command line says.
+  EXPECT_THAT(problem({"line_width=5"}), HasSubstr("--set line_width"));
 }
 
 TEST(ConfigFile, SurvivesHostileText) {

@@ -61,6 +61,9 @@ void SetForPhoto(PatternConfig& pattern) {
 
 /// The shortcuts of the command line, over what the file says.
 Result<void> Override(const PatternArguments& arguments, files::Config& config) {
+  const auto came_from = [&config](const std::string& key, const char* option) {
+    config.options["pressure_advance_pattern." + key] = option;
+  };
   if (arguments.photo) SetForPhoto(config.pattern);
   for (const std::string& assignment : arguments.set) {
     if (auto done = files::OverrideConfig(assignment, config); !done) return done;
@@ -77,18 +80,22 @@ Result<void> Override(const PatternArguments& arguments, files::Config& config) 
     }
     config.pattern.columns = grid->first;
     config.pattern.rows = grid->second;
+    came_from("columns", "--grid");
+    came_from("rows", "--grid");
   }
   if (!arguments.segments.empty()) {
     auto segments = ParseSegments(arguments.segments);
     if (!segments) return tl::unexpected(segments.error());
     config.pattern.segments = std::move(*segments);
+    came_from("segments", "--segments");
   }
   if (!arguments.pa.empty()) {
     auto values = ParsePressureAdvances(arguments.pa);
     if (!values) return tl::unexpected(values.error());
     config.pattern.pressure_advances_s = std::move(*values);
+    came_from("pressure_advances", "--pa");
   }
-  if (!arguments.material.empty()) config.pattern.material = arguments.material;
+  TakeMaterial(arguments.material, config);
   if (arguments.idle) config.pattern.finish = pressure_advance::Finish::kIdle;
   return {};
 }
@@ -103,7 +110,7 @@ Result<PatternConfig> Configure(const PatternArguments& arguments) {
     return tl::unexpected(valid.error());
   }
   if (const auto problem = settings::FindTemperatureProblem(config->pattern)) {
-    return tl::unexpected(files::LocateProblem(*problem, text->text, text->file));
+    return tl::unexpected(files::LocateProblem(*problem, *config, text->text, text->file));
   }
   fmt::print("settings   {}\n", text->file);
   return config->pattern;

@@ -66,7 +66,7 @@ Result<void> Override(const OffsetPatternArguments& arguments, files::Config& co
       return done;
     }
   }
-  if (!arguments.material.empty()) config.pattern.material = arguments.material;
+  TakeMaterial(arguments.material, config);
   SheetSettings& sheet = config.sheet;
   if (!arguments.tool_change.empty()) {
     auto gcode = ToolChange(arguments.tool_change);
@@ -97,7 +97,7 @@ Result<SheetSettings> Configure(const OffsetPatternArguments& arguments) {
   auto problem = FindProblem(sheet);
   if (!problem) problem = FindTemperatureProblem(sheet);
   if (problem) {
-    return tl::unexpected(files::LocateProblem(*problem, text->text, text->file));
+    return tl::unexpected(files::LocateProblem(*problem, *config, text->text, text->file));
   }
   fmt::print("settings   {}\n", text->file);
   return sheet;
