@@ -207,6 +207,12 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end) {
     run.end = end.stopped ? RunEnd::kStopped : RunEnd::kFailed;
     run.message = !end.error.empty() ? end.error : fmt::format("exit code {}", end.exit_code);
     words.text = (plan.applies ? "not applied: " : "no calibration: ") + run.message;
+    if (plan.applies && end.killed) {
+      const std::string now = InForce(*plan.kind);
+      run.message += fmt::format("; whether it was applied is not known{}{}: TRAMMEL_APPLY sets it",
+                                 now.empty() ? "" : ", in force is ", now);
+      words.text = run.message;
+    }
     for (const std::string& unrestored : end.unrestored) {
       if (unrestored != end.error) run.message += "; " + unrestored;
     }
@@ -234,12 +240,14 @@ void Desk::ConcludeResult(const Plan& plan, RunRecord run) {
   EndRun(std::move(run), proposal, ProposalWords(*plan.kind, answer->words));
 }
 
+std::string Desk::InForce(const JobKind& kind) const {
+  if (!kind.in_force) return {};
+  const std::lock_guard lock(mutex_);
+  return printer_ != nullptr ? kind.in_force(printer_->LastState()) : std::string();
+}
+
 Desk::Words Desk::ProposalWords(const JobKind& kind, const std::string& answer) const {
-  std::string now;
-  if (kind.in_force) {
-    const std::lock_guard lock(mutex_);
-    if (printer_ != nullptr) now = kind.in_force(printer_->LastState());
-  }
+  const std::string now = InForce(kind);
   return {fmt::format("{}{}{}. Nothing applied: TRAMMEL_APPLY sets it", answer,
                       now.empty() ? "" : ", now ", now),
           procedure::Buttons::kUse};

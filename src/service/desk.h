@@ -113,6 +113,8 @@ class Desk {
   void Hear(const procedure::Progress& progress);
   void Conclude(const Plan& plan, const JobEnd& end);
   void ConcludeResult(const Plan& plan, RunRecord run);
+  /// What the printer says is in force now, in words; empty where it is not told.
+  [[nodiscard]] std::string InForce(const JobKind& kind) const;
   [[nodiscard]] Words ProposalWords(const JobKind& kind, const std::string& answer) const;
   void EndRun(RunRecord run, std::optional<Proposal> proposal, Words words);
   [[nodiscard]] bool Dismiss();

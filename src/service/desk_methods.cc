@@ -273,6 +273,7 @@ RpcAnswer Desk::HistoryAsked(const json& params) const {
     return Ok({{"results", std::move(results)}});  // nothing was measured yet
   }
   auto history = files::ReadIndexed(options_.recordings, *query);
+  if (!history) history = files::ReadHistory(options_.recordings / files::kHistoryFile, *query);
   if (history) {
     const auto added =
         files::AddApplications(options_.state_folder / files::kAppliedFile, *history);

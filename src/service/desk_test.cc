@@ -362,6 +362,21 @@ TEST_F(DeskTest, AnApplicationThatFailsLeavesTheProposal) {
   EXPECT_EQ(Status()["proposal"]["run"], kRun);
 }
 
+// Neither "applied" nor "not applied" would be true.
+TEST_F(DeskTest, OfAnApplicationThatIsKilledItSaysWhatIsInForce) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  Program("kill -9 $$\n");
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_THAT(
+      Status()["run"]["message"].get<std::string>(),
+      HasSubstr("whether it was applied is not known, in force is 0.0450 s: TRAMMEL_APPLY"));
+  EXPECT_EQ(Status()["proposal"]["run"], kRun);
+}
+
 TEST_F(DeskTest, MacrosAskOfferStartAndDrop) {
   Serve();
   CallMacro("trammel_apply");

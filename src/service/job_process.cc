@@ -53,7 +53,8 @@ JobEnd JobProcess::Run(const std::vector<std::string>& words, const Tell& tell, 
   }
   end.exit_code = ended.exit_code;
   end.stopped = ended.exit_code == kInterrupted;
-  if (ended.signal != 0) end.error = fmt::format("its process ended by {}", ended.Words());
+  end.killed = ended.signal != 0;
+  if (end.killed) end.error = fmt::format("its process ended by {}", ended.Words());
   return end;
 }
 
