@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -64,10 +65,21 @@ std::string ApplicationText(const files::Application& application) {
     case files::Application::Step::kApplied:
       return fmt::format("applied {} to {}", application.utc, application.machine);
     case files::Application::Step::kBegun:
-      return fmt::format("about to be applied {} to {}, and not noted whether it was",
-                         application.utc, application.machine);
+      return fmt::format(
+          "about to be applied {} to {}, and not noted whether it was: trammel doctor tells, and "
+          "the next pa apply notes it",
+          application.utc, application.machine);
     case files::Application::Step::kUndone:
       return fmt::format("taken back {} on {}", application.utc, application.machine);
+    case files::Application::Step::kUndoing:
+      return fmt::format(
+          "about to be taken back {} on {}, and not noted whether it was: trammel doctor tells, "
+          "and "
+          "the next pa apply notes it",
+          application.utc, application.machine);
+    case files::Application::Step::kNotInForce:
+      return fmt::format("not in force {} on {}: the run that was about to set it ended early",
+                         application.utc, application.machine);
   }
   return {};
 }
@@ -104,17 +116,24 @@ ordered_json EntryJson(std::size_t number, const HistoryEntry& entry) {
   return json;
 }
 
-/// The newest, with what was applied of them; says on standard error which lines are no results.
-Result<files::History> Read(const HistoryArguments& arguments, std::size_t last) {
+files::HistoryQuery QueryOf(const HistoryArguments& arguments, std::size_t last) {
   files::HistoryQuery query{last, {}, arguments.subject};
   query.instrument = measurement::InstrumentNamed(arguments.instrument);
-  auto history = ReadKept(arguments.path, query);
-  if (!history) return history;
-  for (const std::string& why : history->skipped) fmt::print(stderr, "passed over: {}\n", why);
-  if (history->skipped_lines > history->skipped.size()) {
-    fmt::print(stderr, "passed over: {} more lines\n",
-               history->skipped_lines - history->skipped.size());
+  return query;
+}
+
+void SaySkipped(const files::SkippedLines& skipped) {
+  for (const std::string& why : skipped.named) fmt::print(stderr, "passed over: {}\n", why);
+  if (skipped.count > skipped.named.size()) {
+    fmt::print(stderr, "passed over: {} more lines\n", skipped.count - skipped.named.size());
   }
+}
+
+/// The newest, with what was applied of them; says on standard error which lines are no results.
+Result<files::History> Read(const HistoryArguments& arguments, std::size_t last) {
+  auto history = ReadKept(arguments.path, QueryOf(arguments, last));
+  if (!history) return history;
+  SaySkipped({history->skipped, history->skipped_lines});
   const auto state = files::StateFolder();
   if (!state) return tl::unexpected(state.error());
   if (auto added = files::AddApplications(*state / files::kAppliedFile, *history); !added) {
@@ -164,10 +183,17 @@ int RunShow(const HistoryArguments& arguments) {
     return kExitGood;
   }
   fmt::print("{}", EntryText(arguments.number, entry, entry.outcome.answers.size()));
-  const auto drift = DriftOf(arguments.path, entry.outcome);
-  if (!drift) return PrintError(drift.error());
-  for (const measurement::Change& change : *drift) {
+  const auto earlier = CompareWithEarlier(arguments.path, entry.outcome);
+  if (!earlier) return PrintError(earlier.error());
+  for (const measurement::Change& change : earlier->drift) {
     fmt::print("     {}: {}\n", change.name, DriftText(change));
+  }
+  for (const measurement::Creep& creep : earlier->creep) {
+    fmt::print("     {}: {}\n", creep.name, CreepText(creep, earlier->applied_utc));
+  }
+  if (earlier->other_analyses > 0) {
+    fmt::print("     {} more of this recording in the history, by other analyses\n",
+               earlier->other_analyses);
   }
   for (const std::string& source : entry.outcome.provenance.sources) {
     fmt::print("     from {}\n", source);
@@ -258,16 +284,20 @@ int RunCompare(const HistoryArguments& arguments) {
 }
 
 int RunExport(const HistoryArguments& arguments) {
-  auto history = Read(arguments, kMost + 1);
-  if (!history) return PrintError(history.error());
-  if (history->entries.size() > kMost) {
-    history->entries.pop_back();
-    fmt::print(stderr,
-               "these are the newest {}: choose by --printer, --filament, --nozzle or --instrument "
-               "for what lies before\n",
-               kMost);
-  }
-  std::fputs(HistoryTable(history->entries).c_str(), stdout);
+  const auto state = files::StateFolder();
+  if (!state) return PrintError(state.error());
+  const auto applied = files::AllApplications(*state / files::kAppliedFile);
+  if (!applied) return PrintError(applied.error());
+  std::fputs(kHistoryColumns, stdout);
+  const auto skipped =
+      ForEachKept(arguments.path, QueryOf(arguments, std::numeric_limits<std::size_t>::max()),
+                  [&applied](files::HistoryEntry entry, std::size_t /*bytes*/) {
+                    const auto found = applied->find(files::Fingerprint(entry.outcome));
+                    if (found != applied->end()) entry.applied = found->second;
+                    std::fputs(HistoryRows(entry).c_str(), stdout);
+                  });
+  if (!skipped) return PrintError(skipped.error());
+  SaySkipped(*skipped);
   return kExitGood;
 }
 

@@ -1,8 +1,11 @@
 // trammel history over results as recordings keep them.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "files/new_file.h"
 #include "measurement/history.h"
@@ -149,13 +152,85 @@ TEST_F(HistoryCommand, ShowsHowAResultDiffersFromEarlierOnesOfTheSameThing) {
   for (const double value : {0.036, 0.0365, 0.0355, 0.044}) {
     outcome.provenance.utc[9] += 1;
     outcome.answers[0].value = Measured::Good({value, 0.0006, {value - 0.0012, value + 0.0012}});
-    Keep(files::HistoryLine(outcome, "recordings/a"));
+    Keep(files::HistoryLine(outcome, "recordings/" + outcome.provenance.utc));
   }
   EXPECT_THAT(
       History("show 1").standard_output,
       AllOf(HasSubstr("pressure_advance: +0.0080 s (95 %: "),
             HasSubstr("): it has changed against 0.0360 s, the mean of 3 earlier results")));
   EXPECT_THAT(History("show 2").standard_output, Not(HasSubstr("earlier results")));
+}
+
+// Each step is a third of what one result may be off by.
+TEST_F(HistoryCommand, SaysThatResultsCreepSinceTheOneThatWasApplied) {
+  Outcome outcome = PressureAdvance();
+  outcome.subject = {"printer.local:7125", "0.40", "PLA"};
+  std::filesystem::create_directories(folder_.path() / "state/trammel");
+  for (int i = 0; i < 16; ++i) {
+    const int steps = std::max(0, i - 4);  // it stayed until the fifth
+    const double value = 0.036 + 0.0004 * steps + (i % 2 == 0 ? 0.0002 : -0.0002);
+    outcome.provenance.utc = fmt::format("2026-01-{:02}T00:00:00Z", i + 1);
+    outcome.answers[0].value = Measured::Good({value, 0.0006, {value - 0.0012, value + 0.0012}});
+    Keep(files::HistoryLine(outcome, fmt::format("recordings/r{}", i)));
+    if (i != 4) continue;
+    ASSERT_TRUE(files::NoteApplication(folder_.path() / "state/trammel/applied.jsonl", outcome,
+                                       {"2026-01-05T01:00:00Z", "http://printer.local:7125"}));
+  }
+  EXPECT_THAT(History("show 1").standard_output,
+              HasSubstr("along 12 results since that of 2026-01-05T00:00:00Z, which was applied: "
+                        "it creeps"));
+  EXPECT_THAT(History("show 12").standard_output, Not(HasSubstr("creeps")));
+}
+
+TEST_F(HistoryCommand, AnotherAnalysisOfARecordingIsNoOtherMeasurement) {
+  Outcome outcome = PressureAdvance();
+  outcome.subject = {"printer.local", "0.40", "PLA"};
+  for (int i = 0; i < 6; ++i) {
+    outcome.provenance.utc = fmt::format("2026-01-{:02}T00:00:00Z", i + 1);
+    Keep(files::HistoryLine(outcome, i % 2 == 0 ? "recordings/a" : "recordings/a/"));
+  }
+  const std::string shown = History("show 1").standard_output;
+  EXPECT_THAT(shown, Not(HasSubstr("earlier results")));
+  EXPECT_THAT(shown, HasSubstr("5 more of this recording in the history, by other analyses"));
+}
+
+TEST_F(HistoryCommand, SaysWhatARunLeftOpenAndWhatBecameOfIt) {
+  using Step = files::Application::Step;
+  const auto applied = folder_.path() / "state/trammel/applied.jsonl";
+  std::filesystem::create_directories(applied.parent_path());
+  Keep(files::HistoryLine(PressureAdvance(), "recordings/a"));
+  const auto note = [&](const std::string& utc, Step step) {
+    ASSERT_TRUE(files::NoteApplication(applied, PressureAdvance(),
+                                       {utc, "printer.local", step, 0.031, 0.036}));
+  };
+  note("t1", Step::kBegun);
+  EXPECT_THAT(History("list").standard_output,
+              HasSubstr("about to be applied t1 to printer.local, and not noted whether it was: "
+                        "trammel doctor tells"));
+  note("t2", Step::kNotInForce);
+  EXPECT_THAT(History("list").standard_output, HasSubstr("not in force t2 on printer.local"));
+  note("t3", Step::kBegun);
+  note("t4", Step::kApplied);
+  note("t5", Step::kUndoing);
+  EXPECT_THAT(History("list").standard_output, HasSubstr("about to be taken back t5"));
+  note("t6", Step::kApplied);  // it was not
+  EXPECT_THAT(History("list").standard_output, HasSubstr("good  applied t6"));
+}
+
+TEST_F(HistoryCommand, ExportsAllHoweverMany) {
+  constexpr int kResults = 10'050;
+  Outcome outcome = PressureAdvance();
+  std::string history;
+  for (int i = 0; i < kResults; ++i) {
+    outcome.provenance.utc =
+        fmt::format("2026-01-{:02}T{:02}:{:02}:00Z", 1 + i / 1440, i / 60 % 24, i % 60);
+    history += files::HistoryLine(outcome, "recordings/a") + "\n";
+  }
+  WriteWhole(folder_.path() / "recordings/history.jsonl", history);
+  const CommandResult exported = History("export");
+  EXPECT_EQ(exported.exit_code, 0) << exported.standard_error;
+  EXPECT_EQ(std::ranges::count(exported.standard_output, '\n'), kResults + 1);
+  EXPECT_EQ(exported.standard_error, "");
 }
 
 TEST_F(HistoryCommand, DoesWithoutAnIndexThatItCannotUseAndRebuildsOneWhereAsked) {

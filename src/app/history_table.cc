@@ -18,33 +18,28 @@ std::string Cell(std::string_view text) {
 
 }  // namespace
 
-std::string HistoryTable(std::span<const files::HistoryEntry> entries) {
-  std::string table =
-      "utc,instrument,printer,nozzle,filament,name,unit,verdict,value,standard_uncertainty,"
-      "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder\n";
-  for (const files::HistoryEntry& entry : entries) {
-    const auto& [provenance, answers, notices, subject] = entry.outcome;
-    for (const measurement::Answer& answer : answers) {
-      std::string numbers = ",,,";
-      if (answer.value.good()) {
-        const Quantity& quantity = answer.value.quantity();
-        numbers = fmt::format("{},{},{},{}", quantity.value, quantity.standard_uncertainty,
-                              quantity.interval95.lo, quantity.interval95.hi);
-      }
-      const auto applied = std::find_if(
-          entry.applied.rbegin(), entry.applied.rend(),
-          [](const auto& each) { return each.step == files::Application::Step::kApplied; });
-      const files::Application last =
-          applied == entry.applied.rend() ? files::Application{} : *applied;
-      table += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", Cell(provenance.utc),
-                           ToString(provenance.instrument), Cell(subject.printer),
-                           Cell(subject.nozzle), Cell(subject.filament), Cell(answer.name),
-                           Cell(answer.unit), ToString(answer.value.verdict()), numbers,
-                           Cell(answer.value.reason()), Cell(last.utc), Cell(last.machine),
-                           Cell(provenance.program), Cell(entry.folder));
+std::string HistoryRows(const files::HistoryEntry& entry) {
+  const auto& [provenance, answers, notices, subject] = entry.outcome;
+  const auto applied = std::find_if(
+      entry.applied.rbegin(), entry.applied.rend(),
+      [](const auto& each) { return each.step == files::Application::Step::kApplied; });
+  const files::Application last = applied == entry.applied.rend() ? files::Application{} : *applied;
+  std::string rows;
+  for (const measurement::Answer& answer : answers) {
+    std::string numbers = ",,,";
+    if (answer.value.good()) {
+      const Quantity& quantity = answer.value.quantity();
+      numbers = fmt::format("{},{},{},{}", quantity.value, quantity.standard_uncertainty,
+                            quantity.interval95.lo, quantity.interval95.hi);
     }
+    rows += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", Cell(provenance.utc),
+                        ToString(provenance.instrument), Cell(subject.printer),
+                        Cell(subject.nozzle), Cell(subject.filament), Cell(answer.name),
+                        Cell(answer.unit), ToString(answer.value.verdict()), numbers,
+                        Cell(answer.value.reason()), Cell(last.utc), Cell(last.machine),
+                        Cell(provenance.program), Cell(entry.folder));
   }
-  return table;
+  return rows;
 }
 
 }  // namespace trammel::app

@@ -1,15 +1,19 @@
 // Results as a table for other programs.
 #pragma once
 
-#include <span>
 #include <string>
 
 #include "measurement/history.h"
 
 namespace trammel::app {
 
-/// As CSV, an answer a row under a line of names; numbers are empty unless the verdict
-/// is good. Texts that a spreadsheet would take for a formula get an apostrophe before them.
-[[nodiscard]] std::string HistoryTable(std::span<const files::HistoryEntry> entries);
+/// The names of the columns, a line of CSV.
+inline constexpr const char* kHistoryColumns =
+    "utc,instrument,printer,nozzle,filament,name,unit,verdict,value,standard_uncertainty,"
+    "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder\n";
+
+/// A result as CSV, an answer a row; numbers are empty unless the verdict is good. Texts that a
+/// spreadsheet would take for a formula get an apostrophe before them.
+[[nodiscard]] std::string HistoryRows(const files::HistoryEntry& entry);
 
 }  // namespace trammel::app

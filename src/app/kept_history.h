@@ -7,7 +7,9 @@
 
 #include "base/result.h"
 #include "measurement/change.h"
+#include "measurement/creep.h"
 #include "measurement/history.h"
+#include "measurement/history_index.h"
 
 namespace trammel::app {
 
@@ -17,14 +19,31 @@ namespace trammel::app {
 [[nodiscard]] Result<files::History> ReadKept(const std::filesystem::path& path,
                                               const files::HistoryQuery& query);
 
-/// Compares a result with the last 100 before it of the same instrument, printer, nozzle and
-/// filament. Empty where too few of them are kept, or nothing is noted of what was measured.
-/// Errors: those of ReadKept.
-[[nodiscard]] Result<std::vector<measurement::Change>> DriftOf(const std::filesystem::path& path,
-                                                               const measurement::Outcome& now);
+/// Hands over a folder's results through its index, however many; from history.jsonl itself, and
+/// then kMostHistoryBytes of them, where that cannot be used: standard error is told so, and where
+/// older ones are left out. Errors: those of files::ReadHistory.
+[[nodiscard]] Result<files::SkippedLines> ForEachKept(const std::filesystem::path& path,
+                                                      const files::HistoryQuery& query,
+                                                      const files::TakeEntry& take);
 
-/// Prints what DriftOf finds: the one answer, or of several those that changed. Says nothing where
-/// it cannot: the answer stands without it.
+/// How a result differs from the earlier ones of the same instrument, printer, nozzle and filament.
+struct AgainstEarlier {
+  /// Against the mean of the last 100 of them.
+  std::vector<measurement::Change> drift;
+  /// Of the quantities that creep, along them from the last one that was applied on, at most 1000.
+  std::vector<measurement::Creep> creep;
+  std::string applied_utc;  ///< of that one; empty: none of them was applied
+  int other_analyses = 0;   ///< of the same recording: not independent, and so not among them
+};
+
+/// Compares a result with the earlier ones, of each recording its newest analysis, in the order in
+/// which the recordings were first analysed. Empty where too few of them are kept, or nothing is
+/// noted of what was measured. Errors: those of ReadKept.
+[[nodiscard]] Result<AgainstEarlier> CompareWithEarlier(const std::filesystem::path& path,
+                                                        const measurement::Outcome& now);
+
+/// Prints what CompareWithEarlier finds: the one answer, or of several those that changed, and what
+/// creeps. Says nothing where it cannot: the answer stands without it.
 void PrintDrift(const std::filesystem::path& recordings, const measurement::Outcome& now);
 
 /// "+0.0017 s (95 %: -0.0004 to +0.0038 s)" and whether that is a change: of Compare.
@@ -32,5 +51,9 @@ void PrintDrift(const std::filesystem::path& recordings, const measurement::Outc
 
 /// The same against the mean of how many earlier results: of Drift.
 [[nodiscard]] std::string DriftText(const measurement::Change& change);
+
+/// "+0.0080 s (95 %: +0.0050 to +0.0110 s) along 12 results since …", and what to do.
+[[nodiscard]] std::string CreepText(const measurement::Creep& creep,
+                                    const std::string& applied_utc);
 
 }  // namespace trammel::app
