@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <vector>
 
 #include "app/provenance.h"
 #include "base/url_secrets.h"
@@ -55,46 +56,139 @@ void NoteApplied(const AppliedValue& applied) {
   }
 }
 
-Result<Undoing> LastToUndo(Instrument instrument, const std::string& machine,
-                           std::optional<double> now) {
+namespace {
+
+using Step = Application::Step;
+
+constexpr double kSame = 0.0001;  // values are sent with four decimals
+
+bool AreSame(const std::optional<double>& a, const std::optional<double>& b) {
+  return a && b && std::abs(*a - *b) <= kSame;
+}
+
+/// What is noted of the machine, the oldest first.
+Result<std::vector<files::NotedApplication>> NotedOf(Instrument instrument,
+                                                     const std::string& machine) {
   const auto path = AppliedFile();
   if (!path) return tl::unexpected(path.error());
   const std::string name = procedure::PrinterName(machine);
-  auto noted = files::Applications(*path, instrument, [&](const std::string& address) {
+  return files::Applications(*path, instrument, [&name](const std::string& address) {
     return procedure::PrinterName(address) == name;
   });
+}
+
+std::string ValueText(const std::optional<double>& value) {
+  return value ? fmt::format("{:.4f} s", *value) : "a value";
+}
+
+/// What became of it, as far as what is in force tells.
+Step FoundStep(const Application& open, double now) {
+  if (AreSame(open.value, now)) return Step::kApplied;
+  return open.step == Step::kUndoing && AreSame(open.before, now) ? Step::kUndone
+                                                                  : Step::kNotInForce;
+}
+
+std::string SettledText(const Application& open, Step found, double now) {
+  const bool undo = open.step == Step::kUndoing;
+  const std::string run = fmt::format(
+      "pa apply{} of {} ended before it noted what it did: ", undo ? " --undo" : "", open.utc);
+  const std::string in_force = fmt::format("{} is in force", ValueText(now));
+  if (found == Step::kUndone) return run + in_force + ", as before: it was taken back";
+  if (found == Step::kApplied && undo) {
+    return run + in_force + " still: call pa apply --undo again to take it back";
+  }
+  if (found == Step::kApplied) {
+    return run + in_force +
+           ", as it was told; where it was to be kept for a filament or in Spoolman, apply it "
+           "again";
+  }
+  return run + in_force +
+         (AreSame(open.before, now)
+              ? fmt::format(", as before, and not {}: apply that again where it is wanted",
+                            ValueText(open.value))
+              : fmt::format(", which is neither {} nor {} as before: somebody set it since, or the "
+                            "printer was restarted; apply again what is wanted",
+                            ValueText(open.value), ValueText(open.before)));
+}
+
+}  // namespace
+
+Result<std::string> SettleUnfinished(Instrument instrument, const std::string& machine,
+                                     std::optional<double> now, bool note) {
+  const auto noted = NotedOf(instrument, machine);
   if (!noted) return tl::unexpected(noted.error());
-  constexpr double kSame = 0.0001;  // values are sent with four decimals
-  const auto in_force = [&](const std::optional<double>& value) {
-    return now && value && std::abs(*now - *value) <= kSame;
-  };
+  if (noted->empty() || !files::IsUnfinished(noted->back().application)) return std::string();
+  const Application& open = noted->back().application;
+  if (!now) {
+    return fmt::format(
+        "pa apply of {} ended before it noted what it did, and the printer does not tell what is "
+        "in force: apply again what is wanted",
+        open.utc);
+  }
+  const Step found = FoundStep(open, *now);
+  if (note) {
+    const auto path = AppliedFile();
+    if (!path) return tl::unexpected(path.error());
+    auto kept =
+        files::NoteApplication(*path, instrument, noted->back().fingerprint,
+                               {UtcNow(), WithoutSecrets(machine), found, open.before, open.value});
+    if (auto noted_now = OrNothingSet(kept); !noted_now) return tl::unexpected(noted_now.error());
+  }
+  return SettledText(open, found, *now);
+}
+
+Result<Undoing> LastToUndo(Instrument instrument, const std::string& machine,
+                           std::optional<double> now) {
+  auto noted = NotedOf(instrument, machine);
+  if (!noted) return tl::unexpected(noted.error());
   while (!noted->empty()) {
     const Application& last = noted->back().application;
     const bool never_set =
-        last.step == Application::Step::kBegun && in_force(last.before) && !in_force(last.value);
+        last.step == Step::kNotInForce ||
+        (last.step == Step::kBegun && AreSame(last.before, now) && !AreSame(last.value, now));
     if (!never_set) break;
     noted->pop_back();
   }
+  const std::string name = procedure::PrinterName(machine);
   if (noted->empty()) {
+    const auto path = AppliedFile();
     return Fail(fmt::format("{} notes no value that was set on {}: name the one to set",
-                            path->string(), name));
+                            path ? path->string() : "nothing", name));
   }
   const Application& application = noted->back().application;
   if (!application.before) {
     return Fail(fmt::format("what was in force on {} before {} was not told: name the value to set",
                             name, application.utc));
   }
-  return Undoing{*application.before, application.value, application.utc,
-                 application.step == Application::Step::kUndone, noted->back().fingerprint};
+  const bool undone = application.step == Step::kUndone ||
+                      (application.step == Step::kUndoing && AreSame(application.before, now));
+  return Undoing{*application.before, application.value, application.utc, undone,
+                 noted->back().fingerprint};
 }
 
-Result<void> NoteUndone(Instrument instrument, const std::string& machine, const Undoing& undoing) {
+namespace {
+
+Result<void> NoteUndo(Instrument instrument, const std::string& machine, const Undoing& undoing,
+                      Step step) {
   const auto path = AppliedFile();
   if (!path) return tl::unexpected(path.error());
-  return OrNothingSet(
-      files::NoteApplication(*path, instrument, undoing.fingerprint,
-                             {UtcNow(), WithoutSecrets(machine), Application::Step::kUndone,
-                              undoing.before, undoing.value}));
+  return files::NoteApplication(
+      *path, instrument, undoing.fingerprint,
+      {UtcNow(), WithoutSecrets(machine), step, undoing.before, undoing.value});
+}
+
+}  // namespace
+
+Result<void> NoteUndoing(Instrument instrument, const std::string& machine,
+                         const Undoing& undoing) {
+  return OrNothingSet(NoteUndo(instrument, machine, undoing, Step::kUndoing));
+}
+
+void NoteUndone(Instrument instrument, const std::string& machine, const Undoing& undoing) {
+  if (const auto noted = NoteUndo(instrument, machine, undoing, Step::kUndone); !noted) {
+    fmt::print(stderr, "trammel: taken back, but not noted for trammel history: {}\n",
+               noted.error().message);
+  }
 }
 
 }  // namespace trammel::app

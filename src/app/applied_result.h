@@ -26,12 +26,21 @@ struct AppliedValue {
 /// it cannot be noted: what was set stays set.
 void NoteApplied(const AppliedValue& applied);
 
+/// What became of a value that was about to be set on a machine, or taken back, where the run ended
+/// before it noted that: what is in force, and what to do. Empty where nothing is open.
+/// @param now   in force on the machine; absent: not told, and then nothing is noted
+/// @param note  notes what it finds, too. REQUIRES the machine's lock then.
+/// Errors: kInput where it cannot be read or noted.
+[[nodiscard]] Result<std::string> SettleUnfinished(measurement::Instrument instrument,
+                                                   const std::string& machine,
+                                                   std::optional<double> now, bool note);
+
 /// What was in force before the last value of an instrument was set on a machine.
 struct Undoing {
   double before = 0;
   std::optional<double> value = {};  ///< what was set
   std::string utc;                   ///< when
-  bool undone = false;               ///< it was taken back, or was about to be
+  bool undone = false;               ///< it was taken back
   std::string fingerprint;           ///< of the result; empty: of none
 };
 
@@ -43,7 +52,11 @@ struct Undoing {
                                          const std::string& machine, std::optional<double> now);
 
 /// Notes, on the disk, that the last value is about to be taken back. Errors: as NoteBegun.
-[[nodiscard]] Result<void> NoteUndone(measurement::Instrument instrument,
-                                      const std::string& machine, const Undoing& undoing);
+[[nodiscard]] Result<void> NoteUndoing(measurement::Instrument instrument,
+                                       const std::string& machine, const Undoing& undoing);
+
+/// Notes that it was taken back, now. Says on standard error where it cannot be noted.
+void NoteUndone(measurement::Instrument instrument, const std::string& machine,
+                const Undoing& undoing);
 
 }  // namespace trammel::app

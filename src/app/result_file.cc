@@ -1,6 +1,7 @@
 #include "app/result_file.h"
 
 #include "files/new_file.h"
+#include "measurement/history.h"
 #include "measurement/outcome_file.h"
 
 namespace trammel::app {
@@ -9,12 +10,19 @@ OutputFile OutputOf(const std::filesystem::path& path, const ResultFile& result)
   return {path, files::ToJson(result.outcome, result.details)};
 }
 
-Result<void> KeepInRecording(const std::filesystem::path& folder, const ResultFile& result) {
-  if (auto kept = files::KeepOutcome(folder, result.outcome, result.details); !kept) return kept;
+Result<void> ListInHistory(const std::filesystem::path& folder,
+                           const measurement::Outcome& outcome) {
   auto whole = std::filesystem::absolute(folder).lexically_normal();
   if (!whole.has_filename()) whole = whole.parent_path();  // "folder/" and "."
-  return files::AppendLine(whole.parent_path() / files::kHistoryFile,
-                           files::HistoryLine(result.outcome, folder));
+  const std::filesystem::path history = whole.parent_path() / files::kHistoryFile;
+  const auto listed = files::HistoryHolds(history, outcome);
+  if (!listed) return tl::unexpected(listed.error());
+  return *listed ? Result<void>() : files::AppendLine(history, files::HistoryLine(outcome, folder));
+}
+
+Result<void> KeepInRecording(const std::filesystem::path& folder, const ResultFile& result) {
+  if (auto kept = files::KeepOutcome(folder, result.outcome, result.details); !kept) return kept;
+  return ListInHistory(folder, result.outcome);
 }
 
 }  // namespace trammel::app

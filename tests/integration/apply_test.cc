@@ -4,11 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cmath>
-#include <csignal>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -16,18 +13,26 @@
 #include <thread>
 #include <vector>
 
-#include "base/random.h"
+#include "apply_kills.h"
+#include "files/file_lock.h"
 #include "machine_shop.h"
 #include "measurement/history.h"
 #include "measurement/outcome_file.h"
+#include "session/dead_run.h"
+#include "session/run_journal.h"
 #include "sim/moonraker/spoolman.h"
+#include "support/lag_recording.h"
 
 namespace trammel::test {
 namespace {
 
+using files::Application;
+using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
-class Apply : public testing::Test {
+class Apply : public ::testing::Test {
  protected:
   static ShopOptions WithoutCamera() {
     ShopOptions options;
@@ -40,8 +45,22 @@ class Apply : public testing::Test {
     return shop_.Run(words);
   }
   [[nodiscard]] double InForce() const { return shop_.Look().settings.at("pressure advance"); }
+  [[nodiscard]] std::vector<files::NotedApplication> Noted() const {
+    const auto noted =
+        files::Applications(state_ / files::kAppliedFile, measurement::Instrument::kPressureAdvance,
+                            [](const std::string&) { return true; });
+    return noted ? *noted : std::vector<files::NotedApplication>();
+  }
+  /// The newest first, with what was applied of them.
+  [[nodiscard]] std::vector<files::HistoryEntry> History() const {
+    auto history = files::ReadHistory(shop_.folder() / files::kHistoryFile, {});
+    if (!history) return {};
+    EXPECT_TRUE(files::AddApplications(state_ / files::kAppliedFile, *history));
+    return history->entries;
+  }
 
   MachineShop shop_{WithoutCamera()};
+  std::filesystem::path state_ = shop_.folder() / "state/trammel";
 };
 
 TEST_F(Apply, UndoBringsBackWhatWasInForceAndNothingTwice) {
@@ -105,8 +124,8 @@ TEST_F(Apply, AResultIsNotKeptForAnotherFilament) {
   EXPECT_EQ(InForce(), before_s);
   const ProcessEnd applied = Run({"petg"});
   EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
-  EXPECT_THAT(applied.standard_output, testing::AllOf(HasSubstr("measured on voron.local"),
-                                                      HasSubstr("with a nozzle of 0.60 mm")));
+  EXPECT_THAT(applied.standard_output,
+              AllOf(HasSubstr("measured on voron.local"), HasSubstr("with a nozzle of 0.60 mm")));
 }
 
 class ApplyToSpool : public Apply {
@@ -205,42 +224,141 @@ TEST_F(ApplyToSpool, SaysThatAnotherProgramWroteAtTheSameTime) {
   EXPECT_THAT(end.standard_output, HasSubstr("not in Spoolman"));
 }
 
-// Twelve kills, or as many as TRAMMEL_APPLY_KILLS says.
-TEST_F(Apply, KilledAtAnyMomentLeavesTheOldValueOrTheNewOneAndARecordOfIt) {
-  const char* const more = std::getenv("TRAMMEL_APPLY_KILLS");
-  const int kills = more == nullptr ? 12 : std::atoi(more);
-  constexpr std::uint64_t kSeed = 61;
-  Random random(kSeed);
-  double old_s = 0.03;
-  const ProcessEnd whole = Run({"0.0300"});
-  ASSERT_EQ(whole.exit_code, 0) << whole.standard_error;
-  int set = 0;
-  for (int kill = 0; kill < kills; ++kill) {
-    SCOPED_TRACE(fmt::format("seed {}, kill {}", kSeed, kill));
-    const double new_s = 0.0301 + 0.0001 * kill;
-    TrammelProcess process(
-        {"pa", "apply", fmt::format("{:.4f}", new_s), "--printer", shop_.address()},
-        shop_.folder());
-    std::this_thread::sleep_for(
-        std::chrono::duration<double>(random.Uniform(0, 1.1 * whole.elapsed_s)));
-    process.Send(SIGKILL);
-    (void)process.Wait(10);
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // what was sent comes into force
-    const double now_s = InForce();
-    const bool is_new = std::abs(now_s - new_s) < 1e-6;
-    EXPECT_TRUE(is_new || std::abs(now_s - old_s) < 1e-6) << now_s;
-    if (is_new) {
-      ++set;
-      const auto noted = files::Applications(shop_.folder() / "state/trammel/applied.jsonl",
-                                             measurement::Instrument::kPressureAdvance,
-                                             [](const std::string&) { return true; });
-      ASSERT_TRUE(noted && !noted->empty());
-      EXPECT_NEAR(noted->back().application.value.value_or(0), new_s, 1e-9);
-      EXPECT_NEAR(noted->back().application.before.value_or(0), old_s, 1e-6);
+TEST(ApplyKilled, AtAnyMomentLeavesTheOldValueOrTheNewOneAndARecordOfIt) {
+  const KilledApplies killed = KillApplies(15, 61);
+  std::printf("of 15 killed runs %d had noted nothing, %d were open, %d were noted to their end\n",
+              killed.unnoted, killed.open, killed.finished);
+}
+
+TEST_F(Apply, OfTwoAtOnceEachIsNotedAsItCameIntoForce) {
+  ASSERT_EQ(Run({"0.0310"}).exit_code, 0);
+  for (int round = 0; round < 5; ++round) {
+    SCOPED_TRACE(round);
+    std::vector<std::unique_ptr<TrammelProcess>> both;
+    for (const double base_s : {0.0410, 0.0510}) {
+      both.push_back(std::make_unique<TrammelProcess>(
+          std::vector<std::string>{"pa", "apply", fmt::format("{:.4f}", base_s + 0.0001 * round),
+                                   "--printer", shop_.address()},
+          shop_.folder()));
     }
-    old_s = now_s;
+    for (const auto& process : both) {
+      const ProcessEnd end = process->Wait(30);
+      EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+    }
+    const auto noted = Noted();
+    ASSERT_GE(noted.size(), 2u);
+    for (std::size_t i = 1; i < noted.size(); ++i) {
+      EXPECT_EQ(noted[i].application.step, Application::Step::kApplied);
+      EXPECT_NEAR(noted[i].application.before.value_or(0),
+                  noted[i - 1].application.value.value_or(1), 1e-6);
+    }
+    EXPECT_NEAR(noted.back().application.value.value_or(0), InForce(), 1e-6);
   }
-  std::printf("%d of %d killed runs had set their value\n", set, kills);
+}
+
+TEST_F(Apply, NamesWhoeverHasThePrinterAndSetsNothing) {
+  ASSERT_EQ(Run({"0.0310"}).exit_code, 0);
+  const auto lock = files::FileLock::Take(
+      files::LockPath(state_, procedure::PlainAddress(shop_.address())), "process 5, since noon,");
+  ASSERT_TRUE(lock) << lock.error().message;
+  const ProcessEnd refused = Run({"0.0470"});
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.standard_error, HasSubstr("process 5, since noon, holds"));
+  EXPECT_EQ(Run({"0.0470", "--dry-run"}).exit_code, 0);
+  EXPECT_NEAR(InForce(), 0.031, 1e-6);
+  EXPECT_EQ(Noted().size(), 1u);
+}
+
+// Else the next run would bring back its value over what is set now.
+TEST_F(Apply, EndsFirstWhatADeadRunLeft) {
+  ASSERT_EQ(Run({"0.0310"}).exit_code, 0);
+  shop_.Script("SAVE_GCODE_STATE NAME=trammel_dead1\nSET_PRESSURE_ADVANCE ADVANCE=0.02");
+  const std::string address = procedure::PlainAddress(shop_.address());
+  files::RunJournal journal;
+  journal.run = "dead1";
+  journal.address = address;
+  journal.started = "yesterday";
+  journal.pressure_advance_s = 0.031;
+  ASSERT_TRUE(files::WriteJournal(files::JournalPath(state_, address), journal));
+  const ProcessEnd applied = Run({"0.0470"});
+  EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
+  EXPECT_THAT(applied.standard_error, HasSubstr("the run of yesterday died here"));
+  EXPECT_THAT(applied.standard_output, HasSubstr("0.0310  ->  0.0470 s"));
+  EXPECT_NEAR(InForce(), 0.047, 1e-6);
+  EXPECT_FALSE(std::filesystem::exists(files::JournalPath(state_, address)));
+}
+
+// A new analysis of an old recording is a result of its own.
+TEST_F(Apply, ANewAnalysisIsListedAndNotedAsSuch) {
+  const auto folder = shop_.folder() / "rec";
+  std::filesystem::create_directory(folder);
+  WriteRecording({}, folder);
+  const ProcessEnd first = Run({"rec"});
+  ASSERT_EQ(first.exit_code, 0) << first.standard_error;
+  std::filesystem::last_write_time(
+      folder / "scan.json",
+      std::filesystem::last_write_time(folder / files::kResultFile) + std::chrono::seconds(1));
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // results state seconds
+  EXPECT_EQ(Run({"rec", "--dry-run"}).exit_code, 0);
+  ASSERT_EQ(History().size(), 1u);
+  const ProcessEnd second = Run({"rec"});
+  ASSERT_EQ(second.exit_code, 0) << second.standard_error;
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const ProcessEnd third = shop_.Run({"pa", "analyze", "rec", "--result", "other.json"});
+  ASSERT_EQ(third.exit_code, 0) << third.standard_error;
+  ASSERT_EQ(Run({"other.json"}).exit_code, 0);
+  ASSERT_EQ(Run({"other.json"}).exit_code, 0);
+  const auto entries = History();
+  ASSERT_EQ(entries.size(), 3u);
+  for (const files::HistoryEntry& entry : entries) {
+    ASSERT_FALSE(entry.applied.empty());
+    EXPECT_EQ(entry.applied.back().step, Application::Step::kApplied);
+  }
+  EXPECT_EQ(entries[0].applied.size(), 2u);
+  EXPECT_THAT(entries[1].outcome.notices, Contains(HasSubstr("analysing again")));
+}
+
+// As on a full disk: whatever cannot be noted is not set, and no half line stays.
+TEST_F(Apply, SetsNothingThatItCannotNote) {
+  ASSERT_EQ(Run({"0.0310"}).exit_code, 0);
+  const auto applied = state_ / files::kAppliedFile;
+  const std::string line = ReadWhole(applied);
+  int set = 0;
+  for (std::uintmax_t more = 0; more < line.size() + 40; more += 23) {
+    SCOPED_TRACE(more);
+    const double old_s = InForce();
+    const double new_s = 0.032 + 1e-4 * static_cast<double>(more);
+    const std::string had = ReadWhole(applied);
+    TrammelProcess process(
+        {"pa", "apply", fmt::format("{:.4f}", new_s), "--printer", shop_.address()}, shop_.folder(),
+        {.file_bytes = had.size() + more});
+    const ProcessEnd end = process.Wait(30);
+    const std::string has = ReadWhole(applied);
+    EXPECT_TRUE(has.starts_with(had) && has.ends_with('\n')) << has;
+    if (end.exit_code == 0) {
+      ++set;
+      EXPECT_NEAR(InForce(), new_s, 1e-6);
+      EXPECT_NEAR(Noted().back().application.value.value_or(0), new_s, 1e-9);
+    } else {
+      EXPECT_EQ(end.exit_code, 1) << end.standard_error;
+      EXPECT_THAT(end.standard_error, HasSubstr("nothing was set"));
+      EXPECT_NEAR(InForce(), old_s, 1e-6);
+    }
+  }
+  EXPECT_GE(set, 1);
+  EXPECT_EQ(Run({"0.0310"}).exit_code, 0);
+  EXPECT_EQ(Noted().back().application.step, Application::Step::kApplied);
+}
+
+TEST_F(Apply, BlamesTheOptionThatIsWrong) {
+  EXPECT_THAT(Run({"0.04", "--filament", "a\tb"}).standard_error,
+              HasSubstr("--filament: the filament's name holds a control character"));
+  EXPECT_THAT(shop_
+                  .Run({"pa", "calibrate", "--dry-run", "--material", "plastic", "--printer",
+                        shop_.address()})
+                  .standard_error,
+              AllOf(HasSubstr("--material: [filament] material: \"plastic\""),
+                    Not(HasSubstr("trammel.toml"))));
 }
 
 TEST_F(Apply, WantsAValueOrUndoAndNotBoth) {

@@ -152,7 +152,9 @@ int RunAnalyze(const AnalyzeArguments& arguments) {
   const SlowWork work("analysing " + arguments.path);
   const Result<AnalysisRun> run = RunEye(arguments);
   if (!run) return PrintError(run.error());
-  return PrintAnalysis(*run, ResultOf(run->analysis, arguments.path), arguments.output);
+  ResultFile result = ResultOf(run->analysis, arguments.path);
+  result.outcome.subject = SubjectIn(arguments.path);
+  return PrintAnalysis(*run, result, arguments.output);
 }
 
 }  // namespace

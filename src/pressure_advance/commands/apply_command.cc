@@ -23,6 +23,8 @@
 #include "pressure_advance/procedure/filament_memory.h"
 #include "pressure_advance/procedure/spool_memory.h"
 #include "session/dead_run.h"
+#include "session/printer_turn.h"
+#include "session/run_journal.h"
 
 namespace trammel::app {
 namespace {
@@ -39,12 +41,25 @@ struct ApplyArguments {
   bool dry_run = false;
 };
 
+/// The recording that a kept result is of: the folder that it lies in, or the one that it names.
+fs::path RecordingOf(const fs::path& path, const measurement::Outcome& outcome) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) return path;
+  if (path.filename() == files::kResultFile) {
+    return path.has_parent_path() ? path.parent_path() : fs::path(".");
+  }
+  const auto& sources = outcome.provenance.sources;
+  const fs::path source = sources.empty() ? fs::path() : fs::path(sources.front());
+  return fs::exists(source / "scan.json", ignored) ? source : fs::path();
+}
+
 Result<ChosenValue> Kept(const fs::path& path) {
   auto kept = KeptPressureAdvance(path);
   if (!kept) return tl::unexpected(kept.error());
   fmt::print(stderr, "  the answer kept in {}\n", path.string());
   const Quantity& quantity = kept->pressure_advance_s;
-  return ChosenValue{quantity.value, quantity, std::move(kept->outcome)};
+  const fs::path folder = RecordingOf(path, kept->outcome);
+  return ChosenValue{quantity.value, quantity, std::move(kept->outcome), folder};
 }
 
 /// A file of the recording that was written after its result.
@@ -64,11 +79,12 @@ std::optional<fs::path> ChangedSince(const fs::path& result, const fs::path& fol
 Result<ChosenValue> Answer(const fs::path& folder) {
   std::error_code ignored;
   const fs::path result = folder / files::kResultFile;
+  std::string again;
   if (fs::exists(result, ignored)) {
     const auto newer = ChangedSince(result, folder);
     if (!newer) return Kept(result);
-    fmt::print(stderr, "  {} is newer than {}: analysing again\n", newer->string(),
-               result.string());
+    again = fmt::format("{} is newer than {}: analysing again", newer->string(), result.string());
+    fmt::print(stderr, "  {}\n", again);
   }
   if (!fs::exists(folder / "scan.json", ignored)) {
     return Fail(fmt::format("{}: is no recording: there is neither {} nor scan.json in it",
@@ -78,8 +94,11 @@ Result<ChosenValue> Answer(const fs::path& folder) {
   if (!run) return tl::unexpected(run.error());
   const Measured& measured = run->analysis.pressure_advance;
   if (measured.good()) {
-    return ChosenValue{measured.quantity().value, measured.quantity(),
-                       ResultOf(run->analysis, folder.string()).outcome};
+    ResultFile found = ResultOf(run->analysis, folder.string());
+    found.outcome.subject = SubjectIn(folder);
+    if (!again.empty()) found.outcome.notices.push_back("for pa apply: " + again);
+    return ChosenValue{measured.quantity().value, measured.quantity(), found.outcome, folder,
+                       std::move(found)};
   }
   const bool kept = KeptPressureAdvance(result).has_value();
   return Fail(
@@ -128,6 +147,40 @@ Result<void> CheckInForce(const Undoing& undoing, std::optional<double> now_s, b
       ErrorKind::kSafety);
 }
 
+constexpr double kAsk_s = 10;
+constexpr const char* kWho = "trammel pa apply";
+
+// The printer for ourselves, unless nothing is set.
+Result<std::optional<files::FileLock>> TakeTurnFor(const ApplyArguments& arguments,
+                                                   const procedure::Session& session,
+                                                   const files::Config& config) {
+  if (arguments.dry_run) return std::nullopt;
+  const auto state = files::StateFolder();
+  if (!state) return tl::unexpected(state.error());
+  auto turn = procedure::TakeTurn(session, config.scan, *state, kWho);
+  if (!turn) return tl::unexpected(turn.error());
+  return std::optional(std::move(*turn));
+}
+
+// Says what a run left open that died while it set a value.
+Result<void> Settle(const ApplyArguments& arguments, const procedure::Session& session,
+                    const std::string& address, std::optional<double> now_s) {
+  const auto left = SettleUnfinished(kInstrument, address, now_s, !arguments.dry_run);
+  if (!left) return tl::unexpected(left.error());
+  if (!left->empty()) session.Say(*left);
+  return {};
+}
+
+// After a failure between the note and the printer's answer.
+void SettleFailure(const ApplyArguments& arguments, const procedure::Session& session,
+                   const std::string& address) {
+  if (arguments.dry_run) return;
+  const auto state = session.printer.State({kAsk_s});  // also where somebody stops the program
+  if (!state) return;                                  // it stays open, and the next one looks
+  const auto left = SettleUnfinished(kInstrument, address, state->pressure_advance_s, true);
+  if (left && !left->empty()) session.Say(*left);
+}
+
 int RunUndo(const ApplyArguments& arguments) {
   const Interrupt interrupt;
   const auto config = LoadSettings(arguments.printer);
@@ -135,20 +188,27 @@ int RunUndo(const ApplyArguments& arguments) {
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
-  constexpr double kAsk_s = 10;
+  const auto turn = TakeTurnFor(arguments, session, *config);
+  if (!turn) return PrintError(turn.error());
   const auto state = session.printer.State(session.Within(kAsk_s));
   if (!state) return PrintError(state.error());
+  auto settled = Settle(arguments, session, config->scan.address, state->pressure_advance_s);
+  if (!settled) return PrintError(settled.error());
   const auto undoing = LastToUndo(kInstrument, config->scan.address, state->pressure_advance_s);
   if (!undoing) return PrintError(undoing.error());
   procedure::ApplyOptions options = OptionsOf(arguments, *config);
   options.before_setting = [&](std::optional<double> now_s) -> Result<void> {
     if (auto in_force = CheckInForce(*undoing, now_s, arguments.force); !in_force) return in_force;
-    return NoteUndone(kInstrument, config->scan.address, *undoing);
+    return NoteUndoing(kInstrument, config->scan.address, *undoing);
   };
   fmt::print("in force until    {}: {:.4f} s\n", undoing->utc, undoing->before);
   const auto done = Apply(session, undoing->before, options, false);
-  if (!done) return PrintError(done.error());
+  if (!done) {
+    SettleFailure(arguments, session, config->scan.address);
+    return PrintError(done.error());
+  }
   if (!options.dry_run) {
+    NoteUndone(kInstrument, config->scan.address, *undoing);
     fmt::print(
         "what was kept     for a filament (TRAMMEL_FILAMENT, Spoolman) stays there: pa apply "
         "{:.4f} --filament NAME --spoolman keeps this one\n",
@@ -217,6 +277,23 @@ void PrintOtherSubject(const measurement::Subject& subject, const files::Config&
   }
 }
 
+// Lists the result in the history beside its recording, which keeps a new analysis, too.
+Result<void> KeepResult(const ChosenValue& value) {
+  if (value.found_now) {
+    auto kept = KeepInRecording(value.folder, *value.found_now);
+    if (kept) return {};
+    return Fail(fmt::format("nothing was set, as the new analysis cannot be kept: {}",
+                            kept.error().message),
+                kept.error().kind);
+  }
+  if (!value.result || value.folder.empty()) return {};
+  if (const auto listed = ListInHistory(value.folder, *value.result); !listed) {
+    fmt::print(stderr, "  not listed in the history beside its recording: {}\n",
+               listed.error().message);
+  }
+  return {};
+}
+
 // Whatever a value is kept for beyond the printer's next restart.
 int KeepBeyond(const ApplyArguments& arguments, const procedure::Session& session,
                const std::optional<procedure::SpoolPlace>& spool, double value_s) {
@@ -246,16 +323,23 @@ int RunApply(const ApplyArguments& arguments) {
   const auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
   if (!arguments.filament.empty()) {
-    if (auto key = procedure::FilamentKey(arguments.filament); !key) return PrintError(key.error());
+    if (auto key = procedure::FilamentKey(arguments.filament); !key) {
+      return PrintError({key.error().kind, "--filament: " + key.error().message});
+    }
   }
   const Result<ChosenValue> value = ValueFrom(arguments.value);
   if (!value) return PrintError(value.error());
   const auto printer = Connect(config->scan, interrupt.token());
   if (!printer) return PrintError(printer.error());
   const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  const auto turn = TakeTurnFor(arguments, session, *config);
+  if (!turn) return PrintError(turn.error());
   procedure::ApplyOptions options = OptionsOf(arguments, *config);
   const AppliedValue applied{kInstrument, value->result, config->scan.address, value->value_s};
-  options.before_setting = [&](std::optional<double> before_s) {
+  options.before_setting = [&](std::optional<double> before_s) -> Result<void> {
+    auto settled = Settle(arguments, session, config->scan.address, before_s);
+    if (settled) settled = KeepResult(*value);
+    if (!settled) return settled;
     return NoteBegun(applied, before_s);
   };
   const measurement::Subject subject =
@@ -275,7 +359,10 @@ int RunApply(const ApplyArguments& arguments) {
   PrintOtherSubject(subject, *config);
   if (*spool) PrintSpoolPlace(**spool, value->value_s);
   const auto done = Apply(session, value->value_s, options, false);
-  if (!done) return PrintError(done.error());
+  if (!done) {
+    SettleFailure(arguments, session, config->scan.address);
+    return PrintError(done.error());
+  }
   if (options.dry_run) return kExitGood;
   NoteApplied(applied);
   return KeepBeyond(arguments, session, *spool, value->value_s);

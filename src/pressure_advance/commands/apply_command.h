@@ -1,9 +1,11 @@
 // Setting a pressure advance on the printer, and what to do to keep it.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 
+#include "app/result_file.h"
 #include "base/measured.h"
 #include "base/result.h"
 #include "measurement/outcome.h"
@@ -22,6 +24,8 @@ struct ChosenValue {
   double value_s = 0;
   std::optional<Quantity> measured = {};
   std::optional<measurement::Outcome> result = {};  ///< that it stands in
+  std::filesystem::path folder = {};                ///< of the recording; empty: of none
+  std::optional<ResultFile> found_now = {};         ///< by an analysis that nothing keeps yet
 };
 
 /// The value that a user means: a number in s, a kept result, or a recording's folder, which is

@@ -30,6 +30,8 @@
 #include "pressure_advance/procedure/spool_memory.h"
 #include "session/checks.h"
 #include "session/dead_run.h"
+#include "session/printer_turn.h"
+#include "session/run_journal.h"
 #include "settings/material.h"
 
 namespace trammel::app {
@@ -157,6 +159,10 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
     worth_applying = *validated;
   }
   if (arguments.apply && worth_applying) {
+    const auto state = files::StateFolder();
+    if (!state) return PrintError(state.error());
+    const auto turn = procedure::TakeTurn(session, config.scan, *state, "trammel pa calibrate");
+    if (!turn) return PrintError(turn.error());
     procedure::ApplyOptions options;
     options.limit_s = procedure::ApplyLimit_s(config.pattern);
     const AppliedValue applied{measurement::Instrument::kPressureAdvance, result.outcome,
@@ -202,7 +208,9 @@ int RunCalibration(const CalibrateArguments& arguments) {
   const auto config = LoadSettings(arguments.printer);
   if (!config) return PrintError(config.error());
   if (!arguments.filament.empty()) {
-    if (auto key = procedure::FilamentKey(arguments.filament); !key) return PrintError(key.error());
+    if (auto key = procedure::FilamentKey(arguments.filament); !key) {
+      return PrintError({key.error().kind, "--filament: " + key.error().message});
+    }
   }
   if (arguments.dry_run) {
     const auto done = PrintDryRun(config->pattern, config->scan, {arguments.print, arguments.scan});

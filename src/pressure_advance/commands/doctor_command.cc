@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "app/applied_result.h"
 #include "app/commands.h"
 #include "app/config/config_file.h"
 #include "app/config_text.h"
@@ -86,6 +87,15 @@ Check CheckEarlierRuns(const procedure::Session& session, const std::string& add
   return {"earlier runs", left.empty(), left.empty() ? "none left anything" : left, true};
 }
 
+// What an apply that died left open is the next one's affair, too.
+Check CheckLastApply(const procedure::Session& session, const std::string& address) {
+  const auto left =
+      SettleUnfinished(measurement::Instrument::kPressureAdvance, address,
+                       session.printer.LastState().pressure_advance_s, /*note=*/false);
+  if (!left) return {"last apply", false, left.error().message};
+  return {"last apply", left->empty(), left->empty() ? "noted to its end" : *left, true};
+}
+
 // Of the settings only what their file says itself: a key of the environment is no fault of it.
 std::vector<Check> CheckSecrets(const PrinterOptions& options, const settings::ScanSettings& used) {
   const auto text = FindConfig(options.config);
@@ -110,7 +120,7 @@ int RunDoctor(const DoctorOptions& options) {
   };
   if (ready) add({CheckTemperatures(session, config->pattern)});
   const Check earlier = CheckEarlierRuns(session, config->scan.address);
-  add({earlier});
+  add({earlier, CheckLastApply(session, config->scan.address)});
   if (ready) add(CheckTiming(session));
   add(CheckCamera(session, config->scan, options.laser && ready && earlier.passed));
   add(CheckSecrets(options.printer, config->scan));

@@ -23,6 +23,11 @@ ResultFile ResultOf(const pressure_advance::Analysis& analysis, std::string sour
           report::JsonOf(analysis)};
 }
 
+measurement::Subject SubjectIn(const std::filesystem::path& folder) {
+  const auto kept = files::ReadOutcome(folder, measurement::Instrument::kPressureAdvance);
+  return kept ? kept->subject : measurement::Subject{};
+}
+
 Result<KeptAnswer> KeptPressureAdvance(const std::filesystem::path& path) {
   auto outcome = files::ReadOutcome(path, measurement::Instrument::kPressureAdvance);
   if (!outcome) return tl::unexpected(outcome.error());

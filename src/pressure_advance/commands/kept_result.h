@@ -15,6 +15,10 @@ namespace trammel::app {
 /// The analysis of a recording or photo as a result of this program, now.
 [[nodiscard]] ResultFile ResultOf(const pressure_advance::Analysis& analysis, std::string source);
 
+/// What was measured in a recording's folder, by the result that it keeps; empty where it keeps
+/// none.
+[[nodiscard]] measurement::Subject SubjectIn(const std::filesystem::path& folder);
+
 /// A pressure advance with the result that it stands in.
 struct KeptAnswer {
   Quantity pressure_advance_s;
