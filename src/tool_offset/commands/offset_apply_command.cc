@@ -19,6 +19,7 @@
 #include "app/option_values.h"
 #include "app/printer_session.h"
 #include "document/interval_text.h"
+#include "session/printer_turn.h"
 #include "session/run_journal.h"
 #include "tool_offset/commands/offset_commands.h"
 #include "tool_offset/files/offset_file.h"
@@ -252,15 +253,25 @@ int RunApply(OffsetApplyArguments arguments) {
   if (!known) return PrintError(known.error());
   std::string address;
   std::unique_ptr<machine::Printer> printer;
+  settings::ScanSettings scan;
   std::optional<procedure::Session> session;
   if (asks_printer) {
     const auto config = LoadSettings(arguments.printer);
     if (!config) return PrintError(config.error());
-    address = config->scan.address;
+    scan = config->scan;
+    address = scan.address;
     auto connected = Connect(config->scan, interrupt.token());
     if (!connected) return PrintError(connected.error());
     printer = std::move(*connected);
     session.emplace(procedure::Session{*printer, interrupt.token(), TellOnTerminal});
+  }
+  std::optional<files::FileLock> turn;  // what is read, noted and set belongs together
+  if (arguments.apply) {
+    const auto state = files::StateFolder();
+    if (!state) return PrintError(state.error());
+    auto taken = procedure::TakeTurn(*session, scan, *state, "trammel offset apply");
+    if (!taken) return PrintError(taken.error());
+    turn.emplace(std::move(*taken));
   }
   std::vector<Change> changes;
   for (const files::MeasuredOffset& measured : *chosen) {
