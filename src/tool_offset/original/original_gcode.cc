@@ -9,7 +9,6 @@
 #include <map>
 #include <numbers>
 #include <optional>
-#include <set>
 #include <tuple>
 
 namespace trammel::tool_offset {
@@ -313,21 +312,31 @@ std::vector<Section> ByPairs(std::vector<Section> sections) {
 Result<OriginalSheet> ToolsOf(const std::vector<Section>& sections) {
   OriginalSheet sheet;
   sheet.reference_tool = sections[0].tool;
+  std::map<std::tuple<Axis, bool, int>, int> seen;
+  for (std::size_t i = 1; i < sections.size(); ++i) {
+    const Section& section = sections[i];
+    const auto [before, added] =
+        seen.emplace(std::tuple{section.axis, section.tested, section.pair}, section.tool);
+    if (added) continue;
+    return FailAt(section.line, fmt::format("pattern {} stands twice, drawn by T{} and by T{}",
+                                            section.pair, before->second, section.tool));
+  }
   const auto pairs = (sections.size() - 1) / 4;
   if (sections.size() % 4 != 1 || pairs == 0) {
-    return Fail(fmt::format("has {} combs, four for each tool were expected: the file is cut off",
-                            sections.size() - 1));
+    return Fail(
+        fmt::format("has {} patterns, four for each tool were expected: the file is cut "
+                    "off",
+                    sections.size() - 1));
   }
   sheet.tools.assign(pairs, -1);
   sheet.moved.assign(pairs, {});
-  std::set<std::tuple<Axis, bool, int>> seen;
   for (std::size_t i = 1; i < sections.size(); ++i) {
     const Section& section = sections[i];
-    if (!seen.insert({section.axis, section.tested, section.pair}).second) {
-      return FailAt(section.line, fmt::format("pattern {} stands twice", section.pair));
-    }
     if (section.pair < 0 || section.pair >= static_cast<int>(pairs)) {
-      return FailAt(section.line, fmt::format("pattern {} of {}", section.pair, pairs));
+      return FailAt(section.line,
+                    fmt::format("pattern {}, but there are all patterns of {} tools only: the file "
+                                "is cut off",
+                                section.pair, pairs));
     }
     int& tool =
         section.tested ? sheet.tools[static_cast<std::size_t>(section.pair)] : sheet.reference_tool;

@@ -81,7 +81,7 @@ TEST(OriginalGcode, RefusesFilesThatAreCutOffOrOfAnotherGeometry) {
   EXPECT_THAT(FaultOf(Replaced(gcode, "signal pattern 1", "signal pattern 0")),
               HasSubstr("stands twice"));
   EXPECT_THAT(FaultOf(Replaced(gcode, "signal pattern 1", "signal pattern 7")),
-              HasSubstr("pattern 7 of 3"));
+              HasSubstr("pattern 7, but there are all patterns of 3 tools only"));
   EXPECT_THAT(FaultOf(gcode + "G1 Xnan E1\n"), HasSubstr("no letter with a number"));
   EXPECT_THAT(FaultOf(Replaced(gcode, "T1\n", "T1000\n")), HasSubstr("tool that is no number"));
 }

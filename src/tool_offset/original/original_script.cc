@@ -48,6 +48,9 @@ constexpr std::array<std::string_view, 13> kMachine{
     "z_hop",    "retraction_distance", "retraction_speed",     "print_speed",  "x_center",
     "y_center", "insert_pause",        "travel_speed"};
 
+/// Calls after which no setting is known.
+constexpr std::array<std::string_view, 4> kSetters{"setattr", "exec", "eval", "update"};
+
 std::string_view Trimmed(std::string_view text) {
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
   while (!text.empty() && blank(text.front())) text.remove_prefix(1);
@@ -75,6 +78,15 @@ bool IsName(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
   }) && !(text[0] >= '0' && text[0] <= '9');
+}
+
+/// Names with dots between them.
+bool IsTarget(std::string_view text) {
+  for (std::size_t dot = text.find('.'); dot != std::string_view::npos; dot = text.find('.')) {
+    if (!IsName(text.substr(0, dot))) return false;
+    text.remove_prefix(dot + 1);
+  }
+  return IsName(text);
 }
 
 std::string Quoted(std::string_view text) {
@@ -134,7 +146,11 @@ class Script {
     const bool assigns = equals != std::string_view::npos && equals < bracket;
     const std::string_view target = assigns ? Trimmed(line.substr(0, equals)) : std::string_view();
     const std::string_view right = assigns ? Trimmed(line.substr(equals + 1)) : line;
-    if (right.find('(') != std::string_view::npos) return Call(right);
+    if (assigns && !IsTarget(target)) return Quoted(target) + " is no name";
+    if (right.find('(') != std::string_view::npos) {
+      if (const std::string fault = Forget(target); !fault.empty()) return fault;
+      return Call(right);
+    }
     if (!assigns) return Quoted(line) + " is no assignment and no call";
     const auto value = ValueOf(right);
     if (!value) return Quoted(right) + " is no number and no list of numbers";
@@ -169,10 +185,23 @@ class Script {
     return value;
   }
 
+  /// What a call gives is not known: no setting may have it, and a variable no longer has a value.
+  std::string Forget(std::string_view target) {
+    const std::size_t dot = target.rfind('.');
+    if (dot == std::string_view::npos) {
+      if (const auto known = variables_.find(target); known != variables_.end()) {
+        variables_.erase(known);
+      }
+      return {};
+    }
+    const std::string_view key = target.substr(dot + 1);
+    if (key == "gen") return {};  // the machine itself
+    return std::string(key) + " is to be a number or a list of numbers: nothing of the file is run";
+  }
+
   std::string Assign(std::string_view target, const Value& value) {
     const std::size_t dot = target.rfind('.');
     if (dot == std::string_view::npos) {
-      if (!IsName(target)) return Quoted(target) + " is no name";
       variables_.insert_or_assign(std::string(target), value);
       return {};
     }
@@ -213,6 +242,9 @@ class Script {
     const std::string_view name = Trimmed(call.substr(0, bracket));
     const std::string_view function = name.substr(name.rfind('.') + 1);
     if (!IsName(function)) return Quoted(name) + " is no name of a function";
+    if (std::find(kSetters.begin(), kSetters.end(), function) != kSetters.end()) {
+      return std::string(function) + " may change settings: write them as assignments";
+    }
     if (function != kPrint) return {};
     return PrintSheet(Split(call.substr(bracket + 1, call.size() - bracket - 2)));
   }

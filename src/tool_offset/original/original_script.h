@@ -17,7 +17,8 @@ namespace trammel::tool_offset {
 /// set before. The object has whatever name it was given; comments, imports and calls of other
 /// prints are passed over. Nothing is run.
 /// Errors name the line: more than 1000 lines or a line of more than 1000 characters; anything
-/// else of Python; a key that the generator does not have; a value of another type; a geometry
+/// else of Python; a key that the generator does not have; a value of another type, a call's among
+/// them; setattr and its like, after which nothing is known; a geometry
 /// other than the published one; no print of a sheet.
 [[nodiscard]] Result<std::vector<OriginalSheet>> ReadOriginalScript(std::string_view text);
 

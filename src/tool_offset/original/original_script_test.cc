@@ -60,6 +60,19 @@ TEST(OriginalScript, NamesTheLineOfWhatItDoesNotKnow) {
               HasSubstr("60 degrees"));
 }
 
+// A call's value would be another one than that before it.
+TEST(OriginalScript, TakesNoSettingFromACall) {
+  const std::string print = "p.full_interlocked_print([1,2],1,'a')\n";
+  EXPECT_THAT(FaultOf("p.gen.rotation = math.degrees(0.5)\n" + print),
+              HasSubstr("line 1: rotation is to be a number"));
+  EXPECT_THAT(FaultOf("p.length = float(60)\n" + print), HasSubstr("length is to be a number"));
+  EXPECT_THAT(FaultOf("turn = 20\nturn = ask()\np.gen.rotation = turn\n" + print),
+              HasSubstr("line 3: \"turn\" is no number"));
+  EXPECT_THAT(FaultOf("setattr(p.gen, 'rotation', 20)\n" + print), HasSubstr("setattr"));
+  EXPECT_THAT(FaultOf("if False: p.gen.rotation = 20\n" + print), HasSubstr("is no name"));
+  EXPECT_EQ(FaultOf("p = pattern()\np.gen = machine()\n" + print), "");
+}
+
 TEST(OriginalScript, StopsAtMoreThanASettingsFileHolds) {
   EXPECT_THAT(FaultOf(std::string(2000, '\n')), HasSubstr("line 1001"));
   EXPECT_THAT(FaultOf(std::string(2000, ' ')), HasSubstr("line 1"));
