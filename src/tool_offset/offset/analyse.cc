@@ -216,6 +216,19 @@ void CompareResolution(const AnalyseOptions& options, SheetResult& result) {
       result.page_dpi_x, result.page_dpi_y));
 }
 
+/// Tells why a scan is too coarse; nothing where it is not. Between the two legs of a finger are
+/// 0.3 mm of paper: below four pixels across a leg and its gap the place of a line depends on the
+/// pixels.
+std::optional<std::string> TooCoarse(const PageMap& map) {
+  constexpr double kLeast_dpi = 145;  // 150 of a scanner whose scale is wrong by some per cent
+  const double dpi = 25.4 * std::min(Length(map.u_px_mm), Length(map.v_px_mm));
+  if (dpi >= kLeast_dpi) return std::nullopt;
+  return fmt::format(
+      "the scan shows the sheet with {:.0f} dpi, at least 150 are needed: scan it with 300 dpi or "
+      "more",
+      dpi);
+}
+
 /// How the photo was taken, and the sheet's map.
 Result<PhotoOnPage> ReadPhoto(const PageView& page, const SheetPlan& plan,
                               const PhotoSource& source, SheetOnPage& sheet) {
@@ -249,6 +262,8 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
     auto photo = ReadPhoto(page, plan, *options.photo, result.sheet);
     if (!photo) return tl::unexpected(photo.error());
     result.photo = *photo;
+  } else if (const auto why = TooCoarse(result.sheet.map)) {
+    return Fail(*why, ErrorKind::kMeasurement);
   }
   const PageMap& map = result.sheet.map;
   const std::vector<Leg> reference_legs = ReferenceLegs(plan);

@@ -269,6 +269,18 @@ TEST(AnalyseSheet, SaysThatTheStatedResolutionIsWrongAndUsesTheBox) {
   ExpectOffset(result->tools[0], 0.2, 0.1, kQuick_mm);
 }
 
+TEST(AnalyseSheet, RefusesAScanOfTooFewDotsWhateverTheFileStates) {
+  Random random(8);
+  const SheetPlan plan = SmallPlan();
+  SheetScene scene = QuickScene();
+  scene.paper.dpi_x = scene.paper.dpi_y = 120;
+  const ScannedScene scan = Scan(plan, scene, random);
+  const auto result = AnalyseSheet(scan.view(), plan, {600.0, 600.0});
+  ASSERT_FALSE(result.has_value());
+  EXPECT_EQ(result.error().kind, ErrorKind::kMeasurement);
+  EXPECT_THAT(result.error().message, HasSubstr("120 dpi, at least 150"));
+}
+
 /// Along the sheet's own axes.
 SheetPoint OffsetAlongSheet(const SheetPlan& plan, SheetPoint shift) {
   const double tilt_rad = plan.settings.tilt_deg * kDegree;
