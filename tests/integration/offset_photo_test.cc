@@ -103,7 +103,7 @@ TEST_F(OffsetPhoto, SaysWhatItTakesForGranted) {
   const auto result = See(Phone());
   ASSERT_TRUE(result) << result.error().message;
   ASSERT_FALSE(result->notices.empty());
-  EXPECT_THAT(result->notices[0], HasSubstr("45 um higher"));
+  EXPECT_THAT(result->notices[0], HasSubstr("30 um higher"));
 }
 
 TEST_F(OffsetPhoto, HalfASheetIsRefused) {

@@ -219,7 +219,7 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
       ->add_option_function<double>(
           "--line-heights-um",
           [arguments](const double& um) { arguments->spread.height_mm = um / 1000; },
-          "of a photo: how unlike the tools' lines are in height above the paper, 1 sigma (45)")
+          "of a photo: how unlike the tools' lines are in height above the paper, 1 sigma (30)")
       ->check(NumberIn(0.0, 1000.0));
   command
       ->add_option("--line-colour-px", arguments->spread.colour_px,

@@ -330,7 +330,7 @@ TEST_F(OffsetAnalyze, ReadsAPhonesPhotoOfASheetLaidOutForIt) {
   ExpectNear(tool["dy_mm"], tool["interval95_mm"]["dy"], kDy_mm);
   // Told from the file alone, and what is taken for granted is said.
   EXPECT_EQ(found["scans"][0]["photo"]["focal_stated"], true);
-  EXPECT_THAT(found["notices"][0].get<std::string>(), HasSubstr("45 um higher"));
+  EXPECT_THAT(found["notices"][0].get<std::string>(), HasSubstr("30 um higher"));
   const CommandResult surer = Trammel(
       "offset analyze photo.jpg --pattern photo.gcode --line-heights-um 0 --line-colour-px 0 "
       "--json");

@@ -127,11 +127,11 @@ double ShadowUncertainty_mm(double reference, double tool) {
 
 /// What a photo's focal length that is not known well does to lines of another height: the foot
 /// point of the lens moves with its square. Sheet axes, with signs; zero for a scan.
-SheetPoint StandUncertainty_mm(const SheetResult& result) {
+SheetPoint StandUncertainty_mm(const SheetModel& model, const SheetResult& result) {
   if (!result.photo) return {};
   const PhotoPose& pose = result.photo->pose;
-  const double factor =
-      2 * pose.focal_uncertainty * result.photo->spread.height_mm / pose.height_mm;
+  const double apart_mm = model.line_spread() * result.photo->spread.height_mm;
+  const double factor = 2 * pose.focal_uncertainty * apart_mm / pose.height_mm;
   return {factor * (pose.foot.u_mm - pose.aim.u_mm), factor * (pose.foot.v_mm - pose.aim.v_mm)};
 }
 
@@ -169,7 +169,7 @@ void AnswerFinely(const SheetPlan& plan, const SheetModel& model, const SheetRes
   }
   const double shadow_mm =
       ShadowUncertainty_mm(result.reference_strength, Strength(tool.coarse_reading.ink));
-  const SheetPoint stand_mm = turn.Bed(StandUncertainty_mm(result));
+  const SheetPoint stand_mm = turn.Bed(StandUncertainty_mm(model, result));
   tool.dx_mm = Measured::Good(Widened(*x, std::hypot(shadow_mm, stand_mm.u_mm)));
   tool.dy_mm = Measured::Good(Widened(*y, std::hypot(shadow_mm, stand_mm.v_mm)));
 }
@@ -276,7 +276,9 @@ void AnswerSelfTest(const SheetPlan& plan, const SheetModel& model, SheetResult&
 std::string PhotoNotice(const PhotoOnPage& photo) {
   return fmt::format(
       "a photo: the intervals allow for lines of one tool that lie {:.0f} um higher than another's "
-      "and for a colour seen {:.2g} px further out in the corner (1 sigma){}",
+      "and for a colour seen {:.2g} px further out in the corner (1 sigma), or more where the "
+      "lines "
+      "show it{}",
       1e3 * photo.spread.height_mm, photo.spread.colour_px,
       photo.pose.focal_stated ? ""
                               : "; the file states no focal length, which they allow for, too");
@@ -286,9 +288,17 @@ void Notify(const SheetPlan& plan, const SheetModel& model, SheetResult& result)
   constexpr double kWorse =
       2;  // times the sheet's scatter; chance does not make it with 24 fingers
   constexpr double kLeast_mm = 0.003;
+  constexpr double kUnlike = 2;  // lines of different tools, against what is taken for granted
   result.finger_scatter_mm = model.pooled_scatter_mm();
   result.chi_square_per_freedom = model.freedom() > 0 ? model.chi_square() / model.freedom() : 1;
   if (result.photo) result.notices.push_back(PhotoNotice(*result.photo));
+  if (result.photo && model.line_spread() > kUnlike) {
+    result.notices.push_back(fmt::format(
+        "lines of the tools are seen in another scale, by {:.1f} times what is allowed for: their "
+        "heights or colours differ much (a nozzle set too low or too high?). The intervals are "
+        "wider by that; a second photo from the other side makes them narrow, or a scan",
+        model.line_spread()));
+  }
   if (model.bias_by_direction() && !plan.original) {
     result.notices.push_back(
         "the control structures drawn one way disagree with those drawn the other way beyond their "

@@ -125,7 +125,8 @@ struct SheetModel::Solution {
   Eigen::MatrixXd unknowable;  ///< directions that no equation determines, one per column
   double chi_square = 0;
   int freedom = 0;
-  double widening = 1;  ///< of all variances
+  double widening = 1;          ///< of all variances
+  double assumed_variance = 1;  ///< of heights and colours, in parts of the stated one
 
   using Photos = std::vector<const std::vector<StructureReading>*>;
   void Pool(const SheetPlan& plan, const Photos& photos);
@@ -136,6 +137,11 @@ struct SheetModel::Solution {
   /// Adds what is taken for granted of each tool's height and colour.
   void Assume(const RadialSpread& spread);
   void Solve(bool bias_by_direction);
+  /// Solves anew with what was taken for granted as large as the tools' lines show it.
+  void ScaleAssumed(const RadialSpread& spread, bool bias_by_direction);
+  /// Squares of heights and colours in parts of what is taken for granted of them now, mean over
+  /// their degrees of freedom: those from before and as many as the photo tells.
+  double LinesAgainstAssumed(double freedom_before);
   [[nodiscard]] bool ControlsDisagree() const;
   [[nodiscard]] bool HasEveryControl() const;
   [[nodiscard]] Quantity Spread(double value_mm, const Eigen::VectorXd& gain) const;
@@ -356,7 +362,7 @@ void SheetModel::Solution::Assume(const RadialSpread& spread) {
   }
   if (tools.empty()) return;
   constexpr double kLeast = 1e-6;
-  scatter[kAssumed].freedom = 1e9;
+  scatter[kAssumed].freedom = spread.freedom;
   for (const auto& [tool, known] : tools) {
     for (const bool height : {true, false}) {
       Equation equation;
@@ -396,6 +402,43 @@ void SheetModel::Solution::Solve(bool bias_by_direction) {
   unknowns = influence * y;
   chi_square = root.cwiseProduct(y - design * unknowns).squaredNorm();
   freedom = static_cast<int>(rows - rank);
+}
+
+void SheetModel::Solution::ScaleAssumed(const RadialSpread& spread, bool bias_by_direction) {
+  constexpr int kMostRounds = 30;
+  constexpr double kSame = 1e-4;
+  if (scatter.count(kAssumed) == 0) return;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const double factor = LinesAgainstAssumed(spread.freedom);
+    assumed_variance *= factor;
+    for (Equation& equation : equations) {
+      if (equation.tool[0] != kAssumed) continue;
+      equation.variance_mm2 *= factor;
+      equation.share_mm2[0] *= factor;
+    }
+    Solve(bias_by_direction);
+    if (std::abs(factor - 1) < kSame) break;
+  }
+}
+
+double SheetModel::Solution::LinesAgainstAssumed(double freedom_before) {
+  double squares = freedom_before / assumed_variance;
+  double freedom_of_lines = freedom_before;
+  Eigen::VectorXd variance(static_cast<Eigen::Index>(equations.size()));
+  for (std::size_t i = 0; i < equations.size(); ++i) {
+    variance[static_cast<Eigen::Index>(i)] = equations[i].variance_mm2;
+  }
+  Eigen::VectorXd row(columns->count);
+  for (const Equation& equation : equations) {
+    if (equation.tool[0] != kAssumed) continue;
+    columns->Row(equation.combination, row);
+    const Eigen::VectorXd gain = influence.transpose() * row;
+    const double value = row.dot(unknowns);
+    squares += value * value / equation.variance_mm2;
+    freedom_of_lines += std::max(0.0, 1 - gain.cwiseAbs2().dot(variance) / equation.variance_mm2);
+  }
+  scatter[kAssumed].freedom = freedom_of_lines;
+  return squares / freedom_of_lines;
 }
 
 bool SheetModel::Solution::ControlsDisagree() const {
@@ -464,7 +507,10 @@ SheetModel::SheetModel(const SheetPlan& plan,
   solution_->Pool(plan, photos);
   solution_->Collect(plan, photos);
   solution_->Assume(spread);
-  solution_->Solve(plan.original ? solution_->HasEveryControl() : solution_->ControlsDisagree());
+  const bool by_direction =
+      plan.original ? solution_->HasEveryControl() : solution_->ControlsDisagree();
+  solution_->Solve(by_direction);
+  solution_->ScaleAssumed(spread, by_direction);
   if (ChiSquareTail(solution_->chi_square, solution_->freedom) < kContradiction) {
     solution_->widening = solution_->chi_square / solution_->freedom;
   }
@@ -498,6 +544,7 @@ std::optional<Quantity> SheetModel::WithoutBias(const SheetPlan& plan,
   return quantity;
 }
 
+double SheetModel::line_spread() const { return std::sqrt(solution_->assumed_variance); }
 double SheetModel::chi_square() const { return solution_->chi_square; }
 int SheetModel::freedom() const { return solution_->freedom; }
 bool SheetModel::bias_by_direction() const { return solution_->columns->by_direction; }

@@ -57,9 +57,12 @@ struct Combination {
 ///
 /// On a photo lines of another height or colour are seen in another scale about the lens's foot
 /// point or the picture's middle. Both are unknowns of each tool, from how its structures' offsets
-/// differ and grow along them, and from what is taken for granted (RadialSpread). What the photo
-/// cannot tell of them is in the uncertainty. Several photos of one print see the same ink, heights
-/// and colours from other places: what a structure reads differently in each tells of those alone.
+/// differ and grow along them, and from what is taken for granted (RadialSpread). How large that is
+/// follows from what was stated, as a scaled inverse chi-square of so many degrees of freedom,
+/// and from what the lines show, so that lines more unlike than stated widen the intervals. What
+/// the photo cannot tell of them is in the uncertainty. Several photos of one print see the same
+/// ink, heights and colours from other places: what a structure reads differently in each tells of
+/// those alone.
 class SheetModel {
  public:
   SheetModel(const SheetPlan& plan, const std::vector<StructureReading>& structures,
@@ -75,6 +78,8 @@ class SheetModel {
   [[nodiscard]] std::optional<Quantity> WithoutBias(const SheetPlan& plan,
                                                     const StructureReading& reading) const;
 
+  /// How unlike the tools' lines are on a photo, in parts of what was stated; 1 on a scan.
+  [[nodiscard]] double line_spread() const;
   [[nodiscard]] double chi_square() const;
   [[nodiscard]] int freedom() const;
   [[nodiscard]] bool bias_by_direction() const;

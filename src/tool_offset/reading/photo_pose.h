@@ -14,11 +14,14 @@ namespace trammel::tool_offset {
 /// is taken for granted of a photo before it tells.
 struct RadialSpread {
   /// Above the paper; [0, 1]. Nozzles stand that evenly where each tool's Z offset was set with a
-  /// probe or by eye.
-  double height_mm = 0.045;
+  /// probe.
+  double height_mm = 0.03;
   /// By which their colour lies further out in the picture's corner; [0, 10]. Lateral colour of
   /// phones is up to 0.5 px between channels.
-  double colour_px = 0.3;
+  double colour_px = 0.2;
+  /// How well both are known: degrees of freedom, > 0. Nozzles set by eye are several times as
+  /// uneven.
+  double freedom = 2;
 };
 
 /// What is known of the camera before the photo is read.
@@ -35,11 +38,11 @@ struct PhotoPose {
   double focal_uncertainty = 0;  ///< standard, in parts of one
   bool focal_stated = false;     ///< by the file or the user
   PagePoint centre;              ///< of the picture, taken for that of the lens
-  double corner_px = 1;          ///< from there to a corner
-  SheetPoint foot;               ///< the point of the sheet's plane under the lens
-  SheetPoint aim;                ///< where the lens's axis meets that plane
-  double height_mm = 1;          ///< of the lens above it
-  double tilt_rad = 0;           ///< between the lens's axis and the plane's normal
+  double corner_px = 1;   ///< from there to a corner
+  SheetPoint foot;        ///< the point of the sheet's plane under the lens
+  SheetPoint aim;         ///< where the lens's axis meets that plane
+  double height_mm = 1;   ///< of the lens above it
+  double tilt_rad = 0;    ///< between the lens's axis and the plane's normal
 };
 
 /// The focal length that makes the box a rectangle of its planned proportions, where the tilt is
