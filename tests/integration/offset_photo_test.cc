@@ -106,6 +106,22 @@ TEST_F(OffsetPhoto, SaysWhatItTakesForGranted) {
   EXPECT_THAT(result->notices[0], HasSubstr("30 um higher"));
 }
 
+TEST_F(OffsetPhoto, ACroppedPictureIsNoticedAndItsIntervalsAreWider) {
+  sim::PhoneTraits phone = Phone();
+  const auto whole = See(phone);
+  ASSERT_TRUE(whole) << whole.error().message;
+  phone.width_px = 1901;
+  phone.height_px = 1471;
+  phone.shift_x_px = 60;
+  phone.shift_y_px = -30;
+  const auto cropped = See(phone);
+  ASSERT_TRUE(cropped) << cropped.error().message;
+  ExpectRight(*cropped);
+  EXPECT_THAT(cropped->notices, testing::Contains(HasSubstr("no camera stores")));
+  EXPECT_GT(cropped->tools[0].dx_mm.quantity().standard_uncertainty,
+            whole->tools[0].dx_mm.quantity().standard_uncertainty);
+}
+
 TEST_F(OffsetPhoto, HalfASheetIsRefused) {
   EXPECT_THAT(WhyNot([](auto& phone) { phone.shift_x_px = 700; }), HasSubstr("part of a box"));
 }

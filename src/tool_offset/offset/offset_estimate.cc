@@ -135,6 +135,23 @@ SheetPoint StandUncertainty_mm(const SheetModel& model, const SheetResult& resul
   return {factor * (pose.foot.u_mm - pose.aim.u_mm), factor * (pose.foot.v_mm - pose.aim.v_mm)};
 }
 
+/// What a lens's axis that is not known well does to lines that are seen in another scale than the
+/// reference tool's: they grow about another point.
+double AxisUncertainty_mm(const SheetModel& model, const SheetResult& result, int tool) {
+  if (!result.photo) return 0;
+  std::vector<double> colour_per_px;
+  for (const StructureReading& reading : result.structures) {
+    if (reading.lever) colour_per_px.push_back(reading.lever->colour_per_px);
+  }
+  if (colour_per_px.empty()) return 0;
+  Combination scale;
+  scale.radial[tool] = {1 / result.photo->pose.height_mm, Mean(colour_per_px)};
+  const auto seen = model.Estimate(scale);
+  if (!seen) return 0;
+  return result.photo->pose.centre_uncertainty_px / result.photo->px_per_mm *
+         std::hypot(seen->value, seen->standard_uncertainty);
+}
+
 Quantity Widened(const Quantity& quantity, double by_mm) {
   constexpr double kNormal95 = 1.96;
   const double half =
@@ -170,8 +187,9 @@ void AnswerFinely(const SheetPlan& plan, const SheetModel& model, const SheetRes
   const double shadow_mm =
       ShadowUncertainty_mm(result.reference_strength, Strength(tool.coarse_reading.ink));
   const SheetPoint stand_mm = turn.Bed(StandUncertainty_mm(model, result));
-  tool.dx_mm = Measured::Good(Widened(*x, std::hypot(shadow_mm, stand_mm.u_mm)));
-  tool.dy_mm = Measured::Good(Widened(*y, std::hypot(shadow_mm, stand_mm.v_mm)));
+  const double axis_mm = AxisUncertainty_mm(model, result, tool.tool);
+  tool.dx_mm = Measured::Good(Widened(*x, std::hypot(shadow_mm, axis_mm, stand_mm.u_mm)));
+  tool.dy_mm = Measured::Good(Widened(*y, std::hypot(shadow_mm, axis_mm, stand_mm.v_mm)));
 }
 
 void AnswerTools(const SheetPlan& plan, const SheetModel& model, SheetResult& result) {
@@ -292,6 +310,12 @@ void Notify(const SheetPlan& plan, const SheetModel& model, SheetResult& result)
   result.finger_scatter_mm = model.pooled_scatter_mm();
   result.chi_square_per_freedom = model.freedom() > 0 ? model.chi_square() / model.freedom() : 1;
   if (result.photo) result.notices.push_back(PhotoNotice(*result.photo));
+  if (result.photo && !result.photo->pose.as_stored) {
+    result.notices.emplace_back(
+        "the picture has a size that no camera stores: where it was cropped, the lens's axis is "
+        "not in its middle. The intervals are wider for that: give the file as the phone stored "
+        "it");
+  }
   if (result.photo && model.line_spread() > kUnlike) {
     result.notices.push_back(fmt::format(
         "lines of the tools are seen in another scale, by {:.1f} times what is allowed for: their "

@@ -1,5 +1,6 @@
 #include "tool_offset/offset/photo_join.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "base/check.h"
@@ -20,6 +21,10 @@ SheetResult JoinPhotos(const SheetPlan& plan, std::span<const SheetResult> photo
     TRAMMEL_CHECK(photo.photo && photo.structures.size() == plan.structures.size(), "{} structures",
                   photo.structures.size());
     structures.push_back(&photo.structures);
+    pose.as_stored = pose.as_stored && photo.photo->pose.as_stored;
+    pose.centre_uncertainty_px =
+        std::max(pose.centre_uncertainty_px, photo.photo->pose.centre_uncertainty_px);
+    pose.focal_uncertainty = std::max(pose.focal_uncertainty, photo.photo->pose.focal_uncertainty);
     const double part = 1 / static_cast<double>(photos.size());
     pose.foot.u_mm += part * photo.photo->pose.foot.u_mm;
     pose.foot.v_mm += part * photo.photo->pose.foot.v_mm;

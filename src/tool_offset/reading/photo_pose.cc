@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace trammel::tool_offset {
@@ -67,13 +68,38 @@ void FindFocalLength(const PageMap& map, const PhotoSource& source, PhotoPose& p
       any ? std::max(kStated, std::sqrt(std::max(0.0, square / sum - mean * mean))) : kUsualSpread;
 }
 
+/// What is known of the lens's axis, and what cropping does to the focal length that the file
+/// states.
+void JudgeSize(const PageView& page, PhotoPose& pose) {
+  constexpr double kLens = 0.005;    // of the way to the corner: 20 px of 2520, evenly
+  constexpr double kCropped = 0.25;  // half a side away is 0.4
+  constexpr double kCroppedFocal = 0.4;
+  pose.as_stored = IsStoredSize(page.width, page.height);
+  pose.centre_uncertainty_px = (pose.as_stored ? kLens : kCropped) * pose.corner_px;
+  if (!pose.as_stored && pose.focal_stated) {
+    pose.focal_uncertainty = std::max(pose.focal_uncertainty, kCroppedFocal);
+  }
+}
+
 }  // namespace
+
+bool IsStoredSize(int width_px, int height_px) {
+  constexpr int kBlock_px = 4;
+  constexpr double kSame = 0.01;
+  if (width_px % kBlock_px != 0 || height_px % kBlock_px != 0) return false;
+  const double ratio = static_cast<double>(std::max(width_px, height_px)) /
+                       std::max(1, std::min(width_px, height_px));
+  const std::array<double, 4> ratios{1, 4.0 / 3, 3.0 / 2, 16.0 / 9};
+  return std::any_of(ratios.begin(), ratios.end(),
+                     [&](double stored) { return std::abs(ratio / stored - 1) < kSame; });
+}
 
 PhotoPose FindPose(const PageView& page, const PageMap& map, const PhotoSource& source) {
   PhotoPose pose;
   pose.centre = {(page.width - 1) / 2.0, (page.height - 1) / 2.0};
   pose.corner_px = std::hypot(page.width, page.height) / 2;
   FindFocalLength(map, source, pose);
+  JudgeSize(page, pose);
   const Columns columns = ColumnsOf(map, pose.centre, pose.focal_px);
   const double scale = 1 / std::sqrt(columns.u.norm() * columns.v.norm());
   const Eigen::Vector3d u = columns.u.normalized();

@@ -38,12 +38,20 @@ struct PhotoPose {
   double focal_uncertainty = 0;  ///< standard, in parts of one
   bool focal_stated = false;     ///< by the file or the user
   PagePoint centre;              ///< of the picture, taken for that of the lens
+  /// Standard, of the lens's axis there, along a side: small, or that of a picture that was
+  /// cropped.
+  double centre_uncertainty_px = 0;
+  bool as_stored = true;  ///< the picture has a size that cameras store
   double corner_px = 1;   ///< from there to a corner
   SheetPoint foot;        ///< the point of the sheet's plane under the lens
   SheetPoint aim;         ///< where the lens's axis meets that plane
   double height_mm = 1;   ///< of the lens above it
   double tilt_rad = 0;    ///< between the lens's axis and the plane's normal
 };
+
+/// Whether cameras store pictures of this size: sides of whole blocks of 4 px, as 4:3, 3:2, 16:9 or
+/// 1:1 to 1 %. Few that were cropped by hand have one.
+[[nodiscard]] bool IsStoredSize(int width_px, int height_px);
 
 /// The focal length that makes the box a rectangle of its planned proportions, where the tilt is
 /// large enough to tell, drawn to that of usual phones (26 … 50 mm on film).

@@ -85,6 +85,35 @@ TEST(PhotoPose, LeversAreWhatHeightAndColourDo) {
   EXPECT_NEAR(further.height - u.height, 10 * u.height_per_mm, kExact);
 }
 
+TEST(PhotoPose, KnowsTheSizesThatCamerasStore) {
+  for (const auto& [width_px, height_px] : {std::pair{4032, 3024},
+                                            {3024, 4032},
+                                            {4000, 2252},
+                                            {6000, 4000},
+                                            {3024, 3024},
+                                            {9248, 6936}}) {
+    EXPECT_TRUE(IsStoredSize(width_px, height_px)) << width_px;
+  }
+  for (const auto& [width_px, height_px] :
+       {std::pair{4031, 3024}, {3600, 3024}, {2873, 2155}, {1, 1}, {4032, 4}}) {
+    EXPECT_FALSE(IsStoredSize(width_px, height_px)) << width_px;
+  }
+}
+
+TEST(PhotoPose, ACroppedPictureHasItsAxisAnywhereAboutTheMiddle) {
+  constexpr double kAnywhere = 0.2;  // of the way to the corner
+  const Pinhole pinhole;
+  const PhotoPose stored = FindPose(kPicture, pinhole.Map(), {kFilm_mm, {}});
+  PageView cut = kPicture;
+  --cut.width;
+  const PhotoPose cropped = FindPose(cut, pinhole.Map(), {kFilm_mm, {}});
+  EXPECT_TRUE(stored.as_stored);
+  EXPECT_LT(stored.centre_uncertainty_px, 20);
+  EXPECT_FALSE(cropped.as_stored);
+  EXPECT_GT(cropped.centre_uncertainty_px, kAnywhere * cropped.corner_px);
+  EXPECT_GT(cropped.focal_uncertainty, stored.focal_uncertainty);
+}
+
 TEST(PhotoPose, SteepTiltsTellAFocalLengthThatIsNotStated) {
   Pinhole pinhole;
   pinhole.tilt_rad = 30 * kDegree;
