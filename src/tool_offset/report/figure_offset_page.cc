@@ -109,7 +109,8 @@ void DrawStructures(Canvas& canvas, const PageWindow& window, const to::SheetPla
               .width_px = good ? 1.0 : 2.2,
               .dash_px = good ? std::vector<double>{} : std::vector<double>{6, 4}});
     for (const to::FingerReading& finger : reading.fingers) {
-      if (finger.left_out.empty()) continue;
+      const bool planned = finger.finger == structure.incomplete[finger.comb];
+      if (finger.left_out.empty() || planned) continue;
       Cross(canvas, window.At(finger.place), 4, {.color = kInk, .width_px = 1.6});
     }
     const PointPx from = window.At(map.ToPage(structure.middle));
@@ -161,7 +162,9 @@ Canvas Draw(const PageView& page, const to::SheetPlan& plan, const to::SheetResu
             double width_px) {
   using Mark = LegendEntry::Mark;
   const LegendEntry legend[] = {
-      {"box, structure, code: as fitted", Mark::kLine, {.color = kBlue}},
+      {plan.code.empty() ? "box, structure: as fitted" : "box, structure, code: as fitted",
+       Mark::kLine,
+       {.color = kBlue}},
       {"refused, or not found",
        Mark::kLine,
        {.color = kVermilion, .width_px = 2, .dash_px = {6, 4}}},
@@ -186,22 +189,25 @@ Canvas Draw(const PageView& page, const to::SheetPlan& plan, const to::SheetResu
 
 Figure PageFigure(const PageView& page, const to::SheetPlan& plan, const to::SheetResult& result) {
   constexpr double kDegrees = 180 / std::numbers::pi;
-  return Figure{
-      "page",
-      fmt::format(
-          "The scan as it is, reduced. u and v are the sheet's axes; u is turned by {:.2f}° "
-          "counter-clockwise from the scan's rows. The box's lines lie within {:.1f} µm (rms) of "
-          "the map that everything else is found with. Each name must lie on the structure of that "
-          "name; a black × is a tooth that was left out; an orange × in a dashed square is a "
-          "tool's coarse "
-          "mark, and the square is planned about that mark's zero.",
-          result.sheet.angle_rad * kDegrees, result.sheet.box_rms_mm * kUmPerMm),
-      Draw(page, plan, result, kFigureWidthPx),
-      2,
-      fmt::format("The scanned sheet with its box, its code and {} structures outlined, turned by "
-                  "{:.1f}°.",
-                  result.structures.size(), result.sheet.angle_rad * kDegrees),
-      Draw(page, plan, result, kNarrowWidthPx)};
+  const char* seen = result.photo ? "photo" : "scan";
+  std::string text = fmt::format(
+      "The {} as it is, reduced. u and v are the sheet's axes; u is turned by {:.2f}° "
+      "counter-clockwise from the {}'s rows. The box's lines lie within {:.1f} µm (rms) of the map "
+      "that everything else is found with. Each name must lie on the structure of that name; a "
+      "black × is a tooth that was left out{}",
+      seen, result.sheet.angle_rad * kDegrees, seen, result.sheet.box_rms_mm * kUmPerMm,
+      plan.coarse_marks.empty() ? "."
+                                : "; an orange × in a dashed square is a tool's coarse mark, "
+                                  "and the square is planned about that mark's zero.");
+  return Figure{"page",
+                std::move(text),
+                Draw(page, plan, result, kFigureWidthPx),
+                2,
+                fmt::format("The {} of the sheet with its box{} and {} structures outlined, turned "
+                            "by {:.1f}°.",
+                            seen, plan.code.empty() ? "" : ", its code", result.structures.size(),
+                            result.sheet.angle_rad * kDegrees),
+                Draw(page, plan, result, kNarrowWidthPx)};
 }
 
 }  // namespace trammel::report

@@ -245,9 +245,11 @@ std::string Caption(const Shown& shown) {
 std::string NameOf(const Shown& shown) {
   const to::Comb& first = shown.structure.combs[0];
   const to::Comb& second = shown.structure.combs[1];
-  return fmt::format("{}: {} (legs {}) minus {} (legs {}) along {}", shown.reading.name,
-                     CombName(second), second.direction > 0 ? "+" : "−", CombName(first),
-                     first.direction > 0 ? "+" : "−", shown.is_x ? "u" : "v");
+  // The legs of an original sheet are drawn there and back, its combs one way.
+  const char* drawn = shown.plan.original ? "stepped" : "legs";
+  return fmt::format("{}: {} ({} {}) minus {} ({} {}) along {}", shown.reading.name,
+                     CombName(second), drawn, second.direction > 0 ? "+" : "−", CombName(first),
+                     drawn, first.direction > 0 ? "+" : "−", shown.is_x ? "u" : "v");
 }
 
 /// In how many rows a structure is shown: as many as keep them at most 40 mm long, on a phone 20,

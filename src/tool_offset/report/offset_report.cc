@@ -150,14 +150,17 @@ std::string Next(const OffsetAnalysis& analysis) {
   return Card("What to do next", body);
 }
 
-int LeftOut(const to::StructureReading& reading) {
-  return static_cast<int>(
-      std::count_if(reading.fingers.begin(), reading.fingers.end(),
-                    [](const to::FingerReading& finger) { return !finger.left_out.empty(); }));
+/// Teeth that were meant to count and do not.
+int LeftOut(const to::Structure& structure, const to::StructureReading& reading) {
+  return static_cast<int>(std::count_if(
+      reading.fingers.begin(), reading.fingers.end(), [&](const to::FingerReading& finger) {
+        return !finger.left_out.empty() && finger.finger != structure.incomplete[finger.comb];
+      }));
 }
 
 /// One line per structure; its picture, where it has one, opens below.
-std::string StructureDetails(const to::StructureReading& reading, const std::string& picture) {
+std::string StructureDetails(const to::Structure& structure, const to::StructureReading& reading,
+                             const std::string& picture) {
   const bool good = reading.offset_mm.good();
   std::string words = OffsetWords(reading.offset_mm);
   if (good) {
@@ -165,7 +168,7 @@ std::string StructureDetails(const to::StructureReading& reading, const std::str
   } else {
     words += ": " + reading.offset_mm.reason();
   }
-  if (const int count = LeftOut(reading); count > 0) {
+  if (const int count = LeftOut(structure, reading); count > 0) {
     words += fmt::format(", {} {} left out", count, count == 1 ? "tooth" : "teeth");
   }
   const std::string line = fmt::format("<b>{}</b> {}", EscapeHtml(reading.name), EscapeHtml(words));
@@ -193,17 +196,18 @@ std::string ScanFacts(const OffsetScan& scan) {
       scan.result.page_dpi_x, scan.result.page_dpi_y, scan.result.finger_scatter_mm * kUmPerMm);
 }
 
-std::string StructuresCard(const OffsetScan& scan, const OffsetScanPictures& pictures, bool drawn,
-                           std::size_t step) {
+std::string StructuresCard(const to::SheetPlan& plan, const OffsetScan& scan,
+                           const OffsetScanPictures& pictures, bool drawn, std::size_t step) {
   std::string details = fmt::format(
       "<p class=\"quiet\">{}trammel offset analyze --figures FOLDER draws them all.</p>\n",
       drawn
-          ? "Open one to see its teeth on the scan, its signal, and what the fit leaves. Pictured "
+          ? "Open one to see its teeth on the sheet, its signal, and what the fit leaves. Pictured "
             "are those that ask most to be looked at; "
           : "This page would be too large with the pictures of all scans; ");
   const std::size_t count = std::min(scan.result.structures.size(), pictures.structures.size());
   for (std::size_t i = 0; i < count; ++i) {
-    details += StructureDetails(scan.result.structures[i],
+    const to::StructureReading& reading = scan.result.structures[i];
+    details += StructureDetails(plan.structures[reading.structure], reading,
                                 drawn ? pictures.structures[i].html[step] : std::string());
   }
   return Card("Structures", details);
@@ -212,9 +216,11 @@ std::string StructuresCard(const OffsetScan& scan, const OffsetScanPictures& pic
 std::string ScanCards(const OffsetReportInput& input, std::size_t index, std::size_t step) {
   const OffsetScan& scan = input.analysis->scans[index];
   const OffsetScanPictures& pictures = input.pictures[index];
-  const std::string name = input.analysis->scans.size() > 1
-                               ? fmt::format("Scan {} (sheet {})", index + 1, scan.sheet)
-                               : std::string("The scan");
+  const bool photo = scan.result.photo.has_value();
+  const std::string name =
+      input.analysis->scans.size() > 1
+          ? fmt::format("{} {} (sheet {})", photo ? "Photo" : "Scan", index + 1, scan.sheet)
+          : std::string(photo ? "The photo" : "The scan");
   const bool drawn = index < kMostDrawn || step + 1 < kPhotoSteps.size();
   const bool has_page = drawn && !pictures.page.empty();
   std::string html =
@@ -225,15 +231,21 @@ std::string ScanCards(const OffsetReportInput& input, std::size_t index, std::si
     }
     html += Card("", FigureHtml(StructureOffsetsFigure(scan)));
   }
-  return html + StructuresCard(scan, pictures, drawn, step);
+  return html + StructuresCard(input.analysis->plan, scan, pictures, drawn, step);
 }
 
 std::string Opening(const OffsetAnalysis& analysis) {
-  return PageBegin("Tool offsets", "Tool offsets from a scanned sheet") +
-         fmt::format("<p class=\"facts\">{}, T{} is the reference tool. Scans: {}</p>\n",
+  const bool photos =
+      !analysis.scans.empty() &&
+      std::all_of(analysis.scans.begin(), analysis.scans.end(),
+                  [](const OffsetScan& scan) { return scan.result.photo.has_value(); });
+  return PageBegin("Tool offsets", photos ? "Tool offsets from a sheet's photo"
+                                          : "Tool offsets from a scanned sheet") +
+         fmt::format("<p class=\"facts\">{}, T{} is the reference tool. {}: {}</p>\n",
                      analysis.plan.original ? "A sheet of the original generator"
                                             : fmt::format("Sheet {}", analysis.plan.sheet_id),
-                     analysis.plan.settings.reference_tool, analysis.scans.size());
+                     analysis.plan.settings.reference_tool, photos ? "Photos" : "Scans",
+                     analysis.scans.size());
 }
 
 /// Tools, scans, self-test, pick-ups: those that there are.

@@ -9,6 +9,7 @@
 
 #include "document/parsers_test_support.h"
 #include "tool_offset/offset/analyse.h"
+#include "tool_offset/original/original_sheet.h"
 #include "tool_offset/reading/sheet_scene_test_support.h"
 #include "tool_offset/report/sheet_picture.h"
 
@@ -182,6 +183,28 @@ TEST(OffsetReport, ShowsSelfTestsAndPickUpsWhereThereAreAny) {
   EXPECT_EQ(figures[1].name, "self-test");
   EXPECT_EQ(figures[2].name, "pick-ups");
   for (const DrawnFigure& figure : figures) EXPECT_EQ(test::XmlProblem(figure.svg), "");
+}
+
+TEST(OffsetReport, AnOriginalSheetHasNoToothLeftOutThatWasNotMeantToCount) {
+  to::OriginalSheet sheet;
+  sheet.tools = {2, 1};
+  sheet.moved.assign(2, {});
+  Drawn drawn;
+  drawn.analysis.plan = to::PlanOriginal(sheet);
+  to::SheetScene scene;
+  scene.paper.dpi_x = scene.paper.dpi_y = 300;
+  Random random(7);
+  const to::ScannedScene scan = to::Scan(drawn.analysis.plan, scene, random);
+  auto result = to::AnalyseSheet(scan.view(), drawn.analysis.plan);
+  ASSERT_TRUE(result) << result.error().message;
+  drawn.input.pictures.push_back(DrawOffsetScan(scan.view(), drawn.analysis.plan, *result));
+  drawn.analysis.scans.push_back({"a.png", 1, 1, std::move(*result)});
+  const std::vector<std::vector<to::SheetResult>> sheets = {{drawn.analysis.scans[0].result}};
+  drawn.analysis.combined = to::Combine(sheets);
+  drawn.input.analysis = &drawn.analysis;
+  const std::string page = OffsetReport(drawn.input);
+  EXPECT_THAT(page, AllOf(HasSubstr("stepped"), HasSubstr("as planned"),
+                          Not(HasSubstr("teeth left out")), Not(HasSubstr("coarse mark"))));
 }
 
 TEST(OffsetReport, APageOfManyScansStaysSmallEnoughToBeSent) {
