@@ -195,6 +195,12 @@ std::string WhatToDoWithPhoto(const Attempt& attempt, const SheetPlan& plan) {
       return "the lines of the box run together: the photo is blurred or too coarse, or they were "
              "printed too wide. Let the sheet fill the picture, hold the phone still, and further "
              "away if it cannot focus";
+    case Finding::kBroken:
+      return fmt::format(
+          "{} lines of the sheet's code are missing in the photo, too many to tell its number: a "
+          "lamp's reflection or something else covers them, or they do not stick. Take it again in "
+          "even light, or print the sheet again",
+          attempt.missing_cells);
     case Finding::kPart:
       return fmt::format(
           "only a part of a box was found: the whole sheet, {:.0f} x {:.0f} mm with all four sides "
