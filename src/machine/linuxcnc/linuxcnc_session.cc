@@ -24,6 +24,10 @@ tl::unexpected<Error> Strange(const std::string& said) {
               ErrorKind::kMachine);
 }
 
+std::string TextOf(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
 // The answer to the request of that number; absent for one to an earlier request, which was given
 // up.
 Result<std::optional<json>> Understood(const std::string& line, int id) {
@@ -35,8 +39,8 @@ Result<std::optional<json>> Understood(const std::string& line, int id) {
   const auto error = answer->find("error");
   if (error == answer->end()) return std::optional(std::move(*answer));
   if (!error->is_string()) return Strange(line);
-  const std::string kind = answer->value("kind", json()).dump();
-  const bool unsafe = kind == "\"taken\"" || kind == "\"safety\"";
+  const json kind = answer->value("kind", json());
+  const bool unsafe = kind == "taken" || kind == "safety";
   return Fail(Clipped(error->get<std::string>()),
               unsafe ? ErrorKind::kSafety : ErrorKind::kMachine);
 }
@@ -99,7 +103,7 @@ Result<json> LinuxCncSession::Ask(json request, const std::stop_token& stop) {
   // Each of a request's few blocks may take the helper's own five seconds.
   constexpr double kHelper_s = 20;
   const double limit_s = time_limit_s_ + kHelper_s;
-  auto line = helper_->Ask(request.dump(), limit_s, stop);
+  auto line = helper_->Ask(TextOf(request), limit_s, stop);
   for (; line; line = helper_->Hear(limit_s, stop)) {
     auto answer = Understood(*line, asked_);
     if (!answer) return tl::unexpected(answer.error());
@@ -129,7 +133,7 @@ Result<LinuxCncMotion> LinuxCncSession::ParseMotion(const json& answer) {
     sound = (*position)[i].is_number() && std::isfinite((*position)[i].get<double>());
     if (sound) motion.position[static_cast<Eigen::Index>(i)] = (*position)[i].get<double>();
   }
-  if (!sound) return Strange(answer.dump());
+  if (!sound) return Strange(TextOf(answer));
   return motion;
 }
 
@@ -145,7 +149,7 @@ Result<LinuxCncState> LinuxCncSession::State(int joints, const std::stop_token& 
   state.metric = members.Flag("metric");
   state.feed_override = members.Number("feed_override");
   const json* homed = members.List("homed");
-  if (!members.sound()) return Strange(answer->dump());
+  if (!members.sound()) return Strange(TextOf(*answer));
   state.homed = homed->size() >= static_cast<std::size_t>(joints);
   for (int joint = 0; state.homed && joint < joints; ++joint) {
     state.homed = (*homed)[static_cast<std::size_t>(joint)] == 1;
@@ -181,7 +185,7 @@ Result<std::string> LinuxCncSession::Interpreted(const std::string& text,
   if (!answer) return tl::unexpected(answer.error());
   Members members(*answer);
   std::string shown = members.Text("shown");
-  if (!members.sound()) return Strange(answer->dump());
+  if (!members.sound()) return Strange(TextOf(*answer));
   return shown;
 }
 
