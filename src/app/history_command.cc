@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "app/history_table.h"
+#include "app/history_csv.h"
 #include "app/kept_history.h"
 #include "app/number_range.h"
 #include "base/json_text.h"

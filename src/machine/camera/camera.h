@@ -115,14 +115,6 @@ struct CameraOptions {
                                                               const CameraOptions& options = {},
                                                               std::stop_token stop = {});
 
-/// The address of a webcam as a printer's web interface lists it, made absolute:
-/// "/webcam/?action=stream" is meant relative to that interface. An absolute address comes back
-/// unchanged.
-/// @param printer_url  such as "http://voron.local:7125"; its port is the API's, not the web
-///                     interface's, so port 80 (443 for https) is taken for a relative address.
-[[nodiscard]] Result<std::string> ResolveCameraUrl(const std::string& stream_url,
-                                                   const std::string& printer_url);
-
 /// The picture of a frame as 8-bit BGR. Errors (kMeasurement): damaged, or larger than 50
 /// megapixels.
 [[nodiscard]] Result<Frame> DecodeFrame(const CapturedFrame& frame);

@@ -135,27 +135,4 @@ Result<CameraUrl> ParseCameraUrl(const std::string& text) {
   return url;
 }
 
-Result<std::string> ResolveCameraUrl(const std::string& stream_url,
-                                     const std::string& printer_url) {
-  if (IsHttpUrl(stream_url)) {
-    auto url = ParseCameraUrl(stream_url);
-    if (!url) return tl::unexpected(url.error());
-    return stream_url;
-  }
-  if (stream_url.empty() || stream_url.find("://") != std::string::npos) {
-    return Fail(
-        fmt::format("webcam address '{}': only http and https streams can be read; set the "
-                    "webcam to an MJPEG stream",
-                    Shown(stream_url)));
-  }
-  auto printer = ParseCameraUrl(printer_url);
-  if (!printer) return tl::unexpected(printer.error());
-  CameraUrl url = *printer;
-  url.port = url.tls ? 443 : 80;
-  url.target = (stream_url.front() == '/' ? "" : "/") + stream_url;
-  const std::string absolute = url.Address();
-  if (auto parsed = ParseCameraUrl(absolute); !parsed) return tl::unexpected(parsed.error());
-  return absolute;
-}
-
 }  // namespace trammel::machine

@@ -300,14 +300,5 @@ TEST(CameraUrl, IsTakenApart) {
   }
 }
 
-TEST(CameraUrl, OfAWebcamIsRelativeToTheWebInterface) {
-  EXPECT_EQ(*ResolveCameraUrl("/webcam/?action=stream", "http://voron.local:7125"),
-            "http://voron.local/webcam/?action=stream");
-  EXPECT_EQ(*ResolveCameraUrl("http://cam:8080/stream", "http://voron.local:7125"),
-            "http://cam:8080/stream");
-  EXPECT_FALSE(ResolveCameraUrl("rtsp://cam/stream", "http://voron.local"));
-  EXPECT_FALSE(ResolveCameraUrl("", "http://voron.local"));
-}
-
 }  // namespace
 }  // namespace trammel::machine

@@ -1,4 +1,4 @@
-#include "app/history_table.h"
+#include "app/history_csv.h"
 
 #include <fmt/format.h>
 
