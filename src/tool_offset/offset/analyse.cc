@@ -217,16 +217,18 @@ void CompareResolution(const AnalyseOptions& options, SheetResult& result) {
 }
 
 /// Tells why a scan is too coarse; nothing where it is not. Between the two legs of a finger are
-/// 0.3 mm of paper: below four pixels across a leg and its gap the place of a line depends on the
-/// pixels.
-std::optional<std::string> TooCoarse(const PageMap& map) {
-  constexpr double kLeast_dpi = 145;  // 150 of a scanner whose scale is wrong by some per cent
+/// 0.3 mm of paper: with fewer than four pixels across a leg and its gap a line's place depends on
+/// the pixels; with fewer than six the distance of both, which tells the play of original sheets.
+std::optional<std::string> TooCoarse(const SheetPlan& plan, const PageMap& map) {
+  constexpr double kScale = 0.97;  // of scanners, at worst
+  const double least_dpi = plan.original ? 200 : 150;
   const double dpi = 25.4 * std::min(Length(map.u_px_mm), Length(map.v_px_mm));
-  if (dpi >= kLeast_dpi) return std::nullopt;
+  if (dpi >= kScale * least_dpi) return std::nullopt;
   return fmt::format(
-      "the scan shows the sheet with {:.0f} dpi, at least 150 are needed: scan it with 300 dpi or "
+      "the scan shows the sheet with {:.0f} dpi, at least {:.0f} are needed: scan it with 300 dpi "
+      "or "
       "more",
-      dpi);
+      dpi, least_dpi);
 }
 
 /// How the photo was taken, and the sheet's map.
@@ -262,7 +264,7 @@ Result<SheetResult> AnalyseSheet(const PageView& page, const SheetPlan& plan,
     auto photo = ReadPhoto(page, plan, *options.photo, result.sheet);
     if (!photo) return tl::unexpected(photo.error());
     result.photo = *photo;
-  } else if (const auto why = TooCoarse(result.sheet.map)) {
+  } else if (const auto why = TooCoarse(plan, result.sheet.map)) {
     return Fail(*why, ErrorKind::kMeasurement);
   }
   const PageMap& map = result.sheet.map;

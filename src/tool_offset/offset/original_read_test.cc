@@ -98,6 +98,15 @@ TEST(OriginalRead, RefusesASheetOfAnotherNumberOfTools) {
   }
 }
 
+TEST(OriginalRead, RefusesAScanOfTooFewDots) {
+  const SheetPlan plan = PlanOriginal(OfTools({1, 2}));
+  SheetScene scene = Scene();
+  scene.paper.dpi_x = scene.paper.dpi_y = 150;
+  const auto result = Read(plan, plan, scene);
+  ASSERT_FALSE(result);
+  EXPECT_THAT(result.error().message, HasSubstr("150 dpi, at least 200"));
+}
+
 TEST(OriginalRead, NoticesOnTheControlThatTheFileIsAnother) {
   OriginalSheet printed = OfTools({1, 2});
   printed.moved[1] = {0.08, 0};
