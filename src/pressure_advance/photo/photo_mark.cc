@@ -70,19 +70,65 @@ std::optional<double> FilamentBegins_px(const GrayImage& contrast, const Curve& 
   return kFarthest * pattern.pitch_px;
 }
 
-// Share of a stretch that is filament between two distances from an outer line.
+// Share of the columns x from … to that is filament over the distances from … to, as brightness
+// between that of the plate and that of the lines: blur and thin strokes change no such mean.
 double FilamentShare(const GrayImage& contrast, const Curve& rung, double outwards,
-                     const Stretch& stretch, double from_px, double to_px, double half) {
-  int above = 0, count = 0;
-  for (double away = from_px; away < to_px; away += 1) {
-    for (double x = stretch.from_px; x <= stretch.to_px; x += 1) {
-      const double y = rung(x) + outwards * away;
+                     const Stretch& columns, const Stretch& away, const Levels& levels) {
+  constexpr double kMost = 1.25;
+  double sum = 0;
+  int count = 0;
+  for (double out = away.from_px; out <= away.to_px; out += 1) {
+    for (double x = columns.from_px; x <= columns.to_px; x += 1) {
+      const double y = rung(x) + outwards * out;
       if (y < 0 || y > contrast.height - 1) continue;
       ++count;
-      above += At(contrast, x, y) > half;
+      sum +=
+          std::min(kMost, (At(contrast, x, y) - levels.plate) / (2 * (levels.half - levels.plate)));
     }
   }
-  return count > 0 ? static_cast<double>(above) / count : 0;
+  return count > 0 ? sum / count : 0;
+}
+
+// How deep the frame's corner is filled before its bar, at one end of an outer line.
+struct Corner {
+  const GrayImage* contrast;
+  const Curve* rung;
+  double outwards = 1, bead_px = 0, bar_px = 0;  // the bar's distance from the line
+  Stretch here, other;                           // columns at this end and at the line's other one
+  Levels levels;
+};
+
+// Strokes of a starved printer lie apart: what counts is a bead's mean, and plate at the other end.
+double FilledDepth_px(const Corner& corner) {
+  constexpr double kFilled = 0.2, kPlate = 0.12;  // of what filament is above the plate
+  const double half_px = 0.6 * corner.bead_px;
+  const auto share = [&](const Stretch& columns, double away) {
+    return FilamentShare(*corner.contrast, *corner.rung, corner.outwards, columns,
+                         {away - half_px, away + half_px}, corner.levels);
+  };
+  double filled_px = corner.bar_px;
+  for (double away = corner.bar_px - 0.75 * corner.bead_px; away > 1.2 * corner.bead_px;
+       away -= 1) {
+    if (share(corner.here, away) < kFilled || share(corner.other, away) > kPlate) break;
+    filled_px = away;
+  }
+  return corner.bar_px - filled_px;
+}
+
+// Whether all of a stretch is filled: a blob or a string is not.
+bool FilledAlong(const Corner& corner, double depth_px) {
+  constexpr int kPieces = 5;
+  constexpr double kLeast = 0.12;
+  const Stretch away{corner.bar_px - depth_px, corner.bar_px - 0.15 * corner.bead_px};
+  const double piece_px = (corner.here.to_px - corner.here.from_px) / kPieces;
+  for (int i = 0; i < kPieces; ++i) {
+    const double from = corner.here.from_px + i * piece_px;
+    if (FilamentShare(*corner.contrast, *corner.rung, corner.outwards, {from, from + piece_px},
+                      away, corner.levels) < kLeast) {
+      return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -108,15 +154,18 @@ std::optional<MarkedCorner> FindMark(const GrayImage& contrast, const LinePatter
       begins[end] = FilamentBegins_px(contrast, rung, outwards, pattern, ends[end], levels.half);
     }
     if (!begins[0] || !begins[1]) continue;
-    const double sooner_px = *begins[1] - *begins[0];
-    if (std::abs(sooner_px) <= kDeep * pattern.bead_px) continue;
-    const std::size_t full = sooner_px > 0 ? 0 : 1;
-    const auto share = [&](std::size_t end) {
-      return FilamentShare(contrast, rung, outwards, ends[end], *begins[full], *begins[1 - full],
-                           levels.half);
-    };
-    constexpr double kFull = 0.8, kEmpty = 0.2;
-    if (share(full) >= kFull && share(1 - full) <= kEmpty) marked.push_back({bottom, full == 1});
+    if (!(levels.half > levels.plate)) continue;
+    // The bar, where either end shows plate before it.
+    const double bar_px = std::max(*begins[0], *begins[1]);
+    for (std::size_t end = 0; end < 2; ++end) {
+      const bool alike = std::abs(*begins[end] - bar_px) < 0.7 * pattern.bead_px;
+      const Corner corner{
+          &contrast, &rung,         outwards, pattern.bead_px, alike ? *begins[end] : bar_px,
+          ends[end], ends[1 - end], levels};
+      const double depth_px = FilledDepth_px(corner);
+      if (depth_px < kDeep * pattern.bead_px || !FilledAlong(corner, depth_px)) continue;
+      marked.push_back({bottom, end == 1});
+    }
   }
   if (marked.size() != 1) return std::nullopt;
   return marked.front();

@@ -15,8 +15,9 @@ struct MarkedCorner {
 };
 
 /// Looks between the outer lines and the bars beyond them, at both ends of the lines, for the one
-/// corner in which filament begins sooner than at the line's other end. A string or a blob is
-/// narrower than what is asked of a mark: half of a tenth of the line, one and a half beads deep.
+/// corner that is filled before its bar while the line's other end is plate there. The mark's
+/// strokes may lie apart, as a starved printer lays them. A string or a blob is narrower than what
+/// is asked of a mark: all of a tenth of the line, one and a half beads deep.
 /// @param contrast  filament higher than plate.
 /// @returns nothing where no corner stands out, or more than one.
 [[nodiscard]] std::optional<MarkedCorner> FindMark(const vision::GrayImage& contrast,

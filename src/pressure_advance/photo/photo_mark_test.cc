@@ -82,6 +82,17 @@ TEST(PhotoMark, SettlesEveryTurnAndMirrorOfASymmetricPattern) {
   }
 }
 
+// As a printer lays them that comes to each stroke with an empty nozzle.
+TEST(PhotoMark, IsSeenWhereItsStrokesLieApart) {
+  DrawnPhoto drawn = Symmetric();
+  drawn.mark_stroke_mm = 0.5 * drawn.bead_mm;
+  cv::Mat mirrored;
+  cv::flip(MatOf(Draw(drawn)), mirrored, 1);
+  const PhotoMeasurement measured = Measure(mirrored, OptionsFor(drawn));
+  EXPECT_EQ(measured.refusal, "");
+  EXPECT_THAT(measured.notices, Contains(HasSubstr("the lines start at the right")));
+}
+
 TEST(PhotoMark, WithoutItASymmetricPatternAsksWhereItStarts) {
   DrawnPhoto drawn = Symmetric();
   drawn.corner_mark = false;

@@ -27,7 +27,14 @@ double Filament(const DrawnPhoto& photo, double x_mm, double y_mm) {
   if (photo.corner_mark) {
     const double along = std::min(x_mm, 9 - x_mm);
     const double across = std::min(y_mm + photo.margin_mm, 3 - photo.margin_mm - y_mm);
-    share = std::max(share, Coverage(std::min(along, across) * px));
+    double inside = std::min(along, across);
+    if (photo.mark_stroke_mm > 0) {
+      const double apart_mm = 1.2 * photo.bead_mm;
+      const double phase =
+          y_mm + photo.margin_mm - std::floor((y_mm + photo.margin_mm) / apart_mm) * apart_mm;
+      inside = std::min(inside, photo.mark_stroke_mm / 2 - std::abs(phase - apart_mm / 2));
+    }
+    share = std::max(share, Coverage(inside * px));
   }
   const double nearest = std::clamp(std::round(y_mm / photo.spacing_mm), 0.0, lines - 1);
   const auto line = static_cast<std::size_t>(nearest);

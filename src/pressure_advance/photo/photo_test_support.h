@@ -20,7 +20,8 @@ struct DrawnPhoto {
   double margin_mm = 6;  ///< from the outer lines to the frame's inner edges
   double slow_before = 0.1, slow_after = 0.3;
   bool frame = true;
-  bool corner_mark = false;  ///< fills 3 mm of the frame's margin along 9 mm of the first line
+  bool corner_mark = false;   ///< fills 3 mm of the frame's margin along 9 mm of the first line
+  double mark_stroke_mm = 0;  ///< of the mark's strokes, 1.2 beads from each other; 0: printed full
   std::vector<std::size_t> left_out;  ///< lines that were not printed
 
   int width_px = 520, height_px = 540;
