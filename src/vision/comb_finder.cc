@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "base/statistics.h"
@@ -169,43 +171,93 @@ Places OnPencil(const std::vector<Stroke>& strokes, const LinePencil& pencil) {
   return places;
 }
 
-Family Describe(const std::vector<Stroke>& strokes, const Places& places,
-                const LinePencil& pencil) {
-  Family family;
-  family.pencil = pencil;
-  std::vector<double> lefts, rights;
-  double squares = 0;
-  std::size_t points = 0;
+// Columns, from and to.
+using Stretch = std::pair<double, double>;
+
+// The columns in which most of the places that the picture shows have a stroke: the plate's edge, a
+// shadow or stripes in the surroundings put strokes on some places only. Where there are several
+// such stretches, the longest.
+std::optional<Stretch> CoveredColumns(const std::vector<Stroke>& strokes, const Places& places,
+                                      const LinePencil& pencil, const cv::Mat& seen) {
+  constexpr int kColumns = 180;
+  constexpr double kLeastShare = 0.5;
+  int first = places.begin()->second, last = first;
   for (const auto& [index, place] : places) {
-    family.strength[place] += strokes[index].length_px() * strokes[index].height;
-    lefts.push_back(strokes[index].points.front().x);
-    rights.push_back(strokes[index].points.back().x);
-    family.weight += strokes[index].length_px() * strokes[index].height * strokes[index].height;
-    points += strokes[index].points.size();
-    for (const PointPx& point : strokes[index].points) {
-      squares += std::pow(pencil.PlaceOf(point) - place, 2);
-    }
+    first = std::min(first, place);
+    last = std::max(last, place);
   }
-  // Outer places at which little is seen beside the rest are the plate's texture.
+  const auto x_of = [&](int column) { return (column + 0.5) * seen.cols / kColumns; };
+  std::optional<Stretch> longest;
+  int begin = -1;
+  for (int column = 0; column <= kColumns; ++column) {
+    const double x = x_of(column);
+    int shown = 0;
+    for (int place = first; place <= last && column < kColumns; ++place) {
+      const double y = pencil.Y_px(place, x);
+      shown += y >= 0 && y <= seen.rows - 1 &&
+               seen.at<std::uint8_t>(static_cast<int>(y), static_cast<int>(x)) != 0;
+    }
+    std::set<int> covered;
+    for (const auto& [index, place] : places) {
+      const std::vector<PointPx>& p = strokes[index].points;
+      if (p.front().x <= x && x <= p.back().x) covered.insert(place);
+    }
+    const bool most = shown > 0 && static_cast<double>(covered.size()) >= kLeastShare * shown;
+    if (most && begin < 0) begin = column;
+    if (most || begin < 0) continue;
+    const Stretch stretch{x_of(begin), x_of(column - 1)};
+    if (!longest || stretch.second - stretch.first > longest->second - longest->first) {
+      longest = stretch;
+    }
+    begin = -1;
+  }
+  return longest;
+}
+
+// Drops outer places at which little is seen beside the rest: the plate's texture.
+void DropWeakEnds(std::map<int, double>& strength) {
   std::vector<double> strengths;
-  for (const auto& [place, strength] : family.strength) strengths.push_back(strength);
+  for (const auto& [place, of_place] : strength) strengths.push_back(of_place);
   const double usual = Quantile(strengths, 0.6);
   constexpr double kLeastStrength = 0.2;
   const auto too_weak = [&](const auto& entry) { return entry->second < kLeastStrength * usual; };
-  while (!family.strength.empty() && too_weak(family.strength.begin())) {
-    family.strength.erase(family.strength.begin());
+  while (!strength.empty() && too_weak(strength.begin())) strength.erase(strength.begin());
+  while (!strength.empty() && too_weak(std::prev(strength.end()))) {
+    strength.erase(std::prev(strength.end()));
   }
-  while (!family.strength.empty() && too_weak(std::prev(family.strength.end()))) {
-    family.strength.erase(std::prev(family.strength.end()));
+}
+
+std::optional<Family> Describe(const std::vector<Stroke>& strokes, const Places& places,
+                               const LinePencil& pencil, const cv::Mat& seen) {
+  const std::optional<Stretch> covered = CoveredColumns(strokes, places, pencil, seen);
+  if (!covered) return std::nullopt;
+  Family family;
+  family.pencil = pencil;
+  family.left_px = covered->first;
+  family.right_px = covered->second;
+  double squares = 0;
+  std::size_t points = 0;
+  for (const auto& [index, place] : places) {
+    const Stroke& stroke = strokes[index];
+    const double length_px = std::min(stroke.points.back().x, family.right_px) -
+                             std::max(stroke.points.front().x, family.left_px);
+    if (!(length_px > 0)) continue;
+    family.strength[place] += length_px * stroke.height;
+    family.weight += length_px * stroke.height * stroke.height;
+    points += stroke.points.size();
+    for (const PointPx& point : stroke.points) {
+      squares += std::pow(pencil.PlaceOf(point) - place, 2);
+    }
   }
-  family.left_px = Quantile(lefts, 0.05);
-  family.right_px = Quantile(rights, 0.95);
+  if (points == 0) return std::nullopt;
+  DropWeakEnds(family.strength);
   family.irregularity = std::sqrt(squares / static_cast<double>(points));
   family.weight *= std::max(0.0, 1 - family.irregularity / kNoiseIrregularity);
   return family;
 }
 
-std::optional<Family> Grow(const std::vector<Stroke>& strokes, Places places, int fewest) {
+std::optional<Family> Grow(const std::vector<Stroke>& strokes, Places places, int fewest,
+                           const cv::Mat& seen) {
   std::optional<LinePencil> pencil;
   constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
@@ -215,26 +267,27 @@ std::optional<Family> Grow(const std::vector<Stroke>& strokes, Places places, in
     places = OnPencil(strokes, *pencil);
   }
   if (places.empty()) return std::nullopt;
-  Family family = Describe(strokes, places, *pencil);
+  std::optional<Family> family = Describe(strokes, places, *pencil, seen);
   constexpr double kMostIrregular = 0.7 * kNoiseIrregularity;
-  if (family.strength.size() < static_cast<std::size_t>(fewest) ||
-      family.irregularity > kMostIrregular) {
+  if (!family || family->strength.size() < static_cast<std::size_t>(fewest) ||
+      family->irregularity > kMostIrregular) {
     return std::nullopt;
   }
   return family;
 }
 
-std::optional<Family> LargestFamily(const std::vector<Stroke>& strokes, double width, int fewest) {
+std::optional<Family> LargestFamily(const std::vector<Stroke>& strokes, const cv::Mat& seen,
+                                    int fewest) {
   std::optional<Family> best;
   for (const double share : {0.5, 0.35, 0.65, 0.25, 0.75}) {
-    const auto crossing = Crossing(strokes, share * width);
+    const auto crossing = Crossing(strokes, share * seen.cols);
     std::optional<Places> most;
     for (std::size_t start = 0; start + 1 < crossing.size(); ++start) {
       Places places = Walk(crossing, start);
       if (!most || places.size() > most->size()) most = std::move(places);
     }
     if (!most) continue;
-    std::optional<Family> family = Grow(strokes, *most, fewest);
+    std::optional<Family> family = Grow(strokes, *most, fewest, seen);
     if (family && (!best || family->weight > best->weight)) best = std::move(family);
   }
   return best;
@@ -274,6 +327,7 @@ std::optional<FoundComb> ToComb(const Family& family, const TurnedPicture& turne
   FoundComb comb;
   comb.places = last - first + 1;
   comb.around = options.around;
+  comb.beside = options.beside;
   comb.weight = family.weight;
   const std::array<std::pair<double, double>, 4> sides{
       {{left, top}, {right, top}, {right, bottom}, {left, bottom}}};
@@ -286,15 +340,6 @@ std::optional<FoundComb> ToComb(const Family& family, const TurnedPicture& turne
   }
   if (!IsConvex(comb.corners)) return std::nullopt;
   return comb;
-}
-
-GrayImage Mask(const cv::Mat& contrast) {
-  GrayImage image(contrast.cols, contrast.rows);
-  for (int y = 0; y < contrast.rows; ++y) {
-    const float* from = contrast.ptr<float>(y);
-    for (int x = 0; x < contrast.cols; ++x) image.row(y)[x] = from[x] > kFilamentBegins ? 1.0F : 0;
-  }
-  return image;
 }
 
 double Apart_px(const Quad& a, const Quad& b) {
@@ -348,19 +393,17 @@ std::vector<FoundComb> FindCombs(const BgrView& photo, const CombFinderOptions& 
         for (const bool lighter : {true, false}) {
           if (!lighter) turned.contrast = -turned.contrast;
           const std::vector<Stroke> strokes = TraceStrokes(turned.contrast, turned.seen);
-          const auto family = LargestFamily(strokes, turned.contrast.cols, options.fewest_strokes);
+          const auto family = LargestFamily(strokes, turned.seen, options.fewest_strokes);
           if (!family) continue;
           std::optional<FoundComb> comb = ToComb(*family, turned, options);
           if (!comb) continue;
           if (found.size() == options.most_found && comb->weight < found.back().weight) continue;
-          comb->filament = Mask(lighter ? contrast : cv::Mat(-contrast));
           KeepBest(found, std::move(*comb), options.most_found);
         }
       }
     }
   }
   for (FoundComb& comb : found) {
-    comb.filament_scale = scale;
     // Pixel centres have whole coordinates, so that a scale acts about (-0.5, -0.5).
     for (PointPx& p : comb.corners) p = {(p.x + 0.5) / scale - 0.5, (p.y + 0.5) / scale - 0.5};
   }

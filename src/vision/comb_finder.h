@@ -23,11 +23,11 @@ struct FoundComb {
   /// sides along the strokes lie `around` places beyond the first and the last stroke. First to
   /// second corner and fourth to third run along the strokes; clockwise as seen.
   Quad corners;
-  int places = 0;             ///< strokes and the empty places between them
-  double around = 0;          ///< places between a stroke and the side next to it
-  double weight = 0;          ///< length of the strokes times their contrast, less where irregular
-  GrayImage filament;         ///< 1 where the shrunk picture shows filament, 0 elsewhere
-  double filament_scale = 1;  ///< px of `filament` per px of the photo
+  int places = 0;     ///< strokes and the empty places between them
+  double around = 0;  ///< places between a stroke and the side next to it
+  double weight = 0;  ///< length of the strokes times their contrast, less where irregular
+  double beside = 0;  ///< between the strokes' ends and the sides next to them, of the
+                      ///< strokes' length
 };
 
 /// Turns the picture along the directions in which most edges run, traces strokes in several colour

@@ -169,14 +169,17 @@ Rails LookForRails(const GrayImage& contrast, const std::vector<Rung>& rungs, do
     const std::vector<double> values =
         BoxMean(BetweenRungs(contrast, above.track, below.track, pitch_px),
                 std::max(1, static_cast<int>(bead_px / 6)));
-    const double plate =
-        Quantile(std::vector<double>(values.begin() + left, values.begin() + right), 0.4);
-    const double half = plate + height / 2;
     // From a good way inside: the lines' ends may be hidden by the rail's fillets.
     const int inside = std::max(1, (right - left) / 4);
     for (const int direction : {-1, 1}) {
       Rail& rail = direction < 0 ? rails.left : rails.right;
       const int from = direction < 0 ? left + inside : right - inside;
+      // Of the half beside the rail: light is uneven along the lines.
+      const int middle = (left + right) / 2;
+      const double plate = direction < 0
+                               ? Quantile({values.begin() + left, values.begin() + middle}, 0.4)
+                               : Quantile({values.begin() + middle, values.begin() + right}, 0.4);
+      const double half = plate + height / 2;
       const auto edge = RailEdge(values, seen, from, direction, half, bead_px);
       if (edge) {
         rail.x_px.push_back(*edge);
@@ -229,12 +232,15 @@ std::optional<Curve> FitRail(const Rail& rail, int direction, double height_px, 
   return Curve{centre, centre, offset, slope * centre, 0};
 }
 
-// The plate's level between two lines.
+// The plate's level between two lines: of the half beside a rail, or of the whole (direction 0).
 double PlateBetween(const GrayImage& contrast, const Rung& above, const Rung& below,
-                    double pitch_px) {
+                    double pitch_px, int direction) {
   const std::vector<double> values = BetweenRungs(contrast, above.track, below.track, pitch_px);
-  const auto left = static_cast<std::ptrdiff_t>(std::min(above.left_px, below.left_px));
-  const auto right = static_cast<std::ptrdiff_t>(std::max(above.right_px, below.right_px));
+  auto left = static_cast<std::ptrdiff_t>(std::min(above.left_px, below.left_px));
+  auto right = static_cast<std::ptrdiff_t>(std::max(above.right_px, below.right_px));
+  const std::ptrdiff_t middle = (left + right) / 2;
+  if (direction > 0) left = middle;
+  if (direction < 0) right = middle;
   return Median(std::vector<double>(values.begin() + left, values.begin() + right + 1));
 }
 
@@ -246,7 +252,8 @@ bool LinesReach(const GrayImage& contrast, const std::vector<Rung>& rungs, const
   for (std::size_t i = 0; i < rungs.size(); ++i) {
     const double rail = inner(rungs[i].track(inner(contrast.height / 2.0)));
     const double half =
-        PlateBetween(contrast, rungs[i > 0 ? i - 1 : 1], rungs[i], pitch_px) + height / 2;
+        PlateBetween(contrast, rungs[i > 0 ? i - 1 : 1], rungs[i], pitch_px, direction) +
+        height / 2;
     double sum = 0;
     int count = 0;
     for (double in = 0.2 * bead_px; in <= 0.9 * bead_px; in += 1) {
@@ -266,7 +273,7 @@ bool LinesReach(const GrayImage& contrast, const std::vector<Rung>& rungs, const
 // Whether a rail goes on beside a place; nothing where the photo does not show it.
 std::optional<bool> RailGoesOn(const GrayImage& contrast, const GrayImage& seen, const Curve& inner,
                                int direction, double y_from, double y_to, double bead_px,
-                               double half) {
+                               double half, double least_seen = 0.5) {
   double sum = 0;
   int count = 0, places = 0;
   for (double y = std::min(y_from, y_to); y <= std::max(y_from, y_to); y += 1) {
@@ -278,7 +285,7 @@ std::optional<bool> RailGoesOn(const GrayImage& contrast, const GrayImage& seen,
       ++count;
     }
   }
-  if (count <= places / 2) return std::nullopt;
+  if (count <= least_seen * places) return std::nullopt;
   return sum / count > half;
 }
 
@@ -294,12 +301,12 @@ int DropBars(const GrayImage& contrast, const GrayImage& seen, const std::option
       const Rung& outer = at_top ? rungs.front() : rungs.back();
       const Rung& next = at_top ? rungs[1] : rungs[rungs.size() - 2];
       const double away = at_top ? -1 : 1;
-      const double half = PlateBetween(contrast, outer, next, pitch_px) + height / 2;
       bool goes_on = false, shown = false;
       for (const int direction : {-1, 1}) {
         const std::optional<Curve>& rail = direction < 0 ? left : right;
         if (!rail) continue;
         const double y = outer.track((*rail)(outer.track(contrast.width / 2.0)));
+        const double half = PlateBetween(contrast, outer, next, pitch_px, direction) + height / 2;
         const auto on = RailGoesOn(contrast, seen, *rail, direction, y + away * 0.45 * pitch_px,
                                    y + away * 0.7 * pitch_px, bead_px, half);
         shown |= on.has_value();
@@ -314,7 +321,8 @@ int DropBars(const GrayImage& contrast, const GrayImage& seen, const std::option
   return doubtful;
 }
 
-// Whether the photo ends before the place next to an outer line.
+// Whether the photo ends before the next place beyond an outer line, so far that a line there would
+// not be traced.
 bool CutBeside(const GrayImage& seen, const Rung& outer, double away_px) {
   int shown = 0, columns = 0;
   for (double x = outer.left_px; x <= outer.right_px; x += 1) {
@@ -322,6 +330,74 @@ bool CutBeside(const GrayImage& seen, const Rung& outer, double away_px) {
     shown += IsSeen(seen, x, outer.track(x) + away_px);
   }
   return 2 * shown < columns;
+}
+
+// What the frame's bars beyond the outer lines are looked for in.
+struct FrameAcross {
+  const GrayImage* contrast;
+  const GrayImage* seen;
+  const std::optional<Curve>* left;
+  const std::optional<Curve>* right;
+  double pitch_px, bead_px, height;
+};
+
+// Share of the columns between the rails that are filament at some distance from a line; nothing
+// where the photo shows few of them.
+std::optional<double> FilamentShare(const FrameAcross& in, const Curve& track, double away_px,
+                                    double half, const Columns& columns) {
+  constexpr double kFewestSeen = 0.3;
+  int shown = 0, filament = 0;
+  for (int x = columns.from_px; x <= columns.to_px; ++x) {
+    const double y = track(x) + away_px;
+    if (!IsSeen(*in.seen, x, y)) continue;
+    ++shown;
+    filament += in.contrast->row(static_cast<int>(std::lround(y)))[x] > half;
+  }
+  if (shown == 0 || shown < kFewestSeen * (columns.to_px - columns.from_px)) return std::nullopt;
+  return static_cast<double>(filament) / shown;
+}
+
+// Whether the photo shows that the frame closes beyond an outer line: plate, then a bar across, and
+// no rail that goes on behind it. Then no other line can follow.
+bool FrameCloses(const FrameAcross& in, const Rung& outer, const Rung& next, int away) {
+  constexpr double kFirst = 0.6, kFarthest = 3.2;   // pitches
+  constexpr double kPlate = 0.3, kFilament = 0.65;  // of the columns
+  const double middle = outer.track(in.contrast->width / 2.0);
+  const double inside = 0.5 * in.bead_px;
+  const Columns columns{
+      std::max(0, static_cast<int>((*in.left ? (**in.left)(middle) : outer.left_px) + inside)),
+      std::min(in.contrast->width - 1,
+               static_cast<int>((*in.right ? (**in.right)(middle) : outer.right_px) - inside))};
+  if (columns.to_px - columns.from_px < 4 * in.bead_px) return false;
+  const double half = PlateBetween(*in.contrast, outer, next, in.pitch_px, 0) + in.height / 2;
+  double begin_px = 0, end_px = 0, filament_px = 0;
+  for (double d = kFirst * in.pitch_px; d < kFarthest * in.pitch_px && end_px == 0; d += 1) {
+    const auto share = FilamentShare(in, outer.track, away * d, half, columns);
+    if (!share) return false;
+    if (begin_px == 0) {
+      filament_px = *share > kPlate ? filament_px + 1 : 0;
+      if (*share < kFilament && filament_px > 0.5 * in.bead_px) return false;  // a torn line?
+      if (*share >= kFilament) begin_px = d;
+    } else if (*share < kPlate) {
+      end_px = d;
+    }
+  }
+  if (end_px - begin_px < 0.5 * in.bead_px || end_px - begin_px > 1.2 * in.pitch_px) return false;
+  constexpr double kLeastSeen = 0.2;  // of a narrow stretch behind the bar
+  bool shown = false;
+  for (const int direction : {-1, 1}) {
+    const std::optional<Curve>& rail = direction < 0 ? *in.left : *in.right;
+    if (!rail) continue;
+    const double y = outer.track((*rail)(middle));
+    const double at_rail =
+        PlateBetween(*in.contrast, outer, next, in.pitch_px, direction) + in.height / 2;
+    const auto on = RailGoesOn(
+        *in.contrast, *in.seen, *rail, direction, y + away * (end_px + 0.05 * in.bead_px),
+        y + away * (end_px + 0.35 * in.bead_px), in.bead_px, at_rail, kLeastSeen);
+    if (on.value_or(false)) return false;
+    shown |= on.has_value();
+  }
+  return shown;
 }
 
 // A rail that is not seen, as the other one shifted to where the lines leave the photo.
@@ -374,8 +450,12 @@ LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen, const Co
     pattern.seen.push_back(rungs[i].seen);
     if (i > 0) pattern.steps.push_back(rungs[i].place - rungs[i - 1].place);
   }
-  pattern.first_cut = CutBeside(seen, rungs.front(), -pitch_px);
-  pattern.last_cut = CutBeside(seen, rungs.back(), pitch_px);
+  constexpr double kNextTraced = 1.6;  // pitches: a place and what is looked at beside it
+  pattern.first_cut = CutBeside(seen, rungs.front(), -kNextTraced * pitch_px);
+  pattern.last_cut = CutBeside(seen, rungs.back(), kNextTraced * pitch_px);
+  const FrameAcross across{&contrast, &seen, &left, &right, pitch_px, bead_px, height};
+  pattern.first_closed = FrameCloses(across, rungs.front(), rungs[1], -1);
+  pattern.last_closed = FrameCloses(across, rungs.back(), rungs[rungs.size() - 2], 1);
   pattern.left_seen = left.has_value();
   pattern.right_seen = right.has_value();
   pattern.left_inner = left ? *left : BesideLines(*right, rungs, -1);

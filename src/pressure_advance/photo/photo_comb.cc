@@ -25,6 +25,28 @@ vision::GrayImage SeenPart(const BgrView& photo, const vision::Homography& photo
   return seen;
 }
 
+// 1 on the lines' cores, 0 in the middle of the spaces between them, one half where it may be
+// either: where the lines lie is known, and what is brighter or darker there need not be filament.
+vision::GrayImage LinesAndSpaces(const vision::GrayImage& seen, const vision::CombPlaces& places,
+                                 double beside) {
+  constexpr double kCore = 0.15, kSpace = 0.38;  // pitches from the nearest place
+  vision::GrayImage mask(seen.width, seen.height);
+  std::fill(mask.value.begin(), mask.value.end(), 0.5F);
+  const double lines_px = seen.width / (1 + 2 * beside);
+  const int from = static_cast<int>(beside * lines_px),
+            to = static_cast<int>((1 + beside) * lines_px);
+  for (int y = 0; y < seen.height; ++y) {
+    const double place = (y - places.first_y_px) / places.pitch_px;
+    if (place < -0.5 || place > places.count - 0.5) continue;
+    const double off = std::abs(place - std::round(place));
+    if (off > kCore && off < kSpace) continue;
+    for (int x = from; x < to; ++x) {
+      if (seen.row(y)[x] > 0.5F) mask.row(y)[x] = off <= kCore ? 1.0F : 0.0F;
+    }
+  }
+  return mask;
+}
+
 }  // namespace
 
 std::optional<CombView> LookAtComb(const BgrView& photo, const vision::FoundComb& comb) {
@@ -40,28 +62,19 @@ std::optional<CombView> LookAtComb(const BgrView& photo, const vision::FoundComb
   if (std::min(width, height) < kSmallest_px) return std::nullopt;
   const int w = static_cast<int>(width), h = static_cast<int>(height);
   const vision::Quad target{{{0, 0}, {w - 1.0, 0}, {w - 1.0, h - 1.0}, {0, h - 1.0}}};
-  vision::Quad in_mask;
-  for (std::size_t i = 0; i < 4; ++i) {
-    in_mask[i] = {(corners[i].x + 0.5) * comb.filament_scale - 0.5,
-                  (corners[i].y + 0.5) * comb.filament_scale - 0.5};
-  }
   const auto photo_from_view = vision::TargetFromSource(corners, target);
-  const auto mask_from_view = vision::TargetFromSource(in_mask, target);
-  if (!photo_from_view || !mask_from_view) return std::nullopt;
+  if (!photo_from_view) return std::nullopt;
   CombView view;
   view.corners = corners;
   view.picture = vision::Rectify(photo, *photo_from_view, w, h);
   const vision::GrayImage seen = SeenPart(photo, *photo_from_view, w, h);
-  vision::GrayImage mask = vision::Rectify(comb.filament, *mask_from_view, w, h);
-  for (std::size_t i = 0; i < mask.value.size(); ++i) {
-    if (seen.value[i] < 0.5F) mask.value[i] = 0.5F;  // neither filament nor plate
-  }
   vision::CombPlaces places;
   places.count = comb.places;
   places.pitch_px = (h - 1) / (comb.places - 1 + 2 * comb.around);
   places.first_y_px = comb.around * places.pitch_px;
   const int surroundings = std::max(5, static_cast<int>(2 * places.pitch_px)) | 1;
-  const auto weights = vision::FindContrast(view.picture.view(), mask, surroundings);
+  const auto weights = vision::FindContrast(
+      view.picture.view(), LinesAndSpaces(seen, places, comb.beside), surroundings);
   if (!weights) return std::nullopt;
   view.contrast = vision::Mix(view.picture.view(), *weights);
   view.line_pattern = vision::TraceComb(view.contrast, seen, places);

@@ -123,12 +123,36 @@ TEST(PhotoComb, ReadsNoDecelerationThatIsCutShortlyBehindIt) {
   }
 }
 
-// The photo ends on the third line from the bottom.
-TEST(PhotoComb, RefusesAPartOfTheLines) {
+// The photo ends on the third line from the bottom, and shows the frame's bar at the top.
+TEST(PhotoComb, CountsLinesFromTheBarThatThePhotoShows) {
   const DrawnPhoto drawn = Usual();
-  const cv::Mat upright = ToMat(Draw(drawn));
-  EXPECT_THAT(MeasurePhoto(View(Cropped(upright, 0, 0, 0, 165)), OptionsFor(drawn)).refusal,
-              HasSubstr("10 lines"));
+  const cv::Mat cropped = Cropped(ToMat(Draw(drawn)), 0, 0, 0, 165);
+  cv::Mat upside_down;
+  cv::rotate(cropped, upside_down, cv::ROTATE_180);
+  for (const cv::Mat& picture : {cropped, upside_down}) {
+    const PhotoMeasurement measured = MeasurePhoto(View(picture), OptionsFor(drawn));
+    ASSERT_EQ(measured.refusal, "");
+    const std::size_t lost = drawn.pressure_advance_s.size() - measured.profiles.size();
+    EXPECT_EQ(lost, 3U);
+    for (std::size_t i = 0; i < measured.profiles.size(); ++i) {
+      EXPECT_EQ(measured.profiles[i].pressure_advance_s, drawn.pressure_advance_s[i + lost]);
+    }
+    EXPECT_THAT(measured.notices, ::testing::Contains(HasSubstr("counted from the frame's bar")));
+  }
+}
+
+// A print whose list is shifted by one value gives the same picture: nothing in it tells which of
+// the lines these are.
+TEST(PhotoComb, RefusesLinesWhoseNeighboursAreCutOffAtBothSides) {
+  const DrawnPhoto drawn = Usual();
+  DrawnPhoto shifted = drawn;
+  const double step_s = drawn.pressure_advance_s[1] - drawn.pressure_advance_s[0];
+  for (double& value : shifted.pressure_advance_s) value += step_s;
+  shifted.right_value_s += step_s;
+  const cv::Mat picture = Cropped(ToMat(Draw(drawn)), 0, 165, 0, 165);
+  EXPECT_EQ(cv::norm(picture, Cropped(ToMat(Draw(shifted)), 0, 165, 0, 165), cv::NORM_INF), 0);
+  EXPECT_THAT(MeasurePhoto(View(picture), OptionsFor(drawn)).refusal,
+              HasSubstr("shifted by a line would look the same"));
 }
 
 TEST(PhotoComb, RefusesLinesWhoseSpeedChangesLieOutsideThePhoto) {

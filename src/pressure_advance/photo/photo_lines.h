@@ -24,7 +24,7 @@ struct PhotoLines {
 /// Looks at each outline of filament straight from above, and keeps the one whose inside is most of
 /// a line pattern: as many rungs as wanted first, then the strongest contrast of rows over columns.
 /// Where none holds as many as wanted, looks for equally spaced lines by themselves, and keeps
-/// these where they are more.
+/// these where they are not fewer.
 /// @param wanted  number of lines expected, >= 2; another number is found and reported as well.
 /// REQUIRES a photo of at least 16 px each way.
 [[nodiscard]] PhotoLines FindPhotoLines(const BgrView& photo, std::size_t wanted);
@@ -40,8 +40,9 @@ struct LineNames {
 };
 
 /// Names the lines by the list: one value per place, or one per line where the list jumps just
-/// where lines are missing. Anything else is refused, because a line that was missed beside a
-/// stripe that is none would shift all names between them.
+/// where lines are missing, or from the frame's bar on where the photo shows that beside one outer
+/// line and ends beside the other. Anything else is refused, because a line that was missed beside
+/// a stripe that is none would shift all names between them.
 [[nodiscard]] LineNames NameLines(const vision::LinePattern& line_pattern,
                                   const std::vector<double>& list, bool first_at_bottom);
 
