@@ -244,7 +244,9 @@ TEST(ConfigFile, BlamesTheCommandLineForWhatItSet) {
               AllOf(StartsWith("--set material: [filament] material: \"plastic\""),
                     Not(HasSubstr("a.toml"))));
   // The file's own value is at fault only beside what the command line says.
-  EXPECT_THAT(problem({"line_width=5"}), HasSubstr("--set line_width"));
+  EXPECT_THAT(problem({"pressure_advance_start=5"}),
+              AllOf(HasSubstr("[pressure_advance_pattern] pressure_advance_end: "),
+                    HasSubstr("; it goes with --set pressure_advance_start")));
 }
 
 TEST(ConfigFile, SurvivesHostileText) {
