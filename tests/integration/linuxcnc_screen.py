@@ -5,8 +5,11 @@ leaves what it saw in "told": one word and its numbers, answered in JSON.
   ready          switches the machine on, homes it, and chooses MANUAL
   take S         S seconds after the machine has begun to move: chooses MANUAL, then watches for a second
   blink S        the same, and chooses MDI again at once: the move is gone, the mode is as it was
-  run            chooses AUTO
-  manual, quit
+  run, manual    chooses the mode
+  abort          as Esc does
+  feed F         sets the feed override
+  mdi BLOCK      carries a block out, and leaves MANUAL behind
+  look, quit
 """
 import json
 import os
@@ -86,8 +89,17 @@ def carry_out(words):
         do("mode", linuxcnc.MODE_AUTO)
     if words[0] == "manual":
         choose_manual()
-    look()
-    return {"at": look()[:3], "mode": stat.task_mode, "rotation": stat.rotation_xy, "g5x": list(stat.g5x_offset[:3])}
+    if words[0] == "abort":
+        do("abort")
+    if words[0] == "feed":
+        do("feedrate", float(words[1]))
+    if words[0] == "mdi":
+        do("mode", linuxcnc.MODE_MDI)
+        do("mdi", " ".join(words[1:]))
+        choose_manual()
+    at = look()[:3]
+    return {"at": at, "mode": stat.task_mode, "rotation": stat.rotation_xy, "g5x": list(stat.g5x_offset[:3]),
+            "codes": list(stat.gcodes[1:]), "feed": stat.settings[1]}
 
 
 def main():

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -59,6 +60,17 @@ std::set<std::string> ListeningPorts() {
     }
   }
   return ports;
+}
+
+// The helper that this process has started.
+pid_t Helper() {
+  std::ifstream children(fmt::format("/proc/self/task/{}/children", getpid()));
+  for (pid_t child = 0; children >> child;) {
+    std::string name;
+    std::ifstream(fmt::format("/proc/{}/comm", child)) >> name;
+    if (name.starts_with("python")) return child;
+  }
+  return -1;
 }
 
 class LinuxCncSessionTest : public testing::Test {
@@ -161,6 +173,58 @@ TEST_F(LinuxCncSessionTest, NothingMovesAfterTheScreenTookOver) {
   }
 }
 
+// Esc leaves the mode as it is; so does a block that is typed between two of ours.
+TEST_F(LinuxCncSessionTest, ACommandFromTheScreenWhileTheMachineStandsEndsItToo) {
+  for (const char* command : {"abort", "mdi G0 X1"}) {
+    const auto machine = Joined();
+    ASSERT_TRUE(machine);
+    ASSERT_TRUE(machine->MoveTo({20, 0, 0}, 6000, {})) << command;
+    const json before = Screen(command);
+    const auto moved = machine->MoveTo({40, 0, 0}, 6000, {});
+    ASSERT_FALSE(moved) << command;
+    EXPECT_EQ(moved.error().kind, ErrorKind::kSafety) << moved.error().message;
+    EXPECT_THAT(moved.error().message, HasSubstr("somebody took LinuxCNC over"));
+    EXPECT_EQ(Screen("look")["at"], before["at"]) << command;
+  }
+}
+
+TEST_F(LinuxCncSessionTest, AnOverrideFromTheScreenIsNoTakeOver) {
+  const auto machine = Joined();
+  ASSERT_TRUE(machine);
+  ASSERT_TRUE(machine->MoveTo({20, 0, 0}, 6000, {}));
+  Screen("feed 0.5");
+  const auto moved = machine->MoveTo({60, 0, 0}, 6000, {});
+  Screen("feed 1");
+  ASSERT_TRUE(moved) << moved.error().message;
+  EXPECT_LT((At(Screen("look")) - Vector3d(60, 0, 0)).norm(), kMicron_mm);
+}
+
+TEST_F(LinuxCncSessionTest, ASecondOneIsRefused) {
+  const auto first = Joined();
+  const auto second = Joined();
+  ASSERT_TRUE(first && second);
+  ASSERT_TRUE(first->MoveTo({5, 0, 0}, 6000, {}));
+  const auto moved = second->MoveTo({50, 0, 0}, 6000, {});
+  ASSERT_FALSE(moved);
+  EXPECT_EQ(moved.error().kind, ErrorKind::kSafety);
+  EXPECT_THAT(moved.error().message, HasSubstr("another trammel"));
+}
+
+TEST_F(LinuxCncSessionTest, TheModalCodesComeBack) {
+  Screen("mdi G20 G91 G95 F0.25");
+  {
+    const auto machine = Joined();
+    ASSERT_TRUE(machine);
+    const auto moved = machine->MoveTo({-30, 0, 0}, 6000, {});
+    ASSERT_TRUE(moved) << moved.error().message;
+    ASSERT_TRUE(machine->WriteOffset(2, {{1, 2, 3}, 0}, {}));
+  }
+  const json after = Screen("look");
+  Screen("mdi G21 G90 G94");
+  for (const int code : {200, 910, 950}) EXPECT_THAT(after["codes"], testing::Contains(code));
+  EXPECT_NEAR(after["feed"], 0.25, 1e-6);
+}
+
 TEST_F(LinuxCncSessionTest, AMoveThatWasAbortedBetweenTwoLooksIsNoArrival) {
   const auto machine = Joined();
   ASSERT_TRUE(machine);
@@ -189,6 +253,22 @@ TEST_F(LinuxCncSessionTest, AStopAndTheEndOfTheProcessEndTheMove) {
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().kind, ErrorKind::kInterrupted);
   EXPECT_THAT(stopped.error().message, HasSubstr("the machine stands at X"));
+  EXPECT_EQ(At(Screen("look")), At(Screen("look")));
+}
+
+TEST_F(LinuxCncSessionTest, AKilledHelperIsReplacedToAbortTheMove) {
+  const auto machine = Joined();
+  ASSERT_TRUE(machine);
+  const pid_t helper = Helper();
+  ASSERT_GT(helper, 0);
+  std::thread killer([helper] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    kill(helper, SIGKILL);
+  });
+  const auto moved = machine->MoveTo({2500, 0, 0}, 1200, {});
+  killer.join();
+  ASSERT_FALSE(moved);
+  EXPECT_THAT(moved.error().message, HasSubstr("it has ended; the machine stands at X"));
   EXPECT_EQ(At(Screen("look")), At(Screen("look")));
 }
 

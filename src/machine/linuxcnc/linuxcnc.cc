@@ -22,6 +22,7 @@ using Eigen::Vector4d;
 
 constexpr double kPoll_s = 0.02;
 constexpr double kLeash_s = 0.5;
+constexpr double kShortestPiece_mm = 0.01;
 constexpr double kArrived_mm = 1e-3;
 constexpr double kHeld_deg = 0.01;
 // LinuxCNC shows six decimals.
@@ -84,6 +85,9 @@ Result<void> CheckState(const LinuxCncState& state, const LinuxCncOptions& optio
   if (!state.spindle_stopped) return Unsafe("the spindle turns; stop it: a camera is to sit in it");
   if (motion && state.feed_override == 0) {
     return Unsafe("LinuxCNC's feed override stands at 0: turn it up, nothing moves there");
+  }
+  if (motion && options.c_holds_spindle && !state.c_axis) {
+    return Unsafe("LinuxCNC has no axis C that could hold the spindle; lock it by hand");
   }
   if (motion && !options.c_holds_spindle && !options.spindle_locked_by_hand) {
     return Unsafe(
@@ -175,7 +179,7 @@ std::string LinuxCnc::Halt() {
   while (HostNow() < deadline_s) {
     const auto motion = Motion(never);
     if (!motion) break;
-    if (last && (motion->position - *last).norm() < kStanding_mm) {
+    if (last && motion->idle && (motion->position - *last).norm() < kStanding_mm) {
       return "the machine stands at " + At(motion->position);
     }
     last = motion->position;
@@ -199,8 +203,10 @@ Result<void> LinuxCnc::MoveOnce(const Vector3d& machine_mm, double feed_mm_min, 
     if (!now) return tl::unexpected(now.error());
     const double off_mm = (now->position.head<3>() - machine_mm).cwiseAbs().maxCoeff();
     // Where the link tells, a piece has ended before the next is sent.
-    if (off_mm < kArrived_mm && (now->ended || !options_.session)) return {};
-    if (now->ended) {
+    if (off_mm < kArrived_mm && (now->ended || !now->commanded)) return {};
+    // One that ended where it was to go may settle a little later.
+    if (now->ended && now->commanded &&
+        (now->commanded->head<3>() - machine_mm).cwiseAbs().maxCoeff() >= kArrived_mm) {
       return Broken(
           fmt::format("the move to {} ended at {}: somebody aborted it, or LinuxCNC "
                       "refuses it; its own screen says why",
@@ -227,20 +233,26 @@ Result<void> LinuxCnc::MoveTo(const Vector3d& machine_mm, double feed_mm_min,
   if (auto learned = LearnTravel(stop); !learned) return learned;
   if (auto checked = CheckTarget(machine_mm, travel_); !checked) return checked;
   if (auto drained = link_->ForgetComplaints(stop); !drained) return drained;
+  const auto state = State(stop);
+  if (!state) return tl::unexpected(state.error());
   const auto start = Motion(stop);
   if (!start) return tl::unexpected(start.error());
-  auto moved = MoveInPieces(start->position.head<3>(), machine_mm, feed_mm_min, stop);
+  const double true_feed_mm_min =
+      std::min(feed_mm_min * state->feed_override, 60 * state->fastest_mm_s);
+  const double piece_mm = std::max(kShortestPiece_mm, true_feed_mm_min / 60 * kLeash_s);
+  auto moved = MoveInPieces(start->position.head<3>(), machine_mm, feed_mm_min, piece_mm, stop);
   if (moved) moved = AwaitRest(start->position[3], stop);
   if (moved || taken_) return moved;
   return Fail(fmt::format("{}; {}", moved.error().message, Halt()), moved.error().kind);
 }
 
 Result<void> LinuxCnc::MoveInPieces(const Vector3d& start_mm, const Vector3d& end_mm,
-                                    double feed_mm_min, const std::stop_token& stop) {
+                                    double feed_mm_min, double piece_mm,
+                                    const std::stop_token& stop) {
   // A feed override may slow a machine down to a tenth.
   constexpr double kSlowest = 10;
   const Vector3d way_mm = end_mm - start_mm;
-  const int pieces = PiecesOf(way_mm.norm(), feed_mm_min / 60 * kLeash_s);
+  const int pieces = PiecesOf(way_mm.norm(), piece_mm);
   const double piece_limit_s = options_.address.time_limit_s + kSlowest * kLeash_s;
   const double limit_s = piece_limit_s + kSlowest * 60 * way_mm.norm() / feed_mm_min;
   const double deadline_s = HostNow() + limit_s;

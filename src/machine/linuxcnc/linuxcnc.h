@@ -45,8 +45,9 @@ struct LinuxCncOffsets {
 /// an answer that no machine can give), kSafety (a condition below is not met, or somebody else
 /// took the controller over), kInterrupted (stop).
 ///
-/// Motion runs on a leash: a move is sent in pieces of at most half a second, so that it ends by
-/// itself soon after the line is lost or this process dies. Every piece and the whole move have a
+/// Motion runs on a leash: a move is sent in pieces of half a second (at the asked feed, where the
+/// link does not tell override and greatest velocity), so that it ends by itself soon after the
+/// line is lost or this process dies. Every piece and the whole move have a
 /// time limit. On a stop, a refusal, or a time limit the move is aborted and the machine seen to
 /// stand before the call returns. MDI mode is taken once: when somebody else has changed the mode
 /// since, nothing is sent any more, no abort either, for what moves then is theirs.
@@ -86,7 +87,7 @@ class LinuxCnc {
   [[nodiscard]] Result<void> LearnTravel(const std::stop_token& stop);
   [[nodiscard]] Result<void> MoveInPieces(const Eigen::Vector3d& start_mm,
                                           const Eigen::Vector3d& end_mm, double feed_mm_min,
-                                          const std::stop_token& stop);
+                                          double piece_mm, const std::stop_token& stop);
   [[nodiscard]] Result<void> MoveOnce(const Eigen::Vector3d& machine_mm, double feed_mm_min,
                                       double time_limit_s, const std::stop_token& stop);
   /// Until the controller is idle; C must be where it was.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -19,7 +20,10 @@ struct LinuxCncState {
   bool idle = false;         ///< no program runs or is paused
   std::string mode;          ///< "MANUAL", "AUTO", "MDI"
   bool metric = false;       ///< the machine's own unit is the millimetre
+  bool c_axis = true;        ///< it has an axis C; true where the link does not tell
   double feed_override = 1;  ///< 0: nothing moves; 1 where the link does not tell
+  /// What the machine's trajectory is limited to; infinite where the link does not tell.
+  double fastest_mm_s = std::numeric_limits<double>::infinity();
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  ///< actual, machine coordinates
   double c_deg = 0;
 };
@@ -27,6 +31,8 @@ struct LinuxCncState {
 /// What changes while a machine moves.
 struct LinuxCncMotion {
   Eigen::Vector4d position = Eigen::Vector4d::Zero();  ///< X, Y, Z in mm and C in degrees, as told
+  /// Where the controller wants it to be; absent where the link does not tell.
+  std::optional<Eigen::Vector4d> commanded;
   std::string mode;
   bool idle = false;
   bool ended = false;  ///< the last block has surely been taken up and ended; false where the link

@@ -59,6 +59,17 @@ class Members {
     const json* member = Find(name, json::value_t::string);
     return member != nullptr ? member->get<std::string>() : std::string();
   }
+  /// Absent, and not sound, unless it is four finite numbers.
+  std::optional<Eigen::Vector4d> Place(const char* name) {
+    const json* list = List(name);
+    sound_ = sound_ && list->size() == 4;
+    Eigen::Vector4d place = Eigen::Vector4d::Zero();
+    for (std::size_t i = 0; sound_ && i < 4; ++i) {
+      sound_ = (*list)[i].is_number() && std::isfinite((*list)[i].get<double>());
+      if (sound_) place[static_cast<Eigen::Index>(i)] = (*list)[i].get<double>();
+    }
+    return sound_ ? std::optional(place) : std::nullopt;
+  }
   const json* List(const char* name) { return Find(name, json::value_t::array); }
   double Number(const char* name) {
     const auto member = object_.find(name);
@@ -81,8 +92,9 @@ class Members {
 
 }  // namespace
 
-LinuxCncSession::LinuxCncSession(std::unique_ptr<DialogueProcess> helper, double time_limit_s)
-    : helper_(std::move(helper)), time_limit_s_(time_limit_s) {}
+LinuxCncSession::LinuxCncSession(std::unique_ptr<DialogueProcess> helper,
+                                 LinuxCncSessionOptions options)
+    : helper_(std::move(helper)), options_(std::move(options)) {}
 
 Result<std::unique_ptr<LinuxCncSession>> LinuxCncSession::Join(
     const LinuxCncSessionOptions& options, const std::stop_token& stop) {
@@ -94,15 +106,14 @@ Result<std::unique_ptr<LinuxCncSession>> LinuxCncSession::Join(
                 hello.error().kind);
   }
   if (const auto joined = Understood(*hello, 0); !joined) return tl::unexpected(joined.error());
-  return std::unique_ptr<LinuxCncSession>(
-      new LinuxCncSession(std::move(*helper), options.time_limit_s));
+  return std::unique_ptr<LinuxCncSession>(new LinuxCncSession(std::move(*helper), options));
 }
 
 Result<json> LinuxCncSession::Ask(json request, const std::stop_token& stop) {
   request["id"] = ++asked_;
-  // Each of a request's few blocks may take the helper's own five seconds.
-  constexpr double kHelper_s = 20;
-  const double limit_s = time_limit_s_ + kHelper_s;
+  // Each of a request's few commands may take the helper's own five seconds.
+  constexpr double kHelper_s = 35;
+  const double limit_s = options_.time_limit_s + kHelper_s;
   auto line = helper_->Ask(TextOf(request), limit_s, stop);
   for (; line; line = helper_->Hear(limit_s, stop)) {
     auto answer = Understood(*line, asked_);
@@ -127,13 +138,10 @@ Result<LinuxCncMotion> LinuxCncSession::ParseMotion(const json& answer) {
   motion.idle = members.Flag("idle");
   motion.ended = motion.idle;
   motion.spindle_stopped = members.Flag("spindle_stopped");
-  const json* position = members.List("position");
-  bool sound = members.sound() && position->size() == 4;
-  for (std::size_t i = 0; sound && i < 4; ++i) {
-    sound = (*position)[i].is_number() && std::isfinite((*position)[i].get<double>());
-    if (sound) motion.position[static_cast<Eigen::Index>(i)] = (*position)[i].get<double>();
-  }
-  if (!sound) return Strange(TextOf(answer));
+  const auto position = members.Place("position");
+  motion.commanded = members.Place("commanded");
+  if (!members.sound()) return Strange(TextOf(answer));
+  motion.position = *position;
   return motion;
 }
 
@@ -147,7 +155,9 @@ Result<LinuxCncState> LinuxCncSession::State(int joints, const std::stop_token& 
   state.estop = members.Flag("estop");
   state.on = members.Flag("on");
   state.metric = members.Flag("metric");
+  state.c_axis = members.Flag("c_axis");
   state.feed_override = members.Number("feed_override");
+  state.fastest_mm_s = members.Number("fastest_mm_s");
   const json* homed = members.List("homed");
   if (!members.sound()) return Strange(TextOf(*answer));
   state.homed = homed->size() >= static_cast<std::size_t>(joints);
@@ -171,7 +181,17 @@ Result<void> LinuxCncSession::Mdi(const std::string& block, const std::stop_toke
 Result<void> LinuxCncSession::Move(const std::string& block, const std::stop_token& stop) {
   return Do({{"do", "mdi"}, {"block", block}, {"move", true}}, stop);
 }
-Result<void> LinuxCncSession::Abort() { return Do({{"do", "abort"}}, {}); }
+
+Result<void> LinuxCncSession::Abort() {
+  auto aborted = Do({{"do", "abort"}}, {});
+  if (aborted || aborted.error().kind == ErrorKind::kSafety) return aborted;
+  // The helper may be gone and the controller not.
+  auto again = Join(options_, {});
+  if (!again) return aborted;
+  helper_ = std::move((*again)->helper_);
+  asked_ = 0;
+  return Do({{"do", "abort"}, {"orphaned", true}}, {});
+}
 
 Result<void> LinuxCncSession::Do(json request, const std::stop_token& stop) {
   const auto answer = Ask(std::move(request), stop);

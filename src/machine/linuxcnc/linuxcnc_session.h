@@ -19,8 +19,8 @@ struct LinuxCncSessionOptions {
 
 /// Speaks to a helper in Python (session.py) over its standard input and output: no port, no
 /// password, the user's own rights. A move ends with this process, however it ends. Once somebody
-/// else has changed the mode, each request is an error (kSafety) and nothing is sent: the machine
-/// is theirs. Messages to the operator are left to the screens.
+/// else has sent LinuxCNC a command (but an override), each request is an error (kSafety) and
+/// nothing is sent: the machine is theirs. Messages to the operator are left to the screens.
 class LinuxCncSession : public LinuxCncLink {
  public:
   /// Errors (kMachine): no Python, no module, no LinuxCNC of this user.
@@ -42,14 +42,14 @@ class LinuxCncSession : public LinuxCncLink {
   [[nodiscard]] Result<void> Abort() override;
 
  private:
-  LinuxCncSession(std::unique_ptr<DialogueProcess> helper, double time_limit_s);
+  LinuxCncSession(std::unique_ptr<DialogueProcess> helper, LinuxCncSessionOptions options);
 
   [[nodiscard]] Result<nlohmann::json> Ask(nlohmann::json request, const std::stop_token& stop);
   [[nodiscard]] Result<void> Do(nlohmann::json request, const std::stop_token& stop);
   [[nodiscard]] static Result<LinuxCncMotion> ParseMotion(const nlohmann::json& answer);
 
   std::unique_ptr<DialogueProcess> helper_;
-  double time_limit_s_;
+  LinuxCncSessionOptions options_;
   int asked_ = 0;  ///< numbers the requests, so that a late answer is not taken for a new one
 };
 

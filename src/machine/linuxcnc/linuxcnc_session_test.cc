@@ -47,6 +47,8 @@ TEST_F(LinuxCncSessionAnswers, WhatIsNoAnswerIsNamedAndNothingIsMadeOfIt) {
   for (const char* answer :
        {"[]", "{}", R"({"id": 1})", R"({"id": 1, "error": 3})",
         R"({"id": 1, "position": [1, 2, 3], "mode": "MDI", "idle": true, "spindle_stopped": true})",
+        R"({"id": 1, "position": [1, 2, 3, 4], "mode": "MDI", "idle": true,)"
+        R"( "spindle_stopped": true})",
         R"({"id": 1, "position": [1, 2, 3, "4"], "mode": "MDI", "idle": true,)"
         R"( "spindle_stopped": true})",
         R"({"id": 1, "position": [1, 2, 3, 4], "mode": 3, "idle": true, "spindle_stopped": true})",

@@ -19,7 +19,7 @@ namespace trammel::machine {
 namespace {
 
 constexpr std::size_t kLongestLine = 65536;
-constexpr double kPatience_s = 10;
+constexpr double kPatience_s = 30;
 
 tl::unexpected<Error> Broken(const std::string& what) { return Fail(what, ErrorKind::kMachine); }
 

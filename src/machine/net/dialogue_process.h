@@ -26,7 +26,7 @@ class DialogueProcess {
       const std::vector<std::string>& words);
   DialogueProcess(const DialogueProcess&) = delete;
   DialogueProcess& operator=(const DialogueProcess&) = delete;
-  /// Ends its input and waits; kills it where it has not ended after ten seconds.
+  /// Ends its input and waits; kills it where it has not ended after thirty seconds.
   ~DialogueProcess();
 
   /// Sends a line and waits for one. Errors: kMachine (it has ended, a line of more than 64 kB, no
