@@ -232,15 +232,14 @@ std::optional<Curve> FitRail(const Rail& rail, int direction, double height_px, 
   return Curve{centre, centre, offset, slope * centre, 0};
 }
 
-// The plate's level between two lines: of the half beside a rail, or of the whole (direction 0).
+// The plate's level between two lines, of the half beside a rail: light is uneven along the lines.
 double PlateBetween(const GrayImage& contrast, const Rung& above, const Rung& below,
                     double pitch_px, int direction) {
   const std::vector<double> values = BetweenRungs(contrast, above.track, below.track, pitch_px);
   auto left = static_cast<std::ptrdiff_t>(std::min(above.left_px, below.left_px));
   auto right = static_cast<std::ptrdiff_t>(std::max(above.right_px, below.right_px));
   const std::ptrdiff_t middle = (left + right) / 2;
-  if (direction > 0) left = middle;
-  if (direction < 0) right = middle;
+  (direction > 0 ? left : right) = middle;
   return Median(std::vector<double>(values.begin() + left, values.begin() + right + 1));
 }
 
@@ -273,7 +272,7 @@ bool LinesReach(const GrayImage& contrast, const std::vector<Rung>& rungs, const
 // Whether a rail goes on beside a place; nothing where the photo does not show it.
 std::optional<bool> RailGoesOn(const GrayImage& contrast, const GrayImage& seen, const Curve& inner,
                                int direction, double y_from, double y_to, double bead_px,
-                               double half, double least_seen = 0.5) {
+                               double half) {
   double sum = 0;
   int count = 0, places = 0;
   for (double y = std::min(y_from, y_to); y <= std::max(y_from, y_to); y += 1) {
@@ -285,7 +284,7 @@ std::optional<bool> RailGoesOn(const GrayImage& contrast, const GrayImage& seen,
       ++count;
     }
   }
-  if (count <= least_seen * places) return std::nullopt;
+  if (count <= places / 2) return std::nullopt;
   return sum / count > half;
 }
 
@@ -330,74 +329,6 @@ bool CutBeside(const GrayImage& seen, const Rung& outer, double away_px) {
     shown += IsSeen(seen, x, outer.track(x) + away_px);
   }
   return 2 * shown < columns;
-}
-
-// What the frame's bars beyond the outer lines are looked for in.
-struct FrameAcross {
-  const GrayImage* contrast;
-  const GrayImage* seen;
-  const std::optional<Curve>* left;
-  const std::optional<Curve>* right;
-  double pitch_px, bead_px, height;
-};
-
-// Share of the columns between the rails that are filament at some distance from a line; nothing
-// where the photo shows few of them.
-std::optional<double> FilamentShare(const FrameAcross& in, const Curve& track, double away_px,
-                                    double half, const Columns& columns) {
-  constexpr double kFewestSeen = 0.3;
-  int shown = 0, filament = 0;
-  for (int x = columns.from_px; x <= columns.to_px; ++x) {
-    const double y = track(x) + away_px;
-    if (!IsSeen(*in.seen, x, y)) continue;
-    ++shown;
-    filament += in.contrast->row(static_cast<int>(std::lround(y)))[x] > half;
-  }
-  if (shown == 0 || shown < kFewestSeen * (columns.to_px - columns.from_px)) return std::nullopt;
-  return static_cast<double>(filament) / shown;
-}
-
-// Whether the photo shows that the frame closes beyond an outer line: plate, then a bar across, and
-// no rail that goes on behind it. Then no other line can follow.
-bool FrameCloses(const FrameAcross& in, const Rung& outer, const Rung& next, int away) {
-  constexpr double kFirst = 0.6, kFarthest = 3.2;   // pitches
-  constexpr double kPlate = 0.3, kFilament = 0.65;  // of the columns
-  const double middle = outer.track(in.contrast->width / 2.0);
-  const double inside = 0.5 * in.bead_px;
-  const Columns columns{
-      std::max(0, static_cast<int>((*in.left ? (**in.left)(middle) : outer.left_px) + inside)),
-      std::min(in.contrast->width - 1,
-               static_cast<int>((*in.right ? (**in.right)(middle) : outer.right_px) - inside))};
-  if (columns.to_px - columns.from_px < 4 * in.bead_px) return false;
-  const double half = PlateBetween(*in.contrast, outer, next, in.pitch_px, 0) + in.height / 2;
-  double begin_px = 0, end_px = 0, filament_px = 0;
-  for (double d = kFirst * in.pitch_px; d < kFarthest * in.pitch_px && end_px == 0; d += 1) {
-    const auto share = FilamentShare(in, outer.track, away * d, half, columns);
-    if (!share) return false;
-    if (begin_px == 0) {
-      filament_px = *share > kPlate ? filament_px + 1 : 0;
-      if (*share < kFilament && filament_px > 0.5 * in.bead_px) return false;  // a torn line?
-      if (*share >= kFilament) begin_px = d;
-    } else if (*share < kPlate) {
-      end_px = d;
-    }
-  }
-  if (end_px - begin_px < 0.5 * in.bead_px || end_px - begin_px > 1.2 * in.pitch_px) return false;
-  constexpr double kLeastSeen = 0.2;  // of a narrow stretch behind the bar
-  bool shown = false;
-  for (const int direction : {-1, 1}) {
-    const std::optional<Curve>& rail = direction < 0 ? *in.left : *in.right;
-    if (!rail) continue;
-    const double y = outer.track((*rail)(middle));
-    const double at_rail =
-        PlateBetween(*in.contrast, outer, next, in.pitch_px, direction) + in.height / 2;
-    const auto on = RailGoesOn(
-        *in.contrast, *in.seen, *rail, direction, y + away * (end_px + 0.05 * in.bead_px),
-        y + away * (end_px + 0.35 * in.bead_px), in.bead_px, at_rail, kLeastSeen);
-    if (on.value_or(false)) return false;
-    shown |= on.has_value();
-  }
-  return shown;
 }
 
 // A rail that is not seen, as the other one shifted to where the lines leave the photo.
@@ -453,9 +384,6 @@ LinePattern TraceComb(const GrayImage& contrast, const GrayImage& seen, const Co
   constexpr double kNextTraced = 1.6;  // pitches: a place and what is looked at beside it
   pattern.first_cut = CutBeside(seen, rungs.front(), -kNextTraced * pitch_px);
   pattern.last_cut = CutBeside(seen, rungs.back(), kNextTraced * pitch_px);
-  const FrameAcross across{&contrast, &seen, &left, &right, pitch_px, bead_px, height};
-  pattern.first_closed = FrameCloses(across, rungs.front(), rungs[1], -1);
-  pattern.last_closed = FrameCloses(across, rungs.back(), rungs[rungs.size() - 2], 1);
   pattern.left_seen = left.has_value();
   pattern.right_seen = right.has_value();
   pattern.left_inner = left ? *left : BesideLines(*right, rungs, -1);

@@ -47,10 +47,6 @@ struct LinePattern {
   bool right_seen = true;  ///< likewise
   bool first_cut = false;  ///< the photo ends before the place above the first rung
   bool last_cut = false;   ///< likewise below the last rung
-  bool first_closed =
-      false;                 ///< the frame is seen to close above the first rung: no other line can
-                             ///< lie there; known where lines were found without the whole frame
-  bool last_closed = false;  ///< likewise below the last rung
   int doubtful = 0;  ///< outer stripes left out though they may be lines: the photo does not show
                      ///< whether they are bars of the frame
   std::vector<Columns> seen;  ///< per rung, what the photo shows of it; empty: all of every rung

@@ -123,24 +123,6 @@ TEST(PhotoComb, ReadsNoDecelerationThatIsCutShortlyBehindIt) {
   }
 }
 
-// The photo ends on the third line from the bottom, and shows the frame's bar at the top.
-TEST(PhotoComb, CountsLinesFromTheBarThatThePhotoShows) {
-  const DrawnPhoto drawn = Usual();
-  const cv::Mat cropped = Cropped(ToMat(Draw(drawn)), 0, 0, 0, 165);
-  cv::Mat upside_down;
-  cv::rotate(cropped, upside_down, cv::ROTATE_180);
-  for (const cv::Mat& picture : {cropped, upside_down}) {
-    const PhotoMeasurement measured = MeasurePhoto(View(picture), OptionsFor(drawn));
-    ASSERT_EQ(measured.refusal, "");
-    const std::size_t lost = drawn.pressure_advance_s.size() - measured.profiles.size();
-    EXPECT_EQ(lost, 3U);
-    for (std::size_t i = 0; i < measured.profiles.size(); ++i) {
-      EXPECT_EQ(measured.profiles[i].pressure_advance_s, drawn.pressure_advance_s[i + lost]);
-    }
-    EXPECT_THAT(measured.notices, ::testing::Contains(HasSubstr("counted from the frame's bar")));
-  }
-}
-
 // A print whose list is shifted by one value gives the same picture: nothing in it tells which of
 // the lines these are.
 TEST(PhotoComb, RefusesLinesWhoseNeighboursAreCutOffAtBothSides) {

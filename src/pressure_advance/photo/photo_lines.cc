@@ -178,16 +178,8 @@ void DropLoneBars(vision::LinePattern& pattern, std::size_t wanted) {
     keep(pattern.seen);
     if (first) pattern.first_cut = false;
     if (last) pattern.last_cut = false;
-    pattern.first_closed |= first == 1;
-    pattern.last_closed |= last == 1;
     return;
   }
-}
-
-// Whether two views of the same lines are upside down to each other.
-bool IsTurned(const vision::Quad& a, const vision::Quad& b) {
-  const double x = a[3].x + a[2].x - a[0].x - a[1].x, y = a[3].y + a[2].y - a[0].y - a[1].y;
-  return x * (b[3].x + b[2].x - b[0].x - b[1].x) + y * (b[3].y + b[2].y - b[0].y - b[1].y) < 0;
 }
 
 // Of several views of the lines, some of which miss an outer line or take a shadow for one, those
@@ -198,10 +190,6 @@ PhotoLines LinesOfComb(const Frame& measured) {
     double sum = 0;  // of strength, over all views with this number of places
     std::optional<CombView> clearest;
     double strength = 0;  // rows over columns of the clearest
-    // Whether any view shows that the frame closes beyond the side of its first two corners, and
-    // beyond the other, as the first view has them.
-    std::optional<vision::Quad> corners;
-    bool first_closed = false, last_closed = false;
   };
   std::map<std::size_t, Seen> by_places;
   std::string problem;
@@ -215,10 +203,6 @@ PhotoLines LinesOfComb(const Frame& measured) {
     Seen& seen = by_places[PlacesOf(view->line_pattern)];
     const double strength = vision::RowsOverColumns(view->contrast, 0);
     seen.sum += strength;
-    if (!seen.corners) seen.corners = view->corners;
-    const bool turned = IsTurned(view->corners, *seen.corners);
-    seen.first_closed |= turned ? view->line_pattern.last_closed : view->line_pattern.first_closed;
-    seen.last_closed |= turned ? view->line_pattern.first_closed : view->line_pattern.last_closed;
     if (strength <= seen.strength) continue;
     seen.strength = strength;
     seen.clearest = std::move(view);
@@ -237,9 +221,6 @@ PhotoLines LinesOfComb(const Frame& measured) {
   result.picture = std::move(best.picture);
   result.contrast = std::move(best.contrast);
   result.line_pattern = std::move(best.line_pattern);
-  const bool turned = IsTurned(result.corners, *most->second.corners);
-  result.line_pattern.first_closed = turned ? most->second.last_closed : most->second.first_closed;
-  result.line_pattern.last_closed = turned ? most->second.first_closed : most->second.last_closed;
   return result;
 }
 
@@ -287,40 +268,16 @@ std::string DescribeCount(const vision::LinePattern& line_pattern, std::size_t w
   const std::string found = fmt::format(
       "found {} lines{}, the PA list has {} values", line_pattern.rungs.size(),
       missing > 0 ? fmt::format(" and {} empty places between them", missing) : "", wanted);
-  const bool both = line_pattern.first_cut && line_pattern.last_cut;
-  if (places < wanted && both) {
-    return fmt::format(
-        "{}: the other {} lie outside the photo, which ends beside the first and the last line "
-        "that "
-        "it shows. Which of the lines these are cannot be told: a print with the list shifted by a "
-        "line would look the same. Take a photo that shows all of them, or one of the frame's bars "
-        "beside the first or the last",
-        found, wanted - places);
-  }
   if (places < wanted && (line_pattern.first_cut || line_pattern.last_cut)) {
     return fmt::format(
         "{}: the other {} lie outside the photo, which ends beside the outer line that it shows. "
-        "Take a photo that shows all of them",
+        "Which of the lines these are cannot be told: a print with the list shifted by a line "
+        "would "
+        "look the same. Take a photo that shows all of them",
         found, wanted - places);
   }
   return fmt::format(
       "{}: give the list of the lines in the photo, or take a photo that shows all of them", found);
-}
-
-// The place of the first rung from the first value's side, where the photo shows one of the frame's
-// bars beyond the outer lines and ends before the other: lines are then counted from the bar, as
-// long as most are there.
-std::optional<std::size_t> FirstPlace(const vision::LinePattern& line_pattern, std::size_t wanted,
-                                      bool first_at_bottom) {
-  const vision::LinePattern& p = line_pattern;
-  const std::size_t places = PlacesOf(p);
-  constexpr double kLeastShown = 2.0 / 3;
-  if (places >= wanted || p.rungs.size() != places) return std::nullopt;
-  if (static_cast<double>(places) < kLeastShown * static_cast<double>(wanted)) return std::nullopt;
-  const bool from_top = p.first_closed && !p.last_closed && p.last_cut;
-  const bool from_bottom = p.last_closed && !p.first_closed && p.first_cut;
-  if (!from_top && !from_bottom) return std::nullopt;
-  return from_bottom == first_at_bottom ? 0 : wanted - places;
 }
 
 // Whether the list jumps where rungs are missing, and only there.
@@ -363,14 +320,6 @@ LineNames NameLines(const vision::LinePattern& line_pattern, const std::vector<d
     }
   } else if (found == list.size() && JumpsAlike(steps, list)) {
     names.pressure_advance_s = list;
-  } else if (const auto first = FirstPlace(line_pattern, list.size(), first_at_bottom)) {
-    const auto begin = list.begin() + static_cast<std::ptrdiff_t>(*first);
-    names.pressure_advance_s.assign(begin, begin + static_cast<std::ptrdiff_t>(found));
-    names.notice = fmt::format(
-        "{} of {} lines lie outside of the photo; the others were counted from the frame's bar "
-        "beside the {} line, and are those from {} to {} s",
-        list.size() - found, list.size(), *first == 0 ? "first" : "last",
-        names.pressure_advance_s.front(), names.pressure_advance_s.back());
   } else {
     names.refusal = DescribeCount(line_pattern, list.size());
     if (found == list.size()) {

@@ -40,9 +40,8 @@ struct LineNames {
 };
 
 /// Names the lines by the list: one value per place, or one per line where the list jumps just
-/// where lines are missing, or from the frame's bar on where the photo shows that beside one outer
-/// line and ends beside the other. Anything else is refused, because a line that was missed beside
-/// a stripe that is none would shift all names between them.
+/// where lines are missing. Anything else is refused, because a line that was missed beside a
+/// stripe that is none would shift all names between them.
 [[nodiscard]] LineNames NameLines(const vision::LinePattern& line_pattern,
                                   const std::vector<double>& list, bool first_at_bottom);
 
