@@ -45,9 +45,22 @@ bool AnswersBackwards(const signal::ZeroCrossing& fit, const ResponseOptions& op
   return fit.slope <= -options.least_significance * fit.slope_sigma;
 }
 
+// Why a crossing beyond the lines that show its transition must not be believed: the response is
+// straight near it only, as a gap in the filament cannot get emptier than empty.
+std::string BeyondItsLines(const TransitionSeries& series, double zero_s) {
+  const std::vector<double> seen_s = series.SeenPa_s();
+  if (seen_s.size() == series.pa_s.size()) return {};  // then it is the tested range's edge
+  const Interval seen = RangeOf(seen_s);
+  if (zero_s >= seen.lo && zero_s <= seen.hi) return {};
+  return fmt::format(
+      "the lines that show it, {} of {}, have pressure advances of {:.4g} to {:.4g} s, all {} the "
+      "answer: show the whole lines",
+      seen_s.size(), series.pa_s.size(), seen.lo, seen.hi, zero_s < seen.lo ? "above" : "below");
+}
+
 // Why a fitted crossing must not be believed; empty where it may be.
-std::string Doubt(const signal::ZeroCrossing& fit, bool slope_has_scale,
-                  const ResponseOptions& options) {
+std::string Doubt(const signal::ZeroCrossing& fit, const TransitionSeries& series,
+                  bool slope_has_scale, const ResponseOptions& options) {
   if (AnswersBackwards(fit, options)) {
     return fmt::format(
         "the lines answer to pressure advance the wrong way round (slope {:.2g}, standard error "
@@ -71,7 +84,7 @@ std::string Doubt(const signal::ZeroCrossing& fit, bool slope_has_scale,
         "is plausible): check the values, the speeds and the line's length",
         fit.slope, plausible.lo, plausible.hi);
   }
-  return {};
+  return BeyondItsLines(series, fit.zero);
 }
 
 // Slip as the crossings' difference shows it, in units of slip_sigma.
@@ -174,8 +187,8 @@ CombinedTransitions CombineTransitions(const Transitions& transitions,
   const Interval tested = RangeOf(acceleration.pa_s);
 
   const CrossingPair pair = CorrectCrossings(transitions, crossings, slope_has_scale, options);
-  const std::string doubt_a = Doubt(crossings.acceleration, slope_has_scale, options);
-  const std::string doubt_d = Doubt(crossings.deceleration, slope_has_scale, options);
+  const std::string doubt_a = Doubt(crossings.acceleration, acceleration, slope_has_scale, options);
+  const std::string doubt_d = Doubt(crossings.deceleration, deceleration, slope_has_scale, options);
   const bool doubtful = !doubt_a.empty() || !doubt_d.empty();
   const Slip slip = doubtful ? Slip{} : EstimateSlip(pair);
   const double slip_share = slip.mean * options.slip_sigma;

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/random.h"
@@ -76,6 +78,24 @@ TEST(CombineTransitions, ATransitionThatDoesNotAnswerLeavesTheOther) {
   world.transitions.deceleration = Series(0.03, 12, 0);
   const CombinedTransitions combined = world.Combine();
   EXPECT_EQ(combined.deceleration.verdict(), Verdict::kCannotTell);
+  const Measured& both = combined.both.pressure_advance;
+  ASSERT_TRUE(both.good()) << both.reason();
+  EXPECT_EQ(both.quantity().value, combined.acceleration.quantity().value);
+}
+
+// The photo cuts off the slow-down of all lines on one side of the answer, and towards high
+// pressure advance a gap cannot get emptier: the straight line's crossing is far off.
+TEST(CombineTransitions, ACrossingBeyondTheLinesThatShowItCountsForNothing) {
+  Both world(0.015, 0.015);
+  TransitionSeries& d = world.transitions.deceleration;
+  for (std::size_t i = 0; i < d.pa_s.size(); ++i) {
+    d.excess_s[i] = std::max(d.excess_s[i], -0.013 - 0.6 * (d.pa_s[i] - 0.028));
+    if (d.pa_s[i] < 0.028) d.sigma_s[i] = std::numeric_limits<double>::infinity();
+  }
+  const CombinedTransitions combined = world.Combine();
+  EXPECT_EQ(combined.deceleration.verdict(), Verdict::kCannotTell);
+  EXPECT_NE(combined.deceleration.reason().find("all above the answer"), std::string::npos)
+      << combined.deceleration.reason();
   const Measured& both = combined.both.pressure_advance;
   ASSERT_TRUE(both.good()) << both.reason();
   EXPECT_EQ(both.quantity().value, combined.acceleration.quantity().value);
