@@ -171,8 +171,8 @@ std::string LinuxCnc::Halt() {
   const std::stop_token never;
   if (const auto aborted = link_->Abort(); !aborted) {
     if (aborted.error().kind == ErrorKind::kSafety) return "whatever moves is theirs";
-    return "the line is lost and the move could not be aborted; it ends by itself within a "
-           "second: look at the machine";
+    return "the line is lost and the move could not be aborted; it ends by itself with the piece "
+           "that was sent: look at the machine";
   }
   std::optional<Vector4d> last;
   const double deadline_s = HostNow() + options_.address.time_limit_s;
@@ -235,13 +235,12 @@ Result<void> LinuxCnc::MoveTo(const Vector3d& machine_mm, double feed_mm_min,
   if (auto drained = link_->ForgetComplaints(stop); !drained) return drained;
   const auto state = State(stop);
   if (!state) return tl::unexpected(state.error());
-  const auto start = Motion(stop);
-  if (!start) return tl::unexpected(start.error());
+  if (auto ours = CheckMode(state->mode); !ours) return ours;
   const double true_feed_mm_min =
       std::min(feed_mm_min * state->feed_override, 60 * state->fastest_mm_s);
   const double piece_mm = std::max(kShortestPiece_mm, true_feed_mm_min / 60 * kLeash_s);
-  auto moved = MoveInPieces(start->position.head<3>(), machine_mm, feed_mm_min, piece_mm, stop);
-  if (moved) moved = AwaitRest(start->position[3], stop);
+  auto moved = MoveInPieces(state->position_mm, machine_mm, feed_mm_min, piece_mm, stop);
+  if (moved) moved = AwaitRest(state->c_deg, stop);
   if (moved || taken_) return moved;
   return Fail(fmt::format("{}; {}", moved.error().message, Halt()), moved.error().kind);
 }

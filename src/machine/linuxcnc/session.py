@@ -48,7 +48,7 @@ def connect():
     try:
         session = Session(linuxcnc)
         session.stat.poll()
-    except broken as error:
+    except (broken, SystemError) as error:
         raise Failed("machine", f"no LinuxCNC of this user runs on this computer ({error}): start it, and run trammel "
                      "as the same user")
     return session
@@ -173,6 +173,7 @@ class Session:
             end = time.monotonic() + LIMIT_S
             while self.mode() != "MDI" or self.stat.echo_serial_number < self.seen:
                 if time.monotonic() > end:
+                    self.send("mode", self.cnc.MODE_MANUAL)  # it may come late
                     raise Failed("machine", "LinuxCNC does not go into MDI mode; does another panel hold it?")
                 time.sleep(LOOK_S)
                 self.stat.poll()
