@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cstdint>
-#include <cstdlib>
 #include <string_view>
 #include <utility>
 
 #include "files/new_file.h"
 #include "machine/camera/camera.h"
+#include "vision/still_picture.h"
 
 namespace trammel::procedure {
 namespace {
@@ -19,24 +18,6 @@ constexpr double kMove_s = 120;
 constexpr double kFrame_s = 5;
 constexpr int kFrames = 4;     // halves the sensor's noise
 constexpr int kMostTries = 8;  // of a picture that shows motion: a busy computer's is late
-
-void Add(const Frame& frame, std::vector<std::uint16_t>& sum) {
-  sum.resize(frame.bgr.size());
-  for (std::size_t i = 0; i < sum.size(); ++i) {
-    sum[i] = static_cast<std::uint16_t>(sum[i] + frame.bgr[i]);
-  }
-}
-
-// Whether the laser's stripe, or anything else as clear, stands elsewhere in the two pictures.
-bool Moved(const Frame& before, const Frame& after) {
-  constexpr int kClear = 24;        // levels: beyond the noise of a bright stripe and its JPEG
-  constexpr double kShare = 0.001;  // of all values: a stripe of 3 px that moved, in 1280
-  std::size_t moved = 0;
-  for (std::size_t i = 0; i < before.bgr.size(); ++i) {
-    moved += std::abs(before.bgr[i] - after.bgr[i]) > kClear;
-  }
-  return static_cast<double>(moved) > kShare * static_cast<double>(before.bgr.size());
-}
 
 Result<void> Keep(const machine::CapturedFrame& frame, const std::filesystem::path& stem) {
   const std::string_view bytes(reinterpret_cast<const char*>(frame.image.data()),
@@ -80,26 +61,21 @@ Result<void> SetupEye::LightRoom() {
 
 // The mean of frames that show the same; absent where something moves from the first to the last.
 Result<std::optional<Frame>> SetupEye::MeanPicture(const std::string& name) {
-  std::vector<std::uint16_t> sum;
-  Frame first;
-  for (int i = 0; i < kFrames; ++i) {
+  vision::StillPicture picture;
+  while (true) {
     const auto captured = recorder_.NextFrame(kFrame_s, session_.stop);
     if (!captured) return tl::unexpected(captured.error());
-    auto frame = machine::DecodeFrame(*captured);
+    const auto frame = machine::DecodeFrame(*captured);
     if (!frame) return tl::unexpected(frame.error());
-    if (i == 0) first = *frame;
-    if (frame->bgr.size() != first.bgr.size()) {
+    const auto added = picture.Add(*frame);
+    if (added == vision::StillPicture::Added::kMoved) return std::nullopt;
+    if (added == vision::StillPicture::Added::kOtherSize) {
       return Fail("the camera's pictures change their size", ErrorKind::kMachine);
     }
-    if (i > 0 && Moved(first, *frame)) return std::nullopt;
-    Add(*frame, sum);
-    if (i + 1 < kFrames) continue;
+    if (picture.frames() < kFrames) continue;
     if (auto kept = Keep(*captured, folder_ / name); !kept) return tl::unexpected(kept.error());
+    return picture.Mean();
   }
-  for (std::size_t i = 0; i < sum.size(); ++i) {
-    first.bgr[i] = static_cast<std::uint8_t>((sum[i] + kFrames / 2) / kFrames);
-  }
-  return first;
 }
 
 Result<Frame> SetupEye::Look(const HeadPlace& place, SetupLight light, const std::string& name) {
