@@ -11,7 +11,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -200,10 +199,8 @@ int RunShow(const HistoryArguments& arguments) {
   }
   fmt::print("     by {}\n", entry.outcome.provenance.program);
   const measurement::Subject& subject = entry.outcome.subject;
-  for (const auto& [name, text] :
-       {std::pair{"printer", &subject.printer}, std::pair{"nozzle", &subject.nozzle},
-        std::pair{"filament", &subject.filament}}) {
-    if (!text->empty()) fmt::print("     {} {}\n", name, *text);
+  for (const auto& [key, words, text] : measurement::SubjectTexts()) {
+    if (!(subject.*text).empty()) fmt::print("     {} {}\n", words, subject.*text);
   }
   for (const files::Application& application : entry.applied) {
     fmt::print("     {}\n", ApplicationText(application));
@@ -232,12 +229,12 @@ ordered_json ComparisonJson(const HistoryArguments& arguments,
 /// What is known to differ in what was measured.
 std::string OtherThings(const measurement::Subject& before, const measurement::Subject& after) {
   std::string text;
-  for (const auto& [name, a, b] : {std::tuple{"printer", &before.printer, &after.printer},
-                                   std::tuple{"nozzle", &before.nozzle, &after.nozzle},
-                                   std::tuple{"filament", &before.filament, &after.filament}}) {
-    if (*a == *b) continue;
-    text += fmt::format("     another {}: {}, then {}\n", name, a->empty() ? "not noted" : *a,
-                        b->empty() ? "not noted" : *b);
+  for (const auto& [key, words, member] : measurement::SubjectTexts()) {
+    const std::string& a = before.*member;
+    const std::string& b = after.*member;
+    if (a == b) continue;
+    text += fmt::format("     another {}: {}, then {}\n", words, a.empty() ? "not noted" : a,
+                        b.empty() ? "not noted" : b);
   }
   return text;
 }

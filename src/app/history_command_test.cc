@@ -105,20 +105,25 @@ TEST_F(HistoryCommand, ShowsAllOfOneAndNoControlCharacters) {
 
 TEST_F(HistoryCommand, FiltersAndExportsByFilamentWhateverItsName) {
   Outcome outcome = PressureAdvance();
-  outcome.subject = {"printer.local:7125", "0.40", "=PLA \"100 %\"; x"};
+  outcome.subject = {
+      "printer.local:7125", "0.40", "=PLA \"100 %\"; x", "extruder1", "17", "215", "60"};
   Keep(files::HistoryLine(outcome, "recordings/a"));
   outcome.subject.printer = "printer.local:7126";  // two printers of one name
   Keep(files::HistoryLine(outcome, "recordings/b"));
   Keep(files::HistoryLine(Alignment(), "c"));
   EXPECT_THAT(History("list --printer printer.local:7126").standard_output,
               AllOf(HasSubstr("recordings/b"), Not(HasSubstr("recordings/a"))));
-  EXPECT_EQ(History("export --printer printer.local:7125").standard_output,
-            "utc,instrument,printer,nozzle,filament,name,unit,verdict,value,standard_uncertainty,"
-            "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder\n"
-            "\"2026-01-02T03:04:05Z\",pressure_advance,\"printer.local:7125\",\"0.40\","
-            "\"'=PLA \"\"100 %\"\"; x\",\"pressure_advance\",\"s\",good,0.036,0.0006,0.0348,0.0372,"
-            "\"\",\"\",\"\",\"trammel 9.8.7\",\"recordings/a\"\n");
-  EXPECT_THAT(History("show 2").standard_output, HasSubstr("filament =PLA"));
+  EXPECT_EQ(
+      History("export --printer printer.local:7125").standard_output,
+      "utc,instrument,printer,nozzle,filament,name,unit,verdict,value,standard_uncertainty,"
+      "interval95_lo,interval95_hi,reason,applied_utc,applied_to,program,folder,toolhead,spool,"
+      "nozzle_c,bed_c\n"
+      "\"2026-01-02T03:04:05Z\",pressure_advance,\"printer.local:7125\",\"0.40\","
+      "\"'=PLA \"\"100 %\"\"; x\",\"pressure_advance\",\"s\",good,0.036,0.0006,0.0348,0.0372,"
+      "\"\",\"\",\"\",\"trammel 9.8.7\",\"recordings/a\",\"extruder1\",\"17\",\"215\",\"60\"\n");
+  EXPECT_THAT(History("show 2").standard_output,
+              AllOf(HasSubstr("filament =PLA"), HasSubstr("toolhead extruder1"),
+                    HasSubstr("nozzle temperature 215")));
 }
 
 TEST_F(HistoryCommand, ComparesTwoResultsAndSaysWhetherAnythingChanged) {

@@ -32,12 +32,13 @@ std::string HistoryRows(const files::HistoryEntry& entry) {
       numbers = fmt::format("{},{},{},{}", quantity.value, quantity.standard_uncertainty,
                             quantity.interval95.lo, quantity.interval95.hi);
     }
-    rows += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", Cell(provenance.utc),
-                        ToString(provenance.instrument), Cell(subject.printer),
-                        Cell(subject.nozzle), Cell(subject.filament), Cell(answer.name),
-                        Cell(answer.unit), ToString(answer.value.verdict()), numbers,
-                        Cell(answer.value.reason()), Cell(last.utc), Cell(last.machine),
-                        Cell(provenance.program), Cell(entry.folder));
+    rows += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                        Cell(provenance.utc), ToString(provenance.instrument),
+                        Cell(subject.printer), Cell(subject.nozzle), Cell(subject.filament),
+                        Cell(answer.name), Cell(answer.unit), ToString(answer.value.verdict()),
+                        numbers, Cell(answer.value.reason()), Cell(last.utc), Cell(last.machine),
+                        Cell(provenance.program), Cell(entry.folder), Cell(subject.toolhead),
+                        Cell(subject.spool), Cell(subject.nozzle_c), Cell(subject.bed_c));
   }
   return rows;
 }

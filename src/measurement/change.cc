@@ -99,9 +99,15 @@ std::vector<Change> Drift(std::span<const Outcome> earlier, const Outcome& now) 
 }
 
 bool SameSubject(const Outcome& a, const Outcome& b) {
+  const auto same = [&](std::string Subject::*text) { return a.subject.*text == b.subject.*text; };
+  const auto may_be_same = [&](std::string Subject::*text) {
+    return same(text) || (a.subject.*text).empty() || (b.subject.*text).empty();
+  };
   const bool of_a_filament = a.provenance.instrument == Instrument::kPressureAdvance;
-  return a.provenance.instrument == b.provenance.instrument && a.subject == b.subject &&
-         a.subject != Subject{} && !(of_a_filament && a.subject.filament.empty());
+  return a.provenance.instrument == b.provenance.instrument && a.subject != Subject{} &&
+         same(&Subject::printer) && same(&Subject::nozzle) && same(&Subject::filament) &&
+         may_be_same(&Subject::toolhead) && may_be_same(&Subject::nozzle_c) &&
+         !(of_a_filament && a.subject.filament.empty());
 }
 
 }  // namespace trammel::measurement

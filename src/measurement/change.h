@@ -39,7 +39,8 @@ inline constexpr std::size_t kFewestForDrift = 3;
 /// Leaves out quantities that are not good in `now`, or in fewer than kFewestForDrift earlier ones.
 [[nodiscard]] std::vector<Change> Drift(std::span<const Outcome> earlier, const Outcome& now);
 
-/// Whether two results are of the same instrument, printer, nozzle and filament. Two of which
+/// Whether two results are of the same instrument, printer, nozzle and filament, and of no other
+/// toolhead or nozzle temperature as far as both note it (earlier programs did not). Two of which
 /// nothing is noted are not known to be; nor are pressure advances of a filament without a name.
 [[nodiscard]] bool SameSubject(const Outcome& a, const Outcome& b);
 

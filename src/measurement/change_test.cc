@@ -81,6 +81,22 @@ TEST(Drift, KnowsSubjectsByAllThatIsNotedOfThem) {
   EXPECT_FALSE(SameSubject(unknown, unknown));
 }
 
+TEST(Drift, TakesNoOtherToolheadOrTemperatureForTheSame) {
+  Outcome one = Of(Measured::Good(Normal(1, 0.1)));
+  one.subject.toolhead = "extruder";
+  one.subject.nozzle_c = "215";
+  Outcome other = one;
+  other.subject.spool = "18";
+  other.subject.bed_c = "65";
+  EXPECT_TRUE(SameSubject(one, other)) << "another spool is what drift is looked for in";
+  other.subject.toolhead = "extruder1";
+  EXPECT_FALSE(SameSubject(one, other));
+  other.subject.toolhead = {};
+  EXPECT_TRUE(SameSubject(one, other)) << "an earlier program did not note it";
+  other.subject.nozzle_c = "230";
+  EXPECT_FALSE(SameSubject(one, other));
+}
+
 /// The share of results called different though nothing changed, whether results scatter by more
 /// than they state or not, and, without that, the share
 /// where the value changed by ten standard uncertainties.

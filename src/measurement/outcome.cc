@@ -14,6 +14,16 @@ constexpr std::array<std::string_view, 5> kNames{"pressure_advance", "tap", "too
 constexpr std::array<std::string_view, kNames.size()> kWords{
     "pressure advance", "taps", "tool offsets", "part alignment", "camera and laser"};
 
+constexpr std::array<SubjectText, 7> kSubjectTexts{{
+    {"printer", "printer", &Subject::printer},
+    {"toolhead", "toolhead", &Subject::toolhead},
+    {"nozzle", "nozzle", &Subject::nozzle},
+    {"filament", "filament", &Subject::filament},
+    {"spool", "spool", &Subject::spool},
+    {"nozzle_c", "nozzle temperature", &Subject::nozzle_c},
+    {"bed_c", "bed temperature", &Subject::bed_c},
+}};
+
 }  // namespace
 
 std::string_view ToString(Instrument instrument) {
@@ -31,6 +41,8 @@ std::span<const std::string_view> InstrumentNames() { return kNames; }
 std::string_view WordsOf(Instrument instrument) {
   return kWords.at(static_cast<std::size_t>(instrument));
 }
+
+std::span<const SubjectText> SubjectTexts() { return kSubjectTexts; }
 
 Verdict Outcome::verdict() const {
   if (answers.empty()) return Verdict::kRefused;

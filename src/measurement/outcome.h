@@ -42,14 +42,29 @@ struct Answer {
   Measured value;
 };
 
-/// What was measured: the keys that results are compared under. Empty: not known.
+/// What was measured, and under which conditions. Empty: not known. change.h: SameSubject says
+/// which of them results are compared under.
 struct Subject {
   std::string printer = {};   ///< its address: two printers may share a name
   std::string nozzle = {};    ///< its diameter in mm: "0.40"
   std::string filament = {};  ///< as its user names it
+  std::string toolhead = {};  ///< Klipper's name of its extruder: "extruder1"
+  std::string spool = {};     ///< Spoolman's number of it: "17"
+  std::string nozzle_c = {};  ///< degC, as it was set: "215"
+  std::string bed_c = {};     ///< degC: "60"
 
   bool operator==(const Subject&) const = default;
 };
+
+/// One of a subject's texts.
+struct SubjectText {
+  std::string_view key;    ///< as JSON spells it: "nozzle_c"
+  std::string_view words;  ///< as people read it: "nozzle temperature"
+  std::string Subject::*text;
+};
+
+/// All of them, in the order in which they are told.
+[[nodiscard]] std::span<const SubjectText> SubjectTexts();
 
 struct Outcome {
   Provenance provenance;

@@ -84,14 +84,18 @@ measurement::Subject ReadSubject(JsonObject& object) {
   const nlohmann::json* const json = object.Find("subject");
   if (json == nullptr || object.failed()) return {};
   JsonObject inner = object.Inner(*json, "subject");
-  measurement::Subject subject{inner.Text("printer"), inner.Text("nozzle"), inner.Text("filament")};
-  for (const std::string* text : {&subject.printer, &subject.nozzle, &subject.filament}) {
-    if (text->size() > kMostBytes) {
-      inner.Fault("filament", fmt::format("or another name has {} bytes; at most {} are kept",
-                                          text->size(), kMostBytes));
+  measurement::Subject subject;
+  for (const auto& [key, words, text] : measurement::SubjectTexts()) {
+    const std::string name(key);
+    if (!inner.has(name.c_str())) continue;
+    subject.*text = inner.Text(name.c_str());
+    if ((subject.*text).size() > kMostBytes) {
+      inner.Fault(name, fmt::format("has {} bytes; at most {} are kept", (subject.*text).size(),
+                                    kMostBytes));
     }
   }
-  if (const auto read = inner.Finish(); !read) object.Adopt(read.error());
+  // What a newer trammel notes beside is passed over.
+  if (const auto read = inner.Faults(); !read) object.Adopt(read.error());
   return subject;
 }
 
@@ -146,8 +150,13 @@ ordered_json JsonOf(const Outcome& outcome) {
   for (const Answer& answer : outcome.answers) json["answers"].push_back(AnswerJson(answer));
   const measurement::Subject& subject = outcome.subject;
   if (subject != measurement::Subject{}) {
-    json["subject"] = {
+    // Those that every program has noted are there, be they empty: a result's fingerprint stays.
+    ordered_json& told = json["subject"];
+    told = {
         {"printer", subject.printer}, {"nozzle", subject.nozzle}, {"filament", subject.filament}};
+    for (const auto& [key, words, text] : measurement::SubjectTexts()) {
+      if (!(subject.*text).empty()) told[std::string(key)] = subject.*text;
+    }
   }
   return json;
 }

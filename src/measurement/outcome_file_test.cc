@@ -98,6 +98,27 @@ TEST(OutcomeFile, NoValueStandsBesideAVerdictThatIsNotGoodAndNoneIsMissing) {
   EXPECT_THAT(FaultOf(json), HasSubstr("format"));
 }
 
+TEST(OutcomeFile, KeepsTheSubjectAndPassesOverWhatANewerProgramNotes) {
+  Outcome outcome = GoodOutcome();
+  outcome.subject = {"printer.local", "0.40", "PLA", "extruder1", "17", "215", "60"};
+  auto json = nlohmann::json::parse(ToJson(outcome));
+  json["subject"]["humidity"] = 0.4;
+  const auto read = ParseOutcome(json.dump(), "r.json");
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->subject, outcome.subject);
+  json["subject"]["spool"] = 17;
+  EXPECT_THAT(FaultOf(json), HasSubstr("subject.spool"));
+  json["subject"]["spool"] = std::string(1001, '7');
+  EXPECT_THAT(FaultOf(json), AllOf(HasSubstr("subject.spool"), HasSubstr("1001 bytes")));
+}
+
+TEST(OutcomeFile, TheSubjectOfAnEarlierProgramKeepsItsFingerprint) {
+  Outcome outcome = GoodOutcome();
+  outcome.subject = {"printer.local", "0.40", ""};
+  const auto json = nlohmann::ordered_json::parse(ToJson(outcome));
+  EXPECT_EQ(json["subject"].dump(), R"({"printer":"printer.local","nozzle":"0.40","filament":""})");
+}
+
 TEST(OutcomeFile, AnIntervalThatItsUncertaintyCannotGiveIsRefused) {
   auto json = nlohmann::json::parse(ToJson(GoodOutcome()));
   json["answers"][0]["interval95"] = {-7, 7};

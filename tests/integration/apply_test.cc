@@ -128,6 +128,26 @@ TEST_F(Apply, AResultIsNotKeptForAnotherFilament) {
               AllOf(HasSubstr("measured on voron.local"), HasSubstr("with a nozzle of 0.60 mm")));
 }
 
+TEST_F(Apply, AResultIsNotSetOnAnotherToolhead) {
+  const auto folder = shop_.folder() / "t1";
+  std::filesystem::create_directory(folder);
+  measurement::Outcome outcome;
+  outcome.provenance = {
+      measurement::Instrument::kPressureAdvance, "trammel", "2026-01-02T03:04:05Z", {}};
+  outcome.answers = {{"pressure_advance", "s", Measured::Good({0.055, 0.001, {0.053, 0.057}})}};
+  outcome.subject.toolhead = "extruder1";
+  ASSERT_TRUE(files::KeepOutcome(folder, outcome));
+  const double before_s = InForce();
+  const ProcessEnd refused = Run({"t1"});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.standard_error,
+              AllOf(HasSubstr("of the toolhead 'extruder1'"), HasSubstr("'extruder' is active")));
+  EXPECT_EQ(InForce(), before_s);
+  const ProcessEnd forced = Run({"t1", "--force"});
+  EXPECT_EQ(forced.exit_code, 0) << forced.standard_error;
+  EXPECT_NEAR(InForce(), 0.055, 1e-6);
+}
+
 class ApplyToSpool : public Apply {
  protected:
   // The printer of the base stands beside, unused.

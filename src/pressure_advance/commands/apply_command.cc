@@ -245,6 +245,20 @@ Result<void> CheckSameFilament(const measurement::Subject& subject, const std::s
                   subject.filament, filament));
 }
 
+// Whether a result may be set on the toolhead that is active: Klipper sets it there.
+Result<void> CheckSameToolhead(const measurement::Subject& subject,
+                               const procedure::Session& session, bool force) {
+  constexpr double kAsk_s = 10;
+  if (force || subject.toolhead.empty()) return {};
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  if (state->active_extruder.empty() || state->active_extruder == subject.toolhead) return {};
+  return Fail(
+      fmt::format("the result is of the toolhead '{}', and '{}' is active, on which it would "
+                  "be set: select the other one, or --force",
+                  subject.toolhead, state->active_extruder));
+}
+
 // Where Spoolman keeps the value. What the settings ask for in general (`always`) does not keep a
 // value from the printer; what was asked for this one does.
 Result<std::optional<procedure::SpoolPlace>> SpoolFor(const ApplyArguments& arguments, bool always,
@@ -345,6 +359,7 @@ int RunApply(const ApplyArguments& arguments) {
   const measurement::Subject subject =
       value->result ? value->result->subject : measurement::Subject{};
   auto same = CheckSameFilament(subject, arguments.filament, arguments.force);
+  if (same) same = CheckSameToolhead(subject, session, arguments.force);
   if (!same) return PrintError(same.error());
   const auto spool = SpoolFor(arguments, config->scan.keep_in_spoolman, session, subject);
   if (!spool) return PrintError(spool.error());
@@ -421,7 +436,9 @@ void AddApplyCommand(CLI::App& parent, int& exit_code) {
       ->add_flag("--spoolman", arguments->spoolman,
                  "keep it in Spoolman, too: on the active spool, and on its filament")
       ->excludes("--undo");
-  command->add_flag("--force", arguments->force, "set it beyond pressure_advance_limit, too");
+  command->add_flag("--force", arguments->force,
+                    "set it beyond pressure_advance_limit, on another toolhead or for another "
+                    "filament than it was measured with, too");
   command->add_flag("--dry-run", arguments->dry_run, "say what would change, and change nothing");
   command->callback([arguments, &exit_code] {
     if (!arguments->undo && arguments->value.empty()) throw CLI::RequiredError("value or --undo");

@@ -122,13 +122,31 @@ Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Sess
   return WorthApplying(*improvement);
 }
 
-// What the result is listed under: as told, or as Spoolman has it. The answer stands without it.
-std::string FilamentOf(const CalibrateArguments& arguments, const procedure::Session& session) {
-  if (!arguments.filament.empty()) return arguments.filament;
-  const auto name = procedure::FilamentOnPrinter(session);
-  if (name) return *name;
-  fmt::print(stderr, "  the result is listed without a filament: {}\n", name.error().message);
-  return {};
+// What the result is listed under: as told, or as the printer and Spoolman have it. The answer
+// stands without it.
+measurement::Subject SubjectOf(const CalibrateArguments& arguments,
+                               const procedure::Session& session, const files::Config& config) {
+  constexpr double kAsk_s = 10;
+  const auto degrees = [](std::optional<double> set_c) {
+    return set_c ? fmt::format("{:g}", *set_c) : std::string();
+  };
+  measurement::Subject subject;
+  subject.printer = procedure::PrinterName(config.scan.address);
+  subject.nozzle = fmt::format("{:.2f}", config.pattern.nozzle_diameter_mm);
+  subject.filament = arguments.filament;
+  subject.nozzle_c = degrees(settings::NozzleTemperature_c(config.pattern));
+  subject.bed_c = degrees(settings::BedTemperature_c(config.pattern));
+  if (const auto state = session.printer.State(session.Within(kAsk_s))) {
+    subject.toolhead = state->active_extruder;
+  }
+  const auto spool = procedure::SpoolOnPrinter(session);
+  if (spool && *spool) {
+    subject.spool = std::to_string((*spool)->id);
+    if (subject.filament.empty()) subject.filament = (*spool)->filament;
+  } else if (!spool && subject.filament.empty()) {
+    fmt::print(stderr, "  the result is listed without a filament: {}\n", spool.error().message);
+  }
+  return subject;
 }
 
 // Analyses, reports, validates and applies where asked to.
@@ -143,9 +161,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   output.json = arguments.json;
   output.keep_in_recording = true;
   ResultFile result = ResultOf(run->analysis, folder.string());
-  result.outcome.subject = {procedure::PrinterName(config.scan.address),
-                            fmt::format("{:.2f}", config.pattern.nozzle_diameter_mm),
-                            FilamentOf(arguments, session)};
+  result.outcome.subject = SubjectOf(arguments, session, config);
   int code = PrintAnalysis(*run, result, output);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;

@@ -93,14 +93,21 @@ Result<void> CheckSameSubject(const measurement::Subject& first, const measureme
                     "table is of one nozzle on one printer",
                     folder, other.nozzle, other.printer, first.nozzle, first.printer));
   }
+  for (const auto& [key, words, text] : measurement::SubjectTexts()) {
+    const bool of_the_table =
+        text == &measurement::Subject::toolhead || text == &measurement::Subject::nozzle_c;
+    if (of_the_table && differ(first.*text, other.*text)) {
+      return Fail(fmt::format("{}: is of {} {}, and an earlier one of {}: a table is of one {}",
+                              folder, words, other.*text, first.*text, words));
+    }
+  }
   return {};
 }
 
 /// Takes over what is not known yet.
 void Complete(measurement::Subject& subject, const measurement::Subject& other) {
-  for (const auto field : {&measurement::Subject::printer, &measurement::Subject::nozzle,
-                           &measurement::Subject::filament}) {
-    if ((subject.*field).empty()) subject.*field = other.*field;
+  for (const auto& [key, words, text] : measurement::SubjectTexts()) {
+    if ((subject.*text).empty()) subject.*text = other.*text;
   }
 }
 

@@ -47,11 +47,8 @@ Result<Json> ReadMatrix(Spoolman& spoolman, int spool_id) {
 
 }  // namespace
 
-Result<std::string> FilamentOnPrinter(const Session& session) {
-  Spoolman spoolman(session.printer, session.Within(kAsk_s));
-  auto spool = spoolman.ActiveSpool();
-  if (!spool) return tl::unexpected(spool.error());
-  return *spool ? (*spool)->filament : std::string();
+Result<std::optional<machine::Spool>> SpoolOnPrinter(const Session& session) {
+  return Spoolman(session.printer, session.Within(kAsk_s)).ActiveSpool();
 }
 
 Result<SpoolPlace> FindSpoolPlace(const Session& session) {

@@ -6,13 +6,14 @@
 #include <string>
 
 #include "base/result.h"
+#include "machine/moonraker/spoolman.h"
 #include "session/session.h"
 
 namespace trammel::procedure {
 
-/// The name of the filament that is on the printer, as Spoolman has it; empty where no spool is
-/// active or the printer's server knows of no Spoolman. Errors: kMachine.
-[[nodiscard]] Result<std::string> FilamentOnPrinter(const Session& session);
+/// The spool that is on the printer, as Spoolman has it; absent where none is active or the
+/// printer's server knows of no Spoolman. Errors: kMachine.
+[[nodiscard]] Result<std::optional<machine::Spool>> SpoolOnPrinter(const Session& session);
 
 /// Where a value is kept, or would be.
 struct SpoolPlace {
