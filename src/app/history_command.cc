@@ -16,6 +16,8 @@
 
 #include "app/commands.h"
 #include "app/history_csv.h"
+#include "app/history_due_command.h"
+#include "app/history_options.h"
 #include "app/kept_history.h"
 #include "app/number_range.h"
 #include "base/json_text.h"
@@ -38,10 +40,7 @@ using nlohmann::ordered_json;
 
 constexpr std::size_t kMost = 10'000;
 
-struct HistoryArguments {
-  std::string path = "recordings";
-  std::string instrument;
-  measurement::Subject subject;
+struct HistoryArguments : HistoryOptions {
   std::string out;
   std::size_t last = 20;
   std::size_t number = 1;
@@ -115,12 +114,6 @@ ordered_json EntryJson(std::size_t number, const HistoryEntry& entry) {
   return json;
 }
 
-files::HistoryQuery QueryOf(const HistoryArguments& arguments, std::size_t last) {
-  files::HistoryQuery query{last, {}, arguments.subject};
-  query.instrument = measurement::InstrumentNamed(arguments.instrument);
-  return query;
-}
-
 void SaySkipped(const files::SkippedLines& skipped) {
   for (const std::string& why : skipped.named) fmt::print(stderr, "passed over: {}\n", why);
   if (skipped.count > skipped.named.size()) {
@@ -130,25 +123,18 @@ void SaySkipped(const files::SkippedLines& skipped) {
 
 /// The newest, with what was applied of them; says on standard error which lines are no results.
 Result<files::History> Read(const HistoryArguments& arguments, std::size_t last) {
-  auto history = ReadKept(arguments.path, QueryOf(arguments, last));
-  if (!history) return history;
-  SaySkipped({history->skipped, history->skipped_lines});
-  const auto state = files::StateFolder();
-  if (!state) return tl::unexpected(state.error());
-  if (auto added = files::AddApplications(*state / files::kAppliedFile, *history); !added) {
-    return tl::unexpected(added.error());
-  }
+  auto history = ReadKeptAndApplied(arguments.path, QueryOf(arguments, last));
+  if (history) SaySkipped({history->skipped, history->skipped_lines});
   return history;
 }
 
 /// A filter that leaves nothing may be a slip of the pen.
 void SayNothingMatches(const HistoryArguments& arguments) {
-  const bool chosen =
-      !arguments.instrument.empty() || !(arguments.subject == measurement::Subject{});
   fmt::print(stderr, "{}\n",
-             chosen ? "no result is of what was chosen; names are compared to the letter: trammel "
-                      "history list without a choice shows them"
-                    : "no result is kept here");
+             arguments.chooses()
+                 ? "no result is of what was chosen; names are compared to the letter: trammel "
+                   "history list without a choice shows them"
+                 : "no result is kept here");
 }
 
 int RunList(const HistoryArguments& arguments) {
@@ -344,18 +330,6 @@ int RunPrune(const PruneArguments& arguments) {
   return kExitGood;
 }
 
-void AddCommon(CLI::App& command, HistoryArguments& arguments) {
-  command.add_option("--in", arguments.path, "history.jsonl, or the folder of the recordings")
-      ->capture_default_str();
-  const auto instruments = measurement::InstrumentNames();
-  command.add_option("--instrument", arguments.instrument, "only its results; left out: of all")
-      ->check(CLI::IsMember(std::vector<std::string>{instruments.begin(), instruments.end()}));
-  command.add_option("--filament", arguments.subject.filament, "only of this filament");
-  command.add_option("--nozzle", arguments.subject.nozzle,
-                     "only of the nozzle of this diameter in mm: 0.40");
-  command.add_option("--printer", arguments.subject.printer, "only of the printer of this address");
-}
-
 void AddJson(CLI::App& command, HistoryArguments& arguments) {
   command.add_flag("--json", arguments.json, "as JSON");
 }
@@ -366,7 +340,7 @@ void AddHistoryCommands(CLI::App& history, int& exit_code) {
   history.require_subcommand(1);
   const auto listed = std::make_shared<HistoryArguments>();
   CLI::App* list = history.add_subcommand("list", "the kept results, the newest first");
-  AddCommon(*list, *listed);
+  AddHistoryOptions(*list, *listed);
   AddJson(*list, *listed);
   list->add_option("--last", listed->last, "at most so many")
       ->check(CLI::Range(std::size_t{1}, kMost))
@@ -378,7 +352,7 @@ void AddHistoryCommands(CLI::App& history, int& exit_code) {
   show->add_option("NUMBER", shown->number, "as history list counts them: 1 is the newest")
       ->check(CLI::Range(std::size_t{1}, kMost))
       ->capture_default_str();
-  AddCommon(*show, *shown);
+  AddHistoryOptions(*show, *shown);
   AddJson(*show, *shown);
   show->callback([shown, &exit_code] { exit_code = RunShow(*shown); });
 
@@ -391,15 +365,17 @@ void AddHistoryCommands(CLI::App& history, int& exit_code) {
   compare->add_option("AFTER", compared->number, "the same: 1 is the newest")
       ->check(CLI::Range(std::size_t{1}, kMost))
       ->capture_default_str();
-  AddCommon(*compare, *compared);
+  AddHistoryOptions(*compare, *compared);
   AddJson(*compare, *compared);
   compare->callback([compared, &exit_code] { exit_code = RunCompare(*compared); });
 
   const auto exported = std::make_shared<HistoryArguments>();
   CLI::App* table = history.add_subcommand(
       "export", "print them as a table (CSV), an answer a row; history list --json has JSON");
-  AddCommon(*table, *exported);
+  AddHistoryOptions(*table, *exported);
   table->callback([exported, &exit_code] { exit_code = RunExport(*exported); });
+
+  AddHistoryDueCommands(history, exit_code);
 
   const auto pruned = std::make_shared<PruneArguments>();
   CLI::App* prune = history.add_subcommand(

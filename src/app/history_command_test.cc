@@ -278,5 +278,51 @@ TEST_F(HistoryCommand, PruneSaysWhatWouldGoAndRemovesItWhereAskedTo) {
   EXPECT_EQ(History("prune").exit_code, 1);  // without a budget
 }
 
+TEST_F(HistoryCommand, SaysWhatIsDueUntilItIsSnoozed) {
+  Outcome outcome = PressureAdvance();
+  outcome.subject = {"printer.local", "0.40", "PLA"};
+  Keep(files::HistoryLine(outcome, "recordings/a"));
+  const CommandResult due = History("due --age 30");
+  EXPECT_EQ(due.exit_code, 0) << due.output;
+  EXPECT_THAT(due.standard_output,
+              AllOf(HasSubstr("due      pressure advance, printer printer.local, nozzle 0.40, "
+                              "filament PLA\n"),
+                    HasSubstr("days old, of 30")));
+  EXPECT_THAT(History("due --age 36500").standard_output,
+              AllOf(HasSubstr("fine"), HasSubstr("its last answer is of 2026-01-02T03:04:05Z")));
+  EXPECT_EQ(History("snooze --filament PLA --days 3").exit_code, 0);
+  const json snoozed = json::parse(History("due --age 30 --json").standard_output);
+  ASSERT_EQ(snoozed.size(), 1u);
+  EXPECT_EQ(snoozed[0]["need"], "none");
+  EXPECT_NE(snoozed[0]["snoozed_until"], "");
+  EXPECT_EQ(History("snooze --filament PLA --days 0").exit_code, 0);
+  EXPECT_THAT(History("due --age 30").standard_output, HasSubstr("due      "));
+}
+
+TEST_F(HistoryCommand, AFilamentThatWasNeverMeasuredIsDue) {
+  Outcome outcome = PressureAdvance();
+  outcome.subject = {"printer.local", "0.40", "PLA"};
+  Keep(files::HistoryLine(outcome, "recordings/a"));
+  const json due = json::parse(History("due --filament PETG --nozzle 0.40 --json").standard_output);
+  ASSERT_EQ(due.size(), 1u);
+  EXPECT_EQ(due[0]["need"], "due");
+  EXPECT_EQ(due[0]["reasons"][0], "it was never measured");
+  EXPECT_EQ(due[0]["subject"]["filament"], "PETG");
+}
+
+TEST_F(HistoryCommand, TwoToolheadsOfOneFilamentAreTwoThings) {
+  Outcome outcome = PressureAdvance();
+  outcome.subject = {"printer.local", "0.40", "PLA", "extruder"};
+  Keep(files::HistoryLine(outcome, "recordings/a"));
+  outcome.subject.toolhead = "extruder1";
+  outcome.answers = {{"pressure_advance", "s", Measured::Refused("too dark")}};
+  Keep(files::HistoryLine(outcome, "recordings/b"));
+  const json due = json::parse(History("due --age 36500 --json").standard_output);
+  ASSERT_EQ(due.size(), 2u);
+  EXPECT_EQ(due[0]["subject"]["toolhead"], "extruder1");
+  EXPECT_EQ(due[0]["reasons"][0], "no answer yet: too dark");
+  EXPECT_EQ(due[1]["need"], "none");
+}
+
 }  // namespace
 }  // namespace trammel::test

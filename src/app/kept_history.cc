@@ -91,6 +91,8 @@ std::string NameOf(const files::HistoryEntry& entry) {
   return name.empty() || name == "." ? files::Fingerprint(entry.outcome) : name.string();
 }
 
+}  // namespace
+
 bool WasApplied(const files::HistoryEntry& entry) {
   const std::string& printer = entry.outcome.subject.printer;
   return std::ranges::any_of(entry.applied, [&printer](const files::Application& application) {
@@ -99,12 +101,8 @@ bool WasApplied(const files::HistoryEntry& entry) {
   });
 }
 
-/// The results of what was measured here, the newest first, with what was applied of them.
-Result<files::History> ReadSame(const std::filesystem::path& path, const Outcome& now) {
-  files::HistoryQuery query;
-  query.last = 1000;
-  query.instrument = now.provenance.instrument;
-  query.subject = now.subject;
+Result<files::History> ReadKeptAndApplied(const std::filesystem::path& path,
+                                          const files::HistoryQuery& query) {
   auto history = ReadKept(path, query);
   if (!history) return history;
   const auto state = files::StateFolder();
@@ -115,13 +113,13 @@ Result<files::History> ReadSame(const std::filesystem::path& path, const Outcome
   return history;
 }
 
-}  // namespace
-
 Result<AgainstEarlier> CompareWithEarlier(const std::filesystem::path& path, const Outcome& now) {
   constexpr std::size_t kMostForDrift = 100;
+  constexpr std::size_t kMostCompared = 1000;
   AgainstEarlier found;
   if (now.subject == measurement::Subject{}) return found;
-  const auto history = ReadSame(path, now);
+  const auto history =
+      ReadKeptAndApplied(path, {kMostCompared, now.provenance.instrument, now.subject});
   if (!history) return tl::unexpected(history.error());
   const std::string own = files::Fingerprint(now);
   std::string own_name;

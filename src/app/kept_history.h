@@ -19,6 +19,13 @@ namespace trammel::app {
 [[nodiscard]] Result<files::History> ReadKept(const std::filesystem::path& path,
                                               const files::HistoryQuery& query);
 
+/// The same, with what was applied of them. Errors: those of files::StateFolder, too.
+[[nodiscard]] Result<files::History> ReadKeptAndApplied(const std::filesystem::path& path,
+                                                        const files::HistoryQuery& query);
+
+/// Whether a result was set on the machine that it was measured on.
+[[nodiscard]] bool WasApplied(const files::HistoryEntry& entry);
+
 /// Hands over a folder's results through its index, however many; from history.jsonl itself, and
 /// then kMostHistoryBytes of them, where that cannot be used: standard error is told so, and where
 /// older ones are left out. Errors: those of files::ReadHistory.

@@ -9,8 +9,11 @@ namespace trammel::app {
 
 std::string_view ProgramVersion() { return "trammel " TRAMMEL_VERSION; }
 
-std::string UtcNow() {
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+std::string UtcNow() { return UtcAfterDays(0); }
+
+std::string UtcAfterDays(double days) {
+  const auto seconds = static_cast<std::time_t>(days * 86400);
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr) + seconds));
 }
 
 measurement::Provenance ProvenanceOf(measurement::Instrument instrument,

@@ -15,6 +15,9 @@ namespace trammel::app {
 /// Now, ISO 8601 to the second: "2026-01-02T03:04:05Z".
 [[nodiscard]] std::string UtcNow();
 
+/// The same so many days from now, 0 … 36500.
+[[nodiscard]] std::string UtcAfterDays(double days);
+
 /// This program, now, from those sources.
 [[nodiscard]] measurement::Provenance ProvenanceOf(measurement::Instrument instrument,
                                                    std::vector<std::string> sources);

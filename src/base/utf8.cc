@@ -83,8 +83,8 @@ std::string Utf8OrReplaced(std::string_view text, std::size_t most_bytes) {
   most_bytes = std::max(most_bytes, kEllipsis.size());
   std::string clean = Utf8OrReplaced(text.substr(0, most_bytes));
   if (text.size() <= most_bytes && clean.size() <= most_bytes) return clean;
-  clean.resize(std::min(clean.size(), most_bytes - kEllipsis.size()));
-  clean.resize(clean.size() - IncompleteUtf8(clean));
+  clean.erase(std::min(clean.size(), most_bytes - kEllipsis.size()));
+  clean.erase(clean.size() - IncompleteUtf8(clean));
   return clean.append(kEllipsis);
 }
 

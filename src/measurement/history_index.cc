@@ -157,9 +157,9 @@ void Insert(SQLite::Database& database, const Outcome& outcome, const std::strin
   }
   if (first.value.good()) {
     const Quantity& quantity = first.value.quantity();
-    for (const double number : {quantity.value, quantity.standard_uncertainty,
-                                quantity.interval95.lo, quantity.interval95.hi}) {
-      insert.bind(++at, number);
+    for (const double of_first : {quantity.value, quantity.standard_uncertainty,
+                                  quantity.interval95.lo, quantity.interval95.hi}) {
+      insert.bind(++at, of_first);
     }
   } else {
     at += 4;
