@@ -80,7 +80,7 @@ INNER = {
         "module": set(),
         "camera": {"net", "module"},
         "video": {"net", "module", "camera"},
-        "page": {"net"},
+        "page": {"net", "module"},
         "scanner": {"net", "module", "page"},
         "moonraker": {"net"},
         "linuxcnc": {"net"},

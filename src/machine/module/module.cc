@@ -46,6 +46,7 @@ const ModuleName kScannerModule = {"trammel-scanner", "scanning from a flatbed",
                                    "libsane1"};
 const ModuleName kAravisModule = {"trammel-aravis", "a GigE Vision or USB3 Vision camera",
                                   "trammel-machine-vision", "libaravis-0.8-0"};
+const ModuleName kPdfModule = {"trammel-pdf", "reading a PDF", "trammel", "libqpdf"};
 const ModuleName kWebpModule = {"trammel-webp", "reading a WebP photo", "trammel-photos",
                                 "libwebp7"};
 const ModuleName kHeifModule = {"trammel-heif", "reading a HEIC photo", "trammel-photos",

@@ -21,6 +21,7 @@ struct ModuleName {
 extern const ModuleName kVideoModule;    ///< video_module.h
 extern const ModuleName kScannerModule;  ///< scanner_module.h
 extern const ModuleName kAravisModule;   ///< aravis_module.h
+extern const ModuleName kPdfModule;      ///< page/pdf_module.h
 extern const ModuleName kWebpModule;     ///< phone_picture.h
 extern const ModuleName kHeifModule;     ///< phone_picture.h
 
