@@ -1,8 +1,11 @@
 #include "pressure_advance/photo/photo_mark.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "base/statistics.h"
@@ -23,30 +26,61 @@ double At(const GrayImage& image, double x, double y) {
   return image.row(static_cast<int>(std::lround(y)))[std::lround(x)];
 }
 
-// Contrast of filament and of plate about an outer line, from its middle half.
+// Contrast of plate beside an outer line, a parabola along it as light and lens make one, and how
+// much more filament has.
 struct Levels {
-  double plate = 0, half = 0;
+  double middle_px = 0, scale_px = 1;
+  Eigen::Vector3d plate = Eigen::Vector3d::Zero();
+  double rise = 0;
+
+  [[nodiscard]] Eigen::Vector3d Powers(double x) const {
+    const double at = (x - middle_px) / scale_px;
+    return {1, at, at * at};
+  }
+  [[nodiscard]] double PlateAt(double x) const { return plate.dot(Powers(x)); }
+  [[nodiscard]] double HalfAt(double x) const { return PlateAt(x) + rise / 2; }
 };
+
+// Fits the plate's parabola, without what stands out from a first one: a swollen line, a string.
+void FitPlate(std::span<const std::pair<double, double>> beside, Levels& levels) {
+  for (const bool again : {false, true}) {
+    Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    for (const auto& [x, value] : beside) {
+      if (again && value > levels.HalfAt(x)) continue;
+      normal += levels.Powers(x) * levels.Powers(x).transpose();
+      right += value * levels.Powers(x);
+    }
+    levels.plate = normal.ldlt().solve(right);
+  }
+}
 
 Levels LevelsOf(const GrayImage& contrast, const Curve& rung, double outwards, double pitch_px,
                 const Stretch& line) {
   std::vector<double> filament, plate;
+  std::vector<std::pair<double, double>> beside;
   for (double x = line.from_px; x <= line.to_px; x += 1) {
-    const double y = rung(x), beside = y + outwards * 0.5 * pitch_px;
-    if (std::min(y, beside) < 0 || std::max(y, beside) > contrast.height - 1) continue;
+    const double y = rung(x), away = y + outwards * 0.5 * pitch_px;
+    if (std::min(y, away) < 0 || std::max(y, away) > contrast.height - 1) continue;
     filament.push_back(At(contrast, x, y));
-    plate.push_back(At(contrast, x, beside));
+    plate.push_back(At(contrast, x, away));
+    beside.emplace_back(x, plate.back());
   }
-  if (filament.empty()) return {};
-  const double low = Median(plate);
-  return {low, (low + Median(filament)) / 2};
+  Levels levels;
+  if (filament.empty()) return levels;
+  levels.middle_px = (line.from_px + line.to_px) / 2;
+  levels.scale_px = std::max(1.0, (line.to_px - line.from_px) / 2);
+  levels.rise = Median(filament) - Median(plate);
+  levels.plate[0] = Median(plate);
+  FitPlate(beside, levels);
+  return levels;
 }
 
 // How far from an outer line, going outwards, most of a stretch is filament and stays so for a
 // bead; nothing where the picture ends before half of the plate that is looked at.
 std::optional<double> FilamentBegins_px(const GrayImage& contrast, const Curve& rung,
                                         double outwards, const LinePattern& pattern,
-                                        const Stretch& stretch, double half) {
+                                        const Stretch& stretch, const Levels& levels) {
   constexpr double kFarthest = 2.4;  // pitches
   const double deep_px = std::max(2.0, 0.7 * pattern.bead_px);
   double begun_px = 0, run_px = 0;
@@ -56,7 +90,7 @@ std::optional<double> FilamentBegins_px(const GrayImage& contrast, const Curve& 
       const double y = rung(x) + outwards * away;
       if (y < 0 || y > contrast.height - 1) continue;
       ++count;
-      above += At(contrast, x, y) > half;
+      above += At(contrast, x, y) > levels.HalfAt(x);
     }
     if (2 * count < stretch.to_px - stretch.from_px) return std::nullopt;
     if (2 * above <= count) {
@@ -82,11 +116,35 @@ double FilamentShare(const GrayImage& contrast, const Curve& rung, double outwar
       const double y = rung(x) + outwards * out;
       if (y < 0 || y > contrast.height - 1) continue;
       ++count;
-      sum +=
-          std::min(kMost, (At(contrast, x, y) - levels.plate) / (2 * (levels.half - levels.plate)));
+      sum += std::min(kMost, (At(contrast, x, y) - levels.PlateAt(x)) / levels.rise);
     }
   }
   return count > 0 ? sum / count : 0;
+}
+
+// How far shares of plate scatter by its texture and the picture's noise, over windows as long as
+// `window_px` and one and a fifth of a bead deep, between the middles of an outer line and its bar.
+double PlateScatter(const GrayImage& contrast, const Curve& rung, double outwards,
+                    const LinePattern& pattern, const Stretch& middle, double window_px,
+                    double bar_px, const Levels& levels) {
+  // Between neighbours: light that falls off along the line is no texture.
+  double squares = 0;
+  int count = 0;
+  const double half_px = 0.6 * pattern.bead_px;
+  for (double away = 1.3 * pattern.bead_px; away < bar_px - 1.3 * pattern.bead_px;
+       away += half_px) {
+    std::optional<double> last;
+    for (double x = middle.from_px; x + window_px <= middle.to_px; x += window_px) {
+      const double share = FilamentShare(contrast, rung, outwards, {x, x + window_px},
+                                         {away - half_px, away + half_px}, levels);
+      if (last) {
+        squares += (share - *last) * (share - *last) / 2;
+        ++count;
+      }
+      last = share;
+    }
+  }
+  return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
 // How deep the frame's corner is filled before its bar, at one end of an outer line.
@@ -95,12 +153,18 @@ struct Corner {
   const Curve* rung;
   double outwards = 1, bead_px = 0, bar_px = 0;  // the bar's distance from the line
   Stretch here, other;                           // columns at this end and at the line's other one
+  Stretch next;                                  // columns that lie just beyond a mark's
   Levels levels;
+  double scatter = 0;  // of plate's shares: PlateScatter
 };
 
 // Strokes of a starved printer lie apart: what counts is a bead's mean, and plate at the other end.
 double FilledDepth_px(const Corner& corner) {
-  constexpr double kFilled = 0.2, kPlate = 0.12;  // of what filament is above the plate
+  constexpr double kPlate = 0.12;  // of what filament is above the plate
+  constexpr double kEdge = 0.6;    // light falls off slowly, a mark ends
+  // On a coarse plate only a mark that was printed full is one.
+  constexpr double kCoarse = 0.05, kFull = 0.6;
+  const double filled = corner.scatter > kCoarse ? kFull : std::max(0.2, 0.08 + 4 * corner.scatter);
   const double half_px = 0.6 * corner.bead_px;
   const auto share = [&](const Stretch& columns, double away) {
     return FilamentShare(*corner.contrast, *corner.rung, corner.outwards, columns,
@@ -109,7 +173,9 @@ double FilledDepth_px(const Corner& corner) {
   double filled_px = corner.bar_px;
   for (double away = corner.bar_px - 0.75 * corner.bead_px; away > 1.2 * corner.bead_px;
        away -= 1) {
-    if (share(corner.here, away) < kFilled || share(corner.other, away) > kPlate) break;
+    const double here = share(corner.here, away);
+    if (here < filled || share(corner.other, away) > kPlate) break;
+    if (here - share(corner.next, away) < kEdge * filled) break;
     filled_px = away;
   }
   return corner.bar_px - filled_px;
@@ -118,13 +184,13 @@ double FilledDepth_px(const Corner& corner) {
 // Whether all of a stretch is filled: a blob or a string is not.
 bool FilledAlong(const Corner& corner, double depth_px) {
   constexpr int kPieces = 5;
-  constexpr double kLeast = 0.12;
+  const double least = std::max(0.12, 3 * corner.scatter);
   const Stretch away{corner.bar_px - depth_px, corner.bar_px - 0.15 * corner.bead_px};
   const double piece_px = (corner.here.to_px - corner.here.from_px) / kPieces;
   for (int i = 0; i < kPieces; ++i) {
     const double from = corner.here.from_px + i * piece_px;
     if (FilamentShare(*corner.contrast, *corner.rung, corner.outwards, {from, from + piece_px},
-                      away, corner.levels) < kLeast) {
+                      away, corner.levels) < least) {
       return false;
     }
   }
@@ -146,22 +212,28 @@ std::optional<MarkedCorner> FindMark(const GrayImage& contrast, const LinePatter
     const double length = right - left, inside = 0.4 * pattern.bead_px;
     if (!(left >= 0 && right <= contrast.width - 1 && length > 4 * pattern.bead_px)) continue;
     const Levels levels = LevelsOf(contrast, rung, outwards, pattern.pitch_px,
-                                   {left + 0.25 * length, right - 0.25 * length});
+                                   {left + kLength * length, right - kLength * length});
     const std::array<Stretch, 2> ends{Stretch{left + inside, left + kLength * length},
                                       Stretch{right - kLength * length, right - inside}};
+    const std::array<Stretch, 2> next{
+        Stretch{left + 2 * kLength * length, left + 3 * kLength * length},
+        Stretch{right - 3 * kLength * length, right - 2 * kLength * length}};
     std::array<std::optional<double>, 2> begins;
     for (std::size_t end = 0; end < 2; ++end) {
-      begins[end] = FilamentBegins_px(contrast, rung, outwards, pattern, ends[end], levels.half);
+      begins[end] = FilamentBegins_px(contrast, rung, outwards, pattern, ends[end], levels);
     }
     if (!begins[0] || !begins[1]) continue;
-    if (!(levels.half > levels.plate)) continue;
+    if (!(levels.rise > 0)) continue;
     // The bar, where either end shows plate before it.
     const double bar_px = std::max(*begins[0], *begins[1]);
+    const double scatter =
+        PlateScatter(contrast, rung, outwards, pattern, {left + 0.2 * length, right - 0.2 * length},
+                     kLength * length - inside, bar_px, levels);
     for (std::size_t end = 0; end < 2; ++end) {
       const bool alike = std::abs(*begins[end] - bar_px) < 0.7 * pattern.bead_px;
       const Corner corner{
-          &contrast, &rung,         outwards, pattern.bead_px, alike ? *begins[end] : bar_px,
-          ends[end], ends[1 - end], levels};
+          &contrast, &rung,         outwards,  pattern.bead_px, alike ? *begins[end] : bar_px,
+          ends[end], ends[1 - end], next[end], levels,          scatter};
       const double depth_px = FilledDepth_px(corner);
       if (depth_px < kDeep * pattern.bead_px || !FilledAlong(corner, depth_px)) continue;
       marked.push_back({bottom, end == 1});

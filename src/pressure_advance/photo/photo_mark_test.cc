@@ -4,8 +4,10 @@
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string>
 #include <vector>
 
+#include "base/random.h"
 #include "base/statistics.h"
 #include "pressure_advance/photo/photo_eye.h"
 #include "pressure_advance/photo/photo_test_support.h"
@@ -15,6 +17,7 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Slow ends of one length: the lines cannot tell a turn by 180 degrees from the order of the list.
 DrawnPhoto Symmetric() {
@@ -103,9 +106,71 @@ TEST(PhotoMark, WithoutItASymmetricPatternAsksWhereItStarts) {
     options.corner_mark = promised;
     const PhotoMeasurement measured = Measure(upside_down, options);
     for (const std::string& notice : measured.notices) {
-      EXPECT_THAT(notice, ::testing::Not(HasSubstr("the printed mark says")));
+      EXPECT_THAT(notice, Not(HasSubstr("the printed mark says")));
     }
   }
+}
+
+// Any light, lens, plate and bead that leaves lines to be read.
+DrawnPhoto AnyPhoto(std::uint64_t seed) {
+  Random random(seed);
+  DrawnPhoto drawn = Symmetric();
+  drawn.seed = seed;
+  drawn.darker = random.Uniform() < 0.5;
+  drawn.contrast = 25 + 95 * random.Uniform();
+  drawn.noise = 1 + 14 * random.Uniform();
+  drawn.grain = 4 + 26 * random.Uniform();
+  drawn.blur_px = 0.3 + 2 * random.Uniform();
+  drawn.unevenness = 0.9 * random.Uniform();
+  drawn.bead_mm = 0.8 + random.Uniform();
+  drawn.tilt = 0.25 * random.Uniform();
+  return drawn;
+}
+
+// A blob of plastic, or a lamp's reflection, on the plate between an outer line and its bar.
+void AddBlob(const DrawnPhoto& drawn, Random& random, cv::Mat& image) {
+  const double radius_px = (0.5 + random.Uniform()) * drawn.px_per_mm;
+  const double x = image.cols * (0.15 + 0.7 * random.Uniform());
+  const double y = image.rows * (random.Uniform() < 0.5 ? 0.1 : 0.9);
+  const int level = drawn.darker ? 20 : 235;
+  cv::circle(image, cv::Point2d(x, y), static_cast<int>(radius_px), cv::Scalar::all(level), -1,
+             cv::LINE_AA);
+}
+
+TEST(PhotoMark, IsNotSeenWhereThereIsNone) {
+  int read = 0;
+  for (std::uint64_t seed = 7042; seed < 7062; ++seed) {
+    DrawnPhoto drawn = AnyPhoto(seed);
+    drawn.corner_mark = false;
+    cv::Mat image = MatOf(Draw(drawn));
+    Random random(seed);
+    if (seed % 2 == 1) AddBlob(drawn, random, image);
+    const PhotoMeasurement measured = Measure(image, OptionsFor(drawn));
+    read += measured.refusal.empty() ? 1 : 0;
+    for (const std::string& notice : measured.notices) {
+      EXPECT_THAT(notice, Not(HasSubstr("the printed mark says"))) << seed;
+    }
+  }
+  EXPECT_GT(read, 10) << "photos that are refused show nothing";
+}
+
+TEST(PhotoMark, IsNeverSeenInAnotherCorner) {
+  int seen = 0;
+  for (std::uint64_t seed = 7100; seed < 7110; ++seed) {
+    const DrawnPhoto drawn = AnyPhoto(seed);
+    cv::Mat mirrored;
+    cv::flip(MatOf(Draw(drawn)), mirrored, 1);
+    Random random(seed);
+    if (seed % 2 == 1) AddBlob(drawn, random, mirrored);
+    const PhotoMeasurement measured = Measure(mirrored, OptionsFor(drawn));
+    for (const std::string& notice : measured.notices) {
+      if (notice.find("the printed mark says") == std::string::npos) continue;
+      ++seen;
+      EXPECT_THAT(notice, HasSubstr("the lines start at the right")) << seed;
+      EXPECT_THAT(notice, HasSubstr("bottom")) << seed;
+    }
+  }
+  EXPECT_GT(seen, 4);
 }
 
 TEST(PhotoMark, ASideThatContradictsTheLinesIsRefused) {
