@@ -42,6 +42,10 @@ using Handler = Result<Outcome> (*)(VirtualKlipper&, const CommandLine&);
 [[nodiscard]] std::vector<const std::map<std::string, Handler>*> CommandTables(
     const VirtualKlipper& machine);
 
+/// Whether it is T0, T1, ... of a tool that the machine has.
+[[nodiscard]] bool IsToolChange(const VirtualKlipper& machine, const std::string& name);
+[[nodiscard]] Result<Outcome> ChangeTool(VirtualKlipper& machine, const CommandLine& line);
+
 /// Waits until everything queued has been made.
 [[nodiscard]] Outcome WaitForMoves(VirtualKlipper& machine);
 

@@ -9,8 +9,14 @@ namespace trammel::sim {
 namespace {
 
 std::string Report(const VirtualKlipper& machine) {
-  return fmt::format("B:{:.1f} /{:.1f} T0:{:.1f} /{:.1f}", machine.bed.temperature_c,
-                     machine.bed.target_c, machine.nozzle.temperature_c, machine.nozzle.target_c);
+  std::string text =
+      fmt::format("B:{:.1f} /{:.1f} T0:{:.1f} /{:.1f}", machine.bed.temperature_c,
+                  machine.bed.target_c, machine.nozzle.temperature_c, machine.nozzle.target_c);
+  int tool = 0;
+  for (const Heater& heater : machine.more_nozzles) {
+    text += fmt::format(" T{}:{:.1f} /{:.1f}", ++tool, heater.temperature_c, heater.target_c);
+  }
+  return text;
 }
 
 // Waits for a condition and reports the temperatures once a second meanwhile.
@@ -34,11 +40,7 @@ Result<Outcome> Heat(VirtualKlipper& machine, Heater& heater, double target_c, b
   }
   machine.SetHeaterTarget(heater, target_c);
   if (!wait || target_c == 0) return Outcome{};
-  const std::string name = heater.config.name;
-  return Outcome{Reporting([name](const VirtualKlipper& m) {
-                   return !Busy(name == m.nozzle.config.name ? m.nozzle : m.bed);
-                 }),
-                 {}};
+  return Outcome{Reporting([&heater](const VirtualKlipper&) { return !Busy(heater); }), {}};
 }
 
 Result<Outcome> HeatByLetter(VirtualKlipper& machine, const CommandLine& line) {
@@ -46,7 +48,14 @@ Result<Outcome> HeatByLetter(VirtualKlipper& machine, const CommandLine& line) {
   if (!target) return tl::unexpected(target.error());
   const bool nozzle = line.name == "M104" || line.name == "M109";
   const bool wait = line.name == "M109" || line.name == "M190";
-  return Heat(machine, nozzle ? machine.nozzle : machine.bed, target->value_or(0), wait);
+  const auto tool = FloatOf(line, "T");
+  if (!tool) return tl::unexpected(tool.error());
+  const std::string extruder = !*tool        ? machine.active_extruder
+                               : **tool == 0 ? "extruder"
+                                             : fmt::format("extruder{:.0f}", **tool);
+  Heater* heater = nozzle ? machine.FindHeater(extruder) : &machine.bed;
+  if (heater == nullptr) return Fail("Extruder not configured");
+  return Heat(machine, *heater, target->value_or(0), wait);
 }
 
 Result<Outcome> SetHeater(VirtualKlipper& machine, const CommandLine& line) {
@@ -60,8 +69,7 @@ Result<Outcome> SetHeater(VirtualKlipper& machine, const CommandLine& line) {
 }
 
 Result<Outcome> HeatersOff(VirtualKlipper& machine, const CommandLine&) {
-  machine.SetHeaterTarget(machine.nozzle, 0);
-  machine.SetHeaterTarget(machine.bed, 0);
+  for (Heater* heater : machine.Heaters()) machine.SetHeaterTarget(*heater, 0);
   return Outcome{};
 }
 
@@ -77,14 +85,23 @@ Result<Outcome> WaitForTemperature(VirtualKlipper& machine, const CommandLine& l
   if (!*minimum && !*maximum) {
     return Fail("Error on 'TEMPERATURE_WAIT': missing MINIMUM or MAXIMUM.");
   }
-  const bool nozzle = heater == &machine.nozzle;
   const double lo = minimum->value_or(-1e9);
   const double hi = maximum->value_or(1e9);
-  return Outcome{Reporting([nozzle, lo, hi](const VirtualKlipper& m) {
-                   const double now_c = nozzle ? m.nozzle.temperature_c : m.bed.temperature_c;
-                   return now_c >= lo && now_c <= hi;
+  return Outcome{Reporting([heater, lo, hi](const VirtualKlipper&) {
+                   return heater->temperature_c >= lo && heater->temperature_c <= hi;
                  }),
                  {}};
+}
+
+Result<Outcome> ActivateExtruder(VirtualKlipper& machine, const CommandLine& line) {
+  const auto name = RequiredText(line, "EXTRUDER");
+  if (!name) return tl::unexpected(name.error());
+  const Heater* heater = machine.FindHeater(*name);
+  if (heater == nullptr || heater == &machine.bed) {
+    return Fail(fmt::format("The value '{}' is not valid for EXTRUDER", *name));
+  }
+  machine.active_extruder = *name;
+  return Outcome{};
 }
 
 Result<Outcome> TellTemperatures(VirtualKlipper& machine, const CommandLine&) {
@@ -110,6 +127,7 @@ const std::map<std::string, Handler>& HeatCommands() {
       {"SET_HEATER_TEMPERATURE", SetHeater},
       {"TURN_OFF_HEATERS", HeatersOff},
       {"TEMPERATURE_WAIT", WaitForTemperature},
+      {"ACTIVATE_EXTRUDER", ActivateExtruder},
       {"M105", TellTemperatures},
       {"M106", Fan},
       {"M107", Fan},

@@ -368,6 +368,7 @@ Result<Outcome> RunCommand(VirtualKlipper& machine, const CommandLine& line) {
     if (!line.fault.empty()) return Fail(line.fault);
     return found->second(machine, line);
   }
+  if (IsToolChange(machine, line.name)) return ChangeTool(machine, line);
   machine.Inform(fmt::format("Unknown command:\"{}\"", line.name));
   return Outcome{};
 }

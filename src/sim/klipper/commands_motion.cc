@@ -35,7 +35,7 @@ Result<void> CheckFilament(const VirtualKlipper& machine, double path_mm, bool i
                            double e_mm) {
   const KlipperConfig& config = machine.config();
   if (e_mm == 0) return {};
-  if (machine.nozzle.temperature_c < config.min_extrude_temp_c) {
+  if (machine.ActiveNozzle().temperature_c < config.min_extrude_temp_c) {
     return Fail("Extrude below minimum temp\nSee the 'min_extrude_temp' config option for details");
   }
   const double area_mm2 =

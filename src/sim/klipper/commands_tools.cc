@@ -117,13 +117,54 @@ Result<Outcome> SaveParameter(VirtualKlipper& machine, const CommandLine& line) 
   return Outcome{};
 }
 
+/// As before December 2025: the tool's offset becomes G-code's own, where it was changed before the
+/// tool is selected.
+Result<Outcome> Select(VirtualKlipper& machine, int number) {
+  const ToolConfig* tool = ConfigOf(machine, number);
+  if (tool == nullptr) return Fail(fmt::format("Select tool: T{} not found", number));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!machine.homed[axis]) {
+      return Fail("Cannot perform toolchange, axis not homed. Required: xyz");
+    }
+  }
+  if (machine.active_tool == number) {
+    machine.Inform(fmt::format("Tool {} already selected", tool->name));
+    return Outcome{};
+  }
+  machine.active_tool = number;
+  machine.active_extruder = tool->extruder();
+  machine.Inform(fmt::format("Selected tool {} ({})", number, tool->name));
+  const std::array<double, 3>& offset_mm = machine.tools[number].offset_mm;
+  return Outcome{
+      {},
+      {fmt::format("SET_GCODE_OFFSET X={} Y={} Z={}", offset_mm[0], offset_mm[1], offset_mm[2])}};
+}
+
+Result<Outcome> SelectTool(VirtualKlipper& machine, const CommandLine& line) {
+  const auto tool = ToolOf(machine, line);
+  if (!tool) return tl::unexpected(tool.error());
+  return Select(machine, *tool);
+}
+
 }  // namespace
+
+bool IsToolChange(const VirtualKlipper& machine, const std::string& name) {
+  const auto& tools = machine.config().tools;
+  return std::any_of(tools.begin(), tools.end(), [&](const ToolConfig& tool) {
+    return name == fmt::format("T{}", tool.number);
+  });
+}
+
+Result<Outcome> ChangeTool(VirtualKlipper& machine, const CommandLine& line) {
+  return Select(machine, static_cast<int>(ToNumber(line.name.substr(1)).value_or(-1)));
+}
 
 const std::map<std::string, Handler>& ToolCommands() {
   static const std::map<std::string, Handler> commands = {
       {"SET_TOOL_PARAMETER", SetParameter},
       {"RESET_TOOL_PARAMETER", ResetParameter},
       {"SAVE_TOOL_PARAMETER", SaveParameter},
+      {"SELECT_TOOL", SelectTool},
   };
   return commands;
 }

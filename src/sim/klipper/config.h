@@ -89,6 +89,11 @@ struct ToolConfig {
   int number = 0;
   std::string name;                   ///< "tool T1"
   std::array<double, 3> offset_mm{};  ///< gcode_x_offset, gcode_y_offset, gcode_z_offset
+
+  /// Its own, as its number has it: "extruder", "extruder1", ...
+  [[nodiscard]] std::string extruder() const {
+    return number == 0 ? "extruder" : "extruder" + std::to_string(number);
+  }
 };
 
 struct KlipperConfig {
@@ -123,6 +128,9 @@ struct KlipperConfig {
 
   std::optional<LoadCellConfig> load_cell;  ///< absent: there is no PROBE
   std::vector<ToolConfig> tools;            ///< empty: there is no klipper-toolchanger
+  int extruders = 1;                        ///< [extruder], [extruder1], ...; each tool has its own
+  /// Sections that printer.cfg has, too, and of which nothing but the name matters here.
+  std::vector<std::string> more_sections;
 
   double restart_s = 2.2;  ///< from a restart to ready
 };

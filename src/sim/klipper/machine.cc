@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace trammel::sim {
@@ -59,8 +60,18 @@ VirtualKlipper::VirtualKlipper(KlipperConfig config, KlipperFaults faults)
   });
   nozzle.config = config_.nozzle;
   bed.config = config_.bed;
-  nozzle.temperature_c = bed.temperature_c = config_.room_c;
-  for (Heater* heater : {&nozzle, &bed}) {
+  std::set<std::string> extruders;
+  for (int i = 1; i < config_.extruders; ++i) extruders.insert(fmt::format("extruder{}", i));
+  for (const ToolConfig& tool : config_.tools) {
+    if (tool.number != 0) extruders.insert(tool.extruder());
+  }
+  for (const std::string& extruder : extruders) {
+    Heater& heater = more_nozzles.emplace_back();
+    heater.config = config_.nozzle;
+    heater.config.name = extruder;
+  }
+  for (Heater* heater : Heaters()) {
+    heater->temperature_c = config_.room_c;
     if (heater->config.name == faults_.weak_heater) heater->highest_reach_c = faults_.weak_heater_c;
   }
   Reset();
@@ -100,6 +111,8 @@ void VirtualKlipper::Reset() {
   save_config_pending = false;
   pending_items.clear();
   tools.clear();
+  active_tool = -1;
+  active_extruder = "extruder";
   for (const ToolConfig& tool : config_.tools) tools[tool.number].offset_mm = tool.offset_mm;
   idle_timeout_s = config_.idle_timeout_s;
   idle_state = "Idle";
@@ -119,7 +132,7 @@ void VirtualKlipper::Reset() {
   Record("max_accel", settings.max_accel_mm_s2);
   Record("square_corner_velocity", settings.square_corner_velocity_mm_s);
   Record("minimum_cruise_ratio", settings.minimum_cruise_ratio);
-  for (Heater* heater : {&nozzle, &bed}) {
+  for (Heater* heater : Heaters()) {
     heater->powered = true;
     SetHeaterTarget(*heater, 0);
   }
@@ -148,8 +161,21 @@ void VirtualKlipper::SetHeaterTarget(Heater& heater, double target_c) {
   Record("target " + heater.config.name, target_c);
 }
 
+std::vector<Heater*> VirtualKlipper::Heaters() {
+  std::vector<Heater*> heaters = {&nozzle, &bed};
+  for (Heater& heater : more_nozzles) heaters.push_back(&heater);
+  return heaters;
+}
+
+const Heater& VirtualKlipper::ActiveNozzle() const {
+  for (const Heater& heater : more_nozzles) {
+    if (heater.config.name == active_extruder) return heater;
+  }
+  return nozzle;
+}
+
 Heater* VirtualKlipper::FindHeater(const std::string& name) {
-  for (Heater* heater : {&nozzle, &bed}) {
+  for (Heater* heater : Heaters()) {
     if (heater->config.name == name) return heater;
   }
   return nullptr;
@@ -243,7 +269,7 @@ void VirtualKlipper::Shutdown(const std::string& reason) {
     print.ended_s = now_s_;
   }
   for (const PinConfig& pin : config_.pins) SetPin(pin.name, pin.shutdown_value);
-  for (Heater* heater : {&nozzle, &bed}) {
+  for (Heater* heater : Heaters()) {
     heater->powered = false;
     Record("power " + heater->config.name, 0);
   }

@@ -164,6 +164,10 @@ class VirtualKlipper {
   void SetPin(const std::string& name, double value);
   void SetHeaterTarget(Heater& heater, double target_c);
   [[nodiscard]] Heater* FindHeater(const std::string& name);
+  /// All of them: the nozzle's, the bed's, then those of further tools.
+  [[nodiscard]] std::vector<Heater*> Heaters();
+  /// Of the extruder that is active.
+  [[nodiscard]] const Heater& ActiveNozzle() const;
 
   GcodeState gcode;
   std::map<std::string, GcodeState> saved;
@@ -174,6 +178,9 @@ class VirtualKlipper {
   std::array<double, 3> physical_offset_mm{};
   Heater nozzle;
   Heater bed;
+  std::vector<Heater> more_nozzles;          ///< "extruder1", ...: of the tools that there are
+  std::string active_extruder = "extruder";  ///< the one that G1 E moves
+  int active_tool = -1;                      ///< of klipper-toolchanger; -1: none was selected
   std::map<std::string, double> pins;
   std::map<std::string, double> delayed_at_s;  ///< machine time at which a delayed_gcode runs
   FilePrint print;

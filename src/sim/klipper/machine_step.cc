@@ -98,7 +98,7 @@ void VirtualKlipper::StepTimers() {
 
 void VirtualKlipper::StepHeaters() {
   if (tick_ % static_cast<std::int64_t>(kHeaterStepS / kTickS) != 0) return;
-  for (Heater* heater : {&nozzle, &bed}) {
+  for (Heater* heater : Heaters()) {
     HeatFor(*heater, kHeaterStepS, config_.room_c);
     if (state_ == KlippyState::kReady && !HeatsAsExpected(*heater, now_s_) &&
         faults_.verify_heaters) {

@@ -1,5 +1,7 @@
 #include "sim/klipper/status.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -31,7 +33,7 @@ Json Toolhead(const VirtualKlipper& machine) {
           {"print_time", machine.motion().print_time_s()},
           {"stalls", 0},
           {"estimated_print_time", machine.PrintTimeAt(machine.clock_s())},
-          {"extruder", "extruder"},
+          {"extruder", machine.active_extruder},
           {"position", machine.commanded_mm},
           {"max_velocity", machine.settings.max_velocity_mm_s},
           {"max_accel", machine.settings.max_accel_mm_s2},
@@ -56,14 +58,16 @@ Json HeaterStatus(const Heater& heater) {
           {"power", PowerOf(heater)}};
 }
 
-Json Extruder(const VirtualKlipper& machine) {
-  Json status = HeaterStatus(machine.nozzle);
-  status["can_extrude"] = machine.nozzle.temperature_c >= machine.config().min_extrude_temp_c;
+Json ExtruderStatus(const VirtualKlipper& machine, const Heater& heater) {
+  Json status = HeaterStatus(heater);
+  status["can_extrude"] = heater.temperature_c >= machine.config().min_extrude_temp_c;
   status["pressure_advance"] = machine.settings.pressure_advance_s;
   status["smooth_time"] = machine.settings.smooth_time_s;
   status["motion_queue"] = nullptr;
   return status;
 }
+
+Json Extruder(const VirtualKlipper& machine) { return ExtruderStatus(machine, machine.nozzle); }
 
 Json GcodeMove(const VirtualKlipper& machine) {
   const GcodeState& state = machine.gcode;
@@ -133,6 +137,14 @@ Json ConfigFile(const VirtualKlipper& machine) {
                                {"instantaneous_corner_velocity", 1.0},
                                {"pressure_advance", config.pressure_advance_s},
                                {"pressure_advance_smooth_time", config.smooth_time_s}});
+  for (const Heater& heater : machine.more_nozzles) {
+    settings[heater.config.name] = settings["extruder"];
+  }
+  if (!config.tools.empty()) settings["toolchanger"] = Json::object();
+  for (const ToolConfig& tool : config.tools) {
+    settings[LowerCase(tool.name)] = {{"tool_number", tool.number}};
+  }
+  for (const std::string& section : config.more_sections) settings[section] = Json::object();
   if (config.load_cell) {
     const LoadCellConfig& cell = *config.load_cell;
     settings["load_cell_probe"] = {
@@ -223,6 +235,9 @@ Json Commands(const VirtualKlipper& machine) {
       if (HasHelp(name)) commands[name]["help"] = "Command of the virtual printer";
     }
   }
+  for (const ToolConfig& tool : machine.config().tools) {
+    commands[fmt::format("T{}", tool.number)] = Json::object();
+  }
   for (const auto& [name, macro] : machine.config().macros) {
     commands[name] = {{"help", "G-Code macro"}};
   }
@@ -275,11 +290,11 @@ Json ToolStatus(const VirtualKlipper& machine, const ToolConfig& tool) {
                  {"toolchanger", "toolchanger"},
                  {"detect_state", "unavailable"},
                  {"tool_number", tool.number},
-                 {"extruder", nullptr},
-                 {"heater", nullptr},
+                 {"extruder", tool.extruder()},
+                 {"heater", tool.extruder()},
                  {"extruder_stepper", nullptr},
                  {"fan", nullptr},
-                 {"active", false}});
+                 {"active", machine.active_tool == tool.number}});
   for (std::size_t axis = 0; axis < kToolOffsetNames.size(); ++axis) {
     status[kToolOffsetNames[axis]] = state.offset_mm[axis];
   }
@@ -295,9 +310,16 @@ Json ToolchangerStatus(const VirtualKlipper& machine) {
     numbers.push_back(number);
     names.push_back(name);
   }
-  return {{"name", "toolchanger"},   {"status", "uninitialized"}, {"tool", nullptr},
-          {"tool_number", -1},       {"detected_tool", nullptr},  {"detected_tool_number", -1},
-          {"tool_numbers", numbers}, {"tool_names", names},       {"has_detection", false}};
+  const int active = machine.active_tool;
+  return {{"name", "toolchanger"},
+          {"status", active < 0 ? "uninitialized" : "ready"},
+          {"tool", active < 0 ? Json(nullptr) : Json(by_number.at(active))},
+          {"tool_number", active},
+          {"detected_tool", nullptr},
+          {"detected_tool_number", -1},
+          {"tool_numbers", numbers},
+          {"tool_names", names},
+          {"has_detection", false}};
 }
 
 using Teller = std::function<Json(const VirtualKlipper&)>;
@@ -315,9 +337,11 @@ const std::map<std::string, Teller>& Tellers() {
          return Json{{"mcu_version", "virtual"}};
        }},
       {"heaters",
-       [](const VirtualKlipper&) {
-         return Json{{"available_heaters", {"heater_bed", "extruder"}},
-                     {"available_sensors", {"heater_bed", "extruder"}},
+       [](const VirtualKlipper& m) {
+         Json names = {"heater_bed", "extruder"};
+         for (const Heater& heater : m.more_nozzles) names.push_back(heater.config.name);
+         return Json{{"available_heaters", names},
+                     {"available_sensors", names},
                      {"available_monitors", Json::array()}};
        }},
       {"heater_bed", [](const VirtualKlipper& m) { return HeaterStatus(m.bed); }},
@@ -381,6 +405,7 @@ std::vector<std::string> ObjectNames(const VirtualKlipper& machine) {
   if (machine.cell() != nullptr) names.insert(names.end(), {"probe", "load_cell_probe"});
   if (!machine.tools.empty()) names.emplace_back("toolchanger");
   for (const ToolConfig& tool : machine.config().tools) names.push_back(tool.name);
+  for (const Heater& heater : machine.more_nozzles) names.push_back(heater.config.name);
   for (const PinConfig& pin : machine.config().pins) names.push_back("output_pin " + pin.name);
   for (const auto& [name, macro] : machine.config().macros) names.push_back("gcode_macro " + name);
   for (const auto& [name, lines] : machine.config().delayed_gcode) {
@@ -397,6 +422,9 @@ Json ObjectStatus(const VirtualKlipper& machine, const std::string& name) {
   if (!machine.tools.empty() && name == "toolchanger") return ToolchangerStatus(machine);
   for (const ToolConfig& tool : machine.config().tools) {
     if (name == tool.name) return ToolStatus(machine, tool);
+  }
+  for (const Heater& heater : machine.more_nozzles) {
+    if (name == heater.config.name) return ExtruderStatus(machine, heater);
   }
   for (const auto& [macro, config] : machine.config().macros) {
     if (name != "gcode_macro " + macro) continue;

@@ -109,6 +109,29 @@ TEST_F(KlipperTools, ResetGoesBackToWhatWasSetBeforeTheSecondTime) {
   EXPECT_EQ(Tool()["gcode_x_offset"], 0.3);
 }
 
+TEST_F(KlipperTools, ATMovesTheActiveExtruderAndTheOffsetOfGcode) {
+  EXPECT_THAT(Run("T1"), HasSubstr("axis not homed"));
+  klipper_->homed = {true, true, true};
+  EXPECT_EQ(Run("T1"), "");
+  EXPECT_EQ(ObjectStatus(*klipper_, "toolchanger")["tool_number"], 1);
+  EXPECT_EQ(ObjectStatus(*klipper_, "toolhead")["extruder"], "extruder1");
+  EXPECT_EQ(ObjectStatus(*klipper_, "gcode_move")["homing_origin"][0], 0.25);
+  EXPECT_EQ(Run("SELECT_TOOL T=0"), "");
+  EXPECT_EQ(ObjectStatus(*klipper_, "toolhead")["extruder"], "extruder");
+  EXPECT_EQ(ObjectStatus(*klipper_, "gcode_move")["homing_origin"][0], 0.0);
+}
+
+TEST_F(KlipperTools, EachHeatsItsOwnNozzle) {
+  EXPECT_EQ(Run("M104 T1 S200"), "");
+  EXPECT_EQ(ObjectStatus(*klipper_, "extruder1")["target"], 200.0);
+  EXPECT_EQ(ObjectStatus(*klipper_, "extruder")["target"], 0.0);
+  EXPECT_THAT(ObjectStatus(*klipper_, "heaters")["available_heaters"],
+              testing::Contains("extruder1"));
+  EXPECT_THAT(Run("M104 T7 S200"), HasSubstr("Extruder not configured"));
+  EXPECT_EQ(Run("TURN_OFF_HEATERS"), "");
+  EXPECT_EQ(ObjectStatus(*klipper_, "extruder1")["target"], 0.0);
+}
+
 TEST(KlipperWithoutTools, KnowsNeitherTheCommandsNorTheObjects) {
   const VirtualKlipper klipper(DefaultKlipperConfig(), {});
   EXPECT_TRUE(ObjectStatus(klipper, "toolchanger").empty());
