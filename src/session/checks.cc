@@ -62,7 +62,7 @@ struct HeaterLimits {
   std::optional<double> bed_max_c;
 };
 
-Result<HeaterLimits> ReadHeaterLimits(const Session& session) {
+Result<HeaterLimits> ReadHeaterLimits(const Session& session, const std::string& asked_for) {
   const auto status = session.printer.Query({{"configfile", {"settings"}}}, session.Within(kAsk_s));
   if (!status) return tl::unexpected(status.error());
   const auto member = [](const nlohmann::json& object, const std::string& name) {
@@ -74,7 +74,8 @@ Result<HeaterLimits> ReadHeaterLimits(const Session& session) {
     const nlohmann::json value = member(member(sections, section), key);
     return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
   };
-  const std::string extruder = session.printer.LastState().active_extruder;
+  const std::string extruder =
+      asked_for.empty() ? session.printer.LastState().active_extruder : asked_for;
   const std::string nozzle = extruder.empty() ? "extruder" : extruder;
   return HeaterLimits{number(nozzle, "min_extrude_temp"), number(nozzle, "max_temp"),
                       number("heater_bed", "max_temp")};
@@ -173,7 +174,8 @@ std::vector<Check> CheckTiming(const Session& session) {
   return checks;
 }
 
-Check CheckTemperatures(const Session& session, const settings::FilamentSettings& filament) {
+Check CheckTemperatures(const Session& session, const settings::FilamentSettings& filament,
+                        const std::string& nozzle) {
   constexpr const char* kName = "temperatures";
   if (const auto problem = settings::FindTemperatureProblem(filament)) {
     Check check = Miss(kName, fmt::format("nothing can be printed: [{}] {}: {}", problem->section,
@@ -183,7 +185,7 @@ Check CheckTemperatures(const Session& session, const settings::FilamentSettings
   }
   const auto asked = settings::TemperaturesOf(filament);
   const std::string shown = settings::DescribeTemperatures(filament);
-  const auto limits = ReadHeaterLimits(session);
+  const auto limits = ReadHeaterLimits(session, nozzle);
   if (!limits) return NotMade(kName, limits.error());
   const auto refuse = [&](const char* key, double asked_c, const char* bound, double bound_c) {
     return Miss(
@@ -214,7 +216,10 @@ Check CheckTemperatures(const Session& session, const settings::FilamentSettings
 Check CheckDisk(const std::filesystem::path& folder, double record_s, double frames_per_s) {
   // A JPEG of 1280x720 takes 50 to 150 kB; as much again is left to others.
   constexpr double kFrameBytes = 150e3;
-  const double needed = 2 * record_s * frames_per_s * kFrameBytes;
+  return CheckDisk(folder, 2 * record_s * frames_per_s * kFrameBytes);
+}
+
+Check CheckDisk(const std::filesystem::path& folder, double needed) {
   std::error_code error;
   const auto space = std::filesystem::space(folder, error);
   if (error) {

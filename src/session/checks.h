@@ -40,12 +40,16 @@ struct Check {
 
 /// That the printer can heat to what the filament asks for: no less than its extruder needs to push
 /// filament, and no more than nozzle and bed may have. Without a material it is advice.
+/// @param nozzle  its extruder; empty: the active one
 [[nodiscard]] Check CheckTemperatures(const Session& session,
-                                      const settings::FilamentSettings& filament);
+                                      const settings::FilamentSettings& filament,
+                                      const std::string& nozzle = {});
 
 /// Whether the folder's disk has room for a recording of the given length.
 [[nodiscard]] Check CheckDisk(const std::filesystem::path& folder, double record_s,
                               double frames_per_s);
+/// Whether it has room for so many bytes.
+[[nodiscard]] Check CheckDisk(const std::filesystem::path& folder, double needed);
 
 /// What a first scan would find out late: that the printer's clock and its motion can be followed.
 /// Asks for some seconds.

@@ -63,9 +63,7 @@ Result<void> HeatersOff(const Session& session, const std::string& why) {
 // @returns whether the run's session of Klipper still lasts.
 Result<bool> BringBack(const Session& session, const settings::ScanSettings& settings,
                        const RunJournal& journal) {
-  const std::string restore =
-      fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", GcodeStateName(journal.run));
-  const auto restored = session.printer.Run(restore, session.Within(kScript_s));
+  const auto restored = RestoreGcodeState(session, journal);
   if (!restored && SaysUnknownState(restored.error().message, journal.run)) return false;
   if (!restored) return tl::unexpected(restored.error());
   std::vector<std::string> lines = {settings.laser_off_gcode, settings.lights_on_gcode};
@@ -159,6 +157,19 @@ std::string PrinterName(const std::string& address) {
 }
 
 std::string GcodeStateName(const std::string& run) { return "trammel_" + run; }
+
+Result<void> RestoreGcodeState(const Session& session, const RunJournal& journal) {
+  std::string script =
+      fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", GcodeStateName(journal.run));
+  if (journal.changes_tools) {
+    const auto now = session.printer.State(session.Within(kAsk_s));
+    if (!now) return tl::unexpected(now.error());
+    const auto& offset_mm = now->gcode.homing_origin_mm;
+    script += fmt::format("\nSET_GCODE_OFFSET X={:.6f} Y={:.6f} Z={:.6f}", offset_mm[0],
+                          offset_mm[1], offset_mm[2]);
+  }
+  return session.printer.Run(script, session.Within(kScript_s));
+}
 
 bool SaysUnknownState(const std::string& message, const std::string& run) {
   return message.find("Unknown g-code state: " + GcodeStateName(run)) != std::string::npos;

@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "session/own_print.h"
+#include "session/run_journal.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
 
@@ -22,6 +23,12 @@ namespace trammel::procedure {
 /// The name of the G-code state that a run saves. Klipper forgets it with a restart, and with
 /// nothing else.
 [[nodiscard]] std::string GcodeStateName(const std::string& run);
+
+/// Brings back the G-code state that a run saved, without a move. Where the run changes tools,
+/// G-code's offset stays that of the tool that is mounted: another tool's would be wrong by
+/// millimetres. Errors: as the printer's; SaysUnknownState.
+[[nodiscard]] Result<void> RestoreGcodeState(const Session& session,
+                                             const files::RunJournal& journal);
 
 /// Whether Klipper's refusal to restore the run's G-code state says that it does not know it.
 [[nodiscard]] bool SaysUnknownState(const std::string& message, const std::string& run);

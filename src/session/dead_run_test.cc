@@ -139,5 +139,23 @@ TEST_F(DeadRunTest, TheSamePrinterHasOneAddressHoweverItIsWritten) {
   EXPECT_NE(PrinterName("localhost:7125"), PrinterName("localhost:7126"));
 }
 
+TEST_F(DeadRunTest, WhereADeadRunChangedToolsTheMountedToolsOffsetStays) {
+  const auto path = files::JournalPath(folder_.path(), PlainAddress(address_));
+  std::string kept;
+  {
+    RunIdentity identity{"run-1", "2026-11-22T10:00:00", address_, folder_.path()};
+    identity.changes_tools = true;
+    const auto guard = PrinterStateGuard::Take(session_, settings_, identity);
+    ASSERT_TRUE(guard);
+    kept = test::ReadWhole(path);
+  }
+  test::WriteWhole(path, kept);
+  printer_.scripts.clear();
+  printer_.state.gcode.homing_origin_mm = {0, 0, 1.5, 0};
+  ASSERT_TRUE(Take("run-2"));
+  EXPECT_THAT(printer_.scripts.front(), HasSubstr("Z=1.500000"));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_PRESSURE_ADVANCE"))));
+}
+
 }  // namespace
 }  // namespace trammel::procedure

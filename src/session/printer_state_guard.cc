@@ -126,6 +126,8 @@ PrinterStateGuard::PrinterStateGuard(const Session& session, const settings::Sca
       own_file_(session.own_file),
       has_limit_(session.has_limit),
       prints_(identity.prints),
+      heaters_end_off_(identity.heaters_end_off),
+      changes_tools_(identity.changes_tools),
       journal_path_(files::JournalPath(identity.state_folder, PlainAddress(identity.address))),
       lock_(std::move(lock)) {
   journal_.run = identity.run;
@@ -142,6 +144,8 @@ PrinterStateGuard::PrinterStateGuard(PrinterStateGuard&& other) noexcept
       own_file_(std::move(other.own_file_)),
       has_limit_(other.has_limit_),
       prints_(other.prints_),
+      heaters_end_off_(other.heaters_end_off_),
+      changes_tools_(other.changes_tools_),
       begun_(other.begun_),
       laser_lit_(other.laser_lit_),
       restarted_(other.restarted_),
@@ -177,6 +181,15 @@ Result<void> PrinterStateGuard::Note(const Session& session) {
   journal.address = journal_.address;
   journal.started = journal_.started;
   if (prints_) journal.upload = own_file_;
+  if (heaters_end_off_) {
+    for (auto& [name, target_c] : journal.targets_c) target_c = 0;
+  }
+  if (changes_tools_) {
+    // Of whichever extruder is active then; nothing that changes tools sets it.
+    journal.pressure_advance_s.reset();
+    journal.smooth_time_s.reset();
+    journal.changes_tools = true;
+  }
   journal_ = std::move(journal);
   if (auto noted = files::WriteJournal(journal_path_, journal_); !noted) return noted;
   const auto read = files::ReadJournal(journal_path_);
@@ -353,12 +366,10 @@ void PrinterStateGuard::BringBack() {
     if (!lights_on_gcode_.empty()) (void)RunOne(lights_on_gcode_);
     LeaveToOthers(job);
   } else {
-    const std::string restore =
-        fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", GcodeStateName(journal_.run));
-    const auto restored = printer_->Run(restore, {kScript_s});
+    const auto restored = RestoreGcodeState(AsSession(), journal_);
     restarted_ = !restored && SaysUnknownState(restored.error().message, journal_.run);
     if (!restored && !restarted_) {
-      failed_.push_back(fmt::format("{} failed: {}", restore, restored.error().message));
+      failed_.push_back("bringing the G-code state back failed: " + restored.error().message);
     }
     BringBackSettings();
     BringBackHeaters(!restored);

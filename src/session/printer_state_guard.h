@@ -23,7 +23,11 @@ struct RunIdentity {
   std::string started;  ///< date and time, for people
   std::string address;  ///< the printer's, as in the settings
   std::filesystem::path state_folder;
-  bool prints = true;  ///< a file of the run's own is uploaded
+  bool prints = true;            ///< a file of the run's own is uploaded
+  bool heaters_end_off = false;  ///< whatever they were at: paper lies on the bed
+  /// Other tools are mounted on the way, and one of them may be in the end: pressure advance and
+  /// G-code's offset are each tool's own, and left alone.
+  bool changes_tools = false;
 };
 
 /// Notes pressure advance, velocity limits, heater targets and G-code state on disk before anything
@@ -96,6 +100,8 @@ class PrinterStateGuard {
   std::string own_file_;
   bool has_limit_ = false;
   bool prints_ = true;
+  bool heaters_end_off_ = false;
+  bool changes_tools_ = false;
   bool begun_ = false;
   bool laser_lit_ = false;
   bool restarted_ = false;

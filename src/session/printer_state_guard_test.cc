@@ -352,5 +352,32 @@ TEST_F(PrinterStateGuardTest, NothingIsTakenWhileSomebodyPrints) {
   EXPECT_THAT(printer_.scripts, IsEmpty());
 }
 
+TEST_F(PrinterStateGuardTest, HeatersEndOffWherePaperLiesOnTheBedWhateverTheyWereAt) {
+  RunIdentity identity{"run-1", "2026-11-22T10:00:00", address_, folder_.path()};
+  identity.heaters_end_off = true;
+  auto guard = PrinterStateGuard::Take(session_, settings_, identity);
+  ASSERT_TRUE(guard);
+  ASSERT_TRUE(guard->Begin(session_));
+  printer_.scripts.clear();
+  EXPECT_THAT(guard->Restore(), IsEmpty());
+  EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
+  EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=0"));
+}
+
+TEST_F(PrinterStateGuardTest, WhereToolsChangeTheOffsetThatIsInForceStaysAndPressureAdvanceIsLeft) {
+  RunIdentity identity{"run-1", "2026-11-22T10:00:00", address_, folder_.path()};
+  identity.changes_tools = true;
+  auto guard = PrinterStateGuard::Take(session_, settings_, identity);
+  ASSERT_TRUE(guard);
+  ASSERT_TRUE(guard->Begin(session_));
+  printer_.state.active_extruder = "extruder1";
+  printer_.state.gcode.homing_origin_mm = {0.25, -0.5, 1.5, 0};
+  printer_.scripts.clear();
+  EXPECT_THAT(guard->Restore(), IsEmpty());
+  EXPECT_THAT(printer_.scripts, Contains(std::string(kMark) +
+                                         "\nSET_GCODE_OFFSET X=0.250000 Y=-0.500000 Z=1.500000"));
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_PRESSURE_ADVANCE"))));
+}
+
 }  // namespace
 }  // namespace trammel::procedure

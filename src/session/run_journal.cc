@@ -110,6 +110,7 @@ Result<void> WriteJournal(const fs::path& path, const RunJournal& journal) {
   Put(json, "minimum_cruise_ratio", journal.minimum_cruise_ratio);
   Put(json, "pressure_advance_s", journal.pressure_advance_s);
   Put(json, "smooth_time_s", journal.smooth_time_s);
+  if (journal.changes_tools) json["changes_tools"] = true;
   json["heaters"] = Json::array();
   for (const auto& [name, target_c] : journal.targets_c) {
     json["heaters"].push_back({{"name", name}, {"target_c", target_c}});
@@ -142,6 +143,13 @@ Result<std::optional<RunJournal>> ReadJournal(const fs::path& path) {
   journal.minimum_cruise_ratio = object.OptionalNumber("minimum_cruise_ratio", kShares);
   journal.pressure_advance_s = object.OptionalNumber("pressure_advance_s", kTimes_s);
   journal.smooth_time_s = object.OptionalNumber("smooth_time_s", kTimes_s);
+  if (const nlohmann::json* changes = object.Find("changes_tools")) {
+    if (changes->is_boolean()) {
+      journal.changes_tools = changes->get<bool>();
+    } else {
+      object.Fault("changes_tools", "must be true or false");
+    }
+  }
   for (const auto& entry : object.List("heaters", 0, kMostHeaters)) {
     JsonObject heater = object.Inner(entry, "heaters");
     const std::string name = heater.Text("name");

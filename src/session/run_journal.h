@@ -25,6 +25,8 @@ struct RunJournal {
   std::optional<double> pressure_advance_s;
   std::optional<double> smooth_time_s;
   std::map<std::string, double> targets_c;  ///< of the heaters, by their names in the status
+  /// Another tool may be mounted by now: G-code's offset is that tool's, and stays.
+  bool changes_tools = false;
 };
 
 /// Whether a text can name a run.

@@ -5,9 +5,6 @@
 #include <utility>
 
 #include "base/utf8.h"
-#include "session/dead_run.h"
-#include "session/name_stop.h"
-#include "session/run_journal.h"
 
 namespace trammel::procedure {
 namespace {
@@ -16,56 +13,9 @@ using pressure_advance::PatternConfig;
 using settings::ScanSettings;
 
 constexpr double kAsk_s = 10;
-constexpr double kHome_s = 300;
 constexpr double kStall_s = 5;
 constexpr std::size_t kLongestCameraName = 500;
 constexpr int kJpegQuality = 95;  // of pictures that a camera sends as raw pixels
-
-Result<void> Home(const Session& session) {
-  if (auto free = CheckStillFree(session); !free) return free;
-  const auto state = session.printer.State(session.Within(kAsk_s));
-  if (!state) return tl::unexpected(state.error());
-  for (const char axis : std::string("xyz")) {
-    if (state->homed_axes.find(axis) == std::string::npos) {
-      session.Tell({.text = "homing", .remaining_s = {}, .phase = "homing"});
-      return session.printer.Run("G28", session.Within(kHome_s));
-    }
-  }
-  return {};
-}
-
-// Klipper answers calls for a moment longer than it does what they ask: where it stops or restarts
-// right after a failure, that is the reason.
-Result<void> WithReason(const Session& session, Result<void> done) {
-  constexpr double kSettle_s = 0.7;
-  if (done || done.error().kind != ErrorKind::kMachine) return done;
-  const auto left = session.printer.WaitUntil(
-      [](const machine::PrinterState& state) {
-        return state.readiness != machine::PrinterReadiness::kReady;
-      },
-      "the printer to settle", {kSettle_s});
-  if (!left) return done;
-  const std::string reason =
-      fmt::format("the printer went to \"{}\" in the middle: ", ToString(left->readiness));
-  if (done.error().message.starts_with(reason)) return done;
-  return Fail(reason + done.error().message, ErrorKind::kMachine);
-}
-
-// A printer without a limit is used all the same, by somebody who knows that it has none.
-void SayWhereThereIsNoLimit(const Session& session) {
-  if (session.has_limit) return;
-  session.Say(
-      fmt::format("the printer has no {} (klipper/trammel.cfg): its heaters have no limit "
-                  "of their own should this program die, so stay beside it",
-                  kKeepAlive));
-}
-
-// Named at its cause, whatever failed in consequence.
-Result<void> NameRestart(Result<void> done, bool restarted) {
-  if (done || !restarted || done.error().kind == ErrorKind::kInterrupted) return done;
-  return Fail("the printer was restarted in the middle: " + done.error().message,
-              ErrorKind::kMachine);
-}
 
 ParkPlace ParkPlaceOf(const PatternConfig& config) {
   const auto park = settings::ParkPositionOf(config);
@@ -86,31 +36,6 @@ Result<Eye> OpenEye(const Session& session, const GuardedRun& run) {
   return eye;
 }
 
-// Ends what a dead run still prints, then looks at everything that can be looked at unmoved.
-Result<void> Check(const Session& session, const GuardedRun& run,
-                   const std::filesystem::path& state_folder) {
-  session.Tell({.text = "checking the printer", .remaining_s = {}, .phase = "checking"});
-  if (run.prints) {
-    auto ended =
-        EndDeadPrint(session, state_folder, run.settings->address, ParkPlaceOf(*run.pattern));
-    if (!ended) return ended;
-  }
-  return run.check(session);
-}
-
-Result<void> RunBetween(const Session& session, const GuardedRun& run, PrinterStateGuard& guard,
-                        const Result<Eye>& eye) {
-  Result<void> ready;
-  if (!eye) ready = tl::unexpected(eye.error());
-  if (ready) ready = Home(session);
-  if (ready) ready = guard.Begin(session);
-  if (!ready) return NameStop(session.stop, std::move(ready));
-  auto done = WithReason(session, NameStop(session.stop, run.steps(session, guard, *eye)));
-  session.Tell(
-      {.text = "bringing back what was set before", .remaining_s = {}, .phase = "restoring"});
-  return done;
-}
-
 }  // namespace
 
 std::string Eye::Describe() const {
@@ -118,24 +43,24 @@ std::string Eye::Describe() const {
 }
 
 GuardedOutcome RunGuarded(Session& session, const GuardedRun& run) {
-  const auto state_folder = run.state_folder.empty()
-                                ? files::StateFolder()
-                                : Result<std::filesystem::path>(run.state_folder);
-  if (!state_folder) return {tl::unexpected(state_folder.error()), {}};
-  auto checked = NameStop(session.stop, Check(session, run, *state_folder));
-  if (!checked) return {checked, {}};
-  auto guard = PrinterStateGuard::Take(
-      session, *run.settings,
-      {run.run, run.started, run.settings->address, *state_folder, run.prints});
-  if (!guard) return {tl::unexpected(NameStop(session.stop, guard.error())), {}};
-  guard->ParkAt(ParkPlaceOf(*run.pattern));
-  SayWhereThereIsNoLimit(session);
-  const auto eye = OpenEye(session, run);  // open until the laser is off
-  GuardedOutcome outcome;
-  outcome.done = RunBetween(session, run, *guard, eye);
-  outcome.unrestored = guard->Restore();
-  outcome.done = NameRestart(std::move(outcome.done), guard->restarted());
-  return outcome;
+  Eye eye;  // open until the laser is off
+  GuardedSteps guarded;
+  guarded.settings = run.settings;
+  guarded.identity.run = run.run;
+  guarded.identity.started = run.started;
+  guarded.identity.state_folder = run.state_folder;
+  guarded.identity.prints = run.prints;
+  guarded.park = ParkPlaceOf(*run.pattern);
+  guarded.check = run.check;
+  guarded.steps = [&](const Session& taken, PrinterStateGuard& guard) -> Result<void> {
+    auto opened = OpenEye(taken, run);
+    if (!opened) return tl::unexpected(opened.error());
+    eye = std::move(*opened);
+    if (auto homed = HomeWhereItIsNot(taken); !homed) return homed;
+    if (auto begun = guard.Begin(taken); !begun) return begun;
+    return run.steps(taken, guard, eye);
+  };
+  return RunGuarded(session, guarded);
 }
 
 Result<std::unique_ptr<machine::FrameSource>> OpenCamera(const Session& session,

@@ -13,6 +13,7 @@
 #include "machine/camera/camera.h"
 #include "pressure_advance/pattern/pattern_config.h"
 #include "session/frame_recorder.h"
+#include "session/guarded_steps.h"
 #include "session/printer_state_guard.h"
 #include "session/session.h"
 #include "settings/scan_settings.h"
@@ -41,11 +42,6 @@ struct GuardedRun {
   std::function<Result<void>(const Session&)> check;
   /// The procedure's own steps, on a homed printer.
   std::function<Result<void>(const Session&, PrinterStateGuard&, const Eye&)> steps;
-};
-
-struct GuardedOutcome {
-  Result<void> done;
-  std::vector<std::string> unrestored;  ///< what could not be brought back to how it was
 };
 
 /// Checks, takes the printer, opens the camera and homes where an axis is not, then runs the steps.
