@@ -86,4 +86,14 @@ BedPoint OnBed(const SheetPlan& plan, const SheetPoint& point) {
   return OnBed(plan.settings, point);
 }
 
+PaperPark PaperParkOf(const SheetSettings& settings) {
+  const settings::PrinterSettings& printer = settings.printer;
+  const settings::ParkPosition park = settings::ParkPositionOf(printer);
+  const double back_mm = printer.bed_origin_y_mm + printer.bed_size_y_mm - printer.bed_margin_mm;
+  const double lifted_mm = settings.layer_height_mm + settings.paper_thickness_mm +
+                           printer.z_offset_mm + printer.park_lift_mm;
+  return {park.x_mm, printer.park_y_mm ? park.y_mm : back_mm,
+          std::max(settings.paper_clearance_mm, lifted_mm)};
+}
+
 }  // namespace trammel::tool_offset

@@ -42,6 +42,14 @@ struct PaperOnBed {
 /// does.
 [[nodiscard]] std::optional<PaperOnBed> PaperAround(const SheetPlan& plan);
 
+/// Where the nozzle waits while hands reach the bed: high above its back edge, or where it parks.
+struct PaperPark {
+  double x_mm = 0;
+  double y_mm = 0;
+  double z_mm = 0;
+};
+[[nodiscard]] PaperPark PaperParkOf(const SheetSettings& settings);
+
 /// A point of the sheet on the bed.
 [[nodiscard]] BedPoint OnBed(const SheetPlan& plan, const SheetPoint& point);
 

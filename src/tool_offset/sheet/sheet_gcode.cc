@@ -42,8 +42,23 @@ std::vector<Turn> Turns(const SheetSettings& settings) {
 
 class Writer {
  public:
-  explicit Writer(const SheetPlan& plan)
-      : plan_(plan), settings_(plan.settings), dialect_(settings_.printer.dialect), pen_(plan) {}
+  Writer(const SheetPlan& plan, PaperComes paper)
+      : plan_(plan),
+        settings_(plan.settings),
+        dialect_(settings_.printer.dialect),
+        paper_(paper),
+        pen_(plan) {}
+
+  /// Homes, and picks up the reference tool.
+  std::string WritePickUp() {
+    const std::size_t reference = ReferencePlace(settings_);
+    pen_.Block(Expand(settings_.start_gcode, SheetPlaceholders(plan_)));
+    pen_.Line("G21 ; mm");
+    WriteModes();
+    pen_.Lift();
+    ChangeTool(reference, reference);
+    return pen_.Take();
+  }
 
   SheetGcode Write() {
     const std::vector<Turn> turns = Turns(settings_);
@@ -134,8 +149,12 @@ class Writer {
 
   void WriteStart() {
     const std::size_t reference = ReferencePlace(settings_);
-    pen_.Line("; start G-code");
-    pen_.Block(Expand(settings_.start_gcode, SheetPlaceholders(plan_)));
+    if (paper_ == PaperComes::kInTheFile) {
+      pen_.Line("; start G-code");
+      pen_.Block(Expand(settings_.start_gcode, SheetPlaceholders(plan_)));
+    } else {
+      pen_.Line("; homed, cold, and with the paper on the bed already");
+    }
     pen_.Line("; pattern");
     pen_.Line("G21 ; mm");
     WriteModes();
@@ -148,7 +167,7 @@ class Writer {
     pen_.Line("M221 S100 ; so is the filament");
     pen_.Line("M107 ; no fan on a first layer");
     pen_.Lines(gcode::LimitCommands(dialect_, settings_.acceleration_mm_s2, std::nullopt));
-    WaitForPaper();
+    if (paper_ == PaperComes::kInTheFile) WaitForPaper();
     Heat();
   }
 
@@ -233,6 +252,10 @@ class Writer {
       ChangeTool(reference, last);
       pen_.Park();
     }
+    if (paper_ == PaperComes::kBefore) {
+      pen_.Line("M140 S0");
+      pen_.ParkForPaper();
+    }
     pen_.Line(gcode::WaitForMovesCommand());
     if (const auto acceleration = settings_.printer.restore_acceleration_mm_s2) {
       pen_.Lines(gcode::LimitCommands(dialect_, acceleration, std::nullopt));
@@ -242,6 +265,7 @@ class Writer {
     }
     pen_.Line("M82 ; absolute E, as slicers expect it");
     pen_.Lines(gcode::RestoreStateCommands(dialect_));
+    if (paper_ == PaperComes::kBefore) return;
     pen_.Line("; end G-code");
     pen_.Block(Expand(settings_.printer.end_gcode, SheetPlaceholders(plan_)));
   }
@@ -249,11 +273,36 @@ class Writer {
   const SheetPlan& plan_;
   const SheetSettings& settings_;
   gcode::Dialect dialect_;
+  PaperComes paper_;
   SheetPen pen_;
 };
 
 }  // namespace
 
-SheetGcode WriteSheetGcode(const SheetPlan& plan) { return Writer(plan).Write(); }
+namespace {
+
+std::string Parked(const SheetPlan& plan, void (SheetPen::*park)()) {
+  SheetPen pen(plan);
+  pen.Line("G90");
+  (pen.*park)();
+  pen.Line(gcode::WaitForMovesCommand());
+  return pen.Take();
+}
+
+}  // namespace
+
+std::string HomeAndPickUpGcode(const SheetPlan& plan) {
+  return Writer(plan, PaperComes::kBefore).WritePickUp();
+}
+
+std::string ParkForPaperGcode(const SheetPlan& plan) {
+  return Parked(plan, &SheetPen::ParkForPaper);
+}
+
+std::string ParkAsideGcode(const SheetPlan& plan) { return Parked(plan, &SheetPen::Park); }
+
+SheetGcode WriteSheetGcode(const SheetPlan& plan, PaperComes paper) {
+  return Writer(plan, paper).Write();
+}
 
 }  // namespace trammel::tool_offset

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/check.h"
+#include "tool_offset/sheet/sheet_bed.h"
 #include "tool_offset/sheet/sheet_gcode.h"
 
 namespace trammel::tool_offset {
@@ -108,6 +109,27 @@ TEST(SheetPaper, TheBedUnderPaperIsNoWarmerThan60AndAsTheSheetSays) {
   const std::string cold = WriteSheetGcode(PlanSheet(settings)).text;
   EXPECT_EQ(cold.find("\nM190"), std::string::npos);
   EXPECT_THAT(cold, HasSubstr("\n; heated to tpu: nozzle 230, bed 0 degC\n"));
+}
+
+TEST(SheetPaper, AFileForPaperThatLiesThereHomesNothingAndEndsColdParkedForHandsWithMotorsOn) {
+  SheetSettings settings = OfAbs();
+  settings.printer.dialect = Dialect::kKlipper;
+  const SheetPlan plan = PlanSheet(settings);
+  const std::string text = WriteSheetGcode(plan, PaperComes::kBefore).text;
+  for (const char* never : {"\nG28", "\nPAUSE", "\nM84", "TEMPERATURE_WAIT"}) {
+    EXPECT_EQ(text.find(never), std::string::npos) << never;
+  }
+  const Machine machine = At(text, "RESTORE_GCODE_STATE NAME=trammel_pattern");
+  for (const auto& [heater, target_c] : machine.target_c) EXPECT_EQ(target_c, 0) << heater;
+  EXPECT_EQ(machine.target_c.count("bed"), 1U);
+  const PaperPark park = PaperParkOf(plan.settings);
+  EXPECT_EQ(machine.z_mm, park.z_mm);
+  EXPECT_EQ(machine.y_mm, park.y_mm);
+  EXPECT_GE(park.z_mm, settings.paper_clearance_mm);
+  // What it leaves to others: homing first, then high and behind.
+  EXPECT_TRUE(HomeAndPickUpGcode(plan).starts_with("G28\n"));
+  EXPECT_THAT(HomeAndPickUpGcode(plan), HasSubstr("\nT0\n"));
+  EXPECT_THAT(ParkForPaperGcode(plan), HasSubstr("Y245"));
 }
 
 }  // namespace

@@ -49,13 +49,9 @@ void SheetPen::Park() {
 }
 
 void SheetPen::ParkForPaper() {
-  const settings::PrinterSettings& printer = plan_.settings.printer;
-  MoveZ(std::max(plan_.settings.paper_clearance_mm, print_z_mm_ + printer.park_lift_mm));
-  settings::ParkPosition park = settings::ParkPositionOf(printer);
-  if (!printer.park_y_mm) {
-    park.y_mm = printer.bed_origin_y_mm + printer.bed_size_y_mm - printer.bed_margin_mm;
-  }
-  MoveAside(park);
+  const PaperPark park = PaperParkOf(plan_.settings);
+  MoveZ(park.z_mm);
+  MoveAside({park.x_mm, park.y_mm});
 }
 
 void SheetPen::MoveAside(const settings::ParkPosition& park) {
