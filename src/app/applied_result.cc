@@ -191,4 +191,25 @@ void NoteUndone(Instrument instrument, const std::string& machine, const Undoing
   }
 }
 
+void NoteLastUndone(Instrument instrument, const std::string& machine) {
+  const auto noted = NotedOf(instrument, machine);
+  // Offsets that were set from what --json printed are no result, and stand in no history.
+  if (noted && (noted->empty() || noted->back().fingerprint.empty())) return;
+  Result<void> done;
+  if (noted) {
+    const auto path = AppliedFile();
+    if (!path) {
+      done = tl::unexpected(path.error());
+    } else {
+      done = files::NoteApplication(*path, instrument, noted->back().fingerprint,
+                                    {UtcNow(), WithoutSecrets(machine), Step::kUndone, {}, {}});
+    }
+  } else {
+    done = tl::unexpected(noted.error());
+  }
+  if (done) return;
+  fmt::print(stderr, "trammel: taken back, but not noted for trammel history: {}\n",
+             done.error().message);
+}
+
 }  // namespace trammel::app

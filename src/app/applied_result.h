@@ -59,4 +59,8 @@ struct Undoing {
 void NoteUndone(measurement::Instrument instrument, const std::string& machine,
                 const Undoing& undoing);
 
+/// Notes that the last values of an instrument with several were taken back, now. Says on standard
+/// error where it cannot be noted.
+void NoteLastUndone(measurement::Instrument instrument, const std::string& machine);
+
 }  // namespace trammel::app

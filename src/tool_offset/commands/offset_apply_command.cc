@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -18,15 +16,14 @@
 #include "app/interrupt.h"
 #include "app/option_values.h"
 #include "app/printer_session.h"
-#include "document/interval_text.h"
 #include "session/printer_turn.h"
 #include "session/run_journal.h"
 #include "tool_offset/commands/offset_commands.h"
+#include "tool_offset/commands/offset_setting.h"
 #include "tool_offset/files/offset_file.h"
-#include "tool_offset/files/offset_history.h"
 #include "tool_offset/offset/correction.h"
+#include "tool_offset/procedure/set_offsets.h"
 #include "tool_offset/procedure/tool_offsets.h"
-#include "tool_offset/sheet/sheet_plan.h"
 
 namespace trammel::app {
 namespace {
@@ -42,18 +39,13 @@ struct OffsetApplyArguments {
   bool apply = false;
   bool save = false;
   bool force = false;
+  bool undo = false;
   bool dry_run = false;
   std::string history;  ///< empty: that of the state folder
   PrinterOptions printer;
 };
 
-struct Change {
-  int tool = 0;
-  files::MeasuredOffset measured;
-  KeptOffset now;
-  KeptOffset next;
-};
-
+using Change = procedure::OffsetCorrection;
 using Known = std::map<int, KeptOffset>;
 
 // T:X,Y
@@ -96,136 +88,70 @@ Result<KeptOffset> NowOf(int tool, OffsetFirmware firmware, const Known& known,
       tool, firmware == OffsetFirmware::kKlipperTool ? ", or --printer ADDRESS" : ""));
 }
 
-// To micrometres, as the firmware is told; never "-0.000".
-double Micrometres(double value_mm) {
-  constexpr double kPerMm = 1000;
-  return std::round(value_mm * kPerMm) / kPerMm + 0.0;
-}
-
-void Show(const Change& change, OffsetFirmware firmware) {
-  fmt::print("tool {}    lands {:+.3f}, {:+.3f} mm beside the reference tool\n", change.tool,
-             Micrometres(change.measured.dx_mm), Micrometres(change.measured.dy_mm));
-  for (const auto& [axis, interval95_mm] :
-       {std::pair{"dx", change.measured.dx95_mm}, std::pair{"dy", change.measured.dy95_mm}}) {
-    if (!interval95_mm) continue;
-    fmt::print("          {} {}\n", axis,
-               report::IntervalText(*interval95_mm, report::kOffsetMillimetres));
-  }
-  fmt::print("          X offset  {:.3f}  ->  {:.3f} mm\n", Micrometres(change.now.x_mm),
-             Micrometres(change.next.x_mm));
-  fmt::print("          Y offset  {:.3f}  ->  {:.3f} mm\n", Micrometres(change.now.y_mm),
-             Micrometres(change.next.y_mm));
-  for (const std::string& line : SetCommands(firmware, change.tool, change.next)) {
-    fmt::print("              {}\n", line);
-  }
-  for (const std::string& line : SaveCommands(firmware, change.tool)) {
-    fmt::print("              {}\n", line);
-  }
-  const std::string advice = SaveAdvice(firmware, change.tool, change.next);
-  if (!advice.empty()) fmt::print("          {}\n", advice);
-}
-
-bool SamePlace(const KeptOffset& a, const KeptOffset& b) {
-  constexpr double kSame_mm = 0.00051;  // firmwares are told micrometres
-  return std::abs(a.x_mm - b.x_mm) <= kSame_mm && std::abs(a.y_mm - b.y_mm) <= kSame_mm;
-}
-
-/// Whether a measurement was taken out before and did not get lost since, as by a restart: only
-/// from the offset under which the sheet was printed may it be taken out.
-bool IsDone(const files::OffsetChange& before, const Change& change) {
-  if (before.tool != change.tool || before.dx_mm != change.measured.dx_mm ||
-      before.dy_mm != change.measured.dy_mm) {
-    return false;
-  }
-  // Begun and cut off: set where the printer has the new offset.
-  if (before.stage == files::OffsetStage::kBegun) return SamePlace(before.new_offset, change.now);
-  return !SamePlace(before.old_offset, change.now);
-}
-
-// Taking the same measurement out twice would move the tool by it again.
-Result<void> RefuseTwice(const std::vector<Change>& changes,
-                         const OffsetApplyArguments& arguments) {
-  if (arguments.force) return {};
-  const auto history = files::ReadOffsetChanges(arguments.history);
-  if (!history) return tl::unexpected(history.error());
-  for (const Change& change : changes) {
-    for (const files::OffsetChange& before : *history) {
-      if (!IsDone(before, change)) continue;
-      return Fail(
-          fmt::format("{} was applied to tool {} at {} on {}, from {}: taking it out twice would "
-                      "move the tool by as much again. Print and scan another sheet, or say "
-                      "--force",
-                      arguments.file, change.tool, before.time, before.printer, before.source),
-          ErrorKind::kSafety);
-    }
-  }
-  return {};
-}
-
 // Tells the file wherever it is looked for from.
 std::string Whole(const std::string& file) {
   return std::filesystem::absolute(file).lexically_normal().string();
 }
 
-Result<void> Note(const OffsetApplyArguments& arguments, const std::string& printer,
-                  const Change& change, files::OffsetStage stage) {
-  return files::AppendToHistory(
-      arguments.history, {stage, Now("{:%FT%T%z}"), printer, Whole(arguments.file), change.tool,
-                          change.measured.dx_mm, change.measured.dy_mm, change.now, change.next});
-}
-
-// A sheet shows no more; a file that says so was made by something else, or by hand.
-Result<void> RefuseTooFar(const std::vector<Change>& changes,
-                          const OffsetApplyArguments& arguments) {
-  if (arguments.force) return {};
-  for (const Change& change : changes) {
-    const double most_mm =
-        std::max(std::abs(change.measured.dx_mm), std::abs(change.measured.dy_mm));
-    if (most_mm <= tool_offset::kCoarseReach_mm) continue;
-    return Fail(
-        fmt::format("{}: tool {} would be moved by {:.3f} mm, and a sheet shows {:.4g} mm at "
-                    "most: is it the right file? --force sets it all the same",
-                    arguments.file, change.tool, most_mm, tool_offset::kCoarseReach_mm),
-        ErrorKind::kSafety);
-  }
-  return {};
-}
-
-// Each old value is on the disk before it is replaced.
-Result<void> Set(const std::vector<Change>& changes, const OffsetApplyArguments& arguments,
-                 const std::string& printer, const procedure::Session& session) {
-  using files::OffsetStage;
-  if (auto near = RefuseTooFar(changes, arguments); !near) return near;
-  if (auto once = RefuseTwice(changes, arguments); !once) return once;
-  std::map<int, KeptOffset> set;
-  for (const Change& change : changes) {
-    auto noted = Note(arguments, printer, change, OffsetStage::kBegun);
-    if (!noted) return noted;
-    auto done = procedure::SetToolOffset(session, change.tool, change.next);
-    if (!done) return done;
-    set[change.tool] = change.next;
-    fmt::print("applied   tool {}: read back from the printer{}\n", change.tool,
-               arguments.save ? "" : "; until the next restart: --save keeps it");
-    noted = Note(arguments, printer, change, OffsetStage::kApplied);
-    if (!noted) return noted;
-  }
-  if (arguments.save) {
-    if (auto kept = procedure::KeepToolOffsets(session, set); !kept) return kept;
-    fmt::print("kept      in the printer's configuration, and read back after its restart\n");
-    for (const Change& change : changes) {
-      if (auto noted = Note(arguments, printer, change, OffsetStage::kKept); !noted) return noted;
-    }
-  }
-  fmt::print("history   {}\n", arguments.history);
-  return {};
-}
-
 Result<void> FindHistory(OffsetApplyArguments& arguments) {
-  if (!arguments.apply || !arguments.history.empty()) return {};
-  const auto folder = files::StateFolder();
-  if (!folder) return tl::unexpected(folder.error());
-  arguments.history = (*folder / files::kOffsetHistoryFile).string();
+  if (!arguments.history.empty() || !(arguments.apply || arguments.undo)) return {};
+  auto usual = UsualOffsetHistory();
+  if (!usual) return tl::unexpected(usual.error());
+  arguments.history = std::move(*usual);
   return {};
+}
+
+procedure::SetOffsetsOptions SettingOf(const OffsetApplyArguments& arguments,
+                                       const std::string& address) {
+  procedure::SetOffsetsOptions options = OffsetSetting(arguments.history, address);
+  options.source = arguments.file.empty() ? "" : Whole(arguments.file);
+  options.save = arguments.save;
+  options.force = arguments.force;
+  return options;
+}
+
+void SayHowLong(const OffsetApplyArguments& arguments) {
+  if (!arguments.save) fmt::print("          until the next restart: --save keeps it beyond\n");
+  fmt::print("history   {}\n", arguments.history);
+}
+
+/// Shows what the last application was, and takes it back unless nothing is to be changed.
+Result<void> Undo(const OffsetApplyArguments& arguments, const procedure::Session& session,
+                  const std::string& address) {
+  const auto options = SettingOf(arguments, address);
+  const auto undo = PlanUndo(session, options);
+  if (!undo) return tl::unexpected(undo.error());
+  fmt::print("applied   {}\n", undo->source);
+  for (const Change& change : undo->changes) fmt::print("{}", UndoText(change));
+  if (arguments.dry_run) {
+    fmt::print("nothing was changed\n");
+    return {};
+  }
+  if (auto done = UndoOffsets(session, *undo, options); !done) return done;
+  NoteLastUndone(measurement::Instrument::kToolOffset, address);
+  if (undo->was_kept && !arguments.save) {
+    fmt::print(
+        "notice    the printer's configuration still has what was undone: --undo --save "
+        "would have kept this, and the next restart brings the other back\n");
+  }
+  SayHowLong(arguments);
+  return {};
+}
+
+int RunUndo(OffsetApplyArguments arguments) {
+  const Interrupt interrupt;
+  if (auto found = FindHistory(arguments); !found) return PrintError(found.error());
+  const auto config = LoadSettings(arguments.printer);
+  if (!config) return PrintError(config.error());
+  const auto printer = Connect(config->scan, interrupt.token());
+  if (!printer) return PrintError(printer.error());
+  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  const auto state = files::StateFolder();
+  if (!state) return PrintError(state.error());
+  const auto turn = TakeTurn(session, config->scan, *state, "trammel offset apply");
+  if (!turn) return PrintError(turn.error());
+  const auto done = Undo(arguments, session, config->scan.address);
+  return done ? static_cast<int>(kExitGood) : PrintError(done.error());
 }
 
 int RunApply(OffsetApplyArguments arguments) {
@@ -279,12 +205,13 @@ int RunApply(OffsetApplyArguments arguments) {
     if (!now) return PrintError(now.error());
     changes.push_back(
         {measured.tool, measured, *now, Corrected(firmware, *now, measured.dx_mm, measured.dy_mm)});
-    Show(changes.back(), firmware);
+    fmt::print("{}", CorrectionText(changes.back(), firmware));
   }
   if (changes.empty()) return kExitNotTrusted;
   if (arguments.apply) {
-    const auto set = Set(changes, arguments, address, *session);
+    const auto set = SetOffsets(*session, changes, SettingOf(arguments, address));
     if (!set) return PrintError(set.error());
+    SayHowLong(arguments);
     if (file->result)
       NoteApplied({measurement::Instrument::kToolOffset, *file->result, address, {}});
     return kExitGood;
@@ -299,9 +226,15 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command =
       parent.add_subcommand("apply", "the lines that take measured offsets out; --apply sets them");
   const auto arguments = std::make_shared<OffsetApplyArguments>();
-  command
-      ->add_option("file", arguments->file, "what offset analyze --result kept, or --json printed")
-      ->required();
+  CLI::Option* const file = command->add_option(
+      "file", arguments->file,
+      "what offset analyze --result kept, or --json printed, or a folder of offset start");
+  CLI::Option* const undo =
+      command
+          ->add_flag("--undo", arguments->undo,
+                     "instead of a file: the offsets from before trammel set the last ones")
+          ->excludes(file)
+          ->group("Printer");
   command->add_option("--for", arguments->firmware, "who keeps the tools' offsets")
       ->check(CLI::IsMember(std::vector<std::string>{"klipper-tool", "klipper-gcode-offset",
                                                      "marlin", "reprapfirmware"}))
@@ -310,10 +243,9 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
                       "TOOL:X,Y as the firmware keeps it now; may be repeated");
   command->add_option("--tool", arguments->tools, "only this one; may be repeated");
   command->add_flag("--apply", arguments->apply, "set the offsets on the printer")
+      ->excludes(undo)
       ->group("Printer");
-  command->add_flag("--save", arguments->save, "keep them beyond a restart, too")
-      ->needs("--apply")
-      ->group("Printer");
+  command->add_flag("--save", arguments->save, "keep them beyond a restart, too")->group("Printer");
   command
       ->add_flag("--dry-run", arguments->dry_run,
                  "say what would change, and change nothing: as without --apply")
@@ -322,8 +254,7 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
   command
       ->add_flag("--force,--again", arguments->force,
                  "apply a measurement that was applied before and is there already, and offsets "
-                 "beyond what a sheet can show")
-      ->needs("--apply")
+                 "beyond what a sheet can show; undo, whatever was set since")
       ->group("Printer");
   command
       ->add_option("--history", arguments->history,
@@ -331,7 +262,16 @@ void AddOffsetApplyCommand(CLI::App& parent, int& exit_code) {
                    "offset-history.jsonl in the state folder, whatever the working folder")
       ->group("Printer");
   AddPrinterOptions(*command, arguments->printer);
-  command->callback([arguments, &exit_code] { exit_code = RunApply(*arguments); });
+  command->callback([arguments, &exit_code] {
+    if (!arguments->undo && arguments->file.empty()) throw CLI::RequiredError("file or --undo");
+    for (const auto& [given, name] :
+         {std::pair{arguments->save, "--save"}, std::pair{arguments->force, "--force"}}) {
+      if (given && !arguments->apply && !arguments->undo) {
+        throw CLI::RequiresError(name, "--apply or --undo");
+      }
+    }
+    exit_code = arguments->undo ? RunUndo(*arguments) : RunApply(*arguments);
+  });
 }
 
 }  // namespace trammel::app

@@ -36,6 +36,10 @@ class OffsetApply : public testing::Test {
     return RunTrammel(fmt::format("offset apply result.json --printer {} {}", address_, more),
                       folder_.path());
   }
+  [[nodiscard]] CommandResult Undo(const std::string& more) const {
+    return RunTrammel(fmt::format("offset apply --undo --printer {} {}", address_, more),
+                      folder_.path());
+  }
   [[nodiscard]] std::string History() const {
     const auto path = folder_.path() / kHistory;
     return std::filesystem::exists(path) ? ReadWhole(path) : "";
@@ -201,6 +205,69 @@ TEST_F(OffsetApply, OtherFirmwaresAreNotAsked) {
       RunTrammel("offset apply result.json --for marlin --apply", folder_.path());
   EXPECT_EQ(marlin.exit_code, 1);
   EXPECT_THAT(marlin.standard_error, HasSubstr("--for klipper-tool"));
+}
+
+TEST_F(OffsetApply, UndoBringsBackWhatWasBeforeOnceAndSaysSo) {
+  Serve();
+  EXPECT_EQ(Undo("").exit_code, 1);  // nothing was applied yet
+  ASSERT_EQ(Apply("--apply").exit_code, 0);
+  const CommandResult shown = Undo("--dry-run");
+  EXPECT_EQ(shown.exit_code, 0) << shown.output;
+  EXPECT_THAT(shown.standard_output,
+              AllOf(HasSubstr("0.127  ->  0.250"), HasSubstr("nothing was changed")));
+  const CommandResult undone = Undo("");
+  EXPECT_EQ(undone.exit_code, 0) << undone.output;
+  EXPECT_THAT(undone.standard_output, HasSubstr("undone    tool 1: read back"));
+  EXPECT_THAT(Apply("").standard_output, HasSubstr("0.250  ->  0.127"));
+  EXPECT_THAT(History(), HasSubstr(R"("kind":"undone")"));
+  const CommandResult twice = Undo("");
+  EXPECT_EQ(twice.exit_code, 1);
+  EXPECT_THAT(twice.standard_error, HasSubstr("taken back at"));
+  // What was undone may be applied again, and undone again.
+  ASSERT_EQ(Apply("--apply").exit_code, 0);
+  EXPECT_EQ(Undo("").exit_code, 0);
+}
+
+TEST_F(OffsetApply, WhatSomebodySetSinceIsNotUndoneUnforced) {
+  Serve();
+  ASSERT_EQ(Apply("--apply").exit_code, 0);
+  WriteWhole(
+      folder_.path() / "next.json",
+      R"({"format": 1, "tools": [{"tool": 1, "verdict": "good", "dx_mm": 0.01, "dy_mm": 0}]})");
+  const std::string history = History();
+  ASSERT_EQ(
+      RunTrammel("offset apply next.json --apply --printer " + address_, folder_.path()).exit_code,
+      0);
+  WriteWhole(folder_.path() / kHistory, history);  // as if set by hand
+  const CommandResult refused = Undo("");
+  EXPECT_EQ(refused.exit_code, 4);
+  EXPECT_THAT(refused.standard_error,
+              AllOf(HasSubstr("somebody set another"), HasSubstr("--force")));
+  EXPECT_EQ(Undo("--force").exit_code, 0);
+  EXPECT_THAT(Apply("").standard_output, HasSubstr("0.250  ->  0.127"));
+}
+
+TEST_F(OffsetApply, AnUndoThatIsSavedOutlivesARestart) {
+  Serve();
+  ASSERT_EQ(Apply("--apply --save").exit_code, 0);
+  const CommandResult undone = Undo("--save");
+  EXPECT_EQ(undone.exit_code, 0) << undone.output;
+  EXPECT_THAT(undone.standard_output, HasSubstr("kept      in the printer's configuration"));
+  EXPECT_THAT(Apply("").standard_output, HasSubstr("0.250  ->  0.127"));
+}
+
+TEST_F(OffsetApply, UndoIsOfThisPrinterAlone) {
+  Serve();
+  ASSERT_EQ(Apply("--apply").exit_code, 0);
+  const std::string history = History();
+  std::string other = history;
+  for (std::size_t at = 0; (at = other.find("127.0.0.1:", at)) != std::string::npos; at += 4) {
+    other.replace(at, 10, "other.lan:");
+  }
+  WriteWhole(folder_.path() / kHistory, other);
+  const CommandResult refused = Undo("");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.standard_error, HasSubstr("notes no offset that was set on"));
 }
 
 }  // namespace

@@ -22,10 +22,11 @@ constexpr std::size_t kMostBytes = 64'000'000;
 constexpr double kMost_mm = 1000;
 constexpr int kMostTool = 99;
 
-constexpr std::array<std::pair<OffsetStage, const char*>, 3> kStages{
+constexpr std::array<std::pair<OffsetStage, const char*>, 4> kStages{
     {{OffsetStage::kBegun, "begun"},
      {OffsetStage::kApplied, "applied"},
-     {OffsetStage::kKept, "kept"}}};
+     {OffsetStage::kKept, "kept"},
+     {OffsetStage::kUndone, "undone"}}};
 
 Result<void> Append(const fs::path& path, const Json& json) {
   const auto fail = [](const std::string& why) {
@@ -80,7 +81,7 @@ tool_offset::KeptOffset ReadPlace(JsonObject& owner, const char* key) {
 std::optional<OffsetChange> ReadChange(const nlohmann::json& json, const std::string& file) {
   JsonObject reader(json, file);
   OffsetChange change;
-  const std::string kind = reader.Choice("kind", {"begun", "applied", "kept"});
+  const std::string kind = reader.Choice("kind", {"begun", "applied", "kept", "undone"});
   for (const auto& [stage, name] : kStages) {
     if (kind == name) change.stage = stage;
   }

@@ -21,6 +21,7 @@ enum class OffsetStage {
   kBegun,    ///< about to be set: the old value is safe from here on
   kApplied,  ///< set, and read back
   kKept,     ///< survives a restart, too
+  kUndone,   ///< taken back: what was new is old in this line, and what was old is set again
 };
 
 /// A tool's offset was changed on a printer.

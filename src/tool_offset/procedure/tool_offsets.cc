@@ -18,20 +18,33 @@ using tool_offset::OffsetFirmware;
 
 constexpr double kAsk_s = 10;
 
-/// Klipper's name of the [tool] with this number.
-Result<std::string> ObjectOf(const Session& session, int tool) {
+/// The toolchanger's tools: numbers, and in the same order Klipper's names of their [tool]s.
+struct Changer {
+  nlohmann::json numbers = nlohmann::json::array();
+  nlohmann::json names = nlohmann::json::array();
+};
+
+Result<Changer> ReadChanger(const Session& session) {
   const auto status = session.printer.Query({{"toolchanger", {"tool_numbers", "tool_names"}}},
                                             session.Within(kAsk_s));
   if (!status) return tl::unexpected(status.error());
-  const nlohmann::json none = nlohmann::json::array();
-  const auto list = [&](const char* key) -> const nlohmann::json& {
-    const auto object = status->find("toolchanger");
-    if (object == status->end() || !object->is_object()) return none;
+  Changer changer;
+  const auto object = status->find("toolchanger");
+  if (object == status->end() || !object->is_object()) return changer;
+  for (const auto& [key, list] :
+       {std::pair{"tool_numbers", &changer.numbers}, std::pair{"tool_names", &changer.names}}) {
     const auto found = object->find(key);
-    return found != object->end() && found->is_array() ? *found : none;
-  };
-  const nlohmann::json& numbers = list("tool_numbers");
-  const nlohmann::json& names = list("tool_names");
+    if (found != object->end() && found->is_array()) *list = *found;
+  }
+  return changer;
+}
+
+/// Klipper's name of the [tool] with this number.
+Result<std::string> ObjectOf(const Session& session, int tool) {
+  const auto changer = ReadChanger(session);
+  if (!changer) return tl::unexpected(changer.error());
+  const nlohmann::json& numbers = changer->numbers;
+  const nlohmann::json& names = changer->names;
   for (std::size_t i = 0; i < std::min(numbers.size(), names.size()); ++i) {
     if (numbers[i] == tool && names[i].is_string()) return names[i].get<std::string>();
   }
@@ -122,11 +135,27 @@ Result<void> SaveConfig(const Session& session) {
 
 }  // namespace
 
+Result<std::vector<int>> ToolNumbers(const Session& session) {
+  const auto changer = ReadChanger(session);
+  if (!changer) return tl::unexpected(changer.error());
+  std::vector<int> numbers;
+  for (const nlohmann::json& number : changer->numbers) {
+    if (number.is_number_integer()) numbers.push_back(number.get<int>());
+  }
+  return numbers;
+}
+
 Result<KeptOffset> ReadToolOffset(const Session& session, int tool) {
+  const auto read = ReadTool(session, tool);
+  if (!read) return tl::unexpected(read.error());
+  return read->kept;
+}
+
+Result<KlipperTool> ReadTool(const Session& session, int tool) {
   const auto name = ObjectOf(session, tool);
   if (!name) return tl::unexpected(name.error());
-  const auto status = session.printer.Query({{*name, {"gcode_x_offset", "gcode_y_offset"}}},
-                                            session.Within(kAsk_s));
+  const auto status = session.printer.Query(
+      {{*name, {"extruder", "gcode_x_offset", "gcode_y_offset"}}}, session.Within(kAsk_s));
   if (!status) return tl::unexpected(status.error());
   const auto found = status->find(*name);
   const nlohmann::json object =
@@ -135,7 +164,9 @@ Result<KeptOffset> ReadToolOffset(const Session& session, int tool) {
   if (!x) return tl::unexpected(x.error());
   const auto y = NumberIn(object, "gcode_y_offset", tool);
   if (!y) return tl::unexpected(y.error());
-  return KeptOffset{*x, *y};
+  const auto extruder = object.find("extruder");
+  const bool named = extruder != object.end() && extruder->is_string();
+  return KlipperTool{named ? extruder->get<std::string>() : std::string(), {*x, *y}};
 }
 
 Result<void> SetToolOffset(const Session& session, int tool, const KeptOffset& offset) {

@@ -2,12 +2,26 @@
 #pragma once
 
 #include <map>
+#include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "session/session.h"
 #include "tool_offset/offset/correction.h"
 
 namespace trammel::procedure {
+
+/// A [tool] of klipper-toolchanger.
+struct KlipperTool {
+  std::string extruder;  ///< its own; empty: none
+  tool_offset::KeptOffset kept;
+};
+
+/// The numbers of klipper-toolchanger's tools; none where there is no such thing.
+[[nodiscard]] Result<std::vector<int>> ToolNumbers(const Session& session);
+
+/// A tool as klipper-toolchanger tells of it. Errors: as ReadToolOffset.
+[[nodiscard]] Result<KlipperTool> ReadTool(const Session& session, int tool);
 
 /// The tool's offset as the printer keeps it now. Which [tool] has the number, klipper-toolchanger
 /// tells. Errors (kMachine): unreachable; no such tool, with the numbers of those there.

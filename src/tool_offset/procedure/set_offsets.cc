@@ -1,0 +1,187 @@
+#include "tool_offset/procedure/set_offsets.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "session/dead_run.h"
+#include "tool_offset/procedure/tool_offsets.h"
+#include "tool_offset/sheet/sheet_plan.h"
+
+namespace trammel::procedure {
+namespace {
+
+using files::OffsetChange;
+using files::OffsetStage;
+using tool_offset::KeptOffset;
+
+/// Whether a measurement was taken out before and did not get lost since, as by a restart: only
+/// from the offset under which the sheet was printed may it be taken out.
+bool IsDone(const OffsetChange& before, const OffsetCorrection& change) {
+  if (before.stage == OffsetStage::kUndone || before.tool != change.tool ||
+      before.dx_mm != change.measured.dx_mm || before.dy_mm != change.measured.dy_mm) {
+    return false;
+  }
+  // Begun and cut off: set where the printer has the new offset.
+  if (before.stage == OffsetStage::kBegun) return SameOffset(before.new_offset, change.now);
+  return !SameOffset(before.old_offset, change.now);
+}
+
+// Taking the same measurement out twice would move the tool by it again.
+Result<void> RefuseTwice(const std::vector<OffsetCorrection>& corrections,
+                         const SetOffsetsOptions& options) {
+  if (options.force) return {};
+  const auto history = files::ReadOffsetChanges(options.history);
+  if (!history) return tl::unexpected(history.error());
+  for (const OffsetCorrection& change : corrections) {
+    for (const OffsetChange& before : *history) {
+      if (!IsDone(before, change)) continue;
+      return Fail(
+          fmt::format("{} was applied to tool {} at {} on {}, from {}: taking it out twice would "
+                      "move the tool by as much again. Print and scan another sheet, or say "
+                      "--force",
+                      options.source, change.tool, before.time, before.printer, before.source),
+          ErrorKind::kSafety);
+    }
+  }
+  return {};
+}
+
+// A sheet shows no more; a file that says so was made by something else, or by hand.
+Result<void> RefuseTooFar(const std::vector<OffsetCorrection>& corrections,
+                          const SetOffsetsOptions& options) {
+  if (options.force) return {};
+  for (const OffsetCorrection& change : corrections) {
+    const double most_mm =
+        std::max(std::abs(change.measured.dx_mm), std::abs(change.measured.dy_mm));
+    if (most_mm <= tool_offset::kCoarseReach_mm) continue;
+    return Fail(
+        fmt::format("{}: tool {} would be moved by {:.3f} mm, and a sheet shows {:.4g} mm at "
+                    "most: is it the right file? --force sets it all the same",
+                    options.source, change.tool, most_mm, tool_offset::kCoarseReach_mm),
+        ErrorKind::kSafety);
+  }
+  return {};
+}
+
+Result<void> Note(const SetOffsetsOptions& options, const OffsetCorrection& change,
+                  OffsetStage stage) {
+  return files::AppendToHistory(
+      options.history, {stage, options.time(), options.printer, options.source, change.tool,
+                        change.measured.dx_mm, change.measured.dy_mm, change.now, change.next});
+}
+
+void Say(const SetOffsetsOptions& options, const std::string& line) {
+  if (options.say) options.say(line);
+}
+
+std::map<int, KeptOffset> NextOf(const std::vector<OffsetCorrection>& corrections) {
+  std::map<int, KeptOffset> next;
+  for (const OffsetCorrection& change : corrections) next[change.tool] = change.next;
+  return next;
+}
+
+/// The lines of the last application on this printer, the last line of each tool.
+Result<std::map<int, OffsetChange>> LastApplication(const SetOffsetsOptions& options) {
+  auto history = files::ReadOffsetChanges(options.history);
+  if (!history) return tl::unexpected(history.error());
+  const std::string printer = PrinterName(options.printer);
+  std::erase_if(*history,
+                [&](const OffsetChange& change) { return PrinterName(change.printer) != printer; });
+  if (history->empty()) {
+    return Fail(
+        fmt::format("{} notes no offset that was set on {}", options.history.string(), printer));
+  }
+  std::map<int, OffsetChange> last;
+  const std::string source = history->back().source;
+  for (auto at = history->rbegin(); at != history->rend() && at->source == source; ++at) {
+    last.try_emplace(at->tool, *at);
+  }
+  return last;
+}
+
+}  // namespace
+
+bool SameOffset(const KeptOffset& a, const KeptOffset& b) {
+  constexpr double kSame_mm = 0.00051;  // firmwares are told micrometres
+  return std::abs(a.x_mm - b.x_mm) <= kSame_mm && std::abs(a.y_mm - b.y_mm) <= kSame_mm;
+}
+
+Result<void> SetOffsets(const Session& session, const std::vector<OffsetCorrection>& corrections,
+                        const SetOffsetsOptions& options) {
+  if (auto near = RefuseTooFar(corrections, options); !near) return near;
+  if (auto once = RefuseTwice(corrections, options); !once) return once;
+  for (const OffsetCorrection& change : corrections) {
+    if (auto noted = Note(options, change, OffsetStage::kBegun); !noted) return noted;
+    if (auto done = SetToolOffset(session, change.tool, change.next); !done) return done;
+    Say(options, fmt::format("applied   tool {}: read back from the printer", change.tool));
+    if (auto noted = Note(options, change, OffsetStage::kApplied); !noted) return noted;
+  }
+  return options.save ? KeepOffsets(session, corrections, options) : Result<void>();
+}
+
+Result<void> KeepOffsets(const Session& session, const std::vector<OffsetCorrection>& corrections,
+                         const SetOffsetsOptions& options) {
+  if (auto kept = KeepToolOffsets(session, NextOf(corrections)); !kept) return kept;
+  Say(options, "kept      in the printer's configuration, and read back after its restart");
+  for (const OffsetCorrection& change : corrections) {
+    if (auto noted = Note(options, change, OffsetStage::kKept); !noted) return noted;
+  }
+  return {};
+}
+
+Result<OffsetUndo> PlanUndo(const Session& session, const SetOffsetsOptions& options) {
+  const auto last = LastApplication(options);
+  if (!last) return tl::unexpected(last.error());
+  OffsetUndo undo;
+  undo.source = last->begin()->second.source;
+  std::string undone;  // when
+  for (const auto& [tool, change] : *last) {
+    if (change.stage == OffsetStage::kUndone) {
+      undone = change.time;
+      continue;
+    }
+    const auto now = ReadToolOffset(session, tool);
+    if (!now) return tl::unexpected(now.error());
+    if (SameOffset(*now, change.old_offset)) continue;  // never set, or lost by a restart
+    if (!SameOffset(*now, change.new_offset) && !options.force) {
+      return Fail(
+          fmt::format("tool {} has an offset of {:.3f}, {:.3f} mm, and not the {:.3f}, "
+                      "{:.3f} mm that were set at {}: somebody set another since; --force "
+                      "sets {:.3f}, {:.3f} mm all the same",
+                      tool, now->x_mm, now->y_mm, change.new_offset.x_mm, change.new_offset.y_mm,
+                      change.time, change.old_offset.x_mm, change.old_offset.y_mm),
+          ErrorKind::kSafety);
+    }
+    OffsetCorrection back{tool, {}, *now, change.old_offset};
+    back.measured.tool = tool;
+    back.measured.dx_mm = change.dx_mm;
+    back.measured.dy_mm = change.dy_mm;
+    undo.was_kept = undo.was_kept || change.stage == OffsetStage::kKept;
+    undo.changes.push_back(std::move(back));
+  }
+  if (!undo.changes.empty()) return undo;
+  return Fail(undone.empty()
+                  ? fmt::format("the tools have the offsets from before {} already", undo.source)
+                  : fmt::format("{} was taken back at {} already", undo.source, undone));
+}
+
+Result<void> UndoOffsets(const Session& session, const OffsetUndo& undo,
+                         const SetOffsetsOptions& given) {
+  SetOffsetsOptions options = given;
+  options.source = undo.source;
+  for (const OffsetCorrection& change : undo.changes) {
+    if (auto done = SetToolOffset(session, change.tool, change.next); !done) return done;
+    if (auto noted = Note(options, change, OffsetStage::kUndone); !noted) return noted;
+    Say(options, fmt::format("undone    tool {}: read back from the printer", change.tool));
+  }
+  if (!options.save) return {};
+  if (auto kept = KeepToolOffsets(session, NextOf(undo.changes)); !kept) return kept;
+  Say(options, "kept      in the printer's configuration, and read back after its restart");
+  return {};
+}
+
+}  // namespace trammel::procedure

@@ -1,0 +1,66 @@
+// Sets measured offsets on a printer and takes them back, each old value on the disk first.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "session/session.h"
+#include "tool_offset/files/offset_file.h"
+#include "tool_offset/files/offset_history.h"
+#include "tool_offset/offset/correction.h"
+
+namespace trammel::procedure {
+
+/// A tool's offset, as it is and as it is to be.
+struct OffsetCorrection {
+  int tool = 0;
+  files::MeasuredOffset measured;
+  tool_offset::KeptOffset now;
+  tool_offset::KeptOffset next;
+};
+
+struct SetOffsetsOptions {
+  std::filesystem::path history;      ///< JSON lines (files::kOffsetHistoryFile)
+  std::string printer;                ///< address, as it is noted
+  std::string source;                 ///< the file with the measurement, from the root
+  bool save = false;                  ///< keep them beyond a restart, too: SAVE_CONFIG restarts
+  bool force = false;                 ///< also twice, and beyond what a sheet can show
+  std::function<std::string()> time;  ///< REQUIRED: now, ISO 8601
+  std::function<void(const std::string&)> say;  ///< one line for each thing that is done
+};
+
+/// Sets each tool's offset and reads it back. Errors: kSafety where the measurement was taken out
+/// before and is there still, or moves a tool by more than a sheet can show; kInput where it cannot
+/// be noted: nothing is set then; kMachine.
+[[nodiscard]] Result<void> SetOffsets(const Session& session,
+                                      const std::vector<OffsetCorrection>& corrections,
+                                      const SetOffsetsOptions& options);
+
+/// Writes what was set into the printer's configuration, and notes it.
+[[nodiscard]] Result<void> KeepOffsets(const Session& session,
+                                       const std::vector<OffsetCorrection>& corrections,
+                                       const SetOffsetsOptions& options);
+
+/// The last application on a printer, to be taken back.
+struct OffsetUndo {
+  std::string source;                     ///< what was applied
+  std::vector<OffsetCorrection> changes;  ///< `next` as before it; `measured` was taken out
+  bool was_kept = false;                  ///< beyond a restart
+};
+
+/// What undoing the last application on this printer would set. Errors (kInput): none is noted, or
+/// it was taken back already; kSafety where another offset is in force than was set, unless
+/// `force`; kMachine.
+[[nodiscard]] Result<OffsetUndo> PlanUndo(const Session& session, const SetOffsetsOptions& options);
+
+/// Sets what PlanUndo found, and notes it. Errors: as SetOffsets.
+[[nodiscard]] Result<void> UndoOffsets(const Session& session, const OffsetUndo& undo,
+                                       const SetOffsetsOptions& options);
+
+/// Whether two offsets are the same as far as a firmware is told: to the micrometre.
+[[nodiscard]] bool SameOffset(const tool_offset::KeptOffset& a, const tool_offset::KeptOffset& b);
+
+}  // namespace trammel::procedure
