@@ -2,11 +2,13 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdio>
 #include <ctime>
+#include <random>
 #include <utility>
 
 #include "app/config_text.h"
@@ -110,6 +112,12 @@ Result<std::unique_ptr<machine::Printer>> ConnectAsService(const settings::ScanS
 
 std::string Now(const char* format) {
   return fmt::format(fmt::runtime(format), fmt::localtime(std::time(nullptr)));
+}
+
+std::string NewRunName() {
+  std::random_device random;
+  return fmt::format("{}-{:x}-{:08x}", Now("{:%Y%m%d-%H%M%S}"), static_cast<long>(::getpid()),
+                     random());
 }
 
 Result<fs::path> MakeFolder(const fs::path& asked_for) {

@@ -53,6 +53,9 @@ void AddCameraOption(CLI::App& command, PrinterOptions& options);
 /// Local time, in fmt's format, for example "{:%H:%M}".
 [[nodiscard]] std::string Now(const char* format);
 
+/// A name for a run that no other has (files::IsRunName).
+[[nodiscard]] std::string NewRunName();
+
 /// A new folder for a recording: the one that was asked for, else
 /// recordings/pressure_advance-<UTC>.
 /// Errors: it is there and not empty; it cannot be made.

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
@@ -29,11 +30,16 @@ double Seconds(const timeval& time) {
 
 // Between fork and exec: nothing here may take memory or a lock.
 [[noreturn]] void Become(char* const* arguments, char* const* environment, const char* folder,
-                         const char* output, const char* errors, const ProcessLimits& limits,
-                         pid_t parent) {
+                         const char* output, const char* errors, const char* terminal,
+                         const ProcessLimits& limits, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent || chdir(folder) != 0) _exit(127);
-  dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+  if (terminal != nullptr) {
+    setsid();
+    dup2(open(terminal, O_RDWR), STDIN_FILENO);
+  } else {
+    dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+  }
   int nobody[2];
   if (limits.nobody_reads && pipe(nobody) == 0) {
     close(nobody[0]);
@@ -41,7 +47,8 @@ double Seconds(const timeval& time) {
     dup2(nobody[1], STDERR_FILENO);
   } else {
     dup2(open(output, O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
-    dup2(open(errors, O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+    dup2(terminal != nullptr ? STDIN_FILENO : open(errors, O_WRONLY | O_CREAT | O_TRUNC, 0600),
+         STDERR_FILENO);
   }
   sigset_t none;
   sigemptyset(&none);
@@ -87,16 +94,26 @@ TrammelProcess::TrammelProcess(const std::vector<std::string>& arguments,
   const std::vector<char*> environment = Pointers(settings);
   const std::string output = (aside_.path() / "stdout").string();
   const std::string errors = (aside_.path() / "stderr").string();
+  const char* terminal = nullptr;
+  if (limits.terminal) {
+    terminal_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
+    if (terminal_ >= 0 && grantpt(terminal_) == 0 && unlockpt(terminal_) == 0) {
+      terminal = ptsname(terminal_);
+    }
+    if (terminal == nullptr) throw std::runtime_error("there is no terminal to be had");
+    std::ofstream(errors, std::ios::binary);
+  }
   const pid_t parent = getpid();
   pid_ = fork();
   if (pid_ < 0) throw std::runtime_error("no process could be started");
   if (pid_ == 0) {
     Become(pointers.data(), environment.data(), folder.c_str(), output.c_str(), errors.c_str(),
-           limits, parent);
+           terminal, limits, parent);
   }
 }
 
 TrammelProcess::~TrammelProcess() {
+  HangUp();
   if (ended_) return;
   kill(pid_, SIGKILL);
   waitpid(pid_, nullptr, 0);
@@ -110,6 +127,29 @@ void TrammelProcess::Limit(int resource, std::uint64_t value) const {
     if (prlimit(pid_, which, &limit, nullptr) == 0) return;
   }
   throw std::runtime_error(std::string("cannot set a limit of trammel: ") + std::strerror(errno));
+}
+
+void TrammelProcess::Type(const std::string& line) const {
+  const std::string typed = line + "\n";
+  if (write(terminal_, typed.data(), typed.size()) != static_cast<ssize_t>(typed.size())) {
+    throw std::runtime_error("nothing can be typed at trammel's terminal");
+  }
+}
+
+void TrammelProcess::HangUp() {
+  if (terminal_ < 0) return;
+  TakeTerminal();
+  close(terminal_);
+  terminal_ = -1;
+}
+
+void TrammelProcess::TakeTerminal() const {
+  if (terminal_ < 0) return;
+  std::ofstream errors(aside_.path() / "stderr", std::ios::binary | std::ios::app);
+  char bytes[4096];
+  for (ssize_t count = 0; (count = read(terminal_, bytes, sizeof bytes)) > 0;) {
+    errors.write(bytes, count);
+  }
 }
 
 void TrammelProcess::Send(int signal) const {
@@ -128,6 +168,7 @@ void TrammelProcess::LookAtMemory() {
 
 bool TrammelProcess::Running() {
   if (ended_) return false;
+  TakeTerminal();
   LookAtMemory();
   int status = 0;
   rusage usage{};
@@ -141,6 +182,7 @@ bool TrammelProcess::Running() {
 }
 
 std::string TrammelProcess::StandardErrorSoFar() const {
+  TakeTerminal();
   return ReadWhole(aside_.path() / "stderr");
 }
 

@@ -16,6 +16,7 @@ struct ProcessLimits {
   std::uint64_t file_bytes = 0;  ///< largest file that it may write, as on a full disk; 0: any
   std::uint64_t open_files = 0;  ///< most files, sockets and pipes open at once; 0: any
   bool nobody_reads = false;     ///< both streams go into a pipe whose reader has gone
+  bool terminal = false;         ///< standard input and standard error are a terminal of its own
 };
 
 /// How a process ended.
@@ -30,7 +31,8 @@ struct ProcessEnd {
   double peak_memory_mb = 0;  ///< resident; 10^6 bytes
 };
 
-/// Starts at once, with an empty standard input; dies with its object at the latest.
+/// Starts at once, with an empty standard input unless it has a terminal; dies with its object at
+/// the latest.
 class TrammelProcess {
  public:
   /// @param arguments  Without a shell: one word each.
@@ -42,6 +44,10 @@ class TrammelProcess {
   TrammelProcess& operator=(const TrammelProcess&) = delete;
 
   void Send(int signal) const;
+  /// Types a line at its terminal.
+  void Type(const std::string& line) const;
+  /// Closes its terminal, as a lost SSH does.
+  void HangUp();
   /// Sets one of its limits (RLIMIT_...) while it runs. Throws std::runtime_error where it cannot.
   void Limit(int resource, std::uint64_t value) const;
   /// Looks; also keeps count of its memory, so ask often.
@@ -54,7 +60,10 @@ class TrammelProcess {
 
  private:
   void LookAtMemory();
+  /// Takes what the terminal shows.
+  void TakeTerminal() const;
 
+  int terminal_ = -1;  ///< the test's end of it
   TemporaryFolder aside_;
   pid_t pid_ = -1;
   bool ended_ = false;

@@ -1,12 +1,10 @@
 #include "pressure_advance/commands/calibration_run.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
-#include <random>
 #include <string>
 #include <utility>
 
@@ -17,16 +15,6 @@
 #include "settings/material.h"
 
 namespace trammel::app {
-namespace {
-
-std::string RunName() {
-  std::random_device random;
-  return fmt::format("{}-{:x}-{:08x}", Now("{:%Y%m%d-%H%M%S}"), static_cast<long>(::getpid()),
-                     random());
-}
-
-}  // namespace
-
 void AddKeepFullOption(CLI::App& command, bool& keep_full) {
   command.add_flag("--keep-full", keep_full,
                    "keep every frame of the recording whole, some 150 MB instead of 5");
@@ -39,7 +27,7 @@ procedure::CalibrationRequest RequestFor(const files::Config& config,
   request.settings = config.scan;
   request.folder = std::move(folder);
   request.started = Now("{:%Y-%m-%dT%H:%M:%S}");
-  request.run = RunName();
+  request.run = NewRunName();
   return request;
 }
 

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -14,12 +13,10 @@
 #include "app/output_files.h"
 #include "app/slow_work.h"
 #include "base/json_text.h"
-#include "machine/page/page_file.h"
 #include "tool_offset/commands/offset_commands.h"
 #include "tool_offset/commands/offset_output.h"
 #include "tool_offset/commands/offset_plan.h"
-#include "tool_offset/offset/analyse.h"
-#include "tool_offset/offset/photo_join.h"
+#include "tool_offset/commands/offset_reading.h"
 #include "tool_offset/original/original_sheet.h"
 #include "tool_offset/report/offset_json.h"
 #include "tool_offset/report/offset_text.h"
@@ -30,89 +27,12 @@ namespace {
 struct AnalyzeArguments {
   std::vector<std::string> scans;
   SheetChoice sheet;
-  std::vector<double> dpi;
-  double most_megapixels = 400;
-  bool photo = false;
-  std::optional<double> film_focal_mm;
-  tool_offset::RadialSpread spread;
+  ReadingOptions reading;
   bool json = false;
   OffsetOutput output;
 };
 
 constexpr const char* kNextSheet = "+";
-
-struct ReadScan {
-  report::OffsetScan scan;
-  report::OffsetScanPictures pictures;  ///< empty where none are wanted
-};
-
-Result<ReadScan> AnalysePage(const Page& page, const std::string& path, int number, int sheet,
-                             const tool_offset::SheetPlan& plan,
-                             const AnalyzeArguments& arguments) {
-  tool_offset::AnalyseOptions options{page.dpi_x, page.dpi_y, {}};
-  if (!arguments.dpi.empty()) {
-    options.dpi_x = arguments.dpi.front();
-    options.dpi_y = arguments.dpi.back();
-  }
-  if (arguments.photo || page.film_focal_mm) {
-    options.photo = tool_offset::PhotoSource{arguments.film_focal_mm, arguments.spread};
-    if (!arguments.film_focal_mm && page.film_focal_mm) {
-      options.photo->film_focal_mm = *page.film_focal_mm;
-    }
-  }
-  auto result = tool_offset::AnalyseSheet(page.view(), plan, options);
-  if (!result) {
-    const std::string where = number > 1 ? fmt::format(", page {}", number) : "";
-    return tl::unexpected(
-        Error{result.error().kind, fmt::format("{} {}{}: {}", options.photo ? "photo" : "scan",
-                                               path, where, result.error().message)});
-  }
-  ReadScan read;
-  if (arguments.output.has_pictures()) {
-    read.pictures = report::DrawOffsetScan(page.view(), plan, *result);
-  }
-  read.scan = {path, number, sheet, std::move(*result)};
-  return read;
-}
-
-// Every page of one file; pages are large, and each is gone when it has been read and drawn.
-Result<std::vector<ReadScan>> AnalyseFile(const std::string& path, int sheet,
-                                          const tool_offset::SheetPlan& plan,
-                                          const AnalyzeArguments& arguments) {
-  machine::PageReadOptions limits;
-  limits.most_pixels = static_cast<std::int64_t>(1e6 * arguments.most_megapixels);
-  std::vector<ReadScan> scans;
-  const auto read = machine::ForEachPage(path, limits, [&](const Page& page) -> Result<void> {
-    const int number = static_cast<int>(scans.size()) + 1;
-    auto scan = AnalysePage(page, path, number, sheet, plan, arguments);
-    if (!scan) return tl::unexpected(scan.error());
-    scans.push_back(std::move(*scan));
-    return {};
-  });
-  if (!read) return tl::unexpected(read.error());
-  return scans;
-}
-
-/// Several photos of one print answer together.
-void JoinThePhotos(const tool_offset::SheetPlan& plan,
-                   std::vector<tool_offset::SheetResult>& sheet) {
-  const bool all = std::all_of(sheet.begin(), sheet.end(),
-                               [](const auto& result) { return result.photo.has_value(); });
-  if (all && sheet.size() > 1) sheet = {tool_offset::JoinPhotos(plan, sheet)};
-}
-
-tool_offset::CombinedResult CombineScans(const tool_offset::SheetPlan& plan,
-                                         const std::vector<report::OffsetScan>& scans) {
-  std::vector<std::vector<tool_offset::SheetResult>> sheets;
-  int sheet = 0;
-  for (const report::OffsetScan& scan : scans) {
-    if (scan.sheet != sheet) sheets.emplace_back();
-    sheet = scan.sheet;
-    sheets.back().push_back(scan.result);
-  }
-  for (auto& results : sheets) JoinThePhotos(plan, results);
-  return tool_offset::Combine(sheets);
-}
 
 int Run(const AnalyzeArguments& arguments) {
   if (auto may = CheckOutputs({.report = arguments.output.report,
@@ -135,7 +55,7 @@ int Run(const AnalyzeArguments& arguments) {
       continue;
     }
     const SlowWork work("reading " + path);
-    auto scans = AnalyseFile(path, sheet, *plan, arguments);
+    auto scans = ReadScans(path, sheet, *plan, arguments.reading, arguments.output.has_pictures());
     if (!scans) {
       failed = PrintError(scans.error());
       input.failed.push_back(scans.error().message);
@@ -168,7 +88,7 @@ int Run(const AnalyzeArguments& arguments) {
   return report::VerdictOf(analysis) == Verdict::kGood ? kExitGood : kExitNotTrusted;
 }
 
-void AddSheetOptions(CLI::App& command, SheetChoice& sheet) {
+void AddSheetChoice(CLI::App& command, SheetChoice& sheet) {
   command.add_option(
       "--pattern", sheet.pattern,
       "the G-code that was printed: it carries all that is known of the sheet. Of the "
@@ -200,34 +120,34 @@ void AddOffsetAnalyzeCommand(CLI::App& parent, int& exit_code) {
                    "TIFF, PNG, JPEG, PNM or PDF: scans or photos of one sheet, however it lay; "
                    "behind a + those of the next sheet, printed anew")
       ->required();
-  AddSheetOptions(*command, arguments->sheet);
+  AddSheetChoice(*command, arguments->sheet);
   command
-      ->add_option("--dpi", arguments->dpi,
+      ->add_option("--dpi", arguments->reading.dpi,
                    "of the scan, or along a row and down the page; else as the file says. Only "
                    "compared with what the sheet shows")
       ->expected(1, 2)
       ->check(NumberIn(20.0, 20000.0));
-  command->add_flag("--photo", arguments->photo,
+  command->add_flag("--photo", arguments->reading.photo,
                     "a phone's photo instead of a scan; without it, where the file states a focal "
                     "length");
   command
-      ->add_option("--film-focal", arguments->film_focal_mm,
+      ->add_option("--film-focal", arguments->reading.film_focal_mm,
                    "of a photo: focal length in mm as if on film of 35 mm; else as the file says, "
                    "or from the box")
       ->check(NumberIn(5.0, 1000.0));
   command
       ->add_option_function<double>(
           "--line-heights-um",
-          [arguments](const double& um) { arguments->spread.height_mm = um / 1000; },
+          [arguments](const double& um) { arguments->reading.spread.height_mm = um / 1000; },
           "of a photo: how unlike the tools' lines are in height above the paper, 1 sigma (30)")
       ->check(NumberIn(0.0, 1000.0));
   command
-      ->add_option("--line-colour-px", arguments->spread.colour_px,
+      ->add_option("--line-colour-px", arguments->reading.spread.colour_px,
                    "of a photo: how much further out another tool's colour is seen in the corner, "
                    "1 sigma")
       ->check(NumberIn(0.0, 10.0))
       ->capture_default_str();
-  command->add_option("--most-megapixels", arguments->most_megapixels, "of a page")
+  command->add_option("--most-megapixels", arguments->reading.most_megapixels, "of a page")
       ->check(NumberIn(1.0, 100000.0))
       ->capture_default_str();
   command->add_flag("--json", arguments->json, "one JSON object");

@@ -11,6 +11,7 @@ namespace trammel::app {
 void AddOffsetCommands(CLI::App& offset, int& exit_code);
 
 /// Each hangs its command below `parent`.
+void AddOffsetStartCommand(CLI::App& parent, int& exit_code);
 void AddOffsetPatternCommand(CLI::App& parent, int& exit_code);
 void AddOffsetApplyCommand(CLI::App& parent, int& exit_code);
 void AddOffsetScanCommand(CLI::App& parent, int& exit_code);

@@ -89,6 +89,11 @@ Result<void> WriteOffsetOutput(const OffsetOutput& output, const report::OffsetR
     auto done = WriteOutputs({OutputOf(output.result, result)}, output.force);
     if (!done) return done;
   }
+  if (!output.recording.empty()) {
+    ResultFile result{OutcomeOf(*input.analysis), report::JsonOf(*input.analysis)};
+    result.outcome.subject = output.subject;
+    if (auto kept = KeepInRecording(output.recording, result); !kept) return kept;
+  }
   if (!output.report.empty()) {
     auto done = WriteOutputs({{output.report, report::OffsetReport(input)}}, output.force);
     if (!done) return done;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "measurement/outcome.h"
 #include "tool_offset/report/offset_report.h"
 
 namespace trammel::app {
@@ -13,7 +14,10 @@ struct OffsetOutput {
   std::string figures;  ///< folder for each figure as SVG; empty: none
   std::string result;   ///< result.json to write; empty: none
   std::string history;  ///< file to which a line is added; empty: none
-  bool force = false;   ///< overwrite report, figures and result
+  /// Folder that keeps the answer as result.json, listed in history.jsonl beside it; empty: none.
+  std::string recording = {};
+  measurement::Subject subject = {};
+  bool force = false;  ///< overwrite report, figures and result
 
   [[nodiscard]] bool has_pictures() const { return !report.empty() || !figures.empty(); }
 };

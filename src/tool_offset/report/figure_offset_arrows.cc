@@ -16,15 +16,33 @@ namespace to = tool_offset;
 
 struct Arrow {
   int tool = 0;
-  Quantity dx_mm;
-  Quantity dy_mm;
+  DataPoint tip_mm;  ///< from where it begins
+  Interval x95_mm;   ///< of the tip
+  Interval y95_mm;
+  std::string label;
+};
+
+/// Arrows from one point, and the words round them.
+struct ArrowPicture {
+  std::string title;
+  std::string x_title;
+  std::string y_title;
+  std::string begins;  ///< where all arrows do
+  std::vector<Arrow> arrows;
 };
 
 std::vector<Arrow> ArrowsOf(const OffsetAnalysis& analysis) {
   std::vector<Arrow> arrows;
   for (const to::CombinedTool& tool : analysis.combined.tools) {
     if (VerdictOf(tool) != Verdict::kGood) continue;
-    arrows.push_back({tool.tool, tool.dx_mm.quantity(), tool.dy_mm.quantity()});
+    const Quantity dx_mm = tool.dx_mm.quantity();
+    const Quantity dy_mm = tool.dy_mm.quantity();
+    arrows.push_back(
+        {tool.tool,
+         {dx_mm.value, dy_mm.value},
+         dx_mm.interval95,
+         dy_mm.interval95,
+         fmt::format("T{}: {:+.3f}, {:+.3f} mm", tool.tool, dx_mm.value, dy_mm.value)});
   }
   return arrows;
 }
@@ -34,8 +52,8 @@ std::pair<Range, Range> EqualRanges(const std::vector<Arrow>& arrows, const Rect
   std::vector<double> xs{0};
   std::vector<double> ys{0};
   for (const Arrow& arrow : arrows) {
-    for (const double x : {arrow.dx_mm.interval95.lo, arrow.dx_mm.interval95.hi}) xs.push_back(x);
-    for (const double y : {arrow.dy_mm.interval95.lo, arrow.dy_mm.interval95.hi}) ys.push_back(y);
+    for (const double x : {arrow.x95_mm.lo, arrow.x95_mm.hi}) xs.push_back(x);
+    for (const double y : {arrow.y95_mm.lo, arrow.y95_mm.hi}) ys.push_back(y);
   }
   constexpr double kLeast_mm = 0.01;
   constexpr double kSpare = 1.35;
@@ -72,13 +90,12 @@ void DrawLabels(Canvas& canvas, const Plot& plot, const std::vector<Arrow>& arro
   };
   label(plot.At({0, 0}), reference, false);
   for (const Arrow& arrow : arrows) {
-    label(plot.At({arrow.dx_mm.value, arrow.dy_mm.value}),
-          fmt::format("T{}: {:+.3f}, {:+.3f} mm", arrow.tool, arrow.dx_mm.value, arrow.dy_mm.value),
-          arrow.dy_mm.value < 0);
+    label(plot.At(arrow.tip_mm), arrow.label, arrow.tip_mm.y < 0);
   }
 }
 
-Canvas Draw(const OffsetAnalysis& analysis, const std::vector<Arrow>& arrows, double width_px) {
+Canvas Draw(const ArrowPicture& picture, double width_px) {
+  const std::vector<Arrow>& arrows = picture.arrows;
   constexpr double kLeft = 62;
   constexpr double kTop = 30;
   const double height_px = std::min(420.0, width_px + 40);
@@ -86,29 +103,33 @@ Canvas Draw(const OffsetAnalysis& analysis, const std::vector<Arrow>& arrows, do
   const RectPx inner{kLeft, kTop, width_px - kLeft - 14, height_px - kTop - 48};
   const auto [x, y] = EqualRanges(arrows, inner);
   const int ticks = width_px < kFigureWidthPx ? 4 : 6;
-  Plot plot = Plot::Around(canvas, inner, {"dx along the bed's x, to the right (mm)", x, ticks},
-                           {"dy along y, to the back (mm)", y, 5}, "Where each tool lands");
+  Plot plot = Plot::Around(canvas, inner, {picture.x_title, x, ticks}, {picture.y_title, y, 5},
+                           picture.title);
   constexpr double kHeadPx = 11;
   plot.HorizontalLine(0, {.color = kMuted, .width_px = 1});
   plot.VerticalLine(0, {.color = kMuted, .width_px = 1});
   for (const Arrow& arrow : arrows) {
-    const Interval& across = arrow.dx_mm.interval95;
-    const Interval& along = arrow.dy_mm.interval95;
+    const Interval& across = arrow.x95_mm;
+    const Interval& along = arrow.y95_mm;
     const PointPx low = plot.At({across.lo, along.lo});
     const PointPx high = plot.At({across.hi, along.hi});
     canvas.FillRect({low.x, high.y, high.x - low.x, low.y - high.y}, WithAlpha(kBlue, 0.35));
-    DrawArrow(canvas, plot.At({0, 0}), plot.At({arrow.dx_mm.value, arrow.dy_mm.value}),
-              {.color = kVermilion, .width_px = 2}, kHeadPx);
+    DrawArrow(canvas, plot.At({0, 0}), plot.At(arrow.tip_mm), {.color = kVermilion, .width_px = 2},
+              kHeadPx);
   }
   plot.Dot({0, 0}, 5, kBlue);
-  DrawLabels(canvas, plot, arrows, fmt::format("T{}", analysis.plan.settings.reference_tool));
+  DrawLabels(canvas, plot, arrows, picture.begins);
   return canvas;
 }
 
 }  // namespace
 
 std::optional<Figure> ToolArrowsFigure(const OffsetAnalysis& analysis) {
-  const std::vector<Arrow> arrows = ArrowsOf(analysis);
+  ArrowPicture picture{"Where each tool lands", "dx along the bed's x, to the right (mm)",
+                       "dy along y, to the back (mm)",
+                       fmt::format("T{}", analysis.plan.settings.reference_tool),
+                       ArrowsOf(analysis)};
+  const std::vector<Arrow>& arrows = picture.arrows;
   if (arrows.empty()) return std::nullopt;
   const int reference = analysis.plan.settings.reference_tool;
   Figure figure{"tools",
@@ -116,16 +137,45 @@ std::optional<Figure> ToolArrowsFigure(const OffsetAnalysis& analysis) {
                             "where the tool's lands for the same command. The blue box at its tip "
                             "is the 95 % interval, often smaller than the arrow's head.",
                             reference),
-                Draw(analysis, arrows, kFigureWidthPx)};
+                Draw(picture, kFigureWidthPx)};
   figure.seen = fmt::format("Arrows from T{}:", reference);
   for (const Arrow& arrow : arrows) {
     figure.seen +=
         fmt::format(" T{} lands {:.3f} mm to the {} and {:.3f} mm to the {};", arrow.tool,
-                    std::abs(arrow.dx_mm.value), arrow.dx_mm.value < 0 ? "left" : "right",
-                    std::abs(arrow.dy_mm.value), arrow.dy_mm.value < 0 ? "front" : "back");
+                    std::abs(arrow.tip_mm.x), arrow.tip_mm.x < 0 ? "left" : "right",
+                    std::abs(arrow.tip_mm.y), arrow.tip_mm.y < 0 ? "front" : "back");
   }
   figure.seen.back() = '.';
-  figure.narrow = Draw(analysis, arrows, kNarrowWidthPx);
+  figure.narrow = Draw(picture, kNarrowWidthPx);
+  return figure;
+}
+
+std::optional<Figure> KeptArrowsFigure(const std::vector<KeptChange>& changes) {
+  if (changes.empty()) return std::nullopt;
+  ArrowPicture picture{"What the printer keeps: old to new",
+                       "change of the kept X offset (mm)",
+                       "change of the kept Y offset (mm)",
+                       "old",
+                       {}};
+  std::string seen = "Arrows from each tool's old offset to its new one:";
+  for (const KeptChange& change : changes) {
+    const double x_mm = change.next.x_mm - change.now.x_mm;
+    const double y_mm = change.next.y_mm - change.now.y_mm;
+    const std::string words =
+        fmt::format("T{}: {:.3f}, {:.3f} → {:.3f}, {:.3f}", change.tool, change.now.x_mm,
+                    change.now.y_mm, change.next.x_mm, change.next.y_mm);
+    picture.arrows.push_back({change.tool, {x_mm, y_mm}, {x_mm, x_mm}, {y_mm, y_mm}, words});
+    seen += " " + words + ";";
+  }
+  seen.back() = '.';
+  Figure figure{
+      "kept",
+      "Each arrow runs from the X and Y offset (mm) that the printer kept for a tool to those that "
+      "take out where it lands: as far as above, the other way. Nothing is set unless "
+      "you say so.",
+      Draw(picture, kFigureWidthPx)};
+  figure.seen = std::move(seen);
+  figure.narrow = Draw(picture, kNarrowWidthPx);
   return figure;
 }
 

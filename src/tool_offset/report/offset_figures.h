@@ -8,6 +8,7 @@
 
 #include "base/page.h"
 #include "document/page.h"
+#include "tool_offset/offset/correction.h"
 #include "tool_offset/report/offset_json.h"
 
 namespace trammel::report {
@@ -38,6 +39,15 @@ namespace trammel::report {
 /// "tools": an arrow from the reference tool to where each tool lands. Nothing without a tool that
 /// has an offset.
 [[nodiscard]] std::optional<Figure> ToolArrowsFigure(const OffsetAnalysis& analysis);
+
+/// What a printer keeps for a tool, and what it is to keep.
+struct KeptChange {
+  int tool = 0;
+  tool_offset::KeptOffset now;
+  tool_offset::KeptOffset next;
+};
+/// "kept": an arrow from each old offset to the new one, from one point. Nothing without a change.
+[[nodiscard]] std::optional<Figure> KeptArrowsFigure(const std::vector<KeptChange>& changes);
 
 /// "scans": what each of several scans says of each tool, against the answer. Nothing without
 /// several scans, or without tested tools.

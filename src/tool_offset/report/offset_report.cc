@@ -150,6 +150,29 @@ std::string Next(const OffsetAnalysis& analysis) {
   return Card("What to do next", body);
 }
 
+/// The lines that take the offsets out of those that the printer keeps now.
+std::string NextKept(const std::vector<KeptChange>& changes) {
+  std::string lines;
+  std::string saves;
+  for (const KeptChange& change : changes) {
+    for (const std::string& line :
+         to::SetCommands(to::OffsetFirmware::kKlipperTool, change.tool, change.next)) {
+      lines += line + "\n";
+    }
+    for (const std::string& line :
+         to::SaveCommands(to::OffsetFirmware::kKlipperTool, change.tool)) {
+      if (saves.find(line + "\n") == std::string::npos) saves += line + "\n";
+    }
+  }
+  const std::string advice = to::SaveAdvice(to::OffsetFirmware::kKlipperTool, 0, {});
+  return Card("What to do next",
+              fmt::format("<p>The lines that take the offsets out of what the printer keeps now; "
+                          "<code>trammel offset apply</code> on this folder sets them with "
+                          "<code>--apply</code>:</p>\n<pre>{}</pre>\n<p class=\"quiet\">{}.</p>\n"
+                          "<p>Then print another sheet and look for zero.</p>\n",
+                          EscapeHtml(lines + saves), EscapeHtml(advice)));
+}
+
 /// Teeth that were meant to count and do not.
 int LeftOut(const to::Structure& structure, const to::StructureReading& reading) {
   return static_cast<int>(std::count_if(
@@ -260,10 +283,18 @@ std::vector<Figure> ValueFigures(const OffsetAnalysis& analysis) {
 std::string PageOf(const OffsetReportInput& input, std::size_t step) {
   const OffsetAnalysis& analysis = *input.analysis;
   std::string page = Opening(analysis) + Head(analysis);
-  if (!analysis.combined.tools.empty()) page += Next(analysis);
+  if (!input.kept.empty()) {
+    page += NextKept(input.kept);
+  } else if (!analysis.combined.tools.empty()) {
+    page += Next(analysis);
+  }
   page += ListCard("Scans that could not be read", input.failed);
   page += ListCard("Worth knowing", NoticesOf(analysis));
-  for (const Figure& figure : ValueFigures(analysis)) page += Card("", FigureHtml(figure));
+  std::vector<Figure> figures = ValueFigures(analysis);
+  if (auto kept = KeptArrowsFigure(input.kept)) {
+    figures.insert(figures.begin() + (figures.empty() ? 0 : 1), std::move(*kept));
+  }
+  for (const Figure& figure : figures) page += Card("", FigureHtml(figure));
   page += AxesCard(analysis);
   for (std::size_t i = 0; i < std::min(analysis.scans.size(), input.pictures.size()); ++i) {
     page += ScanCards(input, i, step);

@@ -12,6 +12,7 @@ struct OffsetReportInput {
   const OffsetAnalysis* analysis = nullptr;  ///< REQUIRED
   std::vector<OffsetScanPictures> pictures;  ///< one for each of its scans
   std::vector<std::string> failed;           ///< scans that could not be read: why
+  std::vector<KeptChange> kept = {};         ///< where the printer's own offsets are known
 };
 
 /// The figures of values: tools, self-test, pick-ups, axes.

@@ -89,7 +89,7 @@ std::string Next(const OffsetAnalysis& analysis) {
 
 }  // namespace
 
-std::string OffsetText(const OffsetAnalysis& analysis, const std::string& report) {
+std::string OffsetAnswer(const OffsetAnalysis& analysis, const std::string& report) {
   std::set<int> sheets;
   for (const OffsetScan& scan : analysis.scans) sheets.insert(scan.sheet);
   const std::string sheet = analysis.plan.original ? "of the original generator"
@@ -108,7 +108,11 @@ std::string OffsetText(const OffsetAnalysis& analysis, const std::string& report
     text += fmt::format("notice       {}\n", notice);
   }
   if (!report.empty()) text += fmt::format("report       {}\n", report);
-  return text + Next(analysis);
+  return text;
+}
+
+std::string OffsetText(const OffsetAnalysis& analysis, const std::string& report) {
+  return OffsetAnswer(analysis, report) + Next(analysis);
 }
 
 }  // namespace trammel::report

@@ -1,0 +1,151 @@
+#include "tool_offset/commands/offset_recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <system_error>
+#include <utility>
+
+#include "app/slow_work.h"
+#include "files/new_file.h"
+#include "tool_offset/commands/offset_output.h"
+#include "tool_offset/procedure/guided_offsets.h"
+#include "tool_offset/procedure/sheet_print.h"
+#include "tool_offset/report/offset_text.h"
+#include "tool_offset/report/sheet_preview.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kDrawings[] = {"pattern.svg", "pattern.png"};
+
+std::string WhyNoTool(const report::OffsetAnalysis& analysis) {
+  std::string why;
+  for (const tool_offset::CombinedTool& tool : analysis.combined.tools) {
+    why += fmt::format("{}T{}: {}", why.empty() ? "" : "; ", tool.tool, report::ReasonOf(tool));
+  }
+  return why;
+}
+
+/// What the page says of the printer's own offsets: as they were when the sheet was printed.
+std::vector<report::KeptChange> KeptOf(const files::StartRecord& record,
+                                       const report::OffsetAnalysis& analysis) {
+  files::OffsetFile measured;
+  for (const tool_offset::CombinedTool& tool : analysis.combined.tools) {
+    if (report::VerdictOf(tool) != Verdict::kGood) continue;
+    measured.good.push_back({tool.tool, tool.dx_mm.quantity().value, tool.dy_mm.quantity().value});
+  }
+  std::vector<report::KeptChange> kept;
+  for (const procedure::OffsetCorrection& change : procedure::CorrectionsOf(record, measured)) {
+    kept.push_back({change.tool, change.now, change.next});
+  }
+  return kept;
+}
+
+}  // namespace
+
+Result<void> WriteSheet(const fs::path& folder, const tool_offset::SheetPlan& plan,
+                        const tool_offset::SheetGcode& gcode) {
+  const report::Canvas drawing = report::SheetPreview(plan);
+  const std::array<std::pair<const char*, std::string>, 3> written = {
+      {{procedure::kSheetGcodeName, gcode.text},
+       {kDrawings[0], drawing.ToSvg()},
+       {kDrawings[1], drawing.ToPng()}}};
+  for (const auto& [name, bytes] : written) {
+    auto done = files::WriteWholeFile(folder / name, bytes, files::IfThere::kRefuse);
+    if (!done) return done;
+  }
+  return {};
+}
+
+void RemoveSheet(const fs::path& folder) {
+  std::error_code ignored;
+  for (const char* name : {procedure::kSheetGcodeName, kDrawings[0], kDrawings[1]}) {
+    fs::remove(folder / name, ignored);
+  }
+}
+
+Result<fs::path> ScanFolderOf(const fs::path& folder) {
+  const fs::path scans = folder / "scan";
+  std::error_code error;
+  fs::create_directories(scans, error);
+  if (error) return Fail(fmt::format("{}: cannot be made: {}", scans.string(), error.message()));
+  return scans;
+}
+
+SheetReader::SheetReader(fs::path folder, tool_offset::SheetPlan plan, files::StartRecord record,
+                         ReadingOptions reading)
+    : folder_(std::move(folder)),
+      plan_(std::move(plan)),
+      record_(std::move(record)),
+      reading_(std::move(reading)) {}
+
+// A copy, unless it lies in the folder already.
+Result<fs::path> SheetReader::Keep(const fs::path& scan) const {
+  std::error_code error;
+  const fs::path whole = fs::weakly_canonical(scan, error);
+  const fs::path home = fs::weakly_canonical(folder_, error);
+  const fs::path below = whole.lexically_relative(home);
+  if (!below.empty() && *below.begin() != "..") return scan;
+  constexpr int kMost = 100;
+  for (int i = 1; i <= kMost; ++i) {
+    const std::string name = i == 1 ? std::string("scan") : fmt::format("scan-{}", i);
+    const fs::path copy = folder_ / (name + scan.extension().string());
+    if (fs::exists(copy, error)) continue;
+    if (fs::copy_file(scan, copy, error)) return copy;
+    std::error_code ignored;
+    fs::remove(copy, ignored);
+    return Fail(
+        fmt::format("{} cannot be kept as {}: {}", scan.string(), copy.string(), error.message()));
+  }
+  return Fail(fmt::format("{}: keeps {} scans already", folder_.string(), kMost));
+}
+
+Result<bool> SheetReader::Read(const fs::path& scan) {
+  report::OffsetAnalysis analysis{plan_, {}, {}, {}};
+  report::OffsetReportInput input{&analysis, {}, {}, {}};
+  {
+    const SlowWork work("reading " + scan.string());
+    auto scans = ReadScans(scan.string(), 1, plan_, reading_, true);
+    if (!scans) return tl::unexpected(scans.error());
+    for (ReadScan& read : *scans) {
+      analysis.scans.push_back(std::move(read.scan));
+      input.pictures.push_back(std::move(read.pictures));
+    }
+  }
+  analysis.combined = CombineScans(plan_, analysis.scans);
+  const auto& tools = analysis.combined.tools;
+  const auto good = [](const tool_offset::CombinedTool& tool) {
+    return report::VerdictOf(tool) == Verdict::kGood;
+  };
+  if (std::none_of(tools.begin(), tools.end(), good)) {
+    return Fail(fmt::format("{}: it is the sheet, and no tool could be read: {}", scan.string(),
+                            WhyNoTool(analysis)),
+                ErrorKind::kMeasurement);
+  }
+  const auto kept = Keep(scan);
+  if (!kept) return tl::unexpected(kept.error());
+  for (report::OffsetScan& each : analysis.scans) each.source = kept->string();
+  input.kept = KeptOf(record_, analysis);
+  OffsetOutput output;
+  output.recording = folder_.string();
+  output.subject.printer = record_.printer;
+  output.report = (folder_ / "report.html").string();
+  output.force = true;  // of an earlier scan of the same print
+  if (auto written = WriteOffsetOutput(output, input); !written) {
+    return tl::unexpected(written.error());
+  }
+  record_.stage = files::StartStage::kAnalysed;
+  if (auto noted = files::WriteStart(folder_, record_); !noted) {
+    return tl::unexpected(noted.error());
+  }
+  all_good_ = report::VerdictOf(analysis) == Verdict::kGood;
+  std::fputs(report::OffsetAnswer(analysis, output.report).c_str(), stdout);
+  return true;
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,452 @@
+// trammel offset start: from the tools of a printer to their new offsets, a step at a time.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/applied_result.h"
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/new_folder.h"
+#include "app/number_range.h"
+#include "app/option_values.h"
+#include "app/printer_session.h"
+#include "app/provenance.h"
+#include "app/secrets.h"
+#include "app/terminal_person.h"
+#include "session/dead_run.h"
+#include "session/printer_turn.h"
+#include "session/run_journal.h"
+#include "settings/material.h"
+#include "tool_offset/commands/offset_commands.h"
+#include "tool_offset/commands/offset_plan.h"
+#include "tool_offset/commands/offset_recording.h"
+#include "tool_offset/commands/offset_setting.h"
+#include "tool_offset/commands/sheet_options.h"
+#include "tool_offset/files/offset_file.h"
+#include "tool_offset/files/start_file.h"
+#include "tool_offset/procedure/guided_offsets.h"
+#include "tool_offset/procedure/printer_tools.h"
+#include "tool_offset/procedure/sheet_print.h"
+#include "tool_offset/sheet/sheet_fields.h"
+#include "tool_offset/sheet/sheet_temperatures.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+using files::StartRecord;
+using procedure::PrinterTools;
+using procedure::Session;
+
+struct StartArguments {
+  SheetOptions sheet;
+  std::string printer;
+  std::vector<int> tools;
+  std::string out;
+  std::string watch;
+  std::string scan;
+  std::string go_on;  ///< a folder of an earlier start
+  std::vector<std::string> yes;
+  ReadingOptions reading;
+};
+
+/// What is known once the sheet lies there, or did when an earlier start was cut off.
+struct Printed {
+  fs::path folder;
+  tool_offset::SheetPlan plan;
+  StartRecord record;
+  std::string why_not_set;  ///< of a printer whose offsets cannot be set; empty: they can
+};
+
+/// A connection, for as long as it is needed.
+struct Connection {
+  std::unique_ptr<machine::Printer> printer;
+  Session session;
+};
+
+Result<Connection> ConnectTo(const settings::ScanSettings& settings, const Interrupt& interrupt) {
+  auto printer = Connect(settings, interrupt.token());
+  if (!printer) return tl::unexpected(printer.error());
+  machine::Printer& reference = **printer;
+  return Connection{std::move(*printer), {reference, interrupt.token(), TellOnTerminal}};
+}
+
+/// The settings, with the printer's address and key.
+Result<SheetConfig> Configure(const StartArguments& arguments) {
+  auto config = ConfigureSheet(arguments.sheet);
+  if (!config) return config;
+  if (!arguments.printer.empty()) config->config.scan.address = arguments.printer;
+  if (auto settled = SettleApiKey(config->config.scan); !settled) {
+    return tl::unexpected(settled.error());
+  }
+  if (config->sheet.printer.dialect != gcode::Dialect::kKlipper) {
+    return Fail(
+        fmt::format("dialect {}: trammel offset start prints through Moonraker, on Klipper; "
+                    "trammel offset pattern writes files for other firmwares",
+                    ToString(config->sheet.printer.dialect)));
+  }
+  return config;
+}
+
+/// The tools that are asked for, or all; the reference first asked for, then as the settings say.
+Result<void> ChooseTools(const StartArguments& arguments, const PrinterTools& found,
+                         SheetConfig& config) {
+  tool_offset::SheetSettings& sheet = config.sheet;
+  const bool named =
+      config.config.options.contains(fmt::format("{}.tools", tool_offset::kSheetSection)) ||
+      !arguments.tools.empty();
+  if (!arguments.tools.empty()) sheet.tools = arguments.tools;
+  if (!found.can_be_set() && !named) {
+    return Fail(
+        fmt::format("{}. Name the tools to print, as in --tools 0,1", WhyNotSet(found.keeper)),
+        ErrorKind::kMachine);
+  }
+  if (!named) {
+    sheet.tools.clear();
+    for (const procedure::PrinterTool& tool : found.tools) sheet.tools.push_back(tool.number);
+  }
+  const auto has = [&sheet](int tool) {
+    return std::find(sheet.tools.begin(), sheet.tools.end(), tool) != sheet.tools.end();
+  };
+  if (!has(sheet.reference_tool) && !named) sheet.reference_tool = sheet.tools.front();
+  return {};
+}
+
+Result<void> ChooseToolChange(const StartArguments& arguments, const Session& session,
+                              const PrinterTools& found, SheetConfig& config) {
+  tool_offset::SheetSettings& sheet = config.sheet;
+  const bool usual = sheet.tool_change_gcode == tool_offset::SheetSettings().tool_change_gcode;
+  if (!usual || !arguments.sheet.tool_change.empty()) return {};
+  auto gcode = UsualToolChange(session, found.keeper);
+  if (!gcode) return tl::unexpected(gcode.error());
+  sheet.tool_change_gcode = std::move(*gcode);
+  return {};
+}
+
+/// Nothing is heated on a guess: somebody says what is loaded.
+Result<void> AskMaterial(TerminalPerson& person, SheetConfig& config) {
+  while (FindTemperatureProblem(config.sheet) && person.present()) {
+    std::string names;
+    for (const settings::Material& material : settings::Materials()) {
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", material.name);
+    }
+    fmt::print(stderr, "which material is loaded in all tools ({})? ", names);
+    std::fflush(stderr);
+    for (;;) {
+      constexpr double kStep_s = 1;
+      const auto line = person.LineWithin(kStep_s);
+      if (!line) return tl::unexpected(line.error());
+      if (!*line) continue;
+      const std::string name(WithoutSpaces(**line));
+      if (settings::FindMaterial(name) != nullptr) config.sheet.filament.material = name;
+      break;
+    }
+  }
+  return {};
+}
+
+void PrintTools(const SheetConfig& config, const PrinterTools& found) {
+  fmt::print("printer    {}\n", procedure::PrinterName(config.config.scan.address));
+  for (const procedure::PrinterTool& tool : found.tools) {
+    const auto& chosen = config.sheet.tools;
+    const bool drawn = std::find(chosen.begin(), chosen.end(), tool.number) != chosen.end();
+    fmt::print("tool {:<5} {}, {}{}\n", tool.number, tool.extruder,
+               tool.kept ? fmt::format("keeps {:.3f}, {:.3f} mm", tool.kept->x_mm, tool.kept->y_mm)
+                         : std::string("Klipper tells no offset of it"),
+               tool.number == config.sheet.reference_tool ? "; the reference"
+               : drawn                                    ? ""
+                                                          : "; not on this sheet");
+  }
+  for (const std::string& notice : found.notices) fmt::print("notice     {}\n", notice);
+}
+
+StartRecord RecordOf(const SheetConfig& config, const PrinterTools& found) {
+  StartRecord record;
+  record.printer = procedure::PrinterName(config.config.scan.address);
+  record.run = NewRunName();
+  record.started = Now("{:%Y-%m-%dT%H:%M:%S}");
+  for (const int tool : config.sheet.tools) {
+    const procedure::PrinterTool* const known = found.Find(tool);
+    record.tools.push_back({tool, known ? known->kept : std::nullopt});
+  }
+  return record;
+}
+
+/// As CalibrateInto does: what is not as it was is said whatever else failed.
+Result<void> DoneOf(const procedure::GuardedOutcome& outcome) {
+  std::string unrestored;
+  for (const std::string& failure : outcome.unrestored) {
+    fmt::print(stderr, "trammel: NOT AS IT WAS: {}\n", failure);
+    unrestored += (unrestored.empty() ? "" : "; ") + failure;
+  }
+  if (!outcome.done || unrestored.empty()) return outcome.done;
+  return Fail("the printer is not as it was: " + unrestored, ErrorKind::kMachine);
+}
+
+/// Reads the tools, plans the sheet, and prints it.
+Result<Printed> PrintNew(const StartArguments& arguments, SheetConfig& config,
+                         const Interrupt& interrupt, TerminalPerson& person) {
+  auto connection = ConnectTo(config.config.scan, interrupt);
+  if (!connection) return tl::unexpected(connection.error());
+  Session& session = connection->session;
+  const auto found = ReadTools(session);
+  if (!found) return tl::unexpected(found.error());
+  if (auto chosen = ChooseTools(arguments, *found, config); !chosen) {
+    return tl::unexpected(chosen.error());
+  }
+  if (auto change = ChooseToolChange(arguments, session, *found, config); !change) {
+    return tl::unexpected(change.error());
+  }
+  if (auto told = AskMaterial(person, config); !told) return tl::unexpected(told.error());
+  if (auto sound = CheckSheet(config); !sound) return tl::unexpected(sound.error());
+  const auto folder = NewFolder::Make(arguments.out.empty()
+                                          ? fs::path("recordings") /
+                                                RecordingName(measurement::Instrument::kToolOffset)
+                                          : fs::path(arguments.out));
+  if (!folder) return tl::unexpected(folder.error());
+  procedure::SheetPrint print{tool_offset::PlanSheet(config.sheet),
+                              &config.config.scan,
+                              *found,
+                              folder->path(),
+                              {},
+                              RecordOf(config, *found)};
+  const auto gcode = WriteSheetGcode(print.plan, tool_offset::PaperComes::kBefore);
+  Result<void> done = WriteSheet(folder->path(), print.plan, gcode);
+  if (done) {
+    PrintTools(config, *found);
+    PrintSheetPlan(config.sheet, print.plan, gcode);
+    fmt::print("bed        {:.4g} x {:.4g} mm, as [printer] has it\n",
+               config.sheet.printer.bed_size_x_mm, config.sheet.printer.bed_size_y_mm);
+    fmt::print("drawing    {}\n", (folder->path() / "pattern.png").string());
+    std::fflush(stdout);
+    done = DoneOf(PrintSheet(session, print, person));
+  }
+  std::error_code ignored;
+  if (!fs::exists(folder->path() / files::kStartFile, ignored)) RemoveSheet(folder->path());
+  // What was printed can be read, whatever else is not as it was.
+  if (!done && print.record.stage != files::StartStage::kPrinted) {
+    return tl::unexpected(done.error());
+  }
+  if (!done) fmt::print(stderr, "trammel: {}\n", done.error().message);
+  return Printed{folder->path(), std::move(print.plan), std::move(print.record),
+                 WhyNotSet(found->keeper)};
+}
+
+/// An earlier start that was cut off.
+Result<Printed> GoOn(const fs::path& folder, const SheetConfig& config,
+                     const Interrupt& interrupt) {
+  auto record = files::ReadStart(folder);
+  if (!record) return tl::unexpected(record.error());
+  const std::string pattern = (folder / procedure::kSheetGcodeName).string();
+  auto plan = PlanOf({pattern, 0, "", -1, 0});
+  if (!plan) return tl::unexpected(plan.error());
+  if (record->stage == files::StartStage::kPrinting) {
+    const std::string by_hand = fmt::format(
+        "where it was printed to its end all the same, trammel offset analyze SCAN --pattern {} "
+        "reads it",
+        pattern);
+    auto connection = ConnectTo(config.config.scan, interrupt);
+    if (!connection) return tl::unexpected(connection.error());
+    const auto printed = WasPrinted(connection->session, record->run);
+    if (!printed) return tl::unexpected(printed.error());
+    if (!*printed) {
+      return Fail(
+          fmt::format("{}: the start of {} ended while it printed, and the printer does not "
+                      "say that the print was finished: begin again; {}",
+                      folder.string(), record->started, by_hand),
+          ErrorKind::kMachine);
+    }
+    record->stage = files::StartStage::kPrinted;
+    if (auto noted = files::WriteStart(folder, *record); !noted) {
+      return tl::unexpected(noted.error());
+    }
+  }
+  const bool told =
+      std::all_of(record->tools.begin(), record->tools.end(),
+                  [](const files::StartedTool& tool) { return tool.kept.has_value(); });
+  return Printed{folder, std::move(*plan), std::move(*record),
+                 told ? "" : "Klipper tells no offsets of this printer's tools"};
+}
+
+/// @returns whether every tool has a value.
+Result<bool> Analyse(const StartArguments& arguments, const Printed& printed,
+                     TerminalPerson& person) {
+  SheetReader reader(printed.folder, printed.plan, printed.record, arguments.reading);
+  if (!arguments.scan.empty()) {
+    if (auto read = reader.Read(arguments.scan); !read) return tl::unexpected(read.error());
+    return reader.all_good();
+  }
+  const auto own = ScanFolderOf(printed.folder);
+  if (!own) return tl::unexpected(own.error());
+  procedure::ScanWait wait;
+  wait.folder = arguments.watch.empty() ? *own : fs::path(arguments.watch);
+  constexpr std::int64_t kClocks_s = 10;  // of another computer's files
+  wait.since_s = printed.record.printed_s - kClocks_s;
+  wait.read = [&reader](const fs::path& path) { return reader.Read(path); };
+  wait.say = [](const std::string& line) { fmt::print(stderr, "  {}\n", line); };
+  fmt::print(stderr,
+             "the sheet is printed. Take it off once the bed is cold, scan it with 300 to 600 dpi "
+             "or photograph it, and put the file into\n    {}\n{}",
+             wait.folder.string(),
+             person.present() ? "or type its path here, or that of a folder to watch; Ctrl-C, and "
+                                "--continue goes on later\n"
+                              : "");
+  if (auto answered = WaitForScan(person, wait); !answered) {
+    return tl::unexpected(answered.error());
+  }
+  return reader.all_good();
+}
+
+void PrintNothingSet(const Printed& printed) {
+  if (printed.why_not_set.empty()) {
+    fmt::print("nothing applied   trammel offset apply {} --apply --printer {}\n",
+               printed.folder.string(), printed.record.printer);
+    return;
+  }
+  fmt::print(
+      "nothing applied   {}\n"
+      "                  trammel offset apply {} --for klipper-gcode-offset --now TOOL:X,Y\n",
+      printed.why_not_set, printed.folder.string());
+}
+
+/// Shows old and new, and sets them where somebody says yes.
+Result<void> Settle(const SheetConfig& config, const Printed& printed, const Interrupt& interrupt,
+                    TerminalPerson& person) {
+  const auto measured = files::ReadOffsetFile(printed.folder);
+  if (!measured) return tl::unexpected(measured.error());
+  procedure::OffsetSettling settling;
+  settling.settings = &config.config.scan;
+  settling.record = printed.record;
+  settling.corrections = procedure::CorrectionsOf(printed.record, *measured);
+  for (const procedure::OffsetCorrection& change : settling.corrections) {
+    if (change.tool == printed.plan.settings.reference_tool) continue;
+    fmt::print("T{} -> T{}\n{}", printed.plan.settings.reference_tool, change.tool,
+               CorrectionText(change, tool_offset::OffsetFirmware::kKlipperTool));
+  }
+  std::fflush(stdout);
+  if (settling.corrections.empty() || !printed.why_not_set.empty() ||
+      !person.CheckCanAnswer(procedure::kApplyQuestion)) {
+    PrintNothingSet(printed);
+    return {};
+  }
+  auto state = files::StateFolder();
+  if (!state) return tl::unexpected(state.error());
+  settling.state_folder = std::move(*state);
+  const auto history = UsualOffsetHistory();
+  if (!history) return tl::unexpected(history.error());
+  settling.setting = OffsetSetting(*history, config.config.scan.address);
+  settling.setting.source = fs::absolute(printed.folder).lexically_normal().string();
+  auto connection = ConnectTo(config.config.scan, interrupt);
+  if (!connection) return tl::unexpected(connection.error());
+  const auto settled = SettleOffsets(connection->session, settling, person);
+  if (!settled) return tl::unexpected(settled.error());
+  if (*settled == procedure::Settled::kLeft) {
+    PrintNothingSet(printed);
+    return {};
+  }
+  if (measured->result) {
+    NoteApplied(
+        {measurement::Instrument::kToolOffset, *measured->result, config.config.scan.address, {}});
+  }
+  const std::string printer = printed.record.printer;
+  if (*settled == procedure::Settled::kSet) {
+    fmt::print("to keep it        trammel offset apply {} --apply --save --force --printer {}\n",
+               printed.folder.string(), printer);
+  }
+  fmt::print("to undo it        trammel offset apply --undo{} --printer {}\n",
+             *settled == procedure::Settled::kKept ? " --save" : "", printer);
+  fmt::print("next              print another sheet and look for zero: trammel offset start\n");
+  return {};
+}
+
+int Report(const Error& error, const std::optional<Printed>& printed) {
+  const int code = PrintError(error);
+  if (printed) {
+    fmt::print(stderr, "trammel: to go on: trammel offset start --continue {} --printer {}\n",
+               printed->folder.string(), printed->record.printer);
+  }
+  return code;
+}
+
+int RunStart(const StartArguments& arguments) {
+  const Interrupt interrupt;
+  TerminalPerson person(interrupt.token(), {arguments.yes.begin(), arguments.yes.end()});
+  auto config = Configure(arguments);
+  if (!config) return PrintError(config.error());
+  auto printed = arguments.go_on.empty() ? PrintNew(arguments, *config, interrupt, person)
+                                         : GoOn(arguments.go_on, *config, interrupt);
+  if (!printed) return PrintError(printed.error());
+  if (!arguments.go_on.empty() &&
+      printed->record.printer != procedure::PrinterName(config->config.scan.address)) {
+    return PrintError({ErrorKind::kInput,
+                       fmt::format("{} is of the printer {}, and {} is asked for: say --printer {}",
+                                   arguments.go_on, printed->record.printer,
+                                   procedure::PrinterName(config->config.scan.address),
+                                   printed->record.printer)});
+  }
+  bool all_good = true;
+  if (printed->record.stage != files::StartStage::kAnalysed) {
+    const auto analysed = Analyse(arguments, *printed, person);
+    if (!analysed) return Report(analysed.error(), *printed);
+    all_good = *analysed;
+  }
+  if (auto settled = Settle(*config, *printed, interrupt, person); !settled) {
+    return Report(settled.error(), *printed);
+  }
+  return all_good ? kExitGood : kExitNotTrusted;
+}
+
+}  // namespace
+
+void AddOffsetStartCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand(
+      "start", "guide through it: the sheet onto paper, its scan, and the printer's new offsets");
+  const auto arguments = std::make_shared<StartArguments>();
+  command->add_option("--printer", arguments->printer,
+                      "Moonraker's address: host, host:port, URL or unix:PATH");
+  AddSheetOptions(*command, arguments->sheet);
+  command
+      ->add_option("--tools", arguments->tools,
+                   "these alone, as in 0,2; left out: all that the printer has")
+      ->delimiter(',')
+      ->check(CLI::Range(0, 31));
+  command->add_option("--out", arguments->out, "new folder for everything that is recorded");
+  command
+      ->add_option("--watch", arguments->watch,
+                   "folder into which the scan will be put; left out: scan/ of the recording")
+      ->check(CLI::ExistingDirectory);
+  CLI::Option* const scan =
+      command->add_option("--scan", arguments->scan, "with --continue: the scan, which is there")
+          ->excludes("--watch");
+  CLI::Option* const go_on = command->add_option("--continue", arguments->go_on,
+                                                 "go on with this folder, whose sheet was printed");
+  scan->needs(go_on);
+  command
+      ->add_option("--yes", arguments->yes,
+                   "answers a question beforehand, for runs without a terminal: move (the printer "
+                   "may home and pick up a tool), paper (it is taped down already, it may heat "
+                   "and print), apply, keep; may be repeated")
+      ->delimiter(',')
+      ->check(CLI::IsMember(
+          std::set<std::string>{procedure::kMoveQuestion, procedure::kPaperQuestion,
+                                procedure::kApplyQuestion, procedure::kKeepQuestion}));
+  command->add_flag("--photo", arguments->reading.photo,
+                    "what comes is a phone's photo; without it, where the file states a focal "
+                    "length");
+  command
+      ->add_option("--film-focal", arguments->reading.film_focal_mm,
+                   "of a photo: focal length in mm as if on film of 35 mm")
+      ->check(NumberIn(5.0, 1000.0));
+  command->callback([arguments, &exit_code] { exit_code = RunStart(*arguments); });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,126 @@
+#include "tool_offset/commands/sheet_options.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "app/printer_session.h"
+#include "tool_offset/sheet/sheet_bed.h"
+#include "tool_offset/sheet/sheet_fields.h"
+#include "tool_offset/sheet/sheet_temperatures.h"
+
+namespace trammel::app {
+namespace {
+
+using tool_offset::SheetGcode;
+using tool_offset::SheetPlan;
+using tool_offset::SheetSettings;
+
+/// The ways in which machines commonly change tools, by name.
+Result<std::string> ToolChange(const std::string& name) {
+  const std::string activate = "ACTIVATE_EXTRUDER EXTRUDER={extruder}";
+  if (name == "t") return std::string("T{tool}");
+  if (name == "activate-extruder") return activate;
+  if (name == "idex") return "SET_DUAL_CARRIAGE CARRIAGE={tool}\n" + activate;
+  return Fail(
+      fmt::format("--tool-change {}: must be t, activate-extruder or idex; any other G-code "
+                  "is tool_change_gcode in [{}]",
+                  name, tool_offset::kSheetSection));
+}
+
+/// The shortcuts of the command line, over what the file says.
+Result<void> Override(const SheetOptions& options, files::Config& config) {
+  std::vector<std::string> assignments = options.set;
+  if (!options.dialect.empty()) assignments.push_back("dialect=" + options.dialect);
+  for (const std::string& assignment : assignments) {
+    if (auto done = files::OverrideConfig(assignment, config, tool_offset::kSheetSection); !done) {
+      return done;
+    }
+  }
+  TakeMaterial(options.material, config);
+  SheetSettings& sheet = config.sheet;
+  if (!options.tool_change.empty()) {
+    auto gcode = ToolChange(options.tool_change);
+    if (!gcode) return tl::unexpected(gcode.error());
+    sheet.tool_change_gcode = std::move(*gcode);
+  }
+  if (options.tool && options.self_test) {
+    return Fail(
+        "--tool and --self-test: a self-test draws with the reference tool alone; leave "
+        "one of them out");
+  }
+  if (options.for_photo) sheet.for_photo = true;
+  if (options.tool) sheet.tools = {sheet.reference_tool, *options.tool};
+  if (options.self_test) {
+    sheet.self_test = true;
+    sheet.tools = {sheet.reference_tool};
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<SheetConfig> ConfigureSheet(const SheetOptions& options) {
+  auto text = FindConfig(options.config);
+  if (!text) return tl::unexpected(text.error());
+  auto config = files::ParseConfig(text->text, text->file);
+  if (!config) return tl::unexpected(config.error());
+  if (auto done = Override(options, *config); !done) return tl::unexpected(done.error());
+  SheetSettings sheet = files::SheetOf(*config);
+  return SheetConfig{std::move(*config), std::move(*text), std::move(sheet)};
+}
+
+Result<void> CheckSheet(const SheetConfig& config) {
+  auto problem = FindProblem(config.sheet);
+  if (!problem) problem = FindTemperatureProblem(config.sheet);
+  if (!problem) return {};
+  return tl::unexpected(
+      files::LocateProblem(*problem, config.config, config.text.text, config.text.file));
+}
+
+void PrintSheetPlan(const SheetSettings& asked, const SheetPlan& plan, const SheetGcode& gcode) {
+  const auto minutes = static_cast<int>(gcode.time_s / 60);
+  fmt::print("sheet      {}: {:.1f} x {:.1f} mm, turned by {:.4g} degrees\n", plan.sheet_id,
+             plan.width_mm, plan.height_mm, plan.settings.tilt_deg);
+  if (plan.settings.teeth < asked.teeth) {
+    fmt::print("teeth      {} instead of {}, so that it fits {} paper\n", plan.settings.teeth,
+               asked.teeth, plan.settings.paper);
+  }
+  fmt::print("heated to  {}, once the paper is taped down on the cold bed\n",
+             DescribeTemperatures(plan.settings));
+  fmt::print("structures {}, tool changes {}\n", plan.structures.size(), gcode.tool_changes);
+  fmt::print("filament   {:.1f} mm\n", gcode.filament_mm);
+  fmt::print("time       {} min {:.0f} s without heating and tool changes\n", minutes,
+             gcode.time_s - 60 * minutes);
+  const tool_offset::BedBounds bounds =
+      tool_offset::SheetBounds(plan.settings, plan.width_mm, plan.height_mm);
+  fmt::print(
+      "bounds     X {:.2f} ... {:.2f} mm, Y {:.2f} ... {:.2f} mm: paper of at least {:.0f} x "
+      "{:.0f} mm\n",
+      bounds.min_x_mm, bounds.max_x_mm, bounds.min_y_mm, bounds.max_y_mm,
+      std::ceil(bounds.max_x_mm - bounds.min_x_mm), std::ceil(bounds.max_y_mm - bounds.min_y_mm));
+  if (const auto paper = tool_offset::PaperAround(plan)) {
+    fmt::print("paper      {}, its middle at X {:.0f}, Y {:.0f} mm, its edges along the bed's\n",
+               paper->name, (paper->bounds.min_x_mm + paper->bounds.max_x_mm) / 2,
+               (paper->bounds.min_y_mm + paper->bounds.max_y_mm) / 2);
+  }
+  for (const std::string& warning : FindWarnings(plan.settings)) {
+    fmt::print(stderr, "warning: {}\n", warning);
+  }
+}
+
+void AddSheetOptions(CLI::App& command, SheetOptions& options) {
+  command.add_option("--config", options.config,
+                     "settings; left out: trammel.toml of this folder, if there is one");
+  command.add_option("--set", options.set, "one setting: key=value; may be repeated");
+  AddMaterialOption(command, options.material);
+  command.add_flag("--for-photo", options.for_photo,
+                   "arrange the sheet for a photo by a phone, where there is no scanner");
+  command.add_option("--tool-change", options.tool_change,
+                     "how tools are changed: t (T0, T1, ...), activate-extruder or idex (Klipper)");
+}
+
+}  // namespace trammel::app

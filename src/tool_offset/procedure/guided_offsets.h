@@ -1,0 +1,71 @@
+// What follows a printed sheet: its scan is waited for, and what it says is set where a person
+// says yes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "session/person.h"
+#include "session/session.h"
+#include "settings/scan_settings.h"
+#include "tool_offset/files/offset_file.h"
+#include "tool_offset/files/start_file.h"
+#include "tool_offset/procedure/set_offsets.h"
+
+namespace trammel::procedure {
+
+/// The questions behind an answer, by their names.
+inline constexpr const char* kApplyQuestion = "apply";
+inline constexpr const char* kKeepQuestion = "keep";
+
+struct ScanWait {
+  std::filesystem::path folder;  ///< is watched; a folder that is typed takes its place
+  std::int64_t since_s = 0;      ///< what lay there before the sheet was printed does not count
+  /// Reads a file: whether it answers. An error says why it is none that can be read (a file of
+  /// another sheet, no picture); kInterrupted ends the wait.
+  std::function<Result<bool>(const std::filesystem::path&)> read;
+  std::function<void(const std::string&)> say;
+};
+
+/// Waits for a scan of the sheet, in the folder or by a path that is typed, until one answers.
+/// Files that do not are told with the reason, once as long as they stay as they are. Errors:
+/// kInterrupted.
+[[nodiscard]] Result<void> WaitForScan(Person& person, const ScanWait& wait);
+
+/// A path as people type it or drag it into a terminal: quotes, file://, \-escaped blanks and ~/.
+[[nodiscard]] std::filesystem::path TypedPath(const std::string& line);
+
+/// The corrections of the offsets under which the sheet was printed. Tools whose offset was not
+/// told have none.
+[[nodiscard]] std::vector<OffsetCorrection> CorrectionsOf(const files::StartRecord& record,
+                                                          const files::OffsetFile& measured);
+
+struct OffsetSettling {
+  const settings::ScanSettings* settings = nullptr;  ///< REQUIRED; not owned
+  std::filesystem::path state_folder;                ///< REQUIRED
+  files::StartRecord record;
+  std::vector<OffsetCorrection> corrections;
+  SetOffsetsOptions setting;
+};
+
+enum class Settled {
+  kLeft,  ///< nothing was set: the answer was no, or there was none
+  kSet,   ///< until the next restart
+  kKept,
+};
+
+/// Asks whether the offsets shall be set, sets them, asks whether they shall be kept. Without
+/// anybody to ask, and without an answer beforehand, nothing is set. Errors: kSafety where a tool
+/// has another offset now than when the sheet was printed; those of TakeTurn and SetOffsets.
+[[nodiscard]] Result<Settled> SettleOffsets(const Session& session, const OffsetSettling& settling,
+                                            Person& person);
+
+/// Whether the run's file has been printed to its end, by what the printer still tells: for a run
+/// that died while it printed. Errors (kMachine): the printer's.
+[[nodiscard]] Result<bool> WasPrinted(const Session& session, const std::string& run);
+
+}  // namespace trammel::procedure

@@ -1,0 +1,371 @@
+#include "tool_offset/procedure/sheet_print.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+
+#include "files/new_file.h"
+#include "gcode/tool_commands.h"
+#include "session/checks.h"
+#include "session/print.h"
+#include "session/printer_settings.h"
+#include "settings/material.h"
+#include "tool_offset/sheet/sheet_bed.h"
+#include "tool_offset/sheet/sheet_gcode.h"
+#include "tool_offset/sheet/sheet_placeholders.h"
+#include "tool_offset/sheet/sheet_temperatures.h"
+
+namespace trammel::procedure {
+namespace {
+
+using machine::PrinterState;
+using tool_offset::SheetPlan;
+using Clock = std::chrono::steady_clock;
+
+constexpr double kAsk_s = 10;
+constexpr double kMove_s = 600;  // homing, levelling and a tool change; a park
+constexpr double kCool_s = 3600;
+constexpr const char* kBed = "heater_bed";
+
+Check CheckReach(const Session& session, const SheetPlan& plan) {
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return NotMade("bed", state.error());
+  const auto sheet = SheetBounds(plan.settings, plan.width_mm, plan.height_mm);
+  const auto aside = settings::ParkPositionOf(plan.settings.printer);
+  const auto park = PaperParkOf(plan.settings);
+  const auto& low = state->axis_minimum_mm;
+  const auto& high = state->axis_maximum_mm;
+  const double min_x = std::min({sheet.min_x_mm, aside.x_mm, park.x_mm});
+  const double max_x = std::max({sheet.max_x_mm, aside.x_mm, park.x_mm});
+  const double min_y = std::min({sheet.min_y_mm, aside.y_mm, park.y_mm});
+  const double max_y = std::max({sheet.max_y_mm, aside.y_mm, park.y_mm});
+  if (min_x < low[0] || max_x > high[0] || min_y < low[1] || max_y > high[1]) {
+    return Miss("bed",
+                fmt::format("sheet and parking places cover X {:.1f} ... {:.1f}, Y {:.1f} ... "
+                            "{:.1f} mm, the nozzle reaches X {:.1f} ... {:.1f}, Y {:.1f} ... "
+                            "{:.1f} mm: set bed_size_x, bed_size_y, bed_origin_x and bed_origin_y "
+                            "of [printer]",
+                            min_x, max_x, min_y, max_y, low[0], high[0], low[1], high[1]));
+  }
+  if (park.z_mm > high[2]) {
+    return Miss("bed", fmt::format("paper_clearance: the head is to wait {:.1f} mm above the bed, "
+                                   "and its Z axis ends at {:.1f} mm",
+                                   park.z_mm, high[2]));
+  }
+  return Pass("bed", "the sheet lies within the nozzle's reach");
+}
+
+/// The sheet heats T1 as extruder1; a tool with another heater would stay cold, or heat another.
+Check CheckHeaterOf(const PrinterTool& tool) {
+  const std::string expected = gcode::KlipperExtruder(tool.number);
+  const std::string name = fmt::format("tool {}", tool.number);
+  if (tool.extruder == expected) return Pass(name, expected);
+  return Miss(name, fmt::format("its extruder is {}, and M104 T{} of a sheet heats {}: name the "
+                                "tool's [{}] so",
+                                tool.extruder.empty() ? "not told" : tool.extruder, tool.number,
+                                expected, expected));
+}
+
+/// That the printer knows T1 where the sheet changes tools by it: unknown, Klipper would run on.
+Check CheckToolChange(const Session& session, const std::string& gcode, int tool) {
+  constexpr const char* kName = "[tool_offset_pattern] tool_change_gcode";
+  if (!gcode.starts_with("T{tool}")) return CheckCommands(session, kName, gcode);
+  const std::string command = fmt::format("T{}", tool);
+  const auto known = session.printer.HasCommand(command, session.Within(kAsk_s));
+  if (!known) return NotMade(kName, known.error());
+  if (*known) return Pass(kName, command);
+  return Miss(kName, fmt::format("the printer has no command {}: say with --tool-change, or with "
+                                 "tool_change_gcode, how it picks up tool {}",
+                                 command, tool));
+}
+
+settings::FilamentSettings FilamentOf(const SheetPlan& plan, std::size_t place) {
+  settings::FilamentSettings filament = OnPaper(plan.settings);
+  filament.nozzle_temperature_c = ToolTemperature_c(plan.settings, place);
+  filament.idle_nozzle_temperature_c = ToolIdleTemperature_c(plan.settings, place);
+  return filament;
+}
+
+/// Whether hands may come near: nobody else has the printer, it stands where it was homed, nothing
+/// is on, and all is cold.
+class ColdWatch {
+ public:
+  explicit ColdWatch(const Session& session) : session_(session) {}
+
+  /// By what the printer tells of itself; asks it only now and then.
+  Result<void> Look() {
+    if (auto homed = CheckStillHomed(session_); !homed) return homed;
+    const PrinterState now = session_.printer.LastState();
+    if (const std::string job = OthersJob(now, session_.own_file); !job.empty()) {
+      return Fail(fmt::format("somebody else's job has the printer now ({}): take your hands off, "
+                              "and begin again when that has ended",
+                              job),
+                  ErrorKind::kMachine);
+    }
+    if (const std::string on = HeatersOn(now); !on.empty()) {
+      return Fail(fmt::format("somebody switched a heater on ({}), and the paper comes onto a cold "
+                              "bed: begin again when nobody works with the printer",
+                              on),
+                  ErrorKind::kMachine);
+    }
+    constexpr std::chrono::seconds kEvery{60};
+    if (Clock::now() - told_ < kEvery) return {};
+    told_ = Clock::now();
+    return KeepAlive(session_);
+  }
+
+  /// What is too warm to be touched, with its temperature; empty: all is cold.
+  [[nodiscard]] std::string Warm() const {
+    std::string text;
+    for (const auto& [name, heater] : session_.printer.LastState().heaters) {
+      const bool nozzle = name.starts_with("extruder");
+      if (!nozzle && name != kBed) continue;  // a chamber warms no hands
+      const double limit_c =
+          nozzle ? tool_offset::kTouchableNozzle_c : tool_offset::kTouchableBed_c;
+      if (heater.temperature_c <= limit_c) continue;
+      text += fmt::format("{}{} {:.0f} degC", text.empty() ? "" : ", ", name, heater.temperature_c);
+    }
+    return text;
+  }
+
+ private:
+  const Session& session_;
+  Clock::time_point told_ = Clock::now();
+};
+
+Result<void> HeatersOff(const Session& session) {
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  for (const auto& [name, heater] : state->heaters) {
+    if (heater.target_c <= 0) continue;
+    if (auto free = CheckStillFree(session); !free) return free;
+    if (auto off = session.printer.Run(TargetLine(name, 0), session.Within(kAsk_s)); !off) {
+      return off;
+    }
+  }
+  return {};
+}
+
+Result<void> Stopped() { return Fail("stopped while the printer cooled", ErrorKind::kInterrupted); }
+
+Result<void> WaitUntilCold(const Session& session, ColdWatch& watch) {
+  constexpr double kStep_s = 0.5;
+  constexpr double kSayEvery_s = 15;
+  double said_s = -kSayEvery_s;
+  for (double waited_s = 0; waited_s < kCool_s; waited_s += kStep_s) {
+    if (auto well = watch.Look(); !well) return well;
+    const std::string warm = watch.Warm();
+    if (warm.empty()) return {};
+    if (waited_s - said_s >= kSayEvery_s) {
+      said_s = waited_s;
+      session.Tell(
+          {.text = "letting it cool for hands: " + warm, .remaining_s = {}, .phase = "cooling"});
+    }
+    if (!Pause(kStep_s, session.stop)) return Stopped();
+  }
+  return Fail(
+      fmt::format("waited {:.0f} s for bed and nozzles to be cold: {}", kCool_s, watch.Warm()),
+      ErrorKind::kMachine);
+}
+
+Result<void> Move(const Session& session, const std::string& gcode, const char* what,
+                  const char* phase) {
+  if (auto free = CheckStillFree(session); !free) return free;
+  session.Tell({.text = what, .remaining_s = {}, .phase = phase});
+  auto moved = session.printer.Run(gcode, session.Within(kMove_s));
+  if (moved) moved = session.printer.FinishMoves(session.Within(kMove_s));
+  return moved ? CheckStillReady(session) : moved;
+}
+
+/// The tool that is active, as far as its extruder tells.
+Result<void> CheckMounted(const Session& session, const SheetPrint& print) {
+  const int reference = print.plan.settings.reference_tool;
+  const auto state = session.printer.State(session.Within(kAsk_s));
+  if (!state) return tl::unexpected(state.error());
+  const std::string expected = gcode::KlipperExtruder(reference);
+  if (state->active_extruder == expected) return {};
+  return Fail(fmt::format("T{} was to be picked up, and {} is active rather than {}: look at "
+                          "tool_change_gcode and at the printer's console",
+                          reference, state->active_extruder, expected),
+              ErrorKind::kMachine);
+}
+
+std::string ToolList(const SheetPlan& plan) {
+  std::string text;
+  for (const int tool : plan.settings.tools) {
+    text += fmt::format("{}T{}", text.empty() ? "" : ", ", tool);
+  }
+  return text;
+}
+
+std::string MoveText(const Session& session, const SheetPrint& print) {
+  const std::string on = HeatersOn(session.printer.LastState());
+  return fmt::format(
+      "home the printer, pick up T{} and park it high above the back of the bed{}",
+      print.plan.settings.reference_tool,
+      on.empty() ? "" : fmt::format("; what is on now goes off and stays off ({})", on));
+}
+
+std::string PaperText(const SheetPrint& print) {
+  const auto paper = PaperAround(print.plan);
+  const std::string place =
+      paper ? fmt::format(
+                  "{} paper, its middle at X {:.0f}, Y {:.0f} mm, its edges along the "
+                  "bed's",
+                  paper->name, (paper->bounds.min_x_mm + paper->bounds.max_x_mm) / 2,
+                  (paper->bounds.min_y_mm + paper->bounds.max_y_mm) / 2)
+            : std::string("the paper as the drawing shows it");
+  return fmt::format(
+      "bed and nozzles are cold. Now tape {}, flat, along all edges ({} shows it).\n"
+      "Is the paper taped down, are your hands out, and shall it heat ({}) and print with {}",
+      place, (print.folder / "pattern.png").string(), DescribeTemperatures(print.plan.settings),
+      ToolList(print.plan));
+}
+
+Result<void> No(const char* what) {
+  return Fail(fmt::format("{}, as you answered", what), ErrorKind::kInterrupted);
+}
+
+Result<void> PrepareForPaper(const Session& session, const SheetPrint& print, Person& person,
+                             PrinterStateGuard& guard, ColdWatch& watch) {
+  if (auto off = HeatersOff(session); !off) return off;
+  auto moved =
+      Move(session, HomeAndPickUpGcode(print.plan), "homing, and picking up the tool", "homing");
+  if (moved) moved = CheckMounted(session, print);
+  if (moved) moved = guard.Begin(session);
+  if (moved) moved = Move(session, ParkForPaperGcode(print.plan), "parking", "homing");
+  if (moved) moved = HeatersOff(session);  // what levelling switched on
+  if (moved)
+    moved = session.printer
+                .WaitUntil([](const PrinterState& now) { return HeatersOn(now).empty(); },
+                           "the heaters to be off", session.Within(kAsk_s))
+                .map([](const PrinterState&) {});
+  if (!moved) return moved;
+  // Paper that lies there already got warm with the bed: it was to be cold before.
+  if (person.AnsweredBefore(kPaperQuestion) && !watch.Warm().empty()) {
+    return Fail(fmt::format("paper that is taped down beforehand (--yes {}) wants a cold printer: "
+                            "{}; let it cool, and begin again",
+                            kPaperQuestion, watch.Warm()),
+                ErrorKind::kSafety);
+  }
+  return WaitUntilCold(session, watch);
+}
+
+/// Heating is waited for here, where it can be stopped; the file finds all warm.
+Result<void> HeatBeside(const Session& session, const SheetPrint& print) {
+  auto aside = Move(session, ParkAsideGcode(print.plan), "moving beside the sheet", "heating");
+  if (!aside) return aside;
+  const tool_offset::SheetSettings& settings = print.plan.settings;
+  const double limit_s = print.settings->heat_time_limit_s;
+  session.Say("to be heated to " + DescribeTemperatures(settings));
+  const double bed_c = settings::TemperaturesOf(OnPaper(settings)).bed_c;
+  if (bed_c > 0) {
+    if (auto hot = HeatAndWait(session, kBed, bed_c, limit_s); !hot) return hot;
+  }
+  for (std::size_t place = 0; place < settings.tools.size(); ++place) {
+    const double idle_c = ToolIdleTemperature_c(settings, place);
+    if (idle_c <= 0) continue;
+    auto hot = HeatAndWait(session, gcode::KlipperExtruder(settings.tools[place]), idle_c, limit_s);
+    if (!hot) return hot;
+  }
+  return {};
+}
+
+Result<void> NotePrinted(const Session& session, SheetPrint& print) {
+  print.record.stage = files::StartStage::kPrinted;
+  print.record.printed_s = static_cast<std::int64_t>(std::time(nullptr));
+  const auto noted = files::WriteStart(print.folder, print.record);
+  // The sheet is there all the same.
+  if (!noted) session.Say("not noted that the sheet is printed: " + noted.error().message);
+  return {};
+}
+
+Result<void> RunSteps(const Session& session, SheetPrint& print, Person& person,
+                      PrinterStateGuard& guard) {
+  const auto free = [&session] { return CheckStillFree(session); };
+  const auto may_move = person.Confirm({kMoveQuestion, MoveText(session, print)}, free);
+  if (!may_move) return tl::unexpected(may_move.error());
+  if (!*may_move) return No("nothing was moved or heated");
+  ColdWatch watch(session);
+  if (auto ready = PrepareForPaper(session, print, person, guard, watch); !ready) return ready;
+  const auto taped =
+      person.Confirm({kPaperQuestion, PaperText(print)}, [&watch] { return watch.Look(); });
+  if (!taped) return tl::unexpected(taped.error());
+  if (!*taped) return No("nothing was heated or printed");
+  if (auto still = watch.Look(); !still) return still;
+  if (auto near = WaitUntilCold(session, watch); !near) return near;
+  const auto gcode = WriteSheetGcode(print.plan, tool_offset::PaperComes::kBefore);
+  print.record.stage = files::StartStage::kPrinting;
+  if (auto noted = files::WriteStart(print.folder, print.record); !noted) return noted;
+  if (auto hot = HeatBeside(session, print); !hot) return hot;
+  PrintOptions options;
+  options.heat_time_limit_s =
+      print.settings->heat_time_limit_s * static_cast<double>(print.plan.settings.tools.size());
+  options.print_time_s = gcode.time_s;
+  if (auto printed = Print(session, gcode.text, options); !printed) return printed;
+  return NotePrinted(session, print);
+}
+
+}  // namespace
+
+Result<void> CheckSheetPrint(const Session& session, const SheetPrint& print) {
+  const SheetPlan& plan = print.plan;
+  std::vector<Check> checks = CheckReady(session);
+  if (auto ready = FirstFailure(checks, ErrorKind::kMachine); !ready) return ready;
+  checks.clear();
+  for (const int tool : plan.settings.tools) {
+    const PrinterTool* const known = print.tools.Find(tool);
+    if (known == nullptr) {
+      return Fail(fmt::format("the printer has no tool {}: its tools are {}", tool, [&print] {
+        std::string list;
+        for (const PrinterTool& each : print.tools.tools) {
+          list += fmt::format("{}T{}", list.empty() ? "" : ", ", each.number);
+        }
+        return list;
+      }()));
+    }
+    checks.push_back(CheckHeaterOf(*known));
+  }
+  checks.push_back(
+      CheckCommands(session, "[tool_offset_pattern] start_gcode", plan.settings.start_gcode));
+  for (const int tool : plan.settings.tools) {
+    checks.push_back(CheckToolChange(session, plan.settings.tool_change_gcode, tool));
+  }
+  if (auto known = FirstFailure(checks, ErrorKind::kMachine); !known) return known;
+  checks.clear();
+  for (std::size_t place = 0; place < plan.settings.tools.size(); ++place) {
+    checks.push_back(CheckTemperatures(session, FilamentOf(plan, place),
+                                       gcode::KlipperExtruder(plan.settings.tools[place])));
+  }
+  checks.push_back(CheckReach(session, plan));
+  if (auto safe = FirstFailure(checks, ErrorKind::kSafety); !safe) return safe;
+  constexpr double kScanAndReport = 3e8;
+  return FirstFailure({CheckDisk(print.folder, kScanAndReport)}, ErrorKind::kInput);
+}
+
+GuardedOutcome PrintSheet(Session& session, SheetPrint& print, Person& person) {
+  const auto park = PaperParkOf(print.plan.settings);
+  const settings::PrinterSettings& printer = print.plan.settings.printer;
+  GuardedSteps run;
+  run.settings = print.settings;
+  run.identity.run = print.record.run;
+  run.identity.started = print.record.started;
+  run.identity.state_folder = print.state_folder;
+  run.identity.heaters_end_off = true;
+  run.identity.changes_tools = true;
+  run.park = {park.z_mm, park.x_mm, park.y_mm, printer.z_speed_mm_s, printer.travel_speed_mm_s};
+  run.check = [&](const Session& taken) -> Result<void> {
+    for (const char* question : {kMoveQuestion, kPaperQuestion}) {
+      if (auto can = person.CheckCanAnswer(question); !can) return can;
+    }
+    return CheckSheetPrint(taken, print);
+  };
+  run.steps = [&](const Session& taken, PrinterStateGuard& guard) {
+    return RunSteps(taken, print, person, guard);
+  };
+  return RunGuarded(session, run);
+}
+
+}  // namespace trammel::procedure

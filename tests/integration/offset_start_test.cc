@@ -1,0 +1,614 @@
+// trammel offset start against a virtual tool changer, over real sockets and at a terminal of its
+// own: the whole way to offsets that are set and taken back, and every way out of it.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "machine_shop.h"
+
+namespace trammel::test {
+namespace {
+
+namespace fs = std::filesystem;
+using sim::VirtualKlipper;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr double kEnough_s = 240;
+constexpr int kInput = 1, kMachine = 3, kUnsafe = 4, kInterrupted = 130;
+constexpr const char* kMove = "park it high above the back of the bed";
+constexpr const char* kTape = "Now tape";
+constexpr const char* kScanIt = "the sheet is printed";
+constexpr const char* kSetThem = "set the new offsets of T1";
+constexpr const char* kKeepThem = "keep them beyond a restart";
+// T1 keeps this, and lands so far beside; both the rendered sheet's truth.
+constexpr double kKept_x_mm = 0.25, kKept_y_mm = -0.5;
+constexpr double kTruth_x_mm = 0.1, kTruth_y_mm = -0.05;
+// Of a sheet with half of the teeth 95 % err by less than 4 um (docs/tool-offset.md); five times.
+constexpr double kNear_mm = 0.02;
+constexpr double kDigits_mm = 0.0006;  // the firmware is told micrometres
+
+sim::KlipperConfig ToolChanger() {
+  sim::KlipperConfig config = QuickKlipper();
+  config.tools = {{0, "tool T0", {}}, {1, "tool T1", {kKept_x_mm, kKept_y_mm, 0}}};
+  return config;
+}
+
+ShopOptions Changer() {
+  ShopOptions options;
+  options.klipper = ToolChanger();
+  options.hurry = 200;
+  options.with_camera = false;
+  // A small sheet, quickly drawn.
+  options.config["tool_offset_pattern"] = "teeth = 9\nprint_speed = 200\n";
+  options.config["scan"] = "heat_time_limit = 60\n";
+  return options;
+}
+
+class OffsetStart : public testing::Test {
+ protected:
+  void Open(const ShopOptions& options = Changer()) {
+    shop_ = std::make_unique<MachineShop>(options);
+    shop_->Script(
+        "SET_PRESSURE_ADVANCE ADVANCE=0.055\nSET_VELOCITY_LIMIT ACCEL=7777\nG91\nM221 S97");
+    before_ = shop_->Look();
+  }
+  [[nodiscard]] std::unique_ptr<TrammelProcess> Start(std::vector<std::string> more = {},
+                                                      ProcessLimits limits = {.terminal = true}) {
+    std::vector<std::string> words = {"offset", "start", "--printer", shop_->address()};
+    words.insert(words.end(), more.begin(), more.end());
+    return std::make_unique<TrammelProcess>(words, shop_->folder(), limits);
+  }
+  [[nodiscard]] std::unique_ptr<TrammelProcess> StartNew(std::vector<std::string> more = {},
+                                                         ProcessLimits limits = {
+                                                             .terminal = true}) {
+    more.insert(more.begin(), {"--out", "rec"});
+    return Start(std::move(more), limits);
+  }
+  void Await(const std::string& words, TrammelProcess& process) {
+    shop_->WaitUntil(
+        [&](VirtualKlipper&) {
+          return process.StandardErrorSoFar().find(words, said_) != std::string::npos;
+        },
+        "it said: " + words, process, kEnough_s);
+    said_ = process.StandardErrorSoFar().find(words, said_) + words.size();
+  }
+  void Answer(const std::string& question, const std::string& answer, TrammelProcess& process) {
+    Await(question, process);
+    Await("[y/N]", process);
+    process.Type(answer);
+  }
+  void Print(TrammelProcess& process) {
+    Answer(kMove, "y", process);
+    Answer(kTape, "y", process);
+    Await(kScanIt, process);
+  }
+  /// A scan of what was printed.
+  void Scan(const std::string& to, const std::string& pattern = "rec/pattern.gcode") {
+    const ProcessEnd end = shop_->Run({"sim", "sheet", pattern, "--out", to, "--seed", "41",
+                                       "--offset", fmt::format("1:{},{}", kTruth_x_mm, kTruth_y_mm),
+                                       "--stored", fmt::format("1:{},{}", kKept_x_mm, kKept_y_mm)},
+                                      kEnough_s);
+    ASSERT_EQ(end.exit_code, 0) << end.standard_error;
+  }
+  /// The offset of T1 that the printer keeps.
+  [[nodiscard]] std::array<double, 3> Kept() const {
+    std::array<double, 3> kept{};
+    shop_->With([&](VirtualKlipper& klipper) { kept = klipper.tools[1].offset_mm; });
+    return kept;
+  }
+  void ExpectOffsetsUnchanged() const {
+    EXPECT_EQ(Kept()[0], kKept_x_mm);
+    EXPECT_EQ(Kept()[1], kKept_y_mm);
+  }
+  void ExpectOffsetsNew() const {
+    EXPECT_NEAR(Kept()[0], kKept_x_mm - kTruth_x_mm, kNear_mm);
+    EXPECT_NEAR(Kept()[1], kKept_y_mm - kTruth_y_mm, kNear_mm);
+  }
+  void ExpectAllOff() const {
+    shop_->With([](VirtualKlipper& klipper) {
+      for (const sim::Heater* heater : klipper.Heaters()) {
+        EXPECT_EQ(heater->target_c, 0) << heater->config.name;
+      }
+    });
+  }
+  [[nodiscard]] std::size_t Moves() const {
+    std::size_t moves = 0;
+    shop_->With([&](VirtualKlipper& klipper) { moves = klipper.history().moves.size(); });
+    return moves;
+  }
+
+  std::unique_ptr<MachineShop> shop_;
+  PrinterLook before_;
+  std::size_t said_ = 0;
+};
+
+TEST_F(OffsetStart, LeadsFromTheToolsToOffsetsThatAreKeptAndTakenBack) {
+  Open();
+  const auto process = StartNew();
+  Print(*process);
+  EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
+  ExpectAllOff();
+  ExpectOffsetsUnchanged();
+  Scan("rec/scan/sheet.png");
+  Answer(kSetThem, "y", *process);
+  Answer(kKeepThem, "yes", *process);
+  const ProcessEnd end = process->Wait(kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << end.standard_error << end.standard_output;
+  EXPECT_THAT(end.standard_output,
+              AllOf(HasSubstr("tool 1     extruder1, keeps 0.250, -0.500 mm"),
+                    HasSubstr("heated to"), HasSubstr("paper      A5"), HasSubstr("T0 -> T1"),
+                    HasSubstr("X offset  0.250  ->"), HasSubstr("offset apply --undo --save")));
+  ExpectOffsetsNew();
+  for (const char* file : {"pattern.gcode", "pattern.png", "pattern.svg", "start.json",
+                           "result.json", "report.html", "scan/sheet.png"}) {
+    EXPECT_TRUE(fs::exists(shop_->folder() / "rec" / file)) << file;
+  }
+  const auto result = nlohmann::json::parse(ReadWhole(shop_->folder() / "rec" / "result.json"));
+  EXPECT_EQ(result["subject"]["printer"], "localhost:" + std::to_string(shop_->server().port()));
+  EXPECT_TRUE(fs::exists(shop_->folder() / "history.jsonl"));
+  const std::string page = ReadWhole(shop_->folder() / "rec" / "report.html");
+  EXPECT_THAT(page, AllOf(HasSubstr("Where each tool lands"), HasSubstr("old to new")));
+  // It outlived the restart of SAVE_CONFIG, and goes back.
+  const ProcessEnd undone =
+      shop_->Run({"offset", "apply", "--undo", "--save", "--printer", shop_->address()}, kEnough_s);
+  ASSERT_EQ(undone.exit_code, 0) << undone.standard_error;
+  ExpectOffsetsUnchanged();
+  shop_->With([](VirtualKlipper& klipper) { EXPECT_TRUE(klipper.files().empty()); });
+}
+
+TEST_F(OffsetStart, AsksForPaperOnlyOverAColdBedWithTheHeadHighBehindItAndStandsStillMeanwhile) {
+  ShopOptions options = Changer();
+  options.klipper.idle_timeout_s = 1e6;
+  Open(options);
+  shop_->Script("M140 S60\nM104 T1 S150");
+  shop_->With([](VirtualKlipper& klipper) {
+    klipper.bed.temperature_c = 60;
+    for (sim::Heater& heater : klipper.more_nozzles) heater.temperature_c = 150;
+  });
+  const auto process = StartNew();
+  Await("what is on now goes off and stays off (extruder1 150 degC, heater_bed 60 degC)", *process);
+  EXPECT_EQ(Moves(), 0U);
+  Answer("", "y", *process);
+  Await(kTape, *process);
+  Await("[y/N]", *process);
+  double print_s = 0;
+  shop_->With([&](VirtualKlipper& klipper) {
+    EXPECT_LE(klipper.bed.temperature_c, 40);
+    for (const sim::Heater& heater : klipper.more_nozzles) EXPECT_LE(heater.temperature_c, 50);
+    const auto head = klipper.TrueHead(klipper.now_s()).position;
+    EXPECT_GE(klipper.commanded_mm[2], 50);
+    EXPECT_NEAR(klipper.commanded_mm[1], 245, 0.01);
+    EXPECT_NEAR(head.z_mm, klipper.commanded_mm[2] + klipper.physical_offset_mm[2], 0.01);
+    print_s = klipper.now_s();
+  });
+  ExpectAllOff();
+  const std::size_t moves = Moves();
+  shop_->WaitUntil([&](VirtualKlipper& klipper) { return klipper.now_s() > print_s + 3; },
+                   "three seconds went by", *process);
+  EXPECT_EQ(Moves(), moves);
+  process->Type("n");
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
+  EXPECT_THAT(end.standard_error, HasSubstr("nothing was heated or printed, as you answered"));
+  EXPECT_EQ(Moves(), moves);
+  ExpectAllOff();
+  EXPECT_FALSE(fs::exists(shop_->folder() / "rec"));
+}
+
+TEST_F(OffsetStart, WhatWasTypedBeforeAQuestionAnswersNothing) {
+  Open();
+  const auto process = StartNew();
+  process->Type("y\ny\ny");
+  Await(kMove, *process);
+  process->Type("perhaps");
+  Await("y or n?", *process);
+  EXPECT_EQ(Moves(), 0U);
+  process->Type("");
+  EXPECT_EQ(process->Wait(kEnough_s).exit_code, kInterrupted);
+  EXPECT_EQ(Moves(), 0U);
+  EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
+}
+
+TEST_F(OffsetStart, WithoutATerminalItSaysWhatToGiveAndMovesNothing) {
+  Open();
+  for (const auto& [given, wanted] : {std::pair{"", "--yes move"}, {"move", "--yes paper"}}) {
+    std::vector<std::string> more;
+    if (*given != '\0') more = {"--yes", given};
+    const ProcessEnd end = StartNew(more, {})->Wait(kEnough_s);
+    EXPECT_EQ(end.exit_code, kInput) << end.standard_error;
+    EXPECT_THAT(end.standard_error, HasSubstr(wanted));
+  }
+  EXPECT_EQ(Moves(), 0U);
+  EXPECT_FALSE(fs::exists(shop_->folder() / "rec"));
+}
+
+TEST_F(OffsetStart, WithoutATerminalItDoesWhatIsNamedAndNoMore) {
+  Open();
+  fs::create_directory(shop_->folder() / "in");
+  const auto process = StartNew({"--yes", "move,paper", "--watch", "in"}, {});
+  Await(kScanIt, *process);
+  Scan("in/sheet.png");
+  const ProcessEnd end = process->Wait(kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(end.standard_output, HasSubstr("nothing applied   trammel offset apply rec --apply"));
+  EXPECT_TRUE(fs::exists(shop_->folder() / "rec" / "scan.png"));
+  ExpectOffsetsUnchanged();
+  // The answer stays, and may be applied by its folder.
+  const ProcessEnd again = Start({"--continue", "rec", "--yes", "apply"}, {})->Wait(kEnough_s);
+  ASSERT_EQ(again.exit_code, 0) << again.standard_error;
+  ExpectOffsetsNew();
+}
+
+TEST_F(OffsetStart, PaperThatLiesThereBeforehandWantsAColdPrinter) {
+  Open();
+  shop_->With([](VirtualKlipper& klipper) {
+    klipper.bed.config.cool_s = 1e5;
+    klipper.bed.temperature_c = 58;
+  });
+  const ProcessEnd end = StartNew({"--yes", "move,paper"}, {})->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kUnsafe) << end.standard_error;
+  EXPECT_THAT(end.standard_error,
+              AllOf(HasSubstr("wants a cold printer"), HasSubstr("heater_bed 58")));
+  ExpectAllOff();
+}
+
+struct WayOut {
+  const char* name;
+  int exit_code;
+  const char* said;
+  void (*strike)(MachineShop&, TrammelProcess&);
+  bool restarts = false;
+};
+
+void Other(MachineShop& shop) {
+  shop.With([](VirtualKlipper& klipper) {
+    std::string gcode = "M104 S151\nG90\nG1 Z60 F600\n";
+    for (int i = 0; i < 2000; ++i) gcode += "G1 X200 Y50 F1500\nG1 X50 Y200 F1500\n";
+    klipper.files()["vase.gcode"] = gcode;
+    klipper.RunScript("SDCARD_PRINT_FILE FILENAME=vase.gcode");
+  });
+}
+
+const WayOut kWaysOut[] = {
+    {"CtrlC", kInterrupted, "stopped", [](MachineShop&, TrammelProcess& p) { p.Send(SIGINT); }},
+    {"Terminate", kInterrupted, "stopped",
+     [](MachineShop&, TrammelProcess& p) { p.Send(SIGTERM); }},
+    {"HangUp", kInterrupted, "", [](MachineShop&, TrammelProcess& p) { p.HangUp(); }},
+    {"EndOfInput", kInterrupted, "nobody is at the terminal",
+     [](MachineShop&, TrammelProcess& p) { p.Type("\x04"); }},
+    {"MotorsOff", kMachine, "no longer knows where its x axis is",
+     [](MachineShop& s, TrammelProcess&) { s.Script("M84"); }},
+    {"HeaterOn", kMachine, "somebody switched a heater on",
+     [](MachineShop& s, TrammelProcess&) { s.Script("M140 S45"); }},
+    {"EmergencyStop", kMachine, "went to \"shutdown\"",
+     [](MachineShop& s, TrammelProcess&) { s.With([](VirtualKlipper& k) { k.EmergencyStop(); }); }},
+    {"Restart", kMachine, "", [](MachineShop& s, TrammelProcess&) { s.Script("FIRMWARE_RESTART"); },
+     true},
+    {"LostLink", kMachine, "went to \"disconnected\"",
+     [](MachineShop& s, TrammelProcess&) {
+       sim::ServerFaults faults;
+       faults.close_at_s = 0;
+       faults.refuse_for_s = 4;
+       s.server().Inject(faults);
+     }},
+};
+
+class OffsetStartWhileItAsksForPaper : public OffsetStart,
+                                       public testing::WithParamInterface<WayOut> {};
+
+TEST_P(OffsetStartWhileItAsksForPaper, EndsColdWithOffsetsAsTheyWere) {
+  Open();
+  const auto process = StartNew();
+  Answer(kMove, "y", *process);
+  Await(kTape, *process);
+  Await("[y/N]", *process);
+  const std::size_t moves = Moves();
+  GetParam().strike(*shop_, *process);
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, GetParam().exit_code) << end.standard_error;
+  EXPECT_THAT(end.standard_error, HasSubstr(GetParam().said));
+  EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
+  if (shop_->Look().state == "ready") ExpectAllOff();
+  if (!GetParam().restarts) EXPECT_EQ(Moves(), moves);
+  ExpectOffsetsUnchanged();
+  EXPECT_FALSE(fs::exists(shop_->folder() / "rec" / "start.json"));
+  // Nothing keeps the next one from beginning.
+  const ProcessEnd next = StartNew({"--yes", "move"}, {})->Wait(kEnough_s);
+  EXPECT_THAT(next.standard_error, Not(HasSubstr("another trammel")));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, OffsetStartWhileItAsksForPaper, testing::ValuesIn(kWaysOut),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+TEST_F(OffsetStart, AnothersPrintThatBeginsMeanwhileIsLeftAlone) {
+  Open();
+  const auto process = StartNew();
+  Answer(kMove, "y", *process);
+  Await(kTape, *process);
+  Other(*shop_);
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kMachine) << end.standard_error;
+  EXPECT_THAT(end.standard_error, HasSubstr("somebody else's job has the printer"));
+  shop_->With([](VirtualKlipper& klipper) {
+    EXPECT_EQ(klipper.print.state, "printing");
+    EXPECT_EQ(klipper.nozzle.target_c, 151);
+  });
+  ExpectOffsetsUnchanged();
+}
+
+TEST_F(OffsetStart, ASecondOneIsRefusedWhileTheFirstWaits) {
+  Open();
+  const auto process = StartNew();
+  Answer(kMove, "y", *process);
+  Await(kTape, *process);
+  const ProcessEnd second = Start({"--out", "other", "--yes", "move,paper"}, {})->Wait(kEnough_s);
+  EXPECT_EQ(second.exit_code, kMachine);
+  EXPECT_THAT(second.standard_error, HasSubstr("another trammel on this computer"));
+  EXPECT_FALSE(fs::exists(shop_->folder() / "other"));
+  Await("[y/N]", *process);
+  process->Type("n");
+  EXPECT_EQ(process->Wait(kEnough_s).exit_code, kInterrupted);
+}
+
+TEST_F(OffsetStart, AStopWhileTheSecondToolDrawsLeavesItsOffsetInForceAndAllColdAndParked) {
+  ShopOptions options = Changer();
+  options.hurry = 20;
+  Open(options);
+  const auto process = StartNew();
+  Answer(kMove, "y", *process);
+  Answer(kTape, "y", *process);
+  shop_->WaitUntil(
+      [](VirtualKlipper& klipper) {
+        return klipper.active_tool == 1 && klipper.print.running &&
+               klipper.TrueHead(klipper.now_s()).filament_speed_mm_s > 0;
+      },
+      "T1 drew", *process, kEnough_s);
+  process->Send(SIGINT);
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kInterrupted) << end.standard_error;
+  PrinterLook wanted = before_;
+  wanted.gcode["offset x"] = kKept_x_mm;  // T1's own: T0's would be wrong for it
+  wanted.gcode["offset y"] = kKept_y_mm;
+  EXPECT_THAT(shop_->Faulty(wanted), IsEmpty()) << end.standard_error;
+  ExpectAllOff();
+  ExpectOffsetsUnchanged();
+  shop_->With([](VirtualKlipper& klipper) {
+    EXPECT_EQ(klipper.active_extruder, "extruder1");
+    EXPECT_GT(klipper.commanded_mm[2], 40);
+    EXPECT_TRUE(klipper.files().empty());
+  });
+  // What was printed of it cannot be gone on with.
+  const ProcessEnd on = Start({"--continue", "rec"}, {})->Wait(kEnough_s);
+  EXPECT_EQ(on.exit_code, kMachine);
+  EXPECT_THAT(on.standard_error,
+              AllOf(HasSubstr("begin again"),
+                    HasSubstr("trammel offset analyze SCAN --pattern rec/pattern.gcode")));
+}
+
+TEST_F(OffsetStart, AStopWhileItHeatsEndsColdAtOnce) {
+  ShopOptions options = Changer();
+  options.hurry = 1;
+  options.klipper.bed.rate_c_s = 1;
+  options.klipper.bed.gain_window_s = 60;
+  Open(options);
+  const auto process = StartNew();
+  Answer(kMove, "y", *process);
+  Answer(kTape, "y", *process);
+  Await("heating heater_bed", *process);
+  process->Send(SIGTERM);
+  EXPECT_EQ(process->Wait(kEnough_s).exit_code, kInterrupted);
+  EXPECT_THAT(shop_->Faulty(before_), IsEmpty());
+  ExpectAllOff();
+}
+
+TEST_F(OffsetStart, KilledBetweenPrintAndScanTheNextOneGoesOn) {
+  Open();
+  {
+    const auto process = StartNew();
+    Print(*process);
+    process->Send(SIGKILL);
+    (void)process->Wait(kEnough_s);
+  }
+  said_ = 0;
+  Scan("elsewhere.png");
+  const auto process = Start({"--continue", "rec"});
+  Await(kScanIt, *process);
+  process->Type("nowhere.png");
+  Await("nowhere.png: is not there", *process);
+  process->Type("'" + (shop_->folder() / "elsewhere.png").string() + "'");
+  Answer(kSetThem, "y", *process);
+  Answer(kKeepThem, "n", *process);
+  const ProcessEnd end = process->Wait(kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << end.standard_error;
+  ExpectOffsetsNew();
+  EXPECT_THAT(end.standard_output, HasSubstr("to undo it        trammel offset apply --undo"));
+  // Applied once more it is refused: it was taken out already.
+  const ProcessEnd twice = Start({"--continue", "rec", "--yes", "apply"}, {})->Wait(kEnough_s);
+  EXPECT_EQ(twice.exit_code, kUnsafe) << twice.standard_error;
+  ExpectOffsetsNew();
+}
+
+TEST_F(OffsetStart, KilledWhileItPrintsTheNextOneEndsThatPrintOrGoesOnWhereItWasFinished) {
+  for (const bool finished : {false, true}) {
+    ShopOptions options = Changer();
+    options.hurry = 20;
+    Open(options);
+    {
+      const auto process = StartNew();
+      said_ = 0;
+      Answer(kMove, "y", *process);
+      Answer(kTape, "y", *process);
+      shop_->WaitUntilPrinting(*process);
+      process->Send(SIGKILL);
+      (void)process->Wait(kEnough_s);
+    }
+    TrammelProcess waits({"sim", "printer", "--port", "0", "--for", "200"}, shop_->folder());
+    if (finished) {
+      shop_->WaitUntil([](VirtualKlipper& klipper) { return klipper.print.state == "complete"; },
+                       "the print ended", waits, kEnough_s);
+      Scan("sheet.png");
+      const ProcessEnd on =
+          Start({"--continue", "rec", "--scan", "sheet.png"}, {})->Wait(kEnough_s);
+      EXPECT_EQ(on.exit_code, 0) << on.standard_error;
+      EXPECT_TRUE(fs::exists(shop_->folder() / "rec" / "result.json"));
+    } else {
+      const auto next = Start({"--out", "next"});
+      said_ = 0;
+      Await("its print is still under way", *next);
+      Answer(kMove, "n", *next);
+      EXPECT_EQ(next->Wait(kEnough_s).exit_code, kInterrupted);
+      ExpectAllOff();
+    }
+    ExpectOffsetsUnchanged();
+  }
+}
+
+TEST_F(OffsetStart, BadFilesAreNamedAndItGoesOnWaiting) {
+  Open();
+  const auto process = StartNew();
+  Print(*process);
+  const fs::path in = shop_->folder() / "rec" / "scan";
+  WriteWhole(in / "letter.png", "Dear reader,");
+  Await("letter.png", *process);
+  Await("waiting for another", *process);
+  // Another sheet.
+  ASSERT_EQ(shop_
+                ->Run({"offset", "pattern", "--out", "other.gcode", "--set", "teeth=10", "--set",
+                       "tools=[0,1]"})
+                .exit_code,
+            0);
+  Scan("other.png", "other.gcode");
+  fs::copy_file(shop_->folder() / "other.png", in / "other.png");
+  Await("other.png", *process);
+  Await("waiting for another", *process);
+  EXPECT_THAT(process->StandardErrorSoFar(), HasSubstr("another sheet"));
+  // Half a file, then the rest of it, slowly.
+  Scan("whole.png");
+  const std::string bytes = ReadWhole(shop_->folder() / "whole.png");
+  WriteWhole(in / "slow.png", bytes.substr(0, bytes.size() / 2));
+  Await("slow.png", *process);
+  Await("waiting for another", *process);
+  std::ofstream(in / "slow.png", std::ios::binary | std::ios::app)
+      << bytes.substr(bytes.size() / 2);
+  Answer(kSetThem, "", *process);
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(end.standard_output, HasSubstr("nothing applied"));
+  ExpectOffsetsUnchanged();
+}
+
+TEST_F(OffsetStart, AFullDiskIsSaidBeforeAnythingMovesAndALaterOneLosesNothing) {
+  Open();
+  const ProcessEnd full =
+      StartNew({"--yes", "move,paper"}, {.file_bytes = 50'000})->Wait(kEnough_s);
+  EXPECT_EQ(full.exit_code, kInput) << full.standard_error;
+  EXPECT_EQ(Moves(), 0U);
+  EXPECT_FALSE(fs::exists(shop_->folder() / "rec"));
+  const auto process = StartNew({"--yes", "move,paper", "--watch", "."}, {});
+  Await(kScanIt, *process);
+  process->Limit(RLIMIT_FSIZE, 10'000);
+  Scan("sheet.png");
+  Await("cannot be kept as rec/scan.png", *process);
+  EXPECT_FALSE(fs::exists(shop_->folder() / "rec" / "scan.png"));
+  process->Send(SIGINT);
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kInterrupted);
+  EXPECT_THAT(end.standard_error, HasSubstr("trammel offset start --continue rec"));
+  const ProcessEnd on = Start({"--continue", "rec", "--scan", "sheet.png"}, {})->Wait(kEnough_s);
+  EXPECT_EQ(on.exit_code, 0) << on.standard_error;
+}
+
+TEST_F(OffsetStart, AnOffsetThatChangedSinceThePrintIsNotCorrected) {
+  Open();
+  const auto process = StartNew({"--yes", "move,paper,apply"}, {});
+  Await(kScanIt, *process);
+  shop_->Script("SET_TOOL_PARAMETER T=1 PARAMETER=gcode_x_offset VALUE=0.3");
+  Scan("rec/scan/sheet.png");
+  const ProcessEnd end = process->Wait(kEnough_s);
+  EXPECT_EQ(end.exit_code, kUnsafe) << end.standard_error;
+  EXPECT_THAT(end.standard_error,
+              AllOf(HasSubstr("0.250, -0.500 mm when the sheet was printed"), HasSubstr("0.300")));
+  EXPECT_EQ(Kept()[0], 0.3);
+}
+
+TEST_F(OffsetStart, WhatAPrinterDoesNotOfferIsNamedBeforeAnythingMoves) {
+  struct Case {
+    int extruders;
+    std::vector<std::string> sections;
+    const char* said;
+  };
+  for (const Case& c : {Case{1, {}, "the printer has one tool, T0"},
+                        Case{2, {"dual_carriage"}, "[dual_carriage] (IDEX)"},
+                        Case{2, {"gcode_macro t0", "gcode_macro t1"}, "by macros of its own"},
+                        Case{3, {}, "no klipper-toolchanger"}}) {
+    ShopOptions options = Changer();
+    options.klipper.tools.clear();
+    options.klipper.extruders = c.extruders;
+    options.klipper.more_sections = c.sections;
+    Open(options);
+    const ProcessEnd end = StartNew({"--yes", "move,paper"}, {})->Wait(kEnough_s);
+    EXPECT_EQ(end.exit_code, kMachine) << end.standard_error;
+    EXPECT_THAT(end.standard_error, HasSubstr(c.said));
+    EXPECT_EQ(Moves(), 0U);
+  }
+}
+
+TEST_F(OffsetStart, WhereNobodyKeepsOffsetsTheSheetIsMeasuredAndTheLinesAreShown) {
+  ShopOptions options = Changer();
+  options.klipper.tools.clear();
+  options.klipper.extruders = 2;
+  Open(options);
+  const auto process = StartNew({"--tools", "0,1", "--yes", "move,paper,apply"}, {});
+  Await(kScanIt, *process);
+  Scan("rec/scan/sheet.png");
+  const ProcessEnd end = process->Wait(kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(end.standard_output,
+              AllOf(HasSubstr("Klipper tells no offset of it"), HasSubstr("nothing applied"),
+                    HasSubstr("offset apply rec --for klipper-gcode-offset --now TOOL:X,Y")));
+}
+
+TEST_F(OffsetStart, NothingHeatsWithoutAMaterialAndAPlaceBeyondReachIsRefused) {
+  ShopOptions options = Changer();
+  Open(options);
+  WriteWhole(shop_->folder() / "bare.toml", "[tool_offset_pattern]\nteeth = 9\n");
+  const ProcessEnd bare =
+      StartNew({"--yes", "move,paper", "--config", "bare.toml"}, {})->Wait(kEnough_s);
+  EXPECT_EQ(bare.exit_code, kInput);
+  EXPECT_THAT(bare.standard_error, HasSubstr("material"));
+  const ProcessEnd far =
+      StartNew({"--yes", "move,paper", "--set", "bed_size_x=400", "--set", "position_x=330"}, {})
+          ->Wait(kEnough_s);
+  EXPECT_EQ(far.exit_code, kUnsafe) << far.standard_error;
+  EXPECT_THAT(far.standard_error, HasSubstr("the nozzle reaches X -2.0 ... 255.0"));
+  const ProcessEnd hot =
+      StartNew({"--yes", "move,paper", "--set", "nozzle_temperatures=[190, 350]"}, {})
+          ->Wait(kEnough_s);
+  EXPECT_EQ(hot.exit_code, kUnsafe) << hot.standard_error;
+  EXPECT_EQ(Moves(), 0U);
+  // At a terminal it asks.
+  const auto process = StartNew({"--config", "bare.toml"});
+  Await("which material is loaded", *process);
+  process->Type("chewing gum");
+  Await("which material is loaded", *process);
+  process->Type("petg");
+  Answer(kMove, "n", *process);
+  EXPECT_THAT(process->Wait(kEnough_s).standard_output, HasSubstr("PETG: nozzle"));
+}
+
+}  // namespace
+}  // namespace trammel::test
