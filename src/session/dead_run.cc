@@ -66,7 +66,8 @@ Result<bool> BringBack(const Session& session, const settings::ScanSettings& set
   const auto restored = RestoreGcodeState(session, journal);
   if (!restored && SaysUnknownState(restored.error().message, journal.run)) return false;
   if (!restored) return tl::unexpected(restored.error());
-  std::vector<std::string> lines = {settings.laser_off_gcode, settings.lights_on_gcode};
+  std::vector<std::string> lines;
+  if (!journal.without_laser) lines = {settings.laser_off_gcode, settings.lights_on_gcode};
   for (std::string& line : SettingLines(journal)) lines.push_back(std::move(line));
   if (auto done = RunAll(session, lines); !done) return tl::unexpected(done.error());
   session.Say(fmt::format("the run of {} died here: brought back {}", journal.started,
@@ -161,7 +162,7 @@ std::string GcodeStateName(const std::string& run) { return "trammel_" + run; }
 Result<void> RestoreGcodeState(const Session& session, const RunJournal& journal) {
   std::string script =
       fmt::format("RESTORE_GCODE_STATE NAME={} MOVE=0", GcodeStateName(journal.run));
-  if (journal.changes_tools) {
+  if (!journal.extruder.empty()) {
     const auto now = session.printer.State(session.Within(kAsk_s));
     if (!now) return tl::unexpected(now.error());
     const auto& offset_mm = now->gcode.homing_origin_mm;

@@ -145,6 +145,7 @@ TEST_F(DeadRunTest, WhereADeadRunChangedToolsTheMountedToolsOffsetStays) {
   {
     RunIdentity identity{"run-1", "2026-11-22T10:00:00", address_, folder_.path()};
     identity.changes_tools = true;
+    identity.without_laser = true;
     const auto guard = PrinterStateGuard::Take(session_, settings_, identity);
     ASSERT_TRUE(guard);
     kept = test::ReadWhole(path);
@@ -154,7 +155,8 @@ TEST_F(DeadRunTest, WhereADeadRunChangedToolsTheMountedToolsOffsetStays) {
   printer_.state.gcode.homing_origin_mm = {0, 0, 1.5, 0};
   ASSERT_TRUE(Take("run-2"));
   EXPECT_THAT(printer_.scripts.front(), HasSubstr("Z=1.500000"));
-  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_PRESSURE_ADVANCE"))));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("SET_PRESSURE_ADVANCE EXTRUDER=extruder ")));
+  EXPECT_THAT(printer_.scripts, Not(Contains("LASER_OFF")));
 }
 
 }  // namespace

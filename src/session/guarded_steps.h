@@ -17,7 +17,7 @@ struct GuardedSteps {
   const settings::ScanSettings* settings = nullptr;  ///< REQUIRED; not owned
   RunIdentity identity;  ///< a state folder that is empty: files::StateFolder(). Its address is
                          ///< that of the settings
-  ParkPlace park;  ///< of the nozzle of a print that was not finished
+  ParkPlace park;        ///< of the nozzle of a print that was not finished
   /// Moves nothing; an error ends the run before anything was changed.
   std::function<Result<void>(const Session&)> check;
   std::function<Result<void>(const Session&, PrinterStateGuard&)> steps;

@@ -40,7 +40,10 @@ std::vector<std::string> SettingLines(const RunJournal& before) {
                              {"ACCEL", before.max_accel_mm_s2},
                              {"SQUARE_CORNER_VELOCITY", before.square_corner_velocity_mm_s},
                              {"MINIMUM_CRUISE_RATIO", before.minimum_cruise_ratio}});
-  add("SET_PRESSURE_ADVANCE",
+  const std::string command = before.extruder.empty()
+                                  ? "SET_PRESSURE_ADVANCE"
+                                  : "SET_PRESSURE_ADVANCE EXTRUDER=" + before.extruder;
+  add(command.c_str(),
       {{"ADVANCE", before.pressure_advance_s}, {"SMOOTH_TIME", before.smooth_time_s}});
   return lines;
 }

@@ -121,11 +121,12 @@ PrinterStateGuard::PrinterStateGuard(const Session& session, const settings::Sca
     : printer_(&session.printer),
       tell_(session.tell),
       laser_off_gcode_(settings.laser_off_gcode),
-      lights_on_gcode_(settings.lights_on_gcode),
+      lights_on_gcode_(identity.without_laser ? "" : settings.lights_on_gcode),
       owner_(session.owner),
       own_file_(session.own_file),
       has_limit_(session.has_limit),
       prints_(identity.prints),
+      without_laser_(identity.without_laser),
       heaters_end_off_(identity.heaters_end_off),
       changes_tools_(identity.changes_tools),
       journal_path_(files::JournalPath(identity.state_folder, PlainAddress(identity.address))),
@@ -144,6 +145,7 @@ PrinterStateGuard::PrinterStateGuard(PrinterStateGuard&& other) noexcept
       own_file_(std::move(other.own_file_)),
       has_limit_(other.has_limit_),
       prints_(other.prints_),
+      without_laser_(other.without_laser_),
       heaters_end_off_(other.heaters_end_off_),
       changes_tools_(other.changes_tools_),
       begun_(other.begun_),
@@ -184,12 +186,8 @@ Result<void> PrinterStateGuard::Note(const Session& session) {
   if (heaters_end_off_) {
     for (auto& [name, target_c] : journal.targets_c) target_c = 0;
   }
-  if (changes_tools_) {
-    // Of whichever extruder is active then; nothing that changes tools sets it.
-    journal.pressure_advance_s.reset();
-    journal.smooth_time_s.reset();
-    journal.changes_tools = true;
-  }
+  journal.without_laser = without_laser_;
+  if (changes_tools_) journal.extruder = before_.active_extruder;
   journal_ = std::move(journal);
   if (auto noted = files::WriteJournal(journal_path_, journal_); !noted) return noted;
   const auto read = files::ReadJournal(journal_path_);
@@ -344,7 +342,7 @@ void PrinterStateGuard::BringBack() {
   if (const std::string owner = AnotherOwner(); !owner.empty()) {
     return LeaveToOthers("trammel, as " + owner);
   }
-  failed_ = SwitchLaserOff(AsSession(), laser_off_gcode_, laser_lit_);
+  if (!without_laser_) failed_ = SwitchLaserOff(AsSession(), laser_off_gcode_, laser_lit_);
   if (!failed_.empty()) return;
   const auto now = printer_->State({kAsk_s});
   if (!now && was_free_) return LeaveInDoubt(now.error().message);

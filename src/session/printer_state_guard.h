@@ -24,9 +24,10 @@ struct RunIdentity {
   std::string address;  ///< the printer's, as in the settings
   std::filesystem::path state_folder;
   bool prints = true;            ///< a file of the run's own is uploaded
+  bool without_laser = false;    ///< the run knows none: neither laser nor lights are touched
   bool heaters_end_off = false;  ///< whatever they were at: paper lies on the bed
-  /// Other tools are mounted on the way, and one of them may be in the end: pressure advance and
-  /// G-code's offset are each tool's own, and left alone.
+  /// Other tools are mounted on the way, and one of them may be in the end: pressure advance comes
+  /// back for its own extruder, and G-code's offset stays that of the tool that is mounted.
   bool changes_tools = false;
 };
 
@@ -48,8 +49,8 @@ class PrinterStateGuard {
   PrinterStateGuard& operator=(PrinterStateGuard&&) = delete;
   ~PrinterStateGuard();
 
-  /// Saves the G-code state under the run's name, once the printer is homed. Nothing else is
-  /// brought back before this.
+  /// Saves the G-code state under the run's name: once the printer is homed, unless the run homes
+  /// it anew. Nothing else is brought back before this.
   [[nodiscard]] Result<void> Begin(const Session& session);
 
   /// From now on the laser may be on: where it cannot be switched off, the printer is stopped.
@@ -100,6 +101,7 @@ class PrinterStateGuard {
   std::string own_file_;
   bool has_limit_ = false;
   bool prints_ = true;
+  bool without_laser_ = false;
   bool heaters_end_off_ = false;
   bool changes_tools_ = false;
   bool begun_ = false;

@@ -355,6 +355,7 @@ TEST_F(PrinterStateGuardTest, NothingIsTakenWhileSomebodyPrints) {
 TEST_F(PrinterStateGuardTest, HeatersEndOffWherePaperLiesOnTheBedWhateverTheyWereAt) {
   RunIdentity identity{"run-1", "2026-11-22T10:00:00", address_, folder_.path()};
   identity.heaters_end_off = true;
+  identity.without_laser = true;
   auto guard = PrinterStateGuard::Take(session_, settings_, identity);
   ASSERT_TRUE(guard);
   ASSERT_TRUE(guard->Begin(session_));
@@ -362,9 +363,13 @@ TEST_F(PrinterStateGuardTest, HeatersEndOffWherePaperLiesOnTheBedWhateverTheyWer
   EXPECT_THAT(guard->Restore(), IsEmpty());
   EXPECT_THAT(printer_.scripts, Contains(kNozzleOff));
   EXPECT_THAT(printer_.scripts, Contains("SET_HEATER_TEMPERATURE HEATER=heater_bed TARGET=0"));
+  // A printer without a laser has no LASER_OFF.
+  EXPECT_THAT(printer_.scripts, Not(Contains("LASER_OFF")));
+  EXPECT_THAT(printer_.scripts, Not(Contains("LIGHTS_ON")));
 }
 
-TEST_F(PrinterStateGuardTest, WhereToolsChangeTheOffsetThatIsInForceStaysAndPressureAdvanceIsLeft) {
+TEST_F(PrinterStateGuardTest,
+       WhereToolsChangeTheOffsetThatIsInForceStaysAndPressureAdvanceIsItsExtrudersOwn) {
   RunIdentity identity{"run-1", "2026-11-22T10:00:00", address_, folder_.path()};
   identity.changes_tools = true;
   auto guard = PrinterStateGuard::Take(session_, settings_, identity);
@@ -376,7 +381,8 @@ TEST_F(PrinterStateGuardTest, WhereToolsChangeTheOffsetThatIsInForceStaysAndPres
   EXPECT_THAT(guard->Restore(), IsEmpty());
   EXPECT_THAT(printer_.scripts, Contains(std::string(kMark) +
                                          "\nSET_GCODE_OFFSET X=0.250000 Y=-0.500000 Z=1.500000"));
-  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("SET_PRESSURE_ADVANCE"))));
+  EXPECT_THAT(printer_.scripts,
+              Contains("SET_PRESSURE_ADVANCE EXTRUDER=extruder ADVANCE=0.031 SMOOTH_TIME=0.04"));
 }
 
 }  // namespace

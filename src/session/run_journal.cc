@@ -110,7 +110,8 @@ Result<void> WriteJournal(const fs::path& path, const RunJournal& journal) {
   Put(json, "minimum_cruise_ratio", journal.minimum_cruise_ratio);
   Put(json, "pressure_advance_s", journal.pressure_advance_s);
   Put(json, "smooth_time_s", journal.smooth_time_s);
-  if (journal.changes_tools) json["changes_tools"] = true;
+  if (!journal.extruder.empty()) json["extruder"] = journal.extruder;
+  if (journal.without_laser) json["without_laser"] = true;
   json["heaters"] = Json::array();
   for (const auto& [name, target_c] : journal.targets_c) {
     json["heaters"].push_back({{"name", name}, {"target_c", target_c}});
@@ -143,12 +144,13 @@ Result<std::optional<RunJournal>> ReadJournal(const fs::path& path) {
   journal.minimum_cruise_ratio = object.OptionalNumber("minimum_cruise_ratio", kShares);
   journal.pressure_advance_s = object.OptionalNumber("pressure_advance_s", kTimes_s);
   journal.smooth_time_s = object.OptionalNumber("smooth_time_s", kTimes_s);
-  if (const nlohmann::json* changes = object.Find("changes_tools")) {
-    if (changes->is_boolean()) {
-      journal.changes_tools = changes->get<bool>();
-    } else {
-      object.Fault("changes_tools", "must be true or false");
-    }
+  if (const nlohmann::json* without = object.Find("without_laser")) {
+    if (!without->is_boolean()) object.Fault("without_laser", "must be true or false");
+    journal.without_laser = without->is_boolean() && without->get<bool>();
+  }
+  if (object.has("extruder")) journal.extruder = object.Text("extruder");
+  if (!journal.extruder.empty() && !IsWordLike(journal.extruder, "_-", 100)) {
+    object.Fault("extruder", "is no extruder's name");
   }
   for (const auto& entry : object.List("heaters", 0, kMostHeaters)) {
     JsonObject heater = object.Inner(entry, "heaters");

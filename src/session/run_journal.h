@@ -25,8 +25,11 @@ struct RunJournal {
   std::optional<double> pressure_advance_s;
   std::optional<double> smooth_time_s;
   std::map<std::string, double> targets_c;  ///< of the heaters, by their names in the status
-  /// Another tool may be mounted by now: G-code's offset is that tool's, and stays.
-  bool changes_tools = false;
+  /// Whose pressure advance it is, of a run that changes tools: another one may be mounted by now,
+  /// and G-code's offset, which is that tool's, stays. Empty: it changes none.
+  std::string extruder = {};
+  /// Its printer may have no laser, nor lights to switch: none of both was touched.
+  bool without_laser = false;
 };
 
 /// Whether a text can name a run.
