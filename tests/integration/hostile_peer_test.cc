@@ -179,6 +179,20 @@ std::vector<Mode> States() {
                      WithStatus(ManyHeaters(100'000))(server);
                    }});
   modes.push_back(
+      {"ManyTools", {}, [](ScriptedMoonraker& server) {
+         Json numbers = Json::array();
+         Json names = Json::array();
+         for (int i = 0; i < 100'000; ++i) {
+           numbers.push_back(i % 3 == 0 ? Json(-1) : i % 3 == 1 ? Json(1) : Json(1e300));
+           names.push_back("tool T1");
+         }
+         WithStatus({{"toolchanger", {{"tool_numbers", numbers}, {"tool_names", names}}},
+                     {"tool T1",
+                      {{"extruder", std::string(1'000'000, 'x')},
+                       {"gcode_x_offset", 0.1},
+                       {"gcode_y_offset", 0.1}}}})(server);
+       }});
+  modes.push_back(
       {"NoState", {}, [](ScriptedMoonraker& server) {
          for (const char* method : {"printer.objects.subscribe", "printer.objects.query"}) {
            server.Answer(method, nullptr);
@@ -202,6 +216,7 @@ std::vector<Command> Commands() {
           {"Calibrate", {"pa", "calibrate", "--out", "rec"}},
           {"Setup", {"pa", "setup", "--material", "pla", "--clear-z", "11,25", "--out", "set"}},
           {"Apply", {"pa", "apply", "0.03"}},
+          {"Start", {"offset", "start", "--yes", "move,paper", "--out", "sheet"}},
           {"Listen", {"pa", "listen"}, true},
           {"Watch", {"tap", "watch", "--answer"}, true}};
 }

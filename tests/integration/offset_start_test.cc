@@ -12,6 +12,8 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <ostream>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using sim::VirtualKlipper;
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -54,7 +57,6 @@ ShopOptions Changer() {
   options.with_camera = false;
   // A small sheet, quickly drawn.
   options.config["tool_offset_pattern"] = "teeth = 9\nprint_speed = 200\n";
-  options.config["scan"] = "heat_time_limit = 60\n";
   return options;
 }
 
@@ -262,8 +264,9 @@ TEST_F(OffsetStart, PaperThatLiesThereBeforehandWantsAColdPrinter) {
   const ProcessEnd end = StartNew({"--yes", "move,paper"}, {})->Wait(kEnough_s);
   EXPECT_EQ(end.exit_code, kUnsafe) << end.standard_error;
   EXPECT_THAT(end.standard_error,
-              AllOf(HasSubstr("wants a cold printer"), HasSubstr("heater_bed 58")));
+              AllOf(HasSubstr("wants a cold printer"), HasSubstr("heater_bed 5")));
   ExpectAllOff();
+  EXPECT_EQ(Moves(), 0U);
 }
 
 struct WayOut {
@@ -273,6 +276,8 @@ struct WayOut {
   void (*strike)(MachineShop&, TrammelProcess&);
   bool restarts = false;
 };
+
+void PrintTo(const WayOut& way, std::ostream* out) { *out << way.name; }
 
 void Other(MachineShop& shop) {
   shop.With([](VirtualKlipper& klipper) {
@@ -446,6 +451,7 @@ TEST_F(OffsetStart, KilledWhileItPrintsTheNextOneEndsThatPrintOrGoesOnWhereItWas
   for (const bool finished : {false, true}) {
     ShopOptions options = Changer();
     options.hurry = 20;
+    options.klipper.macros.clear();  // neither a LASER_OFF nor klipper/trammel.cfg
     Open(options);
     {
       const auto process = StartNew();
@@ -491,11 +497,11 @@ TEST_F(OffsetStart, BadFilesAreNamedAndItGoesOnWaiting) {
                        "tools=[0,1]"})
                 .exit_code,
             0);
-  Scan("other.png", "other.gcode");
-  fs::copy_file(shop_->folder() / "other.png", in / "other.png");
-  Await("other.png", *process);
+  Scan("wrong.png", "other.gcode");
+  fs::copy_file(shop_->folder() / "wrong.png", in / "wrong.png");
+  Await("wrong.png", *process);
   Await("waiting for another", *process);
-  EXPECT_THAT(process->StandardErrorSoFar(), HasSubstr("another sheet"));
+  EXPECT_THAT(process->StandardErrorSoFar(), HasSubstr("the page shows sheet"));
   // Half a file, then the rest of it, slowly.
   Scan("whole.png");
   const std::string bytes = ReadWhole(shop_->folder() / "whole.png");
@@ -607,7 +613,40 @@ TEST_F(OffsetStart, NothingHeatsWithoutAMaterialAndAPlaceBeyondReachIsRefused) {
   Await("which material is loaded", *process);
   process->Type("petg");
   Answer(kMove, "n", *process);
-  EXPECT_THAT(process->Wait(kEnough_s).standard_output, HasSubstr("PETG: nozzle"));
+  EXPECT_THAT(process->Wait(kEnough_s).standard_output, HasSubstr("petg: nozzle"));
+}
+
+/// The commands of the manual's guided way, without `trammel` and remarks.
+std::vector<std::vector<std::string>> ManualsCommands(const std::string& address) {
+  std::istringstream lines(ReadWhole(fs::path(TRAMMEL_DOCS_DIR) / "tool-offset.md"));
+  std::vector<std::vector<std::string>> commands;
+  bool inside = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("## ")) inside = line.starts_with("## Guided");
+    constexpr std::string_view kPrompt = "    trammel ";
+    if (!inside || !line.starts_with(kPrompt)) continue;
+    std::istringstream words(line.substr(kPrompt.size(), line.find("  #") - kPrompt.size()));
+    std::vector<std::string>& command = commands.emplace_back();
+    for (std::string word; words >> word;) command.push_back(word == "localhost" ? address : word);
+  }
+  return commands;
+}
+
+TEST_F(OffsetStart, TheManualsCommandsRunInTheirOrder) {
+  Open();
+  const auto commands = ManualsCommands(shop_->address());
+  ASSERT_EQ(commands.size(), 4U);
+  EXPECT_THAT(commands[0], AllOf(Contains("printer"), Contains("1:0.25,-0.5")));  // the shop is it
+  const auto process = std::make_unique<TrammelProcess>(commands[1], shop_->folder(),
+                                                        ProcessLimits{.terminal = true});
+  Print(*process);
+  ASSERT_EQ(shop_->Run(commands[2], kEnough_s).exit_code, 0);
+  Answer(kSetThem, "y", *process);
+  Answer(kKeepThem, "n", *process);
+  ASSERT_EQ(process->Wait(kEnough_s).exit_code, 0);
+  ExpectOffsetsNew();
+  ASSERT_EQ(shop_->Run(commands[3], kEnough_s).exit_code, 0);
+  ExpectOffsetsUnchanged();
 }
 
 }  // namespace

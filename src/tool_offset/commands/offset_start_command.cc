@@ -117,7 +117,7 @@ Result<void> ChooseTools(const StartArguments& arguments, const PrinterTools& fo
   const auto has = [&sheet](int tool) {
     return std::find(sheet.tools.begin(), sheet.tools.end(), tool) != sheet.tools.end();
   };
-  if (!has(sheet.reference_tool) && !named) sheet.reference_tool = sheet.tools.front();
+  if (!has(sheet.reference_tool)) sheet.reference_tool = sheet.tools.front();
   return {};
 }
 
@@ -281,7 +281,16 @@ Result<Printed> GoOn(const fs::path& folder, const SheetConfig& config,
 Result<bool> Analyse(const StartArguments& arguments, const Printed& printed,
                      TerminalPerson& person) {
   SheetReader reader(printed.folder, printed.plan, printed.record, arguments.reading);
+  constexpr std::int64_t kClocks_s = 10;  // of another computer's files
+  const std::int64_t since_s = printed.record.printed_s - kClocks_s;
   if (!arguments.scan.empty()) {
+    if (procedure::IsOlder(arguments.scan, since_s)) {
+      return Fail(fmt::format("--scan {}: was written before the sheet was printed, and an earlier "
+                              "print of the same sheet has the same number; where it is the scan "
+                              "of this print, touch it",
+                              arguments.scan),
+                  ErrorKind::kSafety);
+    }
     if (auto read = reader.Read(arguments.scan); !read) return tl::unexpected(read.error());
     return reader.all_good();
   }
@@ -289,8 +298,7 @@ Result<bool> Analyse(const StartArguments& arguments, const Printed& printed,
   if (!own) return tl::unexpected(own.error());
   procedure::ScanWait wait;
   wait.folder = arguments.watch.empty() ? *own : fs::path(arguments.watch);
-  constexpr std::int64_t kClocks_s = 10;  // of another computer's files
-  wait.since_s = printed.record.printed_s - kClocks_s;
+  wait.since_s = since_s;
   wait.read = [&reader](const fs::path& path) { return reader.Read(path); };
   wait.say = [](const std::string& line) { fmt::print(stderr, "  {}\n", line); };
   fmt::print(stderr,
@@ -316,6 +324,18 @@ void PrintNothingSet(const Printed& printed) {
       "nothing applied   {}\n"
       "                  trammel offset apply {} --for klipper-gcode-offset --now TOOL:X,Y\n",
       printed.why_not_set, printed.folder.string());
+}
+
+// In the printer's own words: the measurement is taken out, and must not be once more.
+void PrintHowToKeep(const std::vector<procedure::OffsetCorrection>& corrections) {
+  fmt::print("until the next restart; to keep it, in the printer's console:\n");
+  for (const procedure::OffsetCorrection& change : corrections) {
+    for (const std::string& line :
+         SaveCommands(tool_offset::OffsetFirmware::kKlipperTool, change.tool)) {
+      fmt::print("                  {}\n", line);
+    }
+  }
+  fmt::print("                  SAVE_CONFIG\n");
 }
 
 /// Shows old and new, and sets them where somebody says yes.
@@ -347,9 +367,10 @@ Result<void> Settle(const SheetConfig& config, const Printed& printed, const Int
   settling.setting.source = fs::absolute(printed.folder).lexically_normal().string();
   auto connection = ConnectTo(config.config.scan, interrupt);
   if (!connection) return tl::unexpected(connection.error());
-  const auto settled = SettleOffsets(connection->session, settling, person);
-  if (!settled) return tl::unexpected(settled.error());
-  if (*settled == procedure::Settled::kLeft) {
+  const Session& session = connection->session;
+  const auto set = SetWhereWanted(session, settling, person);
+  if (!set) return tl::unexpected(set.error());
+  if (!*set) {
     PrintNothingSet(printed);
     return {};
   }
@@ -357,13 +378,11 @@ Result<void> Settle(const SheetConfig& config, const Printed& printed, const Int
     NoteApplied(
         {measurement::Instrument::kToolOffset, *measured->result, config.config.scan.address, {}});
   }
-  const std::string printer = printed.record.printer;
-  if (*settled == procedure::Settled::kSet) {
-    fmt::print("to keep it        trammel offset apply {} --apply --save --force --printer {}\n",
-               printed.folder.string(), printer);
-  }
+  const auto kept = KeepWhereWanted(session, settling, person);
+  if (!kept || !*kept) PrintHowToKeep(settling.corrections);
   fmt::print("to undo it        trammel offset apply --undo{} --printer {}\n",
-             *settled == procedure::Settled::kKept ? " --save" : "", printer);
+             kept && *kept ? " --save" : "", printed.record.printer);
+  if (!kept) return tl::unexpected(kept.error());
   fmt::print("next              print another sheet and look for zero: trammel offset start\n");
   return {};
 }

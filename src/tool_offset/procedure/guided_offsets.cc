@@ -1,6 +1,7 @@
 #include "tool_offset/procedure/guided_offsets.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <cstdlib>
 #include <utility>
@@ -14,6 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kWho = "trammel offset start";
+
 /// Reads one file. @returns whether it answers; what is wrong with it is said.
 Result<bool> Try(const ScanWait& wait, const fs::path& path) {
   auto read = wait.read(path);
@@ -23,7 +26,8 @@ Result<bool> Try(const ScanWait& wait, const fs::path& path) {
 }
 
 /// What somebody typed: a file to read, or a folder to watch from now on.
-Result<bool> TakeTyped(const ScanWait& wait, const std::string& line, ScanFolder& folder) {
+Result<bool> TakeTyped(const ScanWait& wait, const std::string& line, ScanFolder& folder,
+                       fs::path& doubted) {
   const fs::path path = TypedPath(line);
   if (path.empty()) return false;
   std::error_code error;
@@ -31,6 +35,15 @@ Result<bool> TakeTyped(const ScanWait& wait, const std::string& line, ScanFolder
   if (kind == fs::file_type::directory) {
     folder = ScanFolder(path, wait.since_s);
     wait.say("watching " + path.string());
+    return false;
+  }
+  if (kind == fs::file_type::regular && path != doubted && IsOlder(path, wait.since_s)) {
+    doubted = path;
+    wait.say(
+        fmt::format("{} was written before the sheet was printed, and an earlier print of the "
+                    "same sheet has the same number: where it is the scan of this print all "
+                    "the same, type it again",
+                    path.string()));
     return false;
   }
   if (kind == fs::file_type::regular) return Try(wait, path);
@@ -74,6 +87,11 @@ std::string ToolsOf(const std::vector<OffsetCorrection>& corrections) {
 
 }  // namespace
 
+bool IsOlder(const fs::path& path, std::int64_t since_s) {
+  struct stat found {};
+  return ::stat(path.c_str(), &found) == 0 && found.st_mtim.tv_sec < since_s;
+}
+
 fs::path TypedPath(const std::string& line) {
   constexpr const char* kBlanks = " \t\r\n";
   const std::size_t first = line.find_first_not_of(kBlanks);
@@ -98,6 +116,7 @@ fs::path TypedPath(const std::string& line) {
 Result<void> WaitForScan(Person& person, const ScanWait& wait) {
   constexpr double kLook_s = 1;
   ScanFolder folder(wait.folder, wait.since_s);
+  fs::path doubted;
   for (;;) {
     const ScanFolder::Look look = folder.Next();
     for (const fs::path& path : look.growing) wait.say(path.string() + " is still being written");
@@ -109,7 +128,7 @@ Result<void> WaitForScan(Person& person, const ScanWait& wait) {
     const auto line = person.LineWithin(kLook_s);
     if (!line) return tl::unexpected(line.error());
     if (!*line) continue;
-    const auto answered = TakeTyped(wait, **line, folder);
+    const auto answered = TakeTyped(wait, **line, folder, doubted);
     if (!answered) return tl::unexpected(answered.error());
     if (*answered) return {};
   }
@@ -129,8 +148,8 @@ std::vector<OffsetCorrection> CorrectionsOf(const files::StartRecord& record,
   return corrections;
 }
 
-Result<Settled> SettleOffsets(const Session& session, const OffsetSettling& settling,
-                              Person& person) {
+Result<bool> SetWhereWanted(const Session& session, const OffsetSettling& settling,
+                            Person& person) {
   const auto& corrections = settling.corrections;
   if (auto same = CheckUnchanged(session, settling.record); !same) {
     return tl::unexpected(same.error());
@@ -138,31 +157,28 @@ Result<Settled> SettleOffsets(const Session& session, const OffsetSettling& sett
   const auto set = AskIfPossible(
       person, {kApplyQuestion, fmt::format("set the new offsets of {} on {}", ToolsOf(corrections),
                                            settling.record.printer)});
-  if (!set) return tl::unexpected(set.error());
-  if (!*set) return Settled::kLeft;
-  {
-    // What is read, noted and set belongs together.
-    const auto turn =
-        TakeTurn(session, *settling.settings, settling.state_folder, "trammel offset start");
-    if (!turn) return tl::unexpected(turn.error());
-    if (auto same = CheckUnchanged(session, settling.record); !same) {
-      return tl::unexpected(same.error());
-    }
-    auto done = SetOffsets(session, corrections, settling.setting);
-    if (!done) return tl::unexpected(done.error());
-  }
+  if (!set || !*set) return set;
+  // What is read, noted and set belongs together.
+  const auto turn = TakeTurn(session, *settling.settings, settling.state_folder, kWho);
+  if (!turn) return tl::unexpected(turn.error());
+  auto done = CheckUnchanged(session, settling.record);
+  if (done) done = SetOffsets(session, corrections, settling.setting);
+  if (!done) return tl::unexpected(done.error());
+  return true;
+}
+
+Result<bool> KeepWhereWanted(const Session& session, const OffsetSettling& settling,
+                             Person& person) {
   const auto keep = AskIfPossible(
       person, {kKeepQuestion,
                "keep them beyond a restart (SAVE_CONFIG writes printer.cfg and restarts Klipper: "
                "nothing is homed or hot then)"});
-  if (!keep) return tl::unexpected(keep.error());
-  if (!*keep) return Settled::kSet;
-  const auto turn =
-      TakeTurn(session, *settling.settings, settling.state_folder, "trammel offset start");
+  if (!keep || !*keep) return keep;
+  const auto turn = TakeTurn(session, *settling.settings, settling.state_folder, kWho);
   if (!turn) return tl::unexpected(turn.error());
-  auto kept = KeepOffsets(session, corrections, settling.setting);
+  auto kept = KeepOffsets(session, settling.corrections, settling.setting);
   if (!kept) return tl::unexpected(kept.error());
-  return Settled::kKept;
+  return true;
 }
 
 Result<bool> WasPrinted(const Session& session, const std::string& run) {

@@ -32,9 +32,13 @@ struct ScanWait {
 };
 
 /// Waits for a scan of the sheet, in the folder or by a path that is typed, until one answers.
-/// Files that do not are told with the reason, once as long as they stay as they are. Errors:
-/// kInterrupted.
+/// Files that do not are told with the reason, once as long as they stay as they are; one that is
+/// typed and older than the print has to be typed twice. Errors: kInterrupted.
 [[nodiscard]] Result<void> WaitForScan(Person& person, const ScanWait& wait);
+
+/// Whether a file was written before: of an earlier print of the same sheet, whose number is the
+/// same. A file that cannot be looked at was not.
+[[nodiscard]] bool IsOlder(const std::filesystem::path& path, std::int64_t since_s);
 
 /// A path as people type it or drag it into a terminal: quotes, file://, \-escaped blanks and ~/.
 [[nodiscard]] std::filesystem::path TypedPath(const std::string& line);
@@ -52,17 +56,17 @@ struct OffsetSettling {
   SetOffsetsOptions setting;
 };
 
-enum class Settled {
-  kLeft,  ///< nothing was set: the answer was no, or there was none
-  kSet,   ///< until the next restart
-  kKept,
-};
+// @returns whether it was done: not where the answer is no, nor where there is nobody to ask and no
+// answer was given beforehand.
 
-/// Asks whether the offsets shall be set, sets them, asks whether they shall be kept. Without
-/// anybody to ask, and without an answer beforehand, nothing is set. Errors: kSafety where a tool
-/// has another offset now than when the sheet was printed; those of TakeTurn and SetOffsets.
-[[nodiscard]] Result<Settled> SettleOffsets(const Session& session, const OffsetSettling& settling,
-                                            Person& person);
+/// Asks whether the offsets shall be set, until the next restart, and sets them. Errors: kSafety
+/// where a tool has another offset now than when the sheet was printed; those of TakeTurn and
+/// SetOffsets.
+[[nodiscard]] Result<bool> SetWhereWanted(const Session& session, const OffsetSettling& settling,
+                                          Person& person);
+/// Asks whether what was set shall be kept, and keeps it. Errors: those of TakeTurn, KeepOffsets.
+[[nodiscard]] Result<bool> KeepWhereWanted(const Session& session, const OffsetSettling& settling,
+                                           Person& person);
 
 /// Whether the run's file has been printed to its end, by what the printer still tells: for a run
 /// that died while it printed. Errors (kMachine): the printer's.

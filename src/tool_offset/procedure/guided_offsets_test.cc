@@ -43,6 +43,7 @@ class WaitForScanTest : public ::testing::Test {
     Typist typist(std::move(lines));
     ScanWait wait;
     wait.folder = folder_.path();
+    wait.since_s = since_s_;
     wait.read = [this](const std::filesystem::path& path) -> Result<bool> {
       read_.push_back(path.filename().string());
       if (path.filename() != "good.png") return Fail(path.filename().string() + " is no sheet");
@@ -53,6 +54,7 @@ class WaitForScanTest : public ::testing::Test {
   }
 
   test::TemporaryFolder folder_;
+  std::int64_t since_s_ = 0;
   std::vector<std::string> read_;
   std::vector<std::string> said_;
 };
@@ -72,6 +74,18 @@ TEST_F(WaitForScanTest, AFolderThatIsTypedIsWatchedInstead) {
   std::filesystem::create_directory(folder_.path() / "later");
   test::WriteWhole(folder_.path() / "later" / "good.png", "x");
   ASSERT_TRUE(Wait({(folder_.path() / "later").string(), "(waits)", "(waits)", "(waits)"}));
+  EXPECT_THAT(read_, ElementsAre("good.png"));
+}
+
+TEST_F(WaitForScanTest, WhatIsOlderThanThePrintHasToBeTypedTwice) {
+  since_s_ = 4'000'000'000;  // in the year 2096
+  std::filesystem::create_directory(folder_.path() / "later");
+  test::WriteWhole(folder_.path() / "later" / "good.png", "x");
+  const std::string good = (folder_.path() / "later" / "good.png").string();
+  EXPECT_FALSE(Wait({good, "(waits)"}));
+  EXPECT_THAT(read_, IsEmpty());
+  EXPECT_THAT(said_, ElementsAre(HasSubstr("before the sheet was printed")));
+  EXPECT_TRUE(Wait({good, good}));
   EXPECT_THAT(read_, ElementsAre("good.png"));
 }
 

@@ -59,14 +59,12 @@ Result<std::vector<PrinterTool>> OfToolchanger(const Session& session) {
   const auto numbers = ToolNumbers(session);
   if (!numbers) return tl::unexpected(numbers.error());
   std::vector<PrinterTool> tools;
-  for (const int number : *numbers) {
+  for (const int number : std::set<int>(numbers->begin(), numbers->end())) {
     if (number < 0 || number > kMostTool) continue;
     auto tool = ReadTool(session, number);
     if (!tool) return tl::unexpected(tool.error());
     tools.push_back({number, tool->extruder, tool->kept});
   }
-  std::sort(tools.begin(), tools.end(),
-            [](const PrinterTool& a, const PrinterTool& b) { return a.number < b.number; });
   return tools;
 }
 

@@ -230,11 +230,19 @@ Result<void> No(const char* what) {
 
 Result<void> PrepareForPaper(const Session& session, const SheetPrint& print, Person& person,
                              PrinterStateGuard& guard, ColdWatch& watch) {
+  // Paper that lies there already gets no colder than the bed: nothing is begun over a warm one.
+  if (person.AnsweredBefore(kPaperQuestion) && !watch.Warm().empty()) {
+    return Fail(fmt::format("paper that is taped down beforehand (--yes {}) wants a cold printer: "
+                            "{}; let it cool, and begin again",
+                            kPaperQuestion, watch.Warm()),
+                ErrorKind::kSafety);
+  }
+  // Whichever tool is mounted now: the modes come back, offsets are each tool's own.
+  if (auto begun = guard.Begin(session); !begun) return begun;
   if (auto off = HeatersOff(session); !off) return off;
   auto moved =
       Move(session, HomeAndPickUpGcode(print.plan), "homing, and picking up the tool", "homing");
   if (moved) moved = CheckMounted(session, print);
-  if (moved) moved = guard.Begin(session);
   if (moved) moved = Move(session, ParkForPaperGcode(print.plan), "parking", "homing");
   if (moved) moved = HeatersOff(session);  // what levelling switched on
   if (moved)
@@ -243,13 +251,6 @@ Result<void> PrepareForPaper(const Session& session, const SheetPrint& print, Pe
                            "the heaters to be off", session.Within(kAsk_s))
                 .map([](const PrinterState&) {});
   if (!moved) return moved;
-  // Paper that lies there already got warm with the bed: it was to be cold before.
-  if (person.AnsweredBefore(kPaperQuestion) && !watch.Warm().empty()) {
-    return Fail(fmt::format("paper that is taped down beforehand (--yes {}) wants a cold printer: "
-                            "{}; let it cool, and begin again",
-                            kPaperQuestion, watch.Warm()),
-                ErrorKind::kSafety);
-  }
   return WaitUntilCold(session, watch);
 }
 
@@ -353,6 +354,7 @@ GuardedOutcome PrintSheet(Session& session, SheetPrint& print, Person& person) {
   run.identity.run = print.record.run;
   run.identity.started = print.record.started;
   run.identity.state_folder = print.state_folder;
+  run.identity.without_laser = true;
   run.identity.heaters_end_off = true;
   run.identity.changes_tools = true;
   run.park = {park.z_mm, park.x_mm, park.y_mm, printer.z_speed_mm_s, printer.travel_speed_mm_s};

@@ -48,13 +48,16 @@ Result<std::string> ObjectOf(const Session& session, int tool) {
   for (std::size_t i = 0; i < std::min(numbers.size(), names.size()); ++i) {
     if (numbers[i] == tool && names[i].is_string()) return names[i].get<std::string>();
   }
+  constexpr std::size_t kShown = 32;
+  const auto shown = static_cast<std::ptrdiff_t>(std::min(numbers.size(), kShown));
+  const nlohmann::json first(std::vector<nlohmann::json>(numbers.begin(), numbers.begin() + shown));
   return Fail(
       numbers.empty()
           ? fmt::format("the printer has no tools of klipper-toolchanger; give the offset of tool "
                         "{0} by hand with --now {0}:X,Y",
                         tool)
           : fmt::format("the printer has no tool {}: its toolchanger has {}", tool,
-                        numbers.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)),
+                        first.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)),
       ErrorKind::kMachine);
 }
 
@@ -166,7 +169,9 @@ Result<KlipperTool> ReadTool(const Session& session, int tool) {
   if (!y) return tl::unexpected(y.error());
   const auto extruder = object.find("extruder");
   const bool named = extruder != object.end() && extruder->is_string();
-  return KlipperTool{named ? extruder->get<std::string>() : std::string(), {*x, *y}};
+  constexpr std::size_t kLongestName = 60;
+  return KlipperTool{named ? extruder->get<std::string>().substr(0, kLongestName) : std::string(),
+                     {*x, *y}};
 }
 
 Result<void> SetToolOffset(const Session& session, int tool, const KeptOffset& offset) {
