@@ -55,6 +55,7 @@ INSTRUMENTS = {
         "targets": {"camera"},
         "pose": {"camera", "targets"},
         "views": {"camera", "pose"},
+        "board": {"camera", "targets", "pose"},
         "budget": {"camera", "pose"},
         "correction": {"camera", "pose"},
         "mesh": set(),

@@ -1,0 +1,696 @@
+#include "part_alignment/board/board_calibration.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "base/chi_square.h"
+#include "geometry/euler.h"
+#include "geometry/linear_systems.h"
+#include "part_alignment/board/board_adjust.h"
+#include "part_alignment/board/board_answer.h"
+#include "part_alignment/board/board_change.h"
+#include "part_alignment/board/board_diagnosis.h"
+#include "part_alignment/board/board_input.h"
+#include "part_alignment/board/board_start.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::size_t kLeastViews = 8;
+constexpr std::size_t kLeastMarks = 6;
+constexpr double kMostWrong = 0.05;  // of pictures, and of sights
+constexpr int kIterations = 60;
+
+BoardCalibration& Say(Verdict verdict, std::string reason, BoardCalibration& result) {
+  result.verdict = verdict;
+  result.reason = std::move(reason);
+  return result;
+}
+
+std::string NameOf(const BoardMeasurement& measurement, std::size_t view) {
+  const std::string& picture = measurement.views[view].picture;
+  return picture.empty() ? fmt::format("view {}", view + 1) : picture;
+}
+
+// Pictures of another size than the camera's.
+std::optional<std::string> SizeFault(const BoardMeasurement& measurement) {
+  for (std::size_t i = 0; i < measurement.views.size(); ++i) {
+    const BoardView& view = measurement.views[i];
+    if (view.width_px == 0 || (view.width_px == measurement.camera.width_px &&
+                               view.height_px == measurement.camera.height_px)) {
+      continue;
+    }
+    return fmt::format(
+        "{} has {} x {} px, the camera {} x {}: a calibration holds for one camera with one "
+        "picture size, uncropped; take all pictures with that",
+        NameOf(measurement, i), view.width_px, view.height_px, measurement.camera.width_px,
+        measurement.camera.height_px);
+  }
+  return std::nullopt;
+}
+
+// What of the camera's place is told by what.
+struct PlaceTold {
+  bool turned = false;
+  bool touched_along = false;
+  bool touched_across = false;
+  bool prior = false;
+  [[nodiscard]] bool along() const { return touched_along || prior; }
+  [[nodiscard]] bool across() const { return turned || touched_across || prior; }
+};
+
+PlaceTold ToldOf(const BoardNetwork& network) {
+  PlaceTold told;
+  constexpr double kTurned_rad = 0.02;  // the index error leaves nothing of less
+  double first = 0;
+  bool any = false;
+  for (const BoardNetwork::Stop& stop : network.stops) {
+    if (!stop.used) continue;
+    if (!any) first = stop.turn_rad;
+    any = true;
+    const double by = std::remainder(stop.turn_rad - first, 2 * std::numbers::pi);
+    told.turned = told.turned || std::abs(by) > kTurned_rad;
+  }
+  std::vector<bool> seen(network.marks, false);
+  for (const BoardNetwork::Sight& sight : network.sights) {
+    if (sight.used && network.stops[sight.view].used) seen[sight.mark] = true;
+  }
+  const Matrix3d turn = network.machine_from_spindle.transpose();
+  for (const BoardNetwork::Touch& touch : network.touches) {
+    if (!seen[touch.mark]) continue;
+    for (Index axis = 0; axis < 3; ++axis) {
+      if (!std::isfinite(touch.sigma_mm[axis])) continue;
+      const Vector3d along = turn.col(axis).cwiseAbs();
+      told.touched_along = told.touched_along || along.z() > 0.5;
+    }
+    const Vector3d sigma = touch.sigma_mm;
+    int across = 0;
+    for (Index axis = 0; axis < 3; ++axis) {
+      if (std::isfinite(sigma[axis]) && turn.col(axis).head<2>().norm() > 0.5) ++across;
+    }
+    told.touched_across = told.touched_across || across >= 2;
+  }
+  told.prior = network.place.has_value();
+  return told;
+}
+
+HeldUnknowns HeldOf(const BoardNetwork& network, const PlaceTold& told) {
+  HeldUnknowns held(static_cast<std::size_t>(SharedUnknowns(network)), false);
+  held[7] = held[8] = !told.across();
+  held[9] = !told.along();
+  for (Index i = kBoardScale; i < SharedUnknowns(network); ++i) {
+    held[static_cast<std::size_t>(i)] = !(PriorSigma(network, i) > 0);
+  }
+  return held;
+}
+
+// Moves camera and marks together, which no picture notices, to where touches or what is stated of
+// the camera's place put them: the adjustment would take many steps for it.
+void PlaceByTold(const BoardNetwork& network, const PlaceTold& told, BoardState& state) {
+  const Matrix3d& turn = network.machine_from_spindle;
+  Vector3d by = Vector3d::Zero();  // in the spindle's frame
+  Vector3d count = Vector3d::Zero();
+  for (const BoardNetwork::Touch& touch : network.touches) {
+    if (state.marks_mm[touch.mark].isZero()) continue;
+    const Vector3d off = turn.transpose() * (PartialsOf(network, state, touch).residual_mm);
+    for (Index axis = 0; axis < 3; ++axis) {
+      Index machine_axis = 0;
+      turn.col(axis).cwiseAbs().maxCoeff(&machine_axis);
+      if (!std::isfinite(touch.sigma_mm[machine_axis])) continue;
+      by[axis] -= off[axis];
+      count[axis] += 1;
+    }
+  }
+  Vector3d& place = state.camera.taper_from_camera.translation_mm;
+  for (Index axis = 0; axis < 3; ++axis) {
+    if (axis < 2 && told.turned) {
+      by[axis] = 0;
+    } else if (count[axis] > 0) {
+      by[axis] /= count[axis];
+    } else {
+      by[axis] = network.place ? network.place->at_mm[axis] - place[axis] : 0;
+    }
+  }
+  place += by;
+  for (Vector3d& mark : state.marks_mm) mark += turn * by;
+}
+
+// The adjustment with what it works on.
+struct Work {
+  BoardPieces pieces;
+  PlaceTold told;
+  HeldUnknowns held;
+  BoardState state;
+  BoardFit fit;
+  BoardPrecision precision;
+  double pixel_factor = 1;  ///< sigmas of the sights over those stated
+  bool shallow = false;     ///< the spindle's heights are nearly alike
+};
+
+void Adjust(Work& work) {
+  work.fit = AdjustBoard(work.pieces.network, work.held, kIterations, work.state);
+  if (std::isfinite(work.fit.cost)) {
+    work.precision = PrecisionOf(work.pieces.network, work.state, work.held);
+  }
+}
+
+void AdjustFromStart(Work& work) {
+  work.fit = AdjustFirst(work.held, kIterations, work.pieces.network, work.state);
+  if (std::isfinite(work.fit.cost)) {
+    work.precision = PrecisionOf(work.pieces.network, work.state, work.held);
+  }
+}
+
+double PixelRoot(const Work& work) {
+  return std::sqrt(work.precision.pixel_square / std::max(1.0, work.precision.pixel_redundancy));
+}
+
+// Puts the sigmas of sights and of the machine to what they scatter by (Helmert's estimate).
+void FitSigmas(Work& work) {
+  BoardNetwork& network = work.pieces.network;
+  constexpr double kLeastFactor = 0.2;
+  constexpr double kEnoughFreedom = 20;
+  for (int round = 0; round < 4; ++round) {
+    const double root = PixelRoot(work);
+    const double factor = std::max(kLeastFactor / work.pixel_factor, root);
+    const bool placed = work.precision.place_redundancy > kEnoughFreedom;
+    // The standard deviation of Student's t over that of the normal distribution is in it.
+    const double freedom = work.precision.place_redundancy;
+    const double places = placed ? std::sqrt(work.precision.place_square / (freedom - 2)) : 1;
+    for (BoardNetwork::Sight& sight : network.sights) sight.sigma_px *= factor;
+    work.pixel_factor *= factor;
+    constexpr double kLeast_mm = 1e-4;
+    const double machine_mm =
+        std::clamp(network.machine.repeatability_mm * places, kLeast_mm, 10.0);
+    const bool same = std::abs(factor - 1) < 1e-3 &&
+                      std::abs(machine_mm / network.machine.repeatability_mm - 1) < 1e-2;
+    network.machine.repeatability_mm = machine_mm;
+    Adjust(work);
+    if (same || !work.fit.converged) return;
+  }
+}
+
+// Sights that are far beside where all others put them; false when there are too many.
+bool DropWrongSights(double false_alarm, Work& work, std::size_t& dropped) {
+  BoardNetwork& network = work.pieces.network;
+  std::vector<double> lengths;
+  std::vector<std::size_t> of;
+  for (std::size_t i = 0; i < network.sights.size(); ++i) {
+    const BoardNetwork::Sight& sight = network.sights[i];
+    if (!sight.used || !network.stops[sight.view].used) continue;
+    const auto residual =
+        SightResidual(network, work.state, FrameOf(network, work.state, sight.view), sight);
+    lengths.push_back(residual ? residual->norm() / sight.sigma_px
+                               : std::numeric_limits<double>::infinity());
+    of.push_back(i);
+  }
+  if (lengths.empty()) return false;
+  std::vector<double> sorted = lengths;
+  std::nth_element(sorted.begin(), sorted.begin() + static_cast<long>(sorted.size() / 2),
+                   sorted.end());
+  // The length of two standard normal numbers exceeds x in exp(-x²/2) of the cases.
+  const double wrong_sigma =
+      std::sqrt(2 * std::log(static_cast<double>(lengths.size()) / false_alarm));
+  const double scale = std::max(0.05, sorted[sorted.size() / 2] / 1.177);
+  const double worst = *std::max_element(lengths.begin(), lengths.end());
+  if (!(worst > wrong_sigma * scale)) return true;
+  const double limit = std::max(wrong_sigma * scale, worst / 2);
+  for (std::size_t k = 0; k < of.size(); ++k) {
+    if (!(lengths[k] > limit)) continue;
+    network.sights[of[k]].used = false;
+    ++dropped;
+  }
+  LeaveOutLonely(network);
+  Adjust(work);
+  return static_cast<double>(dropped) <= kMostWrong * static_cast<double>(network.sights.size());
+}
+
+// The picture whose place contradicts the others most; absent where none does.
+std::optional<std::size_t> WrongPlace(const Work& work, double false_alarm) {
+  const BoardNetwork& network = work.pieces.network;
+  const double prior = std::pow(network.machine.repeatability_mm, 2);
+  std::vector<double> tests(network.stops.size(), 0);
+  std::vector<double> used;
+  for (std::size_t i = 0; i < network.stops.size(); ++i) {
+    if (!network.stops[i].used) continue;
+    // Where pictures tell next to nothing of a place, rounding must not speak.
+    constexpr double kRounding = 1e-3;
+    const Matrix3d covariance =
+        (1 + kRounding) * prior * Matrix3d::Identity() - work.precision.off_covariance[i];
+    tests[i] = work.state.off_mm[i].dot(
+        geometry::SolveLeastSquares(covariance, work.state.off_mm[i]).col(0));
+    used.push_back(tests[i]);
+  }
+  if (used.empty()) return std::nullopt;
+  std::nth_element(used.begin(), used.begin() + static_cast<long>(used.size() / 2), used.end());
+  const double scale = std::max(1.0, used[used.size() / 2] / ChiSquareQuantile(0.5, 3));
+  const auto worst = std::max_element(tests.begin(), tests.end());
+  const double limit =
+      ChiSquareQuantile(1 - false_alarm / static_cast<double>(used.size()), 3) * scale;
+  if (!(*worst > limit)) return std::nullopt;
+  return static_cast<std::size_t>(worst - tests.begin());
+}
+
+void NoteViews(const BoardMeasurement& measurement, BoardCalibration& result) {
+  for (std::size_t i = 0; i < measurement.views.size(); ++i) {
+    BoardViewResult& view = result.views.emplace_back();
+    view.picture = NameOf(measurement, i);
+    view.observations = static_cast<int>(measurement.views[i].observations.size());
+    if (view.observations == 0) view.reason = "shows no mark";
+  }
+}
+
+void NoteUnused(const BoardNetwork& network, BoardCalibration& result) {
+  std::vector<std::string> empty;
+  std::vector<std::string> few;
+  for (std::size_t i = 0; i < result.views.size(); ++i) {
+    BoardViewResult& view = result.views[i];
+    view.used = network.stops[i].used;
+    if (view.used) continue;
+    if (view.reason.empty()) {
+      view.reason = fmt::format("shows fewer than {} marks that others show", kLeastMarksInView);
+      few.push_back(view.picture);
+    } else if (view.observations == 0) {
+      empty.push_back(view.picture);
+    }
+  }
+  const auto say = [&](const std::vector<std::string>& names, const std::string& why) {
+    if (names.empty()) return;
+    constexpr std::size_t kShown = 10;
+    const std::vector<std::string> shown(
+        names.begin(), names.begin() + static_cast<long>(std::min(names.size(), kShown)));
+    result.notices.push_back(
+        fmt::format("{}{} {}", fmt::join(shown, ", "), names.size() > kShown ? ", …" : "", why));
+  };
+  say(empty, "left out: no mark is in it");
+  say(few, fmt::format("left out: fewer than {} marks that others show", kLeastMarksInView));
+}
+
+constexpr const char* kHeightsAlike =
+    ": the focal length and the distance cannot be told apart from heights so much alike; take "
+    "pictures from heights of 1 : 2 above the board, at each from all over it";
+
+// With X and Z turned round, so that the camera looks to the board.
+BoardMeasurement WithoutSide(BoardMeasurement measurement) {
+  for (BoardView& view : measurement.views) {
+    view.spindle_mm.x() = -view.spindle_mm.x();
+    view.spindle_mm.z() = -view.spindle_mm.z();
+    view.spindle_rotation.transposeInPlace();
+  }
+  return measurement;
+}
+
+// What is wrong before anything is adjusted; true where the result says so.
+bool RefuseStart(const BoardMeasurement& measurement, const BoardStart& start,
+                 BoardCalibration& result) {
+  const std::string heights =
+      fmt::format("the spindle's heights span {:.3g} mm and its places across {:.3g} mm",
+                  start.depth_mm, start.width_mm);
+  switch (start.fault) {
+    case BoardStartFault::kNone:
+      return false;
+    case BoardStartFault::kFewPictures:
+      Say(Verdict::kCannotTell,
+          "fewer than 4 pictures at any one angle of the spindle: take 20 or more at each", result);
+      return true;
+    case BoardStartFault::kOneLine:
+      Say(Verdict::kCannotTell,
+          "the spindle moves along one line: focal length, place and angles of the camera cannot "
+          "be told apart; move it along X, Y and Z",
+          result);
+      return true;
+    case BoardStartFault::kOneHeight:
+      Say(Verdict::kCannotTell, heights + kHeightsAlike, result);
+      return true;
+    case BoardStartFault::kShallow:
+    case BoardStartFault::kMirrored:
+    case BoardStartFault::kLooksAway:
+    case BoardStartFault::kNoCamera:
+      break;
+  }
+  if (start.fault == BoardStartFault::kMirrored) {
+    const std::string words = WordsForMirrored(measurement);
+    if (!words.empty()) {
+      Say(Verdict::kRefused,
+          "the pictures are the mirror image of what a camera sees from these places, so that the "
+          "table of places is wrong in " +
+              words + "; or looks_along is",
+          result);
+      return true;
+    }
+  }
+  if (start.fault == BoardStartFault::kLooksAway && RootOf(WithoutSide(measurement)) < 20) {
+    Say(Verdict::kRefused,
+        "with these places the camera would look into the spindle: the sign of Z is wrong, "
+        "together with that of X or Y; or spindle_rotation is",
+        result);
+    return true;
+  }
+  constexpr double kBeyond = 1e6;  // sigmas: there is no adjustment at all
+  if (const auto fault = FindTableFault(measurement, kBeyond)) {
+    Say(Verdict::kRefused, "no camera sees the board so from these places: " + *fault, result);
+  } else if (start.fault == BoardStartFault::kShallow) {
+    Say(Verdict::kCannotTell, heights + kHeightsAlike, result);
+  } else {
+    Say(Verdict::kRefused,
+        "no camera sees the board so from these places: the table of places does not belong to the "
+        "pictures, or pictures of two cameras are mixed; check the order, units and signs of the "
+        "table",
+        result);
+  }
+  return true;
+}
+
+std::string KindInWords(BoardChangeKind kind) {
+  switch (kind) {
+    case BoardChangeKind::kBoard:
+      return "the board moved";
+    case BoardChangeKind::kCamera:
+      return "the camera was moved in its holder";
+    case BoardChangeKind::kLens:
+      return "the lens was touched (focus, zoom), or another camera took over";
+  }
+  return {};
+}
+
+std::string SizeInWords(const BoardChange& change, const Camera& camera) {
+  if (change.kind == BoardChangeKind::kLens) {
+    return fmt::format("focal length {:+.3g} %, principal point {:+.2f}, {:+.2f} px",
+                       100 * change.by[0] / camera.focal_length_mm, change.by[1], change.by[2]);
+  }
+  return fmt::format("by {:.3g} mm and {:.3g} mrad", change.by.head<3>().norm(),
+                     1e3 * change.by.tail<3>().norm());
+}
+
+// Which change explains it, where others explain it as well: all of them.
+std::string ChangeInWords(const BoardMeasurement& measurement, const Camera& camera,
+                          std::vector<BoardChange> changes) {
+  std::sort(changes.begin(), changes.end(),
+            [](const auto& a, const auto& b) { return a.statistic > b.statistic; });
+  std::string words;
+  for (const BoardChange& change : changes) {
+    constexpr double kAsGood = 0.7;
+    if (change.statistic < kAsGood * changes.front().statistic) continue;
+    words +=
+        fmt::format("{}{} before {} ({})", words.empty() ? "" : ", or ", KindInWords(change.kind),
+                    NameOf(measurement, change.first_after), SizeInWords(change, camera));
+  }
+  return words;
+}
+
+// Both sides of a change by themselves are sound.
+bool SplitsAt(const BoardMeasurement& measurement, std::size_t first_after, double root) {
+  BoardMeasurement before = measurement;
+  BoardMeasurement after = measurement;
+  const auto cut = static_cast<long>(first_after);
+  before.views.erase(before.views.begin() + cut, before.views.end());
+  after.views.erase(after.views.begin(), after.views.begin() + cut);
+  if (before.views.size() < kLeastViews || after.views.size() < kLeastViews) return false;
+  constexpr double kBetter = 1.7;
+  return RootOf(before) < root / kBetter && RootOf(after) < root / kBetter;
+}
+
+// A machine's error that is far beyond what was stated of it.
+std::optional<std::string> PriorFault(const Work& work) {
+  constexpr double kBeyond = 6;  // sigmas
+  const BoardNetwork& network = work.pieces.network;
+  const Eigen::VectorXd shared = SharedOf(network, work.state);
+  Index worst = 0;
+  double most = kBeyond;
+  for (Index i = kBoardScale; i < shared.size(); ++i) {
+    const double sigma = PriorSigma(network, i);
+    if (!(sigma > 0) || !(std::abs(shared[i]) > most * sigma)) continue;
+    most = std::abs(shared[i]) / sigma;
+    worst = i;
+  }
+  if (worst == 0) return std::nullopt;
+  const double value = shared[worst];
+  std::string what = "the spindle's angle is {:.3g} rad off where it is stated (index_rad)";
+  if (worst < kBoardSquare) {
+    what = fmt::format("{}'s scale is off by {{:.3g}} (scale)", "XYZ"[worst - kBoardScale]);
+  } else if (worst < kBoardLean) {
+    what = "two axes are {:.3g} rad off a right angle (squareness_rad)";
+  } else if (worst < kBoardTool) {
+    what = "the spindle's axis leans by {:.3g} rad (lean_rad)";
+  } else if (worst < kBoardStays) {
+    what = "the tool is {:.3g} mm longer than stated (tool_length_sigma_mm)";
+  }
+  return fmt::format(fmt::runtime(what), value) +
+         fmt::format(", {:.3g} times what is stated of it", most);
+}
+
+// A fit whose residuals are beyond reason, or that asks for a machine beyond what was stated of it.
+void NameMisfit(const BoardMeasurement& measurement, double most_residual_sigma, const Work& work,
+                BoardCalibration& result) {
+  constexpr double kBeyond = 1e6;  // sigmas: there is no adjustment at all
+  const double root = std::min(RootOf(measurement), kBeyond);
+  const std::string head = fmt::format(
+      "pictures and places do not fit one board and one camera (residuals of {:.3g} stated sigmas "
+      "in all): ",
+      root);
+  if (const auto fault = FindTableFault(measurement, root)) {
+    Say(Verdict::kRefused, head + *fault, result);
+    return;
+  }
+  if (std::isfinite(work.fit.cost)) {
+    auto changes = FindChanges(work.pieces.network, work.state, work.precision, kLeastViews / 2);
+    std::erase_if(changes, [&](const BoardChange& change) {
+      return change.freedom == 0 || !SplitsAt(measurement, change.first_after, root);
+    });
+    if (!changes.empty()) {
+      Say(Verdict::kRefused,
+          head + ChangeInWords(measurement, work.state.camera, changes) +
+              "; take the pictures anew, with board, camera and focus at rest",
+          result);
+      return;
+    }
+    const auto fault = PriorFault(work);
+    if (fault && PixelRoot(work) * work.pixel_factor < most_residual_sigma) {
+      Say(Verdict::kRefused, head + *fault + "; state it larger if the machine is so", result);
+      return;
+    }
+  }
+  if (!(root < kBeyond) && work.shallow) {
+    Say(Verdict::kCannotTell, "the spindle's heights span little" + std::string(kHeightsAlike),
+        result);
+    return;
+  }
+  Say(Verdict::kRefused,
+      head +
+          "the table does not belong to the pictures, pictures of two cameras are mixed, or "
+          "several things moved; check the order of the table and that all pictures are of one "
+          "camera",
+      result);
+}
+
+bool NeedsMore(const BoardMeasurement& measurement, const BoardNetwork& network,
+               BoardCalibration& result) {
+  std::size_t views = 0;
+  for (const BoardNetwork::Stop& stop : network.stops) views += stop.used ? 1 : 0;
+  std::vector<bool> seen(network.marks, false);
+  for (const BoardNetwork::Sight& sight : network.sights) {
+    if (sight.used && network.stops[sight.view].used) seen[sight.mark] = true;
+  }
+  const auto marks = static_cast<std::size_t>(std::count(seen.begin(), seen.end(), true));
+  if (views >= kLeastViews && marks >= kLeastMarks) return false;
+  Say(Verdict::kCannotTell,
+      fmt::format("{} of {} pictures show {} marks that others show as well; at least {} pictures "
+                  "and {} marks are needed, and 40 and 20 are good",
+                  views, measurement.views.size(), marks, kLeastViews, kLeastMarks),
+      result);
+  return true;
+}
+
+// Takes perspective and lens out of the discs' centres by the camera and board as they are.
+void CorrectDiscs(const BoardMeasurement& measurement, double radius_mm, Work& work) {
+  const auto corrected = CorrectedCentres(measurement, work.pieces, work.state, radius_mm);
+  for (std::size_t i = 0; i < corrected.size(); ++i) {
+    work.pieces.network.sights[i].pixel = corrected[i];
+  }
+  Adjust(work);
+}
+
+// Wrong sights and wrongly stated places, one after the other; false where there are too many.
+bool LeaveOutWrong(const BoardMeasurement& measurement, const BoardCalibrateOptions& options,
+                   Work& work, BoardCalibration& result) {
+  std::size_t dropped = 0;
+  std::size_t wrong_places = 0;
+  const auto most_places = static_cast<std::size_t>(
+      std::ceil(kMostWrong * static_cast<double>(measurement.views.size())));
+  for (int round = 0; round < 100; ++round) {
+    const std::size_t before = dropped;
+    if (!DropWrongSights(options.false_alarm, work, dropped) || !std::isfinite(work.fit.cost))
+      return false;
+    if (dropped > before) continue;
+    const auto wrong = WrongPlace(work, options.false_alarm);
+    if (!wrong) break;
+    if (++wrong_places > most_places) return false;
+    const Vector3d off = work.state.off_mm[*wrong];
+    result.views[*wrong].reason =
+        fmt::format("was taken {:.3f}, {:.3f}, {:.3f} mm beside its place in the table", off.x(),
+                    off.y(), off.z());
+    result.notices.push_back(result.views[*wrong].picture + " left out: it " +
+                             result.views[*wrong].reason);
+    work.pieces.network.stops[*wrong].used = false;
+    work.state.off_mm[*wrong].setZero();
+    LeaveOutLonely(work.pieces.network);
+    Adjust(work);
+  }
+  if (dropped > 0) {
+    result.notices.push_back(
+        fmt::format("{} of {} marks in pictures left out: beside where all others put them",
+                    dropped, work.pieces.network.sights.size()));
+  }
+  return true;
+}
+
+bool Misfits(const Work& work, const BoardCalibrateOptions& options) {
+  if (!work.fit.converged || !std::isfinite(work.fit.cost)) return true;
+  const double places =
+      std::sqrt(work.precision.place_square / std::max(1.0, work.precision.place_redundancy));
+  constexpr double kMostPlaces = 25;  // times what is stated
+  return PixelRoot(work) > 4 * options.most_residual_sigma || places > kMostPlaces;
+}
+
+// Adjusts with a machine that counts as little certain, so that a wrong row stands out by itself;
+// then as stated, without those rows. False where too many are wrong.
+bool SettleLoosely(const BoardMeasurement& measurement, const BoardCalibrateOptions& options,
+                   Work& work, BoardCalibration& result) {
+  double& repeatability_mm = work.pieces.network.machine.repeatability_mm;
+  const double stated_mm = repeatability_mm;
+  constexpr double kLoose_mm = 1;
+  repeatability_mm = std::max(stated_mm, kLoose_mm);
+  AdjustFromStart(work);
+  if (!std::isfinite(work.fit.cost) || !LeaveOutWrong(measurement, options, work, result)) {
+    return false;
+  }
+  repeatability_mm = stated_mm;
+  Adjust(work);
+  return std::isfinite(work.fit.cost) && LeaveOutWrong(measurement, options, work, result);
+}
+
+// Refuses for what changed half-way, or widens by what it may have done.
+bool RefuseChange(const BoardMeasurement& measurement, const BoardCalibrateOptions& options,
+                  const Work& work, CameraCovariance& covariance, BoardCalibration& result) {
+  auto changes = FindChanges(work.pieces.network, work.state, work.precision, 3);
+  const auto views = static_cast<double>(measurement.views.size());
+  std::erase_if(changes, [&](const BoardChange& change) {
+    return change.freedom == 0 ||
+           change.statistic <
+               ChiSquareQuantile(1 - options.false_alarm / (3 * views), change.freedom);
+  });
+  if (changes.empty()) return false;
+  // What it does to the camera against what the camera is known to anyway.
+  double most = 0;
+  CameraVector influence = CameraVector::Zero();
+  for (const BoardChange& change : changes) {
+    for (Index i = 0; i < kCameraParameters; ++i) {
+      if (!(covariance(i, i) > 0)) continue;
+      const double share = std::abs(change.influence[i]) / std::sqrt(covariance(i, i));
+      if (share > most) {
+        most = share;
+        influence = change.influence;
+      }
+    }
+  }
+  const std::string words = ChangeInWords(measurement, work.state.camera, changes);
+  constexpr double kHarmless = 1;  // sigma of any parameter
+  if (most > kHarmless) {
+    Say(Verdict::kRefused,
+        words +
+            fmt::format(
+                ": the camera's parameters are off by up to {:.2g} of their sigmas by that; take "
+                "the pictures anew, with board, camera and focus at rest and the machine warm",
+                most),
+        result);
+    return true;
+  }
+  covariance += influence * influence.transpose();
+  result.notices.push_back(words +
+                           ", or the machine warmed up: what that does was added to the "
+                           "covariance");
+  return false;
+}
+
+}  // namespace
+
+Result<BoardCalibration> CalibrateByBoard(const BoardMeasurement& measurement,
+                                          const BoardCalibrateOptions& options) {
+  if (auto sound = Validate(measurement, options); !sound) return tl::unexpected(sound.error());
+  BoardCalibration result;
+  NoteViews(measurement, result);
+  if (const auto fault = SizeFault(measurement)) return Say(Verdict::kRefused, *fault, result);
+  Work work;
+  work.pieces = PiecesOf(measurement);
+  BoardNetwork& network = work.pieces.network;
+  NoteUnused(network, result);
+  if (NeedsMore(measurement, network, result)) return result;
+  BoardStart start = StartBoard(network);
+  if (RefuseStart(measurement, start, result)) return result;
+  UseStart(start, network);
+  if (!start.strays.empty()) {
+    result.notices.push_back(
+        fmt::format("{} of {} marks in pictures left out: far beside where the others put them, as "
+                    "misread or exchanged codes are",
+                    start.strays.size(), network.sights.size()));
+  }
+  work.state = std::move(start.state);
+  work.told = ToldOf(network);
+  work.held = HeldOf(network, work.told);
+  PlaceByTold(network, work.told, work.state);
+  constexpr double kShallow = 0.1;
+  work.shallow = start.depth_mm < kShallow * start.width_mm;
+  const Work fresh = work;
+  AdjustFromStart(work);
+  if (Misfits(work, options)) {
+    // A few wrong rows or codes alone may do that.
+    Work tried = fresh;
+    BoardCalibration notes = result;
+    if (!SettleLoosely(measurement, options, tried, notes) || Misfits(tried, options)) {
+      NameMisfit(measurement, options.most_residual_sigma, work, result);
+      return result;
+    }
+    work = std::move(tried);
+    result = std::move(notes);
+  }
+  const double first_radius = DiscRadius(measurement, work.pieces, work.state);
+  if (measurement.disc_radius_mm > 0) CorrectDiscs(measurement, first_radius, work);
+  FitSigmas(work);
+  const bool few_wrong = LeaveOutWrong(measurement, options, work, result);
+  if (few_wrong) FitSigmas(work);
+  constexpr double kMostRepeatability_mm = 0.06;  // of a table rounded to 0.2 mm
+  if (!few_wrong || !work.fit.converged ||
+      work.pixel_factor * PixelRoot(work) > options.most_residual_sigma ||
+      work.pieces.network.machine.repeatability_mm > kMostRepeatability_mm || PriorFault(work)) {
+    NameMisfit(measurement, options.most_residual_sigma, work, result);
+    return result;
+  }
+  BoardAnswerInput input{measurement, work.pieces, work.state, work.precision};
+  input.pixel_factor = work.pixel_factor;
+  input.turned = work.told.turned;
+  input.touched_along = work.told.touched_along;
+  input.touched_across = work.told.touched_across;
+  input.depth_mm = start.depth_mm;
+  input.disc_radius_mm = first_radius;
+  result.print = PrintOf(input);
+  if (RefuseUnits(input, result)) return result;
+  result.covariance =
+      work.precision.covariance.topLeftCorner<kCameraParameters, kCameraParameters>();
+  if (RefuseChange(measurement, options, work, result.covariance, result)) return result;
+  AnswerOf(input, options, result);
+  return result;
+}
+
+}  // namespace trammel::part_alignment

@@ -1,0 +1,121 @@
+// The chain from a mark on the table to a picture, with the machine's errors, and its derivatives.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "part_alignment/board/board_calibration.h"
+
+namespace trammel::part_alignment {
+
+/// A measurement in numbers: what takes part in an adjustment.
+struct BoardNetwork {
+  struct Sight {
+    std::size_t view = 0;
+    std::size_t mark = 0;
+    Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+    double sigma_px = 0;
+    bool used = true;
+  };
+  struct Stop {
+    Eigen::Vector3d stated_mm = Eigen::Vector3d::Zero();
+    double turn_rad = 0;   ///< of the spindle since the first stop
+    std::size_t stay = 0;  ///< counts turns of the spindle
+    bool used = true;
+  };
+  struct Touch {
+    std::size_t mark = 0;
+    Eigen::Vector3d stated_mm = Eigen::Vector3d::Zero();
+    double tool_length_mm = 0;
+    Eigen::Vector3d sigma_mm = Eigen::Vector3d::Zero();
+  };
+  Camera frame;
+  Eigen::Matrix3d machine_from_spindle =
+      Eigen::Matrix3d::Identity();                      ///< stated, of the first stop
+  Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();  ///< about which the machine is stretched
+  std::vector<Stop> stops;
+  std::vector<Sight> sights;
+  std::vector<Touch> touches;
+  std::size_t marks = 0;
+  std::size_t stays = 0;
+  BoardMachineErrors machine;
+  double tool_length_sigma_mm = 0;
+  std::optional<CameraPlacePrior> place;
+};
+
+/// Unknowns that all pictures share, in their order; then the marks, three each.
+enum BoardIndex {
+  kBoardCamera = 0,  // kCameraParameters of them
+  kBoardScale = kCameraParameters,
+  kBoardSquare = kBoardScale + 3,  // xy, xz, yz
+  kBoardLean = kBoardSquare + 3,
+  kBoardTool = kBoardLean + 2,
+  kBoardStays = kBoardTool + 1,  // of each stay but the first
+};
+
+struct BoardState {
+  Camera camera;
+  Eigen::Vector3d scale = Eigen::Vector3d::Zero();
+  Eigen::Vector3d square_rad = Eigen::Vector3d::Zero();
+  Eigen::Vector2d lean_rad = Eigen::Vector2d::Zero();
+  double tool_mm = 0;
+  std::vector<double> index_rad;  ///< of each stay; that of the first is 0
+  std::vector<Eigen::Vector3d> marks_mm;
+  std::vector<Eigen::Vector3d> off_mm;  ///< of each stop from where it was stated
+};
+
+/// The number of shared unknowns.
+[[nodiscard]] Eigen::Index SharedUnknowns(const BoardNetwork& network);
+/// What is known of a shared unknown beforehand, k = 1; 0: nothing. Priors are about 0.
+[[nodiscard]] double PriorSigma(const BoardNetwork& network, Eigen::Index unknown);
+/// The shared unknowns as a vector, and a state with others.
+[[nodiscard]] Eigen::VectorXd SharedOf(const BoardNetwork& network, const BoardState& state);
+void SetShared(const Eigen::VectorXd& shared, BoardState& state);
+
+/// Where the spindle really is at a stated place: stretched and skewed about the middle. x along
+/// the machine's X, y in the plane of X and Y.
+[[nodiscard]] Eigen::Vector3d ActualPlace(const BoardNetwork& network, const BoardState& state,
+                                          const Eigen::Vector3d& stated_mm);
+/// Turns the taper's frame into the machine's at a stop.
+[[nodiscard]] Eigen::Matrix3d MachineFromTaper(const BoardNetwork& network, const BoardState& state,
+                                               std::size_t stop);
+
+/// Of one stop, made once for all of its sights.
+struct StopFrame {
+  Eigen::Vector3d actual_mm;
+  Eigen::Matrix3d taper_from_machine;
+  Eigen::Matrix3d by_lean[2];  ///< of taper_from_machine
+  Eigen::Matrix3d by_index;
+};
+[[nodiscard]] StopFrame FrameOf(const BoardNetwork& network, const BoardState& state,
+                                std::size_t stop);
+
+/// Seen less foretold, not whitened. Absent where the camera cannot see the mark.
+[[nodiscard]] std::optional<Eigen::Vector2d> SightResidual(const BoardNetwork& network,
+                                                           const BoardState& state,
+                                                           const StopFrame& frame,
+                                                           const BoardNetwork::Sight& sight);
+
+struct SightPartials {
+  Eigen::Vector2d residual;  ///< foretold less seen
+  Eigen::Matrix<double, 2, Eigen::Dynamic> by_shared;
+  Eigen::Matrix<double, 2, 3> by_mark;   ///< that by the stop's place is its negative
+  Eigen::Matrix<double, 2, 3> by_taper;  ///< by the point in the taper's frame
+  Eigen::Vector3d taper_mm;
+};
+/// False where the camera cannot see the mark. `partials` keeps its memory.
+[[nodiscard]] bool PartialsOf(const BoardNetwork& network, const BoardState& state,
+                              const StopFrame& frame, const BoardNetwork::Sight& sight,
+                              SightPartials& partials);
+
+/// One touch: mark less tool's tip along the machine's axes, mm.
+struct TouchPartials {
+  Eigen::Vector3d residual_mm;
+  Eigen::Matrix<double, 3, Eigen::Dynamic> by_shared;  ///< by the mark it is the identity
+};
+[[nodiscard]] TouchPartials PartialsOf(const BoardNetwork& network, const BoardState& state,
+                                       const BoardNetwork::Touch& touch);
+
+}  // namespace trammel::part_alignment

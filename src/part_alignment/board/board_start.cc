@@ -1,0 +1,369 @@
+#include "part_alignment/board/board_start.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "geometry/decompositions.h"
+#include "geometry/euler.h"
+#include "geometry/linear_systems.h"
+#include "part_alignment/board/board_input.h"
+
+namespace trammel::part_alignment {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Matrix39d = Eigen::Matrix<double, 3, 9>;
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+
+constexpr double kSameTurn_rad = 1e-6;
+constexpr std::size_t kLeastPictures = 4;  // of one angle
+
+// Stops at the angle that has most of them.
+std::vector<std::size_t> LargestGroup(const BoardNetwork& network) {
+  std::map<long long, std::vector<std::size_t>> groups;
+  for (std::size_t i = 0; i < network.stops.size(); ++i) {
+    if (!network.stops[i].used) continue;
+    const double turn = std::remainder(network.stops[i].turn_rad, 2 * M_PI);
+    groups[std::llround(turn / kSameTurn_rad)].push_back(i);
+  }
+  std::vector<std::size_t> largest;
+  for (const auto& [turn, stops] : groups) {
+    if (stops.size() > largest.size()) largest = stops;
+  }
+  return largest;
+}
+
+struct PlanarView {
+  std::size_t sight = 0;
+  std::size_t view = 0;
+  std::size_t mark = 0;
+  Vector2d at = Vector2d::Zero();  ///< about the picture's middle, half its width is 1
+  Vector3d place = Vector3d::Zero();
+};
+
+struct PinHole {
+  Matrix3d h = Matrix3d::Zero();
+  std::map<std::size_t, Vector3d> marks;  ///< H · mark
+  double misfit = std::numeric_limits<double>::infinity();
+};
+
+// How far the pin-hole puts a sight beside where it is seen; 0 of marks that it does not have.
+double MissOf(const PinHole& pin_hole, double bend, const PlanarView& sight) {
+  const auto mark = pin_hole.marks.find(sight.mark);
+  if (mark == pin_hole.marks.end()) return 0;
+  const Vector3d at = mark->second - pin_hole.h * sight.place;
+  const double stretch = 1 + bend * sight.at.squaredNorm();
+  return (Vector2d(at.x(), at.y()) / at.z() - sight.at * stretch).norm() / std::abs(stretch);
+}
+
+// H and H · mark so that (H mark - H place) is along each ideal picture point: bend straightens it.
+PinHole SolvePinHole(const std::vector<PlanarView>& sights, double bend) {
+  struct OfMark {
+    Matrix3d own = Matrix3d::Zero();
+    Matrix39d with_h = Matrix39d::Zero();
+    int count = 0;
+  };
+  std::map<std::size_t, OfMark> marks;
+  Matrix9d normal = Matrix9d::Zero();
+  for (const PlanarView& sight : sights) {
+    const Vector2d q = sight.at * (1 + bend * sight.at.squaredNorm());
+    Eigen::Matrix<double, 2, 3> rows;
+    rows << 1, 0, -q.x(), 0, 1, -q.y();
+    Matrix39d by_h = Matrix39d::Zero();
+    for (int r = 0; r < 3; ++r) by_h.block<1, 3>(r, 3 * r) = -sight.place.transpose();
+    const Matrix3d square = rows.transpose() * rows;
+    OfMark& mark = marks[sight.mark];
+    mark.own += square;
+    mark.with_h += square * by_h;
+    ++mark.count;
+    normal += by_h.transpose() * square * by_h;
+  }
+  double count = 0;
+  for (const auto& [id, mark] : marks) {
+    if (mark.count < 3) continue;
+    count += mark.count;
+    normal -= mark.with_h.transpose() * geometry::SolveSymmetric(mark.own, mark.with_h);
+  }
+  PinHole pin_hole;
+  const geometry::SymmetricEigen eigen = geometry::DecomposeSymmetric(normal);
+  const Eigen::Matrix<double, 9, 1> h = eigen.vectors.col(0);
+  pin_hole.h << h.segment<3>(0).transpose(), h.segment<3>(3).transpose(),
+      h.segment<3>(6).transpose();
+  const double along = pin_hole.h.row(2).norm();
+  if (!(along > 0) || count == 0) return pin_hole;
+  for (const auto& [id, mark] : marks) {
+    if (mark.count < 3) continue;
+    pin_hole.marks[id] = -geometry::SolveSymmetric(mark.own, mark.with_h * h);
+  }
+  double squares = 0;
+  for (const PlanarView& sight : sights) squares += std::pow(MissOf(pin_hole, bend, sight), 2);
+  if (std::isfinite(squares)) pin_hole.misfit = squares;
+  return pin_hole;
+}
+
+// The bend with the least misfit: first coarsely, then between neighbours.
+PinHole BestPinHole(const std::vector<PlanarView>& sights, double& bend) {
+  PinHole best;
+  double step = 0.1;
+  double middle = 0.05;
+  for (int round = 0; round < 3; ++round) {
+    const double centre = middle;
+    for (int k = -5; k <= 5; ++k) {
+      const double trial = centre + k * step;
+      PinHole pin_hole = SolvePinHole(sights, trial);
+      if (!(pin_hole.misfit < best.misfit)) continue;
+      best = std::move(pin_hole);
+      middle = trial;
+    }
+    step /= 5;
+  }
+  bend = middle;
+  return best;
+}
+
+// Takes out sights that are off by far more than the others of their picture.
+std::vector<std::size_t> TakeStrays(const PinHole& pin_hole, double bend,
+                                    std::vector<PlanarView>& sights) {
+  std::map<std::size_t, std::vector<double>> by_view;
+  std::vector<double> off;
+  for (const PlanarView& sight : sights) {
+    const double size = MissOf(pin_hole, bend, sight);
+    off.push_back(size);
+    by_view[sight.view].push_back(size);
+  }
+  for (auto& [view, sizes] : by_view) {
+    std::nth_element(sizes.begin(), sizes.begin() + static_cast<long>(sizes.size() / 2),
+                     sizes.end());
+  }
+  constexpr double kFar = 8;       // times the median of the picture
+  constexpr double kLeast = 0.03;  // of half the picture's width
+  std::vector<std::size_t> strays;
+  std::vector<PlanarView> kept;
+  for (std::size_t i = 0; i < sights.size(); ++i) {
+    const auto& sizes = by_view[sights[i].view];
+    if (off[i] > std::max(kLeast, kFar * sizes[sizes.size() / 2])) {
+      strays.push_back(sights[i].sight);
+    } else {
+      kept.push_back(sights[i]);
+    }
+  }
+  sights = std::move(kept);
+  return strays;
+}
+
+struct Spread {
+  Vector3d middle = Vector3d::Zero();
+  Vector3d axes = Vector3d::Zero();  ///< root mean squares, from the smallest up
+  double depth = 0;                  ///< extents along the spindle's axis and across
+  double width = 0;
+};
+
+Spread SpreadOf(const BoardNetwork& network, const std::vector<std::size_t>& stops) {
+  Spread spread;
+  const auto count = static_cast<double>(stops.size());
+  for (const std::size_t stop : stops) spread.middle += network.stops[stop].stated_mm / count;
+  Matrix3d squares = Matrix3d::Zero();
+  Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Vector3d high = -low;
+  for (const std::size_t stop : stops) {
+    const Vector3d from = network.stops[stop].stated_mm - spread.middle;
+    squares += from * from.transpose() / count;
+    const Vector3d in_spindle = network.machine_from_spindle.transpose() * from;
+    low = low.cwiseMin(in_spindle);
+    high = high.cwiseMax(in_spindle);
+  }
+  spread.axes = geometry::SymmetricEigenvalues(squares).cwiseMax(0).cwiseSqrt();
+  spread.depth = high.z() - low.z();
+  spread.width = (high - low).head<2>().norm();
+  return spread;
+}
+
+std::vector<PlanarView> ViewsOf(const BoardNetwork& network, const std::vector<std::size_t>& stops,
+                                const Spread& spread) {
+  std::vector<bool> wanted(network.stops.size(), false);
+  for (const std::size_t stop : stops) wanted[stop] = true;
+  const double half = network.frame.width_px / 2.0;
+  const Vector2d middle((network.frame.width_px - 1) / 2.0, (network.frame.height_px - 1) / 2.0);
+  const double scale = spread.axes[2] > 0 ? spread.axes[2] : 1;
+  std::vector<PlanarView> views;
+  for (std::size_t i = 0; i < network.sights.size(); ++i) {
+    const BoardNetwork::Sight& sight = network.sights[i];
+    if (!sight.used || !wanted[sight.view]) continue;
+    views.push_back({i, sight.view, sight.mark, (sight.pixel - middle) / half,
+                     (network.stops[sight.view].stated_mm - spread.middle) / scale});
+  }
+  return views;
+}
+
+// Camera and marks of a pin-hole; the rows of a mirrored one cannot be turned upright.
+BoardStartFault ReadPinHole(const BoardNetwork& network, std::size_t stop, const Spread& spread,
+                            PinHole pin_hole, double bend, BoardStart& start) {
+  const double half = network.frame.width_px / 2.0;
+  const double scale = spread.axes[2] > 0 ? spread.axes[2] : 1;
+  const double length = pin_hole.h.row(2).norm();
+  if (!(length > 0) || !pin_hole.h.allFinite()) return BoardStartFault::kNoCamera;
+  double before = 0;  // marks less those behind
+  const double side = network.frame.looks_along == LooksAlong::kPlusZ ? 1 : -1;
+  for (const auto& [id, mark] : pin_hole.marks) before += side * mark.z() > 0 ? 1 : -1;
+  const double sign = before < 0 ? -1 : 1;
+  const Matrix3d h = pin_hole.h * (sign / length);
+  const Vector3d axis = h.row(2);
+  const Vector2d principal(h.row(0).dot(axis), h.row(1).dot(axis));
+  const Vector3d across = h.row(0).transpose() - principal.x() * axis;
+  const Vector3d down = h.row(1).transpose() - principal.y() * axis;
+  Matrix3d rows;
+  rows << across.transpose().normalized(), down.transpose().normalized(), axis.transpose();
+  if (rows.determinant() < 0) return BoardStartFault::kMirrored;
+  const double ratio = across.norm() / down.norm();
+  constexpr double kAlike = 1.5;  // a bent lens and few pictures bend the linear answer as well
+  if (!(ratio < kAlike && ratio > 1 / kAlike)) return BoardStartFault::kNoCamera;
+  const geometry::SingularValues nearly = geometry::DecomposeSingular(rows);
+  const Matrix3d camera_from_machine = nearly.u * nearly.v.transpose();
+  Camera& camera = start.state.camera;
+  camera = network.frame;
+  camera.focal_length_mm = camera.pixel_pitch_mm * half * (across.norm() + down.norm()) / 2;
+  camera.principal_point_offset_px = principal * half;
+  const bool photogrammetry = camera.convention == CameraConvention::kBrownMeasuredToIdeal;
+  camera.k1 = (photogrammetry ? bend : -bend) / (half * half);
+  camera.k2 = camera.p1 = camera.p2 = 0;
+  const Matrix3d machine_from_taper = MachineFromTaper(network, start.state, stop);
+  const Matrix3d taper_from_camera =
+      machine_from_taper.transpose() * camera_from_machine.transpose();
+  camera.taper_from_camera = {Vector3d::Zero(), geometry::AnglesFromRotation(taper_from_camera)};
+  if (side * taper_from_camera(2, 2) > -0.5) return BoardStartFault::kLooksAway;
+  const Matrix3d back = pin_hole.h.inverse();
+  for (const auto& [id, mark] : pin_hole.marks) {
+    start.state.marks_mm[id] = spread.middle + scale * (back * mark);
+    start.placed[id] = true;
+  }
+  return BoardStartFault::kNone;
+}
+
+// The camera's place across the axis, from sights at other angles.
+void PlaceByTurns(const BoardNetwork& network, std::size_t reference, BoardStart& start) {
+  BoardState& state = start.state;
+  const Matrix3d first = MachineFromTaper(network, state, reference);
+  const Matrix3d turn = geometry::RotationFromAngles(state.camera.taper_from_camera.angles_rad);
+  Matrix3d normal = Matrix3d::Zero();
+  Vector3d right = Vector3d::Zero();
+  for (const BoardNetwork::Sight& sight : network.sights) {
+    if (!sight.used || !network.stops[sight.view].used || !start.placed[sight.mark]) continue;
+    const Matrix3d here = MachineFromTaper(network, state, sight.view);
+    const Matrix3d by_place = here.transpose() * first - Matrix3d::Identity();
+    if (by_place.norm() < 1e-3) continue;
+    const auto line = LineOfSight(state.camera, sight.pixel);
+    if (!line) continue;
+    // The mark is first · place further than it was taken to be.
+    const Vector3d along = turn * *line;
+    const Vector3d offset =
+        here.transpose() * (state.marks_mm[sight.mark] - network.stops[sight.view].stated_mm);
+    Matrix3d cross;
+    cross << 0, -along.z(), along.y(), along.z(), 0, -along.x(), -along.y(), along.x(), 0;
+    const Matrix3d rows = cross * by_place;
+    normal += rows.transpose() * rows;
+    right -= rows.transpose() * (cross * offset);
+  }
+  if (!(normal.trace() > 0)) return;
+  Matrix3d across = normal;
+  across.row(2).setZero();
+  across.col(2).setZero();
+  right.z() = 0;
+  const Vector3d place = geometry::SolveLeastSquares(across, right);
+  state.camera.taper_from_camera.translation_mm = place;
+  for (std::size_t i = 0; i < state.marks_mm.size(); ++i) {
+    if (start.placed[i]) state.marks_mm[i] += first * place;
+  }
+}
+
+// Marks that only other angles see.
+void PlaceOtherMarks(const BoardNetwork& network, BoardStart& start) {
+  BoardState& state = start.state;
+  const geometry::Pose& pose = state.camera.taper_from_camera;
+  const Matrix3d turn = geometry::RotationFromAngles(pose.angles_rad);
+  std::vector<Matrix3d> normal(network.marks, Matrix3d::Zero());
+  std::vector<Vector3d> right(network.marks, Vector3d::Zero());
+  std::vector<int> count(network.marks, 0);
+  for (const BoardNetwork::Sight& sight : network.sights) {
+    if (!sight.used || !network.stops[sight.view].used || start.placed[sight.mark]) continue;
+    const auto line = LineOfSight(state.camera, sight.pixel);
+    if (!line) continue;
+    const Matrix3d here = MachineFromTaper(network, state, sight.view);
+    const Vector3d along = here * turn * *line;
+    const Vector3d origin = network.stops[sight.view].stated_mm + here * pose.translation_mm;
+    const Matrix3d off = Matrix3d::Identity() - along * along.transpose();
+    normal[sight.mark] += off;
+    right[sight.mark] += off * origin;
+    ++count[sight.mark];
+  }
+  for (std::size_t i = 0; i < network.marks; ++i) {
+    if (count[i] < 2) continue;
+    state.marks_mm[i] = geometry::SolveLeastSquares(normal[i], right[i]);
+    start.placed[i] = state.marks_mm[i].allFinite();
+  }
+}
+
+}  // namespace
+
+BoardStart StartBoard(const BoardNetwork& network) {
+  BoardStart start;
+  start.state.camera = network.frame;
+  start.state.index_rad.assign(network.stays, 0);
+  start.state.marks_mm.assign(network.marks, Vector3d::Zero());
+  start.state.off_mm.assign(network.stops.size(), Vector3d::Zero());
+  start.placed.assign(network.marks, false);
+  const std::vector<std::size_t> group = LargestGroup(network);
+  if (group.size() < kLeastPictures) {
+    start.fault = BoardStartFault::kFewPictures;
+    return start;
+  }
+  const Spread spread = SpreadOf(network, group);
+  start.depth_mm = spread.depth;
+  start.width_mm = spread.width;
+  constexpr double kFlat = 1e-3;
+  if (!(spread.axes[1] > kFlat * spread.axes[2])) {
+    start.fault = BoardStartFault::kOneLine;
+    return start;
+  }
+  if (!(spread.axes[0] > kFlat * spread.axes[2])) {
+    start.fault = BoardStartFault::kOneHeight;
+    return start;
+  }
+  double bend = 0;
+  std::vector<PlanarView> views = ViewsOf(network, group, spread);
+  PinHole pin_hole = BestPinHole(views, bend);
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    const auto strays = TakeStrays(pin_hole, bend, views);
+    if (strays.empty()) break;
+    start.strays.insert(start.strays.end(), strays.begin(), strays.end());
+    pin_hole = BestPinHole(views, bend);
+  }
+  start.fault = ReadPinHole(network, group.front(), spread, pin_hole, bend, start);
+  if (start.fault != BoardStartFault::kNone) {
+    // Of places nearly in one plane noise alone may do that.
+    constexpr double kShallow = 0.1;
+    if (spread.axes[0] < kShallow * spread.axes[2]) start.fault = BoardStartFault::kShallow;
+    return start;
+  }
+  PlaceByTurns(network, group.front(), start);
+  PlaceOtherMarks(network, start);
+  return start;
+}
+
+void UseStart(const BoardStart& start, BoardNetwork& network) {
+  for (const std::size_t stray : start.strays) network.sights[stray].used = false;
+  for (BoardNetwork::Sight& sight : network.sights) {
+    sight.used = sight.used && start.placed[sight.mark];
+  }
+  LeaveOutLonely(network);
+}
+
+}  // namespace trammel::part_alignment
