@@ -454,7 +454,7 @@ std::vector<Fault> Mishaps() {
   };
   const std::string moved = "the board moved|the camera was moved";
   return {{"board moves by 5 um", board(0.005), {}, moved, true},
-          {"board moves by 20 um", board(0.02), {}, moved},
+          {"board moves by 20 um", board(0.02), {}, moved, true},
           {"board moves by 0.2 mm", board(0.2), {}, moved},
           {"board moves by 5 mm", board(5), {}, moved},
           {"camera touched: 20 um, 0.1 mrad", camera(0.02, 1e-4), {}, "the camera was moved"},

@@ -180,7 +180,7 @@ double PixelRoot(const Work& work) {
 // Puts the sigmas of sights and of the machine to what they scatter by (Helmert's estimate).
 void FitSigmas(Work& work) {
   BoardNetwork& network = work.pieces.network;
-  constexpr double kLeastFactor = 0.2;
+  constexpr double kLeastFactor = 1;  // what is stated counts at least
   constexpr double kEnoughFreedom = 20;
   for (int round = 0; round < 4; ++round) {
     const double root = PixelRoot(work);

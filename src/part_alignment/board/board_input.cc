@@ -178,8 +178,10 @@ BoardPieces PiecesOf(const BoardMeasurement& measurement) {
   }
   network.marks = pieces.ids.size();
   for (const BoardTouch& touch : measurement.touches) {
+    const auto mark = index.find(touch.mark);
+    if (mark == index.end()) continue;  // of a part of the pictures alone
     network.touches.push_back(
-        {index.at(touch.mark), touch.spindle_mm, touch.tool_length_mm, touch.sigma_mm});
+        {mark->second, touch.spindle_mm, touch.tool_length_mm, touch.sigma_mm});
   }
   LeaveOutLonely(network);
   return pieces;
