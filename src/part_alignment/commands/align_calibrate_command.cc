@@ -8,11 +8,13 @@
 #include <vector>
 
 #include "app/commands.h"
+#include "app/number_range.h"
 #include "app/output_files.h"
 #include "app/slow_work.h"
 #include "files/new_file.h"
 #include "part_alignment/camera/calibrate.h"
 #include "part_alignment/camera/camera_convert.h"
+#include "part_alignment/commands/align_board.h"
 #include "part_alignment/commands/align_commands.h"
 #include "part_alignment/commands/align_outputs.h"
 #include "part_alignment/files/calibration_grid_file.h"
@@ -29,23 +31,22 @@ using part_alignment::CameraConvention;
 
 struct CalibrateArguments {
   std::string grid;
-  std::string out;
-  std::string report;
-  bool json = false;
-  bool force = false;
+  /// With its fields of output in use for either.
+  BoardArguments board;
 };
 
-int RunCalibrate(const CalibrateArguments& arguments) {
+int RunGridCalibration(const CalibrateArguments& all) {
+  const BoardArguments& arguments = all.board;
   if (auto free = CheckFree(arguments.out, arguments.report, arguments.force); !free) {
     return PrintError(free.error());
   }
-  const auto file = files::ReadCalibrationGrid(arguments.grid);
+  const auto file = files::ReadCalibrationGrid(all.grid);
   if (!file) return PrintError(file.error());
   const SlowWork work("calibrating the camera");
   const auto calibration = part_alignment::CalibrateCamera(file->grid, {});
   if (!calibration) {
-    return PrintError({calibration.error().kind,
-                       fmt::format("{}: {}", arguments.grid, calibration.error().message)});
+    return PrintError(
+        {calibration.error().kind, fmt::format("{}: {}", all.grid, calibration.error().message)});
   }
   PrintAnswer(arguments.json, report::ToJson(*calibration), report::CalibrationText(*calibration));
   const bool good = calibration->verdict == Verdict::kGood;
@@ -65,6 +66,19 @@ int RunCalibrate(const CalibrateArguments& arguments) {
     if (!written) return PrintError(written.error());
   }
   return kExitGood;
+}
+
+int RunCalibrate(const CLI::App& command, const CalibrateArguments& arguments) {
+  if (arguments.grid.empty() == arguments.board.board.empty()) {
+    return PrintError({ErrorKind::kInput, "align calibrate takes either GRID.json or --board"});
+  }
+  if (!arguments.board.board.empty()) return RunBoardCalibration(arguments.board);
+  for (const char* name : {"--observations", "--keep-observations", "--extra-sigma-px"}) {
+    if (command.count(name) == 0) continue;
+    return PrintError(
+        {ErrorKind::kInput, fmt::format("{} is of pictures of a board: add --board", name)});
+  }
+  return RunGridCalibration(arguments);
 }
 
 struct CameraArguments {
@@ -148,15 +162,28 @@ int RunCamera(const CameraArguments& arguments) {
 
 void AddAlignCalibrateCommand(CLI::App& parent, int& exit_code) {
   CLI::App* command = parent.add_subcommand(
-      "calibrate", "a camera from pictures of one target at known places before it");
-  const auto arguments = std::make_shared<CalibrateArguments>();
-  command->add_option("grid", arguments->grid, "GRID.json: places and pixels (docs/formats.md)")
-      ->required();
-  command->add_option("--out", arguments->out, "camera file to write, if the verdict is good");
-  command->add_option("--report", arguments->report, "folder for report.html and the figures");
-  command->add_flag("--json", arguments->json, "one JSON object instead of text");
-  command->add_flag("--force", arguments->force, "overwrite files");
-  command->callback([arguments, &exit_code] { exit_code = RunCalibrate(*arguments); });
+      "calibrate",
+      "a camera from one target at known places before it, or from pictures of a printed board");
+  const auto all = std::make_shared<CalibrateArguments>();
+  BoardArguments& arguments = all->board;
+  command->add_option("grid", all->grid, "GRID.json: places and pixels (docs/formats.md)");
+  command->add_option("--board", arguments.board,
+                      "BOARD.json: pictures by the camera in the spindle of a board on the table, "
+                      "and where they were taken");
+  command->add_option("--observations", arguments.observations,
+                      "of the board's pictures, in place of them: what --keep-observations left");
+  command->add_option("--keep-observations", arguments.keep_observations,
+                      "file for what the board's pictures show");
+  command
+      ->add_option("--extra-sigma-px", arguments.extra_sigma_px,
+                   "of each mark's centre beside the detector's own: lens, vibration")
+      ->check(NumberIn(0, 10))
+      ->capture_default_str();
+  command->add_option("--out", arguments.out, "camera file to write, if the verdict is good");
+  command->add_option("--report", arguments.report, "folder for report.html and the figures");
+  command->add_flag("--json", arguments.json, "one JSON object instead of text");
+  command->add_flag("--force", arguments.force, "overwrite files");
+  command->callback([all, command, &exit_code] { exit_code = RunCalibrate(*command, *all); });
 }
 
 void AddAlignCameraCommand(CLI::App& parent, int& exit_code) {

@@ -1,0 +1,24 @@
+// trammel align calibrate --board: what it does between options and exit code.
+#pragma once
+
+#include <string>
+
+#include "base/result.h"
+
+namespace trammel::app {
+
+struct BoardArguments {
+  std::string board;         ///< BOARD.json
+  std::string observations;  ///< of its pictures, in place of them
+  std::string keep_observations;
+  double extra_sigma_px = 0.01;
+  std::string out;
+  std::string report;
+  bool json = false;
+  bool force = false;
+};
+
+/// @returns the exit code.
+[[nodiscard]] int RunBoardCalibration(const BoardArguments& arguments);
+
+}  // namespace trammel::app

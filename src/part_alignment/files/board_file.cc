@@ -1,0 +1,239 @@
+#include "part_alignment/files/board_file.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include "base/json_text.h"
+#include "files/json_object.h"
+#include "geometry/euler.h"
+#include "part_alignment/files/camera_file.h"
+#include "part_alignment/files/target_file.h"
+
+namespace trammel::files {
+namespace {
+
+using part_alignment::BoardMeasurement;
+using part_alignment::BoardTouch;
+using part_alignment::BoardView;
+
+constexpr std::size_t kMostBytes = 20'000'000;
+constexpr std::size_t kMostViews = 2000;
+constexpr std::size_t kMostTouches = 1000;
+constexpr double kMost_mm = 1e6;
+constexpr double kMostSigma_mm = 1000;
+
+Eigen::Vector3d Three(JsonObject& object, const char* key, NumberRange range) {
+  const auto numbers = object.Numbers(key, 3, 3, range);
+  if (numbers.size() != 3) return Eigen::Vector3d::Zero();
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+void ReadFrame(JsonObject& object, BoardMeasurement& measurement) {
+  part_alignment::Camera& camera = measurement.camera;
+  measurement.lens_focal_length_mm = object.Number("lens_focal_length_mm", {0, 10'000}, 0);
+  const std::string model =
+      object.Choice("model", {"brown_measured_to_ideal", "brown_ideal_to_distorted"});
+  camera.convention = model == "brown_ideal_to_distorted"
+                          ? part_alignment::CameraConvention::kBrownIdealToDistorted
+                          : part_alignment::CameraConvention::kBrownMeasuredToIdeal;
+  const auto image_px = object.Numbers("image_px", 2, 2, {16, 100'000});
+  camera.pixel_pitch_mm = object.Number("pixel_pitch_mm", {1e-4, 1});
+  camera.looks_along = object.Choice("looks_along", {"-z", "+z"}) == "+z"
+                           ? part_alignment::LooksAlong::kPlusZ
+                           : part_alignment::LooksAlong::kMinusZ;
+  if (image_px.size() != 2) return;
+  for (const double side : image_px) {
+    if (side == static_cast<int>(side)) continue;
+    object.Fault("image_px", fmt::format("has {}; it must be whole numbers of pixels", side));
+  }
+  camera.width_px = static_cast<int>(image_px[0]);
+  camera.height_px = static_cast<int>(image_px[1]);
+}
+
+Eigen::Matrix3d ReadRotation(JsonObject& view) {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  const nlohmann::json* rows = view.OptionalList("spindle_rotation", 3, 3);
+  const auto c_deg = view.OptionalNumber("c_deg", {-720, 720});
+  if (rows != nullptr && c_deg) {
+    view.Fault("c_deg", "stands beside spindle_rotation; leave out one of them");
+    return rotation;
+  }
+  if (c_deg) {
+    return geometry::RotationFromAngles({0, 0, *c_deg * std::numbers::pi / 180});
+  }
+  if (rows == nullptr) return rotation;
+  for (int i = 0; i < 3; ++i) {
+    const nlohmann::json& row = (*rows)[static_cast<std::size_t>(i)];
+    for (int k = 0; k < 3; ++k) {
+      if (!row.is_array() || row.size() != 3 || !row[static_cast<std::size_t>(k)].is_number()) {
+        view.Fault("spindle_rotation",
+                   fmt::format("has the row {}; it must have three numbers", Show(row)));
+        return rotation;
+      }
+      rotation(i, k) = row[static_cast<std::size_t>(k)].get<double>();
+    }
+  }
+  const Eigen::Matrix3d square = rotation.transpose() * rotation;
+  if (!square.isApprox(Eigen::Matrix3d::Identity(), 1e-6) || rotation.determinant() < 0) {
+    view.Fault("spindle_rotation", "is no rotation");
+  }
+  return rotation;
+}
+
+Result<void> ReadViews(JsonObject& root, BoardMeasurement& measurement) {
+  std::set<std::string> names;
+  for (const nlohmann::json& entry : root.List("views", 1, kMostViews)) {
+    JsonObject object = root.Inner(entry, fmt::format("views[{}]", measurement.views.size()));
+    BoardView view;
+    view.picture = object.Text("picture");
+    view.spindle_mm = Three(object, "spindle_mm", {-kMost_mm, kMost_mm});
+    view.spindle_rotation = ReadRotation(object);
+    if (!object.failed() && (view.picture.empty() || !names.insert(view.picture).second)) {
+      object.Fault("picture", "must be the name of a file, and of another one in each view");
+    }
+    if (auto read = object.Finish(); !read) return read;
+    measurement.views.push_back(std::move(view));
+  }
+  return root.Faults();
+}
+
+Result<void> ReadTouches(JsonObject& root, BoardMeasurement& measurement) {
+  const nlohmann::json* list = root.OptionalList("touches", 0, kMostTouches);
+  if (list == nullptr) return root.Faults();
+  for (const nlohmann::json& entry : *list) {
+    JsonObject object = root.Inner(entry, fmt::format("touches[{}]", measurement.touches.size()));
+    BoardTouch touch;
+    touch.mark = ReadTargetId(object, "mark", nullptr);
+    touch.spindle_mm = Three(object, "spindle_mm", {-kMost_mm, kMost_mm});
+    touch.tool_length_mm = object.Number("tool_length_mm", {-10'000, 10'000});
+    const double sigma_mm = object.Number("sigma_mm", {1e-6, kMostSigma_mm});
+    const std::string axes = object.Text("axes");
+    if (auto read = object.Finish(); !read) return read;
+    touch.sigma_mm.setConstant(std::numeric_limits<double>::infinity());
+    for (const char axis : axes) {
+      if (axis < 'x' || axis > 'z') {
+        object.Fault("axes", fmt::format("is {}; it must be made of x, y and z",
+                                         Show(nlohmann::json(axes))));
+        return object.Faults();
+      }
+      touch.sigma_mm[axis - 'x'] = sigma_mm;
+    }
+    measurement.touches.push_back(std::move(touch));
+  }
+  return root.Faults();
+}
+
+Result<void> ReadOptional(JsonObject& root, BoardMeasurement& measurement) {
+  measurement.tool_length_sigma_mm =
+      root.Number("tool_length_sigma_mm", {0, 10}, measurement.tool_length_sigma_mm);
+  if (const nlohmann::json* value = root.Find("machine")) {
+    JsonObject object = root.Inner(*value, "machine");
+    auto& machine = measurement.machine;
+    machine.scale = object.Number("scale", {0, 0.01}, machine.scale);
+    machine.squareness_rad = object.Number("squareness_rad", {0, 0.01}, machine.squareness_rad);
+    machine.lean_rad = object.Number("lean_rad", {0, 0.1}, machine.lean_rad);
+    machine.index_rad = object.Number("index_rad", {0, 0.1}, machine.index_rad);
+    machine.repeatability_mm =
+        object.Number("repeatability_mm", {1e-6, 1}, machine.repeatability_mm);
+    if (auto read = object.Finish(); !read) return read;
+  }
+  if (const nlohmann::json* value = root.Find("place")) {
+    JsonObject object = root.Inner(*value, "place");
+    part_alignment::CameraPlacePrior place;
+    place.at_mm = Three(object, "at_mm", {-10'000, 10'000});
+    place.sigma_mm = Three(object, "sigma_mm", {1e-6, kMostSigma_mm});
+    if (auto read = object.Finish(); !read) return read;
+    measurement.place = place;
+  }
+  return root.Faults();
+}
+
+// What `align targets --layout` left; of other keys nothing is asked.
+Result<void> ReadSheet(const std::filesystem::path& path, BoardFile& file) {
+  const auto json = ReadJsonFile(path, kMostBytes);
+  if (!json) return tl::unexpected(json.error());
+  JsonObject root(*json, path.string());
+  root.Integer("format", {1, 1});
+  if (root.has("dictionary")) {
+    root.Fault("dictionary", "is of square markers; the sheet must be one of ring codes");
+    return root.Faults();
+  }
+  file.bits = root.Integer("bits", {12, 20});
+  file.measurement.disc_radius_mm = root.Number("radius_mm", {0.1, 100});
+  constexpr std::size_t kMostMarks = 5000;
+  std::set<int> pages;
+  for (const nlohmann::json& entry : root.List("targets", 1, kMostMarks)) {
+    JsonObject object =
+        root.Inner(entry, fmt::format("targets[{}]", file.measurement.layout.size()));
+    const nlohmann::json* number = object.Find("number");
+    const int page = object.Integer("page", {1, 10'000});
+    const double x_mm = object.Number("x_mm", {0, 10'000});
+    const double y_mm = object.Number("y_mm", {0, 10'000});
+    if (auto read = object.Faults(); !read) return read;
+    if (number == nullptr || !number->is_number_integer()) continue;  // a plain disc
+    pages.insert(page);
+    file.measurement.layout.push_back({std::to_string(number->get<long long>()), {x_mm, -y_mm}});
+  }
+  // Pages lie on the table as they like.
+  if (pages.size() > 1) file.measurement.layout.clear();
+  return root.Faults();
+}
+
+bool LooksLikeDay(const std::string& date) {
+  constexpr std::string_view kShape = "dddd-dd-dd";
+  if (date.size() != kShape.size()) return false;
+  for (std::size_t i = 0; i < date.size(); ++i) {
+    const bool digit = date[i] >= '0' && date[i] <= '9';
+    if (kShape[i] == 'd' ? !digit : date[i] != '-') return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<BoardFile> ReadBoardFile(const std::filesystem::path& path) {
+  const auto json = ReadJsonFile(path, kMostBytes);
+  if (!json) return tl::unexpected(json.error());
+  JsonObject root(*json, path.string());
+  root.Integer("format", {1, 1});
+  BoardFile file;
+  file.date = root.Text("date");
+  if (!root.failed() && !LooksLikeDay(file.date)) {
+    root.Fault("date", "must be a date, such as \"2026-11-22\"");
+  }
+  const nlohmann::json* camera = root.Find("camera");
+  if (camera == nullptr) root.Fault("camera", "is missing");
+  if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
+  JsonObject frame = root.Inner(*camera, "camera");
+  ReadFrame(frame, file.measurement);
+  if (auto read = frame.Finish(); !read) return tl::unexpected(read.error());
+  const std::string sheet = root.has("sheet") ? root.Text("sheet") : std::string();
+  if (auto read = ReadViews(root, file.measurement); !read) return tl::unexpected(read.error());
+  if (auto read = ReadTouches(root, file.measurement); !read) return tl::unexpected(read.error());
+  if (auto read = ReadOptional(root, file.measurement); !read) return tl::unexpected(read.error());
+  if (auto read = root.Finish(); !read) return tl::unexpected(read.error());
+  if (sheet.empty()) return file;
+  if (auto read = ReadSheet(path.parent_path() / sheet, file); !read) {
+    return tl::unexpected(read.error());
+  }
+  return file;
+}
+
+std::string CalibratedCameraText(const part_alignment::BoardCalibration& calibration,
+                                 const std::string& date) {
+  CameraFile file;
+  file.camera = calibration.camera;
+  file.calibration = part_alignment::CalibrationRecord{
+      date, calibration.nearest_mm, calibration.farthest_mm, calibration.covariance};
+  auto json = nlohmann::ordered_json::parse(CameraFileText(file));
+  json["calibration"]["x_residual_rms_px"] = calibration.residual_rms_px;
+  return JsonText(json);
+}
+
+}  // namespace trammel::files

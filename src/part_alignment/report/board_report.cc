@@ -1,0 +1,250 @@
+#include "part_alignment/report/board_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string_view>
+#include <vector>
+
+#include "base/json_text.h"
+#include "document/html.h"
+#include "document/interval_text.h"
+#include "document/json_number.h"
+#include "document/page.h"
+
+namespace trammel::report {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using part_alignment::BoardCalibration;
+using part_alignment::BoardViewResult;
+using part_alignment::kCameraParameters;
+using part_alignment::NullDirection;
+
+Json NullJson(const BoardCalibration& calibration) {
+  Json list = Json::array();
+  for (const NullDirection& direction : calibration.null_directions) {
+    list.push_back(
+        {{"what", direction.what},
+         {"taken_from", direction.taken_from},
+         {"closed_by", direction.closed_by},
+         {"standard_uncertainty", direction.sigma ? Number(*direction.sigma) : Json(nullptr)},
+         {"unit", direction.unit}});
+  }
+  return list;
+}
+
+Json ViewsJson(const BoardCalibration& calibration) {
+  Json list = Json::array();
+  for (const BoardViewResult& view : calibration.views) {
+    Json entry = {
+        {"picture", view.picture}, {"used", view.used}, {"observations", view.observations}};
+    if (view.used) {
+      entry["rms_px"] = Number(view.rms_px);
+      entry["off_mm"] = {Number(view.off_mm.x()), Number(view.off_mm.y()), Number(view.off_mm.z())};
+    } else {
+      entry["reason"] = view.reason;
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+Json MarksJson(const BoardCalibration& calibration) {
+  Json list = Json::array();
+  for (const auto& mark : calibration.marks) {
+    list.push_back(
+        {{"id", mark.id},
+         {"machine_mm", {Number(mark.at_mm.x()), Number(mark.at_mm.y()), Number(mark.at_mm.z())}},
+         {"observations", mark.observations},
+         {"rms_px", Number(mark.rms_px)}});
+  }
+  return list;
+}
+
+Json ParametersJson(const BoardCalibration& calibration, bool good) {
+  const auto values = part_alignment::ParametersOf(calibration.camera);
+  Json parameters = Json::object();
+  for (int i = 0; i < kCameraParameters; ++i) {
+    parameters[part_alignment::kCameraParameterNames[static_cast<std::size_t>(i)]] = {
+        {"value", good ? Number(values[i]) : Json(nullptr)},
+        {"standard_uncertainty",
+         good ? Number(std::sqrt(calibration.covariance(i, i))) : Json(nullptr)}};
+  }
+  return parameters;
+}
+
+// In the unit that people use for it.
+std::string SigmaWords(const NullDirection& direction) {
+  if (!direction.sigma) return {};
+  if (direction.unit == "mm") {
+    return fmt::format("within {:.3g} um", kUmPerMm * kNormal95 * *direction.sigma);
+  }
+  if (direction.unit == "rad") {
+    return fmt::format("within {:.3g} mm/m", 1e3 * kNormal95 * *direction.sigma);
+  }
+  return fmt::format("within {:.3g} ppm", 1e6 * kNormal95 * *direction.sigma);
+}
+
+std::string TakenWords(const NullDirection& direction) {
+  return direction.taken_from.empty() ? "nothing: there is no answer" : direction.taken_from;
+}
+
+std::string PrintWords(const BoardCalibration& calibration) {
+  const auto& print = *calibration.print;
+  return fmt::format(
+      "{:.3f} % to the right and {:.3f} % upwards of what it was meant to be, bent "
+      "by {:.2f} mm ({} marks)",
+      100 * print.scale_right, 100 * print.scale_up, print.bend_mm, print.marks);
+}
+
+}  // namespace
+
+std::string ToJson(const BoardCalibration& calibration) {
+  const bool good = calibration.verdict == Verdict::kGood;
+  Json covariance = nullptr;
+  if (good) {
+    covariance = Json::array();
+    for (const auto& row : calibration.covariance.rowwise()) {
+      Json numbers = Json::array();
+      for (const double number : row) numbers.push_back(Number(number));
+      covariance.push_back(std::move(numbers));
+    }
+  }
+  Json print = nullptr;
+  if (calibration.print) {
+    print = {{"scale_right", Number(calibration.print->scale_right)},
+             {"scale_up", Number(calibration.print->scale_up)},
+             {"bend_mm", Number(calibration.print->bend_mm)},
+             {"marks", calibration.print->marks}};
+  }
+  const auto pair = [&](const Eigen::Vector2d& v) {
+    return good ? Json::array({Number(v.x()), Number(v.y())}) : Json(nullptr);
+  };
+  return JsonText({{"format", 1},
+                   {"verdict", ToString(calibration.verdict)},
+                   {"reason", calibration.reason},
+                   {"parameters", ParametersJson(calibration, good)},
+                   {"covariance", covariance},
+                   {"residual_rms_px", Number(calibration.residual_rms_px)},
+                   {"residual_rms_sigma", Number(calibration.residual_rms_sigma)},
+                   {"repeatability_mm", Number(calibration.repeatability_mm)},
+                   {"degrees_of_freedom", calibration.degrees_of_freedom},
+                   {"distance_mm", good ? Json::array({Number(calibration.nearest_mm),
+                                                       Number(calibration.farthest_mm)})
+                                        : Json(nullptr)},
+                   {"lean_rad", pair(calibration.lean_rad)},
+                   {"lean_standard_uncertainty_rad", pair(calibration.lean_sigma_rad)},
+                   {"not_seen", NullJson(calibration)},
+                   {"sheet", print},
+                   {"marks", MarksJson(calibration)},
+                   {"views", ViewsJson(calibration)},
+                   {"notices", calibration.notices}});
+}
+
+std::string BoardCalibrationText(const BoardCalibration& calibration) {
+  std::string text = fmt::format("verdict   {}{}{}\n", VerdictWords(calibration.verdict),
+                                 calibration.reason.empty() ? "" : ": ", calibration.reason);
+  if (calibration.verdict == Verdict::kGood) {
+    const auto values = part_alignment::ParametersOf(calibration.camera);
+    for (int i = 0; i < kCameraParameters; ++i) {
+      const auto [lo, hi] = NormalInterval95(values[i], std::sqrt(calibration.covariance(i, i)));
+      text += fmt::format("  {:<20} {:>16.8g} (95 %: {:.8g} to {:.8g})\n",
+                          part_alignment::kCameraParameterNames[static_cast<std::size_t>(i)],
+                          values[i], lo, hi);
+    }
+    text += fmt::format(
+        "residuals {:.4f} px root mean square, {:.2f} of what was stated; places {:.1f} um\n"
+        "range     {:.0f} … {:.0f} mm from the camera\n",
+        calibration.residual_rms_px, calibration.residual_rms_sigma,
+        kUmPerMm * calibration.repeatability_mm, calibration.nearest_mm, calibration.farthest_mm);
+  }
+  if (calibration.print) text += fmt::format("sheet     {}\n", PrintWords(calibration));
+  for (const NullDirection& direction : calibration.null_directions) {
+    const std::string sigma = SigmaWords(direction);
+    text +=
+        fmt::format("not seen  {}: taken from {}{}{}; closed by {}\n", direction.what,
+                    TakenWords(direction), sigma.empty() ? "" : ", ", sigma, direction.closed_by);
+  }
+  for (const std::string& notice : calibration.notices) {
+    text += fmt::format("notice    {}\n", notice);
+  }
+  return text;
+}
+
+namespace {
+
+std::string Head(const BoardCalibration& calibration) {
+  if (calibration.verdict != Verdict::kGood) {
+    return HeadCard(calibration.verdict,
+                    fmt::format("<p class=\"value\">No calibration</p>\n<p class=\"reason\">{}"
+                                "</p>\n",
+                                EscapeHtml(calibration.reason)));
+  }
+  Table table({{""}, {"value"}, {"interval"}});
+  const auto values = part_alignment::ParametersOf(calibration.camera);
+  for (int i = 0; i < kCameraParameters; ++i) {
+    const auto [lo, hi] = NormalInterval95(values[i], std::sqrt(calibration.covariance(i, i)));
+    table.Row({part_alignment::kCameraParameterNames[static_cast<std::size_t>(i)],
+               fmt::format("{:.8g}", values[i]), fmt::format("95 %: {:.8g} to {:.8g}", lo, hi)});
+  }
+  const auto used = std::count_if(calibration.views.begin(), calibration.views.end(),
+                                  [](const auto& view) { return view.used; });
+  return HeadCard(
+      Verdict::kGood,
+      fmt::format("<p class=\"value\">{:.4f} px <small>residual, root mean square</small></p>\n"
+                  "<p class=\"quiet\">{} of {} pictures used, {} marks, {:.0f} … {:.0f} mm from "
+                  "the camera; the spindle stands where the machine states it to {:.1f} um.</p>\n",
+                  calibration.residual_rms_px, used, calibration.views.size(),
+                  calibration.marks.size(), calibration.nearest_mm, calibration.farthest_mm,
+                  kUmPerMm * calibration.repeatability_mm) +
+          table.Html());
+}
+
+std::string NullCard(const BoardCalibration& calibration) {
+  if (calibration.null_directions.empty()) return {};
+  Table table({{""}, {"taken from"}, {"95 %"}, {"closed by"}});
+  for (const NullDirection& direction : calibration.null_directions) {
+    table.Row({EscapeHtml(direction.what), EscapeHtml(TakenWords(direction)),
+               EscapeHtml(SigmaWords(direction)), EscapeHtml(direction.closed_by)});
+  }
+  return Card("What no picture tells", table.Html());
+}
+
+std::string SheetCard(const BoardCalibration& calibration) {
+  if (!calibration.print) return {};
+  return Card("The sheet", fmt::format("<p>Printed {}. Nothing of that goes into the camera.</p>\n",
+                                       EscapeHtml(PrintWords(calibration))));
+}
+
+std::string ViewsCard(const BoardCalibration& calibration) {
+  Table table({{"picture"}, {"marks"}, {"residual"}, {"beside its place"}});
+  for (const BoardViewResult& view : calibration.views) {
+    table.Row({EscapeHtml(view.picture), fmt::format("{}", view.observations),
+               view.used ? fmt::format("{:.3f} px", view.rms_px) : EscapeHtml(view.reason),
+               view.used ? fmt::format("{:.1f} um", kUmPerMm * view.off_mm.norm()) : ""});
+  }
+  return Card("Pictures", table.Html());
+}
+
+}  // namespace
+
+std::string BoardCalibrationPage(const std::string& date, const BoardCalibration& calibration) {
+  const std::string title = "Camera calibration on the machine, " + date;
+  const bool good = calibration.verdict == Verdict::kGood;
+  return PageBegin(title, title) + Head(calibration) +
+         Card("What to do next",
+              good ? fmt::format("<p>Name the file of <code>--out</code> as <code>camera</code> of "
+                                 "the observations, and look at targets from {:.0f} to {:.0f} mm: "
+                                 "outside that range the lens is extrapolated.</p>\n",
+                                 calibration.nearest_mm, calibration.farthest_mm)
+                   : "<p>Follow the advice above and take the pictures anew. No camera file was "
+                     "written.</p>\n") +
+         ListCard("Worth knowing", calibration.notices) + NullCard(calibration) +
+         SheetCard(calibration) + ViewsCard(calibration) + PageEnd();
+}
+
+}  // namespace trammel::report
