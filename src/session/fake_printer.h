@@ -15,13 +15,14 @@ namespace trammel::procedure::testing {
 class FakePrinter : public machine::Printer {
  public:
   machine::PrinterState state;
-  std::vector<std::string> scripts;                ///< everything that was run, in order
-  std::map<std::string, std::string> refused;      ///< script -> what the printer answers
-  std::map<std::string, bool> unknown;             ///< commands that it does not have
-  bool stopped = false;                            ///< by EmergencyStop
-  bool comes_back = true;                          ///< whether WaitUntilReady succeeds
-  std::vector<std::string> deleted;                ///< files, in order
-  nlohmann::json told = nlohmann::json::object();  ///< what Query answers
+  std::vector<std::string> scripts;                 ///< everything that was run, in order
+  std::map<std::string, std::string> refused;       ///< script -> what the printer answers
+  std::map<std::string, bool> unknown;              ///< commands that it does not have
+  bool stopped = false;                             ///< by EmergencyStop
+  bool comes_back = true;                           ///< whether WaitUntilReady succeeds
+  std::vector<std::string> deleted;                 ///< files, in order
+  std::map<std::string, std::string> config_files;  ///< beside the configuration
+  nlohmann::json told = nlohmann::json::object();   ///< what Query answers
   std::map<std::string, std::function<void(const nlohmann::json&)>> methods;  ///< registered
   std::vector<std::pair<std::string, nlohmann::json>> events;                 ///< sent, in order
   /// Answers CallServer; without it there are no such methods.
@@ -83,6 +84,11 @@ class FakePrinter : public machine::Printer {
     return unknown.count(std::string(name)) == 0;
   }
   Result<void> Upload(const std::string&, std::string_view, const machine::WaitLimit&) override {
+    return {};
+  }
+  Result<void> UploadConfig(const std::string& name, std::string_view data,
+                            const machine::WaitLimit&) override {
+    config_files[name] = data;
     return {};
   }
   Result<void> DeleteFile(const std::string& name, const machine::WaitLimit&) override {

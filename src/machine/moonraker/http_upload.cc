@@ -46,8 +46,9 @@ std::string Sha256(std::string_view data) {
 }
 
 /// A boundary that the file does not contain: its own checksum.
-std::string MultipartBody(const std::string& boundary, const std::string& name,
-                          std::string_view gcode, const std::string& checksum) {
+std::string MultipartBody(const std::string& boundary, std::string_view root,
+                          const std::string& name, std::string_view data,
+                          const std::string& checksum) {
   const std::size_t slash = name.rfind('/');
   const std::string folder = slash == std::string::npos ? "" : name.substr(0, slash);
   const std::string file = slash == std::string::npos ? name : name.substr(slash + 1);
@@ -56,7 +57,7 @@ std::string MultipartBody(const std::string& boundary, const std::string& name,
     body += fmt::format("--{}\r\nContent-Disposition: form-data; name=\"{}\"\r\n\r\n{}\r\n",
                         boundary, key, value);
   };
-  field("root", "gcodes");
+  field("root", root);
   if (!folder.empty()) {
     field("path", folder);
   }
@@ -65,7 +66,7 @@ std::string MultipartBody(const std::string& boundary, const std::string& name,
       "--{}\r\nContent-Disposition: form-data; name=\"file\"; filename=\"{}\"\r\n"
       "Content-Type: application/octet-stream\r\n\r\n",
       boundary, file);
-  body += gcode;
+  body += data;
   body += fmt::format("\r\n--{}--\r\n", boundary);
   return body;
 }
@@ -188,11 +189,11 @@ Result<UploadAnswer> Perform(const MoonrakerAddress& address, const MoonrakerOpt
 
 }  // namespace
 
-Result<UploadAnswer> PostGcode(const MoonrakerAddress& address, const MoonrakerOptions& options,
-                               const std::string& name, std::string_view gcode,
-                               const WaitLimit& limit) {
+Result<UploadAnswer> PostFile(const MoonrakerAddress& address, const MoonrakerOptions& options,
+                              std::string_view root, const std::string& name, std::string_view data,
+                              const WaitLimit& limit) {
   TRAMMEL_CHECK(address.transport != Transport::kUnix, "upload to {}", address.unix_path);
-  const std::string checksum = Sha256(gcode);
+  const std::string checksum = Sha256(data);
   const std::string boundary = "trammel-" + checksum.substr(0, 32);
   http::request<http::string_body> request(http::verb::post,
                                            address.path_prefix + "/server/files/upload", 11);
@@ -203,7 +204,7 @@ Result<UploadAnswer> PostGcode(const MoonrakerAddress& address, const MoonrakerO
   if (!options.api_key.empty()) {
     request.set("X-Api-Key", options.api_key);
   }
-  request.body() = MultipartBody(boundary, name, gcode, checksum);
+  request.body() = MultipartBody(boundary, root, name, data, checksum);
   request.prepare_payload();
   if (address.transport == Transport::kTls) {
     Result<asio::ssl::context> context = MakeTlsContext(options);

@@ -1,4 +1,4 @@
-// Sends a G-code file to Moonraker, which takes files over HTTP only.
+// Sends a file to Moonraker, which takes files over HTTP only.
 #pragma once
 
 #include <string>
@@ -19,11 +19,12 @@ struct UploadAnswer {
 };
 
 /// Posts the file with its SHA-256, which the server checks. Blocks on the calling thread.
-/// @param name  relative to the printable files; its folders are made
+/// @param root  of Moonraker's: "gcodes", the printable files; "config"
+/// @param name  relative to the root; its folders are made
 /// REQUIRES an address that is not a Unix socket. Fails with kMachine where no answer came.
-[[nodiscard]] Result<UploadAnswer> PostGcode(const MoonrakerAddress& address,
-                                             const MoonrakerOptions& options,
-                                             const std::string& name, std::string_view gcode,
-                                             const WaitLimit& limit);
+[[nodiscard]] Result<UploadAnswer> PostFile(const MoonrakerAddress& address,
+                                            const MoonrakerOptions& options, std::string_view root,
+                                            const std::string& name, std::string_view data,
+                                            const WaitLimit& limit);
 
 }  // namespace trammel::machine

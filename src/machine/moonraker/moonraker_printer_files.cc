@@ -35,6 +35,16 @@ Result<void> CheckFileName(const std::string& name) {
 
 Result<void> MoonrakerPrinter::Upload(const std::string& name, std::string_view gcode,
                                       const WaitLimit& limit) {
+  return Store("gcodes", name, gcode, limit);
+}
+
+Result<void> MoonrakerPrinter::UploadConfig(const std::string& name, std::string_view data,
+                                            const WaitLimit& limit) {
+  return Store("config", name, data, limit);
+}
+
+Result<void> MoonrakerPrinter::Store(std::string_view root, const std::string& name,
+                                     std::string_view data, const WaitLimit& limit) {
   if (const Result<void> fine = CheckFileName(name); !fine) {
     return fine;
   }
@@ -58,7 +68,7 @@ Result<void> MoonrakerPrinter::Upload(const std::string& name, std::string_view 
       }
     }
   }
-  const Result<UploadAnswer> answer = PostGcode(address, options, name, gcode, limit);
+  const Result<UploadAnswer> answer = PostFile(address, options, root, name, data, limit);
   if (!answer) {
     return tl::unexpected(answer.error());
   }
@@ -67,7 +77,7 @@ Result<void> MoonrakerPrinter::Upload(const std::string& name, std::string_view 
   }
   const json body = ParseBoundedJson(answer->body, "the answer").value_or(json());
   const std::string words = TextOr(ObjectOr(body, "error"), "message", "");
-  const std::string tried = fmt::format("cannot upload {} ({} bytes): ", name, gcode.size());
+  const std::string tried = fmt::format("cannot upload {} ({} bytes): ", name, data.size());
   if (answer->status == 422) {
     return Fail(tried + "it arrived damaged (HTTP 422, checksum): " + words + "; try again",
                 ErrorKind::kMachine);

@@ -47,6 +47,8 @@ class MoonrakerPrinter : public Printer {
   Result<bool> HasCommand(std::string_view name, const WaitLimit& limit) override;
   Result<void> Upload(const std::string& name, std::string_view gcode,
                       const WaitLimit& limit) override;
+  Result<void> UploadConfig(const std::string& name, std::string_view data,
+                            const WaitLimit& limit) override;
   Result<void> DeleteFile(const std::string& name, const WaitLimit& limit) override;
   Result<void> StartPrint(const std::string& name, const WaitLimit& limit) override;
   Result<void> CancelPrint(const WaitLimit& limit) override;
@@ -66,6 +68,9 @@ class MoonrakerPrinter : public Printer {
   std::vector<std::string> RecentMessages() const override;
 
  private:
+  /// Uploads into one of the server's folders of files.
+  Result<void> Store(std::string_view root, const std::string& name, std::string_view data,
+                     const WaitLimit& limit);
   /// A script on its way.
   struct Script {
     ScriptWatch watch;

@@ -319,6 +319,10 @@ TEST_F(MoonrakerPrinterTest, UploadsWithAChecksumAndStartsThePrint) {
                     HasSubstr("filename=\"a.gcode\""), HasSubstr("\r\n\r\nG28\n\r\n--"),
                     // sha256sum of "G28\n"
                     HasSubstr("8080cd1d636d28b227689516fdadfd2aaed94e57b113db13523a38b51d0d09e9")));
+  ASSERT_TRUE(printer_->UploadConfig("trammel/a.png", "png", kPatience));
+  EXPECT_THAT(seen.body, AllOf(HasSubstr("name=\"root\"\r\n\r\nconfig\r\n"),
+                               HasSubstr("name=\"path\"\r\n\r\ntrammel\r\n"),
+                               HasSubstr("filename=\"a.png\"")));
   server_.Answer("printer.print.start", "ok");
   EXPECT_TRUE(printer_->StartPrint("trammel/a.gcode", kPatience));
   EXPECT_EQ(server_.WaitForRequest("printer.print.start")["params"],

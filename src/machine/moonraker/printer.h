@@ -100,6 +100,11 @@ class Printer {
   /// @param name  relative, for example "trammel/pattern.gcode".
   [[nodiscard]] virtual Result<void> Upload(const std::string& name, std::string_view gcode,
                                             const WaitLimit& limit) = 0;
+  /// Stores a file beside the printer's configuration, where front ends list and show it, replacing
+  /// one of the same name.
+  /// @param name  relative, for example "trammel/pa.png".
+  [[nodiscard]] virtual Result<void> UploadConfig(const std::string& name, std::string_view data,
+                                                  const WaitLimit& limit) = 0;
   /// Deletes an uploaded file; one that is being printed stays, which is an error.
   [[nodiscard]] virtual Result<void> DeleteFile(const std::string& name,
                                                 const WaitLimit& limit) = 0;

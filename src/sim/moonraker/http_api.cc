@@ -131,7 +131,7 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
     return refuse("No file name specifed in upload form");
   }
   const std::string root = fields.count("root") > 0 ? fields["root"] : "gcodes";
-  if (root != "gcodes") return refuse("Invalid root request: " + root);
+  if (root != "gcodes" && root != "config") return refuse("Invalid root request: " + root);
   std::string name = file->filename;
   if (!fields["path"].empty()) name = fields["path"] + "/" + name;
   if (!GoodName(name)) return refuse("Invalid file name");
@@ -146,8 +146,10 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
                 fmt::format("File checksum mismatch: expected {}, calculated {}", wanted, sum)));
   }
   const bool start = fields["print"] == "true";
-  bool full = false;
+  // Of the configuration nothing is kept: no client reads it.
+  bool full = file->body.size() > hub.options().most_file_bytes;
   hub.machine().With([&](VirtualKlipper& klipper) {
+    if (root == "config") return;
     std::size_t bytes = file->body.size();
     for (const auto& [other, text] : klipper.files()) bytes += other == name ? 0 : text.size();
     full = bytes > hub.options().most_file_bytes ||
@@ -155,12 +157,9 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
     if (!full) klipper.files()[name] = file->body;
   });
   if (full) return reply(Failure(500, "No space left on device"));
-  const auto done = [reply, name, size = file->body.size()](bool started) {
-    const Json item = {{"path", name},
-                       {"root", "gcodes"},
-                       {"modified", 0.0},
-                       {"size", size},
-                       {"permissions", "rw"}};
+  const auto done = [reply, name, root, size = file->body.size()](bool started) {
+    const Json item = {
+        {"path", name}, {"root", root}, {"modified", 0.0}, {"size", size}, {"permissions", "rw"}};
     reply(Success(201, {{"item", item},
                         {"print_started", started},
                         {"print_queued", false},
