@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "document/interval_text.h"
+#include "measurement/nozzle_change.h"
 #include "measurement/outcome_file.h"
 #include "session/dead_run.h"
 #include "session/run_journal.h"
@@ -91,6 +92,13 @@ std::string NameOf(const files::HistoryEntry& entry) {
   return name.empty() || name == "." ? files::Fingerprint(entry.outcome) : name.string();
 }
 
+/// @param path  history.jsonl, or its folder
+std::filesystem::path NozzlesFileBeside(const std::filesystem::path& path) {
+  std::error_code ignored;
+  const bool folder = std::filesystem::is_directory(path, ignored);
+  return (folder ? path : path.parent_path()) / files::kNozzlesFile;
+}
+
 }  // namespace
 
 bool WasApplied(const files::HistoryEntry& entry) {
@@ -127,16 +135,20 @@ Result<AgainstEarlier> CompareWithEarlier(const std::filesystem::path& path, con
     if (files::Fingerprint(entry.outcome) == own) own_name = NameOf(entry);
   }
   std::string own_utc = now.provenance.utc;
+  for (const files::HistoryEntry& entry : history->entries) {
+    if (NameOf(entry) != own_name || !measurement::SameSubject(entry.outcome, now)) continue;
+    own_utc = std::min(own_utc, entry.outcome.provenance.utc);
+    found.other_analyses += files::Fingerprint(entry.outcome) == own ? 0 : 1;
+  }
+  const auto nozzle_utc =
+      files::LastNozzleChange(NozzlesFileBeside(path), now.subject.printer, own_utc);
+  if (!nozzle_utc) return tl::unexpected(nozzle_utc.error());
+  found.nozzle_utc = *nozzle_utc;
   std::map<std::string, Recording> recordings;
   for (const files::HistoryEntry& entry : history->entries) {
     const std::string& utc = entry.outcome.provenance.utc;
-    if (!measurement::SameSubject(entry.outcome, now)) continue;
     const std::string name = NameOf(entry);
-    if (name == own_name) {
-      own_utc = std::min(own_utc, utc);
-      found.other_analyses += files::Fingerprint(entry.outcome) == own ? 0 : 1;
-      continue;
-    }
+    if (!measurement::SameSubject(entry.outcome, now) || name == own_name) continue;
     if (utc > now.provenance.utc) continue;
     Recording& recording =
         recordings.try_emplace(name, Recording{entry.outcome, utc}).first->second;
@@ -145,7 +157,8 @@ Result<AgainstEarlier> CompareWithEarlier(const std::filesystem::path& path, con
   }
   std::vector<const Recording*> earlier;
   for (const auto& [name, recording] : recordings) {
-    if (recording.utc <= own_utc) earlier.push_back(&recording);
+    const bool same_nozzle = recording.utc > *nozzle_utc;  // by its first analysis
+    if (same_nozzle && recording.utc <= own_utc) earlier.push_back(&recording);
   }
   std::ranges::sort(earlier, std::greater{}, &Recording::utc);
   std::vector<Outcome> series{now};
@@ -196,7 +209,11 @@ std::string CreepText(const measurement::Creep& creep, const std::string& applie
 
 void PrintDrift(const std::filesystem::path& recordings, const measurement::Outcome& now) {
   const auto found = CompareWithEarlier(recordings, now);
-  if (!found || found->drift.empty()) return;
+  if (!found) return;
+  if (!found->nozzle_utc.empty()) {
+    fmt::print("nozzle            changed {}: older results are left out\n", found->nozzle_utc);
+  }
+  if (found->drift.empty()) return;
   const bool one = found->drift.size() == 1;
   std::size_t as_before = 0;
   for (const measurement::Change& change : found->drift) {

@@ -40,12 +40,14 @@ struct AgainstEarlier {
   /// Of the quantities that creep, along them from the last one that was applied on, at most 1000.
   std::vector<measurement::Creep> creep;
   std::string applied_utc;  ///< of that one; empty: none of them was applied
+  std::string nozzle_utc;   ///< when the nozzle was last changed; empty: not noted
   int other_analyses = 0;   ///< of the same recording: not independent, and so not among them
 };
 
 /// Compares a result with the earlier ones, of each recording its newest analysis, in the order in
-/// which the recordings were first analysed. Empty where too few of them are kept, or nothing is
-/// noted of what was measured. Errors: those of ReadKept.
+/// which the recordings were first analysed, and none from before the nozzle was changed. Empty
+/// where too few of them are kept, or nothing is noted of what was measured. Errors: those of
+/// ReadKept.
 [[nodiscard]] Result<AgainstEarlier> CompareWithEarlier(const std::filesystem::path& path,
                                                         const measurement::Outcome& now);
 
