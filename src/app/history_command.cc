@@ -176,6 +176,10 @@ int RunShow(const HistoryArguments& arguments) {
   for (const measurement::Creep& creep : earlier->creep) {
     fmt::print("     {}: {}\n", creep.name, CreepText(creep, earlier->applied_utc));
   }
+  if (!earlier->nozzle_utc.empty()) {
+    fmt::print("     the nozzle was changed {}: compared with no older result\n",
+               earlier->nozzle_utc);
+  }
   if (earlier->other_analyses > 0) {
     fmt::print("     {} more of this recording in the history, by other analyses\n",
                earlier->other_analyses);

@@ -9,6 +9,7 @@
 
 #include "files/new_file.h"
 #include "measurement/history.h"
+#include "measurement/nozzle_change.h"
 #include "measurement/outcome_file.h"
 #include "support/run_trammel.h"
 
@@ -164,6 +165,15 @@ TEST_F(HistoryCommand, ShowsHowAResultDiffersFromEarlierOnesOfTheSameThing) {
       AllOf(HasSubstr("pressure_advance: +0.0080 s (95 %: "),
             HasSubstr("): it has changed against 0.0360 s, the mean of 3 earlier results")));
   EXPECT_THAT(History("show 2").standard_output, Not(HasSubstr("earlier results")));
+
+  const auto nozzles = folder_.path() / "recordings" / files::kNozzlesFile;
+  ASSERT_TRUE(files::NoteNozzleChange(nozzles, {"2026-01-05T12:00:00Z", "another"}));
+  EXPECT_THAT(History("show 1").standard_output, HasSubstr("the mean of 3 earlier results"));
+  ASSERT_TRUE(files::NoteNozzleChange(nozzles, {"2026-01-05T12:00:00Z", "printer.local"}));
+  EXPECT_THAT(History("show 1").standard_output,
+              AllOf(Not(HasSubstr("earlier results")),
+                    HasSubstr("nozzle was changed 2026-01-05T12:00:00Z")));
+  EXPECT_THAT(History("show 2").standard_output, Not(HasSubstr("nozzle was changed")));
 }
 
 // Each step is a third of what one result may be off by.
