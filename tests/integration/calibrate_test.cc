@@ -78,7 +78,7 @@ TEST(Calibrate, AppliesOnlyWhatItIsToldToApply) {
       shop.Run({"pa", "apply", "rec", "--filament", "Generic PLA", "--printer", shop.address()});
   EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
   EXPECT_NEAR(shop.Look().settings.at("pressure advance"), answer_s, kDigits_s);
-  EXPECT_THAT(applied.standard_output, HasSubstr("TRAMMEL_FILAMENT FILAMENT=\"generic_pla\""));
+  EXPECT_THAT(applied.standard_output, HasSubstr("TRAMMEL_FILAMENT FILAMENT=generic_pla"));
   shop.With([&](sim::VirtualKlipper& klipper) {
     EXPECT_THAT(klipper.saved_variables["trammel_pa"],
                 HasSubstr(fmt::format("\"generic_pla\":{{\"extruder/0.40\":{:.4f}", answer_s)));

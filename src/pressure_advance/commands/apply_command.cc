@@ -315,7 +315,7 @@ int KeepBeyond(const ApplyArguments& arguments, const procedure::Session& sessio
   if (!arguments.filament.empty()) {
     const auto kept = procedure::KeepForFilament(session, arguments.filament, value_s);
     if (kept) {
-      fmt::print("kept for          {} on {}: TRAMMEL_FILAMENT FILAMENT=\"{}\" sets it\n",
+      fmt::print("kept for          {} on {}: TRAMMEL_FILAMENT FILAMENT={} sets it\n",
                  kept->filament, kept->nozzle, kept->filament);
     } else {
       fmt::print("kept for          nothing: the value is set, and not kept for the filament\n");

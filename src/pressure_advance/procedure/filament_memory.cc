@@ -73,6 +73,22 @@ Result<Json> Variables(const Session& session) {
   return *variables;
 }
 
+Result<void> SaveVariable(const Session& session, const char* name, const Values& values) {
+  return session.printer.Run(
+      fmt::format("SAVE_VARIABLE VARIABLE={} VALUE=\"{}\"", name, Literal(values)),
+      session.Within(kAsk_s));
+}
+
+// TRAMMEL_NEW_NOZZLE notes which values are of the nozzle before; this one is not any more.
+Result<void> ForgetOldNozzle(const Session& session, const Json& variables,
+                             const std::string& filament, const std::string& nozzle) {
+  const auto noted = variables.find("trammel_pa_before");
+  auto values = noted == variables.end() ? std::nullopt : ValuesOf(*noted);
+  if (!values || values->count(filament) == 0 || (*values)[filament].erase(nozzle) == 0) return {};
+  if ((*values)[filament].empty()) values->erase(filament);
+  return SaveVariable(session, "trammel_pa_before", *values);
+}
+
 }  // namespace
 
 Result<std::string> FilamentKey(std::string_view name) {
@@ -125,10 +141,12 @@ Result<FilamentPlace> KeepForFilament(const Session& session, std::string_view n
         "at the file that [save_variables] names, and delete that line");
   }
   (*values)[*key][nozzle] = pressure_advance_s;
-  auto saved = session.printer.Run(
-      fmt::format("SAVE_VARIABLE VARIABLE=trammel_pa VALUE=\"{}\"", Literal(*values)),
-      session.Within(kAsk_s));
-  if (!saved) return tl::unexpected(saved.error());
+  if (auto saved = SaveVariable(session, "trammel_pa", *values); !saved) {
+    return tl::unexpected(saved.error());
+  }
+  if (auto done = ForgetOldNozzle(session, *variables, *key, nozzle); !done) {
+    return tl::unexpected(done.error());
+  }
   const auto after = Variables(session);
   if (!after) return tl::unexpected(after.error());
   const auto kept = after->contains("trammel_pa") ? ValuesOf((*after)["trammel_pa"]) : std::nullopt;

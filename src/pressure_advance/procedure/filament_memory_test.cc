@@ -24,11 +24,13 @@ class KeepingPrinter : public testing::FakePrinter {
   }
   Result<void> Run(std::string_view script, const machine::WaitLimit& limit) override {
     auto done = FakePrinter::Run(script, limit);
-    const std::string_view start = "SAVE_VARIABLE VARIABLE=trammel_pa VALUE=\"";
-    if (forgets || !done || script.substr(0, start.size()) != start) return done;
-    std::string literal(script.substr(start.size(), script.size() - start.size() - 1));
-    for (char& c : literal) c = c == '\'' ? '"' : c;
-    told["save_variables"]["variables"]["trammel_pa"] = Json::parse(literal);
+    for (const std::string name : {"trammel_pa", "trammel_pa_before"}) {
+      const std::string start = "SAVE_VARIABLE VARIABLE=" + name + " VALUE=\"";
+      if (forgets || !done || !script.starts_with(start)) continue;
+      std::string literal(script.substr(start.size(), script.size() - start.size() - 1));
+      for (char& c : literal) c = c == '\'' ? '"' : c;
+      told["save_variables"]["variables"][name] = Json::parse(literal);
+    }
     return done;
   }
   bool forgets = false;
@@ -75,6 +77,18 @@ TEST(KeepForFilament, ReplacesAnEarlierValue) {
   ASSERT_TRUE(KeepForFilament(SessionOf(printer), "PLA", 0.02));
   ASSERT_TRUE(KeepForFilament(SessionOf(printer), "pla", 0.03));
   EXPECT_THAT(printer.scripts.back(), HasSubstr("{'pla':{'extruder/0.40':0.0300}}"));
+}
+
+TEST(KeepForFilament, TheValueIsNoneOfTheNozzleBeforeAnyMore) {
+  KeepingPrinter printer;
+  Json& variables = printer.told["save_variables"]["variables"];
+  variables["trammel_pa_before"] = {{"pla", {{"extruder/0.40", 0.05}, {"extruder/0.60", 0.04}}},
+                                    {"petg", {{"extruder/0.40", 0.05}}}};
+  ASSERT_TRUE(KeepForFilament(SessionOf(printer), "PLA", 0.02));
+  EXPECT_EQ(variables["trammel_pa_before"],
+            (Json{{"pla", {{"extruder/0.60", 0.04}}}, {"petg", {{"extruder/0.40", 0.05}}}}));
+  ASSERT_TRUE(KeepForFilament(SessionOf(printer), "PETG", 0.02));
+  EXPECT_EQ(variables["trammel_pa_before"], (Json{{"pla", {{"extruder/0.60", 0.04}}}}));
 }
 
 TEST(KeepForFilament, SendsNothingWhereItCannotBeKept) {
