@@ -19,6 +19,7 @@ namespace trammel::app {
 struct ReportFiles {
   std::string report = {};   ///< HTML file to write; empty: none
   std::string figures = {};  ///< folder for each figure as PNG and SVG; empty: none
+  std::string picture = {};  ///< PNG of the figure that shows the answer; empty: none
   std::string result = {};   ///< result.json to write; empty: none
   bool force = false;        ///< overwrite files
 };

@@ -9,7 +9,10 @@
 #include "base/bug_note.h"
 #include "document/interval_text.h"
 #include "files/file_lock.h"
+#include "files/whole_file.h"
+#include "measurement/nozzle_change.h"
 #include "measurement/outcome_file.h"
+#include "service/result_picture.h"
 #include "session/dead_run.h"
 #include "session/run_journal.h"
 
@@ -155,7 +158,12 @@ void Desk::RunJob(const RunRecord& run, const Plan& plan, JobProcess& process) {
     if (!plan.arguments.contains("material")) {
       AddOption("material", options_.place.material, words);
     }
-    for (const auto& [name, value] : plan.arguments) AddOption(name, value, words);
+    for (const auto& [name, value] : plan.arguments) {
+      const auto setting = plan.kind->settings.find(name);
+      const bool is_setting = setting != plan.kind->settings.end();
+      AddOption(is_setting ? "set" : name, is_setting ? setting->second + "=" + value : value,
+                words);
+    }
     AddOption("out", plan.folder, words);
   }
   Conclude(plan, process.Run(
@@ -232,12 +240,13 @@ void Desk::ConcludeResult(const Plan& plan, RunRecord run) {
   run.end = answer ? RunEnd::kDone : RunEnd::kFailed;
   run.message = answer ? answer->words : answer.error().message;
   if (answer) run.verdict = ToString(answer->verdict);
+  ShowPicture(run, *plan.kind);
   if (!answer || answer->verdict != Verdict::kGood) {
     Words words{run.message, procedure::Buttons::kClose};
     return EndRun(std::move(run), {}, std::move(words));
   }
   const Proposal proposal{run.id, plan.job, plan.folder, plan.arguments};
-  EndRun(std::move(run), proposal, ProposalWords(*plan.kind, answer->words));
+  EndRun(std::move(run), proposal, ProposalWords(proposal, *plan.kind, answer->words));
 }
 
 std::string Desk::InForce(const JobKind& kind) const {
@@ -246,11 +255,16 @@ std::string Desk::InForce(const JobKind& kind) const {
   return printer_ != nullptr ? kind.in_force(printer_->LastState()) : std::string();
 }
 
-Desk::Words Desk::ProposalWords(const JobKind& kind, const std::string& answer) const {
+Desk::Words Desk::ProposalWords(const Proposal& proposal, const JobKind& kind,
+                                const std::string& answer) const {
   const std::string now = InForce(kind);
-  return {fmt::format("{}{}{}. Nothing applied: TRAMMEL_APPLY sets it", answer,
-                      now.empty() ? "" : ", now ", now),
-          procedure::Buttons::kUse};
+  // The console is told of the macro, the dialog has buttons.
+  return {
+      fmt::format("{}{}{}. Nothing applied: TRAMMEL_APPLY sets it", answer,
+                  now.empty() ? "" : ", now ", now),
+      procedure::Buttons::kUse,
+      fmt::format("{}.{} {}?", answer, now.empty() ? "" : fmt::format(" In force now: {}.", now),
+                  kind.use ? kind.use(proposal.arguments) : "Use it")};
 }
 
 void Desk::EndRun(RunRecord run, std::optional<Proposal> proposal, Words words) {
@@ -291,10 +305,46 @@ bool Desk::Dismiss() {
   return had;
 }
 
+Result<std::string> Desk::NoteNewNozzle() {
+  const files::NozzleChange change{options_.utc_now(), procedure::PrinterName(options_.address)};
+  {
+    const std::lock_guard lock(mutex_);
+    if (process_) {
+      return Fail(fmt::format("at work on {}: change the nozzle when it has ended", run_->id),
+                  ErrorKind::kMachine);
+    }
+  }
+  std::error_code ignored;
+  fs::create_directories(options_.recordings, ignored);  // before the first calibration
+  auto noted = files::NoteNozzleChange(options_.recordings / files::kNozzlesFile, change);
+  if (!noted) return tl::unexpected(noted.error());
+  return fmt::format("nozzle change noted{}. Calibrate each filament anew",
+                     Dismiss() ? ", and the answer that waited is dropped" : "");
+}
+
 void Desk::Keep() const {
   if (auto kept = WriteKeptState(state_path_, {run_, proposal_}); !kept) {
     options_.log("trammel: not kept over a restart of the service: " + kept.error().message);
   }
+}
+
+void Desk::ShowPicture(const RunRecord& run, const JobKind& kind) {
+  constexpr double kPatience_s = 30;
+  if (kind.picture.empty()) return;
+  const fs::path file = fs::path(run.folder) / kind.picture;
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return;  // an answer may have nothing to show
+  machine::Printer* printer = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    printer = printer_;
+  }
+  if (printer == nullptr) return;
+  const auto png = files::ReadWholeFile(file, kMostPictureBytes);
+  const auto stored =
+      png ? StorePicture(*printer, run.id, *png, {kPatience_s}) : tl::unexpected(png.error());
+  options_.log(stored ? fmt::format("  picture: config/{}/{}.png", kPictureFolder, run.id)
+                      : "trammel: no picture beside the configuration: " + stored.error().message);
 }
 
 void Desk::SendRunEvent(const RunRecord& run) {

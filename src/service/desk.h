@@ -48,7 +48,7 @@ struct DeskOptions {
   std::function<void(const std::string&)> log;
 };
 
-/// Answers the methods `status`, `start`, `stop`, `result`, `history` and `dismiss`
+/// Answers the methods `status`, `start`, `stop`, `result`, `history`, `dismiss` and `new_nozzle`
 /// (docs/serve.md), and the macros of klipper/trammel.cfg. Runs survive nothing of the service, but
 /// what they found does: an answer that nobody has decided on is offered again after a restart.
 class Desk {
@@ -74,11 +74,12 @@ class Desk {
   struct Words {
     std::string text;
     std::optional<procedure::Buttons> buttons = {};
-    std::string filament = {};  ///< the start button's: a key
+    std::string question = {};  ///< of the dialog, in place of the text
+    Arguments start = {};       ///< the start button's
   };
   /// A macro's call.
   struct Call {
-    enum class What { kOffer, kStart, kApply, kDismiss };
+    enum class What { kOffer, kStart, kApply, kDismiss, kNewNozzle };
     What what = What::kStart;
     const JobKind* job = nullptr;
     Arguments arguments = {};
@@ -98,6 +99,7 @@ class Desk {
   [[nodiscard]] machine::RpcAnswer StopAsked(const nlohmann::json& params);
   [[nodiscard]] machine::RpcAnswer ResultAsked(const nlohmann::json& params) const;
   [[nodiscard]] machine::RpcAnswer HistoryAsked(const nlohmann::json& params) const;
+  [[nodiscard]] machine::RpcAnswer NewNozzleAsked();
   [[nodiscard]] nlohmann::json PrinterNow() const;
   [[nodiscard]] nlohmann::json ProposalNow() const;
   [[nodiscard]] std::string BlockerOf(const JobKind& kind) const;
@@ -115,18 +117,23 @@ class Desk {
   void ConcludeResult(const Plan& plan, RunRecord run);
   /// What the printer says is in force now, in words; empty where it is not told.
   [[nodiscard]] std::string InForce(const JobKind& kind) const;
-  [[nodiscard]] Words ProposalWords(const JobKind& kind, const std::string& answer) const;
+  [[nodiscard]] Words ProposalWords(const Proposal& proposal, const JobKind& kind,
+                                    const std::string& answer) const;
   void EndRun(RunRecord run, std::optional<Proposal> proposal, Words words);
   [[nodiscard]] bool Dismiss();
+  /// Notes that the nozzle was changed, and drops the answer that waits: it was the old one's.
+  /// Errors: kMachine while a job is at work; kInput: not written.
+  [[nodiscard]] Result<std::string> NoteNewNozzle();
   void Keep() const;  // REQUIRES the lock
   void SendRunEvent(const RunRecord& run);
+  void ShowPicture(const RunRecord& run, const JobKind& kind);
 
   // desk_dialogs.cc
   [[nodiscard]] Result<void> Register(const std::stop_token& stop);
   void Answer(const Call& call);
   void AnswerStart(const Call& call);
   void ShowOffer(const Call& call);
-  void OfferProposalAgain();
+  void OfferProposalAgain(const std::stop_token& stop);
   void Tell(Words words);  // written down now, shown by Serve's thread
   void Show(const Words& words, bool ending);
   void ShowAll(bool ending);

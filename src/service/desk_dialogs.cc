@@ -51,7 +51,8 @@ Result<void> Desk::Register(const std::stop_token& stop) {
     if (auto done = add(job.start_method, Call::What::kStart, &job); !done) return done;
   }
   if (auto done = add("trammel_apply", Call::What::kApply, nullptr); !done) return done;
-  return add("trammel_dismiss", Call::What::kDismiss, nullptr);
+  if (auto done = add("trammel_dismiss", Call::What::kDismiss, nullptr); !done) return done;
+  return add("trammel_new_nozzle", Call::What::kNewNozzle, nullptr);
 }
 
 Result<bool> Desk::Serve(machine::Printer& printer, const std::stop_token& stop) {
@@ -66,7 +67,7 @@ Result<bool> Desk::Serve(machine::Printer& printer, const std::stop_token& stop)
   auto registered = Register(stop);
   if (registered) {
     options_.log("serving " + WithoutSecrets(options_.address));  // a macro is heard from now on
-    OfferProposalAgain();
+    OfferProposalAgain(stop);
   }
   while (registered) {
     std::unique_lock lock(mutex_);
@@ -103,6 +104,10 @@ void Desk::Answer(const Call& call) {
     const std::lock_guard lock(mutex_);
     working = process_ != nullptr;
   }
+  if (call.what == Call::What::kNewNozzle) {
+    const auto noted = NoteNewNozzle();
+    return Show({noted ? *noted : "nozzle change not noted: " + noted.error().message}, false);
+  }
   const bool about_answer = call.what == Call::What::kApply || call.what == Call::What::kDismiss;
   if (working) {
     return Show({about_answer ? "still calibrating: apply when there is an answer"
@@ -115,6 +120,8 @@ void Desk::Answer(const Call& call) {
     case Call::What::kStart:
     case Call::What::kApply:
       return AnswerStart(call);
+    case Call::What::kNewNozzle:
+      return;
     case Call::What::kDismiss:
       return Show({Dismiss() ? "nothing applied: the old value stays" : "nothing to drop"}, false);
   }
@@ -140,11 +147,13 @@ void Desk::ShowOffer(const Call& call) {
   if (!offer) {
     return Show({"no calibration: " + offer.error().message, procedure::Buttons::kClose}, false);
   }
-  Show({std::move(offer->question), procedure::Buttons::kStart, std::move(offer->filament)}, false);
+  Show({std::move(offer->question), procedure::Buttons::kStart, {}, std::move(offer->start)},
+       false);
 }
 
 // Whoever was asked before the service ended has not answered yet.
-void Desk::OfferProposalAgain() {
+void Desk::OfferProposalAgain(const std::stop_token& stop) {
+  constexpr double kPatience_s = 600;
   std::optional<Proposal> proposal;
   {
     const std::lock_guard lock(mutex_);
@@ -153,7 +162,10 @@ void Desk::OfferProposalAgain() {
   const JobKind* const kind = proposal ? FindJob(proposal->job) : nullptr;
   if (kind == nullptr) return;
   const auto answer = ReadAnswer(proposal->folder, *kind);
-  if (answer && answer->verdict == Verdict::kGood) Tell(ProposalWords(*kind, answer->words));
+  if (!answer || answer->verdict != Verdict::kGood) return;
+  // Klipper starts later than Moonraker. Until it is ready it calls no macro either.
+  if (!printer_->WaitUntilReady({kPatience_s, stop})) return;
+  Tell(ProposalWords(*proposal, *kind, answer->words));
 }
 
 void Desk::Tell(Words words) {
@@ -184,7 +196,8 @@ void Desk::Show(const Words& words, bool ending) {
   const machine::WaitLimit limit{ending ? kLastPatience_s : kPatience_s};
   auto shown = screen_->Show(words.text, limit);
   if (shown && words.buttons)
-    shown = screen_->Ask(words.text, *words.buttons, words.filament, limit);
+    shown = screen_->Ask(words.question.empty() ? words.text : words.question, *words.buttons,
+                         words.start, limit);
   if (!shown) {
     options_.log("trammel: not shown on the printer: " + shown.error().message);
   }

@@ -121,6 +121,7 @@ RpcAnswer Desk::Answer(const std::string& method, const json& params) {
     return with({"last", "instrument", "filament", "nozzle"}, [&] { return HistoryAsked(params); });
   }
   if (method == "dismiss") return with({}, [&] { return Ok({{"dismissed", Dismiss()}}); });
+  if (method == "new_nozzle") return with({}, [&] { return NewNozzleAsked(); });
   return RpcAnswer::UnknownMethod(method);
 }
 
@@ -236,6 +237,15 @@ RpcAnswer Desk::StopAsked(const json& params) {
   }
   SendRunEvent(run);
   return Ok({{"run", run.id}});
+}
+
+RpcAnswer Desk::NewNozzleAsked() {
+  auto noted = NoteNewNozzle();
+  if (!noted) {
+    const bool busy = noted.error().kind == ErrorKind::kMachine;
+    return RpcAnswer::Refused(busy ? kBusy : kRefused, noted.error().message);
+  }
+  return Ok({{"message", std::move(*noted)}});
 }
 
 RpcAnswer Desk::ResultAsked(const json& params) const {

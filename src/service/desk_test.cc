@@ -13,7 +13,9 @@
 
 #include "base/bug_note.h"
 #include "base/check.h"
+#include "measurement/nozzle_change.h"
 #include "measurement/outcome_file.h"
+#include "session/dead_run.h"
 #include "session/fake_printer.h"
 #include "support/temporary_folder.h"
 
@@ -66,11 +68,14 @@ class DeskTest : public ::testing::Test {
   void MakeDesk() {
     JobKind kind;
     kind.name = "measure";
-    kind.arguments = {"filament"};
+    kind.arguments = {"filament", "temp"};
+    kind.settings = {{"temp", "filament.nozzle_temperature"}};
+    kind.picture = "answer.png";
     kind.check = [this](const PrinterPlace&, const Arguments& arguments) -> Result<Offer> {
       if (!blocker_.empty()) return Fail(blocker_);
       const auto filament = arguments.find("filament");
-      return Offer{"Is the bed empty?", filament == arguments.end() ? "" : "key"};
+      return Offer{"Is the bed empty?",
+                   filament == arguments.end() ? Arguments{} : Arguments{{"filament", "key"}}};
     };
     kind.words = {"pa", "calibrate"};
     kind.apply = [](const std::string& folder, const Arguments&) {
@@ -215,6 +220,7 @@ TEST_F(DeskTest, ARunIsFollowedToItsAnswerAndNothingIsApplied) {
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("TRAMMEL_ASK BUTTONS=use MSG=\"pressure_advance "
                                                    "= 0.01720 s")));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("now 0.0450 s. Nothing applied")));
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("s). In force now: 0.0450 s. Use it?\"")));
 }
 
 TEST_F(DeskTest, AnAnswerThatIsNotGoodIsNoProposal) {
@@ -392,6 +398,56 @@ TEST_F(DeskTest, MacrosAskOfferStartAndDrop) {
               Contains("TRAMMEL_ASK BUTTONS=start FILAMENT=key MSG=\"Is the bed empty?\""));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("at work")));
   EXPECT_THAT(printer_.scripts, Contains(HasSubstr("nothing applied")));
+}
+
+TEST_F(DeskTest, WhereAFailedUpdateTookTheProgramAwayItIsNamed) {
+  fs::remove(folder_.path() / "program");
+  Serve();
+  Start();
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_THAT(Status()["run"]["message"].get<std::string>(),
+              AllOf(HasSubstr((folder_.path() / "program").string()), HasSubstr("archive")));
+}
+
+TEST_F(DeskTest, ATemperatureOfARunIsASettingOfItsCommand) {
+  Serve();
+  Start({{"temp", "240"}});
+  WaitForEnd();
+  EXPECT_THAT(ProgramsWords(), Contains("--set=filament.nozzle_temperature=240"));
+}
+
+TEST_F(DeskTest, ThePictureOfAnAnswerLiesBesideTheConfiguration) {
+  Program("cp \"$here/result.json\" \"$folder\"; printf png > \"$folder/answer.png\"\n");
+  Serve();
+  Start();
+  WaitForEnd();
+  EXPECT_EQ(printer_.config_files[std::string("trammel/") + kRun + ".png"], "png");
+}
+
+TEST_F(DeskTest, ANewNozzleIsNotedAndDropsTheAnswerOfTheOldOne) {
+  Serve();
+  Start();
+  WaitForEnd();
+  ASSERT_NE(Status()["proposal"], nullptr);
+  CallMacro("trammel_new_nozzle");
+  WaitUntil([this] { return Status()["proposal"] == nullptr; });
+  const auto noted = files::LastNozzleChange(folder_.path() / "recordings" / files::kNozzlesFile,
+                                             procedure::PrinterName("voron"), kUtc);
+  EXPECT_EQ(noted.value_or(""), kUtc);
+  EXPECT_EQ(CodeOf("start", {{"job", "apply"}}), kNothing);
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Contains(HasSubstr("the answer that waited is dropped")));
+}
+
+TEST_F(DeskTest, ANewNozzleIsNotNotedDuringARun) {
+  Program("while [ ! -e \"$here/go\" ]; do sleep 0.02; done\n");
+  Serve();
+  Start();
+  EXPECT_EQ(CodeOf("new_nozzle"), kBusy);
+  test::WriteWhole(folder_.path() / "go", "");
+  WaitForEnd();
+  EXPECT_THAT(Ask("new_nozzle")["message"].get<std::string>(), HasSubstr("noted"));
 }
 
 TEST_F(DeskTest, ABugInARunIsSaidAndEndsNeitherTheDeskNorTheProcess) {

@@ -26,7 +26,7 @@ using Arguments = std::map<std::string, std::string>;
 /// What is put before the owner before a job is started from a dialog.
 struct Offer {
   std::string question;
-  std::string filament = {};  ///< its key, for the start button; empty: none
+  Arguments start = {};  ///< what the start button hands on: values of [A-Za-z0-9_.-]+
 };
 
 /// A kind of job. What moves a machine is done by the command that the words are of, with all its
@@ -34,15 +34,20 @@ struct Offer {
 struct JobKind {
   std::string name;                    ///< as requests name it; also the instrument's
   std::vector<std::string> arguments;  ///< that it takes
+  /// Those of them that are a setting for the run: the setting's key.
+  std::map<std::string, std::string> settings = {};
   /// Looks whether it can be started, without asking the printer. Errors: why not.
   std::function<Result<Offer>(const PrinterPlace&, const Arguments&)> check;
   /// The command that does it; options of the printer and --out FOLDER are put behind.
   std::vector<std::string> words;
   /// The command that sets its answer, with the folder of the run; empty: there is none.
   std::function<std::vector<std::string>(const std::string& folder, const Arguments&)> apply = {};
+  /// What a dialog asks, and using the answer does: "Use it until Klipper restarts".
+  std::function<std::string(const Arguments&)> use = {};
   /// The value in force, "0.0450 s", to stand beside a proposal; may be empty, and say nothing.
   std::function<std::string(const machine::PrinterState&)> in_force = {};
   std::string quantity;      ///< of its answer, as result.json names it
+  std::string picture = {};  ///< of its answer, a PNG in its folder; empty: none
   std::string offer_method;  ///< that a macro calls to be asked; empty: none
   std::string start_method;  ///< that a macro calls to start it; empty: none
 };

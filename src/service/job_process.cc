@@ -1,6 +1,7 @@
 #include "service/job_process.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <string_view>
 #include <utility>
@@ -21,6 +22,13 @@ constexpr int kInterrupted = 130;  // CONVENTIONS.md
 
 JobEnd JobProcess::Run(const std::vector<std::string>& words, const Tell& tell, const Log& log) {
   JobEnd end;
+  // An update that failed halfway takes the program away, and the service goes on without it.
+  if (access(words.front().c_str(), X_OK) != 0) {
+    end.error = fmt::format("{} is gone or cannot be run: unpack trammel's archive there anew",
+                            words.front());
+    log("trammel: " + end.error);
+    return end;
+  }
   auto process = machine::CommandProcess::Start(words);
   if (!process) {
     end.error = process.error().message;

@@ -22,6 +22,14 @@ const char* NameOf(Buttons buttons) {
   return "close";
 }
 
+// What needs no quotation marks, and neither ends a command nor begins a comment.
+bool IsWord(std::string_view text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '.' || c == '-';
+  });
+}
+
 }  // namespace
 
 std::string Screen::Plain(std::string_view text) {
@@ -72,15 +80,23 @@ Result<void> Screen::Show(std::string_view text, const machine::WaitLimit& limit
   return shown;
 }
 
-Result<void> Screen::Ask(std::string_view text, Buttons buttons, std::string_view filament,
+Result<void> Screen::Ask(std::string_view text, Buttons buttons,
+                         const std::map<std::string, std::string>& start,
                          const machine::WaitLimit& limit) {
   LearnCommands(limit);
   if (!has_dialogs_) return {};
   std::string plain = Plain(text);
   std::replace(plain.begin(), plain.end(), '|', ' ');  // begins a button's G-code
-  auto asked = printer_.Run(fmt::format("TRAMMEL_ASK BUTTONS={}{}{} MSG=\"{}\"", NameOf(buttons),
-                                        filament.empty() ? "" : " FILAMENT=", filament, plain),
-                            limit);
+  std::string handed_on;
+  for (const auto& [name, value] : start) {
+    if (!IsWord(value)) continue;
+    handed_on += ' ';
+    for (const char c : name)
+      handed_on += static_cast<char>(c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c);
+    handed_on += "=" + value;
+  }
+  auto asked = printer_.Run(
+      fmt::format("TRAMMEL_ASK BUTTONS={}{} MSG=\"{}\"", NameOf(buttons), handed_on, plain), limit);
   if (!asked) learnt_ = false;
   return asked;
 }

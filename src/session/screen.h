@@ -1,6 +1,7 @@
 // Words on the printer's own screen and console.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -29,8 +30,10 @@ class Screen {
 
   /// A dialog of one line with buttons, by TRAMMEL_ASK (klipper/trammel.cfg), which front ends and
   /// touch screens show. Where the printer has no such macro there is none, and no error.
-  /// @param filament  a key (FilamentKey) that the start button hands on, or empty.
-  [[nodiscard]] Result<void> Ask(std::string_view text, Buttons buttons, std::string_view filament,
+  /// @param start  what the start button hands on, by TRAMMEL_ASK's parameters in small letters
+  ///     ("filament"); values of [A-Za-z0-9_.-]+, others are left out.
+  [[nodiscard]] Result<void> Ask(std::string_view text, Buttons buttons,
+                                 const std::map<std::string, std::string>& start,
                                  const machine::WaitLimit& limit);
 
   /// The first line of the text as a G-code argument in quotation marks may carry it: printable

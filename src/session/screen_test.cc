@@ -49,15 +49,16 @@ TEST(Screen, LooksAgainAfterAFailure) {
 TEST(Screen, AsksWhereThePrinterHasDialogs) {
   FakePrinter printer;
   Screen screen(printer);
-  ASSERT_TRUE(screen.Ask("0.0172 s | \"was\" 0.04", Buttons::kUse, "", {1}));
-  ASSERT_TRUE(screen.Ask("empty?", Buttons::kStart, "pla__2b", {1}));
+  ASSERT_TRUE(screen.Ask("0.0172 s | \"was\" 0.04", Buttons::kUse, {}, {1}));
+  ASSERT_TRUE(
+      screen.Ask("empty?", Buttons::kStart, {{"filament", "pla__2b"}, {"temp", "1 M112"}}, {1}));
   EXPECT_THAT(printer.scripts,
               ElementsAre("TRAMMEL_ASK BUTTONS=use MSG=\"0.0172 s   was 0.04\"",
                           "TRAMMEL_ASK BUTTONS=start FILAMENT=pla__2b MSG=\"empty?\""));
   FakePrinter older;
   older.unknown["TRAMMEL_ASK"] = true;
   Screen without(older);
-  EXPECT_TRUE(without.Ask("a", Buttons::kClose, "", {1}));
+  EXPECT_TRUE(without.Ask("a", Buttons::kClose, {}, {1}));
   EXPECT_THAT(older.scripts, ElementsAre());
 }
 

@@ -49,6 +49,17 @@ Result<void> WriteFigures(const std::string& figures_folder,
   return WriteOutputs(files, force);
 }
 
+// The first figure, as it is drawn for a phone: the same picture is to be read on small and large
+// screens.
+Result<void> WritePicture(const std::string& path, const std::vector<report::Figure>& figures,
+                          bool force) {
+  constexpr double kScale = 3;
+  if (path.empty() || figures.empty()) return {};
+  const report::Figure& figure = figures.front();
+  const report::Canvas& canvas = figure.narrow ? *figure.narrow : figure.canvas;
+  return WriteOutputs({{path, canvas.ToPng(figure.narrow ? kScale : figure.png_scale)}}, force);
+}
+
 /// The recording or photo.
 const std::string& SourceOf(const ResultFile& result) {
   return result.outcome.provenance.sources.front();
@@ -71,7 +82,9 @@ struct Written {
 Written WriteFiles(const AnalysisRun& run, const ResultFile& result, const AnalysisOutput& output) {
   Written written;
   if (auto done = WriteResult(result, output); !done) written.failed = done.error();
-  if (output.files.report.empty() && output.files.figures.empty()) return written;
+  const bool draws = !output.files.report.empty() || !output.files.figures.empty() ||
+                     !output.files.picture.empty();
+  if (!draws) return written;
   const report::ReportInput input = run.report_input();
   const std::vector<report::Figure> figures = report::PressureAdvanceFigures(input);
   if (auto done =
@@ -82,6 +95,8 @@ Written WriteFiles(const AnalysisRun& run, const ResultFile& result, const Analy
     written.failed = done.error();
   }
   auto done = WriteFigures(output.files.figures, figures, output.files.force);
+  if (!done && !written.failed) written.failed = done.error();
+  done = WritePicture(output.files.picture, figures, output.files.force);
   if (!done && !written.failed) written.failed = done.error();
   return written;
 }

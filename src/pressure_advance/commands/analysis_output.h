@@ -9,6 +9,9 @@
 
 namespace trammel::app {
 
+/// In a recording's folder: the figure that shows the answer.
+inline constexpr const char* kResultPicture = "answer.png";
+
 struct AnalysisOutput {
   bool json = false;               ///< one JSON object instead of text
   bool keep_in_recording = false;  ///< in the source, which is a recording's folder

@@ -158,6 +158,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   if (!run) return PrintError(run.error());
   AnalysisOutput output;
   output.files.report = (folder / "report.html").string();
+  output.files.picture = (folder / kResultPicture).string();
   output.json = arguments.json;
   output.keep_in_recording = true;
   ResultFile result = ResultOf(run->analysis, folder.string());

@@ -1,0 +1,25 @@
+// Pictures of results, where front ends show them.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "machine/moonraker/printer.h"
+
+namespace trammel::service {
+
+/// Beside printer.cfg, as front ends list it.
+inline constexpr std::string_view kPictureFolder = "trammel";
+inline constexpr std::size_t kMostPictures = 20;
+inline constexpr std::size_t kMostPictureBytes = std::size_t{4} << 20;
+
+/// Stores a run's picture, and removes the oldest of more than kMostPictures: only files with such
+/// a name (run and ".png"). Where they cannot be listed or removed the picture stays, too.
+/// @param run  its id. @param png  at most kMostPictureBytes.
+/// Errors: kMachine: not stored; kInput: too large.
+[[nodiscard]] Result<void> StorePicture(machine::Printer& printer, const std::string& run,
+                                        std::string_view png, const machine::WaitLimit& limit);
+
+}  // namespace trammel::service
