@@ -21,6 +21,7 @@
 #include "app/provenance.h"
 #include "base/json_text.h"
 #include "measurement/due.h"
+#include "measurement/nozzle_change.h"
 #include "measurement/snooze.h"
 #include "session/run_journal.h"
 
@@ -75,6 +76,10 @@ Result<Measurand> Judge(const DueArguments& arguments,
     if (!earlier) return tl::unexpected(earlier.error());
     series.changed = std::ranges::any_of(earlier->drift, &measurement::Change::differs);
     series.creeps = !earlier->creep.empty();
+    const auto nozzle_utc =
+        files::LastNozzleChange(NozzlesFileBeside(arguments.path), last.subject.printer, now_utc);
+    if (!nozzle_utc) return tl::unexpected(nozzle_utc.error());
+    series.nozzle_utc = *nozzle_utc;
   }
   Measurand measurand{newest.outcome.provenance.instrument, ThingOf(newest.outcome.subject)};
   measurand.due = JudgeDue(series, now_utc, arguments.rules);

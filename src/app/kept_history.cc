@@ -92,14 +92,13 @@ std::string NameOf(const files::HistoryEntry& entry) {
   return name.empty() || name == "." ? files::Fingerprint(entry.outcome) : name.string();
 }
 
-/// @param path  history.jsonl, or its folder
+}  // namespace
+
 std::filesystem::path NozzlesFileBeside(const std::filesystem::path& path) {
   std::error_code ignored;
   const bool folder = std::filesystem::is_directory(path, ignored);
   return (folder ? path : path.parent_path()) / files::kNozzlesFile;
 }
-
-}  // namespace
 
 bool WasApplied(const files::HistoryEntry& entry) {
   const std::string& printer = entry.outcome.subject.printer;

@@ -23,6 +23,9 @@ namespace trammel::app {
 [[nodiscard]] Result<files::History> ReadKeptAndApplied(const std::filesystem::path& path,
                                                         const files::HistoryQuery& query);
 
+/// Where a folder's changes of nozzles are noted. @param path  history.jsonl, or its folder
+[[nodiscard]] std::filesystem::path NozzlesFileBeside(const std::filesystem::path& path);
+
 /// Whether a result was set on the machine that it was measured on.
 [[nodiscard]] bool WasApplied(const files::HistoryEntry& entry);
 

@@ -91,6 +91,9 @@ Due JudgeDue(const Series& series, const std::string& now_utc, const DueRules& r
         *days >= rules.age_days ? Need::kDue : Need::kSoon,
         fmt::format("its last answer is {:.0f} days old, of {:g}", *days, rules.age_days));
   }
+  if (series.nozzle_utc > series.last_good_utc) {
+    judgement.Add(Need::kDue, "the nozzle was changed since: " + series.nozzle_utc);
+  }
   if (series.creeps) {
     judgement.Add(Need::kDue, "its answers creep since the last one that was applied");
   }

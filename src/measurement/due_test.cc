@@ -39,6 +39,16 @@ TEST(Due, IsWhatChangedOrCreepsUnlessTheNewValueIsInForce) {
   EXPECT_EQ(JudgeDue(series, kNow, {}).need, Need::kDue);
 }
 
+TEST(Due, IsWhatWasMeasuredWithTheNozzleBefore) {
+  Series series = MeasuredAt("2026-05-31T00:00:00Z");
+  series.nozzle_utc = "2026-05-30T00:00:00Z";
+  EXPECT_EQ(JudgeDue(series, kNow, {}).need, Need::kNone);
+  series.nozzle_utc = "2026-05-31T09:00:00Z";
+  const Due due = JudgeDue(series, kNow, {});
+  EXPECT_EQ(due.need, Need::kDue);
+  EXPECT_THAT(due.reasons, ElementsAre(HasSubstr("nozzle was changed")));
+}
+
 TEST(Due, SaysTheWorstFirst) {
   Series series = MeasuredAt("2026-05-31T00:00:00Z");
   series.last_reason = "the line was torn";
