@@ -66,7 +66,8 @@ void DrawApproaches(const BoardSetup& setup, Random random, BoardWorld& world) {
     world.index_rad.push_back(index_rad);
     Triple actual = Bent(world.machine, setup.stops[i].stated_mm) +
                     Noise(setup.machine.repeatability_mm, random);
-    const double part = static_cast<double>(i) / std::max<std::size_t>(1, setup.stops.size() - 1);
+    const auto steps = static_cast<double>(std::max<std::size_t>(1, setup.stops.size() - 1));
+    const double part = static_cast<double>(i) / steps;
     actual[2] -= setup.machine.warms_by_mm * part;
     world.actual_mm.push_back(actual);
   }
