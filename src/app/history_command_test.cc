@@ -334,5 +334,17 @@ TEST_F(HistoryCommand, TwoToolheadsOfOneFilamentAreTwoThings) {
   EXPECT_EQ(due[1]["need"], "none");
 }
 
+TEST_F(HistoryCommand, ResultsOfAnEarlierProgramAreNotDueBesideThoseOfTheirToolhead) {
+  Outcome outcome = PressureAdvance();
+  outcome.subject = {"printer.local", "0.40", "PLA"};
+  Keep(files::HistoryLine(outcome, "recordings/a"));
+  outcome.provenance.utc = "2026-02-02T00:00:00Z";
+  outcome.subject.toolhead = "extruder";
+  Keep(files::HistoryLine(outcome, "recordings/b"));
+  const json due = json::parse(History("due --json").standard_output);
+  ASSERT_EQ(due.size(), 1u);
+  EXPECT_EQ(due[0]["last_good"], "2026-02-02T00:00:00Z");
+}
+
 }  // namespace
 }  // namespace trammel::test

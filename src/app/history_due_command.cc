@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <functional>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -60,19 +62,19 @@ Subject ThingOf(Subject subject) {
 
 /// @param entries  of one thing, the newest first
 Result<Measurand> Judge(const DueArguments& arguments,
-                        const std::vector<const files::HistoryEntry*>& entries,
+                        const std::vector<files::HistoryEntry>& entries,
                         const std::string& now_utc) {
   measurement::Series series;
-  const files::HistoryEntry& newest = *entries.front();
+  const files::HistoryEntry& newest = entries.front();
   if (newest.outcome.verdict() != Verdict::kGood) series.last_reason = newest.outcome.reason();
-  const auto good = std::ranges::find_if(entries, [](const files::HistoryEntry* entry) {
-    return entry->outcome.verdict() == Verdict::kGood;
+  const auto good = std::ranges::find_if(entries, [](const files::HistoryEntry& entry) {
+    return entry.outcome.verdict() == Verdict::kGood;
   });
   if (good != entries.end()) {
-    const measurement::Outcome& last = (*good)->outcome;
+    const measurement::Outcome& last = good->outcome;
     series.last_good_utc = last.provenance.utc;
-    series.applied = WasApplied(**good);
-    const auto earlier = CompareWithEarlier(arguments.path, last);
+    series.applied = WasApplied(*good);
+    const auto earlier = CompareAmong(arguments.path, entries, last);
     if (!earlier) return tl::unexpected(earlier.error());
     series.changed = std::ranges::any_of(earlier->drift, &measurement::Change::differs);
     series.creeps = !earlier->creep.empty();
@@ -95,6 +97,33 @@ Result<void> AddSnooze(Measurand& measurand, const std::string& now_utc) {
   if (!until) return tl::unexpected(until.error());
   if (measurement::DaysBetween(now_utc, *until).value_or(0) > 0) measurand.snoozed_until = *until;
   return {};
+}
+
+/// Instrument, printer, nozzle, filament and last the toolhead, which earlier programs did not
+/// note.
+using Thing = std::tuple<Instrument, std::string, std::string, std::string, std::string>;
+/// Their results, the newest first.
+using Things = std::map<Thing, std::vector<files::HistoryEntry>>;
+
+/// Counts results without a toolhead to the first one that is known: nobody will measure them again
+/// under no name.
+void JoinUnknownToolheads(Things& things) {
+  for (auto at = things.begin(); at != things.end();) {
+    const auto next = std::next(at);
+    const auto& [instrument, printer, nozzle, filament, toolhead] = at->first;
+    const bool joins = toolhead.empty() && next != things.end() &&
+                       std::tie(instrument, printer, nozzle, filament) ==
+                           std::tie(std::get<0>(next->first), std::get<1>(next->first),
+                                    std::get<2>(next->first), std::get<3>(next->first));
+    if (joins) {
+      std::ranges::move(at->second, std::back_inserter(next->second));
+      std::ranges::stable_sort(next->second, std::greater{}, [](const files::HistoryEntry& entry) {
+        return entry.outcome.provenance.utc;
+      });
+      things.erase(at);
+    }
+    at = next;
+  }
 }
 
 /// What was asked for and was never measured.
@@ -120,15 +149,14 @@ Result<std::vector<Measurand>> FindMeasurands(const DueArguments& arguments,
     if (!read) return tl::unexpected(read.error());
     history = std::move(*read);
   }
-  std::map<std::tuple<Instrument, std::string, std::string, std::string, std::string>,
-           std::vector<const files::HistoryEntry*>>
-      things;
-  for (const files::HistoryEntry& entry : history.entries) {
+  Things things;
+  for (files::HistoryEntry& entry : history.entries) {
     const Subject& subject = entry.outcome.subject;
-    things[{entry.outcome.provenance.instrument, subject.printer, subject.toolhead, subject.nozzle,
-            subject.filament}]
-        .push_back(&entry);
+    auto& thing = things[{entry.outcome.provenance.instrument, subject.printer, subject.nozzle,
+                          subject.filament, subject.toolhead}];
+    thing.push_back(std::move(entry));
   }
+  JoinUnknownToolheads(things);
   std::vector<Measurand> measurands;
   for (const auto& [thing, entries] : things) {
     auto measurand = Judge(arguments, entries, now_utc);

@@ -121,20 +121,27 @@ Result<files::History> ReadKeptAndApplied(const std::filesystem::path& path,
 }
 
 Result<AgainstEarlier> CompareWithEarlier(const std::filesystem::path& path, const Outcome& now) {
-  constexpr std::size_t kMostForDrift = 100;
-  constexpr std::size_t kMostCompared = 1000;
-  AgainstEarlier found;
-  if (now.subject == measurement::Subject{}) return found;
+  if (now.subject == measurement::Subject{}) return AgainstEarlier{};
   const auto history =
       ReadKeptAndApplied(path, {kMostCompared, now.provenance.instrument, now.subject});
   if (!history) return tl::unexpected(history.error());
+  return CompareAmong(path, history->entries, now);
+}
+
+Result<AgainstEarlier> CompareAmong(const std::filesystem::path& path,
+                                    std::span<const files::HistoryEntry> entries,
+                                    const Outcome& now) {
+  constexpr std::size_t kMostForDrift = 100;
+  AgainstEarlier found;
+  if (now.subject == measurement::Subject{}) return found;
+  entries = entries.first(std::min(entries.size(), kMostCompared));
   const std::string own = files::Fingerprint(now);
   std::string own_name;
-  for (const files::HistoryEntry& entry : history->entries) {
+  for (const files::HistoryEntry& entry : entries) {
     if (files::Fingerprint(entry.outcome) == own) own_name = NameOf(entry);
   }
   std::string own_utc = now.provenance.utc;
-  for (const files::HistoryEntry& entry : history->entries) {
+  for (const files::HistoryEntry& entry : entries) {
     if (NameOf(entry) != own_name || !measurement::SameSubject(entry.outcome, now)) continue;
     own_utc = std::min(own_utc, entry.outcome.provenance.utc);
     found.other_analyses += files::Fingerprint(entry.outcome) == own ? 0 : 1;
@@ -144,7 +151,7 @@ Result<AgainstEarlier> CompareWithEarlier(const std::filesystem::path& path, con
   if (!nozzle_utc) return tl::unexpected(nozzle_utc.error());
   found.nozzle_utc = *nozzle_utc;
   std::map<std::string, Recording> recordings;
-  for (const files::HistoryEntry& entry : history->entries) {
+  for (const files::HistoryEntry& entry : entries) {
     const std::string& utc = entry.outcome.provenance.utc;
     const std::string name = NameOf(entry);
     if (!measurement::SameSubject(entry.outcome, now) || name == own_name) continue;

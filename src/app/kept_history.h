@@ -1,7 +1,9 @@
 // The results beside a folder of recordings, and how a new one differs from the earlier ones.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -53,6 +55,16 @@ struct AgainstEarlier {
 /// ReadKept.
 [[nodiscard]] Result<AgainstEarlier> CompareWithEarlier(const std::filesystem::path& path,
                                                         const measurement::Outcome& now);
+
+/// The most results of one thing that are compared.
+inline constexpr std::size_t kMostCompared = 1000;
+
+/// The same among results that were read already.
+/// @param path  of the history that they are of
+/// @param entries  the newest first; of kMostCompared at most
+[[nodiscard]] Result<AgainstEarlier> CompareAmong(const std::filesystem::path& path,
+                                                  std::span<const files::HistoryEntry> entries,
+                                                  const measurement::Outcome& now);
 
 /// Prints what CompareWithEarlier finds: the one answer, or of several those that changed, and what
 /// creeps. Says nothing where it cannot: the answer stands without it.
