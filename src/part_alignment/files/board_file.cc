@@ -9,11 +9,11 @@
 #include <set>
 #include <utility>
 
-#include "base/json_text.h"
 #include "files/json_object.h"
 #include "geometry/euler.h"
 #include "part_alignment/files/camera_file.h"
 #include "part_alignment/files/target_file.h"
+#include "part_alignment/files/three_numbers.h"
 
 namespace trammel::files {
 namespace {
@@ -27,34 +27,6 @@ constexpr std::size_t kMostViews = 2000;
 constexpr std::size_t kMostTouches = 1000;
 constexpr double kMost_mm = 1e6;
 constexpr double kMostSigma_mm = 1000;
-
-Eigen::Vector3d Three(JsonObject& object, const char* key, NumberRange range) {
-  const auto numbers = object.Numbers(key, 3, 3, range);
-  if (numbers.size() != 3) return Eigen::Vector3d::Zero();
-  return {numbers[0], numbers[1], numbers[2]};
-}
-
-void ReadFrame(JsonObject& object, BoardMeasurement& measurement) {
-  part_alignment::Camera& camera = measurement.camera;
-  measurement.lens_focal_length_mm = object.Number("lens_focal_length_mm", {0, 10'000}, 0);
-  const std::string model =
-      object.Choice("model", {"brown_measured_to_ideal", "brown_ideal_to_distorted"});
-  camera.convention = model == "brown_ideal_to_distorted"
-                          ? part_alignment::CameraConvention::kBrownIdealToDistorted
-                          : part_alignment::CameraConvention::kBrownMeasuredToIdeal;
-  const auto image_px = object.Numbers("image_px", 2, 2, {16, 100'000});
-  camera.pixel_pitch_mm = object.Number("pixel_pitch_mm", {1e-4, 1});
-  camera.looks_along = object.Choice("looks_along", {"-z", "+z"}) == "+z"
-                           ? part_alignment::LooksAlong::kPlusZ
-                           : part_alignment::LooksAlong::kMinusZ;
-  if (image_px.size() != 2) return;
-  for (const double side : image_px) {
-    if (side == static_cast<int>(side)) continue;
-    object.Fault("image_px", fmt::format("has {}; it must be whole numbers of pixels", side));
-  }
-  camera.width_px = static_cast<int>(image_px[0]);
-  camera.height_px = static_cast<int>(image_px[1]);
-}
 
 Eigen::Matrix3d ReadRotation(JsonObject& view) {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
@@ -92,7 +64,7 @@ Result<void> ReadViews(JsonObject& root, BoardMeasurement& measurement) {
     JsonObject object = root.Inner(entry, fmt::format("views[{}]", measurement.views.size()));
     BoardView view;
     view.picture = object.Text("picture");
-    view.spindle_mm = Three(object, "spindle_mm", {-kMost_mm, kMost_mm});
+    view.spindle_mm = ReadThree(object, "spindle_mm", {-kMost_mm, kMost_mm});
     view.spindle_rotation = ReadRotation(object);
     if (!object.failed() && (view.picture.empty() || !names.insert(view.picture).second)) {
       object.Fault("picture", "must be the name of a file, and of another one in each view");
@@ -110,7 +82,7 @@ Result<void> ReadTouches(JsonObject& root, BoardMeasurement& measurement) {
     JsonObject object = root.Inner(entry, fmt::format("touches[{}]", measurement.touches.size()));
     BoardTouch touch;
     touch.mark = ReadTargetId(object, "mark", nullptr);
-    touch.spindle_mm = Three(object, "spindle_mm", {-kMost_mm, kMost_mm});
+    touch.spindle_mm = ReadThree(object, "spindle_mm", {-kMost_mm, kMost_mm});
     touch.tool_length_mm = object.Number("tool_length_mm", {-10'000, 10'000});
     const double sigma_mm = object.Number("sigma_mm", {1e-6, kMostSigma_mm});
     const std::string axes = object.Text("axes");
@@ -146,8 +118,8 @@ Result<void> ReadOptional(JsonObject& root, BoardMeasurement& measurement) {
   if (const nlohmann::json* value = root.Find("place")) {
     JsonObject object = root.Inner(*value, "place");
     part_alignment::CameraPlacePrior place;
-    place.at_mm = Three(object, "at_mm", {-10'000, 10'000});
-    place.sigma_mm = Three(object, "sigma_mm", {1e-6, kMostSigma_mm});
+    place.at_mm = ReadThree(object, "at_mm", {-10'000, 10'000});
+    place.sigma_mm = ReadThree(object, "sigma_mm", {1e-6, kMostSigma_mm});
     if (auto read = object.Finish(); !read) return read;
     measurement.place = place;
   }
@@ -185,16 +157,6 @@ Result<void> ReadSheet(const std::filesystem::path& path, BoardFile& file) {
   return root.Faults();
 }
 
-bool LooksLikeDay(const std::string& date) {
-  constexpr std::string_view kShape = "dddd-dd-dd";
-  if (date.size() != kShape.size()) return false;
-  for (std::size_t i = 0; i < date.size(); ++i) {
-    const bool digit = date[i] >= '0' && date[i] <= '9';
-    if (kShape[i] == 'd' ? !digit : date[i] != '-') return false;
-  }
-  return true;
-}
-
 }  // namespace
 
 Result<BoardFile> ReadBoardFile(const std::filesystem::path& path) {
@@ -203,15 +165,13 @@ Result<BoardFile> ReadBoardFile(const std::filesystem::path& path) {
   JsonObject root(*json, path.string());
   root.Integer("format", {1, 1});
   BoardFile file;
-  file.date = root.Text("date");
-  if (!root.failed() && !LooksLikeDay(file.date)) {
-    root.Fault("date", "must be a date, such as \"2026-11-22\"");
-  }
+  file.date = ReadDate(root);
   const nlohmann::json* camera = root.Find("camera");
   if (camera == nullptr) root.Fault("camera", "is missing");
   if (auto read = root.Faults(); !read) return tl::unexpected(read.error());
   JsonObject frame = root.Inner(*camera, "camera");
-  ReadFrame(frame, file.measurement);
+  file.measurement.lens_focal_length_mm = frame.Number("lens_focal_length_mm", {0, 10'000}, 0);
+  ReadCameraFrame(frame, file.measurement.camera);
   if (auto read = frame.Finish(); !read) return tl::unexpected(read.error());
   const std::string sheet = root.has("sheet") ? root.Text("sheet") : std::string();
   if (auto read = ReadViews(root, file.measurement); !read) return tl::unexpected(read.error());
@@ -227,13 +187,9 @@ Result<BoardFile> ReadBoardFile(const std::filesystem::path& path) {
 
 std::string CalibratedCameraText(const part_alignment::BoardCalibration& calibration,
                                  const std::string& date) {
-  CameraFile file;
-  file.camera = calibration.camera;
-  file.calibration = part_alignment::CalibrationRecord{
-      date, calibration.nearest_mm, calibration.farthest_mm, calibration.covariance};
-  auto json = nlohmann::ordered_json::parse(CameraFileText(file));
-  json["calibration"]["x_residual_rms_px"] = calibration.residual_rms_px;
-  return JsonText(json);
+  const part_alignment::CalibrationRecord record{date, calibration.nearest_mm,
+                                                 calibration.farthest_mm, calibration.covariance};
+  return CalibratedCameraText({calibration.camera, record}, calibration.residual_rms_px);
 }
 
 }  // namespace trammel::files

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "files/json_object.h"
+#include "part_alignment/files/three_numbers.h"
 
 namespace trammel::files {
 namespace {
@@ -23,12 +24,6 @@ std::vector<double> Row(JsonObject& root, const nlohmann::json& entry, const std
   if (sound) return numbers;
   root.Fault(at, fmt::format("is {}; it must be {} numbers", Show(entry), count));
   return std::vector<double>(count, 0);
-}
-
-Eigen::Vector3d Three(JsonObject& root, const char* key, NumberRange range) {
-  const auto numbers = root.Numbers(key, 3, 3, range);
-  if (numbers.size() != 3) return Eigen::Vector3d::Zero();
-  return {numbers[0], numbers[1], numbers[2]};
 }
 
 void ReadLists(JsonObject& root, BudgetFile& file) {
@@ -56,21 +51,21 @@ Result<BudgetFile> ReadBudgetFile(const std::filesystem::path& path) {
   BudgetFile file;
   part_alignment::BudgetScene& scene = file.scene;
   ReadLists(root, file);
-  scene.target_sigma_mm = Three(root, "target_sigma_mm", {0, kMost_mm});
+  scene.target_sigma_mm = ReadThree(root, "target_sigma_mm", {0, kMost_mm});
   if (root.has("pose_sigma_mm"))
-    scene.pose_sigma.head<3>() = Three(root, "pose_sigma_mm", {0, 1e3});
+    scene.pose_sigma.head<3>() = ReadThree(root, "pose_sigma_mm", {0, 1e3});
   if (root.has("pose_sigma_rad"))
-    scene.pose_sigma.tail<3>() = Three(root, "pose_sigma_rad", {0, 1});
+    scene.pose_sigma.tail<3>() = ReadThree(root, "pose_sigma_rad", {0, 1});
   if (root.has("repeats")) scene.repeats = root.Integer("repeats", {0, 1'000'000});
-  scene.low_mm = Three(root, "box_low_mm", {-kMost_mm, kMost_mm});
-  scene.high_mm = Three(root, "box_high_mm", {-kMost_mm, kMost_mm});
+  scene.low_mm = ReadThree(root, "box_low_mm", {-kMost_mm, kMost_mm});
+  scene.high_mm = ReadThree(root, "box_high_mm", {-kMost_mm, kMost_mm});
   scene.still_mm = scene.low_mm;
-  if (root.has("still_mm")) scene.still_mm = Three(root, "still_mm", {-kMost_mm, kMost_mm});
+  if (root.has("still_mm")) scene.still_mm = ReadThree(root, "still_mm", {-kMost_mm, kMost_mm});
   scene.temperature_half_width_k = root.Number("temperature_half_width_k", {0, 1000}, 1.0);
   scene.expansion_per_k = root.Number("expansion_per_k", {-1e-3, 1e-3}, 11e-6);
   scene.length_error_mm = root.Number("length_error_mm", {0, 1000}, 0.05);
   scene.length_error_per_mm = root.Number("length_error_per_mm", {0, 1}, 20e-6);
-  if (root.has("out_sigma_mm")) scene.out_sigma_mm = Three(root, "out_sigma_mm", {0, kMost_mm});
+  if (root.has("out_sigma_mm")) scene.out_sigma_mm = ReadThree(root, "out_sigma_mm", {0, kMost_mm});
   if (root.has("tolerance_mm")) {
     const auto limits = root.Numbers("tolerance_mm", 2, 2, {-kMost_mm, kMost_mm});
     if (!root.failed() && !(limits[0] < limits[1])) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <vector>
 
 #include "base/json_text.h"
 #include "files/whole_file.h"
@@ -41,6 +42,17 @@ void ReadTaper(JsonObject& object, Camera& camera) {
   }
   camera.taper_from_camera.translation_mm = {mm[0], mm[1], mm[2]};
   camera.taper_from_camera.angles_rad = {rad[0], rad[1], rad[2]};
+}
+
+// Width and height, as whole numbers. REQUIRES two of them.
+void ReadWholePixels(const std::vector<double>& image_px, JsonObject& object, Camera& camera) {
+  for (const double side_px : image_px) {
+    if (side_px != static_cast<int>(side_px)) {
+      object.Fault("image_px", fmt::format("has {}; it must be whole numbers of pixels", side_px));
+    }
+  }
+  camera.width_px = static_cast<int>(image_px[0]);
+  camera.height_px = static_cast<int>(image_px[1]);
 }
 
 bool IsDate(const std::string& text) {
@@ -93,6 +105,27 @@ Json List(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()});
 
 }  // namespace
 
+void ReadCameraFrame(JsonObject& object, Camera& camera) {
+  constexpr double kFewestPixels = 16;
+  const std::string model = object.Choice("model", {kMeasuredToIdeal, kIdealToDistorted});
+  camera.convention = model == kIdealToDistorted ? CameraConvention::kBrownIdealToDistorted
+                                                 : CameraConvention::kBrownMeasuredToIdeal;
+  const auto image_px = object.Numbers("image_px", 2, 2, {kFewestPixels, kMostPixels});
+  camera.pixel_pitch_mm = object.Number("pixel_pitch_mm", {1e-4, 1});
+  camera.looks_along =
+      object.Choice("looks_along", {"-z", "+z"}) == "+z" ? LooksAlong::kPlusZ : LooksAlong::kMinusZ;
+  if (image_px.size() == 2) ReadWholePixels(image_px, object, camera);
+}
+
+std::string ReadDate(JsonObject& object) {
+  std::string date = object.Text("date");
+  if (!object.failed() && !IsDate(date)) {
+    object.Fault("date", fmt::format("is {}; it must be a date, such as \"2026-11-22\"",
+                                     Show(nlohmann::json(date))));
+  }
+  return date;
+}
+
 Camera ReadCamera(JsonObject& object) {
   Camera camera;
   const std::string model = object.Choice("model", {kMeasuredToIdeal, kIdealToDistorted});
@@ -111,13 +144,7 @@ Camera ReadCamera(JsonObject& object) {
   camera.looks_along =
       object.Choice("looks_along", {"-z", "+z"}) == "+z" ? LooksAlong::kPlusZ : LooksAlong::kMinusZ;
   if (object.failed()) return camera;
-  for (const double side_px : image_px) {
-    if (side_px != static_cast<int>(side_px)) {
-      object.Fault("image_px", fmt::format("has {}; it must be whole numbers of pixels", side_px));
-    }
-  }
-  camera.width_px = static_cast<int>(image_px[0]);
-  camera.height_px = static_cast<int>(image_px[1]);
+  ReadWholePixels(image_px, object, camera);
   camera.principal_point_offset_px = {offset_px[0], offset_px[1]};
   return camera;
 }
@@ -142,11 +169,7 @@ Json CameraJson(const Camera& camera) {
 
 Result<CalibrationRecord> ReadCalibration(JsonObject object) {
   CalibrationRecord calibration;
-  calibration.date = object.Text("date");
-  if (!object.failed() && !IsDate(calibration.date)) {
-    object.Fault("date", fmt::format("is {}; it must be a date, such as \"2026-11-22\"",
-                                     Show(nlohmann::json(calibration.date))));
-  }
+  calibration.date = ReadDate(object);
   const auto range_mm = object.Numbers("distance_mm", 2, 2, {0, kMostDistance_mm});
   if (!object.failed() && range_mm[0] >= range_mm[1]) {
     object.Fault("distance_mm", fmt::format("is [{}, {}]; it must be the nearest and the farthest",
@@ -198,9 +221,21 @@ Result<CameraFile> ReadCameraFile(const std::filesystem::path& path) {
   return file;
 }
 
-std::string CameraFileText(const CameraFile& file) {
+namespace {
+
+Json FileJson(const CameraFile& file) {
   Json json = {{"format", 1}, {"camera", CameraJson(file.camera)}};
   if (file.calibration) json["calibration"] = CalibrationJson(*file.calibration);
+  return json;
+}
+
+}  // namespace
+
+std::string CameraFileText(const CameraFile& file) { return JsonText(FileJson(file)); }
+
+std::string CalibratedCameraText(const CameraFile& file, double residual_rms_px) {
+  Json json = FileJson(file);
+  json["calibration"]["x_residual_rms_px"] = residual_rms_px;
   return JsonText(json);
 }
 

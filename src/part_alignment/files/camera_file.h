@@ -25,8 +25,19 @@ struct CameraFile {
 /// The same as text, ended by a newline; ReadCameraFile gives every number back to the last bit.
 [[nodiscard]] std::string CameraFileText(const CameraFile& file);
 
+/// The file of a calibration that has just been made: its residuals' root mean square stands beside
+/// the record, as a key of its own.
+[[nodiscard]] std::string CalibratedCameraText(const CameraFile& file, double residual_rms_px);
+
 /// The keys of a camera object; a fault is kept in `object`, and so are keys that nobody asked for.
 [[nodiscard]] part_alignment::Camera ReadCamera(JsonObject& object);
+
+/// What of a camera is given before it is calibrated: model, image_px, pixel_pitch_mm and
+/// looks_along. A fault is kept in `object`, and so are keys that nobody asked for.
+void ReadCameraFrame(JsonObject& object, part_alignment::Camera& camera);
+
+/// The key `date`, YYYY-MM-DD; anything else is a fault of `object`.
+[[nodiscard]] std::string ReadDate(JsonObject& object);
 
 /// The camera object of a camera.
 [[nodiscard]] nlohmann::ordered_json CameraJson(const part_alignment::Camera& camera);

@@ -14,6 +14,7 @@
 #include "files/json_object.h"
 #include "files/whole_file.h"
 #include "part_alignment/files/stl_file.h"
+#include "part_alignment/files/three_numbers.h"
 
 namespace trammel::files {
 namespace {
@@ -25,12 +26,6 @@ using part_alignment::SurfaceKind;
 constexpr double kMost_mm = 1e6;
 constexpr std::size_t kMostPoints = 100'000;
 constexpr std::size_t kMostBytes = 50'000'000;
-
-Eigen::Vector3d Three(JsonObject& object, const char* key, NumberRange range) {
-  const auto numbers = object.Numbers(key, 3, 3, range);
-  if (numbers.size() != 3) return Eigen::Vector3d::Zero();
-  return {numbers[0], numbers[1], numbers[2]};
-}
 
 // Ids may be written as numbers.
 std::string Id(JsonObject& object, const char* key) {
@@ -91,8 +86,8 @@ Result<void> ReadSurfaces(JsonObject& root, const std::filesystem::path& folder,
     surface.kind = kind == "shaft"  ? SurfaceKind::kShaft
                    : kind == "bore" ? SurfaceKind::kBore
                                     : SurfaceKind::kPlane;
-    surface.middle_mm = Three(object, "middle_mm", {-kMost_mm, kMost_mm});
-    surface.direction = Three(object, "direction", {-kMost_mm, kMost_mm});
+    surface.middle_mm = ReadThree(object, "middle_mm", {-kMost_mm, kMost_mm});
+    surface.direction = ReadThree(object, "direction", {-kMost_mm, kMost_mm});
     if (surface.kind != SurfaceKind::kPlane)
       surface.radius_mm = object.Number("radius_mm", {0, kMost_mm});
     surface.stock_allowance_mm = object.Number("overstock_mm", {-kMost_mm, kMost_mm});
@@ -178,7 +173,7 @@ Result<std::vector<MeasuredPoint>> PointsFromJson(std::string_view text, const s
     JsonObject object = root.Inner(entry, fmt::format("points[{}]", points.size()));
     MeasuredPoint point;
     point.id = Id(object, "id");
-    point.at_mm = Three(object, "at_mm", {-kMost_mm, kMost_mm});
+    point.at_mm = ReadThree(object, "at_mm", {-kMost_mm, kMost_mm});
     point.sigma_mm = object.Number("sigma_mm", {1e-9, kMost_mm});
     if (object.has("surface")) point.surface = Id(object, "surface");
     if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
@@ -224,9 +219,9 @@ Result<PartFile> ReadPartFile(const std::filesystem::path& path) {
   if (const nlohmann::json* start = root.Find("start")) {
     JsonObject object = root.Inner(*start, "start");
     geometry::Pose pose;
-    pose.translation_mm = Three(object, "translation_mm", {-kMost_mm, kMost_mm});
+    pose.translation_mm = ReadThree(object, "translation_mm", {-kMost_mm, kMost_mm});
     constexpr double kTurn = 2 * std::numbers::pi;
-    pose.angles_rad = Three(object, "angles_rad", {-kTurn, kTurn});
+    pose.angles_rad = ReadThree(object, "angles_rad", {-kTurn, kTurn});
     if (auto read = object.Finish(); !read) return tl::unexpected(read.error());
     part.start = pose;
   }
