@@ -14,6 +14,8 @@
 #include "document/interval_text.h"
 #include "document/json_number.h"
 #include "document/page.h"
+#include "part_alignment/report/part_metrology_page.h"
+#include "part_alignment/report/part_metrology_text.h"
 
 namespace trammel::report {
 namespace {
@@ -149,12 +151,9 @@ std::string BoardCalibrationText(const BoardCalibration& calibration) {
   std::string text = fmt::format("verdict   {}{}{}\n", VerdictWords(calibration.verdict),
                                  calibration.reason.empty() ? "" : ": ", calibration.reason);
   if (calibration.verdict == Verdict::kGood) {
-    const auto values = part_alignment::ParametersOf(calibration.camera);
-    for (int i = 0; i < kCameraParameters; ++i) {
-      const auto [lo, hi] = NormalInterval95(values[i], std::sqrt(calibration.covariance(i, i)));
-      text += fmt::format("  {:<20} {:>16.8g} (95 %: {:.8g} to {:.8g})\n",
-                          part_alignment::kCameraParameterNames[static_cast<std::size_t>(i)],
-                          values[i], lo, hi);
+    for (const auto& [name, value, interval] :
+         CalibratedParameters(calibration.camera, calibration.covariance)) {
+      text += fmt::format("  {:<20} {:>16} ({})\n", name, value, interval);
     }
     text += fmt::format(
         "residuals {:.4f} px root mean square, {:.2f} of what was stated; places {:.1f} um\n"
@@ -185,11 +184,9 @@ std::string Head(const BoardCalibration& calibration) {
                                 EscapeHtml(calibration.reason)));
   }
   Table table({{""}, {"value"}, {"interval"}});
-  const auto values = part_alignment::ParametersOf(calibration.camera);
-  for (int i = 0; i < kCameraParameters; ++i) {
-    const auto [lo, hi] = NormalInterval95(values[i], std::sqrt(calibration.covariance(i, i)));
-    table.Row({part_alignment::kCameraParameterNames[static_cast<std::size_t>(i)],
-               fmt::format("{:.8g}", values[i]), fmt::format("95 %: {:.8g} to {:.8g}", lo, hi)});
+  for (const auto& [name, value, interval] :
+       CalibratedParameters(calibration.camera, calibration.covariance)) {
+    table.Row({name, value, interval});
   }
   const auto used = std::count_if(calibration.views.begin(), calibration.views.end(),
                                   [](const auto& view) { return view.used; });
@@ -206,7 +203,7 @@ std::string Head(const BoardCalibration& calibration) {
 
 std::string NullCard(const BoardCalibration& calibration) {
   if (calibration.null_directions.empty()) return {};
-  Table table({{""}, {"taken from"}, {"95 %"}, {"closed by"}});
+  Table table({{"", true}, {"taken from", true}, {"95 %"}, {"closed by", true}});
   for (const NullDirection& direction : calibration.null_directions) {
     table.Row({EscapeHtml(direction.what), EscapeHtml(TakenWords(direction)),
                EscapeHtml(SigmaWords(direction)), EscapeHtml(direction.closed_by)});
@@ -221,7 +218,7 @@ std::string SheetCard(const BoardCalibration& calibration) {
 }
 
 std::string ViewsCard(const BoardCalibration& calibration) {
-  Table table({{"picture"}, {"marks"}, {"residual"}, {"beside its place"}});
+  Table table({{"picture"}, {"marks"}, {"residual", true}, {"beside its place"}});
   for (const BoardViewResult& view : calibration.views) {
     table.Row({EscapeHtml(view.picture), fmt::format("{}", view.observations),
                view.used ? fmt::format("{:.3f} px", view.rms_px) : EscapeHtml(view.reason),
@@ -236,13 +233,8 @@ std::string BoardCalibrationPage(const std::string& date, const BoardCalibration
   const std::string title = "Camera calibration on the machine, " + date;
   const bool good = calibration.verdict == Verdict::kGood;
   return PageBegin(title, title) + Head(calibration) +
-         Card("What to do next",
-              good ? fmt::format("<p>Name the file of <code>--out</code> as <code>camera</code> of "
-                                 "the observations, and look at targets from {:.0f} to {:.0f} mm: "
-                                 "outside that range the lens is extrapolated.</p>\n",
-                                 calibration.nearest_mm, calibration.farthest_mm)
-                   : "<p>Follow the advice above and take the pictures anew. No camera file was "
-                     "written.</p>\n") +
+         CalibratedCameraCard(good, calibration.nearest_mm, calibration.farthest_mm,
+                              "take the pictures anew") +
          ListCard("Worth knowing", calibration.notices) + NullCard(calibration) +
          SheetCard(calibration) + ViewsCard(calibration) + PageEnd();
 }

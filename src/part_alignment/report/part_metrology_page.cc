@@ -40,7 +40,8 @@ std::string CalibrationHead(const CameraCalibration& calibration) {
   const auto used = std::count_if(calibration.residuals.begin(), calibration.residuals.end(),
                                   [](const auto& residual) { return residual.used; });
   Table table({{""}, {"value"}, {"interval"}});
-  for (const ParameterWords& parameter : CalibratedParameters(calibration)) {
+  for (const ParameterWords& parameter :
+       CalibratedParameters(calibration.camera, calibration.covariance)) {
     table.Row({parameter.name, parameter.value, parameter.interval});
   }
   return HeadCard(
@@ -110,18 +111,25 @@ std::string TargetsCard(const PartFit& fit) {
 
 }  // namespace
 
+std::string CalibratedCameraCard(bool good, double nearest_mm, double farthest_mm,
+                                 std::string_view again) {
+  return Card(
+      "What to do next",
+      good ? fmt::format("<p>Name the file of <code>--out</code> as <code>camera</code> of "
+                         "the observations, and look at targets from {:.0f} to {:.0f} mm: "
+                         "outside that range the lens is extrapolated.</p>\n",
+                         nearest_mm, farthest_mm)
+           : fmt::format("<p>Follow the advice above and {}. No camera file was written.</p>\n",
+                         again));
+}
+
 std::string CalibrationPage(const std::string& date, const CameraCalibration& calibration,
                             std::span<const Figure> figures) {
   const std::string title = "Camera calibration of " + date;
   const bool good = calibration.verdict == Verdict::kGood;
   return PageBegin(title, title) + CalibrationHead(calibration) +
-         Card("What to do next",
-              good ? fmt::format("<p>Name the file of <code>--out</code> as <code>camera</code> of "
-                                 "the observations, and look at targets from {:.0f} to {:.0f} mm: "
-                                 "outside that range the lens is extrapolated.</p>\n",
-                                 calibration.nearest_mm, calibration.farthest_mm)
-                   : "<p>Follow the advice above and measure another grid. No camera file was "
-                     "written.</p>\n") +
+         CalibratedCameraCard(good, calibration.nearest_mm, calibration.farthest_mm,
+                              "measure another grid") +
          ListCard("Worth knowing", calibration.notices) + HeldOutCard(calibration) +
          FiguresAndEnd(figures);
 }

@@ -165,11 +165,12 @@ std::string ToJson(const Budget& budget) {
   return JsonText({{"format", 1}, {"trials", budget.trials}, {"axes", axes}});
 }
 
-std::vector<ParameterWords> CalibratedParameters(const CameraCalibration& calibration) {
+std::vector<ParameterWords> CalibratedParameters(
+    const part_alignment::Camera& camera, const part_alignment::CameraCovariance& covariance) {
   std::vector<ParameterWords> words;
-  const auto values = part_alignment::ParametersOf(calibration.camera);
+  const auto values = part_alignment::ParametersOf(camera);
   for (int i = 0; i < kCameraParameters; ++i) {
-    const auto [lo, hi] = NormalInterval95(values[i], std::sqrt(calibration.covariance(i, i)));
+    const auto [lo, hi] = NormalInterval95(values[i], std::sqrt(covariance(i, i)));
     words.push_back({ParameterName(i), fmt::format("{:.8g}", values[i]),
                      fmt::format("95 %: {:.8g} to {:.8g}", lo, hi)});
   }
@@ -179,7 +180,8 @@ std::vector<ParameterWords> CalibratedParameters(const CameraCalibration& calibr
 std::string CalibrationText(const CameraCalibration& calibration) {
   std::string text = Verdicts(calibration.verdict, calibration.reason);
   if (calibration.verdict == Verdict::kGood) {
-    for (const ParameterWords& parameter : CalibratedParameters(calibration)) {
+    for (const ParameterWords& parameter :
+         CalibratedParameters(calibration.camera, calibration.covariance)) {
       text += fmt::format("  {:<20} {:>16} ({})\n", parameter.name, parameter.value,
                           parameter.interval);
     }

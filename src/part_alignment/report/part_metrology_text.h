@@ -26,9 +26,10 @@ struct ParameterWords {
   std::string value;
   std::string interval;
 };
-/// In the order of kCameraParameterNames. REQUIRES verdict good.
+/// In the order of kCameraParameterNames.
+/// @param covariance  k = 1, of the camera's parameters in that order.
 [[nodiscard]] std::vector<ParameterWords> CalibratedParameters(
-    const part_alignment::CameraCalibration& calibration);
+    const part_alignment::Camera& camera, const part_alignment::CameraCovariance& covariance);
 
 /// The point with the least stock allowance, and where it is in the ideal part; empty without
 /// points.
