@@ -4,14 +4,16 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
+#include <cstddef>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <system_error>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -25,6 +27,7 @@
 #include "measurement/due.h"
 #include "measurement/nozzle_change.h"
 #include "measurement/snooze.h"
+#include "measurement/subject_json.h"
 #include "session/run_journal.h"
 
 namespace trammel::app {
@@ -141,7 +144,8 @@ Result<std::vector<Measurand>> FindMeasurands(const DueArguments& arguments,
                                               const std::string& now_utc) {
   constexpr std::size_t kMost = 10'000;
   std::error_code ignored;
-  const bool nothing_yet = arguments.chooses() && std::filesystem::is_directory(arguments.path) &&
+  const bool nothing_yet = arguments.chooses() &&
+                           std::filesystem::is_directory(arguments.path, ignored) &&
                            std::filesystem::is_empty(arguments.path, ignored);
   files::History history;
   if (!nothing_yet) {
@@ -196,11 +200,7 @@ std::string DueText(const Measurand& measurand) {
 
 ordered_json DueJson(const Measurand& measurand) {
   ordered_json subject = ordered_json::object();
-  for (const auto& [key, words, member] : measurement::SubjectTexts()) {
-    if (!(measurand.subject.*member).empty()) {
-      subject[std::string(key)] = measurand.subject.*member;
-    }
-  }
+  files::AddSubject(subject, measurand.subject);
   return {{"need", ToString(measurand.need())},
           {"instrument", ToString(measurand.instrument)},
           {"subject", subject},

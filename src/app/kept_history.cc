@@ -136,15 +136,20 @@ Result<AgainstEarlier> CompareAmong(const std::filesystem::path& path,
   if (now.subject == measurement::Subject{}) return found;
   entries = entries.first(std::min(entries.size(), kMostCompared));
   const std::string own = files::Fingerprint(now);
+  // A fingerprint is of the time, too, and costs the text of the whole result.
+  const auto is_own = [&](const files::HistoryEntry& entry) {
+    return entry.outcome.provenance.utc == now.provenance.utc &&
+           files::Fingerprint(entry.outcome) == own;
+  };
   std::string own_name;
   for (const files::HistoryEntry& entry : entries) {
-    if (files::Fingerprint(entry.outcome) == own) own_name = NameOf(entry);
+    if (is_own(entry)) own_name = NameOf(entry);
   }
   std::string own_utc = now.provenance.utc;
   for (const files::HistoryEntry& entry : entries) {
     if (NameOf(entry) != own_name || !measurement::SameSubject(entry.outcome, now)) continue;
     own_utc = std::min(own_utc, entry.outcome.provenance.utc);
-    found.other_analyses += files::Fingerprint(entry.outcome) == own ? 0 : 1;
+    found.other_analyses += is_own(entry) ? 0 : 1;
   }
   const auto nozzle_utc =
       files::LastNozzleChange(NozzlesFileBeside(path), now.subject.printer, own_utc);

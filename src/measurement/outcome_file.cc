@@ -10,6 +10,7 @@
 #include "base/measured_json.h"
 #include "files/json_object.h"
 #include "files/whole_file.h"
+#include "measurement/subject_json.h"
 
 namespace trammel::files {
 namespace {
@@ -80,20 +81,10 @@ std::vector<std::string> ReadTexts(JsonObject& object, const char* key) {
 
 /// What was measured; results of programs that did not note it have none.
 measurement::Subject ReadSubject(JsonObject& object) {
-  constexpr std::size_t kMostBytes = 1000;
   const nlohmann::json* const json = object.Find("subject");
   if (json == nullptr || object.failed()) return {};
   JsonObject inner = object.Inner(*json, "subject");
-  measurement::Subject subject;
-  for (const auto& [key, words, text] : measurement::SubjectTexts()) {
-    const std::string name(key);
-    if (!inner.has(name.c_str())) continue;
-    subject.*text = inner.Text(name.c_str());
-    if ((subject.*text).size() > kMostBytes) {
-      inner.Fault(name, fmt::format("has {} bytes; at most {} are kept", (subject.*text).size(),
-                                    kMostBytes));
-    }
-  }
+  measurement::Subject subject = ReadSubjectTexts(inner);
   // What a newer trammel notes beside is passed over.
   if (const auto read = inner.Faults(); !read) object.Adopt(read.error());
   return subject;
@@ -154,9 +145,7 @@ ordered_json JsonOf(const Outcome& outcome) {
     ordered_json& told = json["subject"];
     told = {
         {"printer", subject.printer}, {"nozzle", subject.nozzle}, {"filament", subject.filament}};
-    for (const auto& [key, words, text] : measurement::SubjectTexts()) {
-      if (!(subject.*text).empty()) told[std::string(key)] = subject.*text;
-    }
+    AddSubject(told, subject);
   }
   return json;
 }

@@ -6,11 +6,10 @@
 #include "files/json_object.h"
 #include "files/new_file.h"
 #include "measurement/json_lines.h"
+#include "measurement/subject_json.h"
 
 namespace trammel::files {
 namespace {
-
-using measurement::SubjectTexts;
 
 std::optional<Snooze> ParseSnooze(std::string_view line) {
   const auto json = ParseJson(line, std::string(kSnoozedFile));
@@ -21,10 +20,7 @@ std::optional<Snooze> ParseSnooze(std::string_view line) {
   snooze.until_utc = object.Text("until");
   const std::string instrument = object.Text("instrument");
   snooze.instrument = measurement::InstrumentNamed(instrument);
-  for (const auto& [key, words, text] : SubjectTexts()) {
-    const std::string name(key);
-    if (object.has(name.c_str())) snooze.subject.*text = object.Text(name.c_str());
-  }
+  snooze.subject = ReadSubjectTexts(object);
   if (!object.Faults() || (!instrument.empty() && !snooze.instrument)) return std::nullopt;
   return snooze;
 }
@@ -32,7 +28,7 @@ std::optional<Snooze> ParseSnooze(std::string_view line) {
 bool Means(const Snooze& snooze, measurement::Instrument instrument,
            const measurement::Subject& subject) {
   if (snooze.instrument && *snooze.instrument != instrument) return false;
-  for (const auto& [key, words, text] : SubjectTexts()) {
+  for (const auto& [key, words, text] : measurement::SubjectTexts()) {
     if (!(snooze.subject.*text).empty() && snooze.subject.*text != subject.*text) return false;
   }
   return true;
@@ -45,9 +41,7 @@ Result<void> NoteSnooze(const std::filesystem::path& path, const Snooze& snooze)
       {"format", 1},
       {"until", snooze.until_utc},
       {"instrument", snooze.instrument ? ToString(*snooze.instrument) : std::string_view()}};
-  for (const auto& [key, words, text] : SubjectTexts()) {
-    if (!(snooze.subject.*text).empty()) json[std::string(key)] = snooze.subject.*text;
-  }
+  AddSubject(json, snooze.subject);
   return AppendLine(path,
                     json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
