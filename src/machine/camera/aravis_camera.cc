@@ -80,9 +80,16 @@ using Flag = std::shared_ptr<std::atomic<bool>>;
 void OnControlLost(ArvDevice*, gpointer flag) { (*static_cast<Flag*>(flag))->store(true); }
 void DropFlag(gpointer flag, GClosure*) { delete static_cast<Flag*>(flag); }
 
-/// Room for two pictures that come while the program is kept from running. As root Aravis reads
-/// packets past the sockets; for everybody else the system's usual 200 kB are less than a picture.
-/// The kernel cuts it down to net.core.rmem_max without a word.
+/// Keeps Aravis from reading a stream past the socket, as it does for root: until its filter is in
+/// place every packet of the interface counts as the camera's, and foreign ones become pictures.
+void ReadThroughSocket(ArvCamera* camera) {
+  if (arv_camera_is_gv_device(camera)) {
+    arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+  }
+}
+
+/// Makes room for two pictures that come while the program is kept from running: the system's usual
+/// 200 kB are less than one. The kernel cuts it down to net.core.rmem_max without a word.
 void WidenSocket(ArvStream* stream, std::size_t payload_bytes) {
   if (!ARV_IS_GV_STREAM(stream)) return;
   g_object_set(stream, "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
@@ -212,6 +219,7 @@ Result<void> AravisCamera::SetContinuous() {
 
 Result<void> AravisCamera::StartStream() {
   Trouble trouble;
+  ReadThroughSocket(camera_.get());
   stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, trouble.out()));
   if (!stream_ || trouble.occurred()) {
     return Broken(

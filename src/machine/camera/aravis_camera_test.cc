@@ -6,10 +6,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/udp.hpp>
 #include <chrono>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "machine/camera/camera.h"
 #include "machine/net/host_clock.h"
@@ -260,17 +265,33 @@ TEST_F(AravisGigETest, APixelFormatThatIsNotReadIsNamedWithThoseThatAre) {
                     HasSubstr("control PixelFormat=Mono8")));
 }
 
-/// Opens a camera that waits for a trigger that nobody gives. Aravis' camera sends a picture of its
-/// own now and then as it starts, once in a hundred runs: that is taken here.
+/// Opens a camera that waits for a trigger that nobody gives.
 std::unique_ptr<FrameSource> OpenedSilent(const GigE& device) {
   constexpr std::uint32_t kOn = 1;
-  constexpr double kSilence_s = 1;  // a busy machine lets the fake camera wait
-  constexpr int kMostPictures = 5;
   arv_fake_camera_write_register(Registers(device), ARV_FAKE_CAMERA_REGISTER_TRIGGER_MODE, kOn);
-  auto camera = Opened("aravis:127.0.0.1");
-  for (int i = 0; camera && i < kMostPictures && camera->Next(kSilence_s, {}); ++i) {
+  return Opened("aravis:127.0.0.1");
+}
+
+/// Sends datagrams over loopback until the stop, as other programs of a machine do.
+void ExchangeDatagrams(const std::stop_token& stop) {
+  boost::asio::io_context context;
+  const boost::asio::ip::udp::endpoint loopback(boost::asio::ip::address_v4::loopback(), 0);
+  boost::asio::ip::udp::socket receiver(context, loopback);
+  boost::asio::ip::udp::socket sender(context, loopback);
+  const std::vector<char> datagram(500, '\x01');
+  while (!stop.stop_requested()) {
+    sender.send_to(boost::asio::buffer(datagram), receiver.local_endpoint());
   }
-  return camera;
+}
+
+TEST_F(AravisGigETest, DatagramsOfOtherProgramsAreNoPictures) {
+  const std::jthread others(ExchangeDatagrams);
+  const GigE device = MakeGigE();
+  for (int i = 0; i < 10; ++i) {
+    const auto camera = OpenedSilent(device);
+    ASSERT_TRUE(camera);
+    EXPECT_FALSE(camera->Next(0.1, {}));
+  }
 }
 
 TEST_F(AravisGigETest, ACameraThatWaitsForATriggerIsAStallThatSaysSo) {
