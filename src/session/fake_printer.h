@@ -91,6 +91,13 @@ class FakePrinter : public machine::Printer {
     config_files[name] = data;
     return {};
   }
+  Result<std::string> DownloadConfig(const std::string& name, std::size_t most_bytes,
+                                     const machine::WaitLimit&) override {
+    const auto found = config_files.find(name);
+    if (found == config_files.end()) return Fail(name + ": there is no such file");
+    if (found->second.size() > most_bytes) return Fail(name + ": too large");
+    return found->second;
+  }
   Result<void> DeleteFile(const std::string& name, const machine::WaitLimit&) override {
     deleted.push_back(name);
     return {};

@@ -1,11 +1,11 @@
-// The calls of MoonrakerPrinter on its files: uploads, with the words for one that was refused, and
-// prints.
+// The calls of MoonrakerPrinter on its files: uploads and downloads, with the words for one that
+// was refused, and prints.
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "base/bounded_json.h"
-#include "machine/moonraker/http_upload.h"
+#include "machine/moonraker/http_files.h"
 #include "machine/moonraker/moonraker_printer_impl.h"
 #include "machine/moonraker/net_failure.h"
 #include "machine/net/json_field.h"
@@ -24,7 +24,7 @@ Result<void> CheckFileName(const std::string& name) {
   if (name.empty() || name.size() > 200 || !plain || name.front() == '/' || name.back() == '/' ||
       name.find("..") != std::string::npos) {
     return Fail(
-        fmt::format("'{}' cannot be the name of an uploaded file: it must be relative, "
+        fmt::format("'{}' cannot be the name of a file of the printer's: it must be relative, "
                     "without .. and quotes, and of 1 … 200 bytes",
                     name.substr(0, 200)));
   }
@@ -43,32 +43,55 @@ Result<void> MoonrakerPrinter::UploadConfig(const std::string& name, std::string
   return Store("config", name, data, limit);
 }
 
+Result<MoonrakerPrinter::WebServer> MoonrakerPrinter::WebPlace(const WaitLimit& limit) {
+  WebServer web{moonraker_.address(), options_};
+  if (web.address.transport != Transport::kUnix) return web;
+  Result<MoonrakerAddress> http = ParseMoonrakerAddress(options_.http_address);
+  if (!http) return tl::unexpected(http.error());
+  if (http->transport == Transport::kUnix) {
+    return Fail("http_address is a Unix socket, which moves no files; give http://localhost:7125");
+  }
+  web.address = *http;
+  if (web.options.api_key.empty()) {
+    // The socket is trusted and may know the key; without one the server has to trust localhost.
+    const Result<json> key = moonraker_.Call("access.get_api_key", nullptr, limit);
+    if (key && key->is_string()) web.options.api_key = key->get<std::string>();
+  }
+  return web;
+}
+
+Result<std::string> MoonrakerPrinter::DownloadConfig(const std::string& name,
+                                                     std::size_t most_bytes,
+                                                     const WaitLimit& limit) {
+  if (const Result<void> fine = CheckFileName(name); !fine) return tl::unexpected(fine.error());
+  const auto web = WebPlace(limit);
+  if (!web) return tl::unexpected(web.error());
+  Result<HttpAnswer> answer =
+      GetFile(web->address, web->options, "config", name, most_bytes, limit);
+  if (!answer) {
+    return Fail(fmt::format("cannot download {} (at most {} bytes): {}", name, most_bytes,
+                            answer.error().message),
+                answer.error().kind);
+  }
+  if (answer->status == 200) return std::move(answer->body);
+  const std::string tried = fmt::format("cannot download {}: ", name);
+  if (answer->status == 404) {
+    return Fail(tried + "there is no such file beside the printer's configuration");
+  }
+  return Fail(tried + HttpRefusal(answer->status, answer->server, web->address,
+                                  !web->options.api_key.empty()),
+              ErrorKind::kMachine);
+}
+
 Result<void> MoonrakerPrinter::Store(std::string_view root, const std::string& name,
                                      std::string_view data, const WaitLimit& limit) {
   if (const Result<void> fine = CheckFileName(name); !fine) {
     return fine;
   }
-  MoonrakerAddress address = moonraker_.address();
-  MoonrakerOptions options = options_;
-  if (address.transport == Transport::kUnix) {
-    Result<MoonrakerAddress> http = ParseMoonrakerAddress(options_.http_address);
-    if (!http) {
-      return tl::unexpected(http.error());
-    }
-    if (http->transport == Transport::kUnix) {
-      return Fail(
-          "http_address is a Unix socket, which takes no files; give http://localhost:7125");
-    }
-    address = *http;
-    if (options.api_key.empty()) {
-      // The socket is trusted and may know the key; without one the server has to trust localhost.
-      const Result<json> key = moonraker_.Call("access.get_api_key", nullptr, limit);
-      if (key && key->is_string()) {
-        options.api_key = key->get<std::string>();
-      }
-    }
-  }
-  const Result<UploadAnswer> answer = PostFile(address, options, root, name, data, limit);
+  const auto web = WebPlace(limit);
+  if (!web) return tl::unexpected(web.error());
+  const auto& [address, options] = *web;
+  const Result<HttpAnswer> answer = PostFile(address, options, root, name, data, limit);
   if (!answer) {
     return tl::unexpected(answer.error());
   }

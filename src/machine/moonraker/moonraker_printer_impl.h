@@ -49,6 +49,8 @@ class MoonrakerPrinter : public Printer {
                       const WaitLimit& limit) override;
   Result<void> UploadConfig(const std::string& name, std::string_view data,
                             const WaitLimit& limit) override;
+  Result<std::string> DownloadConfig(const std::string& name, std::size_t most_bytes,
+                                     const WaitLimit& limit) override;
   Result<void> DeleteFile(const std::string& name, const WaitLimit& limit) override;
   Result<void> StartPrint(const std::string& name, const WaitLimit& limit) override;
   Result<void> CancelPrint(const WaitLimit& limit) override;
@@ -68,6 +70,13 @@ class MoonrakerPrinter : public Printer {
   std::vector<std::string> RecentMessages() const override;
 
  private:
+  /// Where the server moves files, and what it is told of us there.
+  struct WebServer {
+    MoonrakerAddress address;
+    MoonrakerOptions options;
+  };
+  /// Errors: the connection is a Unix socket, and no address is set beside it.
+  Result<WebServer> WebPlace(const WaitLimit& limit);
   /// Uploads into one of the server's folders of files.
   Result<void> Store(std::string_view root, const std::string& name, std::string_view data,
                      const WaitLimit& limit);

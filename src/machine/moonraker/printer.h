@@ -105,6 +105,11 @@ class Printer {
   /// @param name  relative, for example "trammel/pa.png".
   [[nodiscard]] virtual Result<void> UploadConfig(const std::string& name, std::string_view data,
                                                   const WaitLimit& limit) = 0;
+  /// Reads a file beside the printer's configuration.
+  /// Errors: kInput: there is none of that name, or it has more bytes; kMachine.
+  [[nodiscard]] virtual Result<std::string> DownloadConfig(const std::string& name,
+                                                           std::size_t most_bytes,
+                                                           const WaitLimit& limit) = 0;
   /// Deletes an uploaded file; one that is being printed stays, which is an error.
   [[nodiscard]] virtual Result<void> DeleteFile(const std::string& name,
                                                 const WaitLimit& limit) = 0;

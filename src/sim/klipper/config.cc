@@ -24,10 +24,14 @@ KlipperConfig DefaultKlipperConfig(double laser_limit_s, double heater_limit_s) 
   config.macros["_TRAMMEL_RUN"].variables["owner"] = "";
   for (const auto& [macro, method] :
        {std::pair{"TRAMMEL_PA", "trammel_offer"},
-        std::pair{"TRAMMEL_CALIBRATE_PRESSURE_ADVANCE", "trammel_pressure_advance"}}) {
+        std::pair{"TRAMMEL_CALIBRATE_PRESSURE_ADVANCE", "trammel_pressure_advance"},
+        std::pair{"TRAMMEL_PA_PATTERN", "trammel_offer_pattern"},
+        std::pair{"TRAMMEL_PRINT_PATTERN", "trammel_pattern"},
+        std::pair{"TRAMMEL_PA_PHOTO", "trammel_photo"}}) {
     config.macros[macro].remote_method = method;
     config.macros[macro].remote_arguments = {{"filament", "FILAMENT", "", false}};
   }
+  config.macros["TRAMMEL_PA_PHOTO"].remote_arguments.push_back({"file", "FILE", "", false});
   config.macros["TRAMMEL_APPLY"].remote_method = "trammel_apply";
   config.macros["TRAMMEL_DISMISS"].remote_method = "trammel_dismiss";
   config.macros["TRAMMEL_ASK"].lines = {"RESPOND TYPE=command MSG=\"action:prompt_begin trammel\"",

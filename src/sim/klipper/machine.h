@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -120,6 +121,17 @@ class VirtualKlipper {
   /// Files of the virtual SD card, by name.
   [[nodiscard]] std::map<std::string, std::string>& files() { return files_; }
   [[nodiscard]] const std::map<std::string, std::string>& files() const { return files_; }
+  /// Files beside the configuration, by name, in the order in which they were stored.
+  struct ConfigFile {
+    std::string data;
+    int number = 0;
+  };
+  void StoreConfigFile(const std::string& name, std::string data) {
+    config_files_[name] = {std::move(data), ++stored_config_files_};
+  }
+  [[nodiscard]] const std::map<std::string, ConfigFile>& config_files() const {
+    return config_files_;
+  }
   /// Methods that clients registered since the last start.
   void RegisterRemoteMethod(const std::string& name) { remote_methods_[name] = true; }
 
@@ -248,6 +260,8 @@ class VirtualKlipper {
   std::multimap<double, std::function<void()>> timed_;  ///< by print time
   std::map<std::string, bool> remote_methods_;
   std::map<std::string, std::string> files_;
+  std::map<std::string, ConfigFile> config_files_;
+  int stored_config_files_ = 0;
   std::vector<KlipperEvent> events_;
   History history_;
   MotionQueue motion_;

@@ -14,6 +14,7 @@ namespace {
 constexpr std::size_t kLongestTarget = 8192;
 constexpr std::size_t kMostFiles = 1000;
 const std::string kFilePath = "/server/files/gcodes/";
+const std::string kConfigPath = "/server/files/config/";
 
 int HexDigit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -146,15 +147,21 @@ void Upload(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
                 fmt::format("File checksum mismatch: expected {}, calculated {}", wanted, sum)));
   }
   const bool start = fields["print"] == "true";
-  // Of the configuration nothing is kept: no client reads it.
-  bool full = file->body.size() > hub.options().most_file_bytes;
+  bool full = false;
   hub.machine().With([&](VirtualKlipper& klipper) {
-    if (root == "config") return;
     std::size_t bytes = file->body.size();
     for (const auto& [other, text] : klipper.files()) bytes += other == name ? 0 : text.size();
-    full = bytes > hub.options().most_file_bytes ||
-           (klipper.files().count(name) == 0 && klipper.files().size() >= kMostFiles);
-    if (!full) klipper.files()[name] = file->body;
+    for (const auto& [other, kept] : klipper.config_files()) bytes += kept.data.size();
+    const bool known =
+        root == "config" ? klipper.config_files().contains(name) : klipper.files().contains(name);
+    const std::size_t count = klipper.files().size() + klipper.config_files().size();
+    full = bytes > hub.options().most_file_bytes || (!known && count >= kMostFiles);
+    if (full) return;
+    if (root == "config") {
+      klipper.StoreConfigFile(name, file->body);
+    } else {
+      klipper.files()[name] = file->body;
+    }
   });
   if (full) return reply(Failure(500, "No space left on device"));
   const auto done = [reply, name, root, size = file->body.size()](bool started) {
@@ -191,6 +198,16 @@ void ServeFile(Hub& hub, const std::string& method, const std::string& name,
                                  {"action", "delete_file"}}}}));
   }
   reply({200, "text/plain", *text});
+}
+
+void ServeConfigFile(Hub& hub, const std::string& name, const HttpReply& reply) {
+  std::optional<std::string> data;
+  hub.machine().With([&](VirtualKlipper& klipper) {
+    const auto found = klipper.config_files().find(name);
+    if (found != klipper.config_files().end()) data = found->second.data;
+  });
+  if (!data) return reply(Failure(404, "Not Found"));
+  reply({200, "application/octet-stream", *data});
 }
 
 }  // namespace
@@ -232,6 +249,10 @@ void AnswerHttp(Hub& hub, const HttpRequest& request, const HttpReply& reply) {
   }
   if (target.path.rfind(kFilePath, 0) == 0) {
     return ServeFile(hub, request.method, target.path.substr(kFilePath.size()), reply);
+  }
+  if (target.path.rfind(kConfigPath, 0) == 0) {
+    if (request.method != "GET") return reply(Failure(405, "Method Not Allowed"));
+    return ServeConfigFile(hub, target.path.substr(kConfigPath.size()), reply);
   }
   const std::string method = MethodOf(target.path);
   if (method.empty()) return reply(Failure(404, "Not Found"));

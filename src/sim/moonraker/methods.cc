@@ -8,6 +8,7 @@ namespace trammel::sim {
 namespace {
 
 constexpr double kNoTime = 0;
+constexpr double kFirstConfigTime = 1.7e9;  // of files beside the configuration, a second each
 const char* const kVersion = "v0.10.0-virtual";
 
 Answer Missing(const char* argument) {
@@ -62,6 +63,17 @@ Json FileList(const VirtualKlipper& klipper) {
   for (const auto& [name, text] : klipper.files()) {
     list.push_back(
         {{"path", name}, {"modified", kNoTime}, {"size", text.size()}, {"permissions", "rw"}});
+  }
+  return list;
+}
+
+static Json ConfigFileList(const VirtualKlipper& klipper) {
+  Json list = Json::array();
+  for (const auto& [name, file] : klipper.config_files()) {
+    list.push_back({{"path", name},
+                    {"modified", kFirstConfigTime + file.number},
+                    {"size", file.data.size()},
+                    {"permissions", "rw"}});
   }
   return list;
 }
@@ -172,8 +184,15 @@ bool Hub::CallServer(std::uint64_t number, const std::string& method, const Json
   } else if (method == "server.files.roots") {
     reply(Answer::Ok(Roots()));
   } else if (method == "server.files.list") {
+    const std::string root = TextOf(params, "root").value_or("gcodes");
+    if (root != "gcodes" && root != "config") {
+      reply(Answer::Error(400, "Invalid root path: " + root));
+      return true;
+    }
     Json list;
-    machine_.With([&](VirtualKlipper& klipper) { list = FileList(klipper); });
+    machine_.With([&](VirtualKlipper& klipper) {
+      list = root == "config" ? ConfigFileList(klipper) : FileList(klipper);
+    });
     reply(Answer::Ok(list));
   } else if (method == "server.files.delete_file") {
     machine_.With([&](VirtualKlipper& klipper) { reply(DeleteFile(klipper, params)); });

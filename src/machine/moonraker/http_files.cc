@@ -1,4 +1,4 @@
-#include "machine/moonraker/http_upload.h"
+#include "machine/moonraker/http_files.h"
 
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -30,7 +30,7 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-constexpr std::size_t kMaxAnswer = std::size_t{1} << 20;
+constexpr std::size_t kMaxAnswer = std::size_t{1} << 20;  // to an upload
 
 std::string Sha256(std::string_view data) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
@@ -74,16 +74,17 @@ std::string MultipartBody(const std::string& boundary, std::string_view root,
 /// One request and its answer over a stream; `Finish` ends the io_context's run.
 class Exchange : public std::enable_shared_from_this<Exchange> {
  public:
-  /// @param tls  null: plain
+  /// @param most_bytes  of the answer   @param tls  null: plain
   Exchange(asio::io_context& io, const MoonrakerAddress& address, const MoonrakerOptions& options,
-           http::request<http::string_body> request, double time_limit_s, asio::ssl::context* tls)
+           http::request<http::string_body> request, std::size_t most_bytes, double time_limit_s,
+           asio::ssl::context* tls)
       : address_(address),
         options_(options),
         request_(std::move(request)),
         time_limit_s_(time_limit_s),
         resolver_(io),
         stream_(io, tls) {
-    parser_.body_limit(kMaxAnswer);
+    parser_.body_limit(most_bytes);
   }
 
   void Start() {
@@ -105,25 +106,30 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
         });
   }
 
-  Result<UploadAnswer> Take() {
+  Result<HttpAnswer> Take() {
     if (failure_) {
       return tl::unexpected(*failure_);
     }
     if (!parser_.is_done()) {
-      return Fail(fmt::format("no answer to the upload from {} within {} s; the network or the "
+      return Fail(fmt::format("no answer to the {} from {} within {} s; the network or the "
                               "printer's disk is slow",
+                              request_.method() == http::verb::get ? "download" : "upload",
                               address_.Authority(), time_limit_s_),
                   ErrorKind::kMachine);
     }
     const auto server = parser_.get()[http::field::server];
-    return UploadAnswer{static_cast<int>(parser_.get().result_int()),
-                        {server.data(), server.size()},
-                        parser_.get().body()};
+    return HttpAnswer{static_cast<int>(parser_.get().result_int()),
+                      {server.data(), server.size()},
+                      parser_.get().body()};
   }
 
  private:
   bool Failed(NetStep step, error_code error) {
-    if (error) {
+    if (error == http::error::body_limit) {
+      failure_ = Error{ErrorKind::kInput, fmt::format("{} sends more than is read of an answer",
+                                                      address_.Authority())};
+      beast::get_lowest_layer(stream_).close();
+    } else if (error) {
       failure_ = Error{ErrorKind::kMachine, NetFailure(step, error, address_, time_limit_s_)};
       beast::get_lowest_layer(stream_).close();
     }
@@ -171,49 +177,84 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   std::optional<Error> failure_;
 };
 
-Result<UploadAnswer> Perform(const MoonrakerAddress& address, const MoonrakerOptions& options,
-                             http::request<http::string_body> request, const WaitLimit& limit,
-                             asio::ssl::context* tls) {
+Result<HttpAnswer> Perform(const MoonrakerAddress& address, const MoonrakerOptions& options,
+                           http::request<http::string_body> request, std::size_t most_bytes,
+                           const WaitLimit& limit, asio::ssl::context* tls) {
   asio::io_context io;
-  const auto exchange =
-      std::make_shared<Exchange>(io, address, options, std::move(request), limit.time_limit_s, tls);
+  const bool gets = request.method() == http::verb::get;
+  const auto exchange = std::make_shared<Exchange>(io, address, options, std::move(request),
+                                                   most_bytes, limit.time_limit_s, tls);
   const std::stop_callback on_stop(limit.stop, [&io] { io.stop(); });
   exchange->Start();
   io.run_for(std::chrono::duration_cast<std::chrono::steady_clock::duration>(
       std::chrono::duration<double>(limit.time_limit_s)));
   if (limit.stop.stop_requested()) {
-    return Fail("stopped while uploading to " + address.HttpUrl(), ErrorKind::kInterrupted);
+    return Fail(fmt::format("stopped while {} {}", gets ? "downloading from" : "uploading to",
+                            address.HttpUrl()),
+                ErrorKind::kInterrupted);
   }
   return exchange->Take();
 }
 
-}  // namespace
-
-Result<UploadAnswer> PostFile(const MoonrakerAddress& address, const MoonrakerOptions& options,
-                              std::string_view root, const std::string& name, std::string_view data,
-                              const WaitLimit& limit) {
-  TRAMMEL_CHECK(address.transport != Transport::kUnix, "upload to {}", address.unix_path);
-  const std::string checksum = Sha256(data);
-  const std::string boundary = "trammel-" + checksum.substr(0, 32);
-  http::request<http::string_body> request(http::verb::post,
-                                           address.path_prefix + "/server/files/upload", 11);
+http::request<http::string_body> RequestTo(const MoonrakerAddress& address,
+                                           const MoonrakerOptions& options, http::verb verb,
+                                           const std::string& path) {
+  http::request<http::string_body> request(verb, address.path_prefix + path, 11);
   request.set(http::field::host, address.Authority());
   request.set(http::field::user_agent, options.client_name);
   request.set(http::field::connection, "close");
-  request.set(http::field::content_type, "multipart/form-data; boundary=" + boundary);
-  if (!options.api_key.empty()) {
-    request.set("X-Api-Key", options.api_key);
+  if (!options.api_key.empty()) request.set("X-Api-Key", options.api_key);
+  return request;
+}
+
+Result<HttpAnswer> Send(const MoonrakerAddress& address, const MoonrakerOptions& options,
+                        http::request<http::string_body> request, std::size_t most_bytes,
+                        const WaitLimit& limit) {
+  if (address.transport != Transport::kTls) {
+    return Perform(address, options, std::move(request), most_bytes, limit, nullptr);
   }
+  Result<asio::ssl::context> context = MakeTlsContext(options);
+  if (!context) return tl::unexpected(context.error());
+  return Perform(address, options, std::move(request), most_bytes, limit, &*context);
+}
+
+/// A path in which every byte but letters, digits and -._~/ is escaped.
+std::string Escaped(std::string_view path) {
+  constexpr std::string_view kPlain =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~/";
+  std::string text;
+  for (const char c : path) {
+    if (kPlain.find(c) != std::string_view::npos) {
+      text += c;
+    } else {
+      text += fmt::format("%{:02X}", static_cast<unsigned char>(c));
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+Result<HttpAnswer> PostFile(const MoonrakerAddress& address, const MoonrakerOptions& options,
+                            std::string_view root, const std::string& name, std::string_view data,
+                            const WaitLimit& limit) {
+  TRAMMEL_CHECK(address.transport != Transport::kUnix, "upload to {}", address.unix_path);
+  const std::string checksum = Sha256(data);
+  const std::string boundary = "trammel-" + checksum.substr(0, 32);
+  auto request = RequestTo(address, options, http::verb::post, "/server/files/upload");
+  request.set(http::field::content_type, "multipart/form-data; boundary=" + boundary);
   request.body() = MultipartBody(boundary, root, name, data, checksum);
   request.prepare_payload();
-  if (address.transport == Transport::kTls) {
-    Result<asio::ssl::context> context = MakeTlsContext(options);
-    if (!context) {
-      return tl::unexpected(context.error());
-    }
-    return Perform(address, options, std::move(request), limit, &*context);
-  }
-  return Perform(address, options, std::move(request), limit, nullptr);
+  return Send(address, options, std::move(request), kMaxAnswer, limit);
+}
+
+Result<HttpAnswer> GetFile(const MoonrakerAddress& address, const MoonrakerOptions& options,
+                           std::string_view root, const std::string& name, std::size_t most_bytes,
+                           const WaitLimit& limit) {
+  TRAMMEL_CHECK(address.transport != Transport::kUnix, "download from {}", address.unix_path);
+  const std::string path = fmt::format("/server/files/{}/{}", root, Escaped(name));
+  return Send(address, options, RequestTo(address, options, http::verb::get, path), most_bytes,
+              limit);
 }
 
 }  // namespace trammel::machine
