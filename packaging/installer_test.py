@@ -91,7 +91,8 @@ class Home(unittest.TestCase):
 class InstallTest(Home):
     def test_a_printer_gets_macros_settings_section_permission_link_and_service(self):
         self.assertEqual(self.install(), [])
-        self.assertEqual(self.read("config/trammel.cfg"), (SOURCE / "klipper/trammel.cfg").read_text())
+        for name in ("trammel.cfg", "trammel_laser.cfg"):
+            self.assertEqual(self.read(f"config/{name}"), (SOURCE / "klipper" / name).read_text())
         self.assertIn('address = "127.0.0.1:7126"', self.read("config/trammel.toml"))
         self.assertEqual(self.read("config/moonraker.conf"), MOONRAKER.decode() + f"""
 [update_manager trammel]
@@ -137,7 +138,8 @@ managed_services: trammel
 
     def test_sections_and_files_of_that_name_that_are_there_stay(self):
         config = self.home / "printer_data/config"
-        (config / "trammel.cfg").write_text("# mine\n")
+        for name in ("trammel.cfg", "trammel_laser.cfg"):
+            (config / name).write_text("# mine\n")
         (config / "trammel.toml").write_text("# mine\n")
         (config / "update.conf").write_text("[update_manager trammel]\ntype: git_repo\n")
         (self.home / "printer_data/moonraker.asvc").write_text("trammel\nklipper\n")
@@ -147,7 +149,7 @@ managed_services: trammel
         after = snapshot(self.root)
         del after["home/.trammel-installed.json"]
         self.assertEqual(before, after)
-        for word in ("trammel.cfg", "update_manager trammel", "trammel.service"):
+        for word in ("trammel.cfg", "trammel_laser.cfg", "update_manager trammel", "trammel.service"):
             self.assertTrue(any(word in remark for remark in remarks), remarks)
 
     def test_a_navigation_that_is_no_array_is_left_and_named(self):

@@ -6,6 +6,7 @@ import re
 from . import InstallError, edits
 
 SECTION = "[update_manager trammel]"
+MACROS = ("trammel.cfg", "trammel_laser.cfg")
 SETTINGS = """\
 # What trammel is to know of this printer. trammel config keys prints every key.
 [moonraker]
@@ -46,14 +47,16 @@ def has_section(config):
 
 
 def plan_macros(config, program):
-    """The macros as a new file; whatever else is called trammel.cfg stays."""
-    source = program / "share/trammel/klipper/trammel.cfg"
-    macros = config / "trammel.cfg"
-    if not macros.exists():
-        return [edits.edit_file(macros, source.read_bytes())], []
-    if macros.read_bytes() == source.read_bytes():
-        return [], []
-    return [], [f"{macros} is there already and is left; this trammel's own is {source}"]
+    """The macros as new files; whatever else is called so stays."""
+    planned, remarks = [], []
+    for name in MACROS:
+        source = program / "share/trammel/klipper" / name
+        macros = config / name
+        if not macros.exists():
+            planned.append(edits.edit_file(macros, source.read_bytes()))
+        elif macros.read_bytes() != source.read_bytes():
+            remarks.append(f"{macros} is there already and is left; this trammel's own is {source}")
+    return planned, remarks
 
 
 def plan_link(config, link):

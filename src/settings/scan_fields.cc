@@ -74,7 +74,7 @@ constexpr auto kFields = std::to_array<ScanField>({
     {kScan, "heat_time_limit", &S::heat_time_limit_s, "s", 10, 7200,
      "How long a heater may take to reach its temperature, up or down."},
     {kScan, "laser_on_gcode", &S::laser_on_gcode, "", 0, 0,
-     "Switches the laser on; klipper/trammel.cfg has the macro of this name."},
+     "Switches the laser on; klipper/trammel_laser.cfg has the macro of this name."},
     {kScan, "laser_off_gcode", &S::laser_off_gcode, "", 0, 0,
      "Switches the laser off, on every way out as well."},
     {kScan, "lights_off_gcode", &S::lights_off_gcode, "", 0, 0,

@@ -1,4 +1,5 @@
-// klipper/trammel.cfg against itself and against the settings that name its macros.
+// klipper/trammel.cfg and trammel_laser.cfg against themselves and against the settings that name
+// its macros.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,11 +17,14 @@
 namespace trammel {
 namespace {
 
-/// The text of each section, by its header, without comments. Examples in comments are not there.
-std::map<std::string, std::string> ReadSections() {
-  std::ifstream file(TRAMMEL_KLIPPER_CONFIG);
-  EXPECT_TRUE(file) << TRAMMEL_KLIPPER_CONFIG;
-  std::map<std::string, std::string> sections;
+constexpr const char* kAll = "trammel.cfg";
+constexpr const char* kLaser = "trammel_laser.cfg";
+
+/// Adds the text of each section, by its header, without comments. Examples in comments are not
+/// there.
+void ReadSections(const std::string& name, std::map<std::string, std::string>& sections) {
+  std::ifstream file(TRAMMEL_KLIPPER_FOLDER + name);
+  EXPECT_TRUE(file) << name;
   std::string header;
   for (std::string line; std::getline(file, line);) {
     line = line.substr(0, line.find('#'));  // as Klipper does, wherever it stands
@@ -32,6 +36,12 @@ std::map<std::string, std::string> ReadSections() {
       sections[header] += line + '\n';
     }
   }
+}
+
+std::map<std::string, std::string> ReadSections() {
+  std::map<std::string, std::string> sections;
+  ReadSections(kAll, sections);
+  ReadSections(kLaser, sections);
   return sections;
 }
 
@@ -72,6 +82,20 @@ TEST(KlipperMacros, EveryNameThatAMacroUsesIsDefined) {
     }
   }
   EXPECT_GE(uses, 15U);
+}
+
+// A section that names no pin would keep Klipper from starting.
+TEST(KlipperMacros, APrinterWithoutALaserNeedsNothingOfTheLasers) {
+  std::map<std::string, std::string> sections;
+  ReadSections(kAll, sections);
+  const std::regex guarded(
+      "\\{% if \"gcode_macro LASER_OFF\" in printer %\\}\\s*LASER_OFF\\s*\\{% endif %\\}");
+  for (const auto& [header, text] : sections) {
+    EXPECT_FALSE(header.starts_with("output_pin")) << header;
+    const std::string rest = std::regex_replace(text, guarded, "");
+    EXPECT_THAT(WordsAfter(rest, "\\n *(?=LASER_)"), testing::IsEmpty()) << header;
+    EXPECT_THAT(WordsAfter(rest, "ID=(?=_trammel_laser)"), testing::IsEmpty()) << header;
+  }
 }
 
 TEST(KlipperMacros, TheDefaultsOfTheScanAreAmongThem) {
