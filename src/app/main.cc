@@ -56,6 +56,8 @@ trammel::service::Offerings Offers() {
   trammel::service::Offerings offered;
 #ifdef TRAMMEL_PRESSURE_ADVANCE
   offered.jobs.push_back(trammel::app::PressureAdvanceJob());
+  offered.jobs.push_back(trammel::app::PhotoPatternJob());
+  offered.jobs.push_back(trammel::app::PhotoJob());
 #endif
 #ifdef TRAMMEL_TAP
   offered.attendants.push_back({"taps", {"tap", "watch", "--answer"}});

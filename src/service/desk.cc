@@ -154,11 +154,12 @@ void Desk::RunJob(const RunRecord& run, const Plan& plan, JobProcess& process) {
   const std::vector<std::string> places = OptionWords(options_.place);
   words.insert(words.end(), places.begin(), places.end());
   if (!plan.applies) {
-    AddOption("camera", options_.place.camera, words);
+    if (plan.kind->looks) AddOption("camera", options_.place.camera, words);
     if (!plan.arguments.contains("material")) {
       AddOption("material", options_.place.material, words);
     }
     for (const auto& [name, value] : plan.arguments) {
+      if (plan.kind->carried.contains(name)) continue;
       const auto setting = plan.kind->settings.find(name);
       const bool is_setting = setting != plan.kind->settings.end();
       AddOption(is_setting ? "set" : name, is_setting ? setting->second + "=" + value : value,
@@ -202,9 +203,17 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end) {
   }
   run.message.clear();
   const bool measured = end.exit_code == kGood || end.exit_code == kNotTrusted;
-  if (measured && !plan.applies) return ConcludeResult(plan, run);
+  if (measured && !plan.applies && !plan.kind->quantity.empty()) {
+    return ConcludeResult(plan, run, end.error);
+  }
   Words words;
-  if (end.exit_code == kGood) {
+  std::optional<Proposal> proposal;
+  if (end.exit_code == kGood && !plan.applies) {
+    run.end = RunEnd::kDone;
+    run.message = plan.kind->done;
+    const auto offer = plan.kind->check(options_.place, plan.arguments);
+    words = {run.message, plan.kind->done_buttons, {}, offer ? offer->start : Arguments()};
+  } else if (end.exit_code == kGood) {
     run.end = RunEnd::kDone;
     for (const std::string& line : end.output) {
       if (!words.text.empty()) Tell(std::move(words));
@@ -225,8 +234,7 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end) {
       if (unrestored != end.error) run.message += "; " + unrestored;
     }
   }
-  if (!plan.applies) words.buttons = procedure::Buttons::kClose;
-  std::optional<Proposal> proposal;
+  if (!plan.applies && !words.buttons) words.buttons = procedure::Buttons::kClose;
   {
     const std::lock_guard lock(mutex_);
     // What is in force needs no decision any more.
@@ -235,10 +243,10 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end) {
   EndRun(std::move(run), std::move(proposal), std::move(words));
 }
 
-void Desk::ConcludeResult(const Plan& plan, RunRecord run) {
+void Desk::ConcludeResult(const Plan& plan, RunRecord run, const std::string& error) {
   const auto answer = ReadAnswer(plan.folder, *plan.kind);
   run.end = answer ? RunEnd::kDone : RunEnd::kFailed;
-  run.message = answer ? answer->words : answer.error().message;
+  run.message = answer ? answer->words : !error.empty() ? error : answer.error().message;
   if (answer) run.verdict = ToString(answer->verdict);
   ShowPicture(run, *plan.kind);
   if (!answer || answer->verdict != Verdict::kGood) {

@@ -114,7 +114,8 @@ class Desk {
   void RunJob(const RunRecord& run, const Plan& plan, JobProcess& process);
   void Hear(const procedure::Progress& progress);
   void Conclude(const Plan& plan, const JobEnd& end);
-  void ConcludeResult(const Plan& plan, RunRecord run);
+  /// @param error  the last that the job said; empty: none
+  void ConcludeResult(const Plan& plan, RunRecord run, const std::string& error);
   /// What the printer says is in force now, in words; empty where it is not told.
   [[nodiscard]] std::string InForce(const JobKind& kind) const;
   [[nodiscard]] Words ProposalWords(const Proposal& proposal, const JobKind& kind,

@@ -147,8 +147,7 @@ void Desk::ShowOffer(const Call& call) {
   if (!offer) {
     return Show({"no calibration: " + offer.error().message, procedure::Buttons::kClose}, false);
   }
-  Show({std::move(offer->question), procedure::Buttons::kStart, {}, std::move(offer->start)},
-       false);
+  Show({std::move(offer->question), call.job->start_buttons, {}, std::move(offer->start)}, false);
 }
 
 // Whoever was asked before the service ended has not answered yet.

@@ -3,11 +3,13 @@
 
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
 #include "machine/moonraker/printer_state.h"
+#include "session/screen.h"
 
 namespace trammel::service {
 
@@ -32,21 +34,28 @@ struct Offer {
 /// A kind of job. What moves a machine is done by the command that the words are of, with all its
 /// safe ways out; the service starts and stops it, and reads what it says.
 struct JobKind {
-  std::string name;                    ///< as requests name it; also the instrument's
+  std::string name;                    ///< as requests name it
   std::vector<std::string> arguments;  ///< that it takes
   /// Those of them that are a setting for the run: the setting's key.
   std::map<std::string, std::string> settings = {};
+  /// Those that are not the command's, and are handed on by the button of what it says when done.
+  std::set<std::string> carried = {};
   /// Looks whether it can be started, without asking the printer. Errors: why not.
   std::function<Result<Offer>(const PrinterPlace&, const Arguments&)> check;
   /// The command that does it; options of the printer and --out FOLDER are put behind.
   std::vector<std::string> words;
+  bool looks = true;  ///< it takes --camera
   /// The command that sets its answer, with the folder of the run; empty: there is none.
   std::function<std::vector<std::string>(const std::string& folder, const Arguments&)> apply = {};
   /// What a dialog asks, and using the answer does: "Use it until Klipper restarts".
   std::function<std::string(const Arguments&)> use = {};
   /// The value in force, "0.0450 s", to stand beside a proposal; may be empty, and say nothing.
   std::function<std::string(const machine::PrinterState&)> in_force = {};
-  std::string quantity;      ///< of its answer, as result.json names it
+  std::string quantity;  ///< of its answer, as result.json names it; empty: it has none
+  /// Of a job without an answer: what is said, and asked, when it is done.
+  std::string done = {};
+  procedure::Buttons start_buttons = procedure::Buttons::kStart;  ///< of the offer
+  procedure::Buttons done_buttons = procedure::Buttons::kClose;   ///< of what it says when done
   std::string picture = {};  ///< of its answer, a PNG in its folder; empty: none
   std::string offer_method;  ///< that a macro calls to be asked; empty: none
   std::string start_method;  ///< that a macro calls to start it; empty: none

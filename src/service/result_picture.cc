@@ -58,6 +58,8 @@ void RemoveOldest(machine::Printer& printer, const machine::WaitLimit& limit) {
 
 }  // namespace
 
+bool IsResultPicture(const std::string& name) { return !TimeIn(name).empty(); }
+
 Result<void> StorePicture(machine::Printer& printer, const std::string& run, std::string_view png,
                           const machine::WaitLimit& limit) {
   if (png.size() > kMostPictureBytes) {

@@ -22,4 +22,7 @@ inline constexpr std::size_t kMostPictureBytes = std::size_t{4} << 20;
 [[nodiscard]] Result<void> StorePicture(machine::Printer& printer, const std::string& run,
                                         std::string_view png, const machine::WaitLimit& limit);
 
+/// Whether a name can be that of a run's picture.
+[[nodiscard]] bool IsResultPicture(const std::string& name);
+
 }  // namespace trammel::service

@@ -127,6 +127,7 @@ PrinterStateGuard::PrinterStateGuard(const Session& session, const settings::Sca
       has_limit_(session.has_limit),
       prints_(identity.prints),
       without_laser_(identity.without_laser),
+      may_unhome_(identity.may_unhome),
       heaters_end_off_(identity.heaters_end_off),
       changes_tools_(identity.changes_tools),
       journal_path_(files::JournalPath(identity.state_folder, PlainAddress(identity.address))),
@@ -146,6 +147,7 @@ PrinterStateGuard::PrinterStateGuard(PrinterStateGuard&& other) noexcept
       has_limit_(other.has_limit_),
       prints_(other.prints_),
       without_laser_(other.without_laser_),
+      may_unhome_(other.may_unhome_),
       heaters_end_off_(other.heaters_end_off_),
       changes_tools_(other.changes_tools_),
       begun_(other.begun_),
@@ -293,7 +295,7 @@ void PrinterStateGuard::BringBackHeaters(bool in_doubt) {
         left_off.empty() ? "" : "; before, these were on: ", Joined(left_off)));
   } else if (!left_off.empty()) {
     lost_.push_back("in doubt these heaters were switched off: " + Joined(left_off));
-  } else if (IsHomed(before_) && !IsHomed(*now)) {
+  } else if (!may_unhome_ && IsHomed(before_) && !IsHomed(*now)) {
     lost_.push_back(
         "the axes are no longer homed: somebody switched the motors off meanwhile; home before "
         "anything moves");

@@ -25,6 +25,7 @@ struct RunIdentity {
   std::filesystem::path state_folder;
   bool prints = true;            ///< a file of the run's own is uploaded
   bool without_laser = false;    ///< the run knows none: neither laser nor lights are touched
+  bool may_unhome = false;       ///< its print's own end may switch the motors off
   bool heaters_end_off = false;  ///< whatever they were at: paper lies on the bed
   /// Other tools are mounted on the way, and one of them may be in the end: pressure advance comes
   /// back for its own extruder, and G-code's offset stays that of the tool that is mounted.
@@ -102,6 +103,7 @@ class PrinterStateGuard {
   bool has_limit_ = false;
   bool prints_ = true;
   bool without_laser_ = false;
+  bool may_unhome_ = false;
   bool heaters_end_off_ = false;
   bool changes_tools_ = false;
   bool begun_ = false;

@@ -368,6 +368,21 @@ TEST_F(PrinterStateGuardTest, HeatersEndOffWherePaperLiesOnTheBedWhateverTheyWer
   EXPECT_THAT(printer_.scripts, Not(Contains("LIGHTS_ON")));
 }
 
+// M84 of somebody else and that of its own file's end look alike.
+TEST_F(PrinterStateGuardTest, MotorsThatThePrintsOwnEndSwitchesOffAreNoLoss) {
+  for (const bool own : {false, true}) {
+    printer_.state.homed_axes = "xyz";
+    RunIdentity identity{"run-1", "2026-11-22T10:00:00", address_, folder_.path()};
+    identity.may_unhome = own;
+    auto guard = PrinterStateGuard::Take(session_, settings_, identity);
+    ASSERT_TRUE(guard);
+    ASSERT_TRUE(guard->Begin(session_));
+    printer_.state.homed_axes = "";
+    const auto lost = guard->Restore();
+    EXPECT_EQ(lost.empty(), own) << (lost.empty() ? "" : lost.front());
+  }
+}
+
 TEST_F(PrinterStateGuardTest,
        WhereToolsChangeTheOffsetThatIsInForceStaysAndPressureAdvanceIsItsExtrudersOwn) {
   RunIdentity identity{"run-1", "2026-11-22T10:00:00", address_, folder_.path()};

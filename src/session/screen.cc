@@ -14,6 +14,10 @@ const char* NameOf(Buttons buttons) {
   switch (buttons) {
     case Buttons::kStart:
       return "start";
+    case Buttons::kPrint:
+      return "print";
+    case Buttons::kPhoto:
+      return "photo";
     case Buttons::kUse:
       return "use";
     case Buttons::kClose:

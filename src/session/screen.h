@@ -14,6 +14,8 @@ namespace trammel::procedure {
 /// Which buttons a dialog has.
 enum class Buttons {
   kStart,  ///< calibrate, or not
+  kPrint,  ///< print the pattern for a photo, or not
+  kPhoto,  ///< measure the photo, or later
   kUse,    ///< apply the answer, or keep the old value
   kClose
 };
@@ -30,7 +32,8 @@ class Screen {
 
   /// A dialog of one line with buttons, by TRAMMEL_ASK (klipper/trammel.cfg), which front ends and
   /// touch screens show. Where the printer has no such macro there is none, and no error.
-  /// @param start  what the start button hands on, by TRAMMEL_ASK's parameters in small letters
+  /// @param start  what the first button (but of kUse) hands on, by TRAMMEL_ASK's parameters in
+  /// small letters
   ///     ("filament"); values of [A-Za-z0-9_.-]+, others are left out.
   [[nodiscard]] Result<void> Ask(std::string_view text, Buttons buttons,
                                  const std::map<std::string, std::string>& start,

@@ -15,6 +15,7 @@
 #include "app/printer_session.h"
 #include "document/interval_text.h"
 #include "measurement/outcome_file.h"
+#include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/commands/analysis_run.h"
 #include "pressure_advance/commands/kept_result.h"
 #include "pressure_advance/commands/pattern_options.h"
@@ -68,7 +69,7 @@ std::optional<fs::path> ChangedSince(const fs::path& result, const fs::path& fol
   const auto kept = fs::last_write_time(result, ignored);
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     const fs::path name = entry.path().filename();
-    const bool ours = name == files::kResultFile || name == "report.html";
+    const bool ours = name == files::kResultFile || name == "report.html" || name == kResultPicture;
     if (!ours && entry.is_regular_file(ignored) && entry.last_write_time(ignored) > kept) {
       return entry.path();
     }

@@ -21,13 +21,14 @@
 #include "pressure_advance/commands/apply_command.h"
 #include "pressure_advance/commands/calibration_run.h"
 #include "pressure_advance/commands/kept_result.h"
+#include "pressure_advance/commands/measured_subject.h"
+#include "pressure_advance/commands/photo_plan.h"
 #include "pressure_advance/commands/pressure_advance_commands.h"
 #include "pressure_advance/commands/validation.h"
 #include "pressure_advance/files/plan_file.h"
 #include "pressure_advance/procedure/comparison.h"
 #include "pressure_advance/procedure/filament_memory.h"
 #include "pressure_advance/procedure/scan_checks.h"
-#include "pressure_advance/procedure/spool_memory.h"
 #include "session/checks.h"
 #include "session/dead_run.h"
 #include "session/printer_turn.h"
@@ -55,6 +56,7 @@ struct CalibrateArguments {
   bool dry_run = false;
   bool json = false;
   bool keep_full = false;
+  bool photo = false;  // of pa print
 };
 
 // What lies on the plate, or is to be printed, where files say it rather than the settings.
@@ -122,33 +124,6 @@ Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Sess
   return WorthApplying(*improvement);
 }
 
-// What the result is listed under: as told, or as the printer and Spoolman have it. The answer
-// stands without it.
-measurement::Subject SubjectOf(const CalibrateArguments& arguments,
-                               const procedure::Session& session, const files::Config& config) {
-  constexpr double kAsk_s = 10;
-  const auto degrees = [](std::optional<double> set_c) {
-    return set_c ? fmt::format("{:g}", *set_c) : std::string();
-  };
-  measurement::Subject subject;
-  subject.printer = procedure::PrinterName(config.scan.address);
-  subject.nozzle = fmt::format("{:.2f}", config.pattern.nozzle_diameter_mm);
-  subject.filament = arguments.filament;
-  subject.nozzle_c = degrees(settings::NozzleTemperature_c(config.pattern));
-  subject.bed_c = degrees(settings::BedTemperature_c(config.pattern));
-  if (const auto state = session.printer.State(session.Within(kAsk_s))) {
-    subject.toolhead = state->active_extruder;
-  }
-  const auto spool = procedure::SpoolOnPrinter(session);
-  if (spool && *spool) {
-    subject.spool = std::to_string((*spool)->id);
-    if (subject.filament.empty()) subject.filament = (*spool)->filament;
-  } else if (!spool && subject.filament.empty()) {
-    fmt::print(stderr, "  the result is listed without a filament: {}\n", spool.error().message);
-  }
-  return subject;
-}
-
 // Analyses, reports, validates and applies where asked to.
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
              const files::Config& config, const fs::path& folder,
@@ -162,7 +137,7 @@ int Conclude(const CalibrateArguments& arguments, const procedure::Session& sess
   output.json = arguments.json;
   output.keep_in_recording = true;
   ResultFile result = ResultOf(run->analysis, folder.string());
-  result.outcome.subject = SubjectOf(arguments, session, config);
+  result.outcome.subject = SubjectOf(arguments.filament, session, config);
   int code = PrintAnalysis(*run, result, output);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
@@ -220,9 +195,42 @@ Result<Ran> Run(const CalibrateArguments& arguments, const procedure::Session& s
   return Ran{folder->path(), run.bed_c};
 }
 
+// The settings, with the pattern for a photo below what the command line sets.
+Result<files::Config> ConfigOf(const CalibrateArguments& arguments) {
+  auto config = LoadSettings(arguments.printer);
+  if (!config || !arguments.photo) return config;
+  SetForPhoto(config->pattern);
+  for (const std::string& assignment : arguments.printer.set) {
+    if (auto done = files::OverrideConfig(assignment, *config); !done) {
+      return tl::unexpected(done.error());
+    }
+  }
+  if (auto valid = Validate(config->pattern); !valid) return tl::unexpected(valid.error());
+  return config;
+}
+
+int SayHowItLies(const CalibrateArguments& arguments, const Ran& ran) {
+  const fs::path plan = ran.folder / "pattern.plan.json";
+  if (arguments.photo) {
+    fmt::print(
+        "printed           for a photo; everything is off, as the end G-code left it\n"
+        "to measure it     let the bed cool, take a photo from straight above, and\n"
+        "                  trammel pa analyze PHOTO --plan {}\n",
+        plan.string());
+    return kExitGood;
+  }
+  fmt::print(
+      "printed           {}\n"
+      "to scan it        trammel pa scan --plan {}\n",
+      ran.bed_c > 0 ? fmt::format("the bed stays at {:.0f} degC and holds it", ran.bed_c)
+                    : "the bed is off, as the file left it",
+      plan.string());
+  return kExitGood;
+}
+
 int RunCalibration(const CalibrateArguments& arguments) {
   const Interrupt interrupt;
-  const auto config = LoadSettings(arguments.printer);
+  const auto config = ConfigOf(arguments);
   if (!config) return PrintError(config.error());
   if (!arguments.filament.empty()) {
     if (auto key = procedure::FilamentKey(arguments.filament); !key) {
@@ -230,12 +238,14 @@ int RunCalibration(const CalibrateArguments& arguments) {
     }
   }
   if (arguments.dry_run) {
-    const auto done = PrintDryRun(config->pattern, config->scan, {arguments.print, arguments.scan});
+    const auto done = PrintDryRun(config->pattern, config->scan,
+                                  {arguments.print, arguments.scan, arguments.photo});
     return done ? static_cast<int>(kExitGood) : PrintError(done.error());
   }
   auto request = RequestFor(*config, {});
   request.print = arguments.print;
   request.scan = arguments.scan;
+  request.for_photo = arguments.photo;
   if (auto read = ReadFiles(arguments, request); !read) return PrintError(read.error());
   if (arguments.print && request.gcode.empty()) {
     auto told = settings::ValidateTemperatures(config->pattern);
@@ -254,13 +264,7 @@ int RunCalibration(const CalibrateArguments& arguments) {
     FinishCutting(cutter, interrupt.token());
     return code;
   }
-  fmt::print(
-      "printed           {}\n"
-      "to scan it        trammel pa scan --plan {}\n",
-      ran->bed_c > 0 ? fmt::format("the bed stays at {:.0f} degC and holds it", ran->bed_c)
-                     : "the bed is off, as the file left it",
-      (ran->folder / "pattern.plan.json").string());
-  return kExitGood;
+  return SayHowItLies(arguments, *ran);
 }
 
 CLI::App* AddStep(CLI::App& parent, int& exit_code, const char* name, const char* text,
@@ -302,8 +306,16 @@ void AddCalibrateCommands(CLI::App& parent, int& exit_code) {
                             "print the pattern and leave it on the warm bed", print_only);
   AddMaterialOption(*print, print_only->printer.material);
   AddDryRun(*print, *print_only, "print the G-code and the sweeps, do nothing");
-  print->add_option("--gcode", print_only->gcode, "a file that pa pattern wrote, as it is");
-  print->add_option("--plan", print_only->plan, "its plan; left out: the one beside it");
+  CLI::Option* gcode =
+      print->add_option("--gcode", print_only->gcode, "a file that pa pattern wrote, as it is");
+  CLI::Option* plan =
+      print->add_option("--plan", print_only->plan, "its plan; left out: the one beside it");
+  print
+      ->add_flag("--photo", print_only->photo,
+                 "the pattern of pa pattern --photo; needs no laser, and everything is off "
+                 "afterwards")
+      ->excludes(gcode)
+      ->excludes(plan);
 
   const auto scan_only = std::make_shared<CalibrateArguments>();
   scan_only->print = false;

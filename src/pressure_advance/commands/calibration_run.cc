@@ -63,6 +63,10 @@ Result<void> PrintDryRun(pressure_advance::PatternConfig pattern,
   if (shown.print) {
     if (auto told = trammel::settings::ValidateTemperatures(pattern); !told) return told;
   }
+  if (shown.for_photo) {
+    fmt::print("; --- print ---\n{}", WriteGcode(LayOut(pattern), pattern));
+    return {};
+  }
   pattern.finish = pressure_advance::Finish::kIdle;  // as it is printed: the scan follows
   const auto layout = LayOut(pattern);
   procedure::Reach reach;

@@ -40,8 +40,9 @@ void FinishCutting(procedure::RecordingCutter& cutter, const std::stop_token& st
 
 /// What a dry run shows.
 struct DryRun {
-  bool print = true;  ///< the G-code
-  bool scan = true;   ///< the sweeps
+  bool print = true;       ///< the G-code
+  bool scan = true;        ///< the sweeps
+  bool for_photo = false;  ///< the print is for a photo, and no scan follows
 };
 
 /// Prints the G-code and the sweeps for `pattern`, whatever a printer would say.

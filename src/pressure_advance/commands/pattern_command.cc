@@ -46,19 +46,6 @@ struct PatternArguments {
   bool force = false;
 };
 
-/// What a photo is read by without being told: the values of `pa analyze --photo`. Lines that end
-/// their fast part sooner than they begin it, two steps from the frame, and the mark.
-void SetForPhoto(PatternConfig& pattern) {
-  const PhotoPlan read = PlanOfPhotoPattern();
-  pattern.pressure_advances_s = read.pressure_advance_s;
-  pattern.segments = read.segments;
-  pattern.line_spacing_mm = 1.5;
-  pattern.frame_margin_mm = 3;
-  pattern.frame_loops = std::max(pattern.frame_loops, 1);
-  pattern.corner_mark = read.corner_mark;
-  pattern.alternate_directions = false;
-}
-
 /// The shortcuts of the command line, over what the file says.
 Result<void> Override(const PatternArguments& arguments, files::Config& config) {
   const auto came_from = [&config](const std::string& key, const char* option) {

@@ -106,6 +106,17 @@ PhotoPlan PlanOfPhotoPattern() {
   return plan;
 }
 
+void SetForPhoto(pressure_advance::PatternConfig& pattern) {
+  const PhotoPlan read = PlanOfPhotoPattern();
+  pattern.pressure_advances_s = read.pressure_advance_s;
+  pattern.segments = read.segments;
+  pattern.line_spacing_mm = 1.5;
+  pattern.frame_margin_mm = 3;
+  pattern.frame_loops = std::max(pattern.frame_loops, 1);
+  pattern.corner_mark = read.corner_mark;
+  pattern.alternate_directions = false;
+}
+
 Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file) {
   const Result<std::string> text = files::ReadWholeFile(file, kMaxBytes);
   if (!text) return tl::unexpected(text.error());

@@ -6,6 +6,7 @@
 
 #include "base/result.h"
 #include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/pattern/pattern_config.h"
 #include "pressure_advance/pattern/pattern_plan.h"
 
 namespace trammel::app {
@@ -20,6 +21,10 @@ namespace trammel::app {
 
 /// That of `pa pattern --photo`, by which `pa analyze --photo` reads.
 [[nodiscard]] PhotoPlan PlanOfPhotoPattern();
+
+/// Makes it that pattern: lines that end their fast part sooner than they begin it, two steps from
+/// the frame, and the mark.
+void SetForPhoto(pressure_advance::PatternConfig& pattern);
 
 /// The same from a *.plan.json; also errors where there is none or it cannot be used.
 [[nodiscard]] Result<PhotoPlan> ReadPhotoPlan(const std::filesystem::path& file);

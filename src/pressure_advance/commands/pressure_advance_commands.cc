@@ -8,6 +8,7 @@ void AddPressureAdvanceCommands(CLI::App& pa, int& exit_code) {
   pa.require_subcommand(1);
   AddSetupCommand(pa, exit_code);
   AddAnalyzeCommand(pa, exit_code);
+  AddPhotoCommand(pa, exit_code);
   AddPatternCommand(pa, exit_code);
   AddCalibrateCommands(pa, exit_code);
   AddApplyCommand(pa, exit_code);

@@ -12,6 +12,7 @@ void AddPressureAdvanceCommands(CLI::App& pa, int& exit_code);
 
 /// Each hangs its command below `parent`.
 void AddAnalyzeCommand(CLI::App& parent, int& exit_code);
+void AddPhotoCommand(CLI::App& parent, int& exit_code);
 void AddPatternCommand(CLI::App& parent, int& exit_code);
 /// `calibrate`, `print` and `scan`.
 void AddCalibrateCommands(CLI::App& parent, int& exit_code);

@@ -7,6 +7,7 @@
 #include "app/serve_command.h"
 #include "pressure_advance/commands/analysis_output.h"
 #include "pressure_advance/procedure/filament_memory.h"
+#include "pressure_advance/procedure/pattern_photo.h"
 #include "settings/material.h"
 
 namespace trammel::app {
@@ -26,8 +27,16 @@ Result<void> CheckTemperature(const std::string& text) {
   return Fail("TEMP must be the nozzle's temperature in degC, such as 240 or 235.5");
 }
 
-Result<service::Offer> Check(const service::PrinterPlace& place,
-                             const service::Arguments& arguments) {
+/// A filament's key, which a button can hand on; empty where none is named.
+Result<std::string> KeyOf(const service::Arguments& arguments) {
+  const auto filament = arguments.find(kFilament);
+  if (filament == arguments.end()) return std::string();
+  return procedure::FilamentKey(filament->second);
+}
+
+/// The settings of a run. Errors: they cannot be read, or do not say how hot it prints.
+Result<files::Config> SettingsFor(const service::PrinterPlace& place,
+                                  const service::Arguments& arguments) {
   PrinterOptions options = OptionsAt(place);
   if (const auto material = arguments.find("material"); material != arguments.end()) {
     options.material = material->second;
@@ -39,31 +48,54 @@ Result<service::Offer> Check(const service::PrinterPlace& place,
     }
     options.set.push_back(fmt::format("{}={}", kTemperatureKey, temperature->second));
   }
-  const auto config = LoadSettings(options);
-  if (!config) return tl::unexpected(config.error());
+  auto config = LoadSettings(options);
+  if (!config) return config;
   if (auto told = settings::ValidateTemperatures(config->pattern); !told) {
     return tl::unexpected(told.error());
   }
+  return config;
+}
+
+/// @param what  is done to the empty bed
+Result<service::Offer> OfferTo(const char* what, const service::PrinterPlace& place,
+                               const service::Arguments& arguments) {
+  const auto config = SettingsFor(place, arguments);
+  if (!config) return tl::unexpected(config.error());
+  auto key = KeyOf(arguments);
+  if (!key) return tl::unexpected(key.error());
   service::Offer offer;
-  if (const auto filament = arguments.find(kFilament); filament != arguments.end()) {
-    auto key = procedure::FilamentKey(filament->second);
-    if (!key) return tl::unexpected(key.error());
-    offer.start[kFilament] = std::move(*key);
-  }
-  if (temperature != arguments.end()) {
+  offer.question = fmt::format("Is the bed empty? It is heated, a pattern is {} ({}){}", what,
+                               settings::DescribeTemperatures(config->pattern),
+                               key->empty() ? "" : ", for filament " + *key);
+  if (!key->empty()) offer.start[kFilament] = std::move(*key);
+  if (const auto temperature = arguments.find(kTemperature); temperature != arguments.end()) {
     offer.start[kTemperature] = temperature->second;
   }
-  offer.question = fmt::format(
-      "Is the bed empty? It is heated, a pattern is printed and scanned ({}){}",
-      settings::DescribeTemperatures(config->pattern),
-      offer.start.contains(kFilament) ? ", for filament " + offer.start[kFilament] : "");
   return offer;
 }
 
+Result<service::Offer> Check(const service::PrinterPlace& place,
+                             const service::Arguments& arguments) {
+  return OfferTo("printed and scanned", place, arguments);
+}
+
+Result<service::Offer> CheckPattern(const service::PrinterPlace& place,
+                                    const service::Arguments& arguments) {
+  return OfferTo("printed for a photo", place, arguments);
+}
+
+// A photo moves and heats nothing.
+Result<service::Offer> CheckPhoto(const service::PrinterPlace& place,
+                                  const service::Arguments& arguments) {
+  const auto config = LoadSettings(OptionsAt(place));
+  if (!config) return tl::unexpected(config.error());
+  const auto key = KeyOf(arguments);
+  if (!key) return tl::unexpected(key.error());
+  return service::Offer{};
+}
+
 std::string UseWords(const service::Arguments& arguments) {
-  const auto filament = arguments.find(kFilament);
-  const auto key = filament == arguments.end() ? Result<std::string>(std::string())
-                                               : procedure::FilamentKey(filament->second);
+  const auto key = KeyOf(arguments);
   return fmt::format("Use it until Klipper restarts{}",
                      !key || key->empty() ? "" : ", and keep it for filament " + *key);
 }
@@ -78,13 +110,12 @@ std::vector<std::string> ApplyWords(const std::string& folder,
 
 }  // namespace
 
-service::JobKind PressureAdvanceJob() {
+namespace {
+
+/// What has a pressure advance for its answer.
+service::JobKind Measuring(const char* name) {
   service::JobKind kind;
-  kind.name = "pressure_advance";
-  kind.arguments = {kFilament, "material", kTemperature};
-  kind.settings = {{kTemperature, kTemperatureKey}};
-  kind.check = Check;
-  kind.words = {"pa", "calibrate"};
+  kind.name = name;
   kind.apply = ApplyWords;
   kind.use = UseWords;
   kind.in_force = [](const machine::PrinterState& state) {
@@ -92,8 +123,48 @@ service::JobKind PressureAdvanceJob() {
   };
   kind.quantity = "pressure_advance";
   kind.picture = kResultPicture;
+  return kind;
+}
+
+}  // namespace
+
+service::JobKind PressureAdvanceJob() {
+  service::JobKind kind = Measuring("pressure_advance");
+  kind.arguments = {kFilament, "material", kTemperature};
+  kind.settings = {{kTemperature, kTemperatureKey}};
+  kind.check = Check;
+  kind.words = {"pa", "calibrate"};
   kind.offer_method = "trammel_offer";
   kind.start_method = "trammel_pressure_advance";
+  return kind;
+}
+
+service::JobKind PhotoPatternJob() {
+  service::JobKind kind;
+  kind.name = "photo_pattern";
+  kind.arguments = {kFilament, "material", kTemperature};
+  kind.settings = {{kTemperature, kTemperatureKey}};
+  kind.carried = {kFilament};
+  kind.check = CheckPattern;
+  kind.words = {"pa", "print", "--photo"};
+  kind.looks = false;
+  kind.done = fmt::format(
+      "Pattern printed, everything is off. Let the bed cool, take a photo from straight above, "
+      "upload it into the folder {} beside printer.cfg. Measure it?",
+      procedure::kPhotoFolder);
+  kind.start_buttons = procedure::Buttons::kPrint;
+  kind.done_buttons = procedure::Buttons::kPhoto;
+  kind.offer_method = "trammel_offer_pattern";
+  kind.start_method = "trammel_pattern";
+  return kind;
+}
+
+service::JobKind PhotoJob() {
+  service::JobKind kind = Measuring("photo");
+  kind.arguments = {kFilament, "file"};
+  kind.check = CheckPhoto;
+  kind.words = {"pa", "photo"};
+  kind.start_method = "trammel_photo";
   return kind;
 }
 

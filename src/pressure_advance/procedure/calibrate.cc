@@ -28,9 +28,11 @@ PatternPlan PlanOf(const CalibrationRequest& request, const PatternConfig& confi
   return request.plan ? *request.plan : MakePlan(LayOut(config), config, kGcodeName);
 }
 
-// The pattern as this printer will print it: warm afterwards, and with its own values restored.
-PatternConfig ForThisPrinter(PatternConfig config, const machine::PrinterState& before) {
-  config.finish = pressure_advance::Finish::kIdle;
+// The pattern as this printer will print it: warm afterwards for a scan, and with its own values
+// restored.
+PatternConfig ForThisPrinter(PatternConfig config, const machine::PrinterState& before,
+                             bool for_photo) {
+  config.finish = for_photo ? pressure_advance::Finish::kEnd : pressure_advance::Finish::kIdle;
   if (before.pressure_advance_s) config.restore_pressure_advance_s = before.pressure_advance_s;
   if (before.limits.max_accel_mm_s2 > 0) {
     config.restore_acceleration_mm_s2 = before.limits.max_accel_mm_s2;
@@ -107,7 +109,9 @@ Result<void> SweepLines(const Session& session, const CalibrationRequest& reques
 
 Result<void> CheckAll(const Session& session, const CalibrationRequest& request) {
   auto printer = FirstFailure(
-      CheckPrinter(session, request.pattern, request.settings, request.plan), ErrorKind::kMachine);
+      request.for_photo ? CheckForPrint(session, request.pattern)
+                        : CheckPrinter(session, request.pattern, request.settings, request.plan),
+      ErrorKind::kMachine);
   if (!printer) return printer;
   if (request.print && request.gcode.empty()) {
     if (auto told = settings::ValidateTemperatures(request.pattern); !told) return told;
@@ -140,7 +144,7 @@ Result<void> KeepBedWarm(const Session& session, double bed_c) {
 Result<void> RunSteps(const Session& session, const CalibrationRequest& request,
                       PrinterStateGuard& guard, FrameRecorder* recorder,
                       const std::string& camera) {
-  const PatternConfig config = ForThisPrinter(request.pattern, guard.before());
+  const PatternConfig config = ForThisPrinter(request.pattern, guard.before(), request.for_photo);
   const PatternPlan plan = PlanOf(request, config);
   if (request.print) {
     if (auto printed = PrintPattern(session, request, config, plan); !printed) return printed;
@@ -162,6 +166,7 @@ CalibrationOutcome Calibrate(const Session& asked, const CalibrationRequest& req
   run.state_folder = request.state_folder;
   run.prints = request.print;
   run.looks = request.scan;
+  run.for_photo = request.for_photo;
   run.check = [&](const Session& taken) { return CheckAll(taken, request); };
   run.steps = [&](const Session& taken, PrinterStateGuard& guard, const Eye& eye) {
     auto done = RunSteps(taken, request, guard, eye.recorder.get(), eye.Describe());

@@ -24,6 +24,9 @@ struct CalibrationRequest {
   std::filesystem::path state_folder;  ///< of journals and locks; empty: files::StateFolder()
   bool print = true;
   bool scan = true;
+  /// The print is for a photo, not for a scan: no laser is asked for, and the end G-code switches
+  /// everything off. REQUIRES that nothing is scanned.
+  bool for_photo = false;
   /// What lies on the plate, or what `gcode` prints there; absent: what `pattern` describes.
   std::optional<pressure_advance::PatternPlan> plan;
   std::string gcode;        ///< printed instead of the pattern; heats by itself. REQUIRES a plan
@@ -41,7 +44,7 @@ struct CalibrationOutcome {
 /// Runs the steps that the request names. Nothing moves before every check has passed and the
 /// camera has sent a picture. Whatever happens, laser, lights, pressure advance, limits, heater
 /// targets and G-code state come back (PrinterStateGuard), and what was recorded stays in the
-/// folder. Only a pattern that was printed and not scanned keeps the bed warm, which holds it.
+/// folder. Only a pattern that was printed for a later scan keeps the bed warm, which holds it.
 [[nodiscard]] CalibrationOutcome Calibrate(const Session& session,
                                            const CalibrationRequest& request);
 

@@ -50,6 +50,9 @@ GuardedOutcome RunGuarded(Session& session, const GuardedRun& run) {
   guarded.identity.started = run.started;
   guarded.identity.state_folder = run.state_folder;
   guarded.identity.prints = run.prints;
+  guarded.identity.without_laser = run.for_photo;
+  guarded.identity.may_unhome = run.for_photo;
+  guarded.identity.heaters_end_off = run.for_photo;
   guarded.park = ParkPlaceOf(*run.pattern);
   guarded.check = run.check;
   guarded.steps = [&](const Session& taken, PrinterStateGuard& guard) -> Result<void> {

@@ -38,6 +38,7 @@ struct GuardedRun {
   std::filesystem::path state_folder;  ///< of journals and locks; empty: files::StateFolder()
   bool prints = true;                  ///< a file of the run's own is uploaded
   bool looks = true;                   ///< through the camera
+  bool for_photo = false;  ///< the printer may have no laser, and the print ends with all off
   /// Moves nothing; an error ends the run before anything was changed.
   std::function<Result<void>(const Session&)> check;
   /// The procedure's own steps, on a homed printer.

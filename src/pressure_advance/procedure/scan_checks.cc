@@ -20,13 +20,13 @@ Check CheckSweeps(const PatternPlan& plan, const ScanSettings& settings, const R
   return Pass("bed", "pattern and scan lie within the nozzle's reach");
 }
 
-Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings, const Reach& reach) {
+// Whether the nozzle reaches the whole pattern.
+Check CheckPattern(const PatternConfig& pattern, const Reach& reach) {
   if (const auto problem = FindProblem(pattern)) {
     return Miss("bed",
                 fmt::format("[{}] {}: {}", problem->section, problem->key, problem->message));
   }
-  const auto layout = LayOut(pattern);
-  const auto& printed = layout.printed;
+  const auto printed = LayOut(pattern).printed;
   if (!reach.Contains(printed)) {
     return Miss(
         "bed", fmt::format("the pattern covers X {:.1f} ... {:.1f}, Y {:.1f} ... {:.1f} mm, "
@@ -36,7 +36,13 @@ Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings, const
                            reach.minimum_mm[0], reach.maximum_mm[0], reach.minimum_mm[1],
                            reach.maximum_mm[1]));
   }
-  return CheckSweeps(MakePlan(layout, pattern, "pattern.gcode"), settings, reach);
+  return Pass("bed", "the pattern lies within the nozzle's reach");
+}
+
+Check CheckBed(const PatternConfig& pattern, const ScanSettings& settings, const Reach& reach) {
+  Check reached = CheckPattern(pattern, reach);
+  if (!reached.passed) return reached;
+  return CheckSweeps(MakePlan(LayOut(pattern), pattern, "pattern.gcode"), settings, reach);
 }
 
 }  // namespace
@@ -74,6 +80,16 @@ std::vector<Check> CheckPrinter(const Session& session, const PatternConfig& pat
   if (!checks.front().passed || checks.size() < 3) return checks;
   const Reach reach = ReachOf(session.printer.LastState());
   checks.push_back(plan ? CheckSweeps(*plan, settings, reach) : CheckBed(pattern, settings, reach));
+  return checks;
+}
+
+std::vector<Check> CheckForPrint(const Session& session, const PatternConfig& pattern) {
+  std::vector<Check> checks = CheckReady(session);
+  if (!checks.front().passed || checks.size() < 2) return checks;
+  checks.push_back(CheckCommands(session, "[printer] start_gcode", pattern.start_gcode));
+  checks.push_back(CheckCommands(session, "[printer] end_gcode", pattern.end_gcode));
+  checks.push_back(CheckLimit(session));
+  checks.push_back(CheckPattern(pattern, ReachOf(session.printer.LastState())));
   return checks;
 }
 

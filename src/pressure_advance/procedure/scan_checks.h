@@ -26,6 +26,11 @@ namespace trammel::procedure {
                                                     const pressure_advance::PatternConfig& pattern,
                                                     const settings::ScanSettings& settings);
 
+/// What a print alone needs: ready, idle, with the commands of the start and end G-code, and a bed
+/// that holds the pattern.
+[[nodiscard]] std::vector<Check> CheckForPrint(const Session& session,
+                                               const pressure_advance::PatternConfig& pattern);
+
 /// What the head can reach, from the printer's own limits.
 [[nodiscard]] Reach ReachOf(const machine::PrinterState& state);
 

@@ -1,0 +1,39 @@
+#include "pressure_advance/commands/measured_subject.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <optional>
+
+#include "pressure_advance/procedure/spool_memory.h"
+#include "session/run_journal.h"
+#include "settings/material.h"
+
+namespace trammel::app {
+
+measurement::Subject SubjectOf(const std::string& filament, const procedure::Session& session,
+                               const files::Config& config) {
+  constexpr double kAsk_s = 10;
+  const auto degrees = [](std::optional<double> set_c) {
+    return set_c ? fmt::format("{:g}", *set_c) : std::string();
+  };
+  measurement::Subject subject;
+  subject.printer = procedure::PrinterName(config.scan.address);
+  subject.nozzle = fmt::format("{:.2f}", config.pattern.nozzle_diameter_mm);
+  subject.filament = filament;
+  subject.nozzle_c = degrees(settings::NozzleTemperature_c(config.pattern));
+  subject.bed_c = degrees(settings::BedTemperature_c(config.pattern));
+  if (const auto state = session.printer.State(session.Within(kAsk_s))) {
+    subject.toolhead = state->active_extruder;
+  }
+  const auto spool = procedure::SpoolOnPrinter(session);
+  if (spool && *spool) {
+    subject.spool = std::to_string((*spool)->id);
+    if (subject.filament.empty()) subject.filament = (*spool)->filament;
+  } else if (!spool && subject.filament.empty()) {
+    fmt::print(stderr, "  the result is listed without a filament: {}\n", spool.error().message);
+  }
+  return subject;
+}
+
+}  // namespace trammel::app

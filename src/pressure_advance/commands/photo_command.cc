@@ -1,0 +1,153 @@
+// trammel pa photo: measures the photo of a pattern that lies among the printer's files, or that
+// its webcam takes.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/interrupt.h"
+#include "app/kept_history.h"
+#include "app/new_folder.h"
+#include "app/printer_session.h"
+#include "files/whole_file.h"
+#include "pressure_advance/commands/analysis_output.h"
+#include "pressure_advance/commands/analysis_run.h"
+#include "pressure_advance/commands/apply_command.h"
+#include "pressure_advance/commands/kept_result.h"
+#include "pressure_advance/commands/measured_subject.h"
+#include "pressure_advance/commands/photo_plan.h"
+#include "pressure_advance/commands/pressure_advance_commands.h"
+#include "pressure_advance/procedure/filament_memory.h"
+#include "pressure_advance/procedure/pattern_photo.h"
+#include "service/result_picture.h"
+
+namespace trammel::app {
+namespace {
+
+namespace fs = std::filesystem;
+using procedure::PatternPhoto;
+
+constexpr const char* kPhotoName = "photo";  // in the recording; its ending stays
+
+struct PhotoArguments {
+  PrinterOptions printer;
+  std::string file;
+  std::string plan;
+  std::string filament;
+  std::string out;
+  bool webcam = false;
+  bool json = false;
+};
+
+/// The recording in which the same photo was measured before; empty: none.
+Result<fs::path> MeasuredBefore(const fs::path& recordings, const PatternPhoto& photo) {
+  const std::string name = kPhotoName + procedure::PictureEnding(photo.name);
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(recordings, error)) {
+    const fs::path earlier = entry.path() / name;
+    std::error_code ignored;
+    if (fs::file_size(earlier, ignored) != photo.bytes.size()) continue;
+    const auto bytes = files::ReadWholeFile(earlier, procedure::kMostPhotoBytes);
+    if (bytes && *bytes == photo.bytes) return entry.path();
+  }
+  if (error) return Fail(fmt::format("{}: {}", recordings.string(), error.message()));
+  return fs::path();
+}
+
+Result<PatternPhoto> FetchPhoto(const PhotoArguments& arguments, const procedure::Session& session,
+                                const files::Config& config, const fs::path& recordings) {
+  if (arguments.webcam) return procedure::TakePhoto(session, config.scan);
+  auto photo = procedure::DownloadPhoto(session, arguments.file, service::IsResultPicture);
+  if (!photo || !arguments.file.empty()) return photo;
+  // Nobody named it, so that it may be that of another filament.
+  const auto before = MeasuredBefore(recordings, *photo);
+  if (!before) return tl::unexpected(before.error());
+  if (before->empty()) return photo;
+  return Fail(
+      fmt::format("{}, the newest photo there, was measured before ({}): upload a photo of "
+                  "this pattern, or name that one once more with --file",
+                  photo->name, before->string()));
+}
+
+int Measure(const PhotoArguments& arguments, const procedure::Session& session,
+            const files::Config& config, const fs::path& folder, const PatternPhoto& photo,
+            const PhotoPlan& plan) {
+  const fs::path path = folder / (kPhotoName + procedure::PictureEnding(photo.name));
+  if (auto kept = files::WriteWholeFile(path, photo.bytes, files::IfThere::kRefuse); !kept) {
+    return PrintError(kept.error());
+  }
+  session.Tell({.text = "analysing " + photo.name, .remaining_s = {}, .phase = "analysing"});
+  const auto run = AnalysePhoto(path, plan, pressure_advance::Method::kResponse);
+  if (!run) return PrintError(run.error());
+  AnalysisOutput output;
+  output.files.report = (folder / "report.html").string();
+  output.files.picture = (folder / kResultPicture).string();
+  output.json = arguments.json;
+  output.keep_in_recording = true;
+  ResultFile result = ResultOf(run->analysis, folder.string());
+  result.outcome.subject = SubjectOf(arguments.filament, session, config);
+  const int code = PrintAnalysis(*run, result, output);
+  const Measured& measured = run->analysis.pressure_advance;
+  if (arguments.json || !measured.good()) return code;
+  fmt::print("photo             {}\n", photo.name);
+  PrintDrift(fs::absolute(folder).parent_path(), result.outcome);
+  fmt::print("nothing applied   trammel pa apply {}\n", folder.string());
+  ExplainKeeping(measured.quantity().value);
+  return code;
+}
+
+int RunPhoto(const PhotoArguments& arguments) {
+  const Interrupt interrupt;
+  const auto config = LoadSettings(arguments.printer);
+  if (!config) return PrintError(config.error());
+  if (!arguments.filament.empty()) {
+    if (auto key = procedure::FilamentKey(arguments.filament); !key) {
+      return PrintError({key.error().kind, "--filament: " + key.error().message});
+    }
+  }
+  const auto plan = arguments.plan.empty() ? Result<PhotoPlan>(PlanOfPhotoPattern())
+                                           : ReadPhotoPlan(arguments.plan);
+  if (!plan) return PrintError(plan.error());
+  const auto printer = Connect(config->scan, interrupt.token());
+  if (!printer) return PrintError(printer.error());
+  const procedure::Session session{**printer, interrupt.token(), TellOnTerminal};
+  const auto folder = NewFolder::Make(arguments.out);
+  if (!folder) return PrintError(folder.error());
+  const auto photo =
+      FetchPhoto(arguments, session, *config, fs::absolute(folder->path()).parent_path());
+  if (!photo) return PrintError(photo.error());
+  return Measure(arguments, session, *config, folder->path(), *photo, *plan);
+}
+
+}  // namespace
+
+void AddPhotoCommand(CLI::App& parent, int& exit_code) {
+  CLI::App* command = parent.add_subcommand(
+      "photo", "measure a photo of the pattern that was uploaded to the printer, or its webcam's");
+  const auto arguments = std::make_shared<PhotoArguments>();
+  AddPrinterOptions(*command, arguments->printer);
+  AddCameraOption(*command, arguments->printer);
+  AddMaterialOption(*command, arguments->printer.material);
+  CLI::Option* file =
+      command->add_option("--file", arguments->file,
+                          "its name in the folder trammel beside printer.cfg; left out: the newest "
+                          "picture there");
+  command->add_flag("--webcam", arguments->webcam, "take it through the camera")->excludes(file);
+  command->add_option("--plan", arguments->plan,
+                      "the *.plan.json of the printed pattern; left out: that of pa print --photo");
+  command->add_option("--filament", arguments->filament,
+                      "which filament it is: trammel history lists the result under it; without "
+                      "it, the one of Spoolman's active spool");
+  command->add_option("--out", arguments->out, "new folder for photo and result");
+  command->add_flag("--json", arguments->json, "print the answer as one JSON object");
+  command->callback([arguments, &exit_code] { exit_code = RunPhoto(*arguments); });
+}
+
+}  // namespace trammel::app

@@ -1,0 +1,40 @@
+// A photo of the printed pattern, from where its owner left it or from the printer's webcam.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+
+#include "base/result.h"
+#include "session/session.h"
+#include "settings/scan_settings.h"
+
+namespace trammel::procedure {
+
+/// The folder of photos beside the printer's configuration, as front ends list it.
+inline constexpr const char* kPhotoFolder = "trammel";
+inline constexpr std::size_t kMostPhotoBytes = std::size_t{64} << 20;
+
+struct PatternPhoto {
+  std::string name;  ///< of the file, without a folder; "webcam.jpg"
+  std::string bytes;
+};
+
+/// Downloads a photo from the folder beside the printer's configuration.
+/// @param name  in it; empty: the picture (JPEG, PNG, WebP, HEIC) that was stored last
+/// @param is_result  whether a name is that of a result's picture, which is no photo
+/// Errors: kInput: there is none, or it is larger than kMostPhotoBytes; kMachine.
+[[nodiscard]] Result<PatternPhoto> DownloadPhoto(
+    const Session& session, const std::string& name,
+    const std::function<bool(const std::string&)>& is_result);
+
+/// Takes a picture through the camera of the settings, else through the printer's webcam: the last
+/// of several frames, whose exposure has settled. Errors: kMachine, kInterrupted; kInput: the
+/// camera sends no JPEG or PNG.
+[[nodiscard]] Result<PatternPhoto> TakePhoto(const Session& session,
+                                             const settings::ScanSettings& settings);
+
+/// What a file's name ends in, in small letters with the dot; empty: not that of a picture.
+[[nodiscard]] std::string PictureEnding(const std::string& name);
+
+}  // namespace trammel::procedure

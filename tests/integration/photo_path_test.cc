@@ -1,0 +1,196 @@
+// The way of an owner with a phone and without a laser: the pattern printed, its photo uploaded
+// beside printer.cfg, measured and applied, over real sockets.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "fault_scenario.h"
+#include "files/whole_file.h"
+#include "machine_shop.h"
+#include "sim/moonraker/test_client.h"
+
+namespace trammel::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr double kTruth_s = 0.043;
+constexpr double kEnough_s = 240;
+constexpr std::size_t kMostBytes = std::size_t{64} << 20;
+
+ShopOptions WithoutLaser() {
+  ShopOptions options;
+  auto& macros = options.klipper.macros;
+  macros.erase("LASER_ON");
+  macros.erase("LASER_OFF");
+  macros["TRAMMEL_RELEASE"].lines = {"UPDATE_DELAYED_GCODE ID=TRAMMEL_LIMIT DURATION=0"};
+  options.klipper.delayed_gcode.erase("LASER_LIMIT");
+  options.klipper.delayed_gcode["TRAMMEL_LIMIT"] = {"TURN_OFF_HEATERS"};
+  options.with_camera = false;
+  options.hurry = 10;
+  return options;
+}
+
+class PhotoPath : public testing::Test {
+ protected:
+  PhotoPath() : shop_(WithoutLaser()) {}
+
+  ProcessEnd Run(std::vector<std::string> words) {
+    words.insert(words.end(), {"--printer", shop_.address()});
+    return shop_.Run(words);
+  }
+
+  void Upload(const std::string& name, const std::string& data) {
+    std::string body;
+    const auto field = [&body](const std::string& head, const std::string& value) {
+      body += "--XX\r\nContent-Disposition: form-data; " + head + "\r\n\r\n" + value + "\r\n";
+    };
+    field("name=\"root\"", "config");
+    field("name=\"path\"", "trammel");
+    field("name=\"file\"; filename=\"" + name + "\"", data);
+    const auto answer =
+        sim::TestHttp(shop_.server().port(), "POST", "/server/files/upload", body + "--XX--\r\n",
+                      {{"Content-Type", "multipart/form-data; boundary=XX"}});
+    ASSERT_EQ(answer.status, 201) << answer.body;
+  }
+
+  /// A phone's picture of what a run printed.
+  std::string PhotoOf(const std::string& run) {
+    const std::string file = (shop_.folder() / (run + ".jpg")).string();
+    const ProcessEnd taken =
+        shop_.Run({"sim", "photo", run + "/pattern.gcode", "--pressure-advance",
+                   std::to_string(kTruth_s), "--size", "2160x3840", "--seed", "41", "--out", file});
+    EXPECT_EQ(taken.exit_code, 0) << taken.standard_error;
+    const auto bytes = files::ReadWholeFile(file, kMostBytes);
+    return bytes ? *bytes : std::string();
+  }
+
+  /// Measures the photo into a folder.
+  void ExpectTruth(const std::string& folder, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words = {"pa", "photo", "--out", folder};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProcessEnd measured = Run(words);
+    ASSERT_EQ(measured.exit_code, 0) << measured.standard_error << measured.standard_output;
+    const auto kept = files::ReadWholeFile(shop_.folder() / folder / "result.json", kMostBytes);
+    ASSERT_TRUE(kept);
+    const json answer = json::parse(*kept)["answers"][0];
+    EXPECT_LE(answer["interval95"][0], kTruth_s) << answer;
+    EXPECT_GE(answer["interval95"][1], kTruth_s) << answer;
+  }
+
+  MachineShop shop_;
+};
+
+TEST_F(PhotoPath, APatternIsPrintedAndMeasuredWithoutALaser) {
+  const ProcessEnd printed = Run({"pa", "print", "--photo", "--out", "printed"});
+  ASSERT_EQ(printed.exit_code, 0) << printed.standard_error;
+  EXPECT_THAT(printed.standard_output, HasSubstr("pa analyze PHOTO --plan"));
+  const PrinterLook look = shop_.Look();
+  EXPECT_EQ(look.bed_target_c, 0);  // nothing has to hold it
+  EXPECT_EQ(look.nozzle_target_c, 0);
+  EXPECT_EQ(look.state, "ready");
+
+  const ProcessEnd none = Run({"pa", "photo"});
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.standard_error, HasSubstr("there is no photo in the folder trammel"));
+
+  const std::string photo = PhotoOf("printed");
+  Upload("IMG 1.jpg", photo);
+  // Neither of these is a photo, and both are newer.
+  Upload("notes.txt", "21 lines");
+  Upload("pressure_advance-20260102T030405Z.png", "a result's picture");
+  ExpectTruth("recordings/measured");
+  const auto kept =
+      files::ReadWholeFile(shop_.folder() / "recordings/measured/photo.jpg", kMostBytes);
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(*kept, photo);
+
+  const ProcessEnd again = Run({"pa", "photo"});
+  EXPECT_EQ(again.exit_code, 1);
+  EXPECT_THAT(again.standard_error, HasSubstr("was measured before"));
+  ExpectTruth("recordings/again", {"--file", "IMG 1.jpg"});
+
+  const ProcessEnd applied = Run({"pa", "apply", "recordings/measured"});
+  EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
+  EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kTruth_s, 0.005);
+}
+
+TEST_F(PhotoPath, WhatIsNoPhotoOfThePatternIsRefusedByItsCause) {
+  Upload("broken.jpg", "\xFF\xD8\xFF no more");
+  const ProcessEnd broken = Run({"pa", "photo"});
+  EXPECT_EQ(broken.exit_code, 1) << broken.standard_output;
+  EXPECT_THAT(broken.standard_error, HasSubstr("photo.jpg"));
+  for (const char* name : {"../printer.cfg", "printer.cfg", "away.jpg", "a/b.jpg"}) {
+    const ProcessEnd refused = Run({"pa", "photo", "--file", name});
+    EXPECT_EQ(refused.exit_code, 1) << name;
+    EXPECT_THAT(refused.standard_error, HasSubstr(name));
+    EXPECT_THAT(refused.standard_output, IsEmpty());
+  }
+  const ProcessEnd both = Run({"pa", "photo", "--file", "a.jpg", "--webcam"});
+  EXPECT_EQ(both.exit_code, 1);
+  const ProcessEnd planned = Run({"pa", "print", "--photo", "--gcode", "a.gcode"});
+  EXPECT_EQ(planned.exit_code, 1);
+}
+
+TEST(PhotoPathByWebcam, APictureWithoutThePatternIsKeptAndRefused) {
+  const MachineShop shop;
+  const ProcessEnd seen =
+      shop.Run({"pa", "photo", "--webcam", "--printer", shop.address(), "--out", "seen"});
+  EXPECT_EQ(seen.exit_code, 2) << seen.standard_error;
+  EXPECT_THAT(seen.standard_output, HasSubstr("refused"));
+  EXPECT_TRUE(std::filesystem::exists(shop.folder() / "seen/photo.jpg"));
+  EXPECT_TRUE(std::filesystem::exists(shop.folder() / "seen/result.json"));
+}
+
+// How often the printer read a line with this in it.
+int TimesRead(const sim::VirtualKlipper& klipper, const std::string& text) {
+  int times = 0;
+  for (const sim::ReadLine& line : klipper.history().lines) {
+    times += line.text.find(text) != std::string::npos;
+  }
+  return times;
+}
+
+TEST_F(PhotoPath, AServiceLeadsFromThePatternToTheAnswer) {
+  TrammelProcess service({"serve", "--printer", shop_.address()}, shop_.folder());
+  shop_.WaitUntil(
+      [&](sim::VirtualKlipper&) {
+        return service.StandardErrorSoFar().find("serving") != std::string::npos;
+      },
+      "it served", service);
+  const auto ask = [&](const std::string& macro, const std::string& answer) {
+    shop_.Script(macro);
+    shop_.WaitUntil([&](sim::VirtualKlipper& klipper) { return TimesRead(klipper, answer) > 0; },
+                    "the printer was told: " + answer, service, kEnough_s);
+  };
+  ask("TRAMMEL_PA_PATTERN FILAMENT=\"Generic PLA\"",
+      "TRAMMEL_ASK BUTTONS=print FILAMENT=generic_pla MSG=\"Is the bed empty?");
+  ask("TRAMMEL_PRINT_PATTERN FILAMENT=generic_pla",
+      "TRAMMEL_ASK BUTTONS=photo FILAMENT=generic_pla MSG=\"Pattern printed");
+  EXPECT_EQ(shop_.Look().bed_target_c, 0);
+  ask("TRAMMEL_PA_PHOTO", "no calibration: there is no photo in the folder trammel");
+  std::string run;
+  for (const auto& entry : std::filesystem::directory_iterator(shop_.folder() / "recordings")) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("photo_pattern-")) run = "recordings/" + name;
+  }
+  ASSERT_FALSE(run.empty());
+  Upload("phone.jpg", PhotoOf(run));
+  ask("TRAMMEL_PA_PHOTO FILAMENT=generic_pla", "BUTTONS=use");
+  ask("TRAMMEL_APPLY", "kept for generic_pla on extruder/0.40");
+  EXPECT_NEAR(shop_.Look().settings.at("pressure advance"), kTruth_s, 0.005);
+  service.Send(SIGTERM);
+  EXPECT_EQ(service.Wait(kEnough_s).exit_code, 0);
+}
+
+}  // namespace
+}  // namespace trammel::test
