@@ -35,7 +35,8 @@ foreach(text "manual" "completion bash" "completion zsh")
   separate_arguments(words UNIX_COMMAND ${text})
   string(REPLACE " " "_" name ${text})
   add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/${name} DEPENDS trammel VERBATIM
-                     COMMAND sh -c "\"$@\" > ${PROJECT_BINARY_DIR}/${name}" trammel $<TARGET_FILE:trammel> ${words})
+                     COMMAND sh -c "\"$@\" > ${PROJECT_BINARY_DIR}/${name}" trammel
+                             ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:trammel> ${words})
   list(APPEND trammel_texts ${PROJECT_BINARY_DIR}/${name})
 endforeach()
 add_custom_target(trammel_texts ALL DEPENDS ${trammel_texts})
