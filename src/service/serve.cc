@@ -26,9 +26,13 @@ struct Served {
 void SayWhatIsOffered(const DeskOptions& desk) {
   for (const JobKind& kind : desk.jobs) {
     const auto offer = kind.check(desk.place, {});
-    desk.log(fmt::format("{} at {}: {}", kind.name, WithoutSecrets(desk.address),
-                         offer ? "asked for, it begins with: " + offer->question
-                               : "not as things are: " + offer.error().message));
+    std::string words = "moves and heats nothing";
+    if (!offer) {
+      words = "not as things are: " + offer.error().message;
+    } else if (!offer->question.empty()) {
+      words = "asked for, it begins with: " + offer->question;
+    }
+    desk.log(fmt::format("{} at {}: {}", kind.name, WithoutSecrets(desk.address), words));
   }
 }
 
