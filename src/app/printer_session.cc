@@ -120,11 +120,23 @@ std::string NewRunName() {
                      random());
 }
 
+namespace {
+
+/// A name that no other has, also where two runs begin within one second.
+fs::path NewRecordingName() {
+  const std::string name = RecordingName(measurement::Instrument::kPressureAdvance);
+  fs::path folder = fs::path("recordings") / name;
+  std::error_code ignored;
+  for (int number = 2; fs::exists(folder, ignored); ++number) {
+    folder.replace_filename(fmt::format("{}-{}", name, number));
+  }
+  return folder;
+}
+
+}  // namespace
+
 Result<fs::path> MakeFolder(const fs::path& asked_for) {
-  const fs::path folder =
-      asked_for.empty()
-          ? fs::path("recordings") / RecordingName(measurement::Instrument::kPressureAdvance)
-          : asked_for;
+  const fs::path folder = asked_for.empty() ? NewRecordingName() : asked_for;
   std::error_code error;
   if (fs::exists(folder, error) && !fs::is_empty(folder, error)) {
     return Fail(
