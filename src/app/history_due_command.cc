@@ -79,7 +79,7 @@ Result<Measurand> Judge(const DueArguments& arguments,
     series.applied = WasApplied(*good);
     const auto earlier = CompareAmong(arguments.path, entries, last);
     if (!earlier) return tl::unexpected(earlier.error());
-    series.changed = std::ranges::any_of(earlier->drift, &measurement::Change::differs);
+    series.changed = measurement::AnyDiffers(earlier->drift);
     series.creeps = !earlier->creep.empty();
     const auto nozzle_utc =
         files::LastNozzleChange(NozzlesFileBeside(arguments.path), last.subject.printer, now_utc);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/statistics.h"
+#include "base/student.h"
 
 namespace trammel::measurement {
 namespace {
@@ -96,6 +97,21 @@ std::vector<Change> Drift(std::span<const Outcome> earlier, const Outcome& now) 
          Measured::Good({difference, u, {difference - below, difference + above}}), values.size()});
   }
   return changes;
+}
+
+bool AnyDiffers(std::span<const Change> changes) {
+  constexpr double kConfidence = 0.95;
+  const double each = 1 - std::pow(kConfidence, 1 / static_cast<double>(changes.size()));
+  return std::ranges::any_of(changes, [each](const Change& change) {
+    if (!change.differs()) return false;
+    const double freedom = std::max<double>(1, static_cast<double>(change.results) - 1);
+    const Quantity& difference = change.difference.quantity();
+    const Interval& interval = difference.interval95;
+    const double towards_zero =
+        difference.value > 0 ? difference.value - interval.lo : interval.hi - difference.value;
+    const double t = StudentT95(freedom) * difference.value / towards_zero;
+    return StudentTail(t, freedom) <= each;
+  });
 }
 
 bool SameSubject(const Outcome& a, const Outcome& b) {

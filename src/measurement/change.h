@@ -39,6 +39,11 @@ inline constexpr std::size_t kFewestForDrift = 3;
 /// Leaves out quantities that are not good in `now`, or in fewer than kFewestForDrift earlier ones.
 [[nodiscard]] std::vector<Change> Drift(std::span<const Outcome> earlier, const Outcome& now);
 
+/// Whether any of the quantities of one result changed: at most once in twenty where none did,
+/// however many they are (Sidak 1967). Tails are Student's, of as many results as were compared
+/// with. @param changes  of Drift
+[[nodiscard]] bool AnyDiffers(std::span<const Change> changes);
+
 /// Whether two results are of the same instrument, printer, nozzle and filament, and of no other
 /// toolhead or nozzle temperature as far as both note it (earlier programs did not). Two of which
 /// nothing is noted are not known to be; nor are pressure advances of a filament without a name.

@@ -141,5 +141,36 @@ TEST(Drift, IsCalledFalselyAtMostOnceInTwenty) {
   }
 }
 
+/// Ten quantities about the same values, and `moved` of them by a shift.
+Outcome TenOf(Random& random, int moved, double shift) {
+  constexpr int kQuantities = 10;
+  Outcome outcome;
+  for (int i = 0; i < kQuantities; ++i) {
+    const double value = random.Normal() + (i < moved ? shift : 0);
+    outcome.answers.push_back(
+        {"offset_" + std::to_string(i), "mm", Measured::Good(Normal(value, 1))});
+  }
+  return outcome;
+}
+
+TEST(AnyDiffers, IsCalledFalselyAtMostOnceInTwentyHoweverManyQuantitiesThereAre) {
+  constexpr int kSeries = 200;
+  constexpr double kMost = 0.05 + 2 * 0.0154;  // and twice its scatter
+  Random random(20261126);
+  for (const int results : {3, 10}) {
+    int alarms = 0;
+    int found = 0;
+    for (int i = 0; i < kSeries; ++i) {
+      std::vector<Outcome> earlier;
+      for (int k = 0; k < results; ++k) earlier.push_back(TenOf(random, 0, 0));
+      alarms += AnyDiffers(Drift(earlier, TenOf(random, 0, 0))) ? 1 : 0;
+      found += AnyDiffers(Drift(earlier, TenOf(random, 1, 40))) ? 1 : 0;
+    }
+    EXPECT_LE(alarms, kMost * kSeries) << results;
+    EXPECT_GE(found, 0.9 * kSeries) << results;
+  }
+  EXPECT_FALSE(AnyDiffers({}));
+}
+
 }  // namespace
 }  // namespace trammel::measurement
