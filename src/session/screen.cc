@@ -42,7 +42,9 @@ std::string Screen::Plain(std::string_view text) {
   for (const char c : text.substr(0, text.find('\n'))) {
     const bool printable = c > ' ' && c <= '~';
     const bool special = c == '"' || c == '\\' || c == ';' || c == '#' || c == '*';
-    if (printable && !special) {
+    if (c == ';' && !plain.empty() && plain.back() != ' ') {  // which begins a comment
+      plain += ',';
+    } else if (printable && !special) {
       plain += c;
     } else if (!plain.empty() && plain.back() != ' ') {
       plain += ' ';

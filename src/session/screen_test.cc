@@ -35,6 +35,15 @@ TEST(Screen, UsesWhatThePrinterHas) {
               ElementsAre("RESPOND TYPE=echo MSG=\"trammel: a\"", "M118 trammel: b"));
 }
 
+// A semicolon begins a comment in G-code.
+TEST(Screen, SaysASemicolonAsAComma) {
+  FakePrinter printer;
+  printer.unknown = {{"TRAMMEL_SAY", true}, {"RESPOND", true}, {"M117", true}};
+  Screen screen(printer);
+  ASSERT_TRUE(screen.Show("timeout during homing; look at the cable", {1}));
+  EXPECT_EQ(printer.scripts.back(), "M118 trammel: timeout during homing, look at the cable");
+}
+
 TEST(Screen, LooksAgainAfterAFailure) {
   FakePrinter printer;
   printer.unknown = {{"RESPOND", true}, {"M118", true}, {"M117", true}};
