@@ -30,6 +30,13 @@ std::string WithoutColumns(const std::string& line) {
   return text;
 }
 
+// Whether an application said that the value is set, whatever failed afterwards.
+bool WasSet(const std::string& set_line, const std::vector<std::string>& output) {
+  return !set_line.empty() && std::any_of(output.begin(), output.end(), [&](const auto& line) {
+    return line.starts_with(set_line);
+  });
+}
+
 // One word, so that a value never passes for an option.
 void AddOption(const std::string& name, const std::string& value, std::vector<std::string>& words) {
   if (!value.empty()) words.push_back(fmt::format("--{}={}", name, value));
@@ -206,6 +213,7 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end) {
   if (measured && !plan.applies && !plan.kind->quantity.empty()) {
     return ConcludeResult(plan, run, end.error);
   }
+  const bool is_set = plan.applies && WasSet(plan.kind->set_line, end.output);
   Words words;
   std::optional<Proposal> proposal;
   if (end.exit_code == kGood && !plan.applies) {
@@ -223,8 +231,12 @@ void Desk::Conclude(const Plan& plan, const JobEnd& end) {
   } else {
     run.end = end.stopped ? RunEnd::kStopped : RunEnd::kFailed;
     run.message = !end.error.empty() ? end.error : fmt::format("exit code {}", end.exit_code);
-    words.text = (plan.applies ? "not applied: " : "no calibration: ") + run.message;
-    if (plan.applies && end.killed) {
+    words.text = (is_set         ? "applied, and not kept as asked for: "
+                  : plan.applies ? "not applied: "
+                                 : "no calibration: ") +
+                 run.message;
+    if (is_set) run.message = words.text;
+    if (plan.applies && end.killed && !is_set) {
       const std::string now = InForce(*plan.kind);
       run.message += fmt::format("; whether it was applied is not known{}{}: TRAMMEL_APPLY sets it",
                                  now.empty() ? "" : ", in force is ", now);

@@ -81,6 +81,7 @@ class DeskTest : public ::testing::Test {
     kind.apply = [](const std::string& folder, const Arguments&) {
       return std::vector<std::string>{"pa", "apply", folder};
     };
+    kind.set_line = "applied ";
     kind.in_force = [this](const machine::PrinterState&) {
       in_force_();
       return std::string("0.0450 s");
@@ -366,6 +367,22 @@ TEST_F(DeskTest, AnApplicationThatFailsLeavesTheProposal) {
   WaitForEnd();
   EXPECT_EQ(Status()["run"]["end"], "failed");
   EXPECT_EQ(Status()["proposal"]["run"], kRun);
+}
+
+TEST_F(DeskTest, WhereOnlyTheKeepingFailsItSaysThatTheValueIsSet) {
+  Serve();
+  (void)Start();
+  WaitForEnd();
+  Program("echo 'applied           SET 0.0172'\necho 'trammel: the printer keeps nothing' >&2\n",
+          1);
+  (void)Ask("start", {{"job", "apply"}});
+  WaitForEnd();
+  EXPECT_EQ(Status()["run"]["end"], "failed");
+  EXPECT_EQ(Status()["run"]["message"],
+            "applied, and not kept as asked for: the printer keeps nothing");
+  EXPECT_EQ(Status()["proposal"]["run"], kRun);  // to be applied again once that is mended
+  StopServing();
+  EXPECT_THAT(printer_.scripts, Not(Contains(HasSubstr("not applied"))));
 }
 
 // Neither "applied" nor "not applied" would be true.

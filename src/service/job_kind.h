@@ -47,6 +47,9 @@ struct JobKind {
   bool looks = true;  ///< it takes --camera
   /// The command that sets its answer, with the folder of the run; empty: there is none.
   std::function<std::vector<std::string>(const std::string& folder, const Arguments&)> apply = {};
+  /// How a line of that command begins once the answer is set; what fails afterwards does not take
+  /// it back. Empty: it is set where the command ends well.
+  std::string set_line = {};
   /// What a dialog asks, and using the answer does: "Use it until Klipper restarts".
   std::function<std::string(const Arguments&)> use = {};
   /// The value in force, "0.0450 s", to stand beside a proposal; may be empty, and say nothing.

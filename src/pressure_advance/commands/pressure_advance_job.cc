@@ -117,6 +117,7 @@ service::JobKind Measuring(const char* name) {
   service::JobKind kind;
   kind.name = name;
   kind.apply = ApplyWords;
+  kind.set_line = "applied ";  // of Apply in apply_command.cc
   kind.use = UseWords;
   kind.in_force = [](const machine::PrinterState& state) {
     return state.pressure_advance_s ? fmt::format("{:.4f} s", *state.pressure_advance_s) : "";
