@@ -150,6 +150,8 @@ TEST_F(Apply, AResultIsNotSetOnAnotherToolhead) {
 
 class ApplyToSpool : public Apply {
  protected:
+  explicit ApplyToSpool(const char* version = "0.26.1")
+      : spoolman_(std::make_shared<sim::VirtualSpoolman>(version)) {}
   // The printer of the base stands beside, unused.
   static ShopOptions WithSpoolman(const std::shared_ptr<sim::VirtualSpoolman>& spoolman) {
     ShopOptions options = WithoutCamera();
@@ -165,7 +167,7 @@ class ApplyToSpool : public Apply {
     return there_.Look().settings.at("pressure advance");
   }
 
-  std::shared_ptr<sim::VirtualSpoolman> spoolman_ = std::make_shared<sim::VirtualSpoolman>();
+  std::shared_ptr<sim::VirtualSpoolman> spoolman_;
   MachineShop there_{WithSpoolman(spoolman_)};
 };
 
@@ -231,9 +233,96 @@ TEST_F(ApplyToSpool, TheSettingKeepsWhatItCanAndSaysWhatItCannot) {
   spoolman_->SetFault(sim::VirtualSpoolman::Fault::kAway);
   const ProcessEnd away = run("0.05");
   EXPECT_EQ(away.exit_code, 0) << away.standard_error;
-  EXPECT_THAT(away.standard_error, HasSubstr("not kept in Spoolman: Spoolman is away"));
+  // With the answer, which a printer's screen shows, and not among the progress.
+  EXPECT_THAT(away.standard_output,
+              HasSubstr("kept in           not in Spoolman: Spoolman is away"));
   EXPECT_NEAR(InForceThere(), 0.05, 1e-6);
+  spoolman_->SetFault(sim::VirtualSpoolman::Fault::kMeddled);
+  const ProcessEnd meddled = run("0.06");
+  EXPECT_EQ(meddled.exit_code, 0) << meddled.standard_error;
+  EXPECT_THAT(meddled.standard_output,
+              AllOf(HasSubstr("SET_PRESSURE_ADVANCE ADVANCE=0.0600: read back"),
+                    HasSubstr("not in Spoolman: the fields of filament 1 read otherwise")));
 }
+
+TEST_F(ApplyToSpool, LeavesAloneWhatOthersWriteAtTheSameTime) {
+  const int spool = spoolman_->AddSpool("", "PLA", "PLA");
+  for (const char* entity : {"filament", "spool"}) {
+    spoolman_->SetExtra(entity, spool, "note", "text", "\"mine\"");
+  }
+  spoolman_->SetFault(sim::VirtualSpoolman::Fault::kCrossed);
+  const ProcessEnd end = RunThere({"0.0472"});
+  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  for (const char* entity : {"filament", "spool"}) {
+    EXPECT_EQ(spoolman_->Extra(entity, spool, "note"), "\"theirs\"") << entity;
+  }
+  EXPECT_EQ(spoolman_->Extra("filament", spool, "pressure_advance"), "0.0472");
+}
+
+// Whatever came into a field before its definition, Spoolman refuses it only where it is sent.
+TEST_F(ApplyToSpool, AnotherFieldsMisfitDoesNotKeepTheValueOut) {
+  const int spool = spoolman_->AddSpool("", "PLA", "PLA");
+  spoolman_->SetExtra("filament", spool, "flow", "float", "\"fast\"");
+  const ProcessEnd end = RunThere({"0.0472"});
+  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_EQ(spoolman_->Extra("filament", spool, "flow"), "\"fast\"");
+  EXPECT_EQ(spoolman_->Extra("filament", spool, "pressure_advance"), "0.0472");
+}
+
+TEST_F(ApplyToSpool, SaysThatTheSpoolIsArchived) {
+  const int spool = spoolman_->AddSpool("", "PLA", "PLA");
+  spoolman_->Archive(spool);
+  const ProcessEnd end = RunThere({"0.0472"});
+  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(end.standard_output, HasSubstr("spool 1 is archived"));
+}
+
+TEST_F(ApplyToSpool, AResultIsNotKeptOnAnotherSpoolThanItsOwn) {
+  const int first = spoolman_->AddSpool("", "PLA", "PLA");
+  const auto folder = there_.folder() / "measured";
+  std::filesystem::create_directory(folder);
+  measurement::Outcome outcome;
+  outcome.provenance = {
+      measurement::Instrument::kPressureAdvance, "trammel", "2026-01-02T03:04:05Z", {}};
+  outcome.answers = {{"pressure_advance", "s", Measured::Good({0.055, 0.001, {0.053, 0.057}})}};
+  outcome.subject.filament = "PLA";
+  outcome.subject.spool = std::to_string(first);
+  ASSERT_TRUE(files::KeepOutcome(folder, outcome));
+  const int second = spoolman_->AddSpool("", "PLA", "PLA");
+  const double before_s = InForceThere();
+  const ProcessEnd refused = RunThere({"measured"});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.standard_error,
+              HasSubstr("of spool 1, and Spoolman has spool 2 on this printer"));
+  EXPECT_EQ(InForceThere(), before_s);
+  EXPECT_EQ(RunThere({"measured", "--force"}).exit_code, 0);
+  EXPECT_TRUE(spoolman_->Extra("spool", second, "pressure_advance_matrix"));
+  spoolman_->Activate(first);
+  EXPECT_EQ(RunThere({"measured"}).exit_code, 0);
+  EXPECT_TRUE(spoolman_->Extra("spool", first, "pressure_advance_matrix"));
+}
+
+// Before 0.26 a change of one extra field took a filament's others away, before 0.22 a spool's.
+class ApplyToOlderSpool : public ApplyToSpool, public ::testing::WithParamInterface<const char*> {
+ protected:
+  ApplyToOlderSpool() : ApplyToSpool(GetParam()) {}
+};
+
+TEST_P(ApplyToOlderSpool, OtherFieldsStayAsTheyAre) {
+  const int spool = spoolman_->AddSpool("", "PLA", "PLA");
+  for (const char* entity : {"filament", "spool"}) {
+    spoolman_->SetExtra(entity, spool, "note", "text", R"("\u20ac 5; \"mine\"")");
+  }
+  const ProcessEnd end = RunThere({"0.0472"});
+  EXPECT_EQ(end.exit_code, 0) << end.standard_error;
+  for (const char* entity : {"filament", "spool"}) {
+    EXPECT_EQ(spoolman_->Extra(entity, spool, "note"), R"("\u20ac 5; \"mine\"")") << entity;
+  }
+  EXPECT_EQ(spoolman_->Extra("filament", spool, "pressure_advance"), "0.0472");
+}
+
+INSTANTIATE_TEST_SUITE_P(Versions, ApplyToOlderSpool,
+                         ::testing::Values("0.18.1", "0.22.1", "0.25.0", "a fork"));
 
 TEST_F(ApplyToSpool, SaysThatAnotherProgramWroteAtTheSameTime) {
   spoolman_->AddSpool("", "PLA", "PLA");

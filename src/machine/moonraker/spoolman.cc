@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "base/utf8.h"
 #include "machine/net/json_field.h"
@@ -55,13 +58,37 @@ std::string NameOf(const json& filament) {
   return Printable(both + name);
 }
 
+// Major and minor of "0.26.1"; zeros where it is none.
+std::pair<int, int> MajorMinor(const std::string& version) {
+  std::pair<int, int> numbers{0, 0};
+  const char* const end = version.data() + version.size();
+  const auto [dot, error] = std::from_chars(version.data(), end, numbers.first);
+  if (error != std::errc() || dot == end || *dot != '.') return {0, 0};
+  std::from_chars(dot + 1, end, numbers.second);
+  return numbers;
+}
+
 }  // namespace
+
+// Tells a Spoolman that hangs from a lost link: the server between answers of itself.
+Error Spoolman::NotAnswered(const char* method, const std::string& path, Error error) {
+  constexpr double kAlive_s = 3;
+  if (error.kind != ErrorKind::kMachine) return error;
+  const WaitLimit limit{std::min(kAlive_s, limit_.time_limit_s), limit_.stop};
+  if (!printer_.CallServer("server.spoolman.status", nullptr, limit)) return error;
+  const bool reads = std::string_view(method) == "GET";
+  return {ErrorKind::kMachine,
+          fmt::format("Spoolman does not answer {} {} within {:g} s, and Moonraker does: look "
+                      "whether it hangs, or leave it out{}",
+                      method, path, limit_.time_limit_s,
+                      reads ? "" : "; what it was told to write may come to be written yet")};
+}
 
 Result<json> Spoolman::Ask(const char* method, const std::string& path, std::optional<json> body) {
   json params = {{"request_method", method}, {"path", path}, {"use_v2_response", true}};
   if (body) params["body"] = std::move(*body);
   auto answer = printer_.CallServer("server.spoolman.proxy", std::move(params), limit_);
-  if (!answer) return tl::unexpected(answer.error());
+  if (!answer) return tl::unexpected(NotAnswered(method, path, answer.error()));
   const json& error = ObjectOr(*answer, "error");
   if (!error.empty()) {
     const int status = static_cast<int>(NumberOr(error, "status_code", 0));
@@ -100,7 +127,8 @@ Result<std::optional<Spool>> Spoolman::ActiveSpool() {
   const json& filament = ObjectOr(*answer, "filament");
   const auto filament_id = Id(filament, "id");
   if (!filament_id) return Strange(path);
-  return Spool{*id, *filament_id, NameOf(filament), Printable(TextOr(filament, "material", ""))};
+  return Spool{*id, *filament_id, NameOf(filament), Printable(TextOr(filament, "material", "")),
+               BoolOr(*answer, "archived", false)};
 }
 
 Result<bool> Spoolman::HasField(SpoolmanEntity entity, const ExtraField& field) {
@@ -115,7 +143,7 @@ Result<bool> Spoolman::HasField(SpoolmanEntity entity, const ExtraField& field) 
     return Fail(
         fmt::format("Spoolman's field '{}' of a {} is of the type '{}', and '{}' is "
                     "written there: a type cannot be changed; delete the field in "
-                    "Spoolman's settings, or leave Spoolman out",
+                    "Spoolman's settings, which deletes its values, too, or leave Spoolman out",
                     field.key, Word(entity), Printable(type), field.type));
   }
   return false;
@@ -153,16 +181,32 @@ Result<std::optional<json>> Spoolman::Extra(SpoolmanEntity entity, int id, const
   return value;
 }
 
+Result<bool> Spoolman::LeavesOthersAlone() {
+  constexpr std::pair kSince{0, 26};  // of a spool since 0.22, of a filament only since then
+  const auto info = Ask("GET", "/v1/info");
+  if (!info) return tl::unexpected(info.error());
+  return MajorMinor(TextOr(*info, "version", "")) >= kSince;
+}
+
 Result<void> Spoolman::SetExtra(SpoolmanEntity entity, int id, const std::string& key,
                                 const json& value) {
-  auto extras = Extras(entity, id);
-  if (!extras) return tl::unexpected(extras.error());
-  (*extras)[key] = FieldText(value);
-  const auto sent = Ask("PATCH", Path(entity, id), json{{"extra", *extras}});
+  const auto alone = LeavesOthersAlone();
+  if (!alone) return tl::unexpected(alone.error());
+  const auto before = Extras(entity, id);
+  if (!before) return tl::unexpected(before.error());
+  json wanted = *before;
+  wanted[key] = FieldText(value);
+  // Values of others are sent only where they would be lost otherwise: somebody may have changed
+  // one since it was read, and of one that does not fit its field any more all are refused.
+  const auto sent =
+      Ask("PATCH", Path(entity, id), json{{"extra", *alone ? json{{key, wanted[key]}} : wanted}});
   if (!sent) return tl::unexpected(sent.error());
   const auto after = Extras(entity, id);
   if (!after) return tl::unexpected(after.error());
-  if (*after == *extras) return {};
+  const bool all_there = std::all_of(wanted.items().begin(), wanted.items().end(),
+                                     [&](const auto& one) { return after->contains(one.key()); });
+  const bool as_wanted = *alone ? all_there && (*after)[key] == wanted[key] : *after == wanted;
+  if (as_wanted) return {};
   return Fail(fmt::format("the fields of {} {} read otherwise in Spoolman than they were written: "
                           "another program wrote there at the same time; look at them",
                           Word(entity), id),

@@ -17,6 +17,7 @@ struct Spool {
   int filament_id = 0;
   std::string filament;  ///< "VENDOR NAME", what is there of both; at most 100 bytes, printable
   std::string material;  ///< "PLA", or empty
+  bool archived = false;
 };
 
 /// What extra fields hang on.
@@ -57,15 +58,18 @@ class Spoolman {
   /// What a field holds; absent where it holds nothing.
   [[nodiscard]] Result<std::optional<nlohmann::json>> Extra(SpoolmanEntity entity, int id,
                                                             const std::string& key);
-  /// Sets one field. Spoolman replaces all of them at once: the others are read, sent again, and
-  /// looked at afterwards. Errors also where one of them, or this one, reads otherwise then.
+  /// Sets one field, and reads it back. A Spoolman from 0.26 on leaves the others alone; before, it
+  /// replaced all of them at once: they are read, sent again, and looked at afterwards. Errors also
+  /// where this one reads otherwise then, one of the others is gone or, before 0.26, changed.
   [[nodiscard]] Result<void> SetExtra(SpoolmanEntity entity, int id, const std::string& key,
                                       const nlohmann::json& value);
 
  private:
   [[nodiscard]] Result<nlohmann::json> Ask(const char* method, const std::string& path,
                                            std::optional<nlohmann::json> body = {});
+  [[nodiscard]] Error NotAnswered(const char* method, const std::string& path, Error error);
   [[nodiscard]] Result<nlohmann::json> Extras(SpoolmanEntity entity, int id);
+  [[nodiscard]] Result<bool> LeavesOthersAlone();
 
   Printer& printer_;
   WaitLimit limit_;

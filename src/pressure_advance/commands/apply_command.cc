@@ -227,6 +227,11 @@ void PrintSpoolPlace(const procedure::SpoolPlace& place, double value_s) {
              place.spool_id, place.matrix_before.empty() ? "(none)" : place.matrix_before,
              place.nozzle, value_s);
   if (place.new_fields) fmt::print("                  fields that it lacks are added\n");
+  if (place.archived) {
+    fmt::print(
+        "notice            spool {} is archived in Spoolman: is it the one on the printer?\n",
+        place.spool_id);
+  }
 }
 
 // Whether a result may be kept for a filament: of two names one has to hold the other, as "PETG
@@ -246,6 +251,15 @@ Result<void> CheckSameFilament(const measurement::Subject& subject, const std::s
                   subject.filament, filament));
 }
 
+// Whether a result may be kept on the spool that is on the printer.
+Result<void> CheckSameSpool(const measurement::Subject& subject, int spool_id, bool force) {
+  if (force || subject.spool.empty() || subject.spool == std::to_string(spool_id)) return {};
+  return Fail(
+      fmt::format("the result is of spool {}, and Spoolman has spool {} on this printer: "
+                  "choose that one in Mainsail or Fluidd, or --force",
+                  subject.spool, spool_id));
+}
+
 // Whether a result may be set on the toolhead that is active: Klipper sets it there.
 Result<void> CheckSameToolhead(const measurement::Subject& subject,
                                const procedure::Session& session, bool force) {
@@ -260,21 +274,27 @@ Result<void> CheckSameToolhead(const measurement::Subject& subject,
                   subject.toolhead, state->active_extruder));
 }
 
+// Where Spoolman keeps a value, or why it does not; neither where nobody asked for it.
+struct SpoolChoice {
+  std::optional<procedure::SpoolPlace> place = {};
+  std::string why_not = {};
+};
+
 // Where Spoolman keeps the value. What the settings ask for in general (`always`) does not keep a
 // value from the printer; what was asked for this one does.
-Result<std::optional<procedure::SpoolPlace>> SpoolFor(const ApplyArguments& arguments, bool always,
-                                                      const procedure::Session& session,
-                                                      const measurement::Subject& subject) {
-  if (!arguments.spoolman && !always) return std::nullopt;
+Result<SpoolChoice> SpoolFor(const ApplyArguments& arguments, bool always,
+                             const procedure::Session& session,
+                             const measurement::Subject& subject) {
+  if (!arguments.spoolman && !always) return SpoolChoice{};
   auto place = procedure::FindSpoolPlace(session);
   if (place) {
     auto same = CheckSameFilament(subject, place->filament, arguments.force);
+    if (same) same = CheckSameSpool(subject, place->spool_id, arguments.force);
     if (!same) place = tl::unexpected(same.error());
   }
-  if (place) return std::move(*place);
+  if (place) return SpoolChoice{std::move(*place)};
   if (arguments.spoolman) return tl::unexpected(place.error());
-  fmt::print(stderr, "  not kept in Spoolman: {}\n", place.error().message);
-  return std::nullopt;
+  return SpoolChoice{{}, place.error().message};
 }
 
 // Where the result was found under other conditions than it is set for.
@@ -309,9 +329,14 @@ Result<void> KeepResult(const ChosenValue& value) {
   return {};
 }
 
+// Says it with the answer, which people beside the printer read: the first line is for them.
+void PrintNotInSpoolman(const std::string& why) {
+  fmt::print("kept in           not in Spoolman: {}\n", why.substr(0, why.find('\n')));
+}
+
 // Whatever a value is kept for beyond the printer's next restart.
 int KeepBeyond(const ApplyArguments& arguments, const procedure::Session& session,
-               const std::optional<procedure::SpoolPlace>& spool, double value_s) {
+               const SpoolChoice& spool, double value_s) {
   int code = kExitGood;
   if (!arguments.filament.empty()) {
     const auto kept = procedure::KeepForFilament(session, arguments.filament, value_s);
@@ -323,14 +348,15 @@ int KeepBeyond(const ApplyArguments& arguments, const procedure::Session& sessio
       code = PrintError(kept.error());
     }
   }
-  if (!spool) return code;
-  const auto kept = procedure::KeepOnSpool(session, *spool, value_s);
+  if (!spool.why_not.empty()) PrintNotInSpoolman(spool.why_not);
+  if (!spool.place) return code;
+  const auto kept = procedure::KeepOnSpool(session, *spool.place, value_s);
   if (kept) {
     fmt::print("kept in           Spoolman: read back\n");
     return code;
   }
-  fmt::print("kept in           not in Spoolman: the value is set all the same\n");
-  return PrintError(kept.error());
+  PrintNotInSpoolman(kept.error().message);
+  return arguments.spoolman ? PrintError(kept.error()) : code;
 }
 
 int RunApply(const ApplyArguments& arguments) {
@@ -373,13 +399,16 @@ int RunApply(const ApplyArguments& arguments) {
     }
   }
   PrintOtherSubject(subject, *config);
-  if (*spool) PrintSpoolPlace(**spool, value->value_s);
+  if (spool->place) PrintSpoolPlace(*spool->place, value->value_s);
   const auto done = Apply(session, value->value_s, options, false);
   if (!done) {
     SettleFailure(arguments, session, config->scan.address);
     return PrintError(done.error());
   }
-  if (options.dry_run) return kExitGood;
+  if (options.dry_run) {
+    if (!spool->why_not.empty()) PrintNotInSpoolman(spool->why_not);
+    return kExitGood;
+  }
   NoteApplied(applied);
   return KeepBeyond(arguments, session, *spool, value->value_s);
 }

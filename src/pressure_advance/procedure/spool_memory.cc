@@ -71,6 +71,7 @@ Result<SpoolPlace> FindSpoolPlace(const Session& session) {
   place.spool_id = (*spool)->id;
   place.filament_id = (*spool)->filament_id;
   place.filament = (*spool)->filament;
+  place.archived = (*spool)->archived;
   const auto of_filament = spoolman.HasField(SpoolmanEntity::kFilament, kOfFilament);
   if (!of_filament) return tl::unexpected(of_filament.error());
   const auto of_spool = spoolman.HasField(SpoolmanEntity::kSpool, kOfSpool);

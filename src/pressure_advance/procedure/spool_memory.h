@@ -24,6 +24,7 @@ struct SpoolPlace {
   std::optional<double> before_s;  ///< the filament's value until now
   std::string matrix_before;       ///< the spool's values until now, as JSON; may be empty
   bool new_fields = false;         ///< whether Spoolman lacks a field, which is added then
+  bool archived = false;           ///< the spool
 };
 
 /// Looks where the value would go, and whether it can. Nothing is changed.

@@ -160,12 +160,7 @@ Json Hub::Webcams() const {
 
 bool Hub::CallServer(std::uint64_t number, const std::string& method, const Json& params,
                      const Reply& reply) {
-  if (options_.spoolman) {
-    if (const auto answer = options_.spoolman->Call(method, params)) {
-      reply(*answer);
-      return true;
-    }
-  }
+  if (options_.spoolman && options_.spoolman->Call(method, params, reply)) return true;
   const auto found = connections_.find(number);
   if (method == "server.connection.identify" && found != connections_.end()) {
     reply(Identify(found->second, number, params));

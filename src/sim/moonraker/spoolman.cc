@@ -5,12 +5,17 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cstdio>
 #include <vector>
 
 namespace trammel::sim {
 namespace {
 
 constexpr int kOk = 200, kBad = 400, kNotThere = 404, kWrongForm = 422, kAway = 503;
+// What Moonraker says where Spoolman answers without a message.
+constexpr const char* kNoWords404 = "HTTP 404: Not Found";
+constexpr const char* kNoWords405 = "HTTP 405: Method Not Allowed";
+constexpr const char* kNoWords422 = "HTTP 422: Unprocessable Content";
 
 // "/v1/spool/7" as {"v1", "spool", "7"}.
 std::vector<std::string> Parts(const std::string& path) {
@@ -37,12 +42,20 @@ bool IsKey(const std::string& key) {
   });
 }
 
-bool Fits(const std::string& type, const Json& value) {
-  if (type == "text") return value.is_string();
-  if (type == "float") return value.is_number();
-  if (type == "integer") return value.is_number_integer();
-  if (type == "boolean") return value.is_boolean();
-  return false;
+// Why a value does not fit its field, in Spoolman's words; empty where it does.
+std::string Misfit(const std::string& type, const Json& value) {
+  if (type == "text" && !value.is_string()) return "Value is not a string.";
+  if (type == "float" && !value.is_number()) return "Value is not a float.";
+  if (type == "integer" && !value.is_number_integer()) return "Value is not an integer.";
+  if (type == "boolean" && !value.is_boolean()) return "Value is not a boolean.";
+  return "";
+}
+
+// Whether an entity's other extra fields stay when some of them are changed.
+bool LeavesOthers(const std::string& version, const std::string& entity) {
+  int major = 0, minor = 0;
+  if (std::sscanf(version.c_str(), "%d.%d", &major, &minor) != 2) return false;
+  return major > 0 || minor >= (entity == "spool" ? 22 : 26);
 }
 
 }  // namespace
@@ -74,6 +87,11 @@ int VirtualSpoolman::AddSpool(const std::string& vendor, const std::string& name
 void VirtualSpoolman::Activate(std::optional<int> spool) {
   const std::lock_guard lock(mutex_);
   active_ = spool;
+}
+
+void VirtualSpoolman::Archive(int spool) {
+  const std::lock_guard lock(mutex_);
+  entities_["spool"].at(spool)["archived"] = true;
 }
 
 void VirtualSpoolman::SetFault(Fault fault) {
@@ -110,8 +128,9 @@ VirtualSpoolman::Response VirtualSpoolman::ServeFields(const std::string& method
   auto& fields = fields_[entity];
   if (method == "POST") {
     const auto type = TextOf(body, "field_type");
-    if (!IsKey(key) || !type || !TextOf(body, "name")) {
-      return {kWrongForm, {{"message", "Validation error"}}};
+    const bool empty_unit = TextOf(body, "unit").value_or("s").empty();
+    if (!IsKey(key) || !type || TextOf(body, "name").value_or("").empty() || empty_unit) {
+      return {kWrongForm, {{"message", kNoWords422}}};
     }
     const auto found = fields.find(key);
     if (found != fields.end() && found->second["field_type"] != *type) {
@@ -122,7 +141,7 @@ VirtualSpoolman::Response VirtualSpoolman::ServeFields(const std::string& method
     field["entity_type"] = entity;
     fields[key] = field;
   } else if (method != "GET" || !key.empty()) {
-    return {kNotThere, {{"detail", "Not Found"}}};
+    return {kNotThere, {{"message", kNoWords404}}};
   }
   Json list = Json::array();
   for (const auto& [name, field] : fields) list.push_back(field);
@@ -138,19 +157,19 @@ VirtualSpoolman::Response VirtualSpoolman::Patch(const std::string& entity, int 
     if (field == fields_[entity].end()) {
       return {kBad, {{"message", fmt::format("Unknown extra field {}.", key)}}};
     }
-    if (!value.is_string()) return {kWrongForm, {{"message", "Validation error"}}};
+    if (!value.is_string()) return {kWrongForm, {{"message", kNoWords422}}};
     const Json parsed = Json::parse(value.get<std::string>(), nullptr, false);
-    if (parsed.is_discarded()) return {kBad, {{"message", "Value is not valid JSON."}}};
-    if (!Fits(field->second["field_type"], parsed)) {
-      return {kBad, {{"message", "Value is of another type."}}};
+    const std::string misfit = parsed.is_discarded() ? "Value is not valid JSON."
+                                                     : Misfit(field->second["field_type"], parsed);
+    if (!misfit.empty()) {
+      return {kBad, {{"message", fmt::format("Invalid extra field for key {}: {}", key, misfit)}}};
     }
   }
   Json& held = entities_[entity].at(id)["extra"];
-  held = *extra;  // all of them at once
-  if (fault_ == Fault::kMeddled) {
-    held["meddled"] = "1";
-    fields_[entity]["meddled"] = {{"key", "meddled"}, {"field_type", "float"}};
-  }
+  if (fault_ == Fault::kCrossed) held["note"] = "\"theirs\"";
+  if (!LeavesOthers(version_, entity)) held = Json::object();
+  held.update(*extra);
+  if (fault_ == Fault::kMeddled && !extra->empty()) held[extra->begin().key()] = "0.01";
   return {kOk, Show(entity, id)};
 }
 
@@ -161,29 +180,44 @@ VirtualSpoolman::Response VirtualSpoolman::Serve(const std::string& method, cons
   if (part(1) == "field" && fields_.count(part(2)) > 0 && parts.size() <= 4) {
     return ServeFields(method, part(2), part(3), body);
   }
+  if (method == "GET" && path == "/v1/info") return {kOk, {{"version", version_}}};
   const std::string& entity = part(1);
   const auto id = ParseNumber(part(2));
   if (entities_.count(entity) == 0 || !id || parts.size() != 3) {
-    return {kNotThere, {{"detail", "Not Found"}}};
+    return {kNotThere, {{"message", kNoWords404}}};
   }
   if (entities_[entity].count(*id) == 0) {
     return {kNotThere, {{"message", fmt::format("No {} with ID {} found.", entity, *id)}}};
   }
   if (method == "GET") return {kOk, Show(entity, *id)};
   if (method == "PATCH") return Patch(entity, *id, body);
-  return {405, {{"detail", "Method Not Allowed"}}};
+  return {405, {{"message", kNoWords405}}};
 }
 
-std::optional<Answer> VirtualSpoolman::Call(const std::string& method, const Json& params) {
-  const std::lock_guard lock(mutex_);
-  const Json active = active_ ? Json(*active_) : Json(nullptr);
-  if (method == "server.spoolman.get_spool_id") return Answer::Ok({{"spool_id", active}});
-  if (method == "server.spoolman.status") {
-    return Answer::Ok({{"spoolman_connected", fault_ != Fault::kAway},
-                       {"pending_reports", Json::array()},
-                       {"spool_id", active}});
+bool VirtualSpoolman::Call(const std::string& method, const Json& params, const Reply& reply) {
+  Answer answer;
+  {
+    const std::lock_guard lock(mutex_);
+    const Json active = active_ ? Json(*active_) : Json(nullptr);
+    if (method == "server.spoolman.get_spool_id") {
+      answer = Answer::Ok({{"spool_id", active}});
+    } else if (method == "server.spoolman.status") {
+      answer = Answer::Ok({{"spoolman_connected", fault_ != Fault::kAway},
+                           {"pending_reports", Json::array()},
+                           {"spool_id", active}});
+    } else if (method != "server.spoolman.proxy") {
+      return false;
+    } else if (fault_ == Fault::kHangs) {
+      return true;
+    } else {
+      answer = Proxy(params);
+    }
   }
-  if (method != "server.spoolman.proxy") return std::nullopt;
+  reply(answer);
+  return true;
+}
+
+Answer VirtualSpoolman::Proxy(const Json& params) {
   const auto verb = TextOf(params, "request_method"), path = TextOf(params, "path");
   if (!verb) return NoData("request_method");
   if (!path) return NoData("path");

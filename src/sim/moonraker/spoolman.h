@@ -5,25 +5,35 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "sim/moonraker/rpc.h"
 
 namespace trammel::sim {
 
-/// Holds what a Spoolman holds, and refuses what it refuses. Thread-safe.
+/// Holds what a Spoolman holds, and refuses what it refuses: its words and status codes are those
+/// of a Spoolman 0.26.1 behind a Moonraker v0.10.0-31. Thread-safe.
 class VirtualSpoolman {
  public:
+  /// @param version  "0.26.1". Of a change of some extra fields the others are left alone by a
+  /// spool since 0.22 and by a filament since 0.26; before, they are removed.
+  explicit VirtualSpoolman(std::string version = "0.26.1") : version_(std::move(version)) {}
+
   enum class Fault {
     kNone,
     kAway,     ///< Moonraker has no connection to it
     kRubbish,  ///< its answers have another form
-    kMeddled,  ///< another program changes a field between a write and the next look
+    kMeddled,  ///< another program changes the field that was written before the next look
+    kCrossed,  ///< another program changes another field, `note`, just before a write
+    kHangs,    ///< it answers nothing, and Moonraker does
   };
 
   /// Adds a filament and a spool of it, and makes that the active one.
   /// @param vendor  empty: none
-  /// @returns the spool's number
+  /// @returns the spool's number, and the filament's
   int AddSpool(const std::string& vendor, const std::string& name, const std::string& material);
+  /// Archives a spool, which stays active.
+  void Archive(int spool);
   void Activate(std::optional<int> spool);
   void SetFault(Fault fault);
   /// Defines a field and, with a value, fills it in. @param entity  "filament" or "spool"
@@ -33,8 +43,9 @@ class VirtualSpoolman {
   [[nodiscard]] std::optional<std::string> Extra(const std::string& entity, int id,
                                                  const std::string& key) const;
 
-  /// A method `server.spoolman.…` of Moonraker; absent where there is no such method.
-  [[nodiscard]] std::optional<Answer> Call(const std::string& method, const Json& params);
+  /// A method `server.spoolman.…` of Moonraker. @returns whether there is such a method; it is
+  /// replied to, but where Spoolman hangs.
+  bool Call(const std::string& method, const Json& params, const Reply& reply);
 
  private:
   /// What Spoolman answers to one request of its own interface.
@@ -47,8 +58,10 @@ class VirtualSpoolman {
   [[nodiscard]] Response ServeFields(const std::string& method, const std::string& entity,
                                      const std::string& key, const Json& body);
   [[nodiscard]] Response Patch(const std::string& entity, int id, const Json& body);
+  [[nodiscard]] Answer Proxy(const Json& params);
   [[nodiscard]] Json Show(const std::string& entity, int id) const;
 
+  const std::string version_;
   mutable std::mutex mutex_;
   std::map<std::string, std::map<int, Json>> entities_ = {{"filament", {}}, {"spool", {}}};
   std::map<std::string, std::map<std::string, Json>> fields_ = {{"filament", {}}, {"spool", {}}};
