@@ -8,12 +8,16 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "fault_scenario.h"
 #include "frame_truth.h"
+#include "measurement/outcome_file.h"
+#include "sim/moonraker/spoolman.h"
 #include "support/analyze_result.h"
 
 namespace trammel::test {
@@ -21,6 +25,7 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 constexpr double kEnough_s = 120;  // a quick calibration takes some 25 s
 
@@ -83,6 +88,34 @@ TEST(Calibrate, AppliesOnlyWhatItIsToldToApply) {
     EXPECT_THAT(klipper.saved_variables["trammel_pa"],
                 HasSubstr(fmt::format("\"generic_pla\":{{\"extruder/0.40\":{:.4f}", answer_s)));
   });
+}
+
+// The pattern was printed with the spool that was there then; what is registered later is not it.
+TEST(Calibrate, OfASpoolThatIsChangedMeanwhileTheFirstOneIsListedAndItIsSaid) {
+  ShopOptions options;
+  options.spoolman = std::make_shared<sim::VirtualSpoolman>();
+  MachineShop shop(options);
+  const int first = options.spoolman->AddSpool("Prusament", "PETG Jet", "PETG");
+  const int second = options.spoolman->AddSpool("", "Galaxy", "PLA");
+  options.spoolman->Activate(first);
+  const auto process = shop.Calibrate();
+  shop.WaitUntilSweeping(1, *process);
+  options.spoolman->Activate(second);
+  const ProcessEnd end = process->Wait(kEnough_s);
+  ASSERT_EQ(end.exit_code, 0) << end.standard_error;
+  EXPECT_THAT(end.standard_output,
+              HasSubstr("changed meanwhile, from 1 (Prusament PETG Jet) to 2 (Galaxy)"));
+  const auto kept = files::ReadOutcome(shop.folder() / "rec" / files::kResultFile);
+  ASSERT_TRUE(kept) << kept.error().message;
+  EXPECT_EQ(kept->subject.spool, "1");
+  EXPECT_EQ(kept->subject.filament, "Prusament PETG Jet");
+  // Use it: set, and kept on no spool; nothing is analysed again for it.
+  const ProcessEnd applied = shop.Run({"pa", "apply", "rec", "--printer", shop.address(), "--set",
+                                       "moonraker.keep_in_spoolman=true"});
+  EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
+  EXPECT_THAT(applied.standard_output, HasSubstr("not in Spoolman: the result is of"));
+  EXPECT_EQ(options.spoolman->Extra("filament", second, "pressure_advance"), std::nullopt);
+  EXPECT_THAT(applied.standard_error, Not(HasSubstr("analysing again")));
 }
 
 std::uintmax_t BytesOfVideos(const std::filesystem::path& recording) {

@@ -124,20 +124,37 @@ Result<bool> Validate(const CalibrateArguments& arguments, const procedure::Sess
   return WorthApplying(*improvement);
 }
 
+// Whether another spool came onto the printer meanwhile, in words; empty where not.
+std::string SpoolChange(const machine::Spool& before, const std::optional<machine::Spool>& now) {
+  if (now && now->id == before.id) return "";
+  return fmt::format(
+      "Spoolman's active spool changed meanwhile, from {} ({}) to {}: the result is listed under "
+      "the first one; if another filament was printed, calibrate anew",
+      before.id, before.filament, now ? fmt::format("{} ({})", now->id, now->filament) : "none");
+}
+
 // Analyses, reports, validates and applies where asked to.
 int Conclude(const CalibrateArguments& arguments, const procedure::Session& session,
              const files::Config& config, const fs::path& folder,
+             const std::optional<machine::Spool>& spool_before,
              procedure::RecordingCutter* cutter) {
   session.Tell({.text = "analysing", .remaining_s = {}, .phase = "analysing"});
-  const auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
+  auto run = AnalyseRecording(folder, pressure_advance::Method::kResponse);
   if (!run) return PrintError(run.error());
+  const bool wanted = arguments.filament.empty() && !spool_before;
+  const auto spool_now = SpoolNow(session, wanted);
+  if (spool_before) {
+    const std::string change = SpoolChange(*spool_before, spool_now);
+    if (!change.empty()) run->analysis.notices.push_back(change);
+  }
   AnalysisOutput output;
   output.files.report = (folder / "report.html").string();
   output.files.picture = (folder / kResultPicture).string();
   output.json = arguments.json;
   output.keep_in_recording = true;
   ResultFile result = ResultOf(run->analysis, folder.string());
-  result.outcome.subject = SubjectOf(arguments.filament, session, config);
+  result.outcome.subject =
+      SubjectOf(arguments.filament, session, config, spool_before ? spool_before : spool_now);
   int code = PrintAnalysis(*run, result, output);
   const Measured& measured = run->analysis.pressure_advance;
   if (!measured.good()) return code;
@@ -257,10 +274,11 @@ int RunCalibration(const CalibrateArguments& arguments) {
   if (!arguments.print && !request.plan) SayWhatIsAssumed(config->pattern);
   procedure::RecordingCutter cutter;
   if (!arguments.keep_full) request.cutter = &cutter;
+  const auto spool = arguments.scan ? SpoolNow(session, false) : std::nullopt;
   const auto ran = Run(arguments, session, request, *config);
   if (!ran) return PrintError(ran.error());
   if (arguments.scan) {
-    const int code = Conclude(arguments, session, *config, ran->folder, request.cutter);
+    const int code = Conclude(arguments, session, *config, ran->folder, spool, request.cutter);
     FinishCutting(cutter, interrupt.token());
     return code;
   }

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "pressure_advance/procedure/spool_memory.h"
 #include "session/run_journal.h"
@@ -11,8 +12,18 @@
 
 namespace trammel::app {
 
+std::optional<machine::Spool> SpoolNow(const procedure::Session& session, bool wanted) {
+  auto spool = procedure::SpoolOnPrinter(session);
+  if (spool) return std::move(*spool);
+  if (wanted) {
+    fmt::print(stderr, "  the result is listed without a filament: {}\n", spool.error().message);
+  }
+  return std::nullopt;
+}
+
 measurement::Subject SubjectOf(const std::string& filament, const procedure::Session& session,
-                               const files::Config& config) {
+                               const files::Config& config,
+                               const std::optional<machine::Spool>& spool) {
   constexpr double kAsk_s = 10;
   const auto degrees = [](std::optional<double> set_c) {
     return set_c ? fmt::format("{:g}", *set_c) : std::string();
@@ -26,12 +37,9 @@ measurement::Subject SubjectOf(const std::string& filament, const procedure::Ses
   if (const auto state = session.printer.State(session.Within(kAsk_s))) {
     subject.toolhead = state->active_extruder;
   }
-  const auto spool = procedure::SpoolOnPrinter(session);
-  if (spool && *spool) {
-    subject.spool = std::to_string((*spool)->id);
-    if (subject.filament.empty()) subject.filament = (*spool)->filament;
-  } else if (!spool && subject.filament.empty()) {
-    fmt::print(stderr, "  the result is listed without a filament: {}\n", spool.error().message);
+  if (spool) {
+    subject.spool = std::to_string(spool->id);
+    if (subject.filament.empty()) subject.filament = spool->filament;
   }
   return subject;
 }

@@ -1,19 +1,27 @@
 // What a result is listed under.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "app/config/config_file.h"
+#include "machine/moonraker/spoolman.h"
 #include "measurement/outcome.h"
 #include "session/session.h"
 
 namespace trammel::app {
 
-/// The subject of what is measured on a printer now: as told, or as the printer and Spoolman have
-/// it. What cannot be asked is left empty; standard error is told where that is the filament.
-/// @param filament  empty: that of Spoolman's active spool
+/// The spool on the printer; none, too, where Spoolman does not tell.
+/// @param wanted  standard error is told why it does not
+[[nodiscard]] std::optional<machine::Spool> SpoolNow(const procedure::Session& session,
+                                                     bool wanted);
+
+/// The subject of what is measured on a printer: as told, or as the printer and Spoolman have it.
+/// What cannot be asked is left empty.
+/// @param filament  empty: that of the spool
 [[nodiscard]] measurement::Subject SubjectOf(const std::string& filament,
                                              const procedure::Session& session,
-                                             const files::Config& config);
+                                             const files::Config& config,
+                                             const std::optional<machine::Spool>& spool);
 
 }  // namespace trammel::app

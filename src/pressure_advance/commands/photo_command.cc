@@ -92,7 +92,8 @@ int Measure(const PhotoArguments& arguments, const procedure::Session& session,
   output.json = arguments.json;
   output.keep_in_recording = true;
   ResultFile result = ResultOf(run->analysis, folder.string());
-  result.outcome.subject = SubjectOf(arguments.filament, session, config);
+  result.outcome.subject =
+      SubjectOf(arguments.filament, session, config, SpoolNow(session, arguments.filament.empty()));
   const int code = PrintAnalysis(*run, result, output);
   const Measured& measured = run->analysis.pressure_advance;
   if (arguments.json || !measured.good()) return code;
