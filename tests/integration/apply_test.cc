@@ -234,15 +234,14 @@ TEST_F(ApplyToSpool, TheSettingKeepsWhatItCanAndSaysWhatItCannot) {
   const ProcessEnd away = run("0.05");
   EXPECT_EQ(away.exit_code, 0) << away.standard_error;
   // With the answer, which a printer's screen shows, and not among the progress.
-  EXPECT_THAT(away.standard_output,
-              HasSubstr("kept in           not in Spoolman: Spoolman is away"));
+  EXPECT_THAT(away.standard_output, HasSubstr("not kept          in Spoolman: Spoolman is away"));
   EXPECT_NEAR(InForceThere(), 0.05, 1e-6);
   spoolman_->SetFault(sim::VirtualSpoolman::Fault::kMeddled);
   const ProcessEnd meddled = run("0.06");
   EXPECT_EQ(meddled.exit_code, 0) << meddled.standard_error;
   EXPECT_THAT(meddled.standard_output,
               AllOf(HasSubstr("SET_PRESSURE_ADVANCE ADVANCE=0.0600: read back"),
-                    HasSubstr("not in Spoolman: the fields of filament 1 read otherwise")));
+                    HasSubstr("in Spoolman: the fields of filament 1 read otherwise")));
 }
 
 TEST_F(ApplyToSpool, LeavesAloneWhatOthersWriteAtTheSameTime) {
@@ -330,7 +329,7 @@ TEST_F(ApplyToSpool, SaysThatAnotherProgramWroteAtTheSameTime) {
   const ProcessEnd end = RunThere({"0.0472"});
   EXPECT_EQ(end.exit_code, 3);
   EXPECT_THAT(end.standard_error, HasSubstr("another program wrote there"));
-  EXPECT_THAT(end.standard_output, HasSubstr("not in Spoolman"));
+  EXPECT_THAT(end.standard_output, HasSubstr("not kept          in Spoolman"));
 }
 
 TEST(ApplyKilled, AtAnyMomentLeavesTheOldValueOrTheNewOneAndARecordOfIt) {

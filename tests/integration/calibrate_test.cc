@@ -113,7 +113,7 @@ TEST(Calibrate, OfASpoolThatIsChangedMeanwhileTheFirstOneIsListedAndItIsSaid) {
   const ProcessEnd applied = shop.Run({"pa", "apply", "rec", "--printer", shop.address(), "--set",
                                        "moonraker.keep_in_spoolman=true"});
   EXPECT_EQ(applied.exit_code, 0) << applied.standard_error;
-  EXPECT_THAT(applied.standard_output, HasSubstr("not in Spoolman: the result is of"));
+  EXPECT_THAT(applied.standard_output, HasSubstr("in Spoolman: the result is of"));
   EXPECT_EQ(options.spoolman->Extra("filament", second, "pressure_advance"), std::nullopt);
   EXPECT_THAT(applied.standard_error, Not(HasSubstr("analysing again")));
 }

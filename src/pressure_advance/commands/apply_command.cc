@@ -331,7 +331,7 @@ Result<void> KeepResult(const ChosenValue& value) {
 
 // Says it with the answer, which people beside the printer read: the first line is for them.
 void PrintNotInSpoolman(const std::string& why) {
-  fmt::print("kept in           not in Spoolman: {}\n", why.substr(0, why.find('\n')));
+  fmt::print("not kept          in Spoolman: {}\n", why.substr(0, why.find('\n')));
 }
 
 // Whatever a value is kept for beyond the printer's next restart.
