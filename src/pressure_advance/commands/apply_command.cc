@@ -467,8 +467,8 @@ void AddApplyCommand(CLI::App& parent, int& exit_code) {
                  "keep it in Spoolman, too: on the active spool, and on its filament")
       ->excludes("--undo");
   command->add_flag("--force", arguments->force,
-                    "set it beyond pressure_advance_limit, on another toolhead or for another "
-                    "filament than it was measured with, too");
+                    "set it beyond pressure_advance_limit, on another toolhead, or for another "
+                    "filament or spool than it was measured with, too");
   command->add_flag("--dry-run", arguments->dry_run, "say what would change, and change nothing");
   command->callback([arguments, &exit_code] {
     if (!arguments->undo && arguments->value.empty()) throw CLI::RequiredError("value or --undo");
